@@ -1,0 +1,104 @@
+// Column: one growing array of rows, aligned for wide loads.
+#pragma once
+
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+namespace scree {
+
+// What a column means for snapshots and hashes.
+enum class ColumnKind {
+  state,    // changes future results
+  derived,  // can be recomputed exactly from state
+  scratch,  // lives within one step
+};
+
+// A vector of trivially copyable rows on 64-byte lines. New rows are zero bytes. The allocation ends at least
+// kPaddingBytes after the last row, so that wide loads may run past it. Shrinking keeps the memory.
+template <class Row>
+class Column {
+  static_assert(std::is_trivially_copyable_v<Row>);
+
+ public:
+  static constexpr std::size_t kAlignment = 64;
+  static constexpr std::size_t kPaddingBytes = 64;
+
+  Column() = default;
+  Column(const Column&) = delete;
+  Column& operator=(const Column&) = delete;
+  Column(Column&& other) noexcept { swap(other); }
+  Column& operator=(Column&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~Column() { std::free(rows_); }
+
+  void swap(Column& other) noexcept {
+    std::swap(rows_, other.rows_);
+    std::swap(size_, other.size_);
+    std::swap(capacity_, other.capacity_);
+  }
+
+  Row* data() { return rows_; }
+  const Row* data() const { return rows_; }
+  std::size_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+  std::size_t capacity_bytes() const { return capacity_ * sizeof(Row); }
+  Row& operator[](std::size_t index) { return rows_[index]; }
+  const Row& operator[](std::size_t index) const { return rows_[index]; }
+  Row* begin() { return rows_; }
+  Row* end() { return rows_ + size_; }
+  const Row* begin() const { return rows_; }
+  const Row* end() const { return rows_ + size_; }
+  Row& back() { return rows_[size_ - 1]; }
+  std::span<Row> span() { return {rows_, size_}; }
+  std::span<const Row> span() const { return {rows_, size_}; }
+
+  void push_back(const Row& row) {
+    const Row copy = row;
+    if (size_ == capacity_) reserve_for(size_ + 1);
+    rows_[size_++] = copy;
+  }
+  void pop_back() { --size_; }
+  void clear() { size_ = 0; }
+
+  // Keeps the common rows; new ones are zero bytes.
+  void resize(std::size_t size) {
+    if (size > capacity_) reserve_for(size);
+    if (size > size_) std::memset(static_cast<void*>(rows_ + size_), 0, (size - size_) * sizeof(Row));
+    size_ = size;
+  }
+
+  // For scratch that is wholly written before it is read: contents are indeterminate afterwards.
+  void resize_discarding(std::size_t size) {
+    if (size > capacity_) {
+      size_ = 0;
+      reserve_for(size);
+    }
+    size_ = size;
+  }
+
+ private:
+  void reserve_for(std::size_t size) {
+    const std::size_t grown = size > capacity_ * 3 / 2 ? size : capacity_ * 3 / 2;
+    const std::size_t bytes = (grown * sizeof(Row) + kPaddingBytes + kAlignment - 1) / kAlignment * kAlignment;
+    void* memory = std::aligned_alloc(kAlignment, bytes);
+    if (memory == nullptr) throw std::bad_alloc();
+    if (size_ > 0) std::memcpy(memory, static_cast<const void*>(rows_), size_ * sizeof(Row));
+    std::memset(static_cast<char*>(memory) + size_ * sizeof(Row), 0, bytes - size_ * sizeof(Row));
+    std::free(rows_);
+    rows_ = static_cast<Row*>(memory);
+    capacity_ = grown;
+  }
+
+  Row* rows_ = nullptr;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
+};
+
+}  // namespace scree

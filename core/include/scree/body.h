@@ -1,0 +1,56 @@
+// What a body is when it is created.
+#pragma once
+
+#include <scree/math_types.h>
+
+#include <cstdint>
+#include <optional>
+
+namespace scree {
+
+/// Fixed bodies never move, kinematic ones follow their velocity and push without being pushed, dynamic ones
+/// obey forces and contacts.
+enum class BodyType : std::uint8_t { fixed, kinematic, dynamic };
+
+/// Degrees of freedom taken from a dynamic body, in world axes; combine with |. Planar motion in x and y is
+/// `translation_z | rotation_x | rotation_y`.
+enum class AxisLocks : std::uint8_t {
+  none = 0,
+  translation_x = 1,
+  translation_y = 2,
+  translation_z = 4,
+  rotation_x = 8,
+  rotation_y = 16,
+  rotation_z = 32,
+};
+
+constexpr AxisLocks operator|(AxisLocks left, AxisLocks right) {
+  return static_cast<AxisLocks>(static_cast<unsigned>(left) | static_cast<unsigned>(right));
+}
+
+/// Mass, center of mass and inertia of a body in its own frame.
+struct MassProperties {
+  float mass = 1.0f;  ///< kg, > 0
+  Vec3 center{};      ///< m, center of mass in the body's frame
+  /// kg m^2 about the center of mass in the body's axes: xx, yy, zz, then xy, xz, yz. Positive definite.
+  float inertia[6] = {1.0f, 1.0f, 1.0f, 0.0f, 0.0f, 0.0f};
+};
+
+/// What a new body is. Mass comes from the shapes' densities unless it is given here; a dynamic body that has
+/// neither shapes nor a mass weighs 1 kg with the inertia of 1 kg m^2 about every axis.
+struct BodyDef {
+  BodyType type = BodyType::dynamic;
+  Vec3 position{};          ///< m, of the body's origin, each within +-1e7
+  Quat rotation{};          ///< unit length within 1e-3 (renormalized)
+  Vec3 linear_velocity{};   ///< m/s, of the center of mass
+  Vec3 angular_velocity{};  ///< rad/s
+  float linear_damping = 0.0f;   ///< 1/s, >= 0
+  float angular_damping = 0.0f;  ///< 1/s, >= 0
+  float gravity_factor = 1.0f;   ///< multiplies the world's gravity
+  AxisLocks locks = AxisLocks::none;
+  std::optional<float> mass{};  ///< kg, > 0: scales the shapes' inertia to this mass
+  bool can_sleep = true;
+  std::uint64_t user_data = 0;
+};
+
+}  // namespace scree

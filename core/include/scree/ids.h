@@ -1,0 +1,27 @@
+// Handles of bodies and shapes.
+//
+// A handle is an index and a generation: destroying an object raises the generation of its index, so that a
+// handle kept too long is recognized instead of naming a stranger.
+#pragma once
+
+#include <cstdint>
+
+namespace scree {
+
+/// Names a body of one world. The default is no body. `index` is the body's place in the bulk columns.
+struct BodyId {
+  std::uint32_t index = 0;
+  std::uint32_t generation = 0;
+
+  friend auto operator<=>(const BodyId&, const BodyId&) = default;
+};
+
+/// Names a shape of one world. The default is no shape.
+struct ShapeId {
+  std::uint32_t index = 0;
+  std::uint32_t generation = 0;
+
+  friend auto operator<=>(const ShapeId&, const ShapeId&) = default;
+};
+
+}  // namespace scree

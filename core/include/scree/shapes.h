@@ -1,0 +1,56 @@
+// Shapes, their surface and who collides with whom.
+#pragma once
+
+#include <scree/math_types.h>
+
+#include <cstdint>
+
+namespace scree {
+
+/// A ball around the shape's origin.
+struct Sphere {
+  float radius = 0.5f;  ///< m, in [1e-4, 1e5]
+};
+
+/// All points within `radius` of the segment from (0, -half_height, 0) to (0, half_height, 0).
+struct Capsule {
+  float half_height = 0.5f;  ///< m, half the length of the inner segment, in [1e-4, 1e5]
+  float radius = 0.25f;      ///< m, in [1e-4, 1e5]
+};
+
+/// A box centered on the shape's origin, its edges along the shape's axes.
+struct Box {
+  Vec3 half_extents{0.5f, 0.5f, 0.5f};  ///< m, each in [1e-4, 1e5]
+};
+
+/// How the values of two touching surfaces become one. Where the two surfaces ask for different rules, the
+/// one that stands later in this list is taken.
+enum class MixRule : std::uint8_t { minimum, average, product, geometric_mean, maximum };
+
+/// The surface and the filling of a shape.
+struct Material {
+  float friction = 0.6f;            ///< Coulomb coefficient, >= 0
+  float restitution = 0.0f;         ///< rebound speed over approach speed, in [0, 1]
+  float rolling_resistance = 0.0f;  ///< m: resisting torque over normal force, >= 0; two surfaces: the maximum
+  float density = 1000.0f;          ///< kg/m^3, > 0; ignored where the body's mass is given
+  Vec3 surface_velocity{};          ///< m/s in the shape's frame: a conveyor belt's speed
+  MixRule friction_mix = MixRule::geometric_mean;
+  MixRule restitution_mix = MixRule::maximum;
+};
+
+/// Two shapes collide if each one's `mask` has a bit of the other's `category`; equal nonzero groups
+/// overrule that: positive ones always collide, negative ones never.
+struct Filter {
+  std::uint32_t category = 1;
+  std::uint32_t mask = 0xffffffffu;
+  std::int32_t group = 0;
+};
+
+/// What a shape has besides its geometry and its material.
+struct ShapeOptions {
+  Pose local_pose{};  ///< of the shape in its body's frame
+  Filter filter{};
+  std::uint64_t user_data = 0;
+};
+
+}  // namespace scree

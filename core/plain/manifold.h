@@ -1,0 +1,58 @@
+// Manifolds: what the narrow phase tells the solver about one touching pair of shapes.
+//
+// Written by collide (geometry, and the impulses of matched features of the last step), completed by
+// store_impulses, read by pack_blocks. The form knows nothing of lanes or instruction sets.
+#pragma once
+
+#include <core/plain/rows.h>
+
+#include <cstdint>
+
+namespace scree {
+
+inline constexpr int kMaxManifoldPoints = 4;
+
+// 128 bytes in eight groups of 16, each one transpose.
+//
+// The normal points from body A to body B. Where one body is not dynamic it is A. A point lies at C + point_u t1 +
+// point_v t2 (+ an offset along the normal that does not matter), C the friction center: the average of the
+// points, weighted by closeness, continuous in separation. t1 = tangent_of(normal), t2 = normal x t1.
+// Points that do not exist have separation kAbsentSeparation, u = v = 0 and no impulse.
+struct alignas(64) Manifold {
+  float normal[3];
+  float friction;
+  float arm_a[3];  // C - center of mass of A
+  std::int32_t row_a;
+  float arm_b[3];  // C - center of mass of B
+  std::int32_t row_b;
+  float point_u[kMaxManifoldPoints];
+  float point_v[kMaxManifoldPoints];
+  float separation[kMaxManifoldPoints];
+  float normal_impulse[kMaxManifoldPoints];  // N s
+  float friction_impulse[2];                 // along t1 and t2, N s
+  float twist_impulse;                       // about the normal, N m s
+  std::uint32_t info;                        // points | ManifoldFlag
+};
+
+inline constexpr float kAbsentSeparation = 1e10f;
+
+enum ManifoldFlag : std::uint32_t {
+  kManifoldPointMask = 0x7,  // number of points; 0: the pair does not touch and the rest is meaningless
+  kManifoldRich = 1 << 4,    // has restitution, rolling resistance or a surface velocity: see ContactSurface
+  kManifoldStatic = 1 << 5,  // body A is not dynamic
+};
+
+// Identity of the points, equal from step to step while the same features touch.
+struct alignas(16) ManifoldFeatures {
+  std::uint32_t id[kMaxManifoldPoints];
+};
+
+// The rare part of a contact's surface; meaningful where kManifoldRich is set.
+struct alignas(16) ContactSurface {
+  float restitution;
+  float rolling_resistance;   // m
+  float surface_velocity[3];  // of B's surface relative to A's in world axes, m/s; along the tangent plane
+  float rolling_impulse[3];   // N m s in world axes; written by store_impulses
+};
+
+}  // namespace scree

@@ -1,0 +1,109 @@
+// Rows: what one stage reads together of one body, shape or contact, as plain memory.
+//
+// Kernels of every instruction set include this file, so it holds plain structs only: no function with a body
+// (an inline function compiled for AVX-512 could be the copy that the linker keeps for everyone), no
+// container, no Eigen. Every row is a multiple of 16 bytes, because kernels load rows 16 bytes at a time and
+// transpose them in registers.
+#pragma once
+
+#include <cstdint>
+
+namespace scree {
+
+// Body index 0 is the fixed world: constraints against any fixed body read its row. Indices 1 to 3 stay
+// empty, so that no row that a solver thread writes shares a cache line pair with row 0, which all read.
+inline constexpr std::int32_t kFixedRow = 0;
+inline constexpr std::int32_t kFirstBody = 4;
+
+// Lengths, in meters.
+inline constexpr float kLinearSlop = 0.005f;                  // overlap that contacts leave to stay in touch
+inline constexpr float kSpeculativeDistance = 4 * kLinearSlop;  // gap below which a pair has contact points
+
+// Placement of a center of mass (bodies) or of a shape's origin (shapes).
+struct alignas(32) PoseRow {
+  float position[3];
+  float padding;
+  float rotation[4];  // x y z w
+};
+
+// Velocity of the center of mass; the layout of scree::Velocity.
+struct alignas(32) VelocityRow {
+  float linear[3];
+  float angular[3];
+  float padding[2];
+};
+
+// Motion since the step began. Kept apart from the pose: small numbers keep their precision far from the
+// origin, and contacts need differences only.
+struct alignas(32) DeltaRow {
+  float position[3];
+  float rotation[4];  // x y z w, rotates the pose at the step's beginning
+  float padding;
+};
+
+// Inverse inertia (in the axes that the column names) and inverse mass. Zero for whatever cannot be pushed.
+struct alignas(32) InertiaRow {
+  float inverse_inertia[6];  // xx xy xz yy yz zz
+  float inverse_mass;
+  float padding;
+};
+
+// Force and torque on a body during the next step.
+struct alignas(32) ForceRow {
+  float force[3];
+  float torque[3];
+  float padding[2];
+};
+
+// Parameters of motion.
+struct alignas(16) MotionRow {
+  float linear_damping;   // 1/s
+  float angular_damping;  // 1/s
+  float gravity_factor;
+  std::uint32_t flags;  // MotionFlag
+};
+
+// Inertia in the body's axes, for the gyroscopic term.
+struct alignas(32) LocalInertiaRow {
+  float inertia[6];  // xx xy xz yy yz zz, kg m^2
+  float padding[2];
+};
+
+enum MotionFlag : std::uint32_t {
+  kMotionLocksMask = 0x3f,     // AxisLocks
+  kMotionGyroscopic = 1 << 8,  // inertia is not isotropic: integrate the gyroscopic term
+};
+
+// Extents of a shape: sphere (radius), capsule (half[1], radius), box (half).
+struct alignas(16) ExtentRow {
+  float half[3];
+  float radius;
+};
+
+// Surface of a shape as the narrow phase mixes it.
+struct alignas(32) MaterialRow {
+  float friction;
+  float restitution;
+  float rolling_resistance;  // m
+  std::uint32_t rules;       // friction MixRule | restitution MixRule << 8 | kMaterialRich
+  float surface_velocity[3];  // m/s, in the shape's frame
+  float padding;
+};
+
+enum MaterialFlag : std::uint32_t { kMaterialMoves = 1 << 16 };  // surface velocity is not zero
+
+// Axis-aligned box and bounding sphere; the sphere's center is the box's center.
+struct alignas(32) BoundsRow {
+  float lower[3];
+  float sphere_radius;
+  float upper[3];
+  float padding;
+};
+
+// A candidate pair of shapes, a < b.
+struct ShapePair {
+  std::int32_t a;
+  std::int32_t b;
+};
+
+}  // namespace scree

@@ -1,0 +1,161 @@
+// WorldData: everything a world is, on one page. Who writes each column stands beside it.
+//
+// The lists below are the state table: each column is declared once, with its kind, and the structs, the
+// resizing, the memory report and the hash are generated from it.
+//   state    changes future results, so a snapshot holds it
+//   derived  recomputable exactly from state
+//   scratch  lives within one step
+#pragma once
+
+#include <core/column.h>
+#include <core/plain/manifold.h>
+#include <core/plain/rows.h>
+#include <scree/world.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+namespace scree {
+
+enum BodyFlag : std::uint8_t {
+  kBodyAlive = 1,
+  kBodyAsleep = 2,
+  kBodyCanSleep = 4,
+  kBodyMassGiven = 8,        // mass comes from the caller, inertia from the shapes
+  kBodyPropertiesGiven = 16,  // mass, center and inertia come from the caller
+};
+
+enum class ShapeType : std::uint8_t { sphere, capsule, box };
+inline constexpr int kShapeTypeCount = 3;
+
+enum ShapeFlag : std::uint8_t {
+  kShapeAlive = 1,
+  kShapeDirty = 2,  // bounds must be made before the next pairs: new, moved or changed by a call
+};
+
+// Which tree of the broad phase a shape belongs to.
+enum class TreeKind : std::uint8_t { none, awake, kinematic, frozen };
+inline constexpr int kTreeCount = 4;
+
+// clang-format off
+// Rows of bodies, indexed by BodyId::index. "calls" are World's functions.
+#define SCREE_BODY_COLUMNS(X)                                                                                   \
+  X(state,   std::uint32_t,   generation)      /* calls; raised when the body dies */                          \
+  X(state,   BodyType,        type)            /* calls */                                                     \
+  X(state,   std::uint8_t,    flags)           /* calls, find_islands; BodyFlag */                             \
+  X(state,   PoseRow,         pose)            /* calls, solve; of the center of mass, in the body's axes */   \
+  X(state,   VelocityRow,     velocity)        /* calls, solve */                                              \
+  X(state,   ForceRow,        force)           /* calls; cleared by finish_step */                             \
+  X(state,   MotionRow,       motion)          /* calls */                                                     \
+  X(state,   float,           sleep_time)      /* calls, finish_step; s below the sleep speeds */              \
+  X(state,   InertiaRow,      local_mass)      /* calls; inverse inertia in body axes; zero if not dynamic */  \
+  X(state,   LocalInertiaRow, local_inertia)   /* calls; in body axes */                                       \
+  X(state,   Vec3,            center)          /* calls; center of mass in the body's frame */                 \
+  X(state,   float,           mass)            /* calls; kg */                                                 \
+  X(state,   float,           given_mass)      /* calls; kg, with kBodyMassGiven */                            \
+  X(state,   std::int32_t,    first_shape)     /* calls; -1: none */                                           \
+  X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
+  X(derived, Pose,            transform)       /* calls, finish_step; of the origin */                         \
+  X(scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */        \
+  X(scratch, DeltaRow,        delta)           /* solve; motion since the step began */                        \
+  X(scratch, VelocityRow,     free_velocity)   /* solve; after forces, before this step's impulses */
+
+// Rows of shapes, indexed by ShapeId::index.
+#define SCREE_SHAPE_COLUMNS(X)                                                                                  \
+  X(state,   std::uint32_t,   generation)      /* calls */                                                     \
+  X(state,   ShapeType,       type)            /* calls */                                                     \
+  X(state,   std::uint8_t,    flags)           /* calls, update_bounds; ShapeFlag */                           \
+  X(state,   std::int32_t,    body)            /* calls */                                                     \
+  X(state,   std::int32_t,    next)            /* calls; next shape of the body, -1: last */                   \
+  X(state,   ExtentRow,       extent)          /* calls */                                                     \
+  X(state,   PoseRow,         local_pose)      /* calls; relative to the body's center of mass */              \
+  X(state,   Pose,            given_pose)      /* calls; relative to the body's origin */                      \
+  X(state,   MaterialRow,     material)        /* calls */                                                     \
+  X(state,   float,           density)         /* calls; kg/m^3 */                                             \
+  X(state,   Filter,          filter)          /* calls */                                                     \
+  X(state,   BoundsRow,       fat_bounds)      /* update_bounds; the box that pairs were last found with */    \
+  X(state,   TreeKind,        tree)            /* calls, find_islands */                                       \
+  X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
+  X(derived, PoseRow,         pose)            /* update_bounds; in the world */
+
+// Rows of candidate pairs, in ascending order of (a, b).
+#define SCREE_CONTACT_COLUMNS(X)                                                                                \
+  X(state,   ShapePair,        pair)           /* find_pairs */                                                \
+  X(state,   Manifold,         manifold)       /* collide, store_impulses */                                   \
+  X(state,   ManifoldFeatures, features)       /* collide */                                                   \
+  X(state,   ContactSurface,   surface)        /* collide, store_impulses; where kManifoldRich */              \
+  X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor while not touching */
+// clang-format on
+
+#define SCREE_DECLARE_COLUMN(kind, Type, name) Column<Type> name;
+#define SCREE_VISIT_COLUMN(kind, Type, name) visit(ColumnKind::kind, #name, name);
+#define SCREE_RESIZE_COLUMN(kind, Type, name) name.resize(count);
+
+// Declares the columns of a list and the functions that go over all of them.
+#define SCREE_STORE(LIST)                 \
+  LIST(SCREE_DECLARE_COLUMN)              \
+  template <class Visitor>                \
+  void for_each_column(Visitor&& visit) { \
+    LIST(SCREE_VISIT_COLUMN)              \
+  }                                       \
+  void resize(std::size_t count) { LIST(SCREE_RESIZE_COLUMN) }
+
+struct Bodies {
+  SCREE_STORE(SCREE_BODY_COLUMNS)
+  Column<std::int32_t> free_slots;  // state; calls; taken from the back
+  Column<std::int32_t> awake;       // state; refresh_lists; awake dynamic bodies, ascending
+  Column<std::int32_t> kinematic;   // derived; refresh_lists; kinematic bodies, ascending
+  std::size_t alive = 0;            // state; calls
+  bool lists_dirty = true;          // state; calls, find_islands: awake and kinematic must be made anew
+};
+
+struct Shapes {
+  SCREE_STORE(SCREE_SHAPE_COLUMNS)
+  Column<std::int32_t> free_slots;  // state; calls
+  Column<std::int32_t> moving;      // derived; refresh_lists; shapes of awake and kinematic bodies, ascending
+  Column<std::int32_t> dirty;       // state; calls; shapes with kShapeDirty, in order of the calls
+  std::size_t alive = 0;            // state; calls
+};
+
+inline constexpr std::uint8_t kNoColor = 0xff;
+
+// Two sets of rows: find_pairs writes the new list into `before` and swaps, so that rows move once.
+struct ContactRows {
+  SCREE_STORE(SCREE_CONTACT_COLUMNS)
+};
+
+struct Contacts {
+  ContactRows now;
+  ContactRows before;             // scratch; last step's rows where the list has changed
+  bool list_kept = false;         // scratch; find_pairs: `now` already holds last step's rows in place
+  Column<std::int32_t> previous;  // scratch; find_pairs; per row of `now`: its row in `before`, or -1.
+                                  // Meaningless while list_kept
+  Column<std::int32_t> touching;  // derived; collide; rows with points, ascending
+};
+
+// Data that only one stage looks into; defined beside that stage, which makes it at its first run.
+struct Part {
+  virtual ~Part() = default;
+  using Visit = std::function<void(ColumnKind kind, const char* name, const void* rows, std::size_t bytes,
+                                   std::size_t capacity_bytes)>;
+  // Reports every column, as the generated for_each_column of the public stores do.
+  virtual void report(const Visit& visit) const = 0;
+};
+
+struct WorldData {
+  WorldSettings settings;        // state; calls
+  std::uint64_t step_count = 0;  // state; step
+  float last_dt = 0.0f;          // state; step; s, scales warm-start impulses
+  Bodies bodies;
+  Shapes shapes;
+  Contacts contacts;
+  StepStats stats;  // derived; every phase
+
+  std::unique_ptr<Part> broad_phase;   // parallel/find_pairs
+  std::unique_ptr<Part> narrow_phase;  // parallel/collide
+  std::unique_ptr<Part> constraints;   // parallel/color_constraints, pack_blocks, solve
+  std::unique_ptr<Part> islands;       // parallel/find_islands
+};
+
+}  // namespace scree

@@ -1,0 +1,59 @@
+// Crew: the threads that work on one step, seen from the step.
+//
+// A crew lives as long as one call of step(). The calling thread runs stages one after the other; helpers, if
+// any have arrived, claim chunks of the current stage. See workers.cpp for how.
+#pragma once
+
+#include <scree/workers.h>
+#include <simd/kernels.h>
+
+#include <algorithm>
+
+namespace scree {
+
+class Crew {
+ public:
+  explicit Crew(Workers& workers);
+  ~Crew();
+  Crew(const Crew&) = delete;
+  Crew& operator=(const Crew&) = delete;
+
+  // Threads that may take part; worker numbers are 0 (the caller) to threads() - 1.
+  int threads() const { return threads_; }
+  const simd::Kernels& kernels() const { return *kernels_; }
+
+  // Calls work(chunk, worker) once for every chunk in [0, chunks), on any thread, and returns when all are
+  // done. What a chunk is must depend on the scene alone, never on the number of threads, and chunks must not
+  // care in which order they run. An exception of a chunk is thrown again here, after the stage has ended.
+  template <class Work>
+  void run(int chunks, Work&& work) {
+    run_stage(
+        chunks, [](void* context, int chunk, int worker) { (*static_cast<Work*>(context))(chunk, worker); },
+        const_cast<void*>(static_cast<const void*>(&work)));
+  }
+
+  // Cuts [0, count) into chunks of `chunk_size` and calls work(begin, end, worker) for each.
+  template <class Work>
+  void run_ranges(int count, int chunk_size, Work&& work) {
+    const int chunks = (count + chunk_size - 1) / chunk_size;
+    run(chunks, [&](int chunk, int worker) {
+      const int begin = chunk * chunk_size;
+      work(begin, std::min(begin + chunk_size, count), worker);
+    });
+  }
+
+  int stages() const { return stages_; }  // run so far
+
+ private:
+  using StageFunction = void (*)(void* context, int chunk, int worker);
+  void run_stage(int chunks, StageFunction function, void* context);
+
+  int threads_ = 1;
+  int stages_ = 0;
+  const simd::Kernels* kernels_ = nullptr;
+  struct State;
+  State* state_ = nullptr;
+  Workers::Impl* workers_ = nullptr;
+};
+
+}  // namespace scree

@@ -1,0 +1,12 @@
+// Everything a program needs to simulate: include this one.
+#pragma once
+
+#include <scree/body.h>
+#include <scree/error.h>
+#include <scree/ids.h>
+#include <scree/math_types.h>
+#include <scree/shapes.h>
+#include <scree/stats.h>
+#include <scree/step.h>
+#include <scree/workers.h>
+#include <scree/world.h>

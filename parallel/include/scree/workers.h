@@ -1,0 +1,47 @@
+// Workers: the threads and the instruction set that steps run on.
+#pragma once
+
+#include <scree/error.h>
+#include <scree/export.h>
+
+#include <cstdint>
+#include <memory>
+
+namespace scree {
+
+/// An instruction set of the kernels. Results do not depend on it. `automatic` takes the environment variable
+/// SCREE_ISA (scalar, sse2, avx2 or avx512) if it is set, otherwise the widest that the processor supports.
+enum class Isa : std::uint8_t { automatic, scalar, sse2, avx2, avx512 };
+
+SCREE_API const char* isa_name(Isa isa);
+/// Whether this build holds the kernels and this processor runs them.
+SCREE_API bool is_supported(Isa isa);
+
+struct WorkersOptions {
+  int threads = 0;            ///< threads that share a step, the caller's included; 0: one per core; <= 1024
+  Isa isa = Isa::automatic;   ///< throws scree::Error if it is not supported
+};
+
+class Crew;
+
+/// Lends helpers to steps. One `Workers` may serve many worlds and many calling threads at once; a step never
+/// waits for a helper that has not begun to work, so stepping from inside tasks of the caller's own is safe.
+class SCREE_API Workers {
+ public:
+  Workers();
+  explicit Workers(int threads);
+  explicit Workers(const WorkersOptions& options);
+  ~Workers();
+  Workers(Workers&&) noexcept;
+  Workers& operator=(Workers&&) noexcept;
+
+  int threads() const noexcept;
+  Isa isa() const noexcept;  ///< the one in use, never `automatic`
+
+ private:
+  friend class Crew;
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace scree

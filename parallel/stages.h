@@ -1,0 +1,20 @@
+// The stages of a step; step.cpp tells the story in which they come.
+#pragma once
+
+#include <core/world_data.h>
+#include <parallel/crew.h>
+
+namespace scree {
+
+void refresh_lists(WorldData& data);                // flags -> lists of awake and kinematic bodies, moving shapes
+void update_bounds(WorldData& data, float dt, Crew& crew);  // poses -> shape poses, fat bounds
+void find_pairs(WorldData& data, Crew& crew);         // bounds -> candidate pairs
+void collide(WorldData& data, Crew& crew);            // pairs -> manifolds
+void find_islands(WorldData& data, Crew& crew);       // contacts -> islands, who is awake
+void color_constraints(WorldData& data, Crew& crew);  // new contacts -> independent batches
+void pack_blocks(WorldData& data, float dt, Crew& crew);  // manifolds -> wide constraint blocks
+void solve(WorldData& data, float dt, Crew& crew);    // blocks -> velocities, poses
+void store_impulses(WorldData& data, Crew& crew);     // blocks -> manifolds, for the next warm start
+void finish_step(WorldData& data, float dt, Crew& crew);  // poses -> transforms, bounds, sleep timers
+
+}  // namespace scree

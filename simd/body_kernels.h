@@ -1,0 +1,7 @@
+#pragma once
+
+namespace scree::simd {
+
+struct BodyKernels {};
+
+}  // namespace scree::simd

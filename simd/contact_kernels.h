@@ -1,0 +1,7 @@
+#pragma once
+
+namespace scree::simd {
+
+struct ContactKernels {};
+
+}  // namespace scree::simd

@@ -1,0 +1,28 @@
+# Compiles every source of simd/kernels once per instruction set, each time into a namespace of its own.
+# Kernels are optimized in every build type: an unoptimized wide kernel is of no use to anybody.
+file(GLOB SCREE_KERNEL_SOURCES CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/kernels/*.cpp)
+set(SCREE_KERNEL_OBJECTS "")
+
+function(scree_add_instruction_set name lanes)
+  set(target scree_kernels_${name})
+  add_library(${target} OBJECT ${SCREE_KERNEL_SOURCES})
+  target_link_libraries(${target} PRIVATE scree_flags)
+  target_compile_definitions(${target} PRIVATE SCREE_SIMD_NAMESPACE=${name} SCREE_SIMD_LANES=${lanes})
+  target_compile_options(${target} PRIVATE ${ARGN} -O3 -fno-exceptions -fno-rtti -fno-math-errno)
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  set(SCREE_KERNEL_OBJECTS ${SCREE_KERNEL_OBJECTS} $<TARGET_OBJECTS:${target}> PARENT_SCOPE)
+endfunction()
+
+scree_add_instruction_set(scalar 1)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  find_package(xsimd 8.1 REQUIRED)
+  get_target_property(xsimd_include xsimd INTERFACE_INCLUDE_DIRECTORIES)
+  scree_add_instruction_set(sse2 4 -msse2 -mno-sse3)
+  scree_add_instruction_set(avx2 8 -mavx2 -mno-fma)
+  scree_add_instruction_set(avx512 16 -mavx512f -mavx512cd -mavx512dq -mavx512bw -mavx512vl -mno-fma
+    $<$<CXX_COMPILER_ID:GNU>:-mprefer-vector-width=512>)
+  foreach(set sse2 avx2 avx512)
+    target_include_directories(scree_kernels_${set} SYSTEM PRIVATE ${xsimd_include})
+  endforeach()
+  target_compile_definitions(scree_flags INTERFACE SCREE_X86=1)
+endif()

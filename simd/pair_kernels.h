@@ -1,0 +1,7 @@
+#pragma once
+
+namespace scree::simd {
+
+struct PairKernels {};
+
+}  // namespace scree::simd
