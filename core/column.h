@@ -86,7 +86,8 @@ class Column {
  private:
   void reserve_for(std::size_t size) {
     const std::size_t grown = size > capacity_ * 3 / 2 ? size : capacity_ * 3 / 2;
-    const std::size_t bytes = (grown * sizeof(Row) + kPaddingBytes + kAlignment - 1) / kAlignment * kAlignment;
+    const std::size_t bytes =
+        (grown * sizeof(Row) + kPaddingBytes + kAlignment - 1) / kAlignment * kAlignment;
     void* memory = std::aligned_alloc(kAlignment, bytes);
     if (memory == nullptr) throw std::bad_alloc();
     if (size_ > 0) std::memcpy(memory, static_cast<const void*>(rows_), size_ * sizeof(Row));

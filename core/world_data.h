@@ -22,7 +22,7 @@ enum BodyFlag : std::uint8_t {
   kBodyAlive = 1,
   kBodyAsleep = 2,
   kBodyCanSleep = 4,
-  kBodyMassGiven = 8,        // mass comes from the caller, inertia from the shapes
+  kBodyMassGiven = 8,         // mass comes from the caller, inertia from the shapes
   kBodyPropertiesGiven = 16,  // mass, center and inertia come from the caller
 };
 
@@ -99,7 +99,9 @@ inline constexpr int kTreeCount = 4;
   void for_each_column(Visitor&& visit) { \
     LIST(SCREE_VISIT_COLUMN)              \
   }                                       \
-  void resize(std::size_t count) { LIST(SCREE_RESIZE_COLUMN) }
+  void resize(std::size_t count) {        \
+    LIST(SCREE_RESIZE_COLUMN)             \
+  }
 
 struct Bodies {
   SCREE_STORE(SCREE_BODY_COLUMNS)
@@ -131,6 +133,7 @@ struct Contacts {
   bool list_kept = false;         // scratch; find_pairs: `now` already holds last step's rows in place
   Column<std::int32_t> previous;  // scratch; find_pairs; per row of `now`: its row in `before`, or -1.
                                   // Meaningless while list_kept
+  bool pairs_stale = true;        // state; calls, find_islands: the list must be made anew
   Column<std::int32_t> touching;  // derived; collide; rows with points, ascending
 };
 

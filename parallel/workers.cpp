@@ -25,17 +25,22 @@ bool is_supported(Isa isa) {
 Workers::Workers() : Workers(WorkersOptions{}) {}
 Workers::Workers(int threads) : Workers(WorkersOptions{.threads = threads}) {}
 Workers::Workers(const WorkersOptions& options) : impl_(std::make_shared<Impl>()) {
-  impl_->kernels = options.isa == Isa::automatic
-                       ? &simd::widest_kernels()
-                       : simd::find_kernels(static_cast<simd::InstructionSet>(static_cast<int>(options.isa) - 1));
+  impl_->kernels =
+      options.isa == Isa::automatic
+          ? &simd::widest_kernels()
+          : simd::find_kernels(static_cast<simd::InstructionSet>(static_cast<int>(options.isa) - 1));
   if (impl_->kernels == nullptr) throw Error("unsupported instruction set");
   impl_->isa = static_cast<Isa>(static_cast<int>(impl_->kernels->instruction_set) + 1);
 }
 Workers::~Workers() = default;
 Workers::Workers(Workers&&) noexcept = default;
 Workers& Workers::operator=(Workers&&) noexcept = default;
-int Workers::threads() const noexcept { return impl_->threads; }
-Isa Workers::isa() const noexcept { return impl_->isa; }
+int Workers::threads() const noexcept {
+  return impl_->threads;
+}
+Isa Workers::isa() const noexcept {
+  return impl_->isa;
+}
 
 Crew::Crew(Workers& workers) : kernels_(workers.impl_->kernels) {}
 Crew::~Crew() = default;
