@@ -2,8 +2,7 @@
 // Included by wide.h only.
 #pragma once
 
-#include <cmath>
-#include <cstring>
+#include <cstddef>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
