@@ -32,6 +32,8 @@ inline constexpr int kShapeTypeCount = 3;
 enum ShapeFlag : std::uint8_t {
   kShapeAlive = 1,
   kShapeDirty = 2,  // bounds must be made before the next pairs: new, moved or changed by a call
+  kShapeNew = 4,    // born since the last list of pairs: rows of that index belong to a shape that died. Set with
+                    // kShapeDirty by calls, cleared by find_pairs
 };
 
 // Which tree of the broad phase a shape belongs to.
@@ -132,6 +134,8 @@ struct Contacts {
   Column<std::int32_t> previous;  // scratch; find_pairs; per row of `now`: its row in `before`, or -1.
                                   // Meaningless while list_kept
   Column<std::int32_t> touching;  // derived; collide; rows with points, ascending
+  bool pairs_stale = true;        // state; calls that create, destroy or filter; cleared by find_pairs, which
+                                  // then makes the list anew
 };
 
 // Data that only one stage looks into; defined beside that stage, which makes it at its first run.
