@@ -3,8 +3,6 @@
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-BodyKernels make_body_kernels() {
-  return {};
-}
+BodyKernels make_body_kernels() { return {}; }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

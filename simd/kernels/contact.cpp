@@ -3,8 +3,6 @@
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-ContactKernels make_contact_kernels() {
-  return {};
-}
+ContactKernels make_contact_kernels() { return {}; }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE
