@@ -345,6 +345,31 @@ inline __m128 quarter(Register r, int which) {
 #endif
 }
 
+// Over all lanes; for numbers that are not NaN. The sign of a zero result is unspecified.
+#if SCREE_SIMD_LANES == 16
+inline float reduce_min(F a) { return _mm512_reduce_min_ps(a.v); }
+inline float reduce_max(F a) { return _mm512_reduce_max_ps(a.v); }
+#else
+inline float reduce_min(F a) {
+#if SCREE_SIMD_LANES == 8
+  const __m128 r = _mm_min_ps(quarter(a.v, 0), quarter(a.v, 1));
+#else
+  const __m128 r = a.v;
+#endif
+  const __m128 pair = _mm_min_ps(r, _mm_movehl_ps(r, r));
+  return _mm_cvtss_f32(_mm_min_ss(pair, _mm_shuffle_ps(pair, pair, 1)));
+}
+inline float reduce_max(F a) {
+#if SCREE_SIMD_LANES == 8
+  const __m128 r = _mm_max_ps(quarter(a.v, 0), quarter(a.v, 1));
+#else
+  const __m128 r = a.v;
+#endif
+  const __m128 pair = _mm_max_ps(r, _mm_movehl_ps(r, r));
+  return _mm_cvtss_f32(_mm_max_ss(pair, _mm_shuffle_ps(pair, pair, 1)));
+}
+#endif
+
 // Four consecutive floats per lane (16-byte aligned), at base + stride * index[lane]; becomes four wide
 // numbers.
 inline void load_rows(const float* base, int stride, const std::int32_t* index, F& x, F& y, F& z, F& w) {
