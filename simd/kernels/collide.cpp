@@ -3,6 +3,8 @@
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-CollideKernels make_collide_kernels() { return {}; }
+CollideKernels make_collide_kernels() {
+  return {};
+}
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -3,6 +3,8 @@
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-PairKernels make_pair_kernels() { return {}; }
+PairKernels make_pair_kernels() {
+  return {};
+}
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE
