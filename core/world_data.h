@@ -141,7 +141,6 @@ struct Contacts {
   bool list_kept = false;         // scratch; find_pairs: `now` already holds last step's rows in place
   Column<std::int32_t> previous;  // scratch; find_pairs; per row of `now`: its row in `before`, or -1.
                                   // Meaningless while list_kept
-  bool pairs_stale = true;        // state; calls, find_islands: the list must be made anew
   Column<std::int32_t> touching;  // derived; collide; rows with points, ascending
   bool pairs_stale = false;       // state; calls: rows may name dead or replaced shapes, or filters and types
                                   // have changed, so that the list can not be kept; cleared by find_pairs

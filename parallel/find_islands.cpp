@@ -3,6 +3,7 @@
 // touched by an awake one.
 //
 // Islands are found only among bodies that may change: most steps do nothing here.
+#include <core/wake.h>
 #include <parallel/islands.h>
 #include <parallel/stages.h>
 
@@ -17,7 +18,8 @@ Islands& islands_of(WorldData& data) {
 
 void Islands::report(const Visit& visit) const {
   const auto column = [&](const char* name, const auto& cells) {
-    visit(ColumnKind::scratch, name, cells.data(), cells.size() * sizeof(*cells.data()), cells.capacity_bytes());
+    visit(ColumnKind::scratch, name, cells.data(), cells.size() * sizeof(*cells.data()),
+          cells.capacity_bytes());
   };
   column("parent", parent);
   column("kept_awake", kept_awake);
@@ -67,12 +69,12 @@ Ends ends_of(const WorldData& data, std::size_t row) {
   return {body_of_shape(data, pair.a), body_of_shape(data, pair.b)};
 }
 
-void set_tree(WorldData& data, std::int32_t body, TreeKind tree) {
+void freeze_shapes(WorldData& data, std::int32_t body) {
   for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
-    data.shapes.tree[static_cast<std::size_t>(shape)] = tree;
+    data.shapes.tree[static_cast<std::size_t>(shape)] = TreeKind::frozen;
   }
-  data.contacts.pairs_stale = true;
+  data.shapes.trees_stale = true;
 }
 
 // Wakes every island of sleeping bodies that an awake body touches, and lists the contacts that take part
@@ -106,11 +108,8 @@ void wake_touched_islands(WorldData& data, Islands& islands) {
     const auto index = static_cast<std::int32_t>(body);
     if (!is_asleep(bodies, index)) continue;
     if (islands.kept_awake[static_cast<std::size_t>(find_root(islands.parent, index))] == 0) continue;
-    bodies.flags[body] = static_cast<std::uint8_t>(bodies.flags[body] & ~kBodyAsleep);
-    bodies.sleep_time[body] = 0.0f;
-    set_tree(data, index, TreeKind::awake);
+    wake_body(data, index);
   }
-  bodies.lists_dirty = true;
   refresh_lists(data);
 
   contacts.touching.clear();
@@ -173,7 +172,7 @@ void put_tired_islands_to_sleep(WorldData& data, Islands& islands) {
     bodies.flags[index] = static_cast<std::uint8_t>(bodies.flags[index] | kBodyAsleep);
     bodies.velocity[index] = VelocityRow{};
     bodies.force[index] = ForceRow{};
-    set_tree(data, body, TreeKind::frozen);
+    freeze_shapes(data, body);
     anybody = true;
   }
   if (!anybody) return;

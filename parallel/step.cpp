@@ -1,4 +1,5 @@
 // The story of a step. Each phase is a file of this folder; the comment says what it reads and what it makes.
+#include <core/wake.h>
 #include <parallel/stages.h>
 #include <scree/step.h>
 
@@ -56,6 +57,7 @@ void step(World& world, float dt, Workers& workers) {
   Crew crew(workers);
   clear_times(data.stats);
   PhaseClock clock(data.stats);
+  wake_neighbors(data);
   refresh_lists(data);
   clock.run(Phase::find_pairs, [&] { find_pairs(data, crew); });      // bounds    -> candidate pairs
   clock.run(Phase::collide, [&] { collide(data, crew); });            // pairs     -> manifolds
