@@ -2,7 +2,8 @@
 // contacts.touching. Read by find_islands, color_constraints and pack_blocks.
 //
 // Rows are grouped by type pair with a counting sort, each group goes through its kernel in chunks, and the
-// touching rows are listed. Every pass runs in parallel over fixed chunks, and nothing depends on their order.
+// touching rows are listed. Every pass runs in parallel over fixed chunks, and nothing depends on their
+// order.
 #include <parallel/narrow_phase.h>
 #include <parallel/stages.h>
 
@@ -18,7 +19,9 @@ constexpr std::uint8_t kSkipped = 14;  // nobody is awake: the row keeps its con
 constexpr std::uint8_t kNever = 15;    // no dynamic body
 constexpr std::uint8_t kWakeful = 16;  // has an awake dynamic body
 
-bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
+bool is_dynamic(BodyType type) {
+  return type == BodyType::dynamic;
+}
 
 simd::CollideType collide_type(ShapeType a, ShapeType b) {
   constexpr simd::CollideType kTypes[kShapeTypeCount][kShapeTypeCount] = {
@@ -48,7 +51,8 @@ CollideItem make_item(const WorldData& data, std::size_t row) {
   CollideItem item{};
   item.shape_1 = pair.a;
   item.shape_2 = pair.b;
-  if (data.shapes.type[static_cast<std::size_t>(pair.a)] > data.shapes.type[static_cast<std::size_t>(pair.b)]) {
+  if (data.shapes.type[static_cast<std::size_t>(pair.a)] >
+      data.shapes.type[static_cast<std::size_t>(pair.b)]) {
     std::swap(item.shape_1, item.shape_2);
   }
   item.body_1 = data.shapes.body[static_cast<std::size_t>(item.shape_1)];
@@ -197,7 +201,8 @@ void list_touching(WorldData& data, NarrowPhase& phase, Crew& crew) {
   crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
     std::int32_t to = phase.chunk_touching[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
     for (int i = begin; i < end; ++i) {
-      if (is_listed(phase, static_cast<std::size_t>(i))) contacts.touching[static_cast<std::size_t>(to++)] = i;
+      if (is_listed(phase, static_cast<std::size_t>(i)))
+        contacts.touching[static_cast<std::size_t>(to++)] = i;
     }
   });
 }

@@ -1,5 +1,5 @@
-// The narrow phase's geometry once more: scalar, in double precision, by other and slower methods. Tests judge the
-// kernels by it.
+// The narrow phase's geometry once more: scalar, in double precision, by other and slower methods. Tests
+// judge the kernels by it.
 #pragma once
 
 #include <core/world_data.h>
@@ -37,8 +37,9 @@ inline Solid make_solid(ShapeType type, const ExtentRow& extent, const PoseRow& 
 }
 
 // Signed gap between two solids and the unit normal from the first to the second along which it is measured.
-// `runner_up` is the best gap along an axis of clearly different direction: where it is as good, the normal is
-// not unique. For boxes that are apart the gap is that of the best separating axis, at most the true distance.
+// `runner_up` is the best gap along an axis of clearly different direction: where it is as good, the normal
+// is not unique. For boxes that are apart the gap is that of the best separating axis, at most the true
+// distance.
 struct Gap {
   double separation = 0.0;
   Vector normal = Vector::UnitY();
@@ -80,7 +81,8 @@ inline double gap_along(const std::vector<Vector>& a, const std::vector<Vector>&
   return a_low - b_high;
 }
 
-// Best separating axis among face normals and products of edges. Solids without faces bring their segment only.
+// Best separating axis among face normals and products of edges. Solids without faces bring their segment
+// only.
 inline Gap best_axis(const Solid& a, const Solid& b) {
   std::vector<Vector> edges_a, edges_b, axes;
   const auto collect = [&](const Solid& solid, std::vector<Vector>& edges) {

@@ -1,5 +1,5 @@
-// Boxes against boxes: 15 separating axes, then either the incident face clipped against the reference face and
-// reduced to 4 points, or the closest points of two edges.
+// Boxes against boxes: 15 separating axes, then either the incident face clipped against the reference face
+// and reduced to 4 points, or the closest points of two edges.
 //
 // Everything but the last turn into world axes happens in the first box's frame. Separating axes of boxes:
 // Gottschalk, Lin and Manocha, "OBBTree", 1996. Clipping by slabs: Cyrus and Beck, 1978.
@@ -11,11 +11,11 @@ namespace {
 
 // Edges whose squared sine of the angle between them is below this span no axis: the faces serve.
 constexpr float kParallelEdges = 1e-5f;
-// An edge axis must be better than the best face by this share of the depth (or the feature tolerance): a face
-// gives up to four points, which is worth more than a slightly better depth.
+// An edge axis must be better than the best face by this share of the depth (or the feature tolerance): a
+// face gives up to four points, which is worth more than a slightly better depth.
 constexpr float kEdgeShare = 0.05f;
-// Slope by which a fixed direction breaks ties between equally deep points, so that the choice does not flicker
-// while a box at rest jitters.
+// Slope by which a fixed direction breaks ties between equally deep points, so that the choice does not
+// flicker while a box at rest jitters.
 constexpr float kTieSlope = 5e-5f;
 constexpr int kCandidates = 12;
 
@@ -59,21 +59,24 @@ struct Best {
   }
 };
 
-// The faces of the second box must gain the tolerance, so that boxes at rest on one another do not swap roles.
+// The faces of the second box must gain the tolerance, so that boxes at rest on one another do not swap
+// roles.
 Best best_face(const BoxFrame& f, F absolute[3][3]) {
   Best first{F(-1e30f), I(0)}, second{F(-1e30f), I(0)};
   for (int i = 0; i < 3; ++i) {
-    const F reach = absolute[i][0] * f.half_2[0] + absolute[i][1] * f.half_2[1] + absolute[i][2] * f.half_2[2];
+    const F reach =
+        absolute[i][0] * f.half_2[0] + absolute[i][1] * f.half_2[1] + absolute[i][2] * f.half_2[2];
     first.offer(abs(f.center[i]) - (f.half_1[i] + reach), i);
   }
   for (int j = 0; j < 3; ++j) {
-    const F reach = absolute[0][j] * f.half_1[0] + absolute[1][j] * f.half_1[1] + absolute[2][j] * f.half_1[2];
-    const F distance =
-        f.axis[0][j] * f.center[0] + f.axis[1][j] * f.center[1] + f.axis[2][j] * f.center[2];
+    const F reach =
+        absolute[0][j] * f.half_1[0] + absolute[1][j] * f.half_1[1] + absolute[2][j] * f.half_1[2];
+    const F distance = f.axis[0][j] * f.center[0] + f.axis[1][j] * f.center[1] + f.axis[2][j] * f.center[2];
     second.offer(abs(distance) - (f.half_2[j] + reach), kHintSecond + j);
   }
   const M use_second = second.separation > first.separation + f.tolerance;
-  return {select(use_second, second.separation, first.separation), select(use_second, second.code, first.code)};
+  return {select(use_second, second.separation, first.separation),
+          select(use_second, second.code, first.code)};
 }
 
 // Gap along edge axis (i, j) times the axis's length, which is at most 1, and the length squared.
@@ -86,8 +89,8 @@ void edge_gap(const BoxFrame& f, const F absolute[3][3], int i, int j, F& gap, F
   length_2 = square(f.axis[i1][j]) + square(f.axis[i2][j]);
 }
 
-// Tests the 15 axes. Where no edge can win, the nine divisions are skipped: a gap below zero only sinks when it is
-// divided by a length of at most 1.
+// Tests the 15 axes. Where no edge can win, the nine divisions are skipped: a gap below zero only sinks when
+// it is divided by a length of at most 1.
 M find_axis(const BoxFrame& f, I& hint) {
   F absolute[3][3];
   for (int i = 0; i < 3; ++i) {
@@ -127,18 +130,18 @@ struct Choice {
   F last(const F v[3]) const { return (*this)(v[2], v[0], v[1]); }
 };
 
-// The clipping problem in the reference face's coordinates: x and y in the face (along the reference box's axes
-// after the face's, cyclically), z outward from it. The incident face is center + s side_1 + t side_2 with
-// |s| <= half_1 and |t| <= half_2.
+// The clipping problem in the reference face's coordinates: x and y in the face (along the reference box's
+// axes after the face's, cyclically), z outward from it. The incident face is center + s side_1 + t side_2
+// with |s| <= half_1 and |t| <= half_2.
 struct Clipping {
   F half_x, half_y;
   F center_x, center_y, center_z;
   F side_1x, side_1y, side_1z, side_2x, side_2y, side_2z;
   F half_1, half_2;
-  I feature;       // identity of the two faces, shifted above the candidates' numbers
-  F outward;       // sign of the reference axis that the face looks along
-  M second;        // the reference face is the second box's
-  I axis;          // its axis
+  I feature;  // identity of the two faces, shifted above the candidates' numbers
+  F outward;  // sign of the reference axis that the face looks along
+  M second;   // the reference face is the second box's
+  I axis;     // its axis
   F half_z;
   F tolerance;
 };
@@ -193,14 +196,14 @@ Clipping set_up(const BoxFrame& f, I hint) {
   return c;
 }
 
-// Corners of the overlap of the two faces: the two ends of each incident edge within the reference face, and the
-// reference corners within the incident face. What does not exist has separation kAbsentSeparation.
+// Corners of the overlap of the two faces: the two ends of each incident edge within the reference face, and
+// the reference corners within the incident face. What does not exist has separation kAbsentSeparation.
 struct Candidates {
   F x[kCandidates], y[kCandidates], separation[kCandidates];
 };
 
-// Where an incident edge that starts at (x, y) enters and leaves the reference face grown by the tolerance, as
-// shares of the edge.
+// Where an incident edge that starts at (x, y) enters and leaves the reference face grown by the tolerance,
+// as shares of the edge.
 void clip_edge(const Clipping& c, F x, F y, F inverse_dx, F inverse_dy, F& begin, F& end) {
   const F reach_x = c.half_x + c.tolerance, reach_y = c.half_y + c.tolerance;
   const F x_1 = (-reach_x - x) * inverse_dx, x_2 = (reach_x - x) * inverse_dx;
@@ -209,7 +212,9 @@ void clip_edge(const Clipping& c, F x, F y, F inverse_dx, F inverse_dy, F& begin
   end = min(min(max(x_1, x_2), max(y_1, y_2)), F(1.0f));
 }
 
-F safe_inverse(F a) { return F(1.0f) / copy_sign(max(abs(a), F(1e-12f)), a); }
+F safe_inverse(F a) {
+  return F(1.0f) / copy_sign(max(abs(a), F(1e-12f)), a);
+}
 
 Candidates clip(const Clipping& c) {
   // The incident normal is side_1 x side_2, up to sign.
@@ -222,8 +227,7 @@ Candidates clip(const Clipping& c) {
   const auto put = [&](int k, F x, F y, M exists) {
     out.x[k] = clamp(x, -c.half_x, c.half_x);
     out.y[k] = clamp(y, -c.half_y, c.half_y);
-    const F height =
-        c.center_z + slope_x * (out.x[k] - c.center_x) + slope_y * (out.y[k] - c.center_y);
+    const F height = c.center_z + slope_x * (out.x[k] - c.center_x) + slope_y * (out.y[k] - c.center_y);
     out.separation[k] = select(exists & (height <= F(kSpeculativeDistance)), height, F(kAbsentSeparation));
   };
 
@@ -249,8 +253,8 @@ Candidates clip(const Clipping& c) {
     put(2 * edge + 1, corner_x[edge] + end * dx, corner_y[edge] + end * dy, inside & (end < F(1.0f)));
   }
 
-  // Reference corners in the incident face's coordinates; the face is shrunk by the tolerance, because near its
-  // border the incident edges have found the corner already.
+  // Reference corners in the incident face's coordinates; the face is shrunk by the tolerance, because near
+  // its border the incident edges have found the corner already.
   const F reach_1 = c.half_1 - c.tolerance, reach_2 = c.half_2 - c.tolerance;
   for (int corner = 0; corner < 4; ++corner) {
     const F x = (corner & 1) != 0 ? c.half_x : -c.half_x, y = (corner & 2) != 0 ? c.half_y : -c.half_y;
@@ -291,8 +295,9 @@ F area(const Chosen& a, const Chosen& b, F x, F y) {
   return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
 }
 
-// Four of the candidates: the deepest, the farthest from it, the farthest from the line through these two, and
-// the one that adds most area to that triangle. Points nearer than the tolerance to what is there are dropped.
+// Four of the candidates: the deepest, the farthest from it, the farthest from the line through these two,
+// and the one that adds most area to that triangle. Points nearer than the tolerance to what is there are
+// dropped.
 void reduce(const Clipping& c, Candidates& candidates, Chosen chosen[4]) {
   chosen[0] = choose(candidates, F(-1e9f), [&](int k) {
     return F(kTieSlope) * (candidates.x[k] + F(0.5f) * candidates.y[k]) - candidates.separation[k];

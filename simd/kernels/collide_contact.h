@@ -11,19 +11,29 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 // Overlap of a feature's border (a box's edge against a face's border) that counts as still within, so that
-// shapes which are exactly aligned keep their features while they jitter. Also what an axis of lower rank must
-// gain before it replaces one of higher rank. The smaller of a length and a share of the shapes' size.
+// shapes which are exactly aligned keep their features while they jitter. Also what an axis of lower rank
+// must gain before it replaces one of higher rank. The smaller of a length and a share of the shapes' size.
 inline constexpr float kFeatureTolerance = 0.1f * kLinearSlop;  // m
 inline constexpr float kFeatureShare = 0.01f;
 
 // A second contact point of a capsule must be this share of its radius away from the first.
 inline constexpr float kMinimumSpread = 0.05f;
 
-inline bool any(M m) { return bits(m) != 0; }
-inline M never() { return F(0.0f) < F(0.0f); }
-inline I count_if(M m) { return select(m, I(1), I(0)); }
-inline F sign_of(F a) { return copy_sign(F(1.0f), a); }
-inline F square(F a) { return a * a; }
+inline bool any(M m) {
+  return bits(m) != 0;
+}
+inline M never() {
+  return F(0.0f) < F(0.0f);
+}
+inline I count_if(M m) {
+  return select(m, I(1), I(0));
+}
+inline F sign_of(F a) {
+  return copy_sign(F(1.0f), a);
+}
+inline F square(F a) {
+  return a * a;
+}
 
 // Pairs in lanes. Lanes from `count` on repeat the last pair and are not stored.
 struct Block {
@@ -72,8 +82,8 @@ inline WidePose load_pose(const PoseRow* poses, const std::int32_t* index) {
 inline V3 load_position(const PoseRow* poses, const std::int32_t* index) {
   V3 position;
   F padding;
-  load_rows(reinterpret_cast<const float*>(poses), sizeof(PoseRow) / sizeof(float), index, position.x, position.y,
-            position.z, padding);
+  load_rows(reinterpret_cast<const float*>(poses), sizeof(PoseRow) / sizeof(float), index, position.x,
+            position.y, position.z, padding);
   return position;
 }
 
@@ -105,7 +115,9 @@ inline WidePair load_pair(const CollideColumns& columns, const Block& block) {
 }
 
 // False where a rotation is not finite (a comparison with NaN is false).
-inline M is_rotation(Q4 q) { return q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < F(2.0f); }
+inline M is_rotation(Q4 q) {
+  return q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < F(2.0f);
+}
 // False, too, where the offset is not finite.
 inline M spheres_touch(V3 offset, F radius_1, F radius_2) {
   return length_squared(offset) <= square(radius_1 + radius_2 + F(kSpeculativeDistance));
@@ -127,22 +139,28 @@ void set_absent(WideContact<kPoints>& contact, int k) {
   contact.id[k] = I(0);
 }
 
-// Whether the way between two closest points is along the normal, to within the height by which a round surface of
-// this radius falls off beside it: then the points may share the normal.
-inline M is_level(V3 difference, V3 normal, F radius) {
-  const V3 beside = difference - dot(difference, normal) * normal;
-  return length_squared(beside) <= F(kLinearSlop) * radius;
+// Whether the way between two closest points deviates from the normal by at most this squared distance: then
+// their contact points may share the normal.
+inline M is_beside(V3 difference, V3 normal, F squared_limit) {
+  return length_squared(difference - dot(difference, normal) * normal) <= squared_limit;
 }
 
-// Replaces a capsule's single point by what touches of the two ends of its stretch along the other shape, where
-// `use` holds and at least one end touches. The ends have ids 1 and 2.
+// Whether a capsule is so nearly perpendicular to the normal that its surface lies a radius from its segment
+// along the normal, not only at its deeper end.
+inline M lies_across(V3 half_segment, V3 normal, F radius) {
+  return square(dot(half_segment, normal)) * radius <= F(kLinearSlop) * length_squared(half_segment);
+}
+
+// Replaces a capsule's single point by what touches of the two ends of its stretch along the other shape,
+// where `use` holds and at least one end touches. The ends have ids 1 and 2.
 inline void use_ends(WideContact<2>& contact, M use, const V3 point[2], const F separation[2]) {
   const M touches_1 = separation[0] <= F(kSpeculativeDistance);
   const M touches_2 = separation[1] <= F(kSpeculativeDistance);
   const M replace = use & (touches_1 | touches_2);
   const M both = use & touches_1 & touches_2;
   contact.point[0] = select(replace, select(touches_1, point[0], point[1]), contact.point[0]);
-  contact.separation[0] = select(replace, select(touches_1, separation[0], separation[1]), contact.separation[0]);
+  contact.separation[0] =
+      select(replace, select(touches_1, separation[0], separation[1]), contact.separation[0]);
   contact.id[0] = select(replace, select(touches_1, I(1), I(2)), contact.id[0]);
   contact.point[1] = select(both, point[1], contact.point[1]);
   contact.separation[1] = select(both, separation[1], contact.separation[1]);
@@ -184,11 +202,11 @@ struct WideImpulses {
   M rolling;  // there is a rolling impulse to keep
 };
 
-// Last step's impulses: of each point by its id, friction by its world vector, twist by its part about the new
-// normal. A contact whose features have all changed starts from zero.
+// Last step's impulses: of each point by its id, friction by its world vector, twist by its part about the
+// new normal. A contact whose features have all changed starts from zero.
 template <int kPoints>
-WideImpulses match_impulses(const CollideColumns& columns, const Block& block, const WideContact<kPoints>& contact,
-                            V3 normal, V3 tangent_1, V3 tangent_2) {
+WideImpulses match_impulses(const CollideColumns& columns, const Block& block,
+                            const WideContact<kPoints>& contact, V3 normal, V3 tangent_1, V3 tangent_2) {
   const F zero(0.0f);
   WideImpulses impulses{{zero, zero, zero, zero}, zero, zero, zero, never()};
   if (!any(block.has_previous)) return impulses;
@@ -198,10 +216,12 @@ WideImpulses match_impulses(const CollideColumns& columns, const Block& block, c
   F friction, friction_1, friction_2, twist, info;
   F old_impulse[kMaxManifoldPoints], old_id[kMaxManifoldPoints];
   load_rows(rows, kStride, block.previous, old_normal.x, old_normal.y, old_normal.z, friction);
-  load_rows(rows + 24, kStride, block.previous, old_impulse[0], old_impulse[1], old_impulse[2], old_impulse[3]);
+  load_rows(rows + 24, kStride, block.previous, old_impulse[0], old_impulse[1], old_impulse[2],
+            old_impulse[3]);
   load_rows(rows + 28, kStride, block.previous, friction_1, friction_2, twist, info);
-  load_rows(reinterpret_cast<const float*>(columns.previous_features), sizeof(ManifoldFeatures) / sizeof(float),
-            block.previous, old_id[0], old_id[1], old_id[2], old_id[3]);
+  load_rows(reinterpret_cast<const float*>(columns.previous_features),
+            sizeof(ManifoldFeatures) / sizeof(float), block.previous, old_id[0], old_id[1], old_id[2],
+            old_id[3]);
   const M touched = block.has_previous & ((as_int(info) & I(kManifoldPointMask)) > I(0));
   M matched = never();
   for (int k = 0; k < kPoints; ++k) {
@@ -222,8 +242,8 @@ WideImpulses match_impulses(const CollideColumns& columns, const Block& block, c
   return impulses;
 }
 
-// Average of the points, weighted by closeness: a point that appears at the speculative distance weighs next to
-// nothing, so the center moves continuously with the separations.
+// Average of the points, weighted by closeness: a point that appears at the speculative distance weighs next
+// to nothing, so the center moves continuously with the separations.
 template <int kPoints>
 V3 friction_center(const WideContact<kPoints>& contact) {
   if constexpr (kPoints == 1) {
@@ -285,10 +305,11 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
   const WideSurface surface = mix_materials(columns.shape_material, block);
   const WideImpulses impulses = match_impulses(columns, block, contact, normal, tangent_1, tangent_2);
   const M touches = count > I(0);
-  const M rich = touches & ((surface.restitution > zero) | (surface.rolling_resistance > zero) | surface.moves);
+  const M rich =
+      touches & ((surface.restitution > zero) | (surface.rolling_resistance > zero) | surface.moves);
   const M is_static = (block.flags & I(kItemStatic)) == I(kItemStatic);
-  const I info = count | select(rich, I(kManifoldRich), I(0)) |
-                 select(touches & is_static, I(kManifoldStatic), I(0));
+  const I info =
+      count | select(rich, I(kManifoldRich), I(0)) | select(touches & is_static, I(kManifoldStatic), I(0));
 
   float* rows = reinterpret_cast<float*>(columns.manifold);
   constexpr int kStride = sizeof(Manifold) / sizeof(float);
@@ -325,8 +346,8 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
 }
 
 // Collides items in two rounds: Pair::may_touch drops the separated pairs and may leave a hint for each other
-// one, then Pair::collide makes the contacts of those that are left, so that lanes stay full. Which lane a pair
-// lies in changes nothing in its result.
+// one, then Pair::collide makes the contacts of those that are left, so that lanes stay full. Which lane a
+// pair lies in changes nothing in its result.
 template <class Pair>
 void collide_pairs(const CollideColumns& columns, const CollideItem* items, int count) {
   alignas(64) std::int32_t kept[kCollideChunk + kLanes];

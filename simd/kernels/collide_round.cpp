@@ -1,4 +1,5 @@
-// Spheres and capsules against each other: the closest points of two segments, a sphere's being of length zero.
+// Spheres and capsules against each other: the closest points of two segments, a sphere's being of length
+// zero.
 #include <simd/kernels/collide_contact.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -28,7 +29,9 @@ V3 any_perpendicular(V3 v) {
   return tangent_of(v * (F(1.0f) / sqrt(max(length_squared(v), F(1e-30f)))));
 }
 
-M is_close(F distance, F radii) { return distance - radii <= F(kSpeculativeDistance); }
+M is_close(F distance, F radii) {
+  return distance - radii <= F(kSpeculativeDistance);
+}
 
 // One point on the line between the closest points x and y, both relative to the first shape.
 template <int kPoints>
@@ -109,8 +112,8 @@ struct CapsuleCapsule {
     return clamp((g.d1_d2 * s - g.d2_e) / g.d2_squared, F(-1.0f), F(1.0f));
   }
 
-  // The closest points by the lines' closest points, clamped one after the other (Ericson, "Real-Time Collision
-  // Detection", 5.1.9), with cross products where the usual determinant cancels.
+  // The closest points by the lines' closest points, clamped one after the other (Ericson, "Real-Time
+  // Collision Detection", 5.1.9), with cross products where the usual determinant cancels.
   static void closest(const Segments& g, F& s, F& t) {
     constexpr float kParallel = 1e-6f;  // squared sine below which lines count as parallel
     const M crossing = g.cross_squared > F(kParallel) * g.d1_squared * g.d2_squared;
@@ -127,8 +130,7 @@ struct CapsuleCapsule {
     const Segments g = segments(pair);
     F s, t;
     closest(g, s, t);
-    return near &
-           is_close(length(g.e + t * g.d2 - s * g.d1), pair.extent_1.radius + pair.extent_2.radius);
+    return near & is_close(length(g.e + t * g.d2 - s * g.d1), pair.extent_1.radius + pair.extent_2.radius);
   }
 
   static void collide(const WidePair& pair, I, Contact& contact) {
@@ -157,11 +159,12 @@ struct CapsuleCapsule {
     const F smaller = min(radius_1, pair.extent_2.radius);
     V3 point[2];
     F separation[2];
-    M level = !never();
+    M level =
+        lies_across(g.d1, contact.normal, radius_1) & lies_across(g.d2, contact.normal, pair.extent_2.radius);
     for (int k = 0; k < 2; ++k) {
       const V3 x = ends[k] * g.d1, difference = g.e + to_second(g, ends[k]) * g.d2 - x;
       separation[k] = length(difference) - radii;
-      level = level & (is_level(difference, contact.normal, smaller));
+      level = level & is_beside(difference, contact.normal, F(kLinearSlop) * smaller);
       point[k] = x + contact.normal * (radius_1 + F(0.5f) * separation[k]);
     }
     const F tolerance = min(F(kFeatureTolerance), F(kFeatureShare) * smaller);

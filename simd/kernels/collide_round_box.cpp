@@ -14,12 +14,18 @@ constexpr float kFaceCosine = 0.98f;
 struct Axes {
   F of[3];
 };
-Axes axes_of(V3 v) { return {{v.x, v.y, v.z}}; }
-V3 vector_of(const Axes& a) { return {a.of[0], a.of[1], a.of[2]}; }
+Axes axes_of(V3 v) {
+  return {{v.x, v.y, v.z}};
+}
+V3 vector_of(const Axes& a) {
+  return {a.of[0], a.of[1], a.of[2]};
+}
 V3 clamp_to_box(V3 p, V3 half) {
   return {clamp(p.x, -half.x, half.x), clamp(p.y, -half.y, half.y), clamp(p.z, -half.z, half.z)};
 }
-F largest_of(V3 v) { return max(v.x, max(v.y, v.z)); }
+F largest_of(V3 v) {
+  return max(v.x, max(v.y, v.z));
+}
 
 // In the box's frame: the segment center + t half_segment with t in [-1, 1], and the box's half extents.
 struct SegmentBox {
@@ -162,7 +168,8 @@ struct CapsuleBox {
       n.of[last] = l_last * sign_of(distance);
       normal = select(wins, vector_of(n), normal);
       // Where the segment passes the edge, seen along the edge.
-      const F edge_next = copy_sign(half.of[next], n.of[next]), edge_last = copy_sign(half.of[last], n.of[last]);
+      const F edge_next = copy_sign(half.of[next], n.of[next]),
+              edge_last = copy_sign(half.of[last], n.of[last]);
       const F toward = d.of[next] * (edge_next - c.of[next]) + d.of[last] * (edge_last - c.of[last]);
       t = select(wins, clamp(toward / select(crossing, squared, F(1.0f)), F(-1.0f), F(1.0f)), t);
     }
@@ -214,8 +221,8 @@ struct CapsuleBox {
                   t * g.half_segment - found.normal * (g.radius + F(0.5f) * separation));
   }
 
-  // A capsule that lies on a face or along an edge touches at both ends of its stretch over it: the part of the
-  // segment between the planes that bound the face, or between the edge's ends.
+  // A capsule that lies on a face or along an edge touches at both ends of its stretch over it: the part of
+  // the segment between the planes that bound the face, or between the edge's ends.
   static void use_stretch(const WidePair& pair, const SegmentBox& g, const Closest& found, F tolerance,
                           Contact& contact) {
     const Axes n = axes_of(found.normal), d = axes_of(g.half_segment), c = axes_of(g.center);
@@ -223,8 +230,8 @@ struct CapsuleBox {
     const F smallest_component = min(abs(n.of[0]), min(abs(n.of[1]), abs(n.of[2])));
     F t[2] = {F(-1.0f), F(1.0f)};
     M on_face = never();
-    F height_at_center(0.0f), height_slope(0.0f);
-    M bounded = never();  // an axis has bounded the stretch along the edge
+    F height_at_center(0.0f), height_slope(0.0f);  // over the face along the normal; zero without a face
+    M bounded = never();                           // an axis has bounded the stretch along the edge
     for (int axis = 0; axis < 3; ++axis) {
       const M is_face = abs(n.of[axis]) > F(kFaceCosine);
       const F face_cosine = F(1.0f) / select(is_face, abs(n.of[axis]), F(1.0f));
@@ -237,30 +244,30 @@ struct CapsuleBox {
       const M is_edge = (!(on_face | bounded)) & (abs(n.of[axis]) == smallest_component);
       bounded = bounded | is_edge;
       const M bounds = is_edge | (on_face & (abs(n.of[axis]) <= F(kFaceCosine)));
-      const F step = copy_sign(max(abs(d.of[axis]), F(1e-18f)), d.of[axis]);
-      const F enter = (-half.of[axis] - c.of[axis]) / step, leave = (half.of[axis] - c.of[axis]) / step;
+      // Where the segment's image on the face, along the normal, crosses the planes.
+      const F center = c.of[axis] - n.of[axis] * height_at_center,
+              run = d.of[axis] - n.of[axis] * height_slope;
+      const F step = copy_sign(max(abs(run), F(1e-18f)), run);
+      const F enter = (-half.of[axis] - center) / step, leave = (half.of[axis] - center) / step;
       t[0] = select(bounds, max(t[0], min(enter, leave)), t[0]);
       t[1] = select(bounds, min(t[1], max(enter, leave)), t[1]);
     }
     V3 point[2];
     F separation[2];
-    // A capsule that rises from the face has no surface below the far end where the point would be.
-    const F along = dot(found.normal, g.half_segment), length_2 = length_squared(g.half_segment);
-    const M lies = square(along) * g.radius <= F(kLinearSlop) * length_2;
-    M level = !never();
+    M level = lies_across(g.half_segment, found.normal, g.radius);
     for (int k = 0; k < 2; ++k) {
       const F end = clamp(t[k], F(-1.0f), F(1.0f));
       const V3 x = g.center + end * g.half_segment;
       const V3 outside = x - clamp_to_box(x, g.half);
-      level = level & is_level(outside, found.normal, g.radius);
+      level = level & (on_face | is_beside(outside, found.normal, F(0.25f * kLinearSlop * kLinearSlop)));
       separation[k] = select(on_face, height_at_center + end * height_slope, length(outside)) - g.radius;
       point[k] = point_at(pair, g, found, end, separation[k]);
     }
     const F spread = F(kMinimumSpread) * g.radius;
     const M long_enough =
-        (t[1] > t[0]) & (square(t[1] - t[0]) * length_2 > square(spread));
+        (t[1] > t[0]) & (square(t[1] - t[0]) * length_squared(g.half_segment) > square(spread));
     const M keeps_depth = min(separation[0], separation[1]) <= contact.separation[0] + tolerance;
-    const M stretches = (on_face & lies) | ((!(on_face | found.inside)) & level);
+    const M stretches = level & (on_face | (!found.inside));
     use_ends(contact, stretches & long_enough & keeps_depth, point, separation);
   }
 };

@@ -11,7 +11,8 @@ constexpr ShapeType kTypes[] = {ShapeType::sphere, ShapeType::capsule, ShapeType
 
 void append(Pairs& to, const Pairs& from) {
   for (std::size_t s = 0; s < from.pose.size(); s += 2) {
-    to.add({from.type[s], from.extent[s]}, from.pose[s], {from.type[s + 1], from.extent[s + 1]}, from.pose[s + 1]);
+    to.add({from.type[s], from.extent[s]}, from.pose[s], {from.type[s + 1], from.extent[s + 1]},
+           from.pose[s + 1]);
   }
 }
 
@@ -25,8 +26,10 @@ Pairs mixed_pairs() {
   for (int k = 0; k < 301; ++k) {
     const Vec3 place = 100.0f * random.vector();
     const Shape one = box(random.size(), random.size(), random.size());
-    pairs.add(one, pose_row(place), k % 3 == 0 ? one : box(1, random.size(), 1), pose_row(place, turn({0, 1, 0}, 0.1f * float(k % 5))));
-    pairs.add(capsule(1, 0.3f), pose_row(place), kTypes[k % 3] == ShapeType::box ? one : capsule(1, 0.3f), pose_row(place));
+    pairs.add(one, pose_row(place), k % 3 == 0 ? one : box(1, random.size(), 1),
+              pose_row(place, turn({0, 1, 0}, 0.1f * float(k % 5))));
+    pairs.add(capsule(1, 0.3f), pose_row(place), kTypes[k % 3] == ShapeType::box ? one : capsule(1, 0.3f),
+              pose_row(place));
   }
   for (std::size_t row = 0; row < pairs.items.size(); ++row) {
     if (row % 3 == 1) pairs.items[row].flags = simd::kItemFlip | simd::kItemStatic | simd::kItemFixed;
@@ -52,7 +55,8 @@ Pairs jittered(const Pairs& pairs) {
   for (std::size_t s = 0; s < pairs.pose.size(); s += 2) {
     PoseRow moved = pairs.pose[s + 1];
     for (float& x : moved.position) x += random.uniform(-1e-3f, 1e-3f);
-    result.add({pairs.type[s], pairs.extent[s]}, pairs.pose[s], {pairs.type[s + 1], pairs.extent[s + 1]}, moved);
+    result.add({pairs.type[s], pairs.extent[s]}, pairs.pose[s], {pairs.type[s + 1], pairs.extent[s + 1]},
+               moved);
   }
   for (std::size_t s = 0; s < pairs.pose.size(); ++s) result.material[s] = pairs.material[s];
   for (std::size_t row = 0; row < pairs.items.size(); ++row) result.items[row].flags = pairs.items[row].flags;
@@ -110,7 +114,8 @@ TEST(CollideBits, NeighborsInAChunkChangeNothing) {
 }
 
 TEST(CollideBits, NonFiniteShapesDoNotTouchAndDisturbNobody) {
-  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  const float nan = std::numeric_limits<float>::quiet_NaN(),
+              infinity = std::numeric_limits<float>::infinity();
   Pairs pairs = mixed_pairs();
   const Rows expected = pairs.run(scalar_kernels());
   for (std::size_t row = 0; row < pairs.items.size(); row += 5) {
@@ -125,7 +130,8 @@ TEST(CollideBits, NonFiniteShapesDoNotTouchAndDisturbNobody) {
         ASSERT_EQ(rows.manifold[row].info, 0u) << kernels->name;
         ASSERT_EQ(rows.points[row], 0);
       } else if (expected.manifold[row].info != 0) {
-        ASSERT_EQ(std::memcmp(&rows.manifold[row], &expected.manifold[row], sizeof(Manifold)), 0) << kernels->name;
+        ASSERT_EQ(std::memcmp(&rows.manifold[row], &expected.manifold[row], sizeof(Manifold)), 0)
+            << kernels->name;
       }
     }
   }

@@ -19,13 +19,19 @@ struct Shape {
   ShapeType type;
   ExtentRow extent;
 };
-inline Shape sphere(float radius) { return {ShapeType::sphere, {{0, 0, 0}, radius}}; }
+inline Shape sphere(float radius) {
+  return {ShapeType::sphere, {{0, 0, 0}, radius}};
+}
 inline Shape capsule(float half_height, float radius) {
   return {ShapeType::capsule, {{0, half_height, 0}, radius}};
 }
-inline Shape box(float x, float y, float z) { return {ShapeType::box, {{x, y, z}, 0}}; }
+inline Shape box(float x, float y, float z) {
+  return {ShapeType::box, {{x, y, z}, 0}};
+}
 
-inline PoseRow pose_row(Vec3 p, Quat q = {}) { return {{p.x, p.y, p.z}, 0, {q.x, q.y, q.z, q.w}}; }
+inline PoseRow pose_row(Vec3 p, Quat q = {}) {
+  return {{p.x, p.y, p.z}, 0, {q.x, q.y, q.z, q.w}};
+}
 inline Quat turn(Vec3 axis, float angle) {
   const float s = std::sin(angle / 2) / length(axis);
   return {axis.x * s, axis.y * s, axis.z * s, std::cos(angle / 2)};
@@ -53,7 +59,8 @@ struct Pairs {
   std::vector<ShapeType> type;
   std::vector<simd::CollideItem> items;
 
-  void add(const Shape& a, const PoseRow& pose_a, const Shape& b, const PoseRow& pose_b, std::int32_t flags = 0) {
+  void add(const Shape& a, const PoseRow& pose_a, const Shape& b, const PoseRow& pose_b,
+           std::int32_t flags = 0) {
     const std::int32_t first = static_cast<std::int32_t>(pose.size());
     pose.push_back(pose_a);
     pose.push_back(pose_b);
@@ -85,9 +92,9 @@ struct Pairs {
     Rows rows;
     rows.resize(items.size());
     const Rows& old = previous != nullptr ? *previous : rows;
-    const simd::CollideColumns columns{pose.data(),         extent.data(),         material.data(),
-                                       pose.data(),         old.manifold.data(),   old.features.data(),
-                                       old.surface.data(),  rows.manifold.data(),  rows.features.data(),
+    const simd::CollideColumns columns{pose.data(),         extent.data(),        material.data(),
+                                       pose.data(),         old.manifold.data(),  old.features.data(),
+                                       old.surface.data(),  rows.manifold.data(), rows.features.data(),
                                        rows.surface.data(), rows.points.data()};
     for (int t = 0; t < simd::kCollideTypes; ++t) {
       Column<simd::CollideItem> group;
@@ -133,7 +140,8 @@ class Random {
 };
 
 // Random pairs of two types at about the distance where they begin to touch, plus `depth`.
-inline Pairs random_pairs(ShapeType a, ShapeType b, int count, unsigned seed, float least_gap, float largest_gap) {
+inline Pairs random_pairs(ShapeType a, ShapeType b, int count, unsigned seed, float least_gap,
+                          float largest_gap) {
   Random random(seed);
   Pairs pairs;
   for (int k = 0; k < count; ++k) {
@@ -160,8 +168,12 @@ inline Pairs random_pairs(ShapeType a, ShapeType b, int count, unsigned seed, fl
   return pairs;
 }
 
-inline int points_of(const Manifold& manifold) { return static_cast<int>(manifold.info & kManifoldPointMask); }
-inline reference::Vector to_vector(const float v[3]) { return {v[0], v[1], v[2]}; }
+inline int points_of(const Manifold& manifold) {
+  return static_cast<int>(manifold.info & kManifoldPointMask);
+}
+inline reference::Vector to_vector(const float v[3]) {
+  return {v[0], v[1], v[2]};
+}
 
 // A manifold's frame in double precision.
 struct Frame {
@@ -172,7 +184,8 @@ inline Frame frame_of(const Manifold& m, const PoseRow& body_a) {
   frame.normal = to_vector(m.normal);
   const double sign = std::copysign(1.0, frame.normal.z()), a = -1.0 / (sign + frame.normal.z());
   const double b = frame.normal.x() * frame.normal.y() * a;
-  frame.tangent_1 = {1.0 + sign * frame.normal.x() * frame.normal.x() * a, sign * b, -sign * frame.normal.x()};
+  frame.tangent_1 = {1.0 + sign * frame.normal.x() * frame.normal.x() * a, sign * b,
+                     -sign * frame.normal.x()};
   frame.tangent_2 = frame.normal.cross(frame.tangent_1);
   frame.center = to_vector(body_a.position) + to_vector(m.arm_a);
   return frame;
@@ -195,6 +208,8 @@ inline std::vector<const simd::Kernels*> all_kernels() {
   }
   return result;
 }
-inline const simd::Kernels& scalar_kernels() { return *simd::find_kernels(simd::InstructionSet::scalar); }
+inline const simd::Kernels& scalar_kernels() {
+  return *simd::find_kernels(simd::InstructionSet::scalar);
+}
 
 }  // namespace scree::collide_tests

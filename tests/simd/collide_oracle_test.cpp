@@ -11,9 +11,9 @@ struct TypePair {
   ShapeType a, b;
 };
 constexpr ShapeType kSphere = ShapeType::sphere, kCapsule = ShapeType::capsule, kBox = ShapeType::box;
-constexpr TypePair kTypePairs[] = {{kSphere, kSphere},   {kSphere, kCapsule}, {kCapsule, kSphere},
-                                   {kSphere, kBox},      {kBox, kSphere},     {kCapsule, kCapsule},
-                                   {kCapsule, kBox},     {kBox, kCapsule},    {kBox, kBox}};
+constexpr TypePair kTypePairs[] = {{kSphere, kSphere}, {kSphere, kCapsule}, {kCapsule, kSphere},
+                                   {kSphere, kBox},    {kBox, kSphere},     {kCapsule, kCapsule},
+                                   {kCapsule, kBox},   {kBox, kCapsule},    {kBox, kBox}};
 
 // Largest extent of the pair's smaller shape.
 double size_of(const Pairs& pairs, const simd::CollideItem& item) {
@@ -49,7 +49,9 @@ TEST_P(CollideOracle, TouchingPairsAreFoundWithTheirDepthAndNormal) {
     const double slack = error + preference(pairs, item, gap.separation);
     EXPECT_NEAR(deepest(manifold), gap.separation, slack) << "row " << row;
     if (gap.separation - gap.runner_up > 2.0 * slack) {
-      EXPECT_GT(to_vector(manifold.normal).dot(gap.normal), 1.0 - 1e-5) << "row " << row;
+      // Between a box's face and an edge axis beside it the face may win.
+      const bool boxes = GetParam().a == kBox && GetParam().b == kBox;
+      EXPECT_GT(to_vector(manifold.normal).dot(gap.normal), boxes ? 0.999 : 1.0 - 1e-5) << "row " << row;
       ++compared_normals;
     }
   }
@@ -77,7 +79,8 @@ TEST_P(CollideOracle, PointsLieOnBothSurfaces) {
     const Frame frame = frame_of(manifold, pairs.pose[static_cast<std::size_t>(item.body_1)]);
     const reference::Solid a = pairs.solid(item.shape_1), b = pairs.solid(item.shape_2);
     for (int k = 0; k < points_of(manifold); ++k) {
-      // Somewhere on the line along the normal both surfaces are at hand: A's above, B's below by the separation.
+      // Somewhere on the line along the normal both surfaces are at hand: A's above, B's below by the
+      // separation.
       const Vector point = point_of(manifold, frame, k);
       double best = 1e9;
       for (double height = -0.3; height < 0.3; height += 2e-4) {
