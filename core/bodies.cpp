@@ -91,9 +91,7 @@ bool World::is_alive(BodyId body) const noexcept {
          (bodies.flags[body.index] & kBodyAlive) != 0;
 }
 
-std::size_t World::body_count() const noexcept {
-  return data_ != nullptr ? data_->bodies.alive : 0;
-}
+std::size_t World::body_count() const noexcept { return data_ != nullptr ? data_->bodies.alive : 0; }
 
 BodyId World::body_at(std::uint32_t index) const noexcept {
   if (data_ == nullptr || index >= data_->bodies.flags.size()) return {};

@@ -20,9 +20,7 @@ void grow_store(Store& store, std::size_t count) {
 
 }  // namespace
 
-void grow(Bodies& bodies, std::size_t count) {
-  grow_store(bodies, count);
-}
+void grow(Bodies& bodies, std::size_t count) { grow_store(bodies, count); }
 
 void grow(Shapes& shapes, std::size_t count) {
   shapes.dirty.reserve(count);
@@ -160,6 +158,7 @@ void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
   bodies.motion[row].flags = (bodies.motion[row].flags & ~static_cast<std::uint32_t>(kMotionGyroscopic)) |
                              (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u);
   if (bodies.center[row] == mass.center) return;
+  data.contacts.manifolds_stale = true;  // they tell arms from the old center
 
   const Pose transform = bodies.transform[row];
   const Vec3 shift = rotate(transform.rotation, mass.center - bodies.center[row]);
