@@ -91,9 +91,7 @@ bool World::is_alive(ShapeId shape) const noexcept {
          (shapes.flags[shape.index] & kShapeAlive) != 0;
 }
 
-std::size_t World::shape_count() const noexcept {
-  return data_ != nullptr ? data_->shapes.alive : 0;
-}
+std::size_t World::shape_count() const noexcept { return data_ != nullptr ? data_->shapes.alive : 0; }
 
 BodyId World::body_of(ShapeId shape) const {
   const ShapeRow s = at({"body_of"}, data_, shape);

@@ -104,9 +104,7 @@ inline constexpr int kTreeCount = 4;
   void for_each_column(Visitor&& visit) { \
     LIST(SCREE_VISIT_COLUMN)              \
   }                                       \
-  void resize(std::size_t count) {        \
-    LIST(SCREE_RESIZE_COLUMN)             \
-  }
+  void resize(std::size_t count) { LIST(SCREE_RESIZE_COLUMN) }
 
 struct Bodies {
   SCREE_STORE(SCREE_BODY_COLUMNS)
@@ -123,8 +121,6 @@ struct Shapes {
   Column<std::int32_t> moving;      // derived; refresh_lists; shapes of awake and kinematic bodies, ascending
   Column<std::int32_t> dirty;       // state; calls; slots with kShapeDirty, in order of the calls, each once
   std::size_t alive = 0;            // state; calls
-  bool trees_stale = false;         // state; calls, wake_body: some `tree` has changed, shapes came or went;
-                                    // cleared by find_pairs
   bool wake_requested = false;      // state; calls: some shape has kShapeWakes; cleared by wake_neighbors
 };
 
