@@ -130,7 +130,6 @@ void World::set_body_type(BodyId body, BodyType type) {
        shape = b.data.shapes.next[static_cast<std::size_t>(shape)]) {
     b.data.shapes.tree[static_cast<std::size_t>(shape)] = tree;
     mark_dirty(b.data.shapes, shape, kShapeNew);
-    b.data.shapes.trees_stale = true;
     b.data.contacts.pairs_stale = true;
   }
 }

@@ -97,7 +97,6 @@ ShapeId commit_shape(Shapes& shapes, std::int32_t shape) {
   const auto row = static_cast<std::size_t>(shape);
   if (shapes.generation[row] == 0) shapes.generation[row] = 1;
   mark_dirty(shapes, shape, kShapeAlive | kShapeNew);
-  shapes.trees_stale = true;
   ++shapes.alive;
   return {static_cast<std::uint32_t>(shape), shapes.generation[row]};
 }
@@ -122,7 +121,6 @@ void bury_shape(WorldData& data, std::int32_t shape) {
   // A slot whose generations are used up stays empty for good.
   if (++shapes.generation[row] != 0) shapes.free_slots.push_back(shape);
   --shapes.alive;
-  shapes.trees_stale = true;
   data.contacts.pairs_stale = true;
   data.bodies.lists_dirty = true;
 }

@@ -122,8 +122,6 @@ struct Shapes {
   Column<std::int32_t> moving;      // derived; refresh_lists; shapes of awake and kinematic bodies, ascending
   Column<std::int32_t> dirty;       // state; calls; slots with kShapeDirty, in order of the calls, each once
   std::size_t alive = 0;            // state; calls
-  bool trees_stale = false;         // state; calls, wake_body: some `tree` has changed, shapes came or went;
-                                    // cleared by find_pairs
   bool wake_requested = false;      // state; calls: some shape has kShapeWakes; cleared by wake_neighbors
 };
 
