@@ -66,11 +66,11 @@ void fly(int substeps) {
     const Quat rotation = random.rotation();
     const Eigen::Vector3d w = to_eigen(rotation).normalized() * to_eigen(top.axis).normalized() *
                               (0.999 * max_speed / speed_ratio(top));
-    const BodyId body = lab.world.create_body({.position = random.vector(50.0f), .rotation = rotation,
-                                               .linear_velocity = {0.3f, -0.7f, 0.11f}});
-    lab.world.set_mass_properties(body, {.mass = 2.0f,
-                                         .center = {},
-                                         .inertia = {top.inertia.x, top.inertia.y, top.inertia.z, 0, 0, 0}});
+    const BodyId body = lab.world.create_body(
+        {.position = random.vector(50.0f), .rotation = rotation, .linear_velocity = {0.3f, -0.7f, 0.11f}});
+    lab.world.set_mass_properties(
+        body,
+        {.mass = 2.0f, .center = {}, .inertia = {top.inertia.x, top.inertia.y, top.inertia.z, 0, 0, 0}});
     lab.world.set_angular_velocity(
         body, {static_cast<float>(w.x()), static_cast<float>(w.y()), static_cast<float>(w.z())});
     bodies.push_back(body);
@@ -84,7 +84,8 @@ void fly(int substeps) {
       const double change = lab.spin_energy(bodies[k]) / energies[k] - 1.0;
       gain[k] = std::max(gain[k], change);
       loss[k] = std::max(loss[k], -change);
-      turned[k] = std::max(turned[k], (lab.angular_momentum(bodies[k]) - momenta[k]).norm() / momenta[k].norm());
+      turned[k] =
+          std::max(turned[k], (lab.angular_momentum(bodies[k]) - momenta[k]).norm() / momenta[k].norm());
     }
   }
   for (std::size_t k = 0; k < bodies.size(); ++k) {
@@ -95,13 +96,9 @@ void fly(int substeps) {
   }
 }
 
-TEST(FreeFlight, KeepsMomentaAndEnergyAtFourSubsteps) {
-  fly(4);
-}
+TEST(FreeFlight, KeepsMomentaAndEnergyAtFourSubsteps) { fly(4); }
 
-TEST(FreeFlight, KeepsMomentaAndEnergyAtOneSubstep) {
-  fly(1);
-}
+TEST(FreeFlight, KeepsMomentaAndEnergyAtOneSubstep) { fly(1); }
 
 TEST(FreeFlight, FollowsTheParabola) {
   Lab lab;
@@ -142,8 +139,8 @@ TEST(Collision, KeepsMomentum) {
   Lab lab(without_gravity());
   const Material material{.friction = 0.5f, .restitution = 0.4f};
   const BodyId a = lab.add({.position = {-2, 0.2f, 0.1f}, .linear_velocity = {4, 0, 0}}, Box{}, material);
-  const BodyId b = lab.add({.position = {0, 0, 0}, .angular_velocity = {0.2f, 0.1f, 0}}, Box{{0.5f, 0.7f, 0.4f}},
-                           {.friction = 0.5f, .density = 3000.0f});
+  const BodyId b = lab.add({.position = {0, 0, 0}, .angular_velocity = {0.2f, 0.1f, 0}},
+                           Box{{0.5f, 0.7f, 0.4f}}, {.friction = 0.5f, .density = 3000.0f});
   const auto momentum = [&] {
     Eigen::Vector3d sum = lab.mass(a) * lab.velocity(a) + lab.mass(b) * lab.velocity(b);
     return sum;

@@ -14,7 +14,8 @@ bool slips(double friction, double angle, const Geometry& geometry, double heigh
   const Material material{.friction = static_cast<float>(friction)};
   lab.add_ground(material, tilt);
   const Eigen::Vector3d up = to_eigen(tilt) * Eigen::Vector3d(0, height, 0);
-  const BodyDef def{.position = {static_cast<float>(up.x()), static_cast<float>(up.y()), 0}, .rotation = tilt};
+  const BodyDef def{.position = {static_cast<float>(up.x()), static_cast<float>(up.y()), 0},
+                    .rotation = tilt};
   const BodyId body = lab.add(def, geometry, material);
   lab.run(60);
   const double speed = lab.velocity(body).norm();
@@ -58,8 +59,8 @@ TEST(Friction, ActsInEverySubstepWithoutWarmStartToo) {
   settings.warm_start = false;
   Lab lab(settings);
   lab.add_ground({.friction = 0.5f});
-  const BodyId box = lab.add({.position = {0, 0.1f, 0}, .linear_velocity = {6, 0, 0}}, Box{{0.5f, 0.1f, 0.5f}},
-                             {.friction = 0.5f});
+  const BodyId box = lab.add({.position = {0, 0.1f, 0}, .linear_velocity = {6, 0, 0}},
+                             Box{{0.5f, 0.1f, 0.5f}}, {.friction = 0.5f});
   lab.run(180);
   const double expected = 36.0 / (2.0 * 0.5 * kGravity);
   EXPECT_NEAR(lab.position(box).x(), expected, 0.05 * expected);
@@ -102,10 +103,8 @@ TEST(RollingResistance, StopsABallAfterThePredictedDistance) {
   for (const float resistance : {0.02f, 0.05f}) {
     Lab lab;
     lab.add_ground({.friction = 0.8f});
-    const BodyDef def{
-        .position = {0, 0.5f, 0}, .linear_velocity = {3, 0, 0}, .angular_velocity = {0, 0, -6}};
-    const BodyId ball =
-        lab.add(def, Sphere{0.5f}, {.friction = 0.8f, .rolling_resistance = resistance});
+    const BodyDef def{.position = {0, 0.5f, 0}, .linear_velocity = {3, 0, 0}, .angular_velocity = {0, 0, -6}};
+    const BodyId ball = lab.add(def, Sphere{0.5f}, {.friction = 0.8f, .rolling_resistance = resistance});
     lab.run(1200);
     const double expected = 7.0 * 9.0 * 0.5 / (10.0 * kGravity * static_cast<double>(resistance));
     EXPECT_LT(lab.velocity(ball).norm(), 1e-3);

@@ -30,18 +30,15 @@ void check_bounces(double height, double tolerance) {
     const double e = static_cast<double>(restitution), expected = e * e * height;
     EXPECT_NEAR(first_bounce(Sphere{0.5f}, 0.5, height, restitution), expected, tolerance * expected)
         << "sphere from " << height << " m, e = " << e;
-    EXPECT_NEAR(first_bounce(Box{{0.4f, 0.3f, 0.5f}}, 0.3, height, restitution), expected, tolerance * expected)
+    EXPECT_NEAR(first_bounce(Box{{0.4f, 0.3f, 0.5f}}, 0.3, height, restitution), expected,
+                tolerance * expected)
         << "box from " << height << " m, e = " << e;
   }
 }
 
-TEST(Restitution, FirstBounceFromTenMetersReachesItsHeight) {
-  check_bounces(10.0, 0.03);
-}
+TEST(Restitution, FirstBounceFromTenMetersReachesItsHeight) { check_bounces(10.0, 0.03); }
 
-TEST(Restitution, FirstBounceFromOneMeterReachesItsHeight) {
-  check_bounces(1.0, 0.08);
-}
+TEST(Restitution, FirstBounceFromOneMeterReachesItsHeight) { check_bounces(1.0, 0.08); }
 
 TEST(Restitution, FirstBounceDoesNotDependOnWhenInAStepItHappens) {
   // The same law where the impact comes at other moments of a step.
