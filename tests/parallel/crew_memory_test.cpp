@@ -37,11 +37,13 @@ long allocations_so_far() {
 #if !SCREE_SANITIZED
 extern "C" void* __libc_malloc(std::size_t);
 extern "C" void* __libc_memalign(std::size_t, std::size_t);
-extern "C" void* malloc(std::size_t size) noexcept {
+// Visible, so that shared libraries find them.
+extern "C" __attribute__((visibility("default"))) void* malloc(std::size_t size) noexcept {
   allocations.fetch_add(1, std::memory_order_relaxed);
   return __libc_malloc(size);
 }
-extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+extern "C" __attribute__((visibility("default"))) void* aligned_alloc(std::size_t alignment,
+                                                                      std::size_t size) noexcept {
   allocations.fetch_add(1, std::memory_order_relaxed);
   return __libc_memalign(alignment, size);
 }

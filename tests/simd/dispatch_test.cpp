@@ -54,7 +54,7 @@ class Symbols {
     const auto header = read<Elf64_Ehdr>(image, 0);
     if (image.size() < sizeof(Elf64_Ehdr) || header.e_ident[EI_CLASS] != ELFCLASS64) return;
     const std::uint64_t base = header.e_type == ET_DYN ? reinterpret_cast<std::uintptr_t>(info.dli_fbase) : 0;
-    for (int i = 0; i < header.e_shnum; ++i) {
+    for (std::uint64_t i = 0; i < header.e_shnum; ++i) {
       const auto section = read<Elf64_Shdr>(image, header.e_shoff + i * sizeof(Elf64_Shdr));
       if (section.sh_type != SHT_SYMTAB) continue;
       const auto names = read<Elf64_Shdr>(image, header.e_shoff + section.sh_link * sizeof(Elf64_Shdr));
