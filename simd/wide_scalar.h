@@ -87,6 +87,9 @@ inline void store_unaligned(float* to, F a) { *to = a.v; }
 inline void store(std::int32_t* to, I a) { *to = a.v; }
 inline void store_unaligned(std::int32_t* to, I a) { *to = a.v; }
 inline I lane_numbers() { return 0; }
+// Over all lanes; for numbers that are not NaN. The sign of a zero result is unspecified.
+inline float reduce_min(F a) { return a.v; }
+inline float reduce_max(F a) { return a.v; }
 
 // Four consecutive floats per lane, at base + stride * index[lane]; becomes four wide numbers.
 inline void load_rows(const float* base, int stride, const std::int32_t* index, F& x, F& y, F& z, F& w) {

@@ -1,16 +1,7 @@
 // Wide numbers on xsimd, and the row transposes that it lacks. Included by wide.h only.
 #pragma once
 
-// GCC 12 takes the undefined pass-through operand of its own AVX-512 intrinsics for a mistake (GCC bug 105593).
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
-#pragma GCC diagnostic ignored "-Wuninitialized"
-#endif
 #include <immintrin.h>
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic pop
-#endif
 
 #include <cstddef>
 #include <xsimd/xsimd.hpp>
@@ -103,7 +94,8 @@ inline std::uint32_t bits(M a) { return static_cast<std::uint32_t>(_mm_movemask_
 inline I lane_numbers() { return I(IntBatch(_mm_setr_epi32(0, 1, 2, 3))); }
 inline M mask_from_bits(std::uint32_t mask) {
   const __m128i lane_bits = _mm_setr_epi32(1, 2, 4, 8);
-  return mask_of(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(static_cast<int>(mask)), lane_bits), lane_bits));
+  return mask_of(
+      _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(static_cast<int>(mask)), lane_bits), lane_bits));
 }
 #elif SCREE_SIMD_LANES == 8
 inline M mask_of(__m256i m) { return M(MaskBatch(_mm256_castsi256_ps(m))); }
@@ -214,6 +206,31 @@ inline __m128 quarter(Register r, int which) {
 #endif
 }
 
+// Over all lanes; for numbers that are not NaN. The sign of a zero result is unspecified.
+#if SCREE_SIMD_LANES == 16
+inline float reduce_min(F a) { return _mm512_reduce_min_ps(a.v); }
+inline float reduce_max(F a) { return _mm512_reduce_max_ps(a.v); }
+#else
+inline float reduce_min(F a) {
+#if SCREE_SIMD_LANES == 8
+  const __m128 r = _mm_min_ps(quarter(a.v, 0), quarter(a.v, 1));
+#else
+  const __m128 r = a.v;
+#endif
+  const __m128 pair = _mm_min_ps(r, _mm_movehl_ps(r, r));
+  return _mm_cvtss_f32(_mm_min_ss(pair, _mm_shuffle_ps(pair, pair, 1)));
+}
+inline float reduce_max(F a) {
+#if SCREE_SIMD_LANES == 8
+  const __m128 r = _mm_max_ps(quarter(a.v, 0), quarter(a.v, 1));
+#else
+  const __m128 r = a.v;
+#endif
+  const __m128 pair = _mm_max_ps(r, _mm_movehl_ps(r, r));
+  return _mm_cvtss_f32(_mm_max_ss(pair, _mm_shuffle_ps(pair, pair, 1)));
+}
+#endif
+
 // Four consecutive floats per lane (16-byte aligned), at base + stride * index[lane]; becomes four wide
 // numbers.
 inline void load_rows(const float* base, int stride, const std::int32_t* index, F& x, F& y, F& z, F& w) {
@@ -229,8 +246,8 @@ inline void load_rows(const float* base, int stride, const std::int32_t* index, 
 }
 
 // The reverse, for lanes 0 to count - 1; later lanes write nothing.
-inline void store_rows(float* base, std::ptrdiff_t stride, const std::int32_t* index, int count, F x, F y, F z,
-                       F w) {
+inline void store_rows(float* base, std::ptrdiff_t stride, const std::int32_t* index, int count, F x, F y,
+                       F z, F w) {
   Register r[4] = {x.v, y.v, z.v, w.v};
   transpose(r[0], r[1], r[2], r[3]);
 #if defined(__GNUC__) && !defined(__clang__)

@@ -21,23 +21,21 @@ constexpr InstructionSet kSets[] = {InstructionSet::scalar, InstructionSet::sse2
 constexpr const char* kNames[] = {"scalar", "sse2", "avx2", "avx512"};
 constexpr int kLanesOf[] = {1, 4, 8, 16};
 
-// The functions of a table, family by family. A family is a struct of function pointers and nothing else.
+// The functions of a table, family by family. A family is a struct of function pointers, after `data` bytes.
 template <class Family>
-void append(const Family& family, std::vector<const void*>& functions) {
-  if constexpr (!std::is_empty_v<Family>) {
-    static_assert(sizeof(Family) % sizeof(void*) == 0);
-    const std::size_t first = functions.size();
-    functions.resize(first + sizeof(Family) / sizeof(void*));
-    std::memcpy(functions.data() + first, &family, sizeof(Family));
-  }
+void append(const Family& family, std::size_t data, std::vector<const void*>& functions) {
+  static_assert(sizeof(Family) % sizeof(void*) == 0);
+  const std::size_t first = functions.size();
+  functions.resize(first + (sizeof(Family) - data) / sizeof(void*));
+  std::memcpy(functions.data() + first, reinterpret_cast<const char*>(&family) + data, sizeof(Family) - data);
 }
 
 std::vector<const void*> functions_of(const Kernels& kernels) {
   std::vector<const void*> functions;
-  append(kernels.body, functions);
-  append(kernels.pair, functions);
-  append(kernels.collide, functions);
-  append(kernels.contact, functions);
+  append(kernels.body, 0, functions);
+  append(kernels.pair, 0, functions);
+  append(kernels.collide, 0, functions);
+  append(kernels.contact, sizeof(kernels.contact.block_bytes), functions);
   return functions;
 }
 
