@@ -1,17 +1,7 @@
 // Wide numbers on xsimd, and the row transposes that it lacks. Included by wide.h only.
 #pragma once
 
-// GCC 12 takes the undefined pass-through operand of its own AVX-512 intrinsics for a mistake (GCC bug
-// 105593).
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
-#pragma GCC diagnostic ignored "-Wuninitialized"
-#endif
 #include <immintrin.h>
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic pop
-#endif
 
 #include <cstddef>
 #include <xsimd/xsimd.hpp>
