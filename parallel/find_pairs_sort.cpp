@@ -1,5 +1,5 @@
 // Order for the broad phase: the canonical list of pairs from the join's unordered chunks, and a radix sort
-// for Morton codes and long rows.
+// for places along the curve and for long rows.
 //
 // The list is grouped into buckets by the smaller shape (the owner), each bucket is counted out by owner, and
 // each owner's short row is ranked by comparing everybody with everybody. Keys are unique, so the result does

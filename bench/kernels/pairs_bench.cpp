@@ -57,7 +57,7 @@ class Watch {
 
 void run_find_pairs(benchmark::State& state, Isa isa, float speed) {
   const auto world = make_pile(static_cast<int>(state.range(0)), speed);
-  Workers workers(WorkersOptions{.threads = 1, .isa = isa});
+  Workers workers(WorkersOptions{.threads = static_cast<int>(state.range(1)), .isa = isa});
   Crew crew(workers);
   for (int i = 0; i < 3; ++i) {
     update_bounds(world->data, kDt, crew);
@@ -112,7 +112,9 @@ void register_for(Isa isa) {
       benchmark::RegisterBenchmark(
           ((moving ? "find_pairs/moving/" : "find_pairs/resting/") + name).c_str(),
           [=](benchmark::State& state) { run_find_pairs(state, isa, moving ? 4.0f : 0.0f); })
-          ->Arg(bodies)
+          ->ArgNames({"bodies", "threads"})
+          ->Args({bodies, 1})
+          ->Args({bodies, 2})
           ->Iterations(bodies < 10000    ? 100
                        : bodies < 200000 ? 12
                                          : 3)
