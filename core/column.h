@@ -66,11 +66,20 @@ class Column {
   }
   void pop_back() { --size_; }
   void clear() { size_ = 0; }
+  void drop_back(std::size_t count) { size_ -= count; }
+
+  // Makes sure that pushing and resizing up to `size` rows cannot fail.
+  void reserve(std::size_t size) {
+    if (size > capacity_) reserve_for(size);
+  }
 
   // Keeps the common rows; new ones are zero bytes.
   void resize(std::size_t size) {
-    if (size > capacity_) reserve_for(size);
-    if (size > size_) std::memset(static_cast<void*>(rows_ + size_), 0, (size - size_) * sizeof(Row));
+    if (size > capacity_) {
+      reserve_for(size);  // new memory is zero already
+    } else if (size > size_) {
+      std::memset(static_cast<void*>(rows_ + size_), 0, (size - size_) * sizeof(Row));
+    }
     size_ = size;
   }
 
@@ -86,7 +95,8 @@ class Column {
  private:
   void reserve_for(std::size_t size) {
     const std::size_t grown = size > capacity_ * 3 / 2 ? size : capacity_ * 3 / 2;
-    const std::size_t bytes = (grown * sizeof(Row) + kPaddingBytes + kAlignment - 1) / kAlignment * kAlignment;
+    const std::size_t bytes =
+        (grown * sizeof(Row) + kPaddingBytes + kAlignment - 1) / kAlignment * kAlignment;
     void* memory = std::aligned_alloc(kAlignment, bytes);
     if (memory == nullptr) throw std::bad_alloc();
     if (size_ > 0) std::memcpy(memory, static_cast<const void*>(rows_), size_ * sizeof(Row));

@@ -22,8 +22,9 @@ enum BodyFlag : std::uint8_t {
   kBodyAlive = 1,
   kBodyAsleep = 2,
   kBodyCanSleep = 4,
-  kBodyMassGiven = 8,        // mass comes from the caller, inertia from the shapes
+  kBodyMassGiven = 8,         // mass comes from the caller, inertia from the shapes
   kBodyPropertiesGiven = 16,  // mass, center and inertia come from the caller
+  kBodyMarked = 32,           // set and cleared within one call
 };
 
 enum class ShapeType : std::uint8_t { sphere, capsule, box };
@@ -31,9 +32,11 @@ inline constexpr int kShapeTypeCount = 3;
 
 enum ShapeFlag : std::uint8_t {
   kShapeAlive = 1,
-  kShapeDirty = 2,  // bounds must be made before the next pairs: new, moved or changed by a call
-  kShapeNew = 4,    // born since the last list of pairs: rows of that index belong to a shape that died. Set with
-                    // kShapeDirty by calls, cleared by find_pairs
+  kShapeDirty = 2,  // bounds must be made before the next pairs: new, moved or changed by a call. A slot that
+                    // is dirty but not alive held a shape that was destroyed
+  kShapeNew = 4,    // with kShapeDirty: contact rows that name the shape tell of a predecessor in its slot or
+                    // of an earlier geometry or body type; their manifolds and colors must not be inherited
+  kShapeWakes = 8,  // bodies that touched the shape wake at the next wake_neighbors; may stand on dead slots
 };
 
 // Which tree of the broad phase a shape belongs to.
@@ -101,7 +104,9 @@ inline constexpr int kTreeCount = 4;
   void for_each_column(Visitor&& visit) { \
     LIST(SCREE_VISIT_COLUMN)              \
   }                                       \
-  void resize(std::size_t count) { LIST(SCREE_RESIZE_COLUMN) }
+  void resize(std::size_t count) {        \
+    LIST(SCREE_RESIZE_COLUMN)             \
+  }
 
 struct Bodies {
   SCREE_STORE(SCREE_BODY_COLUMNS)
@@ -116,8 +121,11 @@ struct Shapes {
   SCREE_STORE(SCREE_SHAPE_COLUMNS)
   Column<std::int32_t> free_slots;  // state; calls
   Column<std::int32_t> moving;      // derived; refresh_lists; shapes of awake and kinematic bodies, ascending
-  Column<std::int32_t> dirty;       // state; calls; shapes with kShapeDirty, in order of the calls
+  Column<std::int32_t> dirty;       // state; calls; slots with kShapeDirty, in order of the calls, each once
   std::size_t alive = 0;            // state; calls
+  bool trees_stale = false;         // state; calls, wake_body: some `tree` has changed, shapes came or went;
+                                    // cleared by find_pairs
+  bool wake_requested = false;      // state; calls: some shape has kShapeWakes; cleared by wake_neighbors
 };
 
 inline constexpr std::uint8_t kNoColor = 0xff;
@@ -134,8 +142,8 @@ struct Contacts {
   Column<std::int32_t> previous;  // scratch; find_pairs; per row of `now`: its row in `before`, or -1.
                                   // Meaningless while list_kept
   Column<std::int32_t> touching;  // derived; collide; rows with points, ascending
-  bool pairs_stale = true;        // state; calls that create, destroy or filter; cleared by find_pairs, which
-                                  // then makes the list anew
+  bool pairs_stale = false;       // state; calls: rows may name dead or replaced shapes, or filters and types
+                                  // have changed, so that the list can not be kept; cleared by find_pairs
 };
 
 // Data that only one stage looks into; defined beside that stage, which makes it at its first run.
@@ -161,5 +169,9 @@ struct WorldData {
   std::unique_ptr<Part> constraints;   // parallel/color_constraints, pack_blocks, solve
   std::unique_ptr<Part> islands;       // parallel/find_islands
 };
+
+// What is inside a world; the world must not have been moved from.
+WorldData& internals(World& world);
+const WorldData& internals(const World& world);
 
 }  // namespace scree

@@ -1,9 +1,11 @@
 // Crew: the threads that work on one step, seen from the step.
 //
 // A crew lives as long as one call of step(). The calling thread runs stages one after the other; helpers, if
-// any have arrived, claim chunks of the current stage. See workers.cpp for how.
+// any have arrived, claim chunks of the current stage, and none is ever waited for before it has claimed one.
+// See crew_state.h for how. Only the thread that made the crew may run stages, and chunks may not.
 #pragma once
 
+#include <parallel/fp_environment.h>
 #include <scree/workers.h>
 #include <simd/kernels.h>
 
@@ -11,8 +13,12 @@
 
 namespace scree {
 
+class CrewState;
+
 class Crew {
  public:
+  // From here until the crew's end the calling thread computes in our floating-point environment: make the
+  // crew before the step's first arithmetic.
   explicit Crew(Workers& workers);
   ~Crew();
   Crew(const Crew&) = delete;
@@ -24,7 +30,8 @@ class Crew {
 
   // Calls work(chunk, worker) once for every chunk in [0, chunks), on any thread, and returns when all are
   // done. What a chunk is must depend on the scene alone, never on the number of threads, and chunks must not
-  // care in which order they run. An exception of a chunk is thrown again here, after the stage has ended.
+  // care in which order they run. An exception of a chunk is thrown again here, after the stage has ended
+  // (the lowest chunk's, if there are several). No two threads use a worker number at the same time.
   template <class Work>
   void run(int chunks, Work&& work) {
     run_stage(
@@ -47,12 +54,14 @@ class Crew {
  private:
   using StageFunction = void (*)(void* context, int chunk, int worker);
   void run_stage(int chunks, StageFunction function, void* context);
+  int width();
 
+  FpEnvironment environment_;
   int threads_ = 1;
+  int width_ = 0;  // threads that stages are cut for; 0 until the first that is worth sharing
   int stages_ = 0;
   const simd::Kernels* kernels_ = nullptr;
-  struct State;
-  State* state_ = nullptr;
+  CrewState* state_ = nullptr;  // null until the first stage that is worth sharing
   Workers::Impl* workers_ = nullptr;
 };
 

@@ -3,18 +3,22 @@
 
 #include <core/world_data.h>
 #include <parallel/crew.h>
+#include <simd/body_kernels.h>
 
 namespace scree {
 
-void refresh_lists(WorldData& data);                // flags -> lists of awake and kinematic bodies, moving shapes
+void refresh_lists(WorldData& data);  // flags -> lists of awake and kinematic bodies, moving shapes
 void update_bounds(WorldData& data, float dt, Crew& crew);  // poses -> shape poses, fat bounds
-void find_pairs(WorldData& data, Crew& crew);         // bounds -> candidate pairs
-void collide(WorldData& data, Crew& crew);            // pairs -> manifolds
-void find_islands(WorldData& data, Crew& crew);       // contacts -> islands, who is awake
-void color_constraints(WorldData& data, Crew& crew);  // new contacts -> independent batches
-void pack_blocks(WorldData& data, float dt, Crew& crew);  // manifolds -> wide constraint blocks
-void solve(WorldData& data, float dt, Crew& crew);    // blocks -> velocities, poses
-void store_impulses(WorldData& data, Crew& crew);     // blocks -> manifolds, for the next warm start
-void finish_step(WorldData& data, float dt, Crew& crew);  // poses -> transforms, bounds, sleep timers
+void find_pairs(WorldData& data, Crew& crew);               // bounds -> candidate pairs
+void collide(WorldData& data, Crew& crew);                  // pairs -> manifolds
+void find_islands(WorldData& data, Crew& crew);             // contacts -> islands, who is awake
+void color_constraints(WorldData& data, Crew& crew);        // new contacts -> independent batches
+void pack_blocks(WorldData& data, Crew& crew);              // manifolds -> layout of wide constraint blocks
+void solve(WorldData& data, float dt, Crew& crew);  // blocks -> velocities, motion since the step began
+void store_impulses(WorldData& data, float dt, Crew& crew);  // blocks -> manifolds, for the next warm start
+void finish_step(WorldData& data, float dt, Crew& crew);  // motion -> poses, transforms, bounds, sleep timers
+
+simd::BodyArgs body_args(WorldData& data,
+                         float dt);  // for the kernels over bodies; list: Constraints::moving
 
 }  // namespace scree

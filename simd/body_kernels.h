@@ -1,7 +1,48 @@
+// Kernels over bodies: prepare, integrate, finish. A lane is one body of a list.
+//
+// Run by parallel/solve.cpp and parallel/finish_step.cpp.
 #pragma once
+
+#include <core/plain/rows.h>
 
 namespace scree::simd {
 
-struct BodyKernels {};
+// What all body kernels read; pointers are columns of Bodies.
+struct BodyArgs {
+  const std::int32_t* list;  // bodies in lane order, padded so that kLanes may be read past the end
+  PoseRow* pose;
+  VelocityRow* velocity;
+  VelocityRow* free_velocity;
+  DeltaRow* delta;
+  InertiaRow* inertia;
+  const InertiaRow* local_mass;
+  const LocalInertiaRow* local_inertia;
+  const MotionRow* motion;
+  const ForceRow* force;
+  const float* center;    // Vec3 rows: center of mass in the body's frame
+  float* transform;       // Pose rows
+  float* sleep_time;      // s
+  const float* mass;      // kg
+  float* kinetic_energy;  // J, by place in the list
+  std::uint8_t* broken;   // by place in the list: 1 where the state became non-finite and was restored
+  float gravity[3];
+  float substep;  // s
+  float step;     // s
+  float max_linear_speed;
+  float max_angular_speed;
+  float sleep_linear_speed;
+  float sleep_angular_speed;
+  bool first_substep;
+  bool warm_start;
+};
+
+// All of them work on list[begin .. end).
+struct BodyKernels {
+  void (*prepare)(const BodyArgs& args, int begin, int end);               // pose -> inertia, delta
+  void (*integrate_velocities)(const BodyArgs& args, int begin, int end);  // force -> velocity, free_velocity
+  void (*integrate_poses)(const BodyArgs& args, int begin,
+                          int end);                          // velocity -> delta, velocity (gyroscopic)
+  void (*finish)(const BodyArgs& args, int begin, int end);  // delta -> pose, transform, sleep_time, energy
+};
 
 }  // namespace scree::simd

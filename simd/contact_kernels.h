@@ -1,7 +1,72 @@
+// Kernels over contact blocks: prepare, warm start, solve, relax, restitution, store. A lane is one manifold.
+//
+// The form is constraint space: a manifold's points are two coordinates each in the tangent plane through the
+// friction center, so that one sweep needs the two bodies once and the points' couplings as a small matrix.
+// Run by parallel/solve.cpp, color after color; blocks of one color touch no dynamic body twice.
 #pragma once
+
+#include <core/plain/manifold.h>
+#include <core/plain/rows.h>
+
+#include <cstddef>
 
 namespace scree::simd {
 
-struct ContactKernels {};
+// Blocks come in variants: how many points a lane has room for, whether the rare surface terms are there, and
+// whether body A can be pushed.
+inline constexpr int kPointBuckets = 3;  // 1, 2 and 4 points
+inline constexpr int kContactVariants = kPointBuckets * 2 * 2;
+inline constexpr int contact_variant(int bucket, bool rich, bool is_static) {
+  return (bucket * 2 + (rich ? 1 : 0)) * 2 + (is_static ? 1 : 0);
+}
+
+// A run of blocks of one variant within one color.
+struct ContactChunk {
+  std::int32_t variant;
+  std::int32_t blocks;
+  std::int32_t lanes;       // manifolds in the run; the last block may be partly filled
+  std::int32_t first_lane;  // into ContactArgs::rows
+  std::size_t offset;       // bytes into ContactArgs::blocks
+  std::int32_t number;      // of this chunk, for its figures
+};
+
+// Constants of a soft constraint: Catto, "Soft Constraints", GDC 2011, as used by soft-step solvers.
+struct SoftConstants {
+  float bias_rate;  // 1/s
+  float mass_scale;
+  float impulse_scale;
+};
+
+struct ContactArgs {
+  const std::int32_t* rows;  // contact rows in lane order; unused lanes repeat a used one
+  char* blocks;
+  Manifold* manifolds;
+  ContactSurface* surfaces;
+  VelocityRow* velocity;
+  const DeltaRow* delta;
+  const InertiaRow* inertia;
+  SoftConstants soft;         // between dynamic bodies
+  SoftConstants soft_static;  // against bodies that cannot be pushed
+  float substep;              // s
+  float inverse_substep;      // 1/s
+  float push_speed;           // m/s
+  float restitution_threshold;
+  float warm_start_scale;  // times the stored impulses: ratio of time steps, 0: none
+  float impulse_keep;      // times the impulses at each solve: 1, or 0 without warm start
+  float* residual;         // m/s, by chunk number; where relax_measured leaves its largest error
+  float* depth;            // m, by lane; where measure_depth leaves the deepest point's overlap, at least 0
+};
+
+struct ContactKernels {
+  std::size_t block_bytes[kContactVariants];
+  void (*prepare)(const ContactArgs& args, const ContactChunk& chunk);     // manifolds -> blocks
+  void (*warm_start)(const ContactArgs& args, const ContactChunk& chunk);  // stored impulses -> velocity
+  void (*solve)(const ContactArgs& args, const ContactChunk& chunk);       // normals with soft bias
+  void (*relax)(const ContactArgs& args, const ContactChunk& chunk);       // normals, friction; no bias
+  void (*relax_measured)(const ContactArgs& args, const ContactChunk& chunk);
+  void (*restitution)(const ContactArgs& args, const ContactChunk& chunk);  // rich variants only
+  void (*store)(const ContactArgs& args, const ContactChunk& chunk);        // blocks -> manifolds
+  void (*measure_depth)(const ContactArgs& args, const ContactChunk& chunk);
+};
 
 }  // namespace scree::simd

@@ -14,9 +14,9 @@ inline constexpr int kMaxManifoldPoints = 4;
 
 // 128 bytes in eight groups of 16, each one transpose.
 //
-// The normal points from body A to body B. Where one body is not dynamic it is A. A point lies at C + point_u t1 +
-// point_v t2 (+ an offset along the normal that does not matter), C the friction center: the average of the
-// points, weighted by closeness, continuous in separation. t1 = tangent_of(normal), t2 = normal x t1.
+// The normal points from body A to body B. Where one body is not dynamic it is A. A point lies at C + point_u
+// t1 + point_v t2 (+ an offset along the normal that does not matter), C the friction center: the average of
+// the points, weighted by closeness, continuous in separation. t1 = tangent_of(normal), t2 = normal x t1.
 // Points that do not exist have separation kAbsentSeparation, u = v = 0 and no impulse.
 struct alignas(64) Manifold {
   float normal[3];

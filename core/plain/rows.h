@@ -16,7 +16,7 @@ inline constexpr std::int32_t kFixedRow = 0;
 inline constexpr std::int32_t kFirstBody = 4;
 
 // Lengths, in meters.
-inline constexpr float kLinearSlop = 0.005f;                  // overlap that contacts leave to stay in touch
+inline constexpr float kLinearSlop = 0.005f;  // overlap that contacts leave to stay in touch
 inline constexpr float kSpeculativeDistance = 4 * kLinearSlop;  // gap below which a pair has contact points
 
 // Placement of a center of mass (bodies) or of a shape's origin (shapes).
@@ -84,8 +84,8 @@ struct alignas(16) ExtentRow {
 struct alignas(32) MaterialRow {
   float friction;
   float restitution;
-  float rolling_resistance;  // m
-  std::uint32_t rules;       // friction MixRule | restitution MixRule << 8 | kMaterialRich
+  float rolling_resistance;   // m
+  std::uint32_t rules;        // friction MixRule | restitution MixRule << 8 | kMaterialRich
   float surface_velocity[3];  // m/s, in the shape's frame
   float padding;
 };

@@ -1,8 +1,314 @@
+// Body kernels; see simd/body_kernels.h.
 #include <simd/body_kernels.h>
 #include <simd/wide_math.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
+namespace {
 
-BodyKernels make_body_kernels() { return {}; }
+// Indices of a group of lanes. Lanes past the end repeat the last body: they compute what it computes and
+// store nothing.
+struct Lanes {
+  alignas(64) std::int32_t index[kLanes];
+  int count;
+};
+
+inline Lanes load_lanes(const std::int32_t* list, int begin, int end) {
+  Lanes lanes;
+  lanes.count = end - begin < kLanes ? end - begin : kLanes;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    lanes.index[lane] = list[begin + (lane < lanes.count ? lane : lanes.count - 1)];
+  }
+  return lanes;
+}
+
+struct WideVelocity {
+  V3 linear, angular;
+};
+
+inline WideVelocity load_velocity(const VelocityRow* rows, const Lanes& lanes) {
+  const float* base = rows->linear;
+  WideVelocity v;
+  F pad0, pad1;
+  load_rows(base, 8, lanes.index, v.linear.x, v.linear.y, v.linear.z, v.angular.x);
+  load_rows(base + 4, 8, lanes.index, v.angular.y, v.angular.z, pad0, pad1);
+  return v;
+}
+
+inline void store_velocity(VelocityRow* rows, const Lanes& lanes, const WideVelocity& v) {
+  float* base = rows->linear;
+  store_rows(base, 8, lanes.index, lanes.count, v.linear.x, v.linear.y, v.linear.z, v.angular.x);
+  store_row_pairs(base + 4, 8, lanes.index, lanes.count, v.angular.y, v.angular.z);
+}
+
+struct WideInertia {
+  S3 inverse;
+  F inverse_mass;
+};
+
+inline WideInertia load_inertia(const InertiaRow* rows, const Lanes& lanes) {
+  const float* base = rows->inverse_inertia;
+  WideInertia i;
+  F pad;
+  load_rows(base, 8, lanes.index, i.inverse.xx, i.inverse.xy, i.inverse.xz, i.inverse.yy);
+  load_rows(base + 4, 8, lanes.index, i.inverse.yz, i.inverse.zz, i.inverse_mass, pad);
+  return i;
+}
+
+struct WideDelta {
+  V3 position;
+  Q4 rotation;
+};
+
+inline WideDelta load_delta(const DeltaRow* rows, const Lanes& lanes) {
+  const float* base = rows->position;
+  WideDelta d;
+  F pad;
+  load_rows(base, 8, lanes.index, d.position.x, d.position.y, d.position.z, d.rotation.x);
+  load_rows(base + 4, 8, lanes.index, d.rotation.y, d.rotation.z, d.rotation.w, pad);
+  return d;
+}
+
+inline void store_delta(DeltaRow* rows, const Lanes& lanes, const WideDelta& d) {
+  float* base = rows->position;
+  store_rows(base, 8, lanes.index, lanes.count, d.position.x, d.position.y, d.position.z, d.rotation.x);
+  store_rows(base + 4, 8, lanes.index, lanes.count, d.rotation.y, d.rotation.z, d.rotation.w, F(0.0f));
+}
+
+inline Q4 load_rotation(const PoseRow* rows, const Lanes& lanes) {
+  Q4 q;
+  load_rows(rows->position + 4, 8, lanes.index, q.x, q.y, q.z, q.w);
+  return q;
+}
+
+struct WideMotion {
+  F linear_damping, angular_damping, gravity_factor;
+  I flags;
+};
+
+inline WideMotion load_motion(const MotionRow* rows, const Lanes& lanes) {
+  WideMotion m;
+  F flags;
+  load_rows(&rows->linear_damping, 4, lanes.index, m.linear_damping, m.angular_damping, m.gravity_factor,
+            flags);
+  m.flags = as_int(flags);
+  return m;
+}
+
+inline M is_locked(I flags, int axis) {
+  return !((flags & I(1 << axis)) == I(0));
+}
+
+// Axis locks take the locked components of a velocity away.
+inline void apply_locks(I flags, WideVelocity& v) {
+  const F zero(0.0f);
+  v.linear = {select(is_locked(flags, 0), zero, v.linear.x), select(is_locked(flags, 1), zero, v.linear.y),
+              select(is_locked(flags, 2), zero, v.linear.z)};
+  v.angular = {select(is_locked(flags, 3), zero, v.angular.x), select(is_locked(flags, 4), zero, v.angular.y),
+               select(is_locked(flags, 5), zero, v.angular.z)};
+}
+
+// q advanced by the rotation vector h w: the Cayley map (1 + h w / 2) q, normalized.
+inline Q4 advance(Q4 q, V3 w, F h) {
+  const F half = F(0.5f) * h;
+  const Q4 spin = Q4{w.x * half, w.y * half, w.z * half, F(0.0f)} * q;
+  return normalize({q.x + spin.x, q.y + spin.y, q.z + spin.z, q.w + spin.w});
+}
+
+void prepare(const BodyArgs& args, int begin, int end) {
+  for (int i = begin; i < end; i += kLanes) {
+    const Lanes lanes = load_lanes(args.list, i, end);
+    const WideInertia local = load_inertia(args.local_mass, lanes);
+    const I flags = load_motion(args.motion, lanes).flags;
+    S3 inverse = rotate(to_matrix(load_rotation(args.pose, lanes)), local.inverse);
+    const F zero(0.0f);
+    const M lock_x = is_locked(flags, 3), lock_y = is_locked(flags, 4), lock_z = is_locked(flags, 5);
+    inverse.xx = select(lock_x, zero, inverse.xx);
+    inverse.yy = select(lock_y, zero, inverse.yy);
+    inverse.zz = select(lock_z, zero, inverse.zz);
+    inverse.xy = select(lock_x | lock_y, zero, inverse.xy);
+    inverse.xz = select(lock_x | lock_z, zero, inverse.xz);
+    inverse.yz = select(lock_y | lock_z, zero, inverse.yz);
+    float* base = args.inertia->inverse_inertia;
+    store_rows(base, 8, lanes.index, lanes.count, inverse.xx, inverse.xy, inverse.xz, inverse.yy);
+    store_rows(base + 4, 8, lanes.index, lanes.count, inverse.yz, inverse.zz, local.inverse_mass, zero);
+    store_delta(args.delta, lanes, {{zero, zero, zero}, {zero, zero, zero, F(1.0f)}});
+  }
+}
+
+// Semi-implicit Euler with implicit damping. The impulses of this step so far, v - u, are kept: they are the
+// warm start of the coming substep.
+void integrate_velocities(const BodyArgs& args, int begin, int end) {
+  const F h(args.substep), one(1.0f);
+  const V3 gravity{F(args.gravity[0]), F(args.gravity[1]), F(args.gravity[2])};
+  const bool inherit = !args.first_substep && args.warm_start;
+  for (int i = begin; i < end; i += kLanes) {
+    const Lanes lanes = load_lanes(args.list, i, end);
+    const WideVelocity v = load_velocity(args.velocity, lanes);
+    const WideInertia inertia = load_inertia(args.inertia, lanes);
+    const WideMotion motion = load_motion(args.motion, lanes);
+    V3 force, torque;
+    F pad0, pad1;
+    load_rows(args.force->force, 8, lanes.index, force.x, force.y, force.z, torque.x);
+    load_rows(args.force->force + 4, 8, lanes.index, torque.y, torque.z, pad0, pad1);
+
+    const V3 acceleration = gravity * motion.gravity_factor + force * inertia.inverse_mass;
+    WideVelocity u;
+    u.linear = (v.linear + acceleration * h) * (one / (one + h * motion.linear_damping));
+    u.angular = (v.angular + (inertia.inverse * torque) * h) * (one / (one + h * motion.angular_damping));
+    apply_locks(motion.flags, u);
+    WideVelocity next = u;
+    if (inherit) {
+      const WideVelocity before = load_velocity(args.free_velocity, lanes);
+      next.linear = u.linear + (v.linear - before.linear);
+      next.angular = u.angular + (v.angular - before.angular);
+    }
+    const F max_linear(args.max_linear_speed), max_angular(args.max_angular_speed);
+    const F linear_speed = length(next.linear), angular_speed = length(next.angular);
+    const F linear_scale = select(linear_speed > max_linear, max_linear / linear_speed, one);
+    const F angular_scale = select(angular_speed > max_angular, max_angular / angular_speed, one);
+    store_velocity(args.velocity, lanes, {next.linear * linear_scale, next.angular * angular_scale});
+    store_velocity(args.free_velocity, lanes, {u.linear * linear_scale, u.angular * angular_scale});
+  }
+}
+
+// The angular velocity after the pose has turned from `rotation` by one substep, with the angular momentum
+// kept exactly: R' I^-1 R'^T (R I R^T w). The turn itself uses the velocity at the implicit midpoint, found
+// by fixed-point iteration, so that the energy does not drift either.
+struct Gyroscopic {
+  V3 midpoint, next;
+};
+
+inline Gyroscopic turn_freely(Q4 rotation, V3 w, const S3& inertia, const S3& inverse_inertia, F h) {
+  const M3 r = to_matrix(rotation);
+  const V3 momentum = r * (inertia * multiply_transposed(r, w));
+  V3 midpoint = w;
+  for (int iteration = 0; iteration < 2; ++iteration) {
+    const M3 half = to_matrix(advance(rotation, midpoint, F(0.5f) * h));
+    midpoint = half * (inverse_inertia * multiply_transposed(half, momentum));
+  }
+  const M3 full = to_matrix(advance(rotation, midpoint, h));
+  return {midpoint, full * (inverse_inertia * multiply_transposed(full, momentum))};
+}
+
+void integrate_poses(const BodyArgs& args, int begin, int end) {
+  const F h(args.substep);
+  for (int i = begin; i < end; i += kLanes) {
+    const Lanes lanes = load_lanes(args.list, i, end);
+    WideVelocity v = load_velocity(args.velocity, lanes);
+    WideDelta delta = load_delta(args.delta, lanes);
+    const I flags = load_motion(args.motion, lanes).flags;
+    const M locked = !((flags & I(kMotionLocksMask)) == I(0));
+    const M gyroscopic = !((flags & I(kMotionGyroscopic)) == I(0));
+    V3 turn = v.angular;
+    bool changed = false;
+    if (bits(locked) != 0) {
+      apply_locks(flags, v);
+      turn = v.angular;
+      changed = true;
+    }
+    if (bits(gyroscopic) != 0) {
+      S3 inertia;
+      F pad0, pad1;
+      load_rows(args.local_inertia->inertia, 8, lanes.index, inertia.xx, inertia.xy, inertia.xz, inertia.yy);
+      load_rows(args.local_inertia->inertia + 4, 8, lanes.index, inertia.yz, inertia.zz, pad0, pad1);
+      const WideInertia local = load_inertia(args.local_mass, lanes);
+      const Q4 rotation = delta.rotation * load_rotation(args.pose, lanes);
+      const Gyroscopic turned = turn_freely(rotation, v.angular, inertia, local.inverse, h);
+      // The free velocity turns along, so that v - u stays the sum of the impulses.
+      WideVelocity u = load_velocity(args.free_velocity, lanes);
+      const M free = gyroscopic & !locked;
+      u.angular = select(free, u.angular + (turned.next - v.angular), u.angular);
+      turn = select(free, turned.midpoint, turn);
+      v.angular = select(free, turned.next, v.angular);
+      store_velocity(args.free_velocity, lanes, u);
+      changed = true;
+    }
+    if (changed) store_velocity(args.velocity, lanes, v);
+    delta.position = delta.position + v.linear * h;
+    delta.rotation = advance(delta.rotation, turn, h);
+    store_delta(args.delta, lanes, delta);
+  }
+}
+
+// True where all components are finite: x - x is 0 for finite numbers and NaN for the others.
+inline M is_finite(V3 a) {
+  const V3 difference = a - a;
+  return (difference.x + difference.y + difference.z) == F(0.0f);
+}
+
+void finish(const BodyArgs& args, int begin, int end) {
+  const F zero(0.0f), half(0.5f);
+  const F linear_limit = F(args.sleep_linear_speed) * F(args.sleep_linear_speed);
+  const F angular_limit = F(args.sleep_angular_speed) * F(args.sleep_angular_speed);
+  for (int i = begin; i < end; i += kLanes) {
+    const Lanes lanes = load_lanes(args.list, i, end);
+    WideVelocity v = load_velocity(args.velocity, lanes);
+    const WideDelta delta = load_delta(args.delta, lanes);
+    V3 position;
+    F pad;
+    load_rows(args.pose->position, 8, lanes.index, position.x, position.y, position.z, pad);
+    const Q4 rotation = load_rotation(args.pose, lanes);
+    V3 new_position = position + delta.position;
+    Q4 new_rotation = normalize(delta.rotation * rotation);
+
+    // A body whose state has become non-finite is put back where it was, at rest.
+    const V3 rotation_part{new_rotation.x, new_rotation.y, new_rotation.z};
+    const M finite = is_finite(new_position) & is_finite(rotation_part) & is_finite(v.linear) &
+                     is_finite(v.angular) & ((new_rotation.w - new_rotation.w) == zero);
+    new_position = select(finite, new_position, position);
+    new_rotation = {select(finite, new_rotation.x, rotation.x), select(finite, new_rotation.y, rotation.y),
+                    select(finite, new_rotation.z, rotation.z), select(finite, new_rotation.w, rotation.w)};
+    const V3 at_rest{zero, zero, zero};
+    v.linear = select(finite, v.linear, at_rest);
+    v.angular = select(finite, v.angular, at_rest);
+    const std::uint32_t finite_bits = bits(finite);
+    if (finite_bits != (1u << kLanes) - 1u) store_velocity(args.velocity, lanes, v);
+    store_rows(args.pose->position, 8, lanes.index, lanes.count, new_position.x, new_position.y,
+               new_position.z, zero);
+    store_rows(args.pose->position + 4, 8, lanes.index, lanes.count, new_rotation.x, new_rotation.y,
+               new_rotation.z, new_rotation.w);
+
+    const F linear_speed = length_squared(v.linear), angular_speed = length_squared(v.angular);
+    alignas(64) float slow[kLanes], energy[kLanes], mass[kLanes], center[3][kLanes], origin[7][kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const float* row = args.center + 3 * static_cast<std::ptrdiff_t>(lanes.index[lane]);
+      for (int axis = 0; axis < 3; ++axis) center[axis][lane] = row[axis];
+      mass[lane] = args.mass[lanes.index[lane]];
+    }
+    const V3 to_center{load(center[0]), load(center[1]), load(center[2])};
+    const V3 offset = rotate(new_rotation, to_center);
+    store(origin[0], new_position.x - offset.x);
+    store(origin[1], new_position.y - offset.y);
+    store(origin[2], new_position.z - offset.z);
+    store(origin[3], new_rotation.x);
+    store(origin[4], new_rotation.y);
+    store(origin[5], new_rotation.z);
+    store(origin[6], new_rotation.w);
+    store(slow,
+          select((linear_speed < linear_limit) & (angular_speed < angular_limit), F(args.step), F(-1.0f)));
+
+    S3 inertia;
+    F pad0, pad1;
+    load_rows(args.local_inertia->inertia, 8, lanes.index, inertia.xx, inertia.xy, inertia.xz, inertia.yy);
+    load_rows(args.local_inertia->inertia + 4, 8, lanes.index, inertia.yz, inertia.zz, pad0, pad1);
+    const V3 local_w = rotate_back(new_rotation, v.angular);
+    store(energy, half * (load(mass) * linear_speed + dot(local_w, inertia * local_w)));
+
+    for (int lane = 0; lane < lanes.count; ++lane) {
+      float* transform = args.transform + 7 * static_cast<std::ptrdiff_t>(lanes.index[lane]);
+      for (int part = 0; part < 7; ++part) transform[part] = origin[part][lane];
+      float& sleep_time = args.sleep_time[lanes.index[lane]];
+      sleep_time = slow[lane] < 0.0f ? 0.0f : sleep_time + slow[lane];
+      args.kinetic_energy[i + lane] = energy[lane];
+      args.broken[i + lane] = (finite_bits >> lane & 1u) != 0 ? 0 : 1;
+    }
+  }
+}
+
+}  // namespace
+
+BodyKernels make_body_kernels() {
+  return {prepare, integrate_velocities, integrate_poses, finish};
+}
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -30,25 +30,27 @@ constexpr AxisLocks operator|(AxisLocks left, AxisLocks right) {
 
 /// Mass, center of mass and inertia of a body in its own frame.
 struct MassProperties {
-  float mass = 1.0f;  ///< kg, > 0
-  Vec3 center{};      ///< m, center of mass in the body's frame
-  /// kg m^2 about the center of mass in the body's axes: xx, yy, zz, then xy, xz, yz. Positive definite.
+  float mass = 1.0f;  ///< kg, in [1e-20, 1e30]
+  Vec3 center{};      ///< m, center of mass in the body's frame, each within +-1e5
+  /// kg m^2 about the center of mass in the body's axes: xx, yy, zz, then xy, xz, yz. Positive definite; the
+  /// diagonal in [1e-30, 1e35].
   float inertia[6] = {1.0f, 1.0f, 1.0f, 0.0f, 0.0f, 0.0f};
 };
 
 /// What a new body is. Mass comes from the shapes' densities unless it is given here; a dynamic body that has
-/// neither shapes nor a mass weighs 1 kg with the inertia of 1 kg m^2 about every axis.
+/// neither shapes nor a mass weighs 1 kg with the inertia of 1 kg m^2 about every axis (with a given mass,
+/// that inertia scales with it).
 struct BodyDef {
   BodyType type = BodyType::dynamic;
-  Vec3 position{};          ///< m, of the body's origin, each within +-1e7
-  Quat rotation{};          ///< unit length within 1e-3 (renormalized)
-  Vec3 linear_velocity{};   ///< m/s, of the center of mass
-  Vec3 angular_velocity{};  ///< rad/s
-  float linear_damping = 0.0f;   ///< 1/s, >= 0
-  float angular_damping = 0.0f;  ///< 1/s, >= 0
-  float gravity_factor = 1.0f;   ///< multiplies the world's gravity
+  Vec3 position{};               ///< m, of the body's origin, each within +-1e7
+  Quat rotation{};               ///< unit length within 1e-3 (renormalized)
+  Vec3 linear_velocity{};        ///< m/s, of the center of mass, each within +-1e9; fixed bodies ignore it
+  Vec3 angular_velocity{};       ///< rad/s, each within +-1e9; fixed bodies ignore it
+  float linear_damping = 0.0f;   ///< 1/s, in [0, 1e6]
+  float angular_damping = 0.0f;  ///< 1/s, in [0, 1e6]
+  float gravity_factor = 1.0f;   ///< multiplies the world's gravity, within +-1e6
   AxisLocks locks = AxisLocks::none;
-  std::optional<float> mass{};  ///< kg, > 0: scales the shapes' inertia to this mass
+  std::optional<float> mass{};  ///< kg, in [1e-20, 1e30]: scales the shapes' inertia to this mass
   bool can_sleep = true;
   std::uint64_t user_data = 0;
 };

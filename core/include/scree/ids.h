@@ -1,7 +1,9 @@
 // Handles of bodies and shapes.
 //
 // A handle is an index and a generation: destroying an object raises the generation of its index, so that a
-// handle kept too long is recognized instead of naming a stranger.
+// handle kept too long is recognized instead of naming a stranger. Generations begin at 1: a default handle
+// is never alive. A handle means something to the world that gave it only; another world rejects it unless it
+// has a living object of the very same index and generation.
 #pragma once
 
 #include <cstdint>

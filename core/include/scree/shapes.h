@@ -29,13 +29,16 @@ enum class MixRule : std::uint8_t { minimum, average, product, geometric_mean, m
 
 /// The surface and the filling of a shape.
 struct Material {
-  float friction = 0.6f;            ///< Coulomb coefficient, >= 0
+  float friction = 0.6f;            ///< Coulomb coefficient, in [0, 1e6]
   float restitution = 0.0f;         ///< rebound speed over approach speed, in [0, 1]
-  float rolling_resistance = 0.0f;  ///< m: resisting torque over normal force, >= 0; two surfaces: the maximum
-  float density = 1000.0f;          ///< kg/m^3, > 0; ignored where the body's mass is given
-  Vec3 surface_velocity{};          ///< m/s in the shape's frame: a conveyor belt's speed
+  float rolling_resistance = 0.0f;  ///< m: resisting torque over normal force, in [0, 1e5]; of two
+                                    ///< surfaces the maximum counts
+  float density = 1000.0f;          ///< kg/m^3, in [1e-6, 1e9]; ignored where the body's mass is given
+  Vec3 surface_velocity{};          ///< m/s in the shape's frame: a conveyor belt's speed, each within +-1e6
   MixRule friction_mix = MixRule::geometric_mean;
   MixRule restitution_mix = MixRule::maximum;
+
+  friend bool operator==(const Material&, const Material&) = default;
 };
 
 /// Two shapes collide if each one's `mask` has a bit of the other's `category`; equal nonzero groups
@@ -44,13 +47,17 @@ struct Filter {
   std::uint32_t category = 1;
   std::uint32_t mask = 0xffffffffu;
   std::int32_t group = 0;
+
+  friend bool operator==(const Filter&, const Filter&) = default;
 };
 
 /// What a shape has besides its geometry and its material.
 struct ShapeOptions {
-  Pose local_pose{};  ///< of the shape in its body's frame
+  Pose local_pose{};  ///< of the shape in its body's frame: each within +-1e5 m, unit rotation within 1e-3
   Filter filter{};
   std::uint64_t user_data = 0;
+
+  friend bool operator==(const ShapeOptions&, const ShapeOptions&) = default;
 };
 
 }  // namespace scree

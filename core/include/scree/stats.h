@@ -20,8 +20,9 @@ inline constexpr int kPhaseCount = 8;
 
 /// The name of the function that is the phase ("find_pairs", ...).
 constexpr const char* phase_name(Phase phase) {
-  constexpr const char* kNames[kPhaseCount] = {"find_pairs",  "collide", "find_islands",   "color_constraints",
-                                               "pack_blocks", "solve",   "store_impulses", "finish_step"};
+  constexpr const char* kNames[kPhaseCount] = {"find_pairs",        "collide",     "find_islands",
+                                               "color_constraints", "pack_blocks", "solve",
+                                               "store_impulses",    "finish_step"};
   return kNames[static_cast<int>(phase)];
 }
 
@@ -34,16 +35,16 @@ struct StepStats {
   std::int64_t contacts = 0;       ///< manifolds with at least one point
   std::int64_t contact_points = 0;
   std::int64_t awake_bodies = 0;
-  std::int64_t islands = 0;        ///< islands examined for sleep in this step; 0 where nobody was tired
-  int colors = 0;                  ///< independent batches, those against fixed bodies included
-  int stages = 0;                  ///< parallel stages of the whole step
-  double lane_fill = 1.0;          ///< used lanes over all lanes of the constraint blocks; depends on the width
-  double kinetic_energy = 0.0;     ///< J, at the end of the step
-  double residual = 0.0;           ///< m/s, only with WorldSettings::measure_residual: the largest velocity
-                                   ///< error of a contact row as the last relax pass met it
-  double penetration_mean = 0.0;   ///< m, over touching manifolds, only with measure_penetration
-  double penetration_p999 = 0.0;   ///< m
-  double penetration_max = 0.0;    ///< m
+  std::int64_t islands = 0;     ///< islands examined for sleep in this step; 0 where nobody was tired
+  int colors = 0;               ///< independent batches, those against fixed bodies included
+  int stages = 0;               ///< parallel stages of the whole step
+  double lane_fill = 1.0;       ///< used lanes over all lanes of the constraint blocks; depends on the width
+  double kinetic_energy = 0.0;  ///< J, at the end of the step
+  double residual = 0.0;        ///< m/s, only with WorldSettings::measure_residual: the largest velocity
+                                ///< error of a contact row as the last relax pass met it
+  double penetration_mean = 0.0;  ///< m, over touching manifolds, only with measure_penetration
+  double penetration_p999 = 0.0;  ///< m
+  double penetration_max = 0.0;   ///< m
 };
 
 }  // namespace scree

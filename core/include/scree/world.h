@@ -1,8 +1,8 @@
 // The world: bodies and shapes, and the calls that create, change and read them.
 //
 // Every call validates before it changes anything and throws scree::Error, which names the call, the value
-// and the limit. Calls are made between steps, by one thread at a time for one world; different worlds are
-// independent of one another.
+// and the limit. Calls are made between steps, by one thread at a time for one world (reading calls included:
+// some catch up on work that changes left behind); different worlds are independent of one another.
 #pragma once
 
 #include <scree/body.h>
@@ -22,21 +22,22 @@ namespace scree {
 
 /// Tuning of a world. The defaults suit bodies of about 0.1 to 10 m at 60 steps a second.
 struct WorldSettings {
-  Vec3 gravity{0.0f, -9.81f, 0.0f};  ///< m/s^2
-  int substeps = 4;                  ///< solver substeps per step, in [1, 64]
-  float contact_hertz = 30.0f;       ///< Hz, stiffness of contacts; at most 1/(8 substep) is used; > 0
-  float contact_damping_ratio = 10.0f;
-  float push_speed = 3.0f;             ///< m/s, largest speed at which overlap is pushed apart
-  float restitution_threshold = 1.0f;  ///< m/s, approach speeds below do not rebound
-  float max_linear_speed = 400.0f;     ///< m/s, speeds are clamped in each substep
-  float max_angular_speed = 400.0f;    ///< rad/s
-  bool warm_start = true;
-  bool sleeping = true;
-  float sleep_linear_speed = 0.05f;   ///< m/s, a body may sleep when it stays below both speeds ...
-  float sleep_angular_speed = 0.1f;   ///< rad/s
-  float sleep_time = 0.5f;            ///< s, ... for this long
-  bool measure_residual = false;      ///< fill StepStats::residual
-  bool measure_penetration = false;   ///< fill StepStats::penetration_*
+  Vec3 gravity{0.0f, -9.81f, 0.0f};     ///< m/s^2, each within +-1e6
+  int substeps = 4;                     ///< solver substeps per step, in [1, 64]
+  float contact_hertz = 30.0f;          ///< Hz, stiffness of contacts; at most 1/(8 substep) is used;
+                                        ///< in [1e-3, 1e4]
+  float contact_damping_ratio = 10.0f;  ///< of the contacts' spring, in [0, 1e4]; 1 is critical
+  float push_speed = 3.0f;              ///< m/s, largest speed at which overlap is pushed apart, in [0, 1e6]
+  float restitution_threshold = 1.0f;   ///< m/s, approach speeds below do not rebound, in [0, 1e6]
+  float max_linear_speed = 400.0f;      ///< m/s, speeds are clamped in each substep, in [1e-3, 1e6]
+  float max_angular_speed = 400.0f;     ///< rad/s, in [1e-3, 1e6]
+  bool warm_start = true;               ///< begin each step with the impulses of the last one
+  bool sleeping = true;                 ///< bodies at rest may sleep; turning it off wakes all
+  float sleep_linear_speed = 0.05f;     ///< m/s, a body may sleep when it stays below both speeds ...
+  float sleep_angular_speed = 0.1f;     ///< rad/s, both in [0, 1e6]
+  float sleep_time = 0.5f;              ///< s, ... for this long, in [0, 1e6]
+  bool measure_residual = false;        ///< fill StepStats::residual
+  bool measure_penetration = false;     ///< fill StepStats::penetration_*
 };
 
 /// Memory of a world by column, as generated from its state table.
@@ -53,8 +54,10 @@ struct WorldData;
 /// A simulated world. It can be moved, not copied.
 class SCREE_API World {
  public:
+  /// An empty world. Throws on settings outside the ranges that WorldSettings states.
   explicit World(const WorldSettings& settings = {});
   ~World();
+  /// A world that was moved from can only be destroyed or assigned to; its calls throw.
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
@@ -62,31 +65,50 @@ class SCREE_API World {
 
   /// Creates a body. Throws on values outside the ranges that BodyDef states.
   BodyId create_body(const BodyDef& def);
-  /// Creates one body per definition; `ids` has the same length. All or none are created.
+  /// Creates one body per definition; `ids` has the same length. All or none are created. Indices of
+  /// destroyed bodies are used again, the latest first; without such, indices ascend.
   void create_bodies(std::span<const BodyDef> defs, std::span<BodyId> ids);
-  /// Creates one body with one shape per definition, all shapes sharing material and options.
-  void create_bodies(std::span<const BodyDef> defs, std::span<const Geometry> shapes, const Material& material,
-                     const ShapeOptions& options, std::span<BodyId> ids);
-  /// Destroys the body and its shapes. Bodies that lay on it wake.
+  /// Creates one body with one shape per definition, all shapes sharing material and options. This is the
+  /// fastest way to make many bodies; all or none are created.
+  void create_bodies(std::span<const BodyDef> defs, std::span<const Geometry> shapes,
+                     const Material& material, const ShapeOptions& options, std::span<BodyId> ids);
+  /// Destroys the body and its shapes. Bodies that touched it wake.
   void destroy_body(BodyId body);
+  /// Destroys all of the bodies, or none if a handle is dead or stands in the list twice.
+  void destroy_bodies(std::span<const BodyId> bodies);
   bool is_alive(BodyId body) const noexcept;
   std::size_t body_count() const noexcept;
   /// The living body at an index of the bulk columns, or no body.
   BodyId body_at(std::uint32_t index) const noexcept;
 
   BodyType body_type(BodyId body) const;
+  /// A body that becomes fixed loses its velocity, one that becomes dynamic gets its mass. What touches it
+  /// wakes.
   void set_body_type(BodyId body, BodyType type);
   Pose pose(BodyId body) const;  ///< of the body's origin
+  /// Puts the body elsewhere at once, keeping its velocity. Wakes it and what touched it. Position within
+  /// +-1e7 m, rotation of unit length within 1e-3.
   void set_pose(BodyId body, const Pose& pose);
   Vec3 linear_velocity(BodyId body) const;   ///< of the center of mass, m/s
   Vec3 angular_velocity(BodyId body) const;  ///< rad/s
+  Vec3 velocity_at(BodyId body,
+                   Vec3 world_point) const;  ///< of the body's matter at a point of the world, m/s
+  /// Components within +-1e9 (the step clamps speeds to the world's limits); locked axes stay at zero. No
+  /// effect on fixed bodies. Wakes the body, and what rests on it if it is kinematic.
   void set_linear_velocity(BodyId body, Vec3 velocity);
-  void set_angular_velocity(BodyId body, Vec3 velocity);
-  Vec3 center_of_mass(BodyId body) const;  ///< in world coordinates, m
+  void set_angular_velocity(BodyId body, Vec3 velocity);  ///< as set_linear_velocity
+  /// In world coordinates, m. Fixed and kinematic bodies turn about their origin unless set_mass_properties
+  /// gave them a center.
+  Vec3 center_of_mass(BodyId body) const;
+  /// Of a fixed or kinematic body: what it would have as a dynamic one.
   MassProperties mass_properties(BodyId body) const;
-  /// Replaces what the shapes' densities gave, until reset_mass or a change of shapes by reset_mass.
+  /// Replaces what the shapes' densities and BodyDef::mass gave, until reset_mass; changes of the shapes do
+  /// not matter meanwhile. The inertia must be that of some solid: positive definite, no principal moment
+  /// above the sum of the others (within 0.1 %). The body's matter moves on as it did: linear_velocity
+  /// becomes that of the new center.
   void set_mass_properties(BodyId body, const MassProperties& properties);
-  void reset_mass(BodyId body);  ///< back to the shapes' densities
+  /// Back to the shapes' densities: forgets set_mass_properties and BodyDef::mass.
+  void reset_mass(BodyId body);
   float linear_damping(BodyId body) const;
   float angular_damping(BodyId body) const;
   float gravity_factor(BodyId body) const;
@@ -96,43 +118,51 @@ class SCREE_API World {
   void set_gravity_factor(BodyId body, float factor);
   void set_locks(BodyId body, AxisLocks locks);
   bool can_sleep(BodyId body) const;
-  void set_can_sleep(BodyId body, bool can_sleep);
+  void set_can_sleep(BodyId body, bool can_sleep);  ///< forbidding it wakes the body
+  /// Kinematic bodies are always awake, fixed ones never.
   bool is_awake(BodyId body) const;
+  /// Wakes a dynamic body at once; what it leans on follows in the next step.
   void wake(BodyId body);
   std::uint64_t user_data(BodyId body) const;
   void set_user_data(BodyId body, std::uint64_t data);
 
-  /// Force (N) and torque (N m) act during the next step only; both add up and wake the body.
+  /// Force (N) and torque (N m) act during the next step only; both add up and wake the body. No effect on
+  /// fixed and kinematic bodies. Throws where the sum would accelerate the body by more than 1e15 m/s^2 or
+  /// rad/s^2.
   void add_force(BodyId body, Vec3 force);
   void add_force_at(BodyId body, Vec3 force, Vec3 world_point);
   void add_torque(BodyId body, Vec3 torque);
   /// Impulses (N s, N m s) change the velocity at once and wake the body. No effect on fixed and kinematic
-  /// bodies.
+  /// bodies. Throws where the velocity would leave the range of set_linear_velocity.
   void add_impulse(BodyId body, Vec3 impulse);
   void add_impulse_at(BodyId body, Vec3 impulse, Vec3 world_point);
   void add_angular_impulse(BodyId body, Vec3 impulse);
 
   // --- shapes ---
 
+  /// Adds a shape to a body. The mass follows unless set_mass_properties gave it: with BodyDef::mass the
+  /// total stays and center and inertia change.
   ShapeId add_shape(BodyId body, const Geometry& geometry, const Material& material = {},
                     const ShapeOptions& options = {});
-  void destroy_shape(ShapeId shape);
+  void destroy_shape(ShapeId shape);  ///< the mass follows as in add_shape; what touched the shape wakes
   bool is_alive(ShapeId shape) const noexcept;
   std::size_t shape_count() const noexcept;
   BodyId body_of(ShapeId shape) const;
   Geometry geometry(ShapeId shape) const;
-  void set_geometry(ShapeId shape, const Geometry& geometry);  ///< mass follows unless it was given
+  void set_geometry(ShapeId shape, const Geometry& geometry);  ///< the mass follows as in add_shape
   Material material(ShapeId shape) const;
-  void set_material(ShapeId shape, const Material& material);
+  void set_material(ShapeId shape, const Material& material);  ///< the mass follows as in add_shape
   Filter filter(ShapeId shape) const;
   void set_filter(ShapeId shape, const Filter& filter);
-  Pose local_pose(ShapeId shape) const;
+  Pose local_pose(ShapeId shape) const;                  ///< in the body's frame
+  void set_local_pose(ShapeId shape, const Pose& pose);  ///< the mass follows as in add_shape
   std::uint64_t user_data(ShapeId shape) const;
   void set_user_data(ShapeId shape, std::uint64_t data);
   /// The body's shapes, oldest first; at most `out.size()` are written. Returns how many there are.
   std::size_t shapes_of(BodyId body, std::span<ShapeId> out) const;
 
-  // --- bulk columns, indexed by BodyId::index; entries of no living body are meaningless ---
+  // --- bulk columns, indexed by BodyId::index; entries of no living body are meaningless. A column stays
+  // where it is until bodies are created or the world is destroyed ---
 
   std::span<const Pose> poses() const noexcept;           ///< of the bodies' origins
   std::span<const Velocity> velocities() const noexcept;  ///< of the centers of mass
@@ -140,9 +170,9 @@ class SCREE_API World {
   // --- the world ---
 
   const WorldSettings& settings() const noexcept;
-  void set_settings(const WorldSettings& settings);
+  void set_settings(const WorldSettings& settings);  ///< a change of gravity wakes all bodies
   const StepStats& stats() const noexcept;
-  MemoryUse memory_use() const noexcept;
+  MemoryUse memory_use() const noexcept;  ///< bytes reserved by all columns
   /// xxHash64 over index, pose and velocity of the living bodies in index order: equal for equal histories,
   /// whatever the instruction set, the thread count, the compiler or the build type.
   std::uint64_t hash() const;

@@ -1,0 +1,207 @@
+// Creating and destroying bodies, one or a million at a time.
+#include <core/check.h>
+#include <core/edit.h>
+#include <scree/world.h>
+
+#include <limits>
+#include <string>
+
+namespace scree {
+
+namespace {
+
+// Every shape and body index must fit the rows' int32.
+constexpr std::size_t kMaxRows = std::numeric_limits<std::int32_t>::max();
+
+void check_count(Call call, const char* what, std::size_t rows, std::size_t count) {
+  if (count > kMaxRows - rows) {
+    fail(call, "a world holds at most " + std::to_string(kMaxRows) + " " + what + ", asked for " +
+                   std::to_string(count) + " more");
+  }
+}
+
+std::uint8_t flags_of(const BodyDef& def) {
+  return static_cast<std::uint8_t>(kBodyAlive | (def.can_sleep ? kBodyCanSleep : 0) |
+                                   (def.mass ? kBodyMassGiven : 0));
+}
+
+// Writes all columns of a new body but generation and flags.
+void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const BodyMass& mass) {
+  const auto row = static_cast<std::size_t>(body);
+  const Quat rotation = normalize(def.rotation);
+  bodies.type[row] = def.type;
+  bodies.center[row] = mass.center;
+  PoseRow pose{};
+  store(pose.position, def.position + rotate(rotation, mass.center));
+  store(pose.rotation, rotation);
+  bodies.pose[row] = pose;
+  bodies.transform[row] = transform_of(pose, mass.center);
+  bodies.motion[row] = {def.linear_damping, def.angular_damping, def.gravity_factor,
+                        static_cast<std::uint32_t>(def.locks) |
+                            (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u)};
+  VelocityRow velocity{};
+  if (def.type != BodyType::fixed) {
+    const bool locked = def.type == BodyType::dynamic;
+    const MotionRow& motion = bodies.motion[row];
+    store(velocity.linear, locked ? free_linear(motion, def.linear_velocity) : def.linear_velocity);
+    store(velocity.angular, locked ? free_angular(motion, def.angular_velocity) : def.angular_velocity);
+  }
+  bodies.velocity[row] = velocity;
+  bodies.force[row] = {};
+  bodies.sleep_time[row] = 0.0f;
+  bodies.local_mass[row] = mass.inverse;
+  bodies.local_inertia[row] = mass.inertia;
+  bodies.mass[row] = mass.mass;
+  bodies.given_mass[row] = def.mass.value_or(0.0f);
+  bodies.first_shape[row] = -1;
+  bodies.user_data[row] = def.user_data;
+  bodies.inertia[row] = {};
+  DeltaRow delta{};
+  delta.rotation[3] = 1.0f;
+  bodies.delta[row] = delta;
+  bodies.free_velocity[row] = velocity;
+}
+
+struct ShapeTemplate {
+  std::span<const Geometry> geometries;
+  const Material* material;
+  const ShapeOptions* options;
+};
+
+// Rows are written into slots that stay dead until all definitions have passed; then the slots come alive.
+void create(Call call, WorldData& data, std::span<const BodyDef> defs, const ShapeTemplate* shape,
+            std::span<BodyId> ids) {
+  Bodies& bodies = data.bodies;
+  Shapes& shapes = data.shapes;
+  const std::size_t count = defs.size(), shape_count = shape != nullptr ? count : 0;
+  const std::size_t old_bodies = bodies.flags.size(), old_shapes = shapes.flags.size();
+  check_count(call, "bodies", old_bodies, count);
+  check_count(call, "shapes", old_shapes, shape_count);
+  const SlotPlan body_plan(bodies.free_slots, old_bodies, count);
+  const SlotPlan shape_plan(shapes.free_slots, old_shapes, shape_count);
+  try {
+    grow(bodies, old_bodies + count - body_plan.from_free);
+    grow(shapes, old_shapes + shape_count - shape_plan.from_free);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Call item{call.name, count > 1 ? static_cast<std::int64_t>(i) : -1};
+      const BodyDef& def = defs[i];
+      check_body_def(item, def);
+      MassSum sum;
+      if (shape != nullptr) {
+        check_geometry(item, shape->geometries[i]);
+        if (def.type == BodyType::dynamic) {
+          sum.add(shape->geometries[i], shape->material->density, shape->options->local_pose);
+        }
+      }
+      const BodyMass mass = def.type == BodyType::dynamic ? dynamic_mass(item, sum, def.mass) : BodyMass{};
+      const std::int32_t body = body_plan.slot(bodies.free_slots, i);
+      write_body(bodies, body, def, mass);
+      if (shape == nullptr) continue;
+      const std::int32_t row = shape_plan.slot(shapes.free_slots, i);
+      write_shape(shapes, row, shape->geometries[i], *shape->material, *shape->options);
+    }
+  } catch (...) {
+    bodies.resize(old_bodies);
+    shapes.resize(old_shapes);
+    throw;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::int32_t body = body_plan.slot(bodies.free_slots, i);
+    const auto row = static_cast<std::size_t>(body);
+    if (bodies.generation[row] == 0) bodies.generation[row] = 1;
+    bodies.flags[row] = flags_of(defs[i]);
+    ids[i] = {static_cast<std::uint32_t>(body), bodies.generation[row]};
+    if (shape == nullptr) continue;
+    const std::int32_t shape_row = shape_plan.slot(shapes.free_slots, i);
+    link_shape(data, shape_row, body);
+    commit_shape(shapes, shape_row);
+  }
+  bodies.free_slots.drop_back(body_plan.from_free);
+  shapes.free_slots.drop_back(shape_plan.from_free);
+  bodies.alive += count;
+  bodies.lists_dirty = true;
+  if (shape_count > 0) data.contacts.pairs_stale = true;
+}
+
+void bury_body(WorldData& data, std::int32_t body) {
+  Bodies& bodies = data.bodies;
+  const auto row = static_cast<std::size_t>(body);
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    bury_shape(data, shape);
+  }
+  bodies.flags[row] = 0;
+  bodies.first_shape[row] = -1;
+  bodies.velocity[row] = {};
+  bodies.force[row] = {};
+  bodies.local_mass[row] = {};
+  bodies.inertia[row] = {};
+  // A slot whose generations are used up stays empty for good.
+  if (++bodies.generation[row] != 0) bodies.free_slots.push_back(body);
+  --bodies.alive;
+  bodies.lists_dirty = true;
+}
+
+}  // namespace
+
+BodyId World::create_body(const BodyDef& def) {
+  constexpr Call call{"create_body"};
+  BodyId id;
+  create(call, opened(call, data_), {&def, 1}, nullptr, {&id, 1});
+  return id;
+}
+
+void World::create_bodies(std::span<const BodyDef> defs, std::span<BodyId> ids) {
+  constexpr Call call{"create_bodies"};
+  if (ids.size() != defs.size()) {
+    fail(call, "room for " + std::to_string(ids.size()) + " ids, but " + std::to_string(defs.size()) +
+                   " definitions");
+  }
+  create(call, opened(call, data_), defs, nullptr, ids);
+}
+
+void World::create_bodies(std::span<const BodyDef> defs, std::span<const Geometry> shapes,
+                          const Material& material, const ShapeOptions& options, std::span<BodyId> ids) {
+  constexpr Call call{"create_bodies"};
+  if (ids.size() != defs.size() || shapes.size() != defs.size()) {
+    fail(call, std::to_string(defs.size()) + " definitions, but " + std::to_string(shapes.size()) +
+                   " shapes and room for " + std::to_string(ids.size()) + " ids");
+  }
+  check_material(call, material);
+  check_options(call, options);
+  ShapeOptions unit_options = options;
+  unit_options.local_pose.rotation = normalize(options.local_pose.rotation);
+  const ShapeTemplate shape{shapes, &material, &unit_options};
+  create(call, opened(call, data_), defs, &shape, ids);
+}
+
+void World::destroy_body(BodyId body) {
+  constexpr Call call{"destroy_body"};
+  WorldData& data = opened(call, data_);
+  bury_body(data, checked_row(call, data.bodies, body));
+}
+
+void World::destroy_bodies(std::span<const BodyId> bodies) {
+  constexpr const char* kName = "destroy_bodies";
+  WorldData& data = opened({kName}, data_);
+  const auto unmark = [&](std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      std::uint8_t& flags = data.bodies.flags[bodies[i].index];
+      flags = static_cast<std::uint8_t>(flags & ~kBodyMarked);
+    }
+  };
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const Call call{kName, static_cast<std::int64_t>(i)};
+    try {
+      const auto row = static_cast<std::size_t>(checked_row(call, data.bodies, bodies[i]));
+      if ((data.bodies.flags[row] & kBodyMarked) != 0) fail(call, "the same body stands in the list twice");
+      data.bodies.flags[row] |= kBodyMarked;
+    } catch (...) {
+      unmark(i);
+      throw;
+    }
+  }
+  for (const BodyId& body : bodies) bury_body(data, static_cast<std::int32_t>(body.index));
+}
+
+}  // namespace scree

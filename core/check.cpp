@@ -1,0 +1,121 @@
+// Checks of what callers hand in; see check.h.
+#include <core/check.h>
+
+#include <cstdio>
+
+namespace scree {
+
+namespace {
+
+std::string number_text(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+}  // namespace
+
+void fail(Call call, const std::string& problem) {
+  std::string message = std::string("World::") + call.name + ": ";
+  if (call.item >= 0) message += "definition " + std::to_string(call.item) + ": ";
+  throw Error(message + problem);
+}
+
+void fail_range(Call call, const char* what, double value, double low, double high) {
+  fail(call, std::string(what) + " is " + number_text(value) + ", must lie in [" + number_text(low) + ", " +
+                 number_text(high) + "]");
+}
+
+void fail_handle(Call call, const char* kind, std::uint32_t index, std::uint32_t generation) {
+  if (generation == 0) fail(call, std::string("the handle names no ") + kind);
+  fail(call, std::string("no ") + kind + " lives under index " + std::to_string(index) + ", generation " +
+                 std::to_string(generation) + ": it was destroyed, or belongs to another world");
+}
+
+void check_rotation(Call call, const char* what, Quat rotation) {
+  const double x = rotation.x, y = rotation.y, z = rotation.z, w = rotation.w;
+  const double norm = std::sqrt(x * x + y * y + z * z + w * w);
+  if (!(norm >= 1.0 - kUnitTolerance && norm <= 1.0 + kUnitTolerance)) {
+    fail(call, std::string(what) + " has length " + number_text(norm) + ", must be 1 within " +
+                   number_text(kUnitTolerance));
+  }
+}
+
+void check_pose(Call call, const char* position, const char* rotation, const Pose& pose, float limit) {
+  check_vector(call, position, pose.position, limit);
+  check_rotation(call, rotation, pose.rotation);
+}
+
+void check_body_type(Call call, BodyType type) {
+  if (type > BodyType::dynamic) fail_range(call, "type", static_cast<int>(type), 0, 2);
+}
+
+void check_locks(Call call, AxisLocks locks) {
+  if (static_cast<unsigned>(locks) > kMotionLocksMask) {
+    fail_range(call, "locks", static_cast<unsigned>(locks), 0, kMotionLocksMask);
+  }
+}
+
+void check_body_def(Call call, const BodyDef& def) {
+  check_body_type(call, def.type);
+  check_vector(call, "position", def.position, kMaxPosition);
+  check_rotation(call, "rotation", def.rotation);
+  check_vector(call, "linear_velocity", def.linear_velocity, kMaxSpeed);
+  check_vector(call, "angular_velocity", def.angular_velocity, kMaxSpeed);
+  check_range(call, "linear_damping", def.linear_damping, 0.0f, kMaxRate);
+  check_range(call, "angular_damping", def.angular_damping, 0.0f, kMaxRate);
+  check_range(call, "gravity_factor", def.gravity_factor, -kMaxGravityFactor, kMaxGravityFactor);
+  check_locks(call, def.locks);
+  if (def.mass) check_range(call, "mass", *def.mass, kMinMass, kMaxMass);
+}
+
+void check_geometry(Call call, const Geometry& geometry) {
+  if (const auto* sphere = std::get_if<Sphere>(&geometry)) {
+    check_range(call, "sphere radius", sphere->radius, kMinExtent, kMaxExtent);
+  } else if (const auto* capsule = std::get_if<Capsule>(&geometry)) {
+    check_range(call, "capsule half_height", capsule->half_height, kMinExtent, kMaxExtent);
+    check_range(call, "capsule radius", capsule->radius, kMinExtent, kMaxExtent);
+  } else if (const auto* box = std::get_if<Box>(&geometry)) {
+    check_range(call, "box half_extents.x", box->half_extents.x, kMinExtent, kMaxExtent);
+    check_range(call, "box half_extents.y", box->half_extents.y, kMinExtent, kMaxExtent);
+    check_range(call, "box half_extents.z", box->half_extents.z, kMinExtent, kMaxExtent);
+  } else {
+    fail(call, "geometry holds no value");
+  }
+}
+
+void check_material(Call call, const Material& material) {
+  check_range(call, "friction", material.friction, 0.0f, kMaxFriction);
+  check_range(call, "restitution", material.restitution, 0.0f, 1.0f);
+  check_range(call, "rolling_resistance", material.rolling_resistance, 0.0f, kMaxRollingResistance);
+  check_range(call, "density", material.density, kMinDensity, kMaxDensity);
+  check_vector(call, "surface_velocity", material.surface_velocity, kMaxSurfaceSpeed);
+  if (material.friction_mix > MixRule::maximum) {
+    fail_range(call, "friction_mix", static_cast<int>(material.friction_mix), 0, 4);
+  }
+  if (material.restitution_mix > MixRule::maximum) {
+    fail_range(call, "restitution_mix", static_cast<int>(material.restitution_mix), 0, 4);
+  }
+}
+
+void check_options(Call call, const ShapeOptions& options) {
+  check_pose(call, "local_pose.position", "local_pose.rotation", options.local_pose, kMaxLocalPosition);
+}
+
+void check_settings(Call call, const WorldSettings& settings) {
+  check_vector(call, "gravity", settings.gravity, kMaxGravity);
+  if (settings.substeps < 1 || settings.substeps > 64) {
+    fail_range(call, "substeps", settings.substeps, 1, 64);
+  }
+  check_range(call, "contact_hertz", settings.contact_hertz, 1e-3f, 1e4f);
+  check_range(call, "contact_damping_ratio", settings.contact_damping_ratio, 0.0f, 1e4f);
+  check_range(call, "push_speed", settings.push_speed, 0.0f, kMaxRate);
+  check_range(call, "restitution_threshold", settings.restitution_threshold, 0.0f, 1e6f);
+  check_range(call, "max_linear_speed", settings.max_linear_speed, 1e-3f, 1e6f);
+  check_range(call, "max_angular_speed", settings.max_angular_speed, 1e-3f, 1e6f);
+  check_range(call, "sleep_linear_speed", settings.sleep_linear_speed, 0.0f, 1e6f);
+  check_range(call, "sleep_angular_speed", settings.sleep_angular_speed, 0.0f, 1e6f);
+  check_range(call, "sleep_time", settings.sleep_time, 0.0f, 1e6f);
+}
+
+}  // namespace scree

@@ -1,0 +1,185 @@
+// Edits: the pieces that World's calls are made of; see edit.h.
+#include <core/edit.h>
+
+namespace scree {
+
+namespace {
+
+template <class Store>
+void grow_store(Store& store, std::size_t count) {
+  const std::size_t old_count = store.generation.size();
+  if (count <= old_count) return;
+  try {
+    store.free_slots.reserve(count);
+    store.resize(count);
+  } catch (...) {
+    store.resize(old_count);  // shrinking keeps the memory and cannot fail
+    throw;
+  }
+}
+
+}  // namespace
+
+void grow(Bodies& bodies, std::size_t count) {
+  grow_store(bodies, count);
+}
+
+void grow(Shapes& shapes, std::size_t count) {
+  shapes.dirty.reserve(count);
+  grow_store(shapes, count);
+}
+
+void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags) {
+  std::uint8_t& row_flags = shapes.flags[static_cast<std::size_t>(shape)];
+  if ((row_flags & kShapeDirty) == 0) shapes.dirty.push_back(shape);
+  row_flags = static_cast<std::uint8_t>(row_flags | flags | kShapeDirty);
+}
+
+TreeKind tree_of(const Bodies& bodies, std::int32_t body) {
+  const auto row = static_cast<std::size_t>(body);
+  switch (bodies.type[row]) {
+    case BodyType::fixed:
+      return TreeKind::frozen;
+    case BodyType::kinematic:
+      return TreeKind::kinematic;
+    case BodyType::dynamic:
+      break;
+  }
+  return (bodies.flags[row] & kBodyAsleep) != 0 ? TreeKind::frozen : TreeKind::awake;
+}
+
+void write_extent(Shapes& shapes, std::int32_t shape, const Geometry& geometry) {
+  const auto row = static_cast<std::size_t>(shape);
+  ExtentRow extent{};
+  if (const auto* sphere = std::get_if<Sphere>(&geometry)) {
+    shapes.type[row] = ShapeType::sphere;
+    extent.radius = sphere->radius;
+  } else if (const auto* capsule = std::get_if<Capsule>(&geometry)) {
+    shapes.type[row] = ShapeType::capsule;
+    extent.half[1] = capsule->half_height;
+    extent.radius = capsule->radius;
+  } else if (const auto* box = std::get_if<Box>(&geometry)) {
+    shapes.type[row] = ShapeType::box;
+    store(extent.half, box->half_extents);
+  }
+  shapes.extent[row] = extent;
+}
+
+void write_material(Shapes& shapes, std::int32_t shape, const Material& material) {
+  const auto row = static_cast<std::size_t>(shape);
+  MaterialRow rules{};
+  rules.friction = material.friction;
+  rules.restitution = material.restitution;
+  rules.rolling_resistance = material.rolling_resistance;
+  rules.rules = static_cast<std::uint32_t>(material.friction_mix) |
+                static_cast<std::uint32_t>(material.restitution_mix) << 8;
+  if (material.surface_velocity != Vec3{}) rules.rules |= kMaterialMoves;
+  store(rules.surface_velocity, material.surface_velocity);
+  shapes.material[row] = rules;
+  shapes.density[row] = material.density;
+}
+
+void write_shape(Shapes& shapes, std::int32_t shape, const Geometry& geometry, const Material& material,
+                 const ShapeOptions& options) {
+  const auto row = static_cast<std::size_t>(shape);
+  write_extent(shapes, shape, geometry);
+  write_material(shapes, shape, material);
+  shapes.body[row] = -1;
+  shapes.next[row] = -1;
+  shapes.given_pose[row] = options.local_pose;
+  shapes.local_pose[row] = {};
+  shapes.filter[row] = options.filter;
+  shapes.fat_bounds[row] = {};
+  shapes.tree[row] = TreeKind::none;
+  shapes.user_data[row] = options.user_data;
+  shapes.pose[row] = {};
+}
+
+ShapeId commit_shape(Shapes& shapes, std::int32_t shape) {
+  const auto row = static_cast<std::size_t>(shape);
+  if (shapes.generation[row] == 0) shapes.generation[row] = 1;
+  mark_dirty(shapes, shape, kShapeAlive | kShapeNew);
+  shapes.trees_stale = true;
+  ++shapes.alive;
+  return {static_cast<std::uint32_t>(shape), shapes.generation[row]};
+}
+
+void link_shape(WorldData& data, std::int32_t shape, std::int32_t body) {
+  const auto row = static_cast<std::size_t>(shape);
+  const auto body_row = static_cast<std::size_t>(body);
+  data.shapes.body[row] = body;
+  data.shapes.next[row] = data.bodies.first_shape[body_row];
+  data.bodies.first_shape[body_row] = shape;
+  data.shapes.tree[row] = tree_of(data.bodies, body);
+  place_shape_in_body(data, shape);
+}
+
+void bury_shape(WorldData& data, std::int32_t shape) {
+  Shapes& shapes = data.shapes;
+  const auto row = static_cast<std::size_t>(shape);
+  request_wake(data, shape);
+  mark_dirty(shapes, shape);
+  shapes.flags[row] = static_cast<std::uint8_t>(shapes.flags[row] & ~(kShapeAlive | kShapeNew));
+  shapes.tree[row] = TreeKind::none;
+  // A slot whose generations are used up stays empty for good.
+  if (++shapes.generation[row] != 0) shapes.free_slots.push_back(shape);
+  --shapes.alive;
+  shapes.trees_stale = true;
+  data.contacts.pairs_stale = true;
+  data.bodies.lists_dirty = true;
+}
+
+void place_shape_in_body(WorldData& data, std::int32_t shape) {
+  const auto row = static_cast<std::size_t>(shape);
+  const Pose& given = data.shapes.given_pose[row];
+  PoseRow local{};
+  store(local.position, given.position - data.bodies.center[static_cast<std::size_t>(data.shapes.body[row])]);
+  store(local.rotation, given.rotation);
+  data.shapes.local_pose[row] = local;
+}
+
+void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
+  Bodies& bodies = data.bodies;
+  const auto row = static_cast<std::size_t>(body);
+  store(bodies.pose[row].position, transform.position + rotate(transform.rotation, bodies.center[row]));
+  store(bodies.pose[row].rotation, transform.rotation);
+  bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    mark_dirty(data.shapes, shape);
+  }
+}
+
+void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
+  Bodies& bodies = data.bodies;
+  const auto row = static_cast<std::size_t>(body);
+  bodies.mass[row] = mass.mass;
+  bodies.local_inertia[row] = mass.inertia;
+  bodies.local_mass[row] = mass.inverse;
+  bodies.inertia[row] = {};
+  bodies.motion[row].flags = (bodies.motion[row].flags & ~static_cast<std::uint32_t>(kMotionGyroscopic)) |
+                             (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u);
+  if (bodies.center[row] == mass.center) return;
+
+  const Pose transform = bodies.transform[row];
+  const Vec3 shift = rotate(transform.rotation, mass.center - bodies.center[row]);
+  VelocityRow& velocity = bodies.velocity[row];
+  store(velocity.linear,
+        free_linear(bodies.motion[row], to_vec3(velocity.linear) + cross(to_vec3(velocity.angular), shift)));
+  bodies.center[row] = mass.center;
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    place_shape_in_body(data, shape);
+  }
+  place_body(data, body, transform);
+}
+
+void disturb(WorldData& data, std::int32_t body) {
+  wake_body(data, body);
+  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    request_wake(data, shape);
+  }
+}
+
+}  // namespace scree

@@ -1,0 +1,99 @@
+// Edits: the pieces that World's calls are made of. Everything here assumes checked values.
+#pragma once
+
+#include <core/check.h>
+#include <core/mass.h>
+#include <core/math.h>
+#include <core/wake.h>
+#include <core/world_data.h>
+
+#include <cstdint>
+
+namespace scree {
+
+// Makes room for `count` rows of bodies or shapes and for every list of their slots, so that nothing later in
+// the call can run out of memory. If it throws, nothing has changed.
+void grow(Bodies& bodies, std::size_t count);
+void grow(Shapes& shapes, std::size_t count);
+
+// Slots for new objects: free ones first, the most recently freed at the front, then rows at the end.
+struct SlotPlan {
+  std::size_t free_count;   // in the free list
+  std::size_t from_free;    // to be taken from it
+  std::size_t first_fresh;  // old number of rows
+
+  SlotPlan(const Column<std::int32_t>& free_slots, std::size_t rows, std::size_t count)
+      : free_count(free_slots.size()),
+        from_free(count < free_count ? count : free_count),
+        first_fresh(rows) {}
+  std::int32_t slot(const Column<std::int32_t>& free_slots, std::size_t i) const {
+    return i < from_free ? free_slots[free_count - 1 - i]
+                         : static_cast<std::int32_t>(first_fresh + i - from_free);
+  }
+};
+
+// Puts the shape on the list of what the broad phase must look at again.
+void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags = kShapeDirty);
+
+TreeKind tree_of(const Bodies& bodies, std::int32_t body);
+
+// Writes all columns of a new shape but generation and flags. The local rotation must be normalized.
+void write_shape(Shapes& shapes, std::int32_t shape, const Geometry& geometry, const Material& material,
+                 const ShapeOptions& options);
+void write_extent(Shapes& shapes, std::int32_t shape, const Geometry& geometry);
+void write_material(Shapes& shapes, std::int32_t shape, const Material& material);
+// Makes the slot live: generation, flags, dirty list, counts.
+ShapeId commit_shape(Shapes& shapes, std::int32_t shape);
+void link_shape(WorldData& data, std::int32_t shape, std::int32_t body);
+// Takes the shape out of the world, but not out of its body's list.
+void bury_shape(WorldData& data, std::int32_t shape);
+
+// Places the body's origin; shapes become dirty.
+void place_body(WorldData& data, std::int32_t body, const Pose& transform);
+// Writes the mass rows, moving the center of mass in the body; the body's matter moves on as it did.
+void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass);
+void place_shape_in_body(WorldData& data, std::int32_t shape);  // local_pose from given_pose and center
+
+// Wakes the body and, when next asked, all that touch it.
+void disturb(WorldData& data, std::int32_t body);
+
+// Linear or angular part of the locks: 1 where motion is free.
+inline Vec3 free_axes(std::uint32_t locks) {
+  return {(locks & 1) != 0 ? 0.0f : 1.0f, (locks & 2) != 0 ? 0.0f : 1.0f, (locks & 4) != 0 ? 0.0f : 1.0f};
+}
+inline Vec3 masked(Vec3 v, Vec3 mask) {
+  return {mask.x != 0.0f ? v.x : 0.0f, mask.y != 0.0f ? v.y : 0.0f, mask.z != 0.0f ? v.z : 0.0f};
+}
+inline Vec3 free_linear(const MotionRow& motion, Vec3 v) {
+  return masked(v, free_axes(motion.flags));
+}
+inline Vec3 free_angular(const MotionRow& motion, Vec3 v) {
+  return masked(v, free_axes(motion.flags >> 3));
+}
+
+inline Vec3 to_vec3(const float (&v)[3]) {
+  return {v[0], v[1], v[2]};
+}
+inline Quat to_quat(const float (&q)[4]) {
+  return {q[0], q[1], q[2], q[3]};
+}
+inline void store(float (&row)[3], Vec3 v) {
+  row[0] = v.x, row[1] = v.y, row[2] = v.z;
+}
+inline void store(float (&row)[4], Quat q) {
+  row[0] = q.x, row[1] = q.y, row[2] = q.z, row[3] = q.w;
+}
+
+// What finish_step does for moving bodies: the origin's pose from that of the center of mass.
+inline Pose transform_of(const PoseRow& pose, Vec3 center) {
+  const Quat rotation = to_quat(pose.rotation);
+  return {to_vec3(pose.position) - rotate(rotation, center), rotation};
+}
+
+// The data of a world that has not been moved from.
+inline WorldData& opened(Call call, const std::unique_ptr<WorldData>& data) {
+  if (data == nullptr) fail(call, "the world has been moved from");
+  return *data;
+}
+
+}  // namespace scree

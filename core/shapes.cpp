@@ -1,0 +1,204 @@
+// Calls that create, change, read and destroy one shape.
+#include <core/check.h>
+#include <core/edit.h>
+#include <scree/world.h>
+
+namespace scree {
+
+namespace {
+
+struct ShapeRow {
+  WorldData& data;
+  Shapes& shapes;
+  std::int32_t shape;
+  std::size_t row;
+  std::int32_t body;
+};
+
+ShapeRow at(Call call, const std::unique_ptr<WorldData>& owner, ShapeId id) {
+  WorldData& data = opened(call, owner);
+  const std::int32_t shape = checked_row(call, data.shapes, id);
+  const auto row = static_cast<std::size_t>(shape);
+  return {data, data.shapes, shape, row, data.shapes.body[row]};
+}
+
+ShapeForm form_of(const ShapeRow& s) {
+  return {geometry_of(s.shapes, s.shape), s.shapes.density[s.row], s.shapes.given_pose[s.row]};
+}
+
+// The body's mass rows after the change, or an Error.
+BodyMass mass_after_change(Call call, const ShapeRow& s, const ShapeForm* form) {
+  const auto body_row = static_cast<std::size_t>(s.body);
+  return mass_after(call, s.data, s.body, s.data.bodies.type[body_row], s.data.bodies.flags[body_row],
+                    {s.shape, form});
+}
+
+// A shape that collides otherwise than before: its pairs are found anew, its neighbors wake.
+void reconsider(const ShapeRow& s, std::uint8_t flags) {
+  mark_dirty(s.shapes, s.shape, flags);
+  request_wake(s.data, s.shape);
+  wake_body(s.data, s.body);
+  s.data.contacts.pairs_stale = true;
+}
+
+}  // namespace
+
+ShapeId World::add_shape(BodyId body, const Geometry& geometry, const Material& material,
+                         const ShapeOptions& options) {
+  constexpr Call call{"add_shape"};
+  WorldData& data = opened(call, data_);
+  const std::int32_t row = checked_row(call, data.bodies, body);
+  check_geometry(call, geometry);
+  check_material(call, material);
+  check_options(call, options);
+  ShapeOptions unit_options = options;
+  unit_options.local_pose.rotation = normalize(options.local_pose.rotation);
+  const ShapeForm form{geometry, material.density, unit_options.local_pose};
+  const BodyMass mass =
+      mass_after(call, data, row, data.bodies.type[body.index], data.bodies.flags[body.index], {-1, &form});
+  Shapes& shapes = data.shapes;
+  const SlotPlan plan(shapes.free_slots, shapes.flags.size(), 1);
+  if (plan.from_free == 0) grow(shapes, shapes.flags.size() + 1);
+  const std::int32_t shape = plan.slot(shapes.free_slots, 0);
+  if (plan.from_free == 1) shapes.free_slots.pop_back();
+
+  write_shape(shapes, shape, geometry, material, unit_options);
+  wake_body(data, row);
+  link_shape(data, shape, row);
+  const ShapeId id = commit_shape(shapes, shape);
+  apply_mass(data, row, mass);
+  data.bodies.lists_dirty = true;
+  data.contacts.pairs_stale = true;
+  return id;
+}
+
+void World::destroy_shape(ShapeId shape) {
+  constexpr Call call{"destroy_shape"};
+  const ShapeRow s = at(call, data_, shape);
+  const BodyMass mass = mass_after_change(call, s, nullptr);
+  std::int32_t* link = &s.data.bodies.first_shape[static_cast<std::size_t>(s.body)];
+  while (*link != s.shape) link = &s.shapes.next[static_cast<std::size_t>(*link)];
+  *link = s.shapes.next[s.row];
+  bury_shape(s.data, s.shape);
+  apply_mass(s.data, s.body, mass);
+  wake_body(s.data, s.body);
+}
+
+bool World::is_alive(ShapeId shape) const noexcept {
+  if (data_ == nullptr) return false;
+  const Shapes& shapes = data_->shapes;
+  return shape.index < shapes.flags.size() && shapes.generation[shape.index] == shape.generation &&
+         (shapes.flags[shape.index] & kShapeAlive) != 0;
+}
+
+std::size_t World::shape_count() const noexcept {
+  return data_ != nullptr ? data_->shapes.alive : 0;
+}
+
+BodyId World::body_of(ShapeId shape) const {
+  const ShapeRow s = at({"body_of"}, data_, shape);
+  return {static_cast<std::uint32_t>(s.body), s.data.bodies.generation[static_cast<std::size_t>(s.body)]};
+}
+
+Geometry World::geometry(ShapeId shape) const {
+  const ShapeRow s = at({"geometry"}, data_, shape);
+  return geometry_of(s.shapes, s.shape);
+}
+
+void World::set_geometry(ShapeId shape, const Geometry& geometry) {
+  constexpr Call call{"set_geometry"};
+  const ShapeRow s = at(call, data_, shape);
+  check_geometry(call, geometry);
+  ShapeForm form = form_of(s);
+  form.geometry = geometry;
+  const BodyMass mass = mass_after_change(call, s, &form);
+  write_extent(s.shapes, s.shape, geometry);
+  apply_mass(s.data, s.body, mass);
+  reconsider(s, kShapeNew);
+}
+
+Material World::material(ShapeId shape) const {
+  const ShapeRow s = at({"material"}, data_, shape);
+  const MaterialRow& row = s.shapes.material[s.row];
+  return {.friction = row.friction,
+          .restitution = row.restitution,
+          .rolling_resistance = row.rolling_resistance,
+          .density = s.shapes.density[s.row],
+          .surface_velocity = to_vec3(row.surface_velocity),
+          .friction_mix = static_cast<MixRule>(row.rules & 0xff),
+          .restitution_mix = static_cast<MixRule>(row.rules >> 8 & 0xff)};
+}
+
+void World::set_material(ShapeId shape, const Material& material) {
+  constexpr Call call{"set_material"};
+  const ShapeRow s = at(call, data_, shape);
+  check_material(call, material);
+  if (material.density != s.shapes.density[s.row]) {
+    ShapeForm form = form_of(s);
+    form.density = material.density;
+    const BodyMass mass = mass_after_change(call, s, &form);
+    apply_mass(s.data, s.body, mass);
+  }
+  write_material(s.shapes, s.shape, material);
+  mark_dirty(s.shapes, s.shape);  // manifolds that are kept must mix the surfaces anew
+  request_wake(s.data, s.shape);
+  wake_body(s.data, s.body);
+}
+
+Filter World::filter(ShapeId shape) const {
+  const ShapeRow s = at({"filter"}, data_, shape);
+  return s.shapes.filter[s.row];
+}
+
+void World::set_filter(ShapeId shape, const Filter& filter) {
+  const ShapeRow s = at({"set_filter"}, data_, shape);
+  s.shapes.filter[s.row] = filter;
+  reconsider(s, kShapeDirty);
+}
+
+Pose World::local_pose(ShapeId shape) const {
+  const ShapeRow s = at({"local_pose"}, data_, shape);
+  return s.shapes.given_pose[s.row];
+}
+
+void World::set_local_pose(ShapeId shape, const Pose& pose) {
+  constexpr Call call{"set_local_pose"};
+  const ShapeRow s = at(call, data_, shape);
+  check_pose(call, "position", "rotation", pose, kMaxLocalPosition);
+  ShapeForm form = form_of(s);
+  form.local_pose = {pose.position, normalize(pose.rotation)};
+  const BodyMass mass = mass_after_change(call, s, &form);
+  s.shapes.given_pose[s.row] = form.local_pose;
+  place_shape_in_body(s.data, s.shape);
+  apply_mass(s.data, s.body, mass);
+  reconsider(s, kShapeDirty);
+}
+
+std::uint64_t World::user_data(ShapeId shape) const {
+  const ShapeRow s = at({"user_data"}, data_, shape);
+  return s.shapes.user_data[s.row];
+}
+
+void World::set_user_data(ShapeId shape, std::uint64_t user_data) {
+  const ShapeRow s = at({"set_user_data"}, data_, shape);
+  s.shapes.user_data[s.row] = user_data;
+}
+
+std::size_t World::shapes_of(BodyId body, std::span<ShapeId> out) const {
+  constexpr Call call{"shapes_of"};
+  const WorldData& data = opened(call, data_);
+  const auto first = data.bodies.first_shape[static_cast<std::size_t>(checked_row(call, data.bodies, body))];
+  const auto next = [&](std::int32_t shape) { return data.shapes.next[static_cast<std::size_t>(shape)]; };
+  std::size_t count = 0;
+  for (std::int32_t shape = first; shape >= 0; shape = next(shape)) ++count;
+  std::size_t place = count;  // the list is newest first
+  for (std::int32_t shape = first; shape >= 0; shape = next(shape)) {
+    --place;
+    if (place >= out.size()) continue;
+    const auto row = static_cast<std::size_t>(shape);
+    out[place] = {static_cast<std::uint32_t>(shape), data.shapes.generation[row]};
+  }
+  return count;
+}
+
+}  // namespace scree

@@ -1,0 +1,52 @@
+// Walks the state table: every column of a world, with its kind and its store's name. The memory report is
+// made from it; so is whatever else must not forget a column.
+#pragma once
+
+#include <core/world_data.h>
+
+namespace scree {
+
+// Calls visit(kind, store, name, column) for the columns of the public stores, in a fixed order.
+template <class Visit>
+void for_each_column(WorldData& data, Visit&& visit) {
+  const auto within = [&visit](const char* store) {
+    return [&visit, store](ColumnKind kind, const char* name, auto& column) {
+      visit(kind, store, name, column);
+    };
+  };
+  data.bodies.for_each_column(within("bodies"));
+  visit(ColumnKind::state, "bodies", "free_slots", data.bodies.free_slots);
+  visit(ColumnKind::state, "bodies", "awake", data.bodies.awake);
+  visit(ColumnKind::derived, "bodies", "kinematic", data.bodies.kinematic);
+  data.shapes.for_each_column(within("shapes"));
+  visit(ColumnKind::state, "shapes", "free_slots", data.shapes.free_slots);
+  visit(ColumnKind::derived, "shapes", "moving", data.shapes.moving);
+  visit(ColumnKind::state, "shapes", "dirty", data.shapes.dirty);
+  data.contacts.now.for_each_column(within("contacts.now"));
+  data.contacts.before.for_each_column([&visit](ColumnKind, const char* name, auto& column) {
+    visit(ColumnKind::scratch, "contacts.before", name, column);
+  });
+  visit(ColumnKind::scratch, "contacts", "previous", data.contacts.previous);
+  visit(ColumnKind::derived, "contacts", "touching", data.contacts.touching);
+}
+
+// Calls visit(kind, store, name, bytes, capacity_bytes) for the columns of the stores and of the stages'
+// parts.
+template <class Visit>
+void for_each_column_size(WorldData& data, Visit&& visit) {
+  for_each_column(data, [&visit](ColumnKind kind, const char* store, const char* name, auto& column) {
+    visit(kind, store, name, column.span().size_bytes(), column.capacity_bytes());
+  });
+  const auto report = [&visit](const std::unique_ptr<Part>& part, const char* store) {
+    if (part == nullptr) return;
+    part->report(
+        [&visit, store](ColumnKind kind, const char* name, const void*, std::size_t bytes,
+                        std::size_t capacity_bytes) { visit(kind, store, name, bytes, capacity_bytes); });
+  };
+  report(data.broad_phase, "broad_phase");
+  report(data.narrow_phase, "narrow_phase");
+  report(data.constraints, "constraints");
+  report(data.islands, "islands");
+}
+
+}  // namespace scree

@@ -1,0 +1,38 @@
+// Waking; see wake.h.
+#include <core/wake.h>
+
+namespace scree {
+
+void wake_body(WorldData& data, std::int32_t body) {
+  Bodies& bodies = data.bodies;
+  const auto row = static_cast<std::size_t>(body);
+  if ((bodies.flags[row] & kBodyAlive) == 0 || bodies.type[row] != BodyType::dynamic) return;
+  bodies.sleep_time[row] = 0.0f;
+  if ((bodies.flags[row] & kBodyAsleep) == 0) return;
+  bodies.flags[row] = static_cast<std::uint8_t>(bodies.flags[row] & ~kBodyAsleep);
+  bodies.lists_dirty = true;
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    data.shapes.tree[static_cast<std::size_t>(shape)] = TreeKind::awake;
+    data.shapes.trees_stale = true;
+  }
+}
+
+void wake_neighbors(WorldData& data) {
+  Shapes& shapes = data.shapes;
+  if (!shapes.wake_requested) return;
+  const ContactRows& rows = data.contacts.now;
+  for (std::size_t i = 0; i < rows.pair.size(); ++i) {
+    if ((rows.manifold[i].info & kManifoldPointMask) == 0) continue;
+    const auto a = static_cast<std::size_t>(rows.pair[i].a);
+    const auto b = static_cast<std::size_t>(rows.pair[i].b);
+    if (((shapes.flags[a] | shapes.flags[b]) & kShapeWakes) == 0) continue;
+    // A slot that died or changed hands names a dead body or a new, wakeful one: no harm in either.
+    wake_body(data, shapes.body[a]);
+    wake_body(data, shapes.body[b]);
+  }
+  for (std::uint8_t& flags : shapes.flags) flags = static_cast<std::uint8_t>(flags & ~kShapeWakes);
+  shapes.wake_requested = false;
+}
+
+}  // namespace scree

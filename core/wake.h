@@ -1,0 +1,28 @@
+// Waking: calls that can change how something moves wake it.
+//
+// A call wakes the body it names at once. Bodies that touched something that a call moved, changed or
+// destroyed are only requested: finding them means looking through all contacts, which is done once however
+// many calls there were, by wake_neighbors. The rest of a woken body's island follows in find_islands.
+#pragma once
+
+#include <core/world_data.h>
+
+#include <cstdint>
+
+namespace scree {
+
+// Clears the sleep of a living dynamic body and restarts its timer; nothing happens to other rows.
+void wake_body(WorldData& data, std::int32_t body);
+
+// The bodies that touch the shape (by contacts.now) wake at the next wake_neighbors. Works for shapes that
+// are about to die: their contact rows outlive them until find_pairs.
+inline void request_wake(WorldData& data, std::int32_t shape) {
+  data.shapes.flags[static_cast<std::size_t>(shape)] |= kShapeWakes;
+  data.shapes.wake_requested = true;
+}
+
+// Fulfills the requests. The step calls it before refresh_lists (contacts.now must still be last step's);
+// World::is_awake calls it too.
+void wake_neighbors(WorldData& data);
+
+}  // namespace scree

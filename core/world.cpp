@@ -1,0 +1,102 @@
+// The world as a whole: its life, its settings, its columns and its memory. Bodies, shapes and bulk creation
+// have files of their own.
+#include <core/check.h>
+#include <core/edit.h>
+#include <core/state_table.h>
+#include <core/wake.h>
+#include <scree/world.h>
+
+#include <cstddef>
+
+namespace scree {
+
+namespace {
+
+// The fixed world's row and the empty ones beside it: identity poses, no velocity, no inertia.
+void make_reserved_rows(Bodies& bodies) {
+  bodies.resize(static_cast<std::size_t>(kFirstBody));
+  for (std::size_t row = 0; row < static_cast<std::size_t>(kFirstBody); ++row) {
+    bodies.type[row] = BodyType::fixed;
+    bodies.pose[row].rotation[3] = 1.0f;
+    bodies.transform[row] = Pose{};
+    bodies.delta[row].rotation[3] = 1.0f;
+    bodies.first_shape[row] = -1;
+  }
+}
+
+}  // namespace
+
+WorldData& internals(World& world) {
+  return *world.data_;
+}
+const WorldData& internals(const World& world) {
+  return *world.data_;
+}
+
+World::World(const WorldSettings& settings) {
+  check_settings({"World"}, settings);
+  data_ = std::make_unique<WorldData>();
+  data_->settings = settings;
+  make_reserved_rows(data_->bodies);
+}
+
+World::~World() = default;
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+
+const WorldSettings& World::settings() const noexcept {
+  return data_->settings;
+}
+
+void World::set_settings(const WorldSettings& settings) {
+  constexpr Call call{"set_settings"};
+  WorldData& data = opened(call, data_);
+  check_settings(call, settings);
+  // What rested under the old gravity may fall under the new one; without sleep nobody may rest.
+  const bool wakes =
+      settings.gravity != data.settings.gravity || (data.settings.sleeping && !settings.sleeping);
+  data.settings = settings;
+  if (!wakes) return;
+  for (std::size_t row = 0; row < data.bodies.flags.size(); ++row)
+    wake_body(data, static_cast<std::int32_t>(row));
+}
+
+const StepStats& World::stats() const noexcept {
+  return data_->stats;
+}
+
+std::span<const Pose> World::poses() const noexcept {
+  if (data_ == nullptr) return {};
+  return data_->bodies.transform.span();
+}
+
+std::span<const Velocity> World::velocities() const noexcept {
+  static_assert(sizeof(Velocity) == sizeof(VelocityRow) && alignof(Velocity) == alignof(VelocityRow));
+  static_assert(offsetof(Velocity, linear) == offsetof(VelocityRow, linear) &&
+                offsetof(Velocity, angular) == offsetof(VelocityRow, angular));
+  if (data_ == nullptr) return {};
+  const Column<VelocityRow>& rows = data_->bodies.velocity;
+  return {reinterpret_cast<const Velocity*>(rows.data()), rows.size()};
+}
+
+MemoryUse World::memory_use() const noexcept {
+  MemoryUse use;
+  if (data_ == nullptr) return use;
+  for_each_column_size(*data_,
+                       [&use](ColumnKind kind, const char*, const char*, std::size_t, std::size_t capacity) {
+                         switch (kind) {
+                           case ColumnKind::state:
+                             use.state += capacity;
+                             break;
+                           case ColumnKind::derived:
+                             use.derived += capacity;
+                             break;
+                           case ColumnKind::scratch:
+                             use.scratch += capacity;
+                             break;
+                         }
+                       });
+  return use;
+}
+
+}  // namespace scree

@@ -1,0 +1,39 @@
+// The end of a step: the motion since its beginning becomes the new poses, and everything that follows from a
+// pose is made anew: transforms for the caller, bounds for the next pairs, sleep timers, energy.
+#include <parallel/constraints.h>
+#include <parallel/stages.h>
+
+namespace scree {
+
+namespace {
+
+constexpr int kBodyChunk = 512;  // bodies of one task
+
+}  // namespace
+
+void finish_step(WorldData& data, float dt, Crew& crew) {
+  Constraints& constraints = constraints_of(data);
+  Bodies& bodies = data.bodies;
+  const int moving = static_cast<int>(constraints.moving.size());
+  const std::size_t dynamic_count = bodies.awake.size();
+  constraints.kinetic_energy.resize_discarding(constraints.moving.size());
+  constraints.broken.resize_discarding(constraints.moving.size());
+
+  const simd::BodyArgs args = body_args(data, dt);
+  crew.run_ranges(moving, kBodyChunk, [&](int begin, int end, int) {
+    crew.kernels().body.finish(args, begin, end);
+    for (int i = begin; i < end; ++i) {
+      bodies.force[static_cast<std::size_t>(constraints.moving[static_cast<std::size_t>(i)])] = ForceRow{};
+    }
+  });
+
+  // In the order of the list, so that the sum has the same bits for every thread count.
+  double energy = 0.0;
+  for (std::size_t i = 0; i < dynamic_count; ++i)
+    energy += static_cast<double>(constraints.kinetic_energy[i]);
+  data.stats.kinetic_energy = energy;
+  data.stats.awake_bodies = static_cast<std::int64_t>(dynamic_count);
+  update_bounds(data, dt, crew);
+}
+
+}  // namespace scree

@@ -1,0 +1,188 @@
+// The solver: soft step with substeps over colored blocks. Its stages are the only barriers of the step that
+// repeat, so they are short and many.
+//
+//   once:           inertia into world axes, blocks from manifolds
+//   each substep:   velocities from forces (plus, after the first, the impulses so far), normals with soft
+//                   bias, poses from velocities, relax without bias: normals, friction, twist, rolling
+//   once:           restitution
+//
+// The first substep applies the stored impulses color by color; later ones inherit the difference v - u
+// between the velocity and the velocity without impulses, which is exactly what those impulses have done.
+#include <parallel/constraints.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+#include <numbers>
+
+namespace scree {
+
+namespace {
+
+constexpr int kBodyChunk = 512;  // bodies of one task
+
+simd::SoftConstants soften(float hertz, float damping_ratio, float substep) {
+  const float omega = 2.0f * std::numbers::pi_v<float> * hertz;
+  const float a1 = 2.0f * damping_ratio + substep * omega;
+  const float a2 = substep * omega * a1;
+  const float a3 = 1.0f / (1.0f + a2);
+  return {omega / a1, a2 * a3, a3};
+}
+
+}  // namespace
+
+simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float dt) {
+  const WorldSettings& settings = data.settings;
+  const float substep = dt / static_cast<float>(settings.substeps);
+  const float hertz = std::min(settings.contact_hertz, 0.125f / substep);
+  const float ratio = settings.contact_damping_ratio;
+  simd::ContactArgs args{};
+  args.rows = constraints.rows.data();
+  args.blocks = constraints.blocks.data();
+  args.manifolds = data.contacts.now.manifold.data();
+  args.surfaces = data.contacts.now.surface.data();
+  args.velocity = data.bodies.velocity.data();
+  args.delta = data.bodies.delta.data();
+  args.inertia = data.bodies.inertia.data();
+  args.soft = soften(hertz, ratio, substep);
+  args.soft_static = soften(2.0f * hertz, 0.5f * ratio, substep);
+  args.substep = substep;
+  args.inverse_substep = 1.0f / substep;
+  args.push_speed = settings.push_speed;
+  args.restitution_threshold = settings.restitution_threshold;
+  args.warm_start_scale = settings.warm_start && data.last_dt > 0.0f ? dt / data.last_dt : 0.0f;
+  args.impulse_keep = settings.warm_start ? 1.0f : 0.0f;
+  args.residual = constraints.residual.data();
+  args.depth = constraints.depth.data();
+  return args;
+}
+
+simd::BodyArgs body_args(WorldData& data, float dt) {
+  Bodies& bodies = data.bodies;
+  Constraints& constraints = constraints_of(data);
+  const WorldSettings& settings = data.settings;
+  simd::BodyArgs args{};
+  args.list = constraints.moving.data();
+  args.pose = bodies.pose.data();
+  args.velocity = bodies.velocity.data();
+  args.free_velocity = bodies.free_velocity.data();
+  args.delta = bodies.delta.data();
+  args.inertia = bodies.inertia.data();
+  args.local_mass = bodies.local_mass.data();
+  args.local_inertia = bodies.local_inertia.data();
+  args.motion = bodies.motion.data();
+  args.force = bodies.force.data();
+  args.center = &bodies.center.data()->x;
+  args.transform = &bodies.transform.data()->position.x;
+  args.sleep_time = bodies.sleep_time.data();
+  args.mass = bodies.mass.data();
+  args.kinetic_energy = constraints.kinetic_energy.data();
+  args.broken = constraints.broken.data();
+  args.gravity[0] = settings.gravity.x;
+  args.gravity[1] = settings.gravity.y;
+  args.gravity[2] = settings.gravity.z;
+  args.substep = dt / static_cast<float>(settings.substeps);
+  args.step = dt;
+  args.max_linear_speed = settings.max_linear_speed;
+  args.max_angular_speed = settings.max_angular_speed;
+  args.sleep_linear_speed = settings.sleep_linear_speed;
+  args.sleep_angular_speed = settings.sleep_angular_speed;
+  args.warm_start = settings.warm_start;
+  return args;
+}
+
+void solve(WorldData& data, float dt, Crew& crew) {
+  Constraints& constraints = constraints_of(data);
+  const simd::Kernels& kernels = crew.kernels();
+  const Bodies& bodies = data.bodies;
+  const int dynamic_count = static_cast<int>(bodies.awake.size());
+  const int moving_count = dynamic_count + static_cast<int>(bodies.kinematic.size());
+  constraints.moving.resize_discarding(static_cast<std::size_t>(moving_count));
+  std::copy(bodies.awake.begin(), bodies.awake.end(), constraints.moving.begin());
+  std::copy(bodies.kinematic.begin(), bodies.kinematic.end(), constraints.moving.begin() + dynamic_count);
+  constraints.residual.resize_discarding(constraints.chunks.size());
+
+  simd::BodyArgs body = body_args(data, dt);
+  const simd::ContactArgs contact = contact_args(data, constraints, dt);
+  const auto over_bodies = [&](int count, auto kernel) {
+    crew.run_ranges(count, kBodyChunk, [&](int begin, int end, int) { kernel(body, begin, end); });
+  };
+  const auto over_colors = [&](auto kernel) {
+    for (const ColorStage& stage : constraints.stages) {
+      const simd::ContactChunk* chunks = constraints.chunks.data() + stage.first_chunk;
+      if (stage.serial) {
+        for (int chunk = 0; chunk < stage.chunk_count; ++chunk) kernel(contact, chunks[chunk]);
+      } else {
+        crew.run(stage.chunk_count, [&](int chunk, int) { kernel(contact, chunks[chunk]); });
+      }
+    }
+  };
+
+  over_bodies(moving_count, kernels.body.prepare);
+  crew.run(static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
+    kernels.contact.prepare(contact, constraints.chunks[static_cast<std::size_t>(chunk)]);
+  });
+  const int substeps = data.settings.substeps;
+  for (int substep = 0; substep < substeps; ++substep) {
+    body.first_substep = substep == 0;
+    const bool measured = data.settings.measure_residual && substep == substeps - 1;
+    over_bodies(dynamic_count, kernels.body.integrate_velocities);
+    if (substep == 0 && contact.warm_start_scale > 0.0f) over_colors(kernels.contact.warm_start);
+    over_colors(kernels.contact.solve);
+    over_bodies(moving_count, kernels.body.integrate_poses);
+    over_colors(measured ? kernels.contact.relax_measured : kernels.contact.relax);
+  }
+  if (std::any_of(constraints.stages.begin(), constraints.stages.end(),
+                  [](const ColorStage& s) { return s.rich; })) {
+    over_colors(kernels.contact.restitution);
+  }
+  if (data.settings.measure_residual) {
+    data.stats.residual = 0.0;
+    for (const float residual : constraints.residual) {
+      data.stats.residual = std::max(data.stats.residual, static_cast<double>(residual));
+    }
+  }
+}
+
+namespace {
+
+// Mean, 99.9th percentile and maximum of the overlap of touching manifolds at the step's end.
+void measure_penetration(WorldData& data, const simd::ContactArgs& contact, Crew& crew) {
+  Constraints& constraints = constraints_of(data);
+  crew.run(static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
+    crew.kernels().contact.measure_depth(contact, constraints.chunks[static_cast<std::size_t>(chunk)]);
+  });
+  constraints.depths.clear();
+  double sum = 0.0;
+  for (const simd::ContactChunk& chunk : constraints.chunks) {
+    for (int lane = 0; lane < chunk.lanes; ++lane) {
+      const float depth = constraints.depth[static_cast<std::size_t>(chunk.first_lane + lane)];
+      if (!(depth > 0.0f)) continue;
+      constraints.depths.push_back(depth);
+      sum += static_cast<double>(depth);
+    }
+  }
+  StepStats& stats = data.stats;
+  stats.penetration_mean = stats.penetration_p999 = stats.penetration_max = 0.0;
+  const std::size_t count = constraints.depths.size();
+  if (count == 0) return;
+  stats.penetration_mean = sum / static_cast<double>(count);
+  float* rank = constraints.depths.begin() + (count - 1) * 999 / 1000;
+  std::nth_element(constraints.depths.begin(), rank, constraints.depths.end());
+  stats.penetration_p999 = static_cast<double>(*rank);
+  stats.penetration_max = static_cast<double>(*std::max_element(rank, constraints.depths.end()));
+}
+
+}  // namespace
+
+void store_impulses(WorldData& data, float dt, Crew& crew) {
+  Constraints& constraints = constraints_of(data);
+  if (data.settings.measure_penetration) constraints.depth.resize_discarding(constraints.rows.size());
+  const simd::ContactKernels& kernels = crew.kernels().contact;
+  const simd::ContactArgs contact = contact_args(data, constraints, dt);
+  crew.run(static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
+    kernels.store(contact, constraints.chunks[static_cast<std::size_t>(chunk)]);
+  });
+  if (data.settings.measure_penetration) measure_penetration(data, contact, crew);
+}
+
+}  // namespace scree

@@ -1,0 +1,75 @@
+// The story of a step. Each phase is a file of this folder; the comment says what it reads and what it makes.
+#include <core/wake.h>
+#include <parallel/stages.h>
+#include <scree/step.h>
+
+#include <chrono>
+#include <cmath>
+#include <string>
+
+namespace scree {
+
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds(Clock::duration duration) {
+  return std::chrono::duration<double, std::milli>(duration).count();
+}
+
+// Runs the phases in their order and keeps the time of each.
+class PhaseClock {
+ public:
+  explicit PhaseClock(StepStats& stats) : stats_(stats), begin_(Clock::now()), last_(begin_) {}
+  template <class Work>
+  void run(Phase phase, Work&& work) {
+    work();
+    const Clock::time_point now = Clock::now();
+    stats_.phase_ms[static_cast<int>(phase)] = milliseconds(now - last_);
+    last_ = now;
+  }
+  void finish() { stats_.step_ms = milliseconds(last_ - begin_); }
+
+ private:
+  StepStats& stats_;
+  Clock::time_point begin_;
+  Clock::time_point last_;
+};
+
+void clear_times(StepStats& stats) {
+  for (double& time : stats.phase_ms) time = 0.0;
+}
+
+}  // namespace
+
+void step(World& world, float dt, Workers& workers) {
+  if (!(dt >= 0.0f && dt <= 1.0f)) {
+    throw Error("step: the time step is " + std::to_string(dt) + " s; it must be in [0, 1]");
+  }
+  WorldData& data = internals(world);
+  Crew crew(workers);
+  clear_times(data.stats);
+  PhaseClock clock(data.stats);
+  wake_neighbors(data);
+  refresh_lists(data);
+  clock.run(Phase::find_pairs, [&] { find_pairs(data, crew); });      // bounds    -> candidate pairs
+  clock.run(Phase::collide, [&] { collide(data, crew); });            // pairs     -> manifolds
+  clock.run(Phase::find_islands, [&] { find_islands(data, crew); });  // contacts  -> islands, who is awake
+  if (dt > 0.0f) {
+    clock.run(Phase::color_constraints, [&] { color_constraints(data, crew); });  // contacts  -> batches
+    clock.run(Phase::pack_blocks, [&] { pack_blocks(data, crew); });              // manifolds -> wide blocks
+    clock.run(Phase::solve, [&] { solve(data, dt, crew); });                      // blocks    -> velocities
+    clock.run(Phase::store_impulses, [&] { store_impulses(data, dt, crew); });    // blocks    -> manifolds
+    clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });  // motion    -> poses, bounds
+    data.last_dt = dt;
+  }
+  clock.finish();
+  ++data.step_count;
+  data.stats.step = data.step_count;
+  data.stats.stages = crew.stages();
+  data.stats.pairs = static_cast<std::int64_t>(data.contacts.now.pair.size());
+  data.stats.contacts = static_cast<std::int64_t>(data.contacts.touching.size());
+}
+
+}  // namespace scree

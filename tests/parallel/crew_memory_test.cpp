@@ -1,0 +1,105 @@
+// A step in the steady state allocates nothing: the crew's part of that law.
+//
+// Counts every malloc of the program, TBB's included. Sanitizers bring a malloc of their own; there only
+// operator new is counted.
+#include <gtest/gtest.h>
+#include <parallel/crew.h>
+#include <tbb/global_control.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <new>
+#include <thread>
+
+#include "allocations.h"
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+namespace scree {
+long allocations_so_far() {
+  return allocations.load(std::memory_order_relaxed);
+}
+}  // namespace scree
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__has_feature)
+#define SCREE_SANITIZED (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
+#else
+#define SCREE_SANITIZED 0
+#endif
+#else
+#define SCREE_SANITIZED 1
+#endif
+
+#if !SCREE_SANITIZED
+extern "C" void* __libc_malloc(std::size_t);
+extern "C" void* __libc_memalign(std::size_t, std::size_t);
+extern "C" void* malloc(std::size_t size) noexcept {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  return __libc_malloc(size);
+}
+extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  return __libc_memalign(alignment, size);
+}
+#else
+__attribute__((noinline)) void* operator new(std::size_t size) {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  if (void* memory = std::malloc(size != 0 ? size : 1)) return memory;
+  throw std::bad_alloc();
+}
+__attribute__((noinline)) void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+__attribute__((noinline)) void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+#endif
+
+namespace scree {
+namespace {
+
+void step(Workers& workers) {
+  Crew crew(workers);
+  std::atomic<int> sum{0};
+  for (int stage = 0; stage < 50; ++stage) {
+    crew.run(32, [&](int chunk, int) { sum.fetch_add(chunk, std::memory_order_relaxed); });
+    crew.run(1, [&](int, int) { sum.fetch_add(1, std::memory_order_relaxed); });
+  }
+}
+
+TEST(CrewMemory, TheCounterCounts) {
+  const long before = allocations_so_far();
+  delete new Workers(1);
+  EXPECT_GT(allocations_so_far(), before);
+}
+
+TEST(CrewMemory, StepsInTheSteadyStateAllocateNothing) {
+  for (const int threads : {1, 2, 4}) {
+    tbb::global_control enough(tbb::global_control::max_allowed_parallelism, 4);
+    Workers workers(threads);
+    for (int i = 0; i < 500; ++i) step(workers);
+    const long before = allocations_so_far();
+    for (int i = 0; i < 500; ++i) step(workers);
+    EXPECT_EQ(allocations_so_far() - before, 0) << threads << " threads, one step after the other";
+  }
+}
+
+TEST(CrewMemory, StepsFarApartAllocateNothing) {
+  // Far enough for the helpers to go home: each step has to send for them again.
+  Workers workers(2);
+  const auto pause_and_step = [&] {
+    std::this_thread::sleep_for(std::chrono::microseconds(400));
+    step(workers);
+  };
+  for (int i = 0; i < 500; ++i) pause_and_step();
+  const long before = allocations_so_far();
+  for (int i = 0; i < 500; ++i) pause_and_step();
+  EXPECT_EQ(allocations_so_far() - before, 0);
+}
+
+}  // namespace
+}  // namespace scree
