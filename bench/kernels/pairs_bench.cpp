@@ -3,6 +3,12 @@
 // A pile of mixed boxes, spheres and capsules of 0.4 to 1.0 m at random places and turns, so dense that every
 // body has about ten candidate pairs. `moving`: every body leaves its bounds in every step. `resting`: nobody
 // does.
+//
+// Best of a few on an AMD EPYC at 2.6 GHz, one thread, cores shared with other work, ms, November 2026:
+//   moving    5,000 bodies,  21,700 pairs: scalar 3.2, AVX2 0.59, AVX-512 0.52
+//   moving  100,000 bodies, 469,000 pairs: scalar 100 (first form), AVX2 19.2, AVX-512 18.5
+//   resting   5,000 bodies: 0.020; 100,000 bodies: 0.46 (AVX-512)
+//   parts at 100,000 with AVX-512: update_bounds 0.7, members 0.02, refit 1.1, join 7.9, sort 5.0
 #include <benchmark/benchmark.h>
 #include <parallel/broad_phase.h>
 #include <tests/parallel/hand_made_world.h>
