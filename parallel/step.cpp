@@ -9,12 +9,6 @@
 
 namespace scree {
 
-WorldData& internals(World& world) {
-  return *world.data_;
-}
-const WorldData& internals(const World& world) {
-  return *world.data_;
-}
 
 namespace {
 
