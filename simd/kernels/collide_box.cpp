@@ -14,9 +14,9 @@ constexpr float kParallelEdges = 1e-5f;
 // An edge axis must be better than the best face by this share of the depth (or the feature tolerance): a
 // face gives up to four points, which is worth more than a slightly better depth.
 constexpr float kEdgeShare = 0.05f;
-// Slope by which a fixed direction breaks ties between equally deep points, so that the choice does not
-// flicker while a box at rest jitters.
-constexpr float kTieSlope = 5e-5f;
+// Depth, as a share of the feature tolerance, by which a candidate must lead each one before it to count as
+// the deepest: equal ones do not take turns while a box at rest jitters.
+constexpr float kTieShare = 0.04f;
 constexpr int kCandidates = 12;
 
 // Hint bits of a pair: the face axis, whether it is the second box's, the edge axis (3 i + j) and whether the
@@ -212,9 +212,7 @@ void clip_edge(const Clipping& c, F x, F y, F inverse_dx, F inverse_dy, F& begin
   end = min(min(max(x_1, x_2), max(y_1, y_2)), F(1.0f));
 }
 
-F safe_inverse(F a) {
-  return F(1.0f) / copy_sign(max(abs(a), F(1e-12f)), a);
-}
+F safe_inverse(F a) { return F(1.0f) / copy_sign(max(abs(a), F(1e-12f)), a); }
 
 Candidates clip(const Clipping& c) {
   // The incident normal is side_1 x side_2, up to sign.
@@ -299,9 +297,9 @@ F area(const Chosen& a, const Chosen& b, F x, F y) {
 // and the one that adds most area to that triangle. Points nearer than the tolerance to what is there are
 // dropped.
 void reduce(const Clipping& c, Candidates& candidates, Chosen chosen[4]) {
-  chosen[0] = choose(candidates, F(-1e9f), [&](int k) {
-    return F(kTieSlope) * (candidates.x[k] + F(0.5f) * candidates.y[k]) - candidates.separation[k];
-  });
+  const F step = F(kTieShare) * c.tolerance;
+  chosen[0] = choose(candidates, F(-1e9f),
+                     [&](int k) { return -candidates.separation[k] - F(static_cast<float>(k)) * step; });
   // Absent candidates fall on the first point, where they add neither distance nor area.
   for (int k = 0; k < kCandidates; ++k) {
     const M absent = candidates.separation[k] > F(kSpeculativeDistance);
