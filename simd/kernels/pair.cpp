@@ -13,8 +13,6 @@ void refit_nodes(const NodeBlock* children, NodeBlock* parents, int begin, int e
 void join(const JoinTask& task, int end, JoinState& state);
 void rank_rows(const RankTask& task);
 
-PairKernels make_pair_kernels() {
-  return {update_bounds, refit_leaves, refit_nodes, join, rank_rows};
-}
+PairKernels make_pair_kernels() { return {update_bounds, refit_leaves, refit_nodes, join, rank_rows}; }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE
