@@ -115,6 +115,13 @@ void solve_chunk(const ContactArgs& args, const ContactChunk& chunk) {
     point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b), bodies.b.angular - bodies.a.angular,
                           normal, tangent1, tangent2, speed);
     for (int k = 0; k < kPoints; ++k) impulse[k] = load(block.impulse[k]) * keep;
+    if constexpr (kRich) {
+      // A free point comes in as fast as it is now: gravity has worked since the step began.
+      for (int k = 0; k < kPoints; ++k) {
+        const F approach = load(block.approach_speed[k]);
+        store(block.approach_speed[k], select(impulse[k] > zero, approach, min(speed[k], approach)));
+      }
+    }
     const NormalImpulses change = sweep_points<kPoints>(
         block, speed, impulse, [&](int k, F point_speed, F old_impulse, F effective_mass) {
           const F separation = load(block.separation[k]);
@@ -278,6 +285,9 @@ void relax_measured_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   relax_blocks<kPoints, kRich, kStatic, true>(args, chunk);
 }
 
+// Sweeps over the points of a manifold: after one, a box that lands flat rebounds with half its speed.
+constexpr int kRestitutionSweeps = 8;
+
 // Rebound of the points that came in fast and were pressed during the step. The impulses are not stored: the
 // next step shall not begin with a kick.
 template <int kPoints, bool kRich, bool kStatic>
@@ -290,19 +300,25 @@ void restitution_chunk(const ContactArgs& args, const ContactChunk& chunk) {
       const V3 tangent2 = cross(normal, tangent1);
       const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
       Bodies bodies = load_bodies(args, block);
-      F speed[kPoints], impulse[kPoints];
-      point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b),
-                            bodies.b.angular - bodies.a.angular, normal, tangent1, tangent2, speed);
-      for (int k = 0; k < kPoints; ++k) impulse[k] = load(block.impulse[k]);
+      F impulse[kPoints];
+      M rebounds[kPoints];
+      for (int k = 0; k < kPoints; ++k) {
+        impulse[k] = load(block.impulse[k]);
+        rebounds[k] = (load(block.approach_speed[k]) < threshold) & (impulse[k] > zero);
+      }
       const F restitution = load(block.restitution);
-      const NormalImpulses change = sweep_points<kPoints>(
-          block, speed, impulse, [&](int k, F point_speed, F old_impulse, F effective_mass) {
-            const F approach = load(block.approach_speed[k]);
-            const M rebounds = (approach < threshold) & (old_impulse > zero);
-            return select(rebounds, effective_mass * (point_speed + restitution * approach), zero);
-          });
-      apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum,
-                     tangent1 * change.torque1 + tangent2 * change.torque2);
+      for (int sweep = 0; sweep < (kPoints == 1 ? 1 : kRestitutionSweeps); ++sweep) {
+        F speed[kPoints];
+        point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b),
+                              bodies.b.angular - bodies.a.angular, normal, tangent1, tangent2, speed);
+        const NormalImpulses change = sweep_points<kPoints>(
+            block, speed, impulse, [&](int k, F point_speed, F, F effective_mass) {
+              const F error = point_speed + restitution * load(block.approach_speed[k]);
+              return select(rebounds[k], effective_mass * error, zero);
+            });
+        apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum,
+                       tangent1 * change.torque1 + tangent2 * change.torque2);
+      }
       store_bodies<kStatic>(args, block, count, bodies);
     });
   }
