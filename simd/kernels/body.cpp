@@ -169,23 +169,40 @@ void integrate_velocities(const BodyArgs& args, int begin, int end) {
   }
 }
 
-// The angular velocity after the pose has turned from `rotation` by one substep, with the angular momentum
-// kept exactly: R' I^-1 R'^T (R I R^T w). The turn itself uses the velocity at the implicit midpoint, found
-// by fixed-point iteration, so that the energy does not drift either.
+// What the rotation by Cayley's formula with half-angle vector t (the sense +1, its inverse -1) adds to v:
+// 2 / (1 + t^2) (+-t x v + t x (t x v)).
+inline V3 rotation_change(V3 t, V3 v, F sense) {
+  const V3 once = cross(t, v);
+  const F scale = F(2.0f) / (F(1.0f) + length_squared(t));
+  return (once * sense + cross(t, once)) * scale;
+}
+
+// The angular velocity after the pose has turned by one substep, with the angular momentum kept:
+// R' I^-1 R'^T (R I R^T w). The turn itself uses the velocity at the implicit midpoint, found by fixed-point
+// iteration, so that the energy does not drift either.
+//
+// Everything is written as a change of w, in the axes of the body before the turn: the small changes carry
+// the rounding, not w. As a product of matrices this gained 1 % of energy in 40,000 substeps.
 struct Gyroscopic {
   V3 midpoint, next;
 };
 
 inline Gyroscopic turn_freely(Q4 rotation, V3 w, const S3& inertia, const S3& inverse_inertia, F h) {
+  const F forth(1.0f), back(-1.0f), half(0.5f);
   const M3 r = to_matrix(rotation);
-  const V3 momentum = r * (inertia * multiply_transposed(r, w));
-  V3 midpoint = w;
+  const V3 local = multiply_transposed(r, w);
+  const V3 momentum = inertia * local;
+  // The change of w when the body has turned by t: by its new axes, then seen from the old ones.
+  const auto change_after = [&](V3 t) {
+    const V3 change = inverse_inertia * rotation_change(t, momentum, back);
+    return change + rotation_change(t, local + change, forth);
+  };
+  V3 midpoint = local;
   for (int iteration = 0; iteration < 2; ++iteration) {
-    const M3 half = to_matrix(advance(rotation, midpoint, F(0.5f) * h));
-    midpoint = half * (inverse_inertia * multiply_transposed(half, momentum));
+    midpoint = local + change_after(midpoint * (F(0.25f) * h));
   }
-  const M3 full = to_matrix(advance(rotation, midpoint, h));
-  return {midpoint, full * (inverse_inertia * multiply_transposed(full, momentum))};
+  const V3 change = change_after(midpoint * (half * h));
+  return {w + r * (midpoint - local), w + r * change};
 }
 
 void integrate_poses(const BodyArgs& args, int begin, int end) {

@@ -11,6 +11,10 @@ namespace {
 // How far two boxes may move relative to each other: a share of the thinnest half-extent, at most so much.
 constexpr float kRecycleDistance = 10.0f * kLinearSlop;  // m
 constexpr float kRecycleShare = 0.1f;
+// Motion along the normal counts this much: it moves no point in its face, and the boxes at the foot of a
+// tall stack are pressed together by several centimeters. At 1 a stack of 100 boxes leans and falls. Only
+// where the manifold has all its points: others may appear as the boxes come closer.
+constexpr float kPressWeight = 0.5f;
 // Where a manifold has room for more points, one that is not there yet was farther than the speculative
 // distance: the boxes may not move farther than that.
 constexpr float kRecycleDistancePartial = kSpeculativeDistance;
@@ -28,7 +32,8 @@ inline F thinnest(V3 half) { return min(min(half.x, half.y), half.z); }
 inline V3 part(Q4 q) { return {q.x, q.y, q.z}; }
 
 // The relative motion, seen from A: the change of B's place plus what B's relative turn moves at its size.
-inline Motion motion_since(const CollideColumns& columns, const Block& block, M flip, F reach) {
+inline Motion motion_since(const CollideColumns& columns, const Block& block, M flip, F reach, V3 normal,
+                           F press_weight) {
   const float* rows = reinterpret_cast<const float*>(columns.previous_anchor);
   constexpr int kStride = sizeof(ContactAnchor) / sizeof(float);
   Q4 old_a, old_b;
@@ -47,7 +52,10 @@ inline Motion motion_since(const CollideColumns& columns, const Block& block, M 
   motion.offset_change = offset - old_offset;
   const V3 seen_from_a = rotate_back(motion.turn_a, offset) - old_offset;
   const Q4 relative_turn = conjugate(motion.turn_a) * motion.turn_b;
-  const F near = length(seen_from_a) + F(2.0f) * length(part(relative_turn)) * reach;
+  const F along = dot(seen_from_a, normal);
+  const F pressed = press_weight * along;
+  const F near = sqrt(length_squared(seen_from_a - along * normal) + pressed * pressed) +
+                 F(2.0f) * length(part(relative_turn)) * reach;
   const F turn = min(motion.turn_a.w * motion.turn_a.w, motion.turn_b.w * motion.turn_b.w);
   motion.distance = select((is_set > F(0.0f)) & (turn > F(kTurnLimit)), near, F(kAbsentSeparation));
   return motion;
@@ -100,10 +108,11 @@ int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int c
       const F size_1 = length(extent_1.half), size_2 = length(extent_2.half);
       const F size_a = select(flip, size_2, size_1), size_b = select(flip, size_1, size_2);
       const F reach = select(fixed, size_b, max(size_a, size_b));
-      const Motion motion = motion_since(columns, block, flip, reach);
       const F share = F(kRecycleShare) * min(thinnest(extent_1.half), thinnest(extent_2.half));
-      const F limit =
-          select(points == I(kMaxManifoldPoints), F(kRecycleDistance), F(kRecycleDistancePartial));
+      const M full = points == I(kMaxManifoldPoints);
+      const F limit = select(full, F(kRecycleDistance), F(kRecycleDistancePartial));
+      const F press_weight = select(full, F(kPressWeight), F(1.0f));
+      const Motion motion = motion_since(columns, block, flip, reach, normal, press_weight);
 
       // As the solver follows separations within a step: the normal as each body would see it.
       const V3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);

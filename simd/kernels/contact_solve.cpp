@@ -169,7 +169,7 @@ struct FrictionChange {
 };
 
 template <bool kRich, class Block>
-inline FrictionChange solve_friction(Block& block, const NormalImpulses& change, F impulse_sum,
+inline FrictionChange solve_friction(Block& block, const NormalImpulses& change, F keep, F impulse_sum,
                                      F impulse_moment, V3 relative, V3 spin, V3 normal, V3 tangent1,
                                      V3 tangent2) {
   const F friction = load(block.friction);
@@ -177,7 +177,7 @@ inline FrictionChange solve_friction(Block& block, const NormalImpulses& change,
                         load(block.twist_by_torque[0]) * change.torque1 +
                         load(block.twist_by_torque[1]) * change.torque2;
   const F twist_limit = friction * impulse_moment;
-  const F old_twist = load(block.twist_impulse);
+  const F old_twist = load(block.twist_impulse) * keep;
   const F twist = clamp(old_twist - load(block.twist_mass) * twist_speed, -twist_limit, twist_limit);
   const F twist_change = twist - old_twist;
   store(block.twist_impulse, twist);
@@ -192,7 +192,7 @@ inline FrictionChange solve_friction(Block& block, const NormalImpulses& change,
   }
   const F m11 = load(block.tangent_mass[0]), m12 = load(block.tangent_mass[1]),
           m22 = load(block.tangent_mass[2]);
-  const F old1 = load(block.tangent_impulse[0]), old2 = load(block.tangent_impulse[1]);
+  const F old1 = load(block.tangent_impulse[0]) * keep, old2 = load(block.tangent_impulse[1]) * keep;
   const F free1 = old1 - (m11 * slip[0] + m12 * slip[1]);
   const F free2 = old2 - (m12 * slip[0] + m22 * slip[1]);
   const F limit = friction * impulse_sum;
@@ -206,8 +206,8 @@ inline FrictionChange solve_friction(Block& block, const NormalImpulses& change,
 
 // Rolling resistance: stops the relative spin with a torque of at most resistance times normal impulse.
 template <bool kStatic, class Block>
-inline void solve_rolling(Block& block, Bodies& bodies, F impulse_sum) {
-  const V3 old_impulse = load3(block.rolling_impulse);
+inline void solve_rolling(Block& block, Bodies& bodies, F keep, F impulse_sum) {
+  const V3 old_impulse = load3(block.rolling_impulse) * keep;
   const V3 free = old_impulse - load6(block.rolling_mass) * (bodies.b.angular - bodies.a.angular);
   const F limit = load(block.rolling_resistance) * impulse_sum;
   const F size = length(free);
@@ -221,7 +221,8 @@ inline void solve_rolling(Block& block, Bodies& bodies, F impulse_sum) {
 template <int kPoints, bool kRich, bool kStatic, bool kMeasured>
 inline void relax_blocks(const ContactArgs& args, const ContactChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
-  const F inverse_substep(args.inverse_substep), zero(0.0f);
+  // Without warm start the friction of the last substep is history, as the normal impulses are in solve.
+  const F inverse_substep(args.inverse_substep), keep(args.impulse_keep), zero(0.0f);
   F worst(0.0f);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int) {
     const V3 normal = load3(block.normal), tangent1 = load3(block.tangent);
@@ -252,10 +253,10 @@ inline void relax_blocks(const ContactArgs& args, const ContactChunk& chunk) {
       moment = moment + load(block.radius[k]) * impulse[k];
     }
     const FrictionChange friction =
-        solve_friction<kRich>(block, change, sum, moment, relative, spin, normal, tangent1, tangent2);
+        solve_friction<kRich>(block, change, keep, sum, moment, relative, spin, normal, tangent1, tangent2);
     apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum + friction.impulse,
                    tangent1 * change.torque1 + tangent2 * change.torque2 + friction.torque);
-    if constexpr (kRich) solve_rolling<kStatic>(block, bodies, sum);
+    if constexpr (kRich) solve_rolling<kStatic>(block, bodies, keep, sum);
     store_bodies<kStatic>(args, block, count, bodies);
   });
   if constexpr (kMeasured) {

@@ -1,0 +1,155 @@
+// Coulomb friction, twist, rolling resistance and moving surfaces.
+#include <tests/physics/lab.h>
+
+#include <numbers>
+
+namespace scree::physics {
+namespace {
+
+// Whether a box slips down a ramp of `angle`: the gain of speed 2 % above the angle of friction is at least
+// 0.02 g mu / 2 or so, far above the limit here.
+bool slips(double friction, double angle, const Geometry& geometry, double height) {
+  Lab lab;
+  const Quat tilt = rotation_about({0, 0, 1}, angle);
+  const Material material{.friction = static_cast<float>(friction)};
+  lab.add_ground(material, tilt);
+  const Eigen::Vector3d up = to_eigen(tilt) * Eigen::Vector3d(0, height, 0);
+  const BodyDef def{.position = {static_cast<float>(up.x()), static_cast<float>(up.y()), 0},
+                    .rotation = tilt};
+  const BodyId body = lab.add(def, geometry, material);
+  lab.run(60);
+  const double speed = lab.velocity(body).norm();
+  lab.run(120);
+  return lab.velocity(body).norm() > speed + 0.002;
+}
+
+TEST(Friction, SlipOnTheSlopeStartsAtTheAngleOfFriction) {
+  for (const double friction : {0.1, 0.2, 0.3, 0.45, 0.6, 0.8}) {
+    const double expected = std::atan(friction);
+    double low = 0.5 * expected, high = 1.5 * expected;
+    for (int i = 0; i < 12; ++i) {
+      const double middle = 0.5 * (low + high);
+      (slips(friction, middle, Box{{0.5f, 0.2f, 0.4f}}, 0.2) ? high : low) = middle;
+    }
+    EXPECT_NEAR(high, expected, 0.02 * expected) << "friction " << friction;
+  }
+}
+
+TEST(Friction, SlidingBoxStopsAfterTheDistanceOfItsEnergy) {
+  // v^2 / (2 mu g), in every direction of the plane alike.
+  for (const double direction : {0.0, 0.4, 0.785, 1.3, 2.5}) {
+    Lab lab;
+    lab.add_ground({.friction = 0.5f});
+    const float speed = 6.0f;
+    const BodyDef def{.position = {0, 0.1f, 0},
+                      .linear_velocity = {speed * static_cast<float>(std::cos(direction)), 0,
+                                          speed * static_cast<float>(std::sin(direction))}};
+    const BodyId box = lab.add(def, Box{{0.5f, 0.1f, 0.5f}}, {.friction = 0.5f});
+    lab.run(180);
+    const double expected = 36.0 / (2.0 * 0.5 * kGravity);
+    const Eigen::Vector3d way = lab.position(box);
+    EXPECT_NEAR(std::hypot(way.x(), way.z()), expected, 0.02 * expected);
+    EXPECT_NEAR(std::atan2(way.z(), way.x()), direction, 0.01);
+    EXPECT_LT(lab.velocity(box).norm(), 1e-3);
+  }
+}
+
+TEST(Friction, ActsInEverySubstepWithoutWarmStartToo) {
+  WorldSettings settings = without_sleep();
+  settings.warm_start = false;
+  Lab lab(settings);
+  lab.add_ground({.friction = 0.5f});
+  const BodyId box = lab.add({.position = {0, 0.1f, 0}, .linear_velocity = {6, 0, 0}},
+                             Box{{0.5f, 0.1f, 0.5f}}, {.friction = 0.5f});
+  lab.run(180);
+  const double expected = 36.0 / (2.0 * 0.5 * kGravity);
+  EXPECT_NEAR(lab.position(box).x(), expected, 0.05 * expected);
+}
+
+TEST(Friction, ASlidingSphereEndsAtFiveSeventhsOfItsSpeed) {
+  for (const float friction : {0.1f, 0.3f, 0.6f, 1.0f}) {
+    Lab lab;
+    lab.add_ground({.friction = friction});
+    const BodyDef def{.position = {-40, 0.5f, 0}, .linear_velocity = {8, 0, 6}};
+    const BodyId ball = lab.add(def, Sphere{0.5f}, {.friction = friction});
+    // It slides for 2 v / (7 mu g), at most 3 s.
+    lab.run(240);
+    const double expected = 10.0 * 5.0 / 7.0;
+    EXPECT_NEAR(lab.velocity(ball).norm(), expected, 0.01 * expected) << "friction " << friction;
+    EXPECT_NEAR(lab.spin(ball).norm() * 0.5, expected, 0.01 * expected) << "friction " << friction;
+  }
+}
+
+TEST(Friction, TwistStopsASpinningBox) {
+  // A square plate of side a under its own weight: the twist row bounds the torque by mu N times the mean
+  // distance of the corners, a / sqrt(2).
+  Lab lab;
+  lab.add_ground({.friction = 0.4f});
+  const BodyDef def{.position = {0, 0.1f, 0}, .angular_velocity = {0, 8, 0}};
+  const BodyId plate = lab.add(def, Box{{0.5f, 0.1f, 0.5f}}, {.friction = 0.4f});
+  const double torque = 0.4 * lab.mass(plate) * kGravity * std::sqrt(0.5);
+  const double expected = 0.5 * 64.0 * lab.inertia(plate)(1, 1) / torque;  // rad
+  double turned = 0.0;
+  for (int i = 0; i < 180; ++i) {
+    lab.run(1);
+    turned += lab.spin(plate).y() * static_cast<double>(kStep);
+  }
+  EXPECT_LT(lab.spin(plate).norm(), 1e-3);
+  EXPECT_NEAR(turned, expected, 0.05 * expected);
+}
+
+TEST(RollingResistance, StopsABallAfterThePredictedDistance) {
+  // The torque b N slows rolling by 5 g b / (7 r): the way is 7 v^2 r / (10 g b).
+  for (const float resistance : {0.02f, 0.05f}) {
+    Lab lab;
+    lab.add_ground({.friction = 0.8f});
+    const BodyDef def{.position = {0, 0.5f, 0}, .linear_velocity = {3, 0, 0}, .angular_velocity = {0, 0, -6}};
+    const BodyId ball = lab.add(def, Sphere{0.5f}, {.friction = 0.8f, .rolling_resistance = resistance});
+    lab.run(1200);
+    const double expected = 7.0 * 9.0 * 0.5 / (10.0 * kGravity * static_cast<double>(resistance));
+    EXPECT_LT(lab.velocity(ball).norm(), 1e-3);
+    EXPECT_NEAR(lab.position(ball).x(), expected, 0.03 * expected) << "resistance " << resistance;
+  }
+}
+
+TEST(RollingResistance, HoldsABallOnASlopeBelowItsAngle) {
+  // It holds while tan(angle) < b / r.
+  for (const bool rolls : {false, true}) {
+    Lab lab;
+    const Quat tilt = rotation_about({0, 0, 1}, rolls ? 0.11 : 0.09);
+    lab.add_ground({.friction = 0.8f}, tilt);
+    const Eigen::Vector3d up = to_eigen(tilt) * Eigen::Vector3d(0, 0.5, 0);
+    const BodyId ball = lab.add({.position = {static_cast<float>(up.x()), static_cast<float>(up.y()), 0}},
+                                Sphere{0.5f}, {.friction = 0.8f, .rolling_resistance = 0.05f});
+    lab.run(240);
+    EXPECT_EQ(lab.velocity(ball).norm() > 0.05, rolls) << lab.velocity(ball).norm();
+  }
+}
+
+TEST(Conveyor, DrivesABoxAtItsSpeed) {
+  // The belt's velocity is in the belt's frame.
+  for (const double turn : {0.0, 0.5 * std::numbers::pi, 2.0}) {
+    Lab lab;
+    const Quat heading = rotation_about({0, 1, 0}, turn);
+    lab.add_ground({.friction = 0.6f, .surface_velocity = {2, 0, 0}}, heading);
+    const BodyId box = lab.add({.position = {0, 0.3f, 0}}, Box{{0.3f, 0.3f, 0.3f}}, {.friction = 0.6f});
+    lab.run(120);
+    const Eigen::Vector3d expected = to_eigen(heading) * Eigen::Vector3d(2, 0, 0);
+    EXPECT_LT((lab.velocity(box) - expected).norm(), 0.02) << lab.velocity(box).transpose();
+    EXPECT_LT(lab.spin(box).norm(), 0.02);
+    EXPECT_NEAR(lab.height(box), 0.3, 0.01);
+  }
+}
+
+TEST(Conveyor, OfADynamicBodyDrivesIt) {
+  // A tracked vehicle: its own lower surface runs backwards.
+  Lab lab;
+  lab.add_ground({.friction = 0.6f});
+  const BodyId crawler = lab.add({.position = {0, 0.3f, 0}}, Box{{0.6f, 0.3f, 0.4f}},
+                                 {.friction = 0.6f, .surface_velocity = {-1.5f, 0, 0}});
+  lab.run(120);
+  EXPECT_NEAR(lab.velocity(crawler).x(), 1.5, 0.015);
+}
+
+}  // namespace
+}  // namespace scree::physics

@@ -1,0 +1,141 @@
+// Structures that stand, and the loads they carry: 4 substeps at 60 Hz, nobody sleeps.
+#include <tests/physics/contacts.h>
+#include <tests/physics/lab.h>
+
+#include <algorithm>
+
+namespace scree::physics {
+namespace {
+
+TEST(Stack, OfAHundredBoxesStandsForAMinute) {
+  SceneLab stack("stack", {{"bodies", 100}});
+  // A box that has slid or tipped off moves by its own size at least.
+  EXPECT_EQ(stack.run_while_standing(3600, 0.5), 3600) << "drift " << stack.drift() << " m";
+  std::printf("stack: drift %.4f m\n", stack.drift());
+}
+
+TEST(Pyramid, OfFiveThousandBoxesStandsForAThousandSteps) {
+  SceneLab pyramid("large_pyramid");
+  // While it settles, the middle of a row is pressed aside by half a meter and comes back.
+  const int stood = pyramid.run_while_standing(1000, 0.9);
+  EXPECT_EQ(stood, 1000) << "it has collapsed";
+  EXPECT_LT(pyramid.drift(), 0.5);
+  std::printf("large_pyramid: drift %.4f m after %d steps\n", pyramid.drift(), stood);
+}
+
+TEST(CardHouse, StandsForHalfAMinute) {
+  SceneLab house("card_house");
+  // A card is 0.5 m tall.
+  EXPECT_EQ(house.run_while_standing(1800, 0.05), 1800) << "drift " << house.drift() << " m";
+  std::printf("card_house: drift %.4f m\n", house.drift());
+}
+
+TEST(Wall, InRunningBondStands) {
+  SceneLab wall("wall", {{"columns", 12}, {"rows", 12}});
+  EXPECT_EQ(wall.run_while_standing(1200, 0.1), 1200) << "drift " << wall.drift() << " m";
+}
+
+TEST(Weight, OfARestingStackIsTheSumOfItsContactImpulses) {
+  Lab lab;
+  const BodyId ground = lab.add_ground();
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < 10; ++i) {
+    boxes.push_back(lab.add({.position = {0, 0.5f + static_cast<float>(i), 0}}, Box{}, {.density = 100.0f}));
+  }
+  lab.run(600);
+  double weight = 0.0;
+  for (std::size_t i = boxes.size(); i-- > 0;) {
+    weight += lab.mass(boxes[i]) * kGravity;
+    const BodyId below = i > 0 ? boxes[i - 1] : ground;
+    EXPECT_NEAR(contact_force(lab.world, below, boxes[i]).y(), weight, 0.01 * weight) << "under box " << i;
+  }
+}
+
+TEST(Weight, OfAPyramidIsTheSumOfItsGroundContactImpulses) {
+  SceneLab pyramid("large_pyramid", {{"base", 12}});
+  pyramid.lab.run(900);
+  double weight = 0.0, carried = 0.0;
+  for (std::size_t i = 1; i < pyramid.bodies.size(); ++i) {
+    weight += pyramid.lab.mass(pyramid.bodies[i]) * -static_cast<double>(pyramid.scene.settings.gravity.y);
+    carried += contact_force(pyramid.lab.world, pyramid.bodies[0], pyramid.bodies[i]).y();
+  }
+  EXPECT_NEAR(carried, weight, 0.01 * weight);
+}
+
+TEST(Weight, OfAHeapIsCarriedByFloorAndWalls) {
+  Lab lab;
+  const std::vector<BodyId> heap = add_heap(lab, 120, 7, {.friction = 0.8f, .rolling_resistance = 0.02f});
+  lab.run(1200);
+  double weight = 0.0, carried = 0.0;
+  for (const BodyId body : heap) {
+    weight += lab.mass(body) * kGravity;
+    for (std::uint32_t index = 0; index < lab.world.poses().size(); ++index) {
+      const BodyId other = lab.world.body_at(index);
+      if (other == BodyId{} || lab.world.body_type(other) != BodyType::fixed) continue;
+      carried += contact_force(lab.world, other, body).y();
+    }
+  }
+  EXPECT_NEAR(carried, weight, 0.01 * weight);
+}
+
+// The largest overlap, over all steps, of two boxes of 1 m that stand on one another and on the ground.
+double heavy_on_light(float ratio, const WorldSettings& settings) {
+  Lab lab(settings);
+  lab.add_ground();
+  const BodyId light = lab.add({.position = {0, 0.5f, 0}}, Box{}, {.density = 10.0f});
+  const BodyId heavy = lab.add({.position = {0, 1.5f, 0}}, Box{}, {.density = 10.0f * ratio});
+  double worst = 0.0;
+  for (int i = 0; i < 600; ++i) {
+    lab.run(1);
+    worst = std::max({worst, 0.5 - lab.height(light), 1.0 - (lab.height(heavy) - lab.height(light))});
+  }
+  EXPECT_TRUE(lab.all_finite());
+  return worst;
+}
+
+TEST(HeavyOnLight, OneToAHundredOverlapsLessThanFivePercent) {
+  const double worst = heavy_on_light(100.0f, without_sleep());
+  EXPECT_LT(worst, 0.05);
+  std::printf("heavy on light 100:1, defaults: %.4f m\n", worst);
+}
+
+TEST(HeavyOnLight, OneToAThousandOverlapsLessThanFivePercentAtSixteenSubsteps) {
+  WorldSettings settings = without_sleep();
+  settings.substeps = 16;
+  settings.contact_hertz = 120.0f;
+  const double worst = heavy_on_light(1000.0f, settings);
+  EXPECT_LT(worst, 0.05);
+  std::printf("heavy on light 1000:1, 16 substeps, 120 Hz: %.4f m\n", worst);
+}
+
+TEST(HeavyOnLight, OneToAThousandAtTheDefaultsIsReported) {
+  const double worst = heavy_on_light(1000.0f, without_sleep());
+  RecordProperty("overlap_m", std::to_string(worst));
+  std::printf("heavy on light 1000:1, defaults: %.4f m\n", worst);
+}
+
+TEST(Hub, CarriesTwoHundredBoxes) {
+  // A plate with more contacts than there are colors: most are solved one after the other.
+  Lab lab;
+  const BodyId ground = lab.add_ground();
+  const BodyId plate = lab.add({.position = {0, 0.25f, 0}}, Box{{6.0f, 0.25f, 3.0f}}, {.density = 200.0f});
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < 200; ++i) {
+    const float x = -5.4f + 0.56f * static_cast<float>(i % 20),
+                z = -2.6f + 0.56f * static_cast<float>(i / 20);
+    boxes.push_back(lab.add({.position = {x, 0.7f, z}}, Box{{0.2f, 0.2f, 0.2f}}, {.density = 200.0f}));
+  }
+  lab.run(300);
+  double weight = lab.mass(plate) * kGravity;
+  for (const BodyId box : boxes) {
+    const double own = lab.mass(box) * kGravity;
+    weight += own;
+    EXPECT_NEAR(contact_force(lab.world, plate, box).y(), own, 0.01 * own);
+    EXPECT_NEAR(lab.height(box), 0.7, 0.01);
+    EXPECT_LT(lab.velocity(box).norm(), 0.01);
+  }
+  EXPECT_NEAR(contact_force(lab.world, ground, plate).y(), weight, 0.01 * weight);
+}
+
+}  // namespace
+}  // namespace scree::physics
