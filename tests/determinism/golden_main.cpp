@@ -1,0 +1,64 @@
+// scree_golden: the program behind tools/update_goldens.
+//   scree_golden update FILE   plays every run of the file, rewrites the hashes that changed and prints them;
+//                              a run whose backends disagree has no hash, so it stops there
+//   scree_golden backend       prints the instruction set that steps take by themselves, and a hash
+#include <tests/determinism/golden.h>
+#include <tests/determinism/random_calls.h>
+
+#include <cstdio>
+#include <cstring>
+#include <exception>
+
+namespace scree::determinism {
+namespace {
+
+Digest checked_digest(const Golden& golden) {
+  const std::vector<std::uint64_t> expected = play(golden.what, {kReference});
+  for (const Schedule& schedule : schedules(false)) {
+    if (play(golden.what, schedule) == expected) continue;
+    throw Error(golden.name() + " on " + name_of(schedule) + " differs from " + name_of({kReference}) + ": " +
+                where_they_part(golden.what, schedule));
+  }
+  return digest_of(expected);
+}
+
+void update(const std::string& path) {
+  std::vector<Golden> goldens = read_goldens(path);
+  for (Golden& golden : goldens) {
+    const Digest digest = checked_digest(golden);
+    if (digest == golden.digest) continue;
+    std::printf("%s: %016llx -> %016llx\n", golden.name().c_str(),
+                static_cast<unsigned long long>(golden.digest.all),
+                static_cast<unsigned long long>(digest.all));
+    std::fflush(stdout);
+    golden.digest = digest;
+  }
+  write_goldens(path, goldens);
+}
+
+void print_backend() {
+  Workers workers;
+  Playback playback({"pile", {{"bodies", 60}}, 40});
+  for (int i = 0; i < 40; ++i) playback.advance(workers);
+  std::printf("%s hash %016llx\n", isa_name(workers.isa()), static_cast<unsigned long long>(playback.hash()));
+}
+
+}  // namespace
+}  // namespace scree::determinism
+
+int main(int count, char** arguments) {
+  try {
+    if (count == 3 && std::strcmp(arguments[1], "update") == 0) {
+      scree::determinism::update(arguments[2]);
+    } else if (count == 2 && std::strcmp(arguments[1], "backend") == 0) {
+      scree::determinism::print_backend();
+    } else {
+      std::fprintf(stderr, "usage: scree_golden update FILE | backend\n");
+      return 2;
+    }
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "scree_golden: %s\n", error.what());
+    return 1;
+  }
+}
