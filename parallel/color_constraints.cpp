@@ -17,17 +17,22 @@ Constraints& constraints_of(WorldData& data) {
 
 void Constraints::report(const Visit& visit) const {
   const auto column = [&](const char* name, const auto& cells) {
-    visit(ColumnKind::scratch, name, cells.data(), cells.size() * sizeof(*cells.data()), cells.capacity_bytes());
+    visit(ColumnKind::scratch, name, cells.data(), cells.size() * sizeof(*cells.data()),
+          cells.capacity_bytes());
   };
   column("dynamic_colors", dynamic_colors);
   column("static_colors", static_colors);
   column("uncolored", uncolored);
   column("histogram", histogram);
+  column("keys", keys);
+  column("points", points);
   column("rows", rows);
   column("blocks", blocks);
   column("chunks", chunks);
   column("stages", stages);
   column("residual", residual);
+  column("depth", depth);
+  column("depths", depths);
   column("moving", moving);
   column("kinetic_energy", kinetic_energy);
   column("broken", broken);

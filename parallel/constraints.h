@@ -26,14 +26,18 @@ struct Constraints : Part {
   Column<std::uint64_t> static_colors;   // scratch; likewise against bodies that cannot be pushed
   Column<std::int32_t> uncolored;        // scratch; color_constraints; rows that need a color
   Column<std::int32_t> histogram;        // scratch; pack_blocks; by part of the touching list and key
+  Column<std::uint16_t> keys;            // scratch; pack_blocks; by place in the touching list
+  Column<std::int32_t> points;           // scratch; pack_blocks; contact points by part of the touching list
   Column<std::int32_t> rows;             // scratch; pack_blocks; contact rows in lane order
   Column<char> blocks;                   // scratch; prepare and the sweeps
   Column<simd::ContactChunk> chunks;     // scratch; pack_blocks
   Column<ColorStage> stages;             // scratch; pack_blocks; in the order in which they are solved
   Column<float> residual;                // scratch; solve; m/s by chunk
-  Column<std::int32_t> moving;           // scratch; solve; awake dynamic bodies, then kinematic ones
-  Column<float> kinetic_energy;          // scratch; finish_step; J by place in `moving`
-  Column<std::uint8_t> broken;           // scratch; finish_step; by place in `moving`
+  Column<float> depth;                   // scratch; store_impulses; m by lane, on request
+  Column<float> depths;          // scratch; store_impulses; m, of overlapping manifolds, for the ranking
+  Column<std::int32_t> moving;   // scratch; solve; awake dynamic bodies, then kinematic ones
+  Column<float> kinetic_energy;  // scratch; finish_step; J by place in `moving`
+  Column<std::uint8_t> broken;   // scratch; finish_step; by place in `moving`
 
   void report(const Visit& visit) const override;
 };

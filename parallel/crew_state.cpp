@@ -28,7 +28,6 @@ class Patience {
       std::this_thread::yield();
     }
   }
-  bool yields() const { return waits_ >= kPauses; }
   void restart() { waits_ = 0; }
 
  private:
@@ -180,6 +179,10 @@ void CrewState::serve(int seat) {
   }
 }
 
+void HelperPool::release() {
+  if (owners_.fetch_sub(1, std::memory_order_acq_rel) == 1) delete this;
+}
+
 HelperPool::~HelperPool() {
   for (CrewState* state = first_.load(std::memory_order_relaxed); state != nullptr;) {
     delete std::exchange(state, state->next);
@@ -221,7 +224,7 @@ bool HelperPool::someone_needs_help() const {
   return false;
 }
 
-void HelperPool::help() {
+void HelperPool::run_helper() {
   using Clock = std::chrono::steady_clock;
   const FpEnvironment environment;
   Patience patience;
@@ -234,10 +237,11 @@ void HelperPool::help() {
       patience.wait();
     } else {
       resign();
-      if (!someone_needs_help() || !enlist(threads_ - 1)) return;
+      if (!someone_needs_help() || !enlist(threads_ - 1)) break;
       idle_since = Clock::now();
     }
   }
+  release();
 }
 
 }  // namespace scree

@@ -77,27 +77,30 @@ class CrewState {
   std::exception_ptr failure_;
 };
 
-// The crews of one Workers and the number of its helpers.
+// The crews of one Workers and the number of its helpers. Lives until its Workers and all tasks have let go.
 class HelperPool {
  public:
   explicit HelperPool(int threads) : threads_(threads) {}
-  ~HelperPool();
   HelperPool(const HelperPool&) = delete;
   HelperPool& operator=(const HelperPool&) = delete;
+  void retain() { owners_.fetch_add(1, std::memory_order_relaxed); }
+  void release();
 
   CrewState& acquire();
   // Counts one more helper unless there are `limit`.
   bool enlist(int limit);
   void resign() { helpers_.fetch_sub(1, std::memory_order_seq_cst); }
-  // A helper's life, from the task that carries it.
-  void help();
+  // A helper's life, from the task that carries it; releases the pool in the end.
+  void run_helper();
 
  private:
+  ~HelperPool();
   bool help_someone();
   bool someone_needs_help() const;
 
   const int threads_;
   std::atomic<CrewState*> first_{nullptr};
+  std::atomic<int> owners_{1};
   alignas(kSeparation) std::atomic<int> helpers_{0};  // enqueued or at work
 };
 

@@ -18,7 +18,8 @@ Islands& islands_of(WorldData& data) {
 
 void Islands::report(const Visit& visit) const {
   const auto column = [&](const char* name, const auto& cells) {
-    visit(ColumnKind::scratch, name, cells.data(), cells.size() * sizeof(*cells.data()), cells.capacity_bytes());
+    visit(ColumnKind::scratch, name, cells.data(), cells.size() * sizeof(*cells.data()),
+          cells.capacity_bytes());
   };
   column("parent", parent);
   column("kept_awake", kept_awake);

@@ -6,6 +6,7 @@
 #include <parallel/stages.h>
 
 #include <algorithm>
+#include <numeric>
 
 namespace scree {
 
@@ -62,16 +63,26 @@ void pack_blocks(WorldData& data, Crew& crew) {
   const int rows = static_cast<int>(touching.size());
   const int parts = (rows + kPartRows - 1) / kPartRows;
 
-  const auto key_at = [&](int place) {
-    const auto row = static_cast<std::size_t>(touching[static_cast<std::size_t>(place)]);
-    return key_of(contacts.manifold[row].info, contacts.color[row]);
-  };
+  constraints.keys.resize_discarding(touching.size());
+  constraints.points.resize_discarding(static_cast<std::size_t>(parts));
   constraints.histogram.resize_discarding(static_cast<std::size_t>(parts) * kKeys);
   crew.run(parts, [&](int part, int) {
     std::int32_t* counts = constraints.histogram.data() + static_cast<std::size_t>(part) * kKeys;
     std::fill(counts, counts + kKeys, 0);
-    for (int i = part * kPartRows; i < std::min((part + 1) * kPartRows, rows); ++i) ++counts[key_at(i)];
+    std::int32_t points = 0;
+    for (int i = part * kPartRows; i < std::min((part + 1) * kPartRows, rows); ++i) {
+      const auto row = static_cast<std::size_t>(touching[static_cast<std::size_t>(i)]);
+      const std::uint32_t info = contacts.manifold[row].info;
+      const int key = key_of(info, contacts.color[row]);
+      points += static_cast<std::int32_t>(info & kManifoldPointMask);
+      constraints.keys[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>(key);
+      ++counts[key];
+    }
+    constraints.points[static_cast<std::size_t>(part)] = points;
   });
+
+  data.stats.contact_points =
+      std::accumulate(constraints.points.begin(), constraints.points.end(), std::int64_t{0});
 
   std::int32_t totals[kKeys], first_lane[kKeys + 1];
   place_keys(constraints.histogram, parts, lanes, totals, first_lane);
@@ -79,7 +90,7 @@ void pack_blocks(WorldData& data, Crew& crew) {
   crew.run(parts, [&](int part, int) {
     std::int32_t* places = constraints.histogram.data() + static_cast<std::size_t>(part) * kKeys;
     for (int i = part * kPartRows; i < std::min((part + 1) * kPartRows, rows); ++i) {
-      const int key = key_at(i);
+      const int key = constraints.keys[static_cast<std::size_t>(i)];
       const int place = places[key]++;
       const int lane = first_lane[key] + (key < kKindsPerColor ? place * lanes : place);
       constraints.rows[static_cast<std::size_t>(lane)] = touching[static_cast<std::size_t>(i)];

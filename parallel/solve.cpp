@@ -52,6 +52,7 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.warm_start_scale = settings.warm_start && data.last_dt > 0.0f ? dt / data.last_dt : 0.0f;
   args.impulse_keep = settings.warm_start ? 1.0f : 0.0f;
   args.residual = constraints.residual.data();
+  args.depth = constraints.depth.data();
   return args;
 }
 
@@ -142,13 +143,46 @@ void solve(WorldData& data, float dt, Crew& crew) {
   }
 }
 
+namespace {
+
+// Mean, 99.9th percentile and maximum of the overlap of touching manifolds at the step's end.
+void measure_penetration(WorldData& data, const simd::ContactArgs& contact, Crew& crew) {
+  Constraints& constraints = constraints_of(data);
+  crew.run(static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
+    crew.kernels().contact.measure_depth(contact, constraints.chunks[static_cast<std::size_t>(chunk)]);
+  });
+  constraints.depths.clear();
+  double sum = 0.0;
+  for (const simd::ContactChunk& chunk : constraints.chunks) {
+    for (int lane = 0; lane < chunk.lanes; ++lane) {
+      const float depth = constraints.depth[static_cast<std::size_t>(chunk.first_lane + lane)];
+      if (!(depth > 0.0f)) continue;
+      constraints.depths.push_back(depth);
+      sum += static_cast<double>(depth);
+    }
+  }
+  StepStats& stats = data.stats;
+  stats.penetration_mean = stats.penetration_p999 = stats.penetration_max = 0.0;
+  const std::size_t count = constraints.depths.size();
+  if (count == 0) return;
+  stats.penetration_mean = sum / static_cast<double>(count);
+  float* rank = constraints.depths.begin() + (count - 1) * 999 / 1000;
+  std::nth_element(constraints.depths.begin(), rank, constraints.depths.end());
+  stats.penetration_p999 = static_cast<double>(*rank);
+  stats.penetration_max = static_cast<double>(*std::max_element(rank, constraints.depths.end()));
+}
+
+}  // namespace
+
 void store_impulses(WorldData& data, float dt, Crew& crew) {
   Constraints& constraints = constraints_of(data);
+  if (data.settings.measure_penetration) constraints.depth.resize_discarding(constraints.rows.size());
   const simd::ContactKernels& kernels = crew.kernels().contact;
   const simd::ContactArgs contact = contact_args(data, constraints, dt);
   crew.run(static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
     kernels.store(contact, constraints.chunks[static_cast<std::size_t>(chunk)]);
   });
+  if (data.settings.measure_penetration) measure_penetration(data, contact, crew);
 }
 
 }  // namespace scree

@@ -1,6 +1,5 @@
 // Workers: how many threads, which instruction set, and where helpers come from.
 #include <parallel/workers_impl.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -95,21 +94,21 @@ bool is_supported(Isa isa) {
 Workers::Impl::Impl(int thread_count, const simd::Kernels& chosen)
     : threads(thread_count),
       kernels(&chosen),
-      pool(std::make_shared<HelperPool>(thread_count)),
-      arena(std::max(1, thread_count - 1), /*reserved_for_masters=*/0) {}
+      pool(new HelperPool(thread_count)),
+      arena(std::max(1, thread_count - 1)) {}
 
 int Workers::Impl::available_threads() const {
-  if (threads == 1) return 1;
-  const std::size_t allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  return static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(threads), allowed));
+  return threads == 1 ? 1 : std::min(threads, HelperArena::allowed_threads());
 }
 
 void Workers::Impl::send_helpers(int count) {
   while (pool->enlist(count)) {
+    pool->retain();
     try {
-      arena.enqueue([pool = pool] { pool->help(); });
-    } catch (...) {
-      pool->resign();  // a step needs no helper
+      arena.enqueue([](void* task_pool) { static_cast<HelperPool*>(task_pool)->run_helper(); }, pool);
+    } catch (...) {  // a step needs no helper
+      pool->resign();
+      pool->release();
       return;
     }
   }

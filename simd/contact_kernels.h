@@ -54,6 +54,7 @@ struct ContactArgs {
   float warm_start_scale;  // times the stored impulses: ratio of time steps, 0: none
   float impulse_keep;      // times the impulses at each solve: 1, or 0 without warm start
   float* residual;         // m/s, by chunk number; where relax_measured leaves its largest error
+  float* depth;            // m, by lane; where measure_depth leaves the deepest point's overlap, at least 0
 };
 
 struct ContactKernels {
@@ -65,6 +66,7 @@ struct ContactKernels {
   void (*relax_measured)(const ContactArgs& args, const ContactChunk& chunk);
   void (*restitution)(const ContactArgs& args, const ContactChunk& chunk);  // rich variants only
   void (*store)(const ContactArgs& args, const ContactChunk& chunk);        // blocks -> manifolds
+  void (*measure_depth)(const ContactArgs& args, const ContactChunk& chunk);
 };
 
 }  // namespace scree::simd

@@ -1,7 +1,97 @@
+// Kernels of the broad phase: bounds of shapes, boxes of trees, and the join of two trees.
+//
+// Called by update_bounds (poses -> bounds) and find_pairs (bounds -> trees -> pairs). All functions are
+// exact in the sense that counts: whether two shapes become a pair depends on their own two bounds alone.
 #pragma once
+
+#include <core/plain/rows.h>
+
+#include <cstdint>
 
 namespace scree::simd {
 
-struct PairKernels {};
+// Blocks have 16 members for every instruction set: one register for AVX-512, four for SSE2.
+inline constexpr int kBlock = 16;
+// 16^8 leaves are more than a 32-bit index can name.
+inline constexpr int kMaxTreeLevels = 8;
+
+// The boxes of 16 children: lower x y z, upper x y z. Children that do not exist have empty boxes.
+struct alignas(64) NodeBlock {
+  float bounds[6][kBlock];
+};
+
+// 16 shapes.
+struct alignas(64) LeafBlock {
+  float bounds[6][kBlock];
+  float center[3][kBlock];  // of the bounding spheres
+  float radius[kBlock];
+  std::int32_t shape[kBlock];  // -1: nobody
+  std::uint32_t special;       // bit per shape: pairs with it must be asked for filters and equal bodies
+  std::uint32_t padding[15];
+};
+
+// An implicit 16-ary tree: child c of block b is block b * 16 + c of the level below.
+struct TreeView {
+  const LeafBlock* leaves;
+  const NodeBlock* nodes[kMaxTreeLevels];  // nodes[0]: boxes of the leaf blocks
+  int levels;                              // of nodes; 0: the tree is empty
+};
+
+// The values of ShapeType and BodyType that the bounds kernel tells apart.
+inline constexpr std::int32_t kBoundsSphere = 0;
+inline constexpr std::int32_t kBoundsCapsule = 1;
+inline constexpr std::int32_t kBoundsFixedBody = 0;
+
+// update_bounds: lane = shape, for the shapes list[begin] to list[end - 1].
+struct BoundsTask {
+  const std::int32_t* list;
+  const std::int32_t* shape_body;
+  const std::uint8_t* shape_type;
+  const std::uint8_t* body_type;
+  const ExtentRow* extent;
+  const PoseRow* local_pose;
+  const PoseRow* body_pose;
+  const VelocityRow* body_velocity;
+  PoseRow* shape_pose;    // written
+  BoundsRow* fat_bounds;  // written where the shape left it, or everywhere if `force`
+  float dt;
+  bool force;
+};
+
+// refit_leaves: gathers the bounds of order[16 b ...] into leaf block b and its box into nodes.
+struct RefitTask {
+  const std::int32_t* order;  // whole blocks; -1: nobody
+  const BoundsRow* fat_bounds;
+  LeafBlock* leaves;
+  NodeBlock* nodes;
+};
+
+// join: the pairs of the shapes in query blocks [begin, end) with the shapes of `target`.
+struct JoinTask {
+  const LeafBlock* query;
+  const NodeBlock* query_boxes;
+  TreeView target;
+  bool self;         // target is the query's own tree: each pair is found once, by the earlier shape
+  ShapePair* pairs;  // out; a < b
+  std::int64_t capacity;
+};
+
+// Where a join stands. It ends at the first block whose pairs do not fit into capacity - kBlock; `count` then
+// is the number before that block, and `needed` the capacity that the block asks for.
+struct JoinState {
+  int block;            // in, out: the next one
+  std::int64_t count;   // in, out: pairs written
+  std::int64_t needed;  // out
+  bool special;         // in, out: some pair has a special shape
+};
+
+struct PairKernels {
+  // Returns the number of shapes that left their fat bounds.
+  int (*update_bounds)(const BoundsTask& task, int begin, int end);
+  void (*refit_leaves)(const RefitTask& task, int begin, int end);
+  // Boxes of the blocks [begin, end) of one level, into the level above.
+  void (*refit_nodes)(const NodeBlock* children, NodeBlock* parents, int begin, int end);
+  void (*join)(const JoinTask& task, int end, JoinState& state);
+};
 
 }  // namespace scree::simd

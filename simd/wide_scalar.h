@@ -2,8 +2,7 @@
 // Included by wide.h only.
 #pragma once
 
-#include <cmath>
-#include <cstring>
+#include <cstddef>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
@@ -131,33 +130,18 @@ inline F to_float(I a) {
   return static_cast<float>(a.v);
 }
 
-inline F load(const float* from) {
-  return *from;
-}
-inline F load_unaligned(const float* from) {
-  return *from;
-}
-inline I load(const std::int32_t* from) {
-  return *from;
-}
-inline I load_unaligned(const std::int32_t* from) {
-  return *from;
-}
-inline void store(float* to, F a) {
-  *to = a.v;
-}
-inline void store_unaligned(float* to, F a) {
-  *to = a.v;
-}
-inline void store(std::int32_t* to, I a) {
-  *to = a.v;
-}
-inline void store_unaligned(std::int32_t* to, I a) {
-  *to = a.v;
-}
-inline I lane_numbers() {
-  return 0;
-}
+inline F load(const float* from) { return *from; }
+inline F load_unaligned(const float* from) { return *from; }
+inline I load(const std::int32_t* from) { return *from; }
+inline I load_unaligned(const std::int32_t* from) { return *from; }
+inline void store(float* to, F a) { *to = a.v; }
+inline void store_unaligned(float* to, F a) { *to = a.v; }
+inline void store(std::int32_t* to, I a) { *to = a.v; }
+inline void store_unaligned(std::int32_t* to, I a) { *to = a.v; }
+inline I lane_numbers() { return 0; }
+// Over all lanes; for numbers that are not NaN. The sign of a zero result is unspecified.
+inline float reduce_min(F a) { return a.v; }
+inline float reduce_max(F a) { return a.v; }
 
 // Four consecutive floats per lane, at base + stride * index[lane]; becomes four wide numbers.
 inline void load_rows(const float* base, int stride, const std::int32_t* index, F& x, F& y, F& z, F& w) {

@@ -1,7 +1,16 @@
 // Wide numbers on xsimd, and the row transposes that it lacks. Included by wide.h only.
 #pragma once
 
+// GCC 12 takes the undefined pass-through operand of its own AVX-512 intrinsics for a mistake (GCC bug 105593).
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#endif
 #include <immintrin.h>
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
 
 #include <cstddef>
 #include <xsimd/xsimd.hpp>
@@ -335,6 +344,31 @@ inline __m128 quarter(Register r, int which) {
   }
 #endif
 }
+
+// Over all lanes; for numbers that are not NaN. The sign of a zero result is unspecified.
+#if SCREE_SIMD_LANES == 16
+inline float reduce_min(F a) { return _mm512_reduce_min_ps(a.v); }
+inline float reduce_max(F a) { return _mm512_reduce_max_ps(a.v); }
+#else
+inline float reduce_min(F a) {
+#if SCREE_SIMD_LANES == 8
+  const __m128 r = _mm_min_ps(quarter(a.v, 0), quarter(a.v, 1));
+#else
+  const __m128 r = a.v;
+#endif
+  const __m128 pair = _mm_min_ps(r, _mm_movehl_ps(r, r));
+  return _mm_cvtss_f32(_mm_min_ss(pair, _mm_shuffle_ps(pair, pair, 1)));
+}
+inline float reduce_max(F a) {
+#if SCREE_SIMD_LANES == 8
+  const __m128 r = _mm_max_ps(quarter(a.v, 0), quarter(a.v, 1));
+#else
+  const __m128 r = a.v;
+#endif
+  const __m128 pair = _mm_max_ps(r, _mm_movehl_ps(r, r));
+  return _mm_cvtss_f32(_mm_max_ss(pair, _mm_shuffle_ps(pair, pair, 1)));
+}
+#endif
 
 // Four consecutive floats per lane (16-byte aligned), at base + stride * index[lane]; becomes four wide
 // numbers.

@@ -15,8 +15,8 @@ using namespace scree;
 constexpr int kBase = 100;
 
 // A contact of two boxes of half-extent 0.5 at distance one along the normal.
-Manifold face_contact(const Vec3& center_a, const Vec3& center_b, const Vec3& normal, std::int32_t a, std::int32_t b,
-                      float half_u, float half_v, bool is_static) {
+Manifold face_contact(const Vec3& center_a, const Vec3& center_b, const Vec3& normal, std::int32_t a,
+                      std::int32_t b, float half_u, float half_v, bool is_static) {
   Manifold manifold{};
   const Vec3 middle{0.5f * (center_a.x + center_b.x), 0.5f * (center_a.y + center_b.y),
                     0.5f * (center_a.z + center_b.z)};
@@ -60,7 +60,8 @@ std::unique_ptr<WorldData> make_pyramid() {
   for (int i = 0; i < kBase; ++i) {
     for (int j = i; j < kBase; ++j, ++body) {
       const auto index = static_cast<std::size_t>(body);
-      centers[index] = {0.5f * static_cast<float>(i + 1) + static_cast<float>(j - i), static_cast<float>(i) + 0.5f, 0};
+      centers[index] = {0.5f * static_cast<float>(i + 1) + static_cast<float>(j - i),
+                        static_cast<float>(i) + 0.5f, 0};
       grid[static_cast<std::size_t>(i)].push_back(body);
       data->bodies.pose[index].rotation[3] = 1.0f;
       data->bodies.local_mass[index] = {{0.06f, 0, 0, 0.06f, 0, 0.06f}, 0.01f, 0};
@@ -81,8 +82,8 @@ std::unique_ptr<WorldData> make_pyramid() {
       } else {
         for (std::size_t side = 0; side < 2; ++side) {
           const std::int32_t below = grid[static_cast<std::size_t>(i - 1)][j + side];
-          add_row(*data, face_contact(centers[static_cast<std::size_t>(below)], center, {0, 1, 0}, below, row[j], 0.25f,
-                                      0.5f, false));
+          add_row(*data, face_contact(centers[static_cast<std::size_t>(below)], center, {0, 1, 0}, below,
+                                      row[j], 0.25f, 0.5f, false));
         }
       }
       if (j + 1 < row.size()) {
@@ -94,7 +95,7 @@ std::unique_ptr<WorldData> make_pyramid() {
   return data;
 }
 
-enum class Pass { prepare, warm_start, solve, relax, store, whole };
+enum class Pass { prepare, warm_start, solve, relax, store, whole, color, pack };
 
 void run_pass(benchmark::State& state, Isa isa, Pass pass) {
   if (!is_supported(isa)) {
@@ -116,24 +117,30 @@ void run_pass(benchmark::State& state, Isa isa, Pass pass) {
   for (auto _ : state) {
     if (pass == Pass::whole) {
       solve(*data, 1.0f / 60.0f, crew);
+    } else if (pass == Pass::color) {
+      color_constraints(*data, crew);
+    } else if (pass == Pass::pack) {
+      pack_blocks(*data, crew);
     } else {
       for (const simd::ContactChunk& chunk : constraints.chunks) kernel[static_cast<int>(pass)](args, chunk);
     }
   }
-  state.counters["ns_per_manifold"] = benchmark::Counter(static_cast<double>(data->contacts.touching.size()) * 1e-9,
-                                                         benchmark::Counter::kIsIterationInvariantRate |
-                                                             benchmark::Counter::kInvert);
+  state.counters["ns_per_manifold"] =
+      benchmark::Counter(static_cast<double>(data->contacts.touching.size()) * 1e-9,
+                         benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
   state.counters["lane_fill"] = data->stats.lane_fill;
 }
 
 const bool kRegistered = [] {
   const std::pair<const char*, Pass> passes[] = {{"prepare", Pass::prepare}, {"warm_start", Pass::warm_start},
                                                  {"solve", Pass::solve},     {"relax", Pass::relax},
-                                                 {"store", Pass::store},     {"whole_solve", Pass::whole}};
+                                                 {"store", Pass::store},     {"whole_solve", Pass::whole},
+                                                 {"color", Pass::color},     {"pack", Pass::pack}};
   for (const auto& [name, pass] : passes) {
     for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
-      benchmark::RegisterBenchmark((std::string(name) + "/" + isa_name(isa)).c_str(),
-                                   [isa, pass = pass](benchmark::State& state) { run_pass(state, isa, pass); })
+      benchmark::RegisterBenchmark(
+          (std::string(name) + "/" + isa_name(isa)).c_str(),
+          [isa, pass = pass](benchmark::State& state) { run_pass(state, isa, pass); })
           ->Unit(benchmark::kMicrosecond);
     }
   }

@@ -262,6 +262,20 @@ void store_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   });
 }
 
+template <int kPoints, bool kRich, bool kStatic>
+void measure_depth_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+  using Block = typename BlockOf<kPoints, kRich>::Type;
+  for_each_block<Block>(args, chunk, [&](Block& block, int, int first_lane) {
+    F depth(0.0f);
+    for (int k = 0; k < kPoints; ++k) depth = max(-load(block.separation[k]), depth);
+    store_unaligned(args.depth + first_lane, depth);
+  });
+}
+
+void measure_depth(const ContactArgs& args, const ContactChunk& chunk) {
+  SCREE_CONTACT_VARIANTS(measure_depth_chunk, args, chunk)
+}
+
 void prepare(const ContactArgs& args, const ContactChunk& chunk) {
   SCREE_CONTACT_VARIANTS(prepare_chunk, args, chunk)
 }
@@ -286,6 +300,7 @@ ContactKernels make_contact_kernels() {
   }
   kernels.prepare = prepare;
   kernels.store = store_blocks;
+  kernels.measure_depth = measure_depth;
   add_contact_solve_kernels(kernels);
   return kernels;
 }

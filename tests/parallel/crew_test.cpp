@@ -1,6 +1,7 @@
 // Laws of the crew: every chunk once, no waiting for absent helpers, nobody's state disturbed.
 #include <gtest/gtest.h>
 #include <parallel/crew.h>
+#include <parallel/helper_arena.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -137,12 +138,15 @@ TEST_F(CrewTest, StagesOfOneChunkRunOnTheCaller) {
 TEST_F(CrewTest, TheCallerAloneFinishesEveryStageWhileEveryHelperIsElsewhere) {
   // TBB is held to a single worker, and that worker sits in a task until the stages are done.
   tbb::global_control one_worker(tbb::global_control::max_allowed_parallelism, 2);
-  std::atomic<bool> occupied{false}, release{false};
-  tbb::task_arena elsewhere(1, 0);
-  elsewhere.enqueue([&] {
-    occupied = true;
-    while (!release) std::this_thread::yield();
-  });
+  static std::atomic<bool> occupied{false}, release{false};
+  HelperArena elsewhere(1);
+  elsewhere.enqueue(
+      [](void*) {
+        occupied = true;
+        while (!release) std::this_thread::yield();
+        occupied = false;
+      },
+      nullptr);
   while (!occupied) std::this_thread::yield();
   {
     Workers workers(2);
@@ -154,6 +158,8 @@ TEST_F(CrewTest, TheCallerAloneFinishesEveryStageWhileEveryHelperIsElsewhere) {
     }
   }
   release = true;
+  while (occupied) std::this_thread::yield();
+  release = false;
 }
 
 TEST_F(CrewTest, EightCallersShareOneWorkers) {

@@ -1,7 +1,7 @@
 // Scenes: engine-neutral lists of bodies that tests, benchmarks and the command share.
 //
-// A scene is data: whoever wants it in an engine walks the lists (populate() does it for Scree, bench/ for the
-// peers). A few scenes consist of many independent worlds, hence the vector.
+// A scene is data: whoever wants it in an engine walks the lists (populate() does it for Scree, bench/ for
+// the peers). A few scenes consist of many independent worlds, hence the vector.
 #pragma once
 
 #include <scree/scree.h>
@@ -19,6 +19,7 @@ struct SceneShape {
   ShapeOptions options;
 };
 
+/// A body and its run of shapes. Bodies may share a run: equal bricks need one entry in Scene::shapes.
 struct SceneBody {
   BodyDef def;
   std::uint32_t first_shape = 0;  ///< into Scene::shapes
@@ -39,8 +40,8 @@ using Parameters = std::map<std::string, double>;
 
 struct SceneInfo {
   std::string name;
-  std::string summary;     ///< one line
-  Parameters parameters;   ///< names and defaults
+  std::string summary;    ///< one line
+  Parameters parameters;  ///< names and defaults
 };
 
 /// The built-in scenes in the order in which they are listed.

@@ -37,6 +37,8 @@ struct Material {
   Vec3 surface_velocity{};          ///< m/s in the shape's frame: a conveyor belt's speed, each within +-1e6
   MixRule friction_mix = MixRule::geometric_mean;
   MixRule restitution_mix = MixRule::maximum;
+
+  friend bool operator==(const Material&, const Material&) = default;
 };
 
 /// Two shapes collide if each one's `mask` has a bit of the other's `category`; equal nonzero groups
@@ -45,6 +47,8 @@ struct Filter {
   std::uint32_t category = 1;
   std::uint32_t mask = 0xffffffffu;
   std::int32_t group = 0;
+
+  friend bool operator==(const Filter&, const Filter&) = default;
 };
 
 /// What a shape has besides its geometry and its material.
@@ -52,6 +56,8 @@ struct ShapeOptions {
   Pose local_pose{};  ///< of the shape in its body's frame: each within +-1e5 m, unit rotation within 1e-3
   Filter filter{};
   std::uint64_t user_data = 0;
+
+  friend bool operator==(const ShapeOptions&, const ShapeOptions&) = default;
 };
 
 }  // namespace scree

@@ -1,0 +1,184 @@
+// Box3D behind the engine interface: its own scheduler with one worker per thread, continuous collision off
+// (Scree has none), everything else at its defaults.
+#include "bench/engine.h"
+
+#include <box3d/box3d.h>
+
+#include <algorithm>
+#include <string>
+
+namespace scree::bench {
+namespace {
+
+b3Vec3 to_box3d(Vec3 v) {
+  return {v.x, v.y, v.z};
+}
+b3Quat to_box3d(Quat q) {
+  return {{q.x, q.y, q.z}, q.w};
+}
+Vec3 from_box3d(b3Vec3 v) {
+  return {v.x, v.y, v.z};
+}
+
+b3BodyType to_box3d(BodyType type) {
+  if (type == BodyType::fixed) return b3_staticBody;
+  return type == BodyType::kinematic ? b3_kinematicBody : b3_dynamicBody;
+}
+
+b3MotionLocks to_box3d(AxisLocks locks) {
+  const auto has = [&](AxisLocks bit) {
+    return (static_cast<unsigned>(locks) & static_cast<unsigned>(bit)) != 0;
+  };
+  b3MotionLocks result{};
+  result.linearX = has(AxisLocks::translation_x);
+  result.linearY = has(AxisLocks::translation_y);
+  result.linearZ = has(AxisLocks::translation_z);
+  result.angularX = has(AxisLocks::rotation_x);
+  result.angularY = has(AxisLocks::rotation_y);
+  result.angularZ = has(AxisLocks::rotation_z);
+  return result;
+}
+
+void add_shape(b3BodyId body, const scenes::SceneShape& shape) {
+  b3ShapeDef def = b3DefaultShapeDef();
+  def.baseMaterial.friction = shape.material.friction;
+  def.baseMaterial.restitution = shape.material.restitution;
+  def.baseMaterial.tangentVelocity = to_box3d(shape.material.surface_velocity);
+  def.density = shape.material.density;
+  def.filter.categoryBits = shape.options.filter.category;
+  def.filter.maskBits = shape.options.filter.mask;
+  def.filter.groupIndex = shape.options.filter.group;
+  const Pose& local = shape.options.local_pose;
+  const b3Vec3 position = to_box3d(local.position);
+  const b3Quat rotation = to_box3d(local.rotation);
+  if (const auto* box = std::get_if<Box>(&shape.geometry)) {
+    const Vec3 h = box->half_extents;
+    const b3BoxHull hull = b3MakeTransformedBoxHull(h.x, h.y, h.z, {position, rotation});
+    b3CreateHullShape(body, &def, &hull.base);
+  } else if (const auto* capsule = std::get_if<Capsule>(&shape.geometry)) {
+    // Box3D multiplies the coefficient by the radius.
+    def.baseMaterial.rollingResistance = shape.material.rolling_resistance / capsule->radius;
+    const b3Vec3 half = b3RotateVector(rotation, {0.0f, capsule->half_height, 0.0f});
+    const b3Capsule round{b3Sub(position, half), b3Add(position, half), capsule->radius};
+    b3CreateCapsuleShape(body, &def, &round);
+  } else {
+    const float radius = std::get<Sphere>(shape.geometry).radius;
+    def.baseMaterial.rollingResistance = shape.material.rolling_resistance / radius;
+    const b3Sphere round{position, radius};
+    b3CreateSphereShape(body, &def, &round);
+  }
+}
+
+b3BodyId add_body(b3WorldId world, const scenes::Scene& scene, const scenes::SceneBody& body) {
+  b3BodyDef def = b3DefaultBodyDef();
+  def.type = to_box3d(body.def.type);
+  def.position = {body.def.position.x, body.def.position.y, body.def.position.z};
+  def.rotation = to_box3d(body.def.rotation);
+  def.linearVelocity = to_box3d(body.def.linear_velocity);
+  def.angularVelocity = to_box3d(body.def.angular_velocity);
+  def.linearDamping = body.def.linear_damping;
+  def.angularDamping = body.def.angular_damping;
+  def.gravityScale = body.def.gravity_factor;
+  def.motionLocks = to_box3d(body.def.locks);
+  def.enableSleep = body.def.can_sleep;
+  const b3BodyId id = b3CreateBody(world, &def);
+  for (std::uint32_t s = 0; s < body.shape_count; ++s) add_shape(id, scene.shapes[body.first_shape + s]);
+  if (body.def.mass && body.def.type == BodyType::dynamic) {
+    b3MassData data = b3Body_GetMassData(id);
+    const float scale = *body.def.mass / data.mass;
+    data.mass = *body.def.mass;
+    for (b3Vec3* column : {&data.inertia.cx, &data.inertia.cy, &data.inertia.cz})
+      *column = b3MulSV(scale, *column);
+    b3Body_SetMassData(id, data);
+  }
+  return id;
+}
+
+class Box3dEngine final : public Engine {
+ public:
+  Box3dEngine(std::span<const scenes::Scene> scenes, const EngineOptions& options) {
+    if (scenes.size() > B3_MAX_WORLDS) {
+      unsupported("Box3D", std::to_string(scenes.size()) + " worlds (its limit is " +
+                               std::to_string(B3_MAX_WORLDS) + ")");
+    }
+    for (const scenes::Scene& scene : scenes) {
+      b3WorldDef def = b3DefaultWorldDef();
+      def.gravity = to_box3d(scene.settings.gravity);
+      def.enableSleep = scene.settings.sleeping;
+      def.enableContinuous = false;
+      def.workerCount = static_cast<std::uint32_t>(options.threads);
+      World world{b3CreateWorld(&def), scene.settings.substeps, {}};
+      for (const scenes::SceneBody& body : scene.bodies)
+        world.bodies.push_back(add_body(world.id, scene, body));
+      worlds_.push_back(std::move(world));
+    }
+  }
+
+  ~Box3dEngine() override {
+    for (const World& world : worlds_) b3DestroyWorld(world.id);
+  }
+
+  void step(float dt) override {
+    for (const World& world : worlds_) b3World_Step(world.id, dt, world.substeps);
+  }
+
+  void read(std::size_t world, std::vector<BodyState>& states) const override {
+    states.clear();
+    for (const b3BodyId body : worlds_[world].bodies) {
+      const b3Pos p = b3Body_GetPosition(body);
+      const b3Quat q = b3Body_GetRotation(body);
+      const Vec3 position{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+      states.push_back({{position, {q.v.x, q.v.y, q.v.z, q.s}},
+                        from_box3d(b3Body_GetLinearVelocity(body)),
+                        from_box3d(b3Body_GetAngularVelocity(body))});
+    }
+  }
+
+  std::int64_t contacts() const override {
+    std::int64_t sum = 0;
+    for (const World& world : worlds_) sum += b3World_GetCounters(world.id).contactCount;
+    return sum;
+  }
+
+  std::vector<std::pair<std::string, double>> phases() const override {
+    double pairs = 0.0, collide = 0.0, constraints = 0.0, transforms = 0.0, refit = 0.0, sleep = 0.0;
+    for (const World& world : worlds_) {
+      const b3Profile profile = b3World_GetProfile(world.id);
+      pairs += double{profile.pairs};
+      collide += double{profile.collide};
+      constraints += double{profile.constraints};
+      transforms += double{profile.transforms};
+      refit += double{profile.refit};
+      sleep += double{profile.sleepIslands};
+    }
+    return {{"pairs", pairs},           {"collide", collide}, {"constraints", constraints},
+            {"transforms", transforms}, {"refit", refit},     {"sleep", sleep}};
+  }
+
+ private:
+  struct World {
+    b3WorldId id;
+    int substeps;
+    std::vector<b3BodyId> bodies;
+  };
+  std::vector<World> worlds_;
+};
+
+std::string title() {
+  const b3Version version = b3GetVersion();
+  return "Box3D " + std::to_string(version.major) + "." + std::to_string(version.minor) + "." +
+         std::to_string(version.revision);
+}
+
+}  // namespace
+
+EngineInfo box3d_engine() {
+  return {.name = "box3d",
+          .title = title(),
+          .settings = "soft step, the scene's substeps, continuous collision off, its own scheduler",
+          .multithreaded = true,
+          .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
+              -> std::unique_ptr<Engine> { return std::make_unique<Box3dEngine>(scenes, options); }};
+}
+
+}  // namespace scree::bench

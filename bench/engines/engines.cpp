@@ -1,0 +1,29 @@
+// The list of engines: those that CMake found.
+#include "bench/engine.h"
+
+namespace scree::bench {
+
+const std::vector<EngineInfo>& engines() {
+  static const std::vector<EngineInfo> kEngines = {
+      scree_engine(),
+#ifdef SCREE_BENCH_BOX3D
+      box3d_engine(),
+#endif
+#ifdef SCREE_BENCH_JOLT
+      jolt_engine(),
+#endif
+#ifdef SCREE_BENCH_BULLET
+      bullet_engine(),
+#endif
+#ifdef SCREE_BENCH_ODE
+      ode_engine(),
+#endif
+  };
+  return kEngines;
+}
+
+void unsupported(const std::string& engine, const std::string& what) {
+  throw Error("the adapter of " + engine + " does not support " + what);
+}
+
+}  // namespace scree::bench

@@ -1,0 +1,235 @@
+// Jolt behind the engine interface: a thread pool beside the calling thread, discrete motion, capacities far
+// above what the scenes need (a full one is a complaint), damping as the scene has it.
+#include <Jolt/Jolt.h>
+// Jolt's headers need the one above first.
+#include <Jolt/Core/Factory.h>
+#include <Jolt/Core/JobSystemThreadPool.h>
+#include <Jolt/Core/TempAllocator.h>
+#include <Jolt/Physics/Body/BodyCreationSettings.h>
+#include <Jolt/Physics/Collision/Shape/BoxShape.h>
+#include <Jolt/Physics/Collision/Shape/CapsuleShape.h>
+#include <Jolt/Physics/Collision/Shape/SphereShape.h>
+#include <Jolt/Physics/Collision/Shape/StaticCompoundShape.h>
+#include <Jolt/Physics/PhysicsSettings.h>
+#include <Jolt/Physics/PhysicsSystem.h>
+#include <Jolt/RegisterTypes.h>
+
+#include "bench/engine.h"
+
+#include <algorithm>
+#include <string>
+
+namespace scree::bench {
+namespace {
+
+constexpr JPH::ObjectLayer kFixedLayer = 0;
+constexpr JPH::ObjectLayer kMovingLayer = 1;
+constexpr unsigned kPairsPerBody = 24;     // candidate pairs; a settled pile has about 10
+constexpr unsigned kContactsPerBody = 16;  // touching pairs; a settled pile has about 6
+constexpr std::size_t kTempPerContact =
+    1024;  // bytes of temporary memory a contact; more falls back to malloc
+
+class BroadPhaseLayers final : public JPH::BroadPhaseLayerInterface {
+ public:
+  JPH::uint GetNumBroadPhaseLayers() const override { return 2; }
+  JPH::BroadPhaseLayer GetBroadPhaseLayer(JPH::ObjectLayer layer) const override {
+    return JPH::BroadPhaseLayer(static_cast<JPH::BroadPhaseLayer::Type>(layer));
+  }
+#if defined(JPH_EXTERNAL_PROFILE) || defined(JPH_PROFILE_ENABLED)
+  const char* GetBroadPhaseLayerName(JPH::BroadPhaseLayer) const override {
+    return "layer";
+  }
+#endif
+};
+
+class FixedAgainstMoving final : public JPH::ObjectVsBroadPhaseLayerFilter {
+ public:
+  bool ShouldCollide(JPH::ObjectLayer object, JPH::BroadPhaseLayer layer) const override {
+    return object == kMovingLayer || layer == JPH::BroadPhaseLayer(kMovingLayer);
+  }
+};
+
+class NotBothFixed final : public JPH::ObjectLayerPairFilter {
+ public:
+  bool ShouldCollide(JPH::ObjectLayer a, JPH::ObjectLayer b) const override {
+    return a == kMovingLayer || b == kMovingLayer;
+  }
+};
+
+JPH::Vec3 to_jolt(Vec3 v) {
+  return {v.x, v.y, v.z};
+}
+JPH::Quat to_jolt(Quat q) {
+  return {q.x, q.y, q.z, q.w};
+}
+Vec3 from_jolt(JPH::Vec3Arg v) {
+  return {v.GetX(), v.GetY(), v.GetZ()};
+}
+
+void check_material(const scenes::SceneShape& shape, const Material& first) {
+  const Filter& filter = shape.options.filter;
+  if (filter.category != 1 || filter.mask != 0xffffffffu || filter.group != 0) unsupported("Jolt", "filters");
+  if (shape.material.rolling_resistance != 0.0f) unsupported("Jolt", "rolling resistance");
+  if (shape.material.surface_velocity != Vec3{}) unsupported("Jolt", "surface velocity");
+  if (shape.material.friction != first.friction || shape.material.restitution != first.restitution) {
+    unsupported("Jolt", "several materials on one body");
+  }
+}
+
+JPH::Ref<JPH::Shape> make_shape(const scenes::SceneShape& shape) {
+  JPH::Ref<JPH::ConvexShape> result;
+  if (const auto* box = std::get_if<Box>(&shape.geometry)) {
+    // The rounding lies inside the box; it must not be larger than the box.
+    const Vec3 h = box->half_extents;
+    result = new JPH::BoxShape(to_jolt(h), std::min({JPH::cDefaultConvexRadius, h.x, h.y, h.z}));
+  } else if (const auto* capsule = std::get_if<Capsule>(&shape.geometry)) {
+    result = new JPH::CapsuleShape(capsule->half_height, capsule->radius);
+  } else {
+    result = new JPH::SphereShape(std::get<Sphere>(shape.geometry).radius);
+  }
+  result->SetDensity(shape.material.density);
+  return result.GetPtr();
+}
+
+JPH::Ref<JPH::Shape> make_body_shape(const scenes::Scene& scene, const scenes::SceneBody& body) {
+  if (body.shape_count == 0) unsupported("Jolt", "bodies without shapes");
+  const scenes::SceneShape& first = scene.shapes[body.first_shape];
+  if (body.shape_count == 1 && first.options.local_pose == Pose{}) {
+    check_material(first, first.material);
+    return make_shape(first);
+  }
+  JPH::StaticCompoundShapeSettings settings;
+  for (std::uint32_t s = 0; s < body.shape_count; ++s) {
+    const scenes::SceneShape& shape = scene.shapes[body.first_shape + s];
+    check_material(shape, first.material);
+    const Pose& local = shape.options.local_pose;
+    settings.AddShape(to_jolt(local.position), to_jolt(local.rotation), make_shape(shape).GetPtr());
+  }
+  return settings.Create().Get();
+}
+
+JPH::BodyCreationSettings make_body(const scenes::Scene& scene, const scenes::SceneBody& body) {
+  const BodyDef& def = body.def;
+  const JPH::EMotionType type = def.type == BodyType::fixed       ? JPH::EMotionType::Static
+                                : def.type == BodyType::kinematic ? JPH::EMotionType::Kinematic
+                                                                  : JPH::EMotionType::Dynamic;
+  JPH::BodyCreationSettings settings(make_body_shape(scene, body), JPH::RVec3(to_jolt(def.position)),
+                                     to_jolt(def.rotation).Normalized(), type,
+                                     def.type == BodyType::fixed ? kFixedLayer : kMovingLayer);
+  const scenes::SceneShape& first = scene.shapes[body.first_shape];
+  settings.mFriction = first.material.friction;  // mixed as sqrt(a b), restitution as max: Jolt's defaults
+  settings.mRestitution = first.material.restitution;
+  settings.mLinearVelocity = to_jolt(def.linear_velocity);
+  settings.mAngularVelocity = to_jolt(def.angular_velocity);
+  settings.mLinearDamping = def.linear_damping;
+  settings.mAngularDamping = def.angular_damping;
+  settings.mGravityFactor = def.gravity_factor;
+  settings.mAllowSleeping = def.can_sleep && scene.settings.sleeping;
+  settings.mAllowedDOFs = static_cast<JPH::EAllowedDOFs>(0x3f & ~static_cast<unsigned>(def.locks));
+  if (def.mass) {
+    settings.mOverrideMassProperties = JPH::EOverrideMassProperties::CalculateInertia;
+    settings.mMassPropertiesOverride.mMass = *def.mass;
+  }
+  return settings;
+}
+
+// What Jolt keeps once per process.
+class Process {
+ public:
+  Process() {
+    JPH::RegisterDefaultAllocator();
+    JPH::Factory::sInstance = new JPH::Factory();
+    JPH::RegisterTypes();
+  }
+  ~Process() {
+    JPH::UnregisterTypes();
+    delete JPH::Factory::sInstance;
+    JPH::Factory::sInstance = nullptr;
+  }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+};
+
+class JoltEngine final : public Engine {
+ public:
+  JoltEngine(std::span<const scenes::Scene> scenes, const EngineOptions& options)
+      : jobs_(JPH::cMaxPhysicsJobs, JPH::cMaxPhysicsBarriers, options.threads - 1) {
+    std::size_t most_contacts = 0;
+    for (const scenes::Scene& scene : scenes) {
+      most_contacts = std::max(most_contacts, std::size_t{kContactsPerBody} * scene.bodies.size() + 1024);
+      add_world(scene);
+    }
+    temp_ = std::make_unique<JPH::TempAllocatorImplWithMallocFallback>(
+        std::min(most_contacts * kTempPerContact, std::size_t{1} << 30));
+  }
+
+  void step(float dt) override {
+    for (World& world : worlds_)
+      errors_ |= static_cast<unsigned>(world.system->Update(dt, 1, temp_.get(), &jobs_));
+  }
+
+  void read(std::size_t world, std::vector<BodyState>& states) const override {
+    states.clear();
+    const JPH::BodyInterface& bodies = worlds_[world].system->GetBodyInterfaceNoLock();
+    for (const JPH::BodyID body : worlds_[world].bodies) {
+      const JPH::Quat q = bodies.GetRotation(body);
+      states.push_back(
+          {{from_jolt(JPH::Vec3(bodies.GetPosition(body))), {q.GetX(), q.GetY(), q.GetZ(), q.GetW()}},
+           from_jolt(bodies.GetLinearVelocity(body)),
+           from_jolt(bodies.GetAngularVelocity(body))});
+    }
+  }
+
+  std::string complaint() const override {
+    return errors_ == 0 ? std::string{}
+                        : "dropped contacts: a capacity was full (flags " + std::to_string(errors_) + ")";
+  }
+
+ private:
+  struct World {
+    std::unique_ptr<JPH::PhysicsSystem> system;
+    std::vector<JPH::BodyID> bodies;
+  };
+
+  void add_world(const scenes::Scene& scene) {
+    const auto count = static_cast<unsigned>(scene.bodies.size());
+    World world{std::make_unique<JPH::PhysicsSystem>(), {}};
+    world.system->Init(count + 1, 0, kPairsPerBody * count + 1024, kContactsPerBody * count + 1024, layers_,
+                       fixed_against_moving_, not_both_fixed_);
+    world.system->SetGravity(to_jolt(scene.settings.gravity));
+    JPH::BodyInterface& bodies = world.system->GetBodyInterfaceNoLock();
+    for (const scenes::SceneBody& body : scene.bodies) {
+      const JPH::EActivation activation =
+          body.def.type == BodyType::fixed ? JPH::EActivation::DontActivate : JPH::EActivation::Activate;
+      world.bodies.push_back(bodies.CreateAndAddBody(make_body(scene, body), activation));
+    }
+    world.system->OptimizeBroadPhase();
+    worlds_.push_back(std::move(world));
+  }
+
+  Process process_;  // first: everything below needs it
+  BroadPhaseLayers layers_;
+  FixedAgainstMoving fixed_against_moving_;
+  NotBothFixed not_both_fixed_;
+  JPH::JobSystemThreadPool jobs_;
+  std::unique_ptr<JPH::TempAllocator> temp_;
+  std::vector<World> worlds_;
+  unsigned errors_ = 0;
+};
+
+}  // namespace
+
+EngineInfo jolt_engine() {
+  const JPH::PhysicsSettings defaults;
+  return {.name = "jolt",
+          .title = "Jolt " + std::to_string(JPH_VERSION_MAJOR) + "." + std::to_string(JPH_VERSION_MINOR) +
+                   "." + std::to_string(JPH_VERSION_PATCH),
+          .settings = std::to_string(defaults.mNumVelocitySteps) + " velocity and " +
+                      std::to_string(defaults.mNumPositionSteps) +
+                      " position iterations (its defaults), discrete motion, the scene's damping",
+          .multithreaded = true,
+          .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
+              -> std::unique_ptr<Engine> { return std::make_unique<JoltEngine>(scenes, options); }};
+}
+
+}  // namespace scree::bench

@@ -1,0 +1,234 @@
+// ODE behind the engine interface: QuickStep with its default 20 iterations on one thread, contacts with the
+// friction pyramid that its documentation recommends.
+#include "bench/engine.h"
+
+#include <ode/ode.h>
+
+#include <cmath>
+#include <string>
+
+namespace scree::bench {
+namespace {
+
+constexpr int kContactsPerPair = 8;  // what dCollide yields at most for two boxes
+
+Vec3 from_ode(const dReal* v) {
+  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+struct Surface {
+  float friction;
+  float restitution;
+};
+
+class World {
+ public:
+  explicit World(const scenes::Scene& scene)
+      : world_(dWorldCreate()), space_(dHashSpaceCreate(nullptr)), contact_joints_(dJointGroupCreate(0)) {
+    const Vec3 g = scene.settings.gravity;
+    dWorldSetGravity(world_, dReal{g.x}, dReal{g.y}, dReal{g.z});
+    dWorldSetAutoDisableFlag(world_, scene.settings.sleeping ? 1 : 0);
+    surfaces_.reserve(scene.shapes.size());  // geoms point into it
+    for (const scenes::SceneBody& body : scene.bodies) add_body(scene, body);
+  }
+  ~World() {
+    dJointGroupDestroy(contact_joints_);
+    dSpaceDestroy(space_);
+    dWorldDestroy(world_);
+  }
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  void step(float dt) {
+    contacts_ = 0;
+    dSpaceCollide(space_, this,
+                  [](void* self, dGeomID a, dGeomID b) { static_cast<World*>(self)->collide(a, b); });
+    dWorldQuickStep(world_, dReal{dt});
+    dJointGroupEmpty(contact_joints_);
+  }
+
+  void read(std::vector<BodyState>& states) const {
+    states.clear();
+    for (const Body& body : bodies_) {
+      if (body.id == nullptr) {
+        states.push_back({body.pose, {}, {}});
+        continue;
+      }
+      const dReal* q = dBodyGetQuaternion(body.id);
+      const Quat rotation{static_cast<float>(q[1]), static_cast<float>(q[2]), static_cast<float>(q[3]),
+                          static_cast<float>(q[0])};
+      states.push_back({{from_ode(dBodyGetPosition(body.id)), rotation},
+                        from_ode(dBodyGetLinearVel(body.id)),
+                        from_ode(dBodyGetAngularVel(body.id))});
+    }
+  }
+
+  std::int64_t contacts() const { return contacts_; }
+
+ private:
+  struct Body {
+    dBodyID id;  // null for a fixed one
+    Pose pose;
+  };
+
+  void collide(dGeomID a, dGeomID b) {
+    const dBodyID body_a = dGeomGetBody(a);
+    const dBodyID body_b = dGeomGetBody(b);
+    if (body_a == body_b) return;
+    dContact contacts[kContactsPerPair];
+    const int count = dCollide(a, b, kContactsPerPair, &contacts[0].geom, sizeof(dContact));
+    if (count > 0) ++contacts_;
+    const auto& surface_a = *static_cast<const Surface*>(dGeomGetData(a));
+    const auto& surface_b = *static_cast<const Surface*>(dGeomGetData(b));
+    for (int i = 0; i < count; ++i) {
+      contacts[i].surface.mode = dContactApprox1 | dContactBounce;
+      contacts[i].surface.mu = std::sqrt(dReal{surface_a.friction} * dReal{surface_b.friction});
+      contacts[i].surface.bounce = dReal{std::max(surface_a.restitution, surface_b.restitution)};
+      contacts[i].surface.bounce_vel = 1.0;
+      dJointAttach(dJointCreateContact(world_, contact_joints_, &contacts[i]), body_a, body_b);
+    }
+  }
+
+  dGeomID make_geom(const scenes::SceneShape& shape) {
+    const Filter& filter = shape.options.filter;
+    if (filter.category != 1 || filter.mask != 0xffffffffu || filter.group != 0)
+      unsupported("ODE", "filters");
+    if (shape.material.rolling_resistance != 0.0f) unsupported("ODE", "rolling resistance");
+    if (shape.material.surface_velocity != Vec3{}) unsupported("ODE", "surface velocity");
+    dGeomID geom = nullptr;
+    if (const auto* box = std::get_if<Box>(&shape.geometry)) {
+      const Vec3 h = box->half_extents;
+      geom = dCreateBox(space_, 2 * dReal{h.x}, 2 * dReal{h.y}, 2 * dReal{h.z});
+    } else if (const auto* capsule = std::get_if<Capsule>(&shape.geometry)) {
+      geom = dCreateCapsule(space_, dReal{capsule->radius}, 2 * dReal{capsule->half_height});
+    } else {
+      geom = dCreateSphere(space_, dReal{std::get<Sphere>(shape.geometry).radius});
+    }
+    surfaces_.push_back({shape.material.friction, shape.material.restitution});
+    dGeomSetData(geom, &surfaces_.back());
+    return geom;
+  }
+
+  // The shape's pose in its body; ODE's capsules lie along z, the scene's along y.
+  static void shape_pose(const scenes::SceneShape& shape, Eigen::Vector3d& position,
+                         Eigen::Quaterniond& rotation) {
+    position = to_double(shape.options.local_pose.position);
+    rotation = to_double(shape.options.local_pose.rotation);
+    if (std::holds_alternative<Capsule>(shape.geometry)) {
+      rotation =
+          rotation * Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitY());
+    }
+  }
+
+  void add_body(const scenes::Scene& scene, const scenes::SceneBody& body) {
+    const BodyDef& def = body.def;
+    if (def.locks != AxisLocks::none) unsupported("ODE", "axis locks");
+    const Eigen::Vector3d position = to_double(def.position);
+    const Eigen::Quaterniond rotation = to_double(def.rotation);
+    const dBodyID id = def.type == BodyType::fixed ? nullptr : make_body(scene, body, position, rotation);
+    for (std::uint32_t s = 0; s < body.shape_count; ++s) {
+      const scenes::SceneShape& shape = scene.shapes[body.first_shape + s];
+      const dGeomID geom = make_geom(shape);
+      Eigen::Vector3d p;
+      Eigen::Quaterniond q;
+      shape_pose(shape, p, q);
+      if (id == nullptr) {
+        p = position + rotation * p;
+        q = rotation * q;
+      }
+      const dQuaternion quaternion = {q.w(), q.x(), q.y(), q.z()};
+      if (id != nullptr) {
+        dGeomSetBody(geom, id);
+        dGeomSetOffsetPosition(geom, p.x(), p.y(), p.z());
+        dGeomSetOffsetQuaternion(geom, quaternion);
+      } else {
+        dGeomSetPosition(geom, p.x(), p.y(), p.z());
+        dGeomSetQuaternion(geom, quaternion);
+      }
+    }
+    bodies_.push_back({id, {def.position, def.rotation}});
+  }
+
+  dBodyID make_body(const scenes::Scene& scene, const scenes::SceneBody& body,
+                    const Eigen::Vector3d& position, const Eigen::Quaterniond& rotation) {
+    const BodyDef& def = body.def;
+    const dBodyID id = dBodyCreate(world_);
+    if (def.type == BodyType::kinematic) {
+      dBodySetKinematic(id);
+    } else {
+      const BodyMass exact = body_mass(scene, body);
+      if (exact.center.norm() > 1e-5) unsupported("ODE", "a center of mass off the body's origin");
+      const Eigen::Matrix3d& j = exact.inertia;
+      dMass mass;
+      dMassSetParameters(&mass, exact.mass, 0, 0, 0, j(0, 0), j(1, 1), j(2, 2), j(0, 1), j(0, 2), j(1, 2));
+      dBodySetMass(id, &mass);
+    }
+    const dQuaternion quaternion = {rotation.w(), rotation.x(), rotation.y(), rotation.z()};
+    dBodySetPosition(id, position.x(), position.y(), position.z());
+    dBodySetQuaternion(id, quaternion);
+    const Vec3 v = def.linear_velocity;
+    const Vec3 w = def.angular_velocity;
+    dBodySetLinearVel(id, dReal{v.x}, dReal{v.y}, dReal{v.z});
+    dBodySetAngularVel(id, dReal{w.x}, dReal{w.y}, dReal{w.z});
+    dBodySetLinearDamping(id, dReal{def.linear_damping * scene.dt});  // ODE's is a fraction per step
+    dBodySetAngularDamping(id, dReal{def.angular_damping * scene.dt});
+    if (!def.can_sleep) dBodySetAutoDisableFlag(id, 0);
+    if (def.gravity_factor == 0.0f) {
+      dBodySetGravityMode(id, 0);
+    } else if (def.gravity_factor != 1.0f) {
+      unsupported("ODE", "gravity factors other than 0 and 1");
+    }
+    return id;
+  }
+
+  dWorldID world_;
+  dSpaceID space_;
+  dJointGroupID contact_joints_;
+  std::vector<Surface> surfaces_;
+  std::vector<Body> bodies_;
+  std::int64_t contacts_ = 0;
+};
+
+class OdeEngine final : public Engine {
+ public:
+  explicit OdeEngine(std::span<const scenes::Scene> scenes) {
+    dInitODE2(0);
+    for (const scenes::Scene& scene : scenes) worlds_.push_back(std::make_unique<World>(scene));
+  }
+  ~OdeEngine() override {
+    worlds_.clear();
+    dCloseODE();
+  }
+  OdeEngine(const OdeEngine&) = delete;
+  OdeEngine& operator=(const OdeEngine&) = delete;
+
+  void step(float dt) override {
+    for (const auto& world : worlds_) world->step(dt);
+  }
+  void read(std::size_t world, std::vector<BodyState>& states) const override {
+    worlds_[world]->read(states);
+  }
+  std::int64_t contacts() const override {
+    std::int64_t sum = 0;
+    for (const auto& world : worlds_) sum += world->contacts();
+    return sum;
+  }
+
+ private:
+  std::vector<std::unique_ptr<World>> worlds_;
+};
+
+}  // namespace
+
+EngineInfo ode_engine() {
+  return {
+      .name = "ode",
+      .title = "ODE " SCREE_BENCH_ODE,
+      .settings = "QuickStep, 20 iterations (its default), collision included",
+      .multithreaded = false,
+      .create = [](std::span<const scenes::Scene> scenes, const EngineOptions&) -> std::unique_ptr<Engine> {
+        return std::make_unique<OdeEngine>(scenes);
+      }};
+}
+
+}  // namespace scree::bench

@@ -1,0 +1,275 @@
+// The judge: a grid finds pairs, geometry.h measures them, sums make the figures.
+#include "bench/evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace scree::bench {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using scenes::Scene;
+using scenes::SceneBody;
+using scenes::SceneShape;
+
+constexpr double kBin = 1e-6;                 // m
+constexpr std::size_t kBins = 1'000'001;      // up to 1 m, and the rest
+constexpr double kLeftMargin = 1.0;           // m beyond the start bounds: a body may roll along the rim
+constexpr double kTopTolerance = 1e-3;        // m, bodies this close to the highest one are on top too
+constexpr double kLargeShape = 4.0;           // times the median size: larger shapes are tested against all
+constexpr std::int64_t kCellLimit = 1 << 20;  // cells per axis and side that fit the packed key
+
+struct VolumeAndInertia {
+  double volume;
+  Vector3d inertia;  // about the center for unit density, shape axes
+};
+
+VolumeAndInertia solid(const Geometry& geometry) {
+  constexpr double kPi = std::numbers::pi;
+  if (const auto* box = std::get_if<Box>(&geometry)) {
+    const Vector3d h = to_double(box->half_extents);
+    const double volume = 8.0 * h.prod();
+    const Vector3d squares = h.cwiseProduct(h);
+    return {volume, volume / 3.0 * (Vector3d::Constant(squares.sum()) - squares)};
+  }
+  if (const auto* sphere = std::get_if<Sphere>(&geometry)) {
+    const double r = double{sphere->radius};
+    const double volume = 4.0 / 3.0 * kPi * r * r * r;
+    return {volume, Vector3d::Constant(0.4 * volume * r * r)};
+  }
+  const auto& capsule = std::get<Capsule>(geometry);
+  const double r = double{capsule.radius};
+  const double h = double{capsule.half_height};
+  const double cylinder = 2.0 * kPi * r * r * h;
+  const double ball = 4.0 / 3.0 * kPi * r * r * r;
+  // Each half ball has its centroid 3r/8 beyond the end of the cylinder and 83/320 m r^2 about it.
+  const double half_ball_offset = h + 0.375 * r;
+  const double across = cylinder * (r * r / 4.0 + h * h / 3.0) +
+                        ball * (83.0 / 320.0 * r * r + half_ball_offset * half_ball_offset);
+  const double along = cylinder * r * r / 2.0 + ball * 0.4 * r * r;
+  return {cylinder + ball, {across, along, across}};
+}
+
+bool is_finite(const BodyState& state) {
+  const auto finite = [](Vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
+  const Quat& q = state.pose.rotation;
+  const bool rotation = std::isfinite(q.x) && std::isfinite(q.y) && std::isfinite(q.z) && std::isfinite(q.w);
+  return rotation && finite(state.pose.position) && finite(state.linear_velocity) &&
+         finite(state.angular_velocity);
+}
+
+bool filters_accept(const Filter& a, const Filter& b) {
+  if (a.group == b.group && a.group != 0) return a.group > 0;
+  return (a.category & b.mask) != 0 && (b.category & a.mask) != 0;
+}
+
+struct WorldShape {
+  PlacedShape placed;
+  std::uint32_t body = 0;
+  std::uint32_t shape = 0;
+};
+
+// All pairs whose bounds come closer than the touch gap: a uniform grid for shapes of common size, everything
+// against the few large ones (grounds, walls).
+template <class Visit>
+void for_each_close_pair(const std::vector<WorldShape>& shapes, const Visit& visit) {
+  const auto size_of = [&](std::size_t i) {
+    return (shapes[i].placed.upper - shapes[i].placed.lower).maxCoeff() + kTouchGap;
+  };
+  const auto visit_if_close = [&](std::size_t i, std::size_t j) {
+    const PlacedShape& a = shapes[i].placed;
+    const PlacedShape& b = shapes[j].placed;
+    const bool close = ((a.lower.array() - kTouchGap) <= b.upper.array()).all() &&
+                       (b.lower.array() <= (a.upper.array() + kTouchGap)).all();
+    if (close) visit(shapes[i], shapes[j]);
+  };
+  if (shapes.empty()) return;
+  std::vector<double> sizes(shapes.size());
+  for (std::size_t i = 0; i < shapes.size(); ++i) sizes[i] = size_of(i);
+  std::vector<double> sorted = sizes;
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
+                   sorted.end());
+  const double largest_small = kLargeShape * sorted[sorted.size() / 2];
+  double cell = 0.0;
+  for (const double size : sizes) {
+    if (size <= largest_small) cell = std::max(cell, size);
+  }
+
+  const auto pack = [](std::int64_t x, std::int64_t y, std::int64_t z) {
+    return ((x + kCellLimit) << 42) | ((y + kCellLimit) << 21) | (z + kCellLimit);
+  };
+  const auto coordinate = [&](double value) {
+    const double limit = static_cast<double>(kCellLimit - 2);
+    return static_cast<std::int64_t>(std::clamp(std::floor(value / cell), -limit, limit));
+  };
+  std::vector<std::pair<std::int64_t, std::size_t>> cells;
+  std::vector<std::size_t> large;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const Vector3d& c = shapes[i].placed.center;
+    if (sizes[i] > largest_small) {
+      large.push_back(i);
+    } else {
+      cells.emplace_back(pack(coordinate(c.x()), coordinate(c.y()), coordinate(c.z())), i);
+    }
+  }
+  std::sort(cells.begin(), cells.end());
+
+  for (const auto& [own_key, i] : cells) {
+    const Vector3d& c = shapes[i].placed.center;
+    const std::int64_t z = coordinate(c.z());
+    for (std::int64_t dx = -1; dx <= 1; ++dx) {
+      for (std::int64_t dy = -1; dy <= 1; ++dy) {
+        const std::int64_t x = coordinate(c.x()) + dx;
+        const std::int64_t y = coordinate(c.y()) + dy;
+        auto entry =
+            std::lower_bound(cells.begin(), cells.end(), std::pair{pack(x, y, z - 1), std::size_t{0}});
+        for (; entry != cells.end() && entry->first <= pack(x, y, z + 1); ++entry) {
+          if (i < entry->second) visit_if_close(i, entry->second);
+        }
+      }
+    }
+  }
+  for (std::size_t k = 0; k < large.size(); ++k) {
+    for (const auto& [key, i] : cells) visit_if_close(large[k], i);
+    for (std::size_t l = k + 1; l < large.size(); ++l) visit_if_close(large[k], large[l]);
+  }
+}
+
+std::span<const SceneShape> shapes_of(const Scene& scene, const SceneBody& body) {
+  return std::span(scene.shapes).subspan(body.first_shape, body.shape_count);
+}
+
+}  // namespace
+
+BodyMass body_mass(const Scene& scene, const SceneBody& body) {
+  BodyMass result;
+  if (body.shape_count == 0) {
+    result.mass = body.def.mass ? double{*body.def.mass} : 1.0;
+    result.inertia = Matrix3d::Identity() * result.mass;
+    return result;
+  }
+  const auto shapes = shapes_of(scene, body);
+  for (const SceneShape& shape : shapes) {
+    const double mass = solid(shape.geometry).volume * double{shape.material.density};
+    result.mass += mass;
+    result.center += mass * to_double(shape.options.local_pose.position);
+  }
+  result.center /= result.mass;
+  for (const SceneShape& shape : shapes) {
+    const VolumeAndInertia unit = solid(shape.geometry);
+    const double density = double{shape.material.density};
+    const Matrix3d rotation = to_double(shape.options.local_pose.rotation).toRotationMatrix();
+    const Vector3d offset = to_double(shape.options.local_pose.position) - result.center;
+    result.inertia += density * (rotation * unit.inertia.asDiagonal() * rotation.transpose());
+    result.inertia +=
+        density * unit.volume * (offset.squaredNorm() * Matrix3d::Identity() - offset * offset.transpose());
+  }
+  if (body.def.mass) {
+    result.inertia *= double{*body.def.mass} / result.mass;
+    result.mass = double{*body.def.mass};
+  }
+  return result;
+}
+
+void PenetrationStatistics::add(double penetration) {
+  if (bins_.empty()) bins_.resize(kBins);
+  const double bin = std::ceil(penetration / kBin);
+  ++bins_[static_cast<std::size_t>(std::min(bin, static_cast<double>(kBins - 1)))];
+  ++pairs_;
+  sum_ += penetration;
+  max_ = std::max(max_, penetration);
+}
+
+double PenetrationStatistics::mean() const {
+  return pairs_ > 0 ? sum_ / static_cast<double>(pairs_) : 0.0;
+}
+
+double PenetrationStatistics::quantile(double quantile) const {
+  if (pairs_ == 0) return 0.0;
+  const auto wanted = static_cast<std::int64_t>(std::ceil(quantile * static_cast<double>(pairs_)));
+  std::int64_t seen = 0;
+  for (std::size_t bin = 0; bin + 1 < kBins; ++bin) {
+    seen += bins_[bin];
+    if (seen >= wanted) return std::min(static_cast<double>(bin) * kBin, max_);
+  }
+  return max_;
+}
+
+Evaluator::Evaluator(const Scene& scene) : scene_(scene) {
+  double top = -std::numeric_limits<double>::infinity();
+  lower_ = Vector3d::Constant(std::numeric_limits<double>::infinity());
+  upper_ = -lower_;
+  for (const SceneBody& body : scene.bodies) {
+    const bool is_dynamic = body.def.type == BodyType::dynamic;
+    masses_.push_back(is_dynamic ? body_mass(scene, body) : BodyMass{});
+    if (is_dynamic) top = std::max(top, double{body.def.position.y});
+    const Pose pose{body.def.position, body.def.rotation};
+    for (const SceneShape& shape : shapes_of(scene, body)) {
+      const PlacedShape placed = place(shape.geometry, shape.options.local_pose, pose);
+      lower_ = lower_.cwiseMin(placed.lower);
+      upper_ = upper_.cwiseMax(placed.upper);
+    }
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const BodyDef& def = scene.bodies[i].def;
+    if (def.type == BodyType::dynamic && double{def.position.y} >= top - kTopTolerance) {
+      top_bodies_.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+}
+
+BodyFigures Evaluator::body_figures(std::span<const BodyState> states) const {
+  BodyFigures result;
+  for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+    if (scene_.bodies[i].def.type != BodyType::dynamic) continue;
+    const BodyState& state = states[i];
+    const Vector3d position = to_double(state.pose.position);
+    if (!is_finite(state) || position.x() < lower_.x() - kLeftMargin ||
+        position.x() > upper_.x() + kLeftMargin || position.z() < lower_.z() - kLeftMargin ||
+        position.z() > upper_.z() + kLeftMargin || position.y() < lower_.y() - kLeftMargin) {
+      ++result.bodies_left;
+      if (!is_finite(state)) continue;
+    }
+    const Vector3d spin = to_double(state.pose.rotation).conjugate() * to_double(state.angular_velocity);
+    result.kinetic_energy += 0.5 * masses_[i].mass * to_double(state.linear_velocity).squaredNorm() +
+                             0.5 * spin.dot(masses_[i].inertia * spin);
+  }
+  for (const std::uint32_t i : top_bodies_) {
+    const double start = double{scene_.bodies[i].def.position.y};
+    const double now = is_finite(states[i]) ? double{states[i].pose.position.y} : 0.0;
+    result.top_drop = std::max(result.top_drop, start - now);
+    if (start > 0.0) result.top_height = std::min(result.top_height, now / start);
+  }
+  return result;
+}
+
+void Evaluator::add_touching_pairs(std::span<const BodyState> states,
+                                   PenetrationStatistics& statistics) const {
+  std::vector<WorldShape> shapes;
+  shapes.reserve(scene_.shapes.size());
+  for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+    if (!is_finite(states[i])) continue;
+    const SceneBody& body = scene_.bodies[i];
+    for (std::uint32_t s = body.first_shape; s < body.first_shape + body.shape_count; ++s) {
+      const SceneShape& shape = scene_.shapes[s];
+      shapes.push_back({place(shape.geometry, shape.options.local_pose, states[i].pose),
+                        static_cast<std::uint32_t>(i), s});
+    }
+  }
+  for_each_close_pair(shapes, [&](const WorldShape& a, const WorldShape& b) {
+    const bool any_dynamic = scene_.bodies[a.body].def.type == BodyType::dynamic ||
+                             scene_.bodies[b.body].def.type == BodyType::dynamic;
+    if (a.body == b.body || !any_dynamic) return;
+    const Filter& filter_a = scene_.shapes[a.shape].options.filter;
+    const Filter& filter_b = scene_.shapes[b.shape].options.filter;
+    if (!filters_accept(filter_a, filter_b)) return;
+    const double gap = signed_gap(a.placed, b.placed);
+    if (gap < kTouchGap) statistics.add(std::max(-gap, 0.0));
+  });
+}
+
+}  // namespace scree::bench

@@ -1,0 +1,78 @@
+// The judge: quality figures of a simulated scene, from its final poses and velocities alone.
+//
+// One evaluator serves all engines, so that nobody judges himself: it knows the scene's shapes and what an
+// engine reports about its bodies, nothing of the engine's contacts. Written for exactness, not for speed.
+#pragma once
+
+#include "bench/geometry.h"
+#include "tools/scenes/scene.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace scree::bench {
+
+/// What an engine tells about a body.
+struct BodyState {
+  Pose pose;              ///< of the body's origin
+  Vec3 linear_velocity;   ///< of the center of mass, m/s
+  Vec3 angular_velocity;  ///< rad/s, world axes
+};
+
+/// Mass, center of mass and inertia about it (body axes) as the scene's shapes and definitions give them.
+struct BodyMass {
+  double mass = 0.0;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+};
+BodyMass body_mass(const scenes::Scene& scene, const scenes::SceneBody& body);
+
+/// A pair of shapes touches when its gap is below this, in meters: resting contacts of a soft solver breathe
+/// by some micrometers around zero and shall not drop in and out of the mean. A gap counts as penetration 0.
+inline constexpr double kTouchGap = 1e-3;
+
+/// Penetrations of touching pairs, gathered over any number of evaluations.
+class PenetrationStatistics {
+ public:
+  void add(double penetration);
+  std::int64_t pairs() const { return pairs_; }
+  double mean() const;  ///< m
+  double max() const { return max_; }
+  /// The smallest value that at least the share `quantile` of the pairs does not exceed, rounded up to whole
+  /// micrometers below 1 m.
+  double quantile(double quantile) const;
+
+ private:
+  std::vector<std::int64_t> bins_;  // one a micrometer, and one for all that is deeper
+  std::int64_t pairs_ = 0;
+  double sum_ = 0.0;
+  double max_ = 0.0;
+};
+
+/// What the bodies of one moment tell without a look at their contacts.
+struct BodyFigures {
+  double kinetic_energy = 0.0;   ///< J
+  double top_drop = 0.0;         ///< m, largest drop of the bodies that were on top at the start
+  double top_height = 1.0;       ///< lowest height of those bodies over their height at the start
+  std::int64_t bodies_left = 0;  ///< dynamic bodies outside the scene's start bounds or not finite
+};
+
+/// Evaluates one scene again and again. `states` always holds the scene's bodies in the scene's order; bodies
+/// with a state that is not finite count as left and are ignored elsewhere.
+class Evaluator {
+ public:
+  /// Keeps a reference to the scene.
+  explicit Evaluator(const scenes::Scene& scene);
+  BodyFigures body_figures(std::span<const BodyState> states) const;
+  /// Adds the penetrations of all touching pairs of shapes of which one belongs to a dynamic body.
+  void add_touching_pairs(std::span<const BodyState> states, PenetrationStatistics& statistics) const;
+
+ private:
+  const scenes::Scene& scene_;
+  std::vector<BodyMass> masses_;
+  std::vector<std::uint32_t> top_bodies_;
+  Eigen::Vector3d lower_, upper_;  // bounds of the scene at its start
+};
+
+}  // namespace scree::bench

@@ -1,0 +1,160 @@
+// Geometry of the judge: separating axes for boxes, closest points for balls and capsules.
+#include "bench/geometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace scree::bench {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// Squared sine between two edges below which their cross product is no axis of its own: the face normals
+// already cover parallel edges.
+constexpr double kParallel = 1e-12;
+
+double box_reach(const PlacedShape& box, const Vector3d& direction) {
+  return (box.axes.transpose() * direction).cwiseAbs().dot(box.half_extents);
+}
+
+double gap_along(const PlacedShape& a, const PlacedShape& b, const Vector3d& unit) {
+  return std::abs(unit.dot(b.center - a.center)) - box_reach(a, unit) - box_reach(b, unit);
+}
+
+// Separating axes: for two convex polytopes the depth is the smallest overlap over all face normals and all
+// cross products of edges (Gottschalk, Lin, Manocha: OBBTree, 1996).
+double box_box_gap(const PlacedShape& a, const PlacedShape& b) {
+  double best = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    best = std::max(best, gap_along(a, b, a.axes.col(i)));
+    best = std::max(best, gap_along(a, b, b.axes.col(i)));
+  }
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const Vector3d axis = a.axes.col(i).cross(b.axes.col(j));
+      const double squared = axis.squaredNorm();
+      if (squared > kParallel) best = std::max(best, gap_along(a, b, axis / std::sqrt(squared)));
+    }
+  }
+  return best;
+}
+
+// Closest points of two segments p + s d, s in [-1, 1] (Ericson, Real-Time Collision Detection, 5.1.9, here
+// with segments given by center and half vector).
+double segment_segment_distance(const PlacedShape& a, const PlacedShape& b) {
+  const Vector3d& u = a.half_segment;
+  const Vector3d& v = b.half_segment;
+  const Vector3d offset = b.center - a.center;
+  const double uu = u.squaredNorm();
+  const double vv = v.squaredNorm();
+  const double uv = u.dot(v);
+  const double uo = u.dot(offset);
+  const double vo = v.dot(offset);
+  const auto on_segment = [](double value) { return std::clamp(value, -1.0, 1.0); };
+  const double determinant = uu * vv - uv * uv;
+  double s = determinant > kParallel * uu * vv ? on_segment((uo * vv - uv * vo) / determinant) : 0.0;
+  const double t = vv > 0.0 ? on_segment((s * uv - vo) / vv) : 0.0;
+  s = uu > 0.0 ? on_segment((uo + t * uv) / uu) : 0.0;
+  const double t_again = vv > 0.0 ? on_segment((s * uv - vo) / vv) : 0.0;
+  return (offset + t_again * v - s * u).norm();
+}
+
+// Distance of a segment that misses the box: the squared distance along the segment is convex and piecewise
+// quadratic, so the root of its derivative lies between two neighboring breakpoints.
+double box_segment_distance(const Vector3d& half_extents, const Vector3d& center,
+                            const Vector3d& half_segment) {
+  const auto slope =
+      [&](double t) {  // half the derivative of the squared distance at center + t half_segment
+        double sum = 0.0;
+        for (int k = 0; k < 3; ++k) {
+          const double p = center[k] + t * half_segment[k];
+          sum += (p - std::clamp(p, -half_extents[k], half_extents[k])) * half_segment[k];
+        }
+        return sum;
+      };
+  double before = -1.0;  // the bracket: breakpoints left and right of the root, closing in
+  double after = 1.0;
+  const auto close_in = [&](double t) {
+    if (std::abs(t) >= 1.0) return;
+    if (slope(t) < 0.0) {
+      before = std::max(before, t);
+    } else {
+      after = std::min(after, t);
+    }
+  };
+  for (int k = 0; k < 3; ++k) {
+    if (half_segment[k] == 0.0) continue;
+    close_in((-half_extents[k] - center[k]) / half_segment[k]);
+    close_in((half_extents[k] - center[k]) / half_segment[k]);
+  }
+  const double left = slope(before);
+  const double right = slope(after);
+  double nearest = before;
+  if (right <= 0.0) {
+    nearest = after;
+  } else if (left < 0.0) {
+    nearest = before - left / (right - left) * (after - before);
+  }
+  const Vector3d point = center + nearest * half_segment;
+  return (point - point.cwiseMax(-half_extents).cwiseMin(half_extents)).norm();
+}
+
+double box_round_gap(const PlacedShape& box, const PlacedShape& round) {
+  const Vector3d center = box.axes.transpose() * (round.center - box.center);
+  const Vector3d half_segment = box.axes.transpose() * round.half_segment;
+  const double length_squared = half_segment.squaredNorm();
+  double separation = (center.cwiseAbs() - box.half_extents - half_segment.cwiseAbs()).maxCoeff();
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d axis = Vector3d::Unit(k).cross(half_segment);
+    const double squared = axis.squaredNorm();
+    if (squared <= kParallel * length_squared || squared == 0.0) continue;
+    const double reach = box.half_extents.dot(axis.cwiseAbs());  // the segment is a point along this axis
+    separation = std::max(separation, (std::abs(center.dot(axis)) - reach) / std::sqrt(squared));
+  }
+  if (separation <= 0.0) return separation - round.radius;
+  return box_segment_distance(box.half_extents, center, half_segment) - round.radius;
+}
+
+}  // namespace
+
+Eigen::Vector3d to_double(Vec3 vector) {
+  return {double{vector.x}, double{vector.y}, double{vector.z}};
+}
+
+Eigen::Quaterniond to_double(Quat rotation) {
+  return Eigen::Quaterniond(double{rotation.w}, double{rotation.x}, double{rotation.y}, double{rotation.z})
+      .normalized();
+}
+
+PlacedShape place(const Geometry& geometry, const Pose& local_pose, const Pose& body_pose) {
+  PlacedShape shape;
+  const Eigen::Quaterniond body_rotation = to_double(body_pose.rotation);
+  shape.center = to_double(body_pose.position) + body_rotation * to_double(local_pose.position);
+  shape.axes = (body_rotation * to_double(local_pose.rotation)).toRotationMatrix();
+  if (const auto* box = std::get_if<Box>(&geometry)) {
+    shape.is_box = true;
+    shape.half_extents = to_double(box->half_extents);
+  } else if (const auto* capsule = std::get_if<Capsule>(&geometry)) {
+    shape.half_segment = shape.axes.col(1) * double{capsule->half_height};
+    shape.radius = double{capsule->radius};
+  } else {
+    shape.radius = double{std::get<Sphere>(geometry).radius};
+  }
+  const Vector3d reach = shape.is_box ? Vector3d(shape.axes.cwiseAbs() * shape.half_extents)
+                                      : Vector3d(shape.half_segment.cwiseAbs().array() + shape.radius);
+  shape.lower = shape.center - reach;
+  shape.upper = shape.center + reach;
+  return shape;
+}
+
+double signed_gap(const PlacedShape& a, const PlacedShape& b) {
+  if (a.is_box && b.is_box) return box_box_gap(a, b);
+  if (a.is_box) return box_round_gap(a, b);
+  if (b.is_box) return box_round_gap(b, a);
+  return segment_segment_distance(a, b) - a.radius - b.radius;
+}
+
+}  // namespace scree::bench

@@ -1,0 +1,37 @@
+// Geometry of the judge: signed gaps between placed shapes, in double precision.
+//
+// Used by the evaluator alone. Nothing here is shared with the engine under test, so that an error in the
+// engine's collision cannot hide itself from the figures that judge it.
+#pragma once
+
+#include <scree/scree.h>
+
+#include <Eigen/Geometry>
+
+namespace scree::bench {
+
+Eigen::Vector3d to_double(Vec3 vector);
+Eigen::Quaterniond to_double(Quat rotation);  ///< renormalized
+
+/// A shape at its place in the world. Balls and capsules are a segment with a radius (a ball's has no
+/// length).
+struct PlacedShape {
+  bool is_box = false;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();      ///< columns: the shape's axes
+  Eigen::Vector3d half_extents = Eigen::Vector3d::Zero();  ///< of a box
+  Eigen::Vector3d half_segment = Eigen::Vector3d::Zero();  ///< from center to one end, world axes
+  double radius = 0.0;                                     ///< 0 for a box
+  Eigen::Vector3d lower = Eigen::Vector3d::Zero();         ///< bounds
+  Eigen::Vector3d upper = Eigen::Vector3d::Zero();
+};
+
+/// Places a shape of a body that stands at `position` and `rotation`.
+PlacedShape place(const Geometry& geometry, const Pose& local_pose, const Pose& body_pose);
+
+/// The signed distance of two shapes: negative when they overlap, and then minus the shortest way that parts
+/// them (exact for all pairs). Positive when they are apart: exact where a ball or capsule takes part, a
+/// lower bound (the largest gap along a separating axis) between two boxes.
+double signed_gap(const PlacedShape& a, const PlacedShape& b);
+
+}  // namespace scree::bench

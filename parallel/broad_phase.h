@@ -1,0 +1,101 @@
+// BroadPhase: what finding pairs remembers between steps. Looked into by update_bounds and find_pairs only.
+#pragma once
+
+#include <core/world_data.h>
+#include <parallel/crew.h>
+#include <simd/pair_kernels.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace scree {
+
+// One tree over the shapes of a kind. Nothing of it reaches the results: whether two shapes become a pair
+// depends on their own bounds, and the list is sorted. So it is all derived.
+struct PairTree {
+  Column<std::int32_t> order;  // shapes along a Morton curve, whole blocks; -1: nobody (any more)
+  Column<simd::LeafBlock> leaves;
+  Column<simd::NodeBlock> nodes[simd::kMaxTreeLevels];
+  int levels = 0;
+  std::int32_t members = 0;
+  std::int32_t appended = 0;    // places behind the sorted ones
+  int refits = 0;               // since the last sort
+  bool unsorted = true;         // must be sorted before the next join
+  bool lost_members = false;    // `order` still names shapes that have left
+  bool bounds_changed = true;   // must be refitted before the next join
+  bool special_changed = true;  // LeafBlock::special must be made anew
+  int leaf_blocks() const { return static_cast<int>(order.size() / simd::kBlock); }
+};
+
+struct SortKey {
+  std::uint64_t key;  // Morton code
+  std::int32_t shape;
+  std::int32_t padding;
+};
+
+struct BroadPhase final : Part {
+  std::atomic<bool> bounds_left{true};  // state; update_bounds: a shape has new fat bounds
+
+  Column<std::uint8_t> kinds;  // derived; TreeKind of each shape when the trees were last made, none if dead
+  Column<std::uint8_t> kinds_next;  // scratch
+  PairTree trees[kTreeCount];       // by TreeKind; none stays empty
+
+  // Shapes that calls changed since the last list. scratch
+  Column<std::int32_t> dirty;
+  Column<std::uint8_t> is_dirty;  // per shape; all zero outside find_pairs and while nothing was dirty
+
+  // scratch
+  struct Members {  // of one chunk of shapes, by kind
+    std::int32_t all[kTreeCount];
+    std::int32_t added[kTreeCount];
+    std::int32_t removed[kTreeCount];
+    std::int32_t first[kTreeCount];  // place of the first one in the list that is being gathered
+  };
+  Column<Members> members;
+  struct Spread {  // of the centers of one chunk of shapes
+    double sum[3];
+    std::int64_t count;
+  };
+  Column<Spread> spreads;
+  Column<SortKey> sort_keys, sort_keys_other;
+  Column<std::uint32_t> digit_counts;
+  std::vector<Column<ShapePair>> found;  // pairs of one chunk of the join
+  Column<std::int32_t> bucket_counts;    // per group of join chunks and bucket
+  Column<std::int64_t> bucket_begins;    // one more than buckets
+  Column<std::uint8_t> bucket_is_heavy;  // a row too long for one thread
+  Column<std::int32_t> owner_begins;     // per worker, for the bucket at hand
+  Column<ShapePair> bucketed;            // grouped by bucket
+  Column<std::int32_t> others;           // larger shapes of the pairs, grouped by owner
+  Column<ShapePair> sorted;              // the new list
+
+  void report(const Visit& visit) const override;
+};
+
+// The world's broad phase, made at first use.
+BroadPhase& broad_phase_of(WorldData& data);
+// Fat bounds of the shapes that calls changed.
+void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Crew& crew);
+
+// Whether filters, bodies and their types let two shapes collide.
+bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b);
+
+// Compares each shape's kind with the last list's; returns whether any has changed. The trees that lost or
+// gained shapes are marked, and the gained shapes appended.
+bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew);
+// Makes the trees fit the bounds.
+void refit_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew);
+// trees, sleeping rows of the last list -> found; returns the number of pairs.
+std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew);
+// found -> sorted.
+void sort_pairs(BroadPhase& broad_phase, std::size_t shapes, std::int64_t pairs, Crew& crew);
+
+// Ascending by the bits of the keys of `rows`; `other` has the same length and is overwritten. Returns the
+// one that holds the result.
+SortKey* sort_by_key(SortKey* rows, SortKey* other, std::int32_t count, Column<std::uint32_t>& digit_counts,
+                     Crew& crew);
+ShapePair* sort_by_key(ShapePair* rows, ShapePair* other, std::int32_t count,
+                       Column<std::uint32_t>& digit_counts, Crew& crew);
+
+}  // namespace scree

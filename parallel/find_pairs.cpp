@@ -1,0 +1,137 @@
+// Pairs: bounds -> the list of candidate pairs, sorted by (a, b), a < b, and where each stood in the last
+// list.
+//
+// While no shape leaves its fat bounds and no call changes anything, the list is kept. Otherwise it is made
+// anew, from three trees (awake, kinematic, frozen) that are joined with one another: what a new list
+// contains depends on the bounds alone, never on the trees' order or on how the work was cut.
+#include <parallel/broad_phase.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+
+namespace scree {
+
+namespace {
+
+constexpr int kPairsPerChunk = 2048;  // 5 to 10 microseconds
+
+std::uint64_t key_of(const ShapePair& pair) {
+  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(pair.a)) << 32 |
+         static_cast<std::uint32_t>(pair.b);
+}
+
+// Finds the rows of the new list in the last one. Returns whether both lists are the same.
+bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
+  const Column<ShapePair>& last = data.contacts.now.pair;
+  const Column<ShapePair>& list = broad_phase.sorted;
+  Column<std::int32_t>& previous = data.contacts.previous;
+  previous.resize_discarding(list.size());
+  const bool some_new = !broad_phase.dirty.empty();
+  std::atomic<bool> same{list.size() == last.size()};
+  crew.run_ranges(static_cast<int>(list.size()), kPairsPerChunk, [&](int begin, int end, int) {
+    const ShapePair* const behind = last.end();
+    const ShapePair* row =
+        std::lower_bound(last.begin(), behind, list[static_cast<std::size_t>(begin)],
+                         [](const ShapePair& x, const ShapePair& y) { return key_of(x) < key_of(y); });
+    bool in_place = true;
+    for (int i = begin; i < end; ++i) {
+      const ShapePair pair = list[static_cast<std::size_t>(i)];
+      const std::uint64_t key = key_of(pair);
+      while (row != behind && key_of(*row) < key) ++row;
+      bool found = row != behind && key_of(*row) == key;
+      if (some_new && ((data.shapes.flags[static_cast<std::size_t>(pair.a)] |
+                        data.shapes.flags[static_cast<std::size_t>(pair.b)]) &
+                       kShapeNew) != 0) {
+        found = false;
+      }
+      const std::int32_t before = found ? static_cast<std::int32_t>(row - last.begin()) : -1;
+      previous[static_cast<std::size_t>(i)] = before;
+      in_place = in_place && before == i;
+    }
+    if (!in_place) same.store(false, std::memory_order_relaxed);
+  });
+  return same.load(std::memory_order_relaxed);
+}
+
+// Makes the new list `now` and the last one `before`. collide moves the rows; their colors move here.
+void swap_lists(Contacts& contacts, BroadPhase& broad_phase, Crew& crew) {
+  std::swap(contacts.now, contacts.before);
+  ContactRows& now = contacts.now;
+  const ContactRows& before = contacts.before;
+  now.pair.swap(broad_phase.sorted);
+  const std::size_t count = now.pair.size();
+  now.for_each_column([&](ColumnKind, const char*, auto& column) { column.resize_discarding(count); });
+  crew.run_ranges(static_cast<int>(count), kPairsPerChunk, [&](int begin, int end, int) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const std::int32_t row = contacts.previous[i];
+      now.color[i] = row < 0 ? kNoColor : before.color[static_cast<std::size_t>(row)];
+      if (row < 0) now.manifold[i].info = 0;
+    }
+  });
+}
+
+}  // namespace
+
+BroadPhase& broad_phase_of(WorldData& data) {
+  if (data.broad_phase == nullptr) data.broad_phase = std::make_unique<BroadPhase>();
+  return static_cast<BroadPhase&>(*data.broad_phase);
+}
+
+void find_pairs(WorldData& data, Crew& crew) {
+  BroadPhase& broad_phase = broad_phase_of(data);
+  Contacts& contacts = data.contacts;
+  update_dirty_bounds(data, broad_phase, data.last_dt, crew);
+  const bool members_changed = update_members(data, broad_phase, crew);
+  contacts.list_kept = true;
+  if (members_changed || contacts.pairs_stale || broad_phase.bounds_left.load(std::memory_order_relaxed)) {
+    broad_phase.is_dirty.resize(data.shapes.flags.size());
+    for (const std::int32_t shape : broad_phase.dirty)
+      broad_phase.is_dirty[static_cast<std::size_t>(shape)] = 1;
+    refit_trees(data, broad_phase, crew);
+    const std::int64_t pairs = join_trees(data, broad_phase, crew);
+    sort_pairs(broad_phase, data.shapes.flags.size(), pairs, crew);
+    contacts.list_kept = match_rows(data, broad_phase, crew);
+    if (!contacts.list_kept) swap_lists(contacts, broad_phase, crew);
+    for (const std::int32_t shape : broad_phase.dirty) {
+      const auto index = static_cast<std::size_t>(shape);
+      broad_phase.is_dirty[index] = 0;
+      data.shapes.flags[index] = static_cast<std::uint8_t>(data.shapes.flags[index] & ~kShapeNew);
+    }
+    broad_phase.dirty.clear();
+    broad_phase.bounds_left.store(false, std::memory_order_relaxed);
+    contacts.pairs_stale = false;
+  }
+  data.stats.pairs = static_cast<std::int64_t>(contacts.now.pair.size());
+}
+
+void BroadPhase::report(const Visit& visit) const {
+  const auto column = [&](ColumnKind kind, const char* name, const auto& rows) {
+    visit(kind, name, rows.data(), rows.size() * sizeof(*rows.data()), rows.capacity_bytes());
+  };
+  const bool left = bounds_left.load(std::memory_order_relaxed);
+  visit(ColumnKind::state, "bounds_left", &left, sizeof(left), 0);
+  column(ColumnKind::derived, "kinds", kinds);
+  column(ColumnKind::scratch, "kinds_next", kinds_next);
+  for (const PairTree& tree : trees) {
+    column(ColumnKind::derived, "order", tree.order);
+    column(ColumnKind::derived, "leaves", tree.leaves);
+    for (const Column<simd::NodeBlock>& nodes : tree.nodes) column(ColumnKind::derived, "nodes", nodes);
+  }
+  column(ColumnKind::scratch, "dirty", dirty);
+  column(ColumnKind::scratch, "is_dirty", is_dirty);
+  column(ColumnKind::derived, "members", members);
+  column(ColumnKind::scratch, "spreads", spreads);
+  column(ColumnKind::scratch, "sort_keys", sort_keys);
+  column(ColumnKind::scratch, "sort_keys_other", sort_keys_other);
+  column(ColumnKind::scratch, "digit_counts", digit_counts);
+  for (const Column<ShapePair>& pairs : found) column(ColumnKind::scratch, "found", pairs);
+  column(ColumnKind::scratch, "bucket_counts", bucket_counts);
+  column(ColumnKind::scratch, "bucket_begins", bucket_begins);
+  column(ColumnKind::scratch, "bucket_is_heavy", bucket_is_heavy);
+  column(ColumnKind::scratch, "owner_begins", owner_begins);
+  column(ColumnKind::scratch, "bucketed", bucketed);
+  column(ColumnKind::scratch, "others", others);
+  column(ColumnKind::scratch, "sorted", sorted);
+}
+
+}  // namespace scree

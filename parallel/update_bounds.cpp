@@ -1,0 +1,73 @@
+// Bounds: poses of bodies -> poses and fat bounds of shapes, and whether any shape left its fat bounds.
+//
+// Runs at the end of each step over the shapes that may have moved, and before pairs are found over the
+// shapes that calls changed. Read by find_pairs, which keeps its list while nobody left.
+#include <parallel/broad_phase.h>
+#include <parallel/stages.h>
+
+#include <span>
+
+namespace scree {
+
+namespace {
+
+constexpr int kShapesPerChunk = 256;  // 5 to 10 microseconds
+
+static_assert(static_cast<int>(ShapeType::sphere) == simd::kBoundsSphere);
+static_assert(static_cast<int>(ShapeType::capsule) == simd::kBoundsCapsule);
+static_assert(static_cast<int>(BodyType::fixed) == simd::kBoundsFixedBody);
+static_assert(sizeof(ShapeType) == 1 && sizeof(BodyType) == 1);
+static_assert(sizeof(PoseRow) == 32 && sizeof(VelocityRow) == 32 && sizeof(BoundsRow) == 32 &&
+              sizeof(ExtentRow) == 16);
+
+void update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::int32_t> list, float dt,
+                 bool force, Crew& crew) {
+  if (list.empty()) return;
+  const simd::BoundsTask task{
+      .list = list.data(),
+      .shape_body = data.shapes.body.data(),
+      .shape_type = reinterpret_cast<const std::uint8_t*>(data.shapes.type.data()),
+      .body_type = reinterpret_cast<const std::uint8_t*>(data.bodies.type.data()),
+      .extent = data.shapes.extent.data(),
+      .local_pose = data.shapes.local_pose.data(),
+      .body_pose = data.bodies.pose.data(),
+      .body_velocity = data.bodies.velocity.data(),
+      .shape_pose = data.shapes.pose.data(),
+      .fat_bounds = data.shapes.fat_bounds.data(),
+      .dt = dt,
+      .force = force,
+  };
+  const auto update = crew.kernels().pair.update_bounds;
+  crew.run_ranges(static_cast<int>(list.size()), kShapesPerChunk, [&](int begin, int end, int) {
+    if (update(task, begin, end) > 0) broad_phase.bounds_left.store(true, std::memory_order_relaxed);
+  });
+}
+
+}  // namespace
+
+void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Crew& crew) {
+  Shapes& shapes = data.shapes;
+  if (shapes.dirty.empty()) return;
+  // The list of calls may name shapes that have died since, or one index twice.
+  const std::size_t first = broad_phase.dirty.size();
+  for (const std::int32_t shape : shapes.dirty) {
+    const auto index = static_cast<std::size_t>(shape);
+    const std::uint8_t flags = shapes.flags[index];
+    if ((flags & kShapeDirty) == 0) continue;
+    shapes.flags[index] = static_cast<std::uint8_t>(flags & ~kShapeDirty);
+    if ((flags & kShapeAlive) == 0) continue;
+    broad_phase.trees[static_cast<int>(shapes.tree[index])].bounds_changed = true;
+    broad_phase.dirty.push_back(shape);
+  }
+  shapes.dirty.clear();
+  broad_phase.bounds_left.store(true, std::memory_order_relaxed);
+  update_list(data, broad_phase, broad_phase.dirty.span().subspan(first), dt, true, crew);
+}
+
+void update_bounds(WorldData& data, float dt, Crew& crew) {
+  BroadPhase& broad_phase = broad_phase_of(data);
+  update_list(data, broad_phase, data.shapes.moving.span(), dt, false, crew);
+  update_dirty_bounds(data, broad_phase, dt, crew);
+}
+
+}  // namespace scree

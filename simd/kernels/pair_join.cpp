@@ -1,0 +1,221 @@
+// Boxes of the implicit trees, and the join of two trees. Called by find_pairs.
+//
+// One descent serves a leaf block of 16 shapes: it collects the leaf blocks of the other tree whose boxes
+// meet the block's box. Each of the 16 shapes then picks its own among them, and tests box and bounding
+// sphere against their 16 shapes at once.
+#include <simd/pair_kernels.h>
+#include <simd/wide.h>
+
+namespace scree::simd::SCREE_SIMD_NAMESPACE {
+
+namespace {
+
+constexpr float kLargestFloat = 3.402823466e38f;
+// Leaf blocks that a descent collects before they are worked off; any number works, most blocks meet
+// under 32.
+constexpr int kMaxCandidates = 128;
+
+struct Box {
+  F lower[3], upper[3];
+};
+
+// Leaf blocks that the query block's box meets, and their boxes as columns.
+struct Candidates {
+  alignas(64) float bounds[6][kMaxCandidates];
+  std::int32_t block[kMaxCandidates];
+  int count;
+};
+
+M overlap(const Box& box, const float* bounds, int stride) {
+  const float* lower = bounds;
+  const float* upper = bounds + 3 * stride;
+  const M x = (load(lower) <= box.upper[0]) & (box.lower[0] <= load(upper));
+  const M y = (load(lower + stride) <= box.upper[1]) & (box.lower[1] <= load(upper + stride));
+  const M z = (load(lower + 2 * stride) <= box.upper[2]) & (box.lower[2] <= load(upper + 2 * stride));
+  return x & y & z;
+}
+
+// A bit for each of the block's 16 boxes that meets the box.
+std::uint32_t overlap_bits(const Box& box, const float (&bounds)[6][kBlock]) {
+  std::uint32_t result = 0;
+  for (int lane = 0; lane < kBlock; lane += kLanes) {
+    result |= bits(overlap(box, &bounds[0][lane], kBlock)) << lane;
+  }
+  return result;
+}
+
+Box broadcast_box(const float (&bounds)[6][kBlock], int lane) {
+  return {{F(bounds[0][lane]), F(bounds[1][lane]), F(bounds[2][lane])},
+          {F(bounds[3][lane]), F(bounds[4][lane]), F(bounds[5][lane])}};
+}
+
+// A bit for each shape of the block whose box and bounding sphere meet those of the query's shape.
+std::uint32_t meet_bits(const Box& box, const LeafBlock& query, int shape, const LeafBlock& block) {
+  const F center_x(query.center[0][shape]), center_y(query.center[1][shape]),
+      center_z(query.center[2][shape]);
+  const F radius(query.radius[shape]);
+  std::uint32_t result = 0;
+  for (int lane = 0; lane < kBlock; lane += kLanes) {
+    const M boxes = overlap(box, &block.bounds[0][lane], kBlock);
+#if SCREE_SIMD_LANES < 16
+    if (bits(boxes) == 0) continue;  // nothing would be added
+#endif
+    // Differences and sums have the same bits (up to sign) whichever shape asks.
+    const F x = load(&block.center[0][lane]) - center_x;
+    const F y = load(&block.center[1][lane]) - center_y;
+    const F z = load(&block.center[2][lane]) - center_z;
+    const F sum = load(&block.radius[lane]) + radius;
+    const M spheres = x * x + y * y + z * z <= sum * sum;
+    result |= bits(boxes & spheres) << lane;
+  }
+  return result;
+}
+
+void write_pairs(const LeafBlock& block, std::uint32_t hits, std::int32_t shape, ShapePair* to) {
+  for (; hits != 0; hits &= hits - 1) {
+    const std::int32_t other = block.shape[__builtin_ctz(hits)];
+    to->a = other < shape ? other : shape;
+    to->b = other < shape ? shape : other;
+    ++to;
+  }
+}
+
+// Pairs of one shape of the query block with the candidates.
+void test_shape(const JoinTask& task, int query_block, int slot, const Candidates& candidates,
+                JoinState& state) {
+  const LeafBlock& query = task.query[query_block];
+  const Box box = broadcast_box(query.bounds, slot);
+  const std::uint32_t query_special = (query.special >> slot & 1u) != 0 ? ~0u : 0u;
+  for (int first = 0; first < candidates.count; first += kLanes) {
+    std::uint32_t met = bits(overlap(box, &candidates.bounds[0][first], kMaxCandidates));
+    for (; met != 0; met &= met - 1) {
+      const std::int32_t number = candidates.block[first + __builtin_ctz(met)];
+      const LeafBlock& block = task.target.leaves[number];
+      std::uint32_t hits = meet_bits(box, query, slot, block);
+      if (task.self && number == query_block) hits &= ~((2u << slot) - 1u);
+      if (hits == 0) continue;
+      if (state.count + kBlock <= task.capacity)
+        write_pairs(block, hits, query.shape[slot], task.pairs + state.count);
+      state.count += __builtin_popcount(hits);
+      state.special = state.special || ((query_special | block.special) & hits) != 0;
+    }
+  }
+}
+
+void work_off(const JoinTask& task, int query_block, Candidates& candidates, JoinState& state) {
+  // Whole registers are tested: what follows the last candidate is empty.
+  for (int i = candidates.count; i % kLanes != 0; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      candidates.bounds[axis][i] = kLargestFloat;
+      candidates.bounds[axis + 3][i] = -kLargestFloat;
+    }
+  }
+  for (int slot = 0; slot < kBlock; ++slot) {
+    if (task.query[query_block].shape[slot] >= 0) test_shape(task, query_block, slot, candidates, state);
+  }
+  candidates.count = 0;
+}
+
+void join_block(const JoinTask& task, int query_block, Candidates& candidates, JoinState& state) {
+  struct Step {
+    std::int32_t block;
+    std::int32_t level;
+  };
+  Step stack[kMaxTreeLevels * kBlock];  // each level leaves at most its 16 children behind
+  int depth = 0;
+  const Box box = broadcast_box(task.query_boxes[query_block / kBlock].bounds, query_block % kBlock);
+  candidates.count = 0;
+  stack[depth++] = {0, task.target.levels - 1};
+  while (depth > 0) {
+    const Step step = stack[--depth];
+    const NodeBlock& node = task.target.nodes[step.level][step.block];
+    std::uint32_t met = overlap_bits(box, node.bounds);
+    const std::int32_t first_child = step.block * kBlock;
+    if (task.self) {  // children that end before the query block have asked for themselves
+      const std::int32_t skipped = (query_block >> (4 * step.level)) - first_child;
+      if (skipped > 0) met &= ~((1u << skipped) - 1u);
+    }
+    for (; met != 0; met &= met - 1) {
+      const int lane = __builtin_ctz(met);
+      if (step.level > 0) {
+        stack[depth++] = {first_child + lane, step.level - 1};
+        continue;
+      }
+      if (candidates.count == kMaxCandidates) work_off(task, query_block, candidates, state);
+      for (int side = 0; side < 6; ++side)
+        candidates.bounds[side][candidates.count] = node.bounds[side][lane];
+      candidates.block[candidates.count++] = first_child + lane;
+    }
+  }
+  work_off(task, query_block, candidates, state);
+}
+
+// The box of 16 boxes, into one lane of the level above.
+void store_union(const float (&bounds)[6][kBlock], NodeBlock* parents, int block) {
+  float(&to)[6][kBlock] = parents[block / kBlock].bounds;
+  for (int axis = 0; axis < 3; ++axis) {
+    F lower = load(&bounds[axis][0]);
+    F upper = load(&bounds[axis + 3][0]);
+    for (int lane = kLanes; lane < kBlock; lane += kLanes) {
+      lower = min(lower, load(&bounds[axis][lane]));
+      upper = max(upper, load(&bounds[axis + 3][lane]));
+    }
+    to[axis][block % kBlock] = reduce_min(lower);
+    to[axis + 3][block % kBlock] = reduce_max(upper);
+  }
+}
+
+void gather_leaf(const RefitTask& task, int block) {
+  LeafBlock& leaf = task.leaves[block];
+  const float* rows = reinterpret_cast<const float*>(task.fat_bounds);
+  for (int lane = 0; lane < kBlock; lane += kLanes) {
+    const std::int32_t* order = task.order + block * static_cast<std::int64_t>(kBlock) + lane;
+    alignas(64) std::int32_t index[kLanes];
+    for (int i = 0; i < kLanes; ++i) index[i] = order[i] < 0 ? 0 : order[i];
+    F lower[3], upper[3], radius, padding;
+    load_rows(rows, 8, index, lower[0], lower[1], lower[2], radius);
+    load_rows(rows + 4, 8, index, upper[0], upper[1], upper[2], padding);
+    const M nobody = load_unaligned(order) < I(0);
+    store(&leaf.shape[lane], load_unaligned(order));
+    store(&leaf.radius[lane], radius);
+    for (int axis = 0; axis < 3; ++axis) {
+      store(&leaf.center[axis][lane], (lower[axis] + upper[axis]) * F(0.5f));
+      store(&leaf.bounds[axis][lane], select(nobody, F(kLargestFloat), lower[axis]));
+      store(&leaf.bounds[axis + 3][lane], select(nobody, F(-kLargestFloat), upper[axis]));
+    }
+  }
+}
+
+}  // namespace
+
+void refit_leaves(const RefitTask& task, int begin, int end);
+void refit_leaves(const RefitTask& task, int begin, int end) {
+  for (int block = begin; block < end; ++block) {
+    gather_leaf(task, block);
+    store_union(task.leaves[block].bounds, task.nodes, block);
+  }
+}
+
+void refit_nodes(const NodeBlock* children, NodeBlock* parents, int begin, int end);
+void refit_nodes(const NodeBlock* children, NodeBlock* parents, int begin, int end) {
+  for (int block = begin; block < end; ++block) store_union(children[block].bounds, parents, block);
+}
+
+void join(const JoinTask& task, int end, JoinState& state);
+void join(const JoinTask& task, int end, JoinState& state) {
+  Candidates candidates;
+  state.needed = 0;
+  for (; state.block < end; ++state.block) {
+    const std::int64_t count = state.count;
+    const bool special = state.special;
+    join_block(task, state.block, candidates, state);
+    if (state.count + kBlock > task.capacity) {
+      state.needed = state.count + kBlock;
+      state.count = count;
+      state.special = special;
+      return;
+    }
+  }
+}
+
+}  // namespace scree::simd::SCREE_SIMD_NAMESPACE

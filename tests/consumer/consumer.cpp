@@ -1,0 +1,67 @@
+// Uses the library as a stranger would: public headers, one link target, errors caught across its border.
+#include <scree/scree.h>
+
+#include <cmath>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+namespace {
+
+int failures = 0;
+
+void expect(bool condition, const char* law) {
+  if (condition) return;
+  std::printf("failed: %s\n", law);
+  ++failures;
+}
+
+struct Drop {
+  scree::World world;
+  std::vector<scree::BodyId> boxes;
+};
+
+Drop make_drop() {
+  Drop drop;
+  const scree::BodyId ground =
+      drop.world.create_body({.type = scree::BodyType::fixed, .position = {0, -1, 0}});
+  drop.world.add_shape(ground, scree::Box{.half_extents = {20, 1, 20}});
+  std::vector<scree::BodyDef> defs(8);
+  const std::vector<scree::Geometry> shapes(defs.size(), scree::Box{});
+  for (std::size_t i = 0; i < defs.size(); ++i) defs[i].position = {2.0f * static_cast<float>(i), 1, 0};
+  drop.boxes.resize(defs.size());
+  drop.world.create_bodies(defs, shapes, {}, {}, drop.boxes);
+  return drop;
+}
+
+std::uint64_t hash_after_second(scree::Workers& workers) {
+  Drop drop = make_drop();
+  for (int i = 0; i < 60; ++i) scree::step(drop.world, 1.0f / 60.0f, workers);
+  for (const scree::BodyId box : drop.boxes) {
+    expect(std::abs(drop.world.pose(box).position.y - 0.5f) < 0.01f, "a dropped box lies on the ground");
+  }
+  expect(drop.world.stats().contacts == 8, "every box touches the ground");
+  return drop.world.hash();
+}
+
+}  // namespace
+
+int main() {
+  scree::Workers one(1);
+  scree::Workers three(scree::WorkersOptions{.threads = 3, .isa = scree::Isa::scalar});
+  expect(one.threads() == 1, "Workers have the threads that were asked for");
+  expect(three.isa() == scree::Isa::scalar, "Workers have the instruction set that was asked for");
+  expect(hash_after_second(one) == hash_after_second(three),
+         "threads and instruction set do not change bits");
+  scree::World world;
+  bool caught = false;
+  try {
+    world.pose(scree::BodyId{12345, 1});
+  } catch (const scree::Error&) {
+    caught = true;
+  }
+  expect(caught, "a foreign handle throws scree::Error");
+  scree::World moved = std::move(world);
+  expect(moved.body_count() == 0, "worlds can be moved");
+  return failures == 0 ? 0 : 1;
+}

@@ -1,0 +1,141 @@
+// Laws of columns, of the state table and of what is generated from it.
+#include <core/state_table.h>
+#include <tests/core/world_fixture.h>
+
+#include <cstring>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace scree::test {
+namespace {
+
+struct alignas(32) WideRow {
+  float values[8];
+};
+
+template <class Row>
+bool is_aligned(const Column<Row>& column) {
+  return reinterpret_cast<std::uintptr_t>(column.data()) % Column<Row>::kAlignment == 0;
+}
+
+TEST(Column, RowsLieOnCacheLinesAndSurviveGrowth) {
+  Column<WideRow> column;
+  for (int i = 0; i < 1000; ++i) {
+    column.push_back({{static_cast<float>(i)}});
+    ASSERT_TRUE(is_aligned(column));
+  }
+  for (int i = 0; i < 1000; ++i)
+    EXPECT_EQ(column[static_cast<std::size_t>(i)].values[0], static_cast<float>(i));
+  Column<std::uint8_t> bytes;
+  bytes.resize(3);
+  EXPECT_TRUE(is_aligned(bytes));
+}
+
+TEST(Column, NewRowsAreZeroWhateverStoodThere) {
+  Column<std::int32_t> column;
+  column.resize(100);
+  for (std::int32_t& value : column) value = 7;
+  column.resize(10);
+  column.resize(100);
+  for (std::size_t i = 0; i < 100; ++i) EXPECT_EQ(column[i], i < 10 ? 7 : 0);
+  column.drop_back(95);
+  column.resize(100000);
+  for (std::size_t i = 0; i < column.size(); ++i) ASSERT_EQ(column[i], i < 5 ? 7 : 0);
+  column.resize_discarding(200000);
+  column.clear();
+  column.resize(1000);
+  for (const std::int32_t value : column) ASSERT_EQ(value, 0);
+}
+
+TEST(Column, ReservedRowsNeedNoNewMemory) {
+  Column<std::int32_t> column;
+  column.reserve(1000);
+  EXPECT_TRUE(column.empty());
+  const std::int32_t* rows = column.data();
+  for (int i = 0; i < 1000; ++i) column.push_back(i);
+  EXPECT_EQ(column.data(), rows);
+  EXPECT_GE(column.capacity_bytes(), 4000u);
+}
+
+TEST(Column, MemoryEndsBehindThePadding) {
+  Column<WideRow> column;
+  column.resize(5);
+  WideRow past[2];  // 64 bytes behind the last row may be read
+  std::memcpy(past, static_cast<const void*>(column.data() + 5), sizeof past);
+  EXPECT_EQ(past[1].values[7], 0.0f);
+}
+
+TEST(Column, PushingAnElementOfItselfIsSafe) {
+  Column<std::int32_t> column;
+  column.push_back(42);
+  for (int i = 0; i < 100; ++i) column.push_back(column[0]);
+  EXPECT_EQ(column.back(), 42);
+}
+
+TEST(StateTable, NamesEveryColumnOnce) {
+  World world;
+  std::set<std::string> names;
+  std::size_t count = 0;
+  for_each_column(internals(world), [&](ColumnKind, const char* store, const char* name, auto&) {
+    names.insert(std::string(store) + "." + name);
+    ++count;
+  });
+  EXPECT_EQ(names.size(), count);
+  for (const char* name :
+       {"bodies.pose", "bodies.free_slots", "bodies.awake", "shapes.fat_bounds", "shapes.dirty",
+        "contacts.now.manifold", "contacts.before.manifold", "contacts.touching"}) {
+    EXPECT_EQ(names.count(name), 1u) << name;
+  }
+}
+
+TEST(StateTable, StoresHoldNothingThatTheTableForgets) {
+  // A new column beside the lists must be added to for_each_column; a new plain member raises its limit here.
+  constexpr std::size_t kPlainBytesOfBodies = 16, kPlainBytesOfShapes = 16, kPlainBytesOfContacts = 16;
+  std::size_t bodies = 0, shapes = 0, contacts = 0;
+  World world;
+  for_each_column(internals(world), [&](ColumnKind, const char* store, const char*, auto& column) {
+    const std::string name = store;
+    if (name == "bodies") bodies += sizeof column;
+    if (name == "shapes") shapes += sizeof column;
+    if (name.rfind("contacts", 0) == 0) contacts += sizeof column;
+  });
+  EXPECT_LE(sizeof(Bodies) - bodies, kPlainBytesOfBodies);
+  EXPECT_LE(sizeof(Shapes) - shapes, kPlainBytesOfShapes);
+  EXPECT_LE(sizeof(Contacts) - contacts, kPlainBytesOfContacts);
+}
+
+TEST(StateTable, LastStepsRowsAreScratch) {
+  World world;
+  for_each_column(internals(world), [&](ColumnKind kind, const char* store, const char* name, auto&) {
+    if (std::string(store) == "contacts.before") {
+      EXPECT_EQ(kind, ColumnKind::scratch) << name;
+    }
+  });
+}
+
+struct CountedPart : Part {
+  void report(const Visit& visit) const override {
+    visit(ColumnKind::state, "colors", nullptr, 10, 1000);
+    visit(ColumnKind::scratch, "blocks", nullptr, 20, 5000);
+  }
+};
+
+TEST(MemoryUse, IsTheSumOverTheTable) {
+  World world;
+  std::vector<BodyId> ids(1000);
+  world.create_bodies(std::vector<BodyDef>(1000), std::vector<Geometry>(1000), {}, {}, ids);
+  internals(world).islands = std::make_unique<CountedPart>();
+  std::size_t sums[3] = {};
+  for_each_column(internals(world), [&](ColumnKind kind, const char*, const char*, auto& column) {
+    sums[static_cast<int>(kind)] += column.capacity_bytes();
+  });
+  const MemoryUse use = world.memory_use();
+  EXPECT_EQ(use.state, sums[0] + 1000);
+  EXPECT_EQ(use.derived, sums[1]);
+  EXPECT_EQ(use.scratch, sums[2] + 5000);
+  EXPECT_GE(use.state, 1000 * (sizeof(PoseRow) + sizeof(VelocityRow)));
+}
+
+}  // namespace
+}  // namespace scree::test

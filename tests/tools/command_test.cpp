@@ -1,0 +1,225 @@
+// Laws of the command `scree`, run as a program: what it prints, where, and with which exit code.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+std::string read_file(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+class Command : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("scree_command_test_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  // Arguments are words for the shell.
+  Outcome scree(const std::string& arguments, const std::string& environment = "") {
+    const fs::path out = folder_ / "out";
+    const fs::path err = folder_ / "err";
+    const std::string line = environment + " '" SCREE_COMMAND "' " + arguments + " >'" + out.string() +
+                             "' 2>'" + err.string() + "' </dev/null";
+    const int status = std::system(line.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
+  }
+
+  // Runs and parses what `--json -` prints.
+  nlohmann::json figures(const std::string& arguments, const std::string& environment = "") {
+    const Outcome outcome = scree("run " + arguments + " --quiet --json -", environment);
+    EXPECT_EQ(outcome.exit_code, 0) << arguments << "\n" << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  }
+
+  void expect_refusal(const std::string& arguments, const std::string& reason,
+                      const std::string& environment = "") {
+    const Outcome outcome = scree(arguments, environment);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_EQ(outcome.out, "") << arguments;
+    EXPECT_NE(outcome.err.find(reason), std::string::npos) << arguments << "\n" << outcome.err;
+  }
+
+  std::string write(const std::string& name, const std::string& text) {
+    const fs::path path = folder_ / name;
+    std::ofstream(path, std::ios::binary) << text;
+    return path.string();
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Command, ListsEverySceneOnALineOfItsOwn) {
+  const Outcome outcome = scree("scenes");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 9);
+  for (const char* name : {"large_pyramid", "many_pyramids", "pile", "stack", "wall", "card_house", "slope",
+                           "spheres_in_box", "many_worlds"}) {
+    EXPECT_TRUE(outcome.out.find(std::string("\n") + name + " ") != std::string::npos ||
+                outcome.out.rfind(std::string(name) + " ", 0) == 0)
+        << name;
+  }
+}
+
+TEST_F(Command, HelpIsNoError) {
+  EXPECT_EQ(scree("--help").exit_code, 0);
+  EXPECT_EQ(scree("run --help").exit_code, 0);
+}
+
+TEST_F(Command, RefusesBadCommandLinesWithExitCodeTwo) {
+  expect_refusal("", "subcommand");
+  expect_refusal("fly", "fly");
+  expect_refusal("run", "SCENE");
+  expect_refusal("run stack --fly", "--fly");
+  expect_refusal("run stack --steps many", "many");
+  expect_refusal("run nowhere", "unknown scene \"nowhere\"; there are: large_pyramid");
+  expect_refusal("run stack --set height=3", "scene stack has no parameter \"height\"; it has: bodies");
+  expect_refusal("run stack --set bodies", "--set bodies: expected key=value");
+  expect_refusal("run stack --set bodies=", "is not a finite number");
+  expect_refusal("run stack --set bodies=1x", "\"1x\" is not a finite number");
+  expect_refusal("run stack --set bodies=nan", "\"nan\" is not a finite number");
+  expect_refusal("run stack --set bodies=1e400", "is not a finite number");
+  expect_refusal("run stack --set bodies=0", "bodies = 0 must be from 1 to 10000");
+  expect_refusal("run stack --set bodies=2 bodies=3", "--set bodies is given twice");
+  expect_refusal("run stack --steps 0", "--steps 0 must be from 1");
+  expect_refusal("run stack --steps -5", "--steps -5 must be from 1");
+  expect_refusal("run stack --steps 10 --warmup 10", "--warmup 10 must be below the 10 steps");
+  expect_refusal("run stack --warmup -1", "--warmup -1 must be from 0");
+  expect_refusal("run stack --dt -0.1", "--dt -0.1");
+  expect_refusal("run stack --dt nan", "--dt nan");
+  expect_refusal("run stack --dt 1.5", "must be from 0 to 1 seconds");
+  expect_refusal("run stack --substeps 0", "--substeps 0 must be from 1 to 64");
+  expect_refusal("run stack --threads -1", "--threads -1 must be from 0 to 1024");
+  expect_refusal("run stack --threads 5000", "--threads 5000 must be from 0 to 1024");
+  expect_refusal("run stack --isa mmx", "--isa mmx: unknown instruction set; there are: auto, scalar, sse2");
+  expect_refusal("run stack --json /no/such/folder/x.json", "/no/such/folder/x.json: cannot be written");
+}
+
+TEST_F(Command, RefusesAnUnknownInstructionSetInTheEnvironment) {
+  expect_refusal("run stack --steps 2", "SCREE_ISA", "SCREE_ISA=mmx");
+}
+
+TEST_F(Command, ReportsBadSceneFilesWithFilePlaceAndReason) {
+  expect_refusal("run " + folder_.string() + "/missing.json", "missing.json: cannot be read");
+  const std::string broken = write("broken.json", "{\n  \"bodies\": [\n}\n");
+  expect_refusal("run " + broken, broken + ":3:1: not JSON: ");
+  const std::string wrong = write("wrong.json", R"({"bodies": [{"shapes": [{"type": "box"}]}]})");
+  expect_refusal("run " + wrong, wrong + ": /bodies/0/shapes/0: the key \"half_extents\" is missing");
+  const std::string good =
+      write("good.json", R"({"bodies": [{"shapes": [{"type": "sphere", "radius": 1}]}]})");
+  expect_refusal("run " + good + " --set bodies=3", "a scene file has no parameters");
+}
+
+TEST_F(Command, JsonHoldsEveryFigure) {
+  const nlohmann::json json = figures("stack --set bodies=4 --steps 20 --warmup 5 --threads 1 --isa scalar");
+  EXPECT_EQ(json.at("scene"), "stack");
+  EXPECT_EQ(json.at("isa"), "scalar");
+  EXPECT_EQ(json.at("threads"), 1);
+  EXPECT_EQ(json.at("steps"), 20);
+  EXPECT_EQ(json.at("bodies"), 4);
+  EXPECT_EQ(json.at("contacts"), 4);
+  for (const char* key : {"mean", "median", "min", "max"}) {
+    EXPECT_GT(json.at("ms_per_step").at(key).get<double>(), 0.0) << key;
+  }
+  double sum = 0.0;
+  for (const char* phase : {"find_pairs", "collide", "find_islands", "color_constraints", "pack_blocks",
+                            "solve", "store_impulses", "finish_step"}) {
+    sum += json.at("phases").at(phase).get<double>();
+  }
+  EXPECT_EQ(json.at("phases").size(), 8u);
+  EXPECT_LE(sum, json.at("ms_per_step").at("mean").get<double>() * 1.01);
+  EXPECT_GT(sum, 0.0);
+  for (const char* key : {"mean", "p999", "max"}) {
+    const double penetration = json.at("penetration").at(key).get<double>();
+    EXPECT_GE(penetration, 0.0);
+    EXPECT_LT(penetration, 0.02);
+  }
+  EXPECT_GT(json.at("penetration").at("max").get<double>(), 0.0);
+  EXPECT_TRUE(json.at("residual").is_number());
+  EXPECT_GE(json.at("kinetic_energy").get<double>(), 0.0);
+  EXPECT_GT(json.at("peak_memory_bytes").get<std::int64_t>(), 1'000'000);
+  EXPECT_GT(json.at("lane_fill").get<double>(), 0.0);
+  EXPECT_LE(json.at("lane_fill").get<double>(), 1.0);
+  EXPECT_GE(json.at("stages").get<int>(), 0);
+  const std::string hash = json.at("hash");
+  EXPECT_EQ(hash.size(), 16u);
+  EXPECT_EQ(hash.find_first_not_of("0123456789abcdef"), std::string::npos);
+}
+
+TEST_F(Command, HashDependsOnNeitherThreadsNorInstructionSetNorTheMeasurement) {
+  const std::string scene = "pile --set bodies=200 --steps 60 ";
+  const std::string hash = figures(scene + "--threads 1 --isa scalar").at("hash");
+  EXPECT_EQ(figures(scene + "--threads 3 --isa auto").at("hash"), hash);
+  EXPECT_EQ(figures(scene + "--threads 2 --warmup 30").at("hash"), hash);
+  EXPECT_EQ(figures(scene, "SCREE_ISA=sse2").at("hash"), hash);
+  EXPECT_NE(figures(scene + "--set seed=2").at("hash"), hash);
+}
+
+TEST_F(Command, EverySceneRuns) {
+  for (const char* scene :
+       {"large_pyramid --set base=6", "many_pyramids --set rows=2 --set columns=2 --set base=3",
+        "pile --set bodies=50", "stack --set bodies=5", "wall --set columns=4 --set rows=3", "card_house",
+        "slope", "spheres_in_box --set bodies=40", "many_worlds --set worlds=4 --set bodies=20"}) {
+    EXPECT_GT(figures(std::string(scene) + " --steps 10 --no-sleep").at("awake_bodies"), 0) << scene;
+  }
+}
+
+TEST_F(Command, ManyWorldsAddUp) {
+  const nlohmann::json json = figures("many_worlds --set worlds=5 bodies=30 --steps 3");
+  EXPECT_EQ(json.at("worlds"), 5);
+  EXPECT_EQ(json.at("bodies"), 150);
+}
+
+TEST_F(Command, RunsASceneFile) {
+  const nlohmann::json json = figures(SCREE_EXAMPLES "/dominoes.json --steps 5");
+  EXPECT_EQ(json.at("scene"), "dominoes");
+  EXPECT_EQ(json.at("bodies"), 51);
+  EXPECT_EQ(json.at("steps"), 5);
+}
+
+TEST_F(Command, TheTableGoesToStandardOutputUnlessTheJsonDoes) {
+  const std::string run = "run stack --set bodies=2 --steps 5 --quiet ";
+  const Outcome plain = scree(run);
+  EXPECT_EQ(plain.err, "");
+  for (const char* row : {"bodies", "contacts", "steps/s", "ms per step", "solve", "awake bodies",
+                          "penetration", "residual", "kinetic energy", "peak memory", "lane fill",
+                          "stages per step", "hash", "instruction set", "threads"}) {
+    EXPECT_NE(plain.out.find(row), std::string::npos) << row;
+  }
+  const Outcome json = scree(run + "--json -");
+  EXPECT_EQ(json.out.front(), '{');
+  EXPECT_NE(json.err.find("steps/s"), std::string::npos);
+  const fs::path file = folder_ / "figures.json";
+  const Outcome both = scree(run + "--json " + file.string());
+  EXPECT_NE(both.out.find("steps/s"), std::string::npos);
+  EXPECT_EQ(nlohmann::json::parse(read_file(file)).at("scene"), "stack");
+}
+
+TEST_F(Command, ShowsProgressOnStandardErrorUnlessQuiet) {
+  const Outcome outcome = scree("run stack --set bodies=2 --steps 20");
+  EXPECT_NE(outcome.err.find("stack:  50 %, step 10 of 20"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("stack: 100 %, step 20 of 20"), std::string::npos) << outcome.err;
+}
+
+}  // namespace

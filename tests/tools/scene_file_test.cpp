@@ -1,0 +1,201 @@
+// Laws of scene files: what they can say, and that every mistake is reported with its place and reason.
+#include <gtest/gtest.h>
+#include <tools/scenes/scene_file.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace scree::scenes {
+namespace {
+
+std::string error_of(const std::string& text) {
+  try {
+    parse_scene(text, "scene.json");
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+// A document with one body that has this one shape.
+std::string with_shape(const std::string& shape) {
+  return R"({"bodies": [{"shapes": [)" + shape + "]}]}";
+}
+std::string with_body(const std::string& body) {
+  return R"({"bodies": [)" + body + "]}";
+}
+
+TEST(SceneFile, SaysEverythingThatASceneHolds) {
+  const Scene scene = parse_scene(R"({
+    "name": "all of it",
+    "gravity": [0, -1.5, 0.25],
+    "settings": {"substeps": 8, "contact_hertz": 60, "contact_damping_ratio": 5, "push_speed": 2,
+                 "restitution_threshold": 0.5, "max_linear_speed": 100, "max_angular_speed": 50,
+                 "warm_start": false, "sleeping": false, "sleep_linear_speed": 0.1, "sleep_angular_speed": 0.2,
+                 "sleep_time": 1},
+    "steps": 30, "dt": 0.01,
+    "materials": {"ice": {"friction": 0.02, "restitution": 0.5, "rolling_resistance": 0.1, "density": 900,
+                          "surface_velocity": [1, 0, 0], "friction_mix": "minimum", "restitution_mix": "average"}},
+    "shapes": {"ball": {"type": "sphere", "radius": 0.3, "material": "ice"}},
+    "bodies": [
+      {"type": "kinematic", "position": [1, 2, 3], "rotation": [0, 0, 1, 0], "linear_velocity": [4, 5, 6],
+       "angular_velocity": [7, 8, 9], "linear_damping": 0.1, "angular_damping": 0.2, "gravity_factor": -1,
+       "locks": ["translation_z", "rotation_x"], "mass": 12, "can_sleep": false, "user_data": 77,
+       "shapes": ["ball",
+                  {"type": "capsule", "half_height": 1, "radius": 0.5, "position": [0, 1, 0],
+                   "rotation": {"axis": [0, 0, 2], "degrees": 90},
+                   "filter": {"category": 2, "mask": 4294967295, "group": -3}, "user_data": 5},
+                  {"type": "box", "half_extents": [1, 2, 3], "material": {"friction": 1}}]}
+    ]
+  })",
+                                  "scene.json");
+  EXPECT_EQ(scene.name, "all of it");
+  EXPECT_EQ(scene.settings.gravity, (Vec3{0, -1.5f, 0.25f}));
+  EXPECT_EQ(scene.settings.substeps, 8);
+  EXPECT_EQ(scene.settings.contact_hertz, 60.0f);
+  EXPECT_FALSE(scene.settings.warm_start);
+  EXPECT_FALSE(scene.settings.sleeping);
+  EXPECT_EQ(scene.settings.sleep_time, 1.0f);
+  EXPECT_EQ(scene.steps, 30);
+  EXPECT_EQ(scene.dt, 0.01f);
+  ASSERT_EQ(scene.bodies.size(), 1u);
+  const BodyDef& def = scene.bodies[0].def;
+  EXPECT_EQ(def.type, BodyType::kinematic);
+  EXPECT_EQ(def.position, (Vec3{1, 2, 3}));
+  EXPECT_EQ(def.rotation, (Quat{0, 0, 1, 0}));
+  EXPECT_EQ(def.linear_velocity, (Vec3{4, 5, 6}));
+  EXPECT_EQ(def.angular_velocity, (Vec3{7, 8, 9}));
+  EXPECT_EQ(def.gravity_factor, -1.0f);
+  EXPECT_EQ(def.locks, AxisLocks::translation_z | AxisLocks::rotation_x);
+  EXPECT_EQ(def.mass, 12.0f);
+  EXPECT_FALSE(def.can_sleep);
+  EXPECT_EQ(def.user_data, 77u);
+  ASSERT_EQ(scene.bodies[0].shape_count, 3u);
+  EXPECT_EQ(std::get<Sphere>(scene.shapes[0].geometry).radius, 0.3f);
+  EXPECT_EQ(scene.shapes[0].material.density, 900.0f);
+  EXPECT_EQ(scene.shapes[0].material.friction_mix, MixRule::minimum);
+  EXPECT_EQ(scene.shapes[0].material.restitution_mix, MixRule::average);
+  EXPECT_EQ(std::get<Capsule>(scene.shapes[1].geometry).half_height, 1.0f);
+  EXPECT_NEAR(scene.shapes[1].options.local_pose.rotation.z, 0.70710678f, 1e-7f);
+  EXPECT_EQ(scene.shapes[1].options.filter.group, -3);
+  EXPECT_EQ(scene.shapes[1].options.filter.mask, 0xffffffffu);
+  EXPECT_EQ(scene.shapes[1].options.user_data, 5u);
+  EXPECT_EQ(scene.shapes[2].material.friction, 1.0f);
+}
+
+TEST(SceneFile, WhatIsNotSaidIsTheLibrarysDefault) {
+  const Scene scene = parse_scene(with_shape(R"({"type": "sphere", "radius": 1})"), "dir/tower.json");
+  EXPECT_EQ(scene.name, "tower");
+  EXPECT_EQ(scene.settings.gravity, WorldSettings{}.gravity);
+  EXPECT_EQ(scene.bodies[0].def.position, (Vec3{}));
+  EXPECT_EQ(scene.bodies[0].def.type, BodyType::dynamic);
+  EXPECT_EQ(scene.shapes[0].material, Material{});
+}
+
+TEST(SceneFile, RepeatsFillAGridAndShareTheirShapes) {
+  const Scene scene =
+      parse_scene(with_body(R"({"position": [1, 0, 0], "shapes": [{"type": "sphere", "radius": 1}],
+    "repeat": {"count": [2, 3, 4], "spacing": [10, 20, 30]}})"),
+                  "scene.json");
+  ASSERT_EQ(scene.bodies.size(), 24u);
+  EXPECT_EQ(scene.shapes.size(), 1u);
+  EXPECT_EQ(scene.bodies[1].def.position, (Vec3{11, 0, 0}));
+  EXPECT_EQ(scene.bodies[2].def.position, (Vec3{1, 20, 0}));
+  EXPECT_EQ(scene.bodies[23].def.position, (Vec3{11, 40, 90}));
+}
+
+TEST(SceneFile, SyntaxErrorsCarryLineAndColumn) {
+  EXPECT_EQ(error_of("{\n  \"bodies\": [}\n").rfind("scene.json:2:14: not JSON: ", 0), 0u)
+      << error_of("{\n  \"bodies\": [}\n");
+  EXPECT_EQ(error_of("").rfind("scene.json:1:1: not JSON: ", 0), 0u) << error_of("");
+  EXPECT_EQ(error_of("{\"bodies\": []} x").rfind("scene.json:1:16: not JSON: ", 0), 0u);
+}
+
+TEST(SceneFile, EveryMistakeIsReportedWithItsPlaceAndReason) {
+  const std::string ball = R"({"type": "sphere", "radius": 1)";
+  const std::pair<std::string, std::string> mistakes[] = {
+      {"[]", "scene.json: the document: expected an object, found an array"},
+      {"{}", "scene.json: the document: the key \"bodies\" is missing"},
+      {R"({"bodies": [], "bodys": 1})",
+       "scene.json: /bodys: unknown key; known here: name, gravity, settings, steps, dt, materials, shapes, "
+       "bodies"},
+      {R"({"bodies": 3})", "scene.json: /bodies: expected an array, found a number"},
+      {R"({"bodies": [], "bodies": []})", "scene.json: /bodies: the key stands twice in its object"},
+      {R"({"bodies": [], "dt": 2})", "scene.json: /dt: 2 must be from 0 to 1"},
+      {R"({"bodies": [], "steps": 0})", "scene.json: /steps: 0 must be a whole number from 1 to 1000000000"},
+      {R"({"bodies": [], "steps": 1.5})",
+       "scene.json: /steps: 1.5 must be a whole number from 1 to 1000000000"},
+      {R"({"bodies": [], "gravity": [0, 1]})",
+       "scene.json: /gravity: expected an array of 3 numbers, found 2"},
+      {R"({"bodies": [], "settings": {"substeps": 100}})",
+       "scene.json: /settings/substeps: 100 must be a whole number from 1 to 64"},
+      {R"({"bodies": [], "materials": {"a/b~c": {"friction": -1}}})",
+       "scene.json: /materials/a~1b~0c/friction: -1 must be from 0 to 3e+38"},
+      {R"({"bodies": [], "materials": {"a": {"friction_mix": "sum"}}})",
+       "scene.json: /materials/a/friction_mix: \"sum\" is none of: minimum, average, product, "
+       "geometric_mean, "
+       "maximum"},
+      {with_body(R"({"position": "here"})"),
+       "scene.json: /bodies/0/position: expected an array of 3 numbers, found a string"},
+      {with_body(R"({"position": [0, true, 0]})"),
+       "scene.json: /bodies/0/position/1: expected a number, found a boolean"},
+      {with_body(R"({"position": [0, 1e8, 0]})"),
+       "scene.json: /bodies/0/position/1: 100000000 must be from -10000000 to 10000000"},
+      {with_body(R"({"mass": 0})"), "scene.json: /bodies/0/mass: 0 must be from 1e-30 to 3e+38"},
+      {with_body(R"({"rotation": [0, 0, 0, 2]})"),
+       "scene.json: /bodies/0/rotation: a quaternion must have length 1 within 0.001"},
+      {with_body(R"({"rotation": {"axis": [0, 0, 0], "degrees": 1}})"),
+       "scene.json: /bodies/0/rotation/axis: must not be zero"},
+      {with_body(R"({"rotation": {"axis": [0, 1, 0]}})"),
+       "scene.json: /bodies/0/rotation: the key \"degrees\" is missing"},
+      {with_body(R"({"locks": ["translation_w"]})"),
+       "scene.json: /bodies/0/locks/0: \"translation_w\" is none of: translation_x, translation_y, "
+       "translation_z, rotation_x, rotation_y, rotation_z"},
+      {with_body(R"({"repeat": {"count": [1, 0, 1], "spacing": [1, 1, 1]}})"),
+       "scene.json: /bodies/0/repeat/count/1: 0 must be a whole number from 1 to 10000000"},
+      {with_body(R"({"repeat": {"count": [10000, 10000, 10000], "spacing": [1, 1, 1]}})"),
+       "scene.json: /bodies/0/repeat/count: more than 10000000 bodies"},
+      {with_body(R"({"repeat": {"count": [11, 1, 1], "spacing": [1e6, 1, 1]}, "position": [1, 0, 0]})"),
+       "scene.json: /bodies/0: the repeats reach further than 1e7 m from the origin"},
+      {with_shape("\"ball\""),
+       "scene.json: /bodies/0/shapes/0: no shape \"ball\" in /shapes; none is defined"},
+      {with_shape("{}"), "scene.json: /bodies/0/shapes/0: the key \"type\" is missing"},
+      {with_shape(R"({"type": "cone"})"),
+       "scene.json: /bodies/0/shapes/0/type: \"cone\" is none of: sphere, capsule, box"},
+      {with_shape(R"({"type": "sphere", "radius": 0})"),
+       "scene.json: /bodies/0/shapes/0/radius: 0 must be from 0.0001 to 100000"},
+      {with_shape(R"({"type": "sphere", "radius": 1, "half_height": 1})"),
+       "scene.json: /bodies/0/shapes/0/half_height: unknown key; known here: type, radius, material, "
+       "position, "
+       "rotation, filter, user_data"},
+      {with_shape(ball + R"(, "material": "wood"})"),
+       "scene.json: /bodies/0/shapes/0/material: no material \"wood\" in /materials; none is defined"},
+      {with_shape(ball + R"(, "filter": {"mask": -1}})"),
+       "scene.json: /bodies/0/shapes/0/filter/mask: -1 must be a whole number from 0 to 4294967295"},
+  };
+  for (const auto& [text, error] : mistakes) EXPECT_EQ(error_of(text), error) << text;
+}
+
+TEST(SceneFile, NumbersThatNoFloatHoldsAreErrors) {
+  EXPECT_NE(error_of(R"({"bodies": [], "gravity": [0, 1e999, 0]})"), "no error");
+  EXPECT_NE(error_of(R"({"bodies": [], "gravity": [0, 1e300, 0]})"), "no error");
+  EXPECT_NE(error_of(with_body(R"({"linear_velocity": [1e39, 0, 0]})")), "no error");
+}
+
+TEST(SceneFile, MissingFilesDirectoriesAndEmptyFilesAreErrors) {
+  EXPECT_THROW(read_scene_file("/no/such/scene.json"), Error);
+  EXPECT_THROW(read_scene_file(std::filesystem::temp_directory_path().string()), Error);
+}
+
+TEST(SceneFile, TheExamplesAreScenes) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(SCREE_EXAMPLES)) {
+    const Scene scene = read_scene_file(entry.path().string());
+    EXPECT_GT(scene.bodies.size(), 1u) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 2);
+}
+
+}  // namespace
+}  // namespace scree::scenes

@@ -1,0 +1,112 @@
+// Figures -> table and JSON; see report.h.
+#include <tools/command/report.h>
+
+#include <cstdarg>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace scree::command {
+namespace {
+
+__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
+  char text[256];
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_end(arguments);
+  return text;
+}
+
+std::string grouped(std::int64_t count) {  // 14950 -> "14,950"; counts are never negative
+  const std::string digits = std::to_string(count);
+  std::string result;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) result += ',';
+    result += digits[i];
+  }
+  return result;
+}
+
+std::string millimeters(double meters) {
+  return format("%.4f mm", 1000.0 * meters);
+}
+
+std::string row(const std::string& name, const std::string& value) {
+  return format("  %-20s", name.c_str()) + value + "\n";
+}
+
+std::string hash_digits(std::uint64_t hash) {
+  return format("%016llx", static_cast<unsigned long long>(hash));
+}
+
+}  // namespace
+
+std::string to_table(const RunFigures& figures) {
+  constexpr double kMebi = 1024.0 * 1024.0;
+  std::string table = figures.scene + "\n";
+  if (figures.worlds > 1) table += row("worlds", grouped(figures.worlds));
+  table += row("bodies", grouped(figures.bodies) + " and " + grouped(figures.fixed_bodies) + " fixed");
+  table += row("awake bodies", grouped(figures.awake_bodies));
+  table += row("contacts", grouped(figures.contacts));
+  table += row("steps", format("%d of %.6g s with %d substeps, %d timed", figures.steps, figures.dt,
+                               figures.substeps, figures.timed_steps));
+  table += row("steps/s", format("%.1f", figures.steps_per_second()));
+  table += row("ms per step", format("%.3f mean, %.3f median, %.3f min, %.3f max", figures.ms_mean,
+                                     figures.ms_median, figures.ms_min, figures.ms_max));
+  for (std::size_t phase = 0; phase < kPhaseCount; ++phase) {
+    const double share = figures.ms_mean > 0.0 ? 100.0 * figures.phase_ms[phase] / figures.ms_mean : 0.0;
+    table += row(format("  %s", phase_name(static_cast<Phase>(phase))),
+                 format("%9.3f ms %5.1f %%", figures.phase_ms[phase], share));
+  }
+  table += row("penetration", millimeters(figures.penetration_mean) + " mean, " +
+                                  millimeters(figures.penetration_p999) + " p999, " +
+                                  millimeters(figures.penetration_max) + " max");
+  table += row("residual", format("%.3g m/s", figures.residual));
+  table += row("kinetic energy", format("%.6g J", figures.kinetic_energy));
+  table += row("peak memory", format("%.1f MiB", static_cast<double>(figures.peak_memory_bytes) / kMebi));
+  table += row("lane fill", format("%.1f %%", 100.0 * figures.lane_fill));
+  table += row("stages per step", grouped(figures.stages));
+  table += row("instruction set", isa_name(figures.isa));
+  table += row("threads", std::to_string(figures.threads));
+  table += row("hash", hash_digits(figures.hash));
+  return table;
+}
+
+std::string to_json(const RunFigures& figures) {
+  nlohmann::ordered_json json;
+  json["scene"] = figures.scene;
+  json["isa"] = isa_name(figures.isa);
+  json["threads"] = figures.threads;
+  json["worlds"] = figures.worlds;
+  json["steps"] = figures.steps;
+  json["warmup"] = figures.warmup;
+  json["timed_steps"] = figures.timed_steps;
+  json["dt"] = figures.dt;
+  json["substeps"] = figures.substeps;
+  json["bodies"] = figures.bodies;
+  json["fixed_bodies"] = figures.fixed_bodies;
+  json["awake_bodies"] = figures.awake_bodies;
+  json["contacts"] = figures.contacts;
+  json["steps_per_second"] = figures.steps_per_second();
+  json["ms_per_step"] = {{"mean", figures.ms_mean},
+                         {"median", figures.ms_median},
+                         {"min", figures.ms_min},
+                         {"max", figures.ms_max}};
+  nlohmann::ordered_json phases;
+  for (std::size_t phase = 0; phase < kPhaseCount; ++phase) {
+    phases[phase_name(static_cast<Phase>(phase))] = figures.phase_ms[phase];
+  }
+  json["phases"] = phases;
+  json["penetration"] = {{"mean", figures.penetration_mean},
+                         {"p999", figures.penetration_p999},
+                         {"max", figures.penetration_max}};
+  json["residual"] = figures.residual;
+  json["kinetic_energy"] = figures.kinetic_energy;
+  json["peak_memory_bytes"] = figures.peak_memory_bytes;
+  json["lane_fill"] = figures.lane_fill;
+  json["stages"] = figures.stages;
+  json["hash"] = hash_digits(figures.hash);
+  return json.dump(2) + "\n";
+}
+
+}  // namespace scree::command

@@ -1,0 +1,213 @@
+// Runs a scene: options -> worlds -> steps -> figures.
+#include <sys/resource.h>
+#include <tools/command/progress.h>
+#include <tools/command/run.h>
+#include <tools/scenes/scene_file.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+
+namespace scree::command {
+namespace {
+
+constexpr int kMostSteps = 1'000'000'000;
+constexpr int kMostThreads = 1024;  // WorkersOptions' limit
+constexpr int kMostSubsteps = 64;   // WorldSettings' limit
+
+// What a run consists of once scene and options are settled.
+struct Plan {
+  std::vector<scenes::Scene> worlds;
+  int steps = 0;
+  int warmup = 0;
+  float dt = 0.0f;
+};
+
+// Where a run's time went; one entry per timed step.
+struct Timing {
+  std::vector<double> step_ms;
+  std::array<double, kPhaseCount> phase_ms{};  // sums
+};
+
+bool is_built_in(const std::string& name) {
+  return std::any_of(scenes::catalog().begin(), scenes::catalog().end(),
+                     [&](const scenes::SceneInfo& info) { return info.name == name; });
+}
+
+std::vector<scenes::Scene> find_scene(const RunOptions& options) {
+  const std::string& name = options.scene;
+  const bool looks_like_file = name.ends_with(".json") || name.find('/') != std::string::npos ||
+                               std::filesystem::is_regular_file(name);
+  if (is_built_in(name) || !looks_like_file) return scenes::build(name, options.parameters);
+  if (!options.parameters.empty()) {
+    throw Error("--set " + options.parameters.begin()->first + ": a scene file has no parameters");
+  }
+  std::vector<scenes::Scene> worlds;
+  worlds.push_back(scenes::read_scene_file(name));
+  return worlds;
+}
+
+void check_range(const char* option, int value, int low, int high) {
+  if (value < low || value > high) {
+    throw Error(std::string(option) + " " + std::to_string(value) + " must be from " + std::to_string(low) +
+                " to " + std::to_string(high));
+  }
+}
+
+void check_options(const RunOptions& options) {
+  if (options.steps) check_range("--steps", *options.steps, 1, kMostSteps);
+  if (options.substeps) check_range("--substeps", *options.substeps, 1, kMostSubsteps);
+  if (options.warmup) check_range("--warmup", *options.warmup, 0, kMostSteps);
+  check_range("--threads", options.threads, 0, kMostThreads);
+  if (options.dt && !(*options.dt >= 0.0 && *options.dt <= 1.0)) {
+    throw Error("--dt " + std::to_string(*options.dt) + " must be from 0 to 1 seconds");
+  }
+  if (!is_supported(options.isa)) {
+    throw Error(std::string("--isa ") + isa_name(options.isa) +
+                ": this processor or this build has no such instruction set");
+  }
+}
+
+Plan make_plan(const RunOptions& options) {
+  check_options(options);
+  Plan plan;
+  plan.worlds = find_scene(options);
+  const scenes::Scene& first = plan.worlds.front();
+  plan.steps = options.steps.value_or(first.steps);
+  plan.dt = options.dt ? static_cast<float>(*options.dt) : first.dt;
+  plan.warmup = options.warmup.value_or(std::min(1, plan.steps - 1));
+  if (plan.warmup >= plan.steps) {
+    throw Error("--warmup " + std::to_string(plan.warmup) + " must be below the " +
+                std::to_string(plan.steps) + " steps of the run");
+  }
+  for (scenes::Scene& scene : plan.worlds) {
+    if (options.substeps) scene.settings.substeps = *options.substeps;
+    if (options.no_sleep) scene.settings.sleeping = false;
+  }
+  return plan;
+}
+
+void measure_quality(std::vector<World>& worlds) {
+  for (World& world : worlds) {
+    WorldSettings settings = world.settings();
+    settings.measure_residual = true;
+    settings.measure_penetration = true;
+    world.set_settings(settings);
+  }
+}
+
+// Steps all worlds once; milliseconds.
+double step_all(std::vector<World>& worlds, float dt, Workers& workers) {
+  const auto start = std::chrono::steady_clock::now();
+  for (World& world : worlds) step(world, dt, workers);
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Quality is measured in the last step, which is left out of the times unless it is the only one.
+Timing simulate(std::vector<World>& worlds, const Plan& plan, Workers& workers, Progress& progress) {
+  Timing timing;
+  for (int i = 0; i < plan.steps; ++i) {
+    const bool last = i + 1 == plan.steps;
+    if (last) measure_quality(worlds);
+    const double milliseconds = step_all(worlds, plan.dt, workers);
+    progress.show(i + 1);
+    if (i < plan.warmup || (last && !timing.step_ms.empty())) continue;
+    timing.step_ms.push_back(milliseconds);
+    for (const World& world : worlds) {
+      for (std::size_t phase = 0; phase < kPhaseCount; ++phase) {
+        timing.phase_ms[phase] += world.stats().phase_ms[phase];
+      }
+    }
+  }
+  progress.finish();
+  return timing;
+}
+
+void add_times(Timing timing, RunFigures& figures) {
+  std::vector<double>& times = timing.step_ms;
+  const auto count = static_cast<double>(times.size());
+  figures.timed_steps = static_cast<int>(times.size());
+  double sum = 0.0;
+  for (const double time : times) sum += time;
+  figures.ms_mean = sum / count;
+  std::sort(times.begin(), times.end());
+  const std::size_t middle = times.size() / 2;
+  figures.ms_median = times.size() % 2 == 1 ? times[middle] : 0.5 * (times[middle - 1] + times[middle]);
+  figures.ms_min = times.front();
+  figures.ms_max = times.back();
+  for (std::size_t phase = 0; phase < kPhaseCount; ++phase) {
+    figures.phase_ms[phase] = timing.phase_ms[phase] / count;
+  }
+}
+
+void add_quality(const std::vector<World>& worlds, RunFigures& figures) {
+  double penetration_sum = 0.0;
+  double fill_sum = 0.0;
+  for (const World& world : worlds) {
+    const StepStats& stats = world.stats();
+    figures.contacts += stats.contacts;
+    figures.awake_bodies += stats.awake_bodies;
+    figures.stages += stats.stages;
+    figures.kinetic_energy += stats.kinetic_energy;
+    figures.residual = std::max(figures.residual, stats.residual);
+    figures.penetration_max = std::max(figures.penetration_max, stats.penetration_max);
+    figures.penetration_p999 = std::max(figures.penetration_p999, stats.penetration_p999);
+    penetration_sum += stats.penetration_mean * static_cast<double>(stats.contacts);
+    fill_sum += stats.lane_fill;
+  }
+  if (figures.contacts > 0) {
+    figures.penetration_mean = penetration_sum / static_cast<double>(figures.contacts);
+  }
+  figures.lane_fill = fill_sum / static_cast<double>(worlds.size());
+}
+
+// One world's own hash; of several, FNV-1a (Fowler, Noll, Vo) over the hashes' bytes in order.
+std::uint64_t hash_all(const std::vector<World>& worlds) {
+  if (worlds.size() == 1) return worlds.front().hash();
+  std::uint64_t combined = 0xcbf29ce484222325u;
+  for (const World& world : worlds) {
+    const std::uint64_t hash = world.hash();
+    for (int byte = 0; byte < 8; ++byte)
+      combined = (combined ^ ((hash >> (8 * byte)) & 0xff)) * 0x100000001b3u;
+  }
+  return combined;
+}
+
+std::uint64_t peak_memory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux reports KiB
+}
+
+}  // namespace
+
+RunFigures run(const RunOptions& options) {
+  Plan plan = make_plan(options);
+  Workers workers(WorkersOptions{.threads = options.threads, .isa = options.isa});
+  RunFigures figures;
+  figures.scene = plan.worlds.front().name;
+  figures.isa = workers.isa();
+  figures.threads = workers.threads();
+  figures.worlds = static_cast<int>(plan.worlds.size());
+  figures.steps = plan.steps;
+  figures.warmup = plan.warmup;
+  figures.dt = static_cast<double>(plan.dt);
+  figures.substeps = plan.worlds.front().settings.substeps;
+  Progress progress(figures.scene, plan.steps, !options.quiet);
+  std::vector<World> worlds;
+  worlds.reserve(plan.worlds.size());
+  for (scenes::Scene& scene : plan.worlds) {
+    scenes::populate(worlds.emplace_back(scene.settings), scene);
+    for (const scenes::SceneBody& body : scene.bodies) {
+      ++(body.def.type == BodyType::fixed ? figures.fixed_bodies : figures.bodies);
+    }
+    scene = {};  // a million bodies need not be there twice
+  }
+  add_times(simulate(worlds, plan, workers, progress), figures);
+  add_quality(worlds, figures);
+  figures.hash = hash_all(worlds);
+  figures.peak_memory_bytes = peak_memory_bytes();
+  return figures;
+}
+
+}  // namespace scree::command

@@ -1,0 +1,66 @@
+// One run of a scene, from options to figures. report.cpp shows the figures.
+#pragma once
+
+#include <scree/scree.h>
+#include <tools/scenes/scene.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace scree::command {
+
+struct RunOptions {
+  std::string scene;              // a built-in name or a scene file
+  scenes::Parameters parameters;  // of a built-in scene
+  std::optional<int> steps;       // all of them, the warm-up included; default: the scene's
+  std::optional<double> dt;       // s; default: the scene's
+  std::optional<int> substeps;    // default: the scene's
+  int threads = 0;                // 0: one per core
+  Isa isa = Isa::automatic;
+  std::optional<int> warmup;  // untimed steps at the start; default 1 where there are that many
+  bool no_sleep = false;
+  bool quiet = false;  // no progress
+};
+
+// What a run has to tell. Counts, energy and stages are sums over the worlds, penetrations and residual the
+// largest, the mean penetration the mean over all contacts.
+struct RunFigures {
+  std::string scene;
+  Isa isa = Isa::scalar;
+  int threads = 1;
+  int worlds = 1;
+  int steps = 0;
+  int warmup = 0;
+  int timed_steps = 0;
+  double dt = 0.0;
+  int substeps = 0;
+  std::int64_t bodies = 0;  // that can move
+  std::int64_t fixed_bodies = 0;
+  std::int64_t awake_bodies = 0;  // at the end, as all that follows
+  std::int64_t contacts = 0;      // touching manifolds
+  double ms_mean = 0.0;
+  double ms_median = 0.0;
+  double ms_min = 0.0;
+  double ms_max = 0.0;
+  std::array<double, kPhaseCount> phase_ms{};  // mean over the timed steps
+  double penetration_mean = 0.0;
+  double penetration_p999 = 0.0;
+  double penetration_max = 0.0;
+  double residual = 0.0;
+  double kinetic_energy = 0.0;
+  std::uint64_t peak_memory_bytes = 0;
+  double lane_fill = 1.0;
+  std::int64_t stages = 0;
+  std::uint64_t hash = 0;
+
+  double steps_per_second() const { return ms_mean > 0.0 ? 1000.0 / ms_mean : 0.0; }
+};
+
+// Checks the options, builds the scene, runs it, and shows progress on standard error. Throws scree::Error
+// for bad options.
+RunFigures run(const RunOptions& options);
+
+}  // namespace scree::command

@@ -1,0 +1,38 @@
+// The built-in scenes, one function each; catalog.cpp lists them and checks their parameters.
+#pragma once
+
+#include <tools/scenes/scene.h>
+
+#include <cstdint>
+
+namespace scree::scenes {
+
+// Every builder may rely on complete parameters within the catalog's limits.
+Scene large_pyramid(const Parameters& parameters);
+Scene many_pyramids(const Parameters& parameters);
+Scene pile(const Parameters& parameters);
+Scene stack(const Parameters& parameters);
+Scene wall(const Parameters& parameters);
+Scene card_house(const Parameters& parameters);
+Scene slope(const Parameters& parameters);
+Scene spheres_in_box(const Parameters& parameters);
+std::vector<Scene> many_worlds(const Parameters& parameters);
+
+// --- what they are made of ---
+
+/// An empty scene under the 10 m/s^2 that published benchmarks use.
+Scene start_scene(const char* name, int steps);
+/// Adds a shape for bodies to share; returns its place.
+std::uint32_t add_shape(Scene& scene, const Geometry& geometry, const Material& material = {},
+                        const ShapeOptions& options = {});
+void add_body(Scene& scene, const BodyDef& def, std::uint32_t first_shape, std::uint32_t shape_count = 1);
+/// A fixed box whose top is the plane y = 0.
+void add_ground(Scene& scene, float half_width, const Material& material = {});
+/// A fixed floor at y = 0 with four walls around the square |x|, |z| < half_width, closed above if asked.
+void add_pit(Scene& scene, float half_width, float height, bool lid = false);
+
+/// The parameter as a whole number.
+int whole(const Parameters& parameters, const char* name);
+float real(const Parameters& parameters, const char* name);
+
+}  // namespace scree::scenes

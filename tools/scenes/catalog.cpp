@@ -1,0 +1,190 @@
+// The catalog of built-in scenes: names, parameters, their limits, and the parts that builders share.
+#include <tools/scenes/builders.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace scree::scenes {
+namespace {
+
+struct ParameterRule {
+  const char* name;
+  double value;  // default
+  double low;
+  double high;
+  bool whole = true;
+};
+
+struct Entry {
+  const char* name;
+  const char* summary;
+  std::vector<ParameterRule> parameters;
+  std::vector<Scene> (*build)(const Parameters& parameters);
+};
+
+template <Scene (*builder)(const Parameters&)>
+std::vector<Scene> one_world(const Parameters& parameters) {
+  std::vector<Scene> worlds;
+  worlds.push_back(builder(parameters));
+  return worlds;
+}
+
+constexpr double kMostBodies = 1e7;       // about 5 GB of world; more is surely a slip of the finger
+constexpr double kMostSeed = 0x1p53 - 1;  // whole numbers that a double holds exactly
+
+const std::vector<Entry>& entries() {
+  static const std::vector<Entry> kEntries = {
+      {"large_pyramid",
+       "one pyramid of boxes, 100 wide at its base: 5050 boxes, 14,950 contacts",
+       {{"base", 100, 1, 1000}},
+       one_world<large_pyramid>},
+      {"many_pyramids",
+       "14 x 14 small pyramids of boxes, 10 wide: 10,780 boxes, 28,420 contacts",
+       {{"base", 10, 1, 100}, {"columns", 14, 1, 100}, {"rows", 14, 1, 100}},
+       one_world<many_pyramids>},
+      {"pile",
+       "mixed boxes, spheres and capsules poured into a walled pit",
+       {{"bodies", 20000, 10, kMostBodies}, {"seed", 1, 0, kMostSeed}},
+       one_world<pile>},
+      {"stack", "boxes of 1 m, one on top of the other", {{"bodies", 100, 1, 10000}}, one_world<stack>},
+      {"wall",
+       "a brick wall in running bond",
+       {{"columns", 40, 1, 1000}, {"rows", 20, 1, 1000}},
+       one_world<wall>},
+      {"card_house",
+       "a house of cards 1 cm thick, leaning pairs under flat ones",
+       {{"stories", 4, 1, 20}},
+       one_world<card_house>},
+      {"slope",
+       "boxes of several frictions on a ramp; those below tan(angle) slide",
+       {{"angle", 20, 0, 60, false},
+        {"boxes", 11, 1, 1000},
+        {"friction_max", 0.6, 0, 10, false},
+        {"friction_min", 0.1, 0, 10, false}},
+       one_world<slope>},
+      {"spheres_in_box",
+       "equal spheres dropped into a closed box",
+       {{"bodies", 1000, 1, kMostBodies}, {"seed", 1, 0, kMostSeed}},
+       one_world<spheres_in_box>},
+      {"many_worlds",
+       "independent small piles, each a world of its own",
+       {{"bodies", 100, 10, 100000}, {"seed", 1, 0, kMostSeed - 100000}, {"worlds", 1000, 1, 100000}},
+       many_worlds},
+  };
+  return kEntries;
+}
+
+std::string text(double value) {
+  std::ostringstream out;
+  out.precision(15);
+  out << value;
+  return out.str();
+}
+
+template <class List, class Name>
+std::string join(const List& list, Name name) {
+  std::string joined;
+  for (const auto& item : list) joined += (joined.empty() ? "" : ", ") + std::string(name(item));
+  return joined;
+}
+
+const Entry& find_entry(const std::string& name) {
+  for (const Entry& entry : entries()) {
+    if (name == entry.name) return entry;
+  }
+  throw Error("unknown scene \"" + name +
+              "\"; there are: " + join(entries(), [](const Entry& entry) { return entry.name; }));
+}
+
+void check(const Entry& entry, const ParameterRule& rule, double value) {
+  const std::string start =
+      "scene " + std::string(entry.name) + ": " + rule.name + " = " + text(value) + " must be ";
+  if (rule.whole && value != std::floor(value)) throw Error(start + "a whole number");
+  // Written so that NaN fails.
+  if (!(value >= rule.low && value <= rule.high)) {
+    throw Error(start + "from " + text(rule.low) + " to " + text(rule.high));
+  }
+}
+
+// The defaults overlaid with what the caller gave.
+Parameters complete(const Entry& entry, const Parameters& given) {
+  Parameters all;
+  for (const ParameterRule& rule : entry.parameters) all[rule.name] = rule.value;
+  for (const auto& [name, value] : given) {
+    const auto rule =
+        std::find_if(entry.parameters.begin(), entry.parameters.end(),
+                     [&, &asked = name](const ParameterRule& candidate) { return asked == candidate.name; });
+    if (rule == entry.parameters.end()) {
+      throw Error("scene " + std::string(entry.name) + " has no parameter \"" + name + "\"; it has: " +
+                  join(entry.parameters, [](const ParameterRule& candidate) { return candidate.name; }));
+    }
+    check(entry, *rule, value);
+    all[name] = value;
+  }
+  return all;
+}
+
+}  // namespace
+
+const std::vector<SceneInfo>& catalog() {
+  static const std::vector<SceneInfo> kCatalog = [] {
+    std::vector<SceneInfo> list;
+    for (const Entry& entry : entries()) list.push_back({entry.name, entry.summary, complete(entry, {})});
+    return list;
+  }();
+  return kCatalog;
+}
+
+std::vector<Scene> build(const std::string& name, const Parameters& parameters) {
+  const Entry& entry = find_entry(name);
+  return entry.build(complete(entry, parameters));
+}
+
+Scene start_scene(const char* name, int steps) {
+  Scene scene;
+  scene.name = name;
+  scene.settings.gravity = {0.0f, -10.0f, 0.0f};
+  scene.steps = steps;
+  return scene;
+}
+
+std::uint32_t add_shape(Scene& scene, const Geometry& geometry, const Material& material,
+                        const ShapeOptions& options) {
+  scene.shapes.push_back({geometry, material, options});
+  return static_cast<std::uint32_t>(scene.shapes.size() - 1);
+}
+
+void add_body(Scene& scene, const BodyDef& def, std::uint32_t first_shape, std::uint32_t shape_count) {
+  scene.bodies.push_back({def, first_shape, shape_count});
+}
+
+void add_ground(Scene& scene, float half_width, const Material& material) {
+  const std::uint32_t shape = add_shape(scene, Box{{half_width, 1.0f, half_width}}, material);
+  add_body(scene, {.type = BodyType::fixed, .position = {0.0f, -1.0f, 0.0f}}, shape);
+}
+
+void add_pit(Scene& scene, float half_width, float height, bool lid) {
+  constexpr float kThick = 1.0f;  // m, half: nothing that falls 50 m crosses it within a step
+  const float outer = half_width + 2.0f * kThick;
+  const auto add = [&](Vec3 half_extents, Vec3 position) {
+    return add_shape(scene, Box{half_extents}, {}, {.local_pose = {position, {}}});
+  };
+  const std::uint32_t first = add({outer, kThick, outer}, {0.0f, -kThick, 0.0f});
+  for (const float side : {-1.0f, 1.0f}) {
+    const float center = side * (half_width + kThick);
+    add({kThick, 0.5f * height, outer}, {center, 0.5f * height, 0.0f});
+    add({half_width, 0.5f * height, kThick}, {0.0f, 0.5f * height, center});
+  }
+  if (lid) add({outer, kThick, outer}, {0.0f, height + kThick, 0.0f});
+  add_body(scene, {.type = BodyType::fixed}, first, lid ? 6 : 5);
+}
+
+int whole(const Parameters& parameters, const char* name) {
+  return static_cast<int>(parameters.at(name));
+}
+float real(const Parameters& parameters, const char* name) {
+  return static_cast<float>(parameters.at(name));
+}
+
+}  // namespace scree::scenes

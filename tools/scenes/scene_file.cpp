@@ -1,0 +1,289 @@
+// Scene files -> scenes. The schema stands in README.md beside this file.
+#include <tools/scenes/angles.h>
+#include <tools/scenes/json_node.h>
+#include <tools/scenes/scene_file.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace scree::scenes {
+namespace {
+
+// The library's own limits (body.h, shapes.h, world.h), repeated here so that errors can name the place.
+constexpr Range kAny{-3e38, 3e38};
+constexpr Range kNotNegative{0.0, 3e38};
+constexpr Range kPositive{1e-30, 3e38};
+constexpr Range kLength{1e-4, 1e5};    // m, of shapes
+constexpr Range kPosition{-1e7, 1e7};  // m
+constexpr std::int64_t kMostBodies = 10'000'000;
+constexpr std::int64_t kMostSteps = 1'000'000'000;
+
+using Materials = std::map<std::string, Material>;
+using NamedShapes = std::map<std::string, SceneShape>;
+
+std::string known_names(const auto& named) {
+  std::string list;
+  for (const auto& [name, unused] : named) list += (list.empty() ? "" : ", ") + name;
+  return list.empty() ? "none is defined" : "defined are: " + list;
+}
+
+Quat read_rotation(const Node& node) {
+  if (node.is_object()) {
+    Members members(node);
+    const Vec3 axis = members.require("axis").vector({-1e6, 1e6});
+    if (axis == Vec3{}) members.require("axis").fail("must not be zero");
+    const double degrees = members.require("degrees").precise_number({-1e6, 1e6});
+    members.finish();
+    return rotation_about(axis, degrees);
+  }
+  if (!node.is_array())
+    node.fail("expected a quaternion [x, y, z, w] or {\"axis\": [x, y, z], \"degrees\": d}");
+  const std::vector<Node> parts = node.elements(4, "numbers (x, y, z, w)");
+  const Quat q{parts[0].number(kAny), parts[1].number(kAny), parts[2].number(kAny), parts[3].number(kAny)};
+  const double length = std::sqrt(static_cast<double>(q.x) * q.x + static_cast<double>(q.y) * q.y +
+                                  static_cast<double>(q.z) * q.z + static_cast<double>(q.w) * q.w);
+  if (!(std::abs(length - 1.0) <= 1e-3)) node.fail("a quaternion must have length 1 within 0.001");
+  return q;
+}
+
+void read_rotation(Members& members, Quat& out) {
+  if (const Node* node = members.find("rotation")) out = read_rotation(*node);
+}
+
+void read_mix(Members& members, const char* key, MixRule& out) {
+  constexpr const char* kRules[] = {"minimum", "average", "product", "geometric_mean", "maximum"};
+  if (const Node* node = members.find(key)) out = static_cast<MixRule>(node->choice(kRules));
+}
+
+Material read_material(const Node& node) {
+  Material material;
+  Members members(node);
+  members.read("friction", material.friction, kNotNegative);
+  members.read("restitution", material.restitution, {0.0, 1.0});
+  members.read("rolling_resistance", material.rolling_resistance, kNotNegative);
+  members.read("density", material.density, kPositive);
+  members.read("surface_velocity", material.surface_velocity, kAny);
+  read_mix(members, "friction_mix", material.friction_mix);
+  read_mix(members, "restitution_mix", material.restitution_mix);
+  members.finish();
+  return material;
+}
+
+Filter read_filter(const Node& node) {
+  Filter filter;
+  Members members(node);
+  constexpr std::int64_t kMostBits = 0xffffffff;
+  if (const Node* bits = members.find("category")) {
+    filter.category = static_cast<std::uint32_t>(bits->integer(0, kMostBits));
+  }
+  if (const Node* bits = members.find("mask")) {
+    filter.mask = static_cast<std::uint32_t>(bits->integer(0, kMostBits));
+  }
+  if (const Node* group = members.find("group")) {
+    filter.group = static_cast<std::int32_t>(group->integer(-0x7fffffff, 0x7fffffff));
+  }
+  members.finish();
+  return filter;
+}
+
+Geometry read_geometry(Members& members) {
+  constexpr const char* kTypes[] = {"sphere", "capsule", "box"};
+  switch (members.require("type").choice(kTypes)) {
+    case 0:
+      return Sphere{members.require("radius").number(kLength)};
+    case 1: {
+      const float half_height = members.require("half_height").number(kLength);
+      return Capsule{half_height, members.require("radius").number(kLength)};
+    }
+    default:
+      return Box{members.require("half_extents").vector(kLength)};
+  }
+}
+
+SceneShape read_shape(const Node& node, const Materials& materials, const NamedShapes& named) {
+  if (node.is_string()) {
+    const auto found = named.find(node.string());
+    if (found == named.end()) {
+      node.fail("no shape \"" + node.string() + "\" in /shapes; " + known_names(named));
+    }
+    return found->second;
+  }
+  if (!node.is_object()) node.fail("expected the name of a shape or an object");
+  SceneShape shape;
+  Members members(node);
+  shape.geometry = read_geometry(members);
+  if (const Node* material = members.find("material")) {
+    if (material->is_string()) {
+      const auto found = materials.find(material->string());
+      if (found == materials.end()) {
+        material->fail("no material \"" + material->string() + "\" in /materials; " + known_names(materials));
+      }
+      shape.material = found->second;
+    } else if (material->is_object()) {
+      shape.material = read_material(*material);
+    } else {
+      material->fail("expected the name of a material or an object");
+    }
+  }
+  members.read("position", shape.options.local_pose.position, kPosition);
+  read_rotation(members, shape.options.local_pose.rotation);
+  if (const Node* filter = members.find("filter")) shape.options.filter = read_filter(*filter);
+  if (const Node* data = members.find("user_data")) shape.options.user_data = data->bits64();
+  members.finish();
+  return shape;
+}
+
+AxisLocks read_locks(const Node& node) {
+  constexpr const char* kLocks[] = {"translation_x", "translation_y", "translation_z",
+                                    "rotation_x",    "rotation_y",    "rotation_z"};
+  AxisLocks locks = AxisLocks::none;
+  for (const Node& element : node.elements()) {
+    locks = locks | static_cast<AxisLocks>(1u << element.choice(kLocks));
+  }
+  return locks;
+}
+
+BodyDef read_body_def(Members& members) {
+  constexpr const char* kTypes[] = {"fixed", "kinematic", "dynamic"};
+  BodyDef def;
+  if (const Node* type = members.find("type")) def.type = static_cast<BodyType>(type->choice(kTypes));
+  members.read("position", def.position, kPosition);
+  read_rotation(members, def.rotation);
+  members.read("linear_velocity", def.linear_velocity, kAny);
+  members.read("angular_velocity", def.angular_velocity, kAny);
+  members.read("linear_damping", def.linear_damping, kNotNegative);
+  members.read("angular_damping", def.angular_damping, kNotNegative);
+  members.read("gravity_factor", def.gravity_factor, kAny);
+  if (const Node* locks = members.find("locks")) def.locks = read_locks(*locks);
+  if (const Node* mass = members.find("mass")) def.mass = mass->number(kPositive);
+  members.read("can_sleep", def.can_sleep);
+  if (const Node* data = members.find("user_data")) def.user_data = data->bits64();
+  return def;
+}
+
+struct Repeat {
+  std::array<std::int64_t, 3> count{1, 1, 1};
+  Vec3 spacing;
+};
+
+Repeat read_repeat(const Node& node) {
+  Repeat repeat;
+  Members members(node);
+  const Node& count = members.require("count");
+  const std::vector<Node> counts = count.elements(3, "whole numbers");
+  for (std::size_t axis = 0; axis < 3; ++axis) repeat.count[axis] = counts[axis].integer(1, kMostBodies);
+  const double total = static_cast<double>(repeat.count[0]) * static_cast<double>(repeat.count[1]) *
+                       static_cast<double>(repeat.count[2]);
+  if (total > static_cast<double>(kMostBodies)) {
+    count.fail("more than " + std::to_string(kMostBodies) + " bodies");
+  }
+  repeat.spacing = members.require("spacing").vector(kPosition);
+  members.finish();
+  return repeat;
+}
+
+// The body at every place of the grid; x runs fastest, then y, then z.
+void add_repeated(Scene& scene, const Node& body, const BodyDef& def, std::uint32_t first_shape,
+                  std::uint32_t shape_count, const Repeat& repeat) {
+  const double total = static_cast<double>(repeat.count[0] * repeat.count[1] * repeat.count[2]);
+  if (static_cast<double>(scene.bodies.size()) + total > static_cast<double>(kMostBodies)) {
+    body.fail("with this body the scene has more than " + std::to_string(kMostBodies) + " bodies");
+  }
+  for (std::int64_t z = 0; z < repeat.count[2]; ++z) {
+    for (std::int64_t y = 0; y < repeat.count[1]; ++y) {
+      for (std::int64_t x = 0; x < repeat.count[0]; ++x) {
+        SceneBody copy{def, first_shape, shape_count};
+        copy.def.position.x += static_cast<float>(x) * repeat.spacing.x;
+        copy.def.position.y += static_cast<float>(y) * repeat.spacing.y;
+        copy.def.position.z += static_cast<float>(z) * repeat.spacing.z;
+        scene.bodies.push_back(copy);
+      }
+    }
+  }
+  const Vec3 last = scene.bodies.back().def.position;
+  for (const float component : {last.x, last.y, last.z}) {
+    if (!(std::abs(component) <= 1e7f)) body.fail("the repeats reach further than 1e7 m from the origin");
+  }
+}
+
+void read_body(const Node& node, const Materials& materials, const NamedShapes& named, Scene& scene) {
+  Members members(node);
+  const BodyDef def = read_body_def(members);
+  const auto first_shape = static_cast<std::uint32_t>(scene.shapes.size());
+  std::uint32_t shape_count = 0;
+  if (const Node* shapes = members.find("shapes")) {
+    for (const Node& shape : shapes->elements()) {
+      scene.shapes.push_back(read_shape(shape, materials, named));
+      ++shape_count;
+    }
+  }
+  Repeat repeat;
+  if (const Node* grid = members.find("repeat")) repeat = read_repeat(*grid);
+  members.finish();
+  add_repeated(scene, node, def, first_shape, shape_count, repeat);
+}
+
+void read_settings(const Node& node, WorldSettings& settings) {
+  Members members(node);
+  members.read("substeps", settings.substeps, 1, 64);
+  members.read("contact_hertz", settings.contact_hertz, kPositive);
+  members.read("contact_damping_ratio", settings.contact_damping_ratio, kNotNegative);
+  members.read("push_speed", settings.push_speed, kNotNegative);
+  members.read("restitution_threshold", settings.restitution_threshold, kNotNegative);
+  members.read("max_linear_speed", settings.max_linear_speed, kPositive);
+  members.read("max_angular_speed", settings.max_angular_speed, kPositive);
+  members.read("warm_start", settings.warm_start);
+  members.read("sleeping", settings.sleeping);
+  members.read("sleep_linear_speed", settings.sleep_linear_speed, kNotNegative);
+  members.read("sleep_angular_speed", settings.sleep_angular_speed, kNotNegative);
+  members.read("sleep_time", settings.sleep_time, kNotNegative);
+  members.finish();
+}
+
+}  // namespace
+
+Scene parse_scene(const std::string& source, const std::string& file) {
+  const nlohmann::json document = parse_json(source, file);
+  const Node root(document, file);
+  Members members(root);
+  Scene scene;
+  scene.name = std::filesystem::path(file).stem().string();
+  members.read("name", scene.name);
+  members.read("gravity", scene.settings.gravity, {-1e6, 1e6});
+  if (const Node* settings = members.find("settings")) read_settings(*settings, scene.settings);
+  if (const Node* steps = members.find("steps")) {
+    scene.steps = static_cast<int>(steps->integer(1, kMostSteps));
+  }
+  members.read("dt", scene.dt, {0.0, 1.0});
+  Materials materials;
+  if (const Node* list = members.find("materials")) {
+    for (const auto& [name, node] : list->members()) materials[name] = read_material(node);
+  }
+  NamedShapes named;
+  if (const Node* list = members.find("shapes")) {
+    for (const auto& [name, node] : list->members()) {
+      if (!node.is_object()) node.fail("expected an object");
+      named[name] = read_shape(node, materials, {});
+    }
+  }
+  const Node& bodies = members.require("bodies");
+  members.finish();
+  for (const Node& body : bodies.elements()) read_body(body, materials, named, scene);
+  return scene;
+}
+
+Scene read_scene_file(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::ostringstream text;
+  // A directory opens and then fails to read.
+  if (!stream || std::filesystem::is_directory(path) || !(text << stream.rdbuf())) {
+    throw Error(path + ": cannot be read, or is empty");
+  }
+  return parse_scene(text.str(), path);
+}
+
+}  // namespace scree::scenes

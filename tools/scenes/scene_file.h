@@ -1,0 +1,17 @@
+// Scene files: scenes as JSON documents. tools/scenes/README.md states the schema.
+#pragma once
+
+#include <tools/scenes/scene.h>
+
+#include <string>
+
+namespace scree::scenes {
+
+/// Reads a scene file. Throws scree::Error with the file, the place in the document (a JSON pointer; line and
+/// column where the text is not JSON) and the reason.
+Scene read_scene_file(const std::string& path);
+
+/// Reads a scene from a text; `file` is the name that errors and a scene without a name carry.
+Scene parse_scene(const std::string& text, const std::string& file);
+
+}  // namespace scree::scenes
