@@ -1,7 +1,70 @@
+// Narrow-phase kernels: candidate pairs of one type pair in, manifolds out.
+//
+// Filled by simd/kernels/collide*.cpp, called by parallel/collide. A lane is one pair of shapes.
 #pragma once
+
+#include <core/plain/manifold.h>
+#include <core/plain/rows.h>
+
+#include <cstdint>
 
 namespace scree::simd {
 
-struct CollideKernels {};
+// Pairs of shape types, each with a kernel of its own. "First" is the shape of the lower type, and of the
+// lower index where both are of one type.
+enum CollideType : int {
+  kSphereSphere,
+  kSphereCapsule,
+  kSphereBox,
+  kCapsuleCapsule,
+  kCapsuleBox,
+  kBoxBox,
+  kCollideTypes,
+};
+
+// Pairs per call at most: the survivors of a call fit on its stack, and a call is worth a claim of the crew.
+inline constexpr int kCollideChunk = 128;
+
+enum CollideItemFlag : std::int32_t {
+  kItemFlip = 1,    // the manifold's body A is the second shape's
+  kItemStatic = 2,  // body A is not dynamic
+  kItemFixed = 4,   // body A is fixed: constraints read the fixed world's row
+};
+
+// One pair to collide.
+struct alignas(32) CollideItem {
+  std::int32_t shape_1;
+  std::int32_t shape_2;
+  std::int32_t body_1;
+  std::int32_t body_2;
+  std::int32_t row;       // of the contact
+  std::int32_t previous;  // row of its manifold of the last step, -1: none
+  std::int32_t flags;     // CollideItemFlag
+  std::int32_t padding;
+};
+
+// Columns that the kernels read and write.
+struct CollideColumns {
+  const PoseRow* shape_pose;
+  const ExtentRow* shape_extent;
+  const MaterialRow* shape_material;
+  const PoseRow* body_pose;
+  // Rows of the last step, by CollideItem::previous. They may be the rows that are written: a pair reads only
+  // its own, and before it writes.
+  const Manifold* previous_manifold;
+  const ManifoldFeatures* previous_features;
+  const ContactSurface* previous_surface;
+  Manifold* manifold;
+  ManifoldFeatures* features;
+  ContactSurface* surface;  // written where the contact is rich
+  std::uint8_t* points;     // number of points of the row
+};
+
+struct CollideKernels {
+  // Collides up to kCollideChunk items, all of one type pair. Without contact only `points` and
+  // Manifold::info of the row are sure to be written.
+  using Collide = void (*)(const CollideColumns& columns, const CollideItem* items, int count);
+  Collide collide[kCollideTypes];
+};
 
 }  // namespace scree::simd

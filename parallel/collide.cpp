@@ -1,0 +1,232 @@
+// Narrow phase: candidate pairs -> manifolds. Written: contacts.now (manifold, features, surface, color) and
+// contacts.touching. Read by find_islands, color_constraints and pack_blocks.
+//
+// Rows are grouped by type pair with a counting sort, each group goes through its kernel in chunks, and the
+// touching rows are listed. Every pass runs in parallel over fixed chunks, and nothing depends on their
+// order.
+#include <parallel/narrow_phase.h>
+#include <parallel/stages.h>
+
+namespace scree {
+
+namespace {
+
+using simd::CollideItem;
+
+// NarrowPhase::kind: a simd::CollideType, or that the row is left alone, or that its pair cannot collide.
+constexpr std::uint8_t kTypeMask = 15;
+constexpr std::uint8_t kSkipped = 14;  // nobody is awake: the row keeps its contents
+constexpr std::uint8_t kNever = 15;    // no dynamic body
+constexpr std::uint8_t kWakeful = 16;  // has an awake dynamic body
+
+bool is_dynamic(BodyType type) {
+  return type == BodyType::dynamic;
+}
+
+simd::CollideType collide_type(ShapeType a, ShapeType b) {
+  constexpr simd::CollideType kTypes[kShapeTypeCount][kShapeTypeCount] = {
+      {simd::kSphereSphere, simd::kSphereCapsule, simd::kSphereBox},
+      {simd::kSphereCapsule, simd::kCapsuleCapsule, simd::kCapsuleBox},
+      {simd::kSphereBox, simd::kCapsuleBox, simd::kBoxBox}};
+  return kTypes[static_cast<int>(a)][static_cast<int>(b)];
+}
+
+std::uint8_t classify(const WorldData& data, ShapePair pair) {
+  const std::size_t body_a = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.a)]);
+  const std::size_t body_b = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.b)]);
+  const BodyType type_a = data.bodies.type[body_a], type_b = data.bodies.type[body_b];
+  if (!is_dynamic(type_a) && !is_dynamic(type_b)) return kNever;
+  const bool asleep_a = (data.bodies.flags[body_a] & kBodyAsleep) != 0;
+  const bool asleep_b = (data.bodies.flags[body_b] & kBodyAsleep) != 0;
+  const bool rests_a = type_a == BodyType::fixed || asleep_a, rests_b = type_b == BodyType::fixed || asleep_b;
+  if (rests_a && rests_b) return kSkipped;
+  const bool wakeful = (is_dynamic(type_a) && !asleep_a) || (is_dynamic(type_b) && !asleep_b);
+  const auto type = collide_type(data.shapes.type[static_cast<std::size_t>(pair.a)],
+                                 data.shapes.type[static_cast<std::size_t>(pair.b)]);
+  return static_cast<std::uint8_t>(type | (wakeful ? kWakeful : 0));
+}
+
+CollideItem make_item(const WorldData& data, std::size_t row) {
+  const ShapePair pair = data.contacts.now.pair[row];
+  CollideItem item{};
+  item.shape_1 = pair.a;
+  item.shape_2 = pair.b;
+  if (data.shapes.type[static_cast<std::size_t>(pair.a)] >
+      data.shapes.type[static_cast<std::size_t>(pair.b)]) {
+    std::swap(item.shape_1, item.shape_2);
+  }
+  item.body_1 = data.shapes.body[static_cast<std::size_t>(item.shape_1)];
+  item.body_2 = data.shapes.body[static_cast<std::size_t>(item.shape_2)];
+  item.row = static_cast<std::int32_t>(row);
+  item.previous = data.contacts.list_kept ? item.row : data.contacts.previous[row];
+  const BodyType type_1 = data.bodies.type[static_cast<std::size_t>(item.body_1)];
+  const BodyType type_2 = data.bodies.type[static_cast<std::size_t>(item.body_2)];
+  const BodyType type_a = is_dynamic(type_2) ? type_1 : type_2;
+  if (!is_dynamic(type_2)) item.flags |= simd::kItemFlip;
+  if (!is_dynamic(type_a)) item.flags |= simd::kItemStatic;
+  if (type_a == BodyType::fixed) item.flags |= simd::kItemFixed;
+  return item;
+}
+
+// A row that nobody collides takes its contents along where the list has changed.
+void keep_row(Contacts& contacts, std::size_t row) {
+  if (contacts.list_kept) return;
+  if (contacts.previous[row] < 0) {
+    contacts.now.manifold[row].info = 0;
+    return;
+  }
+  const std::size_t from = static_cast<std::size_t>(contacts.previous[row]);
+  contacts.now.manifold[row] = contacts.before.manifold[from];
+  contacts.now.features[row] = contacts.before.features[from];
+  contacts.now.surface[row] = contacts.before.surface[from];
+}
+
+void count_types(WorldData& data, NarrowPhase& phase, Crew& crew) {
+  const int rows = static_cast<int>(data.contacts.now.pair.size());
+  const int chunks = (rows + NarrowPhase::kRowChunk - 1) / NarrowPhase::kRowChunk;
+  phase.kind.resize_discarding(static_cast<std::size_t>(rows));
+  phase.points.resize_discarding(static_cast<std::size_t>(rows));
+  phase.items.resize_discarding(static_cast<std::size_t>(rows));
+  phase.chunk_counts.resize_discarding(static_cast<std::size_t>(chunks));
+  phase.chunk_touching.resize_discarding(static_cast<std::size_t>(chunks));
+  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
+    NarrowPhase::Counts counts{};
+    for (int i = begin; i < end; ++i) {
+      const std::size_t row = static_cast<std::size_t>(i);
+      const std::uint8_t kind = classify(data, data.contacts.now.pair[row]);
+      phase.kind[row] = kind;
+      const int type = kind & kTypeMask;
+      if (type < simd::kCollideTypes) {
+        ++counts[static_cast<std::size_t>(type)];
+      } else if (type == kSkipped) {
+        keep_row(data.contacts, row);
+      } else {
+        data.contacts.now.manifold[row].info = 0;
+      }
+      if (type >= simd::kCollideTypes) {
+        phase.points[row] =
+            static_cast<std::uint8_t>(data.contacts.now.manifold[row].info & kManifoldPointMask);
+      }
+    }
+    phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)] = counts;
+  });
+  // Counts become places: by type, then by chunk.
+  std::int32_t place = 0;
+  for (std::size_t type = 0; type < simd::kCollideTypes; ++type) {
+    phase.type_begin[type] = place;
+    for (NarrowPhase::Counts& counts : phase.chunk_counts) {
+      const std::int32_t count = counts[type];
+      counts[type] = place;
+      place += count;
+    }
+  }
+  phase.type_begin[simd::kCollideTypes] = place;
+}
+
+void sort_by_type(const WorldData& data, NarrowPhase& phase, Crew& crew) {
+  const int rows = static_cast<int>(data.contacts.now.pair.size());
+  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
+    NarrowPhase::Counts place = phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
+    for (int i = begin; i < end; ++i) {
+      const std::size_t row = static_cast<std::size_t>(i);
+      const std::size_t type = phase.kind[row] & kTypeMask;
+      if (type >= simd::kCollideTypes) continue;
+      phase.items[static_cast<std::size_t>(place[type]++)] = make_item(data, row);
+    }
+  });
+}
+
+void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  const ContactRows& previous = contacts.list_kept ? contacts.now : contacts.before;
+  const simd::CollideColumns columns{
+      .shape_pose = data.shapes.pose.data(),
+      .shape_extent = data.shapes.extent.data(),
+      .shape_material = data.shapes.material.data(),
+      .body_pose = data.bodies.pose.data(),
+      .previous_manifold = previous.manifold.data(),
+      .previous_features = previous.features.data(),
+      .previous_surface = previous.surface.data(),
+      .manifold = contacts.now.manifold.data(),
+      .features = contacts.now.features.data(),
+      .surface = contacts.now.surface.data(),
+      .points = phase.points.data(),
+  };
+  std::array<int, simd::kCollideTypes + 1> chunk_begin{};
+  for (std::size_t type = 0; type < simd::kCollideTypes; ++type) {
+    const int count = phase.type_begin[type + 1] - phase.type_begin[type];
+    chunk_begin[type + 1] = chunk_begin[type] + (count + simd::kCollideChunk - 1) / simd::kCollideChunk;
+  }
+  const simd::CollideKernels& kernels = crew.kernels().collide;
+  crew.run(chunk_begin[simd::kCollideTypes], [&](int chunk, int) {
+    std::size_t type = 0;
+    while (chunk >= chunk_begin[type + 1]) ++type;
+    const int begin = phase.type_begin[type] + (chunk - chunk_begin[type]) * simd::kCollideChunk;
+    const int count = std::min(phase.type_begin[type + 1] - begin, simd::kCollideChunk);
+    kernels.collide[type](columns, phase.items.data() + begin, count);
+  });
+}
+
+// A contact keeps its color while it touches.
+std::uint8_t color_of(const Contacts& contacts, std::size_t row, bool touches) {
+  if (!touches) return kNoColor;
+  if (contacts.list_kept) return contacts.now.color[row];
+  const std::int32_t previous = contacts.previous[row];
+  return previous < 0 ? kNoColor : contacts.before.color[static_cast<std::size_t>(previous)];
+}
+
+bool is_listed(const NarrowPhase& phase, std::size_t row) {
+  return phase.points[row] != 0 && (phase.kind[row] & kWakeful) != 0;
+}
+
+void list_touching(WorldData& data, NarrowPhase& phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  const int rows = static_cast<int>(contacts.now.pair.size());
+  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
+    std::int32_t touching = 0;
+    for (int i = begin; i < end; ++i) {
+      const std::size_t row = static_cast<std::size_t>(i);
+      contacts.now.color[row] = color_of(contacts, row, phase.points[row] != 0);
+      touching += is_listed(phase, row) ? 1 : 0;
+    }
+    phase.chunk_touching[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)] = touching;
+  });
+  std::int32_t place = 0;
+  for (std::int32_t& count : phase.chunk_touching) {
+    const std::int32_t touching = count;
+    count = place;
+    place += touching;
+  }
+  contacts.touching.resize_discarding(static_cast<std::size_t>(place));
+  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
+    std::int32_t to = phase.chunk_touching[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
+    for (int i = begin; i < end; ++i) {
+      if (is_listed(phase, static_cast<std::size_t>(i)))
+        contacts.touching[static_cast<std::size_t>(to++)] = i;
+    }
+  });
+}
+
+}  // namespace
+
+void NarrowPhase::report(const Visit& visit) const {
+  const auto column = [&](const char* name, const auto& rows) {
+    visit(ColumnKind::scratch, name, rows.data(), rows.size() * sizeof(rows[0]), rows.capacity_bytes());
+  };
+  column("narrow_phase.kind", kind);
+  column("narrow_phase.points", points);
+  column("narrow_phase.chunk_counts", chunk_counts);
+  column("narrow_phase.chunk_touching", chunk_touching);
+  column("narrow_phase.items", items);
+}
+
+void collide(WorldData& data, Crew& crew) {
+  if (!data.narrow_phase) data.narrow_phase = std::make_unique<NarrowPhase>();
+  NarrowPhase& phase = static_cast<NarrowPhase&>(*data.narrow_phase);
+  count_types(data, phase, crew);
+  sort_by_type(data, phase, crew);
+  run_kernels(data, phase, crew);
+  list_touching(data, phase, crew);
+}
+
+}  // namespace scree

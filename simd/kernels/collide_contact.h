@@ -1,0 +1,393 @@
+// What all collide kernels share: loading a block of pairs, dropping the separated ones, and turning a
+// contact's geometry into a manifold with friction center, mixed materials and last step's impulses.
+//
+// Included by simd/kernels/collide*.cpp only. Positions are relative to the first shape's origin, so that far
+// from the world's origin only the difference of two stored positions is rounded.
+#pragma once
+
+#include <simd/collide_kernels.h>
+#include <simd/wide_math.h>
+
+namespace scree::simd::SCREE_SIMD_NAMESPACE {
+
+// Overlap of a feature's border (a box's edge against a face's border) that counts as still within, so that
+// shapes which are exactly aligned keep their features while they jitter. Also what an axis of lower rank
+// must gain before it replaces one of higher rank. The smaller of a length and a share of the shapes' size.
+inline constexpr float kFeatureTolerance = 0.1f * kLinearSlop;  // m
+inline constexpr float kFeatureShare = 0.01f;
+
+// A second contact point of a capsule must be this share of its radius away from the first.
+inline constexpr float kMinimumSpread = 0.05f;
+
+inline bool any(M m) {
+  return bits(m) != 0;
+}
+inline M never() {
+  return F(0.0f) < F(0.0f);
+}
+inline I count_if(M m) {
+  return select(m, I(1), I(0));
+}
+inline F sign_of(F a) {
+  return copy_sign(F(1.0f), a);
+}
+inline F square(F a) {
+  return a * a;
+}
+
+// Pairs in lanes. Lanes from `count` on repeat the last pair and are not stored.
+struct Block {
+  alignas(64) std::int32_t shape_1[kLanes];
+  alignas(64) std::int32_t shape_2[kLanes];
+  alignas(64) std::int32_t body_1[kLanes];
+  alignas(64) std::int32_t body_2[kLanes];
+  alignas(64) std::int32_t row[kLanes];
+  alignas(64) std::int32_t previous[kLanes];  // 0 where there is none
+  I flags;
+  M has_previous;
+  int count;
+};
+
+inline void load_block(const CollideItem* items, const std::int32_t* which, int count, Block& block) {
+  const float* rows = reinterpret_cast<const float*>(items);
+  constexpr int kStride = sizeof(CollideItem) / sizeof(float);
+  F shape_1, shape_2, body_1, body_2, row, previous, flags, padding;
+  load_rows(rows, kStride, which, shape_1, shape_2, body_1, body_2);
+  load_rows(rows + 4, kStride, which, row, previous, flags, padding);
+  store(block.shape_1, as_int(shape_1));
+  store(block.shape_2, as_int(shape_2));
+  store(block.body_1, as_int(body_1));
+  store(block.body_2, as_int(body_2));
+  store(block.row, as_int(row));
+  block.has_previous = as_int(previous) > I(-1);
+  store(block.previous, select(block.has_previous, as_int(previous), I(0)));
+  block.flags = as_int(flags);
+  block.count = count;
+}
+
+struct WidePose {
+  V3 position;
+  Q4 rotation;
+};
+
+inline WidePose load_pose(const PoseRow* poses, const std::int32_t* index) {
+  const float* rows = reinterpret_cast<const float*>(poses);
+  constexpr int kStride = sizeof(PoseRow) / sizeof(float);
+  WidePose pose;
+  F padding;
+  load_rows(rows, kStride, index, pose.position.x, pose.position.y, pose.position.z, padding);
+  load_rows(rows + 4, kStride, index, pose.rotation.x, pose.rotation.y, pose.rotation.z, pose.rotation.w);
+  return pose;
+}
+inline V3 load_position(const PoseRow* poses, const std::int32_t* index) {
+  V3 position;
+  F padding;
+  load_rows(reinterpret_cast<const float*>(poses), sizeof(PoseRow) / sizeof(float), index, position.x,
+            position.y, position.z, padding);
+  return position;
+}
+
+struct WideExtent {
+  V3 half;
+  F radius;
+};
+inline WideExtent load_extent(const ExtentRow* extents, const std::int32_t* index) {
+  WideExtent extent;
+  load_rows(reinterpret_cast<const float*>(extents), sizeof(ExtentRow) / sizeof(float), index, extent.half.x,
+            extent.half.y, extent.half.z, extent.radius);
+  return extent;
+}
+
+// Two shapes: poses, extents, and the way from the first to the second.
+struct WidePair {
+  WidePose first, second;
+  WideExtent extent_1, extent_2;
+  V3 offset;
+};
+inline WidePair load_pair(const CollideColumns& columns, const Block& block) {
+  WidePair pair;
+  pair.first = load_pose(columns.shape_pose, block.shape_1);
+  pair.second = load_pose(columns.shape_pose, block.shape_2);
+  pair.extent_1 = load_extent(columns.shape_extent, block.shape_1);
+  pair.extent_2 = load_extent(columns.shape_extent, block.shape_2);
+  pair.offset = pair.second.position - pair.first.position;
+  return pair;
+}
+
+// False where a rotation is not finite (a comparison with NaN is false).
+inline M is_rotation(Q4 q) {
+  return q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < F(2.0f);
+}
+// False, too, where the offset is not finite.
+inline M spheres_touch(V3 offset, F radius_1, F radius_2) {
+  return length_squared(offset) <= square(radius_1 + radius_2 + F(kSpeculativeDistance));
+}
+
+// A contact's geometry. Absent points have separation kAbsentSeparation and id 0 and come last.
+template <int kPoints>
+struct WideContact {
+  V3 normal;          // from the first shape to the second, in world axes
+  V3 point[kPoints];  // halfway between the surfaces, relative to the first shape's position
+  F separation[kPoints];
+  I id[kPoints];
+};
+
+template <int kPoints>
+void set_absent(WideContact<kPoints>& contact, int k) {
+  contact.point[k] = {F(0.0f), F(0.0f), F(0.0f)};
+  contact.separation[k] = F(kAbsentSeparation);
+  contact.id[k] = I(0);
+}
+
+// Whether the way between two closest points deviates from the normal by at most this squared distance: then
+// their contact points may share the normal.
+inline M is_beside(V3 difference, V3 normal, F squared_limit) {
+  return length_squared(difference - dot(difference, normal) * normal) <= squared_limit;
+}
+
+// Whether a capsule is so nearly perpendicular to the normal that its surface lies a radius from its segment
+// along the normal, not only at its deeper end.
+inline M lies_across(V3 half_segment, V3 normal, F radius) {
+  return square(dot(half_segment, normal)) * radius <= F(kLinearSlop) * length_squared(half_segment);
+}
+
+// Replaces a capsule's single point by what touches of the two ends of its stretch along the other shape,
+// where `use` holds and at least one end touches. The ends have ids 1 and 2.
+inline void use_ends(WideContact<2>& contact, M use, const V3 point[2], const F separation[2]) {
+  const M touches_1 = separation[0] <= F(kSpeculativeDistance);
+  const M touches_2 = separation[1] <= F(kSpeculativeDistance);
+  const M replace = use & (touches_1 | touches_2);
+  const M both = use & touches_1 & touches_2;
+  contact.point[0] = select(replace, select(touches_1, point[0], point[1]), contact.point[0]);
+  contact.separation[0] =
+      select(replace, select(touches_1, separation[0], separation[1]), contact.separation[0]);
+  contact.id[0] = select(replace, select(touches_1, I(1), I(2)), contact.id[0]);
+  contact.point[1] = select(both, point[1], contact.point[1]);
+  contact.separation[1] = select(both, separation[1], contact.separation[1]);
+  contact.id[1] = select(both, I(2), contact.id[1]);
+}
+
+inline F mix(I rule, F a, F b) {
+  const F smaller = min(a, b), larger = max(a, b), product = a * b;
+  F mixed = smaller;
+  mixed = select(rule == I(1), F(0.5f) * (a + b), mixed);
+  mixed = select(rule == I(2), product, mixed);
+  mixed = select(rule == I(3), sqrt(product), mixed);
+  return select(rule == I(4), larger, mixed);
+}
+
+struct WideSurface {
+  F friction, restitution, rolling_resistance;
+  M moves;
+};
+inline WideSurface mix_materials(const MaterialRow* materials, const Block& block) {
+  const float* rows = reinterpret_cast<const float*>(materials);
+  constexpr int kStride = sizeof(MaterialRow) / sizeof(float);
+  F friction_1, restitution_1, rolling_1, rules_1, friction_2, restitution_2, rolling_2, rules_2;
+  load_rows(rows, kStride, block.shape_1, friction_1, restitution_1, rolling_1, rules_1);
+  load_rows(rows, kStride, block.shape_2, friction_2, restitution_2, rolling_2, rules_2);
+  const auto stronger = [](I a, I b) { return select(a > b, a, b); };
+  const I low_byte(0xff);
+  const I friction_rule = stronger(as_int(rules_1) & low_byte, as_int(rules_2) & low_byte);
+  const I restitution_rule =
+      stronger(shift_right<8>(as_int(rules_1)) & low_byte, shift_right<8>(as_int(rules_2)) & low_byte);
+  const I moves(kMaterialMoves);
+  return {mix(friction_rule, friction_1, friction_2), mix(restitution_rule, restitution_1, restitution_2),
+          max(rolling_1, rolling_2), ((as_int(rules_1) | as_int(rules_2)) & moves) == moves};
+}
+
+struct WideImpulses {
+  F normal[kMaxManifoldPoints];
+  F friction_1, friction_2, twist;
+  M rolling;  // there is a rolling impulse to keep
+};
+
+// Last step's impulses: of each point by its id, friction by its world vector, twist by its part about the
+// new normal. A contact whose features have all changed starts from zero.
+template <int kPoints>
+WideImpulses match_impulses(const CollideColumns& columns, const Block& block,
+                            const WideContact<kPoints>& contact, V3 normal, V3 tangent_1, V3 tangent_2) {
+  const F zero(0.0f);
+  WideImpulses impulses{{zero, zero, zero, zero}, zero, zero, zero, never()};
+  if (!any(block.has_previous)) return impulses;
+  const float* rows = reinterpret_cast<const float*>(columns.previous_manifold);
+  constexpr int kStride = sizeof(Manifold) / sizeof(float);
+  V3 old_normal;
+  F friction, friction_1, friction_2, twist, info;
+  F old_impulse[kMaxManifoldPoints], old_id[kMaxManifoldPoints];
+  load_rows(rows, kStride, block.previous, old_normal.x, old_normal.y, old_normal.z, friction);
+  load_rows(rows + 24, kStride, block.previous, old_impulse[0], old_impulse[1], old_impulse[2],
+            old_impulse[3]);
+  load_rows(rows + 28, kStride, block.previous, friction_1, friction_2, twist, info);
+  load_rows(reinterpret_cast<const float*>(columns.previous_features),
+            sizeof(ManifoldFeatures) / sizeof(float), block.previous, old_id[0], old_id[1], old_id[2],
+            old_id[3]);
+  const M touched = block.has_previous & ((as_int(info) & I(kManifoldPointMask)) > I(0));
+  M matched = never();
+  for (int k = 0; k < kPoints; ++k) {
+    const M present = touched & (contact.id[k] > I(0));
+    for (int old = 0; old < kPoints; ++old) {
+      const M same = present & (contact.id[k] == as_int(old_id[old]));
+      impulses.normal[k] = select(same, old_impulse[old], impulses.normal[k]);
+      matched = matched | same;
+    }
+  }
+  const V3 old_tangent_1 = tangent_of(old_normal);
+  const V3 old_tangent_2 = cross(old_normal, old_tangent_1);
+  const V3 old_friction = friction_1 * old_tangent_1 + friction_2 * old_tangent_2;
+  impulses.friction_1 = select(matched, dot(old_friction, tangent_1), zero);
+  impulses.friction_2 = select(matched, dot(old_friction, tangent_2), zero);
+  impulses.twist = select(matched, twist * dot(old_normal, normal), zero);
+  impulses.rolling = matched & ((as_int(info) & I(kManifoldRich)) == I(kManifoldRich));
+  return impulses;
+}
+
+// Average of the points, weighted by closeness: a point that appears at the speculative distance weighs next
+// to nothing, so the center moves continuously with the separations.
+template <int kPoints>
+V3 friction_center(const WideContact<kPoints>& contact) {
+  if constexpr (kPoints == 1) {
+    return contact.point[0];
+  } else {
+    constexpr float kLeastWeight = 1e-3f * kLinearSlop;  // m; keeps the sum above zero
+    F total(0.0f);
+    V3 sum{F(0.0f), F(0.0f), F(0.0f)};
+    for (int k = 0; k < kPoints; ++k) {
+      const F closeness = max(F(kSpeculativeDistance) - contact.separation[k], F(kLeastWeight));
+      const F weight = select(contact.id[k] > I(0), closeness, F(0.0f));
+      total += weight;
+      sum = sum + weight * contact.point[k];
+    }
+    return sum * (F(1.0f) / max(total, F(kLeastWeight)));
+  }
+}
+
+// Writes the rare part of one contact, whose manifold is written. In collide.cpp.
+void store_rich_surface(const CollideColumns& columns, const CollideItem& item, float restitution,
+                        float rolling_resistance, bool keep_rolling);
+
+// Completes contacts and writes their rows.
+template <int kPoints>
+void store_contacts(const CollideColumns& columns, const CollideItem* items, const std::int32_t* which,
+                    const Block& block, V3 position_1, const WideContact<kPoints>& contact) {
+  const F zero(0.0f);
+  const M flip = (block.flags & I(kItemFlip)) == I(kItemFlip);
+  const V3 normal = select(flip, -contact.normal, contact.normal);
+  const V3 tangent_1 = tangent_of(normal);
+  const V3 tangent_2 = cross(normal, tangent_1);
+  const V3 center = friction_center(contact);
+
+  const V3 arm_1 = center - (load_position(columns.body_pose, block.body_1) - position_1);
+  const V3 arm_2 = center - (load_position(columns.body_pose, block.body_2) - position_1);
+  const V3 arm_a = select(flip, arm_2, arm_1), arm_b = select(flip, arm_1, arm_2);
+  const I body_1 = load(block.body_1), body_2 = load(block.body_2);
+  const M fixed = (block.flags & I(kItemFixed)) == I(kItemFixed);
+  const I row_a = select(fixed, I(kFixedRow), select(flip, body_2, body_1));
+  const I row_b = select(flip, body_1, body_2);
+
+  F u[kMaxManifoldPoints], v[kMaxManifoldPoints], separation[kMaxManifoldPoints], id[kMaxManifoldPoints];
+  I count(0);
+  for (int k = 0; k < kMaxManifoldPoints; ++k) {
+    u[k] = zero;
+    v[k] = zero;
+    separation[k] = F(kAbsentSeparation);
+    id[k] = zero;
+    if (k >= kPoints) continue;
+    const M present = contact.id[k] > I(0);
+    const V3 from_center = contact.point[k] - center;
+    u[k] = select(present, dot(from_center, tangent_1), zero);
+    v[k] = select(present, dot(from_center, tangent_2), zero);
+    separation[k] = contact.separation[k];
+    id[k] = as_float(contact.id[k]);
+    count = count + count_if(present);
+  }
+
+  const WideSurface surface = mix_materials(columns.shape_material, block);
+  const WideImpulses impulses = match_impulses(columns, block, contact, normal, tangent_1, tangent_2);
+  const M touches = count > I(0);
+  const M rich =
+      touches & ((surface.restitution > zero) | (surface.rolling_resistance > zero) | surface.moves);
+  const M is_static = (block.flags & I(kItemStatic)) == I(kItemStatic);
+  const I info =
+      count | select(rich, I(kManifoldRich), I(0)) | select(touches & is_static, I(kManifoldStatic), I(0));
+
+  float* rows = reinterpret_cast<float*>(columns.manifold);
+  constexpr int kStride = sizeof(Manifold) / sizeof(float);
+  const auto write = [&](int group, F x, F y, F z, F w) {
+    store_rows(rows + 4 * group, kStride, block.row, block.count, x, y, z, w);
+  };
+  write(0, normal.x, normal.y, normal.z, surface.friction);
+  write(1, arm_a.x, arm_a.y, arm_a.z, as_float(row_a));
+  write(2, arm_b.x, arm_b.y, arm_b.z, as_float(row_b));
+  write(3, u[0], u[1], u[2], u[3]);
+  write(4, v[0], v[1], v[2], v[3]);
+  write(5, separation[0], separation[1], separation[2], separation[3]);
+  write(6, impulses.normal[0], impulses.normal[1], impulses.normal[2], impulses.normal[3]);
+  write(7, impulses.friction_1, impulses.friction_2, impulses.twist, as_float(info));
+  store_rows(reinterpret_cast<float*>(columns.features), sizeof(ManifoldFeatures) / sizeof(float), block.row,
+             block.count, id[0], id[1], id[2], id[3]);
+
+  alignas(64) std::int32_t counts[kLanes];
+  store(counts, count);
+  for (int lane = 0; lane < block.count; ++lane) {
+    columns.points[block.row[lane]] = static_cast<std::uint8_t>(counts[lane]);
+  }
+  const std::uint32_t rich_lanes = bits(rich);
+  if (rich_lanes == 0) return;
+  const std::uint32_t rolling_lanes = bits(impulses.rolling);
+  alignas(64) float restitution[kLanes], rolling_resistance[kLanes];
+  store(restitution, surface.restitution);
+  store(rolling_resistance, surface.rolling_resistance);
+  for (int lane = 0; lane < block.count; ++lane) {
+    if ((rich_lanes >> lane & 1u) == 0) continue;
+    store_rich_surface(columns, items[which[lane]], restitution[lane], rolling_resistance[lane],
+                       (rolling_lanes >> lane & 1u) != 0);
+  }
+}
+
+// Collides items in two rounds: Pair::may_touch drops the separated pairs and may leave a hint for each other
+// one, then Pair::collide makes the contacts of those that are left, so that lanes stay full. Which lane a
+// pair lies in changes nothing in its result.
+template <class Pair>
+void collide_pairs(const CollideColumns& columns, const CollideItem* items, int count) {
+  alignas(64) std::int32_t kept[kCollideChunk + kLanes];
+  alignas(64) std::int32_t kept_hint[kCollideChunk + kLanes];
+  int kept_count = 0;
+  for (int begin = 0; begin < count; begin += kLanes) {
+    const int lanes = count - begin < kLanes ? count - begin : kLanes;
+    alignas(64) std::int32_t which[kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    Block block;
+    load_block(items, which, lanes, block);
+    I hint(0);
+    const std::uint32_t near = bits(Pair::may_touch(load_pair(columns, block), hint));
+    alignas(64) std::int32_t hints[kLanes];
+    store(hints, hint);
+    for (int lane = 0; lane < lanes; ++lane) {
+      if ((near >> lane & 1u) != 0) {
+        kept[kept_count] = which[lane];
+        kept_hint[kept_count++] = hints[lane];
+      } else {
+        const std::int32_t row = block.row[lane];
+        columns.points[row] = 0;
+        if (columns.manifold[row].info != 0) columns.manifold[row].info = 0;
+      }
+    }
+  }
+  if (kept_count == 0) return;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    kept[kept_count + lane] = kept[kept_count - 1];
+    kept_hint[kept_count + lane] = kept_hint[kept_count - 1];
+  }
+  for (int begin = 0; begin < kept_count; begin += kLanes) {
+    const int lanes = kept_count - begin < kLanes ? kept_count - begin : kLanes;
+    Block block;
+    load_block(items, kept + begin, lanes, block);
+    const WidePair pair = load_pair(columns, block);
+    typename Pair::Contact contact;
+    Pair::collide(pair, load(kept_hint + begin), contact);
+    store_contacts(columns, items, kept + begin, block, pair.first.position, contact);
+  }
+}
+
+}  // namespace scree::simd::SCREE_SIMD_NAMESPACE
