@@ -9,13 +9,6 @@
 
 namespace scree {
 
-WorldData& internals(World& world) {
-  return *world.data_;
-}
-const WorldData& internals(const World& world) {
-  return *world.data_;
-}
-
 namespace {
 
 using Clock = std::chrono::steady_clock;

@@ -49,7 +49,7 @@ void Player::tell(const char* call, const Values&... values) {
   if (log_ == nullptr) return;
   *log_ << "  " << call << "(";
   const char* separator = "";
-  const auto one = [&](const auto& value) {
+  [[maybe_unused]] const auto one = [&](const auto& value) {
     *log_ << separator;
     print(*log_, value);
     separator = ", ";
