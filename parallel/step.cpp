@@ -9,6 +9,7 @@
 
 namespace scree {
 
+
 namespace {
 
 using Clock = std::chrono::steady_clock;

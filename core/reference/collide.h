@@ -65,6 +65,13 @@ inline double distance_to_core(const Solid& solid, const Vector& point) {
   return (local - local.cwiseMax(-solid.half).cwiseMin(solid.half)).norm();
 }
 
+// Distance of a point from a solid's surface, negative inside a box.
+inline double distance_to_surface(const Solid& solid, const Vector& point) {
+  const Vector local = solid.rotation.transpose() * (point - solid.position);
+  const double inside = solid.type == ShapeType::box ? (local.cwiseAbs() - solid.half).maxCoeff() : 0.0;
+  return inside < 0.0 ? inside : distance_to_core(solid, point) - solid.radius;
+}
+
 // Gap of the cores along an axis, by projecting all corners; the normal points to where it is larger.
 inline double gap_along(const std::vector<Vector>& a, const std::vector<Vector>& b, Vector& axis) {
   double a_low = 1e300, a_high = -1e300, b_low = 1e300, b_high = -1e300;
@@ -126,9 +133,13 @@ template <class Function>
 double minimize(Function&& function) {
   const double ratio = (std::sqrt(5.0) - 1.0) / 2.0;
   double low = -1.0, high = 1.0;
-  for (int k = 0; k < 80; ++k) {
+  for (int k = 0; k < 60; ++k) {
     const double left = high - ratio * (high - low), right = low + ratio * (high - low);
-    (function(left) <= function(right) ? high : low) = function(left) <= function(right) ? right : left;
+    if (function(left) <= function(right)) {
+      high = right;
+    } else {
+      low = left;
+    }
   }
   return 0.5 * (low + high);
 }

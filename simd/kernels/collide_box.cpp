@@ -14,9 +14,9 @@ constexpr float kParallelEdges = 1e-5f;
 // An edge axis must be better than the best face by this share of the depth (or the feature tolerance): a
 // face gives up to four points, which is worth more than a slightly better depth.
 constexpr float kEdgeShare = 0.05f;
-// Slope by which a fixed direction breaks ties between equally deep points, so that the choice does not
-// flicker while a box at rest jitters.
-constexpr float kTieSlope = 5e-5f;
+// Depth, as a share of the feature tolerance, by which a candidate must lead each one before it to count as
+// the deepest: equal ones do not take turns while a box at rest jitters.
+constexpr float kTieShare = 0.04f;
 constexpr int kCandidates = 12;
 
 // Hint bits of a pair: the face axis, whether it is the second box's, the edge axis (3 i + j) and whether the
@@ -299,9 +299,9 @@ F area(const Chosen& a, const Chosen& b, F x, F y) {
 // and the one that adds most area to that triangle. Points nearer than the tolerance to what is there are
 // dropped.
 void reduce(const Clipping& c, Candidates& candidates, Chosen chosen[4]) {
-  chosen[0] = choose(candidates, F(-1e9f), [&](int k) {
-    return F(kTieSlope) * (candidates.x[k] + F(0.5f) * candidates.y[k]) - candidates.separation[k];
-  });
+  const F step = F(kTieShare) * c.tolerance;
+  chosen[0] = choose(candidates, F(-1e9f),
+                     [&](int k) { return -candidates.separation[k] - F(static_cast<float>(k)) * step; });
   // Absent candidates fall on the first point, where they add neither distance nor area.
   for (int k = 0; k < kCandidates; ++k) {
     const M absent = candidates.separation[k] > F(kSpeculativeDistance);

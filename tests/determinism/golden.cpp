@@ -36,9 +36,7 @@ scenes::Parameters parameters_of(const std::string& text, const std::string& pat
   return parameters;
 }
 
-bool is_comment(const std::string& line) {
-  return line.empty() || line.front() == '#';
-}
+bool is_comment(const std::string& line) { return line.empty() || line.front() == '#'; }
 
 std::vector<std::string> read_lines(const std::string& path) {
   std::ifstream file(path);
@@ -59,13 +57,9 @@ std::string format(const Golden& golden) {
 
 }  // namespace
 
-std::string Golden::name() const {
-  return what.scene + " " + text_of(what.parameters);
-}
+std::string Golden::name() const { return what.scene + " " + text_of(what.parameters); }
 
-std::string golden_path() {
-  return SCREE_GOLDEN_FOLDER "/hashes.txt";
-}
+std::string golden_path() { return SCREE_GOLDEN_FOLDER "/hashes.txt"; }
 
 std::vector<Golden> read_goldens(const std::string& path) {
   const std::vector<std::string> lines = read_lines(path);

@@ -5,6 +5,8 @@
 #include <tests/determinism/golden.h>
 #include <tests/determinism/random_calls.h>
 
+#include <tbb/global_control.h>
+
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -47,6 +49,8 @@ void print_backend() {
 }  // namespace scree::determinism
 
 int main(int count, char** arguments) {
+  // TBB lends one thread per core unless told otherwise; schedules ask for more.
+  const tbb::global_control more_threads(tbb::global_control::max_allowed_parallelism, 8);
   try {
     if (count == 3 && std::strcmp(arguments[1], "update") == 0) {
       scree::determinism::update(arguments[2]);

@@ -14,13 +14,9 @@ constexpr int kSteps = 90;
 constexpr int kWorlds = 6;
 
 // Worlds of different sizes, so that their steps interleave in ever other ways.
-SceneCase case_of(int index) {
-  return {"pile", {{"bodies", 60 + 90 * index}, {"seed", 1 + index}}, kSteps};
-}
+SceneCase case_of(int index) { return {"pile", {{"bodies", 60 + 90 * index}, {"seed", 1 + index}}, kSteps}; }
 
-std::uint64_t hash_alone(int index) {
-  return play(case_of(index), {kReference}).back();
-}
+std::uint64_t hash_alone(int index) { return play(case_of(index), {kReference}).back(); }
 
 class ManyCallers : public ManyThreads {
  protected:

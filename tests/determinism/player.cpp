@@ -13,14 +13,10 @@ constexpr float kUnitTolerance = 1e-3f;  // of a quaternion's length
 constexpr int kMostStepsPerCall = 6;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-bool is_finite(Vec3 v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
+bool is_finite(Vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 // Equal bits: a zero that changed its sign has moved.
-bool same_bits(const Pose& left, const Pose& right) {
-  return std::memcmp(&left, &right, sizeof(Pose)) == 0;
-}
+bool same_bits(const Pose& left, const Pose& right) { return std::memcmp(&left, &right, sizeof(Pose)) == 0; }
 
 // A fixed floor with four walls around it.
 void build_pit(World& world) {
@@ -38,9 +34,7 @@ void build_pit(World& world) {
 constexpr std::size_t kPitBodies = 1;
 constexpr std::size_t kPitShapes = 5;
 
-std::uint32_t bulk_size(const Call& call) {
-  return static_cast<std::uint32_t>(call.seed & 0xffff);
-}
+std::uint32_t bulk_size(const Call& call) { return static_cast<std::uint32_t>(call.seed & 0xffff); }
 
 }  // namespace
 

@@ -8,9 +8,7 @@ namespace scree::determinism {
 namespace {
 
 // True once in `times`.
-bool once_in(Random& random, std::uint32_t times) {
-  return random.below(times) == 0;
-}
+bool once_in(Random& random, std::uint32_t times) { return random.below(times) == 0; }
 
 template <class T, std::size_t count>
 T any_of(Random& random, const T (&values)[count]) {
@@ -165,18 +163,10 @@ void print(std::ostream& out, float value) {
   std::snprintf(text, sizeof text, "%.9g", static_cast<double>(value));
   out << text;
 }
-void print(std::ostream& out, int value) {
-  out << value;
-}
-void print(std::ostream& out, std::uint32_t value) {
-  out << value;
-}
-void print(std::ostream& out, bool value) {
-  out << (value ? "true" : "false");
-}
-void print(std::ostream& out, const char* value) {
-  out << value;
-}
+void print(std::ostream& out, int value) { out << value; }
+void print(std::ostream& out, std::uint32_t value) { out << value; }
+void print(std::ostream& out, bool value) { out << (value ? "true" : "false"); }
+void print(std::ostream& out, const char* value) { out << value; }
 void print(std::ostream& out, Vec3 value) {
   out << "{";
   print(out, value.x);
@@ -288,11 +278,7 @@ void print(std::ostream& out, const WorldSettings& value) {
   out << "}";
 }
 
-void print(std::ostream& out, BodyId value) {
-  out << "body " << value.index << "/" << value.generation;
-}
-void print(std::ostream& out, ShapeId value) {
-  out << "shape " << value.index << "/" << value.generation;
-}
+void print(std::ostream& out, BodyId value) { out << "body " << value.index << "/" << value.generation; }
+void print(std::ostream& out, ShapeId value) { out << "shape " << value.index << "/" << value.generation; }
 
 }  // namespace scree::determinism

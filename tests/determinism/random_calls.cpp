@@ -66,9 +66,7 @@ std::ptrdiff_t first_different_step(const Played& expected, const Played& actual
 
 }  // namespace
 
-const char* name_of(CallKind kind) {
-  return kRules[static_cast<int>(kind)].name;
-}
+const char* name_of(CallKind kind) { return kRules[static_cast<int>(kind)].name; }
 
 Sequence random_sequence(std::uint64_t seed, int calls, int bodies) {
   scenes::Random random(seed);

@@ -30,7 +30,7 @@ double preference(const Pairs& pairs, const simd::CollideItem& item, double sepa
 class CollideOracle : public testing::TestWithParam<TypePair> {};
 
 TEST_P(CollideOracle, TouchingPairsAreFoundWithTheirDepthAndNormal) {
-  const Pairs pairs = random_pairs(GetParam().a, GetParam().b, 3000, 1, -0.08f, 0.03f);
+  const Pairs pairs = random_pairs(GetParam().a, GetParam().b, 1500, 1, -0.08f, 0.03f);
   const Rows rows = pairs.run(scalar_kernels());
   int compared_normals = 0;
   for (std::size_t row = 0; row < pairs.items.size(); ++row) {
@@ -55,7 +55,7 @@ TEST_P(CollideOracle, TouchingPairsAreFoundWithTheirDepthAndNormal) {
       ++compared_normals;
     }
   }
-  EXPECT_GT(compared_normals, 500);
+  EXPECT_GT(compared_normals, 250);
 }
 
 TEST_P(CollideOracle, SeparatedRoundPairsAreFoundWithTheirDistance) {
@@ -71,7 +71,7 @@ TEST_P(CollideOracle, SeparatedRoundPairsAreFoundWithTheirDistance) {
 }
 
 TEST_P(CollideOracle, PointsLieOnBothSurfaces) {
-  const Pairs pairs = random_pairs(GetParam().a, GetParam().b, 2000, 3, -0.05f, 0.01f);
+  const Pairs pairs = random_pairs(GetParam().a, GetParam().b, 600, 3, -0.05f, 0.01f);
   const Rows rows = pairs.run(scalar_kernels());
   for (std::size_t row = 0; row < pairs.items.size(); ++row) {
     const simd::CollideItem& item = pairs.items[row];
@@ -86,8 +86,8 @@ TEST_P(CollideOracle, PointsLieOnBothSurfaces) {
       for (double height = -0.3; height < 0.3; height += 2e-4) {
         const Vector on_a = point + height * frame.normal;
         const Vector on_b = on_a + double(manifold.separation[k]) * frame.normal;
-        best = std::min(best, std::max(std::abs(distance_to_core(a, on_a) - a.radius),
-                                       std::abs(distance_to_core(b, on_b) - b.radius)));
+        best = std::min(
+            best, std::max(std::abs(distance_to_surface(a, on_a)), std::abs(distance_to_surface(b, on_b))));
       }
       EXPECT_LT(best, 4e-3) << "row " << row << " point " << k;
     }
