@@ -48,16 +48,17 @@ std::vector<std::string> read_lines(const std::string& path) {
 
 std::string format(const Golden& golden) {
   char line[256];
-  std::snprintf(line, sizeof line, "%-15s %-27s %5d  %016llx  %016llx", golden.what.scene.c_str(),
-                text_of(golden.what.parameters).c_str(), golden.what.steps,
-                static_cast<unsigned long long>(golden.digest.last),
-                static_cast<unsigned long long>(golden.digest.all));
+  std::snprintf(line, sizeof line, "%-15s %-27s %5d  %s  %s", golden.what.scene.c_str(),
+                text_of(golden.what.parameters).c_str(), golden.what.steps, hex(golden.digest.last).c_str(),
+                hex(golden.digest.all).c_str());
   return line;
 }
 
 }  // namespace
 
 std::string Golden::name() const { return what.scene + " " + text_of(what.parameters); }
+
+std::ostream& operator<<(std::ostream& out, const Golden& golden) { return out << golden.name(); }
 
 std::string golden_path() { return SCREE_GOLDEN_FOLDER "/hashes.txt"; }
 

@@ -4,6 +4,7 @@
 
 #include <tests/determinism/replay.h>
 
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct Golden {
 
   std::string name() const;  // "pile bodies=300,seed=1", without spaces where there are no parameters
 };
+
+std::ostream& operator<<(std::ostream& out, const Golden& golden);
 
 // The file's path, tests/determinism/golden/hashes.txt.
 std::string golden_path();

@@ -29,9 +29,8 @@ void update(const std::string& path) {
   for (Golden& golden : goldens) {
     const Digest digest = checked_digest(golden);
     if (digest == golden.digest) continue;
-    std::printf("%s: %016llx -> %016llx\n", golden.name().c_str(),
-                static_cast<unsigned long long>(golden.digest.all),
-                static_cast<unsigned long long>(digest.all));
+    std::printf("%s: %s -> %s\n", golden.name().c_str(), hex(golden.digest.all).c_str(),
+                hex(digest.all).c_str());
     std::fflush(stdout);
     golden.digest = digest;
   }
@@ -42,7 +41,7 @@ void print_backend() {
   Workers workers;
   Playback playback({"pile", {{"bodies", 60}}, 40});
   for (int i = 0; i < 40; ++i) playback.advance(workers);
-  std::printf("%s hash %016llx\n", isa_name(workers.isa()), static_cast<unsigned long long>(playback.hash()));
+  std::printf("%s hash %s\n", isa_name(workers.isa()), hex(playback.hash()).c_str());
 }
 
 }  // namespace

@@ -14,6 +14,8 @@ struct Draw {
   std::uint64_t seed;
   int calls;
   int bodies;
+
+  friend std::ostream& operator<<(std::ostream& out, const Draw& draw) { return out << "seed " << draw.seed; }
 };
 
 std::vector<Draw> draws() {

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstdio>
 #include <cstring>
+#include <ostream>
 #include <span>
 
 namespace scree::determinism {
@@ -12,12 +13,6 @@ namespace {
 
 constexpr std::size_t kThrownStride = 7;            // every seventh body is thrown up
 constexpr Vec3 kThrownVelocity{0.5f, 3.0f, 0.25f};  // m/s; 0.45 m high
-
-std::string hex(std::uint64_t value) {
-  char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-  return text;
-}
 
 std::string bits_text(float value) {
   char text[48];
@@ -72,6 +67,16 @@ std::vector<StateColumn> state_columns(World& world) {
 }
 
 }  // namespace
+
+std::string hex(std::uint64_t value) {
+  char text[20];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
+std::ostream& operator<<(std::ostream& out, const Digest& digest) {
+  return out << hex(digest.last) << " after the last step, " << hex(digest.all) << " over all";
+}
 
 std::uint64_t mixed(std::uint64_t sum, std::uint64_t value) {
   // Odd multiplier and rotation: a bijection of `sum`, so that no earlier value is forgotten.

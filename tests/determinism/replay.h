@@ -5,6 +5,7 @@
 #include <tools/scenes/scene.h>
 
 #include <cstdint>
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct Digest {
 
   friend bool operator==(const Digest&, const Digest&) = default;
 };
+std::ostream& operator<<(std::ostream& out, const Digest& digest);
 Digest digest_of(const std::vector<std::uint64_t>& hashes);
 
 // Adds a value to a running number; order counts.
@@ -58,6 +60,9 @@ std::vector<std::uint64_t> play(const SceneCase& what, const Schedule& schedule)
 // Plays the case on the schedule and on the reference side by side and tells where they part: the step, the
 // first body and field, and the column of the state table that differed first.
 std::string where_they_part(const SceneCase& what, const Schedule& schedule);
+
+// 16 hexadecimal digits.
+std::string hex(std::uint64_t hash);
 
 // First body and field that differ in their bits: "body 7, position.y is 1.5 (3fc00000) ..."; empty if none.
 std::string first_difference(World& expected, World& actual);
