@@ -2,6 +2,7 @@
 #include <tests/determinism/player.h>
 #include <tests/determinism/player_values.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -388,6 +389,7 @@ void Player::run_steps(const Call& call) {
     if (checks_) check_before_step();
     step(world_, dt, shift_.at(static_cast<int>(hashes_.size())));
     hashes_.push_back(world_.hash());
+    most_contacts_ = std::max(most_contacts_, world_.stats().contacts);
     if (checks_) check_after_step();
   }
 }
@@ -427,9 +429,10 @@ void Player::check_body(Slot& slot) {
   if (!is_finite(world_.linear_velocity(body)) || !is_finite(world_.angular_velocity(body))) {
     broken(name + ": the velocity is not finite");
   }
-  const bool resting =
-      world_.body_type(body) == BodyType::fixed || (!slot.last_awake && !world_.is_awake(body));
-  if (resting && !same_bits(pose, slot.last_pose)) broken(name + " is fixed or asleep, but moved");
+  const bool asleep = !slot.last_awake && !world_.is_awake(body);
+  const bool fixed = world_.body_type(body) == BodyType::fixed;
+  if (asleep && !fixed) somebody_slept_ = true;
+  if ((fixed || asleep) && !same_bits(pose, slot.last_pose)) broken(name + " is fixed or asleep, but moved");
 }
 
 }  // namespace scree::determinism

@@ -25,6 +25,8 @@ class Player {
 
   void make(const Call& call);
   const std::vector<std::uint64_t>& hashes() const { return hashes_; }
+  std::int64_t most_contacts() const { return most_contacts_; }
+  bool somebody_slept() const { return somebody_slept_; }
 
  private:
   struct Slot {
@@ -64,6 +66,8 @@ class Player {
   std::size_t bodies_ = 0;
   std::size_t shapes_ = 0;
   std::vector<std::uint64_t> hashes_;
+  std::int64_t most_contacts_ = 0;
+  bool somebody_slept_ = false;
 };
 
 }  // namespace scree::determinism

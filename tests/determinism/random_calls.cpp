@@ -101,6 +101,8 @@ Played play(const Sequence& sequence, const Schedule& schedule, bool checks, std
     played.broken_promise = "a legal call threw: " + std::string(error.what());
   }
   played.hashes = player.hashes();
+  played.most_contacts = player.most_contacts();
+  played.somebody_slept = player.somebody_slept();
   return played;
 }
 

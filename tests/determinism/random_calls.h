@@ -60,6 +60,8 @@ Sequence random_sequence(std::uint64_t seed, int calls, int bodies);
 
 struct Played {
   std::vector<std::uint64_t> hashes;  // after each step; one call may take several
+  std::int64_t most_contacts = 0;     // in any step
+  bool somebody_slept = false;        // seen only by a run with checks
   std::string broken_promise;         // why playing ended early, if it did
 };
 // Plays on one schedule, with or without reading and checking all bodies around every step. Writes each call

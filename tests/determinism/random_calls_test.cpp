@@ -5,6 +5,7 @@
 #include <tests/determinism/random_calls.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <sstream>
 
 namespace scree::determinism {
@@ -18,13 +19,19 @@ struct Draw {
   friend std::ostream& operator<<(std::ostream& out, const Draw& draw) { return out << "seed " << draw.seed; }
 };
 
+// How many small worlds to draw; the environment variable SCREE_RANDOM_SEQUENCES asks for a longer search.
+std::uint64_t small_draws() {
+  if (const char* wish = std::getenv("SCREE_RANDOM_SEQUENCES")) return std::strtoull(wish, nullptr, 10);
+  return wants_full_matrix() ? 40 : 10;
+}
+
 std::vector<Draw> draws() {
   // Small worlds fail in fewer calls; large ones give several threads something to do at once.
   std::vector<Draw> all;
-  const std::uint64_t few = wants_full_matrix() ? 12 : 4;
+  const std::uint64_t few = small_draws();
   for (std::uint64_t seed = 1; seed <= few; ++seed) all.push_back({seed, 250, 24});
-  all.push_back({101, 60, 600});
-  if (wants_full_matrix()) all.push_back({102, 80, 1000});
+  all.push_back({few + 1, 60, 600});
+  if (wants_full_matrix()) all.push_back({few + 2, 80, 1000});
   return all;
 }
 
@@ -76,6 +83,19 @@ TEST(RandomCallsThemselves, MeetEveryKindOfCall) {
   for (int kind = 0; kind < kCallKindCount; ++kind) {
     EXPECT_GT(drawn[static_cast<std::size_t>(kind)], 0) << name_of(static_cast<CallKind>(kind));
   }
+}
+
+TEST(RandomCallsThemselves, PileBodiesUpAndLetThemSleep) {
+  bool somebody_slept = false;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Played played = play(random_sequence(seed, 250, 24), {kReference}, true);
+    EXPECT_GT(played.most_contacts, 10) << seed;
+    EXPECT_GT(played.hashes.size(), 100u) << seed;
+    somebody_slept = somebody_slept || played.somebody_slept;
+  }
+  EXPECT_TRUE(somebody_slept);
+  const Played large = play(random_sequence(1, 60, 600), {kReference}, true);
+  EXPECT_GT(large.most_contacts, 512) << "several chunks, so that threads share the work";
 }
 
 TEST(RandomCallsThemselves, ShrinkToTheCallsThatMatter) {
