@@ -93,9 +93,7 @@ bool World::is_alive(BodyId body) const noexcept {
          (bodies.flags[body.index] & kBodyAlive) != 0;
 }
 
-std::size_t World::body_count() const noexcept {
-  return data_ != nullptr ? data_->bodies.alive : 0;
-}
+std::size_t World::body_count() const noexcept { return data_ != nullptr ? data_->bodies.alive : 0; }
 
 BodyId World::body_at(std::uint32_t index) const noexcept {
   if (data_ == nullptr || index >= data_->bodies.flags.size()) return {};
@@ -134,7 +132,6 @@ void World::set_body_type(BodyId body, BodyType type) {
        shape = b.data.shapes.next[static_cast<std::size_t>(shape)]) {
     b.data.shapes.tree[static_cast<std::size_t>(shape)] = tree;
     mark_dirty(b.data.shapes, shape, kShapeNew);
-    b.data.shapes.trees_stale = true;
     b.data.contacts.pairs_stale = true;
   }
 }

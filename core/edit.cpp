@@ -20,9 +20,7 @@ void grow_store(Store& store, std::size_t count) {
 
 }  // namespace
 
-void grow(Bodies& bodies, std::size_t count) {
-  grow_store(bodies, count);
-}
+void grow(Bodies& bodies, std::size_t count) { grow_store(bodies, count); }
 
 void grow(Shapes& shapes, std::size_t count) {
   shapes.dirty.reserve(count);
@@ -99,7 +97,6 @@ ShapeId commit_shape(Shapes& shapes, std::int32_t shape) {
   const auto row = static_cast<std::size_t>(shape);
   if (shapes.generation[row] == 0) shapes.generation[row] = 1;
   mark_dirty(shapes, shape, kShapeAlive | kShapeNew);
-  shapes.trees_stale = true;
   ++shapes.alive;
   return {static_cast<std::uint32_t>(shape), shapes.generation[row]};
 }
@@ -124,7 +121,6 @@ void bury_shape(WorldData& data, std::int32_t shape) {
   // A slot whose generations are used up stays empty for good.
   if (++shapes.generation[row] != 0) shapes.free_slots.push_back(shape);
   --shapes.alive;
-  shapes.trees_stale = true;
   data.contacts.pairs_stale = true;
   data.bodies.lists_dirty = true;
 }
@@ -160,6 +156,7 @@ void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
   bodies.motion[row].flags = (bodies.motion[row].flags & ~static_cast<std::uint32_t>(kMotionGyroscopic)) |
                              (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u);
   if (bodies.center[row] == mass.center) return;
+  data.contacts.manifolds_stale = true;  // they tell arms from the old center
 
   const Pose transform = bodies.transform[row];
   const Vec3 shift = rotate(transform.rotation, mass.center - bodies.center[row]);

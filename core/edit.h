@@ -64,25 +64,13 @@ inline Vec3 free_axes(std::uint32_t locks) {
 inline Vec3 masked(Vec3 v, Vec3 mask) {
   return {mask.x != 0.0f ? v.x : 0.0f, mask.y != 0.0f ? v.y : 0.0f, mask.z != 0.0f ? v.z : 0.0f};
 }
-inline Vec3 free_linear(const MotionRow& motion, Vec3 v) {
-  return masked(v, free_axes(motion.flags));
-}
-inline Vec3 free_angular(const MotionRow& motion, Vec3 v) {
-  return masked(v, free_axes(motion.flags >> 3));
-}
+inline Vec3 free_linear(const MotionRow& motion, Vec3 v) { return masked(v, free_axes(motion.flags)); }
+inline Vec3 free_angular(const MotionRow& motion, Vec3 v) { return masked(v, free_axes(motion.flags >> 3)); }
 
-inline Vec3 to_vec3(const float (&v)[3]) {
-  return {v[0], v[1], v[2]};
-}
-inline Quat to_quat(const float (&q)[4]) {
-  return {q[0], q[1], q[2], q[3]};
-}
-inline void store(float (&row)[3], Vec3 v) {
-  row[0] = v.x, row[1] = v.y, row[2] = v.z;
-}
-inline void store(float (&row)[4], Quat q) {
-  row[0] = q.x, row[1] = q.y, row[2] = q.z, row[3] = q.w;
-}
+inline Vec3 to_vec3(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
+inline Quat to_quat(const float (&q)[4]) { return {q[0], q[1], q[2], q[3]}; }
+inline void store(float (&row)[3], Vec3 v) { row[0] = v.x, row[1] = v.y, row[2] = v.z; }
+inline void store(float (&row)[4], Quat q) { row[0] = q.x, row[1] = q.y, row[2] = q.z, row[3] = q.w; }
 
 // What finish_step does for moving bodies: the origin's pose from that of the center of mass.
 inline Pose transform_of(const PoseRow& pose, Vec3 center) {

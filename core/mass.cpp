@@ -21,13 +21,9 @@ constexpr float kMaxInertia = 1e35f;         // kg m^2
 
 enum { XX, XY, XZ, YY, YZ, ZZ };
 
-double trace(const Symmetric& s) {
-  return s.m[XX] + s.m[YY] + s.m[ZZ];
-}
+double trace(const Symmetric& s) { return s.m[XX] + s.m[YY] + s.m[ZZ]; }
 
-Symmetric diagonal(double xx, double yy, double zz) {
-  return {{xx, 0.0, 0.0, yy, 0.0, zz}};
-}
+Symmetric diagonal(double xx, double yy, double zz) { return {{xx, 0.0, 0.0, yy, 0.0, zz}}; }
 
 // Mass and inertia about the geometry's own center and axes.
 double solid(const Sphere& sphere, double density, Symmetric* inertia) {

@@ -94,9 +94,7 @@ bool World::is_alive(ShapeId shape) const noexcept {
          (shapes.flags[shape.index] & kShapeAlive) != 0;
 }
 
-std::size_t World::shape_count() const noexcept {
-  return data_ != nullptr ? data_->shapes.alive : 0;
-}
+std::size_t World::shape_count() const noexcept { return data_ != nullptr ? data_->shapes.alive : 0; }
 
 BodyId World::body_of(ShapeId shape) const {
   const ShapeRow s = at({"body_of"}, data_, shape);
@@ -143,7 +141,8 @@ void World::set_material(ShapeId shape, const Material& material) {
     apply_mass(s.data, s.body, mass);
   }
   write_material(s.shapes, s.shape, material);
-  mark_dirty(s.shapes, s.shape);  // manifolds that are kept must mix the surfaces anew
+  mark_dirty(s.shapes, s.shape);
+  s.data.contacts.manifolds_stale = true;  // recycled ones would keep the old surface
   request_wake(s.data, s.shape);
   wake_body(s.data, s.body);
 }

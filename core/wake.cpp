@@ -14,7 +14,6 @@ void wake_body(WorldData& data, std::int32_t body) {
   for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     data.shapes.tree[static_cast<std::size_t>(shape)] = TreeKind::awake;
-    data.shapes.trees_stale = true;
   }
 }
 

@@ -26,12 +26,8 @@ void make_reserved_rows(Bodies& bodies) {
 
 }  // namespace
 
-WorldData& internals(World& world) {
-  return *world.data_;
-}
-const WorldData& internals(const World& world) {
-  return *world.data_;
-}
+WorldData& internals(World& world) { return *world.data_; }
+const WorldData& internals(const World& world) { return *world.data_; }
 
 World::World(const WorldSettings& settings) {
   check_settings({"World"}, settings);
@@ -44,9 +40,7 @@ World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
-const WorldSettings& World::settings() const noexcept {
-  return data_->settings;
-}
+const WorldSettings& World::settings() const noexcept { return data_->settings; }
 
 void World::set_settings(const WorldSettings& settings) {
   constexpr Call call{"set_settings"};
@@ -61,9 +55,7 @@ void World::set_settings(const WorldSettings& settings) {
     wake_body(data, static_cast<std::int32_t>(row));
 }
 
-const StepStats& World::stats() const noexcept {
-  return data_->stats;
-}
+const StepStats& World::stats() const noexcept { return data_->stats; }
 
 std::span<const Pose> World::poses() const noexcept {
   if (data_ == nullptr) return {};

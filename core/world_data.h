@@ -89,6 +89,7 @@ inline constexpr int kTreeCount = 4;
   X(state,   ShapePair,        pair)           /* find_pairs */                                                \
   X(state,   Manifold,         manifold)       /* collide, store_impulses */                                   \
   X(state,   ManifoldFeatures, features)       /* collide */                                                   \
+  X(state,   ContactAnchor,    anchor)         /* collide; where the manifold was made, of two boxes */        \
   X(state,   ContactSurface,   surface)        /* collide, store_impulses; where kManifoldRich */              \
   X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor while not touching */
 // clang-format on
@@ -104,9 +105,7 @@ inline constexpr int kTreeCount = 4;
   void for_each_column(Visitor&& visit) { \
     LIST(SCREE_VISIT_COLUMN)              \
   }                                       \
-  void resize(std::size_t count) {        \
-    LIST(SCREE_RESIZE_COLUMN)             \
-  }
+  void resize(std::size_t count) { LIST(SCREE_RESIZE_COLUMN) }
 
 struct Bodies {
   SCREE_STORE(SCREE_BODY_COLUMNS)
@@ -123,8 +122,6 @@ struct Shapes {
   Column<std::int32_t> moving;      // derived; refresh_lists; shapes of awake and kinematic bodies, ascending
   Column<std::int32_t> dirty;       // state; calls; slots with kShapeDirty, in order of the calls, each once
   std::size_t alive = 0;            // state; calls
-  bool trees_stale = false;         // state; calls, wake_body: some `tree` has changed, shapes came or went;
-                                    // cleared by find_pairs
   bool wake_requested = false;      // state; calls: some shape has kShapeWakes; cleared by wake_neighbors
 };
 
@@ -142,8 +139,10 @@ struct Contacts {
   Column<std::int32_t> previous;  // scratch; find_pairs; per row of `now`: its row in `before`, or -1.
                                   // Meaningless while list_kept
   Column<std::int32_t> touching;  // derived; collide; rows with points, ascending
-  bool pairs_stale = false;       // state; calls: rows may name dead or replaced shapes, or filters and types
-                                  // have changed, so that the list can not be kept; cleared by find_pairs
+  bool manifolds_stale = false;  // state; calls: masses or materials have changed, so that no manifold can be
+                                 // recycled; cleared by collide
+  bool pairs_stale = false;      // state; calls: rows may name dead or replaced shapes, or filters and types
+                                 // have changed, so that the list can not be kept; cleared by find_pairs
 };
 
 // Data that only one stage looks into; defined beside that stage, which makes it at its first run.

@@ -19,9 +19,7 @@ constexpr std::uint8_t kSkipped = 14;  // nobody is awake: the row keeps its con
 constexpr std::uint8_t kNever = 15;    // no dynamic body
 constexpr std::uint8_t kWakeful = 16;  // has an awake dynamic body
 
-bool is_dynamic(BodyType type) {
-  return type == BodyType::dynamic;
-}
+bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
 
 simd::CollideType collide_type(ShapeType a, ShapeType b) {
   constexpr simd::CollideType kTypes[kShapeTypeCount][kShapeTypeCount] = {
@@ -79,6 +77,7 @@ void keep_row(Contacts& contacts, std::size_t row) {
   contacts.now.manifold[row] = contacts.before.manifold[from];
   contacts.now.features[row] = contacts.before.features[from];
   contacts.now.surface[row] = contacts.before.surface[from];
+  contacts.now.anchor[row] = contacts.before.anchor[from];
 }
 
 void count_types(WorldData& data, NarrowPhase& phase, Crew& crew) {
@@ -147,9 +146,11 @@ void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
       .previous_manifold = previous.manifold.data(),
       .previous_features = previous.features.data(),
       .previous_surface = previous.surface.data(),
+      .previous_anchor = previous.anchor.data(),
       .manifold = contacts.now.manifold.data(),
       .features = contacts.now.features.data(),
       .surface = contacts.now.surface.data(),
+      .anchor = contacts.now.anchor.data(),
       .points = phase.points.data(),
   };
   std::array<int, simd::kCollideTypes + 1> chunk_begin{};
@@ -163,7 +164,14 @@ void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
     while (chunk >= chunk_begin[type + 1]) ++type;
     const int begin = phase.type_begin[type] + (chunk - chunk_begin[type]) * simd::kCollideChunk;
     const int count = std::min(phase.type_begin[type + 1] - begin, simd::kCollideChunk);
-    kernels.collide[type](columns, phase.items.data() + begin, count);
+    const CollideItem* items = phase.items.data() + begin;
+    if (type != simd::kBoxBox || contacts.manifolds_stale) {
+      kernels.collide[type](columns, items, count);
+      return;
+    }
+    CollideItem left[simd::kCollideChunk];
+    const int left_count = kernels.recycle(columns, items, count, left);
+    if (left_count > 0) kernels.collide[type](columns, left, left_count);
   });
 }
 
@@ -227,6 +235,7 @@ void collide(WorldData& data, Crew& crew) {
   sort_by_type(data, phase, crew);
   run_kernels(data, phase, crew);
   list_touching(data, phase, crew);
+  data.contacts.manifolds_stale = false;
 }
 
 }  // namespace scree

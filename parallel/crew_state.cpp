@@ -48,15 +48,11 @@ bool CrewState::try_own() {
   return !owned_.load(std::memory_order_relaxed) && !owned_.exchange(true, std::memory_order_acquire);
 }
 
-void CrewState::set_width(int width) {
-  width_.store(width, std::memory_order_relaxed);
-}
+void CrewState::set_width(int width) { width_.store(width, std::memory_order_relaxed); }
 
 // Sequentially consistent, as are the accesses to the number of helpers: either this thread sees that a
 // helper has resigned and sends for another, or that helper sees that the crew is open.
-void CrewState::open() {
-  open_.store(true, std::memory_order_seq_cst);
-}
+void CrewState::open() { open_.store(true, std::memory_order_seq_cst); }
 
 void CrewState::close() {
   open_.store(false, std::memory_order_relaxed);

@@ -74,7 +74,6 @@ void freeze_shapes(WorldData& data, std::int32_t body) {
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     data.shapes.tree[static_cast<std::size_t>(shape)] = TreeKind::frozen;
   }
-  data.shapes.trees_stale = true;
 }
 
 // Wakes every island of sleeping bodies that an awake body touches, and lists the contacts that take part

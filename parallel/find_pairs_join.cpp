@@ -85,9 +85,7 @@ bool anybody_asleep(const WorldData& data, Crew& crew) {
   return asleep.load(std::memory_order_relaxed);
 }
 
-int chunks_of(int count, int size) {
-  return (count + size - 1) / size;
-}
+int chunks_of(int count, int size) { return (count + size - 1) / size; }
 
 }  // namespace
 

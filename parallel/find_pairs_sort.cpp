@@ -20,9 +20,7 @@ constexpr int kMaxGroups = 64;               // of join chunks, each with counts
 constexpr std::int32_t kRankedRow = 40;      // pairs; longer rows are cheaper to sort
 constexpr std::int32_t kHeavyRow = 4096;     // pairs; longer rows are sorted by the whole crew
 
-std::uint64_t key_of(const SortKey& row) {
-  return row.key;
-}
+std::uint64_t key_of(const SortKey& row) { return row.key; }
 std::uint64_t key_of(const ShapePair& pair) {
   return static_cast<std::uint64_t>(static_cast<std::uint32_t>(pair.a)) << 32 |
          static_cast<std::uint32_t>(pair.b);

@@ -64,9 +64,7 @@ void append_members(BroadPhase& broad_phase, int kind, std::int32_t added, int s
   });
 }
 
-bool is_empty(const BoundsRow& bounds) {
-  return bounds.lower[0] > bounds.upper[0];
-}
+bool is_empty(const BoundsRow& bounds) { return bounds.lower[0] > bounds.upper[0]; }
 double center_of(const BoundsRow& bounds, int axis) {
   return 0.5 * (static_cast<double>(bounds.lower[axis]) + static_cast<double>(bounds.upper[axis]));
 }

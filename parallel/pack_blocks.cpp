@@ -19,9 +19,7 @@ constexpr int kKindsPerColor = simd::kPointBuckets * 2;
 constexpr int kColorPlaces = 1 + 2 * kColorLimit;  // overflow, dynamic colors, static colors: solver order
 constexpr int kKeys = kColorPlaces * kKindsPerColor;
 
-int bucket_of(std::uint32_t points) {
-  return points == 1 ? 0 : points == 2 ? 1 : 2;
-}
+int bucket_of(std::uint32_t points) { return points == 1 ? 0 : points == 2 ? 1 : 2; }
 
 int key_of(std::uint32_t info, std::uint8_t color) {
   const bool is_static = (info & kManifoldStatic) != 0;

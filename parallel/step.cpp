@@ -9,7 +9,6 @@
 
 namespace scree {
 
-
 namespace {
 
 using Clock = std::chrono::steady_clock;

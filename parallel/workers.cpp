@@ -36,9 +36,7 @@ int checked_threads(int threads) {
   return threads != 0 ? threads : std::min(core_count(), kMaxThreads);
 }
 
-bool is_known(Isa isa) {
-  return static_cast<int>(isa) <= static_cast<int>(Isa::avx512);
-}
+bool is_known(Isa isa) { return static_cast<int>(isa) <= static_cast<int>(Isa::avx512); }
 
 const simd::Kernels* kernels_of(Isa isa) {
   return simd::find_kernels(static_cast<simd::InstructionSet>(static_cast<int>(isa) - 1));
@@ -87,9 +85,7 @@ const char* isa_name(Isa isa) {
   return is_known(isa) ? kNames[static_cast<int>(isa)] : "unknown";
 }
 
-bool is_supported(Isa isa) {
-  return isa == Isa::automatic || (is_known(isa) && kernels_of(isa) != nullptr);
-}
+bool is_supported(Isa isa) { return isa == Isa::automatic || (is_known(isa) && kernels_of(isa) != nullptr); }
 
 Workers::Impl::Impl(int thread_count, const simd::Kernels& chosen)
     : threads(thread_count),
@@ -121,11 +117,7 @@ Workers::Workers(const WorkersOptions& options)
 Workers::~Workers() = default;
 Workers::Workers(Workers&&) noexcept = default;
 Workers& Workers::operator=(Workers&&) noexcept = default;
-int Workers::threads() const noexcept {
-  return impl_->threads;
-}
-Isa Workers::isa() const noexcept {
-  return isa_of(*impl_->kernels);
-}
+int Workers::threads() const noexcept { return impl_->threads; }
+Isa Workers::isa() const noexcept { return isa_of(*impl_->kernels); }
 
 }  // namespace scree

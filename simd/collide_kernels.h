@@ -54,9 +54,11 @@ struct CollideColumns {
   const Manifold* previous_manifold;
   const ManifoldFeatures* previous_features;
   const ContactSurface* previous_surface;
+  const ContactAnchor* previous_anchor;
   Manifold* manifold;
   ManifoldFeatures* features;
   ContactSurface* surface;  // written where the contact is rich
+  ContactAnchor* anchor;    // written where two boxes touch
   std::uint8_t* points;     // number of points of the row
 };
 
@@ -65,6 +67,9 @@ struct CollideKernels {
   // Manifold::info of the row are sure to be written.
   using Collide = void (*)(const CollideColumns& columns, const CollideItem* items, int count);
   Collide collide[kCollideTypes];
+  // Recycles what it can of up to kCollideChunk pairs of boxes and copies the other items to `left`; returns
+  // how many those are.
+  int (*recycle)(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 };
 
 }  // namespace scree::simd

@@ -58,9 +58,7 @@ struct BlockOf<kPoints, true> {
   using Type = RichBlock<kPoints>;
 };
 
-inline V3 load3(const LaneFloats (&from)[3]) {
-  return {load(from[0]), load(from[1]), load(from[2])};
-}
+inline V3 load3(const LaneFloats (&from)[3]) { return {load(from[0]), load(from[1]), load(from[2])}; }
 inline void store3(LaneFloats (&to)[3], V3 v) {
   store(to[0], v.x);
   store(to[1], v.y);

@@ -24,32 +24,16 @@
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-inline F min(F a, F b) {
-  return native_min(a, b);
-}
-inline F max(F a, F b) {
-  return native_max(a, b);
-}
-inline F clamp(F value, F low, F high) {
-  return min(max(value, low), high);
-}
-inline F operator-(F a) {
-  return as_float(as_int(a) ^ I(INT32_MIN));
-}
-inline F abs(F a) {
-  return as_float(as_int(a) & I(INT32_MAX));
-}
+inline F min(F a, F b) { return native_min(a, b); }
+inline F max(F a, F b) { return native_max(a, b); }
+inline F clamp(F value, F low, F high) { return min(max(value, low), high); }
+inline F operator-(F a) { return as_float(as_int(a) ^ I(INT32_MIN)); }
+inline F abs(F a) { return as_float(as_int(a) & I(INT32_MAX)); }
 inline F copy_sign(F magnitude, F sign) {
   return as_float((as_int(magnitude) & I(INT32_MAX)) | (as_int(sign) & I(INT32_MIN)));
 }
-inline F& operator+=(F& a, F b) {
-  return a = a + b;
-}
-inline F& operator-=(F& a, F b) {
-  return a = a - b;
-}
-inline F& operator*=(F& a, F b) {
-  return a = a * b;
-}
+inline F& operator+=(F& a, F b) { return a = a + b; }
+inline F& operator-=(F& a, F b) { return a = a - b; }
+inline F& operator*=(F& a, F b) { return a = a * b; }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -16,36 +16,21 @@ struct S3 {
   F xx, xy, xz, yy, yz, zz;
 };
 
-inline V3 operator+(V3 a, V3 b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-inline V3 operator-(V3 a, V3 b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-inline V3 operator-(V3 a) {
-  return {-a.x, -a.y, -a.z};
-}
-inline V3 operator*(V3 a, F s) {
-  return {a.x * s, a.y * s, a.z * s};
-}
-inline V3 operator*(F s, V3 a) {
-  return {a.x * s, a.y * s, a.z * s};
-}
-inline F dot(V3 a, V3 b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-inline V3 cross(V3 a, V3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+inline V3 operator+(V3 a, V3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline V3 operator-(V3 a, V3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline V3 operator-(V3 a) { return {-a.x, -a.y, -a.z}; }
+inline V3 operator*(V3 a, F s) { return {a.x * s, a.y * s, a.z * s}; }
+inline V3 operator*(F s, V3 a) { return {a.x * s, a.y * s, a.z * s}; }
+inline F dot(V3 a, V3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline V3 cross(V3 a, V3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline V3 select(M m, V3 yes, V3 no) {
   return {select(m, yes.x, no.x), select(m, yes.y, no.y), select(m, yes.z, no.z)};
 }
-inline F length_squared(V3 a) {
-  return dot(a, a);
+inline Q4 select(M m, Q4 yes, Q4 no) {
+  return {select(m, yes.x, no.x), select(m, yes.y, no.y), select(m, yes.z, no.z), select(m, yes.w, no.w)};
 }
-inline F length(V3 a) {
-  return sqrt(dot(a, a));
-}
+inline F length_squared(V3 a) { return dot(a, a); }
+inline F length(V3 a) { return sqrt(dot(a, a)); }
 
 inline V3 operator*(const S3& m, V3 v) {
   return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
@@ -56,9 +41,7 @@ inline Q4 operator*(Q4 a, Q4 b) {
   return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
           a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
 }
-inline Q4 conjugate(Q4 q) {
-  return {-q.x, -q.y, -q.z, q.w};
-}
+inline Q4 conjugate(Q4 q) { return {-q.x, -q.y, -q.z, q.w}; }
 inline Q4 normalize(Q4 q) {
   const F scale = F(1.0f) / sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
   return {q.x * scale, q.y * scale, q.z * scale, q.w * scale};
@@ -69,9 +52,7 @@ inline V3 rotate(Q4 q, V3 v) {
   const V3 t = F(2.0f) * cross(r, v);
   return v + q.w * t + cross(r, t);
 }
-inline V3 rotate_back(Q4 q, V3 v) {
-  return rotate(conjugate(q), v);
-}
+inline V3 rotate_back(Q4 q, V3 v) { return rotate(conjugate(q), v); }
 
 // Columns of the rotation matrix.
 struct M3 {
@@ -86,12 +67,8 @@ inline M3 to_matrix(Q4 q) {
           {two * (xy - wz), one - two * (xx + zz), two * (yz + wx)},
           {two * (xz + wy), two * (yz - wx), one - two * (xx + yy)}};
 }
-inline V3 operator*(const M3& m, V3 v) {
-  return m.x * v.x + m.y * v.y + m.z * v.z;
-}
-inline V3 multiply_transposed(const M3& m, V3 v) {
-  return {dot(m.x, v), dot(m.y, v), dot(m.z, v)};
-}
+inline V3 operator*(const M3& m, V3 v) { return m.x * v.x + m.y * v.y + m.z * v.z; }
+inline V3 multiply_transposed(const M3& m, V3 v) { return {dot(m.x, v), dot(m.y, v), dot(m.z, v)}; }
 
 // R S R^T for a symmetric S.
 inline S3 rotate(const M3& r, const S3& s) {

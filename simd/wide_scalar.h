@@ -24,42 +24,18 @@ struct M {
   explicit M(bool value) : v(value) {}
 };
 
-inline F operator+(F a, F b) {
-  return a.v + b.v;
-}
-inline F operator-(F a, F b) {
-  return a.v - b.v;
-}
-inline F operator*(F a, F b) {
-  return a.v * b.v;
-}
-inline F operator/(F a, F b) {
-  return a.v / b.v;
-}
-inline F sqrt(F a) {
-  return __builtin_sqrtf(a.v);
-}
-inline F native_min(F a, F b) {
-  return a.v < b.v ? a.v : b.v;
-}
-inline F native_max(F a, F b) {
-  return a.v > b.v ? a.v : b.v;
-}
-inline M operator<(F a, F b) {
-  return M(a.v < b.v);
-}
-inline M operator<=(F a, F b) {
-  return M(a.v <= b.v);
-}
-inline M operator>(F a, F b) {
-  return M(a.v > b.v);
-}
-inline M operator>=(F a, F b) {
-  return M(a.v >= b.v);
-}
-inline M operator==(F a, F b) {
-  return M(a.v == b.v);
-}
+inline F operator+(F a, F b) { return a.v + b.v; }
+inline F operator-(F a, F b) { return a.v - b.v; }
+inline F operator*(F a, F b) { return a.v * b.v; }
+inline F operator/(F a, F b) { return a.v / b.v; }
+inline F sqrt(F a) { return __builtin_sqrtf(a.v); }
+inline F native_min(F a, F b) { return a.v < b.v ? a.v : b.v; }
+inline F native_max(F a, F b) { return a.v > b.v ? a.v : b.v; }
+inline M operator<(F a, F b) { return M(a.v < b.v); }
+inline M operator<=(F a, F b) { return M(a.v <= b.v); }
+inline M operator>(F a, F b) { return M(a.v > b.v); }
+inline M operator>=(F a, F b) { return M(a.v >= b.v); }
+inline M operator==(F a, F b) { return M(a.v == b.v); }
 
 inline I operator+(I a, I b) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a.v) + static_cast<std::uint32_t>(b.v));
@@ -67,24 +43,12 @@ inline I operator+(I a, I b) {
 inline I operator-(I a, I b) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a.v) - static_cast<std::uint32_t>(b.v));
 }
-inline I operator&(I a, I b) {
-  return a.v & b.v;
-}
-inline I operator|(I a, I b) {
-  return a.v | b.v;
-}
-inline I operator^(I a, I b) {
-  return a.v ^ b.v;
-}
-inline M operator==(I a, I b) {
-  return M(a.v == b.v);
-}
-inline M operator<(I a, I b) {
-  return M(a.v < b.v);
-}
-inline M operator>(I a, I b) {
-  return M(a.v > b.v);
-}
+inline I operator&(I a, I b) { return a.v & b.v; }
+inline I operator|(I a, I b) { return a.v | b.v; }
+inline I operator^(I a, I b) { return a.v ^ b.v; }
+inline M operator==(I a, I b) { return M(a.v == b.v); }
+inline M operator<(I a, I b) { return M(a.v < b.v); }
+inline M operator>(I a, I b) { return M(a.v > b.v); }
 template <int kBits>
 inline I shift_left(I a) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a.v) << kBits);
@@ -94,27 +58,13 @@ inline I shift_right(I a) {  // fills with zeros
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a.v) >> kBits);
 }
 
-inline M operator&(M a, M b) {
-  return M(a.v && b.v);
-}
-inline M operator|(M a, M b) {
-  return M(a.v || b.v);
-}
-inline M operator!(M a) {
-  return M(!a.v);
-}
-inline std::uint32_t bits(M a) {
-  return a.v ? 1u : 0u;
-}
-inline M mask_from_bits(std::uint32_t mask) {
-  return M((mask & 1u) != 0);
-}
-inline F select(M m, F yes, F no) {
-  return m.v ? yes : no;
-}
-inline I select(M m, I yes, I no) {
-  return m.v ? yes : no;
-}
+inline M operator&(M a, M b) { return M(a.v && b.v); }
+inline M operator|(M a, M b) { return M(a.v || b.v); }
+inline M operator!(M a) { return M(!a.v); }
+inline std::uint32_t bits(M a) { return a.v ? 1u : 0u; }
+inline M mask_from_bits(std::uint32_t mask) { return M((mask & 1u) != 0); }
+inline F select(M m, F yes, F no) { return m.v ? yes : no; }
+inline I select(M m, I yes, I no) { return m.v ? yes : no; }
 
 inline I as_int(F a) {
   std::int32_t result;
@@ -126,9 +76,7 @@ inline F as_float(I a) {
   __builtin_memcpy(&result, &a.v, sizeof(result));
   return result;
 }
-inline F to_float(I a) {
-  return static_cast<float>(a.v);
-}
+inline F to_float(I a) { return static_cast<float>(a.v); }
 
 inline F load(const float* from) { return *from; }
 inline F load_unaligned(const float* from) { return *from; }

@@ -1,7 +1,8 @@
 // Wide numbers on xsimd, and the row transposes that it lacks. Included by wide.h only.
 #pragma once
 
-// GCC 12 takes the undefined pass-through operand of its own AVX-512 intrinsics for a mistake (GCC bug 105593).
+// GCC 12 takes the undefined pass-through operand of its own AVX-512 intrinsics for a mistake (GCC bug
+// 105593).
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
@@ -49,254 +50,124 @@ struct M {
   explicit M(MaskBatch value) : v(value) {}
 };
 
-inline F operator+(F a, F b) {
-  return F(a.v + b.v);
-}
-inline F operator-(F a, F b) {
-  return F(a.v - b.v);
-}
-inline F operator*(F a, F b) {
-  return F(a.v * b.v);
-}
-inline F operator/(F a, F b) {
-  return F(a.v / b.v);
-}
-inline F sqrt(F a) {
-  return F(xsimd::sqrt(a.v));
-}
-inline M operator<(F a, F b) {
-  return M(a.v < b.v);
-}
-inline M operator<=(F a, F b) {
-  return M(a.v <= b.v);
-}
-inline M operator>(F a, F b) {
-  return M(a.v > b.v);
-}
-inline M operator>=(F a, F b) {
-  return M(a.v >= b.v);
-}
-inline M operator==(F a, F b) {
-  return M(a.v == b.v);
-}
+inline F operator+(F a, F b) { return F(a.v + b.v); }
+inline F operator-(F a, F b) { return F(a.v - b.v); }
+inline F operator*(F a, F b) { return F(a.v * b.v); }
+inline F operator/(F a, F b) { return F(a.v / b.v); }
+inline F sqrt(F a) { return F(xsimd::sqrt(a.v)); }
+inline M operator<(F a, F b) { return M(a.v < b.v); }
+inline M operator<=(F a, F b) { return M(a.v <= b.v); }
+inline M operator>(F a, F b) { return M(a.v > b.v); }
+inline M operator>=(F a, F b) { return M(a.v >= b.v); }
+inline M operator==(F a, F b) { return M(a.v == b.v); }
 // The instructions compute exactly a < b ? a : b and a > b ? a : b.
 #if SCREE_SIMD_LANES == 4
-inline F native_min(F a, F b) {
-  return F(FloatBatch(_mm_min_ps(a.v, b.v)));
-}
-inline F native_max(F a, F b) {
-  return F(FloatBatch(_mm_max_ps(a.v, b.v)));
-}
+inline F native_min(F a, F b) { return F(FloatBatch(_mm_min_ps(a.v, b.v))); }
+inline F native_max(F a, F b) { return F(FloatBatch(_mm_max_ps(a.v, b.v))); }
 #elif SCREE_SIMD_LANES == 8
-inline F native_min(F a, F b) {
-  return F(FloatBatch(_mm256_min_ps(a.v, b.v)));
-}
-inline F native_max(F a, F b) {
-  return F(FloatBatch(_mm256_max_ps(a.v, b.v)));
-}
+inline F native_min(F a, F b) { return F(FloatBatch(_mm256_min_ps(a.v, b.v))); }
+inline F native_max(F a, F b) { return F(FloatBatch(_mm256_max_ps(a.v, b.v))); }
 #else
-inline F native_min(F a, F b) {
-  return F(FloatBatch(_mm512_min_ps(a.v, b.v)));
-}
-inline F native_max(F a, F b) {
-  return F(FloatBatch(_mm512_max_ps(a.v, b.v)));
-}
+inline F native_min(F a, F b) { return F(FloatBatch(_mm512_min_ps(a.v, b.v))); }
+inline F native_max(F a, F b) { return F(FloatBatch(_mm512_max_ps(a.v, b.v))); }
 #endif
 
-inline I operator+(I a, I b) {
-  return I(a.v + b.v);
-}
-inline I operator-(I a, I b) {
-  return I(a.v - b.v);
-}
-inline I operator&(I a, I b) {
-  return I(a.v & b.v);
-}
-inline I operator|(I a, I b) {
-  return I(a.v | b.v);
-}
-inline I operator^(I a, I b) {
-  return I(a.v ^ b.v);
-}
+inline I operator+(I a, I b) { return I(a.v + b.v); }
+inline I operator-(I a, I b) { return I(a.v - b.v); }
+inline I operator&(I a, I b) { return I(a.v & b.v); }
+inline I operator|(I a, I b) { return I(a.v | b.v); }
+inline I operator^(I a, I b) { return I(a.v ^ b.v); }
 template <int kBits>
 inline I shift_left(I a) {
   return I(a.v << kBits);
 }
 
-inline M operator&(M a, M b) {
-  return M(a.v & b.v);
-}
-inline M operator|(M a, M b) {
-  return M(a.v | b.v);
-}
-inline M operator!(M a) {
-  return M(!a.v);
-}
-inline F select(M m, F yes, F no) {
-  return F(xsimd::select(m.v, yes.v, no.v));
-}
+inline M operator&(M a, M b) { return M(a.v & b.v); }
+inline M operator|(M a, M b) { return M(a.v | b.v); }
+inline M operator!(M a) { return M(!a.v); }
+inline F select(M m, F yes, F no) { return F(xsimd::select(m.v, yes.v, no.v)); }
 
-inline I as_int(F a) {
-  return I(xsimd::bitwise_cast<IntBatch>(a.v));
-}
-inline F as_float(I a) {
-  return F(xsimd::bitwise_cast<FloatBatch>(a.v));
-}
-inline F to_float(I a) {
-  return F(xsimd::to_float(a.v));
-}
+inline I as_int(F a) { return I(xsimd::bitwise_cast<IntBatch>(a.v)); }
+inline F as_float(I a) { return F(xsimd::bitwise_cast<FloatBatch>(a.v)); }
+inline F to_float(I a) { return F(xsimd::to_float(a.v)); }
 
 // Masks are float masks; integers are compared and chosen through them.
 #if SCREE_SIMD_LANES == 4
-inline M mask_of(__m128i m) {
-  return M(MaskBatch(_mm_castsi128_ps(m)));
-}
-inline M operator==(I a, I b) {
-  return mask_of(_mm_cmpeq_epi32(a.v, b.v));
-}
-inline M operator>(I a, I b) {
-  return mask_of(_mm_cmpgt_epi32(a.v, b.v));
-}
+inline M mask_of(__m128i m) { return M(MaskBatch(_mm_castsi128_ps(m))); }
+inline M operator==(I a, I b) { return mask_of(_mm_cmpeq_epi32(a.v, b.v)); }
+inline M operator>(I a, I b) { return mask_of(_mm_cmpgt_epi32(a.v, b.v)); }
 template <int kBits>
 inline I shift_right(I a) {  // fills with zeros
   return I(IntBatch(_mm_srli_epi32(a.v, kBits)));
 }
-inline std::uint32_t bits(M a) {
-  return static_cast<std::uint32_t>(_mm_movemask_ps(a.v));
-}
-inline I lane_numbers() {
-  return I(IntBatch(_mm_setr_epi32(0, 1, 2, 3)));
-}
+inline std::uint32_t bits(M a) { return static_cast<std::uint32_t>(_mm_movemask_ps(a.v)); }
+inline I lane_numbers() { return I(IntBatch(_mm_setr_epi32(0, 1, 2, 3))); }
 inline M mask_from_bits(std::uint32_t mask) {
   const __m128i lane_bits = _mm_setr_epi32(1, 2, 4, 8);
   return mask_of(
       _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(static_cast<int>(mask)), lane_bits), lane_bits));
 }
 #elif SCREE_SIMD_LANES == 8
-inline M mask_of(__m256i m) {
-  return M(MaskBatch(_mm256_castsi256_ps(m)));
-}
-inline M operator==(I a, I b) {
-  return mask_of(_mm256_cmpeq_epi32(a.v, b.v));
-}
-inline M operator>(I a, I b) {
-  return mask_of(_mm256_cmpgt_epi32(a.v, b.v));
-}
+inline M mask_of(__m256i m) { return M(MaskBatch(_mm256_castsi256_ps(m))); }
+inline M operator==(I a, I b) { return mask_of(_mm256_cmpeq_epi32(a.v, b.v)); }
+inline M operator>(I a, I b) { return mask_of(_mm256_cmpgt_epi32(a.v, b.v)); }
 template <int kBits>
 inline I shift_right(I a) {
   return I(IntBatch(_mm256_srli_epi32(a.v, kBits)));
 }
-inline std::uint32_t bits(M a) {
-  return static_cast<std::uint32_t>(_mm256_movemask_ps(a.v));
-}
-inline I lane_numbers() {
-  return I(IntBatch(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)));
-}
+inline std::uint32_t bits(M a) { return static_cast<std::uint32_t>(_mm256_movemask_ps(a.v)); }
+inline I lane_numbers() { return I(IntBatch(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7))); }
 inline M mask_from_bits(std::uint32_t mask) {
   const __m256i lane_bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
   return mask_of(
       _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(mask)), lane_bits), lane_bits));
 }
 #else
-inline M mask_of(__mmask16 m) {
-  return M(MaskBatch(m));
-}
-inline M operator==(I a, I b) {
-  return mask_of(_mm512_cmpeq_epi32_mask(a.v, b.v));
-}
-inline M operator>(I a, I b) {
-  return mask_of(_mm512_cmpgt_epi32_mask(a.v, b.v));
-}
+inline M mask_of(__mmask16 m) { return M(MaskBatch(m)); }
+inline M operator==(I a, I b) { return mask_of(_mm512_cmpeq_epi32_mask(a.v, b.v)); }
+inline M operator>(I a, I b) { return mask_of(_mm512_cmpgt_epi32_mask(a.v, b.v)); }
 template <int kBits>
 inline I shift_right(I a) {
   return I(IntBatch(_mm512_srli_epi32(a.v, kBits)));
 }
-inline std::uint32_t bits(M a) {
-  return static_cast<std::uint32_t>(static_cast<__mmask16>(a.v));
-}
+inline std::uint32_t bits(M a) { return static_cast<std::uint32_t>(static_cast<__mmask16>(a.v)); }
 inline I lane_numbers() {
   return I(IntBatch(_mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)));
 }
-inline M mask_from_bits(std::uint32_t mask) {
-  return mask_of(static_cast<__mmask16>(mask));
-}
+inline M mask_from_bits(std::uint32_t mask) { return mask_of(static_cast<__mmask16>(mask)); }
 #endif
-inline M operator<(I a, I b) {
-  return b > a;
-}
-inline I select(M m, I yes, I no) {
-  return as_int(select(m, as_float(yes), as_float(no)));
-}
+inline M operator<(I a, I b) { return b > a; }
+inline I select(M m, I yes, I no) { return as_int(select(m, as_float(yes), as_float(no))); }
 
-inline F load(const float* from) {
-  return F(FloatBatch::load_aligned(from));
-}
-inline F load_unaligned(const float* from) {
-  return F(FloatBatch::load_unaligned(from));
-}
-inline I load(const std::int32_t* from) {
-  return I(IntBatch::load_aligned(from));
-}
-inline I load_unaligned(const std::int32_t* from) {
-  return I(IntBatch::load_unaligned(from));
-}
-inline void store(float* to, F a) {
-  a.v.store_aligned(to);
-}
-inline void store_unaligned(float* to, F a) {
-  a.v.store_unaligned(to);
-}
-inline void store(std::int32_t* to, I a) {
-  a.v.store_aligned(to);
-}
-inline void store_unaligned(std::int32_t* to, I a) {
-  a.v.store_unaligned(to);
-}
+inline F load(const float* from) { return F(FloatBatch::load_aligned(from)); }
+inline F load_unaligned(const float* from) { return F(FloatBatch::load_unaligned(from)); }
+inline I load(const std::int32_t* from) { return I(IntBatch::load_aligned(from)); }
+inline I load_unaligned(const std::int32_t* from) { return I(IntBatch::load_unaligned(from)); }
+inline void store(float* to, F a) { a.v.store_aligned(to); }
+inline void store_unaligned(float* to, F a) { a.v.store_unaligned(to); }
+inline void store(std::int32_t* to, I a) { a.v.store_aligned(to); }
+inline void store_unaligned(std::int32_t* to, I a) { a.v.store_unaligned(to); }
 
 // Transposes 4 x 4 blocks: before, register k holds rows k, k + 4, k + 8, ... of four floats each; after, it
 // holds float k of every row, in the rows' order. Its own reverse.
 #if SCREE_SIMD_LANES == 4
 using Register = __m128;
-inline Register unpack_low(Register a, Register b) {
-  return _mm_unpacklo_ps(a, b);
-}
-inline Register unpack_high(Register a, Register b) {
-  return _mm_unpackhi_ps(a, b);
-}
-inline Register merge_low(Register a, Register b) {
-  return _mm_movelh_ps(a, b);
-}
-inline Register merge_high(Register a, Register b) {
-  return _mm_movehl_ps(b, a);
-}
+inline Register unpack_low(Register a, Register b) { return _mm_unpacklo_ps(a, b); }
+inline Register unpack_high(Register a, Register b) { return _mm_unpackhi_ps(a, b); }
+inline Register merge_low(Register a, Register b) { return _mm_movelh_ps(a, b); }
+inline Register merge_high(Register a, Register b) { return _mm_movehl_ps(b, a); }
 #elif SCREE_SIMD_LANES == 8
 using Register = __m256;
-inline Register unpack_low(Register a, Register b) {
-  return _mm256_unpacklo_ps(a, b);
-}
-inline Register unpack_high(Register a, Register b) {
-  return _mm256_unpackhi_ps(a, b);
-}
-inline Register merge_low(Register a, Register b) {
-  return _mm256_shuffle_ps(a, b, 0x44);
-}
-inline Register merge_high(Register a, Register b) {
-  return _mm256_shuffle_ps(a, b, 0xee);
-}
+inline Register unpack_low(Register a, Register b) { return _mm256_unpacklo_ps(a, b); }
+inline Register unpack_high(Register a, Register b) { return _mm256_unpackhi_ps(a, b); }
+inline Register merge_low(Register a, Register b) { return _mm256_shuffle_ps(a, b, 0x44); }
+inline Register merge_high(Register a, Register b) { return _mm256_shuffle_ps(a, b, 0xee); }
 #else
 using Register = __m512;
-inline Register unpack_low(Register a, Register b) {
-  return _mm512_unpacklo_ps(a, b);
-}
-inline Register unpack_high(Register a, Register b) {
-  return _mm512_unpackhi_ps(a, b);
-}
-inline Register merge_low(Register a, Register b) {
-  return _mm512_shuffle_ps(a, b, 0x44);
-}
-inline Register merge_high(Register a, Register b) {
-  return _mm512_shuffle_ps(a, b, 0xee);
-}
+inline Register unpack_low(Register a, Register b) { return _mm512_unpacklo_ps(a, b); }
+inline Register unpack_high(Register a, Register b) { return _mm512_unpackhi_ps(a, b); }
+inline Register merge_low(Register a, Register b) { return _mm512_shuffle_ps(a, b, 0x44); }
+inline Register merge_high(Register a, Register b) { return _mm512_shuffle_ps(a, b, 0xee); }
 #endif
 
 inline void transpose(Register& r0, Register& r1, Register& r2, Register& r3) {

@@ -47,6 +47,16 @@ struct alignas(16) ManifoldFeatures {
   std::uint32_t id[kMaxManifoldPoints];
 };
 
+// Where both bodies were when a manifold was made. While they have hardly moved relative to each other since,
+// the manifold is recycled: its points keep their places and only the separations follow.
+struct alignas(64) ContactAnchor {
+  float rotation_a[4];  // of the body A of the manifold
+  float rotation_b[4];
+  float offset[3];  // from the center of mass of A to that of B
+  float is_set;     // 1: may be recycled, 0: not
+  float separation[kMaxManifoldPoints];
+};
+
 // The rare part of a contact's surface; meaningful where kManifoldRich is set.
 struct alignas(16) ContactSurface {
   float restitution;

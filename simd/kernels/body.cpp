@@ -94,9 +94,7 @@ inline WideMotion load_motion(const MotionRow* rows, const Lanes& lanes) {
   return m;
 }
 
-inline M is_locked(I flags, int axis) {
-  return !((flags & I(1 << axis)) == I(0));
-}
+inline M is_locked(I flags, int axis) { return !((flags & I(1 << axis)) == I(0)); }
 
 // Axis locks take the locked components of a velocity away.
 inline void apply_locks(I flags, WideVelocity& v) {
@@ -307,8 +305,6 @@ void finish(const BodyArgs& args, int begin, int end) {
 
 }  // namespace
 
-BodyKernels make_body_kernels() {
-  return {prepare, integrate_velocities, integrate_poses, finish};
-}
+BodyKernels make_body_kernels() { return {prepare, integrate_velocities, integrate_poses, finish}; }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -9,6 +9,7 @@ void collide_sphere_box(const CollideColumns& columns, const CollideItem* items,
 void collide_capsule_capsule(const CollideColumns& columns, const CollideItem* items, int count);
 void collide_capsule_box(const CollideColumns& columns, const CollideItem* items, int count);
 void collide_box_box(const CollideColumns& columns, const CollideItem* items, int count);
+int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 
 CollideKernels make_collide_kernels() {
   CollideKernels kernels{};
@@ -18,6 +19,7 @@ CollideKernels make_collide_kernels() {
   kernels.collide[kCapsuleCapsule] = collide_capsule_capsule;
   kernels.collide[kCapsuleBox] = collide_capsule_box;
   kernels.collide[kBoxBox] = collide_box_box;
+  kernels.recycle = recycle_boxes;
   return kernels;
 }
 

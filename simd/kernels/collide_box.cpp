@@ -212,9 +212,7 @@ void clip_edge(const Clipping& c, F x, F y, F inverse_dx, F inverse_dy, F& begin
   end = min(min(max(x_1, x_2), max(y_1, y_2)), F(1.0f));
 }
 
-F safe_inverse(F a) {
-  return F(1.0f) / copy_sign(max(abs(a), F(1e-12f)), a);
-}
+F safe_inverse(F a) { return F(1.0f) / copy_sign(max(abs(a), F(1e-12f)), a); }
 
 Candidates clip(const Clipping& c) {
   // The incident normal is side_1 x side_2, up to sign.

@@ -19,21 +19,11 @@ inline constexpr float kFeatureShare = 0.01f;
 // A second contact point of a capsule must be this share of its radius away from the first.
 inline constexpr float kMinimumSpread = 0.05f;
 
-inline bool any(M m) {
-  return bits(m) != 0;
-}
-inline M never() {
-  return F(0.0f) < F(0.0f);
-}
-inline I count_if(M m) {
-  return select(m, I(1), I(0));
-}
-inline F sign_of(F a) {
-  return copy_sign(F(1.0f), a);
-}
-inline F square(F a) {
-  return a * a;
-}
+inline bool any(M m) { return bits(m) != 0; }
+inline M never() { return F(0.0f) < F(0.0f); }
+inline I count_if(M m) { return select(m, I(1), I(0)); }
+inline F sign_of(F a) { return copy_sign(F(1.0f), a); }
+inline F square(F a) { return a * a; }
 
 // Pairs in lanes. Lanes from `count` on repeat the last pair and are not stored.
 struct Block {
@@ -115,9 +105,7 @@ inline WidePair load_pair(const CollideColumns& columns, const Block& block) {
 }
 
 // False where a rotation is not finite (a comparison with NaN is false).
-inline M is_rotation(Q4 q) {
-  return q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < F(2.0f);
-}
+inline M is_rotation(Q4 q) { return q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < F(2.0f); }
 // False, too, where the offset is not finite.
 inline M spheres_touch(V3 offset, F radius_1, F radius_2) {
   return length_squared(offset) <= square(radius_1 + radius_2 + F(kSpeculativeDistance));
@@ -266,6 +254,24 @@ V3 friction_center(const WideContact<kPoints>& contact) {
 void store_rich_surface(const CollideColumns& columns, const CollideItem& item, float restitution,
                         float rolling_resistance, bool keep_rolling);
 
+// Remembers where the bodies of a new manifold are.
+inline void store_anchor(const CollideColumns& columns, const Block& block, M flip, F is_set,
+                         const F (&separation)[kMaxManifoldPoints]) {
+  const WidePose body_1 = load_pose(columns.body_pose, block.body_1);
+  const WidePose body_2 = load_pose(columns.body_pose, block.body_2);
+  const Q4 a = select(flip, body_2.rotation, body_1.rotation),
+           b = select(flip, body_1.rotation, body_2.rotation);
+  const V3 offset = body_2.position - body_1.position;
+  const V3 a_to_b = select(flip, -offset, offset);
+  float* rows = reinterpret_cast<float*>(columns.anchor);
+  constexpr int kStride = sizeof(ContactAnchor) / sizeof(float);
+  store_rows(rows, kStride, block.row, block.count, a.x, a.y, a.z, a.w);
+  store_rows(rows + 4, kStride, block.row, block.count, b.x, b.y, b.z, b.w);
+  store_rows(rows + 8, kStride, block.row, block.count, a_to_b.x, a_to_b.y, a_to_b.z, is_set);
+  store_rows(rows + 12, kStride, block.row, block.count, separation[0], separation[1], separation[2],
+             separation[3]);
+}
+
 // Completes contacts and writes their rows.
 template <int kPoints>
 void store_contacts(const CollideColumns& columns, const CollideItem* items, const std::int32_t* which,
@@ -327,6 +333,9 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
   store_rows(reinterpret_cast<float*>(columns.features), sizeof(ManifoldFeatures) / sizeof(float), block.row,
              block.count, id[0], id[1], id[2], id[3]);
 
+  if constexpr (kPoints == kMaxManifoldPoints) {
+    store_anchor(columns, block, flip, select(rich, F(0.0f), F(1.0f)), separation);
+  }
   alignas(64) std::int32_t counts[kLanes];
   store(counts, count);
   for (int lane = 0; lane < block.count; ++lane) {

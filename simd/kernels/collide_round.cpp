@@ -25,13 +25,9 @@ V3 direction(V3 difference, F distance, F radii, V3 fallback) {
   return select(apart, unit, fallback);
 }
 
-V3 any_perpendicular(V3 v) {
-  return tangent_of(v * (F(1.0f) / sqrt(max(length_squared(v), F(1e-30f)))));
-}
+V3 any_perpendicular(V3 v) { return tangent_of(v * (F(1.0f) / sqrt(max(length_squared(v), F(1e-30f))))); }
 
-M is_close(F distance, F radii) {
-  return distance - radii <= F(kSpeculativeDistance);
-}
+M is_close(F distance, F radii) { return distance - radii <= F(kSpeculativeDistance); }
 
 // One point on the line between the closest points x and y, both relative to the first shape.
 template <int kPoints>

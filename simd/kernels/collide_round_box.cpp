@@ -14,18 +14,12 @@ constexpr float kFaceCosine = 0.98f;
 struct Axes {
   F of[3];
 };
-Axes axes_of(V3 v) {
-  return {{v.x, v.y, v.z}};
-}
-V3 vector_of(const Axes& a) {
-  return {a.of[0], a.of[1], a.of[2]};
-}
+Axes axes_of(V3 v) { return {{v.x, v.y, v.z}}; }
+V3 vector_of(const Axes& a) { return {a.of[0], a.of[1], a.of[2]}; }
 V3 clamp_to_box(V3 p, V3 half) {
   return {clamp(p.x, -half.x, half.x), clamp(p.y, -half.y, half.y), clamp(p.z, -half.z, half.z)};
 }
-F largest_of(V3 v) {
-  return max(v.x, max(v.y, v.z));
-}
+F largest_of(V3 v) { return max(v.x, max(v.y, v.z)); }
 
 // In the box's frame: the segment center + t half_segment with t in [-1, 1], and the box's half extents.
 struct SegmentBox {

@@ -19,9 +19,7 @@ inline BodyMass load_mass(const InertiaRow* rows, const std::int32_t* index) {
   return m;
 }
 
-inline F invert_positive(F value) {
-  return select(value > F(0.0f), F(1.0f) / value, F(0.0f));
-}
+inline F invert_positive(F value) { return select(value > F(0.0f), F(1.0f) / value, F(0.0f)); }
 
 // The manifold's frame in numbers, and one body's share of its response to impulses: the products
 // (c x f + q) . I^-1 (c x g + r) that the block's couplings are made of.

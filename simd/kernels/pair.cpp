@@ -12,8 +12,6 @@ void refit_leaves(const RefitTask& task, int begin, int end);
 void refit_nodes(const NodeBlock* children, NodeBlock* parents, int begin, int end);
 void join(const JoinTask& task, int end, JoinState& state);
 
-PairKernels make_pair_kernels() {
-  return {update_bounds, refit_leaves, refit_nodes, join};
-}
+PairKernels make_pair_kernels() { return {update_bounds, refit_leaves, refit_nodes, join}; }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -41,12 +41,8 @@ void read_lanes(const BoundsTask& task, int begin, int end, Lanes& lanes) {
   }
 }
 
-const float* floats(const void* rows) {
-  return static_cast<const float*>(rows);
-}
-float* floats(void* rows) {
-  return static_cast<float*>(rows);
-}
+const float* floats(const void* rows) { return static_cast<const float*>(rows); }
+float* floats(void* rows) { return static_cast<float*>(rows); }
 
 struct Placement {
   V3 position;
@@ -60,18 +56,10 @@ Placement load_placement(const PoseRow* rows, const std::int32_t* index) {
   return p;
 }
 
-F largest(V3 v) {
-  return max(max(v.x, v.y), v.z);
-}
-V3 abs(V3 v) {
-  return {abs(v.x), abs(v.y), abs(v.z)};
-}
-M no_farther(V3 a, V3 b) {
-  return (a.x <= b.x) & (a.y <= b.y) & (a.z <= b.z);
-}
-V3 spread(F a) {
-  return {a, a, a};
-}
+F largest(V3 v) { return max(max(v.x, v.y), v.z); }
+V3 abs(V3 v) { return {abs(v.x), abs(v.y), abs(v.z)}; }
+M no_farther(V3 a, V3 b) { return (a.x <= b.x) & (a.y <= b.y) & (a.z <= b.z); }
+V3 spread(F a) { return {a, a, a}; }
 
 // Distance that a point of the shape may travel in one step.
 F travel(const BoundsTask& task, const Lanes& lanes, F arm) {

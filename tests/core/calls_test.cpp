@@ -230,7 +230,6 @@ TEST_F(Marks, ChangedGeometryOrTypeLosesItsHistory) {
   world.set_body_type(body, BodyType::kinematic);
   EXPECT_NE(flags(shape) & kShapeNew, 0);
   EXPECT_TRUE(internals(world).contacts.pairs_stale);
-  EXPECT_TRUE(internals(world).shapes.trees_stale);
 }
 
 TEST_F(Marks, AFilterChangeReconsidersThePairs) {

@@ -31,9 +31,7 @@ World make_world() {
   return world;
 }
 
-TEST(Hash, OfAFixedWorldIsKnown) {
-  EXPECT_EQ(make_world().hash(), kGoldenHash);
-}
+TEST(Hash, OfAFixedWorldIsKnown) { EXPECT_EQ(make_world().hash(), kGoldenHash); }
 
 TEST(Hash, OfAnEmptyWorldIsThatOfNothing) {
   World world;

@@ -41,12 +41,8 @@ std::string error_of(Work&& work) {
   return {};
 }
 
-inline std::size_t row_of(BodyId body) {
-  return body.index;
-}
-inline std::size_t row_of(ShapeId shape) {
-  return shape.index;
-}
+inline std::size_t row_of(BodyId body) { return body.index; }
+inline std::size_t row_of(ShapeId shape) { return shape.index; }
 
 // Adds a contact row with one point between two shapes, as collide would leave it.
 inline void add_touching(World& world, ShapeId a, ShapeId b) {
@@ -75,7 +71,6 @@ inline void consume_dirty(World& world) {
     flags = static_cast<std::uint8_t>(flags & ~(kShapeDirty | kShapeNew));
   }
   data.shapes.dirty.clear();
-  data.shapes.trees_stale = false;
   data.contacts.pairs_stale = false;
   data.bodies.lists_dirty = false;
 }

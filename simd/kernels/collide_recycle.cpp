@@ -1,0 +1,143 @@
+// Recycling: manifolds of boxes that have hardly moved relative to each other stay as they are, and only
+// their separations follow the bodies. This is what lets a tall stack stand: points that are found anew from
+// slightly different poses jump between corners and feed jitter. (Box3D's contact recycling, v0.1, after
+// the persistent manifolds of PhysX; it also saves most of the narrow phase at rest.)
+#include "collide_contact.h"
+
+namespace scree::simd::SCREE_SIMD_NAMESPACE {
+
+namespace {
+
+// How far two boxes may move relative to each other: a share of the thinnest half-extent, at most so much.
+constexpr float kRecycleDistance = 10.0f * kLinearSlop;  // m
+constexpr float kRecycleShare = 0.1f;
+// Where a manifold has room for more points, one that is not there yet was farther than the speculative
+// distance: the boxes may not move farther than that.
+constexpr float kRecycleDistancePartial = kSpeculativeDistance;
+// The normal stays fixed in the world, so neither body may turn by more than 10 degrees: cos^2 of half of it.
+constexpr float kTurnLimit = 0.99240388f;
+
+struct Motion {
+  Q4 turn_a, turn_b;  // since the manifold was made
+  V3 offset_change;   // of B's center of mass relative to A's
+  F distance;         // bound on the relative motion of the boxes' points
+};
+
+inline F thinnest(V3 half) { return min(min(half.x, half.y), half.z); }
+
+inline V3 part(Q4 q) { return {q.x, q.y, q.z}; }
+
+// The relative motion, seen from A: the change of B's place plus what B's relative turn moves at its size.
+inline Motion motion_since(const CollideColumns& columns, const Block& block, M flip, F reach) {
+  const float* rows = reinterpret_cast<const float*>(columns.previous_anchor);
+  constexpr int kStride = sizeof(ContactAnchor) / sizeof(float);
+  Q4 old_a, old_b;
+  V3 old_offset;
+  F is_set;
+  load_rows(rows, kStride, block.previous, old_a.x, old_a.y, old_a.z, old_a.w);
+  load_rows(rows + 4, kStride, block.previous, old_b.x, old_b.y, old_b.z, old_b.w);
+  load_rows(rows + 8, kStride, block.previous, old_offset.x, old_offset.y, old_offset.z, is_set);
+  const WidePose body_1 = load_pose(columns.body_pose, block.body_1);
+  const WidePose body_2 = load_pose(columns.body_pose, block.body_2);
+  const V3 way = body_2.position - body_1.position;
+  const V3 offset = select(flip, -way, way);
+  Motion motion;
+  motion.turn_a = select(flip, body_2.rotation, body_1.rotation) * conjugate(old_a);
+  motion.turn_b = select(flip, body_1.rotation, body_2.rotation) * conjugate(old_b);
+  motion.offset_change = offset - old_offset;
+  const V3 seen_from_a = rotate_back(motion.turn_a, offset) - old_offset;
+  const Q4 relative_turn = conjugate(motion.turn_a) * motion.turn_b;
+  const F near = length(seen_from_a) + F(2.0f) * length(part(relative_turn)) * reach;
+  const F turn = min(motion.turn_a.w * motion.turn_a.w, motion.turn_b.w * motion.turn_b.w);
+  motion.distance = select((is_set > F(0.0f)) & (turn > F(kTurnLimit)), near, F(kAbsentSeparation));
+  return motion;
+}
+
+// Copies a recycled row to its new place, where the list has changed.
+inline void copy_row(const CollideColumns& columns, std::int32_t from, std::int32_t to) {
+  if (columns.previous_manifold == columns.manifold) return;
+  columns.manifold[to] = columns.previous_manifold[from];
+  columns.features[to] = columns.previous_features[from];
+  columns.anchor[to] = columns.previous_anchor[from];
+}
+
+}  // namespace
+
+int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left) {
+  int left_count = 0;
+  for (int begin = 0; begin < count; begin += kLanes) {
+    const int lanes = count - begin < kLanes ? count - begin : kLanes;
+    alignas(64) std::int32_t which[kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    Block block;
+    load_block(items, which, lanes, block);
+    const float* rows = reinterpret_cast<const float*>(columns.previous_manifold);
+    constexpr int kStride = sizeof(Manifold) / sizeof(float);
+    V3 normal, arm_a, arm_b;
+    F friction, row_a, row_b, u[4], v[4], base[4], friction_1, friction_2, twist, info_bits;
+    I points(0);
+    M touched = block.has_previous;
+    if (any(touched)) {  // without any there may be no rows at all
+      load_rows(rows + 28, kStride, block.previous, friction_1, friction_2, twist, info_bits);
+      const I info = as_int(info_bits);
+      points = info & I(kManifoldPointMask);
+      touched = touched & (points > I(0)) & ((info & I(kManifoldRich)) == I(0));
+    }
+    std::uint32_t recycled = bits(touched);
+    if (recycled != 0) {
+      load_rows(rows, kStride, block.previous, normal.x, normal.y, normal.z, friction);
+      load_rows(rows + 4, kStride, block.previous, arm_a.x, arm_a.y, arm_a.z, row_a);
+      load_rows(rows + 8, kStride, block.previous, arm_b.x, arm_b.y, arm_b.z, row_b);
+      load_rows(rows + 12, kStride, block.previous, u[0], u[1], u[2], u[3]);
+      load_rows(rows + 16, kStride, block.previous, v[0], v[1], v[2], v[3]);
+      load_rows(reinterpret_cast<const float*>(columns.previous_anchor) + 12,
+                sizeof(ContactAnchor) / sizeof(float), block.previous, base[0], base[1], base[2], base[3]);
+      const WideExtent extent_1 = load_extent(columns.shape_extent, block.shape_1);
+      const WideExtent extent_2 = load_extent(columns.shape_extent, block.shape_2);
+      const M flip = (block.flags & I(kItemFlip)) == I(kItemFlip);
+      const M fixed = (block.flags & I(kItemFixed)) == I(kItemFixed);
+      // A fixed body does not turn, so its size does not matter; B, whose turn is seen from A, is dynamic.
+      const F size_1 = length(extent_1.half), size_2 = length(extent_2.half);
+      const F size_a = select(flip, size_2, size_1), size_b = select(flip, size_1, size_2);
+      const F reach = select(fixed, size_b, max(size_a, size_b));
+      const Motion motion = motion_since(columns, block, flip, reach);
+      const F share = F(kRecycleShare) * min(thinnest(extent_1.half), thinnest(extent_2.half));
+      const F limit =
+          select(points == I(kMaxManifoldPoints), F(kRecycleDistance), F(kRecycleDistancePartial));
+
+      // As the solver follows separations within a step: the normal as each body would see it.
+      const V3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
+      const V3 change_a = rotate_back(motion.turn_a, normal) - normal;
+      const V3 change_b = rotate_back(motion.turn_b, normal) - normal;
+      const F center = dot(normal, motion.offset_change) + dot(arm_b, change_b) - dot(arm_a, change_a);
+      const V3 tilt = change_b - change_a;
+      const F tilt_1 = dot(tangent_1, tilt), tilt_2 = dot(tangent_2, tilt);
+      F separation[4], nearest(kAbsentSeparation);
+      for (int k = 0; k < kMaxManifoldPoints; ++k) {
+        const M present = base[k] < F(0.5f * kAbsentSeparation);
+        separation[k] = select(present, base[k] + center + u[k] * tilt_1 + v[k] * tilt_2, base[k]);
+        nearest = min(separation[k], nearest);
+      }
+      const M keeps = touched & (motion.distance < min(share, limit)) & (nearest <= F(kSpeculativeDistance));
+      recycled = bits(keeps);
+      alignas(64) float separations[4][kLanes];
+      for (int k = 0; k < kMaxManifoldPoints; ++k) store(separations[k], separation[k]);
+      alignas(64) std::int32_t counts[kLanes];
+      store(counts, points);
+      for (int lane = 0; lane < lanes; ++lane) {
+        if ((recycled >> lane & 1u) == 0) continue;
+        const std::int32_t row = block.row[lane];
+        copy_row(columns, block.previous[lane], row);
+        for (int k = 0; k < kMaxManifoldPoints; ++k)
+          columns.manifold[row].separation[k] = separations[k][lane];
+        columns.points[row] = static_cast<std::uint8_t>(counts[lane]);
+      }
+    }
+    for (int lane = 0; lane < lanes; ++lane) {
+      if ((recycled >> lane & 1u) == 0) left[left_count++] = items[begin + lane];
+    }
+  }
+  return left_count;
+}
+
+}  // namespace scree::simd::SCREE_SIMD_NAMESPACE
