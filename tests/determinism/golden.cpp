@@ -1,5 +1,6 @@
 // See golden.h.
 #include <tests/determinism/golden.h>
+#include <tests/determinism/random_calls.h>
 
 #include <cstdio>
 #include <fstream>
@@ -59,6 +60,13 @@ std::string format(const Golden& golden) {
 std::string Golden::name() const { return what.scene + " " + text_of(what.parameters); }
 
 std::ostream& operator<<(std::ostream& out, const Golden& golden) { return out << golden.name(); }
+
+std::vector<std::uint64_t> play_run(const SceneCase& what, const Schedule& schedule) {
+  if (is_scene(what)) return play(what, schedule);
+  const auto seed = static_cast<std::uint64_t>(what.parameters.at("seed"));
+  const auto bodies = static_cast<int>(what.parameters.at("bodies"));
+  return play(random_sequence(seed, what.steps, bodies), schedule, false).hashes;
+}
 
 std::string golden_path() { return SCREE_GOLDEN_FOLDER "/hashes.txt"; }
 

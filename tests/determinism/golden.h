@@ -26,7 +26,11 @@ std::vector<Golden> read_goldens(const std::string& path);
 // Replaces the hashes and keeps the comments.
 void write_goldens(const std::string& path, const std::vector<Golden>& goldens);
 
-// The name of the runs of random calls in the file; all others are scenes.
+// The name of the runs of random calls in the file; their parameters are bodies and seed, their length counts
+// calls. All other runs are scenes.
 inline constexpr const char* kRandomCalls = "random_calls";
+inline bool is_scene(const SceneCase& what) { return what.scene != kRandomCalls; }
+// The hash after each step of a run of either kind.
+std::vector<std::uint64_t> play_run(const SceneCase& what, const Schedule& schedule);
 
 }  // namespace scree::determinism

@@ -3,7 +3,7 @@
 //                              a run whose backends disagree has no hash, so it stops there
 //   scree_golden backend       prints the instruction set that steps take by themselves, and a hash
 #include <tests/determinism/golden.h>
-#include <tests/determinism/random_calls.h>
+#include <tests/determinism/replay.h>
 
 #include <tbb/global_control.h>
 
@@ -15,11 +15,11 @@ namespace scree::determinism {
 namespace {
 
 Digest checked_digest(const Golden& golden) {
-  const std::vector<std::uint64_t> expected = play(golden.what, {kReference});
+  const std::vector<std::uint64_t> expected = play_run(golden.what, {kReference});
   for (const Schedule& schedule : schedules(false)) {
-    if (play(golden.what, schedule) == expected) continue;
-    throw Error(golden.name() + " on " + name_of(schedule) + " differs from " + name_of({kReference}) + ": " +
-                where_they_part(golden.what, schedule));
+    if (play_run(golden.what, schedule) == expected) continue;
+    throw Error(golden.name() + " on " + name_of(schedule) + " differs from " + name_of({kReference}) +
+                (is_scene(golden.what) ? ": " + where_they_part(golden.what, schedule) : ""));
   }
   return digest_of(expected);
 }

@@ -66,6 +66,16 @@ std::string seed_name(const ::testing::TestParamInfo<Draw>& info) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomCalls, ::testing::ValuesIn(draws()), seed_name);
 
+TEST(RandomCallsGolden, ComeToTheGoldenHash) {
+  int runs = 0;
+  for (const Golden& golden : read_goldens(golden_path())) {
+    if (is_scene(golden.what)) continue;
+    EXPECT_EQ(digest_of(play_run(golden.what, {kReference})), golden.digest) << golden;
+    ++runs;
+  }
+  EXPECT_GT(runs, 0);
+}
+
 TEST(RandomCallsThemselves, AreTheSameForTheSameSeed) {
   const Sequence once = random_sequence(5, 200, 20);
   const Sequence again = random_sequence(5, 200, 20);
