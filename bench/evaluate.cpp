@@ -184,9 +184,7 @@ void PenetrationStatistics::add(double penetration) {
   max_ = std::max(max_, penetration);
 }
 
-double PenetrationStatistics::mean() const {
-  return pairs_ > 0 ? sum_ / static_cast<double>(pairs_) : 0.0;
-}
+double PenetrationStatistics::mean() const { return pairs_ > 0 ? sum_ / static_cast<double>(pairs_) : 0.0; }
 
 double PenetrationStatistics::quantile(double quantile) const {
   if (pairs_ == 0) return 0.0;

@@ -120,9 +120,7 @@ double box_round_gap(const PlacedShape& box, const PlacedShape& round) {
 
 }  // namespace
 
-Eigen::Vector3d to_double(Vec3 vector) {
-  return {double{vector.x}, double{vector.y}, double{vector.z}};
-}
+Eigen::Vector3d to_double(Vec3 vector) { return {double{vector.x}, double{vector.y}, double{vector.z}}; }
 
 Eigen::Quaterniond to_double(Quat rotation) {
   return Eigen::Quaterniond(double{rotation.w}, double{rotation.x}, double{rotation.y}, double{rotation.z})

@@ -15,7 +15,7 @@ namespace scree {
 // One tree over the shapes of a kind. Nothing of it reaches the results: whether two shapes become a pair
 // depends on their own bounds, and the list is sorted. So it is all derived.
 struct PairTree {
-  Column<std::int32_t> order;  // shapes along a Morton curve, whole blocks; -1: nobody (any more)
+  Column<std::int32_t> order;  // shapes along a Hilbert curve, whole blocks; -1: nobody (any more)
   Column<simd::LeafBlock> leaves;
   Column<simd::NodeBlock> nodes[simd::kMaxTreeLevels];
   int levels = 0;
@@ -30,7 +30,7 @@ struct PairTree {
 };
 
 struct SortKey {
-  std::uint64_t key;  // Morton code
+  std::uint64_t key;  // place along the curve
   std::int32_t shape;
   std::int32_t padding;
 };

@@ -57,7 +57,7 @@ void CrewState::open() { open_.store(true, std::memory_order_seq_cst); }
 void CrewState::close() {
   open_.store(false, std::memory_order_relaxed);
   const int width = width_.load(std::memory_order_relaxed);
-  for (int i = 0; i < width; ++i) segments_[i].word.store(0, std::memory_order_release);
+  for (int i = 0; i < width; ++i) segment(i).word.store(0, std::memory_order_release);
   owned_.store(false, std::memory_order_release);
 }
 
@@ -68,14 +68,14 @@ void CrewState::publish(int chunks, StageFunction function, void* context) {
   const int larger = chunks % width;  // the first segments take one more: low seats are filled first
   int begin = 0;
   for (int i = 0; i < width; ++i) {
-    Segment& segment = segments_[i];
+    Segment& part = segment(i);
     const int size = share + (i < larger ? 1 : 0);
-    segment.function = function;
-    segment.context = context;
-    segment.end = begin + size;
+    part.function = function;
+    part.context = context;
+    part.end = begin + size;
     begin += size;
-    segment.word.store(std::uint64_t{stage_} << 32 | static_cast<std::uint32_t>(size),
-                       std::memory_order_release);
+    part.word.store(std::uint64_t{stage_} << 32 | static_cast<std::uint32_t>(size),
+                    std::memory_order_release);
   }
 }
 
@@ -89,18 +89,18 @@ void CrewState::finish(int chunks) {
   }
 }
 
-int CrewState::drain(Segment& segment, int worker) {
+int CrewState::drain(Segment& from, int worker) {
   int done = 0;
-  std::uint64_t word = segment.word.load(std::memory_order_relaxed);
+  std::uint64_t word = from.word.load(std::memory_order_relaxed);
   while (Segment::left(word) != 0) {
     // Acquire: what publish() wrote before, here and everywhere.
-    if (!segment.word.compare_exchange_weak(word, word - 1, std::memory_order_acquire,
-                                            std::memory_order_relaxed)) {
+    if (!from.word.compare_exchange_weak(word, word - 1, std::memory_order_acquire,
+                                         std::memory_order_relaxed)) {
       continue;
     }
-    const int chunk = segment.end - static_cast<int>(Segment::left(word));
+    const int chunk = from.end - static_cast<int>(Segment::left(word));
     try {
-      segment.function(segment.context, chunk, worker);
+      from.function(from.context, chunk, worker);
     } catch (...) {
       report_failure(chunk);
     }
@@ -117,7 +117,7 @@ int CrewState::drain_all(int worker, bool report) {
   const int width = width_.load(std::memory_order_relaxed);
   for (int i = 0; i < width; ++i) {
     const int victim = worker + i < width ? worker + i : worker + i - width;
-    const int done = drain(segments_[victim], worker);
+    const int done = drain(segment(victim), worker);
     if (report && done != 0) {
       finished_.fetch_add(static_cast<std::uint32_t>(done), std::memory_order_release);
     }
@@ -139,7 +139,7 @@ bool CrewState::has_free_seat() const {
   if (!open_.load(std::memory_order_seq_cst)) return false;
   const int width = width_.load(std::memory_order_relaxed);
   for (int seat = 1; seat < width; ++seat) {
-    if (!segments_[seat].taken.load(std::memory_order_relaxed)) return true;
+    if (!segment(seat).taken.load(std::memory_order_relaxed)) return true;
   }
   return false;
 }
@@ -148,7 +148,7 @@ bool CrewState::help() {
   if (!open_.load(std::memory_order_acquire)) return false;
   const int width = width_.load(std::memory_order_relaxed);
   for (int seat = 1; seat < width; ++seat) {
-    std::atomic<bool>& taken = segments_[seat].taken;
+    std::atomic<bool>& taken = segment(seat).taken;
     // Acquire and release hand the worker number's scratch memory on.
     if (taken.load(std::memory_order_relaxed) || taken.exchange(true, std::memory_order_acquire)) continue;
     serve(seat);
@@ -159,7 +159,7 @@ bool CrewState::help() {
 }
 
 void CrewState::serve(int seat) {
-  const Segment& own = segments_[seat];
+  const Segment& own = segment(seat);
   std::uint32_t seen = 0;
   Patience patience;
   for (;;) {

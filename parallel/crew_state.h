@@ -7,6 +7,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <memory>
@@ -57,7 +58,9 @@ class CrewState {
   CrewState* next = nullptr;  // in the pool's list; never changes once there
 
  private:
-  int drain(Segment& segment, int worker);
+  Segment& segment(int seat) { return segments_[static_cast<std::size_t>(seat)]; }
+  const Segment& segment(int seat) const { return segments_[static_cast<std::size_t>(seat)]; }
+  int drain(Segment& from, int worker);
   int drain_all(int worker, bool report);
   void serve(int seat);
   void report_failure(int chunk);

@@ -1,5 +1,5 @@
 // Order for the broad phase: the canonical list of pairs from the join's unordered chunks, and a radix sort
-// for Morton codes and long rows.
+// for places along the curve and for long rows.
 //
 // The list is grouped into buckets by the smaller shape (the owner), each bucket is counted out by owner, and
 // each owner's short row is ranked by comparing everybody with everybody. Keys are unique, so the result does
@@ -17,7 +17,6 @@ namespace {
 constexpr std::size_t kMaxBuckets = 256;     // write streams that caches and address translation bear
 constexpr std::size_t kMinBucketWidth = 64;  // owners
 constexpr int kMaxGroups = 64;               // of join chunks, each with counts of its own
-constexpr std::int32_t kRankedRow = 40;      // pairs; longer rows are cheaper to sort
 constexpr std::int32_t kHeavyRow = 4096;     // pairs; longer rows are sorted by the whole crew
 
 std::uint64_t key_of(const SortKey& row) { return row.key; }
@@ -113,26 +112,29 @@ void scatter_pairs(BroadPhase& broad_phase, const Buckets& buckets, Crew& crew) 
   });
 }
 
-void sort_row(ShapePair* row, std::int32_t owner, const std::int32_t* others, std::int32_t count) {
-  if (count > kRankedRow) {
-    for (std::int32_t i = 0; i < count; ++i) row[i] = {owner, others[i]};
-    std::sort(row, row + count, [](const ShapePair& x, const ShapePair& y) { return x.b < y.b; });
-    return;
-  }
-  for (std::int32_t i = 0; i < count; ++i) {
-    std::int32_t rank = 0;
-    for (std::int32_t j = 0; j < count; ++j) rank += others[j] < others[i] ? 1 : 0;
-    row[rank] = {owner, others[i]};
+// Rows that the kernel has left.
+void sort_long_rows(const simd::RankTask& task) {
+  std::int32_t begin = 0;
+  for (std::int32_t owner = 0; owner < task.owners; ++owner) {
+    const std::int32_t end = task.row_ends[owner];
+    if (end - begin > simd::kRankedRow) {
+      for (std::int32_t i = begin; i < end; ++i) task.pairs[i] = {task.first_owner + owner, task.others[i]};
+      std::sort(task.pairs + begin, task.pairs + end,
+                [](const ShapePair& x, const ShapePair& y) { return x.b < y.b; });
+    }
+    begin = end;
   }
 }
 
 // Sorts one bucket, or marks it as heavy. `begins` has one more place than the bucket has owners.
-void sort_bucket(BroadPhase& broad_phase, const Buckets& buckets, std::size_t bucket, std::int32_t* begins) {
+void sort_bucket(BroadPhase& broad_phase, const Buckets& buckets, std::size_t bucket, std::int32_t* begins,
+                 const simd::PairKernels& kernels) {
   const std::int64_t first = broad_phase.bucket_begins[bucket];
   const auto count = static_cast<std::int32_t>(broad_phase.bucket_begins[bucket + 1] - first);
   const ShapePair* from = broad_phase.bucketed.data() + first;
   ShapePair* to = broad_phase.sorted.data() + first;
-  std::int32_t* others = broad_phase.others.data() + first;
+  std::int32_t* others =
+      broad_phase.others.data() + first + static_cast<std::ptrdiff_t>(bucket * simd::kBlock);
   const auto width = buckets.width();
   const auto first_owner = static_cast<std::int32_t>(bucket << buckets.shift);
   broad_phase.bucket_is_heavy[bucket] = 0;
@@ -150,12 +152,10 @@ void sort_bucket(BroadPhase& broad_phase, const Buckets& buckets, std::size_t bu
     return;
   }
   for (std::int32_t i = 0; i < count; ++i) others[begins[from[i].a - first_owner]++] = from[i].b;
-  std::int32_t begin = 0;  // each owner's place has moved to its row's end
-  for (std::size_t owner = 0; owner < width; ++owner) {
-    const std::int32_t end = begins[owner];
-    sort_row(to + begin, first_owner + static_cast<std::int32_t>(owner), others + begin, end - begin);
-    begin = end;
-  }
+  // Each owner's place has moved to its row's end.
+  const simd::RankTask task{others, begins, first_owner, static_cast<std::int32_t>(width), to};
+  kernels.rank_rows(task);
+  if (longest > simd::kRankedRow) sort_long_rows(task);
 }
 
 }  // namespace
@@ -173,17 +173,19 @@ ShapePair* sort_by_key(ShapePair* rows, ShapePair* other, std::int32_t count,
 void sort_pairs(BroadPhase& broad_phase, std::size_t shapes, std::int64_t pairs, Crew& crew) {
   const auto count = static_cast<std::size_t>(pairs);
   broad_phase.bucketed.resize_discarding(count);
-  broad_phase.others.resize_discarding(count);
   broad_phase.sorted.resize_discarding(count);
   if (count == 0) return;
   const Buckets buckets = choose_buckets(shapes);
+  // Kernels read a block beyond a bucket's last row: nobody else may write there.
+  broad_phase.others.resize_discarding(count + buckets.count * simd::kBlock);
   scatter_pairs(broad_phase, buckets, crew);
   broad_phase.bucket_is_heavy.resize_discarding(buckets.count);
   const std::size_t stride = (buckets.width() + 1 + 15) / 16 * 16;  // whole cache lines
   broad_phase.owner_begins.resize_discarding(static_cast<std::size_t>(crew.threads()) * stride);
   crew.run(static_cast<int>(buckets.count), [&](int bucket, int worker) {
     sort_bucket(broad_phase, buckets, static_cast<std::size_t>(bucket),
-                broad_phase.owner_begins.data() + static_cast<std::size_t>(worker) * stride);
+                broad_phase.owner_begins.data() + static_cast<std::size_t>(worker) * stride,
+                crew.kernels().pair);
   });
   for (std::size_t bucket = 0; bucket < buckets.count; ++bucket) {
     if (broad_phase.bucket_is_heavy[bucket] == 0) continue;

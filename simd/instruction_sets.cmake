@@ -19,9 +19,10 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   get_target_property(xsimd_include xsimd INTERFACE_INCLUDE_DIRECTORIES)
   scree_add_instruction_set(sse2 4 -msse2 -mno-sse3)
   scree_add_instruction_set(avx2 8 -mavx2 -mno-fma)
+  # Clang takes -mno-fma for -mno-avx512f, which includes it; there -ffp-contract=off alone prevents fusing.
   # GCC 12 takes the deliberately undefined registers of its own AVX-512 intrinsics for mistakes of the caller.
-  scree_add_instruction_set(avx512 16 -mavx512f -mavx512cd -mavx512dq -mavx512bw -mavx512vl -mno-fma
-    $<$<CXX_COMPILER_ID:GNU>:-mprefer-vector-width=512 -Wno-uninitialized -Wno-maybe-uninitialized>)
+  scree_add_instruction_set(avx512 16 -mavx512f -mavx512cd -mavx512dq -mavx512bw -mavx512vl
+    $<$<CXX_COMPILER_ID:GNU>:-mno-fma -mprefer-vector-width=512 -Wno-uninitialized -Wno-maybe-uninitialized>)
   foreach(set sse2 avx2 avx512)
     target_include_directories(scree_kernels_${set} SYSTEM PRIVATE ${xsimd_include})
   endforeach()

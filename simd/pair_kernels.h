@@ -85,6 +85,19 @@ struct JoinState {
   bool special;         // in, out: some pair has a special shape
 };
 
+// Rows longer than this are left to the caller of rank_rows.
+inline constexpr std::int32_t kRankedRow = 256;
+
+// rank_rows: rows of unordered members, one behind the other -> pairs in ascending order. Owner o's row ends
+// at row_ends[o] and begins where the one before ends.
+struct RankTask {
+  const std::int32_t* others;  // readable for a block beyond the last
+  const std::int32_t* row_ends;
+  std::int32_t first_owner;
+  std::int32_t owners;
+  ShapePair* pairs;
+};
+
 struct PairKernels {
   // Returns the number of shapes that left their fat bounds.
   int (*update_bounds)(const BoundsTask& task, int begin, int end);
@@ -92,6 +105,7 @@ struct PairKernels {
   // Boxes of the blocks [begin, end) of one level, into the level above.
   void (*refit_nodes)(const NodeBlock* children, NodeBlock* parents, int begin, int end);
   void (*join)(const JoinTask& task, int end, JoinState& state);
+  void (*rank_rows)(const RankTask& task);
 };
 
 }  // namespace scree::simd

@@ -87,6 +87,16 @@ inline void store_unaligned(float* to, F a) { *to = a.v; }
 inline void store(std::int32_t* to, I a) { *to = a.v; }
 inline void store_unaligned(std::int32_t* to, I a) { *to = a.v; }
 inline I lane_numbers() { return 0; }
+// Writes the chosen lanes one behind the other and returns their number. May write kLanes numbers.
+inline int compress_store(std::int32_t* to, M which, I a) {
+  *to = a.v;
+  return which.v ? 1 : 0;
+}
+// Writes a0 b0 a1 b1 ...
+inline void store_interleaved(std::int32_t* to, I a, I b) {
+  to[0] = a.v;
+  to[1] = b.v;
+}
 // Over all lanes; for numbers that are not NaN. The sign of a zero result is unspecified.
 inline float reduce_min(F a) { return a.v; }
 inline float reduce_max(F a) { return a.v; }

@@ -10,15 +10,9 @@
 namespace scree::bench {
 namespace {
 
-b3Vec3 to_box3d(Vec3 v) {
-  return {v.x, v.y, v.z};
-}
-b3Quat to_box3d(Quat q) {
-  return {{q.x, q.y, q.z}, q.w};
-}
-Vec3 from_box3d(b3Vec3 v) {
-  return {v.x, v.y, v.z};
-}
+b3Vec3 to_box3d(Vec3 v) { return {v.x, v.y, v.z}; }
+b3Quat to_box3d(Quat q) { return {{q.x, q.y, q.z}, q.w}; }
+Vec3 from_box3d(b3Vec3 v) { return {v.x, v.y, v.z}; }
 
 b3BodyType to_box3d(BodyType type) {
   if (type == BodyType::fixed) return b3_staticBody;

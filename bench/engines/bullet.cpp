@@ -10,9 +10,7 @@
 namespace scree::bench {
 namespace {
 
-btVector3 to_bullet(Vec3 v) {
-  return {btScalar{v.x}, btScalar{v.y}, btScalar{v.z}};
-}
+btVector3 to_bullet(Vec3 v) { return {btScalar{v.x}, btScalar{v.y}, btScalar{v.z}}; }
 btTransform to_bullet(Vec3 position, Quat q) {
   return btTransform(btQuaternion(q.x, q.y, q.z, q.w), to_bullet(position));
 }

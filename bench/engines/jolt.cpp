@@ -36,9 +36,7 @@ class BroadPhaseLayers final : public JPH::BroadPhaseLayerInterface {
     return JPH::BroadPhaseLayer(static_cast<JPH::BroadPhaseLayer::Type>(layer));
   }
 #if defined(JPH_EXTERNAL_PROFILE) || defined(JPH_PROFILE_ENABLED)
-  const char* GetBroadPhaseLayerName(JPH::BroadPhaseLayer) const override {
-    return "layer";
-  }
+  const char* GetBroadPhaseLayerName(JPH::BroadPhaseLayer) const override { return "layer"; }
 #endif
 };
 
@@ -56,15 +54,9 @@ class NotBothFixed final : public JPH::ObjectLayerPairFilter {
   }
 };
 
-JPH::Vec3 to_jolt(Vec3 v) {
-  return {v.x, v.y, v.z};
-}
-JPH::Quat to_jolt(Quat q) {
-  return {q.x, q.y, q.z, q.w};
-}
-Vec3 from_jolt(JPH::Vec3Arg v) {
-  return {v.GetX(), v.GetY(), v.GetZ()};
-}
+JPH::Vec3 to_jolt(Vec3 v) { return {v.x, v.y, v.z}; }
+JPH::Quat to_jolt(Quat q) { return {q.x, q.y, q.z, q.w}; }
+Vec3 from_jolt(JPH::Vec3Arg v) { return {v.GetX(), v.GetY(), v.GetZ()}; }
 
 void check_material(const scenes::SceneShape& shape, const Material& first) {
   const Filter& filter = shape.options.filter;

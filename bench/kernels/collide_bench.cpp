@@ -1,5 +1,22 @@
 // Time of the collide kernels per pair, by type pair and instruction set, on boxes, capsules and spheres of
 // about 1 m in random poses.
+//
+// ns a pair of processor time, least of 3, g++ 12, one core of an AMD EPYC (family 26) that others were using
+// too:
+//                              scalar   sse2   avx2  avx512
+//   sphere_sphere   touching     34.2   18.1   14.2   13.3
+//                   separated     3.2    2.9    2.8    3.3
+//   sphere_capsule  touching     55.4   23.2   16.4   13.8
+//                   separated     6.6    4.6    3.4    3.4
+//   sphere_box      touching     78.0   23.9   17.0   14.9
+//                   separated     9.0    4.5    3.4    3.5
+//   capsule_capsule touching    116.4   38.6   24.9   18.9
+//                   separated    20.2   10.1    8.3    6.2
+//   capsule_box     touching    330.5   76.4   40.4   26.8
+//                   separated    31.6   19.7   12.5    9.5
+//   box_box         touching    451.7  125.0   58.5   41.1
+//                   resting     299.1  112.5   53.5   38.3
+//                   separated    62.5   30.7   18.9   13.6
 #include <benchmark/benchmark.h>
 #include <core/column.h>
 #include <core/math.h>
@@ -51,8 +68,8 @@ Rows make_rows(Kind first, Kind second, Placement placement) {
     const Quat q1 = normalize(Quat{normal(engine), normal(engine), normal(engine), normal(engine)});
     Quat q2 = normalize(Quat{normal(engine), normal(engine), normal(engine), normal(engine)});
     Vec3 way{normal(engine), normal(engine), normal(engine)};
-    // Random poses touch mostly at 0.6 m and are apart by a little at 1.05 m.
-    way = way * ((placement == Placement::touching ? 0.6f : 1.05f) / length(way));
+    // Random poses touch at 0.6 m; at 1.25 m they are mostly apart, though bounding spheres often touch.
+    way = way * ((placement == Placement::touching ? 0.6f : 1.25f) / length(way));
     if (placement == Placement::resting) {
       q2 = q1;
       way = rotate(q1, {shift(engine), shift(engine), 0.597f});

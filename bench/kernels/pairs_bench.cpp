@@ -3,10 +3,18 @@
 // A pile of mixed boxes, spheres and capsules of 0.4 to 1.0 m at random places and turns, so dense that every
 // body has about ten candidate pairs. `moving`: every body leaves its bounds in every step. `resting`: nobody
 // does.
+//
+// Best of a few on an AMD EPYC at 2.6 GHz, one thread, cores shared with other work, ms, November 2026:
+//   moving    5,000 bodies,  21,700 pairs: scalar 3.2, AVX2 0.59, AVX-512 0.52
+//   moving  100,000 bodies, 469,000 pairs: scalar 100 (first form), AVX2 19.2, AVX-512 18.5
+//   resting   5,000 bodies: 0.020; 100,000 bodies: 0.46 (AVX-512)
+//   parts at 100,000 with AVX-512: update_bounds 0.7, members 0.02, refit 1.1, join 7.9, sort 5.0
 #include <benchmark/benchmark.h>
 #include <parallel/broad_phase.h>
 #include <tests/parallel/hand_made_world.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -43,68 +51,97 @@ void swing(HandMadeWorld& world) {
   }
 }
 
+class Watch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
 void run_find_pairs(benchmark::State& state, Isa isa, float speed) {
   const auto world = make_pile(static_cast<int>(state.range(0)), speed);
-  Workers workers(WorkersOptions{.threads = 1, .isa = isa});
+  Workers workers(WorkersOptions{.threads = static_cast<int>(state.range(1)), .isa = isa});
   Crew crew(workers);
-  find_pairs(world->data, crew);
-  for (auto _ : state) {
-    state.PauseTiming();
-    swing(*world);
-    state.ResumeTiming();
+  for (int i = 0; i < 3; ++i) {
     update_bounds(world->data, kDt, crew);
     find_pairs(world->data, crew);
   }
+  double best = 1e9;
+  for (auto _ : state) {
+    swing(*world);
+    const Watch watch;
+    update_bounds(world->data, kDt, crew);
+    find_pairs(world->data, crew);
+    best = std::min(best, watch.seconds());
+    state.SetIterationTime(watch.seconds());
+  }
   state.counters["pairs"] = static_cast<double>(world->data.stats.pairs);
+  state.counters["best_ms"] = 1e3 * best;
 }
 
-// One stage at a time, the others untimed.
-void run_part(benchmark::State& state, Isa isa, int part) {
-  const auto world = make_pile(static_cast<int>(state.range(0)), 1.0f);
+// One stage at a time.
+void run_part(benchmark::State& state, Isa isa, int timed_part) {
+  const auto world = make_pile(static_cast<int>(state.range(0)), 4.0f);
   WorldData& data = world->data;
   Workers workers(WorkersOptions{.threads = 1, .isa = isa});
   Crew crew(workers);
   find_pairs(data, crew);
   BroadPhase& broad_phase = broad_phase_of(data);
-  const auto timed = [&](int which, auto&& work) {
-    if (which == part) state.ResumeTiming();
-    work();
-    if (which == part) state.PauseTiming();
-  };
+  double best = 1e9;
   for (auto _ : state) {
-    state.PauseTiming();
     swing(*world);
     std::int64_t pairs = 0;
-    timed(0, [&] { update_bounds(data, kDt, crew); });
-    timed(1, [&] { update_members(data, broad_phase, crew); });
-    timed(2, [&] { refit_trees(data, broad_phase, crew); });
-    timed(3, [&] { pairs = join_trees(data, broad_phase, crew); });
-    timed(4, [&] { sort_pairs(broad_phase, data.shapes.flags.size(), pairs, crew); });
-    state.ResumeTiming();
+    int part = 0;
+    const auto timed = [&](auto&& work) {
+      const Watch watch;
+      work();
+      if (part++ != timed_part) return;
+      best = std::min(best, watch.seconds());
+      state.SetIterationTime(watch.seconds());
+    };
+    timed([&] { update_bounds(data, kDt, crew); });
+    timed([&] { update_members(data, broad_phase, crew); });
+    timed([&] { refit_trees(data, broad_phase, crew); });
+    timed([&] { pairs = join_trees(data, broad_phase, crew); });
+    timed([&] { sort_pairs(broad_phase, data.shapes.flags.size(), pairs, crew); });
+  }
+  state.counters["best_ms"] = 1e3 * best;
+}
+
+void register_for(Isa isa) {
+  const std::string name = isa_name(isa);
+  for (const std::int64_t bodies : {5000, 100000, 1000000}) {
+    for (const bool moving : {true, false}) {
+      benchmark::RegisterBenchmark(
+          ((moving ? "find_pairs/moving/" : "find_pairs/resting/") + name).c_str(),
+          [=](benchmark::State& state) { run_find_pairs(state, isa, moving ? 4.0f : 0.0f); })
+          ->ArgNames({"bodies", "threads"})
+          ->Args({bodies, 1})
+          ->Args({bodies, 2})
+          ->Iterations(bodies < 10000    ? 100
+                       : bodies < 200000 ? 12
+                                         : 3)
+          ->UseManualTime()
+          ->Unit(benchmark::kMillisecond);
+    }
+  }
+  const char* const parts[] = {"update_bounds", "update_members", "refit_trees", "join_trees", "sort_pairs"};
+  for (int part = 0; part < 5; ++part) {
+    benchmark::RegisterBenchmark((std::string(parts[part]) + "/" + name).c_str(),
+                                 [=](benchmark::State& state) { run_part(state, isa, part); })
+        ->Arg(100000)
+        ->Iterations(10)
+        ->UseManualTime()
+        ->Unit(benchmark::kMillisecond);
   }
 }
 
 const bool kRegistered = [] {
-  const char* const parts[] = {"update_bounds", "update_members", "refit_trees", "join_trees", "sort_pairs"};
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
-    if (!is_supported(isa)) continue;
-    const std::string name = isa_name(isa);
-    for (const std::int64_t bodies : {5000, 100000, 1000000}) {
-      benchmark::RegisterBenchmark(("find_pairs/moving/" + name).c_str(),
-                                   [isa](benchmark::State& state) { run_find_pairs(state, isa, 1.0f); })
-          ->Arg(bodies)
-          ->Unit(benchmark::kMillisecond);
-      benchmark::RegisterBenchmark(("find_pairs/resting/" + name).c_str(),
-                                   [isa](benchmark::State& state) { run_find_pairs(state, isa, 0.0f); })
-          ->Arg(bodies)
-          ->Unit(benchmark::kMillisecond);
-    }
-    for (int part = 0; part < 5; ++part) {
-      benchmark::RegisterBenchmark((std::string(parts[part]) + "/" + name).c_str(),
-                                   [isa, part](benchmark::State& state) { run_part(state, isa, part); })
-          ->Arg(100000)
-          ->Unit(benchmark::kMillisecond);
-    }
+    if (is_supported(isa)) register_for(isa);
   }
   return true;
 }();

@@ -265,8 +265,6 @@ int child_main(const std::string& request_json) {
   return 0;
 }
 
-std::string to_json(const Measurement& measurement) {
-  return nlohmann::json(measurement).dump();
-}
+std::string to_json(const Measurement& measurement) { return nlohmann::json(measurement).dump(); }
 
 }  // namespace scree::bench

@@ -17,14 +17,10 @@ std::string number(const char* format, double value) {
   return text;
 }
 
-std::string millimeters(double meters) {
-  return number("%.3f", meters * 1e3);
-}
+std::string millimeters(double meters) { return number("%.3f", meters * 1e3); }
 
 // Enough digits to see a percent, whatever the size.
-std::string time_cell(double ms) {
-  return number(ms < 1.0 ? "%.4f" : ms < 100.0 ? "%.3f" : "%.1f", ms);
-}
+std::string time_cell(double ms) { return number(ms < 1.0 ? "%.4f" : ms < 100.0 ? "%.3f" : "%.1f", ms); }
 
 std::vector<const Measurement*> by_time(const Entry& entry) {
   std::vector<const Measurement*> good;

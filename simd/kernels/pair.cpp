@@ -11,7 +11,8 @@ int update_bounds(const BoundsTask& task, int begin, int end);
 void refit_leaves(const RefitTask& task, int begin, int end);
 void refit_nodes(const NodeBlock* children, NodeBlock* parents, int begin, int end);
 void join(const JoinTask& task, int end, JoinState& state);
+void rank_rows(const RankTask& task);
 
-PairKernels make_pair_kernels() { return {update_bounds, refit_leaves, refit_nodes, join}; }
+PairKernels make_pair_kernels() { return {update_bounds, refit_leaves, refit_nodes, join, rank_rows}; }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -49,57 +49,76 @@ Box broadcast_box(const float (&bounds)[6][kBlock], int lane) {
           {F(bounds[3][lane]), F(bounds[4][lane]), F(bounds[5][lane])}};
 }
 
-// A bit for each shape of the block whose box and bounding sphere meet those of the query's shape.
-std::uint32_t meet_bits(const Box& box, const LeafBlock& query, int shape, const LeafBlock& block) {
-  const F center_x(query.center[0][shape]), center_y(query.center[1][shape]),
-      center_z(query.center[2][shape]);
-  const F radius(query.radius[shape]);
+// What one shape of the query block asks with.
+struct Asker {
+  Box box;
+  F center[3];
+  F radius;
+};
+
+Asker broadcast_asker(const LeafBlock& query, int slot) {
+  return {broadcast_box(query.bounds, slot),
+          {F(query.center[0][slot]), F(query.center[1][slot]), F(query.center[2][slot])},
+          F(query.radius[slot])};
+}
+
+// Appends the shapes of the block whose boxes and bounding spheres meet the asker's and whose bits are in
+// `asked`. Returns their bits. Branches would be mispredicted; only few lanes make skipping pay.
+std::uint32_t meet(const Asker& asker, const LeafBlock& block, std::uint32_t asked, std::int32_t* others,
+                   int& count) {
   std::uint32_t result = 0;
   for (int lane = 0; lane < kBlock; lane += kLanes) {
-    const M boxes = overlap(box, &block.bounds[0][lane], kBlock);
-#if SCREE_SIMD_LANES < 16
+    const M boxes = overlap(asker.box, &block.bounds[0][lane], kBlock) & mask_from_bits(asked >> lane);
+#if SCREE_SIMD_LANES < 8
     if (bits(boxes) == 0) continue;  // nothing would be added
 #endif
     // Differences and sums have the same bits (up to sign) whichever shape asks.
-    const F x = load(&block.center[0][lane]) - center_x;
-    const F y = load(&block.center[1][lane]) - center_y;
-    const F z = load(&block.center[2][lane]) - center_z;
-    const F sum = load(&block.radius[lane]) + radius;
-    const M spheres = x * x + y * y + z * z <= sum * sum;
-    result |= bits(boxes & spheres) << lane;
+    const F x = load(&block.center[0][lane]) - asker.center[0];
+    const F y = load(&block.center[1][lane]) - asker.center[1];
+    const F z = load(&block.center[2][lane]) - asker.center[2];
+    const F sum = load(&block.radius[lane]) + asker.radius;
+    const M both = boxes & (x * x + y * y + z * z <= sum * sum);
+    count += compress_store(others + count, both, load(&block.shape[lane]));
+    result |= bits(both) << lane;
   }
   return result;
 }
 
-void write_pairs(const LeafBlock& block, std::uint32_t hits, std::int32_t shape, ShapePair* to) {
-  for (; hits != 0; hits &= hits - 1) {
-    const std::int32_t other = block.shape[__builtin_ctz(hits)];
-    to->a = other < shape ? other : shape;
-    to->b = other < shape ? shape : other;
-    ++to;
-  }
+// May write up to kLanes pairs more than `count`.
+void write_pairs(std::int32_t shape, const std::int32_t* others, int count, ShapePair* to) {
+  int i = 0;
+  do {
+    const I other = load(others + i);
+    const M smaller = other < I(shape);
+    store_interleaved(reinterpret_cast<std::int32_t*>(to + i), select(smaller, other, I(shape)),
+                      select(smaller, I(shape), other));
+    i += kLanes;
+  } while (i < count);
 }
 
 // Pairs of one shape of the query block with the candidates.
 void test_shape(const JoinTask& task, int query_block, int slot, const Candidates& candidates,
                 JoinState& state) {
   const LeafBlock& query = task.query[query_block];
-  const Box box = broadcast_box(query.bounds, slot);
-  const std::uint32_t query_special = (query.special >> slot & 1u) != 0 ? ~0u : 0u;
+  const Asker asker = broadcast_asker(query, slot);
+  const std::uint32_t later = ~((2u << slot) - 1u);
+  alignas(64) std::int32_t others[(kMaxCandidates + 1) * kBlock];
+  int count = 0;
+  std::uint32_t special = 0;
   for (int first = 0; first < candidates.count; first += kLanes) {
-    std::uint32_t met = bits(overlap(box, &candidates.bounds[0][first], kMaxCandidates));
+    std::uint32_t met = bits(overlap(asker.box, &candidates.bounds[0][first], kMaxCandidates));
     for (; met != 0; met &= met - 1) {
       const std::int32_t number = candidates.block[first + __builtin_ctz(met)];
       const LeafBlock& block = task.target.leaves[number];
-      std::uint32_t hits = meet_bits(box, query, slot, block);
-      if (task.self && number == query_block) hits &= ~((2u << slot) - 1u);
-      if (hits == 0) continue;
-      if (state.count + kBlock <= task.capacity)
-        write_pairs(block, hits, query.shape[slot], task.pairs + state.count);
-      state.count += __builtin_popcount(hits);
-      state.special = state.special || ((query_special | block.special) & hits) != 0;
+      const std::uint32_t asked = task.self && number == query_block ? later : ~0u;
+      special |= block.special & meet(asker, block, asked, others, count);
     }
   }
+  if (state.count + count + kBlock <= task.capacity) {
+    write_pairs(query.shape[slot], others, count, task.pairs + state.count);
+  }
+  state.count += count;
+  state.special = state.special || special != 0 || (count > 0 && (query.special >> slot & 1u) != 0);
 }
 
 void work_off(const JoinTask& task, int query_block, Candidates& candidates, JoinState& state) {
@@ -215,6 +234,26 @@ void join(const JoinTask& task, int end, JoinState& state) {
       state.special = special;
       return;
     }
+  }
+}
+
+// Each member's place is the number of smaller ones: no branch depends on the numbers.
+void rank_rows(const RankTask& task);
+void rank_rows(const RankTask& task) {
+  std::int32_t begin = 0;
+  for (std::int32_t owner = 0; owner < task.owners; ++owner) {
+    const std::int32_t end = task.row_ends[owner];
+    for (std::int32_t i = begin; i < end && end - begin <= kRankedRow; ++i) {
+      const std::int32_t other = task.others[i];
+      std::int32_t place = begin;
+      for (std::int32_t first = begin; first < end; first += kLanes) {
+        const std::int32_t left = end - first;
+        const std::uint32_t row = left < kLanes ? (1u << left) - 1u : ~0u;
+        place += __builtin_popcount(bits(load_unaligned(task.others + first) < I(other)) & row);
+      }
+      task.pairs[place] = {task.first_owner + owner, other};
+    }
+    begin = end;
   }
 }
 

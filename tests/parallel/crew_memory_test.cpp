@@ -19,9 +19,7 @@ std::atomic<long> allocations{0};
 }
 
 namespace scree {
-long allocations_so_far() {
-  return allocations.load(std::memory_order_relaxed);
-}
+long allocations_so_far() { return allocations.load(std::memory_order_relaxed); }
 }  // namespace scree
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -37,11 +35,13 @@ long allocations_so_far() {
 #if !SCREE_SANITIZED
 extern "C" void* __libc_malloc(std::size_t);
 extern "C" void* __libc_memalign(std::size_t, std::size_t);
-extern "C" void* malloc(std::size_t size) noexcept {
+// Visible, so that shared libraries find them.
+extern "C" __attribute__((visibility("default"))) void* malloc(std::size_t size) noexcept {
   allocations.fetch_add(1, std::memory_order_relaxed);
   return __libc_malloc(size);
 }
-extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+extern "C" __attribute__((visibility("default"))) void* aligned_alloc(std::size_t alignment,
+                                                                      std::size_t size) noexcept {
   allocations.fetch_add(1, std::memory_order_relaxed);
   return __libc_memalign(alignment, size);
 }
@@ -51,12 +51,8 @@ __attribute__((noinline)) void* operator new(std::size_t size) {
   if (void* memory = std::malloc(size != 0 ? size : 1)) return memory;
   throw std::bad_alloc();
 }
-__attribute__((noinline)) void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-__attribute__((noinline)) void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
+__attribute__((noinline)) void operator delete(void* memory) noexcept { std::free(memory); }
+__attribute__((noinline)) void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 #endif
 
 namespace scree {

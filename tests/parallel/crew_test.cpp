@@ -149,7 +149,7 @@ TEST_F(CrewTest, TheCallerAloneFinishesEveryStageWhileEveryHelperIsElsewhere) {
       nullptr);
   while (!occupied) std::this_thread::yield();
   {
-    Workers workers(2);
+    Workers workers(2);  // dies before its helper begins, which then must find nothing to touch
     for (int step = 0; step < 100; ++step) {
       Crew crew(workers);
       for (int stage = 0; stage < 50; ++stage) {

@@ -60,7 +60,9 @@ std::vector<Pair> listed(const WorldData& data) {
 void expect_canonical(const std::vector<Pair>& list) {
   for (std::size_t i = 0; i < list.size(); ++i) {
     EXPECT_LT(list[i].first, list[i].second);
-    if (i > 0) EXPECT_LT(list[i - 1], list[i]);
+    if (i > 0) {
+      EXPECT_LT(list[i - 1], list[i]);
+    }
   }
 }
 
@@ -254,14 +256,18 @@ TEST(FindPairs, NoPairWithinTheSpeculativeDistanceIsMissed) {
             meet = meet && offset <= half[0][axis] + half[1][axis];
             distance += offset * offset;
           }
-          if (meet && std::sqrt(distance) <= radius[0] + radius[1]) EXPECT_TRUE(list.contains({a, b}));
+          if (meet && std::sqrt(distance) <= radius[0] + radius[1]) {
+            EXPECT_TRUE(list.contains({a, b}));
+          }
         }
       }
       world.integrate(kDt);
       Crew crew(workers);
       update_bounds(world.data, kDt, crew);
     }
-    if (speed < 0.5f) EXPECT_GT(kept, 0);
+    if (speed < 0.5f) {
+      EXPECT_GT(kept, 0);
+    }
   }
 }
 

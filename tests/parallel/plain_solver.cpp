@@ -113,9 +113,12 @@ class PlainSolver {
       const InertiaRow& local = bodies.local_mass[body];
       Vec3 columns[3];
       const Vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-      for (int i = 0; i < 3; ++i) columns[i] = rotate(rotation, multiply(local, rotate_back(rotation, axes[i])));
+      for (int i = 0; i < 3; ++i)
+        columns[i] = rotate(rotation, multiply(local, rotate_back(rotation, axes[i])));
       bodies.inertia[body] = {
-          {columns[0].x, columns[0].y, columns[0].z, columns[1].y, columns[1].z, columns[2].z}, local.inverse_mass, 0};
+          {columns[0].x, columns[0].y, columns[0].z, columns[1].y, columns[1].z, columns[2].z},
+          local.inverse_mass,
+          0};
       bodies.delta[body] = {{0, 0, 0}, {0, 0, 0, 1}, 0};
     }
   }
@@ -125,7 +128,8 @@ class PlainSolver {
     const Constraints& constraints = constraints_of(data_);
     for (const simd::ContactChunk& chunk : constraints.chunks) {
       for (int i = 0; i < chunk.lanes; ++i) {
-        add_contact(static_cast<std::size_t>(constraints.rows[static_cast<std::size_t>(chunk.first_lane + i)]));
+        add_contact(
+            static_cast<std::size_t>(constraints.rows[static_cast<std::size_t>(chunk.first_lane + i)]));
       }
     }
     const float scale = settings_.warm_start && data_.last_dt > 0.0f ? dt_ / data_.last_dt : 0.0f;
@@ -174,10 +178,11 @@ class PlainSolver {
     const ForceRow& force = data_.bodies.force[body];
     const InertiaRow& inertia = data_.bodies.inertia[body];
     Motion v = motion(body);
-    const Vec3 acceleration = row.gravity_factor * settings_.gravity + inertia.inverse_mass * to_vec(force.force);
+    const Vec3 acceleration =
+        row.gravity_factor * settings_.gravity + inertia.inverse_mass * to_vec(force.force);
     v.linear = (1.0f / (1.0f + h_ * row.linear_damping)) * (v.linear + h_ * acceleration);
-    v.angular =
-        (1.0f / (1.0f + h_ * row.angular_damping)) * (v.angular + h_ * multiply(inertia, to_vec(force.torque)));
+    v.angular = (1.0f / (1.0f + h_ * row.angular_damping)) *
+                (v.angular + h_ * multiply(inertia, to_vec(force.torque)));
     set_motion(body, v);
   }
 
@@ -271,7 +276,8 @@ class PlainSolver {
         const float error = speed + bias;
         residual_ = std::max(residual_, impulse > 0.0f ? std::abs(error) : std::max(-error, 0.0f));
       }
-      const float next = std::max(impulse - mass * (mass_scale * speed + bias) - impulse_scale * impulse, 0.0f);
+      const float next =
+          std::max(impulse - mass * (mass_scale * speed + bias) - impulse_scale * impulse, 0.0f);
       push(contact, (next - impulse) * n, arm_a, arm_b);
       impulse = next;
     }
@@ -291,7 +297,8 @@ class PlainSolver {
     }
     const float twist_speed = dot(motion(contact.b).angular - motion(contact.a).angular, contact.normal);
     const float twist_limit = m.friction * moment;
-    const float next_twist = std::clamp(m.twist_impulse - twist_speed / twist_response, -twist_limit, twist_limit);
+    const float next_twist =
+        std::clamp(m.twist_impulse - twist_speed / twist_response, -twist_limit, twist_limit);
     twist(contact, (next_twist - m.twist_impulse) * contact.normal);
     m.twist_impulse = next_twist;
 

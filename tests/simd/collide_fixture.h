@@ -19,19 +19,13 @@ struct Shape {
   ShapeType type;
   ExtentRow extent;
 };
-inline Shape sphere(float radius) {
-  return {ShapeType::sphere, {{0, 0, 0}, radius}};
-}
+inline Shape sphere(float radius) { return {ShapeType::sphere, {{0, 0, 0}, radius}}; }
 inline Shape capsule(float half_height, float radius) {
   return {ShapeType::capsule, {{0, half_height, 0}, radius}};
 }
-inline Shape box(float x, float y, float z) {
-  return {ShapeType::box, {{x, y, z}, 0}};
-}
+inline Shape box(float x, float y, float z) { return {ShapeType::box, {{x, y, z}, 0}}; }
 
-inline PoseRow pose_row(Vec3 p, Quat q = {}) {
-  return {{p.x, p.y, p.z}, 0, {q.x, q.y, q.z, q.w}};
-}
+inline PoseRow pose_row(Vec3 p, Quat q = {}) { return {{p.x, p.y, p.z}, 0, {q.x, q.y, q.z, q.w}}; }
 inline Quat turn(Vec3 axis, float angle) {
   const float s = std::sin(angle / 2) / length(axis);
   return {axis.x * s, axis.y * s, axis.z * s, std::cos(angle / 2)};
@@ -171,9 +165,7 @@ inline Pairs random_pairs(ShapeType a, ShapeType b, int count, unsigned seed, fl
 inline int points_of(const Manifold& manifold) {
   return static_cast<int>(manifold.info & kManifoldPointMask);
 }
-inline reference::Vector to_vector(const float v[3]) {
-  return {v[0], v[1], v[2]};
-}
+inline reference::Vector to_vector(const float v[3]) { return {v[0], v[1], v[2]}; }
 
 // A manifold's frame in double precision.
 struct Frame {
@@ -208,8 +200,6 @@ inline std::vector<const simd::Kernels*> all_kernels() {
   }
   return result;
 }
-inline const simd::Kernels& scalar_kernels() {
-  return *simd::find_kernels(simd::InstructionSet::scalar);
-}
+inline const simd::Kernels& scalar_kernels() { return *simd::find_kernels(simd::InstructionSet::scalar); }
 
 }  // namespace scree::collide_tests

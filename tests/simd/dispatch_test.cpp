@@ -21,23 +21,21 @@ constexpr InstructionSet kSets[] = {InstructionSet::scalar, InstructionSet::sse2
 constexpr const char* kNames[] = {"scalar", "sse2", "avx2", "avx512"};
 constexpr int kLanesOf[] = {1, 4, 8, 16};
 
-// The functions of a table, family by family. A family is a struct of function pointers and nothing else.
+// The functions of a table, family by family. A family is a struct of function pointers, after `data` bytes.
 template <class Family>
-void append(const Family& family, std::vector<const void*>& functions) {
-  if constexpr (!std::is_empty_v<Family>) {
-    static_assert(sizeof(Family) % sizeof(void*) == 0);
-    const std::size_t first = functions.size();
-    functions.resize(first + sizeof(Family) / sizeof(void*));
-    std::memcpy(functions.data() + first, &family, sizeof(Family));
-  }
+void append(const Family& family, std::size_t data, std::vector<const void*>& functions) {
+  static_assert(sizeof(Family) % sizeof(void*) == 0);
+  const std::size_t first = functions.size();
+  functions.resize(first + (sizeof(Family) - data) / sizeof(void*));
+  std::memcpy(functions.data() + first, reinterpret_cast<const char*>(&family) + data, sizeof(Family) - data);
 }
 
 std::vector<const void*> functions_of(const Kernels& kernels) {
   std::vector<const void*> functions;
-  append(kernels.body, functions);
-  append(kernels.pair, functions);
-  append(kernels.collide, functions);
-  append(kernels.contact, functions);
+  append(kernels.body, 0, functions);
+  append(kernels.pair, 0, functions);
+  append(kernels.collide, 0, functions);
+  append(kernels.contact, sizeof(kernels.contact.block_bytes), functions);
   return functions;
 }
 
@@ -54,7 +52,7 @@ class Symbols {
     const auto header = read<Elf64_Ehdr>(image, 0);
     if (image.size() < sizeof(Elf64_Ehdr) || header.e_ident[EI_CLASS] != ELFCLASS64) return;
     const std::uint64_t base = header.e_type == ET_DYN ? reinterpret_cast<std::uintptr_t>(info.dli_fbase) : 0;
-    for (int i = 0; i < header.e_shnum; ++i) {
+    for (std::uint64_t i = 0; i < header.e_shnum; ++i) {
       const auto section = read<Elf64_Shdr>(image, header.e_shoff + i * sizeof(Elf64_Shdr));
       if (section.sh_type != SHT_SYMTAB) continue;
       const auto names = read<Elf64_Shdr>(image, header.e_shoff + section.sh_link * sizeof(Elf64_Shdr));

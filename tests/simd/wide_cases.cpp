@@ -89,6 +89,21 @@ void update(const Go& go) {
   go.put(2, a);
 }
 
+// Reductions over sixteen elements at a time, of numbers only: with NaN, and in a zero's sign, they may
+// differ.
+template <float (*kReduce)(F), F (*kCombine)(F, F)>
+void reduce_sixteen(const Bits* const* in, Bits* const* out, int count) {
+  for (int block = 0; block < count; block += 16) {
+    F sum = F(1.0f);
+    for (int at = block; at < block + 16; at += kLanes) {
+      const F value = Go{in, out, at}.f(0);
+      sum = kCombine(sum, select(value == value, value, F(1.0f)));
+    }
+    const float result = kReduce(sum) + 0.0f;
+    for (int at = block; at < block + 16; ++at) __builtin_memcpy(&out[0][at], &result, sizeof(result));
+  }
+}
+
 constexpr bool kMoves = false, kComputes = true;
 
 constexpr WideCase kCases[] = {
@@ -117,6 +132,8 @@ constexpr WideCase kCases[] = {
     SCREE_CASE("a >= b", 2, 1, kMoves, go.put(0, go.f(0) >= go.f(1))),
     SCREE_CASE("a == b", 2, 1, kMoves, go.put(0, go.f(0) == go.f(1))),
     SCREE_CASE("select floats", 4, 1, kMoves, go.put(0, select(go.f(0) < go.f(1), go.f(2), go.f(3)))),
+    {"reduce_min", 1, 1, kMoves, reduce_sixteen<reduce_min, min>},
+    {"reduce_max", 1, 1, kMoves, reduce_sixteen<reduce_max, max>},
     SCREE_CASE("broadcast", 0, 3, kMoves, go.put(0, V3{F(-0.0f), F(1e-45f), F(3.0f)})),
     // Integers and masks.
     SCREE_CASE("i + j", 2, 1, kMoves, go.put(0, go.i(0) + go.i(1))),

@@ -88,9 +88,7 @@ Columns run(const WideCase& wide_case, const Columns& inputs) {
   return outputs;
 }
 
-bool is_nan(Bits bits) {
-  return (bits & 0x7fffffffu) > 0x7f800000u;
-}
+bool is_nan(Bits bits) { return (bits & 0x7fffffffu) > 0x7f800000u; }
 
 const WideCase& scalar_case(const std::string& name) {
   const WideCases set = scalar::wide_cases();
@@ -98,9 +96,7 @@ const WideCase& scalar_case(const std::string& name) {
   return *std::find_if(set.cases, end, [&](const WideCase& wide_case) { return name == wide_case.name; });
 }
 
-float as_float(Bits bits) {
-  return std::bit_cast<float>(bits);
-}
+float as_float(Bits bits) { return std::bit_cast<float>(bits); }
 
 TEST(Wide, EveryOperationGivesTheScalarBitsOnEveryInstructionSet) {
   const WideCases oracle = scalar::wide_cases();

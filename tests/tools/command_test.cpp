@@ -88,7 +88,7 @@ TEST_F(Command, HelpIsNoError) {
 }
 
 TEST_F(Command, RefusesBadCommandLinesWithExitCodeTwo) {
-  expect_refusal("", "subcommand");
+  expect_refusal("", "nothing to do");
   expect_refusal("fly", "fly");
   expect_refusal("run", "SCENE");
   expect_refusal("run stack --fly", "--fly");

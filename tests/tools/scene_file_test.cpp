@@ -18,12 +18,8 @@ std::string error_of(const std::string& text) {
 }
 
 // A document with one body that has this one shape.
-std::string with_shape(const std::string& shape) {
-  return R"({"bodies": [{"shapes": [)" + shape + "]}]}";
-}
-std::string with_body(const std::string& body) {
-  return R"({"bodies": [)" + body + "]}";
-}
+std::string with_shape(const std::string& shape) { return R"({"bodies": [{"shapes": [)" + shape + "]}]}"; }
+std::string with_body(const std::string& body) { return R"({"bodies": [)" + body + "]}"; }
 
 TEST(SceneFile, SaysEverythingThatASceneHolds) {
   const Scene scene = parse_scene(R"({

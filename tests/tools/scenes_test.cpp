@@ -195,7 +195,7 @@ TEST(Pile, HasTheBodiesThatWereAskedForInsideItsWallsAndNoneOverlap) {
 
 TEST(Builders, GiveTheSameBitsOnEveryMachine) {
   EXPECT_EQ(bits_of(build_one("pile", {{"bodies", 1000}})), 0xe82b6f2a6925593eu);
-  EXPECT_EQ(bits_of(build_one("card_house")), 0x60c1c65e9a6f47beu);
+  EXPECT_EQ(bits_of(build_one("card_house")), 0x82e01bb17a1468f1u);
   EXPECT_EQ(bits_of(build_one("slope")), 0xd14b72763c57cc79u);
 }
 

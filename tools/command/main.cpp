@@ -125,15 +125,20 @@ void run_scene(Arguments& arguments) {
 int main(int argc, char** argv) {
   CLI::App app("Scree simulates very large piles of rigid bodies, fast and with the same bits everywhere.",
                "scree");
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);  // none at all gets our own message: CLI11's hides a misspelled one
   const CLI::App* scenes = app.add_subcommand("scenes", "List the built-in scenes");
   CLI::App* run = app.add_subcommand("run", "Run a scene and print its figures");
   Arguments arguments;
   declare_run(*run, arguments);
   try {
     app.parse(argc, argv);
-    if (scenes->parsed()) list_scenes();
-    if (run->parsed()) run_scene(arguments);
+    if (scenes->parsed()) {
+      list_scenes();
+    } else if (run->parsed()) {
+      run_scene(arguments);
+    } else {
+      throw scree::Error("nothing to do; say `scree scenes`, `scree run SCENE` or `scree --help`");
+    }
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kBadInput;
   } catch (const scree::Error& error) {

@@ -27,9 +27,7 @@ std::string grouped(std::int64_t count) {  // 14950 -> "14,950"; counts are neve
   return result;
 }
 
-std::string millimeters(double meters) {
-  return format("%.4f mm", 1000.0 * meters);
-}
+std::string millimeters(double meters) { return format("%.4f mm", 1000.0 * meters); }
 
 std::string row(const std::string& name, const std::string& value) {
   return format("  %-20s", name.c_str()) + value + "\n";

@@ -180,11 +180,7 @@ void add_pit(Scene& scene, float half_width, float height, bool lid) {
   add_body(scene, {.type = BodyType::fixed}, first, lid ? 6 : 5);
 }
 
-int whole(const Parameters& parameters, const char* name) {
-  return static_cast<int>(parameters.at(name));
-}
-float real(const Parameters& parameters, const char* name) {
-  return static_cast<float>(parameters.at(name));
-}
+int whole(const Parameters& parameters, const char* name) { return static_cast<int>(parameters.at(name)); }
+float real(const Parameters& parameters, const char* name) { return static_cast<float>(parameters.at(name)); }
 
 }  // namespace scree::scenes

@@ -102,8 +102,10 @@ Scene card_house(const Parameters& parameters) {
   constexpr double kThickness = 0.005;  // m, half of the 1 cm
   constexpr double kHeight = 0.25;      // m, half
   constexpr double kDepth = 0.175;      // m, half
-  constexpr double kLean =
-      20.0;  // degrees from upright; the feet hold while friction > tan(lean) / 2 to tan(lean)
+  constexpr double kLean = 24.0;        // degrees from upright
+  // The thrust of a leaning card needs tan(lean) = 0.45 at most, the transfer of load within an end pair
+  // more: four and five stories stand at 21 to 27 degrees, with 0.6 four stand at 24 alone.
+  constexpr float kCardFriction = 0.8f;
   constexpr double kGap = 0.002;  // m, between neighboring feet and neighboring flat cards
   // The outer flat cards reach past their ridge: a load on both upper edges of the ridge keeps its pair in
   // balance, on the inner edge alone it would push that card down along the other.
@@ -115,11 +117,12 @@ Scene card_house(const Parameters& parameters) {
   const double story_height = 2.0 * (center_height + kThickness);
 
   Scene scene = start_scene("card_house", 1800);
-  add_ground(scene, 50.0f);
+  const Material paper{.friction = kCardFriction};
+  add_ground(scene, 50.0f, paper);
   const auto box = [](double x, double y, double z) {
     return Box{{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)}};
   };
-  const std::uint32_t card = add_shape(scene, box(kThickness, kHeight, kDepth));
+  const std::uint32_t card = add_shape(scene, box(kThickness, kHeight, kDepth), paper);
   const auto place = [&](double x, double y, double lean, std::uint32_t shape) {
     BodyDef def;
     def.position = {static_cast<float>(x), static_cast<float>(y), 0.0f};
@@ -141,7 +144,7 @@ Scene card_house(const Parameters& parameters) {
       double right = first_ridge + pitch * (i + 1) - 0.5 * kGap;
       if (i == 0) left -= kOverhang;
       if (i + 2 == pairs) right += kOverhang;
-      const std::uint32_t flat = add_shape(scene, box(0.5 * (right - left), kThickness, kDepth));
+      const std::uint32_t flat = add_shape(scene, box(0.5 * (right - left), kThickness, kDepth), paper);
       place(0.5 * (left + right), ground + story_height - kThickness, 0.0, flat);
     }
   }

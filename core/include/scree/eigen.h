@@ -10,12 +10,8 @@
 
 namespace scree {
 
-inline Eigen::Vector3f to_eigen(const Vec3& v) {
-  return {v.x, v.y, v.z};
-}
-inline Eigen::Quaternionf to_eigen(const Quat& q) {
-  return {q.w, q.x, q.y, q.z};
-}
+inline Eigen::Vector3f to_eigen(const Vec3& v) { return {v.x, v.y, v.z}; }
+inline Eigen::Quaternionf to_eigen(const Quat& q) { return {q.w, q.x, q.y, q.z}; }
 inline Eigen::Isometry3f to_eigen(const Pose& pose) {
   Eigen::Isometry3f transform = Eigen::Isometry3f::Identity();
   transform.linear() = to_eigen(pose.rotation).toRotationMatrix();
@@ -23,12 +19,8 @@ inline Eigen::Isometry3f to_eigen(const Pose& pose) {
   return transform;
 }
 
-inline Vec3 from_eigen(const Eigen::Vector3f& v) {
-  return {v.x(), v.y(), v.z()};
-}
-inline Quat from_eigen(const Eigen::Quaternionf& q) {
-  return {q.x(), q.y(), q.z(), q.w()};
-}
+inline Vec3 from_eigen(const Eigen::Vector3f& v) { return {v.x(), v.y(), v.z()}; }
+inline Quat from_eigen(const Eigen::Quaternionf& q) { return {q.x(), q.y(), q.z(), q.w()}; }
 inline Pose from_eigen(const Eigen::Isometry3f& transform) {
   const Eigen::Matrix3f rotation = transform.linear();
   return {from_eigen(Eigen::Vector3f(transform.translation())),

@@ -18,14 +18,17 @@ SCREE_API const char* isa_name(Isa isa);
 SCREE_API bool is_supported(Isa isa);
 
 struct WorkersOptions {
-  int threads = 0;            ///< threads that share a step, the caller's included; 0: one per core; <= 1024
-  Isa isa = Isa::automatic;   ///< throws scree::Error if it is not supported
+  int threads = 0;           ///< threads that share a step, the caller's included; 0: one per core; <= 1024
+  Isa isa = Isa::automatic;  ///< throws scree::Error if it is not supported
 };
 
 class Crew;
 
 /// Lends helpers to steps. One `Workers` may serve many worlds and many calling threads at once; a step never
 /// waits for a helper that has not begun to work, so stepping from inside tasks of the caller's own is safe.
+/// Helpers are threads of oneTBB, which lends one per core at most; a tbb::global_control of
+/// max_allowed_parallelism that the caller holds changes that. A moved-from `Workers` can only be assigned to
+/// or destroyed.
 class SCREE_API Workers {
  public:
   Workers();
