@@ -1,6 +1,7 @@
 // Calls that change and read one body.
 #include <core/check.h>
 #include <core/edit.h>
+#include <core/fp_environment.h>
 #include <scree/world.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@ struct BodyRow {
   Bodies& bodies;
   std::int32_t body;
   std::size_t row;
+  FpEnvironment environment{};  // the call's arithmetic is ours, whatever rounding the caller likes
 
   bool is_dynamic() const { return bodies.type[row] == BodyType::dynamic; }
 };

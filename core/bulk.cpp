@@ -1,6 +1,7 @@
 // Creating and destroying bodies, one or a million at a time.
 #include <core/check.h>
 #include <core/edit.h>
+#include <core/fp_environment.h>
 #include <scree/world.h>
 
 #include <limits>
@@ -146,6 +147,7 @@ void bury_body(WorldData& data, std::int32_t body) {
 
 BodyId World::create_body(const BodyDef& def) {
   constexpr Call call{"create_body"};
+  const FpEnvironment environment;
   BodyId id;
   create(call, opened(call, data_), {&def, 1}, nullptr, {&id, 1});
   return id;
@@ -153,6 +155,7 @@ BodyId World::create_body(const BodyDef& def) {
 
 void World::create_bodies(std::span<const BodyDef> defs, std::span<BodyId> ids) {
   constexpr Call call{"create_bodies"};
+  const FpEnvironment environment;
   if (ids.size() != defs.size()) {
     fail(call, "room for " + std::to_string(ids.size()) + " ids, but " + std::to_string(defs.size()) +
                    " definitions");
@@ -163,6 +166,7 @@ void World::create_bodies(std::span<const BodyDef> defs, std::span<BodyId> ids) 
 void World::create_bodies(std::span<const BodyDef> defs, std::span<const Geometry> shapes,
                           const Material& material, const ShapeOptions& options, std::span<BodyId> ids) {
   constexpr Call call{"create_bodies"};
+  const FpEnvironment environment;
   if (ids.size() != defs.size() || shapes.size() != defs.size()) {
     fail(call, std::to_string(defs.size()) + " definitions, but " + std::to_string(shapes.size()) +
                    " shapes and room for " + std::to_string(ids.size()) + " ids");

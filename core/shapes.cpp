@@ -1,6 +1,7 @@
 // Calls that create, change, read and destroy one shape.
 #include <core/check.h>
 #include <core/edit.h>
+#include <core/fp_environment.h>
 #include <scree/world.h>
 
 namespace scree {
@@ -13,6 +14,7 @@ struct ShapeRow {
   std::int32_t shape;
   std::size_t row;
   std::int32_t body;
+  FpEnvironment environment{};  // the call's arithmetic is ours, whatever rounding the caller likes
 };
 
 ShapeRow at(Call call, const std::unique_ptr<WorldData>& owner, ShapeId id) {
@@ -46,6 +48,7 @@ void reconsider(const ShapeRow& s, std::uint8_t flags) {
 ShapeId World::add_shape(BodyId body, const Geometry& geometry, const Material& material,
                          const ShapeOptions& options) {
   constexpr Call call{"add_shape"};
+  const FpEnvironment environment;
   WorldData& data = opened(call, data_);
   const std::int32_t row = checked_row(call, data.bodies, body);
   check_geometry(call, geometry);

@@ -5,7 +5,7 @@
 // See crew_state.h for how. Only the thread that made the crew may run stages, and chunks may not.
 #pragma once
 
-#include <parallel/fp_environment.h>
+#include <core/fp_environment.h>
 #include <scree/workers.h>
 #include <simd/kernels.h>
 

@@ -1,6 +1,6 @@
 // Claiming, publishing and helping: see crew_state.h for who shares what.
+#include <core/fp_environment.h>
 #include <parallel/crew_state.h>
-#include <parallel/fp_environment.h>
 
 #include <chrono>
 #include <thread>

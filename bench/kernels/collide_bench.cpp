@@ -41,6 +41,7 @@ struct Rows {
   Column<Manifold> manifold;
   Column<ManifoldFeatures> features;
   Column<ContactSurface> surface;
+  Column<ContactAnchor> anchor;
   Column<std::uint8_t> points;
   Column<simd::CollideItem> items;
 };
@@ -83,6 +84,7 @@ Rows make_rows(Kind first, Kind second, Placement placement) {
   rows.manifold.resize(kPairs);
   rows.features.resize(kPairs);
   rows.surface.resize(kPairs);
+  rows.anchor.resize(kPairs);
   rows.points.resize(kPairs);
   return rows;
 }
@@ -90,10 +92,19 @@ Rows make_rows(Kind first, Kind second, Placement placement) {
 void run(benchmark::State& state, const simd::Kernels& kernels, simd::CollideType type, Kind first,
          Kind second, Placement placement) {
   Rows rows = make_rows(first, second, placement);
-  const simd::CollideColumns columns{rows.pose.data(),    rows.extent.data(),   rows.material.data(),
-                                     rows.pose.data(),    rows.manifold.data(), rows.features.data(),
-                                     rows.surface.data(), rows.manifold.data(), rows.features.data(),
-                                     rows.surface.data(), rows.points.data()};
+  const simd::CollideColumns columns{.shape_pose = rows.pose.data(),
+                                     .shape_extent = rows.extent.data(),
+                                     .shape_material = rows.material.data(),
+                                     .body_pose = rows.pose.data(),
+                                     .previous_manifold = rows.manifold.data(),
+                                     .previous_features = rows.features.data(),
+                                     .previous_surface = rows.surface.data(),
+                                     .previous_anchor = rows.anchor.data(),
+                                     .manifold = rows.manifold.data(),
+                                     .features = rows.features.data(),
+                                     .surface = rows.surface.data(),
+                                     .anchor = rows.anchor.data(),
+                                     .points = rows.points.data()};
   for (auto _ : state) {
     for (int begin = 0; begin < kPairs; begin += simd::kCollideChunk) {
       kernels.collide.collide[type](columns, rows.items.data() + begin, simd::kCollideChunk);

@@ -35,12 +35,14 @@ struct Rows {
   Column<Manifold> manifold;
   Column<ManifoldFeatures> features;
   Column<ContactSurface> surface;
+  Column<ContactAnchor> anchor;
   Column<std::uint8_t> points;
 
   void resize(std::size_t count) {
     manifold.resize(count);
     features.resize(count);
     surface.resize(count);
+    anchor.resize(count);
     points.resize(count);
   }
 };
@@ -86,10 +88,19 @@ struct Pairs {
     Rows rows;
     rows.resize(items.size());
     const Rows& old = previous != nullptr ? *previous : rows;
-    const simd::CollideColumns columns{pose.data(),         extent.data(),        material.data(),
-                                       pose.data(),         old.manifold.data(),  old.features.data(),
-                                       old.surface.data(),  rows.manifold.data(), rows.features.data(),
-                                       rows.surface.data(), rows.points.data()};
+    const simd::CollideColumns columns{.shape_pose = pose.data(),
+                                       .shape_extent = extent.data(),
+                                       .shape_material = material.data(),
+                                       .body_pose = pose.data(),
+                                       .previous_manifold = old.manifold.data(),
+                                       .previous_features = old.features.data(),
+                                       .previous_surface = old.surface.data(),
+                                       .previous_anchor = old.anchor.data(),
+                                       .manifold = rows.manifold.data(),
+                                       .features = rows.features.data(),
+                                       .surface = rows.surface.data(),
+                                       .anchor = rows.anchor.data(),
+                                       .points = rows.points.data()};
     for (int t = 0; t < simd::kCollideTypes; ++t) {
       Column<simd::CollideItem> group;
       for (std::size_t row = 0; row < items.size(); ++row) {

@@ -1,6 +1,7 @@
 // Floating-point environment: every thread that runs our code rounds to nearest, keeps denormals and masks
 // exceptions, whatever its owner has set (a host built with fast-math flushes denormals to zero), and gets
-// its own settings back. Held by Crew for the calling thread and by each helper while it helps.
+// its own settings back. Held by those of World's calls that compute, by Crew for the thread that calls
+// step(), and by each helper while it helps.
 #pragma once
 
 #if defined(__SSE__)

@@ -1,0 +1,81 @@
+// Laws of the caller's floating-point environment: it reaches neither World's calls nor the step, and comes
+// back as it was.
+#include <gtest/gtest.h>
+#include <tests/determinism/many_threads.h>
+#include <tests/determinism/random_calls.h>
+#include <tests/determinism/replay.h>
+
+#include <cfenv>
+
+namespace scree::determinism {
+namespace {
+
+const SceneCase kPile{"pile", {{"bodies", 120}, {"seed", 3}}, 60};
+
+// Steps the pile and makes random calls; returns what they come to.
+std::vector<std::uint64_t> everything(const std::vector<scenes::Scene>& scenes, const Sequence& sequence) {
+  Shift shift({{Isa::automatic, 2}});
+  Playback playback(scenes, kPile.steps);
+  std::vector<std::uint64_t> hashes;
+  for (int i = 0; i < kPile.steps; ++i) {
+    playback.advance(shift.at(i));
+    hashes.push_back(playback.hash());
+  }
+  const Played played = play(sequence, {{Isa::automatic, 2}}, false);
+  EXPECT_EQ(played.broken_promise, "");
+  hashes.insert(hashes.end(), played.hashes.begin(), played.hashes.end());
+  return hashes;
+}
+
+class CallersFpEnvironment : public ManyThreads {
+ protected:
+  const std::vector<scenes::Scene> scenes_ = scenes::build(kPile.scene, kPile.parameters);
+};
+
+#if defined(__SSE__)
+constexpr unsigned kFlushToZero = 1u << 15, kDenormalsAreZero = 1u << 6;
+
+TEST_F(CallersFpEnvironment, FlushingDenormalsChangesNothingAndIsKept) {
+  const std::vector<std::uint64_t> expected = everything(scenes_, {});
+  const unsigned before = __builtin_ia32_stmxcsr();
+  const unsigned hostile = (before | kFlushToZero | kDenormalsAreZero) & ~0x3fu;
+  __builtin_ia32_ldmxcsr(hostile);
+  const std::vector<std::uint64_t> hashes = everything(scenes_, {});
+  const unsigned after = __builtin_ia32_stmxcsr();
+  __builtin_ia32_ldmxcsr(before);
+  EXPECT_EQ(after & ~0x3fu, hostile);
+  EXPECT_EQ(hashes, expected);
+}
+#endif
+
+TEST_F(CallersFpEnvironment, RoundingOfTheStepsCallerChangesNothingAndIsKept) {
+  const std::vector<std::uint64_t> expected = play(kPile, {{Isa::automatic, 2}});
+  for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
+    Workers workers(2);
+    Playback playback(scenes_, kPile.steps);
+    bool kept = true;
+    std::vector<std::uint64_t> hashes;
+    for (int i = 0; i < kPile.steps; ++i) {
+      std::fesetround(mode);
+      playback.advance(workers);
+      kept = kept && std::fegetround() == mode;
+      std::fesetround(FE_TONEAREST);
+      hashes.push_back(playback.hash());
+    }
+    EXPECT_TRUE(kept);
+    EXPECT_EQ(hashes, expected);
+  }
+}
+
+TEST_F(CallersFpEnvironment, RoundingOfWorldsCallsChangesNothing) {
+  const std::vector<std::uint64_t> expected = everything(scenes_, {});
+  for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
+    std::fesetround(mode);
+    const std::vector<std::uint64_t> hashes = everything(scenes_, {});
+    std::fesetround(FE_TONEAREST);
+    EXPECT_EQ(hashes, expected) << mode;
+  }
+}
+
+}  // namespace
+}  // namespace scree::determinism

@@ -1,0 +1,101 @@
+// Laws of the results: every scene comes to the golden hash, and to the same hash at every step, whatever the
+// instruction set and the number of threads.
+#include <core/plain/rows.h>
+#include <gtest/gtest.h>
+#include <tests/determinism/golden.h>
+#include <tests/determinism/many_threads.h>
+
+#include <algorithm>
+#include <set>
+
+namespace scree::determinism {
+namespace {
+
+std::vector<Golden> scene_goldens() {
+  std::vector<Golden> goldens = read_goldens(golden_path());
+  std::erase_if(goldens, [](const Golden& golden) { return !is_scene(golden.what); });
+  return goldens;
+}
+
+class HashMatrix : public ManyThreads, public ::testing::WithParamInterface<Golden> {};
+
+TEST_P(HashMatrix, EveryBackendComesToTheGoldenHashByTheSameSteps) {
+  const Golden& golden = GetParam();
+  report_unsupported_isas();
+  const std::vector<std::uint64_t> expected = play(golden.what, {kReference});
+  EXPECT_EQ(digest_of(expected), golden.digest)
+      << golden.name() << " on " << name_of({kReference}) << " does not come to the golden hash.\n"
+      << "If results were meant to change: tools/update_goldens \"why\"";
+  for (const Schedule& schedule : schedules(wants_full_matrix())) {
+    const std::vector<std::uint64_t> hashes = play(golden.what, schedule);
+    ASSERT_EQ(digest_of(hashes), digest_of(expected))
+        << golden.name() << " on " << name_of(schedule) << " differs from " << name_of({kReference}) << ": "
+        << where_they_part(golden.what, schedule);
+  }
+}
+
+TEST_P(HashMatrix, TheWholeStateTableIsTheSameAtTheEnd) {
+  // What the hash leaves out, impulses, timers, colors and caches, decides about the steps to come.
+  const SceneCase& what = GetParam().what;
+  Playback expected(what), actual(what);
+  Shift reference({kReference}), shift(schedules(false).back());
+  for (int i = 0; i < what.steps; ++i) {
+    expected.advance(reference.at(i));
+    actual.advance(shift.at(i));
+  }
+  for (std::size_t world = 0; world < expected.worlds().size(); ++world) {
+    EXPECT_EQ(first_state_difference(expected.worlds()[world], actual.worlds()[world]), "");
+  }
+}
+
+// Named after the scene; a number keeps several sizes of one scene apart.
+std::string test_name(const ::testing::TestParamInfo<Golden>& info) {
+  return info.param.what.scene + "_" + std::to_string(info.index);
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, HashMatrix, ::testing::ValuesIn(scene_goldens()), test_name);
+
+TEST(WhereReplaysPart, IsToldByBodyFieldAndColumn) {
+  const SceneCase what{"stack", {{"bodies", 3}}, 1};
+  Playback expected(what), actual(what);
+  World& world = actual.worlds().front();
+  EXPECT_EQ(first_difference(expected.worlds().front(), world), "");
+  EXPECT_EQ(first_state_difference(expected.worlds().front(), world), "");
+  const BodyId top = world.body_at(static_cast<std::uint32_t>(kFirstBody) + 3);
+  world.set_linear_velocity(top, {0.0f, -0.0f, 0.0f});
+  const std::string name = "body " + std::to_string(top.index);
+  EXPECT_EQ(first_difference(expected.worlds().front(), world),
+            name + ", linear_velocity.y is -0 (80000000) instead of 0 (00000000)");
+  EXPECT_EQ(first_state_difference(expected.worlds().front(), world),
+            "bodies.velocity, row " + std::to_string(top.index) + ", byte 7 of 32");
+  EXPECT_NE(expected.hash(), actual.hash());
+}
+
+TEST(GoldenHashes, CoverEveryBuiltInScene) {
+  std::set<std::string> covered;
+  for (const Golden& golden : scene_goldens()) covered.insert(golden.what.scene);
+  for (const scenes::SceneInfo& info : scenes::catalog())
+    EXPECT_TRUE(covered.contains(info.name)) << info.name;
+}
+
+TEST(GoldenHashes, BelongToRunsInWhichBodiesCollideFallAsleepAndWake) {
+  bool somebody_slept = false, somebody_woke = false;
+  for (const Golden& golden : scene_goldens()) {
+    Workers workers(WorkersOptions{.threads = 1});
+    Playback playback(golden.what);
+    std::int64_t contacts = 0, awake_before = 0;
+    for (int i = 0; i < golden.what.steps; ++i) {
+      playback.advance(workers);
+      const StepStats& stats = playback.worlds().front().stats();
+      contacts = std::max(contacts, stats.contacts);
+      if (i > 0 && stats.awake_bodies < awake_before) somebody_slept = true;
+      if (somebody_slept && stats.awake_bodies > awake_before) somebody_woke = true;
+      awake_before = stats.awake_bodies;
+    }
+    EXPECT_GT(contacts, 0) << golden.name();
+  }
+  EXPECT_TRUE(somebody_slept);
+  EXPECT_TRUE(somebody_woke);
+}
+
+}  // namespace
+}  // namespace scree::determinism

@@ -1,0 +1,90 @@
+// Laws of company: worlds that are stepped at the same time come to what each comes to alone.
+#include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#include <tests/determinism/many_threads.h>
+#include <tests/determinism/replay.h>
+
+#include <thread>
+
+namespace scree::determinism {
+namespace {
+
+constexpr int kSteps = 90;
+constexpr int kWorlds = 6;
+
+// Worlds of different sizes, so that their steps interleave in ever other ways.
+SceneCase case_of(int index) { return {"pile", {{"bodies", 60 + 90 * index}, {"seed", 1 + index}}, kSteps}; }
+
+std::uint64_t hash_alone(int index) { return play(case_of(index), {kReference}).back(); }
+
+class ManyCallers : public ManyThreads {
+ protected:
+  static void SetUpTestSuite() {
+    expected_.clear();
+    for (int i = 0; i < kWorlds; ++i) expected_.push_back(hash_alone(i));
+  }
+  static void play_all(Playback& playback, Workers& workers) {
+    for (int i = 0; i < kSteps; ++i) playback.advance(workers);
+  }
+  static std::vector<Playback> all_worlds() {
+    std::vector<Playback> playbacks;
+    for (int i = 0; i < kWorlds; ++i) playbacks.emplace_back(case_of(i));
+    return playbacks;
+  }
+  static void expect_the_same(const std::vector<Playback>& playbacks) {
+    for (std::size_t i = 0; i < playbacks.size(); ++i) EXPECT_EQ(playbacks[i].hash(), expected_[i]) << i;
+  }
+
+ private:
+  static inline std::vector<std::uint64_t> expected_;
+};
+
+TEST_F(ManyCallers, ThreadsThatShareWorkersDoNotDisturbEachOther) {
+  std::vector<Playback> playbacks = all_worlds();
+  Workers workers(2);
+  std::vector<std::thread> callers;
+  for (Playback& playback : playbacks) callers.emplace_back([&] { play_all(playback, workers); });
+  for (std::thread& caller : callers) caller.join();
+  expect_the_same(playbacks);
+}
+
+TEST_F(ManyCallers, StepsInsideACallersTasksComeToTheSame) {
+  std::vector<Playback> playbacks = all_worlds();
+  Workers workers(2);
+  tbb::parallel_for(std::size_t{0}, playbacks.size(),
+                    [&](std::size_t i) { play_all(playbacks[i], workers); });
+  expect_the_same(playbacks);
+}
+
+TEST_F(ManyCallers, StepsThatMoveFromTaskToTaskComeToTheSame) {
+  std::vector<Playback> playbacks = all_worlds();
+  Workers workers(4);
+  for (int step = 0; step < kSteps; ++step) {
+    tbb::parallel_for(std::size_t{0}, playbacks.size(),
+                      [&](std::size_t i) { playbacks[i].advance(workers); });
+  }
+  expect_the_same(playbacks);
+}
+
+TEST_F(ManyCallers, OneThreadMayStepManyWorldsInTurn) {
+  std::vector<Playback> playbacks = all_worlds();
+  Workers workers(3);
+  for (int step = 0; step < kSteps; ++step) {
+    for (Playback& playback : playbacks) playback.advance(workers);
+  }
+  expect_the_same(playbacks);
+}
+
+TEST_F(ManyCallers, AnArenaOfOneSlotIsEnough) {
+  std::vector<Playback> playbacks = all_worlds();
+  Workers workers(4);
+  tbb::task_arena narrow(1);
+  narrow.execute([&] {
+    for (Playback& playback : playbacks) play_all(playback, workers);
+  });
+  expect_the_same(playbacks);
+}
+
+}  // namespace
+}  // namespace scree::determinism

@@ -1,0 +1,438 @@
+// See player.h.
+#include <tests/determinism/player.h>
+#include <tests/determinism/player_values.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace scree::determinism {
+namespace {
+
+constexpr float kUnitTolerance = 1e-3f;  // of a quaternion's length
+constexpr int kMostStepsPerCall = 6;
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+bool is_finite(Vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+// Equal bits: a zero that changed its sign has moved.
+bool same_bits(const Pose& left, const Pose& right) { return std::memcmp(&left, &right, sizeof(Pose)) == 0; }
+
+// A fixed floor with four walls around it.
+void build_pit(World& world) {
+  const BodyId pit = world.create_body({.type = BodyType::fixed});
+  const float outer = kPitHalfWidth + 2.0f;
+  const auto wall = [&](Vec3 half_extents, Vec3 position) {
+    world.add_shape(pit, Box{half_extents}, {}, {.local_pose = {position, {}}});
+  };
+  wall({outer, 1.0f, outer}, {0.0f, -1.0f, 0.0f});
+  for (const float side : {-1.0f, 1.0f}) {
+    wall({1.0f, 0.5f * kPitHeight, outer}, {side * (kPitHalfWidth + 1.0f), 0.5f * kPitHeight, 0.0f});
+    wall({outer, 0.5f * kPitHeight, 1.0f}, {0.0f, 0.5f * kPitHeight, side * (kPitHalfWidth + 1.0f)});
+  }
+}
+constexpr std::size_t kPitBodies = 1;
+constexpr std::size_t kPitShapes = 5;
+
+std::uint32_t bulk_size(const Call& call) { return static_cast<std::uint32_t>(call.seed & 0xffff); }
+
+}  // namespace
+
+template <class... Values>
+void Player::tell(const char* call, const Values&... values) {
+  if (log_ == nullptr) return;
+  *log_ << "  " << call << "(";
+  const char* separator = "";
+  [[maybe_unused]] const auto one = [&](const auto& value) {
+    *log_ << separator;
+    print(*log_, value);
+    separator = ", ";
+  };
+  (one(values), ...);
+  *log_ << ")\n";
+}
+
+Player::Player(Shift& shift, bool checks, std::ostream* log) : shift_(shift), checks_(checks), log_(log) {
+  build_pit(world_);
+}
+
+void Player::broken(const std::string& promise) const {
+  throw BrokenPromise(promise + " (after " + std::to_string(hashes_.size()) + " steps)");
+}
+
+Player::Slot* Player::occupied(std::uint32_t slot) {
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    Slot& candidate = slots_[(slot + i) % slots_.size()];
+    if (candidate.body != BodyId{}) return &candidate;
+  }
+  return nullptr;
+}
+
+void Player::make(const Call& call) {
+  switch (call.kind) {
+    case CallKind::step:
+      return run_steps(call);
+    case CallKind::create_body:
+      return create(call);
+    case CallKind::create_bodies:
+      return create_bulk(call);
+    case CallKind::destroy_bodies:
+      return destroy_bulk(call);
+    case CallKind::set_settings:
+      return change_settings(call);
+    case CallKind::wrong_call:
+      return make_wrong_call(call);
+    case CallKind::move_world: {
+      tell("move_world");
+      World other = std::move(world_);
+      world_ = std::move(other);
+      return;
+    }
+    default:
+      break;
+  }
+  Slot* slot = slots_.empty() ? nullptr : occupied(call.slot);
+  if (slot == nullptr) return;
+  change_body(call, *slot);
+  change_motion(call, *slot);
+  change_shape(call, *slot);
+}
+
+void Player::empty_slot(Slot& slot) {
+  if (slot.body == BodyId{}) return;
+  const BodyId body = slot.body;
+  tell("destroy_body", body);
+  world_.destroy_body(body);
+  shapes_ -= slot.shapes.size();
+  --bodies_;
+  for (const ShapeId shape : slot.shapes) {
+    if (world_.is_alive(shape)) broken("a destroyed body's shape lives on");
+  }
+  if (world_.is_alive(body)) broken("a destroyed body lives on");
+  slot = Slot{};
+}
+
+void Player::create(const Call& call) {
+  if (slots_.size() <= call.slot) slots_.resize(call.slot + 1);
+  Slot& slot = slots_[call.slot];
+  empty_slot(slot);
+  Random random(call.seed);
+  const BodyDef def = random_body_def(random);
+  tell("create_body", def);
+  slot.body = world_.create_body(def);
+  ++bodies_;
+  for (std::uint32_t count = random.below(4); count > 0; --count) {
+    const Geometry geometry = random_geometry(random);
+    const Material material = random_material(random);
+    const ShapeOptions options = random_options(random);
+    tell("add_shape", slot.body, geometry, material, options.local_pose, options.filter);
+    slot.shapes.push_back(world_.add_shape(slot.body, geometry, material, options));
+    ++shapes_;
+  }
+}
+
+void Player::create_bulk(const Call& call) {
+  const std::uint32_t count = bulk_size(call);
+  if (slots_.size() < call.slot + count) slots_.resize(call.slot + count);
+  destroy_bulk(call);
+  Random random(call.seed);
+  std::vector<BodyDef> defs;
+  std::vector<Geometry> geometries;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    defs.push_back(random_body_def(random));
+    defs.back().type = BodyType::dynamic;
+    defs.back().can_sleep = true;
+    defs.back().locks = AxisLocks::none;
+    geometries.push_back(random_geometry(random));
+  }
+  Material material = random_material(random);
+  material.surface_velocity = {};
+  tell("create_bodies", defs.front().position, "to", defs.back().position, count, material);
+  std::vector<BodyId> ids(count);
+  world_.create_bodies(defs, geometries, material, {}, ids);
+  bodies_ += count;
+  shapes_ += count;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    Slot& slot = slots_[call.slot + i];
+    slot.body = ids[i];
+    slot.shapes.resize(1);
+    if (world_.shapes_of(ids[i], slot.shapes) != 1)
+      broken("a body created with one shape has another number");
+  }
+}
+
+void Player::destroy_bulk(const Call& call) {
+  std::vector<BodyId> ids;
+  for (std::uint32_t i = 0; i < bulk_size(call) && call.slot + i < slots_.size(); ++i) {
+    Slot& slot = slots_[call.slot + i];
+    if (slot.body == BodyId{}) continue;
+    ids.push_back(slot.body);
+    shapes_ -= slot.shapes.size();
+    slot = Slot{};
+  }
+  tell("destroy_bodies", static_cast<std::uint32_t>(ids.size()));
+  bodies_ -= ids.size();
+  world_.destroy_bodies(ids);
+}
+
+void Player::change_body(const Call& call, Slot& slot) {
+  Random random(call.seed);
+  const BodyId body = slot.body;
+  switch (call.kind) {
+    case CallKind::destroy_body:
+      return empty_slot(slot);
+    case CallKind::set_body_type: {
+      const auto type = static_cast<BodyType>(random.below(3));
+      tell("set_body_type", body, static_cast<int>(type));
+      return world_.set_body_type(body, type);
+    }
+    case CallKind::set_mass_properties: {
+      const MassProperties properties = random_mass_properties(random);
+      tell("set_mass_properties", body, properties);
+      return world_.set_mass_properties(body, properties);
+    }
+    case CallKind::reset_mass:
+      tell("reset_mass", body);
+      return world_.reset_mass(body);
+    case CallKind::set_damping: {
+      const float linear = random.unit();
+      const float angular = random.unit();
+      tell("set_linear_damping", body, linear);
+      world_.set_linear_damping(body, linear);
+      tell("set_angular_damping", body, angular);
+      return world_.set_angular_damping(body, angular);
+    }
+    case CallKind::set_gravity_factor: {
+      const float factor = random.between(-1.0f, 2.0f);
+      tell("set_gravity_factor", body, factor);
+      return world_.set_gravity_factor(body, factor);
+    }
+    case CallKind::set_locks: {
+      const AxisLocks locks = random_locks(random);
+      tell("set_locks", body, static_cast<int>(locks));
+      return world_.set_locks(body, locks);
+    }
+    case CallKind::set_can_sleep: {
+      const bool can_sleep = random.below(2) == 0;
+      tell("set_can_sleep", body, can_sleep);
+      return world_.set_can_sleep(body, can_sleep);
+    }
+    case CallKind::wake:
+      tell("wake", body);
+      return world_.wake(body);
+    default:
+      return;
+  }
+}
+
+void Player::change_motion(const Call& call, Slot& slot) {
+  Random random(call.seed);
+  const BodyId body = slot.body;
+  switch (call.kind) {
+    case CallKind::set_pose: {
+      const Pose pose = random_pose(random);
+      tell("set_pose", body, pose);
+      return world_.set_pose(body, pose);
+    }
+    case CallKind::set_linear_velocity: {
+      const Vec3 velocity = random_vector(random, 10.0f);
+      tell("set_linear_velocity", body, velocity);
+      return world_.set_linear_velocity(body, velocity);
+    }
+    case CallKind::set_angular_velocity: {
+      const Vec3 velocity = random_vector(random, 10.0f);
+      tell("set_angular_velocity", body, velocity);
+      return world_.set_angular_velocity(body, velocity);
+    }
+    case CallKind::add_load: {
+      const Vec3 load = random_vector(random, 2000.0f);
+      const Vec3 point = random_pose(random).position;
+      tell("add_force, add_force_at, add_torque", body, load, point);
+      world_.add_force(body, load);
+      world_.add_force_at(body, load, point);
+      return world_.add_torque(body, load);
+    }
+    case CallKind::add_impulse: {
+      const Vec3 impulse = random_vector(random, 20.0f);
+      const Vec3 point = random_pose(random).position;
+      tell("add_impulse, add_impulse_at, add_angular_impulse", body, impulse, point);
+      world_.add_impulse(body, impulse);
+      world_.add_impulse_at(body, impulse, point);
+      return world_.add_angular_impulse(body, impulse);
+    }
+    default:
+      return;
+  }
+}
+
+void Player::change_shape(const Call& call, Slot& slot) {
+  Random random(call.seed);
+  if (call.kind == CallKind::add_shape) {
+    const Geometry geometry = random_geometry(random);
+    const Material material = random_material(random);
+    const ShapeOptions options = random_options(random);
+    tell("add_shape", slot.body, geometry, material, options.local_pose, options.filter);
+    slot.shapes.push_back(world_.add_shape(slot.body, geometry, material, options));
+    ++shapes_;
+    return;
+  }
+  if (slot.shapes.empty()) return;
+  const std::size_t which = random.below(static_cast<std::uint32_t>(slot.shapes.size()));
+  const ShapeId shape = slot.shapes[which];
+  switch (call.kind) {
+    case CallKind::destroy_shape:
+      tell("destroy_shape", shape);
+      world_.destroy_shape(shape);
+      slot.shapes.erase(slot.shapes.begin() + static_cast<std::ptrdiff_t>(which));
+      --shapes_;
+      if (world_.is_alive(shape)) broken("a destroyed shape lives on");
+      return;
+    case CallKind::set_filter: {
+      const Filter filter = random_filter(random);
+      tell("set_filter", shape, filter);
+      return world_.set_filter(shape, filter);
+    }
+    case CallKind::set_material: {
+      const Material material = random_material(random);
+      tell("set_material", shape, material);
+      return world_.set_material(shape, material);
+    }
+    case CallKind::set_geometry: {
+      const Geometry geometry = random_geometry(random);
+      tell("set_geometry", shape, geometry);
+      return world_.set_geometry(shape, geometry);
+    }
+    case CallKind::set_local_pose: {
+      const Pose pose = random_options(random).local_pose;
+      tell("set_local_pose", shape, pose);
+      return world_.set_local_pose(shape, pose);
+    }
+    default:
+      return;
+  }
+}
+
+void Player::change_settings(const Call& call) {
+  Random random(call.seed);
+  const WorldSettings settings = random_settings(random);
+  tell("set_settings", settings);
+  world_.set_settings(settings);
+}
+
+void Player::make_wrong_call(const Call& call) {
+  Slot* slot = slots_.empty() ? nullptr : occupied(call.slot);
+  const BodyId body = slot != nullptr ? slot->body : BodyId{};
+  const ShapeId shape = slot != nullptr && !slot->shapes.empty() ? slot->shapes.front() : ShapeId{};
+  const std::uint64_t before = world_.hash();
+  const std::uint32_t which = Random(call.seed).below(12);
+  tell("wrong_call", which, body);
+  bool thrown = false;
+  try {
+    const auto wrong_settings = [this](auto change) {
+      WorldSettings settings = world_.settings();
+      change(settings);
+      world_.set_settings(settings);
+    };
+    BodyId ids[2] = {body, body};
+    const BodyDef defs[2] = {{}, {.position = {kNan, 0.0f, 0.0f}}};
+    switch (which) {
+      case 0:
+        step(world_, kNan, shift_.at(0));
+        break;
+      case 1:
+        step(world_, -1.0f / 60.0f, shift_.at(0));
+        break;
+      case 2:
+        world_.set_pose(body, {{0.0f, kNan, 0.0f}, {}});
+        break;
+      case 3:
+        world_.set_linear_velocity({body.index, body.generation + 1}, {});
+        break;
+      case 4:
+        world_.create_body({.mass = 0.0f});
+        break;
+      case 5:
+        world_.add_shape(body, Sphere{-1.0f});
+        break;
+      case 6:
+        world_.create_bodies(defs, ids);
+        break;
+      case 7:
+        world_.destroy_bodies(ids);
+        break;
+      case 8:
+        wrong_settings([](WorldSettings& settings) { settings.substeps = 0; });
+        break;
+      case 9:
+        wrong_settings([](WorldSettings& settings) { settings.gravity.y = kNan; });
+        break;
+      case 10:
+        world_.add_impulse(body, {kNan, 0.0f, 0.0f});
+        break;
+      default:
+        world_.set_material(shape, {.friction = -1.0f});
+        break;
+    }
+  } catch (const Error&) {
+    thrown = true;
+  }
+  if (!thrown) broken("wrong call " + std::to_string(which) + " did not throw");
+  if (world_.hash() != before) broken("wrong call " + std::to_string(which) + " changed the world");
+}
+
+void Player::run_steps(const Call& call) {
+  Random random(call.seed);
+  for (std::uint32_t count = 1 + random.below(kMostStepsPerCall); count > 0; --count) {
+    const float dt = random_time_step(random);
+    tell("step", dt);
+    if (checks_) check_before_step();
+    step(world_, dt, shift_.at(static_cast<int>(hashes_.size())));
+    hashes_.push_back(world_.hash());
+    most_contacts_ = std::max(most_contacts_, world_.stats().contacts);
+    if (checks_) check_after_step();
+  }
+}
+
+void Player::check_before_step() {
+  for (Slot& slot : slots_) {
+    if (slot.body == BodyId{}) continue;
+    slot.last_pose = world_.pose(slot.body);
+    slot.last_awake = world_.is_awake(slot.body);
+  }
+}
+
+void Player::check_after_step() {
+  if (world_.body_count() != bodies_ + kPitBodies) broken("body_count is wrong");
+  if (world_.shape_count() != shapes_ + kPitShapes) broken("shape_count is wrong");
+  const StepStats& stats = world_.stats();
+  if (stats.contacts > stats.pairs) broken("there are more contacts than pairs");
+  if (!std::isfinite(stats.kinetic_energy)) broken("the kinetic energy is not finite");
+  for (Slot& slot : slots_) {
+    if (slot.body != BodyId{}) check_body(slot);
+  }
+}
+
+void Player::check_body(Slot& slot) {
+  const BodyId body = slot.body;
+  const std::string name = "body " + std::to_string(body.index);
+  if (!world_.is_alive(body) || world_.body_at(body.index) != body) broken(name + ": the handle died");
+  for (const ShapeId shape : slot.shapes) {
+    if (!world_.is_alive(shape) || world_.body_of(shape) != body) broken(name + ": a shape got lost");
+  }
+  if (world_.shapes_of(body, {}) != slot.shapes.size()) broken(name + " has another number of shapes");
+  const Pose pose = world_.pose(body);
+  const Quat q = pose.rotation;
+  const float norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  if (!is_finite(pose.position) || !is_finite(world_.center_of_mass(body))) broken(name + " is nowhere");
+  if (!(std::abs(norm - 1.0f) <= kUnitTolerance)) broken(name + ": the rotation has lost its length");
+  if (!is_finite(world_.linear_velocity(body)) || !is_finite(world_.angular_velocity(body))) {
+    broken(name + ": the velocity is not finite");
+  }
+  const bool asleep = !slot.last_awake && !world_.is_awake(body);
+  const bool fixed = world_.body_type(body) == BodyType::fixed;
+  if (asleep && !fixed) somebody_slept_ = true;
+  if ((fixed || asleep) && !same_bits(pose, slot.last_pose)) broken(name + " is fixed or asleep, but moved");
+}
+
+}  // namespace scree::determinism

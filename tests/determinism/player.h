@@ -1,0 +1,73 @@
+// Player: makes the calls of a random sequence in one world and checks what every world promises.
+#pragma once
+
+#include <tests/determinism/random_calls.h>
+
+#include <ostream>
+#include <stdexcept>
+
+namespace scree::determinism {
+
+// A world did what no world may do.
+class BrokenPromise : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Slots of bodies that are created one by one; the slots of bulk calls follow.
+inline constexpr std::uint32_t kBulkSlots = 48;
+
+class Player {
+ public:
+  // With `checks` the player reads all bodies around every step to see whether promises hold. Reading must
+  // not change any result either, so one run of a comparison reads and the others do not.
+  Player(Shift& shift, bool checks, std::ostream* log);
+
+  void make(const Call& call);
+  const std::vector<std::uint64_t>& hashes() const { return hashes_; }
+  std::int64_t most_contacts() const { return most_contacts_; }
+  bool somebody_slept() const { return somebody_slept_; }
+
+ private:
+  struct Slot {
+    BodyId body;  // no body: the slot is empty
+    std::vector<ShapeId> shapes;
+    Pose last_pose;  // before the step that runs
+    bool last_awake = false;
+  };
+
+  // The slot of the call or, if it is empty, the next one that is not; null if all are.
+  Slot* occupied(std::uint32_t slot);
+  void empty_slot(Slot& slot);
+
+  void create(const Call& call);
+  void create_bulk(const Call& call);
+  void destroy_bulk(const Call& call);
+  void change_body(const Call& call, Slot& slot);
+  void change_motion(const Call& call, Slot& slot);
+  void change_shape(const Call& call, Slot& slot);
+  void change_settings(const Call& call);
+  void make_wrong_call(const Call& call);
+  void run_steps(const Call& call);
+  void check_before_step();
+  void check_after_step();
+  void check_body(Slot& slot);
+  [[noreturn]] void broken(const std::string& promise) const;
+
+  // One line of the log: the call and its arguments.
+  template <class... Values>
+  void tell(const char* call, const Values&... values);
+
+  World world_;
+  Shift& shift_;
+  bool checks_;
+  std::ostream* log_;
+  std::vector<Slot> slots_;
+  std::size_t bodies_ = 0;
+  std::size_t shapes_ = 0;
+  std::vector<std::uint64_t> hashes_;
+  std::int64_t most_contacts_ = 0;
+  bool somebody_slept_ = false;
+};
+
+}  // namespace scree::determinism

@@ -1,0 +1,284 @@
+// See player_values.h.
+#include <core/math.h>
+#include <tests/determinism/player_values.h>
+
+#include <cstdio>
+
+namespace scree::determinism {
+namespace {
+
+// True once in `times`.
+bool once_in(Random& random, std::uint32_t times) { return random.below(times) == 0; }
+
+template <class T, std::size_t count>
+T any_of(Random& random, const T (&values)[count]) {
+  return values[random.below(count)];
+}
+
+}  // namespace
+
+Vec3 random_vector(Random& random, float limit) {
+  const float x = random.between(-limit, limit);
+  const float y = random.between(-limit, limit);
+  const float z = random.between(-limit, limit);
+  return {x, y, z};
+}
+
+Pose random_pose(Random& random) {
+  Pose pose;
+  pose.position = random_vector(random, 0.8f * kPitHalfWidth);
+  pose.position.y = random.between(0.0f, 0.7f * kPitHeight);
+  if (!once_in(random, 3)) pose.rotation = random.rotation();
+  return pose;
+}
+
+Geometry random_geometry(Random& random) {
+  switch (random.below(3)) {
+    case 0: {
+      const float x = random.between(0.1f, 0.8f);
+      const float y = random.between(0.1f, 0.8f);
+      const float z = random.between(0.1f, 0.8f);
+      return Box{{x, y, z}};
+    }
+    case 1:
+      return Sphere{random.between(0.1f, 0.7f)};
+    default: {
+      const float half_height = random.between(0.1f, 0.8f);
+      const float radius = random.between(0.1f, 0.4f);
+      return Capsule{half_height, radius};
+    }
+  }
+}
+
+Material random_material(Random& random) {
+  Material material;
+  constexpr MixRule kRules[] = {MixRule::minimum, MixRule::average, MixRule::product, MixRule::geometric_mean,
+                                MixRule::maximum};
+  material.friction = once_in(random, 5) ? 0.0f : random.between(0.0f, 1.2f);
+  if (once_in(random, 3)) material.restitution = random.unit();
+  if (once_in(random, 4)) material.rolling_resistance = random.between(0.0f, 0.1f);
+  material.density = random.between(50.0f, 5000.0f);
+  if (once_in(random, 5)) material.surface_velocity = random_vector(random, 3.0f);
+  material.friction_mix = any_of(random, kRules);
+  material.restitution_mix = any_of(random, kRules);
+  return material;
+}
+
+Filter random_filter(Random& random) {
+  Filter filter;
+  if (once_in(random, 2)) return filter;
+  filter.category = 1u << random.below(3);
+  filter.mask = 1 + random.below(7);
+  filter.group = static_cast<std::int32_t>(random.below(5)) - 2;
+  return filter;
+}
+
+ShapeOptions random_options(Random& random) {
+  ShapeOptions options;
+  if (once_in(random, 2)) {
+    options.local_pose.position = random_vector(random, 0.6f);
+    options.local_pose.rotation = random.rotation();
+  }
+  options.filter = random_filter(random);
+  options.user_data = random.next();
+  return options;
+}
+
+AxisLocks random_locks(Random& random) {
+  constexpr AxisLocks kPlanar = AxisLocks::translation_z | AxisLocks::rotation_x | AxisLocks::rotation_y;
+  switch (random.below(4)) {
+    case 0:
+      return kPlanar;
+    case 1:
+      return static_cast<AxisLocks>(random.below(64));
+    default:
+      return AxisLocks::none;
+  }
+}
+
+BodyDef random_body_def(Random& random) {
+  BodyDef def;
+  constexpr BodyType kTypes[] = {BodyType::fixed,   BodyType::kinematic, BodyType::dynamic,
+                                 BodyType::dynamic, BodyType::dynamic,   BodyType::dynamic,
+                                 BodyType::dynamic, BodyType::dynamic};
+  def.type = any_of(random, kTypes);
+  const Pose pose = random_pose(random);
+  def.position = pose.position;
+  def.rotation = pose.rotation;
+  if (once_in(random, 2)) def.linear_velocity = random_vector(random, 5.0f);
+  if (once_in(random, 2)) def.angular_velocity = random_vector(random, 5.0f);
+  if (once_in(random, 4)) def.linear_damping = random.unit();
+  if (once_in(random, 4)) def.angular_damping = random.unit();
+  if (once_in(random, 8)) def.gravity_factor = random.between(-1.0f, 2.0f);
+  if (once_in(random, 4)) def.locks = random_locks(random);
+  if (once_in(random, 5)) def.mass = random.between(0.1f, 1000.0f);
+  def.can_sleep = !once_in(random, 6);
+  def.user_data = random.next();
+  return def;
+}
+
+// Those of a solid box with its center somewhere near the origin.
+MassProperties random_mass_properties(Random& random) {
+  MassProperties properties;
+  properties.mass = random.between(0.5f, 500.0f);
+  properties.center = random_vector(random, 0.2f);
+  const float x = random.between(0.2f, 1.0f);
+  const float y = random.between(0.2f, 1.0f);
+  const float z = random.between(0.2f, 1.0f);
+  const float third = properties.mass / 3.0f;
+  properties.inertia[0] = third * (y * y + z * z);
+  properties.inertia[1] = third * (x * x + z * z);
+  properties.inertia[2] = third * (x * x + y * y);
+  return properties;
+}
+
+float random_time_step(Random& random) {
+  constexpr float kUsual = 1.0f / 60.0f;
+  constexpr float kSteps[] = {kUsual,        kUsual,       kUsual, kUsual, kUsual,
+                              1.0f / 240.0f, 1.0f / 30.0f, 0.1f,   0.0f};
+  return once_in(random, 8) ? random.between(0.0f, 0.05f) : any_of(random, kSteps);
+}
+
+WorldSettings random_settings(Random& random) {
+  WorldSettings settings;
+  if (once_in(random, 3)) settings.gravity = random_vector(random, 12.0f);
+  settings.substeps = 1 + static_cast<int>(random.below(6));
+  if (once_in(random, 3)) settings.contact_hertz = random.between(10.0f, 120.0f);
+  if (once_in(random, 4)) settings.contact_damping_ratio = random.between(0.5f, 20.0f);
+  if (once_in(random, 4)) settings.push_speed = random.between(0.5f, 10.0f);
+  if (once_in(random, 4)) settings.restitution_threshold = random.between(0.0f, 2.0f);
+  if (once_in(random, 4)) settings.max_linear_speed = random.between(5.0f, 100.0f);
+  if (once_in(random, 4)) settings.max_angular_speed = random.between(5.0f, 100.0f);
+  settings.warm_start = !once_in(random, 4);
+  settings.sleeping = !once_in(random, 3);
+  if (once_in(random, 2)) settings.sleep_time = random.between(0.0f, 0.3f);
+  settings.measure_residual = once_in(random, 2);
+  settings.measure_penetration = once_in(random, 2);
+  return settings;
+}
+
+void print(std::ostream& out, float value) {
+  // Nine digits give every float back.
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", static_cast<double>(value));
+  out << text;
+}
+void print(std::ostream& out, int value) { out << value; }
+void print(std::ostream& out, std::uint32_t value) { out << value; }
+void print(std::ostream& out, bool value) { out << (value ? "true" : "false"); }
+void print(std::ostream& out, const char* value) { out << value; }
+void print(std::ostream& out, Vec3 value) {
+  out << "{";
+  print(out, value.x);
+  out << ", ";
+  print(out, value.y);
+  out << ", ";
+  print(out, value.z);
+  out << "}";
+}
+
+void print(std::ostream& out, Quat value) {
+  out << "{";
+  print(out, value.x);
+  for (const float component : {value.y, value.z, value.w}) {
+    out << ", ";
+    print(out, component);
+  }
+  out << "}";
+}
+
+namespace {
+
+// ".name = value", the separator where it is not the first.
+template <class Value>
+void field(std::ostream& out, const char* name, const Value& value, bool first = false) {
+  out << (first ? "{." : ", .") << name << " = ";
+  print(out, value);
+}
+
+}  // namespace
+
+void print(std::ostream& out, const Pose& value) {
+  out << "{";
+  print(out, value.position);
+  out << ", ";
+  print(out, value.rotation);
+  out << "}";
+}
+
+void print(std::ostream& out, const Geometry& value) {
+  if (const auto* sphere = std::get_if<Sphere>(&value)) {
+    out << "Sphere";
+    field(out, "radius", sphere->radius, true);
+  } else if (const auto* capsule = std::get_if<Capsule>(&value)) {
+    out << "Capsule";
+    field(out, "half_height", capsule->half_height, true);
+    field(out, "radius", capsule->radius);
+  } else {
+    out << "Box";
+    field(out, "half_extents", std::get<Box>(value).half_extents, true);
+  }
+  out << "}";
+}
+
+void print(std::ostream& out, const Material& value) {
+  field(out, "friction", value.friction, true);
+  field(out, "restitution", value.restitution);
+  field(out, "rolling_resistance", value.rolling_resistance);
+  field(out, "density", value.density);
+  field(out, "surface_velocity", value.surface_velocity);
+  field(out, "friction_mix", static_cast<int>(value.friction_mix));
+  field(out, "restitution_mix", static_cast<int>(value.restitution_mix));
+  out << "}";
+}
+
+void print(std::ostream& out, const Filter& value) {
+  field(out, "category", value.category, true);
+  field(out, "mask", value.mask);
+  field(out, "group", static_cast<int>(value.group));
+  out << "}";
+}
+
+void print(std::ostream& out, const BodyDef& value) {
+  field(out, "type", static_cast<int>(value.type), true);
+  field(out, "position", value.position);
+  field(out, "rotation", value.rotation);
+  field(out, "linear_velocity", value.linear_velocity);
+  field(out, "angular_velocity", value.angular_velocity);
+  field(out, "linear_damping", value.linear_damping);
+  field(out, "angular_damping", value.angular_damping);
+  field(out, "gravity_factor", value.gravity_factor);
+  field(out, "locks", static_cast<int>(value.locks));
+  if (value.mass) field(out, "mass", *value.mass);
+  field(out, "can_sleep", value.can_sleep);
+  out << "}";
+}
+
+void print(std::ostream& out, const MassProperties& value) {
+  field(out, "mass", value.mass, true);
+  field(out, "center", value.center);
+  field(out, "inertia", Vec3{value.inertia[0], value.inertia[1], value.inertia[2]});
+  out << "}";
+}
+
+void print(std::ostream& out, const WorldSettings& value) {
+  field(out, "gravity", value.gravity, true);
+  field(out, "substeps", value.substeps);
+  field(out, "contact_hertz", value.contact_hertz);
+  field(out, "contact_damping_ratio", value.contact_damping_ratio);
+  field(out, "push_speed", value.push_speed);
+  field(out, "restitution_threshold", value.restitution_threshold);
+  field(out, "max_linear_speed", value.max_linear_speed);
+  field(out, "max_angular_speed", value.max_angular_speed);
+  field(out, "warm_start", value.warm_start);
+  field(out, "sleeping", value.sleeping);
+  field(out, "sleep_time", value.sleep_time);
+  field(out, "measure_residual", value.measure_residual);
+  field(out, "measure_penetration", value.measure_penetration);
+  out << "}";
+}
+
+void print(std::ostream& out, BodyId value) { out << "body " << value.index << "/" << value.generation; }
+void print(std::ostream& out, ShapeId value) { out << "shape " << value.index << "/" << value.generation; }
+
+}  // namespace scree::determinism

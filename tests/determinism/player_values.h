@@ -1,0 +1,46 @@
+// Values that random calls hand in: drawn from the call's own random numbers, printed for its log.
+#pragma once
+
+#include <scree/scree.h>
+#include <tools/scenes/random.h>
+
+#include <ostream>
+
+namespace scree::determinism {
+
+using scenes::Random;
+
+Vec3 random_vector(Random& random, float limit);
+Pose random_pose(Random& random);  // somewhere in the pit
+Geometry random_geometry(Random& random);
+Material random_material(Random& random);
+Filter random_filter(Random& random);
+ShapeOptions random_options(Random& random);
+AxisLocks random_locks(Random& random);
+BodyDef random_body_def(Random& random);
+MassProperties random_mass_properties(Random& random);
+float random_time_step(Random& random);  // s
+WorldSettings random_settings(Random& random);
+
+// Half the width of the pit that the calls play in, and its walls' height.
+inline constexpr float kPitHalfWidth = 6.0f;  // m
+inline constexpr float kPitHeight = 12.0f;    // m
+
+void print(std::ostream& out, float value);
+void print(std::ostream& out, int value);
+void print(std::ostream& out, std::uint32_t value);
+void print(std::ostream& out, bool value);
+void print(std::ostream& out, const char* value);
+void print(std::ostream& out, Vec3 value);
+void print(std::ostream& out, Quat value);
+void print(std::ostream& out, const Pose& value);
+void print(std::ostream& out, const Geometry& value);
+void print(std::ostream& out, const Material& value);
+void print(std::ostream& out, const Filter& value);
+void print(std::ostream& out, const BodyDef& value);
+void print(std::ostream& out, const MassProperties& value);
+void print(std::ostream& out, const WorldSettings& value);
+void print(std::ostream& out, BodyId value);
+void print(std::ostream& out, ShapeId value);
+
+}  // namespace scree::determinism

@@ -1,0 +1,151 @@
+// Random sequences: how they are drawn, compared and shrunk. See random_calls.h.
+#include <tests/determinism/player.h>
+#include <tests/determinism/random_calls.h>
+#include <tools/scenes/random.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace scree::determinism {
+namespace {
+
+struct KindRule {
+  const char* name;
+  int weight;  // how often it is drawn, of the sum of all
+};
+
+constexpr KindRule kRules[kCallKindCount] = {
+    {"step", 40},
+    {"create_body", 20},
+    {"create_bodies", 3},
+    {"destroy_body", 6},
+    {"destroy_bodies", 2},
+    {"add_shape", 6},
+    {"destroy_shape", 4},
+    {"set_pose", 6},
+    {"set_linear_velocity", 4},
+    {"set_angular_velocity", 4},
+    {"add_load", 6},
+    {"add_impulse", 6},
+    {"set_body_type", 5},
+    {"set_filter", 4},
+    {"set_material", 4},
+    {"set_geometry", 4},
+    {"set_local_pose", 3},
+    {"set_mass_properties", 3},
+    {"reset_mass", 2},
+    {"set_damping", 3},
+    {"set_gravity_factor", 2},
+    {"set_locks", 3},
+    {"set_can_sleep", 2},
+    {"wake", 2},
+    {"set_settings", 3},
+    {"move_world", 1},
+    {"wrong_call", 4},
+};
+
+CallKind random_kind(scenes::Random& random) {
+  std::uint32_t sum = 0;
+  for (const KindRule& rule : kRules) sum += static_cast<std::uint32_t>(rule.weight);
+  std::uint32_t left = random.below(sum);
+  int kind = 0;
+  while (left >= static_cast<std::uint32_t>(kRules[kind].weight)) {
+    left -= static_cast<std::uint32_t>(kRules[kind].weight);
+    ++kind;
+  }
+  return static_cast<CallKind>(kind);
+}
+
+// Where two runs part, counted in steps; -1 if they do not.
+std::ptrdiff_t first_different_step(const Played& expected, const Played& actual) {
+  const auto [left, right] = std::mismatch(expected.hashes.begin(), expected.hashes.end(),
+                                           actual.hashes.begin(), actual.hashes.end());
+  if (left == expected.hashes.end() && right == actual.hashes.end()) return -1;
+  return left - expected.hashes.begin();
+}
+
+}  // namespace
+
+const char* name_of(CallKind kind) { return kRules[static_cast<int>(kind)].name; }
+
+Sequence random_sequence(std::uint64_t seed, int calls, int bodies) {
+  scenes::Random random(seed);
+  // Bulk calls meet the slots from kBulkSlots on, half of the bodies at a time.
+  const auto half = static_cast<std::uint32_t>(std::max(bodies / 2, 1));
+  Sequence sequence;
+  for (int i = 0; i < calls; ++i) {
+    Call call;
+    // A sequence without bodies would say little: it starts with some, and ends with steps.
+    call.kind = i < 2 ? CallKind::create_bodies : i + 4 >= calls ? CallKind::step : random_kind(random);
+    const bool bulk = call.kind == CallKind::create_bodies || call.kind == CallKind::destroy_bodies;
+    if (bulk) {
+      call.slot = kBulkSlots + half * (i == 0 ? 0 : i == 1 ? 1 : random.below(2));
+    } else {
+      call.slot = random.below(random.below(4) == 0 ? kBulkSlots + 2 * half : kBulkSlots);
+    }
+    call.seed = random.next() << 16 | half;  // bulk calls find their size in the lower bits
+    sequence.push_back(call);
+  }
+  return sequence;
+}
+
+Played play(const Sequence& sequence, const Schedule& schedule, bool checks, std::ostream* log) {
+  Shift shift(schedule);
+  Player player(shift, checks, log);
+  Played played;
+  try {
+    for (const Call& call : sequence) player.make(call);
+  } catch (const BrokenPromise& broken) {
+    played.broken_promise = broken.what();
+  } catch (const Error& error) {
+    played.broken_promise = "a legal call threw: " + std::string(error.what());
+  }
+  played.hashes = player.hashes();
+  played.most_contacts = player.most_contacts();
+  played.somebody_slept = player.somebody_slept();
+  return played;
+}
+
+std::optional<Failure> find_failure(const Sequence& sequence, const std::vector<Schedule>& schedules) {
+  const Played expected = play(sequence, {kReference}, true);
+  if (!expected.broken_promise.empty()) return Failure{expected.broken_promise, {kReference}};
+  for (const Schedule& schedule : schedules) {
+    const Played actual = play(sequence, schedule, false);
+    const std::string where = "on " + name_of(schedule) + ": ";
+    if (!actual.broken_promise.empty()) return Failure{where + actual.broken_promise, schedule};
+    const std::ptrdiff_t step = first_different_step(expected, actual);
+    if (step < 0) continue;
+    return Failure{where + "the hash differs from that on " + name_of({kReference}) + " in step " +
+                       std::to_string(step + 1) + " of " + std::to_string(expected.hashes.size()),
+                   schedule};
+  }
+  return {};
+}
+
+Sequence shrunk(Sequence sequence, const std::function<bool(const Sequence&)>& fails) {
+  for (std::size_t drop = sequence.size() / 2; drop > 0;) {
+    bool dropped = false;
+    for (std::size_t at = 0; at < sequence.size();) {
+      Sequence shorter = sequence;
+      const auto first = shorter.begin() + static_cast<std::ptrdiff_t>(at);
+      shorter.erase(first, first + static_cast<std::ptrdiff_t>(std::min(drop, shorter.size() - at)));
+      if (fails(shorter)) {
+        sequence = std::move(shorter);
+        dropped = true;
+      } else {
+        at += drop;
+      }
+    }
+    if (!dropped || drop > sequence.size()) drop /= 2;
+  }
+  return sequence;
+}
+
+std::string describe(const Sequence& sequence, const Failure& failure) {
+  std::ostringstream text;
+  text << failure.what << "\n" << sequence.size() << " calls are enough:\n";
+  play(sequence, failure.schedule, true, &text);
+  return text.str();
+}
+
+}  // namespace scree::determinism

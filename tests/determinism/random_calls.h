@@ -1,0 +1,84 @@
+// Random calls: sequences of World's public calls, drawn from our own random numbers, whose results must not
+// depend on the backend and must never break what every world promises.
+//
+// A call carries all that it needs: which of the player's slots it is about and the seed of its values. So a
+// sequence stays playable when calls are dropped from it, which is how a failing one is shrunk.
+#pragma once
+
+#include <tests/determinism/backends.h>
+
+#include <cstdint>
+#include <functional>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace scree::determinism {
+
+enum class CallKind : std::uint8_t {
+  step,
+  create_body,
+  create_bodies,
+  destroy_body,
+  destroy_bodies,
+  add_shape,
+  destroy_shape,
+  set_pose,
+  set_linear_velocity,
+  set_angular_velocity,
+  add_load,     // force, force at a point, torque
+  add_impulse,  // impulse, impulse at a point, angular impulse
+  set_body_type,
+  set_filter,
+  set_material,
+  set_geometry,
+  set_local_pose,
+  set_mass_properties,
+  reset_mass,
+  set_damping,
+  set_gravity_factor,
+  set_locks,
+  set_can_sleep,
+  wake,
+  set_settings,
+  move_world,
+  wrong_call,  // must throw Error and change nothing
+};
+inline constexpr int kCallKindCount = 27;
+const char* name_of(CallKind kind);
+
+struct Call {
+  CallKind kind = CallKind::step;
+  std::uint32_t slot = 0;
+  std::uint64_t seed = 0;
+};
+using Sequence = std::vector<Call>;
+
+// `bodies` is about the number of bodies that the bulk calls keep alive.
+Sequence random_sequence(std::uint64_t seed, int calls, int bodies);
+
+struct Played {
+  std::vector<std::uint64_t> hashes;  // after each step; one call may take several
+  std::int64_t most_contacts = 0;     // in any step
+  bool somebody_slept = false;        // seen only by a run with checks
+  std::string broken_promise;         // why playing ended early, if it did
+};
+// Plays on one schedule, with or without reading and checking all bodies around every step. Writes each call
+// as it is made to `log` if there is one.
+Played play(const Sequence& sequence, const Schedule& schedule, bool checks, std::ostream* log = nullptr);
+
+// What is wrong with a sequence: a promise broken on the reference, or a schedule whose hashes differ.
+struct Failure {
+  std::string what;
+  Schedule schedule;
+};
+std::optional<Failure> find_failure(const Sequence& sequence, const std::vector<Schedule>& schedules);
+
+// Drops calls, many at once and then fewer, as long as the rest still fails.
+Sequence shrunk(Sequence sequence, const std::function<bool(const Sequence&)>& fails);
+
+// The failure with the shrunk sequence's calls, for people.
+std::string describe(const Sequence& sequence, const Failure& failure);
+
+}  // namespace scree::determinism

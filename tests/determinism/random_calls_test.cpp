@@ -1,0 +1,136 @@
+// Laws of random calls: no sequence of legal calls shows the backend or breaks a promise.
+#include <gtest/gtest.h>
+#include <tests/determinism/golden.h>
+#include <tests/determinism/many_threads.h>
+#include <tests/determinism/random_calls.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <sstream>
+
+namespace scree::determinism {
+namespace {
+
+struct Draw {
+  std::uint64_t seed;
+  int calls;
+  int bodies;
+
+  friend std::ostream& operator<<(std::ostream& out, const Draw& draw) { return out << "seed " << draw.seed; }
+};
+
+// How many small worlds to draw; the environment variable SCREE_RANDOM_SEQUENCES asks for a longer search.
+std::uint64_t small_draws() {
+  if (const char* wish = std::getenv("SCREE_RANDOM_SEQUENCES")) return std::strtoull(wish, nullptr, 10);
+  return wants_full_matrix() ? 40 : 10;
+}
+
+std::vector<Draw> draws() {
+  // Small worlds fail in fewer calls; large ones give several threads something to do at once.
+  std::vector<Draw> all;
+  const std::uint64_t few = small_draws();
+  for (std::uint64_t seed = 1; seed <= few; ++seed) all.push_back({seed, 250, 24});
+  all.push_back({few + 1, 60, 600});
+  if (wants_full_matrix()) all.push_back({few + 2, 80, 1000});
+  return all;
+}
+
+// Each instruction set with 1, 2 and 4 threads.
+std::vector<Schedule> compared_schedules() {
+  if (!wants_full_matrix()) return schedules(false);
+  std::vector<Schedule> all;
+  for (const Isa isa : supported_isas()) {
+    for (const int threads : {1, 2, 4}) all.push_back({{isa, threads}});
+  }
+  return all;
+}
+
+class RandomCalls : public ManyThreads, public ::testing::WithParamInterface<Draw> {};
+
+TEST_P(RandomCalls, KeepTheirPromisesAndHideTheBackend) {
+  const Draw& draw = GetParam();
+  report_unsupported_isas();
+  const Sequence sequence = random_sequence(draw.seed, draw.calls, draw.bodies);
+  const std::optional<Failure> failure = find_failure(sequence, compared_schedules());
+  if (!failure) return;
+  const std::vector<Schedule> suspect{failure->schedule};
+  const Sequence shortest =
+      shrunk(sequence, [&](const Sequence& shorter) { return find_failure(shorter, suspect).has_value(); });
+  const std::optional<Failure> rest = find_failure(shortest, suspect);
+  FAIL() << "seed " << draw.seed << ", " << failure->what
+         << "\nshrunk: " << (rest ? describe(shortest, *rest) : "results change from run to run\n");
+}
+
+std::string seed_name(const ::testing::TestParamInfo<Draw>& info) {
+  return "seed_" + std::to_string(info.param.seed);
+}
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomCalls, ::testing::ValuesIn(draws()), seed_name);
+
+TEST(RandomCallsGolden, ComeToTheGoldenHash) {
+  int runs = 0;
+  for (const Golden& golden : read_goldens(golden_path())) {
+    if (is_scene(golden.what)) continue;
+    EXPECT_EQ(digest_of(play_run(golden.what, {kReference})), golden.digest) << golden;
+    ++runs;
+  }
+  EXPECT_GT(runs, 0);
+}
+
+TEST(RandomCallsThemselves, AreTheSameForTheSameSeed) {
+  const Sequence once = random_sequence(5, 200, 20);
+  const Sequence again = random_sequence(5, 200, 20);
+  const auto same = [](const Call& left, const Call& right) {
+    return left.kind == right.kind && left.slot == right.slot && left.seed == right.seed;
+  };
+  EXPECT_TRUE(std::equal(once.begin(), once.end(), again.begin(), again.end(), same));
+  const Sequence other = random_sequence(6, 200, 20);
+  EXPECT_FALSE(std::equal(once.begin(), once.end(), other.begin(), other.end(), same));
+}
+
+TEST(RandomCallsThemselves, MeetEveryKindOfCall) {
+  std::vector<int> drawn(kCallKindCount);
+  for (const Call& call : random_sequence(1, 5000, 20)) ++drawn[static_cast<std::size_t>(call.kind)];
+  for (int kind = 0; kind < kCallKindCount; ++kind) {
+    EXPECT_GT(drawn[static_cast<std::size_t>(kind)], 0) << name_of(static_cast<CallKind>(kind));
+  }
+}
+
+TEST(RandomCallsThemselves, PileBodiesUpAndLetThemSleep) {
+  bool somebody_slept = false;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Played played = play(random_sequence(seed, 250, 24), {kReference}, true);
+    EXPECT_GT(played.most_contacts, 10) << seed;
+    EXPECT_GT(played.hashes.size(), 100u) << seed;
+    somebody_slept = somebody_slept || played.somebody_slept;
+  }
+  EXPECT_TRUE(somebody_slept);
+  const Played large = play(random_sequence(1, 60, 600), {kReference}, true);
+  EXPECT_GT(large.most_contacts, 512) << "several chunks, so that threads share the work";
+}
+
+TEST(RandomCallsThemselves, ShrinkToTheCallsThatMatter) {
+  const Sequence sequence = random_sequence(7, 300, 20);
+  // Pretend that a wake after a destroy_shape is what fails.
+  const auto fails = [](const Sequence& calls) {
+    const auto is = [](CallKind kind) { return [kind](const Call& call) { return call.kind == kind; }; };
+    const auto destroy = std::find_if(calls.begin(), calls.end(), is(CallKind::destroy_shape));
+    return std::find_if(destroy, calls.end(), is(CallKind::wake)) != calls.end();
+  };
+  ASSERT_TRUE(fails(sequence));
+  const Sequence shortest = shrunk(sequence, fails);
+  ASSERT_EQ(shortest.size(), 2u);
+  EXPECT_EQ(shortest[0].kind, CallKind::destroy_shape);
+  EXPECT_EQ(shortest[1].kind, CallKind::wake);
+}
+
+TEST(RandomCallsThemselves, AreToldCallByCall) {
+  const Failure failure{"the reason", {kReference}};
+  const std::string text = describe(random_sequence(8, 60, 8), failure);
+  EXPECT_NE(text.find("the reason\n60 calls are enough:\n  destroy_bodies(0)\n  create_bodies("),
+            std::string::npos)
+      << text.substr(0, 300);
+  EXPECT_NE(text.find("\n  step(0.0166666675)\n"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace scree::determinism
