@@ -131,7 +131,10 @@ void solve_chunk(const ContactArgs& args, const ContactChunk& chunk) {
           return effective_mass * (select(apart, one, mass_scale) * point_speed + bias) +
                  select(apart, zero, impulse_scale) * old_impulse;
         });
-    for (int k = 0; k < kPoints; ++k) store(block.impulse[k], impulse[k]);
+    for (int k = 0; k < kPoints; ++k) {
+      store(block.impulse[k], impulse[k]);
+      if constexpr (kRich) store(block.pressed[k], max(load(block.pressed[k]), impulse[k]));
+    }
     apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum,
                    tangent1 * change.torque1 + tangent2 * change.torque2);
     store_bodies<kStatic>(args, block, count, bodies);
@@ -304,15 +307,15 @@ void restitution_chunk(const ContactArgs& args, const ContactChunk& chunk) {
       M rebounds[kPoints];
       for (int k = 0; k < kPoints; ++k) {
         impulse[k] = load(block.impulse[k]);
-        rebounds[k] = (load(block.approach_speed[k]) < threshold) & (impulse[k] > zero);
+        rebounds[k] = (load(block.approach_speed[k]) < threshold) & (load(block.pressed[k]) > zero);
       }
       const F restitution = load(block.restitution);
       for (int sweep = 0; sweep < (kPoints == 1 ? 1 : kRestitutionSweeps); ++sweep) {
         F speed[kPoints];
         point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b),
                               bodies.b.angular - bodies.a.angular, normal, tangent1, tangent2, speed);
-        const NormalImpulses change = sweep_points<kPoints>(
-            block, speed, impulse, [&](int k, F point_speed, F, F effective_mass) {
+        const NormalImpulses change =
+            sweep_points<kPoints>(block, speed, impulse, [&](int k, F point_speed, F, F effective_mass) {
               const F error = point_speed + restitution * load(block.approach_speed[k]);
               return select(rebounds[k], effective_mass * error, zero);
             });

@@ -50,6 +50,7 @@ struct Contact {
   Vec3 normal, t1, t2, arm_a, arm_b;
   Vec3 anchor_a[4], anchor_b[4];
   float approach[4];
+  float pressed[4];
   int points;
   bool pushes_a;
 };
@@ -282,6 +283,7 @@ class PlainSolver {
           std::max(impulse - mass * (mass_scale * speed + bias) - impulse_scale * impulse, 0.0f);
       push(contact, (next - impulse) * n, arm_a, arm_b);
       impulse = next;
+      if (biased) contact.pressed[k] = std::max(contact.pressed[k], impulse);
     }
   }
 
@@ -339,8 +341,8 @@ class PlainSolver {
     if (!(determinant > 0.0f)) return;
     const Vec3 spin = motion(contact.b).angular - motion(contact.a).angular;
     // Cramer's rule for the impulse that stops the spin.
-    const Vec3 stop = (1.0f / determinant) *
-                      Vec3{dot(spin, cross(y, z)), dot(x, cross(spin, z)), dot(x, cross(y, spin))};
+    const Vec3 stop =
+        (1.0f / determinant) * Vec3{dot(spin, cross(y, z)), dot(x, cross(spin, z)), dot(x, cross(y, spin))};
     float(&stored)[3] = contact.surface->rolling_impulse;
     const Vec3 old = to_vec(stored);
     Vec3 next = old - stop;
@@ -356,8 +358,7 @@ class PlainSolver {
     if (!is_rich(contact)) return;
     bool rebounds[4];
     for (int k = 0; k < contact.points; ++k) {
-      rebounds[k] = contact.approach[k] < -settings_.restitution_threshold &&
-                    contact.manifold->normal_impulse[k] > 0.0f;
+      rebounds[k] = contact.approach[k] < -settings_.restitution_threshold && contact.pressed[k] > 0.0f;
     }
     constexpr int kSweeps = 8;
     for (int i = 0; i < kSweeps * contact.points; ++i) {
