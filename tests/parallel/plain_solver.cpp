@@ -1,6 +1,7 @@
 #include "plain_solver.h"
 
 #include <core/math.h>
+#include <core/wake.h>
 #include <parallel/constraints.h>
 #include <parallel/stages.h>
 
@@ -391,6 +392,7 @@ void solve_plainly(WorldData& data, float dt) { PlainSolver(data, dt).run(); }
 void step_plainly(World& world, float dt, Workers& workers) {
   WorldData& data = internals(world);
   Crew crew(workers);
+  wake_neighbors(data);
   refresh_lists(data);
   find_pairs(data, crew);
   collide(data, crew);
