@@ -42,7 +42,8 @@ struct alignas(64) ContactBlock {
 template <int kPoints>
 struct RichBlock : ContactBlock<kPoints> {
   LaneFloats restitution;
-  LaneFloats approach_speed[kPoints];  // least normal speed since the step's beginning
+  LaneFloats approach_speed[kPoints];  // normal speed before the impact; prepare, solve
+  LaneFloats pressed[kPoints];         // largest impulse of the step so far; prepare, solve
   LaneFloats surface_speed[2];         // along t1 and t2
   LaneFloats rolling_resistance;
   LaneFloats rolling_mass[6];  // inverse of the sum of the inverse inertias

@@ -277,7 +277,11 @@ void finish(const BodyArgs& args, int begin, int end) {
     v.linear = select(finite, v.linear, at_rest);
     v.angular = select(finite, v.angular, at_rest);
     const std::uint32_t finite_bits = bits(finite);
-    if (finite_bits != (1u << kLanes) - 1u) store_velocity(args.velocity, lanes, v);
+    // The last sweep over the contacts knows nothing of locks.
+    const I flags = load_motion(args.motion, lanes).flags;
+    const bool any_locks = bits(!((flags & I(kMotionLocksMask)) == I(0))) != 0;
+    if (any_locks) apply_locks(flags, v);
+    if (finite_bits != (1u << kLanes) - 1u || any_locks) store_velocity(args.velocity, lanes, v);
     store_rows(args.pose->position, 8, lanes.index, lanes.count, new_position.x, new_position.y,
                new_position.z, zero);
     store_rows(args.pose->position + 4, 8, lanes.index, lanes.count, new_rotation.x, new_rotation.y,

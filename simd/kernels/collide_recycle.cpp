@@ -18,8 +18,11 @@ constexpr float kPressWeight = 0.5f;
 // Where a manifold has room for more points, one that is not there yet was farther than the speculative
 // distance: the boxes may not move farther than that.
 constexpr float kRecycleDistancePartial = kSpeculativeDistance;
-// The normal stays fixed in the world, so neither body may turn by more than 10 degrees: cos^2 of half of it.
-constexpr float kTurnLimit = 0.99240388f;
+// The normal stays fixed in the world, so neither body may turn by more than 2 degrees: cos^2 of half of it.
+constexpr float kTurnLimit = 0.99969541f;
+// rad; and so do the arms: a turn about the normal leaves them behind, and what lies on a turntable would be
+// driven outwards by that angle.
+constexpr float kTwistLimit = 0.004f;
 
 struct Motion {
   Q4 turn_a, turn_b;  // since the manifold was made
@@ -57,7 +60,9 @@ inline Motion motion_since(const CollideColumns& columns, const Block& block, M 
   const F near = sqrt(length_squared(seen_from_a - along * normal) + pressed * pressed) +
                  F(2.0f) * length(part(relative_turn)) * reach;
   const F turn = min(motion.turn_a.w * motion.turn_a.w, motion.turn_b.w * motion.turn_b.w);
-  motion.distance = select((is_set > F(0.0f)) & (turn > F(kTurnLimit)), near, F(kAbsentSeparation));
+  const F twist = max(abs(dot(part(motion.turn_a), normal)), abs(dot(part(motion.turn_b), normal)));
+  const M keeps = (is_set > F(0.0f)) & (turn > F(kTurnLimit)) & (twist < F(0.5f * kTwistLimit));
+  motion.distance = select(keeps, near, F(kAbsentSeparation));
   return motion;
 }
 

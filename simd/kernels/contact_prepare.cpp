@@ -179,6 +179,7 @@ inline void prepare_rich(const ContactArgs& args, RichBlock<kPoints>& block, con
       b.linear + cross(b.angular, load3(block.arm_b)) - a.linear - cross(a.angular, load3(block.arm_a));
   const V3 spin = b.angular - a.angular;
   for (int k = 0; k < kPoints; ++k) {
+    store(block.pressed[k], F(0.0f));
     store(block.approach_speed[k], dot(relative, frame.normal) +
                                        load(block.v[k]) * dot(spin, frame.tangent1) -
                                        load(block.u[k]) * dot(spin, frame.tangent2));

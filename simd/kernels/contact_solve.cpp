@@ -41,44 +41,22 @@ struct NormalImpulses {
   F torque1, torque2;
 };
 
-// Place of the coupling of points k < j in a block.
-template <int kPoints>
-inline constexpr int coupling_of(int k, int j) {
-  return k * (2 * kPoints - k - 1) / 2 + (j - k - 1);
-}
-
-// Sweeps over the points of one manifold in one pass. The colors' passes do the rest, but for rebounds:
-// points that share the impulse of an impact unevenly leave with a spin that nothing takes away again (a box
-// dropped flat from 10 m then reaches half of its height).
-template <int kPoints, bool kRich>
-inline constexpr int kSweeps = kRich&& kPoints > 1 ? 8 : 1;
-
 // Gauss-Seidel over the points on speeds kept up to date through the couplings. `target` gives for point k
-// what its impulse falls short by, from its speed, impulse and effective mass.
-template <int kPoints, bool kRich, class Block, class Target>
+// the speed to reach as a bias, and the scales of speed and impulse.
+template <int kPoints, class Block, class Target>
 inline NormalImpulses sweep_points(Block& block, F (&speed)[kPoints], F (&impulse)[kPoints],
                                    Target&& target) {
   NormalImpulses total{F(0.0f), F(0.0f), F(0.0f)};
-  for (int sweep = 0; sweep < kSweeps<kPoints, kRich>; ++sweep) {
-    for (int k = 0; k < kPoints; ++k) {
-      const F old_impulse = impulse[k], effective_mass = load(block.effective_mass[k]);
-      const F change = target(k, speed[k], old_impulse, effective_mass);
-      impulse[k] = max(old_impulse - change, F(0.0f));
-      const F delta = impulse[k] - old_impulse;
-      if constexpr (kSweeps < kPoints, kRich >> 1) {  // otherwise nobody reads these any more
-        const M present = effective_mass > F(0.0f);
-        speed[k] = select(present, speed[k] + delta / effective_mass, speed[k]);
-        for (int j = 0; j < k; ++j) {
-          speed[j] = speed[j] + load(block.coupling[coupling_of<kPoints>(j, k)]) * delta;
-        }
-      }
-      for (int j = k + 1; j < kPoints; ++j) {
-        speed[j] = speed[j] + load(block.coupling[coupling_of<kPoints>(k, j)]) * delta;
-      }
-      total.sum = total.sum + delta;
-      total.torque1 = total.torque1 + load(block.v[k]) * delta;
-      total.torque2 = total.torque2 - load(block.u[k]) * delta;
-    }
+  int pair = 0;
+  for (int k = 0; k < kPoints; ++k) {
+    const F old_impulse = impulse[k];
+    const F change = target(k, speed[k], old_impulse, load(block.effective_mass[k]));
+    impulse[k] = max(old_impulse - change, F(0.0f));
+    const F delta = impulse[k] - old_impulse;
+    for (int j = k + 1; j < kPoints; ++j) speed[j] = speed[j] + load(block.coupling[pair++]) * delta;
+    total.sum = total.sum + delta;
+    total.torque1 = total.torque1 + load(block.v[k]) * delta;
+    total.torque2 = total.torque2 - load(block.u[k]) * delta;
   }
   return total;
 }
@@ -136,12 +114,15 @@ void solve_chunk(const ContactArgs& args, const ContactChunk& chunk) {
     F speed[kPoints], impulse[kPoints];
     point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b), bodies.b.angular - bodies.a.angular,
                           normal, tangent1, tangent2, speed);
-    for (int k = 0; k < kPoints; ++k) {
-      impulse[k] = load(block.impulse[k]) * keep;
-      // The fastest approach of the step is the speed of the impact: gravity adds to the step's first one.
-      if constexpr (kRich) store(block.approach_speed[k], min(speed[k], load(block.approach_speed[k])));
+    for (int k = 0; k < kPoints; ++k) impulse[k] = load(block.impulse[k]) * keep;
+    if constexpr (kRich) {
+      // A free point comes in as fast as it is now: gravity has worked since the step began.
+      for (int k = 0; k < kPoints; ++k) {
+        const F approach = load(block.approach_speed[k]);
+        store(block.approach_speed[k], select(impulse[k] > zero, approach, min(speed[k], approach)));
+      }
     }
-    const NormalImpulses change = sweep_points<kPoints, kRich>(
+    const NormalImpulses change = sweep_points<kPoints>(
         block, speed, impulse, [&](int k, F point_speed, F old_impulse, F effective_mass) {
           const F separation = load(block.separation[k]);
           const M apart = separation > zero;
@@ -150,7 +131,10 @@ void solve_chunk(const ContactArgs& args, const ContactChunk& chunk) {
           return effective_mass * (select(apart, one, mass_scale) * point_speed + bias) +
                  select(apart, zero, impulse_scale) * old_impulse;
         });
-    for (int k = 0; k < kPoints; ++k) store(block.impulse[k], impulse[k]);
+    for (int k = 0; k < kPoints; ++k) {
+      store(block.impulse[k], impulse[k]);
+      if constexpr (kRich) store(block.pressed[k], max(load(block.pressed[k]), impulse[k]));
+    }
     apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum,
                    tangent1 * change.torque1 + tangent2 * change.torque2);
     store_bodies<kStatic>(args, block, count, bodies);
@@ -262,7 +246,7 @@ inline void relax_blocks(const ContactArgs& args, const ContactChunk& chunk) {
     F speed[kPoints], impulse[kPoints];
     point_speeds<kPoints>(block, relative, spin, normal, tangent1, tangent2, speed);
     for (int k = 0; k < kPoints; ++k) impulse[k] = load(block.impulse[k]);
-    const NormalImpulses change = sweep_points<kPoints, kRich>(
+    const NormalImpulses change = sweep_points<kPoints>(
         block, speed, impulse, [&](int k, F point_speed, F old_impulse, F effective_mass) {
           const F error = point_speed + max(separation[k], zero) * inverse_substep;
           if constexpr (kMeasured) {
@@ -304,9 +288,11 @@ void relax_measured_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   relax_blocks<kPoints, kRich, kStatic, true>(args, chunk);
 }
 
-// Rebound of the points that came in fast and touch, of manifolds that were pressed during the step (which of
-// its points the sweeps pressed is chance). The impulses are not stored: the next step shall not begin with a
-// kick.
+// Sweeps over the points of a manifold: after one, a box that lands flat rebounds with half its speed.
+constexpr int kRestitutionSweeps = 8;
+
+// Rebound of the points that came in fast and were pressed during the step. The impulses are not stored: the
+// next step shall not begin with a kick.
 template <int kPoints, bool kRich, bool kStatic>
 void restitution_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   if constexpr (kRich) {
@@ -317,23 +303,25 @@ void restitution_chunk(const ContactArgs& args, const ContactChunk& chunk) {
       const V3 tangent2 = cross(normal, tangent1);
       const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
       Bodies bodies = load_bodies(args, block);
-      F speed[kPoints], impulse[kPoints], pressed(0.0f);
-      point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b),
-                            bodies.b.angular - bodies.a.angular, normal, tangent1, tangent2, speed);
+      F impulse[kPoints];
+      M rebounds[kPoints];
       for (int k = 0; k < kPoints; ++k) {
         impulse[k] = load(block.impulse[k]);
-        pressed = pressed + impulse[k];
+        rebounds[k] = (load(block.approach_speed[k]) < threshold) & (load(block.pressed[k]) > zero);
       }
       const F restitution = load(block.restitution);
-      const NormalImpulses change =
-          sweep_points<kPoints, kRich>(block, speed, impulse, [&](int k, F point_speed, F, F effective_mass) {
-            const F approach = load(block.approach_speed[k]);
-            const M rebounds =
-                (approach < threshold) & (pressed > zero) & (load(block.separation[k]) < F(kLinearSlop));
-            return select(rebounds, effective_mass * (point_speed + restitution * approach), zero);
-          });
-      apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum,
-                     tangent1 * change.torque1 + tangent2 * change.torque2);
+      for (int sweep = 0; sweep < (kPoints == 1 ? 1 : kRestitutionSweeps); ++sweep) {
+        F speed[kPoints];
+        point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b),
+                              bodies.b.angular - bodies.a.angular, normal, tangent1, tangent2, speed);
+        const NormalImpulses change =
+            sweep_points<kPoints>(block, speed, impulse, [&](int k, F point_speed, F, F effective_mass) {
+              const F error = point_speed + restitution * load(block.approach_speed[k]);
+              return select(rebounds[k], effective_mass * error, zero);
+            });
+        apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum,
+                       tangent1 * change.torque1 + tangent2 * change.torque2);
+      }
       store_bodies<kStatic>(args, block, count, bodies);
     });
   }

@@ -50,6 +50,7 @@ struct Contact {
   Vec3 normal, t1, t2, arm_a, arm_b;
   Vec3 anchor_a[4], anchor_b[4];
   float approach[4];
+  float pressed[4];
   int points;
   bool pushes_a;
 };
@@ -272,6 +273,8 @@ class PlainSolver {
       const float mass = 1.0f / response(contact, n, n, arm_a, arm_b);
       const float speed = dot(speed_at(motion(contact.a), motion(contact.b), arm_a, arm_b), n);
       float& impulse = contact.manifold->normal_impulse[k];
+      // A free point comes in as fast as it is now: gravity has worked since the step began.
+      if (biased && impulse == 0.0f) contact.approach[k] = std::min(contact.approach[k], speed);
       if (!biased) {
         const float error = speed + bias;
         residual_ = std::max(residual_, impulse > 0.0f ? std::abs(error) : std::max(-error, 0.0f));
@@ -280,6 +283,7 @@ class PlainSolver {
           std::max(impulse - mass * (mass_scale * speed + bias) - impulse_scale * impulse, 0.0f);
       push(contact, (next - impulse) * n, arm_a, arm_b);
       impulse = next;
+      if (biased) contact.pressed[k] = std::max(contact.pressed[k], impulse);
     }
   }
 
@@ -320,13 +324,47 @@ class PlainSolver {
          contact.arm_a, contact.arm_b);
     m.friction_impulse[0] = next1;
     m.friction_impulse[1] = next2;
+    if (is_rich(contact)) solve_rolling(contact, sum);
+  }
+
+  // Stops the relative spin with a torque of at most resistance times normal impulse.
+  void solve_rolling(Contact& contact, float impulse_sum) {
+    InertiaRow both = data_.bodies.inertia[contact.b];
+    if (contact.pushes_a) {
+      for (int i = 0; i < 6; ++i) {
+        both.inverse_inertia[i] += data_.bodies.inertia[contact.a].inverse_inertia[i];
+      }
+    }
+    const float* s = both.inverse_inertia;
+    const Vec3 x{s[0], s[1], s[2]}, y{s[1], s[3], s[4]}, z{s[2], s[4], s[5]};
+    const float determinant = dot(x, cross(y, z));
+    if (!(determinant > 0.0f)) return;
+    const Vec3 spin = motion(contact.b).angular - motion(contact.a).angular;
+    // Cramer's rule for the impulse that stops the spin.
+    const Vec3 stop =
+        (1.0f / determinant) * Vec3{dot(spin, cross(y, z)), dot(x, cross(spin, z)), dot(x, cross(y, spin))};
+    float(&stored)[3] = contact.surface->rolling_impulse;
+    const Vec3 old = to_vec(stored);
+    Vec3 next = old - stop;
+    const float size = length(next), limit = contact.surface->rolling_resistance * impulse_sum;
+    if (size > limit) next = (limit / size) * next;
+    stored[0] = next.x;
+    stored[1] = next.y;
+    stored[2] = next.z;
+    twist(contact, next - old);
   }
 
   void restitute(Contact& contact) {
     if (!is_rich(contact)) return;
+    bool rebounds[4];
     for (int k = 0; k < contact.points; ++k) {
+      rebounds[k] = contact.approach[k] < -settings_.restitution_threshold && contact.pressed[k] > 0.0f;
+    }
+    constexpr int kSweeps = 8;
+    for (int i = 0; i < kSweeps * contact.points; ++i) {
+      const int k = i % contact.points;
       float& impulse = contact.manifold->normal_impulse[k];
-      if (contact.approach[k] >= -settings_.restitution_threshold || impulse <= 0.0f) continue;
+      if (!rebounds[k]) continue;
       const Vec3 n = contact.normal, arm_a = contact.anchor_a[k], arm_b = contact.anchor_b[k];
       const float mass = 1.0f / response(contact, n, n, arm_a, arm_b);
       const float speed = dot(speed_at(motion(contact.a), motion(contact.b), arm_a, arm_b), n);

@@ -1,0 +1,110 @@
+// A step in the steady state allocates nothing. Counts every malloc and aligned_alloc of the program, TBB's
+// included; sanitizers bring allocators of their own, so there is nothing to count under them.
+#include <tests/physics/lab.h>
+
+#include <atomic>
+#include <cstdlib>
+
+#if defined(__has_feature)
+#define SCREE_HAS_FEATURE(name) __has_feature(name)
+#else
+#define SCREE_HAS_FEATURE(name) 0
+#endif
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
+    !SCREE_HAS_FEATURE(address_sanitizer) && !SCREE_HAS_FEATURE(thread_sanitizer)
+#define SCREE_COUNTS_ALLOCATIONS 1
+#else
+#define SCREE_COUNTS_ALLOCATIONS 0
+#endif
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+#if SCREE_COUNTS_ALLOCATIONS
+#define SCREE_COUNTED extern "C" __attribute__((visibility("default")))
+extern "C" void* __libc_malloc(std::size_t);
+extern "C" void* __libc_calloc(std::size_t, std::size_t);
+extern "C" void* __libc_realloc(void*, std::size_t);
+extern "C" void* __libc_memalign(std::size_t, std::size_t);
+SCREE_COUNTED void* malloc(std::size_t size) noexcept {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  return __libc_malloc(size);
+}
+SCREE_COUNTED void* calloc(std::size_t count, std::size_t size) noexcept {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  return __libc_calloc(count, size);
+}
+SCREE_COUNTED void* realloc(void* memory, std::size_t size) noexcept {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  return __libc_realloc(memory, size);
+}
+SCREE_COUNTED void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  return __libc_memalign(alignment, size);
+}
+#endif
+
+namespace scree::physics {
+namespace {
+
+long allocations_of(Lab& lab, int steps) {
+  const long before = allocations.load();
+  lab.run(steps);
+  return allocations.load() - before;
+}
+
+class Allocation : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (SCREE_COUNTS_ALLOCATIONS == 0) GTEST_SKIP() << "a sanitizer allocates for itself";
+  }
+};
+
+TEST_F(Allocation, IsCounted) {
+  const long before = allocations.load();
+  Lab lab;
+  lab.add_ground();
+  EXPECT_GT(allocations.load(), before);
+}
+
+TEST_F(Allocation, NeverHappensInAStepOfARestingHeap) {
+  for (const int threads : {1, 2}) {
+    Lab lab;
+    lab.workers = Workers(threads);
+    add_heap(lab, 150, 6, {.friction = 0.7f, .restitution = 0.1f, .rolling_resistance = 0.01f});
+    lab.run(300);
+    EXPECT_EQ(allocations_of(lab, 100), 0) << threads << " threads";
+  }
+}
+
+TEST_F(Allocation, NeverHappensInAStepOfAPyramid) {
+  SceneLab pyramid("large_pyramid", {{"base", 40}});
+  pyramid.lab.run(150);
+  EXPECT_EQ(allocations_of(pyramid.lab, 60), 0);
+}
+
+TEST_F(Allocation, NeverHappensInAStepOfBodiesOnTheMove) {
+  // Balls on a belt that runs against a wall: contacts come and go for ever.
+  Lab lab;
+  lab.add_ground({.friction = 0.8f, .surface_velocity = {3, 0, 0}});
+  lab.add({.type = BodyType::fixed, .position = {6, 5, 0}}, Box{{1, 6, 30}});
+  Random random(8);
+  for (int i = 0; i < 60; ++i) {
+    lab.add({.position = {random.uniform(-5, 4), 0.5f + 0.1f * static_cast<float>(i), random.uniform(-3, 3)}},
+            Sphere{0.3f});
+  }
+  lab.run(900);
+  EXPECT_EQ(allocations_of(lab, 100), 0);
+}
+
+TEST_F(Allocation, NeverHappensInAStepOfSleepers) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  for (int i = 0; i < 20; ++i) lab.add({.position = {2.0f * static_cast<float>(i), 0.5f, 0}}, Box{});
+  lab.run(200);
+  EXPECT_EQ(allocations_of(lab, 50), 0);
+}
+
+}  // namespace
+}  // namespace scree::physics

@@ -1,0 +1,164 @@
+// Input that no world should meet: an Error that changes nothing, or a simulation that stays finite. Either
+// way the world goes on.
+#include <tests/physics/lab.h>
+
+#include <limits>
+
+namespace scree::physics {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+// A box dropped beside the scene comes to rest on the ground.
+void expect_usable(Lab& lab, float x = 50.0f, float z = 0.0f) {
+  EXPECT_TRUE(lab.all_finite());
+  const BodyId box = lab.add({.position = {x, 1.5f, z}}, Box{});
+  lab.run(180);
+  EXPECT_TRUE(lab.all_finite());
+  EXPECT_NEAR(lab.height(box), 0.5, 0.05);
+  EXPECT_LT(lab.velocity(box).norm(), 0.01);
+  lab.world.destroy_body(box);
+  lab.run(1);
+}
+
+TEST(BadInput, AnImpossibleTimeStepIsAnErrorThatChangesNothing) {
+  Lab lab;
+  lab.add_ground();
+  lab.add({.position = {0, 3, 0}}, Box{});
+  lab.run(10);
+  const std::uint64_t hash = lab.world.hash();
+  for (const float dt : {kNan, -kNan, -1.0f / 60.0f, -1e-30f, 1.5f, 1e30f, kInfinity, -kInfinity}) {
+    EXPECT_THROW(step(lab.world, dt, lab.workers), Error) << dt;
+    EXPECT_EQ(lab.world.hash(), hash);
+  }
+  expect_usable(lab);
+}
+
+TEST(BadInput, ATimeStepOfZeroMovesNothing) {
+  Lab lab;
+  lab.add_ground();
+  lab.add({.position = {0, 0.49f, 0}, .linear_velocity = {1, -2, 0}}, Box{});
+  const std::uint64_t hash = lab.world.hash();
+  lab.run(3, 0.0f);
+  EXPECT_EQ(lab.world.hash(), hash);
+  EXPECT_EQ(lab.world.stats().contacts, 1);
+  expect_usable(lab);
+}
+
+TEST(BadInput, ExtremeTimeStepsStayFinite) {
+  for (const float dt : {1e-45f, 1e-38f, 1e-30f, 1e-20f, 1e-10f, 1e-5f, 0.5f, 1.0f}) {
+    Lab lab;
+    const std::vector<BodyId> heap = add_heap(lab, 20, 3);
+    lab.run(60);
+    lab.run(10, dt);
+    EXPECT_TRUE(lab.all_finite()) << dt;
+    lab.run(10);
+    expect_usable(lab);
+  }
+}
+
+TEST(BadInput, AMillionMetersPerSecondStaysFinite) {
+  for (const float limit : {400.0f, 1e6f}) {
+    WorldSettings settings = without_sleep();
+    settings.max_linear_speed = limit;
+    settings.max_angular_speed = limit;
+    Lab lab(settings);
+    add_heap(lab, 30, 9);
+    lab.run(60);
+    lab.add({.position = {0, 5, 0}, .linear_velocity = {0, -1e6f, 0}}, Box{});
+    lab.add({.position = {-8, 0.5f, 0.2f}, .linear_velocity = {1e6f, 0, 1e5f}}, Sphere{0.4f});
+    lab.add({.position = {0, 8, 0}, .linear_velocity = {0, 1e6f, 0}, .angular_velocity = {1e6f, -1e6f, 1e6f}},
+            Capsule{});
+    lab.run(120);
+    expect_usable(lab);
+  }
+}
+
+TEST(BadInput, CoordinatesOfAMillionMetersStayFinite) {
+  Lab lab;
+  lab.add_ground();
+  for (const float x : {1e6f, -1e6f}) {
+    lab.add({.type = BodyType::fixed, .position = {x, -1, 1e6f}}, Box{{50, 1, 50}});
+    std::vector<BodyId> boxes;
+    for (int i = 0; i < 4; ++i) {
+      boxes.push_back(lab.add({.position = {x, 0.5f + static_cast<float>(i), 1e6f}}, Box{}));
+    }
+    lab.add({.position = {x + 3, 1, 1e6f}}, Sphere{});
+    lab.add({.position = {x - 3, 1, 1e6f}, .angular_velocity = {1, 2, 3}}, Capsule{});
+    lab.run(240);
+    // Floats are 6 cm apart there.
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      EXPECT_NEAR(lab.height(boxes[i]), 0.5 + static_cast<double>(i), 0.1);
+    }
+  }
+  expect_usable(lab);
+}
+
+TEST(BadInput, BodiesAtTheSamePlaceComeApart) {
+  const Geometry geometries[] = {Sphere{0.5f}, Capsule{0.3f, 0.3f}, Box{{0.5f, 0.5f, 0.5f}}};
+  for (const Geometry& first : geometries) {
+    for (const Geometry& second : geometries) {
+      Lab lab;
+      lab.add_ground();
+      const BodyId a = lab.add({.position = {0, 2, 0}}, first), b = lab.add({.position = {0, 2, 0}}, second);
+      lab.run(300);
+      EXPECT_TRUE(lab.all_finite());
+      EXPECT_GT((lab.position(a) - lab.position(b)).norm(), 0.3) << first.index() << " " << second.index();
+      EXPECT_LT((lab.position(a) - lab.position(b)).norm(), 20.0) << first.index() << " " << second.index();
+      expect_usable(lab);
+    }
+  }
+}
+
+TEST(BadInput, ManyBodiesAtTheSamePlaceStayFinite) {
+  Lab lab;
+  lab.add_ground();
+  for (int i = 0; i < 100; ++i) {
+    const Geometry geometry = i % 2 == 0 ? Geometry{Sphere{0.5f}} : Geometry{Box{}};
+    lab.add({.position = {0, 2, 0}}, geometry);
+  }
+  lab.run(240);
+  expect_usable(lab, 80.0f, 80.0f);
+}
+
+TEST(BadInput, ABodyWithoutShapesFallsFreely) {
+  Lab lab;
+  lab.add_ground();
+  const BodyId ghost = lab.world.create_body({.position = {0, 1, 0}});
+  lab.world.create_body({.type = BodyType::fixed});
+  lab.world.create_body({.type = BodyType::kinematic, .linear_velocity = {1, 0, 0}});
+  lab.run(60);
+  EXPECT_NEAR(lab.height(ghost), 1.0 - 0.5 * kGravity, 0.1);
+  expect_usable(lab);
+}
+
+TEST(BadInput, ExtremeMassesAndSizesStayFinite) {
+  Lab lab;
+  lab.add_ground();
+  lab.add({.position = {0, 1, 0}}, Sphere{1e-4f});
+  lab.add({.position = {3, 1, 0}, .mass = 1e-10f}, Box{});
+  lab.add({.position = {6, 1, 0}, .mass = 1e20f}, Box{});
+  lab.add({.position = {9, 1, 0}}, Box{{1e-3f, 0.5f, 20.0f}});
+  lab.add({.position = {12, 1, 0}, .gravity_factor = 1e5f}, Sphere{});
+  lab.add({.position = {15, 1, 0}, .linear_damping = 1e5f, .angular_damping = 1e5f}, Capsule{});
+  lab.add({.position = {18, 1, 0}, .angular_velocity = {1e8f, 0, 1e8f}}, Box{{0.1f, 0.5f, 0.3f}});
+  lab.run(120);
+  expect_usable(lab);
+}
+
+TEST(BadInput, HugeForcesStayFinite) {
+  Lab lab;
+  const std::vector<BodyId> heap = add_heap(lab, 20, 4);
+  lab.run(30);
+  for (const BodyId body : heap) {
+    lab.world.add_force(body, {1e15f, -1e15f, 1e14f});
+    lab.world.add_torque(body, {1e12f, 1e12f, -1e12f});
+    lab.run(1);
+  }
+  lab.run(60);
+  expect_usable(lab);
+}
+
+}  // namespace
+}  // namespace scree::physics

@@ -1,0 +1,134 @@
+// Sleep: what is at rest falls asleep as a whole, stays, and wakes as a whole.
+#include <tests/physics/lab.h>
+
+#include <algorithm>
+
+namespace scree::physics {
+namespace {
+
+std::size_t awake_count(const Lab& lab, const std::vector<BodyId>& bodies) {
+  return static_cast<std::size_t>(
+      std::count_if(bodies.begin(), bodies.end(), [&](BodyId body) { return lab.world.is_awake(body); }));
+}
+
+std::vector<BodyId> add_stack(Lab& lab, int count, float x, float base = 0.0f) {
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < count; ++i) {
+    boxes.push_back(lab.add({.position = {x, base + 0.5f + static_cast<float>(i), 0}}, Box{}));
+  }
+  return boxes;
+}
+
+TEST(Sleep, AHeapFallsAsleepAndStays) {
+  Lab lab{WorldSettings{}};
+  const std::vector<BodyId> heap = add_heap(lab, 60, 5, {.friction = 0.7f, .rolling_resistance = 0.02f});
+  int steps = 0;
+  while (awake_count(lab, heap) > 0 && steps < 1800) lab.run(10), steps += 10;
+  ASSERT_EQ(awake_count(lab, heap), 0u) << "after " << steps << " steps";
+  const std::uint64_t hash = lab.world.hash();
+  lab.run(300);
+  EXPECT_EQ(lab.world.hash(), hash);
+  EXPECT_EQ(lab.world.stats().awake_bodies, 0);
+}
+
+TEST(Sleep, AStackHitByABallWakesAsAWhole) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  const std::vector<BodyId> hit = add_stack(lab, 6, 0.0f), spared = add_stack(lab, 6, 20.0f);
+  lab.run(240);
+  ASSERT_EQ(awake_count(lab, hit) + awake_count(lab, spared), 0u);
+  lab.add({.position = {-3, 5.5f, 0}, .linear_velocity = {12, 0, 0}}, Sphere{0.4f});
+  bool woke_as_a_whole = false;
+  for (int i = 0; i < 60 && !woke_as_a_whole; ++i) {
+    lab.run(1);
+    const std::size_t awake = awake_count(lab, hit);
+    EXPECT_TRUE(awake == 0 || awake == hit.size()) << awake << " are awake";
+    woke_as_a_whole = awake == hit.size();
+  }
+  EXPECT_TRUE(woke_as_a_whole);
+  EXPECT_EQ(awake_count(lab, spared), 0u);
+  lab.run(30);
+  EXPECT_GT(lab.velocity(hit.back()).norm(), 0.1) << "the top has been hit";
+}
+
+TEST(Sleep, DestroyingTheSupportWakes) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  const BodyId support = lab.add({.type = BodyType::fixed, .position = {0, 1, 0}}, Box{{1, 1, 1}});
+  const std::vector<BodyId> stack = add_stack(lab, 5, 0.0f, 2.0f);
+  lab.run(240);
+  ASSERT_EQ(awake_count(lab, stack), 0u);
+  lab.world.destroy_body(support);
+  lab.run(2);
+  EXPECT_EQ(awake_count(lab, stack), stack.size());
+  lab.run(300);
+  EXPECT_LT(lab.height(stack.front()), 0.6);
+}
+
+TEST(Sleep, PullingOutTheLowestBoxWakes) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  const std::vector<BodyId> stack = add_stack(lab, 5, 0.0f);
+  lab.run(240);
+  ASSERT_EQ(awake_count(lab, stack), 0u);
+  lab.world.destroy_body(stack.front());
+  lab.run(60);
+  for (std::size_t i = 1; i < stack.size(); ++i) {
+    EXPECT_LT(lab.height(stack[i]), 0.2 + static_cast<double>(i)) << "box " << i << " hangs in the air";
+  }
+}
+
+TEST(Sleep, SwitchedOffNobodySleeps) {
+  Lab lab(without_sleep());
+  lab.add_ground();
+  const std::vector<BodyId> stack = add_stack(lab, 4, 0.0f);
+  for (int i = 0; i < 300; ++i) {
+    lab.run(1);
+    ASSERT_EQ(awake_count(lab, stack), stack.size());
+  }
+}
+
+TEST(Sleep, SwitchedOffLaterEverybodyWakes) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  const std::vector<BodyId> stack = add_stack(lab, 4, 0.0f);
+  lab.run(240);
+  ASSERT_EQ(awake_count(lab, stack), 0u);
+  lab.world.set_settings(without_sleep());
+  lab.run(120);
+  EXPECT_EQ(awake_count(lab, stack), stack.size());
+}
+
+TEST(Sleep, ABodyThatMayNotSleepKeepsItsIslandAwake) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  std::vector<BodyId> stack = add_stack(lab, 3, 0.0f);
+  stack.push_back(lab.add({.position = {0, 3.5f, 0}, .can_sleep = false}, Box{}));
+  const std::vector<BodyId> other = add_stack(lab, 3, 10.0f);
+  lab.run(300);
+  EXPECT_EQ(awake_count(lab, stack), stack.size());
+  EXPECT_EQ(awake_count(lab, other), 0u);
+}
+
+TEST(Sleep, OnAMovingPlatformNobodySleeps) {
+  Lab lab{WorldSettings{}};
+  lab.add({.type = BodyType::kinematic, .linear_velocity = {0.01f, 0, 0}}, Box{{3, 0.2f, 3}});
+  const BodyId box = lab.add({.position = {0, 0.5f, 0}}, Box{{0.3f, 0.3f, 0.3f}});
+  lab.run(300);
+  EXPECT_TRUE(lab.world.is_awake(box));
+}
+
+TEST(Sleep, AForceWakes) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  const BodyId box = lab.add({.position = {0, 0.5f, 0}}, Box{});
+  lab.run(200);
+  ASSERT_FALSE(lab.world.is_awake(box));
+  lab.world.add_force(box, {2e4f, 0, 0});
+  lab.run(1);
+  EXPECT_TRUE(lab.world.is_awake(box));
+  EXPECT_GT(lab.velocity(box).x(), 0.1);
+}
+
+}  // namespace
+}  // namespace scree::physics
