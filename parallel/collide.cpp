@@ -143,6 +143,8 @@ void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
       .shape_extent = data.shapes.extent.data(),
       .shape_material = data.shapes.material.data(),
       .body_pose = data.bodies.pose.data(),
+      .body_velocity = data.bodies.velocity.data(),
+      .dt = data.last_dt,
       .previous_manifold = previous.manifold.data(),
       .previous_features = previous.features.data(),
       .previous_surface = previous.surface.data(),

@@ -49,6 +49,8 @@ struct CollideColumns {
   const ExtentRow* shape_extent;
   const MaterialRow* shape_material;
   const PoseRow* body_pose;
+  const VelocityRow* body_velocity;
+  float dt;  // s; how far ahead points are made for fast bodies
   // Rows of the last step, by CollideItem::previous. They may be the rows that are written: a pair reads only
   // its own, and before it writes.
   const Manifold* previous_manifold;

@@ -36,6 +36,7 @@ enum class Placement { touching, separated, resting };
 
 struct Rows {
   Column<PoseRow> pose;
+  Column<VelocityRow> velocity;
   Column<ExtentRow> extent;
   Column<MaterialRow> material;
   Column<Manifold> manifold;
@@ -85,6 +86,7 @@ Rows make_rows(Kind first, Kind second, Placement placement) {
   rows.features.resize(kPairs);
   rows.surface.resize(kPairs);
   rows.anchor.resize(kPairs);
+  rows.velocity.resize(rows.pose.size());
   rows.points.resize(kPairs);
   return rows;
 }
@@ -96,6 +98,8 @@ void run(benchmark::State& state, const simd::Kernels& kernels, simd::CollideTyp
                                      .shape_extent = rows.extent.data(),
                                      .shape_material = rows.material.data(),
                                      .body_pose = rows.pose.data(),
+                                     .body_velocity = rows.velocity.data(),
+                                     .dt = 0.0f,
                                      .previous_manifold = rows.manifold.data(),
                                      .previous_features = rows.features.data(),
                                      .previous_surface = rows.surface.data(),

@@ -32,6 +32,7 @@ struct BoxFrame {
   F center[3];
   F half_1[3], half_2[3];
   F tolerance;
+  F reach;  // gap below which there are points
 };
 
 BoxFrame to_frame(const WidePair& pair) {
@@ -42,7 +43,8 @@ BoxFrame to_frame(const WidePair& pair) {
                  {center.x, center.y, center.z},
                  {h1.x, h1.y, h1.z},
                  {h2.x, h2.y, h2.z},
-                 F(0.0f)};
+                 F(0.0f),
+                 pair.reach};
   const F smallest = min(min(h1.x, min(h1.y, h1.z)), min(h2.x, min(h2.y, h2.z)));
   frame.tolerance = min(F(kFeatureTolerance), F(kFeatureShare) * smallest);
   return frame;
@@ -98,7 +100,7 @@ M find_axis(const BoxFrame& f, I& hint) {
   }
   const Best face = best_face(f, absolute);
   hint = face.code;
-  const M near_faces = face.separation <= F(kSpeculativeDistance);
+  const M near_faces = face.separation <= f.reach;
   if (!any(near_faces)) return near_faces;
   const F to_beat = face.separation + max(f.tolerance, F(kEdgeShare) * abs(face.separation));
   const F could_win = min(to_beat, F(0.0f));
@@ -117,7 +119,7 @@ M find_axis(const BoxFrame& f, I& hint) {
   }
   const M wins = edge.code > I(-1);
   hint = select(wins, hint | shift_left<kHintEdgeShift>(edge.code) | I(kHintEdgeWins), hint);
-  return near_faces & !(wins & (edge.separation > F(kSpeculativeDistance)));
+  return near_faces & !(wins & (edge.separation > f.reach));
 }
 
 // Chooses one of three by a lane's number 0, 1 or 2.
@@ -143,6 +145,7 @@ struct Clipping {
   M second;   // the reference face is the second box's
   I axis;     // its axis
   F half_z;
+  F reach;
   F tolerance;
 };
 
@@ -151,6 +154,7 @@ Clipping set_up(const BoxFrame& f, I hint) {
   c.second = (hint & I(kHintSecond)) == I(kHintSecond);
   c.axis = hint & I(3);
   c.tolerance = f.tolerance;
+  c.reach = f.reach;
   // The incident box as the reference box sees it: rows along the reference axes.
   F row[3][3], center[3], half_reference[3], half_incident[3];
   for (int i = 0; i < 3; ++i) {
@@ -226,7 +230,7 @@ Candidates clip(const Clipping& c) {
     out.x[k] = clamp(x, -c.half_x, c.half_x);
     out.y[k] = clamp(y, -c.half_y, c.half_y);
     const F height = c.center_z + slope_x * (out.x[k] - c.center_x) + slope_y * (out.y[k] - c.center_y);
-    out.separation[k] = select(exists & (height <= F(kSpeculativeDistance)), height, F(kAbsentSeparation));
+    out.separation[k] = select(exists & (height <= c.reach), height, F(kAbsentSeparation));
   };
 
   const F two(2.0f);
@@ -302,7 +306,7 @@ void reduce(const Clipping& c, Candidates& candidates, Chosen chosen[4]) {
                      [&](int k) { return -candidates.separation[k] - F(static_cast<float>(k)) * step; });
   // Absent candidates fall on the first point, where they add neither distance nor area.
   for (int k = 0; k < kCandidates; ++k) {
-    const M absent = candidates.separation[k] > F(kSpeculativeDistance);
+    const M absent = candidates.separation[k] > c.reach;
     candidates.x[k] = select(absent, chosen[0].x, candidates.x[k]);
     candidates.y[k] = select(absent, chosen[0].y, candidates.y[k]);
   }
@@ -329,7 +333,7 @@ struct BoxBox {
   using Contact = WideContact<4>;
 
   static M may_touch(const WidePair& pair, I& hint) {
-    const M near = spheres_touch(pair.offset, length(pair.extent_1.half), length(pair.extent_2.half)) &
+    const M near = spheres_touch(pair, length(pair.extent_1.half), length(pair.extent_2.half)) &
                    is_rotation(pair.first.rotation) & is_rotation(pair.second.rotation);
     if (!any(near)) return near;
     return near & find_axis(to_frame(pair), hint);
@@ -420,8 +424,8 @@ struct BoxBox {
     const V3 difference = point_2 - point_1;
     const F separation = dot(normal, difference);
     // Edges that pass beside one another do not touch yet.
-    const M beside = (separation > zero) & (length_squared(difference) > square(F(kSpeculativeDistance)));
-    const M touches = (!beside) & (separation <= F(kSpeculativeDistance));
+    const M beside = (separation > zero) & (length_squared(difference) > square(f.reach));
+    const M touches = (!beside) & (separation <= f.reach);
 
     contact.normal = select(wins, rotate(pair.first.rotation, normal), contact.normal);
     const V3 middle = rotate(pair.first.rotation, F(0.5f) * (point_1 + point_2));

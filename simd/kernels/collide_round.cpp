@@ -27,7 +27,7 @@ V3 direction(V3 difference, F distance, F radii, V3 fallback) {
 
 V3 any_perpendicular(V3 v) { return tangent_of(v * (F(1.0f) / sqrt(max(length_squared(v), F(1e-30f))))); }
 
-M is_close(F distance, F radii) { return distance - radii <= F(kSpeculativeDistance); }
+M is_close(const WidePair& pair, F distance, F radii) { return distance - radii <= pair.reach; }
 
 // One point on the line between the closest points x and y, both relative to the first shape.
 template <int kPoints>
@@ -42,8 +42,8 @@ struct SphereSphere {
   using Contact = WideContact<1>;
 
   static M may_touch(const WidePair& pair, I&) {
-    return spheres_touch(pair.offset, pair.extent_1.radius, pair.extent_2.radius) &
-           is_close(length(pair.offset), pair.extent_1.radius + pair.extent_2.radius) &
+    return spheres_touch(pair, pair.extent_1.radius, pair.extent_2.radius) &
+           is_close(pair, length(pair.offset), pair.extent_1.radius + pair.extent_2.radius) &
            is_rotation(pair.first.rotation) & is_rotation(pair.second.rotation);
   }
 
@@ -67,8 +67,8 @@ struct SphereCapsule {
 
   static M may_touch(const WidePair& pair, I&) {
     const V3 half = capsule_half(pair.second, pair.extent_2);
-    return spheres_touch(pair.offset, pair.extent_1.radius, pair.extent_2.half.y + pair.extent_2.radius) &
-           is_close(length(closest(pair, half)), pair.extent_1.radius + pair.extent_2.radius) &
+    return spheres_touch(pair, pair.extent_1.radius, pair.extent_2.half.y + pair.extent_2.radius) &
+           is_close(pair, length(closest(pair, half)), pair.extent_1.radius + pair.extent_2.radius) &
            is_rotation(pair.first.rotation) & is_rotation(pair.second.rotation);
   }
 
@@ -119,14 +119,15 @@ struct CapsuleCapsule {
   }
 
   static M may_touch(const WidePair& pair, I&) {
-    const M near = spheres_touch(pair.offset, pair.extent_1.half.y + pair.extent_1.radius,
+    const M near = spheres_touch(pair, pair.extent_1.half.y + pair.extent_1.radius,
                                  pair.extent_2.half.y + pair.extent_2.radius) &
                    is_rotation(pair.first.rotation) & is_rotation(pair.second.rotation);
     if (!any(near)) return near;
     const Segments g = segments(pair);
     F s, t;
     closest(g, s, t);
-    return near & is_close(length(g.e + t * g.d2 - s * g.d1), pair.extent_1.radius + pair.extent_2.radius);
+    return near &
+           is_close(pair, length(g.e + t * g.d2 - s * g.d1), pair.extent_1.radius + pair.extent_2.radius);
   }
 
   static void collide(const WidePair& pair, I, Contact& contact) {
@@ -167,7 +168,7 @@ struct CapsuleCapsule {
     const F spread = F(kMinimumSpread) * smaller;
     const M long_enough = (ends[1] > ends[0]) & (square(ends[1] - ends[0]) * g.d1_squared > square(spread));
     const M keeps_depth = min(separation[0], separation[1]) <= contact.separation[0] + tolerance;
-    use_ends(contact, level & long_enough & keeps_depth, point, separation);
+    use_ends(contact, pair.reach, level & long_enough & keeps_depth, point, separation);
   }
 };
 

@@ -57,9 +57,8 @@ struct SphereBox {
   static M may_touch(const WidePair& pair, I&) {
     const V3 half = pair.extent_2.half, center = center_in_box(pair);
     const V3 outside = center - clamp_to_box(center, half);
-    return spheres_touch(pair.offset, pair.extent_1.radius, length(half)) & is_rotation(pair.first.rotation) &
-           is_rotation(pair.second.rotation) &
-           (length(outside) - pair.extent_1.radius <= F(kSpeculativeDistance));
+    return spheres_touch(pair, pair.extent_1.radius, length(half)) & is_rotation(pair.first.rotation) &
+           is_rotation(pair.second.rotation) & (length(outside) - pair.extent_1.radius <= pair.reach);
   }
 
   static void collide(const WidePair& pair, I, Contact& contact) {
@@ -173,18 +172,18 @@ struct CapsuleBox {
   }
 
   static M may_touch(const WidePair& pair, I&) {
-    const F reach = pair.extent_1.half.y + pair.extent_1.radius;
-    const M near = spheres_touch(pair.offset, reach, length(pair.extent_2.half)) &
-                   is_rotation(pair.first.rotation) & is_rotation(pair.second.rotation);
+    const F size = pair.extent_1.half.y + pair.extent_1.radius;
+    const M near = spheres_touch(pair, size, length(pair.extent_2.half)) & is_rotation(pair.first.rotation) &
+                   is_rotation(pair.second.rotation);
     if (!any(near)) return near;
     const SegmentBox g = to_box_frame(pair);
     const V3 gap{abs(g.center.x) - abs(g.half_segment.x) - g.half.x,
                  abs(g.center.y) - abs(g.half_segment.y) - g.half.y,
                  abs(g.center.z) - abs(g.half_segment.z) - g.half.z};
-    const M near_faces = near & (largest_of(gap) - g.radius <= F(kSpeculativeDistance));
+    const M near_faces = near & (largest_of(gap) - g.radius <= pair.reach);
     if (!any(near_faces)) return near_faces;
     const V3 x = g.center + closest_parameter(g) * g.half_segment;
-    return near_faces & (length(x - clamp_to_box(x, g.half)) - g.radius <= F(kSpeculativeDistance));
+    return near_faces & (length(x - clamp_to_box(x, g.half)) - g.radius <= pair.reach);
   }
 
   static void collide(const WidePair& pair, I, Contact& contact) {
@@ -262,7 +261,7 @@ struct CapsuleBox {
         (t[1] > t[0]) & (square(t[1] - t[0]) * length_squared(g.half_segment) > square(spread));
     const M keeps_depth = min(separation[0], separation[1]) <= contact.separation[0] + tolerance;
     const M stretches = level & (on_face | (!found.inside));
-    use_ends(contact, stretches & long_enough & keeps_depth, point, separation);
+    use_ends(contact, pair.reach, stretches & long_enough & keeps_depth, point, separation);
   }
 };
 

@@ -16,6 +16,9 @@ constexpr float kMargin = 0.05f;
 // A body gets the margin if so many of its steps fit into it; otherwise the margin would only bring pairs
 // that never touch, because the list is made anew anyway.
 constexpr float kStepsInMargin = 4.0f;
+// m; a shape that travels farther in a step is looked for along its way, too: collide then makes points as
+// far ahead as it will travel, so that it meets what it hits at the surface and not inside.
+constexpr float kFastTravel = 0.5f * kSpeculativeDistance;
 // Relative to the largest coordinate: eight units in the last place, more than the rounding of a box's
 // corners, of its center and of the comparison of spheres add up to.
 constexpr float kRounding = 1e-6f;
@@ -61,13 +64,15 @@ V3 abs(V3 v) { return {abs(v.x), abs(v.y), abs(v.z)}; }
 M no_farther(V3 a, V3 b) { return (a.x <= b.x) & (a.y <= b.y) & (a.z <= b.z); }
 V3 spread(F a) { return {a, a, a}; }
 
-// Distance that a point of the shape may travel in one step.
-F travel(const BoundsTask& task, const Lanes& lanes, F arm) {
+struct BodyMotion {
   V3 linear, angular;
+};
+BodyMotion load_motion(const BoundsTask& task, const Lanes& lanes) {
+  BodyMotion v;
   F padding_0, padding_1;
-  load_rows(floats(task.body_velocity), 8, lanes.body, linear.x, linear.y, linear.z, angular.x);
-  load_rows(floats(task.body_velocity) + 4, 8, lanes.body, angular.y, angular.z, padding_0, padding_1);
-  return (length(linear) + length(angular) * arm) * F(task.dt);
+  load_rows(floats(task.body_velocity), 8, lanes.body, v.linear.x, v.linear.y, v.linear.z, v.angular.x);
+  load_rows(floats(task.body_velocity) + 4, 8, lanes.body, v.angular.y, v.angular.z, padding_0, padding_1);
+  return v;
 }
 
 // An empty box overlaps nothing.
@@ -83,7 +88,13 @@ std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count
   const Placement local = load_placement(task.local_pose, lanes.shape);
   const V3 position = body.position + rotate(body.rotation, local.position);
   const Q4 rotation = body.rotation * local.rotation;
-  store_rows(floats(task.shape_pose), 8, lanes.shape, count, position.x, position.y, position.z, F(0.0f));
+  const BodyMotion motion = load_motion(task, lanes);
+  const V3 way = motion.linear * F(task.dt);
+  const F travel = length(way);
+  // False, too, where the velocity is not finite.
+  const M fast = (travel > F(kFastTravel)) & (travel <= F(kFarthest));
+  store_rows(floats(task.shape_pose), 8, lanes.shape, count, position.x, position.y, position.z,
+             select(fast, travel, F(0.0f)));
   store_rows(floats(task.shape_pose) + 4, 8, lanes.shape, count, rotation.x, rotation.y, rotation.z,
              rotation.w);
 
@@ -103,15 +114,18 @@ std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count
 
   const F pad = F(0.5f * kSpeculativeDistance) + F(kRounding) * (largest(abs(position)) + radius);
   const V3 extent = reach + spread(skin + pad);
-  const F sphere_radius = radius + pad;
-  const V3 lower = position - extent, upper = position + extent;
+  const V3 half_way = select(fast, way * F(0.5f), spread(F(0.0f)));
+  const F sphere_radius = radius + pad + select(fast, F(0.5f) * travel, F(0.0f));
+  const V3 middle = position + half_way;
+  const V3 swept_extent = extent + abs(half_way);
+  const V3 lower = middle - swept_extent, upper = middle + swept_extent;
 
   V3 fat_lower, fat_upper;
   F fat_radius, padding;
   float* fat = floats(task.fat_bounds);
   load_rows(fat, 8, lanes.shape, fat_lower.x, fat_lower.y, fat_lower.z, fat_radius);
   load_rows(fat + 4, 8, lanes.shape, fat_upper.x, fat_upper.y, fat_upper.z, padding);
-  const V3 offset = position - (fat_lower + fat_upper) * F(0.5f);
+  const V3 offset = middle - (fat_lower + fat_upper) * F(0.5f);
   const F slack = max(fat_radius - sphere_radius, F(0.0f));
   const M inside =
       no_farther(fat_lower, lower) & no_farther(upper, fat_upper) & (length_squared(offset) <= slack * slack);
@@ -126,8 +140,9 @@ std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count
   if (left == 0) return 0;
 
   const F arm = radius + length(local.position);
-  const M slow = (travel(task, lanes, arm) * F(kStepsInMargin) <= F(kMargin)) &
-                 !(load(lanes.body_type) == I(kBoundsFixedBody));
+  const F farthest_travel = (length(motion.linear) + length(motion.angular) * arm) * F(task.dt);
+  const M slow =
+      (farthest_travel * F(kStepsInMargin) <= F(kMargin)) & !(load(lanes.body_type) == I(kBoundsFixedBody));
   const F margin = select(slow, F(kMargin), F(0.0f));
   V3 new_lower = lower - spread(margin), new_upper = upper + spread(margin);
   F new_radius = sphere_radius + margin;

@@ -50,6 +50,7 @@ struct Rows {
 // Pairs with one contact row each, in the order in which they were added.
 struct Pairs {
   Column<PoseRow> pose;  // of shapes; bodies are in the same place
+  Column<VelocityRow> velocity;
   Column<ExtentRow> extent;
   Column<MaterialRow> material;
   std::vector<ShapeType> type;
@@ -60,6 +61,7 @@ struct Pairs {
     const std::int32_t first = static_cast<std::int32_t>(pose.size());
     pose.push_back(pose_a);
     pose.push_back(pose_b);
+    velocity.resize(pose.size());
     extent.push_back(a.extent);
     extent.push_back(b.extent);
     type.push_back(a.type);
@@ -92,6 +94,8 @@ struct Pairs {
                                        .shape_extent = extent.data(),
                                        .shape_material = material.data(),
                                        .body_pose = pose.data(),
+                                       .body_velocity = velocity.data(),
+                                       .dt = 0.0f,
                                        .previous_manifold = old.manifold.data(),
                                        .previous_features = old.features.data(),
                                        .previous_surface = old.surface.data(),
