@@ -7,6 +7,8 @@
 #include <parallel/narrow_phase.h>
 #include <parallel/stages.h>
 
+#include <numeric>
+
 namespace scree {
 
 namespace {
@@ -29,7 +31,14 @@ simd::CollideType collide_type(ShapeType a, ShapeType b) {
   return kTypes[static_cast<int>(a)][static_cast<int>(b)];
 }
 
-std::uint8_t classify(const WorldData& data, ShapePair pair) {
+// Nobody found this row in the last list. One of two resting shapes must have come by a call then, and what
+// sleeps there is collided to see whether it must wake.
+bool is_new(const Contacts& contacts, std::size_t row) {
+  return !contacts.list_kept && contacts.previous[row] < 0;
+}
+
+std::uint8_t classify(const WorldData& data, std::size_t row) {
+  const ShapePair pair = data.contacts.now.pair[row];
   const std::size_t body_a = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.a)]);
   const std::size_t body_b = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.b)]);
   const BodyType type_a = data.bodies.type[body_a], type_b = data.bodies.type[body_b];
@@ -37,8 +46,9 @@ std::uint8_t classify(const WorldData& data, ShapePair pair) {
   const bool asleep_a = (data.bodies.flags[body_a] & kBodyAsleep) != 0;
   const bool asleep_b = (data.bodies.flags[body_b] & kBodyAsleep) != 0;
   const bool rests_a = type_a == BodyType::fixed || asleep_a, rests_b = type_b == BodyType::fixed || asleep_b;
-  if (rests_a && rests_b) return kSkipped;
-  const bool wakeful = (is_dynamic(type_a) && !asleep_a) || (is_dynamic(type_b) && !asleep_b);
+  const bool rest = rests_a && rests_b;
+  if (rest && !is_new(data.contacts, row)) return kSkipped;
+  const bool wakeful = rest || (is_dynamic(type_a) && !asleep_a) || (is_dynamic(type_b) && !asleep_b);
   const auto type = collide_type(data.shapes.type[static_cast<std::size_t>(pair.a)],
                                  data.shapes.type[static_cast<std::size_t>(pair.b)]);
   return static_cast<std::uint8_t>(type | (wakeful ? kWakeful : 0));
@@ -88,11 +98,12 @@ void count_types(WorldData& data, NarrowPhase& phase, Crew& crew) {
   phase.items.resize_discarding(static_cast<std::size_t>(rows));
   phase.chunk_counts.resize_discarding(static_cast<std::size_t>(chunks));
   phase.chunk_touching.resize_discarding(static_cast<std::size_t>(chunks));
+  phase.chunk_resting.resize_discarding(static_cast<std::size_t>(chunks));
   crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
     NarrowPhase::Counts counts{};
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
-      const std::uint8_t kind = classify(data, data.contacts.now.pair[row]);
+      const std::uint8_t kind = classify(data, row);
       phase.kind[row] = kind;
       const int type = kind & kTypeMask;
       if (type < simd::kCollideTypes) {
@@ -193,12 +204,15 @@ void list_touching(WorldData& data, NarrowPhase& phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const int rows = static_cast<int>(contacts.now.pair.size());
   crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
-    std::int32_t touching = 0;
+    std::int32_t touching = 0, resting = 0;
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
       contacts.now.color[row] = color_of(contacts, row, phase.points[row] != 0);
-      touching += is_listed(phase, row) ? 1 : 0;
+      const bool listed = is_listed(phase, row);
+      touching += listed ? 1 : 0;
+      resting += !listed && phase.points[row] != 0 ? 1 : 0;
     }
+    phase.chunk_resting[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)] = resting;
     phase.chunk_touching[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)] = touching;
   });
   std::int32_t place = 0;
@@ -208,6 +222,8 @@ void list_touching(WorldData& data, NarrowPhase& phase, Crew& crew) {
     place += touching;
   }
   contacts.touching.resize_discarding(static_cast<std::size_t>(place));
+  data.stats.contacts = std::accumulate(phase.chunk_resting.begin(), phase.chunk_resting.end(),
+                                        static_cast<std::int64_t>(place));
   crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
     std::int32_t to = phase.chunk_touching[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
     for (int i = begin; i < end; ++i) {
@@ -227,6 +243,7 @@ void NarrowPhase::report(const Visit& visit) const {
   column("narrow_phase.points", points);
   column("narrow_phase.chunk_counts", chunk_counts);
   column("narrow_phase.chunk_touching", chunk_touching);
+  column("narrow_phase.chunk_resting", chunk_resting);
   column("narrow_phase.items", items);
 }
 

@@ -72,6 +72,25 @@ void swap_lists(Contacts& contacts, BroadPhase& broad_phase, Crew& crew) {
 
 }  // namespace
 
+namespace {
+
+// Fixed shapes that a call has made or moved may lie on sleepers, and frozen trees are not joined with one
+// another: for the list that is coming they count as kinematic. Returns whether there are any.
+bool lend_arrivals(WorldData& data, const BroadPhase& broad_phase, TreeKind from, TreeKind to) {
+  if (!data.settings.sleeping) return false;
+  bool any = false;
+  for (const std::int32_t shape : broad_phase.dirty) {
+    const auto index = static_cast<std::size_t>(shape);
+    if ((data.shapes.flags[index] & kShapeAlive) == 0 || data.shapes.tree[index] != from) continue;
+    if (data.bodies.type[static_cast<std::size_t>(data.shapes.body[index])] != BodyType::fixed) continue;
+    data.shapes.tree[index] = to;
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace
+
 BroadPhase& broad_phase_of(WorldData& data) {
   if (data.broad_phase == nullptr) data.broad_phase = std::make_unique<BroadPhase>();
   return static_cast<BroadPhase&>(*data.broad_phase);
@@ -81,6 +100,7 @@ void find_pairs(WorldData& data, Crew& crew) {
   BroadPhase& broad_phase = broad_phase_of(data);
   Contacts& contacts = data.contacts;
   update_dirty_bounds(data, broad_phase, data.last_dt, crew);
+  const bool arrivals = lend_arrivals(data, broad_phase, TreeKind::frozen, TreeKind::kinematic);
   const bool members_changed = update_members(data, broad_phase, crew);
   contacts.list_kept = true;
   if (members_changed || contacts.pairs_stale || broad_phase.bounds_left.load(std::memory_order_relaxed)) {
@@ -92,6 +112,7 @@ void find_pairs(WorldData& data, Crew& crew) {
     sort_pairs(broad_phase, data.shapes.flags.size(), pairs, crew);
     contacts.list_kept = match_rows(data, broad_phase, crew);
     if (!contacts.list_kept) swap_lists(contacts, broad_phase, crew);
+    if (arrivals) lend_arrivals(data, broad_phase, TreeKind::kinematic, TreeKind::frozen);
     for (const std::int32_t shape : broad_phase.dirty) {
       const auto index = static_cast<std::size_t>(shape);
       broad_phase.is_dirty[index] = 0;

@@ -19,6 +19,7 @@ struct NarrowPhase : Part {
   Column<std::uint8_t> points;  // scratch; per row: points, valid after the kernels
   Column<Counts> chunk_counts;  // scratch; per row chunk: rows of each type, then where they go in `items`
   Column<std::int32_t> chunk_touching;  // scratch; per row chunk: touching rows, then where they go
+  Column<std::int32_t> chunk_resting;   // scratch; per row chunk: rows with points whose bodies all rest
   Column<simd::CollideItem> items;      // scratch; by type, in ascending order of rows
   std::array<std::int32_t, simd::kCollideTypes + 1> type_begin{};  // first item of each type
 

@@ -67,8 +67,6 @@ void step(World& world, float dt, Workers& workers) {
   ++data.step_count;
   data.stats.step = data.step_count;
   data.stats.stages = crew.stages();
-  data.stats.pairs = static_cast<std::int64_t>(data.contacts.now.pair.size());
-  data.stats.contacts = static_cast<std::int64_t>(data.contacts.touching.size());
 }
 
 }  // namespace scree

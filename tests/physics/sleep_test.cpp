@@ -78,6 +78,29 @@ TEST(Sleep, PullingOutTheLowestBoxWakes) {
   }
 }
 
+TEST(Sleep, AFixedBodyThatArrivesInASleeperWakesIt) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  const std::vector<BodyId> created_on = add_stack(lab, 2, 0.0f), moved_on = add_stack(lab, 2, 10.0f);
+  const BodyId wall = lab.add({.type = BodyType::fixed, .position = {20, 1, 0}}, Box{{0.5f, 1, 0.5f}});
+  lab.run(240);
+  ASSERT_EQ(awake_count(lab, created_on) + awake_count(lab, moved_on), 0u);
+  lab.add({.type = BodyType::fixed, .position = {0.8f, 1, 0}}, Box{{0.5f, 1, 0.5f}});
+  lab.world.set_pose(wall, Pose{{10.8f, 1, 0}, {}});
+  lab.run(2);
+  EXPECT_EQ(awake_count(lab, created_on), created_on.size());
+  EXPECT_EQ(awake_count(lab, moved_on), moved_on.size());
+}
+
+TEST(Sleep, SleepingContactsAreCounted) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  const std::vector<BodyId> stack = add_stack(lab, 4, 0.0f);
+  lab.run(240);
+  ASSERT_EQ(awake_count(lab, stack), 0u);
+  EXPECT_EQ(lab.world.stats().contacts, 4);
+}
+
 TEST(Sleep, SwitchedOffNobodySleeps) {
   Lab lab(without_sleep());
   lab.add_ground();

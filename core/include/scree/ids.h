@@ -6,6 +6,7 @@
 // has a living object of the very same index and generation.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 
 namespace scree {

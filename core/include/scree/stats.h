@@ -32,7 +32,7 @@ struct StepStats {
   double phase_ms[kPhaseCount]{};  ///< milliseconds spent in each phase
   double step_ms = 0.0;            ///< milliseconds of the whole step
   std::int64_t pairs = 0;          ///< candidate pairs of the broad phase
-  std::int64_t contacts = 0;       ///< manifolds with at least one point
+  std::int64_t contacts = 0;       ///< manifolds with at least one point, those of sleeping bodies included
   std::int64_t contact_points = 0;
   std::int64_t awake_bodies = 0;
   std::int64_t islands = 0;     ///< islands examined for sleep in this step; 0 where nobody was tired
