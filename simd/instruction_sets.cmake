@@ -3,12 +3,20 @@
 file(GLOB SCREE_KERNEL_SOURCES CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/kernels/*.cpp)
 set(SCREE_KERNEL_OBJECTS "")
 
+# Instrumented for a sanitizer, the largest kernels take g++ minutes at -O3 or with full debug information.
+if(SCREE_SANITIZE)
+  set(SCREE_KERNEL_OPTIMIZATION -O1 -g1)
+else()
+  set(SCREE_KERNEL_OPTIMIZATION -O3)
+endif()
+
 function(scree_add_instruction_set name lanes)
   set(target scree_kernels_${name})
   add_library(${target} OBJECT ${SCREE_KERNEL_SOURCES})
   target_link_libraries(${target} PRIVATE scree_flags)
   target_compile_definitions(${target} PRIVATE SCREE_SIMD_NAMESPACE=${name} SCREE_SIMD_LANES=${lanes})
-  target_compile_options(${target} PRIVATE ${ARGN} -O3 -fno-exceptions -fno-rtti -fno-math-errno)
+  target_compile_options(${target} PRIVATE ${ARGN} ${SCREE_KERNEL_OPTIMIZATION} -fno-exceptions -fno-rtti
+    -fno-math-errno)
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   set(SCREE_KERNEL_OBJECTS ${SCREE_KERNEL_OBJECTS} $<TARGET_OBJECTS:${target}> PARENT_SCOPE)
 endfunction()
