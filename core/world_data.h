@@ -1,7 +1,7 @@
 // WorldData: everything a world is, on one page. Who writes each column stands beside it.
 //
 // The lists below are the state table: each column is declared once, with its kind, and the structs, the
-// resizing, the memory report and the hash are generated from it.
+// resizing and the memory report are generated from it.
 //   state    changes future results, so a snapshot holds it
 //   derived  recomputable exactly from state
 //   scratch  lives within one step
