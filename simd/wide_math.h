@@ -29,6 +29,12 @@ inline V3 select(M m, V3 yes, V3 no) {
 inline Q4 select(M m, Q4 yes, Q4 no) {
   return {select(m, yes.x, no.x), select(m, yes.y, no.y), select(m, yes.z, no.z), select(m, yes.w, no.w)};
 }
+// True where all components are finite: x - x is 0 for finite numbers and NaN for the others.
+inline M is_finite(F a) { return (a - a) == F(0.0f); }
+inline M is_finite(V3 a) {
+  const V3 difference = a - a;
+  return (difference.x + difference.y + difference.z) == F(0.0f);
+}
 inline F length_squared(V3 a) { return dot(a, a); }
 inline F length(V3 a) { return sqrt(dot(a, a)); }
 

@@ -245,12 +245,6 @@ void integrate_poses(const BodyArgs& args, int begin, int end) {
   }
 }
 
-// True where all components are finite: x - x is 0 for finite numbers and NaN for the others.
-inline M is_finite(V3 a) {
-  const V3 difference = a - a;
-  return (difference.x + difference.y + difference.z) == F(0.0f);
-}
-
 void finish(const BodyArgs& args, int begin, int end) {
   const F zero(0.0f), half(0.5f);
   const F linear_limit = F(args.sleep_linear_speed) * F(args.sleep_linear_speed);
@@ -269,7 +263,7 @@ void finish(const BodyArgs& args, int begin, int end) {
     // A body whose state has become non-finite is put back where it was, at rest.
     const V3 rotation_part{new_rotation.x, new_rotation.y, new_rotation.z};
     const M finite = is_finite(new_position) & is_finite(rotation_part) & is_finite(v.linear) &
-                     is_finite(v.angular) & ((new_rotation.w - new_rotation.w) == zero);
+                     is_finite(v.angular) & is_finite(new_rotation.w);
     new_position = select(finite, new_position, position);
     new_rotation = {select(finite, new_rotation.x, rotation.x), select(finite, new_rotation.y, rotation.y),
                     select(finite, new_rotation.z, rotation.z), select(finite, new_rotation.w, rotation.w)};

@@ -238,11 +238,35 @@ void prepare_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   });
 }
 
+// An impulse that is not finite would break by its warm start the bodies that finish_step is about to
+// restore, in every step anew. A contact that has one forgets all of its impulses.
+template <int kPoints, bool kRich, class Block>
+inline void forget_broken_impulses(Block& block) {
+  F differences(0.0f);  // the sum of x - x, as in is_finite
+  const auto for_each_impulse = [&block](auto&& visit) {
+    for (int k = 0; k < kPoints; ++k) visit(block.impulse[k]);
+    visit(block.tangent_impulse[0]);
+    visit(block.tangent_impulse[1]);
+    visit(block.twist_impulse);
+    if constexpr (kRich) {
+      for (int axis = 0; axis < 3; ++axis) visit(block.rolling_impulse[axis]);
+    }
+  };
+  for_each_impulse([&differences](const LaneFloats& impulse) {
+    const F value = load(impulse);
+    differences += value - value;
+  });
+  const M finite = differences == F(0.0f);
+  if (bits(finite) == (1u << kLanes) - 1u) return;
+  for_each_impulse([finite](LaneFloats& impulse) { store(impulse, select(finite, load(impulse), F(0.0f))); });
+}
+
 template <int kPoints, bool kRich, bool kStatic>
 void store_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
   constexpr int kStride = sizeof(Manifold) / sizeof(float);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
+    forget_broken_impulses<kPoints, kRich>(block);
     const std::int32_t* contact = args.rows + first_lane;
     F impulse[4] = {F(0.0f), F(0.0f), F(0.0f), F(0.0f)};
     for (int k = 0; k < kPoints; ++k) impulse[k] = load(block.impulse[k]);

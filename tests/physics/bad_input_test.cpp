@@ -1,8 +1,14 @@
 // Input that no world should meet: an Error that changes nothing, or a simulation that stays finite. Either
 // way the world goes on.
+#include <core/world_data.h>
 #include <tests/physics/lab.h>
 
+#include <algorithm>
+#include <array>
 #include <limits>
+#include <numbers>
+#include <set>
+#include <span>
 
 namespace scree::physics {
 namespace {
@@ -158,6 +164,108 @@ TEST(BadInput, HugeForcesStayFinite) {
   }
   lab.run(60);
   expect_usable(lab);
+}
+
+using ImpulsePart = float* (*)(Manifold&, ContactSurface&);
+
+bool impulses_are_finite(const World& world) {
+  const Contacts& contacts = internals(world).contacts;
+  const auto all = [](std::span<const float> values) {
+    return std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); });
+  };
+  return std::all_of(contacts.touching.begin(), contacts.touching.end(), [&](std::int32_t touching) {
+    const auto row = static_cast<std::size_t>(touching);
+    const Manifold& m = contacts.now.manifold[row];
+    const bool rich = (m.info & kManifoldRich) != 0;
+    return all(m.normal_impulse) && all(m.friction_impulse) && std::isfinite(m.twist_impulse) &&
+           (!rich || all(contacts.now.surface[row].rolling_impulse));
+  });
+}
+
+// Something at rest on a heavier box that stands on the ground.
+struct Stack {
+  Stack(const Geometry& upper, const Material& material, Isa isa) {
+    lab.workers = Workers({.threads = 1, .isa = isa});
+    lab.add_ground(material);
+    const Quat lying = rotation_about({0, 0, 1}, 0.5 * std::numbers::pi);  // so that a capsule has two points
+    bodies = {lab.add({.position = {0, 0.5f, 0}}, Box{}, material),
+              lab.add({.position = {0, 1.3f, 0}, .rotation = lying}, upper, material)};
+    lab.run(60);
+  }
+
+  Lab lab;
+  std::vector<BodyId> bodies;
+};
+
+// Breaks an impulse of one contact and requires that the stack has forgotten it after the step and stands as
+// before.
+std::uint64_t break_impulse(Stack stack, std::size_t contact, ImpulsePart part, float value) {
+  Lab& lab = stack.lab;
+  Contacts& contacts = internals(lab.world).contacts;
+  EXPECT_EQ(contacts.touching.size(), 2u);
+  const auto row = static_cast<std::size_t>(contacts.touching[contact]);
+  std::vector<Eigen::Vector3d> places;
+  for (const BodyId body : stack.bodies) places.push_back(lab.position(body));
+  *part(contacts.now.manifold[row], contacts.now.surface[row]) = value;
+  for (int i = 0; i < 30; ++i) {
+    lab.run(1);
+    EXPECT_TRUE(lab.all_finite()) << i;
+    EXPECT_TRUE(impulses_are_finite(lab.world)) << i;
+  }
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    EXPECT_LT((lab.position(stack.bodies[i]) - places[i]).norm(), 0.01) << i;
+    EXPECT_LT(lab.velocity(stack.bodies[i]).norm(), 0.01) << i;
+  }
+  // What is restored in every step anew would not move either.
+  lab.world.set_linear_velocity(stack.bodies[1], {0, 2, 0});
+  lab.run(1);
+  EXPECT_GT(lab.velocity(stack.bodies[1]).y(), 1.0);
+  return lab.world.hash();
+}
+
+TEST(BadInput, AnImpulseThatIsNotFiniteIsForgottenWithTheStep) {
+  const ImpulsePart parts[] = {
+      [](Manifold& m, ContactSurface&) { return &m.normal_impulse[0]; },
+      [](Manifold& m, ContactSurface&) { return &m.friction_impulse[1]; },
+      [](Manifold& m, ContactSurface&) { return &m.twist_impulse; },
+      [](Manifold&, ContactSurface& s) { return &s.rolling_impulse[2]; },  // of rich contacts only
+  };
+  // One, two and four points.
+  const Geometry uppers[] = {Sphere{0.3f}, Capsule{0.3f, 0.3f}, Box{{0.3f, 0.3f, 0.3f}}};
+  for (int trial = 0; trial < 3 * 2 * 2 * 4 * 3; ++trial) {
+    const auto upper = static_cast<std::size_t>(trial % 3), contact = static_cast<std::size_t>(trial / 3 % 2);
+    const auto part = static_cast<std::size_t>(trial / 12 % 4);
+    const float rolling_resistance = trial / 6 % 2 == 0 ? 0.0f : 0.01f;
+    const float value = std::array{kNan, kInfinity, -kInfinity}[static_cast<std::size_t>(trial / 48)];
+    if (rolling_resistance == 0.0f && part == 3) continue;
+    std::set<std::uint64_t> hashes;
+    for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
+      if (!is_supported(isa)) continue;
+      SCOPED_TRACE("upper " + std::to_string(upper) + " contact " + std::to_string(contact) + " part " +
+                   std::to_string(part) + " value " + std::to_string(value) + " rolling resistance " +
+                   std::to_string(rolling_resistance) + " " + isa_name(isa));
+      Stack stack(uppers[upper], {.rolling_resistance = rolling_resistance}, isa);
+      hashes.insert(break_impulse(std::move(stack), contact, parts[part], value));
+    }
+    EXPECT_EQ(hashes.size(), 1u);
+  }
+}
+
+TEST(BadInput, ABodyThatBreaksDoesNotBreakItsNeighborsForLong) {
+  Stack stack(Box{{0.3f, 0.3f, 0.3f}}, {}, Isa::automatic);
+  Lab& lab = stack.lab;
+  // No call accepts it.
+  internals(lab.world).bodies.force[stack.bodies[1].index].force[1] = -kInfinity;
+  for (int i = 0; i < 30; ++i) {
+    lab.run(1);
+    EXPECT_TRUE(lab.all_finite()) << i;
+    EXPECT_TRUE(impulses_are_finite(lab.world)) << i;
+  }
+  EXPECT_NEAR(lab.height(stack.bodies[0]), 0.5, 0.01);
+  EXPECT_NEAR(lab.height(stack.bodies[1]), 1.3, 0.01);
+  lab.world.set_linear_velocity(stack.bodies[0], {2, 0, 0});
+  lab.run(1);
+  EXPECT_GT(lab.velocity(stack.bodies[0]).x(), 1.0);
 }
 
 }  // namespace
