@@ -1,22 +1,40 @@
-// The hash of a world: what "the same bits" means.
+// The hash of a world: what "the same bits" means. The state table lists the columns that it covers.
 #define XXH_INLINE_ALL
 #include <core/edit.h>
 #include <scree/world.h>
 #include <xxhash.h>
 
+#include <bit>
+#include <cstddef>
 #include <cstring>
 
 namespace scree {
 
 namespace {
 
-// 14 words a body, without padding: index, pose of the center of mass, velocities.
-constexpr std::size_t kWordsPerBody = 1 + 7 + 6;
+// A row's words that are hashed; see kHashedWords of the row types.
+template <class Row>
+constexpr std::size_t kHashedCount = static_cast<std::size_t>(std::popcount(Row::kHashedWords));
+
+#define SCREE_COUNT_HASHED(kind, Row, name) +kHashedCount<Row>
+constexpr std::size_t kWordsPerBody = 1 SCREE_HASHED_BODY_COLUMNS(SCREE_COUNT_HASHED);  // and the index
+#undef SCREE_COUNT_HASHED
+
 constexpr std::size_t kBodiesPerBatch = 256;  // 14 KiB on the stack, enough to make the calls cheap
 
-void append(std::uint32_t*& out, const float* values, std::size_t count) {
-  std::memcpy(out, values, count * sizeof(float));
-  out += count;
+// Copies the hashed words of a row from `kFrom` on, run by run: word by word took 10 % longer for a million
+// bodies.
+template <std::size_t kFrom = 0, class Row>
+void append(std::uint32_t*& out, const Row& row) {
+  static_assert(Row::kHashedWords >> (sizeof(Row) / sizeof(std::uint32_t)) == 0);
+  constexpr unsigned kRest = Row::kHashedWords >> kFrom;
+  if constexpr (kRest != 0) {
+    constexpr std::size_t kBegin = kFrom + static_cast<std::size_t>(std::countr_zero(kRest));
+    constexpr std::size_t kCount = static_cast<std::size_t>(std::countr_one(Row::kHashedWords >> kBegin));
+    std::memcpy(out, reinterpret_cast<const std::byte*>(&row) + kBegin * sizeof *out, kCount * sizeof *out);
+    out += kCount;
+    append<kBegin + kCount>(out, row);
+  }
 }
 
 }  // namespace
@@ -34,10 +52,9 @@ std::uint64_t World::hash() const {
   for (std::size_t row = 0; row < bodies.flags.size(); ++row) {
     if ((bodies.flags[row] & kBodyAlive) == 0) continue;
     *out++ = static_cast<std::uint32_t>(row);
-    append(out, bodies.pose[row].position, 3);
-    append(out, bodies.pose[row].rotation, 4);
-    append(out, bodies.velocity[row].linear, 3);
-    append(out, bodies.velocity[row].angular, 3);
+#define SCREE_APPEND_HASHED(kind, Row, name) append(out, bodies.name[row]);
+    SCREE_HASHED_BODY_COLUMNS(SCREE_APPEND_HASHED)
+#undef SCREE_APPEND_HASHED
     if (out == batch + kBodiesPerBatch * kWordsPerBody) flush();
   }
   flush();

@@ -1,5 +1,5 @@
-// Walks the state table: every column of a world, with its kind and its store's name. The memory report is
-// made from it; so is whatever else must not forget a column.
+// Walks the state table: every column of a world, with its kind and its store's name. The memory report and
+// the tests' comparison of whole states are made from it; so is whatever else must not forget a column.
 #pragma once
 
 #include <core/world_data.h>

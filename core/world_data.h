@@ -1,7 +1,7 @@
 // WorldData: everything a world is, on one page. Who writes each column stands beside it.
 //
 // The lists below are the state table: each column is declared once, with its kind, and the structs, the
-// resizing and the memory report are generated from it.
+// resizing, the memory report and the hash are generated from it.
 //   state    changes future results, so a snapshot holds it
 //   derived  recomputable exactly from state
 //   scratch  lives within one step
@@ -44,13 +44,17 @@ enum class TreeKind : std::uint8_t { none, awake, kinematic, frozen };
 inline constexpr int kTreeCount = 4;
 
 // clang-format off
+// What World::hash covers of each living body, in the order of its bytes. Of a row, kHashedWords count.
+#define SCREE_HASHED_BODY_COLUMNS(X)                                                                            \
+  X(state,   PoseRow,         pose)            /* calls, solve; of the center of mass, in the body's axes */   \
+  X(state,   VelocityRow,     velocity)        /* calls, solve */
+
 // Rows of bodies, indexed by BodyId::index. "calls" are World's functions.
 #define SCREE_BODY_COLUMNS(X)                                                                                   \
   X(state,   std::uint32_t,   generation)      /* calls; raised when the body dies */                          \
   X(state,   BodyType,        type)            /* calls */                                                     \
   X(state,   std::uint8_t,    flags)           /* calls, find_islands; BodyFlag */                             \
-  X(state,   PoseRow,         pose)            /* calls, solve; of the center of mass, in the body's axes */   \
-  X(state,   VelocityRow,     velocity)        /* calls, solve */                                              \
+  SCREE_HASHED_BODY_COLUMNS(X)                                                                                 \
   X(state,   ForceRow,        force)           /* calls; cleared by finish_step */                             \
   X(state,   MotionRow,       motion)          /* calls */                                                     \
   X(state,   float,           sleep_time)      /* calls, finish_step; s below the sleep speeds */              \

@@ -24,6 +24,9 @@ struct alignas(32) PoseRow {
   float position[3];
   float padding;
   float rotation[4];  // x y z w
+
+  // What World::hash reads: bit k stands for the k-th word. All but the padding.
+  static constexpr unsigned kHashedWords = 0b11110111;
 };
 
 // Velocity of the center of mass; the layout of scree::Velocity.
@@ -31,6 +34,8 @@ struct alignas(32) VelocityRow {
   float linear[3];
   float angular[3];
   float padding[2];
+
+  static constexpr unsigned kHashedWords = 0b00111111;  // see PoseRow
 };
 
 // Motion since the step began. Kept apart from the pose: small numbers keep their precision far from the

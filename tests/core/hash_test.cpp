@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string>
 #include <vector>
 
 namespace scree::test {
@@ -59,6 +61,26 @@ TEST(Hash, ChangesWithEveryBitOfPoseAndVelocity) {
     EXPECT_EQ(world.hash() == hash, old != 0.0f);
     *value = old;
   }
+  EXPECT_EQ(world.hash(), hash);
+}
+
+TEST(Hash, CoversTheColumnsThatTheTableMarksAndNoOthers) {
+  World world = make_world();
+  const std::uint64_t hash = world.hash();
+  const std::size_t row = kFirstBody + 2;
+  std::set<std::string> hashed;
+#define SCREE_NAME_COLUMN(kind, Type, name) hashed.insert(#name);
+  SCREE_HASHED_BODY_COLUMNS(SCREE_NAME_COLUMN)
+#undef SCREE_NAME_COLUMN
+  EXPECT_EQ(hashed, (std::set<std::string>{"pose", "velocity"}));
+  internals(world).bodies.for_each_column([&](ColumnKind kind, const char* name, auto& column) {
+    EXPECT_TRUE(kind == ColumnKind::state || hashed.count(name) == 0) << name;
+    if (std::string(name) == "flags") return;  // tells which bodies live
+    auto* bytes = reinterpret_cast<unsigned char*>(&column[row]);
+    for (std::size_t i = 0; i < sizeof(column[row]); ++i) bytes[i] ^= 1;
+    EXPECT_EQ(world.hash() != hash, hashed.count(name) == 1) << name;
+    for (std::size_t i = 0; i < sizeof(column[row]); ++i) bytes[i] ^= 1;
+  });
   EXPECT_EQ(world.hash(), hash);
 }
 
