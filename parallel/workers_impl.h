@@ -3,12 +3,13 @@
 
 #include <parallel/crew_state.h>
 #include <parallel/helper_arena.h>
+#include <scree/export.h>
 #include <scree/workers.h>
 #include <simd/kernels.h>
 
 namespace scree {
 
-struct Workers::Impl {
+struct SCREE_HIDDEN Workers::Impl {
   Impl(int thread_count, const simd::Kernels& chosen);
   ~Impl() { pool->release(); }
   Impl(const Impl&) = delete;
