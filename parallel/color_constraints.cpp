@@ -2,11 +2,14 @@
 //
 // A contact keeps its color while it touches, so that one new contact does not reshuffle the Gauss-Seidel
 // order of a resting pile; new ones take the lowest free color in the canonical order of the rows. Contacts
-// against bodies that cannot be pushed have colors of their own and are solved last.
-#include <parallel/constraints.h>
+// against bodies that cannot be pushed have colors of their own and are solved last. Hubs, the bodies of many
+// contacts, block no colors: their contacts are colored by the other body alone, and are solved in groups
+// (see simd/contact_block.h).
+#include <parallel/coloring.h>
 #include <parallel/stages.h>
 
-#include <bit>
+#include <algorithm>
+#include <atomic>
 
 namespace scree {
 
@@ -16,17 +19,24 @@ Constraints& constraints_of(WorldData& data) {
 }
 
 void Constraints::report(const Visit& visit) const {
-  const auto column = [&](const char* name, const auto& cells) {
-    visit(ColumnKind::scratch, name, cells.data(), cells.size() * sizeof(*cells.data()),
-          cells.capacity_bytes());
+  const auto column = [&](const char* name, const auto& rows_of_column) {
+    visit(ColumnKind::scratch, name, rows_of_column.data(),
+          rows_of_column.size() * sizeof(*rows_of_column.data()), rows_of_column.capacity_bytes());
   };
-  column("dynamic_colors", dynamic_colors);
-  column("static_colors", static_colors);
+  column("edges", edges);
+  column("body_colors", body_colors);
   column("uncolored", uncolored);
+  column("part_counts", part_counts);
+  column("cell_bounds", cell_bounds);
+  column("cells", cells);
+  column("cell_rows", cell_rows);
+  column("cell_begins", cell_begins);
   column("histogram", histogram);
   column("keys", keys);
   column("points", points);
   column("rows", rows);
+  column("hub_counts", hub_counts);
+  column("hub_rows", hub_rows);
   column("blocks", blocks);
   column("chunks", chunks);
   column("stages", stages);
@@ -40,59 +50,161 @@ void Constraints::report(const Visit& visit) const {
 
 namespace {
 
-// The masks that a contact's color must be free in, and enters.
-struct Masks {
-  std::uint64_t& a;
-  std::uint64_t& b;
-};
+constexpr int kPartRows = 4096;  // contacts of one task
+constexpr int kBodyRows = 8192;  // bodies of one task
 
-Masks masks_of(Constraints& constraints, const Manifold& manifold) {
-  const auto a = static_cast<std::size_t>(manifold.row_a), b = static_cast<std::size_t>(manifold.row_b);
-  if ((manifold.info & kManifoldStatic) != 0) {
-    return {constraints.static_colors[b], constraints.static_colors[b]};
+// Contacts from which the coloring is shared among threads: 0.05 ms of serial work, and atomic operations
+// cost twice what plain ones do.
+constexpr int kSharedContacts = 20000;
+// New contacts from which they are colored cell by cell. Decides colors, so it must not depend on threads.
+constexpr std::size_t kCellContacts = 20000;
+
+// Adds, or sets bits, where other threads may do so too. Returns the value before.
+template <bool kShared>
+std::int32_t add(std::int32_t& count, std::int32_t more) {
+  if constexpr (kShared) return std::atomic_ref(count).fetch_add(more, std::memory_order_relaxed);
+  count += more;
+  return count - more;
+}
+
+template <bool kShared>
+std::uint64_t set_bits(std::uint64_t& mask, std::uint64_t bits) {
+  if constexpr (kShared) return std::atomic_ref(mask).fetch_or(bits, std::memory_order_relaxed);
+  const std::uint64_t before = mask;
+  mask |= bits;
+  return before;
+}
+
+void clear_masks(const WorldData& data, Constraints& constraints, Crew& crew, bool degrees) {
+  const Column<std::int32_t>& awake = data.bodies.awake;
+  crew.run_ranges(static_cast<int>(awake.size()), kBodyRows, [&](int begin, int end, int) {
+    for (int i = begin; i < end; ++i) {
+      const auto body = static_cast<std::size_t>(awake[static_cast<std::size_t>(i)]);
+      BodyColors& colors = constraints.body_colors[body];
+      colors = {0, 0, 0, degrees ? 0 : colors.degree, -1};
+    }
+  });
+}
+
+// The touching contacts as edges of a graph, and how many contacts each body has with others that can be
+// pushed.
+template <bool kShared>
+void list_edges(const WorldData& data, Constraints& constraints, int begin, int end) {
+  const ContactRows& contacts = data.contacts.now;
+  for (int i = begin; i < end; ++i) {
+    const auto place = static_cast<std::size_t>(i);
+    const auto row = static_cast<std::size_t>(data.contacts.touching[place]);
+    const Manifold& manifold = contacts.manifold[row];
+    ContactEdge& edge = constraints.edges[place];
+    edge.body_a = manifold.row_a;
+    edge.body_b = manifold.row_b;
+    edge.info = static_cast<std::uint16_t>(manifold.info);
+    edge.color = contacts.color[row];
+    edge.kind = EdgeKind::pushed_b;
+    if ((manifold.info & kManifoldStatic) != 0) continue;
+    edge.kind = EdgeKind::dynamic;
+    add<kShared>(constraints.body_colors[static_cast<std::size_t>(edge.body_a)].degree, 1);
+    add<kShared>(constraints.body_colors[static_cast<std::size_t>(edge.body_b)].degree, 1);
   }
-  return {constraints.dynamic_colors[a], constraints.dynamic_colors[b]};
+}
+
+EdgeKind kind_of(const Column<BodyColors>& bodies, const ContactEdge& edge) {
+  if (edge.kind == EdgeKind::pushed_b) return EdgeKind::pushed_b;
+  const bool hub_a = bodies[static_cast<std::size_t>(edge.body_a)].degree > kHubDegree;
+  const bool hub_b = bodies[static_cast<std::size_t>(edge.body_b)].degree > kHubDegree;
+  return hub_a && hub_b ? EdgeKind::two_hubs
+         : hub_a        ? EdgeKind::hub_a
+         : hub_b        ? EdgeKind::hub_b
+                        : EdgeKind::dynamic;
+}
+
+// Enters the kept colors of a part into its bodies' masks and lists the contacts that need one. False if a
+// kept color clashed with another, which happens after a body has changed its type or has become or ceased to
+// be a hub. Serially, the first of two keeps it and the other is listed.
+template <bool kShared>
+bool keep_colors(Constraints& constraints, int part) {
+  Column<BodyColors>& bodies = constraints.body_colors;
+  const int begin = part * kPartRows;
+  const int end = std::min(begin + kPartRows, static_cast<int>(constraints.edges.size()));
+  std::int32_t* uncolored = constraints.uncolored.data() + begin;
+  std::int32_t count = 0;
+  bool sound = true;
+  for (int i = begin; i < end; ++i) {
+    ContactEdge& edge = constraints.edges[static_cast<std::size_t>(i)];
+    edge.kind = kind_of(bodies, edge);
+    if (edge.color >= color_limit(edge.kind)) {
+      uncolored[count++] = i;
+      continue;
+    }
+    const Masks masks = masks_of(bodies, edge);
+    const std::uint64_t bit = std::uint64_t{1} << edge.color;
+    if constexpr (kShared) {
+      std::uint64_t before = set_bits<true>(masks.a, bit);
+      if (&masks.a != &masks.b) before |= set_bits<true>(masks.b, bit);
+      sound = sound && (before & bit) == 0;
+    } else if (((masks.a | masks.b) & bit) == 0) {
+      masks.a |= bit;
+      masks.b |= bit;
+    } else {
+      uncolored[count++] = i;
+    }
+  }
+  constraints.part_counts[static_cast<std::size_t>(part)] = count;
+  return sound;
+}
+
+// Parts' lists of uncolored contacts -> one list in the order of the rows.
+void join_lists(Constraints& constraints, int parts) {
+  std::int32_t* list = constraints.uncolored.data();
+  std::size_t size = 0;
+  for (int part = 0; part < parts; ++part) {
+    const std::int32_t* from = list + static_cast<std::ptrdiff_t>(part) * kPartRows;
+    const auto count = static_cast<std::size_t>(constraints.part_counts[static_cast<std::size_t>(part)]);
+    std::copy(from, from + count, list + size);
+    size += count;
+  }
+  constraints.uncolored.resize(size);
 }
 
 }  // namespace
 
-void color_constraints(WorldData& data, Crew&) {
+void color_constraints(WorldData& data, Crew& crew) {
   Constraints& constraints = constraints_of(data);
-  ContactRows& contacts = data.contacts.now;
-  const std::size_t bodies = data.bodies.pose.size();
-  constraints.dynamic_colors.resize(bodies);
-  constraints.static_colors.resize(bodies);
-  for (const std::int32_t body : data.bodies.awake) {
-    constraints.dynamic_colors[static_cast<std::size_t>(body)] = 0;
-    constraints.static_colors[static_cast<std::size_t>(body)] = 0;
-  }
+  const int count = static_cast<int>(data.contacts.touching.size());
+  const int parts = (count + kPartRows - 1) / kPartRows;
+  const bool shared = count >= kSharedContacts && crew.threads() > 1;
+  constraints.body_colors.resize(data.bodies.pose.size());
+  constraints.edges.resize_discarding(static_cast<std::size_t>(count));
+  constraints.uncolored.resize_discarding(static_cast<std::size_t>(count));
+  constraints.part_counts.resize_discarding(static_cast<std::size_t>(parts));
+  clear_masks(data, constraints, crew, true);
 
-  constraints.uncolored.clear();
-  for (const std::int32_t touching : data.contacts.touching) {
-    const auto row = static_cast<std::size_t>(touching);
-    const std::uint8_t color = contacts.color[row];
-    if (color < kColorLimit) {
-      const Masks masks = masks_of(constraints, contacts.manifold[row]);
-      const std::uint64_t bit = std::uint64_t{1} << color;
-      // A kept color can clash after a body has changed its type or woken.
-      if (((masks.a | masks.b) & bit) == 0) {
-        masks.a |= bit;
-        masks.b |= bit;
-        continue;
-      }
-    }
-    constraints.uncolored.push_back(touching);
+  std::atomic<bool> sound{true};
+  if (shared) {
+    crew.run_ranges(count, kPartRows,
+                    [&](int begin, int end, int) { list_edges<true>(data, constraints, begin, end); });
+    crew.run(parts, [&](int part, int) {
+      if (!keep_colors<true>(constraints, part)) sound.store(false, std::memory_order_relaxed);
+    });
+    if (!sound.load(std::memory_order_relaxed)) clear_masks(data, constraints, crew, false);
+  } else {
+    list_edges<false>(data, constraints, 0, count);
   }
-  for (const std::int32_t touching : constraints.uncolored) {
-    const auto row = static_cast<std::size_t>(touching);
-    const Masks masks = masks_of(constraints, contacts.manifold[row]);
-    const std::uint64_t used = masks.a | masks.b;
-    const int color = std::countr_one(used);
-    contacts.color[row] = color < kColorLimit ? static_cast<std::uint8_t>(color) : kOverflowColor;
-    if (color < kColorLimit) {
-      masks.a |= std::uint64_t{1} << color;
-      masks.b |= std::uint64_t{1} << color;
+  if (!shared || !sound.load(std::memory_order_relaxed)) {
+    for (int part = 0; part < parts; ++part) keep_colors<false>(constraints, part);
+  }
+  join_lists(constraints, parts);
+
+  if (constraints.uncolored.size() >= kCellContacts) {
+    color_by_cells(data, constraints, crew);
+  } else {
+    for (const std::int32_t i : constraints.uncolored) {
+      take_lowest_color(constraints.body_colors, constraints.edges[static_cast<std::size_t>(i)]);
     }
+  }
+  for (const std::int32_t i : constraints.uncolored) {
+    const auto row = static_cast<std::size_t>(data.contacts.touching[static_cast<std::size_t>(i)]);
+    data.contacts.now.color[row] = constraints.edges[static_cast<std::size_t>(i)].color;
   }
 }
 

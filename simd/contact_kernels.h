@@ -20,6 +20,12 @@ inline constexpr int contact_variant(int bucket, bool rich, bool is_static) {
   return (bucket * 2 + (rich ? 1 : 0)) * 2 + (is_static ? 1 : 0);
 }
 
+// Which body of a chunk's contacts is a hub, if any: one body for all lanes.
+enum class HubSide : std::int32_t { none, a, b };
+
+// Contacts of a hub that are solved at once, on every instruction set.
+inline constexpr int kHubGroup = 16;
+
 // A run of blocks of one variant within one color.
 struct ContactChunk {
   std::int32_t variant;
@@ -28,6 +34,7 @@ struct ContactChunk {
   std::int32_t first_lane;  // into ContactArgs::rows
   std::size_t offset;       // bytes into ContactArgs::blocks
   std::int32_t number;      // of this chunk, for its figures
+  HubSide hub;
 };
 
 // Constants of a soft constraint: Catto, "Soft Constraints", GDC 2011, as used by soft-step solvers.

@@ -19,6 +19,13 @@ inline BodyMass load_mass(const InertiaRow* rows, const std::int32_t* index) {
   return m;
 }
 
+// The part of a hub that one contact has to itself.
+inline BodyMass split(const BodyMass& m, F parts) {
+  const S3& i = m.inverse_inertia;
+  return {{i.xx * parts, i.xy * parts, i.xz * parts, i.yy * parts, i.yz * parts, i.zz * parts},
+          m.inverse_mass * parts};
+}
+
 inline F invert_positive(F value) { return select(value > F(0.0f), F(1.0f) / value, F(0.0f)); }
 
 // The manifold's frame in numbers, and one body's share of its response to impulses: the products
@@ -216,13 +223,16 @@ void prepare_chunk(const ContactArgs& args, const ContactChunk& chunk) {
     store3(block.arm_b, arm_b);
     store(block.friction, friction);
 
-    const BodyMass b = load_mass(args.inertia, block.row_b);
+    BodyMass b = load_mass(args.inertia, block.row_b);
+    const F hub_parts(static_cast<float>(hub_group_size(chunk, first_lane)));
+    if (chunk.hub == HubSide::b) b = split(b, hub_parts);
     store(block.inverse_mass_b, b.inverse_mass);
     store6(block.inverse_inertia_b, b.inverse_inertia);
     F inverse_mass = b.inverse_mass;
     Response response = respond(frame, arm_b, b.inverse_inertia);
     if constexpr (!kStatic) {
-      const BodyMass a = load_mass(args.inertia, block.row_a);
+      BodyMass a = load_mass(args.inertia, block.row_a);
+      if (chunk.hub == HubSide::a) a = split(a, hub_parts);
       store(block.inverse_mass_a, a.inverse_mass);
       store6(block.inverse_inertia_a, a.inverse_inertia);
       inverse_mass += a.inverse_mass;

@@ -19,8 +19,19 @@ inline Bodies load_bodies(const ContactArgs& args, const Block& block) {
 }
 
 template <bool kStatic, class Block>
-inline void store_bodies(const ContactArgs& args, const Block& block, int count, const Bodies& bodies) {
-  if constexpr (!kStatic) store_velocity(args.velocity, block.row_a, count, bodies.a);
+inline void store_bodies(const ContactArgs& args, const Block& block, int count, int first_lane,
+                         const Bodies& bodies, HubSum& hub) {
+  if constexpr (!kStatic) {
+    if (hub.side() == HubSide::a) {
+      hub.add(block.row_a, count, first_lane, bodies.a);
+    } else {
+      store_velocity(args.velocity, block.row_a, count, bodies.a);
+    }
+    if (hub.side() == HubSide::b) {
+      hub.add(block.row_b, count, first_lane, bodies.b);
+      return;
+    }
+  }
   store_velocity(args.velocity, block.row_b, count, bodies.b);
 }
 
@@ -78,7 +89,8 @@ inline V3 relative_velocity(const Bodies& bodies, V3 arm_a, V3 arm_b) {
 template <int kPoints, bool kRich, bool kStatic>
 void warm_start_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
-  for_each_block<Block>(args, chunk, [&](Block& block, int count, int) {
+  HubSum hub(args, chunk);
+  for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     const V3 normal = load3(block.normal), tangent1 = load3(block.tangent);
     const V3 tangent2 = cross(normal, tangent1);
     F sum(0.0f), torque1(0.0f), torque2(0.0f);
@@ -94,7 +106,7 @@ void warm_start_chunk(const ContactArgs& args, const ContactChunk& chunk) {
     if constexpr (kRich) torque = torque + load3(block.rolling_impulse);
     Bodies bodies = load_bodies(args, block);
     apply<kStatic>(bodies, block, load3(block.arm_a), load3(block.arm_b), impulse, torque);
-    store_bodies<kStatic>(args, block, count, bodies);
+    store_bodies<kStatic>(args, block, count, first_lane, bodies, hub);
   });
 }
 
@@ -106,7 +118,8 @@ void solve_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   const F bias_rate(soft.bias_rate), mass_scale(soft.mass_scale), impulse_scale(soft.impulse_scale);
   const F inverse_substep(args.inverse_substep), push_speed(args.push_speed), keep(args.impulse_keep);
   const F zero(0.0f), one(1.0f);
-  for_each_block<Block>(args, chunk, [&](Block& block, int count, int) {
+  HubSum hub(args, chunk);
+  for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     const V3 normal = load3(block.normal), tangent1 = load3(block.tangent);
     const V3 tangent2 = cross(normal, tangent1);
     const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
@@ -137,7 +150,7 @@ void solve_chunk(const ContactArgs& args, const ContactChunk& chunk) {
     }
     apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum,
                    tangent1 * change.torque1 + tangent2 * change.torque2);
-    store_bodies<kStatic>(args, block, count, bodies);
+    store_bodies<kStatic>(args, block, count, first_lane, bodies, hub);
   });
 }
 
@@ -234,7 +247,8 @@ inline void relax_blocks(const ContactArgs& args, const ContactChunk& chunk) {
   // Without warm start the friction of the last substep is history, as the normal impulses are in solve.
   const F inverse_substep(args.inverse_substep), keep(args.impulse_keep), zero(0.0f);
   F worst(0.0f);
-  for_each_block<Block>(args, chunk, [&](Block& block, int count, int) {
+  HubSum hub(args, chunk);
+  for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     const V3 normal = load3(block.normal), tangent1 = load3(block.tangent);
     const V3 tangent2 = cross(normal, tangent1);
     const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
@@ -267,7 +281,7 @@ inline void relax_blocks(const ContactArgs& args, const ContactChunk& chunk) {
     apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum + friction.impulse,
                    tangent1 * change.torque1 + tangent2 * change.torque2 + friction.torque);
     if constexpr (kRich) solve_rolling<kStatic>(block, bodies, keep, sum);
-    store_bodies<kStatic>(args, block, count, bodies);
+    store_bodies<kStatic>(args, block, count, first_lane, bodies, hub);
   });
   if constexpr (kMeasured) {
     alignas(64) float lanes[kLanes];
@@ -298,7 +312,8 @@ void restitution_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   if constexpr (kRich) {
     using Block = RichBlock<kPoints>;
     const F threshold(-args.restitution_threshold), zero(0.0f);
-    for_each_block<Block>(args, chunk, [&](Block& block, int count, int) {
+    HubSum hub(args, chunk);
+    for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
       const V3 normal = load3(block.normal), tangent1 = load3(block.tangent);
       const V3 tangent2 = cross(normal, tangent1);
       const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
@@ -322,7 +337,7 @@ void restitution_chunk(const ContactArgs& args, const ContactChunk& chunk) {
         apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum,
                        tangent1 * change.torque1 + tangent2 * change.torque2);
       }
-      store_bodies<kStatic>(args, block, count, bodies);
+      store_bodies<kStatic>(args, block, count, first_lane, bodies, hub);
     });
   }
 }

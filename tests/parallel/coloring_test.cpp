@@ -39,7 +39,13 @@ struct Graph {
   WorldData data;
 };
 
-// Every touching row lies in exactly one lane, and no parallel stage writes a body twice.
+// The body of a lane that a hub's chunk shares among its lanes; -1: the chunk has none.
+std::int32_t hub_of(const simd::ContactChunk& chunk, const Manifold& manifold) {
+  return chunk.hub == simd::HubSide::a ? manifold.row_a : chunk.hub == simd::HubSide::b ? manifold.row_b : -1;
+}
+
+// Every touching row lies in exactly one lane; nothing but its hub comes twice in a chunk, and nothing at all
+// in two chunks of a stage that threads share.
 void expect_sound(WorldData& data) {
   const Constraints& constraints = constraints_of(data);
   std::multiset<std::int32_t> lanes;
@@ -47,18 +53,19 @@ void expect_sound(WorldData& data) {
     std::set<std::int32_t> written;
     for (int c = stage.first_chunk; c < stage.first_chunk + stage.chunk_count; ++c) {
       const simd::ContactChunk& chunk = constraints.chunks[static_cast<std::size_t>(c)];
-      if (stage.serial) {
-        EXPECT_EQ(chunk.lanes, 1) << "the overflow is solved one by one";
-      }
+      if (stage.serial) written.clear();
+      std::int32_t hub = -1;
       for (int i = 0; i < chunk.lanes; ++i) {
         const std::int32_t row = constraints.rows[static_cast<std::size_t>(chunk.first_lane + i)];
         lanes.insert(row);
-        if (stage.serial) continue;
         const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(row)];
-        EXPECT_TRUE(written.insert(manifold.row_b).second) << "body " << manifold.row_b;
-        if ((manifold.info & kManifoldStatic) == 0) {
-          EXPECT_TRUE(written.insert(manifold.row_a).second) << "body " << manifold.row_a;
-        }
+        if (i == 0) hub = hub_of(chunk, manifold);
+        EXPECT_EQ(hub_of(chunk, manifold), hub) << "a chunk has one hub";
+        const auto write = [&](std::int32_t body) {
+          EXPECT_TRUE(written.insert(body).second || (body == hub && i > 0)) << "body " << body;
+        };
+        write(manifold.row_b);
+        if ((manifold.info & kManifoldStatic) == 0) write(manifold.row_a);
       }
     }
   }
@@ -82,15 +89,110 @@ TEST(Coloring, NoColorSharesADynamicBody) {
   }
 }
 
-TEST(Coloring, AHubWithTwoHundredContactsOverflowsIntoASerialStage) {
+int count_overflow(const Graph& graph) {
+  const Column<std::uint8_t>& color = graph.data.contacts.now.color;
+  return static_cast<int>(std::count(color.begin(), color.end(), kOverflowColor));
+}
+
+TEST(Coloring, HubsBlockNoColors) {
   Workers workers(1);
   Crew crew(workers);
-  Graph graph(201);
-  for (int i = 1; i <= 200; ++i) graph.touch(0, i);
+  Graph graph(1004);
+  for (int i = 4; i < 1004; ++i) {  // four hubs of 250, as A and as B, in a chain
+    const int hub = i % 4;
+    if (i % 8 < 4) {
+      graph.touch(hub, i, 1u + static_cast<std::uint32_t>(i % 3));
+    } else {
+      graph.touch(i, hub);
+    }
+    if (i + 1 < 1004) graph.touch(i, i + 1);
+  }
   graph.color(crew);
   expect_sound(graph.data);
-  const Column<std::uint8_t>& color = graph.data.contacts.now.color;
-  EXPECT_EQ(std::count(color.begin(), color.end(), kOverflowColor), 200 - kColorLimit);
+  EXPECT_EQ(count_overflow(graph), 0);
+  EXPECT_LE(graph.data.stats.colors, 4) << "two of the chain, one of hubs as A and one of hubs as B";
+}
+
+TEST(Coloring, ContactsBetweenHubsAreSolvedOneByOne) {
+  Workers workers(1);
+  Crew crew(workers);
+  Graph graph(202);
+  for (int i = 2; i < 202; ++i) graph.touch(i % 2, i);
+  graph.touch(0, 1);
+  graph.color(crew);
+  expect_sound(graph.data);
+  EXPECT_EQ(count_overflow(graph), 1);
+}
+
+TEST(Coloring, ABodyThatCeasesToBeAHubIsColoredAnew) {
+  Workers workers(1);
+  Crew crew(workers);
+  Graph graph(kHubDegree + 2);
+  for (int i = 1; i <= kHubDegree + 1; ++i) graph.touch(0, i);
+  graph.color(crew);
+  expect_sound(graph.data);
+  EXPECT_EQ(graph.data.stats.colors, 1);
+  graph.data.contacts.touching.drop_back(1);
+  graph.color(crew);
+  expect_sound(graph.data);
+  EXPECT_EQ(graph.data.stats.colors, kHubDegree);
+  EXPECT_EQ(count_overflow(graph), 0);
+}
+
+// Bodies in a cube of 30 x 30 x 30 that touch those nearby, and a few hubs that touch whoever.
+Graph make_lattice(int seed) {
+  constexpr int kSide = 30, kBodies = kSide * kSide * kSide;
+  Graph graph(kBodies);
+  physics::Random random(static_cast<std::uint64_t>(seed));
+  for (int i = 0; i < kBodies; ++i) {
+    PoseRow& pose = graph.data.bodies.pose[static_cast<std::size_t>(kFirstBody + i)];
+    pose.position[0] = static_cast<float>(i % kSide);
+    pose.position[1] = static_cast<float>(i / kSide % kSide);
+    pose.position[2] = static_cast<float>(i / kSide / kSide);
+    if (i < kSide * kSide) graph.touch(-1, i);
+    for (const int step : {1, kSide, kSide * kSide, kSide + 1}) {
+      if (i + step < kBodies) graph.touch(i, i + step, 1u + static_cast<std::uint32_t>(i % 4));
+    }
+    if (i % 50 == 0 && i > 8) graph.touch(i % 8, i);
+    if (random.uniform(0, 100) < 1) graph.touch(i, (i + kBodies / 2) % kBodies);
+  }
+  return graph;
+}
+
+TEST(Coloring, ManyContactsGetTheSameColorsFromEveryThreadCount) {
+  std::vector<std::uint8_t> expected;
+  for (const int threads : {1, 2, 3, 8}) {
+    Workers workers(threads);
+    Crew crew(workers);
+    Graph graph = make_lattice(3);
+    ASSERT_GT(graph.data.contacts.touching.size(), 100000u);
+    graph.color(crew);
+    expect_sound(graph.data);
+    EXPECT_LE(count_overflow(graph), 28) << "pairs of hubs only";
+    EXPECT_LE(graph.data.stats.colors, 40);
+    // A second time with kept colors, some of which clash.
+    Column<std::uint8_t>& color = graph.data.contacts.now.color;
+    for (std::size_t row = 0; row < color.size(); row += 997) color[row] = 0;
+    graph.color(crew);
+    expect_sound(graph.data);
+    const std::vector<std::uint8_t> colors(color.begin(), color.end());
+    if (expected.empty()) expected = colors;
+    EXPECT_EQ(colors, expected) << threads << " threads";
+  }
+}
+
+TEST(Coloring, BodiesInOnePlaceAreColoredToo) {
+  Workers workers(2);
+  Crew crew(workers);
+  Graph graph(10000);
+  for (int i = 0; i + 3 < 10000; ++i) {
+    graph.touch(i, i + 1);
+    graph.touch(i, i + 2);
+    graph.touch(i, i + 3);
+  }
+  graph.color(crew);
+  expect_sound(graph.data);
+  EXPECT_LE(graph.data.stats.colors, 11);
 }
 
 TEST(Coloring, FewColorsServeAChain) {

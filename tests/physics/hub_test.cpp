@@ -1,0 +1,142 @@
+// Laws of hubs: bodies of so many contacts that they are solved in groups.
+#include <parallel/constraints.h>
+#include <tests/physics/lab.h>
+
+#include <algorithm>
+
+namespace scree::physics {
+namespace {
+
+int hub_chunks(World& world) {
+  const Constraints& constraints = constraints_of(internals(world));
+  return static_cast<int>(
+      std::count_if(constraints.chunks.begin(), constraints.chunks.end(),
+                    [](const simd::ContactChunk& chunk) { return chunk.hub != simd::HubSide::none; }));
+}
+
+// A plate on the ground with columns x columns stacks of two boxes on it.
+std::vector<BodyId> add_loaded_plate(Lab& lab, int columns) {
+  lab.add_ground();
+  const float half = 0.75f * static_cast<float>(columns);
+  std::vector<BodyId> bodies;
+  bodies.push_back(lab.add({.position = {0, 0.25f, 0}}, Box{{half, 0.25f, half}}));
+  for (int x = 0; x < columns; ++x) {
+    for (int z = 0; z < columns; ++z) {
+      for (int y = 0; y < 2; ++y) {
+        const Vec3 place{1.5f * (static_cast<float>(x) + 0.5f) - half, 1.0f + static_cast<float>(y),
+                         1.5f * (static_cast<float>(z) + 0.5f) - half};
+        bodies.push_back(lab.add({.position = place}, Box{{0.5f, 0.5f, 0.5f}}));
+      }
+    }
+  }
+  return bodies;
+}
+
+TEST(Hub, ALoadedPlateComesToRestUnderItsLoad) {
+  WorldSettings settings = without_sleep();
+  settings.measure_penetration = true;
+  Lab lab(settings);
+  const std::vector<BodyId> bodies = add_loaded_plate(lab, 12);
+  std::vector<Eigen::Vector3d> start;
+  for (const BodyId body : bodies) start.push_back(lab.position(body));
+  lab.run(600);
+  EXPECT_GT(hub_chunks(lab.world), 0);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    EXPECT_LT((lab.position(bodies[i]) - start[i]).norm(), 0.02) << "body " << i;
+    EXPECT_LT(lab.velocity(bodies[i]).norm(), 0.01) << "body " << i;
+  }
+  EXPECT_LT(lab.world.stats().penetration_max, 0.02);
+}
+
+TEST(Hub, TheImpulsesOfTheLoadSumToItsWeight) {
+  Lab lab;
+  const std::vector<BodyId> bodies = add_loaded_plate(lab, 12);
+  lab.run(600);
+  double weight = 0.0;
+  for (std::size_t i = 1; i < bodies.size(); ++i) weight += lab.mass(bodies[i]) * kGravity;
+  const WorldData& data = internals(lab.world);
+  double impulse = 0.0;
+  for (const std::int32_t touching : data.contacts.touching) {
+    const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(touching)];
+    const auto plate = static_cast<std::int32_t>(bodies[0].index);
+    if (manifold.row_a != plate && (manifold.row_b != plate || (manifold.info & kManifoldStatic) != 0))
+      continue;
+    for (const float point : manifold.normal_impulse) impulse += static_cast<double>(point);
+  }
+  const double substep = static_cast<double>(kStep) / lab.world.settings().substeps;
+  EXPECT_NEAR(impulse / substep, weight, 0.01 * weight);
+}
+
+// Small balls fly from all sides at a big one.
+std::vector<BodyId> add_swarm(Lab& lab) {
+  std::vector<BodyId> bodies{lab.add({}, Sphere{3.0f})};
+  Random random(7);
+  constexpr int kBalls = 300;
+  for (int i = 0; i < kBalls; ++i) {
+    const double height = 1.0 - 2.0 * (i + 0.5) / kBalls;  // a spiral of even density
+    const double turn = 2.39996323 * i, ring = std::sqrt(1.0 - height * height);
+    const Eigen::Vector3d out(ring * std::cos(turn), height, ring * std::sin(turn));
+    const auto to_vec = [](const Eigen::Vector3d& v) {
+      return Vec3{static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+    };
+    const double speed = random.uniform(0.5, 3.0);
+    bodies.push_back(lab.add({.position = to_vec(3.3 * out), .linear_velocity = to_vec(-speed * out)},
+                             Sphere{0.2f}, {.friction = 0.5f}));
+  }
+  return bodies;
+}
+
+TEST(Hub, KeepsMomentumAndGainsNoEnergy) {
+  Lab lab(without_gravity());
+  const std::vector<BodyId> bodies = add_swarm(lab);
+  const auto sum = [&](Eigen::Vector3d& linear, Eigen::Vector3d& angular, double& energy) {
+    linear = angular = Eigen::Vector3d::Zero();
+    energy = 0.0;
+    for (const BodyId body : bodies) {
+      const Eigen::Vector3d momentum = lab.mass(body) * lab.velocity(body);
+      linear += momentum;
+      angular += lab.position(body).cross(momentum) + lab.angular_momentum(body);
+      energy += lab.kinetic_energy(body);
+    }
+  };
+  Eigen::Vector3d linear, angular, linear_now, angular_now;
+  double energy = 0.0, energy_now = 0.0, scale = 0.0;
+  sum(linear, angular, energy);
+  for (const BodyId body : bodies) scale += lab.mass(body) * lab.velocity(body).norm();
+  int chunks = 0;
+  for (int i = 0; i < 60; ++i) {
+    lab.run(1, 1.0f / 240.0f);
+    chunks += hub_chunks(lab.world);
+    sum(linear_now, angular_now, energy_now);
+    EXPECT_LT((linear_now - linear).norm(), 1e-4 * scale) << "step " << i;
+    EXPECT_LT((angular_now - angular).norm(), 1e-3 * scale * 3.0) << "step " << i;
+    EXPECT_LT(energy_now, energy * 1.0001) << "step " << i;
+    energy = energy_now;
+  }
+  EXPECT_GT(chunks, 10);
+}
+
+TEST(Hub, GroupsDoNotDependOnWidthOrThreads) {
+  std::vector<std::uint64_t> expected;
+  for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
+    if (!is_supported(isa)) continue;
+    for (const int threads : {1, 3}) {
+      Lab lab(without_gravity()), plate;
+      add_swarm(lab);
+      add_loaded_plate(plate, 9);
+      Workers workers(WorkersOptions{.threads = threads, .isa = isa});
+      std::vector<std::uint64_t> hashes;
+      for (int i = 0; i < 60; ++i) {
+        step(lab.world, kStep, workers);
+        step(plate.world, kStep, workers);
+        hashes.push_back(lab.world.hash());
+        hashes.push_back(plate.world.hash());
+      }
+      if (expected.empty()) expected = hashes;
+      EXPECT_EQ(hashes, expected) << static_cast<int>(isa) << ", " << threads << " threads";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace scree::physics
