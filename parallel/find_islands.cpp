@@ -149,9 +149,7 @@ void put_tired_islands_to_sleep(WorldData& data, Islands& islands) {
     const auto index = static_cast<std::size_t>(body);
     if (bodies.type[index] == BodyType::fixed) return false;
     if (bodies.type[index] == BodyType::dynamic) return true;
-    const VelocityRow& v = bodies.velocity[index];
-    return v.linear[0] != 0.0f || v.linear[1] != 0.0f || v.linear[2] != 0.0f || v.angular[0] != 0.0f ||
-           v.angular[1] != 0.0f || v.angular[2] != 0.0f;
+    return !is_still(bodies.velocity[index]);
   };
   for (const std::int32_t row : data.contacts.touching) {
     const Ends ends = ends_of(data, static_cast<std::size_t>(row));

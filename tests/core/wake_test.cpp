@@ -170,6 +170,15 @@ TEST_F(Waking, NewGravityAndForbiddenSleepWakeAll) {
   sleep_all();
   settings.sleeping = false;
   world.set_settings(settings);
+TEST_F(Waking, MovingTheGroundWakesWhatItMayComeToTouch) {
+  add_touching(world, ground_shape, aside_shape);
+  internals(world).contacts.now.manifold[3].info = 0;
+  world.set_material(upper_shape, {.friction = 0});
+  EXPECT_FALSE(world.is_awake(aside)) << "nothing fixed has moved";
+  world.set_pose(ground, {{0, 0.03f, 0}, {}});
+  EXPECT_TRUE(world.is_awake(aside));
+}
+
   EXPECT_TRUE(world.is_awake(aside));
 }
 
