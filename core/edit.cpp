@@ -82,7 +82,6 @@ void write_shape(Shapes& shapes, std::int32_t shape, const Geometry& geometry, c
   const auto row = static_cast<std::size_t>(shape);
   write_extent(shapes, shape, geometry);
   write_material(shapes, shape, material);
-  shapes.body[row] = -1;
   shapes.next[row] = -1;
   shapes.given_pose[row] = options.local_pose;
   shapes.local_pose[row] = {};

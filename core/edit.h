@@ -37,7 +37,8 @@ void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags = kShapeD
 
 TreeKind tree_of(const Bodies& bodies, std::int32_t body);
 
-// Writes all columns of a new shape but generation and flags. The local rotation must be normalized.
+// Writes all columns of a new shape but generation, flags and body: contact rows may still name the slot's
+// predecessor, and the call may yet fail. The local rotation must be normalized.
 void write_shape(Shapes& shapes, std::int32_t shape, const Geometry& geometry, const Material& material,
                  const ShapeOptions& options);
 void write_extent(Shapes& shapes, std::int32_t shape, const Geometry& geometry);
