@@ -35,8 +35,9 @@ bool is_asleep(const Bodies& bodies, std::int32_t body) {
 
 bool is_tired(const WorldData& data, std::int32_t body) {
   const auto index = static_cast<std::size_t>(body);
-  return (data.bodies.flags[index] & kBodyCanSleep) != 0 &&
-         data.bodies.sleep_time[index] >= data.settings.sleep_time;
+  const float slow_for = data.bodies.sleep_time[index];  // 0 while it moves, which no wait is too short for
+  return (data.bodies.flags[index] & kBodyCanSleep) != 0 && slow_for > 0.0f &&
+         slow_for >= data.settings.sleep_time;
 }
 
 std::int32_t find_root(Column<std::int32_t>& parent, std::int32_t body) {

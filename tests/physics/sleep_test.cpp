@@ -131,6 +131,19 @@ TEST(Sleep, SleepingContactsAreCounted) {
   EXPECT_EQ(lab.world.stats().contacts, 4);
 }
 
+TEST(Sleep, WithoutAWaitWhatMovesStaysAwake) {
+  WorldSettings settings;
+  settings.sleep_time = 0.0f;
+  Lab lab{settings};
+  lab.add_ground();
+  const BodyId ball = lab.add({.position = {0, 20, 0}, .linear_velocity = {10, 0, 0}}, Sphere{0.5f});
+  const BodyId box = lab.add({.position = {5, 0.5f, 5}}, Box{});
+  lab.run(60);
+  EXPECT_TRUE(lab.world.is_awake(ball));
+  EXPECT_NEAR(lab.position(ball).x(), 10.0, 1e-3);
+  EXPECT_FALSE(lab.world.is_awake(box));
+}
+
 TEST(Sleep, SwitchedOffNobodySleeps) {
   Lab lab(without_sleep());
   lab.add_ground();
