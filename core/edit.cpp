@@ -145,6 +145,17 @@ void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
   }
 }
 
+void apply_locks(Bodies& bodies, std::int32_t body) {
+  const auto row = static_cast<std::size_t>(body);
+  MotionRow& motion = bodies.motion[row];
+  motion.flags &= ~static_cast<std::uint32_t>(kMotionLocksMask);
+  if (bodies.type[row] != BodyType::dynamic) return;
+  motion.flags |= static_cast<std::uint32_t>(bodies.locks[row]);
+  VelocityRow& velocity = bodies.velocity[row];
+  store(velocity.linear, free_linear(motion, to_vec3(velocity.linear)));
+  store(velocity.angular, free_angular(motion, to_vec3(velocity.angular)));
+}
+
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);

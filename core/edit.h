@@ -53,6 +53,7 @@ void bury_shape(WorldData& data, std::int32_t shape);
 void place_body(WorldData& data, std::int32_t body, const Pose& transform);
 // Writes the mass rows, moving the center of mass in the body; the body's matter moves on as it did.
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass);
+void apply_locks(Bodies& bodies, std::int32_t body);  // motion's locks and velocity from locks and type
 void place_shape_in_body(WorldData& data, std::int32_t shape);  // local_pose from given_pose and center
 
 // Wakes the body and, when next asked, all that touch it.

@@ -52,7 +52,8 @@ inline constexpr int kTreeCount = 4;
   X(state,   PoseRow,         pose)            /* calls, solve; of the center of mass, in the body's axes */   \
   X(state,   VelocityRow,     velocity)        /* calls, solve */                                              \
   X(state,   ForceRow,        force)           /* calls; cleared by finish_step */                             \
-  X(state,   MotionRow,       motion)          /* calls */                                                     \
+  X(state,   MotionRow,       motion)          /* calls; its locks act, so they are none if not dynamic */     \
+  X(state,   AxisLocks,       locks)           /* calls; as given */                                           \
   X(state,   float,           sleep_time)      /* calls, finish_step; s below the sleep speeds */              \
   X(state,   InertiaRow,      local_mass)      /* calls; inverse inertia in body axes; zero if not dynamic */  \
   X(state,   LocalInertiaRow, local_inertia)   /* calls; in body axes */                                       \
