@@ -170,8 +170,8 @@ struct WorldData {
   std::unique_ptr<Part> islands;       // parallel/find_islands
 };
 
-// What is inside a world; the world must not have been moved from.
-WorldData& internals(World& world);
-const WorldData& internals(const World& world);
+// What is inside a world. Throws Error, which names the call, where the world has been moved from.
+WorldData& internals(World& world, const char* call = "internals");
+const WorldData& internals(const World& world, const char* call = "internals");
 
 }  // namespace scree
