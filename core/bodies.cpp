@@ -115,15 +115,9 @@ void World::set_body_type(BodyId body, BodyType type) {
   disturb(b.data, b.body);
   b.bodies.type[b.row] = type;
   apply_mass(b.data, b.body, mass);
-  VelocityRow& velocity = b.bodies.velocity[b.row];
-  if (type == BodyType::fixed) velocity = {};
-  if (type == BodyType::dynamic) {
-    const MotionRow& motion = b.bodies.motion[b.row];
-    store(velocity.linear, free_linear(motion, to_vec3(velocity.linear)));
-    store(velocity.angular, free_angular(motion, to_vec3(velocity.angular)));
-  } else {
-    b.bodies.force[b.row] = {};
-  }
+  apply_locks(b.bodies, b.body);
+  if (type == BodyType::fixed) b.bodies.velocity[b.row] = {};
+  if (type != BodyType::dynamic) b.bodies.force[b.row] = {};
   b.bodies.sleep_time[b.row] = 0.0f;
   b.bodies.flags[b.row] = static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~kBodyAsleep);
   b.bodies.lists_dirty = true;
@@ -172,8 +166,7 @@ void World::set_linear_velocity(BodyId body, Vec3 velocity) {
   const BodyRow b = at(call, data_, body);
   check_vector(call, "velocity", velocity, kMaxSpeed);
   if (b.bodies.type[b.row] == BodyType::fixed) return;
-  store(b.bodies.velocity[b.row].linear,
-        b.is_dynamic() ? free_linear(b.bodies.motion[b.row], velocity) : velocity);
+  store(b.bodies.velocity[b.row].linear, free_linear(b.bodies.motion[b.row], velocity));
   after_velocity_change(b);
 }
 
@@ -182,8 +175,7 @@ void World::set_angular_velocity(BodyId body, Vec3 velocity) {
   const BodyRow b = at(call, data_, body);
   check_vector(call, "velocity", velocity, kMaxSpeed);
   if (b.bodies.type[b.row] == BodyType::fixed) return;
-  store(b.bodies.velocity[b.row].angular,
-        b.is_dynamic() ? free_angular(b.bodies.motion[b.row], velocity) : velocity);
+  store(b.bodies.velocity[b.row].angular, free_angular(b.bodies.motion[b.row], velocity));
   after_velocity_change(b);
 }
 
@@ -240,7 +232,7 @@ float World::gravity_factor(BodyId body) const {
 
 AxisLocks World::locks(BodyId body) const {
   const BodyRow b = at({"locks"}, data_, body);
-  return static_cast<AxisLocks>(b.bodies.motion[b.row].flags & kMotionLocksMask);
+  return b.bodies.locks[b.row];
 }
 
 void World::set_linear_damping(BodyId body, float damping) {
@@ -271,13 +263,8 @@ void World::set_locks(BodyId body, AxisLocks locks) {
   constexpr Call call{"set_locks"};
   const BodyRow b = at(call, data_, body);
   check_locks(call, locks);
-  MotionRow& motion = b.bodies.motion[b.row];
-  motion.flags =
-      (motion.flags & ~static_cast<std::uint32_t>(kMotionLocksMask)) | static_cast<std::uint32_t>(locks);
-  if (!b.is_dynamic()) return;
-  VelocityRow& velocity = b.bodies.velocity[b.row];
-  store(velocity.linear, free_linear(motion, to_vec3(velocity.linear)));
-  store(velocity.angular, free_angular(motion, to_vec3(velocity.angular)));
+  b.bodies.locks[b.row] = locks;
+  apply_locks(b.bodies, b.body);
   wake_body(b.data, b.body);
 }
 

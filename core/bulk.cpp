@@ -38,16 +38,14 @@ void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const Bod
   bodies.pose[row] = pose;
   bodies.transform[row] = transform_of(pose, mass.center);
   bodies.motion[row] = {def.linear_damping, def.angular_damping, def.gravity_factor,
-                        static_cast<std::uint32_t>(def.locks) |
-                            (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u)};
-  VelocityRow velocity{};
+                        mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u};
+  bodies.locks[row] = def.locks;
+  bodies.velocity[row] = {};
   if (def.type != BodyType::fixed) {
-    const bool locked = def.type == BodyType::dynamic;
-    const MotionRow& motion = bodies.motion[row];
-    store(velocity.linear, locked ? free_linear(motion, def.linear_velocity) : def.linear_velocity);
-    store(velocity.angular, locked ? free_angular(motion, def.angular_velocity) : def.angular_velocity);
+    store(bodies.velocity[row].linear, def.linear_velocity);
+    store(bodies.velocity[row].angular, def.angular_velocity);
   }
-  bodies.velocity[row] = velocity;
+  apply_locks(bodies, body);
   bodies.force[row] = {};
   bodies.sleep_time[row] = 0.0f;
   bodies.local_mass[row] = mass.inverse;
@@ -60,7 +58,7 @@ void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const Bod
   DeltaRow delta{};
   delta.rotation[3] = 1.0f;
   bodies.delta[row] = delta;
-  bodies.free_velocity[row] = velocity;
+  bodies.free_velocity[row] = bodies.velocity[row];
 }
 
 struct ShapeTemplate {

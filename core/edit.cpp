@@ -82,7 +82,6 @@ void write_shape(Shapes& shapes, std::int32_t shape, const Geometry& geometry, c
   const auto row = static_cast<std::size_t>(shape);
   write_extent(shapes, shape, geometry);
   write_material(shapes, shape, material);
-  shapes.body[row] = -1;
   shapes.next[row] = -1;
   shapes.given_pose[row] = options.local_pose;
   shapes.local_pose[row] = {};
@@ -144,6 +143,17 @@ void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     mark_dirty(data.shapes, shape);
   }
+}
+
+void apply_locks(Bodies& bodies, std::int32_t body) {
+  const auto row = static_cast<std::size_t>(body);
+  MotionRow& motion = bodies.motion[row];
+  motion.flags &= ~static_cast<std::uint32_t>(kMotionLocksMask);
+  if (bodies.type[row] != BodyType::dynamic) return;
+  motion.flags |= static_cast<std::uint32_t>(bodies.locks[row]);
+  VelocityRow& velocity = bodies.velocity[row];
+  store(velocity.linear, free_linear(motion, to_vec3(velocity.linear)));
+  store(velocity.angular, free_angular(motion, to_vec3(velocity.angular)));
 }
 
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {

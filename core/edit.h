@@ -37,7 +37,8 @@ void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags = kShapeD
 
 TreeKind tree_of(const Bodies& bodies, std::int32_t body);
 
-// Writes all columns of a new shape but generation and flags. The local rotation must be normalized.
+// Writes all columns of a new shape but generation, flags and body: contact rows may still name the slot's
+// predecessor, and the call may yet fail. The local rotation must be normalized.
 void write_shape(Shapes& shapes, std::int32_t shape, const Geometry& geometry, const Material& material,
                  const ShapeOptions& options);
 void write_extent(Shapes& shapes, std::int32_t shape, const Geometry& geometry);
@@ -52,6 +53,7 @@ void bury_shape(WorldData& data, std::int32_t shape);
 void place_body(WorldData& data, std::int32_t body, const Pose& transform);
 // Writes the mass rows, moving the center of mass in the body; the body's matter moves on as it did.
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass);
+void apply_locks(Bodies& bodies, std::int32_t body);  // motion's locks and velocity from locks and type
 void place_shape_in_body(WorldData& data, std::int32_t shape);  // local_pose from given_pose and center
 
 // Wakes the body and, when next asked, all that touch it.

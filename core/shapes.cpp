@@ -173,6 +173,7 @@ void World::set_local_pose(ShapeId shape, const Pose& pose) {
   s.shapes.given_pose[s.row] = form.local_pose;
   place_shape_in_body(s.data, s.shape);
   apply_mass(s.data, s.body, mass);
+  s.data.contacts.manifolds_stale = true;  // recycling compares the poses of bodies, not of shapes
   reconsider(s, kShapeDirty);
 }
 

@@ -17,15 +17,28 @@ void wake_body(WorldData& data, std::int32_t body) {
   }
 }
 
+namespace {
+
+// Moved by a call, and nothing that an awake body would be found to touch: what sleeps next to it is only
+// collided if it is woken now.
+bool has_been_put(const WorldData& data, std::size_t shape) {
+  constexpr std::uint8_t kPut = kShapeAlive | kShapeDirty | kShapeWakes;
+  if ((data.shapes.flags[shape] & kPut) != kPut) return false;
+  return data.bodies.type[static_cast<std::size_t>(data.shapes.body[shape])] != BodyType::dynamic;
+}
+
+}  // namespace
+
 void wake_neighbors(WorldData& data) {
   Shapes& shapes = data.shapes;
   if (!shapes.wake_requested) return;
   const ContactRows& rows = data.contacts.now;
   for (std::size_t i = 0; i < rows.pair.size(); ++i) {
-    if ((rows.manifold[i].info & kManifoldPointMask) == 0) continue;
     const auto a = static_cast<std::size_t>(rows.pair[i].a);
     const auto b = static_cast<std::size_t>(rows.pair[i].b);
     if (((shapes.flags[a] | shapes.flags[b]) & kShapeWakes) == 0) continue;
+    const bool touches = (rows.manifold[i].info & kManifoldPointMask) != 0;
+    if (!touches && !has_been_put(data, a) && !has_been_put(data, b)) continue;
     // A slot that died or changed hands names a dead body or a new, wakeful one: no harm in either.
     wake_body(data, shapes.body[a]);
     wake_body(data, shapes.body[b]);

@@ -14,8 +14,9 @@ namespace scree {
 // Clears the sleep of a living dynamic body and restarts its timer; nothing happens to other rows.
 void wake_body(WorldData& data, std::int32_t body);
 
-// The bodies that touch the shape (by contacts.now) wake at the next wake_neighbors. Works for shapes that
-// are about to die: their contact rows outlive them until find_pairs.
+// The bodies that touch the shape (by contacts.now) wake at the next wake_neighbors; where the call moves the
+// shape of a fixed or kinematic body, so do those that are merely near it. Works for shapes that are about to
+// die: their contact rows outlive them until find_pairs.
 inline void request_wake(WorldData& data, std::int32_t shape) {
   data.shapes.flags[static_cast<std::size_t>(shape)] |= kShapeWakes;
   data.shapes.wake_requested = true;
@@ -24,5 +25,11 @@ inline void request_wake(WorldData& data, std::int32_t shape) {
 // Fulfills the requests. The step calls it before refresh_lists (contacts.now must still be last step's);
 // World::is_awake calls it too.
 void wake_neighbors(WorldData& data);
+
+// A kinematic body wakes what it touches unless it is still.
+inline bool is_still(const VelocityRow& v) {
+  return v.linear[0] == 0.0f && v.linear[1] == 0.0f && v.linear[2] == 0.0f && v.angular[0] == 0.0f &&
+         v.angular[1] == 0.0f && v.angular[2] == 0.0f;
+}
 
 }  // namespace scree

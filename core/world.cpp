@@ -7,6 +7,7 @@
 #include <scree/world.h>
 
 #include <cstddef>
+#include <string>
 
 namespace scree {
 
@@ -26,8 +27,13 @@ void make_reserved_rows(Bodies& bodies) {
 
 }  // namespace
 
-WorldData& internals(World& world) { return *world.data_; }
-const WorldData& internals(const World& world) { return *world.data_; }
+WorldData& internals(World& world, const char* call) {
+  if (world.data_ == nullptr) throw Error(std::string(call) + ": the world has been moved from");
+  return *world.data_;
+}
+const WorldData& internals(const World& world, const char* call) {
+  return internals(const_cast<World&>(world), call);
+}
 
 World::World(const WorldSettings& settings) {
   check_settings({"World"}, settings);
@@ -40,7 +46,7 @@ World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
-const WorldSettings& World::settings() const noexcept { return data_->settings; }
+const WorldSettings& World::settings() const { return opened({"settings"}, data_).settings; }
 
 void World::set_settings(const WorldSettings& settings) {
   constexpr Call call{"set_settings"};
@@ -55,7 +61,7 @@ void World::set_settings(const WorldSettings& settings) {
     wake_body(data, static_cast<std::int32_t>(row));
 }
 
-const StepStats& World::stats() const noexcept { return data_->stats; }
+const StepStats& World::stats() const { return opened({"stats"}, data_).stats; }
 
 std::span<const Pose> World::poses() const noexcept {
   if (data_ == nullptr) return {};

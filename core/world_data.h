@@ -56,7 +56,8 @@ inline constexpr int kTreeCount = 4;
   X(state,   std::uint8_t,    flags)           /* calls, find_islands; BodyFlag */                             \
   SCREE_HASHED_BODY_COLUMNS(X)                                                                                 \
   X(state,   ForceRow,        force)           /* calls; cleared by finish_step */                             \
-  X(state,   MotionRow,       motion)          /* calls */                                                     \
+  X(state,   MotionRow,       motion)          /* calls; its locks act, so they are none if not dynamic */     \
+  X(state,   AxisLocks,       locks)           /* calls; as given */                                           \
   X(state,   float,           sleep_time)      /* calls, finish_step; s below the sleep speeds */              \
   X(state,   InertiaRow,      local_mass)      /* calls; inverse inertia in body axes; zero if not dynamic */  \
   X(state,   LocalInertiaRow, local_inertia)   /* calls; in body axes */                                       \
@@ -173,8 +174,8 @@ struct WorldData {
   std::unique_ptr<Part> islands;       // parallel/find_islands
 };
 
-// What is inside a world; the world must not have been moved from.
-WorldData& internals(World& world);
-const WorldData& internals(const World& world);
+// What is inside a world. Throws Error, which names the call, where the world has been moved from.
+WorldData& internals(World& world, const char* call = "internals");
+const WorldData& internals(const World& world, const char* call = "internals");
 
 }  // namespace scree

@@ -4,6 +4,7 @@
 // Rows are grouped by type pair with a counting sort, each group goes through its kernel in chunks, and the
 // touching rows are listed. Every pass runs in parallel over fixed chunks, and nothing depends on their
 // order.
+#include <core/wake.h>
 #include <parallel/narrow_phase.h>
 #include <parallel/stages.h>
 
@@ -19,7 +20,7 @@ using simd::CollideItem;
 constexpr std::uint8_t kTypeMask = 15;
 constexpr std::uint8_t kSkipped = 14;  // nobody is awake: the row keeps its contents
 constexpr std::uint8_t kNever = 15;    // no dynamic body
-constexpr std::uint8_t kWakeful = 16;  // has an awake dynamic body
+constexpr std::uint8_t kWakeful = 16;  // listed where it touches: what sleeps in it must wake
 
 bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
 
@@ -37,6 +38,19 @@ bool is_new(const Contacts& contacts, std::size_t row) {
   return !contacts.list_kept && contacts.previous[row] < 0;
 }
 
+// Whether the body pushes what it touches.
+bool pushes(const WorldData& data, std::size_t body) {
+  switch (data.bodies.type[body]) {
+    case BodyType::fixed:
+      return false;
+    case BodyType::kinematic:
+      return !is_still(data.bodies.velocity[body]);
+    case BodyType::dynamic:
+      break;
+  }
+  return (data.bodies.flags[body] & kBodyAsleep) == 0;
+}
+
 std::uint8_t classify(const WorldData& data, std::size_t row) {
   const ShapePair pair = data.contacts.now.pair[row];
   const std::size_t body_a = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.a)]);
@@ -48,7 +62,7 @@ std::uint8_t classify(const WorldData& data, std::size_t row) {
   const bool rests_a = type_a == BodyType::fixed || asleep_a, rests_b = type_b == BodyType::fixed || asleep_b;
   const bool rest = rests_a && rests_b;
   if (rest && !is_new(data.contacts, row)) return kSkipped;
-  const bool wakeful = rest || (is_dynamic(type_a) && !asleep_a) || (is_dynamic(type_b) && !asleep_b);
+  const bool wakeful = rest || pushes(data, body_a) || pushes(data, body_b);
   const auto type = collide_type(data.shapes.type[static_cast<std::size_t>(pair.a)],
                                  data.shapes.type[static_cast<std::size_t>(pair.b)]);
   return static_cast<std::uint8_t>(type | (wakeful ? kWakeful : 0));

@@ -35,8 +35,9 @@ bool is_asleep(const Bodies& bodies, std::int32_t body) {
 
 bool is_tired(const WorldData& data, std::int32_t body) {
   const auto index = static_cast<std::size_t>(body);
-  return (data.bodies.flags[index] & kBodyCanSleep) != 0 &&
-         data.bodies.sleep_time[index] >= data.settings.sleep_time;
+  const float slow_for = data.bodies.sleep_time[index];  // 0 while it moves, which no wait is too short for
+  return (data.bodies.flags[index] & kBodyCanSleep) != 0 && slow_for > 0.0f &&
+         slow_for >= data.settings.sleep_time;
 }
 
 std::int32_t find_root(Column<std::int32_t>& parent, std::int32_t body) {
@@ -149,9 +150,7 @@ void put_tired_islands_to_sleep(WorldData& data, Islands& islands) {
     const auto index = static_cast<std::size_t>(body);
     if (bodies.type[index] == BodyType::fixed) return false;
     if (bodies.type[index] == BodyType::dynamic) return true;
-    const VelocityRow& v = bodies.velocity[index];
-    return v.linear[0] != 0.0f || v.linear[1] != 0.0f || v.linear[2] != 0.0f || v.angular[0] != 0.0f ||
-           v.angular[1] != 0.0f || v.angular[2] != 0.0f;
+    return !is_still(bodies.velocity[index]);
   };
   for (const std::int32_t row : data.contacts.touching) {
     const Ends ends = ends_of(data, static_cast<std::size_t>(row));

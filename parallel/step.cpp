@@ -46,7 +46,7 @@ void step(World& world, float dt, Workers& workers) {
   if (!(dt >= 0.0f && dt <= 1.0f)) {
     throw Error("step: the time step is " + std::to_string(dt) + " s; it must be in [0, 1]");
   }
-  WorldData& data = internals(world);
+  WorldData& data = internals(world, "step");
   Crew crew(workers);
   clear_times(data.stats);
   PhaseClock clock(data.stats);

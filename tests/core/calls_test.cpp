@@ -176,6 +176,31 @@ TEST(Calls, LockedAxesHaveNoVelocity) {
   EXPECT_EQ(world.linear_velocity(body), (Vec3{0, 8, 9}));
 }
 
+TEST(Calls, LocksActWhileTheBodyIsDynamic) {
+  World world;
+  const AxisLocks locks = AxisLocks::translation_x | AxisLocks::rotation_y;
+  const BodyId body = world.create_body({.type = BodyType::kinematic,
+                                         .linear_velocity = {1, 2, 3},
+                                         .angular_velocity = {4, 5, 6},
+                                         .locks = locks});
+  world.add_shape(body, Box{});
+  const auto acting = [&] { return internals(world).bodies.motion[row_of(body)].flags & kMotionLocksMask; };
+  EXPECT_EQ(world.locks(body), locks);
+  EXPECT_EQ(acting(), 0u);
+  EXPECT_EQ(world.linear_velocity(body), (Vec3{1, 2, 3}));
+  world.set_body_type(body, BodyType::dynamic);
+  EXPECT_EQ(world.locks(body), locks);
+  EXPECT_EQ(acting(), static_cast<std::uint32_t>(locks));
+  EXPECT_EQ(world.linear_velocity(body), (Vec3{0, 2, 3}));
+  EXPECT_EQ(world.angular_velocity(body), (Vec3{4, 0, 6}));
+  world.set_body_type(body, BodyType::kinematic);
+  world.set_locks(body, AxisLocks::translation_z);
+  EXPECT_EQ(world.locks(body), AxisLocks::translation_z);
+  EXPECT_EQ(acting(), 0u);
+  world.set_body_type(body, BodyType::dynamic);
+  EXPECT_EQ(world.linear_velocity(body), (Vec3{0, 2, 0}));
+}
+
 TEST(Calls, TheTransformColumnFollowsFromThePoseRow) {
   World world;
   const BodyId body = world.create_body({.position = {1, 2, 3}, .rotation = {0.6f, 0, 0, 0.8f}});

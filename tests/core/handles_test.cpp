@@ -125,6 +125,8 @@ TEST(Handles, AWorldThatWasMovedFromThrowsAndTheNewOneLivesOn) {
   EXPECT_EQ(other.pose(body).position, (Vec3{1, 2, 3}));
   EXPECT_THROW(world.pose(body), Error);  // NOLINT(bugprone-use-after-move): the law under test
   EXPECT_THROW(world.create_body({}), Error);
+  EXPECT_THROW(world.settings(), Error);
+  EXPECT_THROW(world.stats(), Error);
   EXPECT_EQ(world.body_count(), 0u);
   EXPECT_TRUE(world.poses().empty());
   EXPECT_FALSE(world.is_alive(body));

@@ -3,6 +3,7 @@
 #include <tests/core/world_fixture.h>
 
 #include <functional>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -123,6 +124,16 @@ TEST_F(Waking, ReusedSlotsDoNotHideWhoTouchedTheirPredecessors) {
   EXPECT_TRUE(world.is_awake(upper));
 }
 
+TEST_F(Waking, ARejectedCreationLeavesDeadSlotsWithTheirBodies) {
+  world.destroy_body(lower);
+  std::vector<BodyDef> defs(2);
+  defs[1].position.x = std::numeric_limits<float>::quiet_NaN();
+  std::vector<BodyId> ids(2);
+  EXPECT_THROW(world.create_bodies(defs, std::vector<Geometry>(2), {}, {}, ids), Error);
+  EXPECT_EQ(internals(world).shapes.body[row_of(lower_shape)], static_cast<std::int32_t>(lower.index));
+  EXPECT_TRUE(world.is_awake(upper));
+}
+
 TEST_F(Waking, TheRequestIsFulfilledOnceForManyCalls) {
   world.destroy_bodies(std::vector<BodyId>{lower, aside});
   WorldData& data = internals(world);
@@ -157,6 +168,15 @@ TEST_F(Waking, MovingOrChangingTheGroundWakesWhatLiesOnIt) {
     EXPECT_TRUE(world.is_awake(lower));
     EXPECT_FALSE(world.is_awake(aside));
   }
+}
+
+TEST_F(Waking, MovingTheGroundWakesWhatItMayComeToTouch) {
+  add_touching(world, ground_shape, aside_shape);
+  internals(world).contacts.now.manifold[3].info = 0;
+  world.set_material(upper_shape, {.friction = 0});
+  EXPECT_FALSE(world.is_awake(aside)) << "nothing fixed has moved";
+  world.set_pose(ground, {{0, 0.03f, 0}, {}});
+  EXPECT_TRUE(world.is_awake(aside));
 }
 
 TEST_F(Waking, NewGravityAndForbiddenSleepWakeAll) {

@@ -191,6 +191,24 @@ TEST(Collide, KinematicBodiesDoNotListSleepingOnes) {
   EXPECT_TRUE(scene.touching().empty());
 }
 
+TEST(Collide, MovingKinematicBodiesListSleepingOnes) {
+  Scene scene;
+  const std::int32_t platform = scene.add(BodyType::kinematic, ShapeType::box, {0, 0, 0});
+  scene.add(BodyType::dynamic, ShapeType::box, {0, 0.995f, 0}, kBodyAsleep);
+  const std::int32_t body = scene.data.shapes.body[static_cast<std::size_t>(platform)];
+  VelocityRow& velocity = scene.data.bodies.velocity[static_cast<std::size_t>(body)];
+  velocity.angular[1] = 0.01f;
+  scene.set_pairs({{0, 1}});
+  scene.step();
+  EXPECT_EQ(scene.touching(), (RowList{0}));
+  scene.data.contacts.list_kept = true;
+  scene.step();
+  EXPECT_EQ(scene.touching(), (RowList{0}));
+  velocity = {};
+  scene.step();
+  EXPECT_TRUE(scene.touching().empty());
+}
+
 TEST(Collide, ASteadyStepKeepsItsMemory) {
   Scene scene;
   std::vector<ShapePair> pairs;

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 #include <span>
+#include <utility>
 
 namespace scree::physics {
 namespace {
@@ -39,6 +40,20 @@ TEST(BadInput, AnImpossibleTimeStepIsAnErrorThatChangesNothing) {
     EXPECT_EQ(lab.world.hash(), hash);
   }
   expect_usable(lab);
+}
+
+TEST(BadInput, SteppingAWorldThatWasMovedFromIsAnErrorThatSaysSo) {
+  Lab lab;
+  const BodyId ball = lab.add({}, Sphere{});
+  World other = std::move(lab.world);
+  try {
+    lab.run(1);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "step: the world has been moved from");
+  }
+  step(other, kStep, lab.workers);
+  EXPECT_LT(other.linear_velocity(ball).y, 0.0f);
 }
 
 TEST(BadInput, ATimeStepOfZeroMovesNothing) {

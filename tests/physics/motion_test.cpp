@@ -70,6 +70,23 @@ TEST(Locks, ABodyLockedInRotationDoesNotTip) {
   EXPECT_NEAR(lab.height(post), 1.0, 0.02);
 }
 
+TEST(Locks, DoNotHoldKinematicBodies) {
+  Lab lab;
+  const BodyId body = lab.add({.type = BodyType::kinematic,
+                               .linear_velocity = {1, 0, 0},
+                               .angular_velocity = {0, 0.5f, 0},
+                               .locks = AxisLocks::translation_x | AxisLocks::rotation_y},
+                              Box{});
+  lab.run(60);
+  EXPECT_NEAR(lab.position(body).x(), 1.0, 1e-4);
+  EXPECT_NEAR(lab.velocity(body).x(), 1.0, 1e-6);
+  EXPECT_NEAR(static_cast<double>(lab.world.pose(body).rotation.y), std::sin(0.25), 1e-4);
+  lab.world.set_body_type(body, BodyType::dynamic);
+  lab.run(60);
+  EXPECT_NEAR(lab.position(body).x(), 1.0, 1e-4);
+  EXPECT_EQ(lab.spin(body).y(), 0.0);
+}
+
 TEST(Kinematic, APlatformCarriesABox) {
   Lab lab;
   const BodyId platform =

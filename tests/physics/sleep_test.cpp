@@ -92,6 +92,36 @@ TEST(Sleep, AFixedBodyThatArrivesInASleeperWakesIt) {
   EXPECT_EQ(awake_count(lab, moved_on), moved_on.size());
 }
 
+TEST(Sleep, AFixedOrKinematicBodyPutAFewCentimetersIntoASleeperWakesIt) {
+  for (const BodyType type : {BodyType::fixed, BodyType::kinematic}) {
+    Lab lab{WorldSettings{}};
+    lab.add_ground();
+    const std::vector<BodyId> stack = add_stack(lab, 2, 0.0f);
+    // Too far away to touch, near enough for a row among the candidate pairs.
+    const BodyId wall = lab.add({.type = type, .position = {1.03f, 1, 0}}, Box{{0.5f, 1, 0.5f}});
+    lab.run(240);
+    ASSERT_EQ(awake_count(lab, stack), 0u);
+    lab.world.set_pose(wall, Pose{{0.96f, 1, 0}, {}});
+    lab.run(1);
+    EXPECT_EQ(awake_count(lab, stack), stack.size());
+    lab.run(60);
+    EXPECT_LT(lab.position(stack.front()).x(), -0.02) << "pushed out of the wall";
+  }
+}
+
+TEST(Sleep, AMovingKinematicBodyPushesSleepers) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  const std::vector<BodyId> stack = add_stack(lab, 2, 0.0f);
+  const BodyId wall = lab.add({.type = BodyType::kinematic, .position = {-3, 1, 0}}, Box{{0.5f, 0.9f, 0.5f}});
+  lab.run(240);
+  ASSERT_EQ(awake_count(lab, stack), 0u);
+  lab.world.set_linear_velocity(wall, {1, 0, 0});
+  lab.run(240);
+  EXPECT_NEAR(lab.position(wall).x(), 1.0, 1e-3);
+  EXPECT_GT(lab.position(stack.front()).x(), 1.95) << "the wall has passed through";
+}
+
 TEST(Sleep, SleepingContactsAreCounted) {
   Lab lab{WorldSettings{}};
   lab.add_ground();
@@ -99,6 +129,19 @@ TEST(Sleep, SleepingContactsAreCounted) {
   lab.run(240);
   ASSERT_EQ(awake_count(lab, stack), 0u);
   EXPECT_EQ(lab.world.stats().contacts, 4);
+}
+
+TEST(Sleep, WithoutAWaitWhatMovesStaysAwake) {
+  WorldSettings settings;
+  settings.sleep_time = 0.0f;
+  Lab lab{settings};
+  lab.add_ground();
+  const BodyId ball = lab.add({.position = {0, 20, 0}, .linear_velocity = {10, 0, 0}}, Sphere{0.5f});
+  const BodyId box = lab.add({.position = {5, 0.5f, 5}}, Box{});
+  lab.run(60);
+  EXPECT_TRUE(lab.world.is_awake(ball));
+  EXPECT_NEAR(lab.position(ball).x(), 10.0, 1e-3);
+  EXPECT_FALSE(lab.world.is_awake(box));
 }
 
 TEST(Sleep, SwitchedOffNobodySleeps) {

@@ -35,6 +35,19 @@ TEST(Wall, InRunningBondStands) {
   EXPECT_EQ(wall.run_while_standing(1200, 0.1), 1200) << "drift " << wall.drift() << " m";
 }
 
+TEST(Floor, ThatRisesInItsBodyLiftsWhatRestsOnIt) {
+  for (const WorldSettings& settings : {WorldSettings{}, without_sleep()}) {
+    Lab lab(settings);
+    const BodyId floor = lab.world.create_body({.type = BodyType::fixed});
+    const ShapeId slab = lab.world.add_shape(floor, Box{{10, 1, 10}}, {}, {.local_pose = {{0, -1, 0}, {}}});
+    const BodyId box = lab.add({.position = {0, 0.5f, 0}}, Box{});
+    lab.run(120);
+    lab.world.set_local_pose(slab, {{0, -0.9f, 0}, {}});
+    lab.run(120);
+    EXPECT_NEAR(lab.height(box), 0.6, 0.01);
+  }
+}
+
 TEST(Weight, OfARestingStackIsTheSumOfItsContactImpulses) {
   Lab lab;
   const BodyId ground = lab.add_ground();

@@ -57,7 +57,8 @@ class SCREE_API World {
   /// An empty world. Throws on settings outside the ranges that WorldSettings states.
   explicit World(const WorldSettings& settings = {});
   ~World();
-  /// A world that was moved from can only be destroyed or assigned to; its calls throw.
+  /// A world that was moved from can only be destroyed or assigned to; its calls throw,
+  /// but those that are noexcept find nothing.
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
@@ -169,17 +170,17 @@ class SCREE_API World {
 
   // --- the world ---
 
-  const WorldSettings& settings() const noexcept;
+  const WorldSettings& settings() const;
   void set_settings(const WorldSettings& settings);  ///< a change of gravity wakes all bodies
-  const StepStats& stats() const noexcept;
+  const StepStats& stats() const;
   MemoryUse memory_use() const noexcept;  ///< bytes reserved by all columns
   /// xxHash64 over index, pose and velocity of the living bodies in index order: equal for equal histories,
   /// whatever the instruction set, the thread count, the compiler or the build type.
   std::uint64_t hash() const;
 
  private:
-  friend WorldData& internals(World& world);
-  friend const WorldData& internals(const World& world);
+  friend WorldData& internals(World& world, const char* call);
+  friend const WorldData& internals(const World& world, const char* call);
   std::unique_ptr<WorldData> data_;
 };
 
