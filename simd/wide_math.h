@@ -38,6 +38,7 @@ inline M is_finite(V3 a) {
 inline F length_squared(V3 a) { return dot(a, a); }
 inline F length(V3 a) { return sqrt(dot(a, a)); }
 
+inline S3 operator*(const S3& m, F s) { return {m.xx * s, m.xy * s, m.xz * s, m.yy * s, m.yz * s, m.zz * s}; }
 inline V3 operator*(const S3& m, V3 v) {
   return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
           m.xz * v.x + m.yz * v.y + m.zz * v.z};

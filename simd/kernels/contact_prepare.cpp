@@ -21,9 +21,7 @@ inline BodyMass load_mass(const InertiaRow* rows, const std::int32_t* index) {
 
 // The part of a hub that one contact has to itself.
 inline BodyMass split(const BodyMass& m, F parts) {
-  const S3& i = m.inverse_inertia;
-  return {{i.xx * parts, i.xy * parts, i.xz * parts, i.yy * parts, i.yz * parts, i.zz * parts},
-          m.inverse_mass * parts};
+  return {m.inverse_inertia * parts, m.inverse_mass * parts};
 }
 
 inline F invert_positive(F value) { return select(value > F(0.0f), F(1.0f) / value, F(0.0f)); }
@@ -136,21 +134,27 @@ inline void store_friction(ContactBlock<kPoints>& block, const Response& r, F in
     store(block.tangent_by_torque2[i], r.push_torque2[i]);
     store(block.tangent_by_twist[i], r.push_twist[i]);
   }
-  const F k11 = inverse_mass + r.push11, k12 = r.push12, k22 = inverse_mass + r.push22;
+  // Scaled to a trace of 1, as in invert() below.
+  const F unit = invert_positive(inverse_mass + r.push11 + (inverse_mass + r.push22));
+  const F k11 = unit * (inverse_mass + r.push11), k12 = unit * r.push12,
+          k22 = unit * (inverse_mass + r.push22);
   // Rounding can spoil the determinant of a long lever's matrix; its true value is positive.
   const F determinant = max(k11 * k22 - k12 * k12, F(1e-6f) * (k11 * k22));
-  const F inverse = invert_positive(determinant);
+  const F inverse = unit * invert_positive(determinant);
   store(block.tangent_mass[0], inverse * k22);
   store(block.tangent_mass[1], -(inverse * k12));
   store(block.tangent_mass[2], inverse * k11);
 }
 
-// Inverse of a symmetric positive matrix by cofactors; zero where it is singular.
-inline S3 invert(const S3& m) {
+// Inverse of a symmetric positive matrix by cofactors; zero where it is singular. It is scaled to a trace of
+// 1 first: the determinant of a pebble's inverse inertia has no place in a float.
+inline S3 invert(const S3& matrix) {
+  const F unit = invert_positive(matrix.xx + matrix.yy + matrix.zz);
+  const S3 m = matrix * unit;
   const F c_xx = m.yy * m.zz - m.yz * m.yz;
   const F c_xy = m.xz * m.yz - m.xy * m.zz;
   const F c_xz = m.xy * m.yz - m.xz * m.yy;
-  const F scale = invert_positive(m.xx * c_xx + m.xy * c_xy + m.xz * c_xz);
+  const F scale = unit * invert_positive(m.xx * c_xx + m.xy * c_xy + m.xz * c_xz);
   return {scale * c_xx,
           scale * c_xy,
           scale * c_xz,

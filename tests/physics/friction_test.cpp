@@ -112,6 +112,21 @@ TEST(RollingResistance, StopsABallAfterThePredictedDistance) {
   }
 }
 
+TEST(RollingResistance, IsTheSameForABallOfDust) {
+  Eigen::Vector3d expected = Eigen::Vector3d::Zero();
+  for (const float mass : {1.0f, 1e-15f, 1e-20f}) {
+    Lab lab;
+    lab.add_ground({.friction = 0.8f});
+    const BodyDef def{
+        .position = {0, 0.5f, 0}, .linear_velocity = {3, 0, 0}, .angular_velocity = {0, 0, -6}, .mass = mass};
+    const BodyId ball = lab.add(def, Sphere{0.5f}, {.friction = 0.8f, .rolling_resistance = 0.05f});
+    lab.run(60);
+    if (mass == 1.0f) expected = lab.position(ball);
+    EXPECT_GT(lab.position(ball).x(), 1.0);
+    EXPECT_LT((lab.position(ball) - expected).norm(), 1e-3) << "mass " << mass;
+  }
+}
+
 TEST(RollingResistance, HoldsABallOnASlopeBelowItsAngle) {
   // It holds while tan(angle) < b / r.
   for (const bool rolls : {false, true}) {
