@@ -30,9 +30,17 @@ simd::SoftConstants soften(float hertz, float damping_ratio, float substep) {
 
 }  // namespace
 
+float substep_of(const WorldData& data, float dt) { return dt / static_cast<float>(data.settings.substeps); }
+
+float warm_start_scale(float substep, float last_substep) {
+  // Rounding errors in the impulses grow with the ratio; above this they outweigh what a guess is worth.
+  constexpr float kMaxScale = 4.0f;
+  return last_substep > 0.0f ? std::min(substep / last_substep, kMaxScale) : 0.0f;
+}
+
 simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float dt) {
   const WorldSettings& settings = data.settings;
-  const float substep = dt / static_cast<float>(settings.substeps);
+  const float substep = substep_of(data, dt);
   const float hertz = std::min(settings.contact_hertz, 0.125f / substep);
   const float ratio = settings.contact_damping_ratio;
   simd::ContactArgs args{};
@@ -49,7 +57,7 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.inverse_substep = 1.0f / substep;
   args.push_speed = settings.push_speed;
   args.restitution_threshold = settings.restitution_threshold;
-  args.warm_start_scale = settings.warm_start && data.last_dt > 0.0f ? dt / data.last_dt : 0.0f;
+  args.warm_start_scale = settings.warm_start ? warm_start_scale(substep, data.last_substep) : 0.0f;
   args.impulse_keep = settings.warm_start ? 1.0f : 0.0f;
   args.residual = constraints.residual.data();
   args.depth = constraints.depth.data();
@@ -80,7 +88,7 @@ simd::BodyArgs body_args(WorldData& data, float dt) {
   args.gravity[0] = settings.gravity.x;
   args.gravity[1] = settings.gravity.y;
   args.gravity[2] = settings.gravity.z;
-  args.substep = dt / static_cast<float>(settings.substeps);
+  args.substep = substep_of(data, dt);
   args.step = dt;
   args.max_linear_speed = settings.max_linear_speed;
   args.max_angular_speed = settings.max_angular_speed;

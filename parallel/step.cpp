@@ -62,6 +62,7 @@ void step(World& world, float dt, Workers& workers) {
     clock.run(Phase::store_impulses, [&] { store_impulses(data, dt, crew); });    // blocks    -> manifolds
     clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });  // motion    -> poses, bounds
     data.last_dt = dt;
+    data.last_substep = substep_of(data, dt);
   }
   clock.finish();
   ++data.step_count;
