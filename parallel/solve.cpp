@@ -153,7 +153,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
 
 namespace {
 
-// Mean, 99.9th percentile and maximum of the overlap of touching manifolds at the step's end.
+// Mean, 99.9th percentile and maximum over the manifolds that overlap at the step's end.
 void measure_penetration(WorldData& data, const simd::ContactArgs& contact, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   crew.run(static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
@@ -172,9 +172,11 @@ void measure_penetration(WorldData& data, const simd::ContactArgs& contact, Crew
   StepStats& stats = data.stats;
   stats.penetration_mean = stats.penetration_p999 = stats.penetration_max = 0.0;
   const std::size_t count = constraints.depths.size();
+  stats.overlaps = static_cast<std::int64_t>(count);
   if (count == 0) return;
   stats.penetration_mean = sum / static_cast<double>(count);
-  float* rank = constraints.depths.begin() + (count - 1) * 999 / 1000;
+  // Rounded up: of few manifolds this is the deepest.
+  float* rank = constraints.depths.begin() + ((count * 999 + 999) / 1000 - 1);
   std::nth_element(constraints.depths.begin(), rank, constraints.depths.end());
   stats.penetration_p999 = static_cast<double>(*rank);
   stats.penetration_max = static_cast<double>(*std::max_element(rank, constraints.depths.end()));
