@@ -104,18 +104,18 @@ void check_options(Call call, const ShapeOptions& options) {
 
 void check_settings(Call call, const WorldSettings& settings) {
   check_vector(call, "gravity", settings.gravity, kMaxGravity);
-  if (settings.substeps < 1 || settings.substeps > 64) {
-    fail_range(call, "substeps", settings.substeps, 1, 64);
+  if (settings.substeps < 1 || settings.substeps > kMaxSubsteps) {
+    fail_range(call, "substeps", settings.substeps, 1, kMaxSubsteps);
   }
-  check_range(call, "contact_hertz", settings.contact_hertz, 1e-3f, 1e4f);
-  check_range(call, "contact_damping_ratio", settings.contact_damping_ratio, 0.0f, 1e4f);
+  check_range(call, "contact_hertz", settings.contact_hertz, kMinHertz, kMaxHertz);
+  check_range(call, "contact_damping_ratio", settings.contact_damping_ratio, 0.0f, kMaxDampingRatio);
   check_range(call, "push_speed", settings.push_speed, 0.0f, kMaxRate);
-  check_range(call, "restitution_threshold", settings.restitution_threshold, 0.0f, 1e6f);
-  check_range(call, "max_linear_speed", settings.max_linear_speed, 1e-3f, 1e6f);
-  check_range(call, "max_angular_speed", settings.max_angular_speed, 1e-3f, 1e6f);
-  check_range(call, "sleep_linear_speed", settings.sleep_linear_speed, 0.0f, 1e6f);
-  check_range(call, "sleep_angular_speed", settings.sleep_angular_speed, 0.0f, 1e6f);
-  check_range(call, "sleep_time", settings.sleep_time, 0.0f, 1e6f);
+  check_range(call, "restitution_threshold", settings.restitution_threshold, 0.0f, kMaxThreshold);
+  check_range(call, "max_linear_speed", settings.max_linear_speed, kMinSpeedLimit, kMaxSpeedLimit);
+  check_range(call, "max_angular_speed", settings.max_angular_speed, kMinSpeedLimit, kMaxSpeedLimit);
+  check_range(call, "sleep_linear_speed", settings.sleep_linear_speed, 0.0f, kMaxThreshold);
+  check_range(call, "sleep_angular_speed", settings.sleep_angular_speed, 0.0f, kMaxThreshold);
+  check_range(call, "sleep_time", settings.sleep_time, 0.0f, kMaxThreshold);
 }
 
 }  // namespace scree

@@ -1,6 +1,7 @@
 // Checks of what callers hand in. Used by every World call before it changes anything.
 #pragma once
 
+#include <core/limits.h>
 #include <core/world_data.h>
 #include <scree/world.h>
 
@@ -9,25 +10,6 @@
 #include <string>
 
 namespace scree {
-
-// Limits that keep float arithmetic on state finite with room to spare.
-inline constexpr float kMaxPosition = 1e7f;       // m; at 1e7 m neighboring floats are 1 m apart
-inline constexpr float kMaxLocalPosition = 1e5f;  // m, of a shape in its body
-inline constexpr float kMaxSpeed = 1e9f;          // m/s, rad/s; squares and cross products stay finite
-inline constexpr float kMinExtent = 1e-4f;        // m
-inline constexpr float kMaxExtent = 1e5f;         // m
-inline constexpr float kMinDensity = 1e-6f;  // kg/m^3; the smallest sphere keeps a finite inverse inertia
-inline constexpr float kMaxDensity = 1e9f;   // kg/m^3; the largest box keeps a finite inertia
-inline constexpr float kMinMass = 1e-20f;    // kg
-inline constexpr float kMaxMass = 1e30f;     // kg
-inline constexpr float kMaxFriction = 1e6f;  // well above any surface, far below overflow
-inline constexpr float kMaxRollingResistance = 1e5f;  // m
-inline constexpr float kMaxSurfaceSpeed = 1e6f;       // m/s
-inline constexpr float kMaxRate = 1e6f;               // 1/s, damping and other rates
-inline constexpr float kMaxGravity = 1e6f;            // m/s^2
-inline constexpr float kMaxGravityFactor = 1e6f;
-inline constexpr float kMaxAcceleration = 1e15f;  // m/s^2, rad/s^2, from the forces on one body
-inline constexpr float kUnitTolerance = 1e-3f;    // of a quaternion's length
 
 // Who is asked to check: named in the message. `item` counts the definitions of a bulk call.
 struct Call {

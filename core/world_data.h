@@ -162,7 +162,8 @@ struct Part {
 struct WorldData {
   WorldSettings settings;        // state; calls
   std::uint64_t step_count = 0;  // state; step
-  float last_dt = 0.0f;          // state; step; s, scales warm-start impulses
+  float last_dt = 0.0f;          // state; step; s, how far bounds and contacts look ahead
+  float last_substep = 0.0f;     // state; step; s, what the stored impulses have acted for
   Bodies bodies;
   Shapes shapes;
   Contacts contacts;

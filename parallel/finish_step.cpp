@@ -3,6 +3,8 @@
 #include <parallel/constraints.h>
 #include <parallel/stages.h>
 
+#include <algorithm>
+
 namespace scree {
 
 namespace {
@@ -32,6 +34,8 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   for (std::size_t i = 0; i < dynamic_count; ++i)
     energy += static_cast<double>(constraints.kinetic_energy[i]);
   data.stats.kinetic_energy = energy;
+  data.stats.restored_bodies =
+      std::count(constraints.broken.begin(), constraints.broken.end(), std::uint8_t{1});
   data.stats.awake_bodies = static_cast<std::int64_t>(dynamic_count);
   update_bounds(data, dt, crew);
 }

@@ -30,9 +30,17 @@ simd::SoftConstants soften(float hertz, float damping_ratio, float substep) {
 
 }  // namespace
 
+float substep_of(const WorldData& data, float dt) { return dt / static_cast<float>(data.settings.substeps); }
+
+float warm_start_scale(float substep, float last_substep) {
+  // Rounding errors in the impulses grow with the ratio; above this they outweigh what a guess is worth.
+  constexpr float kMaxScale = 4.0f;
+  return last_substep > 0.0f ? std::min(substep / last_substep, kMaxScale) : 0.0f;
+}
+
 simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float dt) {
   const WorldSettings& settings = data.settings;
-  const float substep = dt / static_cast<float>(settings.substeps);
+  const float substep = substep_of(data, dt);
   const float hertz = std::min(settings.contact_hertz, 0.125f / substep);
   const float ratio = settings.contact_damping_ratio;
   simd::ContactArgs args{};
@@ -49,7 +57,7 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.inverse_substep = 1.0f / substep;
   args.push_speed = settings.push_speed;
   args.restitution_threshold = settings.restitution_threshold;
-  args.warm_start_scale = settings.warm_start && data.last_dt > 0.0f ? dt / data.last_dt : 0.0f;
+  args.warm_start_scale = settings.warm_start ? warm_start_scale(substep, data.last_substep) : 0.0f;
   args.impulse_keep = settings.warm_start ? 1.0f : 0.0f;
   args.residual = constraints.residual.data();
   args.depth = constraints.depth.data();
@@ -80,7 +88,7 @@ simd::BodyArgs body_args(WorldData& data, float dt) {
   args.gravity[0] = settings.gravity.x;
   args.gravity[1] = settings.gravity.y;
   args.gravity[2] = settings.gravity.z;
-  args.substep = dt / static_cast<float>(settings.substeps);
+  args.substep = substep_of(data, dt);
   args.step = dt;
   args.max_linear_speed = settings.max_linear_speed;
   args.max_angular_speed = settings.max_angular_speed;
@@ -145,7 +153,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
 
 namespace {
 
-// Mean, 99.9th percentile and maximum of the overlap of touching manifolds at the step's end.
+// Mean, 99.9th percentile and maximum over the manifolds that overlap at the step's end.
 void measure_penetration(WorldData& data, const simd::ContactArgs& contact, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   crew.run(static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
@@ -164,9 +172,11 @@ void measure_penetration(WorldData& data, const simd::ContactArgs& contact, Crew
   StepStats& stats = data.stats;
   stats.penetration_mean = stats.penetration_p999 = stats.penetration_max = 0.0;
   const std::size_t count = constraints.depths.size();
+  stats.overlaps = static_cast<std::int64_t>(count);
   if (count == 0) return;
   stats.penetration_mean = sum / static_cast<double>(count);
-  float* rank = constraints.depths.begin() + (count - 1) * 999 / 1000;
+  // Rounded up: of few manifolds this is the deepest.
+  float* rank = constraints.depths.begin() + ((count * 999 + 999) / 1000 - 1);
   std::nth_element(constraints.depths.begin(), rank, constraints.depths.end());
   stats.penetration_p999 = static_cast<double>(*rank);
   stats.penetration_max = static_cast<double>(*std::max_element(rank, constraints.depths.end()));

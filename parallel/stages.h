@@ -21,4 +21,9 @@ void finish_step(WorldData& data, float dt, Crew& crew);  // motion -> poses, tr
 simd::BodyArgs body_args(WorldData& data,
                          float dt);  // for the kernels over bodies; list: Constraints::moving
 
+float substep_of(const WorldData& data, float dt);  // s
+// What a stored impulse, which acted for `last_substep`, is multiplied with as the first guess for `substep`;
+// exactly 1 while nothing changes.
+float warm_start_scale(float substep, float last_substep);
+
 }  // namespace scree

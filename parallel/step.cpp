@@ -36,8 +36,9 @@ class PhaseClock {
   Clock::time_point last_;
 };
 
-void clear_times(StepStats& stats) {
+void clear_figures(StepStats& stats) {
   for (double& time : stats.phase_ms) time = 0.0;
+  stats.restored_bodies = 0;  // a step of no length restores nobody
 }
 
 }  // namespace
@@ -48,7 +49,7 @@ void step(World& world, float dt, Workers& workers) {
   }
   WorldData& data = internals(world, "step");
   Crew crew(workers);
-  clear_times(data.stats);
+  clear_figures(data.stats);
   PhaseClock clock(data.stats);
   wake_neighbors(data);
   refresh_lists(data);
@@ -62,6 +63,7 @@ void step(World& world, float dt, Workers& workers) {
     clock.run(Phase::store_impulses, [&] { store_impulses(data, dt, crew); });    // blocks    -> manifolds
     clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });  // motion    -> poses, bounds
     data.last_dt = dt;
+    data.last_substep = substep_of(data, dt);
   }
   clock.finish();
   ++data.step_count;

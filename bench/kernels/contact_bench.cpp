@@ -106,6 +106,7 @@ void run_pass(benchmark::State& state, Isa isa, Pass pass) {
   Crew crew(workers);
   const std::unique_ptr<WorldData> data = make_pyramid();
   data->last_dt = 1.0f / 60.0f;
+  data->last_substep = substep_of(*data, data->last_dt);
   color_constraints(*data, crew);
   pack_blocks(*data, crew);
   solve(*data, 1.0f / 60.0f, crew);

@@ -134,7 +134,8 @@ class PlainSolver {
             static_cast<std::size_t>(constraints.rows[static_cast<std::size_t>(chunk.first_lane + i)]));
       }
     }
-    const float scale = settings_.warm_start && data_.last_dt > 0.0f ? dt_ / data_.last_dt : 0.0f;
+    const float scale =
+        settings_.warm_start ? warm_start_scale(substep_of(data_, dt_), data_.last_substep) : 0.0f;
     for (Contact& contact : contacts_) {
       for (float& impulse : contact.manifold->normal_impulse) impulse *= scale;
       for (float& impulse : contact.manifold->friction_impulse) impulse *= scale;
@@ -402,6 +403,7 @@ void step_plainly(World& world, float dt, Workers& workers) {
   solve_plainly(data, dt);
   finish_step(data, dt, crew);
   data.last_dt = dt;
+  data.last_substep = substep_of(data, dt);
   ++data.step_count;
 }
 

@@ -33,7 +33,7 @@ inline Eigen::Vector3d contact_force(const World& world, BodyId a, BodyId b) {
     for (unsigned k = 0; k < (m.info & kManifoldPointMask); ++k) impulse += m.normal_impulse[k] * n;
     sum += forth ? impulse : -impulse;
   }
-  return sum * (data.settings.substeps / static_cast<double>(data.last_dt));
+  return sum / static_cast<double>(data.last_substep);
 }
 
 }  // namespace scree::physics

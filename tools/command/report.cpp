@@ -45,6 +45,7 @@ std::string to_table(const RunFigures& figures) {
   if (figures.worlds > 1) table += row("worlds", grouped(figures.worlds));
   table += row("bodies", grouped(figures.bodies) + " and " + grouped(figures.fixed_bodies) + " fixed");
   table += row("awake bodies", grouped(figures.awake_bodies));
+  if (figures.restored_bodies > 0) table += row("restored bodies", grouped(figures.restored_bodies));
   table += row("contacts", grouped(figures.contacts));
   table += row("steps", format("%d of %.6g s with %d substeps, %d timed", figures.steps, figures.dt,
                                figures.substeps, figures.timed_steps));
@@ -84,7 +85,9 @@ std::string to_json(const RunFigures& figures) {
   json["bodies"] = figures.bodies;
   json["fixed_bodies"] = figures.fixed_bodies;
   json["awake_bodies"] = figures.awake_bodies;
+  json["restored_bodies"] = figures.restored_bodies;
   json["contacts"] = figures.contacts;
+  json["overlaps"] = figures.overlaps;
   json["steps_per_second"] = figures.steps_per_second();
   json["ms_per_step"] = {{"mean", figures.ms_mean},
                          {"median", figures.ms_median},

@@ -26,7 +26,7 @@ struct RunOptions {
 };
 
 // What a run has to tell. Counts, energy and stages are sums over the worlds, penetrations and residual the
-// largest, the mean penetration the mean over all contacts.
+// largest, the mean penetration the mean over all overlaps.
 struct RunFigures {
   std::string scene;
   Isa isa = Isa::scalar;
@@ -39,8 +39,10 @@ struct RunFigures {
   int substeps = 0;
   std::int64_t bodies = 0;  // that can move
   std::int64_t fixed_bodies = 0;
-  std::int64_t awake_bodies = 0;  // at the end, as all that follows
-  std::int64_t contacts = 0;      // touching manifolds
+  std::int64_t restored_bodies = 0;  // over all steps, each time that a body's state became non-finite
+  std::int64_t awake_bodies = 0;     // at the end, as all that follows
+  std::int64_t contacts = 0;         // touching manifolds
+  std::int64_t overlaps = 0;         // of them, those of awake bodies that overlap
   double ms_mean = 0.0;
   double ms_median = 0.0;
   double ms_min = 0.0;

@@ -1,4 +1,5 @@
 // Scene files -> scenes. The schema stands in README.md beside this file.
+#include <core/limits.h>
 #include <tools/scenes/angles.h>
 #include <tools/scenes/json_node.h>
 #include <tools/scenes/scene_file.h>
@@ -6,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -13,12 +16,19 @@
 namespace scree::scenes {
 namespace {
 
-// The library's own limits (body.h, shapes.h, world.h), repeated here so that errors can name the place.
-constexpr Range kAny{-3e38, 3e38};
-constexpr Range kNotNegative{0.0, 3e38};
-constexpr Range kPositive{1e-30, 3e38};
-constexpr Range kLength{1e-4, 1e5};    // m, of shapes
-constexpr Range kPosition{-1e7, 1e7};  // m
+// The library's own limits: checked here too, so that errors can name the place.
+// The decimal number that a float limit was written as: 1e-4f itself is 9.99999975e-05.
+double decimal(float limit) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.7g", double{limit});
+  return std::strtod(text, nullptr);
+}
+Range between(float low, float high) { return {decimal(low), decimal(high)}; }
+Range up_to(float high) { return between(0.0f, high); }
+Range within(float limit) { return between(-limit, limit); }
+const Range kLength = between(kMinExtent, kMaxExtent);  // m, of shapes
+const Range kPosition = within(kMaxPosition);           // m
+constexpr Range kUnit{-2.0, 2.0};                       // of a quaternion; its length is checked too
 constexpr std::int64_t kMostBodies = 10'000'000;
 constexpr std::int64_t kMostSteps = 1'000'000'000;
 
@@ -43,10 +53,12 @@ Quat read_rotation(const Node& node) {
   if (!node.is_array())
     node.fail("expected a quaternion [x, y, z, w] or {\"axis\": [x, y, z], \"degrees\": d}");
   const std::vector<Node> parts = node.elements(4, "numbers (x, y, z, w)");
-  const Quat q{parts[0].number(kAny), parts[1].number(kAny), parts[2].number(kAny), parts[3].number(kAny)};
+  const Quat q{parts[0].number(kUnit), parts[1].number(kUnit), parts[2].number(kUnit),
+               parts[3].number(kUnit)};
   const double length = std::sqrt(static_cast<double>(q.x) * q.x + static_cast<double>(q.y) * q.y +
                                   static_cast<double>(q.z) * q.z + static_cast<double>(q.w) * q.w);
-  if (!(std::abs(length - 1.0) <= 1e-3)) node.fail("a quaternion must have length 1 within 0.001");
+  if (!(std::abs(length - 1.0) <= double{kUnitTolerance}))
+    node.fail("a quaternion must have length 1 within 0.001");
   return q;
 }
 
@@ -62,11 +74,11 @@ void read_mix(Members& members, const char* key, MixRule& out) {
 Material read_material(const Node& node) {
   Material material;
   Members members(node);
-  members.read("friction", material.friction, kNotNegative);
+  members.read("friction", material.friction, up_to(kMaxFriction));
   members.read("restitution", material.restitution, {0.0, 1.0});
-  members.read("rolling_resistance", material.rolling_resistance, kNotNegative);
-  members.read("density", material.density, kPositive);
-  members.read("surface_velocity", material.surface_velocity, kAny);
+  members.read("rolling_resistance", material.rolling_resistance, up_to(kMaxRollingResistance));
+  members.read("density", material.density, between(kMinDensity, kMaxDensity));
+  members.read("surface_velocity", material.surface_velocity, within(kMaxSurfaceSpeed));
   read_mix(members, "friction_mix", material.friction_mix);
   read_mix(members, "restitution_mix", material.restitution_mix);
   members.finish();
@@ -129,7 +141,7 @@ SceneShape read_shape(const Node& node, const Materials& materials, const NamedS
       material->fail("expected the name of a material or an object");
     }
   }
-  members.read("position", shape.options.local_pose.position, kPosition);
+  members.read("position", shape.options.local_pose.position, within(kMaxLocalPosition));
   read_rotation(members, shape.options.local_pose.rotation);
   if (const Node* filter = members.find("filter")) shape.options.filter = read_filter(*filter);
   if (const Node* data = members.find("user_data")) shape.options.user_data = data->bits64();
@@ -153,13 +165,13 @@ BodyDef read_body_def(Members& members) {
   if (const Node* type = members.find("type")) def.type = static_cast<BodyType>(type->choice(kTypes));
   members.read("position", def.position, kPosition);
   read_rotation(members, def.rotation);
-  members.read("linear_velocity", def.linear_velocity, kAny);
-  members.read("angular_velocity", def.angular_velocity, kAny);
-  members.read("linear_damping", def.linear_damping, kNotNegative);
-  members.read("angular_damping", def.angular_damping, kNotNegative);
-  members.read("gravity_factor", def.gravity_factor, kAny);
+  members.read("linear_velocity", def.linear_velocity, within(kMaxSpeed));
+  members.read("angular_velocity", def.angular_velocity, within(kMaxSpeed));
+  members.read("linear_damping", def.linear_damping, up_to(kMaxRate));
+  members.read("angular_damping", def.angular_damping, up_to(kMaxRate));
+  members.read("gravity_factor", def.gravity_factor, within(kMaxGravityFactor));
   if (const Node* locks = members.find("locks")) def.locks = read_locks(*locks);
-  if (const Node* mass = members.find("mass")) def.mass = mass->number(kPositive);
+  if (const Node* mass = members.find("mass")) def.mass = mass->number(between(kMinMass, kMaxMass));
   members.read("can_sleep", def.can_sleep);
   if (const Node* data = members.find("user_data")) def.user_data = data->bits64();
   return def;
@@ -186,6 +198,19 @@ Repeat read_repeat(const Node& node) {
   return repeat;
 }
 
+// What single values can not tell, such as the mass and inertia that all shapes come to, only a world knows.
+void try_body(const Node& node, const Scene& scene, const SceneBody& body) {
+  Scene alone;
+  alone.bodies.push_back({body.def, 0, body.shape_count});
+  alone.shapes.assign(scene.shapes.begin() + body.first_shape, scene.shapes.end());
+  try {
+    World world;
+    populate(world, alone);
+  } catch (const Error& error) {
+    node.fail(error.what());
+  }
+}
+
 // The body at every place of the grid; x runs fastest, then y, then z.
 void add_repeated(Scene& scene, const Node& body, const BodyDef& def, std::uint32_t first_shape,
                   std::uint32_t shape_count, const Repeat& repeat) {
@@ -206,7 +231,8 @@ void add_repeated(Scene& scene, const Node& body, const BodyDef& def, std::uint3
   }
   const Vec3 last = scene.bodies.back().def.position;
   for (const float component : {last.x, last.y, last.z}) {
-    if (!(std::abs(component) <= 1e7f)) body.fail("the repeats reach further than 1e7 m from the origin");
+    if (!(std::abs(component) <= kMaxPosition))
+      body.fail("the repeats reach further than 1e7 m from the origin");
   }
 }
 
@@ -224,23 +250,24 @@ void read_body(const Node& node, const Materials& materials, const NamedShapes& 
   Repeat repeat;
   if (const Node* grid = members.find("repeat")) repeat = read_repeat(*grid);
   members.finish();
+  try_body(node, scene, {def, first_shape, shape_count});
   add_repeated(scene, node, def, first_shape, shape_count, repeat);
 }
 
 void read_settings(const Node& node, WorldSettings& settings) {
   Members members(node);
-  members.read("substeps", settings.substeps, 1, 64);
-  members.read("contact_hertz", settings.contact_hertz, kPositive);
-  members.read("contact_damping_ratio", settings.contact_damping_ratio, kNotNegative);
-  members.read("push_speed", settings.push_speed, kNotNegative);
-  members.read("restitution_threshold", settings.restitution_threshold, kNotNegative);
-  members.read("max_linear_speed", settings.max_linear_speed, kPositive);
-  members.read("max_angular_speed", settings.max_angular_speed, kPositive);
+  members.read("substeps", settings.substeps, 1, kMaxSubsteps);
+  members.read("contact_hertz", settings.contact_hertz, between(kMinHertz, kMaxHertz));
+  members.read("contact_damping_ratio", settings.contact_damping_ratio, up_to(kMaxDampingRatio));
+  members.read("push_speed", settings.push_speed, up_to(kMaxRate));
+  members.read("restitution_threshold", settings.restitution_threshold, up_to(kMaxThreshold));
+  members.read("max_linear_speed", settings.max_linear_speed, between(kMinSpeedLimit, kMaxSpeedLimit));
+  members.read("max_angular_speed", settings.max_angular_speed, between(kMinSpeedLimit, kMaxSpeedLimit));
   members.read("warm_start", settings.warm_start);
   members.read("sleeping", settings.sleeping);
-  members.read("sleep_linear_speed", settings.sleep_linear_speed, kNotNegative);
-  members.read("sleep_angular_speed", settings.sleep_angular_speed, kNotNegative);
-  members.read("sleep_time", settings.sleep_time, kNotNegative);
+  members.read("sleep_linear_speed", settings.sleep_linear_speed, up_to(kMaxThreshold));
+  members.read("sleep_angular_speed", settings.sleep_angular_speed, up_to(kMaxThreshold));
+  members.read("sleep_time", settings.sleep_time, up_to(kMaxThreshold));
   members.finish();
 }
 
@@ -253,7 +280,7 @@ Scene parse_scene(const std::string& source, const std::string& file) {
   Scene scene;
   scene.name = std::filesystem::path(file).stem().string();
   members.read("name", scene.name);
-  members.read("gravity", scene.settings.gravity, {-1e6, 1e6});
+  members.read("gravity", scene.settings.gravity, within(kMaxGravity));
   if (const Node* settings = members.find("settings")) read_settings(*settings, scene.settings);
   if (const Node* steps = members.find("steps")) {
     scene.steps = static_cast<int>(steps->integer(1, kMostSteps));

@@ -35,6 +35,8 @@ struct StepStats {
   std::int64_t contacts = 0;       ///< manifolds with at least one point, those of sleeping bodies included
   std::int64_t contact_points = 0;
   std::int64_t awake_bodies = 0;
+  std::int64_t restored_bodies = 0;  ///< bodies whose state became non-finite in this step: they were put
+                                     ///< back to where the step found them, at rest
   std::int64_t islands = 0;     ///< islands examined for sleep in this step; 0 where nobody was tired
   int colors = 0;               ///< independent batches, those against fixed bodies included
   int stages = 0;               ///< parallel stages of the whole step
@@ -42,8 +44,11 @@ struct StepStats {
   double kinetic_energy = 0.0;  ///< J, at the end of the step
   double residual = 0.0;        ///< m/s, only with WorldSettings::measure_residual: the largest velocity
                                 ///< error of a contact row as the last relax pass met it
-  double penetration_mean = 0.0;  ///< m, over touching manifolds, only with measure_penetration
-  double penetration_p999 = 0.0;  ///< m
+  std::int64_t overlaps = 0;    ///< manifolds of awake bodies that overlap at the end of the step; this and
+                                ///< penetration only with WorldSettings::measure_penetration
+  double penetration_mean =
+      0.0;  ///< m, the deepest point of each overlapping manifold, mean over all of them
+  double penetration_p999 = 0.0;  ///< m, 99.9 % of the overlapping manifolds are at most this deep
   double penetration_max = 0.0;   ///< m
 };
 

@@ -1,0 +1,72 @@
+// Laws of the figures of a step: each says what it claims to say.
+#include <core/world_data.h>
+#include <tests/physics/lab.h>
+
+#include <limits>
+
+namespace scree::physics {
+namespace {
+
+WorldSettings measured() {
+  WorldSettings settings = without_sleep();
+  settings.measure_penetration = true;
+  return settings;
+}
+
+TEST(Stats, AFewPenetrationsHaveTheirLargestAsTheirPercentile) {
+  Lab lab(measured());
+  lab.add_ground();
+  for (int i = 0; i < 5; ++i) {  // the heavier lie deeper
+    lab.add(
+        {.position = {3.0f * static_cast<float>(i), 0.5f, 0}, .gravity_factor = 1.0f + static_cast<float>(i)},
+        Sphere{0.5f});
+  }
+  lab.run(60);
+  const StepStats& stats = lab.world.stats();
+  EXPECT_EQ(stats.overlaps, 5);
+  EXPECT_GT(stats.penetration_mean, 0.0);
+  EXPECT_GT(stats.penetration_max, stats.penetration_mean);
+  EXPECT_EQ(stats.penetration_p999, stats.penetration_max);
+}
+
+TEST(Stats, ContactsThatDoNotOverlapAreLeftOutOfThePenetration) {
+  WorldSettings settings = measured();
+  settings.gravity = {};
+  Lab lab(settings);
+  lab.add_ground();
+  lab.add({.position = {0, 0.499f, 0}}, Sphere{0.5f});
+  lab.add({.position = {3, 0.5005f, 0}}, Sphere{0.5f});
+  lab.run(1);
+  const StepStats& stats = lab.world.stats();
+  EXPECT_EQ(stats.contacts, 2);
+  EXPECT_EQ(stats.overlaps, 1);
+  EXPECT_EQ(stats.penetration_mean, stats.penetration_max);
+}
+
+TEST(Stats, BodiesPutBackFromANonFiniteStateAreCounted) {
+  Lab lab;
+  lab.add_ground();
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < 3; ++i)
+    boxes.push_back(lab.add({.position = {5.0f * static_cast<float>(i), 3, 0}}, Box{}));
+  lab.run(5);
+  EXPECT_EQ(lab.world.stats().restored_bodies, 0);
+  // No call accepts such a force; a step must cope all the same.
+  const float infinity = std::numeric_limits<float>::infinity();
+  for (const int lost : {0, 2}) {
+    internals(lab.world).bodies.force[boxes[static_cast<std::size_t>(lost)].index].force[0] = infinity;
+    internals(lab.world).bodies.force[boxes[static_cast<std::size_t>(lost)].index].force[1] = -infinity;
+  }
+  lab.run(1);
+  EXPECT_EQ(lab.world.stats().restored_bodies, 2);
+  EXPECT_TRUE(lab.all_finite());
+  EXPECT_EQ(lab.velocity(boxes[0]).norm(), 0.0);
+  EXPECT_LT(lab.velocity(boxes[1]).y(), 0.0);
+  lab.run(1);
+  EXPECT_EQ(lab.world.stats().restored_bodies, 0);
+  lab.run(1, 0.0f);
+  EXPECT_EQ(lab.world.stats().restored_bodies, 0);
+}
+
+}  // namespace
+}  // namespace scree::physics
