@@ -1,4 +1,5 @@
 // See player_values.h.
+#include <core/fp_environment.h>
 #include <core/math.h>
 #include <tests/determinism/player_values.h>
 
@@ -15,7 +16,29 @@ T any_of(Random& random, const T (&values)[count]) {
   return values[random.below(count)];
 }
 
+// Calls that stay calls: inlined arithmetic may wander out from under FpEnvironment.
+[[gnu::noinline]] float draw_between(scenes::Random& random, float low, float high) {
+  return random.between(low, high);
+}
+[[gnu::noinline]] Quat draw_rotation(scenes::Random& random) { return random.rotation(); }
+[[gnu::noinline]] void set_box_inertia(MassProperties& properties, float x, float y, float z) {
+  const float third = properties.mass / 3.0f;
+  properties.inertia[0] = third * (y * y + z * z);
+  properties.inertia[1] = third * (x * x + z * z);
+  properties.inertia[2] = third * (x * x + y * y);
+}
+
 }  // namespace
+
+float Random::between(float low, float high) {
+  const FpEnvironment environment;
+  return draw_between(*this, low, high);
+}
+
+Quat Random::rotation() {
+  const FpEnvironment environment;
+  return draw_rotation(*this);
+}
 
 Vec3 random_vector(Random& random, float limit) {
   const float x = random.between(-limit, limit);
@@ -125,10 +148,8 @@ MassProperties random_mass_properties(Random& random) {
   const float x = random.between(0.2f, 1.0f);
   const float y = random.between(0.2f, 1.0f);
   const float z = random.between(0.2f, 1.0f);
-  const float third = properties.mass / 3.0f;
-  properties.inertia[0] = third * (y * y + z * z);
-  properties.inertia[1] = third * (x * x + z * z);
-  properties.inertia[2] = third * (x * x + y * y);
+  const FpEnvironment environment;
+  set_box_inertia(properties, x, y, z);
   return properties;
 }
 

@@ -8,7 +8,13 @@
 
 namespace scree::determinism {
 
-using scenes::Random;
+// Draws the same values whatever rounding the caller likes: only the world's calls shall meet it.
+class Random : public scenes::Random {
+ public:
+  using scenes::Random::Random;
+  float between(float low, float high);
+  Quat rotation();
+};
 
 Vec3 random_vector(Random& random, float limit);
 Pose random_pose(Random& random);  // somewhere in the pit

@@ -37,9 +37,9 @@ struct StepStats {
   std::int64_t awake_bodies = 0;
   std::int64_t restored_bodies = 0;  ///< bodies whose state became non-finite in this step: they were put
                                      ///< back to where the step found them, at rest
-  std::int64_t islands = 0;     ///< islands examined for sleep in this step; 0 where nobody was tired
-  int colors = 0;               ///< independent batches, those against fixed bodies included
-  int stages = 0;               ///< parallel stages of the whole step
+  std::int64_t islands = 0;          ///< islands examined for sleep in this step; 0 where nobody was tired
+  int colors = 0;                    ///< independent batches, those against fixed bodies included
+  int stages = 0;                    ///< parallel stages of the whole step
   double lane_fill = 1.0;       ///< used lanes over all lanes of the constraint blocks; depends on the width
   double kinetic_energy = 0.0;  ///< J, at the end of the step
   double residual = 0.0;        ///< m/s, only with WorldSettings::measure_residual: the largest velocity
