@@ -112,7 +112,7 @@ std::int32_t key_of(const Grid& grid, const std::int32_t* first_key, const World
   if (edge.kind == EdgeKind::dynamic) {
     const Cell other = cell_of(edge.body_a);
     const std::int32_t difference = (cell[0] ^ other[0]) | (cell[1] ^ other[1]) | (cell[2] ^ other[2]);
-    level = std::bit_width(static_cast<std::uint32_t>(difference));
+    level = static_cast<int>(std::bit_width(static_cast<std::uint32_t>(difference)));
   }
   const Cell n = grid.dimensions_at(level);
   return first_key[level] + ((cell[2] >> level) * n[1] + (cell[1] >> level)) * n[0] + (cell[0] >> level);
