@@ -1,0 +1,75 @@
+// Convex hulls: built once from points, shared by any number of shapes and worlds.
+#pragma once
+
+#include <scree/export.h>
+#include <scree/math_types.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace scree {
+
+struct HullSolid;  // what is inside a Hull
+
+/// How a hull is built.
+struct HullOptions {
+  int max_vertices = 256;  ///< in [4, 256]; a hull with more is simplified, and its report says so
+};
+
+/// What building a hull did to the points that were given.
+struct HullReport {
+  std::size_t given_points = 0;   ///< as handed in
+  std::size_t merged_points = 0;  ///< dropped: equal to another one, or closer than the hull's resolution
+  std::size_t inner_points = 0;   ///< dropped: within the hull or in the middle of a face
+  std::size_t cut_vertices = 0;   ///< vertices of the exact hull that simplification left out
+  float deviation = 0.0f;         ///< m: how far a given point lies outside the hull at most
+
+  bool simplified() const { return cut_vertices > 0; }
+};
+
+/// A convex polyhedron. Copies share one geometry; it never changes, so that any thread may read it. Equal
+/// points in any order give a hull of the same bits.
+class SCREE_API Hull {
+ public:
+  /// No hull: shapes can not be made of it.
+  Hull() noexcept;
+  /// The convex hull of points, with coplanar triangles merged to faces. Throws Error on fewer than 4 points,
+  /// on coordinates that are not finite or beyond 1e5 m, and on points that lie within a plane or a line or
+  /// whose hull is thinner than 1e-4 m.
+  explicit Hull(std::span<const Vec3> points, const HullOptions& options = {});
+  Hull(const Hull&) noexcept;
+  Hull(Hull&&) noexcept;
+  Hull& operator=(const Hull&) noexcept;
+  Hull& operator=(Hull&&) noexcept;
+  ~Hull();
+
+  bool is_empty() const noexcept;  ///< no hull
+  /// Corners in the frame of the points, in canonical order.
+  std::span<const Vec3> vertices() const noexcept;
+  std::size_t edge_count() const noexcept;
+  std::size_t face_count() const noexcept;
+  /// Indices of a face's corners, counterclockwise seen from outside. Throws on an index out of range.
+  std::span<const std::uint8_t> face(std::size_t index) const;
+  float volume() const noexcept;   ///< m^3
+  Vec3 centroid() const noexcept;  ///< center of the volume, in the frame of the points
+  const HullReport& report() const noexcept;
+
+  /// Whether both have the same geometry, whoever made them.
+  friend SCREE_API bool operator==(const Hull& a, const Hull& b) noexcept;
+
+ private:
+  friend struct HullAccess;
+  std::shared_ptr<const HullSolid> solid_;
+};
+
+/// A hull as a shape, stretched along the hull's own axes about the origin of its points.
+struct ConvexHull {
+  Hull hull;
+  Vec3 scale{1.0f, 1.0f, 1.0f};  ///< each above zero; the scaled hull keeps the limits of Hull
+
+  friend bool operator==(const ConvexHull&, const ConvexHull&) = default;
+};
+
+}  // namespace scree
