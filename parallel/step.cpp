@@ -71,7 +71,7 @@ void step(WorldData& data, float dt, Crew& crew) {
   clear_figures(data.stats);
   PhaseClock clock(data.stats);
   wake_neighbors(data);
-  refresh_lists(data);
+  refresh_lists(data, crew);
   clock.run(Phase::find_pairs, [&] { find_pairs(data, crew); });      // bounds    -> candidate pairs
   clock.run(Phase::collide, [&] { collide(data, crew); });            // pairs     -> manifolds
   clock.run(Phase::find_islands, [&] { find_islands(data, crew); });  // contacts  -> islands, who is awake
