@@ -167,7 +167,8 @@ struct WorldData {
   Bodies bodies;
   Shapes shapes;
   Contacts contacts;
-  StepStats stats;  // derived; every phase
+  StepStats stats;      // derived; every phase
+  bool listed = false;  // scratch; step of many worlds, while it looks for one that is named twice
 
   std::unique_ptr<Part> broad_phase;   // parallel/find_pairs
   std::unique_ptr<Part> narrow_phase;  // parallel/collide

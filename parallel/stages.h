@@ -7,7 +7,8 @@
 
 namespace scree {
 
-void refresh_lists(WorldData& data);  // flags -> lists of awake and kinematic bodies, moving shapes
+void refresh_lists(WorldData& data,
+                   Crew& crew);  // flags -> lists of awake and kinematic bodies, moving shapes
 void update_bounds(WorldData& data, float dt, Crew& crew);  // poses -> shape poses, fat bounds
 void find_pairs(WorldData& data, Crew& crew);               // bounds -> candidate pairs
 void collide(WorldData& data, Crew& crew);                  // pairs -> manifolds

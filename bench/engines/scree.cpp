@@ -12,11 +12,10 @@ class ScreeEngine final : public Engine {
       worlds_.emplace_back(scene.settings);
       bodies_.push_back(scenes::populate(worlds_.back(), scene));
     }
+    for (World& world : worlds_) pointers_.push_back(&world);
   }
 
-  void step(float dt) override {
-    for (World& world : worlds_) scree::step(world, dt, workers_);
-  }
+  void step(float dt) override { scree::step(pointers_, dt, workers_); }
 
   void read(std::size_t world, std::vector<BodyState>& states) const override {
     const std::span<const Pose> poses = worlds_[world].poses();
@@ -49,6 +48,7 @@ class ScreeEngine final : public Engine {
  private:
   Workers workers_;
   std::vector<World> worlds_;
+  std::vector<World*> pointers_;  // to them
   std::vector<std::vector<BodyId>> bodies_;
 };
 

@@ -105,7 +105,9 @@ Playback::Playback(const std::vector<scenes::Scene>& scenes, int steps)
 
 void Playback::advance(Workers& workers) {
   if (steps_taken_ == 2 * steps_ / 3) throw_some_up();
-  for (World& world : worlds_) step(world, dt_, workers);
+  std::vector<World*> worlds;
+  for (World& world : worlds_) worlds.push_back(&world);
+  step(worlds, dt_, workers);
   ++steps_taken_;
 }
 

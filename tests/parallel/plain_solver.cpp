@@ -394,7 +394,7 @@ void step_plainly(World& world, float dt, Workers& workers) {
   WorldData& data = internals(world);
   Crew crew(workers);
   wake_neighbors(data);
-  refresh_lists(data);
+  refresh_lists(data, crew);
   find_pairs(data, crew);
   collide(data, crew);
   find_islands(data, crew);

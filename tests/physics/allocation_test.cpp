@@ -98,6 +98,20 @@ TEST_F(Allocation, NeverHappensInAStepOfBodiesOnTheMove) {
   EXPECT_EQ(allocations_of(lab, 100), 0);
 }
 
+TEST_F(Allocation, NeverHappensInAStepOfManyWorlds) {
+  Lab labs[4];
+  World* worlds[4];
+  for (int i = 0; i < 4; ++i) {
+    add_heap(labs[i], 20 + 10 * i, 3);
+    worlds[i] = &labs[i].world;
+  }
+  Workers workers(2);
+  for (int i = 0; i < 400; ++i) step(worlds, kStep, workers);
+  const long before = allocations.load();
+  for (int i = 0; i < 50; ++i) step(worlds, kStep, workers);
+  EXPECT_EQ(allocations.load() - before, 0);
+}
+
 TEST_F(Allocation, NeverHappensInAStepOfSleepers) {
   Lab lab{WorldSettings{}};
   lab.add_ground();

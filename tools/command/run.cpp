@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <span>
 
 namespace scree::command {
 namespace {
@@ -98,19 +99,21 @@ void measure_quality(std::vector<World>& worlds) {
 }
 
 // Steps all worlds once; milliseconds.
-double step_all(std::vector<World>& worlds, float dt, Workers& workers) {
+double step_all(std::span<World* const> worlds, float dt, Workers& workers) {
   const auto start = std::chrono::steady_clock::now();
-  for (World& world : worlds) step(world, dt, workers);
+  step(worlds, dt, workers);
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 // Quality is measured in the last step, which is left out of the times unless it is the only one.
 Timing simulate(std::vector<World>& worlds, const Plan& plan, Workers& workers, Progress& progress) {
   Timing timing;
+  std::vector<World*> pointers;
+  for (World& world : worlds) pointers.push_back(&world);
   for (int i = 0; i < plan.steps; ++i) {
     const bool last = i + 1 == plan.steps;
     if (last) measure_quality(worlds);
-    const double milliseconds = step_all(worlds, plan.dt, workers);
+    const double milliseconds = step_all(pointers, plan.dt, workers);
     progress.show(i + 1);
     for (const World& world : worlds) timing.restored_bodies += world.stats().restored_bodies;
     if (i < plan.warmup || (last && !timing.step_ms.empty())) continue;
