@@ -18,6 +18,7 @@ using simd::CollideItem;
 
 // NarrowPhase::kind: a simd::CollideType, or that the row is left alone, or that its pair cannot collide.
 constexpr std::uint8_t kTypeMask = 15;
+static_assert(simd::kCollideTypes <= 14);
 constexpr std::uint8_t kSkipped = 14;  // nobody is awake: the row keeps its contents
 constexpr std::uint8_t kNever = 15;    // no dynamic body
 constexpr std::uint8_t kWakeful = 16;  // listed where it touches: what sleeps in it must wake
@@ -26,9 +27,10 @@ bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
 
 simd::CollideType collide_type(ShapeType a, ShapeType b) {
   constexpr simd::CollideType kTypes[kShapeTypeCount][kShapeTypeCount] = {
-      {simd::kSphereSphere, simd::kSphereCapsule, simd::kSphereBox},
-      {simd::kSphereCapsule, simd::kCapsuleCapsule, simd::kCapsuleBox},
-      {simd::kSphereBox, simd::kCapsuleBox, simd::kBoxBox}};
+      {simd::kSphereSphere, simd::kSphereCapsule, simd::kSphereBox, simd::kSphereHull},
+      {simd::kSphereCapsule, simd::kCapsuleCapsule, simd::kCapsuleBox, simd::kCapsuleHull},
+      {simd::kSphereBox, simd::kCapsuleBox, simd::kBoxBox, simd::kBoxHull},
+      {simd::kSphereHull, simd::kCapsuleHull, simd::kBoxHull, simd::kHullHull}};
   return kTypes[static_cast<int>(a)][static_cast<int>(b)];
 }
 
@@ -95,6 +97,7 @@ void keep_row(Contacts& contacts, std::size_t row) {
   if (contacts.list_kept) return;
   if (contacts.previous[row] < 0) {
     contacts.now.manifold[row].info = 0;
+    contacts.now.axis[row] = {};
     return;
   }
   const std::size_t from = static_cast<std::size_t>(contacts.previous[row]);
@@ -102,6 +105,7 @@ void keep_row(Contacts& contacts, std::size_t row) {
   contacts.now.features[row] = contacts.before.features[from];
   contacts.now.surface[row] = contacts.before.surface[from];
   contacts.now.anchor[row] = contacts.before.anchor[from];
+  contacts.now.axis[row] = contacts.before.axis[from];
 }
 
 void count_types(WorldData& data, NarrowPhase& phase, Crew& crew) {
@@ -126,6 +130,7 @@ void count_types(WorldData& data, NarrowPhase& phase, Crew& crew) {
         keep_row(data.contacts, row);
       } else {
         data.contacts.now.manifold[row].info = 0;
+        data.contacts.now.axis[row] = {};
       }
       if (type >= simd::kCollideTypes) {
         phase.points[row] =
@@ -160,6 +165,10 @@ void sort_by_type(const WorldData& data, NarrowPhase& phase, Crew& crew) {
   });
 }
 
+bool is_recycled(std::size_t type) {
+  return type == simd::kBoxBox || type == simd::kBoxHull || type == simd::kHullHull;
+}
+
 void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const ContactRows& previous = contacts.list_kept ? contacts.now : contacts.before;
@@ -167,6 +176,8 @@ void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
       .shape_pose = data.shapes.pose.data(),
       .shape_extent = data.shapes.extent.data(),
       .shape_material = data.shapes.material.data(),
+      .shape_hull = data.shapes.hull.data(),
+      .hulls = data.hulls.data.data(),
       .body_pose = data.bodies.pose.data(),
       .body_velocity = data.bodies.velocity.data(),
       .dt = data.last_dt,
@@ -174,10 +185,12 @@ void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
       .previous_features = previous.features.data(),
       .previous_surface = previous.surface.data(),
       .previous_anchor = previous.anchor.data(),
+      .previous_axis = previous.axis.data(),
       .manifold = contacts.now.manifold.data(),
       .features = contacts.now.features.data(),
       .surface = contacts.now.surface.data(),
       .anchor = contacts.now.anchor.data(),
+      .axis = contacts.now.axis.data(),
       .points = phase.points.data(),
   };
   std::array<int, simd::kCollideTypes + 1> chunk_begin{};
@@ -192,7 +205,7 @@ void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
     const int begin = phase.type_begin[type] + (chunk - chunk_begin[type]) * simd::kCollideChunk;
     const int count = std::min(phase.type_begin[type + 1] - begin, simd::kCollideChunk);
     const CollideItem* items = phase.items.data() + begin;
-    if (type != simd::kBoxBox || contacts.manifolds_stale) {
+    if (!is_recycled(type) || contacts.manifolds_stale) {
       kernels.collide[type](columns, items, count);
       return;
     }

@@ -3,6 +3,7 @@
 // Filled by simd/kernels/collide*.cpp, called by parallel/collide. A lane is one pair of shapes.
 #pragma once
 
+#include <core/plain/hull.h>
 #include <core/plain/manifold.h>
 #include <core/plain/rows.h>
 
@@ -19,6 +20,10 @@ enum CollideType : int {
   kCapsuleCapsule,
   kCapsuleBox,
   kBoxBox,
+  kSphereHull,
+  kCapsuleHull,
+  kBoxHull,
+  kHullHull,
   kCollideTypes,
 };
 
@@ -48,6 +53,8 @@ struct CollideColumns {
   const PoseRow* shape_pose;
   const ExtentRow* shape_extent;
   const MaterialRow* shape_material;
+  const std::int32_t* shape_hull = nullptr;  // slot in `hulls`, -1: no hull
+  const HullData* const* hulls = nullptr;
   const PoseRow* body_pose;
   const VelocityRow* body_velocity;
   float dt;  // s; how far ahead points are made for fast bodies
@@ -57,11 +64,13 @@ struct CollideColumns {
   const ManifoldFeatures* previous_features;
   const ContactSurface* previous_surface;
   const ContactAnchor* previous_anchor;
+  const ContactAxis* previous_axis = nullptr;
   Manifold* manifold;
   ManifoldFeatures* features;
-  ContactSurface* surface;  // written where the contact is rich
-  ContactAnchor* anchor;    // written where two boxes touch
-  std::uint8_t* points;     // number of points of the row
+  ContactSurface* surface;      // written where the contact is rich
+  ContactAnchor* anchor;        // written where boxes or hulls touch
+  ContactAxis* axis = nullptr;  // written for hulls against hulls and boxes
+  std::uint8_t* points;         // number of points of the row
 };
 
 struct CollideKernels {
@@ -69,8 +78,8 @@ struct CollideKernels {
   // Manifold::info of the row are sure to be written.
   using Collide = void (*)(const CollideColumns& columns, const CollideItem* items, int count);
   Collide collide[kCollideTypes];
-  // Recycles what it can of up to kCollideChunk pairs of boxes and copies the other items to `left`; returns
-  // how many those are.
+  // Recycles what it can of up to kCollideChunk pairs of boxes and hulls and copies the other items to
+  // `left`; returns how many those are.
   int (*recycle)(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 };
 
