@@ -322,7 +322,9 @@ void restitution_chunk(const ContactArgs& args, const ContactChunk& chunk) {
       M rebounds[kPoints];
       for (int k = 0; k < kPoints; ++k) {
         impulse[k] = load(block.impulse[k]);
-        rebounds[k] = (load(block.approach_speed[k]) < threshold) & (load(block.pressed[k]) > zero);
+        // The last relax sweep may have been the first to press: it brakes what would meet in the next substep.
+        const F pressed = max(load(block.pressed[k]), impulse[k]);
+        rebounds[k] = (load(block.approach_speed[k]) < threshold) & (pressed > zero);
       }
       const F restitution = load(block.restitution);
       for (int sweep = 0; sweep < (kPoints == 1 ? 1 : kRestitutionSweeps); ++sweep) {

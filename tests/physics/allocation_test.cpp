@@ -73,7 +73,7 @@ TEST_F(Allocation, NeverHappensInAStepOfARestingHeap) {
     Lab lab;
     lab.workers = Workers(threads);
     add_heap(lab, 150, 6, {.friction = 0.7f, .restitution = 0.1f, .rolling_resistance = 0.01f});
-    lab.run(300);
+    lab.run(500);
     EXPECT_EQ(allocations_of(lab, 100), 0) << threads << " threads";
   }
 }
