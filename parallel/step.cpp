@@ -25,7 +25,7 @@ class PhaseClock {
   void run(Phase phase, Work&& work) {
     work();
     const Clock::time_point now = Clock::now();
-    stats_.phase_ms[static_cast<int>(phase)] = milliseconds(now - last_);
+    stats_.phase_ms[static_cast<int>(phase)] += milliseconds(now - last_);
     last_ = now;
   }
   void finish() { stats_.step_ms = milliseconds(last_ - begin_); }
@@ -41,6 +41,13 @@ void clear_figures(StepStats& stats) {
   stats.restored_bodies = 0;  // a step of no length restores nobody
 }
 
+void clear_events(Events& events) {
+  events.begins.clear();
+  events.persists.clear();
+  events.ends.clear();
+  events.restored.clear();
+}
+
 }  // namespace
 
 void step(World& world, float dt, Workers& workers) {
@@ -50,18 +57,23 @@ void step(World& world, float dt, Workers& workers) {
   WorldData& data = internals(world, "step");
   Crew crew(workers);
   clear_figures(data.stats);
+  clear_events(data.events);
   PhaseClock clock(data.stats);
   wake_neighbors(data);
   refresh_lists(data);
   clock.run(Phase::find_pairs, [&] { find_pairs(data, crew); });      // bounds    -> candidate pairs
   clock.run(Phase::collide, [&] { collide(data, crew); });            // pairs     -> manifolds
   clock.run(Phase::find_islands, [&] { find_islands(data, crew); });  // contacts  -> islands, who is awake
+  clock.run(Phase::list_events, [&] { note_approach(data, crew); });  // velocities -> speeds of impacts
   if (dt > 0.0f) {
     clock.run(Phase::color_constraints, [&] { color_constraints(data, crew); });  // contacts  -> batches
     clock.run(Phase::pack_blocks, [&] { pack_blocks(data, crew); });              // manifolds -> wide blocks
     clock.run(Phase::solve, [&] { solve(data, dt, crew); });                      // blocks    -> velocities
     clock.run(Phase::store_impulses, [&] { store_impulses(data, dt, crew); });    // blocks    -> manifolds
-    clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });  // motion    -> poses, bounds
+  }
+  clock.run(Phase::list_events, [&] { list_events(data, dt, crew); });  // manifolds -> begins, ends
+  if (dt > 0.0f) {
+    clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });  // motion -> poses, bounds
     data.last_dt = dt;
     data.last_substep = substep_of(data, dt);
   }
