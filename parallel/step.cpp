@@ -25,7 +25,7 @@ class PhaseClock {
   void run(Phase phase, Work&& work) {
     work();
     const Clock::time_point now = Clock::now();
-    stats_.phase_ms[static_cast<int>(phase)] = milliseconds(now - last_);
+    stats_.phase_ms[static_cast<int>(phase)] += milliseconds(now - last_);
     last_ = now;
   }
   void finish() { stats_.step_ms = milliseconds(last_ - begin_); }
@@ -39,6 +39,13 @@ class PhaseClock {
 void clear_figures(StepStats& stats) {
   for (double& time : stats.phase_ms) time = 0.0;
   stats.restored_bodies = 0;  // a step of no length restores nobody
+}
+
+void clear_events(Events& events) {
+  events.begins.clear();
+  events.persists.clear();
+  events.ends.clear();
+  events.restored.clear();
 }
 
 void check_time_step(float dt) {
@@ -69,18 +76,23 @@ void check_worlds(std::span<World* const> worlds) {
 
 void step(WorldData& data, float dt, Crew& crew) {
   clear_figures(data.stats);
+  clear_events(data.events);
   PhaseClock clock(data.stats);
   wake_neighbors(data);
   refresh_lists(data, crew);
   clock.run(Phase::find_pairs, [&] { find_pairs(data, crew); });      // bounds    -> candidate pairs
   clock.run(Phase::collide, [&] { collide(data, crew); });            // pairs     -> manifolds
   clock.run(Phase::find_islands, [&] { find_islands(data, crew); });  // contacts  -> islands, who is awake
+  clock.run(Phase::list_events, [&] { note_approach(data, crew); });  // velocities -> speeds of impacts
   if (dt > 0.0f) {
     clock.run(Phase::color_constraints, [&] { color_constraints(data, crew); });  // contacts  -> batches
     clock.run(Phase::pack_blocks, [&] { pack_blocks(data, crew); });              // manifolds -> wide blocks
     clock.run(Phase::solve, [&] { solve(data, dt, crew); });                      // blocks    -> velocities
     clock.run(Phase::store_impulses, [&] { store_impulses(data, dt, crew); });    // blocks    -> manifolds
-    clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });  // motion    -> poses, bounds
+  }
+  clock.run(Phase::list_events, [&] { list_events(data, dt, crew); });  // manifolds -> begins, ends
+  if (dt > 0.0f) {
+    clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });  // motion -> poses, bounds
     data.last_dt = dt;
     data.last_substep = substep_of(data, dt);
   }

@@ -104,6 +104,7 @@ ShapeOptions random_options(Random& random) {
   }
   options.filter = random_filter(random);
   options.user_data = random.next();
+  options.contact_events = static_cast<ContactEvents>(random.below(4));
   return options;
 }
 
@@ -173,6 +174,7 @@ WorldSettings random_settings(Random& random) {
   settings.warm_start = !once_in(random, 4);
   settings.sleeping = !once_in(random, 3);
   if (once_in(random, 2)) settings.sleep_time = random.between(0.0f, 0.3f);
+  if (once_in(random, 2)) settings.contact_events = static_cast<ContactEvents>(random.below(4));
   settings.measure_residual = once_in(random, 2);
   settings.measure_penetration = once_in(random, 2);
   return settings;
@@ -294,6 +296,7 @@ void print(std::ostream& out, const WorldSettings& value) {
   field(out, "warm_start", value.warm_start);
   field(out, "sleeping", value.sleeping);
   field(out, "sleep_time", value.sleep_time);
+  field(out, "contact_events", static_cast<int>(value.contact_events));
   field(out, "measure_residual", value.measure_residual);
   field(out, "measure_penetration", value.measure_penetration);
   out << "}";
