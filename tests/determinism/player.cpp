@@ -333,7 +333,7 @@ void Player::make_wrong_call(const Call& call) {
   const BodyId body = slot != nullptr ? slot->body : BodyId{};
   const ShapeId shape = slot != nullptr && !slot->shapes.empty() ? slot->shapes.front() : ShapeId{};
   const std::uint64_t before = world_.hash();
-  const std::uint32_t which = Random(call.seed).below(12);
+  const std::uint32_t which = Random(call.seed).below(13);
   tell("wrong_call", which, body);
   bool thrown = false;
   try {
@@ -378,6 +378,12 @@ void Player::make_wrong_call(const Call& call) {
       case 10:
         world_.add_impulse(body, {kNan, 0.0f, 0.0f});
         break;
+      case 11: {
+        Random random(call.seed);
+        const Geometry geometries[2] = {random_geometry(random), ConvexHull{}};
+        world_.create_bodies(std::vector<BodyDef>(2), geometries, {}, {}, ids);
+        break;
+      }
       default:
         world_.set_material(shape, {.friction = -1.0f});
         break;
