@@ -100,12 +100,16 @@ Playback::Playback(const std::vector<scenes::Scene>& scenes, int steps)
   for (const scenes::Scene& scene : scenes) {
     worlds_.emplace_back(scene.settings);
     bodies_.push_back(scenes::populate(worlds_.back(), scene));
+    drives_.push_back(scene.drives);
   }
 }
 
 void Playback::advance(Workers& workers) {
   if (steps_taken_ == 2 * steps_ / 3) throw_some_up();
-  for (World& world : worlds_) step(world, dt_, workers);
+  for (std::size_t i = 0; i < worlds_.size(); ++i) {
+    scenes::drive(worlds_[i], drives_[i], bodies_[i], steps_taken_, dt_);
+    step(worlds_[i], dt_, workers);
+  }
   ++steps_taken_;
 }
 
