@@ -19,6 +19,7 @@ namespace scree::bench {
 struct EngineOptions {
   int threads = 1;           ///< that work on a step, the calling one included
   Isa isa = Isa::automatic;  ///< Scree only
+  bool continuous = false;   ///< continuous collision on
 };
 
 /// One or more worlds in one engine.
@@ -28,6 +29,8 @@ class Engine {
 
   /// Advances every world by `dt`: what the clock measures.
   virtual void step(float dt) = 0;
+  /// Before a step of `dt`: has that step move a kinematic body to `target`, so that others feel its motion.
+  virtual void move_kinematic(std::size_t world, std::uint32_t body, const Pose& target, float dt) = 0;
   /// The bodies of one world in the scene's order.
   virtual void read(std::size_t world, std::vector<BodyState>& states) const = 0;
   /// Contacts as the engine itself counts them, or -1. Definitions differ: comparisons take the evaluator's.
@@ -41,9 +44,10 @@ class Engine {
 };
 
 struct EngineInfo {
-  std::string name;      ///< as given to --engines
-  std::string title;     ///< with its version
-  std::string settings;  ///< solver settings and what differs from the engine's defaults
+  std::string name;        ///< as given to --engines
+  std::string title;       ///< with its version
+  std::string settings;    ///< solver settings and what differs from the engine's defaults
+  std::string continuous;  ///< what continuous collision is with this engine; empty if it has none
   bool multithreaded = true;
   std::unique_ptr<Engine> (*create)(std::span<const scenes::Scene> scenes, const EngineOptions& options);
 };

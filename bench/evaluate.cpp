@@ -1,10 +1,14 @@
 // The judge: a grid finds pairs, geometry.h measures them, sums make the figures.
 #include "bench/evaluate.h"
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <tuple>
 #include <utility>
 
 namespace scree::bench {
@@ -23,23 +27,28 @@ constexpr double kTopTolerance = 1e-3;        // m, bodies this close to the hig
 constexpr double kLargeShape = 4.0;           // times the median size: larger shapes are tested against all
 constexpr std::int64_t kCellLimit = 1 << 20;  // cells per axis and side that fit the packed key
 
-struct VolumeAndInertia {
+struct Solid {
   double volume;
-  Vector3d inertia;  // about the center for unit density, shape axes
+  Vector3d centroid;  // in the shape's frame
+  Matrix3d inertia;   // about the centroid for unit density, the shape's axes
 };
 
-VolumeAndInertia solid(const Geometry& geometry) {
+Solid solid(const Geometry& geometry, const Polytope* polytope) {
   constexpr double kPi = std::numbers::pi;
+  const auto central = [](double volume, const Vector3d& inertia) -> Solid {
+    return {volume, Vector3d::Zero(), inertia.asDiagonal()};
+  };
+  if (polytope != nullptr) return {polytope->volume, polytope->centroid, polytope->inertia};
   if (const auto* box = std::get_if<Box>(&geometry)) {
     const Vector3d h = to_double(box->half_extents);
     const double volume = 8.0 * h.prod();
     const Vector3d squares = h.cwiseProduct(h);
-    return {volume, volume / 3.0 * (Vector3d::Constant(squares.sum()) - squares)};
+    return central(volume, volume / 3.0 * (Vector3d::Constant(squares.sum()) - squares));
   }
   if (const auto* sphere = std::get_if<Sphere>(&geometry)) {
     const double r = double{sphere->radius};
     const double volume = 4.0 / 3.0 * kPi * r * r * r;
-    return {volume, Vector3d::Constant(0.4 * volume * r * r)};
+    return central(volume, Vector3d::Constant(0.4 * volume * r * r));
   }
   const auto& capsule = std::get<Capsule>(geometry);
   const double r = double{capsule.radius};
@@ -51,7 +60,7 @@ VolumeAndInertia solid(const Geometry& geometry) {
   const double across = cylinder * (r * r / 4.0 + h * h / 3.0) +
                         ball * (83.0 / 320.0 * r * r + half_ball_offset * half_ball_offset);
   const double along = cylinder * r * r / 2.0 + ball * 0.4 * r * r;
-  return {cylinder + ball, {across, along, across}};
+  return central(cylinder + ball, {across, along, across});
 }
 
 bool is_finite(const BodyState& state) {
@@ -139,40 +148,87 @@ void for_each_close_pair(const std::vector<WorldShape>& shapes, const Visit& vis
   }
 }
 
-std::span<const SceneShape> shapes_of(const Scene& scene, const SceneBody& body) {
-  return std::span(scene.shapes).subspan(body.first_shape, body.shape_count);
-}
-
 }  // namespace
 
-BodyMass body_mass(const Scene& scene, const SceneBody& body) {
+std::vector<std::shared_ptr<const Polytope>> make_polytopes(const Scene& scene) {
+  std::vector<std::shared_ptr<const Polytope>> polytopes(scene.shapes.size());
+  std::map<std::tuple<const Vec3*, float, float, float>, std::shared_ptr<const Polytope>> known;
+  for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
+    const auto* hull = std::get_if<ConvexHull>(&scene.shapes[i].geometry);
+    if (hull == nullptr) continue;
+    auto& polytope = known[{hull->hull.vertices().data(), hull->scale.x, hull->scale.y, hull->scale.z}];
+    if (!polytope) polytope = make_polytope(*hull);
+    polytopes[i] = polytope;
+  }
+  return polytopes;
+}
+
+BodyMass body_mass(const Scene& scene, const SceneBody& body,
+                   std::span<const std::shared_ptr<const Polytope>> polytopes) {
   BodyMass result;
   if (body.shape_count == 0) {
     result.mass = body.def.mass ? double{*body.def.mass} : 1.0;
     result.inertia = Matrix3d::Identity() * result.mass;
     return result;
   }
-  const auto shapes = shapes_of(scene, body);
-  for (const SceneShape& shape : shapes) {
-    const double mass = solid(shape.geometry).volume * double{shape.material.density};
+  struct Part {
+    Solid solid;
+    Vector3d centroid;  // in the body's frame
+    Matrix3d rotation;
+    double density;
+  };
+  std::vector<Part> parts;
+  for (std::uint32_t s = body.first_shape; s < body.first_shape + body.shape_count; ++s) {
+    const SceneShape& shape = scene.shapes[s];
+    const Matrix3d rotation = to_double(shape.options.local_pose.rotation).toRotationMatrix();
+    const Solid unit = solid(shape.geometry, polytopes[s].get());
+    const Vector3d centroid = to_double(shape.options.local_pose.position) + rotation * unit.centroid;
+    const double mass = unit.volume * double{shape.material.density};
     result.mass += mass;
-    result.center += mass * to_double(shape.options.local_pose.position);
+    result.center += mass * centroid;
+    parts.push_back({unit, centroid, rotation, double{shape.material.density}});
   }
   result.center /= result.mass;
-  for (const SceneShape& shape : shapes) {
-    const VolumeAndInertia unit = solid(shape.geometry);
-    const double density = double{shape.material.density};
-    const Matrix3d rotation = to_double(shape.options.local_pose.rotation).toRotationMatrix();
-    const Vector3d offset = to_double(shape.options.local_pose.position) - result.center;
-    result.inertia += density * (rotation * unit.inertia.asDiagonal() * rotation.transpose());
-    result.inertia +=
-        density * unit.volume * (offset.squaredNorm() * Matrix3d::Identity() - offset * offset.transpose());
+  for (const Part& part : parts) {
+    const Vector3d offset = part.centroid - result.center;
+    result.inertia += part.density * (part.rotation * part.solid.inertia * part.rotation.transpose());
+    result.inertia += part.density * part.solid.volume *
+                      (offset.squaredNorm() * Matrix3d::Identity() - offset * offset.transpose());
   }
   if (body.def.mass) {
     result.inertia *= double{*body.def.mass} / result.mass;
     result.mass = double{*body.def.mass};
   }
   return result;
+}
+
+BodyMass body_mass(const Scene& scene, const SceneBody& body) {
+  return body_mass(scene, body, make_polytopes(scene));
+}
+
+PrincipalFrame principal_frame(const BodyMass& mass) {
+  constexpr double kNegligible = 1e-6;
+  PrincipalFrame frame;
+  frame.center = mass.center;
+  frame.inertia = mass.inertia.diagonal();
+  if (mass.mass > 0.0 && mass.center.norm() < kNegligible * std::sqrt(mass.inertia.trace() / mass.mass)) {
+    frame.center.setZero();
+  }
+  const Matrix3d rest = mass.inertia - Matrix3d(frame.inertia.asDiagonal());
+  if (rest.norm() < kNegligible * mass.inertia.norm()) return frame;
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(mass.inertia);
+  Matrix3d axes = solver.eigenvectors();
+  if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
+  frame.rotation = Eigen::Quaterniond(axes).normalized();
+  frame.inertia = solver.eigenvalues();
+  return frame;
+}
+
+double inner_radius(const Geometry& geometry, const Polytope* polytope) {
+  if (polytope != nullptr) return polytope->inner_radius;
+  if (const auto* box = std::get_if<Box>(&geometry)) return to_double(box->half_extents).minCoeff();
+  if (const auto* capsule = std::get_if<Capsule>(&geometry)) return double{capsule->radius};
+  return double{std::get<Sphere>(geometry).radius};
 }
 
 void PenetrationStatistics::add(double penetration) {
@@ -197,17 +253,18 @@ double PenetrationStatistics::quantile(double quantile) const {
   return max_;
 }
 
-Evaluator::Evaluator(const Scene& scene) : scene_(scene) {
+Evaluator::Evaluator(const Scene& scene) : scene_(scene), polytopes_(make_polytopes(scene)) {
   double top = -std::numeric_limits<double>::infinity();
   lower_ = Vector3d::Constant(std::numeric_limits<double>::infinity());
   upper_ = -lower_;
   for (const SceneBody& body : scene.bodies) {
     const bool is_dynamic = body.def.type == BodyType::dynamic;
-    masses_.push_back(is_dynamic ? body_mass(scene, body) : BodyMass{});
+    masses_.push_back(is_dynamic ? body_mass(scene, body, polytopes_) : BodyMass{});
     if (is_dynamic) top = std::max(top, double{body.def.position.y});
     const Pose pose{body.def.position, body.def.rotation};
-    for (const SceneShape& shape : shapes_of(scene, body)) {
-      const PlacedShape placed = place(shape.geometry, shape.options.local_pose, pose);
+    for (std::uint32_t s = body.first_shape; s < body.first_shape + body.shape_count; ++s) {
+      const SceneShape& shape = scene.shapes[s];
+      const PlacedShape placed = place(shape.geometry, shape.options.local_pose, pose, polytopes_[s]);
       lower_ = lower_.cwiseMin(placed.lower);
       upper_ = upper_.cwiseMax(placed.upper);
     }
@@ -254,7 +311,7 @@ void Evaluator::add_touching_pairs(std::span<const BodyState> states,
     const SceneBody& body = scene_.bodies[i];
     for (std::uint32_t s = body.first_shape; s < body.first_shape + body.shape_count; ++s) {
       const SceneShape& shape = scene_.shapes[s];
-      shapes.push_back({place(shape.geometry, shape.options.local_pose, states[i].pose),
+      shapes.push_back({place(shape.geometry, shape.options.local_pose, states[i].pose, polytopes_[s]),
                         static_cast<std::uint32_t>(i), s});
     }
   }
@@ -265,7 +322,7 @@ void Evaluator::add_touching_pairs(std::span<const BodyState> states,
     const Filter& filter_a = scene_.shapes[a.shape].options.filter;
     const Filter& filter_b = scene_.shapes[b.shape].options.filter;
     if (!filters_accept(filter_a, filter_b)) return;
-    const double gap = signed_gap(a.placed, b.placed);
+    const double gap = signed_gap(a.placed, b.placed, kTouchGap);
     if (gap < kTouchGap) statistics.add(std::max(-gap, 0.0));
   });
 }

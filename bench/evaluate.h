@@ -8,6 +8,7 @@
 #include "tools/scenes/scene.h"
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -20,13 +21,31 @@ struct BodyState {
   Vec3 angular_velocity;  ///< rad/s, world axes
 };
 
+/// The polytopes of a scene's hulls, one where shapes share a hull and its scale; an entry per shape, empty
+/// for other shapes.
+std::vector<std::shared_ptr<const Polytope>> make_polytopes(const scenes::Scene& scene);
+
 /// Mass, center of mass and inertia about it (body axes) as the scene's shapes and definitions give them.
 struct BodyMass {
   double mass = 0.0;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
 };
+BodyMass body_mass(const scenes::Scene& scene, const scenes::SceneBody& body,
+                   std::span<const std::shared_ptr<const Polytope>> polytopes);
 BodyMass body_mass(const scenes::Scene& scene, const scenes::SceneBody& body);
+
+/// A frame in the body's own: at the center of mass, along axes about which the inertia is diagonal.
+struct PrincipalFrame {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d inertia = Eigen::Vector3d::Zero();
+};
+/// The body's own frame where that is one already, within a millionth.
+PrincipalFrame principal_frame(const BodyMass& mass);
+
+/// The radius of the largest ball about its center that the shape holds.
+double inner_radius(const Geometry& geometry, const Polytope* polytope);
 
 /// A pair of shapes touches when its gap is below this, in meters: resting contacts of a soft solver breathe
 /// by some micrometers around zero and shall not drop in and out of the mean. A gap counts as penetration 0.
@@ -70,6 +89,7 @@ class Evaluator {
 
  private:
   const scenes::Scene& scene_;
+  std::vector<std::shared_ptr<const Polytope>> polytopes_;  // of the scene's shapes; none but for hulls
   std::vector<BodyMass> masses_;
   std::vector<std::uint32_t> top_bodies_;
   Eigen::Vector3d lower_, upper_;  // bounds of the scene at its start

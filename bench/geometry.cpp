@@ -1,4 +1,4 @@
-// Geometry of the judge: separating axes for boxes, closest points for balls and capsules.
+// Geometry of the judge: separating axes for boxes and hulls, closest points for balls and capsules.
 #include "bench/geometry.h"
 
 #include <algorithm>
@@ -40,26 +40,6 @@ double box_box_gap(const PlacedShape& a, const PlacedShape& b) {
     }
   }
   return best;
-}
-
-// Closest points of two segments p + s d, s in [-1, 1] (Ericson, Real-Time Collision Detection, 5.1.9, here
-// with segments given by center and half vector).
-double segment_segment_distance(const PlacedShape& a, const PlacedShape& b) {
-  const Vector3d& u = a.half_segment;
-  const Vector3d& v = b.half_segment;
-  const Vector3d offset = b.center - a.center;
-  const double uu = u.squaredNorm();
-  const double vv = v.squaredNorm();
-  const double uv = u.dot(v);
-  const double uo = u.dot(offset);
-  const double vo = v.dot(offset);
-  const auto on_segment = [](double value) { return std::clamp(value, -1.0, 1.0); };
-  const double determinant = uu * vv - uv * uv;
-  double s = determinant > kParallel * uu * vv ? on_segment((uo * vv - uv * vo) / determinant) : 0.0;
-  const double t = vv > 0.0 ? on_segment((s * uv - vo) / vv) : 0.0;
-  s = uu > 0.0 ? on_segment((uo + t * uv) / uu) : 0.0;
-  const double t_again = vv > 0.0 ? on_segment((s * uv - vo) / vv) : 0.0;
-  return (offset + t_again * v - s * u).norm();
 }
 
 // Distance of a segment that misses the box: the squared distance along the segment is convex and piecewise
@@ -118,6 +98,31 @@ double box_round_gap(const PlacedShape& box, const PlacedShape& round) {
   return box_segment_distance(box.half_extents, center, half_segment) - round.radius;
 }
 
+// The pose of b's frame in a's.
+Eigen::Isometry3d relative_pose(const PlacedShape& a, const PlacedShape& b) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = a.axes.transpose() * b.axes;
+  pose.translation() = a.axes.transpose() * (b.center - a.center);
+  return pose;
+}
+
+double hull_gap(const PlacedShape& hull, const PlacedShape& other, double enough) {
+  const Eigen::Isometry3d pose = relative_pose(hull, other);
+  if (other.polytope) return polytope_gap(*hull.polytope, *other.polytope, pose, enough);
+  if (other.is_box) return polytope_gap(*hull.polytope, make_box_polytope(other.half_extents), pose, enough);
+  const Vector3d half_segment = hull.axes.transpose() * other.half_segment;
+  const double apart =
+      pose.translation().norm() - half_segment.norm() - other.radius - hull.polytope->outer_radius;
+  if (apart > enough) return apart;
+  return segment_gap(*hull.polytope, pose.translation(), half_segment) - other.radius;
+}
+
+// Half of the size of the shape's bounds.
+Vector3d reach_of(const PlacedShape& shape) {
+  if (shape.is_box) return shape.axes.cwiseAbs() * shape.half_extents;
+  return shape.half_segment.cwiseAbs().array() + shape.radius;
+}
+
 }  // namespace
 
 Eigen::Vector3d to_double(Vec3 vector) { return {double{vector.x}, double{vector.y}, double{vector.z}}; }
@@ -127,11 +132,23 @@ Eigen::Quaterniond to_double(Quat rotation) {
       .normalized();
 }
 
-PlacedShape place(const Geometry& geometry, const Pose& local_pose, const Pose& body_pose) {
+PlacedShape place(const Geometry& geometry, const Pose& local_pose, const Pose& body_pose,
+                  std::shared_ptr<const Polytope> polytope) {
   PlacedShape shape;
   const Eigen::Quaterniond body_rotation = to_double(body_pose.rotation);
   shape.center = to_double(body_pose.position) + body_rotation * to_double(local_pose.position);
   shape.axes = (body_rotation * to_double(local_pose.rotation)).toRotationMatrix();
+  if (const auto* hull = std::get_if<ConvexHull>(&geometry)) {
+    shape.polytope = polytope ? std::move(polytope) : make_polytope(*hull);
+    shape.center += shape.axes * shape.polytope->centroid;
+    shape.lower = shape.upper = shape.center + shape.axes * shape.polytope->vertices.front();
+    for (const Vector3d& vertex : shape.polytope->vertices) {
+      const Vector3d corner = shape.center + shape.axes * vertex;
+      shape.lower = shape.lower.cwiseMin(corner);
+      shape.upper = shape.upper.cwiseMax(corner);
+    }
+    return shape;
+  }
   if (const auto* box = std::get_if<Box>(&geometry)) {
     shape.is_box = true;
     shape.half_extents = to_double(box->half_extents);
@@ -141,18 +158,19 @@ PlacedShape place(const Geometry& geometry, const Pose& local_pose, const Pose& 
   } else {
     shape.radius = double{std::get<Sphere>(geometry).radius};
   }
-  const Vector3d reach = shape.is_box ? Vector3d(shape.axes.cwiseAbs() * shape.half_extents)
-                                      : Vector3d(shape.half_segment.cwiseAbs().array() + shape.radius);
+  const Vector3d reach = reach_of(shape);
   shape.lower = shape.center - reach;
   shape.upper = shape.center + reach;
   return shape;
 }
 
-double signed_gap(const PlacedShape& a, const PlacedShape& b) {
+double signed_gap(const PlacedShape& a, const PlacedShape& b, double enough) {
+  if (a.polytope) return hull_gap(a, b, enough);
+  if (b.polytope) return hull_gap(b, a, enough);
   if (a.is_box && b.is_box) return box_box_gap(a, b);
   if (a.is_box) return box_round_gap(a, b);
   if (b.is_box) return box_round_gap(b, a);
-  return segment_segment_distance(a, b) - a.radius - b.radius;
+  return segment_distance(a.center, a.half_segment, b.center, b.half_segment) - a.radius - b.radius;
 }
 
 }  // namespace scree::bench

@@ -4,34 +4,44 @@
 // engine's collision cannot hide itself from the figures that judge it.
 #pragma once
 
+#include "bench/polytope.h"
+
 #include <scree/scree.h>
 
 #include <Eigen/Geometry>
+
+#include <limits>
+#include <memory>
 
 namespace scree::bench {
 
 Eigen::Vector3d to_double(Vec3 vector);
 Eigen::Quaterniond to_double(Quat rotation);  ///< renormalized
 
-/// A shape at its place in the world. Balls and capsules are a segment with a radius (a ball's has no
-/// length).
+/// A shape at its place in the world: a box, a hull, or a segment with a radius, which is a capsule or,
+/// without length, a ball.
 struct PlacedShape {
   bool is_box = false;
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  std::shared_ptr<const Polytope> polytope;                ///< of a hull
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();        ///< of a hull: its centroid
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();      ///< columns: the shape's axes
   Eigen::Vector3d half_extents = Eigen::Vector3d::Zero();  ///< of a box
   Eigen::Vector3d half_segment = Eigen::Vector3d::Zero();  ///< from center to one end, world axes
-  double radius = 0.0;                                     ///< 0 for a box
+  double radius = 0.0;                                     ///< 0 for a box or a hull
   Eigen::Vector3d lower = Eigen::Vector3d::Zero();         ///< bounds
   Eigen::Vector3d upper = Eigen::Vector3d::Zero();
 };
 
-/// Places a shape of a body that stands at `position` and `rotation`.
-PlacedShape place(const Geometry& geometry, const Pose& local_pose, const Pose& body_pose);
+/// Places a shape of a body. `polytope` is what make_polytope gives for a hull; it is made where it is
+/// missing.
+PlacedShape place(const Geometry& geometry, const Pose& local_pose, const Pose& body_pose,
+                  std::shared_ptr<const Polytope> polytope = nullptr);
 
 /// The signed distance of two shapes: negative when they overlap, and then minus the shortest way that parts
 /// them (exact for all pairs). Positive when they are apart: exact where a ball or capsule takes part, a
-/// lower bound (the largest gap along a separating axis) between two boxes.
-double signed_gap(const PlacedShape& a, const PlacedShape& b);
+/// lower bound (the largest gap along a separating axis) between boxes and hulls. The search may end with any
+/// lower bound above `enough`.
+double signed_gap(const PlacedShape& a, const PlacedShape& b,
+                  double enough = std::numeric_limits<double>::infinity());
 
 }  // namespace scree::bench

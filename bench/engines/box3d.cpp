@@ -1,11 +1,13 @@
-// Box3D behind the engine interface: its own scheduler with one worker per thread, continuous collision off
-// (Scree has none), everything else at its defaults.
+// Box3D behind the engine interface: its own scheduler with one worker per thread, everything else at its
+// defaults.
 #include "bench/engine.h"
 
 #include <box3d/box3d.h>
 
 #include <algorithm>
+#include <map>
 #include <string>
+#include <vector>
 
 namespace scree::bench {
 namespace {
@@ -33,7 +35,39 @@ b3MotionLocks to_box3d(AxisLocks locks) {
   return result;
 }
 
-void add_shape(b3BodyId body, const scenes::SceneShape& shape) {
+// Built once for each shape of the scene; the worlds keep copies of their own.
+class Hulls {
+ public:
+  Hulls() = default;
+  ~Hulls() {
+    for (const auto& [shape, hull] : hulls_) b3DestroyHull(hull);
+  }
+  Hulls(const Hulls&) = delete;
+  Hulls& operator=(const Hulls&) = delete;
+
+  const b3HullData* of(const scenes::SceneShape& shape) {
+    b3HullData*& hull = hulls_[&shape];
+    if (hull != nullptr) return hull;
+    const auto& convex = std::get<ConvexHull>(shape.geometry);
+    std::vector<b3Vec3> points;
+    for (const Vec3 v : convex.hull.vertices()) {
+      points.push_back({v.x * convex.scale.x, v.y * convex.scale.y, v.z * convex.scale.z});
+    }
+    const auto count = static_cast<int>(points.size());
+    hull = b3CreateHull(points.data(), count, count);
+    // More than 128 edges are too many for it, and what is close to a plane it merges.
+    if (hull == nullptr || hull->vertexCount != count) {
+      unsupported("Box3D", "a hull of " + std::to_string(count) + " vertices and " +
+                               std::to_string(convex.hull.edge_count()) + " edges as it is");
+    }
+    return hull;
+  }
+
+ private:
+  std::map<const scenes::SceneShape*, b3HullData*> hulls_;
+};
+
+void add_shape(b3BodyId body, const scenes::SceneShape& shape, Hulls& hulls) {
   b3ShapeDef def = b3DefaultShapeDef();
   def.baseMaterial.friction = shape.material.friction;
   def.baseMaterial.restitution = shape.material.restitution;
@@ -45,7 +79,13 @@ void add_shape(b3BodyId body, const scenes::SceneShape& shape) {
   const Pose& local = shape.options.local_pose;
   const b3Vec3 position = to_box3d(local.position);
   const b3Quat rotation = to_box3d(local.rotation);
-  if (const auto* box = std::get_if<Box>(&shape.geometry)) {
+  if (std::holds_alternative<ConvexHull>(shape.geometry)) {
+    if (local == Pose{}) {
+      b3CreateHullShape(body, &def, hulls.of(shape));
+    } else {
+      b3CreateTransformedHullShape(body, &def, hulls.of(shape), {position, rotation}, {1.0f, 1.0f, 1.0f});
+    }
+  } else if (const auto* box = std::get_if<Box>(&shape.geometry)) {
     const Vec3 h = box->half_extents;
     const b3BoxHull hull = b3MakeTransformedBoxHull(h.x, h.y, h.z, {position, rotation});
     b3CreateHullShape(body, &def, &hull.base);
@@ -63,7 +103,7 @@ void add_shape(b3BodyId body, const scenes::SceneShape& shape) {
   }
 }
 
-b3BodyId add_body(b3WorldId world, const scenes::Scene& scene, const scenes::SceneBody& body) {
+b3BodyId add_body(b3WorldId world, const scenes::Scene& scene, const scenes::SceneBody& body, Hulls& hulls) {
   b3BodyDef def = b3DefaultBodyDef();
   def.type = to_box3d(body.def.type);
   def.position = {body.def.position.x, body.def.position.y, body.def.position.z};
@@ -76,7 +116,9 @@ b3BodyId add_body(b3WorldId world, const scenes::Scene& scene, const scenes::Sce
   def.motionLocks = to_box3d(body.def.locks);
   def.enableSleep = body.def.can_sleep;
   const b3BodyId id = b3CreateBody(world, &def);
-  for (std::uint32_t s = 0; s < body.shape_count; ++s) add_shape(id, scene.shapes[body.first_shape + s]);
+  for (std::uint32_t s = 0; s < body.shape_count; ++s) {
+    add_shape(id, scene.shapes[body.first_shape + s], hulls);
+  }
   if (body.def.mass && body.def.type == BodyType::dynamic) {
     b3MassData data = b3Body_GetMassData(id);
     const float scale = *body.def.mass / data.mass;
@@ -99,11 +141,12 @@ class Box3dEngine final : public Engine {
       b3WorldDef def = b3DefaultWorldDef();
       def.gravity = to_box3d(scene.settings.gravity);
       def.enableSleep = scene.settings.sleeping;
-      def.enableContinuous = false;
+      def.enableContinuous = options.continuous;
       def.workerCount = static_cast<std::uint32_t>(options.threads);
       World world{b3CreateWorld(&def), scene.settings.substeps, {}};
+      Hulls hulls;
       for (const scenes::SceneBody& body : scene.bodies)
-        world.bodies.push_back(add_body(world.id, scene, body));
+        world.bodies.push_back(add_body(world.id, scene, body, hulls));
       worlds_.push_back(std::move(world));
     }
   }
@@ -114,6 +157,12 @@ class Box3dEngine final : public Engine {
 
   void step(float dt) override {
     for (const World& world : worlds_) b3World_Step(world.id, dt, world.substeps);
+  }
+
+  void move_kinematic(std::size_t world, std::uint32_t body, const Pose& target, float dt) override {
+    const Vec3 p = target.position;
+    b3Body_SetTargetTransform(worlds_[world].bodies[body], {{p.x, p.y, p.z}, to_box3d(target.rotation)}, dt,
+                              true);
   }
 
   void read(std::size_t world, std::vector<BodyState>& states) const override {
@@ -169,7 +218,8 @@ std::string title() {
 EngineInfo box3d_engine() {
   return {.name = "box3d",
           .title = title(),
-          .settings = "soft step, the scene's substeps, continuous collision off, its own scheduler",
+          .settings = "soft step, the scene's substeps, its own scheduler",
+          .continuous = "bodies that move fast are swept against fixed ones (enableContinuous)",
           .multithreaded = true,
           .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
               -> std::unique_ptr<Engine> { return std::make_unique<Box3dEngine>(scenes, options); }};

@@ -1,22 +1,44 @@
 // Bullet behind the engine interface: sequential impulses with its default 10 iterations on one thread,
-// mixing rules as the scene has them, exact inertia instead of its box approximation for capsules.
+// mixing rules as the scene has them, exact inertia instead of its box approximation. Its hulls are rounded
+// by a margin; they are shrunk by as much before, so that their faces lie where the scene has them.
 #include "bench/engine.h"
 
+#include <LinearMath/btConvexHullComputer.h>
 #include <btBulletDynamicsCommon.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <string>
+#include <tuple>
+#include <utility>
 
 namespace scree::bench {
 namespace {
 
 btVector3 to_bullet(Vec3 v) { return {btScalar{v.x}, btScalar{v.y}, btScalar{v.z}}; }
-btTransform to_bullet(Vec3 position, Quat q) {
-  return btTransform(btQuaternion(q.x, q.y, q.z, q.w), to_bullet(position));
-}
 Vec3 from_bullet(const btVector3& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
+
+btVector3 to_bullet(const Eigen::Vector3d& v) {
+  return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
+}
+btTransform to_bullet(const Eigen::Isometry3d& pose) {
+  const Eigen::Quaterniond q(pose.linear());
+  return btTransform(btQuaternion(static_cast<btScalar>(q.x()), static_cast<btScalar>(q.y()),
+                                  static_cast<btScalar>(q.z()), static_cast<btScalar>(q.w())),
+                     to_bullet(Eigen::Vector3d(pose.translation())));
+}
+Eigen::Isometry3d to_isometry(const Pose& pose) {
+  return Eigen::Translation3d(to_double(pose.position)) * to_double(pose.rotation);
+}
+
+// Of a hull, at most this share of its inner ball is given up to the margin.
+constexpr btScalar kMostShrink = btScalar(0.5);
+// The ball that is swept for a fast body, as a share of the body's inner ball: it shall not catch on floors.
+constexpr double kSweptShare = 0.5;
 
 btScalar mix_friction(const btCollisionObject* a, const btCollisionObject* b) {
   return std::sqrt(a->getFriction() * b->getFriction());
@@ -28,27 +50,40 @@ btScalar mix_restitution(const btCollisionObject* a, const btCollisionObject* b)
 
 class World {
  public:
-  explicit World(const scenes::Scene& scene) {
+  World(const scenes::Scene& scene, bool continuous)
+      : polytopes_(make_polytopes(scene)), continuous_(continuous) {
     world_.setGravity(to_bullet(scene.settings.gravity));
     for (const scenes::SceneBody& body : scene.bodies) add_body(scene, body);
   }
   ~World() {
-    for (const auto& body : bodies_) world_.removeRigidBody(body.get());
+    for (const Body& body : bodies_) world_.removeRigidBody(body.object.get());
   }
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
   void step(float dt) { world_.stepSimulation(btScalar{dt}, 0); }  // 0: one step of exactly dt
 
+  // Bullet has a kinematic body stand at its target and takes the velocity from the way there.
+  void move_kinematic(std::uint32_t body, const Pose& target) {
+    bodies_[body].object->setWorldTransform(to_bullet(to_isometry(target) * bodies_[body].frame));
+  }
+
   void read(std::vector<BodyState>& states) const {
     states.clear();
-    for (const auto& body : bodies_) {
-      const btQuaternion q = body->getWorldTransform().getRotation();
+    for (const auto& [object, frame] : bodies_) {
+      const btVector3& p = object->getWorldTransform().getOrigin();
+      const btQuaternion r = object->getWorldTransform().getRotation();
+      const Eigen::Isometry3d placed =
+          Eigen::Translation3d(double{p.x()}, double{p.y()}, double{p.z()}) *
+          Eigen::Quaterniond(double{r.w()}, double{r.x()}, double{r.y()}, double{r.z()}).normalized();
+      const Eigen::Isometry3d pose = placed * frame.inverse();
+      const Eigen::Quaterniond q(pose.linear());
+      const Eigen::Vector3f origin = pose.translation().cast<float>();
       const Quat rotation{static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
                           static_cast<float>(q.w())};
-      states.push_back({{from_bullet(body->getWorldTransform().getOrigin()), rotation},
-                        from_bullet(body->getLinearVelocity()),
-                        from_bullet(body->getAngularVelocity())});
+      states.push_back({{{origin.x(), origin.y(), origin.z()}, rotation},
+                        from_bullet(object->getLinearVelocity()),
+                        from_bullet(object->getAngularVelocity())});
     }
   }
 
@@ -61,7 +96,20 @@ class World {
   }
 
  private:
-  btCollisionShape* make_shape(const scenes::SceneShape& shape, const Material& first) {
+  struct Body {
+    std::unique_ptr<btRigidBody> object;
+    Eigen::Isometry3d frame;  // Bullet's in the body's
+  };
+  // What bodies with the same shapes share.
+  struct Shared {
+    btCollisionShape* shape;
+    Eigen::Isometry3d frame;
+    Eigen::Vector3d inertia;  // in that frame, for the mass below; of dynamic bodies
+    double mass;
+    double inner_radius;
+  };
+
+  static void check_material(const scenes::SceneShape& shape, const Material& first) {
     const Filter& filter = shape.options.filter;
     const Material& material = shape.material;
     if (filter.category != 1 || filter.mask != 0xffffffffu || filter.group != 0)
@@ -71,7 +119,33 @@ class World {
     if (material.friction != first.friction || material.restitution != first.restitution) {
       unsupported("Bullet", "several materials on one body");
     }
-    if (const auto* box = std::get_if<Box>(&shape.geometry)) {
+  }
+
+  // In the frame at `pose`.
+  static std::unique_ptr<btConvexHullShape> make_hull(const Polytope& polytope,
+                                                      const Eigen::Isometry3d& pose) {
+    std::vector<btVector3> points;
+    for (const Eigen::Vector3d& vertex : polytope.vertices) {
+      points.push_back(to_bullet(Eigen::Vector3d(pose * (polytope.centroid + vertex))));
+    }
+    btConvexHullComputer computer;
+    const btScalar shrunk =
+        computer.compute(points.front().m_floats, static_cast<int>(sizeof(btVector3)),
+                         static_cast<int>(points.size()), CONVEX_DISTANCE_MARGIN, kMostShrink);
+    if (shrunk < 0 || computer.vertices.size() < 4) unsupported("Bullet", "a hull as thin as this");
+    auto hull = std::make_unique<btConvexHullShape>();
+    for (int i = 0; i < computer.vertices.size(); ++i) hull->addPoint(computer.vertices[i], false);
+    hull->setMargin(shrunk);
+    hull->recalcLocalAabb();
+    return hull;
+  }
+
+  // In the frame at `pose`; others than hulls must stand upright there.
+  btCollisionShape* make_shape(const scenes::SceneShape& shape, const Polytope* polytope,
+                               const Eigen::Isometry3d& pose) {
+    if (polytope != nullptr) {
+      shapes_.push_back(make_hull(*polytope, pose));
+    } else if (const auto* box = std::get_if<Box>(&shape.geometry)) {
       shapes_.push_back(std::make_unique<btBoxShape>(to_bullet(box->half_extents)));
     } else if (const auto* capsule = std::get_if<Capsule>(&shape.geometry)) {
       const btScalar length = 2 * btScalar{capsule->half_height};
@@ -82,36 +156,62 @@ class World {
     return shapes_.back().get();
   }
 
-  btCollisionShape* make_body_shape(const scenes::Scene& scene, const scenes::SceneBody& body) {
-    if (body.shape_count == 0) unsupported("Bullet", "bodies without shapes");
+  // A single hull, or a single other shape at the frame's origin, as it is; else a compound.
+  btCollisionShape* make_body_shape(const scenes::Scene& scene, const scenes::SceneBody& body,
+                                    const Eigen::Isometry3d& frame) {
     const scenes::SceneShape& first = scene.shapes[body.first_shape];
-    if (body.shape_count == 1 && first.options.local_pose == Pose{}) return make_shape(first, first.material);
+    const Eigen::Isometry3d to_frame = frame.inverse();
+    const Eigen::Isometry3d first_pose = to_frame * to_isometry(first.options.local_pose);
+    const Polytope* first_polytope = polytopes_[body.first_shape].get();
+    check_material(first, first.material);
+    if (body.shape_count == 1 &&
+        (first_polytope != nullptr || first_pose.isApprox(Eigen::Isometry3d::Identity(), 1e-9))) {
+      return make_shape(first, first_polytope, first_pose);
+    }
     auto compound = std::make_unique<btCompoundShape>();
-    for (std::uint32_t s = 0; s < body.shape_count; ++s) {
-      const scenes::SceneShape& shape = scene.shapes[body.first_shape + s];
-      const Pose& local = shape.options.local_pose;
-      compound->addChildShape(to_bullet(local.position, local.rotation), make_shape(shape, first.material));
+    for (std::uint32_t s = body.first_shape; s < body.first_shape + body.shape_count; ++s) {
+      const scenes::SceneShape& shape = scene.shapes[s];
+      check_material(shape, first.material);
+      compound->addChildShape(to_bullet(to_frame * to_isometry(shape.options.local_pose)),
+                              make_shape(shape, polytopes_[s].get(), Eigen::Isometry3d::Identity()));
     }
     shapes_.push_back(std::move(compound));
     return shapes_.back().get();
   }
 
+  const Shared& shared_of(const scenes::Scene& scene, const scenes::SceneBody& body) {
+    if (body.shape_count == 0) unsupported("Bullet", "bodies without shapes");
+    const bool is_dynamic = body.def.type == BodyType::dynamic;
+    const auto [place, is_new] = shared_.try_emplace({body.first_shape, body.shape_count, is_dynamic});
+    Shared& shared = place->second;
+    if (!is_new) return shared;
+    shared.frame = Eigen::Isometry3d::Identity();
+    if (is_dynamic) {
+      const BodyMass mass = body_mass(scene, body, polytopes_);
+      const PrincipalFrame frame = principal_frame(mass);
+      shared.frame = Eigen::Translation3d(frame.center) * frame.rotation;
+      shared.inertia = frame.inertia;
+      shared.mass = mass.mass;
+    }
+    shared.shape = make_body_shape(scene, body, shared.frame);
+    shared.inner_radius = std::numeric_limits<double>::infinity();
+    for (std::uint32_t s = body.first_shape; s < body.first_shape + body.shape_count; ++s) {
+      shared.inner_radius =
+          std::min(shared.inner_radius, inner_radius(scene.shapes[s].geometry, polytopes_[s].get()));
+    }
+    return shared;
+  }
+
   void add_body(const scenes::Scene& scene, const scenes::SceneBody& body) {
     const BodyDef& def = body.def;
-    btCollisionShape* shape = make_body_shape(scene, body);
+    const Shared& shared = shared_of(scene, body);
     const bool is_dynamic = def.type == BodyType::dynamic;
-    const BodyMass mass = is_dynamic ? body_mass(scene, body) : BodyMass{};
-    const Eigen::Vector3d inertia = mass.inertia.diagonal();
-    const bool is_central =
-        mass.center.norm() < 1e-5 &&
-        (mass.inertia - Eigen::Matrix3d(inertia.asDiagonal())).norm() < 1e-5 * (inertia.norm() + 1e-30);
-    if (is_dynamic && !is_central)
-      unsupported("Bullet", "a center of mass or inertia axes off the body's frame");
-    btRigidBody::btRigidBodyConstructionInfo info(
-        static_cast<btScalar>(mass.mass), nullptr, shape,
-        {static_cast<btScalar>(inertia.x()), static_cast<btScalar>(inertia.y()),
-         static_cast<btScalar>(inertia.z())});
-    info.m_startWorldTransform = to_bullet(def.position, def.rotation);
+    const double mass = !is_dynamic ? 0.0 : def.mass ? double{*def.mass} : shared.mass;
+    const Eigen::Vector3d inertia =
+        is_dynamic ? Eigen::Vector3d(shared.inertia * (mass / shared.mass)) : Eigen::Vector3d::Zero();
+    btRigidBody::btRigidBodyConstructionInfo info(static_cast<btScalar>(mass), nullptr, shared.shape,
+                                                  to_bullet(inertia));
+    info.m_startWorldTransform = to_bullet(to_isometry({def.position, def.rotation}) * shared.frame);
     info.m_friction = btScalar{scene.shapes[body.first_shape].material.friction};
     info.m_restitution = btScalar{scene.shapes[body.first_shape].material.restitution};
     info.m_linearDamping = btScalar{def.linear_damping};
@@ -121,6 +221,11 @@ class World {
     object->setAngularVelocity(to_bullet(def.angular_velocity));
     if (def.type == BodyType::kinematic) {
       object->setCollisionFlags(object->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+      object->setActivationState(DISABLE_DEACTIVATION);
+    }
+    if (continuous_ && is_dynamic) {
+      object->setCcdMotionThreshold(static_cast<btScalar>(shared.inner_radius));
+      object->setCcdSweptSphereRadius(static_cast<btScalar>(kSweptShare * shared.inner_radius));
     }
     if (!def.can_sleep || !scene.settings.sleeping) object->setActivationState(DISABLE_DEACTIVATION);
     const auto free = [&](AxisLocks bit) {
@@ -135,27 +240,35 @@ class World {
       object->setFlags(object->getFlags() | BT_DISABLE_WORLD_GRAVITY);
       object->setGravity(to_bullet(scene.settings.gravity) * btScalar{def.gravity_factor});
     }
-    bodies_.push_back(std::move(object));
+    bodies_.push_back({std::move(object), shared.frame});
   }
 
+  const std::vector<std::shared_ptr<const Polytope>> polytopes_;
+  const bool continuous_;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
   btSequentialImpulseConstraintSolver solver_;
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
-  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+  std::map<std::tuple<std::uint32_t, std::uint32_t, bool>, Shared> shared_;
+  std::vector<Body> bodies_;
 };
 
 class BulletEngine final : public Engine {
  public:
-  explicit BulletEngine(std::span<const scenes::Scene> scenes) {
+  BulletEngine(std::span<const scenes::Scene> scenes, const EngineOptions& options) {
     gCalculateCombinedFrictionCallback = mix_friction;
     gCalculateCombinedRestitutionCallback = mix_restitution;
-    for (const scenes::Scene& scene : scenes) worlds_.push_back(std::make_unique<World>(scene));
+    for (const scenes::Scene& scene : scenes) {
+      worlds_.push_back(std::make_unique<World>(scene, options.continuous));
+    }
   }
   void step(float dt) override {
     for (const auto& world : worlds_) world->step(dt);
+  }
+  void move_kinematic(std::size_t world, std::uint32_t body, const Pose& target, float) override {
+    worlds_[world]->move_kinematic(body, target);
   }
   void read(std::size_t world, std::vector<BodyState>& states) const override {
     worlds_[world]->read(states);
@@ -174,14 +287,16 @@ class BulletEngine final : public Engine {
 
 EngineInfo bullet_engine() {
   const int version = btGetVersion();
-  return {
-      .name = "bullet",
-      .title = "Bullet " + std::to_string(version / 100) + "." + std::to_string(version % 100),
-      .settings = std::to_string(btContactSolverInfo{}.m_numIterations) + " iterations (its default)",
-      .multithreaded = false,
-      .create = [](std::span<const scenes::Scene> scenes, const EngineOptions&) -> std::unique_ptr<Engine> {
-        return std::make_unique<BulletEngine>(scenes);
-      }};
+  return {.name = "bullet",
+          .title = "Bullet " + std::to_string(version / 100) + "." + std::to_string(version % 100),
+          .settings = std::to_string(btContactSolverInfo{}.m_numIterations) +
+                      " iterations (its default); hulls rounded by its margin, inside",
+          .continuous =
+              "a ball of half the inner radius is swept for every dynamic body that moves by more than "
+              "that radius",
+          .multithreaded = false,
+          .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
+              -> std::unique_ptr<Engine> { return std::make_unique<BulletEngine>(scenes, options); }};
 }
 
 }  // namespace scree::bench

@@ -1,5 +1,5 @@
-// Jolt behind the engine interface: a thread pool beside the calling thread, discrete motion, capacities far
-// above what the scenes need (a full one is a complaint), damping as the scene has it.
+// Jolt behind the engine interface: a thread pool beside the calling thread, capacities far above what the
+// scenes need (a full one is a complaint), damping as the scene has it.
 #include <Jolt/Jolt.h>
 // Jolt's headers need the one above first.
 #include <Jolt/Core/Factory.h>
@@ -8,6 +8,7 @@
 #include <Jolt/Physics/Body/BodyCreationSettings.h>
 #include <Jolt/Physics/Collision/Shape/BoxShape.h>
 #include <Jolt/Physics/Collision/Shape/CapsuleShape.h>
+#include <Jolt/Physics/Collision/Shape/ConvexHullShape.h>
 #include <Jolt/Physics/Collision/Shape/SphereShape.h>
 #include <Jolt/Physics/Collision/Shape/StaticCompoundShape.h>
 #include <Jolt/Physics/PhysicsSettings.h>
@@ -17,6 +18,7 @@
 #include "bench/engine.h"
 
 #include <algorithm>
+#include <map>
 #include <string>
 
 namespace scree::bench {
@@ -68,7 +70,25 @@ void check_material(const scenes::SceneShape& shape, const Material& first) {
   }
 }
 
+// Rounded inside by Jolt's convex radius, or by less where the hull is too thin for it.
+JPH::Ref<JPH::Shape> make_hull(const scenes::SceneShape& shape) {
+  const auto& convex = std::get<ConvexHull>(shape.geometry);
+  JPH::Array<JPH::Vec3> points;
+  for (const Vec3 v : convex.hull.vertices()) {
+    points.push_back({v.x * convex.scale.x, v.y * convex.scale.y, v.z * convex.scale.z});
+  }
+  JPH::ConvexHullShapeSettings settings(points);
+  settings.mDensity = shape.material.density;
+  const JPH::ShapeSettings::ShapeResult result = settings.Create();
+  if (result.HasError()) {
+    unsupported("Jolt",
+                "a hull of " + std::to_string(points.size()) + " vertices: " + result.GetError().c_str());
+  }
+  return result.Get();
+}
+
 JPH::Ref<JPH::Shape> make_shape(const scenes::SceneShape& shape) {
+  if (std::holds_alternative<ConvexHull>(shape.geometry)) return make_hull(shape);
   JPH::Ref<JPH::ConvexShape> result;
   if (const auto* box = std::get_if<Box>(&shape.geometry)) {
     // The rounding lies inside the box; it must not be larger than the box.
@@ -83,12 +103,18 @@ JPH::Ref<JPH::Shape> make_shape(const scenes::SceneShape& shape) {
   return result.GetPtr();
 }
 
-JPH::Ref<JPH::Shape> make_body_shape(const scenes::Scene& scene, const scenes::SceneBody& body) {
+// Shapes of the scene that exist already, by their place.
+using Shapes = std::map<std::uint32_t, JPH::Ref<JPH::Shape>>;
+
+JPH::Ref<JPH::Shape> make_body_shape(const scenes::Scene& scene, const scenes::SceneBody& body,
+                                     Shapes& shapes) {
   if (body.shape_count == 0) unsupported("Jolt", "bodies without shapes");
   const scenes::SceneShape& first = scene.shapes[body.first_shape];
   if (body.shape_count == 1 && first.options.local_pose == Pose{}) {
     check_material(first, first.material);
-    return make_shape(first);
+    JPH::Ref<JPH::Shape>& shared = shapes[body.first_shape];
+    if (shared == nullptr) shared = make_shape(first);
+    return shared;
   }
   JPH::StaticCompoundShapeSettings settings;
   for (std::uint32_t s = 0; s < body.shape_count; ++s) {
@@ -100,12 +126,13 @@ JPH::Ref<JPH::Shape> make_body_shape(const scenes::Scene& scene, const scenes::S
   return settings.Create().Get();
 }
 
-JPH::BodyCreationSettings make_body(const scenes::Scene& scene, const scenes::SceneBody& body) {
+JPH::BodyCreationSettings make_body(const scenes::Scene& scene, const scenes::SceneBody& body,
+                                    bool continuous, Shapes& shapes) {
   const BodyDef& def = body.def;
   const JPH::EMotionType type = def.type == BodyType::fixed       ? JPH::EMotionType::Static
                                 : def.type == BodyType::kinematic ? JPH::EMotionType::Kinematic
                                                                   : JPH::EMotionType::Dynamic;
-  JPH::BodyCreationSettings settings(make_body_shape(scene, body), JPH::RVec3(to_jolt(def.position)),
+  JPH::BodyCreationSettings settings(make_body_shape(scene, body, shapes), JPH::RVec3(to_jolt(def.position)),
                                      to_jolt(def.rotation).Normalized(), type,
                                      def.type == BodyType::fixed ? kFixedLayer : kMovingLayer);
   const scenes::SceneShape& first = scene.shapes[body.first_shape];
@@ -118,6 +145,7 @@ JPH::BodyCreationSettings make_body(const scenes::Scene& scene, const scenes::Sc
   settings.mGravityFactor = def.gravity_factor;
   settings.mAllowSleeping = def.can_sleep && scene.settings.sleeping;
   settings.mAllowedDOFs = static_cast<JPH::EAllowedDOFs>(0x3f & ~static_cast<unsigned>(def.locks));
+  if (continuous && def.type == BodyType::dynamic) settings.mMotionQuality = JPH::EMotionQuality::LinearCast;
   if (def.mass) {
     settings.mOverrideMassProperties = JPH::EOverrideMassProperties::CalculateInertia;
     settings.mMassPropertiesOverride.mMass = *def.mass;
@@ -149,7 +177,7 @@ class JoltEngine final : public Engine {
     std::size_t most_contacts = 0;
     for (const scenes::Scene& scene : scenes) {
       most_contacts = std::max(most_contacts, std::size_t{kContactsPerBody} * scene.bodies.size() + 1024);
-      add_world(scene);
+      add_world(scene, options.continuous);
     }
     temp_ = std::make_unique<JPH::TempAllocatorImplWithMallocFallback>(
         std::min(most_contacts * kTempPerContact, std::size_t{1} << 30));
@@ -158,6 +186,12 @@ class JoltEngine final : public Engine {
   void step(float dt) override {
     for (World& world : worlds_)
       errors_ |= static_cast<unsigned>(world.system->Update(dt, 1, temp_.get(), &jobs_));
+  }
+
+  void move_kinematic(std::size_t world, std::uint32_t body, const Pose& target, float dt) override {
+    worlds_[world].system->GetBodyInterfaceNoLock().MoveKinematic(worlds_[world].bodies[body],
+                                                                  JPH::RVec3(to_jolt(target.position)),
+                                                                  to_jolt(target.rotation).Normalized(), dt);
   }
 
   void read(std::size_t world, std::vector<BodyState>& states) const override {
@@ -183,17 +217,18 @@ class JoltEngine final : public Engine {
     std::vector<JPH::BodyID> bodies;
   };
 
-  void add_world(const scenes::Scene& scene) {
+  void add_world(const scenes::Scene& scene, bool continuous) {
     const auto count = static_cast<unsigned>(scene.bodies.size());
     World world{std::make_unique<JPH::PhysicsSystem>(), {}};
     world.system->Init(count + 1, 0, kPairsPerBody * count + 1024, kContactsPerBody * count + 1024, layers_,
                        fixed_against_moving_, not_both_fixed_);
     world.system->SetGravity(to_jolt(scene.settings.gravity));
     JPH::BodyInterface& bodies = world.system->GetBodyInterfaceNoLock();
+    Shapes shapes;
     for (const scenes::SceneBody& body : scene.bodies) {
       const JPH::EActivation activation =
           body.def.type == BodyType::fixed ? JPH::EActivation::DontActivate : JPH::EActivation::Activate;
-      world.bodies.push_back(bodies.CreateAndAddBody(make_body(scene, body), activation));
+      world.bodies.push_back(bodies.CreateAndAddBody(make_body(scene, body, continuous, shapes), activation));
     }
     world.system->OptimizeBroadPhase();
     worlds_.push_back(std::move(world));
@@ -218,7 +253,8 @@ EngineInfo jolt_engine() {
                    "." + std::to_string(JPH_VERSION_PATCH),
           .settings = std::to_string(defaults.mNumVelocitySteps) + " velocity and " +
                       std::to_string(defaults.mNumPositionSteps) +
-                      " position iterations (its defaults), discrete motion, the scene's damping",
+                      " position iterations (its defaults), the scene's damping",
+          .continuous = "every dynamic body is cast along its way (EMotionQuality::LinearCast)",
           .multithreaded = true,
           .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
               -> std::unique_ptr<Engine> { return std::make_unique<JoltEngine>(scenes, options); }};

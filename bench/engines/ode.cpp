@@ -1,11 +1,15 @@
 // ODE behind the engine interface: QuickStep with its default 20 iterations on one thread, contacts with the
-// friction pyramid that its documentation recommends.
+// friction pyramid that its documentation recommends. Its hulls collide through libccd, one point a pair.
 #include "bench/engine.h"
 
 #include <ode/ode.h>
 
 #include <cmath>
+#include <deque>
+#include <map>
+#include <numbers>
 #include <string>
+#include <vector>
 
 namespace scree::bench {
 namespace {
@@ -24,11 +28,13 @@ struct Surface {
 class World {
  public:
   explicit World(const scenes::Scene& scene)
-      : world_(dWorldCreate()), space_(dHashSpaceCreate(nullptr)), contact_joints_(dJointGroupCreate(0)) {
+      : polytopes_(make_polytopes(scene)),
+        world_(dWorldCreate()),
+        space_(dHashSpaceCreate(nullptr)),
+        contact_joints_(dJointGroupCreate(0)) {
     const Vec3 g = scene.settings.gravity;
     dWorldSetGravity(world_, dReal{g.x}, dReal{g.y}, dReal{g.z});
     dWorldSetAutoDisableFlag(world_, scene.settings.sleeping ? 1 : 0);
-    surfaces_.reserve(scene.shapes.size());  // geoms point into it
     for (const scenes::SceneBody& body : scene.bodies) add_body(scene, body);
   }
   ~World() {
@@ -47,6 +53,19 @@ class World {
     dJointGroupEmpty(contact_joints_);
   }
 
+  // The velocities that lead there within one step.
+  void move_kinematic(std::uint32_t body, const Pose& target, float dt) {
+    const dBodyID id = bodies_[body].id;
+    const dReal* p = dBodyGetPosition(id);
+    const Eigen::Vector3d way = to_double(target.position) - Eigen::Vector3d(p[0], p[1], p[2]);
+    const Eigen::AngleAxisd turn(to_double(target.rotation) * rotation_of(id).conjugate());
+    const double wrapped = std::remainder(turn.angle(), 2.0 * std::numbers::pi);
+    const Eigen::Vector3d velocity = way / double{dt};
+    const Eigen::Vector3d spin = turn.axis() * (wrapped / double{dt});
+    dBodySetLinearVel(id, velocity.x(), velocity.y(), velocity.z());
+    dBodySetAngularVel(id, spin.x(), spin.y(), spin.z());
+  }
+
   void read(std::vector<BodyState>& states) const {
     states.clear();
     for (const Body& body : bodies_) {
@@ -54,10 +73,12 @@ class World {
         states.push_back({body.pose, {}, {}});
         continue;
       }
-      const dReal* q = dBodyGetQuaternion(body.id);
-      const Quat rotation{static_cast<float>(q[1]), static_cast<float>(q[2]), static_cast<float>(q[3]),
-                          static_cast<float>(q[0])};
-      states.push_back({{from_ode(dBodyGetPosition(body.id)), rotation},
+      const dReal* p = dBodyGetPosition(body.id);
+      const Eigen::Quaterniond q = rotation_of(body.id);
+      const Eigen::Vector3f origin = (Eigen::Vector3d(p[0], p[1], p[2]) - q * body.center).cast<float>();
+      const Quat rotation{static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
+                          static_cast<float>(q.w())};
+      states.push_back({{{origin.x(), origin.y(), origin.z()}, rotation},
                         from_ode(dBodyGetLinearVel(body.id)),
                         from_ode(dBodyGetAngularVel(body.id))});
     }
@@ -69,7 +90,38 @@ class World {
   struct Body {
     dBodyID id;  // null for a fixed one
     Pose pose;
+    Eigen::Vector3d center;  // of mass in the body's frame: where ODE has its own origin
   };
+  // A hull in the form that ODE keeps pointers to.
+  struct Convex {
+    std::vector<dReal> planes;
+    std::vector<dReal> points;
+    std::vector<unsigned> polygons;
+  };
+
+  static Eigen::Quaterniond rotation_of(dBodyID id) {
+    const dReal* q = dBodyGetQuaternion(id);
+    return Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
+  }
+
+  dGeomID make_convex(const Polytope& polytope) {
+    Convex& convex = convexes_[&polytope];
+    if (convex.points.empty()) {
+      for (const Eigen::Vector3d& vertex : polytope.vertices) {
+        convex.points.insert(convex.points.end(), {vertex.x(), vertex.y(), vertex.z()});
+      }
+      for (std::size_t face = 0; face < polytope.loops.size(); ++face) {
+        const Eigen::Vector3d& n = polytope.normals[face];
+        convex.planes.insert(convex.planes.end(), {n.x(), n.y(), n.z(), polytope.offsets[face]});
+        convex.polygons.push_back(static_cast<unsigned>(polytope.loops[face].size()));
+        for (const int vertex : polytope.loops[face])
+          convex.polygons.push_back(static_cast<unsigned>(vertex));
+      }
+    }
+    return dCreateConvex(space_, convex.planes.data(), static_cast<unsigned>(polytope.loops.size()),
+                         convex.points.data(), static_cast<unsigned>(polytope.vertices.size()),
+                         convex.polygons.data());
+  }
 
   void collide(dGeomID a, dGeomID b) {
     const dBodyID body_a = dGeomGetBody(a);
@@ -89,14 +141,16 @@ class World {
     }
   }
 
-  dGeomID make_geom(const scenes::SceneShape& shape) {
+  dGeomID make_geom(const scenes::SceneShape& shape, const Polytope* polytope) {
     const Filter& filter = shape.options.filter;
     if (filter.category != 1 || filter.mask != 0xffffffffu || filter.group != 0)
       unsupported("ODE", "filters");
     if (shape.material.rolling_resistance != 0.0f) unsupported("ODE", "rolling resistance");
     if (shape.material.surface_velocity != Vec3{}) unsupported("ODE", "surface velocity");
     dGeomID geom = nullptr;
-    if (const auto* box = std::get_if<Box>(&shape.geometry)) {
+    if (polytope != nullptr) {
+      geom = make_convex(*polytope);
+    } else if (const auto* box = std::get_if<Box>(&shape.geometry)) {
       const Vec3 h = box->half_extents;
       geom = dCreateBox(space_, 2 * dReal{h.x}, 2 * dReal{h.y}, 2 * dReal{h.z});
     } else if (const auto* capsule = std::get_if<Capsule>(&shape.geometry)) {
@@ -109,11 +163,13 @@ class World {
     return geom;
   }
 
-  // The shape's pose in its body; ODE's capsules lie along z, the scene's along y.
-  static void shape_pose(const scenes::SceneShape& shape, Eigen::Vector3d& position,
+  // The geom's pose in the body; ODE's capsules lie along z, the scene's along y, and a hull's origin is its
+  // centroid.
+  static void shape_pose(const scenes::SceneShape& shape, const Polytope* polytope, Eigen::Vector3d& position,
                          Eigen::Quaterniond& rotation) {
     position = to_double(shape.options.local_pose.position);
     rotation = to_double(shape.options.local_pose.rotation);
+    if (polytope != nullptr) position += rotation * polytope->centroid;
     if (std::holds_alternative<Capsule>(shape.geometry)) {
       rotation =
           rotation * Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitY());
@@ -125,19 +181,23 @@ class World {
     if (def.locks != AxisLocks::none) unsupported("ODE", "axis locks");
     const Eigen::Vector3d position = to_double(def.position);
     const Eigen::Quaterniond rotation = to_double(def.rotation);
-    const dBodyID id = def.type == BodyType::fixed ? nullptr : make_body(scene, body, position, rotation);
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    const dBodyID id =
+        def.type == BodyType::fixed ? nullptr : make_body(scene, body, position, rotation, center);
     for (std::uint32_t s = 0; s < body.shape_count; ++s) {
       const scenes::SceneShape& shape = scene.shapes[body.first_shape + s];
-      const dGeomID geom = make_geom(shape);
+      const Polytope* polytope = polytopes_[body.first_shape + s].get();
+      const dGeomID geom = make_geom(shape, polytope);
       Eigen::Vector3d p;
       Eigen::Quaterniond q;
-      shape_pose(shape, p, q);
+      shape_pose(shape, polytope, p, q);
       if (id == nullptr) {
         p = position + rotation * p;
         q = rotation * q;
       }
       const dQuaternion quaternion = {q.w(), q.x(), q.y(), q.z()};
       if (id != nullptr) {
+        p -= center;
         dGeomSetBody(geom, id);
         dGeomSetOffsetPosition(geom, p.x(), p.y(), p.z());
         dGeomSetOffsetQuaternion(geom, quaternion);
@@ -146,25 +206,27 @@ class World {
         dGeomSetQuaternion(geom, quaternion);
       }
     }
-    bodies_.push_back({id, {def.position, def.rotation}});
+    bodies_.push_back({id, {def.position, def.rotation}, center});
   }
 
   dBodyID make_body(const scenes::Scene& scene, const scenes::SceneBody& body,
-                    const Eigen::Vector3d& position, const Eigen::Quaterniond& rotation) {
+                    const Eigen::Vector3d& position, const Eigen::Quaterniond& rotation,
+                    Eigen::Vector3d& center) {
     const BodyDef& def = body.def;
     const dBodyID id = dBodyCreate(world_);
     if (def.type == BodyType::kinematic) {
       dBodySetKinematic(id);
     } else {
-      const BodyMass exact = body_mass(scene, body);
-      if (exact.center.norm() > 1e-5) unsupported("ODE", "a center of mass off the body's origin");
+      const BodyMass exact = body_mass(scene, body, polytopes_);
+      center = exact.center;
       const Eigen::Matrix3d& j = exact.inertia;
       dMass mass;
       dMassSetParameters(&mass, exact.mass, 0, 0, 0, j(0, 0), j(1, 1), j(2, 2), j(0, 1), j(0, 2), j(1, 2));
       dBodySetMass(id, &mass);
     }
     const dQuaternion quaternion = {rotation.w(), rotation.x(), rotation.y(), rotation.z()};
-    dBodySetPosition(id, position.x(), position.y(), position.z());
+    const Eigen::Vector3d placed = position + rotation * center;
+    dBodySetPosition(id, placed.x(), placed.y(), placed.z());
     dBodySetQuaternion(id, quaternion);
     const Vec3 v = def.linear_velocity;
     const Vec3 w = def.angular_velocity;
@@ -181,10 +243,12 @@ class World {
     return id;
   }
 
+  const std::vector<std::shared_ptr<const Polytope>> polytopes_;
+  std::map<const Polytope*, Convex> convexes_;
   dWorldID world_;
   dSpaceID space_;
   dJointGroupID contact_joints_;
-  std::vector<Surface> surfaces_;
+  std::deque<Surface> surfaces_;  // geoms point into it
   std::vector<Body> bodies_;
   std::int64_t contacts_ = 0;
 };
@@ -204,6 +268,9 @@ class OdeEngine final : public Engine {
 
   void step(float dt) override {
     for (const auto& world : worlds_) world->step(dt);
+  }
+  void move_kinematic(std::size_t world, std::uint32_t body, const Pose& target, float dt) override {
+    worlds_[world]->move_kinematic(body, target, dt);
   }
   void read(std::size_t world, std::vector<BodyState>& states) const override {
     worlds_[world]->read(states);
@@ -225,6 +292,7 @@ EngineInfo ode_engine() {
       .name = "ode",
       .title = "ODE " SCREE_BENCH_ODE,
       .settings = "QuickStep, 20 iterations (its default), collision included",
+      .continuous = {},
       .multithreaded = false,
       .create = [](std::span<const scenes::Scene> scenes, const EngineOptions&) -> std::unique_ptr<Engine> {
         return std::make_unique<OdeEngine>(scenes);

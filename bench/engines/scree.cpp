@@ -17,6 +17,13 @@ class ScreeEngine final : public Engine {
 
   void step(float dt) override { scree::step(pointers_, dt, workers_); }
 
+  void move_kinematic(std::size_t world, std::uint32_t body, const Pose& target, float dt) override {
+    const Pose now = worlds_[world].pose(bodies_[world][body]);
+    const Vec3 way{target.position.x - now.position.x, target.position.y - now.position.y,
+                   target.position.z - now.position.z};
+    worlds_[world].set_linear_velocity(bodies_[world][body], {way.x / dt, way.y / dt, way.z / dt});
+  }
+
   void read(std::size_t world, std::vector<BodyState>& states) const override {
     const std::span<const Pose> poses = worlds_[world].poses();
     const std::span<const Velocity> velocities = worlds_[world].velocities();
@@ -58,6 +65,7 @@ EngineInfo scree_engine() {
   return {.name = "scree",
           .title = "Scree " SCREE_BENCH_VERSION,
           .settings = "soft step, the scene's substeps (4 unless it says otherwise)",
+          .continuous = {},
           .multithreaded = true,
           .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
               -> std::unique_ptr<Engine> { return std::make_unique<ScreeEngine>(scenes, options); }};

@@ -1,118 +1,19 @@
 // scree_bench_scenes: runs scenes engine after engine, in turn, and prints time and quality side by side.
 //
-// Start reading here: plan() turns the options into entries, measure_all() runs them in turn, each in a
-// process of its own (measure.h), report.h makes the tables.
+// Start reading here: plan() turns the options into jobs (plan.h), measure_all() runs them in turn, each in a
+// process of its own (measure.h), output.h writes what came out.
 #include "bench/engine.h"
-#include "bench/scenes/machine.h"
 #include "bench/scenes/measure.h"
-#include "bench/scenes/report.h"
+#include "bench/scenes/output.h"
+#include "bench/scenes/plan.h"
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
-#include <algorithm>
 #include <fstream>
 #include <iostream>
-#include <sstream>
 
 namespace scree::bench {
 namespace {
-
-struct Options {
-  std::vector<std::string> scenes{"large_pyramid", "many_pyramids"};
-  std::vector<std::string> engines;
-  std::vector<std::string> isas{"auto"};
-  std::vector<int> threads{1, 2};
-  std::vector<std::string> stand;
-  int steps = 0;
-  int max_steps = 3600;  // 60 s
-  int warmup = 1;
-  int repeats = 5;
-  int evaluate_every = 0;
-  std::string markdown_file;
-  std::string json_file;
-  bool list = false;
-};
-
-// ODE takes part only by name: an order of magnitude slower, it would rule the running time.
-std::vector<std::string> default_engines() {
-  std::vector<std::string> names;
-  for (const EngineInfo& info : engines()) {
-    if (info.name != "ode") names.push_back(info.name);
-  }
-  return names;
-}
-
-const EngineInfo& find_engine(const std::string& name) {
-  for (const EngineInfo& info : engines()) {
-    if (info.name == name) return info;
-  }
-  throw Error("unknown engine " + name + ", or this program was built without it (see --list)");
-}
-
-// "pile:count=10000" is the scene pile with that parameter.
-void parse_scene(const std::string& text, Request& request) {
-  std::istringstream stream(text);
-  std::getline(stream, request.scene, ':');
-  for (std::string part; std::getline(stream, part, ':');) {
-    const std::size_t equals = part.find('=');
-    if (equals == std::string::npos) throw Error("scene parameter without '=': " + part);
-    try {
-      request.parameters[part.substr(0, equals)] = std::stod(part.substr(equals + 1));
-    } catch (const std::logic_error&) {
-      throw Error("scene parameter without a number: " + part);
-    }
-  }
-}
-
-struct Job {
-  Entry entry;
-  Request request;
-  std::size_t same_as = 0;  // the job whose measurements this one shares: its own index, or an earlier one's
-};
-
-void add_jobs(const Options& options, const std::string& scene, int threads, std::vector<Job>& jobs) {
-  for (const std::string& name : options.engines) {
-    const EngineInfo& info = find_engine(name);
-    const std::vector<std::string> isas = name == "scree" ? options.isas : std::vector<std::string>{"auto"};
-    for (const std::string& isa : isas) {
-      Job job;
-      parse_scene(scene, job.request);
-      job.request.engine = name;
-      job.request.isa = isa;
-      job.request.threads = info.multithreaded ? threads : 1;
-      job.request.steps = options.steps;
-      job.request.warmup = options.warmup;
-      job.entry.scene = scene;
-      job.entry.engine = isas.size() > 1 ? name + ":" + isa : name;
-      job.entry.title = info.title;
-      job.entry.threads = threads;
-      job.entry.threads_used = job.request.threads;
-      job.same_as = jobs.size();
-      for (std::size_t i = 0; i < jobs.size(); ++i) {
-        const bool same = jobs[i].entry.scene == scene && jobs[i].entry.engine == job.entry.engine &&
-                          jobs[i].request.threads == job.request.threads;
-        if (same) job.same_as = std::min(job.same_as, i);
-      }
-      jobs.push_back(std::move(job));
-    }
-  }
-}
-
-std::vector<Job> plan(const Options& options) {
-  std::vector<Job> jobs;
-  if (!options.stand.empty()) {
-    for (const std::string& scene : options.stand) {
-      add_jobs(options, scene, *std::max_element(options.threads.begin(), options.threads.end()), jobs);
-    }
-    for (Job& job : jobs) job.request.stand_steps = options.max_steps;
-    return jobs;
-  }
-  for (const std::string& scene : options.scenes) {
-    for (const int threads : options.threads) add_jobs(options, scene, threads, jobs);
-  }
-  return jobs;
-}
 
 void progress(const Job& job, const std::string& what) {
   std::cerr << job.entry.scene << ", " << job.entry.engine << ", " << job.request.threads << " thread"
@@ -180,58 +81,6 @@ void list_all() {
   }
 }
 
-std::string protocol(const Options& options) {
-  std::ostringstream text;
-  if (!options.stand.empty()) {
-    text << "Steps until a body that was on top is below " << kCollapseHeight
-         << " of its first height, at most " << options.max_steps << ".";
-    return text.str();
-  }
-  text << options.warmup << " untimed step" << (options.warmup == 1 ? "" : "s")
-       << ", then total time over timed steps; median of " << options.repeats
-       << " runs in turn, each in its own process; quality at the end by one evaluator from poses and "
-          "velocities.";
-  return text.str();
-}
-
-void print_report(const Options& options, const std::vector<Entry>& entries, std::ostream& out,
-                  bool markdown) {
-  const std::string item = markdown ? "- " : "";
-  for (const auto& [name, value] : describe_machine()) out << item << name << ": " << value << '\n';
-  for (const std::string& name : options.engines) {
-    const EngineInfo& info = find_engine(name);
-    out << item << info.title << ": " << info.settings << (info.multithreaded ? "" : ", single-threaded")
-        << '\n';
-  }
-  out << item << protocol(options) << "\n\n";
-  const Table table = options.stand.empty() ? comparison(entries, entries.front().engine) : standing(entries);
-  markdown ? print_markdown(table, out) : print_aligned(table, out);
-  const std::vector<std::string> lines = remarks(entries);
-  if (!lines.empty()) out << '\n';
-  for (const std::string& line : lines) out << item << line << '\n';
-}
-
-void write_json(const Options& options, const std::vector<Entry>& entries, std::ostream& out) {
-  nlohmann::ordered_json document;
-  for (const auto& [name, value] : describe_machine()) document["machine"][name] = value;
-  document["protocol"] = protocol(options);
-  document["entries"] = nlohmann::ordered_json::array();
-  for (const Entry& entry : entries) {
-    nlohmann::ordered_json item{{"scene", entry.scene},
-                                {"engine", entry.engine},
-                                {"title", entry.title},
-                                {"threads", entry.threads},
-                                {"threads_used", entry.threads_used}};
-    if (const Measurement* m = median_repeat(entry)) item["ms_per_step"] = m->ms_per_step;
-    item["repeats"] = nlohmann::ordered_json::array();
-    for (const Measurement& m : entry.repeats)
-      item["repeats"].push_back(nlohmann::ordered_json::parse(to_json(m)));
-    if (entry.quality) item["quality"] = nlohmann::ordered_json::parse(to_json(*entry.quality));
-    document["entries"].push_back(std::move(item));
-  }
-  out << document.dump(2) << '\n';
-}
-
 std::ofstream open_for_writing(const std::string& file) {
   std::ofstream stream(file);
   if (!stream) throw Error("cannot write " + file);
@@ -241,8 +90,9 @@ std::ofstream open_for_writing(const std::string& file) {
 int compare(const Options& options) {
   std::vector<Job> jobs = plan(options);
   if (jobs.empty()) throw Error("nothing to measure");
-  std::ofstream markdown, json;  // opened first: a bad name shall not cost a long run
+  std::ofstream markdown, brief, json;  // opened first: a bad name shall not cost a long run
   if (!options.markdown_file.empty()) markdown = open_for_writing(options.markdown_file);
+  if (!options.brief_file.empty()) brief = open_for_writing(options.brief_file);
   if (!options.json_file.empty()) json = open_for_writing(options.json_file);
   measure_all(options, jobs);
   std::vector<Entry> entries;
@@ -253,6 +103,7 @@ int compare(const Options& options) {
   }
   print_report(options, entries, std::cout, false);
   if (markdown.is_open()) print_report(options, entries, markdown, true);
+  if (brief.is_open()) print_brief(options, entries, brief);
   if (json.is_open()) write_json(options, entries, json);
   return all_good ? 0 : 1;
 }
@@ -267,10 +118,13 @@ int main(int argc, char** argv) {
   options.engines = default_engines();
   CLI::App app{"Runs scenes engine after engine and prints time and quality side by side."};
   app.add_option("--scenes", options.scenes, "scenes, as name or name:key=value:key=value")->delimiter(',');
+  app.add_option("--sweep", options.sweep, "every scene once for each value: key=value,value,...");
   app.add_option("--engines", options.engines, "engines; ratios are against the first one")->delimiter(',');
   app.add_option("--isa", options.isas, "instruction sets of Scree: auto, scalar, sse2, avx2, avx512")
       ->delimiter(',');
   app.add_option("--threads", options.threads, "thread counts")->delimiter(',')->check(CLI::Range(1, 1024));
+  app.add_option("--continuous", options.continuous, "continuous collision: on, off, or as the scene has it")
+      ->check(CLI::IsMember({"scene", "on", "off"}));
   app.add_option("--steps", options.steps, "steps, the untimed ones included; default: the scene's")
       ->check(CLI::Range(2, 1'000'000));
   app.add_option("--warmup", options.warmup, "untimed first steps")->check(CLI::Range(0, 1'000'000));
@@ -282,6 +136,7 @@ int main(int argc, char** argv) {
   app.add_option("--max-steps", options.max_steps, "with --stand: at most so many")
       ->check(CLI::Range(1, 10'000'000));
   app.add_option("--markdown", options.markdown_file, "also write the table to this file");
+  app.add_option("--brief", options.brief_file, "also write a short table in Markdown to this file");
   app.add_option("--json", options.json_file, "also write all figures to this file");
   app.add_flag("--list", options.list, "list engines and scenes");
   CLI11_PARSE(app, argc, argv);

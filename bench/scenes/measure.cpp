@@ -24,10 +24,10 @@ extern char** environ;  // NOLINT: POSIX names it so
 
 namespace scree::bench {
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Request, scene, parameters, engine, isa, threads, steps, warmup,
-                                   evaluate_every, stand_steps)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Measurement, error, complaint, variant, bodies, timed_steps, ms_per_step,
-                                   ms_median, ms_min, ms_max, cpu_ms_per_step, create_ms, phases,
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Request, scene, parameters, engine, isa, continuous, threads, steps,
+                                   warmup, evaluate_every, stand_steps)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Measurement, error, complaint, variant, continuous, bodies, timed_steps,
+                                   ms_per_step, ms_median, ms_min, ms_max, cpu_ms_per_step, create_ms, phases,
                                    engine_contacts, touching, penetration_mean, penetration_p999,
                                    penetration_max, kinetic_energy, top_drop, bodies_left, pooled_pairs,
                                    pooled_mean, pooled_p999, pooled_max, collapse_step, steps_done, bits,
@@ -81,8 +81,13 @@ class Run {
     const auto info =
         std::find_if(all.begin(), all.end(), [&](const EngineInfo& e) { return e.name == request.engine; });
     if (info == all.end()) throw Error("unknown engine " + request.engine);
+    const bool continuous =
+        request.continuous == "scene" ? scenes_.front().continuous : request.continuous == "on";
+    continuous_ = info->continuous.empty() ? "none" : continuous ? "on" : "off";
     const Clock::time_point start = Clock::now();
-    engine_ = info->create(scenes_, {.threads = request.threads, .isa = parse_isa(request.isa)});
+    engine_ = info->create(
+        scenes_,
+        {.threads = request.threads, .isa = parse_isa(request.isa), .continuous = continuous_ == "on"});
     create_ms_ = milliseconds(Clock::now() - start);
   }
 
@@ -92,7 +97,22 @@ class Run {
 
   void describe(Measurement& result) {
     result.create_ms = create_ms_;
-    for (const scenes::Scene& scene : scenes_) result.bodies += static_cast<int>(scene.bodies.size());
+    result.continuous = continuous_;
+    for (const scenes::Scene& scene : scenes_) {
+      for (const scenes::SceneBody& body : scene.bodies) {
+        if (body.def.type == BodyType::dynamic) ++result.bodies;
+      }
+    }
+  }
+
+  // Tells the engine where driven bodies shall be at the end of the step that comes next.
+  void drive(int step) {
+    for (std::size_t world = 0; world < scenes_.size(); ++world) {
+      for (const scenes::SceneDrive& drive : scenes_[world].drives) {
+        const double end = static_cast<double>(step + 1) * double{dt()};
+        engine_->move_kinematic(world, drive.body, scenes::drive_target(drive, end), dt());
+      }
+    }
   }
 
   void judge_bodies(Measurement& result, double* top_height = nullptr) {
@@ -129,6 +149,7 @@ class Run {
   std::unique_ptr<Engine> engine_;
   std::vector<Evaluator> judges_;
   std::vector<BodyState> states_;
+  std::string continuous_;
   double create_ms_ = 0.0;
 };
 
@@ -140,6 +161,7 @@ void time_steps(const Request& request, Run& run, Measurement& result) {
   double total = 0.0;
   double processor_total = 0.0;
   for (int step = 0; step < steps; ++step) {
+    run.drive(step);
     const double processor_start = processor_milliseconds();
     const Clock::time_point start = Clock::now();
     run.engine().step(run.dt());
@@ -171,6 +193,7 @@ void time_steps(const Request& request, Run& run, Measurement& result) {
 
 void step_until_collapse(const Request& request, Run& run, Measurement& result) {
   while (result.steps_done < request.stand_steps && result.collapse_step == 0) {
+    run.drive(result.steps_done);
     run.engine().step(run.dt());
     ++result.steps_done;
     Measurement now;

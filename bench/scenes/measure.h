@@ -18,6 +18,7 @@ struct Request {
   std::map<std::string, double> parameters;
   std::string engine;
   std::string isa = "auto";
+  std::string continuous = "scene";  ///< continuous collision: "on", "off", or as the scene has it
   int threads = 1;
   int steps = 0;           ///< all of them, the warm-up included; 0: the scene's own length
   int warmup = 1;          ///< untimed first steps
@@ -27,10 +28,11 @@ struct Request {
 
 /// What came out. Lengths in m, energy in J, times in ms.
 struct Measurement {
-  std::string error;      ///< empty if all went well; nothing else is valid otherwise
-  std::string complaint;  ///< see Engine::complaint
-  std::string variant;    ///< see Engine::variant
-  int bodies = 0;
+  std::string error;                ///< empty if all went well; nothing else is valid otherwise
+  std::string complaint;            ///< see Engine::complaint
+  std::string variant;              ///< see Engine::variant
+  std::string continuous = "none";  ///< collision: "on", "off", or "none" where the engine has no such thing
+  int bodies = 0;                   ///< dynamic ones
   int timed_steps = 0;
   double ms_per_step = 0.0;  ///< total time over timed steps
   double ms_median = 0.0;    ///< over the timed steps, as are the two below

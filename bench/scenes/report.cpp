@@ -60,6 +60,7 @@ std::vector<std::string> comparison_row(const std::vector<Entry>& entries, const
     row.push_back("failed");
     return row;
   }
+  row.push_back(m->continuous);
   const auto sorted = by_time(entry);
   row.push_back(time_cell(m->ms_per_step));
   row.push_back(time_cell(sorted.front()->ms_per_step) + " to " + time_cell(sorted.back()->ms_per_step));
@@ -91,7 +92,7 @@ const Measurement* median_repeat(const Entry& entry) {
 Table comparison(const std::vector<Entry>& entries, const std::string& baseline) {
   const bool with_pooled =
       std::any_of(entries.begin(), entries.end(), [](const Entry& e) { return e.quality.has_value(); });
-  Table table{{"scene", "threads", "engine", "ms/step", "range", "ratio", "scaling", "touching",
+  Table table{{"scene", "threads", "engine", "continuous", "ms/step", "range", "ratio", "scaling", "touching",
                "ns/touching", "pen mean mm", "pen p99.9 mm", "pen max mm", "energy J", "top drop m", "left"}};
   if (with_pooled) {
     table.front().push_back("all steps mean mm");
@@ -99,6 +100,32 @@ Table comparison(const std::vector<Entry>& entries, const std::string& baseline)
   }
   table.front().push_back("MiB");
   for (const Entry& entry : entries) table.push_back(comparison_row(entries, entry, baseline, with_pooled));
+  return table;
+}
+
+Table brief(const std::vector<Entry>& entries, const std::string& baseline) {
+  Table table{{"scene", "threads", "engine", "continuous", "ms/step", "ratio", "1 to n threads",
+               "ns per contact", "penetration mean, p99.9 (mm)", "energy (J)", "left"}};
+  for (const Entry& entry : entries) {
+    const Measurement* m = median_repeat(entry);
+    // What does not get faster with more threads stands once.
+    if (m == nullptr || (entry.threads_used != entry.threads && entry.threads > 1)) continue;
+    const Measurement* base = find_median(entries, entry.scene, baseline, entry.threads);
+    const Measurement* single = find_median(entries, entry.scene, entry.engine, 1);
+    const bool scales = single != nullptr && entry.threads_used > 1;
+    const bool pooled = entry.quality && entry.quality->error.empty() && entry.quality->pooled_pairs > 0;
+    const Measurement& quality = pooled ? *entry.quality : *m;
+    const double mean = pooled ? quality.pooled_mean : quality.penetration_mean;
+    const double p999 = pooled ? quality.pooled_p999 : quality.penetration_p999;
+    const double touching = static_cast<double>(m->touching);
+    table.push_back({entry.scene, threads_cell(entry), entry.title, m->continuous,
+                     number("%.2f", m->ms_per_step),
+                     base != nullptr ? number("%.2f", m->ms_per_step / base->ms_per_step) : "",
+                     scales ? number("%.2f", single->ms_per_step / m->ms_per_step) : "",
+                     m->touching > 0 ? number("%.0f", m->ms_per_step * 1e6 / touching) : "",
+                     number("%.2f, ", mean * 1e3) + number("%.3g", p999 * 1e3),
+                     number("%.3g", m->kinetic_energy), std::to_string(m->bodies_left)});
+  }
   return table;
 }
 

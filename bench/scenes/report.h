@@ -4,6 +4,7 @@
 #include "bench/scenes/measure.h"
 
 #include <iosfwd>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,10 +13,12 @@ namespace scree::bench {
 
 /// All that was measured about one engine on one scene with one number of threads.
 struct Entry {
-  std::string scene;   ///< with its parameters, as asked for
-  std::string engine;  ///< name, and the instruction set if several are compared
-  std::string title;   ///< with version, and the instruction set that was used
-  int threads = 1;     ///< asked for; a single-threaded engine uses one all the same
+  std::string scene;                         ///< with its parameters, as asked for
+  std::string name;                          ///< of the scene alone
+  std::map<std::string, double> parameters;  ///< that were asked for
+  std::string engine;                        ///< name, and the instruction set if several are compared
+  std::string title;                         ///< with version, and the instruction set that was used
+  int threads = 1;                           ///< asked for; a single-threaded engine uses one all the same
   int threads_used = 1;
   std::vector<Measurement> repeats;
   std::optional<Measurement> quality;  ///< of the run that was judged every few steps
@@ -30,6 +33,8 @@ using Table = std::vector<std::vector<std::string>>;
 /// A row per entry: time per step (median of the repeats, their range), ratio to the entry of the same scene
 /// and thread count whose engine is `baseline`, scaling against one thread, cost per touching pair, quality.
 Table comparison(const std::vector<Entry>& entries, const std::string& baseline);
+/// The same in fewer columns, and only engines that could run the scene.
+Table brief(const std::vector<Entry>& entries, const std::string& baseline);
 /// A row per entry of a run with Request::stand_steps.
 Table standing(const std::vector<Entry>& entries);
 /// A line per entry that has something to say: errors, complaints, bits that differ between repeats.

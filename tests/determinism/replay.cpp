@@ -121,13 +121,17 @@ Playback::Playback(const std::vector<scenes::Scene>& scenes, int steps, ContactE
     settings.contact_events = events;
     worlds_.emplace_back(settings);
     bodies_.push_back(scenes::populate(worlds_.back(), scene));
+    drives_.push_back(scene.drives);
   }
 }
 
 void Playback::advance(Workers& workers) {
   if (steps_taken_ == 2 * steps_ / 3) throw_some_up();
   std::vector<World*> worlds;
-  for (World& world : worlds_) worlds.push_back(&world);
+  for (std::size_t i = 0; i < worlds_.size(); ++i) {
+    scenes::drive(worlds_[i], drives_[i], bodies_[i], steps_taken_, dt_);
+    worlds.push_back(&worlds_[i]);
+  }
   step(worlds, dt_, workers);
   ++steps_taken_;
 }

@@ -52,6 +52,7 @@ class Playback {
 
   std::vector<World> worlds_;
   std::vector<std::vector<BodyId>> bodies_;
+  std::vector<std::vector<scenes::SceneDrive>> drives_;
   float dt_ = 0.0f;
   int steps_ = 0;
   int steps_taken_ = 0;

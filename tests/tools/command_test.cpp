@@ -73,9 +73,9 @@ class Command : public ::testing::Test {
 TEST_F(Command, ListsEverySceneOnALineOfItsOwn) {
   const Outcome outcome = scree("scenes");
   EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 9);
-  for (const char* name : {"large_pyramid", "many_pyramids", "pile", "stack", "wall", "card_house", "slope",
-                           "spheres_in_box", "many_worlds"}) {
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 12);
+  for (const char* name : {"large_pyramid", "many_pyramids", "convex_pile", "junkyard", "pile", "hull_zoo",
+                           "stack", "wall", "card_house", "slope", "spheres_in_box", "many_worlds"}) {
     EXPECT_TRUE(outcome.out.find(std::string("\n") + name + " ") != std::string::npos ||
                 outcome.out.rfind(std::string(name) + " ", 0) == 0)
         << name;
@@ -102,6 +102,11 @@ TEST_F(Command, RefusesBadCommandLinesWithExitCodeTwo) {
   expect_refusal("run stack --set bodies=1e400", "is not a finite number");
   expect_refusal("run stack --set bodies=0", "bodies = 0 must be from 1 to 10000");
   expect_refusal("run stack --set bodies=2 bodies=3", "--set bodies is given twice");
+  expect_refusal("run convex_pile --set layers=0", "layers = 0 must be from 1 to 1000");
+  expect_refusal("run convex_pile --set columns=1.5", "columns = 1.5 must be a whole number");
+  expect_refusal("run junkyard --set columns=22", "columns = 22 must be from 1 to 21");
+  expect_refusal("run junkyard --set rocks=5", "it has: columns, layers");
+  expect_refusal("run hull_zoo --set max_vertices=3", "max_vertices = 3 must be from 4 to 256");
   expect_refusal("run stack --steps 0", "--steps 0 must be from 1");
   expect_refusal("run stack --steps -5", "--steps -5 must be from 1");
   expect_refusal("run stack --steps 10 --warmup 10", "--warmup 10 must be below the 10 steps");
@@ -179,8 +184,10 @@ TEST_F(Command, HashDependsOnNeitherThreadsNorInstructionSetNorTheMeasurement) {
 TEST_F(Command, EverySceneRuns) {
   for (const char* scene :
        {"large_pyramid --set base=6", "many_pyramids --set rows=2 --set columns=2 --set base=3",
-        "pile --set bodies=50", "stack --set bodies=5", "wall --set columns=4 --set rows=3", "card_house",
-        "slope", "spheres_in_box --set bodies=40", "many_worlds --set worlds=4 --set bodies=20"}) {
+        "convex_pile --set columns=2 --set layers=2", "junkyard --set columns=2 --set layers=1",
+        "hull_zoo --set bodies=40", "pile --set bodies=50", "stack --set bodies=5",
+        "wall --set columns=4 --set rows=3", "card_house", "slope", "spheres_in_box --set bodies=40",
+        "many_worlds --set worlds=4 --set bodies=20"}) {
     EXPECT_GT(figures(std::string(scene) + " --steps 10 --no-sleep").at("awake_bodies"), 0) << scene;
   }
 }

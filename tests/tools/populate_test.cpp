@@ -12,6 +12,7 @@ TEST(Populate, EveryBodyGetsItsPoseItsShapesAndAHandle) {
   for (const SceneInfo& info : catalog()) {
     Parameters parameters;
     if (info.parameters.contains("bodies")) parameters["bodies"] = 60;
+    if (info.parameters.contains("layers")) parameters["layers"] = 2;
     if (info.parameters.contains("worlds")) parameters["worlds"] = 2;
     for (const Scene& scene : build(info.name, parameters)) {
       World world(scene.settings);

@@ -2,13 +2,17 @@
 #include <core/math.h>
 #include <gtest/gtest.h>
 #include <tools/scenes/angles.h>
+#include <tools/scenes/hulls.h>
 #include <tools/scenes/random.h>
 #include <tools/scenes/scene.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
+#include <set>
 
 namespace scree::scenes {
 namespace {
@@ -26,6 +30,13 @@ const Geometry& geometry_of(const Scene& scene, const SceneBody& body) {
 float bounding_radius(const Geometry& geometry) {
   if (const auto* sphere = std::get_if<Sphere>(&geometry)) return sphere->radius;
   if (const auto* capsule = std::get_if<Capsule>(&geometry)) return capsule->half_height + capsule->radius;
+  if (const auto* hull = std::get_if<ConvexHull>(&geometry)) {
+    float radius = 0.0f;
+    for (const Vec3 v : hull->hull.vertices()) {
+      radius = std::max(radius, length({v.x * hull->scale.x, v.y * hull->scale.y, v.z * hull->scale.z}));
+    }
+    return radius;
+  }
   return length(std::get<Box>(geometry).half_extents);
 }
 
@@ -190,6 +201,165 @@ TEST(Pile, HasTheBodiesThatWereAskedForInsideItsWallsAndNoneOverlap) {
         EXPECT_GE(length(between), radius + other) << i << " " << k;
       }
     }
+  }
+}
+
+TEST(Pile, MixesAllShapesAndSharesItsHulls) {
+  const Scene scene = build_one("pile", {{"bodies", 2000}});
+  std::map<std::size_t, int> of_type;
+  std::map<std::uint32_t, int> of_hull;
+  std::set<std::size_t> vertices;
+  for (const SceneBody& body : scene.bodies) {
+    const Geometry& geometry = geometry_of(scene, body);
+    ++of_type[geometry.index()];
+    if (const auto* hull = std::get_if<ConvexHull>(&geometry)) {
+      ++of_hull[body.first_shape];
+      vertices.insert(hull->hull.vertices().size());
+    }
+  }
+  ASSERT_EQ(of_type.size(), 4u);
+  for (const auto& [type, count] : of_type) EXPECT_NEAR(count, 500, 100) << type;
+  EXPECT_EQ(of_hull.size(), 8u);
+  EXPECT_EQ(vertices, (std::set<std::size_t>{4, 6, 8, 10, 12, 16, 24, 32}));
+}
+
+TEST(HullZoo, HoldsHullsFromTheTetrahedronTo256VerticesAndThinOnes) {
+  const Scene scene = build_one("hull_zoo");
+  ASSERT_EQ(scene.bodies.size(), 2001u);
+  std::set<std::size_t> vertices;
+  float thinnest = 1.0f, most_slender = 1.0f;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    const Hull& hull = std::get<ConvexHull>(geometry_of(scene, scene.bodies[i])).hull;
+    EXPECT_FALSE(hull.report().simplified());
+    vertices.insert(hull.vertices().size());
+    Vec3 low = hull.vertices().front();
+    Vec3 high = low;
+    for (const Vec3 v : hull.vertices()) {
+      low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
+      high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
+    }
+    std::array<float, 3> size{high.x - low.x, high.y - low.y, high.z - low.z};
+    std::sort(size.begin(), size.end());
+    thinnest = std::min(thinnest, size[0] / size[1]);
+    most_slender = std::min(most_slender, size[1] / size[2]);
+  }
+  for (const std::size_t count : {4, 6, 8, 10, 16, 24, 32, 64, 128, 256})
+    EXPECT_TRUE(vertices.contains(count)) << count;
+  EXPECT_LE(thinnest, 0.06f);      // plates and slivers
+  EXPECT_LE(most_slender, 0.08f);  // needles
+  const Scene few = build_one("hull_zoo", {{"max_vertices", 8}, {"bodies", 200}});
+  for (std::size_t i = 1; i < few.bodies.size(); ++i) {
+    EXPECT_LE(std::get<ConvexHull>(geometry_of(few, few.bodies[i])).hull.vertices().size(), 8u);
+  }
+}
+
+TEST(ConvexPile, IsThePublishedOne) {
+  const Scene scene = build_one("convex_pile");
+  ASSERT_EQ(scene.bodies.size(), 5121u);
+  EXPECT_EQ(scene.steps, 500);
+  EXPECT_TRUE(scene.settings.sleeping);
+  EXPECT_TRUE(scene.continuous);
+  EXPECT_EQ(scene.settings.gravity, (Vec3{0, -10, 0}));
+  EXPECT_EQ(std::get<Box>(geometry_of(scene, scene.bodies[0])).half_extents, (Vec3{250, 1, 250}));
+  EXPECT_EQ(scene.bodies[0].def.position, (Vec3{0, -1, 0}));
+  EXPECT_EQ(scene.bodies[1].def.position, (Vec3{-16, 2, -16}));
+  EXPECT_EQ(scene.bodies[2].def.position, (Vec3{-12, 2, -16}));
+  EXPECT_EQ(scene.bodies[9].def.position, (Vec3{-16, 2, -12}));
+  EXPECT_EQ(scene.bodies.back().def.position, (Vec3{12, 318, 12}));
+  const Hull& hull = std::get<ConvexHull>(geometry_of(scene, scene.bodies[1])).hull;
+  ASSERT_EQ(hull.vertices().size(), 32u);
+  for (const Vec3 vertex : hull.vertices()) EXPECT_NEAR(length(vertex), 2.0f, 1e-6f);
+  for (const SceneBody& body : scene.bodies) EXPECT_LE(body.first_shape, 1u);  // one hull for all
+}
+
+TEST(RandomSpherePoints, FollowThePublishedGenerator) {
+  // The first state is 42 * 2147001325 + 715136305 modulo 2^32.
+  const std::vector<Vec3> points = random_sphere_points(32, 2.0f, 42);
+  std::uint64_t state = 42;
+  const auto next = [&state] {
+    state = (state * 2147001325u + 715136305u) % (std::uint64_t{1} << 32);
+    return static_cast<double>(state % 65536) / 65535.0 - 0.5;
+  };
+  for (const Vec3 point : points) {
+    double x = next(), y = next(), z = next();
+    while (x * x + y * y + z * z > 0.25) {
+      x = next();
+      y = next();
+      z = next();
+    }
+    const double scale = 2.0 / std::sqrt(x * x + y * y + z * z);
+    EXPECT_NEAR(point.x, x * scale, 1e-6);
+    EXPECT_NEAR(point.y, y * scale, 1e-6);
+    EXPECT_NEAR(point.z, z * scale, 1e-6);
+  }
+}
+
+TEST(Junkyard, IsThePublishedOne) {
+  const Scene scene = build_one("junkyard");
+  ASSERT_EQ(scene.bodies.size(), 10586u);
+  EXPECT_EQ(scene.steps, 500);
+  EXPECT_TRUE(scene.settings.sleeping);
+  EXPECT_TRUE(scene.continuous);
+  EXPECT_EQ(scene.bodies[0].shape_count, 5u);
+  EXPECT_EQ(scene.bodies[0].def.position, (Vec3{0, -1, 0}));
+  EXPECT_EQ(scene.shapes[1].options.local_pose.position, (Vec3{-50, 8, 0}));
+  EXPECT_EQ(scene.shapes[4].options.local_pose.position, (Vec3{0, 8, 50}));
+  EXPECT_EQ(std::get<Box>(scene.shapes[4].geometry).half_extents, (Vec3{50, 8, 1}));
+  EXPECT_EQ(scene.bodies[1].def.position, (Vec3{-40, 25, -40}));
+  EXPECT_EQ(scene.bodies[2].def.position, (Vec3{-40, 25, -36}));
+  EXPECT_EQ(scene.bodies[10584].def.position, (Vec3{40, 117, 40}));
+  const Hull& rock = std::get<ConvexHull>(geometry_of(scene, scene.bodies[1])).hull;
+  ASSERT_EQ(rock.vertices().size(), 10u);
+  for (const Vec3 vertex : rock.vertices()) EXPECT_NEAR(length(vertex), 1.5f, 1e-6f);
+  const SceneBody& pusher = scene.bodies.back();
+  EXPECT_EQ(pusher.def.type, BodyType::kinematic);
+  EXPECT_EQ(pusher.def.position, (Vec3{35, 0, 0}));
+  const Hull& prism = std::get<ConvexHull>(geometry_of(scene, pusher)).hull;
+  EXPECT_EQ(prism.vertices().size(), 32u);
+  EXPECT_EQ(prism.face_count(), 18u);
+  EXPECT_EQ(prism.vertices().front().x, -4.0f);
+}
+
+TEST(Junkyard, ThePusherGoesRoundAtSixDegreesASecondAndDoesNotTurn) {
+  const Scene scene = build_one("junkyard", {{"columns", 1}, {"layers", 1}});
+  ASSERT_EQ(scene.drives.size(), 1u);
+  EXPECT_EQ(scene.drives[0].body, 2u);
+  EXPECT_EQ(drive_target(scene.drives[0], 0.0).position, (Vec3{35, 0, 0}));
+  for (const double seconds : {1.0 / 60.0, 1.0, 15.0, 33.3}) {
+    const Pose pose = drive_target(scene.drives[0], seconds);
+    const double angle = -6.0 * seconds * 3.14159265358979323846 / 180.0;
+    EXPECT_NEAR(pose.position.x, 35.0 * std::cos(angle), 1e-5);
+    EXPECT_EQ(pose.position.y, 0.0f);
+    EXPECT_NEAR(pose.position.z, 35.0 * std::sin(angle), 1e-5);
+    EXPECT_EQ(pose.rotation, Quat{});
+  }
+  EXPECT_EQ(drive_target(scene.drives[0], 15.0).position.z, -35.0f);
+}
+
+TEST(DriveTarget, TurnsABodyAboutAnyAxis) {
+  SceneDrive drive;
+  drive.start = {{3, 1, 0}, {0, 0, 1, 0}};
+  drive.center = {1, 1, 5};
+  drive.axis = {0, 0, 2};
+  drive.degrees_per_second = 90.0;
+  const Pose quarter = drive_target(drive, 1.0);
+  EXPECT_EQ(quarter.position, (Vec3{1, 3, 0}));
+  const Vec3 turned = rotate(quarter.rotation, {1, 0, 0});  // by 180 and then 90 degrees about z
+  EXPECT_NEAR(turned.x, 0.0f, 1e-6f);
+  EXPECT_NEAR(turned.y, -1.0f, 1e-6f);
+  EXPECT_EQ(drive_target(drive, 4.0).position, drive.start.position);
+}
+
+TEST(Drive, BringsABodyToItsTargetStepByStep) {
+  const Scene scene = build_one("junkyard", {{"columns", 1}, {"layers", 1}});
+  World world(scene.settings);
+  const std::vector<BodyId> bodies = populate(world, scene);
+  Workers workers{1};
+  for (int i = 0; i < 120; ++i) {
+    drive(world, scene.drives, bodies, i, scene.dt);
+    step(world, scene.dt, workers);
+    const Pose target = drive_target(scene.drives[0], (i + 1) * double{scene.dt});
+    EXPECT_LT(length(world.pose(bodies[2]).position - target.position), 1e-4f) << i;
   }
 }
 

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <filesystem>
 #include <span>
+#include <utility>
 
 namespace scree::command {
 namespace {
@@ -98,6 +99,18 @@ void measure_quality(std::vector<World>& worlds) {
   }
 }
 
+// What moves the driven bodies of a world.
+struct Drives {
+  std::vector<scenes::SceneDrive> drives;
+  std::vector<BodyId> bodies;  // of the whole scene; empty where nothing is driven
+};
+
+void drive_all(std::vector<World>& worlds, const std::vector<Drives>& drives, int steps_done, float dt) {
+  for (std::size_t i = 0; i < worlds.size(); ++i) {
+    scenes::drive(worlds[i], drives[i].drives, drives[i].bodies, steps_done, dt);
+  }
+}
+
 // Steps all worlds once; milliseconds.
 double step_all(std::span<World* const> worlds, float dt, Workers& workers) {
   const auto start = std::chrono::steady_clock::now();
@@ -106,13 +119,15 @@ double step_all(std::span<World* const> worlds, float dt, Workers& workers) {
 }
 
 // Quality is measured in the last step, which is left out of the times unless it is the only one.
-Timing simulate(std::vector<World>& worlds, const Plan& plan, Workers& workers, Progress& progress) {
+Timing simulate(std::vector<World>& worlds, const std::vector<Drives>& drives, const Plan& plan,
+                Workers& workers, Progress& progress) {
   Timing timing;
   std::vector<World*> pointers;
   for (World& world : worlds) pointers.push_back(&world);
   for (int i = 0; i < plan.steps; ++i) {
     const bool last = i + 1 == plan.steps;
     if (last) measure_quality(worlds);
+    drive_all(worlds, drives, i, plan.dt);
     const double milliseconds = step_all(pointers, plan.dt, workers);
     progress.show(i + 1);
     for (const World& world : worlds) timing.restored_bodies += world.stats().restored_bodies;
@@ -202,15 +217,18 @@ RunFigures run(const RunOptions& options) {
   figures.substeps = plan.worlds.front().settings.substeps;
   Progress progress(figures.scene, plan.steps, !options.quiet);
   std::vector<World> worlds;
+  std::vector<Drives> drives;
   worlds.reserve(plan.worlds.size());
   for (scenes::Scene& scene : plan.worlds) {
-    scenes::populate(worlds.emplace_back(scene.settings), scene);
+    std::vector<BodyId> bodies = scenes::populate(worlds.emplace_back(scene.settings), scene);
+    if (scene.drives.empty()) bodies = {};
+    drives.push_back({std::move(scene.drives), std::move(bodies)});
     for (const scenes::SceneBody& body : scene.bodies) {
       ++(body.def.type == BodyType::fixed ? figures.fixed_bodies : figures.bodies);
     }
     scene = {};  // a million bodies need not be there twice
   }
-  add_times(simulate(worlds, plan, workers, progress), figures);
+  add_times(simulate(worlds, drives, plan, workers, progress), figures);
   add_quality(worlds, figures);
   figures.hash = hash_all(worlds);
   figures.peak_memory_bytes = peak_memory_bytes();

@@ -11,6 +11,9 @@ namespace scree::scenes {
 Scene large_pyramid(const Parameters& parameters);
 Scene many_pyramids(const Parameters& parameters);
 Scene pile(const Parameters& parameters);
+Scene convex_pile(const Parameters& parameters);
+Scene junkyard(const Parameters& parameters);
+Scene hull_zoo(const Parameters& parameters);
 Scene stack(const Parameters& parameters);
 Scene wall(const Parameters& parameters);
 Scene card_house(const Parameters& parameters);

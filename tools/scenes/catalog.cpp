@@ -43,10 +43,22 @@ const std::vector<Entry>& entries() {
        "14 x 14 small pyramids of boxes, 10 wide: 10,780 boxes, 28,420 contacts",
        {{"base", 10, 1, 100}, {"columns", 14, 1, 100}, {"rows", 14, 1, 100}},
        one_world<many_pyramids>},
+      {"convex_pile",
+       "a tower of 5120 copies of one hull of 32 corners that collapses into a pile",
+       {{"columns", 8, 1, 100}, {"layers", 80, 1, 1000}},
+       one_world<convex_pile>},
+      {"junkyard",
+       "10,584 rocks dropped into a walled yard, where a prism drives through them",
+       {{"columns", 21, 1, 21}, {"layers", 24, 1, 1000}},
+       one_world<junkyard>},
       {"pile",
-       "mixed boxes, spheres and capsules poured into a walled pit",
+       "mixed boxes, spheres, capsules and hulls poured into a walled pit",
        {{"bodies", 20000, 10, kMostBodies}, {"seed", 1, 0, kMostSeed}},
        one_world<pile>},
+      {"hull_zoo",
+       "hulls of 4 to 256 corners, slivers, plates and needles in one pile",
+       {{"bodies", 2000, 10, kMostBodies}, {"max_vertices", 256, 4, 256}, {"seed", 1, 0, kMostSeed}},
+       one_world<hull_zoo>},
       {"stack", "boxes of 1 m, one on top of the other", {{"bodies", 100, 1, 10000}}, one_world<stack>},
       {"wall",
        "a brick wall in running bond",
@@ -97,7 +109,7 @@ const Entry& find_entry(const std::string& name) {
               "\"; there are: " + join(entries(), [](const Entry& entry) { return entry.name; }));
 }
 
-void check(const Entry& entry, const ParameterRule& rule, double value) {
+void check_value(const Entry& entry, const ParameterRule& rule, double value) {
   const std::string start =
       "scene " + std::string(entry.name) + ": " + rule.name + " = " + text(value) + " must be ";
   if (rule.whole && value != std::floor(value)) throw Error(start + "a whole number");
@@ -119,7 +131,7 @@ Parameters complete(const Entry& entry, const Parameters& given) {
       throw Error("scene " + std::string(entry.name) + " has no parameter \"" + name + "\"; it has: " +
                   join(entry.parameters, [](const ParameterRule& candidate) { return candidate.name; }));
     }
-    check(entry, *rule, value);
+    check_value(entry, *rule, value);
     all[name] = value;
   }
   return all;
@@ -135,6 +147,8 @@ const std::vector<SceneInfo>& catalog() {
   }();
   return kCatalog;
 }
+
+void check(const std::string& name, const Parameters& parameters) { complete(find_entry(name), parameters); }
 
 std::vector<Scene> build(const std::string& name, const Parameters& parameters) {
   const Entry& entry = find_entry(name);

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,11 +27,25 @@ struct SceneBody {
   std::uint32_t shape_count = 0;
 };
 
+/// A kinematic body that turns steadily about an axis. Every step moves it to where it shall be at the
+/// step's end; see drive_target.
+struct SceneDrive {
+  std::uint32_t body = 0;  ///< into Scene::bodies
+  Pose start;              ///< of the body
+  Vec3 center;             ///< m, a point of the axis
+  Vec3 axis{0.0f, 1.0f, 0.0f};
+  double degrees_per_second = 0.0;
+  bool turns_body = true;  ///< or the body keeps its rotation and only its origin goes round
+};
+
 struct Scene {
   std::string name;
   WorldSettings settings;
   std::vector<SceneShape> shapes;
   std::vector<SceneBody> bodies;
+  std::vector<SceneDrive> drives;
+  bool continuous = false;  ///< fast bodies shall not pass through others: engines with continuous collision
+                            ///< switch it on
   int steps = 200;  ///< a sensible length, the protocol's where the scene comes from a published benchmark
   float dt = 1.0f / 60.0f;
 };
@@ -50,6 +65,17 @@ const std::vector<SceneInfo>& catalog();
 /// Builds a built-in scene; one element, or one per world. Throws scree::Error for an unknown name or
 /// parameter and for impossible values.
 std::vector<Scene> build(const std::string& name, const Parameters& parameters = {});
+
+/// Throws what build would throw for the name and the parameters, without building anything.
+void check(const std::string& name, const Parameters& parameters = {});
+
+/// The pose of a driven body after that many seconds; the same bits on every machine.
+Pose drive_target(const SceneDrive& drive, double seconds);
+
+/// Before a step of `dt` and after `steps_done` of them: has it move the driven bodies to where they shall be
+/// at its end. `bodies` is what populate returned.
+void drive(World& world, std::span<const SceneDrive> drives, std::span<const BodyId> bodies,
+           std::int64_t steps_done, float dt);
 
 /// Creates the scene's bodies in an empty world; returns their handles in the scene's order.
 std::vector<BodyId> populate(World& world, const Scene& scene);

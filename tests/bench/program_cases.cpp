@@ -1,0 +1,145 @@
+// Laws of scree_bench_scenes and bench/plot, run as programs: what they write and what they refuse.
+#include <gtest/gtest.h>
+#include <scree/stats.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <string>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+std::string read_file(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+class BenchProgram : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("scree_bench_test_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  Outcome run(const std::string& line) {
+    const fs::path out = folder_ / "out";
+    const fs::path err = folder_ / "err";
+    const int status =
+        std::system((line + " >'" + out.string() + "' 2>'" + err.string() + "' </dev/null").c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
+  }
+
+  Outcome bench(const std::string& arguments) { return run("'" SCREE_BENCH_PROGRAM "' " + arguments); }
+
+  nlohmann::json figures(const std::string& arguments) {
+    const fs::path file = folder_ / "figures.json";
+    const Outcome outcome = bench("--engines scree --repeats 1 --json '" + file.string() + "' " + arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << arguments << "\n" << outcome.err;
+    return nlohmann::json::parse(read_file(file));
+  }
+
+  void expect_refusal(const std::string& arguments, const std::string& reason) {
+    const Outcome outcome = bench(arguments);
+    EXPECT_NE(outcome.exit_code, 0) << arguments;
+    EXPECT_EQ(outcome.out, "") << arguments;
+    EXPECT_NE(outcome.err.find(reason), std::string::npos) << arguments << "\n" << outcome.err;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(BenchProgram, WritesFiguresOfEveryEntry) {
+  const nlohmann::json json =
+      figures("--scenes stack:bodies=4,wall:columns=3:rows=2 --threads 1,2 --steps 5");
+  EXPECT_EQ(json.at("sweep"), "");
+  EXPECT_EQ(json.at("engines").at("scree").at("multithreaded"), true);
+  ASSERT_EQ(json.at("entries").size(), 4u);
+  for (const nlohmann::json& entry : json.at("entries")) {
+    EXPECT_GT(entry.at("ms_per_step").get<double>(), 0.0);
+    EXPECT_EQ(entry.at("engine"), "scree");
+    EXPECT_EQ(entry.at("phases").size(), static_cast<std::size_t>(scree::kPhaseCount));
+    EXPECT_EQ(entry.at("repeats").at(0).at("timed_steps"), 4);
+    EXPECT_EQ(entry.at("bodies"), entry.at("name") == "stack" ? 4 : 7);
+  }
+  EXPECT_EQ(json.at("entries").at(0).at("parameters").at("bodies"), 4);
+}
+
+TEST_F(BenchProgram, SweepsEverySceneOverAParameter) {
+  const nlohmann::json json = figures("--scenes stack,pile --sweep bodies=10,20 --threads 1 --steps 3");
+  EXPECT_EQ(json.at("sweep"), "bodies");
+  std::multiset<std::string> scenes;
+  for (const nlohmann::json& entry : json.at("entries")) scenes.insert(entry.at("scene"));
+  EXPECT_EQ(scenes, (std::multiset<std::string>{"stack:bodies=10", "stack:bodies=20", "pile:bodies=10",
+                                                "pile:bodies=20"}));
+}
+
+TEST_F(BenchProgram, NamesContinuousCollisionInEveryReport) {
+  const std::string markdown = (folder_ / "table.md").string();
+  const std::string brief = (folder_ / "brief.md").string();
+  const nlohmann::json json =
+      figures("--scenes stack:bodies=3 --threads 1 --steps 3 --continuous off --markdown '" + markdown +
+              "' --brief '" + brief + "'");
+  const std::string continuous = json.at("entries").at(0).at("repeats").at(0).at("continuous");
+  EXPECT_TRUE(continuous == "off" || continuous == "none") << continuous;
+  for (const std::string& file : {markdown, brief}) {
+    EXPECT_NE(read_file(file).find("| continuous |"), std::string::npos) << file;
+    EXPECT_NE(read_file(file).find("| " + continuous + " |"), std::string::npos) << file;
+  }
+  EXPECT_NE(read_file(markdown).find("continuous collision: "), std::string::npos);
+}
+
+TEST_F(BenchProgram, DrivesBodiesLikeTheCommandDoes) {
+  // The pusher goes its way whoever plays the scene, so that both end in the same bits run after run.
+  const std::string arguments = "--scenes junkyard:columns=2:layers=1 --threads 1 --steps 4";
+  const nlohmann::json first = figures(arguments).at("entries").at(0).at("repeats").at(0);
+  const nlohmann::json again = figures(arguments).at("entries").at(0).at("repeats").at(0);
+  EXPECT_EQ(first.at("bits"), again.at("bits"));
+  EXPECT_EQ(first.at("bodies"), 4);
+}
+
+TEST_F(BenchProgram, RefusesWhatItCannotMeasureBeforeItMeasures) {
+  expect_refusal("--scenes nowhere", "unknown scene \"nowhere\"; there are: large_pyramid");
+  expect_refusal("--scenes stack:height=3", "scene stack has no parameter \"height\"");
+  expect_refusal("--scenes stack:bodies=0", "bodies = 0 must be from 1");
+  expect_refusal("--scenes stack:bodies", "\"bodies\" is not key=value");
+  expect_refusal("--scenes stack:bodies=many", "\"many\" is not a finite number");
+  expect_refusal("--scenes stack:bodies=2:bodies=3", "bodies is given twice");
+  expect_refusal("--scenes convex_pile:layers=0", "layers = 0 must be from 1");
+  expect_refusal("--scenes junkyard:columns=22", "columns = 22 must be from 1 to 21");
+  expect_refusal("--scenes hull_zoo:max_vertices=257", "max_vertices = 257 must be from 4 to 256");
+  expect_refusal("--scenes stack --sweep bodies", "expected key=value,value");
+  expect_refusal("--scenes stack --sweep bodies=", "expected key=value,value");
+  expect_refusal("--scenes stack --sweep bodies=2,x", "\"x\" is not a finite number");
+  expect_refusal("--scenes stack --sweep height=2", "no parameter \"height\"");
+  expect_refusal("--continuous sometimes", "sometimes");
+  expect_refusal("--engines none", "unknown engine none");
+  expect_refusal("--threads 0", "0");
+  expect_refusal("--scenes stack --json /no/such/folder/x.json", "cannot write");
+}
+
+TEST_F(BenchProgram, PlotsAreTheSameFromRunToRunAndBadFiguresAreRefused) {
+  if (run("/usr/bin/python3 -c 'import matplotlib'").exit_code != 0) {
+    GTEST_SKIP() << "bench/plot needs Debian's python3-matplotlib";
+  }
+  const Outcome outcome = run("'" SCREE_BENCH_PLOT "' --self-test");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("the same from run to run"), std::string::npos);
+}
+
+}  // namespace
