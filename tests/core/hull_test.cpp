@@ -27,8 +27,9 @@ bool same_bits(const Hull& a, const Hull& b) {
   return s.content_hash == t.content_hash && a == b && same_bytes(s.topology.planes, t.topology.planes) &&
          same_bytes(s.topology.edges, t.topology.edges) &&
          std::memcmp(s.origin, t.origin, sizeof s.origin) == 0 &&
-         std::memcmp(&s.integrals, &t.integrals, sizeof s.integrals) == 0 && s.columns.bytes == t.columns.bytes &&
-         m.inner_radius == n.inner_radius && m.outer_radius == n.outer_radius &&
+         std::memcmp(&s.integrals, &t.integrals, sizeof s.integrals) == 0 &&
+         s.columns.bytes == t.columns.bytes && m.inner_radius == n.inner_radius &&
+         m.outer_radius == n.outer_radius &&
          std::memcmp(columns(m).first, columns(n).first, columns(m).second) == 0;
 }
 
@@ -134,9 +135,7 @@ TEST(Hull, NoCornerLiesOutsideAPlaneAndEveryFaceLiesInIts) {
 struct Wide {
   double x, y, z;
 };
-Wide minus(const Vec3& a, const Vec3& b) {
-  return {double{a.x} - b.x, double{a.y} - b.y, double{a.z} - b.z};
-}
+Wide minus(const Vec3& a, const Vec3& b) { return {double{a.x} - b.x, double{a.y} - b.y, double{a.z} - b.z}; }
 Wide cross_of(const Wide& a, const Wide& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
@@ -237,9 +236,11 @@ TEST(Hull, NoPointLiesFartherOutsideThanTheReportSays) {
                 cloud.points.size());
       // What the hull's grid, of 2^-23 of half the extent, rounds off is not told.
       const double rounding = 2e-7 * extent_of(cloud.points);
-      EXPECT_LE(outreach(cloud.points, hull, 400), double{report.deviation} + rounding) << cloud.name << limit;
+      EXPECT_LE(outreach(cloud.points, hull, 400), double{report.deviation} + rounding)
+          << cloud.name << limit;
       if (!report.simplified()) {
-        // Flat hulls have sharp edges: a point that sticks out little of a plane can be farther from the hull.
+        // Flat hulls have sharp edges: a point that sticks out little of a plane can be farther from the
+        // hull.
         EXPECT_LE(report.deviation, 1e-4 * extent_of(cloud.points)) << cloud.name << " " << limit;
       }
     }
@@ -289,8 +290,11 @@ TEST(Hull, WhatIsPublicAgreesWithTheColumns) {
     EXPECT_EQ(data.padded_vertices % kHullPadding, 0);
     EXPECT_EQ(data.padded_faces % kHullPadding, 0);
     for (int f = 0; f < data.padded_faces; ++f) {
-      if (f < data.face_count) EXPECT_LE(data.inner_radius, data.offset[f]);
-      if (f >= data.face_count) EXPECT_EQ(data.offset[f], 1e30f);
+      if (f < data.face_count) {
+        EXPECT_LE(data.inner_radius, data.offset[f]);
+      } else {
+        EXPECT_EQ(data.offset[f], 1e30f);
+      }
     }
     EXPECT_GT(data.inner_radius, 0.0f) << cloud.name;
     // The frame of the columns is the centroid's, within the grid.
