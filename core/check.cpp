@@ -104,11 +104,17 @@ void check_material(Call call, const Material& material) {
   }
 }
 
+void check_events(Call call, ContactEvents events) {
+  if (events > ContactEvents::all) fail_range(call, "contact_events", static_cast<int>(events), 0, 3);
+}
+
 void check_options(Call call, const ShapeOptions& options) {
+  check_events(call, options.contact_events);
   check_pose(call, "local_pose.position", "local_pose.rotation", options.local_pose, kMaxLocalPosition);
 }
 
 void check_settings(Call call, const WorldSettings& settings) {
+  check_events(call, settings.contact_events);
   check_vector(call, "gravity", settings.gravity, kMaxGravity);
   if (settings.substeps < 1 || settings.substeps > kMaxSubsteps) {
     fail_range(call, "substeps", settings.substeps, 1, kMaxSubsteps);

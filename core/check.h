@@ -40,6 +40,7 @@ void check_locks(Call call, AxisLocks locks);
 void check_body_def(Call call, const BodyDef& def);
 void check_geometry(Call call, const Geometry& geometry);
 void check_material(Call call, const Material& material);
+void check_events(Call call, ContactEvents events);
 void check_options(Call call, const ShapeOptions& options);
 void check_settings(Call call, const WorldSettings& settings);
 

@@ -96,6 +96,7 @@ void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, 
   shapes.fat_bounds[row] = {};
   shapes.tree[row] = TreeKind::none;
   shapes.user_data[row] = options.user_data;
+  shapes.events[row] = options.contact_events;
   shapes.pose[row] = {};
 }
 
@@ -104,6 +105,7 @@ ShapeId commit_shape(Shapes& shapes, std::int32_t shape) {
   if (shapes.generation[row] == 0) shapes.generation[row] = 1;
   mark_dirty(shapes, shape, kShapeAlive | kShapeNew);
   ++shapes.alive;
+  if (shapes.events[row] != ContactEvents::none) ++shapes.asking;
   return {static_cast<std::uint32_t>(shape), shapes.generation[row]};
 }
 
@@ -129,6 +131,7 @@ void bury_shape(WorldData& data, std::int32_t shape) {
   // A slot whose generations are used up stays empty for good.
   if (++shapes.generation[row] != 0) shapes.free_slots.push_back(shape);
   --shapes.alive;
+  if (shapes.events[row] != ContactEvents::none) --shapes.asking;
   data.contacts.pairs_stale = true;
   data.bodies.lists_dirty = true;
 }

@@ -168,6 +168,20 @@ void World::set_filter(ShapeId shape, const Filter& filter) {
   reconsider(s, kShapeDirty);
 }
 
+ContactEvents World::contact_events(ShapeId shape) const {
+  const ShapeRow s = at({"contact_events"}, data_, shape);
+  return s.shapes.events[s.row];
+}
+
+void World::set_contact_events(ShapeId shape, ContactEvents events) {
+  constexpr Call call{"set_contact_events"};
+  const ShapeRow s = at(call, data_, shape);
+  check_events(call, events);
+  s.shapes.asking +=
+      (events != ContactEvents::none ? 1 : 0) - (s.shapes.events[s.row] != ContactEvents::none ? 1 : 0);
+  s.shapes.events[s.row] = events;
+}
+
 Pose World::local_pose(ShapeId shape) const {
   const ShapeRow s = at({"local_pose"}, data_, shape);
   return s.shapes.given_pose[s.row];

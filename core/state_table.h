@@ -31,6 +31,16 @@ void for_each_column(WorldData& data, Visit&& visit) {
   });
   visit(ColumnKind::scratch, "contacts", "previous", data.contacts.previous);
   visit(ColumnKind::derived, "contacts", "touching", data.contacts.touching);
+  visit(ColumnKind::state, "events", "touching", data.events.touching);
+  visit(ColumnKind::scratch, "events", "before", data.events.before);
+  visit(ColumnKind::scratch, "events", "begins", data.events.begins);
+  visit(ColumnKind::scratch, "events", "persists", data.events.persists);
+  visit(ColumnKind::scratch, "events", "ends", data.events.ends);
+  visit(ColumnKind::scratch, "events", "restored", data.events.restored);
+  visit(ColumnKind::scratch, "events", "impulse", data.events.impulse);
+  visit(ColumnKind::scratch, "events", "approach", data.events.approach);
+  visit(ColumnKind::scratch, "events", "verdicts", data.events.verdicts);
+  visit(ColumnKind::scratch, "events", "counts", data.events.counts);
 }
 
 // Calls visit(kind, store, name, bytes, capacity_bytes) for the columns of the stores and of the stages'

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <string>
+#include <utility>
 
 namespace scree {
 
@@ -75,6 +76,26 @@ std::span<const Velocity> World::velocities() const noexcept {
   if (data_ == nullptr) return {};
   const Column<VelocityRow>& rows = data_->bodies.velocity;
   return {reinterpret_cast<const Velocity*>(rows.data()), rows.size()};
+}
+
+std::span<const ContactEvent> World::contact_begins() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.begins).span();
+}
+
+std::span<const ContactEvent> World::contact_persists() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.persists).span();
+}
+
+std::span<const ContactEnd> World::contact_ends() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.ends).span();
+}
+
+std::span<const BodyId> World::restored_bodies() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.restored).span();
 }
 
 MemoryUse World::memory_use() const noexcept {

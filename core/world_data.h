@@ -92,6 +92,7 @@ inline constexpr int kTreeCount = 4;
   X(state,   BoundsRow,       fat_bounds)      /* update_bounds; the box that pairs were last found with */    \
   X(state,   TreeKind,        tree)            /* calls, find_islands */                                       \
   X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
+  X(state,   ContactEvents,   events)          /* calls; asked for */                                          \
   X(derived, PoseRow,         pose)            /* update_bounds; in the world */
 
 // Slots of hulls, each shared by all shapes of the same hull and scale.
@@ -140,6 +141,7 @@ struct Shapes {
   Column<std::int32_t> dirty;       // state; calls; slots with kShapeDirty, in order of the calls, each once
   std::size_t alive = 0;            // state; calls
   bool wake_requested = false;      // state; calls: some shape has kShapeWakes; cleared by wake_neighbors
+  std::int32_t asking = 0;          // derived; calls: living shapes with events
 };
 
 // A hull as shapes have it. What it is built of and who else shares that does not matter to the world.
@@ -175,6 +177,31 @@ struct Contacts {
                                  // have changed, so that the list can not be kept; cleared by find_pairs
 };
 
+// A pair whose contact somebody asked about when it last touched.
+struct TouchRow {
+  ContactEnd pair;       // holds handles, which outlive their shapes
+  std::uint32_t events;  // ContactEvents
+};
+
+// Of one chunk of contact rows: how many there are of each, then where they go.
+struct EventCounts {
+  std::int32_t touching, begins, persists, ends;
+};
+
+// Events of the last step, for the caller; all but `touching` are of no consequence to the next one.
+struct Events {
+  Column<TouchRow> touching;      // state; list_events; ascending by the indices of the shapes
+  Column<TouchRow> before;        // scratch; list_events; the step before's
+  Column<ContactEvent> begins;    // scratch; list_events
+  Column<ContactEvent> persists;  // scratch; list_events
+  Column<ContactEnd> ends;        // scratch; list_events
+  Column<BodyId> restored;        // scratch; finish_step
+  Column<float> impulse;          // scratch; store_impulses; N s by contact row, of the whole step, if asked
+  Column<float> approach;         // scratch; note_approach; m/s by contact row, if asked
+  Column<std::uint8_t> verdicts;  // scratch; list_events; by contact row
+  Column<EventCounts> counts;     // scratch; list_events; by chunk of contact rows
+};
+
 // Data that only one stage looks into; defined beside that stage, which makes it at its first run.
 struct Part {
   virtual ~Part() = default;
@@ -193,7 +220,9 @@ struct WorldData {
   Shapes shapes;
   Hulls hulls;
   Contacts contacts;
-  StepStats stats;  // derived; every phase
+  Events events;
+  StepStats stats;      // derived; every phase
+  bool listed = false;  // scratch; step of many worlds, while it looks for one that is named twice
 
   std::unique_ptr<Part> broad_phase;   // parallel/find_pairs
   std::unique_ptr<Part> narrow_phase;  // parallel/collide

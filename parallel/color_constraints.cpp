@@ -41,6 +41,7 @@ void Constraints::report(const Visit& visit) const {
   column("chunks", chunks);
   column("stages", stages);
   column("residual", residual);
+  column("impulse_sum", impulse_sum);
   column("depth", depth);
   column("depths", depths);
   column("moving", moving);

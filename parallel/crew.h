@@ -2,7 +2,8 @@
 //
 // A crew lives as long as one call of step(). The calling thread runs stages one after the other; helpers, if
 // any have arrived, claim chunks of the current stage, and none is ever waited for before it has claimed one.
-// See crew_state.h for how. Only the thread that made the crew may run stages, and chunks may not.
+// See crew_state.h for how. Only the thread that made the crew may run stages, and chunks may not, unless
+// they make a crew of their own.
 #pragma once
 
 #include <core/fp_environment.h>
@@ -20,6 +21,9 @@ class Crew {
   // From here until the crew's end the calling thread computes in our floating-point environment: make the
   // crew before the step's first arithmetic.
   explicit Crew(Workers& workers);
+  // One thread alone: for a chunk of `crew` that has stages of its own to run.
+  struct Alone {};
+  Crew(const Crew& crew, Alone) : width_(1), kernels_(crew.kernels_) {}
   ~Crew();
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;

@@ -2,12 +2,17 @@
 // touches no moving one falls asleep as a whole. A sleeping island wakes as a whole when one of its bodies is
 // touched by an awake one.
 //
-// Islands are found only among bodies that may change: most steps do nothing here.
+// Islands are found only among bodies that may change: most steps do nothing here. They are found in parallel
+// by union-find without locks (Anderson and Woll, "Wait-free parallel algorithms for the union-find problem",
+// 1991): roots are linked under smaller roots only, so that an island's final root is its smallest body,
+// whoever came first. Roots are read only once all contacts are in.
 #include <core/wake.h>
 #include <parallel/islands.h>
+#include <parallel/list_where.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
+#include <atomic>
 
 namespace scree {
 
@@ -22,15 +27,24 @@ void Islands::report(const Visit& visit) const {
           cells.capacity_bytes());
   };
   column("parent", parent);
+  column("tired", tired);
   column("kept_awake", kept_awake);
   column("candidates", candidates);
-  column("to_wake", to_wake);
+  column("touched", touched);
+  column("remaining", remaining);
+  column("places", places);
 }
 
 namespace {
 
+constexpr int kChunk = 2048;  // contacts or bodies of one task: 10 to 40 microseconds
+
 bool is_asleep(const Bodies& bodies, std::int32_t body) {
   return (bodies.flags[static_cast<std::size_t>(body)] & kBodyAsleep) != 0;
+}
+
+bool is_awake_dynamic(const Bodies& bodies, std::int32_t body) {
+  return bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic && !is_asleep(bodies, body);
 }
 
 bool is_tired(const WorldData& data, std::int32_t body) {
@@ -40,24 +54,46 @@ bool is_tired(const WorldData& data, std::int32_t body) {
          slow_for >= data.settings.sleep_time;
 }
 
+// Relaxed is enough: an entry only ever names the body itself or a smaller one of its island, and stages hand
+// everything on.
+using Link = std::atomic_ref<std::int32_t>;
+Link link_of(Column<std::int32_t>& parent, std::int32_t body) {
+  return Link(parent[static_cast<std::size_t>(body)]);
+}
+
 std::int32_t find_root(Column<std::int32_t>& parent, std::int32_t body) {
-  while (parent[static_cast<std::size_t>(body)] != body) {
-    std::int32_t& up = parent[static_cast<std::size_t>(body)];
-    up = parent[static_cast<std::size_t>(up)];  // path halving
-    body = up;
+  for (;;) {
+    Link link = link_of(parent, body);
+    const std::int32_t up = link.load(std::memory_order_relaxed);
+    const std::int32_t above = link_of(parent, up).load(std::memory_order_relaxed);
+    if (above == up) return up;
+    // Path halving. Another thread may have set an even higher one meanwhile: this one is as true.
+    link.store(above, std::memory_order_relaxed);
+    body = above;
   }
-  return body;
 }
 
-// The smaller index becomes the root, so that an island's name does not depend on the order of its contacts.
 void unite(Column<std::int32_t>& parent, std::int32_t a, std::int32_t b) {
-  const std::int32_t root_a = find_root(parent, a), root_b = find_root(parent, b);
-  if (root_a == root_b) return;
-  parent[static_cast<std::size_t>(std::max(root_a, root_b))] = std::min(root_a, root_b);
+  for (;;) {
+    a = find_root(parent, a);
+    b = find_root(parent, b);
+    if (a == b) return;
+    if (a < b) std::swap(a, b);
+    std::int32_t root = a;
+    if (link_of(parent, a).compare_exchange_weak(root, b, std::memory_order_relaxed)) return;
+  }
 }
 
-std::int32_t body_of_shape(const WorldData& data, std::int32_t shape) {
-  return data.shapes.body[static_cast<std::size_t>(shape)];
+void mark(Column<std::uint8_t>& marks, std::int32_t body) {
+  std::atomic_ref<std::uint8_t>(marks[static_cast<std::size_t>(body)]).store(1, std::memory_order_relaxed);
+}
+
+// Calls work(i) for all i in [0, count).
+template <class Work>
+void for_each(Crew& crew, std::size_t count, Work&& work) {
+  crew.run_ranges(static_cast<int>(count), kChunk, [&](int begin, int end, int) {
+    for (int i = begin; i < end; ++i) work(static_cast<std::size_t>(i));
+  });
 }
 
 // Bodies of a contact row.
@@ -67,7 +103,18 @@ struct Ends {
 
 Ends ends_of(const WorldData& data, std::size_t row) {
   const ShapePair pair = data.contacts.now.pair[row];
-  return {body_of_shape(data, pair.a), body_of_shape(data, pair.b)};
+  return {data.shapes.body[static_cast<std::size_t>(pair.a)],
+          data.shapes.body[static_cast<std::size_t>(pair.b)]};
+}
+Ends ends_of(const WorldData& data, std::int32_t row) { return ends_of(data, static_cast<std::size_t>(row)); }
+
+bool touches(const WorldData& data, std::size_t row) {
+  return (data.contacts.now.manifold[row].info & kManifoldPointMask) != 0;
+}
+
+// Whether the contact has something to solve.
+bool takes_part(const WorldData& data, Ends ends) {
+  return is_awake_dynamic(data.bodies, ends.a) || is_awake_dynamic(data.bodies, ends.b);
 }
 
 void freeze_shapes(WorldData& data, std::int32_t body) {
@@ -77,152 +124,146 @@ void freeze_shapes(WorldData& data, std::int32_t body) {
   }
 }
 
-// Wakes every island of sleeping bodies that an awake body touches, and lists the contacts that take part
-// now.
-void wake_touched_islands(WorldData& data, Islands& islands) {
-  Bodies& bodies = data.bodies;
-  Contacts& contacts = data.contacts;
-  islands.to_wake.clear();
-  for (const std::int32_t row : contacts.touching) {
-    const Ends ends = ends_of(data, static_cast<std::size_t>(row));
-    for (const std::int32_t body : {ends.a, ends.b}) {
-      if (is_asleep(bodies, body)) islands.to_wake.push_back(body);
-    }
-  }
-  if (islands.to_wake.empty()) return;
-
-  islands.parent.resize(bodies.pose.size());
-  for (std::size_t body = 0; body < bodies.pose.size(); ++body)
+// Islands of the sleeping bodies, and which of them are touched: Islands::parent and kept_awake.
+void find_sleeping_islands(WorldData& data, Islands& islands, Crew& crew) {
+  const Bodies& bodies = data.bodies;
+  islands.parent.resize_discarding(bodies.pose.size());
+  islands.kept_awake.resize_discarding(bodies.pose.size());
+  for_each(crew, bodies.pose.size(), [&](std::size_t body) {
     islands.parent[body] = static_cast<std::int32_t>(body);
-  for (std::size_t row = 0; row < contacts.now.pair.size(); ++row) {
-    if ((contacts.now.manifold[row].info & kManifoldPointMask) == 0) continue;
+    islands.kept_awake[body] = 0;
+  });
+  for_each(crew, data.contacts.now.pair.size(), [&](std::size_t row) {
+    if (!touches(data, row)) return;
     const Ends ends = ends_of(data, row);
     if (is_asleep(bodies, ends.a) && is_asleep(bodies, ends.b)) unite(islands.parent, ends.a, ends.b);
-  }
-  islands.kept_awake.resize(bodies.pose.size());
-  std::fill(islands.kept_awake.begin(), islands.kept_awake.end(), std::uint8_t{0});
-  for (const std::int32_t body : islands.to_wake) {
-    islands.kept_awake[static_cast<std::size_t>(find_root(islands.parent, body))] = 1;
-  }
-  for (std::size_t body = static_cast<std::size_t>(kFirstBody); body < bodies.pose.size(); ++body) {
-    const auto index = static_cast<std::int32_t>(body);
-    if (!is_asleep(bodies, index)) continue;
-    if (islands.kept_awake[static_cast<std::size_t>(find_root(islands.parent, index))] == 0) continue;
-    wake_body(data, index);
-  }
-  refresh_lists(data);
+  });
+  for_each(crew, islands.touched.size(), [&](std::size_t i) {
+    const Ends ends = ends_of(data, islands.touched[i]);
+    for (const std::int32_t body : {ends.a, ends.b}) {
+      if (is_asleep(bodies, body)) mark(islands.kept_awake, find_root(islands.parent, body));
+    }
+  });
+}
 
-  contacts.touching.clear();
-  for (std::size_t row = 0; row < contacts.now.pair.size(); ++row) {
-    if ((contacts.now.manifold[row].info & kManifoldPointMask) == 0) continue;
-    const Ends ends = ends_of(data, row);
-    const auto moves = [&](std::int32_t body) {
-      return bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic && !is_asleep(bodies, body);
-    };
-    if (moves(ends.a) || moves(ends.b)) contacts.touching.push_back(static_cast<std::int32_t>(row));
-  }
+// Wakes every island of sleeping bodies that an awake body touches, and lists the contacts that take part
+// now.
+void wake_touched_islands(WorldData& data, Islands& islands, Crew& crew) {
+  Bodies& bodies = data.bodies;
+  Contacts& contacts = data.contacts;
+  const auto row_of = [&](std::size_t i) { return contacts.touching[i]; };
+  list_where(
+      crew, contacts.touching.size(), islands.places, islands.touched,
+      [&](std::size_t i) {
+        const Ends ends = ends_of(data, row_of(i));
+        return is_asleep(bodies, ends.a) || is_asleep(bodies, ends.b);
+      },
+      row_of);
+  if (islands.touched.empty()) return;
+
+  find_sleeping_islands(data, islands, crew);
+  list_where(crew, bodies.pose.size(), islands.places, islands.candidates, [&](std::size_t body) {
+    const auto index = static_cast<std::int32_t>(body);
+    return is_asleep(bodies, index) &&
+           islands.kept_awake[static_cast<std::size_t>(find_root(islands.parent, index))] != 0;
+  });
+  for (const std::int32_t body : islands.candidates) wake_body(data, body);
+  refresh_lists(data, crew);
+  list_where(crew, contacts.now.pair.size(), islands.places, contacts.touching,
+             [&](std::size_t row) { return touches(data, row) && takes_part(data, ends_of(data, row)); });
+}
+
+// Joins tired bodies that touch, and marks the islands that something moving touches.
+void find_tired_islands(WorldData& data, Islands& islands, Crew& crew) {
+  const Bodies& bodies = data.bodies;
+  const Column<std::int32_t>& touching = data.contacts.touching;
+  const auto is_candidate = [&](std::int32_t body) {
+    return islands.tired[static_cast<std::size_t>(body)] != 0;
+  };
+  const auto moves = [&](std::int32_t body) {
+    const auto index = static_cast<std::size_t>(body);
+    if (bodies.type[index] == BodyType::kinematic) return !is_still(bodies.velocity[index]);
+    return bodies.type[index] == BodyType::dynamic;
+  };
+  for_each(crew, touching.size(), [&](std::size_t i) {
+    const Ends ends = ends_of(data, touching[i]);
+    if (is_candidate(ends.a) && is_candidate(ends.b)) unite(islands.parent, ends.a, ends.b);
+  });
+  for_each(crew, touching.size(), [&](std::size_t i) {
+    const Ends ends = ends_of(data, touching[i]);
+    const bool a = is_candidate(ends.a), b = is_candidate(ends.b);
+    if (a && !b && moves(ends.b)) mark(islands.kept_awake, find_root(islands.parent, ends.a));
+    if (b && !a && moves(ends.a)) mark(islands.kept_awake, find_root(islands.parent, ends.b));
+  });
+}
+
+// Returns whether anybody fell asleep.
+bool put_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
+  Bodies& bodies = data.bodies;
+  std::atomic<std::int64_t> count{0};
+  std::atomic<bool> anybody{false};
+  crew.run_ranges(static_cast<int>(islands.candidates.size()), kChunk, [&](int begin, int end, int) {
+    std::int64_t roots = 0;
+    for (int i = begin; i < end; ++i) {
+      const std::int32_t body = islands.candidates[static_cast<std::size_t>(i)];
+      const auto index = static_cast<std::size_t>(body);
+      const std::int32_t root = find_root(islands.parent, body);
+      islands.tired[index] = 0;
+      roots += root == body ? 1 : 0;
+      if (islands.kept_awake[static_cast<std::size_t>(root)] != 0) continue;
+      bodies.flags[index] = static_cast<std::uint8_t>(bodies.flags[index] | kBodyAsleep);
+      bodies.velocity[index] = VelocityRow{};
+      bodies.force[index] = ForceRow{};
+      freeze_shapes(data, body);
+      anybody.store(true, std::memory_order_relaxed);
+    }
+    count.fetch_add(roots, std::memory_order_relaxed);
+  });
+  data.stats.islands = count.load(std::memory_order_relaxed);
+  return anybody.load(std::memory_order_relaxed);
 }
 
 // Puts islands whose bodies are all tired to sleep.
-void put_tired_islands_to_sleep(WorldData& data, Islands& islands) {
+void put_tired_islands_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
   Bodies& bodies = data.bodies;
-  islands.candidates.clear();
-  for (const std::int32_t body : bodies.awake) {
-    if (is_tired(data, body)) islands.candidates.push_back(body);
-  }
+  const auto body_of = [&](std::size_t i) { return bodies.awake[i]; };
+  list_where(
+      crew, bodies.awake.size(), islands.places, islands.candidates,
+      [&](std::size_t i) { return is_tired(data, body_of(i)); }, body_of);
   data.stats.islands = 0;
   if (islands.candidates.empty()) return;
 
-  islands.parent.resize(bodies.pose.size());
-  islands.kept_awake.resize(bodies.pose.size());
-  for (const std::int32_t body : islands.candidates) {
+  islands.parent.resize_discarding(bodies.pose.size());
+  islands.kept_awake.resize_discarding(bodies.pose.size());
+  islands.tired.resize(bodies.pose.size());
+  for_each(crew, islands.candidates.size(), [&](std::size_t i) {
+    const std::int32_t body = islands.candidates[i];
     islands.parent[static_cast<std::size_t>(body)] = body;
     islands.kept_awake[static_cast<std::size_t>(body)] = 0;
-  }
-  const auto is_candidate = [&](std::int32_t body) {
-    return bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic && is_tired(data, body);
-  };
-  for (const std::int32_t row : data.contacts.touching) {
-    const Ends ends = ends_of(data, static_cast<std::size_t>(row));
-    if (is_candidate(ends.a) && is_candidate(ends.b)) unite(islands.parent, ends.a, ends.b);
-  }
-  const auto moves = [&](std::int32_t body) {
-    const auto index = static_cast<std::size_t>(body);
-    if (bodies.type[index] == BodyType::fixed) return false;
-    if (bodies.type[index] == BodyType::dynamic) return true;
-    return !is_still(bodies.velocity[index]);
-  };
-  for (const std::int32_t row : data.contacts.touching) {
-    const Ends ends = ends_of(data, static_cast<std::size_t>(row));
-    const bool a = is_candidate(ends.a), b = is_candidate(ends.b);
-    if (a && !b && moves(ends.b))
-      islands.kept_awake[static_cast<std::size_t>(find_root(islands.parent, ends.a))] = 1;
-    if (b && !a && moves(ends.a))
-      islands.kept_awake[static_cast<std::size_t>(find_root(islands.parent, ends.b))] = 1;
-  }
-
-  bool anybody = false;
-  for (const std::int32_t body : islands.candidates) {
-    const std::int32_t root = find_root(islands.parent, body);
-    data.stats.islands += root == body ? 1 : 0;
-    if (islands.kept_awake[static_cast<std::size_t>(root)] != 0) continue;
-    const auto index = static_cast<std::size_t>(body);
-    bodies.flags[index] = static_cast<std::uint8_t>(bodies.flags[index] | kBodyAsleep);
-    bodies.velocity[index] = VelocityRow{};
-    bodies.force[index] = ForceRow{};
-    freeze_shapes(data, body);
-    anybody = true;
-  }
-  if (!anybody) return;
+    islands.tired[static_cast<std::size_t>(body)] = 1;
+  });
+  find_tired_islands(data, islands, crew);
+  if (!put_to_sleep(data, islands, crew)) return;
   bodies.lists_dirty = true;
-  refresh_lists(data);
-  const auto sleeps = [&](std::int32_t row) {
-    const Ends ends = ends_of(data, static_cast<std::size_t>(row));
-    const auto moving = [&](std::int32_t body) {
-      return bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic && !is_asleep(bodies, body);
-    };
-    return !moving(ends.a) && !moving(ends.b);
-  };
+  refresh_lists(data, crew);
   Column<std::int32_t>& touching = data.contacts.touching;
-  std::int32_t* end = std::remove_if(touching.begin(), touching.end(), sleeps);
-  touching.resize(static_cast<std::size_t>(end - touching.begin()));
+  const auto row_of = [&](std::size_t i) { return touching[i]; };
+  list_where(
+      crew, touching.size(), islands.places, islands.remaining,
+      [&](std::size_t i) { return takes_part(data, ends_of(data, row_of(i))); }, row_of);
+  touching.swap(islands.remaining);
 }
 
 }  // namespace
 
-void refresh_lists(WorldData& data) {
-  Bodies& bodies = data.bodies;
-  if (!bodies.lists_dirty) return;
-  bodies.awake.clear();
-  bodies.kinematic.clear();
-  data.shapes.moving.clear();
-  for (std::size_t body = static_cast<std::size_t>(kFirstBody); body < bodies.pose.size(); ++body) {
-    const std::uint8_t flags = bodies.flags[body];
-    if ((flags & kBodyAlive) == 0 || bodies.type[body] == BodyType::fixed) continue;
-    if (bodies.type[body] == BodyType::kinematic) {
-      bodies.kinematic.push_back(static_cast<std::int32_t>(body));
-    } else if ((flags & kBodyAsleep) == 0) {
-      bodies.awake.push_back(static_cast<std::int32_t>(body));
-    }
-  }
-  for (std::size_t shape = 0; shape < data.shapes.body.size(); ++shape) {
-    if ((data.shapes.flags[shape] & kShapeAlive) == 0) continue;
-    const TreeKind tree = data.shapes.tree[shape];
-    if (tree == TreeKind::awake || tree == TreeKind::kinematic) {
-      data.shapes.moving.push_back(static_cast<std::int32_t>(shape));
-    }
-  }
-  bodies.lists_dirty = false;
-}
-
-void find_islands(WorldData& data, Crew&) {
+void find_islands(WorldData& data, Crew& crew) {
   if (!data.settings.sleeping) {
     data.stats.islands = 0;
     return;
   }
   Islands& islands = islands_of(data);
-  wake_touched_islands(data, islands);
-  put_tired_islands_to_sleep(data, islands);
+  wake_touched_islands(data, islands, crew);
+  put_tired_islands_to_sleep(data, islands, crew);
 }
 
 }  // namespace scree

@@ -11,6 +11,16 @@ namespace {
 
 constexpr int kBodyChunk = 512;  // bodies of one task
 
+void list_restored(WorldData& data, const Constraints& constraints) {
+  Column<BodyId>& restored = data.events.restored;
+  for (std::size_t i = 0; i < constraints.broken.size(); ++i) {
+    if (constraints.broken[i] == 0) continue;
+    const auto body = static_cast<std::uint32_t>(constraints.moving[i]);
+    restored.push_back({body, data.bodies.generation[body]});
+  }
+  std::sort(restored.begin(), restored.end());  // kinematic bodies stand behind the dynamic ones
+}
+
 }  // namespace
 
 void finish_step(WorldData& data, float dt, Crew& crew) {
@@ -36,6 +46,7 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   data.stats.kinetic_energy = energy;
   data.stats.restored_bodies =
       std::count(constraints.broken.begin(), constraints.broken.end(), std::uint8_t{1});
+  if (data.stats.restored_bodies > 0) list_restored(data, constraints);
   data.stats.awake_bodies = static_cast<std::int64_t>(dynamic_count);
   update_bounds(data, dt, crew);
 }

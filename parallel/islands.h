@@ -7,9 +7,12 @@ namespace scree {
 
 struct Islands : Part {
   Column<std::int32_t> parent;      // scratch; find_islands; by body: towards the island's smallest body
+  Column<std::uint8_t> tired;       // scratch; find_islands; by body: may fall asleep; zero between the steps
   Column<std::uint8_t> kept_awake;  // scratch; find_islands; by root: somebody in it is not tired
   Column<std::int32_t> candidates;  // scratch; find_islands; bodies that may fall asleep, ascending
-  Column<std::int32_t> to_wake;     // scratch; find_islands; sleeping bodies that were touched
+  Column<std::int32_t> touched;     // scratch; find_islands; contacts of an awake and a sleeping body
+  Column<std::int32_t> remaining;   // scratch; find_islands; touching contacts after some fell asleep
+  Column<std::int32_t> places;      // scratch; find_islands, refresh_lists; by chunk: where its part begins
 
   void report(const Visit& visit) const override;
 };

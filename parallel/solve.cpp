@@ -61,6 +61,7 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.impulse_keep = settings.warm_start ? 1.0f : 0.0f;
   args.residual = constraints.residual.data();
   args.depth = constraints.depth.data();
+  args.impulse_sum = asks_for_events(data) ? constraints.impulse_sum.data() : nullptr;
   return args;
 }
 
@@ -108,9 +109,10 @@ void solve(WorldData& data, float dt, Crew& crew) {
   std::copy(bodies.awake.begin(), bodies.awake.end(), constraints.moving.begin());
   std::copy(bodies.kinematic.begin(), bodies.kinematic.end(), constraints.moving.begin() + dynamic_count);
   constraints.residual.resize_discarding(constraints.chunks.size());
+  if (asks_for_events(data)) constraints.impulse_sum.resize_discarding(constraints.rows.size());
 
   simd::BodyArgs body = body_args(data, dt);
-  const simd::ContactArgs contact = contact_args(data, constraints, dt);
+  simd::ContactArgs contact = contact_args(data, constraints, dt);
   const auto over_bodies = [&](int count, auto kernel) {
     crew.run_ranges(count, kBodyChunk, [&](int begin, int end, int) { kernel(body, begin, end); });
   };
@@ -131,7 +133,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
   });
   const int substeps = data.settings.substeps;
   for (int substep = 0; substep < substeps; ++substep) {
-    body.first_substep = substep == 0;
+    body.first_substep = contact.first_substep = substep == 0;
     const bool measured = data.settings.measure_residual && substep == substeps - 1;
     over_bodies(dynamic_count, kernels.body.integrate_velocities);
     if (substep == 0 && contact.warm_start_scale > 0.0f) over_colors(kernels.contact.warm_start);
@@ -139,6 +141,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
     over_bodies(moving_count, kernels.body.integrate_poses);
     over_colors(measured ? kernels.contact.relax_measured : kernels.contact.relax);
   }
+  contact.first_substep = false;
   if (std::any_of(constraints.stages.begin(), constraints.stages.end(),
                   [](const ColorStage& s) { return s.rich; })) {
     over_colors(kernels.contact.restitution);
@@ -182,6 +185,19 @@ void measure_penetration(WorldData& data, const simd::ContactArgs& contact, Crew
   stats.penetration_max = static_cast<double>(*std::max_element(rank, constraints.depths.end()));
 }
 
+// By lane -> by contact row.
+void store_impulse_sums(WorldData& data, Crew& crew) {
+  const Constraints& constraints = constraints_of(data);
+  data.events.impulse.resize_discarding(data.contacts.now.pair.size());
+  crew.run(static_cast<int>(constraints.chunks.size()), [&](int index, int) {
+    const simd::ContactChunk& chunk = constraints.chunks[static_cast<std::size_t>(index)];
+    for (int lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
+      const auto row = static_cast<std::size_t>(constraints.rows[static_cast<std::size_t>(lane)]);
+      data.events.impulse[row] = constraints.impulse_sum[static_cast<std::size_t>(lane)];
+    }
+  });
+}
+
 }  // namespace
 
 void store_impulses(WorldData& data, float dt, Crew& crew) {
@@ -192,6 +208,7 @@ void store_impulses(WorldData& data, float dt, Crew& crew) {
   crew.run(static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
     kernels.store(contact, constraints.chunks[static_cast<std::size_t>(chunk)]);
   });
+  if (asks_for_events(data)) store_impulse_sums(data, crew);
   if (data.settings.measure_penetration) measure_penetration(data, contact, crew);
 }
 

@@ -7,7 +7,8 @@
 
 namespace scree {
 
-void refresh_lists(WorldData& data);  // flags -> lists of awake and kinematic bodies, moving shapes
+void refresh_lists(WorldData& data,
+                   Crew& crew);  // flags -> lists of awake and kinematic bodies, moving shapes
 void update_bounds(WorldData& data, float dt, Crew& crew);  // poses -> shape poses, fat bounds
 void find_pairs(WorldData& data, Crew& crew);               // bounds -> candidate pairs
 void collide(WorldData& data, Crew& crew);                  // pairs -> manifolds
@@ -16,10 +17,18 @@ void color_constraints(WorldData& data, Crew& crew);        // new contacts -> i
 void pack_blocks(WorldData& data, Crew& crew);              // manifolds -> layout of wide constraint blocks
 void solve(WorldData& data, float dt, Crew& crew);  // blocks -> velocities, motion since the step began
 void store_impulses(WorldData& data, float dt, Crew& crew);  // blocks -> manifolds, for the next warm start
+void note_approach(WorldData& data, Crew& crew);  // velocities -> approach speeds, where events are asked for
+void list_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begin, persist and end of contacts
 void finish_step(WorldData& data, float dt, Crew& crew);  // motion -> poses, transforms, bounds, sleep timers
 
 simd::BodyArgs body_args(WorldData& data,
                          float dt);  // for the kernels over bodies; list: Constraints::moving
+
+// Whether anybody wants events of contacts, or has been told of a begin and waits for the end.
+inline bool asks_for_events(const WorldData& data) {
+  return data.settings.contact_events != ContactEvents::none || data.shapes.asking > 0 ||
+         !data.events.touching.empty();
+}
 
 float substep_of(const WorldData& data, float dt);  // s
 // What a stored impulse, which acted for `last_substep`, is multiplied with as the first guess for `substep`;

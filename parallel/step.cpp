@@ -3,8 +3,8 @@
 #include <parallel/stages.h>
 #include <scree/step.h>
 
+#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <string>
 
 namespace scree {
@@ -25,7 +25,7 @@ class PhaseClock {
   void run(Phase phase, Work&& work) {
     work();
     const Clock::time_point now = Clock::now();
-    stats_.phase_ms[static_cast<int>(phase)] = milliseconds(now - last_);
+    stats_.phase_ms[static_cast<int>(phase)] += milliseconds(now - last_);
     last_ = now;
   }
   void finish() { stats_.step_ms = milliseconds(last_ - begin_); }
@@ -41,27 +41,58 @@ void clear_figures(StepStats& stats) {
   stats.restored_bodies = 0;  // a step of no length restores nobody
 }
 
-}  // namespace
+void clear_events(Events& events) {
+  events.begins.clear();
+  events.persists.clear();
+  events.ends.clear();
+  events.restored.clear();
+}
 
-void step(World& world, float dt, Workers& workers) {
+void check_time_step(float dt) {
   if (!(dt >= 0.0f && dt <= 1.0f)) {
     throw Error("step: the time step is " + std::to_string(dt) + " s; it must be in [0, 1]");
   }
-  WorldData& data = internals(world, "step");
-  Crew crew(workers);
+}
+
+[[noreturn]] void fail_list(std::span<World* const> worlds, std::size_t index) {
+  const std::string here = "step: world " + std::to_string(index) + " of the list ";
+  if (worlds[index] == nullptr) throw Error(here + "is a null pointer");
+  const auto first = std::find(worlds.begin(), worlds.end(), worlds[index]);
+  throw Error(here + "stands in it before, at " + std::to_string(first - worlds.begin()));
+}
+
+// Throws unless all are worlds and no two are the same, which marks find without a list of their own.
+void check_worlds(std::span<World* const> worlds) {
+  for (World* world : worlds) {
+    if (world != nullptr) internals(*world, "step");
+  }
+  std::size_t sound = 0;
+  while (sound < worlds.size() && worlds[sound] != nullptr && !internals(*worlds[sound]).listed) {
+    internals(*worlds[sound++]).listed = true;
+  }
+  for (std::size_t i = 0; i < sound; ++i) internals(*worlds[i]).listed = false;
+  if (sound < worlds.size()) fail_list(worlds, sound);
+}
+
+void step(WorldData& data, float dt, Crew& crew) {
   clear_figures(data.stats);
+  clear_events(data.events);
   PhaseClock clock(data.stats);
   wake_neighbors(data);
-  refresh_lists(data);
+  refresh_lists(data, crew);
   clock.run(Phase::find_pairs, [&] { find_pairs(data, crew); });      // bounds    -> candidate pairs
   clock.run(Phase::collide, [&] { collide(data, crew); });            // pairs     -> manifolds
   clock.run(Phase::find_islands, [&] { find_islands(data, crew); });  // contacts  -> islands, who is awake
+  clock.run(Phase::list_events, [&] { note_approach(data, crew); });  // velocities -> speeds of impacts
   if (dt > 0.0f) {
     clock.run(Phase::color_constraints, [&] { color_constraints(data, crew); });  // contacts  -> batches
     clock.run(Phase::pack_blocks, [&] { pack_blocks(data, crew); });              // manifolds -> wide blocks
     clock.run(Phase::solve, [&] { solve(data, dt, crew); });                      // blocks    -> velocities
     clock.run(Phase::store_impulses, [&] { store_impulses(data, dt, crew); });    // blocks    -> manifolds
-    clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });  // motion    -> poses, bounds
+  }
+  clock.run(Phase::list_events, [&] { list_events(data, dt, crew); });  // manifolds -> begins, ends
+  if (dt > 0.0f) {
+    clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });  // motion -> poses, bounds
     data.last_dt = dt;
     data.last_substep = substep_of(data, dt);
   }
@@ -69,6 +100,29 @@ void step(World& world, float dt, Workers& workers) {
   ++data.step_count;
   data.stats.step = data.step_count;
   data.stats.stages = crew.stages();
+}
+
+}  // namespace
+
+void step(World& world, float dt, Workers& workers) {
+  check_time_step(dt);
+  WorldData& data = internals(world, "step");
+  Crew crew(workers);
+  step(data, dt, crew);
+}
+
+void step(std::span<World* const> worlds, float dt, Workers& workers) {
+  check_time_step(dt);
+  check_worlds(worlds);
+  if (worlds.size() < static_cast<std::size_t>(workers.threads())) {
+    for (World* world : worlds) step(*world, dt, workers);
+    return;
+  }
+  Crew crew(workers);
+  crew.run(static_cast<int>(worlds.size()), [&](int world, int) {
+    Crew alone(crew, Crew::Alone{});
+    step(internals(*worlds[static_cast<std::size_t>(world)], "step"), dt, alone);
+  });
 }
 
 }  // namespace scree

@@ -61,6 +61,8 @@ struct ContactArgs {
   float warm_start_scale;  // times the stored impulses: ratio of time steps, 0: none
   float impulse_keep;      // times the impulses at each solve: 1, or 0 without warm start
   float* residual;         // m/s, by chunk number; where relax_measured leaves its largest error
+  float* impulse_sum;      // N s, by lane: normal impulses of all substeps and points; null: nobody asks
+  bool first_substep;      // impulse_sum starts anew
   float* depth;            // m, by lane; where measure_depth leaves the deepest point's overlap, at least 0
 };
 

@@ -12,11 +12,10 @@ class ScreeEngine final : public Engine {
       worlds_.emplace_back(scene.settings);
       bodies_.push_back(scenes::populate(worlds_.back(), scene));
     }
+    for (World& world : worlds_) pointers_.push_back(&world);
   }
 
-  void step(float dt) override {
-    for (World& world : worlds_) scree::step(world, dt, workers_);
-  }
+  void step(float dt) override { scree::step(pointers_, dt, workers_); }
 
   void move_kinematic(std::size_t world, std::uint32_t body, const Pose& target, float dt) override {
     const Pose now = worlds_[world].pose(bodies_[world][body]);
@@ -56,6 +55,7 @@ class ScreeEngine final : public Engine {
  private:
   Workers workers_;
   std::vector<World> worlds_;
+  std::vector<World*> pointers_;  // to them
   std::vector<std::vector<BodyId>> bodies_;
 };
 

@@ -241,6 +241,12 @@ inline void solve_rolling(Block& block, Bodies& bodies, F keep, F impulse_sum) {
   bodies.b.angular = bodies.b.angular + load6(block.inverse_inertia_b) * change;
 }
 
+// What acted in a substep is what its relax sweep ends with.
+inline void add_impulse_sum(const ContactArgs& args, int first_lane, F sum) {
+  float* const lanes = args.impulse_sum + first_lane;
+  store_unaligned(lanes, args.first_substep ? sum : load_unaligned(lanes) + sum);
+}
+
 template <int kPoints, bool kRich, bool kStatic, bool kMeasured>
 inline void relax_blocks(const ContactArgs& args, const ContactChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
@@ -276,6 +282,7 @@ inline void relax_blocks(const ContactArgs& args, const ContactChunk& chunk) {
       sum = sum + impulse[k];
       moment = moment + load(block.radius[k]) * impulse[k];
     }
+    if (args.impulse_sum != nullptr) add_impulse_sum(args, first_lane, sum);
     const FrictionChange friction =
         solve_friction<kRich>(block, change, keep, sum, moment, relative, spin, normal, tangent1, tangent2);
     apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum + friction.impulse,
@@ -322,9 +329,13 @@ void restitution_chunk(const ContactArgs& args, const ContactChunk& chunk) {
       M rebounds[kPoints];
       for (int k = 0; k < kPoints; ++k) {
         impulse[k] = load(block.impulse[k]);
-        rebounds[k] = (load(block.approach_speed[k]) < threshold) & (load(block.pressed[k]) > zero);
+        // The last relax sweep may have been the first to press: it brakes what would meet in the next
+        // substep.
+        const F pressed = max(load(block.pressed[k]), impulse[k]);
+        rebounds[k] = (load(block.approach_speed[k]) < threshold) & (pressed > zero);
       }
       const F restitution = load(block.restitution);
+      F added(0.0f);
       for (int sweep = 0; sweep < (kPoints == 1 ? 1 : kRestitutionSweeps); ++sweep) {
         F speed[kPoints];
         point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b),
@@ -334,9 +345,11 @@ void restitution_chunk(const ContactArgs& args, const ContactChunk& chunk) {
               const F error = point_speed + restitution * load(block.approach_speed[k]);
               return select(rebounds[k], effective_mass * error, zero);
             });
+        added = added + change.sum;
         apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum,
                        tangent1 * change.torque1 + tangent2 * change.torque2);
       }
+      if (args.impulse_sum != nullptr) add_impulse_sum(args, first_lane, added);
       store_bodies<kStatic>(args, block, count, first_lane, bodies, hub);
     });
   }

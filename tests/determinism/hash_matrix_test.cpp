@@ -48,6 +48,30 @@ TEST_P(HashMatrix, TheWholeStateTableIsTheSameAtTheEnd) {
   }
 }
 
+TEST_P(HashMatrix, EveryBackendTellsOfTheSameEvents) {
+  const SceneCase& what = GetParam().what;
+  const auto play_events = [&what](const Schedule& schedule) {
+    Shift shift(schedule);
+    Playback playback(what, ContactEvents::all);
+    std::uint64_t sum = 0;
+    std::size_t events = 0;
+    for (int i = 0; i < what.steps; ++i) {
+      playback.advance(shift.at(i));
+      for (const World& world : playback.worlds()) {
+        sum = mixed(sum, digest_of_events(world));
+        events += world.contact_begins().size() + world.contact_persists().size();
+      }
+    }
+    EXPECT_GT(events, 0u);
+    EXPECT_EQ(playback.hash(), GetParam().digest.last) << "asking has changed the motion";
+    return sum;
+  };
+  const std::uint64_t expected = play_events({kReference});
+  for (const Schedule& schedule : schedules(false)) {
+    EXPECT_EQ(play_events(schedule), expected) << name_of(schedule);
+  }
+}
+
 // Named after the scene; a number keeps several sizes of one scene apart.
 std::string test_name(const ::testing::TestParamInfo<Golden>& info) {
   return info.param.what.scene + "_" + std::to_string(info.index);

@@ -76,6 +76,24 @@ TEST_F(ManyCallers, OneThreadMayStepManyWorldsInTurn) {
   expect_the_same(playbacks);
 }
 
+TEST_F(ManyCallers, WorldsOfOneListComeToTheSame) {
+  std::vector<Playback> alone = all_worlds();
+  std::vector<scenes::Scene> scenes;
+  Workers single(1);
+  for (int i = 0; i < kWorlds; ++i) {
+    play_all(alone[static_cast<std::size_t>(i)], single);
+    scenes.push_back(scenes::build("pile", case_of(i).parameters).front());
+  }
+  for (const int threads : {1, 2, 4, kWorlds + 2}) {
+    Playback list(scenes, kSteps);
+    Workers workers(threads);
+    play_all(list, workers);
+    for (std::size_t i = 0; i < alone.size(); ++i) {
+      EXPECT_EQ(list.worlds()[i].hash(), alone[i].worlds()[0].hash()) << threads << " threads, world " << i;
+    }
+  }
+}
+
 TEST_F(ManyCallers, AnArenaOfOneSlotIsEnough) {
   std::vector<Playback> playbacks = all_worlds();
   Workers workers(4);

@@ -1,6 +1,7 @@
 // See player.h.
 #include <tests/determinism/player.h>
 #include <tests/determinism/player_values.h>
+#include <tests/determinism/replay.h>
 
 #include <algorithm>
 #include <cmath>
@@ -126,7 +127,8 @@ void Player::create(const Call& call) {
     const Geometry geometry = random_geometry(random);
     const Material material = random_material(random);
     const ShapeOptions options = random_options(random);
-    tell("add_shape", slot.body, geometry, material, options.local_pose, options.filter);
+    tell("add_shape", slot.body, geometry, material, options.local_pose, options.filter,
+         static_cast<int>(options.contact_events));
     slot.shapes.push_back(world_.add_shape(slot.body, geometry, material, options));
     ++shapes_;
   }
@@ -272,7 +274,8 @@ void Player::change_shape(const Call& call, Slot& slot) {
     const Geometry geometry = random_geometry(random);
     const Material material = random_material(random);
     const ShapeOptions options = random_options(random);
-    tell("add_shape", slot.body, geometry, material, options.local_pose, options.filter);
+    tell("add_shape", slot.body, geometry, material, options.local_pose, options.filter,
+         static_cast<int>(options.contact_events));
     slot.shapes.push_back(world_.add_shape(slot.body, geometry, material, options));
     ++shapes_;
     return;
@@ -308,6 +311,11 @@ void Player::change_shape(const Call& call, Slot& slot) {
       tell("set_local_pose", shape, pose);
       return world_.set_local_pose(shape, pose);
     }
+    case CallKind::set_contact_events: {
+      const auto events = static_cast<ContactEvents>(random.below(4));
+      tell("set_contact_events", shape, static_cast<int>(events));
+      return world_.set_contact_events(shape, events);
+    }
     default:
       return;
   }
@@ -325,7 +333,7 @@ void Player::make_wrong_call(const Call& call) {
   const BodyId body = slot != nullptr ? slot->body : BodyId{};
   const ShapeId shape = slot != nullptr && !slot->shapes.empty() ? slot->shapes.front() : ShapeId{};
   const std::uint64_t before = world_.hash();
-  const std::uint32_t which = Random(call.seed).below(12);
+  const std::uint32_t which = Random(call.seed).below(13);
   tell("wrong_call", which, body);
   bool thrown = false;
   try {
@@ -370,6 +378,12 @@ void Player::make_wrong_call(const Call& call) {
       case 10:
         world_.add_impulse(body, {kNan, 0.0f, 0.0f});
         break;
+      case 11: {
+        Random random(call.seed);
+        const Geometry geometries[2] = {random_geometry(random), ConvexHull{}};
+        world_.create_bodies(std::vector<BodyDef>(2), geometries, {}, {}, ids);
+        break;
+      }
       default:
         world_.set_material(shape, {.friction = -1.0f});
         break;
@@ -388,7 +402,7 @@ void Player::run_steps(const Call& call) {
     tell("step", dt);
     if (checks_) check_before_step();
     step(world_, dt, shift_.at(static_cast<int>(hashes_.size())));
-    hashes_.push_back(world_.hash());
+    hashes_.push_back(mixed(world_.hash(), digest_of_events(world_)));
     most_contacts_ = std::max(most_contacts_, world_.stats().contacts);
     if (checks_) check_after_step();
   }
@@ -408,9 +422,28 @@ void Player::check_after_step() {
   const StepStats& stats = world_.stats();
   if (stats.contacts > stats.pairs) broken("there are more contacts than pairs");
   if (!std::isfinite(stats.kinetic_energy)) broken("the kinetic energy is not finite");
+  check_events();
   for (Slot& slot : slots_) {
     if (slot.body != BodyId{}) check_body(slot);
   }
+}
+
+// Whoever was told of a begin is told of one end, in any order of calls.
+void Player::check_events() {
+  for (const ContactEnd& end : world_.contact_ends()) {
+    if (begun_.erase({end.shape_a, end.shape_b}) == 0) broken("a contact ends that has not begun");
+  }
+  for (const ContactEvent& event : world_.contact_begins()) {
+    if (!begun_.insert({event.shape_a, event.shape_b}).second) broken("a contact begins twice");
+    if (!world_.is_alive(event.shape_a) || world_.body_of(event.shape_b) != event.body_b) {
+      broken("a contact of the dead begins");
+    }
+    if (!std::isfinite(event.normal_impulse) || event.point_count < 1) broken("a contact makes no sense");
+  }
+  for (const auto& [a, b] : begun_) {
+    if (!world_.is_alive(a) || !world_.is_alive(b)) broken("a contact outlives its shapes");
+  }
+  events_ += world_.contact_begins().size();
 }
 
 void Player::check_body(Slot& slot) {

@@ -4,7 +4,9 @@
 #include <tests/determinism/random_calls.h>
 
 #include <ostream>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
 namespace scree::determinism {
 
@@ -27,6 +29,7 @@ class Player {
   const std::vector<std::uint64_t>& hashes() const { return hashes_; }
   std::int64_t most_contacts() const { return most_contacts_; }
   bool somebody_slept() const { return somebody_slept_; }
+  std::size_t events() const { return events_; }
 
  private:
   struct Slot {
@@ -51,6 +54,7 @@ class Player {
   void run_steps(const Call& call);
   void check_before_step();
   void check_after_step();
+  void check_events();
   void check_body(Slot& slot);
   [[noreturn]] void broken(const std::string& promise) const;
 
@@ -68,6 +72,8 @@ class Player {
   std::vector<std::uint64_t> hashes_;
   std::int64_t most_contacts_ = 0;
   bool somebody_slept_ = false;
+  std::set<std::pair<ShapeId, ShapeId>> begun_;
+  std::size_t events_ = 0;
 };
 
 }  // namespace scree::determinism

@@ -4,6 +4,7 @@
 #include <tests/determinism/player_values.h>
 
 #include <cstdio>
+#include <vector>
 
 namespace scree::determinism {
 namespace {
@@ -55,14 +56,39 @@ Pose random_pose(Random& random) {
   return pose;
 }
 
+namespace {
+
+// Few different ones, so that shapes share them, each of its own random numbers.
+Hull random_hull(std::uint32_t which) {
+  Random random(which);
+  std::vector<Vec3> points(4 + 9 * which);
+  for (Vec3& point : points) point = random_vector(random, 0.7f);
+  return Hull(points, {.max_vertices = 32});
+}
+
+ConvexHull random_convex_hull(Random& random) {
+  ConvexHull convex;
+  convex.hull = random_hull(random.below(6));
+  if (once_in(random, 2)) return convex;
+  constexpr float kScales[] = {0.5f, 0.8f, 1.3f};
+  convex.scale.x = any_of(random, kScales);
+  convex.scale.y = any_of(random, kScales);
+  convex.scale.z = any_of(random, kScales);
+  return convex;
+}
+
+}  // namespace
+
 Geometry random_geometry(Random& random) {
-  switch (random.below(3)) {
+  switch (random.below(4)) {
     case 0: {
       const float x = random.between(0.1f, 0.8f);
       const float y = random.between(0.1f, 0.8f);
       const float z = random.between(0.1f, 0.8f);
       return Box{{x, y, z}};
     }
+    case 2:
+      return random_convex_hull(random);
     case 1:
       return Sphere{random.between(0.1f, 0.7f)};
     default: {
@@ -104,6 +130,7 @@ ShapeOptions random_options(Random& random) {
   }
   options.filter = random_filter(random);
   options.user_data = random.next();
+  options.contact_events = static_cast<ContactEvents>(random.below(4));
   return options;
 }
 
@@ -173,6 +200,7 @@ WorldSettings random_settings(Random& random) {
   settings.warm_start = !once_in(random, 4);
   settings.sleeping = !once_in(random, 3);
   if (once_in(random, 2)) settings.sleep_time = random.between(0.0f, 0.3f);
+  if (once_in(random, 2)) settings.contact_events = static_cast<ContactEvents>(random.below(4));
   settings.measure_residual = once_in(random, 2);
   settings.measure_penetration = once_in(random, 2);
   return settings;
@@ -235,6 +263,10 @@ void print(std::ostream& out, const Geometry& value) {
     out << "Capsule";
     field(out, "half_height", capsule->half_height, true);
     field(out, "radius", capsule->radius);
+  } else if (const auto* convex = std::get_if<ConvexHull>(&value)) {
+    out << "ConvexHull{.points = ";
+    for (const Vec3& vertex : convex->hull.vertices()) print(out, vertex);
+    field(out, "scale", convex->scale);
   } else {
     out << "Box";
     field(out, "half_extents", std::get<Box>(value).half_extents, true);
@@ -294,6 +326,7 @@ void print(std::ostream& out, const WorldSettings& value) {
   field(out, "warm_start", value.warm_start);
   field(out, "sleeping", value.sleeping);
   field(out, "sleep_time", value.sleep_time);
+  field(out, "contact_events", static_cast<int>(value.contact_events));
   field(out, "measure_residual", value.measure_residual);
   field(out, "measure_penetration", value.measure_penetration);
   out << "}";

@@ -32,6 +32,7 @@ constexpr KindRule kRules[kCallKindCount] = {
     {"set_material", 4},
     {"set_geometry", 4},
     {"set_local_pose", 3},
+    {"set_contact_events", 3},
     {"set_mass_properties", 3},
     {"reset_mass", 2},
     {"set_damping", 3},
@@ -103,6 +104,7 @@ Played play(const Sequence& sequence, const Schedule& schedule, bool checks, std
   played.hashes = player.hashes();
   played.most_contacts = player.most_contacts();
   played.somebody_slept = player.somebody_slept();
+  played.events = player.events();
   return played;
 }
 

@@ -34,6 +34,7 @@ enum class CallKind : std::uint8_t {
   set_material,
   set_geometry,
   set_local_pose,
+  set_contact_events,
   set_mass_properties,
   reset_mass,
   set_damping,
@@ -45,7 +46,7 @@ enum class CallKind : std::uint8_t {
   move_world,
   wrong_call,  // must throw Error and change nothing
 };
-inline constexpr int kCallKindCount = 27;
+inline constexpr int kCallKindCount = 28;
 const char* name_of(CallKind kind);
 
 struct Call {
@@ -62,6 +63,7 @@ struct Played {
   std::vector<std::uint64_t> hashes;  // after each step; one call may take several
   std::int64_t most_contacts = 0;     // in any step
   bool somebody_slept = false;        // seen only by a run with checks
+  std::size_t events = 0;             // begins of contacts, likewise
   std::string broken_promise;         // why playing ended early, if it did
 };
 // Plays on one schedule, with or without reading and checking all bodies around every step. Writes each call

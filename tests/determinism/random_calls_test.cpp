@@ -101,6 +101,7 @@ TEST(RandomCallsThemselves, PileBodiesUpAndLetThemSleep) {
     const Played played = play(random_sequence(seed, 250, 24), {kReference}, true);
     EXPECT_GT(played.most_contacts, 10) << seed;
     EXPECT_GT(played.hashes.size(), 100u) << seed;
+    EXPECT_GT(played.events, 10u) << seed;
     somebody_slept = somebody_slept || played.somebody_slept;
   }
   EXPECT_TRUE(somebody_slept);

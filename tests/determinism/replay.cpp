@@ -92,13 +92,34 @@ Digest digest_of(const std::vector<std::uint64_t>& hashes) {
   return digest;
 }
 
-Playback::Playback(const SceneCase& what)
-    : Playback(scenes::build(what.scene, what.parameters), what.steps) {}
+std::uint64_t digest_of_events(const World& world) {
+  std::uint64_t sum = 0;
+  const auto add = [&sum](const auto& list) {
+    static_assert(sizeof(list[0]) % sizeof(std::uint32_t) == 0);
+    sum = mixed(sum, list.size());
+    const auto* bytes = reinterpret_cast<const std::byte*>(list.data());
+    for (std::size_t at = 0; at < list.size_bytes(); at += sizeof(std::uint32_t)) {
+      std::uint32_t word;
+      std::memcpy(&word, bytes + at, sizeof word);
+      sum = mixed(sum, word);
+    }
+  };
+  add(world.contact_begins());
+  add(world.contact_persists());
+  add(world.contact_ends());
+  add(world.restored_bodies());
+  return sum;
+}
 
-Playback::Playback(const std::vector<scenes::Scene>& scenes, int steps)
+Playback::Playback(const SceneCase& what, ContactEvents events)
+    : Playback(scenes::build(what.scene, what.parameters), what.steps, events) {}
+
+Playback::Playback(const std::vector<scenes::Scene>& scenes, int steps, ContactEvents events)
     : dt_(scenes.front().dt), steps_(steps) {
   for (const scenes::Scene& scene : scenes) {
-    worlds_.emplace_back(scene.settings);
+    WorldSettings settings = scene.settings;
+    settings.contact_events = events;
+    worlds_.emplace_back(settings);
     bodies_.push_back(scenes::populate(worlds_.back(), scene));
     drives_.push_back(scene.drives);
   }
@@ -106,10 +127,12 @@ Playback::Playback(const std::vector<scenes::Scene>& scenes, int steps)
 
 void Playback::advance(Workers& workers) {
   if (steps_taken_ == 2 * steps_ / 3) throw_some_up();
+  std::vector<World*> worlds;
   for (std::size_t i = 0; i < worlds_.size(); ++i) {
     scenes::drive(worlds_[i], drives_[i], bodies_[i], steps_taken_, dt_);
-    step(worlds_[i], dt_, workers);
+    worlds.push_back(&worlds_[i]);
   }
+  step(worlds, dt_, workers);
   ++steps_taken_;
 }
 

@@ -31,13 +31,16 @@ Digest digest_of(const std::vector<std::uint64_t>& hashes);
 // Adds a value to a running number; order counts.
 std::uint64_t mixed(std::uint64_t sum, std::uint64_t value);
 
+// One number made from all bits of a world's events, handles included.
+std::uint64_t digest_of_events(const World& world);
+
 // The worlds of a scene while they are played. At two thirds of the steps every seventh body is thrown up, so
 // that what has fallen asleep wakes and what still stands collapses.
 class Playback {
  public:
-  explicit Playback(const SceneCase& what);
+  explicit Playback(const SceneCase& what, ContactEvents events = ContactEvents::none);
   // From scenes that were built before, for callers who care when the arithmetic of building is done.
-  Playback(const std::vector<scenes::Scene>& scenes, int steps);
+  Playback(const std::vector<scenes::Scene>& scenes, int steps, ContactEvents events = ContactEvents::none);
 
   void advance(Workers& workers);
   int steps_taken() const { return steps_taken_; }

@@ -360,7 +360,8 @@ class PlainSolver {
     if (!is_rich(contact)) return;
     bool rebounds[4];
     for (int k = 0; k < contact.points; ++k) {
-      rebounds[k] = contact.approach[k] < -settings_.restitution_threshold && contact.pressed[k] > 0.0f;
+      const float pressed = std::max(contact.pressed[k], contact.manifold->normal_impulse[k]);
+      rebounds[k] = contact.approach[k] < -settings_.restitution_threshold && pressed > 0.0f;
     }
     constexpr int kSweeps = 8;
     for (int i = 0; i < kSweeps * contact.points; ++i) {
@@ -394,7 +395,7 @@ void step_plainly(World& world, float dt, Workers& workers) {
   WorldData& data = internals(world);
   Crew crew(workers);
   wake_neighbors(data);
-  refresh_lists(data);
+  refresh_lists(data, crew);
   find_pairs(data, crew);
   collide(data, crew);
   find_islands(data, crew);

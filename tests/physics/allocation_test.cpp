@@ -73,7 +73,7 @@ TEST_F(Allocation, NeverHappensInAStepOfARestingHeap) {
     Lab lab;
     lab.workers = Workers(threads);
     add_heap(lab, 150, 6, {.friction = 0.7f, .restitution = 0.1f, .rolling_resistance = 0.01f});
-    lab.run(300);
+    lab.run(500);
     EXPECT_EQ(allocations_of(lab, 100), 0) << threads << " threads";
   }
 }
@@ -96,6 +96,33 @@ TEST_F(Allocation, NeverHappensInAStepOfBodiesOnTheMove) {
   }
   lab.run(900);
   EXPECT_EQ(allocations_of(lab, 100), 0);
+}
+
+TEST_F(Allocation, NeverHappensInAStepOfManyWorlds) {
+  Lab labs[4];
+  World* worlds[4];
+  for (int i = 0; i < 4; ++i) {
+    add_heap(labs[i], 20 + 10 * i, 3);
+    worlds[i] = &labs[i].world;
+  }
+  Workers workers(2);
+  for (int i = 0; i < 400; ++i) step(worlds, kStep, workers);
+  const long before = allocations.load();
+  for (int i = 0; i < 50; ++i) step(worlds, kStep, workers);
+  EXPECT_EQ(allocations.load() - before, 0);
+}
+
+TEST_F(Allocation, NeverHappensInAStepThatListsItsEvents) {
+  WorldSettings settings = without_sleep();
+  settings.contact_events = ContactEvents::all;
+  for (const int threads : {1, 2}) {
+    Lab lab(settings);
+    lab.workers = Workers(threads);
+    add_heap(lab, 150, 6, {.friction = 0.7f, .restitution = 0.1f, .rolling_resistance = 0.01f});
+    lab.run(500);
+    EXPECT_EQ(allocations_of(lab, 100), 0) << threads << " threads";
+    EXPECT_GT(lab.world.contact_persists().size(), 100u);
+  }
 }
 
 TEST_F(Allocation, NeverHappensInAStepOfSleepers) {

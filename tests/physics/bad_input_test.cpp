@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace scree::physics {
@@ -54,6 +55,35 @@ TEST(BadInput, SteppingAWorldThatWasMovedFromIsAnErrorThatSaysSo) {
   }
   step(other, kStep, lab.workers);
   EXPECT_LT(other.linear_velocity(ball).y, 0.0f);
+}
+
+// What a list of worlds is refused with; none of them has been stepped then.
+std::string refusal(std::span<World* const> worlds, float dt) {
+  Workers workers(1);
+  try {
+    step(worlds, dt, workers);
+  } catch (const Error& error) {
+    for (World* world : worlds) EXPECT_TRUE(world == nullptr || world->stats().step == 0);
+    return error.what();
+  }
+  return "stepped";
+}
+
+TEST(BadInput, AListOfWorldsIsSteppedWholeOrNotAtAll) {
+  World first, second;
+  World* const twice[] = {&first, &second, &first};
+  EXPECT_EQ(refusal(twice, kStep), "step: world 2 of the list stands in it before, at 0");
+  World* const with_null[] = {&first, nullptr, &second};
+  EXPECT_EQ(refusal(with_null, kStep), "step: world 1 of the list is a null pointer");
+  World* const sound[] = {&first, &second};
+  EXPECT_EQ(refusal(sound, -1.0f), "step: the time step is -1.000000 s; it must be in [0, 1]");
+  EXPECT_EQ(refusal({}, kStep), "stepped");
+  EXPECT_EQ(refusal(sound, kStep), "stepped");
+  EXPECT_EQ(first.stats().step + second.stats().step, 2u);
+  World moved = std::move(first);
+  Workers workers(1);
+  EXPECT_THROW(step(sound, kStep, workers), Error);
+  EXPECT_EQ(second.stats().step, 1u);
 }
 
 TEST(BadInput, ATimeStepOfZeroMovesNothing) {

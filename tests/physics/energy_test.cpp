@@ -17,7 +17,7 @@ class PassByPass {
  public:
   PassByPass(Lab& lab, const std::vector<BodyId>& bodies)
       : lab_(lab), bodies_(bodies), data_(internals(lab.world)), crew_(lab.workers) {
-    refresh_lists(data_);
+    refresh_lists(data_, crew_);
     find_pairs(data_, crew_);
     collide(data_, crew_);
     find_islands(data_, crew_);

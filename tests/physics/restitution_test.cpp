@@ -48,6 +48,15 @@ TEST(Restitution, FirstBounceDoesNotDependOnWhenInAStepItHappens) {
   }
 }
 
+TEST(Restitution, FirstBounceIsNeverLostBetweenTwoSteps) {
+  // Heights so close that the surfaces meet in every substep, and between the last of one step and the first
+  // of the next.
+  for (int millimeters = 0; millimeters < 120; millimeters += 3) {
+    const double height = 1.5 + 0.001 * millimeters, expected = 0.25 * height;
+    EXPECT_NEAR(first_bounce(Sphere{0.5f}, 0.5, height, 0.5f), expected, 0.08 * expected) << height << " m";
+  }
+}
+
 TEST(Restitution, SlowImpactsDoNotRebound) {
   // 1 cm: 0.44 m/s, below the threshold of 1 m/s.
   EXPECT_LT(first_bounce(Sphere{0.5f}, 0.5, 0.01, 0.9f), 1e-3);

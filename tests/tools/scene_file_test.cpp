@@ -100,6 +100,49 @@ TEST(SceneFile, RepeatsFillAGridAndShareTheirShapes) {
   EXPECT_EQ(scene.bodies[23].def.position, (Vec3{11, 40, 90}));
 }
 
+constexpr const char* kTetrahedron = R"("points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])";
+
+TEST(SceneFile, HullsAreSharedByNameAndByContent) {
+  const std::string points = kTetrahedron;
+  const Scene scene = parse_scene(R"({"hulls": {"rock": {)" + points + R"(}},
+    "shapes": {"stone": {"type": "hull", "hull": "rock", "scale": [1, 2, 3]}},
+    "bodies": [{"shapes": ["stone", {"type": "hull", "hull": "rock"}, {"type": "hull", "hull": {)" + points +
+                                      R"(, "max_vertices": 4}}]}]})",
+                                  "scene.json");
+  ASSERT_EQ(scene.shapes.size(), 3u);
+  const auto hull = [&](std::size_t shape) { return std::get<ConvexHull>(scene.shapes[shape].geometry); };
+  EXPECT_EQ(hull(0).scale, (Vec3{1, 2, 3}));
+  EXPECT_EQ(hull(1).scale, (Vec3{1, 1, 1}));
+  EXPECT_EQ(hull(0).hull, hull(1).hull);
+  EXPECT_EQ(hull(1).hull, hull(2).hull);
+  EXPECT_EQ(hull(0).hull.vertices().size(), 4u);
+}
+
+TEST(SceneFile, MistakesInHullsAreReportedWithTheirPlace) {
+  const auto with_hull = [](const std::string& hull) {
+    return with_shape(R"({"type": "hull", "hull": )" + hull + "}");
+  };
+  const std::string tetrahedron = kTetrahedron;
+  const std::pair<std::string, std::string> mistakes[] = {
+      {with_shape(R"({"type": "hull"})"), "/bodies/0/shapes/0: the key \"hull\" is missing"},
+      {with_hull("3"), "/bodies/0/shapes/0/hull: expected the name of a hull or an object"},
+      {with_hull(R"("rock")"), "/bodies/0/shapes/0/hull: no hull \"rock\" in /hulls; none is defined"},
+      {with_hull(R"({"points": [[0, 0, 0]]})"),
+       "/bodies/0/shapes/0/hull: Hull: 1 points, must be in [4, 2147483647]"},
+      {with_hull(R"({"points": [[0, 0, 0], [1, 0, 1e6]]})"),
+       "/bodies/0/shapes/0/hull/points/1/2: 1000000 must be from -100000 to 100000"},
+      {R"({"hulls": {"flat": {"points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}}, "bodies": []})",
+       "/hulls/flat: Hull: the points lie within a plane: a hull must be at least 0.0001 m thick"},
+      {with_hull("{" + tetrahedron + R"(, "max_vertices": 3})"),
+       "/bodies/0/shapes/0/hull/max_vertices: 3 must be a whole number from 4 to 256"},
+      {with_hull("{" + tetrahedron + R"(}, "scale": [1, 0, 1])"),
+       "/bodies/0/shapes/0/scale/1: 0 must be from 1e-09 to 1000000000"},
+  };
+  for (const auto& [text, message] : mistakes) EXPECT_EQ(error_of(text), "scene.json: " + message) << text;
+  const std::string thin = error_of(with_hull("{" + tetrahedron + R"(}, "scale": [1, 1e-5, 1])"));
+  EXPECT_EQ(thin.rfind("scene.json: /bodies/0: World::add_shape: the scaled hull: ", 0), 0u) << thin;
+}
+
 TEST(SceneFile, SyntaxErrorsCarryLineAndColumn) {
   EXPECT_EQ(error_of("{\n  \"bodies\": [}\n").rfind("scene.json:2:14: not JSON: ", 0), 0u)
       << error_of("{\n  \"bodies\": [}\n");
@@ -113,7 +156,7 @@ TEST(SceneFile, EveryMistakeIsReportedWithItsPlaceAndReason) {
       {"[]", "scene.json: the document: expected an object, found an array"},
       {"{}", "scene.json: the document: the key \"bodies\" is missing"},
       {R"({"bodies": [], "bodys": 1})",
-       "scene.json: /bodys: unknown key; known here: name, gravity, settings, steps, dt, materials, shapes, "
+       "scene.json: /bodys: unknown key; known here: name, gravity, settings, steps, dt, materials, hulls, shapes, "
        "bodies"},
       {R"({"bodies": 3})", "scene.json: /bodies: expected an array, found a number"},
       {R"({"bodies": [], "bodies": []})", "scene.json: /bodies: the key stands twice in its object"},
@@ -157,7 +200,7 @@ TEST(SceneFile, EveryMistakeIsReportedWithItsPlaceAndReason) {
        "scene.json: /bodies/0/shapes/0: no shape \"ball\" in /shapes; none is defined"},
       {with_shape("{}"), "scene.json: /bodies/0/shapes/0: the key \"type\" is missing"},
       {with_shape(R"({"type": "cone"})"),
-       "scene.json: /bodies/0/shapes/0/type: \"cone\" is none of: sphere, capsule, box"},
+       "scene.json: /bodies/0/shapes/0/type: \"cone\" is none of: sphere, capsule, box, hull"},
       {with_shape(R"({"type": "sphere", "radius": 0})"),
        "scene.json: /bodies/0/shapes/0/radius: 0 must be from 0.0001 to 100000"},
       {with_shape(R"({"type": "sphere", "radius": 1, "half_height": 1})"),

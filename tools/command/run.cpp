@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <span>
 #include <utility>
 
 namespace scree::command {
@@ -111,9 +112,9 @@ void drive_all(std::vector<World>& worlds, const std::vector<Drives>& drives, in
 }
 
 // Steps all worlds once; milliseconds.
-double step_all(std::vector<World>& worlds, float dt, Workers& workers) {
+double step_all(std::span<World* const> worlds, float dt, Workers& workers) {
   const auto start = std::chrono::steady_clock::now();
-  for (World& world : worlds) step(world, dt, workers);
+  step(worlds, dt, workers);
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -121,11 +122,13 @@ double step_all(std::vector<World>& worlds, float dt, Workers& workers) {
 Timing simulate(std::vector<World>& worlds, const std::vector<Drives>& drives, const Plan& plan,
                 Workers& workers, Progress& progress) {
   Timing timing;
+  std::vector<World*> pointers;
+  for (World& world : worlds) pointers.push_back(&world);
   for (int i = 0; i < plan.steps; ++i) {
     const bool last = i + 1 == plan.steps;
     if (last) measure_quality(worlds);
     drive_all(worlds, drives, i, plan.dt);
-    const double milliseconds = step_all(worlds, plan.dt, workers);
+    const double milliseconds = step_all(pointers, plan.dt, workers);
     progress.show(i + 1);
     for (const World& world : worlds) timing.restored_bodies += world.stats().restored_bodies;
     if (i < plan.warmup || (last && !timing.step_ms.empty())) continue;

@@ -27,13 +27,23 @@ Range between(float low, float high) { return {decimal(low), decimal(high)}; }
 Range up_to(float high) { return between(0.0f, high); }
 Range within(float limit) { return between(-limit, limit); }
 const Range kLength = between(kMinExtent, kMaxExtent);  // m, of shapes
+const Range kHullPoint = within(kMaxExtent);            // m
+const Range kHullScale = between(kMinHullScale, kMaxHullScale);
 const Range kPosition = within(kMaxPosition);           // m
 constexpr Range kUnit{-2.0, 2.0};                       // of a quaternion; its length is checked too
 constexpr std::int64_t kMostBodies = 10'000'000;
 constexpr std::int64_t kMostSteps = 1'000'000'000;
 
 using Materials = std::map<std::string, Material>;
+using NamedHulls = std::map<std::string, Hull>;
 using NamedShapes = std::map<std::string, SceneShape>;
+
+// What shapes may name.
+struct Named {
+  Materials materials;
+  NamedHulls hulls;
+  NamedShapes shapes;
+};
 
 std::string known_names(const auto& named) {
   std::string list;
@@ -102,8 +112,39 @@ Filter read_filter(const Node& node) {
   return filter;
 }
 
-Geometry read_geometry(Members& members) {
-  constexpr const char* kTypes[] = {"sphere", "capsule", "box"};
+Hull read_hull(const Node& node) {
+  Members members(node);
+  std::vector<Vec3> points;
+  for (const Node& point : members.require("points").elements()) points.push_back(point.vector(kHullPoint));
+  HullOptions options;
+  members.read("max_vertices", options.max_vertices, 4, options.max_vertices);
+  members.finish();
+  try {
+    return Hull(points, options);
+  } catch (const Error& error) {
+    node.fail(error.what());
+  }
+}
+
+ConvexHull read_convex_hull(Members& members, const NamedHulls& named) {
+  ConvexHull convex;
+  const Node& hull = members.require("hull");
+  if (hull.is_string()) {
+    const auto found = named.find(hull.string());
+    if (found == named.end())
+      hull.fail("no hull \"" + hull.string() + "\" in /hulls; " + known_names(named));
+    convex.hull = found->second;
+  } else if (hull.is_object()) {
+    convex.hull = read_hull(hull);
+  } else {
+    hull.fail("expected the name of a hull or an object");
+  }
+  members.read("scale", convex.scale, kHullScale);
+  return convex;
+}
+
+Geometry read_geometry(Members& members, const NamedHulls& hulls) {
+  constexpr const char* kTypes[] = {"sphere", "capsule", "box", "hull"};
   switch (members.require("type").choice(kTypes)) {
     case 0:
       return Sphere{members.require("radius").number(kLength)};
@@ -111,28 +152,31 @@ Geometry read_geometry(Members& members) {
       const float half_height = members.require("half_height").number(kLength);
       return Capsule{half_height, members.require("radius").number(kLength)};
     }
+    case 3:
+      return read_convex_hull(members, hulls);
     default:
       return Box{members.require("half_extents").vector(kLength)};
   }
 }
 
-SceneShape read_shape(const Node& node, const Materials& materials, const NamedShapes& named) {
+SceneShape read_shape(const Node& node, const Named& named) {
   if (node.is_string()) {
-    const auto found = named.find(node.string());
-    if (found == named.end()) {
-      node.fail("no shape \"" + node.string() + "\" in /shapes; " + known_names(named));
+    const auto found = named.shapes.find(node.string());
+    if (found == named.shapes.end()) {
+      node.fail("no shape \"" + node.string() + "\" in /shapes; " + known_names(named.shapes));
     }
     return found->second;
   }
   if (!node.is_object()) node.fail("expected the name of a shape or an object");
   SceneShape shape;
   Members members(node);
-  shape.geometry = read_geometry(members);
+  shape.geometry = read_geometry(members, named.hulls);
   if (const Node* material = members.find("material")) {
     if (material->is_string()) {
-      const auto found = materials.find(material->string());
-      if (found == materials.end()) {
-        material->fail("no material \"" + material->string() + "\" in /materials; " + known_names(materials));
+      const auto found = named.materials.find(material->string());
+      if (found == named.materials.end()) {
+        material->fail("no material \"" + material->string() + "\" in /materials; " +
+                       known_names(named.materials));
       }
       shape.material = found->second;
     } else if (material->is_object()) {
@@ -236,14 +280,14 @@ void add_repeated(Scene& scene, const Node& body, const BodyDef& def, std::uint3
   }
 }
 
-void read_body(const Node& node, const Materials& materials, const NamedShapes& named, Scene& scene) {
+void read_body(const Node& node, const Named& named, Scene& scene) {
   Members members(node);
   const BodyDef def = read_body_def(members);
   const auto first_shape = static_cast<std::uint32_t>(scene.shapes.size());
   std::uint32_t shape_count = 0;
   if (const Node* shapes = members.find("shapes")) {
     for (const Node& shape : shapes->elements()) {
-      scene.shapes.push_back(read_shape(shape, materials, named));
+      scene.shapes.push_back(read_shape(shape, named));
       ++shape_count;
     }
   }
@@ -286,20 +330,24 @@ Scene parse_scene(const std::string& source, const std::string& file) {
     scene.steps = static_cast<int>(steps->integer(1, kMostSteps));
   }
   members.read("dt", scene.dt, {0.0, 1.0});
-  Materials materials;
+  Named named;
   if (const Node* list = members.find("materials")) {
-    for (const auto& [name, node] : list->members()) materials[name] = read_material(node);
+    for (const auto& [name, node] : list->members()) named.materials[name] = read_material(node);
   }
-  NamedShapes named;
+  if (const Node* list = members.find("hulls")) {
+    for (const auto& [name, node] : list->members()) named.hulls[name] = read_hull(node);
+  }
   if (const Node* list = members.find("shapes")) {
+    NamedShapes shapes;  // which may not name each other
     for (const auto& [name, node] : list->members()) {
       if (!node.is_object()) node.fail("expected an object");
-      named[name] = read_shape(node, materials, {});
+      shapes[name] = read_shape(node, named);
     }
+    named.shapes = std::move(shapes);
   }
   const Node& bodies = members.require("bodies");
   members.finish();
-  for (const Node& body : bodies.elements()) read_body(body, materials, named, scene);
+  for (const Node& body : bodies.elements()) read_body(body, named, scene);
   return scene;
 }
 

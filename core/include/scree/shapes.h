@@ -51,11 +51,28 @@ struct Filter {
   friend bool operator==(const Filter&, const Filter&) = default;
 };
 
+/// Which events of a shape's contacts the world lists after each step; combine with |. A contact is listed if
+/// either shape or WorldSettings::contact_events asks.
+enum class ContactEvents : std::uint8_t {
+  none = 0,
+  begin_end = 1,  ///< World::contact_begins, World::contact_ends
+  persist = 2,    ///< World::contact_persists: in every step that goes on with a contact
+  all = 3,
+};
+
+constexpr ContactEvents operator|(ContactEvents left, ContactEvents right) {
+  return static_cast<ContactEvents>(static_cast<unsigned>(left) | static_cast<unsigned>(right));
+}
+constexpr bool contains(ContactEvents events, ContactEvents kind) {
+  return (static_cast<unsigned>(events) & static_cast<unsigned>(kind)) != 0;
+}
+
 /// What a shape has besides its geometry and its material.
 struct ShapeOptions {
   Pose local_pose{};  ///< of the shape in its body's frame: each within +-1e5 m, unit rotation within 1e-3
   Filter filter{};
   std::uint64_t user_data = 0;
+  ContactEvents contact_events = ContactEvents::none;
 
   friend bool operator==(const ShapeOptions&, const ShapeOptions&) = default;
 };

@@ -14,15 +14,16 @@ enum class Phase : std::uint8_t {
   pack_blocks,
   solve,
   store_impulses,
+  list_events,
   finish_step,
 };
-inline constexpr int kPhaseCount = 8;
+inline constexpr int kPhaseCount = 9;
 
 /// The name of the function that is the phase ("find_pairs", ...).
 constexpr const char* phase_name(Phase phase) {
   constexpr const char* kNames[kPhaseCount] = {"find_pairs",        "collide",     "find_islands",
                                                "color_constraints", "pack_blocks", "solve",
-                                               "store_impulses",    "finish_step"};
+                                               "store_impulses",    "list_events", "finish_step"};
   return kNames[static_cast<int>(phase)];
 }
 

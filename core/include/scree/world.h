@@ -7,6 +7,7 @@
 
 #include <scree/body.h>
 #include <scree/error.h>
+#include <scree/events.h>
 #include <scree/export.h>
 #include <scree/hull.h>
 #include <scree/ids.h>
@@ -37,8 +38,9 @@ struct WorldSettings {
   float sleep_linear_speed = 0.05f;     ///< m/s, a body may sleep when it stays below both speeds ...
   float sleep_angular_speed = 0.1f;     ///< rad/s, both in [0, 1e6]
   float sleep_time = 0.5f;              ///< s, ... for this long, in [0, 1e6]
-  bool measure_residual = false;        ///< fill StepStats::residual
-  bool measure_penetration = false;     ///< fill StepStats::penetration_*
+  ContactEvents contact_events = ContactEvents::none;  ///< asked for of all shapes, besides their own
+  bool measure_residual = false;                       ///< fill StepStats::residual
+  bool measure_penetration = false;                    ///< fill StepStats::penetration_*
 };
 
 /// Memory of a world by column, as generated from its state table.
@@ -156,6 +158,10 @@ class SCREE_API World {
   void set_material(ShapeId shape, const Material& material);  ///< the mass follows as in add_shape
   Filter filter(ShapeId shape) const;
   void set_filter(ShapeId shape, const Filter& filter);
+  ContactEvents contact_events(ShapeId shape) const;
+  /// From the next step on. A contact that began ends when nobody asks about its end any more, and begins
+  /// when somebody asks for the first time.
+  void set_contact_events(ShapeId shape, ContactEvents events);
   Pose local_pose(ShapeId shape) const;                  ///< in the body's frame
   void set_local_pose(ShapeId shape, const Pose& pose);  ///< the mass follows as in add_shape
   std::uint64_t user_data(ShapeId shape) const;
@@ -168,6 +174,18 @@ class SCREE_API World {
 
   std::span<const Pose> poses() const noexcept;           ///< of the bodies' origins
   std::span<const Velocity> velocities() const noexcept;  ///< of the centers of mass
+
+  // --- events of the last step, see events.h. Each list is the same for every instruction set and thread
+  // count, and stays until the next step; calls in between may kill what a handle in it names ---
+
+  /// Contacts ascend by the indices of their shapes: first shape_a's, then shape_b's.
+  std::span<const ContactEvent> contact_begins() const noexcept;
+  /// Contacts of awake bodies that touched before this step already.
+  std::span<const ContactEvent> contact_persists() const noexcept;
+  std::span<const ContactEnd> contact_ends() const noexcept;
+  /// Bodies whose state became non-finite in the step: they were put back to where the step found them, at
+  /// rest. Ascending by index.
+  std::span<const BodyId> restored_bodies() const noexcept;
 
   // --- the world ---
 

@@ -1,0 +1,258 @@
+// Events of contacts: the pairs that touch now, merged with those that touched after the last step, become
+// the lists of begins, persists and ends.
+//
+// Both lists are sorted, so a chunk of contact rows finds its part of the old list by bisection, and what the
+// chunks find is put in place by their counts, in their order. Nothing is done while nobody asks.
+#include <core/edit.h>
+#include <parallel/stages.h>
+
+#include <cmath>
+
+namespace scree {
+
+namespace {
+
+constexpr int kRowsPerChunk = 1024;
+
+// Bits of Events::verdicts: the ContactEvents that a touching pair is asked about, 0 if it does not touch.
+constexpr std::uint8_t kAskedMask = 3;
+constexpr std::uint8_t kResting = 4;  // both bodies rest: nothing was solved
+
+std::uint64_t key_of(std::uint32_t a, std::uint32_t b) { return std::uint64_t{a} << 32 | b; }
+std::uint64_t key_of(const ShapePair& pair) {
+  return key_of(static_cast<std::uint32_t>(pair.a), static_cast<std::uint32_t>(pair.b));
+}
+std::uint64_t key_of(const TouchRow& row) { return key_of(row.pair.shape_a.index, row.pair.shape_b.index); }
+
+ContactEnd handles_of(const WorldData& data, const ShapePair& pair) {
+  const auto shape = [&](std::int32_t index) {
+    const auto row = static_cast<std::uint32_t>(index);
+    return ShapeId{row, data.shapes.generation[row]};
+  };
+  const auto body = [&](std::int32_t index) {
+    const auto row = static_cast<std::uint32_t>(data.shapes.body[static_cast<std::size_t>(index)]);
+    return BodyId{row, data.bodies.generation[row]};
+  };
+  return {shape(pair.a), shape(pair.b), body(pair.a), body(pair.b)};
+}
+
+ContactEvents asked_about(const WorldData& data, const ShapePair& pair) {
+  return data.settings.contact_events | data.shapes.events[static_cast<std::size_t>(pair.a)] |
+         data.shapes.events[static_cast<std::size_t>(pair.b)];
+}
+
+bool moves(const WorldData& data, std::int32_t shape) {
+  const auto body = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(shape)]);
+  return data.bodies.type[body] == BodyType::dynamic && (data.bodies.flags[body] & kBodyAsleep) == 0;
+}
+
+float nearest_of(const Manifold& manifold) {
+  float nearest = kAbsentSeparation;
+  for (const float separation : manifold.separation) nearest = separation < nearest ? separation : nearest;
+  return nearest;
+}
+
+bool was_pressed(const Manifold& manifold) {
+  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
+    if (manifold.normal_impulse[k] > 0.0f) return true;
+  }
+  return false;
+}
+
+// `known`: the pair touched after the last step.
+std::uint8_t judge(const WorldData& data, std::size_t row, bool known, bool solved) {
+  const ShapePair pair = data.contacts.now.pair[row];
+  const ContactEvents asked = asked_about(data, pair);
+  const Manifold& manifold = data.contacts.now.manifold[row];
+  if (asked == ContactEvents::none || (manifold.info & kManifoldPointMask) == 0) return 0;
+  const auto verdict = static_cast<std::uint8_t>(asked);
+  if (!moves(data, pair.a) && !moves(data, pair.b)) {
+    const bool touches = known || nearest_of(manifold) <= 0.0f;
+    return touches ? static_cast<std::uint8_t>(verdict | kResting) : std::uint8_t{0};
+  }
+  const bool pressed = solved ? data.events.impulse[row] > 0.0f : was_pressed(manifold);
+  const bool touches = pressed || nearest_of(manifold) <= (known ? kLinearSlop : 0.0f);
+  return touches ? verdict : std::uint8_t{0};
+}
+
+const TouchRow* first_at(const Column<TouchRow>& rows, std::uint64_t key) {
+  return std::lower_bound(rows.begin(), rows.end(), key,
+                          [](const TouchRow& row, std::uint64_t value) { return key_of(row) < value; });
+}
+
+// Goes over the contact rows [begin, end) and the part of the old list between them and the next chunk's.
+// Calls tell(row, known, verdict) for the pairs that touch or touched: `row` is the contact's or -1, `known`
+// points into the old list or is null. `verdict_of(row, known)` says what holds now.
+template <class Verdict, class Tell>
+void walk(const WorldData& data, int begin, int end, Verdict&& verdict_of, Tell&& tell) {
+  const Column<ShapePair>& pairs = data.contacts.now.pair;
+  const Column<TouchRow>& before = data.events.before;
+  const TouchRow* old =
+      begin == 0 ? before.begin() : first_at(before, key_of(pairs[static_cast<std::size_t>(begin)]));
+  const TouchRow* const last = static_cast<std::size_t>(end) == pairs.size()
+                                   ? before.end()
+                                   : first_at(before, key_of(pairs[static_cast<std::size_t>(end)]));
+  for (int row = begin; row < end; ++row) {
+    const ShapePair pair = pairs[static_cast<std::size_t>(row)];
+    const std::uint64_t key = key_of(pair);
+    for (; old != last && key_of(*old) < key; ++old) tell(-1, old, std::uint8_t{0});
+    const TouchRow* known = nullptr;
+    if (old != last && key_of(*old) == key) {
+      // A slot may have a new owner since.
+      if (old->pair == handles_of(data, pair)) {
+        known = old;
+      } else {
+        tell(-1, old, std::uint8_t{0});
+      }
+      ++old;
+    }
+    const std::uint8_t verdict = verdict_of(static_cast<std::size_t>(row), known != nullptr);
+    if (known != nullptr || verdict != 0) tell(row, known, verdict);
+  }
+  for (; old != last; ++old) tell(-1, old, std::uint8_t{0});
+}
+
+struct Outcome {
+  bool touches, begins, persists, ends;
+};
+
+Outcome outcome_of(const TouchRow* known, std::uint8_t verdict) {
+  constexpr auto kBeginEnd = static_cast<std::uint8_t>(ContactEvents::begin_end);
+  constexpr auto kPersist = static_cast<std::uint8_t>(ContactEvents::persist);
+  const bool told = known != nullptr && (known->events & kBeginEnd) != 0;
+  const bool tells = (verdict & kBeginEnd) != 0;
+  const bool persists = known != nullptr && (verdict & kPersist) != 0 && (verdict & kResting) == 0;
+  return {(verdict & kAskedMask) != 0, tells && !told, persists, told && !tells};
+}
+
+// Counts become places; the lists get their sizes.
+void place_events(Events& events) {
+  EventCounts place{};
+  const auto take = [](std::int32_t& count, std::int32_t& next) {
+    const std::int32_t first = next;
+    next += count;
+    count = first;
+  };
+  for (EventCounts& counts : events.counts) {
+    take(counts.touching, place.touching);
+    take(counts.begins, place.begins);
+    take(counts.persists, place.persists);
+    take(counts.ends, place.ends);
+  }
+  events.touching.resize_discarding(static_cast<std::size_t>(place.touching));
+  events.begins.resize_discarding(static_cast<std::size_t>(place.begins));
+  events.persists.resize_discarding(static_cast<std::size_t>(place.persists));
+  events.ends.resize_discarding(static_cast<std::size_t>(place.ends));
+}
+
+// The tangents that a manifold's points are stored along, as in simd/wide_math.h.
+Vec3 tangent_of(Vec3 n) {
+  const float sign = std::copysign(1.0f, n.z);
+  const float a = -1.0f / (sign + n.z);
+  const float b = n.x * n.y * a;
+  return {1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x};
+}
+
+ContactEvent make_event(const WorldData& data, std::size_t row, bool solved) {
+  const ShapePair pair = data.contacts.now.pair[row];
+  const Manifold& manifold = data.contacts.now.manifold[row];
+  const ContactEnd handles = handles_of(data, pair);
+  ContactEvent event{handles.shape_a, handles.shape_b, handles.body_a, handles.body_b, {}, 0.0f, 0.0f, 0, {}};
+  const Vec3 normal = to_vec3(manifold.normal);
+  const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
+  // The manifold's body B is the dynamic one if only one is, the event's that of the shape of higher index.
+  const bool flipped = static_cast<std::uint32_t>(manifold.row_b) == handles.body_a.index;
+  event.normal = flipped ? -normal : normal;
+  event.point_count = static_cast<std::int32_t>(manifold.info & kManifoldPointMask);
+  const Vec3 center =
+      to_vec3(data.bodies.pose[static_cast<std::size_t>(manifold.row_b)].position) + to_vec3(manifold.arm_b);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(event.point_count); ++k) {
+    event.points[k] = {center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2,
+                       manifold.separation[k]};
+  }
+  if (!moves(data, pair.a) && !moves(data, pair.b)) return event;
+  event.approach_speed = data.events.approach[row];
+  if (solved && std::isfinite(data.events.impulse[row])) event.normal_impulse = data.events.impulse[row];
+  return event;
+}
+
+float approach_speed(const WorldData& data, const Manifold& manifold) {
+  const VelocityRow& a = data.bodies.velocity[static_cast<std::size_t>(manifold.row_a)];
+  const VelocityRow& b = data.bodies.velocity[static_cast<std::size_t>(manifold.row_b)];
+  const Vec3 normal = to_vec3(manifold.normal);
+  const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
+  const Vec3 spin = to_vec3(b.angular) - to_vec3(a.angular);
+  const Vec3 relative = to_vec3(b.linear) + cross(to_vec3(b.angular), to_vec3(manifold.arm_b)) -
+                        to_vec3(a.linear) - cross(to_vec3(a.angular), to_vec3(manifold.arm_a));
+  const float at_center = dot(relative, normal);
+  const float spin_1 = dot(spin, tangent_1), spin_2 = dot(spin, tangent_2);
+  float fastest = 0.0f;
+  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
+    const float approach = -(at_center + manifold.point_v[k] * spin_1 - manifold.point_u[k] * spin_2);
+    fastest = approach > fastest ? approach : fastest;
+  }
+  return fastest;
+}
+
+}  // namespace
+
+void note_approach(WorldData& data, Crew& crew) {
+  if (!asks_for_events(data)) return;
+  const Contacts& contacts = data.contacts;
+  data.events.approach.resize_discarding(contacts.now.pair.size());
+  crew.run_ranges(static_cast<int>(contacts.touching.size()), kRowsPerChunk, [&](int begin, int end, int) {
+    for (int i = begin; i < end; ++i) {
+      const auto row = static_cast<std::size_t>(contacts.touching[static_cast<std::size_t>(i)]);
+      if (asked_about(data, contacts.now.pair[row]) == ContactEvents::none) continue;
+      data.events.approach[row] = approach_speed(data, contacts.now.manifold[row]);
+    }
+  });
+}
+
+void list_events(WorldData& data, float dt, Crew& crew) {
+  if (!asks_for_events(data)) return;
+  Events& events = data.events;
+  events.touching.swap(events.before);
+  const bool solved = dt > 0.0f;
+  const int rows = static_cast<int>(data.contacts.now.pair.size());
+  const int chunks = rows == 0 ? 1 : (rows + kRowsPerChunk - 1) / kRowsPerChunk;  // ends need no rows
+  events.verdicts.resize_discarding(static_cast<std::size_t>(rows));
+  events.counts.resize_discarding(static_cast<std::size_t>(chunks));
+  crew.run(chunks, [&](int chunk, int) {
+    EventCounts counts{};
+    walk(
+        data, chunk * kRowsPerChunk, std::min((chunk + 1) * kRowsPerChunk, rows),
+        [&](std::size_t row, bool known) { return events.verdicts[row] = judge(data, row, known, solved); },
+        [&](int, const TouchRow* known, std::uint8_t verdict) {
+          const Outcome outcome = outcome_of(known, verdict);
+          counts.touching += outcome.touches ? 1 : 0;
+          counts.begins += outcome.begins ? 1 : 0;
+          counts.persists += outcome.persists ? 1 : 0;
+          counts.ends += outcome.ends ? 1 : 0;
+        });
+    events.counts[static_cast<std::size_t>(chunk)] = counts;
+  });
+  place_events(events);
+  crew.run(chunks, [&](int chunk, int) {
+    EventCounts place = events.counts[static_cast<std::size_t>(chunk)];
+    const auto next = [](auto& list, std::int32_t& to) -> auto& {
+      return list[static_cast<std::size_t>(to++)];
+    };
+    walk(
+        data, chunk * kRowsPerChunk, std::min((chunk + 1) * kRowsPerChunk, rows),
+        [&](std::size_t row, bool) { return events.verdicts[row]; },
+        [&](int row, const TouchRow* known, std::uint8_t verdict) {
+          const Outcome outcome = outcome_of(known, verdict);
+          const auto contact = static_cast<std::size_t>(row);
+          if (outcome.touches) {
+            next(events.touching, place.touching) = {handles_of(data, data.contacts.now.pair[contact]),
+                                                     std::uint32_t{verdict} & kAskedMask};
+          }
+          if (outcome.begins) next(events.begins, place.begins) = make_event(data, contact, solved);
+          if (outcome.persists) next(events.persists, place.persists) = make_event(data, contact, solved);
+          if (outcome.ends) next(events.ends, place.ends) = known->pair;
+        });
+  });
+}
+
+}  // namespace scree
