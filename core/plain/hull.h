@@ -13,6 +13,22 @@ inline constexpr int kMaxHullFaces = 508;  // of triangles: 2 V - 4
 inline constexpr int kMaxHullEdges = 762;  // 3 V - 6
 inline constexpr int kHullPadding = 16;
 
+// What segments and points need of a hull besides its face planes. Written by core/hull_round_columns.cpp.
+struct HullRoundData {
+  // Edges, padded with edge 0: where they begin, the way to their end, their faces and these faces' normals.
+  const float* edge_point[3];
+  const float* edge_way[3];
+  const float* edge_normal_0[3];
+  const float* edge_normal_1[3];
+  const std::int32_t* edge_face[2];
+  // Planes that bound each face within its own plane, one a corner, from that corner on: unit normals that
+  // look away from the face. Those of face f are side_begin[f] to side_begin[f + 1] - 1; loads may run past
+  // the last by a block.
+  const float* side_normal[3];
+  const float* side_offset;
+  const std::int32_t* side_begin;
+};
+
 // Columns are 64-byte aligned. Vertices are padded with vertex 0, faces with normal 0 and offset +1e30.
 struct HullData {
   std::int32_t vertex_count;
@@ -26,6 +42,7 @@ struct HullData {
   const float* vertex[3];
   const float* normal[3];
   const float* offset;
+  HullRoundData round;
 };
 
 }  // namespace scree
