@@ -38,7 +38,7 @@ SidePlane side_plane(Vec3 begin, Vec3 end, const HullTopology::Plane& face) {
   return {{float(side[0]), float(side[1]), float(side[2])}, float(dot(side, numbers_of(begin)))};
 }
 
-void fill_edge(const HullTopology& topology, std::size_t index, float* const (&column)[12], std::size_t to) {
+void fill_edge(const HullTopology& topology, std::size_t index, float* const (&column)[13], std::size_t to) {
   const HullTopology::Edge& edge = topology.edges[index];
   const Vec3 begin = topology.vertices[edge.vertex[0]];
   const Numbers point = numbers_of(begin), way = difference(topology.vertices[edge.vertex[1]], begin);
@@ -48,6 +48,7 @@ void fill_edge(const HullTopology& topology, std::size_t index, float* const (&c
     column[6 + k][to] = topology.planes[edge.face[0]].normal[k];
     column[9 + k][to] = topology.planes[edge.face[1]].normal[k];
   }
+  column[12][to] = float(1.0 / dot(way, way));
 }
 
 }  // namespace
@@ -56,12 +57,12 @@ HullRoundData make_round_columns(const HullTopology& topology, HullRoundColumns&
   const std::size_t edges = topology.edges.size(), edge_rows = padded(edges);
   const std::size_t sides = topology.loops.size(), side_rows = padded(sides) + kHullPadding;
   const std::size_t faces = topology.planes.size();
-  columns.numbers.resize(12 * edge_rows + 4 * side_rows);
+  columns.numbers.resize(13 * edge_rows + 4 * side_rows);
   columns.indices.resize(2 * edge_rows + padded(faces + 1));
   HullRoundData data{};
 
-  float* edge_column[12];
-  for (std::size_t k = 0; k < 12; ++k) edge_column[k] = columns.numbers.data() + k * edge_rows;
+  float* edge_column[13];
+  for (std::size_t k = 0; k < 13; ++k) edge_column[k] = columns.numbers.data() + k * edge_rows;
   std::int32_t* edge_face[2] = {columns.indices.data(), columns.indices.data() + edge_rows};
   for (std::size_t row = 0; row < edge_rows; ++row) {
     const std::size_t index = row < edges ? row : 0;
@@ -74,12 +75,13 @@ HullRoundData make_round_columns(const HullTopology& topology, HullRoundColumns&
     data.edge_normal_0[k] = edge_column[6 + k];
     data.edge_normal_1[k] = edge_column[9 + k];
   }
+  data.edge_inverse = edge_column[12];
   data.edge_face[0] = edge_face[0];
   data.edge_face[1] = edge_face[1];
 
   float* side_column[4];
   for (std::size_t k = 0; k < 4; ++k) {
-    side_column[k] = columns.numbers.data() + 12 * edge_rows + k * side_rows;
+    side_column[k] = columns.numbers.data() + 13 * edge_rows + k * side_rows;
   }
   std::int32_t* side_begin = columns.indices.data() + 2 * edge_rows;
   for (std::size_t face = 0; face < faces; ++face) {

@@ -15,9 +15,11 @@ inline constexpr int kHullPadding = 16;
 
 // What segments and points need of a hull besides its face planes. Written by core/hull_round_columns.cpp.
 struct HullRoundData {
-  // Edges, padded with edge 0: where they begin, the way to their end, their faces and these faces' normals.
+  // Edges, padded with edge 0: where they begin, the way to their end, one over its length squared, their
+  // faces and these faces' normals.
   const float* edge_point[3];
   const float* edge_way[3];
+  const float* edge_inverse;  // 1/m^2
   const float* edge_normal_0[3];
   const float* edge_normal_1[3];
   const std::int32_t* edge_face[2];
