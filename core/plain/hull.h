@@ -15,8 +15,12 @@ inline constexpr int kHullPadding = 16;
 
 // What segments and points need of a hull besides its face planes. Written by core/hull_round_columns.cpp.
 struct HullRoundData {
-  // Edges, padded with edge 0: where they begin, the way to their end, one over its length squared, their
+  // Edges in an order of their own: blocks of 16 that lie close together, each in a ball; the last block is
+  // padded with its first edge. Where edges begin, the way to their end, one over its length squared, their
   // faces and these faces' normals.
+  std::int32_t edge_blocks;
+  const float* block_center[3];
+  const float* block_radius;  // m; -1e30 for the blocks that pad the column
   const float* edge_point[3];
   const float* edge_way[3];
   const float* edge_inverse;  // 1/m^2
