@@ -67,6 +67,15 @@ struct ShapeTemplate {
   const ShapeOptions* options;
 };
 
+// Gives the hulls of new shapes back, the last one first.
+void drop_hulls(WorldData& data, const SlotPlan& plan, std::size_t count, std::size_t old_hulls) {
+  while (count > 0) {
+    const auto row = static_cast<std::size_t>(plan.slot(data.shapes.free_slots, --count));
+    undo_hull(data.hulls, data.shapes.hull[row], old_hulls);
+    data.shapes.hull[row] = -1;
+  }
+}
+
 // Rows are written into slots that stay dead until all definitions have passed; then the slots come alive.
 void create(Call call, WorldData& data, std::span<const BodyDef> defs, const ShapeTemplate* shape,
             std::span<BodyId> ids) {
@@ -78,6 +87,8 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
   check_count(call, "shapes", old_shapes, shape_count);
   const SlotPlan body_plan(bodies.free_slots, old_bodies, count);
   const SlotPlan shape_plan(shapes.free_slots, old_shapes, shape_count);
+  const std::size_t old_hulls = data.hulls.shared.size();
+  std::size_t shapes_written = 0;
   try {
     grow(bodies, old_bodies + count - body_plan.from_free);
     grow(shapes, old_shapes + shape_count - shape_plan.from_free);
@@ -97,9 +108,12 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
       write_body(bodies, body, def, mass);
       if (shape == nullptr) continue;
       const std::int32_t row = shape_plan.slot(shapes.free_slots, i);
-      write_shape(shapes, row, shape->geometries[i], *shape->material, *shape->options);
+      const std::int32_t hull = acquire_hull(item, data.hulls, shape->geometries[i]);
+      write_shape(data, row, shape->geometries[i], hull, *shape->material, *shape->options);
+      ++shapes_written;
     }
   } catch (...) {
+    drop_hulls(data, shape_plan, shapes_written, old_hulls);
     bodies.resize(old_bodies);
     shapes.resize(old_shapes);
     throw;

@@ -15,11 +15,12 @@ std::string number_text(double value) {
 
 }  // namespace
 
-void fail(Call call, const std::string& problem) {
-  std::string message = std::string("World::") + call.name + ": ";
-  if (call.item >= 0) message += "definition " + std::to_string(call.item) + ": ";
-  throw Error(message + problem);
+std::string title(Call call) {
+  const std::string message = std::string("World::") + call.name;
+  return call.item >= 0 ? message + ": definition " + std::to_string(call.item) : message;
 }
+
+void fail(Call call, const std::string& problem) { throw Error(title(call) + ": " + problem); }
 
 void fail_range(Call call, const char* what, double value, double low, double high) {
   fail(call, std::string(what) + " is " + number_text(value) + ", must lie in [" + number_text(low) + ", " +
@@ -79,6 +80,11 @@ void check_geometry(Call call, const Geometry& geometry) {
     check_range(call, "box half_extents.x", box->half_extents.x, kMinExtent, kMaxExtent);
     check_range(call, "box half_extents.y", box->half_extents.y, kMinExtent, kMaxExtent);
     check_range(call, "box half_extents.z", box->half_extents.z, kMinExtent, kMaxExtent);
+  } else if (const auto* convex = std::get_if<ConvexHull>(&geometry)) {
+    if (convex->hull.is_empty()) fail(call, "the hull is empty: it was made of no points, or moved from");
+    check_range(call, "hull scale.x", convex->scale.x, kMinHullScale, kMaxHullScale);
+    check_range(call, "hull scale.y", convex->scale.y, kMinHullScale, kMaxHullScale);
+    check_range(call, "hull scale.z", convex->scale.z, kMinHullScale, kMaxHullScale);
   } else {
     fail(call, "geometry holds no value");
   }

@@ -17,6 +17,7 @@ struct Call {
   std::int64_t item = -1;
 };
 
+std::string title(Call call);  // how messages begin
 // Throws Error "World::<call>: <problem>".
 [[noreturn]] void fail(Call call, const std::string& problem);
 [[noreturn]] void fail_range(Call call, const char* what, double value, double low, double high);

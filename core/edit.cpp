@@ -1,5 +1,6 @@
 // Edits: the pieces that World's calls are made of; see edit.h.
 #include <core/edit.h>
+#include <core/hull_build.h>
 
 namespace scree {
 
@@ -46,7 +47,8 @@ TreeKind tree_of(const Bodies& bodies, std::int32_t body) {
   return (bodies.flags[row] & kBodyAsleep) != 0 ? TreeKind::frozen : TreeKind::awake;
 }
 
-void write_extent(Shapes& shapes, std::int32_t shape, const Geometry& geometry) {
+void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull) {
+  Shapes& shapes = data.shapes;
   const auto row = static_cast<std::size_t>(shape);
   ExtentRow extent{};
   if (const auto* sphere = std::get_if<Sphere>(&geometry)) {
@@ -59,8 +61,12 @@ void write_extent(Shapes& shapes, std::int32_t shape, const Geometry& geometry) 
   } else if (const auto* box = std::get_if<Box>(&geometry)) {
     shapes.type[row] = ShapeType::box;
     store(extent.half, box->half_extents);
+  } else if (hull >= 0) {
+    shapes.type[row] = ShapeType::hull;
+    extent = extent_of(*data.hulls.shared[static_cast<std::size_t>(hull)].solid);
   }
   shapes.extent[row] = extent;
+  shapes.hull[row] = hull;
 }
 
 void write_material(Shapes& shapes, std::int32_t shape, const Material& material) {
@@ -77,10 +83,11 @@ void write_material(Shapes& shapes, std::int32_t shape, const Material& material
   shapes.density[row] = material.density;
 }
 
-void write_shape(Shapes& shapes, std::int32_t shape, const Geometry& geometry, const Material& material,
-                 const ShapeOptions& options) {
+void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull,
+                 const Material& material, const ShapeOptions& options) {
+  Shapes& shapes = data.shapes;
   const auto row = static_cast<std::size_t>(shape);
-  write_extent(shapes, shape, geometry);
+  write_extent(data, shape, geometry, hull);
   write_material(shapes, shape, material);
   shapes.next[row] = -1;
   shapes.given_pose[row] = options.local_pose;
@@ -115,6 +122,8 @@ void bury_shape(WorldData& data, std::int32_t shape) {
   const auto row = static_cast<std::size_t>(shape);
   request_wake(data, shape);
   mark_dirty(shapes, shape);
+  release_hull(data.hulls, shapes.hull[row]);
+  shapes.hull[row] = -1;
   shapes.flags[row] = static_cast<std::uint8_t>(shapes.flags[row] & ~(kShapeAlive | kShapeNew));
   shapes.tree[row] = TreeKind::none;
   // A slot whose generations are used up stays empty for good.
@@ -127,8 +136,17 @@ void bury_shape(WorldData& data, std::int32_t shape) {
 void place_shape_in_body(WorldData& data, std::int32_t shape) {
   const auto row = static_cast<std::size_t>(shape);
   const Pose& given = data.shapes.given_pose[row];
+  const Vec3 center = data.bodies.center[static_cast<std::size_t>(data.shapes.body[row])];
   PoseRow local{};
-  store(local.position, given.position - data.bodies.center[static_cast<std::size_t>(data.shapes.body[row])]);
+  store(local.position, given.position - center);
+  if (const std::int32_t hull = data.shapes.hull[row]; hull >= 0) {
+    // In double precision: a hull may lie far from the origin of its points.
+    double offset[3];
+    rotate(given.rotation, data.hulls.shared[static_cast<std::size_t>(hull)].solid->origin, offset);
+    store(local.position, {static_cast<float>(offset[0] + given.position.x - center.x),
+                           static_cast<float>(offset[1] + given.position.y - center.y),
+                           static_cast<float>(offset[2] + given.position.z - center.z)});
+  }
   store(local.rotation, given.rotation);
   data.shapes.local_pose[row] = local;
 }

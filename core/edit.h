@@ -2,6 +2,7 @@
 #pragma once
 
 #include <core/check.h>
+#include <core/hull_store.h>
 #include <core/mass.h>
 #include <core/math.h>
 #include <core/wake.h>
@@ -38,10 +39,11 @@ void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags = kShapeD
 TreeKind tree_of(const Bodies& bodies, std::int32_t body);
 
 // Writes all columns of a new shape but generation, flags and body: contact rows may still name the slot's
-// predecessor, and the call may yet fail. The local rotation must be normalized.
-void write_shape(Shapes& shapes, std::int32_t shape, const Geometry& geometry, const Material& material,
-                 const ShapeOptions& options);
-void write_extent(Shapes& shapes, std::int32_t shape, const Geometry& geometry);
+// predecessor, and the call may yet fail. The local rotation must be normalized; `hull` is the slot of a
+// hull, which the shape now counts for, or -1.
+void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull,
+                 const Material& material, const ShapeOptions& options);
+void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull);
 void write_material(Shapes& shapes, std::int32_t shape, const Material& material);
 // Makes the slot live: generation, flags, dirty list, counts.
 ShapeId commit_shape(Shapes& shapes, std::int32_t shape);
@@ -54,7 +56,7 @@ void place_body(WorldData& data, std::int32_t body, const Pose& transform);
 // Writes the mass rows, moving the center of mass in the body; the body's matter moves on as it did.
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass);
 void apply_locks(Bodies& bodies, std::int32_t body);  // motion's locks and velocity from locks and type
-void place_shape_in_body(WorldData& data, std::int32_t shape);  // local_pose from given_pose and center
+void place_shape_in_body(WorldData& data, std::int32_t shape);  // local_pose from given_pose, center and hull
 
 // Wakes the body and, when next asked, all that touch it.
 void disturb(WorldData& data, std::int32_t body);

@@ -2,6 +2,7 @@
 //
 // Written out in plain double arithmetic of a fixed order: the rows are state and must be the same bits for
 // every compiler.
+#include <core/hull_build.h>
 #include <core/mass.h>
 
 #include <algorithm>
@@ -52,6 +53,19 @@ double solid(const Box& box, double density, Symmetric* inertia) {
   const double third = mass / 3.0;
   *inertia = diagonal(third * (y * y + z * z), third * (x * x + z * z), third * (x * x + y * y));
   return mass;
+}
+
+// The hull's own integrals, stretched.
+double solid(const ConvexHull& convex, double density, Symmetric* inertia) {
+  const HullIntegrals& integrals = HullAccess::solid(convex.hull)->integrals;
+  const double s[3] = {convex.scale.x, convex.scale.y, convex.scale.z};
+  const double stretch = density * s[0] * s[1] * s[2];
+  const double* m = integrals.moment;
+  const double xx = stretch * s[0] * s[0] * m[XX], yy = stretch * s[1] * s[1] * m[YY];
+  const double zz = stretch * s[2] * s[2] * m[ZZ];
+  *inertia = {{yy + zz, -stretch * s[0] * s[1] * m[XY], -stretch * s[0] * s[2] * m[XZ], xx + zz,
+               -stretch * s[1] * s[2] * m[YZ], xx + yy}};
+  return stretch * integrals.volume;
 }
 
 float to_float(double value) {
@@ -142,15 +156,27 @@ MassSum completed(MassSum sum, std::optional<float> given_mass) {
   return sum;
 }
 
-}  // namespace
-
-Symmetric rotated(Quat rotation, const Symmetric& s) {
+void to_matrix(Quat rotation, double (&r)[3][3]) {
   double x = rotation.x, y = rotation.y, z = rotation.z, w = rotation.w;
   const double scale = 1.0 / std::sqrt(x * x + y * y + z * z + w * w);
   x *= scale, y *= scale, z *= scale, w *= scale;
-  const double r[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
-                          {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
-                          {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
+  const double rows[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+                             {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+                             {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
+  for (int i = 0; i < 3; ++i) std::copy_n(rows[i], 3, r[i]);
+}
+
+}  // namespace
+
+void rotate(Quat rotation, const double v[3], double out[3]) {
+  double r[3][3];
+  to_matrix(rotation, r);
+  for (int i = 0; i < 3; ++i) out[i] = r[i][0] * v[0] + r[i][1] * v[1] + r[i][2] * v[2];
+}
+
+Symmetric rotated(Quat rotation, const Symmetric& s) {
+  double r[3][3];
+  to_matrix(rotation, r);
   const double full[3][3] = {
       {s.m[XX], s.m[XY], s.m[XZ]}, {s.m[XY], s.m[YY], s.m[YZ]}, {s.m[XZ], s.m[YZ], s.m[ZZ]}};
   double half[3][3];  // R M
@@ -205,11 +231,20 @@ void MassSum::add(const Geometry& geometry, double density, const Pose& local_po
   const double part_mass =
       std::visit([&](const auto& solid_shape) { return solid(solid_shape, density, &part); }, geometry);
   if (local_pose.rotation != Quat{}) part = rotated(local_pose.rotation, part);
-  const double part_center[3] = {local_pose.position.x, local_pose.position.y, local_pose.position.z};
+  double part_center[3] = {local_pose.position.x, local_pose.position.y, local_pose.position.z};
+  if (const auto* convex = std::get_if<ConvexHull>(&geometry)) {
+    const HullSolid& hull = *HullAccess::solid(convex->hull);
+    const float scale[3] = {convex->scale.x, convex->scale.y, convex->scale.z};
+    double centroid[3], offset[3];
+    for (int i = 0; i < 3; ++i) centroid[i] = scale[i] * (hull.origin[i] + hull.integrals.center[i]);
+    rotate(local_pose.rotation, centroid, offset);
+    for (int i = 0; i < 3; ++i) part_center[i] += offset[i];
+  }
   add(part_mass, part_center, part);
 }
 
-Geometry geometry_of(const Shapes& shapes, std::int32_t shape) {
+Geometry geometry_of(const WorldData& data, std::int32_t shape) {
+  const Shapes& shapes = data.shapes;
   const auto row = static_cast<std::size_t>(shape);
   const ExtentRow& extent = shapes.extent[row];
   switch (shapes.type[row]) {
@@ -217,6 +252,8 @@ Geometry geometry_of(const Shapes& shapes, std::int32_t shape) {
       return Sphere{extent.radius};
     case ShapeType::capsule:
       return Capsule{extent.half[1], extent.radius};
+    case ShapeType::hull:
+      return data.hulls.shared[static_cast<std::size_t>(shapes.hull[row])].geometry;
     case ShapeType::box:
       break;
   }
@@ -234,7 +271,7 @@ MassSum sum_shapes(const WorldData& data, std::int32_t body, const ShapeChange& 
        shape = shapes.next[static_cast<std::size_t>(shape)]) {
     const auto row = static_cast<std::size_t>(shape);
     if (shape != change.index) {
-      sum.add(geometry_of(shapes, shape), shapes.density[row], shapes.given_pose[row]);
+      sum.add(geometry_of(data, shape), shapes.density[row], shapes.given_pose[row]);
     } else if (change.form != nullptr) {
       sum.add(change.form->geometry, change.form->density, change.form->local_pose);
     }

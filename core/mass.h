@@ -16,7 +16,8 @@ struct Symmetric {
   double m[6]{};
 };
 
-Symmetric rotated(Quat rotation, const Symmetric& matrix);  // R M R^T
+Symmetric rotated(Quat rotation, const Symmetric& matrix);          // R M R^T
+void rotate(Quat rotation, const double vector[3], double out[3]);  // R v
 bool is_positive_definite(const Symmetric& matrix);
 Symmetric inverse(const Symmetric& matrix);  // of a positive definite one
 
@@ -52,7 +53,7 @@ struct ShapeChange {
   const ShapeForm* form = nullptr;
 };
 
-Geometry geometry_of(const Shapes& shapes, std::int32_t shape);
+Geometry geometry_of(const WorldData& data, std::int32_t shape);
 MassSum sum_shapes(const WorldData& data, std::int32_t body, const ShapeChange& change);
 
 // Of a dynamic body whose shapes weigh `sum`; `given_mass` scales. Throws where float rows can not hold it.

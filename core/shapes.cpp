@@ -25,7 +25,7 @@ ShapeRow at(Call call, const std::unique_ptr<WorldData>& owner, ShapeId id) {
 }
 
 ShapeForm form_of(const ShapeRow& s) {
-  return {geometry_of(s.shapes, s.shape), s.shapes.density[s.row], s.shapes.given_pose[s.row]};
+  return {geometry_of(s.data, s.shape), s.shapes.density[s.row], s.shapes.given_pose[s.row]};
 }
 
 // The body's mass rows after the change, or an Error.
@@ -62,10 +62,17 @@ ShapeId World::add_shape(BodyId body, const Geometry& geometry, const Material& 
   Shapes& shapes = data.shapes;
   const SlotPlan plan(shapes.free_slots, shapes.flags.size(), 1);
   if (plan.from_free == 0) grow(shapes, shapes.flags.size() + 1);
+  std::int32_t hull = -1;
+  try {
+    hull = acquire_hull(call, data.hulls, geometry);
+  } catch (...) {
+    if (plan.from_free == 0) shapes.resize(plan.first_fresh);
+    throw;
+  }
   const std::int32_t shape = plan.slot(shapes.free_slots, 0);
   if (plan.from_free == 1) shapes.free_slots.pop_back();
 
-  write_shape(shapes, shape, geometry, material, unit_options);
+  write_shape(data, shape, geometry, hull, material, unit_options);
   wake_body(data, row);
   link_shape(data, shape, row);
   const ShapeId id = commit_shape(shapes, shape);
@@ -103,7 +110,7 @@ BodyId World::body_of(ShapeId shape) const {
 
 Geometry World::geometry(ShapeId shape) const {
   const ShapeRow s = at({"geometry"}, data_, shape);
-  return geometry_of(s.shapes, s.shape);
+  return geometry_of(s.data, s.shape);
 }
 
 void World::set_geometry(ShapeId shape, const Geometry& geometry) {
@@ -113,7 +120,10 @@ void World::set_geometry(ShapeId shape, const Geometry& geometry) {
   ShapeForm form = form_of(s);
   form.geometry = geometry;
   const BodyMass mass = mass_after_change(call, s, &form);
-  write_extent(s.shapes, s.shape, geometry);
+  const std::int32_t hull = acquire_hull(call, s.data.hulls, geometry);
+  release_hull(s.data.hulls, s.shapes.hull[s.row]);
+  write_extent(s.data, s.shape, geometry, hull);
+  place_shape_in_body(s.data, s.shape);
   apply_mass(s.data, s.body, mass);
   reconsider(s, kShapeNew);
 }

@@ -2,6 +2,7 @@
 // the tests' comparison of whole states are made from it; so is whatever else must not forget a column.
 #pragma once
 
+#include <core/hull_store.h>
 #include <core/world_data.h>
 
 namespace scree {
@@ -22,6 +23,8 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::state, "shapes", "free_slots", data.shapes.free_slots);
   visit(ColumnKind::derived, "shapes", "moving", data.shapes.moving);
   visit(ColumnKind::state, "shapes", "dirty", data.shapes.dirty);
+  data.hulls.for_each_column(within("hulls"));
+  visit(ColumnKind::state, "hulls", "free_slots", data.hulls.free_slots);
   data.contacts.now.for_each_column(within("contacts.now"));
   data.contacts.before.for_each_column([&visit](ColumnKind, const char* name, auto& column) {
     visit(ColumnKind::scratch, "contacts.before", name, column);
@@ -37,6 +40,8 @@ void for_each_column_size(WorldData& data, Visit&& visit) {
   for_each_column(data, [&visit](ColumnKind kind, const char* store, const char* name, auto& column) {
     visit(kind, store, name, column.span().size_bytes(), column.capacity_bytes());
   });
+  const std::size_t geometry = hull_bytes(data.hulls);
+  visit(ColumnKind::state, "hulls", "geometry", geometry, geometry);
   const auto report = [&visit](const std::unique_ptr<Part>& part, const char* store) {
     if (part == nullptr) return;
     part->report(

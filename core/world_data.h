@@ -8,6 +8,7 @@
 #pragma once
 
 #include <core/column.h>
+#include <core/plain/hull.h>
 #include <core/plain/manifold.h>
 #include <core/plain/rows.h>
 #include <scree/world.h>
@@ -15,6 +16,8 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <unordered_map>
+#include <vector>
 
 namespace scree {
 
@@ -27,8 +30,8 @@ enum BodyFlag : std::uint8_t {
   kBodyMarked = 32,           // set and cleared within one call
 };
 
-enum class ShapeType : std::uint8_t { sphere, capsule, box };
-inline constexpr int kShapeTypeCount = 3;
+enum class ShapeType : std::uint8_t { sphere, capsule, box, hull };
+inline constexpr int kShapeTypeCount = 4;
 
 enum ShapeFlag : std::uint8_t {
   kShapeAlive = 1,
@@ -79,7 +82,9 @@ inline constexpr int kTreeCount = 4;
   X(state,   std::int32_t,    body)            /* calls */                                                     \
   X(state,   std::int32_t,    next)            /* calls; next shape of the body, -1: last */                   \
   X(state,   ExtentRow,       extent)          /* calls */                                                     \
-  X(state,   PoseRow,         local_pose)      /* calls; relative to the body's center of mass */              \
+  X(state,   std::int32_t,    hull)            /* calls; slot in WorldData::hulls, -1: no hull */              \
+  X(state,   PoseRow,         local_pose)      /* calls; relative to the body's center of mass; of a hull's    \
+                                                  centroid */                                                  \
   X(state,   Pose,            given_pose)      /* calls; relative to the body's origin */                      \
   X(state,   MaterialRow,     material)        /* calls */                                                     \
   X(state,   float,           density)         /* calls; kg/m^3 */                                             \
@@ -88,6 +93,12 @@ inline constexpr int kTreeCount = 4;
   X(state,   TreeKind,        tree)            /* calls, find_islands */                                       \
   X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
   X(derived, PoseRow,         pose)            /* update_bounds; in the world */
+
+// Slots of hulls, each shared by all shapes of the same hull and scale.
+#define SCREE_HULL_COLUMNS(X)                                                                                   \
+  X(state,   std::uint64_t,   content)         /* calls; hash of hull and scale, 0: the slot is free */        \
+  X(state,   std::int32_t,    shapes)          /* calls; how many share it */                                  \
+  X(derived, const HullData*, data)            /* calls; null: the slot is free */
 
 // Rows of candidate pairs, in ascending order of (a, b).
 #define SCREE_CONTACT_COLUMNS(X)                                                                                \
@@ -130,6 +141,19 @@ struct Shapes {
   bool wake_requested = false;      // state; calls: some shape has kShapeWakes; cleared by wake_neighbors
 };
 
+// A hull as shapes have it. What it is built of and who else shares that does not matter to the world.
+struct SharedHull {
+  ConvexHull geometry;                     // as given
+  std::shared_ptr<const HullSolid> solid;  // with the scale in it
+};
+
+struct Hulls {
+  SCREE_STORE(SCREE_HULL_COLUMNS)
+  Column<std::int32_t> free_slots;                               // state; calls; taken from the back
+  std::vector<SharedHull> shared;                                // by slot; `content` stands for them
+  std::unordered_multimap<std::uint64_t, std::int32_t> slot_of;  // by content
+};
+
 inline constexpr std::uint8_t kNoColor = 0xff;
 
 // Two sets of rows: find_pairs writes the new list into `before` and swaps, so that rows move once.
@@ -166,6 +190,7 @@ struct WorldData {
   float last_substep = 0.0f;     // state; step; s, what the stored impulses have acted for
   Bodies bodies;
   Shapes shapes;
+  Hulls hulls;
   Contacts contacts;
   StepStats stats;  // derived; every phase
 

@@ -18,6 +18,7 @@ using simd::CollideItem;
 
 // NarrowPhase::kind: a simd::CollideType, or that the row is left alone, or that its pair cannot collide.
 constexpr std::uint8_t kTypeMask = 15;
+static_assert(simd::kCollideTypes <= 14);
 constexpr std::uint8_t kSkipped = 14;  // nobody is awake: the row keeps its contents
 constexpr std::uint8_t kNever = 15;    // no dynamic body
 constexpr std::uint8_t kWakeful = 16;  // listed where it touches: what sleeps in it must wake
@@ -26,9 +27,10 @@ bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
 
 simd::CollideType collide_type(ShapeType a, ShapeType b) {
   constexpr simd::CollideType kTypes[kShapeTypeCount][kShapeTypeCount] = {
-      {simd::kSphereSphere, simd::kSphereCapsule, simd::kSphereBox},
-      {simd::kSphereCapsule, simd::kCapsuleCapsule, simd::kCapsuleBox},
-      {simd::kSphereBox, simd::kCapsuleBox, simd::kBoxBox}};
+      {simd::kSphereSphere, simd::kSphereCapsule, simd::kSphereBox, simd::kSphereHull},
+      {simd::kSphereCapsule, simd::kCapsuleCapsule, simd::kCapsuleBox, simd::kCapsuleHull},
+      {simd::kSphereBox, simd::kCapsuleBox, simd::kBoxBox, simd::kBoxHull},
+      {simd::kSphereHull, simd::kCapsuleHull, simd::kBoxHull, simd::kHullHull}};
   return kTypes[static_cast<int>(a)][static_cast<int>(b)];
 }
 
@@ -167,6 +169,8 @@ void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
       .shape_pose = data.shapes.pose.data(),
       .shape_extent = data.shapes.extent.data(),
       .shape_material = data.shapes.material.data(),
+      .shape_hull = data.shapes.hull.data(),
+      .hulls = data.hulls.data.data(),
       .body_pose = data.bodies.pose.data(),
       .body_velocity = data.bodies.velocity.data(),
       .dt = data.last_dt,

@@ -3,6 +3,7 @@
 // Filled by simd/kernels/collide*.cpp, called by parallel/collide. A lane is one pair of shapes.
 #pragma once
 
+#include <core/plain/hull.h>
 #include <core/plain/manifold.h>
 #include <core/plain/rows.h>
 
@@ -19,6 +20,10 @@ enum CollideType : int {
   kCapsuleCapsule,
   kCapsuleBox,
   kBoxBox,
+  kSphereHull,
+  kCapsuleHull,
+  kBoxHull,
+  kHullHull,
   kCollideTypes,
 };
 
@@ -48,6 +53,8 @@ struct CollideColumns {
   const PoseRow* shape_pose;
   const ExtentRow* shape_extent;
   const MaterialRow* shape_material;
+  const std::int32_t* shape_hull = nullptr;  // slot in `hulls`, -1: no hull
+  const HullData* const* hulls = nullptr;
   const PoseRow* body_pose;
   const VelocityRow* body_velocity;
   float dt;  // s; how far ahead points are made for fast bodies

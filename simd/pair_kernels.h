@@ -40,6 +40,7 @@ struct TreeView {
 // The values of ShapeType and BodyType that the bounds kernel tells apart.
 inline constexpr std::int32_t kBoundsSphere = 0;
 inline constexpr std::int32_t kBoundsCapsule = 1;
+inline constexpr std::int32_t kBoundsHull = 3;
 inline constexpr std::int32_t kBoundsFixedBody = 0;
 
 // update_bounds: lane = shape, for the shapes list[begin] to list[end - 1].

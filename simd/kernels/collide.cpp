@@ -9,6 +9,10 @@ void collide_sphere_box(const CollideColumns& columns, const CollideItem* items,
 void collide_capsule_capsule(const CollideColumns& columns, const CollideItem* items, int count);
 void collide_capsule_box(const CollideColumns& columns, const CollideItem* items, int count);
 void collide_box_box(const CollideColumns& columns, const CollideItem* items, int count);
+void collide_sphere_hull(const CollideColumns& columns, const CollideItem* items, int count);
+void collide_capsule_hull(const CollideColumns& columns, const CollideItem* items, int count);
+void collide_box_hull(const CollideColumns& columns, const CollideItem* items, int count);
+void collide_hull_hull(const CollideColumns& columns, const CollideItem* items, int count);
 int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 
 CollideKernels make_collide_kernels() {
@@ -19,6 +23,10 @@ CollideKernels make_collide_kernels() {
   kernels.collide[kCapsuleCapsule] = collide_capsule_capsule;
   kernels.collide[kCapsuleBox] = collide_capsule_box;
   kernels.collide[kBoxBox] = collide_box_box;
+  kernels.collide[kSphereHull] = collide_sphere_hull;
+  kernels.collide[kCapsuleHull] = collide_capsule_hull;
+  kernels.collide[kBoxHull] = collide_box_hull;
+  kernels.collide[kHullHull] = collide_hull_hull;
   kernels.recycle = recycle_boxes;
   return kernels;
 }

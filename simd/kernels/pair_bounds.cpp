@@ -63,6 +63,7 @@ F largest(V3 v) { return max(max(v.x, v.y), v.z); }
 V3 abs(V3 v) { return {abs(v.x), abs(v.y), abs(v.z)}; }
 M no_farther(V3 a, V3 b) { return (a.x <= b.x) & (a.y <= b.y) & (a.z <= b.z); }
 V3 spread(F a) { return {a, a, a}; }
+V3 min(V3 a, V3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
 
 struct BodyMotion {
   V3 linear, angular;
@@ -98,19 +99,22 @@ std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count
   store_rows(floats(task.shape_pose) + 4, 8, lanes.shape, count, rotation.x, rotation.y, rotation.z,
              rotation.w);
 
-  // Every shape is a box, perhaps flat, with a round skin.
+  // Every shape is a box, perhaps flat, with a round skin; a hull is a box within a ball.
   V3 half;
   F skin;
   load_rows(floats(task.extent), 4, lanes.shape, half.x, half.y, half.z, skin);
   const M sphere = load(lanes.type) == I(kBoundsSphere);
   const M capsule = load(lanes.type) == I(kBoundsCapsule);
+  const M hull = load(lanes.type) == I(kBoundsHull);
+  const F ball = skin;
   half.x = select(sphere | capsule, F(0.0f), half.x);
   half.y = select(sphere, F(0.0f), half.y);
   half.z = select(sphere | capsule, F(0.0f), half.z);
   skin = select(sphere | capsule, skin, F(0.0f));
   const M3 axes = to_matrix(rotation);
-  const V3 reach = abs(axes.x) * half.x + abs(axes.y) * half.y + abs(axes.z) * half.z;
-  const F radius = length(half) + skin;
+  const V3 box_reach = abs(axes.x) * half.x + abs(axes.y) * half.y + abs(axes.z) * half.z;
+  const V3 reach = select(hull, min(box_reach, spread(ball)), box_reach);
+  const F radius = select(hull, ball, length(half) + skin);
 
   const F pad = F(0.5f * kSpeculativeDistance) + F(kRounding) * (largest(abs(position)) + radius);
   const V3 extent = reach + spread(skin + pad);

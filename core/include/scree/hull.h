@@ -23,7 +23,8 @@ struct HullReport {
   std::size_t given_points = 0;   ///< as handed in
   std::size_t merged_points = 0;  ///< dropped: equal to another one, or closer than the hull's resolution
   std::size_t inner_points = 0;   ///< dropped: within the hull or in the middle of a face
-  std::size_t cut_vertices = 0;   ///< vertices of the exact hull that simplification left out
+  std::size_t cut_vertices = 0;   ///< vertices of the exact hull that simplification left out; where more
+                                  ///< than 100,000 points lie outside a hull of 256 vertices, all of these
   float deviation = 0.0f;         ///< m: how far a given point lies outside the hull at most
 
   bool simplified() const { return cut_vertices > 0; }

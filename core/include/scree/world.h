@@ -8,6 +8,7 @@
 #include <scree/body.h>
 #include <scree/error.h>
 #include <scree/export.h>
+#include <scree/hull.h>
 #include <scree/ids.h>
 #include <scree/shapes.h>
 #include <scree/stats.h>
@@ -47,7 +48,7 @@ struct MemoryUse {
   std::size_t scratch = 0;  ///< bytes that live within one step
 };
 
-using Geometry = std::variant<Sphere, Capsule, Box>;
+using Geometry = std::variant<Sphere, Capsule, Box, ConvexHull>;
 
 struct WorldData;
 

@@ -3,6 +3,7 @@
 
 #include <scree/body.h>
 #include <scree/error.h>
+#include <scree/hull.h>
 #include <scree/ids.h>
 #include <scree/math_types.h>
 #include <scree/shapes.h>
