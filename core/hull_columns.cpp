@@ -131,6 +131,8 @@ HullColumns make_hull_columns(const HullTopology& topology) {
   data->offset = pieces.offset;
   fill_vertices(pieces, topology);
   fill_planes(pieces, topology);
+  data->round = make_round_columns(topology, columns.round);
+  columns.bytes += columns.round.numbers.capacity_bytes() + columns.round.indices.capacity_bytes();
   columns.data = data;
   return columns;
 }

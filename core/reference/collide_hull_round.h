@@ -12,7 +12,7 @@
 namespace scree::reference {
 
 // In world axes.
-struct Polyhedron {
+struct FacedHull {
   std::vector<Vector> corners;
   std::vector<std::vector<int>> faces;  // counterclockwise seen from outside
   std::vector<Vector> normals;          // of the faces, unit, outward
@@ -31,12 +31,12 @@ inline Vector normal_of(const std::vector<Vector>& corners, const std::vector<in
 }
 
 // `corners` about the hull's centroid, placed by a shape's pose.
-inline Polyhedron make_polyhedron(const std::vector<Vector>& corners,
-                                  const std::vector<std::vector<int>>& faces, const PoseRow& pose) {
+inline FacedHull make_faced_hull(const std::vector<Vector>& corners,
+                                 const std::vector<std::vector<int>>& faces, const PoseRow& pose) {
   const float* q = pose.rotation;
   const Eigen::Matrix3d rotation = Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized().toRotationMatrix();
   const Vector position(pose.position[0], pose.position[1], pose.position[2]);
-  Polyhedron hull;
+  FacedHull hull;
   for (const Vector& corner : corners) hull.corners.push_back(position + rotation * corner);
   hull.faces = faces;
   for (const std::vector<int>& face : faces) hull.normals.push_back(normal_of(hull.corners, face));
@@ -65,7 +65,7 @@ inline Vector closest_on_triangle(const Vector (&corner)[3], const Vector& x) {
 }
 
 // Height of a point over the plane of its farthest face; below zero in the hull.
-inline double height_over_faces(const Polyhedron& hull, const Vector& x) {
+inline double height_over_faces(const FacedHull& hull, const Vector& x) {
   double height = -std::numeric_limits<double>::infinity();
   for (std::size_t f = 0; f < hull.faces.size(); ++f) {
     const Vector& corner = hull.corners[static_cast<std::size_t>(hull.faces[f][0])];
@@ -75,7 +75,7 @@ inline double height_over_faces(const Polyhedron& hull, const Vector& x) {
 }
 
 // The point of a hull that is closest to x; x itself in the hull.
-inline Vector closest_on_hull(const Polyhedron& hull, const Vector& x) {
+inline Vector closest_on_hull(const FacedHull& hull, const Vector& x) {
   if (height_over_faces(hull, x) <= 0.0) return x;
   Vector best = hull.corners[0];
   for (const std::vector<int>& face : hull.faces) {
@@ -88,14 +88,14 @@ inline Vector closest_on_hull(const Polyhedron& hull, const Vector& x) {
   }
   return best;
 }
-inline double distance_to_surface(const Polyhedron& hull, const Vector& x) {
+inline double distance_to_surface(const FacedHull& hull, const Vector& x) {
   const double height = height_over_faces(hull, x);
   return height <= 0.0 ? height : (closest_on_hull(hull, x) - x).norm();
 }
 
 // The way out of a hull for a segment that passes through it: the best of all face normals and of all
 // products of edges with the segment, each with all corners projected.
-inline Gap leave_hull(const std::vector<Vector>& ends, double radius, const Polyhedron& hull) {
+inline Gap leave_hull(const std::vector<Vector>& ends, double radius, const FacedHull& hull) {
   std::vector<Vector> axes;
   for (const Vector& normal : hull.normals) axes.push_back(-normal);
   const Vector along = ends.back() - ends.front();
@@ -128,7 +128,7 @@ inline Gap leave_hull(const std::vector<Vector>& ends, double radius, const Poly
 
 // From a sphere or capsule to a hull. `core` is the distance of the round shape's core from the hull, zero
 // where it passes through.
-inline Gap gap_to_hull(const Solid& round, const Polyhedron& hull, double& core) {
+inline Gap gap_to_hull(const Solid& round, const FacedHull& hull, double& core) {
   const Vector along =
       round.type == ShapeType::capsule ? Vector(round.rotation.col(1) * round.half.y()) : Vector::Zero();
   const auto distance = [&](double t) {
