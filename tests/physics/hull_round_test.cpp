@@ -1,7 +1,6 @@
 // Spheres and capsules on hulls obey the laws that they obey on boxes.
 #include <tests/physics/lab.h>
 
-#include <algorithm>
 #include <numbers>
 #include <vector>
 
@@ -121,7 +120,7 @@ TEST(HullRound, ACapsuleComesToRestLyingDown) {
 }
 
 TEST(HullRound, StonesOfManyCornersRestOnACapsuleBed) {
-  // The hull is the dynamic body here, and lies on two or three round ones.
+  // The hull is the dynamic body here, and lies on two fixed capsules.
   for (const int sides : {3, 6, 16, 100}) {
     Lab lab;
     for (const float x : {-0.4f, 0.4f}) {
