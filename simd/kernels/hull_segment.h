@@ -158,7 +158,7 @@ struct NearEdge {
   float distance;
 };
 
-// Bounds on distances leave out this share of the hull's radius for rounding.
+// Bounds on distances leave out this share of the shapes' sizes for rounding.
 inline constexpr float kBoundSlack = 1e-5f;
 inline constexpr int kMostBlocks = 48;
 static_assert(kMostBlocks * kHullPadding >= kMaxHullEdges && kMostBlocks % kHullPadding == 0);
@@ -173,13 +173,15 @@ void visit_edges(const HullData& hull, const Segment& segment, Visit&& visit) {
   alignas(64) float bound[kMostBlocks];
   if (blocks > 1) {
     const V3 center = broadcast(segment.center), half = broadcast(segment.half);
-    const F inverse(1.0f / larger_of(dot(segment.half, segment.half), 1e-30f));
+    const float squared = dot(segment.half, segment.half);
+    const F inverse(1.0f / larger_of(squared, 1e-30f)),
+        slack(kBoundSlack * (hull.outer_radius + root(squared)));
     Search search(kNothing);
     for (std::int32_t at = 0; at < blocks; at += kLanes) {
       const V3 from = center - load_column(hull.round.block_center, at);
       const F t = clamp(-dot(from, half) * inverse, F(-1.0f), F(1.0f));
       const F gap = length(from + t * half) - load(hull.round.block_radius + at);
-      const F room = max(gap - F(kBoundSlack * hull.outer_radius), F(0.0f));
+      const F room = max(gap - slack, F(0.0f));
       store(bound + at, room * room);
       search.offer_smaller(room * room);
       search.advance();
