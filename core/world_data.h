@@ -105,7 +105,8 @@ inline constexpr int kTreeCount = 4;
   X(state,   ShapePair,        pair)           /* find_pairs */                                                \
   X(state,   Manifold,         manifold)       /* collide, store_impulses */                                   \
   X(state,   ManifoldFeatures, features)       /* collide */                                                   \
-  X(state,   ContactAnchor,    anchor)         /* collide; where the manifold was made, of two boxes */        \
+  X(state,   ContactAnchor,    anchor)         /* collide; where the manifold was made; boxes and hulls */     \
+  X(state,   ContactAxis,      axis)           /* collide; of hulls against hulls and boxes */                 \
   X(state,   ContactSurface,   surface)        /* collide, store_impulses; where kManifoldRich */              \
   X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor while not touching */
 // clang-format on

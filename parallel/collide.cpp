@@ -97,6 +97,7 @@ void keep_row(Contacts& contacts, std::size_t row) {
   if (contacts.list_kept) return;
   if (contacts.previous[row] < 0) {
     contacts.now.manifold[row].info = 0;
+    contacts.now.axis[row] = {};
     return;
   }
   const std::size_t from = static_cast<std::size_t>(contacts.previous[row]);
@@ -104,6 +105,7 @@ void keep_row(Contacts& contacts, std::size_t row) {
   contacts.now.features[row] = contacts.before.features[from];
   contacts.now.surface[row] = contacts.before.surface[from];
   contacts.now.anchor[row] = contacts.before.anchor[from];
+  contacts.now.axis[row] = contacts.before.axis[from];
 }
 
 void count_types(WorldData& data, NarrowPhase& phase, Crew& crew) {
@@ -128,6 +130,7 @@ void count_types(WorldData& data, NarrowPhase& phase, Crew& crew) {
         keep_row(data.contacts, row);
       } else {
         data.contacts.now.manifold[row].info = 0;
+        data.contacts.now.axis[row] = {};
       }
       if (type >= simd::kCollideTypes) {
         phase.points[row] =
@@ -162,6 +165,10 @@ void sort_by_type(const WorldData& data, NarrowPhase& phase, Crew& crew) {
   });
 }
 
+bool is_recycled(std::size_t type) {
+  return type == simd::kBoxBox || type == simd::kBoxHull || type == simd::kHullHull;
+}
+
 void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const ContactRows& previous = contacts.list_kept ? contacts.now : contacts.before;
@@ -178,10 +185,12 @@ void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
       .previous_features = previous.features.data(),
       .previous_surface = previous.surface.data(),
       .previous_anchor = previous.anchor.data(),
+      .previous_axis = previous.axis.data(),
       .manifold = contacts.now.manifold.data(),
       .features = contacts.now.features.data(),
       .surface = contacts.now.surface.data(),
       .anchor = contacts.now.anchor.data(),
+      .axis = contacts.now.axis.data(),
       .points = phase.points.data(),
   };
   std::array<int, simd::kCollideTypes + 1> chunk_begin{};
@@ -196,7 +205,7 @@ void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
     const int begin = phase.type_begin[type] + (chunk - chunk_begin[type]) * simd::kCollideChunk;
     const int count = std::min(phase.type_begin[type + 1] - begin, simd::kCollideChunk);
     const CollideItem* items = phase.items.data() + begin;
-    if (type != simd::kBoxBox || contacts.manifolds_stale) {
+    if (!is_recycled(type) || contacts.manifolds_stale) {
       kernels.collide[type](columns, items, count);
       return;
     }

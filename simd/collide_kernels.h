@@ -64,11 +64,13 @@ struct CollideColumns {
   const ManifoldFeatures* previous_features;
   const ContactSurface* previous_surface;
   const ContactAnchor* previous_anchor;
+  const ContactAxis* previous_axis = nullptr;
   Manifold* manifold;
   ManifoldFeatures* features;
-  ContactSurface* surface;  // written where the contact is rich
-  ContactAnchor* anchor;    // written where two boxes touch
-  std::uint8_t* points;     // number of points of the row
+  ContactSurface* surface;      // written where the contact is rich
+  ContactAnchor* anchor;        // written where boxes or hulls touch
+  ContactAxis* axis = nullptr;  // written for hulls against hulls and boxes
+  std::uint8_t* points;         // number of points of the row
 };
 
 struct CollideKernels {
@@ -76,8 +78,8 @@ struct CollideKernels {
   // Manifold::info of the row are sure to be written.
   using Collide = void (*)(const CollideColumns& columns, const CollideItem* items, int count);
   Collide collide[kCollideTypes];
-  // Recycles what it can of up to kCollideChunk pairs of boxes and copies the other items to `left`; returns
-  // how many those are.
+  // Recycles what it can of up to kCollideChunk pairs of boxes and hulls and copies the other items to
+  // `left`; returns how many those are.
   int (*recycle)(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 };
 

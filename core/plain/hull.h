@@ -35,7 +35,22 @@ struct HullRoundData {
   const std::int32_t* side_begin;
 };
 
-// Columns are 64-byte aligned. Vertices are padded with vertex 0, faces with normal 0 and offset +1e30.
+// An edge, one cache line: what the narrow phase reads of the few edges that may decide a contact.
+struct alignas(64) HullEdge {
+  float point[3];  // of vertex 0
+  float along[3];  // from vertex 0 to vertex 1
+  float normal_0[3];
+  float normal_1[3];
+  std::int32_t vertex[2];
+  std::int32_t face[2];  // [0] has the edge from vertex 0 to vertex 1 in its loop, [1] the other way
+};
+
+// Columns are 64-byte aligned. Vertices are padded with vertex 0, faces with normal 0 and offset +1e30, edges
+// with arcs that nothing reaches.
+//
+// The arc of an edge: the directions in which it is the farthest of the hull, from the normal of one face to
+// that of the other. Along any of them a point x lies at most max(m . d, cosine m . d) + |t . d| beyond the
+// edge, where d = x - p, p a point of the edge, m the middle of the arc, and t half the normals' difference.
 struct HullData {
   std::int32_t vertex_count;
   std::int32_t edge_count;
@@ -48,6 +63,14 @@ struct HullData {
   const float* vertex[3];
   const float* normal[3];
   const float* offset;
+  const float* arc_middle[3];     // m
+  const float* arc_middle_point;  // m . p; +1e30 in padding
+  const float* arc_tilt[3];       // t
+  const float* arc_tilt_point;    // t . p
+  const float* arc_cosine;        // of half the arc
+  const HullEdge* edge;
+  const std::uint8_t* loop;         // vertices of all faces, counterclockwise seen from outside
+  const std::uint16_t* loop_begin;  // per face, and where the last one ends
   HullRoundData round;
 };
 

@@ -57,6 +57,13 @@ struct alignas(64) ContactAnchor {
   float separation[kMaxManifoldPoints];
 };
 
+// What the narrow phase remembers of a pair with a hull, so that it looks there first. Only hints: whatever
+// stands here, the same contact is found.
+struct alignas(16) ContactAxis {
+  float axis[3];          // unit, in the first shape's frame: separated the pair, or the contact's normal
+  std::uint32_t feature;  // what decided the contact, 0: the pair did not touch. See collide_hull.h
+};
+
 // The rare part of a contact's surface; meaningful where kManifoldRich is set.
 struct alignas(16) ContactSurface {
   float restitution;

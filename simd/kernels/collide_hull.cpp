@@ -1,27 +1,290 @@
-// Hull against hull and box against hull.
-#include <simd/kernels/collide_contact.h>
+// Hulls against hulls and boxes: the stages of one chunk of pairs.
+//
+// Lane = pair: bounding spheres, and each survivor in the first hull's frame. Then pair by pair, wide within
+// the pair: the axis that separated it last time, the way between the centers, faces, edges, contact points.
+// Lane = pair again: manifolds of what touches.
+#include <simd/kernels/collide_hull.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-void collide_box_hull(const CollideColumns& columns, const CollideItem* items, int count);
-void collide_hull_hull(const CollideColumns& columns, const CollideItem* items, int count);
-
 namespace {
 
-void report_no_contact(const CollideColumns& columns, const CollideItem* items, int count) {
-  for (int i = 0; i < count; ++i) {
-    columns.points[items[i].row] = 0;
-    columns.manifold[items[i].row].info = 0;
+// What an axis of lower rank must gain, as a share of the smaller hull's radius: depths are right within
+// that.
+constexpr float kAxisShare = 5e-5f;
+// Bounds and gaps are computed in different orders of operations, and corners lie off their faces by a few
+// roundings: a share of all lengths involved.
+constexpr float kRoundingShare = 4e-6f;
+
+// Survivors of the spheres: which items, and their geometry.
+struct Survivors {
+  int count = 0;
+  std::int32_t which[kCollideChunk];
+  HullPair pair[kCollideChunk];
+};
+
+// Touching pairs, one behind the other, in columns.
+struct Touching {
+  int count = 0;
+  alignas(64) std::int32_t which[kCollideChunk + kLanes];
+  alignas(64) float normal[3][kCollideChunk + kLanes];
+  alignas(64) float point[4][3][kCollideChunk + kLanes];
+  alignas(64) float separation[4][kCollideChunk + kLanes];
+  alignas(64) std::int32_t id[4][kCollideChunk + kLanes];
+
+  void put(int item, Vec axis, const HullContact& contact) {
+    const int to = count++;
+    which[to] = item;
+    normal[0][to] = axis.x;
+    normal[1][to] = axis.y;
+    normal[2][to] = axis.z;
+    for (int k = 0; k < 4; ++k) {
+      point[k][0][to] = contact.point[k].x;
+      point[k][1][to] = contact.point[k].y;
+      point[k][2][to] = contact.point[k].z;
+      separation[k][to] = contact.separation[k];
+      id[k][to] = static_cast<std::int32_t>(contact.id[k]);
+    }
   }
+};
+
+const HullData* hull_of(const CollideColumns& columns, std::int32_t shape) {
+  return columns.hulls[columns.shape_hull[shape]];
+}
+
+// A box as the first hull: in lanes half extents, in the pair a hull made when its turn comes.
+template <bool kBoxFirst>
+F radius_1(const WidePair& pair) {
+  if constexpr (kBoxFirst) return length(pair.extent_1.half);
+  return pair.extent_1.radius;
+}
+
+void clear_row(const CollideColumns& columns, std::int32_t row) {
+  columns.points[row] = 0;
+  if (columns.manifold[row].info != 0) columns.manifold[row].info = 0;
+}
+
+void remember(const CollideColumns& columns, std::int32_t row, Vec axis, std::uint32_t feature) {
+  columns.axis[row] = {{axis.x, axis.y, axis.z}, feature};
+}
+
+struct LaneFrames {
+  alignas(64) float row[3][3][kLanes];
+  alignas(64) float center[3][kLanes];
+  alignas(64) float reach[kLanes];
+};
+void store_frames(const WidePair& pair, LaneFrames& frames) {
+  const M3 r = to_matrix(conjugate(pair.first.rotation) * pair.second.rotation);
+  const V3 columns_of_r[3] = {r.x, r.y, r.z};
+  for (int k = 0; k < 3; ++k) {
+    store(frames.row[0][k], columns_of_r[k].x);
+    store(frames.row[1][k], columns_of_r[k].y);
+    store(frames.row[2][k], columns_of_r[k].z);
+  }
+  const V3 center = rotate_back(pair.first.rotation, pair.offset);
+  store(frames.center[0], center.x);
+  store(frames.center[1], center.y);
+  store(frames.center[2], center.z);
+  store(frames.reach, pair.reach);
+}
+
+void set_tolerances(HullPair& pair) {
+  const HullData &first = *pair.hull[0], &second = *pair.hull[1];
+  const float outer = smaller(first.outer_radius, second.outer_radius);
+  const float inner = smaller(first.inner_radius, second.inner_radius);
+  pair.tolerance = smaller(kFeatureTolerance, kAxisShare * outer);
+  pair.border = smaller(kFeatureTolerance, kFeatureShare * inner);
+  const Vec c = pair.frame[0].center;
+  pair.rounding =
+      kRoundingShare * (first.outer_radius + second.outer_radius + size(c.x) + size(c.y) + size(c.z));
+}
+
+template <bool kBoxFirst>
+void pass_spheres(const CollideColumns& columns, const CollideItem* items, int count, Survivors& out) {
+  for (int begin = 0; begin < count; begin += kLanes) {
+    const int lanes = count - begin < kLanes ? count - begin : kLanes;
+    alignas(64) std::int32_t which[kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    Block block;
+    load_block(items, which, lanes, block);
+    const WidePair pair = load_pair(columns, block);
+    const std::uint32_t near = bits(spheres_touch(pair, radius_1<kBoxFirst>(pair), pair.extent_2.radius) &
+                                    is_rotation(pair.first.rotation) & is_rotation(pair.second.rotation));
+    LaneFrames frames;
+    if (near != 0) store_frames(pair, frames);
+    for (int lane = 0; lane < lanes; ++lane) {
+      const std::int32_t row = block.row[lane];
+      if ((near >> lane & 1u) == 0) {
+        clear_row(columns, row);
+        // Where the list has changed, an earlier pair's axis stands there.
+        if (columns.axis != columns.previous_axis) remember(columns, row, {0.0f, 0.0f, 0.0f}, 0);
+        continue;
+      }
+      HullPair& hulls = out.pair[out.count];
+      out.which[out.count++] = which[lane];
+      for (int k = 0; k < 3; ++k) {
+        hulls.frame[0].row[k] = {frames.row[k][0][lane], frames.row[k][1][lane], frames.row[k][2][lane]};
+      }
+      hulls.frame[0].center = {frames.center[0][lane], frames.center[1][lane], frames.center[2][lane]};
+      hulls.frame[1] = inverse(hulls.frame[0]);
+      hulls.hull[0] = kBoxFirst ? nullptr : hull_of(columns, block.shape_1[lane]);
+      hulls.hull[1] = hull_of(columns, block.shape_2[lane]);
+      hulls.reach = frames.reach[lane];
+    }
+  }
+}
+
+// Whether the last axis or the way between the centers separates a pair that did not touch.
+bool is_separated(const HullPair& pair, const ContactAxis& last, Vec& axis) {
+  axis = vec(last.axis);
+  const float length_2 = dot(axis, axis);
+  if (length_2 > 0.99f && length_2 < 1.01f && gap_along(pair, axis) > pair.reach) return true;
+  const Vec center = pair.frame[0].center;
+  const float distance = square_root(dot(center, center));
+  const float inner = pair.hull[0]->inner_radius + pair.hull[1]->inner_radius;
+  if (!(distance > inner + pair.reach)) return false;
+  axis = (1.0f / distance) * center;
+  return gap_along(pair, axis) > pair.reach;
+}
+
+// False: separated along the decision's axis.
+bool find_axis(const HullPair& pair, const ContactAxis& last, Decision& decision) {
+  if (last.feature == 0 && is_separated(pair, last, decision.axis)) return false;
+  if ((last.feature & kFeatureKind) == kFeatureEdges) {
+    const Remembered edges = query_remembered_edges(pair, last.feature, decision);
+    if (edges != Remembered::fails) return edges == Remembered::decides;
+  }
+  return query_faces(pair, last.feature, decision) && query_edges(pair, decision);
+}
+
+// What becomes of the survivors of the spheres: contacts that wait for their points, and those that have
+// them.
+struct Results {
+  const CollideColumns& columns;
+  const CollideItem* items;
+  Touching& touching;
+  FaceQueue queue;
+  struct Waiting {
+    const HullPair* pair;
+    int item;
+    int side;
+    Vec axis;
+    std::uint32_t feature;
+  } waiting[kLanes];
+
+  void finish(int item, Vec axis, std::uint32_t feature, const HullContact& contact) {
+    const std::int32_t row = items[item].row;
+    if (contact.id[0] != 0) {
+      remember(columns, row, axis, feature);
+      touching.put(item, axis, contact);
+    } else {
+      separate(item, axis);
+    }
+  }
+  void separate(int item, Vec axis) {
+    remember(columns, items[item].row, axis, 0);
+    clear_row(columns, items[item].row);
+  }
+
+  void touch(const HullPair& pair, int item, const Decision& decision) {
+    HullContact contact;
+    if ((decision.feature & kFeatureKind) == kFeatureEdges) {
+      touch_edges(pair, decision, contact);
+      finish(item, decision.axis, decision.feature, contact);
+      return;
+    }
+    const int incident = incident_face(pair, decision);
+    const int corners = corner_count(*pair.hull[decision.side], decision.face);
+    const int others = corner_count(*pair.hull[1 - decision.side], incident);
+    if (corners > kSmallFace || others > kSmallFace) {
+      clip_faces(pair, decision, incident, contact);
+      finish(item, decision.axis, decision.feature, contact);
+      return;
+    }
+    waiting[queue.count] = {&pair, item, decision.side, decision.axis, decision.feature};
+    queue.put(pair, decision, incident);
+    if (queue.count == kLanes) flush();
+  }
+
+  void flush() {
+    const int count = queue.count;
+    if (count == 0) return;
+    HullContact contacts[kLanes];
+    clip_queue(queue, contacts);
+    for (int lane = 0; lane < count; ++lane) {
+      const Waiting& w = waiting[lane];
+      if (w.side == 1) {
+        for (Vec& point : contacts[lane].point) point = w.pair->frame[0].place(point);
+      }
+      finish(w.item, w.axis, w.feature, contacts[lane]);
+    }
+  }
+};
+
+template <bool kBoxFirst>
+void pass_pairs(const CollideColumns& columns, const CollideItem* items, Survivors& survivors,
+                Touching& out) {
+  BoxHull box;
+  Results results{columns, items, out, {}, {}};
+  for (int k = 0; k < survivors.count; ++k) {
+    const CollideItem& item = items[survivors.which[k]];
+    HullPair& pair = survivors.pair[k];
+    if constexpr (kBoxFirst) {
+      box.set(columns.shape_extent[item.shape_1].half);
+      pair.hull[0] = &box.hull;
+    }
+    set_tolerances(pair);
+    const ContactAxis last = item.previous >= 0 ? columns.previous_axis[item.previous] : ContactAxis{};
+    Decision decision;
+    if (find_axis(pair, last, decision)) {
+      results.touch(pair, survivors.which[k], decision);
+    } else {
+      results.separate(survivors.which[k], decision.axis);
+    }
+  }
+  results.flush();
+}
+
+void pass_store(const CollideColumns& columns, const CollideItem* items, Touching& touching) {
+  if (touching.count == 0) return;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    touching.which[touching.count + lane] = touching.which[touching.count - 1];
+  }
+  for (int begin = 0; begin < touching.count; begin += kLanes) {
+    const int lanes = touching.count - begin < kLanes ? touching.count - begin : kLanes;
+    Block block;
+    load_block(items, touching.which + begin, lanes, block);
+    const WidePair pair = load_pair(columns, block);
+    const auto turn = [&](const float(&v)[3][kCollideChunk + kLanes]) {
+      return rotate(pair.first.rotation, {load(v[0] + begin), load(v[1] + begin), load(v[2] + begin)});
+    };
+    WideContact<4> contact;
+    contact.normal = turn(touching.normal);
+    for (int k = 0; k < 4; ++k) {
+      contact.point[k] = turn(touching.point[k]);
+      contact.separation[k] = load(touching.separation[k] + begin);
+      contact.id[k] = load(touching.id[k] + begin);
+    }
+    store_contacts(columns, items, touching.which + begin, block, pair.first.position, pair.reach, contact);
+  }
+}
+
+template <bool kBoxFirst>
+void collide_hulls(const CollideColumns& columns, const CollideItem* items, int count) {
+  Survivors survivors;
+  pass_spheres<kBoxFirst>(columns, items, count, survivors);
+  Touching touching;
+  pass_pairs<kBoxFirst>(columns, items, survivors, touching);
+  pass_store(columns, items, touching);
 }
 
 }  // namespace
 
-void collide_box_hull(const CollideColumns& columns, const CollideItem* items, int count) {
-  report_no_contact(columns, items, count);
-}
 void collide_hull_hull(const CollideColumns& columns, const CollideItem* items, int count) {
-  report_no_contact(columns, items, count);
+  collide_hulls<false>(columns, items, count);
+}
+void collide_box_hull(const CollideColumns& columns, const CollideItem* items, int count) {
+  collide_hulls<true>(columns, items, count);
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -72,6 +72,7 @@ inline void copy_row(const CollideColumns& columns, std::int32_t from, std::int3
   columns.manifold[to] = columns.previous_manifold[from];
   columns.features[to] = columns.previous_features[from];
   columns.anchor[to] = columns.previous_anchor[from];
+  if (columns.axis != nullptr) columns.axis[to] = columns.previous_axis[from];
 }
 
 }  // namespace

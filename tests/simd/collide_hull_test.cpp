@@ -1,0 +1,276 @@
+// Hulls on hulls and boxes: equal bits everywhere, contacts at rest, recycling, degenerate placements.
+#include "hull_fixture.h"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+namespace scree::collide_tests {
+namespace {
+
+// Touching and apart, hulls and boxes, with aligned and coincident ones among them.
+HullPairs mixed_pairs() {
+  HullPairs pairs = random_hull_pairs(small_zoo(), 300, 11, -0.3f, 0.1f, false);
+  const auto append = [&](const HullPairs& from) {
+    for (std::size_t s = 0; s < from.pose.size(); s += 2) {
+      pairs.add(from.bodies[s], from.pose[s], from.bodies[s + 1], from.pose[s + 1]);
+    }
+  };
+  append(random_hull_pairs(large_zoo(), 9, 16, -0.3f, 0.1f, false));
+  append(random_hull_pairs(small_zoo(), 200, 12, -0.3f, 0.1f, true));
+  Random random(13);
+  for (const ZooHull& entry : whole_zoo()) {
+    const PoseRow pose = pose_row(20.0f * random.vector(), random.rotation());
+    pairs.add(hull_body(entry.hull), pose, hull_body(entry.hull), pose);
+    pairs.add(box_body(0.5f, 0.5f, 0.5f), pose, hull_body(entry.hull), pose);
+    pairs.add(hull_body(entry.hull), pose_row({1, 2, 3}), hull_body(entry.hull), pose_row({1.01f, 2.1f, 3}));
+  }
+  for (std::size_t row = 0; row < pairs.items.size(); ++row) {
+    if (row % 3 == 1) pairs.items[row].flags = simd::kItemFlip | simd::kItemStatic | simd::kItemFixed;
+    if (row % 7 == 2) pairs.items[row].flags = simd::kItemStatic;
+  }
+  return pairs;
+}
+
+// The same pairs a moment later.
+HullPairs jittered(const HullPairs& pairs) {
+  HullPairs result;
+  Random random(14);
+  for (std::size_t s = 0; s < pairs.pose.size(); s += 2) {
+    PoseRow moved = pairs.pose[s + 1];
+    for (float& x : moved.position) x += random.uniform(-2e-3f, 2e-3f);
+    result.add(pairs.bodies[s], pairs.pose[s], pairs.bodies[s + 1], moved);
+  }
+  for (std::size_t row = 0; row < pairs.items.size(); ++row) result.items[row].flags = pairs.items[row].flags;
+  return result;
+}
+
+void expect_same_bits(const HullRows& a, const HullRows& b, const char* name) {
+  int touching = 0;
+  for (std::size_t row = 0; row < a.manifold.size(); ++row) {
+    ASSERT_EQ(a.points[row], b.points[row]) << name << " row " << row;
+    ASSERT_EQ(a.manifold[row].info, b.manifold[row].info) << name << " row " << row;
+    ASSERT_EQ(std::memcmp(&a.axis[row], &b.axis[row], sizeof(ContactAxis)), 0) << name << " row " << row;
+    if (a.manifold[row].info == 0) continue;
+    ++touching;
+    ASSERT_EQ(std::memcmp(&a.manifold[row], &b.manifold[row], sizeof(Manifold)), 0) << name << " row " << row;
+    ASSERT_EQ(std::memcmp(&a.features[row], &b.features[row], sizeof(ManifoldFeatures)), 0) << name;
+    ASSERT_EQ(std::memcmp(&a.anchor[row], &b.anchor[row], sizeof(ContactAnchor)), 0) << name;
+  }
+  EXPECT_GT(touching, 300);
+}
+
+TEST(CollideHullBits, EveryInstructionSetGivesThoseOfScalar) {
+  const HullPairs first = mixed_pairs(), second = jittered(first);
+  const HullRows before = first.run(scalar_kernels());
+  for (const bool recycle : {false, true}) {
+    const HullRows after = second.run(scalar_kernels(), &before, recycle);
+    for (const simd::Kernels* kernels : all_kernels()) {
+      const HullRows wide = first.run(*kernels);
+      expect_same_bits(before, wide, kernels->name);
+      expect_same_bits(after, second.run(*kernels, &wide, recycle), kernels->name);
+    }
+  }
+}
+
+TEST(CollideHullBits, NeighborsInAChunkChangeNothing) {
+  HullPairs pairs = mixed_pairs();
+  const HullRows expected = pairs.run(scalar_kernels());
+  std::mt19937 engine(15);
+  std::shuffle(pairs.items.begin(), pairs.items.end(), engine);
+  for (const simd::Kernels* kernels : all_kernels()) {
+    HullRows rows;
+    rows.resize(pairs.items.size());
+    rows.axis.resize(pairs.items.size());
+    const simd::CollideColumns columns = pairs.columns(rows, rows);
+    // Chunks of growing sizes.
+    for (const bool boxes : {false, true}) {
+      Column<simd::CollideItem> group;
+      for (const simd::CollideItem& item : pairs.items) {
+        if ((pairs.shape_hull[static_cast<std::size_t>(item.shape_1)] < 0) == boxes) group.push_back(item);
+      }
+      int count = 0;
+      for (std::size_t begin = 0; begin < group.size(); begin += static_cast<std::size_t>(count)) {
+        count = std::min({static_cast<int>(group.size() - begin), count + 1, simd::kCollideChunk});
+        const int type = boxes ? simd::kBoxHull : simd::kHullHull;
+        kernels->collide.collide[type](columns, group.data() + begin, count);
+      }
+    }
+    expect_same_bits(expected, rows, kernels->name);
+  }
+}
+
+TEST(CollideHullBits, NonFiniteShapesDoNotTouchAndDisturbNobody) {
+  const float nan = std::numeric_limits<float>::quiet_NaN(),
+              infinity = std::numeric_limits<float>::infinity();
+  HullPairs pairs = mixed_pairs();
+  const HullRows expected = pairs.run(scalar_kernels());
+  for (std::size_t row = 0; row < pairs.items.size(); row += 5) {
+    PoseRow& pose = pairs.pose[static_cast<std::size_t>(pairs.items[row].shape_2)];
+    const float bad = row % 2 == 0 ? nan : row % 3 == 0 ? infinity : -infinity;
+    (row % 4 < 2 ? pose.position[row % 3] : pose.rotation[row % 4]) = bad;
+  }
+  for (const simd::Kernels* kernels : all_kernels()) {
+    const HullRows rows = pairs.run(*kernels);
+    for (std::size_t row = 0; row < pairs.items.size(); ++row) {
+      if (row % 5 == 0) {
+        ASSERT_EQ(rows.manifold[row].info, 0u) << kernels->name;
+        ASSERT_EQ(rows.points[row], 0);
+      } else if (expected.manifold[row].info != 0) {
+        ASSERT_EQ(std::memcmp(&rows.manifold[row], &expected.manifold[row], sizeof(Manifold)), 0)
+            << kernels->name;
+      }
+    }
+  }
+}
+
+TEST(CollideHull, CoincidentHullsGetAFiniteContact) {
+  HullPairs pairs;
+  const PoseRow pose = pose_row({1, 2, 3}, turn({1, 2, 3}, 0.5f));
+  for (const ZooHull& entry : whole_zoo())
+    pairs.add(hull_body(entry.hull), pose, hull_body(entry.hull), pose);
+  const HullRows rows = pairs.run(scalar_kernels());
+  for (std::size_t row = 0; row < pairs.items.size(); ++row) {
+    const Manifold& m = rows.manifold[row];
+    ASSERT_GT(points_of(m), 0) << row;
+    EXPECT_NEAR(to_vector(m.normal).norm(), 1.0, 1e-5);
+    EXPECT_NEAR(deepest(m), pairs.gap(row).separation, 1e-4 * pairs.size(row)) << row;
+  }
+}
+
+TEST(CollideHull, FarApartHullsDoNotTouch) {
+  HullPairs pairs;
+  const Hull cube = hull_of(box_points(0.5f, 0.5f, 0.5f));
+  for (const float distance : {1e3f, 1e19f, 3e38f}) {
+    pairs.add(hull_body(cube), pose_row({-distance, 0, 0}), hull_body(cube), pose_row({distance, 0, 0}));
+    pairs.add(box_body(1, 1, 1), pose_row({-distance, 0, 0}), hull_body(cube), pose_row({distance, 0, 0}));
+  }
+  const HullRows rows = pairs.run(scalar_kernels());
+  for (const std::uint8_t points : rows.points) EXPECT_EQ(points, 0);
+}
+
+TEST(CollideHull, FarFromTheOriginOnlyTheOffsetCounts) {
+  const Hull cube = hull_of(box_points(0.5f, 0.5f, 0.5f));
+  HullPairs pairs;
+  // 0.9375 m apart: a multiple of what a float resolves at 1e6 m.
+  pairs.add(hull_body(cube), pose_row({0, 0, 0}), hull_body(cube), pose_row({0.25f, 0.9375f, 0.125f}));
+  pairs.add(hull_body(cube), pose_row({1e6f, -1e6f, 1e6f}), hull_body(cube),
+            pose_row({1e6f + 0.25f, -1e6f + 0.9375f, 1e6f + 0.125f}));
+  const HullRows rows = pairs.run(scalar_kernels());
+  for (int k = 0; k < 4; ++k) EXPECT_EQ(rows.manifold[0].separation[k], rows.manifold[1].separation[k]);
+  EXPECT_EQ(std::memcmp(rows.manifold[0].arm_a, rows.manifold[1].arm_a, 12), 0);
+}
+
+// The second shape rests on the first one, lowered by `depth`.
+struct Rest {
+  Body lower, upper;
+  Vec3 offset;
+  float angle;  // about y
+  int points;
+};
+std::vector<Rest> rests() {
+  const Body cube = hull_body(hull_of(box_points(0.5f, 0.5f, 0.5f))), ground = box_body(50, 0.5f, 50);
+  const Body prism = hull_body(hull_of(prism_points(16, 0.8f, 0.3f)));
+  const Body drum = hull_body(hull_of(prism_points(64, 0.6f, 0.6f)));
+  const Body plate = hull_body(hull_of(prism_points(7, 1.0f, 0.02f)));
+  return {{cube, cube, {0, 0.998f, 0}, 0, 4},
+          {cube, cube, {0.3f, 0.998f, 0.2f}, 0, 4},
+          {cube, cube, {0.1f, 0.998f, 0}, 0.6f, 4},
+          {ground, cube, {3, 0.998f, 4}, 0.3f, 4},
+          {ground, prism, {3, 0.798f, 4}, 0.1f, 4},
+          {ground, drum, {3, 1.098f, 4}, 0.2f, 4},
+          {ground, plate, {3, 0.518f, 4}, 0.2f, 4},
+          {prism, drum, {0.2f, 0.898f, 0.1f}, 0.2f, 4},
+          {cube, plate, {0.2f, 0.518f, 0.1f}, 0.2f, 4},
+          {box_body(0.5f, 0.5f, 0.5f), cube, {0.3f, 0.998f, 0.1f}, 0.2f, 4}};
+}
+
+TEST(CollideHull, FacesAtRestTouchInFourSpreadPoints) {
+  for (const Rest& rest : rests()) {
+    HullPairs pairs;
+    pairs.add(rest.lower, pose_row({7, 1, -4}), rest.upper,
+              pose_row(Vec3{7, 1, -4} + rest.offset, turn({0, 1, 0}, rest.angle)));
+    const HullRows rows = pairs.run(scalar_kernels());
+    const Manifold& m = rows.manifold[0];
+    ASSERT_EQ(points_of(m), rest.points);
+    EXPECT_NEAR(m.normal[1], 1.0f, 1e-5f);
+    double spread = 0.0;
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_NEAR(m.separation[k], -0.002f, 1e-4f);
+      for (int j = 0; j < k; ++j) {
+        spread =
+            std::max<double>(spread, std::hypot(m.point_u[k] - m.point_u[j], m.point_v[k] - m.point_v[j]));
+      }
+    }
+    EXPECT_GT(spread, 0.9);
+  }
+}
+
+TEST(CollideHull, FeaturesStayWhileAHullAtRestJitters) {
+  Random random(22);
+  for (const Rest& rest : rests()) {
+    std::set<std::uint32_t> expected;
+    for (int k = 0; k < 200; ++k) {
+      const auto jitter = [&] { return random.uniform(-1e-6f, 1e-6f); };
+      const Quat wobble = normalize(Quat{jitter() / 2, jitter() / 2, jitter() / 2, 1});
+      HullPairs pairs;
+      pairs.add(rest.lower, pose_row({7, 1, -4}), rest.upper,
+                pose_row(Vec3{7, 1, -4} + rest.offset + Vec3{jitter(), jitter(), jitter()},
+                         normalize(wobble * turn({0, 1, 0}, rest.angle))));
+      const HullRows rows = pairs.run(scalar_kernels());
+      ASSERT_EQ(points_of(rows.manifold[0]), 4);
+      const std::set<std::uint32_t> ids(rows.features[0].id, rows.features[0].id + 4);
+      ASSERT_EQ(ids.size(), 4u);
+      if (k == 0) expected = ids;
+      EXPECT_EQ(ids, expected) << "step " << k;
+    }
+  }
+}
+
+TEST(CollideHull, ImpulsesFollowTheirFeatures) {
+  const Rest rest = rests()[1];
+  HullPairs pairs;
+  pairs.add(rest.lower, pose_row({7, 1, -4}), rest.upper, pose_row(Vec3{7, 1, -4} + rest.offset));
+  HullRows before = pairs.run(scalar_kernels());
+  for (int k = 0; k < 4; ++k) before.manifold[0].normal_impulse[k] = static_cast<float>(k + 1);
+  const HullRows after = pairs.run(scalar_kernels(), &before);
+  for (int k = 0; k < 4; ++k) EXPECT_EQ(after.manifold[0].normal_impulse[k], static_cast<float>(k + 1));
+}
+
+TEST(CollideHull, ManifoldsAtRestAreRecycled) {
+  for (const Rest& rest : rests()) {
+    HullPairs pairs;
+    const Vec3 at = Vec3{7, 1, -4} + rest.offset;
+    pairs.add(rest.lower, pose_row({7, 1, -4}), rest.upper, pose_row(at, turn({0, 1, 0}, rest.angle)));
+    const HullRows before = pairs.run(scalar_kernels());
+    pairs.pose[1] = pose_row({at.x + 1e-5f, at.y - 1e-4f, at.z}, turn({0, 1, 0}, rest.angle));
+    simd::CollideItem item = pairs.items[0], left;
+    item.previous = 0;
+    HullRows after;
+    after.resize(1);
+    after.axis.resize(1);
+    EXPECT_EQ(scalar_kernels().collide.recycle(pairs.columns(after, before), &item, 1, &left), 0);
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_EQ(after.manifold[0].point_u[k], before.manifold[0].point_u[k]);
+      EXPECT_NEAR(after.manifold[0].separation[k], before.manifold[0].separation[k] - 1e-4f, 1e-6f);
+    }
+    EXPECT_EQ(std::memcmp(&after.axis[0], &before.axis[0], sizeof(ContactAxis)), 0);
+  }
+}
+
+TEST(CollideHull, ApartPairsRememberAnAxisThatSeparatesThem) {
+  const HullPairs pairs = random_hull_pairs(small_zoo(), 300, 23, 0.03f, 0.3f, false);
+  const HullRows rows = pairs.run(scalar_kernels());
+  for (std::size_t row = 0; row < pairs.items.size(); ++row) {
+    const ContactAxis& last = rows.axis[row];
+    if (rows.points[row] != 0 || to_vector(last.axis).norm() < 0.5) continue;
+    EXPECT_EQ(last.feature, 0u);
+    const float* q = pairs.pose[2 * row].rotation;
+    const reference::Vector axis =
+        Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized() * to_vector(last.axis);
+    EXPECT_GT(gap_of_axis(pairs.solid(row, 0), pairs.solid(row, 1), axis), 0.99 * kSpeculativeDistance);
+  }
+}
+
+}  // namespace
+}  // namespace scree::collide_tests
