@@ -274,6 +274,16 @@ TEST(Hull, NoPointLiesFartherOutsideThanTheReportSays) {
   }
 }
 
+TEST(Hull, FlatHullsKeepTheirTips) {
+  for (const float flatness : {1e-2f, 1e-3f, 1e-4f, 2e-5f}) {
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      const Cloud cloud = turned(stretched(cube_cloud(40, seed), {10.0f, 10.0f * flatness, 10.0f}), kTurn);
+      const Hull hull(cloud);
+      EXPECT_LE(hull.report().deviation, 1e-4 * extent_of(cloud)) << flatness << " " << seed;
+    }
+  }
+}
+
 TEST(Hull, TheReportedDeviationIsReached) {
   const Cloud cloud = sphere_cloud(1000, 11);
   for (const int limit : {6, 16, 64}) {
