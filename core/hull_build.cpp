@@ -30,6 +30,11 @@ constexpr int kMostFlatBits = 24;  // how much finer than the largest one the st
 constexpr double kTolerance = 5e-7;
 constexpr double kToleranceUlps = 4.0;  // of the largest coordinate, for hulls far from their origin
 constexpr double kToleranceOfThickness = 0.125;
+// A thin tip can reach far although it sticks out little of any plane: hulls that miss a point by more than
+// so many tolerances are made anew with a smaller one.
+constexpr double kMostDeviation = 20.0;
+constexpr double kSmallerTolerance = 0.125;
+constexpr int kToleranceTries = 5;
 constexpr double kMinThicknessOfExtent =
     2e-6;  // sixteen grid steps: a hull that is thinner has no sides left
 // Qhull takes 2 seconds for so many points on a sphere; no scan of a body that is not round needs as many.
@@ -225,18 +230,39 @@ std::uint64_t hash_of(const HullSolid& solid) {
   return XXH64_digest(&state);
 }
 
-// From points in ascending order, each once. Fills all of the report but the points that were given twice.
-std::shared_ptr<HullSolid> make_solid(const std::string& who, const std::vector<Point>& points,
-                                      int max_vertices) {
-  const Grid grid = make_grid(who, points);
-  const GridPoints all = place_on(grid, points);
-  const GridPoints extreme = find_extreme(grid, all);
-  const double tolerance = tolerance_of(grid);
-  const TriangleHull hull = find_triangles(extreme.places, grid.step, {max_vertices, tolerance});
-  const double thickness = checked_thickness(who, grid, extreme.places, hull);
-  const HullPolygons polygons =
-      find_polygons(extreme.places, grid.step, hull, std::min(tolerance, kToleranceOfThickness * thickness));
-  const GridPoints corners = subset(extreme, polygons.corners);
+// Points on the way to a hull.
+struct HullDraft {
+  const std::vector<Point>& points;
+  Grid grid;
+  GridPoints all;
+  GridPoints extreme;
+};
+
+HullReport make_report(const HullDraft& from, const TriangleHull& hull, const HullSolid& solid) {
+  HullReport report;
+  report.given_points = from.points.size();
+  report.merged_points = from.points.size() - from.all.places.size();
+  report.cut_vertices = hull.outside.size();
+  report.inner_points = from.all.places.size() - hull.outside.size() - solid.points.size();
+  std::vector<Point> outer;
+  for (const std::int32_t index : from.extreme.point) {
+    Point p = from.points[static_cast<std::size_t>(index)];
+    for (std::size_t k = 0; k < 3; ++k) p[k] -= solid.origin[k];
+    outer.push_back(p);
+  }
+  report.deviation = static_cast<float>(find_deviation(solid.topology, outer));
+  return report;
+}
+
+// All but columns and hash.
+std::shared_ptr<HullSolid> try_solid(const std::string& who, const HullDraft& from, int max_vertices,
+                                     double tolerance) {
+  const Grid& grid = from.grid;
+  const TriangleHull hull = find_triangles(from.extreme.places, grid.step, {max_vertices, tolerance});
+  const double thickness = checked_thickness(who, grid, from.extreme.places, hull);
+  const HullPolygons polygons = find_polygons(from.extreme.places, grid.step, hull,
+                                              std::min(tolerance, kToleranceOfThickness * thickness));
+  const GridPoints corners = subset(from.extreme, polygons.corners);
 
   auto solid = std::make_shared<HullSolid>();
   // Once about the grid's origin, to find the centroid, and once about that.
@@ -249,24 +275,30 @@ std::shared_ptr<HullSolid> make_solid(const std::string& who, const std::vector<
   solid->topology = make_topology(to_corners(grid, corners.places, center), polygons.loops);
   solid->integrals = integrate(solid->topology);
   for (const std::int32_t index : corners.point) {
-    const Point& p = points[static_cast<std::size_t>(index)];
+    const Point& p = from.points[static_cast<std::size_t>(index)];
     solid->points.push_back({static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+  }
+  solid->report = make_report(from, hull, *solid);
+  return solid;
+}
+
+// From points in ascending order, each once, and so is the report.
+std::shared_ptr<HullSolid> make_solid(const std::string& who, const std::vector<Point>& points,
+                                      int max_vertices) {
+  const Grid grid = make_grid(who, points);
+  GridPoints all = place_on(grid, points);
+  GridPoints extreme = find_extreme(grid, all);
+  const HullDraft from{points, grid, std::move(all), std::move(extreme)};
+  double tolerance = tolerance_of(grid);
+  const double most = kMostDeviation * tolerance;
+  std::shared_ptr<HullSolid> solid;
+  for (int attempt = 0; attempt < kToleranceTries; ++attempt) {
+    solid = try_solid(who, from, max_vertices, tolerance);
+    if (solid->report.simplified() || solid->report.deviation <= most) break;
+    tolerance *= kSmallerTolerance;
   }
   solid->columns = make_hull_columns(solid->topology);
   solid->content_hash = hash_of(*solid);
-
-  HullReport& report = solid->report;
-  report.given_points = points.size();
-  report.merged_points = points.size() - all.places.size();
-  report.cut_vertices = hull.outside.size();
-  report.inner_points = all.places.size() - hull.outside.size() - corners.places.size();
-  std::vector<Point> outer;
-  for (const std::int32_t index : extreme.point) {
-    Point p = points[static_cast<std::size_t>(index)];
-    for (std::size_t k = 0; k < 3; ++k) p[k] -= solid->origin[k];
-    outer.push_back(p);
-  }
-  report.deviation = static_cast<float>(find_deviation(solid->topology, outer));
   return solid;
 }
 

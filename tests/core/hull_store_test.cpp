@@ -143,7 +143,9 @@ TEST(HullStore, BadHullsAreRefusedAndChangeNothing) {
       {{rock(), {1, -1, 1}}, "hull scale.y is -1, must lie in [9.99999972e-10, 1e+09]"},
       {{rock(), {1, 1, kNan}}, "hull scale.z is nan, must lie in [9.99999972e-10, 1e+09]"},
       {{rock(), {kInfinity, 1, 1}}, "hull scale.x is inf, must lie in [9.99999972e-10, 1e+09]"}};
-  for (const auto& [geometry, message] : mistakes) {
+  for (const auto& mistake : mistakes) {
+    const ConvexHull& geometry = mistake.first;
+    const std::string& message = mistake.second;
     EXPECT_EQ(error_of([&] { world.add_shape(body, geometry); }), "World::add_shape: " + message);
     EXPECT_EQ(error_of([&] { world.set_geometry(shape, geometry); }), "World::set_geometry: " + message);
   }
