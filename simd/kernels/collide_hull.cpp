@@ -156,7 +156,6 @@ bool is_separated(const HullPair& pair, const ContactAxis& last, Vec& axis) {
 
 // False: separated along the decision's axis.
 bool find_axis(const HullPair& pair, const ContactAxis& last, Decision& decision) {
-  if (last.feature == 0 && is_separated(pair, last, decision.axis)) return false;
   if ((last.feature & kFeatureKind) == kFeatureEdges) {
     const Remembered edges = query_remembered_edges(pair, last.feature, decision);
     if (edges != Remembered::fails) return edges == Remembered::decides;
@@ -233,12 +232,17 @@ void pass_pairs(const CollideColumns& columns, const CollideItem* items, Survivo
     const CollideItem& item = items[survivors.which[k]];
     HullPair& pair = survivors.pair[k];
     if constexpr (kBoxFirst) {
-      box.set(columns.shape_extent[item.shape_1].half);
+      box.set_faces(columns.shape_extent[item.shape_1].half);
       pair.hull[0] = &box.hull;
     }
     set_tolerances(pair);
     const ContactAxis last = item.previous >= 0 ? columns.previous_axis[item.previous] : ContactAxis{};
     Decision decision;
+    if (last.feature == 0 && is_separated(pair, last, decision.axis)) {
+      clear_row(columns, item.row, decision.axis);
+      continue;
+    }
+    if constexpr (kBoxFirst) box.set_edges();
     if (find_axis(pair, last, decision)) {
       results.touch(pair, survivors.which[k], decision);
     } else {

@@ -81,7 +81,9 @@ TEST(CollideHulls, PilesComeToRest) {
 
 TEST(CollideHulls, StacksOfHullsStandAsThoseOfBoxesDo) {
   const auto top_of_stack = [](const Geometry& geometry) {
-    World world;
+    WorldSettings settings;
+    settings.sleeping = false;
+    World world(settings);
     add_ground(world);
     BodyId top{};
     for (int k = 0; k < 30; ++k) {
