@@ -59,13 +59,27 @@ F radius_1(const WidePair& pair) {
   return pair.extent_1.radius;
 }
 
-void clear_row(const CollideColumns& columns, std::int32_t row) {
-  columns.points[row] = 0;
-  if (columns.manifold[row].info != 0) columns.manifold[row].info = 0;
-}
-
 void remember(const CollideColumns& columns, std::int32_t row, Vec axis, std::uint32_t feature) {
   columns.axis[row] = {{axis.x, axis.y, axis.z}, feature};
+}
+
+// Whether a pair stays in its row and did not touch before: then its manifold says so and is not looked at,
+// which would be one more cache line for most of the pairs.
+bool stays_apart(const CollideColumns& columns, std::int32_t row) {
+  return columns.axis == columns.previous_axis && columns.axis[row].feature == 0;
+}
+void clear_row(const CollideColumns& columns, std::int32_t row, Vec axis) {
+  columns.points[row] = 0;
+  if (!stays_apart(columns, row)) columns.manifold[row].info = 0;
+  remember(columns, row, axis, 0);
+}
+// Of a pair whose spheres do not meet. Its axis is kept, or none: another pair's may stand there.
+void clear_far_row(const CollideColumns& columns, std::int32_t row) {
+  if (stays_apart(columns, row)) {
+    columns.points[row] = 0;
+  } else {
+    clear_row(columns, row, {0.0f, 0.0f, 0.0f});
+  }
 }
 
 // Both hulls' frames and the reach of each lane, into the pair of its slot.
@@ -114,9 +128,7 @@ void pass_spheres(const CollideColumns& columns, const CollideItem* items, int c
     for (int lane = 0; lane < lanes; ++lane) {
       const std::int32_t row = block.row[lane];
       if ((near >> lane & 1u) == 0) {
-        clear_row(columns, row);
-        // Where the list has changed, an earlier pair's axis stands there.
-        if (columns.axis != columns.previous_axis) remember(columns, row, {0.0f, 0.0f, 0.0f}, 0);
+        clear_far_row(columns, row);
         continue;
       }
       slot[lane] = out.count;
@@ -144,7 +156,6 @@ bool is_separated(const HullPair& pair, const ContactAxis& last, Vec& axis) {
 
 // False: separated along the decision's axis.
 bool find_axis(const HullPair& pair, const ContactAxis& last, Decision& decision) {
-  if (last.feature == 0 && is_separated(pair, last, decision.axis)) return false;
   if ((last.feature & kFeatureKind) == kFeatureEdges) {
     const Remembered edges = query_remembered_edges(pair, last.feature, decision);
     if (edges != Remembered::fails) return edges == Remembered::decides;
@@ -173,12 +184,8 @@ struct Results {
       remember(columns, row, axis, feature);
       touching.put(item, axis, contact);
     } else {
-      separate(item, axis);
+      clear_row(columns, row, axis);
     }
-  }
-  void separate(int item, Vec axis) {
-    remember(columns, items[item].row, axis, 0);
-    clear_row(columns, items[item].row);
   }
 
   void touch(const HullPair& pair, int item, const Decision& decision) {
@@ -225,16 +232,21 @@ void pass_pairs(const CollideColumns& columns, const CollideItem* items, Survivo
     const CollideItem& item = items[survivors.which[k]];
     HullPair& pair = survivors.pair[k];
     if constexpr (kBoxFirst) {
-      box.set(columns.shape_extent[item.shape_1].half);
+      box.set_faces(columns.shape_extent[item.shape_1].half);
       pair.hull[0] = &box.hull;
     }
     set_tolerances(pair);
     const ContactAxis last = item.previous >= 0 ? columns.previous_axis[item.previous] : ContactAxis{};
     Decision decision;
+    if (last.feature == 0 && is_separated(pair, last, decision.axis)) {
+      clear_row(columns, item.row, decision.axis);
+      continue;
+    }
+    if constexpr (kBoxFirst) box.set_edges();
     if (find_axis(pair, last, decision)) {
       results.touch(pair, survivors.which[k], decision);
     } else {
-      results.separate(survivors.which[k], decision.axis);
+      clear_row(columns, item.row, decision.axis);
     }
   }
   results.flush();

@@ -70,7 +70,8 @@ struct BoxHull {
   HullEdge edge[12];
 
   BoxHull();
-  void set(const float half[3]);
+  void set_faces(const float half[3]);
+  void set_edges();  // of the same box; most boxes are apart and need none
 };
 
 inline Vec vertex(const HullData& hull, int index) {
