@@ -149,10 +149,10 @@ TEST_F(Command, JsonHoldsEveryFigure) {
   }
   double sum = 0.0;
   for (const char* phase : {"find_pairs", "collide", "find_islands", "color_constraints", "pack_blocks",
-                            "solve", "store_impulses", "finish_step"}) {
+                            "solve", "store_impulses", "list_events", "sweep_fast_bodies", "finish_step"}) {
     sum += json.at("phases").at(phase).get<double>();
   }
-  EXPECT_EQ(json.at("phases").size(), 8u);
+  EXPECT_EQ(json.at("phases").size(), 10u);
   EXPECT_LE(sum, json.at("ms_per_step").at("mean").get<double>() * 1.01);
   EXPECT_GT(sum, 0.0);
   for (const char* key : {"mean", "p999", "max"}) {

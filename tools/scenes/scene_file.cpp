@@ -308,6 +308,7 @@ void read_settings(const Node& node, WorldSettings& settings) {
   members.read("max_linear_speed", settings.max_linear_speed, between(kMinSpeedLimit, kMaxSpeedLimit));
   members.read("max_angular_speed", settings.max_angular_speed, between(kMinSpeedLimit, kMaxSpeedLimit));
   members.read("warm_start", settings.warm_start);
+  members.read("continuous", settings.continuous);
   members.read("sleeping", settings.sleeping);
   members.read("sleep_linear_speed", settings.sleep_linear_speed, up_to(kMaxThreshold));
   members.read("sleep_angular_speed", settings.sleep_angular_speed, up_to(kMaxThreshold));
