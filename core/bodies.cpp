@@ -4,7 +4,9 @@
 #include <core/fp_environment.h>
 #include <scree/world.h>
 
-#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <string>
 
 namespace scree {
 
@@ -73,6 +75,11 @@ void kick(Call call, const BodyRow& at_row, Vec3 impulse, Vec3 angular_impulse) 
   wake_body(at_row.data, at_row.body);
 }
 
+// std::complex calls the compiler's runtime for it.
+std::complex<double> product(std::complex<double> a, std::complex<double> b) {
+  return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+
 // A changed velocity wakes the body; a kinematic one wakes what rests on it.
 void after_velocity_change(const BodyRow& at_row) {
   if (at_row.is_dynamic()) {
@@ -80,6 +87,30 @@ void after_velocity_change(const BodyRow& at_row) {
   } else {
     disturb(at_row.data, at_row.body);
   }
+}
+
+// The angular velocity whose substeps add up to a turn. A substep turns by the unit quaternion of
+// (1, h w / 2), so that of the whole turn is its power: the root of the complex number cos + i sin of the
+// half angle gives tan = h |w| / 2. Newton's method, because no root needs a function of the platform's
+// library.
+Vec3 spin_for(Quat turn, int substeps, float dt) {
+  if (turn.w < 0.0f) turn = {-turn.x, -turn.y, -turn.z, -turn.w};
+  const double x = turn.x, y = turn.y, z = turn.z;
+  const double sine = std::sqrt(x * x + y * y + z * z),
+               size = std::sqrt(sine * sine + double{turn.w} * turn.w);
+  if (!(sine > 0.0)) return {};
+  const std::complex<double> whole(turn.w / size, sine / size);
+  const double n = substeps;
+  std::complex<double> root = 1.0 + (whole - 1.0) / n;
+  constexpr int kIterations = 8;  // the angle is at most a right one: five are enough
+  for (int i = 0; i < kIterations; ++i) {
+    std::complex<double> power = 1.0;
+    for (int k = 1; k < substeps; ++k) power = product(power, root);
+    root =
+        ((n - 1.0) * root + product(whole, std::conj(power)) / product(power, std::conj(power)).real()) / n;
+  }
+  const double scale = 2.0 * n / dt * (root.imag() / root.real()) / sine;
+  return {static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale)};
 }
 
 constexpr float kMaxLoad = 1e30f;  // N, N m, N s, N m s; what it does to the body is checked as well
@@ -176,6 +207,28 @@ void World::set_angular_velocity(BodyId body, Vec3 velocity) {
   check_vector(call, "velocity", velocity, kMaxSpeed);
   if (b.bodies.type[b.row] == BodyType::fixed) return;
   store(b.bodies.velocity[b.row].angular, free_angular(b.bodies.motion[b.row], velocity));
+  after_velocity_change(b);
+}
+
+void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
+  constexpr Call call{"set_kinematic_target"};
+  const BodyRow b = at(call, data_, body);
+  if (b.bodies.type[b.row] != BodyType::kinematic) fail(call, "the body is not kinematic");
+  check_pose(call, "target.position", "target.rotation", target, kMaxPosition);
+  if (!(dt > 0.0f && dt <= 1.0f)) {
+    fail(call, "the time step is " + std::to_string(dt) + " s; it must be in (0, 1]");
+  }
+  const PoseRow& pose = b.bodies.pose[b.row];
+  const Quat rotation = normalize(target.rotation);
+  const Vec3 center = target.position + rotate(rotation, b.bodies.center[b.row]);
+  const Vec3 linear = (center - to_vec3(pose.position)) * (1.0f / dt);
+  const Vec3 angular = spin_for(rotation * conjugate(to_quat(pose.rotation)), b.data.settings.substeps, dt);
+  check_vector(call, "the linear velocity", linear, kMaxSpeed);
+  check_vector(call, "the angular velocity", angular, kMaxSpeed);
+  VelocityRow& velocity = b.bodies.velocity[b.row];
+  if (to_vec3(velocity.linear) == linear && to_vec3(velocity.angular) == angular) return;
+  store(velocity.linear, linear);
+  store(velocity.angular, angular);
   after_velocity_change(b);
 }
 

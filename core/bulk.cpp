@@ -59,6 +59,7 @@ void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const Bod
   delta.rotation[3] = 1.0f;
   bodies.delta[row] = delta;
   bodies.free_velocity[row] = bodies.velocity[row];
+  bodies.core[row] = {std::numeric_limits<float>::infinity(), 0.0f, 0.0f};
 }
 
 struct ShapeTemplate {

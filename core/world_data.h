@@ -27,7 +27,7 @@ enum BodyFlag : std::uint8_t {
   kBodyCanSleep = 4,
   kBodyMassGiven = 8,         // mass comes from the caller, inertia from the shapes
   kBodyPropertiesGiven = 16,  // mass, center and inertia come from the caller
-  kBodyMarked = 32,           // set and cleared within one call
+  kBodyMarked = 32,           // set and cleared within one call or stage
 };
 
 enum class ShapeType : std::uint8_t { sphere, capsule, box, hull };
@@ -45,6 +45,13 @@ enum ShapeFlag : std::uint8_t {
 // Which tree of the broad phase a shape belongs to.
 enum class TreeKind : std::uint8_t { none, awake, kinematic, frozen };
 inline constexpr int kTreeCount = 4;
+
+// How far a body may move before it must be swept.
+struct CoreRow {
+  float radius;  // m, half that of the smallest ball about a shape's center; infinite without shapes
+  float reach;   // m, from the center of mass to the farthest ball's center; an upper bound
+  float size;    // m, from the center of mass around all cores; an upper bound
+};
 
 // clang-format off
 // What World::hash covers of each living body, in the order of its bytes. Of a row, kHashedWords count.
@@ -70,6 +77,7 @@ inline constexpr int kTreeCount = 4;
   X(state,   std::int32_t,    first_shape)     /* calls; -1: none */                                           \
   X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
   X(derived, Pose,            transform)       /* calls, finish_step; of the origin */                         \
+  X(derived, CoreRow,         core)            /* update_bounds, after calls; of a body with shapes */         \
   X(scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */        \
   X(scratch, DeltaRow,        delta)           /* solve; motion since the step began */                        \
   X(scratch, VelocityRow,     free_velocity)   /* solve; after forces, before this step's impulses */

@@ -46,6 +46,11 @@ struct BroadPhase final : Part {
   Column<std::int32_t> dirty;
   Column<std::uint8_t> is_dirty;  // per shape; all zero outside find_pairs and while nothing was dirty
 
+  // sweep_fast_bodies. scratch
+  Column<std::int32_t> fast;         // bodies that are swept, ascending
+  Column<std::uint8_t> fast_hits;    // by place in `fast`
+  Column<std::int32_t> fast_counts;  // by chunk of awake bodies, then where they go
+
   // scratch
   struct Members {  // of one chunk of shapes, by kind
     std::int32_t all[kTreeCount];

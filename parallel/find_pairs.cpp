@@ -140,6 +140,9 @@ void BroadPhase::report(const Visit& visit) const {
   }
   column(ColumnKind::scratch, "dirty", dirty);
   column(ColumnKind::scratch, "is_dirty", is_dirty);
+  column(ColumnKind::scratch, "fast", fast);
+  column(ColumnKind::scratch, "fast_hits", fast_hits);
+  column(ColumnKind::scratch, "fast_counts", fast_counts);
   column(ColumnKind::derived, "members", members);
   column(ColumnKind::scratch, "spreads", spreads);
   column(ColumnKind::scratch, "sort_keys", sort_keys);

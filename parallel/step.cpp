@@ -38,7 +38,7 @@ class PhaseClock {
 
 void clear_figures(StepStats& stats) {
   for (double& time : stats.phase_ms) time = 0.0;
-  stats.restored_bodies = 0;  // a step of no length restores nobody
+  stats.restored_bodies = stats.swept_bodies = stats.sweep_hits = 0;  // a step of no length has none
 }
 
 void clear_events(Events& events) {
@@ -92,7 +92,8 @@ void step(WorldData& data, float dt, Crew& crew) {
   }
   clock.run(Phase::list_events, [&] { list_events(data, dt, crew); });  // manifolds -> begins, ends
   if (dt > 0.0f) {
-    clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });  // motion -> poses, bounds
+    clock.run(Phase::sweep_fast_bodies, [&] { sweep_fast_bodies(data, crew); });  // motion -> shorter motion
+    clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });          // motion -> poses, bounds
     data.last_dt = dt;
     data.last_substep = substep_of(data, dt);
   }

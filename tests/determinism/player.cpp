@@ -247,6 +247,18 @@ void Player::change_motion(const Call& call, Slot& slot) {
       tell("set_angular_velocity", body, velocity);
       return world_.set_angular_velocity(body, velocity);
     }
+    case CallKind::shoot: {
+      const Vec3 velocity = random_vector(random, 300.0f);
+      tell("set_linear_velocity", body, velocity);
+      return world_.set_linear_velocity(body, velocity);
+    }
+    case CallKind::set_kinematic_target: {
+      if (world_.body_type(body) != BodyType::kinematic) return;
+      const Pose pose = random_pose(random);
+      const float dt = random.between(0.1f, 1.0f);
+      tell("set_kinematic_target", body, pose, dt);
+      return world_.set_kinematic_target(body, pose, dt);
+    }
     case CallKind::add_load: {
       const Vec3 load = random_vector(random, 2000.0f);
       const Vec3 point = random_pose(random).position;
@@ -333,7 +345,7 @@ void Player::make_wrong_call(const Call& call) {
   const BodyId body = slot != nullptr ? slot->body : BodyId{};
   const ShapeId shape = slot != nullptr && !slot->shapes.empty() ? slot->shapes.front() : ShapeId{};
   const std::uint64_t before = world_.hash();
-  const std::uint32_t which = Random(call.seed).below(13);
+  const std::uint32_t which = Random(call.seed).below(15);
   tell("wrong_call", which, body);
   bool thrown = false;
   try {
@@ -376,9 +388,15 @@ void Player::make_wrong_call(const Call& call) {
         wrong_settings([](WorldSettings& settings) { settings.gravity.y = kNan; });
         break;
       case 10:
+        world_.set_kinematic_target(body, {{kNan, 0.0f, 0.0f}, {}}, 0.1f);
+        break;
+      case 11:
+        world_.set_contact_events(shape, static_cast<ContactEvents>(7));
+        break;
+      case 12:
         world_.add_impulse(body, {kNan, 0.0f, 0.0f});
         break;
-      case 11: {
+      case 13: {
         Random random(call.seed);
         const Geometry geometries[2] = {random_geometry(random), ConvexHull{}};
         world_.create_bodies(std::vector<BodyDef>(2), geometries, {}, {}, ids);
@@ -404,6 +422,7 @@ void Player::run_steps(const Call& call) {
     step(world_, dt, shift_.at(static_cast<int>(hashes_.size())));
     hashes_.push_back(mixed(world_.hash(), digest_of_events(world_)));
     most_contacts_ = std::max(most_contacts_, world_.stats().contacts);
+    sweep_hits_ += world_.stats().sweep_hits;
     if (checks_) check_after_step();
   }
 }
@@ -422,6 +441,9 @@ void Player::check_after_step() {
   const StepStats& stats = world_.stats();
   if (stats.contacts > stats.pairs) broken("there are more contacts than pairs");
   if (!std::isfinite(stats.kinetic_energy)) broken("the kinetic energy is not finite");
+  if (stats.sweep_hits > stats.swept_bodies || stats.swept_bodies > stats.awake_bodies) {
+    broken("more bodies hit than were swept, or more were swept than moved");
+  }
   check_events();
   for (Slot& slot : slots_) {
     if (slot.body != BodyId{}) check_body(slot);

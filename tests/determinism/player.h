@@ -30,6 +30,7 @@ class Player {
   std::int64_t most_contacts() const { return most_contacts_; }
   bool somebody_slept() const { return somebody_slept_; }
   std::size_t events() const { return events_; }
+  std::int64_t sweep_hits() const { return sweep_hits_; }
 
  private:
   struct Slot {
@@ -74,6 +75,7 @@ class Player {
   bool somebody_slept_ = false;
   std::set<std::pair<ShapeId, ShapeId>> begun_;
   std::size_t events_ = 0;
+  std::int64_t sweep_hits_ = 0;
 };
 
 }  // namespace scree::determinism

@@ -197,6 +197,7 @@ WorldSettings random_settings(Random& random) {
   if (once_in(random, 4)) settings.restitution_threshold = random.between(0.0f, 2.0f);
   if (once_in(random, 4)) settings.max_linear_speed = random.between(5.0f, 100.0f);
   if (once_in(random, 4)) settings.max_angular_speed = random.between(5.0f, 100.0f);
+  settings.continuous = !once_in(random, 6);
   settings.warm_start = !once_in(random, 4);
   settings.sleeping = !once_in(random, 3);
   if (once_in(random, 2)) settings.sleep_time = random.between(0.0f, 0.3f);
@@ -323,6 +324,7 @@ void print(std::ostream& out, const WorldSettings& value) {
   field(out, "restitution_threshold", value.restitution_threshold);
   field(out, "max_linear_speed", value.max_linear_speed);
   field(out, "max_angular_speed", value.max_angular_speed);
+  field(out, "continuous", value.continuous);
   field(out, "warm_start", value.warm_start);
   field(out, "sleeping", value.sleeping);
   field(out, "sleep_time", value.sleep_time);

@@ -25,6 +25,8 @@ constexpr KindRule kRules[kCallKindCount] = {
     {"set_pose", 6},
     {"set_linear_velocity", 4},
     {"set_angular_velocity", 4},
+    {"shoot", 4},
+    {"set_kinematic_target", 4},
     {"add_load", 6},
     {"add_impulse", 6},
     {"set_body_type", 5},
@@ -105,6 +107,7 @@ Played play(const Sequence& sequence, const Schedule& schedule, bool checks, std
   played.most_contacts = player.most_contacts();
   played.somebody_slept = player.somebody_slept();
   played.events = player.events();
+  played.sweep_hits = player.sweep_hits();
   return played;
 }
 

@@ -27,6 +27,8 @@ enum class CallKind : std::uint8_t {
   set_pose,
   set_linear_velocity,
   set_angular_velocity,
+  shoot,  // so fast that the body is swept
+  set_kinematic_target,
   add_load,     // force, force at a point, torque
   add_impulse,  // impulse, impulse at a point, angular impulse
   set_body_type,
@@ -46,7 +48,7 @@ enum class CallKind : std::uint8_t {
   move_world,
   wrong_call,  // must throw Error and change nothing
 };
-inline constexpr int kCallKindCount = 28;
+inline constexpr int kCallKindCount = 30;
 const char* name_of(CallKind kind);
 
 struct Call {
@@ -63,6 +65,7 @@ struct Played {
   std::vector<std::uint64_t> hashes;  // after each step; one call may take several
   std::int64_t most_contacts = 0;     // in any step
   bool somebody_slept = false;        // seen only by a run with checks
+  std::int64_t sweep_hits = 0;        // in all steps
   std::size_t events = 0;             // begins of contacts, likewise
   std::string broken_promise;         // why playing ended early, if it did
 };

@@ -102,6 +102,7 @@ TEST(RandomCallsThemselves, PileBodiesUpAndLetThemSleep) {
     EXPECT_GT(played.most_contacts, 10) << seed;
     EXPECT_GT(played.hashes.size(), 100u) << seed;
     EXPECT_GT(played.events, 10u) << seed;
+    EXPECT_GT(played.sweep_hits, 0) << seed;
     somebody_slept = somebody_slept || played.somebody_slept;
   }
   EXPECT_TRUE(somebody_slept);

@@ -125,6 +125,29 @@ TEST_F(Allocation, NeverHappensInAStepThatListsItsEvents) {
   }
 }
 
+TEST_F(Allocation, NeverHappensInAStepThatSweepsBodies) {
+  for (const int threads : {1, 2}) {
+    Lab lab(without_gravity());
+    lab.workers = Workers(threads);
+    const BodyId room = lab.world.create_body({.type = BodyType::fixed});
+    for (const float side : {-5.0f, 5.0f}) {
+      for (const Vec3 offset : {Vec3{side, 0, 0}, Vec3{0, side, 0}, Vec3{0, 0, side}}) {
+        const Vec3 size{offset.x != 0 ? 0.1f : 5.0f, offset.y != 0 ? 0.1f : 5.0f,
+                        offset.z != 0 ? 0.1f : 5.0f};
+        lab.world.add_shape(room, Box{size}, {.friction = 0, .restitution = 1}, {.local_pose = {offset, {}}});
+      }
+    }
+    Random random(8);
+    for (int i = 0; i < 40; ++i) {
+      lab.add({.position = random.vector(4), .linear_velocity = random.vector(200)}, Sphere{0.1f},
+              {.friction = 0, .restitution = 1});
+    }
+    lab.run(300);
+    EXPECT_EQ(allocations_of(lab, 100), 0) << threads << " threads";
+    EXPECT_GT(lab.world.stats().swept_bodies, 20);
+  }
+}
+
 TEST_F(Allocation, NeverHappensInAStepOfSleepers) {
   Lab lab{WorldSettings{}};
   lab.add_ground();

@@ -15,15 +15,16 @@ enum class Phase : std::uint8_t {
   solve,
   store_impulses,
   list_events,
+  sweep_fast_bodies,
   finish_step,
 };
-inline constexpr int kPhaseCount = 9;
+inline constexpr int kPhaseCount = 10;
 
 /// The name of the function that is the phase ("find_pairs", ...).
 constexpr const char* phase_name(Phase phase) {
-  constexpr const char* kNames[kPhaseCount] = {"find_pairs",        "collide",     "find_islands",
-                                               "color_constraints", "pack_blocks", "solve",
-                                               "store_impulses",    "list_events", "finish_step"};
+  constexpr const char* kNames[kPhaseCount] = {
+      "find_pairs", "collide",        "find_islands", "color_constraints", "pack_blocks",
+      "solve",      "store_impulses", "list_events",  "sweep_fast_bodies", "finish_step"};
   return kNames[static_cast<int>(phase)];
 }
 
@@ -38,6 +39,8 @@ struct StepStats {
   std::int64_t awake_bodies = 0;
   std::int64_t restored_bodies = 0;  ///< bodies whose state became non-finite in this step: they were put
                                      ///< back to where the step found them, at rest
+  std::int64_t swept_bodies = 0;     ///< bodies fast enough to be swept, with WorldSettings::continuous
+  std::int64_t sweep_hits = 0;       ///< of them, those that were put back to where they met something
   std::int64_t islands = 0;          ///< islands examined for sleep in this step; 0 where nobody was tired
   int colors = 0;                    ///< independent batches, those against fixed bodies included
   int stages = 0;                    ///< parallel stages of the whole step

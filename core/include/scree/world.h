@@ -33,11 +33,16 @@ struct WorldSettings {
   float restitution_threshold = 1.0f;   ///< m/s, approach speeds below do not rebound, in [0, 1e6]
   float max_linear_speed = 400.0f;      ///< m/s, speeds are clamped in each substep, in [1e-3, 1e6]
   float max_angular_speed = 400.0f;     ///< rad/s, in [1e-3, 1e6]
-  bool warm_start = true;               ///< begin each step with the impulses of the last one
-  bool sleeping = true;                 ///< bodies at rest may sleep; turning it off wakes all
-  float sleep_linear_speed = 0.05f;     ///< m/s, a body may sleep when it stays below both speeds ...
-  float sleep_angular_speed = 0.1f;     ///< rad/s, both in [0, 1e6]
-  float sleep_time = 0.5f;              ///< s, ... for this long, in [0, 1e6]
+  /// Fast bodies do not pass through fixed and sleeping ones: the step of a body ends where a ball about the
+  /// center of one of its shapes, or one that fits into a corner or an end, meets them, and the body keeps
+  /// its velocity. Moving bodies still pass through one another, and what is thinner than the gaps between
+  /// those balls, such as a wire or the edge of a wall, through a long or flat shape.
+  bool continuous = true;
+  bool warm_start = true;            ///< begin each step with the impulses of the last one
+  bool sleeping = true;              ///< bodies at rest may sleep; turning it off wakes all
+  float sleep_linear_speed = 0.05f;  ///< m/s, a body may sleep when it stays below both speeds ...
+  float sleep_angular_speed = 0.1f;  ///< rad/s, both in [0, 1e6]
+  float sleep_time = 0.5f;           ///< s, ... for this long, in [0, 1e6]
   ContactEvents contact_events = ContactEvents::none;  ///< asked for of all shapes, besides their own
   bool measure_residual = false;                       ///< fill StepStats::residual
   bool measure_penetration = false;                    ///< fill StepStats::penetration_*
@@ -101,6 +106,12 @@ class SCREE_API World {
   /// effect on fixed bodies. Wakes the body, and what rests on it if it is kinematic.
   void set_linear_velocity(BodyId body, Vec3 velocity);
   void set_angular_velocity(BodyId body, Vec3 velocity);  ///< as set_linear_velocity
+  /// Gives a kinematic body the velocities that bring its origin to `target` in one step of `dt` with the
+  /// present number of substeps, along a straight line and by the shorter turn. It goes on with them after
+  /// that step: set the next target, or zero velocities. Wakes what rests on the body unless its velocities
+  /// stay the same. Throws for other bodies, for dt outside (0, 1] and where a velocity would leave the range
+  /// of set_linear_velocity, as it would for half a turn in a single substep.
+  void set_kinematic_target(BodyId body, const Pose& target, float dt);
   /// In world coordinates, m. Fixed and kinematic bodies turn about their origin unless set_mass_properties
   /// gave them a center.
   Vec3 center_of_mass(BodyId body) const;
