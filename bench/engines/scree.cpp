@@ -9,7 +9,9 @@ class ScreeEngine final : public Engine {
   ScreeEngine(std::span<const scenes::Scene> scenes, const EngineOptions& options)
       : workers_(WorkersOptions{.threads = options.threads, .isa = options.isa}) {
     for (const scenes::Scene& scene : scenes) {
-      worlds_.emplace_back(scene.settings);
+      WorldSettings settings = scene.settings;
+      settings.continuous = options.continuous;
+      worlds_.emplace_back(settings);
       bodies_.push_back(scenes::populate(worlds_.back(), scene));
     }
     for (World& world : worlds_) pointers_.push_back(&world);
@@ -18,10 +20,7 @@ class ScreeEngine final : public Engine {
   void step(float dt) override { scree::step(pointers_, dt, workers_); }
 
   void move_kinematic(std::size_t world, std::uint32_t body, const Pose& target, float dt) override {
-    const Pose now = worlds_[world].pose(bodies_[world][body]);
-    const Vec3 way{target.position.x - now.position.x, target.position.y - now.position.y,
-                   target.position.z - now.position.z};
-    worlds_[world].set_linear_velocity(bodies_[world][body], {way.x / dt, way.y / dt, way.z / dt});
+    worlds_[world].set_kinematic_target(bodies_[world][body], target, dt);
   }
 
   void read(std::size_t world, std::vector<BodyState>& states) const override {
@@ -65,7 +64,7 @@ EngineInfo scree_engine() {
   return {.name = "scree",
           .title = "Scree " SCREE_BENCH_VERSION,
           .settings = "soft step, the scene's substeps (4 unless it says otherwise)",
-          .continuous = {},
+          .continuous = "the cores of fast bodies are swept against fixed and sleeping ones",
           .multithreaded = true,
           .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
               -> std::unique_ptr<Engine> { return std::make_unique<ScreeEngine>(scenes, options); }};

@@ -82,7 +82,7 @@ class Run {
         std::find_if(all.begin(), all.end(), [&](const EngineInfo& e) { return e.name == request.engine; });
     if (info == all.end()) throw Error("unknown engine " + request.engine);
     const bool continuous =
-        request.continuous == "scene" ? scenes_.front().continuous : request.continuous == "on";
+        request.continuous == "scene" ? scenes_.front().settings.continuous : request.continuous == "on";
     continuous_ = info->continuous.empty() ? "none" : continuous ? "on" : "off";
     const Clock::time_point start = Clock::now();
     engine_ = info->create(

@@ -158,6 +158,7 @@ TEST(LargePyramid, IsThePublishedOne) {
   ASSERT_EQ(scene.bodies.size(), 5051u);
   EXPECT_EQ(scene.steps, 200);
   EXPECT_FALSE(scene.settings.sleeping);
+  EXPECT_FALSE(scene.settings.continuous);
   EXPECT_EQ(scene.settings.gravity, (Vec3{0, -10, 0}));
   EXPECT_EQ(std::get<Box>(geometry_of(scene, scene.bodies[0])).half_extents, (Vec3{400, 1, 400}));
   EXPECT_EQ(scene.bodies[0].def.position, (Vec3{0, -1, 0}));
@@ -176,6 +177,7 @@ TEST(ManyPyramids, AreThePublishedOnes) {
   ASSERT_EQ(scene.bodies.size(), 10781u);
   EXPECT_EQ(scene.steps, 100);
   EXPECT_FALSE(scene.settings.sleeping);
+  EXPECT_FALSE(scene.settings.continuous);
   EXPECT_EQ(std::get<Box>(geometry_of(scene, scene.bodies[0])).half_extents, (Vec3{77, 1, 77}));
   EXPECT_EQ(scene.bodies[1].def.position, (Vec3{-76, 0.5f, -76}));
   EXPECT_EQ(scene.bodies[56].def.position, (Vec3{-65, 0.5f, -76}));
@@ -258,7 +260,7 @@ TEST(ConvexPile, IsThePublishedOne) {
   ASSERT_EQ(scene.bodies.size(), 5121u);
   EXPECT_EQ(scene.steps, 500);
   EXPECT_TRUE(scene.settings.sleeping);
-  EXPECT_TRUE(scene.continuous);
+  EXPECT_TRUE(scene.settings.continuous);
   EXPECT_EQ(scene.settings.gravity, (Vec3{0, -10, 0}));
   EXPECT_EQ(std::get<Box>(geometry_of(scene, scene.bodies[0])).half_extents, (Vec3{250, 1, 250}));
   EXPECT_EQ(scene.bodies[0].def.position, (Vec3{0, -1, 0}));
@@ -299,7 +301,7 @@ TEST(Junkyard, IsThePublishedOne) {
   ASSERT_EQ(scene.bodies.size(), 10586u);
   EXPECT_EQ(scene.steps, 500);
   EXPECT_TRUE(scene.settings.sleeping);
-  EXPECT_TRUE(scene.continuous);
+  EXPECT_TRUE(scene.settings.continuous);
   EXPECT_EQ(scene.bodies[0].shape_count, 5u);
   EXPECT_EQ(scene.bodies[0].def.position, (Vec3{0, -1, 0}));
   EXPECT_EQ(scene.shapes[1].options.local_pose.position, (Vec3{-50, 8, 0}));

@@ -61,15 +61,9 @@ Pose drive_target(const SceneDrive& drive, double seconds) {
 void drive(World& world, std::span<const SceneDrive> drives, std::span<const BodyId> bodies,
            std::int64_t steps_done, float dt) {
   const double end = static_cast<double>(steps_done + 1) * double{dt};
-  for (const SceneDrive& one : drives) {
-    const Pose target = drive_target(one, end);
-    const Pose now = world.pose(bodies[one.body]);
-    if (dt > 0.0f) {
-      world.set_linear_velocity(bodies[one.body], {(target.position.x - now.position.x) / dt,
-                                                   (target.position.y - now.position.y) / dt,
-                                                   (target.position.z - now.position.z) / dt});
-    }
-  }
+  if (dt == 0.0f) return;  // nothing moves in such a step
+  for (const SceneDrive& one : drives)
+    world.set_kinematic_target(bodies[one.body], drive_target(one, end), dt);
 }
 
 }  // namespace scree::scenes

@@ -14,7 +14,6 @@ Scene convex_pile(const Parameters& parameters) {
   const int columns = whole(parameters, "columns");
   const int layers = whole(parameters, "layers");
   Scene scene = start_scene("convex_pile", 500);
-  scene.continuous = true;
   add_ground(scene, 250.0f);
   const std::vector<Vec3> points = random_sphere_points(kPoints, kRadius, kSeed);
   const std::uint32_t shape = add_shape(scene, ConvexHull{.hull = Hull(points)});
@@ -42,7 +41,6 @@ Scene junkyard(const Parameters& parameters) {
   const int columns = whole(parameters, "columns");
   const int layers = whole(parameters, "layers");
   Scene scene = start_scene("junkyard", 500);
-  scene.continuous = true;
 
   // Ground and walls are one body.
   const std::uint32_t first = add_shape(scene, Box{{120.0f, 1.0f, 120.0f}});

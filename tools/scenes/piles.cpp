@@ -124,7 +124,6 @@ void pour(Scene& scene, int bodies, Random& random, const NextShape& next_shape)
 
 Scene mixed_pile(const char* name, int bodies, std::uint64_t seed) {
   Scene scene = start_scene(name, 400);
-  scene.continuous = true;
   const std::vector<ConvexHull>& hulls = pile_hulls();
   const std::uint32_t first_hull = add_hulls(scene, hulls);
   Random random(seed);
@@ -149,7 +148,6 @@ Scene pile(const Parameters& parameters) {
 
 Scene hull_zoo(const Parameters& parameters) {
   Scene scene = start_scene("hull_zoo", 400);
-  scene.continuous = true;
   const std::vector<ConvexHull> hulls = zoo_hulls(whole(parameters, "max_vertices"));
   const std::uint32_t first_hull = add_hulls(scene, hulls);
   Random random(seed_of(parameters));

@@ -44,8 +44,6 @@ struct Scene {
   std::vector<SceneShape> shapes;
   std::vector<SceneBody> bodies;
   std::vector<SceneDrive> drives;
-  bool continuous = false;  ///< fast bodies shall not pass through others: engines with continuous collision
-                            ///< switch it on
   int steps = 200;  ///< a sensible length, the protocol's where the scene comes from a published benchmark
   float dt = 1.0f / 60.0f;
 };

@@ -29,8 +29,8 @@ Range within(float limit) { return between(-limit, limit); }
 const Range kLength = between(kMinExtent, kMaxExtent);  // m, of shapes
 const Range kHullPoint = within(kMaxExtent);            // m
 const Range kHullScale = between(kMinHullScale, kMaxHullScale);
-const Range kPosition = within(kMaxPosition);           // m
-constexpr Range kUnit{-2.0, 2.0};                       // of a quaternion; its length is checked too
+const Range kPosition = within(kMaxPosition);  // m
+constexpr Range kUnit{-2.0, 2.0};              // of a quaternion; its length is checked too
 constexpr std::int64_t kMostBodies = 10'000'000;
 constexpr std::int64_t kMostSteps = 1'000'000'000;
 
@@ -131,8 +131,7 @@ ConvexHull read_convex_hull(Members& members, const NamedHulls& named) {
   const Node& hull = members.require("hull");
   if (hull.is_string()) {
     const auto found = named.find(hull.string());
-    if (found == named.end())
-      hull.fail("no hull \"" + hull.string() + "\" in /hulls; " + known_names(named));
+    if (found == named.end()) hull.fail("no hull \"" + hull.string() + "\" in /hulls; " + known_names(named));
     convex.hull = found->second;
   } else if (hull.is_object()) {
     convex.hull = read_hull(hull);

@@ -27,6 +27,7 @@ Scene large_pyramid(const Parameters& parameters) {
   const int base = whole(parameters, "base");
   Scene scene = start_scene("large_pyramid", 200);
   scene.settings.sleeping = false;
+  scene.settings.continuous = false;
   add_ground(scene, std::max(400.0f, static_cast<float>(base)));
   const std::uint32_t shape = add_shape(scene, Box{{kHalf, kHalf, kHalf}}, {.density = 100.0f});
   add_pyramid(scene, base, -kHalf * static_cast<float>(base), 0.0f, shape);
@@ -43,6 +44,7 @@ Scene many_pyramids(const Parameters& parameters) {
   const double rows_start = -0.5 * kRowPitch * (rows - 1);
   Scene scene = start_scene("many_pyramids", 100);
   scene.settings.sleeping = false;
+  scene.settings.continuous = false;
   add_ground(scene, std::max(half_width, static_cast<float>(1.0 - rows_start)));
   const std::uint32_t shape = add_shape(scene, Box{{kHalf, kHalf, kHalf}}, {.density = 100.0f});
   for (int row = 0; row < rows; ++row) {
