@@ -22,10 +22,10 @@ struct HullTopology {
     std::uint16_t face[2];  // [0] has the edge from vertex[0] to vertex[1] in its loop, [1] the other way
   };
 
-  std::vector<Vec3> vertices;          // 4 to 256
-  std::vector<std::uint8_t> loops;     // corners of all faces, face after face
-  std::vector<std::uint16_t> begin;    // face f is loops[begin[f]] to loops[begin[f + 1] - 1]
-  std::vector<Plane> planes;           // of each face
+  std::vector<Vec3> vertices;        // 4 to 256
+  std::vector<std::uint8_t> loops;   // corners of all faces, face after face
+  std::vector<std::uint16_t> begin;  // face f is loops[begin[f]] to loops[begin[f + 1] - 1]
+  std::vector<Plane> planes;         // of each face
   std::vector<Edge> edges;
 };
 
