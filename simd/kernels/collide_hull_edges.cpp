@@ -31,7 +31,10 @@ void sift(const HullData& hull, Vec point, float to_beat, EdgeList& list) {
     const F along_tilt = dot(tilt, x) - load(hull.arc_tilt_point + k);
     const F bound = max(along_middle, load(hull.arc_cosine + k) * along_middle) + abs(along_tilt);
     const M kept = bound > F(to_beat);
-    if (!any(kept)) continue;
+    // Wide sets pack for less than a wrong guess costs.
+    if constexpr (kLanes <= 4) {
+      if (!any(kept)) continue;
+    }
     list.count += compress_store(list.edge + list.count, kept, lane_numbers() + I(k));
   }
 }

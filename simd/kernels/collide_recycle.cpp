@@ -8,7 +8,8 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 namespace {
 
-// How far two boxes may move relative to each other: a share of the thinnest half-extent, at most so much.
+// How far two bodies may move relative to each other: a share of the thinner one's half thickness, at most so
+// much.
 constexpr float kRecycleDistance = 10.0f * kLinearSlop;  // m
 constexpr float kRecycleShare = 0.1f;
 // Motion along the normal counts this much: it moves no point in its face, and the boxes at the foot of a
@@ -30,7 +31,18 @@ struct Motion {
   F distance;         // bound on the relative motion of the boxes' points
 };
 
-inline F thinnest(V3 half) { return min(min(half.x, half.y), half.z); }
+// Half the thickness of boxes; of hulls, whose thinnest part may lie askew, the radius of the ball within.
+inline F thinness(const CollideColumns& columns, const std::int32_t* shape, V3 half, bool has_hulls) {
+  const F of_box = min(min(half.x, half.y), half.z);
+  if (!has_hulls) return of_box;
+  alignas(64) float lanes[kLanes];
+  store(lanes, of_box);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const std::int32_t slot = columns.shape_hull[shape[lane]];
+    if (slot >= 0) lanes[lane] = columns.hulls[slot]->inner_radius;
+  }
+  return load(lanes);
+}
 
 inline V3 part(Q4 q) { return {q.x, q.y, q.z}; }
 
@@ -77,7 +89,7 @@ inline void copy_row(const CollideColumns& columns, std::int32_t from, std::int3
 
 // Recycles what it can of the listed items and appends the others to `left`; returns its new length.
 int recycle_items(const CollideColumns& columns, const CollideItem* items, const std::int32_t* list,
-                  int count, CollideItem* left, int left_count) {
+                  int count, bool has_hulls, CollideItem* left, int left_count) {
   for (int begin = 0; begin < count; begin += kLanes) {
     const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
@@ -113,7 +125,8 @@ int recycle_items(const CollideColumns& columns, const CollideItem* items, const
       const F size_1 = length(extent_1.half), size_2 = length(extent_2.half);
       const F size_a = select(flip, size_2, size_1), size_b = select(flip, size_1, size_2);
       const F reach = select(fixed, size_b, max(size_a, size_b));
-      const F share = F(kRecycleShare) * min(thinnest(extent_1.half), thinnest(extent_2.half));
+      const F share = F(kRecycleShare) * min(thinness(columns, block.shape_1, extent_1.half, has_hulls),
+                                             thinness(columns, block.shape_2, extent_2.half, has_hulls));
       const M full = points == I(kMaxManifoldPoints);
       const F limit = select(full, F(kRecycleDistance), F(kRecycleDistancePartial));
       const F press_weight = select(full, F(kPressWeight), F(1.0f));
@@ -159,7 +172,7 @@ int recycle_items(const CollideColumns& columns, const CollideItem* items, const
 int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left) {
   std::int32_t list[kCollideChunk];
   for (int k = 0; k < count; ++k) list[k] = k;
-  return recycle_items(columns, items, list, count, left, 0);
+  return recycle_items(columns, items, list, count, false, left, 0);
 }
 
 // Most pairs of hulls do not touch; what is remembered of them tells.
@@ -174,7 +187,7 @@ int recycle_hulls(const CollideColumns& columns, const CollideItem* items, int c
       left[left_count++] = items[k];
     }
   }
-  return recycle_items(columns, items, list, touching, left, left_count);
+  return recycle_items(columns, items, list, touching, true, left, left_count);
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE
