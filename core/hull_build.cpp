@@ -24,11 +24,17 @@ using Point = std::array<double, 3>;
 
 // Half extent over grid step, at most: as many bits as leave a coordinate relative to the centroid a float.
 constexpr int kGridBits = 23;
+constexpr int kMostFlatBits = 24;  // how much finer than the largest one the step of a thin axis may be
 // Of the largest extent: points that stick out less are left out, and corners of one face lie this close to a
-// plane. Ten times the rounding of points that a program has turned in single precision.
-constexpr double kTolerance = 2e-6;
+// plane. A few times the rounding of points that a program has turned in single precision.
+constexpr double kTolerance = 5e-7;
 constexpr double kToleranceUlps = 4.0;  // of the largest coordinate, for hulls far from their origin
 constexpr double kToleranceOfThickness = 0.125;
+// A thin tip can reach far although it sticks out little of any plane: hulls that miss a point by more than
+// so many tolerances are made anew with a smaller one.
+constexpr double kMostDeviation = 20.0;
+constexpr double kSmallerTolerance = 0.125;
+constexpr int kToleranceTries = 5;
 constexpr double kMinThicknessOfExtent =
     2e-6;  // sixteen grid steps: a hull that is thinner has no sides left
 // Qhull takes 2 seconds for so many points on a sphere; no scan of a body that is not round needs as many.
@@ -62,7 +68,7 @@ void check_point(const std::string& who, std::size_t index, const Point& point) 
 // Where the points lie and how finely they are told apart.
 struct Grid {
   Point origin;     // m
-  double step;      // m, a power of two
+  GridSteps step;   // m, powers of two
   double extent;    // m, the largest one of the points' box
   double farthest;  // m, the largest coordinate of the points
 };
@@ -84,11 +90,13 @@ Grid make_grid(const std::string& who, const std::vector<Point>& points) {
     fail(who, "the points' extent is " + number_text(grid.extent) + " m, must be at least " +
                   number_text(double{kMinExtent}) + " m");
   }
-  int exponent = 0;
-  std::frexp(0.5 * grid.extent, &exponent);
-  grid.step = std::ldexp(1.0, exponent - kGridBits);
+  int coarsest = 0;
+  std::frexp(0.5 * grid.extent, &coarsest);
   for (std::size_t k = 0; k < 3; ++k) {
-    grid.origin[k] = std::nearbyint(0.5 * (low[k] + high[k]) / grid.step) * grid.step;
+    int exponent = coarsest - kMostFlatBits;
+    if (high[k] > low[k]) std::frexp(0.5 * (high[k] - low[k]), &exponent);
+    grid.step[k] = std::ldexp(1.0, std::max(exponent, coarsest - kMostFlatBits) - kGridBits);
+    grid.origin[k] = std::nearbyint(0.5 * (low[k] + high[k]) / grid.step[k]) * grid.step[k];
   }
   return grid;
 }
@@ -107,8 +115,9 @@ GridPoints place_on(const Grid& grid, const std::vector<Point>& points) {
   std::vector<Entry> entries(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
-      entries[i].place[k] =
-          static_cast<std::int32_t>(std::lrint((points[i][k] - grid.origin[k]) / grid.step));
+      // Rounded before the origin is taken off: half a step goes the same way whatever the origin is.
+      const double place = std::nearbyint(points[i][k] / grid.step[k]) - grid.origin[k] / grid.step[k];
+      entries[i].place[k] = static_cast<std::int32_t>(place);
     }
     entries[i].point = static_cast<std::int32_t>(i);
   }
@@ -135,9 +144,9 @@ GridPoints subset(const GridPoints& all, const std::vector<std::int32_t>& indice
 
 // The points that can be corners of their hull. Of very many, those within a hull of the largest number of
 // vertices are left out first; if very many are left even then, all of them count.
-GridPoints find_extreme(const GridPoints& all) {
+GridPoints find_extreme(const Grid& grid, const GridPoints& all) {
   if (all.places.size() <= kManyPoints) return subset(all, find_extreme_points(all.places));
-  const TriangleHull hull = find_triangles(all.places, {kMaxHullVertices, 0.0});
+  const TriangleHull hull = find_triangles(all.places, grid.step, {kMaxHullVertices, 0.0});
   if (hull.triangles.empty()) return all;
   std::vector<std::int32_t> candidates = hull.outside;
   for (const HullTriangle& triangle : hull.triangles) {
@@ -150,7 +159,7 @@ GridPoints find_extreme(const GridPoints& all) {
 }
 
 // The least distance, over the planes of all triangles, of two parallel planes that hold the hull.
-double thickness_of(std::span<const GridPoint> places, const TriangleHull& hull) {
+double thickness_of(const Grid& grid, std::span<const GridPoint> places, const TriangleHull& hull) {
   std::vector<std::int32_t> corners;
   for (const HullTriangle& triangle : hull.triangles) {
     corners.insert(corners.end(), triangle.vertex.begin(), triangle.vertex.end());
@@ -161,7 +170,7 @@ double thickness_of(std::span<const GridPoint> places, const TriangleHull& hull)
   double thickness = std::numeric_limits<double>::infinity();
   for (const HullTriangle& triangle : hull.triangles) {
     const GridPlane plane =
-        plane_of(place(triangle.vertex[0]), place(triangle.vertex[1]), place(triangle.vertex[2]));
+        plane_of(place(triangle.vertex[0]), place(triangle.vertex[1]), place(triangle.vertex[2]), grid.step);
     double depth = 0.0;
     for (const std::int32_t corner : corners) depth = std::max(depth, -plane.distance(place(corner)));
     thickness = std::min(thickness, depth);
@@ -169,24 +178,23 @@ double thickness_of(std::span<const GridPoint> places, const TriangleHull& hull)
   return thickness;
 }
 
-bool is_line(std::span<const GridPoint> places) {
-  constexpr std::array<std::int64_t, 3> kNone{};
+bool is_line(const Grid& grid, std::span<const GridPoint> places) {
   return std::all_of(places.begin(), places.end(), [&](const GridPoint& p) {
-    return plane_of(places.front(), places.back(), p).normal == kNone;
+    return plane_of(places.front(), places.back(), p, grid.step).inverse_length == 0.0;
   });
 }
 
-// In grid steps.
+// In m.
 double checked_thickness(const std::string& who, const Grid& grid, std::span<const GridPoint> places,
                          const TriangleHull& hull) {
   const double least = std::max(double{kMinExtent}, kMinThicknessOfExtent * grid.extent);
   const std::string limit = ": a hull must be at least " + number_text(least) + " m thick";
   if (hull.triangles.empty()) {
-    fail(who, std::string("the points lie within a ") + (is_line(places) ? "line" : "plane") + limit);
+    fail(who, std::string("the points lie within a ") + (is_line(grid, places) ? "line" : "plane") + limit);
   }
-  const double thickness = thickness_of(places, hull);
-  if (thickness * grid.step < least * (1.0 - 1e-6)) {  // a hull of just that thickness is rounded, too
-    fail(who, "the points' hull is " + number_text(thickness * grid.step) + " m thick" + limit);
+  const double thickness = thickness_of(grid, places, hull);
+  if (thickness < least * (1.0 - 1e-6)) {  // a hull of just that thickness is rounded, too
+    fail(who, "the points' hull is " + number_text(thickness) + " m thick" + limit);
   }
   return thickness;
 }
@@ -194,14 +202,14 @@ double checked_thickness(const std::string& who, const Grid& grid, std::span<con
 double tolerance_of(const Grid& grid) {
   const float farthest = static_cast<float>(grid.farthest);
   const double ulp = double{std::nextafter(farthest, std::numeric_limits<float>::infinity())} - farthest;
-  return std::max(kTolerance * grid.extent, kToleranceUlps * ulp) / grid.step;
+  return std::max(kTolerance * grid.extent, kToleranceUlps * ulp);
 }
 
 std::vector<Vec3> to_corners(const Grid& grid, const std::vector<GridPoint>& places,
                              const GridPoint& origin) {
   std::vector<Vec3> corners;
   const auto coordinate = [&](const GridPoint& place, std::size_t k) {
-    return static_cast<float>((place[k] - origin[k]) * grid.step);  // exact
+    return static_cast<float>((place[k] - origin[k]) * grid.step[k]);  // exact
   };
   for (const GridPoint& place : places) {
     corners.push_back({coordinate(place, 0), coordinate(place, 1), coordinate(place, 2)});
@@ -222,48 +230,75 @@ std::uint64_t hash_of(const HullSolid& solid) {
   return XXH64_digest(&state);
 }
 
-// From points in ascending order, each once. Fills all of the report but the points that were given twice.
-std::shared_ptr<HullSolid> make_solid(const std::string& who, const std::vector<Point>& points,
-                                      int max_vertices) {
-  const Grid grid = make_grid(who, points);
-  const GridPoints all = place_on(grid, points);
-  const GridPoints extreme = find_extreme(all);
-  const double tolerance = tolerance_of(grid);
-  const TriangleHull hull = find_triangles(extreme.places, {max_vertices, tolerance});
-  const double thickness = checked_thickness(who, grid, extreme.places, hull);
-  const HullPolygons polygons =
-      find_polygons(extreme.places, hull, std::min(tolerance, kToleranceOfThickness * thickness));
-  const GridPoints corners = subset(extreme, polygons.corners);
+// Points on the way to a hull.
+struct HullDraft {
+  const std::vector<Point>& points;
+  Grid grid;
+  GridPoints all;
+  GridPoints extreme;
+};
+
+HullReport make_report(const HullDraft& from, const TriangleHull& hull, const HullSolid& solid) {
+  HullReport report;
+  report.given_points = from.points.size();
+  report.merged_points = from.points.size() - from.all.places.size();
+  report.cut_vertices = hull.outside.size();
+  report.inner_points = from.all.places.size() - hull.outside.size() - solid.points.size();
+  std::vector<Point> outer;
+  for (const std::int32_t index : from.extreme.point) {
+    Point p = from.points[static_cast<std::size_t>(index)];
+    for (std::size_t k = 0; k < 3; ++k) p[k] -= solid.origin[k];
+    outer.push_back(p);
+  }
+  report.deviation = static_cast<float>(find_deviation(solid.topology, outer));
+  return report;
+}
+
+// All but columns and hash.
+std::shared_ptr<HullSolid> try_solid(const std::string& who, const HullDraft& from, int max_vertices,
+                                     double tolerance) {
+  const Grid& grid = from.grid;
+  const TriangleHull hull = find_triangles(from.extreme.places, grid.step, {max_vertices, tolerance});
+  const double thickness = checked_thickness(who, grid, from.extreme.places, hull);
+  const HullPolygons polygons = find_polygons(from.extreme.places, grid.step, hull,
+                                              std::min(tolerance, kToleranceOfThickness * thickness));
+  const GridPoints corners = subset(from.extreme, polygons.corners);
 
   auto solid = std::make_shared<HullSolid>();
   // Once about the grid's origin, to find the centroid, and once about that.
   const HullIntegrals first = integrate(make_topology(to_corners(grid, corners.places, {}), polygons.loops));
   GridPoint center;
   for (std::size_t k = 0; k < 3; ++k) {
-    center[k] = static_cast<std::int32_t>(std::lrint(first.center[k] / grid.step));
-    solid->origin[k] = grid.origin[k] + center[k] * grid.step;
+    center[k] = static_cast<std::int32_t>(std::lrint(first.center[k] / grid.step[k]));
+    solid->origin[k] = grid.origin[k] + center[k] * grid.step[k];
   }
   solid->topology = make_topology(to_corners(grid, corners.places, center), polygons.loops);
   solid->integrals = integrate(solid->topology);
   for (const std::int32_t index : corners.point) {
-    const Point& p = points[static_cast<std::size_t>(index)];
+    const Point& p = from.points[static_cast<std::size_t>(index)];
     solid->points.push_back({static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+  }
+  solid->report = make_report(from, hull, *solid);
+  return solid;
+}
+
+// From points in ascending order, each once, and so is the report.
+std::shared_ptr<HullSolid> make_solid(const std::string& who, const std::vector<Point>& points,
+                                      int max_vertices) {
+  const Grid grid = make_grid(who, points);
+  GridPoints all = place_on(grid, points);
+  GridPoints extreme = find_extreme(grid, all);
+  const HullDraft from{points, grid, std::move(all), std::move(extreme)};
+  double tolerance = tolerance_of(grid);
+  const double most = kMostDeviation * tolerance;
+  std::shared_ptr<HullSolid> solid;
+  for (int attempt = 0; attempt < kToleranceTries; ++attempt) {
+    solid = try_solid(who, from, max_vertices, tolerance);
+    if (solid->report.simplified() || solid->report.deviation <= most) break;
+    tolerance *= kSmallerTolerance;
   }
   solid->columns = make_hull_columns(solid->topology);
   solid->content_hash = hash_of(*solid);
-
-  HullReport& report = solid->report;
-  report.given_points = points.size();
-  report.merged_points = points.size() - all.places.size();
-  report.cut_vertices = hull.outside.size();
-  report.inner_points = all.places.size() - hull.outside.size() - corners.places.size();
-  std::vector<Point> outer;
-  for (const std::int32_t index : extreme.point) {
-    Point p = points[static_cast<std::size_t>(index)];
-    for (std::size_t k = 0; k < 3; ++k) p[k] -= solid->origin[k];
-    outer.push_back(p);
-  }
-  report.deviation = static_cast<float>(find_deviation(solid->topology, outer));
   return solid;
 }
 

@@ -18,15 +18,29 @@ using Loop = std::vector<std::int32_t>;
 constexpr int kToleranceTries = 4;  // the last one at zero
 constexpr double kSmallerTolerance = 0.25;
 
+using Position = std::array<double, 3>;
+
 std::size_t at(std::int32_t index) { return static_cast<std::size_t>(index); }
 
-GridPlane plane_of_triangle(std::span<const GridPoint> points, const HullTriangle& triangle) {
-  return plane_of(points[at(triangle.vertex[0])], points[at(triangle.vertex[1])],
-                  points[at(triangle.vertex[2])]);
-}
+// Points on their grid.
+struct Places {
+  std::span<const GridPoint> points;
+  GridSteps steps;
+
+  const GridPoint& operator[](std::int32_t index) const { return points[at(index)]; }
+  std::size_t size() const { return points.size(); }
+  GridPlane plane_of(const HullTriangle& triangle) const {
+    const auto& vertex = triangle.vertex;
+    return scree::plane_of((*this)[vertex[0]], (*this)[vertex[1]], (*this)[vertex[2]], steps);
+  }
+  Position position(std::int32_t index) const {
+    const GridPoint& p = points[at(index)];
+    return {p[0] * steps[0], p[1] * steps[1], p[2] * steps[2]};
+  }
+};
 
 // Triangles in descending order of area, equal ones by their lowest corners.
-std::vector<std::int32_t> by_area(std::span<const GridPoint> points, const TriangleHull& hull) {
+std::vector<std::int32_t> by_area(const Places& places, const TriangleHull& hull) {
   struct Key {
     double inverse_area;
     Loop corners;
@@ -35,7 +49,7 @@ std::vector<std::int32_t> by_area(std::span<const GridPoint> points, const Trian
   std::vector<Key> keys;
   for (std::size_t t = 0; t < hull.triangles.size(); ++t) {
     const auto& vertex = hull.triangles[t].vertex;
-    Key key{plane_of_triangle(points, hull.triangles[t]).inverse_length,
+    Key key{places.plane_of(hull.triangles[t]).inverse_length,
             {vertex.begin(), vertex.end()},
             static_cast<std::int32_t>(t)};
     std::sort(key.corners.begin(), key.corners.end());
@@ -51,13 +65,13 @@ std::vector<std::int32_t> by_area(std::span<const GridPoint> points, const Trian
 
 // Grows a face from each triangle that has none yet, the largest first: neighbors belong to it while their
 // corners lie within the tolerance of the first one's plane. Nothing lies above that plane.
-std::vector<std::int32_t> find_faces(std::span<const GridPoint> points, const TriangleHull& hull,
-                                     double tolerance, std::int32_t& face_count) {
+std::vector<std::int32_t> find_faces(const Places& places, const TriangleHull& hull, double tolerance,
+                                     std::int32_t& face_count) {
   std::vector<std::int32_t> face_of(hull.triangles.size(), -1);
   face_count = 0;
-  for (const std::int32_t seed : by_area(points, hull)) {
+  for (const std::int32_t seed : by_area(places, hull)) {
     if (face_of[at(seed)] >= 0) continue;
-    const GridPlane plane = plane_of_triangle(points, hull.triangles[at(seed)]);
+    const GridPlane plane = places.plane_of(hull.triangles[at(seed)]);
     const std::int32_t face = face_count++;
     std::vector<std::int32_t> members{seed};
     face_of[at(seed)] = face;
@@ -66,7 +80,7 @@ std::vector<std::int32_t> find_faces(std::span<const GridPoint> points, const Tr
         if (face_of[at(next)] >= 0) continue;
         const auto& vertex = hull.triangles[at(next)].vertex;
         const bool within = std::all_of(vertex.begin(), vertex.end(), [&](std::int32_t v) {
-          return plane.distance(points[at(v)]) >= -tolerance;
+          return plane.distance(places[v]) >= -tolerance;
         });
         if (!within) continue;
         face_of[at(next)] = face;
@@ -124,15 +138,9 @@ std::optional<std::vector<Loop>> find_loops(std::size_t points, const TriangleHu
   return loops;
 }
 
-using Position = std::array<double, 3>;
-
 struct Normal {
   double x = 0.0, y = 0.0, z = 0.0;
 };
-
-Position position_of(const GridPoint& p) {
-  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
-}
 
 // Twice the area vector of a polygon: the sum of the triangles that its first corner makes with its edges.
 template <class Point>
@@ -151,30 +159,26 @@ Normal area_of(const Loop& loop, const Point& point) {
 }
 
 // Seen along its normal, a polygon turns left at every corner.
-bool is_convex(std::span<const GridPoint> points, const Loop& loop, const Normal& normal) {
+bool is_convex(const Places& places, const Loop& loop, const Normal& normal) {
+  const auto position = [&](std::int32_t i) { return places.position(i); };
   for (std::size_t k = 0; k < loop.size(); ++k) {
-    const GridPoint& a = points[at(loop[k])];
-    const GridPoint& b = points[at(loop[(k + 1) % loop.size()])];
-    const GridPoint& c = points[at(loop[(k + 2) % loop.size()])];
-    const GridPlane turn = plane_of(a, b, c);
-    const double along = normal.x * static_cast<double>(turn.normal[0]) +
-                         normal.y * static_cast<double>(turn.normal[1]) +
-                         normal.z * static_cast<double>(turn.normal[2]);
-    if (!(along > 0.0)) return false;
+    const Normal turn =
+        area_of({loop[k], loop[(k + 1) % loop.size()], loop[(k + 2) % loop.size()]}, position);
+    if (!(normal.x * turn.x + normal.y * turn.y + normal.z * turn.z > 0.0)) return false;
   }
   return true;
 }
 
 // Every edge has two faces that bend away from each other, and Euler's formula holds.
-bool is_sound(std::span<const GridPoint> points, const std::vector<Loop>& loops) {
-  const auto point = [&](std::int32_t i) { return position_of(points[at(i)]); };
+bool is_sound(const Places& places, const std::vector<Loop>& loops) {
+  const auto position = [&](std::int32_t i) { return places.position(i); };
   std::vector<Normal> normals;
   std::map<std::pair<std::int32_t, std::int32_t>, std::size_t> face_of_edge;
   std::vector<std::int32_t> corners;
   for (std::size_t f = 0; f < loops.size(); ++f) {
     const Loop& loop = loops[f];
-    normals.push_back(area_of(loop, point));
-    if (!is_convex(points, loop, normals.back())) return false;
+    normals.push_back(area_of(loop, position));
+    if (!is_convex(places, loop, normals.back())) return false;
     for (std::size_t k = 0; k < loop.size(); ++k) {
       if (!face_of_edge.emplace(std::pair{loop[k], loop[(k + 1) % loop.size()]}, f).second) return false;
     }
@@ -184,7 +188,7 @@ bool is_sound(std::span<const GridPoint> points, const std::vector<Loop>& loops)
     const auto other = face_of_edge.find({edge.second, edge.first});
     if (other == face_of_edge.end()) return false;
     const Normal &m = normals[face], &n = normals[other->second];
-    const Position a = point(edge.first), b = point(edge.second);
+    const Position a = position(edge.first), b = position(edge.second);
     const double bend = (m.y * n.z - m.z * n.y) * (b[0] - a[0]) + (m.z * n.x - m.x * n.z) * (b[1] - a[1]) +
                         (m.x * n.y - m.y * n.x) * (b[2] - a[2]);
     if (!(bend > 0.0)) return false;
@@ -220,11 +224,11 @@ HullPolygons ranked(std::vector<Loop> loops) {
 
 // Corners with fewer than three faces lie, within the tolerance, in a face or on an edge: the hull of the
 // others is made until there are none.
-std::optional<HullPolygons> merge(std::span<const GridPoint> points, TriangleHull hull, double tolerance) {
+std::optional<HullPolygons> merge(const Places& places, TriangleHull hull, double tolerance) {
   for (;;) {
     std::int32_t face_count = 0;
-    const std::vector<std::int32_t> face_of = find_faces(points, hull, tolerance, face_count);
-    const std::vector<std::int32_t> faces = count_faces(points.size(), hull, face_of);
+    const std::vector<std::int32_t> face_of = find_faces(places, hull, tolerance, face_count);
+    const std::vector<std::int32_t> faces = count_faces(places.size(), hull, face_of);
     std::vector<std::int32_t> kept;
     bool dropped = false;
     for (std::size_t v = 0; v < faces.size(); ++v) {
@@ -232,14 +236,14 @@ std::optional<HullPolygons> merge(std::span<const GridPoint> points, TriangleHul
       dropped |= faces[v] == 1 || faces[v] == 2;
     }
     if (!dropped) {
-      auto loops = find_loops(points.size(), hull, face_of, face_count);
+      auto loops = find_loops(places.size(), hull, face_of, face_count);
       // What is merged at zero is exactly coplanar, and sound by construction.
-      if (!loops || (tolerance > 0.0 && !is_sound(points, *loops))) return std::nullopt;
+      if (!loops || (tolerance > 0.0 && !is_sound(places, *loops))) return std::nullopt;
       return ranked(std::move(*loops));
     }
     std::vector<GridPoint> rest;
-    for (const std::int32_t v : kept) rest.push_back(points[at(v)]);
-    hull = find_triangles(rest, {std::numeric_limits<int>::max(), 0.0});
+    for (const std::int32_t v : kept) rest.push_back(places[v]);
+    hull = find_triangles(rest, places.steps, {std::numeric_limits<int>::max(), 0.0});
     if (hull.triangles.empty()) return std::nullopt;
     for (HullTriangle& triangle : hull.triangles) {
       for (std::int32_t& v : triangle.vertex) v = kept[at(v)];
@@ -275,10 +279,12 @@ HullTopology::Plane plane_of_face(const std::vector<Vec3>& corners, const Loop& 
 
 }  // namespace
 
-HullPolygons find_polygons(std::span<const GridPoint> points, const TriangleHull& hull, double tolerance) {
+HullPolygons find_polygons(std::span<const GridPoint> points, const GridSteps& steps,
+                           const TriangleHull& hull, double tolerance) {
+  const Places places{points, steps};
   for (int attempt = 0; attempt < kToleranceTries; ++attempt) {
     const bool last = attempt + 1 == kToleranceTries;
-    if (auto polygons = merge(points, hull, last ? 0.0 : tolerance)) return std::move(*polygons);
+    if (auto polygons = merge(places, hull, last ? 0.0 : tolerance)) return std::move(*polygons);
     tolerance *= kSmallerTolerance;
   }
   throw Error("Hull: the points' hull is too degenerate to make faces of");

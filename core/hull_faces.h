@@ -17,10 +17,11 @@ struct HullPolygons {
   std::vector<std::vector<std::int32_t>> loops;  // of indices into `corners`, in canonical order
 };
 
-// Merges triangles whose corners lie within `tolerance` (grid steps) of one plane, drops corners that are
+// Merges triangles whose corners lie within `tolerance` (m) of one plane, drops corners that are
 // left with fewer than three faces, and says so by making the hull of the others anew. Tries smaller
 // tolerances where polygons would not be convex; at zero only what is exactly coplanar is merged.
-HullPolygons find_polygons(std::span<const GridPoint> points, const TriangleHull& hull, double tolerance);
+HullPolygons find_polygons(std::span<const GridPoint> points, const GridSteps& steps,
+                           const TriangleHull& hull, double tolerance);
 
 // The topology of polygons whose corners have these coordinates.
 HullTopology make_topology(const std::vector<Vec3>& corners,

@@ -19,8 +19,10 @@ std::array<std::int64_t, 3> difference(const GridPoint& a, const GridPoint& b) {
   return {std::int64_t{a[0]} - b[0], std::int64_t{a[1]} - b[1], std::int64_t{a[2]} - b[2]};
 }
 
-double length(const std::array<std::int64_t, 3>& v) {
-  const double x = static_cast<double>(v[0]), y = static_cast<double>(v[1]), z = static_cast<double>(v[2]);
+// In m.
+double length(const std::array<std::int64_t, 3>& v, const GridSteps& steps) {
+  const double x = static_cast<double>(v[0]) * steps[0], y = static_cast<double>(v[1]) * steps[1];
+  const double z = static_cast<double>(v[2]) * steps[2];
   return std::sqrt(x * x + y * y + z * z);
 }
 
@@ -43,12 +45,12 @@ struct HorizonEdge {
 
 class Builder {
  public:
-  Builder(std::span<const GridPoint> points, const TriangleLimits& limits)
-      : points_(points), limits_(limits), tolerance_(limits.tolerance) {}
+  Builder(std::span<const GridPoint> points, const GridSteps& steps, const TriangleLimits& limits)
+      : points_(points), steps_(steps), limits_(limits), tolerance_(limits.tolerance) {}
 
   TriangleHull build() {
     TriangleHull hull;
-    if (!begin(hull)) return hull;
+    if (!begin()) return hull;
     for (int vertices = 4; vertices < limits_.max_vertices; ++vertices) {
       const std::int32_t face = highest_face();
       if (face == kNobody) break;
@@ -77,20 +79,22 @@ class Builder {
   }
 
   // A tetrahedron of points that are far from one another.
-  bool begin(TriangleHull& hull) {
+  bool begin() {
     if (points_.size() < 4) return false;
     std::int32_t a = 0;
-    const std::int32_t b = farthest_by([&](const GridPoint& p) { return length(difference(p, point(a))); });
-    std::int32_t c =
-        farthest_by([&](const GridPoint& p) { return length(plane_of(point(a), point(b), p).normal); });
-    const GridPlane base = plane_of(point(a), point(b), point(c));
-    if (base.normal == std::array<std::int64_t, 3>{}) return false;
+    const std::int32_t b =
+        farthest_by([&](const GridPoint& p) { return length(difference(p, point(a)), steps_); });
+    std::int32_t c = farthest_by([&](const GridPoint& p) {
+      const double inverse_length = plane_of(point(a), point(b), p, steps_).inverse_length;
+      return inverse_length > 0.0 ? 1.0 / inverse_length : 0.0;
+    });
+    const GridPlane base = plane_of(point(a), point(b), point(c), steps_);
+    if (base.inverse_length == 0.0) return false;
     const std::int32_t d = farthest_by([&](const GridPoint& p) { return std::abs(base.distance(p)); });
     const double side = base.distance(point(d));
     if (side == 0.0) return false;
     if (side > 0.0) std::swap(a, c);
-    hull.height = std::abs(side);
-    tolerance_ = std::min(tolerance_, kToleranceOfHeight * hull.height);
+    tolerance_ = std::min(tolerance_, kToleranceOfHeight * std::abs(side));
     // Now d lies below a b c.
     const std::int32_t corners[4][3] = {{a, b, c}, {b, a, d}, {c, b, d}, {a, c, d}};
     const std::int32_t neighbors[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
@@ -107,7 +111,7 @@ class Builder {
     Face face;
     face.triangle.vertex = {a, b, c};
     face.triangle.neighbor = {kNobody, kNobody, kNobody};
-    face.plane = plane_of(point(a), point(b), point(c));
+    face.plane = plane_of(point(a), point(b), point(c), steps_);
     faces_.push_back(std::move(face));
     return static_cast<std::int32_t>(faces_.size() - 1);
   }
@@ -215,6 +219,7 @@ class Builder {
   }
 
   std::span<const GridPoint> points_;
+  GridSteps steps_;
   TriangleLimits limits_;
   double tolerance_;
   std::vector<Face> faces_;
@@ -224,12 +229,13 @@ class Builder {
 
 }  // namespace
 
-GridPlane plane_of(const GridPoint& a, const GridPoint& b, const GridPoint& c) {
+GridPlane plane_of(const GridPoint& a, const GridPoint& b, const GridPoint& c, const GridSteps& steps) {
   const auto u = difference(b, a), v = difference(c, a);
   GridPlane plane;
   plane.normal = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
   plane.origin = a;
-  const double size = length(plane.normal);
+  // Points transform with the steps, normals with their inverses.
+  const double size = length(plane.normal, {1.0 / steps[0], 1.0 / steps[1], 1.0 / steps[2]});
   plane.inverse_length = size > 0.0 ? 1.0 / size : 0.0;
   return plane;
 }
@@ -241,8 +247,9 @@ double GridPlane::distance(const GridPoint& point) const {
   return static_cast<double>(above) * inverse_length;
 }
 
-TriangleHull find_triangles(std::span<const GridPoint> points, const TriangleLimits& limits) {
-  return Builder(points, limits).build();
+TriangleHull find_triangles(std::span<const GridPoint> points, const GridSteps& steps,
+                            const TriangleLimits& limits) {
+  return Builder(points, steps, limits).build();
 }
 
 }  // namespace scree

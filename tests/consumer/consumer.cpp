@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace {
@@ -61,7 +62,17 @@ int main() {
     caught = true;
   }
   expect(caught, "a foreign handle throws scree::Error");
+  // Needs Qhull behind the library.
+  std::vector<scree::Vec3> points;
+  for (int i = 0; i < 1000; ++i) {
+    points.push_back(
+        {static_cast<float>(i % 10), static_cast<float>(i / 10 % 10), static_cast<float>(i / 100)});
+  }
+  const scree::Hull hull(points);
+  expect(hull.vertices().size() == 8 && hull.face_count() == 6, "the hull of a lattice is a box");
+  const scree::ShapeId shape = world.add_shape(world.create_body({}), scree::ConvexHull{hull, {1, 2, 3}});
+  expect(std::get<scree::ConvexHull>(world.geometry(shape)).hull == hull, "a hull comes back from its shape");
   scree::World moved = std::move(world);
-  expect(moved.body_count() == 0, "worlds can be moved");
+  expect(moved.body_count() == 1, "worlds can be moved");
   return failures == 0 ? 0 : 1;
 }

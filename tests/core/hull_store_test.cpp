@@ -21,11 +21,11 @@ std::size_t used_slots(World& world) {
   return hulls.shared.size() - hulls.free_slots.size();
 }
 
-// Bytes of all columns of kind state.
-std::vector<std::byte> state_of(World& world) {
+// Bytes of all columns of kind state, or of those of one store.
+std::vector<std::byte> state_of(World& world, const std::string& of = "") {
   std::vector<std::byte> bytes;
-  for_each_column(internals(world), [&](ColumnKind kind, const char*, const char*, auto& column) {
-    if (kind != ColumnKind::state || column.empty()) return;
+  for_each_column(internals(world), [&](ColumnKind kind, const char* store, const char*, auto& column) {
+    if (kind != ColumnKind::state || column.empty() || (!of.empty() && of != store)) return;
     const auto* first = reinterpret_cast<const std::byte*>(column.data());
     bytes.insert(bytes.end(), first, first + column.span().size_bytes());
   });
@@ -95,7 +95,8 @@ TEST(HullStore, FreedSlotsAreUsedAgainLatestFirst) {
   World world;
   const BodyId body = world.create_body({});
   ShapeId shapes[4];
-  for (std::uint64_t i = 0; i < 4; ++i) shapes[i] = world.add_shape(body, ConvexHull{Hull(cube_cloud(8, 10 + i))});
+  for (std::uint64_t i = 0; i < 4; ++i)
+    shapes[i] = world.add_shape(body, ConvexHull{Hull(cube_cloud(8, 10 + i))});
   world.destroy_shape(shapes[1]);
   world.destroy_shape(shapes[2]);
   const auto slot_of = [&](ShapeId shape) { return internals(world).shapes.hull[shape.index]; };
@@ -123,7 +124,8 @@ TEST(HullStore, ReplacedGeometryLetsItsHullGo) {
 TEST(HullStore, AFixedBodysHullStandsAtItsCentroid) {
   World world;
   const Hull hull(turned(cube_cloud(60, 1), {}, {0, 5, 0}));
-  const ShapeId shape = world.add_shape(world.create_body({.type = BodyType::fixed}), ConvexHull{hull, {1, 2, 1}});
+  const ShapeId shape =
+      world.add_shape(world.create_body({.type = BodyType::fixed}), ConvexHull{hull, {1, 2, 1}});
   const PoseRow& local = internals(world).shapes.local_pose[shape.index];
   EXPECT_NEAR(local.position[0], hull.centroid().x, 1e-6);
   EXPECT_NEAR(local.position[1], 2.0f * hull.centroid().y, 2e-6);
@@ -141,7 +143,9 @@ TEST(HullStore, BadHullsAreRefusedAndChangeNothing) {
       {{rock(), {1, -1, 1}}, "hull scale.y is -1, must lie in [9.99999972e-10, 1e+09]"},
       {{rock(), {1, 1, kNan}}, "hull scale.z is nan, must lie in [9.99999972e-10, 1e+09]"},
       {{rock(), {kInfinity, 1, 1}}, "hull scale.x is inf, must lie in [9.99999972e-10, 1e+09]"}};
-  for (const auto& [geometry, message] : mistakes) {
+  for (const auto& mistake : mistakes) {
+    const ConvexHull& geometry = mistake.first;
+    const std::string& message = mistake.second;
     EXPECT_EQ(error_of([&] { world.add_shape(body, geometry); }), "World::add_shape: " + message);
     EXPECT_EQ(error_of([&] { world.set_geometry(shape, geometry); }), "World::set_geometry: " + message);
   }
@@ -158,9 +162,10 @@ TEST(HullStore, BulkCreationWithABadHullCreatesNothing) {
   const BodyId body = world.create_body({});
   // Free slots of every kind, so that slots are taken back in the right order.
   ShapeId shapes[5];
-  for (std::uint64_t i = 0; i < 5; ++i) shapes[i] = world.add_shape(body, ConvexHull{Hull(cube_cloud(8, 30 + i))});
+  for (std::uint64_t i = 0; i < 5; ++i)
+    shapes[i] = world.add_shape(body, ConvexHull{Hull(cube_cloud(8, 30 + i))});
   for (const int i : {3, 0, 2}) world.destroy_shape(shapes[i]);
-  const std::vector<std::byte> before = state_of(world);
+  const std::vector<std::byte> before = state_of(world, "hulls");
   std::vector<Geometry> geometries;
   for (std::uint64_t i = 0; i < 20; ++i) {
     geometries.push_back(ConvexHull{Hull(cube_cloud(8, 30 + i % 9)), {1, 1, i % 2 == 0 ? 1.0f : 2.0f}});
@@ -171,7 +176,9 @@ TEST(HullStore, BulkCreationWithABadHullCreatesNothing) {
   const std::vector<BodyDef> defs(geometries.size());
   const std::string message = error_of([&] { world.create_bodies(defs, geometries, {}, {}, ids); });
   EXPECT_EQ(message.rfind("World::create_bodies: definition 39: the scaled hull: ", 0), 0u) << message;
-  EXPECT_EQ(state_of(world), before);
+  EXPECT_EQ(state_of(world, "hulls"), before);
+  EXPECT_EQ(world.body_count(), 1u);
+  EXPECT_EQ(world.shape_count(), 2u);
   geometries.back() = Box{};
   world.create_bodies(defs, geometries, {}, {}, ids);
   EXPECT_EQ(world.shape_count(), 42u);

@@ -106,8 +106,8 @@ TEST(SceneFile, HullsAreSharedByNameAndByContent) {
   const std::string points = kTetrahedron;
   const Scene scene = parse_scene(R"({"hulls": {"rock": {)" + points + R"(}},
     "shapes": {"stone": {"type": "hull", "hull": "rock", "scale": [1, 2, 3]}},
-    "bodies": [{"shapes": ["stone", {"type": "hull", "hull": "rock"}, {"type": "hull", "hull": {)" + points +
-                                      R"(, "max_vertices": 4}}]}]})",
+    "bodies": [{"shapes": ["stone", {"type": "hull", "hull": "rock"}, {"type": "hull", "hull": {)" +
+                                      points + R"(, "max_vertices": 4}}]}]})",
                                   "scene.json");
   ASSERT_EQ(scene.shapes.size(), 3u);
   const auto hull = [&](std::size_t shape) { return std::get<ConvexHull>(scene.shapes[shape].geometry); };
@@ -136,7 +136,7 @@ TEST(SceneFile, MistakesInHullsAreReportedWithTheirPlace) {
       {with_hull("{" + tetrahedron + R"(, "max_vertices": 3})"),
        "/bodies/0/shapes/0/hull/max_vertices: 3 must be a whole number from 4 to 256"},
       {with_hull("{" + tetrahedron + R"(}, "scale": [1, 0, 1])"),
-       "/bodies/0/shapes/0/scale/1: 0 must be from 1e-09 to 1000000000"},
+       "/bodies/0/shapes/0/scale/1: 0 must be from 1e-09 to 1e+09"},
   };
   for (const auto& [text, message] : mistakes) EXPECT_EQ(error_of(text), "scene.json: " + message) << text;
   const std::string thin = error_of(with_hull("{" + tetrahedron + R"(}, "scale": [1, 1e-5, 1])"));
@@ -156,7 +156,8 @@ TEST(SceneFile, EveryMistakeIsReportedWithItsPlaceAndReason) {
       {"[]", "scene.json: the document: expected an object, found an array"},
       {"{}", "scene.json: the document: the key \"bodies\" is missing"},
       {R"({"bodies": [], "bodys": 1})",
-       "scene.json: /bodys: unknown key; known here: name, gravity, settings, steps, dt, materials, hulls, shapes, "
+       "scene.json: /bodys: unknown key; known here: name, gravity, settings, steps, dt, materials, hulls, "
+       "shapes, "
        "bodies"},
       {R"({"bodies": 3})", "scene.json: /bodies: expected an array, found a number"},
       {R"({"bodies": [], "bodies": []})", "scene.json: /bodies: the key stands twice in its object"},
