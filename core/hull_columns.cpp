@@ -238,6 +238,8 @@ HullColumns make_hull_columns(const HullTopology& topology) {
   fill_planes(pieces, topology);
   fill_edges(pieces, topology);
   fill_loops(pieces, topology);
+  data->round = make_round_columns(topology, columns.round);
+  columns.bytes += columns.round.numbers.capacity_bytes() + columns.round.indices.capacity_bytes();
   columns.data = data;
   return columns;
 }

@@ -1,6 +1,7 @@
 // The kernels' view of a hull: one aligned allocation that holds HullData and its columns.
 #pragma once
 
+#include <core/hull_round_columns.h>
 #include <core/hull_topology.h>
 #include <core/plain/hull.h>
 
@@ -16,6 +17,7 @@ struct FreeColumns {
 struct HullColumns {
   std::unique_ptr<void, FreeColumns> memory;
   const HullData* data = nullptr;  // at the beginning of `memory`
+  HullRoundColumns round;          // what HullData::round points into
   std::size_t bytes = 0;
 };
 

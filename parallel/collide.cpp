@@ -165,10 +165,6 @@ void sort_by_type(const WorldData& data, NarrowPhase& phase, Crew& crew) {
   });
 }
 
-bool is_recycled(std::size_t type) {
-  return type == simd::kBoxBox || type == simd::kBoxHull || type == simd::kHullHull;
-}
-
 void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const ContactRows& previous = contacts.list_kept ? contacts.now : contacts.before;
@@ -205,12 +201,12 @@ void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
     const int begin = phase.type_begin[type] + (chunk - chunk_begin[type]) * simd::kCollideChunk;
     const int count = std::min(phase.type_begin[type + 1] - begin, simd::kCollideChunk);
     const CollideItem* items = phase.items.data() + begin;
-    if (!is_recycled(type) || contacts.manifolds_stale) {
+    if (kernels.recycle[type] == nullptr || contacts.manifolds_stale) {
       kernels.collide[type](columns, items, count);
       return;
     }
     CollideItem left[simd::kCollideChunk];
-    const int left_count = kernels.recycle(columns, items, count, left);
+    const int left_count = kernels.recycle[type](columns, items, count, left);
     if (left_count > 0) kernels.collide[type](columns, left, left_count);
   });
 }

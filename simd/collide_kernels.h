@@ -78,9 +78,11 @@ struct CollideKernels {
   // Manifold::info of the row are sure to be written.
   using Collide = void (*)(const CollideColumns& columns, const CollideItem* items, int count);
   Collide collide[kCollideTypes];
-  // Recycles what it can of up to kCollideChunk pairs of boxes and hulls and copies the other items to
-  // `left`; returns how many those are.
-  int (*recycle)(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
+  // Recycles what it can of up to kCollideChunk pairs and copies the other items to `left`; returns how many
+  // those are.
+  using Recycle = int (*)(const CollideColumns& columns, const CollideItem* items, int count,
+                          CollideItem* left);
+  Recycle recycle[kCollideTypes];  // null: manifolds of this type are not recycled
 };
 
 }  // namespace scree::simd

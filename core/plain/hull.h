@@ -13,6 +13,28 @@ inline constexpr int kMaxHullFaces = 508;  // of triangles: 2 V - 4
 inline constexpr int kMaxHullEdges = 762;  // 3 V - 6
 inline constexpr int kHullPadding = 16;
 
+// What segments and points need of a hull besides its face planes. Written by core/hull_round_columns.cpp.
+struct HullRoundData {
+  // Edges in an order of their own: blocks of 16 that lie close together, each in a ball; the last block is
+  // padded with its first edge. Where edges begin, the way to their end, one over its length squared, their
+  // faces and these faces' normals.
+  std::int32_t edge_blocks;
+  const float* block_center[3];
+  const float* block_radius;  // m; -1e30 for the blocks that pad the column
+  const float* edge_point[3];
+  const float* edge_way[3];
+  const float* edge_inverse;  // 1/m^2
+  const float* edge_normal_0[3];
+  const float* edge_normal_1[3];
+  const std::int32_t* edge_face[2];
+  // Planes that bound each face within its own plane, one a corner, from that corner on: unit normals that
+  // look away from the face. Those of face f are side_begin[f] to side_begin[f + 1] - 1; loads may run past
+  // the last by a block.
+  const float* side_normal[3];
+  const float* side_offset;
+  const std::int32_t* side_begin;
+};
+
 // An edge, one cache line: what the narrow phase reads of the few edges that may decide a contact.
 struct alignas(64) HullEdge {
   float point[3];  // of vertex 0
@@ -49,6 +71,7 @@ struct HullData {
   const HullEdge* edge;
   const std::uint8_t* loop;         // vertices of all faces, counterclockwise seen from outside
   const std::uint16_t* loop_begin;  // per face, and where the last one ends
+  HullRoundData round;
 };
 
 }  // namespace scree

@@ -14,6 +14,7 @@ void collide_capsule_hull(const CollideColumns& columns, const CollideItem* item
 void collide_box_hull(const CollideColumns& columns, const CollideItem* items, int count);
 void collide_hull_hull(const CollideColumns& columns, const CollideItem* items, int count);
 int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
+int recycle_hulls(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 
 CollideKernels make_collide_kernels() {
   CollideKernels kernels{};
@@ -27,7 +28,9 @@ CollideKernels make_collide_kernels() {
   kernels.collide[kCapsuleHull] = collide_capsule_hull;
   kernels.collide[kBoxHull] = collide_box_hull;
   kernels.collide[kHullHull] = collide_hull_hull;
-  kernels.recycle = recycle_boxes;
+  kernels.recycle[kBoxBox] = recycle_boxes;
+  kernels.recycle[kBoxHull] = recycle_hulls;
+  kernels.recycle[kHullHull] = recycle_hulls;
   return kernels;
 }
 

@@ -20,7 +20,7 @@ constexpr float kRoundingShare = 4e-6f;
 struct Survivors {
   int count = 0;
   std::int32_t which[kCollideChunk];
-  HullPair pair[kCollideChunk];
+  HullPair pair[kCollideChunk + 1];  // the last one takes the lanes that are none
 };
 
 // Touching pairs, one behind the other, in columns.
@@ -59,33 +59,46 @@ F radius_1(const WidePair& pair) {
   return pair.extent_1.radius;
 }
 
-void clear_row(const CollideColumns& columns, std::int32_t row) {
-  columns.points[row] = 0;
-  if (columns.manifold[row].info != 0) columns.manifold[row].info = 0;
-}
-
 void remember(const CollideColumns& columns, std::int32_t row, Vec axis, std::uint32_t feature) {
   columns.axis[row] = {{axis.x, axis.y, axis.z}, feature};
 }
 
-struct LaneFrames {
-  alignas(64) float row[3][3][kLanes];
-  alignas(64) float center[3][kLanes];
-  alignas(64) float reach[kLanes];
-};
-void store_frames(const WidePair& pair, LaneFrames& frames) {
-  const M3 r = to_matrix(conjugate(pair.first.rotation) * pair.second.rotation);
-  const V3 columns_of_r[3] = {r.x, r.y, r.z};
-  for (int k = 0; k < 3; ++k) {
-    store(frames.row[0][k], columns_of_r[k].x);
-    store(frames.row[1][k], columns_of_r[k].y);
-    store(frames.row[2][k], columns_of_r[k].z);
+// Whether a pair stays in its row and did not touch before: then its manifold says so and is not looked at,
+// which would be one more cache line for most of the pairs.
+bool stays_apart(const CollideColumns& columns, std::int32_t row) {
+  return columns.axis == columns.previous_axis && columns.axis[row].feature == 0;
+}
+void clear_row(const CollideColumns& columns, std::int32_t row, Vec axis) {
+  columns.points[row] = 0;
+  if (!stays_apart(columns, row)) columns.manifold[row].info = 0;
+  remember(columns, row, axis, 0);
+}
+// Of a pair whose spheres do not meet. Its axis is kept, or none: another pair's may stand there.
+void clear_far_row(const CollideColumns& columns, std::int32_t row) {
+  if (stays_apart(columns, row)) {
+    columns.points[row] = 0;
+  } else {
+    clear_row(columns, row, {0.0f, 0.0f, 0.0f});
   }
-  const V3 center = rotate_back(pair.first.rotation, pair.offset);
-  store(frames.center[0], center.x);
-  store(frames.center[1], center.y);
-  store(frames.center[2], center.z);
-  store(frames.reach, pair.reach);
+}
+
+// Both hulls' frames and the reach of each lane, into the pair of its slot.
+void store_frames(const WidePair& wide_pair, HullPair* pairs, const std::int32_t* slot) {
+  const M3 r = to_matrix(conjugate(wide_pair.first.rotation) * wide_pair.second.rotation);
+  const V3 c = rotate_back(wide_pair.first.rotation, wide_pair.offset);
+  float* rows = reinterpret_cast<float*>(pairs);
+  constexpr std::ptrdiff_t kStride = sizeof(HullPair) / sizeof(float);
+  const auto write = [&](int group, F x, F y, F z, F w) {
+    store_rows(rows + 4 * group, kStride, slot, kLanes, x, y, z, w);
+  };
+  write(0, r.x.x, r.y.x, r.z.x, c.x);
+  write(1, r.x.y, r.y.y, r.z.y, c.y);
+  write(2, r.x.z, r.y.z, r.z.z, c.z);
+  write(3, r.x.x, r.x.y, r.x.z, -dot(r.x, c));
+  write(4, r.y.x, r.y.y, r.y.z, -dot(r.y, c));
+  write(5, r.z.x, r.z.y, r.z.z, -dot(r.z, c));
+  const F zero(0.0f);
+  write(6, wide_pair.reach, zero, zero, zero);
 }
 
 void set_tolerances(HullPair& pair) {
@@ -94,7 +107,7 @@ void set_tolerances(HullPair& pair) {
   const float inner = smaller(first.inner_radius, second.inner_radius);
   pair.tolerance = smaller(kFeatureTolerance, kAxisShare * outer);
   pair.border = smaller(kFeatureTolerance, kFeatureShare * inner);
-  const Vec c = pair.frame[0].center;
+  const Vec c = pair.frame[0].center();
   pair.rounding =
       kRoundingShare * (first.outer_radius + second.outer_radius + size(c.x) + size(c.y) + size(c.z));
 }
@@ -110,27 +123,21 @@ void pass_spheres(const CollideColumns& columns, const CollideItem* items, int c
     const WidePair pair = load_pair(columns, block);
     const std::uint32_t near = bits(spheres_touch(pair, radius_1<kBoxFirst>(pair), pair.extent_2.radius) &
                                     is_rotation(pair.first.rotation) & is_rotation(pair.second.rotation));
-    LaneFrames frames;
-    if (near != 0) store_frames(pair, frames);
+    alignas(64) std::int32_t slot[kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) slot[lane] = kCollideChunk;
     for (int lane = 0; lane < lanes; ++lane) {
       const std::int32_t row = block.row[lane];
       if ((near >> lane & 1u) == 0) {
-        clear_row(columns, row);
-        // Where the list has changed, an earlier pair's axis stands there.
-        if (columns.axis != columns.previous_axis) remember(columns, row, {0.0f, 0.0f, 0.0f}, 0);
+        clear_far_row(columns, row);
         continue;
       }
+      slot[lane] = out.count;
       HullPair& hulls = out.pair[out.count];
       out.which[out.count++] = which[lane];
-      for (int k = 0; k < 3; ++k) {
-        hulls.frame[0].row[k] = {frames.row[k][0][lane], frames.row[k][1][lane], frames.row[k][2][lane]};
-      }
-      hulls.frame[0].center = {frames.center[0][lane], frames.center[1][lane], frames.center[2][lane]};
-      hulls.frame[1] = inverse(hulls.frame[0]);
       hulls.hull[0] = kBoxFirst ? nullptr : hull_of(columns, block.shape_1[lane]);
       hulls.hull[1] = hull_of(columns, block.shape_2[lane]);
-      hulls.reach = frames.reach[lane];
     }
+    if (near != 0) store_frames(pair, out.pair, slot);
   }
 }
 
@@ -139,7 +146,7 @@ bool is_separated(const HullPair& pair, const ContactAxis& last, Vec& axis) {
   axis = vec(last.axis);
   const float length_2 = dot(axis, axis);
   if (length_2 > 0.99f && length_2 < 1.01f && gap_along(pair, axis) > pair.reach) return true;
-  const Vec center = pair.frame[0].center;
+  const Vec center = pair.frame[0].center();
   const float distance = square_root(dot(center, center));
   const float inner = pair.hull[0]->inner_radius + pair.hull[1]->inner_radius;
   if (!(distance > inner + pair.reach)) return false;
@@ -149,7 +156,6 @@ bool is_separated(const HullPair& pair, const ContactAxis& last, Vec& axis) {
 
 // False: separated along the decision's axis.
 bool find_axis(const HullPair& pair, const ContactAxis& last, Decision& decision) {
-  if (last.feature == 0 && is_separated(pair, last, decision.axis)) return false;
   if ((last.feature & kFeatureKind) == kFeatureEdges) {
     const Remembered edges = query_remembered_edges(pair, last.feature, decision);
     if (edges != Remembered::fails) return edges == Remembered::decides;
@@ -178,12 +184,8 @@ struct Results {
       remember(columns, row, axis, feature);
       touching.put(item, axis, contact);
     } else {
-      separate(item, axis);
+      clear_row(columns, row, axis);
     }
-  }
-  void separate(int item, Vec axis) {
-    remember(columns, items[item].row, axis, 0);
-    clear_row(columns, items[item].row);
   }
 
   void touch(const HullPair& pair, int item, const Decision& decision) {
@@ -230,16 +232,21 @@ void pass_pairs(const CollideColumns& columns, const CollideItem* items, Survivo
     const CollideItem& item = items[survivors.which[k]];
     HullPair& pair = survivors.pair[k];
     if constexpr (kBoxFirst) {
-      box.set(columns.shape_extent[item.shape_1].half);
+      box.set_faces(columns.shape_extent[item.shape_1].half);
       pair.hull[0] = &box.hull;
     }
     set_tolerances(pair);
     const ContactAxis last = item.previous >= 0 ? columns.previous_axis[item.previous] : ContactAxis{};
     Decision decision;
+    if (last.feature == 0 && is_separated(pair, last, decision.axis)) {
+      clear_row(columns, item.row, decision.axis);
+      continue;
+    }
+    if constexpr (kBoxFirst) box.set_edges();
     if (find_axis(pair, last, decision)) {
       results.touch(pair, survivors.which[k], decision);
     } else {
-      results.separate(survivors.which[k], decision.axis);
+      clear_row(columns, item.row, decision.axis);
     }
   }
   results.flush();

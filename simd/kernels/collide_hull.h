@@ -37,30 +37,27 @@ inline float size(float a) { return a < 0.0f ? -a : a; }
 inline V3 wide(Vec a) { return {F(a.x), F(a.y), F(a.z)}; }
 inline Vec vec(const float v[3]) { return {v[0], v[1], v[2]}; }
 
-// Another hull's frame as seen from one hull: x = turn y + center.
-struct HullFrame {
-  Vec row[3];  // of the rotation
-  Vec center;
+// Another hull's frame as seen from one hull: x = turn y + center. Rows are written 16 bytes at a time.
+struct alignas(16) HullFrame {
+  struct Row {
+    Vec axis;
+    float center;
+  } row[3];
 
-  Vec turn(Vec y) const { return {dot(row[0], y), dot(row[1], y), dot(row[2], y)}; }
-  Vec turn_back(Vec x) const { return x.x * row[0] + x.y * row[1] + x.z * row[2]; }
-  Vec place(Vec y) const { return turn(y) + center; }
+  Vec center() const { return {row[0].center, row[1].center, row[2].center}; }
+  Vec turn(Vec y) const { return {dot(row[0].axis, y), dot(row[1].axis, y), dot(row[2].axis, y)}; }
+  Vec turn_back(Vec x) const { return x.x * row[0].axis + x.y * row[1].axis + x.z * row[2].axis; }
+  Vec place(Vec y) const { return turn(y) + center(); }
 };
-inline HullFrame inverse(const HullFrame& f) {
-  return {{{f.row[0].x, f.row[1].x, f.row[2].x},
-           {f.row[0].y, f.row[1].y, f.row[2].y},
-           {f.row[0].z, f.row[1].z, f.row[2].z}},
-          -f.turn_back(f.center)};
-}
 
 // A pair that passed the spheres.
-struct HullPair {
-  const HullData* hull[2];
+struct alignas(64) HullPair {
   HullFrame frame[2];  // [0]: the second hull in the first one's frame, [1]: the reverse
   float reach;         // gap below which there are points
   float tolerance;     // what an axis of lower rank must gain
   float border;        // how much farther than a face's border still counts as within
   float rounding;      // bounds may be wrong by so much
+  const HullData* hull[2];
 };
 
 // A box as a hull: topology that all boxes share, and columns of its half extents.
@@ -73,7 +70,8 @@ struct BoxHull {
   HullEdge edge[12];
 
   BoxHull();
-  void set(const float half[3]);
+  void set_faces(const float half[3]);
+  void set_edges();  // of the same box; most boxes are apart and need none
 };
 
 inline Vec vertex(const HullData& hull, int index) {
@@ -141,7 +139,7 @@ inline int farthest_vertex(const HullData& hull, Vec d) {
 inline float gap_along(const HullPair& pair, Vec axis) {
   const float end_1 = farthest_distance(*pair.hull[0], axis);
   const float end_2 = farthest_distance(*pair.hull[1], -pair.frame[0].turn_back(axis));
-  return dot(axis, pair.frame[0].center) - (end_1 + end_2);
+  return dot(axis, pair.frame[0].center()) - (end_1 + end_2);
 }
 
 // What decides a pair.

@@ -77,7 +77,7 @@ BoxHull::BoxHull() : hull{}, vertex{}, offset{}, middle_point{}, tilt_point{}, e
   }
 }
 
-void BoxHull::set(const float half[3]) {
+void BoxHull::set_faces(const float half[3]) {
   hull.inner_radius = smaller(half[0], smaller(half[1], half[2]));
   hull.outer_radius = square_root(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
   for (int k = 0; k < 3; ++k) {
@@ -86,6 +86,9 @@ void BoxHull::set(const float half[3]) {
     }
   }
   for (int f = 0; f < kFaces; ++f) offset[f] = half[kFaceAxis[f]];
+}
+
+void BoxHull::set_edges() {
   for (int e = 0; e < kEdges; ++e) {
     const float to_0 = offset[kEdge[e].face[0]], to_1 = offset[kEdge[e].face[1]];
     middle_point[e] = kHalfRoot * (to_0 + to_1);

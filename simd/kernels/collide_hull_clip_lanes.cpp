@@ -216,8 +216,8 @@ void FaceQueue::put(const HullPair& pair, const Decision& decision, int incident
   };
   deciding_count[to] = write_loop(deciding, hull, decision.face);
   incident_count[to] = write_loop(incident, other, incident_face);
-  for (int k = 0; k < 3; ++k) write(row[k], frame.row[k]);
-  write(center, frame.center);
+  for (int k = 0; k < 3; ++k) write(row[k], frame.row[k].axis);
+  write(center, frame.center());
   write(deciding_normal, normal(hull, decision.face));
   offset[to] = hull.offset[decision.face];
   write(incident_normal, normal(other, incident_face));

@@ -42,7 +42,7 @@ struct WideEdges {
   F number;
 };
 V3 turn(const HullFrame& frame, V3 v) {
-  return {dot(wide(frame.row[0]), v), dot(wide(frame.row[1]), v), dot(wide(frame.row[2]), v)};
+  return {dot(wide(frame.row[0].axis), v), dot(wide(frame.row[1].axis), v), dot(wide(frame.row[2].axis), v)};
 }
 WideEdges place(const HullData& hull, const HullFrame& frame, const std::int32_t* which, F present) {
   const float* rows = reinterpret_cast<const float*>(hull.edge);
@@ -51,7 +51,7 @@ WideEdges place(const HullData& hull, const HullFrame& frame, const std::int32_t
   load_rows(rows, kStride, which, point.x, point.y, point.z, along.x);
   load_rows(rows + 4, kStride, which, along.y, along.z, normal_0.x, normal_0.y);
   load_rows(rows + 8, kStride, which, normal_0.z, normal_1.x, normal_1.y, normal_1.z);
-  return {turn(frame, point) + wide(frame.center), turn(frame, along) * present, turn(frame, normal_0),
+  return {turn(frame, point) + wide(frame.center()), turn(frame, along) * present, turn(frame, normal_0),
           turn(frame, normal_1), to_float(load_unaligned(which))};
 }
 

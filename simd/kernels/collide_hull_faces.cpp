@@ -70,7 +70,7 @@ class FaceSearch {
 
   // Bounds of all faces but `done`; returns the face with the largest.
   int bound_all(const Witnesses& witnesses, int done, Vec latest) {
-    const V3 center = wide(frame_.center), last = wide(latest);
+    const V3 center = wide(frame_.center()), last = wide(latest);
     const F ball(other_.inner_radius), searched(static_cast<float>(done));
     const bool has_latest = done >= 0;
     Largest largest;

@@ -1,6 +1,6 @@
-// Recycling: manifolds of boxes that have hardly moved relative to each other stay as they are, and only
-// their separations follow the bodies. This is what lets a tall stack stand: points that are found anew from
-// slightly different poses jump between corners and feed jitter. (Box3D's contact recycling, v0.1, after
+// Recycling: manifolds of boxes and hulls that have hardly moved relative to each other stay as they are, and
+// only their separations follow the bodies. This is what lets a tall stack stand: points that are found anew
+// from slightly different poses jump between corners and feed jitter. (Box3D's contact recycling, v0.1, after
 // the persistent manifolds of PhysX; it also saves most of the narrow phase at rest.)
 #include "collide_contact.h"
 
@@ -75,14 +75,13 @@ inline void copy_row(const CollideColumns& columns, std::int32_t from, std::int3
   if (columns.axis != nullptr) columns.axis[to] = columns.previous_axis[from];
 }
 
-}  // namespace
-
-int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left) {
-  int left_count = 0;
+// Recycles what it can of the listed items and appends the others to `left`; returns its new length.
+int recycle_items(const CollideColumns& columns, const CollideItem* items, const std::int32_t* list,
+                  int count, CollideItem* left, int left_count) {
   for (int begin = 0; begin < count; begin += kLanes) {
     const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    for (int lane = 0; lane < kLanes; ++lane) which[lane] = list[begin + (lane < lanes ? lane : lanes - 1)];
     Block block;
     load_block(items, which, lanes, block);
     const float* rows = reinterpret_cast<const float*>(columns.previous_manifold);
@@ -149,10 +148,33 @@ int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int c
       }
     }
     for (int lane = 0; lane < lanes; ++lane) {
-      if ((recycled >> lane & 1u) == 0) left[left_count++] = items[begin + lane];
+      if ((recycled >> lane & 1u) == 0) left[left_count++] = items[which[lane]];
     }
   }
   return left_count;
+}
+
+}  // namespace
+
+int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left) {
+  std::int32_t list[kCollideChunk];
+  for (int k = 0; k < count; ++k) list[k] = k;
+  return recycle_items(columns, items, list, count, left, 0);
+}
+
+// Most pairs of hulls do not touch; what is remembered of them tells.
+int recycle_hulls(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left) {
+  std::int32_t list[kCollideChunk];
+  int touching = 0, left_count = 0;
+  for (int k = 0; k < count; ++k) {
+    const std::int32_t previous = items[k].previous;
+    if (previous >= 0 && columns.previous_axis[previous].feature != 0) {
+      list[touching++] = k;
+    } else {
+      left[left_count++] = items[k];
+    }
+  }
+  return recycle_items(columns, items, list, touching, left, left_count);
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE
