@@ -165,6 +165,12 @@ void sort_by_type(const WorldData& data, NarrowPhase& phase, Crew& crew) {
   });
 }
 
+// Null where manifolds of the type are not recycled.
+simd::CollideKernels::Recycle recycle_of(const simd::CollideKernels& kernels, std::size_t type) {
+  if (type == simd::kBoxBox) return kernels.recycle_boxes;
+  return type == simd::kBoxHull || type == simd::kHullHull ? kernels.recycle_hulls : nullptr;
+}
+
 void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const ContactRows& previous = contacts.list_kept ? contacts.now : contacts.before;
@@ -201,12 +207,13 @@ void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
     const int begin = phase.type_begin[type] + (chunk - chunk_begin[type]) * simd::kCollideChunk;
     const int count = std::min(phase.type_begin[type + 1] - begin, simd::kCollideChunk);
     const CollideItem* items = phase.items.data() + begin;
-    if (kernels.recycle[type] == nullptr || contacts.manifolds_stale) {
+    const simd::CollideKernels::Recycle recycle = recycle_of(kernels, type);
+    if (recycle == nullptr || contacts.manifolds_stale) {
       kernels.collide[type](columns, items, count);
       return;
     }
     CollideItem left[simd::kCollideChunk];
-    const int left_count = kernels.recycle[type](columns, items, count, left);
+    const int left_count = recycle(columns, items, count, left);
     if (left_count > 0) kernels.collide[type](columns, left, left_count);
   });
 }

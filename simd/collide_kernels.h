@@ -82,7 +82,8 @@ struct CollideKernels {
   // those are.
   using Recycle = int (*)(const CollideColumns& columns, const CollideItem* items, int count,
                           CollideItem* left);
-  Recycle recycle[kCollideTypes];  // null: manifolds of this type are not recycled
+  Recycle recycle_boxes;
+  Recycle recycle_hulls;  // and boxes against hulls
 };
 
 }  // namespace scree::simd

@@ -28,9 +28,8 @@ CollideKernels make_collide_kernels() {
   kernels.collide[kCapsuleHull] = collide_capsule_hull;
   kernels.collide[kBoxHull] = collide_box_hull;
   kernels.collide[kHullHull] = collide_hull_hull;
-  kernels.recycle[kBoxBox] = recycle_boxes;
-  kernels.recycle[kBoxHull] = recycle_hulls;
-  kernels.recycle[kHullHull] = recycle_hulls;
+  kernels.recycle_boxes = recycle_boxes;
+  kernels.recycle_hulls = recycle_hulls;
   return kernels;
 }
 

@@ -249,9 +249,7 @@ TEST(CollideHull, ManifoldsAtRestAreRecycled) {
     HullRows after;
     after.resize(1);
     after.axis.resize(1);
-    EXPECT_EQ(scalar_kernels().collide.recycle[pairs.has_box(0) ? simd::kBoxHull : simd::kHullHull](
-                  pairs.columns(after, before), &item, 1, &left),
-              0);
+    EXPECT_EQ(scalar_kernels().collide.recycle_hulls(pairs.columns(after, before), &item, 1, &left), 0);
     for (int k = 0; k < 4; ++k) {
       EXPECT_EQ(after.manifold[0].point_u[k], before.manifold[0].point_u[k]);
       EXPECT_NEAR(after.manifold[0].separation[k], before.manifold[0].separation[k] - 1e-4f, 1e-6f);

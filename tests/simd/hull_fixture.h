@@ -164,7 +164,7 @@ struct HullPairs {
         const simd::CollideItem* from = group.data() + begin;
         simd::CollideItem left[simd::kCollideChunk];
         if (recycle) {
-          count = kernels.collide.recycle[boxes ? simd::kBoxHull : simd::kHullHull](all, from, count, left);
+          count = kernels.collide.recycle_hulls(all, from, count, left);
           from = left;
         }
         if (count > 0) kernels.collide.collide[boxes ? simd::kBoxHull : simd::kHullHull](all, from, count);
