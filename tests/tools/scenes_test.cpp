@@ -245,7 +245,7 @@ TEST(HullZoo, HoldsHullsFromTheTetrahedronTo256VerticesAndThinOnes) {
     thinnest = std::min(thinnest, size[0] / size[1]);
     most_slender = std::min(most_slender, size[1] / size[2]);
   }
-  for (const std::size_t count : {4, 6, 8, 10, 16, 24, 32, 64, 128, 256})
+  for (const std::size_t count : {4u, 6u, 8u, 10u, 16u, 24u, 32u, 64u, 128u, 256u})
     EXPECT_TRUE(vertices.contains(count)) << count;
   EXPECT_LE(thinnest, 0.06f);      // plates and slivers
   EXPECT_LE(most_slender, 0.08f);  // needles
