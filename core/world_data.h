@@ -79,6 +79,7 @@ struct CoreRow {
   X(derived, Pose,            transform)       /* calls, finish_step; of the origin */                         \
   X(derived, CoreRow,         core)            /* update_bounds, after calls; of a body with shapes */         \
   X(scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */        \
+  X(scratch, std::uint8_t,    touched)         /* solve; 1: has contacts in this step */                       \
   X(scratch, DeltaRow,        delta)           /* solve; motion since the step began */                        \
   X(scratch, VelocityRow,     free_velocity)   /* solve; after forces, before this step's impulses */
 

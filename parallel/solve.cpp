@@ -51,6 +51,7 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.velocity = data.bodies.velocity.data();
   args.delta = data.bodies.delta.data();
   args.inertia = data.bodies.inertia.data();
+  args.touched = data.bodies.touched.data();
   args.soft = soften(hertz, ratio, substep);
   args.soft_static = soften(2.0f * hertz, 0.5f * ratio, substep);
   args.substep = substep;
@@ -79,6 +80,7 @@ simd::BodyArgs body_args(WorldData& data, float dt) {
   args.local_mass = bodies.local_mass.data();
   args.local_inertia = bodies.local_inertia.data();
   args.motion = bodies.motion.data();
+  args.touched = bodies.touched.data();
   args.force = bodies.force.data();
   args.center = &bodies.center.data()->x;
   args.transform = &bodies.transform.data()->position.x;

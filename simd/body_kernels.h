@@ -18,6 +18,7 @@ struct BodyArgs {
   const InertiaRow* local_mass;
   const LocalInertiaRow* local_inertia;
   const MotionRow* motion;
+  std::uint8_t* touched;  // 1 where the body has contacts in this step
   const ForceRow* force;
   const float* center;    // Vec3 rows: center of mass in the body's frame
   float* transform;       // Pose rows
@@ -38,7 +39,7 @@ struct BodyArgs {
 
 // All of them work on list[begin .. end).
 struct BodyKernels {
-  void (*prepare)(const BodyArgs& args, int begin, int end);               // pose -> inertia, delta
+  void (*prepare)(const BodyArgs& args, int begin, int end);  // pose -> inertia, delta; clears touched
   void (*integrate_velocities)(const BodyArgs& args, int begin, int end);  // force -> velocity, free_velocity
   void (*integrate_poses)(const BodyArgs& args, int begin,
                           int end);                          // velocity -> delta, velocity (gyroscopic)

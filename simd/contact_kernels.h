@@ -52,6 +52,7 @@ struct ContactArgs {
   VelocityRow* velocity;
   const DeltaRow* delta;
   const InertiaRow* inertia;
+  std::uint8_t* touched;      // by body; prepare marks those that it finds, any thread may
   SoftConstants soft;         // between dynamic bodies
   SoftConstants soft_static;  // against bodies that cannot be pushed
   float substep;              // s

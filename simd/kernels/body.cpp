@@ -130,7 +130,29 @@ void prepare(const BodyArgs& args, int begin, int end) {
     store_rows(base, 8, lanes.index, lanes.count, inverse.xx, inverse.xy, inverse.xz, inverse.yy);
     store_rows(base + 4, 8, lanes.index, lanes.count, inverse.yz, inverse.zz, local.inverse_mass, zero);
     store_delta(args.delta, lanes, {{zero, zero, zero}, {zero, zero, zero, F(1.0f)}});
+    for (int lane = 0; lane < lanes.count; ++lane) args.touched[lanes.index[lane]] = 0;
   }
+}
+
+// What brings speeds above the world's limits back to these.
+struct SpeedScales {
+  F linear, angular;
+};
+inline SpeedScales scales_to_limits(const BodyArgs& args, const WideVelocity& v) {
+  const F max_linear(args.max_linear_speed), max_angular(args.max_angular_speed), one(1.0f);
+  const F linear_speed = length(v.linear), angular_speed = length(v.angular);
+  return {select(linear_speed > max_linear, max_linear / linear_speed, one),
+          select(angular_speed > max_angular, max_angular / angular_speed, one)};
+}
+// Kinematic bodies keep theirs. Returns whether any was above.
+inline bool clamp_speeds(const BodyArgs& args, const Lanes& lanes, WideVelocity& v) {
+  const SpeedScales scales = scales_to_limits(args, v);
+  const F one(1.0f);
+  if (bits((scales.linear < one) | (scales.angular < one)) == 0) return false;
+  const M dynamic = load_inertia(args.local_mass, lanes).inverse_mass > F(0.0f);
+  v.linear = v.linear * select(dynamic, scales.linear, one);
+  v.angular = v.angular * select(dynamic, scales.angular, one);
+  return true;
 }
 
 // Semi-implicit Euler with implicit damping. The impulses of this step so far, v - u, are kept: they are the
@@ -160,12 +182,9 @@ void integrate_velocities(const BodyArgs& args, int begin, int end) {
       next.linear = u.linear + (v.linear - before.linear);
       next.angular = u.angular + (v.angular - before.angular);
     }
-    const F max_linear(args.max_linear_speed), max_angular(args.max_angular_speed);
-    const F linear_speed = length(next.linear), angular_speed = length(next.angular);
-    const F linear_scale = select(linear_speed > max_linear, max_linear / linear_speed, one);
-    const F angular_scale = select(angular_speed > max_angular, max_angular / angular_speed, one);
-    store_velocity(args.velocity, lanes, {next.linear * linear_scale, next.angular * angular_scale});
-    store_velocity(args.free_velocity, lanes, {u.linear * linear_scale, u.angular * angular_scale});
+    const SpeedScales scales = scales_to_limits(args, next);
+    store_velocity(args.velocity, lanes, {next.linear * scales.linear, next.angular * scales.angular});
+    store_velocity(args.free_velocity, lanes, {u.linear * scales.linear, u.angular * scales.angular});
   }
 }
 
@@ -177,32 +196,80 @@ inline V3 rotation_change(V3 t, V3 v, F sense) {
   return (once * sense + cross(t, once)) * scale;
 }
 
-// The angular velocity after the pose has turned by one substep, with the angular momentum kept:
-// R' I^-1 R'^T (R I R^T w). The turn itself uses the velocity at the implicit midpoint, found by fixed-point
-// iteration, so that the energy does not drift either.
+// A body that turns by t (see rotation_change) with its angular momentum kept: in the axes of the body before
+// the turn, what its angular velocity changes by, R' I^-1 R'^T (R I R^T w) - w, and then is scaled with.
 //
-// Everything is written as a change of w, in the axes of the body before the turn: the small changes carry
-// the rounding, not w. As a product of matrices this gained 1 % of energy in 40,000 substeps.
+// Written as a change of w, because the small changes carry the rounding, not w: as a product of matrices
+// this gained 1 % of energy in 40,000 substeps. A turn that is only roughly the true one may lay the momentum
+// along an axis of far smaller inertia, and a needle of 400 to 1 goes on with 400 times its energy: then
+// `scale` takes w back to the energy before. Where `true_to_energy` holds, scale is 1.
+struct Turn {
+  V3 change;
+  F scale;
+  M true_to_energy;
+};
+constexpr float kTurnGain = 1e-5f;  // of the energy, in a substep; rounding is 3e-7
+
+inline Turn turn_by(V3 t, V3 local, V3 momentum, const S3& inverse_inertia) {
+  const F one(1.0f);
+  const V3 momentum_change = rotation_change(t, momentum, F(-1.0f));
+  const V3 change = inverse_inertia * momentum_change;
+  const F energy = dot(local, momentum), new_energy = dot(local + change, momentum + momentum_change);
+  const M true_to_energy = new_energy <= energy * F(1.0f + kTurnGain);
+  const F scale = select(true_to_energy, one, sqrt(energy / select(true_to_energy, one, new_energy)));
+  return {change + rotation_change(t, local + change, one), scale, true_to_energy};
+}
+
+// Velocities of a body that turns freely in a substep. The turn uses the velocity at the implicit midpoint,
+// found by fixed-point iteration, so that the energy does not drift either; where the substep is too long for
+// that, the velocity before it.
 struct Gyroscopic {
   V3 midpoint, next;
 };
 
 inline Gyroscopic turn_freely(Q4 rotation, V3 w, const S3& inertia, const S3& inverse_inertia, F h) {
-  const F forth(1.0f), back(-1.0f), half(0.5f);
   const M3 r = to_matrix(rotation);
   const V3 local = multiply_transposed(r, w);
   const V3 momentum = inertia * local;
-  // The change of w when the body has turned by t: by its new axes, then seen from the old ones.
-  const auto change_after = [&](V3 t) {
-    const V3 change = inverse_inertia * rotation_change(t, momentum, back);
-    return change + rotation_change(t, local + change, forth);
-  };
   V3 midpoint = local;
   for (int iteration = 0; iteration < 2; ++iteration) {
-    midpoint = local + change_after(midpoint * (F(0.25f) * h));
+    midpoint = local + turn_by(midpoint * (F(0.25f) * h), local, momentum, inverse_inertia).change;
   }
-  const V3 change = change_after(midpoint * (half * h));
-  return {w + r * (midpoint - local), w + r * change};
+  const Turn turn = turn_by(midpoint * (F(0.5f) * h), local, momentum, inverse_inertia);
+  const V3 middle = w + r * (midpoint - local);
+  return {select(turn.true_to_energy, middle, w), (w + r * turn.change) * turn.scale};
+}
+
+// The velocity at the end of a step of a body with contacts. These act by the inertia that it has at the
+// step's beginning; so the inertia stays as it is until then, lest what pushed it along an axis of small
+// inertia would find a large one there, and turns with the body at once.
+inline V3 turn_with_step(Q4 before, Q4 delta, V3 w, const S3& inertia, const S3& inverse_inertia) {
+  constexpr float kLeastCosine = 1e-3f;  // of half the angle
+  const M3 r = to_matrix(before);
+  const V3 local = multiply_transposed(r, w);
+  const F cosine = copy_sign(max(abs(delta.w), F(kLeastCosine)), delta.w);
+  const V3 t = multiply_transposed(r, V3{delta.x, delta.y, delta.z} * (F(1.0f) / cosine));
+  const Turn turn = turn_by(t, local, inertia * local, inverse_inertia);
+  return (w + r * turn.change) * turn.scale;
+}
+
+struct Inertias {
+  S3 direct, inverse;  // in the body's axes
+};
+inline Inertias load_inertias(const BodyArgs& args, const Lanes& lanes) {
+  Inertias inertias;
+  S3& i = inertias.direct;
+  F pad0, pad1;
+  load_rows(args.local_inertia->inertia, 8, lanes.index, i.xx, i.xy, i.xz, i.yy);
+  load_rows(args.local_inertia->inertia + 4, 8, lanes.index, i.yz, i.zz, pad0, pad1);
+  inertias.inverse = load_inertia(args.local_mass, lanes).inverse;
+  return inertias;
+}
+
+inline M has_contacts(const BodyArgs& args, const Lanes& lanes) {
+  alignas(64) std::int32_t touched[kLanes];
+  for (int lane = 0; lane < kLanes; ++lane) touched[lane] = args.touched[lanes.index[lane]];
+  return load(touched) > I(0);
 }
 
 void integrate_poses(const BodyArgs& args, int begin, int end) {
@@ -221,17 +288,13 @@ void integrate_poses(const BodyArgs& args, int begin, int end) {
       turn = v.angular;
       changed = true;
     }
-    if (bits(gyroscopic) != 0) {
-      S3 inertia;
-      F pad0, pad1;
-      load_rows(args.local_inertia->inertia, 8, lanes.index, inertia.xx, inertia.xy, inertia.xz, inertia.yy);
-      load_rows(args.local_inertia->inertia + 4, 8, lanes.index, inertia.yz, inertia.zz, pad0, pad1);
-      const WideInertia local = load_inertia(args.local_mass, lanes);
+    const M free = gyroscopic & !(locked | has_contacts(args, lanes));
+    if (bits(free) != 0) {
+      const Inertias inertias = load_inertias(args, lanes);
       const Q4 rotation = delta.rotation * load_rotation(args.pose, lanes);
-      const Gyroscopic turned = turn_freely(rotation, v.angular, inertia, local.inverse, h);
+      const Gyroscopic turned = turn_freely(rotation, v.angular, inertias.direct, inertias.inverse, h);
       // The free velocity turns along, so that v - u stays the sum of the impulses.
       WideVelocity u = load_velocity(args.free_velocity, lanes);
-      const M free = gyroscopic & !locked;
       u.angular = select(free, u.angular + (turned.next - v.angular), u.angular);
       turn = select(free, turned.midpoint, turn);
       v.angular = select(free, turned.next, v.angular);
@@ -275,7 +338,19 @@ void finish(const BodyArgs& args, int begin, int end) {
     const I flags = load_motion(args.motion, lanes).flags;
     const bool any_locks = bits(!((flags & I(kMotionLocksMask)) == I(0))) != 0;
     if (any_locks) apply_locks(flags, v);
-    if (finite_bits != (1u << kLanes) - 1u || any_locks) store_velocity(args.velocity, lanes, v);
+    const M locked = !((flags & I(kMotionLocksMask)) == I(0));
+    const M turns = finite & !locked & !((flags & I(kMotionGyroscopic)) == I(0)) & has_contacts(args, lanes);
+    const Inertias inertias = load_inertias(args, lanes);
+    if (bits(turns) != 0) {
+      const V3 turned =
+          turn_with_step(rotation, delta.rotation, v.angular, inertias.direct, inertias.inverse);
+      v.angular = select(turns, turned, v.angular);
+    }
+    // What the last sweep has left is clamped here: nobody sees a speed above the limits.
+    const bool any_fast = clamp_speeds(args, lanes, v);
+    if (finite_bits != (1u << kLanes) - 1u || any_locks || any_fast || bits(turns) != 0) {
+      store_velocity(args.velocity, lanes, v);
+    }
     store_rows(args.pose->position, 8, lanes.index, lanes.count, new_position.x, new_position.y,
                new_position.z, zero);
     store_rows(args.pose->position + 4, 8, lanes.index, lanes.count, new_rotation.x, new_rotation.y,
@@ -300,12 +375,8 @@ void finish(const BodyArgs& args, int begin, int end) {
     store(slow,
           select((linear_speed < linear_limit) & (angular_speed < angular_limit), F(args.step), F(-1.0f)));
 
-    S3 inertia;
-    F pad0, pad1;
-    load_rows(args.local_inertia->inertia, 8, lanes.index, inertia.xx, inertia.xy, inertia.xz, inertia.yy);
-    load_rows(args.local_inertia->inertia + 4, 8, lanes.index, inertia.yz, inertia.zz, pad0, pad1);
     const V3 local_w = rotate_back(new_rotation, v.angular);
-    store(energy, half * (load(mass) * linear_speed + dot(local_w, inertia * local_w)));
+    store(energy, half * (load(mass) * linear_speed + dot(local_w, inertias.direct * local_w)));
 
     for (int lane = 0; lane < lanes.count; ++lane) {
       float* transform = args.transform + 7 * static_cast<std::ptrdiff_t>(lanes.index[lane]);

@@ -197,6 +197,13 @@ inline void prepare_rich(const ContactArgs& args, RichBlock<kPoints>& block, con
   }
 }
 
+// Contacts of one body may be prepared at the same time, so the mark is an atomic store.
+inline void mark_touched(const ContactArgs& args, const std::int32_t* rows) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    __atomic_store_n(&args.touched[rows[lane]], std::uint8_t{1}, __ATOMIC_RELAXED);
+  }
+}
+
 template <int kPoints, bool kRich, bool kStatic>
 void prepare_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
@@ -221,6 +228,8 @@ void prepare_chunk(const ContactArgs& args, const ContactChunk& chunk) {
     frame.tangent2 = cross(frame.normal, frame.tangent1);
     store(block.row_a, as_int(row_a));
     store(block.row_b, as_int(row_b));
+    mark_touched(args, block.row_b);
+    if constexpr (!kStatic) mark_touched(args, block.row_a);
     store3(block.normal, frame.normal);
     store3(block.tangent, frame.tangent1);
     store3(block.arm_a, arm_a);
