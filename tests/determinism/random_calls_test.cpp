@@ -98,7 +98,7 @@ TEST(RandomCallsThemselves, MeetEveryKindOfCall) {
 TEST(RandomCallsThemselves, PileBodiesUpAndLetThemSleep) {
   bool somebody_slept = false;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    const Played played = play(random_sequence(seed, 250, 24), {kReference}, true);
+    const Played played = play(random_sequence(seed, 250, 30), {kReference}, true);
     EXPECT_GT(played.most_contacts, 10) << seed;
     EXPECT_GT(played.hashes.size(), 100u) << seed;
     EXPECT_GT(played.events, 10u) << seed;

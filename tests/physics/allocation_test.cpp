@@ -106,7 +106,7 @@ TEST_F(Allocation, NeverHappensInAStepOfManyWorlds) {
     worlds[i] = &labs[i].world;
   }
   Workers workers(2);
-  for (int i = 0; i < 400; ++i) step(worlds, kStep, workers);
+  for (int i = 0; i < 900; ++i) step(worlds, kStep, workers);
   const long before = allocations.load();
   for (int i = 0; i < 50; ++i) step(worlds, kStep, workers);
   EXPECT_EQ(allocations.load() - before, 0);
