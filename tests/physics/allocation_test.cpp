@@ -102,11 +102,15 @@ TEST_F(Allocation, NeverHappensInAStepOfManyWorlds) {
   Lab labs[4];
   World* worlds[4];
   for (int i = 0; i < 4; ++i) {
-    add_heap(labs[i], 20 + 10 * i, 3);
+    labs[i].add_ground();
+    for (int k = 0; k < 40; ++k) {
+      labs[i].add({.position = {2.0f * static_cast<float>(k / 4), 0.5f + static_cast<float>(k % 4), 0}},
+                  Box{});
+    }
     worlds[i] = &labs[i].world;
   }
   Workers workers(2);
-  for (int i = 0; i < 900; ++i) step(worlds, kStep, workers);
+  for (int i = 0; i < 300; ++i) step(worlds, kStep, workers);
   const long before = allocations.load();
   for (int i = 0; i < 50; ++i) step(worlds, kStep, workers);
   EXPECT_EQ(allocations.load() - before, 0);
