@@ -17,6 +17,14 @@ inline Vec3 cross(Vec3 a, Vec3 b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline float length(Vec3 a) { return std::sqrt(dot(a, a)); }
+// The first of the two tangents that a manifold's points are stored along, the second is n x t1. Duff et al.,
+// "Building an Orthonormal Basis, Revisited", JCGT 2017.
+inline Vec3 tangent_of(Vec3 n) {
+  const float sign = std::copysign(1.0f, n.z);
+  const float a = -1.0f / (sign + n.z);
+  const float b = n.x * n.y * a;
+  return {1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x};
+}
 
 inline Quat operator*(Quat a, Quat b) {
   return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,

@@ -145,14 +145,6 @@ void place_events(Events& events) {
   events.ends.resize_discarding(static_cast<std::size_t>(place.ends));
 }
 
-// The tangents that a manifold's points are stored along, as in simd/wide_math.h.
-Vec3 tangent_of(Vec3 n) {
-  const float sign = std::copysign(1.0f, n.z);
-  const float a = -1.0f / (sign + n.z);
-  const float b = n.x * n.y * a;
-  return {1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x};
-}
-
 ContactEvent make_event(const WorldData& data, std::size_t row, bool solved) {
   const ShapePair pair = data.contacts.now.pair[row];
   const Manifold& manifold = data.contacts.now.manifold[row];

@@ -99,6 +99,15 @@ struct WidePair {
   F reach;  // gap below which the pair has points
 };
 
+// Half the segment of a capsule that is the first shape, in the second one's frame.
+inline V3 half_segment_in_second(const WidePair& pair) {
+  const Q4 q = conjugate(pair.second.rotation) * pair.first.rotation;
+  const F two(2.0f);
+  const V3 axis{two * (q.x * q.y - q.w * q.z), F(1.0f) - two * (q.x * q.x + q.z * q.z),
+                two * (q.y * q.z + q.w * q.x)};
+  return axis * pair.extent_1.half.y;
+}
+
 // False where a rotation is not finite (a comparison with NaN is false).
 inline M is_rotation(Q4 q) { return q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < F(2.0f); }
 // False, too, where the offset is not finite.

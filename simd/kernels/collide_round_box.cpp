@@ -84,11 +84,7 @@ struct CapsuleBox {
   using Contact = WideContact<2>;
 
   static SegmentBox to_box_frame(const WidePair& pair) {
-    const Q4 q = conjugate(pair.second.rotation) * pair.first.rotation;
-    const F two(2.0f);
-    const V3 axis{two * (q.x * q.y - q.w * q.z), F(1.0f) - two * (q.x * q.x + q.z * q.z),
-                  two * (q.y * q.z + q.w * q.x)};
-    return {rotate_back(pair.second.rotation, -pair.offset), axis * pair.extent_1.half.y, pair.extent_2.half,
+    return {rotate_back(pair.second.rotation, -pair.offset), half_segment_in_second(pair), pair.extent_2.half,
             pair.extent_1.radius};
   }
 

@@ -96,13 +96,7 @@ struct SphereHull {
 struct CapsuleHull {
   using Contact = WideContact<2>;
 
-  static V3 half_segment(const WidePair& pair) {
-    const Q4 q = conjugate(pair.second.rotation) * pair.first.rotation;
-    const F two(2.0f);
-    const V3 axis{two * (q.x * q.y - q.w * q.z), F(1.0f) - two * (q.x * q.x + q.z * q.z),
-                  two * (q.y * q.z + q.w * q.x)};
-    return axis * pair.extent_1.half.y;
-  }
+  static V3 half_segment(const WidePair& pair) { return half_segment_in_second(pair); }
 
   // What several steps of the search know of a pair.
   struct State {
@@ -263,7 +257,7 @@ struct CapsuleHull {
     load_rows(numbers + 4, kStride, which, t, end[0], end[1], is_stretched);
     load_rows(numbers + 8, kStride, which, end_separation[0], end_separation[1], padding[0], padding[1]);
     const F radius = pair.extent_1.radius;
-    const V3 half = half_segment(pair);
+    const V3 half = half_segment_in_second(pair);
     // Halfway between the surfaces, relative to the capsule's center, in world axes.
     const auto point_at = [&](F at, F gap) {
       return rotate(pair.second.rotation, at * half - normal * (radius + F(0.5f) * gap));

@@ -1,50 +1,22 @@
 // Laws of scree_bench_scenes and bench/plot, run as programs: what they write and what they refuse.
-#include <gtest/gtest.h>
 #include <scree/stats.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include <tests/run_program.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 #include <string>
 
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-  int exit_code = -1;
-  std::string out;
-  std::string err;
-};
+using scree::testing::Outcome;
+using scree::testing::read_file;
 
-std::string read_file(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
-class BenchProgram : public ::testing::Test {
+class BenchProgram : public scree::testing::ProgramTest {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("scree_bench_test_" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  Outcome run(const std::string& line) {
-    const fs::path out = folder_ / "out";
-    const fs::path err = folder_ / "err";
-    const int status =
-        std::system((line + " >'" + out.string() + "' 2>'" + err.string() + "' </dev/null").c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
-  }
-
   Outcome bench(const std::string& arguments) { return run("'" SCREE_BENCH_PROGRAM "' " + arguments); }
 
   nlohmann::json figures(const std::string& arguments) {
@@ -60,8 +32,6 @@ class BenchProgram : public ::testing::Test {
     EXPECT_EQ(outcome.out, "") << arguments;
     EXPECT_NE(outcome.err.find(reason), std::string::npos) << arguments << "\n" << outcome.err;
   }
-
-  fs::path folder_;
 };
 
 TEST_F(BenchProgram, WritesFiguresOfEveryEntry) {

@@ -38,11 +38,6 @@ Vec3 multiply(const InertiaRow& m, Vec3 v) {
           s[2] * v.x + s[4] * v.y + s[5] * v.z};
 }
 
-Vec3 tangent_of(Vec3 n) {
-  const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
-  return {1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x};
-}
-
 // One contact while it is being solved.
 struct Contact {
   Manifold* manifold;

@@ -1,16 +1,11 @@
 // Reads a world's contacts, as the last step left them.
 #pragma once
 
+#include <core/math.h>
 #include <core/world_data.h>
 #include <tests/physics/lab.h>
 
 namespace scree::physics {
-
-// The solver's first tangent: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017.
-inline Vec3 tangent_of(Vec3 n) {
-  const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
-  return {1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x};
-}
 
 // N; what body a does to body b during the last substep. Stored impulses are those of one substep.
 inline Eigen::Vector3d contact_force(const World& world, BodyId a, BodyId b) {

@@ -1,6 +1,7 @@
 // What the laws are checked with: a world on one thread, and its mechanics in double precision.
 #pragma once
 
+#include <core/math.h>
 #include <gtest/gtest.h>
 #include <scree/scree.h>
 #include <tools/scenes/scene.h>
@@ -41,8 +42,6 @@ inline Quat rotation_about(Vec3 axis, double angle) {
   return {static_cast<float>(s * axis.x), static_cast<float>(s * axis.y), static_cast<float>(s * axis.z),
           static_cast<float>(std::cos(0.5 * angle))};
 }
-
-inline bool is_finite(Vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 /// A world that steps on one thread.
 class Lab {

@@ -1,50 +1,25 @@
 // Laws of the command `scree`, run as a program: what it prints, where, and with which exit code.
-#include <gtest/gtest.h>
 #include <scree/stats.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include <tests/run_program.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-  int exit_code = -1;
-  std::string out;
-  std::string err;
-};
+using scree::testing::Outcome;
+using scree::testing::read_file;
 
-std::string read_file(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
-class Command : public ::testing::Test {
+class Command : public scree::testing::ProgramTest {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("scree_command_test_" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   // Arguments are words for the shell.
   Outcome scree(const std::string& arguments, const std::string& environment = "") {
-    const fs::path out = folder_ / "out";
-    const fs::path err = folder_ / "err";
-    const std::string line = environment + " '" SCREE_COMMAND "' " + arguments + " >'" + out.string() +
-                             "' 2>'" + err.string() + "' </dev/null";
-    const int status = std::system(line.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
+    return run(environment + " '" SCREE_COMMAND "' " + arguments);
   }
 
   // Runs and parses what `--json -` prints.
@@ -67,8 +42,6 @@ class Command : public ::testing::Test {
     std::ofstream(path, std::ios::binary) << text;
     return path.string();
   }
-
-  fs::path folder_;
 };
 
 TEST_F(Command, ListsEverySceneOnALineOfItsOwn) {
