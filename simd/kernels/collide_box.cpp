@@ -415,11 +415,10 @@ struct BoxBox {
     }
     const V3 middle_1{corner_1[0], corner_1[1], corner_1[2]};
     const V3 apart = middle_2 - middle_1;
-    const F cosine = dot(direction_1, direction_2);
-    const F apart_1 = dot(direction_1, apart), apart_2 = dot(direction_2, apart);
     const F half_1 = choose_i(f.half_1), half_2 = choose_j(f.half_2);
-    const F s = clamp((apart_1 - cosine * apart_2) / length_2, -half_1, half_1);
-    const F t = clamp((cosine * apart_1 - apart_2) / length_2, -half_2, half_2);
+    // By triple products: differences of products cancel where edges are nearly parallel.
+    const F s = clamp(dot(cross(apart, direction_2), product) / length_2, -half_1, half_1);
+    const F t = clamp(dot(cross(apart, direction_1), product) / length_2, -half_2, half_2);
     const V3 point_1 = middle_1 + s * direction_1, point_2 = middle_2 + t * direction_2;
     const V3 difference = point_2 - point_1;
     const F separation = dot(normal, difference);

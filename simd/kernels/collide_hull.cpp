@@ -189,22 +189,34 @@ struct Results {
   }
 
   void touch(const HullPair& pair, int item, const Decision& decision) {
-    HullContact contact;
-    if ((decision.feature & kFeatureKind) == kFeatureEdges) {
-      touch_edges(pair, decision, contact);
-      finish(item, decision.axis, decision.feature, contact);
+    if (!decision.has_edges()) {
+      touch_faces(pair, item, decision, pair_faces(pair, decision));
       return;
     }
-    const int incident = incident_face(pair, decision);
-    const int corners = corner_count(*pair.hull[decision.side], decision.face);
-    const int others = corner_count(*pair.hull[1 - decision.side], incident);
+    const EdgeCrossing crossing = cross_deciding_edges(pair, decision);
+    FacePair faces;
+    if (pass_beside(pair, decision, crossing)) {
+      clear_row(columns, items[item].row, decision.axis);
+    } else if (pair_edge_faces(pair, decision, crossing, faces)) {
+      touch_faces(pair, item, decision, faces);
+    } else {
+      HullContact contact;
+      touch_crossing(decision, crossing, contact);
+      finish(item, decision.axis, decision.feature, contact);
+    }
+  }
+
+  void touch_faces(const HullPair& pair, int item, const Decision& decision, const FacePair& faces) {
+    const int corners = corner_count(*pair.hull[faces.side], faces.face);
+    const int others = corner_count(*pair.hull[1 - faces.side], faces.incident);
     if (corners > kSmallFace || others > kSmallFace) {
-      clip_faces(pair, decision, incident, contact);
+      HullContact contact;
+      clip_faces(pair, decision, faces, contact);
       finish(item, decision.axis, decision.feature, contact);
       return;
     }
-    waiting[queue.count] = {&pair, item, decision.side, decision.axis, decision.feature};
-    queue.put(pair, decision, incident);
+    waiting[queue.count] = {&pair, item, faces.side, decision.axis, decision.feature};
+    queue.put(pair, decision, faces);
     if (queue.count == kLanes) flush();
   }
 

@@ -151,6 +151,8 @@ struct Decision {
   int face;
   int support;  // faces: the other hull's vertex that is deepest behind the face
   int edge[2];  // edges: of each hull
+
+  bool has_edges() const { return (feature & kFeatureKind) == kFeatureEdges; }
 };
 
 inline int at_most(std::uint32_t index, int count) {
@@ -163,6 +165,12 @@ struct HullContact {
   float separation[4];
   std::uint32_t id[4];  // 0: absent
 };
+
+inline void set_absent(HullContact& contact, int k) {
+  contact.point[k] = {0.0f, 0.0f, 0.0f};
+  contact.separation[k] = kAbsentSeparation;
+  contact.id[k] = 0;
+}
 
 // Where two edges of a pair are closest, in the first hull's frame.
 struct EdgeCrossing {
@@ -179,18 +187,35 @@ enum class Remembered { separates, decides, fails };
 Remembered query_remembered_edges(const HullPair& pair, std::uint32_t hint, Decision& decision);
 // Whether some face of either hull may be better than the floor; edges: those that set the floor.
 bool may_beat(const HullPair& pair, const int edge[2], float floor);
-// Contact of two edges.
-void touch_edges(const HullPair& pair, const Decision& decision, HullContact& contact);
 
-// The face of the other hull that looks against the deciding one, among those at the deepest vertex.
-int incident_face(const HullPair& pair, const Decision& decision);
-// Contact points of the deciding face and the other hull's face, of any size.
-void clip_faces(const HullPair& pair, const Decision& decision, int incident, HullContact& contact);
+// A face of each hull that lie against each other along the axis of contact: of their overlap, seen along it,
+// come the contact points.
+struct FacePair {
+  int side;  // of the hull whose face is the first: the deciding one, or that at an edge of the first hull
+  int face, incident;
+  Vec axis;      // in the frame of hull `side`, away from it
+  float offset;  // along the axis, of the surface of hull `side`
+  bool crosses;  // edges decided: their crossing is a point, too, and the first face may be askew
+  EdgeCrossing crossing;
+};
+// The deciding face and the face of the other hull that looks against it, among those at the deepest vertex.
+FacePair pair_faces(const HullPair& pair, const Decision& decision);
+// The faces at two edges that look most along the axis. False: one of them hardly does.
+bool pair_edge_faces(const HullPair& pair, const Decision& decision, const EdgeCrossing& crossing,
+                     FacePair& faces);
+EdgeCrossing cross_deciding_edges(const HullPair& pair, const Decision& decision);
+// Whether the edges pass beside one another and do not touch yet.
+bool pass_beside(const HullPair& pair, const Decision& decision, const EdgeCrossing& crossing);
+// The contact of the edges alone.
+void touch_crossing(const Decision& decision, const EdgeCrossing& crossing, HullContact& contact);
+// Contact points of two faces of any size.
+void clip_faces(const HullPair& pair, const Decision& decision, const FacePair& faces, HullContact& contact);
 
-// ManifoldFeatures::id of a face contact's point, but for its number.
-inline std::uint32_t face_id(const Decision& decision, int incident) {
-  return (decision.feature & kFeatureKind) | static_cast<std::uint32_t>(decision.face) << 19 |
-         static_cast<std::uint32_t>(incident) << 10;
+// ManifoldFeatures::id of a point of two faces, but for its number: the same whether a face of the first hull
+// decides or an edge at it, so that points outlive the change from one to the other.
+inline std::uint32_t face_id(const FacePair& faces) {
+  return (faces.side == 0 ? kFeatureFace1 : kFeatureFace2) | static_cast<std::uint32_t>(faces.face) << 19 |
+         static_cast<std::uint32_t>(faces.incident) << 10;
 }
 inline constexpr std::uint32_t kLostNumber = 1023;  // of the point where clipping finds none
 
@@ -212,15 +237,18 @@ struct FaceQueue {
   alignas(64) float deciding_count[kLanes];
   alignas(64) float row[3][3][kLanes];  // from the other hull's frame to the deciding one's
   alignas(64) float center[3][kLanes];
-  alignas(64) float deciding_normal[3][kLanes];
+  alignas(64) float axis[3][kLanes];
   alignas(64) float offset[kLanes];
+  alignas(64) float crossing[4][kLanes];  // where edges decide, between them, and 1; all 0 elsewhere
+  alignas(64) std::int32_t edges_id[kLanes];
+  alignas(64) float deciding_normal[3][kLanes];
   alignas(64) float incident_normal[3][kLanes];
   alignas(64) float support[3][kLanes];  // deepest vertex, in the other hull's frame
   alignas(64) float separation[kLanes];
   alignas(64) float reach[kLanes], tolerance[kLanes], border[kLanes];
   alignas(64) std::int32_t id[kLanes];
 
-  void put(const HullPair& pair, const Decision& decision, int incident_face);
+  void put(const HullPair& pair, const Decision& decision, const FacePair& faces);
 };
 // Contact points of all that is queued, in the deciding hulls' frames; empties the queue.
 void clip_queue(FaceQueue& queue, HullContact contacts[kLanes]);

@@ -100,23 +100,24 @@ Vec axis_of(const HullPair& pair, int edge_1, int edge_2) {
 
 float clamp_share(float a) { return smaller(larger(a, 0.0f), 1.0f); }
 
+// By triple products: the usual differences of products cancel where edges are nearly parallel, and the point
+// lands anywhere along them.
 EdgeCrossing closest_points(const HullPair& pair, const int edge[2]) {
   const HullEdge& first = pair.hull[0]->edge[edge[0]];
   const PlacedEdge second = second_edge(pair, edge[1]);
   const Vec point_1 = vec(first.point), along_1 = vec(first.along);
   const Vec way = second.point - point_1;
-  const float aa = dot(along_1, along_1), ab = dot(along_1, second.along),
-              bb = dot(second.along, second.along);
-  const float a_way = dot(along_1, way), b_way = dot(second.along, way);
-  const float determinant = larger(aa * bb - ab * ab, 1e-12f * aa * bb);
-  const float s = clamp_share((a_way * bb - ab * b_way) / determinant);
-  const float t = clamp_share((ab * a_way - aa * b_way) / determinant);
+  const Vec upright = cross(along_1, second.along);
+  const float inverse = 1.0f / larger(dot(upright, upright), 1e-30f);
+  const float s = clamp_share(dot(cross(way, second.along), upright) * inverse);
+  const float t = clamp_share(dot(cross(way, along_1), upright) * inverse);
   return {point_1 + s * along_1, second.point + t * second.along};
 }
 
 void decide(Decision& decision, const int edge[2], Vec axis, float separation) {
   decision.separation = separation;
   decision.axis = axis;
+  decision.support = 0;
   decision.edge[0] = edge[0];
   decision.edge[1] = edge[1];
   decision.feature = kFeatureEdges | static_cast<std::uint32_t>(edge[0] << kFeatureShift | edge[1]);
@@ -216,20 +217,42 @@ Remembered query_remembered_edges(const HullPair& pair, std::uint32_t hint, Deci
   return gap > pair.reach ? Remembered::separates : Remembered::decides;
 }
 
-void touch_edges(const HullPair& pair, const Decision& decision, HullContact& contact) {
-  const EdgeCrossing crossing = closest_points(pair, decision.edge);
-  const Vec on_1 = crossing.on_1, on_2 = crossing.on_2;
-  const Vec difference = on_2 - on_1;
-  // Edges that pass beside one another do not touch yet.
-  const bool beside = decision.separation > 0.0f && dot(difference, difference) > pair.reach * pair.reach;
-  contact.point[0] = 0.5f * (on_1 + on_2);
-  contact.separation[0] = beside ? kAbsentSeparation : decision.separation;
-  contact.id[0] = beside ? 0 : decision.feature;
-  for (int k = 1; k < 4; ++k) {
-    contact.point[k] = {0.0f, 0.0f, 0.0f};
-    contact.separation[k] = kAbsentSeparation;
-    contact.id[k] = 0;
-  }
+EdgeCrossing cross_deciding_edges(const HullPair& pair, const Decision& decision) {
+  return closest_points(pair, decision.edge);
+}
+
+bool pass_beside(const HullPair& pair, const Decision& decision, const EdgeCrossing& crossing) {
+  const Vec difference = crossing.on_2 - crossing.on_1;
+  const Vec beside = difference - dot(difference, decision.axis) * decision.axis;
+  const float limit = smaller(kSpeculativeDistance, pair.reach);
+  return decision.separation > 0.0f && dot(beside, beside) > limit * limit;
+}
+
+bool pair_edge_faces(const HullPair& pair, const Decision& decision, const EdgeCrossing& crossing,
+                     FacePair& faces) {
+  constexpr float kLeastCosine = 0.1f;  // of a face's normal and the axis; beyond, it is seen from its edge
+  const HullEdge& first = pair.hull[0]->edge[decision.edge[0]];
+  const HullEdge& second = pair.hull[1]->edge[decision.edge[1]];
+  const Vec against = pair.frame[0].turn_back(-decision.axis);
+  const float cosine_0 = dot(decision.axis, vec(first.normal_0)),
+              cosine_1 = dot(decision.axis, vec(first.normal_1)),
+              incident_0 = dot(against, vec(second.normal_0)),
+              incident_1 = dot(against, vec(second.normal_1));
+  faces.side = 0;
+  faces.face = first.face[cosine_1 > cosine_0 ? 1 : 0];
+  faces.incident = second.face[incident_1 > incident_0 ? 1 : 0];
+  faces.axis = decision.axis;
+  faces.offset = dot(decision.axis, crossing.on_1);
+  faces.crosses = true;
+  faces.crossing = crossing;
+  return larger(cosine_0, cosine_1) > kLeastCosine && larger(incident_0, incident_1) > kLeastCosine;
+}
+
+void touch_crossing(const Decision& decision, const EdgeCrossing& crossing, HullContact& contact) {
+  contact.point[0] = 0.5f * (crossing.on_1 + crossing.on_2);
+  contact.separation[0] = decision.separation;
+  contact.id[0] = decision.feature;
+  for (int k = 1; k < 4; ++k) set_absent(contact, k);
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

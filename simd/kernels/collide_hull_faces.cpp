@@ -188,10 +188,11 @@ bool query_faces(const HullPair& pair, std::uint32_t hint, Decision& decision) {
   return other.separation <= pair.reach;
 }
 
-int incident_face(const HullPair& pair, const Decision& decision) {
+FacePair pair_faces(const HullPair& pair, const Decision& decision) {
   constexpr float kPlaneShare = 1e-4f;  // of the radius; how far corners may lie off their face's plane
-  const HullData& hull = *pair.hull[1 - decision.side];
-  const Vec against = pair.frame[decision.side].turn_back(-normal(*pair.hull[decision.side], decision.face));
+  const HullData &deciding = *pair.hull[decision.side], &hull = *pair.hull[1 - decision.side];
+  const Vec axis = normal(deciding, decision.face);
+  const Vec against = pair.frame[decision.side].turn_back(-axis);
   const V3 direction = wide(against), support = wide(vertex(hull, decision.support));
   const F least(-kPlaneShare * hull.outer_radius - pair.rounding);
   Largest facing_most;
@@ -202,8 +203,14 @@ int incident_face(const HullPair& pair, const Decision& decision) {
     facing_most.offer(select(at_support, dot(n, direction), F(-1e30f)), index);
     index = index + F(static_cast<float>(kLanes));
   }
-  const int face = facing_most.index();
-  return face >= 0 ? face : 0;
+  const int incident = facing_most.index();
+  return {decision.side,
+          decision.face,
+          incident >= 0 ? incident : 0,
+          axis,
+          deciding.offset[decision.face],
+          false,
+          {}};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -78,6 +78,17 @@ inline Motion motion_since(const CollideColumns& columns, const Block& block, M 
   return motion;
 }
 
+// From the body's center of mass, of the points that are within reach.
+inline F farthest_point(V3 arm, V3 tangent_1, V3 tangent_2, const F u[4], const F v[4],
+                        const F separation[4]) {
+  F farthest(0.0f);
+  for (int k = 0; k < kMaxManifoldPoints; ++k) {
+    const F distance = length_squared(arm + u[k] * tangent_1 + v[k] * tangent_2);
+    farthest = max(select(separation[k] <= F(kSpeculativeDistance), distance, F(0.0f)), farthest);
+  }
+  return sqrt(farthest);
+}
+
 // Copies a recycled row to its new place, where the list has changed.
 inline void copy_row(const CollideColumns& columns, std::int32_t from, std::int32_t to) {
   if (columns.previous_manifold == columns.manifold) return;
@@ -121,10 +132,13 @@ int recycle_items(const CollideColumns& columns, const CollideItem* items, const
       const WideExtent extent_2 = load_extent(columns.shape_extent, block.shape_2);
       const M flip = (block.flags & I(kItemFlip)) == I(kItemFlip);
       const M fixed = (block.flags & I(kItemFixed)) == I(kItemFixed);
+      const V3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
       // A fixed body does not turn, so its size does not matter; B, whose turn is seen from A, is dynamic.
+      // Its points may lie farther from its center of mass than the shape is large.
       const F size_1 = length(extent_1.half), size_2 = length(extent_2.half);
       const F size_a = select(flip, size_2, size_1), size_b = select(flip, size_1, size_2);
-      const F reach = select(fixed, size_b, max(size_a, size_b));
+      const F reach = max(select(fixed, size_b, max(size_a, size_b)),
+                          farthest_point(arm_b, tangent_1, tangent_2, u, v, base));
       const F share = F(kRecycleShare) * min(thinness(columns, block.shape_1, extent_1.half, has_hulls),
                                              thinness(columns, block.shape_2, extent_2.half, has_hulls));
       const M full = points == I(kMaxManifoldPoints);
@@ -133,7 +147,6 @@ int recycle_items(const CollideColumns& columns, const CollideItem* items, const
       const Motion motion = motion_since(columns, block, flip, reach, normal, press_weight);
 
       // As the solver follows separations within a step: the normal as each body would see it.
-      const V3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
       const V3 change_a = rotate_back(motion.turn_a, normal) - normal;
       const V3 change_b = rotate_back(motion.turn_b, normal) - normal;
       const F center = dot(normal, motion.offset_change) + dot(arm_b, change_b) - dot(arm_a, change_a);

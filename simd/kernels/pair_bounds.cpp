@@ -16,8 +16,8 @@ constexpr float kMargin = 0.05f;
 // A body gets the margin if so many of its steps fit into it; otherwise the margin would only bring pairs
 // that never touch, because the list is made anew anyway.
 constexpr float kStepsInMargin = 4.0f;
-// m; a shape that travels farther in a step is looked for along its way, too: collide then makes points as
-// far ahead as it will travel, so that it meets what it hits at the surface and not inside.
+// m; a shape that travels farther in a step is looked for along its way, too: collide then makes points ahead
+// (reach_of_fast), so that it meets what it hits at the surface and not inside.
 constexpr float kFastTravel = 0.5f * kSpeculativeDistance;
 // Relative to the largest coordinate: eight units in the last place, more than the rounding of a box's
 // corners, of its center and of the comparison of spheres add up to.

@@ -194,8 +194,13 @@ TEST(Swept, WhatPassesBesideIsNotStopped) {
 }
 
 TEST(Swept, SlidingLosesNothingButFriction) {
+  std::vector<Vec3> corners;
+  for (int k = 0; k < 8; ++k) {
+    corners.push_back({k & 1 ? 0.3f : -0.3f, k & 2 ? 0.2f : -0.2f, k & 4 ? 0.3f : -0.3f});
+  }
   for (const float friction : {0.0f, 0.4f}) {
-    for (const Geometry& geometry : {Geometry{Box{{0.3f, 0.2f, 0.3f}}}, Geometry{Sphere{0.2f}}}) {
+    for (const Geometry& geometry :
+         {Geometry{Box{{0.3f, 0.2f, 0.3f}}}, Geometry{ConvexHull{Hull(corners)}}, Geometry{Sphere{0.2f}}}) {
       const bool rolls = std::holds_alternative<Sphere>(geometry);
       if (rolls && friction > 0.0f) continue;
       Lab lab;

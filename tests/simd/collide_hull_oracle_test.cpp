@@ -64,15 +64,17 @@ TEST_P(CollideHullOracle, PointsLieOnBothSurfaces) {
     const Manifold& manifold = rows.manifold[row];
     const Frame frame = frame_of(manifold, pose_row({}));
     for (int k = 0; k < points_of(manifold); ++k) {
-      // Somewhere on the line along the normal both surfaces are at hand: A's above, B's below by the
+      // Somewhere on the line along the normal both surfaces are at hand: A's, and B's farther by the
       // separation.
       const Vector point = point_of(manifold, frame, k);
-      double best = 1e9;
-      for (double height = -0.3; height < 0.3; height += 2e-4) {
+      const double size = 2.0 * pairs.size(row);
+      double best = 1e9, off = 0.0;
+      // No distance changes faster than the height.
+      for (double height = -size; height < size; height += std::max(2e-4, off - 1e-3)) {
         const Vector on_a = point + height * frame.normal;
         const Vector on_b = on_a + double(manifold.separation[k]) * frame.normal;
-        best =
-            std::min(best, std::max(std::abs(distance_beyond(a, on_a)), std::abs(distance_beyond(b, on_b))));
+        off = std::max(std::abs(distance_beyond(a, on_a)), std::abs(distance_beyond(b, on_b)));
+        best = std::min(best, off);
       }
       EXPECT_LT(best, 1e-3) << "row " << row << " point " << k;
     }

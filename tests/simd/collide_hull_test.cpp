@@ -207,6 +207,52 @@ TEST(CollideHull, FeaturesStayWhileAHullAtRestJitters) {
   }
 }
 
+// A flat roof with its ridge along x at the top, and the same upside down.
+Hull roof(bool upside_down) {
+  std::vector<Vec3> points;
+  for (const float x : {-1.0f, 1.0f}) {
+    points.push_back({x, 0.2f, 0});
+    for (const float z : {-1.0f, 1.0f}) points.push_back({x, -0.2f, z});
+  }
+  for (Vec3& point : points) point.y *= upside_down ? -1.0f : 1.0f;
+  return hull_of(points);
+}
+// One roof upside down on the other, turned by the angle; the ridges cross at x.
+HullRows roofs(float gap, float angle, float x) {
+  HullPairs pairs;
+  const float between = roof(true).centroid().y - roof(false).centroid().y;
+  const Vec3 at{x - x * std::cos(angle), 0.4f + gap + between, x * std::sin(angle)};
+  pairs.add(hull_body(roof(false)), pose_row({}), hull_body(roof(true)),
+            pose_row(at, turn({0, 1, 0}, angle)));
+  return pairs.run(scalar_kernels());
+}
+
+TEST(CollideHull, CrossedEdgesTouchInTheirCrossingAndInTheOverlapOfTheirFaces) {
+  const HullRows rows = roofs(-0.01f, 1.5707963f, 0.0f);
+  const Manifold& m = rows.manifold[0];
+  ASSERT_EQ(points_of(m), 4);
+  EXPECT_NEAR(std::abs(m.normal[1]), 1.0f, 1e-5f);
+  EXPECT_NEAR(m.separation[0], -0.01f, 1e-5f);
+  const Frame frame = frame_of(m, pose_row({}));
+  for (int k = 1; k < 4; ++k) {
+    // Both roofs fall away from their ridges by two fifths.
+    const reference::Vector from_ridges = point_of(m, frame, k) - point_of(m, frame, 0);
+    const double expected = -0.01 + 0.4 * (std::abs(from_ridges.x()) + std::abs(from_ridges.z()));
+    EXPECT_NEAR(m.separation[k], expected, 1e-3) << "point " << k;
+    EXPECT_GT(m.separation[k], 0.3f);
+  }
+}
+
+TEST(CollideHull, NearlyParallelEdgesTouchWhereTheyCross) {
+  for (const float angle : {0.1f, 1e-2f, 1e-3f, 5e-4f}) {
+    const HullRows rows = roofs(0.01f, angle, 0.7f);
+    const Manifold& m = rows.manifold[0];
+    ASSERT_GT(points_of(m), 0);
+    EXPECT_EQ(rows.axis[0].feature >> 28, 3u);  // of edges
+    EXPECT_NEAR(point_of(m, frame_of(m, pose_row({})), 0).x(), 0.7, 5e-3) << "angle " << angle;
+  }
+}
+
 TEST(CollideHull, ImpulsesFollowTheirFeatures) {
   const Rest rest = rests()[1];
   HullPairs pairs;
