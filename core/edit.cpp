@@ -34,6 +34,13 @@ void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags) {
   row_flags = static_cast<std::uint8_t>(row_flags | flags | kShapeDirty);
 }
 
+void mark_shapes_dirty(WorldData& data, std::int32_t body) {
+  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    mark_dirty(data.shapes, shape);
+  }
+}
+
 TreeKind tree_of(const Bodies& bodies, std::int32_t body) {
   const auto row = static_cast<std::size_t>(body);
   switch (bodies.type[row]) {
@@ -160,10 +167,7 @@ void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
   store(bodies.pose[row].position, transform.position + rotate(transform.rotation, bodies.center[row]));
   store(bodies.pose[row].rotation, transform.rotation);
   bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
-  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
-    mark_dirty(data.shapes, shape);
-  }
+  mark_shapes_dirty(data, body);
 }
 
 void apply_locks(Bodies& bodies, std::int32_t body) {

@@ -35,6 +35,7 @@ struct SlotPlan {
 
 // Puts the shape on the list of what the broad phase must look at again.
 void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags = kShapeDirty);
+void mark_shapes_dirty(WorldData& data, std::int32_t body);  // all shapes of the body
 
 TreeKind tree_of(const Bodies& bodies, std::int32_t body);
 
