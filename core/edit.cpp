@@ -202,6 +202,8 @@ void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
   for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     place_shape_in_body(data, shape);
+    // Manifolds of sleepers with a fixed or kinematic body must be made anew, too.
+    if (bodies.type[row] != BodyType::dynamic) request_wake(data, shape);
   }
   place_body(data, body, transform);
 }

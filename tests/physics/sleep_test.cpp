@@ -149,6 +149,24 @@ TEST(Sleep, AFixedOrKinematicBodyPutAFewCentimetersIntoASleeperWakesIt) {
   }
 }
 
+TEST(Sleep, AMassCenterThatMovesInTheGroundMovesNobody) {
+  for (const BodyType type : {BodyType::fixed, BodyType::kinematic}) {
+    Lab lab{WorldSettings{}};
+    const BodyId ground = lab.add({.type = type, .position = {0, -1, 0}}, Box{{50, 1, 50}});
+    const std::vector<BodyId> stack = add_stack(lab, 2, 0.0f);
+    lab.run(240);
+    ASSERT_EQ(awake_count(lab, stack), 0u);
+    const double height = lab.height(stack.front());
+    lab.world.set_mass_properties(ground, {.center = {0, 0.04f, 0}});
+    lab.run(1);
+    lab.world.wake(stack.front());
+    for (int i = 0; i < 60; ++i) {
+      lab.run(1);
+      ASSERT_NEAR(lab.height(stack.front()), height, 1e-4) << "after " << i << " steps";
+    }
+  }
+}
+
 TEST(Sleep, AMovingKinematicBodyPushesSleepers) {
   Lab lab{WorldSettings{}};
   lab.add_ground();
