@@ -1,4 +1,5 @@
 // Edits: the pieces that World's calls are made of; see edit.h.
+#include <core/balls.h>
 #include <core/edit.h>
 #include <core/hull_build.h>
 
@@ -17,6 +18,27 @@ void grow_store(Store& store, std::size_t count) {
     store.resize(old_count);  // shrinking keeps the memory and cannot fail
     throw;
   }
+}
+
+// The body's matter stays where it is and moves on as it did.
+void move_center(WorldData& data, std::int32_t body, Vec3 center) {
+  Bodies& bodies = data.bodies;
+  const auto row = static_cast<std::size_t>(body);
+  data.contacts.manifolds_stale = true;  // they tell arms from the old center
+
+  const Pose transform = bodies.transform[row];
+  const Vec3 shift = rotate(transform.rotation, center - bodies.center[row]);
+  VelocityRow& velocity = bodies.velocity[row];
+  store(velocity.linear,
+        free_linear(bodies.motion[row], to_vec3(velocity.linear) + cross(to_vec3(velocity.angular), shift)));
+  bodies.center[row] = center;
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    place_shape_in_body(data, shape);
+    // Manifolds of sleepers with a fixed or kinematic body must be made anew, too.
+    if (bodies.type[row] != BodyType::dynamic) request_wake(data, shape);
+  }
+  place_body(data, body, transform);
 }
 
 }  // namespace
@@ -190,22 +212,8 @@ void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
   bodies.inertia[row] = {};
   bodies.motion[row].flags = (bodies.motion[row].flags & ~static_cast<std::uint32_t>(kMotionGyroscopic)) |
                              (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u);
-  if (bodies.center[row] == mass.center) return;
-  data.contacts.manifolds_stale = true;  // they tell arms from the old center
-
-  const Pose transform = bodies.transform[row];
-  const Vec3 shift = rotate(transform.rotation, mass.center - bodies.center[row]);
-  VelocityRow& velocity = bodies.velocity[row];
-  store(velocity.linear,
-        free_linear(bodies.motion[row], to_vec3(velocity.linear) + cross(to_vec3(velocity.angular), shift)));
-  bodies.center[row] = mass.center;
-  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
-    place_shape_in_body(data, shape);
-    // Manifolds of sleepers with a fixed or kinematic body must be made anew, too.
-    if (bodies.type[row] != BodyType::dynamic) request_wake(data, shape);
-  }
-  place_body(data, body, transform);
+  if (bodies.center[row] != mass.center) move_center(data, body, mass.center);
+  measure_core(data, body);
 }
 
 void disturb(WorldData& data, std::int32_t body) {

@@ -254,7 +254,7 @@ HullReport make_report(const HullDraft& from, const TriangleHull& hull, const Hu
   return report;
 }
 
-// All but columns and hash.
+// All but columns, balls and hash.
 std::shared_ptr<HullSolid> try_solid(const std::string& who, const HullDraft& from, int max_vertices,
                                      double tolerance) {
   const Grid& grid = from.grid;
@@ -298,6 +298,7 @@ std::shared_ptr<HullSolid> make_solid(const std::string& who, const std::vector<
     tolerance *= kSmallerTolerance;
   }
   solid->columns = make_hull_columns(solid->topology);
+  solid->balls = balls_of(*solid->columns.data);
   solid->content_hash = hash_of(*solid);
   return solid;
 }
