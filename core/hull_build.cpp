@@ -260,7 +260,7 @@ std::shared_ptr<HullSolid> try_solid(const std::string& who, const HullDraft& fr
   const Grid& grid = from.grid;
   const TriangleHull hull = find_triangles(from.extreme.places, grid.step, {max_vertices, tolerance});
   const double thickness = checked_thickness(who, grid, from.extreme.places, hull);
-  const HullPolygons polygons = find_polygons(from.extreme.places, grid.step, hull,
+  const HullPolygons polygons = find_polygons(who, from.extreme.places, grid.step, hull,
                                               std::min(tolerance, kToleranceOfThickness * thickness));
   const GridPoints corners = subset(from.extreme, polygons.corners);
 
