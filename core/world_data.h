@@ -180,8 +180,8 @@ struct Contacts {
   Column<std::int32_t> previous;  // scratch; find_pairs; per row of `now`: its row in `before`, or -1.
                                   // Meaningless while list_kept
   Column<std::int32_t> touching;  // derived; collide; rows with points, ascending
-  bool manifolds_stale = false;  // state; calls: masses or materials have changed, so that no manifold can be
-                                 // recycled; cleared by collide
+  bool manifolds_stale = false;  // state; calls: mass centers, materials or local poses have changed, so that
+                                 // no manifold can be recycled; cleared by collide
   bool pairs_stale = false;      // state; calls: rows may name dead or replaced shapes, or filters and types
                                  // have changed, so that the list can not be kept; cleared by find_pairs
 };
