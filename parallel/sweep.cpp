@@ -11,6 +11,7 @@
 #include <core/balls.h>
 #include <core/edit.h>
 #include <parallel/broad_phase.h>
+#include <parallel/list_where.h>
 #include <parallel/stages.h>
 
 #include <cmath>
@@ -19,7 +20,6 @@ namespace scree {
 
 namespace {
 
-constexpr int kBodiesPerChunk = 1024;
 constexpr int kFastPerChunk = 8;
 constexpr float kNever = 2.0f;  // times run from 0 to 1
 
@@ -278,43 +278,17 @@ bool sweep_body(WorldData& data, const BroadPhase& broad_phase, std::size_t body
   return false;
 }
 
-// Lists the awake bodies that are to be swept.
-void list_fast(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
-  const Bodies& bodies = data.bodies;
-  const int count = static_cast<int>(bodies.awake.size());
-  Column<std::int32_t>& counts = broad_phase.fast_counts;
-  counts.resize_discarding(static_cast<std::size_t>((count + kBodiesPerChunk - 1) / kBodiesPerChunk));
-  const auto fast_at = [&](int i) {
-    const auto body = static_cast<std::size_t>(bodies.awake[static_cast<std::size_t>(i)]);
-    return is_fast(bodies.core[body], bodies.delta[body]);
-  };
-  crew.run_ranges(count, kBodiesPerChunk, [&](int begin, int end, int) {
-    std::int32_t fast = 0;
-    for (int i = begin; i < end; ++i) fast += fast_at(i) ? 1 : 0;
-    counts[static_cast<std::size_t>(begin / kBodiesPerChunk)] = fast;
-  });
-  std::int32_t place = 0;
-  for (std::int32_t& fast : counts) {
-    const std::int32_t first = place;
-    place += fast;
-    fast = first;
-  }
-  broad_phase.fast.resize_discarding(static_cast<std::size_t>(place));
-  if (place == 0) return;
-  crew.run_ranges(count, kBodiesPerChunk, [&](int begin, int end, int) {
-    auto to = static_cast<std::size_t>(counts[static_cast<std::size_t>(begin / kBodiesPerChunk)]);
-    for (int i = begin; i < end; ++i) {
-      if (fast_at(i)) broad_phase.fast[to++] = bodies.awake[static_cast<std::size_t>(i)];
-    }
-  });
-}
-
 }  // namespace
 
 void sweep_fast_bodies(WorldData& data, Crew& crew) {
   if (!data.settings.continuous) return;
   BroadPhase& broad_phase = broad_phase_of(data);
-  list_fast(data, broad_phase, crew);
+  const Bodies& bodies = data.bodies;
+  const auto body_at = [&](std::size_t place) { return static_cast<std::size_t>(bodies.awake[place]); };
+  list_where(
+      crew, bodies.awake.size(), broad_phase.fast_counts, broad_phase.fast,
+      [&](std::size_t place) { return is_fast(bodies.core[body_at(place)], bodies.delta[body_at(place)]); },
+      [&](std::size_t place) { return bodies.awake[place]; });
   const int count = static_cast<int>(broad_phase.fast.size());
   if (count == 0) return;
   broad_phase.fast_hits.resize_discarding(static_cast<std::size_t>(count));
