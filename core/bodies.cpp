@@ -80,13 +80,20 @@ std::complex<double> product(std::complex<double> a, std::complex<double> b) {
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
 
-// A changed velocity wakes the body; a kinematic one wakes what rests on it.
-void after_velocity_change(const BodyRow& at_row) {
+// A changed velocity wakes the body; a kinematic one wakes what rests on it. One that is stopped has moved
+// since its contacts were last looked at and counts as put where it stands, so that it wakes what it came
+// near.
+void change_velocity(const BodyRow& at_row, Vec3 linear, Vec3 angular) {
+  VelocityRow& velocity = at_row.bodies.velocity[at_row.row];
+  const bool moved = !is_still(velocity);
+  store(velocity.linear, linear);
+  store(velocity.angular, angular);
   if (at_row.is_dynamic()) {
     wake_body(at_row.data, at_row.body);
-  } else {
-    disturb(at_row.data, at_row.body);
+    return;
   }
+  disturb(at_row.data, at_row.body);
+  if (moved && is_still(velocity)) mark_shapes_dirty(at_row.data, at_row.body);
 }
 
 // The angular velocity whose substeps add up to a turn. A substep turns by the unit quaternion of
@@ -197,8 +204,8 @@ void World::set_linear_velocity(BodyId body, Vec3 velocity) {
   const BodyRow b = at(call, data_, body);
   check_vector(call, "velocity", velocity, kMaxSpeed);
   if (b.bodies.type[b.row] == BodyType::fixed) return;
-  store(b.bodies.velocity[b.row].linear, free_linear(b.bodies.motion[b.row], velocity));
-  after_velocity_change(b);
+  change_velocity(b, free_linear(b.bodies.motion[b.row], velocity),
+                  to_vec3(b.bodies.velocity[b.row].angular));
 }
 
 void World::set_angular_velocity(BodyId body, Vec3 velocity) {
@@ -206,8 +213,8 @@ void World::set_angular_velocity(BodyId body, Vec3 velocity) {
   const BodyRow b = at(call, data_, body);
   check_vector(call, "velocity", velocity, kMaxSpeed);
   if (b.bodies.type[b.row] == BodyType::fixed) return;
-  store(b.bodies.velocity[b.row].angular, free_angular(b.bodies.motion[b.row], velocity));
-  after_velocity_change(b);
+  change_velocity(b, to_vec3(b.bodies.velocity[b.row].linear),
+                  free_angular(b.bodies.motion[b.row], velocity));
 }
 
 void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
@@ -225,11 +232,9 @@ void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
   const Vec3 angular = spin_for(rotation * conjugate(to_quat(pose.rotation)), b.data.settings.substeps, dt);
   check_vector(call, "the linear velocity", linear, kMaxSpeed);
   check_vector(call, "the angular velocity", angular, kMaxSpeed);
-  VelocityRow& velocity = b.bodies.velocity[b.row];
+  const VelocityRow& velocity = b.bodies.velocity[b.row];
   if (to_vec3(velocity.linear) == linear && to_vec3(velocity.angular) == angular) return;
-  store(velocity.linear, linear);
-  store(velocity.angular, angular);
-  after_velocity_change(b);
+  change_velocity(b, linear, angular);
 }
 
 Vec3 World::center_of_mass(BodyId body) const {

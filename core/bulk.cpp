@@ -1,4 +1,5 @@
 // Creating and destroying bodies, one or a million at a time.
+#include <core/balls.h>
 #include <core/check.h>
 #include <core/edit.h>
 #include <core/fp_environment.h>
@@ -129,6 +130,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
     const std::int32_t shape_row = shape_plan.slot(shapes.free_slots, i);
     link_shape(data, shape_row, body);
     commit_shape(shapes, shape_row);
+    measure_core(data, body);
   }
   bodies.free_slots.drop_back(body_plan.from_free);
   shapes.free_slots.drop_back(shape_plan.from_free);

@@ -1,4 +1,5 @@
 // Edits: the pieces that World's calls are made of; see edit.h.
+#include <core/balls.h>
 #include <core/edit.h>
 #include <core/hull_build.h>
 
@@ -19,6 +20,27 @@ void grow_store(Store& store, std::size_t count) {
   }
 }
 
+// The body's matter stays where it is and moves on as it did.
+void move_center(WorldData& data, std::int32_t body, Vec3 center) {
+  Bodies& bodies = data.bodies;
+  const auto row = static_cast<std::size_t>(body);
+  data.contacts.manifolds_stale = true;  // they tell arms from the old center
+
+  const Pose transform = bodies.transform[row];
+  const Vec3 shift = rotate(transform.rotation, center - bodies.center[row]);
+  VelocityRow& velocity = bodies.velocity[row];
+  store(velocity.linear,
+        free_linear(bodies.motion[row], to_vec3(velocity.linear) + cross(to_vec3(velocity.angular), shift)));
+  bodies.center[row] = center;
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    place_shape_in_body(data, shape);
+    // Manifolds of sleepers with a fixed or kinematic body must be made anew, too.
+    if (bodies.type[row] != BodyType::dynamic) request_wake(data, shape);
+  }
+  place_body(data, body, transform);
+}
+
 }  // namespace
 
 void grow(Bodies& bodies, std::size_t count) { grow_store(bodies, count); }
@@ -32,6 +54,13 @@ void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags) {
   std::uint8_t& row_flags = shapes.flags[static_cast<std::size_t>(shape)];
   if ((row_flags & kShapeDirty) == 0) shapes.dirty.push_back(shape);
   row_flags = static_cast<std::uint8_t>(row_flags | flags | kShapeDirty);
+}
+
+void mark_shapes_dirty(WorldData& data, std::int32_t body) {
+  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    mark_dirty(data.shapes, shape);
+  }
 }
 
 TreeKind tree_of(const Bodies& bodies, std::int32_t body) {
@@ -160,10 +189,7 @@ void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
   store(bodies.pose[row].position, transform.position + rotate(transform.rotation, bodies.center[row]));
   store(bodies.pose[row].rotation, transform.rotation);
   bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
-  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
-    mark_dirty(data.shapes, shape);
-  }
+  mark_shapes_dirty(data, body);
 }
 
 void apply_locks(Bodies& bodies, std::int32_t body) {
@@ -186,20 +212,8 @@ void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
   bodies.inertia[row] = {};
   bodies.motion[row].flags = (bodies.motion[row].flags & ~static_cast<std::uint32_t>(kMotionGyroscopic)) |
                              (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u);
-  if (bodies.center[row] == mass.center) return;
-  data.contacts.manifolds_stale = true;  // they tell arms from the old center
-
-  const Pose transform = bodies.transform[row];
-  const Vec3 shift = rotate(transform.rotation, mass.center - bodies.center[row]);
-  VelocityRow& velocity = bodies.velocity[row];
-  store(velocity.linear,
-        free_linear(bodies.motion[row], to_vec3(velocity.linear) + cross(to_vec3(velocity.angular), shift)));
-  bodies.center[row] = mass.center;
-  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
-    place_shape_in_body(data, shape);
-  }
-  place_body(data, body, transform);
+  if (bodies.center[row] != mass.center) move_center(data, body, mass.center);
+  measure_core(data, body);
 }
 
 void disturb(WorldData& data, std::int32_t body) {

@@ -35,6 +35,7 @@ struct SlotPlan {
 
 // Puts the shape on the list of what the broad phase must look at again.
 void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags = kShapeDirty);
+void mark_shapes_dirty(WorldData& data, std::int32_t body);  // all shapes of the body
 
 TreeKind tree_of(const Bodies& bodies, std::int32_t body);
 
@@ -53,7 +54,8 @@ void bury_shape(WorldData& data, std::int32_t shape);
 
 // Places the body's origin; shapes become dirty.
 void place_body(WorldData& data, std::int32_t body, const Pose& transform);
-// Writes the mass rows, moving the center of mass in the body; the body's matter moves on as it did.
+// Ends every call that changes a body's mass or shapes: writes the mass rows, moving the center of mass in
+// the body, whose matter moves on as it did, and its core.
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass);
 void apply_locks(Bodies& bodies, std::int32_t body);  // motion's locks and velocity from locks and type
 void place_shape_in_body(WorldData& data, std::int32_t shape);  // local_pose from given_pose, center and hull

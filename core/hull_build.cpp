@@ -254,13 +254,13 @@ HullReport make_report(const HullDraft& from, const TriangleHull& hull, const Hu
   return report;
 }
 
-// All but columns and hash.
+// All but columns, balls and hash.
 std::shared_ptr<HullSolid> try_solid(const std::string& who, const HullDraft& from, int max_vertices,
                                      double tolerance) {
   const Grid& grid = from.grid;
   const TriangleHull hull = find_triangles(from.extreme.places, grid.step, {max_vertices, tolerance});
   const double thickness = checked_thickness(who, grid, from.extreme.places, hull);
-  const HullPolygons polygons = find_polygons(from.extreme.places, grid.step, hull,
+  const HullPolygons polygons = find_polygons(who, from.extreme.places, grid.step, hull,
                                               std::min(tolerance, kToleranceOfThickness * thickness));
   const GridPoints corners = subset(from.extreme, polygons.corners);
 
@@ -298,6 +298,7 @@ std::shared_ptr<HullSolid> make_solid(const std::string& who, const std::vector<
     tolerance *= kSmallerTolerance;
   }
   solid->columns = make_hull_columns(solid->topology);
+  solid->balls = balls_of(*solid->columns.data);
   solid->content_hash = hash_of(*solid);
   return solid;
 }

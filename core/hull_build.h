@@ -5,6 +5,7 @@
 // coordinates, relative to the hull's centroid, are floats without another rounding.
 #pragma once
 
+#include <core/balls.h>
 #include <core/hull_columns.h>
 #include <core/hull_mass.h>
 #include <core/hull_topology.h>
@@ -27,6 +28,7 @@ struct HullSolid {
   HullIntegrals integrals;  // about `origin`
   HullReport report;
   HullColumns columns;
+  Balls balls;
   std::uint64_t content_hash = 0;  // of points and topology
 
   std::size_t bytes() const;  // of memory

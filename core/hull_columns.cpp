@@ -1,8 +1,8 @@
 // Columns of a hull from its topology; see core/plain/hull.h.
 #include <core/hull_columns.h>
+#include <core/hull_numbers.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -15,26 +15,15 @@ namespace {
 constexpr std::size_t kAlignment = 64;
 constexpr float kFarOffset = 1e30f;  // m; no plane that pads is ever the nearest
 
-std::int32_t padded(std::size_t count) {
-  const std::size_t block = static_cast<std::size_t>(kHullPadding);
-  return static_cast<std::int32_t>((count + block - 1) / block * block);
-}
-
-float round_down(double value) {
-  const float nearest = static_cast<float>(value);
-  return double{nearest} > value ? std::nextafter(nearest, -std::numeric_limits<float>::infinity()) : nearest;
-}
-float round_up(double value) { return -round_down(-value); }
-
 // Hands out pieces of one allocation. Without memory it only counts.
 class Allocation {
  public:
   explicit Allocation(void* memory) : memory_(static_cast<std::byte*>(memory)) {}
 
   template <class Row>
-  Row* take(std::int32_t rows) {
+  Row* take(std::size_t rows) {
     Row* piece = memory_ != nullptr ? reinterpret_cast<Row*>(memory_ + used_) : nullptr;
-    const std::size_t bytes = static_cast<std::size_t>(rows) * sizeof(Row);
+    const std::size_t bytes = rows * sizeof(Row);
     used_ += (bytes + kAlignment - 1) / kAlignment * kAlignment;
     return piece;
   }
@@ -61,21 +50,21 @@ struct Pieces {
 };
 
 Pieces take_pieces(Allocation& allocation, const HullTopology& topology) {
-  const std::int32_t vertices = padded(topology.vertices.size()), faces = padded(topology.planes.size());
+  const std::size_t vertices = padded(topology.vertices.size()), faces = padded(topology.planes.size());
   Pieces pieces{};
   pieces.data = allocation.take<HullData>(1);
   for (float*& column : pieces.vertex) column = allocation.take<float>(vertices);
   for (float*& column : pieces.normal) column = allocation.take<float>(faces);
   pieces.offset = allocation.take<float>(faces);
-  const std::int32_t edges = padded(topology.edges.size());
+  const std::size_t edges = padded(topology.edges.size());
   for (float*& column : pieces.arc_middle) column = allocation.take<float>(edges);
   pieces.arc_middle_point = allocation.take<float>(edges);
   for (float*& column : pieces.arc_tilt) column = allocation.take<float>(edges);
   pieces.arc_tilt_point = allocation.take<float>(edges);
   pieces.arc_cosine = allocation.take<float>(edges);
-  pieces.edge = allocation.take<HullEdge>(static_cast<std::int32_t>(topology.edges.size()));
-  pieces.loop = allocation.take<std::uint8_t>(static_cast<std::int32_t>(topology.loops.size()));
-  pieces.loop_begin = allocation.take<std::uint16_t>(static_cast<std::int32_t>(topology.begin.size()));
+  pieces.edge = allocation.take<HullEdge>(topology.edges.size());
+  pieces.loop = allocation.take<std::uint8_t>(topology.loops.size());
+  pieces.loop_begin = allocation.take<std::uint16_t>(topology.begin.size());
   return pieces;
 }
 
@@ -99,14 +88,6 @@ void fill_planes(const Pieces& pieces, const HullTopology& topology) {
   }
 }
 
-using Vector = std::array<double, 3>;
-
-double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vector cross(const Vector& a, const Vector& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-Vector to_vector(const float v[3]) { return {v[0], v[1], v[2]}; }
-Vector to_vector(const Vec3& v) { return {v.x, v.y, v.z}; }
 // As the kernels will read it.
 Vector rounded(const Vector& v) {
   Vector result{};
@@ -214,9 +195,9 @@ HullColumns make_hull_columns(const HullTopology& topology) {
   data->vertex_count = static_cast<std::int32_t>(topology.vertices.size());
   data->edge_count = static_cast<std::int32_t>(topology.edges.size());
   data->face_count = static_cast<std::int32_t>(topology.planes.size());
-  data->padded_vertices = padded(topology.vertices.size());
-  data->padded_edges = padded(topology.edges.size());
-  data->padded_faces = padded(topology.planes.size());
+  data->padded_vertices = static_cast<std::int32_t>(padded(topology.vertices.size()));
+  data->padded_edges = static_cast<std::int32_t>(padded(topology.edges.size()));
+  data->padded_faces = static_cast<std::int32_t>(padded(topology.planes.size()));
   data->inner_radius = round_down(inner_radius(topology));
   data->outer_radius = round_up(outer_radius(topology));
   for (int k = 0; k < 3; ++k) {

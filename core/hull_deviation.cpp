@@ -1,5 +1,6 @@
 // Distances of points to a hull; see hull_deviation.h.
 #include <core/hull_deviation.h>
+#include <core/hull_numbers.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,17 +12,6 @@ namespace scree {
 
 namespace {
 
-struct Vector {
-  double x, y, z;
-};
-Vector operator-(const Vector& a, const Vector& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Vector operator+(const Vector& a, const Vector& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Vector operator*(double s, const Vector& a) { return {s * a.x, s * a.y, s * a.z}; }
-double dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Vector cross(const Vector& a, const Vector& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-Vector to_vector(const Vec3& v) { return {v.x, v.y, v.z}; }
 double squared(const Vector& v) { return dot(v, v); }
 
 double squared_distance_to_segment(const Vector& p, const Vector& a, const Vector& b) {
@@ -32,7 +22,7 @@ double squared_distance_to_segment(const Vector& p, const Vector& a, const Vecto
 
 double squared_distance_to_face(const HullTopology& topology, std::size_t face, const Vector& p) {
   const HullTopology::Plane& plane = topology.planes[face];
-  const Vector n{plane.normal[0], plane.normal[1], plane.normal[2]};
+  const Vector n = to_vector(plane.normal);
   const std::size_t first = topology.begin[face], count = topology.begin[face + 1] - first;
   const auto corner = [&](std::size_t k) {
     return to_vector(topology.vertices[topology.loops[first + k % count]]);
@@ -55,7 +45,7 @@ double distance_to(const HullTopology& topology, const Vector& p) {
   for (std::size_t f = 0; f < topology.planes.size(); ++f) {
     const HullTopology::Plane& plane = topology.planes[f];
     const double reach =
-        plane.normal[0] * p.x + plane.normal[1] * p.y + plane.normal[2] * p.z - double{plane.offset};
+        plane.normal[0] * p[0] + plane.normal[1] * p[1] + plane.normal[2] * p[2] - double{plane.offset};
     if (reach > 0.0) nearest = std::min(nearest, squared_distance_to_face(topology, f, p));
   }
   return std::sqrt(nearest);
@@ -87,8 +77,7 @@ double find_deviation(const HullTopology& topology, std::span<const std::array<d
   double largest = 0.0;
   for (const Outsider& outsider : outsiders) {
     if (outsider.bound <= largest) break;
-    const auto& p = points[outsider.point];
-    largest = std::max(largest, distance_to(topology, {p[0], p[1], p[2]}));
+    largest = std::max(largest, distance_to(topology, points[outsider.point]));
   }
   return largest;
 }

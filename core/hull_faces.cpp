@@ -1,5 +1,6 @@
 // Polygons from triangles; see hull_faces.h.
 #include <core/hull_faces.h>
+#include <core/hull_numbers.h>
 #include <scree/error.h>
 
 #include <algorithm>
@@ -251,12 +252,6 @@ std::optional<HullPolygons> merge(const Places& places, TriangleHull hull, doubl
   }
 }
 
-// The float that is not below the value.
-float round_up(double value) {
-  const float nearest = static_cast<float>(value);
-  return double{nearest} < value ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest;
-}
-
 HullTopology::Plane plane_of_face(const std::vector<Vec3>& corners, const Loop& loop) {
   const Normal area = area_of(loop, [&](std::int32_t i) {
     const Vec3& v = corners[at(i)];
@@ -279,7 +274,7 @@ HullTopology::Plane plane_of_face(const std::vector<Vec3>& corners, const Loop& 
 
 }  // namespace
 
-HullPolygons find_polygons(std::span<const GridPoint> points, const GridSteps& steps,
+HullPolygons find_polygons(const std::string& who, std::span<const GridPoint> points, const GridSteps& steps,
                            const TriangleHull& hull, double tolerance) {
   const Places places{points, steps};
   for (int attempt = 0; attempt < kToleranceTries; ++attempt) {
@@ -287,7 +282,7 @@ HullPolygons find_polygons(std::span<const GridPoint> points, const GridSteps& s
     if (auto polygons = merge(places, hull, last ? 0.0 : tolerance)) return std::move(*polygons);
     tolerance *= kSmallerTolerance;
   }
-  throw Error("Hull: the points' hull is too degenerate to make faces of");
+  throw Error(who + ": the points' hull is too degenerate to make faces of");
 }
 
 HullTopology make_topology(const std::vector<Vec3>& corners, const std::vector<Loop>& loops) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace scree {
@@ -19,8 +20,9 @@ struct HullPolygons {
 
 // Merges triangles whose corners lie within `tolerance` (m) of one plane, drops corners that are
 // left with fewer than three faces, and says so by making the hull of the others anew. Tries smaller
-// tolerances where polygons would not be convex; at zero only what is exactly coplanar is merged.
-HullPolygons find_polygons(std::span<const GridPoint> points, const GridSteps& steps,
+// tolerances where polygons would not be convex; at zero only what is exactly coplanar is merged. Throws
+// Error "<who>: <problem>".
+HullPolygons find_polygons(const std::string& who, std::span<const GridPoint> points, const GridSteps& steps,
                            const TriangleHull& hull, double tolerance);
 
 // The topology of polygons whose corners have these coordinates.

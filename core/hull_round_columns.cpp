@@ -1,7 +1,8 @@
+// What segments and points need of a hull, from its topology; see HullRoundData in core/plain/hull.h.
+#include <core/hull_numbers.h>
 #include <core/hull_round_columns.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <span>
@@ -11,20 +12,6 @@ namespace scree {
 
 namespace {
 
-using Numbers = std::array<double, 3>;
-
-Numbers numbers_of(Vec3 v) { return {double(v.x), double(v.y), double(v.z)}; }
-Numbers difference(Vec3 to, Vec3 from) {
-  const Numbers a = numbers_of(to), b = numbers_of(from);
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-double dot(const Numbers& a, const Numbers& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-std::size_t padded(std::size_t count) {
-  constexpr std::size_t kBlock = kHullPadding;
-  return (count + kBlock - 1) / kBlock * kBlock;
-}
-
 struct SidePlane {
   float normal[3];
   float offset;
@@ -33,19 +20,16 @@ struct SidePlane {
 // The plane through a face's side and along the face's normal. In double precision, because the sides of a
 // sliver are short.
 SidePlane side_plane(Vec3 begin, Vec3 end, const HullTopology::Plane& face) {
-  const Numbers way = difference(end, begin);
-  const Numbers up{double(face.normal[0]), double(face.normal[1]), double(face.normal[2])};
-  Numbers side{way[1] * up[2] - way[2] * up[1], way[2] * up[0] - way[0] * up[2],
-               way[0] * up[1] - way[1] * up[0]};
+  Vector side = cross(to_vector(end) - to_vector(begin), to_vector(face.normal));
   const double scale = 1.0 / std::sqrt(dot(side, side));
   for (double& x : side) x *= scale;
-  return {{float(side[0]), float(side[1]), float(side[2])}, float(dot(side, numbers_of(begin)))};
+  return {{float(side[0]), float(side[1]), float(side[2])}, float(dot(side, to_vector(begin)))};
 }
 
 void fill_edge(const HullTopology& topology, std::size_t index, float* const (&column)[13], std::size_t to) {
   const HullTopology::Edge& edge = topology.edges[index];
   const Vec3 begin = topology.vertices[edge.vertex[0]];
-  const Numbers point = numbers_of(begin), way = difference(topology.vertices[edge.vertex[1]], begin);
+  const Vector point = to_vector(begin), way = to_vector(topology.vertices[edge.vertex[1]]) - point;
   for (std::size_t k = 0; k < 3; ++k) {
     column[k][to] = float(point[k]);
     column[3 + k][to] = float(way[k]);
@@ -56,7 +40,7 @@ void fill_edge(const HullTopology& topology, std::size_t index, float* const (&c
 }
 
 struct EdgePlace {
-  Numbers middle;
+  Vector middle;
   std::uint16_t index;
 };
 
@@ -65,7 +49,7 @@ struct EdgePlace {
 void order_by_place(std::span<EdgePlace> edges) {
   const std::size_t blocks = (edges.size() + kHullPadding - 1) / kHullPadding;
   if (blocks < 2) return;
-  Numbers low = edges[0].middle, high = low;
+  Vector low = edges[0].middle, high = low;
   for (const EdgePlace& edge : edges) {
     for (std::size_t k = 0; k < 3; ++k) {
       low[k] = std::min(low[k], edge.middle[k]);
@@ -88,8 +72,8 @@ std::vector<EdgePlace> ordered_edges(const HullTopology& topology) {
   std::vector<EdgePlace> edges;
   for (std::size_t index = 0; index < topology.edges.size(); ++index) {
     const HullTopology::Edge& edge = topology.edges[index];
-    const Numbers a = numbers_of(topology.vertices[edge.vertex[0]]);
-    const Numbers b = numbers_of(topology.vertices[edge.vertex[1]]);
+    const Vector a = to_vector(topology.vertices[edge.vertex[0]]);
+    const Vector b = to_vector(topology.vertices[edge.vertex[1]]);
     edges.push_back(
         {{0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])}, static_cast<std::uint16_t>(index)});
   }
@@ -100,16 +84,16 @@ std::vector<EdgePlace> ordered_edges(const HullTopology& topology) {
 // The ball about the mean of a block's middles that holds all ends; its radius is rounded up.
 void fill_block(const HullTopology& topology, std::span<const EdgePlace> edges, float* const (&column)[4],
                 std::size_t to) {
-  Numbers center{};
+  Vector center{};
   for (const EdgePlace& edge : edges) {
     for (std::size_t k = 0; k < 3; ++k) center[k] += edge.middle[k] / double(edges.size());
   }
   for (std::size_t k = 0; k < 3; ++k) column[k][to] = float(center[k]);
-  const Vec3 rounded{column[0][to], column[1][to], column[2][to]};
+  const Vector rounded{double{column[0][to]}, double{column[1][to]}, double{column[2][to]}};
   double radius_2 = 0.0;
   for (const EdgePlace& edge : edges) {
     for (const std::uint8_t end : topology.edges[edge.index].vertex) {
-      const Numbers way = difference(topology.vertices[end], rounded);
+      const Vector way = to_vector(topology.vertices[end]) - rounded;
       radius_2 = std::max(radius_2, dot(way, way));
     }
   }

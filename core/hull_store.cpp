@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <vector>
 
 namespace scree {
 
@@ -116,12 +117,15 @@ ExtentRow extent_of(const HullSolid& solid) {
 
 std::size_t hull_bytes(const Hulls& hulls) {
   std::size_t bytes = hulls.shared.capacity() * sizeof(SharedHull);
+  std::vector<const HullSolid*> solids;  // each once, however many slots are scaled from it
   for (const SharedHull& shared : hulls.shared) {
     if (shared.solid == nullptr) continue;
-    bytes += shared.solid->bytes();
-    const auto& given = HullAccess::solid(shared.geometry.hull);
-    if (given != shared.solid) bytes += given->bytes();
+    solids.push_back(shared.solid.get());
+    solids.push_back(HullAccess::solid(shared.geometry.hull).get());
   }
+  std::sort(solids.begin(), solids.end());
+  solids.erase(std::unique(solids.begin(), solids.end()), solids.end());
+  for (const HullSolid* solid : solids) bytes += solid->bytes();
   return bytes;
 }
 

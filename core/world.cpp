@@ -98,7 +98,7 @@ std::span<const BodyId> World::restored_bodies() const noexcept {
   return std::as_const(data_->events.restored).span();
 }
 
-MemoryUse World::memory_use() const noexcept {
+MemoryUse World::memory_use() const {
   MemoryUse use;
   if (data_ == nullptr) return use;
   for_each_column_size(*data_,

@@ -27,7 +27,7 @@ enum BodyFlag : std::uint8_t {
   kBodyCanSleep = 4,
   kBodyMassGiven = 8,         // mass comes from the caller, inertia from the shapes
   kBodyPropertiesGiven = 16,  // mass, center and inertia come from the caller
-  kBodyMarked = 32,           // set and cleared within one call or stage
+  kBodyMarked = 32,           // set and cleared within one call
 };
 
 enum class ShapeType : std::uint8_t { sphere, capsule, box, hull };
@@ -77,7 +77,7 @@ struct CoreRow {
   X(state,   std::int32_t,    first_shape)     /* calls; -1: none */                                           \
   X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
   X(derived, Pose,            transform)       /* calls, finish_step; of the origin */                         \
-  X(derived, CoreRow,         core)            /* update_bounds, after calls; of a body with shapes */         \
+  X(derived, CoreRow,         core)            /* calls */                                                     \
   X(scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */        \
   X(scratch, std::uint8_t,    touched)         /* solve; 1: has contacts in this step */                       \
   X(scratch, DeltaRow,        delta)           /* solve; motion since the step began */                        \
@@ -180,8 +180,8 @@ struct Contacts {
   Column<std::int32_t> previous;  // scratch; find_pairs; per row of `now`: its row in `before`, or -1.
                                   // Meaningless while list_kept
   Column<std::int32_t> touching;  // derived; collide; rows with points, ascending
-  bool manifolds_stale = false;  // state; calls: masses or materials have changed, so that no manifold can be
-                                 // recycled; cleared by collide
+  bool manifolds_stale = false;  // state; calls: mass centers, materials or local poses have changed, so that
+                                 // no manifold can be recycled; cleared by collide
   bool pairs_stale = false;      // state; calls: rows may name dead or replaced shapes, or filters and types
                                  // have changed, so that the list can not be kept; cleared by find_pairs
 };

@@ -1,4 +1,4 @@
-// Narrow phase: candidate pairs -> manifolds. Written: contacts.now (manifold, features, surface, color) and
+// Narrow phase: candidate pairs -> manifolds. Written: contacts.now (all but the pairs) and
 // contacts.touching. Read by find_islands, color_constraints and pack_blocks.
 //
 // Rows are grouped by type pair with a counting sort, each group goes through its kernel in chunks, and the
@@ -17,11 +17,9 @@ namespace {
 using simd::CollideItem;
 
 // NarrowPhase::kind: a simd::CollideType, or that the row is left alone, or that its pair cannot collide.
-constexpr std::uint8_t kTypeMask = 15;
 static_assert(simd::kCollideTypes <= 14);
-constexpr std::uint8_t kSkipped = 14;  // nobody is awake: the row keeps its contents
+constexpr std::uint8_t kSkipped = 14;  // nobody moves: the row keeps its contents
 constexpr std::uint8_t kNever = 15;    // no dynamic body
-constexpr std::uint8_t kWakeful = 16;  // listed where it touches: what sleeps in it must wake
 
 bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
 
@@ -40,8 +38,9 @@ bool is_new(const Contacts& contacts, std::size_t row) {
   return !contacts.list_kept && contacts.previous[row] < 0;
 }
 
-// Whether the body pushes what it touches.
-bool pushes(const WorldData& data, std::size_t body) {
+// Whether the body may push what it touches. One that rests was put or stopped by a call, which has woken
+// whatever sleeps near it: see wake_neighbors.
+bool moves(const WorldData& data, std::size_t body) {
   switch (data.bodies.type[body]) {
     case BodyType::fixed:
       return false;
@@ -53,21 +52,15 @@ bool pushes(const WorldData& data, std::size_t body) {
   return (data.bodies.flags[body] & kBodyAsleep) == 0;
 }
 
+// Whatever is collided is listed where it touches: what sleeps in it must wake.
 std::uint8_t classify(const WorldData& data, std::size_t row) {
   const ShapePair pair = data.contacts.now.pair[row];
   const std::size_t body_a = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.a)]);
   const std::size_t body_b = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.b)]);
-  const BodyType type_a = data.bodies.type[body_a], type_b = data.bodies.type[body_b];
-  if (!is_dynamic(type_a) && !is_dynamic(type_b)) return kNever;
-  const bool asleep_a = (data.bodies.flags[body_a] & kBodyAsleep) != 0;
-  const bool asleep_b = (data.bodies.flags[body_b] & kBodyAsleep) != 0;
-  const bool rests_a = type_a == BodyType::fixed || asleep_a, rests_b = type_b == BodyType::fixed || asleep_b;
-  const bool rest = rests_a && rests_b;
-  if (rest && !is_new(data.contacts, row)) return kSkipped;
-  const bool wakeful = rest || pushes(data, body_a) || pushes(data, body_b);
-  const auto type = collide_type(data.shapes.type[static_cast<std::size_t>(pair.a)],
-                                 data.shapes.type[static_cast<std::size_t>(pair.b)]);
-  return static_cast<std::uint8_t>(type | (wakeful ? kWakeful : 0));
+  if (!is_dynamic(data.bodies.type[body_a]) && !is_dynamic(data.bodies.type[body_b])) return kNever;
+  if (!moves(data, body_a) && !moves(data, body_b) && !is_new(data.contacts, row)) return kSkipped;
+  return static_cast<std::uint8_t>(collide_type(data.shapes.type[static_cast<std::size_t>(pair.a)],
+                                                data.shapes.type[static_cast<std::size_t>(pair.b)]));
 }
 
 CollideItem make_item(const WorldData& data, std::size_t row) {
@@ -121,11 +114,10 @@ void count_types(WorldData& data, NarrowPhase& phase, Crew& crew) {
     NarrowPhase::Counts counts{};
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
-      const std::uint8_t kind = classify(data, row);
-      phase.kind[row] = kind;
-      const int type = kind & kTypeMask;
+      const std::uint8_t type = classify(data, row);
+      phase.kind[row] = type;
       if (type < simd::kCollideTypes) {
-        ++counts[static_cast<std::size_t>(type)];
+        ++counts[type];
       } else if (type == kSkipped) {
         keep_row(data.contacts, row);
       } else {
@@ -158,7 +150,7 @@ void sort_by_type(const WorldData& data, NarrowPhase& phase, Crew& crew) {
     NarrowPhase::Counts place = phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
-      const std::size_t type = phase.kind[row] & kTypeMask;
+      const std::size_t type = phase.kind[row];
       if (type >= simd::kCollideTypes) continue;
       phase.items[static_cast<std::size_t>(place[type]++)] = make_item(data, row);
     }
@@ -227,7 +219,7 @@ std::uint8_t color_of(const Contacts& contacts, std::size_t row, bool touches) {
 }
 
 bool is_listed(const NarrowPhase& phase, std::size_t row) {
-  return phase.points[row] != 0 && (phase.kind[row] & kWakeful) != 0;
+  return phase.points[row] != 0 && phase.kind[row] < simd::kCollideTypes;
 }
 
 void list_touching(WorldData& data, NarrowPhase& phase, Crew& crew) {

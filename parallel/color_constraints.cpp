@@ -47,6 +47,7 @@ void Constraints::report(const Visit& visit) const {
   column("moving", moving);
   column("kinetic_energy", kinetic_energy);
   column("broken", broken);
+  column("finish_sums", finish_sums);
 }
 
 namespace {

@@ -53,6 +53,12 @@ struct ColorStage {
   bool rich;  // has chunks of a rich variant
 };
 
+// Of one chunk of moving bodies.
+struct FinishSum {
+  double kinetic_energy;  // J, of the dynamic ones
+  std::int64_t restored;
+};
+
 struct Constraints : Part {
   Column<ContactEdge> edges;          // scratch; color_constraints; by place in the touching list
   Column<BodyColors> body_colors;     // scratch; color_constraints; by body
@@ -78,6 +84,7 @@ struct Constraints : Part {
   Column<std::int32_t> moving;        // scratch; solve; awake dynamic bodies, then kinematic ones
   Column<float> kinetic_energy;       // scratch; finish_step; J by place in `moving`
   Column<std::uint8_t> broken;        // scratch; finish_step; by place in `moving`
+  Column<FinishSum> finish_sums;      // scratch; finish_step; by chunk of `moving`
 
   void report(const Visit& visit) const override;
 };

@@ -31,21 +31,28 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   constraints.kinetic_energy.resize_discarding(constraints.moving.size());
   constraints.broken.resize_discarding(constraints.moving.size());
 
+  constraints.finish_sums.resize_discarding(static_cast<std::size_t>((moving + kBodyChunk - 1) / kBodyChunk));
+
   const simd::BodyArgs args = body_args(data, dt);
   crew.run_ranges(moving, kBodyChunk, [&](int begin, int end, int) {
     crew.kernels().body.finish(args, begin, end);
-    for (int i = begin; i < end; ++i) {
-      bodies.force[static_cast<std::size_t>(constraints.moving[static_cast<std::size_t>(i)])] = ForceRow{};
+    FinishSum sum{};
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      bodies.force[static_cast<std::size_t>(constraints.moving[i])] = ForceRow{};
+      if (i < dynamic_count) sum.kinetic_energy += static_cast<double>(constraints.kinetic_energy[i]);
+      sum.restored += constraints.broken[i];
     }
+    constraints.finish_sums[static_cast<std::size_t>(begin / kBodyChunk)] = sum;
   });
 
-  // In the order of the list, so that the sum has the same bits for every thread count.
-  double energy = 0.0;
-  for (std::size_t i = 0; i < dynamic_count; ++i)
-    energy += static_cast<double>(constraints.kinetic_energy[i]);
-  data.stats.kinetic_energy = energy;
-  data.stats.restored_bodies =
-      std::count(constraints.broken.begin(), constraints.broken.end(), std::uint8_t{1});
+  // In the order of the chunks, so that the sum has the same bits for every thread count.
+  FinishSum all{};
+  for (const FinishSum& sum : constraints.finish_sums) {
+    all.kinetic_energy += sum.kinetic_energy;
+    all.restored += sum.restored;
+  }
+  data.stats.kinetic_energy = all.kinetic_energy;
+  data.stats.restored_bodies = all.restored;
   if (data.stats.restored_bodies > 0) list_restored(data, constraints);
   data.stats.awake_bodies = static_cast<std::int64_t>(dynamic_count);
   update_bounds(data, dt, crew);

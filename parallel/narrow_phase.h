@@ -15,7 +15,7 @@ struct NarrowPhase : Part {
   static constexpr int kRowChunk = 1024;
   using Counts = std::array<std::int32_t, simd::kCollideTypes>;
 
-  Column<std::uint8_t> kind;    // scratch; per row of contacts: collide type or kSkipped, and kWakeful
+  Column<std::uint8_t> kind;    // scratch; per row of contacts: collide type, kSkipped or kNever
   Column<std::uint8_t> points;  // scratch; per row: points, valid after the kernels
   Column<Counts> chunk_counts;  // scratch; per row chunk: rows of each type, then where they go in `items`
   Column<std::int32_t> chunk_touching;  // scratch; per row chunk: touching rows, then where they go

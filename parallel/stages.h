@@ -20,7 +20,6 @@ void store_impulses(WorldData& data, float dt, Crew& crew);  // blocks -> manifo
 void note_approach(WorldData& data, Crew& crew);  // velocities -> approach speeds, where events are asked for
 void list_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begin, persist and end of contacts
 void sweep_fast_bodies(WorldData& data, Crew& crew);      // motion -> shorter motion of those that hit
-void measure_core(WorldData& data, std::size_t body);     // shapes -> how far a body may move unswept
 void finish_step(WorldData& data, float dt, Crew& crew);  // motion -> poses, transforms, bounds, sleep timers
 
 simd::BodyArgs body_args(WorldData& data,

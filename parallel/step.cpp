@@ -38,7 +38,8 @@ class PhaseClock {
 
 void clear_figures(StepStats& stats) {
   for (double& time : stats.phase_ms) time = 0.0;
-  stats.restored_bodies = stats.swept_bodies = stats.sweep_hits = 0;  // a step of no length has none
+  // A step of no length has none.
+  stats.contact_points = stats.restored_bodies = stats.swept_bodies = stats.sweep_hits = 0;
 }
 
 void clear_events(Events& events) {

@@ -1,116 +1,33 @@
 // Sweeps: bodies that move far in one step do not pass through what rests.
 //
 // After the solver, a body whose motion exceeds a share of its inner radius (that of the largest ball about a
-// shape's center within the shape) is swept. A shape stands for balls that lie within it: one about its
-// center, and those that fit into its corners or ends. Of each ball the core, which is half as large, is cast
-// from the step's beginning to its end against the frozen tree. Where it would meet a fixed or sleeping
-// shape, the body is put back to where the ball meets it. It keeps its velocity, and the next step's contact
-// takes it.
+// shape's center within the shape) is swept. A shape stands for balls that lie within it (core/balls.h). Of
+// each ball the core, which is half as large, is cast from the step's beginning to its end against the frozen
+// tree. Where it would meet a fixed or sleeping shape, the body is put back to where the ball meets it. It
+// keeps its velocity, and the next step's contact takes it.
 //
 // A body that rests on something or slides along it never meets it with a core, however fast it is. What
 // holds the center of a ball when the step begins is left to its contact.
+#include <core/balls.h>
 #include <core/edit.h>
 #include <parallel/broad_phase.h>
+#include <parallel/list_where.h>
 #include <parallel/stages.h>
 
 #include <cmath>
-#include <limits>
 
 namespace scree {
 
 namespace {
 
-// Of a ball's radius. A ball that moves less than it is larger than its core can not bring its core into
-// anything that it did not touch before. So half the radius is also what a body may move unswept.
-constexpr float kCoreShare = 0.5f;
-constexpr int kBodiesPerChunk = 1024;
 constexpr int kFastPerChunk = 8;
 constexpr float kNever = 2.0f;  // times run from 0 to 1
 
-constexpr int kMostBalls = 16;
 // rad of turn that a ball's arc is taken for straight: it leaves its chord by 0.8 % of its arm at most.
 constexpr float kStraightTurn = 0.25f;
 
-// A ball within a shape; the center is in the shape's frame.
-struct Ball {
-  Vec3 center;
-  float radius;
-};
-
-struct Balls {
-  Ball ball[kMostBalls];
-  int count = 0;
-  void add(Vec3 center, float radius) { ball[count++] = {center, radius}; }
-};
-
-void add_corners(const float (&half)[3], float radius, Balls& balls) {
-  const Vec3 inset{half[0] - radius, half[1] - radius, half[2] - radius};
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    const auto along = [&](unsigned axis, float size) { return (corner >> axis & 1u) != 0 ? -size : size; };
-    // The thinnest axis, and others as thin, have one corner in place of two.
-    const bool repeated = ((corner & 1u) != 0 && !(inset.x > 0.0f)) ||
-                          ((corner & 2u) != 0 && !(inset.y > 0.0f)) ||
-                          ((corner & 4u) != 0 && !(inset.z > 0.0f));
-    if (!repeated) balls.add({along(0, inset.x), along(1, inset.y), along(2, inset.z)}, radius);
-  }
-}
-
 const HullData& hull_of(const WorldData& data, std::size_t shape) {
   return *data.hulls.data[static_cast<std::size_t>(data.shapes.hull[shape])];
-}
-
-Vec3 vertex_of(const HullData& hull, int vertex) {
-  return {hull.vertex[0][vertex], hull.vertex[1][vertex], hull.vertex[2][vertex]};
-}
-
-// A hull holds the ball about its centroid and its vertices, so also the latter's smaller copies between
-// them.
-void add_vertices(const HullData& hull, Balls& balls) {
-  constexpr float kOut = 0.75f;  // of the way to the vertex
-  int chosen[kMostBalls], count = 0;
-  for (int direction = 0; direction < 14; ++direction) {  // along the axes and the diagonals
-    const int bits = direction < 8 ? direction : 1 << (direction - 8) / 2;
-    const auto sign = [&](int axis) {
-      if (direction < 8) return (bits >> axis & 1) != 0 ? -1.0f : 1.0f;
-      return (bits >> axis & 1) == 0 ? 0.0f : direction % 2 == 0 ? -1.0f : 1.0f;
-    };
-    const Vec3 normal{sign(0), sign(1), sign(2)};
-    int best = 0;
-    for (int vertex = 1; vertex < hull.vertex_count; ++vertex) {
-      if (dot(vertex_of(hull, vertex), normal) > dot(vertex_of(hull, best), normal)) best = vertex;
-    }
-    if (std::find(chosen, chosen + count, best) != chosen + count) continue;
-    chosen[count++] = best;
-    balls.add(kOut * vertex_of(hull, best), (1.0f - kOut) * hull.inner_radius);
-  }
-}
-
-Balls balls_of(const WorldData& data, std::size_t shape) {
-  const ExtentRow& extent = data.shapes.extent[shape];
-  Balls balls;
-  switch (data.shapes.type[shape]) {
-    case ShapeType::sphere:
-      balls.add({}, extent.radius);
-      break;
-    case ShapeType::capsule:
-      for (const float end : {0.0f, extent.half[1], -extent.half[1]})
-        balls.add({0.0f, end, 0.0f}, extent.radius);
-      break;
-    case ShapeType::box: {
-      const float radius = std::min(extent.half[0], std::min(extent.half[1], extent.half[2]));
-      balls.add({}, radius);
-      if (std::max(extent.half[0], std::max(extent.half[1], extent.half[2])) > radius)
-        add_corners(extent.half, radius, balls);
-      break;
-    }
-    case ShapeType::hull: {
-      const HullData& hull = hull_of(data, shape);
-      balls.add({}, hull.inner_radius);
-      if (hull.outer_radius > 2.0f * hull.inner_radius) add_vertices(hull, balls);
-      break;
-    }
-  }
-  return balls;
 }
 
 // Distance of a point that moves along a line from a convex shape, negative within, and its slope by time.
@@ -361,60 +278,17 @@ bool sweep_body(WorldData& data, const BroadPhase& broad_phase, std::size_t body
   return false;
 }
 
-// Lists the awake bodies that are to be swept.
-void list_fast(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
-  const Bodies& bodies = data.bodies;
-  const int count = static_cast<int>(bodies.awake.size());
-  Column<std::int32_t>& counts = broad_phase.fast_counts;
-  counts.resize_discarding(static_cast<std::size_t>((count + kBodiesPerChunk - 1) / kBodiesPerChunk));
-  const auto fast_at = [&](int i) {
-    const auto body = static_cast<std::size_t>(bodies.awake[static_cast<std::size_t>(i)]);
-    return is_fast(bodies.core[body], bodies.delta[body]);
-  };
-  crew.run_ranges(count, kBodiesPerChunk, [&](int begin, int end, int) {
-    std::int32_t fast = 0;
-    for (int i = begin; i < end; ++i) fast += fast_at(i) ? 1 : 0;
-    counts[static_cast<std::size_t>(begin / kBodiesPerChunk)] = fast;
-  });
-  std::int32_t place = 0;
-  for (std::int32_t& fast : counts) {
-    const std::int32_t first = place;
-    place += fast;
-    fast = first;
-  }
-  broad_phase.fast.resize_discarding(static_cast<std::size_t>(place));
-  if (place == 0) return;
-  crew.run_ranges(count, kBodiesPerChunk, [&](int begin, int end, int) {
-    auto to = static_cast<std::size_t>(counts[static_cast<std::size_t>(begin / kBodiesPerChunk)]);
-    for (int i = begin; i < end; ++i) {
-      if (fast_at(i)) broad_phase.fast[to++] = bodies.awake[static_cast<std::size_t>(i)];
-    }
-  });
-}
-
 }  // namespace
-
-void measure_core(WorldData& data, std::size_t body) {
-  CoreRow core{std::numeric_limits<float>::infinity(), 0.0f, 0.0f};
-  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
-    const auto row = static_cast<std::size_t>(shape);
-    const Balls balls = balls_of(data, row);
-    core.radius = std::min(core.radius, kCoreShare * balls.ball[0].radius);
-    const float offset = length(to_vec3(data.shapes.local_pose[row].position));
-    for (int i = 0; i < balls.count; ++i) {
-      const float reach = offset + length(balls.ball[i].center);
-      core.reach = std::max(core.reach, reach);
-      core.size = std::max(core.size, reach + kCoreShare * balls.ball[i].radius);
-    }
-  }
-  data.bodies.core[body] = core;
-}
 
 void sweep_fast_bodies(WorldData& data, Crew& crew) {
   if (!data.settings.continuous) return;
   BroadPhase& broad_phase = broad_phase_of(data);
-  list_fast(data, broad_phase, crew);
+  const Bodies& bodies = data.bodies;
+  const auto body_at = [&](std::size_t place) { return static_cast<std::size_t>(bodies.awake[place]); };
+  list_where(
+      crew, bodies.awake.size(), broad_phase.fast_counts, broad_phase.fast,
+      [&](std::size_t place) { return is_fast(bodies.core[body_at(place)], bodies.delta[body_at(place)]); },
+      [&](std::size_t place) { return bodies.awake[place]; });
   const int count = static_cast<int>(broad_phase.fast.size());
   if (count == 0) return;
   broad_phase.fast_hits.resize_discarding(static_cast<std::size_t>(count));

@@ -44,36 +44,16 @@ void update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::
   });
 }
 
-// Of the bodies whose shapes were changed, each once.
-void measure_cores(WorldData& data, std::span<const std::int32_t> shapes) {
-  Bodies& bodies = data.bodies;
-  const auto body_of = [&](std::int32_t shape) {
-    return static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(shape)]);
-  };
-  for (const std::int32_t shape : shapes) {
-    const std::size_t body = body_of(shape);
-    if ((bodies.flags[body] & kBodyMarked) != 0) continue;
-    bodies.flags[body] = static_cast<std::uint8_t>(bodies.flags[body] | kBodyMarked);
-    measure_core(data, body);
-  }
-  for (const std::int32_t shape : shapes) {
-    std::uint8_t& flags = bodies.flags[body_of(shape)];
-    flags = static_cast<std::uint8_t>(flags & ~kBodyMarked);
-  }
-}
-
 }  // namespace
 
 void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Crew& crew) {
   Shapes& shapes = data.shapes;
   if (shapes.dirty.empty()) return;
-  measure_cores(data, shapes.dirty.span());
-  // The list of calls may name shapes that have died since, or one index twice.
+  // The list of calls may name shapes that have died since.
   const std::size_t first = broad_phase.dirty.size();
   for (const std::int32_t shape : shapes.dirty) {
     const auto index = static_cast<std::size_t>(shape);
     const std::uint8_t flags = shapes.flags[index];
-    if ((flags & kShapeDirty) == 0) continue;
     shapes.flags[index] = static_cast<std::uint8_t>(flags & ~kShapeDirty);
     if ((flags & kShapeAlive) == 0) continue;
     broad_phase.trees[static_cast<int>(shapes.tree[index])].bounds_changed = true;

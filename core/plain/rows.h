@@ -79,7 +79,8 @@ enum MotionFlag : std::uint32_t {
   kMotionGyroscopic = 1 << 8,  // inertia is not isotropic: integrate the gyroscopic term
 };
 
-// Extents of a shape: sphere (radius), capsule (half[1], radius), box (half).
+// Extents of a shape: sphere (radius), capsule (half[1], radius), box (half), hull (the box and the ball
+// about its centroid that hold it).
 struct alignas(16) ExtentRow {
   float half[3];
   float radius;

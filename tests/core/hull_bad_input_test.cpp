@@ -1,4 +1,5 @@
 // No points can break the builder: it says what is wrong with them, or makes a sound hull.
+#include <core/hull_faces.h>
 #include <tests/core/hull_clouds.h>
 
 #include <cfenv>
@@ -60,6 +61,17 @@ TEST(HullBadInput, PointsWithoutVolumeAreRefused) {
   EXPECT_NE(turned_plane.find(" m thick"), std::string::npos) << turned_plane;
   const std::string turned_line = error_of_points(turned(line, kTurn, {1, 2, 3}));
   EXPECT_NE(turned_line.find(" m thick"), std::string::npos) << turned_line;
+}
+
+TEST(HullBadInput, TrianglesWithoutFacesAreRefusedInTheNameOfTheCall) {
+  const std::vector<GridPoint> points{{0, 0, 0}, {8, 0, 0}, {0, 8, 0}};
+  TriangleHull sheet;  // two triangles back to back
+  sheet.triangles = {{{0, 1, 2}, {1, 1, 1}}, {{0, 2, 1}, {0, 0, 0}}};
+  const std::string who = "World::add_shape: the scaled hull";
+  EXPECT_EQ(error_of([&] {
+              find_polygons(who, points, {1, 1, 1}, sheet, 0.0);
+            }),
+            who + ": the points' hull is too degenerate to make faces of");
 }
 
 TEST(HullBadInput, TheThicknessOfHullsHasItsLimit) {

@@ -159,6 +159,11 @@ TEST_F(Waking, MovingOrChangingTheGroundWakesWhatLiesOnIt) {
        [&] {
          world.set_linear_velocity(ground, {1, 0, 0});
        }},
+      {"set_mass_properties",
+       [&] {
+         world.set_mass_properties(ground, {.center = {0, 0.04f, 0}});
+       }},
+      {"reset_mass", [&] { world.reset_mass(ground); }},
       {"destroy_shape", [&] { world.destroy_shape(ground_shape); }},
   };
   for (const auto& [name, call] : calls) {

@@ -199,9 +199,11 @@ TEST(Bounds, AShapeWithoutFiniteBoundsHasEmptyOnes) {
 
 TEST(Bounds, ShapesThatDiedWhileDirtyAreLeftAlone) {
   HandMadeWorld world;
+  world.add_sphere(BodyType::dynamic, {0, 0, 0}, 0.5f);
   const std::int32_t shape = world.add_sphere(BodyType::dynamic, {0, 0, 0}, 0.5f);
   world.destroy_body(kFirstBody);
-  world.add_sphere(BodyType::dynamic, {3, 0, 0}, 0.5f);  // takes the slot: now twice in the list
+  world.destroy_body(kFirstBody + 1);
+  world.add_sphere(BodyType::dynamic, {3, 0, 0}, 0.5f);  // takes the second one's slot
   world.refresh();
   EXPECT_EQ(world.data.shapes.dirty.size(), 2u);
   Workers workers(1);

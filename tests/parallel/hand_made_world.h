@@ -77,7 +77,7 @@ class HandMadeWorld {
     const auto index = static_cast<std::size_t>(body);
     shapes.next[shape] = data.bodies.first_shape[index];
     data.bodies.first_shape[index] = static_cast<std::int32_t>(shape);
-    shapes.flags[shape] = kShapeAlive | kShapeNew;
+    shapes.flags[shape] |= kShapeAlive | kShapeNew;
     shapes.tree[shape] = tree_of(index);
     mark_dirty(static_cast<std::int32_t>(shape));
     data.contacts.pairs_stale = true;
@@ -108,8 +108,9 @@ class HandMadeWorld {
     const auto index = static_cast<std::size_t>(body);
     for (std::int32_t shape = data.bodies.first_shape[index]; shape >= 0;) {
       const auto s = static_cast<std::size_t>(shape);
+      mark_dirty(shape);
       shape = data.shapes.next[s];
-      data.shapes.flags[s] = 0;
+      data.shapes.flags[s] = kShapeDirty;
       data.shapes.tree[s] = TreeKind::none;
       data.shapes.free_slots.push_back(static_cast<std::int32_t>(s));
     }

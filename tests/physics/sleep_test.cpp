@@ -78,18 +78,58 @@ TEST(Sleep, PullingOutTheLowestBoxWakes) {
   }
 }
 
-TEST(Sleep, AFixedBodyThatArrivesInASleeperWakesIt) {
+TEST(Sleep, AFixedOrKinematicBodyThatArrivesInASleeperWakesIt) {
+  for (const BodyType type : {BodyType::fixed, BodyType::kinematic}) {
+    Lab lab{WorldSettings{}};
+    lab.add_ground();
+    const Box wall{{0.5f, 1, 0.5f}};
+    std::vector<std::vector<BodyId>> stacks;
+    for (const float x : {0.0f, 10.0f, 20.0f, 30.0f, 40.0f}) stacks.push_back(add_stack(lab, 2, x));
+    const BodyId moved = lab.add({.type = type, .position = {15, 1, 0}}, wall);
+    const BodyId grown = lab.add({.type = type, .position = {20.8f, 1, 0}}, Sphere{0.01f});
+    const BodyId bare = lab.world.create_body({.type = type, .position = {30.8f, 1, 0}});
+    const BodyId ghost = lab.world.create_body({.type = type, .position = {40.8f, 1, 0}});
+    const ShapeId ghost_shape = lab.world.add_shape(ghost, wall, {}, {.filter = {.mask = 0}});
+    lab.run(240);
+    for (const auto& stack : stacks) ASSERT_EQ(awake_count(lab, stack), 0u);
+
+    lab.add({.type = type, .position = {0.8f, 1, 0}}, wall);
+    lab.world.set_pose(moved, Pose{{10.8f, 1, 0}, {}});
+    ShapeId shape{};
+    ASSERT_EQ(lab.world.shapes_of(grown, {&shape, 1}), 1u);
+    lab.world.set_geometry(shape, wall);
+    lab.world.add_shape(bare, wall);
+    lab.world.set_filter(ghost_shape, {});
+    lab.run(2);
+    for (std::size_t i = 0; i < stacks.size(); ++i) {
+      SCOPED_TRACE(i);
+      EXPECT_EQ(awake_count(lab, stacks[i]), stacks[i].size());
+    }
+    lab.run(60);
+    for (std::size_t i = 0; i < stacks.size(); ++i) {
+      EXPECT_LT(lab.position(stacks[i].front()).x(), 10.0 * static_cast<double>(i) - 0.1)
+          << "stack " << i << " must be pushed out of the wall";
+    }
+  }
+}
+
+TEST(Sleep, AKinematicBodyThatStopsInASleeperWakesIt) {
   Lab lab{WorldSettings{}};
   lab.add_ground();
-  const std::vector<BodyId> created_on = add_stack(lab, 2, 0.0f), moved_on = add_stack(lab, 2, 10.0f);
-  const BodyId wall = lab.add({.type = BodyType::fixed, .position = {20, 1, 0}}, Box{{0.5f, 1, 0.5f}});
+  const std::vector<BodyId> stack = add_stack(lab, 2, 0.0f);
+  // From beyond the reach of any contact to 0.1 m within the stack, in one step.
+  const BodyId wall =
+      lab.add({.type = BodyType::kinematic, .position = {-1.4f, 1, 0}}, Box{{0.5f, 0.9f, 0.5f}});
   lab.run(240);
-  ASSERT_EQ(awake_count(lab, created_on) + awake_count(lab, moved_on), 0u);
-  lab.add({.type = BodyType::fixed, .position = {0.8f, 1, 0}}, Box{{0.5f, 1, 0.5f}});
-  lab.world.set_pose(wall, Pose{{10.8f, 1, 0}, {}});
-  lab.run(2);
-  EXPECT_EQ(awake_count(lab, created_on), created_on.size());
-  EXPECT_EQ(awake_count(lab, moved_on), moved_on.size());
+  ASSERT_EQ(awake_count(lab, stack), 0u);
+  lab.world.set_linear_velocity(wall, {30, 0, 0});
+  lab.run(1);
+  ASSERT_EQ(awake_count(lab, stack), 0u);
+  lab.world.set_linear_velocity(wall, {});
+  lab.run(1);
+  EXPECT_EQ(awake_count(lab, stack), stack.size());
+  lab.run(60);
+  EXPECT_GT(lab.position(stack.front()).x(), 0.05) << "pushed out of the wall";
 }
 
 TEST(Sleep, AFixedOrKinematicBodyPutAFewCentimetersIntoASleeperWakesIt) {
@@ -106,6 +146,24 @@ TEST(Sleep, AFixedOrKinematicBodyPutAFewCentimetersIntoASleeperWakesIt) {
     EXPECT_EQ(awake_count(lab, stack), stack.size());
     lab.run(60);
     EXPECT_LT(lab.position(stack.front()).x(), -0.02) << "pushed out of the wall";
+  }
+}
+
+TEST(Sleep, AMassCenterThatMovesInTheGroundMovesNobody) {
+  for (const BodyType type : {BodyType::fixed, BodyType::kinematic}) {
+    Lab lab{WorldSettings{}};
+    const BodyId ground = lab.add({.type = type, .position = {0, -1, 0}}, Box{{50, 1, 50}});
+    const std::vector<BodyId> stack = add_stack(lab, 2, 0.0f);
+    lab.run(240);
+    ASSERT_EQ(awake_count(lab, stack), 0u);
+    const double height = lab.height(stack.front());
+    lab.world.set_mass_properties(ground, {.center = {0, 0.04f, 0}});
+    lab.run(1);
+    lab.world.wake(stack.front());
+    for (int i = 0; i < 60; ++i) {
+      lab.run(1);
+      ASSERT_NEAR(lab.height(stack.front()), height, 1e-4) << "after " << i << " steps";
+    }
   }
 }
 

@@ -43,6 +43,40 @@ TEST(Stats, ContactsThatDoNotOverlapAreLeftOutOfThePenetration) {
   EXPECT_EQ(stats.penetration_mean, stats.penetration_max);
 }
 
+TEST(Stats, PointsAreThoseOfSolvedContacts) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  const BodyId box = lab.add({.position = {0, 0.5f, 0}}, Box{});
+  const BodyId ball = lab.add({.position = {5, 0.5f, 0}, .can_sleep = false}, Sphere{0.5f});
+  lab.run(1);
+  EXPECT_EQ(lab.world.stats().contacts, 2);
+  EXPECT_EQ(lab.world.stats().contact_points, 5);
+  lab.run(240);
+  ASSERT_FALSE(lab.world.is_awake(box));
+  ASSERT_TRUE(lab.world.is_awake(ball));
+  EXPECT_EQ(lab.world.stats().contacts, 2);
+  EXPECT_EQ(lab.world.stats().contact_points, 1);
+  lab.run(1, 0.0f);
+  EXPECT_EQ(lab.world.stats().contacts, 2);
+  EXPECT_EQ(lab.world.stats().contact_points, 0);
+}
+
+TEST(Stats, TheKineticEnergyIsThatOfAllDynamicBodies) {
+  Lab lab(without_gravity());
+  // More than a chunk of them, and the last chunk has bodies of both types.
+  double expected = 0.0;
+  for (int i = 0; i < 1300; ++i) {
+    const BodyType type = i % 3 == 2 ? BodyType::kinematic : BodyType::dynamic;
+    const float speed = 0.001f * static_cast<float>(i);
+    const BodyId body = lab.add(
+        {.type = type, .position = {3.0f * static_cast<float>(i), 0, 0}, .linear_velocity = {0, speed, 0}},
+        Sphere{0.5f});
+    if (type == BodyType::dynamic) expected += 0.5 * lab.mass(body) * double{speed} * double{speed};
+  }
+  lab.run(1);
+  EXPECT_NEAR(lab.world.stats().kinetic_energy, expected, 1e-6 * expected);
+}
+
 TEST(Stats, BodiesPutBackFromANonFiniteStateAreCounted) {
   Lab lab;
   lab.add_ground();

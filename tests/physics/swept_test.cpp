@@ -388,5 +388,19 @@ TEST(Swept, AShapesNewSizeCounts) {
   EXPECT_EQ(lab.world.stats().swept_bodies, 0);
 }
 
+TEST(Swept, AShapesSlotThatChangesHandsCountsForBothBodies) {
+  Lab lab(without_gravity());
+  const BodyId ball = lab.add({.linear_velocity = {12, 0, 0}}, Sphere{1.0f});  // 0.2 m a step
+  const ShapeId small = lab.world.add_shape(ball, Sphere{0.1f});
+  lab.world.set_mass_properties(ball, {});  // so that the center stays where it is
+  const BodyId other = lab.world.create_body({.position = {0, 100, 0}});
+  lab.run(1);
+  ASSERT_EQ(lab.world.stats().swept_bodies, 1);
+  lab.world.destroy_shape(small);
+  ASSERT_EQ(lab.world.add_shape(other, Sphere{1.0f}).index, small.index);
+  lab.run(1);
+  EXPECT_EQ(lab.world.stats().swept_bodies, 0);
+}
+
 }  // namespace
 }  // namespace scree::physics

@@ -16,7 +16,6 @@
 namespace scree::scenes {
 namespace {
 
-// The library's own limits: checked here too, so that errors can name the place.
 // The decimal number that a float limit was written as: 1e-4f itself is 9.99999975e-05.
 double decimal(float limit) {
   char text[32];
@@ -26,6 +25,8 @@ double decimal(float limit) {
 Range between(float low, float high) { return {decimal(low), decimal(high)}; }
 Range up_to(float high) { return between(0.0f, high); }
 Range within(float limit) { return between(-limit, limit); }
+
+// The library's own limits: checked here too, so that errors can name the place.
 const Range kLength = between(kMinExtent, kMaxExtent);  // m, of shapes
 const Range kHullPoint = within(kMaxExtent);            // m
 const Range kHullScale = between(kMinHullScale, kMaxHullScale);

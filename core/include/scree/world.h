@@ -203,7 +203,7 @@ class SCREE_API World {
   const WorldSettings& settings() const;
   void set_settings(const WorldSettings& settings);  ///< a change of gravity wakes all bodies
   const StepStats& stats() const;
-  MemoryUse memory_use() const noexcept;  ///< bytes reserved by all columns
+  MemoryUse memory_use() const;  ///< bytes reserved by all columns
   /// xxHash64 over index, pose and velocity of the living bodies in index order: equal for equal histories,
   /// whatever the instruction set, the thread count, the compiler or the build type.
   std::uint64_t hash() const;

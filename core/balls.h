@@ -1,0 +1,40 @@
+// Balls within shapes: what fast bodies are swept with, and how far a body may move unswept.
+//
+// A shape stands for balls that lie within it: one about its center, and those that fit into its corners or
+// ends. A body that moves less than half a ball's radius can not bring the ball's inner half into anything
+// that the ball did not touch before.
+#pragma once
+
+#include <core/plain/hull.h>
+#include <scree/math_types.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace scree {
+
+struct WorldData;
+
+inline constexpr int kMostBalls = 16;
+inline constexpr float kCoreShare = 0.5f;  // the core's of a ball's radius; cores are what is swept
+
+// A ball within a shape; the center is in the shape's frame.
+struct Ball {
+  Vec3 center;
+  float radius;
+};
+
+// The first one is about the shape's center.
+struct Balls {
+  Ball ball[kMostBalls];
+  int count = 0;
+  void add(Vec3 center, float radius) { ball[count++] = {center, radius}; }
+};
+
+Balls balls_of(const HullData& hull);
+Balls balls_of(const WorldData& data, std::size_t shape);
+
+// Writes Bodies::core of a body from its shapes, wherever they are. Every call that changes shapes ends so.
+void measure_core(WorldData& data, std::int32_t body);
+
+}  // namespace scree
