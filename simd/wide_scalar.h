@@ -126,4 +126,14 @@ inline void store_row_pairs(float* base, int stride, const std::int32_t* index, 
   row[1] = y.v;
 }
 
+// Eight consecutive floats per lane, at base + 8 * index[lane]; becomes eight wide numbers.
+inline void load_rows8(const float* base, const std::int32_t* index, F (&column)[8]) {
+  for (int k = 0; k < 8; ++k) column[k] = base[std::ptrdiff_t{8} * index[0] + k];
+}
+// The reverse, for lanes 0 to count - 1; later lanes write nothing.
+inline void store_rows8(float* base, const std::int32_t* index, int count, const F (&column)[8]) {
+  if (count < 1) return;
+  for (int k = 0; k < 8; ++k) base[std::ptrdiff_t{8} * index[0] + k] = column[k].v;
+}
+
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

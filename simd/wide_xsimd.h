@@ -340,4 +340,85 @@ inline void store_row_pairs(float* base, std::ptrdiff_t stride, const std::int32
   }
 }
 
+// Eight consecutive floats per lane (32-byte aligned), at base + 8 * index[lane]; becomes eight wide numbers.
+inline void load_rows8(const float* base, const std::int32_t* index, F (&column)[8]) {
+#if SCREE_SIMD_LANES == 4
+  load_rows(base, 8, index, column[0], column[1], column[2], column[3]);
+  load_rows(base + 4, 8, index, column[4], column[5], column[6], column[7]);
+#else
+  const auto row = [=](int lane) { return _mm256_load_ps(base + std::ptrdiff_t{8} * index[lane]); };
+  Register r[8];
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC unroll 4
+#endif
+  for (int i = 0; i < 4; ++i) {
+#if SCREE_SIMD_LANES == 8
+    r[i] = row(i);
+    r[4 + i] = row(4 + i);
+#else
+    r[i] = _mm512_insertf32x8(_mm512_castps256_ps512(row(i)), row(4 + i), 1);
+    r[4 + i] = _mm512_insertf32x8(_mm512_castps256_ps512(row(8 + i)), row(12 + i), 1);
+#endif
+  }
+  // Each four registers become columns k and 4 + k of half of the rows, in alternating quarters.
+  transpose(r[0], r[1], r[2], r[3]);
+  transpose(r[4], r[5], r[6], r[7]);
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC unroll 4
+#endif
+  for (int k = 0; k < 4; ++k) {
+#if SCREE_SIMD_LANES == 8
+    column[k] = F(FloatBatch(_mm256_permute2f128_ps(r[k], r[4 + k], 0x20)));
+    column[4 + k] = F(FloatBatch(_mm256_permute2f128_ps(r[k], r[4 + k], 0x31)));
+#else
+    column[k] = F(FloatBatch(_mm512_shuffle_f32x4(r[k], r[4 + k], 0x88)));
+    column[4 + k] = F(FloatBatch(_mm512_shuffle_f32x4(r[k], r[4 + k], 0xdd)));
+#endif
+  }
+#endif
+}
+
+// The reverse, for lanes 0 to count - 1; later lanes write nothing.
+inline void store_rows8(float* base, const std::int32_t* index, int count, const F (&column)[8]) {
+#if SCREE_SIMD_LANES == 4
+  store_rows(base, 8, index, count, column[0], column[1], column[2], column[3]);
+  store_rows(base + 4, 8, index, count, column[4], column[5], column[6], column[7]);
+#else
+  Register r[8];
+#if SCREE_SIMD_LANES == 16
+  const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
+  const __m512i high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+#endif
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC unroll 4
+#endif
+  for (int k = 0; k < 4; ++k) {
+#if SCREE_SIMD_LANES == 8
+    r[k] = _mm256_permute2f128_ps(column[k].v, column[4 + k].v, 0x20);
+    r[4 + k] = _mm256_permute2f128_ps(column[k].v, column[4 + k].v, 0x31);
+#else
+    const __m512d a = _mm512_castps_pd(column[k].v), b = _mm512_castps_pd(column[4 + k].v);
+    r[k] = _mm512_castpd_ps(_mm512_permutex2var_pd(a, low, b));
+    r[4 + k] = _mm512_castpd_ps(_mm512_permutex2var_pd(a, high, b));
+#endif
+  }
+  transpose(r[0], r[1], r[2], r[3]);
+  transpose(r[4], r[5], r[6], r[7]);
+#if SCREE_SIMD_LANES == 8
+  const auto row = [&r](int lane) { return r[lane]; };
+#else
+  const auto row = [&r](int lane) {
+    const __m512 pair = r[(lane & 3) | (lane >> 3 << 2)];  // this row and the one four lanes on or before
+    return (lane & 4) == 0 ? _mm512_castps512_ps256(pair) : _mm512_extractf32x8_ps(pair, 1);
+  };
+#endif
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC unroll 16
+#endif
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (lane < count) _mm256_store_ps(base + std::ptrdiff_t{8} * index[lane], row(lane));
+  }
+#endif
+}
+
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -10,13 +10,9 @@ struct BodyMass {
 };
 
 inline BodyMass load_mass(const InertiaRow* rows, const std::int32_t* index) {
-  BodyMass m;
-  F pad;
-  const float* base = rows->inverse_inertia;
-  load_rows(base, 8, index, m.inverse_inertia.xx, m.inverse_inertia.xy, m.inverse_inertia.xz,
-            m.inverse_inertia.yy);
-  load_rows(base + 4, 8, index, m.inverse_inertia.yz, m.inverse_inertia.zz, m.inverse_mass, pad);
-  return m;
+  F column[8];
+  load_rows8(rows->inverse_inertia, index, column);
+  return {{column[0], column[1], column[2], column[3], column[4], column[5]}, column[6]};
 }
 
 // The part of a hub that one contact has to itself.
@@ -204,14 +200,27 @@ inline void mark_touched(const ContactArgs& args, const std::int32_t* rows) {
   }
 }
 
+// Bytes [begin, end) of the manifolds of the next block of a chunk, if there is one.
+template <Access kAccess>
+inline void prefetch_manifolds(const ContactArgs& args, const ContactChunk& chunk, int first_lane,
+                               std::size_t begin, std::size_t end) {
+  const int next = first_lane + kLanes;
+  if (next >= chunk.first_lane + chunk.blocks * kLanes) return;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    prefetch<kAccess>(args.manifolds + args.rows[next + lane], begin, end);
+  }
+}
+
 template <int kPoints, bool kRich, bool kStatic>
-void prepare_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void prepare_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
   constexpr int kStride = sizeof(Manifold) / sizeof(float);
   const F scale(args.warm_start_scale);
   for_each_block<Block>(args, chunk, [&](Block& block, int, int first_lane) {
     const std::int32_t* contact = args.rows + first_lane;
     const float* base = args.manifolds->normal;
+    prefetch<Access::write>(&block + 1, 0, sizeof(Block));
+    prefetch_manifolds<Access::read>(args, chunk, first_lane, 0, sizeof(Manifold));
     Frame frame;
     V3 arm_a, arm_b;
     F friction, row_a, row_b;
@@ -231,7 +240,6 @@ void prepare_chunk(const ContactArgs& args, const ContactChunk& chunk) {
     mark_touched(args, block.row_b);
     if constexpr (!kStatic) mark_touched(args, block.row_a);
     store3(block.normal, frame.normal);
-    store3(block.tangent, frame.tangent1);
     store3(block.arm_a, arm_a);
     store3(block.arm_b, arm_b);
     store(block.friction, friction);
@@ -285,10 +293,14 @@ inline void forget_broken_impulses(Block& block) {
 }
 
 template <int kPoints, bool kRich, bool kStatic>
-void store_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void store_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
   constexpr int kStride = sizeof(Manifold) / sizeof(float);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
+    prefetch(&block + 1, offsetof(ContactBlock<kPoints>, impulse),
+             kRich ? sizeof(Block) : offsetof(ContactBlock<kPoints>, initial_separation));
+    prefetch_manifolds<Access::write>(args, chunk, first_lane, offsetof(Manifold, normal_impulse),
+                                      sizeof(Manifold));
     forget_broken_impulses<kPoints, kRich>(block);
     const std::int32_t* contact = args.rows + first_lane;
     F impulse[4] = {F(0.0f), F(0.0f), F(0.0f), F(0.0f)};

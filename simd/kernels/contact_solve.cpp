@@ -87,11 +87,12 @@ inline V3 relative_velocity(const Bodies& bodies, V3 arm_a, V3 arm_b) {
 }
 
 template <int kPoints, bool kRich, bool kStatic>
-void warm_start_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void warm_start_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
   HubSum hub(args, chunk);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
-    const V3 normal = load3(block.normal), tangent1 = load3(block.tangent);
+    prefetch(&block + 1, 0, sizeof(Block));
+    const V3 normal = load3(block.normal), tangent1 = tangent_of(normal);
     const V3 tangent2 = cross(normal, tangent1);
     F sum(0.0f), torque1(0.0f), torque2(0.0f);
     for (int k = 0; k < kPoints; ++k) {
@@ -112,7 +113,7 @@ void warm_start_chunk(const ContactArgs& args, const ContactChunk& chunk) {
 
 // Normals only, with soft bias. The separations are those of the last relax sweep: no pose has moved since.
 template <int kPoints, bool kRich, bool kStatic>
-void solve_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void solve_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
   const SoftConstants& soft = kStatic ? args.soft_static : args.soft;
   const F bias_rate(soft.bias_rate), mass_scale(soft.mass_scale), impulse_scale(soft.impulse_scale);
@@ -120,7 +121,8 @@ void solve_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   const F zero(0.0f), one(1.0f);
   HubSum hub(args, chunk);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
-    const V3 normal = load3(block.normal), tangent1 = load3(block.tangent);
+    prefetch(&block + 1, 0, kRich ? sizeof(Block) : offsetof(ContactBlock<kPoints>, tangent_impulse));
+    const V3 normal = load3(block.normal), tangent1 = tangent_of(normal);
     const V3 tangent2 = cross(normal, tangent1);
     const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
     Bodies bodies = load_bodies(args, block);
@@ -160,11 +162,9 @@ struct WideDelta {
 };
 
 inline WideDelta load_delta(const DeltaRow* rows, const std::int32_t* index) {
-  WideDelta d;
-  F pad;
-  load_rows(rows->position, 8, index, d.position.x, d.position.y, d.position.z, d.rotation.x);
-  load_rows(rows->position + 4, 8, index, d.rotation.y, d.rotation.z, d.rotation.w, pad);
-  return d;
+  F column[8];
+  load_rows8(rows->position, index, column);
+  return {{column[0], column[1], column[2]}, {column[3], column[4], column[5], column[6]}};
 }
 
 // Separations at the present poses: to first order in the rotation since the step began, from the normal as
@@ -255,7 +255,8 @@ inline void relax_blocks(const ContactArgs& args, const ContactChunk& chunk) {
   F worst(0.0f);
   HubSum hub(args, chunk);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
-    const V3 normal = load3(block.normal), tangent1 = load3(block.tangent);
+    prefetch(&block + 1, 0, sizeof(Block));
+    const V3 normal = load3(block.normal), tangent1 = tangent_of(normal);
     const V3 tangent2 = cross(normal, tangent1);
     const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
     F separation[kPoints];
@@ -300,12 +301,12 @@ inline void relax_blocks(const ContactArgs& args, const ContactChunk& chunk) {
 }
 
 template <int kPoints, bool kRich, bool kStatic>
-void relax_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void relax_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   relax_blocks<kPoints, kRich, kStatic, false>(args, chunk);
 }
 
 template <int kPoints, bool kRich, bool kStatic>
-void relax_measured_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void relax_measured_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   relax_blocks<kPoints, kRich, kStatic, true>(args, chunk);
 }
 
@@ -315,13 +316,14 @@ constexpr int kRestitutionSweeps = 8;
 // Rebound of the points that came in fast and were pressed during the step. The impulses are not stored: the
 // next step shall not begin with a kick.
 template <int kPoints, bool kRich, bool kStatic>
-void restitution_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void restitution_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   if constexpr (kRich) {
     using Block = RichBlock<kPoints>;
     const F threshold(-args.restitution_threshold), zero(0.0f);
     HubSum hub(args, chunk);
     for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
-      const V3 normal = load3(block.normal), tangent1 = load3(block.tangent);
+      prefetch(&block + 1, 0, sizeof(Block));
+      const V3 normal = load3(block.normal), tangent1 = tangent_of(normal);
       const V3 tangent2 = cross(normal, tangent1);
       const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
       Bodies bodies = load_bodies(args, block);

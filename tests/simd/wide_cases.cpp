@@ -210,12 +210,33 @@ void store_sixteen_pairs(float* base, int stride, const std::int32_t* index, int
   }
 }
 
+void load_sixteen_long(const float* base, const std::int32_t* index, float* const* out) {
+  for (int at = 0; at < kRows; at += kLanes) {
+    F column[8];
+    load_rows8(base, index + at, column);
+    for (int k = 0; k < 8; ++k) store_unaligned(out[k] + at, column[k]);
+  }
+}
+
+void store_sixteen_long(float* base, const std::int32_t* index, int count, const float* const* in) {
+  for (int at = 0; at < kRows; at += kLanes) {
+    F column[8];
+    for (int k = 0; k < 8; ++k) column[k] = load_unaligned(in[k] + at);
+    store_rows8(base, index + at, count_here(count, at), column);
+  }
+}
+
 }  // namespace
 
 WideCases wide_cases() {
-  return {kLanes,        static_cast<int>(sizeof(kCases) / sizeof(kCases[0])),
-          kCases,        load_sixteen,
-          store_sixteen, store_sixteen_pairs};
+  return {kLanes,
+          static_cast<int>(sizeof(kCases) / sizeof(kCases[0])),
+          kCases,
+          load_sixteen,
+          store_sixteen,
+          store_sixteen_pairs,
+          load_sixteen_long,
+          store_sixteen_long};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -29,6 +29,9 @@ struct WideCases {
   void (*store_rows)(float* base, int stride, const std::int32_t* index, int count, const float* const* in);
   void (*store_row_pairs)(float* base, int stride, const std::int32_t* index, int count,
                           const float* const* in);
+  // The same for rows of eight floats, one behind the other.
+  void (*load_rows8)(const float* base, const std::int32_t* index, float* const* out);
+  void (*store_rows8)(float* base, const std::int32_t* index, int count, const float* const* in);
 };
 
 namespace scalar {

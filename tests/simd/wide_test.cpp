@@ -177,8 +177,9 @@ std::vector<float> table_of(int floats) {
   for (std::size_t i = 0; i < table.size(); ++i) table[i] = static_cast<float>(i) + 0.5f;
   return table;
 }
-float* aligned(std::vector<float>& table) {
-  return reinterpret_cast<float*>((reinterpret_cast<std::uintptr_t>(table.data()) + 15) / 16 * 16);
+float* aligned(std::vector<float>& table, std::uintptr_t bytes = 16) {
+  return reinterpret_cast<float*>((reinterpret_cast<std::uintptr_t>(table.data()) + bytes - 1) / bytes *
+                                  bytes);
 }
 
 constexpr std::int32_t kIndex[kRows] = {3, 0, 17, 5, 31, 1, 2, 30, 8, 9, 4, 25, 24, 11, 19, 7};
@@ -231,6 +232,38 @@ TEST(Wide, RowsAreStoredForTheFirstLanesAndNothingElseIsTouched) {
           EXPECT_EQ(table, expected) << set.lanes << " lanes, " << width << " floats, " << count << " rows";
         }
       }
+    }
+  }
+}
+
+TEST(Wide, LongRowsAreLoadedAndStoredLikeShortOnes) {
+  std::vector<WideCases> sets = wide_sets();
+  sets.push_back(scalar::wide_cases());
+  std::array<std::array<float, kRows>, 8> columns{};
+  float* out[8];
+  for (std::size_t k = 0; k < 8; ++k) out[k] = columns[k].data();
+  for (const WideCases& set : sets) {
+    std::vector<float> source = table_of(kTableRows * 8 + 4);
+    const float* from = aligned(source, 32);
+    set.load_rows8(from, kIndex, out);
+    for (int lane = 0; lane < kRows; ++lane) {
+      for (int k = 0; k < 8; ++k) {
+        EXPECT_EQ(out[k][lane], from[kIndex[lane] * 8 + k]) << set.lanes << " lanes";
+        out[k][lane] = -static_cast<float>(lane * 8 + k + 1);
+      }
+    }
+    for (int count = 0; count <= kRows; ++count) {
+      std::vector<float> table = table_of(kTableRows * 8 + 4);
+      std::vector<float> expected = table;
+      float* base = aligned(table, 32);
+      const auto offset = static_cast<std::size_t>(base - table.data());
+      for (int lane = 0; lane < count; ++lane) {
+        for (int k = 0; k < 8; ++k) {
+          expected[offset + static_cast<std::size_t>(kIndex[lane] * 8 + k)] = out[k][lane];
+        }
+      }
+      set.store_rows8(base, kIndex, count, out);
+      EXPECT_EQ(table, expected) << set.lanes << " lanes, " << count << " rows";
     }
   }
 }
