@@ -416,9 +416,7 @@ void collide_pairs(const CollideColumns& columns, const CollideItem* items, int 
         kept[kept_count] = which[lane];
         kept_hint[kept_count++] = hints[lane];
       } else {
-        const std::int32_t row = block.row[lane];
-        columns.points[row] = 0;
-        if (columns.manifold[row].info != 0) columns.manifold[row].info = 0;
+        columns.points[block.row[lane]] = 0;
       }
     }
   }

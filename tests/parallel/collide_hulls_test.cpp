@@ -54,7 +54,7 @@ TEST(CollideHulls, WhatIsRememberedFollowsItsPairWhereTheListChanges) {
   std::size_t pairs = 0;
   for (int k = 0; k < 240; ++k) {
     step(world, 1.0f / 60.0f, workers);
-    const ContactRows& rows = data.contacts.now;
+    const PairRows& rows = data.contacts.pairs;
     changes += rows.pair.size() != pairs ? 1 : 0;
     pairs = rows.pair.size();
     for (std::size_t row = 0; row < pairs; ++row) {
@@ -62,7 +62,7 @@ TEST(CollideHulls, WhatIsRememberedFollowsItsPairWhereTheListChanges) {
         return data.shapes.type[static_cast<std::size_t>(shape)] == ShapeType::hull;
       };
       if (!is_hull(rows.pair[row].a) && !is_hull(rows.pair[row].b)) continue;
-      const bool touches = (rows.manifold[row].info & kManifoldPointMask) != 0;
+      const bool touches = rows.contact[row] >= 0;
       ASSERT_EQ(rows.axis[row].feature != 0, touches) << "step " << k << " row " << row;
       touching += touches ? 1 : 0;
     }
