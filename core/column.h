@@ -19,7 +19,8 @@ enum class ColumnKind {
 };
 
 // A vector of trivially copyable rows on 64-byte lines. New rows are zero bytes. The allocation ends at least
-// kPaddingBytes after the last row, so that wide loads may run past it. Shrinking keeps the memory.
+// kPaddingBytes after the last row, so that wide loads may run past it. Shrinking keeps the memory. What is
+// reserved but not in use is not written to, so that the pages of a large column's slack cost nothing.
 template <class Row>
 class Column {
   static_assert(std::is_trivially_copyable_v<Row>);
@@ -64,6 +65,11 @@ class Column {
     if (size_ == capacity_) reserve_for(size_ + 1);
     rows_[size_++] = copy;
   }
+  void append(std::span<const Row> rows) {  // of another column
+    const std::size_t old = size_;
+    resize_for_overwrite(old + rows.size());
+    if (!rows.empty()) std::memcpy(static_cast<void*>(rows_ + old), rows.data(), rows.size_bytes());
+  }
   void pop_back() { --size_; }
   void clear() { size_ = 0; }
   void drop_back(std::size_t count) { size_ -= count; }
@@ -75,34 +81,56 @@ class Column {
 
   // Keeps the common rows; new ones are zero bytes.
   void resize(std::size_t size) {
-    if (size > capacity_) {
-      reserve_for(size);  // new memory is zero already
-    } else if (size > size_) {
-      std::memset(static_cast<void*>(rows_ + size_), 0, (size - size_) * sizeof(Row));
-    }
+    const std::size_t old = size_;
+    resize_for_overwrite(size);
+    if (size > old) std::memset(static_cast<void*>(rows_ + old), 0, (size - old) * sizeof(Row));
+  }
+
+  // Keeps the common rows; new ones are indeterminate.
+  void resize_for_overwrite(std::size_t size) {
+    if (size > capacity_) reserve_for(size);
     size_ = size;
   }
 
-  // For scratch that is wholly written before it is read: contents are indeterminate afterwards.
+  // For scratch that is wholly written before it is read: contents are indeterminate afterwards. The old
+  // memory goes before the new comes, so that a step's peak does not hold both.
   void resize_discarding(std::size_t size) {
     if (size > capacity_) {
-      size_ = 0;
-      reserve_for(size);
+      const std::size_t grown = grown_capacity(size);
+      std::free(std::exchange(rows_, nullptr));
+      size_ = capacity_ = 0;
+      rows_ = allocate(grown);
+      capacity_ = grown;
     }
     size_ = size;
   }
 
  private:
-  void reserve_for(std::size_t size) {
-    const std::size_t grown = size > capacity_ * 3 / 2 ? size : capacity_ * 3 / 2;
+  // Large columns grow by less: what they have is copied seldom, but the copy lies beside it meanwhile.
+  static constexpr std::size_t kLargeBytes = std::size_t{1} << 22;
+
+  std::size_t grown_capacity(std::size_t size) const {
+    const std::size_t more = capacity_bytes() < kLargeBytes ? capacity_ / 2 : capacity_ / 8;
+    return size > capacity_ + more ? size : capacity_ + more;
+  }
+
+  static Row* allocate(std::size_t capacity) {
     const std::size_t bytes =
-        (grown * sizeof(Row) + kPaddingBytes + kAlignment - 1) / kAlignment * kAlignment;
+        (capacity * sizeof(Row) + kPaddingBytes + kAlignment - 1) / kAlignment * kAlignment;
     void* memory = std::aligned_alloc(kAlignment, bytes);
     if (memory == nullptr) throw std::bad_alloc();
-    if (size_ > 0) std::memcpy(memory, static_cast<const void*>(rows_), size_ * sizeof(Row));
-    std::memset(static_cast<char*>(memory) + size_ * sizeof(Row), 0, bytes - size_ * sizeof(Row));
+    const std::size_t rows = capacity * sizeof(Row);
+    std::memset(static_cast<char*>(memory) + rows, 0, bytes - rows);
+    return static_cast<Row*>(memory);
+  }
+
+  void reserve_for(std::size_t size) {
+    const std::size_t grown = grown_capacity(size);
+    Row* const rows = allocate(grown);
+    if (size_ > 0)
+      std::memcpy(static_cast<void*>(rows), static_cast<const void*>(rows_), size_ * sizeof(Row));
     std::free(rows_);
-    rows_ = static_cast<Row*>(memory);
+    rows_ = rows;
     capacity_ = grown;
   }
 

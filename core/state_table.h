@@ -25,10 +25,12 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::state, "shapes", "dirty", data.shapes.dirty);
   data.hulls.for_each_column(within("hulls"));
   visit(ColumnKind::state, "hulls", "free_slots", data.hulls.free_slots);
-  data.contacts.now.for_each_column(within("contacts.now"));
-  data.contacts.before.for_each_column([&visit](ColumnKind, const char* name, auto& column) {
-    visit(ColumnKind::scratch, "contacts.before", name, column);
+  data.contacts.pairs.for_each_column(within("contacts.pairs"));
+  data.contacts.pairs_before.for_each_column([&visit](ColumnKind, const char* name, auto& column) {
+    visit(ColumnKind::scratch, "contacts.pairs_before", name, column);
   });
+  data.contacts.now.for_each_column(within("contacts.now"));
+  visit(ColumnKind::state, "contacts", "free_rows", data.contacts.free_rows);
   visit(ColumnKind::scratch, "contacts", "previous", data.contacts.previous);
   visit(ColumnKind::derived, "contacts", "touching", data.contacts.touching);
   visit(ColumnKind::state, "events", "touching", data.events.touching);

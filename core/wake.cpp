@@ -32,12 +32,12 @@ bool has_been_put(const WorldData& data, std::size_t shape) {
 void wake_neighbors(WorldData& data) {
   Shapes& shapes = data.shapes;
   if (!shapes.wake_requested) return;
-  const ContactRows& rows = data.contacts.now;
+  const PairRows& rows = data.contacts.pairs;
   for (std::size_t i = 0; i < rows.pair.size(); ++i) {
     const auto a = static_cast<std::size_t>(rows.pair[i].a);
     const auto b = static_cast<std::size_t>(rows.pair[i].b);
     if (((shapes.flags[a] | shapes.flags[b]) & kShapeWakes) == 0) continue;
-    const bool touches = (rows.manifold[i].info & kManifoldPointMask) != 0;
+    const bool touches = rows.contact[i] >= 0;
     if (!touches && !has_been_put(data, a) && !has_been_put(data, b)) continue;
     // A slot that died or changed hands names a dead body or a new, wakeful one: no harm in either.
     wake_body(data, shapes.body[a]);

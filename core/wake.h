@@ -14,15 +14,15 @@ namespace scree {
 // Clears the sleep of a living dynamic body and restarts its timer; nothing happens to other rows.
 void wake_body(WorldData& data, std::int32_t body);
 
-// The bodies that touch the shape (by contacts.now) wake at the next wake_neighbors; where the call moves or
-// stops the shape of a fixed or kinematic body, so do those that are merely near it. Works for shapes that
+// The bodies that touch the shape (by contacts.pairs) wake at the next wake_neighbors; where the call moves
+// or stops the shape of a fixed or kinematic body, so do those that are merely near it. Works for shapes that
 // are about to die: their contact rows outlive them until find_pairs.
 inline void request_wake(WorldData& data, std::int32_t shape) {
   data.shapes.flags[static_cast<std::size_t>(shape)] |= kShapeWakes;
   data.shapes.wake_requested = true;
 }
 
-// Fulfills the requests. The step calls it before refresh_lists (contacts.now must still be last step's);
+// Fulfills the requests. The step calls it before refresh_lists (contacts.pairs must still be last step's);
 // World::is_awake calls it too.
 void wake_neighbors(WorldData& data);
 

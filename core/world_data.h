@@ -110,15 +110,23 @@ struct CoreRow {
   X(state,   std::int32_t,    shapes)          /* calls; how many share it */                                  \
   X(derived, const HullData*, data)            /* calls; null: the slot is free */
 
-// Rows of candidate pairs, in ascending order of (a, b).
-#define SCREE_CONTACT_COLUMNS(X)                                                                                \
+// Candidate pairs, in ascending order.
+#define SCREE_PAIR_COLUMNS(X)                                                                                   \
   X(state,   ShapePair,        pair)           /* find_pairs */                                                \
+  X(state,   std::int32_t,     contact)        /* collide; row of `contacts.now`, -1: does not touch */        \
+  X(state,   ContactAxis,      axis)           /* collide; of hulls against hulls and boxes; no rows while     \
+                                                  there is no hull */
+
+// Contacts: the pairs that touch, in no order. A contact keeps its row while it touches, so that nothing moves
+// when the list of pairs changes.
+#define SCREE_CONTACT_COLUMNS(X)                                                                                \
+  X(state,   ShapePair,        pair)           /* collide */                                                   \
   X(state,   Manifold,         manifold)       /* collide, store_impulses */                                   \
   X(state,   ManifoldFeatures, features)       /* collide */                                                   \
   X(state,   ContactAnchor,    anchor)         /* collide; where the manifold was made; boxes and hulls */     \
-  X(state,   ContactAxis,      axis)           /* collide; of hulls against hulls and boxes */                 \
   X(state,   ContactSurface,   surface)        /* collide, store_impulses; where kManifoldRich */              \
-  X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor while not touching */
+  X(state,   std::uint8_t,     points)         /* collide; how many, 0: the row is free */                     \
+  X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor before that */
 // clang-format on
 
 #define SCREE_DECLARE_COLUMN(kind, Type, name) Column<Type> name;
@@ -168,18 +176,24 @@ struct Hulls {
 
 inline constexpr std::uint8_t kNoColor = 0xff;
 
-// Two sets of rows: find_pairs writes the new list into `before` and swaps, so that rows move once.
+struct PairRows {
+  SCREE_STORE(SCREE_PAIR_COLUMNS)
+};
+
 struct ContactRows {
   SCREE_STORE(SCREE_CONTACT_COLUMNS)
 };
 
 struct Contacts {
+  PairRows pairs;
+  PairRows pairs_before;  // scratch; find_pairs: the last list, where it has changed
   ContactRows now;
-  ContactRows before;             // scratch; last step's rows where the list has changed
-  bool list_kept = false;         // scratch; find_pairs: `now` already holds last step's rows in place
-  Column<std::int32_t> previous;  // scratch; find_pairs; per row of `now`: its row in `before`, or -1.
-                                  // Meaningless while list_kept
-  Column<std::int32_t> touching;  // derived; collide; rows with points, ascending
+  Column<std::int32_t> free_rows;  // state; find_pairs, collide; of `now`, taken from the back
+  bool list_kept = false;          // scratch; find_pairs: the list of pairs is the last one
+  Column<std::int32_t> previous;   // scratch; find_pairs; per pair: its place in the last list, or -1.
+                                   // Meaningless while list_kept
+  Column<std::int32_t> touching;   // derived; collide, find_islands; contacts that somebody awake takes part
+                                   // in, in the order of their pairs
   bool manifolds_stale = false;  // state; calls: mass centers, materials or local poses have changed, so that
                                  // no manifold can be recycled; cleared by collide
   bool pairs_stale = false;      // state; calls: rows may name dead or replaced shapes, or filters and types
@@ -192,7 +206,7 @@ struct TouchRow {
   std::uint32_t events;  // ContactEvents
 };
 
-// Of one chunk of contact rows: how many there are of each, then where they go.
+// Of one chunk of pairs: how many there are of each, then where they go.
 struct EventCounts {
   std::int32_t touching, begins, persists, ends;
 };
@@ -205,10 +219,10 @@ struct Events {
   Column<ContactEvent> persists;  // scratch; list_events
   Column<ContactEnd> ends;        // scratch; list_events
   Column<BodyId> restored;        // scratch; finish_step
-  Column<float> impulse;          // scratch; store_impulses; N s by contact row, of the whole step, if asked
-  Column<float> approach;         // scratch; note_approach; m/s by contact row, if asked
-  Column<std::uint8_t> verdicts;  // scratch; list_events; by contact row
-  Column<EventCounts> counts;     // scratch; list_events; by chunk of contact rows
+  Column<float> impulse;          // scratch; store_impulses; N s by contact, of the whole step, if asked
+  Column<float> approach;         // scratch; note_approach; m/s by contact, if asked
+  Column<std::uint8_t> verdicts;  // scratch; list_events; by pair
+  Column<EventCounts> counts;     // scratch; list_events; by chunk of pairs
 };
 
 // Data that only one stage looks into; defined beside that stage, which makes it at its first run.

@@ -74,6 +74,8 @@ struct BroadPhase final : Part {
   Column<ShapePair> bucketed;            // grouped by bucket
   Column<std::int32_t> others;           // larger shapes of the pairs, grouped by owner
   Column<ShapePair> sorted;              // the new list
+  Column<std::int32_t> lost;             // contacts whose pairs are not in the new list
+  Column<std::int32_t> places;           // of list_where
 
   void report(const Visit& visit) const override;
 };

@@ -1,14 +1,19 @@
-// Narrow phase: candidate pairs -> manifolds. Written: contacts.now (all but the pairs) and
+// Narrow phase: candidate pairs -> contacts. Written: contacts.now, the pairs' contacts and axes, and
 // contacts.touching. Read by find_islands, color_constraints and pack_blocks.
 //
-// Rows are grouped by type pair with a counting sort, each group goes through its kernel in chunks, and the
-// touching rows are listed. Every pass runs in parallel over fixed chunks, and nothing depends on their
-// order.
+// Pairs are grouped by type pair, and by whether they are contacts already, with a counting sort. Each group
+// goes through its kernel in chunks: contacts are made anew in their rows, and pairs that were none take free
+// rows, a round at a time, so that there need be few more rows than contacts. Then the touching ones are
+// listed. Every pass runs in parallel over fixed chunks, and nothing depends on their order.
+//
+// A contact's row is 250 bytes, a pair's 28, and most pairs do not touch.
 #include <core/wake.h>
+#include <parallel/list_where.h>
 #include <parallel/narrow_phase.h>
 #include <parallel/stages.h>
 
-#include <numeric>
+#include <algorithm>
+#include <utility>
 
 namespace scree {
 
@@ -18,7 +23,7 @@ using simd::CollideItem;
 
 // NarrowPhase::kind: a simd::CollideType, or that the row is left alone, or that its pair cannot collide.
 static_assert(simd::kCollideTypes <= 14);
-constexpr std::uint8_t kSkipped = 14;  // nobody moves: the row keeps its contents
+constexpr std::uint8_t kSkipped = 14;  // nobody is awake: the contact, if it is one, stays as it is
 constexpr std::uint8_t kNever = 15;    // no dynamic body
 
 bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
@@ -54,7 +59,7 @@ bool moves(const WorldData& data, std::size_t body) {
 
 // Whatever is collided is listed where it touches: what sleeps in it must wake.
 std::uint8_t classify(const WorldData& data, std::size_t row) {
-  const ShapePair pair = data.contacts.now.pair[row];
+  const ShapePair pair = data.contacts.pairs.pair[row];
   const std::size_t body_a = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.a)]);
   const std::size_t body_b = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.b)]);
   if (!is_dynamic(data.bodies.type[body_a]) && !is_dynamic(data.bodies.type[body_b])) return kNever;
@@ -63,8 +68,9 @@ std::uint8_t classify(const WorldData& data, std::size_t row) {
                                                 data.shapes.type[static_cast<std::size_t>(pair.b)]));
 }
 
-CollideItem make_item(const WorldData& data, std::size_t row) {
-  const ShapePair pair = data.contacts.now.pair[row];
+CollideItem make_item(const WorldData& data, std::int32_t place) {
+  const auto row = static_cast<std::size_t>(place);
+  const ShapePair pair = data.contacts.pairs.pair[row];
   CollideItem item{};
   item.shape_1 = pair.a;
   item.shape_2 = pair.b;
@@ -74,8 +80,8 @@ CollideItem make_item(const WorldData& data, std::size_t row) {
   }
   item.body_1 = data.shapes.body[static_cast<std::size_t>(item.shape_1)];
   item.body_2 = data.shapes.body[static_cast<std::size_t>(item.shape_2)];
-  item.row = static_cast<std::int32_t>(row);
-  item.previous = data.contacts.list_kept ? item.row : data.contacts.previous[row];
+  item.row = item.previous = data.contacts.pairs.contact[row];
+  item.pair = place;
   const BodyType type_1 = data.bodies.type[static_cast<std::size_t>(item.body_1)];
   const BodyType type_2 = data.bodies.type[static_cast<std::size_t>(item.body_2)];
   const BodyType type_a = is_dynamic(type_2) ? type_1 : type_2;
@@ -85,88 +91,64 @@ CollideItem make_item(const WorldData& data, std::size_t row) {
   return item;
 }
 
-// A row that nobody collides takes its contents along where the list has changed.
-void keep_row(Contacts& contacts, std::size_t row) {
-  if (contacts.list_kept) return;
-  if (contacts.previous[row] < 0) {
-    contacts.now.manifold[row].info = 0;
-    contacts.now.axis[row] = {};
-    return;
-  }
-  const std::size_t from = static_cast<std::size_t>(contacts.previous[row]);
-  contacts.now.manifold[row] = contacts.before.manifold[from];
-  contacts.now.features[row] = contacts.before.features[from];
-  contacts.now.surface[row] = contacts.before.surface[from];
-  contacts.now.anchor[row] = contacts.before.anchor[from];
-  contacts.now.axis[row] = contacts.before.axis[from];
+// Of a pair that cannot collide.
+void clear_pair(Contacts& contacts, std::size_t row) {
+  const std::int32_t contact = contacts.pairs.contact[row];
+  if (contact >= 0) contacts.now.points[static_cast<std::size_t>(contact)] = 0;
+  if (!contacts.pairs.axis.empty()) contacts.pairs.axis[row] = {};
 }
 
-void count_types(WorldData& data, NarrowPhase& phase, Crew& crew) {
-  const int rows = static_cast<int>(data.contacts.now.pair.size());
+std::size_t group_of(const Contacts& contacts, std::size_t row, int type) {
+  return static_cast<std::size_t>(type + (contacts.pairs.contact[row] < 0 ? simd::kCollideTypes : 0));
+}
+
+void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
+  const int rows = static_cast<int>(data.contacts.pairs.pair.size());
   const int chunks = (rows + NarrowPhase::kRowChunk - 1) / NarrowPhase::kRowChunk;
   phase.kind.resize_discarding(static_cast<std::size_t>(rows));
-  phase.points.resize_discarding(static_cast<std::size_t>(rows));
-  phase.items.resize_discarding(static_cast<std::size_t>(rows));
   phase.chunk_counts.resize_discarding(static_cast<std::size_t>(chunks));
-  phase.chunk_touching.resize_discarding(static_cast<std::size_t>(chunks));
-  phase.chunk_resting.resize_discarding(static_cast<std::size_t>(chunks));
+  phase.outcomes.resize_discarding(static_cast<std::size_t>(chunks));
   crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
     NarrowPhase::Counts counts{};
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
       const std::uint8_t type = classify(data, row);
       phase.kind[row] = type;
-      if (type < simd::kCollideTypes) {
-        ++counts[type];
-      } else if (type == kSkipped) {
-        keep_row(data.contacts, row);
-      } else {
-        data.contacts.now.manifold[row].info = 0;
-        data.contacts.now.axis[row] = {};
-      }
-      if (type >= simd::kCollideTypes) {
-        phase.points[row] =
-            static_cast<std::uint8_t>(data.contacts.now.manifold[row].info & kManifoldPointMask);
-      }
+      if (type < simd::kCollideTypes) ++counts[group_of(data.contacts, row, type)];
+      if (type == kNever) clear_pair(data.contacts, row);
     }
     phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)] = counts;
   });
-  // Counts become places: by type, then by chunk.
+  // Counts become places: by group, then by chunk.
   std::int32_t place = 0;
-  for (std::size_t type = 0; type < simd::kCollideTypes; ++type) {
-    phase.type_begin[type] = place;
+  for (std::size_t group = 0; group < NarrowPhase::kGroups; ++group) {
+    phase.group_begin[group] = place;
     for (NarrowPhase::Counts& counts : phase.chunk_counts) {
-      const std::int32_t count = counts[type];
-      counts[type] = place;
+      const std::int32_t count = counts[group];
+      counts[group] = place;
       place += count;
     }
   }
-  phase.type_begin[simd::kCollideTypes] = place;
+  phase.group_begin[NarrowPhase::kGroups] = place;
+  phase.order.resize_discarding(static_cast<std::size_t>(place));
 }
 
-void sort_by_type(const WorldData& data, NarrowPhase& phase, Crew& crew) {
-  const int rows = static_cast<int>(data.contacts.now.pair.size());
+void sort_by_group(const WorldData& data, NarrowPhase& phase, Crew& crew) {
+  const int rows = static_cast<int>(data.contacts.pairs.pair.size());
   crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
     NarrowPhase::Counts place = phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
-      const std::size_t type = phase.kind[row];
+      const int type = phase.kind[row];
       if (type >= simd::kCollideTypes) continue;
-      phase.items[static_cast<std::size_t>(place[type]++)] = make_item(data, row);
+      phase.order[static_cast<std::size_t>(place[group_of(data.contacts, row, type)]++)] = i;
     }
   });
 }
 
-// Null where manifolds of the type are not recycled.
-simd::CollideKernels::Recycle recycle_of(const simd::CollideKernels& kernels, std::size_t type) {
-  if (type == simd::kBoxBox) return kernels.recycle_boxes;
-  return type == simd::kBoxHull || type == simd::kHullHull ? kernels.recycle_hulls : nullptr;
-}
-
-void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
+simd::CollideColumns collide_columns(WorldData& data) {
   Contacts& contacts = data.contacts;
-  const ContactRows& previous = contacts.list_kept ? contacts.now : contacts.before;
-  const simd::CollideColumns columns{
+  return {
       .shape_pose = data.shapes.pose.data(),
       .shape_extent = data.shapes.extent.data(),
       .shape_material = data.shapes.material.data(),
@@ -175,83 +157,178 @@ void run_kernels(WorldData& data, NarrowPhase& phase, Crew& crew) {
       .body_pose = data.bodies.pose.data(),
       .body_velocity = data.bodies.velocity.data(),
       .dt = data.last_dt,
-      .previous_manifold = previous.manifold.data(),
-      .previous_features = previous.features.data(),
-      .previous_surface = previous.surface.data(),
-      .previous_anchor = previous.anchor.data(),
-      .previous_axis = previous.axis.data(),
+      .previous_manifold = contacts.now.manifold.data(),
+      .previous_features = contacts.now.features.data(),
+      .previous_surface = contacts.now.surface.data(),
+      .previous_anchor = contacts.now.anchor.data(),
       .manifold = contacts.now.manifold.data(),
       .features = contacts.now.features.data(),
       .surface = contacts.now.surface.data(),
       .anchor = contacts.now.anchor.data(),
-      .axis = contacts.now.axis.data(),
-      .points = phase.points.data(),
+      .axis = contacts.pairs.axis.data(),
+      .points = contacts.now.points.data(),
   };
-  std::array<int, simd::kCollideTypes + 1> chunk_begin{};
-  for (std::size_t type = 0; type < simd::kCollideTypes; ++type) {
-    const int count = phase.type_begin[type + 1] - phase.type_begin[type];
-    chunk_begin[type + 1] = chunk_begin[type] + (count + simd::kCollideChunk - 1) / simd::kCollideChunk;
+}
+
+// The groups [first_group, first_group + kCollideTypes) in chunks of one type each.
+class TypeChunks {
+ public:
+  TypeChunks(const NarrowPhase& phase, std::size_t first_group)
+      : group_begin_(phase.group_begin.data() + first_group) {
+    for (std::size_t type = 0; type < simd::kCollideTypes; ++type) {
+      const int count = group_begin_[type + 1] - group_begin_[type];
+      chunk_begin_[type + 1] = chunk_begin_[type] + (count + simd::kCollideChunk - 1) / simd::kCollideChunk;
+    }
   }
-  const simd::CollideKernels& kernels = crew.kernels().collide;
-  crew.run(chunk_begin[simd::kCollideTypes], [&](int chunk, int) {
+  int count() const { return chunk_begin_[simd::kCollideTypes]; }
+  // Into NarrowPhase::order; a chunk ends where the next one begins.
+  int begin(int chunk) const {
+    if (chunk == count()) return group_begin_[simd::kCollideTypes];
+    const std::size_t type = type_of(chunk);
+    return group_begin_[type] + (chunk - chunk_begin_[type]) * simd::kCollideChunk;
+  }
+  std::size_t type_of(int chunk) const {
     std::size_t type = 0;
-    while (chunk >= chunk_begin[type + 1]) ++type;
-    const int begin = phase.type_begin[type] + (chunk - chunk_begin[type]) * simd::kCollideChunk;
-    const int count = std::min(phase.type_begin[type + 1] - begin, simd::kCollideChunk);
-    const CollideItem* items = phase.items.data() + begin;
+    while (chunk >= chunk_begin_[type + 1]) ++type;
+    return type;
+  }
+
+ private:
+  const std::int32_t* group_begin_;
+  std::array<int, simd::kCollideTypes + 1> chunk_begin_{};
+};
+
+// Null where manifolds of the type are not recycled.
+simd::CollideKernels::Recycle recycle_of(const simd::CollideKernels& kernels, std::size_t type) {
+  if (type == simd::kBoxBox) return kernels.recycle_boxes;
+  return type == simd::kBoxHull || type == simd::kHullHull ? kernels.recycle_hulls : nullptr;
+}
+
+// Pairs that are contacts, in their rows.
+void collide_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
+  const simd::CollideColumns columns = collide_columns(data);
+  const simd::CollideKernels& kernels = crew.kernels().collide;
+  const TypeChunks chunks(phase, 0);
+  crew.run(chunks.count(), [&](int chunk, int) {
+    const std::size_t type = chunks.type_of(chunk);
+    const int begin = chunks.begin(chunk), count = chunks.begin(chunk + 1) - begin;
+    CollideItem items[simd::kCollideChunk], left[simd::kCollideChunk];
+    for (int k = 0; k < count; ++k)
+      items[k] = make_item(data, phase.order[static_cast<std::size_t>(begin + k)]);
     const simd::CollideKernels::Recycle recycle = recycle_of(kernels, type);
-    if (recycle == nullptr || contacts.manifolds_stale) {
+    if (recycle == nullptr || data.contacts.manifolds_stale) {
       kernels.collide[type](columns, items, count);
       return;
     }
-    CollideItem left[simd::kCollideChunk];
     const int left_count = recycle(columns, items, count, left);
     if (left_count > 0) kernels.collide[type](columns, left, left_count);
   });
 }
 
-// A contact keeps its color while it touches.
-std::uint8_t color_of(const Contacts& contacts, std::size_t row, bool touches) {
-  if (!touches) return kNoColor;
-  if (contacts.list_kept) return contacts.now.color[row];
-  const std::int32_t previous = contacts.previous[row];
-  return previous < 0 ? kNoColor : contacts.before.color[static_cast<std::size_t>(previous)];
-}
-
-bool is_listed(const NarrowPhase& phase, std::size_t row) {
-  return phase.points[row] != 0 && phase.kind[row] < simd::kCollideTypes;
-}
-
-void list_touching(WorldData& data, NarrowPhase& phase, Crew& crew) {
-  Contacts& contacts = data.contacts;
-  const int rows = static_cast<int>(contacts.now.pair.size());
-  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
-    std::int32_t touching = 0, resting = 0;
-    for (int i = begin; i < end; ++i) {
-      const std::size_t row = static_cast<std::size_t>(i);
-      contacts.now.color[row] = color_of(contacts, row, phase.points[row] != 0);
-      const bool listed = is_listed(phase, row);
-      touching += listed ? 1 : 0;
-      resting += !listed && phase.points[row] != 0 ? 1 : 0;
-    }
-    phase.chunk_resting[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)] = resting;
-    phase.chunk_touching[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)] = touching;
-  });
-  std::int32_t place = 0;
-  for (std::int32_t& count : phase.chunk_touching) {
-    const std::int32_t touching = count;
-    count = place;
-    place += touching;
+// Makes sure that there are `count` free rows.
+void provide_rows(Contacts& contacts, std::size_t count) {
+  if (contacts.free_rows.size() >= count) return;
+  const std::size_t first = contacts.now.pair.size();
+  const std::size_t size = first + (count - contacts.free_rows.size());
+  // All memory first: what fails then leaves the rows as they are.
+  contacts.free_rows.reserve(count);
+  contacts.now.for_each_column([&](ColumnKind, const char*, auto& column) { column.reserve(size); });
+  // To zero, as not every contact writes all of its row: state has no chance bytes.
+  contacts.now.resize(size);
+  for (std::size_t row = first; row < size; ++row) {
+    contacts.free_rows.push_back(static_cast<std::int32_t>(row));
   }
-  contacts.touching.resize_discarding(static_cast<std::size_t>(place));
-  data.stats.contacts = std::accumulate(phase.chunk_resting.begin(), phase.chunk_resting.end(),
-                                        static_cast<std::int64_t>(place));
-  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
-    std::int32_t to = phase.chunk_touching[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
-    for (int i = begin; i < end; ++i) {
-      if (is_listed(phase, static_cast<std::size_t>(i)))
-        contacts.touching[static_cast<std::size_t>(to++)] = i;
+}
+
+// Pairs that are no contacts. Each pair of a round has one of the last free rows to itself, and keeps it if
+// it turns out to touch.
+void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  const simd::CollideKernels& kernels = crew.kernels().collide;
+  const TypeChunks chunks(phase, simd::kCollideTypes);
+  for (int round = 0; round < chunks.count(); round += NarrowPhase::kRoundChunks) {
+    const int round_end = std::min(round + NarrowPhase::kRoundChunks, chunks.count());
+    const int first = chunks.begin(round);
+    const auto size = static_cast<std::size_t>(chunks.begin(round_end) - first);
+    provide_rows(contacts, size);
+    const std::int32_t* const rows = contacts.free_rows.end() - size;
+    const simd::CollideColumns columns = collide_columns(data);
+    crew.run(round_end - round, [&](int place, int) {
+      const int chunk = round + place;
+      const int begin = chunks.begin(chunk), count = chunks.begin(chunk + 1) - begin;
+      CollideItem items[simd::kCollideChunk]{};
+      for (int k = 0; k < count; ++k) {
+        items[k] = make_item(data, phase.order[static_cast<std::size_t>(begin + k)]);
+        items[k].row = rows[begin - first + k];
+      }
+      kernels.collide[chunks.type_of(chunk)](columns, items, count);
+      for (int k = 0; k < count; ++k) {
+        const auto row = static_cast<std::size_t>(items[k].row);
+        if (contacts.now.points[row] == 0) continue;
+        const auto pair = static_cast<std::size_t>(items[k].pair);
+        contacts.pairs.contact[pair] = items[k].row;
+        contacts.now.pair[row] = contacts.pairs.pair[pair];
+        contacts.now.color[row] = kNoColor;
+      }
+    });
+    const auto row_of = [&](std::size_t i) { return rows[i]; };
+    list_where(
+        crew, size, phase.places, phase.unused,
+        [&](std::size_t i) { return contacts.now.points[static_cast<std::size_t>(rows[i])] == 0; }, row_of);
+    contacts.free_rows.drop_back(size);
+    contacts.free_rows.append(std::as_const(phase.unused).span());
+  }
+}
+
+// What becomes of the contacts of the pairs [begin, end). Calls touches(contact), rests() or loses(pair).
+template <class Touches, class Rests, class Loses>
+void judge_contacts(const Contacts& contacts, const NarrowPhase& phase, int begin, int end, Touches&& touches,
+                    Rests&& rests, Loses&& loses) {
+  for (int i = begin; i < end; ++i) {
+    const auto pair = static_cast<std::size_t>(i);
+    const std::int32_t contact = contacts.pairs.contact[pair];
+    if (contact < 0) continue;
+    if (phase.kind[pair] == kSkipped) {
+      rests();
+    } else if (contacts.now.points[static_cast<std::size_t>(contact)] == 0) {
+      loses(pair);
+    } else {
+      touches(contact);
     }
+  }
+}
+
+void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  const int rows = static_cast<int>(contacts.pairs.pair.size());
+  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
+    NarrowPhase::Outcome outcome{};
+    judge_contacts(
+        contacts, phase, begin, end, [&](std::int32_t) { ++outcome.touching; }, [&] { ++outcome.resting; },
+        [&](std::size_t) { ++outcome.lost; });
+    phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)] = outcome;
+  });
+  NarrowPhase::Outcome all{};
+  const auto place = [](std::int32_t& count, std::int32_t& sum) { sum += std::exchange(count, sum); };
+  all.lost = static_cast<std::int32_t>(contacts.free_rows.size());
+  for (NarrowPhase::Outcome& outcome : phase.outcomes) {
+    place(outcome.touching, all.touching);
+    place(outcome.lost, all.lost);
+    all.resting += outcome.resting;
+  }
+  contacts.touching.resize_discarding(static_cast<std::size_t>(all.touching));
+  contacts.free_rows.resize_for_overwrite(static_cast<std::size_t>(all.lost));
+  data.stats.contacts = std::int64_t{all.touching} + all.resting;
+  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
+    NarrowPhase::Outcome to = phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
+    judge_contacts(
+        contacts, phase, begin, end,
+        [&](std::int32_t contact) { contacts.touching[static_cast<std::size_t>(to.touching++)] = contact; },
+        [] {},
+        [&](std::size_t pair) {
+          contacts.free_rows[static_cast<std::size_t>(to.lost++)] =
+              std::exchange(contacts.pairs.contact[pair], -1);
+        });
   });
 }
 
@@ -262,20 +339,21 @@ void NarrowPhase::report(const Visit& visit) const {
     visit(ColumnKind::scratch, name, rows.data(), rows.size() * sizeof(rows[0]), rows.capacity_bytes());
   };
   column("narrow_phase.kind", kind);
-  column("narrow_phase.points", points);
   column("narrow_phase.chunk_counts", chunk_counts);
-  column("narrow_phase.chunk_touching", chunk_touching);
-  column("narrow_phase.chunk_resting", chunk_resting);
-  column("narrow_phase.items", items);
+  column("narrow_phase.outcomes", outcomes);
+  column("narrow_phase.order", order);
+  column("narrow_phase.unused", unused);
+  column("narrow_phase.places", places);
 }
 
 void collide(WorldData& data, Crew& crew) {
   if (!data.narrow_phase) data.narrow_phase = std::make_unique<NarrowPhase>();
   NarrowPhase& phase = static_cast<NarrowPhase&>(*data.narrow_phase);
-  count_types(data, phase, crew);
-  sort_by_type(data, phase, crew);
-  run_kernels(data, phase, crew);
-  list_touching(data, phase, crew);
+  count_groups(data, phase, crew);
+  sort_by_group(data, phase, crew);
+  collide_contacts(data, phase, crew);
+  collide_others(data, phase, crew);
+  list_contacts(data, phase, crew);
   data.contacts.manifolds_stale = false;
 }
 

@@ -96,7 +96,7 @@ void for_each(Crew& crew, std::size_t count, Work&& work) {
   });
 }
 
-// Bodies of a contact row.
+// Bodies of a contact.
 struct Ends {
   std::int32_t a, b;
 };
@@ -108,9 +108,7 @@ Ends ends_of(const WorldData& data, std::size_t row) {
 }
 Ends ends_of(const WorldData& data, std::int32_t row) { return ends_of(data, static_cast<std::size_t>(row)); }
 
-bool touches(const WorldData& data, std::size_t row) {
-  return (data.contacts.now.manifold[row].info & kManifoldPointMask) != 0;
-}
+bool touches(const WorldData& data, std::size_t row) { return data.contacts.now.points[row] != 0; }
 
 // Whether the contact has something to solve.
 bool takes_part(const WorldData& data, Ends ends) {
@@ -169,8 +167,13 @@ void wake_touched_islands(WorldData& data, Islands& islands, Crew& crew) {
   });
   for (const std::int32_t body : islands.candidates) wake_body(data, body);
   refresh_lists(data, crew);
-  list_where(crew, contacts.now.pair.size(), islands.places, contacts.touching,
-             [&](std::size_t row) { return touches(data, row) && takes_part(data, ends_of(data, row)); });
+  const Column<std::int32_t>& contact_of = contacts.pairs.contact;
+  list_where(
+      crew, contact_of.size(), islands.places, contacts.touching,
+      [&](std::size_t pair) {
+        return contact_of[pair] >= 0 && takes_part(data, ends_of(data, contact_of[pair]));
+      },
+      [&](std::size_t pair) { return contact_of[pair]; });
 }
 
 // Joins tired bodies that touch, and marks the islands that something moving touches.

@@ -5,9 +5,11 @@
 // anew, from three trees (awake, kinematic, frozen) that are joined with one another: what a new list
 // contains depends on the bounds alone, never on the trees' order or on how the work was cut.
 #include <parallel/broad_phase.h>
+#include <parallel/list_where.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace scree {
 
@@ -22,7 +24,7 @@ std::uint64_t key_of(const ShapePair& pair) {
 
 // Finds the rows of the new list in the last one. Returns whether both lists are the same.
 bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
-  const Column<ShapePair>& last = data.contacts.now.pair;
+  const Column<ShapePair>& last = data.contacts.pairs.pair;
   const Column<ShapePair>& list = broad_phase.sorted;
   Column<std::int32_t>& previous = data.contacts.previous;
   previous.resize_discarding(list.size());
@@ -53,21 +55,35 @@ bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
   return same.load(std::memory_order_relaxed);
 }
 
-// Makes the new list `now` and the last one `before`. collide moves the rows; their colors move here.
-void swap_lists(Contacts& contacts, BroadPhase& broad_phase, Crew& crew) {
-  std::swap(contacts.now, contacts.before);
-  ContactRows& now = contacts.now;
-  const ContactRows& before = contacts.before;
-  now.pair.swap(broad_phase.sorted);
-  const std::size_t count = now.pair.size();
-  now.for_each_column([&](ColumnKind, const char*, auto& column) { column.resize_discarding(count); });
+// Makes the new list `pairs` and the last one `pairs_before`. Contacts stay where they are: their pairs take
+// their numbers along, and those that nobody takes become free.
+void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  std::swap(contacts.pairs, contacts.pairs_before);
+  PairRows& pairs = contacts.pairs;
+  PairRows& before = contacts.pairs_before;
+  pairs.pair.swap(broad_phase.sorted);
+  const std::size_t count = pairs.pair.size();
+  const bool hulls = !data.hulls.data.empty();
+  pairs.contact.resize_discarding(count);
+  pairs.axis.resize_discarding(hulls ? count : 0);
   crew.run_ranges(static_cast<int>(count), kPairsPerChunk, [&](int begin, int end, int) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const std::int32_t row = contacts.previous[i];
-      now.color[i] = row < 0 ? kNoColor : before.color[static_cast<std::size_t>(row)];
-      if (row < 0) now.manifold[i].info = 0;
+      const bool known = contacts.previous[i] >= 0;
+      const auto row = static_cast<std::size_t>(contacts.previous[i]);
+      pairs.contact[i] = known ? std::exchange(before.contact[row], -1) : -1;
+      if (hulls) pairs.axis[i] = known && !before.axis.empty() ? before.axis[row] : ContactAxis{};
     }
   });
+  list_where(
+      crew, before.contact.size(), broad_phase.places, broad_phase.lost,
+      [&](std::size_t row) { return before.contact[row] >= 0; },
+      [&](std::size_t row) { return before.contact[row]; });
+  crew.run_ranges(static_cast<int>(broad_phase.lost.size()), kPairsPerChunk, [&](int begin, int end, int) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      contacts.now.points[static_cast<std::size_t>(broad_phase.lost[i])] = 0;
+  });
+  contacts.free_rows.append(std::as_const(broad_phase.lost).span());
 }
 
 }  // namespace
@@ -111,7 +127,7 @@ void find_pairs(WorldData& data, Crew& crew) {
     const std::int64_t pairs = join_trees(data, broad_phase, crew);
     sort_pairs(broad_phase, data.shapes.flags.size(), pairs, crew);
     contacts.list_kept = match_rows(data, broad_phase, crew);
-    if (!contacts.list_kept) swap_lists(contacts, broad_phase, crew);
+    if (!contacts.list_kept) swap_lists(data, broad_phase, crew);
     if (arrivals) lend_arrivals(data, broad_phase, TreeKind::kinematic, TreeKind::frozen);
     for (const std::int32_t shape : broad_phase.dirty) {
       const auto index = static_cast<std::size_t>(shape);
@@ -122,7 +138,7 @@ void find_pairs(WorldData& data, Crew& crew) {
     broad_phase.bounds_left.store(false, std::memory_order_relaxed);
     contacts.pairs_stale = false;
   }
-  data.stats.pairs = static_cast<std::int64_t>(contacts.now.pair.size());
+  data.stats.pairs = static_cast<std::int64_t>(contacts.pairs.pair.size());
 }
 
 void BroadPhase::report(const Visit& visit) const {
@@ -156,6 +172,8 @@ void BroadPhase::report(const Visit& visit) const {
   column(ColumnKind::scratch, "bucketed", bucketed);
   column(ColumnKind::scratch, "others", others);
   column(ColumnKind::scratch, "sorted", sorted);
+  column(ColumnKind::scratch, "lost", lost);
+  column(ColumnKind::scratch, "places", places);
 }
 
 }  // namespace scree

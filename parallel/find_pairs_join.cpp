@@ -60,7 +60,7 @@ void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin,
   constexpr auto kFrozen = static_cast<std::uint8_t>(TreeKind::frozen);
   const bool changed = data.contacts.pairs_stale || !broad_phase.dirty.empty();
   for (int row = begin; row < end; ++row) {
-    const ShapePair pair = data.contacts.now.pair[static_cast<std::size_t>(row)];
+    const ShapePair pair = data.contacts.pairs.pair[static_cast<std::size_t>(row)];
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
     if (broad_phase.kinds[a] != kFrozen || broad_phase.kinds[b] != kFrozen) continue;
     if (changed) {
@@ -105,7 +105,7 @@ std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const PairTree& frozen = broad_phase.trees[static_cast<int>(TreeKind::frozen)];
   const int awake_chunks = chunks_of(awake.leaf_blocks(), kBlocksPerChunk);
   const int kinematic_chunks = chunks_of(kinematic.leaf_blocks(), kBlocksPerChunk);
-  const auto rows = static_cast<int>(data.contacts.now.pair.size());
+  const auto rows = static_cast<int>(data.contacts.pairs.pair.size());
   const bool carry = rows > 0 && frozen.members > 0 && anybody_asleep(data, crew);
   const int chunks = awake_chunks + kinematic_chunks + (carry ? chunks_of(rows, kRowsPerChunk) : 0);
   std::vector<Column<ShapePair>>& found = broad_phase.found;

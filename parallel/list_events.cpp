@@ -1,7 +1,7 @@
 // Events of contacts: the pairs that touch now, merged with those that touched after the last step, become
 // the lists of begins, persists and ends.
 //
-// Both lists are sorted, so a chunk of contact rows finds its part of the old list by bisection, and what the
+// Both lists are sorted, so a chunk of pairs finds its part of the old list by bisection, and what the
 // chunks find is put in place by their counts, in their order. Nothing is done while nobody asks.
 #include <core/edit.h>
 #include <parallel/stages.h>
@@ -61,16 +61,18 @@ bool was_pressed(const Manifold& manifold) {
 
 // `known`: the pair touched after the last step.
 std::uint8_t judge(const WorldData& data, std::size_t row, bool known, bool solved) {
-  const ShapePair pair = data.contacts.now.pair[row];
+  if (data.contacts.pairs.contact[row] < 0) return 0;
+  const auto contact = static_cast<std::size_t>(data.contacts.pairs.contact[row]);
+  const ShapePair pair = data.contacts.pairs.pair[row];
   const ContactEvents asked = asked_about(data, pair);
-  const Manifold& manifold = data.contacts.now.manifold[row];
-  if (asked == ContactEvents::none || (manifold.info & kManifoldPointMask) == 0) return 0;
+  const Manifold& manifold = data.contacts.now.manifold[contact];
+  if (asked == ContactEvents::none) return 0;
   const auto verdict = static_cast<std::uint8_t>(asked);
   if (!moves(data, pair.a) && !moves(data, pair.b)) {
     const bool touches = known || nearest_of(manifold) <= 0.0f;
     return touches ? static_cast<std::uint8_t>(verdict | kResting) : std::uint8_t{0};
   }
-  const bool pressed = solved ? data.events.impulse[row] > 0.0f : was_pressed(manifold);
+  const bool pressed = solved ? data.events.impulse[contact] > 0.0f : was_pressed(manifold);
   const bool touches = pressed || nearest_of(manifold) <= (known ? kLinearSlop : 0.0f);
   return touches ? verdict : std::uint8_t{0};
 }
@@ -80,12 +82,12 @@ const TouchRow* first_at(const Column<TouchRow>& rows, std::uint64_t key) {
                           [](const TouchRow& row, std::uint64_t value) { return key_of(row) < value; });
 }
 
-// Goes over the contact rows [begin, end) and the part of the old list between them and the next chunk's.
-// Calls tell(row, known, verdict) for the pairs that touch or touched: `row` is the contact's or -1, `known`
+// Goes over the pairs [begin, end) and the part of the old list between them and the next chunk's.
+// Calls tell(row, known, verdict) for the pairs that touch or touched: `row` is the pair's or -1, `known`
 // points into the old list or is null. `verdict_of(row, known)` says what holds now.
 template <class Verdict, class Tell>
 void walk(const WorldData& data, int begin, int end, Verdict&& verdict_of, Tell&& tell) {
-  const Column<ShapePair>& pairs = data.contacts.now.pair;
+  const Column<ShapePair>& pairs = data.contacts.pairs.pair;
   const Column<TouchRow>& before = data.events.before;
   const TouchRow* old =
       begin == 0 ? before.begin() : first_at(before, key_of(pairs[static_cast<std::size_t>(begin)]));
@@ -146,8 +148,9 @@ void place_events(Events& events) {
 }
 
 ContactEvent make_event(const WorldData& data, std::size_t row, bool solved) {
-  const ShapePair pair = data.contacts.now.pair[row];
-  const Manifold& manifold = data.contacts.now.manifold[row];
+  const auto contact = static_cast<std::size_t>(data.contacts.pairs.contact[row]);
+  const ShapePair pair = data.contacts.pairs.pair[row];
+  const Manifold& manifold = data.contacts.now.manifold[contact];
   const ContactEnd handles = handles_of(data, pair);
   ContactEvent event{handles.shape_a, handles.shape_b, handles.body_a, handles.body_b, {}, 0.0f, 0.0f, 0, {}};
   const Vec3 normal = to_vec3(manifold.normal);
@@ -163,8 +166,9 @@ ContactEvent make_event(const WorldData& data, std::size_t row, bool solved) {
                        manifold.separation[k]};
   }
   if (!moves(data, pair.a) && !moves(data, pair.b)) return event;
-  event.approach_speed = data.events.approach[row];
-  if (solved && std::isfinite(data.events.impulse[row])) event.normal_impulse = data.events.impulse[row];
+  event.approach_speed = data.events.approach[contact];
+  if (solved && std::isfinite(data.events.impulse[contact]))
+    event.normal_impulse = data.events.impulse[contact];
   return event;
 }
 
@@ -206,7 +210,7 @@ void list_events(WorldData& data, float dt, Crew& crew) {
   Events& events = data.events;
   events.touching.swap(events.before);
   const bool solved = dt > 0.0f;
-  const int rows = static_cast<int>(data.contacts.now.pair.size());
+  const int rows = static_cast<int>(data.contacts.pairs.pair.size());
   const int chunks = rows == 0 ? 1 : (rows + kRowsPerChunk - 1) / kRowsPerChunk;  // ends need no rows
   events.verdicts.resize_discarding(static_cast<std::size_t>(rows));
   events.counts.resize_discarding(static_cast<std::size_t>(chunks));
@@ -235,13 +239,13 @@ void list_events(WorldData& data, float dt, Crew& crew) {
         [&](std::size_t row, bool) { return events.verdicts[row]; },
         [&](int row, const TouchRow* known, std::uint8_t verdict) {
           const Outcome outcome = outcome_of(known, verdict);
-          const auto contact = static_cast<std::size_t>(row);
+          const auto pair = static_cast<std::size_t>(row);
           if (outcome.touches) {
-            next(events.touching, place.touching) = {handles_of(data, data.contacts.now.pair[contact]),
+            next(events.touching, place.touching) = {handles_of(data, data.contacts.pairs.pair[pair]),
                                                      std::uint32_t{verdict} & kAskedMask};
           }
-          if (outcome.begins) next(events.begins, place.begins) = make_event(data, contact, solved);
-          if (outcome.persists) next(events.persists, place.persists) = make_event(data, contact, solved);
+          if (outcome.begins) next(events.begins, place.begins) = make_event(data, pair, solved);
+          if (outcome.persists) next(events.persists, place.persists) = make_event(data, pair, solved);
           if (outcome.ends) next(events.ends, place.ends) = known->pair;
         });
   });

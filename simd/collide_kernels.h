@@ -42,10 +42,10 @@ struct alignas(32) CollideItem {
   std::int32_t shape_2;
   std::int32_t body_1;
   std::int32_t body_2;
-  std::int32_t row;       // of the contact
+  std::int32_t row;       // of the contact, if it is one
   std::int32_t previous;  // row of its manifold of the last step, -1: none
   std::int32_t flags;     // CollideItemFlag
-  std::int32_t padding;
+  std::int32_t pair;      // row of its axis
 };
 
 // Columns that the kernels read and write.
@@ -64,22 +64,21 @@ struct CollideColumns {
   const ManifoldFeatures* previous_features;
   const ContactSurface* previous_surface;
   const ContactAnchor* previous_anchor;
-  const ContactAxis* previous_axis = nullptr;
   Manifold* manifold;
   ManifoldFeatures* features;
   ContactSurface* surface;      // written where the contact is rich
   ContactAnchor* anchor;        // written where boxes or hulls touch
-  ContactAxis* axis = nullptr;  // written for hulls against hulls and boxes
+  ContactAxis* axis = nullptr;  // by CollideItem::pair; read and written for hulls against hulls and boxes
   std::uint8_t* points;         // number of points of the row
 };
 
 struct CollideKernels {
-  // Collides up to kCollideChunk items, all of one type pair. Without contact only `points` and
-  // Manifold::info of the row are sure to be written.
+  // Collides up to kCollideChunk items, all of one type pair. Without contact only `points` of the row is
+  // sure to be written.
   using Collide = void (*)(const CollideColumns& columns, const CollideItem* items, int count);
   Collide collide[kCollideTypes];
   // Recycles what it can of up to kCollideChunk pairs and copies the other items to `left`; returns how many
-  // those are.
+  // those are. Axes stay as they are.
   using Recycle = int (*)(const CollideColumns& columns, const CollideItem* items, int count,
                           CollideItem* left);
   Recycle recycle_boxes;

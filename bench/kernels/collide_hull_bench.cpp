@@ -99,7 +99,6 @@ struct Rows {
             .previous_features = features.data(),
             .previous_surface = surface.data(),
             .previous_anchor = anchor.data(),
-            .previous_axis = axis.data(),
             .manifold = manifold.data(),
             .features = features.data(),
             .surface = surface.data(),
@@ -159,7 +158,7 @@ std::unique_ptr<Rows> make_rows(simd::CollideType type, int vertices, Placement 
     const float x = float(k % 64) * 5, y = float(k / 64) * 5;
     add_shape(rows, type == simd::kBoxHull, {{x, y, 0}, 0, {q1.x, q1.y, q1.z, q1.w}});
     add_shape(rows, false, {{x, y, 0}, 0, {q2.x, q2.y, q2.z, q2.w}});
-    rows.items.push_back({2 * k, 2 * k + 1, 2 * k, 2 * k + 1, k, k, 0, 0});
+    rows.items.push_back({2 * k, 2 * k + 1, 2 * k, 2 * k + 1, k, k, 0, k});
   }
   for (int k = 0; k < kPairs; ++k) {
     Vec3 way{normal(engine), normal(engine), normal(engine)};
@@ -197,6 +196,7 @@ void run(benchmark::State& state, const simd::Kernels& kernels, simd::CollideTyp
   int turn = 0;
   const auto collide_all = [&] {
     const simd::CollideColumns columns = rows->columns(turn);
+    if (cold) std::fill(rows->axis.begin(), rows->axis.end(), ContactAxis{});
     for (int begin = 0; begin < kPairs; begin += simd::kCollideChunk) {
       kernels.collide.collide[type](columns, rows->items.data() + begin, simd::kCollideChunk);
     }

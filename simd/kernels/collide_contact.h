@@ -427,7 +427,7 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
   if constexpr (kPoints == kMaxManifoldPoints) {
     const std::uint32_t grazing = bits(grazes);
     for (int lane = 0; lane < block.count && grazing != 0 && columns.axis != nullptr; ++lane) {
-      if ((grazing >> lane & 1u) != 0) columns.axis[block.row[lane]].feature = 0;
+      if ((grazing >> lane & 1u) != 0) columns.axis[items[which[lane]].pair].feature = 0;
     }
     store_anchor(columns, block, flip, select(rich, F(0.0f), F(1.0f)), separation);
   }
@@ -472,9 +472,7 @@ void collide_pairs(const CollideColumns& columns, const CollideItem* items, int 
         kept[kept_count] = which[lane];
         kept_hint[kept_count++] = hints[lane];
       } else {
-        const std::int32_t row = block.row[lane];
-        columns.points[row] = 0;
-        if (columns.manifold[row].info != 0) columns.manifold[row].info = 0;
+        columns.points[block.row[lane]] = 0;
       }
     }
   }

@@ -59,27 +59,18 @@ F radius_1(const WidePair& pair) {
   return pair.extent_1.radius;
 }
 
-void remember(const CollideColumns& columns, std::int32_t row, Vec axis, std::uint32_t feature) {
-  columns.axis[row] = {{axis.x, axis.y, axis.z}, feature};
+void remember(const CollideColumns& columns, std::int32_t pair, Vec axis, std::uint32_t feature) {
+  columns.axis[pair] = {{axis.x, axis.y, axis.z}, feature};
 }
 
-// Whether a pair stays in its row and did not touch before: then its manifold says so and is not looked at,
-// which would be one more cache line for most of the pairs.
-bool stays_apart(const CollideColumns& columns, std::int32_t row) {
-  return columns.axis == columns.previous_axis && columns.axis[row].feature == 0;
-}
-void clear_row(const CollideColumns& columns, std::int32_t row, Vec axis) {
+void clear_row(const CollideColumns& columns, std::int32_t row, std::int32_t pair, Vec axis) {
   columns.points[row] = 0;
-  if (!stays_apart(columns, row)) columns.manifold[row].info = 0;
-  remember(columns, row, axis, 0);
+  remember(columns, pair, axis, 0);
 }
-// Of a pair whose spheres do not meet. Its axis is kept, or none: another pair's may stand there.
-void clear_far_row(const CollideColumns& columns, std::int32_t row) {
-  if (stays_apart(columns, row)) {
-    columns.points[row] = 0;
-  } else {
-    clear_row(columns, row, {0.0f, 0.0f, 0.0f});
-  }
+// Of a pair whose spheres do not meet. The axis that separated it is kept.
+void clear_far_row(const CollideColumns& columns, std::int32_t row, std::int32_t pair) {
+  columns.points[row] = 0;
+  if (columns.axis[pair].feature != 0) remember(columns, pair, {0.0f, 0.0f, 0.0f}, 0);
 }
 
 // Both hulls' frames and the reach of each lane, into the pair of its slot.
@@ -128,7 +119,7 @@ void pass_spheres(const CollideColumns& columns, const CollideItem* items, int c
     for (int lane = 0; lane < lanes; ++lane) {
       const std::int32_t row = block.row[lane];
       if ((near >> lane & 1u) == 0) {
-        clear_far_row(columns, row);
+        clear_far_row(columns, row, items[which[lane]].pair);
         continue;
       }
       slot[lane] = out.count;
@@ -179,12 +170,12 @@ struct Results {
   } waiting[kLanes];
 
   void finish(int item, Vec axis, std::uint32_t feature, const HullContact& contact) {
-    const std::int32_t row = items[item].row;
+    const std::int32_t row = items[item].row, pair = items[item].pair;
     if (contact.id[0] != 0) {
-      remember(columns, row, axis, feature);
+      remember(columns, pair, axis, feature);
       touching.put(item, axis, contact);
     } else {
-      clear_row(columns, row, axis);
+      clear_row(columns, row, pair, axis);
     }
   }
 
@@ -196,7 +187,7 @@ struct Results {
     const EdgeCrossing crossing = cross_deciding_edges(pair, decision);
     FacePair faces;
     if (pass_beside(pair, decision, crossing)) {
-      clear_row(columns, items[item].row, decision.axis);
+      clear_row(columns, items[item].row, items[item].pair, decision.axis);
     } else if (pair_edge_faces(pair, decision, crossing, faces)) {
       touch_faces(pair, item, decision, faces);
     } else {
@@ -248,17 +239,17 @@ void pass_pairs(const CollideColumns& columns, const CollideItem* items, Survivo
       pair.hull[0] = &box.hull;
     }
     set_tolerances(pair);
-    const ContactAxis last = item.previous >= 0 ? columns.previous_axis[item.previous] : ContactAxis{};
+    const ContactAxis last = columns.axis[item.pair];
     Decision decision;
     if (last.feature == 0 && is_separated(pair, last, decision.axis)) {
-      clear_row(columns, item.row, decision.axis);
+      clear_row(columns, item.row, item.pair, decision.axis);
       continue;
     }
     if constexpr (kBoxFirst) box.set_edges();
     if (find_axis(pair, last, decision)) {
       results.touch(pair, survivors.which[k], decision);
     } else {
-      clear_row(columns, item.row, decision.axis);
+      clear_row(columns, item.row, item.pair, decision.axis);
     }
   }
   results.flush();

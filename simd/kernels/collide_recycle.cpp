@@ -95,16 +95,16 @@ inline void copy_row(const CollideColumns& columns, std::int32_t from, std::int3
   columns.manifold[to] = columns.previous_manifold[from];
   columns.features[to] = columns.previous_features[from];
   columns.anchor[to] = columns.previous_anchor[from];
-  if (columns.axis != nullptr) columns.axis[to] = columns.previous_axis[from];
 }
 
-// Recycles what it can of the listed items and appends the others to `left`; returns its new length.
-int recycle_items(const CollideColumns& columns, const CollideItem* items, const std::int32_t* list,
-                  int count, bool has_hulls, CollideItem* left, int left_count) {
+// Recycles what it can of the items and copies the others to `left`; returns how many those are.
+int recycle_items(const CollideColumns& columns, const CollideItem* items, int count, bool has_hulls,
+                  CollideItem* left) {
+  int left_count = 0;
   for (int begin = 0; begin < count; begin += kLanes) {
     const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) which[lane] = list[begin + (lane < lanes ? lane : lanes - 1)];
+    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
     Block block;
     load_block(items, which, lanes, block);
     const float* rows = reinterpret_cast<const float*>(columns.previous_manifold);
@@ -183,24 +183,11 @@ int recycle_items(const CollideColumns& columns, const CollideItem* items, const
 }  // namespace
 
 int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left) {
-  std::int32_t list[kCollideChunk];
-  for (int k = 0; k < count; ++k) list[k] = k;
-  return recycle_items(columns, items, list, count, false, left, 0);
+  return recycle_items(columns, items, count, false, left);
 }
 
-// Most pairs of hulls do not touch; what is remembered of them tells.
 int recycle_hulls(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left) {
-  std::int32_t list[kCollideChunk];
-  int touching = 0, left_count = 0;
-  for (int k = 0; k < count; ++k) {
-    const std::int32_t previous = items[k].previous;
-    if (previous >= 0 && columns.previous_axis[previous].feature != 0) {
-      list[touching++] = k;
-    } else {
-      left[left_count++] = items[k];
-    }
-  }
-  return recycle_items(columns, items, list, touching, true, left, left_count);
+  return recycle_items(columns, items, count, true, left);
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

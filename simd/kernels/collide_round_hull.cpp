@@ -293,10 +293,7 @@ struct Touching {
   int count = 0;
 };
 
-void set_untouched(const CollideColumns& columns, std::int32_t row) {
-  columns.points[row] = 0;
-  if (columns.manifold[row].info != 0) columns.manifold[row].info = 0;
-}
+void set_untouched(const CollideColumns& columns, std::int32_t row) { columns.points[row] = 0; }
 
 // Searches up to kLanes pairs one after the other.
 template <class Pair>

@@ -82,9 +82,9 @@ TEST(StateTable, NamesEveryColumnOnce) {
     ++count;
   });
   EXPECT_EQ(names.size(), count);
-  for (const char* name :
-       {"bodies.pose", "bodies.free_slots", "bodies.awake", "shapes.fat_bounds", "shapes.dirty",
-        "contacts.now.manifold", "contacts.before.manifold", "contacts.touching"}) {
+  for (const char* name : {"bodies.pose", "bodies.free_slots", "bodies.awake", "shapes.fat_bounds",
+                           "shapes.dirty", "contacts.pairs.pair", "contacts.pairs_before.pair",
+                           "contacts.now.manifold", "contacts.free_rows", "contacts.touching"}) {
     EXPECT_EQ(names.count(name), 1u) << name;
   }
 }
@@ -108,10 +108,10 @@ TEST(StateTable, StoresHoldNothingThatTheTableForgets) {
   EXPECT_LE(sizeof(Contacts) - contacts, kPlainBytesOfContacts);
 }
 
-TEST(StateTable, LastStepsRowsAreScratch) {
+TEST(StateTable, LastStepsPairsAreScratch) {
   World world;
   for_each_column(internals(world), [&](ColumnKind kind, const char* store, const char* name, auto&) {
-    if (std::string(store) == "contacts.before") {
+    if (std::string(store) == "contacts.pairs_before") {
       EXPECT_EQ(kind, ColumnKind::scratch) << name;
     }
   });

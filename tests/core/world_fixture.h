@@ -44,13 +44,24 @@ std::string error_of(Work&& work) {
 inline std::size_t row_of(BodyId body) { return body.index; }
 inline std::size_t row_of(ShapeId shape) { return shape.index; }
 
-// Adds a contact row with one point between two shapes, as collide would leave it.
+// Adds a pair of shapes that does not touch, as find_pairs would leave it.
+inline void add_pair(World& world, ShapeId a, ShapeId b) {
+  PairRows& pairs = internals(world).contacts.pairs;
+  pairs.resize(pairs.pair.size() + 1);
+  pairs.pair.back() = {static_cast<std::int32_t>(a.index), static_cast<std::int32_t>(b.index)};
+  pairs.contact.back() = -1;
+}
+
+// Adds a contact with one point between two shapes, as collide would leave it.
 inline void add_touching(World& world, ShapeId a, ShapeId b) {
-  ContactRows& rows = internals(world).contacts.now;
-  const std::size_t row = rows.pair.size();
-  rows.resize(row + 1);
-  rows.pair[row] = {static_cast<std::int32_t>(a.index), static_cast<std::int32_t>(b.index)};
-  rows.manifold[row].info = 1;
+  add_pair(world, a, b);
+  Contacts& contacts = internals(world).contacts;
+  const std::size_t row = contacts.now.pair.size();
+  contacts.now.resize(row + 1);
+  contacts.now.pair[row] = contacts.pairs.pair.back();
+  contacts.now.points[row] = 1;
+  contacts.now.manifold[row].info = 1;
+  contacts.pairs.contact.back() = static_cast<std::int32_t>(row);
 }
 
 // Puts a body to sleep, as find_islands would.

@@ -55,7 +55,7 @@ TEST(CollideHulls, WhatIsRememberedFollowsItsPairWhereTheListChanges) {
   std::size_t pairs = 0;
   for (int k = 0; k < 240; ++k) {
     step(world, 1.0f / 60.0f, workers);
-    const ContactRows& rows = data.contacts.now;
+    const PairRows& rows = data.contacts.pairs;
     changes += rows.pair.size() != pairs ? 1 : 0;
     pairs = rows.pair.size();
     for (std::size_t row = 0; row < pairs; ++row) {
@@ -63,7 +63,7 @@ TEST(CollideHulls, WhatIsRememberedFollowsItsPairWhereTheListChanges) {
         return data.shapes.type[static_cast<std::size_t>(shape)] == ShapeType::hull;
       };
       if (!is_hull(rows.pair[row].a) && !is_hull(rows.pair[row].b)) continue;
-      const bool touches = (rows.manifold[row].info & kManifoldPointMask) != 0;
+      const bool touches = rows.contact[row] >= 0;
       ASSERT_EQ(rows.axis[row].feature != 0, touches) << "step " << k << " row " << row;
       touching += touches ? 1 : 0;
     }
@@ -90,7 +90,8 @@ std::vector<Vec3> cube_points(float half) {
 
 float deepest(const WorldData& data) {
   float least = 0.0f;
-  for (const Manifold& manifold : data.contacts.now.manifold) {
+  for (const std::int32_t row : data.contacts.touching) {
+    const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(row)];
     for (std::uint32_t k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
       least = std::min(least, manifold.separation[k]);
     }
@@ -142,8 +143,9 @@ TEST(CollideHulls, PointsFollowAShapeFarFromItsCenterOfMass) {
     for (int k = 0; k < 8; ++k) {
       const float foot = 5.0f * 2.0f * world.pose(body).rotation.z;
       step(world, 1.0f / 60.0f, workers);
-      for (const Manifold& manifold : internals(world).contacts.now.manifold) {
-        if ((manifold.info & kManifoldPointMask) == 0) continue;
+      const Contacts& contacts = internals(world).contacts;
+      for (const std::int32_t row : contacts.touching) {
+        const Manifold& manifold = contacts.now.manifold[static_cast<std::size_t>(row)];
         ++touching;
         EXPECT_NEAR(manifold.arm_b[0], foot, 0.21f + 0.03f) << "step " << k;
       }

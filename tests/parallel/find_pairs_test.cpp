@@ -53,7 +53,7 @@ std::set<Pair> brute_force(const WorldData& data) {
 
 std::vector<Pair> listed(const WorldData& data) {
   std::vector<Pair> result;
-  for (const ShapePair& pair : data.contacts.now.pair) result.emplace_back(pair.a, pair.b);
+  for (const ShapePair& pair : data.contacts.pairs.pair) result.emplace_back(pair.a, pair.b);
   return result;
 }
 
@@ -66,52 +66,70 @@ void expect_canonical(const std::vector<Pair>& list) {
   }
 }
 
-// Stamps each row, as collide would fill it, so that histories can be followed.
+// Makes three of four pairs contacts, as collide would, so that histories can be followed.
 class Follower {
  public:
-  // After find_pairs; returns the number of rows with a history.
+  // After find_pairs; returns the number of pairs with a history.
   int check_and_move(WorldData& data) {
-    ContactRows& now = data.contacts.now;
-    const std::size_t count = now.pair.size();
+    Contacts& contacts = data.contacts;
+    const std::size_t count = contacts.pairs.pair.size();
+    EXPECT_EQ(contacts.pairs.contact.size(), count);
     int kept = 0;
-    now.for_each_column([&](ColumnKind, const char*, auto& column) { EXPECT_EQ(column.size(), count); });
-    std::map<Pair, std::uint32_t> stamps;
+    std::map<Pair, std::int32_t> contact_of;
     for (std::size_t row = 0; row < count; ++row) {
-      const Pair pair{now.pair[row].a, now.pair[row].b};
-      if (!data.contacts.list_kept) {
-        const std::int32_t previous = data.contacts.previous[row];
-        const auto known = stamps_.find(pair);
-        EXPECT_EQ(previous >= 0, known != stamps_.end()) << pair.first << " " << pair.second;
-        if (previous >= 0) {
-          const auto before = static_cast<std::size_t>(previous);
-          now.manifold[row] = data.contacts.before.manifold[before];
-          EXPECT_EQ(now.color[row], data.contacts.before.color[before]);
-        } else {
-          EXPECT_EQ(now.manifold[row].info, 0u);
-          EXPECT_EQ(now.color[row], kNoColor);
-        }
+      const Pair pair{contacts.pairs.pair[row].a, contacts.pairs.pair[row].b};
+      const auto known = contact_of_.find(pair);
+      if (!contacts.list_kept) {
+        EXPECT_EQ(contacts.previous[row] >= 0, known != contact_of_.end())
+            << pair.first << " " << pair.second;
       }
-      const auto known = stamps_.find(pair);
-      if (known != stamps_.end()) {
-        EXPECT_EQ(now.manifold[row].info, known->second);
+      std::int32_t& contact = contacts.pairs.contact[row];
+      if (known != contact_of_.end()) {
+        EXPECT_EQ(contact, known->second);
         ++kept;
+      } else {
+        EXPECT_EQ(contact, -1);
+        if ((pair.first + pair.second) % 4 != 0) contact = take_row(contacts);
       }
-      if (now.manifold[row].info == 0) now.manifold[row].info = ++last_stamp_;
-      now.color[row] = static_cast<std::uint8_t>(now.manifold[row].info % 200);
-      stamps[pair] = now.manifold[row].info;
+      contact_of[pair] = contact;
     }
-    stamps_ = std::move(stamps);
+    contact_of_ = std::move(contact_of);
+    expect_rows_once(contacts);
     return kept;
   }
   void forget(std::int32_t shape) {
-    std::erase_if(stamps_, [&](const auto& entry) {
+    std::erase_if(contact_of_, [&](const auto& entry) {
       return entry.first.first == shape || entry.first.second == shape;
     });
   }
 
  private:
-  std::map<Pair, std::uint32_t> stamps_;
-  std::uint32_t last_stamp_ = 0;
+  static std::int32_t take_row(Contacts& contacts) {
+    if (contacts.free_rows.empty()) {
+      contacts.free_rows.push_back(static_cast<std::int32_t>(contacts.now.pair.size()));
+      contacts.now.resize(contacts.now.pair.size() + 1);
+    }
+    const std::int32_t row = contacts.free_rows.back();
+    contacts.free_rows.pop_back();
+    contacts.now.points[static_cast<std::size_t>(row)] = 1;
+    return row;
+  }
+  // Each row is free or some pair's contact.
+  void expect_rows_once(const Contacts& contacts) const {
+    std::vector<int> users(contacts.now.pair.size());
+    for (const auto& [pair, contact] : contact_of_) {
+      if (contact < 0) continue;
+      ++users[static_cast<std::size_t>(contact)];
+      EXPECT_EQ(contacts.now.points[static_cast<std::size_t>(contact)], 1);
+    }
+    for (const std::int32_t row : contacts.free_rows) {
+      ++users[static_cast<std::size_t>(row)];
+      EXPECT_EQ(contacts.now.points[static_cast<std::size_t>(row)], 0);
+    }
+    EXPECT_EQ(users, std::vector<int>(users.size(), 1));
+  }
+
+  std::map<Pair, std::int32_t> contact_of_;  // -1: does not touch
 };
 
 void step(HandMadeWorld& world, Workers& workers) {

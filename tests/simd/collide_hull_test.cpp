@@ -274,7 +274,7 @@ TEST(CollideHull, ManifoldsAtRestAreRecycled) {
     item.previous = 0;
     HullRows after;
     after.resize(1);
-    after.axis.resize(1);
+    after.axis.push_back(before.axis[0]);
     EXPECT_EQ(scalar_kernels().collide.recycle_hulls(pairs.columns(after, before), &item, 1, &left), 0);
     for (int k = 0; k < 4; ++k) {
       EXPECT_EQ(after.manifold[0].point_u[k], before.manifold[0].point_u[k]);

@@ -112,7 +112,7 @@ struct HullPairs {
     const std::int32_t row = static_cast<std::int32_t>(items.size());
     add_shape(a, pose_a);
     add_shape(b, pose_b);
-    items.push_back({first, first + 1, first, first + 1, row, -1, 0, 0});
+    items.push_back({first, first + 1, first, first + 1, row, -1, 0, row});
   }
   reference::Polyhedron solid(std::size_t row, int side) const {
     const std::size_t one = static_cast<std::size_t>(items[row].shape_1);
@@ -138,7 +138,6 @@ struct HullPairs {
             .previous_features = old.features.data(),
             .previous_surface = old.surface.data(),
             .previous_anchor = old.anchor.data(),
-            .previous_axis = old.axis.data(),
             .manifold = rows.manifold.data(),
             .features = rows.features.data(),
             .surface = rows.surface.data(),
@@ -151,6 +150,7 @@ struct HullPairs {
     HullRows rows;
     rows.resize(items.size());
     rows.axis.resize(items.size());
+    if (previous != nullptr) std::copy(previous->axis.begin(), previous->axis.end(), rows.axis.begin());
     const simd::CollideColumns all = columns(rows, previous != nullptr ? *previous : rows);
     for (const bool boxes : {false, true}) {
       Column<simd::CollideItem> group;

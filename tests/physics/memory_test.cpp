@@ -1,0 +1,76 @@
+// Laws of memory: what a settled pile may hold follows from the layout of its rows.
+#include <core/state_table.h>
+#include <parallel/narrow_phase.h>
+#include <simd/kernels.h>
+#include <tests/physics/lab.h>
+
+#include <map>
+#include <string>
+
+namespace scree::physics {
+namespace {
+
+// Bytes of a row: of all columns of a store together.
+template <class Rows>
+std::size_t row_bytes(Rows rows = {}) {
+  std::size_t bytes = 0;
+  rows.for_each_column([&](ColumnKind, const char*, auto& column) { bytes += sizeof(*column.data()); });
+  return bytes;
+}
+
+// What columns may reserve beyond their rows: they grow by half while they are small.
+constexpr double kSlack = 1.5;
+// Free rows that collide keeps for pairs that may come to touch.
+constexpr std::size_t kSpareContacts = NarrowPhase::kRoundChunks * simd::kCollideChunk;
+
+class SettledPile : public ::testing::Test {
+ protected:
+  static constexpr std::size_t kBodies = 4000;
+  SettledPile() : pile_("pile", {{"bodies", kBodies}}) {
+    pile_.lab.run(280);
+    for_each_column_size(data(), [&](ColumnKind, const char* store, const char*, std::size_t,
+                                     std::size_t held) { held_[store] += static_cast<double>(held); });
+  }
+  WorldData& data() { return internals(pile_.lab.world); }
+  double held(const char* store) const { return held_.at(store); }
+  double pairs() const { return static_cast<double>(pile_.lab.world.stats().pairs); }
+  double contacts() const { return static_cast<double>(pile_.lab.world.stats().contacts); }
+
+  SceneLab pile_;
+  std::map<std::string, double> held_;
+};
+
+TEST_F(SettledPile, HasRowsForContactsAndNotForPairs) {
+  EXPECT_GT(pairs(), 1.8 * contacts());
+  EXPECT_GT(contacts(), 2.5 * kBodies);
+  EXPECT_LE(row_bytes<ContactRows>(), 256u);
+  EXPECT_LE(data().contacts.now.pair.size(), static_cast<std::size_t>(contacts()) + kSpareContacts);
+  EXPECT_LE(held("contacts.now"),
+            kSlack * (contacts() + kSpareContacts) * static_cast<double>(row_bytes<ContactRows>()));
+}
+
+TEST_F(SettledPile, HoldsLittlePerPair) {
+  EXPECT_LE(row_bytes<PairRows>(), 28u);
+  // The lists of this step and the last one, where each pair stood in it, what kind it is and its place by
+  // kind; and in the broad phase as found, in buckets and sorted, beside some 150 bytes a body for its trees.
+  const double pair_bytes = 2.0 * static_cast<double>(row_bytes<PairRows>()) + 4 + 5;
+  EXPECT_LE(held("contacts.pairs") + held("contacts.pairs_before") + held("narrow_phase"),
+            kSlack * pairs() * pair_bytes + 65536);
+  EXPECT_LE(held("broad_phase"), kSlack * (pairs() * (3 * sizeof(ShapePair) + 4) + 150.0 * kBodies));
+}
+
+TEST_F(SettledPile, HoldsOneSolverLaneAndAFewNumbersPerContact) {
+  const simd::Kernels& kernels = simd::widest_kernels();
+  const double lane =
+      static_cast<double>(kernels.contact.block_bytes[simd::contact_variant(2, false, false)]) /
+      static_cast<double>(kernels.lanes);
+  // Edge, key, lane order, list of the uncolored; and by body its colors, its energy and its place.
+  EXPECT_LE(held("constraints"), kSlack * (contacts() * (lane + 24) + 48.0 * kBodies));
+}
+
+TEST_F(SettledPile, HoldsLessThanAKilobytePerBodyBesideItsContacts) {
+  EXPECT_LE(held("bodies") + held("shapes") + held("islands"), 1000.0 * kBodies);
+}
+
+}  // namespace
+}  // namespace scree::physics
