@@ -170,7 +170,8 @@ simd::CollideColumns collide_columns(WorldData& data) {
   };
 }
 
-// The groups [first_group, first_group + kCollideTypes) in chunks of one type each.
+// The groups [first_group, first_group + kCollideTypes) in chunks of one type each. Smaller chunks of hulls
+// in contact (32) gained nothing on two threads.
 class TypeChunks {
  public:
   TypeChunks(const NarrowPhase& phase, std::size_t first_group)
