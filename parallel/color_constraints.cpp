@@ -211,7 +211,8 @@ void color_constraints(WorldData& data, Crew& crew) {
   const int count = static_cast<int>(data.contacts.touching.size());
   const int parts = (count + kPartRows - 1) / kPartRows;
   constraints.body_colors.resize(data.bodies.pose.size());
-  std::atomic<bool> same{constraints.edges.size() == static_cast<std::size_t>(count)};
+  std::atomic<bool> same{constraints.is_colored &&
+                         constraints.edges.size() == static_cast<std::size_t>(count)};
   constraints.edges.resize(static_cast<std::size_t>(count));
   crew.run_ranges(count, kPartRows, [&](int begin, int end, int) {
     if (!list_edges(data, constraints, begin, end)) same.store(false, std::memory_order_relaxed);
@@ -220,6 +221,7 @@ void color_constraints(WorldData& data, Crew& crew) {
     constraints.uncolored.resize_discarding(0);
     return;
   }
+  constraints.is_colored = false;  // until all is done: memory may run out on the way
   constraints.uncolored.resize_discarding(static_cast<std::size_t>(count));
   constraints.part_counts.resize_discarding(static_cast<std::size_t>(parts));
   keep_all_colors(data, constraints, crew, parts);
@@ -235,6 +237,7 @@ void color_constraints(WorldData& data, Crew& crew) {
     const auto row = static_cast<std::size_t>(data.contacts.touching[static_cast<std::size_t>(i)]);
     data.contacts.now.color[row] = constraints.edges[static_cast<std::size_t>(i)].color;
   }
+  constraints.is_colored = true;
 }
 
 }  // namespace scree

@@ -61,6 +61,7 @@ struct FinishSum {
 
 struct Constraints : Part {
   Column<ContactEdge> edges;          // scratch; color_constraints; by place in the touching list
+  bool is_colored = false;            // scratch; color_constraints: `edges` hold a whole coloring
   Column<BodyColors> body_colors;     // scratch; color_constraints; by body
   Column<std::int32_t> uncolored;     // scratch; color_constraints; edges that need a color
   Column<std::int32_t> part_counts;   // scratch; color_constraints; of them, by part of the edges

@@ -201,7 +201,7 @@ inline V3 relative_velocity(const CollideColumns& columns, const Block& block) {
 // the rebound starts at the surface with the speed of the impact. Of others a share of their size: points far
 // ahead act on arms of the step's beginning, which costs an eccentric impact 3 % of its spin. Without any,
 // what falls is first seen a step's way deep: three times the mean penetration of a collapsing pile of hulls.
-constexpr float kAheadShare = 0.1f;
+inline constexpr float kAheadShare = 0.1f;
 inline F reach_of_fast(const CollideColumns& columns, const Block& block, F smaller) {
   // No farther than the smaller shape is large: a bullet would stop at what it passes.
   const F ahead = min(length(relative_velocity(columns, block)) * F(columns.dt), smaller);
@@ -342,6 +342,19 @@ M grazes_ahead(const CollideColumns& columns, const Block& block, const WideCont
 // Writes the rare part of one contact, whose manifold is written. In collide.cpp.
 void store_rich_surface(const CollideColumns& columns, const CollideItem& item, float restitution,
                         float rolling_resistance, bool keep_rolling);
+inline void store_rich_surfaces(const CollideColumns& columns, const CollideItem* items,
+                                const std::int32_t* which, const Block& block, const WideSurface& surface,
+                                M rich, M keep_rolling) {
+  const std::uint32_t rich_lanes = bits(rich), rolling_lanes = bits(keep_rolling);
+  alignas(64) float restitution[kLanes], rolling_resistance[kLanes];
+  store(restitution, surface.restitution);
+  store(rolling_resistance, surface.rolling_resistance);
+  for (int lane = 0; lane < block.count; ++lane) {
+    if ((rich_lanes >> lane & 1u) == 0) continue;
+    store_rich_surface(columns, items[which[lane]], restitution[lane], rolling_resistance[lane],
+                       (rolling_lanes >> lane & 1u) != 0);
+  }
+}
 
 // Remembers where the bodies of a new manifold are.
 inline void store_anchor(const CollideColumns& columns, const Block& block, M flip, F is_set,
@@ -425,10 +438,6 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
              block.count, id[0], id[1], id[2], id[3]);
 
   if constexpr (kPoints == kMaxManifoldPoints) {
-    const std::uint32_t grazing = bits(grazes);
-    for (int lane = 0; lane < block.count && grazing != 0 && columns.axis != nullptr; ++lane) {
-      if ((grazing >> lane & 1u) != 0) columns.axis[items[which[lane]].pair].feature = 0;
-    }
     store_anchor(columns, block, flip, select(rich, F(0.0f), F(1.0f)), separation);
   }
   alignas(64) std::int32_t counts[kLanes];
@@ -436,17 +445,7 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
   for (int lane = 0; lane < block.count; ++lane) {
     columns.points[block.row[lane]] = static_cast<std::uint8_t>(counts[lane]);
   }
-  const std::uint32_t rich_lanes = bits(rich);
-  if (rich_lanes == 0) return;
-  const std::uint32_t rolling_lanes = bits(impulses.rolling);
-  alignas(64) float restitution[kLanes], rolling_resistance[kLanes];
-  store(restitution, surface.restitution);
-  store(rolling_resistance, surface.rolling_resistance);
-  for (int lane = 0; lane < block.count; ++lane) {
-    if ((rich_lanes >> lane & 1u) == 0) continue;
-    store_rich_surface(columns, items[which[lane]], restitution[lane], rolling_resistance[lane],
-                       (rolling_lanes >> lane & 1u) != 0);
-  }
+  if (any(rich)) store_rich_surfaces(columns, items, which, block, surface, rich, impulses.rolling);
 }
 
 // Collides items in two rounds: Pair::may_touch drops the separated pairs and may leave a hint for each other

@@ -276,6 +276,10 @@ void pass_store(const CollideColumns& columns, const CollideItem* items, Touchin
       contact.id[k] = load(touching.id[k] + begin);
     }
     store_contacts(columns, items, touching.which + begin, block, pair.first.position, pair.reach, contact);
+    for (int lane = 0; lane < lanes; ++lane) {  // what will only graze has been dropped
+      if (columns.points[block.row[lane]] == 0)
+        columns.axis[items[touching.which[begin + lane]].pair].feature = 0;
+    }
   }
 }
 

@@ -104,9 +104,7 @@ TEST_F(BenchProgram, RefusesWhatItCannotMeasureBeforeItMeasures) {
 }
 
 TEST_F(BenchProgram, PlotsAreTheSameFromRunToRunAndBadFiguresAreRefused) {
-  if (run("/usr/bin/python3 -c 'import matplotlib'").exit_code != 0) {
-    GTEST_SKIP() << "bench/plot needs Debian's python3-matplotlib";
-  }
+  ASSERT_EQ(run("/usr/bin/python3 -c 'import matplotlib'").exit_code, 0) << "install python3-matplotlib";
   const Outcome outcome = run("'" SCREE_BENCH_PLOT "' --self-test");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("the same from run to run"), std::string::npos);
