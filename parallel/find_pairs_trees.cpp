@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 namespace scree {
 
@@ -278,6 +279,7 @@ void refit_tree(const WorldData& data, BroadPhase& broad_phase, int kind, Crew& 
 
 bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const std::size_t shapes = data.shapes.flags.size();
+  if (!std::exchange(data.shapes.trees_changed, false)) return false;
   broad_phase.kinds.resize(shapes);
   broad_phase.kinds_next.resize_discarding(shapes);
   broad_phase.members.resize((shapes + kShapesPerChunk - 1) / kShapesPerChunk);
