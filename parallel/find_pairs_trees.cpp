@@ -146,6 +146,7 @@ CurveGrid gather_members(const WorldData& data, BroadPhase& broad_phase, int kin
     const auto chunk = static_cast<std::size_t>(first / kShapesPerChunk);
     SortKey* to = broad_phase.sort_keys.data() + broad_phase.members[chunk].first[kind];
     Spread spread{};
+    if (broad_phase.members[chunk].all[kind] == 0) last = first;  // sleepers are not looked at one by one
     for (int i = first; i < last; ++i) {
       if (broad_phase.kinds[static_cast<std::size_t>(i)] != kind) continue;
       (to++)->shape = i;

@@ -69,7 +69,7 @@ BENCHMARK(step_beside_sleepers)
     ->Arg(1000)
     ->Arg(100000)
     ->Arg(1000000)
-    ->Iterations(600)
+    ->Iterations(20000)
     ->Repetitions(5)
     ->Unit(benchmark::kMicrosecond);
 
