@@ -274,6 +274,29 @@ TEST(Sleep, SwitchedOffLaterEverybodyWakes) {
   EXPECT_EQ(awake_count(lab, stack), stack.size());
 }
 
+TEST(Sleep, ScenesFallAsleepAndStayAsleep) {
+  struct Case {
+    const char* name;
+    scenes::Parameters parameters;
+  };
+  for (const Case& item :
+       {Case{"large_pyramid", {{"base", 40}}}, Case{"many_pyramids", {{"columns", 3}, {"rows", 3}}},
+        Case{"junkyard", {{"columns", 6}, {"layers", 3}}}}) {
+    const scenes::Scene scene = scenes::build(item.name, item.parameters).front();
+    WorldSettings settings = scene.settings;
+    settings.sleeping = true;
+    Lab lab(settings);
+    populate(lab.world, scene);
+    int steps = 0;
+    do lab.run(10), steps += 10;
+    while (lab.world.stats().awake_bodies > 0 && steps < 2400);
+    ASSERT_EQ(lab.world.stats().awake_bodies, 0) << item.name << " after " << steps << " steps";
+    const std::uint64_t hash = lab.world.hash();
+    lab.run(200);
+    EXPECT_EQ(lab.world.hash(), hash) << item.name;
+  }
+}
+
 TEST(Sleep, ABodyThatMayNotSleepKeepsItsIslandAwake) {
   Lab lab{WorldSettings{}};
   lab.add_ground();
