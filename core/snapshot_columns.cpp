@@ -1,0 +1,304 @@
+// Packs and unpacks the columns of a snapshot; see snapshot_columns.h.
+#define XXH_INLINE_ALL
+#include <core/snapshot_columns.h>
+#include <core/state_table.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <type_traits>
+
+namespace scree {
+
+namespace {
+
+constexpr std::size_t kAlignment = 8;
+constexpr std::size_t kHeadBytes = 2 * sizeof(std::uint64_t);  // rows and bytes
+
+constexpr std::size_t aligned(std::size_t at) { return (at + kAlignment - 1) / kAlignment * kAlignment; }
+constexpr std::size_t blocks_of(std::size_t rows) { return (rows + kSavedBlock - 1) / kSavedBlock; }
+
+// Rows that hardly ever are equal. Bodies, shapes and pairs have some, so that no snapshot is far smaller
+// than what it unpacks to.
+template <class Row>
+constexpr bool kPlainRow = std::is_same_v<Row, PoseRow> || std::is_same_v<Row, BoundsRow> ||
+                           std::is_same_v<Row, ShapePair> || std::is_same_v<Row, TouchRow>;
+
+template <class Row>
+ColumnForm form_of(std::string_view store, std::string_view name) {
+  if (store == "contacts.now") return name == "points" ? ColumnForm::plain : ColumnForm::contacts;
+  return kPlainRow<Row> ? ColumnForm::plain : ColumnForm::blocks;
+}
+
+// Calls visit(store, name, form, column) for the columns that a snapshot holds.
+template <class Visit>
+void for_each_saved_column(WorldData& data, Visit&& visit) {
+  for_each_column(data, [&visit](ColumnKind kind, const char* store, const char* name, auto& column) {
+    using Row = std::remove_reference_t<decltype(column[0])>;
+    static_assert(std::is_trivially_copyable_v<Row>);
+    if (kind == ColumnKind::state) visit(store, name, form_of<Row>(store, name), column);
+  });
+}
+
+// A world's columns without rows, for what depends on the table alone.
+WorldData& empty_table() {
+  static WorldData table;
+  return table;
+}
+
+// --- packing ---
+
+template <class Row>
+std::size_t most_bytes(const Column<Row>& column) {
+  return kAlignment + kHeadBytes + blocks_of(column.size()) + column.size() * sizeof(Row);
+}
+
+std::byte* put(std::byte* out, const void* from, std::size_t bytes) {
+  if (bytes > 0) std::memcpy(out, from, bytes);
+  return out + bytes;
+}
+
+template <class Row>
+std::byte* put_blocks(std::byte* out, const Column<Row>& column) {
+  std::byte* flags = out;
+  out += blocks_of(column.size());
+  for (std::size_t first = 0; first < column.size(); first += kSavedBlock) {
+    const std::size_t rows = std::min(kSavedBlock, column.size() - first);
+    const auto* block = reinterpret_cast<const std::byte*>(column.data() + first);
+    const bool equal = std::memcmp(block, block + sizeof(Row), (rows - 1) * sizeof(Row)) == 0;
+    *flags++ = std::byte{equal};
+    out = put(out, block, (equal ? 1 : rows) * sizeof(Row));
+  }
+  return out;
+}
+
+template <class Row>
+std::byte* put_contacts(std::byte* out, const Column<Row>& column, const Column<std::int32_t>& contacts) {
+  const Row* const rows = column.data();
+  for (const std::int32_t row : contacts) {
+    std::memcpy(out, static_cast<const void*>(rows + row), sizeof(Row));
+    out += sizeof(Row);
+  }
+  return out;
+}
+
+// --- unpacking ---
+
+template <class Row>
+void take_blocks(const std::byte* from, std::size_t rows, Column<Row>& column) {
+  const std::byte* flags = from;
+  from += blocks_of(rows);
+  for (std::size_t first = 0; first < rows; first += kSavedBlock) {
+    const std::size_t count = std::min(kSavedBlock, rows - first);
+    Row* const block = column.data() + first;
+    const bool equal = *flags++ != std::byte{0};
+    const std::size_t bytes = (equal ? 1 : count) * sizeof(Row);
+    std::memcpy(static_cast<void*>(block), from, bytes);
+    from += bytes;
+    if (equal) std::fill(block + 1, block + count, block[0]);
+  }
+}
+
+template <class Row>
+void take_contacts(const std::byte* from, const Column<std::int32_t>& contacts, Column<Row>& column) {
+  Row* const rows = column.data();
+  for (const std::int32_t row : contacts) {
+    std::memcpy(static_cast<void*>(rows + row), from, sizeof(Row));
+    from += sizeof(Row);
+  }
+}
+
+std::uint64_t number_at(const Column<std::byte>& columns, std::size_t at) {
+  std::uint64_t number;
+  std::memcpy(&number, columns.data() + at, sizeof number);
+  return number;
+}
+
+// Whether the bytes of a column are as many as its rows ask for.
+bool is_complete(const SavedColumn& saved, const std::byte* bytes) {
+  if (saved.form != ColumnForm::blocks) {
+    return saved.rows <= saved.bytes / saved.row_bytes && saved.rows * saved.row_bytes == saved.bytes;
+  }
+  if (saved.rows > saved.bytes * kSavedBlock) return false;
+  const std::size_t blocks = blocks_of(saved.rows);
+  std::size_t packed = 0;
+  for (std::size_t block = 0; block < blocks; ++block) {
+    if (bytes[block] > std::byte{1}) return false;
+    const std::size_t rows = std::min(kSavedBlock, saved.rows - block * kSavedBlock);
+    packed += bytes[block] != std::byte{0} ? 1 : rows;
+  }
+  return saved.bytes == blocks + packed * saved.row_bytes;
+}
+
+// The sizes of a world's stores.
+struct StoreRows {
+  std::size_t bodies, shapes, hulls, pairs, contacts;
+
+  explicit StoreRows(const SavedColumns& saved)
+      : bodies(saved.find("bodies", "flags").rows),
+        shapes(saved.find("shapes", "flags").rows),
+        hulls(saved.find("hulls", "content").rows),
+        pairs(saved.find("contacts.pairs", "pair").rows),
+        contacts(saved.find("contacts.now", "points").rows) {}
+};
+
+template <class Store>
+void reserve_store(Store& store, std::size_t rows) {
+  store.for_each_column([rows](ColumnKind, const char*, auto& column) { column.reserve(rows); });
+}
+
+template <class Store>
+void resize_unsaved(Store& store, std::size_t rows) {
+  store.for_each_column([rows](ColumnKind kind, const char*, auto& column) {
+    if (kind != ColumnKind::state) column.resize(rows);
+  });
+}
+
+}  // namespace
+
+const SavedColumn& SavedColumns::find(std::string_view store, std::string_view name) const {
+  const auto found =
+      std::find_if(column.begin(), column.begin() + static_cast<std::ptrdiff_t>(count),
+                   [&](const SavedColumn& saved) { return saved.store == store && saved.name == name; });
+  if (found == column.begin() + static_cast<std::ptrdiff_t>(count)) std::abort();  // not in the table
+  return *found;
+}
+
+void list_contacts(const std::uint8_t* points, std::size_t rows, Column<std::int32_t>& contacts) {
+  contacts.resize_discarding(rows);
+  std::size_t count = 0;
+  for (std::size_t row = 0; row < rows; ++row) {
+    contacts[count] = static_cast<std::int32_t>(row);
+    count += points[row] != 0 ? 1 : 0;
+  }
+  contacts.resize(count);
+}
+
+void save_columns(const WorldData& data, SnapshotData& snapshot) {
+  auto& table = const_cast<WorldData&>(data);  // its columns are read only
+  const Column<std::uint8_t>& points = data.contacts.now.points;
+  list_contacts(points.data(), points.size(), snapshot.contacts);
+  std::size_t most = kAlignment;
+  for_each_saved_column(
+      table, [&most](const char*, const char*, ColumnForm, auto& column) { most += most_bytes(column); });
+  snapshot.columns.resize_discarding(most);
+  std::byte* const begin = snapshot.columns.data();
+  std::size_t at = 0;
+  const auto align = [&] {
+    for (; at < aligned(at); ++at) begin[at] = std::byte{0};
+  };
+  for_each_saved_column(table, [&](const char*, const char*, ColumnForm form, auto& column) {
+    align();
+    std::byte* const head = begin + at;
+    std::byte* const rows = head + kHeadBytes;
+    std::byte* end = nullptr;
+    std::uint64_t numbers[2] = {column.size(), 0};
+    switch (form) {
+      case ColumnForm::plain:
+        end = put(rows, column.data(), column.span().size_bytes());
+        break;
+      case ColumnForm::blocks:
+        end = put_blocks(rows, column);
+        break;
+      case ColumnForm::contacts:
+        end = put_contacts(rows, column, snapshot.contacts);
+        numbers[0] = snapshot.contacts.size();
+        break;
+    }
+    numbers[1] = static_cast<std::uint64_t>(end - rows);
+    put(head, numbers, sizeof numbers);
+    at = static_cast<std::size_t>(end - begin);
+  });
+  align();
+  snapshot.columns.resize_for_overwrite(at);
+}
+
+SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem problem, const void* context) {
+  SavedColumns saved;
+  std::size_t at = 0;
+  const auto require = [&](bool holds, std::size_t offset, const char* reason) {
+    if (!holds) problem(context, offset, reason);
+  };
+  for_each_saved_column(empty_table(), [&](const char* store, const char* name, ColumnForm form, auto& rows) {
+    at = aligned(at);
+    if (problem != nullptr) {
+      require(at <= columns.size() && columns.size() - at >= kHeadBytes, at, "the columns end too early");
+    }
+    SavedColumn& column = saved.column[saved.count++];
+    column = {store,
+              name,
+              form,
+              sizeof(*rows.data()),
+              static_cast<std::size_t>(number_at(columns, at)),
+              static_cast<std::size_t>(number_at(columns, at + sizeof(std::uint64_t))),
+              at + kHeadBytes};
+    if (problem != nullptr) {
+      require(column.bytes <= columns.size() - column.begin, at, "the columns end too early");
+      require(is_complete(column, columns.data() + column.begin), at,
+              "a column's number of bytes does not fit its rows");
+    }
+    at = column.begin + column.bytes;
+  });
+  if (problem != nullptr) require(aligned(at) == columns.size(), at, "something follows the last column");
+  return saved;
+}
+
+void reserve_columns(const SavedColumns& saved, WorldData& data) {
+  const StoreRows rows(saved);
+  reserve_store(data.bodies, rows.bodies);
+  data.bodies.free_slots.reserve(rows.bodies);
+  reserve_store(data.shapes, rows.shapes);
+  data.shapes.free_slots.reserve(rows.shapes);
+  data.shapes.dirty.reserve(rows.shapes);
+  reserve_store(data.hulls, rows.hulls);
+  data.hulls.free_slots.reserve(rows.hulls);
+  reserve_store(data.contacts.pairs, rows.pairs);
+  reserve_store(data.contacts.now, rows.contacts);
+  data.contacts.free_rows.reserve(rows.contacts);
+  data.events.touching.reserve(saved.find("events", "touching").rows);
+}
+
+void load_columns(const SnapshotData& snapshot, const SavedColumns& saved, WorldData& data,
+                  bool contact_rows) {
+  const StoreRows rows(saved);
+  const SavedColumn* from = saved.column.data();
+  for_each_saved_column(data, [&](const char*, const char*, ColumnForm form, auto& column) {
+    const std::byte* const bytes = snapshot.columns.data() + from->begin;
+    switch (form) {
+      case ColumnForm::plain:
+        column.resize_for_overwrite(from->rows);
+        if (from->rows > 0) std::memcpy(static_cast<void*>(column.data()), bytes, from->bytes);
+        break;
+      case ColumnForm::blocks:
+        column.resize_for_overwrite(from->rows);
+        take_blocks(bytes, from->rows, column);
+        break;
+      case ColumnForm::contacts:
+        if (!contact_rows) break;
+        column.resize(rows.contacts);
+        take_contacts(bytes, snapshot.contacts, column);
+        break;
+    }
+    ++from;
+  });
+  if (!contact_rows) return;
+  resize_unsaved(data.bodies, rows.bodies);
+  resize_unsaved(data.shapes, rows.shapes);
+  resize_unsaved(data.hulls, rows.hulls);
+  resize_unsaved(data.contacts.pairs, rows.pairs);
+  resize_unsaved(data.contacts.now, rows.contacts);
+}
+
+std::uint64_t layout_of_columns() {
+  std::string text;
+  for_each_saved_column(
+      empty_table(), [&text](const char* store, const char* name, ColumnForm form, auto& rows) {
+        text += std::string(store) + '.' + name + ':' + std::to_string(sizeof(*rows.data())) + ':' +
+                std::to_string(static_cast<int>(form)) + ';';
+      });
+  return XXH64(text.data(), text.size(), 0);
+}
+
+}  // namespace scree
