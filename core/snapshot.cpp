@@ -1,5 +1,4 @@
 // Saving, restoring and cloning worlds.
-#include <core/balls.h>
 #include <core/edit.h>
 #include <core/fp_environment.h>
 #include <core/hull_build.h>
@@ -36,14 +35,11 @@ struct HullIndex {
   }
 };
 
-void derive_bodies(WorldData& data) {
-  Bodies& bodies = data.bodies;
+void derive_bodies(Bodies& bodies) {
   bodies.alive = 0;
   for (std::size_t row = 0; row < bodies.flags.size(); ++row) {
     bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
-    if ((bodies.flags[row] & kBodyAlive) == 0) continue;
-    ++bodies.alive;
-    measure_core(data, static_cast<std::int32_t>(row));
+    bodies.alive += (bodies.flags[row] & kBodyAlive) != 0 ? 1 : 0;
   }
   bodies.awake.clear();
   bodies.kinematic.clear();
@@ -155,7 +151,7 @@ void restore(World& world, const Snapshot& snapshot) {
     data.hulls.data[slot] = shared.solid != nullptr ? shared.solid->columns.data : nullptr;
   }
   derive_shapes(data);
-  derive_bodies(data);
+  derive_bodies(data.bodies);
   derive_contacts(data.contacts);
   clear_events(data.events);
   for (Part* part :

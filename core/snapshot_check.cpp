@@ -3,6 +3,7 @@
 // What is alive must be what calls can make: values within the limits of check.h, indices of what is there,
 // lists without repetitions. The dead need only name rows that exist. Numbers of contacts are not checked:
 // where a body's state becomes non-finite its contacts' impulses do, too, and a step copes with that.
+#include <core/balls.h>
 #include <core/check.h>
 #include <core/edit.h>
 #include <core/hull_build.h>
@@ -48,6 +49,13 @@ bool is_placed(const PoseRow& pose) { return is_finite_row(pose) && is_unit(to_q
 
 bool within(float x, float low, float high) { return x >= low && x <= high; }
 
+// Of a row that is no free one, among these.
+std::size_t place_of_contact(const SnapshotData& snapshot, std::size_t row) {
+  const Column<std::int32_t>& contacts = snapshot.contacts;
+  const auto* place = std::lower_bound(contacts.begin(), contacts.end(), static_cast<std::int32_t>(row));
+  return static_cast<std::size_t>(place - contacts.begin());
+}
+
 // Knows where among the bytes a row stands, and refuses it.
 class Refusal {
  public:
@@ -69,12 +77,11 @@ class Refusal {
     switch (column.form) {
       case ColumnForm::plain:
         return row * column.row_bytes;
-      case ColumnForm::contacts: {
-        const Column<std::int32_t>& contacts = snapshot_.contacts;
-        const auto* place =
-            std::lower_bound(contacts.begin(), contacts.end(), static_cast<std::int32_t>(row));
-        return static_cast<std::size_t>(place - contacts.begin()) * column.row_bytes;
-      }
+      case ColumnForm::contacts:
+        return place_of_contact(snapshot_, row) * column.row_bytes;
+      case ColumnForm::contact_blocks:
+        row = place_of_contact(snapshot_, row);
+        break;
       case ColumnForm::blocks:
         break;
     }
@@ -335,6 +342,22 @@ void check_hulls(const WorldData& data, const Refusal& refusal) {
              [&](std::size_t slot) { return shapes[slot] == 0; });
 }
 
+// They are not state, but saved: see snapshot_columns.h.
+void check_cores(WorldData& data, const Refusal& refusal) {
+  data.shapes.local_pose.resize(data.shapes.flags.size());
+  for (std::size_t row = 0; row < data.shapes.flags.size(); ++row) {
+    if ((data.shapes.flags[row] & kShapeAlive) != 0)
+      place_shape_in_body(data, static_cast<std::int32_t>(row));
+  }
+  for (std::size_t row = 0; row < data.bodies.flags.size(); ++row) {
+    if ((data.bodies.flags[row] & kBodyAlive) == 0) continue;
+    const CoreRow saved = data.bodies.core[row];
+    measure_core(data, static_cast<std::int32_t>(row));
+    const bool same = std::memcmp(&saved, &data.bodies.core[row], sizeof saved) == 0;
+    refusal.require(same, "bodies", "core", row, "is not that of the body's shapes");
+  }
+}
+
 // The rows that a manifold names, which the solver writes to, must be those of its pair's bodies.
 bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold& manifold) {
   const auto bodies = static_cast<std::int32_t>(data.bodies.flags.size());
@@ -378,10 +401,9 @@ void check_pairs(const WorldData& data, const SavedColumns& saved, const Snapsho
     refusal.require(fits, "contacts.pairs", "contact", row, "is no contact, or another pair's");
     taken[at(contact)] = true;
     ++contacts;
-    const auto* place = std::lower_bound(snapshot.contacts.begin(), snapshot.contacts.end(), contact);
     Manifold manifold;
-    std::memcpy(&manifold, manifolds + (place - snapshot.contacts.begin()) * std::ptrdiff_t{sizeof manifold},
-                sizeof manifold);
+    std::memcpy(static_cast<void*>(&manifold),
+                manifolds + place_of_contact(snapshot, at(contact)) * sizeof manifold, sizeof manifold);
     const std::uint32_t info = manifold.info & ~std::uint32_t{kManifoldRich | kManifoldStatic};
     refusal.require(points[at(contact)] <= kMaxManifoldPoints && info == points[at(contact)], "contacts.now",
                     "manifold", at(contact), "has another number of points");
@@ -429,6 +451,7 @@ void check_columns(SnapshotData& snapshot, std::size_t offset) {
   check_bodies(data, refusal);
   check_shapes(data, refusal);
   check_hulls(data, refusal);
+  check_cores(data, refusal);
   check_pairs(data, saved, snapshot, refusal);
   check_events(data.events.touching, refusal);
 }

@@ -28,9 +28,17 @@ constexpr bool kPlainRow = std::is_same_v<Row, PoseRow> || std::is_same_v<Row, B
 
 template <class Row>
 ColumnForm form_of(std::string_view store, std::string_view name) {
-  if (store == "contacts.now") return name == "points" ? ColumnForm::plain : ColumnForm::contacts;
+  if (store == "contacts.now") {
+    if (name == "points") return ColumnForm::plain;
+    // What few contacts have in many scenes.
+    const bool rare = name == "anchor" || name == "surface";
+    return rare ? ColumnForm::contact_blocks : ColumnForm::contacts;
+  }
   return kPlainRow<Row> ? ColumnForm::plain : ColumnForm::blocks;
 }
+
+// What is derived, but takes longer to make than to copy.
+bool is_kept(std::string_view store, std::string_view name) { return store == "bodies" && name == "core"; }
 
 // Calls visit(store, name, form, column) for the columns that a snapshot holds.
 template <class Visit>
@@ -38,7 +46,8 @@ void for_each_saved_column(WorldData& data, Visit&& visit) {
   for_each_column(data, [&visit](ColumnKind kind, const char* store, const char* name, auto& column) {
     using Row = std::remove_reference_t<decltype(column[0])>;
     static_assert(std::is_trivially_copyable_v<Row>);
-    if (kind == ColumnKind::state) visit(store, name, form_of<Row>(store, name), column);
+    if (kind == ColumnKind::state || is_kept(store, name))
+      visit(store, name, form_of<Row>(store, name), column);
   });
 }
 
@@ -74,12 +83,53 @@ std::byte* put_blocks(std::byte* out, const Column<Row>& column) {
   return out;
 }
 
+// Calls copy(row, place, rows) for rows of contacts and their places among these: many at a time where they
+// lie together, else one by one, because a run that ends anywhere costs more than its copy.
+template <class Copy>
+void for_each_run(const Column<std::int32_t>& contacts, Copy&& copy) {
+  constexpr std::size_t kRun = 16;
+  constexpr std::size_t kStep = 4;  // before looking for a run again
+  const std::size_t count = contacts.size();
+  std::size_t place = 0;
+  while (place + kRun <= count) {
+    const std::int32_t row = contacts[place];
+    if (contacts[place + kRun - 1] - row == static_cast<std::int32_t>(kRun - 1)) {
+      copy(row, place, kRun);
+      place += kRun;
+    } else {
+      for (std::size_t i = 0; i < kStep; ++i) copy(contacts[place + i], place + i, std::size_t{1});
+      place += kStep;
+    }
+  }
+  for (; place < count; ++place) copy(contacts[place], place, std::size_t{1});
+}
+
 template <class Row>
 std::byte* put_contacts(std::byte* out, const Column<Row>& column, const Column<std::int32_t>& contacts) {
-  const Row* const rows = column.data();
-  for (const std::int32_t row : contacts) {
-    std::memcpy(out, static_cast<const void*>(rows + row), sizeof(Row));
-    out += sizeof(Row);
+  const auto* const from = reinterpret_cast<const std::byte*>(column.data());
+  for_each_run(contacts, [=](std::int32_t row, std::size_t place, std::size_t rows) {
+    std::memcpy(out + place * sizeof(Row), from + static_cast<std::size_t>(row) * sizeof(Row),
+                rows * sizeof(Row));
+  });
+  return out + contacts.size() * sizeof(Row);
+}
+
+// Packs what put_contacts has put behind the flags.
+template <class Row>
+std::byte* put_contact_blocks(std::byte* out, const Column<Row>& column, const SnapshotData& snapshot) {
+  const std::size_t count = snapshot.contacts.size();
+  std::byte* flags = out;
+  out += blocks_of(count);
+  const std::byte* from = out;
+  put_contacts(out, column, snapshot.contacts);
+  for (std::size_t first = 0; first < count; first += kSavedBlock) {
+    const std::size_t rows = std::min(kSavedBlock, count - first);
+    const bool equal = std::memcmp(from, from + sizeof(Row), (rows - 1) * sizeof(Row)) == 0;
+    *flags++ = std::byte{equal};
+    const std::size_t bytes = (equal ? 1 : rows) * sizeof(Row);
+    if (out != from) std::memmove(out, from, bytes);
+    out += bytes;
+    from += rows * sizeof(Row);
   }
   return out;
 }
@@ -103,10 +153,25 @@ void take_blocks(const std::byte* from, std::size_t rows, Column<Row>& column) {
 
 template <class Row>
 void take_contacts(const std::byte* from, const Column<std::int32_t>& contacts, Column<Row>& column) {
+  auto* const to = reinterpret_cast<std::byte*>(column.data());
+  for_each_run(contacts, [=](std::int32_t row, std::size_t place, std::size_t rows) {
+    std::memcpy(to + static_cast<std::size_t>(row) * sizeof(Row), from + place * sizeof(Row),
+                rows * sizeof(Row));
+  });
+}
+
+template <class Row>
+void take_contact_blocks(const std::byte* from, const Column<std::int32_t>& contacts, Column<Row>& column) {
+  const std::byte* flags = from;
+  from += blocks_of(contacts.size());
   Row* const rows = column.data();
-  for (const std::int32_t row : contacts) {
-    std::memcpy(static_cast<void*>(rows + row), from, sizeof(Row));
-    from += sizeof(Row);
+  for (std::size_t first = 0; first < contacts.size(); first += kSavedBlock) {
+    const std::size_t count = std::min(kSavedBlock, contacts.size() - first);
+    const std::size_t stride = *flags++ != std::byte{0} ? 0 : sizeof(Row);
+    for (std::size_t i = 0; i < count; ++i) {
+      std::memcpy(static_cast<void*>(rows + contacts[first + i]), from + i * stride, sizeof(Row));
+    }
+    from += stride == 0 ? sizeof(Row) : count * stride;
   }
 }
 
@@ -118,7 +183,7 @@ std::uint64_t number_at(const Column<std::byte>& columns, std::size_t at) {
 
 // Whether the bytes of a column are as many as its rows ask for.
 bool is_complete(const SavedColumn& saved, const std::byte* bytes) {
-  if (saved.form != ColumnForm::blocks) {
+  if (saved.form == ColumnForm::plain || saved.form == ColumnForm::contacts) {
     return saved.rows <= saved.bytes / saved.row_bytes && saved.rows * saved.row_bytes == saved.bytes;
   }
   if (saved.rows > saved.bytes * kSavedBlock) return false;
@@ -152,7 +217,7 @@ void reserve_store(Store& store, std::size_t rows) {
 template <class Store>
 void resize_unsaved(Store& store, std::size_t rows) {
   store.for_each_column([rows](ColumnKind kind, const char*, auto& column) {
-    if (kind != ColumnKind::state) column.resize(rows);
+    if (kind != ColumnKind::state) column.resize(rows);  // keeps what is loaded already
   });
 }
 
@@ -168,12 +233,12 @@ const SavedColumn& SavedColumns::find(std::string_view store, std::string_view n
 
 void list_contacts(const std::uint8_t* points, std::size_t rows, Column<std::int32_t>& contacts) {
   contacts.resize_discarding(rows);
-  std::size_t count = 0;
+  std::int32_t* to = contacts.data();
   for (std::size_t row = 0; row < rows; ++row) {
-    contacts[count] = static_cast<std::int32_t>(row);
-    count += points[row] != 0 ? 1 : 0;
+    *to = static_cast<std::int32_t>(row);
+    to += points[row] != 0 ? 1 : 0;  // no branch: free rows lie anywhere
   }
-  contacts.resize(count);
+  contacts.resize(static_cast<std::size_t>(to - contacts.data()));
 }
 
 void save_columns(const WorldData& data, SnapshotData& snapshot) {
@@ -204,6 +269,10 @@ void save_columns(const WorldData& data, SnapshotData& snapshot) {
         break;
       case ColumnForm::contacts:
         end = put_contacts(rows, column, snapshot.contacts);
+        numbers[0] = snapshot.contacts.size();
+        break;
+      case ColumnForm::contact_blocks:
+        end = put_contact_blocks(rows, column, snapshot);
         numbers[0] = snapshot.contacts.size();
         break;
     }
@@ -279,6 +348,11 @@ void load_columns(const SnapshotData& snapshot, const SavedColumns& saved, World
         if (!contact_rows) break;
         column.resize(rows.contacts);
         take_contacts(bytes, snapshot.contacts, column);
+        break;
+      case ColumnForm::contact_blocks:
+        if (!contact_rows) break;
+        column.resize(rows.contacts);
+        take_contact_blocks(bytes, snapshot.contacts, column);
         break;
     }
     ++from;

@@ -1,4 +1,5 @@
-// The columns of a snapshot: every state column of the table, in the table's order.
+// The columns of a snapshot: every state column of the table, in the table's order, and Bodies::core, which
+// takes longer to make than to copy.
 //
 // Each begins at a multiple of 8 bytes with its number of rows and the number of bytes that follow, 8 bytes
 // each, in one of three forms. Columns of different worlds are told apart by nothing else, so the table is
@@ -19,6 +20,7 @@ enum class ColumnForm : std::uint8_t {
   blocks,    // rows in blocks of kSavedBlock: a byte for each block, 1 where all of its rows are equal, then
              // the first row of those blocks and all rows of the others
   contacts,  // the rows of contacts, without the free ones
+  contact_blocks,  // these in blocks
 };
 inline constexpr std::size_t kSavedBlock = 64;
 
