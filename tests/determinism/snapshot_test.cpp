@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <tests/determinism/golden.h>
 #include <tests/determinism/many_threads.h>
+#include <tests/determinism/player.h>
 
 #include <algorithm>
 #include <cstring>
@@ -145,6 +146,33 @@ std::string test_name(const ::testing::TestParamInfo<Golden>& info) {
   return info.param.what.scene + "_" + std::to_string(info.index);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, Snapshots, ::testing::ValuesIn(scenes_of_goldens()), test_name);
+
+class RandomSnapshots : public ManyThreads, public ::testing::WithParamInterface<std::uint64_t> {};
+
+TEST_P(RandomSnapshots, NoCallsTellAWorldThatIsRestoredBeforeEachStep) {
+  const Sequence sequence = random_sequence(GetParam(), 200, 24);
+  const Played expected = play(sequence, {kReference}, false);
+  ASSERT_EQ(expected.broken_promise, "");
+  Shift shift(schedules(false).back());
+  Player player(shift, false, nullptr);
+  Snapshot snapshot;
+  int steps = 0;
+  player.before_steps([&](World& world) {
+    save(world, snapshot);
+    if (++steps % 3 == 0) {
+      lead_astray(world, shift.at(steps));
+      restore(world, snapshot);
+    } else if (steps % 3 == 1) {
+      world = clone(world);
+    } else {
+      restore(world, read_snapshot(write_snapshot(snapshot)));
+    }
+  });
+  for (const Call& call : sequence) player.make(call);
+  EXPECT_EQ(player.hashes(), expected.hashes);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomSnapshots, ::testing::Range(std::uint64_t{1}, std::uint64_t{21}));
 
 }  // namespace
 }  // namespace scree::determinism

@@ -59,9 +59,9 @@ SCREE_API World clone(const World& world);
 SCREE_API std::vector<std::byte> write_snapshot(const Snapshot& snapshot);
 
 /// The snapshot that the bytes were written from. They may come from anywhere: all that a world relies on is
-/// checked, and memory is taken in proportion to their number. Throws Error, which names the offset of the
-/// first byte that is wrong and the reason, for bytes that were changed or cut off, or that another version
-/// of Scree wrote; and std::bad_alloc.
+/// checked, and memory is taken in proportion to their number (restoring then takes what the saved world
+/// had). Throws Error, which names the offset of the first byte that is wrong and the reason, for bytes that
+/// were changed or cut off, or that another version of Scree wrote; and std::bad_alloc.
 SCREE_API Snapshot read_snapshot(std::span<const std::byte> bytes);
 
 }  // namespace scree
