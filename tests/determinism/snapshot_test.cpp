@@ -94,21 +94,27 @@ TEST_P(Snapshots, EveryStepMayBeTakenByARestoredWorld) {
   Playback expected(what), actual(what);
   Shift reference({kReference}), shift(schedules(false).back());
   Snapshot snapshot;
+  const int stride = wants_full_matrix() ? 1 : 10;
   for (int i = 0; i < what.steps; ++i) {
-    for (std::size_t world = 0; world < expected.worlds().size(); ++world) {
+    for (std::size_t world = 0; i % stride == 0 && world < expected.worlds().size(); ++world) {
       save(expected.worlds()[world], snapshot);
       restore(actual.worlds()[world], snapshot);
     }
-    ASSERT_EQ(difference(expected.worlds(), actual.worlds()), "") << "restored before step " << i;
+    if (i % stride == 0) {
+      ASSERT_EQ(difference(expected.worlds(), actual.worlds()), "") << "restored before step " << i;
+    }
     expected.advance(reference.at(i));
     actual.advance(shift.at(i));
+    if (i % stride != 0) continue;
     ASSERT_EQ(difference(expected.worlds(), actual.worlds()), "") << "in step " << i;
   }
 }
 
 TEST_P(Snapshots, RestoredWorldsGoOnToTheEndWithTheSameEvents) {
   const SceneCase& what = GetParam().what;
+  const int stride = wants_full_matrix() ? 1 : 10;
   for (const int from : {1, what.steps / 2}) {
+    if (from == 1 && !wants_full_matrix()) continue;
     Playback expected(what, ContactEvents::all), strayed(what, ContactEvents::all);
     Playback fresh(what, ContactEvents::all);
     Shift reference({kReference}), shift(schedules(false).back()), wide(schedules(false).front());
@@ -126,6 +132,7 @@ TEST_P(Snapshots, RestoredWorldsGoOnToTheEndWithTheSameEvents) {
       expected.advance(reference.at(i));
       strayed.advance(shift.at(i));
       fresh.advance(wide.at(i));
+      if (i % stride != 0) continue;
       ASSERT_EQ(difference(expected.worlds(), strayed.worlds()), "") << "strayed, in step " << i;
       ASSERT_EQ(difference(expected.worlds(), fresh.worlds()), "") << "fresh, in step " << i;
       for (std::size_t world = 0; world < expected.worlds().size(); ++world) {
@@ -172,7 +179,8 @@ TEST_P(RandomSnapshots, NoCallsTellAWorldThatIsRestoredBeforeEachStep) {
   EXPECT_EQ(player.hashes(), expected.hashes);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomSnapshots, ::testing::Range(std::uint64_t{1}, std::uint64_t{21}));
+std::uint64_t seeds() { return wants_full_matrix() ? 20 : 4; }
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomSnapshots, ::testing::Range(std::uint64_t{1}, seeds() + 1));
 
 }  // namespace
 }  // namespace scree::determinism
