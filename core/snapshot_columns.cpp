@@ -245,18 +245,17 @@ void save_columns(const WorldData& data, SnapshotData& snapshot) {
   auto& table = const_cast<WorldData&>(data);  // its columns are read only
   const Column<std::uint8_t>& points = data.contacts.now.points;
   list_contacts(points.data(), points.size(), snapshot.contacts);
-  std::size_t most = kAlignment;
-  for_each_saved_column(
-      table, [&most](const char*, const char*, ColumnForm, auto& column) { most += most_bytes(column); });
-  snapshot.columns.resize_discarding(most);
-  std::byte* const begin = snapshot.columns.data();
-  std::size_t at = 0;
-  const auto align = [&] {
-    for (; at < aligned(at); ++at) begin[at] = std::byte{0};
+  // Room for one column at a time: packed, most are far smaller than they may be.
+  Column<std::byte>& out = snapshot.columns;
+  out.clear();
+  const auto align = [&out] {
+    while (out.size() % kAlignment != 0) out.push_back(std::byte{0});
   };
   for_each_saved_column(table, [&](const char*, const char*, ColumnForm form, auto& column) {
     align();
-    std::byte* const head = begin + at;
+    const std::size_t begin = out.size();
+    out.reserve(begin + most_bytes(column));
+    std::byte* const head = out.data() + begin;
     std::byte* const rows = head + kHeadBytes;
     std::byte* end = nullptr;
     std::uint64_t numbers[2] = {column.size(), 0};
@@ -278,10 +277,9 @@ void save_columns(const WorldData& data, SnapshotData& snapshot) {
     }
     numbers[1] = static_cast<std::uint64_t>(end - rows);
     put(head, numbers, sizeof numbers);
-    at = static_cast<std::size_t>(end - begin);
+    out.resize_for_overwrite(static_cast<std::size_t>(end - out.data()));
   });
   align();
-  snapshot.columns.resize_for_overwrite(at);
 }
 
 SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem problem, const void* context) {
