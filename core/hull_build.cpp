@@ -254,7 +254,7 @@ HullReport make_report(const HullDraft& from, const TriangleHull& hull, const Hu
   return report;
 }
 
-// All but columns, balls and hash.
+// All but what complete_solid makes.
 std::shared_ptr<HullSolid> try_solid(const std::string& who, const HullDraft& from, int max_vertices,
                                      double tolerance) {
   const Grid& grid = from.grid;
@@ -273,7 +273,6 @@ std::shared_ptr<HullSolid> try_solid(const std::string& who, const HullDraft& fr
     solid->origin[k] = grid.origin[k] + center[k] * grid.step[k];
   }
   solid->topology = make_topology(to_corners(grid, corners.places, center), polygons.loops);
-  solid->integrals = integrate(solid->topology);
   for (const std::int32_t index : corners.point) {
     const Point& p = from.points[static_cast<std::size_t>(index)];
     solid->points.push_back({static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
@@ -297,9 +296,7 @@ std::shared_ptr<HullSolid> make_solid(const std::string& who, const std::vector<
     if (solid->report.simplified() || solid->report.deviation <= most) break;
     tolerance *= kSmallerTolerance;
   }
-  solid->columns = make_hull_columns(solid->topology);
-  solid->balls = balls_of(*solid->columns.data);
-  solid->content_hash = hash_of(*solid);
+  complete_solid(*solid);
   return solid;
 }
 
@@ -314,6 +311,13 @@ std::vector<Point> sorted(std::vector<Point> points) {
 }
 
 }  // namespace
+
+void complete_solid(HullSolid& solid) {
+  solid.integrals = integrate(solid.topology);
+  solid.columns = make_hull_columns(solid.topology);
+  solid.balls = balls_of(*solid.columns.data);
+  solid.content_hash = hash_of(solid);
+}
 
 std::size_t HullSolid::bytes() const {
   return sizeof *this + topology.vertices.capacity() * sizeof(Vec3) + topology.loops.capacity() +

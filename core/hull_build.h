@@ -40,9 +40,17 @@ std::shared_ptr<const HullSolid> build_hull(const std::string& who, std::span<co
 // The hull of the corners times `scale`, whose components are finite and above zero.
 std::shared_ptr<const HullSolid> scale_hull(const std::string& who, const HullSolid& hull, Vec3 scale);
 
+// Makes what follows from points and topology: integrals, columns, balls and hash. Throws std::bad_alloc.
+void complete_solid(HullSolid& solid);
+
 // What is inside; null for an empty one.
 struct HullAccess {
   static const std::shared_ptr<const HullSolid>& solid(const Hull& hull) { return hull.solid_; }
+  static Hull hull(std::shared_ptr<const HullSolid> solid) {
+    Hull hull;
+    hull.solid_ = std::move(solid);
+    return hull;
+  }
 };
 
 }  // namespace scree

@@ -11,15 +11,6 @@ namespace scree {
 
 namespace {
 
-std::uint64_t content_of(const ConvexHull& geometry) {
-  std::uint64_t hash = HullAccess::solid(geometry.hull)->content_hash;
-  for (const float scale : {geometry.scale.x, geometry.scale.y, geometry.scale.z}) {
-    hash = (hash ^ std::bit_cast<std::uint32_t>(scale)) * 0x9e3779b97f4a7c15u;  // 2^64 over the golden ratio
-    hash ^= hash >> 32;
-  }
-  return hash | 1;  // 0 is a free slot's
-}
-
 std::int32_t find_slot(const Hulls& hulls, std::uint64_t content, const ConvexHull& geometry) {
   const auto [first, last] = hulls.slot_of.equal_range(content);
   for (auto entry = first; entry != last; ++entry) {
@@ -62,7 +53,7 @@ void clear(Hulls& hulls, std::int32_t slot) {
 std::int32_t acquire_hull(Call call, Hulls& hulls, const Geometry& geometry) {
   const auto* convex = std::get_if<ConvexHull>(&geometry);
   if (convex == nullptr) return -1;
-  const std::uint64_t content = content_of(*convex);
+  const std::uint64_t content = hull_content(*convex);
   if (const std::int32_t slot = find_slot(hulls, content, *convex); slot >= 0) {
     ++hulls.shapes[static_cast<std::size_t>(slot)];
     return slot;
@@ -102,6 +93,15 @@ void undo_hull(Hulls& hulls, std::int32_t slot, std::size_t old_slots) {
   } else {
     resize(hulls, static_cast<std::size_t>(slot));
   }
+}
+
+std::uint64_t hull_content(const ConvexHull& geometry) {
+  std::uint64_t hash = HullAccess::solid(geometry.hull)->content_hash;
+  for (const float scale : {geometry.scale.x, geometry.scale.y, geometry.scale.z}) {
+    hash = (hash ^ std::bit_cast<std::uint32_t>(scale)) * 0x9e3779b97f4a7c15u;  // 2^64 over the golden ratio
+    hash ^= hash >> 32;
+  }
+  return hash | 1;  // 0 is a free slot's
 }
 
 ExtentRow extent_of(const HullSolid& solid) {

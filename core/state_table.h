@@ -17,7 +17,7 @@ void for_each_column(WorldData& data, Visit&& visit) {
   };
   data.bodies.for_each_column(within("bodies"));
   visit(ColumnKind::state, "bodies", "free_slots", data.bodies.free_slots);
-  visit(ColumnKind::state, "bodies", "awake", data.bodies.awake);
+  visit(ColumnKind::derived, "bodies", "awake", data.bodies.awake);
   visit(ColumnKind::derived, "bodies", "kinematic", data.bodies.kinematic);
   data.shapes.for_each_column(within("shapes"));
   visit(ColumnKind::state, "shapes", "free_slots", data.shapes.free_slots);

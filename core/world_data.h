@@ -92,7 +92,7 @@ struct CoreRow {
   X(state,   std::int32_t,    next)            /* calls; next shape of the body, -1: last */                   \
   X(state,   ExtentRow,       extent)          /* calls */                                                     \
   X(state,   std::int32_t,    hull)            /* calls; slot in WorldData::hulls, -1: no hull */              \
-  X(state,   PoseRow,         local_pose)      /* calls; relative to the body's center of mass; of a hull's    \
+  X(derived, PoseRow,         local_pose)      /* calls; relative to the body's center of mass; of a hull's    \
                                                   centroid */                                                  \
   X(state,   Pose,            given_pose)      /* calls; relative to the body's origin */                      \
   X(state,   MaterialRow,     material)        /* calls */                                                     \
@@ -102,7 +102,8 @@ struct CoreRow {
   X(state,   TreeKind,        tree)            /* calls, find_islands */                                       \
   X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
   X(state,   ContactEvents,   events)          /* calls; asked for */                                          \
-  X(derived, PoseRow,         pose)            /* update_bounds; in the world */
+  X(state,   PoseRow,         pose)            /* update_bounds; in the world; the padding tells how far the  \
+                                                  shape travels in a step, by the velocity it had then */
 
 // Slots of hulls, each shared by all shapes of the same hull and scale.
 #define SCREE_HULL_COLUMNS(X)                                                                                   \
@@ -118,14 +119,14 @@ struct CoreRow {
                                                   there is no hull */
 
 // Contacts: the pairs that touch, in no order. A contact keeps its row while it touches, so that nothing moves
-// when the list of pairs changes.
+// when the list of pairs changes. Free rows hold what kernels left there, and nobody reads it.
 #define SCREE_CONTACT_COLUMNS(X)                                                                                \
-  X(state,   ShapePair,        pair)           /* collide */                                                   \
+  X(derived, ShapePair,        pair)           /* collide; as the row of `pairs` that has the contact */       \
+  X(state,   std::uint8_t,     points)         /* collide; how many, 0: the row is free */                     \
   X(state,   Manifold,         manifold)       /* collide, store_impulses */                                   \
   X(state,   ManifoldFeatures, features)       /* collide */                                                   \
   X(state,   ContactAnchor,    anchor)         /* collide; where the manifold was made; boxes and hulls */     \
   X(state,   ContactSurface,   surface)        /* collide, store_impulses; where kManifoldRich */              \
-  X(state,   std::uint8_t,     points)         /* collide; how many, 0: the row is free */                     \
   X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor before that */
 // clang-format on
 
@@ -145,10 +146,10 @@ struct CoreRow {
 struct Bodies {
   SCREE_STORE(SCREE_BODY_COLUMNS)
   Column<std::int32_t> free_slots;  // state; calls; taken from the back
-  Column<std::int32_t> awake;       // state; refresh_lists; awake dynamic bodies, ascending
+  Column<std::int32_t> awake;       // derived; refresh_lists; awake dynamic bodies, ascending
   Column<std::int32_t> kinematic;   // derived; refresh_lists; kinematic bodies, ascending
   std::size_t alive = 0;            // state; calls
-  bool lists_dirty = true;          // state; calls, find_islands: awake and kinematic must be made anew
+  bool lists_dirty = true;          // derived; calls, find_islands: awake and kinematic must be made anew
 };
 
 struct Shapes {
@@ -242,6 +243,8 @@ struct Part {
                                    std::size_t capacity_bytes)>;
   // Reports every column, as the generated for_each_column of the public stores do.
   virtual void report(const Visit& visit) const = 0;
+  // The world has been replaced: what is remembered of it between steps must be made anew by the next one.
+  virtual void forget() noexcept {}
 };
 
 struct WorldData {

@@ -27,6 +27,7 @@ struct PairTree {
   bool bounds_changed = true;   // must be refitted before the next join
   bool special_changed = true;  // LeafBlock::special must be made anew
   int leaf_blocks() const { return static_cast<int>(order.size() / simd::kBlock); }
+  void clear() noexcept;  // nobody is in it; the memory stays
 };
 
 struct SortKey {
@@ -36,7 +37,9 @@ struct SortKey {
 };
 
 struct BroadPhase final : Part {
-  std::atomic<bool> bounds_left{true};  // state; update_bounds: a shape has new fat bounds
+  // derived; update_bounds: a shape has new fat bounds. Where it is not known, true is as good: the list of
+  // pairs is made anew then, and comes out the same.
+  std::atomic<bool> bounds_left{true};
 
   Column<std::uint8_t> kinds;  // derived; TreeKind of each shape when the trees were last made, none if dead
   Column<std::uint8_t> kinds_next;  // scratch
@@ -80,6 +83,7 @@ struct BroadPhase final : Part {
   Column<std::int32_t> places;           // of list_where
 
   void report(const Visit& visit) const override;
+  void forget() noexcept override;
 };
 
 // The world's broad phase, made at first use.

@@ -241,6 +241,13 @@ void provide_rows(Contacts& contacts, std::size_t count) {
   }
 }
 
+// What a new contact's kernel has not written still holds what an earlier contact left in the row: state must
+// not depend on who that was.
+void clear_unwritten(ContactRows& rows, std::size_t row, bool has_anchor) {
+  if (!has_anchor) rows.anchor[row] = {};
+  if ((rows.manifold[row].info & kManifoldRich) == 0) rows.surface[row] = {};
+}
+
 // Pairs that are no contacts. Each pair of a round has one of the last free rows to itself, and keeps it if
 // it turns out to touch.
 void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
@@ -262,11 +269,14 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
         items[k] = make_item(data, phase.order[static_cast<std::size_t>(begin + k)]);
         items[k].row = rows[begin - first + k];
       }
-      kernels.collide[chunks.type_of(chunk)](columns, items, count);
+      const std::size_t type = chunks.type_of(chunk);
+      kernels.collide[type](columns, items, count);
+      const bool has_anchor = recycle_of(kernels, type) != nullptr;
       for (int k = 0; k < count; ++k) {
         const auto row = static_cast<std::size_t>(items[k].row);
         if (contacts.now.points[row] == 0) continue;
         const auto pair = static_cast<std::size_t>(items[k].pair);
+        clear_unwritten(contacts.now, row, has_anchor);
         contacts.pairs.contact[pair] = items[k].row;
         contacts.now.pair[row] = contacts.pairs.pair[pair];
         contacts.now.color[row] = kNoColor;

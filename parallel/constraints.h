@@ -88,6 +88,7 @@ struct Constraints : Part {
   Column<FinishSum> finish_sums;      // scratch; finish_step; by chunk of `moving`
 
   void report(const Visit& visit) const override;
+  void forget() noexcept override { is_colored = false; }
 };
 
 Constraints& constraints_of(WorldData& data);

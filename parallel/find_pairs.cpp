@@ -235,12 +235,20 @@ void find_pairs(WorldData& data, Crew& crew) {
   data.stats.pairs = static_cast<std::int64_t>(contacts.pairs.pair.size() + contacts.resting.pair.size());
 }
 
+void BroadPhase::forget() noexcept {
+  bounds_left.store(true, std::memory_order_relaxed);
+  kinds.clear();  // so that all shapes join their trees
+  members.clear();
+  for (PairTree& tree : trees) tree.clear();
+  dirty.clear();
+}
+
 void BroadPhase::report(const Visit& visit) const {
   const auto column = [&](ColumnKind kind, const char* name, const auto& rows) {
     visit(kind, name, rows.data(), rows.size() * sizeof(*rows.data()), rows.capacity_bytes());
   };
   const bool left = bounds_left.load(std::memory_order_relaxed);
-  visit(ColumnKind::state, "bounds_left", &left, sizeof(left), 0);
+  visit(ColumnKind::derived, "bounds_left", &left, sizeof(left), 0);
   column(ColumnKind::derived, "kinds", kinds);
   column(ColumnKind::scratch, "kinds_next", kinds_next);
   for (const PairTree& tree : trees) {

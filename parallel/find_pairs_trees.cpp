@@ -278,6 +278,16 @@ void refit_tree(const WorldData& data, BroadPhase& broad_phase, int kind, Crew& 
 
 }  // namespace
 
+void PairTree::clear() noexcept {
+  order.clear();
+  leaves.clear();
+  for (Column<simd::NodeBlock>& level : nodes) level.clear();
+  levels = refits = 0;
+  members = appended = 0;
+  unsorted = bounds_changed = special_changed = true;
+  lost_members = false;
+}
+
 bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const std::size_t shapes = data.shapes.flags.size();
   if (!std::exchange(data.shapes.trees_changed, false)) return false;

@@ -419,6 +419,7 @@ void Player::run_steps(const Call& call) {
     const float dt = random_time_step(random);
     tell("step", dt);
     if (checks_) check_before_step();
+    if (before_step_) before_step_(world_);
     step(world_, dt, shift_.at(static_cast<int>(hashes_.size())));
     hashes_.push_back(mixed(world_.hash(), digest_of_events(world_)));
     most_contacts_ = std::max(most_contacts_, world_.stats().contacts);

@@ -3,6 +3,7 @@
 
 #include <tests/determinism/random_calls.h>
 
+#include <functional>
 #include <ostream>
 #include <set>
 #include <stdexcept>
@@ -24,6 +25,9 @@ class Player {
   // With `checks` the player reads all bodies around every step to see whether promises hold. Reading must
   // not change any result either, so one run of a comparison reads and the others do not.
   Player(Shift& shift, bool checks, std::ostream* log);
+
+  // What is done to the world before each of its steps.
+  void before_steps(std::function<void(World&)> work) { before_step_ = std::move(work); }
 
   void make(const Call& call);
   const std::vector<std::uint64_t>& hashes() const { return hashes_; }
@@ -68,6 +72,7 @@ class Player {
   Shift& shift_;
   bool checks_;
   std::ostream* log_;
+  std::function<void(World&)> before_step_;
   std::vector<Slot> slots_;
   std::size_t bodies_ = 0;
   std::size_t shapes_ = 0;

@@ -8,6 +8,7 @@
 #include <scree/ids.h>
 #include <scree/math_types.h>
 #include <scree/shapes.h>
+#include <scree/snapshot.h>
 #include <scree/stats.h>
 #include <scree/step.h>
 #include <scree/workers.h>

@@ -1,0 +1,107 @@
+// Snapshots: how large they are, and what saving and restoring cost beside copying the same bytes.
+//
+// large_pyramid (5,051 bodies) and piles of mixed shapes and of hulls after 200 steps; buffers are used
+// again, as a program does that keeps a window of snapshots. The counters are bytes of the whole snapshot by
+// body, and by contact without what the bodies take.
+#include <benchmark/benchmark.h>
+#include <core/snapshot.h>
+#include <core/snapshot_columns.h>
+#include <scree/scree.h>
+#include <tools/scenes/scene.h>
+
+#include <cstring>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace scree {
+namespace {
+
+struct Settled {
+  World world;
+  Snapshot snapshot;
+};
+
+Settled& settled(const std::string& name, const scenes::Parameters& parameters) {
+  static std::map<std::string, std::unique_ptr<Settled>> known;
+  std::unique_ptr<Settled>& scene = known[name];
+  if (scene != nullptr) return *scene;
+  const scenes::Scene built = scenes::build(name, parameters).front();
+  scene = std::make_unique<Settled>(Settled{World(built.settings), {}});
+  scenes::populate(scene->world, built);
+  Workers workers(1);
+  for (int i = 0; i < 200; ++i) step(scene->world, built.dt, workers);
+  save(scene->world, scene->snapshot);
+  return *scene;
+}
+
+void count_bytes(benchmark::State& state, const Settled& scene) {
+  const SnapshotData& data = *SnapshotAccess::data(scene.snapshot);
+  const SavedColumns saved = find_columns(data.columns);
+  double of_bodies = 0.0, of_contacts = 0.0;
+  for (std::size_t i = 0; i < saved.count; ++i) {
+    const bool body = saved.column[i].store == "bodies" || saved.column[i].store == "shapes";
+    (body ? of_bodies : of_contacts) += static_cast<double>(saved.column[i].bytes);
+  }
+  const auto contacts = static_cast<double>(data.contacts.size());
+  state.counters["bytes"] = static_cast<double>(scene.snapshot.bytes());
+  state.counters["per_body"] = of_bodies / static_cast<double>(scene.world.body_count());
+  state.counters["per_contact"] =
+      (of_contacts + static_cast<double>(data.contacts.span().size_bytes())) / contacts;
+  state.counters["pairs_per_contact"] =
+      static_cast<double>(saved.find("contacts.pairs", "pair").rows) / contacts;
+}
+
+enum class Work { copy, save, restore, write, read };
+
+void run(benchmark::State& state, const std::string& name, const scenes::Parameters& parameters, Work work) {
+  Settled& scene = settled(name, parameters);
+  std::vector<std::byte> from(scene.snapshot.bytes()), to(from.size());
+  const std::vector<std::byte> bytes = write_snapshot(scene.snapshot);
+  for (auto _ : state) {
+    switch (work) {
+      case Work::copy:
+        std::memcpy(to.data(), from.data(), from.size());
+        break;
+      case Work::save:
+        save(scene.world, scene.snapshot);
+        break;
+      case Work::restore:
+        restore(scene.world, scene.snapshot);
+        break;
+      case Work::write:
+        benchmark::DoNotOptimize(write_snapshot(scene.snapshot));
+        break;
+      case Work::read:
+        benchmark::DoNotOptimize(read_snapshot(bytes));
+        break;
+    }
+    benchmark::ClobberMemory();
+  }
+  count_bytes(state, scene);
+}
+
+const bool kRegistered = [] {
+  const std::pair<const char*, scenes::Parameters> cases[] = {
+      {"large_pyramid", {}}, {"pile", {{"bodies", 5000}}}, {"convex_pile", {{"columns", 8}, {"layers", 20}}}};
+  const std::pair<const char*, Work> works[] = {{"copy", Work::copy},
+                                                {"save", Work::save},
+                                                {"restore", Work::restore},
+                                                {"write", Work::write},
+                                                {"read", Work::read}};
+  for (const auto& [name, parameters] : cases) {
+    for (const auto& [title, work] : works) {
+      benchmark::RegisterBenchmark((std::string(name) + "/" + title).c_str(), [name = name,
+                                                                               parameters = parameters,
+                                                                               work = work](
+                                                                                  benchmark::State& state) {
+        run(state, name, parameters, work);
+      })->Unit(benchmark::kMicrosecond);
+    }
+  }
+  return true;
+}();
+
+}  // namespace
+}  // namespace scree

@@ -1,0 +1,67 @@
+// Snapshots: the whole state of a world, to come back to, to copy, and to send.
+//
+// A world that is restored goes on with the same bits as the one that was saved would have, on every
+// instruction set and thread count. Handles, user data, settings and the step counter come back, too.
+#pragma once
+
+#include <scree/export.h>
+#include <scree/world.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace scree {
+
+struct SnapshotData;
+
+/// The state of a world at one time. It shares the geometry of hulls with the world, and with all other
+/// snapshots of it. Any thread may read it while nobody saves into it.
+class SCREE_API Snapshot {
+ public:
+  Snapshot() noexcept;  ///< of no world
+  ~Snapshot();
+  Snapshot(Snapshot&&) noexcept;
+  Snapshot& operator=(Snapshot&&) noexcept;
+
+  bool is_empty() const noexcept;       ///< of no world
+  std::size_t bytes() const noexcept;   ///< of memory in use, without the geometry that it shares
+  std::uint64_t step() const noexcept;  ///< steps that the world had taken; 0 if empty
+
+ private:
+  friend struct SnapshotAccess;
+  std::unique_ptr<SnapshotData> data_;
+};
+
+/// Saves the world. What the snapshot held is replaced, and its memory is used again: saving a world that has
+/// not grown allocates nothing. Throws Error for a world that was moved from, and std::bad_alloc, which
+/// leaves the snapshot empty.
+SCREE_API void save(const World& world, Snapshot& snapshot);
+
+/// Makes the world what the saved one was, whatever it has been before, and uses its memory again. The events
+/// of the last step are not part of the state: the lists are empty afterwards, and of StepStats there is
+/// `step` only. Bulk columns may move. Throws Error for an empty snapshot or a world that was moved from, and
+/// std::bad_alloc, and then has changed nothing.
+///
+/// Handles: those that were valid when the world was saved are valid again, and those that were not are
+/// not, whatever has been created or destroyed since. So what a handle from after the save names is gone, and
+/// calls reject it, until a body or shape is created that takes its place: generations have come back as
+/// well, and the newcomer gets the very same handle.
+SCREE_API void restore(World& world, const Snapshot& snapshot);
+
+/// Another world in the same state.
+SCREE_API World clone(const World& world);
+
+/// The snapshot as bytes, the same for equal states on every machine. Each hull is written once. Throws Error
+/// for an empty snapshot and where bytes are not in little-endian order, and std::bad_alloc.
+SCREE_API std::vector<std::byte> write_snapshot(const Snapshot& snapshot);
+
+/// The snapshot that the bytes were written from. They may come from anywhere: all that a world relies on is
+/// checked, and memory is taken in proportion to their number (restoring then takes what the saved world
+/// had). Throws Error, which names the offset of the first byte that is wrong and the reason, for bytes that
+/// were changed or cut off, or that another version of Scree wrote; and std::bad_alloc.
+SCREE_API Snapshot read_snapshot(std::span<const std::byte> bytes);
+
+}  // namespace scree

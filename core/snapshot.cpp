@@ -1,0 +1,171 @@
+// Saving, restoring and cloning worlds.
+#include <core/edit.h>
+#include <core/fp_environment.h>
+#include <core/hull_build.h>
+#include <core/snapshot.h>
+#include <core/snapshot_columns.h>
+
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+bool same_hull(const SharedHull& a, const SharedHull& b) {
+  return a.solid == b.solid && HullAccess::solid(a.geometry.hull) == HullAccess::solid(b.geometry.hull) &&
+         a.geometry.scale == b.geometry.scale;
+}
+
+bool same_hulls(const std::vector<SharedHull>& a, const std::vector<SharedHull>& b) {
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), same_hull);
+}
+
+// What Hulls holds besides its columns.
+struct HullIndex {
+  std::vector<SharedHull> shared;
+  std::unordered_multimap<std::uint64_t, std::int32_t> slot_of;
+
+  explicit HullIndex(const std::vector<SharedHull>& hulls) : shared(hulls) {
+    for (std::size_t slot = 0; slot < shared.size(); ++slot) {
+      if (shared[slot].solid == nullptr) continue;
+      slot_of.emplace(hull_content(shared[slot].geometry), static_cast<std::int32_t>(slot));
+    }
+  }
+};
+
+void derive_bodies(Bodies& bodies) {
+  bodies.alive = 0;
+  for (std::size_t row = 0; row < bodies.flags.size(); ++row) {
+    bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
+    bodies.alive += (bodies.flags[row] & kBodyAlive) != 0 ? 1 : 0;
+  }
+  bodies.awake.clear();
+  bodies.kinematic.clear();
+  bodies.lists_dirty = true;
+}
+
+void derive_shapes(WorldData& data) {
+  Shapes& shapes = data.shapes;
+  shapes.alive = 0;
+  shapes.asking = 0;
+  for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
+    if ((shapes.flags[row] & kShapeAlive) == 0) continue;
+    ++shapes.alive;
+    if (shapes.events[row] != ContactEvents::none) ++shapes.asking;
+    place_shape_in_body(data, static_cast<std::int32_t>(row));
+  }
+  shapes.moving.clear();
+}
+
+void derive_contacts(Contacts& contacts) {
+  const PairRows& pairs = contacts.pairs;
+  for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
+    const std::int32_t contact = pairs.contact[row];
+    if (contact >= 0) contacts.now.pair[static_cast<std::size_t>(contact)] = pairs.pair[row];
+  }
+  contacts.pairs_before.resize(0);
+  contacts.previous.clear();
+  contacts.touching.clear();
+  contacts.list_kept = false;
+}
+
+void clear_events(Events& events) {
+  events.before.clear();
+  events.begins.clear();
+  events.persists.clear();
+  events.ends.clear();
+  events.restored.clear();
+}
+
+// What a world is besides its columns and its hulls.
+void load_world(const SavedWorld& saved, WorldData& data) {
+  data.settings = saved.settings;
+  data.step_count = saved.step_count;
+  data.last_dt = saved.last_dt;
+  data.last_substep = saved.last_substep;
+  data.shapes.wake_requested = saved.wake_requested;
+  data.contacts.manifolds_stale = saved.manifolds_stale;
+  data.contacts.pairs_stale = saved.pairs_stale;
+  data.stats = {};
+  data.stats.step = saved.step_count;
+}
+
+}  // namespace
+
+const SnapshotData& filled(const Snapshot& snapshot, const char* call) {
+  if (snapshot.is_empty()) throw Error(std::string(call) + ": the snapshot is empty");
+  return *SnapshotAccess::data(snapshot);
+}
+
+Snapshot::Snapshot() noexcept = default;
+Snapshot::~Snapshot() = default;
+Snapshot::Snapshot(Snapshot&&) noexcept = default;
+Snapshot& Snapshot::operator=(Snapshot&&) noexcept = default;
+
+bool Snapshot::is_empty() const noexcept { return data_ == nullptr || !data_->is_full; }
+
+std::size_t Snapshot::bytes() const noexcept {
+  if (is_empty()) return 0;
+  return sizeof *data_ + data_->columns.size() + data_->contacts.span().size_bytes() +
+         data_->hulls.size() * sizeof(SharedHull);
+}
+
+std::uint64_t Snapshot::step() const noexcept { return is_empty() ? 0 : data_->world.step_count; }
+
+void save(const World& world, Snapshot& snapshot) {
+  const WorldData& data = internals(world, "save");
+  std::unique_ptr<SnapshotData>& to = SnapshotAccess::data(snapshot);
+  if (to == nullptr) to = std::make_unique<SnapshotData>();
+  to->is_full = false;
+  to->world = {data.settings,
+               data.step_count,
+               data.last_dt,
+               data.last_substep,
+               data.shapes.wake_requested,
+               data.contacts.manifolds_stale,
+               data.contacts.pairs_stale};
+  if (!same_hulls(to->hulls, data.hulls.shared)) to->hulls = data.hulls.shared;
+  save_columns(data, *to);
+  to->is_full = true;
+}
+
+void restore(World& world, const Snapshot& snapshot) {
+  constexpr const char* kName = "restore";
+  const SnapshotData& from = filled(snapshot, kName);
+  WorldData& data = internals(world, kName);
+  const SavedColumns saved = find_columns(from.columns);
+  reserve_columns(saved, data);
+  if (!same_hulls(from.hulls, data.hulls.shared)) {
+    HullIndex index(from.hulls);
+    data.hulls.shared.swap(index.shared);
+    data.hulls.slot_of.swap(index.slot_of);
+  }
+  // Nothing can fail from here on.
+  const FpEnvironment environment;
+  load_columns(from, saved, data);
+  load_world(from.world, data);
+  for (std::size_t slot = 0; slot < data.hulls.shared.size(); ++slot) {
+    const SharedHull& shared = data.hulls.shared[slot];
+    data.hulls.data[slot] = shared.solid != nullptr ? shared.solid->columns.data : nullptr;
+  }
+  derive_shapes(data);
+  derive_bodies(data.bodies);
+  derive_contacts(data.contacts);
+  clear_events(data.events);
+  for (Part* part :
+       {data.broad_phase.get(), data.narrow_phase.get(), data.constraints.get(), data.islands.get()}) {
+    if (part != nullptr) part->forget();
+  }
+}
+
+World clone(const World& world) {
+  Snapshot snapshot;
+  save(world, snapshot);
+  World copy;
+  restore(copy, snapshot);
+  return copy;
+}
+
+}  // namespace scree

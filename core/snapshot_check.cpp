@@ -1,0 +1,459 @@
+// Checks of columns from outside; see snapshot_check.h.
+//
+// What is alive must be what calls can make: values within the limits of check.h, indices of what is there,
+// lists without repetitions. The dead need only name rows that exist. Numbers of contacts are not checked:
+// where a body's state becomes non-finite its contacts' impulses do, too, and a step copes with that.
+#include <core/balls.h>
+#include <core/check.h>
+#include <core/edit.h>
+#include <core/hull_build.h>
+#include <core/hull_store.h>
+#include <core/snapshot_bytes.h>
+#include <core/snapshot_check.h>
+#include <core/snapshot_columns.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+
+namespace scree {
+
+namespace {
+
+constexpr std::size_t kMostRows = std::numeric_limits<std::int32_t>::max();
+
+std::size_t at(std::int32_t row) { return static_cast<std::size_t>(row); }
+
+template <class Row>
+bool is_finite_row(const Row& row) {
+  float numbers[sizeof(Row) / sizeof(float)];
+  static_assert(sizeof numbers == sizeof(Row));
+  std::memcpy(numbers, &row, sizeof numbers);
+  return std::all_of(std::begin(numbers), std::end(numbers), [](float x) { return std::isfinite(x); });
+}
+
+template <class Row>
+bool is_zero_row(const Row& row) {
+  const Row zero{};
+  return std::memcmp(&row, &zero, sizeof(Row)) == 0;
+}
+
+bool is_unit(Quat q) {
+  const double norm =
+      std::sqrt(double{q.x} * q.x + double{q.y} * q.y + double{q.z} * q.z + double{q.w} * q.w);
+  return norm >= 1.0 - kUnitTolerance && norm <= 1.0 + kUnitTolerance;
+}
+bool is_placed(const PoseRow& pose) { return is_finite_row(pose) && is_unit(to_quat(pose.rotation)); }
+
+bool within(float x, float low, float high) { return x >= low && x <= high; }
+
+// Of a row that is no free one, among these.
+std::size_t place_of_contact(const SnapshotData& snapshot, std::size_t row) {
+  const Column<std::int32_t>& contacts = snapshot.contacts;
+  const auto* place = std::lower_bound(contacts.begin(), contacts.end(), static_cast<std::int32_t>(row));
+  return static_cast<std::size_t>(place - contacts.begin());
+}
+
+// Knows where among the bytes a row stands, and refuses it.
+class Refusal {
+ public:
+  Refusal(const SnapshotData& snapshot, const SavedColumns& saved, std::size_t offset)
+      : snapshot_(snapshot), saved_(saved), offset_(offset) {}
+
+  void require(bool holds, const char* store, const char* name, std::size_t row, const char* problem) const {
+    if (!holds) refuse(store, name, row, problem);
+  }
+
+ private:
+  [[noreturn]] void refuse(const char* store, const char* name, std::size_t row, const char* problem) const {
+    const SavedColumn& column = saved_.find(store, name);
+    refuse_snapshot(offset_ + column.begin + place_of(column, row),
+                    std::string(store) + "." + name + ", row " + std::to_string(row) + ": " + problem);
+  }
+
+  std::size_t place_of(const SavedColumn& column, std::size_t row) const {
+    switch (column.form) {
+      case ColumnForm::plain:
+        return row * column.row_bytes;
+      case ColumnForm::contacts:
+        return place_of_contact(snapshot_, row) * column.row_bytes;
+      case ColumnForm::contact_blocks:
+        row = place_of_contact(snapshot_, row);
+        break;
+      case ColumnForm::blocks:
+        break;
+    }
+    const std::byte* flags = snapshot_.columns.data() + column.begin;
+    const std::size_t blocks = (column.rows + kSavedBlock - 1) / kSavedBlock, block = row / kSavedBlock;
+    std::size_t packed = 0;
+    for (std::size_t before = 0; before < std::min(block, blocks); ++before)
+      packed += flags[before] != std::byte{0} ? 1 : kSavedBlock;
+    if (block < blocks && flags[block] == std::byte{0}) packed += row % kSavedBlock;
+    return blocks + packed * column.row_bytes;
+  }
+
+  const SnapshotData& snapshot_;
+  const SavedColumns& saved_;
+  const std::size_t offset_;
+};
+
+// Each column of a store has as many rows as the others, and no list more than what it lists from.
+void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const Refusal& refusal) {
+  struct Rule {
+    const char* store;
+    const char* name;  // null: all others of the store
+    std::size_t least, most;
+  };
+  const auto rows_of = [&](const char* store, const char* name) { return saved.find(store, name).rows; };
+  const std::size_t bodies = rows_of("bodies", "flags"), shapes = rows_of("shapes", "flags");
+  const std::size_t hulls = snapshot.hulls.size(), pairs = rows_of("contacts.pairs", "pair");
+  const std::size_t rows = rows_of("contacts.now", "points"), contacts = snapshot.contacts.size();
+  const std::size_t axes = rows_of("contacts.pairs", "axis") == 0 ? 0 : pairs;
+  const Rule rules[] = {{"bodies", "flags", at(kFirstBody), kMostRows},
+                        {"bodies", "free_slots", 0, bodies},
+                        {"bodies", nullptr, bodies, bodies},
+                        {"shapes", "flags", 0, kMostRows},
+                        {"shapes", "free_slots", 0, shapes},
+                        {"shapes", "dirty", 0, shapes},
+                        {"shapes", nullptr, shapes, shapes},
+                        {"hulls", "free_slots", 0, hulls},
+                        {"hulls", nullptr, hulls, hulls},
+                        {"contacts.pairs", "pair", 0, kMostRows},
+                        {"contacts.pairs", "axis", axes, axes},
+                        {"contacts.pairs", nullptr, pairs, pairs},
+                        {"contacts.now", "points", 0, kMostRows},
+                        {"contacts.now", nullptr, contacts, contacts},
+                        {"contacts", "free_rows", 0, rows},
+                        {"events", "touching", 0, kMostRows}};
+  for (std::size_t i = 0; i < saved.count; ++i) {
+    const SavedColumn& column = saved.column[i];
+    const auto* rule = std::find_if(std::begin(rules), std::end(rules), [&](const Rule& r) {
+      return column.store == r.store && (r.name == nullptr || column.name == r.name);
+    });
+    const bool fits = rule != std::end(rules) && column.rows >= rule->least && column.rows <= rule->most;
+    refusal.require(fits, column.store.data(), column.name.data(), 0, "wrong number of rows");
+  }
+}
+
+// Each entry names a row that may be listed, and none twice.
+template <class MayBeListed>
+void check_list(const Column<std::int32_t>& list, std::size_t rows, const char* store, const char* name,
+                const Refusal& refusal, MayBeListed&& may_be_listed) {
+  std::vector<bool> seen(rows);
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const bool fits = list[i] >= 0 && at(list[i]) < rows && !seen[at(list[i])] && may_be_listed(at(list[i]));
+    refusal.require(fits, store, name, i, "names a row that can not be listed, or one twice");
+    seen[at(list[i])] = true;
+  }
+}
+
+void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& refusal) {
+  const auto require = [&](bool holds, const char* name, const char* problem) {
+    refusal.require(holds, "bodies", name, row, problem);
+  };
+  const bool dynamic = bodies.type[row] == BodyType::dynamic;
+  require(bodies.generation[row] != 0, "generation", "a living body has none");
+  require((bodies.flags[row] & kBodyAsleep) == 0 || dynamic, "flags", "only dynamic bodies sleep");
+  require(is_placed(bodies.pose[row]), "pose", "is no placement");
+  require(is_finite_row(bodies.velocity[row]), "velocity", "is not finite");
+  require(is_finite_row(bodies.force[row]), "force", "is not finite");
+  const MotionRow& motion = bodies.motion[row];
+  const auto locks = static_cast<std::uint32_t>(bodies.locks[row]);
+  require(locks <= kMotionLocksMask, "locks", "names no axes");
+  require(within(motion.linear_damping, 0.0f, kMaxRate) && within(motion.angular_damping, 0.0f, kMaxRate) &&
+              within(motion.gravity_factor, -kMaxGravityFactor, kMaxGravityFactor),
+          "motion", "is out of range");
+  require((motion.flags & ~std::uint32_t{kMotionGyroscopic}) == (dynamic ? locks : 0u), "motion",
+          "has other locks than the body");
+  require(within(bodies.sleep_time[row], 0.0f, std::numeric_limits<float>::max()), "sleep_time",
+          "is out of range");
+  const InertiaRow& inverse = bodies.local_mass[row];
+  require(dynamic ? is_finite_row(inverse) && inverse.inverse_mass > 0.0f : is_zero_row(inverse),
+          "local_mass", "is not that of such a body");
+  require(is_finite_row(bodies.local_inertia[row]), "local_inertia", "is not finite");
+  require(is_finite_row(bodies.center[row]), "center", "is not finite");
+  require(within(bodies.mass[row], 0.0f, std::numeric_limits<float>::max()), "mass", "is out of range");
+  require(within(bodies.given_mass[row], 0.0f, kMaxMass), "given_mass", "is out of range");
+}
+
+// The bodies' rows that all worlds have: as they are in a new one.
+void check_reserved_bodies(Bodies& bodies, const Refusal& refusal) {
+  World fresh;
+  Bodies& expected = internals(fresh).bodies;
+  const auto check = [&](const char* name, const auto& column, const auto& right) {
+    using Row = std::remove_cvref_t<decltype(column[0])>;
+    for (std::size_t row = 0; row < at(kFirstBody); ++row) {
+      const auto* bytes = reinterpret_cast<const std::byte*>(&column[row]);
+      const bool same = std::memcmp(bytes, &right[row], sizeof(Row)) == 0;
+      refusal.require(same, "bodies", name, row, "the fixed world's rows can not be changed");
+    }
+  };
+#define SCREE_CHECK_RESERVED(kind, Type, name) \
+  if (ColumnKind::kind == ColumnKind::state) check(#name, bodies.name, expected.name);
+  SCREE_BODY_COLUMNS(SCREE_CHECK_RESERVED)
+#undef SCREE_CHECK_RESERVED
+}
+
+void check_bodies(WorldData& data, const Refusal& refusal) {
+  constexpr unsigned kKnownFlags =
+      kBodyAlive | kBodyAsleep | kBodyCanSleep | kBodyMassGiven | kBodyPropertiesGiven;
+  Bodies& bodies = data.bodies;
+  check_reserved_bodies(bodies, refusal);
+  for (std::size_t row = at(kFirstBody); row < bodies.flags.size(); ++row) {
+    const bool alive = (bodies.flags[row] & kBodyAlive) != 0;
+    refusal.require(bodies.type[row] <= BodyType::dynamic, "bodies", "type", row, "is no type of bodies");
+    refusal.require((bodies.flags[row] & ~(alive ? kKnownFlags : 0u)) == 0, "bodies", "flags", row,
+                    "can not be set");
+    refusal.require(alive || bodies.first_shape[row] == -1, "bodies", "first_shape", row,
+                    "a dead body has none");
+    if (alive) check_living_body(bodies, row, refusal);
+  }
+  check_list(bodies.free_slots, bodies.flags.size(), "bodies", "free_slots", refusal, [&](std::size_t row) {
+    return row >= at(kFirstBody) && (bodies.flags[row] & kBodyAlive) == 0 && bodies.generation[row] != 0;
+  });
+}
+
+bool is_material(const MaterialRow& material) {
+  constexpr auto kMostRule = static_cast<std::uint32_t>(MixRule::maximum);
+  const bool moves = material.surface_velocity[0] != 0.0f || material.surface_velocity[1] != 0.0f ||
+                     material.surface_velocity[2] != 0.0f;
+  const std::uint32_t mixing = material.rules & ~std::uint32_t{kMaterialMoves};
+  return within(material.friction, 0.0f, kMaxFriction) && within(material.restitution, 0.0f, 1.0f) &&
+         within(material.rolling_resistance, 0.0f, kMaxRollingResistance) &&
+         std::all_of(std::begin(material.surface_velocity), std::end(material.surface_velocity),
+                     [](float x) { return within(x, -kMaxSurfaceSpeed, kMaxSurfaceSpeed); }) &&
+         (mixing & 0xff) <= kMostRule && mixing >> 8 <= kMostRule &&
+         ((material.rules & kMaterialMoves) != 0) == moves;
+}
+
+bool is_extent(const WorldData& data, std::size_t row) {
+  const ExtentRow& extent = data.shapes.extent[row];
+  const auto fits = [](float x) { return within(x, kMinExtent, kMaxExtent); };
+  switch (data.shapes.type[row]) {
+    case ShapeType::sphere:
+      return is_finite_row(extent) && fits(extent.radius);
+    case ShapeType::capsule:
+      return is_finite_row(extent) && fits(extent.half[1]) && fits(extent.radius);
+    case ShapeType::box:
+      return is_finite_row(extent) && fits(extent.half[0]) && fits(extent.half[1]) && fits(extent.half[2]);
+    case ShapeType::hull:
+      break;
+  }
+  const ExtentRow right = extent_of(*data.hulls.shared[at(data.shapes.hull[row])].solid);
+  return std::memcmp(&extent, &right, sizeof right) == 0;
+}
+
+bool is_hull_slot(const WorldData& data, std::size_t row) {
+  const std::int32_t hull = data.shapes.hull[row];
+  if (data.shapes.type[row] != ShapeType::hull) return hull == -1;
+  return hull >= 0 && at(hull) < data.hulls.shared.size() && data.hulls.shared[at(hull)].solid != nullptr;
+}
+
+void check_living_shape(const WorldData& data, std::size_t row, const Refusal& refusal) {
+  const Shapes& shapes = data.shapes;
+  const auto require = [&](bool holds, const char* name, const char* problem) {
+    refusal.require(holds, "shapes", name, row, problem);
+  };
+  require(shapes.generation[row] != 0, "generation", "a living shape has none");
+  require((data.bodies.flags[at(shapes.body[row])] & kBodyAlive) != 0, "body", "is dead");
+  require((shapes.flags[row] & kShapeNew) == 0 || (shapes.flags[row] & kShapeDirty) != 0, "flags",
+          "a new shape is dirty, too");
+  require(is_hull_slot(data, row), "hull", "is not that of such a shape");
+  require(is_extent(data, row), "extent", "is not that of such a shape");
+  const Pose& given = shapes.given_pose[row];
+  const auto near = [](float x) { return within(x, -kMaxLocalPosition, kMaxLocalPosition); };
+  require(
+      near(given.position.x) && near(given.position.y) && near(given.position.z) && is_unit(given.rotation),
+      "given_pose", "is no placement");
+  require(is_material(shapes.material[row]), "material", "is out of range");
+  require(within(shapes.density[row], kMinDensity, kMaxDensity), "density", "is out of range");
+  require(is_finite_row(shapes.fat_bounds[row]), "fat_bounds", "is not finite");
+  require(shapes.tree[row] == tree_of(data.bodies, shapes.body[row]), "tree", "is another than its body's");
+  require((shapes.flags[row] & kShapeDirty) != 0 || is_placed(shapes.pose[row]), "pose", "is no placement");
+}
+
+// Every living shape stands once in the list of its body.
+void check_shape_lists(const WorldData& data, const Refusal& refusal) {
+  const Shapes& shapes = data.shapes;
+  std::vector<bool> listed(shapes.flags.size());
+  for (std::size_t body = 0; body < data.bodies.flags.size(); ++body) {
+    std::int32_t from = -1;
+    for (std::int32_t shape = data.bodies.first_shape[body]; shape != -1; shape = shapes.next[at(shape)]) {
+      const bool fits = shape >= 0 && at(shape) < listed.size() && !listed[at(shape)] &&
+                        (shapes.flags[at(shape)] & kShapeAlive) != 0 && at(shapes.body[at(shape)]) == body;
+      refusal.require(fits, from < 0 ? "bodies" : "shapes", from < 0 ? "first_shape" : "next",
+                      from < 0 ? body : at(from), "is no shape of the body, or stands in its list twice");
+      listed[at(shape)] = true;
+      from = shape;
+    }
+  }
+  for (std::size_t row = 0; row < listed.size(); ++row) {
+    const bool fits = listed[row] || (shapes.flags[row] & kShapeAlive) == 0;
+    refusal.require(fits, "shapes", "body", row, "does not list the shape");
+  }
+}
+
+void check_shapes(const WorldData& data, const Refusal& refusal) {
+  constexpr unsigned kKnownFlags = kShapeAlive | kShapeDirty | kShapeNew | kShapeWakes;
+  const Shapes& shapes = data.shapes;
+  const std::size_t rows = shapes.flags.size(), bodies = data.bodies.flags.size();
+  std::size_t dirty = 0;
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto require = [&](bool holds, const char* name, const char* problem) {
+      refusal.require(holds, "shapes", name, row, problem);
+    };
+    const bool alive = (shapes.flags[row] & kShapeAlive) != 0;
+    dirty += (shapes.flags[row] & kShapeDirty) != 0 ? 1 : 0;
+    require(shapes.type[row] <= ShapeType::hull, "type", "is no type of shapes");
+    require((shapes.flags[row] & ~kKnownFlags) == 0 && (alive || (shapes.flags[row] & kShapeNew) == 0),
+            "flags", "can not be set");
+    require(shapes.body[row] >= kFirstBody && at(shapes.body[row]) < bodies, "body", "does not exist");
+    require(shapes.events[row] <= ContactEvents::all, "events", "are unknown");
+    require(alive || (shapes.hull[row] == -1 && shapes.tree[row] == TreeKind::none), alive ? "flags" : "hull",
+            "a dead shape has no hull and no tree");
+    if (alive) check_living_shape(data, row, refusal);
+  }
+  check_shape_lists(data, refusal);
+  check_list(shapes.free_slots, rows, "shapes", "free_slots", refusal, [&](std::size_t row) {
+    return (shapes.flags[row] & kShapeAlive) == 0 && shapes.generation[row] != 0;
+  });
+  check_list(shapes.dirty, rows, "shapes", "dirty", refusal,
+             [&](std::size_t row) { return (shapes.flags[row] & kShapeDirty) != 0; });
+  refusal.require(shapes.dirty.size() == dirty, "shapes", "dirty", 0, "does not list all dirty shapes");
+}
+
+void check_hulls(const WorldData& data, const Refusal& refusal) {
+  const Hulls& hulls = data.hulls;
+  std::vector<std::int32_t> shapes(hulls.shared.size());
+  for (const std::int32_t hull : data.shapes.hull) {
+    if (hull >= 0) ++shapes[at(hull)];
+  }
+  for (std::size_t slot = 0; slot < shapes.size(); ++slot) {
+    const SharedHull& shared = hulls.shared[slot];
+    const bool used = shared.solid != nullptr;
+    refusal.require(hulls.content[slot] == (used ? hull_content(shared.geometry) : 0), "hulls", "content",
+                    slot, "is another hull's");
+    refusal.require(hulls.shapes[slot] == shapes[slot] && used == (shapes[slot] > 0), "hulls", "shapes", slot,
+                    "is not the number of shapes that have the hull");
+  }
+  check_list(hulls.free_slots, shapes.size(), "hulls", "free_slots", refusal,
+             [&](std::size_t slot) { return shapes[slot] == 0; });
+}
+
+// They are not state, but saved: see snapshot_columns.h.
+void check_cores(WorldData& data, const Refusal& refusal) {
+  data.shapes.local_pose.resize(data.shapes.flags.size());
+  for (std::size_t row = 0; row < data.shapes.flags.size(); ++row) {
+    if ((data.shapes.flags[row] & kShapeAlive) != 0)
+      place_shape_in_body(data, static_cast<std::int32_t>(row));
+  }
+  for (std::size_t row = 0; row < data.bodies.flags.size(); ++row) {
+    if ((data.bodies.flags[row] & kBodyAlive) == 0) continue;
+    const CoreRow saved = data.bodies.core[row];
+    measure_core(data, static_cast<std::int32_t>(row));
+    const bool same = std::memcmp(&saved, &data.bodies.core[row], sizeof saved) == 0;
+    refusal.require(same, "bodies", "core", row, "is not that of the body's shapes");
+  }
+}
+
+// The rows that a manifold names, which the solver writes to, must be those of its pair's bodies.
+bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold& manifold) {
+  const auto bodies = static_cast<std::int32_t>(data.bodies.flags.size());
+  if (manifold.row_a < 0 || manifold.row_a >= bodies || manifold.row_b < 0 || manifold.row_b >= bodies)
+    return false;
+  const auto is_known = [&](std::int32_t shape) {
+    return (data.shapes.flags[at(shape)] & (kShapeAlive | kShapeNew)) == kShapeAlive;
+  };
+  if (!is_known(pair.a) || !is_known(pair.b)) return true;  // nobody will inherit it
+  const std::int32_t first = data.shapes.body[at(pair.a)], second = data.shapes.body[at(pair.b)];
+  if (first == second || (manifold.row_b != first && manifold.row_b != second)) return false;
+  const std::int32_t other = manifold.row_b == first ? second : first;
+  const BodyType type = data.bodies.type[at(other)];
+  return data.bodies.type[at(manifold.row_b)] == BodyType::dynamic &&
+         manifold.row_a == (type == BodyType::fixed ? kFixedRow : other) &&
+         ((manifold.info & kManifoldStatic) != 0) == (type != BodyType::dynamic);
+}
+
+void check_pairs(const WorldData& data, const SavedColumns& saved, const SnapshotData& snapshot,
+                 const Refusal& refusal) {
+  const PairRows& pairs = data.contacts.pairs;
+  const Column<std::uint8_t>& points = data.contacts.now.points;
+  const std::byte* manifolds = snapshot.columns.data() + saved.find("contacts.now", "manifold").begin;
+  const auto shapes = static_cast<std::int32_t>(data.shapes.flags.size());
+  std::vector<bool> taken(points.size());
+  std::size_t contacts = 0;
+  for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
+    const ShapePair pair = pairs.pair[row];
+    const bool ascends = row == 0 || pairs.pair[row - 1].a < pair.a ||
+                         (pairs.pair[row - 1].a == pair.a && pairs.pair[row - 1].b < pair.b);
+    refusal.require(pair.a >= 0 && pair.a < pair.b && pair.b < shapes && ascends, "contacts.pairs", "pair",
+                    row, "names no two shapes, or does not ascend");
+    const bool has_hull = data.shapes.hull[at(pair.a)] >= 0 || data.shapes.hull[at(pair.b)] >= 0;
+    const bool is_new = ((data.shapes.flags[at(pair.a)] | data.shapes.flags[at(pair.b)]) & kShapeNew) != 0;
+    refusal.require(!pairs.axis.empty() || !has_hull || is_new, "contacts.pairs", "axis", 0,
+                    "a pair with a hull has none");
+    const std::int32_t contact = pairs.contact[row];
+    if (contact == -1) continue;
+    const bool fits =
+        contact >= 0 && at(contact) < points.size() && !taken[at(contact)] && points[at(contact)] != 0;
+    refusal.require(fits, "contacts.pairs", "contact", row, "is no contact, or another pair's");
+    taken[at(contact)] = true;
+    ++contacts;
+    Manifold manifold;
+    std::memcpy(static_cast<void*>(&manifold),
+                manifolds + place_of_contact(snapshot, at(contact)) * sizeof manifold, sizeof manifold);
+    const std::uint32_t info = manifold.info & ~std::uint32_t{kManifoldRich | kManifoldStatic};
+    refusal.require(points[at(contact)] <= kMaxManifoldPoints && info == points[at(contact)], "contacts.now",
+                    "manifold", at(contact), "has another number of points");
+    refusal.require(has_own_bodies(data, pair, manifold), "contacts.now", "manifold", at(contact),
+                    "is not between the bodies of its pair");
+  }
+  refusal.require(contacts == snapshot.contacts.size(), "contacts.now", "points", 0,
+                  "some contact belongs to no pair");
+  check_list(data.contacts.free_rows, points.size(), "contacts", "free_rows", refusal,
+             [&](std::size_t row) { return points[row] == 0; });
+}
+
+void check_events(const Column<TouchRow>& touching, const Refusal& refusal) {
+  const auto key = [](const TouchRow& row) {
+    return std::uint64_t{row.pair.shape_a.index} << 32 | row.pair.shape_b.index;
+  };
+  for (std::size_t row = 0; row < touching.size(); ++row) {
+    const bool fits = touching[row].events >= 1 && touching[row].events <= 3 &&
+                      (row == 0 || key(touching[row - 1]) < key(touching[row]));
+    refusal.require(fits, "events", "touching", row, "asks for nothing, or does not ascend");
+  }
+}
+
+struct Offset {
+  std::size_t value;
+};
+
+void refuse_number(const void* context, std::size_t offset, const char* reason) {
+  refuse_snapshot(static_cast<const Offset*>(context)->value + offset, reason);
+}
+
+}  // namespace
+
+void check_columns(SnapshotData& snapshot, std::size_t offset) {
+  const Offset context{offset};
+  const SavedColumns saved = find_columns(snapshot.columns, refuse_number, &context);
+  const SavedColumn& points = saved.find("contacts.now", "points");
+  list_contacts(reinterpret_cast<const std::uint8_t*>(snapshot.columns.data() + points.begin), points.rows,
+                snapshot.contacts);
+  const Refusal refusal(snapshot, saved, offset);
+  check_counts(snapshot, saved, refusal);
+  WorldData data;
+  load_columns(snapshot, saved, data, false);
+  data.hulls.shared = snapshot.hulls;
+  check_bodies(data, refusal);
+  check_shapes(data, refusal);
+  check_hulls(data, refusal);
+  check_cores(data, refusal);
+  check_pairs(data, saved, snapshot, refusal);
+  check_events(data.events.touching, refusal);
+}
+
+}  // namespace scree

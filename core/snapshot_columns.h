@@ -1,0 +1,69 @@
+// The columns of a snapshot: every state column of the table, in the table's order, and Bodies::core, which
+// takes longer to make than to copy.
+//
+// Each begins at a multiple of 8 bytes with its number of rows and the number of bytes that follow, 8 bytes
+// each, in one of three forms. Columns of different worlds are told apart by nothing else, so the table is
+// part of the format: see layout_of_columns.
+#pragma once
+
+#include <core/snapshot.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace scree {
+
+enum class ColumnForm : std::uint8_t {
+  plain,     // the rows
+  blocks,    // rows in blocks of kSavedBlock: a byte for each block, 1 where all of its rows are equal, then
+             // the first row of those blocks and all rows of the others
+  contacts,  // the rows of contacts, without the free ones
+  contact_blocks,  // these in blocks
+};
+inline constexpr std::size_t kSavedBlock = 64;
+
+// Where a column lies in SnapshotData::columns.
+struct SavedColumn {
+  std::string_view store;
+  std::string_view name;
+  ColumnForm form;
+  std::size_t row_bytes;
+  std::size_t rows;
+  std::size_t bytes;
+  std::size_t begin;  // of the bytes, behind the two numbers
+};
+
+// All of them, without memory of its own.
+struct SavedColumns {
+  static constexpr std::size_t kMost = 64;
+  std::array<SavedColumn, kMost> column;
+  std::size_t count = 0;
+
+  const SavedColumn& find(std::string_view store, std::string_view name) const;
+};
+
+// Packs the state columns of a world. Throws std::bad_alloc.
+void save_columns(const WorldData& data, SnapshotData& snapshot);
+
+// Finds the columns. `problem` is called with an offset and a reason where they do not fit together in
+// number, and must not return; what was saved has no such problem.
+using ColumnProblem = void (*)(const void* context, std::size_t offset, const char* reason);
+SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem problem = nullptr,
+                          const void* context = nullptr);
+
+// Makes sure that load_columns and later calls that count on room in lists can not fail.
+void reserve_columns(const SavedColumns& saved, WorldData& data);
+// Unpacks the state columns. Derived and scratch columns of stores get as many rows; what is in them is not
+// made. With `contact_rows` false it leaves out the rows of contacts but `points`.
+void load_columns(const SnapshotData& snapshot, const SavedColumns& saved, WorldData& data,
+                  bool contact_rows = true);
+
+// Lists the rows in which `points` is not zero.
+void list_contacts(const std::uint8_t* points, std::size_t rows, Column<std::int32_t>& contacts);
+
+// Tells tables apart: a hash of names, forms and row sizes.
+std::uint64_t layout_of_columns();
+
+}  // namespace scree

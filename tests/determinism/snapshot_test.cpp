@@ -1,0 +1,186 @@
+// Laws of snapshots: a world that is restored goes on as if it had never stopped, in every column of the
+// state table, whatever it was restored into and whatever it runs on.
+#include <core/snapshot_columns.h>
+#include <gtest/gtest.h>
+#include <tests/determinism/golden.h>
+#include <tests/determinism/many_threads.h>
+#include <tests/determinism/player.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace scree::determinism {
+namespace {
+
+std::vector<Golden> scenes_of_goldens() {
+  std::vector<Golden> goldens = read_goldens(golden_path());
+  std::erase_if(goldens, [](const Golden& golden) { return !is_scene(golden.what); });
+  return goldens;
+}
+
+// The first column in which two snapshots differ; empty if none does.
+std::string difference(const Snapshot& expected, const Snapshot& actual) {
+  const SnapshotData& left = *SnapshotAccess::data(expected);
+  const SnapshotData& right = *SnapshotAccess::data(actual);
+  const SavedColumns left_columns = find_columns(left.columns), right_columns = find_columns(right.columns);
+  for (std::size_t i = 0; i < left_columns.count; ++i) {
+    const SavedColumn &a = left_columns.column[i], &b = right_columns.column[i];
+    if (a.rows == b.rows && a.bytes == b.bytes &&
+        std::memcmp(left.columns.data() + a.begin, right.columns.data() + b.begin, a.bytes) == 0) {
+      continue;
+    }
+    return std::string(a.store) + "." + std::string(a.name) + ": " + std::to_string(b.rows) +
+           " rows, expected " + std::to_string(a.rows);
+  }
+  return {};
+}
+
+// What is made from the state when it is restored, of living bodies and shapes.
+std::string derived_difference(World& expected, World& actual) {
+  const WorldData &left = internals(expected), &right = internals(actual);
+  const auto differ = [](const auto& a, const auto& b, std::size_t row) {
+    return std::memcmp(static_cast<const void*>(&a[row]), static_cast<const void*>(&b[row]), sizeof a[row]) !=
+           0;
+  };
+  for (std::size_t row = 0; row < left.bodies.flags.size(); ++row) {
+    if ((left.bodies.flags[row] & kBodyAlive) == 0) continue;
+    const std::string place = " of row " + std::to_string(row);
+    if (differ(left.bodies.transform, right.bodies.transform, row)) return "transform" + place;
+    if (differ(left.bodies.core, right.bodies.core, row)) return "core" + place;
+  }
+  for (std::size_t row = 0; row < left.shapes.flags.size(); ++row) {
+    if ((left.shapes.flags[row] & kShapeAlive) == 0) continue;
+    if (differ(left.shapes.local_pose, right.shapes.local_pose, row)) {
+      return "local_pose of row " + std::to_string(row);
+    }
+  }
+  const bool counts = left.bodies.alive == right.bodies.alive && left.shapes.alive == right.shapes.alive &&
+                      left.shapes.asking == right.shapes.asking;
+  return counts ? std::string() : "the number of bodies or shapes";
+}
+
+std::string difference(std::vector<World>& expected, std::vector<World>& actual) {
+  Snapshot left, right;
+  for (std::size_t world = 0; world < expected.size(); ++world) {
+    save(expected[world], left);
+    save(actual[world], right);
+    std::string found = difference(left, right);
+    if (found.empty()) found = derived_difference(expected[world], actual[world]);
+    if (!found.empty()) return "world " + std::to_string(world) + ", " + found;
+  }
+  return {};
+}
+
+// As a program does that looks ahead: steps, bodies that come and go, other settings.
+void lead_astray(World& world, Workers& workers) {
+  for (std::uint32_t index = 0; index < 40; index += 3) {
+    const BodyId body = world.body_at(index);
+    if (world.is_alive(body)) world.destroy_body(body);
+  }
+  for (int i = 0; i < 30; ++i) {
+    const BodyId body = world.create_body({.position = {0.3f * static_cast<float>(i), 6.0f, 0.0f}});
+    world.add_shape(body, Sphere{0.4f});
+  }
+  WorldSettings settings = world.settings();
+  settings.gravity = {3.0f, 1.0f, 0.0f};
+  world.set_settings(settings);
+  for (int i = 0; i < 8; ++i) step(world, 1.0f / 90.0f, workers);
+}
+
+class Snapshots : public ManyThreads, public ::testing::WithParamInterface<Golden> {};
+
+TEST_P(Snapshots, EveryStepMayBeTakenByARestoredWorld) {
+  const SceneCase& what = GetParam().what;
+  Playback expected(what), actual(what);
+  Shift reference({kReference}), shift(schedules(false).back());
+  Snapshot snapshot;
+  const int stride = wants_full_matrix() ? 1 : 10;
+  for (int i = 0; i < what.steps; ++i) {
+    for (std::size_t world = 0; i % stride == 0 && world < expected.worlds().size(); ++world) {
+      save(expected.worlds()[world], snapshot);
+      restore(actual.worlds()[world], snapshot);
+    }
+    if (i % stride == 0) {
+      ASSERT_EQ(difference(expected.worlds(), actual.worlds()), "") << "restored before step " << i;
+    }
+    expected.advance(reference.at(i));
+    actual.advance(shift.at(i));
+    if (i % stride != 0) continue;
+    ASSERT_EQ(difference(expected.worlds(), actual.worlds()), "") << "in step " << i;
+  }
+}
+
+TEST_P(Snapshots, RestoredWorldsGoOnToTheEndWithTheSameEvents) {
+  const SceneCase& what = GetParam().what;
+  const int stride = wants_full_matrix() ? 1 : 10;
+  for (const int from : {1, what.steps / 2}) {
+    if (from == 1 && !wants_full_matrix()) continue;
+    Playback expected(what, ContactEvents::all), strayed(what, ContactEvents::all);
+    Playback fresh(what, ContactEvents::all);
+    Shift reference({kReference}), shift(schedules(false).back()), wide(schedules(false).front());
+    for (int i = 0; i < what.steps; ++i) {
+      if (i == from) {
+        for (std::size_t world = 0; world < expected.worlds().size(); ++world) {
+          Snapshot snapshot;
+          save(expected.worlds()[world], snapshot);
+          lead_astray(strayed.worlds()[world], shift.at(i));
+          restore(strayed.worlds()[world], snapshot);
+          fresh.worlds()[world] = World();
+          restore(fresh.worlds()[world], read_snapshot(write_snapshot(snapshot)));
+        }
+      }
+      expected.advance(reference.at(i));
+      strayed.advance(shift.at(i));
+      fresh.advance(wide.at(i));
+      if (i % stride != 0) continue;
+      ASSERT_EQ(difference(expected.worlds(), strayed.worlds()), "") << "strayed, in step " << i;
+      ASSERT_EQ(difference(expected.worlds(), fresh.worlds()), "") << "fresh, in step " << i;
+      for (std::size_t world = 0; world < expected.worlds().size(); ++world) {
+        const std::uint64_t events = digest_of_events(expected.worlds()[world]);
+        ASSERT_EQ(digest_of_events(strayed.worlds()[world]), events) << i;
+        ASSERT_EQ(digest_of_events(fresh.worlds()[world]), events) << i;
+      }
+    }
+    ASSERT_EQ(expected.hash(), GetParam().digest.last);
+    Snapshot left, right;
+    save(expected.worlds().front(), left);
+    save(fresh.worlds().front(), right);
+    ASSERT_EQ(write_snapshot(left), write_snapshot(right));
+  }
+}
+
+std::string test_name(const ::testing::TestParamInfo<Golden>& info) {
+  return info.param.what.scene + "_" + std::to_string(info.index);
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, Snapshots, ::testing::ValuesIn(scenes_of_goldens()), test_name);
+
+class RandomSnapshots : public ManyThreads, public ::testing::WithParamInterface<std::uint64_t> {};
+
+TEST_P(RandomSnapshots, NoCallsTellAWorldThatIsRestoredBeforeEachStep) {
+  const Sequence sequence = random_sequence(GetParam(), 200, 24);
+  const Played expected = play(sequence, {kReference}, false);
+  ASSERT_EQ(expected.broken_promise, "");
+  Shift shift(schedules(false).back());
+  Player player(shift, false, nullptr);
+  Snapshot snapshot;
+  int steps = 0;
+  player.before_steps([&](World& world) {
+    save(world, snapshot);
+    if (++steps % 3 == 0) {
+      lead_astray(world, shift.at(steps));
+      restore(world, snapshot);
+    } else if (steps % 3 == 1) {
+      world = clone(world);
+    } else {
+      restore(world, read_snapshot(write_snapshot(snapshot)));
+    }
+  });
+  for (const Call& call : sequence) player.make(call);
+  EXPECT_EQ(player.hashes(), expected.hashes);
+}
+
+std::uint64_t seeds() { return wants_full_matrix() ? 20 : 4; }
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomSnapshots, ::testing::Range(std::uint64_t{1}, seeds() + 1));
+
+}  // namespace
+}  // namespace scree::determinism
