@@ -57,13 +57,18 @@ void derive_shapes(WorldData& data) {
     place_shape_in_body(data, static_cast<std::int32_t>(row));
   }
   shapes.moving.clear();
+  shapes.trees_changed = true;
 }
 
 void derive_contacts(Contacts& contacts) {
-  const PairRows& pairs = contacts.pairs;
-  for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
-    const std::int32_t contact = pairs.contact[row];
-    if (contact >= 0) contacts.now.pair[static_cast<std::size_t>(contact)] = pairs.pair[row];
+  contacts.resting_contacts = 0;
+  for (const PairRows* pairs : {&contacts.pairs, &contacts.resting}) {
+    for (std::size_t row = 0; row < pairs->pair.size(); ++row) {
+      const std::int32_t contact = pairs->contact[row];
+      if (contact < 0) continue;
+      contacts.now.pair[static_cast<std::size_t>(contact)] = pairs->pair[row];
+      if (pairs == &contacts.resting) ++contacts.resting_contacts;
+    }
   }
   contacts.pairs_before.resize(0);
   contacts.previous.clear();
@@ -77,6 +82,8 @@ void clear_events(Events& events) {
   events.persists.clear();
   events.ends.clear();
   events.restored.clear();
+  events.sleep_begins.clear();
+  events.sleep_ends.clear();
 }
 
 // What a world is besides its columns and its hulls.

@@ -109,8 +109,10 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
   const auto rows_of = [&](const char* store, const char* name) { return saved.find(store, name).rows; };
   const std::size_t bodies = rows_of("bodies", "flags"), shapes = rows_of("shapes", "flags");
   const std::size_t hulls = snapshot.hulls.size(), pairs = rows_of("contacts.pairs", "pair");
+  const std::size_t resting = rows_of("contacts.resting", "pair");
   const std::size_t rows = rows_of("contacts.now", "points"), contacts = snapshot.contacts.size();
   const std::size_t axes = rows_of("contacts.pairs", "axis") == 0 ? 0 : pairs;
+  const std::size_t resting_axes = rows_of("contacts.resting", "axis") == 0 ? 0 : resting;
   const Rule rules[] = {{"bodies", "flags", at(kFirstBody), kMostRows},
                         {"bodies", "free_slots", 0, bodies},
                         {"bodies", nullptr, bodies, bodies},
@@ -123,10 +125,14 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
                         {"contacts.pairs", "pair", 0, kMostRows},
                         {"contacts.pairs", "axis", axes, axes},
                         {"contacts.pairs", nullptr, pairs, pairs},
+                        {"contacts.resting", "pair", 0, kMostRows},
+                        {"contacts.resting", "axis", resting_axes, resting_axes},
+                        {"contacts.resting", nullptr, resting, resting},
                         {"contacts.now", "points", 0, kMostRows},
                         {"contacts.now", nullptr, contacts, contacts},
                         {"contacts", "free_rows", 0, rows},
-                        {"events", "touching", 0, kMostRows}};
+                        {"events", "touching", 0, kMostRows},
+                        {"events", "woken", 0, kMostRows}};
   for (std::size_t i = 0; i < saved.count; ++i) {
     const SavedColumn& column = saved.column[i];
     const auto* rule = std::find_if(std::begin(rules), std::end(rules), [&](const Rule& r) {
@@ -376,29 +382,27 @@ bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold
          ((manifold.info & kManifoldStatic) != 0) == (type != BodyType::dynamic);
 }
 
-void check_pairs(const WorldData& data, const SavedColumns& saved, const SnapshotData& snapshot,
-                 const Refusal& refusal) {
-  const PairRows& pairs = data.contacts.pairs;
+// One of the two lists. Counts its contacts and marks them in `taken`.
+void check_pairs_of(const char* store, const PairRows& pairs, const WorldData& data,
+                    const SavedColumns& saved, const SnapshotData& snapshot, const Refusal& refusal,
+                    std::vector<bool>& taken, std::size_t& contacts) {
   const Column<std::uint8_t>& points = data.contacts.now.points;
   const std::byte* manifolds = snapshot.columns.data() + saved.find("contacts.now", "manifold").begin;
   const auto shapes = static_cast<std::int32_t>(data.shapes.flags.size());
-  std::vector<bool> taken(points.size());
-  std::size_t contacts = 0;
   for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
     const ShapePair pair = pairs.pair[row];
-    const bool ascends = row == 0 || pairs.pair[row - 1].a < pair.a ||
-                         (pairs.pair[row - 1].a == pair.a && pairs.pair[row - 1].b < pair.b);
-    refusal.require(pair.a >= 0 && pair.a < pair.b && pair.b < shapes && ascends, "contacts.pairs", "pair",
-                    row, "names no two shapes, or does not ascend");
+    const bool ascends = row == 0 || comes_before(pairs.pair[row - 1], pair);
+    refusal.require(pair.a >= 0 && pair.a < pair.b && pair.b < shapes && ascends, store, "pair", row,
+                    "names no two shapes, or does not ascend");
     const bool has_hull = data.shapes.hull[at(pair.a)] >= 0 || data.shapes.hull[at(pair.b)] >= 0;
     const bool is_new = ((data.shapes.flags[at(pair.a)] | data.shapes.flags[at(pair.b)]) & kShapeNew) != 0;
-    refusal.require(!pairs.axis.empty() || !has_hull || is_new, "contacts.pairs", "axis", 0,
+    refusal.require(!pairs.axis.empty() || !has_hull || is_new, store, "axis", 0,
                     "a pair with a hull has none");
     const std::int32_t contact = pairs.contact[row];
     if (contact == -1) continue;
     const bool fits =
         contact >= 0 && at(contact) < points.size() && !taken[at(contact)] && points[at(contact)] != 0;
-    refusal.require(fits, "contacts.pairs", "contact", row, "is no contact, or another pair's");
+    refusal.require(fits, store, "contact", row, "is no contact, or another pair's");
     taken[at(contact)] = true;
     ++contacts;
     Manifold manifold;
@@ -409,6 +413,22 @@ void check_pairs(const WorldData& data, const SavedColumns& saved, const Snapsho
                     "manifold", at(contact), "has another number of points");
     refusal.require(has_own_bodies(data, pair, manifold), "contacts.now", "manifold", at(contact),
                     "is not between the bodies of its pair");
+  }
+}
+
+void check_pairs(const WorldData& data, const SavedColumns& saved, const SnapshotData& snapshot,
+                 const Refusal& refusal) {
+  const PairRows &pairs = data.contacts.pairs, &resting = data.contacts.resting;
+  const Column<std::uint8_t>& points = data.contacts.now.points;
+  std::vector<bool> taken(points.size());
+  std::size_t contacts = 0;
+  check_pairs_of("contacts.pairs", pairs, data, saved, snapshot, refusal, taken, contacts);
+  check_pairs_of("contacts.resting", resting, data, saved, snapshot, refusal, taken, contacts);
+  const ShapePair* other = pairs.pair.begin();
+  for (std::size_t row = 0; row < resting.pair.size(); ++row) {
+    while (other != pairs.pair.end() && comes_before(*other, resting.pair[row])) ++other;
+    const bool alone = other == pairs.pair.end() || comes_before(resting.pair[row], *other);
+    refusal.require(alone, "contacts.resting", "pair", row, "stands in contacts.pairs, too");
   }
   refusal.require(contacts == snapshot.contacts.size(), "contacts.now", "points", 0,
                   "some contact belongs to no pair");
@@ -424,6 +444,13 @@ void check_events(const Column<TouchRow>& touching, const Refusal& refusal) {
     const bool fits = touching[row].events >= 1 && touching[row].events <= 3 &&
                       (row == 0 || key(touching[row - 1]) < key(touching[row]));
     refusal.require(fits, "events", "touching", row, "asks for nothing, or does not ascend");
+  }
+}
+
+void check_woken(const WorldData& data, const Refusal& refusal) {
+  const Column<BodyId>& woken = data.events.woken;
+  for (std::size_t row = 0; row < woken.size(); ++row) {
+    refusal.require(woken[row].index < data.bodies.flags.size(), "events", "woken", row, "does not exist");
   }
 }
 
@@ -454,6 +481,7 @@ void check_columns(SnapshotData& snapshot, std::size_t offset) {
   check_cores(data, refusal);
   check_pairs(data, saved, snapshot, refusal);
   check_events(data.events.touching, refusal);
+  check_woken(data, refusal);
 }
 
 }  // namespace scree

@@ -199,13 +199,14 @@ bool is_complete(const SavedColumn& saved, const std::byte* bytes) {
 
 // The sizes of a world's stores.
 struct StoreRows {
-  std::size_t bodies, shapes, hulls, pairs, contacts;
+  std::size_t bodies, shapes, hulls, pairs, resting, contacts;
 
   explicit StoreRows(const SavedColumns& saved)
       : bodies(saved.find("bodies", "flags").rows),
         shapes(saved.find("shapes", "flags").rows),
         hulls(saved.find("hulls", "content").rows),
         pairs(saved.find("contacts.pairs", "pair").rows),
+        resting(saved.find("contacts.resting", "pair").rows),
         contacts(saved.find("contacts.now", "points").rows) {}
 };
 
@@ -322,9 +323,11 @@ void reserve_columns(const SavedColumns& saved, WorldData& data) {
   reserve_store(data.hulls, rows.hulls);
   data.hulls.free_slots.reserve(rows.hulls);
   reserve_store(data.contacts.pairs, rows.pairs);
+  reserve_store(data.contacts.resting, rows.resting);
   reserve_store(data.contacts.now, rows.contacts);
   data.contacts.free_rows.reserve(rows.contacts);
   data.events.touching.reserve(saved.find("events", "touching").rows);
+  data.events.woken.reserve(saved.find("events", "woken").rows);
 }
 
 void load_columns(const SnapshotData& snapshot, const SavedColumns& saved, WorldData& data,
@@ -360,6 +363,7 @@ void load_columns(const SnapshotData& snapshot, const SavedColumns& saved, World
   resize_unsaved(data.shapes, rows.shapes);
   resize_unsaved(data.hulls, rows.hulls);
   resize_unsaved(data.contacts.pairs, rows.pairs);
+  resize_unsaved(data.contacts.resting, rows.resting);
   resize_unsaved(data.contacts.now, rows.contacts);
 }
 

@@ -178,6 +178,11 @@ struct Hulls {
 
 inline constexpr std::uint8_t kNoColor = 0xff;
 
+// The order of pairs.
+inline bool comes_before(const ShapePair& x, const ShapePair& y) {
+  return x.a != y.a ? x.a < y.a : x.b < y.b;
+}
+
 struct PairRows {
   SCREE_STORE(SCREE_PAIR_COLUMNS)
 };

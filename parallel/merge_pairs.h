@@ -2,8 +2,7 @@
 // what is put where depends on the lists alone.
 #pragma once
 
-#include <core/column.h>
-#include <core/plain/rows.h>
+#include <core/world_data.h>
 #include <parallel/crew.h>
 
 #include <algorithm>
@@ -11,10 +10,6 @@
 #include <cstdint>
 
 namespace scree {
-
-inline bool comes_before(const ShapePair& x, const ShapePair& y) {
-  return x.a != y.a ? x.a < y.a : x.b < y.b;
-}
 
 // Calls put(place, is_of_second, row) once for each pair of both lists: `place` is the pair's in the list of
 // all, `row` the one in its own. On any thread.
