@@ -6,6 +6,7 @@
 #include <core/edit.h>
 #include <parallel/stages.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace scree {
@@ -51,6 +52,10 @@ float nearest_of(const Manifold& manifold) {
   for (const float separation : manifold.separation) nearest = separation < nearest ? separation : nearest;
   return nearest;
 }
+
+// The points of hulls may lie as far away as the hull is large, where nothing happens: of a contact count the
+// nearest point and those within this gap.
+float near_of(const Manifold& manifold) { return std::max(nearest_of(manifold), kSpeculativeDistance); }
 
 bool was_pressed(const Manifold& manifold) {
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
@@ -158,12 +163,13 @@ ContactEvent make_event(const WorldData& data, std::size_t row, bool solved) {
   // The manifold's body B is the dynamic one if only one is, the event's that of the shape of higher index.
   const bool flipped = static_cast<std::uint32_t>(manifold.row_b) == handles.body_a.index;
   event.normal = flipped ? -normal : normal;
-  event.point_count = static_cast<std::int32_t>(manifold.info & kManifoldPointMask);
   const Vec3 center =
       to_vec3(data.bodies.pose[static_cast<std::size_t>(manifold.row_b)].position) + to_vec3(manifold.arm_b);
-  for (std::size_t k = 0; k < static_cast<std::size_t>(event.point_count); ++k) {
-    event.points[k] = {center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2,
-                       manifold.separation[k]};
+  const float near = near_of(manifold);
+  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
+    if (!(manifold.separation[k] <= near || manifold.normal_impulse[k] > 0.0f)) continue;
+    event.points[event.point_count++] = {
+        center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2, manifold.separation[k]};
   }
   if (!moves(data, pair.a) && !moves(data, pair.b)) return event;
   event.approach_speed = data.events.approach[contact];
@@ -182,9 +188,12 @@ float approach_speed(const WorldData& data, const Manifold& manifold) {
                         to_vec3(a.linear) - cross(to_vec3(a.angular), to_vec3(manifold.arm_a));
   const float at_center = dot(relative, normal);
   const float spin_1 = dot(spin, tangent_1), spin_2 = dot(spin, tangent_2);
+  const float near = near_of(manifold);
   float fastest = 0.0f;
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
     const float approach = -(at_center + manifold.point_v[k] * spin_1 - manifold.point_u[k] * spin_2);
+    const float met = std::max(near, approach * data.last_dt);  // now or within the step
+    if (!(manifold.separation[k] <= met)) continue;
     fastest = approach > fastest ? approach : fastest;
   }
   return fastest;
