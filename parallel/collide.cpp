@@ -80,7 +80,7 @@ CollideItem make_item(const WorldData& data, std::int32_t place) {
   }
   item.body_1 = data.shapes.body[static_cast<std::size_t>(item.shape_1)];
   item.body_2 = data.shapes.body[static_cast<std::size_t>(item.shape_2)];
-  item.row = item.previous = data.contacts.pairs.contact[row];
+  item.row = data.contacts.pairs.contact[row];
   item.pair = place;
   const BodyType type_1 = data.bodies.type[static_cast<std::size_t>(item.body_1)];
   const BodyType type_2 = data.bodies.type[static_cast<std::size_t>(item.body_2)];
@@ -88,6 +88,7 @@ CollideItem make_item(const WorldData& data, std::int32_t place) {
   if (!is_dynamic(type_2)) item.flags |= simd::kItemFlip;
   if (!is_dynamic(type_a)) item.flags |= simd::kItemStatic;
   if (type_a == BodyType::fixed) item.flags |= simd::kItemFixed;
+  if (item.row >= 0) item.flags |= simd::kItemKnown;
   return item;
 }
 
@@ -157,10 +158,6 @@ simd::CollideColumns collide_columns(WorldData& data) {
       .body_pose = data.bodies.pose.data(),
       .body_velocity = data.bodies.velocity.data(),
       .dt = data.last_dt,
-      .previous_manifold = contacts.now.manifold.data(),
-      .previous_features = contacts.now.features.data(),
-      .previous_surface = contacts.now.surface.data(),
-      .previous_anchor = contacts.now.anchor.data(),
       .manifold = contacts.now.manifold.data(),
       .features = contacts.now.features.data(),
       .surface = contacts.now.surface.data(),

@@ -32,26 +32,24 @@ struct Block {
   alignas(64) std::int32_t body_1[kLanes];
   alignas(64) std::int32_t body_2[kLanes];
   alignas(64) std::int32_t row[kLanes];
-  alignas(64) std::int32_t previous[kLanes];  // 0 where there is none
   I flags;
-  M has_previous;
+  M is_known;  // kItemKnown
   int count;
 };
 
 inline void load_block(const CollideItem* items, const std::int32_t* which, int count, Block& block) {
   const float* rows = reinterpret_cast<const float*>(items);
   constexpr int kStride = sizeof(CollideItem) / sizeof(float);
-  F shape_1, shape_2, body_1, body_2, row, previous, flags, padding;
+  F shape_1, shape_2, body_1, body_2, row, flags, pair, padding;
   load_rows(rows, kStride, which, shape_1, shape_2, body_1, body_2);
-  load_rows(rows + 4, kStride, which, row, previous, flags, padding);
+  load_rows(rows + 4, kStride, which, row, flags, pair, padding);
   store(block.shape_1, as_int(shape_1));
   store(block.shape_2, as_int(shape_2));
   store(block.body_1, as_int(body_1));
   store(block.body_2, as_int(body_2));
   store(block.row, as_int(row));
-  block.has_previous = as_int(previous) > I(-1);
-  store(block.previous, select(block.has_previous, as_int(previous), I(0)));
   block.flags = as_int(flags);
+  block.is_known = (block.flags & I(kItemKnown)) == I(kItemKnown);
   block.count = count;
 }
 
@@ -272,20 +270,18 @@ WideImpulses match_impulses(const CollideColumns& columns, const Block& block,
                             const WideContact<kPoints>& contact, V3 normal, V3 tangent_1, V3 tangent_2) {
   const F zero(0.0f);
   WideImpulses impulses{{zero, zero, zero, zero}, zero, zero, zero, never()};
-  if (!any(block.has_previous)) return impulses;
-  const float* rows = reinterpret_cast<const float*>(columns.previous_manifold);
+  if (!any(block.is_known)) return impulses;
+  const float* rows = reinterpret_cast<const float*>(columns.manifold);
   constexpr int kStride = sizeof(Manifold) / sizeof(float);
   V3 old_normal;
   F friction, friction_1, friction_2, twist, info;
   F old_impulse[kMaxManifoldPoints], old_id[kMaxManifoldPoints];
-  load_rows(rows, kStride, block.previous, old_normal.x, old_normal.y, old_normal.z, friction);
-  load_rows(rows + 24, kStride, block.previous, old_impulse[0], old_impulse[1], old_impulse[2],
-            old_impulse[3]);
-  load_rows(rows + 28, kStride, block.previous, friction_1, friction_2, twist, info);
-  load_rows(reinterpret_cast<const float*>(columns.previous_features),
-            sizeof(ManifoldFeatures) / sizeof(float), block.previous, old_id[0], old_id[1], old_id[2],
-            old_id[3]);
-  const M touched = block.has_previous & ((as_int(info) & I(kManifoldPointMask)) > I(0));
+  load_rows(rows, kStride, block.row, old_normal.x, old_normal.y, old_normal.z, friction);
+  load_rows(rows + 24, kStride, block.row, old_impulse[0], old_impulse[1], old_impulse[2], old_impulse[3]);
+  load_rows(rows + 28, kStride, block.row, friction_1, friction_2, twist, info);
+  load_rows(reinterpret_cast<const float*>(columns.features), sizeof(ManifoldFeatures) / sizeof(float),
+            block.row, old_id[0], old_id[1], old_id[2], old_id[3]);
+  const M touched = block.is_known & ((as_int(info) & I(kManifoldPointMask)) > I(0));
   M matched = never();
   for (int k = 0; k < kPoints; ++k) {
     const M present = touched & (contact.id[k] > I(0));
