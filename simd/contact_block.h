@@ -2,6 +2,7 @@
 // Written by contact_prepare.cpp, worked on by contact_solve.cpp; private to the contact kernels.
 #pragma once
 
+#include <simd/body_rows.h>
 #include <simd/contact_kernels.h>
 #include <simd/wide_math.h>
 
