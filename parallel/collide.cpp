@@ -45,7 +45,7 @@ bool is_new(const Contacts& contacts, std::size_t row) {
 
 // Whether the body may push what it touches. One that rests was put or stopped by a call, which has woken
 // whatever sleeps near it: see wake_neighbors.
-bool moves(const WorldData& data, std::size_t body) {
+bool may_push(const WorldData& data, std::size_t body) {
   switch (data.bodies.type[body]) {
     case BodyType::fixed:
       return false;
@@ -63,7 +63,7 @@ std::uint8_t classify(const WorldData& data, std::size_t row) {
   const std::size_t body_a = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.a)]);
   const std::size_t body_b = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.b)]);
   if (!is_dynamic(data.bodies.type[body_a]) && !is_dynamic(data.bodies.type[body_b])) return kNever;
-  if (!moves(data, body_a) && !moves(data, body_b) && !is_new(data.contacts, row)) return kSkipped;
+  if (!may_push(data, body_a) && !may_push(data, body_b) && !is_new(data.contacts, row)) return kSkipped;
   return static_cast<std::uint8_t>(collide_type(data.shapes.type[static_cast<std::size_t>(pair.a)],
                                                 data.shapes.type[static_cast<std::size_t>(pair.b)]));
 }

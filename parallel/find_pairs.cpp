@@ -6,6 +6,7 @@
 // contains depends on the bounds alone, never on the trees' order or on how the work was cut.
 #include <parallel/broad_phase.h>
 #include <parallel/list_where.h>
+#include <parallel/pair_key.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -16,11 +17,6 @@ namespace scree {
 namespace {
 
 constexpr int kPairsPerChunk = 2048;  // 5 to 10 microseconds
-
-std::uint64_t key_of(const ShapePair& pair) {
-  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(pair.a)) << 32 |
-         static_cast<std::uint32_t>(pair.b);
-}
 
 // Finds the rows of the new list in the last one. Returns whether both lists are the same.
 bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
@@ -85,10 +81,6 @@ void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   });
   contacts.free_rows.append(std::as_const(broad_phase.lost).span());
 }
-
-}  // namespace
-
-namespace {
 
 // Fixed shapes that a call has made or moved may lie on sleepers, and frozen trees are not joined with one
 // another: for the list that is coming they count as kinematic. Returns whether there are any.

@@ -4,6 +4,7 @@
 // Both lists are sorted, so a chunk of pairs finds its part of the old list by bisection, and what the
 // chunks find is put in place by their counts, in their order. Nothing is done while nobody asks.
 #include <core/edit.h>
+#include <parallel/pair_key.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -19,11 +20,7 @@ constexpr int kRowsPerChunk = 1024;
 constexpr std::uint8_t kAskedMask = 3;
 constexpr std::uint8_t kResting = 4;  // both bodies rest: nothing was solved
 
-std::uint64_t key_of(std::uint32_t a, std::uint32_t b) { return std::uint64_t{a} << 32 | b; }
-std::uint64_t key_of(const ShapePair& pair) {
-  return key_of(static_cast<std::uint32_t>(pair.a), static_cast<std::uint32_t>(pair.b));
-}
-std::uint64_t key_of(const TouchRow& row) { return key_of(row.pair.shape_a.index, row.pair.shape_b.index); }
+std::uint64_t key_of(const TouchRow& row) { return pair_key(row.pair.shape_a.index, row.pair.shape_b.index); }
 
 ContactEnd handles_of(const WorldData& data, const ShapePair& pair) {
   const auto shape = [&](std::int32_t index) {
@@ -42,7 +39,7 @@ ContactEvents asked_about(const WorldData& data, const ShapePair& pair) {
          data.shapes.events[static_cast<std::size_t>(pair.b)];
 }
 
-bool moves(const WorldData& data, std::int32_t shape) {
+bool is_awake_dynamic(const WorldData& data, std::int32_t shape) {
   const auto body = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(shape)]);
   return data.bodies.type[body] == BodyType::dynamic && (data.bodies.flags[body] & kBodyAsleep) == 0;
 }
@@ -73,7 +70,7 @@ std::uint8_t judge(const WorldData& data, std::size_t row, bool known, bool solv
   const Manifold& manifold = data.contacts.now.manifold[contact];
   if (asked == ContactEvents::none) return 0;
   const auto verdict = static_cast<std::uint8_t>(asked);
-  if (!moves(data, pair.a) && !moves(data, pair.b)) {
+  if (!is_awake_dynamic(data, pair.a) && !is_awake_dynamic(data, pair.b)) {
     const bool touches = known || nearest_of(manifold) <= 0.0f;
     return touches ? static_cast<std::uint8_t>(verdict | kResting) : std::uint8_t{0};
   }
@@ -171,7 +168,7 @@ ContactEvent make_event(const WorldData& data, std::size_t row, bool solved) {
     event.points[event.point_count++] = {
         center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2, manifold.separation[k]};
   }
-  if (!moves(data, pair.a) && !moves(data, pair.b)) return event;
+  if (!is_awake_dynamic(data, pair.a) && !is_awake_dynamic(data, pair.b)) return event;
   event.approach_speed = data.events.approach[contact];
   if (solved && std::isfinite(data.events.impulse[contact]))
     event.normal_impulse = data.events.impulse[contact];
