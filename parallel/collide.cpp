@@ -105,11 +105,11 @@ std::size_t group_of(const Contacts& contacts, std::size_t row, int type) {
 
 void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
   const int rows = static_cast<int>(data.contacts.pairs.pair.size());
-  const int chunks = (rows + NarrowPhase::kRowChunk - 1) / NarrowPhase::kRowChunk;
+  const int chunks = (rows + NarrowPhase::kPairChunk - 1) / NarrowPhase::kPairChunk;
   phase.kind.resize_discarding(static_cast<std::size_t>(rows));
   phase.chunk_counts.resize_discarding(static_cast<std::size_t>(chunks));
   phase.outcomes.resize_discarding(static_cast<std::size_t>(chunks));
-  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
+  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
     NarrowPhase::Counts counts{};
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
@@ -118,7 +118,7 @@ void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
       if (type < simd::kCollideTypes) ++counts[group_of(data.contacts, row, type)];
       if (type == kNever) clear_pair(data.contacts, row);
     }
-    phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)] = counts;
+    phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)] = counts;
   });
   // Counts become places: by group, then by chunk.
   std::int32_t place = 0;
@@ -136,8 +136,8 @@ void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
 
 void sort_by_group(const WorldData& data, NarrowPhase& phase, Crew& crew) {
   const int rows = static_cast<int>(data.contacts.pairs.pair.size());
-  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
-    NarrowPhase::Counts place = phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
+  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
+    NarrowPhase::Counts place = phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)];
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
       const int type = phase.kind[row];
@@ -228,7 +228,6 @@ void provide_rows(Contacts& contacts, std::size_t count) {
   if (contacts.free_rows.size() >= count) return;
   const std::size_t first = contacts.now.pair.size();
   const std::size_t size = first + (count - contacts.free_rows.size());
-  // All memory first: what fails then leaves the rows as they are.
   contacts.free_rows.reserve(count);
   contacts.now.for_each_column([&](ColumnKind, const char*, auto& column) { column.reserve(size); });
   // To zero, as not every contact writes all of its row: state has no chance bytes.
@@ -299,12 +298,12 @@ void judge_contacts(const Contacts& contacts, const NarrowPhase& phase, int begi
 void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const int rows = static_cast<int>(contacts.pairs.pair.size());
-  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
+  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
     NarrowPhase::Outcome outcome{};
     judge_contacts(
         contacts, phase, begin, end, [&](std::int32_t) { ++outcome.touching; }, [&] { ++outcome.resting; },
         [&](std::size_t) { ++outcome.lost; });
-    phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)] = outcome;
+    phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)] = outcome;
   });
   NarrowPhase::Outcome all{};
   const auto place = [](std::int32_t& count, std::int32_t& sum) { sum += std::exchange(count, sum); };
@@ -317,8 +316,8 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   contacts.touching.resize_discarding(static_cast<std::size_t>(all.touching));
   contacts.free_rows.resize_for_overwrite(static_cast<std::size_t>(all.lost));
   data.stats.contacts = std::int64_t{all.touching} + all.resting;
-  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
-    NarrowPhase::Outcome to = phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
+  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
+    NarrowPhase::Outcome to = phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)];
     judge_contacts(
         contacts, phase, begin, end,
         [&](std::int32_t contact) { contacts.touching[static_cast<std::size_t>(to.touching++)] = contact; },
