@@ -80,11 +80,13 @@ std::complex<double> product(std::complex<double> a, std::complex<double> b) {
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
 
-// A changed velocity wakes the body; a kinematic one wakes what rests on it. One that is stopped has moved
-// since its contacts were last looked at and counts as put where it stands, so that it wakes what it came
-// near.
+// A changed velocity wakes the body; a kinematic one wakes what rests on it, unless it stays the same, as it
+// does where a caller sets it in every step. One that is stopped has moved since its contacts were last
+// looked at and counts as put where it stands, so that it wakes what it came near.
 void change_velocity(const BodyRow& at_row, Vec3 linear, Vec3 angular) {
   VelocityRow& velocity = at_row.bodies.velocity[at_row.row];
+  const bool stays = to_vec3(velocity.linear) == linear && to_vec3(velocity.angular) == angular;
+  if (stays && !at_row.is_dynamic()) return;
   const bool moved = !is_still(velocity);
   store(velocity.linear, linear);
   store(velocity.angular, angular);
@@ -232,8 +234,6 @@ void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
   const Vec3 angular = spin_for(rotation * conjugate(to_quat(pose.rotation)), b.data.settings.substeps, dt);
   check_vector(call, "the linear velocity", linear, kMaxSpeed);
   check_vector(call, "the angular velocity", angular, kMaxSpeed);
-  const VelocityRow& velocity = b.bodies.velocity[b.row];
-  if (to_vec3(velocity.linear) == linear && to_vec3(velocity.angular) == angular) return;
   change_velocity(b, linear, angular);
 }
 

@@ -1,17 +1,13 @@
 // Checks of what callers hand in; see check.h.
 #include <core/check.h>
-
-#include <cstdio>
+#include <core/number_text.h>
 
 namespace scree {
 
 namespace {
 
-std::string number_text(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
+constexpr int kDigits = 9;  // all of a float
+std::string text_of(double value) { return number_text(value, kDigits); }
 
 }  // namespace
 
@@ -23,8 +19,8 @@ std::string title(Call call) {
 void fail(Call call, const std::string& problem) { throw Error(title(call) + ": " + problem); }
 
 void fail_range(Call call, const char* what, double value, double low, double high) {
-  fail(call, std::string(what) + " is " + number_text(value) + ", must lie in [" + number_text(low) + ", " +
-                 number_text(high) + "]");
+  fail(call, std::string(what) + " is " + text_of(value) + ", must lie in [" + text_of(low) + ", " +
+                 text_of(high) + "]");
 }
 
 void fail_handle(Call call, const char* kind, std::uint32_t index, std::uint32_t generation) {
@@ -37,8 +33,8 @@ void check_rotation(Call call, const char* what, Quat rotation) {
   const double x = rotation.x, y = rotation.y, z = rotation.z, w = rotation.w;
   const double norm = std::sqrt(x * x + y * y + z * z + w * w);
   if (!(norm >= 1.0 - kUnitTolerance && norm <= 1.0 + kUnitTolerance)) {
-    fail(call, std::string(what) + " has length " + number_text(norm) + ", must be 1 within " +
-                   number_text(kUnitTolerance));
+    fail(call, std::string(what) + " has length " + text_of(norm) + ", must be 1 within " +
+                   text_of(kUnitTolerance));
   }
 }
 

@@ -39,7 +39,7 @@ void mark_shapes_dirty(WorldData& data, std::int32_t body);  // all shapes of th
 
 TreeKind tree_of(const Bodies& bodies, std::int32_t body);
 
-// Writes all columns of a new shape but generation, flags and body: contact rows may still name the slot's
+// Writes all columns of a new shape but generation, flags and body: pairs may still name the slot's
 // predecessor, and the call may yet fail. The local rotation must be normalized; `hull` is the slot of a
 // hull, which the shape now counts for, or -1.
 void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull,

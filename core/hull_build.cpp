@@ -6,13 +6,13 @@
 #include <core/hull_faces.h>
 #include <core/hull_points.h>
 #include <core/limits.h>
+#include <core/number_text.h>
 #include <scree/error.h>
 #include <xxhash.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <string>
 
@@ -41,11 +41,7 @@ constexpr double kMinThicknessOfExtent =
 constexpr std::size_t kManyPoints = 100'000;
 constexpr std::size_t kMaxPoints = std::numeric_limits<std::int32_t>::max();
 
-std::string number_text(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.7g", value);
-  return text;
-}
+std::string text_of(double value) { return number_text(value, 7); }
 
 [[noreturn]] void fail(const std::string& who, const std::string& problem) {
   throw Error(who + ": " + problem);
@@ -60,8 +56,8 @@ void check_point(const std::string& who, std::size_t index, const Point& point) 
   for (std::size_t k = 0; k < 3; ++k) {
     if (point[k] >= -double{kMaxExtent} && point[k] <= double{kMaxExtent}) continue;
     const double limit = double{kMaxExtent};
-    fail(who, "point " + std::to_string(index) + ": " + "xyz"[k] + " is " + number_text(point[k]) +
-                  ", must lie in [" + number_text(-limit) + ", " + number_text(limit) + "]");
+    fail(who, "point " + std::to_string(index) + ": " + "xyz"[k] + " is " + text_of(point[k]) +
+                  ", must lie in [" + text_of(-limit) + ", " + text_of(limit) + "]");
   }
 }
 
@@ -87,8 +83,8 @@ Grid make_grid(const std::string& who, const std::vector<Point>& points) {
     grid.farthest = std::max({grid.farthest, -low[k], high[k]});
   }
   if (grid.extent < double{kMinExtent}) {
-    fail(who, "the points' extent is " + number_text(grid.extent) + " m, must be at least " +
-                  number_text(double{kMinExtent}) + " m");
+    fail(who, "the points' extent is " + text_of(grid.extent) + " m, must be at least " +
+                  text_of(double{kMinExtent}) + " m");
   }
   int coarsest = 0;
   std::frexp(0.5 * grid.extent, &coarsest);
@@ -188,13 +184,13 @@ bool is_line(const Grid& grid, std::span<const GridPoint> places) {
 double checked_thickness(const std::string& who, const Grid& grid, std::span<const GridPoint> places,
                          const TriangleHull& hull) {
   const double least = std::max(double{kMinExtent}, kMinThicknessOfExtent * grid.extent);
-  const std::string limit = ": a hull must be at least " + number_text(least) + " m thick";
+  const std::string limit = ": a hull must be at least " + text_of(least) + " m thick";
   if (hull.triangles.empty()) {
     fail(who, std::string("the points lie within a ") + (is_line(grid, places) ? "line" : "plane") + limit);
   }
   const double thickness = thickness_of(grid, places, hull);
   if (thickness < least * (1.0 - 1e-6)) {  // a hull of just that thickness is rounded, too
-    fail(who, "the points' hull is " + number_text(thickness) + " m thick" + limit);
+    fail(who, "the points' hull is " + text_of(thickness) + " m thick" + limit);
   }
   return thickness;
 }

@@ -16,7 +16,7 @@ void wake_body(WorldData& data, std::int32_t body);
 
 // The bodies that touch the shape (by contacts.pairs) wake at the next wake_neighbors; where the call moves
 // or stops the shape of a fixed or kinematic body, so do those that are merely near it. Works for shapes that
-// are about to die: their contact rows outlive them until find_pairs.
+// are about to die: their pairs outlive them until find_pairs.
 inline void request_wake(WorldData& data, std::int32_t shape) {
   data.shapes.flags[static_cast<std::size_t>(shape)] |= kShapeWakes;
   data.shapes.wake_requested = true;

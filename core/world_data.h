@@ -37,7 +37,7 @@ enum ShapeFlag : std::uint8_t {
   kShapeAlive = 1,
   kShapeDirty = 2,  // bounds must be made before the next pairs: new, moved or changed by a call. A slot that
                     // is dirty but not alive held a shape that was destroyed
-  kShapeNew = 4,    // with kShapeDirty: contact rows that name the shape tell of a predecessor in its slot or
+  kShapeNew = 4,    // with kShapeDirty: pairs that name the shape tell of a predecessor in its slot or
                     // of an earlier geometry or body type; their manifolds and colors must not be inherited
   kShapeWakes = 8,  // bodies that touched the shape wake at the next wake_neighbors; may stand on dead slots
 };
@@ -206,7 +206,7 @@ struct Contacts {
                                    // in, in the order of their pairs
   bool manifolds_stale = false;  // state; calls: mass centers, materials or local poses have changed, so that
                                  // no manifold can be recycled; cleared by collide
-  bool pairs_stale = false;      // state; calls: rows may name dead or replaced shapes, or filters and types
+  bool pairs_stale = false;      // state; calls: pairs may name dead or replaced shapes, or filters and types
                                  // have changed, so that the list can not be kept; cleared by find_pairs
 };
 

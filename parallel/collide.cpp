@@ -45,7 +45,7 @@ bool is_new(const Contacts& contacts, std::size_t row) {
 
 // Whether the body may push what it touches. One that rests was put or stopped by a call, which has woken
 // whatever sleeps near it: see wake_neighbors.
-bool moves(const WorldData& data, std::size_t body) {
+bool may_push(const WorldData& data, std::size_t body) {
   switch (data.bodies.type[body]) {
     case BodyType::fixed:
       return false;
@@ -63,7 +63,7 @@ std::uint8_t classify(const WorldData& data, std::size_t row) {
   const std::size_t body_a = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.a)]);
   const std::size_t body_b = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.b)]);
   if (!is_dynamic(data.bodies.type[body_a]) && !is_dynamic(data.bodies.type[body_b])) return kNever;
-  if (!moves(data, body_a) && !moves(data, body_b) && !is_new(data.contacts, row)) return kSkipped;
+  if (!may_push(data, body_a) && !may_push(data, body_b) && !is_new(data.contacts, row)) return kSkipped;
   return static_cast<std::uint8_t>(collide_type(data.shapes.type[static_cast<std::size_t>(pair.a)],
                                                 data.shapes.type[static_cast<std::size_t>(pair.b)]));
 }
@@ -80,7 +80,7 @@ CollideItem make_item(const WorldData& data, std::int32_t place) {
   }
   item.body_1 = data.shapes.body[static_cast<std::size_t>(item.shape_1)];
   item.body_2 = data.shapes.body[static_cast<std::size_t>(item.shape_2)];
-  item.row = item.previous = data.contacts.pairs.contact[row];
+  item.row = data.contacts.pairs.contact[row];
   item.pair = place;
   const BodyType type_1 = data.bodies.type[static_cast<std::size_t>(item.body_1)];
   const BodyType type_2 = data.bodies.type[static_cast<std::size_t>(item.body_2)];
@@ -88,6 +88,7 @@ CollideItem make_item(const WorldData& data, std::int32_t place) {
   if (!is_dynamic(type_2)) item.flags |= simd::kItemFlip;
   if (!is_dynamic(type_a)) item.flags |= simd::kItemStatic;
   if (type_a == BodyType::fixed) item.flags |= simd::kItemFixed;
+  if (item.row >= 0) item.flags |= simd::kItemKnown;
   return item;
 }
 
@@ -104,11 +105,11 @@ std::size_t group_of(const Contacts& contacts, std::size_t row, int type) {
 
 void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
   const int rows = static_cast<int>(data.contacts.pairs.pair.size());
-  const int chunks = (rows + NarrowPhase::kRowChunk - 1) / NarrowPhase::kRowChunk;
+  const int chunks = (rows + NarrowPhase::kPairChunk - 1) / NarrowPhase::kPairChunk;
   phase.kind.resize_discarding(static_cast<std::size_t>(rows));
   phase.chunk_counts.resize_discarding(static_cast<std::size_t>(chunks));
   phase.outcomes.resize_discarding(static_cast<std::size_t>(chunks));
-  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
+  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
     NarrowPhase::Counts counts{};
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
@@ -117,7 +118,7 @@ void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
       if (type < simd::kCollideTypes) ++counts[group_of(data.contacts, row, type)];
       if (type == kNever) clear_pair(data.contacts, row);
     }
-    phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)] = counts;
+    phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)] = counts;
   });
   // Counts become places: by group, then by chunk.
   std::int32_t place = 0;
@@ -135,8 +136,8 @@ void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
 
 void sort_by_group(const WorldData& data, NarrowPhase& phase, Crew& crew) {
   const int rows = static_cast<int>(data.contacts.pairs.pair.size());
-  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
-    NarrowPhase::Counts place = phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
+  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
+    NarrowPhase::Counts place = phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)];
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
       const int type = phase.kind[row];
@@ -157,10 +158,6 @@ simd::CollideColumns collide_columns(WorldData& data) {
       .body_pose = data.bodies.pose.data(),
       .body_velocity = data.bodies.velocity.data(),
       .dt = data.last_dt,
-      .previous_manifold = contacts.now.manifold.data(),
-      .previous_features = contacts.now.features.data(),
-      .previous_surface = contacts.now.surface.data(),
-      .previous_anchor = contacts.now.anchor.data(),
       .manifold = contacts.now.manifold.data(),
       .features = contacts.now.features.data(),
       .surface = contacts.now.surface.data(),
@@ -231,7 +228,6 @@ void provide_rows(Contacts& contacts, std::size_t count) {
   if (contacts.free_rows.size() >= count) return;
   const std::size_t first = contacts.now.pair.size();
   const std::size_t size = first + (count - contacts.free_rows.size());
-  // All memory first: what fails then leaves the rows as they are.
   contacts.free_rows.reserve(count);
   contacts.now.for_each_column([&](ColumnKind, const char*, auto& column) { column.reserve(size); });
   // To zero, as not every contact writes all of its row: state has no chance bytes.
@@ -312,12 +308,12 @@ void judge_contacts(const Contacts& contacts, const NarrowPhase& phase, int begi
 void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const int rows = static_cast<int>(contacts.pairs.pair.size());
-  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
+  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
     NarrowPhase::Outcome outcome{};
     judge_contacts(
         contacts, phase, begin, end, [&](std::int32_t) { ++outcome.touching; }, [&] { ++outcome.resting; },
         [&](std::size_t) { ++outcome.lost; });
-    phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)] = outcome;
+    phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)] = outcome;
   });
   NarrowPhase::Outcome all{};
   const auto place = [](std::int32_t& count, std::int32_t& sum) { sum += std::exchange(count, sum); };
@@ -330,8 +326,8 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   contacts.touching.resize_discarding(static_cast<std::size_t>(all.touching));
   contacts.free_rows.resize_for_overwrite(static_cast<std::size_t>(all.lost));
   data.stats.contacts = std::int64_t{all.touching} + all.resting + contacts.resting_contacts;
-  crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
-    NarrowPhase::Outcome to = phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
+  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
+    NarrowPhase::Outcome to = phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)];
     judge_contacts(
         contacts, phase, begin, end,
         [&](std::int32_t contact) { contacts.touching[static_cast<std::size_t>(to.touching++)] = contact; },

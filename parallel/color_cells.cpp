@@ -2,8 +2,8 @@
 //
 // At level 0 come the contacts whose bodies lie in one cell, cells in parallel; each further level joins two
 // cells along every axis into one and takes the contacts that lie within it and within none of its parts. No
-// two cells of a level share a body, and within a cell the order is that of the rows, so that the colors
-// depend on the scene alone.
+// two cells of a level share a body, and within a cell the order is that of their pairs, so that the
+// colors depend on the scene alone.
 #include <parallel/coloring.h>
 
 #include <algorithm>
@@ -128,7 +128,7 @@ void color_by_cells(const WorldData& data, Constraints& constraints, Crew& crew)
   }
   const auto keys = static_cast<std::size_t>(first_key[grid.levels]);
 
-  // Counting sort in parts of fixed size: stable, so that a cell's contacts keep the order of the rows.
+  // Counting sort in parts of fixed size: stable, so that a cell's contacts keep their order.
   const int count = static_cast<int>(constraints.uncolored.size());
   const int parts = (count + kPartRows - 1) / kPartRows;
   constraints.cells.resize_discarding(constraints.uncolored.size());

@@ -1,7 +1,7 @@
 // Coloring: gives every touching contact a color such that no two contacts of one color share a dynamic body.
 //
 // A contact keeps its color while it touches, so that one new contact does not reshuffle the Gauss-Seidel
-// order of a resting pile; new ones take the lowest free color in the canonical order of the rows. Contacts
+// order of a resting pile; new ones take the lowest free color in the order of their pairs. Contacts
 // against bodies that cannot be pushed have colors of their own and are solved last. Hubs, the bodies of many
 // contacts, block no colors: their contacts are colored by the other body alone, and are solved in groups
 // (see simd/contact_block.h).
@@ -169,7 +169,7 @@ bool keep_colors(Constraints& constraints, int part) {
   return sound;
 }
 
-// Parts' lists of uncolored contacts -> one list in the order of the rows.
+// Parts' lists of uncolored contacts -> one list in the order of the edges.
 void join_lists(Constraints& constraints, int parts) {
   std::int32_t* list = constraints.uncolored.data();
   std::size_t size = 0;
@@ -221,7 +221,7 @@ void color_constraints(WorldData& data, Crew& crew) {
     constraints.uncolored.resize_discarding(0);
     return;
   }
-  constraints.is_colored = false;  // until all is done: memory may run out on the way
+  constraints.is_colored = false;  // until all is done
   constraints.uncolored.resize_discarding(static_cast<std::size_t>(count));
   constraints.part_counts.resize_discarding(static_cast<std::size_t>(parts));
   keep_all_colors(data, constraints, crew, parts);

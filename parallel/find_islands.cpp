@@ -196,7 +196,7 @@ void find_tired_islands(WorldData& data, Islands& islands, Crew& crew) {
   const auto is_candidate = [&](std::int32_t body) {
     return islands.tired[static_cast<std::size_t>(body)] != 0;
   };
-  const auto moves = [&](std::int32_t body) {
+  const auto keeps_awake = [&](std::int32_t body) {
     const auto index = static_cast<std::size_t>(body);
     if (bodies.type[index] == BodyType::kinematic) return !is_still(bodies.velocity[index]);
     return bodies.type[index] == BodyType::dynamic;
@@ -208,8 +208,8 @@ void find_tired_islands(WorldData& data, Islands& islands, Crew& crew) {
   for_each(crew, touching.size(), [&](std::size_t i) {
     const Ends ends = ends_of(data, touching[i]);
     const bool a = is_candidate(ends.a), b = is_candidate(ends.b);
-    if (a && !b && moves(ends.b)) mark(islands.kept_awake, find_root(islands.parent, ends.a));
-    if (b && !a && moves(ends.a)) mark(islands.kept_awake, find_root(islands.parent, ends.b));
+    if (a && !b && keeps_awake(ends.b)) mark(islands.kept_awake, find_root(islands.parent, ends.a));
+    if (b && !a && keeps_awake(ends.a)) mark(islands.kept_awake, find_root(islands.parent, ends.b));
   });
 }
 

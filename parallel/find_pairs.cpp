@@ -10,6 +10,7 @@
 #include <parallel/broad_phase.h>
 #include <parallel/list_where.h>
 #include <parallel/merge_pairs.h>
+#include <parallel/pair_key.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -20,11 +21,6 @@ namespace scree {
 namespace {
 
 constexpr int kPairsPerChunk = 2048;  // 5 to 10 microseconds
-
-std::uint64_t key_of(const ShapePair& pair) {
-  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(pair.a)) << 32 |
-         static_cast<std::uint32_t>(pair.b);
-}
 
 // Finds the rows of the new list in the last one. Returns whether both lists are the same.
 bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {

@@ -5,6 +5,7 @@
 // each owner's short row is ranked by comparing everybody with everybody. Keys are unique, so the result does
 // not depend on how the join was cut.
 #include <parallel/broad_phase.h>
+#include <parallel/pair_key.h>
 
 #include <algorithm>
 #include <bit>
@@ -21,10 +22,6 @@ constexpr std::int32_t kHeavyRow = 4096;     // pairs; longer rows are sorted by
 constexpr std::size_t kOwnersPerPair = 64;   // shapes a pair, above which pairs are few
 
 std::uint64_t key_of(const SortKey& row) { return row.key; }
-std::uint64_t key_of(const ShapePair& pair) {
-  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(pair.a)) << 32 |
-         static_cast<std::uint32_t>(pair.b);
-}
 
 // Least significant digit first, a stable pass a digit; digits that all keys share are skipped.
 template <class Row>

@@ -6,8 +6,10 @@
 // pairs rest and some do not, their two lists are made one first.
 #include <core/edit.h>
 #include <parallel/merge_pairs.h>
+#include <parallel/pair_key.h>
 #include <parallel/stages.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace scree {
@@ -20,11 +22,7 @@ constexpr int kRowsPerChunk = 1024;
 constexpr std::uint8_t kAskedMask = 3;
 constexpr std::uint8_t kResting = 4;  // both bodies rest: nothing was solved
 
-std::uint64_t key_of(std::uint32_t a, std::uint32_t b) { return std::uint64_t{a} << 32 | b; }
-std::uint64_t key_of(const ShapePair& pair) {
-  return key_of(static_cast<std::uint32_t>(pair.a), static_cast<std::uint32_t>(pair.b));
-}
-std::uint64_t key_of(const TouchRow& row) { return key_of(row.pair.shape_a.index, row.pair.shape_b.index); }
+std::uint64_t key_of(const TouchRow& row) { return pair_key(row.pair.shape_a.index, row.pair.shape_b.index); }
 
 ContactEnd handles_of(const WorldData& data, const ShapePair& pair) {
   const auto shape = [&](std::int32_t index) {
@@ -43,7 +41,7 @@ ContactEvents asked_about(const WorldData& data, const ShapePair& pair) {
          data.shapes.events[static_cast<std::size_t>(pair.b)];
 }
 
-bool moves(const WorldData& data, std::int32_t shape) {
+bool is_awake_dynamic(const WorldData& data, std::int32_t shape) {
   const auto body = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(shape)]);
   return data.bodies.type[body] == BodyType::dynamic && (data.bodies.flags[body] & kBodyAsleep) == 0;
 }
@@ -53,6 +51,10 @@ float nearest_of(const Manifold& manifold) {
   for (const float separation : manifold.separation) nearest = separation < nearest ? separation : nearest;
   return nearest;
 }
+
+// The points of hulls may lie as far away as the hull is large, where nothing happens: of a contact count the
+// nearest point and those within this gap.
+float near_of(const Manifold& manifold) { return std::max(nearest_of(manifold), kSpeculativeDistance); }
 
 bool was_pressed(const Manifold& manifold) {
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
@@ -90,7 +92,7 @@ std::uint8_t judge(const WorldData& data, const PairList& list, std::size_t row,
   const Manifold& manifold = data.contacts.now.manifold[contact];
   if (asked == ContactEvents::none) return 0;
   const auto verdict = static_cast<std::uint8_t>(asked);
-  if (!moves(data, pair.a) && !moves(data, pair.b)) {
+  if (!is_awake_dynamic(data, pair.a) && !is_awake_dynamic(data, pair.b)) {
     const bool touches = known || nearest_of(manifold) <= 0.0f;
     return touches ? static_cast<std::uint8_t>(verdict | kResting) : std::uint8_t{0};
   }
@@ -180,14 +182,15 @@ ContactEvent make_event(const WorldData& data, const PairList& list, std::size_t
   // The manifold's body B is the dynamic one if only one is, the event's that of the shape of higher index.
   const bool flipped = static_cast<std::uint32_t>(manifold.row_b) == handles.body_a.index;
   event.normal = flipped ? -normal : normal;
-  event.point_count = static_cast<std::int32_t>(manifold.info & kManifoldPointMask);
   const Vec3 center =
       to_vec3(data.bodies.pose[static_cast<std::size_t>(manifold.row_b)].position) + to_vec3(manifold.arm_b);
-  for (std::size_t k = 0; k < static_cast<std::size_t>(event.point_count); ++k) {
-    event.points[k] = {center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2,
-                       manifold.separation[k]};
+  const float near = near_of(manifold);
+  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
+    if (!(manifold.separation[k] <= near || manifold.normal_impulse[k] > 0.0f)) continue;
+    event.points[event.point_count++] = {
+        center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2, manifold.separation[k]};
   }
-  if (!moves(data, pair.a) && !moves(data, pair.b)) return event;
+  if (!is_awake_dynamic(data, pair.a) && !is_awake_dynamic(data, pair.b)) return event;
   event.approach_speed = data.events.approach[contact];
   if (solved && std::isfinite(data.events.impulse[contact]))
     event.normal_impulse = data.events.impulse[contact];
@@ -204,9 +207,12 @@ float approach_speed(const WorldData& data, const Manifold& manifold) {
                         to_vec3(a.linear) - cross(to_vec3(a.angular), to_vec3(manifold.arm_a));
   const float at_center = dot(relative, normal);
   const float spin_1 = dot(spin, tangent_1), spin_2 = dot(spin, tangent_2);
+  const float near = near_of(manifold);
   float fastest = 0.0f;
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
     const float approach = -(at_center + manifold.point_v[k] * spin_1 - manifold.point_u[k] * spin_2);
+    const float met = std::max(near, approach * data.last_dt);  // now or within the step
+    if (!(manifold.separation[k] <= met)) continue;
     fastest = approach > fastest ? approach : fastest;
   }
   return fastest;

@@ -12,7 +12,7 @@ namespace scree {
 
 struct NarrowPhase : Part {
   // Pairs handled by one chunk of the passes over pairs.
-  static constexpr int kRowChunk = 1024;
+  static constexpr int kPairChunk = 1024;
   // Chunks of pairs that are no contacts in one round: their rows, 2 MB of manifolds, stay in the caches.
   static constexpr int kRoundChunks = 64;
   // Groups: the collide types of pairs that are contacts, then those of pairs that are not.

@@ -1,7 +1,8 @@
 // Packing: sorts the touching contacts by color and block variant and lays out the blocks.
 //
-// The sort is a counting sort in parts of fixed size, so its result is the canonical order of the rows within
-// each color and does not depend on threads. Contacts with hubs are then grouped by hub.
+// The sort is a counting sort in parts of fixed size, so within each color contacts keep the order of the
+// touching list, which is that of their pairs, and nothing depends on threads. Contacts with hubs are then
+// grouped by hub.
 #include <parallel/constraints.h>
 #include <parallel/stages.h>
 

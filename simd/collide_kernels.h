@@ -34,6 +34,7 @@ enum CollideItemFlag : std::int32_t {
   kItemFlip = 1,    // the manifold's body A is the second shape's
   kItemStatic = 2,  // body A is not dynamic
   kItemFixed = 4,   // body A is fixed: constraints read the fixed world's row
+  kItemKnown = 8,   // a contact already: its row holds what the last step made
 };
 
 // One pair to collide.
@@ -42,10 +43,10 @@ struct alignas(32) CollideItem {
   std::int32_t shape_2;
   std::int32_t body_1;
   std::int32_t body_2;
-  std::int32_t row;       // of the contact, if it is one
-  std::int32_t previous;  // row of its manifold of the last step, -1: none
-  std::int32_t flags;     // CollideItemFlag
-  std::int32_t pair;      // row of its axis
+  std::int32_t row;    // for the contact, if it is or becomes one: its own
+  std::int32_t flags;  // CollideItemFlag
+  std::int32_t pair;   // row of its axis
+  std::int32_t padding = 0;
 };
 
 // Columns that the kernels read and write.
@@ -58,12 +59,7 @@ struct CollideColumns {
   const PoseRow* body_pose;
   const VelocityRow* body_velocity;
   float dt;  // s; how far ahead points are made for fast bodies
-  // Rows of the last step, by CollideItem::previous. They may be the rows that are written: a pair reads only
-  // its own, and before it writes.
-  const Manifold* previous_manifold;
-  const ManifoldFeatures* previous_features;
-  const ContactSurface* previous_surface;
-  const ContactAnchor* previous_anchor;
+  // Contacts, by CollideItem::row. An item with kItemKnown is read before it is written.
   Manifold* manifold;
   ManifoldFeatures* features;
   ContactSurface* surface;      // written where the contact is rich

@@ -2,6 +2,7 @@
 // Written by contact_prepare.cpp, worked on by contact_solve.cpp; private to the contact kernels.
 #pragma once
 
+#include <simd/body_rows.h>
 #include <simd/contact_kernels.h>
 #include <simd/wide_math.h>
 
@@ -10,7 +11,7 @@
 // In front of a sweep over blocks: leaves no call in it. GCC 12 makes functions of the helpers below and
 // hands them vectors through memory, which costs relax a third of its time. Sanitizers would take minutes
 // over it.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef SCREE_SANITIZED
 #define SCREE_SWEEP
 #else
 #define SCREE_SWEEP [[gnu::flatten]]

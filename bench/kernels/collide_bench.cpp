@@ -80,7 +80,7 @@ Rows make_rows(Kind first, Kind second, Placement placement) {
     const float p2[3] = {p1[0] + way.x, p1[1] + way.y, p1[2] + way.z};
     add_row(rows, first, p1, q1);
     add_row(rows, second, p2, q2);
-    rows.items.push_back({2 * k, 2 * k + 1, 2 * k, 2 * k + 1, k, k, 0, 0});
+    rows.items.push_back({2 * k, 2 * k + 1, 2 * k, 2 * k + 1, k, simd::kItemKnown, 0});
   }
   rows.manifold.resize(kPairs);
   rows.features.resize(kPairs);
@@ -100,10 +100,6 @@ void run(benchmark::State& state, const simd::Kernels& kernels, simd::CollideTyp
                                      .body_pose = rows.pose.data(),
                                      .body_velocity = rows.velocity.data(),
                                      .dt = 0.0f,
-                                     .previous_manifold = rows.manifold.data(),
-                                     .previous_features = rows.features.data(),
-                                     .previous_surface = rows.surface.data(),
-                                     .previous_anchor = rows.anchor.data(),
                                      .manifold = rows.manifold.data(),
                                      .features = rows.features.data(),
                                      .surface = rows.surface.data(),

@@ -95,10 +95,6 @@ struct Rows {
             .body_pose = pose[turn].data(),
             .body_velocity = velocity.data(),
             .dt = 0.0f,
-            .previous_manifold = manifold.data(),
-            .previous_features = features.data(),
-            .previous_surface = surface.data(),
-            .previous_anchor = anchor.data(),
             .manifold = manifold.data(),
             .features = features.data(),
             .surface = surface.data(),
@@ -122,7 +118,7 @@ float touching_distance(Rows& rows, simd::CollideType type, int pair, Vec3 way) 
   const PoseRow& first = rows.pose[0][one];
   PoseRow& second = rows.pose[0][one + 1];
   simd::CollideItem item = rows.items[static_cast<std::size_t>(pair)];
-  item.previous = -1;
+  item.flags = 0;
   float low = 0.0f, high = 3.0f;
   for (int step = 0; step < 16; ++step) {
     const float middle = 0.5f * (low + high);
@@ -158,7 +154,7 @@ std::unique_ptr<Rows> make_rows(simd::CollideType type, int vertices, Placement 
     const float x = float(k % 64) * 5, y = float(k / 64) * 5;
     add_shape(rows, type == simd::kBoxHull, {{x, y, 0}, 0, {q1.x, q1.y, q1.z, q1.w}});
     add_shape(rows, false, {{x, y, 0}, 0, {q2.x, q2.y, q2.z, q2.w}});
-    rows.items.push_back({2 * k, 2 * k + 1, 2 * k, 2 * k + 1, k, k, 0, k});
+    rows.items.push_back({2 * k, 2 * k + 1, 2 * k, 2 * k + 1, k, simd::kItemKnown, k});
   }
   for (int k = 0; k < kPairs; ++k) {
     Vec3 way{normal(engine), normal(engine), normal(engine)};
@@ -191,7 +187,7 @@ void run(benchmark::State& state, const simd::Kernels& kernels, simd::CollideTyp
          Placement placement, bool cold) {
   const std::unique_ptr<Rows> rows = make_rows(type, vertices, placement);
   if (cold) {
-    for (simd::CollideItem& item : rows->items) item.previous = -1;
+    for (simd::CollideItem& item : rows->items) item.flags = 0;
   }
   int turn = 0;
   const auto collide_all = [&] {

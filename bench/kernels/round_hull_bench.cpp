@@ -186,7 +186,7 @@ Rows make_rows(int corners, bool is_sphere, Placement placement) {
     rows.shape_hull.push_back(-1);
     rows.shape_hull.push_back(0);
     for (int side = 0; side < 2; ++side) rows.material.push_back({0.6f, 0, 0, 3 | 4 << 8, {0, 0, 0}, 0});
-    rows.items.push_back({2 * k, 2 * k + 1, 2 * k, 2 * k + 1, k, k, 0, 0});
+    rows.items.push_back({2 * k, 2 * k + 1, 2 * k, 2 * k + 1, k, simd::kItemKnown, 0});
   }
   rows.velocity.resize(rows.pose.size());
   rows.manifold.resize(kPairs);
@@ -214,10 +214,10 @@ void run(benchmark::State& state, const simd::Kernels& kernels, int corners, boo
   columns.shape_hull = rows.shape_hull.data();
   columns.hulls = hulls;
   columns.body_velocity = rows.velocity.data();
-  columns.previous_manifold = columns.manifold = rows.manifold.data();
-  columns.previous_features = columns.features = rows.features.data();
-  columns.previous_surface = columns.surface = rows.surface.data();
-  columns.previous_anchor = columns.anchor = rows.anchor.data();
+  columns.manifold = rows.manifold.data();
+  columns.features = rows.features.data();
+  columns.surface = rows.surface.data();
+  columns.anchor = rows.anchor.data();
   columns.points = rows.points.data();
   const simd::CollideType type = is_sphere ? simd::kSphereHull : simd::kCapsuleHull;
   for (auto _ : state) {

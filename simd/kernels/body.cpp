@@ -1,5 +1,6 @@
 // Body kernels; see simd/body_kernels.h.
 #include <simd/body_kernels.h>
+#include <simd/body_rows.h>
 #include <simd/wide_math.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -38,34 +39,6 @@ inline void store_velocity(VelocityRow* rows, const Lanes& lanes, const WideVelo
   float* base = rows->linear;
   store_rows(base, 8, lanes.index, lanes.count, v.linear.x, v.linear.y, v.linear.z, v.angular.x);
   store_row_pairs(base + 4, 8, lanes.index, lanes.count, v.angular.y, v.angular.z);
-}
-
-struct WideInertia {
-  S3 inverse;
-  F inverse_mass;
-};
-
-inline WideInertia load_inertia(const InertiaRow* rows, const Lanes& lanes) {
-  const float* base = rows->inverse_inertia;
-  WideInertia i;
-  F pad;
-  load_rows(base, 8, lanes.index, i.inverse.xx, i.inverse.xy, i.inverse.xz, i.inverse.yy);
-  load_rows(base + 4, 8, lanes.index, i.inverse.yz, i.inverse.zz, i.inverse_mass, pad);
-  return i;
-}
-
-struct WideDelta {
-  V3 position;
-  Q4 rotation;
-};
-
-inline WideDelta load_delta(const DeltaRow* rows, const Lanes& lanes) {
-  const float* base = rows->position;
-  WideDelta d;
-  F pad;
-  load_rows(base, 8, lanes.index, d.position.x, d.position.y, d.position.z, d.rotation.x);
-  load_rows(base + 4, 8, lanes.index, d.rotation.y, d.rotation.z, d.rotation.w, pad);
-  return d;
 }
 
 inline void store_delta(DeltaRow* rows, const Lanes& lanes, const WideDelta& d) {
@@ -115,9 +88,9 @@ inline Q4 advance(Q4 q, V3 w, F h) {
 void prepare(const BodyArgs& args, int begin, int end) {
   for (int i = begin; i < end; i += kLanes) {
     const Lanes lanes = load_lanes(args.list, i, end);
-    const WideInertia local = load_inertia(args.local_mass, lanes);
+    const BodyMass local = load_mass(args.local_mass, lanes.index);
     const I flags = load_motion(args.motion, lanes).flags;
-    S3 inverse = rotate(to_matrix(load_rotation(args.pose, lanes)), local.inverse);
+    S3 inverse = rotate(to_matrix(load_rotation(args.pose, lanes)), local.inverse_inertia);
     const F zero(0.0f);
     const M lock_x = is_locked(flags, 3), lock_y = is_locked(flags, 4), lock_z = is_locked(flags, 5);
     inverse.xx = select(lock_x, zero, inverse.xx);
@@ -149,7 +122,7 @@ inline bool clamp_speeds(const BodyArgs& args, const Lanes& lanes, WideVelocity&
   const SpeedScales scales = scales_to_limits(args, v);
   const F one(1.0f);
   if (bits((scales.linear < one) | (scales.angular < one)) == 0) return false;
-  const M dynamic = load_inertia(args.local_mass, lanes).inverse_mass > F(0.0f);
+  const M dynamic = load_mass(args.local_mass, lanes.index).inverse_mass > F(0.0f);
   v.linear = v.linear * select(dynamic, scales.linear, one);
   v.angular = v.angular * select(dynamic, scales.angular, one);
   return true;
@@ -164,17 +137,18 @@ void integrate_velocities(const BodyArgs& args, int begin, int end) {
   for (int i = begin; i < end; i += kLanes) {
     const Lanes lanes = load_lanes(args.list, i, end);
     const WideVelocity v = load_velocity(args.velocity, lanes);
-    const WideInertia inertia = load_inertia(args.inertia, lanes);
+    const BodyMass mass = load_mass(args.inertia, lanes.index);
     const WideMotion motion = load_motion(args.motion, lanes);
     V3 force, torque;
     F pad0, pad1;
     load_rows(args.force->force, 8, lanes.index, force.x, force.y, force.z, torque.x);
     load_rows(args.force->force + 4, 8, lanes.index, torque.y, torque.z, pad0, pad1);
 
-    const V3 acceleration = gravity * motion.gravity_factor + force * inertia.inverse_mass;
+    const V3 acceleration = gravity * motion.gravity_factor + force * mass.inverse_mass;
     WideVelocity u;
     u.linear = (v.linear + acceleration * h) * (one / (one + h * motion.linear_damping));
-    u.angular = (v.angular + (inertia.inverse * torque) * h) * (one / (one + h * motion.angular_damping));
+    u.angular =
+        (v.angular + (mass.inverse_inertia * torque) * h) * (one / (one + h * motion.angular_damping));
     apply_locks(motion.flags, u);
     WideVelocity next = u;
     if (inherit) {
@@ -262,7 +236,7 @@ inline Inertias load_inertias(const BodyArgs& args, const Lanes& lanes) {
   F pad0, pad1;
   load_rows(args.local_inertia->inertia, 8, lanes.index, i.xx, i.xy, i.xz, i.yy);
   load_rows(args.local_inertia->inertia + 4, 8, lanes.index, i.yz, i.zz, pad0, pad1);
-  inertias.inverse = load_inertia(args.local_mass, lanes).inverse;
+  inertias.inverse = load_mass(args.local_mass, lanes.index).inverse_inertia;
   return inertias;
 }
 
@@ -277,7 +251,7 @@ void integrate_poses(const BodyArgs& args, int begin, int end) {
   for (int i = begin; i < end; i += kLanes) {
     const Lanes lanes = load_lanes(args.list, i, end);
     WideVelocity v = load_velocity(args.velocity, lanes);
-    WideDelta delta = load_delta(args.delta, lanes);
+    WideDelta delta = load_delta(args.delta, lanes.index);
     const I flags = load_motion(args.motion, lanes).flags;
     const M locked = !((flags & I(kMotionLocksMask)) == I(0));
     const M gyroscopic = !((flags & I(kMotionGyroscopic)) == I(0));
@@ -308,14 +282,50 @@ void integrate_poses(const BodyArgs& args, int begin, int end) {
   }
 }
 
-void finish(const BodyArgs& args, int begin, int end) {
-  const F zero(0.0f), half(0.5f);
+// Transforms, sleep timers and energies of bodies that are where the step ends. `place`: of the first lane in
+// the list.
+void store_outcome(const BodyArgs& args, const Lanes& lanes, int place, const WideVelocity& v, V3 position,
+                   Q4 rotation, const S3& inertia, std::uint32_t finite) {
   const F linear_limit = F(args.sleep_linear_speed) * F(args.sleep_linear_speed);
   const F angular_limit = F(args.sleep_angular_speed) * F(args.sleep_angular_speed);
+  const F linear_speed = length_squared(v.linear), angular_speed = length_squared(v.angular);
+  alignas(64) float slow[kLanes], energy[kLanes], mass[kLanes], center[3][kLanes], origin[7][kLanes];
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const float* row = args.center + 3 * static_cast<std::ptrdiff_t>(lanes.index[lane]);
+    for (int axis = 0; axis < 3; ++axis) center[axis][lane] = row[axis];
+    mass[lane] = args.mass[lanes.index[lane]];
+  }
+  const V3 to_center{load(center[0]), load(center[1]), load(center[2])};
+  const V3 offset = rotate(rotation, to_center);
+  store(origin[0], position.x - offset.x);
+  store(origin[1], position.y - offset.y);
+  store(origin[2], position.z - offset.z);
+  store(origin[3], rotation.x);
+  store(origin[4], rotation.y);
+  store(origin[5], rotation.z);
+  store(origin[6], rotation.w);
+  store(slow,
+        select((linear_speed < linear_limit) & (angular_speed < angular_limit), F(args.step), F(-1.0f)));
+
+  const V3 local_w = rotate_back(rotation, v.angular);
+  store(energy, F(0.5f) * (load(mass) * linear_speed + dot(local_w, inertia * local_w)));
+
+  for (int lane = 0; lane < lanes.count; ++lane) {
+    float* transform = args.transform + 7 * static_cast<std::ptrdiff_t>(lanes.index[lane]);
+    for (int part = 0; part < 7; ++part) transform[part] = origin[part][lane];
+    float& sleep_time = args.sleep_time[lanes.index[lane]];
+    sleep_time = slow[lane] < 0.0f ? 0.0f : sleep_time + slow[lane];
+    args.kinetic_energy[place + lane] = energy[lane];
+    args.broken[place + lane] = (finite >> lane & 1u) != 0 ? 0 : 1;
+  }
+}
+
+void finish(const BodyArgs& args, int begin, int end) {
+  const F zero(0.0f);
   for (int i = begin; i < end; i += kLanes) {
     const Lanes lanes = load_lanes(args.list, i, end);
     WideVelocity v = load_velocity(args.velocity, lanes);
-    const WideDelta delta = load_delta(args.delta, lanes);
+    const WideDelta delta = load_delta(args.delta, lanes.index);
     V3 position;
     F pad;
     load_rows(args.pose->position, 8, lanes.index, position.x, position.y, position.z, pad);
@@ -355,37 +365,7 @@ void finish(const BodyArgs& args, int begin, int end) {
                new_position.z, zero);
     store_rows(args.pose->position + 4, 8, lanes.index, lanes.count, new_rotation.x, new_rotation.y,
                new_rotation.z, new_rotation.w);
-
-    const F linear_speed = length_squared(v.linear), angular_speed = length_squared(v.angular);
-    alignas(64) float slow[kLanes], energy[kLanes], mass[kLanes], center[3][kLanes], origin[7][kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const float* row = args.center + 3 * static_cast<std::ptrdiff_t>(lanes.index[lane]);
-      for (int axis = 0; axis < 3; ++axis) center[axis][lane] = row[axis];
-      mass[lane] = args.mass[lanes.index[lane]];
-    }
-    const V3 to_center{load(center[0]), load(center[1]), load(center[2])};
-    const V3 offset = rotate(new_rotation, to_center);
-    store(origin[0], new_position.x - offset.x);
-    store(origin[1], new_position.y - offset.y);
-    store(origin[2], new_position.z - offset.z);
-    store(origin[3], new_rotation.x);
-    store(origin[4], new_rotation.y);
-    store(origin[5], new_rotation.z);
-    store(origin[6], new_rotation.w);
-    store(slow,
-          select((linear_speed < linear_limit) & (angular_speed < angular_limit), F(args.step), F(-1.0f)));
-
-    const V3 local_w = rotate_back(new_rotation, v.angular);
-    store(energy, half * (load(mass) * linear_speed + dot(local_w, inertias.direct * local_w)));
-
-    for (int lane = 0; lane < lanes.count; ++lane) {
-      float* transform = args.transform + 7 * static_cast<std::ptrdiff_t>(lanes.index[lane]);
-      for (int part = 0; part < 7; ++part) transform[part] = origin[part][lane];
-      float& sleep_time = args.sleep_time[lanes.index[lane]];
-      sleep_time = slow[lane] < 0.0f ? 0.0f : sleep_time + slow[lane];
-      args.kinetic_energy[i + lane] = energy[lane];
-      args.broken[i + lane] = (finite_bits >> lane & 1u) != 0 ? 0 : 1;
-    }
+    store_outcome(args, lanes, i, v, new_position, new_rotation, inertias.direct, finite_bits);
   }
 }
 

@@ -64,10 +64,9 @@ void store_rich_surface(const CollideColumns& columns, const CollideItem& item, 
   for (int k = 0; k < 3; ++k) relative[k] = speed[1 - a][k] - speed[a][k];
   const float along = relative[0] * normal[0] + relative[1] * normal[1] + relative[2] * normal[2];
   ContactSurface& surface = columns.surface[item.row];
-  const float* rolling = keep_rolling ? columns.previous_surface[item.previous].rolling_impulse : nullptr;
   for (int k = 0; k < 3; ++k) {
     surface.surface_velocity[k] = relative[k] - along * normal[k];
-    surface.rolling_impulse[k] = rolling != nullptr ? rolling[k] : 0.0f;
+    if (!keep_rolling) surface.rolling_impulse[k] = 0.0f;
   }
   surface.restitution = restitution;
   surface.rolling_resistance = rolling_resistance;

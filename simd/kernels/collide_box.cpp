@@ -268,6 +268,26 @@ Candidates clip(const Clipping& c) {
   return out;
 }
 
+// Whether the faces overlap in a strip only, however far apart they are there. It is thin against both: a
+// thin face is no strip.
+M overlap_in_strip(const Clipping& clipping) {
+  Clipping c = clipping;
+  c.reach = F(0.5f * kAbsentSeparation);
+  const Candidates candidates = clip(c);
+  F x[kCandidates], y[kCandidates], some_x(0.0f), some_y(0.0f);
+  const auto exists = [&](int k) { return candidates.separation[k] <= c.reach; };
+  for (int k = 0; k < kCandidates; ++k) {
+    some_x = select(exists(k), candidates.x[k], some_x);
+    some_y = select(exists(k), candidates.y[k], some_y);
+  }
+  for (int k = 0; k < kCandidates; ++k) {
+    x[k] = select(exists(k), candidates.x[k], some_x);
+    y[k] = select(exists(k), candidates.y[k], some_y);
+  }
+  const F thinnest = min(min(c.half_x, c.half_y), min(c.half_1, c.half_2));
+  return width_of(x, y) < min(F(kStrip), thinnest);
+}
+
 struct Chosen {
   F x, y, separation;
   I number;
@@ -349,6 +369,8 @@ struct BoxBox {
   static void collide_faces(const WidePair& pair, const BoxFrame& frame, I hint, Contact& contact) {
     const Clipping c = set_up(frame, hint);
     Candidates candidates = clip(c);
+    contact.in_strip = contact.at_edges = never();
+    if (any(c.reach > F(kSpeculativeDistance))) contact.in_strip = overlap_in_strip(c);
     Chosen chosen[4];
     reduce(c, candidates, chosen);
 
@@ -423,9 +445,12 @@ struct BoxBox {
     const V3 difference = point_2 - point_1;
     const F separation = dot(normal, difference);
     // Edges that pass beside one another do not touch yet.
-    const M beside = (separation > zero) & (length_squared(difference) > square(f.reach));
+    const M beside =
+        (separation > zero) & !is_beside(difference, normal, square(min(F(kSpeculativeDistance), f.reach)));
     const M touches = (!beside) & (separation <= f.reach);
 
+    contact.in_strip = contact.in_strip & !wins;
+    contact.at_edges = wins;
     contact.normal = select(wins, rotate(pair.first.rotation, normal), contact.normal);
     const V3 middle = rotate(pair.first.rotation, F(0.5f) * (point_1 + point_2));
     contact.point[0] = select(wins, middle, contact.point[0]);

@@ -32,26 +32,24 @@ struct Block {
   alignas(64) std::int32_t body_1[kLanes];
   alignas(64) std::int32_t body_2[kLanes];
   alignas(64) std::int32_t row[kLanes];
-  alignas(64) std::int32_t previous[kLanes];  // 0 where there is none
   I flags;
-  M has_previous;
+  M is_known;  // kItemKnown
   int count;
 };
 
 inline void load_block(const CollideItem* items, const std::int32_t* which, int count, Block& block) {
   const float* rows = reinterpret_cast<const float*>(items);
   constexpr int kStride = sizeof(CollideItem) / sizeof(float);
-  F shape_1, shape_2, body_1, body_2, row, previous, flags, padding;
+  F shape_1, shape_2, body_1, body_2, row, flags, pair, padding;
   load_rows(rows, kStride, which, shape_1, shape_2, body_1, body_2);
-  load_rows(rows + 4, kStride, which, row, previous, flags, padding);
+  load_rows(rows + 4, kStride, which, row, flags, pair, padding);
   store(block.shape_1, as_int(shape_1));
   store(block.shape_2, as_int(shape_2));
   store(block.body_1, as_int(body_1));
   store(block.body_2, as_int(body_2));
   store(block.row, as_int(row));
-  block.has_previous = as_int(previous) > I(-1);
-  store(block.previous, select(block.has_previous, as_int(previous), I(0)));
   block.flags = as_int(flags);
+  block.is_known = (block.flags & I(kItemKnown)) == I(kItemKnown);
   block.count = count;
 }
 
@@ -122,6 +120,9 @@ struct WideContact {
   V3 point[kPoints];  // halfway between the surfaces, relative to the first shape's position
   F separation[kPoints];
   I id[kPoints];
+  // Polytopes, for grazes_ahead; set where the pair looks ahead.
+  M in_strip;  // seen along the normal the two faces overlap in a thin strip, within reach or not
+  M at_edges;  // two edges cross, and no faces lie against each other
 };
 
 template <int kPoints>
@@ -197,6 +198,33 @@ inline V3 relative_velocity(const CollideColumns& columns, const Block& block) {
   return v_2 - v_1;
 }
 
+// How wide a group of points in a plane is: the largest distance of one from the line through two that lie
+// far apart. (Moments of the points would lose the width of a strip to the rounding of its length's square.)
+template <int kCount>
+F width_of(const F (&x)[kCount], const F (&y)[kCount]) {
+  const auto take_farthest = [&](F from_x, F from_y, F& to_x, F& to_y) {
+    F most(0.0f);
+    to_x = from_x;
+    to_y = from_y;
+    for (int k = 0; k < kCount; ++k) {
+      const F distance = square(x[k] - from_x) + square(y[k] - from_y);
+      const M farther = distance > most;
+      most = select(farther, distance, most);
+      to_x = select(farther, x[k], to_x);
+      to_y = select(farther, y[k], to_y);
+    }
+  };
+  F a_x, a_y, b_x, b_y;
+  take_farthest(x[0], y[0], a_x, a_y);
+  take_farthest(a_x, a_y, b_x, b_y);
+  const F way_x = b_x - a_x, way_y = b_y - a_y;
+  F area(0.0f);
+  for (int k = 0; k < kCount; ++k) {
+    area = max(abs(way_x * (y[k] - a_y) - way_y * (x[k] - a_x)), area);
+  }
+  return area / max(sqrt(square(way_x) + square(way_y)), F(1e-30f));
+}
+
 // How far ahead a pair with a fast shape has points: its relative travel in a step where it rebounds, so that
 // the rebound starts at the surface with the speed of the impact. Of others a share of their size: points far
 // ahead act on arms of the step's beginning, which costs an eccentric impact 3 % of its spin. Without any,
@@ -242,20 +270,18 @@ WideImpulses match_impulses(const CollideColumns& columns, const Block& block,
                             const WideContact<kPoints>& contact, V3 normal, V3 tangent_1, V3 tangent_2) {
   const F zero(0.0f);
   WideImpulses impulses{{zero, zero, zero, zero}, zero, zero, zero, never()};
-  if (!any(block.has_previous)) return impulses;
-  const float* rows = reinterpret_cast<const float*>(columns.previous_manifold);
+  if (!any(block.is_known)) return impulses;
+  const float* rows = reinterpret_cast<const float*>(columns.manifold);
   constexpr int kStride = sizeof(Manifold) / sizeof(float);
   V3 old_normal;
   F friction, friction_1, friction_2, twist, info;
   F old_impulse[kMaxManifoldPoints], old_id[kMaxManifoldPoints];
-  load_rows(rows, kStride, block.previous, old_normal.x, old_normal.y, old_normal.z, friction);
-  load_rows(rows + 24, kStride, block.previous, old_impulse[0], old_impulse[1], old_impulse[2],
-            old_impulse[3]);
-  load_rows(rows + 28, kStride, block.previous, friction_1, friction_2, twist, info);
-  load_rows(reinterpret_cast<const float*>(columns.previous_features),
-            sizeof(ManifoldFeatures) / sizeof(float), block.previous, old_id[0], old_id[1], old_id[2],
-            old_id[3]);
-  const M touched = block.has_previous & ((as_int(info) & I(kManifoldPointMask)) > I(0));
+  load_rows(rows, kStride, block.row, old_normal.x, old_normal.y, old_normal.z, friction);
+  load_rows(rows + 24, kStride, block.row, old_impulse[0], old_impulse[1], old_impulse[2], old_impulse[3]);
+  load_rows(rows + 28, kStride, block.row, friction_1, friction_2, twist, info);
+  load_rows(reinterpret_cast<const float*>(columns.features), sizeof(ManifoldFeatures) / sizeof(float),
+            block.row, old_id[0], old_id[1], old_id[2], old_id[3]);
+  const M touched = block.is_known & ((as_int(info) & I(kManifoldPointMask)) > I(0));
   M matched = never();
   for (int k = 0; k < kPoints; ++k) {
     const M present = touched & (contact.id[k] > I(0));
@@ -296,46 +322,23 @@ V3 friction_center(const WideContact<kPoints>& contact, F reach) {
 }
 
 // Contacts ahead with something fixed that the body may well pass: those that it will only graze. Floors are
-// made of pieces, and what slides over a seam would be stopped by the side of the next one.
+// made of pieces, and what slides over a seam would be stopped by the side of the next one, which its own
+// side overlaps in a strip as thin as it has sunk in. Where points touch instead of faces, the way tells.
+inline constexpr float kStrip = 2.0f * kLinearSlop;  // m
 template <int kPoints>
 M grazes_ahead(const CollideColumns& columns, const Block& block, const WideContact<kPoints>& contact,
-               V3 normal, V3 tangent_1, V3 tangent_2) {
+               V3 normal) {
   const M fixed = (block.flags & I(kItemFixed)) == I(kItemFixed);
   F nearest = contact.separation[0];
   for (int k = 1; k < kPoints; ++k) nearest = min(contact.separation[k], nearest);
   const M ahead = fixed & (nearest > F(kSpeculativeDistance)) & (nearest < F(0.5f * kAbsentSeparation));
   if (!any(ahead)) return never();
-  const F none(0.0f);
+  const V3 velocity = relative_velocity(columns, block);
+  const M leads_past = square(dot(velocity, normal)) < F(0.5f) * length_squared(velocity);
   if constexpr (kPoints < kMaxManifoldPoints) {
-    // Round shapes: the way leads past the point rather than onto it.
-    const V3 velocity = relative_velocity(columns, block);
-    return ahead & (square(dot(velocity, normal)) < F(0.5f) * length_squared(velocity));
+    return ahead & leads_past;
   } else {
-    // Polytopes: the points lie in a strip as thin as the overlap. The least moment of the points about a
-    // line through their mean tells its width.
-    constexpr float kStrip = 2.0f * kLinearSlop;  // m
-    F count = none, mean_u = none, mean_v = none, u[kPoints], v[kPoints], weight[kPoints];
-    for (int k = 0; k < kPoints; ++k) {
-      weight[k] = select(contact.id[k] > I(0), F(1.0f), none);
-      u[k] = dot(contact.point[k], tangent_1);
-      v[k] = dot(contact.point[k], tangent_2);
-      count += weight[k];
-      mean_u += weight[k] * u[k];
-      mean_v += weight[k] * v[k];
-    }
-    const F inverse = F(1.0f) / max(count, F(1.0f));
-    mean_u = mean_u * inverse;
-    mean_v = mean_v * inverse;
-    F uu = none, uv = none, vv = none;
-    for (int k = 0; k < kPoints; ++k) {
-      const F from_u = u[k] - mean_u, from_v = v[k] - mean_v;
-      uu += weight[k] * from_u * from_u;
-      uv += weight[k] * from_u * from_v;
-      vv += weight[k] * from_v * from_v;
-    }
-    const F half_sum = F(0.5f) * (uu + vv), half_difference = F(0.5f) * (uu - vv);
-    const F least = half_sum - sqrt(half_difference * half_difference + uv * uv);
-    return ahead & (least < F(kStrip * kStrip));
+    return ahead & (contact.in_strip | (contact.at_edges & leads_past));
   }
 }
 
@@ -394,8 +397,7 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
   const I row_b = select(flip, body_1, body_2);
 
   const WideSurface surface = mix_materials(columns.shape_material, block);
-  const M grazes =
-      grazes_ahead(columns, block, contact, normal, tangent_1, tangent_2) & !(surface.restitution > zero);
+  const M grazes = grazes_ahead(columns, block, contact, normal) & !(surface.restitution > zero);
   F u[kMaxManifoldPoints], v[kMaxManifoldPoints], separation[kMaxManifoldPoints], id[kMaxManifoldPoints];
   I count(0);
   for (int k = 0; k < kMaxManifoldPoints; ++k) {

@@ -255,6 +255,21 @@ void pass_pairs(const CollideColumns& columns, const CollideItem* items, Survivo
   results.flush();
 }
 
+// Points of faces may lie beyond the reach, so that they tell the faces' overlap.
+void look_ahead(WideContact<4>& contact) {
+  const V3 tangent_1 = tangent_of(contact.normal), tangent_2 = cross(contact.normal, tangent_1);
+  F u[4], v[4];
+  for (int k = 0; k < 4; ++k) {
+    const V3 point = select(contact.id[k] > I(0), contact.point[k], contact.point[0]);
+    u[k] = dot(point, tangent_1);
+    v[k] = dot(point, tangent_2);
+  }
+  constexpr auto kKind = static_cast<std::int32_t>(kFeatureKind);
+  constexpr auto kEdges = static_cast<std::int32_t>(kFeatureEdges);
+  contact.at_edges = ((contact.id[0] & I(kKind)) == I(kEdges)) & !(contact.id[1] > I(0));
+  contact.in_strip = (width_of(u, v) < F(kStrip)) & !contact.at_edges;
+}
+
 void pass_store(const CollideColumns& columns, const CollideItem* items, Touching& touching) {
   if (touching.count == 0) return;
   for (int lane = 0; lane < kLanes; ++lane) {
@@ -275,6 +290,8 @@ void pass_store(const CollideColumns& columns, const CollideItem* items, Touchin
       contact.separation[k] = load(touching.separation[k] + begin);
       contact.id[k] = load(touching.id[k] + begin);
     }
+    contact.in_strip = contact.at_edges = never();
+    if (any(pair.reach > F(kSpeculativeDistance))) look_ahead(contact);
     store_contacts(columns, items, touching.which + begin, block, pair.first.position, pair.reach, contact);
     for (int lane = 0; lane < lanes; ++lane) {  // what will only graze has been dropped
       if (columns.points[block.row[lane]] == 0)

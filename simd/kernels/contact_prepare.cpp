@@ -4,17 +4,6 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-struct BodyMass {
-  S3 inverse_inertia;
-  F inverse_mass;
-};
-
-inline BodyMass load_mass(const InertiaRow* rows, const std::int32_t* index) {
-  F column[8];
-  load_rows8(rows->inverse_inertia, index, column);
-  return {{column[0], column[1], column[2], column[3], column[4], column[5]}, column[6]};
-}
-
 // The part of a hub that one contact has to itself.
 inline BodyMass split(const BodyMass& m, F parts) {
   return {m.inverse_inertia * parts, m.inverse_mass * parts};

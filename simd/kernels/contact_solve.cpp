@@ -156,17 +156,6 @@ SCREE_SWEEP void solve_chunk(const ContactArgs& args, const ContactChunk& chunk)
   });
 }
 
-struct WideDelta {
-  V3 position;
-  Q4 rotation;
-};
-
-inline WideDelta load_delta(const DeltaRow* rows, const std::int32_t* index) {
-  F column[8];
-  load_rows8(rows->position, index, column);
-  return {{column[0], column[1], column[2]}, {column[3], column[4], column[5], column[6]}};
-}
-
 // Separations at the present poses: to first order in the rotation since the step began, from the normal as
 // each body would see it.
 template <int kPoints, class Block>

@@ -22,17 +22,7 @@ namespace scree {
 long allocations_so_far() { return allocations.load(std::memory_order_relaxed); }
 }  // namespace scree
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#if defined(__has_feature)
-#define SCREE_SANITIZED (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
-#else
-#define SCREE_SANITIZED 0
-#endif
-#else
-#define SCREE_SANITIZED 1
-#endif
-
-#if !SCREE_SANITIZED
+#if defined(__GLIBC__) && !defined(SCREE_SANITIZED)
 extern "C" void* __libc_malloc(std::size_t);
 extern "C" void* __libc_memalign(std::size_t, std::size_t);
 // Visible, so that shared libraries find them.

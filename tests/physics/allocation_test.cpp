@@ -5,19 +5,7 @@
 #include <atomic>
 #include <cstdlib>
 
-#if defined(__has_feature)
-#define SCREE_HAS_FEATURE(name) __has_feature(name)
-#else
-#define SCREE_HAS_FEATURE(name) 0
-#endif
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
-    !SCREE_HAS_FEATURE(address_sanitizer) && !SCREE_HAS_FEATURE(thread_sanitizer)
-#define SCREE_COUNTS_ALLOCATIONS 1
-#else
-#define SCREE_COUNTS_ALLOCATIONS 0
-#endif
-
-#if SCREE_COUNTS_ALLOCATIONS
+#if defined(__GLIBC__) && !defined(SCREE_SANITIZED)
 namespace {
 std::atomic<long> allocations{0};
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -175,6 +176,42 @@ TEST(Events, ShapesThatAreOnlyNearDoNotTouch) {
   lab.world.set_linear_velocity(box, {});
   lab.run(1);
   EXPECT_EQ(lab.world.contact_ends().size(), 1u);
+}
+
+TEST(Events, OfAHullThatTipsOverOnlyTheEdgeTouchesUntilItsFaceLands) {
+  std::vector<Vec3> corners;
+  for (int k = 0; k < 8; ++k) {
+    corners.push_back({k & 1 ? 0.5f : -0.5f, k & 2 ? 0.5f : -0.5f, k & 4 ? 0.5f : -0.5f});
+  }
+  Lab lab(told());
+  lab.add_ground({.friction = 1.0f});
+  // Stands on its lower left edge, leans by 30 degrees and turns about that edge.
+  const float cosine = std::sqrt(0.75f), sine = 0.5f, spin = 2.0f;
+  const float arm_x = 0.5f * (cosine - sine), arm_y = 0.5f * (cosine + sine);
+  lab.add({.position = {0, arm_y - 0.001f, 0},
+           .rotation = rotation_about({0, 0, 1}, std::numbers::pi / 6),
+           .linear_velocity = {spin * arm_y, -spin * arm_x, 0},
+           .angular_velocity = {0, 0, -spin}},
+          ConvexHull{Hull(corners)}, {.friction = 1.0f});
+  int before = 0;
+  float landing = 0.0f;
+  for (int i = 0; i < 30 && landing == 0.0f; ++i) {
+    lab.run(1);
+    const auto events = i == 0 ? lab.world.contact_begins() : lab.world.contact_persists();
+    ASSERT_EQ(events.size(), 1u) << i;
+    const ContactEvent& event = events[0];
+    if (event.point_count == 4) {
+      landing = event.approach_speed;
+      continue;
+    }
+    ++before;
+    EXPECT_EQ(event.point_count, 2) << i;
+    EXPECT_LT(event.approach_speed, 0.5f) << i;
+    for (int k = 0; k < 2; ++k) EXPECT_NEAR(event.points[k].separation, 0.0f, kSpeculativeDistance) << i;
+  }
+  EXPECT_GT(before, 5);
+  // By its energy it turns by 3 rad/s when the face lands.
+  EXPECT_NEAR(landing, 3.0f, 0.6f);
 }
 
 TEST(Events, ContactsOutlastSleep) {

@@ -67,6 +67,23 @@ TEST(Sleep, DestroyingTheSupportWakes) {
   EXPECT_LT(lab.height(stack.front()), 0.6);
 }
 
+TEST(Sleep, OnlyANewVelocityOfAKinematicBodyWakesWhatRestsOnIt) {
+  Lab lab{WorldSettings{}};
+  const BodyId table = lab.add({.type = BodyType::kinematic}, Box{{5, 0.5f, 5}});
+  const BodyId crate = lab.add({.position = {0, 1, 0}}, Box{});
+  lab.run(120);
+  ASSERT_FALSE(lab.world.is_awake(crate));
+  for (int i = 0; i < 3; ++i) {
+    lab.world.set_linear_velocity(table, {});
+    lab.world.set_angular_velocity(table, {});
+    EXPECT_FALSE(lab.world.is_awake(crate));
+    lab.run(1);
+    EXPECT_FALSE(lab.world.is_awake(crate));
+  }
+  lab.world.set_angular_velocity(table, {0, 0.1f, 0});
+  EXPECT_TRUE(lab.world.is_awake(crate));
+}
+
 TEST(Sleep, PullingOutTheLowestBoxWakes) {
   Lab lab{WorldSettings{}};
   lab.add_ground();

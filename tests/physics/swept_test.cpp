@@ -226,6 +226,87 @@ TEST(Swept, SlidingLosesNothingButFriction) {
   }
 }
 
+TEST(Swept, WhatSlidesOverSeamsAlongALongEdgeOrACornerIsNotStopped) {
+  struct Slider {
+    Box box;
+    float yaw;
+    double front;  // how far it reaches ahead of its center
+  };
+  const Slider sliders[] = {{{{0.3f, 0.2f, 20}}, 0.0f, 0.3},
+                            {{{0.3f, 0.2f, 0.3f}}, 0.4f, 0.3 * (std::cos(0.4) + std::sin(0.4))}};
+  const Material smooth{.friction = 0};
+  for (const Slider& slider : sliders) {
+    for (const float gap : {0.025f, 0.035f, 0.045f}) {  // in front of a seam, once in 2.4 slabs
+      Lab lab;
+      for (int i = 0; i < 60; ++i) {
+        lab.add({.type = BodyType::fixed, .position = {4.0f * static_cast<float>(i), -0.5f, 0}},
+                Box{{2, 0.5f, 25}}, smooth);
+      }
+      const float start = 2.0f - gap - static_cast<float>(slider.front) - 100 * kStep;
+      const BodyId body = lab.add({.position = {start, 0.2f, 0},
+                                   .rotation = rotation_about({0, 1, 0}, static_cast<double>(slider.yaw)),
+                                   .linear_velocity = {100, 0, 0}},
+                                  slider.box, smooth);
+      lab.run(120);
+      EXPECT_NEAR(lab.velocity(body).x(), 100.0, 1e-3) << slider.yaw << ", " << gap;
+      EXPECT_NEAR(lab.position(body).x(), static_cast<double>(start) + 200.0, 0.1)
+          << slider.yaw << ", " << gap;
+    }
+  }
+}
+
+TEST(Swept, ABoxThatFallsOnAnEdgeOrACornerIsStoppedAtTheSurface) {
+  constexpr float kHalf = 0.5f;  // m
+  const Quat on_edge = rotation_about({0, 0, 1}, 0.25 * std::numbers::pi);
+  const Quat on_corner = rotation_about({1, 0, 0}, std::atan(std::sqrt(0.5))) * on_edge;
+  const auto lowest = [](const Lab& lab, BodyId body) {
+    double height = 1e9;
+    for (int k = 0; k < 8; ++k) {
+      const Eigen::Vector3d corner(k & 1 ? kHalf : -kHalf, k & 2 ? kHalf : -kHalf, k & 4 ? kHalf : -kHalf);
+      height = std::min(height, (lab.position(body) + to_eigen(lab.world.pose(body).rotation) * corner).y());
+    }
+    return height;
+  };
+  for (const Quat& rotation : {on_edge, on_corner}) {
+    for (const float gap : {0.025f, 0.045f, 0.065f}) {
+      Lab lab(without_gravity());
+      lab.add_ground();
+      const BodyId box =
+          lab.add({.rotation = rotation, .linear_velocity = {0, -20, 0}}, Box{{kHalf, kHalf, kHalf}});
+      const float start = gap + 20 * kStep - static_cast<float>(lowest(lab, box));
+      lab.world.set_pose(box, {{0, start, 0}, rotation});
+      lab.run(1);
+      ASSERT_NEAR(lowest(lab, box), static_cast<double>(gap), 1e-3);
+      lab.run(1);
+      EXPECT_EQ(lab.world.stats().contacts, 1) << gap;
+      EXPECT_GT(lowest(lab, box), -0.005) << gap;
+    }
+  }
+}
+
+TEST(Swept, EdgesThatPassBesideOneAnotherDoNotTouch) {
+  std::vector<Vec3> corners;
+  for (int k = 0; k < 8; ++k) {
+    corners.push_back({k & 1 ? 1.0f : -1.0f, k & 2 ? 1.0f : -1.0f, k & 4 ? 1.0f : -1.0f});
+  }
+  const double turn = 0.25 * std::numbers::pi;
+  const float diagonal = std::sqrt(2.0f);  // of a square face, half
+  for (const Geometry& geometry : {Geometry{Box{{1, 1, 1}}}, Geometry{ConvexHull{Hull(corners)}}}) {
+    for (const float beyond : {-0.3f, 0.028f}) {
+      Lab lab(without_gravity());
+      // An edge along x upward, and one along z downward that comes down on it: 10 cm above, over or
+      // beyond its end.
+      lab.add({.type = BodyType::kinematic, .rotation = rotation_about({1, 0, 0}, turn)}, geometry);
+      lab.add({.position = {1 + beyond - 20 * kStep, 2 * diagonal + 0.1f + 8 * kStep, 0},
+               .rotation = rotation_about({0, 0, 1}, turn),
+               .linear_velocity = {20, -8, 0}},
+              geometry);
+      lab.run(2);
+      EXPECT_EQ(lab.world.stats().contacts, beyond < 0.0f ? 1 : 0);
+    }
+  }
+}
+
 TEST(Swept, SpinningPlatesStayAboveAThinFloor) {
   Lab lab;
   lab.add({.type = BodyType::fixed, .position = {0, -0.005f, 0}}, Box{{1000, 0.005f, 1000}});

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <simd/kernels.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -45,6 +46,21 @@ struct Rows {
     anchor.resize(count);
     points.resize(count);
   }
+  // Contacts stay in their rows from step to step.
+  void take(const Rows& last) {
+    const auto copy = [](const auto& from, auto& to) { std::copy(from.begin(), from.end(), to.begin()); };
+    copy(last.manifold, manifold);
+    copy(last.features, features);
+    copy(last.surface, surface);
+    copy(last.anchor, anchor);
+    copy(last.points, points);
+  }
+  // What touches no more has no row.
+  void clear_lost() {
+    for (std::size_t row = 0; row < points.size(); ++row) {
+      if (points[row] == 0) manifold[row] = {};
+    }
+  }
 };
 
 // Pairs with one contact row each, in the order in which they were added.
@@ -70,7 +86,7 @@ struct Pairs {
     const bool swapped = a.type > b.type;
     const std::int32_t row = static_cast<std::int32_t>(items.size());
     const std::int32_t one = swapped ? first + 1 : first, two = swapped ? first : first + 1;
-    items.push_back({one, two, one, two, row, -1, flags, 0});
+    items.push_back({one, two, one, two, row, flags, 0});
   }
   reference::Solid solid(std::int32_t shape) const {
     const std::size_t s = static_cast<std::size_t>(shape);
@@ -89,17 +105,13 @@ struct Pairs {
   Rows run(const simd::Kernels& kernels, const Rows* previous = nullptr) const {
     Rows rows;
     rows.resize(items.size());
-    const Rows& old = previous != nullptr ? *previous : rows;
+    if (previous != nullptr) rows.take(*previous);
     const simd::CollideColumns columns{.shape_pose = pose.data(),
                                        .shape_extent = extent.data(),
                                        .shape_material = material.data(),
                                        .body_pose = pose.data(),
                                        .body_velocity = velocity.data(),
                                        .dt = 0.0f,
-                                       .previous_manifold = old.manifold.data(),
-                                       .previous_features = old.features.data(),
-                                       .previous_surface = old.surface.data(),
-                                       .previous_anchor = old.anchor.data(),
                                        .manifold = rows.manifold.data(),
                                        .features = rows.features.data(),
                                        .surface = rows.surface.data(),
@@ -110,13 +122,14 @@ struct Pairs {
       for (std::size_t row = 0; row < items.size(); ++row) {
         if (kind(row) != t) continue;
         group.push_back(items[row]);
-        group.back().previous = previous != nullptr ? items[row].row : -1;
+        if (previous != nullptr) group.back().flags |= simd::kItemKnown;
       }
       for (std::size_t begin = 0; begin < group.size(); begin += simd::kCollideChunk) {
         const int count = static_cast<int>(std::min<std::size_t>(group.size() - begin, simd::kCollideChunk));
         kernels.collide.collide[t](columns, group.data() + begin, count);
       }
     }
+    rows.clear_lost();
     return rows;
   }
 };

@@ -75,7 +75,7 @@ TEST(CollideHullBits, NeighborsInAChunkChangeNothing) {
     HullRows rows;
     rows.resize(pairs.items.size());
     rows.axis.resize(pairs.items.size());
-    const simd::CollideColumns columns = pairs.columns(rows, rows);
+    const simd::CollideColumns columns = pairs.columns(rows);
     // Chunks of growing sizes.
     for (const bool boxes : {false, true}) {
       Column<simd::CollideItem> group;
@@ -271,11 +271,12 @@ TEST(CollideHull, ManifoldsAtRestAreRecycled) {
     const HullRows before = pairs.run(scalar_kernels());
     pairs.pose[1] = pose_row({at.x + 1e-5f, at.y - 1e-4f, at.z}, turn({0, 1, 0}, rest.angle));
     simd::CollideItem item = pairs.items[0], left;
-    item.previous = 0;
+    item.flags |= simd::kItemKnown;
     HullRows after;
     after.resize(1);
+    after.take(before);
     after.axis.push_back(before.axis[0]);
-    EXPECT_EQ(scalar_kernels().collide.recycle_hulls(pairs.columns(after, before), &item, 1, &left), 0);
+    EXPECT_EQ(scalar_kernels().collide.recycle_hulls(pairs.columns(after), &item, 1, &left), 0);
     for (int k = 0; k < 4; ++k) {
       EXPECT_EQ(after.manifold[0].point_u[k], before.manifold[0].point_u[k]);
       EXPECT_NEAR(after.manifold[0].separation[k], before.manifold[0].separation[k] - 1e-4f, 1e-6f);

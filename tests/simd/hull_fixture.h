@@ -112,7 +112,7 @@ struct HullPairs {
     const std::int32_t row = static_cast<std::int32_t>(items.size());
     add_shape(a, pose_a);
     add_shape(b, pose_b);
-    items.push_back({first, first + 1, first, first + 1, row, -1, 0, row});
+    items.push_back({first, first + 1, first, first + 1, row, 0, row});
   }
   reference::Polyhedron solid(std::size_t row, int side) const {
     const std::size_t one = static_cast<std::size_t>(items[row].shape_1);
@@ -125,7 +125,7 @@ struct HullPairs {
   bool has_box(std::size_t row) const { return shape_hull[static_cast<std::size_t>(items[row].shape_1)] < 0; }
   double size(std::size_t row) const { return std::min(solid(row, 0).radius, solid(row, 1).radius); }
 
-  simd::CollideColumns columns(HullRows& rows, const HullRows& old) const {
+  simd::CollideColumns columns(HullRows& rows) const {
     return {.shape_pose = pose.data(),
             .shape_extent = extent.data(),
             .shape_material = material.data(),
@@ -134,10 +134,6 @@ struct HullPairs {
             .body_pose = pose.data(),
             .body_velocity = velocity.data(),
             .dt = 0.0f,
-            .previous_manifold = old.manifold.data(),
-            .previous_features = old.features.data(),
-            .previous_surface = old.surface.data(),
-            .previous_anchor = old.anchor.data(),
             .manifold = rows.manifold.data(),
             .features = rows.features.data(),
             .surface = rows.surface.data(),
@@ -150,14 +146,17 @@ struct HullPairs {
     HullRows rows;
     rows.resize(items.size());
     rows.axis.resize(items.size());
-    if (previous != nullptr) std::copy(previous->axis.begin(), previous->axis.end(), rows.axis.begin());
-    const simd::CollideColumns all = columns(rows, previous != nullptr ? *previous : rows);
+    if (previous != nullptr) {
+      rows.take(*previous);
+      std::copy(previous->axis.begin(), previous->axis.end(), rows.axis.begin());
+    }
+    const simd::CollideColumns all = columns(rows);
     for (const bool boxes : {false, true}) {
       Column<simd::CollideItem> group;
       for (std::size_t row = 0; row < items.size(); ++row) {
         if (has_box(row) != boxes) continue;
         group.push_back(items[row]);
-        group.back().previous = previous != nullptr ? items[row].row : -1;
+        if (previous != nullptr) group.back().flags |= simd::kItemKnown;
       }
       for (std::size_t begin = 0; begin < group.size(); begin += simd::kCollideChunk) {
         int count = static_cast<int>(std::min<std::size_t>(group.size() - begin, simd::kCollideChunk));
@@ -170,6 +169,7 @@ struct HullPairs {
         if (count > 0) kernels.collide.collide[boxes ? simd::kBoxHull : simd::kHullHull](all, from, count);
       }
     }
+    rows.clear_lost();
     return rows;
   }
 };

@@ -126,7 +126,7 @@ struct RoundHullPairs {
            const std::vector<std::size_t>& order = {}, int chunk = simd::kCollideChunk) const {
     Rows rows;
     rows.resize(size());
-    const Rows& old = previous != nullptr ? *previous : rows;
+    if (previous != nullptr) rows.take(*previous);
     simd::CollideColumns columns{};
     columns.shape_pose = columns.body_pose = pairs.pose.data();
     columns.shape_extent = pairs.extent.data();
@@ -134,10 +134,6 @@ struct RoundHullPairs {
     columns.shape_hull = shape_hull.data();
     columns.hulls = data.data();
     columns.body_velocity = pairs.velocity.data();
-    columns.previous_manifold = old.manifold.data();
-    columns.previous_features = old.features.data();
-    columns.previous_surface = old.surface.data();
-    columns.previous_anchor = old.anchor.data();
     columns.manifold = rows.manifold.data();
     columns.features = rows.features.data();
     columns.surface = rows.surface.data();
@@ -149,13 +145,14 @@ struct RoundHullPairs {
         const std::size_t row = order.empty() ? k : order[k];
         if (is_sphere(row) != (type == simd::kSphereHull)) continue;
         group.push_back(pairs.items[row]);
-        group.back().previous = previous != nullptr ? pairs.items[row].row : -1;
+        if (previous != nullptr) group.back().flags |= simd::kItemKnown;
       }
       for (std::size_t begin = 0; begin < group.size(); begin += static_cast<std::size_t>(chunk)) {
         const int count = static_cast<int>(std::min(group.size() - begin, static_cast<std::size_t>(chunk)));
         kernels.collide.collide[type](columns, group.data() + begin, count);
       }
     }
+    rows.clear_lost();
     return rows;
   }
 };

@@ -33,8 +33,8 @@ struct ContactEvent {
   Vec3 normal;                  ///< unit, from a to b
   float normal_impulse = 0.0f;  ///< N s, of all points over the whole step; 0 after a step of no length
   float approach_speed = 0.0f;  ///< m/s, the largest of the points when the step began; 0 if none came closer
-  std::int32_t point_count = 0;
-  ContactPoint points[4];  ///< the first `point_count` count, the others are zero
+  std::int32_t point_count = 0;  ///< the nearest point, those less than 2 cm apart, and those pressed
+  ContactPoint points[4];        ///< the first `point_count` count, the others are zero
 };
 
 /// Two shapes that no longer touch. They parted or are no longer asked about, or one of them or its body was

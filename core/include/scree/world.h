@@ -103,7 +103,8 @@ class SCREE_API World {
   Vec3 velocity_at(BodyId body,
                    Vec3 world_point) const;  ///< of the body's matter at a point of the world, m/s
   /// Components within +-1e9 (the step clamps speeds to the world's limits); locked axes stay at zero. No
-  /// effect on fixed bodies. Wakes the body, and what rests on it if it is kinematic.
+  /// effect on fixed bodies. Wakes the body; if it is kinematic, what rests on it, unless its velocity stays
+  /// the same.
   void set_linear_velocity(BodyId body, Vec3 velocity);
   void set_angular_velocity(BodyId body, Vec3 velocity);  ///< as set_linear_velocity
   /// Gives a kinematic body the velocities that bring its origin to `target` in one step of `dt` with the
