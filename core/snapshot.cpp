@@ -5,7 +5,8 @@
 #include <core/snapshot.h>
 #include <core/snapshot_columns.h>
 
-#include <limits>
+#include <algorithm>
+#include <atomic>
 #include <string>
 #include <utility>
 
@@ -16,10 +17,6 @@ namespace {
 bool same_hull(const SharedHull& a, const SharedHull& b) {
   return a.solid == b.solid && HullAccess::solid(a.geometry.hull) == HullAccess::solid(b.geometry.hull) &&
          a.geometry.scale == b.geometry.scale;
-}
-
-bool same_hulls(const std::vector<SharedHull>& a, const std::vector<SharedHull>& b) {
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), same_hull);
 }
 
 // What Hulls holds besides its columns.
@@ -101,6 +98,15 @@ void load_world(const SavedWorld& saved, WorldData& data) {
 
 }  // namespace
 
+bool same_hulls(const std::vector<SharedHull>& a, const std::vector<SharedHull>& b) {
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), same_hull);
+}
+
+std::uint64_t next_snapshot_id() {
+  static std::atomic<std::uint64_t> last{0};
+  return last.fetch_add(1, std::memory_order_relaxed) + 1;
+}
+
 const SnapshotData& filled(const Snapshot& snapshot, const char* call) {
   if (snapshot.is_empty()) throw Error(std::string(call) + ": the snapshot is empty");
   return *SnapshotAccess::data(snapshot);
@@ -135,6 +141,7 @@ void save(const World& world, Snapshot& snapshot) {
                data.contacts.pairs_stale};
   if (!same_hulls(to->hulls, data.hulls.shared)) to->hulls = data.hulls.shared;
   save_columns(data, *to);
+  to->id = next_snapshot_id();
   to->is_full = true;
 }
 

@@ -172,6 +172,7 @@ Snapshot read_snapshot(std::span<const std::byte> bytes) {
   data.columns.resize_for_overwrite(reader.left());
   if (!data.columns.empty()) std::memcpy(data.columns.data(), bytes.data() + offset, data.columns.size());
   check_columns(data, offset);
+  data.id = next_snapshot_id();
   data.is_full = true;
   return snapshot;
 }

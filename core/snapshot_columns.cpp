@@ -14,10 +14,9 @@ namespace scree {
 
 namespace {
 
-constexpr std::size_t kAlignment = 8;
-constexpr std::size_t kHeadBytes = 2 * sizeof(std::uint64_t);  // rows and bytes
-
-constexpr std::size_t aligned(std::size_t at) { return (at + kAlignment - 1) / kAlignment * kAlignment; }
+constexpr std::size_t aligned(std::size_t at) {
+  return (at + kColumnAlignment - 1) / kColumnAlignment * kColumnAlignment;
+}
 constexpr std::size_t blocks_of(std::size_t rows) { return (rows + kSavedBlock - 1) / kSavedBlock; }
 
 // Rows that hardly ever are equal. Bodies, shapes and pairs have some, so that no snapshot is far smaller
@@ -61,7 +60,7 @@ WorldData& empty_table() {
 
 template <class Row>
 std::size_t most_bytes(const Column<Row>& column) {
-  return kAlignment + kHeadBytes + blocks_of(column.size()) + column.size() * sizeof(Row);
+  return kColumnAlignment + kColumnHeadBytes + blocks_of(column.size()) + column.size() * sizeof(Row);
 }
 
 std::byte* put(std::byte* out, const void* from, std::size_t bytes) {
@@ -250,14 +249,14 @@ void save_columns(const WorldData& data, SnapshotData& snapshot) {
   Column<std::byte>& out = snapshot.columns;
   out.clear();
   const auto align = [&out] {
-    while (out.size() % kAlignment != 0) out.push_back(std::byte{0});
+    while (out.size() % kColumnAlignment != 0) out.push_back(std::byte{0});
   };
   for_each_saved_column(table, [&](const char*, const char*, ColumnForm form, auto& column) {
     align();
     const std::size_t begin = out.size();
     out.reserve(begin + most_bytes(column));
     std::byte* const head = out.data() + begin;
-    std::byte* const rows = head + kHeadBytes;
+    std::byte* const rows = head + kColumnHeadBytes;
     std::byte* end = nullptr;
     std::uint64_t numbers[2] = {column.size(), 0};
     switch (form) {
@@ -292,7 +291,8 @@ SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem proble
   for_each_saved_column(empty_table(), [&](const char* store, const char* name, ColumnForm form, auto& rows) {
     at = aligned(at);
     if (problem != nullptr) {
-      require(at <= columns.size() && columns.size() - at >= kHeadBytes, at, "the columns end too early");
+      require(at <= columns.size() && columns.size() - at >= kColumnHeadBytes, at,
+              "the columns end too early");
     }
     SavedColumn& column = saved.column[saved.count++];
     column = {store,
@@ -301,7 +301,7 @@ SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem proble
               sizeof(*rows.data()),
               static_cast<std::size_t>(number_at(columns, at)),
               static_cast<std::size_t>(number_at(columns, at + sizeof(std::uint64_t))),
-              at + kHeadBytes};
+              at + kColumnHeadBytes};
     if (problem != nullptr) {
       require(column.bytes <= columns.size() - column.begin, at, "the columns end too early");
       require(is_complete(column, columns.data() + column.begin), at,

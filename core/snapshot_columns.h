@@ -24,6 +24,9 @@ enum class ColumnForm : std::uint8_t {
 };
 inline constexpr std::size_t kSavedBlock = 64;
 
+inline constexpr std::size_t kColumnAlignment = 8;
+inline constexpr std::size_t kColumnHeadBytes = 2 * sizeof(std::uint64_t);  // rows and bytes
+
 // Where a column lies in SnapshotData::columns.
 struct SavedColumn {
   std::string_view store;

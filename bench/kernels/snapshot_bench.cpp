@@ -21,6 +21,8 @@ namespace {
 struct Settled {
   World world;
   Snapshot snapshot;
+  Snapshot later;  // by one step
+  SnapshotChanges changes;
 };
 
 Settled& settled(const std::string& name, const scenes::Parameters& parameters) {
@@ -28,11 +30,15 @@ Settled& settled(const std::string& name, const scenes::Parameters& parameters) 
   std::unique_ptr<Settled>& scene = known[name];
   if (scene != nullptr) return *scene;
   const scenes::Scene built = scenes::build(name, parameters).front();
-  scene = std::make_unique<Settled>(Settled{World(built.settings), {}});
+  scene = std::make_unique<Settled>(Settled{World(built.settings), {}, {}, {}});
   scenes::populate(scene->world, built);
   Workers workers(1);
   for (int i = 0; i < 200; ++i) step(scene->world, built.dt, workers);
   save(scene->world, scene->snapshot);
+  step(scene->world, built.dt, workers);
+  save(scene->world, scene->later);
+  keep_changes(scene->snapshot, scene->later, scene->changes);
+  restore(scene->world, scene->snapshot);
   return *scene;
 }
 
@@ -46,6 +52,7 @@ void count_bytes(benchmark::State& state, const Settled& scene) {
   }
   const auto contacts = static_cast<double>(data.contacts.size());
   state.counters["bytes"] = static_cast<double>(scene.snapshot.bytes());
+  state.counters["changed_bytes"] = static_cast<double>(scene.changes.bytes());  // in one step
   state.counters["per_body"] = of_bodies / static_cast<double>(scene.world.body_count());
   state.counters["per_contact"] =
       (of_contacts + static_cast<double>(data.contacts.span().size_bytes())) / contacts;
@@ -53,19 +60,20 @@ void count_bytes(benchmark::State& state, const Settled& scene) {
       static_cast<double>(saved.find("contacts.pairs", "pair").rows) / contacts;
 }
 
-enum class Work { copy, save, restore, write, read };
+enum class Work { copy, save, restore, write, read, keep_changes, apply_changes };
 
 void run(benchmark::State& state, const std::string& name, const scenes::Parameters& parameters, Work work) {
   Settled& scene = settled(name, parameters);
   std::vector<std::byte> from(scene.snapshot.bytes()), to(from.size());
   const std::vector<std::byte> bytes = write_snapshot(scene.snapshot);
+  Snapshot scratch;
   for (auto _ : state) {
     switch (work) {
       case Work::copy:
         std::memcpy(to.data(), from.data(), from.size());
         break;
       case Work::save:
-        save(scene.world, scene.snapshot);
+        save(scene.world, scratch);
         break;
       case Work::restore:
         restore(scene.world, scene.snapshot);
@@ -75,6 +83,12 @@ void run(benchmark::State& state, const std::string& name, const scenes::Paramet
         break;
       case Work::read:
         benchmark::DoNotOptimize(read_snapshot(bytes));
+        break;
+      case Work::keep_changes:
+        keep_changes(scene.snapshot, scene.later, scene.changes);
+        break;
+      case Work::apply_changes:
+        apply_changes(scene.snapshot, scene.changes, scene.later);
         break;
     }
     benchmark::ClobberMemory();
@@ -89,7 +103,9 @@ const bool kRegistered = [] {
                                                 {"save", Work::save},
                                                 {"restore", Work::restore},
                                                 {"write", Work::write},
-                                                {"read", Work::read}};
+                                                {"read", Work::read},
+                                                {"keep_changes", Work::keep_changes},
+                                                {"apply_changes", Work::apply_changes}};
   for (const auto& [name, parameters] : cases) {
     for (const auto& [title, work] : works) {
       benchmark::RegisterBenchmark((std::string(name) + "/" + title).c_str(), [name = name,

@@ -271,6 +271,70 @@ TEST(Snapshot, RefusesWhatIsNoWorld) {
   EXPECT_FALSE(other.is_empty());
 }
 
+// --- changes ---
+
+TEST(SnapshotChanges, MakeTheLaterSnapshotAgain) {
+  Zoo zoo;
+  Snapshot base, later, again;
+  SnapshotChanges changes;
+  EXPECT_TRUE(changes.is_empty());
+  save(zoo.world, base);
+  for (int i = 0; i < 30; ++i) {
+    if (i == 10) zoo.world.destroy_body(zoo.bodies[7]);
+    if (i == 20) zoo.add({.position = {1, 5, 1}}, ConvexHull{block(), {0.5f, 0.6f, 0.7f}});
+    if (i == 25) zoo.world.destroy_bodies(std::vector<BodyId>{zoo.bodies[1], zoo.bodies[8], zoo.bodies[9]});
+    zoo.run(1);
+    save(zoo.world, later);
+    keep_changes(base, later, changes);
+    apply_changes(base, changes, again);
+    ASSERT_EQ(write_snapshot(again), write_snapshot(later)) << i;
+    World copy;
+    restore(copy, again);
+    ASSERT_EQ(bytes_of(copy), bytes_of(zoo.world)) << i;
+  }
+  keep_changes(later, later, changes);
+  apply_changes(later, changes, again);
+  EXPECT_EQ(write_snapshot(again), write_snapshot(later));
+}
+
+TEST(SnapshotChanges, AreSmallWhereLittleChanges) {
+  World world;
+  world.add_shape(world.create_body({.type = BodyType::fixed, .position = {0, -1, 0}}), Box{{50, 1, 50}});
+  for (int i = 0; i < 300; ++i) {
+    const BodyId body = world.create_body(
+        {.position = {static_cast<float>(i % 20) - 10.0f, 0.4f, static_cast<float>(i / 20) - 8.0f}});
+    world.add_shape(body, Box{{0.4f, 0.4f, 0.4f}});
+  }
+  run(world, 120);
+  Snapshot base, later;
+  SnapshotChanges changes;
+  save(world, base);
+  run(world, 30);
+  save(world, later);
+  keep_changes(base, later, changes);
+  EXPECT_LT(changes.bytes(), later.bytes() / 10) << "all sleep";
+  EXPECT_GT(changes.bytes(), 0u);
+}
+
+TEST(SnapshotChanges, AreRefusedWithAnotherBase) {
+  Zoo zoo;
+  Snapshot base, later, other, empty;
+  SnapshotChanges changes, none;
+  save(zoo.world, base);
+  zoo.run(1);
+  save(zoo.world, later);
+  save(zoo.world, other);
+  EXPECT_EQ(error_of([&] { keep_changes(empty, later, changes); }), "keep_changes: the snapshot is empty");
+  EXPECT_EQ(error_of([&] { keep_changes(base, empty, changes); }), "keep_changes: the snapshot is empty");
+  EXPECT_EQ(error_of([&] { apply_changes(base, none, other); }), "apply_changes: the changes are empty");
+  keep_changes(base, later, changes);
+  EXPECT_NE(error_of([&] { apply_changes(later, changes, other); }), "");
+  EXPECT_NE(error_of([&] { apply_changes(base, changes, base); }), "");
+  EXPECT_EQ(write_snapshot(later), bytes_of(zoo.world)) << "a call that throws has changed nothing";
+  save(zoo.world, base);
+  EXPECT_NE(error_of([&] { apply_changes(base, changes, other); }), "");
+}
+
 TEST(StateTable, LetsSnapshotsPackEveryStateColumn) {
   // Packed forms are chosen by type; a column that outgrows the array would be lost.
   World world;

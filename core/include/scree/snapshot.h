@@ -16,6 +16,7 @@
 namespace scree {
 
 struct SnapshotData;
+struct SnapshotChangesData;
 
 /// The state of a world at one time. It shares the geometry of hulls with the world, and with all other
 /// snapshots of it. Any thread may read it while nobody saves into it.
@@ -63,5 +64,33 @@ SCREE_API std::vector<std::byte> write_snapshot(const Snapshot& snapshot);
 /// had). Throws Error, which names the offset of the first byte that is wrong and the reason, for bytes that
 /// were changed or cut off, or that another version of Scree wrote; and std::bad_alloc.
 SCREE_API Snapshot read_snapshot(std::span<const std::byte> bytes);
+
+/// What one snapshot has that an earlier one of the same world has not: a window of snapshots to go back to
+/// takes less memory as one snapshot and changes from it. It knows the snapshot that it is based on, and is
+/// worth nothing without.
+class SCREE_API SnapshotChanges {
+ public:
+  SnapshotChanges() noexcept;  ///< of no snapshots
+  ~SnapshotChanges();
+  SnapshotChanges(SnapshotChanges&&) noexcept;
+  SnapshotChanges& operator=(SnapshotChanges&&) noexcept;
+
+  bool is_empty() const noexcept;      ///< of no snapshots
+  std::size_t bytes() const noexcept;  ///< of memory in use, without the geometry that it shares
+
+ private:
+  friend struct SnapshotAccess;
+  std::unique_ptr<SnapshotChangesData> data_;
+};
+
+/// Keeps what of `later` is not in `base`, in memory that is used again. Any two snapshots will do, but
+/// little is saved where bodies have been created or destroyed in between. Throws Error for empty snapshots,
+/// and std::bad_alloc, which leaves the changes empty.
+SCREE_API void keep_changes(const Snapshot& base, const Snapshot& later, SnapshotChanges& changes);
+
+/// Makes the later snapshot again, in memory that is used again. Throws Error for empty changes and where
+/// `base` is not the snapshot that they were made with, or has been saved into since; and std::bad_alloc,
+/// which leaves the later snapshot empty. `base` and `later` can not be the same.
+SCREE_API void apply_changes(const Snapshot& base, const SnapshotChanges& changes, Snapshot& later);
 
 }  // namespace scree
