@@ -92,9 +92,14 @@ void for_each_run(const Column<std::int32_t>& contacts, Copy&& copy) {
   std::size_t place = 0;
   while (place + kRun <= count) {
     const std::int32_t row = contacts[place];
-    if (contacts[place + kRun - 1] - row == static_cast<std::int32_t>(kRun - 1)) {
-      copy(row, place, kRun);
-      place += kRun;
+    const auto runs_to = [&](std::size_t rows) {
+      return place + rows <= count && contacts[place + rows - 1] - row == static_cast<std::int32_t>(rows - 1);
+    };
+    if (runs_to(kRun)) {
+      std::size_t rows = kRun;
+      while (runs_to(rows + kRun)) rows += kRun;
+      copy(row, place, rows);
+      place += rows;
     } else {
       for (std::size_t i = 0; i < kStep; ++i) copy(contacts[place + i], place + i, std::size_t{1});
       place += kStep;
@@ -113,22 +118,27 @@ std::byte* put_contacts(std::byte* out, const Column<Row>& column, const Column<
   return out + contacts.size() * sizeof(Row);
 }
 
-// Packs what put_contacts has put behind the flags.
 template <class Row>
-std::byte* put_contact_blocks(std::byte* out, const Column<Row>& column, const SnapshotData& snapshot) {
-  const std::size_t count = snapshot.contacts.size();
+std::byte* put_contact_blocks(std::byte* out, const Column<Row>& column,
+                              const Column<std::int32_t>& contacts) {
+  const Row* const from = column.data();
   std::byte* flags = out;
-  out += blocks_of(count);
-  const std::byte* from = out;
-  put_contacts(out, column, snapshot.contacts);
-  for (std::size_t first = 0; first < count; first += kSavedBlock) {
-    const std::size_t rows = std::min(kSavedBlock, count - first);
-    const bool equal = std::memcmp(from, from + sizeof(Row), (rows - 1) * sizeof(Row)) == 0;
+  out += blocks_of(contacts.size());
+  for (std::size_t first = 0; first < contacts.size(); first += kSavedBlock) {
+    const std::size_t rows = std::min(kSavedBlock, contacts.size() - first);
+    const std::int32_t* const list = contacts.data() + first;
+    const auto* block = reinterpret_cast<const std::byte*>(from + list[0]);
+    if (list[rows - 1] - list[0] != static_cast<std::int32_t>(rows - 1)) {
+      for (std::size_t i = 0; i < rows; ++i) {
+        std::memcpy(out + i * sizeof(Row), static_cast<const void*>(from + list[i]), sizeof(Row));
+      }
+      block = out;
+    }
+    const bool equal = std::memcmp(block, block + sizeof(Row), (rows - 1) * sizeof(Row)) == 0;
     *flags++ = std::byte{equal};
     const std::size_t bytes = (equal ? 1 : rows) * sizeof(Row);
-    if (out != from) std::memmove(out, from, bytes);
+    if (block != out) std::memcpy(out, block, bytes);
     out += bytes;
-    from += rows * sizeof(Row);
   }
   return out;
 }
@@ -271,7 +281,7 @@ void save_columns(const WorldData& data, SnapshotData& snapshot) {
         numbers[0] = snapshot.contacts.size();
         break;
       case ColumnForm::contact_blocks:
-        end = put_contact_blocks(rows, column, snapshot);
+        end = put_contact_blocks(rows, column, snapshot.contacts);
         numbers[0] = snapshot.contacts.size();
         break;
     }
