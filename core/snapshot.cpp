@@ -54,14 +54,24 @@ void derive_shapes(WorldData& data) {
     place_shape_in_body(data, static_cast<std::int32_t>(row));
   }
   shapes.moving.clear();
+  shapes.trees_changed = true;
+}
+
+// The contacts of a list learn their pairs. Returns how many there are.
+std::int64_t name_pairs(const PairRows& pairs, ContactRows& contacts) {
+  std::int64_t count = 0;
+  for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
+    const std::int32_t contact = pairs.contact[row];
+    if (contact < 0) continue;
+    contacts.pair[static_cast<std::size_t>(contact)] = pairs.pair[row];
+    ++count;
+  }
+  return count;
 }
 
 void derive_contacts(Contacts& contacts) {
-  const PairRows& pairs = contacts.pairs;
-  for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
-    const std::int32_t contact = pairs.contact[row];
-    if (contact >= 0) contacts.now.pair[static_cast<std::size_t>(contact)] = pairs.pair[row];
-  }
+  name_pairs(contacts.pairs, contacts.now);
+  contacts.resting_contacts = name_pairs(contacts.resting, contacts.now);
   contacts.pairs_before.resize(0);
   contacts.previous.clear();
   contacts.touching.clear();
@@ -74,6 +84,8 @@ void clear_events(Events& events) {
   events.persists.clear();
   events.ends.clear();
   events.restored.clear();
+  events.sleep_begins.clear();
+  events.sleep_ends.clear();
 }
 
 // What a world is besides its columns and its hulls.

@@ -111,6 +111,8 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
   const std::size_t hulls = snapshot.hulls.size(), pairs = rows_of("contacts.pairs", "pair");
   const std::size_t rows = rows_of("contacts.now", "points"), contacts = snapshot.contacts.size();
   const std::size_t axes = rows_of("contacts.pairs", "axis") == 0 ? 0 : pairs;
+  const std::size_t resting = rows_of("contacts.resting", "pair");
+  const std::size_t resting_axes = rows_of("contacts.resting", "axis") == 0 ? 0 : resting;
   const Rule rules[] = {{"bodies", "flags", at(kFirstBody), kMostRows},
                         {"bodies", "free_slots", 0, bodies},
                         {"bodies", nullptr, bodies, bodies},
@@ -123,9 +125,13 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
                         {"contacts.pairs", "pair", 0, kMostRows},
                         {"contacts.pairs", "axis", axes, axes},
                         {"contacts.pairs", nullptr, pairs, pairs},
+                        {"contacts.resting", "pair", 0, kMostRows - std::min(pairs, kMostRows)},
+                        {"contacts.resting", "axis", resting_axes, resting_axes},
+                        {"contacts.resting", nullptr, resting, resting},
                         {"contacts.now", "points", 0, kMostRows},
                         {"contacts.now", nullptr, contacts, contacts},
                         {"contacts", "free_rows", 0, rows},
+                        {"events", "woken", 0, bodies},
                         {"events", "touching", 0, kMostRows}};
   for (std::size_t i = 0; i < saved.count; ++i) {
     const SavedColumn& column = saved.column[i];
@@ -376,47 +382,70 @@ bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold
          ((manifold.info & kManifoldStatic) != 0) == (type != BodyType::dynamic);
 }
 
-void check_pairs(const WorldData& data, const SavedColumns& saved, const SnapshotData& snapshot,
-                 const Refusal& refusal) {
-  const PairRows& pairs = data.contacts.pairs;
-  const Column<std::uint8_t>& points = data.contacts.now.points;
+// The contact of a row of pairs, which nobody else may have.
+void check_contact(const WorldData& data, const SavedColumns& saved, const SnapshotData& snapshot,
+                   const Refusal& refusal, const ShapePair& pair, std::int32_t contact) {
   const std::byte* manifolds = snapshot.columns.data() + saved.find("contacts.now", "manifold").begin;
+  Manifold manifold;
+  std::memcpy(static_cast<void*>(&manifold),
+              manifolds + place_of_contact(snapshot, at(contact)) * sizeof manifold, sizeof manifold);
+  const std::uint8_t points = data.contacts.now.points[at(contact)];
+  const std::uint32_t info = manifold.info & ~std::uint32_t{kManifoldRich | kManifoldStatic};
+  refusal.require(points <= kMaxManifoldPoints && info == points, "contacts.now", "manifold", at(contact),
+                  "has another number of points");
+  refusal.require(has_own_bodies(data, pair, manifold), "contacts.now", "manifold", at(contact),
+                  "is not between the bodies of its pair");
+}
+
+// One of the two lists. `taken` has the contacts that belong to pairs.
+void check_list_of_pairs(const WorldData& data, const PairRows& pairs, const char* store,
+                         const SavedColumns& saved, const SnapshotData& snapshot, const Refusal& refusal,
+                         std::vector<bool>& taken) {
   const auto shapes = static_cast<std::int32_t>(data.shapes.flags.size());
-  std::vector<bool> taken(points.size());
-  std::size_t contacts = 0;
+  const Column<std::uint8_t>& points = data.contacts.now.points;
   for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
     const ShapePair pair = pairs.pair[row];
     const bool ascends = row == 0 || pairs.pair[row - 1].a < pair.a ||
                          (pairs.pair[row - 1].a == pair.a && pairs.pair[row - 1].b < pair.b);
-    refusal.require(pair.a >= 0 && pair.a < pair.b && pair.b < shapes && ascends, "contacts.pairs", "pair",
-                    row, "names no two shapes, or does not ascend");
+    refusal.require(pair.a >= 0 && pair.a < pair.b && pair.b < shapes && ascends, store, "pair", row,
+                    "names no two shapes, or does not ascend");
     const bool has_hull = data.shapes.hull[at(pair.a)] >= 0 || data.shapes.hull[at(pair.b)] >= 0;
     const bool is_new = ((data.shapes.flags[at(pair.a)] | data.shapes.flags[at(pair.b)]) & kShapeNew) != 0;
-    refusal.require(!pairs.axis.empty() || !has_hull || is_new, "contacts.pairs", "axis", 0,
+    refusal.require(!pairs.axis.empty() || !has_hull || is_new, store, "axis", 0,
                     "a pair with a hull has none");
     const std::int32_t contact = pairs.contact[row];
     if (contact == -1) continue;
     const bool fits =
         contact >= 0 && at(contact) < points.size() && !taken[at(contact)] && points[at(contact)] != 0;
-    refusal.require(fits, "contacts.pairs", "contact", row, "is no contact, or another pair's");
+    refusal.require(fits, store, "contact", row, "is no contact, or another pair's");
     taken[at(contact)] = true;
-    ++contacts;
-    Manifold manifold;
-    std::memcpy(static_cast<void*>(&manifold),
-                manifolds + place_of_contact(snapshot, at(contact)) * sizeof manifold, sizeof manifold);
-    const std::uint32_t info = manifold.info & ~std::uint32_t{kManifoldRich | kManifoldStatic};
-    refusal.require(points[at(contact)] <= kMaxManifoldPoints && info == points[at(contact)], "contacts.now",
-                    "manifold", at(contact), "has another number of points");
-    refusal.require(has_own_bodies(data, pair, manifold), "contacts.now", "manifold", at(contact),
-                    "is not between the bodies of its pair");
+    check_contact(data, saved, snapshot, refusal, pair, contact);
   }
+}
+
+void check_pairs(const WorldData& data, const SavedColumns& saved, const SnapshotData& snapshot,
+                 const Refusal& refusal) {
+  const Column<std::uint8_t>& points = data.contacts.now.points;
+  const Column<ShapePair>&pairs = data.contacts.pairs.pair, &resting = data.contacts.resting.pair;
+  std::vector<bool> taken(points.size());
+  check_list_of_pairs(data, data.contacts.pairs, "contacts.pairs", saved, snapshot, refusal, taken);
+  check_list_of_pairs(data, data.contacts.resting, "contacts.resting", saved, snapshot, refusal, taken);
+  const auto before = [](const ShapePair& x, const ShapePair& y) {
+    return x.a != y.a ? x.a < y.a : x.b < y.b;
+  };
+  for (std::size_t row = 0; row < resting.size(); ++row) {
+    refusal.require(!std::binary_search(pairs.begin(), pairs.end(), resting[row], before), "contacts.resting",
+                    "pair", row, "stands in both lists");
+  }
+  const auto contacts = static_cast<std::size_t>(std::count(taken.begin(), taken.end(), true));
   refusal.require(contacts == snapshot.contacts.size(), "contacts.now", "points", 0,
                   "some contact belongs to no pair");
   check_list(data.contacts.free_rows, points.size(), "contacts", "free_rows", refusal,
              [&](std::size_t row) { return points[row] == 0; });
 }
 
-void check_events(const Column<TouchRow>& touching, const Refusal& refusal) {
+void check_events(const WorldData& data, const Refusal& refusal) {
+  const Column<TouchRow>& touching = data.events.touching;
   const auto key = [](const TouchRow& row) {
     return std::uint64_t{row.pair.shape_a.index} << 32 | row.pair.shape_b.index;
   };
@@ -424,6 +453,10 @@ void check_events(const Column<TouchRow>& touching, const Refusal& refusal) {
     const bool fits = touching[row].events >= 1 && touching[row].events <= 3 &&
                       (row == 0 || key(touching[row - 1]) < key(touching[row]));
     refusal.require(fits, "events", "touching", row, "asks for nothing, or does not ascend");
+  }
+  for (std::size_t row = 0; row < data.events.woken.size(); ++row) {
+    const bool fits = data.events.woken[row].index < data.bodies.flags.size();
+    refusal.require(fits, "events", "woken", row, "names no body");
   }
 }
 
@@ -453,7 +486,7 @@ void check_columns(SnapshotData& snapshot, std::size_t offset) {
   check_hulls(data, refusal);
   check_cores(data, refusal);
   check_pairs(data, saved, snapshot, refusal);
-  check_events(data.events.touching, refusal);
+  check_events(data, refusal);
 }
 
 }  // namespace scree

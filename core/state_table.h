@@ -26,6 +26,7 @@ void for_each_column(WorldData& data, Visit&& visit) {
   data.hulls.for_each_column(within("hulls"));
   visit(ColumnKind::state, "hulls", "free_slots", data.hulls.free_slots);
   data.contacts.pairs.for_each_column(within("contacts.pairs"));
+  data.contacts.resting.for_each_column(within("contacts.resting"));
   data.contacts.pairs_before.for_each_column([&visit](ColumnKind, const char* name, auto& column) {
     visit(ColumnKind::scratch, "contacts.pairs_before", name, column);
   });
@@ -39,6 +40,11 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::scratch, "events", "persists", data.events.persists);
   visit(ColumnKind::scratch, "events", "ends", data.events.ends);
   visit(ColumnKind::scratch, "events", "restored", data.events.restored);
+  visit(ColumnKind::state, "events", "woken", data.events.woken);
+  visit(ColumnKind::scratch, "events", "sleep_begins", data.events.sleep_begins);
+  visit(ColumnKind::scratch, "events", "sleep_ends", data.events.sleep_ends);
+  visit(ColumnKind::scratch, "events", "pairs", data.events.pairs);
+  visit(ColumnKind::scratch, "events", "contacts", data.events.contacts);
   visit(ColumnKind::scratch, "events", "impulse", data.events.impulse);
   visit(ColumnKind::scratch, "events", "approach", data.events.approach);
   visit(ColumnKind::scratch, "events", "verdicts", data.events.verdicts);

@@ -9,6 +9,7 @@ void wake_body(WorldData& data, std::int32_t body) {
   if ((bodies.flags[row] & kBodyAlive) == 0 || bodies.type[row] != BodyType::dynamic) return;
   bodies.sleep_time[row] = 0.0f;
   if ((bodies.flags[row] & kBodyAsleep) == 0) return;
+  data.events.woken.push_back({static_cast<std::uint32_t>(body), bodies.generation[row]});
   bodies.flags[row] = static_cast<std::uint8_t>(bodies.flags[row] & ~kBodyAsleep);
   bodies.lists_dirty = true;
   for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
@@ -32,16 +33,17 @@ bool has_been_put(const WorldData& data, std::size_t shape) {
 void wake_neighbors(WorldData& data) {
   Shapes& shapes = data.shapes;
   if (!shapes.wake_requested) return;
-  const PairRows& rows = data.contacts.pairs;
-  for (std::size_t i = 0; i < rows.pair.size(); ++i) {
-    const auto a = static_cast<std::size_t>(rows.pair[i].a);
-    const auto b = static_cast<std::size_t>(rows.pair[i].b);
-    if (((shapes.flags[a] | shapes.flags[b]) & kShapeWakes) == 0) continue;
-    const bool touches = rows.contact[i] >= 0;
-    if (!touches && !has_been_put(data, a) && !has_been_put(data, b)) continue;
-    // A slot that died or changed hands names a dead body or a new, wakeful one: no harm in either.
-    wake_body(data, shapes.body[a]);
-    wake_body(data, shapes.body[b]);
+  for (const PairRows* rows : {&data.contacts.pairs, &data.contacts.resting}) {
+    for (std::size_t i = 0; i < rows->pair.size(); ++i) {
+      const auto a = static_cast<std::size_t>(rows->pair[i].a);
+      const auto b = static_cast<std::size_t>(rows->pair[i].b);
+      if (((shapes.flags[a] | shapes.flags[b]) & kShapeWakes) == 0) continue;
+      const bool touches = rows->contact[i] >= 0;
+      if (!touches && !has_been_put(data, a) && !has_been_put(data, b)) continue;
+      // A slot that died or changed hands names a dead body or a new, wakeful one: no harm in either.
+      wake_body(data, shapes.body[a]);
+      wake_body(data, shapes.body[b]);
+    }
   }
   for (std::uint8_t& flags : shapes.flags) flags = static_cast<std::uint8_t>(flags & ~kShapeWakes);
   shapes.wake_requested = false;

@@ -98,6 +98,16 @@ std::span<const BodyId> World::restored_bodies() const noexcept {
   return std::as_const(data_->events.restored).span();
 }
 
+std::span<const BodyId> World::sleep_begins() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.sleep_begins).span();
+}
+
+std::span<const BodyId> World::sleep_ends() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.sleep_ends).span();
+}
+
 MemoryUse World::memory_use() const {
   MemoryUse use;
   if (data_ == nullptr) return use;

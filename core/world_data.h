@@ -111,7 +111,7 @@ struct CoreRow {
   X(state,   std::int32_t,    shapes)          /* calls; how many share it */                                  \
   X(derived, const HullData*, data)            /* calls; null: the slot is free */
 
-// Candidate pairs, in ascending order.
+// Candidate pairs, in ascending order; each stands in one of two lists.
 #define SCREE_PAIR_COLUMNS(X)                                                                                   \
   X(state,   ShapePair,        pair)           /* find_pairs */                                                \
   X(state,   std::int32_t,     contact)        /* collide; row of `contacts.now`, -1: does not touch */        \
@@ -158,6 +158,7 @@ struct Shapes {
   Column<std::int32_t> moving;      // derived; refresh_lists; shapes of awake and kinematic bodies, ascending
   Column<std::int32_t> dirty;       // state; calls; slots with kShapeDirty, in order of the calls, each once
   std::size_t alive = 0;            // state; calls
+  bool trees_changed = true;        // derived; refresh_lists, find_pairs: look for who changed between trees
   bool wake_requested = false;      // state; calls: some shape has kShapeWakes; cleared by wake_neighbors
   std::int32_t asking = 0;          // derived; calls: living shapes with events
 };
@@ -187,7 +188,10 @@ struct ContactRows {
 
 struct Contacts {
   PairRows pairs;
-  PairRows pairs_before;  // scratch; find_pairs: the last list, where it has changed
+  PairRows resting;  // find_pairs: pairs of two frozen shapes. Nobody looks at them until a shape changes its
+                     // tree or a call changes a pair: sleepers cost nothing
+  std::int64_t resting_contacts = 0;  // derived; find_pairs: of `resting`, how many touch
+  PairRows pairs_before;              // scratch; find_pairs: the last list, where it has changed
   ContactRows now;
   Column<std::int32_t> free_rows;  // state; find_pairs, collide; of `now`, taken from the back
   bool list_kept = false;          // scratch; find_pairs: the list of pairs is the last one
@@ -220,6 +224,12 @@ struct Events {
   Column<ContactEvent> persists;  // scratch; list_events
   Column<ContactEnd> ends;        // scratch; list_events
   Column<BodyId> restored;        // scratch; finish_step
+  Column<BodyId> woken;           // state; calls, find_islands; who has woken since the last step's lists, in
+                                  // the order of waking
+  Column<BodyId> sleep_begins;    // scratch; find_islands
+  Column<BodyId> sleep_ends;      // scratch; find_islands
+  Column<ShapePair> pairs;        // scratch; list_events; all pairs, where some rest and some do not
+  Column<std::int32_t> contacts;  // scratch; list_events; of these
   Column<float> impulse;          // scratch; store_impulses; N s by contact, of the whole step, if asked
   Column<float> approach;         // scratch; note_approach; m/s by contact, if asked
   Column<std::uint8_t> verdicts;  // scratch; list_events; by pair

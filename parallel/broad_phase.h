@@ -78,6 +78,8 @@ struct BroadPhase final : Part {
   Column<std::int32_t> others;           // larger shapes of the pairs, grouped by owner
   Column<ShapePair> sorted;              // the new list
   Column<std::int32_t> lost;             // contacts whose pairs are not in the new list
+  Column<std::int32_t> moving, frozen;   // places in the new list: pairs of two frozen shapes, and the others
+  Column<std::int32_t> moving_previous;  // Contacts::previous of `moving`
   Column<std::int32_t> places;           // of list_where
 
   void report(const Visit& visit) const override;
@@ -97,8 +99,9 @@ bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b);
 bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew);
 // Makes the trees fit the bounds.
 void refit_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew);
-// trees, sleeping rows of the last list -> found; returns the number of pairs.
-std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew);
+// trees -> found; with `carry` also the pairs of the last list whose shapes are both frozen still. Returns
+// the number of pairs.
+std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Crew& crew);
 // found -> sorted.
 void sort_pairs(BroadPhase& broad_phase, std::size_t shapes, std::int64_t pairs, Crew& crew);
 

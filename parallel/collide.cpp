@@ -329,7 +329,7 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   }
   contacts.touching.resize_discarding(static_cast<std::size_t>(all.touching));
   contacts.free_rows.resize_for_overwrite(static_cast<std::size_t>(all.lost));
-  data.stats.contacts = std::int64_t{all.touching} + all.resting;
+  data.stats.contacts = std::int64_t{all.touching} + all.resting + contacts.resting_contacts;
   crew.run_ranges(rows, NarrowPhase::kRowChunk, [&](int begin, int end, int) {
     NarrowPhase::Outcome to = phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kRowChunk)];
     judge_contacts(

@@ -9,6 +9,7 @@
 #include <core/wake.h>
 #include <parallel/islands.h>
 #include <parallel/list_where.h>
+#include <parallel/merge_pairs.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -144,6 +145,17 @@ void find_sleeping_islands(WorldData& data, Islands& islands, Crew& crew) {
   });
 }
 
+// The contacts among `contact_of`, by pair, that have something to solve.
+void list_parts(const WorldData& data, Islands& islands, const Column<std::int32_t>& contact_of,
+                Column<std::int32_t>& list, Crew& crew) {
+  list_where(
+      crew, contact_of.size(), islands.places, list,
+      [&](std::size_t pair) {
+        return contact_of[pair] >= 0 && takes_part(data, ends_of(data, contact_of[pair]));
+      },
+      [&](std::size_t pair) { return contact_of[pair]; });
+}
+
 // Wakes every island of sleeping bodies that an awake body touches, and lists the contacts that take part
 // now.
 void wake_touched_islands(WorldData& data, Islands& islands, Crew& crew) {
@@ -167,13 +179,14 @@ void wake_touched_islands(WorldData& data, Islands& islands, Crew& crew) {
   });
   for (const std::int32_t body : islands.candidates) wake_body(data, body);
   refresh_lists(data, crew);
-  const Column<std::int32_t>& contact_of = contacts.pairs.contact;
-  list_where(
-      crew, contact_of.size(), islands.places, contacts.touching,
-      [&](std::size_t pair) {
-        return contact_of[pair] >= 0 && takes_part(data, ends_of(data, contact_of[pair]));
-      },
-      [&](std::size_t pair) { return contact_of[pair]; });
+  // Pairs that rest go on resting until the next list of pairs; their contacts take part at once.
+  list_parts(data, islands, contacts.pairs.contact, islands.remaining, crew);
+  list_parts(data, islands, contacts.resting.contact, islands.touched, crew);
+  contacts.touching.resize_discarding(islands.remaining.size() + islands.touched.size());
+  const ShapePair* const pair = contacts.now.pair.data();
+  std::merge(islands.remaining.begin(), islands.remaining.end(), islands.touched.begin(),
+             islands.touched.end(), contacts.touching.begin(),
+             [&](std::int32_t x, std::int32_t y) { return comes_before(pair[x], pair[y]); });
 }
 
 // Joins tired bodies that touch, and marks the islands that something moving touches.
@@ -233,7 +246,6 @@ void put_tired_islands_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
   list_where(
       crew, bodies.awake.size(), islands.places, islands.candidates,
       [&](std::size_t i) { return is_tired(data, body_of(i)); }, body_of);
-  data.stats.islands = 0;
   if (islands.candidates.empty()) return;
 
   islands.parent.resize_discarding(bodies.pose.size());
@@ -247,6 +259,13 @@ void put_tired_islands_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
   });
   find_tired_islands(data, islands, crew);
   if (!put_to_sleep(data, islands, crew)) return;
+  list_where(
+      crew, islands.candidates.size(), islands.places, data.events.sleep_begins,
+      [&](std::size_t i) { return is_asleep(bodies, islands.candidates[i]); },
+      [&](std::size_t i) {
+        const auto body = static_cast<std::uint32_t>(islands.candidates[i]);
+        return BodyId{body, bodies.generation[body]};
+      });
   bodies.lists_dirty = true;
   refresh_lists(data, crew);
   Column<std::int32_t>& touching = data.contacts.touching;
@@ -257,16 +276,29 @@ void put_tired_islands_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
   touching.swap(islands.remaining);
 }
 
+// Bodies that have woken since the last step, by calls or above, and are still there.
+void list_woken(WorldData& data) {
+  Events& events = data.events;
+  for (const BodyId& body : events.woken) {
+    if (data.bodies.generation[body.index] == body.generation &&
+        data.bodies.type[body.index] == BodyType::dynamic) {
+      events.sleep_ends.push_back(body);
+    }
+  }
+  std::sort(events.sleep_ends.begin(), events.sleep_ends.end());
+  events.woken.clear();
+}
+
 }  // namespace
 
 void find_islands(WorldData& data, Crew& crew) {
-  if (!data.settings.sleeping) {
-    data.stats.islands = 0;
-    return;
+  data.stats.islands = 0;
+  if (data.settings.sleeping) {
+    Islands& islands = islands_of(data);
+    wake_touched_islands(data, islands, crew);
+    put_tired_islands_to_sleep(data, islands, crew);
   }
-  Islands& islands = islands_of(data);
-  wake_touched_islands(data, islands, crew);
-  put_tired_islands_to_sleep(data, islands, crew);
+  if (!data.events.woken.empty()) list_woken(data);
 }
 
 }  // namespace scree

@@ -4,8 +4,12 @@
 // While no shape leaves its fat bounds and no call changes anything, the list is kept. Otherwise it is made
 // anew, from three trees (awake, kinematic, frozen) that are joined with one another: what a new list
 // contains depends on the bounds alone, never on the trees' order or on how the work was cut.
+//
+// Pairs of two frozen shapes rest in a list of their own, which costs nothing until a shape falls asleep,
+// wakes or is changed by a call. Then both lists are made anew as one and parted again.
 #include <parallel/broad_phase.h>
 #include <parallel/list_where.h>
+#include <parallel/merge_pairs.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -86,9 +90,96 @@ void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   contacts.free_rows.append(std::as_const(broad_phase.lost).span());
 }
 
-}  // namespace
+bool anybody_asleep(const WorldData& data, Crew& crew) {
+  std::atomic<bool> asleep{false};
+  crew.run_ranges(static_cast<int>(data.bodies.flags.size()), 65536, [&](int begin, int end, int) {
+    std::uint8_t flags = 0;
+    for (int body = begin; body < end; ++body) {
+      flags = static_cast<std::uint8_t>(flags | data.bodies.flags[static_cast<std::size_t>(body)]);
+    }
+    if ((flags & kBodyAsleep) != 0) asleep.store(true, std::memory_order_relaxed);
+  });
+  return asleep.load(std::memory_order_relaxed);
+}
 
-namespace {
+// Whether pairs may have come to rest, or those that rest may have changed.
+bool concerns_resting(const WorldData& data, const BroadPhase& broad_phase, bool members_changed,
+                      Crew& crew) {
+  const Contacts& contacts = data.contacts;
+  if (!members_changed && !contacts.pairs_stale && broad_phase.dirty.empty()) return false;
+  if (!contacts.resting.pair.empty()) return true;
+  return !contacts.pairs.pair.empty() && anybody_asleep(data, crew);
+}
+
+// pairs, resting -> pairs.
+void unite_lists(WorldData& data, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  PairRows& all = contacts.pairs_before;
+  const PairRows* const lists[] = {&contacts.pairs, &contacts.resting};
+  if (lists[1]->pair.empty()) return;
+  const std::size_t count = lists[0]->pair.size() + lists[1]->pair.size();
+  const bool hulls = !lists[0]->axis.empty() || !lists[1]->axis.empty();
+  all.pair.resize_discarding(count);
+  all.contact.resize_discarding(count);
+  all.axis.resize_discarding(hulls ? count : 0);
+  merge_pairs(lists[0]->pair, lists[1]->pair, crew, [&](std::size_t place, bool rests, std::size_t row) {
+    const PairRows& from = *lists[rests ? 1 : 0];
+    all.pair[place] = from.pair[row];
+    all.contact[place] = from.contact[row];
+    if (hulls) all.axis[place] = from.axis.empty() ? ContactAxis{} : from.axis[row];
+  });
+  std::swap(contacts.pairs, contacts.pairs_before);
+  contacts.resting.resize(0);
+}
+
+void gather_rows(const PairRows& from, const Column<std::int32_t>& places, PairRows& to, Crew& crew) {
+  const bool hulls = !from.axis.empty();
+  to.pair.resize_discarding(places.size());
+  to.contact.resize_discarding(places.size());
+  to.axis.resize_discarding(hulls ? places.size() : 0);
+  crew.run_ranges(static_cast<int>(places.size()), kPairsPerChunk, [&](int begin, int end, int) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const auto row = static_cast<std::size_t>(places[i]);
+      to.pair[i] = from.pair[row];
+      to.contact[i] = from.contact[row];
+      if (hulls) to.axis[i] = from.axis[row];
+    }
+  });
+}
+
+// pairs -> pairs, resting; `previous` goes along with the former.
+void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  const Column<ShapePair>& all = contacts.pairs.pair;
+  const auto rests = [&](std::size_t row) {
+    constexpr auto kFrozen = static_cast<std::uint8_t>(TreeKind::frozen);
+    return broad_phase.kinds[static_cast<std::size_t>(all[row].a)] == kFrozen &&
+           broad_phase.kinds[static_cast<std::size_t>(all[row].b)] == kFrozen;
+  };
+  contacts.resting_contacts = 0;
+  list_where(crew, all.size(), broad_phase.places, broad_phase.frozen, rests);
+  if (broad_phase.frozen.empty()) return;
+  list_where(crew, all.size(), broad_phase.places, broad_phase.moving,
+             [&](std::size_t row) { return !rests(row); });
+  gather_rows(contacts.pairs, broad_phase.frozen, contacts.resting, crew);
+  gather_rows(contacts.pairs, broad_phase.moving, contacts.pairs_before, crew);
+  std::swap(contacts.pairs, contacts.pairs_before);
+  const Column<std::int32_t>& moving = broad_phase.moving;
+  broad_phase.moving_previous.resize_discarding(moving.size());
+  crew.run_ranges(static_cast<int>(moving.size()), kPairsPerChunk, [&](int begin, int end, int) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      broad_phase.moving_previous[i] = contacts.previous[static_cast<std::size_t>(moving[i])];
+  });
+  contacts.previous.swap(broad_phase.moving_previous);
+  std::atomic<std::int64_t> touching{0};
+  crew.run_ranges(static_cast<int>(broad_phase.frozen.size()), kPairsPerChunk, [&](int begin, int end, int) {
+    const std::int32_t* const contact = contacts.resting.contact.data();
+    touching.fetch_add(
+        std::count_if(contact + begin, contact + end, [](std::int32_t row) { return row >= 0; }),
+        std::memory_order_relaxed);
+  });
+  contacts.resting_contacts = touching.load(std::memory_order_relaxed);
+}
 
 // Fixed shapes that a call has made or moved may lie on sleepers, and frozen trees are not joined with one
 // another: for the list that is coming they count as kinematic. Returns whether there are any.
@@ -100,7 +191,7 @@ bool lend_arrivals(WorldData& data, const BroadPhase& broad_phase, TreeKind from
     if ((data.shapes.flags[index] & kShapeAlive) == 0 || data.shapes.tree[index] != from) continue;
     if (data.bodies.type[static_cast<std::size_t>(data.shapes.body[index])] != BodyType::fixed) continue;
     data.shapes.tree[index] = to;
-    any = true;
+    data.shapes.trees_changed = any = true;
   }
   return any;
 }
@@ -124,10 +215,13 @@ void find_pairs(WorldData& data, Crew& crew) {
     for (const std::int32_t shape : broad_phase.dirty)
       broad_phase.is_dirty[static_cast<std::size_t>(shape)] = 1;
     refit_trees(data, broad_phase, crew);
-    const std::int64_t pairs = join_trees(data, broad_phase, crew);
+    const bool both = concerns_resting(data, broad_phase, members_changed, crew);
+    if (both) unite_lists(data, crew);
+    const std::int64_t pairs = join_trees(data, broad_phase, both, crew);
     sort_pairs(broad_phase, data.shapes.flags.size(), pairs, crew);
-    contacts.list_kept = match_rows(data, broad_phase, crew);
+    contacts.list_kept = match_rows(data, broad_phase, crew) && !both;
     if (!contacts.list_kept) swap_lists(data, broad_phase, crew);
+    if (both) part_lists(data, broad_phase, crew);
     if (arrivals) lend_arrivals(data, broad_phase, TreeKind::kinematic, TreeKind::frozen);
     for (const std::int32_t shape : broad_phase.dirty) {
       const auto index = static_cast<std::size_t>(shape);
@@ -138,7 +232,7 @@ void find_pairs(WorldData& data, Crew& crew) {
     broad_phase.bounds_left.store(false, std::memory_order_relaxed);
     contacts.pairs_stale = false;
   }
-  data.stats.pairs = static_cast<std::int64_t>(contacts.pairs.pair.size());
+  data.stats.pairs = static_cast<std::int64_t>(contacts.pairs.pair.size() + contacts.resting.pair.size());
 }
 
 void BroadPhase::forget() noexcept {
@@ -181,6 +275,9 @@ void BroadPhase::report(const Visit& visit) const {
   column(ColumnKind::scratch, "others", others);
   column(ColumnKind::scratch, "sorted", sorted);
   column(ColumnKind::scratch, "lost", lost);
+  column(ColumnKind::scratch, "moving", moving);
+  column(ColumnKind::scratch, "frozen", frozen);
+  column(ColumnKind::scratch, "moving_previous", moving_previous);
   column(ColumnKind::scratch, "places", places);
 }
 

@@ -73,18 +73,6 @@ void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin,
   }
 }
 
-bool anybody_asleep(const WorldData& data, Crew& crew) {
-  std::atomic<bool> asleep{false};
-  crew.run_ranges(static_cast<int>(data.bodies.flags.size()), 65536, [&](int begin, int end, int) {
-    std::uint8_t flags = 0;
-    for (int body = begin; body < end; ++body) {
-      flags = static_cast<std::uint8_t>(flags | data.bodies.flags[static_cast<std::size_t>(body)]);
-    }
-    if ((flags & kBodyAsleep) != 0) asleep.store(true, std::memory_order_relaxed);
-  });
-  return asleep.load(std::memory_order_relaxed);
-}
-
 int chunks_of(int count, int size) { return (count + size - 1) / size; }
 
 }  // namespace
@@ -99,14 +87,13 @@ bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b) {
   return !same_or_never(data.shapes.filter[shape_a], data.shapes.filter[shape_b]);
 }
 
-std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
+std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Crew& crew) {
   const PairTree& awake = broad_phase.trees[static_cast<int>(TreeKind::awake)];
   const PairTree& kinematic = broad_phase.trees[static_cast<int>(TreeKind::kinematic)];
   const PairTree& frozen = broad_phase.trees[static_cast<int>(TreeKind::frozen)];
   const int awake_chunks = chunks_of(awake.leaf_blocks(), kBlocksPerChunk);
   const int kinematic_chunks = chunks_of(kinematic.leaf_blocks(), kBlocksPerChunk);
   const auto rows = static_cast<int>(data.contacts.pairs.pair.size());
-  const bool carry = rows > 0 && frozen.members > 0 && anybody_asleep(data, crew);
   const int chunks = awake_chunks + kinematic_chunks + (carry ? chunks_of(rows, kRowsPerChunk) : 0);
   std::vector<Column<ShapePair>>& found = broad_phase.found;
   if (found.size() < static_cast<std::size_t>(chunks)) found.resize(static_cast<std::size_t>(chunks));

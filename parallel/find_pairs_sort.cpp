@@ -18,6 +18,7 @@ constexpr std::size_t kMaxBuckets = 256;     // write streams that caches and ad
 constexpr std::size_t kMinBucketWidth = 64;  // owners
 constexpr int kMaxGroups = 64;               // of join chunks, each with counts of its own
 constexpr std::int32_t kHeavyRow = 4096;     // pairs; longer rows are sorted by the whole crew
+constexpr std::size_t kOwnersPerPair = 64;   // shapes a pair, above which pairs are few
 
 std::uint64_t key_of(const SortKey& row) { return row.key; }
 std::uint64_t key_of(const ShapePair& pair) {
@@ -158,6 +159,16 @@ void sort_bucket(BroadPhase& broad_phase, const Buckets& buckets, std::size_t bu
   if (longest > simd::kRankedRow) sort_long_rows(task);
 }
 
+// Where pairs are few among the shapes: by their keys alone, as most owners have none.
+void sort_few(BroadPhase& broad_phase, Crew& crew) {
+  ShapePair* to = broad_phase.bucketed.data();
+  for (const Column<ShapePair>& pairs : broad_phase.found) to = std::copy(pairs.begin(), pairs.end(), to);
+  const auto count = static_cast<std::int32_t>(broad_phase.sorted.size());
+  const ShapePair* result = radix_sort(broad_phase.bucketed.data(), broad_phase.sorted.data(), count,
+                                       broad_phase.digit_counts, crew);
+  if (result != broad_phase.sorted.data()) broad_phase.sorted.swap(broad_phase.bucketed);
+}
+
 }  // namespace
 
 SortKey* sort_by_key(SortKey* rows, SortKey* other, std::int32_t count, Column<std::uint32_t>& digit_counts,
@@ -175,6 +186,10 @@ void sort_pairs(BroadPhase& broad_phase, std::size_t shapes, std::int64_t pairs,
   broad_phase.bucketed.resize_discarding(count);
   broad_phase.sorted.resize_discarding(count);
   if (count == 0) return;
+  if (count * kOwnersPerPair < shapes) {
+    sort_few(broad_phase, crew);
+    return;
+  }
   const Buckets buckets = choose_buckets(shapes);
   // Kernels read a block beyond a bucket's last row: nobody else may write there.
   broad_phase.others.resize_discarding(count + buckets.count * simd::kBlock);

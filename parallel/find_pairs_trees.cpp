@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 namespace scree {
 
@@ -145,6 +146,7 @@ CurveGrid gather_members(const WorldData& data, BroadPhase& broad_phase, int kin
     const auto chunk = static_cast<std::size_t>(first / kShapesPerChunk);
     SortKey* to = broad_phase.sort_keys.data() + broad_phase.members[chunk].first[kind];
     Spread spread{};
+    if (broad_phase.members[chunk].all[kind] == 0) last = first;  // sleepers are not looked at one by one
     for (int i = first; i < last; ++i) {
       if (broad_phase.kinds[static_cast<std::size_t>(i)] != kind) continue;
       (to++)->shape = i;
@@ -288,6 +290,7 @@ void PairTree::clear() noexcept {
 
 bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const std::size_t shapes = data.shapes.flags.size();
+  if (!std::exchange(data.shapes.trees_changed, false)) return false;
   broad_phase.kinds.resize(shapes);
   broad_phase.kinds_next.resize_discarding(shapes);
   broad_phase.members.resize((shapes + kShapesPerChunk - 1) / kShapesPerChunk);

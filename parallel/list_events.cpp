@@ -2,8 +2,10 @@
 // the lists of begins, persists and ends.
 //
 // Both lists are sorted, so a chunk of pairs finds its part of the old list by bisection, and what the
-// chunks find is put in place by their counts, in their order. Nothing is done while nobody asks.
+// chunks find is put in place by their counts, in their order. Nothing is done while nobody asks. Where some
+// pairs rest and some do not, their two lists are made one first.
 #include <core/edit.h>
+#include <parallel/merge_pairs.h>
 #include <parallel/stages.h>
 
 #include <cmath>
@@ -59,11 +61,31 @@ bool was_pressed(const Manifold& manifold) {
   return false;
 }
 
+// All pairs and their contacts, -1 if they have none.
+struct PairList {
+  const Column<ShapePair>& pair;
+  const Column<std::int32_t>& contact;
+};
+
+PairList list_pairs(WorldData& data, Crew& crew) {
+  const PairRows &moving = data.contacts.pairs, &resting = data.contacts.resting;
+  if (resting.pair.empty()) return {moving.pair, moving.contact};
+  if (moving.pair.empty()) return {resting.pair, resting.contact};
+  Events& events = data.events;
+  events.pairs.resize_discarding(moving.pair.size() + resting.pair.size());
+  events.contacts.resize_discarding(events.pairs.size());
+  merge_pairs(moving.pair, resting.pair, crew, [&](std::size_t place, bool rests, std::size_t row) {
+    events.pairs[place] = (rests ? resting : moving).pair[row];
+    events.contacts[place] = (rests ? resting : moving).contact[row];
+  });
+  return {events.pairs, events.contacts};
+}
+
 // `known`: the pair touched after the last step.
-std::uint8_t judge(const WorldData& data, std::size_t row, bool known, bool solved) {
-  if (data.contacts.pairs.contact[row] < 0) return 0;
-  const auto contact = static_cast<std::size_t>(data.contacts.pairs.contact[row]);
-  const ShapePair pair = data.contacts.pairs.pair[row];
+std::uint8_t judge(const WorldData& data, const PairList& list, std::size_t row, bool known, bool solved) {
+  if (list.contact[row] < 0) return 0;
+  const auto contact = static_cast<std::size_t>(list.contact[row]);
+  const ShapePair pair = list.pair[row];
   const ContactEvents asked = asked_about(data, pair);
   const Manifold& manifold = data.contacts.now.manifold[contact];
   if (asked == ContactEvents::none) return 0;
@@ -86,8 +108,8 @@ const TouchRow* first_at(const Column<TouchRow>& rows, std::uint64_t key) {
 // Calls tell(row, known, verdict) for the pairs that touch or touched: `row` is the pair's or -1, `known`
 // points into the old list or is null. `verdict_of(row, known)` says what holds now.
 template <class Verdict, class Tell>
-void walk(const WorldData& data, int begin, int end, Verdict&& verdict_of, Tell&& tell) {
-  const Column<ShapePair>& pairs = data.contacts.pairs.pair;
+void walk(const WorldData& data, const Column<ShapePair>& pairs, int begin, int end, Verdict&& verdict_of,
+          Tell&& tell) {
   const Column<TouchRow>& before = data.events.before;
   const TouchRow* old =
       begin == 0 ? before.begin() : first_at(before, key_of(pairs[static_cast<std::size_t>(begin)]));
@@ -147,9 +169,9 @@ void place_events(Events& events) {
   events.ends.resize_discarding(static_cast<std::size_t>(place.ends));
 }
 
-ContactEvent make_event(const WorldData& data, std::size_t row, bool solved) {
-  const auto contact = static_cast<std::size_t>(data.contacts.pairs.contact[row]);
-  const ShapePair pair = data.contacts.pairs.pair[row];
+ContactEvent make_event(const WorldData& data, const PairList& list, std::size_t row, bool solved) {
+  const auto contact = static_cast<std::size_t>(list.contact[row]);
+  const ShapePair pair = list.pair[row];
   const Manifold& manifold = data.contacts.now.manifold[contact];
   const ContactEnd handles = handles_of(data, pair);
   ContactEvent event{handles.shape_a, handles.shape_b, handles.body_a, handles.body_b, {}, 0.0f, 0.0f, 0, {}};
@@ -210,15 +232,18 @@ void list_events(WorldData& data, float dt, Crew& crew) {
   Events& events = data.events;
   events.touching.swap(events.before);
   const bool solved = dt > 0.0f;
-  const int rows = static_cast<int>(data.contacts.pairs.pair.size());
+  const PairList all = list_pairs(data, crew);
+  const int rows = static_cast<int>(all.pair.size());
   const int chunks = rows == 0 ? 1 : (rows + kRowsPerChunk - 1) / kRowsPerChunk;  // ends need no rows
   events.verdicts.resize_discarding(static_cast<std::size_t>(rows));
   events.counts.resize_discarding(static_cast<std::size_t>(chunks));
   crew.run(chunks, [&](int chunk, int) {
     EventCounts counts{};
     walk(
-        data, chunk * kRowsPerChunk, std::min((chunk + 1) * kRowsPerChunk, rows),
-        [&](std::size_t row, bool known) { return events.verdicts[row] = judge(data, row, known, solved); },
+        data, all.pair, chunk * kRowsPerChunk, std::min((chunk + 1) * kRowsPerChunk, rows),
+        [&](std::size_t row, bool known) {
+          return events.verdicts[row] = judge(data, all, row, known, solved);
+        },
         [&](int, const TouchRow* known, std::uint8_t verdict) {
           const Outcome outcome = outcome_of(known, verdict);
           counts.touching += outcome.touches ? 1 : 0;
@@ -235,17 +260,17 @@ void list_events(WorldData& data, float dt, Crew& crew) {
       return list[static_cast<std::size_t>(to++)];
     };
     walk(
-        data, chunk * kRowsPerChunk, std::min((chunk + 1) * kRowsPerChunk, rows),
+        data, all.pair, chunk * kRowsPerChunk, std::min((chunk + 1) * kRowsPerChunk, rows),
         [&](std::size_t row, bool) { return events.verdicts[row]; },
         [&](int row, const TouchRow* known, std::uint8_t verdict) {
           const Outcome outcome = outcome_of(known, verdict);
           const auto pair = static_cast<std::size_t>(row);
           if (outcome.touches) {
-            next(events.touching, place.touching) = {handles_of(data, data.contacts.pairs.pair[pair]),
+            next(events.touching, place.touching) = {handles_of(data, all.pair[pair]),
                                                      std::uint32_t{verdict} & kAskedMask};
           }
-          if (outcome.begins) next(events.begins, place.begins) = make_event(data, pair, solved);
-          if (outcome.persists) next(events.persists, place.persists) = make_event(data, pair, solved);
+          if (outcome.begins) next(events.begins, place.begins) = make_event(data, all, pair, solved);
+          if (outcome.persists) next(events.persists, place.persists) = make_event(data, all, pair, solved);
           if (outcome.ends) next(events.ends, place.ends) = known->pair;
         });
   });

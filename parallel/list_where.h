@@ -12,9 +12,9 @@ namespace scree {
 
 // Lists value(i) for each i in [0, count) that keep(i) holds for, in ascending order of i. Both are called on
 // any thread, keep twice; `list` must not be what they read. `places` is scratch.
-template <class Keep, class Value>
-void list_where(Crew& crew, std::size_t count, Column<std::int32_t>& places, Column<std::int32_t>& list,
-                Keep&& keep, Value&& value) {
+template <class Row, class Keep, class Value>
+void list_where(Crew& crew, std::size_t count, Column<std::int32_t>& places, Column<Row>& list, Keep&& keep,
+                Value&& value) {
   constexpr int kChunk = 4096;  // 5 to 20 microseconds
   places.resize_discarding((count + kChunk - 1) / kChunk);
   crew.run_ranges(static_cast<int>(count), kChunk, [&](int begin, int end, int) {

@@ -47,6 +47,8 @@ void clear_events(Events& events) {
   events.persists.clear();
   events.ends.clear();
   events.restored.clear();
+  events.sleep_begins.clear();
+  events.sleep_ends.clear();
 }
 
 void check_time_step(float dt) {

@@ -446,8 +446,28 @@ void Player::check_after_step() {
     broken("more bodies hit than were swept, or more were swept than moved");
   }
   check_events();
+  check_sleep();
   for (Slot& slot : slots_) {
     if (slot.body != BodyId{}) check_body(slot);
+  }
+}
+
+// The events of sleep alone tell who sleeps.
+void Player::check_sleep() {
+  for (const BodyId& body : world_.sleep_ends()) {
+    if (asleep_.erase(body) == 0) broken("a body wakes that did not sleep");
+  }
+  for (const BodyId& body : world_.sleep_begins()) {
+    if (!asleep_.insert(body).second) broken("a body falls asleep twice");
+  }
+  std::erase_if(asleep_, [&](const BodyId& body) {
+    return !world_.is_alive(body) || world_.body_type(body) != BodyType::dynamic;
+  });
+  for (const Slot& slot : slots_) {
+    if (slot.body == BodyId{} || world_.body_type(slot.body) != BodyType::dynamic) continue;
+    if (world_.is_awake(slot.body) == asleep_.contains(slot.body)) {
+      broken("body " + std::to_string(slot.body.index) + " sleeps or wakes unheard of");
+    }
   }
 }
 

@@ -60,6 +60,7 @@ class Player {
   void check_before_step();
   void check_after_step();
   void check_events();
+  void check_sleep();
   void check_body(Slot& slot);
   [[noreturn]] void broken(const std::string& promise) const;
 
@@ -79,6 +80,7 @@ class Player {
   std::int64_t most_contacts_ = 0;
   bool somebody_slept_ = false;
   std::set<std::pair<ShapeId, ShapeId>> begun_;
+  std::set<BodyId> asleep_;  // as the events have told
   std::size_t events_ = 0;
   std::int64_t sweep_hits_ = 0;
 };

@@ -51,9 +51,22 @@ std::set<Pair> brute_force(const WorldData& data) {
   return result;
 }
 
+bool is_frozen(const WorldData& data, std::int32_t shape) {
+  return data.shapes.tree[static_cast<std::size_t>(shape)] == TreeKind::frozen;
+}
+
+// Both lists as one.
 std::vector<Pair> listed(const WorldData& data) {
   std::vector<Pair> result;
   for (const ShapePair& pair : data.contacts.pairs.pair) result.emplace_back(pair.a, pair.b);
+  for (const ShapePair& pair : data.contacts.resting.pair) {
+    EXPECT_TRUE(is_frozen(data, pair.a) && is_frozen(data, pair.b)) << pair.a << " " << pair.b;
+    result.emplace_back(pair.a, pair.b);
+  }
+  const auto resting = result.begin() + static_cast<std::ptrdiff_t>(data.contacts.pairs.pair.size());
+  EXPECT_TRUE(std::is_sorted(result.begin(), resting));
+  EXPECT_TRUE(std::is_sorted(resting, result.end()));
+  std::inplace_merge(result.begin(), resting, result.end());
   return result;
 }
 
@@ -72,27 +85,32 @@ class Follower {
   // After find_pairs; returns the number of pairs with a history.
   int check_and_move(WorldData& data) {
     Contacts& contacts = data.contacts;
-    const std::size_t count = contacts.pairs.pair.size();
-    EXPECT_EQ(contacts.pairs.contact.size(), count);
     int kept = 0;
+    std::int64_t resting_contacts = 0;
     std::map<Pair, std::int32_t> contact_of;
-    for (std::size_t row = 0; row < count; ++row) {
-      const Pair pair{contacts.pairs.pair[row].a, contacts.pairs.pair[row].b};
-      const auto known = contact_of_.find(pair);
-      if (!contacts.list_kept) {
-        EXPECT_EQ(contacts.previous[row] >= 0, known != contact_of_.end())
-            << pair.first << " " << pair.second;
+    for (PairRows* rows : {&contacts.pairs, &contacts.resting}) {
+      EXPECT_EQ(rows->contact.size(), rows->pair.size());
+      for (std::size_t row = 0; row < rows->pair.size(); ++row) {
+        const Pair pair{rows->pair[row].a, rows->pair[row].b};
+        const auto known = contact_of_.find(pair);
+        if (rows == &contacts.pairs && !contacts.list_kept) {
+          EXPECT_EQ(contacts.previous[row] >= 0, known != contact_of_.end())
+              << pair.first << " " << pair.second;
+        }
+        std::int32_t& contact = rows->contact[row];
+        if (known != contact_of_.end()) {
+          EXPECT_EQ(contact, known->second);
+          ++kept;
+        } else {
+          EXPECT_TRUE(rows == &contacts.pairs) << "nobody is born at rest";
+          EXPECT_EQ(contact, -1);
+          if ((pair.first + pair.second) % 4 != 0) contact = take_row(contacts);
+        }
+        if (rows == &contacts.resting && contact >= 0) ++resting_contacts;
+        contact_of[pair] = contact;
       }
-      std::int32_t& contact = contacts.pairs.contact[row];
-      if (known != contact_of_.end()) {
-        EXPECT_EQ(contact, known->second);
-        ++kept;
-      } else {
-        EXPECT_EQ(contact, -1);
-        if ((pair.first + pair.second) % 4 != 0) contact = take_row(contacts);
-      }
-      contact_of[pair] = contact;
     }
+    EXPECT_EQ(contacts.resting_contacts, resting_contacts);
     contact_of_ = std::move(contact_of);
     expect_rows_once(contacts);
     return kept;
@@ -386,6 +404,7 @@ TEST(FindPairs, RowsOfSleepingPairsSurvive) {
     for (const std::int32_t body : bodies) world.set_asleep(body, true);
     step(world, workers);
     EXPECT_EQ(listed(world.data), all);
+    EXPECT_TRUE(world.data.contacts.pairs.pair.empty()) << "all of them rest";
     EXPECT_EQ(follower.check_and_move(world.data), static_cast<int>(all.size()));
 
     // Some wake, a ball flies by, some fall asleep again: nobody loses a row, and the ball's come and go.

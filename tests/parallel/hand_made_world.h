@@ -167,6 +167,7 @@ class HandMadeWorld {
 
   // The list of shapes that may move, ascending.
   void refresh() {
+    data.shapes.trees_changed = true;
     data.shapes.moving.clear();
     for (std::size_t shape = 0; shape < data.shapes.type.size(); ++shape) {
       const TreeKind tree = data.shapes.tree[shape];

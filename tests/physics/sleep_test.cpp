@@ -1,7 +1,9 @@
 // Sleep: what is at rest falls asleep as a whole, stays, and wakes as a whole.
+#include <core/world_data.h>
 #include <tests/physics/lab.h>
 
 #include <algorithm>
+#include <span>
 
 namespace scree::physics {
 namespace {
@@ -189,6 +191,55 @@ TEST(Sleep, SleepingContactsAreCounted) {
   EXPECT_EQ(lab.world.stats().contacts, 4);
 }
 
+std::vector<BodyId> listed(std::span<const BodyId> list) { return {list.begin(), list.end()}; }
+
+TEST(Sleep, EventsTellWhoFellAsleepAndWhoWoke) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  const std::vector<BodyId> stack = add_stack(lab, 4, 0.0f), other = add_stack(lab, 2, 20.0f);
+  std::vector<BodyId> begun;
+  for (int i = 0; i < 240; ++i) {
+    lab.run(1);
+    EXPECT_TRUE(lab.world.sleep_ends().empty());
+    for (const BodyId& body : lab.world.sleep_begins()) begun.push_back(body);
+  }
+  std::sort(begun.begin(), begun.end());
+  std::vector<BodyId> all = stack;
+  all.insert(all.end(), other.begin(), other.end());
+  EXPECT_EQ(begun, all) << "each once";
+
+  lab.world.wake(stack[0]);
+  lab.world.wake(other[1]);
+  lab.world.destroy_body(other[1]);
+  EXPECT_TRUE(lab.world.sleep_ends().empty()) << "the list is the last step's";
+  lab.run(1);
+  EXPECT_EQ(listed(lab.world.sleep_ends()),
+            (std::vector<BodyId>{stack[0], stack[1], stack[2], stack[3], other[0]}))
+      << "who was woken, who leans on it and who has lost a neighbor, but not the dead";
+  lab.run(1);
+  EXPECT_TRUE(lab.world.sleep_ends().empty());
+}
+
+TEST(Sleep, PairsOfSleepersRestInAListThatNobodyLooksAt) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  const std::vector<BodyId> stack = add_stack(lab, 6, 0.0f);
+  const Contacts& contacts = internals(lab.world).contacts;
+  lab.run(240);
+  ASSERT_EQ(awake_count(lab, stack), 0u);
+  EXPECT_TRUE(contacts.pairs.pair.empty());
+  EXPECT_EQ(contacts.resting.pair.size(), 6u);
+  lab.add({.position = {20, 30, 0}, .linear_velocity = {0, 0, 20}, .can_sleep = false}, Sphere{});
+  lab.run(200);
+  EXPECT_EQ(contacts.resting.pair.size(), 6u);
+  EXPECT_EQ(lab.world.stats().contacts, 7);
+  EXPECT_EQ(lab.world.stats().pairs, 7);
+  lab.world.wake(stack[3]);
+  lab.run(2);
+  EXPECT_TRUE(contacts.resting.pair.empty());
+  EXPECT_EQ(lab.world.stats().contacts, 7);
+}
+
 TEST(Sleep, WithoutAWaitWhatMovesStaysAwake) {
   WorldSettings settings;
   settings.sleep_time = 0.0f;
@@ -221,6 +272,29 @@ TEST(Sleep, SwitchedOffLaterEverybodyWakes) {
   lab.world.set_settings(without_sleep());
   lab.run(120);
   EXPECT_EQ(awake_count(lab, stack), stack.size());
+}
+
+TEST(Sleep, ScenesFallAsleepAndStayAsleep) {
+  struct Case {
+    const char* name;
+    scenes::Parameters parameters;
+  };
+  for (const Case& item :
+       {Case{"large_pyramid", {{"base", 40}}}, Case{"many_pyramids", {{"columns", 3}, {"rows", 3}}},
+        Case{"junkyard", {{"columns", 6}, {"layers", 3}}}}) {
+    const scenes::Scene scene = scenes::build(item.name, item.parameters).front();
+    WorldSettings settings = scene.settings;
+    settings.sleeping = true;
+    Lab lab(settings);
+    populate(lab.world, scene);
+    int steps = 0;
+    do lab.run(10), steps += 10;
+    while (lab.world.stats().awake_bodies > 0 && steps < 2400);
+    ASSERT_EQ(lab.world.stats().awake_bodies, 0) << item.name << " after " << steps << " steps";
+    const std::uint64_t hash = lab.world.hash();
+    lab.run(200);
+    EXPECT_EQ(lab.world.hash(), hash) << item.name;
+  }
 }
 
 TEST(Sleep, ABodyThatMayNotSleepKeepsItsIslandAwake) {

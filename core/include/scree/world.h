@@ -197,6 +197,11 @@ class SCREE_API World {
   /// Bodies whose state became non-finite in the step: they were put back to where the step found them, at
   /// rest. Ascending by index.
   std::span<const BodyId> restored_bodies() const noexcept;
+  /// Bodies that fell asleep in the step. Ascending by index.
+  std::span<const BodyId> sleep_begins() const noexcept;
+  /// Bodies that woke, in the step by a contact or before it by a call, unless a later call destroyed them or
+  /// made them fixed or kinematic. Ascending by index.
+  std::span<const BodyId> sleep_ends() const noexcept;
 
   // --- the world ---
 
