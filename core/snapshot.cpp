@@ -57,16 +57,21 @@ void derive_shapes(WorldData& data) {
   shapes.trees_changed = true;
 }
 
-void derive_contacts(Contacts& contacts) {
-  contacts.resting_contacts = 0;
-  for (const PairRows* pairs : {&contacts.pairs, &contacts.resting}) {
-    for (std::size_t row = 0; row < pairs->pair.size(); ++row) {
-      const std::int32_t contact = pairs->contact[row];
-      if (contact < 0) continue;
-      contacts.now.pair[static_cast<std::size_t>(contact)] = pairs->pair[row];
-      if (pairs == &contacts.resting) ++contacts.resting_contacts;
-    }
+// The contacts of a list learn their pairs. Returns how many there are.
+std::int64_t name_pairs(const PairRows& pairs, ContactRows& contacts) {
+  std::int64_t count = 0;
+  for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
+    const std::int32_t contact = pairs.contact[row];
+    if (contact < 0) continue;
+    contacts.pair[static_cast<std::size_t>(contact)] = pairs.pair[row];
+    ++count;
   }
+  return count;
+}
+
+void derive_contacts(Contacts& contacts) {
+  name_pairs(contacts.pairs, contacts.now);
+  contacts.resting_contacts = name_pairs(contacts.resting, contacts.now);
   contacts.pairs_before.resize(0);
   contacts.previous.clear();
   contacts.touching.clear();

@@ -112,6 +112,7 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
   const std::size_t resting = rows_of("contacts.resting", "pair");
   const std::size_t rows = rows_of("contacts.now", "points"), contacts = snapshot.contacts.size();
   const std::size_t axes = rows_of("contacts.pairs", "axis") == 0 ? 0 : pairs;
+  const std::size_t resting = rows_of("contacts.resting", "pair");
   const std::size_t resting_axes = rows_of("contacts.resting", "axis") == 0 ? 0 : resting;
   const Rule rules[] = {{"bodies", "flags", at(kFirstBody), kMostRows},
                         {"bodies", "free_slots", 0, bodies},
@@ -125,14 +126,14 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
                         {"contacts.pairs", "pair", 0, kMostRows},
                         {"contacts.pairs", "axis", axes, axes},
                         {"contacts.pairs", nullptr, pairs, pairs},
-                        {"contacts.resting", "pair", 0, kMostRows},
+                        {"contacts.resting", "pair", 0, kMostRows - std::min(pairs, kMostRows)},
                         {"contacts.resting", "axis", resting_axes, resting_axes},
                         {"contacts.resting", nullptr, resting, resting},
                         {"contacts.now", "points", 0, kMostRows},
                         {"contacts.now", nullptr, contacts, contacts},
                         {"contacts", "free_rows", 0, rows},
-                        {"events", "touching", 0, kMostRows},
-                        {"events", "woken", 0, kMostRows}};
+                        {"events", "woken", 0, bodies},
+                        {"events", "touching", 0, kMostRows}};
   for (std::size_t i = 0; i < saved.count; ++i) {
     const SavedColumn& column = saved.column[i];
     const auto* rule = std::find_if(std::begin(rules), std::end(rules), [&](const Rule& r) {
@@ -382,16 +383,31 @@ bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold
          ((manifold.info & kManifoldStatic) != 0) == (type != BodyType::dynamic);
 }
 
-// One of the two lists. Counts its contacts and marks them in `taken`.
-void check_pairs_of(const char* store, const PairRows& pairs, const WorldData& data,
-                    const SavedColumns& saved, const SnapshotData& snapshot, const Refusal& refusal,
-                    std::vector<bool>& taken, std::size_t& contacts) {
-  const Column<std::uint8_t>& points = data.contacts.now.points;
+// The contact of a row of pairs, which nobody else may have.
+void check_contact(const WorldData& data, const SavedColumns& saved, const SnapshotData& snapshot,
+                   const Refusal& refusal, const ShapePair& pair, std::int32_t contact) {
   const std::byte* manifolds = snapshot.columns.data() + saved.find("contacts.now", "manifold").begin;
+  Manifold manifold;
+  std::memcpy(static_cast<void*>(&manifold),
+              manifolds + place_of_contact(snapshot, at(contact)) * sizeof manifold, sizeof manifold);
+  const std::uint8_t points = data.contacts.now.points[at(contact)];
+  const std::uint32_t info = manifold.info & ~std::uint32_t{kManifoldRich | kManifoldStatic};
+  refusal.require(points <= kMaxManifoldPoints && info == points, "contacts.now", "manifold", at(contact),
+                  "has another number of points");
+  refusal.require(has_own_bodies(data, pair, manifold), "contacts.now", "manifold", at(contact),
+                  "is not between the bodies of its pair");
+}
+
+// One of the two lists. `taken` has the contacts that belong to pairs.
+void check_list_of_pairs(const WorldData& data, const PairRows& pairs, const char* store,
+                         const SavedColumns& saved, const SnapshotData& snapshot, const Refusal& refusal,
+                         std::vector<bool>& taken) {
   const auto shapes = static_cast<std::int32_t>(data.shapes.flags.size());
+  const Column<std::uint8_t>& points = data.contacts.now.points;
   for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
     const ShapePair pair = pairs.pair[row];
-    const bool ascends = row == 0 || comes_before(pairs.pair[row - 1], pair);
+    const bool ascends = row == 0 || pairs.pair[row - 1].a < pair.a ||
+                         (pairs.pair[row - 1].a == pair.a && pairs.pair[row - 1].b < pair.b);
     refusal.require(pair.a >= 0 && pair.a < pair.b && pair.b < shapes && ascends, store, "pair", row,
                     "names no two shapes, or does not ascend");
     const bool has_hull = data.shapes.hull[at(pair.a)] >= 0 || data.shapes.hull[at(pair.b)] >= 0;
@@ -404,39 +420,33 @@ void check_pairs_of(const char* store, const PairRows& pairs, const WorldData& d
         contact >= 0 && at(contact) < points.size() && !taken[at(contact)] && points[at(contact)] != 0;
     refusal.require(fits, store, "contact", row, "is no contact, or another pair's");
     taken[at(contact)] = true;
-    ++contacts;
-    Manifold manifold;
-    std::memcpy(static_cast<void*>(&manifold),
-                manifolds + place_of_contact(snapshot, at(contact)) * sizeof manifold, sizeof manifold);
-    const std::uint32_t info = manifold.info & ~std::uint32_t{kManifoldRich | kManifoldStatic};
-    refusal.require(points[at(contact)] <= kMaxManifoldPoints && info == points[at(contact)], "contacts.now",
-                    "manifold", at(contact), "has another number of points");
-    refusal.require(has_own_bodies(data, pair, manifold), "contacts.now", "manifold", at(contact),
-                    "is not between the bodies of its pair");
+    check_contact(data, saved, snapshot, refusal, pair, contact);
   }
 }
 
 void check_pairs(const WorldData& data, const SavedColumns& saved, const SnapshotData& snapshot,
                  const Refusal& refusal) {
-  const PairRows &pairs = data.contacts.pairs, &resting = data.contacts.resting;
   const Column<std::uint8_t>& points = data.contacts.now.points;
+  const Column<ShapePair>&pairs = data.contacts.pairs.pair, &resting = data.contacts.resting.pair;
   std::vector<bool> taken(points.size());
-  std::size_t contacts = 0;
-  check_pairs_of("contacts.pairs", pairs, data, saved, snapshot, refusal, taken, contacts);
-  check_pairs_of("contacts.resting", resting, data, saved, snapshot, refusal, taken, contacts);
-  const ShapePair* other = pairs.pair.begin();
-  for (std::size_t row = 0; row < resting.pair.size(); ++row) {
-    while (other != pairs.pair.end() && comes_before(*other, resting.pair[row])) ++other;
-    const bool alone = other == pairs.pair.end() || comes_before(resting.pair[row], *other);
-    refusal.require(alone, "contacts.resting", "pair", row, "stands in contacts.pairs, too");
+  check_list_of_pairs(data, data.contacts.pairs, "contacts.pairs", saved, snapshot, refusal, taken);
+  check_list_of_pairs(data, data.contacts.resting, "contacts.resting", saved, snapshot, refusal, taken);
+  const auto before = [](const ShapePair& x, const ShapePair& y) {
+    return x.a != y.a ? x.a < y.a : x.b < y.b;
+  };
+  for (std::size_t row = 0; row < resting.size(); ++row) {
+    refusal.require(!std::binary_search(pairs.begin(), pairs.end(), resting[row], before), "contacts.resting",
+                    "pair", row, "stands in both lists");
   }
+  const auto contacts = static_cast<std::size_t>(std::count(taken.begin(), taken.end(), true));
   refusal.require(contacts == snapshot.contacts.size(), "contacts.now", "points", 0,
                   "some contact belongs to no pair");
   check_list(data.contacts.free_rows, points.size(), "contacts", "free_rows", refusal,
              [&](std::size_t row) { return points[row] == 0; });
 }
 
-void check_events(const Column<TouchRow>& touching, const Refusal& refusal) {
+void check_events(const WorldData& data, const Refusal& refusal) {
+  const Column<TouchRow>& touching = data.events.touching;
   const auto key = [](const TouchRow& row) {
     return std::uint64_t{row.pair.shape_a.index} << 32 | row.pair.shape_b.index;
   };
@@ -444,6 +454,10 @@ void check_events(const Column<TouchRow>& touching, const Refusal& refusal) {
     const bool fits = touching[row].events >= 1 && touching[row].events <= 3 &&
                       (row == 0 || key(touching[row - 1]) < key(touching[row]));
     refusal.require(fits, "events", "touching", row, "asks for nothing, or does not ascend");
+  }
+  for (std::size_t row = 0; row < data.events.woken.size(); ++row) {
+    const bool fits = data.events.woken[row].index < data.bodies.flags.size();
+    refusal.require(fits, "events", "woken", row, "names no body");
   }
 }
 
@@ -480,8 +494,7 @@ void check_columns(SnapshotData& snapshot, std::size_t offset) {
   check_hulls(data, refusal);
   check_cores(data, refusal);
   check_pairs(data, saved, snapshot, refusal);
-  check_events(data.events.touching, refusal);
-  check_woken(data, refusal);
+  check_events(data, refusal);
 }
 
 }  // namespace scree
