@@ -109,7 +109,6 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
   const auto rows_of = [&](const char* store, const char* name) { return saved.find(store, name).rows; };
   const std::size_t bodies = rows_of("bodies", "flags"), shapes = rows_of("shapes", "flags");
   const std::size_t hulls = snapshot.hulls.size(), pairs = rows_of("contacts.pairs", "pair");
-  const std::size_t resting = rows_of("contacts.resting", "pair");
   const std::size_t rows = rows_of("contacts.now", "points"), contacts = snapshot.contacts.size();
   const std::size_t axes = rows_of("contacts.pairs", "axis") == 0 ? 0 : pairs;
   const std::size_t resting = rows_of("contacts.resting", "pair");
@@ -406,8 +405,7 @@ void check_list_of_pairs(const WorldData& data, const PairRows& pairs, const cha
   const Column<std::uint8_t>& points = data.contacts.now.points;
   for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
     const ShapePair pair = pairs.pair[row];
-    const bool ascends = row == 0 || pairs.pair[row - 1].a < pair.a ||
-                         (pairs.pair[row - 1].a == pair.a && pairs.pair[row - 1].b < pair.b);
+    const bool ascends = row == 0 || comes_before(pairs.pair[row - 1], pair);
     refusal.require(pair.a >= 0 && pair.a < pair.b && pair.b < shapes && ascends, store, "pair", row,
                     "names no two shapes, or does not ascend");
     const bool has_hull = data.shapes.hull[at(pair.a)] >= 0 || data.shapes.hull[at(pair.b)] >= 0;
@@ -431,12 +429,9 @@ void check_pairs(const WorldData& data, const SavedColumns& saved, const Snapsho
   std::vector<bool> taken(points.size());
   check_list_of_pairs(data, data.contacts.pairs, "contacts.pairs", saved, snapshot, refusal, taken);
   check_list_of_pairs(data, data.contacts.resting, "contacts.resting", saved, snapshot, refusal, taken);
-  const auto before = [](const ShapePair& x, const ShapePair& y) {
-    return x.a != y.a ? x.a < y.a : x.b < y.b;
-  };
   for (std::size_t row = 0; row < resting.size(); ++row) {
-    refusal.require(!std::binary_search(pairs.begin(), pairs.end(), resting[row], before), "contacts.resting",
-                    "pair", row, "stands in both lists");
+    refusal.require(!std::binary_search(pairs.begin(), pairs.end(), resting[row], comes_before),
+                    "contacts.resting", "pair", row, "stands in both lists");
   }
   const auto contacts = static_cast<std::size_t>(std::count(taken.begin(), taken.end(), true));
   refusal.require(contacts == snapshot.contacts.size(), "contacts.now", "points", 0,
@@ -458,13 +453,6 @@ void check_events(const WorldData& data, const Refusal& refusal) {
   for (std::size_t row = 0; row < data.events.woken.size(); ++row) {
     const bool fits = data.events.woken[row].index < data.bodies.flags.size();
     refusal.require(fits, "events", "woken", row, "names no body");
-  }
-}
-
-void check_woken(const WorldData& data, const Refusal& refusal) {
-  const Column<BodyId>& woken = data.events.woken;
-  for (std::size_t row = 0; row < woken.size(); ++row) {
-    refusal.require(woken[row].index < data.bodies.flags.size(), "events", "woken", row, "does not exist");
   }
 }
 

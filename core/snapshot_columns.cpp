@@ -333,7 +333,7 @@ void reserve_columns(const SavedColumns& saved, WorldData& data) {
   reserve_store(data.hulls, rows.hulls);
   data.hulls.free_slots.reserve(rows.hulls);
   reserve_store(data.contacts.pairs, rows.pairs);
-  reserve_store(data.contacts.resting, saved.find("contacts.resting", "pair").rows);
+  reserve_store(data.contacts.resting, rows.resting);
   reserve_store(data.contacts.now, rows.contacts);
   data.contacts.free_rows.reserve(rows.contacts);
   data.events.touching.reserve(saved.find("events", "touching").rows);
