@@ -34,6 +34,13 @@ void measure_one(Job& job) {
   job.entry.repeats.push_back(result);
 }
 
+// Of its last run.
+double seconds_of(const Job& job) {
+  if (job.entry.repeats.empty()) return 0.0;
+  const Measurement& last = job.entry.repeats.back();
+  return 1e-3 * last.ms_per_step * last.timed_steps;
+}
+
 // In turn: every engine and thread count of a scene once, then all of them again, so that a machine that
 // drifts does so for everybody.
 void measure_all(const Options& options, std::vector<Job>& jobs) {
@@ -43,7 +50,9 @@ void measure_all(const Options& options, std::vector<Job>& jobs) {
     while (last < jobs.size() && jobs[last].entry.scene == jobs[first].entry.scene) ++last;
     for (int repeat = 0; repeat < repeats; ++repeat) {
       for (std::size_t i = first; i < last; ++i) {
-        if (jobs[i].same_as == i) measure_one(jobs[i]);
+        if (jobs[i].same_as != i) continue;
+        if (options.patience > 0.0 && seconds_of(jobs[i]) > options.patience) continue;
+        measure_one(jobs[i]);
       }
     }
     for (std::size_t i = first; i < last && options.evaluate_every > 0 && options.stand.empty(); ++i) {
@@ -130,6 +139,8 @@ int main(int argc, char** argv) {
   app.add_option("--warmup", options.warmup, "untimed first steps")->check(CLI::Range(0, 1'000'000));
   app.add_option("--repeats", options.repeats, "runs in turn, of which the median counts")
       ->check(CLI::Range(1, 1000));
+  app.add_option("--patience", options.patience, "seconds; a run that takes longer is not repeated")
+      ->check(CLI::Range(1e-9, 1e9));
   app.add_option("--evaluate-every", options.evaluate_every, "one more run, judged every K steps")
       ->check(CLI::Range(1, 1'000'000));
   app.add_option("--stand", options.stand, "instead: step these stacks until they collapse")->delimiter(',');

@@ -12,6 +12,15 @@
 namespace scree::bench {
 namespace {
 
+// How often things were run.
+std::string runs(const Options& options) {
+  if (options.repeats == 1) return "1 run";
+  std::ostringstream text;
+  text << options.repeats << " runs in turn";
+  if (options.patience > 0.0) text << " (1 where it takes more than " << options.patience << " s)";
+  return text.str();
+}
+
 std::string protocol(const Options& options) {
   std::ostringstream text;
   if (!options.stand.empty()) {
@@ -20,8 +29,8 @@ std::string protocol(const Options& options) {
     return text.str();
   }
   text << options.warmup << " untimed step" << (options.warmup == 1 ? "" : "s")
-       << ", then total time over timed steps; median of " << options.repeats
-       << " runs in turn, each in its own process; quality at the end by one evaluator from poses and "
+       << ", then total time over timed steps; median of " << runs(options)
+       << ", each in its own process; quality at the end by one evaluator from poses and "
           "velocities.";
   return text.str();
 }
@@ -51,8 +60,7 @@ void print_brief(const Options& options, const std::vector<Entry>& entries, std:
   for (const auto& [name, value] : describe_machine()) {
     if (name != "load") names += (names.empty() ? "" : "; ") + name + ": " + value;
   }
-  out << names << ". Medians of " << options.repeats
-      << (options.repeats == 1 ? " run.\n\n" : " runs in turn.\n\n");
+  out << names << ". Medians of " << runs(options) << ".\n\n";
   print_markdown(brief(entries, entries.front().engine), out);
 }
 

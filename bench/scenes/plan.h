@@ -24,6 +24,7 @@ struct Options {
   int max_steps = 3600;  // 60 s
   int warmup = 1;
   int repeats = 5;
+  double patience = 0.0;  ///< s; what takes longer is not repeated; 0: everything is
   int evaluate_every = 0;
   std::string markdown_file;
   std::string brief_file;

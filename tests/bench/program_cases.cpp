@@ -19,9 +19,10 @@ class BenchProgram : public scree::testing::ProgramTest {
  protected:
   Outcome bench(const std::string& arguments) { return run("'" SCREE_BENCH_PROGRAM "' " + arguments); }
 
-  nlohmann::json figures(const std::string& arguments) {
+  nlohmann::json figures(const std::string& arguments, int repeats = 1) {
     const fs::path file = folder_ / "figures.json";
-    const Outcome outcome = bench("--engines scree --repeats 1 --json '" + file.string() + "' " + arguments);
+    const Outcome outcome = bench("--engines scree --repeats " + std::to_string(repeats) + " --json '" +
+                                  file.string() + "' " + arguments);
     EXPECT_EQ(outcome.exit_code, 0) << arguments << "\n" << outcome.err;
     return nlohmann::json::parse(read_file(file));
   }
@@ -81,6 +82,18 @@ TEST_F(BenchProgram, DrivesBodiesLikeTheCommandDoes) {
   const nlohmann::json again = figures(arguments).at("entries").at(0).at("repeats").at(0);
   EXPECT_EQ(first.at("bits"), again.at("bits"));
   EXPECT_EQ(first.at("bodies"), 4);
+}
+
+TEST_F(BenchProgram, PatienceEndsTheRepeatsOfWhatIsSlow) {
+  const auto runs = [&](const std::string& arguments) {
+    return figures("--scenes stack:bodies=3 --steps 5 --threads 1 " + arguments, 3)
+        .at("entries")
+        .at(0)
+        .at("repeats")
+        .size();
+  };
+  EXPECT_EQ(runs("--patience 1e-9"), 1u);
+  EXPECT_EQ(runs("--patience 1000"), 3u);
 }
 
 TEST_F(BenchProgram, RefusesWhatItCannotMeasureBeforeItMeasures) {
