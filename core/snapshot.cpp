@@ -78,16 +78,6 @@ void derive_contacts(Contacts& contacts) {
   contacts.list_kept = false;
 }
 
-void clear_events(Events& events) {
-  events.before.clear();
-  events.begins.clear();
-  events.persists.clear();
-  events.ends.clear();
-  events.restored.clear();
-  events.sleep_begins.clear();
-  events.sleep_ends.clear();
-}
-
 // What a world is besides its columns and its hulls.
 void load_world(const SavedWorld& saved, WorldData& data) {
   data.settings = saved.settings;
@@ -172,7 +162,8 @@ void restore(World& world, const Snapshot& snapshot) {
   derive_shapes(data);
   derive_bodies(data.bodies);
   derive_contacts(data.contacts);
-  clear_events(data.events);
+  data.events.before.clear();
+  clear_told(data.events);
   for (Part* part :
        {data.broad_phase.get(), data.narrow_phase.get(), data.constraints.get(), data.islands.get()}) {
     if (part != nullptr) part->forget();

@@ -8,6 +8,7 @@
 #include <core/edit.h>
 #include <core/hull_build.h>
 #include <core/hull_store.h>
+#include <core/pair_key.h>
 #include <core/snapshot_bytes.h>
 #include <core/snapshot_check.h>
 #include <core/snapshot_columns.h>
@@ -442,12 +443,9 @@ void check_pairs(const WorldData& data, const SavedColumns& saved, const Snapsho
 
 void check_events(const WorldData& data, const Refusal& refusal) {
   const Column<TouchRow>& touching = data.events.touching;
-  const auto key = [](const TouchRow& row) {
-    return std::uint64_t{row.pair.shape_a.index} << 32 | row.pair.shape_b.index;
-  };
   for (std::size_t row = 0; row < touching.size(); ++row) {
     const bool fits = touching[row].events >= 1 && touching[row].events <= 3 &&
-                      (row == 0 || key(touching[row - 1]) < key(touching[row]));
+                      (row == 0 || key_of(touching[row - 1]) < key_of(touching[row]));
     refusal.require(fits, "events", "touching", row, "asks for nothing, or does not ascend");
   }
   for (std::size_t row = 0; row < data.events.woken.size(); ++row) {

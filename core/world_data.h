@@ -178,11 +178,6 @@ struct Hulls {
 
 inline constexpr std::uint8_t kNoColor = 0xff;
 
-// The order of pairs.
-inline bool comes_before(const ShapePair& x, const ShapePair& y) {
-  return x.a != y.a ? x.a < y.a : x.b < y.b;
-}
-
 struct PairRows {
   SCREE_STORE(SCREE_PAIR_COLUMNS)
 };
@@ -240,6 +235,16 @@ struct Events {
   Column<std::uint8_t> verdicts;  // scratch; list_events; by pair
   Column<EventCounts> counts;     // scratch; list_events; by chunk of pairs
 };
+
+// Empties what the caller is told of the last step.
+inline void clear_told(Events& events) {
+  events.begins.clear();
+  events.persists.clear();
+  events.ends.clear();
+  events.restored.clear();
+  events.sleep_begins.clear();
+  events.sleep_ends.clear();
+}
 
 // Data that only one stage looks into; defined beside that stage, which makes it at its first run.
 struct Part {

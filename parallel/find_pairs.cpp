@@ -10,7 +10,6 @@
 #include <parallel/broad_phase.h>
 #include <parallel/list_where.h>
 #include <parallel/merge_pairs.h>
-#include <parallel/pair_key.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -33,8 +32,7 @@ bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
   crew.run_ranges(static_cast<int>(list.size()), kPairsPerChunk, [&](int begin, int end, int) {
     const ShapePair* const behind = last.end();
     const ShapePair* row =
-        std::lower_bound(last.begin(), behind, list[static_cast<std::size_t>(begin)],
-                         [](const ShapePair& x, const ShapePair& y) { return key_of(x) < key_of(y); });
+        std::lower_bound(last.begin(), behind, list[static_cast<std::size_t>(begin)], comes_before);
     bool in_place = true;
     for (int i = begin; i < end; ++i) {
       const ShapePair pair = list[static_cast<std::size_t>(i)];

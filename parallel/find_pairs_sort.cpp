@@ -4,8 +4,8 @@
 // The list is grouped into buckets by the smaller shape (the owner), each bucket is counted out by owner, and
 // each owner's short row is ranked by comparing everybody with everybody. Keys are unique, so the result does
 // not depend on how the join was cut.
+#include <core/pair_key.h>
 #include <parallel/broad_phase.h>
-#include <parallel/pair_key.h>
 
 #include <algorithm>
 #include <bit>

@@ -6,7 +6,6 @@
 // pairs rest and some do not, their two lists are made one first.
 #include <core/edit.h>
 #include <parallel/merge_pairs.h>
-#include <parallel/pair_key.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -21,8 +20,6 @@ constexpr int kRowsPerChunk = 1024;
 // Bits of Events::verdicts: the ContactEvents that a touching pair is asked about, 0 if it does not touch.
 constexpr std::uint8_t kAskedMask = 3;
 constexpr std::uint8_t kResting = 4;  // both bodies rest: nothing was solved
-
-std::uint64_t key_of(const TouchRow& row) { return pair_key(row.pair.shape_a.index, row.pair.shape_b.index); }
 
 ContactEnd handles_of(const WorldData& data, const ShapePair& pair) {
   const auto shape = [&](std::int32_t index) {

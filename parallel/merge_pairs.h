@@ -2,7 +2,7 @@
 // what is put where depends on the lists alone.
 #pragma once
 
-#include <core/world_data.h>
+#include <core/pair_key.h>
 #include <parallel/crew.h>
 
 #include <algorithm>

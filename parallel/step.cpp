@@ -42,15 +42,6 @@ void clear_figures(StepStats& stats) {
   stats.contact_points = stats.restored_bodies = stats.swept_bodies = stats.sweep_hits = 0;
 }
 
-void clear_events(Events& events) {
-  events.begins.clear();
-  events.persists.clear();
-  events.ends.clear();
-  events.restored.clear();
-  events.sleep_begins.clear();
-  events.sleep_ends.clear();
-}
-
 void check_time_step(float dt) {
   if (!(dt >= 0.0f && dt <= 1.0f)) {
     throw Error("step: the time step is " + std::to_string(dt) + " s; it must be in [0, 1]");
@@ -79,7 +70,7 @@ void check_worlds(std::span<World* const> worlds) {
 
 void step(WorldData& data, float dt, Crew& crew) {
   clear_figures(data.stats);
-  clear_events(data.events);
+  clear_told(data.events);
   PhaseClock clock(data.stats);
   wake_neighbors(data);
   refresh_lists(data, crew);
