@@ -93,6 +93,8 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
   std::size_t shapes_written = 0;
   try {
     grow(bodies, old_bodies + count - body_plan.from_free);
+    data.events.woken.reserve(
+        bodies.flags.size());  // waking can not fail: a slot wakes once between two steps
     grow(shapes, old_shapes + shape_count - shape_plan.from_free);
     for (std::size_t i = 0; i < count; ++i) {
       const Call item{call.name, count > 1 ? static_cast<std::int64_t>(i) : -1};

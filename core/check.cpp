@@ -9,6 +9,11 @@ namespace {
 constexpr int kDigits = 9;  // all of a float
 std::string text_of(double value) { return number_text(value, kDigits); }
 
+double length_of(Quat q) {
+  const double x = q.x, y = q.y, z = q.z, w = q.w;
+  return std::sqrt(x * x + y * y + z * z + w * w);
+}
+
 }  // namespace
 
 std::string title(Call call) {
@@ -29,13 +34,15 @@ void fail_handle(Call call, const char* kind, std::uint32_t index, std::uint32_t
                  std::to_string(generation) + ": it was destroyed, or belongs to another world");
 }
 
+bool is_unit(Quat rotation) {
+  const double length = length_of(rotation);
+  return length >= 1.0 - kUnitTolerance && length <= 1.0 + kUnitTolerance;
+}
+
 void check_rotation(Call call, const char* what, Quat rotation) {
-  const double x = rotation.x, y = rotation.y, z = rotation.z, w = rotation.w;
-  const double norm = std::sqrt(x * x + y * y + z * z + w * w);
-  if (!(norm >= 1.0 - kUnitTolerance && norm <= 1.0 + kUnitTolerance)) {
-    fail(call, std::string(what) + " has length " + text_of(norm) + ", must be 1 within " +
-                   text_of(kUnitTolerance));
-  }
+  if (is_unit(rotation)) return;
+  fail(call, std::string(what) + " has length " + text_of(length_of(rotation)) + ", must be 1 within " +
+                 text_of(kUnitTolerance));
 }
 
 void check_pose(Call call, const char* position, const char* rotation, const Pose& pose, float limit) {

@@ -32,7 +32,7 @@ inline void check_vector(Call call, const char* what, Vec3 v, float limit) {
   check_range(call, what, v.y, -limit, limit);
   check_range(call, what, v.z, -limit, limit);
 }
-// Unit length within kUnitTolerance.
+bool is_unit(Quat rotation);  // in length, within kUnitTolerance
 void check_rotation(Call call, const char* what, Quat rotation);
 void check_pose(Call call, const char* position, const char* rotation, const Pose& pose, float limit);
 void check_body_type(Call call, BodyType type);

@@ -105,7 +105,8 @@ void read_head(ByteReader& reader, std::span<const std::byte> bytes) {
                             std::to_string(bytes.size()));
   }
   at = reader.at();
-  if (reader.take<std::uint64_t>() != hash_of(bytes)) refuse_snapshot(at, "the checksum is wrong");
+  const auto hash = reader.take<std::uint64_t>();  // before there are bytes to hash
+  if (hash != hash_of(bytes)) refuse_snapshot(at, "the checksum is wrong");
 }
 
 void read_world(ByteReader& reader, SavedWorld& world) {

@@ -41,11 +41,6 @@ bool is_zero_row(const Row& row) {
   return std::memcmp(&row, &zero, sizeof(Row)) == 0;
 }
 
-bool is_unit(Quat q) {
-  const double norm =
-      std::sqrt(double{q.x} * q.x + double{q.y} * q.y + double{q.z} * q.z + double{q.w} * q.w);
-  return norm >= 1.0 - kUnitTolerance && norm <= 1.0 + kUnitTolerance;
-}
 bool is_placed(const PoseRow& pose) { return is_finite_row(pose) && is_unit(to_quat(pose.rotation)); }
 
 bool within(float x, float low, float high) { return x >= low && x <= high; }
@@ -439,6 +434,9 @@ void check_pairs(const WorldData& data, const SavedColumns& saved, const Snapsho
                   "some contact belongs to no pair");
   check_list(data.contacts.free_rows, points.size(), "contacts", "free_rows", refusal,
              [&](std::size_t row) { return points[row] == 0; });
+  // Restoring makes whole rows of them.
+  refusal.require(data.contacts.free_rows.size() + contacts == points.size(), "contacts", "free_rows", 0,
+                  "some free row is not listed");
 }
 
 void check_events(const WorldData& data, const Refusal& refusal) {

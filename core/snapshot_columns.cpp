@@ -304,7 +304,7 @@ SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem proble
       require(at <= columns.size() && columns.size() - at >= kColumnHeadBytes, at,
               "the columns end too early");
     }
-    SavedColumn& column = saved.column[saved.count++];
+    SavedColumn& column = saved.column.at(saved.count++);
     column = {store,
               name,
               form,
@@ -337,7 +337,7 @@ void reserve_columns(const SavedColumns& saved, WorldData& data) {
   reserve_store(data.contacts.now, rows.contacts);
   data.contacts.free_rows.reserve(rows.contacts);
   data.events.touching.reserve(saved.find("events", "touching").rows);
-  data.events.woken.reserve(saved.find("events", "woken").rows);
+  data.events.woken.reserve(rows.bodies);
 }
 
 void load_columns(const SnapshotData& snapshot, const SavedColumns& saved, WorldData& data,

@@ -2,7 +2,7 @@
 // takes longer to make than to copy.
 //
 // Each begins at a multiple of 8 bytes with its number of rows and the number of bytes that follow, 8 bytes
-// each, in one of three forms. Columns of different worlds are told apart by nothing else, so the table is
+// each, in one of four forms. Columns of different worlds are told apart by nothing else, so the table is
 // part of the format: see layout_of_columns.
 #pragma once
 

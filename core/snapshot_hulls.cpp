@@ -112,14 +112,19 @@ Loops read_loops(ByteReader& reader, const SolidSize& size) {
   const auto side_of = [&](std::int32_t from, std::int32_t to) {
     return static_cast<std::size_t>(from) * size.vertices + static_cast<std::size_t>(to);
   };
-  std::vector<bool> sides(size.vertices * size.vertices), used(size.vertices);
+  std::vector<bool> sides(size.vertices * size.vertices), used(size.vertices), in_face(size.vertices);
   for (auto& loop : loops) {
+    in_face.assign(size.vertices, false);
     for (std::int32_t& vertex : loop) {
       vertex = reader.take<std::uint8_t>();
       if (static_cast<std::size_t>(vertex) >= size.vertices) {
         refuse_snapshot(reader.at() - 1, "a hull's corner names no vertex");
       }
-      used[static_cast<std::size_t>(vertex)] = true;
+      // Kernels have room for as many corners of a face as a hull has vertices.
+      if (in_face[static_cast<std::size_t>(vertex)]) {
+        refuse_snapshot(reader.at() - 1, "a hull's face has a corner twice");
+      }
+      in_face[static_cast<std::size_t>(vertex)] = used[static_cast<std::size_t>(vertex)] = true;
     }
     for (std::size_t k = 0; k < loop.size(); ++k) {
       const std::int32_t from = loop[k], to = loop[(k + 1) % loop.size()];

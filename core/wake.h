@@ -14,17 +14,22 @@ namespace scree {
 // Clears the sleep of a living dynamic body and restarts its timer; nothing happens to other rows.
 void wake_body(WorldData& data, std::int32_t body);
 
-// The bodies that touch the shape (by contacts.pairs) wake at the next wake_neighbors; where the call moves
-// or stops the shape of a fixed or kinematic body, so do those that are merely near it. Works for shapes that
-// are about to die: their pairs outlive them until find_pairs.
+// The bodies that touch the shape (by the lists of pairs) wake at the next wake_neighbors; where the call
+// moves or stops the shape of a fixed or kinematic body, so do those that are merely near it. Works for
+// shapes that are about to die: their pairs outlive them until find_pairs.
 inline void request_wake(WorldData& data, std::int32_t shape) {
   data.shapes.flags[static_cast<std::size_t>(shape)] |= kShapeWakes;
   data.shapes.wake_requested = true;
 }
 
-// Fulfills the requests. The step calls it before refresh_lists (contacts.pairs must still be last step's);
+// Fulfills the requests. The step calls it before refresh_lists (the pairs must still be last step's);
 // World::is_awake calls it too.
 void wake_neighbors(WorldData& data);
+
+inline bool is_awake_dynamic(const Bodies& bodies, std::int32_t body) {
+  const auto row = static_cast<std::size_t>(body);
+  return bodies.type[row] == BodyType::dynamic && (bodies.flags[row] & kBodyAsleep) == 0;
+}
 
 // A kinematic body wakes what it touches unless it is still.
 inline bool is_still(const VelocityRow& v) {

@@ -189,7 +189,7 @@ struct ContactRows {
 struct Contacts {
   PairRows pairs;
   PairRows resting;  // find_pairs: pairs of two frozen shapes. Nobody looks at them until a shape changes its
-                     // tree or a call changes a pair: sleepers cost nothing
+                     // tree or a call changes a pair: sleepers cost nothing where no events are asked for
   std::int64_t resting_contacts = 0;  // derived; find_pairs: of `resting`, how many touch
   PairRows pairs_before;              // scratch; find_pairs: the last list, where it has changed
   ContactRows now;

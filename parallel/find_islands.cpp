@@ -44,10 +44,6 @@ bool is_asleep(const Bodies& bodies, std::int32_t body) {
   return (bodies.flags[static_cast<std::size_t>(body)] & kBodyAsleep) != 0;
 }
 
-bool is_awake_dynamic(const Bodies& bodies, std::int32_t body) {
-  return bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic && !is_asleep(bodies, body);
-}
-
 bool is_tired(const WorldData& data, std::int32_t body) {
   const auto index = static_cast<std::size_t>(body);
   const float slow_for = data.bodies.sleep_time[index];  // 0 while it moves, which no wait is too short for

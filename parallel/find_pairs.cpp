@@ -235,6 +235,7 @@ void BroadPhase::forget() noexcept {
   members.clear();
   for (PairTree& tree : trees) tree.clear();
   dirty.clear();
+  is_dirty.clear();  // marks of a step that ran out of memory
 }
 
 void BroadPhase::report(const Visit& visit) const {

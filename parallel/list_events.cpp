@@ -38,9 +38,8 @@ ContactEvents asked_about(const WorldData& data, const ShapePair& pair) {
          data.shapes.events[static_cast<std::size_t>(pair.b)];
 }
 
-bool is_awake_dynamic(const WorldData& data, std::int32_t shape) {
-  const auto body = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(shape)]);
-  return data.bodies.type[body] == BodyType::dynamic && (data.bodies.flags[body] & kBodyAsleep) == 0;
+bool is_on_awake_dynamic(const WorldData& data, std::int32_t shape) {
+  return is_awake_dynamic(data.bodies, data.shapes.body[static_cast<std::size_t>(shape)]);
 }
 
 float nearest_of(const Manifold& manifold) {
@@ -89,7 +88,7 @@ std::uint8_t judge(const WorldData& data, const PairList& list, std::size_t row,
   const Manifold& manifold = data.contacts.now.manifold[contact];
   if (asked == ContactEvents::none) return 0;
   const auto verdict = static_cast<std::uint8_t>(asked);
-  if (!is_awake_dynamic(data, pair.a) && !is_awake_dynamic(data, pair.b)) {
+  if (!is_on_awake_dynamic(data, pair.a) && !is_on_awake_dynamic(data, pair.b)) {
     const bool touches = known || nearest_of(manifold) <= 0.0f;
     return touches ? static_cast<std::uint8_t>(verdict | kResting) : std::uint8_t{0};
   }
@@ -187,7 +186,7 @@ ContactEvent make_event(const WorldData& data, const PairList& list, std::size_t
     event.points[event.point_count++] = {
         center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2, manifold.separation[k]};
   }
-  if (!is_awake_dynamic(data, pair.a) && !is_awake_dynamic(data, pair.b)) return event;
+  if (!is_on_awake_dynamic(data, pair.a) && !is_on_awake_dynamic(data, pair.b)) return event;
   event.approach_speed = data.events.approach[contact];
   if (solved && std::isfinite(data.events.impulse[contact]))
     event.normal_impulse = data.events.impulse[contact];

@@ -321,6 +321,18 @@ V3 friction_center(const WideContact<kPoints>& contact, F reach) {
   }
 }
 
+// Half the thickness of boxes; of hulls, whose thinnest part may lie askew, the radius of the ball within.
+inline F thinness(const CollideColumns& columns, const std::int32_t* shape, V3 half, bool has_hulls) {
+  const F of_box = min(min(half.x, half.y), half.z);
+  if (!has_hulls) return of_box;
+  alignas(64) float lanes[kLanes];
+  store(lanes, of_box);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const std::int32_t slot = columns.shape_hull[shape[lane]];
+    if (slot >= 0) lanes[lane] = columns.hulls[slot]->inner_radius;
+  }
+  return load(lanes);
+}
 // Contacts ahead with something fixed that the body may well pass: those that it will only graze. Floors are
 // made of pieces, and what slides over a seam would be stopped by the side of the next one, which its own
 // side overlaps in a strip as thin as it has sunk in. Where points touch instead of faces, the way tells.

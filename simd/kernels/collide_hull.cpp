@@ -256,7 +256,7 @@ void pass_pairs(const CollideColumns& columns, const CollideItem* items, Survivo
 }
 
 // Points of faces may lie beyond the reach, so that they tell the faces' overlap.
-void look_ahead(WideContact<4>& contact) {
+void look_ahead(F thinnest, WideContact<4>& contact) {
   const V3 tangent_1 = tangent_of(contact.normal), tangent_2 = cross(contact.normal, tangent_1);
   F u[4], v[4];
   for (int k = 0; k < 4; ++k) {
@@ -267,7 +267,7 @@ void look_ahead(WideContact<4>& contact) {
   constexpr auto kKind = static_cast<std::int32_t>(kFeatureKind);
   constexpr auto kEdges = static_cast<std::int32_t>(kFeatureEdges);
   contact.at_edges = ((contact.id[0] & I(kKind)) == I(kEdges)) & !(contact.id[1] > I(0));
-  contact.in_strip = (width_of(u, v) < F(kStrip)) & !contact.at_edges;
+  contact.in_strip = (width_of(u, v) < min(F(kStrip), thinnest)) & !contact.at_edges;
 }
 
 void pass_store(const CollideColumns& columns, const CollideItem* items, Touching& touching) {
@@ -291,7 +291,10 @@ void pass_store(const CollideColumns& columns, const CollideItem* items, Touchin
       contact.id[k] = load(touching.id[k] + begin);
     }
     contact.in_strip = contact.at_edges = never();
-    if (any(pair.reach > F(kSpeculativeDistance))) look_ahead(contact);
+    if (any(pair.reach > F(kSpeculativeDistance))) {
+      const F thinness_1 = thinness(columns, block.shape_1, pair.extent_1.half, true);
+      look_ahead(min(thinness_1, thinness(columns, block.shape_2, pair.extent_2.half, true)), contact);
+    }
     store_contacts(columns, items, touching.which + begin, block, pair.first.position, pair.reach, contact);
     for (int lane = 0; lane < lanes; ++lane) {  // what will only graze has been dropped
       if (columns.points[block.row[lane]] == 0)

@@ -31,19 +31,6 @@ struct Motion {
   F distance;         // bound on the relative motion of the boxes' points
 };
 
-// Half the thickness of boxes; of hulls, whose thinnest part may lie askew, the radius of the ball within.
-inline F thinness(const CollideColumns& columns, const std::int32_t* shape, V3 half, bool has_hulls) {
-  const F of_box = min(min(half.x, half.y), half.z);
-  if (!has_hulls) return of_box;
-  alignas(64) float lanes[kLanes];
-  store(lanes, of_box);
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const std::int32_t slot = columns.shape_hull[shape[lane]];
-    if (slot >= 0) lanes[lane] = columns.hulls[slot]->inner_radius;
-  }
-  return load(lanes);
-}
-
 inline V3 part(Q4 q) { return {q.x, q.y, q.z}; }
 
 // The relative motion, seen from A: the change of B's place plus what B's relative turn moves at its size.

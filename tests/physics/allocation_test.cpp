@@ -82,6 +82,28 @@ TEST(Allocation, NeverHappensWhenSnapshotsAndWorldsAreUsedAgain) {
   }
 }
 
+TEST(Allocation, NeverHappensWhenSleepersWake) {
+  // Calls that wake somebody have changed the world before: they may not run out of memory.
+  Lab lab(WorldSettings{});
+  lab.add_ground();
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < 200; ++i) {
+    boxes.push_back(lab.add({.position = {2.0f * static_cast<float>(i), 0.5f, 0}}, Box{}));
+  }
+  lab.run(120);
+  Snapshot asleep;
+  save(lab.world, asleep);
+  World other;
+  restore(other, asleep);
+  for (World* world : {&lab.world, &other}) {
+    ASSERT_FALSE(world->is_awake(boxes.front()));
+    const long before = allocations.load();
+    for (const BodyId box : boxes) world->wake(box);
+    EXPECT_EQ(allocations.load() - before, 0);
+    EXPECT_TRUE(world->is_awake(boxes.back()));
+  }
+}
+
 TEST(Allocation, NeverHappensInAStepOfBodiesOnTheMove) {
   // Balls on a belt that runs against a wall: contacts come and go for ever.
   Lab lab;
