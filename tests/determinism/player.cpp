@@ -465,6 +465,7 @@ void Player::check_sleep() {
   });
   for (const Slot& slot : slots_) {
     if (slot.body == BodyId{} || world_.body_type(slot.body) != BodyType::dynamic) continue;
+    if (world_.is_frozen(slot.body)) continue;  // neither sleeps nor is awake
     if (world_.is_awake(slot.body) == asleep_.contains(slot.body)) {
       broken("body " + std::to_string(slot.body.index) + " sleeps or wakes unheard of");
     }
