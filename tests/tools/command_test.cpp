@@ -92,6 +92,11 @@ TEST_F(Command, RefusesBadCommandLinesWithExitCodeTwo) {
   expect_refusal("run stack --threads -1", "--threads -1 must be from 0 to 1024");
   expect_refusal("run stack --threads 5000", "--threads 5000 must be from 0 to 1024");
   expect_refusal("run stack --isa mmx", "--isa mmx: unknown instruction set; there are: auto, scalar, sse2");
+  expect_refusal("run stack --keyframes 5", "--keyframes says nothing without --record FILE");
+  expect_refusal("run stack --record x.scree --keyframes 0", "--keyframes 0 must be from 1 to 1000000000");
+  expect_refusal("run stack --record /no/such/folder/x.scree", "/no/such/folder/x.scree");
+  expect_refusal("run many_worlds --set worlds=3 --record x.scree",
+                 "a recording is of one world, and the scene many_worlds consists of 3; say --set worlds=1");
   expect_refusal("run stack --json /no/such/folder/x.json", "/no/such/folder/x.json: cannot be written");
 }
 

@@ -1,10 +1,11 @@
-// The command `scree`: reads the command line, runs, prints. Exit codes: 0 done, 1 something broke, 2 bad
-// input.
+// The command `scree`: reads the command line, runs, prints. Exit codes: 0 done, 1 something broke or
+// recordings differ, 2 bad input.
+#include <tools/command/options.h>
+#include <tools/command/replay.h>
 #include <tools/command/report.h>
 #include <tools/command/run.h>
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -12,43 +13,8 @@
 
 namespace {
 
-constexpr int kBroken = 1;
+constexpr int kBroken = 1;  // and recordings that differ
 constexpr int kBadInput = 2;
-
-// key=value pairs; CLI11 would take them as positions of its own otherwise.
-scree::scenes::Parameters read_parameters(const std::vector<std::string>& settings) {
-  scree::scenes::Parameters parameters;
-  for (const std::string& setting : settings) {
-    const std::size_t equals = setting.find('=');
-    if (equals == std::string::npos || equals == 0) {
-      throw scree::Error("--set " + setting + ": expected key=value");
-    }
-    const std::string key = setting.substr(0, equals);
-    const std::string text = setting.substr(equals + 1);
-    std::size_t used = 0;
-    double value = 0.0;
-    try {
-      value = std::stod(text, &used);
-    } catch (const std::logic_error&) {
-      used = 0;
-    }
-    if (used == 0 || used != text.size() || !std::isfinite(value)) {
-      throw scree::Error("--set " + setting + ": \"" + text + "\" is not a finite number");
-    }
-    if (!parameters.emplace(key, value).second) throw scree::Error("--set " + key + " is given twice");
-  }
-  return parameters;
-}
-
-scree::Isa read_isa(const std::string& name) {
-  std::string names;
-  for (int i = 0; i <= static_cast<int>(scree::Isa::avx512); ++i) {
-    const auto isa = static_cast<scree::Isa>(i);
-    if (name == scree::isa_name(isa)) return isa;
-    names += (names.empty() ? "" : ", ") + std::string(scree::isa_name(isa));
-  }
-  throw scree::Error("--isa " + name + ": unknown instruction set; there are: " + names);
-}
 
 void list_scenes() {
   for (const scree::scenes::SceneInfo& info : scree::scenes::catalog()) {
@@ -84,13 +50,33 @@ class JsonOutput {
   std::ofstream file_;
 };
 
+// Everything for people goes where it does not get mixed up with the JSON.
+template <class Figures>
+void print(const Figures& figures, JsonOutput& json) {
+  (json.to_standard_output() ? std::cerr : std::cout) << to_table(figures) << std::flush;
+  json.write(to_json(figures));
+}
+
 // What the command line gave, as text; checked when the run begins.
 struct Arguments {
   scree::command::RunOptions options;
+  scree::command::ReplayOptions replay;
+  scree::command::DiffOptions diff;
+  std::string info_file;
   std::vector<std::string> settings;
   std::string isa = "auto";
   std::string json;
 };
+
+void declare_backend(CLI::App& app, int& threads, Arguments& arguments) {
+  app.add_option("--threads", threads, "Threads (default 0: one per core)");
+  app.add_option("--isa", arguments.isa, "auto, scalar, sse2, avx2 or avx512 (default: auto)");
+}
+
+void declare_json(CLI::App& app, Arguments& arguments) {
+  app.add_option("--json", arguments.json, "Write the figures to FILE; - is standard output")
+      ->type_name("FILE");
+}
 
 void declare_run(CLI::App& run, Arguments& arguments) {
   scree::command::RunOptions& options = arguments.options;
@@ -102,22 +88,67 @@ void declare_run(CLI::App& run, Arguments& arguments) {
   run.add_option("--steps", options.steps, "All steps, the warm-up included (default: the scene's)");
   run.add_option("--dt", options.dt, "Time step in seconds, 0 to 1 (default: the scene's)");
   run.add_option("--substeps", options.substeps, "Solver substeps per step, 1 to 64 (default: the scene's)");
-  run.add_option("--threads", options.threads, "Threads (default 0: one per core)");
-  run.add_option("--isa", arguments.isa, "auto, scalar, sse2, avx2 or avx512 (default: auto)");
+  declare_backend(run, options.threads, arguments);
   run.add_option("--warmup", options.warmup, "Untimed steps at the start (default: 1)");
   run.add_flag("--no-sleep", options.no_sleep, "Keep resting bodies awake");
-  run.add_option("--json", arguments.json, "Write the figures to FILE; - is standard output")
+  run.add_option("--record", options.record, "Record the world into FILE, for replay, info and diff")
       ->type_name("FILE");
+  run.add_option("--keyframes", options.keyframes, "Steps between the recording's keyframes (default: 300)");
+  declare_json(run, arguments);
   run.add_flag("--quiet", options.quiet, "No progress");
 }
 
-void run_scene(Arguments& arguments) {
-  arguments.options.parameters = read_parameters(arguments.settings);
-  arguments.options.isa = read_isa(arguments.isa);
+void declare_replay(CLI::App& replay, Arguments& arguments) {
+  scree::command::ReplayOptions& options = arguments.replay;
+  replay.add_option("FILE", options.file, "A recording")->required();
+  replay.add_flag("--verify", options.verify, "Compare every hash and the state at every keyframe");
+  declare_backend(replay, options.threads, arguments);
+  replay.add_option("--from", options.from, "The step to begin after (default: the recording's first)");
+  replay.add_option("--to", options.to, "The last step (default: the recording's last)");
+  declare_json(replay, arguments);
+  replay.add_flag("--quiet", options.quiet, "No progress");
+}
+
+void declare_info(CLI::App& info, Arguments& arguments) {
+  info.add_option("FILE", arguments.info_file, "A recording")->required();
+  declare_json(info, arguments);
+}
+
+void declare_diff(CLI::App& diff, Arguments& arguments) {
+  diff.add_option("A", arguments.diff.a, "A recording")->required();
+  diff.add_option("B", arguments.diff.b, "Another one")->required();
+  declare_backend(diff, arguments.diff.threads, arguments);
+  declare_json(diff, arguments);
+}
+
+int run_scene(Arguments& arguments) {
+  arguments.options.parameters = scree::command::read_parameters(arguments.settings);
+  arguments.options.isa = scree::command::read_isa(arguments.isa);
   JsonOutput json(arguments.json);
-  const scree::command::RunFigures figures = scree::command::run(arguments.options);
-  (json.to_standard_output() ? std::cerr : std::cout) << scree::command::to_table(figures) << std::flush;
-  json.write(scree::command::to_json(figures));
+  print(scree::command::run(arguments.options), json);
+  return 0;
+}
+
+int replay(Arguments& arguments) {
+  arguments.replay.isa = scree::command::read_isa(arguments.isa);
+  JsonOutput json(arguments.json);
+  const scree::command::ReplayFigures figures = scree::command::replay(arguments.replay);
+  print(figures, json);
+  return figures.divergence ? kBroken : 0;
+}
+
+int show_info(const Arguments& arguments) {
+  JsonOutput json(arguments.json);
+  print(scree::command::inspect(arguments.info_file), json);
+  return 0;
+}
+
+int diff(Arguments& arguments) {
+  arguments.diff.isa = scree::command::read_isa(arguments.isa);
+  JsonOutput json(arguments.json);
+  const scree::command::DiffFigures figures = scree::command::diff(arguments.diff);
+  print(figures, json);
+  return figures.divergence ? kBroken : 0;
 }
 
 }  // namespace
@@ -128,17 +159,25 @@ int main(int argc, char** argv) {
   app.require_subcommand(0, 1);  // none at all gets our own message: CLI11's hides a misspelled one
   const CLI::App* scenes = app.add_subcommand("scenes", "List the built-in scenes");
   CLI::App* run = app.add_subcommand("run", "Run a scene and print its figures");
+  CLI::App* replay_command = app.add_subcommand("replay", "Play a recording, or verify it");
+  CLI::App* info_command = app.add_subcommand("info", "Say what is inside a recording");
+  CLI::App* diff_command = app.add_subcommand("diff", "Find the first step at which two recordings part");
   Arguments arguments;
   declare_run(*run, arguments);
+  declare_replay(*replay_command, arguments);
+  declare_info(*info_command, arguments);
+  declare_diff(*diff_command, arguments);
   try {
     app.parse(argc, argv);
     if (scenes->parsed()) {
       list_scenes();
-    } else if (run->parsed()) {
-      run_scene(arguments);
-    } else {
-      throw scree::Error("nothing to do; say `scree scenes`, `scree run SCENE` or `scree --help`");
+      return 0;
     }
+    if (run->parsed()) return run_scene(arguments);
+    if (replay_command->parsed()) return replay(arguments);
+    if (info_command->parsed()) return show_info(arguments);
+    if (diff_command->parsed()) return diff(arguments);
+    throw scree::Error("nothing to do; say `scree scenes`, `scree run SCENE` or `scree --help`");
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kBadInput;
   } catch (const scree::Error& error) {
@@ -151,5 +190,4 @@ int main(int argc, char** argv) {
     std::cerr << "scree: " << error.what() << "\n";
     return kBroken;
   }
-  return 0;
 }

@@ -1,53 +1,28 @@
 // Figures -> table and JSON; see report.h.
 #include <tools/command/report.h>
+#include <tools/command/text.h>
 
-#include <cstdarg>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
 namespace scree::command {
 namespace {
 
-__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
-  char text[256];
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text, sizeof text, pattern, arguments);
-  va_end(arguments);
-  return text;
-}
-
-std::string grouped(std::int64_t count) {  // 14950 -> "14,950"; counts are never negative
-  const std::string digits = std::to_string(count);
-  std::string result;
-  for (std::size_t i = 0; i < digits.size(); ++i) {
-    if (i > 0 && (digits.size() - i) % 3 == 0) result += ',';
-    result += digits[i];
-  }
-  return result;
-}
+// Counts are never negative.
+std::uint64_t whole(std::int64_t count) { return static_cast<std::uint64_t>(count); }
 
 std::string millimeters(double meters) { return format("%.4f mm", 1000.0 * meters); }
-
-std::string row(const std::string& name, const std::string& value) {
-  return format("  %-20s", name.c_str()) + value + "\n";
-}
-
-std::string hash_digits(std::uint64_t hash) {
-  return format("%016llx", static_cast<unsigned long long>(hash));
-}
 
 }  // namespace
 
 std::string to_table(const RunFigures& figures) {
-  constexpr double kMebi = 1024.0 * 1024.0;
   std::string table = figures.scene + "\n";
-  if (figures.worlds > 1) table += row("worlds", grouped(figures.worlds));
-  table += row("bodies", grouped(figures.bodies) + " and " + grouped(figures.fixed_bodies) + " fixed");
-  table += row("awake bodies", grouped(figures.awake_bodies));
-  if (figures.restored_bodies > 0) table += row("restored bodies", grouped(figures.restored_bodies));
-  table += row("contacts", grouped(figures.contacts));
+  if (figures.worlds > 1) table += row("worlds", grouped(whole(figures.worlds)));
+  table += row("bodies",
+               grouped(whole(figures.bodies)) + " and " + grouped(whole(figures.fixed_bodies)) + " fixed");
+  table += row("awake bodies", grouped(whole(figures.awake_bodies)));
+  if (figures.restored_bodies > 0) table += row("restored bodies", grouped(whole(figures.restored_bodies)));
+  table += row("contacts", grouped(whole(figures.contacts)));
   table += row("steps", format("%d of %.6g s with %d substeps, %d timed", figures.steps, figures.dt,
                                figures.substeps, figures.timed_steps));
   table += row("steps/s", format("%.1f", figures.steps_per_second()));
@@ -65,9 +40,13 @@ std::string to_table(const RunFigures& figures) {
                                   millimeters(figures.penetration_max) + " max");
   table += row("residual", format("%.3g m/s", figures.residual));
   table += row("kinetic energy", format("%.6g J", figures.kinetic_energy));
-  table += row("peak memory", format("%.1f MiB", static_cast<double>(figures.peak_memory_bytes) / kMebi));
+  table += row("peak memory", mebibytes(figures.peak_memory_bytes));
   table += row("lane fill", format("%.1f %%", 100.0 * figures.lane_fill));
-  table += row("stages per step", grouped(figures.stages));
+  table += row("stages per step", grouped(whole(figures.stages)));
+  if (const auto& recording = figures.recording) {
+    table += row("recording", recording->file + ", " + mebibytes(recording->bytes) + " of " +
+                                  grouped(recording->steps) + " steps");
+  }
   table += row("instruction set", isa_name(figures.isa));
   table += row("threads", std::to_string(figures.threads));
   table += row("hash", hash_digits(figures.hash));
@@ -109,6 +88,9 @@ std::string to_json(const RunFigures& figures) {
   json["peak_memory_bytes"] = figures.peak_memory_bytes;
   json["lane_fill"] = figures.lane_fill;
   json["stages"] = figures.stages;
+  if (const auto& recording = figures.recording) {
+    json["recording"] = {{"file", recording->file}, {"bytes", recording->bytes}, {"steps", recording->steps}};
+  }
   json["hash"] = hash_digits(figures.hash);
   return json.dump(2) + "\n";
 }

@@ -1,21 +1,25 @@
 // Runs a scene: options -> worlds -> steps -> figures.
+#include <scree/recording.h>
 #include <sys/resource.h>
+#include <tools/command/options.h>
 #include <tools/command/progress.h>
 #include <tools/command/run.h>
+#include <tools/scenes/digest.h>
 #include <tools/scenes/scene_file.h>
 
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <span>
+#include <stdexcept>
 #include <utility>
 
 namespace scree::command {
 namespace {
 
 constexpr int kMostSteps = 1'000'000'000;
-constexpr int kMostThreads = 1024;  // WorkersOptions' limit
-constexpr int kMostSubsteps = 64;   // WorldSettings' limit
+constexpr int kMostSubsteps = 64;              // WorldSettings' limit
+constexpr int kMostKeyframes = 1'000'000'000;  // RecorderOptions' limit
 
 // What a run consists of once scene and options are settled.
 struct Plan {
@@ -50,31 +54,28 @@ std::vector<scenes::Scene> find_scene(const RunOptions& options) {
   return worlds;
 }
 
-void check_range(const char* option, int value, int low, int high) {
-  if (value < low || value > high) {
-    throw Error(std::string(option) + " " + std::to_string(value) + " must be from " + std::to_string(low) +
-                " to " + std::to_string(high));
-  }
-}
-
 void check_options(const RunOptions& options) {
   if (options.steps) check_range("--steps", *options.steps, 1, kMostSteps);
   if (options.substeps) check_range("--substeps", *options.substeps, 1, kMostSubsteps);
   if (options.warmup) check_range("--warmup", *options.warmup, 0, kMostSteps);
-  check_range("--threads", options.threads, 0, kMostThreads);
+  if (options.keyframes) check_range("--keyframes", *options.keyframes, 1, kMostKeyframes);
+  if (options.keyframes && options.record.empty())
+    throw Error("--keyframes says nothing without --record FILE");
   if (options.dt && !(*options.dt >= 0.0 && *options.dt <= 1.0)) {
     throw Error("--dt " + std::to_string(*options.dt) + " must be from 0 to 1 seconds");
   }
-  if (!is_supported(options.isa)) {
-    throw Error(std::string("--isa ") + isa_name(options.isa) +
-                ": this processor or this build has no such instruction set");
-  }
+  check_backend(options.threads, options.isa);
 }
 
 Plan make_plan(const RunOptions& options) {
   check_options(options);
   Plan plan;
   plan.worlds = find_scene(options);
+  if (!options.record.empty() && plan.worlds.size() > 1) {
+    throw Error("--record " + options.record + ": a recording is of one world, and the scene " +
+                plan.worlds.front().name + " consists of " + std::to_string(plan.worlds.size()) +
+                "; say --set worlds=1");
+  }
   const scenes::Scene& first = plan.worlds.front();
   plan.steps = options.steps.value_or(first.steps);
   plan.dt = options.dt ? static_cast<float>(*options.dt) : first.dt;
@@ -118,9 +119,43 @@ double step_all(std::span<World* const> worlds, float dt, Workers& workers) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
+// Records the world of a run, where that is asked for. A disk that is full ends the run: nobody should learn
+// after an hour that nothing was recorded.
+class Recording {
+ public:
+  void begin(World& world, const RunOptions& options) {
+    if (options.record.empty()) return;
+    file_ = options.record;
+    RecorderOptions recorder_options;
+    if (options.keyframes) recorder_options.keyframe_spacing = *options.keyframes;
+    recorder_.emplace(world, file_, recorder_options);
+  }
+  void check() const {
+    if (recorder_ && !recorder_->is_recording()) fail(recorder_->error());
+  }
+  std::optional<RecordingFigures> finish() {
+    if (!recorder_) return {};
+    try {
+      recorder_->finish();
+    } catch (const Error& error) {
+      fail(error.what());
+    }
+    return RecordingFigures{file_, recorder_->bytes_written(), recorder_->steps()};
+  }
+
+ private:
+  // Not the caller's mistake: scree::Error would say so.
+  [[noreturn]] void fail(const std::string& reason) const {
+    throw std::runtime_error("--record " + file_ + ": " + reason);
+  }
+
+  std::string file_;
+  std::optional<Recorder> recorder_;
+};
+
 // Quality is measured in the last step, which is left out of the times unless it is the only one.
 Timing simulate(std::vector<World>& worlds, const std::vector<Drives>& drives, const Plan& plan,
-                Workers& workers, Progress& progress) {
+                const Recording& recording, Workers& workers, Progress& progress) {
   Timing timing;
   std::vector<World*> pointers;
   for (World& world : worlds) pointers.push_back(&world);
@@ -130,6 +165,7 @@ Timing simulate(std::vector<World>& worlds, const std::vector<Drives>& drives, c
     drive_all(worlds, drives, i, plan.dt);
     const double milliseconds = step_all(pointers, plan.dt, workers);
     progress.show(i + 1);
+    recording.check();
     for (const World& world : worlds) timing.restored_bodies += world.stats().restored_bodies;
     if (i < plan.warmup || (last && !timing.step_ms.empty())) continue;
     timing.step_ms.push_back(milliseconds);
@@ -183,16 +219,12 @@ void add_quality(const std::vector<World>& worlds, RunFigures& figures) {
   figures.lane_fill = fill_sum / static_cast<double>(worlds.size());
 }
 
-// One world's own hash; of several, FNV-1a (Fowler, Noll, Vo) over the hashes' bytes in order.
+// One world's own hash; of several, the digest of their hashes in order.
 std::uint64_t hash_all(const std::vector<World>& worlds) {
   if (worlds.size() == 1) return worlds.front().hash();
-  std::uint64_t combined = 0xcbf29ce484222325u;
-  for (const World& world : worlds) {
-    const std::uint64_t hash = world.hash();
-    for (int byte = 0; byte < 8; ++byte)
-      combined = (combined ^ ((hash >> (8 * byte)) & 0xff)) * 0x100000001b3u;
-  }
-  return combined;
+  scenes::Digest digest;
+  for (const World& world : worlds) digest.add(world.hash());
+  return digest.value();
 }
 
 std::uint64_t peak_memory_bytes() {
@@ -228,7 +260,10 @@ RunFigures run(const RunOptions& options) {
     }
     scene = {};  // a million bodies need not be there twice
   }
-  add_times(simulate(worlds, drives, plan, workers, progress), figures);
+  Recording recording;
+  recording.begin(worlds.front(), options);
+  add_times(simulate(worlds, drives, plan, recording, workers, progress), figures);
+  figures.recording = recording.finish();
   add_quality(worlds, figures);
   figures.hash = hash_all(worlds);
   figures.peak_memory_bytes = peak_memory_bytes();

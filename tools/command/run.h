@@ -22,7 +22,16 @@ struct RunOptions {
   Isa isa = Isa::automatic;
   std::optional<int> warmup;  // untimed steps at the start; default 1 where there are that many
   bool no_sleep = false;
-  bool quiet = false;  // no progress
+  bool quiet = false;            // no progress
+  std::string record;            // file for a recording; empty: none
+  std::optional<int> keyframes;  // steps from one keyframe of the recording to the next
+};
+
+// The recording that a run has made.
+struct RecordingFigures {
+  std::string file;
+  std::uint64_t bytes = 0;
+  std::uint64_t steps = 0;
 };
 
 // What a run has to tell. Counts, energy and stages are sums over the worlds, penetrations and residual the
@@ -57,6 +66,7 @@ struct RunFigures {
   double lane_fill = 1.0;
   std::int64_t stages = 0;
   std::uint64_t hash = 0;
+  std::optional<RecordingFigures> recording;
 
   double steps_per_second() const { return ms_mean > 0.0 ? 1000.0 / ms_mean : 0.0; }
 };

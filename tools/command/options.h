@@ -1,0 +1,21 @@
+// Checks of what the command line gave; they throw scree::Error, which names the option.
+#pragma once
+
+#include <scree/scree.h>
+#include <tools/scenes/scene.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace scree::command {
+
+// "key=value" each; CLI11 would take them as positions of its own otherwise.
+scenes::Parameters read_parameters(const std::vector<std::string>& settings);
+Isa read_isa(const std::string& name);
+
+void check_range(const char* option, int value, int low, int high);
+// Threads within their limits, and an instruction set that runs here.
+void check_backend(int threads, Isa isa);
+
+}  // namespace scree::command

@@ -1,0 +1,154 @@
+// Plays, verifies, inspects and compares recordings; see replay.h.
+#include <tools/command/options.h>
+#include <tools/command/progress.h>
+#include <tools/command/replay.h>
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <vector>
+
+namespace scree::command {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+// The library's reasons speak of bytes and values; whoever has several files needs to know which one.
+Player open_recording(const std::string& file) {
+  try {
+    return Player(file);
+  } catch (const Error& error) {
+    const std::string reason = error.what();
+    throw Error(reason.find(file) != std::string::npos ? reason : file + ": " + reason);
+  }
+}
+
+void check_span(const RecordingInfo& info, std::uint64_t from, std::uint64_t to) {
+  const auto check_step = [&](const char* option, std::uint64_t step) {
+    if (step >= info.first_step && step <= info.last_step) return;
+    throw Error(std::string(option) + " " + std::to_string(step) + " must be from " +
+                std::to_string(info.first_step) + " to " + std::to_string(info.last_step) +
+                ", the steps of the recording");
+  };
+  check_step("--from", from);
+  check_step("--to", to);
+  if (from > to) {
+    throw Error("--from " + std::to_string(from) + " must not be beyond --to " + std::to_string(to));
+  }
+}
+
+// Progress counts in int; a recording of more steps shows none beyond.
+int progress_count(std::uint64_t steps) {
+  return static_cast<int>(std::min<std::uint64_t>(steps, std::numeric_limits<int>::max()));
+}
+
+void add_times(std::vector<double> times, ReplayFigures& figures) {
+  if (times.empty()) return;
+  double sum = 0.0;
+  for (const double time : times) sum += time;
+  figures.ms_mean = sum / static_cast<double>(times.size());
+  std::sort(times.begin(), times.end());
+  const std::size_t middle = times.size() / 2;
+  figures.ms_median = times.size() % 2 == 1 ? times[middle] : 0.5 * (times[middle - 1] + times[middle]);
+  figures.ms_min = times.front();
+  figures.ms_max = times.back();
+}
+
+void play(Player& player, Workers& workers, Progress& progress, ReplayFigures& figures) {
+  std::vector<double> times;
+  while (player.position() < figures.to) {
+    const auto start = Clock::now();
+    if (!player.step(workers)) break;
+    times.push_back(milliseconds_since(start));
+    progress.show(progress_count(player.position() - figures.from));
+  }
+  figures.steps = player.position() - figures.from;
+  add_times(std::move(times), figures);
+}
+
+// From keyframe to keyframe, so that there is progress to show: the states are compared there in any case.
+void verify(Player& player, Workers& workers, Progress& progress, ReplayFigures& figures) {
+  std::vector<std::uint64_t> ends;
+  for (const std::uint64_t step : player.info().keyframe_steps) {
+    if (step > figures.from && step < figures.to) ends.push_back(step);
+  }
+  ends.push_back(figures.to);
+  const auto start = Clock::now();
+  std::uint64_t begin = figures.from;
+  for (const std::uint64_t end : ends) {
+    figures.divergence = player.verify(begin, end, workers);
+    if (figures.divergence) break;
+    if (end > begin) progress.show(progress_count(end - figures.from));
+    begin = end;
+  }
+  const std::uint64_t reached = figures.divergence ? figures.divergence->step : figures.to;
+  figures.steps = reached > figures.from ? reached - figures.from : 0;
+  if (figures.steps > 0) figures.ms_mean = milliseconds_since(start) / static_cast<double>(figures.steps);
+}
+
+}  // namespace
+
+ReplayFigures replay(const ReplayOptions& options) {
+  check_backend(options.threads, options.isa);
+  Player player = open_recording(options.file);
+  Workers workers(WorkersOptions{.threads = options.threads, .isa = options.isa});
+  ReplayFigures figures;
+  figures.file = options.file;
+  figures.verified = options.verify;
+  figures.isa = workers.isa();
+  figures.threads = workers.threads();
+  figures.from = options.from.value_or(player.info().first_step);
+  figures.to = options.to.value_or(player.info().last_step);
+  check_span(player.info(), figures.from, figures.to);
+  for (const std::uint64_t step : player.info().keyframe_steps) {
+    if (step > figures.from && step <= figures.to) ++figures.keyframes;
+  }
+  player.seek(figures.from, workers);
+  Progress progress(options.file, progress_count(std::max<std::uint64_t>(figures.to - figures.from, 1)),
+                    !options.quiet);
+  (options.verify ? verify : play)(player, workers, progress, figures);
+  progress.finish();
+  figures.hash = player.world().hash();
+  figures.recorded_hash = player.recorded_hash();
+  return figures;
+}
+
+InfoFigures inspect(const std::string& file) {
+  Player player = open_recording(file);
+  InfoFigures figures;
+  figures.file = file;
+  figures.info = player.info();
+  figures.first_bodies = player.world().body_count();
+  figures.first_shapes = player.world().shape_count();
+  figures.last_bodies = figures.first_bodies;
+  figures.last_shapes = figures.first_shapes;
+  if (!figures.info.keyframe_steps.empty()) {
+    Workers workers(1);  // a keyframe is a state: nothing is stepped
+    player.seek(figures.info.keyframe_steps.back(), workers);
+    figures.last_bodies = player.world().body_count();
+    figures.last_shapes = player.world().shape_count();
+  }
+  return figures;
+}
+
+DiffFigures diff(const DiffOptions& options) {
+  check_backend(options.threads, options.isa);
+  Player a = open_recording(options.a);
+  Player b = open_recording(options.b);
+  Workers workers(WorkersOptions{.threads = options.threads, .isa = options.isa});
+  DiffFigures figures;
+  figures.a = options.a;
+  figures.b = options.b;
+  figures.first_a = a.info().first_step;
+  figures.last_a = a.info().last_step;
+  figures.first_b = b.info().first_step;
+  figures.last_b = b.info().last_step;
+  figures.divergence = compare(a, b, workers);
+  return figures;
+}
+
+}  // namespace scree::command

@@ -1,0 +1,49 @@
+// The long golden matrix: scenes at their full sizes on every instruction set with several thread counts,
+// against one another at every step and against recorded hashes.
+#pragma once
+
+#include <tools/scenes/scene.h>
+#include <tools/soak_program/backends.h>
+#include <tools/soak_program/round.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace scree::soak {
+
+/// A line of the file: scene, parameters, steps, and what they come to.
+struct Golden {
+  std::string scene;
+  scenes::Parameters parameters;
+  int steps = 0;
+  std::uint64_t last = 0;  ///< the hash after the last step
+  std::uint64_t all = 0;   ///< the digest of all steps' hashes
+};
+
+/// Throws scree::Error with file, line and reason.
+std::vector<Golden> read_goldens(const std::string& file);
+/// Replaces the hashes and keeps the comments.
+void write_goldens(const std::string& file, const std::vector<Golden>& goldens);
+
+class GoldenMatrix {
+ public:
+  /// A run that differs is recorded into the folder.
+  GoldenMatrix(std::string file, std::string folder);
+
+  /// Plays the whole matrix and prints a line a run. Stops at the first difference.
+  std::optional<Failure> check();
+  /// Plays every run once and rewrites the file; prints the runs that changed.
+  void update();
+  std::int64_t hashes_compared() const { return hashes_; }
+
+ private:
+  Failure failure(const Golden& golden, Backend backend, std::size_t step);
+
+  std::string file_;
+  std::string folder_;
+  std::int64_t hashes_ = 0;
+};
+
+}  // namespace scree::soak
