@@ -152,6 +152,18 @@ TEST_F(ReplayCommand, ARecordingThatWasCutOffPlaysToItsLastWholeStep) {
   EXPECT_NE(scree("info " + file).out.find("did not come to the end"), std::string::npos);
 }
 
+TEST_F(ReplayCommand, ADiskThatFillsUpEndsTheRunAndLeavesARecordingThatPlays) {
+  const std::string file = path("full.scree");
+  const Outcome outcome = run("trap '' XFSZ; ulimit -f 200; '" SCREE_COMMAND
+                              "' run pile --set bodies=300 --steps 5000 --keyframes 5 --quiet --record " +
+                              file);
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NE(outcome.err.find(file + ": can not be written"), std::string::npos) << outcome.err;
+  EXPECT_LE(fs::file_size(file), 200u * 1024);
+  const nlohmann::json json = json_of("replay " + file + " --verify --quiet", 0);
+  EXPECT_LT(json.at("steps"), 5000);
+}
+
 TEST_F(ReplayCommand, DiffTellsWhereTwoRecordingsPart) {
   const std::string a = path("a.scree"), b = path("b.scree"), c = path("c.scree"), longer = path("d.scree");
   record_stack(a, 60);

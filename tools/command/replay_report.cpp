@@ -10,7 +10,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // A writer's name may be anything, and so may a file's.
-std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string text_of(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
 
 std::string span_of(std::uint64_t from, std::uint64_t to) { return grouped(from) + " to " + grouped(to); }
 

@@ -145,9 +145,7 @@ class Recording {
 
  private:
   // Not the caller's mistake: scree::Error would say so.
-  [[noreturn]] void fail(const std::string& reason) const {
-    throw std::runtime_error("--record " + file_ + ": " + reason);
-  }
+  [[noreturn]] void fail(const std::string& reason) const { throw std::runtime_error("--record: " + reason); }
 
   std::string file_;
   std::optional<Recorder> recorder_;
