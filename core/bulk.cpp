@@ -3,10 +3,12 @@
 #include <core/check.h>
 #include <core/edit.h>
 #include <core/fp_environment.h>
+#include <core/recorded_calls.h>
 #include <scree/world.h>
 
 #include <limits>
 #include <string>
+#include <vector>
 
 namespace scree {
 
@@ -63,11 +65,52 @@ void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const Bod
   bodies.core[row] = {std::numeric_limits<float>::infinity(), 0.0f, 0.0f};
 }
 
+Call item_of(Call call, std::size_t count, std::size_t i) {
+  return {call.name, count > 1 ? static_cast<std::int64_t>(i) : -1};
+}
+
 struct ShapeTemplate {
   std::span<const Geometry> geometries;
   const Material* material;
   const ShapeOptions* options;
 };
+
+BodyMass mass_of(Call item, const BodyDef& def, const ShapeTemplate* shape, std::size_t i) {
+  if (def.type != BodyType::dynamic) return {};
+  MassSum sum;
+  if (shape != nullptr) {
+    sum.add(shape->geometries[i], shape->material->density, shape->options->local_pose);
+  }
+  return dynamic_mass(item, sum, def.mass);
+}
+
+// Throws what creating the body would, but for what its hull breaks.
+void check_item(Call item, const BodyDef& def, const ShapeTemplate* shape, std::size_t i) {
+  check_body_def(item, def);
+  if (shape != nullptr) check_geometry(item, shape->geometries[i]);
+}
+
+// Throws what the definitions break while nothing has been written: rows that are used again keep what is in
+// them, which snapshots of the world would tell. Returns the hulls, which count one shape too many.
+std::vector<std::int32_t> check_all(Call call, WorldData& data, std::span<const BodyDef> defs,
+                                    const ShapeTemplate* shape) {
+  const std::size_t count = defs.size(), old_hulls = data.hulls.shared.size();
+  std::vector<std::int32_t> hulls;
+  try {
+    for (std::size_t i = 0; i < count; ++i) {
+      const Call item = item_of(call, count, i);
+      check_item(item, defs[i], shape, i);
+      mass_of(item, defs[i], shape, i);
+      if (shape == nullptr || !std::holds_alternative<ConvexHull>(shape->geometries[i])) continue;
+      hulls.push_back(-1);
+      hulls.back() = acquire_hull(item, data.hulls, shape->geometries[i]);
+    }
+  } catch (...) {
+    for (; !hulls.empty(); hulls.pop_back()) undo_hull(data.hulls, hulls.back(), old_hulls);
+    throw;
+  }
+  return hulls;
+}
 
 // Gives the hulls of new shapes back, the last one first.
 void drop_hulls(WorldData& data, const SlotPlan& plan, std::size_t count, std::size_t old_hulls) {
@@ -94,18 +137,13 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
   try {
     grow(bodies, old_bodies + count - body_plan.from_free);
     grow(shapes, old_shapes + shape_count - shape_plan.from_free);
+    std::vector<std::int32_t> hulls;
+    if (body_plan.from_free + shape_plan.from_free > 0) hulls = check_all(call, data, defs, shape);
     for (std::size_t i = 0; i < count; ++i) {
-      const Call item{call.name, count > 1 ? static_cast<std::int64_t>(i) : -1};
+      const Call item = item_of(call, count, i);
       const BodyDef& def = defs[i];
-      check_body_def(item, def);
-      MassSum sum;
-      if (shape != nullptr) {
-        check_geometry(item, shape->geometries[i]);
-        if (def.type == BodyType::dynamic) {
-          sum.add(shape->geometries[i], shape->material->density, shape->options->local_pose);
-        }
-      }
-      const BodyMass mass = def.type == BodyType::dynamic ? dynamic_mass(item, sum, def.mass) : BodyMass{};
+      check_item(item, def, shape, i);
+      const BodyMass mass = mass_of(item, def, shape, i);
       const std::int32_t body = body_plan.slot(bodies.free_slots, i);
       write_body(bodies, body, def, mass);
       if (shape == nullptr) continue;
@@ -114,6 +152,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
       write_shape(data, row, shape->geometries[i], hull, *shape->material, *shape->options);
       ++shapes_written;
     }
+    for (const std::int32_t hull : hulls) release_hull(data.hulls, hull);
   } catch (...) {
     drop_hulls(data, shape_plan, shapes_written, old_hulls);
     bodies.resize(old_bodies);
@@ -163,8 +202,10 @@ void bury_body(WorldData& data, std::int32_t body) {
 BodyId World::create_body(const BodyDef& def) {
   constexpr Call call{"create_body"};
   const FpEnvironment environment;
+  WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::create_body> telling(data, def);
   BodyId id;
-  create(call, opened(call, data_), {&def, 1}, nullptr, {&id, 1});
+  create(call, data, {&def, 1}, nullptr, {&id, 1});
   return id;
 }
 
@@ -175,7 +216,9 @@ void World::create_bodies(std::span<const BodyDef> defs, std::span<BodyId> ids) 
     fail(call, "room for " + std::to_string(ids.size()) + " ids, but " + std::to_string(defs.size()) +
                    " definitions");
   }
-  create(call, opened(call, data_), defs, nullptr, ids);
+  WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::create_bodies> telling(data, defs);
+  create(call, data, defs, nullptr, ids);
 }
 
 void World::create_bodies(std::span<const BodyDef> defs, std::span<const Geometry> shapes,
@@ -186,23 +229,27 @@ void World::create_bodies(std::span<const BodyDef> defs, std::span<const Geometr
     fail(call, std::to_string(defs.size()) + " definitions, but " + std::to_string(shapes.size()) +
                    " shapes and room for " + std::to_string(ids.size()) + " ids");
   }
+  WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::create_bodies_with_shapes> telling(data, defs, shapes, material, options);
   check_material(call, material);
   check_options(call, options);
   ShapeOptions unit_options = options;
   unit_options.local_pose.rotation = normalize(options.local_pose.rotation);
   const ShapeTemplate shape{shapes, &material, &unit_options};
-  create(call, opened(call, data_), defs, &shape, ids);
+  create(call, data, defs, &shape, ids);
 }
 
 void World::destroy_body(BodyId body) {
   constexpr Call call{"destroy_body"};
   WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::destroy_body> telling(data, body);
   bury_body(data, checked_row(call, data.bodies, body));
 }
 
 void World::destroy_bodies(std::span<const BodyId> bodies) {
   constexpr const char* kName = "destroy_bodies";
   WorldData& data = opened({kName}, data_);
+  const Telling<RecordedCall::destroy_bodies> telling(data, bodies);
   const auto unmark = [&](std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       std::uint8_t& flags = data.bodies.flags[bodies[i].index];

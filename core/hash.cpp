@@ -1,6 +1,7 @@
 // The hash of a world: what "the same bits" means. The state table lists the columns that it covers.
 #define XXH_INLINE_ALL
 #include <core/edit.h>
+#include <core/hash.h>
 #include <scree/world.h>
 #include <xxhash.h>
 
@@ -39,8 +40,7 @@ void append(std::uint32_t*& out, const Row& row) {
 
 }  // namespace
 
-std::uint64_t World::hash() const {
-  const Bodies& bodies = opened({"hash"}, data_).bodies;
+std::uint64_t hash_of(const Bodies& bodies) {
   XXH64_state_t state;
   XXH64_reset(&state, 0);
   std::uint32_t batch[kBodiesPerBatch * kWordsPerBody];
@@ -60,5 +60,7 @@ std::uint64_t World::hash() const {
   flush();
   return XXH64_digest(&state);
 }
+
+std::uint64_t World::hash() const { return hash_of(opened({"hash"}, data_).bodies); }
 
 }  // namespace scree

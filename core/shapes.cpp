@@ -2,6 +2,7 @@
 #include <core/check.h>
 #include <core/edit.h>
 #include <core/fp_environment.h>
+#include <core/recorded_calls.h>
 #include <scree/world.h>
 
 namespace scree {
@@ -50,6 +51,7 @@ ShapeId World::add_shape(BodyId body, const Geometry& geometry, const Material& 
   constexpr Call call{"add_shape"};
   const FpEnvironment environment;
   WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::add_shape> telling(data, body, geometry, material, options);
   const std::int32_t row = checked_row(call, data.bodies, body);
   check_geometry(call, geometry);
   check_material(call, material);
@@ -85,6 +87,7 @@ ShapeId World::add_shape(BodyId body, const Geometry& geometry, const Material& 
 void World::destroy_shape(ShapeId shape) {
   constexpr Call call{"destroy_shape"};
   const ShapeRow s = at(call, data_, shape);
+  const Telling<RecordedCall::destroy_shape> telling(s.data, shape);
   const BodyMass mass = mass_after_change(call, s, nullptr);
   std::int32_t* link = &s.data.bodies.first_shape[static_cast<std::size_t>(s.body)];
   while (*link != s.shape) link = &s.shapes.next[static_cast<std::size_t>(*link)];
@@ -116,6 +119,7 @@ Geometry World::geometry(ShapeId shape) const {
 void World::set_geometry(ShapeId shape, const Geometry& geometry) {
   constexpr Call call{"set_geometry"};
   const ShapeRow s = at(call, data_, shape);
+  const Telling<RecordedCall::set_geometry> telling(s.data, shape, geometry);
   check_geometry(call, geometry);
   ShapeForm form = form_of(s);
   form.geometry = geometry;
@@ -143,6 +147,7 @@ Material World::material(ShapeId shape) const {
 void World::set_material(ShapeId shape, const Material& material) {
   constexpr Call call{"set_material"};
   const ShapeRow s = at(call, data_, shape);
+  const Telling<RecordedCall::set_material> telling(s.data, shape, material);
   check_material(call, material);
   if (material.density != s.shapes.density[s.row]) {
     ShapeForm form = form_of(s);
@@ -164,6 +169,7 @@ Filter World::filter(ShapeId shape) const {
 
 void World::set_filter(ShapeId shape, const Filter& filter) {
   const ShapeRow s = at({"set_filter"}, data_, shape);
+  const Telling<RecordedCall::set_filter> telling(s.data, shape, filter);
   s.shapes.filter[s.row] = filter;
   reconsider(s, kShapeDirty);
 }
@@ -176,6 +182,7 @@ ContactEvents World::contact_events(ShapeId shape) const {
 void World::set_contact_events(ShapeId shape, ContactEvents events) {
   constexpr Call call{"set_contact_events"};
   const ShapeRow s = at(call, data_, shape);
+  const Telling<RecordedCall::set_contact_events> telling(s.data, shape, events);
   check_events(call, events);
   s.shapes.asking +=
       (events != ContactEvents::none ? 1 : 0) - (s.shapes.events[s.row] != ContactEvents::none ? 1 : 0);
@@ -190,6 +197,7 @@ Pose World::local_pose(ShapeId shape) const {
 void World::set_local_pose(ShapeId shape, const Pose& pose) {
   constexpr Call call{"set_local_pose"};
   const ShapeRow s = at(call, data_, shape);
+  const Telling<RecordedCall::set_local_pose> telling(s.data, shape, pose);
   check_pose(call, "position", "rotation", pose, kMaxLocalPosition);
   ShapeForm form = form_of(s);
   form.local_pose = {pose.position, normalize(pose.rotation)};
@@ -208,6 +216,7 @@ std::uint64_t World::user_data(ShapeId shape) const {
 
 void World::set_user_data(ShapeId shape, std::uint64_t user_data) {
   const ShapeRow s = at({"set_user_data"}, data_, shape);
+  const Telling<RecordedCall::set_shape_user_data> telling(s.data, shape, user_data);
   s.shapes.user_data[s.row] = user_data;
 }
 

@@ -122,22 +122,26 @@ std::size_t Snapshot::bytes() const noexcept {
 
 std::uint64_t Snapshot::step() const noexcept { return is_empty() ? 0 : data_->world.step_count; }
 
+void save_world(const WorldData& data, SnapshotData& snapshot) {
+  snapshot.is_full = false;
+  snapshot.world = {data.settings,
+                    data.step_count,
+                    data.last_dt,
+                    data.last_substep,
+                    data.shapes.wake_requested,
+                    data.contacts.manifolds_stale,
+                    data.contacts.pairs_stale};
+  if (!same_hulls(snapshot.hulls, data.hulls.shared)) snapshot.hulls = data.hulls.shared;
+  save_columns(data, snapshot);
+  snapshot.id = next_snapshot_id();
+  snapshot.is_full = true;
+}
+
 void save(const World& world, Snapshot& snapshot) {
   const WorldData& data = internals(world, "save");
   std::unique_ptr<SnapshotData>& to = SnapshotAccess::data(snapshot);
   if (to == nullptr) to = std::make_unique<SnapshotData>();
-  to->is_full = false;
-  to->world = {data.settings,
-               data.step_count,
-               data.last_dt,
-               data.last_substep,
-               data.shapes.wake_requested,
-               data.contacts.manifolds_stale,
-               data.contacts.pairs_stale};
-  if (!same_hulls(to->hulls, data.hulls.shared)) to->hulls = data.hulls.shared;
-  save_columns(data, *to);
-  to->id = next_snapshot_id();
-  to->is_full = true;
+  save_world(data, *to);
 }
 
 void restore(World& world, const Snapshot& snapshot) {
@@ -168,6 +172,7 @@ void restore(World& world, const Snapshot& snapshot) {
        {data.broad_phase.get(), data.narrow_phase.get(), data.constraints.get(), data.islands.get()}) {
     if (part != nullptr) part->forget();
   }
+  if (data.recording.sink != nullptr) data.recording.sink->restored(data);
 }
 
 World clone(const World& world) {

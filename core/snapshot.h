@@ -52,6 +52,9 @@ struct SnapshotAccess {
 
 bool same_hulls(const std::vector<SharedHull>& a, const std::vector<SharedHull>& b);  // of one geometry
 
+// save() for those who have no World at hand.
+void save_world(const WorldData& data, SnapshotData& snapshot);
+
 // Of a snapshot that holds a world; throws Error, which names the call.
 const SnapshotData& filled(const Snapshot& snapshot, const char* call);
 

@@ -7,12 +7,13 @@
 //   u64      layout_of_columns()
 //   u64      number of all bytes
 //   u64      xxHash64 of what follows
-//   ...      settings and the like: for_each_field
+//   ...      settings and the like: the fields of SavedWorld, see value_bytes.h
 //   ...      hulls: snapshot_hulls.h
 //   u64      number of the bytes that follow, to the end: SnapshotData::columns
 #pragma once
 
 #include <core/snapshot.h>
+#include <scree/error.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -27,8 +28,15 @@ namespace scree {
 inline constexpr std::uint32_t kSnapshotVersion = 1;
 inline constexpr std::uint32_t kByteOrderMark = 0x01020304;
 
-// Throws Error "read_snapshot: byte <offset>: <reason>".
-[[noreturn]] void refuse_snapshot(std::size_t offset, const std::string& reason);
+// What is wrong with bytes from outside, and where: "read_snapshot: byte <offset>: <reason>".
+struct RefusedBytes : Error {
+  RefusedBytes(std::size_t wrong_byte, const std::string& why);
+  std::size_t offset;
+  std::string reason;
+};
+[[noreturn]] void refuse_bytes(std::size_t offset, const std::string& reason);
+
+void check_byte_order(const char* call);  // throws Error unless this machine is little-endian
 
 // Writes number of bytes and hash into the head of bytes that are complete otherwise.
 void seal_snapshot(std::span<std::byte> bytes);
@@ -40,12 +48,12 @@ class ByteWriter {
     static_assert(std::is_arithmetic_v<Number>);
     put_bytes(&number, sizeof number);
   }
-  void put_bytes(const void* from, std::size_t count) {
-    const std::size_t at = bytes_.size();
-    bytes_.resize(at + count);
-    if (count > 0) std::memcpy(bytes_.data() + at, from, count);
-  }
+  // Not inlined: GCC 12 takes what grows there for an overflow.
+  [[gnu::noinline]] void put_bytes(const void* from, std::size_t count);
   void reserve(std::size_t bytes) { bytes_.reserve(bytes); }
+  void shrink(std::size_t bytes) { bytes_.resize(bytes); }  // forgets what was written since
+  std::size_t size() const { return bytes_.size(); }
+  std::span<const std::byte> bytes() const { return bytes_; }
   std::vector<std::byte> take() { return std::move(bytes_); }
 
  private:
@@ -55,7 +63,9 @@ class ByteWriter {
 // Refuses what ends too early.
 class ByteReader {
  public:
-  explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  // `what` they are, for the message.
+  explicit ByteReader(std::span<const std::byte> bytes, const char* what = "the snapshot")
+      : bytes_(bytes), what_(what) {}
 
   std::size_t at() const { return at_; }
   std::size_t left() const { return bytes_.size() - at_; }
@@ -67,14 +77,25 @@ class ByteReader {
     return number;
   }
   const std::byte* take_bytes(std::size_t count) {
-    if (left() < count) refuse_snapshot(bytes_.size(), "the snapshot ends too early");
+    if (left() < count) refuse_bytes(bytes_.size(), std::string(what_) + " ends too early");
     at_ += count;
     return bytes_.data() + at_ - count;
   }
 
  private:
   std::span<const std::byte> bytes_;
+  const char* what_;
   std::size_t at_ = 0;
 };
+
+// The parts of the byte form: what is in no column, and the columns. The reader checks them; the columns end
+// with its bytes, and the snapshot's hulls must be there already.
+void write_world(const SavedWorld& world, ByteWriter& writer);
+void read_world(ByteReader& reader, SavedWorld& world);
+void write_columns(const SnapshotData& snapshot, ByteWriter& writer);
+void read_columns(ByteReader& reader, SnapshotData& snapshot);
+
+// Equal for equal states: xxHash64 of the two parts.
+std::uint64_t hash_of_state(const SnapshotData& snapshot);
 
 }  // namespace scree

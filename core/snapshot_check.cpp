@@ -70,8 +70,8 @@ class Refusal {
  private:
   [[noreturn]] void refuse(const char* store, const char* name, std::size_t row, const char* problem) const {
     const SavedColumn& column = saved_.find(store, name);
-    refuse_snapshot(offset_ + column.begin + place_of(column, row),
-                    std::string(store) + "." + name + ", row " + std::to_string(row) + ": " + problem);
+    refuse_bytes(offset_ + column.begin + place_of(column, row),
+                 std::string(store) + "." + name + ", row " + std::to_string(row) + ": " + problem);
   }
 
   std::size_t place_of(const SavedColumn& column, std::size_t row) const {
@@ -459,7 +459,7 @@ struct Offset {
 };
 
 void refuse_number(const void* context, std::size_t offset, const char* reason) {
-  refuse_snapshot(static_cast<const Offset*>(context)->value + offset, reason);
+  refuse_bytes(static_cast<const Offset*>(context)->value + offset, reason);
 }
 
 }  // namespace

@@ -5,55 +5,12 @@
 #include <core/snapshot_hulls.h>
 
 #include <cmath>
-#include <unordered_map>
 
 namespace scree {
 
 namespace {
 
 using Loops = std::vector<std::vector<std::int32_t>>;
-using SolidPointer = std::shared_ptr<const HullSolid>;
-
-// Numbers solids of different content in the order in which they are met.
-class SolidList {
- public:
-  std::int32_t number_of(const SolidPointer& solid) {
-    const auto [first, last] = numbers_.equal_range(solid->content_hash);
-    for (auto known = first; known != last; ++known) {
-      const SolidPointer& other = solids_[static_cast<std::size_t>(known->second)];
-      if (HullAccess::hull(other) == HullAccess::hull(solid)) return known->second;
-    }
-    const auto number = static_cast<std::int32_t>(solids_.size());
-    numbers_.emplace(solid->content_hash, number);
-    solids_.push_back(solid);
-    return number;
-  }
-  const std::vector<SolidPointer>& solids() const { return solids_; }
-
- private:
-  std::vector<SolidPointer> solids_;
-  std::unordered_multimap<std::uint64_t, std::int32_t> numbers_;
-};
-
-void write_solid(const HullSolid& solid, ByteWriter& writer) {
-  const HullTopology& topology = solid.topology;
-  writer.put(static_cast<std::uint32_t>(topology.vertices.size()));
-  writer.put(static_cast<std::uint32_t>(topology.planes.size()));
-  writer.put(static_cast<std::uint32_t>(topology.loops.size()));
-  for (const double coordinate : solid.origin) writer.put(coordinate);
-  const HullReport& report = solid.report;
-  for (const std::size_t count :
-       {report.given_points, report.merged_points, report.inner_points, report.cut_vertices}) {
-    writer.put(std::uint64_t{count});
-  }
-  writer.put(report.deviation);
-  writer.put_bytes(topology.vertices.data(), topology.vertices.size() * sizeof(Vec3));
-  writer.put_bytes(solid.points.data(), solid.points.size() * sizeof(Vec3));
-  for (std::size_t face = 0; face < topology.planes.size(); ++face) {
-    writer.put(static_cast<std::uint16_t>(topology.begin[face + 1] - topology.begin[face]));
-  }
-  writer.put_bytes(topology.loops.data(), topology.loops.size());
-}
 
 // --- reading ---
 
@@ -68,7 +25,7 @@ SolidSize read_size(ByteReader& reader) {
   const bool fits = size.vertices >= 4 && size.vertices <= kMaxHullVertices && size.faces >= 4 &&
                     size.faces <= kMaxHullFaces && size.corners <= 2 * kMaxHullEdges &&
                     2 * (size.vertices + size.faces) == size.corners + 4;  // Euler's formula
-  if (!fits) refuse_snapshot(at, "no polyhedron has so many vertices, faces and edges");
+  if (!fits) refuse_bytes(at, "no polyhedron has so many vertices, faces and edges");
   return size;
 }
 
@@ -79,7 +36,7 @@ std::vector<Vec3> read_vectors(ByteReader& reader, std::size_t count, float limi
   const auto fits = [limit](float x) { return x >= -limit && x <= limit; };
   for (std::size_t i = 0; i < count; ++i) {
     if (fits(vectors[i].x) && fits(vectors[i].y) && fits(vectors[i].z)) continue;
-    refuse_snapshot(at + i * sizeof(Vec3), "a hull's point lies too far away");
+    refuse_bytes(at + i * sizeof(Vec3), "a hull's point lies too far away");
   }
   return vectors;
 }
@@ -92,7 +49,7 @@ void read_report(ByteReader& reader, HullReport& report) {
   const std::size_t at = reader.at();
   report.deviation = reader.take<float>();
   if (!(report.deviation >= 0.0f && report.deviation <= kMaxExtent)) {
-    refuse_snapshot(at, "a hull's deviation is out of range");
+    refuse_bytes(at, "a hull's deviation is out of range");
   }
 }
 
@@ -103,11 +60,10 @@ Loops read_loops(ByteReader& reader, const SolidSize& size) {
   for (auto& loop : loops) {
     const auto count = reader.take<std::uint16_t>();
     corners += count;
-    if (count < 3 || corners > size.corners)
-      refuse_snapshot(at, "a hull's face has a wrong number of corners");
+    if (count < 3 || corners > size.corners) refuse_bytes(at, "a hull's face has a wrong number of corners");
     loop.resize(count);
   }
-  if (corners != size.corners) refuse_snapshot(at, "a hull's faces have a wrong number of corners");
+  if (corners != size.corners) refuse_bytes(at, "a hull's faces have a wrong number of corners");
   at = reader.at();
   const auto side_of = [&](std::int32_t from, std::int32_t to) {
     return static_cast<std::size_t>(from) * size.vertices + static_cast<std::size_t>(to);
@@ -117,23 +73,23 @@ Loops read_loops(ByteReader& reader, const SolidSize& size) {
     for (std::int32_t& vertex : loop) {
       vertex = reader.take<std::uint8_t>();
       if (static_cast<std::size_t>(vertex) >= size.vertices) {
-        refuse_snapshot(reader.at() - 1, "a hull's corner names no vertex");
+        refuse_bytes(reader.at() - 1, "a hull's corner names no vertex");
       }
       used[static_cast<std::size_t>(vertex)] = true;
     }
     for (std::size_t k = 0; k < loop.size(); ++k) {
       const std::int32_t from = loop[k], to = loop[(k + 1) % loop.size()];
-      if (from == to || sides[side_of(from, to)]) refuse_snapshot(at, "a hull's face has a side twice");
+      if (from == to || sides[side_of(from, to)]) refuse_bytes(at, "a hull's face has a side twice");
       sides[side_of(from, to)] = true;
     }
   }
   for (const auto& loop : loops) {
     for (std::size_t k = 0; k < loop.size(); ++k) {
-      if (!sides[side_of(loop[(k + 1) % loop.size()], loop[k])]) refuse_snapshot(at, "a hull is not closed");
+      if (!sides[side_of(loop[(k + 1) % loop.size()], loop[k])]) refuse_bytes(at, "a hull is not closed");
     }
   }
   for (const bool vertex_used : used) {
-    if (!vertex_used) refuse_snapshot(at, "a hull's vertex is no corner");
+    if (!vertex_used) refuse_bytes(at, "a hull's vertex is no corner");
   }
   return loops;
 }
@@ -171,6 +127,71 @@ bool has_finite_columns(const HullSolid& solid) {
          all_finite(data.arc_cosine, edges) && all_finite(round.data(), round.size());
 }
 
+SharedHull read_slot(ByteReader& reader, const std::vector<SolidPointer>& solids) {
+  const std::size_t begin = reader.at();
+  const auto base = reader.take<std::int32_t>(), scaled = reader.take<std::int32_t>();
+  Vec3 scale;
+  for (float* axis : {&scale.x, &scale.y, &scale.z}) {
+    const std::size_t at = reader.at();
+    *axis = reader.take<float>();
+    if (!(*axis >= kMinHullScale && *axis <= kMaxHullScale))
+      refuse_bytes(at, "a hull's scale is out of range");
+  }
+  const bool is_unit = scale == Vec3{1.0f, 1.0f, 1.0f};
+  if (base == -1 && scaled == -1 && is_unit) return {};
+  const auto count = static_cast<std::int32_t>(solids.size());
+  const bool known = base >= 0 && base < count && scaled >= 0 && scaled < count;
+  if (!known || (is_unit && base != scaled)) refuse_bytes(begin, "a slot of hulls names no solid");
+  return {{HullAccess::hull(solids[static_cast<std::size_t>(base)]), scale},
+          solids[static_cast<std::size_t>(scaled)]};
+}
+
+}  // namespace
+
+std::int32_t SolidList::number_of(const SolidPointer& solid) {
+  if (solid == nullptr) return -1;
+  const auto [first, last] = numbers_.equal_range(solid->content_hash);
+  for (auto known = first; known != last; ++known) {
+    const SolidPointer& other = solids_[static_cast<std::size_t>(known->second)];
+    if (HullAccess::hull(other) == HullAccess::hull(solid)) return known->second;
+  }
+  const auto number = static_cast<std::int32_t>(solids_.size());
+  numbers_.emplace(solid->content_hash, number);
+  solids_.push_back(solid);
+  return number;
+}
+
+std::vector<std::int32_t> SolidList::numbers_of(const std::vector<SharedHull>& hulls) {
+  std::vector<std::int32_t> numbers;
+  for (const SharedHull& hull : hulls) {
+    numbers.push_back(number_of(HullAccess::solid(hull.geometry.hull)));
+    numbers.push_back(number_of(hull.solid));
+  }
+  return numbers;
+}
+
+namespace {
+
+void write_solid(const HullSolid& solid, ByteWriter& writer) {
+  const HullTopology& topology = solid.topology;
+  writer.put(static_cast<std::uint32_t>(topology.vertices.size()));
+  writer.put(static_cast<std::uint32_t>(topology.planes.size()));
+  writer.put(static_cast<std::uint32_t>(topology.loops.size()));
+  for (const double coordinate : solid.origin) writer.put(coordinate);
+  const HullReport& report = solid.report;
+  for (const std::size_t count :
+       {report.given_points, report.merged_points, report.inner_points, report.cut_vertices}) {
+    writer.put(std::uint64_t{count});
+  }
+  writer.put(report.deviation);
+  writer.put_bytes(topology.vertices.data(), topology.vertices.size() * sizeof(Vec3));
+  writer.put_bytes(solid.points.data(), solid.points.size() * sizeof(Vec3));
+  for (std::size_t face = 0; face < topology.planes.size(); ++face) {
+    writer.put(static_cast<std::uint16_t>(topology.begin[face + 1] - topology.begin[face]));
+  }
+  writer.put_bytes(topology.loops.data(), topology.loops.size());
+}
+
 SolidPointer read_solid(ByteReader& reader) {
   const std::size_t begin = reader.at();
   const SolidSize size = read_size(reader);
@@ -179,7 +200,7 @@ SolidPointer read_solid(ByteReader& reader) {
     const std::size_t at = reader.at();
     coordinate = reader.take<double>();
     if (!(std::abs(coordinate) <= 2.0 * double{kMaxExtent})) {
-      refuse_snapshot(at, "a hull's origin lies too far away");
+      refuse_bytes(at, "a hull's origin lies too far away");
     }
   }
   read_report(reader, solid->report);
@@ -192,41 +213,23 @@ SolidPointer read_solid(ByteReader& reader) {
   const bool sound =
       std::isfinite(volume) && volume > 0.0 && std::isfinite(solid->columns.data->outer_radius) &&
       is_convex(solid->topology, solid->columns.data->outer_radius) && has_finite_columns(*solid);
-  if (!sound) refuse_snapshot(begin, "a hull is no convex polyhedron");
+  if (!sound) refuse_bytes(begin, "a hull is no convex polyhedron");
   return solid;
-}
-
-SharedHull read_slot(ByteReader& reader, const std::vector<SolidPointer>& solids) {
-  const std::size_t begin = reader.at();
-  const auto base = reader.take<std::int32_t>(), scaled = reader.take<std::int32_t>();
-  Vec3 scale;
-  for (float* axis : {&scale.x, &scale.y, &scale.z}) {
-    const std::size_t at = reader.at();
-    *axis = reader.take<float>();
-    if (!(*axis >= kMinHullScale && *axis <= kMaxHullScale))
-      refuse_snapshot(at, "a hull's scale is out of range");
-  }
-  const bool is_unit = scale == Vec3{1.0f, 1.0f, 1.0f};
-  if (base == -1 && scaled == -1 && is_unit) return {};
-  const auto count = static_cast<std::int32_t>(solids.size());
-  const bool known = base >= 0 && base < count && scaled >= 0 && scaled < count;
-  if (!known || (is_unit && base != scaled)) refuse_snapshot(begin, "a slot of hulls names no solid");
-  return {{HullAccess::hull(solids[static_cast<std::size_t>(base)]), scale},
-          solids[static_cast<std::size_t>(scaled)]};
 }
 
 }  // namespace
 
-void write_hulls(const std::vector<SharedHull>& hulls, ByteWriter& writer) {
-  SolidList list;
-  std::vector<std::int32_t> numbers;
-  for (const SharedHull& hull : hulls) {
-    const bool free = hull.solid == nullptr;
-    numbers.push_back(free ? -1 : list.number_of(HullAccess::solid(hull.geometry.hull)));
-    numbers.push_back(free ? -1 : list.number_of(hull.solid));
-  }
-  writer.put(static_cast<std::uint32_t>(list.solids().size()));
-  for (const SolidPointer& solid : list.solids()) write_solid(*solid, writer);
+void write_solids(std::span<const SolidPointer> solids, ByteWriter& writer) {
+  writer.put(static_cast<std::uint32_t>(solids.size()));
+  for (const SolidPointer& solid : solids) write_solid(*solid, writer);
+}
+
+void read_solids(ByteReader& reader, std::vector<SolidPointer>& solids) {
+  for (auto left = reader.take<std::uint32_t>(); left > 0; --left) solids.push_back(read_solid(reader));
+}
+
+void write_slots(const std::vector<SharedHull>& hulls, const std::vector<std::int32_t>& numbers,
+                 ByteWriter& writer) {
   writer.put(static_cast<std::uint32_t>(hulls.size()));
   for (std::size_t slot = 0; slot < hulls.size(); ++slot) {
     writer.put(numbers[2 * slot]);
@@ -236,12 +239,23 @@ void write_hulls(const std::vector<SharedHull>& hulls, ByteWriter& writer) {
   }
 }
 
-std::vector<SharedHull> read_hulls(ByteReader& reader) {
-  std::vector<SolidPointer> solids;
-  for (auto left = reader.take<std::uint32_t>(); left > 0; --left) solids.push_back(read_solid(reader));
+std::vector<SharedHull> read_slots(ByteReader& reader, const std::vector<SolidPointer>& solids) {
   std::vector<SharedHull> hulls;
   for (auto left = reader.take<std::uint32_t>(); left > 0; --left) hulls.push_back(read_slot(reader, solids));
   return hulls;
+}
+
+void write_hulls(const std::vector<SharedHull>& hulls, ByteWriter& writer) {
+  SolidList list;
+  const std::vector<std::int32_t> numbers = list.numbers_of(hulls);
+  write_solids(list.solids(), writer);
+  write_slots(hulls, numbers, writer);
+}
+
+std::vector<SharedHull> read_hulls(ByteReader& reader) {
+  std::vector<SolidPointer> solids;
+  read_solids(reader, solids);
+  return read_slots(reader, solids);
 }
 
 }  // namespace scree

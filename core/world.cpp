@@ -2,6 +2,7 @@
 // have files of their own.
 #include <core/check.h>
 #include <core/edit.h>
+#include <core/recorded_calls.h>
 #include <core/state_table.h>
 #include <core/wake.h>
 #include <scree/world.h>
@@ -52,6 +53,7 @@ const WorldSettings& World::settings() const { return opened({"settings"}, data_
 void World::set_settings(const WorldSettings& settings) {
   constexpr Call call{"set_settings"};
   WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::set_settings> telling(data, settings);
   check_settings(call, settings);
   // What rested under the old gravity may fall under the new one; without sleep nobody may rest.
   const bool wakes =

@@ -7,6 +7,7 @@
 //   scratch  lives within one step
 #pragma once
 
+#include <core/call_sink.h>
 #include <core/column.h>
 #include <core/plain/hull.h>
 #include <core/plain/manifold.h>
@@ -274,6 +275,8 @@ struct WorldData {
   std::unique_ptr<Part> narrow_phase;  // parallel/collide
   std::unique_ptr<Part> constraints;   // parallel/color_constraints, pack_blocks, solve
   std::unique_ptr<Part> islands;       // parallel/find_islands
+
+  SinkLink recording;  // parallel/recorder
 };
 
 // What is inside a world. Throws Error, which names the call, where the world has been moved from.

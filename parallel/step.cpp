@@ -68,7 +68,7 @@ void check_worlds(std::span<World* const> worlds) {
   if (sound < worlds.size()) fail_list(worlds, sound);
 }
 
-void step(WorldData& data, float dt, Crew& crew) {
+void run_phases(WorldData& data, float dt, Crew& crew) {
   clear_figures(data.stats);
   clear_told(data.events);
   PhaseClock clock(data.stats);
@@ -95,6 +95,16 @@ void step(WorldData& data, float dt, Crew& crew) {
   ++data.step_count;
   data.stats.step = data.step_count;
   data.stats.stages = crew.stages();
+}
+
+void step(WorldData& data, float dt, Crew& crew) {
+  try {
+    run_phases(data, dt, crew);
+  } catch (...) {
+    data.recording.end();  // nobody may look into the world any more
+    throw;
+  }
+  if (data.recording.sink != nullptr) data.recording.sink->stepped(data, dt);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Laws of the results: every scene comes to the golden hash, and to the same hash at every step, whatever the
 // instruction set and the number of threads.
 #include <core/plain/rows.h>
+#include <core/world_difference.h>
 #include <gtest/gtest.h>
 #include <tests/determinism/golden.h>
 #include <tests/determinism/many_threads.h>
@@ -44,7 +45,7 @@ TEST_P(HashMatrix, TheWholeStateTableIsTheSameAtTheEnd) {
     actual.advance(shift.at(i));
   }
   for (std::size_t world = 0; world < expected.worlds().size(); ++world) {
-    EXPECT_EQ(first_state_difference(expected.worlds()[world], actual.worlds()[world]), "");
+    EXPECT_EQ(first_column_difference(expected.worlds()[world], actual.worlds()[world]), "");
   }
 }
 
@@ -82,14 +83,14 @@ TEST(WhereReplaysPart, IsToldByBodyFieldAndColumn) {
   const SceneCase what{"stack", {{"bodies", 3}}, 1};
   Playback expected(what), actual(what);
   World& world = actual.worlds().front();
-  EXPECT_EQ(first_difference(expected.worlds().front(), world), "");
-  EXPECT_EQ(first_state_difference(expected.worlds().front(), world), "");
+  EXPECT_EQ(first_body_difference(expected.worlds().front(), world), "");
+  EXPECT_EQ(first_column_difference(expected.worlds().front(), world), "");
   const BodyId top = world.body_at(static_cast<std::uint32_t>(kFirstBody) + 3);
   world.set_linear_velocity(top, {0.0f, -0.0f, 0.0f});
   const std::string name = "body " + std::to_string(top.index);
-  EXPECT_EQ(first_difference(expected.worlds().front(), world),
+  EXPECT_EQ(first_body_difference(expected.worlds().front(), world),
             name + ", linear_velocity.y is -0 (80000000) instead of 0 (00000000)");
-  EXPECT_EQ(first_state_difference(expected.worlds().front(), world),
+  EXPECT_EQ(first_column_difference(expected.worlds().front(), world),
             "bodies.velocity, row " + std::to_string(top.index) + ", byte 7 of 32");
   EXPECT_NE(expected.hash(), actual.hash());
 }

@@ -1,70 +1,17 @@
 // See replay.h.
-#include <core/state_table.h>
+#include <core/world_difference.h>
 #include <tests/determinism/replay.h>
 
 #include <bit>
 #include <cstdio>
 #include <cstring>
 #include <ostream>
-#include <span>
 
 namespace scree::determinism {
 namespace {
 
 constexpr std::size_t kThrownStride = 7;            // every seventh body is thrown up
 constexpr Vec3 kThrownVelocity{0.5f, 3.0f, 0.25f};  // m/s; 0.45 m high
-
-std::string bits_text(float value) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.9g (%08x)", static_cast<double>(value), std::bit_cast<unsigned>(value));
-  return text;
-}
-
-struct Field {
-  const char* name;
-  std::span<const float> values;
-};
-
-// "name.y is ... but ..." for the first value whose bits differ.
-std::string difference(const Field& expected, const Field& actual) {
-  for (std::size_t i = 0; i < expected.values.size(); ++i) {
-    if (std::memcmp(&expected.values[i], &actual.values[i], sizeof(float)) == 0) continue;
-    return std::string(expected.name) + "." + "xyzw"[i] + " is " + bits_text(actual.values[i]) +
-           " instead of " + bits_text(expected.values[i]);
-  }
-  return {};
-}
-
-// Bytes of the columns of kind state, stage parts included.
-struct StateColumn {
-  std::string name;
-  std::size_t row_bytes;
-  std::vector<std::byte> bytes;
-};
-
-std::vector<StateColumn> state_columns(World& world) {
-  std::vector<StateColumn> columns;
-  const auto add = [&columns](ColumnKind kind, std::string name, const void* rows, std::size_t row_bytes,
-                              std::size_t bytes) {
-    if (kind != ColumnKind::state) return;
-    const auto* first = static_cast<const std::byte*>(rows);
-    columns.push_back({std::move(name), row_bytes, {}});
-    if (bytes > 0) columns.back().bytes.assign(first, first + bytes);
-  };
-  WorldData& data = internals(world);
-  for_each_column(data, [&add](ColumnKind kind, const char* store, const char* name, auto& column) {
-    add(kind, std::string(store) + "." + name, column.data(), sizeof(*column.data()),
-        column.span().size_bytes());
-  });
-  for (Part* part :
-       {data.broad_phase.get(), data.narrow_phase.get(), data.constraints.get(), data.islands.get()}) {
-    if (part == nullptr) continue;
-    part->report([&add](ColumnKind kind, const char* name, const void* rows, std::size_t bytes, std::size_t) {
-      add(kind, std::string("part.") + name, rows, 1, bytes);
-    });
-  }
-  return columns;
-}
 
 }  // namespace
 
@@ -178,10 +125,10 @@ std::string where_they_part(const SceneCase& what, const Schedule& schedule) {
       const std::string place =
           "in step " + std::to_string(i + 1) + ", world " + std::to_string(world) + ", ";
       if (state.empty()) {
-        state = first_state_difference(expected_world, actual_world);
+        state = first_column_difference(expected_world, actual_world);
         if (!state.empty()) state = "\n  the state table first differs " + place + state;
       }
-      const std::string body = first_difference(expected_world, actual_world);
+      const std::string body = first_body_difference(expected_world, actual_world);
       if (!body.empty()) return "the hash first differs " + place + body + state;
     }
     if (expected.hash() != actual.hash()) {
@@ -190,48 +137,6 @@ std::string where_they_part(const SceneCase& what, const Schedule& schedule) {
     }
   }
   return "a second run found no difference: results change from run to run" + state;
-}
-
-std::string first_difference(World& expected, World& actual) {
-  const Bodies& left = internals(expected).bodies;
-  const Bodies& right = internals(actual).bodies;
-  if (left.flags.size() != right.flags.size()) return "the number of body rows";
-  for (std::size_t row = 0; row < left.flags.size(); ++row) {
-    if (((left.flags[row] ^ right.flags[row]) & kBodyAlive) != 0) {
-      return "body " + std::to_string(row) + ", whether it is alive";
-    }
-    if ((left.flags[row] & kBodyAlive) == 0) continue;
-    const Field fields[][2] = {
-        {{"position", left.pose[row].position}, {"", right.pose[row].position}},
-        {{"rotation", left.pose[row].rotation}, {"", right.pose[row].rotation}},
-        {{"linear_velocity", left.velocity[row].linear}, {"", right.velocity[row].linear}},
-        {{"angular_velocity", left.velocity[row].angular}, {"", right.velocity[row].angular}}};
-    for (const auto& [left_field, right_field] : fields) {
-      const std::string found = difference(left_field, right_field);
-      if (!found.empty()) return "body " + std::to_string(row) + ", " + found;
-    }
-  }
-  return {};
-}
-
-std::string first_state_difference(World& expected, World& actual) {
-  const std::vector<StateColumn> left = state_columns(expected);
-  const std::vector<StateColumn> right = state_columns(actual);
-  if (left.size() != right.size()) return "number of columns";
-  for (std::size_t i = 0; i < left.size(); ++i) {
-    const std::vector<std::byte>& a = left[i].bytes;
-    const std::vector<std::byte>& b = right[i].bytes;
-    if (a.size() != b.size()) {
-      return left[i].name + ": " + std::to_string(b.size() / left[i].row_bytes) + " rows instead of " +
-             std::to_string(a.size() / left[i].row_bytes);
-    }
-    for (std::size_t at = 0; at < a.size(); ++at) {
-      if (a[at] == b[at]) continue;
-      return left[i].name + ", row " + std::to_string(at / left[i].row_bytes) + ", byte " +
-             std::to_string(at % left[i].row_bytes) + " of " + std::to_string(left[i].row_bytes);
-    }
-  }
-  return {};
 }
 
 }  // namespace scree::determinism

@@ -68,9 +68,4 @@ std::string where_they_part(const SceneCase& what, const Schedule& schedule);
 // 16 hexadecimal digits.
 std::string hex(std::uint64_t hash);
 
-// First body and field that differ in their bits: "body 7, position.y is 1.5 (3fc00000) ..."; empty if none.
-std::string first_difference(World& expected, World& actual);
-// First column of the state table that differs in its bytes; empty if none.
-std::string first_state_difference(World& expected, World& actual);
-
 }  // namespace scree::determinism

@@ -10,11 +10,11 @@ install(EXPORT scree-targets NAMESPACE scree:: DESTINATION ${SCREE_PACKAGE_DIR})
 
 if(BUILD_SHARED_LIBS)
   set(SCREE_STATIC OFF)
-  set(SCREE_PC_REQUIRES "Requires.private: tbb qhull_r")
+  set(SCREE_PC_REQUIRES "Requires.private: tbb qhull_r libzstd")
   set(SCREE_PC_CFLAGS "-DSCREE_SHARED")
 else()
   set(SCREE_STATIC ON)
-  set(SCREE_PC_REQUIRES "Requires: tbb qhull_r")
+  set(SCREE_PC_REQUIRES "Requires: tbb qhull_r libzstd")
   set(SCREE_PC_CFLAGS "")
 endif()
 configure_package_config_file(tools/cmake/scree-config.cmake.in scree-config.cmake

@@ -7,6 +7,7 @@
 #include <scree/hull.h>
 #include <scree/ids.h>
 #include <scree/math_types.h>
+#include <scree/recording.h>
 #include <scree/shapes.h>
 #include <scree/snapshot.h>
 #include <scree/stats.h>

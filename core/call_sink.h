@@ -1,0 +1,47 @@
+// Who is told what happens to a world: a recorder. A world that nobody records has none.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+
+namespace scree {
+
+class CallWriter;
+struct WorldData;
+enum class RecordedCall : std::uint8_t;
+
+// A call that has been made, and how its arguments are written.
+struct MadeCall {
+  RecordedCall call;
+  const void* arguments;
+  void (*write)(const void* arguments, CallWriter& writer);
+};
+
+// Told by the thread that uses the world, once the thing has happened: so nothing may be thrown any more, and
+// a sink that can not go on lets go of the world.
+class CallSink {
+ public:
+  virtual void called(const MadeCall& call) noexcept = 0;
+  virtual void restored(const WorldData& data) noexcept = 0;
+  virtual void stepped(const WorldData& data, float dt) noexcept = 0;
+  // The world is no more: destroyed, assigned to, or broken by a step that ran out of memory.
+  virtual void world_ended() noexcept = 0;
+
+ protected:
+  ~CallSink() = default;
+};
+
+// The world's end of the link. Declared last in the world, so that it goes first.
+struct SinkLink {
+  CallSink* sink = nullptr;
+
+  SinkLink() = default;
+  SinkLink(SinkLink&&) noexcept {}  // stays with the data that the sink was told of
+  SinkLink& operator=(SinkLink&&) = delete;
+  ~SinkLink() { end(); }
+  void end() noexcept {
+    if (CallSink* const told = std::exchange(sink, nullptr)) told->world_ended();
+  }
+};
+
+}  // namespace scree

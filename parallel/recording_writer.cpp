@@ -1,0 +1,224 @@
+// See recording_writer.h.
+#include <core/recorded_state.h>
+#include <parallel/recording_writer.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <new>
+#include <system_error>
+#include <utility>
+
+#ifndef SCREE_VERSION
+#error "the build says which version this is"
+#endif
+
+namespace scree {
+
+namespace {
+
+constexpr std::size_t kMostPendingBytes = std::size_t{64} << 20;  // beyond that the recorder waits
+constexpr std::size_t kMuchBytes = std::size_t{1} << 20;          // the writer begins without being asked
+constexpr std::size_t kMostSpareStates = 2;                       // one in writing, one being filled
+constexpr const char* kOutOfMemory = "memory ran out";
+
+#define SCREE_TEXT_OF(number) #number
+#define SCREE_TEXT(number) SCREE_TEXT_OF(number)
+#if defined(__clang__)
+constexpr const char* kCompiler = "clang++ " SCREE_TEXT(__clang_major__) "." SCREE_TEXT(__clang_minor__);
+#else
+constexpr const char* kCompiler = "g++ " SCREE_TEXT(__GNUC__) "." SCREE_TEXT(__GNUC_MINOR__);
+#endif
+#if defined(SCREE_SANITIZED)
+constexpr const char* kBuild = "sanitized";
+#elif defined(NDEBUG)
+constexpr const char* kBuild = "release";
+#else
+constexpr const char* kBuild = "debug";
+#endif
+
+std::string writer_name() { return std::string("Scree " SCREE_VERSION ", ") + kCompiler + ", " + kBuild; }
+
+std::size_t bytes_of(const StateToRecord& state) {
+  return state.snapshot.columns.size() + state.hulls.size() * sizeof state.hulls[0];
+}
+
+}  // namespace
+
+RecordingWriter::RecordingWriter(const std::string& file, const RecorderOptions& options)
+    : name_(file), flush_interval_(options.flush_interval), packer_(options.compression_level) {
+  file_.reset(std::fopen(file.c_str(), "wb"));
+  if (file_ == nullptr) throw Error(file + ": can not be created: " + std::strerror(errno));
+  // Chunks are written whole, so a buffer would only copy them.
+  std::setvbuf(file_.get(), nullptr, _IONBF, 0);
+  write_bytes(write_recording_head(writer_name()));
+  flush();
+  try {
+    thread_ = std::thread([this] { run(); });
+  } catch (const std::system_error& error) {
+    throw Error(file + ": a thread to write it can not be started: " + error.what());
+  }
+}
+
+RecordingWriter::~RecordingWriter() { stop(); }
+
+std::unique_lock<std::mutex> RecordingWriter::lock_with_room() {
+  std::unique_lock lock(mutex_);
+  if (pending_bytes_ >= kMostPendingBytes) {
+    room_.wait(lock, [this] { return pending_bytes_ < kMostPendingBytes || has_failed(); });
+  }
+  return lock;
+}
+
+RecordingBatch& RecordingWriter::open_batch(std::uint64_t step) {
+  if (pending_.empty() || pending_.back().state != nullptr || pending_.back().bytes.size() >= kMuchBytes) {
+    pending_.emplace_back().step = step;
+  }
+  return pending_.back();
+}
+
+void RecordingWriter::hurry_if_much() {
+  if (pending_bytes_ < kMuchBytes || urgent_) return;
+  urgent_ = true;
+  wake_.notify_one();
+}
+
+void RecordingWriter::add_state(std::uint64_t step, std::unique_ptr<StateToRecord> state,
+                                std::vector<SolidPointer> new_hulls) {
+  const std::unique_lock lock = lock_with_room();
+  const std::size_t bytes = bytes_of(*state);
+  RecordingBatch& batch = pending_.emplace_back();
+  batch.step = step;
+  batch.hulls = std::move(new_hulls);
+  batch.state = std::move(state);
+  pending_bytes_ += bytes;
+  hurry_if_much();
+}
+
+std::unique_ptr<StateToRecord> RecordingWriter::take_spare_state() {
+  const std::lock_guard lock(mutex_);
+  if (spare_.empty()) return nullptr;
+  std::unique_ptr<StateToRecord> state = std::move(spare_.back());
+  spare_.pop_back();
+  return state;
+}
+
+void RecordingWriter::wait_until_written() {
+  std::unique_lock lock(mutex_);
+  urgent_ = true;
+  wake_.notify_one();
+  room_.wait(lock, [this] { return (pending_.empty() && !writing_) || has_failed(); });
+}
+
+void RecordingWriter::stop() noexcept {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+    wake_.notify_one();
+  }
+  thread_.join();
+  file_.reset();
+}
+
+void RecordingWriter::fail(const char* reason) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (has_failed()) return;
+  try {
+    error_ = reason;
+  } catch (const std::bad_alloc&) {
+    error_ = kOutOfMemory;  // short enough to need no memory
+  }
+  failed_.store(true, std::memory_order_relaxed);
+}
+
+std::string RecordingWriter::error() const {
+  const std::lock_guard lock(mutex_);
+  return error_;
+}
+
+// --- the writer's thread ---
+
+void RecordingWriter::run() noexcept {
+  std::vector<RecordingBatch> batches;
+  for (bool last = false; !last;) {
+    std::size_t bytes = 0;
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait_for(lock, flush_interval_, [this] { return urgent_ || stopping_; });
+      batches.swap(pending_);
+      bytes = pending_bytes_;
+      urgent_ = false;
+      last = stopping_;
+      writing_ = true;
+    }
+    try {
+      write_all(batches);
+      if (last && !has_failed()) {
+        write_chunk({.kind = ChunkKind::end, .step = last_step_}, {});
+        if (std::fclose(file_.release()) != 0) fail_to_write();
+      }
+    } catch (const std::bad_alloc&) {
+      fail(kOutOfMemory);
+    } catch (const std::exception& error) {
+      fail(error.what());
+    }
+    const std::lock_guard lock(mutex_);
+    batches.clear();
+    pending_bytes_ -= bytes;
+    writing_ = false;
+    room_.notify_all();
+  }
+}
+
+void RecordingWriter::write_all(std::vector<RecordingBatch>& batches) {
+  for (RecordingBatch& batch : batches) {
+    if (file_ == nullptr) return;
+    write_batch(batch);
+    if (batch.state == nullptr) continue;
+    const std::lock_guard lock(mutex_);
+    if (spare_.size() < kMostSpareStates) spare_.push_back(std::move(batch.state));
+  }
+}
+
+void RecordingWriter::write_batch(RecordingBatch& batch) {
+  if (!batch.hulls.empty()) {
+    ByteWriter content;
+    write_solids(batch.hulls, content);
+    write_chunk({.kind = ChunkKind::hulls, .step = batch.step, .count = batch.hulls.size()}, content.bytes());
+  }
+  last_step_ = batch.step + batch.steps;
+  if (batch.state == nullptr) {
+    write_chunk({.kind = ChunkKind::calls, .step = batch.step, .steps = batch.steps, .count = batch.calls},
+                batch.bytes.bytes());
+    return;
+  }
+  ByteWriter content;
+  write_state(batch.state->snapshot, batch.state->hulls, content);
+  write_chunk({.kind = batch.state->kind, .step = batch.step}, content.bytes());
+}
+
+void RecordingWriter::write_chunk(const ChunkHead& head, std::span<const std::byte> content) {
+  const ChunkPacker::Packed packed = packer_.pack(head, content);
+  write_bytes(packed.head);
+  write_bytes(packed.stored);
+  flush();
+}
+
+void RecordingWriter::write_bytes(std::span<const std::byte> bytes) {
+  const std::size_t written = bytes.empty() ? 0 : std::fwrite(bytes.data(), 1, bytes.size(), file_.get());
+  bytes_written_.fetch_add(written, std::memory_order_relaxed);
+  if (written != bytes.size()) fail_to_write();
+}
+
+void RecordingWriter::flush() {
+  if (std::fflush(file_.get()) != 0) fail_to_write();
+}
+
+void RecordingWriter::fail_to_write() {
+  const int reason = errno;
+  file_.reset();  // what follows a gap would be of no use
+  throw Error(name_ + ": can not be written: " + std::strerror(reason));
+}
+
+}  // namespace scree

@@ -1,0 +1,434 @@
+// Laws of recordings that were cut off, damaged, changed on purpose, or could not be written.
+#include <core/recorded_calls.h>
+#include <core/value_bytes.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <tests/parallel/recording_fixture.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <random>
+#include <thread>
+
+namespace scree::test {
+namespace {
+
+constexpr RecorderOptions kOften{.keyframe_spacing = 15, .flush_interval = 0.01f};
+
+// Small, and of many chunks: the file is made here, without a clock.
+Bytes small_recording(bool finished = true) {
+  const TemporaryFile file;
+  Heap heap(5);
+  Recorder recorder(heap.world, file.path(), kOften);
+  for (int i = 0; i < 40; ++i) {
+    if (i % 8 == 3) heap.add({.position = {0, 3, 0.1f * static_cast<float>(i)}}, ConvexHull{wedge()});
+    heap.world.add_force(heap.bodies[3], {0.5f, 0.0f, static_cast<float>(i)});
+    heap.run(1);
+    if (i % 10 == 9) std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  }
+  recorder.finish();
+  Bytes bytes = file.bytes();
+  if (!finished) bytes.resize(bytes.size() - kChunkHeadBytes);
+  return bytes;
+}
+
+Bytes cut(const Bytes& bytes, std::size_t length) {
+  return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length)};
+}
+
+// Plays all of it: the error if there is one.
+std::string error_of_playing(const Bytes& bytes, Workers& workers) {
+  return error_of_call([&] {
+    Player player(bytes);
+    player.verify(player.info().first_step, player.info().last_step, workers);
+  });
+}
+
+TEST(RecordingDamage, OfAnEndThatIsMissingLeavesTheWholeSteps) {
+  const Bytes bytes = small_recording();
+  const TakenApart parts(bytes);
+  ASSERT_GT(parts.chunks.size(), 7u);
+  Workers workers(1);
+  std::vector<std::size_t> lengths;
+  for (const TakenApart::Chunk& chunk : parts.chunks) {
+    for (const std::size_t more : {0, 1, 63, 64, 65}) lengths.push_back(chunk.offset + more);
+  }
+  std::mt19937 random(7);
+  for (int i = 0; i < 60; ++i) lengths.push_back(random() % bytes.size());
+  for (std::size_t length : lengths) {
+    length = std::min(length, bytes.size() - 1);
+    // What should be left: the chunks that end by then.
+    std::uint64_t steps = 0, keyframes = 0;
+    std::size_t end = parts.head.size();
+    for (std::size_t i = 0; i < parts.chunks.size(); ++i) {
+      const std::size_t next = i + 1 < parts.chunks.size() ? parts.chunks[i + 1].offset : bytes.size();
+      if (next > length) break;
+      end = next;
+      steps += parts.chunks[i].head.steps;
+      keyframes += parts.chunks[i].head.kind == ChunkKind::keyframe ? 1 : 0;
+    }
+    if (keyframes == 0) {
+      EXPECT_NE(error_of_call([&] { Player player(cut(bytes, length)); }), "") << length;
+      continue;
+    }
+    Player player(cut(bytes, length));
+    ASSERT_FALSE(player.info().finished);
+    ASSERT_EQ(player.info().lost_bytes, length - end) << length;
+    ASSERT_EQ(player.info().last_step, steps) << length;
+    ASSERT_EQ(player.info().keyframes, keyframes);
+    ASSERT_EQ(verified(player, workers), "");
+    ASSERT_EQ(player.position(), steps);
+  }
+}
+
+TEST(RecordingDamage, OfAnyBitIsRefusedWithItsPlace) {
+  const Bytes bytes = small_recording();
+  Workers workers(1);
+  std::mt19937 random(8);
+  for (int i = 0; i < 300; ++i) {
+    Bytes wrong = bytes;
+    wrong[random() % bytes.size()] ^= static_cast<std::byte>(1u << random() % 8);
+    const std::string error = error_of_playing(wrong, workers);
+    ASSERT_EQ(error.find("Player: byte "), 0u) << error;
+  }
+  EXPECT_EQ(error_of_playing({}, workers), "Player: byte 0: the recording ends too early");
+  Bytes wrong = bytes;
+  wrong[0] = {};
+  EXPECT_EQ(error_of_playing(wrong, workers), "Player: byte 0: this is no recording");
+  wrong = bytes;
+  wrong[8] = std::byte{9};
+  EXPECT_EQ(error_of_playing(wrong, workers),
+            "Player: byte 8: the recording has version 9, this is version 1");
+  wrong = bytes;
+  wrong.push_back({});
+  EXPECT_NE(error_of_playing(wrong, workers), "") << "something follows the end";
+}
+
+TEST(RecordingDamage, OfAHashIsFoundAtItsStep) {
+  TakenApart parts(small_recording());
+  Workers workers(1);
+  for (TakenApart::Chunk& chunk : parts.chunks) {
+    if (chunk.head.kind != ChunkKind::calls || chunk.head.step > 20 ||
+        chunk.head.step + chunk.head.steps <= 20) {
+      continue;
+    }
+    // The hash of the chunk's last step stands at its very end.
+    ASSERT_EQ(static_cast<RecordedCall>(chunk.content[chunk.content.size() - kStepRecordBytes]),
+              RecordedCall::step);
+    chunk.content.back() ^= std::byte{1};
+    const std::uint64_t step = chunk.head.step + chunk.head.steps;
+    const Bytes changed = parts.put_together();
+    Player player(changed);
+    const std::optional<Divergence> found = player.verify(0, 40, workers);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->step, step);
+    EXPECT_EQ(found->expected_hash ^ found->actual_hash, std::uint64_t{1} << 56);
+    EXPECT_EQ(found->compared_at % 15, found->compared_at == 40 ? 10 : 0);
+    EXPECT_GE(found->compared_at, step);
+    EXPECT_EQ(found->difference, "") << "only the hash was wrong";
+    EXPECT_FALSE(player.verify(0, step - 1, workers));
+    return;
+  }
+  FAIL() << "no chunk holds step 20";
+}
+
+// Changes a call and seals the recording again.
+TEST(RecordingDamage, OfACallIsFoundAtItsStepAndByBodyAndField) {
+  const TemporaryFile file;
+  Heap heap(5);
+  Recorder recorder(heap.world, file.path(), kOften);
+  heap.run(20);
+  const float speed = 1.25f;
+  heap.world.set_linear_velocity(heap.bodies[6], {speed, 5.0f, 0.0f});
+  heap.run(20);
+  recorder.finish();
+  TakenApart parts(file.bytes());
+  const auto* from = reinterpret_cast<const std::byte*>(&speed);
+  int changed = 0;
+  for (TakenApart::Chunk& chunk : parts.chunks) {
+    if (chunk.head.kind != ChunkKind::calls) continue;
+    const auto place = std::search(chunk.content.begin(), chunk.content.end(), from, from + sizeof speed);
+    if (place == chunk.content.end()) continue;
+    const float other = 1.5f;
+    std::memcpy(&*place, &other, sizeof other);
+    ++changed;
+  }
+  ASSERT_EQ(changed, 1);
+  Player player(parts.put_together());
+  const std::optional<Divergence> found = player.verify(0, 40, heap.workers);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->step, 21u);
+  EXPECT_EQ(found->compared_at, 30u);
+  const std::string body = "body " + std::to_string(heap.bodies[6].index) + ", position.x is ";
+  EXPECT_EQ(found->difference.find(body), 0u) << found->difference;
+}
+
+TEST(RecordingDamage, OfWhatNoHashCoversIsFoundAtAKeyframe) {
+  const TemporaryFile file;
+  Heap heap(5);
+  Recorder recorder(heap.world, file.path(), kOften);
+  heap.world.set_user_data(heap.bodies[3], 0x1122334455667788u);
+  heap.run(20);
+  recorder.finish();
+  TakenApart parts(file.bytes());
+  for (TakenApart::Chunk& chunk : parts.chunks) {
+    if (chunk.head.kind == ChunkKind::calls && chunk.head.step == 0) chunk.content[9] = std::byte{0};
+  }
+  Player player(parts.put_together());
+  const std::optional<Divergence> found = player.verify(0, 20, heap.workers);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->step, 15u);
+  EXPECT_EQ(found->compared_at, 15u);
+  EXPECT_EQ(found->difference,
+            "bodies.user_data, row " + std::to_string(heap.bodies[3].index) + ", byte 0 of 8");
+}
+
+TEST(RecordingDamage, OfACallThatNoWorldWouldTakeIsAnError) {
+  Workers workers(1);
+  const auto error_with = [&](auto write) {
+    TakenApart parts(small_recording());
+    TakenApart::Chunk* calls = parts.find(ChunkKind::calls);
+    ByteWriter bytes;
+    write(bytes);
+    const Bytes call = bytes.take();
+    calls->content.insert(calls->content.begin(), call.begin(), call.end());
+    ++calls->head.count;
+    return error_of_playing(parts.put_together(), workers);
+  };
+  const auto number = [](ByteWriter& bytes, RecordedCall call) { write_value(bytes, call); };
+  EXPECT_EQ(
+      error_with([&](ByteWriter&) {}).find("says another number of steps or calls") != std::string::npos,
+      true);
+  const std::string dead = error_with([&](ByteWriter& bytes) {
+    number(bytes, RecordedCall::wake);
+    write_value(bytes, BodyId{5, 77});
+  });
+  EXPECT_NE(dead.find("the world refuses the call: World::wake: no body lives under index 5"),
+            std::string::npos)
+      << dead;
+  EXPECT_EQ(dead.find("Player: byte "), 0u);
+  const std::string endless = error_with([&](ByteWriter& bytes) {
+    number(bytes, RecordedCall::create_bodies);
+    bytes.put(std::uint64_t{1} << 40);
+  });
+  EXPECT_NE(endless.find("a list is longer than what follows"), std::string::npos) << endless;
+  const std::string unknown =
+      error_with([&](ByteWriter& bytes) { bytes.put(static_cast<std::uint8_t>(RecordedCall::count)); });
+  EXPECT_NE(unknown.find("there is no call "), std::string::npos) << unknown;
+  const std::string geometry = error_with([&](ByteWriter& bytes) {
+    number(bytes, RecordedCall::set_geometry);
+    write_value(bytes, ShapeId{1, 1});
+    bytes.put(std::uint8_t{9});
+  });
+  EXPECT_NE(geometry.find("there is no geometry of kind 9"), std::string::npos) << geometry;
+  const std::string hull = error_with([&](ByteWriter& bytes) {
+    number(bytes, RecordedCall::set_geometry);
+    write_value(bytes, ShapeId{1, 1});
+    bytes.put(std::uint8_t{3});
+    bytes.put(std::int32_t{1000});
+    write_value(bytes, Vec3{1, 1, 1});
+  });
+  EXPECT_NE(hull.find("there is no hull 1000"), std::string::npos) << hull;
+}
+
+TEST(RecordingDamage, MadeOnPurposeNeverBreaksAPlayer) {
+  const TakenApart sound(small_recording());
+  Workers workers(1);
+  std::mt19937 random(9);
+  int played = 0;
+  for (int i = 0; i < 400; ++i) {
+    TakenApart parts = sound;
+    Bytes& content = parts.chunks[random() % parts.chunks.size()].content;
+    if (content.empty()) continue;
+    for (auto flips = 1 + random() % 3; flips > 0; --flips) {
+      content[random() % content.size()] ^= static_cast<std::byte>(1u << random() % 8);
+    }
+    const std::string error = error_of_playing(parts.put_together(), workers);
+    if (error.empty()) {
+      ++played;
+    } else {
+      ASSERT_EQ(error.find("Player: byte "), 0u) << error;
+    }
+  }
+  EXPECT_GT(played, 20);
+  EXPECT_LT(played, 380);
+}
+
+TEST(RecordingDamage, AnUnknownChunkIsSkippedWhereItMayBe) {
+  TakenApart parts(small_recording());
+  Workers workers(1);
+  TakenApart::Chunk later = parts.chunks[2];
+  later.head = {.kind = static_cast<ChunkKind>(99), .flags = kChunkMayBeSkipped, .step = 5};
+  parts.chunks.insert(parts.chunks.begin() + 2, later);
+  Player player(parts.put_together());
+  EXPECT_EQ(verified(player, workers), "");
+  parts.chunks[2].head.flags = 0;
+  EXPECT_NE(error_of_playing(parts.put_together(), workers).find("a later version"), std::string::npos);
+}
+
+TEST(RecordingDamage, TellsAnUnfinishedRecordingFromAFinishedOne) {
+  EXPECT_TRUE(Player(small_recording(true)).info().finished);
+  const Bytes open = small_recording(false);
+  const Player player(open);
+  EXPECT_FALSE(player.info().finished);
+  EXPECT_EQ(player.info().lost_bytes, 0u);
+  EXPECT_EQ(player.info().last_step, 40u);
+  EXPECT_EQ(player.info().file_bytes, open.size());
+}
+
+// --- files that can not be written ---
+
+TEST(RecordingDamage, OfAFullDiskIsToldAtOnceWhereItIsFullAtTheBeginning) {
+  Heap heap;
+  const std::string error = error_of_call([&] { Recorder(heap.world, "/dev/full"); });
+  EXPECT_NE(error.find("/dev/full: can not be written: No space left on device"), std::string::npos) << error;
+  heap.run(3);
+}
+
+TEST(RecordingDamage, OfADiskThatFillsUpEndsTheRecordingAndLeavesTheWorldAlone) {
+  const TemporaryFile file;
+  Heap heap, twin;
+  const auto previous = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  rlimit small = limit;
+  small.rlim_cur = 40'000;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  Recorder recorder(heap.world, file.path(), kOften);
+  for (int i = 0; i < 400 && recorder.is_recording(); ++i) {
+    heap.run(1);
+    twin.run(1);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_FALSE(recorder.is_recording());
+  EXPECT_NE(recorder.error().find("File too large"), std::string::npos) << recorder.error();
+  EXPECT_NE(error_of_call([&] { recorder.finish(); }).find(file.path()), std::string::npos);
+  EXPECT_EQ(error_of_call([&] { recorder.finish(); }), "") << "told once";
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
+  std::signal(SIGXFSZ, previous);
+  heap.run(10);
+  twin.run(10);
+  EXPECT_EQ(heap.world.hash(), twin.world.hash());
+  Player player(file.path());
+  EXPECT_FALSE(player.info().finished);
+  EXPECT_GT(player.info().last_step, 0u);
+  EXPECT_EQ(verified(player, heap.workers), "");
+}
+
+// --- processes that die ---
+
+constexpr const char* kFileVariable = "SCREE_TEST_RECORDING";
+
+// The process that is killed; run by the test below.
+TEST(RecordingOfAProcess, DISABLED_ThatStepsForever) {
+  const char* const path = std::getenv(kFileVariable);
+  ASSERT_NE(path, nullptr);
+  Heap heap;
+  Recorder recorder(heap.world, path, {.flush_interval = 0.1f});
+  for (;;) {
+    heap.world.add_force(heap.bodies[3], {1, 0, 0});
+    heap.run(1);
+    std::printf("%llu\n", static_cast<unsigned long long>(recorder.steps()));
+    std::fflush(stdout);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+}
+
+TEST(RecordingDamage, OfAKilledProcessIsLessThanASecond) {
+  const TemporaryFile file;
+  ASSERT_EQ(setenv(kFileVariable, file.path().c_str(), 1), 0);
+  int out[2];
+  ASSERT_EQ(pipe(out), 0);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    dup2(out[1], STDOUT_FILENO);
+    close(out[0]);
+    execl("/proc/self/exe", "scree_tests_parallel", "--gtest_also_run_disabled_tests",
+          "--gtest_filter=RecordingOfAProcess.*", static_cast<char*>(nullptr));
+    _exit(1);
+  }
+  close(out[1]);
+  // What the child tells, with the time at which it did.
+  using Clock = std::chrono::steady_clock;
+  std::vector<std::pair<Clock::time_point, std::uint64_t>> told;
+  std::FILE* const lines = fdopen(out[0], "r");
+  char line[256];
+  const auto start = Clock::now();
+  while (std::fgets(line, sizeof line, lines) != nullptr) {
+    char* end = line;
+    const std::uint64_t steps = std::strtoull(line, &end, 10);
+    if (end != line && *end == '\n') told.push_back({Clock::now(), steps});
+    if (!told.empty() && Clock::now() - told.front().first > std::chrono::milliseconds(2500)) break;
+    if (Clock::now() - start > std::chrono::seconds(60)) break;
+  }
+  const auto killed = Clock::now();
+  ::kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  std::fclose(lines);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  ASSERT_FALSE(told.empty());
+  std::uint64_t steps_before = 0;  // a second before the end
+  for (const auto& [time, steps] : told) {
+    if (killed - time > std::chrono::seconds(1)) steps_before = steps;
+  }
+  ASSERT_GT(steps_before, 10u);
+  Player player(file.path());
+  Workers workers(1);
+  EXPECT_FALSE(player.info().finished);
+  EXPECT_GE(player.info().last_step, steps_before);
+  EXPECT_EQ(verified(player, workers), "");
+  EXPECT_EQ(player.position(), player.info().last_step);
+}
+
+// --- two recordings ---
+
+TEST(RecordingComparison, FindsWhereTwoPart) {
+  const TemporaryFile first, second, third, early;
+  const auto record = [](const TemporaryFile& file, int kick_at, int begin, int end) {
+    Heap heap(6);
+    heap.run(begin);
+    Recorder recorder(heap.world, file.path(), kOften);
+    for (int i = begin; i < end; ++i) {
+      if (i == kick_at) heap.world.add_impulse(heap.bodies[4], {0, 1, 0});
+      heap.run(1);
+    }
+    recorder.finish();
+  };
+  record(first, 22, 0, 40);
+  record(second, 22, 8, 37);
+  record(third, 27, 3, 50);
+  record(early, -1, 0, 3);
+  Workers workers(1);
+  Player a(first.path()), b(second.path()), c(third.path()), d(early.path());
+  EXPECT_FALSE(compare(a, b, workers));
+  const std::optional<Divergence> found = compare(a, c, workers);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->step, 23u);
+  EXPECT_EQ(found->compared_at, 23u);
+  EXPECT_NE(found->expected_hash, found->actual_hash);
+  EXPECT_EQ(found->difference.find("body "), 0u) << found->difference;
+  EXPECT_EQ(error_of_call([&] { compare(d, b, workers); }), "compare: the recordings have no step in common");
+}
+
+TEST(RecordingComparison, LooksAtKeyframesWhereReplaysAgree) {
+  // As recordings of versions that compute otherwise: hashes and keyframes differ, the calls do not.
+  const Bytes bytes = small_recording();
+  TakenApart parts(bytes);
+  for (TakenApart::Chunk& chunk : parts.chunks) {
+    if (chunk.head.kind != ChunkKind::calls || chunk.head.step + chunk.head.steps <= 15) continue;
+    chunk.content.back() ^= std::byte{1};
+  }
+  Workers workers(1);
+  Player a(bytes), b(parts.put_together());
+  const std::optional<Divergence> found = compare(a, b, workers);
+  ASSERT_TRUE(found);
+  EXPECT_GT(found->step, 15u);
+  EXPECT_GE(found->compared_at, found->step);
+  EXPECT_EQ(found->difference, "") << "the keyframes are the same";
+}
+
+}  // namespace
+}  // namespace scree::test

@@ -1,0 +1,155 @@
+// What the tests of recordings share: files that go away, worlds with something in them, and recordings taken
+// apart and put together again.
+#pragma once
+
+#include <core/recording_chunks.h>
+#include <gtest/gtest.h>
+#include <scree/scree.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace scree::test {
+
+using Bytes = std::vector<std::byte>;
+
+inline constexpr float kDt = 1.0f / 60.0f;  // s
+
+// A file of its own, gone with it.
+class TemporaryFile {
+ public:
+  TemporaryFile() {
+    static int count = 0;
+    path_ = std::filesystem::temp_directory_path() /
+            ("scree_recording_" + std::to_string(getpid()) + "_" + std::to_string(++count));
+  }
+  ~TemporaryFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  std::string path() const { return path_.string(); }
+  Bytes bytes() const {
+    std::ifstream stream(path_, std::ios::binary);
+    const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+    const auto* first = reinterpret_cast<const std::byte*>(text.data());
+    return {first, first + text.size()};
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline Hull wedge() {
+  const Vec3 points[] = {{0.5f, -0.3f, 0.4f},   {0.5f, -0.3f, -0.4f}, {-0.5f, -0.3f, 0.4f},
+                         {-0.5f, -0.3f, -0.4f}, {0.0f, 0.5f, 0.3f},   {0.1f, 0.5f, -0.3f}};
+  return Hull(points);
+}
+
+// A floor, and some of every shape falling on it.
+struct Heap {
+  World world{WorldSettings{.contact_events = ContactEvents::begin_end}};
+  std::vector<BodyId> bodies;
+  std::vector<ShapeId> shapes;
+  Workers workers{1};
+
+  explicit Heap(int size = 12) {
+    add({.type = BodyType::fixed, .position = {0, -1, 0}}, Box{{20, 1, 20}});
+    add({.type = BodyType::kinematic, .position = {2, 0.2f, 0}}, Box{{0.5f, 0.2f, 0.5f}});
+    for (int i = 0; i < size; ++i) {
+      const BodyDef def{.position = {0.3f * static_cast<float>(i % 3), 0.6f + 0.5f * static_cast<float>(i),
+                                     0.2f * static_cast<float>(i % 2)}};
+      switch (i % 4) {
+        case 0:
+          add(def, Sphere{0.3f});
+          break;
+        case 1:
+          add(def, Capsule{0.3f, 0.2f});
+          break;
+        case 2:
+          add(def, Box{{0.3f, 0.2f, 0.4f}});
+          break;
+        default:
+          add(def, ConvexHull{wedge(), {0.8f, 1.0f, 0.9f}});
+          break;
+      }
+    }
+  }
+  BodyId add(const BodyDef& def, const Geometry& geometry) {
+    bodies.push_back(world.create_body(def));
+    shapes.push_back(world.add_shape(bodies.back(), geometry));
+    return bodies.back();
+  }
+  void run(int steps) {
+    for (int i = 0; i < steps; ++i) step(world, kDt, workers);
+  }
+};
+
+// A recording as its chunks, with contents that can be changed.
+struct TakenApart {
+  struct Chunk {
+    ChunkHead head;
+    Bytes content;
+    std::size_t offset;  // as it was read
+  };
+  Bytes head;
+  std::vector<Chunk> chunks;
+
+  explicit TakenApart(const Bytes& bytes) {
+    head.assign(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(read_recording_head(bytes).bytes));
+    for (std::size_t at = head.size(); at < bytes.size();) {
+      const std::span<const std::byte> rest = std::span(bytes).subspan(at);
+      const ChunkHead chunk = read_chunk_head(rest);
+      const std::span<const std::byte> stored =
+          rest.subspan(kChunkHeadBytes, static_cast<std::size_t>(chunk.stored_bytes));
+      chunks.push_back({chunk, unpack_chunk(chunk, Bytes(stored.begin(), stored.end())), at});
+      at += kChunkHeadBytes + stored.size();
+    }
+  }
+  // With every checksum right.
+  Bytes put_together() const {
+    Bytes bytes = head;
+    ChunkPacker packer(1);
+    for (const Chunk& chunk : chunks) {
+      ChunkHead plain = chunk.head;
+      plain.flags &= kChunkMayBeSkipped;
+      const ChunkPacker::Packed packed = packer.pack(plain, chunk.content);
+      bytes.insert(bytes.end(), packed.head.begin(), packed.head.end());
+      bytes.insert(bytes.end(), packed.stored.begin(), packed.stored.end());
+    }
+    return bytes;
+  }
+  Chunk* find(ChunkKind kind) {
+    for (Chunk& chunk : chunks) {
+      if (chunk.head.kind == kind) return &chunk;
+    }
+    return nullptr;
+  }
+};
+
+template <class Work>
+std::string error_of_call(Work&& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+// Empty if the whole recording verifies.
+inline std::string verified(Player& player, Workers& workers) {
+  const std::optional<Divergence> found =
+      player.verify(player.info().first_step, player.info().last_step, workers);
+  return found ? "step " + std::to_string(found->step) + ": " + found->difference : std::string();
+}
+
+}  // namespace scree::test
