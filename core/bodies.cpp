@@ -21,6 +21,7 @@ struct BodyRow {
   FpEnvironment environment{};  // the call's arithmetic is ours, whatever rounding the caller likes
 
   bool is_dynamic() const { return bodies.type[row] == BodyType::dynamic; }
+  BodyType given_type() const { return scree::given_type(bodies, body); }
 };
 
 BodyRow at(Call call, const std::unique_ptr<WorldData>& owner, BodyId id) {
@@ -142,34 +143,26 @@ BodyId World::body_at(std::uint32_t index) const noexcept {
   return {index, data_->bodies.generation[index]};
 }
 
-BodyType World::body_type(BodyId body) const {
-  const BodyRow b = at({"body_type"}, data_, body);
-  return b.bodies.type[b.row];
-}
+BodyType World::body_type(BodyId body) const { return at({"body_type"}, data_, body).given_type(); }
 
 void World::set_body_type(BodyId body, BodyType type) {
   constexpr Call call{"set_body_type"};
   const BodyRow b = at(call, data_, body);
   const Telling<RecordedCall::set_body_type> telling(b.data, body, type);
   check_body_type(call, type);
-  if (b.bodies.type[b.row] == type) return;
+  if (b.given_type() == type) return thaw(b.data, b.body);
   const BodyMass mass = mass_after(call, b.data, b.body, type, b.bodies.flags[b.row]);
   disturb(b.data, b.body);
+  b.bodies.flags[b.row] = static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~kBodyFrozen);
   b.bodies.type[b.row] = type;
   apply_mass(b.data, b.body, mass);
   apply_locks(b.bodies, b.body);
-  if (type == BodyType::fixed) b.bodies.velocity[b.row] = {};
-  if (type != BodyType::dynamic) b.bodies.force[b.row] = {};
-  b.bodies.sleep_time[b.row] = 0.0f;
-  b.bodies.flags[b.row] = static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~kBodyAsleep);
-  b.bodies.lists_dirty = true;
-  const TreeKind tree = tree_of(b.bodies, b.body);
-  for (std::int32_t shape = b.bodies.first_shape[b.row]; shape >= 0;
-       shape = b.data.shapes.next[static_cast<std::size_t>(shape)]) {
-    b.data.shapes.tree[static_cast<std::size_t>(shape)] = tree;
-    mark_dirty(b.data.shapes, shape, kShapeNew);
-    b.data.contacts.pairs_stale = true;
-  }
+  take_part_as(b.data, b.body, type);
+}
+
+bool World::is_frozen(BodyId body) const {
+  const BodyRow b = at({"is_frozen"}, data_, body);
+  return scree::is_frozen(b.bodies, b.body);
 }
 
 Pose World::pose(BodyId body) const {
@@ -182,6 +175,7 @@ void World::set_pose(BodyId body, const Pose& pose) {
   const BodyRow b = at(call, data_, body);
   const Telling<RecordedCall::set_pose> telling(b.data, body, pose);
   check_pose(call, "position", "rotation", pose, kMaxPosition);
+  thaw(b.data, b.body);
   disturb(b.data, b.body);
   place_body(b.data, b.body, {pose.position, normalize(pose.rotation)});
 }
@@ -209,7 +203,8 @@ void World::set_linear_velocity(BodyId body, Vec3 velocity) {
   const BodyRow b = at(call, data_, body);
   const Telling<RecordedCall::set_linear_velocity> telling(b.data, body, velocity);
   check_vector(call, "velocity", velocity, kMaxSpeed);
-  if (b.bodies.type[b.row] == BodyType::fixed) return;
+  if (b.given_type() == BodyType::fixed) return;
+  thaw(b.data, b.body);
   change_velocity(b, free_linear(b.bodies.motion[b.row], velocity),
                   to_vec3(b.bodies.velocity[b.row].angular));
 }
@@ -219,7 +214,8 @@ void World::set_angular_velocity(BodyId body, Vec3 velocity) {
   const BodyRow b = at(call, data_, body);
   const Telling<RecordedCall::set_angular_velocity> telling(b.data, body, velocity);
   check_vector(call, "velocity", velocity, kMaxSpeed);
-  if (b.bodies.type[b.row] == BodyType::fixed) return;
+  if (b.given_type() == BodyType::fixed) return;
+  thaw(b.data, b.body);
   change_velocity(b, to_vec3(b.bodies.velocity[b.row].linear),
                   free_angular(b.bodies.motion[b.row], velocity));
 }
@@ -228,7 +224,7 @@ void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
   constexpr Call call{"set_kinematic_target"};
   const BodyRow b = at(call, data_, body);
   const Telling<RecordedCall::set_kinematic_target> telling(b.data, body, target, dt);
-  if (b.bodies.type[b.row] != BodyType::kinematic) fail(call, "the body is not kinematic");
+  if (b.given_type() != BodyType::kinematic) fail(call, "the body is not kinematic");
   check_pose(call, "target.position", "target.rotation", target, kMaxPosition);
   if (!(dt > 0.0f && dt <= 1.0f)) {
     fail(call, "the time step is " + std::to_string(dt) + " s; it must be in (0, 1]");
@@ -240,6 +236,7 @@ void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
   const Vec3 angular = spin_for(rotation * conjugate(to_quat(pose.rotation)), b.data.settings.substeps, dt);
   check_vector(call, "the linear velocity", linear, kMaxSpeed);
   check_vector(call, "the angular velocity", angular, kMaxSpeed);
+  thaw(b.data, b.body);
   change_velocity(b, linear, angular);
 }
 
@@ -250,7 +247,7 @@ Vec3 World::center_of_mass(BodyId body) const {
 
 MassProperties World::mass_properties(BodyId body) const {
   const BodyRow b = at({"mass_properties"}, data_, body);
-  if (b.is_dynamic() || (b.bodies.flags[b.row] & kBodyPropertiesGiven) != 0) {
+  if (b.given_type() == BodyType::dynamic || (b.bodies.flags[b.row] & kBodyPropertiesGiven) != 0) {
     return properties_of(b.bodies, b.body);
   }
   std::optional<float> given_mass;
@@ -262,7 +259,7 @@ void World::set_mass_properties(BodyId body, const MassProperties& properties) {
   constexpr Call call{"set_mass_properties"};
   const BodyRow b = at(call, data_, body);
   const Telling<RecordedCall::set_mass_properties> telling(b.data, body, properties);
-  const BodyMass mass = given_mass_rows(call, properties, b.bodies.type[b.row]);
+  const BodyMass mass = given_mass_rows(call, properties, b.given_type());
   b.bodies.flags[b.row] |= kBodyPropertiesGiven;
   apply_mass(b.data, b.body, mass);
   wake_body(b.data, b.body);
@@ -274,7 +271,7 @@ void World::reset_mass(BodyId body) {
   const Telling<RecordedCall::reset_mass> telling(b.data, body);
   const auto flags =
       static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~(kBodyMassGiven | kBodyPropertiesGiven));
-  const BodyMass mass = mass_after(call, b.data, b.body, b.bodies.type[b.row], flags);
+  const BodyMass mass = mass_after(call, b.data, b.body, b.given_type(), flags);
   b.bodies.flags[b.row] = flags;
   b.bodies.given_mass[b.row] = 0.0f;
   apply_mass(b.data, b.body, mass);
@@ -367,6 +364,7 @@ bool World::is_awake(BodyId body) const {
 void World::wake(BodyId body) {
   const BodyRow b = at({"wake"}, data_, body);
   const Telling<RecordedCall::wake> telling(b.data, body);
+  thaw(b.data, b.body);
   wake_body(b.data, b.body);
 }
 

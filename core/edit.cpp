@@ -196,7 +196,7 @@ void apply_locks(Bodies& bodies, std::int32_t body) {
   const auto row = static_cast<std::size_t>(body);
   MotionRow& motion = bodies.motion[row];
   motion.flags &= ~static_cast<std::uint32_t>(kMotionLocksMask);
-  if (bodies.type[row] != BodyType::dynamic) return;
+  if (given_type(bodies, body) != BodyType::dynamic) return;
   motion.flags |= static_cast<std::uint32_t>(bodies.locks[row]);
   VelocityRow& velocity = bodies.velocity[row];
   store(velocity.linear, free_linear(motion, to_vec3(velocity.linear)));
@@ -222,6 +222,41 @@ void disturb(WorldData& data, std::int32_t body) {
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     request_wake(data, shape);
   }
+}
+
+void take_part_as(WorldData& data, std::int32_t body, BodyType type) {
+  Bodies& bodies = data.bodies;
+  const auto row = static_cast<std::size_t>(body);
+  bodies.type[row] = type;
+  if (type == BodyType::fixed) bodies.velocity[row] = {};
+  if (type != BodyType::dynamic) bodies.force[row] = {};
+  bodies.sleep_time[row] = 0.0f;
+  bodies.flags[row] = static_cast<std::uint8_t>(bodies.flags[row] & ~kBodyAsleep);
+  bodies.lists_dirty = true;
+  const TreeKind tree = tree_of(bodies, body);
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    data.shapes.tree[static_cast<std::size_t>(shape)] = tree;
+    mark_dirty(data.shapes, shape, kShapeNew);
+    data.contacts.pairs_stale = true;
+  }
+}
+
+void freeze(WorldData& data, std::int32_t body) {
+  disturb(data, body);
+  const auto row = static_cast<std::size_t>(body);
+  data.bodies.flags[row] |=
+      data.bodies.type[row] == BodyType::dynamic ? kBodyFrozenDynamic : kBodyFrozenKinematic;
+  take_part_as(data, body, BodyType::fixed);
+}
+
+void thaw(WorldData& data, std::int32_t body) {
+  if (!is_frozen(data.bodies, body)) return;
+  const BodyType type = given_type(data.bodies, body);
+  disturb(data, body);
+  std::uint8_t& flags = data.bodies.flags[static_cast<std::size_t>(body)];
+  flags = static_cast<std::uint8_t>(flags & ~kBodyFrozen);
+  take_part_as(data, body, type);
 }
 
 }  // namespace scree

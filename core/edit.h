@@ -63,6 +63,15 @@ void place_shape_in_body(WorldData& data, std::int32_t shape);  // local_pose fr
 // Wakes the body and, when next asked, all that touch it.
 void disturb(WorldData& data, std::int32_t body);
 
+// Writes how the body takes part from now on, once its rows are those of such a body: at rest if fixed. Its
+// shapes' pairs are found anew.
+void take_part_as(WorldData& data, std::int32_t body, BodyType type);
+// Stops a dynamic or kinematic body where it is: it takes part as a fixed one, but keeps all that it was
+// given.
+void freeze(WorldData& data, std::int32_t body);
+// Gives a frozen body back the type that it was given; nothing happens to others.
+void thaw(WorldData& data, std::int32_t body);
+
 // Linear or angular part of the locks: 1 where motion is free.
 inline Vec3 free_axes(std::uint32_t locks) {
   return {(locks & 1) != 0 ? 0.0f : 1.0f, (locks & 2) != 0 ? 0.0f : 1.0f, (locks & 4) != 0 ? 0.0f : 1.0f};

@@ -31,9 +31,9 @@ ShapeForm form_of(const ShapeRow& s) {
 
 // The body's mass rows after the change, or an Error.
 BodyMass mass_after_change(Call call, const ShapeRow& s, const ShapeForm* form) {
-  const auto body_row = static_cast<std::size_t>(s.body);
-  return mass_after(call, s.data, s.body, s.data.bodies.type[body_row], s.data.bodies.flags[body_row],
-                    {s.shape, form});
+  const Bodies& bodies = s.data.bodies;
+  return mass_after(call, s.data, s.body, given_type(bodies, s.body),
+                    bodies.flags[static_cast<std::size_t>(s.body)], {s.shape, form});
 }
 
 // A shape that collides otherwise than before: its pairs are found anew, its neighbors wake.
@@ -60,7 +60,7 @@ ShapeId World::add_shape(BodyId body, const Geometry& geometry, const Material& 
   unit_options.local_pose.rotation = normalize(options.local_pose.rotation);
   const ShapeForm form{geometry, material.density, unit_options.local_pose};
   const BodyMass mass =
-      mass_after(call, data, row, data.bodies.type[body.index], data.bodies.flags[body.index], {-1, &form});
+      mass_after(call, data, row, given_type(data.bodies, row), data.bodies.flags[body.index], {-1, &form});
   Shapes& shapes = data.shapes;
   const SlotPlan plan(shapes.free_slots, shapes.flags.size(), 1);
   if (plan.from_free == 0) grow(shapes, shapes.flags.size() + 1);

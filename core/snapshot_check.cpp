@@ -160,9 +160,13 @@ void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& ref
   const auto require = [&](bool holds, const char* name, const char* problem) {
     refusal.require(holds, "bodies", name, row, problem);
   };
-  const bool dynamic = bodies.type[row] == BodyType::dynamic;
+  const bool dynamic = given_type(bodies, static_cast<std::int32_t>(row)) == BodyType::dynamic;
+  const unsigned frozen = bodies.flags[row] & kBodyFrozen;
   require(bodies.generation[row] != 0, "generation", "a living body has none");
-  require((bodies.flags[row] & kBodyAsleep) == 0 || dynamic, "flags", "only dynamic bodies sleep");
+  require((bodies.flags[row] & kBodyAsleep) == 0 || bodies.type[row] == BodyType::dynamic, "flags",
+          "only dynamic bodies sleep");
+  require(frozen == 0 || bodies.type[row] == BodyType::fixed, "flags", "frozen bodies take part as fixed");
+  require(frozen != kBodyFrozen, "flags", "a frozen body was given one type only");
   require(is_placed(bodies.pose[row]), "pose", "is no placement");
   require(is_finite_row(bodies.velocity[row]), "velocity", "is not finite");
   require(is_finite_row(bodies.force[row]), "force", "is not finite");
@@ -205,7 +209,7 @@ void check_reserved_bodies(Bodies& bodies, const Refusal& refusal) {
 
 void check_bodies(WorldData& data, const Refusal& refusal) {
   constexpr unsigned kKnownFlags =
-      kBodyAlive | kBodyAsleep | kBodyCanSleep | kBodyMassGiven | kBodyPropertiesGiven;
+      kBodyAlive | kBodyAsleep | kBodyCanSleep | kBodyMassGiven | kBodyPropertiesGiven | kBodyFrozen;
   Bodies& bodies = data.bodies;
   check_reserved_bodies(bodies, refusal);
   for (std::size_t row = at(kFirstBody); row < bodies.flags.size(); ++row) {

@@ -40,6 +40,7 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::scratch, "events", "persists", data.events.persists);
   visit(ColumnKind::scratch, "events", "ends", data.events.ends);
   visit(ColumnKind::scratch, "events", "restored", data.events.restored);
+  visit(ColumnKind::scratch, "events", "frozen", data.events.frozen);
   visit(ColumnKind::state, "events", "woken", data.events.woken);
   visit(ColumnKind::scratch, "events", "sleep_begins", data.events.sleep_begins);
   visit(ColumnKind::scratch, "events", "sleep_ends", data.events.sleep_ends);

@@ -100,6 +100,11 @@ std::span<const BodyId> World::restored_bodies() const noexcept {
   return std::as_const(data_->events.restored).span();
 }
 
+std::span<const BodyId> World::frozen_bodies() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.frozen).span();
+}
+
 std::span<const BodyId> World::sleep_begins() const noexcept {
   if (data_ == nullptr) return {};
   return std::as_const(data_->events.sleep_begins).span();

@@ -29,6 +29,11 @@ enum BodyFlag : std::uint8_t {
   kBodyMassGiven = 8,         // mass comes from the caller, inertia from the shapes
   kBodyPropertiesGiven = 16,  // mass, center and inertia come from the caller
   kBodyMarked = 32,           // set and cleared within one call
+  // Frozen: the state became non-finite. Takes part as a fixed body until a call thaws it, but was given as
+  // ...
+  kBodyFrozenDynamic = 64,
+  kBodyFrozenKinematic = 128,
+  kBodyFrozen = kBodyFrozenDynamic | kBodyFrozenKinematic,
 };
 
 enum class ShapeType : std::uint8_t { sphere, capsule, box, hull };
@@ -63,14 +68,14 @@ struct CoreRow {
 // Rows of bodies, indexed by BodyId::index. "calls" are World's functions.
 #define SCREE_BODY_COLUMNS(X)                                                                                   \
   X(state,   std::uint32_t,   generation)      /* calls; raised when the body dies */                          \
-  X(state,   BodyType,        type)            /* calls */                                                     \
-  X(state,   std::uint8_t,    flags)           /* calls, find_islands; BodyFlag */                             \
+  X(state,   BodyType,        type)            /* calls, freeze_broken; as it takes part: fixed while frozen */ \
+  X(state,   std::uint8_t,    flags)           /* calls, find_islands, freeze_broken; BodyFlag */              \
   SCREE_HASHED_BODY_COLUMNS(X)                                                                                 \
   X(state,   ForceRow,        force)           /* calls; cleared by finish_step */                             \
-  X(state,   MotionRow,       motion)          /* calls; its locks act, so they are none if not dynamic */     \
+  X(state,   MotionRow,       motion)          /* calls; its locks act, so they are none if not given dynamic */ \
   X(state,   AxisLocks,       locks)           /* calls; as given */                                           \
   X(state,   float,           sleep_time)      /* calls, finish_step; s below the sleep speeds */              \
-  X(state,   InertiaRow,      local_mass)      /* calls; inverse inertia in body axes; zero if not dynamic */  \
+  X(state,   InertiaRow,      local_mass)      /* calls; inverse inertia in body axes; zero if not given dynamic */ \
   X(state,   LocalInertiaRow, local_inertia)   /* calls; in body axes */                                       \
   X(state,   Vec3,            center)          /* calls; center of mass in the body's frame */                 \
   X(state,   float,           mass)            /* calls; kg */                                                 \
@@ -80,7 +85,7 @@ struct CoreRow {
   X(derived, Pose,            transform)       /* calls, finish_step; of the origin */                         \
   X(derived, CoreRow,         core)            /* calls */                                                     \
   X(scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */        \
-  X(scratch, std::uint8_t,    touched)         /* solve; 1: has contacts in this step */                       \
+  X(scratch, std::uint8_t,    touched)         /* solve; TouchFlag */                                          \
   X(scratch, DeltaRow,        delta)           /* solve; motion since the step began */                        \
   X(scratch, VelocityRow,     free_velocity)   /* solve; after forces, before this step's impulses */
 
@@ -153,6 +158,17 @@ struct Bodies {
   bool lists_dirty = true;          // derived; calls, find_islands: awake and kinematic must be made anew
 };
 
+inline bool is_frozen(const Bodies& bodies, std::int32_t body) {
+  return (bodies.flags[static_cast<std::size_t>(body)] & kBodyFrozen) != 0;
+}
+
+// What the caller made it, whatever it takes part as.
+inline BodyType given_type(const Bodies& bodies, std::int32_t body) {
+  const auto row = static_cast<std::size_t>(body);
+  if ((bodies.flags[row] & kBodyFrozen) == 0) return bodies.type[row];
+  return (bodies.flags[row] & kBodyFrozenDynamic) != 0 ? BodyType::dynamic : BodyType::kinematic;
+}
+
 struct Shapes {
   SCREE_STORE(SCREE_SHAPE_COLUMNS)
   Column<std::int32_t> free_slots;  // state; calls
@@ -224,7 +240,8 @@ struct Events {
   Column<ContactEvent> begins;    // scratch; list_events
   Column<ContactEvent> persists;  // scratch; list_events
   Column<ContactEnd> ends;        // scratch; list_events
-  Column<BodyId> restored;        // scratch; finish_step
+  Column<BodyId> restored;        // scratch; freeze_broken
+  Column<BodyId> frozen;          // scratch; freeze_broken
   Column<BodyId> woken;           // state; calls, find_islands; who has woken since the last step's lists, in
                                   // the order of waking
   Column<BodyId> sleep_begins;    // scratch; find_islands
@@ -243,6 +260,7 @@ inline void clear_told(Events& events) {
   events.persists.clear();
   events.ends.clear();
   events.restored.clear();
+  events.frozen.clear();
   events.sleep_begins.clear();
   events.sleep_ends.clear();
 }

@@ -3,23 +3,11 @@
 #include <parallel/constraints.h>
 #include <parallel/stages.h>
 
-#include <algorithm>
-
 namespace scree {
 
 namespace {
 
 constexpr int kBodyChunk = 512;  // bodies of one task
-
-void list_restored(WorldData& data, const Constraints& constraints) {
-  Column<BodyId>& restored = data.events.restored;
-  for (std::size_t i = 0; i < constraints.broken.size(); ++i) {
-    if (constraints.broken[i] == 0) continue;
-    const auto body = static_cast<std::uint32_t>(constraints.moving[i]);
-    restored.push_back({body, data.bodies.generation[body]});
-  }
-  std::sort(restored.begin(), restored.end());  // kinematic bodies stand behind the dynamic ones
-}
 
 }  // namespace
 
@@ -53,9 +41,9 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   }
   data.stats.kinetic_energy = all.kinetic_energy;
   data.stats.restored_bodies = all.restored;
-  if (data.stats.restored_bodies > 0) list_restored(data, constraints);
   data.stats.awake_bodies = static_cast<std::int64_t>(dynamic_count);
   update_bounds(data, dt, crew);
+  if (data.stats.restored_bodies > 0) freeze_broken(data);
 }
 
 }  // namespace scree

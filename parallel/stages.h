@@ -21,6 +21,7 @@ void note_approach(WorldData& data, Crew& crew);  // velocities -> approach spee
 void list_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begin, persist and end of contacts
 void sweep_fast_bodies(WorldData& data, Crew& crew);      // motion -> shorter motion of those that hit
 void finish_step(WorldData& data, float dt, Crew& crew);  // motion -> poses, transforms, bounds, sleep timers
+void freeze_broken(WorldData& data);                      // bodies that became non-finite -> frozen ones
 
 simd::BodyArgs body_args(WorldData& data,
                          float dt);  // for the kernels over bodies; list: Constraints::moving

@@ -18,7 +18,7 @@ struct BodyArgs {
   const InertiaRow* local_mass;
   const LocalInertiaRow* local_inertia;
   const MotionRow* motion;
-  std::uint8_t* touched;  // 1 where the body has contacts in this step
+  std::uint8_t* touched;  // TouchFlag
   const ForceRow* force;
   const float* center;    // Vec3 rows: center of mass in the body's frame
   float* transform;       // Pose rows

@@ -79,6 +79,12 @@ enum MotionFlag : std::uint32_t {
   kMotionGyroscopic = 1 << 8,  // inertia is not isotropic: integrate the gyroscopic term
 };
 
+// What a step notes about a body.
+enum TouchFlag : std::uint8_t {
+  kTouches = 1,      // has contacts
+  kBrokenAlone = 2,  // became non-finite by its own motion, before any contact acted
+};
+
 // Extents of a shape: sphere (radius), capsule (half[1], radius), box (half), hull (the box and the ball
 // about its centroid that hold it).
 struct alignas(16) ExtentRow {

@@ -68,6 +68,15 @@ inline WideMotion load_motion(const MotionRow* rows, const Lanes& lanes) {
   return m;
 }
 
+// A body whose own motion breaks, before any contact has acted on it, is to blame for what breaks with it.
+inline void mark_broken(const BodyArgs& args, const Lanes& lanes, const WideVelocity& v) {
+  const std::uint32_t finite = bits(is_finite(v.linear) & is_finite(v.angular));
+  if (finite == (1u << kLanes) - 1u) return;
+  for (int lane = 0; lane < lanes.count; ++lane) {
+    if ((finite >> lane & 1u) == 0) args.touched[lanes.index[lane]] |= std::uint8_t{kBrokenAlone};
+  }
+}
+
 inline M is_locked(I flags, int axis) { return !((flags & I(1 << axis)) == I(0)); }
 
 // Axis locks take the locked components of a velocity away.
@@ -159,8 +168,10 @@ void integrate_velocities(const BodyArgs& args, int begin, int end) {
       next.angular = u.angular + (v.angular - before.angular);
     }
     const SpeedScales scales = scales_to_limits(args, next);
-    store_velocity(args.velocity, lanes, {next.linear * scales.linear, next.angular * scales.angular});
+    next = {next.linear * scales.linear, next.angular * scales.angular};
+    store_velocity(args.velocity, lanes, next);
     store_velocity(args.free_velocity, lanes, {u.linear * scales.linear, u.angular * scales.angular});
+    if (args.first_substep) mark_broken(args, lanes, next);
   }
 }
 
@@ -245,7 +256,7 @@ inline Inertias load_inertias(const BodyArgs& args, const Lanes& lanes) {
 
 inline M has_contacts(const BodyArgs& args, const Lanes& lanes) {
   alignas(64) std::int32_t touched[kLanes];
-  for (int lane = 0; lane < kLanes; ++lane) touched[lane] = args.touched[lanes.index[lane]];
+  for (int lane = 0; lane < kLanes; ++lane) touched[lane] = args.touched[lanes.index[lane]] & kTouches;
   return load(touched) > I(0);
 }
 
@@ -336,6 +347,20 @@ void finish(const BodyArgs& args, int begin, int end) {
     V3 new_position = position + delta.position;
     Q4 new_rotation = normalize(delta.rotation * rotation);
 
+    // The last sweep over the contacts knows nothing of locks.
+    const I flags = load_motion(args.motion, lanes).flags;
+    const M locked = !((flags & I(kMotionLocksMask)) == I(0));
+    const bool any_locks = bits(locked) != 0;
+    if (any_locks) apply_locks(flags, v);
+    const M turns = has_contacts(args, lanes) & !locked & !((flags & I(kMotionGyroscopic)) == I(0));
+    const bool any_turns = bits(turns) != 0;
+    const Inertias inertias = load_inertias(args, lanes);
+    if (any_turns) {
+      const V3 turned =
+          turn_with_step(rotation, delta.rotation, v.angular, inertias.direct, inertias.inverse);
+      v.angular = select(turns, turned, v.angular);
+    }
+
     // A body whose state has become non-finite is put back where it was, at rest.
     const V3 rotation_part{new_rotation.x, new_rotation.y, new_rotation.z};
     const M finite = is_finite(new_position) & is_finite(rotation_part) & is_finite(v.linear) &
@@ -347,21 +372,9 @@ void finish(const BodyArgs& args, int begin, int end) {
     v.linear = select(finite, v.linear, at_rest);
     v.angular = select(finite, v.angular, at_rest);
     const std::uint32_t finite_bits = bits(finite);
-    // The last sweep over the contacts knows nothing of locks.
-    const I flags = load_motion(args.motion, lanes).flags;
-    const bool any_locks = bits(!((flags & I(kMotionLocksMask)) == I(0))) != 0;
-    if (any_locks) apply_locks(flags, v);
-    const M locked = !((flags & I(kMotionLocksMask)) == I(0));
-    const M turns = finite & !locked & !((flags & I(kMotionGyroscopic)) == I(0)) & has_contacts(args, lanes);
-    const Inertias inertias = load_inertias(args, lanes);
-    if (bits(turns) != 0) {
-      const V3 turned =
-          turn_with_step(rotation, delta.rotation, v.angular, inertias.direct, inertias.inverse);
-      v.angular = select(turns, turned, v.angular);
-    }
     // What the last sweep has left is clamped here: nobody sees a speed above the limits.
     const bool any_fast = clamp_speeds(args, lanes, v);
-    if (finite_bits != (1u << kLanes) - 1u || any_locks || any_fast || bits(turns) != 0) {
+    if (finite_bits != (1u << kLanes) - 1u || any_locks || any_fast || any_turns) {
       store_velocity(args.velocity, lanes, v);
     }
     float* pose = args.pose->position;

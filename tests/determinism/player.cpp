@@ -506,6 +506,7 @@ void Player::check_sleep() {
   });
   for (const Slot& slot : model_.slots) {
     if (slot.body == BodyId{} || world_.body_type(slot.body) != BodyType::dynamic) continue;
+    if (world_.is_frozen(slot.body)) continue;  // neither sleeps nor is awake
     if (world_.is_awake(slot.body) == model_.asleep.contains(slot.body)) {
       broken("body " + std::to_string(slot.body.index) + " sleeps or wakes unheard of");
     }

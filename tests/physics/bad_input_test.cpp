@@ -269,6 +269,9 @@ std::uint64_t break_impulse(Stack stack, std::size_t contact, ImpulsePart part, 
     lab.run(1);
     EXPECT_TRUE(lab.all_finite()) << i;
     EXPECT_TRUE(impulses_are_finite(lab.world)) << i;
+    // No body was at fault alone: those that broke stand frozen until they are woken.
+    EXPECT_EQ(lab.world.frozen_bodies().empty(), i > 0) << i;
+    for (const BodyId body : stack.bodies) lab.world.wake(body);
   }
   for (std::size_t i = 0; i < places.size(); ++i) {
     EXPECT_LT((lab.position(stack.bodies[i]) - places[i]).norm(), 0.01) << i;
@@ -318,6 +321,8 @@ TEST(BadInput, ABodyThatBreaksDoesNotBreakItsNeighborsForLong) {
     lab.run(1);
     EXPECT_TRUE(lab.all_finite()) << i;
     EXPECT_TRUE(impulses_are_finite(lab.world)) << i;
+    EXPECT_TRUE(lab.world.is_frozen(stack.bodies[1]));
+    EXPECT_FALSE(lab.world.is_frozen(stack.bodies[0]));
   }
   EXPECT_NEAR(lab.height(stack.bodies[0]), 0.5, 0.01);
   EXPECT_NEAR(lab.height(stack.bodies[1]), 1.3, 0.01);
