@@ -4,8 +4,11 @@
 #include <tests/determinism/many_threads.h>
 #include <tests/determinism/player.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <sstream>
 
 namespace scree::determinism {
@@ -70,6 +73,28 @@ std::string seed_name(const ::testing::TestParamInfo<Draw>& info) {
   return "seed_" + std::to_string(info.param.seed);
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomCalls, ::testing::ValuesIn(draws()), seed_name);
+
+class RecordedRandomCalls : public ManyThreads, public ::testing::WithParamInterface<std::uint64_t> {};
+
+TEST_P(RecordedRandomCalls, VerifyOnEveryBackend) {
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() /
+      ("scree_random_" + std::to_string(GetParam()) + "_" + std::to_string(getpid()) + ".recording");
+  const Sequence sequence = random_sequence(GetParam(), 250, 24);
+  const auto find = [&](const Sequence& calls) {
+    return find_recording_failure(calls, schedules(false).back(), compared_schedules(), file.string());
+  };
+  if (const std::optional<Failure> failure = find(sequence)) {
+    const Sequence shortest =
+        shrunk(sequence, [&](const Sequence& shorter) { return find(shorter).has_value(); });
+    const std::optional<Failure> rest = find(shortest);
+    ADD_FAILURE() << "seed " << GetParam() << ", " << failure->what
+                  << "\nshrunk: " << (rest ? describe(shortest, *rest) : "results change from run to run\n");
+  }
+  std::filesystem::remove(file);
+}
+std::uint64_t recordings() { return wish("SCREE_RANDOM_SEQUENCES", wants_full_matrix() ? 10 : 3); }
+INSTANTIATE_TEST_SUITE_P(Seeds, RecordedRandomCalls, ::testing::Range(std::uint64_t{1}, recordings() + 1));
 
 TEST(RandomCallsGolden, ComeToTheGoldenHash) {
   int runs = 0;

@@ -1,5 +1,6 @@
 // The corpus of fuzzing and the inputs that once broke a law, fed to their targets in every build.
 #include <gtest/gtest.h>
+#include <scree/recording.h>
 #include <scree/scree.h>
 #include <tests/fuzz/laws.h>
 #include <tests/fuzz/memory_watch.h>
@@ -86,6 +87,16 @@ TEST(CorpusFiles, AreStillReadAsTheyWereMade) {
     const std::string content = read_file(file);
     EXPECT_NO_THROW(read_snapshot(std::as_bytes(input_of(content))))
         << file << ": the format has changed; run scree_make_corpus " SCREE_FUZZ_FOLDER "/corpus";
+  }
+}
+
+TEST(CorpusFiles, RecordingsStillVerify) {
+  for (const fs::path& file : files_of(fs::path(SCREE_FUZZ_FOLDER) / "corpus" / "recording")) {
+    Player player(file.string());
+    const RecordingInfo info = player.info();
+    EXPECT_GT(info.last_step, info.first_step) << file;
+    EXPECT_FALSE(player.verify(info.first_step, info.last_step, wide_workers()))
+        << file << ": results have changed; run scree_make_corpus " SCREE_FUZZ_FOLDER "/corpus";
   }
 }
 

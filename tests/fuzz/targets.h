@@ -29,13 +29,16 @@ inline void require(bool holds, const std::string& law) {
 void scene_target(Input input);
 // Snapshots: read_snapshot, and the worlds that they are restored to.
 void snapshot_target(Input input);
+// Recordings: Player, which opens, steps, seeks, branches and verifies.
+void recording_target(Input input);
 
 using TargetFunction = void (*)(Input);
 struct Target {
   const char* name;  // of its folders in corpus/ and regressions/
   TargetFunction run;
 };
-inline constexpr Target kTargets[] = {{"scene", scene_target}, {"snapshot", snapshot_target}};
+inline constexpr Target kTargets[] = {
+    {"scene", scene_target}, {"snapshot", snapshot_target}, {"recording", recording_target}};
 
 // Memory that a reader may take at once, bytes: for itself and by byte of its input. Stated, not measured:
 // what is taken is below a half of it.
@@ -52,5 +55,8 @@ inline constexpr MemoryBound kSceneBound{16u << 20, 4096};
 inline constexpr MemoryBound kSnapshotBound{1u << 20, 128};
 // Free rows of contacts are a byte each, and as much room as others once they are restored.
 inline constexpr MemoryBound kRestoreBound{1u << 20, 1024};
+
+// Compressed bytes come to 1024 times as many, of which a state takes as much as a snapshot's.
+inline constexpr MemoryBound kRecordingBound{16u << 20, 16384};
 
 }  // namespace scree::fuzz
