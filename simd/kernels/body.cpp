@@ -49,7 +49,8 @@ inline void store_delta(DeltaRow* rows, const Lanes& lanes, const WideDelta& d) 
 
 inline Q4 load_rotation(const PoseRow* rows, const Lanes& lanes) {
   Q4 q;
-  load_rows(rows->position + 4, 8, lanes.index, q.x, q.y, q.z, q.w);
+  const float* base = rows->position;
+  load_rows(base + 4, 8, lanes.index, q.x, q.y, q.z, q.w);
   return q;
 }
 
@@ -150,8 +151,9 @@ void integrate_velocities(const BodyArgs& args, int begin, int end) {
     const WideMotion motion = load_motion(args.motion, lanes);
     V3 force, torque;
     F pad0, pad1;
-    load_rows(args.force->force, 8, lanes.index, force.x, force.y, force.z, torque.x);
-    load_rows(args.force->force + 4, 8, lanes.index, torque.y, torque.z, pad0, pad1);
+    const float* loads = args.force->force;
+    load_rows(loads, 8, lanes.index, force.x, force.y, force.z, torque.x);
+    load_rows(loads + 4, 8, lanes.index, torque.y, torque.z, pad0, pad1);
 
     const V3 acceleration = gravity * motion.gravity_factor + force * mass.inverse_mass;
     WideVelocity u;
@@ -245,8 +247,9 @@ inline Inertias load_inertias(const BodyArgs& args, const Lanes& lanes) {
   Inertias inertias;
   S3& i = inertias.direct;
   F pad0, pad1;
-  load_rows(args.local_inertia->inertia, 8, lanes.index, i.xx, i.xy, i.xz, i.yy);
-  load_rows(args.local_inertia->inertia + 4, 8, lanes.index, i.yz, i.zz, pad0, pad1);
+  const float* base = args.local_inertia->inertia;
+  load_rows(base, 8, lanes.index, i.xx, i.xy, i.xz, i.yy);
+  load_rows(base + 4, 8, lanes.index, i.yz, i.zz, pad0, pad1);
   inertias.inverse = load_mass(args.local_mass, lanes.index).inverse_inertia;
   return inertias;
 }
@@ -374,10 +377,10 @@ void finish(const BodyArgs& args, int begin, int end) {
     if (finite_bits != (1u << kLanes) - 1u || any_locks || any_fast || any_turns) {
       store_velocity(args.velocity, lanes, v);
     }
-    store_rows(args.pose->position, 8, lanes.index, lanes.count, new_position.x, new_position.y,
-               new_position.z, zero);
-    store_rows(args.pose->position + 4, 8, lanes.index, lanes.count, new_rotation.x, new_rotation.y,
-               new_rotation.z, new_rotation.w);
+    float* pose = args.pose->position;
+    store_rows(pose, 8, lanes.index, lanes.count, new_position.x, new_position.y, new_position.z, zero);
+    store_rows(pose + 4, 8, lanes.index, lanes.count, new_rotation.x, new_rotation.y, new_rotation.z,
+               new_rotation.w);
     store_outcome(args, lanes, i, v, new_position, new_rotation, inertias.direct, finite_bits);
   }
 }

@@ -40,20 +40,6 @@ std::uint32_t bulk_size(const Call& call) { return static_cast<std::uint32_t>(ca
 
 }  // namespace
 
-template <class... Values>
-void Player::tell(const char* call, const Values&... values) {
-  if (log_ == nullptr) return;
-  *log_ << "  " << call << "(";
-  const char* separator = "";
-  [[maybe_unused]] const auto one = [&](const auto& value) {
-    *log_ << separator;
-    print(*log_, value);
-    separator = ", ";
-  };
-  (one(values), ...);
-  *log_ << ")\n";
-}
-
 Player::Player(Shift& shift, bool checks, std::ostream* log) : shift_(shift), checks_(checks), log_(log) {
   build_pit(world_);
 }
@@ -63,8 +49,8 @@ void Player::broken(const std::string& promise) const {
 }
 
 Player::Slot* Player::occupied(std::uint32_t slot) {
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    Slot& candidate = slots_[(slot + i) % slots_.size()];
+  for (std::size_t i = 0; i < model_.slots.size(); ++i) {
+    Slot& candidate = model_.slots[(slot + i) % model_.slots.size()];
     if (candidate.body != BodyId{}) return &candidate;
   }
   return nullptr;
@@ -73,9 +59,12 @@ Player::Slot* Player::occupied(std::uint32_t slot) {
 void Player::make(const Call& call) {
   switch (call.kind) {
     case CallKind::step:
+    case CallKind::step_worlds:
       return run_steps(call);
     case CallKind::create_body:
       return create(call);
+    case CallKind::create_empty_bodies:
+      return create_empty(call);
     case CallKind::create_bodies:
       return create_bulk(call);
     case CallKind::destroy_bodies:
@@ -84,6 +73,14 @@ void Player::make(const Call& call) {
       return change_settings(call);
     case CallKind::wrong_call:
       return make_wrong_call(call);
+    case CallKind::save:
+      return save_somewhere(call);
+    case CallKind::restore:
+      return restore_saved(call);
+    case CallKind::go_round:
+      return go_round(call);
+    case CallKind::branch:
+      return branch_off(call);
     case CallKind::move_world: {
       tell("move_world");
       World other = std::move(world_);
@@ -93,7 +90,7 @@ void Player::make(const Call& call) {
     default:
       break;
   }
-  Slot* slot = slots_.empty() ? nullptr : occupied(call.slot);
+  Slot* slot = model_.slots.empty() ? nullptr : occupied(call.slot);
   if (slot == nullptr) return;
   change_body(call, *slot);
   change_motion(call, *slot);
@@ -105,8 +102,8 @@ void Player::empty_slot(Slot& slot) {
   const BodyId body = slot.body;
   tell("destroy_body", body);
   world_.destroy_body(body);
-  shapes_ -= slot.shapes.size();
-  --bodies_;
+  model_.shapes -= slot.shapes.size();
+  --model_.bodies;
   for (const ShapeId shape : slot.shapes) {
     if (world_.is_alive(shape)) broken("a destroyed body's shape lives on");
   }
@@ -115,14 +112,14 @@ void Player::empty_slot(Slot& slot) {
 }
 
 void Player::create(const Call& call) {
-  if (slots_.size() <= call.slot) slots_.resize(call.slot + 1);
-  Slot& slot = slots_[call.slot];
+  if (model_.slots.size() <= call.slot) model_.slots.resize(call.slot + 1);
+  Slot& slot = model_.slots[call.slot];
   empty_slot(slot);
   Random random(call.seed);
   const BodyDef def = random_body_def(random);
   tell("create_body", def);
   slot.body = world_.create_body(def);
-  ++bodies_;
+  ++model_.bodies;
   for (std::uint32_t count = random.below(4); count > 0; --count) {
     const Geometry geometry = random_geometry(random);
     const Material material = random_material(random);
@@ -130,13 +127,31 @@ void Player::create(const Call& call) {
     tell("add_shape", slot.body, geometry, material, options.local_pose, options.filter,
          static_cast<int>(options.contact_events));
     slot.shapes.push_back(world_.add_shape(slot.body, geometry, material, options));
-    ++shapes_;
+    ++model_.shapes;
   }
+}
+
+// Without shapes, in slots that follow one another.
+void Player::create_empty(const Call& call) {
+  constexpr std::uint32_t kCount = 3;
+  if (model_.slots.size() < kBulkSlots) model_.slots.resize(kBulkSlots);
+  const std::uint32_t first = call.slot % (kBulkSlots - kCount);
+  Random random(call.seed);
+  std::vector<BodyDef> defs;
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    empty_slot(model_.slots[first + i]);
+    defs.push_back(random_body_def(random));
+  }
+  tell("create_bodies", defs[0], defs[1], defs[2]);
+  std::vector<BodyId> ids(kCount);
+  world_.create_bodies(defs, ids);
+  for (std::uint32_t i = 0; i < kCount; ++i) model_.slots[first + i].body = ids[i];
+  model_.bodies += kCount;
 }
 
 void Player::create_bulk(const Call& call) {
   const std::uint32_t count = bulk_size(call);
-  if (slots_.size() < call.slot + count) slots_.resize(call.slot + count);
+  if (model_.slots.size() < call.slot + count) model_.slots.resize(call.slot + count);
   destroy_bulk(call);
   Random random(call.seed);
   std::vector<BodyDef> defs;
@@ -153,10 +168,10 @@ void Player::create_bulk(const Call& call) {
   tell("create_bodies", defs.front().position, "to", defs.back().position, count, material);
   std::vector<BodyId> ids(count);
   world_.create_bodies(defs, geometries, material, {}, ids);
-  bodies_ += count;
-  shapes_ += count;
+  model_.bodies += count;
+  model_.shapes += count;
   for (std::uint32_t i = 0; i < count; ++i) {
-    Slot& slot = slots_[call.slot + i];
+    Slot& slot = model_.slots[call.slot + i];
     slot.body = ids[i];
     slot.shapes.resize(1);
     if (world_.shapes_of(ids[i], slot.shapes) != 1)
@@ -166,15 +181,15 @@ void Player::create_bulk(const Call& call) {
 
 void Player::destroy_bulk(const Call& call) {
   std::vector<BodyId> ids;
-  for (std::uint32_t i = 0; i < bulk_size(call) && call.slot + i < slots_.size(); ++i) {
-    Slot& slot = slots_[call.slot + i];
+  for (std::uint32_t i = 0; i < bulk_size(call) && call.slot + i < model_.slots.size(); ++i) {
+    Slot& slot = model_.slots[call.slot + i];
     if (slot.body == BodyId{}) continue;
     ids.push_back(slot.body);
-    shapes_ -= slot.shapes.size();
+    model_.shapes -= slot.shapes.size();
     slot = Slot{};
   }
   tell("destroy_bodies", static_cast<std::uint32_t>(ids.size()));
-  bodies_ -= ids.size();
+  model_.bodies -= ids.size();
   world_.destroy_bodies(ids);
 }
 
@@ -223,6 +238,13 @@ void Player::change_body(const Call& call, Slot& slot) {
     case CallKind::wake:
       tell("wake", body);
       return world_.wake(body);
+    case CallKind::set_user_data: {
+      const std::uint64_t data = random.next();
+      tell("set_user_data", body, static_cast<std::uint32_t>(data));
+      world_.set_user_data(body, data);
+      if (world_.user_data(body) != data) broken("a body forgets its user data");
+      return;
+    }
     default:
       return;
   }
@@ -289,7 +311,7 @@ void Player::change_shape(const Call& call, Slot& slot) {
     tell("add_shape", slot.body, geometry, material, options.local_pose, options.filter,
          static_cast<int>(options.contact_events));
     slot.shapes.push_back(world_.add_shape(slot.body, geometry, material, options));
-    ++shapes_;
+    ++model_.shapes;
     return;
   }
   if (slot.shapes.empty()) return;
@@ -300,7 +322,7 @@ void Player::change_shape(const Call& call, Slot& slot) {
       tell("destroy_shape", shape);
       world_.destroy_shape(shape);
       slot.shapes.erase(slot.shapes.begin() + static_cast<std::ptrdiff_t>(which));
-      --shapes_;
+      --model_.shapes;
       if (world_.is_alive(shape)) broken("a destroyed shape lives on");
       return;
     case CallKind::set_filter: {
@@ -323,6 +345,13 @@ void Player::change_shape(const Call& call, Slot& slot) {
       tell("set_local_pose", shape, pose);
       return world_.set_local_pose(shape, pose);
     }
+    case CallKind::set_user_data: {
+      const std::uint64_t data = random.next();
+      tell("set_user_data", shape, static_cast<std::uint32_t>(data));
+      world_.set_user_data(shape, data);
+      if (world_.user_data(shape) != data) broken("a shape forgets its user data");
+      return;
+    }
     case CallKind::set_contact_events: {
       const auto events = static_cast<ContactEvents>(random.below(4));
       tell("set_contact_events", shape, static_cast<int>(events));
@@ -341,11 +370,12 @@ void Player::change_settings(const Call& call) {
 }
 
 void Player::make_wrong_call(const Call& call) {
-  Slot* slot = slots_.empty() ? nullptr : occupied(call.slot);
+  Slot* slot = model_.slots.empty() ? nullptr : occupied(call.slot);
   const BodyId body = slot != nullptr ? slot->body : BodyId{};
   const ShapeId shape = slot != nullptr && !slot->shapes.empty() ? slot->shapes.front() : ShapeId{};
   const std::uint64_t before = world_.hash();
-  const std::uint32_t which = Random(call.seed).below(15);
+  const std::vector<std::byte> state = checks_ ? bytes_of(world_) : std::vector<std::byte>{};
+  const std::uint32_t which = Random(call.seed).below(18);
   tell("wrong_call", which, body);
   bool thrown = false;
   try {
@@ -402,25 +432,36 @@ void Player::make_wrong_call(const Call& call) {
         world_.create_bodies(std::vector<BodyDef>(2), geometries, {}, {}, ids);
         break;
       }
-      default:
+      case 14:
         world_.set_material(shape, {.friction = -1.0f});
+        break;
+      default:
+        make_wrong_call_of_snapshots(which - 15);
         break;
     }
   } catch (const Error&) {
     thrown = true;
   }
   if (!thrown) broken("wrong call " + std::to_string(which) + " did not throw");
-  if (world_.hash() != before) broken("wrong call " + std::to_string(which) + " changed the world");
+  if (world_.hash() != before || (checks_ && bytes_of(world_) != state)) {
+    broken("wrong call " + std::to_string(which) + " changed the world");
+  }
 }
 
 void Player::run_steps(const Call& call) {
   Random random(call.seed);
   for (std::uint32_t count = 1 + random.below(kMostStepsPerCall); count > 0; --count) {
     const float dt = random_time_step(random);
-    tell("step", dt);
+    tell(call.kind == CallKind::step ? "step" : "step worlds", dt);
     if (checks_) check_before_step();
     if (before_step_) before_step_(world_);
-    step(world_, dt, shift_.at(static_cast<int>(hashes_.size())));
+    Workers& workers = shift_.at(static_cast<int>(hashes_.size()));
+    if (call.kind == CallKind::step) {
+      step(world_, dt, workers);
+    } else {
+      World* const worlds[] = {&used_, &world_};
+      step(worlds, dt, workers);
+    }
     hashes_.push_back(mixed(world_.hash(), digest_of_events(world_)));
     most_contacts_ = std::max(most_contacts_, world_.stats().contacts);
     sweep_hits_ += world_.stats().sweep_hits;
@@ -429,7 +470,7 @@ void Player::run_steps(const Call& call) {
 }
 
 void Player::check_before_step() {
-  for (Slot& slot : slots_) {
+  for (Slot& slot : model_.slots) {
     if (slot.body == BodyId{}) continue;
     slot.last_pose = world_.pose(slot.body);
     slot.last_awake = world_.is_awake(slot.body);
@@ -437,8 +478,8 @@ void Player::check_before_step() {
 }
 
 void Player::check_after_step() {
-  if (world_.body_count() != bodies_ + kPitBodies) broken("body_count is wrong");
-  if (world_.shape_count() != shapes_ + kPitShapes) broken("shape_count is wrong");
+  if (world_.body_count() != model_.bodies + kPitBodies) broken("body_count is wrong");
+  if (world_.shape_count() != model_.shapes + kPitShapes) broken("shape_count is wrong");
   const StepStats& stats = world_.stats();
   if (stats.contacts > stats.pairs) broken("there are more contacts than pairs");
   if (!std::isfinite(stats.kinetic_energy)) broken("the kinetic energy is not finite");
@@ -447,7 +488,7 @@ void Player::check_after_step() {
   }
   check_events();
   check_sleep();
-  for (Slot& slot : slots_) {
+  for (Slot& slot : model_.slots) {
     if (slot.body != BodyId{}) check_body(slot);
   }
 }
@@ -455,18 +496,18 @@ void Player::check_after_step() {
 // The events of sleep alone tell who sleeps.
 void Player::check_sleep() {
   for (const BodyId& body : world_.sleep_ends()) {
-    if (asleep_.erase(body) == 0) broken("a body wakes that did not sleep");
+    if (model_.asleep.erase(body) == 0) broken("a body wakes that did not sleep");
   }
   for (const BodyId& body : world_.sleep_begins()) {
-    if (!asleep_.insert(body).second) broken("a body falls asleep twice");
+    if (!model_.asleep.insert(body).second) broken("a body falls asleep twice");
   }
-  std::erase_if(asleep_, [&](const BodyId& body) {
+  std::erase_if(model_.asleep, [&](const BodyId& body) {
     return !world_.is_alive(body) || world_.body_type(body) != BodyType::dynamic;
   });
-  for (const Slot& slot : slots_) {
+  for (const Slot& slot : model_.slots) {
     if (slot.body == BodyId{} || world_.body_type(slot.body) != BodyType::dynamic) continue;
     if (world_.is_frozen(slot.body)) continue;  // neither sleeps nor is awake
-    if (world_.is_awake(slot.body) == asleep_.contains(slot.body)) {
+    if (world_.is_awake(slot.body) == model_.asleep.contains(slot.body)) {
       broken("body " + std::to_string(slot.body.index) + " sleeps or wakes unheard of");
     }
   }
@@ -475,16 +516,16 @@ void Player::check_sleep() {
 // Whoever was told of a begin is told of one end, in any order of calls.
 void Player::check_events() {
   for (const ContactEnd& end : world_.contact_ends()) {
-    if (begun_.erase({end.shape_a, end.shape_b}) == 0) broken("a contact ends that has not begun");
+    if (model_.begun.erase({end.shape_a, end.shape_b}) == 0) broken("a contact ends that has not begun");
   }
   for (const ContactEvent& event : world_.contact_begins()) {
-    if (!begun_.insert({event.shape_a, event.shape_b}).second) broken("a contact begins twice");
+    if (!model_.begun.insert({event.shape_a, event.shape_b}).second) broken("a contact begins twice");
     if (!world_.is_alive(event.shape_a) || world_.body_of(event.shape_b) != event.body_b) {
       broken("a contact of the dead begins");
     }
     if (!std::isfinite(event.normal_impulse) || event.point_count < 1) broken("a contact makes no sense");
   }
-  for (const auto& [a, b] : begun_) {
+  for (const auto& [a, b] : model_.begun) {
     if (!world_.is_alive(a) || !world_.is_alive(b)) broken("a contact outlives its shapes");
   }
   events_ += world_.contact_begins().size();

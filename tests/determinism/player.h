@@ -1,8 +1,10 @@
 // Player: makes the calls of a random sequence in one world and checks what every world promises.
 #pragma once
 
+#include <tests/determinism/player_values.h>
 #include <tests/determinism/random_calls.h>
 
+#include <array>
 #include <functional>
 #include <ostream>
 #include <set>
@@ -20,6 +22,36 @@ class BrokenPromise : public std::runtime_error {
 // Slots of bodies that are created one by one; the slots of bulk calls follow.
 inline constexpr std::uint32_t kBulkSlots = 48;
 
+// What a player knows of its world: who is in it, and what the world has told of.
+struct Model {
+  struct Slot {
+    BodyId body;  // no body: the slot is empty
+    std::vector<ShapeId> shapes;
+    Pose last_pose;  // before the step that runs
+    bool last_awake = false;
+  };
+
+  std::vector<Slot> slots;
+  std::size_t bodies = 0;
+  std::size_t shapes = 0;
+  std::set<std::pair<ShapeId, ShapeId>> begun;
+  std::set<BodyId> asleep;  // as the events have told
+};
+
+// A snapshot that a player has taken: whole, or what it has that the first one has not.
+struct Saved {
+  bool full = false;
+  bool in_changes = false;
+  Snapshot snapshot;
+  SnapshotChanges changes;
+  Model model;
+};
+
+std::vector<std::byte> bytes_of(const World& world);  // of a snapshot
+
+// As a program does that looks ahead: bodies that come and go, other settings, steps.
+void lead_astray(World& world, Workers& workers);
+
 class Player {
  public:
   // With `checks` the player reads all bodies around every step to see whether promises hold. Reading must
@@ -29,6 +61,10 @@ class Player {
   // What is done to the world before each of its steps.
   void before_steps(std::function<void(World&)> work) { before_step_ = std::move(work); }
 
+  // Worlds that are recorded stay where they are: nothing is assigned to them.
+  void stay_in_one_world() { one_world_ = true; }
+  World& world() { return world_; }
+
   void make(const Call& call);
   const std::vector<std::uint64_t>& hashes() const { return hashes_; }
   std::int64_t most_contacts() const { return most_contacts_; }
@@ -37,18 +73,14 @@ class Player {
   std::int64_t sweep_hits() const { return sweep_hits_; }
 
  private:
-  struct Slot {
-    BodyId body;  // no body: the slot is empty
-    std::vector<ShapeId> shapes;
-    Pose last_pose;  // before the step that runs
-    bool last_awake = false;
-  };
+  using Slot = Model::Slot;
 
   // The slot of the call or, if it is empty, the next one that is not; null if all are.
   Slot* occupied(std::uint32_t slot);
   void empty_slot(Slot& slot);
 
   void create(const Call& call);
+  void create_empty(const Call& call);
   void create_bulk(const Call& call);
   void destroy_bulk(const Call& call);
   void change_body(const Call& call, Slot& slot);
@@ -56,6 +88,14 @@ class Player {
   void change_shape(const Call& call, Slot& slot);
   void change_settings(const Call& call);
   void make_wrong_call(const Call& call);
+  void save_somewhere(const Call& call);
+  void restore_saved(const Call& call);
+  void go_round(const Call& call);
+  void branch_off(const Call& call);
+  void make_wrong_call_of_snapshots(std::uint32_t which);
+  const Snapshot& whole(const Saved& saved);
+  void forget_changes();
+  void check_handles(const Model& before);
   void run_steps(const Call& call);
   void check_before_step();
   void check_after_step();
@@ -72,17 +112,32 @@ class Player {
   Shift& shift_;
   bool checks_;
   std::ostream* log_;
+  bool one_world_ = false;
   std::function<void(World&)> before_step_;
-  std::vector<Slot> slots_;
-  std::size_t bodies_ = 0;
-  std::size_t shapes_ = 0;
+  Model model_;
+  std::array<Saved, 4> saved_;
+  World used_;         // plays along in a step of many worlds, and is restored into
+  Snapshot scratch_;   // of the present
+  Snapshot restored_;  // from changes
   std::vector<std::uint64_t> hashes_;
   std::int64_t most_contacts_ = 0;
   bool somebody_slept_ = false;
-  std::set<std::pair<ShapeId, ShapeId>> begun_;
-  std::set<BodyId> asleep_;  // as the events have told
   std::size_t events_ = 0;
   std::int64_t sweep_hits_ = 0;
 };
+
+template <class... Values>
+void Player::tell(const char* call, const Values&... values) {
+  if (log_ == nullptr) return;
+  *log_ << "  " << call << "(";
+  const char* separator = "";
+  [[maybe_unused]] const auto one = [&](const auto& value) {
+    *log_ << separator;
+    print(*log_, value);
+    separator = ", ";
+  };
+  (one(values), ...);
+  *log_ << ")\n";
+}
 
 }  // namespace scree::determinism

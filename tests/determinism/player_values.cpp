@@ -200,6 +200,8 @@ WorldSettings random_settings(Random& random) {
   settings.continuous = !once_in(random, 6);
   settings.warm_start = !once_in(random, 4);
   settings.sleeping = !once_in(random, 3);
+  if (once_in(random, 4)) settings.sleep_linear_speed = random.between(0.0f, 0.5f);
+  if (once_in(random, 4)) settings.sleep_angular_speed = random.between(0.0f, 1.0f);
   if (once_in(random, 2)) settings.sleep_time = random.between(0.0f, 0.3f);
   if (once_in(random, 2)) settings.contact_events = static_cast<ContactEvents>(random.below(4));
   settings.measure_residual = once_in(random, 2);
@@ -327,6 +329,8 @@ void print(std::ostream& out, const WorldSettings& value) {
   field(out, "continuous", value.continuous);
   field(out, "warm_start", value.warm_start);
   field(out, "sleeping", value.sleeping);
+  field(out, "sleep_linear_speed", value.sleep_linear_speed);
+  field(out, "sleep_angular_speed", value.sleep_angular_speed);
   field(out, "sleep_time", value.sleep_time);
   field(out, "contact_events", static_cast<int>(value.contact_events));
   field(out, "measure_residual", value.measure_residual);

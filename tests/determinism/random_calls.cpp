@@ -16,7 +16,9 @@ struct KindRule {
 
 constexpr KindRule kRules[kCallKindCount] = {
     {"step", 40},
+    {"step_worlds", 4},
     {"create_body", 20},
+    {"create_empty_bodies", 1},
     {"create_bodies", 3},
     {"destroy_body", 6},
     {"destroy_bodies", 2},
@@ -42,7 +44,12 @@ constexpr KindRule kRules[kCallKindCount] = {
     {"set_locks", 3},
     {"set_can_sleep", 2},
     {"wake", 2},
+    {"set_user_data", 2},
     {"set_settings", 3},
+    {"save", 4},
+    {"restore", 3},
+    {"go_round", 3},
+    {"branch", 2},
     {"move_world", 1},
     {"wrong_call", 4},
 };

@@ -18,7 +18,9 @@ namespace scree::determinism {
 
 enum class CallKind : std::uint8_t {
   step,
+  step_worlds,  // in a list with another one
   create_body,
+  create_empty_bodies,  // in bulk, without shapes
   create_bodies,
   destroy_body,
   destroy_bodies,
@@ -44,11 +46,16 @@ enum class CallKind : std::uint8_t {
   set_locks,
   set_can_sleep,
   wake,
+  set_user_data,
   set_settings,
+  save,      // into one of a few snapshots, whole or as changes
+  restore,   // what was saved, into this world or another one
+  go_round,  // away from here and back: nothing has happened
+  branch,    // clones step aside
   move_world,
   wrong_call,  // must throw Error and change nothing
 };
-inline constexpr int kCallKindCount = 30;
+inline constexpr int kCallKindCount = 37;
 const char* name_of(CallKind kind);
 
 struct Call {
@@ -79,6 +86,12 @@ struct Failure {
   Schedule schedule;
 };
 std::optional<Failure> find_failure(const Sequence& sequence, const std::vector<Schedule>& schedules);
+
+// Plays and records to the file on one schedule. What is wrong with the recording: it does not hold the
+// hashes of the reference, or some schedule does not verify it.
+std::optional<Failure> find_recording_failure(const Sequence& sequence, const Schedule& recorded_on,
+                                              const std::vector<Schedule>& schedules,
+                                              const std::string& file);
 
 // Drops calls, many at once and then fewer, as long as the rest still fails.
 Sequence shrunk(Sequence sequence, const std::function<bool(const Sequence&)>& fails);

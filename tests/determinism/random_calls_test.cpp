@@ -2,10 +2,13 @@
 #include <gtest/gtest.h>
 #include <tests/determinism/golden.h>
 #include <tests/determinism/many_threads.h>
-#include <tests/determinism/random_calls.h>
+#include <tests/determinism/player.h>
+
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <sstream>
 
 namespace scree::determinism {
@@ -19,19 +22,24 @@ struct Draw {
   friend std::ostream& operator<<(std::ostream& out, const Draw& draw) { return out << "seed " << draw.seed; }
 };
 
-// How many small worlds to draw; the environment variable SCREE_RANDOM_SEQUENCES asks for a longer search.
-std::uint64_t small_draws() {
-  if (const char* wish = std::getenv("SCREE_RANDOM_SEQUENCES")) return std::strtoull(wish, nullptr, 10);
-  return wants_full_matrix() ? 40 : 10;
+// A number from the environment, for a longer search.
+std::uint64_t wish(const char* variable, std::uint64_t otherwise) {
+  const char* text = std::getenv(variable);
+  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
 }
+
+// How many small worlds to draw, and how many calls to make in the longest sequence; a step is one in four.
+std::uint64_t small_draws() { return wish("SCREE_RANDOM_SEQUENCES", wants_full_matrix() ? 40 : 10); }
+int most_calls() { return static_cast<int>(wish("SCREE_RANDOM_CALLS", wants_full_matrix() ? 4000 : 400)); }
 
 std::vector<Draw> draws() {
   // Small worlds fail in fewer calls; large ones give several threads something to do at once.
   std::vector<Draw> all;
   const std::uint64_t few = small_draws();
   for (std::uint64_t seed = 1; seed <= few; ++seed) all.push_back({seed, 250, 24});
-  all.push_back({few + 1, 60, 600});
-  if (wants_full_matrix()) all.push_back({few + 2, 80, 1000});
+  all.push_back({few + 1, most_calls(), 24});
+  all.push_back({few + 2, 60, 600});
+  if (wants_full_matrix()) all.push_back({few + 3, 80, 1000});
   return all;
 }
 
@@ -65,6 +73,28 @@ std::string seed_name(const ::testing::TestParamInfo<Draw>& info) {
   return "seed_" + std::to_string(info.param.seed);
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomCalls, ::testing::ValuesIn(draws()), seed_name);
+
+class RecordedRandomCalls : public ManyThreads, public ::testing::WithParamInterface<std::uint64_t> {};
+
+TEST_P(RecordedRandomCalls, VerifyOnEveryBackend) {
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() /
+      ("scree_random_" + std::to_string(GetParam()) + "_" + std::to_string(getpid()) + ".recording");
+  const Sequence sequence = random_sequence(GetParam(), 250, 24);
+  const auto find = [&](const Sequence& calls) {
+    return find_recording_failure(calls, schedules(false).back(), compared_schedules(), file.string());
+  };
+  if (const std::optional<Failure> failure = find(sequence)) {
+    const Sequence shortest =
+        shrunk(sequence, [&](const Sequence& shorter) { return find(shorter).has_value(); });
+    const std::optional<Failure> rest = find(shortest);
+    ADD_FAILURE() << "seed " << GetParam() << ", " << failure->what
+                  << "\nshrunk: " << (rest ? describe(shortest, *rest) : "results change from run to run\n");
+  }
+  std::filesystem::remove(file);
+}
+std::uint64_t recordings() { return wish("SCREE_RANDOM_SEQUENCES", wants_full_matrix() ? 10 : 3); }
+INSTANTIATE_TEST_SUITE_P(Seeds, RecordedRandomCalls, ::testing::Range(std::uint64_t{1}, recordings() + 1));
 
 TEST(RandomCallsGolden, ComeToTheGoldenHash) {
   int runs = 0;
@@ -123,6 +153,39 @@ TEST(RandomCallsThemselves, ShrinkToTheCallsThatMatter) {
   ASSERT_EQ(shortest.size(), 2u);
   EXPECT_EQ(shortest[0].kind, CallKind::destroy_shape);
   EXPECT_EQ(shortest[1].kind, CallKind::wake);
+}
+
+// Pretends that no world may step once one of at least four bodies is faster than 60 m/s.
+void refuse_speed(World& world) {
+  constexpr float kTooFast = 60.0f;
+  if (world.body_count() < 4) return;
+  for (std::uint32_t index = 0; index < world.velocities().size(); ++index) {
+    if (!world.is_alive(world.body_at(index))) continue;
+    const Vec3 v = world.velocities()[index].linear;
+    if (v.x * v.x + v.y * v.y + v.z * v.z > kTooFast * kTooFast) throw BrokenPromise("a body is too fast");
+  }
+}
+
+TEST(RandomCallsThemselves, ShrinkWhatFailsWhenItIsPlayed) {
+  const auto fails = [](const Sequence& calls) {
+    Shift shift({kReference});
+    Player player(shift, false, nullptr);
+    player.before_steps(refuse_speed);
+    try {
+      for (const Call& call : calls) player.make(call);
+    } catch (const BrokenPromise&) {
+      return true;
+    }
+    return false;
+  };
+  const Sequence sequence = random_sequence(9, 300, 20);
+  ASSERT_TRUE(fails(sequence));
+  const Sequence shortest = shrunk(sequence, fails);
+  ASSERT_TRUE(fails(shortest));
+  EXPECT_LE(shortest.size(), 5u) << "bodies, a shot, a step";
+  const std::string text = describe(shortest, {"too fast", {kReference}});
+  EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 20) << text;
+  EXPECT_NE(text.find("set_linear_velocity(body "), std::string::npos) << text;
 }
 
 TEST(RandomCallsThemselves, AreToldCallByCall) {

@@ -92,6 +92,7 @@ TEST_P(RandomRecordings, HoldAllThatCallsDo) {
   {
     // It reads all bodies around each step, which must leave no trace either.
     Player player(shift, true, nullptr);
+    player.stay_in_one_world();
     player.before_steps([&](World& world) {
       if (recorder == nullptr) {
         recorder = std::make_unique<Recorder>(world, folder.file(0), RecorderOptions{.keyframe_spacing = 25});

@@ -71,22 +71,6 @@ std::string difference(std::vector<World>& expected, std::vector<World>& actual)
   return {};
 }
 
-// As a program does that looks ahead: steps, bodies that come and go, other settings.
-void lead_astray(World& world, Workers& workers) {
-  for (std::uint32_t index = 0; index < 40; index += 3) {
-    const BodyId body = world.body_at(index);
-    if (world.is_alive(body)) world.destroy_body(body);
-  }
-  for (int i = 0; i < 30; ++i) {
-    const BodyId body = world.create_body({.position = {0.3f * static_cast<float>(i), 6.0f, 0.0f}});
-    world.add_shape(body, Sphere{0.4f});
-  }
-  WorldSettings settings = world.settings();
-  settings.gravity = {3.0f, 1.0f, 0.0f};
-  world.set_settings(settings);
-  for (int i = 0; i < 8; ++i) step(world, 1.0f / 90.0f, workers);
-}
-
 class Snapshots : public ManyThreads, public ::testing::WithParamInterface<Golden> {};
 
 TEST_P(Snapshots, EveryStepMayBeTakenByARestoredWorld) {

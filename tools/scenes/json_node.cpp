@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <set>
 #include <sstream>
 
@@ -60,11 +61,21 @@ class DuplicateWatch {
       case Event::key:
         open_.back().key = parsed.get<std::string>();
         if (!open_.back().seen.insert(open_.back().key).second) {
-          throw Error(file_ + ": " + pointer() + ": the key stands twice in its object");
+          throw Error(file_ + ": " + place() + ": the key stands twice in its object");
         }
         break;
     }
     return true;
+  }
+
+  // Of the value that comes next.
+  std::string place() const {
+    std::string path;
+    for (const Level& level : open_) {
+      path += '/';
+      path += level.array ? std::to_string(level.index) : escape(level.key);
+    }
+    return path.empty() ? "the document" : path;
   }
 
  private:
@@ -77,15 +88,6 @@ class DuplicateWatch {
 
   void count_element() {
     if (!open_.empty() && open_.back().array) ++open_.back().index;
-  }
-
-  std::string pointer() const {
-    std::string path;
-    for (const Level& level : open_) {
-      path += '/';
-      path += level.array ? std::to_string(level.index) : escape(level.key);
-    }
-    return path;
   }
 
   std::string file_;
@@ -241,8 +243,9 @@ void Members::read(const char* key, std::string& out) {
 }
 
 nlohmann::json parse_json(const std::string& source, const std::string& file) {
+  DuplicateWatch watch(file);
   try {
-    return nlohmann::json::parse(source, DuplicateWatch(file));
+    return nlohmann::json::parse(source, std::ref(watch));
   } catch (const nlohmann::json::parse_error& error) {
     // error.byte is the count of bytes read when the text stopped making sense.
     const std::size_t end = std::min(error.byte > 0 ? error.byte - 1 : 0, source.size());
@@ -258,7 +261,7 @@ nlohmann::json parse_json(const std::string& source, const std::string& file) {
     if (const std::size_t bracket = reason.find("] "); bracket != std::string::npos) {
       reason.erase(0, bracket + 2);
     }
-    throw Error(file + ": " + reason);
+    throw Error(file + ": " + watch.place() + ": " + reason);
   }
 }
 

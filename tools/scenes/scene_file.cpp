@@ -32,7 +32,6 @@ const Range kHullPoint = within(kMaxExtent);            // m
 const Range kHullScale = between(kMinHullScale, kMaxHullScale);
 const Range kPosition = within(kMaxPosition);  // m
 constexpr Range kUnit{-2.0, 2.0};              // of a quaternion; its length is checked too
-constexpr std::int64_t kMostBodies = 10'000'000;
 constexpr std::int64_t kMostSteps = 1'000'000'000;
 
 using Materials = std::map<std::string, Material>;
@@ -226,16 +225,16 @@ struct Repeat {
   Vec3 spacing;
 };
 
-Repeat read_repeat(const Node& node) {
+Repeat read_repeat(const Node& node, std::int64_t most_bodies) {
   Repeat repeat;
   Members members(node);
   const Node& count = members.require("count");
   const std::vector<Node> counts = count.elements(3, "whole numbers");
-  for (std::size_t axis = 0; axis < 3; ++axis) repeat.count[axis] = counts[axis].integer(1, kMostBodies);
+  for (std::size_t axis = 0; axis < 3; ++axis) repeat.count[axis] = counts[axis].integer(1, most_bodies);
   const double total = static_cast<double>(repeat.count[0]) * static_cast<double>(repeat.count[1]) *
                        static_cast<double>(repeat.count[2]);
-  if (total > static_cast<double>(kMostBodies)) {
-    count.fail("more than " + std::to_string(kMostBodies) + " bodies");
+  if (total > static_cast<double>(most_bodies)) {
+    count.fail("more than " + std::to_string(most_bodies) + " bodies");
   }
   repeat.spacing = members.require("spacing").vector(kPosition);
   members.finish();
@@ -257,10 +256,13 @@ void try_body(const Node& node, const Scene& scene, const SceneBody& body) {
 
 // The body at every place of the grid; x runs fastest, then y, then z.
 void add_repeated(Scene& scene, const Node& body, const BodyDef& def, std::uint32_t first_shape,
-                  std::uint32_t shape_count, const Repeat& repeat) {
+                  std::uint32_t shape_count, const Repeat& repeat, std::int64_t most_bodies) {
   const double total = static_cast<double>(repeat.count[0] * repeat.count[1] * repeat.count[2]);
-  if (static_cast<double>(scene.bodies.size()) + total > static_cast<double>(kMostBodies)) {
-    body.fail("with this body the scene has more than " + std::to_string(kMostBodies) + " bodies");
+  if (static_cast<double>(scene.bodies.size()) + total > static_cast<double>(most_bodies)) {
+    body.fail("with this body the scene has more than " + std::to_string(most_bodies) + " bodies");
+  }
+  if (total > static_cast<double>(scene.bodies.size())) {  // else room for many comes by itself
+    scene.bodies.reserve(scene.bodies.size() + static_cast<std::size_t>(total));
   }
   for (std::int64_t z = 0; z < repeat.count[2]; ++z) {
     for (std::int64_t y = 0; y < repeat.count[1]; ++y) {
@@ -280,7 +282,7 @@ void add_repeated(Scene& scene, const Node& body, const BodyDef& def, std::uint3
   }
 }
 
-void read_body(const Node& node, const Named& named, Scene& scene) {
+void read_body(const Node& node, const Named& named, std::int64_t most_bodies, Scene& scene) {
   Members members(node);
   const BodyDef def = read_body_def(members);
   const auto first_shape = static_cast<std::uint32_t>(scene.shapes.size());
@@ -292,10 +294,10 @@ void read_body(const Node& node, const Named& named, Scene& scene) {
     }
   }
   Repeat repeat;
-  if (const Node* grid = members.find("repeat")) repeat = read_repeat(*grid);
+  if (const Node* grid = members.find("repeat")) repeat = read_repeat(*grid, most_bodies);
   members.finish();
   try_body(node, scene, {def, first_shape, shape_count});
-  add_repeated(scene, node, def, first_shape, shape_count, repeat);
+  add_repeated(scene, node, def, first_shape, shape_count, repeat, most_bodies);
 }
 
 void read_settings(const Node& node, WorldSettings& settings) {
@@ -318,7 +320,7 @@ void read_settings(const Node& node, WorldSettings& settings) {
 
 }  // namespace
 
-Scene parse_scene(const std::string& source, const std::string& file) {
+Scene parse_scene(const std::string& source, const std::string& file, std::int64_t most_bodies) {
   const nlohmann::json document = parse_json(source, file);
   const Node root(document, file);
   Members members(root);
@@ -348,7 +350,7 @@ Scene parse_scene(const std::string& source, const std::string& file) {
   }
   const Node& bodies = members.require("bodies");
   members.finish();
-  for (const Node& body : bodies.elements()) read_body(body, named, scene);
+  for (const Node& body : bodies.elements()) read_body(body, named, most_bodies, scene);
   return scene;
 }
 

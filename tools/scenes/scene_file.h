@@ -3,15 +3,19 @@
 
 #include <tools/scenes/scene.h>
 
+#include <cstdint>
 #include <string>
 
 namespace scree::scenes {
+
+/// Bodies of a scene file, repeats counted one by one: they take 2 GB, however short the file is.
+inline constexpr std::int64_t kMostBodies = 10'000'000;
 
 /// Reads a scene file. Throws scree::Error with the file, the place in the document (a JSON pointer; line and
 /// column where the text is not JSON) and the reason.
 Scene read_scene_file(const std::string& path);
 
 /// Reads a scene from a text; `file` is the name that errors and a scene without a name carry.
-Scene parse_scene(const std::string& text, const std::string& file);
+Scene parse_scene(const std::string& text, const std::string& file, std::int64_t most_bodies = kMostBodies);
 
 }  // namespace scree::scenes

@@ -1,0 +1,280 @@
+// Writes the binary files of the corpus, small worlds that meet every branch of the formats. To be run again
+// where a format changes: scree_make_corpus FOLDER, with tests/fuzz/corpus for the folder. Scene files are
+// text, and changed by hand.
+#include <scree/recording.h>
+#include <scree/scree.h>
+#include <tests/fuzz/laws.h>
+#include <tools/scenes/random.h>
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace scree::fuzz {
+namespace {
+
+constexpr float kDt = 1.0f / 60.0f;
+
+void run(World& world, int steps) {
+  for (int i = 0; i < steps; ++i) step(world, kDt, narrow_workers());
+}
+
+void add_ground(World& world) {
+  const BodyId ground = world.create_body({.type = BodyType::fixed, .position = {0.0f, -1.0f, 0.0f}});
+  world.add_shape(ground, Box{{5.0f, 1.0f, 5.0f}});
+}
+
+BodyId add(World& world, Vec3 position, const Geometry& geometry, const ShapeOptions& options = {}) {
+  const BodyId body = world.create_body({.position = position});
+  world.add_shape(body, geometry, {}, options);
+  return body;
+}
+
+Hull wedge() {
+  const Vec3 points[] = {{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f},
+                         {0.0f, 0.0f, 1.0f}, {1.0f, 0.0f, 1.0f}, {0.0f, 1.0f, 1.0f}};
+  return Hull(points);
+}
+
+Hull tetrahedron() {
+  const Vec3 points[] = {
+      {1.0f, 1.0f, 1.0f}, {1.0f, -1.0f, -1.0f}, {-1.0f, 1.0f, -1.0f}, {-1.0f, -1.0f, 1.0f}};
+  return Hull(points);
+}
+
+World falling_ball() {
+  World world;
+  add(world, {0.0f, 5.0f, 0.0f}, Sphere{0.5f});
+  run(world, 2);
+  return world;
+}
+
+World box_on_ground() {
+  World world;
+  add_ground(world);
+  add(world, {0.0f, 0.5f, 0.0f}, Box{});
+  run(world, 10);
+  return world;
+}
+
+World sleeping_pair() {
+  World world(WorldSettings{.sleep_time = 0.05f});
+  add_ground(world);
+  add(world, {0.0f, 0.5f, 0.0f}, Box{});
+  add(world, {0.0f, 1.5f, 0.0f}, Box{});
+  run(world, 60);
+  return world;
+}
+
+World rounds() {
+  World world;
+  add_ground(world);
+  add(world, {0.0f, 0.3f, 0.0f}, Capsule{0.3f, 0.2f}, {.local_pose = {{0.1f, 0.0f, 0.0f}, {}}});
+  add(world, {0.2f, 0.8f, 0.1f}, Sphere{0.3f});
+  run(world, 15);
+  return world;
+}
+
+World hulls() {
+  World world;
+  add_ground(world);
+  const Hull solid = wedge();
+  add(world, {0.0f, 0.1f, 0.0f}, ConvexHull{solid});
+  add(world, {0.2f, 1.2f, 0.0f}, ConvexHull{solid, {0.5f, 1.0f, 0.5f}});
+  add(world, {2.0f, 1.0f, 0.0f}, ConvexHull{tetrahedron(), {0.4f, 0.4f, 0.4f}});
+  run(world, 20);
+  return world;
+}
+
+World kinematic_and_materials() {
+  World world;
+  const BodyId belt =
+      world.create_body({.type = BodyType::kinematic, .linear_velocity = {0.5f, 0.0f, 0.0f}, .user_data = 7});
+  world.add_shape(
+      belt, Box{{2.0f, 0.2f, 2.0f}},
+      {.friction = 0.9f, .surface_velocity = {1.0f, 0.0f, 0.0f}, .friction_mix = MixRule::maximum});
+  const BodyId ball =
+      world.create_body({.position = {0.0f, 0.6f, 0.0f}, .locks = AxisLocks::translation_z, .mass = 3.0f});
+  world.add_shape(ball, Sphere{0.4f}, {.restitution = 0.5f, .rolling_resistance = 0.05f},
+                  {.filter = {2u, 3u, -1}, .user_data = 9});
+  run(world, 10);
+  world.set_kinematic_target(belt, {{0.5f, 0.0f, 0.0f}, {}}, kDt);
+  return world;
+}
+
+// Free slots, handles of the second generation, a shape that no step has seen, forces that have not acted.
+World between_steps() {
+  World world(WorldSettings{.contact_events = ContactEvents::all});
+  add_ground(world);
+  std::vector<BodyId> bodies;
+  for (int i = 0; i < 5; ++i) {
+    bodies.push_back(add(world, {0.7f * static_cast<float>(i) - 1.5f, 0.45f, 0.0f}, Box{{0.4f, 0.5f, 0.4f}}));
+  }
+  run(world, 12);
+  world.destroy_body(bodies[1]);
+  world.destroy_body(bodies[3]);
+  add(world, {0.0f, 2.0f, 0.0f}, Sphere{});
+  world.add_force(bodies[0], {1.0f, 2.0f, 3.0f});
+  world.add_shape(bodies[2], Sphere{0.2f}, {}, {.local_pose = {{0.0f, 0.5f, 0.0f}, {}}});
+  world.set_pose(bodies[4], {{1.0f, 3.0f, 0.0f}, {}});
+  world.set_mass_properties(bodies[2], {.mass = 2.0f});
+  return world;
+}
+
+// As many bodies as fill more than one block of a column.
+World more_than_a_block() {
+  World world(WorldSettings{.sleeping = false});
+  add_ground(world);
+  for (int i = 0; i < 70; ++i) {
+    const auto x = static_cast<float>(i % 9), z = static_cast<float>(i / 9);
+    add(world, {x - 4.0f, 0.3f, z - 4.0f}, Sphere{0.3f});
+  }
+  run(world, 3);
+  return world;
+}
+
+// --- recordings: what is done to a world while it is recorded ---
+
+void only_steps(World& world) {
+  add_ground(world);
+  add(world, {0.0f, 0.6f, 0.0f}, Box{});
+  run(world, 4);
+}
+
+void calls_of_bodies(World& world) {
+  const BodyDef defs[] = {{.position = {1.0f, 2.0f, 0.0f}}, {.type = BodyType::kinematic, .user_data = 5}};
+  const Geometry geometries[] = {Sphere{0.3f}, Box{}};
+  BodyId bare[2], balls[2];
+  world.create_bodies(defs, bare);
+  world.create_bodies(defs, geometries, {.restitution = 0.5f}, {}, balls);
+  run(world, 1);
+  world.set_linear_velocity(balls[0], {1.0f, 0.0f, 0.0f});
+  world.set_angular_velocity(balls[0], {0.0f, 1.0f, 0.0f});
+  world.set_kinematic_target(balls[1], {{0.1f, 0.0f, 0.0f}, {}}, kDt);
+  world.add_force(balls[0], {1.0f, 2.0f, 3.0f});
+  world.add_force_at(balls[0], {1.0f, 2.0f, 3.0f}, {1.0f, 2.0f, 0.5f});
+  world.add_torque(balls[0], {0.1f, 0.2f, 0.3f});
+  world.add_impulse(balls[0], {0.1f, 0.2f, 0.3f});
+  world.add_impulse_at(balls[0], {0.1f, 0.2f, 0.3f}, {1.0f, 2.0f, 0.5f});
+  world.add_angular_impulse(balls[0], {0.1f, 0.2f, 0.3f});
+  run(world, 1);
+  world.set_mass_properties(balls[0], {.mass = 2.0f});
+  world.set_linear_damping(balls[0], 0.1f);
+  world.set_angular_damping(balls[0], 0.2f);
+  world.set_gravity_factor(balls[0], 0.5f);
+  world.set_locks(balls[0], AxisLocks::rotation_x);
+  world.set_can_sleep(balls[0], false);
+  world.set_user_data(balls[0], 77);
+  world.set_body_type(bare[0], BodyType::fixed);
+  world.set_pose(balls[0], {{0.0f, 3.0f, 0.0f}, {}});
+  world.wake(balls[0]);
+  run(world, 1);
+  world.reset_mass(balls[0]);
+  world.destroy_body(bare[1]);
+  world.destroy_bodies(balls);
+  run(world, 1);
+}
+
+void calls_of_shapes(World& world) {
+  const BodyId body = add(world, {0.0f, 1.0f, 0.0f}, Capsule{});
+  const ShapeId hull = world.add_shape(body, ConvexHull{wedge(), {0.5f, 1.0f, 1.0f}});
+  run(world, 1);
+  world.set_geometry(hull, ConvexHull{tetrahedron()});
+  world.set_material(hull, {.friction = 0.1f, .surface_velocity = {1.0f, 0.0f, 0.0f}});
+  world.set_filter(hull, {2u, 3u, 1});
+  world.set_contact_events(hull, ContactEvents::all);
+  world.set_local_pose(hull, {{0.1f, 0.0f, 0.0f}, {}});
+  world.set_user_data(hull, 8);
+  run(world, 1);
+  world.destroy_shape(hull);
+  WorldSettings settings;
+  settings.substeps = 2;
+  world.set_settings(settings);
+  run(world, 1);
+}
+
+void back_in_time(World& world) {
+  add_ground(world);
+  add(world, {0.0f, 0.7f, 0.0f}, ConvexHull{tetrahedron(), {0.5f, 0.5f, 0.5f}});
+  run(world, 2);
+  Snapshot snapshot;
+  save(world, snapshot);
+  add(world, {0.0f, 2.0f, 0.0f}, Sphere{});
+  run(world, 2);
+  restore(world, snapshot);
+  run(world, 2);
+}
+
+struct Seed {
+  const char* name;
+  std::function<World()> make;
+};
+const std::vector<Seed>& seeds() {
+  static const std::vector<Seed> all = {{"empty", [] { return World(); }},
+                                        {"falling_ball", falling_ball},
+                                        {"box_on_ground", box_on_ground},
+                                        {"sleeping_pair", sleeping_pair},
+                                        {"rounds", rounds},
+                                        {"hulls", hulls},
+                                        {"kinematic_and_materials", kinematic_and_materials},
+                                        {"between_steps", between_steps},
+                                        {"more_than_a_block", more_than_a_block}};
+  return all;
+}
+
+struct RecordedSeed {
+  const char* name;
+  int keyframe_spacing;
+  bool finished;
+  void (*work)(World& world);
+};
+constexpr RecordedSeed kRecordings[] = {
+    {"steps", 1000, true, only_steps},       {"keyframes", 1, true, only_steps},
+    {"unfinished", 2, false, only_steps},    {"bodies", 1000, true, calls_of_bodies},
+    {"shapes", 1000, true, calls_of_shapes}, {"restored", 3, true, back_in_time}};
+
+void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  std::filesystem::create_directories(path.parent_path());
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  file.close();
+  if (!file) throw Error(path.string() + ": cannot be written");
+  std::printf("%s: %zu bytes\n", path.c_str(), bytes.size());
+}
+
+void make_corpus(const std::filesystem::path& folder) {
+  for (const Seed& seed : seeds()) {
+    const World world = seed.make();
+    write_file(folder / "snapshot" / (std::string(seed.name) + ".snapshot"), bytes_of(world));
+  }
+  std::filesystem::create_directories(folder / "recording");
+  for (const RecordedSeed& seed : kRecordings) {
+    const std::filesystem::path file = folder / "recording" / (std::string(seed.name) + ".recording");
+    World world;
+    Recorder recorder(world, file.string(), {.keyframe_spacing = seed.keyframe_spacing});
+    seed.work(world);
+    recorder.finish();
+    // What its recorder did not finish lacks the end, or more.
+    constexpr std::size_t kCut = 70;
+    if (!seed.finished) std::filesystem::resize_file(file, std::filesystem::file_size(file) - kCut);
+    std::printf("%s: %zu bytes\n", file.c_str(), static_cast<std::size_t>(std::filesystem::file_size(file)));
+  }
+}
+
+}  // namespace
+}  // namespace scree::fuzz
+
+int main(int count, char** arguments) {
+  try {
+    if (count != 2) throw scree::Error("usage: scree_make_corpus FOLDER");
+    scree::fuzz::make_corpus(arguments[1]);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "scree_make_corpus: %s\n", error.what());
+    return 1;
+  }
+}
