@@ -170,9 +170,10 @@ Pose World::pose(BodyId body) const {
   return b.bodies.transform[b.row];
 }
 
-void World::set_pose(BodyId body, const Pose& pose) {
+void World::set_pose(BodyId body, const Pose& given) {
   constexpr Call call{"set_pose"};
   const BodyRow b = at(call, data_, body);
+  const Pose pose = given;  // which may be an entry of poses()
   const Telling<RecordedCall::set_pose> telling(b.data, body, pose);
   check_pose(call, "position", "rotation", pose, kMaxPosition);
   thaw(b.data, b.body);

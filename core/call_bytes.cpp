@@ -61,7 +61,7 @@ void CallWriter::put_hull(const Hull& hull) { put(solids_.number_of(HullAccess::
 Hull CallReader::take_hull() {
   const std::size_t offset = at();
   const auto number = take<std::int32_t>();
-  if (solids_ == nullptr) return {};
+  if (!solids_) return {};
   if (number < 0 || static_cast<std::size_t>(number) >= solids_->size()) {
     refuse_bytes(offset, "there is no hull " + std::to_string(number) + " so far");
   }

@@ -7,6 +7,7 @@
 #include <core/snapshot_hulls.h>
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,12 +30,12 @@ class CallWriter {
 class CallReader : public ByteReader {
  public:
   // Without solids all hulls are empty.
-  CallReader(std::span<const std::byte> bytes, const std::vector<SolidPointer>* solids)
+  CallReader(std::span<const std::byte> bytes, std::optional<std::span<const SolidPointer>> solids)
       : ByteReader(bytes, "the chunk"), solids_(solids) {}
   Hull take_hull();
 
  private:
-  const std::vector<SolidPointer>* solids_;
+  std::optional<std::span<const SolidPointer>> solids_;
 };
 
 void write_call(const MadeCall& call, CallWriter& writer);

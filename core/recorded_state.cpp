@@ -12,7 +12,7 @@ void write_state(const SnapshotData& snapshot, const std::vector<std::int32_t>& 
   write_columns(snapshot, writer);
 }
 
-Snapshot read_state(std::span<const std::byte> bytes, const std::vector<SolidPointer>& solids) {
+Snapshot read_state(std::span<const std::byte> bytes, std::span<const SolidPointer> solids) {
   const FpEnvironment environment;
   ByteReader reader(bytes, "the state");
   Snapshot snapshot;

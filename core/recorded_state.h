@@ -19,7 +19,7 @@ namespace scree {
 // `numbers` as from SolidList::numbers_of.
 void write_state(const SnapshotData& snapshot, const std::vector<std::int32_t>& numbers, ByteWriter& writer);
 // Throws RefusedBytes for what no world could go on from.
-Snapshot read_state(std::span<const std::byte> bytes, const std::vector<SolidPointer>& solids);
+Snapshot read_state(std::span<const std::byte> bytes, std::span<const SolidPointer> solids);
 // Of bytes as write_state makes them.
 std::uint64_t recorded_state_hash(std::span<const std::byte> bytes);
 

@@ -31,9 +31,24 @@ void write_chunk_head(const ChunkHead& head, ByteWriter& writer) {
   writer.put(hash_of_bytes(writer.bytes().subspan(begin)));
 }
 
-bool expands_too_far(std::uint64_t content, std::uint64_t stored) {
-  return content > kFreeExpansion &&
-         (content - kFreeExpansion + kMostExpansion - 1) / kMostExpansion > stored;
+// How many bytes must be stored of so much content.
+std::uint64_t least_stored(ChunkKind kind, std::uint64_t content) {
+  const Expansion most = most_expansion(kind);
+  return content > most.free ? (content - most.free + most.times - 1) / most.times : 0;
+}
+
+// A frame that zstd skips, behind `size` bytes, so that there are at least as many as asked for.
+std::size_t fill_up(std::vector<std::byte>& bytes, std::size_t size, std::size_t least) {
+  constexpr std::size_t kFrameHead = 2 * sizeof(std::uint32_t);
+  if (size >= least) return size;
+  least = std::max(least, size + kFrameHead);
+  const std::uint32_t head[] = {ZSTD_MAGIC_SKIPPABLE_START,
+                                static_cast<std::uint32_t>(least - size - kFrameHead)};
+  bytes.resize(std::max(bytes.size(), least));
+  std::memcpy(bytes.data() + size, head, sizeof head);
+  std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(size + kFrameHead),
+            bytes.begin() + static_cast<std::ptrdiff_t>(least), std::byte{});
+  return least;
 }
 
 }  // namespace
@@ -105,7 +120,7 @@ ChunkHead read_chunk_head(std::span<const std::byte> bytes) {
   if ((head.flags & ~kKnownFlags) != 0 || zero != 0) refuse_bytes(5, "the chunk has unknown flags");
   const bool compressed = (head.flags & kChunkCompressed) != 0;
   const bool fits = head.content_bytes <= kMostContentBytes &&
-                    (compressed ? !expands_too_far(head.content_bytes, head.stored_bytes)
+                    (compressed ? head.stored_bytes >= least_stored(head.kind, head.content_bytes)
                                 : head.content_bytes == head.stored_bytes);
   if (!fits) refuse_bytes(kStoredBytesOffset, "the chunk has a wrong number of bytes");
   return head;
@@ -135,8 +150,10 @@ ChunkPacker::Packed ChunkPacker::pack(ChunkHead head, std::span<const std::byte>
     const std::size_t size = ZSTD_compressCCtx(zstd_->context, stored_.data(), stored_.size(), content.data(),
                                                content.size(), zstd_->level);
     // What zstd can not do is stored as it is.
-    if (!ZSTD_isError(size) && size < content.size() && !expands_too_far(content.size(), size)) {
-      stored = std::span(stored_).first(size);
+    if (!ZSTD_isError(size) && size < content.size()) {
+      const auto least = static_cast<std::size_t>(least_stored(head.kind, content.size()));
+      const std::size_t filled = fill_up(stored_, size, least);
+      stored = std::span(stored_).first(filled);
       head.flags |= kChunkCompressed;
     }
   }
@@ -154,6 +171,9 @@ std::vector<std::byte> unpack_chunk(const ChunkHead& head, std::vector<std::byte
     refuse_bytes(kStoredHashOffset, "the checksum of the chunk's bytes is wrong");
   }
   if ((head.flags & kChunkCompressed) == 0) return stored;
+  if (ZSTD_getFrameContentSize(stored.data(), stored.size()) != head.content_bytes) {
+    refuse_bytes(kChunkHeadBytes, "the chunk's bytes do not hold its content");
+  }
   std::vector<std::byte> content(static_cast<std::size_t>(head.content_bytes));
   const std::size_t size = ZSTD_decompress(content.data(), content.size(), stored.data(), stored.size());
   if (ZSTD_isError(size) || size != content.size()) {

@@ -194,9 +194,10 @@ Pose World::local_pose(ShapeId shape) const {
   return s.shapes.given_pose[s.row];
 }
 
-void World::set_local_pose(ShapeId shape, const Pose& pose) {
+void World::set_local_pose(ShapeId shape, const Pose& given) {
   constexpr Call call{"set_local_pose"};
   const ShapeRow s = at(call, data_, shape);
+  const Pose pose = given;  // which may be an entry of poses()
   const Telling<RecordedCall::set_local_pose> telling(s.data, shape, pose);
   check_pose(call, "position", "rotation", pose, kMaxLocalPosition);
   ShapeForm form = form_of(s);

@@ -132,7 +132,7 @@ bool has_finite_columns(const HullSolid& solid) {
          all_finite(data.arc_cosine, edges) && all_finite(round.data(), round.size());
 }
 
-SharedHull read_slot(ByteReader& reader, const std::vector<SolidPointer>& solids) {
+SharedHull read_slot(ByteReader& reader, std::span<const SolidPointer> solids) {
   const std::size_t begin = reader.at();
   const auto base = reader.take<std::int32_t>(), scaled = reader.take<std::int32_t>();
   Vec3 scale;
@@ -244,7 +244,7 @@ void write_slots(const std::vector<SharedHull>& hulls, const std::vector<std::in
   }
 }
 
-std::vector<SharedHull> read_slots(ByteReader& reader, const std::vector<SolidPointer>& solids) {
+std::vector<SharedHull> read_slots(ByteReader& reader, std::span<const SolidPointer> solids) {
   std::vector<SharedHull> hulls;
   for (auto left = reader.take<std::uint32_t>(); left > 0; --left) hulls.push_back(read_slot(reader, solids));
   return hulls;

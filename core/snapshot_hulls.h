@@ -48,6 +48,6 @@ void write_solids(std::span<const SolidPointer> solids, ByteWriter& writer);
 void read_solids(ByteReader& reader, std::vector<SolidPointer>& solids);
 void write_slots(const std::vector<SharedHull>& hulls, const std::vector<std::int32_t>& numbers,
                  ByteWriter& writer);
-std::vector<SharedHull> read_slots(ByteReader& reader, const std::vector<SolidPointer>& solids);
+std::vector<SharedHull> read_slots(ByteReader& reader, std::span<const SolidPointer> solids);
 
 }  // namespace scree

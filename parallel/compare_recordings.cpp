@@ -42,10 +42,15 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   }
   if (divergence.step == 0) return {};
 
-  left.seek(divergence.step, workers, "compare");
-  right.seek(divergence.step, workers, "compare");
-  divergence.difference = first_state_difference(left.world, right.world);
-  divergence.compared_at = divergence.step;
+  try {
+    left.seek(divergence.step, workers, "compare");
+    right.seek(divergence.step, workers, "compare");
+    divergence.difference = first_state_difference(left.world, right.world);
+    divergence.compared_at = divergence.step;
+  } catch (const Error&) {
+    // A call that only the world that was recorded could take.
+  }
+  left.is_lost = right.is_lost = true;
   if (!divergence.difference.empty()) return divergence;
   // One of them did not play as it was recorded: its keyframes tell what was.
   divergence.compared_at = 0;

@@ -10,6 +10,7 @@ namespace scree {
 
 void Player::Impl::restore_keyframe(std::size_t keyframe) {
   const std::size_t chunk = keyframe_chunk(keyframe);
+  if (is_lost) world = World();  // a step that ran out of memory leaves nothing to go on with
   restore(world, file.state(chunk));
   stream.go_behind(chunk);
   position = keyframe_step(keyframe);
@@ -19,6 +20,7 @@ void Player::Impl::restore_keyframe(std::size_t keyframe) {
 
 bool Player::Impl::step(Workers& workers) {
   if (position == file.info().last_step) return false;
+  if (is_lost) seek(position, workers, "Player::step");
   try {
     const RecordStream::Step next = stream.next_step(&world);
     scree::step(world, next.dt, workers);
@@ -76,8 +78,9 @@ void Player::Impl::find_difference(Divergence& divergence, Workers& workers) {
   if (keyframe == file.keyframes().size()) return;
   try {
     while (position < keyframe_step(keyframe)) step(workers);
-  } catch (const Error&) {
-    return;  // a call that only the world that was recorded could take
+  } catch (const Error& error) {
+    divergence.difference = error.what();  // a call that only the world that was recorded could take
+    return;
   }
   divergence.difference = difference_from(keyframe);
   divergence.compared_at = position;
@@ -133,6 +136,7 @@ std::optional<Divergence> Player::verify(std::uint64_t from, std::uint64_t to, W
       divergence = impl_->compare_state();
     }
   }
+  impl_->is_lost |= divergence.has_value();  // what is recorded goes on from a keyframe
   return divergence;
 }
 

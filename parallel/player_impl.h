@@ -40,7 +40,7 @@ struct SCREE_HIDDEN Player::Impl {
   Snapshot scratch;  // of the world, to compare with keyframes
   std::uint64_t position = 0;
   std::optional<std::uint64_t> hash;  // recorded after the last step
-  bool is_lost = false;               // something of the recording was wrong: only a keyframe helps
+  bool is_lost = false;               // the world is not the recorded one: only a keyframe helps
 };
 
 }  // namespace scree

@@ -76,6 +76,17 @@ void RecordingFile::scan() {
   if (keyframes_.empty()) refuse_recording(size_, "the recording ends before its first state");
 }
 
+// Where a machine lost its power, a file may end in blocks that were never written.
+bool RecordingFile::is_zero_from(std::uint64_t offset) {
+  constexpr std::uint64_t kBlock = std::uint64_t{1} << 16;
+  for (; offset < size_; offset += kBlock) {
+    const std::vector<std::byte> bytes =
+        bytes_at(offset, static_cast<std::size_t>(std::min(kBlock, size_ - offset)));
+    if (std::any_of(bytes.begin(), bytes.end(), [](std::byte b) { return b != std::byte{}; })) return false;
+  }
+  return true;
+}
+
 // Lists the chunk at `offset`, which moves on; false if there is no whole one.
 bool RecordingFile::scan_chunk(std::uint64_t& offset) {
   const std::uint64_t left = size_ - offset;
@@ -83,10 +94,11 @@ bool RecordingFile::scan_chunk(std::uint64_t& offset) {
   if (info_.finished) refuse_recording(offset, "something follows the end of the recording");
   info_.lost_bytes = left;  // unless it turns out to be whole
   if (left < kChunkHeadBytes) return false;
-  RecordedChunk chunk{{}, offset};
+  RecordedChunk chunk{{}, offset, info_.hulls};
   try {
     chunk.head = read_chunk_head(bytes_at(offset, kChunkHeadBytes));
   } catch (const RefusedBytes& refused) {
+    if (is_zero_from(offset)) return false;
     refuse_recording(offset + refused.offset, refused.reason);
   }
   if (chunk.head.stored_bytes > left - kChunkHeadBytes) return false;
@@ -159,7 +171,7 @@ std::vector<std::byte> RecordingFile::content(std::size_t chunk) {
   }
 }
 
-const std::vector<SolidPointer>& RecordingFile::solids_before(std::size_t chunk) {
+std::span<const SolidPointer> RecordingFile::solids_before(std::size_t chunk) {
   for (; solids_until_ < chunk; ++solids_until_) {
     if (chunks_[solids_until_].head.kind != ChunkKind::hulls) continue;
     const std::vector<std::byte> bytes = content(solids_until_);
@@ -178,11 +190,11 @@ const std::vector<SolidPointer>& RecordingFile::solids_before(std::size_t chunk)
       throw;
     }
   }
-  return solids_;
+  return std::span<const SolidPointer>(solids_).first(static_cast<std::size_t>(chunks_[chunk].hulls_before));
 }
 
 Snapshot RecordingFile::state(std::size_t chunk) {
-  const std::vector<SolidPointer>& solids = solids_before(chunk);
+  const std::span<const SolidPointer> solids = solids_before(chunk);
   return read_content(chunk, content(chunk),
                       [&](std::span<const std::byte> bytes) { return read_state(bytes, solids); });
 }
@@ -221,8 +233,9 @@ void RecordStream::open_next_chunk(World* world) {
 }
 
 bool RecordStream::take_record(World* world, Step& step) {
-  CallReader reader(std::span<const std::byte>(content_).subspan(at_),
-                    world != nullptr ? &file_.solids_before(chunk_) : nullptr);
+  std::optional<std::span<const SolidPointer>> solids;
+  if (world != nullptr) solids = file_.solids_before(chunk_);
+  CallReader reader(std::span<const std::byte>(content_).subspan(at_), solids);
   bool is_step = false;
   file_.read_content(chunk_, content_, [&](std::span<const std::byte>) {
     try {

@@ -20,7 +20,8 @@ namespace scree {
 
 struct RecordedChunk {
   ChunkHead head;
-  std::uint64_t offset = 0;  // of its head in the file
+  std::uint64_t offset = 0;        // of its head in the file
+  std::uint64_t hulls_before = 0;  // in the chunks before it
 };
 
 class RecordingFile {
@@ -33,7 +34,7 @@ class RecordingFile {
   const std::vector<std::size_t>& keyframes() const { return keyframes_; }  // their places among the chunks
   std::vector<std::byte> content(std::size_t chunk);
   // All that the chunks before one bring.
-  const std::vector<SolidPointer>& solids_before(std::size_t chunk);
+  std::span<const SolidPointer> solids_before(std::size_t chunk);
   Snapshot state(std::size_t chunk);               // of a keyframe, or what was restored
   std::uint64_t hash_of_state(std::size_t chunk);  // likewise, as it was recorded
   // Has work(content) read a chunk, and names its place in what that finds wrong.
@@ -50,6 +51,7 @@ class RecordingFile {
  private:
   void scan();
   bool scan_chunk(std::uint64_t& offset);
+  bool is_zero_from(std::uint64_t offset);
   void list_chunk(const RecordedChunk& chunk);
   std::vector<std::byte> bytes_at(std::uint64_t offset, std::size_t count);
 

@@ -2,6 +2,8 @@
 #include <core/recorded_state.h>
 #include <parallel/recording_writer.h>
 
+#include <csignal>
+
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -39,6 +41,23 @@ constexpr const char* kBuild = "debug";
 
 std::string writer_name() { return std::string("Scree " SCREE_VERSION ", ") + kCompiler + ", " + kBuild; }
 
+// Threads inherit what is blocked. The caller's signals are none of the writer's business, and a limit of the
+// file's size, or a pipe that nobody reads, shall be an error of writing and not the end of the process.
+class BlockedSignals {
+ public:
+  BlockedSignals() {
+    sigset_t all;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before_);
+  }
+  ~BlockedSignals() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  BlockedSignals(const BlockedSignals&) = delete;
+  BlockedSignals& operator=(const BlockedSignals&) = delete;
+
+ private:
+  sigset_t before_;
+};
+
 std::size_t bytes_of(const StateToRecord& state) {
   return state.snapshot.columns.size() + state.hulls.size() * sizeof state.hulls[0];
 }
@@ -53,6 +72,7 @@ RecordingWriter::RecordingWriter(const std::string& file, const RecorderOptions&
   std::setvbuf(file_.get(), nullptr, _IONBF, 0);
   write_bytes(write_recording_head(writer_name()));
   flush();
+  const BlockedSignals blocked;
   try {
     thread_ = std::thread([this] { run(); });
   } catch (const std::system_error& error) {
@@ -159,8 +179,10 @@ void RecordingWriter::run() noexcept {
         if (std::fclose(file_.release()) != 0) fail_to_write();
       }
     } catch (const std::bad_alloc&) {
+      file_.reset();  // what follows a gap would be of no use
       fail(kOutOfMemory);
     } catch (const std::exception& error) {
+      file_.reset();
       fail(error.what());
     }
     const std::lock_guard lock(mutex_);
@@ -216,9 +238,7 @@ void RecordingWriter::flush() {
 }
 
 void RecordingWriter::fail_to_write() {
-  const int reason = errno;
-  file_.reset();  // what follows a gap would be of no use
-  throw Error(name_ + ": can not be written: " + std::strerror(reason));
+  throw Error(name_ + ": can not be written: " + std::strerror(errno));
 }
 
 }  // namespace scree

@@ -162,6 +162,11 @@ TEST(RecordingDamage, OfACallIsFoundAtItsStepAndByBodyAndField) {
   EXPECT_EQ(found->compared_at, 30u);
   const std::string body = "body " + std::to_string(heap.bodies[6].index) + ", position.x is ";
   EXPECT_EQ(found->difference.find(body), 0u) << found->difference;
+  // What was recorded after the next keyframe agrees, whatever has been played before.
+  EXPECT_FALSE(player.verify(30, 40, heap.workers));
+  ASSERT_TRUE(player.verify(0, 25, heap.workers));
+  player.seek(31, heap.workers);
+  EXPECT_FALSE(player.verify(player.position(), 40, heap.workers));
 }
 
 TEST(RecordingDamage, OfWhatNoHashCoversIsFoundAtAKeyframe) {
@@ -255,6 +260,49 @@ TEST(RecordingDamage, MadeOnPurposeNeverBreaksAPlayer) {
   EXPECT_LT(played, 380);
 }
 
+TEST(RecordingDamage, OfBlocksThatWereNeverWrittenIsAnEndThatIsMissing) {
+  Bytes bytes = small_recording(false);
+  const std::size_t whole = bytes.size();
+  bytes.resize(whole + 100'000);
+  Workers workers(1);
+  Player player(bytes);
+  EXPECT_EQ(player.info().lost_bytes, 100'000u);
+  EXPECT_EQ(player.info().last_step, 40u);
+  EXPECT_EQ(verified(player, workers), "");
+  bytes.back() = std::byte{1};
+  EXPECT_NE(error_of_playing(bytes, workers).find("byte " + std::to_string(whole) + ": no chunk begins here"),
+            std::string::npos);
+}
+
+TEST(RecordingDamage, CanNotMakeAReaderTakeMoreThanAShareOfTheFile) {
+  // Hulls, each of which takes many times its bytes when it is built: one of them very often.
+  TakenApart parts(small_recording());
+  TakenApart::Chunk& hulls = *parts.find(ChunkKind::hulls);
+  Bytes one(hulls.content.begin() + 4, hulls.content.end());
+  hulls.content.resize(4 + 2000 * one.size());
+  for (int i = 0; i < 2000; ++i) {
+    std::copy(one.begin(), one.end(),
+              hulls.content.begin() + 4 + i * static_cast<std::ptrdiff_t>(one.size()));
+  }
+  Bytes bytes = parts.put_together();
+  std::size_t at = parts.head.size();
+  while (read_chunk_head(std::span(bytes).subspan(at)).kind != ChunkKind::hulls) {
+    at += kChunkHeadBytes +
+          static_cast<std::size_t>(read_chunk_head(std::span(bytes).subspan(at)).stored_bytes);
+  }
+  const ChunkHead packed = read_chunk_head(std::span(bytes).subspan(at));
+  EXPECT_GE(packed.stored_bytes, (packed.content_bytes - 4096) / 16);
+  // With fewer stored bytes and all checksums right it is refused before anything is unpacked.
+  constexpr std::size_t kStored = 40, kHash = 56;
+  const std::uint64_t fewer = packed.stored_bytes / 2;
+  std::memcpy(bytes.data() + at + kStored, &fewer, sizeof fewer);
+  const std::uint64_t hash = hash_of_bytes(std::span(bytes).subspan(at, kHash));
+  std::memcpy(bytes.data() + at + kHash, &hash, sizeof hash);
+  Workers workers(1);
+  EXPECT_NE(error_of_playing(bytes, workers).find("the chunk has a wrong number of bytes"),
+            std::string::npos);
+}
+
 TEST(RecordingDamage, AnUnknownChunkIsSkippedWhereItMayBe) {
   TakenApart parts(small_recording());
   Workers workers(1);
@@ -289,7 +337,6 @@ TEST(RecordingDamage, OfAFullDiskIsToldAtOnceWhereItIsFullAtTheBeginning) {
 TEST(RecordingDamage, OfADiskThatFillsUpEndsTheRecordingAndLeavesTheWorldAlone) {
   const TemporaryFile file;
   Heap heap, twin;
-  const auto previous = std::signal(SIGXFSZ, SIG_IGN);
   rlimit limit{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
   rlimit small = limit;
@@ -306,7 +353,6 @@ TEST(RecordingDamage, OfADiskThatFillsUpEndsTheRecordingAndLeavesTheWorldAlone) 
   EXPECT_NE(error_of_call([&] { recorder.finish(); }).find(file.path()), std::string::npos);
   EXPECT_EQ(error_of_call([&] { recorder.finish(); }), "") << "told once";
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
-  std::signal(SIGXFSZ, previous);
   heap.run(10);
   twin.run(10);
   EXPECT_EQ(heap.world.hash(), twin.world.hash());
@@ -428,6 +474,40 @@ TEST(RecordingComparison, LooksAtKeyframesWhereReplaysAgree) {
   EXPECT_GT(found->step, 15u);
   EXPECT_GE(found->compared_at, found->step);
   EXPECT_EQ(found->difference, "") << "the keyframes are the same";
+}
+
+TEST(RecordingComparison, TellsWhatKeyframesDifferIn) {
+  // The calls of one run with the hashes and keyframes of another.
+  const auto record = [](bool kicked) {
+    const TemporaryFile file;
+    Heap heap(5);
+    Recorder recorder(heap.world, file.path(), kOften);
+    heap.run(20);
+    if (kicked) heap.world.set_linear_velocity(heap.bodies[6], {1, 0, 0});
+    heap.run(20);
+    recorder.finish();
+    return file.bytes();
+  };
+  const Bytes bytes = record(false);
+  TakenApart parts(bytes), kicked(record(true));
+  const auto keyframe_at = [](TakenApart& recording, std::uint64_t step) -> TakenApart::Chunk* {
+    for (TakenApart::Chunk& chunk : recording.chunks) {
+      if (chunk.head.kind == ChunkKind::keyframe && chunk.head.step == step) return &chunk;
+    }
+    return nullptr;
+  };
+  for (TakenApart::Chunk& chunk : parts.chunks) {
+    const std::uint64_t end = chunk.head.step + chunk.head.steps;
+    if (chunk.head.kind == ChunkKind::calls && end > 20 && end <= 30) chunk.content.back() ^= std::byte{1};
+  }
+  ASSERT_TRUE(keyframe_at(parts, 30) != nullptr && keyframe_at(kicked, 30) != nullptr);
+  keyframe_at(parts, 30)->content = keyframe_at(kicked, 30)->content;
+  Workers workers(1);
+  Player a(bytes), b(parts.put_together());
+  const std::optional<Divergence> found = compare(a, b, workers);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->compared_at, 30u);
+  EXPECT_EQ(found->difference.find("body "), 0u) << found->difference;
 }
 
 }  // namespace

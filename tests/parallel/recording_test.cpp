@@ -78,7 +78,7 @@ TEST(Recording, HoldsEveryCallThatChangesAWorld) {
   for (const TakenApart::Chunk& chunk : parts.chunks) {
     if (chunk.head.kind != ChunkKind::calls) continue;
     calls += chunk.head.count;
-    CallReader reader(chunk.content, nullptr);
+    CallReader reader(chunk.content, std::nullopt);
     while (reader.left() > 0) {
       const auto call = static_cast<RecordedCall>(reader.take<std::uint8_t>());
       numbers.insert(static_cast<int>(call));
@@ -373,6 +373,38 @@ TEST(Recording, TakesCallsOfAnySize) {
   EXPECT_EQ(player.world().body_count(), kMany);
   ASSERT_TRUE(player.step(workers));
   EXPECT_EQ(player.world().hash(), world.hash());
+}
+
+TEST(Recording, HoldsPosesAsTheyWereGivenEvenWhereTheWorldKeepsThem) {
+  const TemporaryFile file;
+  Heap heap;
+  heap.world.set_mass_properties(
+      heap.bodies[4],
+      {.mass = 2.0f, .center = {0.1f, 0.07f, -0.03f}, .inertia = {0.3f, 0.4f, 0.5f, 0.0f, 0.0f, 0.0f}});
+  Recorder recorder(heap.world, file.path());
+  for (int i = 0; i < 30; ++i) {
+    for (const BodyId body : heap.bodies) heap.world.set_pose(body, heap.world.poses()[body.index]);
+    heap.world.set_local_pose(heap.shapes[4], heap.world.poses()[heap.bodies[4].index]);
+    heap.run(1);
+  }
+  recorder.finish();
+  Player player(file.path());
+  EXPECT_EQ(verified(player, heap.workers), "");
+}
+
+TEST(Recording, StaysReadableHoweverWellItCompresses) {
+  const TemporaryFile file;
+  World world;
+  Workers workers(1);
+  Recorder recorder(world, file.path());
+  const std::vector<BodyDef> defs(100'000);  // all the same
+  std::vector<BodyId> ids(defs.size());
+  world.create_bodies(defs, ids);
+  step(world, kDt, workers);
+  recorder.finish();
+  Player player(file.path());
+  EXPECT_LT(player.info().file_bytes, player.info().raw_bytes / 20);
+  EXPECT_EQ(verified(player, workers), "");
 }
 
 // A file that takes nothing while nobody reads it.

@@ -30,6 +30,10 @@ struct RecorderOptions {
 /// The world may be moved meanwhile. A thread of the recorder's own compresses and writes; a process that
 /// dies loses what happened in the last flush interval, and the file still plays to its last whole step.
 ///
+/// It costs a hash of all living bodies a step (sleepers included), a saved snapshot a keyframe and a
+/// restore(), and memory for each different hull that the world has ever had. What waits to be written is
+/// bounded by 64 MiB: a world whose states are larger waits for them.
+///
 /// Where the file cannot be written any more, or memory runs out, the world goes on unharmed and the
 /// recording ends there: error() tells, and finish() throws.
 class SCREE_API Recorder {
@@ -94,7 +98,8 @@ class SCREE_API Player {
 
   const RecordingInfo& info() const noexcept;
   /// The world after `position()` steps: calls that were made after that step come with the next one. Its
-  /// events and stats are those of the step; after a seek there are none.
+  /// events and stats are those of the step; after a seek there are none. (Of a recording that began between
+  /// a call and the step, World::is_awake fulfills here what that call asked for: branch() to read it.)
   const World& world() const noexcept;
   std::uint64_t position() const noexcept;  ///< info().first_step and the steps since
 
