@@ -35,6 +35,15 @@ class ReplayCommand : public scree::testing::ProgramTest {
     EXPECT_NE(outcome.err.find(reason), std::string::npos) << arguments << "\n" << outcome.err;
   }
 
+  static void flip_a_byte(const std::string& file, std::uintmax_t offset) {
+    std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
+    stream.seekg(static_cast<std::streamoff>(offset));
+    const int byte = stream.get();
+    stream.seekp(static_cast<std::streamoff>(offset));
+    stream.put(static_cast<char>(byte ^ 0x55));
+    ASSERT_TRUE(stream.good());
+  }
+
   std::string recorded_pile() {
     std::string file = path("pile.scree");
     const Outcome outcome = scree("run pile --set bodies=60 --steps 90 --threads 2 --record " + file +
@@ -210,13 +219,15 @@ TEST_F(ReplayCommand, NamesFileAndReasonOfWhatIsNoSoundRecording) {
   std::ofstream(empty).close();
   std::ofstream(text) << "This is no recording, but it is long enough to be one, were it one.\n";
   record_stack(changed, 30);
-  std::fstream stream(changed, std::ios::binary | std::ios::in | std::ios::out);
-  stream.seekp(200);
-  stream.put('\x55').put('\xaa');
-  stream.close();
+  flip_a_byte(changed, 200);
   for (const std::string& file : {empty, text, changed}) {
     for (const char* verb : {"replay --verify ", "info "}) expect_refusal(verb + file, file);
   }
+  // Far behind the beginning: nobody notices before it is played.
+  const std::string late = path("late.scree");
+  record_stack(late, 60);
+  flip_a_byte(late, fs::file_size(late) * 4 / 5);
+  expect_refusal("replay --quiet --verify " + late, late + ": Player: byte ");
 }
 
 }  // namespace

@@ -17,14 +17,20 @@ double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// The library's reasons speak of bytes and values; whoever has several files needs to know which one.
-Player open_recording(const std::string& file) {
+// The library's reasons speak of bytes and values; whoever has several files needs to know which one. Files
+// are checked as far as they are played.
+template <class Work>
+auto naming(const std::string& files, const Work& work) {
   try {
-    return Player(file);
+    return work();
   } catch (const Error& error) {
     const std::string reason = error.what();
-    throw Error(reason.find(file) != std::string::npos ? reason : file + ": " + reason);
+    throw Error(reason.find(files) != std::string::npos ? reason : files + ": " + reason);
   }
+}
+
+Player open_recording(const std::string& file) {
+  return naming(file, [&] { return Player(file); });
 }
 
 void check_span(const RecordingInfo& info, std::uint64_t from, std::uint64_t to) {
@@ -107,10 +113,12 @@ ReplayFigures replay(const ReplayOptions& options) {
   for (const std::uint64_t step : player.info().keyframe_steps) {
     if (step > figures.from && step <= figures.to) ++figures.keyframes;
   }
-  player.seek(figures.from, workers);
   Progress progress(options.file, progress_count(std::max<std::uint64_t>(figures.to - figures.from, 1)),
                     !options.quiet);
-  (options.verify ? verify : play)(player, workers, progress, figures);
+  naming(options.file, [&] {
+    player.seek(figures.from, workers);
+    (options.verify ? verify : play)(player, workers, progress, figures);
+  });
   progress.finish();
   figures.hash = player.world().hash();
   figures.recorded_hash = player.recorded_hash();
@@ -128,7 +136,7 @@ InfoFigures inspect(const std::string& file) {
   figures.last_shapes = figures.first_shapes;
   if (!figures.info.keyframe_steps.empty()) {
     Workers workers(1);  // a keyframe is a state: nothing is stepped
-    player.seek(figures.info.keyframe_steps.back(), workers);
+    naming(file, [&] { player.seek(figures.info.keyframe_steps.back(), workers); });
     figures.last_bodies = player.world().body_count();
     figures.last_shapes = player.world().shape_count();
   }
@@ -147,7 +155,7 @@ DiffFigures diff(const DiffOptions& options) {
   figures.last_a = a.info().last_step;
   figures.first_b = b.info().first_step;
   figures.last_b = b.info().last_step;
-  figures.divergence = compare(a, b, workers);
+  figures.divergence = naming(options.a + ", " + options.b, [&] { return compare(a, b, workers); });
   return figures;
 }
 

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <utility>
 
@@ -194,11 +195,17 @@ std::optional<Failure> Rounds::play(std::uint64_t seed) {
   std::printf("seed %llu: %s, %d steps on %s", static_cast<unsigned long long>(seed), plan.name.c_str(),
               plan.steps, name_of(backends_.at(recorded_on_)).c_str());
   std::fflush(stdout);  // whoever finds the program hanging or dead learns where
-  const std::vector<Recorded> recorded = record(plan, seed, random);
+  std::vector<Recorded> recorded;
   std::uintmax_t bytes = 0;
-  for (const Recorded& one : recorded) {
-    if (std::optional<Failure> failed = verify(one, random)) return failed;
-    bytes += std::filesystem::file_size(one.file);
+  try {
+    recorded = record(plan, seed, random);
+    for (const Recorded& one : recorded) {
+      if (std::optional<Failure> failed = verify(one, random)) return failed;
+      bytes += std::filesystem::file_size(one.file);
+    }
+  } catch (const std::exception& error) {
+    return Failure{"seed " + std::to_string(seed) + ", recordings in " + folder_ + ": " + error.what(),
+                   "scree_soak --rounds 1 --seed " + std::to_string(seed)};
   }
   for (const Recorded& one : recorded) std::filesystem::remove(one.file);
   ++tally_.rounds;
