@@ -1,4 +1,5 @@
 // Laws of random calls: no sequence of legal calls shows the backend or breaks a promise.
+#include <core/recorded_calls.h>
 #include <gtest/gtest.h>
 #include <tests/determinism/golden.h>
 #include <tests/determinism/many_threads.h>
@@ -7,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
@@ -123,6 +125,39 @@ TEST(RandomCallsThemselves, MeetEveryKindOfCall) {
   for (int kind = 0; kind < kCallKindCount; ++kind) {
     EXPECT_GT(drawn[static_cast<std::size_t>(kind)], 0) << name_of(static_cast<CallKind>(kind));
   }
+}
+
+// Counts what a recorder would be told.
+class CountingSink final : public CallSink {
+ public:
+  void called(const MadeCall& made) noexcept override { ++calls_[static_cast<std::size_t>(made.call)]; }
+  void restored(const WorldData&) noexcept override { ++restored_; }
+  void stepped(const WorldData&, float) noexcept override {}
+  void world_ended() noexcept override {}
+
+  int calls(RecordedCall call) const { return calls_[static_cast<std::size_t>(call)]; }
+  int restored() const { return restored_; }
+
+ private:
+  std::array<int, static_cast<std::size_t>(RecordedCall::count)> calls_{};
+  int restored_ = 0;
+};
+
+TEST(RandomCallsThemselves, MakeEveryCallThatChangesAWorld) {
+  // The table of recorded calls has them all; is_awake changes something after a destroyed neighbor only.
+  CountingSink sink;
+  Shift shift({kReference});
+  Player player(shift, true, nullptr);
+  player.stay_in_one_world();
+  internals(player.world()).recording.sink = &sink;
+  for (const Call& call : random_sequence(3, 1500, 20)) player.make(call);
+  internals(player.world()).recording.sink = nullptr;
+  for (int number = 1; number < static_cast<int>(RecordedCall::count); ++number) {
+    const auto call = static_cast<RecordedCall>(number);
+    EXPECT_GT(sink.calls(call), 0) << name_of(call);
+  }
+  EXPECT_GT(sink.restored(), 0);
+  EXPECT_GT(player.hashes().size(), 1000u);
 }
 
 TEST(RandomCallsThemselves, PileBodiesUpAndLetThemSleep) {
