@@ -42,7 +42,8 @@ struct WorldSettings {
   bool sleeping = true;              ///< bodies at rest may sleep; turning it off wakes all
   float sleep_linear_speed = 0.05f;  ///< m/s, a body may sleep when it stays below both speeds ...
   float sleep_angular_speed = 0.1f;  ///< rad/s, both in [0, 1e6]
-  float sleep_time = 0.5f;           ///< s, ... for this long, in [0, 1e6]
+  /// s, ... for this long, in [0, 1e6]. A step above them counts as three steps less, not as none below.
+  float sleep_time = 0.5f;
   ContactEvents contact_events = ContactEvents::none;  ///< asked for of all shapes, besides their own
   bool measure_residual = false;                       ///< fill StepStats::residual
   bool measure_penetration = false;                    ///< fill StepStats::penetration_*
@@ -204,9 +205,9 @@ class SCREE_API World {
   /// rest. Ascending by index.
   std::span<const BodyId> restored_bodies() const noexcept;
   /// Those of restored_bodies() that were at fault and are frozen now, see is_frozen. At fault is who became
-  /// non-finite by its own motion, before any contact acted on it. Of bodies that became so together, joined by
-  /// contacts, and none by itself, those are at fault whose speed at a contact a push of 1 N s changes by less
-  /// than 1e-18 or more than 1e18 m/s; else all of them. Ascending by index.
+  /// non-finite by its own motion, before any contact acted on it. Of bodies that became so together, joined
+  /// by contacts, and none by itself, those are at fault whose speed at a contact a push of 1 N s changes by
+  /// less than 1e-18 or more than 1e18 m/s; else all of them. Ascending by index.
   std::span<const BodyId> frozen_bodies() const noexcept;
   /// Bodies that fell asleep in the step. Ascending by index.
   std::span<const BodyId> sleep_begins() const noexcept;
