@@ -58,6 +58,10 @@ void World::set_settings(const WorldSettings& settings) {
   // What rested under the old gravity may fall under the new one; without sleep nobody may rest.
   const bool wakes =
       settings.gravity != data.settings.gravity || (data.settings.sleeping && !settings.sleeping);
+  // A timer may have run to more than the new time for a body that has begun to move.
+  if (settings.sleep_time < data.settings.sleep_time) {
+    for (float& timer : data.bodies.sleep_time) timer = 0.0f;
+  }
   data.settings = settings;
   if (!wakes) return;
   for (std::size_t row = 0; row < data.bodies.flags.size(); ++row)

@@ -74,7 +74,7 @@ struct CoreRow {
   X(state,   ForceRow,        force)           /* calls; cleared by finish_step */                             \
   X(state,   MotionRow,       motion)          /* calls; its locks act, so they are none if not given dynamic */ \
   X(state,   AxisLocks,       locks)           /* calls; as given */                                           \
-  X(state,   float,           sleep_time)      /* calls, finish_step; s below the sleep speeds */              \
+  X(state,   float,           sleep_time)      /* calls, finish_step; s below the sleep speeds, see finish */  \
   X(state,   InertiaRow,      local_mass)      /* calls; inverse inertia in body axes; zero if not given dynamic */ \
   X(state,   LocalInertiaRow, local_inertia)   /* calls; in body axes */                                       \
   X(state,   Vec3,            center)          /* calls; center of mass in the body's frame */                 \
@@ -131,7 +131,7 @@ struct CoreRow {
   X(state,   std::uint8_t,     points)         /* collide; how many, 0: the row is free */                     \
   X(state,   Manifold,         manifold)       /* collide, store_impulses */                                   \
   X(state,   ManifoldFeatures, features)       /* collide */                                                   \
-  X(state,   ContactAnchor,    anchor)         /* collide; where the manifold was made; boxes and hulls */     \
+  X(state,   ContactAnchor,    anchor)         /* collide; where the manifold was made; without spheres */     \
   X(state,   ContactSurface,   surface)        /* collide, store_impulses; where kManifoldRich */              \
   X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor before that */
 // clang-format on

@@ -198,8 +198,19 @@ class TypeChunks {
 
 // Null where manifolds of the type are not recycled.
 simd::CollideKernels::Recycle recycle_of(const simd::CollideKernels& kernels, std::size_t type) {
-  if (type == simd::kBoxBox) return kernels.recycle_boxes;
-  return type == simd::kBoxHull || type == simd::kHullHull ? kernels.recycle_hulls : nullptr;
+  switch (type) {
+    case simd::kBoxBox:
+      return kernels.recycle_boxes;
+    case simd::kBoxHull:
+    case simd::kHullHull:
+      return kernels.recycle_hulls;
+    case simd::kCapsuleCapsule:
+    case simd::kCapsuleBox:
+    case simd::kCapsuleHull:
+      return kernels.recycle_capsules;
+    default:
+      return nullptr;
+  }
 }
 
 // Pairs that are contacts, in their rows.

@@ -84,7 +84,7 @@ simd::BodyArgs body_args(WorldData& data, float dt) {
   args.force = bodies.force.data();
   args.center = &bodies.center.data()->x;
   args.transform = &bodies.transform.data()->position.x;
-  args.sleep_time = bodies.sleep_time.data();
+  args.sleep_timer = bodies.sleep_time.data();
   args.mass = bodies.mass.data();
   args.kinetic_energy = constraints.kinetic_energy.data();
   args.broken = constraints.broken.data();
@@ -95,6 +95,7 @@ simd::BodyArgs body_args(WorldData& data, float dt) {
   args.step = dt;
   args.max_linear_speed = settings.max_linear_speed;
   args.max_angular_speed = settings.max_angular_speed;
+  args.sleep_time = std::max(settings.sleep_time, dt);  // at least one step
   args.sleep_linear_speed = settings.sleep_linear_speed;
   args.sleep_angular_speed = settings.sleep_angular_speed;
   args.warm_start = settings.warm_start;

@@ -22,7 +22,7 @@ struct BodyArgs {
   const ForceRow* force;
   const float* center;    // Vec3 rows: center of mass in the body's frame
   float* transform;       // Pose rows
-  float* sleep_time;      // s
+  float* sleep_timer;     // s
   const float* mass;      // kg
   float* kinetic_energy;  // J, by place in the list
   std::uint8_t* broken;   // by place in the list: 1 where the state became non-finite and was restored
@@ -31,6 +31,7 @@ struct BodyArgs {
   float step;     // s
   float max_linear_speed;
   float max_angular_speed;
+  float sleep_time;  // s, that a timer runs to
   float sleep_linear_speed;
   float sleep_angular_speed;
   bool first_substep;

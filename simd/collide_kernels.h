@@ -63,7 +63,7 @@ struct CollideColumns {
   Manifold* manifold;
   ManifoldFeatures* features;
   ContactSurface* surface;      // written where the contact is rich
-  ContactAnchor* anchor;        // written where boxes or hulls touch
+  ContactAnchor* anchor;        // written where no sphere touches
   ContactAxis* axis = nullptr;  // by CollideItem::pair; read and written for hulls against hulls and boxes
   std::uint8_t* points;         // number of points of the row
 };
@@ -78,7 +78,8 @@ struct CollideKernels {
   using Recycle = int (*)(const CollideColumns& columns, const CollideItem* items, int count,
                           CollideItem* left);
   Recycle recycle_boxes;
-  Recycle recycle_hulls;  // and boxes against hulls
+  Recycle recycle_hulls;     // and boxes against hulls
+  Recycle recycle_capsules;  // against all but spheres
 };
 
 }  // namespace scree::simd

@@ -44,7 +44,7 @@ struct alignas(64) ContactBlock {
   LaneFloats tangent_impulse[2], twist_impulse;
 
   LaneFloats initial_separation[kPoints];  // at the step's beginning
-  LaneFloats radius[kPoints];              // distance from the center
+  LaneFloats radius[kPoints];              // distance from the center, at least the arm of the patch
   LaneFloats friction;
   LaneFloats twist_mass;
   // On the twist speed: of the normal impulse and of the torque impulses about t1 and t2.

@@ -17,7 +17,9 @@ inline constexpr int kMaxManifoldPoints = 4;
 // The normal points from body A to body B. Where one body is not dynamic it is A. A point lies at C + point_u
 // t1 + point_v t2 (+ an offset along the normal that does not matter), C the friction center: the average of
 // the points, weighted by closeness, continuous in separation. t1 = tangent_of(normal), t2 = normal x t1.
-// Points that do not exist have separation kAbsentSeparation, u = v = 0 and no impulse.
+// Points that do not exist have separation kAbsentSeparation, u = v = 0 and no impulse; but where a sphere or
+// a capsule touches, which has two points at most, point_v[kTwistArm] is the arm at which friction acts
+// against spin about the normal in the patch around a point, in meters.
 struct alignas(64) Manifold {
   float normal[3];
   float friction;
@@ -34,6 +36,7 @@ struct alignas(64) Manifold {
   std::uint32_t info;                        // points | ManifoldFlag
 };
 
+inline constexpr int kTwistArm = 3;
 inline constexpr float kAbsentSeparation = 1e10f;
 
 enum ManifoldFlag : std::uint32_t {

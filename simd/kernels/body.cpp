@@ -68,6 +68,12 @@ inline WideMotion load_motion(const MotionRow* rows, const Lanes& lanes) {
   return m;
 }
 
+inline M has_contacts(const BodyArgs& args, const Lanes& lanes) {
+  alignas(64) std::int32_t touched[kLanes];
+  for (int lane = 0; lane < kLanes; ++lane) touched[lane] = args.touched[lanes.index[lane]] & kTouches;
+  return load(touched) > I(0);
+}
+
 // A body whose own motion breaks, before any contact has acted on it, is to blame for what breaks with it.
 inline void mark_broken(const BodyArgs& args, const Lanes& lanes, const WideVelocity& v) {
   const std::uint32_t finite = bits(is_finite(v.linear) & is_finite(v.angular));
@@ -254,12 +260,6 @@ inline Inertias load_inertias(const BodyArgs& args, const Lanes& lanes) {
   return inertias;
 }
 
-inline M has_contacts(const BodyArgs& args, const Lanes& lanes) {
-  alignas(64) std::int32_t touched[kLanes];
-  for (int lane = 0; lane < kLanes; ++lane) touched[lane] = args.touched[lanes.index[lane]] & kTouches;
-  return load(touched) > I(0);
-}
-
 void integrate_poses(const BodyArgs& args, int begin, int end) {
   const F h(args.substep);
   for (int i = begin; i < end; i += kLanes) {
@@ -296,6 +296,11 @@ void integrate_poses(const BodyArgs& args, int begin, int end) {
   }
 }
 
+// A step above the speeds of sleep takes so many steps below them from the timer, and not all: where a
+// contact jumps between two features every few steps, its impulses begin anew, and each time its bodies jerk
+// for one step in which they move by less than a tenth of a millimeter.
+constexpr float kRestlessWeight = 3.0f;
+
 // Transforms, sleep timers and energies of bodies that are where the step ends. `place`: of the first lane in
 // the list.
 void store_outcome(const BodyArgs& args, const Lanes& lanes, int place, const WideVelocity& v, V3 position,
@@ -318,8 +323,8 @@ void store_outcome(const BodyArgs& args, const Lanes& lanes, int place, const Wi
   store(origin[4], rotation.y);
   store(origin[5], rotation.z);
   store(origin[6], rotation.w);
-  store(slow,
-        select((linear_speed < linear_limit) & (angular_speed < angular_limit), F(args.step), F(-1.0f)));
+  store(slow, select((linear_speed < linear_limit) & (angular_speed < angular_limit), F(args.step),
+                     F(-kRestlessWeight * args.step)));
 
   const V3 local_w = rotate_back(rotation, v.angular);
   store(energy, F(0.5f) * (load(mass) * linear_speed + dot(local_w, inertia * local_w)));
@@ -327,8 +332,10 @@ void store_outcome(const BodyArgs& args, const Lanes& lanes, int place, const Wi
   for (int lane = 0; lane < lanes.count; ++lane) {
     float* transform = args.transform + 7 * static_cast<std::ptrdiff_t>(lanes.index[lane]);
     for (int part = 0; part < 7; ++part) transform[part] = origin[part][lane];
-    float& sleep_time = args.sleep_time[lanes.index[lane]];
-    sleep_time = slow[lane] < 0.0f ? 0.0f : sleep_time + slow[lane];
+    float& timer = args.sleep_timer[lanes.index[lane]];
+    const float longer = (timer < args.sleep_time ? timer : args.sleep_time) + slow[lane];
+    const float capped = longer < args.sleep_time ? longer : args.sleep_time;
+    timer = capped > 0.0f ? capped : 0.0f;
     args.kinetic_energy[place + lane] = energy[lane];
     args.broken[place + lane] = (finite >> lane & 1u) != 0 ? 0 : 1;
   }

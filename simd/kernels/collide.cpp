@@ -15,6 +15,7 @@ void collide_box_hull(const CollideColumns& columns, const CollideItem* items, i
 void collide_hull_hull(const CollideColumns& columns, const CollideItem* items, int count);
 int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 int recycle_hulls(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
+int recycle_capsules(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 
 CollideKernels make_collide_kernels() {
   CollideKernels kernels{};
@@ -30,6 +31,7 @@ CollideKernels make_collide_kernels() {
   kernels.collide[kHullHull] = collide_hull_hull;
   kernels.recycle_boxes = recycle_boxes;
   kernels.recycle_hulls = recycle_hulls;
+  kernels.recycle_capsules = recycle_capsules;
   return kernels;
 }
 

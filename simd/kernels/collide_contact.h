@@ -120,6 +120,7 @@ struct WideContact {
   V3 point[kPoints];  // halfway between the surfaces, relative to the first shape's position
   F separation[kPoints];
   I id[kPoints];
+  F curvature_radius;  // of both surfaces together, where a round shape touches
   // Polytopes, for grazes_ahead; set where the pair looks ahead.
   M in_strip;  // seen along the normal the two faces overlap in a thin strip, within reach or not
   M at_edges;  // two edges cross, and no faces lie against each other
@@ -301,6 +302,17 @@ WideImpulses match_impulses(const CollideColumns& columns, const Block& block,
   return impulses;
 }
 
+// Surfaces that touch in a point would spin on it for ever. Real ones give way and touch in a disk: the
+// radius is sqrt(R d) where they come closer by d, R that of curvature, and the friction of Hertz's pressure
+// in it acts at a mean arm of 3 pi / 16 of that (Johnson, "Contact Mechanics", 1985, 7.4). They are taken to
+// give way by the slop, or by a share of R where that is less.
+inline constexpr float kPatchArm = 0.58904862f;  // 3 pi / 16
+inline constexpr float kPatchDepthShare = 0.02f;
+inline F twist_arm(F curvature_radius) {
+  const F depth = min(F(kLinearSlop), F(kPatchDepthShare) * curvature_radius);
+  return F(kPatchArm) * sqrt(curvature_radius * depth);
+}
+
 // Average of the points, weighted by closeness: a point that appears at the speculative distance weighs next
 // to nothing, so the center moves continuously with the separations.
 template <int kPoints>
@@ -321,14 +333,12 @@ V3 friction_center(const WideContact<kPoints>& contact, F reach) {
   }
 }
 
-// Half the thickness of boxes; of hulls, whose thinnest part may lie askew, the radius of the ball within.
-inline F thinness(const CollideColumns& columns, const std::int32_t* shape, V3 half, bool has_hulls) {
-  const F of_box = min(min(half.x, half.y), half.z);
-  if (!has_hulls) return of_box;
+// Half the thickness of shapes: of hulls, whose thinnest part may lie askew, the radius of the ball within.
+inline F thinness(const CollideColumns& columns, const std::int32_t* shape, F of_others) {
   alignas(64) float lanes[kLanes];
-  store(lanes, of_box);
+  store(lanes, of_others);
   for (int lane = 0; lane < kLanes; ++lane) {
-    const std::int32_t slot = columns.shape_hull[shape[lane]];
+    const std::int32_t slot = columns.shape_hull != nullptr ? columns.shape_hull[shape[lane]] : -1;
     if (slot >= 0) lanes[lane] = columns.hulls[slot]->inner_radius;
   }
   return load(lanes);
@@ -427,6 +437,8 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
     count = count + count_if(present);
   }
 
+  if constexpr (kPoints <= kTwistArm) v[kTwistArm] = twist_arm(contact.curvature_radius);
+
   const WideImpulses impulses = match_impulses(columns, block, contact, normal, tangent_1, tangent_2);
   const M touches = count > I(0);
   const M rich =
@@ -451,7 +463,7 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
   store_rows(reinterpret_cast<float*>(columns.features), sizeof(ManifoldFeatures) / sizeof(float), block.row,
              block.count, id[0], id[1], id[2], id[3]);
 
-  if constexpr (kPoints == kMaxManifoldPoints) {
+  if constexpr (kPoints > 1) {
     store_anchor(columns, block, flip, select(rich, F(0.0f), F(1.0f)), separation);
   }
   alignas(64) std::int32_t counts[kLanes];

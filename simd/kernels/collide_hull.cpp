@@ -292,8 +292,10 @@ void pass_store(const CollideColumns& columns, const CollideItem* items, Touchin
     }
     contact.in_strip = contact.at_edges = never();
     if (any(pair.reach > F(kSpeculativeDistance))) {
-      const F thinness_1 = thinness(columns, block.shape_1, pair.extent_1.half, true);
-      look_ahead(min(thinness_1, thinness(columns, block.shape_2, pair.extent_2.half, true)), contact);
+      const V3 half = pair.extent_1.half;  // of a box; the second one is a hull
+      const F of_box = min(min(half.x, half.y), half.z);
+      const F thinness_1 = thinness(columns, block.shape_1, of_box);
+      look_ahead(min(thinness_1, thinness(columns, block.shape_2, of_box)), contact);
     }
     store_contacts(columns, items, touching.which + begin, block, pair.first.position, pair.reach, contact);
     for (int lane = 0; lane < lanes; ++lane) {  // what will only graze has been dropped

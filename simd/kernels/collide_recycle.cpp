@@ -1,7 +1,9 @@
-// Recycling: manifolds of boxes and hulls that have hardly moved relative to each other stay as they are, and
-// only their separations follow the bodies. This is what lets a tall stack stand: points that are found anew
-// from slightly different poses jump between corners and feed jitter. (Box3D's contact recycling, v0.1, after
-// the persistent manifolds of PhysX; it also saves most of the narrow phase at rest.)
+// Recycling: manifolds of boxes, hulls and capsules that have hardly moved relative to each other stay as
+// they are, and only their separations follow the bodies. This is what lets a tall stack stand: points that
+// are found anew from slightly different poses jump between corners and feed jitter; a capsule that is wedged
+// in would jump from one of its ends to the other, or from one point to two, and tremble at 0.1 m/s for ever.
+// (Box3D's contact recycling, v0.1, after the persistent manifolds of PhysX; it also saves most of the narrow
+// phase at rest.)
 #include "collide_contact.h"
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -30,6 +32,27 @@ struct Motion {
   V3 offset_change;   // of B's center of mass relative to A's
   F distance;         // bound on the relative motion of the boxes' points
 };
+
+// Which shapes the pairs of a call may have.
+enum class Solids { boxes, boxes_and_hulls, all };  // of `all`, the first one is a capsule
+
+// Half the thickness of a shape, and how far it reaches from its center.
+struct Measure {
+  F thinness, size;
+};
+inline Measure measure(const CollideColumns& columns, const std::int32_t* shape, const WideExtent& extent,
+                       Solids solids) {
+  const V3 half = extent.half;
+  Measure m{min(min(half.x, half.y), half.z), length(half)};
+  if (solids == Solids::boxes) return m;
+  if (solids == Solids::all) {
+    const M is_capsule = half.x == F(0.0f);
+    m.thinness = select(is_capsule, extent.radius, m.thinness);
+    m.size = select(is_capsule, half.y + extent.radius, m.size);
+  }
+  m.thinness = thinness(columns, shape, m.thinness);
+  return m;
+}
 
 inline V3 part(Q4 q) { return {q.x, q.y, q.z}; }
 
@@ -84,7 +107,7 @@ struct Kept {
 
 // `points`: their numbers; `candidates`: where there is a manifold to keep.
 Kept follow_separations(const CollideColumns& columns, const Block& block, I points, M candidates,
-                        bool has_hulls) {
+                        Solids solids) {
   const float* rows = reinterpret_cast<const float*>(columns.manifold);
   constexpr int kStride = sizeof(Manifold) / sizeof(float);
   V3 normal, arm_a, arm_b;
@@ -96,19 +119,20 @@ Kept follow_separations(const CollideColumns& columns, const Block& block, I poi
   load_rows(rows + 16, kStride, block.row, v[0], v[1], v[2], v[3]);
   load_rows(reinterpret_cast<const float*>(columns.anchor) + 12, sizeof(ContactAnchor) / sizeof(float),
             block.row, base[0], base[1], base[2], base[3]);
-  const WideExtent extent_1 = load_extent(columns.shape_extent, block.shape_1);
-  const WideExtent extent_2 = load_extent(columns.shape_extent, block.shape_2);
+  const Measure shape_1 =
+      measure(columns, block.shape_1, load_extent(columns.shape_extent, block.shape_1), solids);
+  const Measure shape_2 =
+      measure(columns, block.shape_2, load_extent(columns.shape_extent, block.shape_2), solids);
   const M flip = (block.flags & I(kItemFlip)) == I(kItemFlip);
   const M fixed = (block.flags & I(kItemFixed)) == I(kItemFixed);
   const V3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
   // A fixed body does not turn, so its size does not matter; B, whose turn is seen from A, is dynamic. Its
   // points may lie farther from its center of mass than the shape is large.
-  const F size_1 = length(extent_1.half), size_2 = length(extent_2.half);
-  const F size_a = select(flip, size_2, size_1), size_b = select(flip, size_1, size_2);
+  const F size_a = select(flip, shape_2.size, shape_1.size),
+          size_b = select(flip, shape_1.size, shape_2.size);
   const F reach = max(select(fixed, size_b, max(size_a, size_b)),
                       farthest_point(arm_b, tangent_1, tangent_2, u, v, base));
-  const F share = F(kRecycleShare) * min(thinness(columns, block.shape_1, extent_1.half, has_hulls),
-                                         thinness(columns, block.shape_2, extent_2.half, has_hulls));
+  const F share = F(kRecycleShare) * min(shape_1.thinness, shape_2.thinness);
   // Far points of hulls count. With near ones only, convex_pile sinks 1.5 % less deep and junkyard 2.4 %
   // deeper, and piles at rest keep two to four times the energy.
   const M full = points == I(kMaxManifoldPoints);
@@ -134,14 +158,14 @@ Kept follow_separations(const CollideColumns& columns, const Block& block, I poi
 }
 
 // Recycles what it can of a block; returns the lanes of what it has kept.
-std::uint32_t recycle_block(const CollideColumns& columns, const Block& block, bool has_hulls) {
+std::uint32_t recycle_block(const CollideColumns& columns, const Block& block, Solids solids) {
   F friction_1, friction_2, twist, info_bits;
   load_rows(reinterpret_cast<const float*>(columns.manifold) + 28, sizeof(Manifold) / sizeof(float),
             block.row, friction_1, friction_2, twist, info_bits);
   const I info = as_int(info_bits), points = info & I(kManifoldPointMask);
   const M candidates = block.is_known & (points > I(0)) & ((info & I(kManifoldRich)) == I(0));
   if (!any(candidates)) return 0;
-  const Kept kept = follow_separations(columns, block, points, candidates, has_hulls);
+  const Kept kept = follow_separations(columns, block, points, candidates, solids);
   const std::uint32_t recycled = bits(kept.keeps);
   alignas(64) float separations[kMaxManifoldPoints][kLanes];
   for (int k = 0; k < kMaxManifoldPoints; ++k) store(separations[k], kept.separation[k]);
@@ -157,7 +181,7 @@ std::uint32_t recycle_block(const CollideColumns& columns, const Block& block, b
 }
 
 // Recycles what it can of the items and copies the others to `left`; returns how many those are.
-int recycle_items(const CollideColumns& columns, const CollideItem* items, int count, bool has_hulls,
+int recycle_items(const CollideColumns& columns, const CollideItem* items, int count, Solids solids,
                   CollideItem* left) {
   int left_count = 0;
   for (int begin = 0; begin < count; begin += kLanes) {
@@ -166,7 +190,7 @@ int recycle_items(const CollideColumns& columns, const CollideItem* items, int c
     for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
     Block block;
     load_block(items, which, lanes, block);
-    const std::uint32_t recycled = recycle_block(columns, block, has_hulls);
+    const std::uint32_t recycled = recycle_block(columns, block, solids);
     for (int lane = 0; lane < lanes; ++lane) {
       if ((recycled >> lane & 1u) == 0) left[left_count++] = items[which[lane]];
     }
@@ -177,11 +201,15 @@ int recycle_items(const CollideColumns& columns, const CollideItem* items, int c
 }  // namespace
 
 int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left) {
-  return recycle_items(columns, items, count, false, left);
+  return recycle_items(columns, items, count, Solids::boxes, left);
 }
 
 int recycle_hulls(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left) {
-  return recycle_items(columns, items, count, true, left);
+  return recycle_items(columns, items, count, Solids::boxes_and_hulls, left);
+}
+
+int recycle_capsules(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left) {
+  return recycle_items(columns, items, count, Solids::all, left);
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

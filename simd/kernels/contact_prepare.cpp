@@ -91,7 +91,9 @@ inline void store_points(ContactBlock<kPoints>& block, const Response& r, F inve
   for (int k = 0; k < kPoints; ++k) {
     store(block.u[k], u[k]);
     store(block.v[k], v[k]);
-    store(block.radius[k], sqrt(u[k] * u[k] + v[k] * v[k]));
+    F radius = sqrt(u[k] * u[k] + v[k] * v[k]);
+    if constexpr (kPoints <= kTwistArm) radius = max(v[kTwistArm], radius);
+    store(block.radius[k], radius);
     store(block.initial_separation[k], separation[k]);
     store(block.separation[k], separation[k]);
     const F diagonal = base + F(2.0f) * (v[k] * r.normal_t1 - u[k] * r.normal_t2) + v[k] * v[k] * r.torque11 -

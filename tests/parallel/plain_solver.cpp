@@ -287,9 +287,10 @@ class PlainSolver {
   void solve_friction(Contact& contact) {
     Manifold& m = *contact.manifold;
     float sum = 0.0f, moment = 0.0f;
+    const float patch = contact.points <= kTwistArm ? m.point_v[kTwistArm] : 0.0f;
     for (int k = 0; k < contact.points; ++k) {
       sum += m.normal_impulse[k];
-      moment += std::hypot(m.point_u[k], m.point_v[k]) * m.normal_impulse[k];
+      moment += std::max(std::hypot(m.point_u[k], m.point_v[k]), patch) * m.normal_impulse[k];
     }
     const InertiaRow& inertia_b = data_.bodies.inertia[contact.b];
     float twist_response = dot(contact.normal, multiply(inertia_b, contact.normal));

@@ -98,6 +98,44 @@ TEST(Friction, TwistStopsASpinningBox) {
   EXPECT_NEAR(turned, expected, 0.05 * expected);
 }
 
+TEST(Friction, TwistStopsABallThatSpinsInPlace) {
+  // The patch of a ball that gives way by d = 5 mm, at most 0.02 r, has the radius sqrt(r d); Hertz's
+  // pressure in it resists with mu N times 3 pi / 16 of that.
+  const std::vector<Vec3> corners = {{-5, -2, -5}, {5, -2, -5}, {-5, -2, 5}, {5, -2, 5},
+                                     {-5, 0, -5},  {5, 0, -5},  {-5, 0, 5},  {5, 0, 5}};
+  for (const Geometry& floor : {Geometry{Box{{5, 1, 5}}}, Geometry{ConvexHull{Hull(corners)}}}) {
+    for (const double radius : {0.1, 0.25, 0.5}) {
+      Lab lab;
+      const float y = std::holds_alternative<Box>(floor) ? -1.0f : 0.0f;
+      lab.add({.type = BodyType::fixed, .position = {0, y, 0}}, floor, {.friction = 0.5f});
+      const auto r = static_cast<float>(radius);
+      const BodyId ball =
+          lab.add({.position = {0, r, 0}, .angular_velocity = {0, 5, 0}}, Sphere{r}, {.friction = 0.5f});
+      const double patch = std::sqrt(radius * std::min(0.005, 0.02 * radius));
+      const double torque = 0.5 * lab.mass(ball) * kGravity * 3.0 * std::numbers::pi / 16.0 * patch;
+      const double expected = 0.5 * 25.0 * lab.inertia(ball)(1, 1) / torque;  // rad
+      double turned = 0.0;
+      for (int i = 0; i < 400; ++i) {
+        lab.run(1);
+        turned += lab.spin(ball).y() * static_cast<double>(kStep);
+      }
+      EXPECT_LT(lab.spin(ball).norm(), 1e-3) << radius;
+      EXPECT_NEAR(turned, expected, 0.05 * expected) << radius;
+      EXPECT_LT(std::hypot(lab.position(ball).x(), lab.position(ball).z()), 1e-3);
+    }
+  }
+}
+
+TEST(Friction, TwistDoesNotSlowARollingBall) {
+  Lab lab;
+  lab.add_ground();
+  const BodyId ball =
+      lab.add({.position = {0, 0.3f, 0}, .linear_velocity = {3, 0, 0}, .angular_velocity = {0, 0, -10}},
+              Sphere{0.3f});
+  lab.run(600);
+  EXPECT_NEAR(lab.velocity(ball).x(), 3.0, 0.01);
+}
+
 TEST(RollingResistance, StopsABallAfterThePredictedDistance) {
   // The torque b N slows rolling by 5 g b / (7 r): the way is 7 v^2 r / (10 g b).
   for (const float resistance : {0.02f, 0.05f}) {

@@ -298,7 +298,7 @@ TEST(Sleep, ScenesFallAsleepAndStayAsleep) {
   };
   for (const Case& item :
        {Case{"large_pyramid", {{"base", 40}}}, Case{"many_pyramids", {{"columns", 3}, {"rows", 3}}},
-        Case{"junkyard", {{"columns", 6}, {"layers", 3}}}}) {
+        Case{"junkyard", {{"columns", 6}, {"layers", 3}}}, Case{"pile", {{"bodies", 200}}}}) {
     const scenes::Scene scene = scenes::build(item.name, item.parameters).front();
     WorldSettings settings = scene.settings;
     settings.sleeping = true;

@@ -29,8 +29,9 @@ enum class MixRule : std::uint8_t { minimum, average, product, geometric_mean, m
 
 /// The surface and the filling of a shape.
 struct Material {
-  float friction = 0.6f;            ///< Coulomb coefficient, in [0, 1e6]
-  float restitution = 0.0f;         ///< rebound speed over approach speed, in [0, 1]
+  float friction = 0.6f;     ///< Coulomb coefficient, in [0, 1e6]; acts against spin as well, for round
+                             ///< shapes in a patch as if they gave way by 5 mm, at most r / 50
+  float restitution = 0.0f;  ///< rebound speed over approach speed, in [0, 1]
   float rolling_resistance = 0.0f;  ///< m: resisting torque over normal force, in [0, 1e5]; of two
                                     ///< surfaces the maximum counts
   float density = 1000.0f;          ///< kg/m^3, in [1e-6, 1e9]; ignored where the body's mass is given

@@ -42,7 +42,8 @@ struct WorldSettings {
   bool sleeping = true;              ///< bodies at rest may sleep; turning it off wakes all
   float sleep_linear_speed = 0.05f;  ///< m/s, a body may sleep when it stays below both speeds ...
   float sleep_angular_speed = 0.1f;  ///< rad/s, both in [0, 1e6]
-  float sleep_time = 0.5f;           ///< s, ... for this long, in [0, 1e6]
+  /// s, ... for this long, in [0, 1e6]. A step above them counts as three steps less, not as none below.
+  float sleep_time = 0.5f;
   ContactEvents contact_events = ContactEvents::none;  ///< asked for of all shapes, besides their own
   bool measure_residual = false;                       ///< fill StepStats::residual
   bool measure_penetration = false;                    ///< fill StepStats::penetration_*
