@@ -6,7 +6,10 @@
 #define SCREE_WATCHES_MEMORY 1
 #endif
 
+#include <algorithm>
 #include <atomic>
+#include <cstdio>
+#include <cstdlib>
 
 namespace scree::fuzz {
 
@@ -14,6 +17,7 @@ namespace {
 
 std::atomic<std::int64_t> in_use{0};
 std::atomic<std::int64_t> most{0};
+double largest_share = 0.0;  // of a bound; of the thread that runs targets
 
 #ifdef SCREE_WATCHES_MEMORY
 void note_allocation(const volatile void*, std::size_t bytes) {
@@ -37,6 +41,10 @@ constexpr bool kWatched = false;
 
 }  // namespace
 
+void tell_memory_at_exit() {
+  std::atexit([] { std::fprintf(stderr, "stat::memory_of_bound: %.0f%%\n", 100.0 * largest_share); });
+}
+
 bool memory_is_watched() { return kWatched; }
 
 MemoryWatch::MemoryWatch() : begin_(in_use.load(std::memory_order_relaxed)) {
@@ -49,6 +57,7 @@ std::size_t MemoryWatch::peak() const {
 
 void MemoryWatch::require_within(const MemoryBound& bound, std::size_t input_bytes, const char* who) const {
   const std::size_t taken = peak(), allowed = bound.of(input_bytes);
+  largest_share = std::max(largest_share, static_cast<double>(taken) / static_cast<double>(allowed));
   if (taken <= allowed) return;
   throw BrokenLaw(std::string(who) + " takes " + std::to_string(taken) + " bytes for " +
                   std::to_string(input_bytes) + ", more than " + std::to_string(allowed));

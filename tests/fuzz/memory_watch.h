@@ -23,4 +23,7 @@ class MemoryWatch {
 // Whether allocations are told at all.
 bool memory_is_watched();
 
+// Prints, when the program ends, the largest share of a bound that anybody has taken: to be called once.
+void tell_memory_at_exit();
+
 }  // namespace scree::fuzz

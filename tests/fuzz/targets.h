@@ -40,8 +40,8 @@ struct Target {
 inline constexpr Target kTargets[] = {
     {"scene", scene_target}, {"snapshot", snapshot_target}, {"recording", recording_target}};
 
-// Memory that a reader may take at once, bytes: for itself and by byte of its input. Stated, not measured:
-// what is taken is below a half of it.
+// Memory that a reader may take at once, bytes: for itself and by byte of its input. What is said beside them
+// was measured; only hulls and compressed worlds come near.
 struct MemoryBound {
   std::size_t fixed;
   std::size_t per_byte;
@@ -49,14 +49,15 @@ struct MemoryBound {
   std::size_t of(std::size_t bytes) const { return fixed + per_byte * bytes; }
 };
 
-// A scene's hulls are built while it is read: of 16 KiB of text there are up to 400 of 256 corners.
-inline constexpr MemoryBound kSceneBound{16u << 20, 4096};
-// A solid of 4 corners is 200 bytes, and with its columns for wide kernels 10 KiB.
-inline constexpr MemoryBound kSnapshotBound{1u << 20, 128};
-// Free rows of contacts are a byte each, and as much room as others once they are restored.
-inline constexpr MemoryBound kRestoreBound{1u << 20, 1024};
-
-// Compressed bytes come to 1024 times as many, of which a state takes as much as a snapshot's.
-inline constexpr MemoryBound kRecordingBound{16u << 20, 16384};
+// 200 bytes, for text that is nested or lists what is short; 1200 for a hull of 256 corners that many shapes
+// scale. Bodies that repeat take 110 bytes each.
+inline constexpr MemoryBound kSceneBound{1u << 20, 2048};
+// 3 to 12 bytes: worlds are packed, and hulls have columns for wide kernels.
+inline constexpr MemoryBound kSnapshotBound{256u << 10, 64};
+// 2 to 15 bytes. Free rows of contacts are a byte each, and 400 once they are restored.
+inline constexpr MemoryBound kRestoreBound{256u << 10, 512};
+// 700 bytes for a thousand equal bodies: chunks come to at most 1024 times their compressed bytes, and a
+// state among them takes what a snapshot does.
+inline constexpr MemoryBound kRecordingBound{1u << 20, 16384};
 
 }  // namespace scree::fuzz
