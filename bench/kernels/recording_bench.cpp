@@ -61,8 +61,7 @@ struct Settled {
 
 void record(benchmark::State& state, const std::string& name, int threads) {
   Settled settled(name);
-  World& plain = settled.world;
-  World recorded = clone(plain);
+  World plain = clone(settled.world), recorded = clone(settled.world);  // both laid out anew
   const float dt = settled.scene.dt;
   const std::string file =
       (std::filesystem::temp_directory_path() / ("scree_recording_bench_" + std::to_string(getpid())))
