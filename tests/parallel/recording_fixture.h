@@ -2,6 +2,7 @@
 // apart and put together again.
 #pragma once
 
+#include <core/call_bytes.h>
 #include <core/recording_chunks.h>
 #include <gtest/gtest.h>
 #include <scree/scree.h>
@@ -134,6 +135,37 @@ struct TakenApart {
     return nullptr;
   }
 };
+
+// Where the steps stand among the records of a chunk. Calls `see` with the number of each record.
+template <class See>
+std::vector<std::size_t> places_of_steps(const Bytes& content, See&& see) {
+  std::vector<std::size_t> places;
+  CallReader reader(content, nullptr);
+  while (reader.left() > 0) {
+    const std::size_t at = reader.at();
+    const auto call = static_cast<RecordedCall>(reader.take<std::uint8_t>());
+    see(call);
+    if (call == RecordedCall::step) {
+      places.push_back(at);
+      reader.take_bytes(kStepRecordBytes - 1);
+    } else {
+      take_call(call, reader, nullptr);
+    }
+  }
+  return places;
+}
+
+// Changes the hash of a step after which the recording goes on; false if the chunk holds no such step.
+inline bool change_hash(TakenApart::Chunk& chunk, std::uint64_t step) {
+  if (chunk.head.kind != ChunkKind::calls || step <= chunk.head.step ||
+      step > chunk.head.step + chunk.head.steps) {
+    return false;
+  }
+  const std::vector<std::size_t> places = places_of_steps(chunk.content, [](RecordedCall) {});
+  const std::size_t place = places[static_cast<std::size_t>(step - chunk.head.step - 1)];
+  chunk.content[place + kStepRecordBytes - 1] ^= std::byte{1};
+  return true;
+}
 
 template <class Work>
 std::string error_of_call(Work&& work) {
