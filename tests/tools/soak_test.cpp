@@ -80,16 +80,16 @@ class SoakProgram : public scree::testing::ProgramTest {
 
 // Seeds of small scenes.
 TEST_F(SoakProgram, RoundsPassAndNothingIsKept) {
-  const scree::testing::Outcome outcome = soak("--minutes 10 --rounds 3 --seed 24");
+  const scree::testing::Outcome outcome = soak("--minutes 10 --rounds 3 --seed 23");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
-  for (const char* text : {"seed 24: ", "seed 25: ", "seed 26: ", "the same everywhere", "3 rounds in "}) {
+  for (const char* text : {"seed 23: ", "seed 24: ", "seed 25: ", "the same everywhere", "3 rounds in "}) {
     EXPECT_NE(outcome.out.find(text), std::string::npos) << text << "\n" << outcome.out;
   }
   EXPECT_EQ(kept(), 0u);
 }
 
 TEST_F(SoakProgram, TheLastRoundIsFinishedWhenTimeIsUp) {
-  const scree::testing::Outcome outcome = soak("--minutes 0.0001 --seed 24");
+  const scree::testing::Outcome outcome = soak("--minutes 0.0001 --seed 25");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   EXPECT_NE(outcome.out.find("1 round in "), std::string::npos) << outcome.out;
 }
