@@ -32,7 +32,7 @@ std::uint64_t wish(const char* variable, std::uint64_t otherwise) {
 
 // How many small worlds to draw, and how many calls to make in the longest sequence; a step is one in four.
 std::uint64_t small_draws() { return wish("SCREE_RANDOM_SEQUENCES", wants_full_matrix() ? 40 : 10); }
-int most_calls() { return static_cast<int>(wish("SCREE_RANDOM_CALLS", wants_full_matrix() ? 4000 : 400)); }
+int most_calls() { return static_cast<int>(wish("SCREE_RANDOM_CALLS", wants_full_matrix() ? 4000 : 2000)); }
 
 std::vector<Draw> draws() {
   // Small worlds fail in fewer calls; large ones give several threads something to do at once.
