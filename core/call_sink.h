@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 namespace scree {
@@ -23,7 +24,7 @@ class CallSink {
  public:
   virtual void called(const MadeCall& call) noexcept = 0;
   virtual void restored(const WorldData& data) noexcept = 0;
-  virtual void stepped(const WorldData& data, float dt) noexcept = 0;
+  virtual void stepped(const WorldData& data, float dt, std::uint64_t hash) noexcept = 0;
   // The world is no more: destroyed, assigned to, or broken by a step that ran out of memory.
   virtual void world_ended() noexcept = 0;
 
@@ -34,6 +35,7 @@ class CallSink {
 // The world's end of the link. Declared last in the world, so that it goes first.
 struct SinkLink {
   CallSink* sink = nullptr;
+  std::optional<std::uint64_t> hash;  // of the step that ends, where a stage has made it beside its own work
 
   SinkLink() = default;
   SinkLink(SinkLink&&) noexcept {}  // stays with the data that the sink was told of

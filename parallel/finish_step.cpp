@@ -43,7 +43,10 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   data.stats.restored_bodies = all.restored;
   data.stats.awake_bodies = static_cast<std::int64_t>(dynamic_count);
   update_bounds(data, dt, crew);
-  if (data.stats.restored_bodies > 0) freeze_broken(data);
+  if (data.stats.restored_bodies > 0) {
+    freeze_broken(data);
+    data.recording.hash.reset();
+  }
 }
 
 }  // namespace scree

@@ -1,5 +1,4 @@
 // Recorder: hears what happens to a world and hands it to the writer.
-#include <core/hash.h>
 #include <parallel/recording_writer.h>
 #include <scree/recording.h>
 
@@ -61,9 +60,8 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
     });
   }
 
-  void stepped(const WorldData& world, float dt) noexcept override {
+  void stepped(const WorldData& world, float dt, std::uint64_t hash) noexcept override {
     keep([&] {
-      const std::uint64_t hash = hash_of(world.bodies);
       writer.add(first_step + steps, [&](RecordingBatch& batch) {
         batch.bytes.put(static_cast<std::uint8_t>(RecordedCall::step));
         batch.bytes.put(dt);

@@ -1,4 +1,5 @@
 // The story of a step. Each phase is a file of this folder; the comment says what it reads and what it makes.
+#include <core/hash.h>
 #include <core/wake.h>
 #include <parallel/stages.h>
 #include <scree/step.h>
@@ -104,7 +105,11 @@ void step(WorldData& data, float dt, Crew& crew) {
     data.recording.end();  // nobody may look into the world any more
     throw;
   }
-  if (data.recording.sink != nullptr) data.recording.sink->stepped(data, dt);
+  if (data.recording.sink != nullptr) {
+    const std::uint64_t hash = data.recording.hash ? *data.recording.hash : hash_of(data.bodies);
+    data.recording.hash.reset();
+    data.recording.sink->stepped(data, dt, hash);
+  }
 }
 
 }  // namespace

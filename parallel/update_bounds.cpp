@@ -2,9 +2,11 @@
 //
 // Runs at the end of each step over the shapes that may have moved, and before pairs are found over the
 // shapes that calls changed. Read by find_pairs, which keeps its list while nobody left.
+#include <core/hash.h>
 #include <parallel/broad_phase.h>
 #include <parallel/stages.h>
 
+#include <algorithm>
 #include <span>
 
 namespace scree {
@@ -21,8 +23,10 @@ static_assert(sizeof(ShapeType) == 1 && sizeof(BodyType) == 1);
 static_assert(sizeof(PoseRow) == 32 && sizeof(VelocityRow) == 32 && sizeof(BoundsRow) == 32 &&
               sizeof(ExtentRow) == 16);
 
+// With `hashes`, one task more makes the hash of a world that is recorded: poses and velocities are those
+// that the step ends with, and of two threads each loses half of it.
 void update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::int32_t> list, float dt,
-                 bool force, Crew& crew) {
+                 bool force, bool hashes, Crew& crew) {
   if (list.empty()) return;
   const simd::BoundsTask task{
       .list = list.data(),
@@ -39,7 +43,13 @@ void update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::
       .force = force,
   };
   const auto update = crew.kernels().pair.update_bounds;
-  crew.run_ranges(static_cast<int>(list.size()), kShapesPerChunk, [&](int begin, int end, int) {
+  const int count = static_cast<int>(list.size()), first = hashes ? 1 : 0;
+  crew.run((count + kShapesPerChunk - 1) / kShapesPerChunk + first, [&](int chunk, int) {
+    if (chunk < first) {
+      data.recording.hash = hash_of(data.bodies);
+      return;
+    }
+    const int begin = (chunk - first) * kShapesPerChunk, end = std::min(begin + kShapesPerChunk, count);
     if (update(task, begin, end) > 0) broad_phase.bounds_left.store(true, std::memory_order_relaxed);
   });
 }
@@ -61,12 +71,13 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
   }
   shapes.dirty.clear();
   broad_phase.bounds_left.store(true, std::memory_order_relaxed);
-  update_list(data, broad_phase, broad_phase.dirty.span().subspan(first), dt, true, crew);
+  update_list(data, broad_phase, broad_phase.dirty.span().subspan(first), dt, true, false, crew);
 }
 
 void update_bounds(WorldData& data, float dt, Crew& crew) {
   BroadPhase& broad_phase = broad_phase_of(data);
-  update_list(data, broad_phase, data.shapes.moving.span(), dt, false, crew);
+  const bool hashes = data.recording.sink != nullptr;
+  update_list(data, broad_phase, data.shapes.moving.span(), dt, false, hashes, crew);
   update_dirty_bounds(data, broad_phase, dt, crew);
 }
 

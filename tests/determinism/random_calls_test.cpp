@@ -132,7 +132,7 @@ class CountingSink final : public CallSink {
  public:
   void called(const MadeCall& made) noexcept override { ++calls_[static_cast<std::size_t>(made.call)]; }
   void restored(const WorldData&) noexcept override { ++restored_; }
-  void stepped(const WorldData&, float) noexcept override {}
+  void stepped(const WorldData&, float, std::uint64_t) noexcept override {}
   void world_ended() noexcept override {}
 
   int calls(RecordedCall call) const { return calls_[static_cast<std::size_t>(call)]; }
