@@ -34,6 +34,10 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::state, "contacts", "free_rows", data.contacts.free_rows);
   visit(ColumnKind::scratch, "contacts", "previous", data.contacts.previous);
   visit(ColumnKind::derived, "contacts", "touching", data.contacts.touching);
+  data.joints.for_each_column(within("joints"));
+  visit(ColumnKind::state, "joints", "free_slots", data.joints.free_slots);
+  visit(ColumnKind::derived, "joints", "active", data.joints.active);
+  visit(ColumnKind::derived, "joints", "apart", data.joints.apart);
   visit(ColumnKind::state, "events", "touching", data.events.touching);
   visit(ColumnKind::scratch, "events", "before", data.events.before);
   visit(ColumnKind::scratch, "events", "begins", data.events.begins);
@@ -44,6 +48,9 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::state, "events", "woken", data.events.woken);
   visit(ColumnKind::scratch, "events", "sleep_begins", data.events.sleep_begins);
   visit(ColumnKind::scratch, "events", "sleep_ends", data.events.sleep_ends);
+  visit(ColumnKind::state, "events", "lost", data.events.lost);
+  visit(ColumnKind::scratch, "events", "broken", data.events.broken);
+  visit(ColumnKind::scratch, "events", "destroyed", data.events.destroyed);
   visit(ColumnKind::scratch, "events", "pairs", data.events.pairs);
   visit(ColumnKind::scratch, "events", "contacts", data.events.contacts);
   visit(ColumnKind::scratch, "events", "impulse", data.events.impulse);

@@ -10,6 +10,7 @@
 #include <core/call_sink.h>
 #include <core/column.h>
 #include <core/plain/hull.h>
+#include <core/plain/joint.h>
 #include <core/plain/manifold.h>
 #include <core/plain/rows.h>
 #include <scree/world.h>
@@ -52,6 +53,24 @@ enum ShapeFlag : std::uint8_t {
 enum class TreeKind : std::uint8_t { none, awake, kinematic, frozen };
 inline constexpr int kTreeCount = 4;
 
+enum JointFlag : std::uint8_t {
+  kJointAlive = 1,
+  kJointEnabled = 2,
+  kJointCollides = 4,  // the shapes of its bodies collide with each other
+  kJointBreaks = 8,    // has a limit in JointStrength
+};
+
+// Of the bodies of a joint, one number each.
+struct JointBodies {
+  std::int32_t a, b;
+};
+
+// What a joint bears.
+struct JointStrength {
+  float force;   // N
+  float torque;  // N m
+};
+
 // How far a body may move before it must be swept.
 struct CoreRow {
   float radius;  // m, half that of the smallest ball about a shape's center; infinite without shapes
@@ -81,6 +100,7 @@ struct CoreRow {
   X(state,   float,           mass)            /* calls; kg */                                                 \
   X(state,   float,           given_mass)      /* calls; kg, with kBodyMassGiven */                            \
   X(state,   std::int32_t,    first_shape)     /* calls; -1: none */                                           \
+  X(state,   std::int32_t,    first_joint)     /* calls; -1: none */                                           \
   X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
   X(derived, Pose,            transform)       /* calls, finish_step; of the origin */                         \
   X(derived, CoreRow,         core)            /* calls */                                                     \
@@ -134,6 +154,23 @@ struct CoreRow {
   X(state,   ContactAnchor,    anchor)         /* collide; where the manifold was made; without spheres */     \
   X(state,   ContactSurface,   surface)        /* collide, store_impulses; where kManifoldRich */              \
   X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor before that */
+
+// Rows of joints, indexed by JointId::index.
+#define SCREE_JOINT_COLUMNS(X)                                                                                  \
+  X(state,   std::uint32_t,    generation)     /* calls */                                                     \
+  X(state,   JointType,        type)           /* calls */                                                     \
+  X(state,   std::uint8_t,     flags)          /* calls, break_joints; JointFlag */                            \
+  X(state,   JointBodies,      bodies)         /* calls */                                                     \
+  X(state,   JointBodies,      next)           /* calls; next joint of body a and of body b, -1: last */       \
+  X(state,   Pose,             frame_a)        /* calls; in the frame of body a */                             \
+  X(state,   Pose,             frame_b)        /* calls */                                                     \
+  X(state,   JointParameters,  parameters)     /* calls */                                                     \
+  X(state,   JointImpulses,    impulses)       /* calls, store_impulses */                                     \
+  X(state,   JointStrength,    strength)       /* calls */                                                     \
+  X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor before that */                   \
+  X(state,   std::uint64_t,    user_data)      /* calls */                                                     \
+  X(derived, JointFrames,      frames)         /* calls */                                                     \
+  X(scratch, JointReactionRow, reaction)       /* calls, store_impulses; zero in a restored world */
 // clang-format on
 
 #define SCREE_DECLARE_COLUMN(kind, Type, name) Column<Type> name;
@@ -222,6 +259,17 @@ struct Contacts {
                                  // have changed, so that the list can not be kept; cleared by find_pairs
 };
 
+struct Joints {
+  SCREE_STORE(SCREE_JOINT_COLUMNS)
+  Column<std::int32_t> free_slots;  // state; calls; taken from the back
+  Column<std::int32_t> active;      // derived; find_islands; enabled joints of an awake body, ascending
+  Column<std::uint64_t> apart;      // derived; find_pairs; keys of bodies that a joint keeps from colliding,
+                                    // ascending; see body_key
+  std::size_t alive = 0;            // state; calls
+  bool apart_changed = true;        // derived; calls: `apart` must be made anew
+  bool active_changed = true;       // derived; calls, find_islands: likewise `active`
+};
+
 // A pair whose contact somebody asked about when it last touched.
 struct TouchRow {
   ContactEnd pair;       // holds handles, which outlive their shapes
@@ -245,6 +293,9 @@ struct Events {
   Column<BodyId> woken;           // state; calls, find_islands; who has woken since the last step's lists, in
                                   // the order of waking
   Column<BodyId> sleep_begins;    // scratch; find_islands
+  Column<JointId> lost;           // state; calls; joints that went with their bodies since the last step
+  Column<JointId> broken;         // scratch; break_joints
+  Column<JointId> destroyed;      // scratch; find_islands; `lost` of the last step
   Column<BodyId> sleep_ends;      // scratch; find_islands
   Column<ShapePair> pairs;        // scratch; list_events; all pairs, where some rest and some do not
   Column<std::int32_t> contacts;  // scratch; list_events; of these
@@ -263,6 +314,8 @@ inline void clear_told(Events& events) {
   events.frozen.clear();
   events.sleep_begins.clear();
   events.sleep_ends.clear();
+  events.broken.clear();
+  events.destroyed.clear();
 }
 
 // Data that only one stage looks into; defined beside that stage, which makes it at its first run.
@@ -285,6 +338,7 @@ struct WorldData {
   Shapes shapes;
   Hulls hulls;
   Contacts contacts;
+  Joints joints;
   Events events;
   StepStats stats;      // derived; every phase
   bool listed = false;  // scratch; step of many worlds, while it looks for one that is named twice

@@ -60,32 +60,32 @@ struct FinishSum {
 };
 
 struct Constraints : Part {
-  Column<ContactEdge> edges;          // scratch; color_constraints; by place in the touching list
-  bool is_colored = false;            // scratch; color_constraints: `edges` hold a whole coloring
-  Column<BodyColors> body_colors;     // scratch; color_constraints; by body
-  Column<std::int32_t> uncolored;     // scratch; color_constraints; edges that need a color
-  Column<std::int32_t> part_counts;   // scratch; color_constraints; of them, by part of the edges
-  Column<BoundsRow> cell_bounds;      // scratch; color_by_cells; of the bodies, by part of the awake ones
-  Column<std::int32_t> cells;         // scratch; color_by_cells; by place in `uncolored`
-  Column<std::int32_t> cell_rows;     // scratch; color_by_cells; `uncolored`, sorted by cell
-  Column<std::int32_t> cell_begins;   // scratch; color_by_cells; first place in `cell_rows` by cell
-  Column<std::int32_t> histogram;     // scratch; color_by_cells, pack_blocks; by part and key
-  Column<std::uint16_t> keys;         // scratch; pack_blocks; by place in the touching list
-  Column<std::int32_t> points;        // scratch; pack_blocks; contact points by part of the touching list
-  Column<std::int32_t> rows;          // scratch; pack_blocks; contact rows in lane order
-  Column<std::int32_t> hub_counts;    // scratch; pack_blocks; by hub
-  Column<std::int32_t> hub_rows;      // scratch; pack_blocks; contacts of one hub color, sorted by hub
-  Column<char> blocks;                // scratch; prepare and the sweeps
-  Column<simd::ContactChunk> chunks;  // scratch; pack_blocks
-  Column<ColorStage> stages;          // scratch; pack_blocks; in the order in which they are solved
-  Column<float> residual;             // scratch; solve; m/s by chunk
-  Column<float> impulse_sum;          // scratch; solve; N s by lane, if events are asked for
-  Column<float> depth;                // scratch; store_impulses; m by lane, on request
-  Column<float> depths;               // scratch; store_impulses; m, of overlapping manifolds, for the ranking
-  Column<std::int32_t> moving;        // scratch; solve; awake dynamic bodies, then kinematic ones
-  Column<float> kinetic_energy;       // scratch; finish_step; J by place in `moving`
-  Column<std::uint8_t> broken;        // scratch; finish_step; by place in `moving`
-  Column<FinishSum> finish_sums;      // scratch; finish_step; by chunk of `moving`
+  Column<ContactEdge> edges;             // scratch; color_constraints; by place in the touching list
+  bool is_colored = false;               // scratch; color_constraints: `edges` hold a whole coloring
+  Column<BodyColors> body_colors;        // scratch; color_constraints; by body
+  Column<std::int32_t> uncolored;        // scratch; color_constraints; edges that need a color
+  Column<std::int32_t> part_counts;      // scratch; color_constraints; of them, by part of the edges
+  Column<BoundsRow> cell_bounds;         // scratch; color_by_cells; of the bodies, by part of the awake ones
+  Column<std::int32_t> cells;            // scratch; color_by_cells; by place in `uncolored`
+  Column<std::int32_t> cell_rows;        // scratch; color_by_cells; `uncolored`, sorted by cell
+  Column<std::int32_t> cell_begins;      // scratch; color_by_cells; first place in `cell_rows` by cell
+  Column<std::int32_t> histogram;        // scratch; color_by_cells, pack_blocks; by part and key
+  Column<std::uint16_t> keys;            // scratch; pack_blocks; by place in the touching list
+  Column<std::int32_t> points;           // scratch; pack_blocks; contact points by part of the touching list
+  Column<std::int32_t> rows;             // scratch; pack_blocks; contact rows in lane order
+  Column<std::int32_t> hub_counts;       // scratch; pack_blocks; by hub
+  Column<std::int32_t> hub_rows;         // scratch; pack_blocks; contacts of one hub color, sorted by hub
+  Column<char> blocks;                   // scratch; prepare and the sweeps
+  Column<simd::ConstraintChunk> chunks;  // scratch; pack_blocks
+  Column<ColorStage> stages;             // scratch; pack_blocks; in the order in which they are solved
+  Column<float> residual;                // scratch; solve; m/s by chunk
+  Column<float> impulse_sum;             // scratch; solve; N s by lane, if events are asked for
+  Column<float> depth;                   // scratch; store_impulses; m by lane, on request
+  Column<float> depths;           // scratch; store_impulses; m, of overlapping manifolds, for the ranking
+  Column<std::int32_t> moving;    // scratch; solve; awake dynamic bodies, then kinematic ones
+  Column<float> kinetic_energy;   // scratch; finish_step; J by place in `moving`
+  Column<std::uint8_t> broken;    // scratch; finish_step; by place in `moving`
+  Column<FinishSum> finish_sums;  // scratch; finish_step; by chunk of `moving`
 
   void report(const Visit& visit) const override;
   void forget() noexcept override { is_colored = false; }

@@ -139,7 +139,7 @@ class Layout {
   }
 
   // Rows that lie at `lane` and after become a chunk; the last block is filled up with its last row.
-  void add_chunk(int key, bool is_static, int lane, int count, simd::HubSide hub = simd::HubSide::none) {
+  void add_chunk(int key, bool is_static, int lane, int count, simd::BodySide hub = simd::BodySide::none) {
     const int lanes = kernels_.lanes;
     const int end = lane + (count + lanes - 1) / lanes * lanes;
     Column<std::int32_t>& rows = constraints_.rows;
@@ -150,8 +150,9 @@ class Layout {
     const bool rich = kind % 2 != 0;
     const int variant = simd::contact_variant(kind / 2, rich, is_static);
     const int blocks = (end - lane) / lanes;
-    constraints_.chunks.push_back(
-        {variant, blocks, count, lane, offset_, static_cast<std::int32_t>(constraints_.chunks.size()), hub});
+    constraints_.chunks.push_back({variant, blocks, count, lane, offset_,
+                                   static_cast<std::int32_t>(constraints_.chunks.size()), hub,
+                                   simd::BodySide::none});
     offset_ += static_cast<std::size_t>(blocks) * kernels_.contact.block_bytes[variant];
     used_blocks_ += blocks;
     ColorStage& stage = constraints_.stages.back();
@@ -175,12 +176,12 @@ class Layout {
   }
 
   // The contacts of each hub become one chunk, hubs in the order of their first contacts.
-  void add_hubs(int key, simd::HubSide side, int first_lane, int count) {
+  void add_hubs(int key, simd::BodySide side, int first_lane, int count) {
     Column<BodyColors>& bodies = constraints_.body_colors;
     Column<std::int32_t>& counts = constraints_.hub_counts;
     const auto hub_of = [&](std::int32_t row) -> BodyColors& {
       const Manifold& manifold = contacts_.manifold[static_cast<std::size_t>(row)];
-      return bodies[static_cast<std::size_t>(side == simd::HubSide::a ? manifold.row_a : manifold.row_b)];
+      return bodies[static_cast<std::size_t>(side == simd::BodySide::a ? manifold.row_a : manifold.row_b)];
     };
     std::int32_t* rows = constraints_.rows.data() + first_lane;
     counts.clear();
@@ -245,7 +246,7 @@ void pack_blocks(WorldData& data, Crew& crew) {
       if (is_hub_place(place)) {
         // Two kinds may have contacts of the same hub.
         layout.begin_stage(in_color <= kTailManifolds);
-        layout.add_hubs(key, (place - kFirstHubPlace) % 2 == 0 ? simd::HubSide::a : simd::HubSide::b,
+        layout.add_hubs(key, (place - kFirstHubPlace) % 2 == 0 ? simd::BodySide::a : simd::BodySide::b,
                         first_lane, count);
       } else if (place == 0) {
         layout.add_overflow(key, first_lane, count);

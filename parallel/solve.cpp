@@ -121,7 +121,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
   };
   const auto over_colors = [&](auto kernel) {
     for (const ColorStage& stage : constraints.stages) {
-      const simd::ContactChunk* chunks = constraints.chunks.data() + stage.first_chunk;
+      const simd::ConstraintChunk* chunks = constraints.chunks.data() + stage.first_chunk;
       if (stage.serial) {
         for (int chunk = 0; chunk < stage.chunk_count; ++chunk) kernel(contact, chunks[chunk]);
       } else {
@@ -167,7 +167,7 @@ void measure_penetration(WorldData& data, const simd::ContactArgs& contact, Crew
   });
   constraints.depths.clear();
   double sum = 0.0;
-  for (const simd::ContactChunk& chunk : constraints.chunks) {
+  for (const simd::ConstraintChunk& chunk : constraints.chunks) {
     for (int lane = 0; lane < chunk.lanes; ++lane) {
       const float depth = constraints.depth[static_cast<std::size_t>(chunk.first_lane + lane)];
       if (!(depth > 0.0f)) continue;
@@ -193,7 +193,7 @@ void store_impulse_sums(WorldData& data, Crew& crew) {
   const Constraints& constraints = constraints_of(data);
   data.events.impulse.resize_discarding(data.contacts.now.pair.size());
   crew.run(static_cast<int>(constraints.chunks.size()), [&](int index, int) {
-    const simd::ContactChunk& chunk = constraints.chunks[static_cast<std::size_t>(index)];
+    const simd::ConstraintChunk& chunk = constraints.chunks[static_cast<std::size_t>(index)];
     for (int lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
       const auto row = static_cast<std::size_t>(constraints.rows[static_cast<std::size_t>(lane)]);
       data.events.impulse[row] = constraints.impulse_sum[static_cast<std::size_t>(lane)];

@@ -7,6 +7,7 @@
 
 #include <core/plain/manifold.h>
 #include <core/plain/rows.h>
+#include <simd/constraint_chunk.h>
 
 #include <cstddef>
 
@@ -19,30 +20,6 @@ inline constexpr int kContactVariants = kPointBuckets * 2 * 2;
 inline constexpr int contact_variant(int bucket, bool rich, bool is_static) {
   return (bucket * 2 + (rich ? 1 : 0)) * 2 + (is_static ? 1 : 0);
 }
-
-// Which body of a chunk's contacts is a hub, if any: one body for all lanes.
-enum class HubSide : std::int32_t { none, a, b };
-
-// Contacts of a hub that are solved at once, on every instruction set.
-inline constexpr int kHubGroup = 16;
-
-// A run of blocks of one variant within one color.
-struct ContactChunk {
-  std::int32_t variant;
-  std::int32_t blocks;
-  std::int32_t lanes;       // manifolds in the run; the last block may be partly filled
-  std::int32_t first_lane;  // into ContactArgs::rows
-  std::size_t offset;       // bytes into ContactArgs::blocks
-  std::int32_t number;      // of this chunk, for its figures
-  HubSide hub;
-};
-
-// Constants of a soft constraint: Catto, "Soft Constraints", GDC 2011, as used by soft-step solvers.
-struct SoftConstants {
-  float bias_rate;  // 1/s
-  float mass_scale;
-  float impulse_scale;
-};
 
 struct ContactArgs {
   const std::int32_t* rows;  // contact rows in lane order; unused lanes repeat a used one
@@ -69,14 +46,14 @@ struct ContactArgs {
 
 struct ContactKernels {
   std::size_t block_bytes[kContactVariants];
-  void (*prepare)(const ContactArgs& args, const ContactChunk& chunk);     // manifolds -> blocks
-  void (*warm_start)(const ContactArgs& args, const ContactChunk& chunk);  // stored impulses -> velocity
-  void (*solve)(const ContactArgs& args, const ContactChunk& chunk);       // normals with soft bias
-  void (*relax)(const ContactArgs& args, const ContactChunk& chunk);       // normals, friction; no bias
-  void (*relax_measured)(const ContactArgs& args, const ContactChunk& chunk);
-  void (*restitution)(const ContactArgs& args, const ContactChunk& chunk);  // rich variants only
-  void (*store)(const ContactArgs& args, const ContactChunk& chunk);        // blocks -> manifolds
-  void (*measure_depth)(const ContactArgs& args, const ContactChunk& chunk);
+  void (*prepare)(const ContactArgs& args, const ConstraintChunk& chunk);     // manifolds -> blocks
+  void (*warm_start)(const ContactArgs& args, const ConstraintChunk& chunk);  // stored impulses -> velocity
+  void (*solve)(const ContactArgs& args, const ConstraintChunk& chunk);       // normals with soft bias
+  void (*relax)(const ContactArgs& args, const ConstraintChunk& chunk);       // normals, friction; no bias
+  void (*relax_measured)(const ContactArgs& args, const ConstraintChunk& chunk);
+  void (*restitution)(const ContactArgs& args, const ConstraintChunk& chunk);  // rich variants only
+  void (*store)(const ContactArgs& args, const ConstraintChunk& chunk);        // blocks -> manifolds
+  void (*measure_depth)(const ContactArgs& args, const ConstraintChunk& chunk);
 };
 
 }  // namespace scree::simd

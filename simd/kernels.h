@@ -7,6 +7,7 @@
 #include <simd/body_kernels.h>
 #include <simd/collide_kernels.h>
 #include <simd/contact_kernels.h>
+#include <simd/joint_kernels.h>
 #include <simd/pair_kernels.h>
 
 namespace scree::simd {
@@ -22,6 +23,7 @@ struct Kernels {
   PairKernels pair;
   CollideKernels collide;
   ContactKernels contact;
+  JointKernels joint;
 };
 
 // Null where this build lacks the set or the processor lacks one of the features that its flags allow.

@@ -113,7 +113,7 @@ void run_pass(benchmark::State& state, Isa isa, Pass pass) {
   const Constraints& constraints = constraints_of(*data);
   const simd::ContactArgs args = contact_args(*data, constraints_of(*data), 1.0f / 60.0f);
   const simd::ContactKernels& kernels = crew.kernels().contact;
-  void (*const kernel[])(const simd::ContactArgs&, const simd::ContactChunk&) = {
+  void (*const kernel[])(const simd::ContactArgs&, const simd::ConstraintChunk&) = {
       kernels.prepare, kernels.warm_start, kernels.solve, kernels.relax, kernels.store};
   for (auto _ : state) {
     if (pass == Pass::whole) {
@@ -123,7 +123,8 @@ void run_pass(benchmark::State& state, Isa isa, Pass pass) {
     } else if (pass == Pass::pack) {
       pack_blocks(*data, crew);
     } else {
-      for (const simd::ContactChunk& chunk : constraints.chunks) kernel[static_cast<int>(pass)](args, chunk);
+      for (const simd::ConstraintChunk& chunk : constraints.chunks)
+        kernel[static_cast<int>(pass)](args, chunk);
     }
   }
   state.counters["ns_per_manifold"] =

@@ -77,6 +77,7 @@ struct alignas(32) LocalInertiaRow {
 enum MotionFlag : std::uint32_t {
   kMotionLocksMask = 0x3f,     // AxisLocks
   kMotionGyroscopic = 1 << 8,  // inertia is not isotropic: integrate the gyroscopic term
+  kMotionJointed = 1 << 9,     // has joints: its inertia in world axes is kept up to date within the step
 };
 
 // What a step notes about a body.

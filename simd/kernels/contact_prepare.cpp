@@ -4,13 +4,6 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-// The part of a hub that one contact has to itself.
-inline BodyMass split(const BodyMass& m, F parts) {
-  return {m.inverse_inertia * parts, m.inverse_mass * parts};
-}
-
-inline F invert_positive(F value) { return select(value > F(0.0f), F(1.0f) / value, F(0.0f)); }
-
 // The manifold's frame in numbers, and one body's share of its response to impulses: the products
 // (c x f + q) . I^-1 (c x g + r) that the block's couplings are made of.
 struct Frame {
@@ -121,7 +114,7 @@ inline void store_friction(ContactBlock<kPoints>& block, const Response& r, F in
     store(block.tangent_by_torque2[i], r.push_torque2[i]);
     store(block.tangent_by_twist[i], r.push_twist[i]);
   }
-  // Scaled to a trace of 1, as in invert() below.
+  // Scaled to a trace of 1, as in invert().
   const F unit = invert_positive(inverse_mass + r.push11 + (inverse_mass + r.push22));
   const F k11 = unit * (inverse_mass + r.push11), k12 = unit * r.push12,
           k22 = unit * (inverse_mass + r.push22);
@@ -131,23 +124,6 @@ inline void store_friction(ContactBlock<kPoints>& block, const Response& r, F in
   store(block.tangent_mass[0], inverse * k22);
   store(block.tangent_mass[1], -(inverse * k12));
   store(block.tangent_mass[2], inverse * k11);
-}
-
-// Inverse of a symmetric positive matrix by cofactors; zero where it is singular. It is scaled to a trace of
-// 1 first: the determinant of a pebble's inverse inertia has no place in a float.
-inline S3 invert(const S3& matrix) {
-  const F unit = invert_positive(matrix.xx + matrix.yy + matrix.zz);
-  const S3 m = matrix * unit;
-  const F c_xx = m.yy * m.zz - m.yz * m.yz;
-  const F c_xy = m.xz * m.yz - m.xy * m.zz;
-  const F c_xz = m.xy * m.yz - m.xz * m.yy;
-  const F scale = unit * invert_positive(m.xx * c_xx + m.xy * c_xy + m.xz * c_xz);
-  return {scale * c_xx,
-          scale * c_xy,
-          scale * c_xz,
-          scale * (m.xx * m.zz - m.xz * m.xz),
-          scale * (m.xy * m.xz - m.xx * m.yz),
-          scale * (m.xx * m.yy - m.xy * m.xy)};
 }
 
 template <int kPoints, bool kStatic>
@@ -193,7 +169,7 @@ inline void mark_touched(const ContactArgs& args, const std::int32_t* rows) {
 
 // Bytes [begin, end) of the manifolds of the next block of a chunk, if there is one.
 template <Access kAccess>
-inline void prefetch_manifolds(const ContactArgs& args, const ContactChunk& chunk, int first_lane,
+inline void prefetch_manifolds(const ContactArgs& args, const ConstraintChunk& chunk, int first_lane,
                                std::size_t begin, std::size_t end) {
   const int next = first_lane + kLanes;
   if (next >= chunk.first_lane + chunk.blocks * kLanes) return;
@@ -203,7 +179,7 @@ inline void prefetch_manifolds(const ContactArgs& args, const ContactChunk& chun
 }
 
 template <int kPoints, bool kRich, bool kStatic>
-SCREE_SWEEP void prepare_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void prepare_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
   constexpr int kStride = sizeof(Manifold) / sizeof(float);
   const F scale(args.warm_start_scale);
@@ -237,14 +213,14 @@ SCREE_SWEEP void prepare_chunk(const ContactArgs& args, const ContactChunk& chun
 
     BodyMass b = load_mass(args.inertia, block.row_b);
     const F hub_parts(static_cast<float>(hub_group_size(chunk, first_lane)));
-    if (chunk.hub == HubSide::b) b = split(b, hub_parts);
+    if (chunk.hub == BodySide::b) b = split(b, hub_parts);
     store(block.inverse_mass_b, b.inverse_mass);
     store6(block.inverse_inertia_b, b.inverse_inertia);
     F inverse_mass = b.inverse_mass;
     Response response = respond(frame, arm_b, b.inverse_inertia);
     if constexpr (!kStatic) {
       BodyMass a = load_mass(args.inertia, block.row_a);
-      if (chunk.hub == HubSide::a) a = split(a, hub_parts);
+      if (chunk.hub == BodySide::a) a = split(a, hub_parts);
       store(block.inverse_mass_a, a.inverse_mass);
       store6(block.inverse_inertia_a, a.inverse_inertia);
       inverse_mass += a.inverse_mass;
@@ -284,7 +260,7 @@ inline void forget_broken_impulses(Block& block) {
 }
 
 template <int kPoints, bool kRich, bool kStatic>
-SCREE_SWEEP void store_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void store_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
   constexpr int kStride = sizeof(Manifold) / sizeof(float);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
@@ -312,7 +288,7 @@ SCREE_SWEEP void store_chunk(const ContactArgs& args, const ContactChunk& chunk)
 }
 
 template <int kPoints, bool kRich, bool kStatic>
-void measure_depth_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+void measure_depth_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
   for_each_block<Block>(args, chunk, [&](Block& block, int, int first_lane) {
     F depth(0.0f);
@@ -321,15 +297,15 @@ void measure_depth_chunk(const ContactArgs& args, const ContactChunk& chunk) {
   });
 }
 
-void measure_depth(const ContactArgs& args, const ContactChunk& chunk) {
+void measure_depth(const ContactArgs& args, const ConstraintChunk& chunk) {
   SCREE_CONTACT_VARIANTS(measure_depth_chunk, args, chunk)
 }
 
-void prepare(const ContactArgs& args, const ContactChunk& chunk) {
+void prepare(const ContactArgs& args, const ConstraintChunk& chunk) {
   SCREE_CONTACT_VARIANTS(prepare_chunk, args, chunk)
 }
 
-void store_blocks(const ContactArgs& args, const ContactChunk& chunk) {
+void store_blocks(const ContactArgs& args, const ConstraintChunk& chunk) {
   SCREE_CONTACT_VARIANTS(store_chunk, args, chunk)
 }
 

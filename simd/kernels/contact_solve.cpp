@@ -22,12 +22,12 @@ template <bool kStatic, class Block>
 inline void store_bodies(const ContactArgs& args, const Block& block, int count, int first_lane,
                          const Bodies& bodies, HubSum& hub) {
   if constexpr (!kStatic) {
-    if (hub.side() == HubSide::a) {
+    if (hub.side() == BodySide::a) {
       hub.add(block.row_a, count, first_lane, bodies.a);
     } else {
       store_velocity(args.velocity, block.row_a, count, bodies.a);
     }
-    if (hub.side() == HubSide::b) {
+    if (hub.side() == BodySide::b) {
       hub.add(block.row_b, count, first_lane, bodies.b);
       return;
     }
@@ -87,9 +87,9 @@ inline V3 relative_velocity(const Bodies& bodies, V3 arm_a, V3 arm_b) {
 }
 
 template <int kPoints, bool kRich, bool kStatic>
-SCREE_SWEEP void warm_start_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void warm_start_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
-  HubSum hub(args, chunk);
+  HubSum hub(args.velocity, chunk);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     prefetch(&block + 1, 0, sizeof(Block));
     const V3 normal = load3(block.normal), tangent1 = tangent_of(normal);
@@ -113,13 +113,13 @@ SCREE_SWEEP void warm_start_chunk(const ContactArgs& args, const ContactChunk& c
 
 // Normals only, with soft bias. The separations are those of the last relax sweep: no pose has moved since.
 template <int kPoints, bool kRich, bool kStatic>
-SCREE_SWEEP void solve_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void solve_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
   const SoftConstants& soft = kStatic ? args.soft_static : args.soft;
   const F bias_rate(soft.bias_rate), mass_scale(soft.mass_scale), impulse_scale(soft.impulse_scale);
   const F inverse_substep(args.inverse_substep), push_speed(args.push_speed), keep(args.impulse_keep);
   const F zero(0.0f), one(1.0f);
-  HubSum hub(args, chunk);
+  HubSum hub(args.velocity, chunk);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     prefetch(&block + 1, 0, kRich ? sizeof(Block) : offsetof(ContactBlock<kPoints>, tangent_impulse));
     const V3 normal = load3(block.normal), tangent1 = tangent_of(normal);
@@ -237,12 +237,12 @@ inline void add_impulse_sum(const ContactArgs& args, int first_lane, F sum) {
 }
 
 template <int kPoints, bool kRich, bool kStatic, bool kMeasured>
-inline void relax_blocks(const ContactArgs& args, const ContactChunk& chunk) {
+inline void relax_blocks(const ContactArgs& args, const ConstraintChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
   // Without warm start the friction of the last substep is history, as the normal impulses are in solve.
   const F inverse_substep(args.inverse_substep), keep(args.impulse_keep), zero(0.0f);
   F worst(0.0f);
-  HubSum hub(args, chunk);
+  HubSum hub(args.velocity, chunk);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     prefetch(&block + 1, 0, sizeof(Block));
     const V3 normal = load3(block.normal), tangent1 = tangent_of(normal);
@@ -290,12 +290,12 @@ inline void relax_blocks(const ContactArgs& args, const ContactChunk& chunk) {
 }
 
 template <int kPoints, bool kRich, bool kStatic>
-SCREE_SWEEP void relax_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void relax_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
   relax_blocks<kPoints, kRich, kStatic, false>(args, chunk);
 }
 
 template <int kPoints, bool kRich, bool kStatic>
-SCREE_SWEEP void relax_measured_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void relax_measured_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
   relax_blocks<kPoints, kRich, kStatic, true>(args, chunk);
 }
 
@@ -305,11 +305,11 @@ constexpr int kRestitutionSweeps = 8;
 // Rebound of the points that came in fast and were pressed during the step. The impulses are not stored: the
 // next step shall not begin with a kick.
 template <int kPoints, bool kRich, bool kStatic>
-SCREE_SWEEP void restitution_chunk(const ContactArgs& args, const ContactChunk& chunk) {
+SCREE_SWEEP void restitution_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
   if constexpr (kRich) {
     using Block = RichBlock<kPoints>;
     const F threshold(-args.restitution_threshold), zero(0.0f);
-    HubSum hub(args, chunk);
+    HubSum hub(args.velocity, chunk);
     for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
       prefetch(&block + 1, 0, sizeof(Block));
       const V3 normal = load3(block.normal), tangent1 = tangent_of(normal);
@@ -346,19 +346,19 @@ SCREE_SWEEP void restitution_chunk(const ContactArgs& args, const ContactChunk& 
   }
 }
 
-void warm_start(const ContactArgs& args, const ContactChunk& chunk) {
+void warm_start(const ContactArgs& args, const ConstraintChunk& chunk) {
   SCREE_CONTACT_VARIANTS(warm_start_chunk, args, chunk)
 }
-void solve(const ContactArgs& args, const ContactChunk& chunk) {
+void solve(const ContactArgs& args, const ConstraintChunk& chunk) {
   SCREE_CONTACT_VARIANTS(solve_chunk, args, chunk)
 }
-void relax(const ContactArgs& args, const ContactChunk& chunk) {
+void relax(const ContactArgs& args, const ConstraintChunk& chunk) {
   SCREE_CONTACT_VARIANTS(relax_chunk, args, chunk)
 }
-void relax_measured(const ContactArgs& args, const ContactChunk& chunk) {
+void relax_measured(const ContactArgs& args, const ConstraintChunk& chunk) {
   SCREE_CONTACT_VARIANTS(relax_measured_chunk, args, chunk)
 }
-void restitution(const ContactArgs& args, const ContactChunk& chunk) {
+void restitution(const ContactArgs& args, const ConstraintChunk& chunk) {
   SCREE_CONTACT_VARIANTS(restitution_chunk, args, chunk)
 }
 

@@ -10,6 +10,7 @@ BodyKernels make_body_kernels();
 PairKernels make_pair_kernels();
 CollideKernels make_collide_kernels();
 ContactKernels make_contact_kernels();
+JointKernels make_joint_kernels();
 
 Kernels make_kernels() {
   return {InstructionSet::SCREE_SIMD_NAMESPACE,
@@ -18,7 +19,8 @@ Kernels make_kernels() {
           make_body_kernels(),
           make_pair_kernels(),
           make_collide_kernels(),
-          make_contact_kernels()};
+          make_contact_kernels(),
+          make_joint_kernels()};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -40,8 +40,10 @@ struct Graph {
 };
 
 // The body of a lane that a hub's chunk shares among its lanes; -1: the chunk has none.
-std::int32_t hub_of(const simd::ContactChunk& chunk, const Manifold& manifold) {
-  return chunk.hub == simd::HubSide::a ? manifold.row_a : chunk.hub == simd::HubSide::b ? manifold.row_b : -1;
+std::int32_t hub_of(const simd::ConstraintChunk& chunk, const Manifold& manifold) {
+  return chunk.hub == simd::BodySide::a   ? manifold.row_a
+         : chunk.hub == simd::BodySide::b ? manifold.row_b
+                                          : -1;
 }
 
 // Every touching row lies in exactly one lane; nothing but its hub comes twice in a chunk, and nothing at all
@@ -52,7 +54,7 @@ void expect_sound(WorldData& data) {
   for (const ColorStage& stage : constraints.stages) {
     std::set<std::int32_t> written;
     for (int c = stage.first_chunk; c < stage.first_chunk + stage.chunk_count; ++c) {
-      const simd::ContactChunk& chunk = constraints.chunks[static_cast<std::size_t>(c)];
+      const simd::ConstraintChunk& chunk = constraints.chunks[static_cast<std::size_t>(c)];
       if (stage.serial) written.clear();
       std::int32_t hub = -1;
       for (int i = 0; i < chunk.lanes; ++i) {

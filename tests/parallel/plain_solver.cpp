@@ -123,7 +123,7 @@ class PlainSolver {
   // The order of the wide solver: color by color, in lane order.
   void prepare_contacts() {
     const Constraints& constraints = constraints_of(data_);
-    for (const simd::ContactChunk& chunk : constraints.chunks) {
+    for (const simd::ConstraintChunk& chunk : constraints.chunks) {
       for (int i = 0; i < chunk.lanes; ++i) {
         add_contact(
             static_cast<std::size_t>(constraints.rows[static_cast<std::size_t>(chunk.first_lane + i)]));

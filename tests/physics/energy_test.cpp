@@ -32,12 +32,14 @@ class PassByPass {
     args_.soft = args_.soft_static = {.bias_rate = 0.0f, .mass_scale = 1.0f, .impulse_scale = 0.0f};
     args_.inverse_substep = 0.0f;  // no bias of gaps either
     args_.warm_start_scale = args_.impulse_keep = 0.0f;
-    for_each_chunk([&](const simd::ContactChunk& chunk) { crew_.kernels().contact.prepare(args_, chunk); });
+    for_each_chunk(
+        [&](const simd::ConstraintChunk& chunk) { crew_.kernels().contact.prepare(args_, chunk); });
   }
 
   // Runs a pass and expects that no chunk of it raises the energy.
-  void expect_no_gain(void (*kernel)(const simd::ContactArgs&, const simd::ContactChunk&), const char* name) {
-    for_each_chunk([&](const simd::ContactChunk& chunk) {
+  void expect_no_gain(void (*kernel)(const simd::ContactArgs&, const simd::ConstraintChunk&),
+                      const char* name) {
+    for_each_chunk([&](const simd::ConstraintChunk& chunk) {
       const double before = kinetic_energy(lab_, bodies_);
       kernel(args_, chunk);
       const double after = kinetic_energy(lab_, bodies_);
@@ -52,7 +54,7 @@ class PassByPass {
  private:
   template <class Work>
   void for_each_chunk(Work&& work) {
-    for (const simd::ContactChunk& chunk : constraints_of(data_).chunks) work(chunk);
+    for (const simd::ConstraintChunk& chunk : constraints_of(data_).chunks) work(chunk);
   }
 
   Lab& lab_;

@@ -11,7 +11,7 @@ int hub_chunks(World& world) {
   const Constraints& constraints = constraints_of(internals(world));
   return static_cast<int>(
       std::count_if(constraints.chunks.begin(), constraints.chunks.end(),
-                    [](const simd::ContactChunk& chunk) { return chunk.hub != simd::HubSide::none; }));
+                    [](const simd::ConstraintChunk& chunk) { return chunk.hub != simd::BodySide::none; }));
 }
 
 // A plate on the ground with columns x columns stacks of two boxes on it.

@@ -1,4 +1,4 @@
-// Handles of bodies and shapes.
+// Handles of bodies, shapes and joints.
 //
 // A handle is an index and a generation: destroying an object raises the generation of its index, so that a
 // handle kept too long is recognized instead of naming a stranger. Generations begin at 1: a default handle
@@ -25,6 +25,14 @@ struct ShapeId {
   std::uint32_t generation = 0;
 
   friend auto operator<=>(const ShapeId&, const ShapeId&) = default;
+};
+
+/// Names a joint of one world. The default is no joint.
+struct JointId {
+  std::uint32_t index = 0;
+  std::uint32_t generation = 0;
+
+  friend auto operator<=>(const JointId&, const JointId&) = default;
 };
 
 }  // namespace scree

@@ -37,6 +37,7 @@ struct StepStats {
   std::int64_t contacts = 0;        ///< manifolds with at least one point, those of sleeping bodies included
   std::int64_t contact_points = 0;  ///< of the contacts that were solved, so none of sleeping bodies; those
                                     ///< that lie apart and are only watched included
+  std::int64_t joints = 0;          ///< of awake bodies: those that were solved
   std::int64_t awake_bodies = 0;
   std::int64_t restored_bodies = 0;  ///< bodies whose state became non-finite in this step: they were put
                                      ///< back to where the step found them, at rest

@@ -11,6 +11,7 @@
 #include <scree/export.h>
 #include <scree/hull.h>
 #include <scree/ids.h>
+#include <scree/joint.h>
 #include <scree/shapes.h>
 #include <scree/stats.h>
 
@@ -187,6 +188,40 @@ class SCREE_API World {
   /// The body's shapes, oldest first; at most `out.size()` are written. Returns how many there are.
   std::size_t shapes_of(BodyId body, std::span<ShapeId> out) const;
 
+  // --- joints ---
+
+  /// Joins two bodies, or one with the world; both wake. Throws on values outside the ranges that JointDef
+  /// and the kind of joint state, and for a joint between a body and itself or without any dynamic or
+  /// kinematic body's handle.
+  JointId create_joint(const JointDef& def, const Joint& joint);
+  /// Creates one joint per definition; the lists have the same length. All or none are created.
+  void create_joints(std::span<const JointDef> defs, std::span<const Joint> joints, std::span<JointId> ids);
+  void destroy_joint(JointId joint);  ///< wakes its bodies
+  bool is_alive(JointId joint) const noexcept;
+  std::size_t joint_count() const noexcept;
+  JointType joint_type(JointId joint) const;
+  Joint joint(JointId joint) const;  ///< limits and drives as they are now
+  JointDef joint_def(JointId joint) const;
+  /// New limits and drives, of the same kind of joint. What it has accumulated stays. Wakes its bodies unless
+  /// nothing changes.
+  void set_joint(JointId joint, const Joint& to);
+  void set_joint_frames(JointId joint, const Pose& frame_a, const Pose& frame_b);
+  void set_joint_stiffness(JointId joint, float hertz, float damping_ratio);  ///< as in JointDef
+  void set_joint_strength(JointId joint, float break_force, float break_torque);
+  bool is_enabled(JointId joint) const;
+  /// Wakes its bodies. A joint that is enabled begins without impulses.
+  void set_joint_enabled(JointId joint, bool enabled);
+  bool collides_connected(JointId joint) const;
+  void set_collide_connected(JointId joint, bool collide);
+  std::uint64_t user_data(JointId joint) const;
+  void set_user_data(JointId joint, std::uint64_t data);
+  /// Frame b as seen from frame a: what limits and drives are measured in.
+  Pose joint_pose(JointId joint) const;
+  /// In the last step; zero for joints that had no part in it.
+  JointReaction joint_reaction(JointId joint) const;
+  /// The body's joints, latest first; at most `out.size()` are written. Returns how many there are.
+  std::size_t joints_of(BodyId body, std::span<JointId> out) const;
+
   // --- bulk columns, indexed by BodyId::index; entries of no living body are meaningless. A column stays
   // where it is until bodies are created or the world is destroyed ---
 
@@ -214,6 +249,11 @@ class SCREE_API World {
   /// Bodies that woke, in the step by a contact or before it by a call, unless a later call destroyed them or
   /// made them fixed or kinematic. Ascending by index.
   std::span<const BodyId> sleep_ends() const noexcept;
+
+  /// Joints whose reaction was above their strength and that are disabled now. Ascending by index.
+  std::span<const JointId> broken_joints() const noexcept;
+  /// Joints that were destroyed with their bodies before the step, in the order of the calls.
+  std::span<const JointId> destroyed_joints() const noexcept;
 
   // --- the world ---
 

@@ -1,0 +1,244 @@
+// Joints: what holds two bodies together, or drives one against the other.
+//
+// A joint has a frame in each of its bodies: an anchor (the frame's position) and axes. All that is said
+// about a joint is said about frame b as seen from frame a: the offset of the anchors along the axes of frame
+// a, and the rotation that takes the axes of frame a to those of frame b. The x axis is the main one: hinges
+// turn about it, sliders slide along it, cones open and shafts spin about it.
+//
+// What a joint holds it holds as stiffly as the step allows, or as softly as JointDef::hertz asks. What it
+// leaves free may have a limit and a drive, see JointAxis.
+#pragma once
+
+#include <scree/ids.h>
+#include <scree/math_types.h>
+
+#include <cstdint>
+#include <limits>
+#include <variant>
+
+namespace scree {
+
+inline constexpr float kNoLimit = std::numeric_limits<float>::infinity();
+
+/// What moves a free axis of a joint.
+enum class Drive : std::uint8_t {
+  none,
+  motor,  ///< brings the axis to `speed` with at most `max_force`; with speed 0 it is dry friction
+  /// Pulls the axis to `target` with at most `max_force`. The target is where the step begins and moves at
+  /// `speed` while it lasts: who follows a trajectory sets both before each step.
+  spring,
+};
+
+/// One coordinate of a joint, along an axis (m) or about one (rad): its limits and its drive. Values are
+/// within
+/// +-1e6, limits and forces may be infinite.
+struct JointAxis {
+  float lower = -kNoLimit;  ///< m or rad; at most `upper`. Equal limits hold the axis where they say.
+  float upper = kNoLimit;   ///< m or rad
+  Drive drive = Drive::none;
+  float target = 0.0f;         ///< m or rad, of the spring
+  float speed = 0.0f;          ///< m/s or rad/s
+  float hertz = 1.0f;          ///< Hz, of the spring, in [1e-3, 1e4]; at most 1/(4 substep) is used
+  float damping_ratio = 1.0f;  ///< of the spring, in [0, 1e4]; 1 is critical
+  float max_force = kNoLimit;  ///< N or N m, of the drive, at least 0
+
+  friend bool operator==(const JointAxis&, const JointAxis&) = default;
+};
+
+/// Drives a relative rotation.
+struct RotationDrive {
+  Drive drive = Drive::none;
+  Quat target{};       ///< rotation of frame b in frame a; unit length within 1e-3
+  Vec3 velocity{};     ///< rad/s, of frame b against frame a, in the axes of frame a; each within +-1e6
+  float hertz = 1.0f;  ///< as in JointAxis
+  float damping_ratio = 1.0f;   ///< as in JointAxis
+  float max_torque = kNoLimit;  ///< N m, at least 0
+
+  friend bool operator==(const RotationDrive&, const RotationDrive&) = default;
+};
+
+/// Ball and socket: holds the anchors together.
+struct BallJoint {
+  /// rad, in [0, pi]: the x axes of the frames enclose at most this angle.
+  float cone_limit = kNoLimit;
+  /// rad, within +-pi, lower at most upper: turn of frame b about its x axis, once the shortest turn that
+  /// brings the x axes together is taken away.
+  float twist_lower = -kNoLimit;
+  float twist_upper = kNoLimit;
+  RotationDrive drive{};
+
+  friend bool operator==(const BallJoint&, const BallJoint&) = default;
+};
+
+/// Holds the anchors and the x axes together. The axis is the angle about x, in (-pi, pi]; limits that are
+/// not infinite lie within +-pi, a spring takes the shorter way.
+struct HingeJoint {
+  JointAxis angle{};
+
+  friend bool operator==(const HingeJoint&, const HingeJoint&) = default;
+};
+
+/// Holds the rotations together and anchor b on the x axis of frame a.
+struct SliderJoint {
+  JointAxis offset{};  ///< of anchor b along the x axis of frame a, m
+
+  friend bool operator==(const SliderJoint&, const SliderJoint&) = default;
+};
+
+/// Limits or drives the distance of the anchors: a rod where both limits are equal, a rope with an upper one
+/// alone, a spring with a drive.
+struct DistanceJoint {
+  JointAxis length{.lower = 0.0f};  ///< m, neither limits nor the target below 0
+
+  friend bool operator==(const DistanceJoint&, const DistanceJoint&) = default;
+};
+
+/// Holds the frames together. JointDef::hertz softens the anchors' offset, `angular_hertz` the rotation.
+struct WeldJoint {
+  float angular_hertz = 0.0f;  ///< Hz, in [1e-3, 1e4], or 0: as stiff as the step allows
+  float angular_damping_ratio = 1.0f;
+
+  friend bool operator==(const WeldJoint&, const WeldJoint&) = default;
+};
+
+/// Each of the six coordinates free, limited, held (equal limits), driven or sprung. Offsets are those of
+/// anchor b along the axes of frame a; the angles are the components of the rotation vector of frame b in
+/// frame a (its axis times its angle, at most pi in length).
+struct SixDegreeJoint {
+  JointAxis offset[3]{};  ///< m
+  JointAxis angle[3]{};   ///< rad
+
+  friend bool operator==(const SixDegreeJoint&, const SixDegreeJoint&) = default;
+};
+
+/// A wheel, body b, on a chassis, body a. The suspension goes along the x axis of frame a, steering turns
+/// about it; the wheel spins about the z axis of frame b, which stays square to the suspension.
+struct WheelJoint {
+  JointAxis suspension{.drive = Drive::spring, .hertz = 2.0f, .damping_ratio = 0.7f};  ///< m
+  JointAxis steering{.lower = 0.0f, .upper = 0.0f};  ///< rad, within +-pi/2; held straight unless told
+  JointAxis spin{};                                  ///< rad/s only: a motor or nothing, no limits
+
+  friend bool operator==(const WheelJoint&, const WheelJoint&) = default;
+};
+
+/// Cardan joint: holds the anchors together and the x axis of frame a square to the y axis of frame b.
+struct UniversalJoint {
+  JointAxis first{};   ///< about the x axis of frame a, rad
+  JointAxis second{};  ///< about the y axis of frame b, rad
+
+  friend bool operator==(const UniversalJoint&, const UniversalJoint&) = default;
+};
+
+/// Holds anchor b in the plane of the y and z axes of frame a, and the x axes together.
+struct PlanarJoint {
+  JointAxis offset_y{};  ///< m
+  JointAxis offset_z{};  ///< m
+  JointAxis angle{};     ///< about x, rad
+
+  friend bool operator==(const PlanarJoint&, const PlanarJoint&) = default;
+};
+
+/// Ties the turns of two bodies, each about the x axis of its frame: (turn of a) + ratio (turn of b) stays
+/// as it was when the joint was made, over any number of turns. The bodies need hinges of their own.
+struct GearJoint {
+  float ratio = 1.0f;  ///< within +-1e3, at least 1e-3 in size
+
+  friend bool operator==(const GearJoint&, const GearJoint&) = default;
+};
+
+/// Ties the turn of body a, the pinion, about the x axis of its frame to the way of body b, the rack, along
+/// the x axis of its frame: way - radius * turn stays as it was. The bodies need a hinge and a slider of
+/// their own.
+struct RackAndPinionJoint {
+  float radius = 1.0f;  ///< m a radian, within +-1e3, at least 1e-3 in size
+
+  friend bool operator==(const RackAndPinionJoint&, const RackAndPinionJoint&) = default;
+};
+
+/// A rope over two points of the world: (distance of anchor a from `point_a`) + ratio (distance of anchor b
+/// from `point_b`) is at most `length`; exactly that with `rigid`.
+struct PulleyJoint {
+  Vec3 point_a{};  ///< m, in world coordinates, each within +-1e7
+  Vec3 point_b{};
+  float ratio = 1.0f;   ///< in [1e-3, 1e3]
+  float length = 1.0f;  ///< m, in [0, 1e6]
+  bool rigid = false;
+
+  friend bool operator==(const PulleyJoint&, const PulleyJoint&) = default;
+};
+
+/// Drives frame b to a pose in frame a with bounded force and torque.
+struct MotorJoint {
+  RotationDrive rotation{.drive = Drive::spring};
+  Drive drive = Drive::spring;  ///< of the anchors' offset
+  Vec3 target{};                ///< m, of anchor b along the axes of frame a; each within +-1e6
+  Vec3 velocity{};              ///< m/s, in the axes of frame a; each within +-1e6
+  float hertz = 1.0f;
+  float damping_ratio = 1.0f;
+  float max_force = kNoLimit;  ///< N
+
+  friend bool operator==(const MotorJoint&, const MotorJoint&) = default;
+};
+
+/// Drags the anchor of body b to a moving point of the world. Body a must be the world.
+struct MouseJoint {
+  Vec3 target{};       ///< m, in world coordinates, each within +-1e7
+  float hertz = 5.0f;  ///< Hz, in [1e-3, 1e4]; at most 1/(4 substep) is used
+  float damping_ratio = 0.7f;
+  float max_force = kNoLimit;  ///< N
+
+  friend bool operator==(const MouseJoint&, const MouseJoint&) = default;
+};
+
+/// What a joint holds, limits and drives. The order is that of JointType.
+using Joint = std::variant<BallJoint, HingeJoint, SliderJoint, DistanceJoint, WeldJoint, SixDegreeJoint,
+                           WheelJoint, UniversalJoint, PlanarJoint, GearJoint, RackAndPinionJoint,
+                           PulleyJoint, MotorJoint, MouseJoint>;
+
+/// The kind of a joint; the index of the alternative in Joint.
+enum class JointType : std::uint8_t {
+  ball,
+  hinge,
+  slider,
+  distance,
+  weld,
+  six_degree,
+  wheel,
+  universal,
+  planar,
+  gear,
+  rack_and_pinion,
+  pulley,
+  motor,
+  mouse,
+};
+inline constexpr int kJointTypeCount = 14;
+
+/// What a joint has whatever its kind. A default handle is the world itself: a body that never moves and
+/// whose origin is that of world coordinates. At least one of the bodies is none of that kind.
+struct JointDef {
+  BodyId body_a{};
+  BodyId body_b{};
+  Pose frame_a{};  ///< in the frame of body a; each within +-1e5 m (+-1e7 m in the world), unit rotation
+  Pose frame_b{};  ///< in the frame of body b
+  bool collide_connected = false;  ///< shapes of the two bodies collide with each other
+  bool enabled = true;
+  float hertz = 0.0f;          ///< Hz, stiffness of what is held, in [1e-3, 1e4], or 0: as the step allows
+  float damping_ratio = 1.0f;  ///< in [0, 1e4], where hertz is not 0
+  /// N, N m: a joint whose reaction in a step is above is disabled, see World::broken_joints. Above 0.
+  float break_force = kNoLimit;
+  float break_torque = kNoLimit;
+  std::uint64_t user_data = 0;
+
+  friend bool operator==(const JointDef&, const JointDef&) = default;
+};
+
+/// What a joint did to body b at the end of the last step; body a got the opposite.
+struct JointReaction {
+  Vec3 force{};   ///< N, at anchor b, in world axes
+  Vec3 torque{};  ///< N m, about anchor b, in world axes
+
+  friend bool operator==(const JointReaction&, const JointReaction&) = default;
+};
+
+}  // namespace scree

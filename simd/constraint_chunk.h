@@ -1,0 +1,33 @@
+// Chunks of constraint blocks: what one task of the solver works on. Laid out by parallel/pack_blocks.cpp.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace scree::simd {
+
+enum class BodySide : std::int32_t { none, a, b };
+
+// Constraints of a hub that are solved at once, on every instruction set.
+inline constexpr int kHubGroup = 16;
+
+// A run of blocks of one variant within one color.
+struct ConstraintChunk {
+  std::int32_t variant;
+  std::int32_t blocks;
+  std::int32_t lanes;       // constraints in the run; the last block may be partly filled
+  std::int32_t first_lane;  // into the rows in lane order
+  std::size_t offset;       // bytes into the blocks
+  std::int32_t number;      // of this chunk, for its figures
+  BodySide hub;             // which body of the constraints is a hub, if any: one body for all lanes
+  BodySide fixed;           // of joints: which body can not be pushed, if any; its rows are not written
+};
+
+// Constants of a soft constraint: Catto, "Soft Constraints", GDC 2011, as used by soft-step solvers.
+struct SoftConstants {
+  float bias_rate;  // 1/s
+  float mass_scale;
+  float impulse_scale;
+};
+
+}  // namespace scree::simd

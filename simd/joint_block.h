@@ -1,0 +1,288 @@
+// What blocks of joints have in common: their bodies, frames, softness, and the rows of free axes.
+// Private to the joint kernels.
+#pragma once
+
+#include <simd/constraint_block.h>
+#include <simd/joint_kernels.h>
+#include <simd/wide_angles.h>
+
+namespace scree::simd::SCREE_SIMD_NAMESPACE {
+
+// Both bodies of a block as a sweep reads and writes them, with the parts of a hub that the lanes have.
+struct JointBodies {
+  BodyVelocity a, b;
+  BodyMass mass_a, mass_b;
+};
+
+inline JointBodies load_bodies(const JointArgs& args, const ConstraintChunk& chunk, const std::int32_t* row_a,
+                               const std::int32_t* row_b, int first_lane) {
+  JointBodies bodies{load_velocity(args.velocity, row_a), load_velocity(args.velocity, row_b),
+                     load_mass(args.inertia, row_a), load_mass(args.inertia, row_b)};
+  if (chunk.hub != BodySide::none) {
+    const F parts(static_cast<float>(hub_group_size(chunk, first_lane)));
+    if (chunk.hub == BodySide::a) bodies.mass_a = split(bodies.mass_a, parts);
+    if (chunk.hub == BodySide::b) bodies.mass_b = split(bodies.mass_b, parts);
+  }
+  return bodies;
+}
+
+// Writes the velocities of the bodies that can be pushed.
+inline void store_bodies(const JointArgs& args, const ConstraintChunk& chunk, const std::int32_t* row_a,
+                         const std::int32_t* row_b, int count, int first_lane, const JointBodies& bodies,
+                         HubSum& hub) {
+  if (chunk.fixed != BodySide::a) {
+    if (chunk.hub == BodySide::a) {
+      hub.add(row_a, count, first_lane, bodies.a);
+    } else {
+      store_velocity(args.velocity, row_a, count, bodies.a);
+    }
+  }
+  if (chunk.fixed != BodySide::b) {
+    if (chunk.hub == BodySide::b) {
+      hub.add(row_b, count, first_lane, bodies.b);
+    } else {
+      store_velocity(args.velocity, row_b, count, bodies.b);
+    }
+  }
+}
+
+// An impulse at the arms: on b, its opposite on a.
+inline void push(JointBodies& bodies, V3 arm_a, V3 arm_b, V3 impulse) {
+  bodies.a.linear = bodies.a.linear - impulse * bodies.mass_a.inverse_mass;
+  bodies.a.angular = bodies.a.angular - bodies.mass_a.inverse_inertia * cross(arm_a, impulse);
+  bodies.b.linear = bodies.b.linear + impulse * bodies.mass_b.inverse_mass;
+  bodies.b.angular = bodies.b.angular + bodies.mass_b.inverse_inertia * cross(arm_b, impulse);
+}
+
+// A torque impulse: on b, its opposite on a.
+inline void twist(JointBodies& bodies, V3 torque) {
+  bodies.a.angular = bodies.a.angular - bodies.mass_a.inverse_inertia * torque;
+  bodies.b.angular = bodies.b.angular + bodies.mass_b.inverse_inertia * torque;
+}
+
+// Velocity of b's anchor as a's sees it.
+inline V3 anchor_velocity(const JointBodies& bodies, V3 arm_a, V3 arm_b) {
+  return bodies.b.linear + cross(bodies.b.angular, arm_b) - bodies.a.linear - cross(bodies.a.angular, arm_a);
+}
+
+inline S3 operator+(const S3& x, const S3& y) {
+  return {x.xx + y.xx, x.xy + y.xy, x.xz + y.xz, x.yy + y.yy, x.yz + y.yz, x.zz + y.zz};
+}
+
+// [r] I [r]^T for the cross product matrix [r]: what an impulse at r does by turning to the velocity at r.
+inline S3 lever_response(V3 r, const S3& i) {
+  // Columns of I [r]^T = -I [r]: I applied to r x e_k.
+  const V3 x = i * V3{F(0.0f), r.z, -r.y};
+  const V3 y = i * V3{-r.z, F(0.0f), r.x};
+  const V3 z = i * V3{r.y, -r.x, F(0.0f)};
+  // Row j is (r x e_j) . (the columns).
+  return {r.z * x.y - r.y * x.z, r.z * y.y - r.y * y.z, r.z * z.y - r.y * z.z,
+          r.x * y.z - r.z * y.x, r.x * z.z - r.z * z.x, r.y * z.x - r.x * z.y};
+}
+
+// Velocity of the anchors against each other by a unit impulse at them: K = J M^-1 J^T of three held rows.
+inline S3 anchor_response(const JointBodies& bodies, V3 arm_a, V3 arm_b) {
+  S3 k = lever_response(arm_a, bodies.mass_a.inverse_inertia) +
+         lever_response(arm_b, bodies.mass_b.inverse_inertia);
+  const F inverse_mass = bodies.mass_a.inverse_mass + bodies.mass_b.inverse_mass;
+  k.xx += inverse_mass;
+  k.yy += inverse_mass;
+  k.zz += inverse_mass;
+  return k;
+}
+
+// Softness by lane; see SoftConstants.
+struct Softness {
+  F bias_rate, mass_scale, impulse_scale;
+};
+struct LaneSoftness {
+  LaneFloats bias_rate, mass_scale, impulse_scale;
+};
+inline Softness load_softness(const LaneSoftness& from) {
+  return {load(from.bias_rate), load(from.mass_scale), load(from.impulse_scale)};
+}
+inline void store_softness(LaneSoftness& to, const Softness& soft) {
+  store(to.bias_rate, soft.bias_rate);
+  store(to.mass_scale, soft.mass_scale);
+  store(to.impulse_scale, soft.impulse_scale);
+}
+// Relax holds without bias and without giving way.
+inline Softness rigid() { return {F(0.0f), F(1.0f), F(0.0f)}; }
+
+inline Softness soften(const JointArgs& args, F hertz, F damping_ratio, F max_hertz) {
+  const F h(args.substep), one(1.0f);
+  const F omega = F(6.28318531f) * min(hertz, max_hertz);
+  const F a1 = F(2.0f) * damping_ratio + h * omega;
+  const F a2 = h * omega * a1;
+  const F a3 = one / (one + a2);
+  return {omega / a1, a2 * a3, a3};
+}
+// Of what a joint holds; hertz 0 is as stiff as the step allows.
+inline Softness soften_held(const JointArgs& args, F hertz, F damping_ratio) {
+  const M given = hertz > F(0.0f);
+  const Softness soft = soften(args, select(given, hertz, F(1.0f)), damping_ratio, F(args.max_hertz));
+  return {select(given, soft.bias_rate, F(args.stiff.bias_rate)),
+          select(given, soft.mass_scale, F(args.stiff.mass_scale)),
+          select(given, soft.impulse_scale, F(args.stiff.impulse_scale))};
+}
+
+// Where the frames of a block lie when the step begins, in world axes.
+struct JointPlacement {
+  V3 arm_a, arm_b;   // from the centers of mass to the anchors
+  V3 center_offset;  // from a's center of mass to b's
+  Q4 frame_a, frame_b;
+};
+
+// Reads the joints' rows into the block's body rows and places their frames.
+inline JointPlacement load_placement(const JointArgs& args, const std::int32_t* joint, LaneInts& row_a,
+                                     LaneInts& row_b) {
+  constexpr int kStride = sizeof(JointFrames) / sizeof(float);
+  const float* base = args.frames->anchor_a;
+  V3 anchor_a, anchor_b;
+  Q4 local_a, local_b;
+  F index_a, index_b;
+  load_rows(base, kStride, joint, anchor_a.x, anchor_a.y, anchor_a.z, index_a);
+  load_rows(base + 4, kStride, joint, anchor_b.x, anchor_b.y, anchor_b.z, index_b);
+  load_rows(base + 8, kStride, joint, local_a.x, local_a.y, local_a.z, local_a.w);
+  load_rows(base + 12, kStride, joint, local_b.x, local_b.y, local_b.z, local_b.w);
+  store(row_a, as_int(index_a));
+  store(row_b, as_int(index_b));
+  V3 position_a, position_b;
+  Q4 rotation_a, rotation_b;
+  F pad;
+  const float* pose = args.pose->position;
+  load_rows(pose, 8, row_a, position_a.x, position_a.y, position_a.z, pad);
+  load_rows(pose, 8, row_b, position_b.x, position_b.y, position_b.z, pad);
+  load_rows(pose + 4, 8, row_a, rotation_a.x, rotation_a.y, rotation_a.z, rotation_a.w);
+  load_rows(pose + 4, 8, row_b, rotation_b.x, rotation_b.y, rotation_b.z, rotation_b.w);
+  return {rotate(rotation_a, anchor_a), rotate(rotation_b, anchor_b), position_b - position_a,
+          rotation_a * local_a, rotation_b * local_b};
+}
+
+// Entries of JointAxisRow number `axis` of the joints.
+struct WideAxis {
+  F lower, upper, target, speed, hertz, damping_ratio, max_force;
+  I drive;
+};
+inline WideAxis load_axis(const JointArgs& args, const std::int32_t* joint, int axis) {
+  constexpr int kStride = sizeof(JointParameters) / sizeof(float);
+  const float* base = &args.parameters->axis[0].lower + 8 * axis;
+  WideAxis a;
+  F drive;
+  load_rows(base, kStride, joint, a.lower, a.upper, a.target, a.speed);
+  load_rows(base + 4, kStride, joint, a.hertz, a.damping_ratio, a.max_force, drive);
+  a.drive = as_int(drive);
+  return a;
+}
+
+// What the joints' held parts ask for: hertz, damping_ratio, angular_hertz, angular_damping_ratio.
+struct WideStiffness {
+  F hertz, damping_ratio, angular_hertz, angular_damping_ratio;
+};
+inline WideStiffness load_stiffness(const JointArgs& args, const std::int32_t* joint) {
+  constexpr int kStride = sizeof(JointParameters) / sizeof(float);
+  WideStiffness s;
+  load_rows(&args.parameters->hertz, kStride, joint, s.hertz, s.damping_ratio, s.angular_hertz,
+            s.angular_damping_ratio);
+  return s;
+}
+
+// Four of a joint's impulses, number 4 group to 4 group + 3.
+inline void load_impulses(const JointArgs& args, const std::int32_t* joint, int group, F& w, F& x, F& y,
+                          F& z) {
+  load_rows(args.impulses->impulse + 4 * group, kJointImpulses, joint, w, x, y, z);
+}
+inline void store_impulses(const JointArgs& args, const std::int32_t* joint, int count, int group, F w, F x,
+                           F y, F z) {
+  store_rows(args.impulses->impulse + 4 * group, kJointImpulses, joint, count, w, x, y, z);
+}
+
+// What acted on b in the last substep: an impulse at its anchor and a torque impulse about that.
+inline void store_reaction(const JointArgs& args, const std::int32_t* joint, int count, V3 impulse,
+                           V3 torque) {
+  constexpr int kStride = sizeof(JointReactionRow) / sizeof(float);
+  const F rate(args.inverse_substep), zero(0.0f);
+  const V3 force = impulse * rate, moment = torque * rate;
+  float* base = args.reactions->force;
+  store_rows(base, kStride, joint, count, force.x, force.y, force.z, moment.x);
+  store_rows(base + 4, kStride, joint, count, moment.y, moment.z, zero, zero);
+}
+
+// The limit of a free axis, and its drive, by lane.
+struct LaneAxis {
+  LaneFloats lower, upper;
+  LaneFloats target, speed;  // target: of the spring where the step begins
+  LaneFloats max_impulse;    // of the drive in a substep
+  LaneSoftness drive;        // a motor is rigid: bias rate 0, scales 1 and 0
+  LaneFloats limit_impulse, drive_impulse;
+};
+
+// Reads an axis with the two impulses that it has accumulated.
+inline void prepare_axis(const JointArgs& args, const std::int32_t* joint, int axis, F limit_impulse,
+                         F drive_impulse, LaneAxis& lanes) {
+  const WideAxis a = load_axis(args, joint, axis);
+  const M spring = a.drive == I(static_cast<std::int32_t>(kDriveSpring));
+  const M idle = a.drive == I(static_cast<std::int32_t>(kDriveNone));
+  const F zero(0.0f), one(1.0f);
+  const Softness soft = soften(args, select(spring, a.hertz, one), a.damping_ratio, F(2.0f * args.max_hertz));
+  store(lanes.lower, a.lower);
+  store(lanes.upper, a.upper);
+  store(lanes.target, a.target);
+  store(lanes.speed, a.speed);
+  store(lanes.max_impulse, select(idle, zero, a.max_force * F(args.substep)));
+  store_softness(lanes.drive, {select(spring, soft.bias_rate, zero), select(spring, soft.mass_scale, one),
+                               select(spring, soft.impulse_scale, zero)});
+  const F scale(args.warm_start_scale);
+  store(lanes.limit_impulse, limit_impulse * scale);
+  store(lanes.drive_impulse, select(idle, zero, drive_impulse * scale));
+}
+
+// Where the target of an axis's spring is now.
+inline F target_now(const JointArgs& args, const LaneAxis& axis) {
+  return load(axis.target) + load(axis.speed) * F(args.elapsed);
+}
+
+// The drive's step on an axis: returns the change of its impulse. `coordinate_error` is how far the axis is
+// ahead of target_now(), by the shorter way for an angle; `speed` the axis's present one; `mass` the inverse
+// of its response.
+inline F solve_drive(LaneAxis& axis, F coordinate_error, F speed, F mass, F keep) {
+  const Softness soft = load_softness(axis.drive);
+  const F old_impulse = load(axis.drive_impulse) * keep;
+  const F error = soft.mass_scale * (speed - load(axis.speed) + soft.bias_rate * coordinate_error);
+  const F limit = load(axis.max_impulse);
+  const F impulse = clamp(old_impulse - mass * error - soft.impulse_scale * old_impulse, -limit, limit);
+  store(axis.drive_impulse, impulse);
+  return impulse - old_impulse;
+}
+
+// The limit's step on an axis: like a contact at the nearer end, and both ways where the ends are equal.
+// `held` is the softness of what the joint holds, or rigid() in relax.
+inline F solve_limit(const JointArgs& args, LaneAxis& axis, F coordinate, F speed, F mass,
+                     const Softness& held, F keep) {
+  const F zero(0.0f), one(1.0f), lower = load(axis.lower), upper = load(axis.upper);
+  const F above = coordinate - lower, below = upper - coordinate;
+  const M at_upper = below < above;
+  const M equal = lower == upper;
+  // As a distance from the end and its rate; negative where the limit has been passed.
+  const F sign = select(at_upper, F(-1.0f), one);
+  const F separation = select(at_upper, below, above);
+  const F rate = speed * sign;
+  const M apart = (separation > zero) & !equal;
+  const F push(args.push_speed);
+  const F pull_back = clamp(held.bias_rate * separation, -push, push);
+  // No limit at all: the separation is infinite, and so must not come into a product with zero.
+  const M near = separation < F(1e30f);
+  const F bias = select(apart, select(near, separation, F(1e30f)) * F(args.inverse_substep),
+                        held.mass_scale * pull_back);
+  const F old_impulse = load(axis.limit_impulse) * keep * sign;
+  const F change = mass * (select(apart, one, held.mass_scale) * rate + bias) +
+                   select(apart, zero, held.impulse_scale) * old_impulse;
+  const F free = old_impulse - change;
+  const F impulse = select(equal, free, max(free, zero));
+  // An impulse of the other end ends here: max() above has taken it away.
+  const F result = select(near | equal, impulse, zero) * sign;
+  store(axis.limit_impulse, result);
+  return result - old_impulse * sign;
+}
+
+}  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -1,0 +1,84 @@
+// Three held rows: two anchors that are one point. What ball joints, hinges and welds have in common.
+// Private to the joint kernels.
+#pragma once
+
+#include <simd/joint_block.h>
+
+namespace scree::simd::SCREE_SIMD_NAMESPACE {
+
+struct PointLanes {
+  LaneFloats first_arm_a[3], first_arm_b[3];  // when the step began
+  LaneFloats first_error[3];                  // from anchor a to anchor b
+  LaneFloats arm_a[3], arm_b[3];              // now
+  LaneFloats error[3];
+  LaneFloats inverse_response[6];
+  LaneFloats impulse[3];
+  LaneFloats turned_a[3],
+      turned_b[3];  // torque impulses by which the arms' turning changes those of `impulse`
+  LaneSoftness held;
+};
+
+inline void prepare_point(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+                          const JointPlacement& at, V3 impulse, PointLanes& point) {
+  const V3 none{F(0.0f), F(0.0f), F(0.0f)};
+  store3(point.first_arm_a, at.arm_a);
+  store3(point.first_arm_b, at.arm_b);
+  store3(point.arm_a, at.arm_a);
+  store3(point.arm_b, at.arm_b);
+  const V3 error = at.center_offset + at.arm_b - at.arm_a;
+  store3(point.first_error, error);
+  store3(point.error, error);
+  store6(point.inverse_response, invert(anchor_response(bodies, at.arm_a, at.arm_b)));
+  store3(point.impulse, impulse * F(args.warm_start_scale));
+  store3(point.turned_a, none);
+  store3(point.turned_b, none);
+  const WideStiffness given = load_stiffness(args, joint);
+  store_softness(point.held, soften_held(args, given.hertz, given.damping_ratio));
+}
+
+inline void warm_start_point(const PointLanes& point, JointBodies& bodies) {
+  push(bodies, load3(point.arm_a), load3(point.arm_b), load3(point.impulse));
+}
+
+// First in a solve: inherited impulses act along the arms as they are now.
+inline void turn_point(const PointLanes& point, JointBodies& bodies, F keep) {
+  bodies.a.angular = bodies.a.angular - bodies.mass_a.inverse_inertia * (load3(point.turned_a) * keep);
+  bodies.b.angular = bodies.b.angular + bodies.mass_b.inverse_inertia * (load3(point.turned_b) * keep);
+}
+
+inline void solve_point(PointLanes& point, JointBodies& bodies, const Softness& soft, F keep) {
+  const V3 arm_a = load3(point.arm_a), arm_b = load3(point.arm_b);
+  const V3 old_impulse = load3(point.impulse) * keep;
+  const V3 speed = anchor_velocity(bodies, arm_a, arm_b) + load3(point.error) * soft.bias_rate;
+  const V3 change =
+      load6(point.inverse_response) * (speed * soft.mass_scale) + old_impulse * soft.impulse_scale;
+  store3(point.impulse, old_impulse - change);
+  push(bodies, arm_a, arm_b, -change);
+}
+
+// First in a relax: arms and errors at the present poses.
+inline void move_point(PointLanes& point, const WideDelta& delta_a, const WideDelta& delta_b,
+                       const JointBodies& bodies) {
+  const V3 first_arm_a = load3(point.first_arm_a), first_arm_b = load3(point.first_arm_b);
+  const V3 arm_a = rotate(delta_a.rotation, first_arm_a), arm_b = rotate(delta_b.rotation, first_arm_b);
+  const V3 impulse = load3(point.impulse);
+  store3(point.turned_a, cross(arm_a - load3(point.arm_a), impulse));
+  store3(point.turned_b, cross(arm_b - load3(point.arm_b), impulse));
+  store3(point.arm_a, arm_a);
+  store3(point.arm_b, arm_b);
+  store3(point.error, load3(point.first_error) + (delta_b.position - delta_a.position) +
+                          (arm_b - first_arm_b) - (arm_a - first_arm_a));
+  store6(point.inverse_response, invert(anchor_response(bodies, arm_a, arm_b)));
+}
+
+// Solves without bias; returns the speed that was left.
+inline F relax_point(PointLanes& point, JointBodies& bodies) {
+  const V3 arm_a = load3(point.arm_a), arm_b = load3(point.arm_b);
+  const V3 speed = anchor_velocity(bodies, arm_a, arm_b);
+  const V3 change = load6(point.inverse_response) * speed;
+  store3(point.impulse, load3(point.impulse) - change);
+  push(bodies, arm_a, arm_b, -change);
+  return length(speed);
+}
+
+}  // namespace scree::simd::SCREE_SIMD_NAMESPACE

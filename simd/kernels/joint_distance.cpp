@@ -1,0 +1,8 @@
+// distance
+#include <simd/joint_sweeps.h>
+
+namespace scree::simd::SCREE_SIMD_NAMESPACE {
+
+void add_distance_kernels(JointKernels&) {}
+
+}  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -1,0 +1,8 @@
+// rows
+#include <simd/joint_sweeps.h>
+
+namespace scree::simd::SCREE_SIMD_NAMESPACE {
+
+void add_rows_kernels(JointKernels&) {}
+
+}  // namespace scree::simd::SCREE_SIMD_NAMESPACE

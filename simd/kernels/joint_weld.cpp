@@ -1,0 +1,8 @@
+// weld
+#include <simd/joint_sweeps.h>
+
+namespace scree::simd::SCREE_SIMD_NAMESPACE {
+
+void add_weld_kernels(JointKernels&) {}
+
+}  // namespace scree::simd::SCREE_SIMD_NAMESPACE
