@@ -246,6 +246,38 @@ Joint normalized(Joint joint) {
 
 bool is_rich(const Joint& joint) { return std::visit(FindRich{}, joint); }
 
+bool breaks(JointStrength strength) { return strength.force < kNoLimit || strength.torque < kNoLimit; }
+
+std::uint8_t flags_of(const JointDef& def, const Joint& joint) {
+  unsigned flags = kJointAlive;
+  if (def.enabled) flags |= kJointEnabled;
+  if (def.collide_connected) flags |= kJointCollides;
+  if (breaks({def.break_force, def.break_torque})) flags |= kJointBreaks;
+  if (is_rich(joint)) flags |= kJointRich;
+  return static_cast<std::uint8_t>(flags);
+}
+
+JointDef def_of(const WorldData& data, std::int32_t joint) {
+  const Joints& joints = data.joints;
+  const auto row = static_cast<std::size_t>(joint);
+  const auto handle = [&](std::int32_t body) -> BodyId {
+    if (!is_listed(body)) return {};
+    return {static_cast<std::uint32_t>(body), data.bodies.generation[static_cast<std::size_t>(body)]};
+  };
+  const unsigned flags = joints.flags[row];
+  return {.body_a = handle(joints.bodies[row].a),
+          .body_b = handle(joints.bodies[row].b),
+          .frame_a = joints.frame_a[row],
+          .frame_b = joints.frame_b[row],
+          .collide_connected = (flags & kJointCollides) != 0,
+          .enabled = (flags & kJointEnabled) != 0,
+          .hertz = joints.parameters[row].hertz,
+          .damping_ratio = joints.parameters[row].damping_ratio,
+          .break_force = joints.strength[row].force,
+          .break_torque = joints.strength[row].torque,
+          .user_data = joints.user_data[row]};
+}
+
 JointFrames frames_of(const Bodies& bodies, JointBodies ends, const Pose& frame_a, const Pose& frame_b) {
   const auto center = [&](std::int32_t body) { return bodies.center[static_cast<std::size_t>(body)]; };
   JointFrames frames{};

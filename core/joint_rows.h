@@ -21,6 +21,10 @@ Joint normalized(Joint joint);
 // Whether it has limits or drives, which kernels of plain joints leave out.
 bool is_rich(const Joint& joint);
 
+bool breaks(JointStrength strength);
+std::uint8_t flags_of(const JointDef& def, const Joint& joint);  // JointFlag
+JointDef def_of(const WorldData& data, std::int32_t joint);      // as it is now
+
 // From the joint's frames and its bodies' centers of mass.
 JointFrames frames_of(const Bodies& bodies, JointBodies ends, const Pose& frame_a, const Pose& frame_b);
 

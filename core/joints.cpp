@@ -39,17 +39,6 @@ JointRow at(Call call, const std::unique_ptr<WorldData>& owner, JointId id) {
 
 Pose unit_pose(const Pose& pose) { return {pose.position, normalize(pose.rotation)}; }
 
-bool breaks(JointStrength strength) { return strength.force < kNoLimit || strength.torque < kNoLimit; }
-
-std::uint8_t flags_of(const JointDef& def, const Joint& joint) {
-  unsigned flags = kJointAlive;
-  if (def.enabled) flags |= kJointEnabled;
-  if (def.collide_connected) flags |= kJointCollides;
-  if (breaks({def.break_force, def.break_torque})) flags |= kJointBreaks;
-  if (is_rich(joint)) flags |= kJointRich;
-  return static_cast<std::uint8_t>(flags);
-}
-
 std::int32_t row_of(BodyId body) { return static_cast<std::int32_t>(body.index); }
 
 // All of a new joint, of checked values.
@@ -147,23 +136,7 @@ Joint World::joint(JointId joint) const {
 
 JointDef World::joint_def(JointId joint) const {
   const JointRow j = at({"joint_def"}, data_, joint);
-  const auto handle = [&](std::int32_t body) -> BodyId {
-    if (!is_listed(body)) return {};
-    return {static_cast<std::uint32_t>(body), j.data.bodies.generation[static_cast<std::size_t>(body)]};
-  };
-  const JointBodies ends = j.joints.bodies[j.row];
-  const JointStrength strength = j.joints.strength[j.row];
-  return {.body_a = handle(ends.a),
-          .body_b = handle(ends.b),
-          .frame_a = j.joints.frame_a[j.row],
-          .frame_b = j.joints.frame_b[j.row],
-          .collide_connected = j.has(kJointCollides),
-          .enabled = j.has(kJointEnabled),
-          .hertz = j.joints.parameters[j.row].hertz,
-          .damping_ratio = j.joints.parameters[j.row].damping_ratio,
-          .break_force = strength.force,
-          .break_torque = strength.torque,
-          .user_data = j.joints.user_data[j.row]};
+  return def_of(j.data, j.joint);
 }
 
 void World::set_joint(JointId joint, const Joint& to) {
