@@ -360,26 +360,8 @@ TEST(RecordingDamage, OfADiskThatFillsUpEndsTheRecordingAndLeavesTheWorldAlone) 
 
 // --- processes that die ---
 
-constexpr const char* kFileVariable = "SCREE_TEST_RECORDING";
-
-// The process that is killed; run by the test below.
-TEST(RecordingOfAProcess, DISABLED_ThatStepsForever) {
-  const char* const path = std::getenv(kFileVariable);
-  ASSERT_NE(path, nullptr);
-  Heap heap;
-  Recorder recorder(heap.world, path, {.flush_interval = 0.1f});
-  for (;;) {
-    heap.world.add_force(heap.bodies[3], {1, 0, 0});
-    heap.run(1);
-    std::printf("%llu\n", static_cast<unsigned long long>(recorder.steps()));
-    std::fflush(stdout);
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-}
-
 TEST(RecordingDamage, OfAKilledProcessIsLessThanASecond) {
   const TemporaryFile file;
-  ASSERT_EQ(setenv(kFileVariable, file.path().c_str(), 1), 0);
   int out[2];
   ASSERT_EQ(pipe(out), 0);
   const pid_t child = fork();
@@ -387,8 +369,7 @@ TEST(RecordingDamage, OfAKilledProcessIsLessThanASecond) {
   if (child == 0) {
     dup2(out[1], STDOUT_FILENO);
     close(out[0]);
-    execl("/proc/self/exe", "scree_tests_parallel", "--gtest_also_run_disabled_tests",
-          "--gtest_filter=RecordingOfAProcess.*", static_cast<char*>(nullptr));
+    execl(SCREE_RECORDING_CHILD, SCREE_RECORDING_CHILD, file.path().c_str(), static_cast<char*>(nullptr));
     _exit(1);
   }
   close(out[1]);
