@@ -7,6 +7,7 @@
 #include <core/snapshot_bytes.h>
 #include <scree/world.h>
 
+#include <concepts>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -20,6 +21,12 @@ namespace scree {
 
 template <class Value, class Struct>
 concept Of = std::is_same_v<std::remove_const_t<Value>, Struct>;
+// Of any kind of object; see ids.h.
+template <class Value>
+concept Handle = sizeof(Value) == 8 && requires(Value id) {
+  { id.index } -> std::convertible_to<std::uint32_t>;
+  { id.generation } -> std::convertible_to<std::uint32_t>;
+};
 
 void fields(Of<Vec3> auto& v, auto&& visit) {
   visit(v.x);
@@ -36,11 +43,7 @@ void fields(Of<Pose> auto& pose, auto&& visit) {
   visit(pose.position);
   visit(pose.rotation);
 }
-void fields(Of<BodyId> auto& id, auto&& visit) {
-  visit(id.index);
-  visit(id.generation);
-}
-void fields(Of<ShapeId> auto& id, auto&& visit) {
+void fields(Handle auto& id, auto&& visit) {
   visit(id.index);
   visit(id.generation);
 }
