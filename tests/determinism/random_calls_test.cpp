@@ -96,11 +96,12 @@ TEST_P(RecordedRandomCalls, VerifyOnEveryBackend) {
   std::filesystem::remove(file);
 }
 std::uint64_t recordings() { return wish("SCREE_RANDOM_SEQUENCES", wants_full_matrix() ? 10 : 3); }
-INSTANTIATE_TEST_SUITE_P(Seeds, RecordedRandomCalls, ::testing::Range(std::uint64_t{1}, recordings() + 1));
+INSTANTIATE_TEST_SUITE_P(Seeds, RecordedRandomCalls, ::testing::Range(std::uint64_t{1}, recordings() + 1),
+                         ::testing::PrintToStringParamName());
 
 TEST(RandomCallsGolden, ComeToTheGoldenHash) {
   int runs = 0;
-  for (const Golden& golden : read_goldens(golden_path())) {
+  for (const Golden& golden : scenes::read_goldens(golden_path())) {
     if (is_scene(golden.what)) continue;
     EXPECT_EQ(digest_of(play_run(golden.what, {kReference})), golden.digest) << golden;
     ++runs;

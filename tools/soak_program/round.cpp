@@ -1,8 +1,8 @@
 // See round.h.
 #include <scree/recording.h>
+#include <tools/scenes/stage.h>
 #include <tools/soak_program/mischief.h>
 #include <tools/soak_program/round.h>
-#include <tools/soak_program/stage.h>
 
 #include <chrono>
 #include <cstdio>
@@ -60,7 +60,7 @@ std::vector<std::size_t> Rounds::one_of_each(scenes::Random& random) const {
 }
 
 std::vector<Recorded> Rounds::record(const Plan& plan, std::uint64_t seed, scenes::Random& random) {
-  Stage stage(plan.scenes);
+  scenes::Stage stage(plan.scenes);
   const std::size_t worlds = stage.worlds().size();
   std::vector<Recorded> recorded(worlds);
   std::vector<Recorder> recorders;
