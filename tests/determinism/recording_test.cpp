@@ -107,7 +107,7 @@ TEST_P(RandomRecordings, HoldAllThatCallsDo) {
   EXPECT_FALSE(player.verify(middle, player.info().last_step, workers));
 }
 
-std::uint64_t seeds() { return wants_full_matrix() ? 20 : 4; }
+std::uint64_t seeds() { return wish("SCREE_RANDOM_SEQUENCES", wants_all_sequences() ? 20 : 4); }
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomRecordings, ::testing::Range(std::uint64_t{1}, seeds() + 1),
                          ::testing::PrintToStringParamName());
 
