@@ -266,6 +266,83 @@ TEST(RecordingDamage, OfBlocksThatWereNeverWrittenIsAnEndThatIsMissing) {
             std::string::npos);
 }
 
+// 100 steps with a chunk of calls for every 10.
+Bytes recording_of_tens() {
+  const TemporaryFile file;
+  Heap heap(5);
+  Recorder recorder(heap.world, file.path(), {.keyframe_spacing = 10, .flush_interval = 60.0f});
+  heap.run(100);
+  recorder.finish();
+  return file.bytes();
+}
+
+TEST(RecordingDamage, OfBlocksThatWereNeverWrittenMayBeginWithinAChunk) {
+  const Bytes bytes = recording_of_tens();
+  const TakenApart parts(bytes);
+  const auto last = std::find_if(parts.chunks.rbegin(), parts.chunks.rend(),
+                                 [](const auto& chunk) { return chunk.head.kind == ChunkKind::calls; });
+  ASSERT_NE(last, parts.chunks.rend());
+  ASSERT_EQ(last->head.step, 90u);
+  Workers workers(1);
+  const std::size_t content = last->offset + kChunkHeadBytes;
+  for (const std::size_t torn :
+       {last->offset, last->offset + 1, last->offset + 20, last->offset + 63, content, content + 6}) {
+    for (const std::size_t zeros : {4096, 1'000'000}) {
+      Bytes left = cut(bytes, torn);
+      left.resize(torn + zeros);
+      Player player(left);
+      EXPECT_EQ(player.info().last_step, 90u) << torn - last->offset;
+      EXPECT_EQ(player.info().lost_bytes, left.size() - last->offset);
+      EXPECT_FALSE(player.info().finished);
+      EXPECT_EQ(verified(player, workers), "");
+    }
+  }
+  // One that is damaged in front of others was written.
+  Bytes damaged = bytes;
+  damaged[last->offset + 20] ^= std::byte{1};
+  EXPECT_NE(error_of_playing(damaged, workers).find("the checksum of the chunk's head is wrong"),
+            std::string::npos);
+}
+
+TEST(RecordingDamage, LeavesAChunkThatEndsInZerosOfItsOwn) {
+  TakenApart parts(recording_of_tens());
+  parts.chunks.resize(parts.chunks.size() - 2);  // the end, and the last keyframe
+  ASSERT_EQ(parts.chunks.back().head.kind, ChunkKind::calls);
+  // The bytes of zstd's frames that are filled up are zeros: here of many equal calls.
+  TakenApart::Chunk& calls = parts.chunks.back();
+  ByteWriter more;
+  for (int i = 0; i < 10'000; ++i) {
+    write_value(more, RecordedCall::wake);
+    write_value(more, BodyId{5, 1});
+  }
+  calls.content.insert(calls.content.begin(), more.bytes().begin(), more.bytes().end());
+  calls.head.count += 10'000;
+  const Bytes bytes = parts.put_together();
+  ASSERT_EQ(bytes.back(), std::byte{});
+  Workers workers(1);
+  for (const std::size_t zeros : {0, 4096}) {
+    Bytes longer = bytes;
+    longer.resize(bytes.size() + zeros);
+    Player player(longer);
+    EXPECT_EQ(player.info().last_step, 100u);
+    EXPECT_EQ(player.info().lost_bytes, zeros);
+    EXPECT_EQ(verified(player, workers), "");
+  }
+}
+
+// A reader that looked at all of it would take an hour.
+TEST(RecordingDamage, OfATerabyteOfZerosIsRefusedSoon) {
+  const TemporaryFile file;
+  const Bytes bytes = small_recording(false);
+  std::ofstream(file.path(), std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  std::error_code no_room;
+  std::filesystem::resize_file(file.path(), std::uintmax_t{1} << 40, no_room);
+  if (no_room) GTEST_SKIP() << "no such file here: " << no_room.message();
+  const std::string error = error_of_call([&] { Player player(file.path()); });
+  EXPECT_EQ(error, "Player: byte " + std::to_string(bytes.size()) + ": no chunk begins here");
+}
+
 // The largest chunk of a kind has no fewer bytes than a share of its content, and with fewer, and all
 // checksums right, it is refused before anything is unpacked.
 void expect_share(Bytes bytes, ChunkKind kind, std::uint64_t share) {
