@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace scree {
 
@@ -42,13 +43,14 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   }
   if (divergence.step == 0) return {};
 
+  std::string problem;
   try {
     left.seek(divergence.step, workers, "compare");
     right.seek(divergence.step, workers, "compare");
     divergence.difference = first_state_difference(left.world, right.world);
     divergence.compared_at = divergence.step;
-  } catch (const Error&) {
-    // A call that only the world that was recorded could take.
+  } catch (const Error& error) {
+    problem = error.what();  // a call that only the world that was recorded could take
   }
   left.is_lost = right.is_lost = true;
   if (!divergence.difference.empty()) return divergence;
@@ -68,6 +70,7 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
     }
     ++(left_step < right_step ? left_keyframe : right_keyframe);
   }
+  divergence.difference = std::move(problem);
   return divergence;
 }
 

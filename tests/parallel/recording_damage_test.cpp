@@ -159,6 +159,76 @@ TEST(RecordingDamage, OfACallIsFoundAtItsStepAndByBodyAndField) {
   EXPECT_FALSE(player.verify(player.position(), 40, heap.workers));
 }
 
+// Puts a call that no world takes, and a hash that no world has, into the chunk of calls, before or behind
+// the record of a step.
+void add_impossible_call(TakenApart& parts, std::uint64_t step, bool before) {
+  TakenApart::Chunk& calls = *parts.find(ChunkKind::calls);
+  ASSERT_TRUE(change_hash(calls, step));
+  const std::vector<std::size_t> places = places_of_steps(calls.content, [](RecordedCall) {});
+  const std::size_t place =
+      places[static_cast<std::size_t>(step - calls.head.step - 1)] + (before ? 0 : kStepRecordBytes);
+  ByteWriter call;
+  write_value(call, RecordedCall::wake);
+  write_value(call, BodyId{5, 77});
+  calls.content.insert(calls.content.begin() + static_cast<std::ptrdiff_t>(place), call.bytes().begin(),
+                       call.bytes().end());
+  ++calls.head.count;
+}
+
+TEST(RecordingDamage, ThatEndsAReplayBeforeStatesAreComparedIsTold) {
+  const TemporaryFile file;
+  Heap heap(5);
+  Recorder recorder(heap.world, file.path(), {.flush_interval = 60.0f});
+  heap.run(20);
+  recorder.finish();
+  const TakenApart sound(file.bytes());
+  const auto expect_told = [](const std::optional<Divergence>& found) {
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->step, 5u);
+    EXPECT_EQ(found->compared_at, 0u);
+    EXPECT_NE(found->difference.find("the world refuses the call: World::wake"), std::string::npos)
+        << found->difference;
+  };
+  TakenApart parts = sound;
+  add_impossible_call(parts, 5, false);
+  Player player(parts.put_together());
+  expect_told(player.verify(0, 20, heap.workers));
+
+  // Without the keyframe at the end, at which both are the same.
+  TakenApart open = sound, other = sound;
+  add_impossible_call(other, 5, true);
+  for (TakenApart* recording : {&open, &other}) recording->chunks.resize(recording->chunks.size() - 2);
+  Player a(open.put_together()), b(other.put_together());
+  expect_told(compare(a, b, heap.workers));
+  expect_told(compare(b, a, heap.workers));
+}
+
+TEST(RecordingDamage, OfAKeyframeLeavesThePlayerWhereItIs) {
+  TakenApart parts(small_recording());
+  int changed = 0;
+  for (TakenApart::Chunk& chunk : parts.chunks) changed += change_hash(chunk, 35) ? 1 : 0;
+  ASSERT_EQ(changed, 1);
+  Bytes bytes = parts.put_together();
+  for (const TakenApart::Chunk& chunk : TakenApart(bytes).chunks) {
+    if (chunk.head.kind == ChunkKind::keyframe && chunk.head.step == 15) {
+      bytes[chunk.offset + kChunkHeadBytes + 10] ^= std::byte{1};
+    }
+  }
+  Workers workers(1);
+  Player player(bytes);
+  ASSERT_TRUE(player.verify(31, 40, workers));  // after which only a keyframe brings the player back
+  const std::uint64_t position = player.position(), hash = player.world().hash();
+  const std::size_t bodies = player.world().body_count();
+  ASSERT_GT(bodies, 5u);
+  EXPECT_NE(error_of_call([&] { player.seek(17, workers); }).find("checksum"), std::string::npos);
+  EXPECT_EQ(player.world().body_count(), bodies);
+  EXPECT_EQ(player.world().hash(), hash);
+  EXPECT_EQ(player.position(), position);
+  player.seek(3, workers);
+  EXPECT_EQ(player.position(), 3u);
+  EXPECT_FALSE(player.verify(3, 14, workers));
+}
+
 TEST(RecordingDamage, OfWhatNoHashCoversIsFoundAtAKeyframe) {
   const TemporaryFile file;
   Heap heap(5);
