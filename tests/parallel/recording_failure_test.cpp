@@ -10,7 +10,10 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <new>
 #include <thread>
+
+#include "allocations.h"
 
 namespace scree::test {
 namespace {
@@ -111,6 +114,94 @@ TEST(RecordingFailure, OfTheWritersOwnReachesWhoHandlesCrashes) {
     EXPECT_EQ(blocked & (bit(SIGSEGV) | bit(SIGBUS) | bit(SIGFPE) | bit(SIGILL)), 0u);
   }
   EXPECT_EQ(writers, 1);
+}
+
+// --- memory that runs out ---
+
+constexpr const char* kOutOfMemory = "Recorder: memory ran out";
+
+// Steps until the recording has ended, and beyond.
+void expect_world_unharmed(Heap& heap, Recorder& recorder, const TemporaryFile& file) {
+  EXPECT_FALSE(recorder.is_recording());
+  EXPECT_EQ(recorder.error(), "memory ran out");
+  EXPECT_EQ(error_of_call([&] { recorder.finish(); }), kOutOfMemory);
+  heap.run(10);
+  Heap twin;
+  twin.run(static_cast<int>(heap.world.stats().step));
+  EXPECT_EQ(heap.world.hash(), twin.world.hash());
+  Player player(file.path());
+  EXPECT_FALSE(player.info().finished);
+  EXPECT_EQ(verified(player, heap.workers), "");
+}
+
+TEST(RecordingFailure, OfTheWritersMemoryEndsTheRecordingAndLeavesTheWorldAlone) {
+  const TemporaryFile file;
+  Heap heap;
+  Recorder recorder(heap.world, file.path(), kOften);
+  heap.run(10);
+  {
+    const FailingAllocations failing(FailingAllocations::Of::others);
+    for (int i = 0; i < 400 && recorder.is_recording(); ++i) {
+      heap.run(1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+  expect_world_unharmed(heap, recorder, file);
+}
+
+TEST(RecordingFailure, OfTheWritersMemoryIsToldAtOnceAtTheBeginning) {
+  const TemporaryFile file;
+  Heap heap;
+  const std::string error = error_of_call([&] {
+    const FailingAllocations failing(FailingAllocations::Of::others);
+    Recorder(heap.world, file.path());
+  });
+  EXPECT_EQ(error, "memory ran out");
+  heap.run(3);
+  EXPECT_NO_THROW(Recorder(heap.world, file.path()));
+}
+
+TEST(RecordingFailure, OfTheCallersMemoryEndsTheRecordingAndLeavesTheWorldAlone) {
+  const TemporaryFile file;
+  Heap heap;
+  Recorder recorder(heap.world, file.path(), {.flush_interval = 60.0f});
+  heap.run(10);
+  {
+    const FailingAllocations failing(FailingAllocations::Of::this_thread);
+    for (int i = 0; i < 100'000 && recorder.is_recording(); ++i) heap.world.wake(heap.bodies[5]);
+  }
+  expect_world_unharmed(heap, recorder, file);
+}
+
+// A step that has made its hash, and then has no memory to list whom it must freeze.
+TEST(RecordingFailure, OfAStepLeavesNoHashToTheNextRecording) {
+  const TemporaryFile file;
+  World world(WorldSettings{.gravity = {}});
+  Workers workers(1);
+  BodyId body;
+  for (int i = 0; i < 600; ++i) {
+    body =
+        world.create_body({.position = {3.0f * static_cast<float>(i), 0, 0}, .linear_velocity = {1, 0, 0}});
+    world.add_shape(body, Sphere{});
+  }
+  for (int i = 0; i < 40; ++i) step(world, kDt, workers);
+  Snapshot before;
+  save(world, before);
+  Recorder first(world, file.path());
+  world.set_mass_properties(body, {.mass = 1e16f});
+  world.add_force(body, {1e30f, 0, 0});
+  world.set_mass_properties(body, {.mass = 1e-7f});
+  {
+    const FailingAllocations failing(FailingAllocations::Of::this_thread);
+    EXPECT_THROW(step(world, kDt, workers), std::bad_alloc);
+  }
+  EXPECT_FALSE(first.is_recording());
+  restore(world, before);
+  Recorder second(world, file.path());
+  step(world, 0.0f, workers);  // moves nobody, and makes no hash of its own beside anything
+  second.finish();
+  Player player(file.path());
+  EXPECT_EQ(verified(player, workers), "");
 }
 
 // --- processes that die ---
