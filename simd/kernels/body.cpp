@@ -123,15 +123,19 @@ void prepare(const BodyArgs& args, int begin, int end) {
   }
 }
 
-// What brings speeds above the world's limits back to these.
+// What brings speeds above the world's limits back to these. For a velocity whose square is beyond all
+// numbers it is none, so that the body counts as broken: its scale would be 0.
 struct SpeedScales {
   F linear, angular;
 };
+inline F scale_to_limit(V3 velocity, F limit) {
+  const F speed = length(velocity);
+  const F zero_or_none = speed - speed;
+  return select(speed > limit, limit / speed, F(1.0f)) + zero_or_none;
+}
 inline SpeedScales scales_to_limits(const BodyArgs& args, const WideVelocity& v) {
-  const F max_linear(args.max_linear_speed), max_angular(args.max_angular_speed), one(1.0f);
-  const F linear_speed = length(v.linear), angular_speed = length(v.angular);
-  return {select(linear_speed > max_linear, max_linear / linear_speed, one),
-          select(angular_speed > max_angular, max_angular / angular_speed, one)};
+  return {scale_to_limit(v.linear, F(args.max_linear_speed)),
+          scale_to_limit(v.angular, F(args.max_angular_speed))};
 }
 // Kinematic bodies keep theirs. Returns whether any was above.
 inline bool clamp_speeds(const BodyArgs& args, const Lanes& lanes, WideVelocity& v) {
@@ -397,8 +401,9 @@ void finish(const BodyArgs& args, int begin, int end) {
 
     // A body whose state has become non-finite is put back where it was, at rest.
     const V3 rotation_part{new_rotation.x, new_rotation.y, new_rotation.z};
-    const M finite = is_finite(new_position) & is_finite(rotation_part) & is_finite(v.linear) &
-                     is_finite(v.angular) & is_finite(new_rotation.w);
+    const M finite = is_finite(new_position) & is_finite(rotation_part) &
+                     is_finite(length_squared(v.linear)) & is_finite(length_squared(v.angular)) &
+                     is_finite(new_rotation.w);
     new_position = select(finite, new_position, position);
     new_rotation = {select(finite, new_rotation.x, rotation.x), select(finite, new_rotation.y, rotation.y),
                     select(finite, new_rotation.z, rotation.z), select(finite, new_rotation.w, rotation.w)};
