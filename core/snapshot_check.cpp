@@ -121,6 +121,7 @@ void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& ref
           "has other locks than the body, or tells of other joints");
   require(within(bodies.sleep_time[row], 0.0f, std::numeric_limits<float>::max()), "sleep_time",
           "is out of range");
+  require(is_finite_row(bodies.drift[row]), "drift", "is not finite");
   const InertiaRow& inverse = bodies.local_mass[row];
   require(dynamic ? is_finite_row(inverse) && inverse.inverse_mass > 0.0f : is_zero_row(inverse),
           "local_mass", "is not that of such a body");
