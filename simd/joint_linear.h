@@ -26,9 +26,9 @@ inline Anchors store_anchors(const JointPlacement& at, AnchorLanes& lanes) {
 inline Anchors move_anchors(const AnchorLanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b) {
   const V3 first_a = load3(lanes.arm_a), first_b = load3(lanes.arm_b);
   const V3 arm_a = rotate(delta_a.rotation, first_a), arm_b = rotate(delta_b.rotation, first_b);
-  return {arm_a, arm_b,
-          load3(lanes.offset) + (delta_b.position - delta_a.position) + (arm_b - first_b) -
-              (arm_a - first_a)};
+  return {
+      arm_a, arm_b,
+      load3(lanes.offset) + (delta_b.position - delta_a.position) + (arm_b - first_b) - (arm_a - first_a)};
 }
 
 // Both frames' rotations in world axes, measured from where the step began.

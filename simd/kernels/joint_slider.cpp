@@ -99,10 +99,8 @@ inline F solve_held(SliderBlock& block, JointBodies& bodies, const Softness& sof
   const V3 turn = (spin + load3(block.turn_error) * soft.bias_rate) * soft.mass_scale;
   // What is left for the sides once the rotation alone has been stopped.
   const V3 moved = move_by_torque(bodies, lever_a, lever_b, turn_mass * turn);
-  const F rest0 =
-      (speed0 + load(block.side_error[0]) * soft.bias_rate) * soft.mass_scale - dot(side0, moved);
-  const F rest1 =
-      (speed1 + load(block.side_error[1]) * soft.bias_rate) * soft.mass_scale - dot(side1, moved);
+  const F rest0 = (speed0 + load(block.side_error[0]) * soft.bias_rate) * soft.mass_scale - dot(side0, moved);
+  const F rest1 = (speed1 + load(block.side_error[1]) * soft.bias_rate) * soft.mass_scale - dot(side1, moved);
   const F mass01 = load(block.side_mass[1]);
   const F stop0 = load(block.side_mass[0]) * rest0 + mass01 * rest1;
   const F stop1 = mass01 * rest0 + load(block.side_mass[2]) * rest1;
