@@ -58,6 +58,7 @@ enum JointFlag : std::uint8_t {
   kJointEnabled = 2,
   kJointCollides = 4,  // the shapes of its bodies collide with each other
   kJointBreaks = 8,    // has a limit in JointStrength
+  kJointRich = 16,     // has limits or drives; see simd::joint_variant
 };
 
 // Of the bodies of a joint, one number each.

@@ -102,7 +102,7 @@ Grid make_grid(const BoundsRow& bounds, std::size_t contacts) {
 
 // Keys count the cells of level 0, then those of level 1, and so on.
 std::int32_t key_of(const Grid& grid, const std::int32_t* first_key, const WorldData& data,
-                    const ContactEdge& edge) {
+                    const Edge& edge) {
   const auto cell_of = [&](std::int32_t body) {
     return grid.cell_of(data.bodies.pose[static_cast<std::size_t>(body)]);
   };

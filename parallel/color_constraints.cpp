@@ -1,4 +1,5 @@
-// Coloring: gives every touching contact a color such that no two contacts of one color share a dynamic body.
+// Coloring: gives every touching contact and active joint a color such that no two constraints of one color
+// share a dynamic body.
 //
 // A contact keeps its color while it touches, so that one new contact does not reshuffle the Gauss-Seidel
 // order of a resting pile; new ones take the lowest free color in the order of their pairs. Contacts
@@ -33,6 +34,12 @@ void Constraints::report(const Visit& visit) const {
   column("cell_begins", cell_begins);
   column("histogram", histogram);
   column("keys", keys);
+  column("contact_totals", contact_keys.totals);
+  column("contact_lanes", contact_keys.first_lane);
+  column("joint_totals", joint_keys.totals);
+  column("joint_lanes", joint_keys.first_lane);
+  column("joint_rows", joint_rows);
+  column("joint_chunks", joint_chunks);
   column("points", points);
   column("rows", rows);
   column("hub_counts", hub_counts);
@@ -88,35 +95,65 @@ void clear_masks(const WorldData& data, Constraints& constraints, Crew& crew, bo
   });
 }
 
-// The touching contacts as edges of a graph. Returns whether all of them are the last step's, at the same
-// places and with colors: then these hold, and the bodies' masks need not be made anew. That is a third of
-// the time, and atomic operations on masks make two threads slower than one.
-bool list_edges(const WorldData& data, Constraints& constraints, int begin, int end) {
+// Writes an edge; returns whether it is the last step's, with its color, so that the masks hold.
+bool list_edge(Edge& edge, std::int32_t body_a, std::int32_t body_b, std::uint16_t info, std::uint8_t color,
+               bool pushed_b, bool same) {
+  same = same && edge.body_a == body_a && edge.body_b == body_b && edge.color == color &&
+         (edge.kind == EdgeKind::pushed_b) == pushed_b && color < color_limit(edge.kind);
+  edge.body_a = body_a;
+  edge.body_b = body_b;
+  edge.info = info;
+  edge.color = color;
+  if (!same) edge.kind = pushed_b ? EdgeKind::pushed_b : EdgeKind::dynamic;
+  return same;
+}
+
+bool list_contact(const WorldData& data, Edge& edge, std::size_t place, bool same) {
   const ContactRows& contacts = data.contacts.now;
+  const auto row = static_cast<std::size_t>(data.contacts.touching[place]);
+  const Manifold& manifold = contacts.manifold[row];
+  return list_edge(edge, manifold.row_a, manifold.row_b, static_cast<std::uint16_t>(manifold.info),
+                   contacts.color[row], (manifold.info & kManifoldStatic) != 0, same);
+}
+
+bool list_joint(const WorldData& data, Edge& edge, std::size_t place, bool same) {
+  const Joints& joints = data.joints;
+  const auto row = static_cast<std::size_t>(joints.active[place]);
+  const JointBodies bodies = joints.bodies[row];
+  const auto is_pushed = [&](std::int32_t body) {
+    return data.bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic;
+  };
+  const bool pushed_a = is_pushed(bodies.a), pushed_b = is_pushed(bodies.b);
+  const int variant =
+      simd::joint_variant(static_cast<int>(joints.type[row]), (joints.flags[row] & kJointRich) != 0);
+  const simd::BodySide fixed = !pushed_a   ? simd::BodySide::a
+                               : !pushed_b ? simd::BodySide::b
+                                           : simd::BodySide::none;
+  const auto info = static_cast<std::uint16_t>(joint_kind(variant, fixed));
+  const bool turned = fixed == simd::BodySide::b;
+  return list_edge(edge, turned ? bodies.b : bodies.a, turned ? bodies.a : bodies.b, info, joints.color[row],
+                   fixed != simd::BodySide::none, same);
+}
+
+// The touching contacts and then the active joints as edges of a graph. Returns whether all of them are the
+// last step's, at the same places and with colors: then these hold, and the bodies' masks need not be made
+// anew. That is a third of the time, and atomic operations on masks make two threads slower than one.
+bool list_edges(const WorldData& data, Constraints& constraints, int begin, int end) {
+  const std::size_t contacts = data.contacts.touching.size();
   bool same = true;
-  for (int i = begin; i < end; ++i) {
-    const auto place = static_cast<std::size_t>(i);
-    const auto row = static_cast<std::size_t>(data.contacts.touching[place]);
-    const Manifold& manifold = contacts.manifold[row];
-    const bool pushed_b = (manifold.info & kManifoldStatic) != 0;
-    const std::uint8_t color = contacts.color[row];
-    ContactEdge& edge = constraints.edges[place];
-    same = same && edge.body_a == manifold.row_a && edge.body_b == manifold.row_b && edge.color == color &&
-           (edge.kind == EdgeKind::pushed_b) == pushed_b && color < color_limit(edge.kind);
-    edge.body_a = manifold.row_a;
-    edge.body_b = manifold.row_b;
-    edge.info = static_cast<std::uint16_t>(manifold.info);
-    edge.color = color;
-    if (!same) edge.kind = pushed_b ? EdgeKind::pushed_b : EdgeKind::dynamic;
+  for (auto place = static_cast<std::size_t>(begin); place < static_cast<std::size_t>(end); ++place) {
+    Edge& edge = constraints.edges[place];
+    same = place < contacts ? list_contact(data, edge, place, same)
+                            : list_joint(data, edge, place - contacts, same);
   }
   return same;
 }
 
-// How many contacts each body has with others that can be pushed.
+// How many constraints each body has with others that can be pushed.
 template <bool kShared>
 void count_degrees(Constraints& constraints, int begin, int end) {
   for (int i = begin; i < end; ++i) {
-    ContactEdge& edge = constraints.edges[static_cast<std::size_t>(i)];
+    Edge& edge = constraints.edges[static_cast<std::size_t>(i)];
     if (edge.kind == EdgeKind::pushed_b) continue;
     edge.kind = EdgeKind::dynamic;
     add<kShared>(constraints.body_colors[static_cast<std::size_t>(edge.body_a)].degree, 1);
@@ -124,7 +161,7 @@ void count_degrees(Constraints& constraints, int begin, int end) {
   }
 }
 
-EdgeKind kind_of(const Column<BodyColors>& bodies, const ContactEdge& edge) {
+EdgeKind kind_of(const Column<BodyColors>& bodies, const Edge& edge) {
   if (edge.kind == EdgeKind::pushed_b) return EdgeKind::pushed_b;
   const bool hub_a = bodies[static_cast<std::size_t>(edge.body_a)].degree > kHubDegree;
   const bool hub_b = bodies[static_cast<std::size_t>(edge.body_b)].degree > kHubDegree;
@@ -146,7 +183,7 @@ bool keep_colors(Constraints& constraints, int part) {
   std::int32_t count = 0;
   bool sound = true;
   for (int i = begin; i < end; ++i) {
-    ContactEdge& edge = constraints.edges[static_cast<std::size_t>(i)];
+    Edge& edge = constraints.edges[static_cast<std::size_t>(i)];
     edge.kind = kind_of(bodies, edge);
     if (edge.color >= color_limit(edge.kind)) {
       uncolored[count++] = i;
@@ -208,7 +245,8 @@ void keep_all_colors(const WorldData& data, Constraints& constraints, Crew& crew
 
 void color_constraints(WorldData& data, Crew& crew) {
   Constraints& constraints = constraints_of(data);
-  const int count = static_cast<int>(data.contacts.touching.size());
+  const std::size_t contacts = data.contacts.touching.size();
+  const int count = static_cast<int>(contacts + data.joints.active.size());
   const int parts = (count + kPartRows - 1) / kPartRows;
   constraints.body_colors.resize(data.bodies.pose.size());
   std::atomic<bool> same{constraints.is_colored &&
@@ -234,8 +272,13 @@ void color_constraints(WorldData& data, Crew& crew) {
     }
   }
   for (const std::int32_t i : constraints.uncolored) {
-    const auto row = static_cast<std::size_t>(data.contacts.touching[static_cast<std::size_t>(i)]);
-    data.contacts.now.color[row] = constraints.edges[static_cast<std::size_t>(i)].color;
+    const auto place = static_cast<std::size_t>(i);
+    const std::uint8_t color = constraints.edges[place].color;
+    if (place < contacts) {
+      data.contacts.now.color[static_cast<std::size_t>(data.contacts.touching[place])] = color;
+    } else {
+      data.joints.color[static_cast<std::size_t>(data.joints.active[place - contacts])] = color;
+    }
   }
   constraints.is_colored = true;
 }

@@ -1,5 +1,5 @@
-// What the parts of the coloring share: which masks a contact's color must be free in, and how it takes one.
-// Used by color_constraints.cpp and color_cells.cpp only.
+// What the parts of the coloring share: which masks a constraint's color must be free in, and how it takes
+// one. Used by color_constraints.cpp and color_cells.cpp only.
 #pragma once
 
 #include <parallel/constraints.h>
@@ -9,14 +9,14 @@
 
 namespace scree {
 
-// The masks that a contact's color must be free in, and enters. A contact against a body that cannot be
-// pushed, or with a hub, has one body that counts; both masks are that body's then.
+// The masks that a constraint's color must be free in, and enters. One against a body that cannot be pushed,
+// or with a hub, has one body that counts; both masks are that body's then.
 struct Masks {
   std::uint64_t& a;
   std::uint64_t& b;
 };
 
-inline Masks masks_of(Column<BodyColors>& bodies, const ContactEdge& edge) {
+inline Masks masks_of(Column<BodyColors>& bodies, const Edge& edge) {
   BodyColors& a = bodies[static_cast<std::size_t>(edge.body_a)];
   BodyColors& b = bodies[static_cast<std::size_t>(edge.body_b)];
   switch (edge.kind) {
@@ -43,8 +43,8 @@ inline int color_limit(EdgeKind kind) {
   }
 }
 
-// Gives a contact the lowest color that is free at its bodies.
-inline void take_lowest_color(Column<BodyColors>& bodies, ContactEdge& edge) {
+// Gives a constraint the lowest color that is free at its bodies.
+inline void take_lowest_color(Column<BodyColors>& bodies, Edge& edge) {
   edge.color = kOverflowColor;
   const int limit = color_limit(edge.kind);
   if (limit == 0) return;

@@ -1,11 +1,12 @@
-// Constraints: contacts by color, packed into wide blocks. Made anew each step, but for the colors
-// themselves, which stay with their contacts (ContactRows::color).
+// Constraints: contacts and joints by color, packed into wide blocks. Made anew each step, but for the colors
+// themselves, which stay with their contacts (ContactRows::color) and joints.
 //
 // color_constraints writes the colors, pack_blocks everything else, solve and store_impulses read it.
 #pragma once
 
 #include <core/world_data.h>
 #include <simd/contact_kernels.h>
+#include <simd/joint_kernels.h>
 
 namespace scree {
 
@@ -13,11 +14,11 @@ inline constexpr int kColorLimit = 64;              // colors of one kind: bits 
 inline constexpr int kHubColorLimit = 8;            // likewise of contacts with hubs
 inline constexpr std::uint8_t kOverflowColor = 64;  // no color was free: solved one after the other
 
-// Contacts with other bodies that can be pushed from which a body is a hub. Eight bodies of 1,300 contacts
+// Constraints with other bodies that can be pushed from which a body is a hub. Eight bodies of 1,300 contacts
 // would otherwise use up all colors, most of them for a handful of contacts.
 inline constexpr std::int32_t kHubDegree = 32;
 
-// Which bodies of a contact keep it from sharing a color with others.
+// Which bodies of a constraint keep it from sharing a color with others.
 enum class EdgeKind : std::uint8_t {
   dynamic,   // both
   pushed_b,  // B: A cannot be pushed
@@ -26,16 +27,16 @@ enum class EdgeKind : std::uint8_t {
   two_hubs,  // always overflows
 };
 
-// A touching contact, as coloring and packing see it.
-struct ContactEdge {
-  std::int32_t body_a;
+// A touching contact or an active joint, as coloring and packing see it.
+struct Edge {
+  std::int32_t body_a;  // where one can not be pushed it is A, whatever the joint calls it
   std::int32_t body_b;
-  std::uint16_t info;  // Manifold::info
+  std::uint16_t info;  // Manifold::info; of joints their kind, see joint_kind
   std::uint8_t color;
   EdgeKind kind;
 };
 
-// Colors in use by the contacts of a body, and how many bodies it touches that can be pushed.
+// Colors in use by the constraints of a body, and how many others that can be pushed it has some with.
 struct BodyColors {
   std::uint64_t dynamic_colors;
   std::uint64_t static_colors;
@@ -47,8 +48,10 @@ struct BodyColors {
 // One stage of the solver: chunks [first_chunk, first_chunk + chunk_count) have no dynamic body in common, or
 // are run in their order by one thread. Within a chunk only a hub comes twice.
 struct ColorStage {
-  std::int32_t first_chunk;
+  std::int32_t first_chunk;  // of contacts
   std::int32_t chunk_count;
+  std::int32_t first_joint_chunk;
+  std::int32_t joint_chunk_count;
   bool serial;
   bool rich;  // has chunks of a rich variant
 };
@@ -59,22 +62,33 @@ struct FinishSum {
   std::int64_t restored;
 };
 
+// Rows sorted by key: how many there are of each, and where the lanes of each begin.
+struct KeyTable {
+  int kinds = 0;                    // keys of a place in the order of solving
+  Column<std::int32_t> totals;      // by key
+  Column<std::int32_t> first_lane;  // by key, and where the last one ends
+};
+
 struct Constraints : Part {
-  Column<ContactEdge> edges;             // scratch; color_constraints; by place in the touching list
-  bool is_colored = false;               // scratch; color_constraints: `edges` hold a whole coloring
-  Column<BodyColors> body_colors;        // scratch; color_constraints; by body
-  Column<std::int32_t> uncolored;        // scratch; color_constraints; edges that need a color
-  Column<std::int32_t> part_counts;      // scratch; color_constraints; of them, by part of the edges
-  Column<BoundsRow> cell_bounds;         // scratch; color_by_cells; of the bodies, by part of the awake ones
-  Column<std::int32_t> cells;            // scratch; color_by_cells; by place in `uncolored`
-  Column<std::int32_t> cell_rows;        // scratch; color_by_cells; `uncolored`, sorted by cell
-  Column<std::int32_t> cell_begins;      // scratch; color_by_cells; first place in `cell_rows` by cell
-  Column<std::int32_t> histogram;        // scratch; color_by_cells, pack_blocks; by part and key
-  Column<std::uint16_t> keys;            // scratch; pack_blocks; by place in the touching list
+  Column<Edge> edges;  // scratch; color_constraints; by place in the touching list, then in that of joints
+  bool is_colored = false;           // scratch; color_constraints: `edges` hold a whole coloring
+  Column<BodyColors> body_colors;    // scratch; color_constraints; by body
+  Column<std::int32_t> uncolored;    // scratch; color_constraints; edges that need a color
+  Column<std::int32_t> part_counts;  // scratch; color_constraints; of them, by part of the edges
+  Column<BoundsRow> cell_bounds;     // scratch; color_by_cells; of the bodies, by part of the awake ones
+  Column<std::int32_t> cells;        // scratch; color_by_cells; by place in `uncolored`
+  Column<std::int32_t> cell_rows;    // scratch; color_by_cells; `uncolored`, sorted by cell
+  Column<std::int32_t> cell_begins;  // scratch; color_by_cells; first place in `cell_rows` by cell
+  Column<std::int32_t> histogram;    // scratch; color_by_cells, pack_blocks; by part and key
+  Column<std::uint16_t> keys;        // scratch; pack_blocks; by place in the list that is sorted
+  KeyTable contact_keys;             // scratch; pack_blocks
+  KeyTable joint_keys;               // scratch; pack_blocks
+  Column<std::int32_t> joint_rows;   // scratch; pack_blocks; joints in lane order
+  Column<simd::ConstraintChunk> joint_chunks;  // scratch; pack_blocks
   Column<std::int32_t> points;           // scratch; pack_blocks; contact points by part of the touching list
   Column<std::int32_t> rows;             // scratch; pack_blocks; contact rows in lane order
   Column<std::int32_t> hub_counts;       // scratch; pack_blocks; by hub
-  Column<std::int32_t> hub_rows;         // scratch; pack_blocks; contacts of one hub color, sorted by hub
+  Column<std::int32_t> hub_rows;         // scratch; pack_blocks; rows of one hub color, sorted by hub
   Column<char> blocks;                   // scratch; prepare and the sweeps
   Column<simd::ConstraintChunk> chunks;  // scratch; pack_blocks
   Column<ColorStage> stages;             // scratch; pack_blocks; in the order in which they are solved
@@ -93,7 +107,12 @@ struct Constraints : Part {
 
 Constraints& constraints_of(WorldData& data);
 
-// For the kernels over contact blocks.
+// For the kernels over contact blocks and joint blocks.
 simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float dt);
+simd::JointArgs joint_args(WorldData& data, Constraints& constraints, float dt);
+
+// What joints of one block have in common: simd::joint_variant, and which body can not be pushed.
+inline constexpr int kJointKinds = simd::kJointVariants * 3;
+inline int joint_kind(int variant, simd::BodySide fixed) { return variant * 3 + static_cast<int>(fixed); }
 
 }  // namespace scree

@@ -1,6 +1,6 @@
-// Islands and sleep. A body that has been slow for long enough is tired; an island of tired bodies that
-// touches no moving one falls asleep as a whole. A sleeping island wakes as a whole when one of its bodies is
-// touched by an awake one.
+// Islands and sleep. Islands hang together by contacts and joints. A body that has been slow for long enough
+// is tired; an island of tired bodies that touches no moving one falls asleep as a whole. A sleeping island
+// wakes as a whole when one of its bodies is touched by an awake one.
 //
 // Islands are found only among bodies that may change: most steps do nothing here. They are found in parallel
 // by union-find without locks (Anderson and Woll, "Wait-free parallel algorithms for the union-find problem",
@@ -32,6 +32,7 @@ void Islands::report(const Visit& visit) const {
   column("kept_awake", kept_awake);
   column("candidates", candidates);
   column("touched", touched);
+  column("pulled", pulled);
   column("remaining", remaining);
   column("places", places);
 }
@@ -107,9 +108,28 @@ Ends ends_of(const WorldData& data, std::int32_t row) { return ends_of(data, sta
 
 bool touches(const WorldData& data, std::size_t row) { return data.contacts.now.points[row] != 0; }
 
-// Whether the contact has something to solve.
+bool is_enabled(const Joints& joints, std::size_t row) {
+  constexpr std::uint8_t kWhole = kJointAlive | kJointEnabled;
+  return (joints.flags[row] & kWhole) == kWhole;
+}
+Ends joint_ends(const WorldData& data, std::int32_t row) {
+  const JointBodies bodies = data.joints.bodies[static_cast<std::size_t>(row)];
+  return {bodies.a, bodies.b};
+}
+
+// Whether the contact or joint has something to solve.
 bool takes_part(const WorldData& data, Ends ends) {
   return is_awake_dynamic(data.bodies, ends.a) || is_awake_dynamic(data.bodies, ends.b);
+}
+
+// The joints that have something to solve, where that may have changed.
+void refresh_joints(WorldData& data, Islands& islands, Crew& crew) {
+  Joints& joints = data.joints;
+  if (!joints.active_changed) return;
+  joints.active_changed = false;
+  list_where(crew, joints.flags.size(), islands.places, joints.active, [&](std::size_t row) {
+    return is_enabled(joints, row) && takes_part(data, joint_ends(data, static_cast<std::int32_t>(row)));
+  });
 }
 
 void freeze_shapes(WorldData& data, std::int32_t body) {
@@ -133,12 +153,20 @@ void find_sleeping_islands(WorldData& data, Islands& islands, Crew& crew) {
     const Ends ends = ends_of(data, row);
     if (is_asleep(bodies, ends.a) && is_asleep(bodies, ends.b)) unite(islands.parent, ends.a, ends.b);
   });
-  for_each(crew, islands.touched.size(), [&](std::size_t i) {
-    const Ends ends = ends_of(data, islands.touched[i]);
+  for_each(crew, data.joints.flags.size(), [&](std::size_t row) {
+    if (!is_enabled(data.joints, row)) return;
+    const Ends ends = joint_ends(data, static_cast<std::int32_t>(row));
+    if (is_asleep(bodies, ends.a) && is_asleep(bodies, ends.b)) unite(islands.parent, ends.a, ends.b);
+  });
+  const auto keep_awake = [&](Ends ends) {
     for (const std::int32_t body : {ends.a, ends.b}) {
       if (is_asleep(bodies, body)) mark(islands.kept_awake, find_root(islands.parent, body));
     }
-  });
+  };
+  for_each(crew, islands.touched.size(),
+           [&](std::size_t i) { keep_awake(ends_of(data, islands.touched[i])); });
+  for_each(crew, islands.pulled.size(),
+           [&](std::size_t i) { keep_awake(joint_ends(data, islands.pulled[i])); });
 }
 
 // The contacts among `contact_of`, by pair, that have something to solve.
@@ -165,7 +193,15 @@ void wake_touched_islands(WorldData& data, Islands& islands, Crew& crew) {
         return is_asleep(bodies, ends.a) || is_asleep(bodies, ends.b);
       },
       row_of);
-  if (islands.touched.empty()) return;
+  refresh_joints(data, islands, crew);
+  list_where(
+      crew, data.joints.active.size(), islands.places, islands.pulled,
+      [&](std::size_t i) {
+        const Ends ends = joint_ends(data, data.joints.active[i]);
+        return is_asleep(bodies, ends.a) || is_asleep(bodies, ends.b);
+      },
+      [&](std::size_t i) { return data.joints.active[i]; });
+  if (islands.touched.empty() && islands.pulled.empty()) return;
 
   find_sleeping_islands(data, islands, crew);
   list_where(crew, bodies.pose.size(), islands.places, islands.candidates, [&](std::size_t body) {
@@ -185,7 +221,7 @@ void wake_touched_islands(WorldData& data, Islands& islands, Crew& crew) {
              [&](std::int32_t x, std::int32_t y) { return comes_before(pair[x], pair[y]); });
 }
 
-// Joins tired bodies that touch, and marks the islands that something moving touches.
+// Joins tired bodies that touch or are jointed, and marks the islands that something moving touches.
 void find_tired_islands(WorldData& data, Islands& islands, Crew& crew) {
   const Bodies& bodies = data.bodies;
   const Column<std::int32_t>& touching = data.contacts.touching;
@@ -197,16 +233,19 @@ void find_tired_islands(WorldData& data, Islands& islands, Crew& crew) {
     if (bodies.type[index] == BodyType::kinematic) return !is_still(bodies.velocity[index]);
     return bodies.type[index] == BodyType::dynamic;
   };
-  for_each(crew, touching.size(), [&](std::size_t i) {
-    const Ends ends = ends_of(data, touching[i]);
+  const auto join = [&](Ends ends) {
     if (is_candidate(ends.a) && is_candidate(ends.b)) unite(islands.parent, ends.a, ends.b);
-  });
-  for_each(crew, touching.size(), [&](std::size_t i) {
-    const Ends ends = ends_of(data, touching[i]);
+  };
+  const auto keep_awake = [&](Ends ends) {
     const bool a = is_candidate(ends.a), b = is_candidate(ends.b);
     if (a && !b && keeps_awake(ends.b)) mark(islands.kept_awake, find_root(islands.parent, ends.a));
     if (b && !a && keeps_awake(ends.a)) mark(islands.kept_awake, find_root(islands.parent, ends.b));
-  });
+  };
+  const Column<std::int32_t>& joints = data.joints.active;
+  for_each(crew, touching.size(), [&](std::size_t i) { join(ends_of(data, touching[i])); });
+  for_each(crew, joints.size(), [&](std::size_t i) { join(joint_ends(data, joints[i])); });
+  for_each(crew, touching.size(), [&](std::size_t i) { keep_awake(ends_of(data, touching[i])); });
+  for_each(crew, joints.size(), [&](std::size_t i) { keep_awake(joint_ends(data, joints[i])); });
 }
 
 // Returns whether anybody fell asleep.
@@ -287,6 +326,27 @@ void list_woken(WorldData& data) {
 
 }  // namespace
 
+bool wake_pulled_bodies(WorldData& data) {
+  const Bodies& bodies = data.bodies;
+  const Joints& joints = data.joints;
+  bool any = false;
+  for (const std::int32_t body : bodies.kinematic) {
+    const auto row = static_cast<std::size_t>(body);
+    if (bodies.first_joint[row] < 0 || is_still(bodies.velocity[row])) continue;
+    for (std::int32_t joint = bodies.first_joint[row]; joint >= 0;) {
+      const auto index = static_cast<std::size_t>(joint);
+      const bool is_a = joints.bodies[index].a == body;
+      const std::int32_t other = is_a ? joints.bodies[index].b : joints.bodies[index].a;
+      if (is_enabled(joints, index) && is_asleep(bodies, other)) {
+        wake_body(data, other);
+        any = true;
+      }
+      joint = is_a ? joints.next[index].a : joints.next[index].b;
+    }
+  }
+  return any;
+}
+
 void find_islands(WorldData& data, Crew& crew) {
   data.stats.islands = 0;
   if (data.settings.sleeping) {
@@ -294,7 +354,10 @@ void find_islands(WorldData& data, Crew& crew) {
     wake_touched_islands(data, islands, crew);
     put_tired_islands_to_sleep(data, islands, crew);
   }
+  refresh_joints(data, islands_of(data), crew);
   if (!data.events.woken.empty()) list_woken(data);
+  data.events.destroyed.swap(data.events.lost);
+  data.events.lost.clear();
 }
 
 }  // namespace scree

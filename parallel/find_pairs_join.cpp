@@ -1,5 +1,6 @@
 // Joins of the broad phase: trees -> pairs, unordered and chunk by chunk, for sort_pairs. Pairs between two
 // frozen shapes are not looked for; those of the last list are carried over while both stay frozen.
+#include <core/pair_key.h>
 #include <parallel/broad_phase.h>
 
 #include <algorithm>
@@ -75,7 +76,28 @@ void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin,
 
 int chunks_of(int count, int size) { return (count + size - 1) / size; }
 
+// By a joint whose bodies do not collide.
+bool are_held_apart(const WorldData& data, std::size_t body_a, std::size_t body_b) {
+  if (data.bodies.first_joint[body_a] < 0 || data.bodies.first_joint[body_b] < 0) return false;
+  const Column<std::uint64_t>& apart = data.joints.apart;
+  return std::binary_search(apart.begin(), apart.end(), body_key(body_a, body_b));
+}
+
 }  // namespace
+
+void list_held_apart(WorldData& data) {
+  Joints& joints = data.joints;
+  if (!joints.apart_changed) return;
+  joints.apart_changed = false;
+  joints.apart.clear();
+  constexpr std::uint8_t kHolds = kJointAlive | kJointEnabled;
+  for (std::size_t row = 0; row < joints.flags.size(); ++row) {
+    if ((joints.flags[row] & (kHolds | kJointCollides)) != kHolds) continue;
+    const JointBodies ends = joints.bodies[row];
+    joints.apart.push_back(body_key(static_cast<std::size_t>(ends.a), static_cast<std::size_t>(ends.b)));
+  }
+  std::sort(joints.apart.begin(), joints.apart.end());
+}
 
 bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b) {
   const auto shape_a = static_cast<std::size_t>(a), shape_b = static_cast<std::size_t>(b);
@@ -84,7 +106,8 @@ bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b) {
   if (body_a == body_b) return false;
   if (data.bodies.type[body_a] != BodyType::dynamic && data.bodies.type[body_b] != BodyType::dynamic)
     return false;
-  return !same_or_never(data.shapes.filter[shape_a], data.shapes.filter[shape_b]);
+  if (same_or_never(data.shapes.filter[shape_a], data.shapes.filter[shape_b])) return false;
+  return !are_held_apart(data, body_a, body_b);
 }
 
 std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Crew& crew) {

@@ -233,7 +233,8 @@ bool is_special(const WorldData& data, std::int32_t shape) {
   const Filter plain;
   const bool alone = data.shapes.next[index] < 0 &&
                      data.bodies.first_shape[static_cast<std::size_t>(data.shapes.body[index])] == shape;
-  return !alone || filter.category != plain.category || filter.mask != plain.mask ||
+  const bool jointed = data.bodies.first_joint[static_cast<std::size_t>(data.shapes.body[index])] >= 0;
+  return !alone || jointed || filter.category != plain.category || filter.mask != plain.mask ||
          filter.group != plain.group;
 }
 

@@ -19,7 +19,8 @@ namespace {
 
 constexpr std::int32_t kSound = -1;
 
-// Broken bodies that contacts join. Every body has a parent of lower index in its group; a root is its own.
+// Broken bodies that contacts and joints join. Every body has a parent of lower index in its group; a root is
+// its own.
 class Groups {
  public:
   Groups(std::size_t bodies, const Column<BodyId>& broken) : parent_(bodies, kSound) {
@@ -80,7 +81,7 @@ float reach_of(const Manifold& manifold, const float (&arm)[3]) {
   return length(to_vec3(arm)) + farthest;
 }
 
-// Looks at the contacts of broken bodies: who is joined, and who is extreme.
+// Looks at the contacts and joints of broken bodies: who is joined, and who is extreme.
 void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& faults) {
   const Bodies& bodies = data.bodies;
   const auto judge = [&](std::int32_t body, const Manifold& manifold, const float(&arm)[3]) {
@@ -94,6 +95,10 @@ void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& f
     judge(a, manifold, manifold.arm_a);
     judge(b, manifold, manifold.arm_b);
     if (groups.is_broken(a) && groups.is_broken(b)) groups.unite(a, b);
+  }
+  for (const std::int32_t joint : data.joints.active) {
+    const JointBodies ends = data.joints.bodies[static_cast<std::size_t>(joint)];
+    if (groups.is_broken(ends.a) && groups.is_broken(ends.b)) groups.unite(ends.a, ends.b);
   }
 }
 

@@ -1,4 +1,4 @@
-// Islands: sets of bodies that hang together by contacts, and union-find over them.
+// Islands: sets of bodies that hang together by contacts and joints, and union-find over them.
 #pragma once
 
 #include <core/world_data.h>
@@ -11,6 +11,7 @@ struct Islands : Part {
   Column<std::uint8_t> kept_awake;  // scratch; find_islands; by root: somebody in it is not tired
   Column<std::int32_t> candidates;  // scratch; find_islands; bodies that may fall asleep, ascending
   Column<std::int32_t> touched;     // scratch; find_islands; contacts of an awake and a sleeping body
+  Column<std::int32_t> pulled;      // scratch; find_islands; joints of an awake and a sleeping body
   Column<std::int32_t> remaining;   // scratch; find_islands; touching contacts after some fell asleep
   Column<std::int32_t> places;      // scratch; find_islands, refresh_lists; by chunk: where its part begins
 

@@ -1,263 +1,261 @@
-// Packing: sorts the touching contacts by color and block variant and lays out the blocks.
-//
-// The sort is a counting sort in parts of fixed size, so within each color contacts keep the order of the
-// touching list, which is that of their pairs, and nothing depends on threads. Contacts with hubs are then
-// grouped by hub.
-#include <parallel/constraints.h>
+// Packing: sorts the touching contacts and the active joints by color and block variant and lays out the
+// blocks. Constraints with hubs are then grouped by hub.
+#include <parallel/sort_constraints.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
 #include <numeric>
+#include <span>
+#include <utility>
 
 namespace scree {
 
 namespace {
 
-constexpr int kPartRows = 4096;  // rows of the touching list that one task counts and scatters
-constexpr int kChunkManifolds =
-    128;                            // a solver chunk: 2 to 5 us, long against a claim, short against a stage
-constexpr int kTailManifolds = 64;  // a color of so many or fewer is run by one thread, without a barrier
-constexpr int kKindsPerColor = simd::kPointBuckets * 2;
-
-// Places in the order in which they are solved: the overflow, each hub color with the hub as A and as B, the
-// dynamic colors, the static ones.
-constexpr int kFirstHubPlace = 1;
-constexpr int kFirstDynamicPlace = kFirstHubPlace + 2 * kHubColorLimit;
-constexpr int kFirstStaticPlace = kFirstDynamicPlace + kColorLimit;
-constexpr int kColorPlaces = kFirstStaticPlace + kColorLimit;
-constexpr int kKeys = kColorPlaces * kKindsPerColor;
-
-bool is_hub_place(int place) { return place >= kFirstHubPlace && place < kFirstDynamicPlace; }
+constexpr int kChunkRows = 128;  // a solver chunk: 2 to 5 us, long against a claim, short against a stage
+constexpr int kTailRows = 64;    // a color of so many or fewer is run by one thread, without a barrier
+constexpr int kContactKinds = simd::kPointBuckets * 2;
 
 int bucket_of(std::uint32_t points) { return points == 1 ? 0 : points == 2 ? 1 : 2; }
 
-int place_of(const ContactEdge& edge) {
-  // Whatever found no color shares the overflow's place: the variant tells static contacts apart.
-  if (edge.color == kOverflowColor) return 0;
-  switch (edge.kind) {
-    case EdgeKind::pushed_b:
-      return kFirstStaticPlace + edge.color;
-    case EdgeKind::hub_a:
-      return kFirstHubPlace + 2 * edge.color;
-    case EdgeKind::hub_b:
-      return kFirstHubPlace + 2 * edge.color + 1;
-    default:
-      return kFirstDynamicPlace + edge.color;
-  }
+int contact_kind(const Edge& edge) {
+  return bucket_of(edge.info & kManifoldPointMask) * 2 + ((edge.info & kManifoldRich) != 0 ? 1 : 0);
 }
 
-int key_of(const ContactEdge& edge) {
-  return place_of(edge) * kKindsPerColor + bucket_of(edge.info & kManifoldPointMask) * 2 +
-         ((edge.info & kManifoldRich) != 0 ? 1 : 0);
-}
-
-// The sorted list: rows by key, and where each key's lanes begin.
-struct KeyTable {
-  std::int32_t totals[kKeys];
-  std::int32_t first_lane[kKeys + 1];
-};
-
-// Turns counts by part and key into places: rows of one key lie together, parts in their order.
-void place_keys(Column<std::int32_t>& histogram, int parts, int lanes, KeyTable& table) {
-  std::fill(std::begin(table.totals), std::end(table.totals), 0);
-  for (int part = 0; part < parts; ++part) {
-    for (int key = 0; key < kKeys; ++key) {
-      std::int32_t& count = histogram[static_cast<std::size_t>(part * kKeys + key)];
-      const std::int32_t before = table.totals[key];
-      table.totals[key] += count;
-      count = before;
-    }
-  }
-  // A hub's run begins with a block of its own. Two hubs may share a contact, in the overflow only.
-  const std::int32_t hub_ends =
-      std::accumulate(table.totals, table.totals + kFirstDynamicPlace * kKindsPerColor, 0) +
-      std::accumulate(table.totals, table.totals + kKindsPerColor, 0);
-  const std::int32_t most_hubs = hub_ends / (kHubDegree + 1);
-  table.first_lane[0] = 0;
-  for (int key = 0; key < kKeys; ++key) {
-    const int place = key / kKindsPerColor;
-    const std::int32_t total = table.totals[key];
-    std::int32_t padded = (total + lanes - 1) / lanes * lanes;
-    if (place == 0) padded = total * lanes;  // solved one by one: a block each
-    if (is_hub_place(place)) padded += std::min(total, most_hubs) * lanes;
-    table.first_lane[key + 1] = table.first_lane[key] + padded;
-  }
-}
-
-// Touching list -> constraints.rows, sorted by key; counts the points on the way.
-void sort_rows(WorldData& data, Constraints& constraints, Crew& crew, int lanes, KeyTable& table) {
-  const Column<std::int32_t>& touching = data.contacts.touching;
-  const int rows = static_cast<int>(touching.size());
-  const int parts = (rows + kPartRows - 1) / kPartRows;
-  constraints.keys.resize_discarding(touching.size());
-  constraints.points.resize_discarding(static_cast<std::size_t>(parts));
-  constraints.histogram.resize_discarding(static_cast<std::size_t>(parts) * kKeys);
-  crew.run_ranges(rows, kPartRows, [&](int begin, int end, int) {
-    const int part = begin / kPartRows;
-    std::int32_t* counts = constraints.histogram.data() + static_cast<std::size_t>(part) * kKeys;
-    std::fill(counts, counts + kKeys, 0);
+// Contact points, those that are only watched included.
+std::int64_t count_points(Constraints& constraints, std::size_t contacts, Crew& crew) {
+  const int count = static_cast<int>(contacts);
+  constraints.points.resize_discarding((contacts + kSortRows - 1) / kSortRows);
+  crew.run_ranges(count, kSortRows, [&](int begin, int end, int) {
     std::int32_t points = 0;
     for (int i = begin; i < end; ++i) {
-      const ContactEdge& edge = constraints.edges[static_cast<std::size_t>(i)];
-      const int key = key_of(edge);
-      points += static_cast<std::int32_t>(edge.info & kManifoldPointMask);
-      constraints.keys[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>(key);
-      ++counts[key];
+      points +=
+          static_cast<std::int32_t>(constraints.edges[static_cast<std::size_t>(i)].info & kManifoldPointMask);
     }
-    constraints.points[static_cast<std::size_t>(part)] = points;
+    constraints.points[static_cast<std::size_t>(begin / kSortRows)] = points;
   });
-  data.stats.contact_points =
-      std::accumulate(constraints.points.begin(), constraints.points.end(), std::int64_t{0});
-
-  place_keys(constraints.histogram, parts, lanes, table);
-  constraints.rows.resize_discarding(static_cast<std::size_t>(table.first_lane[kKeys]));
-  crew.run_ranges(rows, kPartRows, [&](int begin, int end, int) {
-    std::int32_t* places = constraints.histogram.data() + static_cast<std::size_t>(begin / kPartRows) * kKeys;
-    for (int i = begin; i < end; ++i) {
-      const int key = constraints.keys[static_cast<std::size_t>(i)];
-      const int place = places[key]++;
-      const int lane = table.first_lane[key] + (key < kKindsPerColor ? place * lanes : place);
-      constraints.rows[static_cast<std::size_t>(lane)] = touching[static_cast<std::size_t>(i)];
-    }
-  });
+  return std::accumulate(constraints.points.begin(), constraints.points.end(), std::int64_t{0});
 }
+
+// The kinds that occur among the joints, numbered without gaps, so that the sort has few keys.
+struct JointKindNumbers {
+  int count = 0;
+  std::uint8_t number[kJointKinds];
+  std::uint8_t kind[kJointKinds];  // by number
+
+  explicit JointKindNumbers(std::span<const Edge> joints) {
+    bool present[kJointKinds] = {};
+    for (const Edge& edge : joints) present[edge.info] = true;
+    for (int k = 0; k < kJointKinds; ++k) {
+      if (!present[k]) continue;
+      number[k] = static_cast<std::uint8_t>(count);
+      kind[count++] = static_cast<std::uint8_t>(k);
+    }
+  }
+};
+
+// Contacts or joints: their sorted rows and where their chunks go.
+struct Family {
+  const KeyTable& keys;
+  Column<std::int32_t>& rows;
+  Column<simd::ConstraintChunk>& chunks;
+  std::int32_t ColorStage::*chunk_count;
+};
+
+// What the blocks of a chunk have in common.
+struct BlockKind {
+  int variant;
+  simd::BodySide fixed;  // joints only
+  bool rich;             // contacts only
+  std::size_t bytes;
+};
 
 // Lays out chunks and stages one after the other.
 class Layout {
  public:
-  Layout(WorldData& data, Constraints& constraints, const simd::Kernels& kernels)
-      : contacts_(data.contacts.now), constraints_(constraints), kernels_(kernels) {
+  Layout(const WorldData& data, Constraints& constraints, const JointKindNumbers& joint_kinds,
+         const simd::Kernels& kernels)
+      : contacts{constraints.contact_keys, constraints.rows, constraints.chunks, &ColorStage::chunk_count},
+        joints{constraints.joint_keys, constraints.joint_rows, constraints.joint_chunks,
+               &ColorStage::joint_chunk_count},
+        data_(data),
+        constraints_(constraints),
+        joint_kinds_(joint_kinds),
+        kernels_(kernels) {
     constraints.chunks.clear();
+    constraints.joint_chunks.clear();
     constraints.stages.clear();
   }
+
+  const Family contacts, joints;
 
   // A stage that one thread runs is joined to one before it: neither needs a barrier.
   void begin_stage(bool serial) {
     Column<ColorStage>& stages = constraints_.stages;
     if (!stages.empty() && serial && stages.back().serial) return;
-    stages.push_back({static_cast<std::int32_t>(constraints_.chunks.size()), 0, serial, false});
+    stages.push_back({static_cast<std::int32_t>(constraints_.chunks.size()), 0,
+                      static_cast<std::int32_t>(constraints_.joint_chunks.size()), 0, serial, false});
   }
 
-  // Rows that lie at `lane` and after become a chunk; the last block is filled up with its last row.
-  void add_chunk(int key, bool is_static, int lane, int count, simd::BodySide hub = simd::BodySide::none) {
-    const int lanes = kernels_.lanes;
-    const int end = lane + (count + lanes - 1) / lanes * lanes;
-    Column<std::int32_t>& rows = constraints_.rows;
-    for (int pad = lane + count; pad < end; ++pad) {
-      rows[static_cast<std::size_t>(pad)] = rows[static_cast<std::size_t>(lane + count - 1)];
+  // The rows of one kind in one color; `hubs` have a stage of their own for each kind, as two kinds may have
+  // constraints of the same hub.
+  void add_kind(const Family& family, int place, int kind, bool serial) {
+    const auto key = static_cast<std::size_t>(place * family.keys.kinds + kind);
+    const int count = family.keys.totals[key], first_lane = family.keys.first_lane[key];
+    if (count == 0) return;
+    if (place == 0) {
+      add_overflow(family, kind, first_lane, count);
+    } else if (is_hub_place(place)) {
+      begin_stage(serial);
+      const bool hub_is_a = (place - kFirstHubPlace) % 2 == 0;
+      add_hubs(family, kind, hub_is_a ? simd::BodySide::a : simd::BodySide::b, first_lane, count);
+    } else {
+      add_color(family, kind_of(family, kind, place >= kFirstStaticPlace), first_lane, count);
     }
-    const int kind = key % kKindsPerColor;
-    const bool rich = kind % 2 != 0;
-    const int variant = simd::contact_variant(kind / 2, rich, is_static);
-    const int blocks = (end - lane) / lanes;
-    constraints_.chunks.push_back({variant, blocks, count, lane, offset_,
-                                   static_cast<std::int32_t>(constraints_.chunks.size()), hub,
-                                   simd::BodySide::none});
-    offset_ += static_cast<std::size_t>(blocks) * kernels_.contact.block_bytes[variant];
-    used_blocks_ += blocks;
-    ColorStage& stage = constraints_.stages.back();
-    stage.rich = stage.rich || rich;
-    ++stage.chunk_count;
-  }
-
-  // One by one.
-  void add_overflow(int key, int first_lane, int count) {
-    for (int lane = first_lane; lane < first_lane + count * kernels_.lanes; lane += kernels_.lanes) {
-      const auto row = static_cast<std::size_t>(constraints_.rows[static_cast<std::size_t>(lane)]);
-      add_chunk(key, (contacts_.manifold[row].info & kManifoldStatic) != 0, lane, 1);
-    }
-  }
-
-  void add_color(int key, bool is_static, int first_lane, int count) {
-    const int chunk_size = std::max(kChunkManifolds, kernels_.lanes);
-    for (int begin = 0; begin < count; begin += chunk_size) {
-      add_chunk(key, is_static, first_lane + begin, std::min(chunk_size, count - begin));
-    }
-  }
-
-  // The contacts of each hub become one chunk, hubs in the order of their first contacts.
-  void add_hubs(int key, simd::BodySide side, int first_lane, int count) {
-    Column<BodyColors>& bodies = constraints_.body_colors;
-    Column<std::int32_t>& counts = constraints_.hub_counts;
-    const auto hub_of = [&](std::int32_t row) -> BodyColors& {
-      const Manifold& manifold = contacts_.manifold[static_cast<std::size_t>(row)];
-      return bodies[static_cast<std::size_t>(side == simd::BodySide::a ? manifold.row_a : manifold.row_b)];
-    };
-    std::int32_t* rows = constraints_.rows.data() + first_lane;
-    counts.clear();
-    constraints_.hub_rows.resize_discarding(static_cast<std::size_t>(count));
-    std::copy(rows, rows + count, constraints_.hub_rows.begin());
-    for (const std::int32_t row : constraints_.hub_rows) {
-      BodyColors& hub = hub_of(row);
-      if (hub.number < 0) {
-        hub.number = static_cast<std::int32_t>(counts.size());
-        counts.push_back(0);
-      }
-      ++counts[static_cast<std::size_t>(hub.number)];
-    }
-    std::int32_t lane = 0;
-    for (std::int32_t& hub_count : counts) {  // -> where the hub's run begins
-      const std::int32_t size = hub_count;
-      hub_count = lane;
-      lane += (size + kernels_.lanes - 1) / kernels_.lanes * kernels_.lanes;
-    }
-    for (const std::int32_t row : constraints_.hub_rows) {
-      rows[counts[static_cast<std::size_t>(hub_of(row).number)]++] = row;
-    }
-    lane = 0;
-    for (const std::int32_t end : counts) {
-      add_chunk(key, false, first_lane + lane, end - lane, side);
-      lane = (end + kernels_.lanes - 1) / kernels_.lanes * kernels_.lanes;
-    }
-    for (const std::int32_t row : constraints_.hub_rows) hub_of(row).number = -1;
   }
 
   std::size_t bytes() const { return offset_; }
   std::int32_t used_blocks() const { return used_blocks_; }
 
  private:
-  const ContactRows& contacts_;
+  BlockKind kind_of(const Family& family, int kind, bool is_static) const {
+    if (&family == &joints) {
+      const int joint = joint_kinds_.kind[kind], variant = joint / 3;
+      return {variant, static_cast<simd::BodySide>(joint % 3), false,
+              kernels_.joint.variant[variant].block_bytes};
+    }
+    const bool rich = kind % 2 != 0;
+    const int variant = simd::contact_variant(kind / 2, rich, is_static);
+    return {variant, simd::BodySide::none, rich, kernels_.contact.block_bytes[variant]};
+  }
+
+  // Rows that lie at `lane` and after become a chunk; the last block is filled up with its last row.
+  void add_chunk(const Family& family, const BlockKind& kind, int lane, int count,
+                 simd::BodySide hub = simd::BodySide::none) {
+    const int lanes = kernels_.lanes;
+    const int end = lane + (count + lanes - 1) / lanes * lanes;
+    for (int pad = lane + count; pad < end; ++pad) {
+      family.rows[static_cast<std::size_t>(pad)] = family.rows[static_cast<std::size_t>(lane + count - 1)];
+    }
+    const int blocks = (end - lane) / lanes;
+    family.chunks.push_back({kind.variant, blocks, count, lane, offset_, chunk_count_++, hub, kind.fixed});
+    offset_ += static_cast<std::size_t>(blocks) * kind.bytes;
+    used_blocks_ += blocks;
+    ColorStage& stage = constraints_.stages.back();
+    stage.rich = stage.rich || kind.rich;
+    ++(stage.*family.chunk_count);
+  }
+
+  // One by one.
+  void add_overflow(const Family& family, int kind, int first_lane, int count) {
+    for (int lane = first_lane; lane < first_lane + count * kernels_.lanes; lane += kernels_.lanes) {
+      const auto row = static_cast<std::size_t>(family.rows[static_cast<std::size_t>(lane)]);
+      const bool is_static =
+          &family == &contacts && (data_.contacts.now.manifold[row].info & kManifoldStatic) != 0;
+      add_chunk(family, kind_of(family, kind, is_static), lane, 1);
+    }
+  }
+
+  void add_color(const Family& family, const BlockKind& kind, int first_lane, int count) {
+    const int chunk_size = std::max(kChunkRows, kernels_.lanes);
+    for (int begin = 0; begin < count; begin += chunk_size) {
+      add_chunk(family, kind, first_lane + begin, std::min(chunk_size, count - begin));
+    }
+  }
+
+  std::int32_t hub_of(const Family& family, std::int32_t row, simd::BodySide side) const {
+    const auto index = static_cast<std::size_t>(row);
+    if (&family == &joints) {
+      const JointBodies bodies = data_.joints.bodies[index];
+      return side == simd::BodySide::a ? bodies.a : bodies.b;
+    }
+    const Manifold& manifold = data_.contacts.now.manifold[index];
+    return side == simd::BodySide::a ? manifold.row_a : manifold.row_b;
+  }
+
+  // The constraints of each hub become one chunk, hubs in the order of their first ones.
+  void add_hubs(const Family& family, int kind, simd::BodySide side, int first_lane, int count) {
+    Column<std::int32_t>& counts = constraints_.hub_counts;
+    const auto colors_of = [&](std::int32_t row) -> BodyColors& {
+      return constraints_.body_colors[static_cast<std::size_t>(hub_of(family, row, side))];
+    };
+    std::int32_t* rows = family.rows.data() + first_lane;
+    counts.clear();
+    constraints_.hub_rows.resize_discarding(static_cast<std::size_t>(count));
+    std::copy(rows, rows + count, constraints_.hub_rows.begin());
+    for (const std::int32_t row : constraints_.hub_rows) {
+      BodyColors& hub = colors_of(row);
+      if (hub.number < 0) {
+        hub.number = static_cast<std::int32_t>(counts.size());
+        counts.push_back(0);
+      }
+      ++counts[static_cast<std::size_t>(hub.number)];
+    }
+    const auto padded = [this](int lane) {
+      return (lane + kernels_.lanes - 1) / kernels_.lanes * kernels_.lanes;
+    };
+    std::int32_t lane = 0;
+    for (std::int32_t& hub_count : counts) {  // -> where the hub's run begins
+      const std::int32_t size = hub_count;
+      hub_count = lane;
+      lane += padded(size);
+    }
+    for (const std::int32_t row : constraints_.hub_rows) {
+      rows[counts[static_cast<std::size_t>(colors_of(row).number)]++] = row;
+    }
+    lane = 0;
+    for (const std::int32_t end : counts) {
+      add_chunk(family, kind_of(family, kind, false), first_lane + lane, end - lane, side);
+      lane = padded(end);
+    }
+    for (const std::int32_t row : constraints_.hub_rows) colors_of(row).number = -1;
+  }
+
+  const WorldData& data_;
   Constraints& constraints_;
+  const JointKindNumbers& joint_kinds_;
   const simd::Kernels& kernels_;
   std::size_t offset_ = 0;
   std::int32_t used_blocks_ = 0;
+  std::int32_t chunk_count_ = 0;
 };
+
+std::int32_t rows_at(const KeyTable& table, int place) {
+  const std::int32_t* totals = table.totals.data() + static_cast<std::ptrdiff_t>(place) * table.kinds;
+  return std::accumulate(totals, totals + table.kinds, 0);
+}
 
 }  // namespace
 
 void pack_blocks(WorldData& data, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   const int lanes = crew.kernels().lanes;
-  KeyTable table;
-  sort_rows(data, constraints, crew, lanes, table);
+  const Column<std::int32_t>& touching = data.contacts.touching;
+  const Column<std::int32_t>& active = data.joints.active;
+  data.stats.contact_points = count_points(constraints, touching.size(), crew);
+  data.stats.joints = static_cast<std::int64_t>(active.size());
+  constraints.contact_keys.kinds = kContactKinds;
+  sort_edges(constraints, 0, touching, lanes, constraints.contact_keys, constraints.rows, crew, contact_kind);
+  const JointKindNumbers numbers(std::as_const(constraints.edges).span().subspan(touching.size()));
+  constraints.joint_keys.kinds = numbers.count;
+  sort_edges(constraints, touching.size(), active, lanes, constraints.joint_keys, constraints.joint_rows,
+             crew, [&](const Edge& edge) { return int{numbers.number[edge.info]}; });
 
-  Layout layout(data, constraints, crew.kernels());
+  Layout layout(data, constraints, numbers, crew.kernels());
   std::int32_t colors = 0;
   for (int place = 0; place < kColorPlaces; ++place) {
-    const std::int32_t* totals = table.totals + place * kKindsPerColor;
-    const std::int32_t in_color = std::accumulate(totals, totals + kKindsPerColor, 0);
+    const std::int32_t in_color =
+        rows_at(constraints.contact_keys, place) + rows_at(constraints.joint_keys, place);
     if (in_color == 0) continue;
     ++colors;
-    const bool is_static = place >= kFirstStaticPlace;
-    if (!is_hub_place(place)) layout.begin_stage(place == 0 || in_color <= kTailManifolds);
-    for (int key = place * kKindsPerColor; key < (place + 1) * kKindsPerColor; ++key) {
-      const int count = table.totals[key], first_lane = table.first_lane[key];
-      if (count == 0) continue;
-      if (is_hub_place(place)) {
-        // Two kinds may have contacts of the same hub.
-        layout.begin_stage(in_color <= kTailManifolds);
-        layout.add_hubs(key, (place - kFirstHubPlace) % 2 == 0 ? simd::BodySide::a : simd::BodySide::b,
-                        first_lane, count);
-      } else if (place == 0) {
-        layout.add_overflow(key, first_lane, count);
-      } else {
-        layout.add_color(key, is_static, first_lane, count);
-      }
-    }
+    const bool serial = place == 0 || in_color <= kTailRows;
+    if (!is_hub_place(place)) layout.begin_stage(serial);
+    for (int kind = 0; kind < numbers.count; ++kind) layout.add_kind(layout.joints, place, kind, serial);
+    for (int kind = 0; kind < kContactKinds; ++kind) layout.add_kind(layout.contacts, place, kind, serial);
   }
   constraints.blocks.resize_discarding(layout.bytes());
   data.stats.colors = colors;
-  const double rows = static_cast<double>(data.contacts.touching.size());
+  const auto rows = static_cast<double>(touching.size() + active.size());
   data.stats.lane_fill =
       layout.used_blocks() == 0 ? 1.0 : rows / (static_cast<double>(layout.used_blocks()) * lanes);
 }

@@ -25,6 +25,7 @@ void refresh_lists(WorldData& data, Crew& crew) {
            (tree == TreeKind::awake || tree == TreeKind::kinematic);
   });
   bodies.lists_dirty = false;
+  data.joints.active_changed = true;
   shapes.trees_changed = true;
 }
 

@@ -20,6 +20,11 @@ namespace {
 
 constexpr int kBodyChunk = 512;  // bodies of one task
 
+// Of what joints hold as stiffly as the step allows. The frequency is per rate of substeps; more than an
+// eighth of it overshoots.
+constexpr float kJointStiffness = 0.125f;
+constexpr float kJointDampingRatio = 2.0f;
+
 simd::SoftConstants soften(float hertz, float damping_ratio, float substep) {
   const float omega = 2.0f * std::numbers::pi_v<float> * hertz;
   const float a1 = 2.0f * damping_ratio + substep * omega;
@@ -102,6 +107,66 @@ simd::BodyArgs body_args(WorldData& data, float dt) {
   return args;
 }
 
+simd::JointArgs joint_args(WorldData& data, Constraints& constraints, float dt) {
+  const WorldSettings& settings = data.settings;
+  const float substep = substep_of(data, dt);
+  simd::JointArgs args{};
+  args.rows = constraints.joint_rows.data();
+  args.blocks = constraints.blocks.data();
+  args.frames = data.joints.frames.data();
+  args.parameters = data.joints.parameters.data();
+  args.impulses = data.joints.impulses.data();
+  args.reactions = data.joints.reaction.data();
+  args.pose = data.bodies.pose.data();
+  args.velocity = data.bodies.velocity.data();
+  args.delta = data.bodies.delta.data();
+  args.inertia = data.bodies.inertia.data();
+  args.substep = substep;
+  args.inverse_substep = 1.0f / substep;
+  args.max_hertz = kJointStiffness / substep;
+  args.stiff = soften(args.max_hertz, kJointDampingRatio, substep);
+  args.push_speed = settings.push_speed;
+  args.warm_start_scale = settings.warm_start ? warm_start_scale(substep, data.last_substep) : 0.0f;
+  args.impulse_keep = settings.warm_start ? 1.0f : 0.0f;
+  args.residual = constraints.residual.data();
+  return args;
+}
+
+namespace {
+
+// Calls the works for all chunks, which do not touch what others do.
+template <class ContactWork, class JointWork>
+void over_blocks(const Constraints& constraints, Crew& crew, ContactWork&& contact_work,
+                 JointWork&& joint_work) {
+  const int joints = static_cast<int>(constraints.joint_chunks.size());
+  crew.run(joints + static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
+    if (chunk < joints) {
+      joint_work(constraints.joint_chunks[static_cast<std::size_t>(chunk)]);
+    } else {
+      contact_work(constraints.chunks[static_cast<std::size_t>(chunk - joints)]);
+    }
+  });
+}
+
+// Restitution, where any contact has it.
+void rebound(const Constraints& constraints, const simd::ContactArgs& contact, Crew& crew) {
+  const auto kernel = crew.kernels().contact.restitution;
+  if (std::none_of(constraints.stages.begin(), constraints.stages.end(),
+                   [](const ColorStage& stage) { return stage.rich; })) {
+    return;
+  }
+  for (const ColorStage& stage : constraints.stages) {
+    const simd::ConstraintChunk* chunks = constraints.chunks.data() + stage.first_chunk;
+    if (stage.serial) {
+      for (int chunk = 0; chunk < stage.chunk_count; ++chunk) kernel(contact, chunks[chunk]);
+    } else {
+      crew.run(stage.chunk_count, [&](int chunk, int) { kernel(contact, chunks[chunk]); });
+    }
+  }
+}
+
+}  // namespace
+
 void solve(WorldData& data, float dt, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   const simd::Kernels& kernels = crew.kernels();
@@ -111,7 +176,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
   constraints.moving.resize_discarding(static_cast<std::size_t>(moving_count));
   std::copy(bodies.awake.begin(), bodies.awake.end(), constraints.moving.begin());
   std::copy(bodies.kinematic.begin(), bodies.kinematic.end(), constraints.moving.begin() + dynamic_count);
-  constraints.residual.resize_discarding(constraints.chunks.size());
+  constraints.residual.resize_discarding(constraints.chunks.size() + constraints.joint_chunks.size());
   if (asks_for_events(data)) constraints.impulse_sum.resize_discarding(constraints.rows.size());
 
   simd::BodyArgs body = body_args(data, dt);
@@ -119,36 +184,55 @@ void solve(WorldData& data, float dt, Crew& crew) {
   const auto over_bodies = [&](int count, auto kernel) {
     crew.run_ranges(count, kBodyChunk, [&](int begin, int end, int) { kernel(body, begin, end); });
   };
-  const auto over_colors = [&](auto kernel) {
+  simd::JointArgs joint = joint_args(data, constraints, dt);
+  // Joints come first, so that contacts have the last word.
+  const auto over_colors = [&](auto contact_kernel, auto joint_kernel) {
     for (const ColorStage& stage : constraints.stages) {
-      const simd::ConstraintChunk* chunks = constraints.chunks.data() + stage.first_chunk;
+      const simd::ConstraintChunk* contacts = constraints.chunks.data() + stage.first_chunk;
+      const simd::ConstraintChunk* joints = constraints.joint_chunks.data() + stage.first_joint_chunk;
+      const auto run_chunk = [&](int chunk) {
+        if (chunk < stage.joint_chunk_count) {
+          (kernels.joint.variant[joints[chunk].variant].*joint_kernel)(joint, joints[chunk]);
+        } else {
+          (kernels.contact.*contact_kernel)(contact, contacts[chunk - stage.joint_chunk_count]);
+        }
+      };
+      const int chunks = stage.joint_chunk_count + stage.chunk_count;
       if (stage.serial) {
-        for (int chunk = 0; chunk < stage.chunk_count; ++chunk) kernel(contact, chunks[chunk]);
+        for (int chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
       } else {
-        crew.run(stage.chunk_count, [&](int chunk, int) { kernel(contact, chunks[chunk]); });
+        crew.run(chunks, [&](int chunk, int) { run_chunk(chunk); });
       }
     }
   };
 
   over_bodies(moving_count, kernels.body.prepare);
-  crew.run(static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
-    kernels.contact.prepare(contact, constraints.chunks[static_cast<std::size_t>(chunk)]);
-  });
+  over_blocks(
+      constraints, crew, [&](const simd::ConstraintChunk& chunk) { kernels.contact.prepare(contact, chunk); },
+      [&](const simd::ConstraintChunk& chunk) {
+        kernels.joint.variant[chunk.variant].prepare(joint, chunk);
+      });
+  using ByContact = simd::ContactKernels;
+  using ByJoint = simd::JointVariantKernels;
   const int substeps = data.settings.substeps;
   for (int substep = 0; substep < substeps; ++substep) {
     body.first_substep = contact.first_substep = substep == 0;
+    joint.elapsed = static_cast<float>(substep) * joint.substep;
     const bool measured = data.settings.measure_residual && substep == substeps - 1;
     over_bodies(dynamic_count, kernels.body.integrate_velocities);
-    if (substep == 0 && contact.warm_start_scale > 0.0f) over_colors(kernels.contact.warm_start);
-    over_colors(kernels.contact.solve);
+    if (substep == 0 && contact.warm_start_scale > 0.0f)
+      over_colors(&ByContact::warm_start, &ByJoint::warm_start);
+    over_colors(&ByContact::solve, &ByJoint::solve);
     over_bodies(moving_count, kernels.body.integrate_poses);
-    over_colors(measured ? kernels.contact.relax_measured : kernels.contact.relax);
+    joint.elapsed = static_cast<float>(substep + 1) * joint.substep;
+    if (measured) {
+      over_colors(&ByContact::relax_measured, &ByJoint::relax_measured);
+    } else {
+      over_colors(&ByContact::relax, &ByJoint::relax);
+    }
   }
   contact.first_substep = false;
-  if (std::any_of(constraints.stages.begin(), constraints.stages.end(),
-                  [](const ColorStage& s) { return s.rich; })) {
-    over_colors(kernels.contact.restitution);
-  }
+  rebound(constraints, contact, crew);
   if (data.settings.measure_residual) {
     data.stats.residual = 0.0;
     for (const float residual : constraints.residual) {
@@ -208,9 +292,12 @@ void store_impulses(WorldData& data, float dt, Crew& crew) {
   if (data.settings.measure_penetration) constraints.depth.resize_discarding(constraints.rows.size());
   const simd::ContactKernels& kernels = crew.kernels().contact;
   const simd::ContactArgs contact = contact_args(data, constraints, dt);
-  crew.run(static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
-    kernels.store(contact, constraints.chunks[static_cast<std::size_t>(chunk)]);
-  });
+  const simd::JointArgs joint = joint_args(data, constraints, dt);
+  over_blocks(
+      constraints, crew, [&](const simd::ConstraintChunk& chunk) { kernels.store(contact, chunk); },
+      [&](const simd::ConstraintChunk& chunk) {
+        crew.kernels().joint.variant[chunk.variant].store(joint, chunk);
+      });
   if (asks_for_events(data)) store_impulse_sums(data, crew);
   if (data.settings.measure_penetration) measure_penetration(data, contact, crew);
 }

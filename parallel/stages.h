@@ -12,11 +12,13 @@ void refresh_lists(WorldData& data,
 void update_bounds(WorldData& data, float dt, Crew& crew);  // poses -> shape poses, fat bounds
 void find_pairs(WorldData& data, Crew& crew);               // bounds -> candidate pairs
 void collide(WorldData& data, Crew& crew);                  // pairs -> manifolds
-void find_islands(WorldData& data, Crew& crew);             // contacts -> islands, who is awake
-void color_constraints(WorldData& data, Crew& crew);        // new contacts -> independent batches
-void pack_blocks(WorldData& data, Crew& crew);              // manifolds -> layout of wide constraint blocks
-void solve(WorldData& data, float dt, Crew& crew);  // blocks -> velocities, motion since the step began
+bool wake_pulled_bodies(WorldData& data);  // moving kinematic bodies -> those asleep that joints tie to them
+void find_islands(WorldData& data, Crew& crew);       // contacts, joints -> islands, who is awake
+void color_constraints(WorldData& data, Crew& crew);  // new contacts -> independent batches
+void pack_blocks(WorldData& data, Crew& crew);        // manifolds -> layout of wide constraint blocks
+void solve(WorldData& data, float dt, Crew& crew);    // blocks -> velocities, motion since the step began
 void store_impulses(WorldData& data, float dt, Crew& crew);  // blocks -> manifolds, for the next warm start
+void break_joints(WorldData& data);                          // reactions -> joints that break
 void note_approach(WorldData& data, Crew& crew);  // velocities -> approach speeds, where events are asked for
 void list_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begin, persist and end of contacts
 void sweep_fast_bodies(WorldData& data, Crew& crew);      // motion -> shorter motion of those that hit

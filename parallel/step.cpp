@@ -75,6 +75,7 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
   PhaseClock clock(data.stats);
   wake_neighbors(data);
   refresh_lists(data, crew);
+  if (wake_pulled_bodies(data)) refresh_lists(data, crew);
   clock.run(Phase::find_pairs, [&] { find_pairs(data, crew); });      // bounds    -> candidate pairs
   clock.run(Phase::collide, [&] { collide(data, crew); });            // pairs     -> manifolds
   clock.run(Phase::find_islands, [&] { find_islands(data, crew); });  // contacts  -> islands, who is awake
@@ -84,6 +85,7 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
     clock.run(Phase::pack_blocks, [&] { pack_blocks(data, crew); });              // manifolds -> wide blocks
     clock.run(Phase::solve, [&] { solve(data, dt, crew); });                      // blocks    -> velocities
     clock.run(Phase::store_impulses, [&] { store_impulses(data, dt, crew); });    // blocks    -> manifolds
+    break_joints(data);  // reactions -> broken joints
   }
   clock.run(Phase::list_events, [&] { list_events(data, dt, crew); });  // manifolds -> begins, ends
   if (dt > 0.0f) {

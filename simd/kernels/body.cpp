@@ -260,6 +260,21 @@ inline Inertias load_inertias(const BodyArgs& args, const Lanes& lanes) {
   return inertias;
 }
 
+// Joints push a body by the inertia that it has where it is.
+inline void turn_inertia(const BodyArgs& args, const Lanes& lanes, Q4 delta, M which) {
+  const BodyMass local = load_mass(args.local_mass, lanes.index);
+  const BodyMass before = load_mass(args.inertia, lanes.index);
+  const Q4 rotation = delta * load_rotation(args.pose, lanes);
+  const S3 turned = rotate(to_matrix(rotation), local.inverse_inertia);
+  const S3& old = before.inverse_inertia;
+  float* base = args.inertia->inverse_inertia;
+  store_rows(base, 8, lanes.index, lanes.count, select(which, turned.xx, old.xx),
+             select(which, turned.xy, old.xy), select(which, turned.xz, old.xz),
+             select(which, turned.yy, old.yy));
+  store_rows(base + 4, 8, lanes.index, lanes.count, select(which, turned.yz, old.yz),
+             select(which, turned.zz, old.zz), before.inverse_mass, F(0.0f));
+}
+
 void integrate_poses(const BodyArgs& args, int begin, int end) {
   const F h(args.substep);
   for (int i = begin; i < end; i += kLanes) {
@@ -271,6 +286,7 @@ void integrate_poses(const BodyArgs& args, int begin, int end) {
     const M gyroscopic = !((flags & I(kMotionGyroscopic)) == I(0));
     V3 turn = v.angular;
     bool changed = false;
+    M turned_inertia = locked & !locked;
     if (bits(locked) != 0) {
       apply_locks(flags, v);
       turn = v.angular;
@@ -288,11 +304,13 @@ void integrate_poses(const BodyArgs& args, int begin, int end) {
       v.angular = select(free, turned.next, v.angular);
       store_velocity(args.free_velocity, lanes, u);
       changed = true;
+      turned_inertia = free & !((flags & I(kMotionJointed)) == I(0));
     }
     if (changed) store_velocity(args.velocity, lanes, v);
     delta.position = delta.position + v.linear * h;
     delta.rotation = advance(delta.rotation, turn, h);
     store_delta(args.delta, lanes, delta);
+    if (bits(turned_inertia) != 0) turn_inertia(args, lanes, delta.rotation, turned_inertia);
   }
 }
 
