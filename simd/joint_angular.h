@@ -61,6 +61,27 @@ inline F shorter_way(F angle) {
   return (angle - turns * F(6.28125f)) - turns * F(1.93530718e-3f);
 }
 
+// The rotation by a rotation vector of any length.
+inline Q4 rotation_by(V3 v) {
+  const F one(1.0f), two(2.0f), whole = length(v);
+  const F turns = round_to_nearest(whole * F(0.5f * 0.159154943f));
+  // An eighth of the angle, within pi/4: series, then doubled twice to half the angle.
+  const F x = F(0.25f) * ((F(0.5f) * whole - turns * F(6.28125f)) - turns * F(1.93530718e-3f));
+  const F s = x * x;
+  F sine = x * (one + s * (F(-1.66666667e-1f) +
+                           s * (F(8.33333333e-3f) + s * (F(-1.98412698e-4f) + s * F(2.75573192e-6f)))));
+  F cosine =
+      one + s * (F(-0.5f) + s * (F(4.16666667e-2f) + s * (F(-1.38888889e-3f) + s * F(2.48015873e-5f))));
+  for (int doubling = 0; doubling < 2; ++doubling) {
+    const F twice = two * sine * cosine;
+    cosine = one - two * sine * sine;
+    sine = twice;
+  }
+  const M small = whole < F(1e-4f);
+  const F scale = select(small, F(0.5f), sine / select(small, one, whole));
+  return {v.x * scale, v.y * scale, v.z * scale, cosine};
+}
+
 // The angle about x, in (-pi, pi], of what is left of a relative rotation once the shortest turn that brings
 // the x axes together is taken away.
 inline F twist_angle(Q4 relative) {
@@ -225,6 +246,55 @@ inline void store_held(const JointArgs& args, const std::int32_t* joint, int cou
   store_impulses(args, joint, count, 0, impulse.x, impulse.y, impulse.z, F(0.0f));
   store_impulses(args, joint, count, 1, torque.x, torque.y, torque.z, F(0.0f));
   store_reaction(args, joint, count, impulse, torque + finite_or_zero(more));
+}
+
+// scree::RotationDrive.
+struct RotationDriveLanes {
+  LaneFloats target[4];             // of frame b in frame a, where the step begins
+  LaneFloats velocity[3];           // in the axes of frame a
+  LaneFloats max_impulse;           // of the torque, in a substep
+  LaneSoftness drive;               // as in LaneAxis
+  LaneFloats error[3], turning[3];  // how far ahead of the target, and the target's velocity; in world axes
+  LaneFloats impulse[3];            // of the torque, in world axes
+};
+
+inline void aim_rotation_drive(const WideFrames& frames, F elapsed, RotationDriveLanes& lanes) {
+  const V3 velocity = load3(lanes.velocity);
+  const Q4 target = rotation_by(velocity * elapsed) * load4(lanes.target);
+  const V3 ahead = rotation_vector(conjugate(frames.a) * frames.b * conjugate(target));
+  store3(lanes.error, rotate(frames.a, ahead));
+  store3(lanes.turning, rotate(frames.a, velocity));
+}
+
+// From the axes that core/plain/joint.h names.
+inline void prepare_rotation_drive(const JointArgs& args, const std::int32_t* joint, const WideFrames& frames,
+                                   V3 impulse, RotationDriveLanes& lanes) {
+  const WideAxis x = load_axis(args, joint, 0), y = load_axis(args, joint, 1), z = load_axis(args, joint, 2);
+  const WideAxis target = load_axis(args, joint, 3);
+  const M spring = z.drive == I(static_cast<std::int32_t>(kDriveSpring));
+  const M idle = z.drive == I(static_cast<std::int32_t>(kDriveNone));
+  const F zero(0.0f), one(1.0f);
+  const V3 none{zero, zero, zero};
+  const Softness soft = soften(args, select(spring, z.hertz, one), z.damping_ratio, F(args.max_hertz));
+  store4(lanes.target, {target.lower, target.upper, target.target, target.speed});
+  store3(lanes.velocity, {x.speed, y.speed, z.speed});
+  store(lanes.max_impulse, select(idle, zero, z.max_force * F(args.substep)));
+  store_softness(lanes.drive, {select(spring, soft.bias_rate, zero), select(spring, soft.mass_scale, one),
+                               select(spring, soft.impulse_scale, zero)});
+  store3(lanes.impulse, select(idle, none, impulse * F(args.warm_start_scale)));
+  aim_rotation_drive(frames, zero, lanes);
+}
+
+// Returns the change of the torque impulse. `inertia`: torque by velocity, about what the bodies turn about.
+inline V3 solve_rotation_drive(RotationDriveLanes& lanes, V3 turning, const S3& inertia, F keep) {
+  const Softness soft = load_softness(lanes.drive);
+  const V3 old_impulse = load3(lanes.impulse) * keep;
+  const V3 error = turning - load3(lanes.turning) + load3(lanes.error) * soft.bias_rate;
+  V3 impulse = old_impulse - inertia * (error * soft.mass_scale) - old_impulse * soft.impulse_scale;
+  const F size = length(impulse), limit = load(lanes.max_impulse);
+  impulse = impulse * select(size > limit, limit / size, F(1.0f));
+  store3(lanes.impulse, impulse);
+  return impulse - old_impulse;
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -87,13 +87,13 @@ struct JointWorld {
 
   std::size_t add_row(float body_mass, Vec3 moment, Vec3 position, Quat rotation, Velocity v) {
     const auto inverse = [](float x) { return x > 0.0f ? 1.0f / x : 0.0f; };
-    pose.push_back({{position.x, position.y, position.z}, 0, {rotation.x, rotation.y, rotation.z, rotation.w}});
+    pose.push_back(
+        {{position.x, position.y, position.z}, 0, {rotation.x, rotation.y, rotation.z, rotation.w}});
     velocity.push_back({{v.linear.x, v.linear.y, v.linear.z}, {v.angular.x, v.angular.y, v.angular.z}, {}});
     free_velocity.push_back({});
     delta.push_back({{0, 0, 0}, {0, 0, 0, 1}, 0});
-    const InertiaRow m{{inverse(moment.x), 0, 0, inverse(moment.y), 0, inverse(moment.z)},
-                       inverse(body_mass),
-                       0};
+    const InertiaRow m{
+        {inverse(moment.x), 0, 0, inverse(moment.y), 0, inverse(moment.z)}, inverse(body_mass), 0};
     inertia.push_back(m);
     local_mass.push_back(m);
     local_inertia.push_back({{moment.x, 0, 0, moment.y, 0, moment.z}, {}});
@@ -199,8 +199,8 @@ struct JointWorld {
     for (int j = 0; j < joints + kernels.lanes; ++j) rows.push_back(j < joints ? j : joints - 1);
     const int block_count = (joints + kernels.lanes - 1) / kernels.lanes;
     blocks.resize(static_cast<std::size_t>(block_count) * joint_kernels.block_bytes);
-    const simd::ConstraintChunk chunk{variant, block_count, joints, 0, 0, 0, simd::BodySide::none,
-                                      simd::BodySide::none};
+    const simd::ConstraintChunk chunk{
+        variant, block_count, joints, 0, 0, 0, simd::BodySide::none, simd::BodySide::none};
     for (int i = 0; i < kernels.lanes; ++i) list.push_back(list.back());  // what a kernel may read
     simd::JointArgs joint = joint_args(dt);
     simd::BodyArgs body = body_args(dt);
