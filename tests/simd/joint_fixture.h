@@ -56,7 +56,8 @@ struct Bench {
   Column<std::uint8_t> touched;
   Column<ForceRow> force;
   Column<float> center, transform, timer, mass, energy;
-  Column<std::uint8_t> broken;
+  Column<std::uint8_t> broken, flags;
+  Column<DriftRow> drift;
   Column<std::int32_t> moving, rows;
   Column<JointFrames> frames;
   Column<JointParameters> parameters;
@@ -155,6 +156,8 @@ struct Bench {
     args.center = center.data();
     args.transform = transform.data();
     args.sleep_timer = timer.data();
+    args.drift = drift.data();
+    args.flags = flags.data();
     args.mass = mass.data();
     args.kinetic_energy = energy.data();
     args.broken = broken.data();
@@ -240,6 +243,8 @@ struct Bench {
     for (int i = 0; i < 3; ++i) center.push_back(0);
     for (int i = 0; i < 7; ++i) transform.push_back(0);
     timer.push_back(0);
+    drift.push_back({});
+    flags.push_back(0);
     mass.push_back(0);
     energy.push_back(0);
     broken.push_back(0);
