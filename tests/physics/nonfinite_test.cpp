@@ -1,6 +1,7 @@
 // Numbers that are none are refused by every call; the most extreme numbers that calls accept keep every
 // state finite.
 #include <core/limits.h>
+#include <tests/core/joint_samples.h>
 #include <tests/physics/lab.h>
 
 #include <algorithm>
@@ -29,6 +30,10 @@ class Poke {
   template <class Value>
   Value operator()(Value value) {
     change(value);
+    return value;
+  }
+  float bound(float value) {  // which may be infinite
+    change_bound(value, kInfinity);
     return value;
   }
 
@@ -88,6 +93,88 @@ class Poke {
     auto& [local_pose, filter, user_data, contact_events] = options;
     change(local_pose);
   }
+  // A number that may be infinite, but not that way: it is poked with the other infinity.
+  void change_bound(float& number, float sound) {
+    if (count_++ == which_) number = value_ == sound ? -sound : value_;
+  }
+  void change(JointAxis& axis) {
+    auto& [lower, upper, drive, target, speed, hertz, damping_ratio, max_force] = axis;
+    change_bound(lower, -kInfinity), change_bound(upper, kInfinity), change(target), change(speed);
+    change(hertz), change(damping_ratio), change_bound(max_force, kInfinity);
+  }
+  void change(RotationDrive& rotation) {
+    auto& [drive, target, velocity, hertz, damping_ratio, max_torque] = rotation;
+    change(target), change(velocity), change(hertz), change(damping_ratio);
+    change_bound(max_torque, kInfinity);
+  }
+  void change(BallJoint& ball) {
+    auto& [cone_limit, twist_lower, twist_upper, drive] = ball;
+    change_bound(cone_limit, kInfinity), change_bound(twist_lower, -kInfinity);
+    change_bound(twist_upper, kInfinity), change(drive);
+  }
+  void change(HingeJoint& hinge) {
+    auto& [angle] = hinge;
+    change(angle);
+  }
+  void change(SliderJoint& slider) {
+    auto& [offset] = slider;
+    change(offset);
+  }
+  void change(DistanceJoint& distance) {
+    auto& [length] = distance;
+    change(length);
+  }
+  void change(WeldJoint& weld) {
+    auto& [angular_hertz, angular_damping_ratio] = weld;
+    change(angular_hertz), change(angular_damping_ratio);
+  }
+  void change(SixDegreeJoint& joint) {
+    auto& [offset, angle] = joint;
+    for (JointAxis& axis : offset) change(axis);
+    for (JointAxis& axis : angle) change(axis);
+  }
+  void change(WheelJoint& wheel) {
+    auto& [suspension, steering, spin] = wheel;
+    change(suspension), change(steering), change(spin);
+  }
+  void change(UniversalJoint& universal) {
+    auto& [first, second] = universal;
+    change(first), change(second);
+  }
+  void change(PlanarJoint& planar) {
+    auto& [offset_y, offset_z, angle] = planar;
+    change(offset_y), change(offset_z), change(angle);
+  }
+  void change(GearJoint& gear) {
+    auto& [ratio] = gear;
+    change(ratio);
+  }
+  void change(RackAndPinionJoint& rack) {
+    auto& [radius] = rack;
+    change(radius);
+  }
+  void change(PulleyJoint& pulley) {
+    auto& [point_a, point_b, ratio, length, rigid] = pulley;
+    change(point_a), change(point_b), change(ratio), change(length);
+  }
+  void change(MotorJoint& motor) {
+    auto& [rotation, drive, target, velocity, hertz, damping_ratio, max_force] = motor;
+    change(rotation), change(target), change(velocity), change(hertz), change(damping_ratio);
+    change_bound(max_force, kInfinity);
+  }
+  void change(MouseJoint& mouse) {
+    auto& [target, hertz, damping_ratio, max_force] = mouse;
+    change(target), change(hertz), change(damping_ratio), change_bound(max_force, kInfinity);
+  }
+  void change(Joint& joint) {
+    std::visit([this](auto& kind) { change(kind); }, joint);
+  }
+  void change(JointDef& def) {
+    auto& [body_a, body_b, frame_a, frame_b, collide_connected, enabled, hertz, damping_ratio, break_force,
+           break_torque, user_data] = def;
+    change(frame_a), change(frame_b), change(hertz), change(damping_ratio);
+    change_bound(break_force, kInfinity), change_bound(break_torque, kInfinity);
+  }
   void change(WorldSettings& settings) {
     auto& [gravity, substeps, contact_hertz, contact_damping_ratio, push_speed, restitution_threshold,
            max_linear_speed, max_angular_speed, continuous, warm_start, sleeping, sleep_linear_speed,
@@ -102,18 +189,22 @@ class Poke {
   int count_ = 0;
 };
 
-// A crate on the ground beside a kinematic capsule.
+// A crate on the ground beside a kinematic capsule, and a disabled joint of each kind.
 struct Stage {
   Stage() {
     lab.add_ground();
     crate = lab.add({.position = {0, 0.5f, 0}}, Box{});
     roller = lab.add({.type = BodyType::kinematic, .position = {5, 1, 0}}, Capsule{});
     EXPECT_EQ(lab.world.shapes_of(crate, {&shape, 1}), 1u);
+    for (const Joint& joint : test::plain_joints()) {
+      joints.push_back(lab.world.create_joint({.body_b = crate, .enabled = false}, joint));
+    }
     lab.run(5);
   }
   Lab lab;
   BodyId crate, roller;
   ShapeId shape;
+  std::vector<JointId> joints;
 };
 
 const std::vector<Geometry>& geometries() {
@@ -126,6 +217,23 @@ struct NumberCall {
   const char* name;
   std::function<void(World&, const Stage&, Poke&)> make;
 };
+
+void add_joint_calls(std::vector<NumberCall>& calls) {
+  for (const Joint& joint : test::plain_joints()) {
+    calls.push_back({"create_joint", [=](World& world, const Stage& s, Poke& poke) {
+                       world.create_joint({.body_b = s.crate}, poke(joint));
+                     }});
+    calls.push_back({"create_joints", [=](World& world, const Stage& s, Poke& poke) {
+                       const JointDef defs[] = {{.body_b = s.crate}, poke(JointDef{.body_b = s.crate})};
+                       const Joint joints[] = {joint, poke(joint)};
+                       JointId ids[2];
+                       world.create_joints(defs, joints, ids);
+                     }});
+    calls.push_back({"set_joint", [=](World& world, const Stage& s, Poke& poke) {
+                       world.set_joint(s.joints[joint.index()], poke(joint));
+                     }});
+  }
+}
 
 // Every call of scree/world.h that takes a number, with sound arguments but for what is poked.
 std::vector<NumberCall> number_calls() {
@@ -182,7 +290,27 @@ std::vector<NumberCall> number_calls() {
        [](World& world, const Stage& s, Poke& poke) { world.set_local_pose(s.shape, poke(Pose{})); }},
       {"set_settings",
        [](World& world, const Stage&, Poke& poke) { world.set_settings(poke(WorldSettings{})); }},
+      {"create_joint",
+       [](World& world, const Stage& s, Poke& poke) {
+         world.create_joint(poke(JointDef{.body_a = s.crate, .body_b = s.roller}), HingeJoint{});
+       }},
+      {"set_joint_frames",
+       [](World& world, const Stage& s, Poke& poke) {
+         const Pose frame_a = poke(Pose{});
+         world.set_joint_frames(s.joints[0], frame_a, poke(Pose{}));
+       }},
+      {"set_joint_stiffness",
+       [](World& world, const Stage& s, Poke& poke) {
+         const float hertz = poke(1.0f);
+         world.set_joint_stiffness(s.joints[0], hertz, poke(1.0f));
+       }},
+      {"set_joint_strength",
+       [](World& world, const Stage& s, Poke& poke) {
+         const float force = poke.bound(1.0f);
+         world.set_joint_strength(s.joints[0], force, poke.bound(1.0f));
+       }},
   };
+  add_joint_calls(calls);
   for (const Geometry& geometry : geometries()) {
     calls.push_back({"create_bodies", [=](World& world, const Stage&, Poke& poke) {
                        const Geometry solid = poke(geometry);
@@ -256,7 +384,7 @@ std::set<std::string> calls_with_numbers() {
   const std::regex number(
       "\\b(float|double|Vec3|Quat|Pose|BodyDef|MassProperties|Geometry|Sphere|Capsule|Box|ConvexHull|"
       "Material|"
-      "ShapeOptions|WorldSettings)\\b");
+      "ShapeOptions|WorldSettings|JointDef|Joint)\\b");
   std::set<std::string> names;
   for (std::sregex_iterator it(bare.begin(), bare.end(), call), last; it != last; ++it) {
     if (std::regex_search((*it)[2].str(), number)) names.insert((*it)[1].str());
