@@ -1,5 +1,6 @@
 // Laws of the calls that create, change, read and destroy joints.
 #include <core/joint_rows.h>
+#include <scree/scree.h>
 #include <tests/core/joint_samples.h>
 #include <tests/core/world_fixture.h>
 
@@ -169,7 +170,15 @@ TEST(Joints, GoWithTheirBodies) {
   world.destroy_bodies(std::vector{bodies[1], bodies[2], bodies[3]});
   EXPECT_EQ(world.joint_count(), 0u);
   const Column<JointId>& lost = internals(world).events.lost;
-  EXPECT_EQ(std::vector<JointId>(lost.begin(), lost.end()), (std::vector{third, second, first, other, last}));
+  const std::vector<JointId> wanted{third, second, first, other, last};
+  EXPECT_EQ(std::vector<JointId>(lost.begin(), lost.end()), wanted);
+  EXPECT_TRUE(world.destroyed_joints().empty()) << "of a step that is to come";
+  Workers workers(1);
+  step(world, 1.0f / 60.0f, workers);
+  const std::span<const JointId> told = world.destroyed_joints();
+  EXPECT_EQ(std::vector<JointId>(told.begin(), told.end()), wanted);
+  step(world, 1.0f / 60.0f, workers);
+  EXPECT_TRUE(world.destroyed_joints().empty());
 }
 
 TEST(Joints, DestroyedOnesAreNotToldAsLost) {
