@@ -193,13 +193,14 @@ inline void warm_start_held(const PointLanes& point, const TurningLanes& turning
   push_and_twist(bodies, load3(point.arm_a), load3(point.arm_b), load3(point.impulse), load3(turning.torque));
 }
 
-// After turn_point().
-inline void solve_held(PointLanes& point, TurningLanes& turning, JointBodies& bodies, const Softness& soft,
-                       const Softness& soft_turning, F keep) {
+// After turn_point() or move_point(). Returns the anchors' speed that was left.
+inline F solve_held(PointLanes& point, TurningLanes& turning, JointBodies& bodies, const Softness& soft,
+                    const Softness& soft_turning, F keep) {
   const V3 arm_a = load3(point.arm_a), arm_b = load3(point.arm_b);
   const M3 share = load9(turning.share);
   const V3 old_impulse = load3(point.impulse) * keep, old_torque = load3(turning.torque) * keep;
-  const V3 speed = anchor_velocity(bodies, arm_a, arm_b) + load3(point.error) * soft.bias_rate;
+  const V3 left = anchor_velocity(bodies, arm_a, arm_b);
+  const V3 speed = left + load3(point.error) * soft.bias_rate;
   const V3 rate = turning_speed(bodies) + load3(turning.error) * soft_turning.bias_rate -
                   multiply_transposed(share, speed);
   const V3 torque =
@@ -209,20 +210,7 @@ inline void solve_held(PointLanes& point, TurningLanes& turning, JointBodies& bo
   store3(point.impulse, old_impulse + impulse);
   store3(turning.torque, old_torque + torque);
   push_and_twist(bodies, arm_a, arm_b, impulse, torque);
-}
-
-// Solves without bias; returns the anchors' speed that was left. After move_point().
-inline F relax_held(PointLanes& point, TurningLanes& turning, JointBodies& bodies) {
-  const V3 arm_a = load3(point.arm_a), arm_b = load3(point.arm_b);
-  const M3 share = load9(turning.share);
-  const V3 speed = anchor_velocity(bodies, arm_a, arm_b);
-  const V3 rate = turning_speed(bodies) - multiply_transposed(share, speed);
-  const V3 torque = load6(turning.inertia) * -rate;
-  const V3 impulse = load6(point.inverse_response) * -speed - share * torque;
-  store3(point.impulse, load3(point.impulse) + impulse);
-  store3(turning.torque, load3(turning.torque) + torque);
-  push_and_twist(bodies, arm_a, arm_b, impulse, torque);
-  return length(speed);
+  return length(left);
 }
 
 // Inherited torque impulses act about new axes: `change` is by how much that differs. After move_point().

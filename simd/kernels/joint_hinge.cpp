@@ -63,6 +63,11 @@ inline AxisTurning move_hinge(const WideFrames& frames, const WideDelta& delta_a
   return refresh(bodies, frames, x, hinge);
 }
 
+inline F relax_hinge(HingeLanes& hinge, JointBodies& bodies) {
+  const Softness relaxed = load_softness(hinge.point.relaxed);
+  return solve_held(hinge.point, hinge.turning, bodies, relaxed, relaxed, F(1.0f));
+}
+
 inline void solve_hinge(HingeLanes& hinge, JointBodies& bodies, F keep) {
   turn_point(hinge.point, bodies, keep);
   const Softness held = load_softness(hinge.point.held);
@@ -90,7 +95,7 @@ struct PlainHinge {
                  JointBodies& bodies) {
     const WideFrames frames = turn_frames(block.hinge.frames, delta_a, delta_b);
     move_hinge(frames, delta_a, delta_b, bodies, F(0.0f), block.hinge);
-    return relax_held(block.hinge.point, block.hinge.turning, bodies);
+    return relax_hinge(block.hinge, bodies);
   }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);
@@ -171,7 +176,7 @@ struct RichHinge {
     const AxisTurning turning =
         move_hinge(frames, delta_a, delta_b, bodies, impulse_about(block.axis), block.hinge);
     refresh_axis(turning, frames, block.hinge, block.axis);
-    const F error = relax_held(block.hinge.point, block.hinge.turning, bodies);
+    const F error = relax_hinge(block.hinge, bodies);
     solve_axis(args, block.hinge, block.axis, bodies, rigid(), F(1.0f));
     return error;
   }

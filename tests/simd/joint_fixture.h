@@ -8,6 +8,7 @@
 #include <scree/joint.h>
 #include <simd/kernels.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -85,7 +86,7 @@ struct JointWorld {
     for (int row = 0; row < kFirstBody; ++row) add_row(0.0f, {}, {}, {}, {});
   }
 
-  std::size_t add_row(float body_mass, Vec3 moment, Vec3 position, Quat rotation, Velocity v) {
+  std::size_t add_row(float body_mass, Vec3 moment, Vec3 position, Quat rotation, const Velocity& v) {
     const auto inverse = [](float x) { return x > 0.0f ? 1.0f / x : 0.0f; };
     pose.push_back(
         {{position.x, position.y, position.z}, 0, {rotation.x, rotation.y, rotation.z, rotation.w}});
@@ -110,7 +111,8 @@ struct JointWorld {
     return pose.size() - 1;
   }
   // A dynamic body; `moment`: inertia about its axes.
-  std::int32_t add_body(float body_mass, Vec3 moment, Vec3 position, Quat rotation = {}, Velocity v = {}) {
+  std::int32_t add_body(float body_mass, Vec3 moment, Vec3 position, Quat rotation = {},
+                        const Velocity& v = {}) {
     list.push_back(static_cast<std::int32_t>(add_row(body_mass, moment, position, rotation, v)));
     return list.back();
   }
