@@ -141,6 +141,11 @@ inline void push_and_twist(JointBodies& bodies, V3 arm_a, V3 arm_b, V3 impulse, 
 
 inline V3 turning_speed(const JointBodies& bodies) { return bodies.b.angular - bodies.a.angular; }
 
+// Of that speed to torques alone.
+inline S3 turning_response(const JointBodies& bodies) {
+  return bodies.mass_a.inverse_inertia + bodies.mass_b.inverse_inertia;
+}
+
 // How two bodies turn against each other about a point of both that is held. A torque impulse t about it
 // comes with the impulse -share t at the anchors, which keeps these together; so rows that turn the bodies
 // this way leave the point's rows alone, and one pass over both is exact.
@@ -153,7 +158,7 @@ struct HeldTurning {
 // point takes away of it, C^T P^-1 C, a small body on a long arm would lose all its digits.
 inline HeldTurning held_turning(const JointBodies& bodies, V3 arm_a, V3 arm_b, const S3& inverse_point) {
   const S3 &i_a = bodies.mass_a.inverse_inertia, &i_b = bodies.mass_b.inverse_inertia;
-  const S3 moment = invert_semidefinite(i_a + i_b);
+  const S3 moment = invert_semidefinite(turning_response(bodies));
   // Response of the point while the bodies turn as one: 1 / (inertia a + inertia b), at the arm between the
   // centers of mass.
   const M3 shared{moment * V3{i_b.xx, i_b.xy, i_b.xz}, moment * V3{i_b.xy, i_b.yy, i_b.yz},

@@ -137,6 +137,17 @@ TEST(JointKernels, HeldRowsOfALoneJointHaveNoSpeedLeft) {
   }
 }
 
+// Limits and drives of any strength beside springs of any softness.
+TEST(JointKernels, NothingGainsSpeedWithoutBounds) {
+  for (const int variant : kVariants) {
+    JointWorld world = random_pairs(200, 5, 0.1f);
+    for (int step = 0; step < 120; ++step) world.step(scalar_kernels(), variant);
+    for (std::size_t joint = 0; joint < world.frames.size(); ++joint) {
+      EXPECT_LT(length(world.angular(world.frames[joint].row_b)), 60.0f) << variant << " joint " << joint;
+    }
+  }
+}
+
 // Small bodies on long arms: what a difference of responses would lose all digits of.
 TEST(JointKernels, HeldRowsOfASmallBodyOnALongArmHaveNoSpeedLeft) {
   for (const int variant : {kPlainHinge, kWeld}) {
@@ -179,7 +190,7 @@ TEST(JointKernels, ImpulsesConserveMomentum) {
     for (std::size_t joint = 0; joint < 100; ++joint) momentum(joint, linear[joint], angular[joint]);
     for (int step = 0; step < 3; ++step) world.step(scalar_kernels(), variant, 1e-3f);
     for (std::size_t joint = 0; joint < 100; ++joint) {
-      if (world.frames[joint].row_a == kFixedRow) continue;
+      if (joint % 5 == 0) continue;  // against the world
       Vec3 linear_now, angular_now;
       momentum(joint, linear_now, angular_now);
       EXPECT_LT(length(linear_now - linear[joint]), 1e-4f) << variant << " joint " << joint;
