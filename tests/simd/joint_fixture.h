@@ -182,10 +182,10 @@ struct Bench {
     args.inertia = inertia.data();
     args.substep = dt / static_cast<float>(substeps);
     args.inverse_substep = 1 / args.substep;
-    args.max_hertz = 0.125f * args.inverse_substep;
+    args.max_hertz = 0.25f * args.inverse_substep;
     const float omega = 2 * std::numbers::pi_v<float> * args.max_hertz, a1 = 4 + args.substep * omega,
                 a2 = args.substep * omega * a1;
-    args.stiff = {omega / a1, a2 / (1 + a2), 0};
+    args.stiff = {omega / a1, a2 / (1 + a2), 1 / (1 + a2)};
     args.push_speed = 3;
     args.warm_start_scale = warm ? 1.0f : 0.0f;
     args.impulse_keep = 1;
