@@ -182,7 +182,7 @@ void accelerate(World& world, BodyId body, float acceleration, Vec3 way, bool tu
 }
 
 // Squares of such speeds are no numbers, though the speeds are.
-TEST(NonFinite, AnAccelerationBeyondAllSpeedsIsLimitedOrFreezes) {
+TEST(Extremes, AnAccelerationBeyondAllSpeedsIsLimitedOrFreezes) {
   int limited = 0, frozen = 0;
   for (const bool turns : {false, true}) {
     for (int exponent = 16; exponent <= 37; ++exponent) {
@@ -241,7 +241,7 @@ std::size_t suffer(const std::function<void(World&, BodyId, ShapeId)>& make) {
   return restored;
 }
 
-TEST(NonFinite, AnAccelerationBeyondAllSpeedsInAHeapHarmsNobodyElse) {
+TEST(Extremes, AnAccelerationBeyondAllSpeedsInAHeapHarmsNobodyElse) {
   for (const bool turns : {false, true}) {
     for (int exponent = 20; exponent <= 37; exponent += turns ? 4 : 2) {
       SCOPED_TRACE(std::to_string(exponent) + (turns ? ", turning" : ""));

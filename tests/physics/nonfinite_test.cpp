@@ -3,7 +3,6 @@
 #include <tests/core/joint_samples.h>
 #include <tests/physics/lab.h>
 
-#include <algorithm>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -11,7 +10,6 @@
 #include <regex>
 #include <set>
 #include <string>
-#include <utility>
 
 namespace scree::physics {
 namespace {
