@@ -56,6 +56,7 @@ void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const Bod
   bodies.mass[row] = mass.mass;
   bodies.given_mass[row] = def.mass.value_or(0.0f);
   bodies.first_shape[row] = -1;
+  bodies.first_joint[row] = -1;
   bodies.user_data[row] = def.user_data;
   bodies.inertia[row] = {};
   DeltaRow delta{};
@@ -180,9 +181,16 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
   if (shape_count > 0) data.contacts.pairs_stale = true;
 }
 
+// There is room in the list of lost joints for those of the body.
 void bury_body(WorldData& data, std::int32_t body) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);
+  while (bodies.first_joint[row] >= 0) {
+    const std::int32_t joint = bodies.first_joint[row];
+    const auto index = static_cast<std::uint32_t>(joint);
+    data.events.lost.push_back({index, data.joints.generation[index]});
+    bury_joint(data, joint);
+  }
   for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     bury_shape(data, shape);
@@ -245,7 +253,9 @@ void World::destroy_body(BodyId body) {
   constexpr Call call{"destroy_body"};
   WorldData& data = opened(call, data_);
   const Telling<RecordedCall::destroy_body> telling(data, body);
-  bury_body(data, checked_row(call, data.bodies, body));
+  const std::int32_t row = checked_row(call, data.bodies, body);
+  data.events.lost.reserve(data.events.lost.size() + count_joints(data, row));
+  bury_body(data, row);
 }
 
 void World::destroy_bodies(std::span<const BodyId> bodies) {
@@ -258,16 +268,24 @@ void World::destroy_bodies(std::span<const BodyId> bodies) {
       flags = static_cast<std::uint8_t>(flags & ~kBodyMarked);
     }
   };
+  std::size_t joints = 0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Call call{kName, static_cast<std::int64_t>(i)};
     try {
       const auto row = static_cast<std::size_t>(checked_row(call, data.bodies, bodies[i]));
       if ((data.bodies.flags[row] & kBodyMarked) != 0) fail(call, "the same body stands in the list twice");
       data.bodies.flags[row] |= kBodyMarked;
+      joints += count_joints(data, static_cast<std::int32_t>(row));
     } catch (...) {
       unmark(i);
       throw;
     }
+  }
+  try {
+    data.events.lost.reserve(data.events.lost.size() + joints);
+  } catch (...) {
+    unmark(bodies.size());
+    throw;
   }
   for (const BodyId& body : bodies) bury_body(data, static_cast<std::int32_t>(body.index));
 }

@@ -4,6 +4,7 @@
 #include <core/value_bytes.h>
 
 #include <tuple>
+#include <type_traits>
 
 namespace scree {
 
@@ -28,6 +29,11 @@ struct Arguments<std::tuple<Types...>> {
 };
 template <RecordedCall kCall>
 using ArgumentsOf = Arguments<typename CallArguments<kCall>::Types>;
+
+// Of what a list of definitions makes.
+template <class Defs>
+using MadeId = std::conditional_t<std::is_same_v<typename std::remove_cvref_t<Defs>::value_type, JointDef>,
+                                  JointId, BodyId>;
 
 template <class Values>
 Values read_arguments(CallReader& reader) {
@@ -75,21 +81,21 @@ void write_call(const MadeCall& call, CallWriter& writer) {
 
 void take_call(RecordedCall call, CallReader& reader, World* world) {
   switch (call) {
-#define SCREE_TAKE_CALL(name, function, ...)                                                    \
-  case RecordedCall::name: {                                                                    \
-    const auto values = read_arguments<ArgumentsOf<RecordedCall::name>::Values>(reader);        \
-    if (world == nullptr) return;                                                               \
-    std::apply(                                                                                 \
-        [world](const auto& first, const auto&... rest) {                                       \
-          if constexpr (requires { world->function(first, rest...); }) {                        \
-            static_cast<void>(world->function(first, rest...));                                 \
-          } else {                                                                              \
-            std::vector<BodyId> ids(first.size()); /* of the bodies of a list of definitions */ \
-            world->function(first, rest..., ids);                                               \
-          }                                                                                     \
-        },                                                                                      \
-        values);                                                                                \
-    return;                                                                                     \
+#define SCREE_TAKE_CALL(name, function, ...)                                             \
+  case RecordedCall::name: {                                                             \
+    const auto values = read_arguments<ArgumentsOf<RecordedCall::name>::Values>(reader); \
+    if (world == nullptr) return;                                                        \
+    std::apply(                                                                          \
+        [world](const auto& first, const auto&... rest) {                                \
+          if constexpr (requires { world->function(first, rest...); }) {                 \
+            static_cast<void>(world->function(first, rest...));                          \
+          } else {                                                                       \
+            std::vector<MadeId<decltype(first)>> ids(first.size());                      \
+            world->function(first, rest..., ids);                                        \
+          }                                                                              \
+        },                                                                               \
+        values);                                                                         \
+    return;                                                                              \
   }
     SCREE_RECORDED_CALLS(SCREE_TAKE_CALL)
 #undef SCREE_TAKE_CALL

@@ -43,6 +43,14 @@ void check_material(Call call, const Material& material);
 void check_events(Call call, ContactEvents events);
 void check_options(Call call, const ShapeOptions& options);
 void check_settings(Call call, const WorldSettings& settings);
+void check_joint(Call call, const Joint& joint);
+// Of what is held; `hertz` may be 0.
+void check_stiffness(Call call, const char* hertz, float hertz_value, const char* ratio, float ratio_value);
+void check_strength(Call call, const char* what, float value);
+// Frames of a joint; those in the world may lie farther off.
+void check_joint_frames(Call call, bool world_a, const Pose& frame_a, bool world_b, const Pose& frame_b);
+// Returns the rows of the joint's bodies, the world's for its handle.
+JointBodies check_joint_def(Call call, const Bodies& bodies, const JointDef& def, const Joint& joint);
 
 // The row of a handle, or an Error.
 inline std::int32_t checked_row(Call call, const Bodies& bodies, BodyId id) {
@@ -56,6 +64,13 @@ inline std::int32_t checked_row(Call call, const Shapes& shapes, ShapeId id) {
   if (id.index >= shapes.flags.size() || shapes.generation[id.index] != id.generation ||
       (shapes.flags[id.index] & kShapeAlive) == 0) {
     fail_handle(call, "shape", id.index, id.generation);
+  }
+  return static_cast<std::int32_t>(id.index);
+}
+inline std::int32_t checked_row(Call call, const Joints& joints, JointId id) {
+  if (id.index >= joints.flags.size() || joints.generation[id.index] != id.generation ||
+      (joints.flags[id.index] & kJointAlive) == 0) {
+    fail_handle(call, "joint", id.index, id.generation);
   }
   return static_cast<std::int32_t>(id.index);
 }

@@ -2,6 +2,7 @@
 #include <core/balls.h>
 #include <core/edit.h>
 #include <core/hull_build.h>
+#include <core/joint_rows.h>
 
 namespace scree {
 
@@ -38,12 +39,15 @@ void move_center(WorldData& data, std::int32_t body, Vec3 center) {
     // Manifolds of sleepers with a fixed or kinematic body must be made anew, too.
     if (bodies.type[row] != BodyType::dynamic) request_wake(data, shape);
   }
+  place_joints_of(data, body);
   place_body(data, body, transform);
 }
 
 }  // namespace
 
 void grow(Bodies& bodies, std::size_t count) { grow_store(bodies, count); }
+
+void grow(Joints& joints, std::size_t count) { grow_store(joints, count); }
 
 void grow(Shapes& shapes, std::size_t count) {
   shapes.dirty.reserve(count);
@@ -230,6 +234,12 @@ void disturb(WorldData& data, std::int32_t body) {
   for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     request_wake(data, shape);
+  }
+  const Joints& joints = data.joints;
+  for (std::int32_t joint = data.bodies.first_joint[static_cast<std::size_t>(body)]; joint >= 0;
+       joint = next_joint(joints, joint, body)) {
+    const auto row = static_cast<std::size_t>(joint);
+    if ((joints.flags[row] & kJointEnabled) != 0) wake_body(data, other_end(joints.bodies[row], body));
   }
 }
 

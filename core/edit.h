@@ -12,10 +12,11 @@
 
 namespace scree {
 
-// Makes room for `count` rows of bodies or shapes and for every list of their slots, so that nothing later in
-// the call can run out of memory. If it throws, nothing has changed.
+// Makes room for `count` rows of bodies, shapes or joints and for every list of their slots, so that nothing
+// later in the call can run out of memory. If it throws, nothing has changed.
 void grow(Bodies& bodies, std::size_t count);
 void grow(Shapes& shapes, std::size_t count);
+void grow(Joints& joints, std::size_t count);
 
 // Slots for new objects: free ones first, the most recently freed at the front, then rows at the end.
 struct SlotPlan {
@@ -64,7 +65,7 @@ void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass);
 void apply_locks(Bodies& bodies, std::int32_t body);  // motion's locks and velocity from locks and type
 void place_shape_in_body(WorldData& data, std::int32_t shape);  // local_pose from given_pose, center and hull
 
-// Wakes the body and, when next asked, all that touch it.
+// Wakes the body, all that joints join it with and, when next asked, all that touch it.
 void disturb(WorldData& data, std::int32_t body);
 
 // Writes how the body takes part from now on, once its rows are those of such a body: at rest if fixed. Its
@@ -75,6 +76,22 @@ void take_part_as(WorldData& data, std::int32_t body, BodyType type);
 void freeze(WorldData& data, std::int32_t body);
 // Gives a frozen body back the type that it was given; nothing happens to others.
 void thaw(WorldData& data, std::int32_t body);
+
+// Enters the joint into the lists of its bodies. Of the many joints that the world may have there is no list.
+void link_joint(WorldData& data, std::int32_t joint);
+// Tells those behind the joint in these lists that they follow it.
+void link_back(WorldData& data, std::int32_t joint);
+// Takes the joint out of the world and of its bodies' lists, and wakes them.
+void bury_joint(WorldData& data, std::int32_t joint);
+// How many joints the body has.
+std::size_t count_joints(const WorldData& data, std::int32_t body);
+// The joint's frames from the given ones and the centers of mass.
+void place_joint(WorldData& data, std::int32_t joint);
+void place_joints_of(WorldData& data, std::int32_t body);
+// Which lists of joints and pairs must be made anew: who may collide has changed if the joint keeps its
+// bodies apart, or did so.
+void joints_changed(WorldData& data, std::int32_t joint, bool keeps_apart);
+void wake_ends(WorldData& data, std::int32_t joint);
 
 // Linear or angular part of the locks: 1 where motion is free.
 inline Vec3 free_axes(std::uint32_t locks) {

@@ -25,9 +25,17 @@ inline constexpr float kMaxGravityFactor = 1e6f;
 inline constexpr float kMaxAcceleration = 1e15f;  // m/s^2, rad/s^2, from the forces on one body
 inline constexpr float kUnitTolerance = 1e-3f;    // of a quaternion's length
 
+// Of joints. Limits and forces may be infinite, too.
+inline constexpr float kMaxJointValue = 1e6f;        // m, rad, m/s, rad/s: of axes and drives
+inline constexpr float kMaxJointAngle = 3.1415927f;  // rad, of limits of angles; the float above pi
+inline constexpr float kMaxSteering = 1.5707964f;    // rad, of a wheel's limits; the float above pi / 2
+inline constexpr float kMinRatio = 1e-3f;            // of gears, racks (m) and pulleys
+inline constexpr float kMaxRatio = 1e3f;
+inline constexpr float kMaxRope = 1e6f;  // m, of a pulley
+
 // Of settings.
 inline constexpr int kMaxSubsteps = 64;
-inline constexpr float kMinHertz = 1e-3f;
+inline constexpr float kMinHertz = 1e-3f;  // of joints, too
 inline constexpr float kMaxHertz = 1e4f;
 inline constexpr float kMaxDampingRatio = 1e4f;
 inline constexpr float kMaxThreshold = 1e6f;    // m/s, rad/s or s

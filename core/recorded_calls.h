@@ -54,7 +54,17 @@ namespace scree {
   X(set_contact_events, set_contact_events, ShapeId, ContactEvents)                                          \
   X(set_local_pose, set_local_pose, ShapeId, Pose)                                                           \
   X(set_shape_user_data, set_user_data, ShapeId, std::uint64_t)                                              \
-  X(set_settings, set_settings, WorldSettings)
+  X(set_settings, set_settings, WorldSettings)                                                               \
+  X(create_joint, create_joint, JointDef, Joint)                                                             \
+  X(create_joints, create_joints, std::span<const JointDef>, std::span<const Joint>)                         \
+  X(destroy_joint, destroy_joint, JointId)                                                                   \
+  X(set_joint, set_joint, JointId, Joint)                                                                    \
+  X(set_joint_frames, set_joint_frames, JointId, Pose, Pose)                                                 \
+  X(set_joint_stiffness, set_joint_stiffness, JointId, float, float)                                         \
+  X(set_joint_strength, set_joint_strength, JointId, float, float)                                           \
+  X(set_joint_enabled, set_joint_enabled, JointId, bool)                                                     \
+  X(set_collide_connected, set_collide_connected, JointId, bool)                                             \
+  X(set_joint_user_data, set_user_data, JointId, std::uint64_t)
 
 #define SCREE_NAME_CALL(call, function, ...) call,
 // 0 stands for a step.

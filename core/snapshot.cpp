@@ -78,6 +78,26 @@ void derive_contacts(Contacts& contacts) {
   contacts.list_kept = false;
 }
 
+// The links back, the frames and who is told nothing.
+void derive_joints(WorldData& data) {
+  Joints& joints = data.joints;
+  joints.alive = 0;
+  for (std::size_t row = 0; row < joints.flags.size(); ++row) {
+    joints.previous[row] = {-1, -1};
+    joints.reaction[row] = {};
+  }
+  for (std::size_t row = 0; row < joints.flags.size(); ++row) {
+    if ((joints.flags[row] & kJointAlive) == 0) continue;
+    ++joints.alive;
+    place_joint(data, static_cast<std::int32_t>(row));
+    link_back(data, static_cast<std::int32_t>(row));
+  }
+  joints.active.clear();
+  joints.apart.clear();
+  joints.active_changed = true;
+  joints.apart_changed = true;
+}
+
 // What a world is besides its columns and its hulls.
 void load_world(const SavedWorld& saved, WorldData& data) {
   data.settings = saved.settings;
@@ -166,6 +186,7 @@ void restore(World& world, const Snapshot& snapshot) {
   derive_shapes(data);
   derive_bodies(data.bodies);
   derive_contacts(data.contacts);
+  derive_joints(data);
   data.events.before.clear();
   clear_told(data.events);
   for (Part* part :

@@ -12,6 +12,7 @@
 #include <core/snapshot_bytes.h>
 #include <core/snapshot_check.h>
 #include <core/snapshot_columns.h>
+#include <core/snapshot_refusal.h>
 
 #include <algorithm>
 #include <cmath>
@@ -24,8 +25,6 @@ namespace scree {
 namespace {
 
 constexpr std::size_t kMostRows = std::numeric_limits<std::int32_t>::max();
-
-std::size_t at(std::int32_t row) { return static_cast<std::size_t>(row); }
 
 template <class Row>
 bool is_finite_row(const Row& row) {
@@ -45,56 +44,6 @@ bool is_placed(const PoseRow& pose) { return is_finite_row(pose) && is_unit(to_q
 
 bool within(float x, float low, float high) { return x >= low && x <= high; }
 
-// Of a row that is no free one, among these.
-std::size_t place_of_contact(const SnapshotData& snapshot, std::size_t row) {
-  const Column<std::int32_t>& contacts = snapshot.contacts;
-  const auto* place = std::lower_bound(contacts.begin(), contacts.end(), static_cast<std::int32_t>(row));
-  return static_cast<std::size_t>(place - contacts.begin());
-}
-
-// Knows where among the bytes a row stands, and refuses it.
-class Refusal {
- public:
-  Refusal(const SnapshotData& snapshot, const SavedColumns& saved, std::size_t offset)
-      : snapshot_(snapshot), saved_(saved), offset_(offset) {}
-
-  void require(bool holds, const char* store, const char* name, std::size_t row, const char* problem) const {
-    if (!holds) refuse(store, name, row, problem);
-  }
-
- private:
-  [[noreturn]] void refuse(const char* store, const char* name, std::size_t row, const char* problem) const {
-    const SavedColumn& column = saved_.find(store, name);
-    refuse_bytes(offset_ + column.begin + place_of(column, row),
-                 std::string(store) + "." + name + ", row " + std::to_string(row) + ": " + problem);
-  }
-
-  std::size_t place_of(const SavedColumn& column, std::size_t row) const {
-    switch (column.form) {
-      case ColumnForm::plain:
-        return row * column.row_bytes;
-      case ColumnForm::contacts:
-        return place_of_contact(snapshot_, row) * column.row_bytes;
-      case ColumnForm::contact_blocks:
-        row = place_of_contact(snapshot_, row);
-        break;
-      case ColumnForm::blocks:
-        break;
-    }
-    const std::byte* flags = snapshot_.columns.data() + column.begin;
-    const std::size_t blocks = (column.rows + kSavedBlock - 1) / kSavedBlock, block = row / kSavedBlock;
-    std::size_t packed = 0;
-    for (std::size_t before = 0; before < std::min(block, blocks); ++before)
-      packed += flags[before] != std::byte{0} ? 1 : kSavedBlock;
-    if (block < blocks && flags[block] == std::byte{0}) packed += row % kSavedBlock;
-    return blocks + packed * column.row_bytes;
-  }
-
-  const SnapshotData& snapshot_;
-  const SavedColumns& saved_;
-  const std::size_t offset_;
-};
-
 // Each column of a store has as many rows as the others, and no list more than what it lists from.
 void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const Refusal& refusal) {
   struct Rule {
@@ -107,7 +56,7 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
   const std::size_t hulls = snapshot.hulls.size(), pairs = rows_of("contacts.pairs", "pair");
   const std::size_t rows = rows_of("contacts.now", "points"), contacts = snapshot.contacts.size();
   const std::size_t axes = rows_of("contacts.pairs", "axis") == 0 ? 0 : pairs;
-  const std::size_t resting = rows_of("contacts.resting", "pair");
+  const std::size_t resting = rows_of("contacts.resting", "pair"), joints = rows_of("joints", "flags");
   const std::size_t resting_axes = rows_of("contacts.resting", "axis") == 0 ? 0 : resting;
   const Rule rules[] = {{"bodies", "flags", at(kFirstBody), kMostRows},
                         {"bodies", "free_slots", 0, bodies},
@@ -127,6 +76,10 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
                         {"contacts.now", "points", 0, kMostRows},
                         {"contacts.now", nullptr, contacts, contacts},
                         {"contacts", "free_rows", 0, rows},
+                        {"joints", "flags", 0, kMostRows},
+                        {"joints", "free_slots", 0, joints},
+                        {"joints", nullptr, joints, joints},
+                        {"events", "lost", 0, kMostRows},
                         {"events", "woken", 0, bodies},
                         {"events", "touching", 0, kMostRows}};
   for (std::size_t i = 0; i < saved.count; ++i) {
@@ -136,18 +89,6 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
     });
     const bool fits = rule != std::end(rules) && column.rows >= rule->least && column.rows <= rule->most;
     refusal.require(fits, column.store.data(), column.name.data(), 0, "wrong number of rows");
-  }
-}
-
-// Each entry names a row that may be listed, and none twice.
-template <class MayBeListed>
-void check_list(const Column<std::int32_t>& list, std::size_t rows, const char* store, const char* name,
-                const Refusal& refusal, MayBeListed&& may_be_listed) {
-  std::vector<bool> seen(rows);
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    const bool fits = list[i] >= 0 && at(list[i]) < rows && !seen[at(list[i])] && may_be_listed(at(list[i]));
-    refusal.require(fits, store, name, i, "names a row that can not be listed, or one twice");
-    seen[at(list[i])] = true;
   }
 }
 
@@ -171,8 +112,9 @@ void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& ref
   require(within(motion.linear_damping, 0.0f, kMaxRate) && within(motion.angular_damping, 0.0f, kMaxRate) &&
               within(motion.gravity_factor, -kMaxGravityFactor, kMaxGravityFactor),
           "motion", "is out of range");
-  require((motion.flags & ~std::uint32_t{kMotionGyroscopic}) == (dynamic ? locks : 0u), "motion",
-          "has other locks than the body");
+  const std::uint32_t jointed = bodies.first_joint[row] != -1 ? std::uint32_t{kMotionJointed} : 0u;
+  require((motion.flags & ~std::uint32_t{kMotionGyroscopic}) == ((dynamic ? locks : 0u) | jointed), "motion",
+          "has other locks than the body, or tells of other joints");
   require(within(bodies.sleep_time[row], 0.0f, std::numeric_limits<float>::max()), "sleep_time",
           "is out of range");
   const InertiaRow& inverse = bodies.local_mass[row];
@@ -213,6 +155,8 @@ void check_bodies(WorldData& data, const Refusal& refusal) {
     refusal.require((bodies.flags[row] & ~(alive ? kKnownFlags : 0u)) == 0, "bodies", "flags", row,
                     "can not be set");
     refusal.require(alive || bodies.first_shape[row] == -1, "bodies", "first_shape", row,
+                    "a dead body has none");
+    refusal.require(alive || bodies.first_joint[row] == -1, "bodies", "first_joint", row,
                     "a dead body has none");
     if (alive) check_living_body(bodies, row, refusal);
   }
@@ -454,6 +398,10 @@ void check_events(const WorldData& data, const Refusal& refusal) {
     const bool fits = data.events.woken[row].index < data.bodies.flags.size();
     refusal.require(fits, "events", "woken", row, "names no body");
   }
+  for (std::size_t row = 0; row < data.events.lost.size(); ++row) {
+    const bool fits = data.events.lost[row].index < data.joints.flags.size();
+    refusal.require(fits, "events", "lost", row, "names no joint");
+  }
 }
 
 struct Offset {
@@ -482,6 +430,7 @@ void check_columns(SnapshotData& snapshot, std::size_t offset) {
   check_hulls(data, refusal);
   check_cores(data, refusal);
   check_pairs(data, saved, snapshot, refusal);
+  check_joints(data, refusal);
   check_events(data, refusal);
 }
 

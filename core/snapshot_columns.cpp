@@ -19,11 +19,12 @@ constexpr std::size_t aligned(std::size_t at) {
 }
 constexpr std::size_t blocks_of(std::size_t rows) { return (rows + kSavedBlock - 1) / kSavedBlock; }
 
-// Rows that hardly ever are equal. Bodies, shapes and pairs have some, so that no snapshot is far smaller
-// than what it unpacks to.
+// Rows that hardly ever are equal. Bodies, shapes, pairs and joints have some, so that no snapshot is far
+// smaller than what it unpacks to.
 template <class Row>
-constexpr bool kPlainRow = std::is_same_v<Row, PoseRow> || std::is_same_v<Row, BoundsRow> ||
-                           std::is_same_v<Row, ShapePair> || std::is_same_v<Row, TouchRow>;
+constexpr bool kPlainRow =
+    std::is_same_v<Row, PoseRow> || std::is_same_v<Row, BoundsRow> || std::is_same_v<Row, ShapePair> ||
+    std::is_same_v<Row, TouchRow> || std::is_same_v<Row, JointBodies> || std::is_same_v<Row, JointImpulses>;
 
 template <class Row>
 ColumnForm form_of(std::string_view store, std::string_view name) {
@@ -208,7 +209,7 @@ bool is_complete(const SavedColumn& saved, const std::byte* bytes) {
 
 // The sizes of a world's stores.
 struct StoreRows {
-  std::size_t bodies, shapes, hulls, pairs, resting, contacts;
+  std::size_t bodies, shapes, hulls, pairs, resting, contacts, joints;
 
   explicit StoreRows(const SavedColumns& saved)
       : bodies(saved.find("bodies", "flags").rows),
@@ -216,7 +217,8 @@ struct StoreRows {
         hulls(saved.find("hulls", "content").rows),
         pairs(saved.find("contacts.pairs", "pair").rows),
         resting(saved.find("contacts.resting", "pair").rows),
-        contacts(saved.find("contacts.now", "points").rows) {}
+        contacts(saved.find("contacts.now", "points").rows),
+        joints(saved.find("joints", "flags").rows) {}
 };
 
 template <class Store>
@@ -336,6 +338,9 @@ void reserve_columns(const SavedColumns& saved, WorldData& data) {
   reserve_store(data.contacts.resting, rows.resting);
   reserve_store(data.contacts.now, rows.contacts);
   data.contacts.free_rows.reserve(rows.contacts);
+  reserve_store(data.joints, rows.joints);
+  data.joints.free_slots.reserve(rows.joints);
+  data.events.lost.reserve(saved.find("events", "lost").rows);
   data.events.touching.reserve(saved.find("events", "touching").rows);
   data.events.woken.reserve(rows.bodies);
 }
@@ -375,6 +380,7 @@ void load_columns(const SnapshotData& snapshot, const SavedColumns& saved, World
   resize_unsaved(data.contacts.pairs, rows.pairs);
   resize_unsaved(data.contacts.resting, rows.resting);
   resize_unsaved(data.contacts.now, rows.contacts);
+  resize_unsaved(data.joints, rows.joints);
 }
 
 std::uint64_t layout_of_columns() {

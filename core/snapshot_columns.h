@@ -40,7 +40,7 @@ struct SavedColumn {
 
 // All of them, without memory of its own.
 struct SavedColumns {
-  static constexpr std::size_t kMost = 64;
+  static constexpr std::size_t kMost = 96;
   std::array<SavedColumn, kMost> column;
   std::size_t count = 0;
 

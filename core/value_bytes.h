@@ -7,6 +7,7 @@
 #include <core/snapshot_bytes.h>
 #include <scree/world.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -117,6 +118,104 @@ void fields(Of<WorldSettings> auto& settings, auto&& visit) {
   visit(settings.measure_residual);
   visit(settings.measure_penetration);
 }
+void fields(Of<JointId> auto& id, auto&& visit) {
+  visit(id.index);
+  visit(id.generation);
+}
+void fields(Of<JointDef> auto& def, auto&& visit) {
+  static_assert(sizeof(JointDef) == 104, "a new field goes here, too");
+  visit(def.body_a);
+  visit(def.body_b);
+  visit(def.frame_a);
+  visit(def.frame_b);
+  visit(def.collide_connected);
+  visit(def.enabled);
+  visit(def.hertz);
+  visit(def.damping_ratio);
+  visit(def.break_force);
+  visit(def.break_torque);
+  visit(def.user_data);
+}
+void fields(Of<JointAxis> auto& axis, auto&& visit) {
+  static_assert(sizeof(JointAxis) == 32, "a new field goes here, too");
+  visit(axis.lower);
+  visit(axis.upper);
+  visit(axis.drive);
+  visit(axis.target);
+  visit(axis.speed);
+  visit(axis.hertz);
+  visit(axis.damping_ratio);
+  visit(axis.max_force);
+}
+void fields(Of<RotationDrive> auto& drive, auto&& visit) {
+  static_assert(sizeof(RotationDrive) == 44, "a new field goes here, too");
+  visit(drive.drive);
+  visit(drive.target);
+  visit(drive.velocity);
+  visit(drive.hertz);
+  visit(drive.damping_ratio);
+  visit(drive.max_torque);
+}
+void fields(Of<BallJoint> auto& ball, auto&& visit) {
+  static_assert(sizeof(BallJoint) == 56, "a new field goes here, too");
+  visit(ball.cone_limit);
+  visit(ball.twist_lower);
+  visit(ball.twist_upper);
+  visit(ball.drive);
+}
+void fields(Of<HingeJoint> auto& hinge, auto&& visit) { visit(hinge.angle); }
+void fields(Of<SliderJoint> auto& slider, auto&& visit) { visit(slider.offset); }
+void fields(Of<DistanceJoint> auto& distance, auto&& visit) { visit(distance.length); }
+void fields(Of<WeldJoint> auto& weld, auto&& visit) {
+  static_assert(sizeof(WeldJoint) == 8, "a new field goes here, too");
+  visit(weld.angular_hertz);
+  visit(weld.angular_damping_ratio);
+}
+void fields(Of<SixDegreeJoint> auto& joint, auto&& visit) {
+  for (auto& axis : joint.offset) visit(axis);
+  for (auto& axis : joint.angle) visit(axis);
+}
+void fields(Of<WheelJoint> auto& wheel, auto&& visit) {
+  visit(wheel.suspension);
+  visit(wheel.steering);
+  visit(wheel.spin);
+}
+void fields(Of<UniversalJoint> auto& universal, auto&& visit) {
+  visit(universal.first);
+  visit(universal.second);
+}
+void fields(Of<PlanarJoint> auto& planar, auto&& visit) {
+  visit(planar.offset_y);
+  visit(planar.offset_z);
+  visit(planar.angle);
+}
+void fields(Of<GearJoint> auto& gear, auto&& visit) { visit(gear.ratio); }
+void fields(Of<RackAndPinionJoint> auto& rack, auto&& visit) { visit(rack.radius); }
+void fields(Of<PulleyJoint> auto& pulley, auto&& visit) {
+  static_assert(sizeof(PulleyJoint) == 36, "a new field goes here, too");
+  visit(pulley.point_a);
+  visit(pulley.point_b);
+  visit(pulley.ratio);
+  visit(pulley.length);
+  visit(pulley.rigid);
+}
+void fields(Of<MotorJoint> auto& motor, auto&& visit) {
+  static_assert(sizeof(MotorJoint) == 84, "a new field goes here, too");
+  visit(motor.rotation);
+  visit(motor.drive);
+  visit(motor.target);
+  visit(motor.velocity);
+  visit(motor.hertz);
+  visit(motor.damping_ratio);
+  visit(motor.max_force);
+}
+void fields(Of<MouseJoint> auto& mouse, auto&& visit) {
+  static_assert(sizeof(MouseJoint) == 24, "a new field goes here, too");
+  visit(mouse.target);
+  visit(mouse.hertz);
+  visit(mouse.damping_ratio);
+  visit(mouse.max_force);
+}
 void fields(Of<SavedWorld> auto& world, auto&& visit) {
   visit(world.settings);
   visit(world.step_count);
@@ -146,10 +245,10 @@ void write_value(Writer& writer, const std::optional<Value>& value) {
   write_value(writer, value.has_value());
   if (value) write_value(writer, *value);
 }
-template <class Writer>
-void write_value(Writer& writer, const Geometry& geometry) {
-  writer.put(static_cast<std::uint8_t>(geometry.index()));
-  std::visit([&writer](const auto& shape) { write_value(writer, shape); }, geometry);
+template <class Writer, class... Kinds>
+void write_value(Writer& writer, const std::variant<Kinds...>& value) {
+  writer.put(static_cast<std::uint8_t>(value.index()));
+  std::visit([&writer](const auto& kind) { write_value(writer, kind); }, value);
 }
 template <class Writer, class Value>
 void write_value(Writer& writer, const std::span<const Value>& values) {
@@ -182,17 +281,19 @@ void read_value(Reader& reader, std::optional<Value>& value) {
   read_value(reader, has_value);
   if (has_value) read_value(reader, value.emplace());
 }
-template <class Reader, std::size_t... kIndex>
-void read_geometry(Reader& reader, std::size_t index, Geometry& geometry, std::index_sequence<kIndex...>) {
-  ((index == kIndex ? read_value(reader, geometry.emplace<kIndex>()) : void()), ...);
+template <class Reader, class Variant, std::size_t... kIndex>
+void read_kind(Reader& reader, std::size_t index, Variant& value, std::index_sequence<kIndex...>) {
+  ((index == kIndex ? read_value(reader, value.template emplace<kIndex>()) : void()), ...);
 }
-template <class Reader>
-void read_value(Reader& reader, Geometry& geometry) {
+template <class Reader, class... Kinds>
+void read_value(Reader& reader, std::variant<Kinds...>& value) {
+  constexpr const char* kName = Of<std::variant<Kinds...>, Joint> ? "joint" : "geometry";
   const std::size_t at = reader.at();
   const auto index = reader.template take<std::uint8_t>();
-  constexpr std::size_t kKinds = std::variant_size_v<Geometry>;
-  if (index >= kKinds) refuse_bytes(at, "there is no geometry of kind " + std::to_string(index));
-  read_geometry(reader, index, geometry, std::make_index_sequence<kKinds>());
+  if (index >= sizeof...(Kinds)) {
+    refuse_bytes(at, std::string("there is no ") + kName + " of kind " + std::to_string(index));
+  }
+  read_kind(reader, index, value, std::index_sequence_for<Kinds...>());
 }
 
 struct ByteCounter {
@@ -205,16 +306,23 @@ struct ByteCounter {
 };
 // Bytes of the shortest value of a type.
 template <class Value>
-std::size_t least_bytes() {
-  ByteCounter counter;
-  write_value(counter, Value{});
-  return counter.bytes;
-}
+struct LeastBytes {
+  static std::size_t count() {
+    ByteCounter counter;
+    write_value(counter, Value{});
+    return counter.bytes;
+  }
+};
+template <class... Kinds>
+struct LeastBytes<std::variant<Kinds...>> {
+  static std::size_t count() { return 1 + std::min({LeastBytes<Kinds>::count()...}); }
+};
 template <class Reader, class Value>
 void read_value(Reader& reader, std::vector<Value>& values) {
   const std::size_t at = reader.at();
   const auto count = reader.template take<std::uint64_t>();
-  if (count > reader.left() / least_bytes<Value>()) refuse_bytes(at, "a list is longer than what follows");
+  if (count > reader.left() / LeastBytes<Value>::count())
+    refuse_bytes(at, "a list is longer than what follows");
   values.resize(static_cast<std::size_t>(count));
   for (Value& value : values) read_value(reader, value);
 }

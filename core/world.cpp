@@ -24,6 +24,7 @@ void make_reserved_rows(Bodies& bodies) {
     bodies.transform[row] = Pose{};
     bodies.delta[row].rotation[3] = 1.0f;
     bodies.first_shape[row] = -1;
+    bodies.first_joint[row] = -1;
   }
 }
 
@@ -117,6 +118,16 @@ std::span<const BodyId> World::sleep_begins() const noexcept {
 std::span<const BodyId> World::sleep_ends() const noexcept {
   if (data_ == nullptr) return {};
   return std::as_const(data_->events.sleep_ends).span();
+}
+
+std::span<const JointId> World::broken_joints() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.broken).span();
+}
+
+std::span<const JointId> World::destroyed_joints() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.destroyed).span();
 }
 
 MemoryUse World::memory_use() const {

@@ -162,7 +162,8 @@ struct CoreRow {
   X(state,   JointType,        type)           /* calls */                                                     \
   X(state,   std::uint8_t,     flags)          /* calls, break_joints; JointFlag */                            \
   X(state,   JointBodies,      bodies)         /* calls */                                                     \
-  X(state,   JointBodies,      next)           /* calls; next joint of body a and of body b, -1: last */       \
+  X(state,   JointBodies,      next)           /* calls; next joint of body a and of body b, -1: last. The   \
+                                                  world has no list */                                         \
   X(state,   Pose,             frame_a)        /* calls; in the frame of body a */                             \
   X(state,   Pose,             frame_b)        /* calls */                                                     \
   X(state,   JointParameters,  parameters)     /* calls */                                                     \
@@ -170,6 +171,7 @@ struct CoreRow {
   X(state,   JointStrength,    strength)       /* calls */                                                     \
   X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor before that */                   \
   X(state,   std::uint64_t,    user_data)      /* calls */                                                     \
+  X(derived, JointBodies,      previous)       /* calls; before it in the lists of `next`, -1: first */        \
   X(derived, JointFrames,      frames)         /* calls */                                                     \
   X(scratch, JointReactionRow, reaction)       /* calls, store_impulses; zero in a restored world */
 // clang-format on

@@ -20,9 +20,10 @@ namespace {
 
 constexpr int kBodyChunk = 512;  // bodies of one task
 
-// Of what joints hold as stiffly as the step allows. The frequency is per rate of substeps; more than an
-// eighth of it overshoots.
-constexpr float kJointStiffness = 0.125f;
+// Of what joints hold as stiffly as the step allows. The frequency is per rate of substeps: on a net of 100 x
+// 100 balls an eighth gives way by 25 mm in the mean where a fourth gives 1.3 mm, and a half breaks loose.
+// The damping hardly matters there, from 0.5 to 10.
+constexpr float kJointStiffness = 0.25f;
 constexpr float kJointDampingRatio = 2.0f;
 
 simd::SoftConstants soften(float hertz, float damping_ratio, float substep) {

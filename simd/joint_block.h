@@ -224,7 +224,7 @@ inline void prepare_axis(const JointArgs& args, const std::int32_t* joint, int a
   const M spring = a.drive == I(static_cast<std::int32_t>(kDriveSpring));
   const M idle = a.drive == I(static_cast<std::int32_t>(kDriveNone));
   const F zero(0.0f), one(1.0f);
-  const Softness soft = soften(args, select(spring, a.hertz, one), a.damping_ratio, F(2.0f * args.max_hertz));
+  const Softness soft = soften(args, select(spring, a.hertz, one), a.damping_ratio, F(args.max_hertz));
   store(lanes.lower, a.lower);
   store(lanes.upper, a.upper);
   store(lanes.target, a.target);

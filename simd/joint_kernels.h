@@ -40,7 +40,7 @@ struct JointArgs {
   float substep;              // s
   float inverse_substep;      // 1/s
   float elapsed;              // s, since the step began, at the present poses: of solve, or of relax
-  float max_hertz;            // Hz, of what is held; drives may have twice as much
+  float max_hertz;            // Hz, of what is held and of springs
   float push_speed;           // m/s, rad/s: largest speed at which a limit that was passed is restored
   float warm_start_scale;     // times the stored impulses: ratio of time steps, 0: none
   float impulse_keep;         // times the impulses at each solve: 1, or 0 without warm start

@@ -30,8 +30,7 @@ enum class Drive : std::uint8_t {
 };
 
 /// One coordinate of a joint, along an axis (m) or about one (rad): its limits and its drive. Values are
-/// within
-/// +-1e6, limits and forces may be infinite.
+/// within +-1e6, limits of angles within +-pi; limits and forces may be infinite.
 struct JointAxis {
   float lower = -kNoLimit;  ///< m or rad; at most `upper`. Equal limits hold the axis where they say.
   float upper = kNoLimit;   ///< m or rad
@@ -48,7 +47,7 @@ struct JointAxis {
 /// Drives a relative rotation.
 struct RotationDrive {
   Drive drive = Drive::none;
-  Quat target{};       ///< rotation of frame b in frame a; unit length within 1e-3
+  Quat target{};       ///< rotation of frame b in frame a; unit length within 1e-3 (renormalized)
   Vec3 velocity{};     ///< rad/s, of frame b against frame a, in the axes of frame a; each within +-1e6
   float hertz = 1.0f;  ///< as in JointAxis
   float damping_ratio = 1.0f;   ///< as in JointAxis
@@ -88,7 +87,7 @@ struct SliderJoint {
 /// Limits or drives the distance of the anchors: a rod where both limits are equal, a rope with an upper one
 /// alone, a spring with a drive.
 struct DistanceJoint {
-  JointAxis length{.lower = 0.0f};  ///< m, neither limits nor the target below 0
+  JointAxis length{.lower = 0.0f};  ///< m, neither finite limits nor the target below 0
 
   friend bool operator==(const DistanceJoint&, const DistanceJoint&) = default;
 };
@@ -115,7 +114,7 @@ struct SixDegreeJoint {
 /// about it; the wheel spins about the z axis of frame b, which stays square to the suspension.
 struct WheelJoint {
   JointAxis suspension{.drive = Drive::spring, .hertz = 2.0f, .damping_ratio = 0.7f};  ///< m
-  JointAxis steering{.lower = 0.0f, .upper = 0.0f};  ///< rad, within +-pi/2; held straight unless told
+  JointAxis steering{.lower = 0.0f, .upper = 0.0f};  ///< limits within +-pi/2; held straight unless told
   JointAxis spin{};                                  ///< rad/s only: a motor or nothing, no limits
 
   friend bool operator==(const WheelJoint&, const WheelJoint&) = default;
@@ -219,8 +218,10 @@ inline constexpr int kJointTypeCount = 14;
 struct JointDef {
   BodyId body_a{};
   BodyId body_b{};
-  Pose frame_a{};  ///< in the frame of body a; each within +-1e5 m (+-1e7 m in the world), unit rotation
-  Pose frame_b{};  ///< in the frame of body b
+  /// In the frame of body a; position within +-1e5 m (+-1e7 m in the world), rotation of unit length within
+  /// 1e-3 (renormalized).
+  Pose frame_a{};
+  Pose frame_b{};                  ///< in the frame of body b
   bool collide_connected = false;  ///< shapes of the two bodies collide with each other
   bool enabled = true;
   float hertz = 0.0f;          ///< Hz, stiffness of what is held, in [1e-3, 1e4], or 0: as the step allows

@@ -83,7 +83,8 @@ class SCREE_API World {
   /// fastest way to make many bodies; all or none are created.
   void create_bodies(std::span<const BodyDef> defs, std::span<const Geometry> shapes,
                      const Material& material, const ShapeOptions& options, std::span<BodyId> ids);
-  /// Destroys the body and its shapes. Bodies that touched it wake.
+  /// Destroys the body, its shapes and its joints, see destroyed_joints. Bodies that touched it, or that
+  /// joints joined with it, wake.
   void destroy_body(BodyId body);
   /// Destroys all of the bodies, or none if a handle is dead or stands in the list twice.
   void destroy_bodies(std::span<const BodyId> bodies);
@@ -190,9 +191,9 @@ class SCREE_API World {
 
   // --- joints ---
 
-  /// Joins two bodies, or one with the world; both wake. Throws on values outside the ranges that JointDef
-  /// and the kind of joint state, and for a joint between a body and itself or without any dynamic or
-  /// kinematic body's handle.
+  /// Joins two bodies, or one with the world; both wake. Bodies of any type: what joins fixed ones does
+  /// nothing until one becomes dynamic. Throws on values outside the ranges that JointDef and the kind of
+  /// joint state, and for a joint of a body with itself or of the world with itself.
   JointId create_joint(const JointDef& def, const Joint& joint);
   /// Creates one joint per definition; the lists have the same length. All or none are created.
   void create_joints(std::span<const JointDef> defs, std::span<const Joint> joints, std::span<JointId> ids);
@@ -205,8 +206,8 @@ class SCREE_API World {
   /// New limits and drives, of the same kind of joint. What it has accumulated stays. Wakes its bodies unless
   /// nothing changes.
   void set_joint(JointId joint, const Joint& to);
-  void set_joint_frames(JointId joint, const Pose& frame_a, const Pose& frame_b);
-  void set_joint_stiffness(JointId joint, float hertz, float damping_ratio);  ///< as in JointDef
+  void set_joint_frames(JointId joint, const Pose& frame_a, const Pose& frame_b);  ///< wakes its bodies
+  void set_joint_stiffness(JointId joint, float hertz, float damping_ratio);  ///< as in JointDef; wakes them
   void set_joint_strength(JointId joint, float break_force, float break_torque);
   bool is_enabled(JointId joint) const;
   /// Wakes its bodies. A joint that is enabled begins without impulses.
