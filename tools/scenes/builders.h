@@ -21,6 +21,13 @@ Scene slope(const Parameters& parameters);
 Scene spheres_in_box(const Parameters& parameters);
 std::vector<Scene> many_worlds(const Parameters& parameters);
 Scene joint_grid(const Parameters& parameters);
+Scene chain(const Parameters& parameters);
+Scene bridge(const Parameters& parameters);
+Scene wrecking_ball(const Parameters& parameters);
+Scene ragdolls(const Parameters& parameters);
+Scene vehicles(const Parameters& parameters);
+Scene motors(const Parameters& parameters);
+Scene card_catapult(const Parameters& parameters);
 
 // --- what they are made of ---
 

@@ -33,6 +33,20 @@ inline Vec3 turned(Quat q, Vec3 v) {
           static_cast<float>(z + 2.0 * (w * cz + qx * cy - qy * cx))};
 }
 
+/// The shortest turn that takes one direction to another, of any lengths but zero; not for opposite ones.
+inline Quat turn_between(Vec3 from, Vec3 to) {
+  const double ax = from.x, ay = from.y, az = from.z, bx = to.x, by = to.y, bz = to.z;
+  const double x = ay * bz - az * by, y = az * bx - ax * bz, z = ax * by - ay * bx;
+  const double w = std::sqrt((ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)) +
+                   (ax * bx + ay * by + az * bz);
+  const double scale = 1.0 / std::sqrt(x * x + y * y + z * z + w * w);
+  return {static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale),
+          static_cast<float>(w * scale)};
+}
+
+/// The rotation of a joint's frame whose x axis, the main one, has that direction; not for -x.
+inline Quat along(Vec3 direction) { return turn_between({1.0f, 0.0f, 0.0f}, direction); }
+
 /// A pose that is given in `frame`, in the coordinates that `frame` is given in.
 inline Pose placed(const Pose& frame, const Pose& local) {
   const Vec3 arm = turned(frame.rotation, local.position);
