@@ -8,6 +8,7 @@
 #include <scree/world.h>
 
 #include <algorithm>
+#include <concepts>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -21,6 +22,12 @@ namespace scree {
 
 template <class Value, class Struct>
 concept Of = std::is_same_v<std::remove_const_t<Value>, Struct>;
+// Of any kind of object; see ids.h.
+template <class Value>
+concept Handle = sizeof(Value) == 8 && requires(Value id) {
+  { id.index } -> std::convertible_to<std::uint32_t>;
+  { id.generation } -> std::convertible_to<std::uint32_t>;
+};
 
 void fields(Of<Vec3> auto& v, auto&& visit) {
   visit(v.x);
@@ -37,11 +44,7 @@ void fields(Of<Pose> auto& pose, auto&& visit) {
   visit(pose.position);
   visit(pose.rotation);
 }
-void fields(Of<BodyId> auto& id, auto&& visit) {
-  visit(id.index);
-  visit(id.generation);
-}
-void fields(Of<ShapeId> auto& id, auto&& visit) {
+void fields(Handle auto& id, auto&& visit) {
   visit(id.index);
   visit(id.generation);
 }
@@ -117,10 +120,6 @@ void fields(Of<WorldSettings> auto& settings, auto&& visit) {
   visit(settings.contact_events);
   visit(settings.measure_residual);
   visit(settings.measure_penetration);
-}
-void fields(Of<JointId> auto& id, auto&& visit) {
-  visit(id.index);
-  visit(id.generation);
 }
 void fields(Of<JointDef> auto& def, auto&& visit) {
   static_assert(sizeof(JointDef) == 104, "a new field goes here, too");

@@ -25,7 +25,7 @@ Digest checked_digest(const Golden& golden) {
 }
 
 void update(const std::string& path) {
-  std::vector<Golden> goldens = read_goldens(path);
+  std::vector<Golden> goldens = scenes::read_goldens(path);
   for (Golden& golden : goldens) {
     const Digest digest = checked_digest(golden);
     if (digest == golden.digest) continue;
@@ -34,7 +34,7 @@ void update(const std::string& path) {
     std::fflush(stdout);
     golden.digest = digest;
   }
-  write_goldens(path, goldens);
+  scenes::write_goldens(path, goldens);
 }
 
 void print_backend() {

@@ -12,12 +12,6 @@
 namespace scree::determinism {
 namespace {
 
-std::vector<Golden> scene_goldens() {
-  std::vector<Golden> goldens = read_goldens(golden_path());
-  std::erase_if(goldens, [](const Golden& golden) { return !is_scene(golden.what); });
-  return goldens;
-}
-
 class HashMatrix : public ManyThreads, public ::testing::WithParamInterface<Golden> {};
 
 TEST_P(HashMatrix, EveryBackendComesToTheGoldenHashByTheSameSteps) {
@@ -73,11 +67,7 @@ TEST_P(HashMatrix, EveryBackendTellsOfTheSameEvents) {
   }
 }
 
-// Named after the scene; a number keeps several sizes of one scene apart.
-std::string test_name(const ::testing::TestParamInfo<Golden>& info) {
-  return info.param.what.scene + "_" + std::to_string(info.index);
-}
-INSTANTIATE_TEST_SUITE_P(Scenes, HashMatrix, ::testing::ValuesIn(scene_goldens()), test_name);
+INSTANTIATE_TEST_SUITE_P(Scenes, HashMatrix, ::testing::ValuesIn(scene_goldens()), kGoldenName);
 
 TEST(WhereReplaysPart, IsToldByBodyFieldAndColumn) {
   const SceneCase what{"stack", {{"bodies", 3}}, 1};

@@ -4,6 +4,7 @@
 #include <tools/scenes/random.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <sstream>
 
 namespace scree::determinism {
@@ -77,6 +78,19 @@ std::ptrdiff_t first_different_step(const Played& expected, const Played& actual
 }  // namespace
 
 const char* name_of(CallKind kind) { return kRules[static_cast<int>(kind)].name; }
+
+bool wants_all_sequences() {
+#ifdef __SANITIZE_THREAD__
+  return true;
+#else
+  return wants_full_matrix();
+#endif
+}
+
+std::uint64_t wish(const char* variable, std::uint64_t otherwise) {
+  const char* text = std::getenv(variable);
+  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
+}
 
 Sequence random_sequence(std::uint64_t seed, int calls, int bodies) {
   scenes::Random random(seed);

@@ -65,6 +65,12 @@ struct Call {
 };
 using Sequence = std::vector<Call>;
 
+// Whether tests play all of their sequences: wherever they compare in full, and where ThreadSanitizer
+// watches. To it one instruction set is as good as another, but each sequence is another order of calls.
+bool wants_all_sequences();
+// A number from the environment, for a longer search.
+std::uint64_t wish(const char* variable, std::uint64_t otherwise);
+
 // `bodies` is about the number of bodies that the bulk calls keep alive.
 Sequence random_sequence(std::uint64_t seed, int calls, int bodies);
 

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <sstream>
 
@@ -24,15 +23,9 @@ struct Draw {
   friend std::ostream& operator<<(std::ostream& out, const Draw& draw) { return out << "seed " << draw.seed; }
 };
 
-// A number from the environment, for a longer search.
-std::uint64_t wish(const char* variable, std::uint64_t otherwise) {
-  const char* text = std::getenv(variable);
-  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
-}
-
 // How many small worlds to draw, and how many calls to make in the longest sequence; a step is one in four.
-std::uint64_t small_draws() { return wish("SCREE_RANDOM_SEQUENCES", wants_full_matrix() ? 40 : 10); }
-int most_calls() { return static_cast<int>(wish("SCREE_RANDOM_CALLS", wants_full_matrix() ? 4000 : 2000)); }
+std::uint64_t small_draws() { return wish("SCREE_RANDOM_SEQUENCES", wants_all_sequences() ? 40 : 10); }
+int most_calls() { return static_cast<int>(wish("SCREE_RANDOM_CALLS", wants_all_sequences() ? 4000 : 2000)); }
 
 std::vector<Draw> draws() {
   // Small worlds fail in fewer calls; large ones give several threads something to do at once.
@@ -41,7 +34,7 @@ std::vector<Draw> draws() {
   for (std::uint64_t seed = 1; seed <= few; ++seed) all.push_back({seed, 250, 24});
   all.push_back({few + 1, most_calls(), 24});
   all.push_back({few + 2, 60, 600});
-  if (wants_full_matrix()) all.push_back({few + 3, 80, 1000});
+  if (wants_all_sequences()) all.push_back({few + 3, 80, 1000});
   return all;
 }
 
@@ -95,12 +88,13 @@ TEST_P(RecordedRandomCalls, VerifyOnEveryBackend) {
   }
   std::filesystem::remove(file);
 }
-std::uint64_t recordings() { return wish("SCREE_RANDOM_SEQUENCES", wants_full_matrix() ? 10 : 3); }
-INSTANTIATE_TEST_SUITE_P(Seeds, RecordedRandomCalls, ::testing::Range(std::uint64_t{1}, recordings() + 1));
+std::uint64_t recordings() { return wish("SCREE_RANDOM_SEQUENCES", wants_all_sequences() ? 10 : 3); }
+INSTANTIATE_TEST_SUITE_P(Seeds, RecordedRandomCalls, ::testing::Range(std::uint64_t{1}, recordings() + 1),
+                         ::testing::PrintToStringParamName());
 
 TEST(RandomCallsGolden, ComeToTheGoldenHash) {
   int runs = 0;
-  for (const Golden& golden : read_goldens(golden_path())) {
+  for (const Golden& golden : scenes::read_goldens(golden_path())) {
     if (is_scene(golden.what)) continue;
     EXPECT_EQ(digest_of(play_run(golden.what, {kReference})), golden.digest) << golden;
     ++runs;

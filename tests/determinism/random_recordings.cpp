@@ -8,7 +8,7 @@
 namespace scree::determinism {
 namespace {
 
-// The hashes after each step, without those of events.
+// The hashes after each step, with those of events.
 std::vector<std::uint64_t> record(const Sequence& sequence, const Schedule& schedule,
                                   const std::string& file) {
   Shift shift(schedule);

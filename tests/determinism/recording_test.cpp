@@ -11,12 +11,6 @@
 namespace scree::determinism {
 namespace {
 
-std::vector<Golden> scenes_of_goldens() {
-  std::vector<Golden> goldens = read_goldens(golden_path());
-  std::erase_if(goldens, [](const Golden& golden) { return !is_scene(golden.what); });
-  return goldens;
-}
-
 // Recordings of the worlds of one test, gone with it.
 class Folder {
  public:
@@ -75,10 +69,7 @@ TEST_P(Recordings, OfOneBackendVerifyOnTheOthers) {
   }
 }
 
-std::string test_name(const ::testing::TestParamInfo<Golden>& info) {
-  return info.param.what.scene + "_" + std::to_string(info.index);
-}
-INSTANTIATE_TEST_SUITE_P(Scenes, Recordings, ::testing::ValuesIn(scenes_of_goldens()), test_name);
+INSTANTIATE_TEST_SUITE_P(Scenes, Recordings, ::testing::ValuesIn(scene_goldens()), kGoldenName);
 
 class RandomRecordings : public ManyThreads, public ::testing::WithParamInterface<std::uint64_t> {};
 
@@ -116,8 +107,9 @@ TEST_P(RandomRecordings, HoldAllThatCallsDo) {
   EXPECT_FALSE(player.verify(middle, player.info().last_step, workers));
 }
 
-std::uint64_t seeds() { return wants_full_matrix() ? 20 : 4; }
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomRecordings, ::testing::Range(std::uint64_t{1}, seeds() + 1));
+std::uint64_t seeds() { return wish("SCREE_RANDOM_SEQUENCES", wants_all_sequences() ? 20 : 4); }
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomRecordings, ::testing::Range(std::uint64_t{1}, seeds() + 1),
+                         ::testing::PrintToStringParamName());
 
 }  // namespace
 }  // namespace scree::determinism

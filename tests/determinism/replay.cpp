@@ -3,27 +3,14 @@
 #include <tests/determinism/replay.h>
 
 #include <bit>
-#include <cstdio>
 #include <cstring>
-#include <ostream>
 
 namespace scree::determinism {
 namespace {
 
-constexpr std::size_t kThrownStride = 7;            // every seventh body is thrown up
 constexpr Vec3 kThrownVelocity{0.5f, 3.0f, 0.25f};  // m/s; 0.45 m high
 
 }  // namespace
-
-std::string hex(std::uint64_t value) {
-  char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-  return text;
-}
-
-std::ostream& operator<<(std::ostream& out, const Digest& digest) {
-  return out << hex(digest.last) << " after the last step, " << hex(digest.all) << " over all";
-}
 
 std::uint64_t mixed(std::uint64_t sum, std::uint64_t value) {
   // Odd multiplier and rotation: a bijection of `sum`, so that no earlier value is forgotten.
@@ -65,38 +52,16 @@ Playback::Playback(const SceneCase& what, ContactEvents events)
     : Playback(scenes::build(what.scene, what.parameters), what.steps, events) {}
 
 Playback::Playback(const std::vector<scenes::Scene>& scenes, int steps, ContactEvents events)
-    : dt_(scenes.front().dt), steps_(steps) {
-  for (const scenes::Scene& scene : scenes) {
-    WorldSettings settings = scene.settings;
-    settings.contact_events = events;
-    worlds_.emplace_back(settings);
-    bodies_.push_back(scenes::populate(worlds_.back(), scene));
-    drives_.push_back(scene.drives);
-  }
-}
+    : stage_(scenes, events), dt_(scenes.front().dt), steps_(steps) {}
 
 void Playback::advance(Workers& workers) {
-  if (steps_taken_ == 2 * steps_ / 3) throw_some_up();
-  std::vector<World*> worlds;
-  for (std::size_t i = 0; i < worlds_.size(); ++i) {
-    scenes::drive(worlds_[i], drives_[i], bodies_[i], steps_taken_, dt_);
-    worlds.push_back(&worlds_[i]);
-  }
-  step(worlds, dt_, workers);
-  ++steps_taken_;
-}
-
-void Playback::throw_some_up() {
-  for (std::size_t world = 0; world < worlds_.size(); ++world) {
-    for (std::size_t i = 0; i < bodies_[world].size(); i += kThrownStride) {
-      worlds_[world].set_linear_velocity(bodies_[world][i], kThrownVelocity);
-    }
-  }
+  if (stage_.steps() == 2 * steps_ / 3) stage_.throw_up(kThrownVelocity);
+  stage_.advance(dt_, workers);
 }
 
 std::uint64_t Playback::hash() const {
   std::uint64_t sum = 0;
-  for (const World& world : worlds_) sum = mixed(sum, world.hash());
+  for (const World& world : stage_.worlds()) sum = mixed(sum, world.hash());
   return sum;
 }
 

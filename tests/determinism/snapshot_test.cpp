@@ -12,12 +12,6 @@
 namespace scree::determinism {
 namespace {
 
-std::vector<Golden> scenes_of_goldens() {
-  std::vector<Golden> goldens = read_goldens(golden_path());
-  std::erase_if(goldens, [](const Golden& golden) { return !is_scene(golden.what); });
-  return goldens;
-}
-
 // The first column in which two snapshots differ; empty if none does.
 std::string difference(const Snapshot& expected, const Snapshot& actual) {
   const SnapshotData& left = *SnapshotAccess::data(expected);
@@ -133,10 +127,7 @@ TEST_P(Snapshots, RestoredWorldsGoOnToTheEndWithTheSameEvents) {
   }
 }
 
-std::string test_name(const ::testing::TestParamInfo<Golden>& info) {
-  return info.param.what.scene + "_" + std::to_string(info.index);
-}
-INSTANTIATE_TEST_SUITE_P(Scenes, Snapshots, ::testing::ValuesIn(scenes_of_goldens()), test_name);
+INSTANTIATE_TEST_SUITE_P(Scenes, Snapshots, ::testing::ValuesIn(scene_goldens()), kGoldenName);
 
 class RandomSnapshots : public ManyThreads, public ::testing::WithParamInterface<std::uint64_t> {};
 
@@ -163,8 +154,9 @@ TEST_P(RandomSnapshots, NoCallsTellAWorldThatIsRestoredBeforeEachStep) {
   EXPECT_EQ(player.hashes(), expected.hashes);
 }
 
-std::uint64_t seeds() { return wants_full_matrix() ? 20 : 4; }
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomSnapshots, ::testing::Range(std::uint64_t{1}, seeds() + 1));
+std::uint64_t seeds() { return wish("SCREE_RANDOM_SEQUENCES", wants_all_sequences() ? 20 : 4); }
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomSnapshots, ::testing::Range(std::uint64_t{1}, seeds() + 1),
+                         ::testing::PrintToStringParamName());
 
 }  // namespace
 }  // namespace scree::determinism

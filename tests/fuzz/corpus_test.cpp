@@ -18,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Throws for a folder that is not there: a law about no files would hold.
 std::vector<fs::path> files_of(const fs::path& folder) {
   std::vector<fs::path> files;
-  if (!fs::is_directory(folder)) return files;
   for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;
@@ -28,7 +28,9 @@ std::vector<fs::path> files_of(const fs::path& folder) {
 
 std::vector<fs::path> inputs_of(const Target& target) {
   std::vector<fs::path> files = files_of(fs::path(SCREE_FUZZ_FOLDER) / "corpus" / target.name);
-  const std::vector<fs::path> mended = files_of(fs::path(SCREE_FUZZ_FOLDER) / "regressions" / target.name);
+  const fs::path regressions = fs::path(SCREE_FUZZ_FOLDER) / "regressions" / target.name;
+  if (!fs::is_directory(regressions)) return files;  // nothing has been found yet
+  const std::vector<fs::path> mended = files_of(regressions);
   files.insert(files.end(), mended.begin(), mended.end());
   return files;
 }

@@ -1,4 +1,5 @@
 // See mutation.h.
+#include <tests/fuzz/memory_watch.h>
 #include <tests/fuzz/mutation.h>
 
 #include <bit>
@@ -43,3 +44,9 @@ void put_a_word(std::span<std::byte> bytes, scenes::Random& random) {
 }
 
 }  // namespace scree::fuzz
+
+// What libFuzzer calls first.
+extern "C" int LLVMFuzzerInitialize(int*, char***) {
+  scree::fuzz::tell_memory_at_exit();
+  return 0;
+}

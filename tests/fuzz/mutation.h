@@ -1,4 +1,4 @@
-// What mutators of byte formats share. Only for programs with libFuzzer.
+// What mutators of byte formats share. Only for programs with libFuzzer, which all begin in mutation.cpp.
 #pragma once
 
 #include <tests/fuzz/targets.h>

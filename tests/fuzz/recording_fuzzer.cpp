@@ -2,7 +2,6 @@
 // compressed and sealed could hardly be changed from outside.
 #include <core/recorded_state.h>
 #include <core/recording_chunks.h>
-#include <tests/fuzz/memory_watch.h>
 #include <tests/fuzz/mutation.h>
 
 #include <algorithm>
@@ -160,11 +159,6 @@ Buffer mutated(std::span<const std::byte> bytes, std::size_t most, scenes::Rando
 }  // namespace
 
 }  // namespace scree::fuzz
-
-extern "C" int LLVMFuzzerInitialize(int*, char***) {
-  scree::fuzz::tell_memory_at_exit();
-  return 0;
-}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t bytes) {
   scree::fuzz::recording_target({data, bytes});

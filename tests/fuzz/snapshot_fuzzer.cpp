@@ -3,7 +3,6 @@
 #include <core/snapshot_bytes.h>
 #include <scree/scree.h>
 #include <tests/fuzz/laws.h>
-#include <tests/fuzz/memory_watch.h>
 #include <tests/fuzz/mutation.h>
 
 #include <algorithm>
@@ -150,11 +149,6 @@ void mutate(Buffer& bytes, std::size_t most, scenes::Random& random) {
 }  // namespace
 
 }  // namespace scree::fuzz
-
-extern "C" int LLVMFuzzerInitialize(int*, char***) {
-  scree::fuzz::tell_memory_at_exit();
-  return 0;
-}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t bytes) {
   scree::fuzz::snapshot_target({data, bytes});

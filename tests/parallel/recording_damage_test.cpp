@@ -360,26 +360,8 @@ TEST(RecordingDamage, OfADiskThatFillsUpEndsTheRecordingAndLeavesTheWorldAlone) 
 
 // --- processes that die ---
 
-constexpr const char* kFileVariable = "SCREE_TEST_RECORDING";
-
-// The process that is killed; run by the test below.
-TEST(RecordingOfAProcess, DISABLED_ThatStepsForever) {
-  const char* const path = std::getenv(kFileVariable);
-  ASSERT_NE(path, nullptr);
-  Heap heap;
-  Recorder recorder(heap.world, path, {.flush_interval = 0.1f});
-  for (;;) {
-    heap.world.add_force(heap.bodies[3], {1, 0, 0});
-    heap.run(1);
-    std::printf("%llu\n", static_cast<unsigned long long>(recorder.steps()));
-    std::fflush(stdout);
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-}
-
 TEST(RecordingDamage, OfAKilledProcessIsLessThanASecond) {
   const TemporaryFile file;
-  ASSERT_EQ(setenv(kFileVariable, file.path().c_str(), 1), 0);
   int out[2];
   ASSERT_EQ(pipe(out), 0);
   const pid_t child = fork();
@@ -387,8 +369,7 @@ TEST(RecordingDamage, OfAKilledProcessIsLessThanASecond) {
   if (child == 0) {
     dup2(out[1], STDOUT_FILENO);
     close(out[0]);
-    execl("/proc/self/exe", "scree_tests_parallel", "--gtest_also_run_disabled_tests",
-          "--gtest_filter=RecordingOfAProcess.*", static_cast<char*>(nullptr));
+    execl(SCREE_RECORDING_CHILD, SCREE_RECORDING_CHILD, file.path().c_str(), static_cast<char*>(nullptr));
     _exit(1);
   }
   close(out[1]);
@@ -453,6 +434,78 @@ TEST(RecordingComparison, FindsWhereTwoPart) {
   EXPECT_NE(found->expected_hash, found->actual_hash);
   EXPECT_EQ(found->difference.find("body "), 0u) << found->difference;
   EXPECT_EQ(error_of_call([&] { compare(d, b, workers); }), "compare: the recordings have no step in common");
+}
+
+TEST(RecordingComparison, FindsWhatNoStepShows) {
+  // Worlds that move alike: one of them would fall asleep later, has another number for its user, or rubs
+  // harder against what it never meets.
+  const auto record = [](const auto& change) {
+    const TemporaryFile file;
+    Heap heap(4);
+    heap.add({.position = {8, 5, 0}}, Sphere{0.2f});
+    Recorder recorder(heap.world, file.path(), kOften);
+    for (int i = 0; i < 40; ++i) {
+      change(heap, i);
+      heap.run(1);
+    }
+    recorder.finish();
+    return file.bytes();
+  };
+  const auto nothing = [](Heap&, int) {};
+  Workers workers(1);
+  const auto found = [&](const Bytes& left, const Bytes& right) {
+    Player a(left), b(right);
+    return compare(a, b, workers);
+  };
+  const Bytes plain = record(nothing);
+  EXPECT_FALSE(found(plain, record(nothing)));
+
+  const std::optional<Divergence> sleepless = found(plain, record([](Heap& heap, int step) {
+                                                      WorldSettings settings = heap.world.settings();
+                                                      settings.sleep_time = 2.0f;
+                                                      if (step == 3) heap.world.set_settings(settings);
+                                                    }));
+  ASSERT_TRUE(sleepless);
+  EXPECT_EQ(sleepless->step, 15u);
+  EXPECT_EQ(sleepless->compared_at, 15u);
+  EXPECT_NE(sleepless->expected_hash, sleepless->actual_hash);
+  EXPECT_EQ(sleepless->difference.find("the settings"), 0u) << sleepless->difference;
+
+  const std::optional<Divergence> named = found(plain, record([](Heap& heap, int step) {
+                                                  if (step == 15) heap.world.set_user_data(heap.bodies[2], 7);
+                                                }));
+  ASSERT_TRUE(named);
+  EXPECT_EQ(named->step, 30u) << "calls after the keyframe's step come with the next one";
+  EXPECT_EQ(named->difference,
+            "bodies.user_data, row " + std::to_string(Heap(4).bodies[2].index) + ", byte 0 of 8");
+
+  const std::optional<Divergence> rough =
+      found(plain, record([](Heap& heap, int step) {
+              if (step == 0) heap.world.set_material(heap.shapes.back(), {.friction = 0.9f});
+            }));
+  ASSERT_TRUE(rough);
+  EXPECT_EQ(rough->step, 15u);
+  EXPECT_EQ(rough->difference.find("shapes.material, row "), 0u) << rough->difference;
+}
+
+TEST(RecordingComparison, TakesTheBeginningOfALaterRecordingAsItIs) {
+  // Its first state holds a call that the other recording makes after the keyframe of that step.
+  const TemporaryFile early, late;
+  for (const TemporaryFile* file : {&early, &late}) {
+    Heap heap(4);
+    std::optional<Recorder> recorder;
+    if (file == &early) recorder.emplace(heap.world, file->path(), kOften);
+    heap.run(15);
+    heap.world.set_user_data(heap.bodies[2], 7);
+    if (file == &late) recorder.emplace(heap.world, file->path(), kOften);
+    heap.run(30);
+    recorder->finish();
+  }
+  Workers workers(1);
+  Player a(early.path()), b(late.path());
+  EXPECT_EQ(a.info().keyframe_steps, (std::vector<std::uint64_t>{0, 15, 30, 45}));
+  EXPECT_EQ(b.info().keyframe_steps, (std::vector<std::uint64_t>{15, 30, 45}));
+  EXPECT_FALSE(compare(a, b, workers));
 }
 
 TEST(RecordingComparison, LooksAtKeyframesWhereReplaysAgree) {

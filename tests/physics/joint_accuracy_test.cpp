@@ -88,7 +88,7 @@ TEST_P(PendulumPeriod, IsThatOfTheEllipticIntegral) {
 
 INSTANTIATE_TEST_SUITE_P(SmallAndLarge, PendulumPeriod,
                          testing::Combine(testing::Values(JointType::ball, JointType::hinge),
-                                          testing::Values(0.05, 1.0, 2.0, 2.8)),
+                                          testing::Values(0.05, 1.0, 2.0)),
                          [](const auto& parameters) {
                            const bool hinge = std::get<0>(parameters.param) == JointType::hinge;
                            return std::string(hinge ? "Hinge" : "Ball") +

@@ -196,6 +196,27 @@ TEST_F(ReplayCommand, DiffTellsWhereTwoRecordingsPart) {
   EXPECT_NE(table.out.find("first in step 10"), std::string::npos) << table.out;
 }
 
+TEST_F(ReplayCommand, DiffTellsOfStatesThatNoStepShows) {
+  const std::string a = path("a.scree"), b = path("b.scree");
+  for (const std::string& file : {a, b}) {
+    scree::World world(scree::WorldSettings{.sleep_time = file == a ? 0.5f : 3.0f});
+    world.add_shape(world.create_body({.position = {0, 9, 0}}), scree::Sphere{0.5f});
+    scree::Workers workers(1);
+    scree::Recorder recorder(world, file);
+    for (int i = 0; i < 10; ++i) scree::step(world, 1.0f / 60.0f, workers);
+    recorder.finish();
+  }
+  const nlohmann::json json = json_of("diff " + a + " " + b, 1);
+  EXPECT_EQ(json.at("same"), false);
+  EXPECT_EQ(json.at("divergence").at("step"), 0);
+  EXPECT_NE(json.at("divergence").at("hash_a"), json.at("divergence").at("hash_b"));
+  EXPECT_NE(json.at("divergence").at("difference").get<std::string>().find("the settings"),
+            std::string::npos);
+  const Outcome table = scree("diff " + a + " " + b);
+  EXPECT_EQ(table.exit_code, 1);
+  EXPECT_NE(table.out.find("the settings"), std::string::npos) << table.out;
+}
+
 TEST_F(ReplayCommand, RefusesWhatCanNotBePlayedWithExitCodeTwo) {
   const std::string file = path("stack.scree");
   record_stack(file, 30);

@@ -53,15 +53,15 @@ TEST(SoakMischief, MakesTheSameCallsForTheSameSeedAndLeavesWorldsThatStep) {
 }
 
 TEST(SoakGolden, TheMatrixCoversEveryBuiltInScene) {
-  const std::vector<Golden> goldens = read_goldens(SCREE_SOAK_GOLDEN);
+  const std::vector<scenes::Golden> goldens = scenes::read_goldens(SCREE_SOAK_GOLDEN);
   for (const scenes::SceneInfo& info : scenes::catalog()) {
-    EXPECT_TRUE(std::any_of(goldens.begin(), goldens.end(), [&](const Golden& golden) {
-      return golden.scene == info.name;
+    EXPECT_TRUE(std::any_of(goldens.begin(), goldens.end(), [&](const scenes::Golden& golden) {
+      return golden.what.scene == info.name;
     })) << info.name;
   }
-  for (const Golden& golden : goldens) {
-    EXPECT_NO_THROW(scenes::check(golden.scene, golden.parameters)) << golden.scene;
-    EXPECT_NE(golden.all, 0u) << golden.scene << " has no hash yet";
+  for (const scenes::Golden& golden : goldens) {
+    EXPECT_NO_THROW(scenes::check(golden.what.scene, golden.what.parameters)) << golden;
+    EXPECT_NE(golden.digest.all, 0u) << golden << " has no hash yet";
   }
 }
 

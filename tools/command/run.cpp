@@ -4,8 +4,8 @@
 #include <tools/command/options.h>
 #include <tools/command/progress.h>
 #include <tools/command/run.h>
-#include <tools/scenes/digest.h>
 #include <tools/scenes/scene_file.h>
+#include <tools/scenes/stage.h>
 
 #include <algorithm>
 #include <chrono>
@@ -217,14 +217,6 @@ void add_quality(const std::vector<World>& worlds, RunFigures& figures) {
   figures.lane_fill = fill_sum / static_cast<double>(worlds.size());
 }
 
-// One world's own hash; of several, the digest of their hashes in order.
-std::uint64_t hash_all(const std::vector<World>& worlds) {
-  if (worlds.size() == 1) return worlds.front().hash();
-  scenes::Digest digest;
-  for (const World& world : worlds) digest.add(world.hash());
-  return digest.value();
-}
-
 std::uint64_t peak_memory_bytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -263,7 +255,7 @@ RunFigures run(const RunOptions& options) {
   add_times(simulate(worlds, drives, plan, recording, workers, progress), figures);
   figures.recording = recording.finish();
   add_quality(worlds, figures);
-  figures.hash = hash_all(worlds);
+  figures.hash = scenes::hash_of(worlds);
   figures.peak_memory_bytes = peak_memory_bytes();
   return figures;
 }

@@ -2,30 +2,15 @@
 // against one another at every step and against recorded hashes.
 #pragma once
 
-#include <tools/scenes/scene.h>
+#include <tools/scenes/golden_file.h>
 #include <tools/soak_program/backends.h>
 #include <tools/soak_program/round.h>
 
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace scree::soak {
-
-/// A line of the file: scene, parameters, steps, and what they come to.
-struct Golden {
-  std::string scene;
-  scenes::Parameters parameters;
-  int steps = 0;
-  std::uint64_t last = 0;  ///< the hash after the last step
-  std::uint64_t all = 0;   ///< the digest of all steps' hashes
-};
-
-/// Throws scree::Error with file, line and reason.
-std::vector<Golden> read_goldens(const std::string& file);
-/// Replaces the hashes and keeps the comments.
-void write_goldens(const std::string& file, const std::vector<Golden>& goldens);
 
 class GoldenMatrix {
  public:
@@ -39,7 +24,7 @@ class GoldenMatrix {
   std::int64_t hashes_compared() const { return hashes_; }
 
  private:
-  Failure failure(const Golden& golden, Backend backend, std::size_t step);
+  Failure failure(const scenes::Golden& golden, Backend backend, std::size_t step);
 
   std::string file_;
   std::string folder_;

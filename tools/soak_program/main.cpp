@@ -19,6 +19,11 @@ using Clock = std::chrono::steady_clock;
 
 volatile std::sig_atomic_t g_interrupted = 0;  // by Ctrl-C: the round is finished, the summary printed
 
+void interrupt(int) {
+  g_interrupted = 1;
+  std::signal(SIGINT, SIG_DFL);  // whoever does not want to wait presses it again
+}
+
 struct Options {
   double minutes = 60.0;
   std::int64_t rounds = 0;  // 0: as many as time allows
@@ -45,17 +50,17 @@ int report(const Failure& failure) {
 }
 
 int soak(const Options& options) {
+  Rounds rounds(options.keep);
+  GoldenMatrix matrix(options.golden_file, options.keep);
   const Clock::time_point start = Clock::now();
   const auto minutes_passed = [&] {
     return std::chrono::duration<double, std::ratio<60>>(Clock::now() - start).count();
   };
-  Rounds rounds(options.keep);
-  GoldenMatrix matrix(options.golden_file, options.keep);
   std::optional<Failure> failure;
   for (const std::string& file : options.files) {
-    if (!failure) failure = rounds.verify_file(file);
+    if (!failure && g_interrupted == 0) failure = rounds.verify_file(file);
   }
-  if (!failure && options.golden) failure = matrix.check();
+  if (!failure && options.golden && g_interrupted == 0) failure = matrix.check();
   for (std::uint64_t round = 0; !failure && g_interrupted == 0 && minutes_passed() < options.minutes;
        ++round) {
     if (options.rounds > 0 && round == static_cast<std::uint64_t>(options.rounds)) break;
@@ -106,7 +111,7 @@ int run(int argc, char** argv) {
 }  // namespace scree::soak
 
 int main(int argc, char** argv) {
-  std::signal(SIGINT, [](int) { scree::soak::g_interrupted = 1; });
+  std::signal(SIGINT, scree::soak::interrupt);
   try {
     return scree::soak::run(argc, argv);
   } catch (const scree::Error& error) {

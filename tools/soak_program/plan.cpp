@@ -1,9 +1,9 @@
 // See plan.h.
+#include <tools/scenes/golden_file.h>
 #include <tools/soak_program/plan.h>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 namespace scree::soak {
 namespace {
@@ -48,18 +48,6 @@ const std::vector<Sizes>& all_sizes() {
   return kSizes;
 }
 
-std::string name_of(const std::string& scene, const scenes::Parameters& parameters) {
-  std::ostringstream name;
-  name << scene;
-  name.precision(9);
-  char separator = ' ';
-  for (const auto& [key, value] : parameters) {
-    name << separator << key << "=" << value;
-    separator = ',';
-  }
-  return name.str();
-}
-
 void vary(WorldSettings& settings, scenes::Random& random) {
   constexpr int kSubsteps[] = {1, 2, 3, 4, 4, 4, 4, 8};
   settings.substeps = kSubsteps[random.below(8)];
@@ -93,7 +81,7 @@ Plan draw_plan(scenes::Random& random) {
   const std::vector<scenes::SceneInfo>& catalog = scenes::catalog();
   const std::string& scene = catalog[random.below(static_cast<std::uint32_t>(catalog.size()))].name;
   const scenes::Parameters parameters = draw_parameters(scene, random);
-  plan.name = name_of(scene, parameters);
+  plan.name = scene + " " + scenes::text_of(parameters);
   plan.scenes = scenes::build(scene, parameters);
   std::size_t bodies = 0;
   for (scenes::Scene& one : plan.scenes) {

@@ -1,8 +1,8 @@
 // See round.h.
 #include <scree/recording.h>
+#include <tools/scenes/stage.h>
 #include <tools/soak_program/mischief.h>
 #include <tools/soak_program/round.h>
-#include <tools/soak_program/stage.h>
 
 #include <chrono>
 #include <cstdio>
@@ -60,7 +60,7 @@ std::vector<std::size_t> Rounds::one_of_each(scenes::Random& random) const {
 }
 
 std::vector<Recorded> Rounds::record(const Plan& plan, std::uint64_t seed, scenes::Random& random) {
-  Stage stage(plan.scenes);
+  scenes::Stage stage(plan.scenes);
   const std::size_t worlds = stage.worlds().size();
   std::vector<Recorded> recorded(worlds);
   std::vector<Recorder> recorders;
@@ -158,13 +158,15 @@ std::optional<Failure> Rounds::go_on_from_the_middle(const Recorded& recorded, s
                      text + "a branch and a restored world part after " + std::to_string(i + 1) + " steps");
     }
     for (std::size_t i = begin; i < recorded.hashes.size() && i < begin + kStepsFromTheMiddle; ++i) {
+      ++tally_.steps;
+      ++tally_.hashes;
       if (player.step(others) && player.world().hash() == recorded.hashes[i]) continue;
       return failure(
           recorded.file, other,
           text + "another hash than the recorded one after " + std::to_string(i + 1 - begin) + " steps");
     }
-    tally_.steps += 3 * kStepsFromTheMiddle;
-    tally_.hashes += 2 * kStepsFromTheMiddle + 1;
+    tally_.steps += 2 * kStepsFromTheMiddle;
+    tally_.hashes += kStepsFromTheMiddle + (begin > 0 ? 1 : 0);
   }
   return {};
 }

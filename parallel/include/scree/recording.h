@@ -79,8 +79,9 @@ struct Divergence {
   std::uint64_t step = 0;           ///< position() after the step that differs first
   std::uint64_t expected_hash = 0;  ///< recorded (in the first recording)
   std::uint64_t actual_hash = 0;    ///< of the replay (in the second recording)
-  std::uint64_t compared_at = 0;    ///< the step at which the states were compared; 0: no keyframe followed
-  std::string difference{};         ///< first body and field there that differ; empty: none was found
+  std::uint64_t compared_at =
+      0;                     ///< the step at which the states were compared; 0 without a difference: nowhere
+  std::string difference{};  ///< first body and field there that differ; empty: none was found
 };
 
 /// Plays a recording.
@@ -127,8 +128,10 @@ class SCREE_API Player {
 };
 
 /// Finds the first step at which two recordings part, by their hashes, and then plays both to it to find body
-/// and field; where the replays agree although the hashes do not, the keyframes that follow tell. Nothing if
-/// they agree in all steps that both have. Throws Error where they have no step in common.
+/// and field; where the replays agree although the hashes do not, the keyframes that follow tell. Where all
+/// hashes agree, the states at the keyframes of the same steps are compared, and a difference is told with
+/// the hashes of the whole state. Nothing if all that both have agrees. Throws Error where they have no step
+/// in common.
 SCREE_API std::optional<Divergence> compare(Player& a, Player& b, Workers& workers);
 
 /// The first body and field in which two worlds differ by a bit, such as "body 7, position.y is 1.5

@@ -1,0 +1,42 @@
+// A stage: the worlds of a scene and what drives them, played step by step.
+#pragma once
+
+#include <tools/scenes/scene.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace scree::scenes {
+
+class Stage {
+ public:
+  explicit Stage(const std::vector<Scene>& scenes);
+  /// Worlds that tell of contacts as `events` says, whatever their scenes say.
+  Stage(std::vector<Scene> scenes, ContactEvents events);
+
+  std::vector<World>& worlds() { return worlds_; }
+  const std::vector<World>& worlds() const { return worlds_; }
+  std::size_t bodies() const;  ///< of all worlds
+  int steps() const { return steps_; }
+
+  /// Moves the driven bodies and steps all worlds.
+  void advance(float dt, Workers& workers);
+  /// Every seventh body flies up, so that what has fallen asleep wakes and what still stands collapses.
+  void throw_up(Vec3 velocity);
+
+ private:
+  struct Cast {
+    std::vector<SceneDrive> drives;
+    std::vector<BodyId> bodies;
+  };
+
+  std::vector<World> worlds_;  // as many as at first: pointers_ and recorders hold on to them
+  std::vector<Cast> casts_;
+  std::vector<World*> pointers_;
+  int steps_ = 0;
+};
+
+/// World::hash of one world; of several, the digest of theirs in order.
+std::uint64_t hash_of(const std::vector<World>& worlds);
+
+}  // namespace scree::scenes
