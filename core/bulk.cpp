@@ -51,6 +51,7 @@ void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const Bod
   apply_locks(bodies, body);
   bodies.force[row] = {};
   bodies.sleep_time[row] = 0.0f;
+  bodies.drift[row] = {};
   bodies.local_mass[row] = mass.inverse;
   bodies.local_inertia[row] = mass.inertia;
   bodies.mass[row] = mass.mass;

@@ -16,7 +16,8 @@ namespace {
 constexpr char kMagic[8] = {'S', 'C', 'R', 'E', 'E', 'R', 'E', 'C'};
 constexpr std::uint8_t kKnownFlags = kChunkCompressed | kChunkMayBeSkipped;
 constexpr std::size_t kStoredBytesOffset = 40, kStoredHashOffset = 48, kHeadHashOffset = 56;
-constexpr std::size_t kLeastCompressed = 128;  // bytes; less is not worth a frame
+constexpr std::size_t kLeastCompressed = 128;                  // bytes; less is not worth a frame
+constexpr std::size_t kFrameHead = 2 * sizeof(std::uint32_t);  // of one that zstd skips
 
 void write_chunk_head(const ChunkHead& head, ByteWriter& writer) {
   const std::size_t begin = writer.size();
@@ -39,7 +40,6 @@ std::uint64_t least_stored(ChunkKind kind, std::uint64_t content) {
 
 // A frame that zstd skips, behind `size` bytes, so that there are at least as many as asked for.
 std::size_t fill_up(std::vector<std::byte>& bytes, std::size_t size, std::size_t least) {
-  constexpr std::size_t kFrameHead = 2 * sizeof(std::uint32_t);
   if (size >= least) return size;
   least = std::max(least, size + kFrameHead);
   const std::uint32_t head[] = {ZSTD_MAGIC_SKIPPABLE_START,
@@ -120,7 +120,8 @@ ChunkHead read_chunk_head(std::span<const std::byte> bytes) {
   if ((head.flags & ~kKnownFlags) != 0 || zero != 0) refuse_bytes(5, "the chunk has unknown flags");
   const bool compressed = (head.flags & kChunkCompressed) != 0;
   const bool fits = head.content_bytes <= kMostContentBytes &&
-                    (compressed ? head.stored_bytes >= least_stored(head.kind, head.content_bytes)
+                    (compressed ? head.stored_bytes >= least_stored(head.kind, head.content_bytes) &&
+                                      head.stored_bytes < head.content_bytes + kFrameHead
                                 : head.content_bytes == head.stored_bytes);
   if (!fits) refuse_bytes(kStoredBytesOffset, "the chunk has a wrong number of bytes");
   return head;

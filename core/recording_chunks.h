@@ -64,14 +64,15 @@ inline constexpr std::size_t kChunkHeadBytes = 64;
 inline constexpr std::size_t kStepRecordBytes = 1 + sizeof(float) + sizeof(std::uint64_t);
 
 // What a reader takes from stored bytes at most: `times` as much and `free` bytes. Less for what costs more
-// than its bytes: a hull is built anew, a call makes its changes. Writers fill up what is smaller.
+// than its bytes: a hull is built anew, rows of a state that are all alike are packed. Writers fill up what
+// is smaller.
 struct Expansion {
   std::uint64_t times, free;
 };
 constexpr Expansion most_expansion(ChunkKind kind) {
   if (kind == ChunkKind::hulls) return {16, 4096};
   if (kind == ChunkKind::calls) return {64, 4096};
-  return {1024, 65536};
+  return {32, 4096};
 }
 inline constexpr std::uint64_t kMostContentBytes = std::uint64_t{1} << 36;  // 64 GiB
 

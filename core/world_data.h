@@ -94,7 +94,8 @@ struct CoreRow {
   X(state,   ForceRow,        force)           /* calls; cleared by finish_step */                             \
   X(state,   MotionRow,       motion)          /* calls; its locks act, so they are none if not given dynamic */ \
   X(state,   AxisLocks,       locks)           /* calls; as given */                                           \
-  X(state,   float,           sleep_time)      /* calls, finish_step; s below the sleep speeds, see finish */  \
+  X(state,   float,           sleep_time)      /* calls, finish_step; s for which it has stayed, see finish */ \
+  X(state,   DriftRow,        drift)           /* calls, finish_step, find_islands; since sleep_time was 0 */  \
   X(state,   InertiaRow,      local_mass)      /* calls; inverse inertia in body axes; zero if not given dynamic */ \
   X(state,   LocalInertiaRow, local_inertia)   /* calls; in body axes */                                       \
   X(state,   Vec3,            center)          /* calls; center of mass in the body's frame */                 \

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -91,13 +93,14 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
     return divergence;
   }
 
+  std::string problem;
   try {
     left.seek(divergence->step, workers, "compare");
     right.seek(divergence->step, workers, "compare");
     divergence->difference = first_state_difference(left.world, right.world);
     divergence->compared_at = divergence->step;
-  } catch (const Error&) {
-    // A call that only the world that was recorded could take.
+  } catch (const Error& error) {
+    problem = error.what();  // a call that only the world that was recorded could take
   }
   left.is_lost = right.is_lost = true;
   if (!divergence->difference.empty()) return divergence;
@@ -105,7 +108,11 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   divergence->compared_at = 0;
   const auto next = std::find_if(shared.begin(), shared.end(),
                                  [&](const SharedKeyframe& at) { return at.step >= divergence->step; });
-  if (next != shared.end()) compare_keyframes(*next);
+  if (next != shared.end()) {
+    compare_keyframes(*next);
+  } else {
+    divergence->difference = std::move(problem);
+  }
   return divergence;
 }
 

@@ -265,6 +265,7 @@ bool put_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
       bodies.flags[index] = static_cast<std::uint8_t>(bodies.flags[index] | kBodyAsleep);
       bodies.velocity[index] = VelocityRow{};
       bodies.force[index] = ForceRow{};
+      bodies.drift[index] = DriftRow{};  // rows that are equal take no room in snapshots
       freeze_shapes(data, body);
       anybody.store(true, std::memory_order_relaxed);
     }

@@ -10,8 +10,9 @@ namespace scree {
 
 void Player::Impl::restore_keyframe(std::size_t keyframe) {
   const std::size_t chunk = keyframe_chunk(keyframe);
-  if (is_lost) world = World();  // a step that ran out of memory leaves nothing to go on with
-  restore(world, file.state(chunk));
+  const Snapshot state = file.state(chunk);  // where that can not be read, the world stays what it is
+  if (is_lost) world = World();              // a step that ran out of memory leaves nothing to go on with
+  restore(world, state);
   stream.go_behind(chunk);
   position = keyframe_step(keyframe);
   hash.reset();

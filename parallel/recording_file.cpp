@@ -68,6 +68,7 @@ void RecordingFile::scan() {
     info_.version = head.version;
     info_.writer = head.writer;
     info_.file_bytes = size_;
+    end_of_data_ = find_end_of_data();
     for (std::uint64_t offset = head.bytes; scan_chunk(offset);) {
     }
   } catch (const RefusedBytes& refused) {
@@ -76,18 +77,29 @@ void RecordingFile::scan() {
   if (keyframes_.empty()) refuse_recording(size_, "the recording ends before its first state");
 }
 
-// Where a machine lost its power, a file may end in blocks that were never written.
-bool RecordingFile::is_zero_from(std::uint64_t offset) {
-  constexpr std::uint64_t kBlock = std::uint64_t{1} << 16;
-  for (; offset < size_; offset += kBlock) {
-    const std::vector<std::byte> bytes =
-        bytes_at(offset, static_cast<std::size_t>(std::min(kBlock, size_ - offset)));
-    if (std::any_of(bytes.begin(), bytes.end(), [](std::byte b) { return b != std::byte{}; })) return false;
+// Where a machine lost its power, a file may end in blocks that were never written. Looks no farther back
+// than so many bytes, because sparse files may be longer than any disk.
+std::uint64_t RecordingFile::find_end_of_data() {
+  constexpr std::uint64_t kMostZeros = std::uint64_t{1} << 28, kBlock = std::uint64_t{1} << 16;
+  const std::uint64_t least = size_ - std::min(size_, kMostZeros);
+  for (std::uint64_t end = size_; end > least;) {
+    const std::uint64_t begin = end - std::min(end - least, kBlock);
+    const std::vector<std::byte> bytes = bytes_at(begin, static_cast<std::size_t>(end - begin));
+    const auto last =
+        std::find_if(bytes.rbegin(), bytes.rend(), [](std::byte b) { return b != std::byte{}; });
+    if (last != bytes.rend()) return begin + static_cast<std::uint64_t>(bytes.rend() - last);
+    end = begin;
   }
-  return true;
+  return least;
 }
 
-// Lists the chunk at `offset`, which moves on; false if there is no whole one.
+bool RecordingFile::is_intact(const RecordedChunk& chunk) {
+  return hash_of_bytes(bytes_at(chunk.offset + kChunkHeadBytes,
+                                static_cast<std::size_t>(chunk.head.stored_bytes))) == chunk.head.stored_hash;
+}
+
+// Lists the chunk at `offset`, which moves on; false if there is no whole one. One that reaches into zeros at
+// the end of the file may have them of its own.
 bool RecordingFile::scan_chunk(std::uint64_t& offset) {
   const std::uint64_t left = size_ - offset;
   if (left == 0) return false;
@@ -98,13 +110,15 @@ bool RecordingFile::scan_chunk(std::uint64_t& offset) {
   try {
     chunk.head = read_chunk_head(bytes_at(offset, kChunkHeadBytes));
   } catch (const RefusedBytes& refused) {
-    if (is_zero_from(offset)) return false;
+    if (offset + kChunkHeadBytes > end_of_data_) return false;
     refuse_recording(offset + refused.offset, refused.reason);
   }
   if (chunk.head.stored_bytes > left - kChunkHeadBytes) return false;
+  const std::uint64_t end = offset + kChunkHeadBytes + chunk.head.stored_bytes;
+  if (end > end_of_data_ && !is_intact(chunk)) return false;
   info_.lost_bytes = 0;
   list_chunk(chunk);
-  offset += kChunkHeadBytes + chunk.head.stored_bytes;
+  offset = end;
   return true;
 }
 

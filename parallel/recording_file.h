@@ -51,13 +51,15 @@ class RecordingFile {
  private:
   void scan();
   bool scan_chunk(std::uint64_t& offset);
-  bool is_zero_from(std::uint64_t offset);
+  std::uint64_t find_end_of_data();
+  bool is_intact(const RecordedChunk& chunk);
   void list_chunk(const RecordedChunk& chunk);
   std::vector<std::byte> bytes_at(std::uint64_t offset, std::size_t count);
 
   std::ifstream stream_;  // or else
   std::vector<std::byte> bytes_;
   std::uint64_t size_ = 0;
+  std::uint64_t end_of_data_ = 0;  // what follows is zero
   RecordingInfo info_;
   std::vector<RecordedChunk> chunks_;
   std::vector<std::size_t> keyframes_;

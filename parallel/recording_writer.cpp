@@ -42,13 +42,15 @@ constexpr const char* kBuild = "debug";
 std::string writer_name() { return std::string("Scree " SCREE_VERSION ", ") + kCompiler + ", " + kBuild; }
 
 // Threads inherit what is blocked. The caller's signals are none of the writer's business, and a limit of the
-// file's size, or a pipe that nobody reads, shall be an error of writing and not the end of the process.
+// file's size, or a pipe that nobody reads, shall be an error of writing and not the end of the process. A
+// fault of the writer's own must still reach who handles crashes.
 class BlockedSignals {
  public:
   BlockedSignals() {
-    sigset_t all;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before_);
+    sigset_t blocked;
+    sigfillset(&blocked);
+    for (const int fault : {SIGSEGV, SIGBUS, SIGFPE, SIGILL}) sigdelset(&blocked, fault);
+    pthread_sigmask(SIG_SETMASK, &blocked, &before_);
   }
   ~BlockedSignals() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
   BlockedSignals(const BlockedSignals&) = delete;
@@ -70,17 +72,26 @@ RecordingWriter::RecordingWriter(const std::string& file, const RecorderOptions&
   if (file_ == nullptr) throw Error(file + ": can not be created: " + std::strerror(errno));
   // Chunks are written whole, so a buffer would only copy them.
   std::setvbuf(file_.get(), nullptr, _IONBF, 0);
-  write_bytes(write_recording_head(writer_name()));
-  flush();
+  start();
+  {
+    std::unique_lock lock(mutex_);
+    room_.wait(lock, [this] { return !writing_; });
+  }
+  if (!has_failed()) return;
+  stop();
+  throw Error(error_);
+}
+
+RecordingWriter::~RecordingWriter() { stop(); }
+
+void RecordingWriter::start() {
   const BlockedSignals blocked;
   try {
     thread_ = std::thread([this] { run(); });
   } catch (const std::system_error& error) {
-    throw Error(file + ": a thread to write it can not be started: " + error.what());
+    throw Error(name_ + ": a thread to write it can not be started: " + error.what());
   }
 }
-
-RecordingWriter::~RecordingWriter() { stop(); }
 
 std::unique_lock<std::mutex> RecordingWriter::lock_with_room() {
   std::unique_lock lock(mutex_);
@@ -159,7 +170,30 @@ std::string RecordingWriter::error() const {
 
 // --- the writer's thread ---
 
+// Does the work, or closes the file where that fails: what follows a gap would be of no use.
+template <class Work>
+void RecordingWriter::attempt(Work&& work) noexcept {
+  try {
+    work();
+  } catch (const std::bad_alloc&) {
+    file_.reset();
+    fail(kOutOfMemory);
+  } catch (const std::exception& error) {
+    file_.reset();
+    fail(error.what());
+  }
+}
+
 void RecordingWriter::run() noexcept {
+  attempt([this] {
+    write_bytes(write_recording_head(writer_name()));
+    flush();
+  });
+  {
+    const std::lock_guard lock(mutex_);
+    writing_ = false;
+    room_.notify_all();
+  }
   std::vector<RecordingBatch> batches;
   for (bool last = false; !last;) {
     std::size_t bytes = 0;
@@ -172,19 +206,13 @@ void RecordingWriter::run() noexcept {
       last = stopping_;
       writing_ = true;
     }
-    try {
+    attempt([&] {
       write_all(batches);
       if (last && !has_failed()) {
         write_chunk({.kind = ChunkKind::end, .step = last_step_}, {});
         if (std::fclose(file_.release()) != 0) fail_to_write();
       }
-    } catch (const std::bad_alloc&) {
-      file_.reset();  // what follows a gap would be of no use
-      fail(kOutOfMemory);
-    } catch (const std::exception& error) {
-      file_.reset();
-      fail(error.what());
-    }
+    });
     const std::lock_guard lock(mutex_);
     batches.clear();
     pending_bytes_ -= bytes;

@@ -39,7 +39,8 @@ struct RecordingBatch {
 
 class RecordingWriter {
  public:
-  // Writes the head and starts the thread. Throws Error where the file can not be written.
+  // Starts the thread and waits until it has written the head. Throws Error where the file can not be
+  // written.
   RecordingWriter(const std::string& file, const RecorderOptions& options);
   ~RecordingWriter();
   RecordingWriter(const RecordingWriter&) = delete;
@@ -81,7 +82,10 @@ class RecordingWriter {
   std::unique_lock<std::mutex> lock_with_room();
   RecordingBatch& open_batch(std::uint64_t step);
   void hurry_if_much();
+  void start();
   void run() noexcept;
+  template <class Work>
+  void attempt(Work&& work) noexcept;
   void write_all(std::vector<RecordingBatch>& batches);
   void write_batch(RecordingBatch& batch);
   void write_chunk(const ChunkHead& head, std::span<const std::byte> content);
@@ -106,7 +110,7 @@ class RecordingWriter {
   std::size_t pending_bytes_ = 0;  // what the writer is at work on included
   bool urgent_ = false;
   bool stopping_ = false;
-  bool writing_ = false;
+  bool writing_ = true;  // at first the head
   std::string error_;
   std::atomic<bool> failed_ = false;
   std::atomic<std::uint64_t> bytes_written_ = 0;

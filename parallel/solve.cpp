@@ -87,10 +87,13 @@ simd::BodyArgs body_args(WorldData& data, float dt) {
   args.local_inertia = bodies.local_inertia.data();
   args.motion = bodies.motion.data();
   args.touched = bodies.touched.data();
+  args.flags = bodies.flags.data();
+  args.may_sleep = settings.sleeping ? std::uint8_t{kBodyCanSleep} : std::uint8_t{0};
   args.force = bodies.force.data();
   args.center = &bodies.center.data()->x;
   args.transform = &bodies.transform.data()->position.x;
   args.sleep_timer = bodies.sleep_time.data();
+  args.drift = bodies.drift.data();
   args.mass = bodies.mass.data();
   args.kinetic_energy = constraints.kinetic_energy.data();
   args.broken = constraints.broken.data();

@@ -101,6 +101,7 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
 }
 
 void step(WorldData& data, float dt, Crew& crew) {
+  data.recording.hash.reset();  // a step that threw may have left one
   try {
     run_phases(data, dt, crew);
   } catch (...) {
@@ -109,7 +110,6 @@ void step(WorldData& data, float dt, Crew& crew) {
   }
   if (data.recording.sink != nullptr) {
     const std::uint64_t hash = data.recording.hash ? *data.recording.hash : hash_of(data.bodies);
-    data.recording.hash.reset();
     data.recording.sink->stepped(data, dt, hash);
   }
 }

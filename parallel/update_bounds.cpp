@@ -24,7 +24,8 @@ static_assert(sizeof(PoseRow) == 32 && sizeof(VelocityRow) == 32 && sizeof(Bound
               sizeof(ExtentRow) == 16);
 
 // With `hashes`, one task more makes the hash of a world that is recorded: poses and velocities are those
-// that the step ends with, and of two threads each loses half of it.
+// that the step ends with, and of two threads each loses half of it. Not beside a single chunk of shapes:
+// such worlds step without helpers.
 void update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::int32_t> list, float dt,
                  bool force, bool hashes, Crew& crew) {
   if (list.empty()) return;
@@ -43,7 +44,7 @@ void update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::
       .force = force,
   };
   const auto update = crew.kernels().pair.update_bounds;
-  const int count = static_cast<int>(list.size()), first = hashes ? 1 : 0;
+  const int count = static_cast<int>(list.size()), first = hashes && count > kShapesPerChunk ? 1 : 0;
   crew.run((count + kShapesPerChunk - 1) / kShapesPerChunk + first, [&](int chunk, int) {
     if (chunk < first) {
       data.recording.hash = hash_of(data.bodies);

@@ -19,10 +19,13 @@ struct BodyArgs {
   const LocalInertiaRow* local_inertia;
   const MotionRow* motion;
   std::uint8_t* touched;  // TouchFlag
+  const std::uint8_t* flags;
+  std::uint8_t may_sleep;  // that of the flags with which a body may; 0: nobody
   const ForceRow* force;
-  const float* center;    // Vec3 rows: center of mass in the body's frame
-  float* transform;       // Pose rows
-  float* sleep_timer;     // s
+  const float* center;  // Vec3 rows: center of mass in the body's frame
+  float* transform;     // Pose rows
+  float* sleep_timer;   // s
+  DriftRow* drift;
   const float* mass;      // kg
   float* kinetic_energy;  // J, by place in the list
   std::uint8_t* broken;   // by place in the list: 1 where the state became non-finite and was restored
@@ -43,8 +46,9 @@ struct BodyKernels {
   void (*prepare)(const BodyArgs& args, int begin, int end);  // pose -> inertia, delta; clears touched
   void (*integrate_velocities)(const BodyArgs& args, int begin, int end);  // force -> velocity, free_velocity
   void (*integrate_poses)(const BodyArgs& args, int begin,
-                          int end);                          // velocity -> delta, velocity (gyroscopic)
-  void (*finish)(const BodyArgs& args, int begin, int end);  // delta -> pose, transform, sleep_time, energy
+                          int end);  // velocity -> delta, velocity (gyroscopic)
+  void (*finish)(const BodyArgs& args, int begin,
+                 int end);  // delta -> pose, transform, drift, sleep_time, energy
 };
 
 }  // namespace scree::simd

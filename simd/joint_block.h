@@ -256,8 +256,10 @@ inline F solve_drive(LaneAxis& axis, F coordinate_error, F speed, F mass, F keep
 }
 
 // The limit's step on an axis: like a contact at the nearer end, and both ways where the ends are equal.
-// `held` is the softness of what the joint holds, or rigid() in relax.
-inline F solve_limit(const JointArgs& args, LaneAxis& axis, F coordinate, F speed, F mass,
+// `held` is the softness of what the joint holds, or rigid() in relax. Any struct with the limit's lanes of
+// LaneAxis will do.
+template <class Axis>
+inline F solve_limit(const JointArgs& args, Axis& axis, F coordinate, F speed, F mass,
                      const Softness& held, F keep) {
   const F zero(0.0f), one(1.0f), lower = load(axis.lower), upper = load(axis.upper);
   const F above = coordinate - lower, below = upper - coordinate;

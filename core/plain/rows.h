@@ -60,6 +60,13 @@ struct alignas(32) ForceRow {
   float padding[2];
 };
 
+// Motion since the timer of sleep began to run.
+struct alignas(32) DriftRow {
+  float way[3];   // m
+  float turn[3];  // rad, the sum of the steps' rotation vectors
+  float padding[2];
+};
+
 // Parameters of motion.
 struct alignas(16) MotionRow {
   float linear_damping;   // 1/s

@@ -123,15 +123,19 @@ void prepare(const BodyArgs& args, int begin, int end) {
   }
 }
 
-// What brings speeds above the world's limits back to these.
+// What brings speeds above the world's limits back to these. For a velocity whose square is beyond all
+// numbers it is none, so that the body counts as broken: its scale would be 0.
 struct SpeedScales {
   F linear, angular;
 };
+inline F scale_to_limit(V3 velocity, F limit) {
+  const F speed = length(velocity);
+  const F zero_or_none = speed - speed;
+  return select(speed > limit, limit / speed, F(1.0f)) + zero_or_none;
+}
 inline SpeedScales scales_to_limits(const BodyArgs& args, const WideVelocity& v) {
-  const F max_linear(args.max_linear_speed), max_angular(args.max_angular_speed), one(1.0f);
-  const F linear_speed = length(v.linear), angular_speed = length(v.angular);
-  return {select(linear_speed > max_linear, max_linear / linear_speed, one),
-          select(angular_speed > max_angular, max_angular / angular_speed, one)};
+  return {scale_to_limit(v.linear, F(args.max_linear_speed)),
+          scale_to_limit(v.angular, F(args.max_angular_speed))};
 }
 // Kinematic bodies keep theirs. Returns whether any was above.
 inline bool clamp_speeds(const BodyArgs& args, const Lanes& lanes, WideVelocity& v) {
@@ -323,19 +327,87 @@ void integrate_poses(const BodyArgs& args, int begin, int end) {
   }
 }
 
-// A step above the speeds of sleep takes so many steps below them from the timer, and not all: where a
-// contact jumps between two features every few steps, its impulses begin anew, and each time its bodies jerk
-// for one step in which they move by less than a tenth of a millimeter.
+// How many times faster than the speeds of sleep a body may be at times and fall asleep.
+constexpr float kTremble = 8.0f;
+
+// Nothing stops what rolls slowly or rocks on a ball, as nothing resists rolling that was not asked for, and
+// it would keep its island awake for ever. So bodies that may sleep and touch something are damped while they
+// turn no faster than kTremble times the speed of sleep: at this rate, less as they come near to that. It
+// acts as rolling resistance does of 1 % of a ball's radius of 0.3 m.
+constexpr float kDrowsyDamping = 2.0f;  // 1/s
+// Slower ones, in shares of the speed of sleep, are near enough to rest; all in a pile are.
+constexpr float kDrowsyLeast = 0.5f;
+
+// Returns whether anybody was damped.
+inline bool damp_drowsy(const BodyArgs& args, const Lanes& lanes, WideVelocity& v) {
+  const F squared = length_squared(v.angular), limit(args.sleep_angular_speed), one(1.0f);
+  const F least = F(kDrowsyLeast) * limit, most = F(kTremble) * limit;
+  const M slow = (squared > least * least) & (squared < most * most);
+  if (bits(slow) == 0) return false;
+  alignas(64) std::int32_t sleeper[kLanes];
+  for (int lane = 0; lane < kLanes; ++lane) sleeper[lane] = args.flags[lanes.index[lane]] & args.may_sleep;
+  const M drowsy = slow & has_contacts(args, lanes) & (load(sleeper) > I(0)) &
+                   (load_mass(args.local_mass, lanes.index).inverse_mass > F(0.0f));
+  if (bits(drowsy) == 0) return false;
+  const F rate = F(kDrowsyDamping * args.step) * (one - squared / (most * most));
+  v.angular = v.angular * select(drowsy, one / (one + rate), one);
+  return true;
+}
+
+// Who stays where it is falls asleep. What counts is how far a body has come since its timer began, and not
+// how fast it is at times: one that is wedged in and shaken by contacts which jump between two features every
+// few steps moves to and fro by less than a centimeter. (Jolt's sleep test, which asks whether points of a
+// body have stayed within small balls.) So it has to stay within what the speeds of sleep cover in the time
+// to sleep, which at a constant speed is the same; but it may be kTremble times as fast meanwhile. That is
+// less than a bouncing ball is, unless it rises by less than 8 mm.
+// A step that is faster takes so many slower ones from the timer.
 constexpr float kRestlessWeight = 3.0f;
+
+// Rotation vector of a turn by less than a quarter, to second order.
+inline V3 turn_of(Q4 q) {
+  const F twice = select(q.w < F(0.0f), F(-2.0f), F(2.0f));
+  return {q.x * twice, q.y * twice, q.z * twice};
+}
+
+// The timers of bodies that have moved by `delta` and end the step with speeds of these squares, and their
+// drift.
+inline F time_at_rest(const BodyArgs& args, const Lanes& lanes, const WideDelta& delta, F linear_squared,
+                      F angular_squared) {
+  const F zero(0.0f), step(args.step), full(args.sleep_time);
+  const F linear_limit(args.sleep_linear_speed), angular_limit(args.sleep_angular_speed);
+  alignas(64) float timers[kLanes];
+  for (int lane = 0; lane < kLanes; ++lane) timers[lane] = args.sleep_timer[lanes.index[lane]];
+  F row[8];
+  load_rows8(args.drift->way, lanes.index, row);
+  const F timer = load(timers);
+  const M runs = timer > zero;
+  const V3 nowhere{zero, zero, zero};
+  const V3 way = select(runs, V3{row[0], row[1], row[2]}, nowhere) + delta.position;
+  const V3 turn = select(runs, V3{row[3], row[4], row[5]}, nowhere) + turn_of(delta.rotation);
+
+  const F tremble(kTremble * kTremble);
+  const M calm = (linear_squared < tremble * (linear_limit * linear_limit)) &
+                 (angular_squared < tremble * (angular_limit * angular_limit));
+  const F longer = select(calm, timer + step, min(timer, full) - F(kRestlessWeight) * step);
+  const F time_to_move = max(longer, full);
+  const F farthest = linear_limit * time_to_move, widest = angular_limit * time_to_move;
+  const M counts = (length_squared(way) < farthest * farthest) & (length_squared(turn) < widest * widest) &
+                   (longer > zero);
+  // After twice the time the older half is forgotten, so that nobody leaves in the shelter of a long rest.
+  const M old = !(longer < F(2.0f) * full);
+  const F share = select(old, F(0.5f), F(1.0f));
+  const V3 kept_way = select(counts, way * share, nowhere), kept_turn = select(counts, turn * share, nowhere);
+  const F kept[8] = {kept_way.x, kept_way.y, kept_way.z, kept_turn.x, kept_turn.y, kept_turn.z, zero, zero};
+  store_rows8(args.drift->way, lanes.index, lanes.count, kept);
+  return select(counts, select(old, full, longer), zero);
+}
 
 // Transforms, sleep timers and energies of bodies that are where the step ends. `place`: of the first lane in
 // the list.
 void store_outcome(const BodyArgs& args, const Lanes& lanes, int place, const WideVelocity& v, V3 position,
-                   Q4 rotation, const S3& inertia, std::uint32_t finite) {
-  const F linear_limit = F(args.sleep_linear_speed) * F(args.sleep_linear_speed);
-  const F angular_limit = F(args.sleep_angular_speed) * F(args.sleep_angular_speed);
-  const F linear_speed = length_squared(v.linear), angular_speed = length_squared(v.angular);
-  alignas(64) float slow[kLanes], energy[kLanes], mass[kLanes], center[3][kLanes], origin[7][kLanes];
+                   Q4 rotation, const WideDelta& delta, const S3& inertia, std::uint32_t finite) {
+  const F linear_squared = length_squared(v.linear);
+  alignas(64) float timer[kLanes], energy[kLanes], mass[kLanes], center[3][kLanes], origin[7][kLanes];
   for (int lane = 0; lane < kLanes; ++lane) {
     const float* row = args.center + 3 * static_cast<std::ptrdiff_t>(lanes.index[lane]);
     for (int axis = 0; axis < 3; ++axis) center[axis][lane] = row[axis];
@@ -350,19 +422,15 @@ void store_outcome(const BodyArgs& args, const Lanes& lanes, int place, const Wi
   store(origin[4], rotation.y);
   store(origin[5], rotation.z);
   store(origin[6], rotation.w);
-  store(slow, select((linear_speed < linear_limit) & (angular_speed < angular_limit), F(args.step),
-                     F(-kRestlessWeight * args.step)));
+  store(timer, time_at_rest(args, lanes, delta, linear_squared, length_squared(v.angular)));
 
   const V3 local_w = rotate_back(rotation, v.angular);
-  store(energy, F(0.5f) * (load(mass) * linear_speed + dot(local_w, inertia * local_w)));
+  store(energy, F(0.5f) * (load(mass) * linear_squared + dot(local_w, inertia * local_w)));
 
   for (int lane = 0; lane < lanes.count; ++lane) {
     float* transform = args.transform + 7 * static_cast<std::ptrdiff_t>(lanes.index[lane]);
     for (int part = 0; part < 7; ++part) transform[part] = origin[part][lane];
-    float& timer = args.sleep_timer[lanes.index[lane]];
-    const float longer = (timer < args.sleep_time ? timer : args.sleep_time) + slow[lane];
-    const float capped = longer < args.sleep_time ? longer : args.sleep_time;
-    timer = capped > 0.0f ? capped : 0.0f;
+    args.sleep_timer[lanes.index[lane]] = timer[lane];
     args.kinetic_energy[place + lane] = energy[lane];
     args.broken[place + lane] = (finite >> lane & 1u) != 0 ? 0 : 1;
   }
@@ -395,10 +463,13 @@ void finish(const BodyArgs& args, int begin, int end) {
       v.angular = select(turns, turned, v.angular);
     }
 
+    const bool any_drowsy = args.may_sleep != 0 && damp_drowsy(args, lanes, v);
+
     // A body whose state has become non-finite is put back where it was, at rest.
     const V3 rotation_part{new_rotation.x, new_rotation.y, new_rotation.z};
-    const M finite = is_finite(new_position) & is_finite(rotation_part) & is_finite(v.linear) &
-                     is_finite(v.angular) & is_finite(new_rotation.w);
+    const M finite = is_finite(new_position) & is_finite(rotation_part) &
+                     is_finite(length_squared(v.linear)) & is_finite(length_squared(v.angular)) &
+                     is_finite(new_rotation.w);
     new_position = select(finite, new_position, position);
     new_rotation = {select(finite, new_rotation.x, rotation.x), select(finite, new_rotation.y, rotation.y),
                     select(finite, new_rotation.z, rotation.z), select(finite, new_rotation.w, rotation.w)};
@@ -408,14 +479,14 @@ void finish(const BodyArgs& args, int begin, int end) {
     const std::uint32_t finite_bits = bits(finite);
     // What the last sweep has left is clamped here: nobody sees a speed above the limits.
     const bool any_fast = clamp_speeds(args, lanes, v);
-    if (finite_bits != (1u << kLanes) - 1u || any_locks || any_fast || any_turns) {
+    if (finite_bits != (1u << kLanes) - 1u || any_locks || any_fast || any_turns || any_drowsy) {
       store_velocity(args.velocity, lanes, v);
     }
     float* pose = args.pose->position;
     store_rows(pose, 8, lanes.index, lanes.count, new_position.x, new_position.y, new_position.z, zero);
     store_rows(pose + 4, 8, lanes.index, lanes.count, new_rotation.x, new_rotation.y, new_rotation.z,
                new_rotation.w);
-    store_outcome(args, lanes, i, v, new_position, new_rotation, inertias.direct, finite_bits);
+    store_outcome(args, lanes, i, v, new_position, new_rotation, delta, inertias.direct, finite_bits);
   }
 }
 

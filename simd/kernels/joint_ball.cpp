@@ -1,11 +1,11 @@
 // Ball joints; see simd/joint_kernels.h.
-#include <simd/joint_point.h>
+#include <simd/joint_angular.h>
 #include <simd/joint_sweeps.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-// Impulses: 0 to 2 at the anchor, in world axes.
+// Impulses: 0 to 2 at the anchor, in world axes. Clears those that limits and the drive had before.
 struct PlainBall {
   struct alignas(64) Block {
     LaneInts row_a, row_b;
@@ -32,10 +32,139 @@ struct PlainBall {
   }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const V3 none{F(0.0f), F(0.0f), F(0.0f)};
-    V3 impulse = load3(block.point.impulse);
-    impulse = select(is_finite(impulse), impulse, none);  // a broken one would break its bodies again
-    store_impulses(args, joint, count, 0, impulse.x, impulse.y, impulse.z, F(0.0f));
+    const V3 impulse = finite_or_zero(load3(block.point.impulse));
+    store_impulses(args, joint, count, 0, impulse.x, impulse.y, impulse.z, none.x);
+    store_impulses(args, joint, count, 1, none.x, none.x, none.x, none.x);
     store_reaction(args, joint, count, impulse, none);
+  }
+};
+
+// A limit of an angle that changes with the bodies' turning against each other along `axis`.
+struct BallLimit {
+  LaneFloats axis[3];  // in world axes; not of unit length
+  LaneFloats inertia;  // of the angle: torque impulse along the axis by the angle's rate
+  LaneFloats angle;
+  LaneFloats lower, upper, limit_impulse;
+};
+
+inline V3 torque_of(const BallLimit& limit) { return load3(limit.axis) * load(limit.limit_impulse); }
+
+inline void prepare_limit(BallLimit& limit, F lower, F upper, F impulse) {
+  store(limit.lower, lower);
+  store(limit.upper, upper);
+  store(limit.limit_impulse, impulse);
+}
+
+inline void aim_limit(BallLimit& limit, V3 axis, F angle, F response) {
+  store3(limit.axis, axis);
+  store(limit.angle, angle);
+  store(limit.inertia, invert_positive(response));
+}
+
+// As PlainBall; 3 the cone limit's, 7 the twist limit's about its axis, 4 to 6 the drive's torque, in world
+// axes.
+//
+// All torques turn the bodies about the anchor, see HeldTurning.
+struct RichBall {
+  struct alignas(64) Block {
+    LaneInts row_a, row_b;
+    PointLanes point;
+    FrameLanes frames;
+    LaneFloats share[3][3], inertia[6];  // HeldTurning
+    BallLimit cone, twist;
+    RotationDriveLanes drive;
+  };
+
+  // Where the axes are opposite, no twist is defined; near that its axis would grow without bound.
+  static void refresh(const JointBodies& bodies, const WideFrames& frames, Block& block) {
+    const HeldTurning turning = held_turning(bodies, load3(block.point.arm_a), load3(block.point.arm_b),
+                                             load6(block.point.inverse_response));
+    store9(block.share, turning.share);
+    store6(block.inertia, turning.inertia);
+    const S3 response = invert_semidefinite(turning.inertia);
+    const V3 x_a = x_axis(frames.a), x_b = x_axis(frames.b);
+    const Swing away = swing(x_a, x_b);
+    aim_limit(block.cone, away.axis, away.angle, dot(away.axis, response * away.axis));
+    const F zero(0.0f), one(1.0f), apart = one + dot(x_a, x_b);
+    const M defined = apart > F(1e-3f);
+    const V3 axis = (x_a + x_b) * (one / select(defined, apart, one));
+    const F twist = angle_within(twist_angle(conjugate(frames.a) * frames.b), load(block.twist.lower),
+                                 load(block.twist.upper));
+    aim_limit(block.twist, axis, twist, select(defined, dot(axis, response * axis), zero));
+  }
+
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+                      const JointPlacement& at, Block& block) {
+    V3 impulse, drive;
+    F cone, twist;
+    load_impulses(args, joint, 0, impulse.x, impulse.y, impulse.z, cone);
+    load_impulses(args, joint, 1, drive.x, drive.y, drive.z, twist);
+    prepare_point(args, joint, bodies, at, impulse, block.point);
+    store_frames(block.frames, at);
+    const WideFrames frames{at.frame_a, at.frame_b};
+    prepare_rotation_drive(args, joint, frames, drive, block.drive);
+    const WideAxis twist_axis = load_axis(args, joint, 0), cone_axis = load_axis(args, joint, 1);
+    const F scale(args.warm_start_scale);
+    prepare_limit(block.cone, F(-__builtin_inff()), cone_axis.upper, cone * scale);
+    prepare_limit(block.twist, twist_axis.lower, twist_axis.upper, twist * scale);
+    refresh(bodies, frames, block);
+  }
+
+  static V3 torque(const Block& block) {
+    return torque_of(block.cone) + torque_of(block.twist) + load3(block.drive.impulse);
+  }
+
+  // A torque impulse, with what keeps the anchors together.
+  static void turn(Block& block, JointBodies& bodies, V3 torque) {
+    const V3 impulse = -(load9(block.share) * torque);
+    push_and_twist(bodies, load3(block.point.arm_a), load3(block.point.arm_b), impulse, torque);
+    store3(block.point.impulse, load3(block.point.impulse) + impulse);
+  }
+  static void solve_limit_of(const JointArgs& args, BallLimit& limit, Block& block, JointBodies& bodies,
+                             const Softness& held, F keep) {
+    const V3 axis = load3(limit.axis);
+    const F rate = dot(axis, turning_speed(bodies));
+    turn(block, bodies,
+         axis * solve_limit(args, limit, load(limit.angle), rate, load(limit.inertia), held, keep));
+  }
+  static void solve_turning(const JointArgs& args, Block& block, JointBodies& bodies, const Softness& held,
+                            F keep) {
+    turn(block, bodies, solve_rotation_drive(block.drive, turning_speed(bodies), load6(block.inertia), keep));
+    solve_limit_of(args, block.twist, block, bodies, held, keep);
+    solve_limit_of(args, block.cone, block, bodies, held, keep);
+  }
+
+  static void warm_start(const Block& block, JointBodies& bodies) {
+    push_and_twist(bodies, load3(block.point.arm_a), load3(block.point.arm_b), load3(block.point.impulse),
+                   torque(block));
+  }
+  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+    const F keep(args.impulse_keep);
+    const Softness held = load_softness(block.point.held);
+    turn_point(block.point, bodies, keep);
+    solve_point(block.point, bodies, held, keep);
+    solve_turning(args, block, bodies, held, keep);
+  }
+  static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
+                 JointBodies& bodies) {
+    const WideFrames frames = turn_frames(block.frames, delta_a, delta_b);
+    const V3 old_torque = torque(block);
+    move_point(block.point, delta_a, delta_b, bodies);
+    refresh(bodies, frames, block);
+    turn_torque(block.point, torque(block) - old_torque);
+    aim_rotation_drive(frames, F(args.elapsed), block.drive);
+    const F error = relax_point(block.point, bodies);
+    solve_turning(args, block, bodies, rigid(), F(1.0f));
+    return error;
+  }
+  static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
+    const V3 impulse = finite_or_zero(load3(block.point.impulse));
+    const V3 drive = finite_or_zero(load3(block.drive.impulse));
+    store_impulses(args, joint, count, 0, impulse.x, impulse.y, impulse.z,
+                   finite_or_zero(load(block.cone.limit_impulse)));
+    store_impulses(args, joint, count, 1, drive.x, drive.y, drive.z,
+                   finite_or_zero(load(block.twist.limit_impulse)));
+    store_reaction(args, joint, count, impulse, finite_or_zero(torque(block)));
   }
 };
 
@@ -43,6 +172,7 @@ struct PlainBall {
 
 void add_ball_kernels(JointKernels& kernels) {
   kernels.variant[joint_variant(0, false)] = make_joint_kernels_of<PlainBall>();
+  kernels.variant[joint_variant(0, true)] = make_joint_kernels_of<RichBall>();
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -447,6 +447,33 @@ TEST(SnapshotBytes, ListAllFreeRowsOfContacts) {
             std::string::npos);
 }
 
+TEST(SnapshotBytes, ListAllFreeSlots) {
+  const auto refusal_without_one = [](auto&& slots_of) {
+    Zoo zoo;
+    slots_of(zoo.world).pop_back();
+    return error_of([&] { read_snapshot(bytes_of(zoo.world)); });
+  };
+  const std::string body =
+      refusal_without_one([](World & world) -> auto& { return internals(world).bodies.free_slots; });
+  EXPECT_NE(body.find("bodies.free_slots, row 0: some free slot is not listed"), std::string::npos) << body;
+  const std::string shape =
+      refusal_without_one([](World & world) -> auto& { return internals(world).shapes.free_slots; });
+  EXPECT_NE(shape.find("shapes.free_slots, row 0: some free slot is not listed"), std::string::npos) << shape;
+}
+
+TEST(SnapshotBytes, HoldSlotsWhoseGenerationsAreUsedUp) {
+  Zoo zoo;
+  BodyId body = zoo.bodies[5];
+  internals(zoo.world).bodies.generation[body.index] = body.generation = 0xffffffffu;
+  ShapeId shape = zoo.shapes[6];
+  internals(zoo.world).shapes.generation[shape.index] = shape.generation = 0xffffffffu;
+  zoo.world.destroy_body(body);
+  zoo.world.destroy_shape(shape);
+  World other;
+  restore(other, read_snapshot(bytes_of(zoo.world)));
+  EXPECT_EQ(bytes_of(other), bytes_of(zoo.world));
+}
+
 // The bytes of a tetrahedron, one face of which goes from its first corner to a point in its middle and back.
 Bytes spiked_hull() {
   ByteWriter writer;

@@ -54,10 +54,10 @@ struct MemoryBound {
 inline constexpr MemoryBound kSceneBound{1u << 20, 2048};
 // 3 to 12 bytes: worlds are packed, and hulls have columns for wide kernels.
 inline constexpr MemoryBound kSnapshotBound{256u << 10, 64};
-// 2 to 15 bytes. Free rows of contacts are a byte each, and 400 once they are restored.
+// 2 to 15 bytes. Free rows of contacts are 5 bytes each, and 400 once they are restored.
 inline constexpr MemoryBound kRestoreBound{256u << 10, 512};
-// 700 bytes for a thousand equal bodies: chunks come to at most 1024 times their compressed bytes, and a
-// state among them takes what a snapshot does.
-inline constexpr MemoryBound kRecordingBound{1u << 20, 16384};
+// 350 bytes for a million rows of dead bodies, 400 for hulls: states come to at most 32 times their compressed
+// bytes, and take what a snapshot does.
+inline constexpr MemoryBound kRecordingBound{1u << 20, 4096};
 
 }  // namespace scree::fuzz

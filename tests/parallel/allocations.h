@@ -1,9 +1,19 @@
-// Counts the memory allocations of the test program; see crew_memory_test.cpp.
+// Counts the memory allocations of the test program, and makes them fail; see crew_memory_test.cpp.
 #pragma once
 
 namespace scree {
 
 // By all threads, since the program began.
 long allocations_so_far();
+
+// While it lives, there is no memory for the thread that made it, or for all others.
+class FailingAllocations {
+ public:
+  enum class Of { this_thread, others };
+  explicit FailingAllocations(Of of);
+  ~FailingAllocations();
+  FailingAllocations(const FailingAllocations&) = delete;
+  FailingAllocations& operator=(const FailingAllocations&) = delete;
+};
 
 }  // namespace scree

@@ -1,6 +1,7 @@
 // Laws of update_bounds: what fat bounds hold, when they are made anew, and that bits depend on nothing else.
 #include "hand_made_world.h"
 
+#include <core/hash.h>
 #include <gtest/gtest.h>
 #include <parallel/broad_phase.h>
 
@@ -53,6 +54,31 @@ HandMadeWorld random_world(std::uint64_t seed, int bodies, float half_size, floa
   }
   world.refresh();
   return world;
+}
+
+struct SilentSink final : CallSink {
+  void called(const MadeCall&) noexcept override {}
+  void restored(const WorldData&) noexcept override {}
+  void stepped(const WorldData&, float, std::uint64_t) noexcept override {}
+  void world_ended() noexcept override {}
+};
+
+// A chunk alone is not worth a helper, and so it stays where a world is recorded.
+TEST(Bounds, AreMadeBesideTheHashOfARecordedWorldWhereThreadsShareThem) {
+  Workers workers(2);
+  Crew crew(workers);
+  SilentSink sink;
+  for (const int bodies : {1, 256, 257, 600}) {
+    HandMadeWorld world = random_world(6, bodies, 20.0f, 1.0f);
+    update_bounds(world.data, kDt, crew);
+    EXPECT_FALSE(world.data.recording.hash) << "nobody asks";
+    world.data.recording.sink = &sink;
+    update_bounds(world.data, kDt, crew);
+    ASSERT_EQ(world.data.recording.hash.has_value(), bodies > 256) << bodies;
+    if (bodies > 256) {
+      EXPECT_EQ(*world.data.recording.hash, hash_of(world.data.bodies));
+    }
+  }
 }
 
 TEST(Bounds, FatBoundsHoldTheShapeAndHalfTheSpeculativeDistance) {

@@ -15,11 +15,30 @@
 #include "allocations.h"
 
 namespace {
+
 std::atomic<long> allocations{0};
+std::atomic<bool> others_fail{false};
+thread_local bool is_spared = false, fails_here = false;
+
+// Counts one more. Whether it may be made.
+bool may_allocate() {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  return !fails_here && (is_spared || !others_fail.load(std::memory_order_relaxed));
 }
 
+}  // namespace
+
 namespace scree {
+
 long allocations_so_far() { return allocations.load(std::memory_order_relaxed); }
+
+FailingAllocations::FailingAllocations(Of of) {
+  fails_here = of == Of::this_thread;
+  is_spared = of == Of::others;
+  others_fail = is_spared;
+}
+FailingAllocations::~FailingAllocations() { others_fail = is_spared = fails_here = false; }
+
 }  // namespace scree
 
 #if defined(__GLIBC__) && !defined(SCREE_SANITIZED)
@@ -27,18 +46,15 @@ extern "C" void* __libc_malloc(std::size_t);
 extern "C" void* __libc_memalign(std::size_t, std::size_t);
 // Visible, so that shared libraries find them.
 extern "C" __attribute__((visibility("default"))) void* malloc(std::size_t size) noexcept {
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(size);
+  return may_allocate() ? __libc_malloc(size) : nullptr;
 }
 extern "C" __attribute__((visibility("default"))) void* aligned_alloc(std::size_t alignment,
                                                                       std::size_t size) noexcept {
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  return __libc_memalign(alignment, size);
+  return may_allocate() ? __libc_memalign(alignment, size) : nullptr;
 }
 #else
 __attribute__((noinline)) void* operator new(std::size_t size) {
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  if (void* memory = std::malloc(size != 0 ? size : 1)) return memory;
+  if (void* memory = may_allocate() ? std::malloc(size != 0 ? size : 1) : nullptr) return memory;
   throw std::bad_alloc();
 }
 __attribute__((noinline)) void operator delete(void* memory) noexcept { std::free(memory); }

@@ -385,6 +385,49 @@ std::vector<Extreme> extremes() {
   return list;
 }
 
+// The force for one body's acceleration, then the mass for the one that it shall have.
+void accelerate(World& world, BodyId body, float acceleration, Vec3 way, bool turns) {
+  constexpr float kMostLoad = 1e30f;
+  const float load = std::min(acceleration, kMostLoad), inertia = load / acceleration;
+  world.set_mass_properties(body, {.mass = 1e16f, .inertia = {1e16f, 1e16f, 1e16f}});
+  turns ? world.add_torque(body, load * way) : world.add_force(body, load * way);
+  world.set_mass_properties(body, {.mass = inertia, .inertia = {inertia, inertia, inertia}});
+}
+
+// Squares of such speeds are no numbers, though the speeds are.
+TEST(NonFinite, AnAccelerationBeyondAllSpeedsIsLimitedOrFreezes) {
+  int limited = 0, frozen = 0;
+  for (const bool turns : {false, true}) {
+    for (int exponent = 16; exponent <= 37; ++exponent) {
+      for (const Vec3 way : {Vec3{1, 0, 0}, Vec3{0.6f, -0.8f, 0}}) {
+        SCOPED_TRACE(std::to_string(exponent) + (turns ? ", turning" : ""));
+        Lab lab(without_gravity());
+        const BodyId body = lab.add({.position = {1, 2, 3}}, Sphere{0.5f});
+        const BodyId other = lab.add({.position = {9, 2, 3}, .linear_velocity = {1, 0, 0}}, Sphere{0.5f});
+        accelerate(lab.world, body, std::pow(10.0f, static_cast<float>(exponent)), way, turns);
+        lab.run(1);
+        EXPECT_FALSE(lab.world.is_frozen(other));
+        EXPECT_TRUE(lab.all_finite());
+        if (lab.world.is_frozen(body)) {
+          ++frozen;
+          EXPECT_EQ(lab.world.restored_bodies().size(), 1u);
+          EXPECT_EQ(lab.world.frozen_bodies().size(), 1u);
+          EXPECT_EQ(lab.position(body), Eigen::Vector3d(1, 2, 3));
+          continue;
+        }
+        ++limited;
+        const WorldSettings& settings = lab.world.settings();
+        const float limit = turns ? settings.max_angular_speed : settings.max_linear_speed;
+        const Eigen::Vector3d expected = static_cast<double>(limit) * to_eigen(way);
+        const Eigen::Vector3d actual = turns ? lab.spin(body) : lab.velocity(body);
+        EXPECT_LT((actual - expected).norm(), 1e-3 * expected.norm()) << actual.transpose();
+      }
+    }
+  }
+  EXPECT_GE(limited, 16);
+  EXPECT_GE(frozen, 16);
+}
+
 // Does something extreme to a body in a heap and requires of the steps that follow that all stays finite,
 // that nobody else is frozen, and that the events tell who is. Returns how many bodies were restored.
 std::size_t suffer(const std::function<void(World&, BodyId, ShapeId)>& make) {
@@ -409,6 +452,18 @@ std::size_t suffer(const std::function<void(World&, BodyId, ShapeId)>& make) {
   }
   for (const BodyId& other : heap) EXPECT_TRUE(other == body || !lab.world.is_frozen(other));
   return restored;
+}
+
+TEST(NonFinite, AnAccelerationBeyondAllSpeedsInAHeapHarmsNobodyElse) {
+  for (const bool turns : {false, true}) {
+    for (int exponent = 20; exponent <= 37; exponent += turns ? 4 : 2) {
+      SCOPED_TRACE(std::to_string(exponent) + (turns ? ", turning" : ""));
+      suffer([=](World& world, BodyId body, ShapeId) {
+        accelerate(world, body, std::pow(10.0f, static_cast<float>(exponent)), {0.6f, 0, 0.8f}, turns);
+      });
+      if (HasFailure()) return;
+    }
+  }
 }
 
 TEST(NonFinite, ExtremesStayFiniteOneByOne) {

@@ -298,7 +298,8 @@ TEST(Sleep, ScenesFallAsleepAndStayAsleep) {
   };
   for (const Case& item :
        {Case{"large_pyramid", {{"base", 40}}}, Case{"many_pyramids", {{"columns", 3}, {"rows", 3}}},
-        Case{"junkyard", {{"columns", 6}, {"layers", 3}}}, Case{"pile", {{"bodies", 200}}}}) {
+        Case{"junkyard", {{"columns", 6}, {"layers", 3}}}, Case{"pile", {{"bodies", 200}}},
+        Case{"pile", {{"bodies", 1000}, {"seed", 12}}}}) {
     const scenes::Scene scene = scenes::build(item.name, item.parameters).front();
     WorldSettings settings = scene.settings;
     settings.sleeping = true;
@@ -312,6 +313,98 @@ TEST(Sleep, ScenesFallAsleepAndStayAsleep) {
     lab.run(200);
     EXPECT_EQ(lab.world.hash(), hash) << item.name;
   }
+}
+
+// A world without gravity in which bodies move as they are told, unlike by calls without being woken.
+struct Weightless : Lab {
+  Weightless() : Lab(WorldSettings{.gravity = {}}) {}
+  VelocityRow& moves(BodyId body) { return internals(world).bodies.velocity[body.index]; }
+};
+
+TEST(Sleep, WhatTremblesInPlaceFallsAsleep) {
+  Weightless lab;
+  const BodyId shaken = lab.add({}, Box{}), turned = lab.add({.position = {9, 0, 0}}, Box{});
+  for (int i = 0; i < 40; ++i) {
+    const float sense = i % 2 == 0 ? 1.0f : -1.0f;
+    lab.moves(shaken).linear[0] = 0.3f * sense;  // six times the speed of sleep, over 5 mm
+    lab.moves(turned).angular[1] = 0.6f * sense;
+    lab.run(1);
+  }
+  EXPECT_FALSE(lab.world.is_awake(shaken));
+  EXPECT_FALSE(lab.world.is_awake(turned));
+}
+
+TEST(Sleep, WhatShakesTooFastStaysAwake) {
+  Weightless lab;
+  const BodyId shaken = lab.add({}, Box{});
+  for (int i = 0; i < 300; ++i) {
+    lab.moves(shaken).linear[0] = i % 2 == 0 ? 0.5f : -0.5f;
+    lab.run(1);
+    ASSERT_TRUE(lab.world.is_awake(shaken)) << "after " << i << " steps";
+  }
+}
+
+TEST(Sleep, AConstantSpeedAboveThatOfSleepKeepsAwakeAndOneBelowDoesNot) {
+  Weightless lab;
+  const BodyId creeps = lab.add({.linear_velocity = {0.052f, 0, 0}}, Box{});
+  const BodyId turns = lab.add({.position = {9, 0, 0}, .angular_velocity = {0, 0.104f, 0}}, Box{});
+  const BodyId slow = lab.add({.position = {18, 0, 0}, .linear_velocity = {0.048f, 0, 0}}, Box{});
+  const BodyId slow_turn = lab.add({.position = {27, 0, 0}, .angular_velocity = {0, 0.096f, 0}}, Box{});
+  lab.run(40);
+  EXPECT_FALSE(lab.world.is_awake(slow));
+  EXPECT_FALSE(lab.world.is_awake(slow_turn));
+  for (int i = 40; i < 600; ++i) {
+    lab.run(1);
+    ASSERT_TRUE(lab.world.is_awake(creeps)) << "after " << i << " steps";
+    ASSERT_TRUE(lab.world.is_awake(turns)) << "after " << i << " steps";
+  }
+  EXPECT_NEAR(lab.position(creeps).x(), 0.52, 1e-3);
+}
+
+TEST(Sleep, ALongRestGivesNoCreditToWhatLeaves) {
+  Weightless lab;
+  const BodyId body = lab.add({.can_sleep = false}, Box{});
+  const float& timer = internals(lab.world).bodies.sleep_time[body.index];
+  lab.run(600);
+  ASSERT_GE(timer, 0.5f);
+  lab.moves(body).linear[0] = 0.06f;
+  lab.run(120);
+  for (int i = 0; i < 300; ++i) {
+    lab.run(1);
+    ASSERT_LT(timer, 0.5f) << "after " << i << " steps";
+  }
+}
+
+TEST(Sleep, ABallAtTheTopOfItsFlightOrBounceStaysAwake) {
+  Lab lab{WorldSettings{.restitution_threshold = 0.0f}};
+  lab.add_ground();
+  const BodyId thrown = lab.add({.position = {5, 1, 0}, .linear_velocity = {0, 3, 0}}, Sphere{0.2f});
+  const BodyId bounces = lab.add({.position = {0, 0.32f, 0}}, Sphere{0.2f}, {.restitution = 1.0f});
+  for (int i = 0; i < 120; ++i) {
+    lab.run(1);
+    ASSERT_TRUE(i >= 40 || lab.world.is_awake(thrown)) << "after " << i << " steps";
+    ASSERT_TRUE(lab.world.is_awake(bounces)) << "after " << i << " steps";
+  }
+}
+
+TEST(Sleep, WhatRocksOnABallOrRollsSlowlyComesToRestIfItMaySleep) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  lab.add({.type = BodyType::fixed, .position = {0, 0.5f, 0}}, Sphere{0.5f});
+  const BodyId stone = lab.add({.position = {0, 1.19f, 0}, .rotation = rotation_about({0, 0, 1}, 0.05)},
+                               Box{{0.3f, 0.2f, 0.3f}});
+  const auto roll = [&](float z, bool can_sleep) {
+    const BodyDef def{.position = {5, 0.3f, z},
+                      .linear_velocity = {0.09f, 0, 0},
+                      .angular_velocity = {0, 0, -0.3f},
+                      .can_sleep = can_sleep};
+    return lab.add(def, Sphere{0.3f});
+  };
+  const BodyId sleeper = roll(5.0f, true), other = roll(9.0f, false);
+  lab.run(600);
+  EXPECT_FALSE(lab.world.is_awake(stone));
+  EXPECT_FALSE(lab.world.is_awake(sleeper));
+  EXPECT_NEAR(lab.velocity(other).x(), 0.09, 1e-3) << "nothing resists rolling";
 }
 
 TEST(Sleep, ABodyThatMayNotSleepKeepsItsIslandAwake) {

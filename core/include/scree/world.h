@@ -41,9 +41,9 @@ struct WorldSettings {
   bool continuous = true;
   bool warm_start = true;            ///< begin each step with the impulses of the last one
   bool sleeping = true;              ///< bodies at rest may sleep; turning it off wakes all
-  float sleep_linear_speed = 0.05f;  ///< m/s, a body may sleep when it stays below both speeds ...
-  float sleep_angular_speed = 0.1f;  ///< rad/s, both in [0, 1e6]
-  /// s, ... for this long, in [0, 1e6]. A step above them counts as three steps less, not as none below.
+  float sleep_linear_speed = 0.05f;  ///< m/s, a body may sleep that has come no farther than at these speeds
+  float sleep_angular_speed = 0.1f;  ///< rad/s, both in [0, 1e6]; it may tremble 8 times as fast ...
+  /// s, ... for this long, in [0, 1e6]. What may sleep, touches something and turns as slowly is damped.
   float sleep_time = 0.5f;
   ContactEvents contact_events = ContactEvents::none;  ///< asked for of all shapes, besides their own
   bool measure_residual = false;                       ///< fill StepStats::residual

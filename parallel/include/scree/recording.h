@@ -79,9 +79,11 @@ struct Divergence {
   std::uint64_t step = 0;           ///< position() after the step that differs first
   std::uint64_t expected_hash = 0;  ///< recorded (in the first recording)
   std::uint64_t actual_hash = 0;    ///< of the replay (in the second recording)
-  std::uint64_t compared_at =
-      0;                     ///< the step at which the states were compared; 0 without a difference: nowhere
-  std::string difference{};  ///< first body and field there that differ; empty: none was found
+  std::uint64_t compared_at = 0;    ///< the step at which the states were compared; 0: they were not
+  /// First body and field there that differ; empty: none was found. Where nothing was compared, the error
+  /// that kept a replay from going on so far, such as a call that its world refuses; empty: no keyframe
+  /// followed.
+  std::string difference{};
 };
 
 /// Plays a recording.
