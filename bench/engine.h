@@ -49,6 +49,7 @@ struct EngineInfo {
   std::string settings;    ///< solver settings and what differs from the engine's defaults
   std::string continuous;  ///< what continuous collision is with this engine; empty if it has none
   bool multithreaded = true;
+  bool joints = false;  ///< the adapter knows (some) joints
   std::unique_ptr<Engine> (*create)(std::span<const scenes::Scene> scenes, const EngineOptions& options);
 };
 

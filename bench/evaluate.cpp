@@ -76,6 +76,18 @@ bool filters_accept(const Filter& a, const Filter& b) {
   return (a.category & b.mask) != 0 && (b.category & a.mask) != 0;
 }
 
+bool holds_anchors(const scenes::SceneJoint& joint) {
+  const bool holds =
+      std::holds_alternative<BallJoint>(joint.joint) || std::holds_alternative<HingeJoint>(joint.joint) ||
+      std::holds_alternative<WeldJoint>(joint.joint) || std::holds_alternative<UniversalJoint>(joint.joint);
+  return holds && joint.def.enabled && joint.def.hertz == 0.0f;
+}
+
+// The lower number first.
+std::pair<std::uint32_t, std::uint32_t> body_pair(std::uint32_t a, std::uint32_t b) {
+  return {std::min(a, b), std::max(a, b)};
+}
+
 struct WorldShape {
   PlacedShape placed;
   std::uint32_t body = 0;
@@ -253,6 +265,12 @@ double PenetrationStatistics::quantile(double quantile) const {
   return max_;
 }
 
+void DriftStatistics::add(double distance) {
+  ++joints_;
+  sum_ += distance;
+  max_ = std::max(max_, distance);
+}
+
 Evaluator::Evaluator(const Scene& scene) : scene_(scene), polytopes_(make_polytopes(scene)) {
   double top = -std::numeric_limits<double>::infinity();
   lower_ = Vector3d::Constant(std::numeric_limits<double>::infinity());
@@ -275,6 +293,10 @@ Evaluator::Evaluator(const Scene& scene) : scene_(scene), polytopes_(make_polyto
       top_bodies_.push_back(static_cast<std::uint32_t>(i));
     }
   }
+  for (const scenes::SceneJoint& joint : scene.joints) {
+    if (!joint.def.collide_connected) apart_.push_back(body_pair(joint.body_a, joint.body_b));
+  }
+  std::sort(apart_.begin(), apart_.end());
 }
 
 BodyFigures Evaluator::body_figures(std::span<const BodyState> states) const {
@@ -322,9 +344,31 @@ void Evaluator::add_touching_pairs(std::span<const BodyState> states,
     const Filter& filter_a = scene_.shapes[a.shape].options.filter;
     const Filter& filter_b = scene_.shapes[b.shape].options.filter;
     if (!filters_accept(filter_a, filter_b)) return;
+    if (std::binary_search(apart_.begin(), apart_.end(), body_pair(a.body, b.body))) return;
     const double gap = signed_gap(a.placed, b.placed, kTouchGap);
     if (gap < kTouchGap) statistics.add(std::max(-gap, 0.0));
   });
+}
+
+void Evaluator::add_joint_drift(std::span<const BodyState> states, DriftStatistics& statistics) const {
+  const auto is_dynamic = [&](std::uint32_t body) {
+    return body != scenes::kWorldItself && scene_.bodies[body].def.type == BodyType::dynamic;
+  };
+  const auto known = [&](std::uint32_t body) {
+    return body == scenes::kWorldItself || is_finite(states[body]);
+  };
+  const auto anchor = [&](std::uint32_t body, const Pose& frame) -> Vector3d {
+    const Vector3d local = to_double(frame.position);
+    if (body == scenes::kWorldItself) return local;
+    const Pose& pose = states[body].pose;
+    return to_double(pose.position) + to_double(pose.rotation) * local;
+  };
+  for (const scenes::SceneJoint& joint : scene_.joints) {
+    if (!holds_anchors(joint) || !(is_dynamic(joint.body_a) || is_dynamic(joint.body_b))) continue;
+    if (!known(joint.body_a) || !known(joint.body_b)) continue;
+    statistics.add(
+        (anchor(joint.body_a, joint.def.frame_a) - anchor(joint.body_b, joint.def.frame_b)).norm());
+  }
 }
 
 }  // namespace scree::bench

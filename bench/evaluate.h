@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace scree::bench {
@@ -69,6 +70,20 @@ class PenetrationStatistics {
   double max_ = 0.0;
 };
 
+/// How far apart the anchors are that joints hold together, gathered over any number of evaluations.
+class DriftStatistics {
+ public:
+  void add(double distance);
+  std::int64_t joints() const { return joints_; }
+  double mean() const { return joints_ > 0 ? sum_ / static_cast<double>(joints_) : 0.0; }  ///< m
+  double max() const { return max_; }
+
+ private:
+  std::int64_t joints_ = 0;
+  double sum_ = 0.0;
+  double max_ = 0.0;
+};
+
 /// What the bodies of one moment tell without a look at their contacts.
 struct BodyFigures {
   double kinetic_energy = 0.0;   ///< J
@@ -84,15 +99,20 @@ class Evaluator {
   /// Keeps a reference to the scene.
   explicit Evaluator(const scenes::Scene& scene);
   BodyFigures body_figures(std::span<const BodyState> states) const;
-  /// Adds the penetrations of all touching pairs of shapes of which one belongs to a dynamic body.
+  /// Adds the penetrations of all touching pairs of shapes of which one belongs to a dynamic body, but for
+  /// pairs that a joint keeps from colliding.
   void add_touching_pairs(std::span<const BodyState> states, PenetrationStatistics& statistics) const;
+  /// Adds the distance of the anchors of every joint that holds them together without giving way by its
+  /// definition (balls, hinges, welds and universal joints) and has a dynamic body.
+  void add_joint_drift(std::span<const BodyState> states, DriftStatistics& statistics) const;
 
  private:
   const scenes::Scene& scene_;
   std::vector<std::shared_ptr<const Polytope>> polytopes_;  // of the scene's shapes; none but for hulls
   std::vector<BodyMass> masses_;
   std::vector<std::uint32_t> top_bodies_;
-  Eigen::Vector3d lower_, upper_;  // bounds of the scene at its start
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> apart_;  // bodies that joints keep from colliding
+  Eigen::Vector3d lower_, upper_;                               // bounds of the scene at its start
 };
 
 }  // namespace scree::bench

@@ -130,6 +130,98 @@ b3BodyId add_body(b3WorldId world, const scenes::Scene& scene, const scenes::Sce
   return id;
 }
 
+// Adds joints to a world. Its balls and hinges turn about z where the scene's turn about x.
+class Joints {
+ public:
+  Joints(b3WorldId world, const std::vector<b3BodyId>& bodies) : world_(world), bodies_(bodies) {}
+
+  void add(const scenes::SceneJoint& joint) {
+    if (const auto* ball = std::get_if<BallJoint>(&joint.joint)) {
+      add(joint, *ball);
+    } else if (const auto* hinge = std::get_if<HingeJoint>(&joint.joint)) {
+      add(joint, *hinge);
+    } else {
+      unsupported("Box3D", "joints that are neither balls nor hinges");
+    }
+  }
+
+ private:
+  void add(const scenes::SceneJoint& joint, const BallJoint& ball) {
+    b3SphericalJointDef def = b3DefaultSphericalJointDef();
+    set_base(def.base, joint);
+    def.enableConeLimit = ball.cone_limit != kNoLimit;
+    if (def.enableConeLimit) def.coneAngle = ball.cone_limit;
+    def.enableTwistLimit = ball.twist_lower != -kNoLimit || ball.twist_upper != kNoLimit;
+    if (def.enableTwistLimit) {
+      def.lowerTwistAngle = std::max(ball.twist_lower, -kMostAngle);
+      def.upperTwistAngle = std::min(ball.twist_upper, kMostAngle);
+    }
+    if (ball.drive.drive == Drive::spring) unsupported("Box3D", "springs of balls");
+    if (ball.drive.drive == Drive::motor) {
+      if (ball.drive.velocity != Vec3{}) unsupported("Box3D", "motors of balls but for friction");
+      def.enableMotor = true;
+      def.maxMotorTorque = ball.drive.max_torque;
+    }
+    b3CreateSphericalJoint(world_, &def);
+  }
+
+  void add(const scenes::SceneJoint& joint, const HingeJoint& hinge) {
+    b3RevoluteJointDef def = b3DefaultRevoluteJointDef();
+    set_base(def.base, joint);
+    const JointAxis& angle = hinge.angle;
+    def.enableLimit = angle.lower != -kNoLimit || angle.upper != kNoLimit;
+    if (def.enableLimit) {
+      def.lowerAngle = std::max(angle.lower, -kMostAngle);
+      def.upperAngle = std::min(angle.upper, kMostAngle);
+    }
+    if (angle.drive == Drive::spring) unsupported("Box3D", "springs of hinges");
+    if (angle.drive == Drive::motor) {
+      def.enableMotor = true;
+      def.maxMotorTorque = angle.max_force;
+      def.motorSpeed = angle.speed;
+    }
+    b3CreateRevoluteJoint(world_, &def);
+  }
+
+  void set_base(b3JointDef& base, const scenes::SceneJoint& joint) {
+    const JointDef& def = joint.def;
+    if (!def.enabled) unsupported("Box3D", "disabled joints");
+    if (def.break_force != kNoLimit || def.break_torque != kNoLimit) {
+      unsupported("Box3D", "joints that break");
+    }
+    if (def.hertz != 0.0f) {
+      base.constraintHertz = def.hertz;
+      base.constraintDampingRatio = def.damping_ratio;
+    }
+    base.bodyIdA = body(joint.body_a);
+    base.bodyIdB = body(joint.body_b);
+    base.localFrameA = frame(def.frame_a);
+    base.localFrameB = frame(def.frame_b);
+    base.collideConnected = def.collide_connected;
+  }
+
+  b3BodyId body(std::uint32_t index) {
+    if (index != scenes::kWorldItself) return bodies_[index];
+    if (B3_IS_NULL(itself_)) {
+      const b3BodyDef def = b3DefaultBodyDef();  // fixed at the origin
+      itself_ = b3CreateBody(world_, &def);
+    }
+    return itself_;
+  }
+
+  // Turned so that its z axis is the frame's x axis, its x the frame's y.
+  static b3Transform frame(const Pose& pose) {
+    const b3Quat z_to_x{{0.5f, 0.5f, 0.5f}, 0.5f};
+    return {to_box3d(pose.position), b3MulQuat(to_box3d(pose.rotation), z_to_x)};
+  }
+
+  static constexpr float kMostAngle = 0.99f * 3.14159265f;  // rad, of its limits
+
+  b3WorldId world_;
+  const std::vector<b3BodyId>& bodies_;
+  b3BodyId itself_ = b3_nullBodyId;
+};
+
 class Box3dEngine final : public Engine {
  public:
   Box3dEngine(std::span<const scenes::Scene> scenes, const EngineOptions& options) {
@@ -147,6 +239,8 @@ class Box3dEngine final : public Engine {
       Hulls hulls;
       for (const scenes::SceneBody& body : scene.bodies)
         world.bodies.push_back(add_body(world.id, scene, body, hulls));
+      Joints joints(world.id, world.bodies);
+      for (const scenes::SceneJoint& joint : scene.joints) joints.add(joint);
       worlds_.push_back(std::move(world));
     }
   }
@@ -221,6 +315,7 @@ EngineInfo box3d_engine() {
           .settings = "soft step, the scene's substeps, its own scheduler",
           .continuous = "bodies that move fast are swept against fixed ones (enableContinuous)",
           .multithreaded = true,
+          .joints = true,
           .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
               -> std::unique_ptr<Engine> { return std::make_unique<Box3dEngine>(scenes, options); }};
 }

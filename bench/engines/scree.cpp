@@ -66,6 +66,7 @@ EngineInfo scree_engine() {
           .settings = "soft step, the scene's substeps (4 unless it says otherwise)",
           .continuous = "the cores of fast bodies are swept against fixed and sleeping ones",
           .multithreaded = true,
+          .joints = true,
           .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
               -> std::unique_ptr<Engine> { return std::make_unique<ScreeEngine>(scenes, options); }};
 }

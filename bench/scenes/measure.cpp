@@ -29,8 +29,9 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Request, scene, parameters, engine, isa, cont
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Measurement, error, complaint, variant, continuous, bodies, timed_steps,
                                    ms_per_step, ms_median, ms_min, ms_max, cpu_ms_per_step, create_ms, phases,
                                    engine_contacts, touching, penetration_mean, penetration_p999,
-                                   penetration_max, kinetic_energy, top_drop, bodies_left, pooled_pairs,
-                                   pooled_mean, pooled_p999, pooled_max, collapse_step, steps_done, bits,
+                                   penetration_max, kinetic_energy, top_drop, bodies_left, drift_joints,
+                                   drift_mean, drift_max, pooled_pairs, pooled_mean, pooled_p999, pooled_max,
+                                   pooled_drift_mean, pooled_drift_max, collapse_step, steps_done, bits,
                                    peak_bytes)
 
 namespace {
@@ -81,6 +82,9 @@ class Run {
     const auto info =
         std::find_if(all.begin(), all.end(), [&](const EngineInfo& e) { return e.name == request.engine; });
     if (info == all.end()) throw Error("unknown engine " + request.engine);
+    for (const scenes::Scene& scene : scenes_) {
+      if (!info->joints && !scene.joints.empty()) unsupported(info->title, "joints");
+    }
     const bool continuous =
         request.continuous == "scene" ? scenes_.front().settings.continuous : request.continuous == "on";
     continuous_ = info->continuous.empty() ? "none" : continuous ? "on" : "off";
@@ -130,11 +134,12 @@ class Run {
     result.bits = fingerprint.value();
   }
 
-  void judge_pairs(PenetrationStatistics& statistics) {
+  void judge_constraints(PenetrationStatistics& contacts, DriftStatistics& joints) {
     prepare_judges();
     for (std::size_t world = 0; world < scenes_.size(); ++world) {
       engine_->read(world, states_);
-      judges_[world].add_touching_pairs(states_, statistics);
+      judges_[world].add_touching_pairs(states_, contacts);
+      judges_[world].add_joint_drift(states_, joints);
     }
   }
 
@@ -157,6 +162,7 @@ void time_steps(const Request& request, Run& run, Measurement& result) {
   const int steps = request.steps > 0 ? request.steps : run.scene_steps();
   const int warmup = std::min(request.warmup, steps - 1);
   PenetrationStatistics pooled;
+  DriftStatistics pooled_drift;
   std::vector<double> times;
   double total = 0.0;
   double processor_total = 0.0;
@@ -173,7 +179,9 @@ void time_steps(const Request& request, Run& run, Measurement& result) {
       processor_total += processor_ms;
       for (const auto& [name, phase_ms] : run.engine().phases()) result.phases[name] += phase_ms;
     }
-    if (request.evaluate_every > 0 && (step + 1) % request.evaluate_every == 0) run.judge_pairs(pooled);
+    if (request.evaluate_every > 0 && (step + 1) % request.evaluate_every == 0) {
+      run.judge_constraints(pooled, pooled_drift);
+    }
   }
   const double count = static_cast<double>(times.size());
   for (auto& [name, ms] : result.phases) ms /= count;
@@ -189,6 +197,8 @@ void time_steps(const Request& request, Run& run, Measurement& result) {
   result.pooled_mean = pooled.mean();
   result.pooled_p999 = pooled.quantile(0.999);
   result.pooled_max = pooled.max();
+  result.pooled_drift_mean = pooled_drift.mean();
+  result.pooled_drift_max = pooled_drift.max();
 }
 
 void step_until_collapse(const Request& request, Run& run, Measurement& result) {
@@ -217,11 +227,15 @@ Measurement measure(const Request& request) {
   result.peak_bytes = std::int64_t{usage.ru_maxrss} * 1024;
   run.judge_bodies(result);
   PenetrationStatistics last;
-  run.judge_pairs(last);
+  DriftStatistics last_drift;
+  run.judge_constraints(last, last_drift);
   result.touching = last.pairs();
   result.penetration_mean = last.mean();
   result.penetration_p999 = last.quantile(0.999);
   result.penetration_max = last.max();
+  result.drift_joints = last_drift.joints();
+  result.drift_mean = last_drift.mean();
+  result.drift_max = last_drift.max();
   result.engine_contacts = run.engine().contacts();
   result.variant = run.engine().variant();
   result.complaint = run.engine().complaint();

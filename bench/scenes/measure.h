@@ -49,10 +49,15 @@ struct Measurement {
   double kinetic_energy = 0.0;
   double top_drop = 0.0;
   std::int64_t bodies_left = 0;
-  std::int64_t pooled_pairs = 0;  ///< with evaluate_every: over all judged steps, as are the three below
+  std::int64_t drift_joints = 0;  ///< whose anchors are held together: see Evaluator::add_joint_drift
+  double drift_mean = 0.0;        ///< of those joints at the end
+  double drift_max = 0.0;
+  std::int64_t pooled_pairs = 0;  ///< with evaluate_every: over all judged steps, as are the five below
   double pooled_mean = 0.0;
   double pooled_p999 = 0.0;
   double pooled_max = 0.0;
+  double pooled_drift_mean = 0.0;
+  double pooled_drift_max = 0.0;
   int collapse_step = 0;  ///< with stand_steps: the step of the collapse, or 0 if it stands
   int steps_done = 0;
   std::uint64_t bits = 0;       ///< fingerprint of the final poses and velocities

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <initializer_list>
 #include <ostream>
 
 namespace scree::bench {
@@ -52,8 +53,24 @@ std::vector<std::string> quality_cells(const Measurement& m) {
           number("%.4g", m.kinetic_energy), number("%.4f", m.top_drop),      std::to_string(m.bodies_left)};
 }
 
+// Columns that not every table has.
+struct Extra {
+  bool pooled = false;  // over all judged steps
+  bool drift = false;   // of joints
+};
+
+Extra extra_columns(const std::vector<Entry>& entries) {
+  Extra extra;
+  for (const Entry& entry : entries) {
+    const Measurement* m = median_repeat(entry);
+    extra.pooled = extra.pooled || entry.quality.has_value();
+    extra.drift = extra.drift || (m != nullptr && m->drift_joints > 0);
+  }
+  return extra;
+}
+
 std::vector<std::string> comparison_row(const std::vector<Entry>& entries, const Entry& entry,
-                                        const std::string& baseline, bool with_pooled) {
+                                        const std::string& baseline, Extra extra) {
   std::vector<std::string> row{entry.scene, threads_cell(entry), entry.title};
   const Measurement* m = median_repeat(entry);
   if (m == nullptr) {
@@ -73,10 +90,21 @@ std::vector<std::string> comparison_row(const std::vector<Entry>& entries, const
   row.push_back(m->touching > 0 ? number("%.0f", m->ms_per_step * 1e6 / static_cast<double>(m->touching))
                                 : "");
   for (std::string& cell : quality_cells(*m)) row.push_back(std::move(cell));
-  if (with_pooled) {
+  if (extra.pooled) {
     const bool known = entry.quality && entry.quality->error.empty() && entry.quality->pooled_pairs > 0;
     row.push_back(known ? millimeters(entry.quality->pooled_mean) : "");
     row.push_back(known ? millimeters(entry.quality->pooled_p999) : "");
+  }
+  if (extra.drift) {
+    const bool pooled = entry.quality && entry.quality->error.empty();
+    const bool any = m->drift_joints > 0;
+    row.push_back(any ? std::to_string(m->drift_joints) : "");
+    row.push_back(any ? millimeters(m->drift_mean) : "");
+    row.push_back(any ? millimeters(m->drift_max) : "");
+    if (extra.pooled) {
+      row.push_back(any && pooled ? millimeters(entry.quality->pooled_drift_mean) : "");
+      row.push_back(any && pooled ? millimeters(entry.quality->pooled_drift_max) : "");
+    }
   }
   row.push_back(number("%.0f", static_cast<double>(m->peak_bytes) / (1024.0 * 1024.0)));
   return row;
@@ -90,22 +118,25 @@ const Measurement* median_repeat(const Entry& entry) {
 }
 
 Table comparison(const std::vector<Entry>& entries, const std::string& baseline) {
-  const bool with_pooled =
-      std::any_of(entries.begin(), entries.end(), [](const Entry& e) { return e.quality.has_value(); });
+  const Extra extra = extra_columns(entries);
   Table table{{"scene", "threads", "engine", "continuous", "ms/step", "range", "ratio", "scaling", "touching",
                "ns/touching", "pen mean mm", "pen p99.9 mm", "pen max mm", "energy J", "top drop m", "left"}};
-  if (with_pooled) {
-    table.front().push_back("all steps mean mm");
-    table.front().push_back("all steps p99.9 mm");
-  }
+  const auto add_columns = [&table](std::initializer_list<const char*> names) {
+    table.front().insert(table.front().end(), names.begin(), names.end());
+  };
+  if (extra.pooled) add_columns({"all steps mean mm", "all steps p99.9 mm"});
+  if (extra.drift) add_columns({"joints", "drift mean mm", "drift max mm"});
+  if (extra.drift && extra.pooled) add_columns({"all steps drift mean mm", "all steps drift max mm"});
   table.front().push_back("MiB");
-  for (const Entry& entry : entries) table.push_back(comparison_row(entries, entry, baseline, with_pooled));
+  for (const Entry& entry : entries) table.push_back(comparison_row(entries, entry, baseline, extra));
   return table;
 }
 
 Table brief(const std::vector<Entry>& entries, const std::string& baseline) {
   Table table{{"scene", "threads", "engine", "continuous", "ms/step", "ratio", "1 to n threads",
                "ns per contact", "penetration mean, p99.9 (mm)", "energy (J)", "left"}};
+  const Extra extra = extra_columns(entries);
+  if (extra.drift) table.front().push_back("joint drift mean, max (mm)");
   for (const Entry& entry : entries) {
     const Measurement* m = median_repeat(entry);
     // What does not get faster with more threads stands once.
@@ -125,6 +156,12 @@ Table brief(const std::vector<Entry>& entries, const std::string& baseline) {
                      m->touching > 0 ? number("%.0f", m->ms_per_step * 1e6 / touching) : "",
                      number("%.2f, ", mean * 1e3) + number("%.3g", p999 * 1e3),
                      number("%.3g", m->kinetic_energy), std::to_string(m->bodies_left)});
+    if (!extra.drift) continue;
+    const bool judged = entry.quality && entry.quality->error.empty();
+    const double drift = judged ? entry.quality->pooled_drift_mean : m->drift_mean;
+    const double worst = judged ? entry.quality->pooled_drift_max : m->drift_max;
+    table.back().push_back(m->drift_joints > 0 ? number("%.3g, ", drift * 1e3) + number("%.3g", worst * 1e3)
+                                               : "");
   }
   return table;
 }

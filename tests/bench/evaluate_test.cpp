@@ -309,5 +309,88 @@ TEST(BodyFigures, BodiesThatFellOutOrAreNotFiniteHaveLeft) {
   EXPECT_TRUE(std::isfinite(statistics.mean()));
 }
 
+DriftStatistics joint_drift(const Scene& scene, const std::vector<BodyState>& states) {
+  DriftStatistics statistics;
+  Evaluator(scene).add_joint_drift(states, statistics);
+  return statistics;
+}
+
+void add_joint(Scene& scene, std::uint32_t a, std::uint32_t b, const Joint& joint, Vec3 anchor_a,
+               Vec3 anchor_b) {
+  scene.joints.push_back({{.frame_a = {anchor_a, {}}, .frame_b = {anchor_b, {}}}, joint, a, b});
+}
+
+TEST(JointDrift, IsTheDistanceOfTheAnchorsWhereTheBodiesAreNow) {
+  Scene scene;
+  add_body(scene, Sphere{0.1f}, {0, 0, 0});
+  add_body(scene, Sphere{0.1f}, {2, 0, 0});
+  add_joint(scene, 0, 1, BallJoint{}, {1, 0, 0}, {-1, 0, 0});
+  auto states = start_states(scene);
+  EXPECT_NEAR(joint_drift(scene, states).max(), 0.0, kExact);
+  states[1].pose.position = {2, 0.03f, 0.04f};
+  EXPECT_NEAR(joint_drift(scene, states).max(), 0.05, kExact);
+  // Turned by a quarter about z, b's anchor stands below its center: at (2, -1), a's at (1, 0).
+  states[1].pose = {{2, 0, 0}, rotation_about({0, 0, 1}, kQuarterTurn)};
+  EXPECT_NEAR(joint_drift(scene, states).max(), std::sqrt(2.0), kExact);
+}
+
+TEST(JointDrift, OfAJointWithTheWorldIsMeasuredInWorldCoordinates) {
+  Scene scene;
+  add_body(scene, Sphere{0.1f}, {5, 1, 0});
+  add_joint(scene, scenes::kWorldItself, 0, HingeJoint{}, {5, 2, 0}, {0, 1, 0});
+  auto states = start_states(scene);
+  EXPECT_NEAR(joint_drift(scene, states).max(), 0.0, kExact);
+  states[0].pose.position.y = 0.75f;
+  EXPECT_NEAR(joint_drift(scene, states).max(), 0.25, kExact);
+}
+
+TEST(JointDrift, CountsJointsThatHoldAnchorsAndNoOthers) {
+  Scene scene;
+  add_body(scene, Sphere{0.1f}, {0, 0, 0});
+  add_body(scene, Sphere{0.1f}, {1, 0, 0});
+  add_body(scene, Sphere{0.1f}, {0, 5, 0}, BodyType::fixed);
+  add_body(scene, Sphere{0.1f}, {1, 5, 0}, BodyType::fixed);
+  for (const Joint& joint :
+       {Joint{BallJoint{}}, Joint{HingeJoint{}}, Joint{WeldJoint{}}, Joint{UniversalJoint{}}}) {
+    add_joint(scene, 0, 1, joint, {0, 0, 0}, {0, 0, 0});
+  }
+  const DriftStatistics held = joint_drift(scene, start_states(scene));
+  EXPECT_EQ(held.joints(), 4);
+  EXPECT_NEAR(held.mean(), 1.0, kExact);
+  // These let their anchors part, or nothing could move them.
+  for (const Joint& joint : {Joint{SliderJoint{}}, Joint{DistanceJoint{}}, Joint{GearJoint{}}}) {
+    add_joint(scene, 0, 1, joint, {0, 0, 0}, {0, 0, 0});
+  }
+  add_joint(scene, 2, 3, BallJoint{}, {0, 0, 0}, {0, 0, 0});
+  add_joint(scene, 0, 1, BallJoint{}, {0, 0, 0}, {0, 0, 0});
+  scene.joints.back().def.enabled = false;
+  add_joint(scene, 0, 1, BallJoint{}, {0, 0, 0}, {0, 0, 0});
+  scene.joints.back().def.hertz = 2.0f;
+  EXPECT_EQ(joint_drift(scene, start_states(scene)).joints(), 4);
+  auto states = start_states(scene);
+  states[1].pose.position.x = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(joint_drift(scene, states).joints(), 0);
+}
+
+TEST(DriftStatistics, GathersMeanAndMaximumOverManyEvaluations) {
+  DriftStatistics statistics;
+  EXPECT_EQ(statistics.mean(), 0.0);
+  for (const double distance : {0.01, 0.05, 0.03}) statistics.add(distance);
+  EXPECT_EQ(statistics.joints(), 3);
+  EXPECT_NEAR(statistics.mean(), 0.03, 1e-15);
+  EXPECT_EQ(statistics.max(), 0.05);
+}
+
+TEST(TouchingPairs, LeaveOutBodiesThatAJointKeepsFromColliding) {
+  Scene scene;
+  add_body(scene, Sphere{0.5f}, {0, 0, 0});
+  add_body(scene, Sphere{0.5f}, {0.9f, 0, 0});
+  EXPECT_EQ(touching_pairs(scene, start_states(scene)).pairs(), 1);
+  add_joint(scene, 1, 0, BallJoint{}, {-0.45f, 0, 0}, {0.45f, 0, 0});
+  EXPECT_EQ(touching_pairs(scene, start_states(scene)).pairs(), 0);
+  scene.joints.back().def.collide_connected = true;
+  EXPECT_EQ(touching_pairs(scene, start_states(scene)).pairs(), 1);
+}
+
 }  // namespace
 }  // namespace scree::bench

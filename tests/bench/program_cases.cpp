@@ -75,6 +75,23 @@ TEST_F(BenchProgram, NamesContinuousCollisionInEveryReport) {
   EXPECT_NE(read_file(markdown).find("continuous collision: "), std::string::npos);
 }
 
+TEST_F(BenchProgram, TellsTheDriftOfJointsWhereASceneHasAny) {
+  const std::string markdown = (folder_ / "table.md").string();
+  const auto drift_columns = [&](const std::string& scene) {
+    const nlohmann::json json = figures(
+        "--scenes " + scene + " --threads 1 --steps 6 --evaluate-every 2 --markdown '" + markdown + "'");
+    const bool has = read_file(markdown).find("| drift mean mm | drift max mm |") != std::string::npos;
+    const nlohmann::json& entry = json.at("entries").at(0);
+    const nlohmann::json& run = entry.at("repeats").at(0);
+    EXPECT_LE(run.at("drift_mean").get<double>(), run.at("drift_max").get<double>());
+    EXPECT_EQ(entry.at("quality").at("pooled_drift_max").get<double>() > 0.0, has) << scene;
+    return std::pair{run.at("drift_joints").get<int>(), has};
+  };
+  // Down the columns 4 x 2, along the rows 2 x 3: the upper row cannot move.
+  EXPECT_EQ(drift_columns("joint_grid:columns=4:rows=3"), (std::pair{14, true}));
+  EXPECT_EQ(drift_columns("stack:bodies=3"), (std::pair{0, false}));
+}
+
 TEST_F(BenchProgram, DrivesBodiesLikeTheCommandDoes) {
   // The pusher goes its way whoever plays the scene, so that both end in the same bits run after run.
   const std::string arguments = "--scenes junkyard:columns=2:layers=1 --threads 1 --steps 4";

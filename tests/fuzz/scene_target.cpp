@@ -14,7 +14,7 @@ constexpr char kFile[] = "fuzz.json";
 // A short text can repeat a body ten million times; that is tried with fewer.
 constexpr std::int64_t kMostBodies = 2000;
 // Beyond these, worlds are only populated: a step of many bodies in one place takes seconds with sanitizers.
-constexpr std::size_t kMostSteppedBodies = 40, kMostSteppedShapes = 80;
+constexpr std::size_t kMostSteppedBodies = 40, kMostSteppedShapes = 80, kMostSteppedJoints = 80;
 constexpr int kSteps = 3;
 
 // "fuzz.json:LINE:COLUMN: not JSON: ..." or "fuzz.json: PLACE: ...", where the place is a JSON pointer or the
@@ -66,6 +66,8 @@ void scene_target(Input input) {
   if (!scene) return;
   require(scene->bodies.size() <= static_cast<std::size_t>(kMostBodies),
           "there are more bodies than allowed");
+  require(scene->joints.size() <= static_cast<std::size_t>(kMostBodies),
+          "there are more joints than allowed");
   if (!is_quickly_populated(*scene)) return;
   World world(scene->settings);
   try {
@@ -74,7 +76,10 @@ void scene_target(Input input) {
     throw BrokenLaw(std::string("no world takes a scene that was accepted: ") + error.what());
   }
   require(world.body_count() == scene->bodies.size(), "bodies are missing");
-  if (scene->bodies.size() > kMostSteppedBodies || shapes_of(*scene) > kMostSteppedShapes) return;
+  require(world.joint_count() == scene->joints.size(), "joints are missing");
+  if (scene->bodies.size() > kMostSteppedBodies || shapes_of(*scene) > kMostSteppedShapes ||
+      scene->joints.size() > kMostSteppedJoints)
+    return;
   require_laws_of_steps(world, scene->dt, kSteps);
 }
 

@@ -50,8 +50,8 @@ struct MemoryBound {
 };
 
 // 200 bytes, for text that is nested or lists what is short; 1200 for a hull of 256 corners that many shapes
-// scale. Bodies that repeat take 110 bytes each.
-inline constexpr MemoryBound kSceneBound{1u << 20, 2048};
+// scale. Bodies that repeat take 110 bytes each, joints 330.
+inline constexpr MemoryBound kSceneBound{2u << 20, 2048};
 // 3 to 12 bytes: worlds are packed, and hulls have columns for wide kernels.
 inline constexpr MemoryBound kSnapshotBound{256u << 10, 64};
 // 2 to 15 bytes. Free rows of contacts are 5 bytes each, and 400 once they are restored.

@@ -47,7 +47,7 @@ class Command : public scree::testing::ProgramTest {
 TEST_F(Command, ListsEverySceneOnALineOfItsOwn) {
   const Outcome outcome = scree("scenes");
   EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 12);
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 20);
   for (const char* name : {"large_pyramid", "many_pyramids", "convex_pile", "junkyard", "pile", "hull_zoo",
                            "stack", "wall", "card_house", "slope", "spheres_in_box", "many_worlds"}) {
     EXPECT_TRUE(outcome.out.find(std::string("\n") + name + " ") != std::string::npos ||
@@ -165,7 +165,10 @@ TEST_F(Command, EverySceneRuns) {
         "convex_pile --set columns=2 --set layers=2", "junkyard --set columns=2 --set layers=1",
         "hull_zoo --set bodies=40", "pile --set bodies=50", "stack --set bodies=5",
         "wall --set columns=4 --set rows=3", "card_house", "slope", "spheres_in_box --set bodies=40",
-        "many_worlds --set worlds=4 --set bodies=20"}) {
+        "many_worlds --set worlds=4 --set bodies=20", "joint_grid --set columns=6 --set rows=6",
+        "chain --set links=8 --set weight=10", "bridge --set planks=10 --set loads=3",
+        "wrecking_ball --set columns=4 --set rows=3", "ragdolls --set ragdolls=3", "vehicles --set cars=3",
+        "motors --set machines=1", "card_catapult --set stories=2"}) {
     EXPECT_GT(figures(std::string(scene) + " --steps 10 --no-sleep").at("awake_bodies"), 0) << scene;
   }
 }
@@ -174,6 +177,12 @@ TEST_F(Command, ManyWorldsAddUp) {
   const nlohmann::json json = figures("many_worlds --set worlds=5 bodies=30 --steps 3");
   EXPECT_EQ(json.at("worlds"), 5);
   EXPECT_EQ(json.at("bodies"), 150);
+}
+
+TEST_F(Command, CountsJoints) {
+  EXPECT_EQ(figures("joint_grid --set columns=4 rows=3 --steps 2").at("joints"), 4 * 2 + 3 * 3);
+  EXPECT_EQ(figures("stack --set bodies=2 --steps 2").at("joints"), 0);
+  EXPECT_EQ(figures(SCREE_EXAMPLES "/drawbridge.json --steps 2").at("joints"), 1 + 11 + 2 + 1 + 9 + 1);
 }
 
 TEST_F(Command, RunsASceneFile) {

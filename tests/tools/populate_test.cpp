@@ -1,4 +1,4 @@
-// Laws of populate(): a world holds what its scene lists, in the scene's order.
+// Laws of populate(): a world holds what its scene lists, bodies and joints, in the scene's order.
 #include <gtest/gtest.h>
 #include <tools/scenes/scene.h>
 
@@ -14,6 +14,7 @@ TEST(Populate, EveryBodyGetsItsPoseItsShapesAndAHandle) {
     if (info.parameters.contains("bodies")) parameters["bodies"] = 60;
     if (info.parameters.contains("layers")) parameters["layers"] = 2;
     if (info.parameters.contains("worlds")) parameters["worlds"] = 2;
+    if (info.parameters.contains("ragdolls")) parameters["ragdolls"] = 3;
     for (const Scene& scene : build(info.name, parameters)) {
       World world(scene.settings);
       const std::vector<BodyId> ids = populate(world, scene);
@@ -34,6 +35,45 @@ TEST(Populate, EveryBodyGetsItsPoseItsShapesAndAHandle) {
         }
       }
     }
+  }
+}
+
+TEST(Populate, EveryJointJoinsItsBodiesAsTheSceneSays) {
+  for (const SceneInfo& info : catalog()) {
+    Parameters parameters;
+    if (info.parameters.contains("columns")) parameters["columns"] = 6;
+    if (info.parameters.contains("bodies")) parameters["bodies"] = 10;
+    if (info.parameters.contains("ragdolls")) parameters["ragdolls"] = 3;
+    if (info.parameters.contains("worlds")) parameters["worlds"] = 1;
+    const Scene scene = build(info.name, parameters).front();
+    World world(scene.settings);
+    std::vector<JointId> joints;
+    const std::vector<BodyId> bodies = populate(world, scene, &joints);
+    ASSERT_EQ(joints.size(), scene.joints.size()) << info.name;
+    EXPECT_EQ(world.joint_count(), scene.joints.size()) << info.name;
+    const auto handle = [&](std::uint32_t body) { return body == kWorldItself ? BodyId{} : bodies[body]; };
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      const SceneJoint& expected = scene.joints[i];
+      const JointDef def = world.joint_def(joints[i]);
+      EXPECT_EQ(def.body_a, handle(expected.body_a)) << info.name << " " << i;
+      EXPECT_EQ(def.body_b, handle(expected.body_b)) << info.name << " " << i;
+      EXPECT_EQ(def.frame_a.position, expected.def.frame_a.position);
+      EXPECT_EQ(def.frame_b.position, expected.def.frame_b.position);
+      EXPECT_EQ(static_cast<std::size_t>(world.joint_type(joints[i])), expected.joint.index());
+    }
+  }
+}
+
+TEST(Populate, MoreJointsThanOneCallTakesKeepTheirOrder) {
+  // 150 x 250 balls come to 74,600 joints: two calls.
+  const Scene scene = build("joint_grid", {{"columns", 150}, {"rows", 250}}).front();
+  ASSERT_GT(scene.joints.size(), std::size_t{1} << 16);
+  World world(scene.settings);
+  std::vector<JointId> joints;
+  const std::vector<BodyId> bodies = populate(world, scene, &joints);
+  EXPECT_EQ(world.joint_count(), scene.joints.size());
+  for (std::size_t i = 0; i < joints.size(); i += 997) {
+    EXPECT_EQ(world.joint_def(joints[i]).body_b, bodies[scene.joints[i].body_b]) << i;
   }
 }
 

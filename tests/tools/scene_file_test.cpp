@@ -158,7 +158,7 @@ TEST(SceneFile, EveryMistakeIsReportedWithItsPlaceAndReason) {
       {R"({"bodies": [], "bodys": 1})",
        "scene.json: /bodys: unknown key; known here: name, gravity, settings, steps, dt, materials, hulls, "
        "shapes, "
-       "bodies"},
+       "bodies, joints"},
       {R"({"bodies": 3})", "scene.json: /bodies: expected an array, found a number"},
       {R"({"bodies": [], "bodies": []})", "scene.json: /bodies: the key stands twice in its object"},
       {R"({"bodies": [], "dt": 2})", "scene.json: /dt: 2 must be from 0 to 1"},

@@ -20,6 +20,7 @@ std::string to_table(const RunFigures& figures) {
   if (figures.worlds > 1) table += row("worlds", grouped(whole(figures.worlds)));
   table += row("bodies",
                grouped(whole(figures.bodies)) + " and " + grouped(whole(figures.fixed_bodies)) + " fixed");
+  if (figures.joints > 0) table += row("joints", grouped(whole(figures.joints)));
   table += row("awake bodies", grouped(whole(figures.awake_bodies)));
   if (figures.restored_bodies > 0) table += row("restored bodies", grouped(whole(figures.restored_bodies)));
   table += row("contacts", grouped(whole(figures.contacts)));
@@ -66,6 +67,7 @@ std::string to_json(const RunFigures& figures) {
   json["substeps"] = figures.substeps;
   json["bodies"] = figures.bodies;
   json["fixed_bodies"] = figures.fixed_bodies;
+  json["joints"] = figures.joints;
   json["awake_bodies"] = figures.awake_bodies;
   json["restored_bodies"] = figures.restored_bodies;
   json["contacts"] = figures.contacts;

@@ -248,6 +248,7 @@ RunFigures run(const RunOptions& options) {
     for (const scenes::SceneBody& body : scene.bodies) {
       ++(body.def.type == BodyType::fixed ? figures.fixed_bodies : figures.bodies);
     }
+    figures.joints += static_cast<std::int64_t>(scene.joints.size());
     scene = {};  // a million bodies need not be there twice
   }
   Recording recording;

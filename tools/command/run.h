@@ -48,6 +48,7 @@ struct RunFigures {
   int substeps = 0;
   std::int64_t bodies = 0;  // that can move
   std::int64_t fixed_bodies = 0;
+  std::int64_t joints = 0;
   std::int64_t restored_bodies = 0;  // over all steps, each time that a body's state became non-finite
   std::int64_t awake_bodies = 0;     // at the end, as all that follows
   std::int64_t contacts = 0;         // touching manifolds

@@ -20,6 +20,14 @@ Scene card_house(const Parameters& parameters);
 Scene slope(const Parameters& parameters);
 Scene spheres_in_box(const Parameters& parameters);
 std::vector<Scene> many_worlds(const Parameters& parameters);
+Scene joint_grid(const Parameters& parameters);
+Scene chain(const Parameters& parameters);
+Scene bridge(const Parameters& parameters);
+Scene wrecking_ball(const Parameters& parameters);
+Scene ragdolls(const Parameters& parameters);
+Scene vehicles(const Parameters& parameters);
+Scene motors(const Parameters& parameters);
+Scene card_catapult(const Parameters& parameters);
 
 // --- what they are made of ---
 
@@ -28,9 +36,17 @@ Scene start_scene(const char* name, int steps);
 /// Adds a shape for bodies to share; returns its place.
 std::uint32_t add_shape(Scene& scene, const Geometry& geometry, const Material& material = {},
                         const ShapeOptions& options = {});
-void add_body(Scene& scene, const BodyDef& def, std::uint32_t first_shape, std::uint32_t shape_count = 1);
+/// Returns the body's place.
+std::uint32_t add_body(Scene& scene, const BodyDef& def, std::uint32_t first_shape,
+                       std::uint32_t shape_count = 1);
 /// A fixed box whose top is the plane y = 0.
 void add_ground(Scene& scene, float half_width, const Material& material = {});
+/// Joins two bodies, or one with kWorldItself, at the frames of the definition.
+void add_joint(Scene& scene, std::uint32_t body_a, std::uint32_t body_b, const Joint& joint,
+               const JointDef& def);
+/// Joins them where the scene begins with them: both frames are at a pose in world coordinates.
+void add_joint_at(Scene& scene, std::uint32_t body_a, std::uint32_t body_b, const Pose& place,
+                  const Joint& joint, JointDef def = {});
 /// A fixed floor at y = 0 with four walls around the square |x|, |z| < half_width, closed above if asked.
 void add_pit(Scene& scene, float half_width, float height, bool lid = false);
 

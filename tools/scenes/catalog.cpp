@@ -1,5 +1,6 @@
 // The catalog of built-in scenes: names, parameters, their limits, and the parts that builders share.
 #include <tools/scenes/builders.h>
+#include <tools/scenes/frames.h>
 
 #include <algorithm>
 #include <cmath>
@@ -83,6 +84,38 @@ const std::vector<Entry>& entries() {
        "independent small piles, each a world of its own",
        {{"bodies", 100, 10, 100000}, {"seed", 1, 0, kMostSeed - 100000}, {"worlds", 1000, 1, 100000}},
        many_worlds},
+      {"joint_grid",
+       "a net of 100 x 100 spheres on ball joints that hangs from its upper row: 19,800 joints",
+       {{"columns", 100, 1, 1000}, {"rows", 100, 1, 1000}},
+       one_world<joint_grid>},
+      {"chain",
+       "a chain that is let go level, with a weight of as many links at its end as one likes",
+       {{"links", 100, 1, 100000}, {"weight", 0, 0, 1e6, false}},
+       one_world<chain>},
+      {"bridge",
+       "a hanging bridge of hinged planks under falling loads",
+       {{"loads", 12, 0, 10000}, {"planks", 40, 1, 10000}},
+       one_world<bridge>},
+      {"wrecking_ball",
+       "a ball of 33 t on a chain swings into a brick wall",
+       {{"columns", 20, 1, 1000}, {"links", 16, 1, 1000}, {"rows", 16, 1, 1000}},
+       one_world<wrecking_ball>},
+      {"ragdolls",
+       "humans of 14 capsules on balls and hinges with limits, dropped into a pit",
+       {{"ragdolls", 100, 1, 100000}, {"seed", 1, 0, kMostSeed}},
+       one_world<ragdolls>},
+      {"vehicles",
+       "cars with sprung, driven and steered wheels on their way over bumps",
+       {{"cars", 32, 1, 10000}},
+       one_world<vehicles>},
+      {"motors",
+       "machines with every kind of joint: gears, racks, cranks, pulleys, shafts, springs",
+       {{"machines", 8, 1, 10000}},
+       one_world<motors>},
+      {"card_catapult",
+       "a sprung lever throws a stone at a house of cards",
+       {{"stories", 4, 1, 20}},
+       one_world<card_catapult>},
   };
   return kEntries;
 }
@@ -169,8 +202,27 @@ std::uint32_t add_shape(Scene& scene, const Geometry& geometry, const Material& 
   return static_cast<std::uint32_t>(scene.shapes.size() - 1);
 }
 
-void add_body(Scene& scene, const BodyDef& def, std::uint32_t first_shape, std::uint32_t shape_count) {
+std::uint32_t add_body(Scene& scene, const BodyDef& def, std::uint32_t first_shape,
+                       std::uint32_t shape_count) {
   scene.bodies.push_back({def, first_shape, shape_count});
+  return static_cast<std::uint32_t>(scene.bodies.size() - 1);
+}
+
+void add_joint(Scene& scene, std::uint32_t body_a, std::uint32_t body_b, const Joint& joint,
+               const JointDef& def) {
+  scene.joints.push_back({def, joint, body_a, body_b});
+}
+
+void add_joint_at(Scene& scene, std::uint32_t body_a, std::uint32_t body_b, const Pose& place,
+                  const Joint& joint, JointDef def) {
+  const auto frame_in = [&](std::uint32_t body) {
+    if (body == kWorldItself) return place;
+    const BodyDef& at = scene.bodies[body].def;
+    return seen_from({at.position, at.rotation}, place);
+  };
+  def.frame_a = frame_in(body_a);
+  def.frame_b = frame_in(body_b);
+  add_joint(scene, body_a, body_b, joint, def);
 }
 
 void add_ground(Scene& scene, float half_width, const Material& material) {

@@ -2,11 +2,13 @@
 #include <tools/scenes/scene.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace scree::scenes {
 namespace {
 
-constexpr std::size_t kBatch = 1u << 16;  // bodies a bulk call; bounds the copies of their definitions
+constexpr std::size_t kBatch =
+    1u << 16;  // bodies or joints a bulk call; bounds the copies of their definitions
 
 bool same_surface(const SceneShape& left, const SceneShape& right) {
   return left.material == right.material && left.options == right.options;
@@ -24,9 +26,30 @@ std::size_t bulk_run(const Scene& scene, std::size_t first) {
   return end - first;
 }
 
+std::vector<JointId> create_joints(World& world, const Scene& scene, std::span<const BodyId> bodies) {
+  const auto handle_of = [&](std::uint32_t body) { return body == kWorldItself ? BodyId{} : bodies[body]; };
+  std::vector<JointId> ids(scene.joints.size());
+  std::vector<JointDef> defs;
+  std::vector<Joint> joints;
+  for (std::size_t first = 0; first < ids.size(); first += kBatch) {
+    const std::size_t count = std::min(kBatch, ids.size() - first);
+    defs.clear();
+    joints.clear();
+    for (std::size_t i = first; i < first + count; ++i) {
+      const SceneJoint& joint = scene.joints[i];
+      defs.push_back(joint.def);
+      defs.back().body_a = handle_of(joint.body_a);
+      defs.back().body_b = handle_of(joint.body_b);
+      joints.push_back(joint.joint);
+    }
+    world.create_joints(defs, joints, std::span(ids).subspan(first, count));
+  }
+  return ids;
+}
+
 }  // namespace
 
-std::vector<BodyId> populate(World& world, const Scene& scene) {
+std::vector<BodyId> populate(World& world, const Scene& scene, std::vector<JointId>* joints) {
   std::vector<BodyId> ids(scene.bodies.size());
   std::vector<BodyDef> defs;
   std::vector<Geometry> geometries;
@@ -52,6 +75,8 @@ std::vector<BodyId> populate(World& world, const Scene& scene) {
     }
     ++i;
   }
+  std::vector<JointId> joint_ids = create_joints(world, scene, ids);
+  if (joints != nullptr) *joints = std::move(joint_ids);
   return ids;
 }
 

@@ -1,4 +1,4 @@
-// Scenes: engine-neutral lists of bodies that tests, benchmarks and the command share.
+// Scenes: engine-neutral lists of bodies and joints that tests, benchmarks and the command share.
 //
 // A scene is data: whoever wants it in an engine walks the lists (populate() does it for Scree, bench/ for
 // the peers). A few scenes consist of many independent worlds, hence the vector.
@@ -7,6 +7,7 @@
 #include <scree/scree.h>
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <span>
 #include <string>
@@ -27,6 +28,17 @@ struct SceneBody {
   std::uint32_t shape_count = 0;
 };
 
+/// Stands for no body of a scene: the world itself.
+inline constexpr std::uint32_t kWorldItself = std::numeric_limits<std::uint32_t>::max();
+
+/// A joint between two bodies of the scene, or between one of them and the world.
+struct SceneJoint {
+  JointDef def;  ///< its handles stay empty: the bodies are the two below
+  Joint joint;
+  std::uint32_t body_a = kWorldItself;  ///< into Scene::bodies
+  std::uint32_t body_b = kWorldItself;
+};
+
 /// A kinematic body that turns steadily about an axis. Every step moves it to where it shall be at the
 /// step's end; see drive_target.
 struct SceneDrive {
@@ -43,6 +55,7 @@ struct Scene {
   WorldSettings settings;
   std::vector<SceneShape> shapes;
   std::vector<SceneBody> bodies;
+  std::vector<SceneJoint> joints;
   std::vector<SceneDrive> drives;
   int steps = 200;  ///< a sensible length, the protocol's where the scene comes from a published benchmark
   float dt = 1.0f / 60.0f;
@@ -75,7 +88,8 @@ Pose drive_target(const SceneDrive& drive, double seconds);
 void drive(World& world, std::span<const SceneDrive> drives, std::span<const BodyId> bodies,
            std::int64_t steps_done, float dt);
 
-/// Creates the scene's bodies in an empty world; returns their handles in the scene's order.
-std::vector<BodyId> populate(World& world, const Scene& scene);
+/// Creates the scene's bodies and joints in an empty world; returns the bodies' handles in the scene's order.
+/// The joints' handles go to `joints` if it is given.
+std::vector<BodyId> populate(World& world, const Scene& scene, std::vector<JointId>* joints = nullptr);
 
 }  // namespace scree::scenes

@@ -1,8 +1,7 @@
 // Scene files -> scenes. The schema stands in README.md beside this file.
-#include <core/limits.h>
 #include <tools/scenes/angles.h>
-#include <tools/scenes/json_node.h>
 #include <tools/scenes/scene_file.h>
+#include <tools/scenes/scene_file_parts.h>
 
 #include <algorithm>
 #include <array>
@@ -14,41 +13,14 @@
 #include <sstream>
 
 namespace scree::scenes {
-namespace {
 
-// The decimal number that a float limit was written as: 1e-4f itself is 9.99999975e-05.
-double decimal(float limit) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.7g", double{limit});
-  return std::strtod(text, nullptr);
-}
-Range between(float low, float high) { return {decimal(low), decimal(high)}; }
-Range up_to(float high) { return between(0.0f, high); }
-Range within(float limit) { return between(-limit, limit); }
-
-// The library's own limits: checked here too, so that errors can name the place.
-const Range kLength = between(kMinExtent, kMaxExtent);  // m, of shapes
-const Range kHullPoint = within(kMaxExtent);            // m
-const Range kHullScale = between(kMinHullScale, kMaxHullScale);
-const Range kPosition = within(kMaxPosition);  // m
-constexpr Range kUnit{-2.0, 2.0};              // of a quaternion; its length is checked too
-constexpr std::int64_t kMostSteps = 1'000'000'000;
-
-using Materials = std::map<std::string, Material>;
-using NamedHulls = std::map<std::string, Hull>;
-using NamedShapes = std::map<std::string, SceneShape>;
-
-// What shapes may name.
-struct Named {
-  Materials materials;
-  NamedHulls hulls;
-  NamedShapes shapes;
-};
-
-std::string known_names(const auto& named) {
-  std::string list;
-  for (const auto& [name, unused] : named) list += (list.empty() ? "" : ", ") + name;
-  return list.empty() ? "none is defined" : "defined are: " + list;
+Range between(float low, float high) {
+  const auto decimal = [](float limit) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.7g", double{limit});
+    return std::strtod(text, nullptr);
+  };
+  return {decimal(low), decimal(high)};
 }
 
 Quat read_rotation(const Node& node) {
@@ -63,6 +35,7 @@ Quat read_rotation(const Node& node) {
   if (!node.is_array())
     node.fail("expected a quaternion [x, y, z, w] or {\"axis\": [x, y, z], \"degrees\": d}");
   const std::vector<Node> parts = node.elements(4, "numbers (x, y, z, w)");
+  constexpr Range kUnit{-2.0, 2.0};  // its length is checked, too
   const Quat q{parts[0].number(kUnit), parts[1].number(kUnit), parts[2].number(kUnit),
                parts[3].number(kUnit)};
   const double length = std::sqrt(static_cast<double>(q.x) * q.x + static_cast<double>(q.y) * q.y +
@@ -75,6 +48,26 @@ Quat read_rotation(const Node& node) {
 void read_rotation(Members& members, Quat& out) {
   if (const Node* node = members.find("rotation")) out = read_rotation(*node);
 }
+
+namespace {
+
+// The library's own limits: checked here too, so that errors can name the place.
+const Range kLength = between(kMinExtent, kMaxExtent);  // m, of shapes
+const Range kHullPoint = within(kMaxExtent);            // m
+const Range kHullScale = between(kMinHullScale, kMaxHullScale);
+const Range kPosition = within(kMaxPosition);  // m
+constexpr std::int64_t kMostSteps = 1'000'000'000;
+
+using Materials = std::map<std::string, Material>;
+using NamedHulls = std::map<std::string, Hull>;
+using NamedShapes = std::map<std::string, SceneShape>;
+
+// What shapes may name.
+struct Named {
+  Materials materials;
+  NamedHulls hulls;
+  NamedShapes shapes;
+};
 
 void read_mix(Members& members, const char* key, MixRule& out) {
   constexpr const char* kRules[] = {"minimum", "average", "product", "geometric_mean", "maximum"};
@@ -282,8 +275,18 @@ void add_repeated(Scene& scene, const Node& body, const BodyDef& def, std::uint3
   }
 }
 
-void read_body(const Node& node, const Named& named, std::int64_t most_bodies, Scene& scene) {
+void read_name(const Node& node, std::uint32_t first, BodyNames& names) {
+  const std::string name = node.string();
+  if (name == kWorldName) node.fail("\"world\" is the world itself");
+  if (!names.emplace(name, NamedBodies{first}).second) node.fail("two bodies have this name");
+}
+
+void read_body(const Node& node, const Named& named, std::int64_t most_bodies, BodyNames& names,
+               Scene& scene) {
   Members members(node);
+  const auto first_body = static_cast<std::uint32_t>(scene.bodies.size());
+  const Node* name = members.find("name");
+  if (name != nullptr) read_name(*name, first_body, names);
   const BodyDef def = read_body_def(members);
   const auto first_shape = static_cast<std::uint32_t>(scene.shapes.size());
   std::uint32_t shape_count = 0;
@@ -298,6 +301,9 @@ void read_body(const Node& node, const Named& named, std::int64_t most_bodies, S
   members.finish();
   try_body(node, scene, {def, first_shape, shape_count});
   add_repeated(scene, node, def, first_shape, shape_count, repeat, most_bodies);
+  if (name != nullptr) {
+    names[name->string()].count = static_cast<std::int64_t>(scene.bodies.size() - first_body);
+  }
 }
 
 void read_settings(const Node& node, WorldSettings& settings) {
@@ -349,8 +355,11 @@ Scene parse_scene(const std::string& source, const std::string& file, std::int64
     named.shapes = std::move(shapes);
   }
   const Node& bodies = members.require("bodies");
+  const Node* joints = members.find("joints");
   members.finish();
-  for (const Node& body : bodies.elements()) read_body(body, named, most_bodies, scene);
+  BodyNames names;
+  for (const Node& body : bodies.elements()) read_body(body, named, most_bodies, names, scene);
+  if (joints != nullptr) read_joints(*joints, names, most_bodies, scene);
   return scene;
 }
 

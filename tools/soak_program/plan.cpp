@@ -44,6 +44,14 @@ const std::vector<Sizes>& all_sizes() {
         {"friction_min", 0.0, 0.5, false}}},
       {"spheres_in_box", {{"bodies", 1, 20000}, {"seed", 0, 1e9}}},
       {"many_worlds", {{"bodies", 10, 200}, {"seed", 0, 1e9}, {"worlds", 1, 12}}},
+      {"joint_grid", {{"columns", 1, 100}, {"rows", 1, 100}}},
+      {"chain", {{"links", 1, 1000}, {"weight", 0, 1000, false}}},
+      {"bridge", {{"loads", 0, 200}, {"planks", 1, 400}}},
+      {"wrecking_ball", {{"columns", 1, 40}, {"links", 1, 100}, {"rows", 1, 30}}},
+      {"ragdolls", {{"ragdolls", 1, 400}, {"seed", 0, 1e9}}},
+      {"vehicles", {{"cars", 1, 400}}},
+      {"motors", {{"machines", 1, 100}}},
+      {"card_catapult", {{"stories", 1, 8}}},
   };
   return kSizes;
 }

@@ -1,0 +1,44 @@
+// What the readers of a scene file's bodies and joints share. Used by scene_file.cpp and
+// scene_file_joints.cpp alone.
+#pragma once
+
+#include <core/limits.h>
+#include <tools/scenes/json_node.h>
+#include <tools/scenes/scene.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace scree::scenes {
+
+// Ranges between float limits, as the decimal numbers that those were written as: 1e-4f itself is
+// 9.99999975e-05.
+Range between(float low, float high);
+inline Range up_to(float high) { return between(0.0f, high); }
+inline Range within(float limit) { return between(-limit, limit); }
+
+// A unit quaternion, or an axis and an angle.
+Quat read_rotation(const Node& node);
+void read_rotation(Members& members, Quat& out);
+
+std::string known_names(const auto& named) {
+  std::string list;
+  for (const auto& [name, unused] : named) list += (list.empty() ? "" : ", ") + name;
+  return list.empty() ? "none is defined" : "defined are: " + list;
+}
+
+// Bodies that a file has given a name: one, or the run that a repeat makes.
+struct NamedBodies {
+  std::uint32_t first = 0;  // into Scene::bodies
+  std::int64_t count = 1;
+};
+using BodyNames = std::map<std::string, NamedBodies>;
+
+// What stands for the world where a joint names its bodies; no body may have that name.
+inline constexpr const char* kWorldName = "world";
+
+// Adds the joints of an array to the scene, whose bodies are complete; at most `most` with their repeats.
+void read_joints(const Node& array, const BodyNames& names, std::int64_t most, Scene& scene);
+
+}  // namespace scree::scenes
