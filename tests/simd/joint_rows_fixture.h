@@ -1,0 +1,67 @@
+// The bench of joint_fixture.h with frames given in the bodies, for the tests of joints made of rows.
+#pragma once
+
+#include "joint_fixture.h"
+
+#include <scree/joint.h>
+
+#include <string>
+
+namespace scree::joint_tests {
+
+inline constexpr float kPi = std::numbers::pi_v<float>;
+inline constexpr Vec3 kX{1, 0, 0}, kY{0, 1, 0}, kZ{0, 0, 1};
+
+inline Quat about(Vec3 axis, float angle) { return turn(axis * (1 / length(axis)), angle); }
+
+inline JointParameters free_parameters() {
+  JointParameters p{};
+  for (JointAxisRow& axis : p.axis) axis = kFreeAxis;
+  p.damping_ratio = p.angular_damping_ratio = 1;
+  return p;
+}
+
+struct JointWorld : Bench {
+  std::int32_t add_body(float kilograms, Vec3 moments, Vec3 position, Quat rotation = {},
+                        const Velocity& v = {}) {
+    const std::int32_t body = Bench::add_body(kilograms, moments, position, rotation, v.linear, v.angular);
+    const bool round = moments.x == moments.y && moments.y == moments.z;
+    if (!round) motion[static_cast<std::size_t>(body)].flags |= kMotionGyroscopic;
+    return body;
+  }
+  std::size_t add_joint(std::int32_t a, const Pose& in_a, std::int32_t b, const Pose& in_b,
+                        const JointParameters& given) {
+    const std::size_t joint = Bench::add_joint(a, placed(a, in_a), b, placed(b, in_b));
+    parameters[joint] = given;
+    return joint;
+  }
+  void step(const simd::Kernels& kernels, JointType type, bool rich = true) {
+    Bench::step(kernels, static_cast<int>(type), rich);
+  }
+
+  Vec3 linear(std::int32_t body) const {
+    const float* v = velocity[static_cast<std::size_t>(body)].linear;
+    return {v[0], v[1], v[2]};
+  }
+  Vec3 angular(std::int32_t body) const {
+    const float* w = velocity[static_cast<std::size_t>(body)].angular;
+    return {w[0], w[1], w[2]};
+  }
+  // Of anchor b against anchor a.
+  Vec3 anchor_speed(std::size_t joint) const {
+    const JointFrames& f = frames[joint];
+    return linear(f.row_b) + cross(angular(f.row_b), frame_b(joint).position - position_of(f.row_b)) -
+           linear(f.row_a) - cross(angular(f.row_a), frame_a(joint).position - position_of(f.row_a));
+  }
+  Quat turned(std::size_t joint) const {
+    return conjugate(frame_a(joint).rotation) * frame_b(joint).rotation;
+  }
+
+ private:
+  Pose placed(std::int32_t body, const Pose& local) const {
+    return {position_of(body) + rotate(rotation_of(body), local.position),
+            rotation_of(body) * local.rotation};
+  }
+};
+
+}  // namespace scree::joint_tests
