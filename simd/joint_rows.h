@@ -351,8 +351,8 @@ struct RowJoint {
     for (F& each : impulse) each = zero;
     if constexpr (Block::kHeld > 0) {
       for (int i = 0; i < Block::kHeld; ++i) impulse[i] = load(block.held.impulse[i]);
-      if constexpr (Shape::kRemembers) impulse[kMemory] = load(block.held.error[0]);
     }
+    if constexpr (Shape::kRemembers) impulse[kMemory] = load(block.held.error[0]);
     if constexpr (Block::kAxes > 0) {
       for (int i = 0; i < Block::kAxes; ++i) {
         impulse[kFirstAxisImpulse + 2 * i] = load(block.axes.axis[i].axis.limit_impulse);
