@@ -45,6 +45,8 @@ std::uint64_t digest_of_events(const World& world) {
   if (!world.frozen_bodies().empty()) add(world.frozen_bodies());
   add(world.sleep_begins());
   add(world.sleep_ends());
+  if (!world.broken_joints().empty()) add(world.broken_joints());
+  if (!world.destroyed_joints().empty()) add(world.destroyed_joints());
   return sum;
 }
 
