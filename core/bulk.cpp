@@ -138,8 +138,8 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
   std::size_t shapes_written = 0;
   try {
     grow(bodies, old_bodies + count - body_plan.from_free);
-    data.events.woken.reserve(
-        bodies.flags.size());  // waking can not fail: a slot wakes once between two steps
+    // Waking can not fail: a slot wakes once between two steps.
+    data.events.woken.reserve(bodies.flags.size());
     grow(shapes, old_shapes + shape_count - shape_plan.from_free);
     std::vector<std::int32_t> hulls;
     if (body_plan.from_free + shape_plan.from_free > 0) hulls = check_all(call, data, defs, shape);

@@ -141,6 +141,11 @@ inline void push_and_twist(JointBodies& bodies, V3 arm_a, V3 arm_b, V3 impulse, 
 
 inline V3 turning_speed(const JointBodies& bodies) { return bodies.b.angular - bodies.a.angular; }
 
+// Of that speed to torques alone.
+inline S3 turning_response(const JointBodies& bodies) {
+  return bodies.mass_a.inverse_inertia + bodies.mass_b.inverse_inertia;
+}
+
 // How two bodies turn against each other about a point of both that is held. A torque impulse t about it
 // comes with the impulse -share t at the anchors, which keeps these together; so rows that turn the bodies
 // this way leave the point's rows alone, and one pass over both is exact.
@@ -153,7 +158,7 @@ struct HeldTurning {
 // point takes away of it, C^T P^-1 C, a small body on a long arm would lose all its digits.
 inline HeldTurning held_turning(const JointBodies& bodies, V3 arm_a, V3 arm_b, const S3& inverse_point) {
   const S3 &i_a = bodies.mass_a.inverse_inertia, &i_b = bodies.mass_b.inverse_inertia;
-  const S3 moment = invert_semidefinite(i_a + i_b);
+  const S3 moment = invert_semidefinite(turning_response(bodies));
   // Response of the point while the bodies turn as one: 1 / (inertia a + inertia b), at the arm between the
   // centers of mass.
   const M3 shared{moment * V3{i_b.xx, i_b.xy, i_b.xz}, moment * V3{i_b.xy, i_b.yy, i_b.yz},
@@ -193,13 +198,14 @@ inline void warm_start_held(const PointLanes& point, const TurningLanes& turning
   push_and_twist(bodies, load3(point.arm_a), load3(point.arm_b), load3(point.impulse), load3(turning.torque));
 }
 
-// After turn_point().
-inline void solve_held(PointLanes& point, TurningLanes& turning, JointBodies& bodies, const Softness& soft,
-                       const Softness& soft_turning, F keep) {
+// After turn_point() or move_point(). Returns the anchors' speed that was left.
+inline F solve_held(PointLanes& point, TurningLanes& turning, JointBodies& bodies, const Softness& soft,
+                    const Softness& soft_turning, F keep) {
   const V3 arm_a = load3(point.arm_a), arm_b = load3(point.arm_b);
   const M3 share = load9(turning.share);
   const V3 old_impulse = load3(point.impulse) * keep, old_torque = load3(turning.torque) * keep;
-  const V3 speed = anchor_velocity(bodies, arm_a, arm_b) + load3(point.error) * soft.bias_rate;
+  const V3 left = anchor_velocity(bodies, arm_a, arm_b);
+  const V3 speed = left + load3(point.error) * soft.bias_rate;
   const V3 rate = turning_speed(bodies) + load3(turning.error) * soft_turning.bias_rate -
                   multiply_transposed(share, speed);
   const V3 torque =
@@ -209,20 +215,7 @@ inline void solve_held(PointLanes& point, TurningLanes& turning, JointBodies& bo
   store3(point.impulse, old_impulse + impulse);
   store3(turning.torque, old_torque + torque);
   push_and_twist(bodies, arm_a, arm_b, impulse, torque);
-}
-
-// Solves without bias; returns the anchors' speed that was left. After move_point().
-inline F relax_held(PointLanes& point, TurningLanes& turning, JointBodies& bodies) {
-  const V3 arm_a = load3(point.arm_a), arm_b = load3(point.arm_b);
-  const M3 share = load9(turning.share);
-  const V3 speed = anchor_velocity(bodies, arm_a, arm_b);
-  const V3 rate = turning_speed(bodies) - multiply_transposed(share, speed);
-  const V3 torque = load6(turning.inertia) * -rate;
-  const V3 impulse = load6(point.inverse_response) * -speed - share * torque;
-  store3(point.impulse, load3(point.impulse) + impulse);
-  store3(turning.torque, load3(turning.torque) + torque);
-  push_and_twist(bodies, arm_a, arm_b, impulse, torque);
-  return length(speed);
+  return length(left);
 }
 
 // Inherited torque impulses act about new axes: `change` is by how much that differs. After move_point().

@@ -126,6 +126,14 @@ inline Softness soften_held(const JointArgs& args, F hertz, F damping_ratio) {
           select(given, soft.impulse_scale, F(args.stiff.impulse_scale))};
 }
 
+// Likewise in relax: what the user made soft is a spring, which acts there, too.
+inline Softness relax_held(const Softness& held, F hertz) {
+  const M given = hertz > F(0.0f);
+  const Softness stiff = rigid();
+  return {select(given, held.bias_rate, stiff.bias_rate), select(given, held.mass_scale, stiff.mass_scale),
+          select(given, held.impulse_scale, stiff.impulse_scale)};
+}
+
 // Where the frames of a block lie when the step begins, in world axes.
 struct JointPlacement {
   V3 arm_a, arm_b;   // from the centers of mass to the anchors
@@ -259,8 +267,8 @@ inline F solve_drive(LaneAxis& axis, F coordinate_error, F speed, F mass, F keep
 // `held` is the softness of what the joint holds, or rigid() in relax. Any struct with the limit's lanes of
 // LaneAxis will do.
 template <class Axis>
-inline F solve_limit(const JointArgs& args, Axis& axis, F coordinate, F speed, F mass,
-                     const Softness& held, F keep) {
+inline F solve_limit(const JointArgs& args, Axis& axis, F coordinate, F speed, F mass, const Softness& held,
+                     F keep) {
   const F zero(0.0f), one(1.0f), lower = load(axis.lower), upper = load(axis.upper);
   const F above = coordinate - lower, below = upper - coordinate;
   const M at_upper = below < above;

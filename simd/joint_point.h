@@ -14,8 +14,8 @@ struct PointLanes {
   LaneFloats inverse_response[6];
   LaneFloats impulse[3];
   LaneFloats turned_a[3],
-      turned_b[3];  // torque impulses by which the arms' turning changes those of `impulse`
-  LaneSoftness held;
+      turned_b[3];             // torque impulses by which the arms' turning changes those of `impulse`
+  LaneSoftness held, relaxed;  // in solve, in relax
 };
 
 inline void prepare_point(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
@@ -33,7 +33,9 @@ inline void prepare_point(const JointArgs& args, const std::int32_t* joint, cons
   store3(point.turned_a, none);
   store3(point.turned_b, none);
   const WideStiffness given = load_stiffness(args, joint);
-  store_softness(point.held, soften_held(args, given.hertz, given.damping_ratio));
+  const Softness held = soften_held(args, given.hertz, given.damping_ratio);
+  store_softness(point.held, held);
+  store_softness(point.relaxed, relax_held(held, given.hertz));
 }
 
 inline void warm_start_point(const PointLanes& point, JointBodies& bodies) {
@@ -71,12 +73,15 @@ inline void move_point(PointLanes& point, const WideDelta& delta_a, const WideDe
   store6(point.inverse_response, invert(anchor_response(bodies, arm_a, arm_b)));
 }
 
-// Solves without bias; returns the speed that was left.
+// Returns the speed that was left.
 inline F relax_point(PointLanes& point, JointBodies& bodies) {
-  const V3 arm_a = load3(point.arm_a), arm_b = load3(point.arm_b);
+  const V3 arm_a = load3(point.arm_a), arm_b = load3(point.arm_b), impulse = load3(point.impulse);
+  const Softness soft = load_softness(point.relaxed);
   const V3 speed = anchor_velocity(bodies, arm_a, arm_b);
-  const V3 change = load6(point.inverse_response) * speed;
-  store3(point.impulse, load3(point.impulse) - change);
+  const V3 change =
+      load6(point.inverse_response) * ((speed + load3(point.error) * soft.bias_rate) * soft.mass_scale) +
+      impulse * soft.impulse_scale;
+  store3(point.impulse, impulse - change);
   push(bodies, arm_a, arm_b, -change);
   return length(speed);
 }

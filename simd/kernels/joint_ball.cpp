@@ -42,7 +42,7 @@ struct PlainBall {
 // A limit of an angle that changes with the bodies' turning against each other along `axis`.
 struct BallLimit {
   LaneFloats axis[3];  // in world axes; not of unit length
-  LaneFloats inertia;  // of the angle: torque impulse along the axis by the angle's rate
+  LaneFloats defined;  // 0 where the axis is not, else 1
   LaneFloats angle;
   LaneFloats lower, upper, limit_impulse;
 };
@@ -55,22 +55,25 @@ inline void prepare_limit(BallLimit& limit, F lower, F upper, F impulse) {
   store(limit.limit_impulse, impulse);
 }
 
-inline void aim_limit(BallLimit& limit, V3 axis, F angle, F response) {
+inline void aim_limit(BallLimit& limit, V3 axis, F angle, F defined) {
   store3(limit.axis, axis);
   store(limit.angle, angle);
-  store(limit.inertia, invert_positive(response));
+  store(limit.defined, defined);
 }
 
 // As PlainBall; 3 the cone limit's, 7 the twist limit's about its axis, 4 to 6 the drive's torque, in world
 // axes.
 //
-// All torques turn the bodies about the anchor, see HeldTurning.
+// All torques turn the bodies about the anchor, see HeldTurning, as far as the anchor is held: what is soft
+// gives way, and would answer to a rigid hold with more than was taken from it.
 struct RichBall {
   struct alignas(64) Block {
     LaneInts row_a, row_b;
     PointLanes point;
     FrameLanes frames;
-    LaneFloats share[3][3], inertia[6];  // HeldTurning
+    LaneFloats share[3][3];  // HeldTurning
+    LaneFloats
+        held_response[6];  // of turning to torques while the anchor is held: HeldTurning::inertia inverted
     BallLimit cone, twist;
     RotationDriveLanes drive;
   };
@@ -80,17 +83,16 @@ struct RichBall {
     const HeldTurning turning = held_turning(bodies, load3(block.point.arm_a), load3(block.point.arm_b),
                                              load6(block.point.inverse_response));
     store9(block.share, turning.share);
-    store6(block.inertia, turning.inertia);
-    const S3 response = invert_semidefinite(turning.inertia);
+    store6(block.held_response, invert_semidefinite(turning.inertia));
     const V3 x_a = x_axis(frames.a), x_b = x_axis(frames.b);
     const Swing away = swing(x_a, x_b);
-    aim_limit(block.cone, away.axis, away.angle, dot(away.axis, response * away.axis));
+    aim_limit(block.cone, away.axis, away.angle, F(1.0f));
     const F zero(0.0f), one(1.0f), apart = one + dot(x_a, x_b);
     const M defined = apart > F(1e-3f);
     const V3 axis = (x_a + x_b) * (one / select(defined, apart, one));
     const F twist = angle_within(twist_angle(conjugate(frames.a) * frames.b), load(block.twist.lower),
                                  load(block.twist.upper));
-    aim_limit(block.twist, axis, twist, select(defined, dot(axis, response * axis), zero));
+    aim_limit(block.twist, axis, twist, select(defined, one, zero));
   }
 
   static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
@@ -115,23 +117,28 @@ struct RichBall {
   }
 
   // A torque impulse, with what keeps the anchors together.
-  static void turn(Block& block, JointBodies& bodies, V3 torque) {
-    const V3 impulse = -(load9(block.share) * torque);
+  static void turn(Block& block, JointBodies& bodies, const Softness& held, V3 torque) {
+    const V3 impulse = load9(block.share) * (torque * -held.mass_scale);
     push_and_twist(bodies, load3(block.point.arm_a), load3(block.point.arm_b), impulse, torque);
     store3(block.point.impulse, load3(block.point.impulse) + impulse);
   }
   static void solve_limit_of(const JointArgs& args, BallLimit& limit, Block& block, JointBodies& bodies,
-                             const Softness& held, F keep) {
+                             const S3& response, const Softness& held, const Softness& end, F keep) {
     const V3 axis = load3(limit.axis);
     const F rate = dot(axis, turning_speed(bodies));
-    turn(block, bodies,
-         axis * solve_limit(args, limit, load(limit.angle), rate, load(limit.inertia), held, keep));
+    const F inertia = load(limit.defined) * invert_positive(dot(axis, response * axis));
+    turn(block, bodies, held, axis * solve_limit(args, limit, load(limit.angle), rate, inertia, end, keep));
   }
+  // `held`: the softness by which the anchor is held in this sweep; `end`: that of limits.
   static void solve_turning(const JointArgs& args, Block& block, JointBodies& bodies, const Softness& held,
-                            F keep) {
-    turn(block, bodies, solve_rotation_drive(block.drive, turning_speed(bodies), load6(block.inertia), keep));
-    solve_limit_of(args, block.twist, block, bodies, held, keep);
-    solve_limit_of(args, block.cone, block, bodies, held, keep);
+                            const Softness& end, F keep) {
+    const S3 response =
+        load6(block.held_response) * held.mass_scale + turning_response(bodies) * (F(1.0f) - held.mass_scale);
+    const V3 driven =
+        solve_rotation_drive(block.drive, turning_speed(bodies), invert_semidefinite(response), keep);
+    turn(block, bodies, held, driven);
+    solve_limit_of(args, block.twist, block, bodies, response, held, end, keep);
+    solve_limit_of(args, block.cone, block, bodies, response, held, end, keep);
   }
 
   static void warm_start(const Block& block, JointBodies& bodies) {
@@ -143,7 +150,7 @@ struct RichBall {
     const Softness held = load_softness(block.point.held);
     turn_point(block.point, bodies, keep);
     solve_point(block.point, bodies, held, keep);
-    solve_turning(args, block, bodies, held, keep);
+    solve_turning(args, block, bodies, held, held, keep);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
                  JointBodies& bodies) {
@@ -154,7 +161,7 @@ struct RichBall {
     turn_torque(block.point, torque(block) - old_torque);
     aim_rotation_drive(frames, F(args.elapsed), block.drive);
     const F error = relax_point(block.point, bodies);
-    solve_turning(args, block, bodies, rigid(), F(1.0f));
+    solve_turning(args, block, bodies, load_softness(block.point.relaxed), rigid(), F(1.0f));
     return error;
   }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {

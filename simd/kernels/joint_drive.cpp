@@ -5,13 +5,16 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-// A drive of three rows at once, whose impulse is bounded by its length.
+// A drive of three rows at once, whose impulse is bounded by its length. The spring is implicit with
+// K + yield for its response: `yield`, zero for a motor, is what the spring itself gives way by, as the hertz
+// say for the response of a reference. So springs are stable whatever the levers, and as stiff as one
+// expects.
 struct VectorDriveLanes {
   LaneFloats error[3];  // how far ahead of the target
   LaneFloats target_speed[3];
-  LaneFloats inverse_response[6];
-  LaneFloats max_impulse;  // in a substep
-  LaneSoftness soft;       // a motor is rigid: bias rate 0, scales 1 and 0
+  LaneFloats yield[6], inverse_response[6];  // of K + yield
+  LaneFloats bias_rate, yield_rate;          // yield_rate: times the reference's response
+  LaneFloats max_impulse;                    // in a substep
   LaneFloats impulse[3];
 };
 
@@ -26,20 +29,19 @@ inline void prepare_drive(const JointArgs& args, const DriveParameters& given, V
   const M spring = given.drive == I(static_cast<std::int32_t>(kDriveSpring));
   const M idle = given.drive == I(static_cast<std::int32_t>(kDriveNone));
   const Softness soft =
-      soften(args, select(spring, given.hertz, one), given.damping_ratio, F(2.0f * args.max_hertz));
-  store_softness(lanes.soft, {select(spring, soft.bias_rate, zero), select(spring, soft.mass_scale, one),
-                              select(spring, soft.impulse_scale, zero)});
+      soften(args, select(spring, given.hertz, one), given.damping_ratio, F(args.max_hertz));
+  store(lanes.bias_rate, select(spring, soft.bias_rate, zero));
+  store(lanes.yield_rate, select(spring, soft.impulse_scale / soft.mass_scale, zero));
   store(lanes.max_impulse, select(idle, zero, given.max_force * F(args.substep)));
   store3(lanes.impulse, select(idle, V3{zero, zero, zero}, impulse * F(args.warm_start_scale)));
 }
 
 // Returns the change of the impulse.
 inline V3 solve_vector_drive(VectorDriveLanes& lanes, V3 speed, F keep) {
-  const Softness soft = load_softness(lanes.soft);
   const V3 old_impulse = load3(lanes.impulse) * keep;
-  const V3 error =
-      (speed - load3(lanes.target_speed) + load3(lanes.error) * soft.bias_rate) * soft.mass_scale;
-  const V3 free = old_impulse - (load6(lanes.inverse_response) * error + old_impulse * soft.impulse_scale);
+  const V3 error = (speed - load3(lanes.target_speed)) + load3(lanes.error) * load(lanes.bias_rate) +
+                   load6(lanes.yield) * old_impulse;
+  const V3 free = old_impulse - load6(lanes.inverse_response) * error;
   const F limit = load(lanes.max_impulse), size = length(free);
   const M above = size > limit;
   const V3 impulse = free * select(above, limit / select(above, size, F(1.0f)), F(1.0f));
@@ -47,16 +49,22 @@ inline V3 solve_vector_drive(VectorDriveLanes& lanes, V3 speed, F keep) {
   return impulse - old_impulse;
 }
 
-// The rotation by the rotation vector v, by Cayley's formula, as bodies turn.
-inline Q4 small_rotation(V3 v) {
-  const F half(0.5f);
-  return normalize({v.x * half, v.y * half, v.z * half, F(1.0f)});
+// Of the offset of anchors. The reference are the masses alone, wherever the anchors are.
+inline void place_offset_response(S3 response, F inverse_mass, VectorDriveLanes& lanes) {
+  const F zero(0.0f), yield = inverse_mass * load(lanes.yield_rate);
+  store6(lanes.yield, {yield, zero, zero, yield, zero, yield});
+  response.xx += yield;
+  response.yy += yield;
+  response.zz += yield;
+  store6(lanes.inverse_response, invert(response));
 }
 
-// What a torque impulse must be for a relative angular velocity. Locked axes have rows of zeros, in which
-// nothing turns: they do not take part.
-inline S3 turn_mass(const JointBodies& bodies) {
-  S3 m = bodies.mass_a.inverse_inertia + bodies.mass_b.inverse_inertia;
+// Of the rotation; the reference is the response itself. Locked axes have rows of zeros, in which nothing
+// turns: they do not take part.
+inline void place_turn_response(const S3& response, VectorDriveLanes& lanes) {
+  const S3 yield = response * load(lanes.yield_rate);
+  store6(lanes.yield, yield);
+  S3 m = response + yield;
   const F zero(0.0f), trace = m.xx + m.yy + m.zz;
   const M turns_x = m.xx > zero, turns_y = m.yy > zero, turns_z = m.zz > zero;
   m.xx = select(turns_x, m.xx, trace);
@@ -66,7 +74,13 @@ inline S3 turn_mass(const JointBodies& bodies) {
   inverse.xx = select(turns_x, inverse.xx, zero);
   inverse.yy = select(turns_y, inverse.yy, zero);
   inverse.zz = select(turns_z, inverse.zz, zero);
-  return inverse;
+  store6(lanes.inverse_response, inverse);
+}
+
+// The rotation by the rotation vector v, by Cayley's formula, as bodies turn.
+inline Q4 small_rotation(V3 v) {
+  const F half(0.5f);
+  return normalize({v.x * half, v.y * half, v.z * half, F(1.0f)});
 }
 
 // Impulses: 0 to 2 of the force, 4 to 6 of the torque, in world axes.
@@ -90,12 +104,13 @@ struct Motor {
     const V3 target = rotate(now.rotation_a, load3(block.target) + velocity * elapsed);
     store3(block.offset.error, now.offset - target);
     store3(block.offset.target_speed, rotate(now.rotation_a, velocity));
-    store6(block.offset.inverse_response, invert(anchor_response(bodies, arm_a, now.arm_b)));
+    place_offset_response(anchor_response(bodies, arm_a, now.arm_b),
+                          bodies.mass_a.inverse_mass + bodies.mass_b.inverse_mass, block.offset);
     const Q4 wanted = small_rotation(angular * elapsed) * load4(block.target_rotation);
     const Q4 ahead = conjugate(now.rotation_a) * now.rotation_b * conjugate(wanted);
     store3(block.rotation.error, rotate(now.rotation_a, rotation_vector(ahead)));
     store3(block.rotation.target_speed, rotate(now.rotation_a, angular));
-    store6(block.rotation.inverse_response, turn_mass(bodies));
+    place_turn_response(bodies.mass_a.inverse_inertia + bodies.mass_b.inverse_inertia, block.rotation);
   }
 
   static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
@@ -177,7 +192,7 @@ struct Mouse {
     response.zz += bodies.mass_b.inverse_mass;
     store3(block.arm, arm);
     store3(block.offset.error, error);
-    store6(block.offset.inverse_response, invert(response));
+    place_offset_response(response, bodies.mass_b.inverse_mass, block.offset);
   }
   static void pull(JointBodies& bodies, V3 arm, V3 impulse) {
     bodies.b.linear = bodies.b.linear + impulse * bodies.mass_b.inverse_mass;

@@ -63,6 +63,11 @@ inline AxisTurning move_hinge(const WideFrames& frames, const WideDelta& delta_a
   return refresh(bodies, frames, x, hinge);
 }
 
+inline F relax_hinge(HingeLanes& hinge, JointBodies& bodies) {
+  const Softness relaxed = load_softness(hinge.point.relaxed);
+  return solve_held(hinge.point, hinge.turning, bodies, relaxed, relaxed, F(1.0f));
+}
+
 inline void solve_hinge(HingeLanes& hinge, JointBodies& bodies, F keep) {
   turn_point(hinge.point, bodies, keep);
   const Softness held = load_softness(hinge.point.held);
@@ -90,7 +95,7 @@ struct PlainHinge {
                  JointBodies& bodies) {
     const WideFrames frames = turn_frames(block.hinge.frames, delta_a, delta_b);
     move_hinge(frames, delta_a, delta_b, bodies, F(0.0f), block.hinge);
-    return relax_held(block.hinge.point, block.hinge.turning, bodies);
+    return relax_hinge(block.hinge, bodies);
   }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);
@@ -102,16 +107,18 @@ struct PlainHinge {
 // What limits and drives the angle.
 struct HingeAxis {
   LaneFloats angle;
-  LaneFloats inertia;                      // AxisTurning
-  LaneFloats impulse_by[3], torque_by[3];  // at the anchors and about them by a unit about the axis
+  LaneFloats free_response, held_response;  // of the speed about the axis; alone, and with the rest held
+  LaneFloats impulse_by[3], torque_by[3];   // what holds the rest against a unit about the axis
   LaneAxis axis;
 };
 
-inline void refresh_axis(const AxisTurning& turning, const WideFrames& frames, const HingeLanes& hinge,
-                         HingeAxis& axis) {
+inline void refresh_axis(const JointBodies& bodies, const AxisTurning& turning, const WideFrames& frames,
+                         const HingeLanes& hinge, HingeAxis& axis) {
+  const V3 x = load3(hinge.x);
   store(axis.angle, twist_angle(conjugate(frames.a) * frames.b));
-  store(axis.inertia, turning.inertia);
-  store3(axis.torque_by, turning.torque);
+  store(axis.free_response, dot(x, turning_response(bodies) * x));
+  store(axis.held_response, invert_positive(turning.inertia));
+  store3(axis.torque_by, turning.torque - x);
   store3(axis.impulse_by, -(load9(hinge.turning.share) * turning.torque));
 }
 
@@ -119,25 +126,31 @@ inline F impulse_about(const HingeAxis& axis) {
   return load(axis.axis.limit_impulse) + load(axis.axis.drive_impulse);
 }
 
-// Changes the impulse about the axis, and with it those that hold the rest as it is.
-inline void turn_about(HingeLanes& hinge, const HingeAxis& axis, JointBodies& bodies, F change) {
-  const V3 impulse = load3(axis.impulse_by) * change, torque = load3(axis.torque_by) * change;
-  push_and_twist(bodies, load3(hinge.point.arm_a), load3(hinge.point.arm_b), impulse, torque);
+// Changes the impulse about the axis, and with it those that hold the rest: as far as `held` lets them. What
+// is soft gives way, and would answer to a rigid hold with more than was taken from it.
+inline void turn_about(HingeLanes& hinge, const HingeAxis& axis, JointBodies& bodies, const Softness& held,
+                       F change) {
+  const F by = change * held.mass_scale;
+  const V3 impulse = load3(axis.impulse_by) * by, torque = load3(axis.torque_by) * by;
+  push_and_twist(bodies, load3(hinge.point.arm_a), load3(hinge.point.arm_b), impulse,
+                 torque + load3(hinge.x) * change);
   store3(hinge.point.impulse, load3(hinge.point.impulse) + impulse);
-  store3(hinge.turning.torque, load3(hinge.turning.torque) + (torque - load3(hinge.x) * change));
+  store3(hinge.turning.torque, load3(hinge.turning.torque) + torque);
 }
 
+// `held`: the softness by which the rest is held in this sweep; `end`: that of the limit.
 inline void solve_axis(const JointArgs& args, HingeLanes& hinge, HingeAxis& lanes, JointBodies& bodies,
-                       const Softness& held, F keep) {
+                       const Softness& held, const Softness& end, F keep) {
   LaneAxis& axis = lanes.axis;
   const V3 x = load3(hinge.x);
-  const F angle = load(lanes.angle), inertia = load(lanes.inertia);
+  const F angle = load(lanes.angle), free = load(lanes.free_response);
+  const F inertia = invert_positive(free + (load(lanes.held_response) - free) * held.mass_scale);
   const F ahead = shorter_way(angle - target_now(args, axis));
   const F driven = solve_drive(axis, ahead, dot(x, turning_speed(bodies)), inertia, keep);
-  turn_about(hinge, lanes, bodies, driven);
+  turn_about(hinge, lanes, bodies, held, driven);
   const F within = angle_within(angle, load(axis.lower), load(axis.upper));
   const F speed = dot(x, turning_speed(bodies));
-  turn_about(hinge, lanes, bodies, solve_limit(args, axis, within, speed, inertia, held, keep));
+  turn_about(hinge, lanes, bodies, held, solve_limit(args, axis, within, speed, inertia, end, keep));
 }
 
 // As PlainHinge; 8 the limit's, 9 the drive's torque about the axis.
@@ -154,7 +167,7 @@ struct RichHinge {
     load_impulses(args, joint, 2, limit, drive, unused, more);
     prepare_axis(args, joint, 0, limit, drive, block.axis.axis);
     const AxisTurning turning = prepare_hinge(args, joint, bodies, at, block.hinge);
-    refresh_axis(turning, {at.frame_a, at.frame_b}, block.hinge, block.axis);
+    refresh_axis(bodies, turning, {at.frame_a, at.frame_b}, block.hinge, block.axis);
   }
   static void warm_start(const Block& block, JointBodies& bodies) {
     warm_start_held(block.hinge.point, block.hinge.turning, bodies);
@@ -163,16 +176,18 @@ struct RichHinge {
   static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
     const F keep(args.impulse_keep);
     solve_hinge(block.hinge, bodies, keep);
-    solve_axis(args, block.hinge, block.axis, bodies, load_softness(block.hinge.point.held), keep);
+    const Softness held = load_softness(block.hinge.point.held);
+    solve_axis(args, block.hinge, block.axis, bodies, held, held, keep);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
                  JointBodies& bodies) {
     const WideFrames frames = turn_frames(block.hinge.frames, delta_a, delta_b);
     const AxisTurning turning =
         move_hinge(frames, delta_a, delta_b, bodies, impulse_about(block.axis), block.hinge);
-    refresh_axis(turning, frames, block.hinge, block.axis);
-    const F error = relax_held(block.hinge.point, block.hinge.turning, bodies);
-    solve_axis(args, block.hinge, block.axis, bodies, rigid(), F(1.0f));
+    refresh_axis(bodies, turning, frames, block.hinge, block.axis);
+    const F error = relax_hinge(block.hinge, bodies);
+    const Softness relaxed = load_softness(block.hinge.point.relaxed);
+    solve_axis(args, block.hinge, block.axis, bodies, relaxed, rigid(), F(1.0f));
     return error;
   }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {

@@ -66,7 +66,7 @@ struct WheelRows : FramedRows {
     const WideAxis given = load_axis(args, joint, number);
     const M spring = given.drive == I(static_cast<std::int32_t>(kDriveSpring));
     const Softness soft = soften(args, select(spring, given.hertz * scale, F(1.0f)),
-                                 given.damping_ratio * scale, F(2.0f * args.max_hertz));
+                                 given.damping_ratio * scale, F(args.max_hertz));
     const Softness other = load_softness(lanes.drive);
     store_softness(lanes.drive, {select(spring, soft.bias_rate, other.bias_rate),
                                  select(spring, soft.mass_scale, other.mass_scale),
@@ -81,12 +81,10 @@ struct UniversalRows : FramedRows {
                       RowsNow<UniversalRows>& now) {
     const FramesNow frames = move_frames(lanes, delta_a, delta_b);
     const M3 a = to_matrix(frames.rotation_a), b = to_matrix(frames.rotation_b);
-    const V3 none{F(0.0f), F(0.0f), F(0.0f)};
     const F zero(0.0f), one(1.0f);
     now.arm_b = frames.arm_b;
-    // The anchors are one point, so that no couple is made in whatever axes.
     const V3 axes[3] = {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}};
-    for (int i = 0; i < 3; ++i) now.held[i] = offset_row(axes[i], frames.arm_a, frames.arm_b, none);
+    for (int i = 0; i < 3; ++i) now.held[i] = offset_row(axes[i], frames.arm_a, frames.arm_b, frames.offset);
     now.error[0] = frames.offset.x;
     now.error[1] = frames.offset.y;
     now.error[2] = frames.offset.z;

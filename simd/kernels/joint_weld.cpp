@@ -12,7 +12,7 @@ struct Weld {
     PointLanes point;
     FrameLanes frames;
     TurningLanes turning;
-    LaneSoftness held;  // of the rotation
+    LaneSoftness held, relaxed;  // of the rotation; in solve, in relax
   };
 
   static void refresh(const JointBodies& bodies, const WideFrames& frames, Block& block) {
@@ -33,7 +33,9 @@ struct Weld {
     store_frames(block.frames, at);
     store3(block.turning.torque, torque * F(args.warm_start_scale));
     const WideStiffness given = load_stiffness(args, joint);
-    store_softness(block.held, soften_held(args, given.angular_hertz, given.angular_damping_ratio));
+    const Softness held = soften_held(args, given.angular_hertz, given.angular_damping_ratio);
+    store_softness(block.held, held);
+    store_softness(block.relaxed, relax_held(held, given.angular_hertz));
     refresh(bodies, {at.frame_a, at.frame_b}, block);
   }
   static void warm_start(const Block& block, JointBodies& bodies) {
@@ -49,7 +51,8 @@ struct Weld {
                  JointBodies& bodies) {
     move_point(block.point, delta_a, delta_b, bodies);
     refresh(bodies, turn_frames(block.frames, delta_a, delta_b), block);
-    return relax_held(block.point, block.turning, bodies);
+    return solve_held(block.point, block.turning, bodies, load_softness(block.point.relaxed),
+                      load_softness(block.relaxed), F(1.0f));
   }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     store_held(args, joint, count, load3(block.point.impulse), load3(block.turning.torque));

@@ -6,6 +6,7 @@
 #include <core/snapshot_hulls.h>
 #include <core/state_table.h>
 #include <scree/scree.h>
+#include <tests/core/joint_samples.h>
 #include <tests/core/world_fixture.h>
 
 #include <cstring>
@@ -38,6 +39,7 @@ struct Zoo {
   World world{WorldSettings{.contact_events = ContactEvents::begin_end}};
   std::vector<BodyId> bodies;
   std::vector<ShapeId> shapes;
+  std::vector<JointId> joints;
 
   BodyId add(const BodyDef& def, const Geometry& geometry, const ShapeOptions& options = {}) {
     bodies.push_back(world.create_body(def));
@@ -75,6 +77,7 @@ struct Zoo {
           break;
       }
     }
+    add_joints();
     run(steps);
     world.destroy_body(bodies[3]);
     world.destroy_shape(shapes.back());
@@ -82,6 +85,22 @@ struct Zoo {
     world.destroy_body(bodies[4]);
     world.add_force(bodies[5], {3, 4, 5});
     world.set_pose(bodies[6], {{0, 7, 0}, {}});
+  }
+  // Of all kinds, each between a body and the next but one, or the world; some keep their bodies apart.
+  void add_joints() {
+    const std::size_t movable = bodies.size() - 2;
+    for (const Joint& joint : sound_joints()) {
+      const std::size_t number = joints.size(), next = 2 + (number + 2) % movable;
+      const bool with_world = std::holds_alternative<MouseJoint>(joint) || number % 4 == 0;
+      joints.push_back(
+          world.create_joint({.body_a = with_world ? BodyId{} : bodies[2 + number % movable],
+                              .body_b = bodies[next],
+                              .frame_a = {with_world ? world.pose(bodies[next]).position : Vec3{}, {}},
+                              .collide_connected = number % 3 == 0,
+                              .hertz = 2.0f},
+                             joint));
+    }
+    world.destroy_joint(joints[5]);
   }
   void run(int steps) {
     Workers workers(1);

@@ -71,6 +71,16 @@ void Player::make(const Call& call) {
       return destroy_bulk(call);
     case CallKind::set_settings:
       return change_settings(call);
+    case CallKind::create_joint:
+      return create_joint(call);
+    case CallKind::create_joints:
+      return create_joints(call);
+    case CallKind::destroy_joint:
+      return destroy_joint(call);
+    case CallKind::set_joint:
+      return set_joint(call);
+    case CallKind::change_joint:
+      return change_joint(call);
     case CallKind::wrong_call:
       return make_wrong_call(call);
     case CallKind::save:
@@ -101,6 +111,7 @@ void Player::empty_slot(Slot& slot) {
   if (slot.body == BodyId{}) return;
   const BodyId body = slot.body;
   tell("destroy_body", body);
+  lose_joints(body);
   world_.destroy_body(body);
   model_.shapes -= slot.shapes.size();
   --model_.bodies;
@@ -185,6 +196,7 @@ void Player::destroy_bulk(const Call& call) {
     Slot& slot = model_.slots[call.slot + i];
     if (slot.body == BodyId{}) continue;
     ids.push_back(slot.body);
+    lose_joints(slot.body);
     model_.shapes -= slot.shapes.size();
     slot = Slot{};
   }
@@ -375,7 +387,7 @@ void Player::make_wrong_call(const Call& call) {
   const ShapeId shape = slot != nullptr && !slot->shapes.empty() ? slot->shapes.front() : ShapeId{};
   const std::uint64_t before = world_.hash();
   const std::vector<std::byte> state = checks_ ? bytes_of(world_) : std::vector<std::byte>{};
-  const std::uint32_t which = Random(call.seed).below(18);
+  const std::uint32_t which = Random(call.seed).below(25);
   tell("wrong_call", which, body);
   bool thrown = false;
   try {
@@ -435,8 +447,13 @@ void Player::make_wrong_call(const Call& call) {
       case 14:
         world_.set_material(shape, {.friction = -1.0f});
         break;
-      default:
+      case 15:
+      case 16:
+      case 17:
         make_wrong_call_of_snapshots(which - 15);
+        break;
+      default:
+        make_wrong_call_of_joints(which - 18, body);
         break;
     }
   } catch (const Error&) {
@@ -465,6 +482,7 @@ void Player::run_steps(const Call& call) {
     hashes_.push_back(mixed(world_.hash(), digest_of_events(world_)));
     most_contacts_ = std::max(most_contacts_, world_.stats().contacts);
     sweep_hits_ += world_.stats().sweep_hits;
+    check_lost_joints();
     if (checks_) check_after_step();
   }
 }
@@ -488,6 +506,7 @@ void Player::check_after_step() {
   }
   check_events();
   check_sleep();
+  check_joints();
   for (Slot& slot : model_.slots) {
     if (slot.body != BodyId{}) check_body(slot);
   }

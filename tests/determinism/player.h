@@ -6,6 +6,7 @@
 
 #include <array>
 #include <functional>
+#include <map>
 #include <ostream>
 #include <set>
 #include <stdexcept>
@@ -32,6 +33,13 @@ struct Model {
   };
 
   std::vector<Slot> slots;
+  struct Joined {
+    BodyId a, b;  // no body: the world
+    bool enabled;
+  };
+
+  std::map<JointId, Joined> joints;
+  std::set<JointId> lost;  // with their bodies since the last step
   std::size_t bodies = 0;
   std::size_t shapes = 0;
   std::set<std::pair<ShapeId, ShapeId>> begun;
@@ -87,6 +95,18 @@ class Player {
   void change_motion(const Call& call, Slot& slot);
   void change_shape(const Call& call, Slot& slot);
   void change_settings(const Call& call);
+  std::pair<JointDef, Joint> random_joining(Random& random, const Call& call);
+  void keep_joint(JointId joint, const JointDef& def);
+  void create_joint(const Call& call);
+  void create_joints(const Call& call);
+  void destroy_joint(const Call& call);
+  void set_joint(const Call& call);
+  void change_joint(const Call& call);
+  void make_wrong_call_of_joints(std::uint32_t which, BodyId body);
+  JointId some_joint(std::uint32_t which) const;  // no joint if there is none
+  void lose_joints(BodyId body);
+  void check_lost_joints();
+  void check_joints();
   void make_wrong_call(const Call& call);
   void save_somewhere(const Call& call);
   void restore_saved(const Call& call);

@@ -122,6 +122,12 @@ void Player::check_handles(const Model& before) {
   for (const ShapeId shape : shapes) {
     if (!world_.is_alive(shape)) broken("a shape is not restored");
   }
+  for (const auto& [joint, joined] : model_.joints) {
+    if (!world_.is_alive(joint)) broken("a joint is not restored");
+  }
+  for (const auto& [joint, joined] : before.joints) {
+    if (world_.is_alive(joint) && !model_.joints.contains(joint)) broken("a joint from later lives on");
+  }
   for (const Slot& slot : before.slots) {
     if (slot.body == BodyId{}) continue;
     if (world_.is_alive(slot.body) && !bodies.contains(slot.body)) broken("a body from later lives on");

@@ -1,5 +1,6 @@
 // See player_values.h.
 #include <core/fp_environment.h>
+#include <core/joint_rows.h>
 #include <core/math.h>
 #include <tests/determinism/player_values.h>
 
@@ -209,6 +210,171 @@ WorldSettings random_settings(Random& random) {
   return settings;
 }
 
+namespace {
+
+JointAxis random_axis(Random& random, float limit) {
+  JointAxis axis;
+  if (once_in(random, 2)) axis.lower = random.between(-limit, 0.0f);
+  if (once_in(random, 2)) axis.upper = random.between(0.0f, limit);
+  if (once_in(random, 8)) axis.lower = axis.upper = random.between(-limit, limit);
+  axis.drive = static_cast<Drive>(random.below(3));
+  axis.target = random.between(-limit, limit);
+  axis.speed = random.between(-3.0f, 3.0f);
+  axis.hertz = random.between(0.2f, 20.0f);
+  axis.damping_ratio = random.between(0.0f, 2.0f);
+  if (once_in(random, 2)) axis.max_force = random.between(0.0f, 5000.0f);
+  return axis;
+}
+
+RotationDrive random_rotation_drive(Random& random) {
+  RotationDrive drive;
+  drive.drive = static_cast<Drive>(random.below(3));
+  drive.target = random.rotation();
+  drive.velocity = random_vector(random, 2.0f);
+  drive.hertz = random.between(0.2f, 20.0f);
+  drive.damping_ratio = random.between(0.0f, 2.0f);
+  if (once_in(random, 2)) drive.max_torque = random.between(0.0f, 2000.0f);
+  return drive;
+}
+
+float random_ratio(Random& random) {
+  const float size = random.between(0.2f, 3.0f);
+  return once_in(random, 2) ? -size : size;
+}
+
+Joint random_axes(Random& random, JointType type) {
+  switch (type) {
+    case JointType::hinge:
+      return HingeJoint{random_axis(random, 3.0f)};
+    case JointType::slider:
+      return SliderJoint{random_axis(random, 2.0f)};
+    case JointType::distance: {
+      DistanceJoint joint{random_axis(random, 1.0f)};
+      JointAxis& length = joint.length;
+      if (length.lower < 0.0f) length.lower = 0.0f;
+      if (length.upper < length.lower) length.upper = length.lower;
+      length.target = random.between(0.0f, 2.0f);
+      return joint;
+    }
+    case JointType::six_degree: {
+      SixDegreeJoint joint;
+      for (JointAxis& axis : joint.offset) axis = random_axis(random, 1.0f);
+      for (JointAxis& axis : joint.angle) axis = random_axis(random, 2.0f);
+      return joint;
+    }
+    case JointType::wheel: {
+      WheelJoint joint;
+      joint.suspension = random_axis(random, 1.0f);
+      joint.steering = random_axis(random, 1.5f);
+      joint.spin = {.drive = random.below(2) == 0 ? Drive::motor : Drive::none,
+                    .speed = random.between(-20.0f, 20.0f),
+                    .max_force = random.between(0.0f, 500.0f)};
+      return joint;
+    }
+    case JointType::universal: {
+      UniversalJoint joint;
+      joint.first = random_axis(random, 2.0f);
+      joint.second = random_axis(random, 2.0f);
+      return joint;
+    }
+    default: {
+      PlanarJoint joint;
+      joint.offset_y = random_axis(random, 2.0f);
+      joint.offset_z = random_axis(random, 2.0f);
+      joint.angle = random_axis(random, 3.0f);
+      return joint;
+    }
+  }
+}
+
+Pose local_pose(const Pose& body, Vec3 anchor, Quat rotation) {
+  const Quat back = conjugate(body.rotation);
+  return {rotate(back, anchor - body.position), normalize(back * rotation)};
+}
+
+// Where an anchor between two bodies lies.
+[[gnu::noinline]] void place_frames(JointDef& def, const Pose& at_a, const Pose& at_b, Vec3 offset,
+                                    Quat rotation) {
+  const Vec3 anchor = 0.5f * (at_a.position + at_b.position) + offset;
+  def.frame_a = local_pose(at_a, anchor, rotation);
+  def.frame_b = local_pose(at_b, anchor, rotation);
+}
+
+}  // namespace
+
+Joint random_joint(Random& random, JointType type) {
+  switch (type) {
+    case JointType::ball: {
+      BallJoint joint;
+      if (once_in(random, 2)) return joint;
+      if (once_in(random, 2)) joint.cone_limit = random.between(0.0f, 3.0f);
+      if (once_in(random, 2)) joint.twist_lower = random.between(-3.0f, 0.0f);
+      if (once_in(random, 2)) joint.twist_upper = random.between(0.0f, 3.0f);
+      joint.drive = random_rotation_drive(random);
+      return joint;
+    }
+    case JointType::weld: {
+      WeldJoint joint;
+      if (once_in(random, 2)) joint.angular_hertz = random.between(0.5f, 30.0f);
+      joint.angular_damping_ratio = random.between(0.0f, 2.0f);
+      return joint;
+    }
+    case JointType::gear:
+      return GearJoint{random_ratio(random)};
+    case JointType::rack_and_pinion:
+      return RackAndPinionJoint{random_ratio(random)};
+    case JointType::pulley: {
+      PulleyJoint joint;
+      joint.point_a = random_pose(random).position;
+      joint.point_b = random_pose(random).position;
+      joint.ratio = random.between(0.3f, 3.0f);
+      joint.length = random.between(0.0f, 20.0f);
+      joint.rigid = once_in(random, 2);
+      return joint;
+    }
+    case JointType::motor: {
+      MotorJoint joint;
+      joint.rotation = random_rotation_drive(random);
+      joint.drive = static_cast<Drive>(random.below(3));
+      joint.target = random_vector(random, 1.0f);
+      joint.velocity = random_vector(random, 2.0f);
+      joint.hertz = random.between(0.2f, 20.0f);
+      if (once_in(random, 2)) joint.max_force = random.between(0.0f, 5000.0f);
+      return joint;
+    }
+    case JointType::mouse: {
+      MouseJoint joint;
+      joint.target = random_pose(random).position;
+      joint.hertz = random.between(0.5f, 10.0f);
+      if (once_in(random, 2)) joint.max_force = random.between(0.0f, 5000.0f);
+      return joint;
+    }
+    default:
+      return random_axes(random, type);
+  }
+}
+
+JointDef random_joint_def(Random& random, const Pose& at_a, const Pose& at_b) {
+  JointDef def;
+  const Vec3 offset = random_vector(random, 0.3f);
+  const Quat rotation = random.rotation();
+  {
+    const FpEnvironment environment;
+    place_frames(def, at_a, at_b, offset, rotation);
+  }
+  if (once_in(random, 6)) def.frame_b = {random_vector(random, 1.0f), random.rotation()};
+  def.collide_connected = once_in(random, 3);
+  def.enabled = !once_in(random, 8);
+  if (once_in(random, 3)) {
+    def.hertz = random.between(0.5f, 30.0f);
+    def.damping_ratio = random.between(0.0f, 3.0f);
+  }
+  if (once_in(random, 6)) def.break_force = random.between(10.0f, 50000.0f);
+  if (once_in(random, 6)) def.break_torque = random.between(10.0f, 50000.0f);
+  def.user_data = random.next();
+  return def;
+}
+
 void print(std::ostream& out, float value) {
   // Nine digits give every float back.
   char text[32];
@@ -340,5 +506,22 @@ void print(std::ostream& out, const WorldSettings& value) {
 
 void print(std::ostream& out, BodyId value) { out << "body " << value.index << "/" << value.generation; }
 void print(std::ostream& out, ShapeId value) { out << "shape " << value.index << "/" << value.generation; }
+
+void print(std::ostream& out, JointId value) {
+  out << "joint " << value.index;
+  if (value.generation != 1) out << ", generation " << value.generation;
+}
+void print(std::ostream& out, const Joint& value) { out << name_of(type_of(value)); }
+void print(std::ostream& out, const JointDef& value) {
+  print(out, value.body_a);
+  out << " to ";
+  print(out, value.body_b);
+  out << " at ";
+  print(out, value.frame_a);
+  out << " and ";
+  print(out, value.frame_b);
+  if (value.collide_connected) out << ", colliding";
+  if (!value.enabled) out << ", disabled";
+}
 
 }  // namespace scree::determinism

@@ -27,6 +27,9 @@ BodyDef random_body_def(Random& random);
 MassProperties random_mass_properties(Random& random);
 float random_time_step(Random& random);  // s
 WorldSettings random_settings(Random& random);
+Joint random_joint(Random& random, JointType type);
+// All but the bodies; with its frames near one another where bodies of these poses are.
+JointDef random_joint_def(Random& random, const Pose& at_a, const Pose& at_b);
 
 // Half the width of the pit that the calls play in, and its walls' height.
 inline constexpr float kPitHalfWidth = 6.0f;  // m
@@ -48,5 +51,8 @@ void print(std::ostream& out, const MassProperties& value);
 void print(std::ostream& out, const WorldSettings& value);
 void print(std::ostream& out, BodyId value);
 void print(std::ostream& out, ShapeId value);
+void print(std::ostream& out, JointId value);
+void print(std::ostream& out, const Joint& value);  // its kind
+void print(std::ostream& out, const JointDef& value);
 
 }  // namespace scree::determinism

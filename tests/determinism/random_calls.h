@@ -48,14 +48,19 @@ enum class CallKind : std::uint8_t {
   wake,
   set_user_data,
   set_settings,
-  save,      // into one of a few snapshots, whole or as changes
-  restore,   // what was saved, into this world or another one
-  go_round,  // away from here and back: nothing has happened
-  branch,    // clones step aside
+  create_joint,
+  create_joints,  // several at once
+  destroy_joint,
+  set_joint,
+  change_joint,  // frames, stiffness, strength, whether it is enabled and what collides, user data
+  save,          // into one of a few snapshots, whole or as changes
+  restore,       // what was saved, into this world or another one
+  go_round,      // away from here and back: nothing has happened
+  branch,        // clones step aside
   move_world,
   wrong_call,  // must throw Error and change nothing
 };
-inline constexpr int kCallKindCount = 37;
+inline constexpr int kCallKindCount = 42;
 const char* name_of(CallKind kind);
 
 struct Call {

@@ -125,6 +125,55 @@ World between_steps() {
   return world;
 }
 
+// One of each kind between a body and the next one.
+std::vector<Joint> all_joints() {
+  const JointAxis driven{.lower = -0.5f, .upper = 0.5f, .drive = Drive::spring, .max_force = 50.0f};
+  const RotationDrive drive{.drive = Drive::motor, .velocity = {0.0f, 1.0f, 0.0f}, .max_torque = 5.0f};
+  SixDegreeJoint held;
+  held.offset[1] = driven;
+  held.angle[2] = {.lower = 0.0f, .upper = 0.0f};
+  return {BallJoint{},
+          BallJoint{.cone_limit = 0.5f, .drive = drive},
+          HingeJoint{driven},
+          SliderJoint{driven},
+          DistanceJoint{{.lower = 0.5f, .upper = 2.0f}},
+          WeldJoint{.angular_hertz = 5.0f},
+          held,
+          WheelJoint{.spin = {.drive = Drive::motor, .speed = 3.0f}},
+          UniversalJoint{.second = driven},
+          PlanarJoint{.offset_z = driven},
+          GearJoint{-2.0f},
+          RackAndPinionJoint{0.5f},
+          PulleyJoint{.point_a = {0.0f, 5.0f, 0.0f}, .point_b = {2.0f, 5.0f, 0.0f}, .length = 8.0f},
+          MotorJoint{.rotation = drive, .max_force = 30.0f}};
+}
+
+// A free slot, a slot of the second generation, joints that went with their body, and one with the world.
+World jointed() {
+  World world;
+  add_ground(world);
+  std::vector<BodyId> bodies;
+  std::vector<JointId> joints;
+  for (const Joint& joint : all_joints()) {
+    const float x = 1.5f * static_cast<float>(bodies.size());
+    bodies.push_back(add(world, {x, 2.0f, 0.0f}, Box{{0.4f, 0.2f, 0.3f}}));
+    const BodyId before = bodies.size() > 1 ? bodies[bodies.size() - 2] : BodyId{};
+    joints.push_back(world.create_joint({.body_a = before,
+                                         .body_b = bodies.back(),
+                                         .frame_a = {{before == BodyId{} ? x - 0.7f : 0.8f, 0.0f, 0.0f}, {}},
+                                         .frame_b = {{-0.7f, 0.0f, 0.0f}, {}},
+                                         .break_force = 1e6f},
+                                        joint));
+  }
+  world.create_joint({.body_b = bodies[3]}, MouseJoint{.target = {4.0f, 3.0f, 0.0f}, .max_force = 100.0f});
+  run(world, 5);
+  world.destroy_joint(joints[2]);
+  world.destroy_joint(joints[4]);
+  world.create_joint({.body_a = bodies[0], .body_b = bodies[2], .enabled = false}, HingeJoint{});
+  world.destroy_body(bodies[7]);
+  return world;
+}
+
 // As many bodies as fill more than one block of a column.
 World more_than_a_block() {
   World world(WorldSettings{.sleeping = false});
@@ -197,6 +246,28 @@ void calls_of_shapes(World& world) {
   run(world, 1);
 }
 
+void calls_of_joints(World& world) {
+  const BodyId a = add(world, {0.0f, 1.0f, 0.0f}, Box{}), b = add(world, {1.5f, 1.0f, 0.0f}, Box{});
+  const std::vector<Joint> joints = all_joints();
+  std::vector<JointDef> defs(joints.size());
+  for (JointDef& def : defs) def = {.body_a = a, .body_b = b, .frame_a = {{0.75f, 0.0f, 0.0f}, {}}};
+  std::vector<JointId> ids(joints.size());
+  world.create_joints(defs, joints, ids);
+  const JointId mouse = world.create_joint({.body_b = b}, MouseJoint{.target = {1.0f, 2.0f, 0.0f}});
+  run(world, 1);
+  for (std::size_t i = 1; i < ids.size(); ++i) world.set_joint_enabled(ids[i], false);
+  world.set_joint(mouse, MouseJoint{.target = {1.0f, 3.0f, 0.0f}, .max_force = 20.0f});
+  world.set_joint_frames(ids[0], {{0.7f, 0.0f, 0.0f}, {}}, {{-0.7f, 0.0f, 0.0f}, {}});
+  world.set_joint_stiffness(ids[0], 4.0f, 0.5f);
+  world.set_joint_strength(ids[0], 1000.0f, 50.0f);
+  world.set_collide_connected(ids[0], true);
+  world.set_user_data(ids[0], 6);
+  run(world, 1);
+  world.destroy_joint(ids[1]);
+  world.destroy_body(a);
+  run(world, 1);
+}
+
 void back_in_time(World& world) {
   add_ground(world);
   add(world, {0.0f, 0.7f, 0.0f}, ConvexHull{tetrahedron(), {0.5f, 0.5f, 0.5f}});
@@ -222,6 +293,7 @@ const std::vector<Seed>& seeds() {
                                         {"hulls", hulls},
                                         {"kinematic_and_materials", kinematic_and_materials},
                                         {"between_steps", between_steps},
+                                        {"joints", jointed},
                                         {"more_than_a_block", more_than_a_block}};
   return all;
 }
@@ -235,7 +307,8 @@ struct RecordedSeed {
 constexpr RecordedSeed kRecordings[] = {
     {"steps", 1000, true, only_steps},       {"keyframes", 1, true, only_steps},
     {"unfinished", 2, false, only_steps},    {"bodies", 1000, true, calls_of_bodies},
-    {"shapes", 1000, true, calls_of_shapes}, {"restored", 3, true, back_in_time}};
+    {"shapes", 1000, true, calls_of_shapes}, {"restored", 3, true, back_in_time},
+    {"joints", 1000, true, calls_of_joints}};
 
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   std::filesystem::create_directories(path.parent_path());

@@ -56,8 +56,8 @@ inline constexpr MemoryBound kSceneBound{2u << 20, 2048};
 inline constexpr MemoryBound kSnapshotBound{256u << 10, 64};
 // 2 to 15 bytes. Free rows of contacts are 5 bytes each, and 400 once they are restored.
 inline constexpr MemoryBound kRestoreBound{256u << 10, 512};
-// 350 bytes for a million rows of dead bodies, 400 for hulls: states come to at most 32 times their compressed
-// bytes, and take what a snapshot does.
+// 350 bytes for a million rows of dead bodies, 400 for hulls: states come to at most 32 times their
+// compressed bytes, and take what a snapshot does.
 inline constexpr MemoryBound kRecordingBound{1u << 20, 4096};
 
 }  // namespace scree::fuzz

@@ -11,32 +11,11 @@
 namespace scree::test {
 namespace {
 
-constexpr RecorderOptions kOften{.keyframe_spacing = 15, .flush_interval = 0.01f};
 #ifdef SCREE_SANITIZED
 constexpr int kTrials = 80;
 #else
 constexpr int kTrials = 400;
 #endif
-
-Bytes cut(const Bytes& bytes, std::size_t length) {
-  return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length)};
-}
-
-// Small, and of many chunks: the file is made here, without a clock.
-Bytes small_recording(bool finished = true) {
-  const TemporaryFile file;
-  Heap heap(5);
-  Recorder recorder(heap.world, file.path(), kOften);
-  for (int i = 0; i < 40; ++i) {
-    if (i % 8 == 3) heap.add({.position = {0, 3, 0.1f * static_cast<float>(i)}}, ConvexHull{wedge()});
-    heap.world.add_force(heap.bodies[3], {0.5f, 0.0f, static_cast<float>(i)});
-    heap.run(1);
-    if (i % 10 == 9) std::this_thread::sleep_for(std::chrono::milliseconds(30));
-  }
-  recorder.finish();
-  const Bytes bytes = file.bytes();
-  return finished ? bytes : cut(bytes, bytes.size() - kChunkHeadBytes);
-}
 
 // Plays all of it: the error if there is one.
 std::string error_of_playing(const Bytes& bytes, Workers& workers) {

@@ -18,8 +18,6 @@
 namespace scree::test {
 namespace {
 
-constexpr RecorderOptions kOften{.keyframe_spacing = 15, .flush_interval = 0.01f};
-
 // --- files that can not be written ---
 
 TEST(RecordingFailure, OfAFullDiskIsToldAtOnceWhereItIsFullAtTheBeginning) {

@@ -8,11 +8,13 @@
 #include <scree/scree.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -182,6 +184,29 @@ inline std::string verified(Player& player, Workers& workers) {
   const std::optional<Divergence> found =
       player.verify(player.info().first_step, player.info().last_step, workers);
   return found ? "step " + std::to_string(found->step) + ": " + found->difference : std::string();
+}
+
+// Keyframes and chunks often enough for short recordings to have some.
+inline constexpr RecorderOptions kOften{.keyframe_spacing = 15, .flush_interval = 0.01f};
+
+inline Bytes cut(const Bytes& bytes, std::size_t length) {
+  return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length)};
+}
+
+// Small, and of many chunks: the file is made here, without a clock.
+inline Bytes small_recording(bool finished = true) {
+  const TemporaryFile file;
+  Heap heap(5);
+  Recorder recorder(heap.world, file.path(), kOften);
+  for (int i = 0; i < 40; ++i) {
+    if (i % 8 == 3) heap.add({.position = {0, 3, 0.1f * static_cast<float>(i)}}, ConvexHull{wedge()});
+    heap.world.add_force(heap.bodies[3], {0.5f, 0.0f, static_cast<float>(i)});
+    heap.run(1);
+    if (i % 10 == 9) std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  }
+  recorder.finish();
+  const Bytes bytes = file.bytes();
+  return finished ? bytes : cut(bytes, bytes.size() - kChunkHeadBytes);
 }
 
 }  // namespace scree::test

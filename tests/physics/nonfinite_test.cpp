@@ -1,9 +1,8 @@
-// Numbers that are none are refused by every call; the most extreme numbers that calls accept keep every
-// state finite.
-#include <core/limits.h>
+// Numbers that are none are refused by every call. What the most extreme ones do that calls accept:
+// extremes_test.cpp.
+#include <tests/core/joint_samples.h>
 #include <tests/physics/lab.h>
 
-#include <algorithm>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -11,7 +10,6 @@
 #include <regex>
 #include <set>
 #include <string>
-#include <utility>
 
 namespace scree::physics {
 namespace {
@@ -29,6 +27,10 @@ class Poke {
   template <class Value>
   Value operator()(Value value) {
     change(value);
+    return value;
+  }
+  float bound(float value) {  // which may be infinite
+    change_bound(value, kInfinity);
     return value;
   }
 
@@ -88,6 +90,88 @@ class Poke {
     auto& [local_pose, filter, user_data, contact_events] = options;
     change(local_pose);
   }
+  // A number that may be infinite, but not that way: it is poked with the other infinity.
+  void change_bound(float& number, float sound) {
+    if (count_++ == which_) number = value_ == sound ? -sound : value_;
+  }
+  void change(JointAxis& axis) {
+    auto& [lower, upper, drive, target, speed, hertz, damping_ratio, max_force] = axis;
+    change_bound(lower, -kInfinity), change_bound(upper, kInfinity), change(target), change(speed);
+    change(hertz), change(damping_ratio), change_bound(max_force, kInfinity);
+  }
+  void change(RotationDrive& rotation) {
+    auto& [drive, target, velocity, hertz, damping_ratio, max_torque] = rotation;
+    change(target), change(velocity), change(hertz), change(damping_ratio);
+    change_bound(max_torque, kInfinity);
+  }
+  void change(BallJoint& ball) {
+    auto& [cone_limit, twist_lower, twist_upper, drive] = ball;
+    change_bound(cone_limit, kInfinity), change_bound(twist_lower, -kInfinity);
+    change_bound(twist_upper, kInfinity), change(drive);
+  }
+  void change(HingeJoint& hinge) {
+    auto& [angle] = hinge;
+    change(angle);
+  }
+  void change(SliderJoint& slider) {
+    auto& [offset] = slider;
+    change(offset);
+  }
+  void change(DistanceJoint& distance) {
+    auto& [length] = distance;
+    change(length);
+  }
+  void change(WeldJoint& weld) {
+    auto& [angular_hertz, angular_damping_ratio] = weld;
+    change(angular_hertz), change(angular_damping_ratio);
+  }
+  void change(SixDegreeJoint& joint) {
+    auto& [offset, angle] = joint;
+    for (JointAxis& axis : offset) change(axis);
+    for (JointAxis& axis : angle) change(axis);
+  }
+  void change(WheelJoint& wheel) {
+    auto& [suspension, steering, spin] = wheel;
+    change(suspension), change(steering), change(spin);
+  }
+  void change(UniversalJoint& universal) {
+    auto& [first, second] = universal;
+    change(first), change(second);
+  }
+  void change(PlanarJoint& planar) {
+    auto& [offset_y, offset_z, angle] = planar;
+    change(offset_y), change(offset_z), change(angle);
+  }
+  void change(GearJoint& gear) {
+    auto& [ratio] = gear;
+    change(ratio);
+  }
+  void change(RackAndPinionJoint& rack) {
+    auto& [radius] = rack;
+    change(radius);
+  }
+  void change(PulleyJoint& pulley) {
+    auto& [point_a, point_b, ratio, length, rigid] = pulley;
+    change(point_a), change(point_b), change(ratio), change(length);
+  }
+  void change(MotorJoint& motor) {
+    auto& [rotation, drive, target, velocity, hertz, damping_ratio, max_force] = motor;
+    change(rotation), change(target), change(velocity), change(hertz), change(damping_ratio);
+    change_bound(max_force, kInfinity);
+  }
+  void change(MouseJoint& mouse) {
+    auto& [target, hertz, damping_ratio, max_force] = mouse;
+    change(target), change(hertz), change(damping_ratio), change_bound(max_force, kInfinity);
+  }
+  void change(Joint& joint) {
+    std::visit([this](auto& kind) { change(kind); }, joint);
+  }
+  void change(JointDef& def) {
+    auto& [body_a, body_b, frame_a, frame_b, collide_connected, enabled, hertz, damping_ratio, break_force,
+           break_torque, user_data] = def;
+    change(frame_a), change(frame_b), change(hertz), change(damping_ratio);
+    change_bound(break_force, kInfinity), change_bound(break_torque, kInfinity);
+  }
   void change(WorldSettings& settings) {
     auto& [gravity, substeps, contact_hertz, contact_damping_ratio, push_speed, restitution_threshold,
            max_linear_speed, max_angular_speed, continuous, warm_start, sleeping, sleep_linear_speed,
@@ -102,18 +186,22 @@ class Poke {
   int count_ = 0;
 };
 
-// A crate on the ground beside a kinematic capsule.
+// A crate on the ground beside a kinematic capsule, and a disabled joint of each kind.
 struct Stage {
   Stage() {
     lab.add_ground();
     crate = lab.add({.position = {0, 0.5f, 0}}, Box{});
     roller = lab.add({.type = BodyType::kinematic, .position = {5, 1, 0}}, Capsule{});
     EXPECT_EQ(lab.world.shapes_of(crate, {&shape, 1}), 1u);
+    for (const Joint& joint : test::plain_joints()) {
+      joints.push_back(lab.world.create_joint({.body_b = crate, .enabled = false}, joint));
+    }
     lab.run(5);
   }
   Lab lab;
   BodyId crate, roller;
   ShapeId shape;
+  std::vector<JointId> joints;
 };
 
 const std::vector<Geometry>& geometries() {
@@ -126,6 +214,23 @@ struct NumberCall {
   const char* name;
   std::function<void(World&, const Stage&, Poke&)> make;
 };
+
+void add_joint_calls(std::vector<NumberCall>& calls) {
+  for (const Joint& joint : test::plain_joints()) {
+    calls.push_back({"create_joint", [=](World& world, const Stage& s, Poke& poke) {
+                       world.create_joint({.body_b = s.crate}, poke(joint));
+                     }});
+    calls.push_back({"create_joints", [=](World& world, const Stage& s, Poke& poke) {
+                       const JointDef defs[] = {{.body_b = s.crate}, poke(JointDef{.body_b = s.crate})};
+                       const Joint joints[] = {joint, poke(joint)};
+                       JointId ids[2];
+                       world.create_joints(defs, joints, ids);
+                     }});
+    calls.push_back({"set_joint", [=](World& world, const Stage& s, Poke& poke) {
+                       world.set_joint(s.joints[joint.index()], poke(joint));
+                     }});
+  }
+}
 
 // Every call of scree/world.h that takes a number, with sound arguments but for what is poked.
 std::vector<NumberCall> number_calls() {
@@ -182,7 +287,27 @@ std::vector<NumberCall> number_calls() {
        [](World& world, const Stage& s, Poke& poke) { world.set_local_pose(s.shape, poke(Pose{})); }},
       {"set_settings",
        [](World& world, const Stage&, Poke& poke) { world.set_settings(poke(WorldSettings{})); }},
+      {"create_joint",
+       [](World& world, const Stage& s, Poke& poke) {
+         world.create_joint(poke(JointDef{.body_a = s.crate, .body_b = s.roller}), HingeJoint{});
+       }},
+      {"set_joint_frames",
+       [](World& world, const Stage& s, Poke& poke) {
+         const Pose frame_a = poke(Pose{});
+         world.set_joint_frames(s.joints[0], frame_a, poke(Pose{}));
+       }},
+      {"set_joint_stiffness",
+       [](World& world, const Stage& s, Poke& poke) {
+         const float hertz = poke(1.0f);
+         world.set_joint_stiffness(s.joints[0], hertz, poke(1.0f));
+       }},
+      {"set_joint_strength",
+       [](World& world, const Stage& s, Poke& poke) {
+         const float force = poke.bound(1.0f);
+         world.set_joint_strength(s.joints[0], force, poke.bound(1.0f));
+       }},
   };
+  add_joint_calls(calls);
   for (const Geometry& geometry : geometries()) {
     calls.push_back({"create_bodies", [=](World& world, const Stage&, Poke& poke) {
                        const Geometry solid = poke(geometry);
@@ -256,7 +381,7 @@ std::set<std::string> calls_with_numbers() {
   const std::regex number(
       "\\b(float|double|Vec3|Quat|Pose|BodyDef|MassProperties|Geometry|Sphere|Capsule|Box|ConvexHull|"
       "Material|"
-      "ShapeOptions|WorldSettings)\\b");
+      "ShapeOptions|WorldSettings|JointDef|Joint)\\b");
   std::set<std::string> names;
   for (std::sregex_iterator it(bare.begin(), bare.end(), call), last; it != last; ++it) {
     if (std::regex_search((*it)[2].str(), number)) names.insert((*it)[1].str());
@@ -268,238 +393,6 @@ TEST(NonFinite, NoCallThatTakesANumberIsForgotten) {
   std::set<std::string> tested;
   for (const NumberCall& call : number_calls()) tested.insert(call.name);
   EXPECT_EQ(tested, calls_with_numbers());
-}
-
-// --- the largest and smallest numbers ---
-
-struct Extreme {
-  std::string name;
-  std::function<void(World&, BodyId, ShapeId)> make;
-};
-
-void add_extremes_of_motion(std::vector<Extreme>& list) {
-  const auto add = [&](const char* name, auto make) {
-    list.push_back({name, [make](World& world, BodyId body, ShapeId) { make(world, body); }});
-  };
-  for (const float sign : {1.0f, -1.0f}) {
-    const Vec3 all{sign, -sign, sign}, one{0, sign, 0};
-    for (const Vec3 way : {all, one}) {
-      add("velocity", [=](World& w, BodyId b) { w.set_linear_velocity(b, kMaxSpeed * way); });
-      add("spin", [=](World& w, BodyId b) { w.set_angular_velocity(b, kMaxSpeed * way); });
-      add("place", [=](World& w, BodyId b) { w.set_pose(b, {kMaxPosition * way, {}}); });
-      add("force", [=](World& w, BodyId b) {
-        w.add_force(b, (0.99f * kMaxAcceleration * w.mass_properties(b).mass) * way);
-      });
-      add("torque", [=](World& w, BodyId b) {
-        const MassProperties mass = w.mass_properties(b);
-        const float* inertia = mass.inertia;
-        w.add_torque(b, (0.3f * kMaxAcceleration * std::min({inertia[0], inertia[1], inertia[2]})) * way);
-      });
-      add("impulse", [=](World& w, BodyId b) {
-        w.add_impulse(b, (0.9f * kMaxSpeed * w.mass_properties(b).mass) * way);
-      });
-    }
-    add("distant force", [=](World& w, BodyId b) {
-      w.add_force_at(b, 1e3f * all, kMaxPosition * Vec3{1, 1, -1});
-    });
-    add("distant impulse", [=](World& w, BodyId b) {
-      w.add_impulse_at(b, 10.0f * all, kMaxPosition * Vec3{-1, 1, 1});
-    });
-    add("gravity factor", [=](World& w, BodyId b) { w.set_gravity_factor(b, sign * kMaxGravityFactor); });
-  }
-  add("dampings", [](World& w, BodyId b) {
-    w.set_linear_damping(b, kMaxRate);
-    w.set_angular_damping(b, kMaxRate);
-  });
-  for (const float mass : {kMinMass, 1e-10f, 1.0f, 1e15f, kMaxMass}) {
-    for (const float inertia : {1e-30f, 1e-15f, 1.0f, 1e18f, 9e34f}) {
-      list.push_back({"mass " + std::to_string(mass) + " inertia " + std::to_string(inertia),
-                      [=](World& w, BodyId b, ShapeId) {
-                        w.set_mass_properties(b, {.mass = mass, .inertia = {inertia, inertia, inertia}});
-                      }});
-    }
-  }
-  for (const float slender : {1e-30f, 1e-10f, 1e30f}) {
-    list.push_back({"slender inertia", [=](World& w, BodyId b, ShapeId) {
-                      w.set_mass_properties(b, {.inertia = {slender, 1e4f * slender, 1e4f * slender}});
-                    }});
-  }
-  add("distant center", [](World& w, BodyId b) {
-    w.set_mass_properties(b, {.center = {1e5f, -1e5f, 1e5f}});
-  });
-}
-
-void add_extremes_of_shapes(std::vector<Extreme>& list) {
-  const auto add = [&](const char* name, auto make) {
-    list.push_back({name, [make](World& world, BodyId, ShapeId shape) { make(world, shape); }});
-  };
-  const float low = kMinExtent, high = kMaxExtent;
-  for (const Geometry& geometry :
-       {Geometry{Sphere{low}}, Geometry{Sphere{high}}, Geometry{Capsule{high, low}},
-        Geometry{Capsule{low, low}}, Geometry{Capsule{low, high}}, Geometry{Box{{low, low, low}}},
-        Geometry{Box{{high, low, high}}}, Geometry{Box{{low, high, low}}},
-        Geometry{Box{{high, high, high}}}}) {
-    add("geometry", [=](World& w, ShapeId s) { w.set_geometry(s, geometry); });
-  }
-  const auto material = [&](const char* name, const Material& what) {
-    add(name, [=](World& w, ShapeId s) { w.set_material(s, what); });
-  };
-  material("friction", {.friction = kMaxFriction});
-  material("bounce", {.restitution = 1.0f});
-  material("rolling resistance", {.rolling_resistance = kMaxRollingResistance});
-  material("light", {.density = kMinDensity});
-  material("heavy", {.density = kMaxDensity});
-  material("belt", {.friction = kMaxFriction, .surface_velocity = {1e6f, -1e6f, 1e6f}});
-  add("distant shape", [](World& w, ShapeId s) { w.set_local_pose(s, {{1e5f, 1e5f, -1e5f}, {}}); });
-}
-
-void add_extremes_of_settings(std::vector<Extreme>& list) {
-  const auto add = [&](const char* name, auto change) {
-    list.push_back({name, [change](World& world, BodyId, ShapeId) {
-                      WorldSettings settings = world.settings();
-                      change(settings);
-                      world.set_settings(settings);
-                    }});
-  };
-  add("gravity", [](WorldSettings& s) { s.gravity = {kMaxGravity, -kMaxGravity, kMaxGravity}; });
-  add("one substep", [](WorldSettings& s) { s.substeps = 1; });
-  add("many substeps", [](WorldSettings& s) { s.substeps = kMaxSubsteps; });
-  add("softest", [](WorldSettings& s) { s.contact_hertz = kMinHertz, s.contact_damping_ratio = 0.0f; });
-  add("stiffest",
-      [](WorldSettings& s) { s.contact_hertz = kMaxHertz, s.contact_damping_ratio = kMaxDampingRatio; });
-  add("push", [](WorldSettings& s) { s.push_speed = kMaxRate; });
-  add("slowest",
-      [](WorldSettings& s) { s.max_linear_speed = kMinSpeedLimit, s.max_angular_speed = kMinSpeedLimit; });
-  add("fastest",
-      [](WorldSettings& s) { s.max_linear_speed = kMaxSpeedLimit, s.max_angular_speed = kMaxSpeedLimit; });
-  add("thresholds", [](WorldSettings& s) {
-    s.restitution_threshold = s.sleep_linear_speed = s.sleep_angular_speed = s.sleep_time = kMaxThreshold;
-  });
-}
-
-std::vector<Extreme> extremes() {
-  std::vector<Extreme> list;
-  add_extremes_of_motion(list);
-  add_extremes_of_shapes(list);
-  add_extremes_of_settings(list);
-  return list;
-}
-
-// The force for one body's acceleration, then the mass for the one that it shall have.
-void accelerate(World& world, BodyId body, float acceleration, Vec3 way, bool turns) {
-  constexpr float kMostLoad = 1e30f;
-  const float load = std::min(acceleration, kMostLoad), inertia = load / acceleration;
-  world.set_mass_properties(body, {.mass = 1e16f, .inertia = {1e16f, 1e16f, 1e16f}});
-  turns ? world.add_torque(body, load * way) : world.add_force(body, load * way);
-  world.set_mass_properties(body, {.mass = inertia, .inertia = {inertia, inertia, inertia}});
-}
-
-// Squares of such speeds are no numbers, though the speeds are.
-TEST(NonFinite, AnAccelerationBeyondAllSpeedsIsLimitedOrFreezes) {
-  int limited = 0, frozen = 0;
-  for (const bool turns : {false, true}) {
-    for (int exponent = 16; exponent <= 37; ++exponent) {
-      for (const Vec3 way : {Vec3{1, 0, 0}, Vec3{0.6f, -0.8f, 0}}) {
-        SCOPED_TRACE(std::to_string(exponent) + (turns ? ", turning" : ""));
-        Lab lab(without_gravity());
-        const BodyId body = lab.add({.position = {1, 2, 3}}, Sphere{0.5f});
-        const BodyId other = lab.add({.position = {9, 2, 3}, .linear_velocity = {1, 0, 0}}, Sphere{0.5f});
-        accelerate(lab.world, body, std::pow(10.0f, static_cast<float>(exponent)), way, turns);
-        lab.run(1);
-        EXPECT_FALSE(lab.world.is_frozen(other));
-        EXPECT_TRUE(lab.all_finite());
-        if (lab.world.is_frozen(body)) {
-          ++frozen;
-          EXPECT_EQ(lab.world.restored_bodies().size(), 1u);
-          EXPECT_EQ(lab.world.frozen_bodies().size(), 1u);
-          EXPECT_EQ(lab.position(body), Eigen::Vector3d(1, 2, 3));
-          continue;
-        }
-        ++limited;
-        const WorldSettings& settings = lab.world.settings();
-        const float limit = turns ? settings.max_angular_speed : settings.max_linear_speed;
-        const Eigen::Vector3d expected = static_cast<double>(limit) * to_eigen(way);
-        const Eigen::Vector3d actual = turns ? lab.spin(body) : lab.velocity(body);
-        EXPECT_LT((actual - expected).norm(), 1e-3 * expected.norm()) << actual.transpose();
-      }
-    }
-  }
-  EXPECT_GE(limited, 16);
-  EXPECT_GE(frozen, 16);
-}
-
-// Does something extreme to a body in a heap and requires of the steps that follow that all stays finite,
-// that nobody else is frozen, and that the events tell who is. Returns how many bodies were restored.
-std::size_t suffer(const std::function<void(World&, BodyId, ShapeId)>& make) {
-  Lab lab;
-  const std::vector<BodyId> heap = add_heap(lab, 12, 3);
-  lab.run(40);
-  const BodyId body = heap[4];
-  ShapeId shape;
-  EXPECT_EQ(lab.world.shapes_of(body, {&shape, 1}), 1u);
-  make(lab.world, body, shape);
-  std::size_t restored = 0;
-  for (int i = 0; i < 200; ++i) {
-    lab.run(1);
-    restored += lab.world.restored_bodies().size();
-    for (const BodyId& frozen : lab.world.frozen_bodies()) {
-      EXPECT_EQ(frozen, body) << "step " << i;
-      EXPECT_TRUE(lab.world.is_frozen(frozen));
-      EXPECT_TRUE(std::count(lab.world.restored_bodies().begin(), lab.world.restored_bodies().end(), frozen));
-    }
-    EXPECT_TRUE(lab.all_finite()) << "step " << i;
-    if (testing::Test::HasFailure()) return restored;
-  }
-  for (const BodyId& other : heap) EXPECT_TRUE(other == body || !lab.world.is_frozen(other));
-  return restored;
-}
-
-TEST(NonFinite, AnAccelerationBeyondAllSpeedsInAHeapHarmsNobodyElse) {
-  for (const bool turns : {false, true}) {
-    for (int exponent = 20; exponent <= 37; exponent += turns ? 4 : 2) {
-      SCOPED_TRACE(std::to_string(exponent) + (turns ? ", turning" : ""));
-      suffer([=](World& world, BodyId body, ShapeId) {
-        accelerate(world, body, std::pow(10.0f, static_cast<float>(exponent)), {0.6f, 0, 0.8f}, turns);
-      });
-      if (HasFailure()) return;
-    }
-  }
-}
-
-TEST(NonFinite, ExtremesStayFiniteOneByOne) {
-  for (const Extreme& extreme : extremes()) {
-    SCOPED_TRACE(extreme.name);
-    suffer(extreme.make);
-    if (HasFailure()) return;
-  }
-}
-
-TEST(NonFinite, ExtremesStayFiniteTogether) {
-  const std::vector<Extreme> list = extremes();
-  int breaking = 0;  // trials in which somebody was restored
-  for (std::uint64_t trial = 0; trial < 150; ++trial) {
-    Random random(trial);
-    std::vector<const Extreme*> chosen;
-    std::string names;
-    for (int i = 0; i < 5; ++i) {
-      chosen.push_back(
-          &list[static_cast<std::size_t>(random.uniform(0.0f, static_cast<float>(list.size()) - 0.5f))]);
-      names += chosen.back()->name + "; ";
-    }
-    SCOPED_TRACE(std::to_string(trial) + ": " + names);
-    const std::size_t restored = suffer([&](World& world, BodyId body, ShapeId shape) {
-      for (const Extreme* extreme : chosen) {
-        try {
-          extreme->make(world, body, shape);
-        } catch (const Error&) {  // too much after what came before
-        }
-      }
-    });
-    if (HasFailure()) return;
-    breaking += restored > 0 ? 1 : 0;
-  }
-  RecordProperty("breaking", breaking);
-  EXPECT_GT(breaking, 0) << "else nothing of this is extreme";
 }
 
 }  // namespace

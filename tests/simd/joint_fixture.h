@@ -56,7 +56,8 @@ struct Bench {
   Column<std::uint8_t> touched;
   Column<ForceRow> force;
   Column<float> center, transform, timer, mass, energy;
-  Column<std::uint8_t> broken;
+  Column<std::uint8_t> broken, flags;
+  Column<DriftRow> drift;
   Column<std::int32_t> moving, rows;
   Column<JointFrames> frames;
   Column<JointParameters> parameters;
@@ -155,6 +156,8 @@ struct Bench {
     args.center = center.data();
     args.transform = transform.data();
     args.sleep_timer = timer.data();
+    args.drift = drift.data();
+    args.flags = flags.data();
     args.mass = mass.data();
     args.kinetic_energy = energy.data();
     args.broken = broken.data();
@@ -182,10 +185,10 @@ struct Bench {
     args.inertia = inertia.data();
     args.substep = dt / static_cast<float>(substeps);
     args.inverse_substep = 1 / args.substep;
-    args.max_hertz = 0.125f * args.inverse_substep;
+    args.max_hertz = 0.25f * args.inverse_substep;
     const float omega = 2 * std::numbers::pi_v<float> * args.max_hertz, a1 = 4 + args.substep * omega,
                 a2 = args.substep * omega * a1;
-    args.stiff = {omega / a1, a2 / (1 + a2), 0};
+    args.stiff = {omega / a1, a2 / (1 + a2), 1 / (1 + a2)};
     args.push_speed = 3;
     args.warm_start_scale = warm ? 1.0f : 0.0f;
     args.impulse_keep = 1;
@@ -240,6 +243,8 @@ struct Bench {
     for (int i = 0; i < 3; ++i) center.push_back(0);
     for (int i = 0; i < 7; ++i) transform.push_back(0);
     timer.push_back(0);
+    drift.push_back({});
+    flags.push_back(0);
     mass.push_back(0);
     energy.push_back(0);
     broken.push_back(0);

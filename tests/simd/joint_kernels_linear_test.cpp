@@ -9,7 +9,7 @@ struct Variant {
   int type;
   bool rich;
 };
-constexpr Variant kVariants[] = {{kSlider, false}, {kSlider, true}, {kDistance, true}};
+constexpr Variant kVariants[] = {{kSlider, false}, {kSlider, true}, {kDistance, true}, {kSixDegree, true}};
 
 const simd::Kernels& widest() { return simd::widest_kernels(); }
 
@@ -215,7 +215,7 @@ float frequency_of(Bench& bench, Variant variant, float mean, int steps, Coordin
 }
 
 TEST(JointKernelsLinear, ASpringOnASliderHasItsFrequencyBesideTheRail) {
-  for (const float off : {0.0f, 0.5f, 2.0f}) {
+  for (const float off : {0.0f, 0.5f, 1.0f}) {
     Bench bench = shelf(kUpright, off);
     bench.gravity = {0, 0, 0};
     JointAxisRow& axis = bench.parameters[0].axis[0];
@@ -298,6 +298,112 @@ TEST(JointKernelsLinear, ADistanceSpringHasItsFrequencyAlsoThroughZero) {
         frequency_of(bench, {kDistance, true}, -target, 300, [](const Bench& b) { return b.offset(0).y; });
     EXPECT_NEAR(hertz, 2, 0.04f) << target;
   }
+}
+
+JointAxisRow held_at(float value) {
+  JointAxisRow axis = kHeldAxis;
+  axis.lower = axis.upper = value;
+  return axis;
+}
+
+TEST(JointKernelsLinear, ALoneJointOfSixDegreesIsLeftWithoutSpeedOnWhatItHolds) {
+  for (const simd::BodySide fixed : {simd::BodySide::none, simd::BodySide::a, simd::BodySide::b}) {
+    Bench bench = random_bench({kSixDegree, true}, fixed, 64, 3);
+    // All sets of held axes.
+    for (std::size_t joint = 0; joint < 64; ++joint) {
+      bench.parameters[joint].hertz = 0;
+      for (std::size_t axis = 0; axis < 6; ++axis) {
+        bench.parameters[joint].axis[axis] = (joint >> axis & 1) != 0 ? kHeldAxis : kFreeAxis;
+      }
+    }
+    for (int step = 0; step < 20; ++step) bench.step(widest(), kSixDegree, true);
+    for (std::size_t joint = 0; joint < 64; ++joint) {
+      const Vec3 v = anchor_speed(bench, joint);
+      const float speeds[3] = {v.x, v.y, v.z};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if ((joint >> axis & 1) != 0) {
+          EXPECT_LT(std::abs(speeds[axis]), kSpeedLeft) << joint << " " << axis;
+        }
+      }
+      if (joint >> 3 == 7) {
+        EXPECT_LT(length(spin_speed(bench, joint)), kSpeedLeft) << joint;
+      }
+      const Vec3 angles = bench.angles(joint);
+      const float parts[3] = {angles.x, angles.y, angles.z};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if ((joint >> axis & 8) != 0) {
+          EXPECT_LT(std::abs(parts[axis]), 2e-3f) << joint << " " << axis;
+        }
+      }
+    }
+  }
+}
+
+// As another kind of joint would hold them: the slider of the six and the slider move alike.
+TEST(JointKernelsLinear, SixDegreesMoveAsASlider) {
+  for (const float off : {0.0f, 0.5f}) {
+    for (const int drive : {0, 1, 2}) {
+      const auto make = [&](bool six) {
+        Bench bench = shelf(turn({0, 0, 1}, 0.5f), off);
+        JointAxisRow axis = kFreeAxis;
+        axis.lower = -0.7f;
+        axis.upper = 0.5f;
+        axis.drive = drive == 0 ? kDriveNone : drive == 1 ? kDriveMotor : kDriveSpring;
+        axis.speed = 0.5f;
+        axis.max_force = 15;
+        JointAxisRow* axes = bench.parameters[0].axis;
+        axes[0] = axis;
+        for (int i = 1; six && i < 6; ++i) axes[i] = kHeldAxis;
+        return bench;
+      };
+      Bench slider = make(false), six = make(true);
+      for (int step = 0; step < 120; ++step) {
+        run(slider, {kSlider, true}, 1);
+        run(six, {kSixDegree, true}, 1);
+        ASSERT_LT(length(slider.offset(0) - six.offset(0)), 1e-4f) << off << " " << drive << " " << step;
+        ASSERT_LT(length(slider.angles(0) - six.angles(0)), 1e-4f);
+      }
+      EXPECT_GT(length(six.offset(0)), 0.03f);
+    }
+  }
+}
+
+TEST(JointKernelsLinear, SixDegreesHoldAPoseOutOfLine) {
+  Bench bench = shelf({});
+  const float values[6] = {0.1f, -0.2f, 0.3f, 0.6f, -0.8f, 1.1f};
+  for (int axis = 0; axis < 6; ++axis) bench.parameters[0].axis[axis] = held_at(values[axis]);
+  run(bench, {kSixDegree, true}, 240);
+  EXPECT_LT(length(bench.offset(0) - Vec3{0.1f, -0.2f, 0.3f}), 1e-4f);
+  EXPECT_LT(length(bench.angles(0) - Vec3{0.6f, -0.8f, 1.1f}), 1e-4f);
+}
+
+TEST(JointKernelsLinear, SixDegreesTurnAsAHingeThroughHalfATurn) {
+  Bench bench = shelf({});
+  bench.gravity = {0, 0, 0};
+  bench.velocity[static_cast<std::size_t>(kFirstBody)].angular[0] = 3;
+  bench.velocity[static_cast<std::size_t>(kFirstBody)].linear[1] = -1.5f;  // about the anchor
+  JointAxisRow* axes = bench.parameters[0].axis;
+  for (const int i : {0, 1, 2, 4, 5}) axes[i] = kHeldAxis;
+  for (int step = 0; step < 300; ++step) {  // 15 rad
+    run(bench, {kSixDegree, true}, 1);
+    ASSERT_LT(length(bench.offset(0)), 1e-3f) << step;
+    ASSERT_NEAR(spin_speed(bench, 0).x, 3, 0.01f) << step;
+    ASSERT_LT(std::hypot(spin_speed(bench, 0).y, spin_speed(bench, 0).z), 1e-3f) << step;
+  }
+}
+
+TEST(JointKernelsLinear, SixDegreesStopAnAngleAtItsLimit) {
+  Bench bench = shelf({});
+  JointAxisRow* axes = bench.parameters[0].axis;
+  for (const int i : {0, 1, 2, 4, 5}) axes[i] = kHeldAxis;
+  axes[3].upper = 0.4f;
+  float most = 0;
+  for (int step = 0; step < 240; ++step) {
+    run(bench, {kSixDegree, true}, 1);
+    most = std::max(most, bench.angles(0).x);
+  }
+  EXPECT_NEAR(bench.angles(0).x, 0.4f, 1e-3f);
+  EXPECT_LT(most, 0.402f);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // The operations of one instruction set as a table. Obeys the rules of simd/kernels: no standard templates.
 #include "wide_cases.h"
 
+#include <simd/joint_angular.h>
 #include <simd/wide_math.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -175,6 +176,13 @@ constexpr WideCase kCases[] = {
     SCREE_CASE("multiply_transposed", 12, 3, kComputes, go.put(0, multiply_transposed(go.m(0), go.v(9)))),
     SCREE_CASE("rotate S3", 15, 6, kComputes, go.put(0, rotate(go.m(0), go.s(9)))),
     SCREE_CASE("tangent_of", 3, 3, kComputes, go.put(0, tangent_of(go.v(0)))),
+    // Angles.
+    SCREE_CASE("atan2", 2, 1, kComputes, go.put(0, atan2(go.f(0), go.f(1)))),
+    SCREE_CASE("rotation_vector", 4, 3, kComputes, go.put(0, rotation_vector(go.q(0)))),
+    SCREE_CASE("rotation_by", 3, 4, kComputes, go.put(0, rotation_by(go.v(0)))),
+    SCREE_CASE("twist_angle", 4, 1, kComputes, go.put(0, twist_angle(go.q(0)))),
+    SCREE_CASE("shorter_way", 1, 1, kComputes, go.put(0, shorter_way(go.f(0)))),
+    SCREE_CASE("invert_semidefinite", 6, 6, kComputes, go.put(0, invert_semidefinite(go.s(0)))),
 };
 
 constexpr int kRows = 16;

@@ -111,7 +111,8 @@ struct SixDegreeJoint {
 };
 
 /// A wheel, body b, on a chassis, body a. The suspension goes along the x axis of frame a, steering turns
-/// about it; the wheel spins about the z axis of frame b, which stays square to the suspension.
+/// about it; the wheel spins about the z axis of frame b, which stays square to the suspension. The hertz of
+/// the suspension's spring are those at which body a bounces on it over a wheel that stands.
 struct WheelJoint {
   JointAxis suspension{.drive = Drive::spring, .hertz = 2.0f, .damping_ratio = 0.7f};  ///< m
   JointAxis steering{.lower = 0.0f, .upper = 0.0f};  ///< limits within +-pi/2; held straight unless told
@@ -146,8 +147,8 @@ struct GearJoint {
 };
 
 /// Ties the turn of body a, the pinion, about the x axis of its frame to the way of body b, the rack, along
-/// the x axis of its frame: way - radius * turn stays as it was. The bodies need a hinge and a slider of
-/// their own.
+/// the x axis of its frame: way - radius * turn stays as it was. The way is that of anchor b against anchor
+/// a. The bodies need a hinge and a slider of their own.
 struct RackAndPinionJoint {
   float radius = 1.0f;  ///< m a radian, within +-1e3, at least 1e-3 in size
 
@@ -166,7 +167,8 @@ struct PulleyJoint {
   friend bool operator==(const PulleyJoint&, const PulleyJoint&) = default;
 };
 
-/// Drives frame b to a pose in frame a with bounded force and torque.
+/// Drives frame b to a pose in frame a with bounded force and torque. The hertz of the offset are those of
+/// the bodies' masses alone, wherever the anchors are.
 struct MotorJoint {
   RotationDrive rotation{.drive = Drive::spring};
   Drive drive = Drive::spring;  ///< of the anchors' offset
@@ -179,7 +181,8 @@ struct MotorJoint {
   friend bool operator==(const MotorJoint&, const MotorJoint&) = default;
 };
 
-/// Drags the anchor of body b to a moving point of the world. Body a must be the world.
+/// Drags the anchor of body b to a moving point of the world. Body a must be the world. The hertz are those
+/// of the body's mass alone.
 struct MouseJoint {
   Vec3 target{};       ///< m, in world coordinates, each within +-1e7
   float hertz = 5.0f;  ///< Hz, in [1e-3, 1e4]; at most 1/(4 substep) is used

@@ -1,0 +1,292 @@
+// Joints among contacts: who collides, who sleeps and wakes, what breaks, hubs, threads.
+#include <parallel/constraints.h>
+#include <tests/physics/lab.h>
+
+#include <algorithm>
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace scree::physics {
+namespace {
+
+constexpr Box kBox{{0.5f, 0.5f, 0.5f}};
+
+WorldSettings with_sleep() { return {}; }
+
+JointDef between(BodyId a, Vec3 anchor_a, BodyId b, Vec3 anchor_b) {
+  return {.body_a = a, .body_b = b, .frame_a = {anchor_a, {}}, .frame_b = {anchor_b, {}}};
+}
+
+// Two boxes on the ground that a joint holds half a meter into each other.
+struct Overlapping {
+  Lab lab;
+  BodyId a, b;
+  JointId joint;
+
+  explicit Overlapping(bool collide) {
+    lab.add_ground();
+    a = lab.add({.position = {0, 0.5f, 0}}, kBox);
+    b = lab.add({.position = {0.5f, 0.5f, 0}}, kBox);
+    JointDef def = between(a, {0.25f, 0, 0}, b, {-0.25f, 0, 0});
+    def.collide_connected = collide;
+    joint = lab.world.create_joint(def, BallJoint{});
+  }
+  bool collide() {
+    const WorldData& data = internals(lab.world);
+    return std::any_of(data.contacts.touching.begin(), data.contacts.touching.end(), [&](std::int32_t row) {
+      const Manifold& m = data.contacts.now.manifold[static_cast<std::size_t>(row)];
+      const std::set<std::uint32_t> bodies{static_cast<std::uint32_t>(m.row_a),
+                                           static_cast<std::uint32_t>(m.row_b)};
+      return bodies == std::set<std::uint32_t>{a.index, b.index};
+    });
+  }
+};
+
+TEST(JointedBodies, CollideOnlyWhereTheJointSaysSo) {
+  Overlapping apart(false), together(true);
+  apart.lab.run(5);
+  together.lab.run(5);
+  EXPECT_FALSE(apart.collide());
+  EXPECT_TRUE(together.collide());
+}
+
+TEST(JointedBodies, CollideAgainOnceTheJointIsGone) {
+  using Change = void (*)(Overlapping&);
+  for (const Change change :
+       {Change([](Overlapping& o) { o.lab.world.destroy_joint(o.joint); }),
+        Change([](Overlapping& o) { o.lab.world.set_joint_enabled(o.joint, false); }),
+        Change([](Overlapping& o) { o.lab.world.set_collide_connected(o.joint, true); })}) {
+    Overlapping overlapping(false);
+    overlapping.lab.run(5);
+    ASSERT_FALSE(overlapping.collide());
+    change(overlapping);
+    overlapping.lab.run(1);
+    EXPECT_TRUE(overlapping.collide());
+  }
+}
+
+TEST(JointedBodies, StopCollidingWhenTheyAreJoined) {
+  Overlapping overlapping(true);
+  overlapping.lab.run(2);
+  ASSERT_TRUE(overlapping.collide());
+  overlapping.lab.world.set_collide_connected(overlapping.joint, false);
+  overlapping.lab.run(1);
+  EXPECT_FALSE(overlapping.collide());
+}
+
+// --- sleep ---
+
+// A row of balls that hangs in a slack chain between two fixed points.
+std::vector<BodyId> hang_chain(Lab& lab, int count) {
+  std::vector<BodyId> links;
+  BodyId before{};
+  for (int i = 0; i < count; ++i) {
+    const BodyId link = lab.add({.position = {0, -0.5f - static_cast<float>(i), 0}}, Capsule{0.3f, 0.1f});
+    lab.world.create_joint(between(before, i == 0 ? Vec3{} : Vec3{0, -0.5f, 0}, link, {0, 0.5f, 0}),
+                           BallJoint{});
+    links.push_back(before = link);
+  }
+  return links;
+}
+
+TEST(JointedBodies, FallAsleepAndWakeAsOneIsland) {
+  Lab lab(with_sleep());
+  const std::vector<BodyId> links = hang_chain(lab, 8);
+  lab.run(300);
+  for (const BodyId link : links) ASSERT_FALSE(lab.world.is_awake(link));
+  lab.world.add_impulse(links.back(), {1, 0, 0});
+  lab.run(1);
+  for (const BodyId link : links) EXPECT_TRUE(lab.world.is_awake(link));
+  EXPECT_EQ(lab.world.sleep_ends().size(), links.size());
+}
+
+TEST(JointedBodies, StayAwakeWithOneThatMoves) {
+  Lab lab(with_sleep());
+  const std::vector<BodyId> links = hang_chain(lab, 4);
+  const BodyId spinner = lab.add({.position = {0, -4.5f, 0}, .angular_velocity = {0, 20, 0}}, Sphere{0.1f});
+  lab.world.create_joint(between(links.back(), {0, -0.5f, 0}, spinner, {}), BallJoint{});
+  lab.run(300);
+  EXPECT_GT(lab.spin(spinner).norm(), 1.0);
+  for (const BodyId link : links) EXPECT_TRUE(lab.world.is_awake(link));
+}
+
+TEST(JointedBodies, WakeWhenAKinematicBodyPullsAtThem) {
+  Lab lab(with_sleep());
+  const BodyId hook = lab.world.create_body({.type = BodyType::kinematic});
+  const BodyId load = lab.add({.position = {0, -1, 0}}, kBox);
+  lab.world.create_joint(between(hook, {}, load, {0, 1, 0}), BallJoint{});
+  lab.run(300);
+  ASSERT_FALSE(lab.world.is_awake(load));
+  lab.world.set_linear_velocity(hook, {0, 1, 0});
+  lab.run(60);
+  EXPECT_TRUE(lab.world.is_awake(load));
+  EXPECT_NEAR(lab.height(load), 0.0, 0.02);
+}
+
+TEST(JointedBodies, WakeWhenTheirJointIsDestroyed) {
+  Lab lab(with_sleep());
+  const std::vector<BodyId> links = hang_chain(lab, 3);
+  lab.run(300);
+  ASSERT_FALSE(lab.world.is_awake(links[2]));
+  JointId joint;
+  ASSERT_EQ(lab.world.joints_of(links[2], {&joint, 1}), 1u);
+  lab.world.destroy_joint(joint);
+  lab.run(30);
+  EXPECT_LT(lab.velocity(links[2]).y(), -4.0);
+}
+
+// --- events ---
+
+TEST(Joint, BreaksAboveItsStrengthAndTellsSo) {
+  for (const float strength : {0.9f, 1.1f}) {
+    Lab lab;
+    const BodyId load = lab.add({.position = {0, -1, 0}}, kBox);
+    JointDef def = between({}, {}, load, {0, 1, 0});
+    def.break_force = strength * static_cast<float>(lab.mass(load) * kGravity);
+    const JointId joint = lab.world.create_joint(def, BallJoint{});
+    std::vector<JointId> broken;
+    for (int i = 0; i < 60; ++i) {
+      lab.run(1);
+      broken.insert(broken.end(), lab.world.broken_joints().begin(), lab.world.broken_joints().end());
+    }
+    EXPECT_EQ(broken, strength < 1 ? std::vector<JointId>{joint} : std::vector<JointId>{});
+    EXPECT_EQ(lab.world.is_enabled(joint), strength > 1);
+    EXPECT_EQ(lab.height(load) < -2.0, strength < 1);
+  }
+}
+
+TEST(Joint, TellsTheForceThatItBears) {
+  Lab lab;
+  const BodyId load = lab.add({.position = {0, -1, 0}}, kBox);
+  const JointId joint = lab.world.create_joint(between({}, {}, load, {0, 1, 0}), BallJoint{});
+  lab.run(120);
+  const double weight = lab.mass(load) * kGravity;
+  EXPECT_NEAR(lab.world.joint_reaction(joint).force.y / weight, 1.0, 0.01);
+}
+
+TEST(Joint, GoesWithItsBodyAndTheNextStepTells) {
+  Lab lab;
+  const BodyId a = lab.add({.position = {0, 5, 0}}, kBox), b = lab.add({.position = {0, 3, 0}}, kBox);
+  const JointId joint = lab.world.create_joint(between(a, {0, -1, 0}, b, {0, 1, 0}), BallJoint{});
+  lab.run(1);
+  lab.world.destroy_body(a);
+  EXPECT_FALSE(lab.world.is_alive(joint));
+  lab.run(1);
+  ASSERT_EQ(lab.world.destroyed_joints().size(), 1u);
+  EXPECT_EQ(lab.world.destroyed_joints()[0], joint);
+  lab.run(1);
+  EXPECT_TRUE(lab.world.destroyed_joints().empty());
+}
+
+// --- hubs and colors ---
+
+// A heavy ball with balls on short arms all around it, all in free flight.
+std::vector<BodyId> add_hedgehog(Lab& lab, int count) {
+  std::vector<BodyId> bodies{lab.add({.mass = 50.0f}, Sphere{0.9f})};
+  for (int i = 0; i < count; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / count, azimuth = 2.399963 * i, r = std::sqrt(1.0 - z * z);
+    const Vec3 out{static_cast<float>(r * std::cos(azimuth)), static_cast<float>(r * std::sin(azimuth)),
+                   static_cast<float>(z)};
+    const BodyId ball = lab.add({.position = 2.0f * out, .mass = 1.0f}, Sphere{0.01f});
+    lab.world.create_joint(between(bodies[0], out, ball, -out), BallJoint{});
+    bodies.push_back(ball);
+  }
+  return bodies;
+}
+
+TEST(JointHub, OfHundredsOfJointsIsSolvedInGroupsAndKeepsItsMomentum) {
+  WorldSettings settings = without_gravity();
+  Lab lab(settings);
+  const std::vector<BodyId> bodies = add_hedgehog(lab, 300);
+  lab.world.add_impulse(bodies[17], {0, 5, 0});
+  lab.run(1);
+  const Constraints& constraints = constraints_of(internals(lab.world));
+  const auto in_hubs =
+      std::count_if(constraints.joint_chunks.begin(), constraints.joint_chunks.end(),
+                    [](const simd::ConstraintChunk& c) { return c.hub != simd::BodySide::none; });
+  EXPECT_GT(in_hubs, 0);
+  lab.run(120);
+  Eigen::Vector3d momentum(0, 0, 0);
+  for (const BodyId body : bodies) momentum += lab.mass(body) * lab.velocity(body);
+  EXPECT_NEAR((momentum - Eigen::Vector3d(0, 5, 0)).norm(), 0.0, 1e-3);
+  std::vector<JointId> joints(300);
+  ASSERT_EQ(lab.world.joints_of(bodies[0], joints), 300u);
+  for (const JointId joint : joints) {
+    EXPECT_LT(to_eigen(lab.world.joint_pose(joint).position).norm(), 0.005);
+  }
+}
+
+TEST(JointColoring, NoColorSharesADynamicBody) {
+  Lab lab;
+  lab.add_ground();
+  std::vector<BodyId> bodies;
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 place{static_cast<float>(i % 10), 0.6f + static_cast<float>(i / 100),
+                     static_cast<float>(i / 10 % 10)};
+    bodies.push_back(lab.add({.position = place}, Sphere{0.55f}));
+  }
+  for (std::size_t i = 1; i < bodies.size(); ++i) {
+    lab.world.create_joint(between(bodies[i], {0.1f, 0, 0}, bodies[(i * 2654435761u >> 7) % i], {0, 0.1f, 0}), BallJoint{});
+  }
+  lab.run(3);
+  WorldData& data = internals(lab.world);
+  const Constraints& constraints = constraints_of(data);
+  std::set<std::pair<int, std::int32_t>> taken;
+  std::size_t joints = 0;
+  for (std::size_t i = 0; i < constraints.edges.size(); ++i) {
+    const Edge& edge = constraints.edges[i];
+    if (edge.color == kOverflowColor || edge.kind == EdgeKind::hub_a || edge.kind == EdgeKind::hub_b)
+      continue;
+    joints += i >= data.contacts.touching.size() ? 1 : 0;
+    const int color = edge.kind == EdgeKind::pushed_b ? 100 + edge.color : edge.color;
+    EXPECT_TRUE(taken.insert({color, edge.body_b}).second) << "color " << color << ", body " << edge.body_b;
+    if (edge.kind != EdgeKind::pushed_b) {
+      EXPECT_TRUE(taken.insert({color, edge.body_a}).second) << "color " << color << ", body " << edge.body_a;
+    }
+  }
+  EXPECT_GT(joints, 100u);
+}
+
+// --- energy ---
+
+// Random trees and loops of balls in free flight, held without any bias: nothing may be gained.
+TEST(Joint, NeverAddsEnergyWithoutDrivesAndBias) {
+  WorldSettings settings = without_gravity();
+  settings.warm_start = false;
+  Lab lab(settings);
+  std::uint32_t state = 5;
+  const auto random = [&state](float size) {
+    state = state * 1664525u + 1013904223u;
+    return size * (static_cast<float>(state >> 8) / 8388608.0f - 1.0f);
+  };
+  std::vector<BodyId> bodies;
+  for (int i = 0; i < 40; ++i) {
+    const BodyDef def{
+        .position = {3.0f * static_cast<float>(i % 7), 3.0f * static_cast<float>(i / 7), random(1)},
+        .linear_velocity = {random(3), random(3), random(3)},
+        .angular_velocity = {random(5), random(5), random(5)}};
+    bodies.push_back(lab.add(def, Box{{0.3f, 0.5f, 0.2f}}));
+  }
+  const auto place = [&](BodyId body) { return lab.world.center_of_mass(body); };
+  for (std::size_t i = 1; i < bodies.size(); ++i) {
+    const BodyId other = bodies[i % 3 == 0 ? i / 2 : i - 1];
+    const Vec3 middle = 0.5f * (place(bodies[i]) + place(other));
+    JointDef def = between(bodies[i], middle - place(bodies[i]), other, middle - place(other));
+    def.hertz = 1e-3f;
+    lab.world.create_joint(def, BallJoint{});
+  }
+  lab.run(1);
+  double before = lab.world.stats().kinetic_energy;
+  const double first = before;
+  for (int i = 0; i < 300; ++i) {
+    lab.run(1);
+    const double energy = lab.world.stats().kinetic_energy;
+    EXPECT_LE(energy, before + 1e-5 * first) << "step " << i;
+    before = energy;
+  }
+  EXPECT_GT(before, 0.0);
+}
+
+}  // namespace
+}  // namespace scree::physics
