@@ -108,7 +108,7 @@ Scene bridge(const Parameters& parameters) {
   constexpr Vec3 kPlank{0.25f, 0.06f, 1.0f};  // m, half-extents
   constexpr Vec3 kLoad{0.3f, 0.3f, 0.3f};
   constexpr Vec3 kTower{1.0f, 4.0f, 1.5f};
-  constexpr float kFall = 1.0f;  // m, of the loads, one above the other on the same plank
+  constexpr float kFall = 1.0f;  // m, of the first loads, and from one to the next above it
   const int planks = whole(parameters, "planks");
   const int loads = whole(parameters, "loads");
   const float deck = 2.0f * kTower.y - kPlank.y;  // m, height of the planks' centers
@@ -140,11 +140,15 @@ Scene bridge(const Parameters& parameters) {
     last = plank;
   }
   hinge(last, right, half_length);
+  // On every other plank at most, or they would overlap; further ones above them.
+  const int slots = (planks + 1) / 2;
+  const bool few = loads <= slots;
   for (int i = 0; i < loads; ++i) {
+    const int slot = few ? static_cast<int>(std::int64_t{i} * slots / loads) : i % slots;
+    const int level = few ? 0 : i / slots;
     BodyDef def;
-    const int plank = static_cast<int>(std::int64_t{i} * 7 % planks);  // here and there
-    def.position = {-half_length + kPlank.x * static_cast<float>(2 * plank + 1),
-                    deck + kFall * static_cast<float>(1 + i), 0.0f};
+    def.position = {-half_length + kPlank.x * static_cast<float>(4 * slot + 1),
+                    deck + kFall * static_cast<float>(1 + level), 0.0f};
     add_body(scene, def, load_shape);
   }
   return scene;
