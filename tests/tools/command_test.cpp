@@ -160,15 +160,26 @@ TEST_F(Command, HashDependsOnNeitherThreadsNorInstructionSetNorTheMeasurement) {
 }
 
 TEST_F(Command, EverySceneRuns) {
-  for (const char* scene :
-       {"large_pyramid --set base=6", "many_pyramids --set rows=2 --set columns=2 --set base=3",
-        "convex_pile --set columns=2 --set layers=2", "junkyard --set columns=2 --set layers=1",
-        "hull_zoo --set bodies=40", "pile --set bodies=50", "stack --set bodies=5",
-        "wall --set columns=4 --set rows=3", "card_house", "slope", "spheres_in_box --set bodies=40",
-        "many_worlds --set worlds=4 --set bodies=20", "joint_grid --set columns=6 --set rows=6",
-        "chain --set links=8 --set weight=10", "bridge --set planks=10 --set loads=3",
-        "wrecking_ball --set columns=4 --set rows=3", "ragdolls --set ragdolls=3", "vehicles --set cars=3",
-        "motors --set machines=1", "card_catapult --set stories=2"}) {
+  for (const char* scene : {"large_pyramid --set base=6",
+                            "many_pyramids --set rows=2 --set columns=2 --set base=3",
+                            "convex_pile --set columns=2 --set layers=2",
+                            "junkyard --set columns=2 --set layers=1",
+                            "hull_zoo --set bodies=40",
+                            "pile --set bodies=50",
+                            "stack --set bodies=5",
+                            "wall --set columns=4 --set rows=3",
+                            "card_house",
+                            "slope",
+                            "spheres_in_box --set bodies=40",
+                            "many_worlds --set worlds=4 --set bodies=20",
+                            "joint_grid --set columns=6 --set rows=6",
+                            "chain --set links=8 --set weight=10",
+                            "bridge --set planks=10 --set loads=3",
+                            "wrecking_ball --set columns=4 --set rows=3",
+                            "ragdolls --set ragdolls=3",
+                            "vehicles --set cars=3",
+                            "motors --set machines=1",
+                            "card_catapult --set stories=2"}) {
     EXPECT_GT(figures(std::string(scene) + " --steps 10 --no-sleep").at("awake_bodies"), 0) << scene;
   }
 }

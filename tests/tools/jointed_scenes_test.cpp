@@ -4,6 +4,7 @@
 #include <tools/scenes/frames.h>
 #include <tools/scenes/scene.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -90,6 +91,21 @@ TEST(Chain, TheWeightIsAsHeavyAsThatManyLinks) {
                 1e-4 * weight);
   }
   EXPECT_EQ(build("chain", {{"links", 7}}).front().bodies.size(), 8u);
+}
+
+TEST(Bridge, LoadsBeginApartFromEachOther) {
+  constexpr float kSize = 0.6f;  // m
+  for (const int loads : {12, 19, 20, 21, 100}) {
+    const Scene scene = build("bridge", {{"loads", loads}}).front();
+    const std::size_t first = 3 + 40;  // after the ground, the towers and the planks
+    ASSERT_EQ(scene.bodies.size(), first + static_cast<std::size_t>(loads));
+    for (std::size_t i = first; i < scene.bodies.size(); ++i) {
+      for (std::size_t k = first; k < i; ++k) {
+        const Vec3 between = scene.bodies[i].def.position - scene.bodies[k].def.position;
+        EXPECT_GT(std::max(std::abs(between.x), std::abs(between.y)), kSize) << loads << " " << i << " " << k;
+      }
+    }
+  }
 }
 
 TEST(Ragdolls, AreFourteenCapsulesOnThirteenJointsEach) {

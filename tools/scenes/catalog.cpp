@@ -97,7 +97,7 @@ const std::vector<Entry>& entries() {
        {{"loads", 12, 0, 10000}, {"planks", 40, 1, 10000}},
        one_world<bridge>},
       {"wrecking_ball",
-       "a ball of 33 t on a chain swings into a brick wall",
+       "a ball of 17 t on a chain swings into a brick wall",
        {{"columns", 20, 1, 1000}, {"links", 16, 1, 1000}, {"rows", 16, 1, 1000}},
        one_world<wrecking_ball>},
       {"ragdolls",

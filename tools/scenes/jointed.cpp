@@ -10,20 +10,24 @@ namespace scree::scenes {
 namespace {
 
 // Links are capsules along y that hang from one another by balls half a pitch from their centers.
-constexpr float kLinkPitch = 0.5f;    // m
-constexpr float kLinkRadius = 0.08f;  // m
-constexpr Capsule kLink{.half_height = 0.5f * kLinkPitch - kLinkRadius, .radius = kLinkRadius};
+constexpr float kLinkPitch = 0.5f;  // m
+struct LinkKind {
+  float radius;   // m
+  float density;  // kg/m^3
+};
 
-float link_mass() {
-  constexpr float kDensity = 1000.0f;  // kg/m^3
-  const float disk = std::numbers::pi_v<float> * kLinkRadius * kLinkRadius;
-  return kDensity * disk * (2.0f * kLink.half_height + 4.0f / 3.0f * kLinkRadius);
+float mass_of(const LinkKind& link) {
+  const float disk = std::numbers::pi_v<float> * link.radius * link.radius;
+  const float half_height = 0.5f * kLinkPitch - link.radius;
+  return link.density * disk * (2.0f * half_height + 4.0f / 3.0f * link.radius);
 }
 
 // A chain from a point of the world, that makes an angle with the way down, turned about z towards -x.
 // Returns its last link.
-std::uint32_t add_chain(Scene& scene, Vec3 from, double degrees, int links) {
-  const std::uint32_t shape = add_shape(scene, kLink);
+std::uint32_t add_chain(Scene& scene, Vec3 from, double degrees, int links, const LinkKind& kind) {
+  const std::uint32_t shape =
+      add_shape(scene, Capsule{.half_height = 0.5f * kLinkPitch - kind.radius, .radius = kind.radius},
+                {.density = kind.density});
   const Pose start{from, rotation_about({0.0f, 0.0f, 1.0f}, -degrees)};
   std::uint32_t above = kWorldItself;
   for (int i = 0; i < links; ++i) {
@@ -87,14 +91,15 @@ Scene joint_grid(const Parameters& parameters) {
 
 Scene chain(const Parameters& parameters) {
   constexpr float kWeightRadius = 0.4f;  // m
+  constexpr LinkKind kLink{.radius = 0.08f, .density = 1000.0f};
   const int links = whole(parameters, "links");
   const float weight = real(parameters, "weight");
   const float reach = kLinkPitch * static_cast<float>(links) + 2.0f * kWeightRadius;
   Scene scene = start_scene("chain", 600);
   add_ground(scene, reach + 10.0f);
   // Let go level, it swings through above the ground.
-  const std::uint32_t last = add_chain(scene, {0.0f, reach + 1.0f, 0.0f}, 90.0, links);
-  if (weight > 0.0f) add_weight(scene, last, kWeightRadius, {}, weight * link_mass());
+  const std::uint32_t last = add_chain(scene, {0.0f, reach + 1.0f, 0.0f}, 90.0, links, kLink);
+  if (weight > 0.0f) add_weight(scene, last, kWeightRadius, {}, weight * mass_of(kLink));
   return scene;
 }
 
@@ -103,7 +108,7 @@ Scene bridge(const Parameters& parameters) {
   constexpr Vec3 kPlank{0.25f, 0.06f, 1.0f};  // m, half-extents
   constexpr Vec3 kLoad{0.3f, 0.3f, 0.3f};
   constexpr Vec3 kTower{1.0f, 4.0f, 1.5f};
-  constexpr float kFall = 1.0f;  // m, of the loads, one above the other on the same plank
+  constexpr float kFall = 1.0f;  // m, of the first loads, and from one to the next above it
   const int planks = whole(parameters, "planks");
   const int loads = whole(parameters, "loads");
   const float deck = 2.0f * kTower.y - kPlank.y;  // m, height of the planks' centers
@@ -135,11 +140,15 @@ Scene bridge(const Parameters& parameters) {
     last = plank;
   }
   hinge(last, right, half_length);
+  // On every other plank at most, or they would overlap; further ones above them.
+  const int slots = (planks + 1) / 2;
+  const bool few = loads <= slots;
   for (int i = 0; i < loads; ++i) {
+    const int slot = few ? static_cast<int>(std::int64_t{i} * slots / loads) : i % slots;
+    const int level = few ? 0 : i / slots;
     BodyDef def;
-    const int plank = static_cast<int>(std::int64_t{i} * 7 % planks);  // here and there
-    def.position = {-half_length + kPlank.x * static_cast<float>(2 * plank + 1),
-                    deck + kFall * static_cast<float>(1 + i), 0.0f};
+    def.position = {-half_length + kPlank.x * static_cast<float>(4 * slot + 1),
+                    deck + kFall * static_cast<float>(1 + level), 0.0f};
     add_body(scene, def, load_shape);
   }
   return scene;
@@ -147,17 +156,18 @@ Scene bridge(const Parameters& parameters) {
 
 Scene wrecking_ball(const Parameters& parameters) {
   constexpr Vec3 kBrick{0.25f, 0.25f, 0.5f};  // m, half-extents; every other row starts with half a brick
-  constexpr float kRadius = 1.0f;             // m, of the ball
+  constexpr float kRadius = 0.8f;             // m, of the ball
   constexpr float kSteel = 7800.0f;           // kg/m^3
-  constexpr double kSwing = 60.0;             // degrees
-  constexpr float kLowest = 1.5f;             // m, of the ball's underside
+  constexpr LinkKind kLink{.radius = 0.12f, .density = kSteel};
+  constexpr double kSwing = 60.0;  // degrees
+  constexpr float kLowest = 1.5f;  // m, of the ball's underside
   const int columns = whole(parameters, "columns");
   const int rows = whole(parameters, "rows");
   const int links = whole(parameters, "links");
   const float reach = kLinkPitch * static_cast<float>(links) + 2.0f * kRadius;
   Scene scene = start_scene("wrecking_ball", 600);
   add_ground(scene, reach + static_cast<float>(columns + rows) + 50.0f);
-  const std::uint32_t last = add_chain(scene, {0.0f, kLowest + reach, 0.0f}, kSwing, links);
+  const std::uint32_t last = add_chain(scene, {0.0f, kLowest + reach, 0.0f}, kSwing, links, kLink);
   add_weight(scene, last, kRadius, {.density = kSteel}, 0.0f);
   // The wall stands just past the lowest point of the swing.
   const float wall = kRadius + kBrick.x + 0.1f;

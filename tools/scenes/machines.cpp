@@ -154,12 +154,12 @@ void add_shafts(Workshop shop) {
 void add_toys(Workshop shop) {
   const auto box = [](float half) { return Box{{half, half, half}}; };
   const auto hang = [&](float x, const JointAxis& length) {
-    const Vec3 at{x, 1.5f, 0.0f}, hook{x - 0.6f, 3.0f, 0.0f};
+    const Vec3 at{x, 1.5f, 0.0f}, hook{x, 3.1f, -1.2f};  // 2 m away
     const std::uint32_t weight = shop.add(box(0.2f), at);
     shop.join(kWorldItself, {hook, {}}, weight, {at, {}}, DistanceJoint{length});
   };
-  hang(0.0f, {.lower = 0.0f, .upper = 2.0f});
-  hang(1.5f, {.lower = 1.6f, .upper = 1.6f});
+  hang(0.0f, {.lower = 0.0f, .upper = 2.2f});
+  hang(1.5f, {.lower = 2.0f, .upper = 2.0f});
   hang(3.0f, {.lower = 0.0f, .drive = Drive::spring, .target = 1.5f, .hertz = 1.5f, .damping_ratio = 0.1f});
 
   const Vec3 platform_at{5.0f, 1.0f, 0.0f};
