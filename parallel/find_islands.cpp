@@ -122,6 +122,20 @@ bool takes_part(const WorldData& data, Ends ends) {
   return is_awake_dynamic(data.bodies, ends.a) || is_awake_dynamic(data.bodies, ends.b);
 }
 
+// Joints read the rows of the fixed bodies that they have, of which no kernel keeps what lives within a step.
+void still_fixed_ends(WorldData& data) {
+  Bodies& bodies = data.bodies;
+  for (const std::int32_t joint : data.joints.active) {
+    const Ends ends = joint_ends(data, joint);
+    for (const std::int32_t body : {ends.a, ends.b}) {
+      const auto row = static_cast<std::size_t>(body);
+      if (bodies.type[row] != BodyType::fixed) continue;
+      bodies.delta[row] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0.0f};
+      bodies.inertia[row] = {};
+    }
+  }
+}
+
 // The joints that have something to solve, where that may have changed.
 void refresh_joints(WorldData& data, Islands& islands, Crew& crew) {
   Joints& joints = data.joints;
@@ -130,6 +144,7 @@ void refresh_joints(WorldData& data, Islands& islands, Crew& crew) {
   list_where(crew, joints.flags.size(), islands.places, joints.active, [&](std::size_t row) {
     return is_enabled(joints, row) && takes_part(data, joint_ends(data, static_cast<std::int32_t>(row)));
   });
+  still_fixed_ends(data);
 }
 
 void freeze_shapes(WorldData& data, std::int32_t body) {
