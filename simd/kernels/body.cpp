@@ -148,6 +148,21 @@ inline bool clamp_speeds(const BodyArgs& args, const Lanes& lanes, WideVelocity&
   return true;
 }
 
+// Likewise within a substep: joints that can not be held would throw their bodies beyond all bounds. The free
+// velocity is scaled along, and v - u with both. Not of bodies without joints: a thin rod that lands may well
+// spin faster for a moment, and contacts bound what they push.
+inline bool clamp_both(const BodyArgs& args, const Lanes& lanes, M which, WideVelocity& v) {
+  const SpeedScales scales = scales_to_limits(args, v);
+  const F one(1.0f);
+  if (bits((scales.linear < one) | (scales.angular < one)) == 0) return false;
+  WideVelocity u = load_velocity(args.free_velocity, lanes);
+  const M dynamic = which & (load_mass(args.local_mass, lanes.index).inverse_mass > F(0.0f));
+  const F linear = select(dynamic, scales.linear, one), angular = select(dynamic, scales.angular, one);
+  v = {v.linear * linear, v.angular * angular};
+  store_velocity(args.free_velocity, lanes, {u.linear * linear, u.angular * angular});
+  return true;
+}
+
 // Semi-implicit Euler with implicit damping. The impulses of this step so far, v - u, are kept: they are the
 // warm start of the coming substep.
 void integrate_velocities(const BodyArgs& args, int begin, int end) {
@@ -301,6 +316,11 @@ void integrate_poses(const BodyArgs& args, int begin, int end) {
       turn = v.angular;
       changed = true;
     }
+    const M jointed = !((flags & I(kMotionJointed)) == I(0));
+    if (bits(jointed) != 0 && clamp_both(args, lanes, jointed, v)) {
+      turn = v.angular;
+      changed = true;
+    }
     const M free = gyroscopic & !(locked | has_contacts(args, lanes));
     if (bits(free) != 0) {
       const Inertias inertias = load_inertias(args, lanes);
@@ -314,10 +334,10 @@ void integrate_poses(const BodyArgs& args, int begin, int end) {
       v.angular = select(free, turned.next, v.angular);
       store_velocity(args.free_velocity, lanes, u);
       changed = true;
-      const M jointed = free & !((flags & I(kMotionJointed)) == I(0));
-      if (bits(jointed) != 0) {
+      const M turns = free & jointed;
+      if (bits(turns) != 0) {
         const Q4 turned_rotation = advance(delta.rotation, turn, h) * load_rotation(args.pose, lanes);
-        turn_inertia(args, lanes, rotation, turned_rotation, inertias, pushed, jointed, v);
+        turn_inertia(args, lanes, rotation, turned_rotation, inertias, pushed, turns, v);
       }
     }
     if (changed) store_velocity(args.velocity, lanes, v);
