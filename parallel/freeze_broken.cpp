@@ -4,7 +4,9 @@
 // At fault is a body that broke by its own motion, before any contact had acted: by what it was given.
 // Through contacts it breaks others, who are innocent. Where of bodies that broke together, joined by
 // contacts, none broke by itself, those are at fault that no contact can reckon with: too light or too heavy
-// for where they are touched. If there are none either, nobody can tell who began, and all are at fault.
+// for where they are touched. If there are none either, those that have joints: these may be asked to hold
+// what can not be held, contacts are not. If there are none either, nobody can tell who began, and all are at
+// fault.
 #include <core/edit.h>
 #include <parallel/constraints.h>
 #include <parallel/stages.h>
@@ -56,7 +58,7 @@ void list_restored(WorldData& data, const Constraints& constraints) {
 }
 
 // How much reason there is to blame a body.
-enum class Fault : std::uint8_t { none, extreme, alone };
+enum class Fault : std::uint8_t { none, jointed, extreme, alone };
 
 // Nothing but its own velocity moves a kinematic body.
 bool broke_alone(const Bodies& bodies, std::size_t body) {
@@ -98,6 +100,10 @@ void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& f
   }
   for (const std::int32_t joint : data.joints.active) {
     const JointBodies ends = data.joints.bodies[static_cast<std::size_t>(joint)];
+    for (const std::int32_t body : {ends.a, ends.b}) {
+      Fault& fault = faults[static_cast<std::size_t>(body)];
+      if (groups.is_broken(body)) fault = std::max(fault, Fault::jointed);
+    }
     if (groups.is_broken(ends.a) && groups.is_broken(ends.b)) groups.unite(ends.a, ends.b);
   }
 }

@@ -99,7 +99,7 @@ struct HeldLanes {
   LaneFloats impulse[kRows];
   LaneFloats inverse_pivot[kRows];     // of D; 0: the rows before it hold this one too, or nothing moves it
   LaneFloats lower[kRows][kRows - 1];  // L below its diagonal
-  LaneSoftness soft;
+  LaneSoftness soft, relaxed;
 };
 template <>
 struct HeldLanes<1> {
@@ -107,11 +107,11 @@ struct HeldLanes<1> {
   LaneFloats error[1];
   LaneFloats impulse[1];
   LaneFloats inverse_pivot[1];
-  LaneSoftness soft;
+  LaneSoftness soft, relaxed;
 };
 template <>
 struct HeldLanes<0> {
-  LaneSoftness soft;
+  LaneSoftness soft, relaxed;
 };
 
 // Part of a row's own response below which what is left of it is rounding.
@@ -154,13 +154,14 @@ inline void divide_held(const HeldLanes<kRows>& held, F (&x)[kRows]) {
   }
 }
 
+// Returns the largest speed that it met.
 template <int kRows>
-inline void solve_held(HeldLanes<kRows>& held, JointBodies& bodies, F keep) {
-  const Softness soft = load_softness(held.soft);
-  F change[kRows];
+inline F solve_held(HeldLanes<kRows>& held, JointBodies& bodies, const Softness& soft, F keep) {
+  F change[kRows], worst(0.0f);
   for (int i = 0; i < kRows; ++i) {
-    change[i] =
-        (row_speed(load_row(held.row[i]), bodies) + load(held.error[i]) * soft.bias_rate) * soft.mass_scale;
+    const F speed = row_speed(load_row(held.row[i]), bodies);
+    worst = max(abs(speed), worst);
+    change[i] = (speed + load(held.error[i]) * soft.bias_rate) * soft.mass_scale;
   }
   divide_held(held, change);
   for (int i = 0; i < kRows; ++i) {
@@ -168,21 +169,6 @@ inline void solve_held(HeldLanes<kRows>& held, JointBodies& bodies, F keep) {
     const F impulse = old_impulse - (change[i] + old_impulse * soft.impulse_scale);
     store(held.impulse[i], impulse);
     push_row(bodies, load_row(held.row[i]), impulse - old_impulse);
-  }
-}
-
-// Solves without bias; returns the largest speed that was left.
-template <int kRows>
-inline F relax_held(HeldLanes<kRows>& held, JointBodies& bodies) {
-  F change[kRows], worst(0.0f);
-  for (int i = 0; i < kRows; ++i) {
-    change[i] = row_speed(load_row(held.row[i]), bodies);
-    worst = max(abs(change[i]), worst);
-  }
-  divide_held(held, change);
-  for (int i = 0; i < kRows; ++i) {
-    store(held.impulse[i], load(held.impulse[i]) - change[i]);
-    push_row(bodies, load_row(held.row[i]), -change[i]);
   }
   return worst;
 }
@@ -283,7 +269,9 @@ inline void prepare_rows(const JointArgs& args, const std::int32_t* joint, const
   place_rows(now, bodies, block);
   store_row(block.turned, zero_row());
   const WideStiffness given = load_stiffness(args, joint);
-  store_softness(block.held.soft, soften_held(args, given.hertz, given.damping_ratio));
+  const Softness soft = soften_held(args, given.hertz, given.damping_ratio);
+  store_softness(block.held.soft, soft);
+  store_softness(block.held.relaxed, relax_held(soft, given.hertz));
   if constexpr (Block::kHeld > 0) {
     for (int i = 0; i < Block::kHeld; ++i)
       store(block.held.impulse[i], impulse[i] * F(args.warm_start_scale));
@@ -331,8 +319,9 @@ struct RowJoint {
   static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
     const F keep(args.impulse_keep);
     push_row(bodies, load_row(block.turned), keep);
-    solve_axes(args, block, bodies, load_softness(block.held.soft), keep);
-    if constexpr (Block::kHeld > 0) solve_held(block.held, bodies, keep);
+    const Softness soft = load_softness(block.held.soft);
+    solve_axes(args, block, bodies, soft, keep);
+    if constexpr (Block::kHeld > 0) solve_held(block.held, bodies, soft, keep);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
                  JointBodies& bodies) {
@@ -342,7 +331,9 @@ struct RowJoint {
     place_rows(now, bodies, block);
     store_row(block.turned, sum_impulses(block) - inherited);
     solve_axes(args, block, bodies, rigid(), F(1.0f));
-    if constexpr (Block::kHeld > 0) return relax_held(block.held, bodies);
+    if constexpr (Block::kHeld > 0) {
+      return solve_held(block.held, bodies, load_softness(block.held.relaxed), F(1.0f));
+    }
     return F(0.0f);
   }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {

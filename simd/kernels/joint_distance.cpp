@@ -13,7 +13,7 @@ struct alignas(64) DistanceBlock {
   LaneFloats length, mass;
   LaneAxis axis;
   TurnedLanes turned;
-  LaneSoftness held;
+  LaneSoftness held, relaxed;
 };
 
 inline F impulse_of(const DistanceBlock& block) {
@@ -84,7 +84,9 @@ struct Distance {
     place(bodies, store_anchors(at, block.first), block);
     clear_turned(block.turned);
     const WideStiffness given = load_stiffness(args, joint);
-    store_softness(block.held, soften_held(args, given.hertz, given.damping_ratio));
+    const Softness held = soften_held(args, given.hertz, given.damping_ratio);
+    store_softness(block.held, held);
+    store_softness(block.relaxed, relax_held(held, given.hertz));
   }
   static void warm_start(const Block& block, JointBodies& bodies) {
     push(bodies, load3(block.arm_a), load3(block.arm_b), load3(block.direction) * impulse_of(block));
@@ -101,7 +103,7 @@ struct Distance {
     place(bodies, move_anchors(block.first, delta_a, delta_b), block);
     forget_if_passed(old_direction, block);
     store_turned(before, wrench_of(block), block.turned);
-    return solve_rows(args, rigid(), F(1.0f), block, bodies);
+    return solve_rows(args, load_softness(block.relaxed), F(1.0f), block, bodies);
   }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);

@@ -29,7 +29,7 @@ struct alignas(64) SixDegreeBlock {
   LaneFloats mass[kRows];              // of free rows, with the held ones held
   LaneAxis axis[kRows];                // of free rows
   TurnedLanes turned;
-  LaneSoftness softness;
+  LaneSoftness softness, relaxed;
 };
 
 inline Wrench wrench_of(const SixDegreeBlock& block) {
@@ -280,7 +280,9 @@ struct SixDegree {
     place(bodies, anchors, store_frames(at, block.first_frames), block);
     clear_turned(block.turned);
     const WideStiffness given = load_stiffness(args, joint);
-    store_softness(block.softness, soften_held(args, given.hertz, given.damping_ratio));
+    const Softness soft = soften_held(args, given.hertz, given.damping_ratio);
+    store_softness(block.softness, soft);
+    store_softness(block.relaxed, relax_held(soft, given.hertz));
   }
   static void warm_start(const Block& block, JointBodies& bodies) { push_wrench(wrench_of(block), bodies); }
   static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
@@ -298,7 +300,7 @@ struct SixDegree {
           move_frames(block.first_frames, delta_a, delta_b), block);
     turn_angles_over(old_way, block);
     store_turned(before, wrench_of(block), block.turned);
-    const F error = solve_held(block, bodies, rigid(), F(1.0f));
+    const F error = solve_held(block, bodies, load_softness(block.relaxed), F(1.0f));
     solve_free(args, rigid(), F(1.0f), block, bodies);
     return error;
   }

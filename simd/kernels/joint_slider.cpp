@@ -21,7 +21,7 @@ struct alignas(64) SliderBlock {
   LaneFloats side_mass[3];  // and of the sides, with the rotation held
   LaneFloats side_impulse[2], torque[3];
   TurnedLanes turned;
-  LaneSoftness held;
+  LaneSoftness held, relaxed;
 };
 
 struct alignas(64) RichSliderBlock : SliderBlock {
@@ -160,7 +160,9 @@ struct Slider {
     place(bodies, anchors, store_frames(at, block.first_frames), block);
     clear_turned(block.turned);
     const WideStiffness given = load_stiffness(args, joint);
-    store_softness(block.held, soften_held(args, given.hertz, given.damping_ratio));
+    const Softness held = soften_held(args, given.hertz, given.damping_ratio);
+    store_softness(block.held, held);
+    store_softness(block.relaxed, relax_held(held, given.hertz));
   }
   static void warm_start(const Block& block, JointBodies& bodies) { push_wrench(wrench_of(block), bodies); }
   static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
@@ -176,7 +178,7 @@ struct Slider {
     place(bodies, move_anchors(block.first, delta_a, delta_b),
           move_frames(block.first_frames, delta_a, delta_b), block);
     store_turned(before, wrench_of(block), block.turned);
-    const F error = solve_held(block, bodies, rigid(), F(1.0f));
+    const F error = solve_held(block, bodies, load_softness(block.relaxed), F(1.0f));
     if constexpr (kIsRich<Block>) solve_slide(args, rigid(), F(1.0f), block, bodies);
     return error;
   }

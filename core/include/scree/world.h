@@ -243,7 +243,7 @@ class SCREE_API World {
   /// Those of restored_bodies() that were at fault and are frozen now, see is_frozen. At fault is who became
   /// non-finite by its own motion, before any contact acted on it. Of bodies that became so together, joined
   /// by contacts, and none by itself, those are at fault whose speed at a contact a push of 1 N s changes by
-  /// less than 1e-18 or more than 1e18 m/s; else all of them. Ascending by index.
+  /// less than 1e-18 or more than 1e18 m/s; else those with joints; else all of them. Ascending by index.
   std::span<const BodyId> frozen_bodies() const noexcept;
   /// Bodies that fell asleep in the step. Ascending by index.
   std::span<const BodyId> sleep_begins() const noexcept;
