@@ -227,7 +227,8 @@ TEST(JointColoring, NoColorSharesADynamicBody) {
     bodies.push_back(lab.add({.position = place}, Sphere{0.55f}));
   }
   for (std::size_t i = 1; i < bodies.size(); ++i) {
-    lab.world.create_joint(between(bodies[i], {0.1f, 0, 0}, bodies[(i * 2654435761u >> 7) % i], {0, 0.1f, 0}), BallJoint{});
+    lab.world.create_joint(between(bodies[i], {0.1f, 0, 0}, bodies[(i * 2654435761u >> 7) % i], {0, 0.1f, 0}),
+                           BallJoint{});
   }
   lab.run(3);
   WorldData& data = internals(lab.world);
