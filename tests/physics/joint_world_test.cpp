@@ -1,4 +1,4 @@
-// Joints among contacts: who collides, who sleeps and wakes, what breaks, hubs, threads.
+// Joints among contacts: who collides, who sleeps and wakes, what breaks, hubs, colors.
 #include <parallel/constraints.h>
 #include <tests/physics/lab.h>
 
@@ -247,46 +247,6 @@ TEST(JointColoring, NoColorSharesADynamicBody) {
     }
   }
   EXPECT_GT(joints, 100u);
-}
-
-// --- energy ---
-
-// Random trees and loops of balls in free flight, held without any bias: nothing may be gained.
-TEST(Joint, NeverAddsEnergyWithoutDrivesAndBias) {
-  WorldSettings settings = without_gravity();
-  settings.warm_start = false;
-  Lab lab(settings);
-  std::uint32_t state = 5;
-  const auto random = [&state](float size) {
-    state = state * 1664525u + 1013904223u;
-    return size * (static_cast<float>(state >> 8) / 8388608.0f - 1.0f);
-  };
-  std::vector<BodyId> bodies;
-  for (int i = 0; i < 40; ++i) {
-    const BodyDef def{
-        .position = {3.0f * static_cast<float>(i % 7), 3.0f * static_cast<float>(i / 7), random(1)},
-        .linear_velocity = {random(3), random(3), random(3)},
-        .angular_velocity = {random(5), random(5), random(5)}};
-    bodies.push_back(lab.add(def, Box{{0.3f, 0.5f, 0.2f}}));
-  }
-  const auto place = [&](BodyId body) { return lab.world.center_of_mass(body); };
-  for (std::size_t i = 1; i < bodies.size(); ++i) {
-    const BodyId other = bodies[i % 3 == 0 ? i / 2 : i - 1];
-    const Vec3 middle = 0.5f * (place(bodies[i]) + place(other));
-    JointDef def = between(bodies[i], middle - place(bodies[i]), other, middle - place(other));
-    def.hertz = 1e-3f;
-    lab.world.create_joint(def, BallJoint{});
-  }
-  lab.run(1);
-  double before = lab.world.stats().kinetic_energy;
-  const double first = before;
-  for (int i = 0; i < 300; ++i) {
-    lab.run(1);
-    const double energy = lab.world.stats().kinetic_energy;
-    EXPECT_LE(energy, before + 1e-5 * first) << "step " << i;
-    before = energy;
-  }
-  EXPECT_GT(before, 0.0);
 }
 
 }  // namespace

@@ -69,6 +69,7 @@ struct Bench {
   float dt = 1.0f / 60.0f;
   int substeps = 4;
   bool warm = false;  // impulses of a step before are there
+  bool bare = false;  // neither bias nor warm start
   simd::BodySide fixed = simd::BodySide::none;
 
   Bench() {
@@ -168,7 +169,7 @@ struct Bench {
     args.step = dt;
     args.max_linear_speed = args.max_angular_speed = 1e6f;
     args.sleep_time = 1;
-    args.warm_start = true;
+    args.warm_start = !bare;
     return args;
   }
   simd::JointArgs joint_args() {
@@ -189,9 +190,10 @@ struct Bench {
     const float omega = 2 * std::numbers::pi_v<float> * args.max_hertz, a1 = 4 + args.substep * omega,
                 a2 = args.substep * omega * a1;
     args.stiff = {omega / a1, a2 / (1 + a2), 1 / (1 + a2)};
+    if (bare) args.stiff = {0, 1, 0};
     args.push_speed = 3;
-    args.warm_start_scale = warm ? 1.0f : 0.0f;
-    args.impulse_keep = 1;
+    args.warm_start_scale = warm && !bare ? 1.0f : 0.0f;
+    args.impulse_keep = bare ? 0.0f : 1.0f;
     args.residual = residual.data();
     return args;
   }
