@@ -336,7 +336,7 @@ TEST(RecordingDamage, OfBlocksThatWereNeverWrittenMayBeginWithinAChunk) {
   const std::size_t content = last->offset + kChunkHeadBytes;
   for (const std::size_t torn :
        {last->offset, last->offset + 1, last->offset + 20, last->offset + 63, content, content + 6}) {
-    for (const std::size_t zeros : {4096, 1'000'000}) {
+    for (const std::size_t zeros : {std::size_t{4096}, std::size_t{1'000'000}}) {
       Bytes left = cut(bytes, torn);
       left.resize(torn + zeros);
       Player player(left);
@@ -369,7 +369,7 @@ TEST(RecordingDamage, LeavesAChunkThatEndsInZerosOfItsOwn) {
   const Bytes bytes = parts.put_together();
   ASSERT_EQ(bytes.back(), std::byte{});
   Workers workers(1);
-  for (const std::size_t zeros : {0, 4096}) {
+  for (const std::size_t zeros : {std::size_t{0}, std::size_t{4096}}) {
     Bytes longer = bytes;
     longer.resize(bytes.size() + zeros);
     Player player(longer);
