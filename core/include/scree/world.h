@@ -247,8 +247,8 @@ class SCREE_API World {
   std::span<const BodyId> frozen_bodies() const noexcept;
   /// Bodies that fell asleep in the step. Ascending by index.
   std::span<const BodyId> sleep_begins() const noexcept;
-  /// Bodies that woke, in the step by a contact or before it by a call, unless a later call destroyed them or
-  /// made them fixed or kinematic. Ascending by index.
+  /// Bodies that woke, in the step or before it by a call or next to one that froze as the last step ended,
+  /// unless a later call destroyed them or made them fixed or kinematic. Ascending by index.
   std::span<const BodyId> sleep_ends() const noexcept;
 
   /// Joints whose reaction was above their strength and that are disabled now. Ascending by index.
