@@ -5,19 +5,11 @@
 // frames' rotations when the step began and the motion since, and so never drift.
 #pragma once
 
+#include <simd/joint_frames.h>
 #include <simd/joint_point.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-inline Q4 load4(const LaneFloats (&from)[4]) {
-  return {load(from[0]), load(from[1]), load(from[2]), load(from[3])};
-}
-inline void store4(LaneFloats (&to)[4], Q4 q) {
-  store(to[0], q.x);
-  store(to[1], q.y);
-  store(to[2], q.z);
-  store(to[3], q.w);
-}
 inline M3 load9(const LaneFloats (&from)[3][3]) { return {load3(from[0]), load3(from[1]), load3(from[2])}; }
 inline void store9(LaneFloats (&to)[3][3], const M3& m) {
   store3(to[0], m.x);
@@ -25,40 +17,9 @@ inline void store9(LaneFloats (&to)[3][3], const M3& m) {
   store3(to[2], m.z);
 }
 
-// The frames' rotations, when the step began.
-struct FrameLanes {
-  LaneFloats a[4], b[4];
-};
-inline void store_frames(FrameLanes& frames, const JointPlacement& at) {
-  store4(frames.a, at.frame_a);
-  store4(frames.b, at.frame_b);
-}
-// And now.
-struct WideFrames {
-  Q4 a, b;
-};
-inline WideFrames turn_frames(const FrameLanes& frames, const WideDelta& delta_a, const WideDelta& delta_b) {
-  return {delta_a.rotation * load4(frames.a), delta_b.rotation * load4(frames.b)};
-}
-
 inline V3 x_axis(Q4 q) {
   const F one(1.0f), two(2.0f);
   return {one - two * (q.y * q.y + q.z * q.z), two * (q.x * q.y + q.w * q.z), two * (q.x * q.z - q.w * q.y)};
-}
-
-// Takes frame a to frame b, in world axes.
-inline V3 rotation_error(const WideFrames& frames) { return rotation_vector(frames.b * conjugate(frames.a)); }
-
-// To the nearest integer of a number below 2^22 in size.
-inline F round_to_nearest(F x) {
-  const F large(12582912.0f);  // 3 2^22: the last bit is one
-  return (x + large) - large;
-}
-// The angle, less whole turns, by the shorter way.
-inline F shorter_way(F angle) {
-  const F turns = round_to_nearest(angle * F(0.159154943f));
-  // 2 pi in two parts, so that many turns lose nothing.
-  return (angle - turns * F(6.28125f)) - turns * F(1.93530718e-3f);
 }
 
 // The rotation by a rotation vector of any length.
@@ -112,38 +73,12 @@ inline Swing swing(V3 from, V3 to) {
   return {select(some, normal * inverse, tangent_of(from)), atan2(sine, dot(from, to))};
 }
 
-// What is left of pivots by rounding is none: the body is locked, or nothing can be told about it.
-inline F invert_pivot(F pivot, F diagonal) {
-  return select(pivot > F(1e-6f) * diagonal, F(1.0f) / pivot, F(0.0f));
-}
-
-// Inverse of a symmetric matrix that may be singular, on the directions in which it is not: bodies whose
-// rotation is locked about some axes are held about the others.
-inline S3 invert_semidefinite(const S3& m) {
-  const F ix = invert_pivot(m.xx, m.xx);
-  const F xy = m.xy * ix, xz = m.xz * ix;
-  const F iy = invert_pivot(m.yy - xy * m.xy, m.yy);
-  const F rest = m.yz - xz * m.xy;
-  const F yz = rest * iy;
-  const F iz = invert_pivot(m.zz - xz * m.xz - yz * rest, m.zz);
-  const F x = xy * yz - xz;
-  return {
-      ix + xy * xy * iy + x * x * iz, -(xy * iy) - x * yz * iz, x * iz, iy + yz * yz * iz, -(yz * iz), iz};
-}
-
 // An impulse at the arms and a torque impulse: on b, their opposites on a.
 inline void push_and_twist(JointBodies& bodies, V3 arm_a, V3 arm_b, V3 impulse, V3 torque) {
   bodies.a.linear = bodies.a.linear - impulse * bodies.mass_a.inverse_mass;
   bodies.a.angular = bodies.a.angular - bodies.mass_a.inverse_inertia * (cross(arm_a, impulse) + torque);
   bodies.b.linear = bodies.b.linear + impulse * bodies.mass_b.inverse_mass;
   bodies.b.angular = bodies.b.angular + bodies.mass_b.inverse_inertia * (cross(arm_b, impulse) + torque);
-}
-
-inline V3 turning_speed(const JointBodies& bodies) { return bodies.b.angular - bodies.a.angular; }
-
-// Of that speed to torques alone.
-inline S3 turning_response(const JointBodies& bodies) {
-  return bodies.mass_a.inverse_inertia + bodies.mass_b.inverse_inertia;
 }
 
 // How two bodies turn against each other about a point of both that is held. A torque impulse t about it
@@ -158,7 +93,7 @@ struct HeldTurning {
 // point takes away of it, C^T P^-1 C, a small body on a long arm would lose all its digits.
 inline HeldTurning held_turning(const JointBodies& bodies, V3 arm_a, V3 arm_b, const S3& inverse_point) {
   const S3 &i_a = bodies.mass_a.inverse_inertia, &i_b = bodies.mass_b.inverse_inertia;
-  const S3 moment = invert_semidefinite(turning_response(bodies));
+  const S3 moment = invert_semidefinite(turn_response(bodies));
   // Response of the point while the bodies turn as one: 1 / (inertia a + inertia b), at the arm between the
   // centers of mass.
   const M3 shared{moment * V3{i_b.xx, i_b.xy, i_b.xz}, moment * V3{i_b.xy, i_b.yy, i_b.yz},
@@ -251,7 +186,7 @@ struct RotationDriveLanes {
   LaneFloats impulse[3];            // of the torque, in world axes
 };
 
-inline void aim_rotation_drive(const WideFrames& frames, F elapsed, RotationDriveLanes& lanes) {
+inline void aim_rotation_drive(const Frames& frames, F elapsed, RotationDriveLanes& lanes) {
   const V3 velocity = load3(lanes.velocity);
   const Q4 target = rotation_by(velocity * elapsed) * load4(lanes.target);
   const V3 ahead = rotation_vector(conjugate(frames.a) * frames.b * conjugate(target));
@@ -260,7 +195,7 @@ inline void aim_rotation_drive(const WideFrames& frames, F elapsed, RotationDriv
 }
 
 // From the axes that core/plain/joint.h names.
-inline void prepare_rotation_drive(const JointArgs& args, const std::int32_t* joint, const WideFrames& frames,
+inline void prepare_rotation_drive(const JointArgs& args, const std::int32_t* joint, const Frames& frames,
                                    V3 impulse, RotationDriveLanes& lanes) {
   const WideAxis x = load_axis(args, joint, 0), y = load_axis(args, joint, 1), z = load_axis(args, joint, 2);
   const WideAxis target = load_axis(args, joint, 3);

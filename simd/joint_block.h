@@ -65,6 +65,9 @@ inline V3 anchor_velocity(const JointBodies& bodies, V3 arm_a, V3 arm_b) {
   return bodies.b.linear + cross(bodies.b.angular, arm_b) - bodies.a.linear - cross(bodies.a.angular, arm_a);
 }
 
+// Angular velocity of b as a sees it.
+inline V3 turning_speed(const JointBodies& bodies) { return bodies.b.angular - bodies.a.angular; }
+
 inline S3 operator+(const S3& x, const S3& y) {
   return {x.xx + y.xx, x.xy + y.xy, x.xz + y.xz, x.yy + y.yy, x.yz + y.yz, x.zz + y.zz};
 }
@@ -89,6 +92,30 @@ inline S3 anchor_response(const JointBodies& bodies, V3 arm_a, V3 arm_b) {
   k.yy += inverse_mass;
   k.zz += inverse_mass;
   return k;
+}
+
+// That of the bodies' turning against each other to torques alone.
+inline S3 turn_response(const JointBodies& bodies) {
+  return bodies.mass_a.inverse_inertia + bodies.mass_b.inverse_inertia;
+}
+
+// What is left of pivots by rounding is none: the body is locked, or nothing can be told about it.
+inline F invert_pivot(F pivot, F diagonal) {
+  return select(pivot > F(1e-6f) * diagonal, F(1.0f) / pivot, F(0.0f));
+}
+
+// Inverse of a symmetric matrix that may be singular, on the directions in which it is not: bodies whose
+// rotation is locked about some axes are held about the others.
+inline S3 invert_semidefinite(const S3& m) {
+  const F ix = invert_pivot(m.xx, m.xx);
+  const F xy = m.xy * ix, xz = m.xz * ix;
+  const F iy = invert_pivot(m.yy - xy * m.xy, m.yy);
+  const F rest = m.yz - xz * m.xy;
+  const F yz = rest * iy;
+  const F iz = invert_pivot(m.zz - xz * m.xz - yz * rest, m.zz);
+  const F x = xy * yz - xz;
+  return {
+      ix + xy * xy * iy + x * x * iz, -(xy * iy) - x * yz * iz, x * iz, iy + yz * yz * iz, -(yz * iz), iz};
 }
 
 // Softness by lane; see SoftConstants.

@@ -2,15 +2,14 @@
 // Private to the joint kernels.
 #pragma once
 
-#include <simd/joint_block.h>
+#include <simd/joint_frames.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 struct PointLanes {
-  LaneFloats first_arm_a[3], first_arm_b[3];  // when the step began
-  LaneFloats first_error[3];                  // from anchor a to anchor b
-  LaneFloats arm_a[3], arm_b[3];              // now
-  LaneFloats error[3];
+  AnchorLanes first;
+  LaneFloats arm_a[3], arm_b[3];  // now
+  LaneFloats error[3];            // from anchor a to anchor b
   LaneFloats inverse_response[6];
   LaneFloats impulse[3];
   LaneFloats turned_a[3],
@@ -18,17 +17,17 @@ struct PointLanes {
   LaneSoftness held, relaxed;  // in solve, in relax
 };
 
+inline void place_point(const Anchors& now, const JointBodies& bodies, PointLanes& point) {
+  store3(point.arm_a, now.arm_a);
+  store3(point.arm_b, now.arm_b);
+  store3(point.error, now.offset);
+  store6(point.inverse_response, invert(anchor_response(bodies, now.arm_a, now.arm_b)));
+}
+
 inline void prepare_point(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
                           const JointPlacement& at, V3 impulse, PointLanes& point) {
   const V3 none{F(0.0f), F(0.0f), F(0.0f)};
-  store3(point.first_arm_a, at.arm_a);
-  store3(point.first_arm_b, at.arm_b);
-  store3(point.arm_a, at.arm_a);
-  store3(point.arm_b, at.arm_b);
-  const V3 error = at.center_offset + at.arm_b - at.arm_a;
-  store3(point.first_error, error);
-  store3(point.error, error);
-  store6(point.inverse_response, invert(anchor_response(bodies, at.arm_a, at.arm_b)));
+  place_point(store_anchors(at, point.first), bodies, point);
   store3(point.impulse, impulse * F(args.warm_start_scale));
   store3(point.turned_a, none);
   store3(point.turned_b, none);
@@ -61,16 +60,11 @@ inline void solve_point(PointLanes& point, JointBodies& bodies, const Softness& 
 // First in a relax: arms and errors at the present poses.
 inline void move_point(PointLanes& point, const WideDelta& delta_a, const WideDelta& delta_b,
                        const JointBodies& bodies) {
-  const V3 first_arm_a = load3(point.first_arm_a), first_arm_b = load3(point.first_arm_b);
-  const V3 arm_a = rotate(delta_a.rotation, first_arm_a), arm_b = rotate(delta_b.rotation, first_arm_b);
+  const Anchors now = move_anchors(point.first, delta_a, delta_b);
   const V3 impulse = load3(point.impulse);
-  store3(point.turned_a, cross(arm_a - load3(point.arm_a), impulse));
-  store3(point.turned_b, cross(arm_b - load3(point.arm_b), impulse));
-  store3(point.arm_a, arm_a);
-  store3(point.arm_b, arm_b);
-  store3(point.error, load3(point.first_error) + (delta_b.position - delta_a.position) +
-                          (arm_b - first_arm_b) - (arm_a - first_arm_a));
-  store6(point.inverse_response, invert(anchor_response(bodies, arm_a, arm_b)));
+  store3(point.turned_a, cross(now.arm_a - load3(point.arm_a), impulse));
+  store3(point.turned_b, cross(now.arm_b - load3(point.arm_b), impulse));
+  place_point(now, bodies, point);
 }
 
 // Returns the speed that was left.

@@ -189,20 +189,13 @@ struct AxisGroup {
 template <>
 struct AxisGroup<0> {};
 
-// By the shorter way. The large number rounds to whole turns: one above 2^22 has no fraction.
-inline F wrap_angle(F angle) {
-  const F rounder(12582912.0f);
-  const F turns = (angle * F(0.159154943f) + rounder) - rounder;
-  return angle - turns * F(6.28318531f);
-}
-
 inline void solve_axis(const JointArgs& args, AxisUnit unit, AxisLanes& lanes, JointBodies& bodies,
                        const Softness& held, F keep) {
   const Row row = load_row(lanes.row);
   const F coordinate = load(lanes.coordinate), mass = load(lanes.mass);
   F error(0.0f);
   if (unit != AxisUnit::speed) error = coordinate - target_now(args, lanes.axis);
-  if (unit == AxisUnit::angle) error = wrap_angle(error);
+  if (unit == AxisUnit::angle) error = shorter_way(error);
   push_row(bodies, row, solve_drive(lanes.axis, error, row_speed(row, bodies), mass, keep));
   if (unit == AxisUnit::speed) return;
   push_row(bodies, row, solve_limit(args, lanes.axis, coordinate, row_speed(row, bodies), mass, held, keep));

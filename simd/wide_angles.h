@@ -34,6 +34,18 @@ inline F atan2(F y, F x) {
   return select(y < zero, -angle, angle);
 }
 
+// To the nearest integer of a number below 2^22 in size.
+inline F round_to_nearest(F x) {
+  const F large(12582912.0f);  // 3 2^22: the last bit is one
+  return (x + large) - large;
+}
+// The angle, less whole turns, by the shorter way.
+inline F shorter_way(F angle) {
+  const F turns = round_to_nearest(angle * F(0.159154943f));
+  // 2 pi in two parts, so that many turns lose nothing.
+  return (angle - turns * F(6.28125f)) - turns * F(1.93530718e-3f);
+}
+
 // The rotation vector (axis times angle) of a unit quaternion, by the shorter way.
 inline V3 rotation_vector(Q4 q) {
   const F sign = select(q.w < F(0.0f), F(-1.0f), F(1.0f));

@@ -79,7 +79,7 @@ struct RichBall {
   };
 
   // Where the axes are opposite, no twist is defined; near that its axis would grow without bound.
-  static void refresh(const JointBodies& bodies, const WideFrames& frames, Block& block) {
+  static void refresh(const JointBodies& bodies, const Frames& frames, Block& block) {
     const HeldTurning turning = held_turning(bodies, load3(block.point.arm_a), load3(block.point.arm_b),
                                              load6(block.point.inverse_response));
     store9(block.share, turning.share);
@@ -102,8 +102,7 @@ struct RichBall {
     load_impulses(args, joint, 0, impulse.x, impulse.y, impulse.z, cone);
     load_impulses(args, joint, 1, drive.x, drive.y, drive.z, twist);
     prepare_point(args, joint, bodies, at, impulse, block.point);
-    store_frames(block.frames, at);
-    const WideFrames frames{at.frame_a, at.frame_b};
+    const Frames frames = store_frames(at, block.frames);
     prepare_rotation_drive(args, joint, frames, drive, block.drive);
     const WideAxis twist_axis = load_axis(args, joint, 0), cone_axis = load_axis(args, joint, 1);
     const F scale(args.warm_start_scale);
@@ -133,7 +132,7 @@ struct RichBall {
   static void solve_turning(const JointArgs& args, Block& block, JointBodies& bodies, const Softness& held,
                             const Softness& end, F keep) {
     const S3 response =
-        load6(block.held_response) * held.mass_scale + turning_response(bodies) * (F(1.0f) - held.mass_scale);
+        load6(block.held_response) * held.mass_scale + turn_response(bodies) * (F(1.0f) - held.mass_scale);
     const V3 driven =
         solve_rotation_drive(block.drive, turning_speed(bodies), invert_semidefinite(response), keep);
     turn(block, bodies, held, driven);
@@ -154,7 +153,7 @@ struct RichBall {
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
                  JointBodies& bodies) {
-    const WideFrames frames = turn_frames(block.frames, delta_a, delta_b);
+    const Frames frames = move_frames(block.frames, delta_a, delta_b);
     const V3 old_torque = torque(block);
     move_point(block.point, delta_a, delta_b, bodies);
     refresh(bodies, frames, block);

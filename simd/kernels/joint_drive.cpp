@@ -59,22 +59,11 @@ inline void place_offset_response(S3 response, F inverse_mass, VectorDriveLanes&
   store6(lanes.inverse_response, invert(response));
 }
 
-// Of the rotation; the reference is the response itself. Locked axes have rows of zeros, in which nothing
-// turns: they do not take part.
+// Of the rotation; the reference is the response itself. About locked axes nothing turns.
 inline void place_turn_response(const S3& response, VectorDriveLanes& lanes) {
   const S3 yield = response * load(lanes.yield_rate);
   store6(lanes.yield, yield);
-  S3 m = response + yield;
-  const F zero(0.0f), trace = m.xx + m.yy + m.zz;
-  const M turns_x = m.xx > zero, turns_y = m.yy > zero, turns_z = m.zz > zero;
-  m.xx = select(turns_x, m.xx, trace);
-  m.yy = select(turns_y, m.yy, trace);
-  m.zz = select(turns_z, m.zz, trace);
-  S3 inverse = invert(m);
-  inverse.xx = select(turns_x, inverse.xx, zero);
-  inverse.yy = select(turns_y, inverse.yy, zero);
-  inverse.zz = select(turns_z, inverse.zz, zero);
-  store6(lanes.inverse_response, inverse);
+  store6(lanes.inverse_response, invert_semidefinite(response + yield));
 }
 
 // The rotation by the rotation vector v, by Cayley's formula, as bodies turn.
@@ -87,7 +76,7 @@ inline Q4 small_rotation(V3 v) {
 struct Motor {
   struct alignas(64) Block {
     LaneInts row_a, row_b;
-    FrameLanes frames;
+    PlacedLanes first;
     LaneFloats target[3], velocity[3];  // of the offset, in the axes of frame a
     LaneFloats target_rotation[4], angular_velocity[3];
     LaneFloats arm_a[3], arm_b[3];  // now, both to anchor b: the force makes no couple
@@ -96,27 +85,27 @@ struct Motor {
   };
 
   // Takes the present poses into the block.
-  static void place(const FramesNow& now, F elapsed, const JointBodies& bodies, Block& block) {
+  static void place(const Placed& now, F elapsed, const JointBodies& bodies, Block& block) {
     const V3 velocity = load3(block.velocity), angular = load3(block.angular_velocity);
-    const V3 arm_a = now.arm_a + now.offset;
+    const auto& [anchors, frames] = now;
+    const V3 arm_a = anchors.arm_a + anchors.offset;
     store3(block.arm_a, arm_a);
-    store3(block.arm_b, now.arm_b);
-    const V3 target = rotate(now.rotation_a, load3(block.target) + velocity * elapsed);
-    store3(block.offset.error, now.offset - target);
-    store3(block.offset.target_speed, rotate(now.rotation_a, velocity));
-    place_offset_response(anchor_response(bodies, arm_a, now.arm_b),
+    store3(block.arm_b, anchors.arm_b);
+    const V3 target = rotate(frames.a, load3(block.target) + velocity * elapsed);
+    store3(block.offset.error, anchors.offset - target);
+    store3(block.offset.target_speed, rotate(frames.a, velocity));
+    place_offset_response(anchor_response(bodies, arm_a, anchors.arm_b),
                           bodies.mass_a.inverse_mass + bodies.mass_b.inverse_mass, block.offset);
     const Q4 wanted = small_rotation(angular * elapsed) * load4(block.target_rotation);
-    const Q4 ahead = conjugate(now.rotation_a) * now.rotation_b * conjugate(wanted);
-    store3(block.rotation.error, rotate(now.rotation_a, rotation_vector(ahead)));
-    store3(block.rotation.target_speed, rotate(now.rotation_a, angular));
-    place_turn_response(bodies.mass_a.inverse_inertia + bodies.mass_b.inverse_inertia, block.rotation);
+    const Q4 ahead = conjugate(frames.a) * frames.b * conjugate(wanted);
+    store3(block.rotation.error, rotate(frames.a, rotation_vector(ahead)));
+    store3(block.rotation.target_speed, rotate(frames.a, angular));
+    place_turn_response(turn_response(bodies), block.rotation);
   }
 
   static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
                       const JointPlacement& at, Block& block) {
     const F zero(0.0f);
-    store_frames(block.frames, at);
     const WideAxis x = load_axis(args, joint, 0), y = load_axis(args, joint, 1);
     const WideAxis rotation = load_axis(args, joint, 2), target_rotation = load_axis(args, joint, 3);
     const WideAxis offset = load_axis(args, joint, 4), velocity = load_axis(args, joint, 5);
@@ -133,8 +122,7 @@ struct Motor {
                   block.offset);
     prepare_drive(args, {rotation.hertz, rotation.damping_ratio, rotation.max_force, rotation.drive}, torque,
                   block.rotation);
-    const WideDelta still{{zero, zero, zero}, {zero, zero, zero, F(1.0f)}};
-    place(move_frames(block.frames, still, still), zero, bodies, block);
+    place(store_placed(at, block.first), zero, bodies, block);
     store3(block.turned_a, {zero, zero, zero});
     store3(block.turned_b, {zero, zero, zero});
   }
@@ -143,7 +131,7 @@ struct Motor {
     twist(bodies, load3(block.rotation.impulse));
   }
   static void drive(Block& block, JointBodies& bodies, F keep) {
-    twist(bodies, solve_vector_drive(block.rotation, bodies.b.angular - bodies.a.angular, keep));
+    twist(bodies, solve_vector_drive(block.rotation, turning_speed(bodies), keep));
     const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
     push(bodies, arm_a, arm_b, solve_vector_drive(block.offset, anchor_velocity(bodies, arm_a, arm_b), keep));
   }
@@ -155,10 +143,10 @@ struct Motor {
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
                  JointBodies& bodies) {
-    const FramesNow now = move_frames(block.frames, delta_a, delta_b);
+    const Placed now = move_placed(block.first, delta_a, delta_b);
     const V3 impulse = load3(block.offset.impulse);
-    store3(block.turned_a, cross(now.arm_a + now.offset - load3(block.arm_a), impulse));
-    store3(block.turned_b, cross(now.arm_b - load3(block.arm_b), impulse));
+    store3(block.turned_a, cross(now.anchors.arm_a + now.anchors.offset - load3(block.arm_a), impulse));
+    store3(block.turned_b, cross(now.anchors.arm_b - load3(block.arm_b), impulse));
     place(now, F(args.elapsed), bodies, block);
     drive(block, bodies, F(1.0f));
     return F(0.0f);

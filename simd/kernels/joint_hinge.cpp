@@ -21,7 +21,7 @@ struct AxisTurning {
 
 inline V3 square_to(V3 axis, V3 v) { return v - axis * dot(axis, v); }
 
-inline AxisTurning refresh(const JointBodies& bodies, const WideFrames& frames, V3 x, HingeLanes& hinge) {
+inline AxisTurning refresh(const JointBodies& bodies, const Frames& frames, V3 x, HingeLanes& hinge) {
   const HeldTurning turning = held_turning(bodies, load3(hinge.point.arm_a), load3(hinge.point.arm_b),
                                            load6(hinge.point.inverse_response));
   // Inertia without the free direction: the inverse of the response to torques square to it.
@@ -46,14 +46,14 @@ inline AxisTurning prepare_hinge(const JointArgs& args, const std::int32_t* join
   load_impulses(args, joint, 0, impulse.x, impulse.y, impulse.z, unused);
   load_impulses(args, joint, 1, torque.x, torque.y, torque.z, unused);
   prepare_point(args, joint, bodies, at, impulse, hinge.point);
-  store_frames(hinge.frames, at);
-  const V3 x = x_axis(at.frame_a);
+  const Frames frames = store_frames(at, hinge.frames);
+  const V3 x = x_axis(frames.a);
   store3(hinge.turning.torque, square_to(x, torque * F(args.warm_start_scale)));
-  return refresh(bodies, {at.frame_a, at.frame_b}, x, hinge);
+  return refresh(bodies, frames, x, hinge);
 }
 
 // `about_x`: the torque impulse that acts about the axis.
-inline AxisTurning move_hinge(const WideFrames& frames, const WideDelta& delta_a, const WideDelta& delta_b,
+inline AxisTurning move_hinge(const Frames& frames, const WideDelta& delta_a, const WideDelta& delta_b,
                               const JointBodies& bodies, F about_x, HingeLanes& hinge) {
   move_point(hinge.point, delta_a, delta_b, bodies);
   const V3 old_x = load3(hinge.x), x = x_axis(frames.a);
@@ -93,7 +93,7 @@ struct PlainHinge {
   }
   static F relax(const JointArgs&, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
                  JointBodies& bodies) {
-    const WideFrames frames = turn_frames(block.hinge.frames, delta_a, delta_b);
+    const Frames frames = move_frames(block.hinge.frames, delta_a, delta_b);
     move_hinge(frames, delta_a, delta_b, bodies, F(0.0f), block.hinge);
     return relax_hinge(block.hinge, bodies);
   }
@@ -112,11 +112,11 @@ struct HingeAxis {
   LaneAxis axis;
 };
 
-inline void refresh_axis(const JointBodies& bodies, const AxisTurning& turning, const WideFrames& frames,
+inline void refresh_axis(const JointBodies& bodies, const AxisTurning& turning, const Frames& frames,
                          const HingeLanes& hinge, HingeAxis& axis) {
   const V3 x = load3(hinge.x);
   store(axis.angle, twist_angle(conjugate(frames.a) * frames.b));
-  store(axis.free_response, dot(x, turning_response(bodies) * x));
+  store(axis.free_response, dot(x, turn_response(bodies) * x));
   store(axis.held_response, invert_positive(turning.inertia));
   store3(axis.torque_by, turning.torque - x);
   store3(axis.impulse_by, -(load9(hinge.turning.share) * turning.torque));
@@ -181,7 +181,7 @@ struct RichHinge {
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
                  JointBodies& bodies) {
-    const WideFrames frames = turn_frames(block.hinge.frames, delta_a, delta_b);
+    const Frames frames = move_frames(block.hinge.frames, delta_a, delta_b);
     const AxisTurning turning =
         move_hinge(frames, delta_a, delta_b, bodies, impulse_about(block.axis), block.hinge);
     refresh_axis(bodies, turning, frames, block.hinge, block.axis);

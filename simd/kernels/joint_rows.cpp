@@ -7,11 +7,11 @@ namespace {
 
 // What kinds with frames in both bodies have in common.
 struct FramedRows {
-  using Lanes = FrameLanes;
+  using Lanes = PlacedLanes;
   static constexpr bool kRemembers = false;
   static void prepare(const JointArgs&, const std::int32_t*, const JointPlacement& at, const LaneInts&,
                       const LaneInts&, F, Lanes& lanes) {
-    store_frames(lanes, at);
+    store_placed(at, lanes);
   }
   static void tune(const JointArgs&, const std::int32_t*, int, const Row&, const JointBodies&, LaneAxis&) {}
 };
@@ -36,19 +36,19 @@ struct WheelRows : FramedRows {
   }
   static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
                       RowsNow<WheelRows>& now) {
-    const FramesNow frames = move_frames(lanes, delta_a, delta_b);
-    const M3 a = to_matrix(frames.rotation_a);
-    const V3 spin = to_matrix(frames.rotation_b).z;
-    now.arm_b = frames.arm_b;
-    now.held[0] = offset_row(a.y, frames.arm_a, frames.arm_b, frames.offset);
-    now.error[0] = dot(a.y, frames.offset);
-    now.held[1] = offset_row(a.z, frames.arm_a, frames.arm_b, frames.offset);
-    now.error[1] = dot(a.z, frames.offset);
+    const auto [anchors, frames] = move_placed(lanes, delta_a, delta_b);
+    const M3 a = to_matrix(frames.a);
+    const V3 spin = to_matrix(frames.b).z;
+    now.arm_b = anchors.arm_b;
+    now.held[0] = offset_row(a.y, anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.error[0] = dot(a.y, anchors.offset);
+    now.held[1] = offset_row(a.z, anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.error[1] = dot(a.z, anchors.offset);
     const SquareRow square = square_row(a.x, spin);
     now.held[2] = square.row;
     now.error[2] = square.error;
-    now.axis[0] = offset_row(a.x, frames.arm_a, frames.arm_b, frames.offset);
-    now.coordinate[0] = dot(a.x, frames.offset);
+    now.axis[0] = offset_row(a.x, anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.coordinate[0] = dot(a.x, anchors.offset);
     now.axis[1] = turn_row(a.x);
     now.coordinate[1] = atan2(-dot(spin, a.y), dot(spin, a.z));
     now.axis[2] = turn_row(spin);
@@ -79,15 +79,16 @@ struct UniversalRows : FramedRows {
   static constexpr AxisUnit unit(int) { return AxisUnit::angle; }
   static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
                       RowsNow<UniversalRows>& now) {
-    const FramesNow frames = move_frames(lanes, delta_a, delta_b);
-    const M3 a = to_matrix(frames.rotation_a), b = to_matrix(frames.rotation_b);
+    const auto [anchors, frames] = move_placed(lanes, delta_a, delta_b);
+    const M3 a = to_matrix(frames.a), b = to_matrix(frames.b);
     const F zero(0.0f), one(1.0f);
-    now.arm_b = frames.arm_b;
+    now.arm_b = anchors.arm_b;
     const V3 axes[3] = {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}};
-    for (int i = 0; i < 3; ++i) now.held[i] = offset_row(axes[i], frames.arm_a, frames.arm_b, frames.offset);
-    now.error[0] = frames.offset.x;
-    now.error[1] = frames.offset.y;
-    now.error[2] = frames.offset.z;
+    for (int i = 0; i < 3; ++i)
+      now.held[i] = offset_row(axes[i], anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.error[0] = anchors.offset.x;
+    now.error[1] = anchors.offset.y;
+    now.error[2] = anchors.offset.z;
     const SquareRow square = square_row(a.x, b.y);
     now.held[3] = square.row;
     now.error[3] = square.error;
@@ -103,19 +104,19 @@ struct PlanarRows : FramedRows {
   static constexpr AxisUnit unit(int axis) { return axis == 2 ? AxisUnit::angle : AxisUnit::length; }
   static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
                       RowsNow<PlanarRows>& now) {
-    const FramesNow frames = move_frames(lanes, delta_a, delta_b);
-    const M3 a = to_matrix(frames.rotation_a), b = to_matrix(frames.rotation_b);
-    now.arm_b = frames.arm_b;
-    now.held[0] = offset_row(a.x, frames.arm_a, frames.arm_b, frames.offset);
-    now.error[0] = dot(a.x, frames.offset);
+    const auto [anchors, frames] = move_placed(lanes, delta_a, delta_b);
+    const M3 a = to_matrix(frames.a), b = to_matrix(frames.b);
+    now.arm_b = anchors.arm_b;
+    now.held[0] = offset_row(a.x, anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.error[0] = dot(a.x, anchors.offset);
     now.held[1] = turn_row(a.y);
     now.error[1] = -dot(b.x, a.z);
     now.held[2] = turn_row(a.z);
     now.error[2] = dot(b.x, a.y);
-    now.axis[0] = offset_row(a.y, frames.arm_a, frames.arm_b, frames.offset);
-    now.coordinate[0] = dot(a.y, frames.offset);
-    now.axis[1] = offset_row(a.z, frames.arm_a, frames.arm_b, frames.offset);
-    now.coordinate[1] = dot(a.z, frames.offset);
+    now.axis[0] = offset_row(a.y, anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.coordinate[0] = dot(a.y, anchors.offset);
+    now.axis[1] = offset_row(a.z, anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.coordinate[1] = dot(a.z, anchors.offset);
     now.axis[2] = turn_row(a.x);
     now.coordinate[2] = atan2(dot(b.y, a.z), dot(b.y, a.y));
   }

@@ -16,8 +16,7 @@ using SixMatrix = F[kRows][kRows];
 
 struct alignas(64) SixDegreeBlock {
   LaneInts row_a, row_b;
-  AnchorLanes first;
-  FramePairLanes first_frames;
+  PlacedLanes first;
   LaneFloats lever_a[3], lever_b[3];  // now; both lead to anchor b
   LaneFloats way[kRows][3];           // what a unit impulse is: a torque impulse, or an impulse at the levers
   LaneFloats coordinate[kRows];
@@ -46,7 +45,7 @@ inline Wrench wrench_of(const SixDegreeBlock& block) {
 
 // The rotation vector r of frame b in frame a, and the torques by which it is turned: its rate is a multiple
 // of the angular velocity, I - [r] / 2 + c [r]^2 with c = (1 - (|r| / 2) cot(|r| / 2)) / |r|^2.
-inline void place_angles(const FramePair& frames, const M3& axes, V3 (&way)[kRows], SixRows& coordinate) {
+inline void place_angles(const Frames& frames, const M3& axes, V3 (&way)[kRows], SixRows& coordinate) {
   const F half(0.5f), one(1.0f);
   const Q4 q = conjugate(frames.a) * frames.b;
   const V3 r = rotation_vector(q);
@@ -124,18 +123,17 @@ inline void invert_held(const SixMatrix& k, const SixRows& held, SixMatrix& inve
   }
 }
 
-inline void place(const JointBodies& bodies, const Anchors& now, const FramePair& frames,
-                  SixDegreeBlock& block) {
+inline void place(const JointBodies& bodies, const Placed& now, SixDegreeBlock& block) {
   const F zero(0.0f), one(1.0f);
-  const V3 lever_a = now.arm_a + now.offset, lever_b = now.arm_b;
-  const M3 axes = to_matrix(frames.a);
+  const V3 offset = now.anchors.offset, lever_a = now.anchors.arm_a + offset, lever_b = now.anchors.arm_b;
+  const M3 axes = to_matrix(now.frames.a);
   V3 way[kRows];
   SixRows coordinate, held;
-  place_angles(frames, axes, way, coordinate);
+  place_angles(now.frames, axes, way, coordinate);
   way[3] = axes.x;
   way[4] = axes.y;
   way[5] = axes.z;
-  for (int row = kAngles; row < kRows; ++row) coordinate[row] = dot(way[row], now.offset);
+  for (int row = kAngles; row < kRows; ++row) coordinate[row] = dot(way[row], offset);
   for (int row = 0; row < kRows; ++row) held[row] = load(block.held[row]);
   SixMatrix response, held_mass;
   respond(bodies, lever_a, lever_b, way, response);
@@ -181,8 +179,7 @@ struct SixVelocity {
   V3 anchor, spin;
 };
 inline SixVelocity velocity_of(const SixDegreeBlock& block, const JointBodies& bodies) {
-  return {anchor_velocity(bodies, load3(block.lever_a), load3(block.lever_b)),
-          bodies.b.angular - bodies.a.angular};
+  return {anchor_velocity(bodies, load3(block.lever_a), load3(block.lever_b)), turning_speed(bodies)};
 }
 inline F speed_of(const SixDegreeBlock& block, int row, const SixVelocity& velocity) {
   return dot(load3(block.way[row]), row < kAngles ? velocity.spin : velocity.anchor);
@@ -276,8 +273,7 @@ struct SixDegree {
       prepare_axis(args, joint, axis_of(row), impulse[row], impulse[kRows + row], block.axis[row]);
       take_held(block, row);
     }
-    const Anchors anchors = store_anchors(at, block.first);
-    place(bodies, anchors, store_frames(at, block.first_frames), block);
+    place(bodies, store_placed(at, block.first), block);
     clear_turned(block.turned);
     const WideStiffness given = load_stiffness(args, joint);
     const Softness soft = soften_held(args, given.hertz, given.damping_ratio);
@@ -296,8 +292,7 @@ struct SixDegree {
                  JointBodies& bodies) {
     const Wrench before = wrench_of(block);
     const V3 old_way[kAngles] = {load3(block.way[0]), load3(block.way[1]), load3(block.way[2])};
-    place(bodies, move_anchors(block.first, delta_a, delta_b),
-          move_frames(block.first_frames, delta_a, delta_b), block);
+    place(bodies, move_placed(block.first, delta_a, delta_b), block);
     turn_angles_over(old_way, block);
     store_turned(before, wrench_of(block), block.turned);
     const F error = solve_held(block, bodies, load_softness(block.relaxed), F(1.0f));

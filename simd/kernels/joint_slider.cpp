@@ -12,8 +12,7 @@ namespace {
 
 struct alignas(64) SliderBlock {
   LaneInts row_a, row_b;
-  AnchorLanes first;
-  FramePairLanes first_frames;
+  PlacedLanes first;
   LaneFloats lever_a[3], lever_b[3];  // now; both lead to anchor b
   LaneFloats side[2][3];              // y and z axes of frame a
   LaneFloats side_error[2], turn_error[3];
@@ -59,17 +58,17 @@ inline void store_held_impulses(F side0, F side1, V3 torque, SliderBlock& block)
 }
 
 template <class Block>
-inline void place(const JointBodies& bodies, const Anchors& now, const FramePair& frames, Block& block) {
-  const V3 lever_a = now.arm_a + now.offset, lever_b = now.arm_b;
-  const M3 axes = to_matrix(frames.a);
+inline void place(const JointBodies& bodies, const Placed& now, Block& block) {
+  const V3 offset = now.anchors.offset, lever_a = now.anchors.arm_a + offset, lever_b = now.anchors.arm_b;
+  const M3 axes = to_matrix(now.frames.a);
   store3(block.lever_a, lever_a);
   store3(block.lever_b, lever_b);
   store3(block.side[0], axes.y);
   store3(block.side[1], axes.z);
-  store(block.side_error[0], dot(axes.y, now.offset));
-  store(block.side_error[1], dot(axes.z, now.offset));
-  store3(block.turn_error, rotation_vector(frames.b * conjugate(frames.a)));
-  const S3 turn_mass = invert_turn_response(turn_response(bodies));
+  store(block.side_error[0], dot(axes.y, offset));
+  store(block.side_error[1], dot(axes.z, offset));
+  store3(block.turn_error, rotation_error(now.frames));
+  const S3 turn_mass = invert_semidefinite(turn_response(bodies));
   store6(block.turn_mass, turn_mass);
   const S3 response = response_of_both(bodies, turn_mass, lever_a - lever_b);
   const V3 by_y = response * axes.y, by_z = response * axes.z;
@@ -83,7 +82,7 @@ inline void place(const JointBodies& bodies, const Anchors& now, const FramePair
     store3(block.axis, axes.x);
     store3(block.slide_way, way * invert_positive(mass));
     store(block.slide_mass, mass);
-    store(block.slide, dot(axes.x, now.offset));
+    store(block.slide, dot(axes.x, offset));
   }
 }
 
@@ -93,7 +92,7 @@ inline F solve_held(SliderBlock& block, JointBodies& bodies, const Softness& sof
   const V3 side0 = load3(block.side[0]), side1 = load3(block.side[1]);
   const S3 turn_mass = load6(block.turn_mass);
   const V3 velocity = anchor_velocity(bodies, lever_a, lever_b);
-  const V3 spin = bodies.b.angular - bodies.a.angular;
+  const V3 spin = turning_speed(bodies);
   const F speed0 = dot(side0, velocity), speed1 = dot(side1, velocity);
 
   const V3 turn = (spin + load3(block.turn_error) * soft.bias_rate) * soft.mass_scale;
@@ -156,8 +155,7 @@ struct Slider {
     load_impulses(args, joint, 1, torque.x, torque.y, torque.z, unused);
     store_held_impulses(side0 * scale, side1 * scale, torque * scale, block);
     if constexpr (kIsRich<Block>) prepare_axis(args, joint, 0, limit, drive, block.drive);
-    const Anchors anchors = store_anchors(at, block.first);
-    place(bodies, anchors, store_frames(at, block.first_frames), block);
+    place(bodies, store_placed(at, block.first), block);
     clear_turned(block.turned);
     const WideStiffness given = load_stiffness(args, joint);
     const Softness held = soften_held(args, given.hertz, given.damping_ratio);
@@ -175,8 +173,7 @@ struct Slider {
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
                  JointBodies& bodies) {
     const Wrench before = wrench_of(block);
-    place(bodies, move_anchors(block.first, delta_a, delta_b),
-          move_frames(block.first_frames, delta_a, delta_b), block);
+    place(bodies, move_placed(block.first, delta_a, delta_b), block);
     store_turned(before, wrench_of(block), block.turned);
     const F error = solve_held(block, bodies, load_softness(block.relaxed), F(1.0f));
     if constexpr (kIsRich<Block>) solve_slide(args, rigid(), F(1.0f), block, bodies);

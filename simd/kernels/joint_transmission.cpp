@@ -21,9 +21,7 @@ inline F turn_about(Q4 rotation, V3 axis) {
 
 // Turns of a rotation are known up to two of them: the ones nearest to the last known.
 inline F follow_turn(F turn, F before) {
-  const F rounder(12582912.0f);
-  const F twice = ((before - turn) * F(0.0795774715f) + rounder) - rounder;
-  return turn + twice * F(12.5663706f);
+  return turn + round_to_nearest((before - turn) * F(0.0795774715f)) * F(12.5663706f);
 }
 
 // The error of a transmission is the sum of the motion of all steps, each measured as it ends; it stays near

@@ -15,7 +15,7 @@ struct Weld {
     LaneSoftness held, relaxed;  // of the rotation; in solve, in relax
   };
 
-  static void refresh(const JointBodies& bodies, const WideFrames& frames, Block& block) {
+  static void refresh(const JointBodies& bodies, const Frames& frames, Block& block) {
     const HeldTurning turning = held_turning(bodies, load3(block.point.arm_a), load3(block.point.arm_b),
                                              load6(block.point.inverse_response));
     store9(block.turning.share, turning.share);
@@ -30,13 +30,12 @@ struct Weld {
     load_impulses(args, joint, 0, impulse.x, impulse.y, impulse.z, unused);
     load_impulses(args, joint, 1, torque.x, torque.y, torque.z, unused);
     prepare_point(args, joint, bodies, at, impulse, block.point);
-    store_frames(block.frames, at);
     store3(block.turning.torque, torque * F(args.warm_start_scale));
     const WideStiffness given = load_stiffness(args, joint);
     const Softness held = soften_held(args, given.angular_hertz, given.angular_damping_ratio);
     store_softness(block.held, held);
     store_softness(block.relaxed, relax_held(held, given.angular_hertz));
-    refresh(bodies, {at.frame_a, at.frame_b}, block);
+    refresh(bodies, store_frames(at, block.frames), block);
   }
   static void warm_start(const Block& block, JointBodies& bodies) {
     warm_start_held(block.point, block.turning, bodies);
@@ -50,7 +49,7 @@ struct Weld {
   static F relax(const JointArgs&, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
                  JointBodies& bodies) {
     move_point(block.point, delta_a, delta_b, bodies);
-    refresh(bodies, turn_frames(block.frames, delta_a, delta_b), block);
+    refresh(bodies, move_frames(block.frames, delta_a, delta_b), block);
     return solve_held(block.point, block.turning, bodies, load_softness(block.point.relaxed),
                       load_softness(block.relaxed), F(1.0f));
   }

@@ -379,15 +379,18 @@ TEST(RecordingDamage, LeavesAChunkThatEndsInZerosOfItsOwn) {
   }
 }
 
-// A reader that looked at all of it would take an hour.
+// A reader that looked at all of it would take an hour. Sparse; not all file systems have room for that much.
 TEST(RecordingDamage, OfATerabyteOfZerosIsRefusedSoon) {
   const TemporaryFile file;
   const Bytes bytes = small_recording(false);
   std::ofstream(file.path(), std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   std::error_code no_room;
-  std::filesystem::resize_file(file.path(), std::uintmax_t{1} << 40, no_room);
-  if (no_room) GTEST_SKIP() << "no such file here: " << no_room.message();
+  for (int size = 40; size >= 36; --size) {
+    std::filesystem::resize_file(file.path(), std::uintmax_t{1} << size, no_room);
+    if (!no_room) break;
+  }
+  ASSERT_FALSE(no_room) << "no sparse file of 64 GiB: " << no_room.message();
   const std::string error = error_of_call([&] { Player player(file.path()); });
   EXPECT_EQ(error, "Player: byte " + std::to_string(bytes.size()) + ": no chunk begins here");
 }

@@ -1,5 +1,6 @@
 // Joints among contacts: who collides, who sleeps and wakes, what breaks, hubs, colors.
 #include <parallel/constraints.h>
+#include <tests/core/joint_samples.h>
 #include <tests/physics/lab.h>
 
 #include <algorithm>
@@ -181,39 +182,70 @@ TEST(Joint, GoesWithItsBodyAndTheNextStepTells) {
 
 // --- hubs and colors ---
 
-// A heavy ball with balls on short arms all around it, all in free flight.
-std::vector<BodyId> add_hedgehog(Lab& lab, int count) {
+// A heavy ball with balls on short arms all around it, all in free flight; the first body of every joint or
+// the second one.
+std::vector<BodyId> add_hedgehog(Lab& lab, int count, float radius, const Joint& joint = BallJoint{},
+                                 bool first = true) {
   std::vector<BodyId> bodies{lab.add({.mass = 50.0f}, Sphere{0.9f})};
   for (int i = 0; i < count; ++i) {
     const double z = 1.0 - (2.0 * i + 1.0) / count, azimuth = 2.399963 * i, r = std::sqrt(1.0 - z * z);
     const Vec3 out{static_cast<float>(r * std::cos(azimuth)), static_cast<float>(r * std::sin(azimuth)),
                    static_cast<float>(z)};
-    const BodyId ball = lab.add({.position = 2.0f * out, .mass = 1.0f}, Sphere{0.01f});
-    lab.world.create_joint(between(bodies[0], out, ball, -out), BallJoint{});
+    const BodyId ball = lab.add({.position = 2.0f * out, .mass = 1.0f}, Sphere{radius});
+    lab.world.create_joint(first ? between(bodies[0], out, ball, -out) : between(ball, -out, bodies[0], out),
+                           joint);
     bodies.push_back(ball);
   }
   return bodies;
 }
 
+std::ptrdiff_t joint_chunks_of_hubs(World& world) {
+  const Constraints& constraints = constraints_of(internals(world));
+  return std::count_if(constraints.joint_chunks.begin(), constraints.joint_chunks.end(),
+                       [](const simd::ConstraintChunk& c) { return c.hub != simd::BodySide::none; });
+}
+
+Eigen::Vector3d momentum_of(Lab& lab, const std::vector<BodyId>& bodies) {
+  Eigen::Vector3d momentum(0, 0, 0);
+  for (const BodyId body : bodies) momentum += lab.mass(body) * lab.velocity(body);
+  return momentum;
+}
+
 TEST(JointHub, OfHundredsOfJointsIsSolvedInGroupsAndKeepsItsMomentum) {
   WorldSettings settings = without_gravity();
   Lab lab(settings);
-  const std::vector<BodyId> bodies = add_hedgehog(lab, 300);
+  const std::vector<BodyId> bodies = add_hedgehog(lab, 300, 0.01f);
   lab.world.add_impulse(bodies[17], {0, 5, 0});
   lab.run(1);
-  const Constraints& constraints = constraints_of(internals(lab.world));
-  const auto in_hubs =
-      std::count_if(constraints.joint_chunks.begin(), constraints.joint_chunks.end(),
-                    [](const simd::ConstraintChunk& c) { return c.hub != simd::BodySide::none; });
-  EXPECT_GT(in_hubs, 0);
+  EXPECT_GT(joint_chunks_of_hubs(lab.world), 0);
   lab.run(120);
-  Eigen::Vector3d momentum(0, 0, 0);
-  for (const BodyId body : bodies) momentum += lab.mass(body) * lab.velocity(body);
-  EXPECT_NEAR((momentum - Eigen::Vector3d(0, 5, 0)).norm(), 0.0, 1e-3);
+  EXPECT_NEAR((momentum_of(lab, bodies) - Eigen::Vector3d(0, 5, 0)).norm(), 0.0, 1e-3);
   std::vector<JointId> joints(300);
   ASSERT_EQ(lab.world.joints_of(bodies[0], joints), 300u);
   for (const JointId joint : joints) {
     EXPECT_LT(to_eigen(lab.world.joint_pose(joint).position).norm(), 0.005);
+  }
+}
+
+// What a kind holds is tested with pairs of bodies. No small balls here: one that slides along an axis at the
+// end of a long arm spins without bounds once the arm is square to that.
+TEST(JointHub, OfEveryKindKeepsItsMomentumAndGainsNoEnergy) {
+  for (const Joint& joint : test::plain_joints()) {
+    const auto type = static_cast<JointType>(joint.index());
+    if (type == JointType::mouse || type == JointType::pulley) continue;  // these pull at the world
+    for (const bool first : {true, false}) {
+      Lab lab(without_gravity());
+      const std::vector<BodyId> bodies = add_hedgehog(lab, 100, 0.2f, joint, first);
+      lab.world.add_impulse(bodies[17], {0, 5, 0});
+      lab.run(1);
+      EXPECT_GT(joint_chunks_of_hubs(lab.world), 0) << joint.index();
+      for (int i = 0; i < 6; ++i) {
+        lab.run(10);
+        EXPECT_LT(lab.world.stats().kinetic_energy, 12.5 * 1.001)  // J, (5 kg m/s)^2 / (2 1 kg)
+            << "kind " << joint.index() << (first ? ", first" : ", second");
+      }
+      EXPECT_NEAR((momentum_of(lab, bodies) - Eigen::Vector3d(0, 5, 0)).norm(), 0.0, 1e-3) << joint.index();
+    }
   }
 }
 

@@ -36,6 +36,9 @@ std::vector<const void*> functions_of(const Kernels& kernels) {
   append(kernels.pair, 0, functions);
   append(kernels.collide, 0, functions);
   append(kernels.contact, sizeof(kernels.contact.block_bytes), functions);
+  for (const JointVariantKernels& joint : kernels.joint.variant) {
+    append(joint, sizeof(joint.block_bytes), functions);
+  }
   return functions;
 }
 

@@ -1,7 +1,7 @@
 // Laws of the limits and drives of hinges and balls, and of soft welds.
-#include "joint_pairs_fixture.h"
+#include "joint_world_fixture.h"
 
-namespace scree::joint_pairs {
+namespace scree::joint_tests {
 namespace {
 
 constexpr int kRichBall = simd::joint_variant(0, true), kRichHinge = simd::joint_variant(1, true);
@@ -16,23 +16,24 @@ struct Bar {
   std::size_t joint;
 
   explicit Bar(const JointAxisRow& axis, float spin = 0.0f) {
-    JointParameters p = free_parameters();
+    JointParameters p = free_rotation();
     p.axis[0] = axis;
-    const Quat to_z = turn({0, 1, 0}, -kPi / 2);
+    world.gravity = kWeight;
+    const Quat to_z = about({0, 1, 0}, -kPi / 2);
     body = world.add_body(1, {0.01f, 1.0f / 12, 1.0f / 12}, {0.5f, 0, 0}, {},
                           {{0, 0.5f * spin, 0}, {0, 0, spin}});
     joint = world.add_joint(kFixedRow, {{}, to_z}, body, {{-0.5f, 0, 0}, to_z}, p);
   }
   static constexpr float kInertia = 1.0f / 3;  // about the end
   float angle() const {
-    const Vec3 along = rotate(world.rotation(body), {1, 0, 0});
+    const Vec3 along = rotate(world.rotation_of(body), {1, 0, 0});
     return std::atan2(along.y, along.x);
   }
   float speed() const { return world.angular(body).z; }
   void step() { world.step(kernels(), kRichHinge); }
 };
 
-JointAxisRow no_axis() { return free_parameters().axis[0]; }
+JointAxisRow no_axis() { return free_rotation().axis[0]; }
 
 TEST(HingeAxis, AMotorReachesItsSpeedWithItsTorqueAndNoMore) {
   JointAxisRow axis = no_axis();
@@ -138,15 +139,18 @@ struct Hanging {
   std::size_t joint;
 
   Hanging(const JointParameters& p, Quat rotation, Vec3 spin) {
+    world.gravity = kWeight;
     const Vec3 arm = rotate(rotation, {0.5f, 0, 0});
     const Vec3 moment{0.02f, 1.0f / 12, 1.0f / 12};
     body = world.add_body(1, moment, arm, rotation, {cross(spin, arm), spin});
     joint = world.add_joint(kFixedRow, {}, body, {{-0.5f, 0, 0}, {}}, p);
   }
   void step() { world.step(kernels(), kRichBall); }
-  float cone() const { return std::acos(std::clamp(rotate(world.rotation(body), {1, 0, 0}).x, -1.0f, 1.0f)); }
+  float cone() const {
+    return std::acos(std::clamp(rotate(world.rotation_of(body), {1, 0, 0}).x, -1.0f, 1.0f));
+  }
   float twist() const {
-    const Quat q = world.rotation(body);
+    const Quat q = world.rotation_of(body);
     return std::remainder(2 * std::atan2(q.x, q.w), 2 * kPi);
   }
 };
@@ -157,10 +161,9 @@ TEST(BallLimits, TheConeIsPassedByAtMostHalfADegree) {
       Random random(static_cast<unsigned>(k));
       Vec3 spin = random.vector(1);
       spin = (k % 3 == 0 ? 2.0f : 10.0f) / length(spin) * spin;
-      JointParameters p = free_parameters();
+      JointParameters p = free_rotation();
       p.axis[1].upper = limit;
       Hanging bar(p, {}, spin);
-      bar.world.joint_hertz_ratio = 0.25f;
       float most = 0;
       for (int step = 0; step < 240; ++step) {
         bar.step();
@@ -177,12 +180,11 @@ TEST(BallLimits, TheTwistIsPassedByAtMostHalfADegree) {
     Random random(static_cast<unsigned>(k));
     Vec3 spin = random.vector(1);
     spin = 10.0f / length(spin) * spin;
-    JointParameters p = free_parameters();
+    JointParameters p = free_rotation();
     p.axis[0].lower = -0.4f;
     p.axis[0].upper = 0.7f;
     p.axis[1].upper = 2.0f;  // nearer to pi no twist is defined
     Hanging bar(p, {}, spin);
-    bar.world.joint_hertz_ratio = 0.25f;
     float least = 0, most = 0;
     for (int step = 0; step < 240; ++step) {
       bar.step();
@@ -196,11 +198,10 @@ TEST(BallLimits, TheTwistIsPassedByAtMostHalfADegree) {
 }
 
 TEST(BallLimits, NothingBreaksWhereTheAxesAreOpposite) {
-  JointParameters p = free_parameters();
+  JointParameters p = free_rotation();
   p.axis[0].lower = p.axis[0].upper = 0.0f;
   p.axis[1].upper = 1.0f;
-  Hanging bar(p, turn({0, 0, 1}, kPi), {});
-  bar.world.joint_hertz_ratio = 0.25f;
+  Hanging bar(p, about({0, 0, 1}, kPi), {});
   for (int step = 0; step < 240; ++step) {
     bar.step();
     EXPECT_LT(length(bar.world.angular(bar.body)), 20.0f);
@@ -209,20 +210,20 @@ TEST(BallLimits, NothingBreaksWhereTheAxesAreOpposite) {
 }
 
 TEST(BallDrive, ASpringHoldsItsTarget) {
-  JointParameters p = free_parameters();
-  const Quat target = turn({1, 2, -1}, 1.2f);
+  JointParameters p = free_rotation();
+  const Quat target = about({1, 2, -1}, 1.2f);
   p.axis[2].drive = kDriveSpring;
   p.axis[2].hertz = 4.0f;
   p.axis[3] = {target.x, target.y, target.z, target.w, 1, 1, 0, kDriveNone};
   Hanging bar(p, {}, {});
   bar.world.gravity = {0, 0, 0};
   for (int step = 0; step < 180; ++step) bar.step();
-  const Quat off = bar.world.rotation(bar.body) * conjugate(target);
+  const Quat off = bar.world.rotation_of(bar.body) * conjugate(target);
   EXPECT_LT(length(Vec3{off.x, off.y, off.z}), 1e-3f);
 }
 
 TEST(BallDrive, AMotorTurnsAtItsVelocityWithAtMostItsTorque) {
-  JointParameters p = free_parameters();
+  JointParameters p = free_rotation();
   p.axis[2].drive = kDriveMotor;
   p.axis[2].max_force = 0.5f;
   p.axis[1].speed = 3.0f;  // about y, where the bar has 1/3 kg m^2
@@ -240,14 +241,14 @@ TEST(BallDrive, AMotorTurnsAtItsVelocityWithAtMostItsTorque) {
 
 TEST(Weld, ACantileverStaysStraightUnderItsWeight) {
   JointWorld world;
-  world.joint_hertz_ratio = 0.25f;
+  world.gravity = kWeight;
   const float m = 5.0f;
   const std::int32_t beam = world.add_body(m, {0.02f, m / 12, m / 12}, {0.5f, 0, 0});
   const std::size_t joint = world.add_joint(kFixedRow, {}, beam, {{-0.5f, 0, 0}, {}});
   for (int step = 0; step < 120; ++step) {
     world.step(kernels(), kWeld);
     EXPECT_LT(length(world.frame_b(joint).position), 1.2e-4f);
-    const Quat q = world.rotation(beam);
+    const Quat q = world.rotation_of(beam);
     EXPECT_LT(2 * length(Vec3{q.x, q.y, q.z}), 1e-4f);
   }
   EXPECT_NEAR(world.reactions[joint].force[1], m * 9.81f, 0.01f * m * 9.81f);
@@ -258,10 +259,10 @@ TEST(Weld, ACantileverStaysStraightUnderItsWeight) {
 TEST(Weld, ASoftRotationSwingsAtItsFrequencyAboutTheAnchor) {
   JointWorld world;
   world.gravity = {0, 0, 0};
-  JointParameters p = free_parameters();
+  JointParameters p = free_rotation();
   p.angular_hertz = 1.0f;
   p.angular_damping_ratio = 0.0f;
-  const Quat tilted = turn({0, 0, 1}, 0.3f);
+  const Quat tilted = about({0, 0, 1}, 0.3f);
   const std::int32_t beam =
       world.add_body(5, {0.02f, 5.0f / 12, 5.0f / 12}, rotate(tilted, {0.5f, 0, 0}), tilted);
   world.add_joint(kFixedRow, {}, beam, {{-0.5f, 0, 0}, {}}, p);
@@ -269,7 +270,7 @@ TEST(Weld, ASoftRotationSwingsAtItsFrequencyAboutTheAnchor) {
   bool before = true;
   for (int step = 0; step < 600; ++step) {
     world.step(kernels(), kWeld);
-    const bool now = world.rotation(beam).z > 0;
+    const bool now = world.rotation_of(beam).z > 0;
     if (now != before) ++crossings;
     before = now;
     EXPECT_LT(length(world.frame_b(0).position), 1e-3f);
@@ -280,14 +281,15 @@ TEST(Weld, ASoftRotationSwingsAtItsFrequencyAboutTheAnchor) {
 // As parallel/solve.cpp packs bodies with locks: their inertia has zero rows.
 TEST(Weld, BodiesWithLockedRotationsAreHeldAboutTheOthers) {
   JointWorld world;
+  world.gravity = kWeight;
   const std::int32_t body = world.add_body(1, {1, 1, 0.1f}, {0.5f, 0, 0}, {}, {{}, {0, 0, 5}});
   const auto row = static_cast<std::size_t>(body);
   world.motion[row].flags = kMotionJointed | 1u << 3 | 1u << 4;  // turns about z alone
   world.add_joint(kFixedRow, {}, body, {{-0.5f, 0, 0}, {}});
   for (int step = 0; step < 60; ++step) world.step(kernels(), kWeld);
-  EXPECT_NEAR(world.rotation(body).z, 0.0f, 1e-3f);
+  EXPECT_NEAR(world.rotation_of(body).z, 0.0f, 1e-3f);
   EXPECT_NEAR(world.angular(body).z, 0.0f, 1e-3f);
 }
 
 }  // namespace
-}  // namespace scree::joint_pairs
+}  // namespace scree::joint_tests

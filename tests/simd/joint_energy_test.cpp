@@ -1,6 +1,6 @@
 // Joints take energy from what they can not hold, and never give any: without motors, springs, bias and warm
 // start every sweep over a joint is a projection of the velocities.
-#include "joint_rows_fixture.h"
+#include "joint_world_fixture.h"
 
 #include <array>
 

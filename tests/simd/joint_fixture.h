@@ -223,7 +223,7 @@ struct Bench {
       joints.solve(joint, chunk);
       kernels.body.integrate_poses(body, 0, moved);
       joint.elapsed = static_cast<float>(substep + 1) * joint.substep;
-      joints.relax_measured(joint, chunk);
+      (substep == substeps - 1 ? joints.relax_measured : joints.relax)(joint, chunk);
     }
     joints.store(joint, chunk);
     kernels.body.finish(body, 0, moved);

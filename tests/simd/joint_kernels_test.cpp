@@ -1,7 +1,7 @@
 // Laws of the kernels of balls, hinges and welds.
-#include "joint_pairs_fixture.h"
+#include "joint_world_fixture.h"
 
-namespace scree::joint_pairs {
+namespace scree::joint_tests {
 namespace {
 
 constexpr int kPlainBall = simd::joint_variant(0, false), kRichBall = simd::joint_variant(0, true);
@@ -12,7 +12,7 @@ constexpr int kVariants[] = {kPlainBall, kRichBall, kPlainHinge, kRichHinge, kWe
 const simd::Kernels& scalar_kernels() { return *simd::find_kernels(simd::InstructionSet::scalar); }
 
 JointParameters random_parameters(Random& random) {
-  JointParameters p = free_parameters();
+  JointParameters p = free_rotation();
   if (random.uniform(0, 1) < 0.3f) p.hertz = p.angular_hertz = random.uniform(1, 40);
   JointAxisRow& first = p.axis[0];
   if (random.uniform(0, 1) < 0.5f) first.lower = random.uniform(-3, 0);
@@ -33,6 +33,7 @@ JointParameters random_parameters(Random& random) {
 // Pairs of bodies, some against the world, whose frames are together but for `error`.
 JointWorld random_pairs(int count, unsigned seed, float error) {
   JointWorld world;
+  world.gravity = kWeight;
   Random random(seed);
   const auto inertia = [&] {
     return Vec3{random.uniform(0.1f, 0.2f), random.uniform(0.1f, 0.2f), random.uniform(0.11f, 0.2f)};
@@ -51,7 +52,7 @@ JointWorld random_pairs(int count, unsigned seed, float error) {
                         ? local_a
                         : Pose{position + rotate(rotation, local_a.position), rotation * local_a.rotation};
     const Quat rotation_b =
-        normalize(at.rotation * turn({0.3f, 0.5f, 1}, error) * conjugate(local_b.rotation));
+        normalize(at.rotation * about({0.3f, 0.5f, 1}, error) * conjugate(local_b.rotation));
     const Vec3 position_b = at.position - rotate(rotation_b, local_b.position) + random.vector(error);
     world.add_joint(a, local_a, body(position_b, rotation_b), local_b, random_parameters(random));
   }
@@ -85,7 +86,7 @@ TEST(JointKernels, EveryInstructionSetGivesTheBitsOfScalar) {
       expect_same(expected.velocity, world.velocity, what + ", velocity");
       expect_same(expected.impulses, world.impulses, what + ", impulse");
       expect_same(expected.reactions, world.reactions, what + ", reaction");
-      EXPECT_EQ(expected.residual, world.residual) << what;
+      EXPECT_EQ(expected.residual[0], world.residual[0]) << what;
     }
   }
 }
@@ -153,6 +154,7 @@ TEST(JointKernels, NothingGainsSpeedWithoutBounds) {
 TEST(JointKernels, HeldRowsOfASmallBodyOnALongArmHaveNoSpeedLeft) {
   for (const int variant : {kPlainHinge, kWeld}) {
     JointWorld world;
+    world.gravity = kWeight;
     for (int i = 0; i < 5; ++i) {
       const float arm = std::pow(2.0f, static_cast<float>(i));  // to 16 m, of a cube of 0.1 m
       const std::int32_t body =
@@ -175,27 +177,28 @@ TEST(JointKernels, ImpulsesConserveMomentum) {
     JointWorld world = random_pairs(100, 4, 0.0f);
     bound_drives(world);
     world.gravity = {0, 0, 0};
+    world.dt = 1e-4f;
     const auto momentum = [&](std::size_t joint, Vec3& linear, Vec3& angular) {
       const JointFrames& f = world.frames[joint];
       linear = angular = {0, 0, 0};
       for (const std::int32_t row : {f.row_a, f.row_b}) {
         const auto body = static_cast<std::size_t>(row);
         const float* i = world.local_inertia[body].inertia;
-        const Vec3 local = rotate_back(world.rotation(row), world.angular(row));
-        const Vec3 spin = rotate(world.rotation(row), {i[0] * local.x, i[3] * local.y, i[5] * local.z});
+        const Vec3 local = rotate_back(world.rotation_of(row), world.angular(row));
+        const Vec3 spin = rotate(world.rotation_of(row), {i[0] * local.x, i[3] * local.y, i[5] * local.z});
         linear = linear + world.mass[body] * world.linear(row);
-        angular = angular + cross(world.position(row), world.mass[body] * world.linear(row)) + spin;
+        angular = angular + cross(world.position_of(row), world.mass[body] * world.linear(row)) + spin;
       }
     };
     std::vector<Vec3> linear(100), angular(100);
     for (std::size_t joint = 0; joint < 100; ++joint) momentum(joint, linear[joint], angular[joint]);
-    for (int step = 0; step < 3; ++step) world.step(scalar_kernels(), variant, 1e-3f);
+    for (int step = 0; step < 3; ++step) world.step(scalar_kernels(), variant);
     for (std::size_t joint = 0; joint < 100; ++joint) {
       if (joint % 5 == 0) continue;  // against the world
       Vec3 linear_now, angular_now;
       momentum(joint, linear_now, angular_now);
       EXPECT_LT(length(linear_now - linear[joint]), 1e-4f) << variant << " joint " << joint;
-      EXPECT_LT(length(angular_now - angular[joint]), 5e-3f) << variant << " joint " << joint;
+      EXPECT_LT(length(angular_now - angular[joint]), 1e-3f) << variant << " joint " << joint;
     }
   }
 }
@@ -205,9 +208,9 @@ TEST(JointKernels, AHingeHoldsADoorUnderItsWeight) {
   for (const simd::Kernels* kernels : all_kernels()) {
     for (const int variant : {kPlainHinge, kRichHinge}) {
       JointWorld world;
-      world.joint_hertz_ratio = 0.25f;
+      world.gravity = kWeight;
       const float m = 40.0f;
-      const Quat upright = turn({0, 0, 1}, kPi / 2);  // x to the vertical
+      const Quat upright = about({0, 0, 1}, kPi / 2);  // x to the vertical
       const std::int32_t door = world.add_body(m, {m / 12 * 4, m / 12 * 1, m / 12 * 5}, {0.5f, 0, 0}, {},
                                                {{0, 0, -1.0f}, {0, 2, 0}});
       const std::size_t joint =
@@ -233,4 +236,4 @@ TEST(JointKernels, AHingeHoldsADoorUnderItsWeight) {
 }
 
 }  // namespace
-}  // namespace scree::joint_pairs
+}  // namespace scree::joint_tests

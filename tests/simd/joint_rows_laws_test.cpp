@@ -1,5 +1,5 @@
 // Laws of each kind of joint made of rows, and of motors and mice: single joints in known motions.
-#include "joint_rows_fixture.h"
+#include "joint_world_fixture.h"
 
 namespace scree::joint_tests {
 namespace {

@@ -1,6 +1,6 @@
 // Laws of the joints made of rows, and of motors and mice, as kernels: the same bits from every instruction
 // set, momentum kept, and no speed left in what is held.
-#include "joint_rows_fixture.h"
+#include "joint_world_fixture.h"
 
 namespace scree::joint_tests {
 namespace {

@@ -1,4 +1,4 @@
-// The bench of joint_fixture.h with frames given in the bodies, for the tests of joints made of rows.
+// The bench of joint_fixture.h with frames given in the bodies, and what laws of joints ask of it.
 #pragma once
 
 #include "joint_fixture.h"
@@ -10,7 +10,7 @@
 namespace scree::joint_tests {
 
 inline constexpr float kPi = std::numbers::pi_v<float>;
-inline constexpr Vec3 kX{1, 0, 0}, kY{0, 1, 0}, kZ{0, 0, 1};
+inline constexpr Vec3 kX{1, 0, 0}, kY{0, 1, 0}, kZ{0, 0, 1}, kWeight{0, -9.81f, 0};
 
 inline Quat about(Vec3 axis, float angle) { return turn(axis * (1 / length(axis)), angle); }
 
@@ -18,6 +18,12 @@ inline JointParameters free_parameters() {
   JointParameters p{};
   for (JointAxisRow& axis : p.axis) axis = kFreeAxis;
   p.damping_ratio = p.angular_damping_ratio = 1;
+  return p;
+}
+// Of joints with a rotation drive: its target, where axis 3 of others is, is no rotation.
+inline JointParameters free_rotation() {
+  JointParameters p = free_parameters();
+  p.axis[3] = {0, 0, 0, 1, 1, 1, 0, kDriveNone};
   return p;
 }
 
@@ -30,13 +36,17 @@ struct JointWorld : Bench {
     return body;
   }
   std::size_t add_joint(std::int32_t a, const Pose& in_a, std::int32_t b, const Pose& in_b,
-                        const JointParameters& given) {
+                        const JointParameters& given = free_rotation()) {
     const std::size_t joint = Bench::add_joint(a, placed(a, in_a), b, placed(b, in_b));
     parameters[joint] = given;
     return joint;
   }
   void step(const simd::Kernels& kernels, JointType type, bool rich = true) {
     Bench::step(kernels, static_cast<int>(type), rich);
+  }
+
+  void step(const simd::Kernels& kernels, int variant) {
+    Bench::step(kernels, variant / 2, variant % 2 != 0);
   }
 
   Vec3 linear(std::int32_t body) const {
