@@ -5,7 +5,8 @@
 // order of a resting pile; new ones take the lowest free color in the order of their pairs. Contacts
 // against bodies that cannot be pushed have colors of their own and are solved last. Hubs, the bodies of many
 // contacts, block no colors: their contacts are colored by the other body alone, and are solved in groups
-// (see simd/contact_block.h).
+// (see simd/constraint_block.h). So are those that a body has beyond its colors with bodies that cannot be
+// pushed.
 #include <parallel/coloring.h>
 #include <parallel/stages.h>
 
@@ -34,8 +35,10 @@ void Constraints::report(const Visit& visit) const {
   column("cell_begins", cell_begins);
   column("histogram", histogram);
   column("keys", keys);
+  column("contact_counts", contact_keys.counts);
   column("contact_totals", contact_keys.totals);
   column("contact_lanes", contact_keys.first_lane);
+  column("joint_counts", joint_keys.counts);
   column("joint_totals", joint_keys.totals);
   column("joint_lanes", joint_keys.first_lane);
   column("joint_rows", joint_rows);
@@ -99,7 +102,8 @@ void clear_masks(const WorldData& data, Constraints& constraints, Crew& crew, bo
 bool list_edge(Edge& edge, std::int32_t body_a, std::int32_t body_b, std::uint16_t info, std::uint8_t color,
                bool pushed_b, bool same) {
   same = same && edge.body_a == body_a && edge.body_b == body_b && edge.color == color &&
-         (edge.kind == EdgeKind::pushed_b) == pushed_b && color < color_limit(edge.kind);
+         (edge.kind == EdgeKind::pushed_b) == pushed_b &&
+         (color < color_limit(edge.kind) || (pushed_b && color == kStaticHubColor));
   edge.body_a = body_a;
   edge.body_b = body_b;
   edge.info = info;

@@ -45,7 +45,7 @@ inline int color_limit(EdgeKind kind) {
 
 // Gives a constraint the lowest color that is free at its bodies.
 inline void take_lowest_color(Column<BodyColors>& bodies, Edge& edge) {
-  edge.color = kOverflowColor;
+  edge.color = edge.kind == EdgeKind::pushed_b ? kStaticHubColor : kOverflowColor;
   const int limit = color_limit(edge.kind);
   if (limit == 0) return;
   const Masks masks = masks_of(bodies, edge);

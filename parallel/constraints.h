@@ -13,6 +13,8 @@ namespace scree {
 inline constexpr int kColorLimit = 64;              // colors of one kind: bits of a body's mask
 inline constexpr int kHubColorLimit = 8;            // likewise of contacts with hubs
 inline constexpr std::uint8_t kOverflowColor = 64;  // no color was free: solved one after the other
+// Likewise against a body that can not be pushed: solved in groups, as those of a hub are.
+inline constexpr std::uint8_t kStaticHubColor = 65;
 
 // Constraints with other bodies that can be pushed from which a body is a hub. Eight bodies of 1,300 contacts
 // would otherwise use up all colors, most of them for a handful of contacts.
@@ -65,6 +67,7 @@ struct FinishSum {
 // Rows sorted by key: how many there are of each, and where the lanes of each begin.
 struct KeyTable {
   int kinds = 0;                    // keys of a place in the order of solving
+  Column<std::int32_t> counts;      // by part and key; then where the part's rows of the key begin
   Column<std::int32_t> totals;      // by key
   Column<std::int32_t> first_lane;  // by key, and where the last one ends
 };
@@ -79,8 +82,8 @@ struct Constraints : Part {
   Column<std::int32_t> cells;        // scratch; color_by_cells; by place in `uncolored`
   Column<std::int32_t> cell_rows;    // scratch; color_by_cells; `uncolored`, sorted by cell
   Column<std::int32_t> cell_begins;  // scratch; color_by_cells; first place in `cell_rows` by cell
-  Column<std::int32_t> histogram;    // scratch; color_by_cells, pack_blocks; by part and key
-  Column<std::uint16_t> keys;        // scratch; pack_blocks; by place in the list that is sorted
+  Column<std::int32_t> histogram;    // scratch; color_by_cells; by part and key
+  Column<std::uint16_t> keys;        // scratch; pack_blocks; by edge
   KeyTable contact_keys;             // scratch; pack_blocks
   KeyTable joint_keys;               // scratch; pack_blocks
   Column<std::int32_t> joint_rows;   // scratch; pack_blocks; joints in lane order

@@ -107,8 +107,10 @@ class Layout {
       add_overflow(family, kind, first_lane, count);
     } else if (is_hub_place(place)) {
       begin_stage(serial);
-      const bool hub_is_a = (place - kFirstHubPlace) % 2 == 0;
-      add_hubs(family, kind, hub_is_a ? simd::BodySide::a : simd::BodySide::b, first_lane, count);
+      const BlockKind block = kind_of(family, kind, place == kStaticHubPlace);
+      const bool hub_is_a =
+          place == kStaticHubPlace ? block.fixed == simd::BodySide::b : (place - kFirstHubPlace) % 2 == 0;
+      add_hubs(family, block, hub_is_a ? simd::BodySide::a : simd::BodySide::b, first_lane, count);
     } else {
       add_color(family, kind_of(family, kind, place >= kFirstStaticPlace), first_lane, count);
     }
@@ -149,10 +151,7 @@ class Layout {
   // One by one.
   void add_overflow(const Family& family, int kind, int first_lane, int count) {
     for (int lane = first_lane; lane < first_lane + count * kernels_.lanes; lane += kernels_.lanes) {
-      const auto row = static_cast<std::size_t>(family.rows[static_cast<std::size_t>(lane)]);
-      const bool is_static =
-          &family == &contacts && (data_.contacts.now.manifold[row].info & kManifoldStatic) != 0;
-      add_chunk(family, kind_of(family, kind, is_static), lane, 1);
+      add_chunk(family, kind_of(family, kind, false), lane, 1);
     }
   }
 
@@ -174,7 +173,7 @@ class Layout {
   }
 
   // The constraints of each hub become one chunk, hubs in the order of their first ones.
-  void add_hubs(const Family& family, int kind, simd::BodySide side, int first_lane, int count) {
+  void add_hubs(const Family& family, const BlockKind& kind, simd::BodySide side, int first_lane, int count) {
     Column<std::int32_t>& counts = constraints_.hub_counts;
     const auto colors_of = [&](std::int32_t row) -> BodyColors& {
       return constraints_.body_colors[static_cast<std::size_t>(hub_of(family, row, side))];
@@ -205,7 +204,7 @@ class Layout {
     }
     lane = 0;
     for (const std::int32_t end : counts) {
-      add_chunk(family, kind_of(family, kind, false), first_lane + lane, end - lane, side);
+      add_chunk(family, kind, first_lane + lane, end - lane, side);
       lane = padded(end);
     }
     for (const std::int32_t row : constraints_.hub_rows) colors_of(row).number = -1;
@@ -220,11 +219,6 @@ class Layout {
   std::int32_t chunk_count_ = 0;
 };
 
-std::int32_t rows_at(const KeyTable& table, int place) {
-  const std::int32_t* totals = table.totals.data() + static_cast<std::ptrdiff_t>(place) * table.kinds;
-  return std::accumulate(totals, totals + table.kinds, 0);
-}
-
 }  // namespace
 
 void pack_blocks(WorldData& data, Crew& crew) {
@@ -234,18 +228,25 @@ void pack_blocks(WorldData& data, Crew& crew) {
   const Column<std::int32_t>& active = data.joints.active;
   data.stats.contact_points = count_points(constraints, touching.size(), crew);
   data.stats.joints = static_cast<std::int64_t>(active.size());
-  constraints.contact_keys.kinds = kContactKinds;
-  sort_edges(constraints, 0, touching, lanes, constraints.contact_keys, constraints.rows, crew, contact_kind);
   const JointKindNumbers numbers(std::as_const(constraints.edges).span().subspan(touching.size()));
-  constraints.joint_keys.kinds = numbers.count;
-  sort_edges(constraints, touching.size(), active, lanes, constraints.joint_keys, constraints.joint_rows,
-             crew, [&](const Edge& edge) { return int{numbers.number[edge.info]}; });
+  KeyTable &contact_keys = constraints.contact_keys, &joint_keys = constraints.joint_keys;
+  contact_keys.kinds = kContactKinds;
+  joint_keys.kinds = numbers.count;
+  constraints.keys.resize_discarding(constraints.edges.size());
+  count_keys(constraints, 0, touching, contact_keys, crew, contact_kind);
+  count_keys(constraints, touching.size(), active, joint_keys, crew,
+             [&](const Edge& edge) { return int{numbers.number[edge.info]}; });
+  // A hub by its contacts may have a single joint, and the other way round.
+  const std::int32_t hubs = most_hubs(contact_keys, joint_keys);
+  place_keys(lanes, hubs, contact_keys);
+  place_keys(lanes, hubs, joint_keys);
+  scatter_rows(constraints, 0, touching, lanes, contact_keys, constraints.rows, crew);
+  scatter_rows(constraints, touching.size(), active, lanes, joint_keys, constraints.joint_rows, crew);
 
   Layout layout(data, constraints, numbers, crew.kernels());
   std::int32_t colors = 0;
   for (int place = 0; place < kColorPlaces; ++place) {
-    const std::int32_t in_color =
-        rows_at(constraints.contact_keys, place) + rows_at(constraints.joint_keys, place);
+    const std::int32_t in_color = rows_at(contact_keys, place) + rows_at(joint_keys, place);
     if (in_color == 0) continue;
     ++colors;
     const bool serial = place == 0 || in_color <= kTailRows;

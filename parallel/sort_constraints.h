@@ -14,20 +14,22 @@ namespace scree {
 inline constexpr int kSortRows = 4096;  // of a list that one task counts and scatters
 
 // Places in the order in which they are solved: the overflow, each hub color with the hub as A and as B, the
-// dynamic colors, the static ones.
+// dynamic colors, the static ones, and what found none of these.
 inline constexpr int kFirstHubPlace = 1;
 inline constexpr int kFirstDynamicPlace = kFirstHubPlace + 2 * kHubColorLimit;
 inline constexpr int kFirstStaticPlace = kFirstDynamicPlace + kColorLimit;
-inline constexpr int kColorPlaces = kFirstStaticPlace + kColorLimit;
+inline constexpr int kStaticHubPlace = kFirstStaticPlace + kColorLimit;
+inline constexpr int kColorPlaces = kStaticHubPlace + 1;
 
-inline bool is_hub_place(int place) { return place >= kFirstHubPlace && place < kFirstDynamicPlace; }
+inline bool is_hub_place(int place) {
+  return (place >= kFirstHubPlace && place < kFirstDynamicPlace) || place == kStaticHubPlace;
+}
 
 inline int place_of(const Edge& edge) {
-  // Whatever found no color shares the overflow's place: the variant tells static constraints apart.
   if (edge.color == kOverflowColor) return 0;
   switch (edge.kind) {
     case EdgeKind::pushed_b:
-      return kFirstStaticPlace + edge.color;
+      return edge.color == kStaticHubColor ? kStaticHubPlace : kFirstStaticPlace + edge.color;
     case EdgeKind::hub_a:
       return kFirstHubPlace + 2 * edge.color;
     case EdgeKind::hub_b:
@@ -37,63 +39,83 @@ inline int place_of(const Edge& edge) {
   }
 }
 
-// Turns counts by part and key into places: rows of one key lie together, parts in their order.
-inline void place_keys(Column<std::int32_t>& histogram, int parts, int lanes, KeyTable& table) {
-  const int keys = kColorPlaces * table.kinds;
-  table.totals.resize_discarding(static_cast<std::size_t>(keys));
-  table.first_lane.resize_discarding(static_cast<std::size_t>(keys) + 1);
-  std::int32_t* const totals = table.totals.data();
-  std::fill(totals, totals + keys, 0);
-  for (int part = 0; part < parts; ++part) {
-    std::int32_t* const counts = histogram.data() + static_cast<std::ptrdiff_t>(part) * keys;
-    for (int key = 0; key < keys; ++key) {
-      const std::int32_t before = totals[key];
-      totals[key] += counts[key];
-      counts[key] = before;
-    }
-  }
-  // A hub's run begins with a block of its own. Two hubs may share a constraint, in the overflow only.
-  const std::int32_t hub_ends = std::accumulate(totals, totals + kFirstDynamicPlace * table.kinds, 0) +
-                                std::accumulate(totals, totals + table.kinds, 0);
-  const std::int32_t most_hubs = hub_ends / (kHubDegree + 1);
-  std::int32_t lane = 0;
-  for (int key = 0; key < keys; ++key) {
-    const int place = key / table.kinds;
-    table.first_lane[static_cast<std::size_t>(key)] = lane;
-    std::int32_t padded = (totals[key] + lanes - 1) / lanes * lanes;
-    if (place == 0) padded = totals[key] * lanes;  // solved one by one: a block each
-    if (is_hub_place(place)) padded += std::min(totals[key], most_hubs) * lanes;
-    lane += padded;
-  }
-  table.first_lane[static_cast<std::size_t>(keys)] = lane;
-}
-
-// Edges [first, first + list.size()) -> `rows`: the entries of `list` in the order of lanes. `kind_of` gives
-// an edge's kind, less than table.kinds.
+// Edges of `list`, which are [first, first + list.size()), -> their keys and how many there are of each.
+// `kind_of` gives an edge's kind, less than table.kinds.
 template <class KindOf>
-void sort_edges(Constraints& constraints, std::size_t first, const Column<std::int32_t>& list, int lanes,
-                KeyTable& table, Column<std::int32_t>& rows, Crew& crew, KindOf&& kind_of) {
-  const int count = static_cast<int>(list.size());
-  const int parts = (count + kSortRows - 1) / kSortRows;
+void count_keys(Constraints& constraints, std::size_t first, const Column<std::int32_t>& list,
+                KeyTable& table, Crew& crew, KindOf&& kind_of) {
+  const int count = static_cast<int>(list.size()), parts = (count + kSortRows - 1) / kSortRows;
   const auto keys = static_cast<std::size_t>(kColorPlaces * table.kinds);
-  constraints.keys.resize_discarding(list.size());
-  constraints.histogram.resize_discarding(static_cast<std::size_t>(parts) * keys);
+  table.counts.resize_discarding(static_cast<std::size_t>(parts) * keys);
   crew.run_ranges(count, kSortRows, [&](int begin, int end, int) {
-    std::int32_t* counts = constraints.histogram.data() + static_cast<std::size_t>(begin / kSortRows) * keys;
+    std::int32_t* counts = table.counts.data() + static_cast<std::size_t>(begin / kSortRows) * keys;
     std::fill(counts, counts + keys, 0);
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const Edge& edge = constraints.edges[first + i];
+    for (auto i = first + static_cast<std::size_t>(begin); i < first + static_cast<std::size_t>(end); ++i) {
+      const Edge& edge = constraints.edges[i];
       const int key = place_of(edge) * table.kinds + kind_of(edge);
       constraints.keys[i] = static_cast<std::uint16_t>(key);
       ++counts[key];
     }
   });
-  place_keys(constraints.histogram, parts, lanes, table);
+  table.totals.resize_discarding(keys);
+  std::int32_t* const totals = table.totals.data();
+  std::fill(totals, totals + keys, 0);
+  for (int part = 0; part < parts; ++part) {
+    std::int32_t* const counts = table.counts.data() + static_cast<std::size_t>(part) * keys;
+    for (std::size_t key = 0; key < keys; ++key) {
+      const std::int32_t before = totals[key];
+      totals[key] += counts[key];
+      counts[key] = before;
+    }
+  }
+}
+
+inline std::int32_t rows_at(const KeyTable& table, int place) {
+  const std::int32_t* totals = table.totals.data() + static_cast<std::ptrdiff_t>(place) * table.kinds;
+  return std::accumulate(totals, totals + table.kinds, 0);
+}
+
+// The hubs that there may be at most, by the constraints that lie where hubs' do. Two hubs may share one, in
+// the overflow only.
+inline std::int32_t most_hubs(const KeyTable& contacts, const KeyTable& joints) {
+  std::int32_t ends = 0;
+  for (const KeyTable* table : {&contacts, &joints}) {
+    for (int place = 0; place < kFirstDynamicPlace; ++place) ends += rows_at(*table, place);
+    ends += rows_at(*table, 0);
+  }
+  return ends / (kHubDegree + 1);
+}
+
+// Where the lanes of each key begin. A block each for the overflow, which is solved one by one; in a hub
+// place a run that begins with a block of its own for each of at most `hubs` hubs, which may have any number
+// of rows there.
+inline void place_keys(int lanes, std::int32_t hubs, KeyTable& table) {
+  const int keys = kColorPlaces * table.kinds;
+  table.first_lane.resize_discarding(static_cast<std::size_t>(keys) + 1);
+  std::int32_t lane = 0;
+  for (int key = 0; key < keys; ++key) {
+    const int place = key / table.kinds;
+    const std::int32_t total = table.totals[static_cast<std::size_t>(key)];
+    table.first_lane[static_cast<std::size_t>(key)] = lane;
+    lane += place == 0 ? total * lanes : (total + lanes - 1) / lanes * lanes;
+    if (place == kStaticHubPlace) {
+      lane += total * lanes;
+    } else if (is_hub_place(place)) {
+      lane += std::min(total, hubs) * lanes;
+    }
+  }
+  table.first_lane[static_cast<std::size_t>(keys)] = lane;
+}
+
+// `rows`: the entries of `list` in the order of lanes, after count_keys() and place_keys().
+inline void scatter_rows(const Constraints& constraints, std::size_t first, const Column<std::int32_t>& list,
+                         int lanes, KeyTable& table, Column<std::int32_t>& rows, Crew& crew) {
+  const auto keys = static_cast<std::size_t>(kColorPlaces * table.kinds);
   rows.resize_discarding(static_cast<std::size_t>(table.first_lane.back()));
-  crew.run_ranges(count, kSortRows, [&](int begin, int end, int) {
-    std::int32_t* places = constraints.histogram.data() + static_cast<std::size_t>(begin / kSortRows) * keys;
+  crew.run_ranges(static_cast<int>(list.size()), kSortRows, [&](int begin, int end, int) {
+    std::int32_t* places = table.counts.data() + static_cast<std::size_t>(begin / kSortRows) * keys;
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const int key = constraints.keys[i];
+      const int key = constraints.keys[first + i];
       const int place = places[key]++;
       const int lane =
           table.first_lane[static_cast<std::size_t>(key)] + (key < table.kinds ? place * lanes : place);

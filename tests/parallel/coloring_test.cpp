@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <span>
 
 namespace scree {
 namespace {
@@ -32,6 +33,17 @@ struct Graph {
     data.contacts.now.color[row] = kNoColor;
     data.contacts.touching.push_back(static_cast<std::int32_t>(row));
   }
+  // Either may be fixed, but not both.
+  void join(int a, int b, JointType type = JointType::ball) {
+    Joints& joints = data.joints;
+    const std::size_t row = joints.flags.size();
+    joints.resize(row + 1);
+    joints.flags[row] = kJointAlive | kJointEnabled;
+    joints.type[row] = type;
+    joints.bodies[row] = {a < 0 ? kFixedRow : kFirstBody + a, b < 0 ? kFixedRow : kFirstBody + b};
+    joints.color[row] = kNoColor;
+    joints.active.push_back(static_cast<std::int32_t>(row));
+  }
   void color(Crew& crew) {
     color_constraints(data, crew);
     pack_blocks(data, crew);
@@ -39,56 +51,98 @@ struct Graph {
   WorldData data;
 };
 
-// The body of a lane that a hub's chunk shares among its lanes; -1: the chunk has none.
-std::int32_t hub_of(const simd::ConstraintChunk& chunk, const Manifold& manifold) {
-  return chunk.hub == simd::BodySide::a   ? manifold.row_a
-         : chunk.hub == simd::BodySide::b ? manifold.row_b
-                                          : -1;
+// A constraint in a lane: its bodies, and whether a chunk of these writes them.
+struct LaneBodies {
+  std::int32_t a, b;
+  bool writes_a, writes_b;
+};
+
+LaneBodies bodies_of(const WorldData& data, std::int32_t contact, const simd::ConstraintChunk&) {
+  const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(contact)];
+  return {manifold.row_a, manifold.row_b, (manifold.info & kManifoldStatic) == 0, true};
 }
 
-// Every touching row lies in exactly one lane; nothing but its hub comes twice in a chunk, and nothing at all
+LaneBodies joined_bodies_of(const WorldData& data, std::int32_t joint, const simd::ConstraintChunk& chunk) {
+  const JointBodies bodies = data.joints.bodies[static_cast<std::size_t>(joint)];
+  const int type = static_cast<int>(data.joints.type[static_cast<std::size_t>(joint)]);
+  EXPECT_EQ(chunk.variant, simd::joint_variant(type, false));
+  EXPECT_EQ(chunk.fixed, bodies.a == kFixedRow   ? simd::BodySide::a
+                         : bodies.b == kFixedRow ? simd::BodySide::b
+                                                 : simd::BodySide::none);
+  return {bodies.a, bodies.b, bodies.a != kFixedRow, bodies.b != kFixedRow};
+}
+
+// The rows of the lanes of a stage's chunks; nothing but its hub comes twice in a chunk, and nothing at all
 // in two chunks of a stage that threads share.
-void expect_sound(WorldData& data) {
-  const Constraints& constraints = constraints_of(data);
-  std::multiset<std::int32_t> lanes;
-  for (const ColorStage& stage : constraints.stages) {
-    std::set<std::int32_t> written;
-    for (int c = stage.first_chunk; c < stage.first_chunk + stage.chunk_count; ++c) {
-      const simd::ConstraintChunk& chunk = constraints.chunks[static_cast<std::size_t>(c)];
-      if (stage.serial) written.clear();
-      std::int32_t hub = -1;
-      for (int i = 0; i < chunk.lanes; ++i) {
-        const std::int32_t row = constraints.rows[static_cast<std::size_t>(chunk.first_lane + i)];
-        lanes.insert(row);
-        const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(row)];
-        if (i == 0) hub = hub_of(chunk, manifold);
-        EXPECT_EQ(hub_of(chunk, manifold), hub) << "a chunk has one hub";
-        const auto write = [&](std::int32_t body) {
-          EXPECT_TRUE(written.insert(body).second || (body == hub && i > 0)) << "body " << body;
-        };
-        write(manifold.row_b);
-        if ((manifold.info & kManifoldStatic) == 0) write(manifold.row_a);
-      }
+template <class BodiesOf>
+void expect_chunks(const WorldData& data, bool serial, std::span<const simd::ConstraintChunk> chunks,
+                   const Column<std::int32_t>& rows, std::set<std::int32_t>& written,
+                   std::multiset<std::int32_t>& lanes, BodiesOf&& bodies_of_lane) {
+  for (const simd::ConstraintChunk& chunk : chunks) {
+    if (serial) written.clear();
+    std::int32_t hub = -1;
+    for (int i = 0; i < chunk.lanes; ++i) {
+      const std::int32_t row = rows[static_cast<std::size_t>(chunk.first_lane + i)];
+      lanes.insert(row);
+      const LaneBodies lane = bodies_of_lane(data, row, chunk);
+      const std::int32_t shared = chunk.hub == simd::BodySide::a   ? lane.a
+                                  : chunk.hub == simd::BodySide::b ? lane.b
+                                                                   : -1;
+      if (i == 0) hub = shared;
+      EXPECT_EQ(shared, hub) << "a chunk has one hub";
+      const auto write = [&](std::int32_t body) {
+        EXPECT_TRUE(written.insert(body).second || (body == hub && i > 0)) << "body " << body;
+      };
+      if (lane.writes_a) write(lane.a);
+      if (lane.writes_b) write(lane.b);
     }
   }
-  EXPECT_EQ(lanes.size(), data.contacts.touching.size());
-  for (const std::int32_t row : data.contacts.touching) EXPECT_EQ(lanes.count(row), 1u);
 }
 
-TEST(Coloring, NoColorSharesADynamicBody) {
+// Every touching row and every active joint lies in exactly one lane, beside nothing that it may not meet.
+void expect_sound(const WorldData& data) {
+  const Constraints& constraints = static_cast<const Constraints&>(*data.constraints);
+  std::multiset<std::int32_t> contacts, joints;
+  for (const ColorStage& stage : constraints.stages) {
+    std::set<std::int32_t> written;
+    const auto part = [](const auto& chunks, std::int32_t first, std::int32_t count) {
+      return chunks.span().subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count));
+    };
+    expect_chunks(data, stage.serial,
+                  part(constraints.joint_chunks, stage.first_joint_chunk, stage.joint_chunk_count),
+                  constraints.joint_rows, written, joints, joined_bodies_of);
+    expect_chunks(data, stage.serial, part(constraints.chunks, stage.first_chunk, stage.chunk_count),
+                  constraints.rows, written, contacts, bodies_of);
+  }
+  EXPECT_EQ(contacts.size(), data.contacts.touching.size());
+  for (const std::int32_t row : data.contacts.touching) EXPECT_EQ(contacts.count(row), 1u);
+  EXPECT_EQ(joints.size(), data.joints.active.size());
+  for (const std::int32_t joint : data.joints.active) EXPECT_EQ(joints.count(joint), 1u);
+}
+
+template <class Check>
+void with_every_set(Check&& check) {
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
     if (!is_supported(isa)) continue;
     Workers workers(WorkersOptions{.threads = 1, .isa = isa});
     Crew crew(workers);
+    check(crew);
+  }
+}
+
+TEST(Coloring, NoColorSharesADynamicBody) {
+  with_every_set([](Crew& crew) {
     physics::Random random(1);
     Graph graph(500);
     for (int i = 0; i < 4000; ++i) {
       const int a = static_cast<int>(random.uniform(-20, 500)), b = static_cast<int>(random.uniform(0, 500));
-      if (a != b) graph.touch(a, b, 1u + static_cast<std::uint32_t>(i % 4));
+      if (a == b) continue;
+      graph.touch(a, b, 1u + static_cast<std::uint32_t>(i % 4));
+      if (i % 3 == 0) graph.join(b, a, static_cast<JointType>(i % kJointTypeCount));
     }
     graph.color(crew);
     expect_sound(graph.data);
-  }
+  });
 }
 
 int count_overflow(const Graph& graph) {
@@ -113,6 +167,53 @@ TEST(Coloring, HubsBlockNoColors) {
   expect_sound(graph.data);
   EXPECT_EQ(count_overflow(graph), 0);
   EXPECT_LE(graph.data.stats.colors, 4) << "two of the chain, one of hubs as A and one of hubs as B";
+}
+
+// Hubs by their contacts, each with few joints, and the other way round.
+TEST(Coloring, HubsOfOneKindMayHaveFewOfTheOther) {
+  for (const int hubs : {3, 10, 100}) {
+    for (const bool by_contacts : {true, false}) {
+      with_every_set([&](Crew& crew) {
+        constexpr int kMany = kHubDegree + 1, kFew = 4, kAll = kMany + kFew;
+        Graph graph(hubs * (1 + kAll));
+        for (int hub = 0; hub < hubs; ++hub) {
+          for (int i = 0; i < kAll; ++i) {
+            const int other = hubs + hub * kAll + i;
+            if ((i < kMany) == by_contacts) {
+              graph.touch(hub, other);
+            } else {
+              graph.join(hub, other);
+            }
+          }
+        }
+        graph.color(crew);
+        expect_sound(graph.data);
+        EXPECT_EQ(graph.data.stats.colors, 1);
+      });
+    }
+  }
+}
+
+TEST(Coloring, WhatABodyHasBeyondItsColorsWithFixedOnesIsSolvedInGroups) {
+  with_every_set([](Crew& crew) {
+    Graph graph(4);
+    for (int i = 0; i < 300; ++i) {
+      graph.touch(-1, 0);
+      graph.join(-1, 1);
+      graph.join(2, -1, i % 2 == 0 ? JointType::ball : JointType::distance);
+    }
+    graph.touch(-1, 3);
+    graph.color(crew);
+    expect_sound(graph.data);
+    EXPECT_EQ(count_overflow(graph), 0);
+    EXPECT_EQ(graph.data.stats.colors, kColorLimit + 1);
+    const Constraints& constraints = constraints_of(graph.data);
+    EXPECT_LT(constraints.joint_chunks.size() + constraints.chunks.size(), 3u * kColorLimit + 5);
+    // They stay there, and the coloring holds.
+    graph.color(crew);
+    expect_sound(graph.data);
+    EXPECT_TRUE(constraints.uncolored.empty());
+  });
 }
 
 TEST(Coloring, ContactsBetweenHubsAreSolvedOneByOne) {

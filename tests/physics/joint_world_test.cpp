@@ -249,6 +249,33 @@ TEST(JointHub, OfEveryKindKeepsItsMomentumAndGainsNoEnergy) {
   }
 }
 
+// More of them than there are colors: the others are solved in groups, as a hub's joints are.
+TEST(JointHub, APlatformHangsLevelFromHundredsOfRopes) {
+  Lab lab;
+  const BodyId platform = lab.add({.mass = 5000.0f}, Box{{10, 0.25f, 7.5f}});
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 place{static_cast<float>(i % 20) - 9.5f, 0.25f, static_cast<float>(i / 20) - 7.0f};
+    JointDef def = between({}, place + Vec3{0, 5, 0}, platform, place);
+    if (i % 2 == 0) {
+      std::swap(def.body_a, def.body_b);
+      std::swap(def.frame_a, def.frame_b);
+    }
+    lab.world.create_joint(def, DistanceJoint{{.upper = 5.0f}});
+  }
+  lab.run(1);
+  EXPECT_GT(joint_chunks_of_hubs(lab.world), 0);
+  for (int i = 0; i < 120; ++i) {
+    lab.run(1);
+    EXPECT_NEAR(lab.position(platform).y(), 0.0, 2e-3);
+    EXPECT_LT(lab.velocity(platform).norm() + lab.spin(platform).norm(), 0.02);
+  }
+  double carried = 0.0;
+  std::vector<JointId> joints(300);
+  ASSERT_EQ(lab.world.joints_of(platform, joints), 300u);
+  for (const JointId joint : joints) carried += std::abs(lab.world.joint_reaction(joint).force.y);
+  EXPECT_NEAR(carried, 5000.0 * kGravity, 0.01 * 5000.0 * kGravity);
+}
+
 TEST(JointColoring, NoColorSharesADynamicBody) {
   Lab lab;
   lab.add_ground();
