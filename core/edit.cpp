@@ -187,15 +187,6 @@ void place_shape_in_body(WorldData& data, std::int32_t shape) {
   data.shapes.local_pose[row] = local;
 }
 
-void release_pairs(WorldData& data, std::int32_t joint) {
-  const auto row = static_cast<std::size_t>(joint);
-  if ((data.joints.flags[row] & kJointCollides) != 0) return;
-  data.joints.apart_changed = true;
-  data.contacts.pairs_stale = true;
-  mark_shapes_dirty(data, data.joints.bodies[row].a);
-  mark_shapes_dirty(data, data.joints.bodies[row].b);
-}
-
 void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);

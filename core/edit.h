@@ -53,10 +53,6 @@ void link_shape(WorldData& data, std::int32_t shape, std::int32_t body);
 // Takes the shape out of the world, but not out of its body's list.
 void bury_shape(WorldData& data, std::int32_t shape);
 
-// The joint no longer keeps the shapes of its bodies from colliding, or does from now on: their pairs are
-// found anew. Nothing happens where it lets them collide anyhow.
-void release_pairs(WorldData& data, std::int32_t joint);
-
 // Places the body's origin; shapes become dirty.
 void place_body(WorldData& data, std::int32_t body, const Pose& transform);
 // Ends every call that changes a body's mass or shapes: writes the mass rows, moving the center of mass in

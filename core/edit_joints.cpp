@@ -117,7 +117,6 @@ void joints_changed(WorldData& data, std::int32_t joint, bool keeps_apart) {
   data.joints.active_changed = true;
   const JointBodies ends = data.joints.bodies[static_cast<std::size_t>(joint)];
   if (!keeps_apart || !is_listed(ends.a) || !is_listed(ends.b)) return;
-  data.joints.apart_changed = true;
   data.contacts.pairs_stale = true;
 }
 

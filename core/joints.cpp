@@ -247,10 +247,6 @@ Pose World::joint_pose(JointId joint) const {
 
 JointReaction World::joint_reaction(JointId joint) const {
   const JointRow j = at({"joint_reaction"}, data_, joint);
-  // Of one that sleeps or is disabled there stands what it was when it last took part.
-  const JointBodies ends = j.joints.bodies[j.row];
-  const bool awake = is_awake_dynamic(j.data.bodies, ends.a) || is_awake_dynamic(j.data.bodies, ends.b);
-  if (!awake || (j.joints.flags[j.row] & kJointEnabled) == 0) return {};
   const JointReactionRow& row = j.joints.reaction[j.row];
   return {to_vec3(row.force), to_vec3(row.torque)};
 }

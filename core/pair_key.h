@@ -16,11 +16,6 @@ inline std::uint64_t key_of(const TouchRow& row) {
   return pair_key(row.pair.shape_a.index, row.pair.shape_b.index);
 }
 
-// Of two bodies, in either order.
-inline std::uint64_t body_key(std::size_t a, std::size_t b) {
-  return pair_key(static_cast<std::uint32_t>(a < b ? a : b), static_cast<std::uint32_t>(a < b ? b : a));
-}
-
 inline bool comes_before(const ShapePair& x, const ShapePair& y) { return key_of(x) < key_of(y); }
 
 }  // namespace scree

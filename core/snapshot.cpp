@@ -93,9 +93,7 @@ void derive_joints(WorldData& data) {
     link_back(data, static_cast<std::int32_t>(row));
   }
   joints.active.clear();
-  joints.apart.clear();
   joints.active_changed = true;
-  joints.apart_changed = true;
 }
 
 // What a world is besides its columns and its hulls.

@@ -81,9 +81,14 @@ void check_joints(const WorldData& data, const Refusal& refusal) {
     if (alive) check_living_joint(data, row, refusal);
   }
   check_joint_lists(data, refusal);
-  check_list(joints.free_slots, rows, "joints", "free_slots", refusal, [&](std::size_t row) {
+  const auto is_free = [&](std::size_t row) {
     return (joints.flags[row] & kJointAlive) == 0 && joints.generation[row] != 0;
-  });
+  };
+  check_list(joints.free_slots, rows, "joints", "free_slots", refusal, is_free);
+  std::size_t free = 0;
+  for (std::size_t row = 0; row < rows; ++row) free += is_free(row) ? 1 : 0;
+  refusal.require(joints.free_slots.size() == free, "joints", "free_slots", 0,
+                  "some free slot is not listed");
 }
 
 }  // namespace scree

@@ -37,7 +37,6 @@ void for_each_column(WorldData& data, Visit&& visit) {
   data.joints.for_each_column(within("joints"));
   visit(ColumnKind::state, "joints", "free_slots", data.joints.free_slots);
   visit(ColumnKind::derived, "joints", "active", data.joints.active);
-  visit(ColumnKind::derived, "joints", "apart", data.joints.apart);
   visit(ColumnKind::state, "events", "touching", data.events.touching);
   visit(ColumnKind::scratch, "events", "before", data.events.before);
   visit(ColumnKind::scratch, "events", "begins", data.events.begins);

@@ -267,11 +267,8 @@ struct Joints {
   SCREE_STORE(SCREE_JOINT_COLUMNS)
   Column<std::int32_t> free_slots;  // state; calls; taken from the back
   Column<std::int32_t> active;      // derived; find_islands; enabled joints of an awake body, ascending
-  Column<std::uint64_t> apart;      // derived; find_pairs; keys of bodies that a joint keeps from colliding,
-                                    // ascending; see body_key
-  std::size_t alive = 0;            // state; calls
-  bool apart_changed = true;        // derived; calls: `apart` must be made anew
-  bool active_changed = true;       // derived; calls, find_islands: likewise `active`
+  std::size_t alive = 0;            // derived; calls
+  bool active_changed = true;       // derived; calls, find_islands: `active` must be made anew
 };
 
 // A pair whose contact somebody asked about when it last touched.

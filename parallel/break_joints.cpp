@@ -1,31 +1,60 @@
-// Joints whose reaction in the step was above their strength: they are disabled, and listed for the caller.
+// Joints whose reaction in a substep was above their strength: they are disabled, and listed for the caller.
 #include <core/edit.h>
+#include <parallel/constraints.h>
+#include <parallel/crew.h>
 #include <parallel/stages.h>
+
+#include <algorithm>
 
 namespace scree {
 
 namespace {
 
-// A reaction that is not finite tells nothing: its bodies are about to be restored.
-bool is_above(const float (&reaction)[3], float strength) {
-  const Vec3 v = to_vec3(reaction);
-  return dot(v, v) > strength * strength;
+bool has_broken(const Joints& joints, std::int32_t joint) {
+  const JointReactionRow& reaction = joints.reaction[static_cast<std::size_t>(joint)];
+  const JointStrength strength = joints.strength[static_cast<std::size_t>(joint)];
+  return reaction.force_peak_squared > strength.force * strength.force ||
+         reaction.torque_peak_squared > strength.torque * strength.torque;
+}
+
+std::span<const std::int32_t> joints_of(const Constraints& constraints, std::int32_t chunk) {
+  const simd::ConstraintChunk& c = constraints.joint_chunks[static_cast<std::size_t>(chunk)];
+  return constraints.joint_rows.span().subspan(static_cast<std::size_t>(c.first_lane),
+                                               static_cast<std::size_t>(c.lanes));
 }
 
 }  // namespace
 
-void break_joints(WorldData& data) {
+void break_joints(WorldData& data, Crew& crew) {
+  Constraints& constraints = constraints_of(data);
   Joints& joints = data.joints;
-  for (const std::int32_t joint : joints.active) {
-    const auto row = static_cast<std::size_t>(joint);
-    if ((joints.flags[row] & kJointBreaks) == 0) continue;
-    const JointReactionRow& reaction = joints.reaction[row];
-    const JointStrength strength = joints.strength[row];
-    if (!is_above(reaction.force, strength.force) && !is_above(reaction.torque, strength.torque)) continue;
-    joints.flags[row] = static_cast<std::uint8_t>(joints.flags[row] & ~kJointEnabled);
-    data.events.broken.push_back({static_cast<std::uint32_t>(joint), joints.generation[row]});
-    joints.active_changed = true;
-    release_pairs(data, joint);
+  Column<std::int32_t>& chunks = constraints.breaking_chunks;
+  chunks.clear();
+  for (std::size_t chunk = 0; chunk < constraints.joint_chunks.size(); ++chunk) {
+    if (constraints.joint_chunks[chunk].breaks) chunks.push_back(static_cast<std::int32_t>(chunk));
+  }
+  crew.run(static_cast<int>(chunks.size()), [&](int i, int) {
+    std::int32_t& chunk = chunks[static_cast<std::size_t>(i)];
+    const std::span<const std::int32_t> rows = joints_of(constraints, chunk);
+    if (std::none_of(rows.begin(), rows.end(), [&](std::int32_t joint) { return has_broken(joints, joint); }))
+      chunk = -1;
+  });
+  Column<JointId>& broken = data.events.broken;
+  for (const std::int32_t chunk : chunks) {
+    if (chunk < 0) continue;
+    for (const std::int32_t joint : joints_of(constraints, chunk)) {
+      const auto row = static_cast<std::size_t>(joint);
+      if (has_broken(joints, joint))
+        broken.push_back({static_cast<std::uint32_t>(joint), joints.generation[row]});
+    }
+  }
+  std::sort(broken.begin(), broken.end(), [](JointId a, JointId b) { return a.index < b.index; });
+  for (const JointId id : broken) {
+    const auto joint = static_cast<std::int32_t>(id.index);
+    std::uint8_t& flags = joints.flags[id.index];
+    flags = static_cast<std::uint8_t>(flags & ~kJointEnabled);
+    joints_changed(data, joint, (flags & kJointCollides) == 0);
+    wake_ends(data, joint);  // a tired body may hang on nothing now
   }
 }
 

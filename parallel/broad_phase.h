@@ -93,7 +93,6 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
 
 // Whether filters, bodies and their types let two shapes collide.
 bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b);
-void list_held_apart(WorldData& data);  // joints -> Joints::apart, which may_collide reads
 
 // Compares each shape's kind with the last list's; returns whether any has changed. The trees that lost or
 // gained shapes are marked, and the gained shapes appended.

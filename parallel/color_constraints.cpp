@@ -43,6 +43,8 @@ void Constraints::report(const Visit& visit) const {
   column("joint_lanes", joint_keys.first_lane);
   column("joint_rows", joint_rows);
   column("joint_chunks", joint_chunks);
+  column("joint_kinds", joint_kinds);
+  column("breaking_chunks", breaking_chunks);
   column("points", points);
   column("rows", rows);
   column("hub_counts", hub_counts);
@@ -133,7 +135,8 @@ bool list_joint(const WorldData& data, Edge& edge, std::size_t place, bool same)
   const simd::BodySide fixed = !pushed_a   ? simd::BodySide::a
                                : !pushed_b ? simd::BodySide::b
                                            : simd::BodySide::none;
-  const auto info = static_cast<std::uint16_t>(joint_kind(variant, fixed));
+  const bool breaks = (joints.flags[row] & kJointBreaks) != 0;
+  const auto info = static_cast<std::uint16_t>(number_of({variant, fixed, breaks}));
   const bool turned = fixed == simd::BodySide::b;
   return list_edge(edge, turned ? bodies.b : bodies.a, turned ? bodies.a : bodies.b, info, joints.color[row],
                    fixed != simd::BodySide::none, same);

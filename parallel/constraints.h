@@ -33,7 +33,7 @@ enum class EdgeKind : std::uint8_t {
 struct Edge {
   std::int32_t body_a;  // where one can not be pushed it is A, whatever the joint calls it
   std::int32_t body_b;
-  std::uint16_t info;  // Manifold::info; of joints their kind, see joint_kind
+  std::uint16_t info;  // Manifold::info; of joints the number of their kind, see joint_kind
   std::uint8_t color;
   EdgeKind kind;
 };
@@ -72,6 +72,23 @@ struct KeyTable {
   Column<std::int32_t> first_lane;  // by key, and where the last one ends
 };
 
+// What joints of one block have in common, and its number.
+struct JointKind {
+  int variant;           // simd::joint_variant
+  simd::BodySide fixed;  // which body can not be pushed
+  bool breaks;
+};
+inline constexpr int kJointKinds = simd::kJointVariants * 6;
+inline int number_of(const JointKind& kind) {
+  return (kind.variant * 3 + static_cast<int>(kind.fixed)) * 2 + (kind.breaks ? 1 : 0);
+}
+inline JointKind joint_kind(int number) {
+  return {number / 6, static_cast<simd::BodySide>(number / 2 % 3), number % 2 != 0};
+}
+struct JointKindSet {
+  std::uint64_t bits[(kJointKinds + 63) / 64];
+};
+
 struct Constraints : Part {
   Column<Edge> edges;  // scratch; color_constraints; by place in the touching list, then in that of joints
   bool is_colored = false;           // scratch; color_constraints: `edges` hold a whole coloring
@@ -88,6 +105,8 @@ struct Constraints : Part {
   KeyTable joint_keys;               // scratch; pack_blocks
   Column<std::int32_t> joint_rows;   // scratch; pack_blocks; joints in lane order
   Column<simd::ConstraintChunk> joint_chunks;  // scratch; pack_blocks
+  Column<JointKindSet> joint_kinds;            // scratch; pack_blocks; that occur, by part of the joints
+  Column<std::int32_t> breaking_chunks;        // scratch; break_joints; of joint_chunks
   Column<std::int32_t> points;           // scratch; pack_blocks; contact points by part of the touching list
   Column<std::int32_t> rows;             // scratch; pack_blocks; contact rows in lane order
   Column<std::int32_t> hub_counts;       // scratch; pack_blocks; by hub
@@ -113,9 +132,5 @@ Constraints& constraints_of(WorldData& data);
 // For the kernels over contact blocks and joint blocks.
 simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float dt);
 simd::JointArgs joint_args(WorldData& data, Constraints& constraints, float dt);
-
-// What joints of one block have in common: simd::joint_variant, and which body can not be pushed.
-inline constexpr int kJointKinds = simd::kJointVariants * 3;
-inline int joint_kind(int variant, simd::BodySide fixed) { return variant * 3 + static_cast<int>(fixed); }
 
 }  // namespace scree

@@ -34,6 +34,7 @@ void Islands::report(const Visit& visit) const {
   column("touched", touched);
   column("pulled", pulled);
   column("remaining", remaining);
+  column("fixed_ends", fixed_ends);
   column("places", places);
 }
 
@@ -123,16 +124,26 @@ bool takes_part(const WorldData& data, Ends ends) {
 }
 
 // Joints read the rows of the fixed bodies that they have, of which no kernel keeps what lives within a step.
-void still_fixed_ends(WorldData& data) {
+void still_fixed_ends(WorldData& data, Islands& islands, Crew& crew) {
   Bodies& bodies = data.bodies;
-  for (const std::int32_t joint : data.joints.active) {
-    const Ends ends = joint_ends(data, joint);
-    for (const std::int32_t body : {ends.a, ends.b}) {
-      const auto row = static_cast<std::size_t>(body);
-      if (bodies.type[row] != BodyType::fixed) continue;
-      bodies.delta[row] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0.0f};
-      bodies.inertia[row] = {};
-    }
+  const auto is_fixed = [&](std::int32_t body) {
+    return bodies.type[static_cast<std::size_t>(body)] == BodyType::fixed;
+  };
+  const Column<std::int32_t>& active = data.joints.active;
+  list_where(
+      crew, active.size(), islands.places, islands.fixed_ends,
+      [&](std::size_t i) {
+        const Ends ends = joint_ends(data, active[i]);
+        return is_fixed(ends.a) || is_fixed(ends.b);
+      },
+      [&](std::size_t i) {
+        const Ends ends = joint_ends(data, active[i]);
+        return is_fixed(ends.a) ? ends.a : ends.b;
+      });
+  for (const std::int32_t body : islands.fixed_ends) {
+    const auto row = static_cast<std::size_t>(body);
+    bodies.delta[row] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0.0f};
+    bodies.inertia[row] = {};
   }
 }
 
@@ -141,10 +152,15 @@ void refresh_joints(WorldData& data, Islands& islands, Crew& crew) {
   Joints& joints = data.joints;
   if (!joints.active_changed) return;
   joints.active_changed = false;
-  list_where(crew, joints.flags.size(), islands.places, joints.active, [&](std::size_t row) {
+  const auto is_active = [&](std::size_t row) {
     return is_enabled(joints, row) && takes_part(data, joint_ends(data, static_cast<std::int32_t>(row)));
+  };
+  for_each(crew, joints.active.size(), [&](std::size_t i) {
+    const auto row = static_cast<std::size_t>(joints.active[i]);
+    if (!is_active(row)) joints.reaction[row] = {};
   });
-  still_fixed_ends(data);
+  list_where(crew, joints.flags.size(), islands.places, joints.active, is_active);
+  still_fixed_ends(data, islands, crew);
 }
 
 void freeze_shapes(WorldData& data, std::int32_t body) {

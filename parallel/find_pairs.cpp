@@ -200,7 +200,6 @@ BroadPhase& broad_phase_of(WorldData& data) {
 void find_pairs(WorldData& data, Crew& crew) {
   BroadPhase& broad_phase = broad_phase_of(data);
   Contacts& contacts = data.contacts;
-  list_held_apart(data);
   update_dirty_bounds(data, broad_phase, data.last_dt, crew);
   const bool arrivals = lend_arrivals(data, broad_phase, TreeKind::frozen, TreeKind::kinematic);
   const bool members_changed = update_members(data, broad_phase, crew);

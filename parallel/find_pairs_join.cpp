@@ -1,5 +1,6 @@
 // Joins of the broad phase: trees -> pairs, unordered and chunk by chunk, for sort_pairs. Pairs between two
 // frozen shapes are not looked for; those of the last list are carried over while both stay frozen.
+#include <core/joint_rows.h>
 #include <core/pair_key.h>
 #include <parallel/broad_phase.h>
 
@@ -76,28 +77,28 @@ void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin,
 
 int chunks_of(int count, int size) { return (count + size - 1) / size; }
 
-// By a joint whose bodies do not collide.
-bool are_held_apart(const WorldData& data, std::size_t body_a, std::size_t body_b) {
-  if (data.bodies.first_joint[body_a] < 0 || data.bodies.first_joint[body_b] < 0) return false;
-  const Column<std::uint64_t>& apart = data.joints.apart;
-  return std::binary_search(apart.begin(), apart.end(), body_key(body_a, body_b));
+// Whether this joint keeps its bodies apart, and they are these.
+bool holds_apart(const Joints& joints, std::int32_t joint, std::int32_t body_a, std::int32_t body_b) {
+  const auto row = static_cast<std::size_t>(joint);
+  const JointBodies ends = joints.bodies[row];
+  return (joints.flags[row] & (kJointEnabled | kJointCollides)) == kJointEnabled &&
+         ((ends.a == body_a && ends.b == body_b) || (ends.a == body_b && ends.b == body_a));
+}
+
+// By a joint whose bodies do not collide: it is in the lists of both, so the shorter one will do.
+bool are_held_apart(const WorldData& data, std::int32_t body_a, std::int32_t body_b) {
+  const Joints& joints = data.joints;
+  std::int32_t of_a = data.bodies.first_joint[static_cast<std::size_t>(body_a)];
+  std::int32_t of_b = data.bodies.first_joint[static_cast<std::size_t>(body_b)];
+  while (of_a >= 0 && of_b >= 0) {
+    if (holds_apart(joints, of_a, body_a, body_b) || holds_apart(joints, of_b, body_a, body_b)) return true;
+    of_a = next_joint(joints, of_a, body_a);
+    of_b = next_joint(joints, of_b, body_b);
+  }
+  return false;
 }
 
 }  // namespace
-
-void list_held_apart(WorldData& data) {
-  Joints& joints = data.joints;
-  if (!joints.apart_changed) return;
-  joints.apart_changed = false;
-  joints.apart.clear();
-  constexpr std::uint8_t kHolds = kJointAlive | kJointEnabled;
-  for (std::size_t row = 0; row < joints.flags.size(); ++row) {
-    if ((joints.flags[row] & (kHolds | kJointCollides)) != kHolds) continue;
-    const JointBodies ends = joints.bodies[row];
-    joints.apart.push_back(body_key(static_cast<std::size_t>(ends.a), static_cast<std::size_t>(ends.b)));
-  }
-  std::sort(joints.apart.begin(), joints.apart.end());
-}
 
 bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b) {
   const auto shape_a = static_cast<std::size_t>(a), shape_b = static_cast<std::size_t>(b);
@@ -107,7 +108,7 @@ bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b) {
   if (data.bodies.type[body_a] != BodyType::dynamic && data.bodies.type[body_b] != BodyType::dynamic)
     return false;
   if (same_or_never(data.shapes.filter[shape_a], data.shapes.filter[shape_b])) return false;
-  return !are_held_apart(data, body_a, body_b);
+  return !are_held_apart(data, data.shapes.body[shape_a], data.shapes.body[shape_b]);
 }
 
 std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Crew& crew) {

@@ -13,7 +13,9 @@ struct Islands : Part {
   Column<std::int32_t> touched;     // scratch; find_islands; contacts of an awake and a sleeping body
   Column<std::int32_t> pulled;      // scratch; find_islands; joints of an awake and a sleeping body
   Column<std::int32_t> remaining;   // scratch; find_islands; touching contacts after some fell asleep
-  Column<std::int32_t> places;      // scratch; find_islands, refresh_lists; by chunk: where its part begins
+  Column<std::int32_t>
+      fixed_ends;               // scratch; find_islands; of the active joints, a body as often as it has some
+  Column<std::int32_t> places;  // scratch; find_islands, refresh_lists; by chunk: where its part begins
 
   void report(const Visit& visit) const override;
 };

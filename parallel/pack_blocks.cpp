@@ -43,16 +43,32 @@ struct JointKindNumbers {
   std::uint8_t number[kJointKinds];
   std::uint8_t kind[kJointKinds];  // by number
 
-  explicit JointKindNumbers(std::span<const Edge> joints) {
-    bool present[kJointKinds] = {};
-    for (const Edge& edge : joints) present[edge.info] = true;
+  explicit JointKindNumbers(const Column<JointKindSet>& parts) {
+    JointKindSet present{};
+    for (const JointKindSet& part : parts) {
+      for (std::size_t i = 0; i < std::size(present.bits); ++i) present.bits[i] |= part.bits[i];
+    }
     for (int k = 0; k < kJointKinds; ++k) {
-      if (!present[k]) continue;
+      if ((present.bits[k / 64] >> (k % 64) & 1) == 0) continue;
       number[k] = static_cast<std::uint8_t>(count);
       kind[count++] = static_cast<std::uint8_t>(k);
     }
   }
 };
+
+// Of the edges from `first` on.
+void find_joint_kinds(Constraints& constraints, std::size_t first, Crew& crew) {
+  const std::size_t count = constraints.edges.size() - first;
+  constraints.joint_kinds.resize_discarding((count + kSortRows - 1) / kSortRows);
+  crew.run_ranges(static_cast<int>(count), kSortRows, [&](int begin, int end, int) {
+    JointKindSet present{};
+    for (int i = begin; i < end; ++i) {
+      const std::uint16_t kind = constraints.edges[first + static_cast<std::size_t>(i)].info;
+      present.bits[kind / 64] |= std::uint64_t{1} << (kind % 64);
+    }
+    constraints.joint_kinds[static_cast<std::size_t>(begin / kSortRows)] = present;
+  });
+}
 
 // Contacts or joints: their sorted rows and where their chunks go.
 struct Family {
@@ -66,6 +82,7 @@ struct Family {
 struct BlockKind {
   int variant;
   simd::BodySide fixed;  // joints only
+  bool breaks;           // likewise
   bool rich;             // contacts only
   std::size_t bytes;
 };
@@ -122,13 +139,13 @@ class Layout {
  private:
   BlockKind kind_of(const Family& family, int kind, bool is_static) const {
     if (&family == &joints) {
-      const int joint = joint_kinds_.kind[kind], variant = joint / 3;
-      return {variant, static_cast<simd::BodySide>(joint % 3), false,
-              kernels_.joint.variant[variant].block_bytes};
+      const JointKind joint = joint_kind(joint_kinds_.kind[kind]);
+      return {joint.variant, joint.fixed, joint.breaks, false,
+              kernels_.joint.variant[joint.variant].block_bytes};
     }
     const bool rich = kind % 2 != 0;
     const int variant = simd::contact_variant(kind / 2, rich, is_static);
-    return {variant, simd::BodySide::none, rich, kernels_.contact.block_bytes[variant]};
+    return {variant, simd::BodySide::none, false, rich, kernels_.contact.block_bytes[variant]};
   }
 
   // Rows that lie at `lane` and after become a chunk; the last block is filled up with its last row.
@@ -140,7 +157,8 @@ class Layout {
       family.rows[static_cast<std::size_t>(pad)] = family.rows[static_cast<std::size_t>(lane + count - 1)];
     }
     const int blocks = (end - lane) / lanes;
-    family.chunks.push_back({kind.variant, blocks, count, lane, offset_, chunk_count_++, hub, kind.fixed});
+    family.chunks.push_back(
+        {kind.variant, blocks, count, lane, offset_, chunk_count_++, hub, kind.fixed, kind.breaks});
     offset_ += static_cast<std::size_t>(blocks) * kind.bytes;
     used_blocks_ += blocks;
     ColorStage& stage = constraints_.stages.back();
@@ -228,7 +246,8 @@ void pack_blocks(WorldData& data, Crew& crew) {
   const Column<std::int32_t>& active = data.joints.active;
   data.stats.contact_points = count_points(constraints, touching.size(), crew);
   data.stats.joints = static_cast<std::int64_t>(active.size());
-  const JointKindNumbers numbers(std::as_const(constraints.edges).span().subspan(touching.size()));
+  find_joint_kinds(constraints, touching.size(), crew);
+  const JointKindNumbers numbers(constraints.joint_kinds);
   KeyTable &contact_keys = constraints.contact_keys, &joint_keys = constraints.joint_keys;
   contact_keys.kinds = kContactKinds;
   joint_keys.kinds = numbers.count;

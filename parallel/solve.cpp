@@ -189,7 +189,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
     crew.run_ranges(count, kBodyChunk, [&](int begin, int end, int) { kernel(body, begin, end); });
   };
   simd::JointArgs joint = joint_args(data, constraints, dt);
-  // Joints come first, so that contacts have the last word.
+  // Within a color joints come first, so that contacts have the last word where one thread runs both.
   const auto over_colors = [&](auto contact_kernel, auto joint_kernel) {
     for (const ColorStage& stage : constraints.stages) {
       const simd::ConstraintChunk* contacts = constraints.chunks.data() + stage.first_chunk;

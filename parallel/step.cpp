@@ -84,8 +84,10 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
     clock.run(Phase::color_constraints, [&] { color_constraints(data, crew); });  // contacts  -> batches
     clock.run(Phase::pack_blocks, [&] { pack_blocks(data, crew); });              // manifolds -> wide blocks
     clock.run(Phase::solve, [&] { solve(data, dt, crew); });                      // blocks    -> velocities
-    clock.run(Phase::store_impulses, [&] { store_impulses(data, dt, crew); });    // blocks    -> manifolds
-    break_joints(data);  // reactions -> broken joints
+    clock.run(Phase::store_impulses, [&] {                                        // blocks    -> manifolds
+      store_impulses(data, dt, crew);
+      break_joints(data, crew);  // reactions -> broken joints
+    });
   }
   clock.run(Phase::list_events, [&] { list_events(data, dt, crew); });  // manifolds -> begins, ends
   if (dt > 0.0f) {

@@ -52,27 +52,6 @@ inline F twist_angle(Q4 relative) {
   return F(2.0f) * atan2(relative.x * sign, relative.w * sign);
 }
 
-// An angle near limits of a circle: the end that the angle is past is the nearer one.
-inline F angle_within(F angle, F lower, F upper) {
-  const F middle = F(0.5f) * (lower + upper);
-  const M bounded = (lower > F(-1e30f)) & (upper < F(1e30f));
-  return select(bounded, middle + shorter_way(angle - middle), angle);
-}
-
-// The shortest turn of one unit vector to another: its angle and axis. Where they lie along one line, that
-// has any axis square to it.
-struct Swing {
-  V3 axis;
-  F angle;
-};
-inline Swing swing(V3 from, V3 to) {
-  const V3 normal = cross(from, to);
-  const F sine = length(normal);
-  const M some = sine > F(1e-7f);
-  const F inverse = F(1.0f) / select(some, sine, F(1.0f));
-  return {select(some, normal * inverse, tangent_of(from)), atan2(sine, dot(from, to))};
-}
-
 // An impulse at the arms and a torque impulse: on b, their opposites on a.
 inline void push_and_twist(JointBodies& bodies, V3 arm_a, V3 arm_b, V3 impulse, V3 torque) {
   bodies.a.linear = bodies.a.linear - impulse * bodies.mass_a.inverse_mass;
@@ -159,21 +138,12 @@ inline void turn_torque(PointLanes& point, V3 change) {
   store3(point.turned_b, load3(point.turned_b) + change);
 }
 
-// A broken impulse would break its bodies again.
-inline F finite_or_zero(F a) { return select(is_finite(a), a, F(0.0f)); }
-inline V3 finite_or_zero(V3 a) {
-  const F zero(0.0f);
-  return select(is_finite(a), a, V3{zero, zero, zero});
-}
-
-// Impulses 0 to 2 and 4 to 6, and what acted: `more` is a torque impulse that is stored elsewhere.
-inline void store_held(const JointArgs& args, const std::int32_t* joint, int count, V3 impulse, V3 torque,
-                       V3 more = {F(0.0f), F(0.0f), F(0.0f)}) {
-  impulse = finite_or_zero(impulse);
-  torque = finite_or_zero(torque);
+// Impulses 0 to 2 and 4 to 6.
+inline void store_held(const JointArgs& args, const std::int32_t* joint, int count, const PointLanes& point,
+                       const TurningLanes& turning) {
+  const V3 impulse = finite_or_zero(load3(point.impulse)), torque = finite_or_zero(load3(turning.torque));
   store_impulses(args, joint, count, 0, impulse.x, impulse.y, impulse.z, F(0.0f));
   store_impulses(args, joint, count, 1, torque.x, torque.y, torque.z, F(0.0f));
-  store_reaction(args, joint, count, impulse, torque + finite_or_zero(more));
 }
 
 // scree::RotationDrive.

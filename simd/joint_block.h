@@ -133,9 +133,6 @@ inline void store_softness(LaneSoftness& to, const Softness& soft) {
   store(to.mass_scale, soft.mass_scale);
   store(to.impulse_scale, soft.impulse_scale);
 }
-// Relax holds without bias and without giving way.
-inline Softness rigid() { return {F(0.0f), F(1.0f), F(0.0f)}; }
-
 inline Softness soften(const JointArgs& args, F hertz, F damping_ratio, F max_hertz) {
   const F h(args.substep), one(1.0f);
   const F omega = F(6.28318531f) * min(hertz, max_hertz);
@@ -153,12 +150,13 @@ inline Softness soften_held(const JointArgs& args, F hertz, F damping_ratio) {
           select(given, soft.impulse_scale, F(args.stiff.impulse_scale))};
 }
 
-// Likewise in relax: what the user made soft is a spring, which acts there, too.
+// Relax holds without bias and without giving way; but what the user made soft is a spring, which acts there,
+// too.
 inline Softness relax_held(const Softness& held, F hertz) {
-  const M given = hertz > F(0.0f);
-  const Softness stiff = rigid();
-  return {select(given, held.bias_rate, stiff.bias_rate), select(given, held.mass_scale, stiff.mass_scale),
-          select(given, held.impulse_scale, stiff.impulse_scale)};
+  const F zero(0.0f), one(1.0f);
+  const M given = hertz > zero;
+  return {select(given, held.bias_rate, zero), select(given, held.mass_scale, one),
+          select(given, held.impulse_scale, zero)};
 }
 
 // Where the frames of a block lie when the step begins, in world axes.
@@ -232,15 +230,49 @@ inline void store_impulses(const JointArgs& args, const std::int32_t* joint, int
   store_rows(args.impulses->impulse + 4 * group, kJointImpulses, joint, count, w, x, y, z);
 }
 
-// What acted on b in the last substep: an impulse at its anchor and a torque impulse about that.
-inline void store_reaction(const JointArgs& args, const std::int32_t* joint, int count, V3 impulse,
-                           V3 torque) {
+// A broken impulse would break its bodies again.
+inline F finite_or_zero(F a) { return select(is_finite(a), a, F(0.0f)); }
+inline V3 finite_or_zero(V3 a) {
+  const F zero(0.0f);
+  return select(is_finite(a), a, V3{zero, zero, zero});
+}
+
+// What acts on b in a substep: an impulse at its anchor and a torque impulse about that.
+struct JointImpulse {
+  V3 linear, angular;
+};
+
+// That of the last substep, and what stands there of the others.
+inline void store_reaction(const JointArgs& args, const ConstraintChunk& chunk, const std::int32_t* joint,
+                           int count, const JointImpulse& impulse) {
   constexpr int kStride = sizeof(JointReactionRow) / sizeof(float);
-  const F rate(args.inverse_substep), zero(0.0f);
-  const V3 force = impulse * rate, moment = torque * rate;
+  const F rate(args.inverse_substep);
+  const V3 force = impulse.linear * rate, torque = impulse.angular * rate;
+  F torque_y, torque_z, force_peak(0.0f), torque_peak(0.0f);
   float* base = args.reactions->force;
-  store_rows(base, kStride, joint, count, force.x, force.y, force.z, moment.x);
-  store_rows(base + 4, kStride, joint, count, moment.y, moment.z, zero, zero);
+  if (chunk.breaks) load_rows(base + 4, kStride, joint, torque_y, torque_z, force_peak, torque_peak);
+  store_rows(base, kStride, joint, count, force.x, force.y, force.z, torque.x);
+  store_rows(base + 4, kStride, joint, count, torque.y, torque.z, force_peak, torque_peak);
+}
+
+// A shock is over within a substep. One that is not finite tells nothing: its bodies are about to be
+// restored.
+inline void note_peak(const JointArgs& args, const std::int32_t* joint, int count,
+                      const JointImpulse& impulse) {
+  constexpr int kStride = sizeof(JointReactionRow) / sizeof(float);
+  const F rate(args.inverse_substep), most(3e38f);
+  const F force = length_squared(impulse.linear * rate), torque = length_squared(impulse.angular * rate);
+  F torque_y, torque_z, force_peak, torque_peak;
+  float* base = args.reactions->force + 4;
+  load_rows(base, kStride, joint, torque_y, torque_z, force_peak, torque_peak);
+  force_peak = select((force > force_peak) & (force < most), force, force_peak);
+  torque_peak = select((torque > torque_peak) & (torque < most), torque, torque_peak);
+  store_rows(base, kStride, joint, count, torque_y, torque_z, force_peak, torque_peak);
+}
+inline void clear_peaks(const JointArgs& args, const std::int32_t* joint, int count) {
+  constexpr int kStride = sizeof(JointReactionRow) / sizeof(float);
+  const F zero(0.0f);
+  store_rows(args.reactions->force + 4, kStride, joint, count, zero, zero, zero, zero);
 }
 
 // The limit of a free axis, and its drive, by lane.
@@ -291,11 +323,12 @@ inline F solve_drive(LaneAxis& axis, F coordinate_error, F speed, F mass, F keep
 }
 
 // The limit's step on an axis: like a contact at the nearer end, and both ways where the ends are equal.
-// `held` is the softness of what the joint holds, or rigid() in relax. Any struct with the limit's lanes of
+// `held` is the softness of what the joint holds, in solve or in relax. Any struct with the limit's lanes of
 // LaneAxis will do.
+enum class LimitKind { length, angle };
 template <class Axis>
-inline F solve_limit(const JointArgs& args, Axis& axis, F coordinate, F speed, F mass, const Softness& held,
-                     F keep) {
+inline F solve_limit(const JointArgs& args, LimitKind kind, Axis& axis, F coordinate, F speed, F mass,
+                     const Softness& held, F keep) {
   const F zero(0.0f), one(1.0f), lower = load(axis.lower), upper = load(axis.upper);
   const F above = coordinate - lower, below = upper - coordinate;
   const M at_upper = below < above;
@@ -305,7 +338,11 @@ inline F solve_limit(const JointArgs& args, Axis& axis, F coordinate, F speed, F
   const F separation = select(at_upper, below, above);
   const F rate = speed * sign;
   const M apart = (separation > zero) & !equal;
-  const F push(args.push_speed);
+  // What is as stiff as the step allows goes back at a bounded speed; a spring pulls as it should, but not an
+  // end of an angle that has come round to it from behind.
+  const F bounded(args.push_speed);
+  F push = select(held.bias_rate == F(args.stiff.bias_rate), bounded, F(__builtin_inff()));
+  if (kind == LimitKind::angle) push = select(equal, push, bounded);
   const F pull_back = clamp(held.bias_rate * separation, -push, push);
   // No limit at all: the separation is infinite, and so must not come into a product with zero.
   const M near = separation < F(1e30f);

@@ -61,6 +61,20 @@ inline Frames move_frames(const FrameLanes& lanes, const WideDelta& delta_a, con
 // Takes frame a to frame b, in world axes.
 inline V3 rotation_error(const Frames& frames) { return rotation_vector(frames.b * conjugate(frames.a)); }
 
+// The shortest turn of one unit vector to another: its angle and axis. Where they lie along one line, that
+// has any axis square to it.
+struct Swing {
+  V3 axis;
+  F angle;
+};
+inline Swing swing(V3 from, V3 to) {
+  const V3 normal = cross(from, to);
+  const F sine = length(normal);
+  const M some = sine > F(1e-7f);
+  const F inverse = F(1.0f) / select(some, sine, F(1.0f));
+  return {select(some, normal * inverse, tangent_of(from)), atan2(sine, dot(from, to))};
+}
+
 // Both together.
 struct Placed {
   Anchors anchors;

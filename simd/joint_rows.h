@@ -198,7 +198,13 @@ inline void solve_axis(const JointArgs& args, AxisUnit unit, AxisLanes& lanes, J
   if (unit == AxisUnit::angle) error = shorter_way(error);
   push_row(bodies, row, solve_drive(lanes.axis, error, row_speed(row, bodies), mass, keep));
   if (unit == AxisUnit::speed) return;
-  push_row(bodies, row, solve_limit(args, lanes.axis, coordinate, row_speed(row, bodies), mass, held, keep));
+  const LimitKind kind = unit == AxisUnit::angle ? LimitKind::angle : LimitKind::length;
+  F within = coordinate;
+  if (unit == AxisUnit::angle) {
+    within = angle_within(coordinate, load(lanes.axis.lower), load(lanes.axis.upper));
+  }
+  const F limited = solve_limit(args, kind, lanes.axis, within, row_speed(row, bodies), mass, held, keep);
+  push_row(bodies, row, limited);
 }
 
 // Where rows, errors and coordinates of a joint are now.
@@ -323,11 +329,14 @@ struct RowJoint {
     Shape::measure(block.shape, delta_a, delta_b, now);
     place_rows(now, bodies, block);
     store_row(block.turned, sum_impulses(block) - inherited);
-    solve_axes(args, block, bodies, rigid(), F(1.0f));
-    if constexpr (Block::kHeld > 0) {
-      return solve_held(block.held, bodies, load_softness(block.held.relaxed), F(1.0f));
-    }
+    const Softness relaxed = load_softness(block.held.relaxed);
+    solve_axes(args, block, bodies, relaxed, F(1.0f));
+    if constexpr (Block::kHeld > 0) return solve_held(block.held, bodies, relaxed, F(1.0f));
     return F(0.0f);
+  }
+  static JointImpulse acting(const Block& block) {
+    const Row sum = sum_impulses(block);
+    return {sum.linear_b, sum.angular_b - cross(load3(block.arm_b), sum.linear_b)};
   }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);
@@ -343,17 +352,14 @@ struct RowJoint {
         impulse[kFirstAxisImpulse + 2 * i + 1] = load(block.axes.axis[i].axis.drive_impulse);
       }
     }
-    const Row sum = sum_impulses(block);
-    const V3 torque = sum.angular_b - cross(load3(block.arm_b), sum.linear_b);
+    const JointImpulse sum = acting(block);
     F differences(0.0f);  // as in is_finite; broken impulses would break their bodies again
     for (const F each : impulse) differences += each - each;
-    const M finite = (differences == zero) & is_finite(sum.linear_b) & is_finite(torque);
+    const M finite = (differences == zero) & is_finite(sum.linear) & is_finite(sum.angular);
     for (F& each : impulse) each = select(finite, each, zero);
     for (int i = 0; i < kJointImpulses; i += 4) {
       store_impulses(args, joint, count, i / 4, impulse[i], impulse[i + 1], impulse[i + 2], impulse[i + 3]);
     }
-    const V3 none{zero, zero, zero};
-    store_reaction(args, joint, count, select(finite, sum.linear_b, none), select(finite, torque, none));
   }
 
  private:

@@ -7,7 +7,8 @@
 //   warm_start(block, bodies)                        the impulses that the block begins with
 //   solve(args, block, bodies)                       see joint_kernels.h
 //   relax(args, block, delta_a, delta_b, bodies)     likewise; returns the largest velocity error that it met
-//   store(args, joint, count, block)                 block -> impulses, reactions
+//   acting(block)                                    JointImpulse of the substep
+//   store(args, joint, count, block)                 block -> impulses
 //
 // all of them static. `bodies` come loaded and are written by the sweep.
 #pragma once
@@ -19,11 +20,12 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 template <class Kind>
 SCREE_SWEEP void prepare_joints(const JointArgs& args, const ConstraintChunk& chunk) {
   using Block = typename Kind::Block;
-  for_each_block<Block>(args, chunk, [&](Block& block, int, int first_lane) {
+  for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     const std::int32_t* joint = args.rows + first_lane;
     const JointPlacement placement = load_placement(args, joint, block.row_a, block.row_b);
     const JointBodies bodies = load_bodies(args, chunk, block.row_a, block.row_b, first_lane);
     Kind::prepare(args, joint, bodies, placement, block);
+    if (chunk.breaks) clear_peaks(args, joint, count);
   });
 }
 
@@ -63,6 +65,7 @@ inline void relax_blocks(const JointArgs& args, const ConstraintChunk& chunk) {
     JointBodies bodies = load_bodies(args, chunk, block.row_a, block.row_b, first_lane);
     const F error = Kind::relax(args, block, delta_a, delta_b, bodies);
     if constexpr (kMeasured) worst = max(error, worst);
+    if (chunk.breaks) note_peak(args, args.rows + first_lane, count, Kind::acting(block));
     store_bodies(args, chunk, block.row_a, block.row_b, count, first_lane, bodies, hub);
   });
   if constexpr (kMeasured) args.residual[chunk.number] = reduce_max(worst);
@@ -82,7 +85,11 @@ template <class Kind>
 void store_joints(const JointArgs& args, const ConstraintChunk& chunk) {
   using Block = typename Kind::Block;
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
-    Kind::store(args, args.rows + first_lane, count, block);
+    const std::int32_t* joint = args.rows + first_lane;
+    Kind::store(args, joint, count, block);
+    JointImpulse impulse = Kind::acting(block);
+    impulse = {finite_or_zero(impulse.linear), finite_or_zero(impulse.angular)};
+    store_reaction(args, chunk, joint, count, impulse);
   });
 }
 

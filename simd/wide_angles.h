@@ -46,6 +46,13 @@ inline F shorter_way(F angle) {
   return (angle - turns * F(6.28125f)) - turns * F(1.93530718e-3f);
 }
 
+// An angle near limits of a circle: the end that the angle is past is the nearer one.
+inline F angle_within(F angle, F lower, F upper) {
+  const F middle = F(0.5f) * (lower + upper);
+  const M bounded = (lower > F(-1e30f)) & (upper < F(1e30f));
+  return select(bounded, middle + shorter_way(angle - middle), angle);
+}
+
 // The rotation vector (axis times angle) of a unit quaternion, by the shorter way.
 inline V3 rotation_vector(Q4 q) {
   const F sign = select(q.w < F(0.0f), F(-1.0f), F(1.0f));

@@ -30,12 +30,15 @@ struct PlainBall {
     move_point(block.point, delta_a, delta_b, bodies);
     return relax_point(block.point, bodies);
   }
+  static JointImpulse acting(const Block& block) {
+    const F zero(0.0f);
+    return {load3(block.point.impulse), {zero, zero, zero}};
+  }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const V3 none{F(0.0f), F(0.0f), F(0.0f)};
     const V3 impulse = finite_or_zero(load3(block.point.impulse));
     store_impulses(args, joint, count, 0, impulse.x, impulse.y, impulse.z, none.x);
     store_impulses(args, joint, count, 1, none.x, none.x, none.x, none.x);
-    store_reaction(args, joint, count, impulse, none);
   }
 };
 
@@ -122,22 +125,23 @@ struct RichBall {
     store3(block.point.impulse, load3(block.point.impulse) + impulse);
   }
   static void solve_limit_of(const JointArgs& args, BallLimit& limit, Block& block, JointBodies& bodies,
-                             const S3& response, const Softness& held, const Softness& end, F keep) {
+                             const S3& response, const Softness& held, F keep) {
     const V3 axis = load3(limit.axis);
     const F rate = dot(axis, turning_speed(bodies));
     const F inertia = load(limit.defined) * invert_positive(dot(axis, response * axis));
-    turn(block, bodies, held, axis * solve_limit(args, limit, load(limit.angle), rate, inertia, end, keep));
+    turn(block, bodies, held,
+         axis * solve_limit(args, LimitKind::angle, limit, load(limit.angle), rate, inertia, held, keep));
   }
-  // `held`: the softness by which the anchor is held in this sweep; `end`: that of limits.
+  // `held`: the softness by which the anchor is held in this sweep, and limits are.
   static void solve_turning(const JointArgs& args, Block& block, JointBodies& bodies, const Softness& held,
-                            const Softness& end, F keep) {
+                            F keep) {
     const S3 response =
         load6(block.held_response) * held.mass_scale + turn_response(bodies) * (F(1.0f) - held.mass_scale);
     const V3 driven =
         solve_rotation_drive(block.drive, turning_speed(bodies), invert_semidefinite(response), keep);
     turn(block, bodies, held, driven);
-    solve_limit_of(args, block.twist, block, bodies, response, held, end, keep);
-    solve_limit_of(args, block.cone, block, bodies, response, held, end, keep);
+    solve_limit_of(args, block.twist, block, bodies, response, held, keep);
+    solve_limit_of(args, block.cone, block, bodies, response, held, keep);
   }
 
   static void warm_start(const Block& block, JointBodies& bodies) {
@@ -149,7 +153,7 @@ struct RichBall {
     const Softness held = load_softness(block.point.held);
     turn_point(block.point, bodies, keep);
     solve_point(block.point, bodies, held, keep);
-    solve_turning(args, block, bodies, held, held, keep);
+    solve_turning(args, block, bodies, held, keep);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
                  JointBodies& bodies) {
@@ -160,9 +164,10 @@ struct RichBall {
     turn_torque(block.point, torque(block) - old_torque);
     aim_rotation_drive(frames, F(args.elapsed), block.drive);
     const F error = relax_point(block.point, bodies);
-    solve_turning(args, block, bodies, load_softness(block.point.relaxed), rigid(), F(1.0f));
+    solve_turning(args, block, bodies, load_softness(block.point.relaxed), F(1.0f));
     return error;
   }
+  static JointImpulse acting(const Block& block) { return {load3(block.point.impulse), torque(block)}; }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const V3 impulse = finite_or_zero(load3(block.point.impulse));
     const V3 drive = finite_or_zero(load3(block.drive.impulse));
@@ -170,7 +175,6 @@ struct RichBall {
                    finite_or_zero(load(block.cone.limit_impulse)));
     store_impulses(args, joint, count, 1, drive.x, drive.y, drive.z,
                    finite_or_zero(load(block.twist.limit_impulse)));
-    store_reaction(args, joint, count, impulse, finite_or_zero(torque(block)));
   }
 };
 

@@ -65,7 +65,7 @@ inline F solve_rows(const JointArgs& args, const Softness& held, F keep, Distanc
   const F driven = solve_drive(block.axis, distance - target_now(args, block.axis), speed, mass, keep);
   push(bodies, arm_a, arm_b, direction * driven);
   speed = dot(direction, anchor_velocity(bodies, arm_a, arm_b));
-  const F limited = solve_limit(args, block.axis, distance, speed, mass, held, keep);
+  const F limited = solve_limit(args, LimitKind::length, block.axis, distance, speed, mass, held, keep);
   push(bodies, arm_a, arm_b, direction * limited);
   return abs(limited) * invert_positive(mass);
 }
@@ -105,17 +105,17 @@ struct Distance {
     store_turned(before, wrench_of(block), block.turned);
     return solve_rows(args, load_softness(block.relaxed), F(1.0f), block, bodies);
   }
+  static JointImpulse acting(const Block& block) {
+    const Wrench wrench = wrench_of(block);
+    return {wrench.impulse, wrench.torque};
+  }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);
     F limit = load(block.axis.limit_impulse), drive = load(block.axis.drive_impulse);
-    V3 direction = load3(block.direction);
-    const V3 none{zero, zero, zero};
-    const M finite = is_finite(limit) & is_finite(drive) & is_finite(direction);
+    const M finite = is_finite(limit) & is_finite(drive) & is_finite(load3(block.direction));
     limit = select(finite, limit, zero);  // a broken one would break its bodies again
     drive = select(finite, drive, zero);
-    direction = select(finite, direction, none);
     store_impulses(args, joint, count, 0, limit, drive, zero, zero);
-    store_reaction(args, joint, count, direction * (limit + drive), none);
   }
 };
 

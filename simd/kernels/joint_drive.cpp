@@ -151,6 +151,9 @@ struct Motor {
     drive(block, bodies, F(1.0f));
     return F(0.0f);
   }
+  static JointImpulse acting(const Block& block) {
+    return {load3(block.offset.impulse), load3(block.rotation.impulse)};
+  }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const V3 none{F(0.0f), F(0.0f), F(0.0f)};
     V3 force = load3(block.offset.impulse), torque = load3(block.rotation.impulse);
@@ -159,7 +162,6 @@ struct Motor {
     torque = select(finite, torque, none);
     store_impulses(args, joint, count, 0, force.x, force.y, force.z, F(0.0f));
     store_impulses(args, joint, count, 1, torque.x, torque.y, torque.z, F(0.0f));
-    store_reaction(args, joint, count, force, torque);
   }
 };
 
@@ -225,12 +227,13 @@ struct Mouse {
     drag(block, bodies, F(1.0f));
     return F(0.0f);
   }
+  static JointImpulse acting(const Block& block) {
+    const F zero(0.0f);
+    return {load3(block.offset.impulse), {zero, zero, zero}};
+  }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
-    const V3 none{F(0.0f), F(0.0f), F(0.0f)};
-    V3 force = load3(block.offset.impulse);
-    force = select(is_finite(force), force, none);  // a broken one would break its body again
+    const V3 force = finite_or_zero(load3(block.offset.impulse));
     store_impulses(args, joint, count, 0, force.x, force.y, force.z, F(0.0f));
-    store_reaction(args, joint, count, force, none);
   }
 };
 

@@ -74,6 +74,10 @@ inline void solve_hinge(HingeLanes& hinge, JointBodies& bodies, F keep) {
   solve_held(hinge.point, hinge.turning, bodies, held, held, keep);
 }
 
+inline JointImpulse acting_of(const HingeLanes& hinge) {
+  return {load3(hinge.point.impulse), load3(hinge.turning.torque)};
+}
+
 // Impulses: 0 to 2 at the anchor, 4 to 6 the torque square to the axis; in world axes.
 struct PlainHinge {
   struct alignas(64) Block {
@@ -97,9 +101,10 @@ struct PlainHinge {
     move_hinge(frames, delta_a, delta_b, bodies, F(0.0f), block.hinge);
     return relax_hinge(block.hinge, bodies);
   }
+  static JointImpulse acting(const Block& block) { return acting_of(block.hinge); }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);
-    store_held(args, joint, count, load3(block.hinge.point.impulse), load3(block.hinge.turning.torque));
+    store_held(args, joint, count, block.hinge.point, block.hinge.turning);
     store_impulses(args, joint, count, 2, zero, zero, zero, zero);  // of a limit that the joint had before
   }
 };
@@ -138,9 +143,9 @@ inline void turn_about(HingeLanes& hinge, const HingeAxis& axis, JointBodies& bo
   store3(hinge.turning.torque, load3(hinge.turning.torque) + torque);
 }
 
-// `held`: the softness by which the rest is held in this sweep; `end`: that of the limit.
+// `held`: the softness by which the rest is held in this sweep, and the limit.
 inline void solve_axis(const JointArgs& args, HingeLanes& hinge, HingeAxis& lanes, JointBodies& bodies,
-                       const Softness& held, const Softness& end, F keep) {
+                       const Softness& held, F keep) {
   LaneAxis& axis = lanes.axis;
   const V3 x = load3(hinge.x);
   const F angle = load(lanes.angle), free = load(lanes.free_response);
@@ -150,7 +155,8 @@ inline void solve_axis(const JointArgs& args, HingeLanes& hinge, HingeAxis& lane
   turn_about(hinge, lanes, bodies, held, driven);
   const F within = angle_within(angle, load(axis.lower), load(axis.upper));
   const F speed = dot(x, turning_speed(bodies));
-  turn_about(hinge, lanes, bodies, held, solve_limit(args, axis, within, speed, inertia, end, keep));
+  turn_about(hinge, lanes, bodies, held,
+             solve_limit(args, LimitKind::angle, axis, within, speed, inertia, held, keep));
 }
 
 // As PlainHinge; 8 the limit's, 9 the drive's torque about the axis.
@@ -177,7 +183,7 @@ struct RichHinge {
     const F keep(args.impulse_keep);
     solve_hinge(block.hinge, bodies, keep);
     const Softness held = load_softness(block.hinge.point.held);
-    solve_axis(args, block.hinge, block.axis, bodies, held, held, keep);
+    solve_axis(args, block.hinge, block.axis, bodies, held, keep);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
                  JointBodies& bodies) {
@@ -187,14 +193,17 @@ struct RichHinge {
     refresh_axis(bodies, turning, frames, block.hinge, block.axis);
     const F error = relax_hinge(block.hinge, bodies);
     const Softness relaxed = load_softness(block.hinge.point.relaxed);
-    solve_axis(args, block.hinge, block.axis, bodies, relaxed, rigid(), F(1.0f));
+    solve_axis(args, block.hinge, block.axis, bodies, relaxed, F(1.0f));
     return error;
+  }
+  static JointImpulse acting(const Block& block) {
+    const JointImpulse held = acting_of(block.hinge);
+    return {held.linear, held.angular + load3(block.hinge.x) * impulse_about(block.axis)};
   }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f), limit = finite_or_zero(load(block.axis.axis.limit_impulse)),
                         drive = finite_or_zero(load(block.axis.axis.drive_impulse));
-    store_held(args, joint, count, load3(block.hinge.point.impulse), load3(block.hinge.turning.torque),
-               load3(block.hinge.x) * (limit + drive));
+    store_held(args, joint, count, block.hinge.point, block.hinge.turning);
     store_impulses(args, joint, count, 2, limit, drive, zero, zero);
   }
 };

@@ -109,10 +109,11 @@ struct PlanarRows : FramedRows {
     now.arm_b = anchors.arm_b;
     now.held[0] = offset_row(a.x, anchors.arm_a, anchors.arm_b, anchors.offset);
     now.error[0] = dot(a.x, anchors.offset);
+    const Swing away = swing(a.x, b.x);
     now.held[1] = turn_row(a.y);
-    now.error[1] = -dot(b.x, a.z);
+    now.error[1] = dot(away.axis, a.y) * away.angle;
     now.held[2] = turn_row(a.z);
-    now.error[2] = dot(b.x, a.y);
+    now.error[2] = dot(away.axis, a.z) * away.angle;
     now.axis[0] = offset_row(a.y, anchors.arm_a, anchors.arm_b, anchors.offset);
     now.coordinate[0] = dot(a.y, anchors.offset);
     now.axis[1] = offset_row(a.z, anchors.arm_a, anchors.arm_b, anchors.offset);

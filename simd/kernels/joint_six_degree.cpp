@@ -238,7 +238,11 @@ inline void solve_free(const JointArgs& args, const Softness& held, F keep, SixD
     F speed = speed_of(block, row, velocity_of(block, bodies));
     push_free(block, row, bodies, solve_drive(axis, error, speed, mass, keep));
     speed = speed_of(block, row, velocity_of(block, bodies));
-    push_free(block, row, bodies, solve_limit(args, axis, coordinate, speed, mass, held, keep));
+    const bool is_angle = row < kAngles;
+    const F within = is_angle ? angle_within(coordinate, load(axis.lower), load(axis.upper)) : coordinate;
+    push_free(block, row, bodies,
+              solve_limit(args, is_angle ? LimitKind::angle : LimitKind::length, axis, within, speed, mass,
+                          held, keep));
   }
 }
 
@@ -295,13 +299,17 @@ struct SixDegree {
     place(bodies, move_placed(block.first, delta_a, delta_b), block);
     turn_angles_over(old_way, block);
     store_turned(before, wrench_of(block), block.turned);
-    const F error = solve_held(block, bodies, load_softness(block.relaxed), F(1.0f));
-    solve_free(args, rigid(), F(1.0f), block, bodies);
+    const Softness relaxed = load_softness(block.relaxed);
+    const F error = solve_held(block, bodies, relaxed, F(1.0f));
+    solve_free(args, relaxed, F(1.0f), block, bodies);
     return error;
+  }
+  static JointImpulse acting(const Block& block) {
+    const Wrench wrench = wrench_of(block);
+    return {wrench.impulse, wrench.torque};
   }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);
-    const V3 none{zero, zero, zero};
     const Wrench wrench = wrench_of(block);
     // A broken impulse would break its bodies again.
     const M finite = is_finite(wrench.impulse) & is_finite(wrench.torque);
@@ -315,8 +323,6 @@ struct SixDegree {
       const F* four = impulse + 4 * group;
       store_impulses(args, joint, count, group, four[0], four[1], four[2], four[3]);
     }
-    store_reaction(args, joint, count, select(finite, wrench.impulse, none),
-                   select(finite, wrench.torque, none));
   }
 };
 

@@ -137,7 +137,8 @@ inline void solve_slide(const JointArgs& args, const Softness& held, F keep, Ric
   push_slide(block, bodies,
              solve_drive(block.drive, slide - target_now(args, block.drive), speed, mass, keep));
   speed = dot(axis, anchor_velocity(bodies, lever_a, lever_b));
-  push_slide(block, bodies, solve_limit(args, block.drive, slide, speed, mass, held, keep));
+  push_slide(block, bodies,
+             solve_limit(args, LimitKind::length, block.drive, slide, speed, mass, held, keep));
 }
 
 // Impulses: 0 and 1 along the y and z axes of frame a, 2 of the limit, 3 of the drive, 4 to 6 the torque in
@@ -175,17 +176,21 @@ struct Slider {
     const Wrench before = wrench_of(block);
     place(bodies, move_placed(block.first, delta_a, delta_b), block);
     store_turned(before, wrench_of(block), block.turned);
-    const F error = solve_held(block, bodies, load_softness(block.relaxed), F(1.0f));
-    if constexpr (kIsRich<Block>) solve_slide(args, rigid(), F(1.0f), block, bodies);
+    const Softness relaxed = load_softness(block.relaxed);
+    const F error = solve_held(block, bodies, relaxed, F(1.0f));
+    if constexpr (kIsRich<Block>) solve_slide(args, relaxed, F(1.0f), block, bodies);
     return error;
+  }
+  static JointImpulse acting(const Block& block) {
+    const Wrench wrench = wrench_of(block);
+    return {wrench.impulse, wrench.torque};
   }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);
     const Wrench wrench = wrench_of(block);
     // A broken impulse would break its bodies again.
     const M finite = is_finite(wrench.impulse) & is_finite(wrench.torque);
-    const V3 none{zero, zero, zero};
-    const V3 impulse = select(finite, wrench.impulse, none), torque = select(finite, wrench.torque, none);
+    const V3 torque = select(finite, wrench.torque, V3{zero, zero, zero});
     F limit = zero, drive = zero;
     if constexpr (kIsRich<Block>) {
       limit = select(finite, load(block.drive.limit_impulse), zero);
@@ -194,7 +199,6 @@ struct Slider {
     store_impulses(args, joint, count, 0, select(finite, load(block.side_impulse[0]), zero),
                    select(finite, load(block.side_impulse[1]), zero), limit, drive);
     store_impulses(args, joint, count, 1, torque.x, torque.y, torque.z, zero);
-    store_reaction(args, joint, count, impulse, torque);
   }
 };
 

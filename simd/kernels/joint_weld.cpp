@@ -53,8 +53,11 @@ struct Weld {
     return solve_held(block.point, block.turning, bodies, load_softness(block.point.relaxed),
                       load_softness(block.relaxed), F(1.0f));
   }
+  static JointImpulse acting(const Block& block) {
+    return {load3(block.point.impulse), load3(block.turning.torque)};
+  }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
-    store_held(args, joint, count, load3(block.point.impulse), load3(block.turning.torque));
+    store_held(args, joint, count, block.point, block.turning);
   }
 };
 

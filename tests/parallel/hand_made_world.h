@@ -6,6 +6,7 @@
 #include <parallel/crew.h>
 #include <parallel/stages.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -46,7 +47,10 @@ class HandMadeWorld {
  public:
   WorldData data;
 
-  HandMadeWorld() { data.bodies.resize(kFirstBody); }
+  HandMadeWorld() {
+    data.bodies.resize(kFirstBody);
+    std::fill(data.bodies.first_joint.begin(), data.bodies.first_joint.end(), -1);
+  }
 
   std::int32_t add_body(BodyType type, Vec3 position, Quat rotation = {}) {
     const std::size_t body = data.bodies.type.size();
@@ -54,6 +58,7 @@ class HandMadeWorld {
     data.bodies.type[body] = type;
     data.bodies.flags[body] = kBodyAlive;
     data.bodies.first_shape[body] = -1;
+    data.bodies.first_joint[body] = -1;
     place(static_cast<std::int32_t>(body), position, rotation);
     return static_cast<std::int32_t>(body);
   }

@@ -157,6 +157,58 @@ TEST(Joint, BreaksAboveItsStrengthAndTellsSo) {
   }
 }
 
+// A load that falls into its rope: the rope is taut within one substep, whichever of the step that is.
+TEST(Joint, BreaksByAShockThatIsOverBeforeTheStepIs) {
+  for (int i = 0; i < 16; ++i) {
+    Lab lab;
+    const BodyId load =
+        lab.add({.position = {0, -1.0f - 0.01f * static_cast<float>(i), 0}, .mass = 1.0f}, kBox);
+    JointDef def = between({}, {}, load, {});
+    def.break_force = 500.0f;  // at 8 m/s, stopped in a substep of 1/240 s, it takes 2 kN
+    const JointId joint = lab.world.create_joint(def, DistanceJoint{{.upper = 5.0f}});
+    lab.run(80);
+    EXPECT_FALSE(lab.world.is_enabled(joint)) << i;
+    EXPECT_LT(lab.height(load), -5.5) << i;
+  }
+}
+
+TEST(Joint, ThatBreaksBesideATiredBodyLetsItFall) {
+  int broken = 0;
+  for (int calm = 1; calm < 90; ++calm) {
+    Lab lab(with_sleep());
+    const BodyId load = lab.add({.position = {0, -1, 0}}, kBox);
+    const JointId joint = lab.world.create_joint(between({}, {}, load, {0, 1, 0}), BallJoint{});
+    lab.run(calm);
+    lab.world.set_joint_strength(joint, 1.0f, kNoLimit);
+    lab.run(1);
+    if (lab.world.broken_joints().empty()) continue;  // it had fallen asleep before
+    ++broken;
+    const double weight = lab.mass(load) * kGravity;
+    EXPECT_NEAR(lab.world.joint_reaction(joint).force.y, weight, 0.2 * weight) << "what broke it";
+    lab.run(30);
+    EXPECT_LT(lab.velocity(load).y(), -4.0) << calm;
+    EXPECT_EQ(lab.world.joint_reaction(joint), JointReaction{});
+  }
+  EXPECT_GT(broken, 20);
+  EXPECT_LT(broken, 89);
+}
+
+TEST(Joint, TellsNoForceOfBeforeItSlept) {
+  Lab lab(with_sleep());
+  const std::vector<BodyId> links = hang_chain(lab, 2);
+  JointId joint;
+  ASSERT_EQ(lab.world.joints_of(links[1], {&joint, 1}), 1u);
+  lab.run(10);
+  EXPECT_GT(lab.world.joint_reaction(joint).force.y, 0.0f);
+  lab.run(290);
+  ASSERT_FALSE(lab.world.is_awake(links[1]));
+  EXPECT_EQ(lab.world.joint_reaction(joint), JointReaction{});
+  lab.world.wake(links[1]);
+  EXPECT_EQ(lab.world.joint_reaction(joint), JointReaction{}) << "it has borne nothing yet";
+  lab.run(1);
+  EXPECT_GT(lab.world.joint_reaction(joint).force.y, 0.0f);
+}
+
 TEST(Joint, TellsTheForceThatItBears) {
   Lab lab;
   const BodyId load = lab.add({.position = {0, -1, 0}}, kBox);

@@ -212,7 +212,7 @@ struct Bench {
     simd::BodyArgs body = body_args();
     simd::JointArgs joint = joint_args();
     const simd::ConstraintChunk chunk{
-        simd::joint_variant(type, rich), block_count, count, 0, 0, 0, simd::BodySide::none, fixed};
+        simd::joint_variant(type, rich), block_count, count, 0, 0, 0, simd::BodySide::none, fixed, false};
     kernels.body.prepare(body, 0, moved);
     joints.prepare(joint, chunk);
     for (int substep = 0; substep < substeps; ++substep) {

@@ -289,6 +289,68 @@ TEST(RowAxes, StayWithinTheirLimits) {
   }
 }
 
+// A weight on a lever, held at half a turn from either side: an angle a little beyond reads as its negative.
+TEST(RowAxes, HoldALoadAtHalfATurn) {
+  for (const JointType type : {JointType::universal, JointType::planar, JointType::six_degree}) {
+    const int angle = type == JointType::universal ? 0 : type == JointType::planar ? 2 : 3;
+    for (const float side : {0.5f, -0.5f}) {
+      for (const Vec3 limits : {Vec3{kPi, kPi, 0}, Vec3{0, kPi, 0}, Vec3{-kPi, 0, 0}}) {
+        JointWorld world;
+        world.gravity = kWeight;
+        const float end = limits.x == 0 ? limits.y : limits.x;
+        const std::int32_t body = world.add_body(2, {0.2f, 0.3f, 0.4f}, {0, 0, side}, about(kX, end));
+        JointParameters p = free_parameters();
+        for (JointAxisRow& axis : p.axis) axis = kHeldAxis;
+        p.axis[angle].lower = limits.x;
+        p.axis[angle].upper = limits.y;
+        const std::size_t joint = world.add_joint(0, {}, body, {{0, 0, side}, {}}, p);
+        // The weight turns it to the side: past the end, or away from it.
+        const bool falls = limits.x != limits.y && (side > 0) != (end > 0);
+        for (int step = 0; step < 60; ++step) {
+          world.step(widest(), type);
+          if (falls) break;
+          EXPECT_LT(apart(world.rotation_of(body), about(kX, kPi)), 5e-3f)
+              << static_cast<int>(type) << " " << side << " " << limits.x << " step " << step;
+        }
+        EXPECT_LT(length(world.frame_b(joint).position), 1e-3f);
+      }
+    }
+  }
+}
+
+// A held coordinate of a soft joint is a spring of its hertz, whichever kind holds it.
+TEST(RowAxes, OfASoftJointSwingWhereTheirLimitsAreEqual) {
+  for (const JointType type :
+       {JointType::wheel, JointType::planar, JointType::slider, JointType::six_degree}) {
+    JointWorld world;
+    const std::int32_t body = world.add_body(2, {0.2f, 0.2f, 0.2f}, {0, 0.1f, 0});
+    JointParameters p = free_parameters();
+    for (JointAxisRow& axis : p.axis) axis = kHeldAxis;
+    p.hertz = p.angular_hertz = 2;
+    p.damping_ratio = p.angular_damping_ratio = 0;
+    const Quat up =
+        type == JointType::planar ? Quat{} : about(kZ, kPi / 2);  // the first axis: y of the world
+    world.add_joint(0, {{0, 0, 0}, up}, body, {{0, 0, 0}, up}, p);
+    int crossings = 0;
+    float before = 0.1f;
+    for (int step = 0; step < 300; ++step) {
+      world.step(widest(), type);
+      const float now = world.position_of(body).y;
+      if ((now > 0) != (before > 0)) ++crossings;
+      before = now;
+    }
+    EXPECT_NEAR(crossings, 20, 1) << static_cast<int>(type);  // 2 Hz, for 5 s
+  }
+}
+
+TEST(PlanarJoint, TurnsBackFromOpposedPlanes) {
+  JointWorld world;
+  const std::int32_t body = world.add_body(2, {0.2f, 0.3f, 0.4f}, {0, 0, 0}, about(kY, kPi));
+  const std::size_t joint = world.add_joint(0, {}, body, {}, free_parameters());
+  for (int step = 0; step < 240; ++step) world.step(widest(), JointType::planar);
+  EXPECT_GT(rotate(world.frame_b(joint).rotation, kX).x, 0.9999f);
+}
+
 // Whatever the wheel weighs: a chassis on a suspension of f Hz sinks by g / (2 pi f)^2.
 TEST(WheelJoint, SinksAsItsHertzTell) {
   for (const float mass : {10.0f, 1000.0f}) {

@@ -139,7 +139,8 @@ struct PlanarJoint {
 };
 
 /// Ties the turns of two bodies, each about the x axis of its frame: (turn of a) + ratio (turn of b) stays
-/// as it was when the joint was made, over any number of turns. The bodies need hinges of their own.
+/// as it was when the joint was made, over any number of turns. The bodies need hinges of their own. Motion
+/// that continuous collision takes back at the end of a step counts, as if it had been made.
 struct GearJoint {
   float ratio = 1.0f;  ///< within +-1e3, at least 1e-3 in size
 
@@ -227,9 +228,10 @@ struct JointDef {
   Pose frame_b{};                  ///< in the frame of body b
   bool collide_connected = false;  ///< shapes of the two bodies collide with each other
   bool enabled = true;
-  float hertz = 0.0f;          ///< Hz, stiffness of what is held, in [1e-3, 1e4], or 0: as the step allows
+  /// Hz, stiffness of what is held and of limits, in [1e-3, 1e4], or 0: as the step allows.
+  float hertz = 0.0f;
   float damping_ratio = 1.0f;  ///< in [0, 1e4], where hertz is not 0
-  /// N, N m: a joint whose reaction in a step is above is disabled, see World::broken_joints. Above 0.
+  /// N, N m: a joint whose reaction in a substep is above is disabled, see World::broken_joints. Above 0.
   float break_force = kNoLimit;
   float break_torque = kNoLimit;
   std::uint64_t user_data = 0;
@@ -237,7 +239,8 @@ struct JointDef {
   friend bool operator==(const JointDef&, const JointDef&) = default;
 };
 
-/// What a joint did to body b at the end of the last step; body a got the opposite.
+/// What a joint did to body b in the last substep of the last step. Body a got the opposite, except from
+/// gears, racks and pulleys: these act on each body along or about an axis of its own.
 struct JointReaction {
   Vec3 force{};   ///< N, at anchor b, in world axes
   Vec3 torque{};  ///< N m, about anchor b, in world axes
