@@ -3,16 +3,41 @@
 #include "joint_world_fixture.h"
 
 #include <array>
+#include <string>
 
 namespace scree::joint_tests {
 namespace {
 
+enum class Axes { free, limited, held };
 struct Kind {
   JointType type;
-  bool held;  // its axes are held, too, or they are free
+  Axes axes;
 };
-void PrintTo(const Kind& kind, std::ostream* out) {
-  *out << "type " << static_cast<int>(kind.type) << (kind.held ? " held" : " free");
+std::string name_of(const Kind& kind) {
+  constexpr const char* kNames[] = {"Free", "Limited", "Held"};
+  return "Type" + std::to_string(static_cast<int>(kind.type)) + kNames[static_cast<int>(kind.axes)];
+}
+void PrintTo(const Kind& kind, std::ostream* out) { *out << name_of(kind); }
+
+JointParameters parameters_of(const Kind& kind) {
+  JointParameters parameters = free_rotation();
+  JointAxisRow limited = kFreeAxis;
+  limited.lower = -0.3f;
+  limited.upper = 0.4f;
+  for (int axis = 0; axis < kJointAxes; ++axis) {
+    if (kind.type == JointType::ball && axis == 3) break;  // what follows is no axis
+    parameters.axis[axis] = kind.axes == Axes::free      ? kFreeAxis
+                            : kind.axes == Axes::limited ? limited
+                                                         : kHeldAxis;
+  }
+  if (kind.type == JointType::distance) {
+    parameters.axis[0].lower = kind.axes == Axes::limited ? 0.8f : 1.0f;
+    parameters.axis[0].upper = kind.axes == Axes::limited ? 1.3f : 1.0f;
+  }
+  if (kind.type == JointType::wheel) parameters.axis[2] = kFreeAxis;  // its spin has no limits
+  if (kind.type == JointType::gear || kind.type == JointType::rack_and_pinion)
+    parameters.axis[0].target = 0.7f;
+  return parameters;
 }
 
 class JointEnergy : public testing::TestWithParam<Kind> {};
@@ -23,13 +48,8 @@ TEST_P(JointEnergy, NeverGrowsWithoutDrivesBiasAndWarmStart) {
   JointWorld world;
   world.bare = true;
   Random random(7);
-  JointParameters parameters = free_parameters();
-  if (kind.held) {
-    for (JointAxisRow& axis : parameters.axis) axis = kHeldAxis;
-  }
-  if (kind.type == JointType::distance) parameters.axis[0].lower = parameters.axis[0].upper = 1.0f;
-  if (kind.type == JointType::gear || kind.type == JointType::rack_and_pinion)
-    parameters.axis[0].target = 0.7f;
+  const JointParameters parameters = parameters_of(kind);
+  const bool rich = kind.axes != Axes::free;
   for (std::size_t pair = 0; pair < kPairs; ++pair) {
     const auto body = [&](Vec3 position) {
       const float moment = random.uniform(0.1f, 1);
@@ -47,11 +67,11 @@ TEST_P(JointEnergy, NeverGrowsWithoutDrivesBiasAndWarmStart) {
   const auto energy_of = [&](std::size_t pair) {
     return world.energy[2 * pair] + world.energy[2 * pair + 1];
   };
-  world.step(simd::widest_kernels(), kind.type, kind.held || kind.type == JointType::distance);
+  world.step(simd::widest_kernels(), kind.type, rich);
   std::array<float, kPairs> first, before;
   for (std::size_t pair = 0; pair < kPairs; ++pair) first[pair] = before[pair] = energy_of(pair);
   for (int step = 0; step < 120; ++step) {
-    world.step(simd::widest_kernels(), kind.type, kind.held || kind.type == JointType::distance);
+    world.step(simd::widest_kernels(), kind.type, rich);
     for (std::size_t pair = 0; pair < kPairs; ++pair) {
       EXPECT_LE(energy_of(pair), before[pair] + 1e-5f * first[pair]) << "pair " << pair << ", step " << step;
       before[pair] = energy_of(pair);
@@ -60,16 +80,29 @@ TEST_P(JointEnergy, NeverGrowsWithoutDrivesBiasAndWarmStart) {
   for (const float energy : before) EXPECT_GT(energy, 0.0f);
 }
 
-INSTANTIATE_TEST_SUITE_P(OfAllKindsThatHold, JointEnergy,
-                         testing::Values(Kind{JointType::ball, false}, Kind{JointType::hinge, false},
-                                         Kind{JointType::slider, false}, Kind{JointType::distance, true},
-                                         Kind{JointType::weld, false}, Kind{JointType::six_degree, true},
-                                         Kind{JointType::wheel, false}, Kind{JointType::universal, false},
-                                         Kind{JointType::planar, false}, Kind{JointType::gear, false},
-                                         Kind{JointType::rack_and_pinion, false}),
-                         [](const auto& parameters) {
-                           return "Type" + std::to_string(static_cast<int>(parameters.param.type));
-                         });
+constexpr Kind kKinds[] = {
+    {JointType::ball, Axes::free},
+    {JointType::ball, Axes::limited},
+    {JointType::hinge, Axes::free},
+    {JointType::hinge, Axes::limited},
+    {JointType::slider, Axes::free},
+    {JointType::slider, Axes::limited},
+    {JointType::distance, Axes::held},
+    {JointType::distance, Axes::limited},
+    {JointType::weld, Axes::free},
+    {JointType::six_degree, Axes::held},
+    {JointType::six_degree, Axes::limited},
+    {JointType::wheel, Axes::free},
+    {JointType::wheel, Axes::limited},
+    {JointType::universal, Axes::free},
+    {JointType::universal, Axes::limited},
+    {JointType::planar, Axes::free},
+    {JointType::planar, Axes::limited},
+    {JointType::gear, Axes::free},
+    {JointType::rack_and_pinion, Axes::free},
+};
+INSTANTIATE_TEST_SUITE_P(OfAllKindsThatHold, JointEnergy, testing::ValuesIn(kKinds),
+                         [](const auto& parameters) { return name_of(parameters.param); });
 
 }  // namespace
 }  // namespace scree::joint_tests
