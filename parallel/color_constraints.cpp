@@ -37,9 +37,11 @@ void Constraints::report(const Visit& visit) const {
   column("keys", keys);
   column("contact_counts", contact_keys.counts);
   column("contact_totals", contact_keys.totals);
+  column("contact_places", contact_keys.in_place);
   column("contact_lanes", contact_keys.first_lane);
   column("joint_counts", joint_keys.counts);
   column("joint_totals", joint_keys.totals);
+  column("joint_places", joint_keys.in_place);
   column("joint_lanes", joint_keys.first_lane);
   column("joint_rows", joint_rows);
   column("joint_chunks", joint_chunks);

@@ -69,6 +69,7 @@ struct KeyTable {
   int kinds = 0;                    // keys of a place in the order of solving
   Column<std::int32_t> counts;      // by part and key; then where the part's rows of the key begin
   Column<std::int32_t> totals;      // by key
+  Column<std::int32_t> in_place;    // by place: totals of its keys. Where that is zero, nothing else is read
   Column<std::int32_t> first_lane;  // by key, and where the last one ends
 };
 

@@ -4,8 +4,8 @@
 #include <parallel/stages.h>
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
-#include <span>
 #include <utility>
 
 namespace scree {
@@ -44,14 +44,14 @@ struct JointKindNumbers {
   std::uint8_t kind[kJointKinds];  // by number
 
   explicit JointKindNumbers(const Column<JointKindSet>& parts) {
-    JointKindSet present{};
-    for (const JointKindSet& part : parts) {
-      for (std::size_t i = 0; i < std::size(present.bits); ++i) present.bits[i] |= part.bits[i];
-    }
-    for (int k = 0; k < kJointKinds; ++k) {
-      if ((present.bits[k / 64] >> (k % 64) & 1) == 0) continue;
-      number[k] = static_cast<std::uint8_t>(count);
-      kind[count++] = static_cast<std::uint8_t>(k);
+    for (int word = 0; word < static_cast<int>(std::size(JointKindSet{}.bits)); ++word) {
+      std::uint64_t present = 0;
+      for (const JointKindSet& part : parts) present |= part.bits[word];
+      for (; present != 0; present &= present - 1) {
+        const int k = word * 64 + std::countr_zero(present);
+        number[k] = static_cast<std::uint8_t>(count);
+        kind[count++] = static_cast<std::uint8_t>(k);
+      }
     }
   }
 };
@@ -118,8 +118,9 @@ class Layout {
   // constraints of the same hub.
   void add_kind(const Family& family, int place, int kind, bool serial) {
     const auto key = static_cast<std::size_t>(place * family.keys.kinds + kind);
-    const int count = family.keys.totals[key], first_lane = family.keys.first_lane[key];
+    const int count = family.keys.totals[key];
     if (count == 0) return;
+    const int first_lane = family.keys.first_lane[key];
     if (place == 0) {
       add_overflow(family, kind, first_lane, count);
     } else if (is_hub_place(place)) {
@@ -265,7 +266,8 @@ void pack_blocks(WorldData& data, Crew& crew) {
   Layout layout(data, constraints, numbers, crew.kernels());
   std::int32_t colors = 0;
   for (int place = 0; place < kColorPlaces; ++place) {
-    const std::int32_t in_color = rows_at(contact_keys, place) + rows_at(joint_keys, place);
+    const auto index = static_cast<std::size_t>(place);
+    const std::int32_t in_color = contact_keys.in_place[index] + joint_keys.in_place[index];
     if (in_color == 0) continue;
     ++colors;
     const bool serial = place == 0 || in_color <= kTailRows;

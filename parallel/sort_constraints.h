@@ -68,11 +68,11 @@ void count_keys(Constraints& constraints, std::size_t first, const Column<std::i
       counts[key] = before;
     }
   }
-}
-
-inline std::int32_t rows_at(const KeyTable& table, int place) {
-  const std::int32_t* totals = table.totals.data() + static_cast<std::ptrdiff_t>(place) * table.kinds;
-  return std::accumulate(totals, totals + table.kinds, 0);
+  table.in_place.resize_discarding(kColorPlaces);
+  for (int place = 0; place < kColorPlaces; ++place) {
+    const std::int32_t* const of_place = totals + place * table.kinds;
+    table.in_place[static_cast<std::size_t>(place)] = std::accumulate(of_place, of_place + table.kinds, 0);
+  }
 }
 
 // The hubs that there may be at most, by the constraints that lie where hubs' do. Two hubs may share one, in
@@ -80,8 +80,8 @@ inline std::int32_t rows_at(const KeyTable& table, int place) {
 inline std::int32_t most_hubs(const KeyTable& contacts, const KeyTable& joints) {
   std::int32_t ends = 0;
   for (const KeyTable* table : {&contacts, &joints}) {
-    for (int place = 0; place < kFirstDynamicPlace; ++place) ends += rows_at(*table, place);
-    ends += rows_at(*table, 0);
+    const std::int32_t* const rows = table->in_place.data();
+    ends = std::accumulate(rows, rows + kFirstDynamicPlace, ends) + rows[0];
   }
   return ends / (kHubDegree + 1);
 }
@@ -93,15 +93,18 @@ inline void place_keys(int lanes, std::int32_t hubs, KeyTable& table) {
   const int keys = kColorPlaces * table.kinds;
   table.first_lane.resize_discarding(static_cast<std::size_t>(keys) + 1);
   std::int32_t lane = 0;
-  for (int key = 0; key < keys; ++key) {
-    const int place = key / table.kinds;
-    const std::int32_t total = table.totals[static_cast<std::size_t>(key)];
-    table.first_lane[static_cast<std::size_t>(key)] = lane;
-    lane += place == 0 ? total * lanes : (total + lanes - 1) / lanes * lanes;
-    if (place == kStaticHubPlace) {
-      lane += total * lanes;
-    } else if (is_hub_place(place)) {
-      lane += std::min(total, hubs) * lanes;
+  for (int place = 0; place < kColorPlaces; ++place) {
+    if (table.in_place[static_cast<std::size_t>(place)] == 0) continue;
+    for (int kind = 0; kind < table.kinds; ++kind) {
+      const auto key = static_cast<std::size_t>(place * table.kinds + kind);
+      const std::int32_t total = table.totals[key];
+      table.first_lane[key] = lane;
+      lane += place == 0 ? total * lanes : (total + lanes - 1) / lanes * lanes;
+      if (place == kStaticHubPlace) {
+        lane += total * lanes;
+      } else if (is_hub_place(place)) {
+        lane += std::min(total, hubs) * lanes;
+      }
     }
   }
   table.first_lane[static_cast<std::size_t>(keys)] = lane;
