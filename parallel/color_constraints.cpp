@@ -36,10 +36,12 @@ void Constraints::report(const Visit& visit) const {
   column("histogram", histogram);
   column("keys", keys);
   column("contact_counts", contact_keys.counts);
+  column("contact_sums", contact_keys.sums);
   column("contact_totals", contact_keys.totals);
   column("contact_places", contact_keys.in_place);
   column("contact_lanes", contact_keys.first_lane);
   column("joint_counts", joint_keys.counts);
+  column("joint_sums", joint_keys.sums);
   column("joint_totals", joint_keys.totals);
   column("joint_places", joint_keys.in_place);
   column("joint_lanes", joint_keys.first_lane);
@@ -47,7 +49,6 @@ void Constraints::report(const Visit& visit) const {
   column("joint_chunks", joint_chunks);
   column("joint_kinds", joint_kinds);
   column("breaking_chunks", breaking_chunks);
-  column("points", points);
   column("rows", rows);
   column("hub_counts", hub_counts);
   column("hub_rows", hub_rows);

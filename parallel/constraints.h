@@ -68,6 +68,7 @@ struct FinishSum {
 struct KeyTable {
   int kinds = 0;                    // keys of a place in the order of solving
   Column<std::int32_t> counts;      // by part and key; then where the part's rows of the key begin
+  Column<std::int32_t> sums;        // by part, see count_keys()
   Column<std::int32_t> totals;      // by key
   Column<std::int32_t> in_place;    // by place: totals of its keys. Where that is zero, nothing else is read
   Column<std::int32_t> first_lane;  // by key, and where the last one ends
@@ -108,16 +109,15 @@ struct Constraints : Part {
   Column<simd::ConstraintChunk> joint_chunks;  // scratch; pack_blocks
   Column<JointKindSet> joint_kinds;            // scratch; pack_blocks; that occur, by part of the joints
   Column<std::int32_t> breaking_chunks;        // scratch; break_joints; of joint_chunks
-  Column<std::int32_t> points;           // scratch; pack_blocks; contact points by part of the touching list
-  Column<std::int32_t> rows;             // scratch; pack_blocks; contact rows in lane order
-  Column<std::int32_t> hub_counts;       // scratch; pack_blocks; by hub
-  Column<std::int32_t> hub_rows;         // scratch; pack_blocks; rows of one hub color, sorted by hub
-  Column<char> blocks;                   // scratch; prepare and the sweeps
-  Column<simd::ConstraintChunk> chunks;  // scratch; pack_blocks
-  Column<ColorStage> stages;             // scratch; pack_blocks; in the order in which they are solved
-  Column<float> residual;                // scratch; solve; m/s by chunk
-  Column<float> impulse_sum;             // scratch; solve; N s by lane, if events are asked for
-  Column<float> depth;                   // scratch; store_impulses; m by lane, on request
+  Column<std::int32_t> rows;                   // scratch; pack_blocks; contact rows in lane order
+  Column<std::int32_t> hub_counts;             // scratch; pack_blocks; by hub
+  Column<std::int32_t> hub_rows;               // scratch; pack_blocks; rows of one hub color, sorted by hub
+  Column<char> blocks;                         // scratch; prepare and the sweeps
+  Column<simd::ConstraintChunk> chunks;        // scratch; pack_blocks
+  Column<ColorStage> stages;                   // scratch; pack_blocks; in the order in which they are solved
+  Column<float> residual;                      // scratch; solve; m/s by chunk
+  Column<float> impulse_sum;                   // scratch; solve; N s by lane, if events are asked for
+  Column<float> depth;                         // scratch; store_impulses; m by lane, on request
   Column<float> depths;           // scratch; store_impulses; m, of overlapping manifolds, for the ranking
   Column<std::int32_t> moving;    // scratch; solve; awake dynamic bodies, then kinematic ones
   Column<float> kinetic_energy;   // scratch; finish_step; J by place in `moving`

@@ -22,21 +22,6 @@ int contact_kind(const Edge& edge) {
   return bucket_of(edge.info & kManifoldPointMask) * 2 + ((edge.info & kManifoldRich) != 0 ? 1 : 0);
 }
 
-// Contact points, those that are only watched included.
-std::int64_t count_points(Constraints& constraints, std::size_t contacts, Crew& crew) {
-  const int count = static_cast<int>(contacts);
-  constraints.points.resize_discarding((contacts + kSortRows - 1) / kSortRows);
-  crew.run_ranges(count, kSortRows, [&](int begin, int end, int) {
-    std::int32_t points = 0;
-    for (int i = begin; i < end; ++i) {
-      points +=
-          static_cast<std::int32_t>(constraints.edges[static_cast<std::size_t>(i)].info & kManifoldPointMask);
-    }
-    constraints.points[static_cast<std::size_t>(begin / kSortRows)] = points;
-  });
-  return std::accumulate(constraints.points.begin(), constraints.points.end(), std::int64_t{0});
-}
-
 // The kinds that occur among the joints, numbered without gaps, so that the sort has few keys.
 struct JointKindNumbers {
   int count = 0;
@@ -245,7 +230,6 @@ void pack_blocks(WorldData& data, Crew& crew) {
   const int lanes = crew.kernels().lanes;
   const Column<std::int32_t>& touching = data.contacts.touching;
   const Column<std::int32_t>& active = data.joints.active;
-  data.stats.contact_points = count_points(constraints, touching.size(), crew);
   data.stats.joints = static_cast<std::int64_t>(active.size());
   find_joint_kinds(constraints, touching.size(), crew);
   const JointKindNumbers numbers(constraints.joint_kinds);
@@ -253,8 +237,10 @@ void pack_blocks(WorldData& data, Crew& crew) {
   contact_keys.kinds = kContactKinds;
   joint_keys.kinds = numbers.count;
   constraints.keys.resize_discarding(constraints.edges.size());
-  count_keys(constraints, 0, touching, contact_keys, crew, contact_kind);
-  count_keys(constraints, touching.size(), active, joint_keys, crew,
+  data.stats.contact_points =  // those that are only watched included
+      count_keys(constraints, 0, touching, kManifoldPointMask, contact_keys, crew,
+                 [](const Edge& edge) { return contact_kind(edge); });
+  count_keys(constraints, touching.size(), active, 0, joint_keys, crew,
              [&](const Edge& edge) { return int{numbers.number[edge.info]}; });
   // A hub by its contacts may have a single joint, and the other way round.
   const std::int32_t hubs = most_hubs(contact_keys, joint_keys);

@@ -40,22 +40,27 @@ inline int place_of(const Edge& edge) {
 }
 
 // Edges of `list`, which are [first, first + list.size()), -> their keys and how many there are of each.
-// `kind_of` gives an edge's kind, less than table.kinds.
+// `kind_of` gives an edge's kind, less than table.kinds. Returns the sum of `info & mask` of the edges.
 template <class KindOf>
-void count_keys(Constraints& constraints, std::size_t first, const Column<std::int32_t>& list,
-                KeyTable& table, Crew& crew, KindOf&& kind_of) {
+std::int64_t count_keys(Constraints& constraints, std::size_t first, const Column<std::int32_t>& list,
+                        std::uint32_t mask, KeyTable& table, Crew& crew, KindOf&& kind_of) {
   const int count = static_cast<int>(list.size()), parts = (count + kSortRows - 1) / kSortRows;
-  const auto keys = static_cast<std::size_t>(kColorPlaces * table.kinds);
+  const int kinds = table.kinds;  // as a copy: the compiler can not know that counts do not change it
+  const auto keys = static_cast<std::size_t>(kColorPlaces * kinds);
   table.counts.resize_discarding(static_cast<std::size_t>(parts) * keys);
+  table.sums.resize_discarding(static_cast<std::size_t>(parts));
   crew.run_ranges(count, kSortRows, [&](int begin, int end, int) {
     std::int32_t* counts = table.counts.data() + static_cast<std::size_t>(begin / kSortRows) * keys;
     std::fill(counts, counts + keys, 0);
+    std::uint32_t sum = 0;
     for (auto i = first + static_cast<std::size_t>(begin); i < first + static_cast<std::size_t>(end); ++i) {
       const Edge& edge = constraints.edges[i];
-      const int key = place_of(edge) * table.kinds + kind_of(edge);
+      const int key = place_of(edge) * kinds + kind_of(edge);
       constraints.keys[i] = static_cast<std::uint16_t>(key);
       ++counts[key];
+      sum += edge.info & mask;
     }
+    table.sums[static_cast<std::size_t>(begin / kSortRows)] = static_cast<std::int32_t>(sum);
   });
   table.totals.resize_discarding(keys);
   std::int32_t* const totals = table.totals.data();
@@ -73,6 +78,7 @@ void count_keys(Constraints& constraints, std::size_t first, const Column<std::i
     const std::int32_t* const of_place = totals + place * table.kinds;
     table.in_place[static_cast<std::size_t>(place)] = std::accumulate(of_place, of_place + table.kinds, 0);
   }
+  return std::accumulate(table.sums.begin(), table.sums.end(), std::int64_t{0});
 }
 
 // The hubs that there may be at most, by the constraints that lie where hubs' do. Two hubs may share one, in
@@ -113,16 +119,17 @@ inline void place_keys(int lanes, std::int32_t hubs, KeyTable& table) {
 // `rows`: the entries of `list` in the order of lanes, after count_keys() and place_keys().
 inline void scatter_rows(const Constraints& constraints, std::size_t first, const Column<std::int32_t>& list,
                          int lanes, KeyTable& table, Column<std::int32_t>& rows, Crew& crew) {
-  const auto keys = static_cast<std::size_t>(kColorPlaces * table.kinds);
+  const int kinds = table.kinds;
+  const auto keys = static_cast<std::size_t>(kColorPlaces * kinds);
   rows.resize_discarding(static_cast<std::size_t>(table.first_lane.back()));
   crew.run_ranges(static_cast<int>(list.size()), kSortRows, [&](int begin, int end, int) {
     std::int32_t* places = table.counts.data() + static_cast<std::size_t>(begin / kSortRows) * keys;
+    const std::int32_t* first_lane = table.first_lane.data();
+    std::int32_t* to = rows.data();
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       const int key = constraints.keys[first + i];
       const int place = places[key]++;
-      const int lane =
-          table.first_lane[static_cast<std::size_t>(key)] + (key < table.kinds ? place * lanes : place);
-      rows[static_cast<std::size_t>(lane)] = list[i];
+      to[first_lane[key] + (key < kinds ? place * lanes : place)] = list[i];
     }
   });
 }
