@@ -1,4 +1,4 @@
-// How the frames of joints lie and turn against each other, and rows that hold or limit that beside a held
+// How the frames of joints turn against each other, and rows that hold, limit or drive that beside a held
 // point. Private to the joint kernels.
 //
 // Angular errors are rotation vectors that take frame a to frame b, in world axes. They are measured from the

@@ -1,4 +1,4 @@
-// What blocks of joints have in common: their bodies, frames, softness, and the rows of free axes.
+// What blocks of joints have in common: their bodies, frames, softness, reactions, and the rows of free axes.
 // Private to the joint kernels.
 #pragma once
 
@@ -322,12 +322,14 @@ inline F solve_drive(LaneAxis& axis, F coordinate_error, F speed, F mass, F keep
   return impulse - old_impulse;
 }
 
-// The limit's step on an axis: like a contact at the nearer end, and both ways where the ends are equal.
-// `held` is the softness of what the joint holds, in solve or in relax. Any struct with the limit's lanes of
-// LaneAxis will do.
-enum class LimitKind { length, angle };
+// What a coordinate lies on: on a circle what has passed one end may come round to the other one.
+enum class Course { line, circle };
+
+// The limit's step on an axis: like a contact at the nearer end, or like a spring that begins there, and both
+// ways where the ends are equal. `held` is the softness of what the joint holds, in solve or in relax. Any
+// struct with the limit's lanes of LaneAxis will do.
 template <class Axis>
-inline F solve_limit(const JointArgs& args, LimitKind kind, Axis& axis, F coordinate, F speed, F mass,
+inline F solve_limit(const JointArgs& args, Course course, Axis& axis, F coordinate, F speed, F mass,
                      const Softness& held, F keep) {
   const F zero(0.0f), one(1.0f), lower = load(axis.lower), upper = load(axis.upper);
   const F above = coordinate - lower, below = upper - coordinate;
@@ -338,11 +340,14 @@ inline F solve_limit(const JointArgs& args, LimitKind kind, Axis& axis, F coordi
   const F separation = select(at_upper, below, above);
   const F rate = speed * sign;
   const M apart = (separation > zero) & !equal;
-  // What is as stiff as the step allows goes back at a bounded speed; a spring pulls as it should, but not an
-  // end of an angle that has come round to it from behind.
+  const M stiff = (held.bias_rate == F(args.stiff.bias_rate)) | (held.bias_rate == zero);
+  // What is stiff goes back at a bounded speed; a spring pulls as it should, but for a single end of a
+  // circle, which is come to from behind, too, and would give what it never took.
   const F bounded(args.push_speed);
-  F push = select(held.bias_rate == F(args.stiff.bias_rate), bounded, F(__builtin_inff()));
-  if (kind == LimitKind::angle) push = select(equal, push, bounded);
+  F push = select(stiff, bounded, F(__builtin_inff()));
+  if (course == Course::circle) {
+    push = select((lower > F(-1e30f)) & (upper < F(1e30f)), push, bounded);
+  }
   const F pull_back = clamp(held.bias_rate * separation, -push, push);
   // No limit at all: the separation is infinite, and so must not come into a product with zero.
   const M near = separation < F(1e30f);
@@ -352,7 +357,7 @@ inline F solve_limit(const JointArgs& args, LimitKind kind, Axis& axis, F coordi
   const F change = mass * (select(apart, one, held.mass_scale) * rate + bias) +
                    select(apart, zero, held.impulse_scale) * old_impulse;
   const F free = old_impulse - change;
-  const F impulse = select(equal, free, max(free, zero));
+  const F impulse = select(equal, free, select(apart & !stiff, zero, max(free, zero)));
   // An impulse of the other end ends here: max() above has taken it away.
   const F result = select(near | equal, impulse, zero) * sign;
   store(axis.limit_impulse, result);

@@ -1,4 +1,4 @@
-// Joints made of rows of a Jacobian. Private to the sources joint_rows*.cpp.
+// Joints made of rows of a Jacobian. Private to the joint kernels.
 //
 // A row makes one number of both bodies' velocities, its speed:
 //
@@ -198,12 +198,12 @@ inline void solve_axis(const JointArgs& args, AxisUnit unit, AxisLanes& lanes, J
   if (unit == AxisUnit::angle) error = shorter_way(error);
   push_row(bodies, row, solve_drive(lanes.axis, error, row_speed(row, bodies), mass, keep));
   if (unit == AxisUnit::speed) return;
-  const LimitKind kind = unit == AxisUnit::angle ? LimitKind::angle : LimitKind::length;
+  const Course course = unit == AxisUnit::angle ? Course::circle : Course::line;
   F within = coordinate;
   if (unit == AxisUnit::angle) {
     within = angle_within(coordinate, load(lanes.axis.lower), load(lanes.axis.upper));
   }
-  const F limited = solve_limit(args, kind, lanes.axis, within, row_speed(row, bodies), mass, held, keep);
+  const F limited = solve_limit(args, course, lanes.axis, within, row_speed(row, bodies), mass, held, keep);
   push_row(bodies, row, limited);
 }
 

@@ -27,12 +27,12 @@ inline void store_bodies(const ContactArgs& args, const Block& block, int count,
     } else {
       store_velocity(args.velocity, block.row_a, count, bodies.a);
     }
-    if (hub.side() == BodySide::b) {
-      hub.add(block.row_b, count, first_lane, bodies.b);
-      return;
-    }
   }
-  store_velocity(args.velocity, block.row_b, count, bodies.b);
+  if (hub.side() == BodySide::b) {
+    hub.add(block.row_b, count, first_lane, bodies.b);
+  } else {
+    store_velocity(args.velocity, block.row_b, count, bodies.b);
+  }
 }
 
 // Applies impulse P at the friction center and torque impulse T to B, their opposites to A.

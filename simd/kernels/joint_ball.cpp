@@ -49,6 +49,8 @@ struct BallLimit {
   LaneFloats angle;
   LaneFloats lower, upper, limit_impulse;
 };
+// A cone's angle is in [0, pi]; where it is pi its axis turns over.
+constexpr Course kConeCourse = Course::line, kTwistCourse = Course::circle;
 
 inline V3 torque_of(const BallLimit& limit) { return load3(limit.axis) * load(limit.limit_impulse); }
 
@@ -124,13 +126,13 @@ struct RichBall {
     push_and_twist(bodies, load3(block.point.arm_a), load3(block.point.arm_b), impulse, torque);
     store3(block.point.impulse, load3(block.point.impulse) + impulse);
   }
-  static void solve_limit_of(const JointArgs& args, BallLimit& limit, Block& block, JointBodies& bodies,
-                             const S3& response, const Softness& held, F keep) {
+  static void solve_limit_of(const JointArgs& args, Course course, BallLimit& limit, Block& block,
+                             JointBodies& bodies, const S3& response, const Softness& held, F keep) {
     const V3 axis = load3(limit.axis);
     const F rate = dot(axis, turning_speed(bodies));
     const F inertia = load(limit.defined) * invert_positive(dot(axis, response * axis));
     turn(block, bodies, held,
-         axis * solve_limit(args, LimitKind::angle, limit, load(limit.angle), rate, inertia, held, keep));
+         axis * solve_limit(args, course, limit, load(limit.angle), rate, inertia, held, keep));
   }
   // `held`: the softness by which the anchor is held in this sweep, and limits are.
   static void solve_turning(const JointArgs& args, Block& block, JointBodies& bodies, const Softness& held,
@@ -140,8 +142,8 @@ struct RichBall {
     const V3 driven =
         solve_rotation_drive(block.drive, turning_speed(bodies), invert_semidefinite(response), keep);
     turn(block, bodies, held, driven);
-    solve_limit_of(args, block.twist, block, bodies, response, held, keep);
-    solve_limit_of(args, block.cone, block, bodies, response, held, keep);
+    solve_limit_of(args, kTwistCourse, block.twist, block, bodies, response, held, keep);
+    solve_limit_of(args, kConeCourse, block.cone, block, bodies, response, held, keep);
   }
 
   static void warm_start(const Block& block, JointBodies& bodies) {

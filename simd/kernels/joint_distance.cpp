@@ -65,7 +65,7 @@ inline F solve_rows(const JointArgs& args, const Softness& held, F keep, Distanc
   const F driven = solve_drive(block.axis, distance - target_now(args, block.axis), speed, mass, keep);
   push(bodies, arm_a, arm_b, direction * driven);
   speed = dot(direction, anchor_velocity(bodies, arm_a, arm_b));
-  const F limited = solve_limit(args, LimitKind::length, block.axis, distance, speed, mass, held, keep);
+  const F limited = solve_limit(args, Course::line, block.axis, distance, speed, mass, held, keep);
   push(bodies, arm_a, arm_b, direction * limited);
   return abs(limited) * invert_positive(mass);
 }

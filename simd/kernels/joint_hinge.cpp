@@ -156,7 +156,7 @@ inline void solve_axis(const JointArgs& args, HingeLanes& hinge, HingeAxis& lane
   const F within = angle_within(angle, load(axis.lower), load(axis.upper));
   const F speed = dot(x, turning_speed(bodies));
   turn_about(hinge, lanes, bodies, held,
-             solve_limit(args, LimitKind::angle, axis, within, speed, inertia, held, keep));
+             solve_limit(args, Course::circle, axis, within, speed, inertia, held, keep));
 }
 
 // As PlainHinge; 8 the limit's, 9 the drive's torque about the axis.

@@ -240,9 +240,9 @@ inline void solve_free(const JointArgs& args, const Softness& held, F keep, SixD
     speed = speed_of(block, row, velocity_of(block, bodies));
     const bool is_angle = row < kAngles;
     const F within = is_angle ? angle_within(coordinate, load(axis.lower), load(axis.upper)) : coordinate;
-    push_free(block, row, bodies,
-              solve_limit(args, is_angle ? LimitKind::angle : LimitKind::length, axis, within, speed, mass,
-                          held, keep));
+    push_free(
+        block, row, bodies,
+        solve_limit(args, is_angle ? Course::circle : Course::line, axis, within, speed, mass, held, keep));
   }
 }
 

@@ -137,8 +137,7 @@ inline void solve_slide(const JointArgs& args, const Softness& held, F keep, Ric
   push_slide(block, bodies,
              solve_drive(block.drive, slide - target_now(args, block.drive), speed, mass, keep));
   speed = dot(axis, anchor_velocity(bodies, lever_a, lever_b));
-  push_slide(block, bodies,
-             solve_limit(args, LimitKind::length, block.drive, slide, speed, mass, held, keep));
+  push_slide(block, bodies, solve_limit(args, Course::line, block.drive, slide, speed, mass, held, keep));
 }
 
 // Impulses: 0 and 1 along the y and z axes of frame a, 2 of the limit, 3 of the drive, 4 to 6 the torque in

@@ -116,21 +116,57 @@ TEST(Hub, KeepsMomentumAndGainsNoEnergy) {
   EXPECT_GT(chunks, 10);
 }
 
+// A slab on 20 x 15 fixed tiles: more of them than a body has colors for.
+BodyId add_slab_on_tiles(Lab& lab, Vec3 velocity) {
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 place{static_cast<float>(i % 20) - 9.5f, -0.25f, static_cast<float>(i / 20) - 7.0f};
+    lab.add({.type = BodyType::fixed, .position = place}, Box{{0.3f, 0.25f, 0.3f}}, {.friction = 0.5f});
+  }
+  return lab.add({.position = {0, 0.25f, 0}, .linear_velocity = velocity}, Box{{10, 0.25f, 7.5f}},
+                 {.friction = 0.5f});
+}
+
+TEST(Hub, ASlabOnHundredsOfTilesSlidesAndStopsAsOnAFloor) {
+  Lab lab(without_sleep());
+  const BodyId slab = add_slab_on_tiles(lab, {});
+  lab.run(30);
+  EXPECT_GT(hub_chunks(lab.world), 0);
+  lab.world.set_linear_velocity(slab, {1, 0, 0});
+  const double before = lab.position(slab).x();
+  const double weight = lab.mass(slab) * kGravity;
+  for (int i = 0; i < 60; ++i) {
+    lab.run(1);
+    EXPECT_NEAR(lab.height(slab), 0.25, 2e-3) << "step " << i;
+    EXPECT_LT(lab.spin(slab).norm(), 5e-3) << "step " << i;
+    const double seconds = (i + 1) / 60.0, speed = std::max(0.0, 1.0 - 0.5 * kGravity * seconds);
+    EXPECT_NEAR(lab.velocity(slab).x(), speed, 0.03) << "step " << i;
+    double carried = 0.0;
+    const WorldData& data = internals(lab.world);
+    for (const std::int32_t row : data.contacts.touching) {
+      const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(row)];
+      for (const float impulse : manifold.normal_impulse) carried += static_cast<double>(impulse);
+    }
+    EXPECT_NEAR(carried * lab.world.settings().substeps * 60.0, weight, 0.02 * weight) << "step " << i;
+  }
+  EXPECT_NEAR(lab.position(slab).x() - before, 1.0 / (2.0 * 0.5 * kGravity), 0.01);
+}
+
 TEST(Hub, GroupsDoNotDependOnWidthOrThreads) {
   std::vector<std::uint64_t> expected;
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
     if (!is_supported(isa)) continue;
     for (const int threads : {1, 3}) {
-      Lab lab(without_gravity()), plate;
+      Lab lab(without_gravity()), plate, slab;
       add_swarm(lab);
       add_loaded_plate(plate, 9);
+      add_slab_on_tiles(slab, {2, 0, 0.5f});
       Workers workers(WorkersOptions{.threads = threads, .isa = isa});
       std::vector<std::uint64_t> hashes;
       for (int i = 0; i < 60; ++i) {
         step(lab.world, kStep, workers);
         step(plate.world, kStep, workers);
-        hashes.push_back(lab.world.hash());
-        hashes.push_back(plate.world.hash());
+        step(slab.world, kStep, workers);
+        for (const Lab* each : {&lab, &plate, &slab}) hashes.push_back(each->world.hash());
       }
       if (expected.empty()) expected = hashes;
       EXPECT_EQ(hashes, expected) << static_cast<int>(isa) << ", " << threads << " threads";

@@ -4,6 +4,7 @@
 #include <tests/physics/lab.h>
 
 #include <algorithm>
+#include <numbers>
 #include <set>
 #include <utility>
 #include <vector>
@@ -169,6 +170,32 @@ TEST(Joint, BreaksByAShockThatIsOverBeforeTheStepIs) {
     lab.run(80);
     EXPECT_FALSE(lab.world.is_enabled(joint)) << i;
     EXPECT_LT(lab.height(load), -5.5) << i;
+  }
+}
+
+// A soft rope is a spring that begins at its length: it stops by v / (2 pi f) and never pulls harder than
+// that asks.
+TEST(Joint, OfASoftRopeStopsAFallAsASpringDoes) {
+  const double rate = 2.0 * std::numbers::pi * 1.0, speed = 10.0;
+  for (int i = 0; i < 24; ++i) {
+    Lab lab(without_gravity());
+    const BodyId load = lab.add({.position = {0, -1.0f - 0.01f * static_cast<float>(i), 0},
+                                 .linear_velocity = {0, -10.0f, 0},
+                                 .mass = 1.0f},
+                                kBox);
+    JointDef def = between({}, {}, load, {});
+    def.hertz = 1.0f;
+    def.damping_ratio = 0.0f;
+    def.break_force = static_cast<float>(1.2 * speed * rate);
+    const JointId joint = lab.world.create_joint(def, DistanceJoint{{.upper = 2.0f}});
+    double lowest = 0.0;
+    for (int step = 0; step < 60; ++step) {
+      lab.run(1);
+      lowest = std::min(lowest, lab.height(load));
+    }
+    EXPECT_NEAR(-2.0 - lowest, speed / rate, 0.06 * speed / rate) << i;
+    EXPECT_NEAR(lab.velocity(load).y(), 0.95 * speed, 0.05 * speed) << i;  // implicit springs lose a little
+    EXPECT_TRUE(lab.world.is_enabled(joint)) << i;
   }
 }
 

@@ -84,6 +84,33 @@ TEST(HingeAxis, LimitsArePassedByAtMostHalfADegree) {
   }
 }
 
+// Of a soft joint a limit is a spring that begins there: without damping half a swing is its overshoot.
+TEST(HingeAxis, SoftLimitsAreSpringsThatTakeNothingAway) {
+  for (const float start : {0.0f, 0.013f, 0.029f, 0.041f}) {
+    JointWorld world;
+    const Quat to_z = about({0, 1, 0}, -kPi / 2);
+    const std::int32_t body = world.add_body(1, {0.1f, 0.1f, 0.1f}, {}, {}, {{}, {0, 0, 5}});
+    JointParameters p = free_rotation();
+    p.axis[0].lower = -0.5f - start;
+    p.axis[0].upper = 0.5f + start;
+    p.hertz = p.angular_hertz = 2.0f;
+    p.damping_ratio = p.angular_damping_ratio = 0.0f;
+    world.add_joint(kFixedRow, {{}, to_z}, body, {{}, to_z}, p);
+    float least = 0, most = 0;
+    for (int step = 0; step < 60; ++step) {
+      world.step(kernels(), kRichHinge);
+      const Quat q = world.rotation_of(body);
+      const float angle = 2 * std::atan2(q.z, q.w);
+      least = std::min(least, angle);
+      most = std::max(most, angle);
+    }
+    const float overshoot = 5.0f / (2 * kPi * 2);
+    EXPECT_NEAR(most - p.axis[0].upper, overshoot, 0.1f * overshoot) << start;
+    EXPECT_NEAR(p.axis[0].lower - least, 0.85f * overshoot, 0.15f * overshoot)
+        << "after a swing, implicitly damped";
+  }
+}
+
 TEST(HingeAxis, EqualLimitsHoldTheAngle) {
   JointAxisRow axis = no_axis();
   axis.lower = axis.upper = 0.5f;

@@ -1,5 +1,5 @@
 // Bodies and joints for the tests of the joint kernels: rows filled by hand, and a step of nothing else. All
-// joints of a bench are solved at once, so no two of them share a body that can be pushed.
+// joints of a bench are solved at once, so no two of them share a body that can be pushed, but for a hub.
 #pragma once
 
 #include <core/column.h>
@@ -71,6 +71,8 @@ struct Bench {
   bool warm = false;  // impulses of a step before are there
   bool bare = false;  // neither bias nor warm start
   simd::BodySide fixed = simd::BodySide::none;
+  simd::BodySide hub = simd::BodySide::none;  // that body is the same one in all joints
+  bool breaks = false;                        // largest reactions are kept
 
   Bench() {
     for (int row = 0; row < kFirstBody; ++row) add_row({}, {0, 0, 0}, {}, {0, 0, 0}, {0, 0, 0});
@@ -212,7 +214,7 @@ struct Bench {
     simd::BodyArgs body = body_args();
     simd::JointArgs joint = joint_args();
     const simd::ConstraintChunk chunk{
-        simd::joint_variant(type, rich), block_count, count, 0, 0, 0, simd::BodySide::none, fixed, false};
+        simd::joint_variant(type, rich), block_count, count, 0, 0, 0, hub, fixed, breaks};
     kernels.body.prepare(body, 0, moved);
     joints.prepare(joint, chunk);
     for (int substep = 0; substep < substeps; ++substep) {

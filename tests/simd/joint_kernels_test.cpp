@@ -91,6 +91,34 @@ TEST(JointKernels, EveryInstructionSetGivesTheBitsOfScalar) {
   }
 }
 
+// The largest reactions of a step's substeps, of joints that may break.
+TEST(JointKernels, KeepTheLargestReactionsWhereTheyAreAskedFor) {
+  for (const int variant : kVariants) {
+    const auto run = [&](const simd::Kernels& kernels, bool breaks) {
+      JointWorld world = random_pairs(67, 1, 0.3f);
+      world.breaks = breaks;
+      for (int step = 0; step < 3; ++step) world.step(kernels, variant);
+      return world;
+    };
+    const JointWorld expected = run(scalar_kernels(), true), plain = run(scalar_kernels(), false);
+    expect_same(expected.velocity, plain.velocity, "velocity");
+    int higher = 0;
+    for (std::size_t joint = 0; joint < expected.reactions.size(); ++joint) {
+      const JointReactionRow &row = expected.reactions[joint], &other = plain.reactions[joint];
+      EXPECT_EQ(std::memcmp(row.force, other.force, 6 * sizeof(float)), 0);
+      EXPECT_EQ(other.force_peak_squared + other.torque_peak_squared, 0.0f);
+      const float last =
+          row.force[0] * row.force[0] + row.force[1] * row.force[1] + row.force[2] * row.force[2];
+      EXPECT_GE(row.force_peak_squared, last * 0.9999f);
+      if (row.force_peak_squared > 1.1f * last) ++higher;
+    }
+    EXPECT_GT(higher, 10) << variant;
+    for (const simd::Kernels* kernels : all_kernels()) {
+      expect_same(expected.reactions, run(*kernels, true).reactions, kernels->name);
+    }
+  }
+}
+
 TEST(JointKernels, NonFiniteJointsDisturbNobodyAndForgetTheirImpulses) {
   for (const int variant : kVariants) {
     const auto run = [&](const simd::Kernels& kernels, bool spoiled) {

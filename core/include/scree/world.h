@@ -218,8 +218,8 @@ class SCREE_API World {
   void set_user_data(JointId joint, std::uint64_t data);
   /// Frame b as seen from frame a: what limits and drives are measured in.
   Pose joint_pose(JointId joint) const;
-  /// In the last step that took time; zero for joints that had no part in it. One that broke in it still
-  /// tells.
+  /// In the last step, until the next one, a call that enables or disables the joint, or a restore; of joints
+  /// that slept zero. One that broke in it still tells.
   JointReaction joint_reaction(JointId joint) const;
   /// The body's joints, latest first; at most `out.size()` are written. Returns how many there are.
   std::size_t joints_of(BodyId body, std::span<JointId> out) const;
