@@ -149,7 +149,8 @@ inline void solve_axis(const JointArgs& args, HingeLanes& hinge, HingeAxis& lane
   LaneAxis& axis = lanes.axis;
   const V3 x = load3(hinge.x);
   const F angle = load(lanes.angle), free = load(lanes.free_response);
-  const F inertia = invert_positive(free + (load(lanes.held_response) - free) * held.mass_scale);
+  const F inertia =
+      invert_positive(load(lanes.held_response) * held.mass_scale + free * (F(1.0f) - held.mass_scale));
   const F ahead = shorter_way(angle - target_now(args, axis));
   const F driven = solve_drive(axis, ahead, dot(x, turning_speed(bodies)), inertia, keep);
   turn_about(hinge, lanes, bodies, held, driven);

@@ -25,8 +25,9 @@ struct alignas(64) SixDegreeBlock {
   LaneFloats held_impulse[kRows];
   LaneFloats held_mass[kRows][kRows];  // inverse response of the held rows, zero elsewhere
   LaneFloats hold[kRows][kRows];       // by free row: impulses on the held ones that keep them
-  LaneFloats mass[kRows];              // of free rows, with the held ones held
-  LaneAxis axis[kRows];                // of free rows
+  // Of free rows: alone, and with the held ones held; the latter 0 where these leave nothing.
+  LaneFloats free_response[kRows], held_response[kRows];
+  LaneAxis axis[kRows];  // of free rows
   TurnedLanes turned;
   LaneSoftness softness, relaxed;
 };
@@ -124,7 +125,7 @@ inline void invert_held(const SixMatrix& k, const SixRows& held, SixMatrix& inve
 }
 
 inline void place(const JointBodies& bodies, const Placed& now, SixDegreeBlock& block) {
-  const F zero(0.0f), one(1.0f);
+  const F zero(0.0f);
   const V3 offset = now.anchors.offset, lever_a = now.anchors.arm_a + offset, lever_b = now.anchors.arm_b;
   const M3 axes = to_matrix(now.frames.a);
   V3 way[kRows];
@@ -152,7 +153,8 @@ inline void place(const JointBodies& bodies, const Placed& now, SixDegreeBlock& 
       left += hold * response[row][other];
     }
     const M free = (left > F(kLeastPivot) * response[row][row]) & (held[row] == zero);
-    store(block.mass[row], select(free, one / select(free, left, one), zero));
+    store(block.free_response[row], response[row][row]);
+    store(block.held_response[row], select(free, left, zero));
   }
 }
 
@@ -218,11 +220,12 @@ inline F solve_held(SixDegreeBlock& block, JointBodies& bodies, const Softness& 
   return worst;
 }
 
-// An impulse along a free row, and those that keep the held ones as they are.
-inline void push_free(SixDegreeBlock& block, int row, JointBodies& bodies, F impulse) {
+// An impulse along a free row, and those that keep the held ones as they are: as far as `held` lets them.
+// What is soft gives way, and would answer to a rigid hold with more than was taken from it.
+inline void push_free(SixDegreeBlock& block, int row, JointBodies& bodies, const Softness& held, F impulse) {
   SixRows change;
   for (int other = 0; other < kRows; ++other) {
-    const F hold = load(block.hold[row][other]) * impulse;
+    const F hold = load(block.hold[row][other]) * (impulse * held.mass_scale);
     store(block.held_impulse[other], load(block.held_impulse[other]) + hold);
     change[other] = other == row ? hold + impulse : hold;
   }
@@ -231,17 +234,21 @@ inline void push_free(SixDegreeBlock& block, int row, JointBodies& bodies, F imp
 
 inline void solve_free(const JointArgs& args, const Softness& held, F keep, SixDegreeBlock& block,
                        JointBodies& bodies) {
+  const F zero(0.0f), one(1.0f);
   for (int row = 0; row < kRows; ++row) {
     LaneAxis& axis = block.axis[row];
-    const F coordinate = load(block.coordinate[row]), mass = load(block.mass[row]);
+    const F coordinate = load(block.coordinate[row]), response = load(block.held_response[row]);
+    const F left = response * held.mass_scale + load(block.free_response[row]) * (one - held.mass_scale);
+    const M free = response > zero;
+    const F mass = select(free, one / select(free, left, one), zero);
     const F error = shorter(row, coordinate - target_now(args, axis));
     F speed = speed_of(block, row, velocity_of(block, bodies));
-    push_free(block, row, bodies, solve_drive(axis, error, speed, mass, keep));
+    push_free(block, row, bodies, held, solve_drive(axis, error, speed, mass, keep));
     speed = speed_of(block, row, velocity_of(block, bodies));
     const bool is_angle = row < kAngles;
     const F within = is_angle ? angle_within(coordinate, load(axis.lower), load(axis.upper)) : coordinate;
     push_free(
-        block, row, bodies,
+        block, row, bodies, held,
         solve_limit(args, is_angle ? Course::circle : Course::line, axis, within, speed, mass, held, keep));
   }
 }

@@ -26,7 +26,7 @@ struct alignas(64) SliderBlock {
 struct alignas(64) RichSliderBlock : SliderBlock {
   LaneFloats axis[3];       // x axis of frame a
   LaneFloats slide_way[3];  // of a unit impulse along the axis and those along the sides that hold these
-  LaneFloats slide_mass;
+  LaneFloats free_response, held_response;  // of the slide; alone, and with the held rows held
   LaneFloats slide;
   LaneAxis drive;
 };
@@ -78,10 +78,14 @@ inline void place(const JointBodies& bodies, const Placed& now, Block& block) {
   store(block.side_mass[2], side_mass.yy);
   if constexpr (kIsRich<Block>) {
     const V3 way = invert(response) * axes.x;
-    const F mass = dot(axes.x, way);
+    const F mass = dot(axes.x, way), one(1.0f);
+    const V3 turn_a = cross(lever_a, axes.x), turn_b = cross(lever_b, axes.x);
     store3(block.axis, axes.x);
     store3(block.slide_way, way * invert_positive(mass));
-    store(block.slide_mass, mass);
+    store(block.held_response, one / select(mass > F(0.0f), mass, one));
+    store(block.free_response, (bodies.mass_a.inverse_mass + bodies.mass_b.inverse_mass) +
+                                   (dot(turn_a, bodies.mass_a.inverse_inertia * turn_a) +
+                                    dot(turn_b, bodies.mass_b.inverse_inertia * turn_b)));
     store(block.slide, dot(axes.x, offset));
   }
 }
@@ -116,11 +120,14 @@ inline F solve_held(SliderBlock& block, JointBodies& bodies, const Softness& sof
   return max(sqrt(speed0 * speed0 + speed1 * speed1), length(spin));
 }
 
-// An impulse along the axis, and those that keep the held rows as they are.
-inline void push_slide(RichSliderBlock& block, JointBodies& bodies, F impulse) {
-  const V3 lever_a = load3(block.lever_a), lever_b = load3(block.lever_b);
-  const V3 way = load3(block.slide_way) * impulse;
-  const V3 torque = load6(block.turn_mass) * turn_by_impulse(bodies, lever_a, lever_b, way);
+// An impulse along the axis, and those that keep the held rows as they are: as far as `held` lets them. What
+// is soft gives way, and would answer to a rigid hold with more than was taken from it.
+inline void push_slide(RichSliderBlock& block, JointBodies& bodies, const Softness& held, F impulse) {
+  const V3 lever_a = load3(block.lever_a), lever_b = load3(block.lever_b), axis = load3(block.axis);
+  const V3 whole = load3(block.slide_way) * impulse;
+  const V3 torque =
+      load6(block.turn_mass) * turn_by_impulse(bodies, lever_a, lever_b, whole) * held.mass_scale;
+  const V3 way = whole * held.mass_scale + axis * (impulse * (F(1.0f) - held.mass_scale));
   for (int i = 0; i < 2; ++i) {
     store(block.side_impulse[i], load(block.side_impulse[i]) + dot(load3(block.side[i]), way));
   }
@@ -132,12 +139,15 @@ inline void push_slide(RichSliderBlock& block, JointBodies& bodies, F impulse) {
 inline void solve_slide(const JointArgs& args, const Softness& held, F keep, RichSliderBlock& block,
                         JointBodies& bodies) {
   const V3 lever_a = load3(block.lever_a), lever_b = load3(block.lever_b), axis = load3(block.axis);
-  const F slide = load(block.slide), mass = load(block.slide_mass);
+  const F slide = load(block.slide);
+  const F mass = invert_positive(load(block.held_response) * held.mass_scale +
+                                 load(block.free_response) * (F(1.0f) - held.mass_scale));
   F speed = dot(axis, anchor_velocity(bodies, lever_a, lever_b));
-  push_slide(block, bodies,
+  push_slide(block, bodies, held,
              solve_drive(block.drive, slide - target_now(args, block.drive), speed, mass, keep));
   speed = dot(axis, anchor_velocity(bodies, lever_a, lever_b));
-  push_slide(block, bodies, solve_limit(args, Course::line, block.drive, slide, speed, mass, held, keep));
+  push_slide(block, bodies, held,
+             solve_limit(args, Course::line, block.drive, slide, speed, mass, held, keep));
 }
 
 // Impulses: 0 and 1 along the y and z axes of frame a, 2 of the limit, 3 of the drive, 4 to 6 the torque in

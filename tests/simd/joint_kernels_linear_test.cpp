@@ -123,6 +123,23 @@ TEST(JointKernelsLinear, ConserveMomentum) {
   }
 }
 
+// Soft joints with limits and drives, many of them pulled far out: springs give back what was in them, no
+// more.
+TEST(JointKernelsLinear, NothingGainsSpeedWithoutBounds) {
+  for (const Variant variant : kVariants) {
+    Bench bench = random_bench(variant, simd::BodySide::none, 1000, 9);
+    for (JointParameters& p : bench.parameters) {
+      if (p.hertz > 0) p.damping_ratio = p.angular_damping_ratio = 0.1f;
+    }
+    for (int step = 0; step < 120; ++step) bench.step(widest(), variant.type, variant.rich);
+    for (const std::int32_t body : bench.moving) {
+      const float* v = bench.velocity[static_cast<std::size_t>(body)].linear;
+      const float* w = bench.velocity[static_cast<std::size_t>(body)].angular;
+      EXPECT_LT(std::hypot(v[0], v[1], v[2]) + std::hypot(w[0], w[1], w[2]), 200.0f) << variant.type;
+    }
+  }
+}
+
 // Velocity of anchor b against the point of body a that it meets, in the axes of frame a.
 Vec3 anchor_speed(const Bench& bench, std::size_t joint) {
   const JointFrames& f = bench.frames[joint];

@@ -176,6 +176,23 @@ Momentum momentum_of(const JointWorld& world, std::size_t joint) {
   return sum;
 }
 
+// Soft joints with limits and drives: springs give back what was in them, no more.
+TEST(RowJoints, GainNoSpeedWithoutBounds) {
+  for (const JointType type : kKinds) {
+    JointWorld world = random_world(type, true, 500, 5, false);
+    Random random(3);
+    for (JointParameters& p : world.parameters) {
+      p.hertz = p.angular_hertz = random.uniform(1, 10);  // pulleys are up to 6 m out
+      p.damping_ratio = p.angular_damping_ratio = random.uniform(0, 1);
+      for (JointAxisRow& axis : p.axis) axis.max_force = std::min(axis.max_force, 100.0f);
+    }
+    for (int step = 0; step < 120; ++step) world.step(simd::widest_kernels(), type);
+    for (const std::int32_t body : world.moving) {
+      EXPECT_LT(length(world.linear(body)) + length(world.angular(body)), 300.0f) << static_cast<int>(type);
+    }
+  }
+}
+
 TEST(RowJoints, KeepTheMomentumOfTwoBodies) {
   const simd::Kernels& kernels = simd::widest_kernels();
   for (const JointType type : {JointType::wheel, JointType::universal, JointType::planar, JointType::motor,
