@@ -263,7 +263,7 @@ inline void note_peak(const JointArgs& args, const std::int32_t* joint, int coun
   const F rate(args.inverse_substep), most(3e38f);
   const F force = length_squared(impulse.linear * rate), torque = length_squared(impulse.angular * rate);
   F torque_y, torque_z, force_peak, torque_peak;
-  float* base = args.reactions->force + 4;
+  float* base = &args.reactions->torque[1];
   load_rows(base, kStride, joint, torque_y, torque_z, force_peak, torque_peak);
   force_peak = select((force > force_peak) & (force < most), force, force_peak);
   torque_peak = select((torque > torque_peak) & (torque < most), torque, torque_peak);
@@ -272,7 +272,7 @@ inline void note_peak(const JointArgs& args, const std::int32_t* joint, int coun
 inline void clear_peaks(const JointArgs& args, const std::int32_t* joint, int count) {
   constexpr int kStride = sizeof(JointReactionRow) / sizeof(float);
   const F zero(0.0f);
-  store_rows(args.reactions->force + 4, kStride, joint, count, zero, zero, zero, zero);
+  store_rows(&args.reactions->torque[1], kStride, joint, count, zero, zero, zero, zero);
 }
 
 // The limit of a free axis, and its drive, by lane.
