@@ -92,10 +92,6 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
   }
 }
 
-// Of the dead slots, those whose generations are used up are never taken again.
-bool is_free(bool alive, std::uint32_t generation) { return !alive && generation != 0; }
-constexpr const char* kUnlisted = "some free slot is not listed";
-
 void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& refusal) {
   const auto require = [&](bool holds, const char* name, const char* problem) {
     refusal.require(holds, "bodies", name, row, problem);
@@ -154,10 +150,8 @@ void check_bodies(WorldData& data, const Refusal& refusal) {
       kBodyAlive | kBodyAsleep | kBodyCanSleep | kBodyMassGiven | kBodyPropertiesGiven | kBodyFrozen;
   Bodies& bodies = data.bodies;
   check_reserved_bodies(bodies, refusal);
-  std::size_t free = 0;
   for (std::size_t row = at(kFirstBody); row < bodies.flags.size(); ++row) {
     const bool alive = (bodies.flags[row] & kBodyAlive) != 0;
-    free += is_free(alive, bodies.generation[row]) ? 1 : 0;
     refusal.require(bodies.type[row] <= BodyType::dynamic, "bodies", "type", row, "is no type of bodies");
     refusal.require((bodies.flags[row] & ~(alive ? kKnownFlags : 0u)) == 0, "bodies", "flags", row,
                     "can not be set");
@@ -167,10 +161,8 @@ void check_bodies(WorldData& data, const Refusal& refusal) {
                     "a dead body has none");
     if (alive) check_living_body(bodies, row, refusal);
   }
-  check_list(bodies.free_slots, bodies.flags.size(), "bodies", "free_slots", refusal, [&](std::size_t row) {
-    return row >= at(kFirstBody) && is_free((bodies.flags[row] & kBodyAlive) != 0, bodies.generation[row]);
-  });
-  refusal.require(bodies.free_slots.size() == free, "bodies", "free_slots", 0, kUnlisted);
+  check_free_slots(bodies, at(kFirstBody), "bodies", refusal,
+                   [&](std::size_t row) { return (bodies.flags[row] & kBodyAlive) != 0; });
 }
 
 bool is_material(const MaterialRow& material) {
@@ -257,14 +249,13 @@ void check_shapes(const WorldData& data, const Refusal& refusal) {
   constexpr unsigned kKnownFlags = kShapeAlive | kShapeDirty | kShapeNew | kShapeWakes;
   const Shapes& shapes = data.shapes;
   const std::size_t rows = shapes.flags.size(), bodies = data.bodies.flags.size();
-  std::size_t dirty = 0, free = 0;
+  std::size_t dirty = 0;
   for (std::size_t row = 0; row < rows; ++row) {
     const auto require = [&](bool holds, const char* name, const char* problem) {
       refusal.require(holds, "shapes", name, row, problem);
     };
     const bool alive = (shapes.flags[row] & kShapeAlive) != 0;
     dirty += (shapes.flags[row] & kShapeDirty) != 0 ? 1 : 0;
-    free += is_free(alive, shapes.generation[row]) ? 1 : 0;
     require(shapes.type[row] <= ShapeType::hull, "type", "is no type of shapes");
     require((shapes.flags[row] & ~kKnownFlags) == 0 && (alive || (shapes.flags[row] & kShapeNew) == 0),
             "flags", "can not be set");
@@ -275,10 +266,8 @@ void check_shapes(const WorldData& data, const Refusal& refusal) {
     if (alive) check_living_shape(data, row, refusal);
   }
   check_shape_lists(data, refusal);
-  check_list(shapes.free_slots, rows, "shapes", "free_slots", refusal, [&](std::size_t row) {
-    return is_free((shapes.flags[row] & kShapeAlive) != 0, shapes.generation[row]);
-  });
-  refusal.require(shapes.free_slots.size() == free, "shapes", "free_slots", 0, kUnlisted);
+  check_free_slots(shapes, 0, "shapes", refusal,
+                   [&](std::size_t row) { return (shapes.flags[row] & kShapeAlive) != 0; });
   check_list(shapes.dirty, rows, "shapes", "dirty", refusal,
              [&](std::size_t row) { return (shapes.flags[row] & kShapeDirty) != 0; });
   refusal.require(shapes.dirty.size() == dirty, "shapes", "dirty", 0, "does not list all dirty shapes");

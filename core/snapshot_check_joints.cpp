@@ -81,14 +81,8 @@ void check_joints(const WorldData& data, const Refusal& refusal) {
     if (alive) check_living_joint(data, row, refusal);
   }
   check_joint_lists(data, refusal);
-  const auto is_free = [&](std::size_t row) {
-    return (joints.flags[row] & kJointAlive) == 0 && joints.generation[row] != 0;
-  };
-  check_list(joints.free_slots, rows, "joints", "free_slots", refusal, is_free);
-  std::size_t free = 0;
-  for (std::size_t row = 0; row < rows; ++row) free += is_free(row) ? 1 : 0;
-  refusal.require(joints.free_slots.size() == free, "joints", "free_slots", 0,
-                  "some free slot is not listed");
+  check_free_slots(joints, 0, "joints", refusal,
+                   [&](std::size_t row) { return (joints.flags[row] & kJointAlive) != 0; });
 }
 
 }  // namespace scree

@@ -79,6 +79,21 @@ void check_list(const Column<std::int32_t>& list, std::size_t rows, const char* 
   }
 }
 
+// The slots of a store that can be taken anew: of the dead ones all but those whose generations are used up.
+// Each is listed, or it would be lost.
+template <class Store, class IsAlive>
+void check_free_slots(const Store& store, std::size_t first, const char* name, const Refusal& refusal,
+                      IsAlive&& is_alive) {
+  const std::size_t rows = store.generation.size();
+  const auto is_free = [&](std::size_t row) {
+    return row >= first && !is_alive(row) && store.generation[row] != 0;
+  };
+  check_list(store.free_slots, rows, name, "free_slots", refusal, is_free);
+  std::size_t free = 0;
+  for (std::size_t row = first; row < rows; ++row) free += is_free(row) ? 1 : 0;
+  refusal.require(store.free_slots.size() == free, name, "free_slots", 0, "some free slot is not listed");
+}
+
 // Checks the joints, whose bodies have been checked.
 void check_joints(const WorldData& data, const Refusal& refusal);
 

@@ -159,6 +159,14 @@ inline Softness relax_held(const Softness& held, F hertz) {
           select(given, held.impulse_scale, zero)};
 }
 
+// The response of what a joint leaves free, by what it is alone and with the rest held, in a sweep that holds
+// the rest with this softness; to be pushed with as much of what keeps the rest. What is soft gives way, and
+// would answer to a rigid hold with more than was taken from it.
+template <class Response>
+inline Response free_response(const Response& alone, const Response& with_rest_held, const Softness& held) {
+  return with_rest_held * held.mass_scale + alone * (F(1.0f) - held.mass_scale);
+}
+
 // Where the frames of a block lie when the step begins, in world axes.
 struct JointPlacement {
   V3 arm_a, arm_b;   // from the centers of mass to the anchors

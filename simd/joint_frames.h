@@ -61,18 +61,27 @@ inline Frames move_frames(const FrameLanes& lanes, const WideDelta& delta_a, con
 // Takes frame a to frame b, in world axes.
 inline V3 rotation_error(const Frames& frames) { return rotation_vector(frames.b * conjugate(frames.a)); }
 
-// The shortest turn of one unit vector to another: its angle and axis. Where they lie along one line, that
-// has any axis square to it.
+// The direction square to two unit vectors, and the sine of their angle. Where that is `least` or less they
+// lie along one line, and any direction square to the first will do.
+struct Normal {
+  V3 direction;
+  F sine;
+};
+inline Normal normal_of(V3 from, V3 to, float least) {
+  const V3 normal = cross(from, to);
+  const F sine = length(normal), one(1.0f);
+  const M some = sine > F(least);
+  return {select(some, normal * (one / select(some, sine, one)), tangent_of(from)), sine};
+}
+
+// The shortest turn of one unit vector to another: its angle and axis.
 struct Swing {
   V3 axis;
   F angle;
 };
 inline Swing swing(V3 from, V3 to) {
-  const V3 normal = cross(from, to);
-  const F sine = length(normal);
-  const M some = sine > F(1e-7f);
-  const F inverse = F(1.0f) / select(some, sine, F(1.0f));
-  return {select(some, normal * inverse, tangent_of(from)), atan2(sine, dot(from, to))};
+  const Normal normal = normal_of(from, to, 1e-7f);
+  return {normal.direction, atan2(normal.sine, dot(from, to))};
 }
 
 // Both together.

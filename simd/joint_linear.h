@@ -16,6 +16,16 @@ inline void push_wrench(const Wrench& wrench, JointBodies& bodies) {
   twist(bodies, wrench.torque);
 }
 
+inline JointImpulse acting_of(const Wrench& wrench) { return {wrench.impulse, wrench.torque}; }
+
+// Of the speed along a direction at the levers to a unit impulse there.
+inline F response_along(const JointBodies& bodies, V3 lever_a, V3 lever_b, V3 direction) {
+  const V3 turn_a = cross(lever_a, direction), turn_b = cross(lever_b, direction);
+  return bodies.mass_a.inverse_mass + bodies.mass_b.inverse_mass +
+         dot(turn_a, bodies.mass_a.inverse_inertia * turn_a) +
+         dot(turn_b, bodies.mass_b.inverse_inertia * turn_b);
+}
+
 // By what a relax has turned the impulses that the velocities hold; see joint_kernels.h.
 struct TurnedLanes {
   LaneFloats impulse[3], torque_a[3], torque_b[3];

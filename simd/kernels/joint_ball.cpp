@@ -78,7 +78,7 @@ struct RichBall {
     FrameLanes frames;
     LaneFloats share[3][3];  // HeldTurning
     LaneFloats
-        held_response[6];  // of turning to torques while the anchor is held: HeldTurning::inertia inverted
+        response_held[6];  // of turning to torques while the anchor is held: HeldTurning::inertia inverted
     BallLimit cone, twist;
     RotationDriveLanes drive;
   };
@@ -88,7 +88,7 @@ struct RichBall {
     const HeldTurning turning = held_turning(bodies, load3(block.point.arm_a), load3(block.point.arm_b),
                                              load6(block.point.inverse_response));
     store9(block.share, turning.share);
-    store6(block.held_response, invert_semidefinite(turning.inertia));
+    store6(block.response_held, invert_semidefinite(turning.inertia));
     const V3 x_a = x_axis(frames.a), x_b = x_axis(frames.b);
     const Swing away = swing(x_a, x_b);
     aim_limit(block.cone, away.axis, away.angle, F(1.0f));
@@ -137,8 +137,7 @@ struct RichBall {
   // `held`: the softness by which the anchor is held in this sweep, and limits are.
   static void solve_turning(const JointArgs& args, Block& block, JointBodies& bodies, const Softness& held,
                             F keep) {
-    const S3 response =
-        load6(block.held_response) * held.mass_scale + turn_response(bodies) * (F(1.0f) - held.mass_scale);
+    const S3 response = free_response(turn_response(bodies), load6(block.response_held), held);
     const V3 driven =
         solve_rotation_drive(block.drive, turning_speed(bodies), invert_semidefinite(response), keep);
     turn(block, bodies, held, driven);

@@ -30,10 +30,7 @@ inline void place(const JointBodies& bodies, const Anchors& now, DistanceBlock& 
   const M apart = distance > F(1e-9f);
   const V3 direction =
       select(apart, now.offset * (one / select(apart, distance, one)), load3(block.direction));
-  const V3 turn_a = cross(now.arm_a, direction), turn_b = cross(now.arm_b, direction);
-  const F response = bodies.mass_a.inverse_mass + bodies.mass_b.inverse_mass +
-                     dot(turn_a, bodies.mass_a.inverse_inertia * turn_a) +
-                     dot(turn_b, bodies.mass_b.inverse_inertia * turn_b);
+  const F response = response_along(bodies, now.arm_a, now.arm_b, direction);
   store3(block.arm_a, now.arm_a);
   store3(block.arm_b, now.arm_b);
   store3(block.direction, direction);
@@ -105,10 +102,7 @@ struct Distance {
     store_turned(before, wrench_of(block), block.turned);
     return solve_rows(args, load_softness(block.relaxed), F(1.0f), block, bodies);
   }
-  static JointImpulse acting(const Block& block) {
-    const Wrench wrench = wrench_of(block);
-    return {wrench.impulse, wrench.torque};
-  }
+  static JointImpulse acting(const Block& block) { return acting_of(wrench_of(block)); }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);
     F limit = load(block.axis.limit_impulse), drive = load(block.axis.drive_impulse);

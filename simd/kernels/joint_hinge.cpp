@@ -112,8 +112,8 @@ struct PlainHinge {
 // What limits and drives the angle.
 struct HingeAxis {
   LaneFloats angle;
-  LaneFloats free_response, held_response;  // of the speed about the axis; alone, and with the rest held
-  LaneFloats impulse_by[3], torque_by[3];   // what holds the rest against a unit about the axis
+  LaneFloats response_alone, response_held;  // of the speed about the axis; alone, and with the rest held
+  LaneFloats impulse_by[3], torque_by[3];    // what holds the rest against a unit about the axis
   LaneAxis axis;
 };
 
@@ -121,8 +121,8 @@ inline void refresh_axis(const JointBodies& bodies, const AxisTurning& turning, 
                          const HingeLanes& hinge, HingeAxis& axis) {
   const V3 x = load3(hinge.x);
   store(axis.angle, twist_angle(conjugate(frames.a) * frames.b));
-  store(axis.free_response, dot(x, turn_response(bodies) * x));
-  store(axis.held_response, invert_positive(turning.inertia));
+  store(axis.response_alone, dot(x, turn_response(bodies) * x));
+  store(axis.response_held, invert_positive(turning.inertia));
   store3(axis.torque_by, turning.torque - x);
   store3(axis.impulse_by, -(load9(hinge.turning.share) * turning.torque));
 }
@@ -131,8 +131,7 @@ inline F impulse_about(const HingeAxis& axis) {
   return load(axis.axis.limit_impulse) + load(axis.axis.drive_impulse);
 }
 
-// Changes the impulse about the axis, and with it those that hold the rest: as far as `held` lets them. What
-// is soft gives way, and would answer to a rigid hold with more than was taken from it.
+// Changes the impulse about the axis, and as much of those that hold the rest as free_response() says.
 inline void turn_about(HingeLanes& hinge, const HingeAxis& axis, JointBodies& bodies, const Softness& held,
                        F change) {
   const F by = change * held.mass_scale;
@@ -148,9 +147,9 @@ inline void solve_axis(const JointArgs& args, HingeLanes& hinge, HingeAxis& lane
                        const Softness& held, F keep) {
   LaneAxis& axis = lanes.axis;
   const V3 x = load3(hinge.x);
-  const F angle = load(lanes.angle), free = load(lanes.free_response);
+  const F angle = load(lanes.angle);
   const F inertia =
-      invert_positive(load(lanes.held_response) * held.mass_scale + free * (F(1.0f) - held.mass_scale));
+      invert_positive(free_response(load(lanes.response_alone), load(lanes.response_held), held));
   const F ahead = shorter_way(angle - target_now(args, axis));
   const F driven = solve_drive(axis, ahead, dot(x, turning_speed(bodies)), inertia, keep);
   turn_about(hinge, lanes, bodies, held, driven);

@@ -22,11 +22,8 @@ struct SquareRow {
   F error;
 };
 inline SquareRow square_row(V3 axis_a, V3 axis_b) {
-  const V3 normal = cross(axis_a, axis_b);
-  const F size = length(normal);
-  const M parallel = size < F(1e-3f);  // as wrong as can be: any way out will do
-  const V3 about = select(parallel, tangent_of(axis_a), normal * (F(1.0f) / select(parallel, F(1.0f), size)));
-  return {turn_row(-about), dot(axis_a, axis_b)};
+  // Parallel ones are as wrong as can be: any way out will do.
+  return {turn_row(-normal_of(axis_a, axis_b, 1e-3f).direction), dot(axis_a, axis_b)};
 }
 
 struct WheelRows : FramedRows {

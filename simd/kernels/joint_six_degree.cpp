@@ -26,7 +26,7 @@ struct alignas(64) SixDegreeBlock {
   LaneFloats held_mass[kRows][kRows];  // inverse response of the held rows, zero elsewhere
   LaneFloats hold[kRows][kRows];       // by free row: impulses on the held ones that keep them
   // Of free rows: alone, and with the held ones held; the latter 0 where these leave nothing.
-  LaneFloats free_response[kRows], held_response[kRows];
+  LaneFloats response_alone[kRows], response_held[kRows];
   LaneAxis axis[kRows];  // of free rows
   TurnedLanes turned;
   LaneSoftness softness, relaxed;
@@ -153,8 +153,8 @@ inline void place(const JointBodies& bodies, const Placed& now, SixDegreeBlock& 
       left += hold * response[row][other];
     }
     const M free = (left > F(kLeastPivot) * response[row][row]) & (held[row] == zero);
-    store(block.free_response[row], response[row][row]);
-    store(block.held_response[row], select(free, left, zero));
+    store(block.response_alone[row], response[row][row]);
+    store(block.response_held[row], select(free, left, zero));
   }
 }
 
@@ -220,8 +220,8 @@ inline F solve_held(SixDegreeBlock& block, JointBodies& bodies, const Softness& 
   return worst;
 }
 
-// An impulse along a free row, and those that keep the held ones as they are: as far as `held` lets them.
-// What is soft gives way, and would answer to a rigid hold with more than was taken from it.
+// An impulse along a free row, and as much of those that keep the held ones as they are as free_response()
+// says.
 inline void push_free(SixDegreeBlock& block, int row, JointBodies& bodies, const Softness& held, F impulse) {
   SixRows change;
   for (int other = 0; other < kRows; ++other) {
@@ -237,10 +237,10 @@ inline void solve_free(const JointArgs& args, const Softness& held, F keep, SixD
   const F zero(0.0f), one(1.0f);
   for (int row = 0; row < kRows; ++row) {
     LaneAxis& axis = block.axis[row];
-    const F coordinate = load(block.coordinate[row]), response = load(block.held_response[row]);
-    const F left = response * held.mass_scale + load(block.free_response[row]) * (one - held.mass_scale);
-    const M free = response > zero;
-    const F mass = select(free, one / select(free, left, one), zero);
+    const F coordinate = load(block.coordinate[row]), left = load(block.response_held[row]);
+    const F response = free_response(load(block.response_alone[row]), left, held);
+    const M free = left > zero;
+    const F mass = select(free, one / select(free, response, one), zero);
     const F error = shorter(row, coordinate - target_now(args, axis));
     F speed = speed_of(block, row, velocity_of(block, bodies));
     push_free(block, row, bodies, held, solve_drive(axis, error, speed, mass, keep));
@@ -311,10 +311,7 @@ struct SixDegree {
     solve_free(args, relaxed, F(1.0f), block, bodies);
     return error;
   }
-  static JointImpulse acting(const Block& block) {
-    const Wrench wrench = wrench_of(block);
-    return {wrench.impulse, wrench.torque};
-  }
+  static JointImpulse acting(const Block& block) { return acting_of(wrench_of(block)); }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);
     const Wrench wrench = wrench_of(block);

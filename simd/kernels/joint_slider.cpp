@@ -26,7 +26,7 @@ struct alignas(64) SliderBlock {
 struct alignas(64) RichSliderBlock : SliderBlock {
   LaneFloats axis[3];       // x axis of frame a
   LaneFloats slide_way[3];  // of a unit impulse along the axis and those along the sides that hold these
-  LaneFloats free_response, held_response;  // of the slide; alone, and with the held rows held
+  LaneFloats response_alone, response_held;  // of the slide; alone, and with the held rows held
   LaneFloats slide;
   LaneAxis drive;
 };
@@ -78,14 +78,11 @@ inline void place(const JointBodies& bodies, const Placed& now, Block& block) {
   store(block.side_mass[2], side_mass.yy);
   if constexpr (kIsRich<Block>) {
     const V3 way = invert(response) * axes.x;
-    const F mass = dot(axes.x, way), one(1.0f);
-    const V3 turn_a = cross(lever_a, axes.x), turn_b = cross(lever_b, axes.x);
+    const F mass = dot(axes.x, way);
     store3(block.axis, axes.x);
     store3(block.slide_way, way * invert_positive(mass));
-    store(block.held_response, one / select(mass > F(0.0f), mass, one));
-    store(block.free_response, (bodies.mass_a.inverse_mass + bodies.mass_b.inverse_mass) +
-                                   (dot(turn_a, bodies.mass_a.inverse_inertia * turn_a) +
-                                    dot(turn_b, bodies.mass_b.inverse_inertia * turn_b)));
+    store(block.response_held, invert_positive(mass));
+    store(block.response_alone, response_along(bodies, lever_a, lever_b, axes.x));
     store(block.slide, dot(axes.x, offset));
   }
 }
@@ -120,8 +117,8 @@ inline F solve_held(SliderBlock& block, JointBodies& bodies, const Softness& sof
   return max(sqrt(speed0 * speed0 + speed1 * speed1), length(spin));
 }
 
-// An impulse along the axis, and those that keep the held rows as they are: as far as `held` lets them. What
-// is soft gives way, and would answer to a rigid hold with more than was taken from it.
+// An impulse along the axis, and as much of those that keep the held rows as they are as free_response()
+// says.
 inline void push_slide(RichSliderBlock& block, JointBodies& bodies, const Softness& held, F impulse) {
   const V3 lever_a = load3(block.lever_a), lever_b = load3(block.lever_b), axis = load3(block.axis);
   const V3 whole = load3(block.slide_way) * impulse;
@@ -140,8 +137,7 @@ inline void solve_slide(const JointArgs& args, const Softness& held, F keep, Ric
                         JointBodies& bodies) {
   const V3 lever_a = load3(block.lever_a), lever_b = load3(block.lever_b), axis = load3(block.axis);
   const F slide = load(block.slide);
-  const F mass = invert_positive(load(block.held_response) * held.mass_scale +
-                                 load(block.free_response) * (F(1.0f) - held.mass_scale));
+  const F mass = invert_positive(free_response(load(block.response_alone), load(block.response_held), held));
   F speed = dot(axis, anchor_velocity(bodies, lever_a, lever_b));
   push_slide(block, bodies, held,
              solve_drive(block.drive, slide - target_now(args, block.drive), speed, mass, keep));
@@ -190,10 +186,7 @@ struct Slider {
     if constexpr (kIsRich<Block>) solve_slide(args, relaxed, F(1.0f), block, bodies);
     return error;
   }
-  static JointImpulse acting(const Block& block) {
-    const Wrench wrench = wrench_of(block);
-    return {wrench.impulse, wrench.torque};
-  }
+  static JointImpulse acting(const Block& block) { return acting_of(wrench_of(block)); }
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);
     const Wrench wrench = wrench_of(block);
