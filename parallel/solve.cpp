@@ -2,9 +2,9 @@
 // repeat, so they are short and many.
 //
 //   once:           inertia into world axes, blocks from manifolds
-//   each substep:   velocities from forces (plus, after the first, the impulses so far), normals with soft
+//   each substep:   rebounds, velocities from forces (plus, after the first, the impulses so far), normals
+//   with soft
 //                   bias, poses from velocities, relax without bias: normals, friction, twist, rolling
-//   once:           restitution
 //
 // The first substep applies the stored impulses color by color; later ones inherit the difference v - u
 // between the velocity and the velocity without impulses, which is exactly what those impulses have done.
@@ -55,11 +55,16 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.manifolds = data.contacts.now.manifold.data();
   args.surfaces = data.contacts.now.surface.data();
   args.velocity = data.bodies.velocity.data();
+  args.free_velocity = data.bodies.free_velocity.data();
   args.delta = data.bodies.delta.data();
+  args.motion = data.bodies.motion.data();
   args.inertia = data.bodies.inertia.data();
   args.touched = data.bodies.touched.data();
   args.soft = soften(hertz, ratio, substep);
   args.soft_static = soften(2.0f * hertz, 0.5f * ratio, substep);
+  args.gravity[0] = settings.gravity.x;
+  args.gravity[1] = settings.gravity.y;
+  args.gravity[2] = settings.gravity.z;
   args.substep = substep;
   args.inverse_substep = 1.0f / substep;
   args.push_speed = settings.push_speed;
@@ -67,6 +72,7 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.warm_start_scale = settings.warm_start ? warm_start_scale(substep, data.last_substep) : 0.0f;
   args.impulse_keep = settings.warm_start ? 1.0f : 0.0f;
   args.residual = constraints.residual.data();
+  args.rebounded = constraints.rebounded.data();
   args.depth = constraints.depth.data();
   args.impulse_sum = asks_for_events(data) ? constraints.impulse_sum.data() : nullptr;
   return args;
@@ -152,20 +158,24 @@ void over_blocks(const Constraints& constraints, Crew& crew, ContactWork&& conta
   });
 }
 
-// Restitution, where any contact has it.
-void rebound(const Constraints& constraints, const simd::ContactArgs& contact, Crew& crew) {
-  const auto kernel = crew.kernels().contact.restitution;
-  if (std::none_of(constraints.stages.begin(), constraints.stages.end(),
-                   [](const ColorStage& stage) { return stage.rich; })) {
-    return;
-  }
-  for (const ColorStage& stage : constraints.stages) {
-    const simd::ConstraintChunk* chunks = constraints.chunks.data() + stage.first_chunk;
-    if (stage.serial) {
-      for (int chunk = 0; chunk < stage.chunk_count; ++chunk) kernel(contact, chunks[chunk]);
-    } else {
-      crew.run(stage.chunk_count, [&](int chunk, int) { kernel(contact, chunks[chunk]); });
+// Impacts go on from body to body: a pass takes them one color further at least, the next substep goes on.
+constexpr int kReboundPasses = 8;
+
+// Restitution, where any contact may have it.
+void rebound(Constraints& constraints, const simd::ContactArgs& contact, Crew& crew) {
+  const auto kernel = crew.kernels().contact.rebound;
+  for (int pass = 0; pass < kReboundPasses; ++pass) {
+    std::fill(constraints.rebounded.begin(), constraints.rebounded.end(), std::uint8_t{0});
+    for (const ColorStage& stage : constraints.stages) {
+      if (!stage.rich) continue;
+      const simd::ConstraintChunk* chunks = constraints.chunks.data() + stage.first_chunk;
+      if (stage.serial) {
+        for (int chunk = 0; chunk < stage.chunk_count; ++chunk) kernel(contact, chunks[chunk]);
+      } else {
+        crew.run(stage.chunk_count, [&](int chunk, int) { kernel(contact, chunks[chunk]); });
+      }
     }
+    if (std::count(constraints.rebounded.begin(), constraints.rebounded.end(), std::uint8_t{1}) == 0) return;
   }
 }
 
@@ -181,6 +191,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
   std::copy(bodies.awake.begin(), bodies.awake.end(), constraints.moving.begin());
   std::copy(bodies.kinematic.begin(), bodies.kinematic.end(), constraints.moving.begin() + dynamic_count);
   constraints.residual.resize_discarding(constraints.chunks.size() + constraints.joint_chunks.size());
+  constraints.rebounded.resize_discarding(constraints.residual.size());
   if (asks_for_events(data)) constraints.impulse_sum.resize_discarding(constraints.rows.size());
 
   simd::BodyArgs body = body_args(data, dt);
@@ -219,10 +230,13 @@ void solve(WorldData& data, float dt, Crew& crew) {
   using ByContact = simd::ContactKernels;
   using ByJoint = simd::JointVariantKernels;
   const int substeps = data.settings.substeps;
+  const bool may_rebound = std::any_of(constraints.stages.begin(), constraints.stages.end(),
+                                       [](const ColorStage& stage) { return stage.rich; });
   for (int substep = 0; substep < substeps; ++substep) {
-    body.first_substep = contact.first_substep = substep == 0;
+    body.first_substep = substep == 0;
     joint.elapsed = static_cast<float>(substep) * joint.substep;
     const bool measured = data.settings.measure_residual && substep == substeps - 1;
+    if (may_rebound) rebound(constraints, contact, crew);
     over_bodies(dynamic_count, kernels.body.integrate_velocities);
     if (substep == 0 && contact.warm_start_scale > 0.0f)
       over_colors(&ByContact::warm_start, &ByJoint::warm_start);
@@ -235,8 +249,6 @@ void solve(WorldData& data, float dt, Crew& crew) {
       over_colors(&ByContact::relax, &ByJoint::relax);
     }
   }
-  contact.first_substep = false;
-  rebound(constraints, contact, crew);
   if (data.settings.measure_residual) {
     data.stats.residual = 0.0;
     for (const float residual : constraints.residual) {

@@ -1,5 +1,6 @@
 // The contact block: up to kLanes manifolds of one color, ready to be solved. Array of structures of arrays.
-// Written by contact_prepare.cpp, worked on by contact_solve.cpp; private to the contact kernels.
+// Written by contact_prepare.cpp, worked on by contact_solve.cpp and contact_rebound.cpp; private to the
+// contact kernels.
 #pragma once
 
 #include <simd/constraint_block.h>
@@ -43,9 +44,7 @@ struct alignas(64) ContactBlock {
 template <int kPoints>
 struct RichBlock : ContactBlock<kPoints> {
   LaneFloats restitution;
-  LaneFloats approach_speed[kPoints];  // normal speed before the impact; prepare, solve
-  LaneFloats pressed[kPoints];         // largest impulse of the step so far; prepare, solve
-  LaneFloats surface_speed[2];         // along t1 and t2
+  LaneFloats surface_speed[2];  // along t1 and t2
   LaneFloats rolling_resistance;
   LaneFloats rolling_mass[6];  // inverse of the sum of the inverse inertias
   LaneFloats rolling_impulse[3];

@@ -1,4 +1,4 @@
-// Kernels over contact blocks: prepare, warm start, solve, relax, restitution, store. A lane is one manifold.
+// Kernels over contact blocks: prepare, rebound, warm start, solve, relax, store. A lane is one manifold.
 //
 // The form is constraint space: a manifold's points are two coordinates each in the tangent plane through the
 // friction center, so that one sweep needs the two bodies once and the points' couplings as a small matrix.
@@ -27,21 +27,24 @@ struct ContactArgs {
   Manifold* manifolds;
   ContactSurface* surfaces;
   VelocityRow* velocity;
-  const DeltaRow* delta;
+  VelocityRow* free_velocity;  // without the impulses of the step so far; takes part in rebounds
+  DeltaRow* delta;
+  const MotionRow* motion;
   const InertiaRow* inertia;
   std::uint8_t* touched;      // by body; prepare marks those that it finds, any thread may
   SoftConstants soft;         // between dynamic bodies
   SoftConstants soft_static;  // against bodies that cannot be pushed
+  float gravity[3];           // m/s^2
   float substep;              // s
   float inverse_substep;      // 1/s
   float push_speed;           // m/s
   float restitution_threshold;
-  float warm_start_scale;  // times the stored impulses: ratio of time steps, 0: none
-  float impulse_keep;      // times the impulses at each solve: 1, or 0 without warm start
-  float* residual;         // m/s, by chunk number; where relax_measured leaves its largest error
-  float* impulse_sum;      // N s, by lane: normal impulses of all substeps and points; null: nobody asks
-  bool first_substep;      // impulse_sum starts anew
-  float* depth;            // m, by lane; where measure_depth leaves the deepest point's overlap, at least 0
+  float warm_start_scale;   // times the stored impulses: ratio of time steps, 0: none
+  float impulse_keep;       // times the impulses at each solve: 1, or 0 without warm start
+  float* residual;          // m/s, by chunk number; where relax_measured leaves its largest error
+  float* impulse_sum;       // N s, by lane: normal impulses of all substeps and points; null: nobody asks
+  std::uint8_t* rebounded;  // by chunk number; where rebound() leaves whether any of its contacts did
+  float* depth;             // m, by lane; where measure_depth leaves the deepest point's overlap, at least 0
 };
 
 struct ContactKernels {
@@ -51,8 +54,8 @@ struct ContactKernels {
   void (*solve)(const ContactArgs& args, const ConstraintChunk& chunk);       // normals with soft bias
   void (*relax)(const ContactArgs& args, const ConstraintChunk& chunk);       // normals, friction; no bias
   void (*relax_measured)(const ContactArgs& args, const ConstraintChunk& chunk);
-  void (*restitution)(const ContactArgs& args, const ConstraintChunk& chunk);  // rich variants only
-  void (*store)(const ContactArgs& args, const ConstraintChunk& chunk);        // blocks -> manifolds
+  void (*rebound)(const ContactArgs& args, const ConstraintChunk& chunk);  // restitution; rich variants only
+  void (*store)(const ContactArgs& args, const ConstraintChunk& chunk);    // blocks -> manifolds
   void (*measure_depth)(const ContactArgs& args, const ConstraintChunk& chunk);
 };
 

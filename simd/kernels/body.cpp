@@ -83,24 +83,6 @@ inline void mark_broken(const BodyArgs& args, const Lanes& lanes, const WideVelo
   }
 }
 
-inline M is_locked(I flags, int axis) { return !((flags & I(1 << axis)) == I(0)); }
-
-// Axis locks take the locked components of a velocity away.
-inline void apply_locks(I flags, WideVelocity& v) {
-  const F zero(0.0f);
-  v.linear = {select(is_locked(flags, 0), zero, v.linear.x), select(is_locked(flags, 1), zero, v.linear.y),
-              select(is_locked(flags, 2), zero, v.linear.z)};
-  v.angular = {select(is_locked(flags, 3), zero, v.angular.x), select(is_locked(flags, 4), zero, v.angular.y),
-               select(is_locked(flags, 5), zero, v.angular.z)};
-}
-
-// q advanced by the rotation vector h w: the Cayley map (1 + h w / 2) q, normalized.
-inline Q4 advance(Q4 q, V3 w, F h) {
-  const F half = F(0.5f) * h;
-  const Q4 spin = Q4{w.x * half, w.y * half, w.z * half, F(0.0f)} * q;
-  return normalize({q.x + spin.x, q.y + spin.y, q.z + spin.z, q.w + spin.w});
-}
-
 void prepare(const BodyArgs& args, int begin, int end) {
   for (int i = begin; i < end; i += kLanes) {
     const Lanes lanes = load_lanes(args.list, i, end);
@@ -185,7 +167,7 @@ void integrate_velocities(const BodyArgs& args, int begin, int end) {
     u.linear = (v.linear + acceleration * h) * (one / (one + h * motion.linear_damping));
     u.angular =
         (v.angular + (mass.inverse_inertia * torque) * h) * (one / (one + h * motion.angular_damping));
-    apply_locks(motion.flags, u);
+    apply_locks(motion.flags, u.linear, u.angular);
     WideVelocity next = u;
     if (inherit) {
       const WideVelocity before = load_velocity(args.free_velocity, lanes);
@@ -312,7 +294,7 @@ void integrate_poses(const BodyArgs& args, int begin, int end) {
     V3 turn = v.angular;
     bool changed = false;
     if (bits(locked) != 0) {
-      apply_locks(flags, v);
+      apply_locks(flags, v.linear, v.angular);
       turn = v.angular;
       changed = true;
     }
@@ -473,7 +455,7 @@ void finish(const BodyArgs& args, int begin, int end) {
     const I flags = load_motion(args.motion, lanes).flags;
     const M locked = !((flags & I(kMotionLocksMask)) == I(0));
     const bool any_locks = bits(locked) != 0;
-    if (any_locks) apply_locks(flags, v);
+    if (any_locks) apply_locks(flags, v.linear, v.angular);
     const M turns = has_contacts(args, lanes) & !locked & !((flags & I(kMotionGyroscopic)) == I(0));
     const bool any_turns = bits(turns) != 0;
     const Inertias inertias = load_inertias(args, lanes);

@@ -146,18 +146,6 @@ inline void prepare_rich(const ContactArgs& args, RichBlock<kPoints>& block, con
     sum = {sum.xx + a.xx, sum.xy + a.xy, sum.xz + a.xz, sum.yy + a.yy, sum.yz + a.yz, sum.zz + a.zz};
   }
   store6(block.rolling_mass, invert(sum));
-
-  const BodyVelocity a = load_velocity(args.velocity, block.row_a),
-                     b = load_velocity(args.velocity, block.row_b);
-  const V3 relative =
-      b.linear + cross(b.angular, load3(block.arm_b)) - a.linear - cross(a.angular, load3(block.arm_a));
-  const V3 spin = b.angular - a.angular;
-  for (int k = 0; k < kPoints; ++k) {
-    store(block.pressed[k], F(0.0f));
-    store(block.approach_speed[k], dot(relative, frame.normal) +
-                                       load(block.v[k]) * dot(spin, frame.tangent1) -
-                                       load(block.u[k]) * dot(spin, frame.tangent2));
-  }
 }
 
 // Contacts of one body may be prepared at the same time, so the mark is an atomic store.
@@ -233,6 +221,7 @@ SCREE_SWEEP void prepare_chunk(const ContactArgs& args, const ConstraintChunk& c
     store(block.tangent_impulse[1], friction_impulse[1] * scale);
     store(block.twist_impulse, twist * scale);
     if constexpr (kRich) prepare_rich<kPoints, kStatic>(args, block, frame, contact);
+    if (args.impulse_sum != nullptr) store_unaligned(args.impulse_sum + first_lane, F(0.0f));
   });
 }
 
@@ -312,6 +301,7 @@ void store_blocks(const ContactArgs& args, const ConstraintChunk& chunk) {
 }  // namespace
 
 void add_contact_solve_kernels(ContactKernels& kernels);
+void add_contact_rebound_kernel(ContactKernels& kernels);
 
 ContactKernels make_contact_kernels() {
   ContactKernels kernels{};
@@ -327,6 +317,7 @@ ContactKernels make_contact_kernels() {
   kernels.store = store_blocks;
   kernels.measure_depth = measure_depth;
   add_contact_solve_kernels(kernels);
+  add_contact_rebound_kernel(kernels);
   return kernels;
 }
 

@@ -45,8 +45,6 @@ struct Contact {
   std::size_t a, b;
   Vec3 normal, t1, t2, arm_a, arm_b;
   Vec3 anchor_a[4], anchor_b[4];
-  float approach[4];
-  float pressed[4];
   int points;
   bool pushes_a;
 };
@@ -64,6 +62,7 @@ class PlainSolver {
     prepare_bodies();
     prepare_contacts();
     for (int substep = 0; substep < settings_.substeps; ++substep) {
+      rebound_all();
       for (const std::int32_t body : data_.bodies.awake) integrate_velocity(static_cast<std::size_t>(body));
       for (Contact& contact : contacts_) warm_start(contact);
       for (Contact& contact : contacts_) solve_normals(contact, true);
@@ -75,10 +74,6 @@ class PlainSolver {
         solve_friction(contact);
       }
     }
-    std::vector<Manifold> stored;
-    for (const Contact& contact : contacts_) stored.push_back(*contact.manifold);
-    for (Contact& contact : contacts_) restitute(contact);
-    for (std::size_t i = 0; i < contacts_.size(); ++i) *contacts_[i].manifold = stored[i];
     data_.stats.residual = static_cast<double>(residual_);
   }
 
@@ -157,12 +152,10 @@ class PlainSolver {
     contact.arm_b = to_vec(manifold.arm_b);
     contact.points = static_cast<int>(manifold.info & kManifoldPointMask);
     contact.pushes_a = (manifold.info & kManifoldStatic) == 0;
-    const Motion a = motion(contact.a), b = motion(contact.b);
     for (int k = 0; k < contact.points; ++k) {
       const Vec3 r = manifold.point_u[k] * contact.t1 + manifold.point_v[k] * contact.t2;
       contact.anchor_a[k] = contact.arm_a + r;
       contact.anchor_b[k] = contact.arm_b + r;
-      contact.approach[k] = dot(speed_at(a, b, contact.anchor_a[k], contact.anchor_b[k]), contact.normal);
     }
     contacts_.push_back(contact);
   }
@@ -270,8 +263,7 @@ class PlainSolver {
       const float mass = 1.0f / response(contact, n, n, arm_a, arm_b);
       const float speed = dot(speed_at(motion(contact.a), motion(contact.b), arm_a, arm_b), n);
       float& impulse = contact.manifold->normal_impulse[k];
-      // A free point comes in as fast as it is now: gravity has worked since the step began.
-      if (biased && impulse == 0.0f) contact.approach[k] = std::min(contact.approach[k], speed);
+      if ((!biased || s > 0.0f) && is_left_to_rebound(contact, speed, impulse)) continue;
       if (!biased) {
         const float error = speed + bias;
         residual_ = std::max(residual_, impulse > 0.0f ? std::abs(error) : std::max(-error, 0.0f));
@@ -280,7 +272,6 @@ class PlainSolver {
           std::max(impulse - mass * (mass_scale * speed + bias) - impulse_scale * impulse, 0.0f);
       push(contact, (next - impulse) * n, arm_a, arm_b);
       impulse = next;
-      if (biased) contact.pressed[k] = std::max(contact.pressed[k], impulse);
     }
   }
 
@@ -352,26 +343,65 @@ class PlainSolver {
     twist(contact, next - old);
   }
 
-  void restitute(Contact& contact) {
-    if (!is_rich(contact)) return;
-    bool rebounds[4];
-    for (int k = 0; k < contact.points; ++k) {
-      const float pressed = std::max(contact.pressed[k], contact.manifold->normal_impulse[k]);
-      rebounds[k] = contact.approach[k] < -settings_.restitution_threshold && pressed > 0.0f;
+  // A free point that comes in fast enough to rebound is not braked before it touches.
+  bool is_left_to_rebound(const Contact& contact, float speed, float impulse) const {
+    return rebounds_at_all(contact) && speed < -settings_.restitution_threshold && impulse == 0.0f;
+  }
+
+  static bool rebounds_at_all(const Contact& contact) {
+    return is_rich(contact) && contact.surface->restitution > 0.0f;
+  }
+
+  // Impacts before the substep, contact after contact, until none is left or the passes are over.
+  void rebound_all() {
+    constexpr int kPasses = 8;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      bool any = false;
+      for (Contact& contact : contacts_) any = rebound(contact) || any;
+      if (!any) return;
     }
+  }
+
+  float normal_speed(const Contact& contact, int k) const {
+    return dot(speed_at(motion(contact.a), motion(contact.b), contact.anchor_a[k], contact.anchor_b[k]),
+               contact.normal);
+  }
+
+  // Points that meet within the substep leave with e times the speed at which they come, the fastest being
+  // above the threshold; then friction under the impulses of the impact.
+  bool rebound(Contact& contact) {
+    if (!rebounds_at_all(contact)) return false;
+    float incoming[4] = {}, fastest = 0.0f;
+    bool meets[4] = {};
+    for (int k = 0; k < contact.points; ++k) {
+      incoming[k] = normal_speed(contact, k);
+      meets[k] = separation(contact, k) + incoming[k] * h_ < 0.0f;
+      if (meets[k]) fastest = std::min(fastest, incoming[k]);
+    }
+    if (!(fastest < -settings_.restitution_threshold)) return false;
     constexpr int kSweeps = 8;
+    float impulse[4] = {};
     for (int i = 0; i < kSweeps * contact.points; ++i) {
       const int k = i % contact.points;
-      float& impulse = contact.manifold->normal_impulse[k];
-      if (!rebounds[k]) continue;
+      if (!meets[k]) continue;
       const Vec3 n = contact.normal, arm_a = contact.anchor_a[k], arm_b = contact.anchor_b[k];
-      const float mass = 1.0f / response(contact, n, n, arm_a, arm_b);
-      const float speed = dot(speed_at(motion(contact.a), motion(contact.b), arm_a, arm_b), n);
-      const float next =
-          std::max(impulse - mass * (speed + contact.surface->restitution * contact.approach[k]), 0.0f);
-      push(contact, (next - impulse) * n, arm_a, arm_b);
-      impulse = next;
+      const float error =
+          normal_speed(contact, k) + contact.surface->restitution * std::min(incoming[k], 0.0f);
+      const float next = std::max(impulse[k] - error / response(contact, n, n, arm_a, arm_b), 0.0f);
+      push(contact, (next - impulse[k]) * n, arm_a, arm_b);
+      impulse[k] = next;
     }
+    // Friction as in a relax sweep that begins with these impulses and without any of its own.
+    const Manifold kept = *contact.manifold;
+    const ContactSurface kept_surface = *contact.surface;
+    std::copy(impulse, impulse + 4, contact.manifold->normal_impulse);
+    contact.manifold->friction_impulse[0] = contact.manifold->friction_impulse[1] = 0.0f;
+    contact.manifold->twist_impulse = 0.0f;
+    std::fill(contact.surface->rolling_impulse, contact.surface->rolling_impulse + 3, 0.0f);
+    solve_friction(contact);
+    *contact.manifold = kept;
+    *contact.surface = kept_surface;
+    return true;
   }
 
   WorldData& data_;

@@ -57,9 +57,22 @@ Figures simulate(const Build& build, int steps, bool plain) {
   return figures;
 }
 
+Figures mean_of(const std::vector<Build>& builds, int steps, bool plain) {
+  Figures mean;
+  const auto count = static_cast<double>(builds.size());
+  for (const Build& build : builds) {
+    const Figures figures = simulate(build, steps, plain);
+    mean.residual += figures.residual / count;
+    mean.penetration += figures.penetration / count;
+    mean.deep += figures.deep / count;
+    mean.drift += figures.drift / count;
+  }
+  return mean;
+}
+
 // Not worse than 1.1 times the plain solver, up to what chaos does to small numbers.
-void compare(const char* name, const Build& build, int steps) {
-  const Figures wide = simulate(build, steps, false), plain = simulate(build, steps, true);
+void compare(const char* name, const std::vector<Build>& builds, int steps) {
+  const Figures wide = mean_of(builds, steps, false), plain = mean_of(builds, steps, true);
   std::printf(
       "%-10s residual %.5f (plain %.5f) m/s, penetration %.5f (%.5f), 99.9 %% %.5f (%.5f), drift %.5f (%.5f) "
       "m\n",
@@ -93,15 +106,15 @@ std::vector<BodyId> stack(Lab& lab) {
   return bodies;
 }
 
-// Balls and cubes roll down a slope against a wall.
-std::vector<BodyId> rolling_pile(Lab& lab) {
+// Balls and cubes roll down a slope against a wall, their columns `pitch` meters apart.
+std::vector<BodyId> rolling_pile(Lab& lab, float pitch) {
   lab.add_ground({}, physics::rotation_about({0, 0, 1}, 0.25));
   lab.add({.type = BodyType::fixed, .position = {-9, 0, 0}}, Box{{1, 8, 20}});
   std::vector<BodyId> bodies;
   for (int i = 0; i < 120; ++i) {
     const float x = static_cast<float>(i % 6), z = static_cast<float>(i / 6 % 4),
                 y = static_cast<float>(i / 24);
-    const BodyDef def{.position = {1.1f * x, 2.2f + 1.1f * y + 0.05f * x, 1.1f * z}};
+    const BodyDef def{.position = {pitch * x, 2.2f + 1.1f * y + 0.05f * x, 1.1f * z}};
     if (i % 2 == 0) {
       bodies.push_back(lab.add(def, Sphere{0.5f}, {.rolling_resistance = 0.02f}));
     } else {
@@ -111,11 +124,18 @@ std::vector<BodyId> rolling_pile(Lab& lab) {
   return bodies;
 }
 
-TEST(Solver, IsAsGoodAsThePlainOneOnAPyramid) { compare("pyramid", pyramid, 240); }
+TEST(Solver, IsAsGoodAsThePlainOneOnAPyramid) { compare("pyramid", {pyramid}, 240); }
 
-TEST(Solver, IsAsGoodAsThePlainOneOnAStack) { compare("stack", stack, 480); }
+TEST(Solver, IsAsGoodAsThePlainOneOnAStack) { compare("stack", {stack}, 480); }
 
-TEST(Solver, IsAsGoodAsThePlainOneOnARollingPile) { compare("rolling", rolling_pile, 240); }
+TEST(Solver, IsAsGoodAsThePlainOneOnARollingPile) {
+  // A single pile is chaos: which stone sinks deepest changes with the last bit.
+  std::vector<Build> piles;
+  for (const float pitch : {1.07f, 1.08f, 1.09f, 1.1f, 1.11f, 1.12f, 1.13f, 1.14f}) {
+    piles.push_back([pitch](Lab& lab) { return rolling_pile(lab, pitch); });
+  }
+  compare("rolling", piles, 240);
+}
 
 TEST(Solver, FollowsThePlainOneClosely) {
   // One tumbling box on the ground: no chaos for a while, so positions agree.

@@ -1,7 +1,8 @@
-// Rebound: the first bounce of a drop from height h reaches e^2 h.
+// Rebound: the first bounce of a drop from height h reaches e^2 h, no rebound is lost, and none adds energy.
 #include <tests/physics/lab.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace scree::physics {
 namespace {
@@ -60,6 +61,156 @@ TEST(Restitution, FirstBounceIsNeverLostBetweenTwoSteps) {
 TEST(Restitution, SlowImpactsDoNotRebound) {
   // 1 cm: 0.44 m/s, below the threshold of 1 m/s.
   EXPECT_LT(first_bounce(Sphere{0.5f}, 0.5, 0.01, 0.9f), 1e-3);
+}
+
+WorldSettings empty_space(int substeps) {
+  WorldSettings settings = without_gravity();
+  settings.substeps = substeps;
+  return settings;
+}
+
+// Two equal bodies meet at 2 m/s each, `gap` apart; returns the speed at which they part.
+double parting_speed(const Geometry& geometry, float reach, float gap, const Material& material,
+                     int substeps) {
+  Lab lab(empty_space(substeps));
+  const float start = reach + 0.5f * gap;
+  const BodyId a = lab.add({.position = {-start, 0, 0}, .linear_velocity = {2, 0, 0}}, geometry, material);
+  const BodyId b = lab.add({.position = {start, 0, 0}, .linear_velocity = {-2, 0, 0}}, geometry, material);
+  lab.run(60);
+  return lab.velocity(b).x() - lab.velocity(a).x();
+}
+
+TEST(Restitution, BodiesThatMeetAlwaysPartByNewtonsLaw) {
+  // Gaps so many that the surfaces meet at every moment of a step and of a substep.
+  for (const int substeps : {1, 2, 4, 16}) {
+    for (int i = 0; i < 200; ++i) {
+      const float gap = 0.3f + 0.0031f * static_cast<float>(i);
+      const float e = 0.3f + 0.1f * static_cast<float>(i % 8);
+      const Material material{.friction = 0.3f, .restitution = e};
+      const double expected = 4.0 * static_cast<double>(e);
+      ASSERT_NEAR(parting_speed(Sphere{0.5f}, 0.5f, gap, material, substeps), expected, 1e-3)
+          << "balls, gap " << gap << ", " << substeps << " substeps";
+      ASSERT_NEAR(parting_speed(Sphere{0.0286f}, 0.0286f, gap, material, substeps), expected, 1e-3)
+          << "pool balls, gap " << gap << ", " << substeps << " substeps";
+      ASSERT_NEAR(parting_speed(Box{{0.5f, 0.3f, 0.4f}}, 0.5f, gap, material, substeps), expected, 0.02)
+          << "boxes, gap " << gap << ", " << substeps << " substeps";
+    }
+  }
+}
+
+TEST(Restitution, ACradleOfFreeBallsPassesTheWholeSpeedOn) {
+  constexpr int kBalls = 7;
+  const Material elastic{.friction = 0.0f, .restitution = 1.0f};
+  for (const float gap : {0.0f, 1e-4f, 1e-3f, 0.01f, 0.1f}) {
+    for (const int substeps : {1, 4, 16}) {
+      Lab lab(empty_space(substeps));
+      BodyId balls[kBalls];
+      for (int i = 0; i < kBalls; ++i) {
+        const float x = i == 0 ? -0.6f : (0.2f + gap) * static_cast<float>(i);
+        balls[i] = lab.add({.position = {x, 0, 0}, .linear_velocity = {i == 0 ? 3.0f : 0.0f, 0, 0}},
+                           Sphere{0.1f}, elastic);
+      }
+      lab.run(90);
+      for (int i = 0; i < kBalls; ++i) {
+        EXPECT_NEAR(lab.velocity(balls[i]).x(), i == kBalls - 1 ? 3.0 : 0.0, 0.01)
+            << "ball " << i << ", gap " << gap << ", " << substeps << " substeps";
+      }
+    }
+  }
+}
+
+// The highest center of the uppermost of equal balls of radius r within `seconds`, event by event: they fall
+// above each other at the heights y, and meet each other and the ground at y = 0 with restitution e.
+double highest_by_events(std::vector<double> y, double r, double e, double seconds) {
+  const std::size_t count = y.size();
+  std::vector<double> v(count, 0.0);
+  constexpr int kEvents = 1000;  // balls that come to rest on each other meet without end
+  double highest = 0.0, now = 0.0;
+  for (int event = 0; event < kEvents && now < seconds; ++event) {
+    // All fall alike, so that pairs come nearer at constant speed.
+    double next = seconds - now;
+    std::size_t which = count;
+    for (std::size_t i = 0; i < count; ++i) {
+      double time = std::numeric_limits<double>::infinity();
+      if (i == 0) {
+        time = (v[0] + std::sqrt(v[0] * v[0] + 2.0 * kGravity * std::max(y[0] - r, 0.0))) / kGravity;
+      } else if (v[i] < v[i - 1]) {
+        time = std::max(y[i] - y[i - 1] - 2.0 * r, 0.0) / (v[i - 1] - v[i]);
+      }
+      if (time < next) next = time, which = i;
+    }
+    const double top = v[count - 1] / kGravity;  // s, until the uppermost turns
+    if (v[count - 1] > 0.0) {
+      const double rise = std::min(top, next);
+      highest = std::max(highest, y[count - 1] + (v[count - 1] - 0.5 * kGravity * rise) * rise);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      y[i] += v[i] * next - 0.5 * kGravity * next * next;
+      v[i] -= kGravity * next;
+    }
+    now += next;
+    if (which == 0) v[0] = -e * v[0];
+    if (which > 0 && which < count) {
+      const double mean = 0.5 * (v[which] + v[which - 1]), half = 0.5 * e * (v[which - 1] - v[which]);
+      v[which] = mean + half, v[which - 1] = mean - half;
+    }
+  }
+  return highest;
+}
+
+// At `rate` steps a second. `tolerance`: of the height.
+void check_falls_of_many(int rate, int most, double tolerance) {
+  for (int count = 1; count <= most; ++count) {
+    for (const float e : {0.7f, 0.9f, 1.0f}) {
+      for (const float gap : {0.01f, 0.03f, 0.1f}) {
+        WorldSettings settings = without_sleep();
+        settings.restitution_threshold = 0.0f;
+        Lab lab(settings);
+        lab.add_ground({.friction = 0.0f, .restitution = e});
+        std::vector<BodyId> balls;
+        std::vector<double> heights;
+        for (int i = 0; i < count; ++i) {
+          heights.push_back(1.1 + static_cast<double>(i) * (0.2 + static_cast<double>(gap)));
+          balls.push_back(lab.add({.position = {0, static_cast<float>(heights.back()), 0}}, Sphere{0.1f},
+                                  {.friction = 0.0f, .restitution = e}));
+        }
+        double highest = 0.0;
+        for (int i = 0; i < rate; ++i) {
+          lab.run(1, 1.0f / static_cast<float>(rate));
+          if (lab.velocity(balls.back()).y() > 0.0) highest = std::max(highest, lab.height(balls.back()));
+        }
+        const double expected = highest_by_events(heights, 0.1, static_cast<double>(e), 1.0);
+        EXPECT_NEAR(highest, expected, tolerance * expected)
+            << count << " balls, e = " << e << ", gap " << gap << ", " << rate << " steps a second";
+      }
+    }
+  }
+}
+
+TEST(Restitution, BallsThatFallTogetherRiseAsEventByEvent) {
+  check_falls_of_many(60, 2, 0.08);
+  check_falls_of_many(1920, 3, 0.02);
+}
+
+double total_energy(const Lab& lab, const std::vector<BodyId>& bodies) {
+  double sum = 0.0;
+  for (const BodyId body : bodies) {
+    sum += lab.kinetic_energy(body) + lab.mass(body) * kGravity * lab.height(body);
+  }
+  return sum;
+}
+
+TEST(Restitution, AnElasticPitNeverGainsEnergy) {
+  for (const float friction : {0.0f, 0.5f}) {
+    const Material elastic{.friction = friction, .restitution = 1.0f};
+    Lab lab;
+    const std::vector<BodyId> bodies = add_heap(lab, 200, 7, elastic);
+    const double start = total_energy(lab, bodies);
+    for (int step = 0; step < 300; ++step) {
+      lab.run(1);
+      ASSERT_LT(total_energy(lab, bodies), 1.001 * start) << "friction " << friction << ", step " << step;
+    }
+  }
 }
 
 TEST(Restitution, ElasticSpheresSwapTheirVelocities) {
