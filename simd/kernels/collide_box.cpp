@@ -14,6 +14,9 @@ constexpr float kParallelEdges = 1e-5f;
 // An edge axis must be better than the best face by this share of the depth (or the feature tolerance): a
 // face gives up to four points, which is worth more than a slightly better depth.
 constexpr float kEdgeShare = 0.05f;
+// Cosine of the angle to the face's normal, 18 degrees, up to which an edge axis must also be better than the
+// overlap of the faces is deep.
+constexpr float kBesideFace = 0.95f;
 // Depth, as a share of the feature tolerance, by which a candidate must lead each one before it to count as
 // the deepest: equal ones do not take turns while a box at rest jitters.
 constexpr float kTieShare = 0.04f;
@@ -362,17 +365,19 @@ struct BoxBox {
   static void collide(const WidePair& pair, I hint, Contact& contact) {
     const BoxFrame frame = to_frame(pair);
     const M edge_wins = (hint & I(kHintEdgeWins)) == I(kHintEdgeWins);
-    collide_faces(pair, frame, hint, contact);
-    if (any(edge_wins)) collide_edges(pair, frame, hint, edge_wins, contact);
+    const F deepest = collide_faces(pair, frame, hint, contact);
+    if (any(edge_wins)) collide_edges(pair, frame, hint, edge_wins, deepest, contact);
   }
 
-  static void collide_faces(const WidePair& pair, const BoxFrame& frame, I hint, Contact& contact) {
+  // Returns the separation of the deepest corner of the faces' overlap; very little where there is none.
+  static F collide_faces(const WidePair& pair, const BoxFrame& frame, I hint, Contact& contact) {
     const Clipping c = set_up(frame, hint);
     Candidates candidates = clip(c);
     contact.in_strip = contact.at_edges = never();
     if (any(c.reach > F(kSpeculativeDistance))) contact.in_strip = overlap_in_strip(c);
     Chosen chosen[4];
     reduce(c, candidates, chosen);
+    const F of_overlap = select(chosen[0].found, chosen[0].separation, F(-1e30f));
 
     // Faces that overlap along every axis and still share no point (an edge nearly as good as the face): the
     // deepest incident corner, moved onto the face.
@@ -405,10 +410,15 @@ struct BoxBox {
       contact.separation[k] = select(chosen[k].found, chosen[k].separation, F(kAbsentSeparation));
       contact.id[k] = select(chosen[k].found, c.feature + chosen[k].number, I(0));
     }
+    return of_overlap;
   }
 
-  // Closest points of the two edges, where the edge axis wins.
-  static void collide_edges(const WidePair& pair, const BoxFrame& f, I hint, M wins, Contact& contact) {
+  // Closest points of the two edges, where the edge axis wins; beside the face's normal against the depth of
+  // the faces' overlap, too. Planks that lie across each other and are hardly tilted have edge axes next to
+  // the face's. The face's own depth is that of a plank's far end, and a single point instead of four lets a
+  // tower of them rock and fall.
+  static void collide_edges(const WidePair& pair, const BoxFrame& f, I hint, M edge_wins, F of_overlap,
+                            Contact& contact) {
     const I edge = shift_right<kHintEdgeShift>(hint) & I(kHintEdgeMask);
     const I i = select(edge > I(5), I(2), select(edge > I(2), I(1), I(0)));
     const I j = edge - (i + i + i);
@@ -449,9 +459,14 @@ struct BoxBox {
         (separation > zero) & !is_beside(difference, normal, square(min(F(kSpeculativeDistance), f.reach)));
     const M touches = (!beside) & (separation <= f.reach);
 
+    const V3 world_normal = rotate(pair.first.rotation, normal);
+    const M beside_face = dot(world_normal, contact.normal) > F(kBesideFace);
+    const M shallower = separation > of_overlap + max(f.tolerance, F(kEdgeShare) * abs(of_overlap));
+    const M wins = edge_wins & (shallower | !beside_face);
+
     contact.in_strip = contact.in_strip & !wins;
     contact.at_edges = wins;
-    contact.normal = select(wins, rotate(pair.first.rotation, normal), contact.normal);
+    contact.normal = select(wins, world_normal, contact.normal);
     const V3 middle = rotate(pair.first.rotation, F(0.5f) * (point_1 + point_2));
     contact.point[0] = select(wins, middle, contact.point[0]);
     contact.separation[0] =

@@ -52,6 +52,7 @@ inline Impact<kPoints> find_impact(const ContactArgs& args, const Block& block, 
 // What a body's motion is bound by, and what it falls with.
 struct Freedom {
   I flags;
+  M jointed;
   V3 gravity;  // m/s^2, as far as it moves the body
 };
 
@@ -59,15 +60,14 @@ inline Freedom load_freedom(const ContactArgs& args, const std::int32_t* row, F 
   F unused[2], gravity_factor, flags;
   load_rows(&args.motion->linear_damping, sizeof(MotionRow) / sizeof(float), row, unused[0], unused[1],
             gravity_factor, flags);
-  Freedom freedom{as_int(flags), {}};
-  const F factor = select(inverse_mass > F(0.0f), gravity_factor, F(0.0f));
+  const M moves = inverse_mass > F(0.0f);
+  Freedom freedom{as_int(flags), moves & !((as_int(flags) & I(kMotionJointed)) == I(0)), {}};
+  const F factor = select(moves, gravity_factor, F(0.0f));
   freedom.gravity = V3{F(args.gravity[0]), F(args.gravity[1]), F(args.gravity[2])} * factor;
   V3 none = freedom.gravity;
   apply_locks(freedom.flags, freedom.gravity, none);
   return freedom;
 }
-
-inline M is_jointed(const Freedom& freedom) { return !((freedom.flags & I(kMotionJointed)) == I(0)); }
 
 // The normal impulses of an impact, acted out on the bodies.
 struct Rebound {
@@ -138,12 +138,13 @@ inline BodyVelocity select(M which, const BodyVelocity& yes, const BodyVelocity&
           {no.padding[0], no.padding[1]}};
 }
 
-// What has changed in a velocity, added to another one.
-inline BodyVelocity add_change(const BodyVelocity& to, const BodyVelocity& after,
+// What has changed in a velocity, added to another one where it has.
+inline BodyVelocity add_change(M which, const BodyVelocity& to, const BodyVelocity& after,
                                const BodyVelocity& before) {
-  return {to.linear + (after.linear - before.linear),
-          to.angular + (after.angular - before.angular),
-          {to.padding[0], to.padding[1]}};
+  const BodyVelocity sum{to.linear + (after.linear - before.linear),
+                         to.angular + (after.angular - before.angular),
+                         {to.padding[0], to.padding[1]}};
+  return select(which, sum, to);
 }
 
 // The body keeps the velocity before the impact for a time; then it goes on with that after it.
@@ -179,10 +180,12 @@ SCREE_SWEEP void rebound_chunk(const ContactArgs& args, const ConstraintChunk& c
       any = any || happens;
       // The parts of a hub are added up whatever happens to them.
       if (!happens && hub.side() == BodySide::none) return;
-      const Freedom freedom_a = load_freedom(args, block.row_a, load(block.inverse_mass_a)),
+      F inverse_mass_a(0.0f);  // blocks against bodies that can not be pushed have none
+      if constexpr (!kStatic) inverse_mass_a = load(block.inverse_mass_a);
+      const Freedom freedom_a = load_freedom(args, block.row_a, inverse_mass_a),
                     freedom_b = load_freedom(args, block.row_b, load(block.inverse_mass_b));
       // Joints would bring a body back that goes on its own way.
-      const F time = select(is_jointed(freedom_a) | is_jointed(freedom_b), F(0.0f), impact.time);
+      const F time = select(freedom_a.jointed | freedom_b.jointed, F(0.0f), impact.time);
       const F fall = dot(normal, freedom_b.gravity - freedom_a.gravity) * time;
       Bodies bodies = before;
       const Rebound rebound = solve_rebound<kStatic, kPoints>(block, impact, fall, bodies, normal, tangent1,
@@ -193,7 +196,8 @@ SCREE_SWEEP void rebound_chunk(const ContactArgs& args, const ConstraintChunk& c
       const Bodies free = load_bodies(args.free_velocity, block);
       store_bodies<kStatic>(args.velocity, block, count, first_lane, bodies, hub);
       store_bodies<kStatic>(args.free_velocity, block, count, first_lane,
-                            {add_change(free.a, bodies.a, before.a), add_change(free.b, bodies.b, before.b)},
+                            {add_change(impact.happens, free.a, bodies.a, before.a),
+                             add_change(impact.happens, free.b, bodies.b, before.b)},
                             free_hub);
       // A hub hardly changes its way by one of its many contacts.
       if (!kStatic && hub.side() != BodySide::a)

@@ -27,6 +27,10 @@ double preference(const Pairs& pairs, const simd::CollideItem& item, double sepa
   return boxes ? std::max(1.5e-3, 0.11 * std::abs(separation)) : 6e-4;
 }
 
+bool is_face_normal(const reference::Solid& box, const Vector& normal) {
+  return (box.rotation.transpose() * normal).cwiseAbs().maxCoeff() > 1.0 - 1e-5;
+}
+
 class CollideOracle : public testing::TestWithParam<TypePair> {};
 
 TEST_P(CollideOracle, TouchingPairsAreFoundWithTheirDepthAndNormal) {
@@ -49,9 +53,17 @@ TEST_P(CollideOracle, TouchingPairsAreFoundWithTheirDepthAndNormal) {
     const double slack = error + preference(pairs, item, gap.separation);
     EXPECT_NEAR(deepest(manifold), gap.separation, slack) << "row " << row;
     if (gap.separation - gap.runner_up > 2.0 * slack) {
-      // Between a box's face and an edge axis beside it the face may win.
+      // Where an axis of two edges is best, boxes may touch by a face all the same: its overlap with the
+      // other one is no deeper, as has been seen above.
+      const Vector normal = to_vector(manifold.normal);
+      const reference::Solid a = pairs.solid(item.shape_1), b = pairs.solid(item.shape_2);
+      const auto is_face = [&](const Vector& of) { return is_face_normal(a, of) || is_face_normal(b, of); };
       const bool boxes = GetParam().a == kBox && GetParam().b == kBox;
-      EXPECT_GT(to_vector(manifold.normal).dot(gap.normal), boxes ? 0.999 : 1.0 - 1e-5) << "row " << row;
+      if (boxes && !is_face(gap.normal) && is_face(normal)) {
+        EXPECT_GT(normal.dot(gap.normal), 0.95 - 1e-5) << "row " << row;
+        continue;
+      }
+      EXPECT_GT(normal.dot(gap.normal), 1.0 - 1e-5) << "row " << row;
       ++compared_normals;
     }
   }

@@ -47,9 +47,9 @@ class Command : public scree::testing::ProgramTest {
 TEST_F(Command, ListsEverySceneOnALineOfItsOwn) {
   const Outcome outcome = scree("scenes");
   EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 20);
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 21);
   for (const char* name : {"large_pyramid", "many_pyramids", "convex_pile", "junkyard", "pile", "hull_zoo",
-                           "stack", "wall", "card_house", "slope", "spheres_in_box", "many_worlds"}) {
+                           "stack", "wall", "kapla", "card_house", "slope", "spheres_in_box", "many_worlds"}) {
     EXPECT_TRUE(outcome.out.find(std::string("\n") + name + " ") != std::string::npos ||
                 outcome.out.rfind(std::string(name) + " ", 0) == 0)
         << name;
@@ -168,6 +168,7 @@ TEST_F(Command, EverySceneRuns) {
                             "pile --set bodies=50",
                             "stack --set bodies=5",
                             "wall --set columns=4 --set rows=3",
+                            "kapla",
                             "card_house",
                             "slope",
                             "spheres_in_box --set bodies=40",

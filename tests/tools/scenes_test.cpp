@@ -368,6 +368,7 @@ TEST(Drive, BringsABodyToItsTargetStepByStep) {
 TEST(Builders, GiveTheSameBitsOnEveryMachine) {
   EXPECT_EQ(bits_of(build_one("pile", {{"bodies", 1000}})), 0x6069e7979ed91664u);
   EXPECT_EQ(bits_of(build_one("card_house")), 0x82e01bb17a1468f1u);
+  EXPECT_EQ(bits_of(build_one("kapla")), 0x63f96077e77c7c1du);
   EXPECT_EQ(bits_of(build_one("slope")), 0xd14b72763c57cc79u);
 }
 

@@ -16,6 +16,7 @@ Scene junkyard(const Parameters& parameters);
 Scene hull_zoo(const Parameters& parameters);
 Scene stack(const Parameters& parameters);
 Scene wall(const Parameters& parameters);
+Scene kapla(const Parameters& parameters);
 Scene card_house(const Parameters& parameters);
 Scene slope(const Parameters& parameters);
 Scene spheres_in_box(const Parameters& parameters);

@@ -95,6 +95,28 @@ Scene wall(const Parameters& parameters) {
   return scene;
 }
 
+// Planks of 15 : 3 : 1, the proportions of the toy, laid crosswise, layer by layer, the outer ones flush with
+// the ends of those below.
+Scene kapla(const Parameters& parameters) {
+  constexpr Vec3 kPlank{0.585f, 0.039f, 0.117f};  // m, half-extents: ten times the toy
+  const int planks = whole(parameters, "planks");
+  const int base = whole(parameters, "base");
+  Scene scene = start_scene("kapla", 3600);
+  add_ground(scene, 50.0f);
+  const std::uint32_t along = add_shape(scene, Box{kPlank});
+  const std::uint32_t across = add_shape(scene, Box{{kPlank.z, kPlank.y, kPlank.x}});
+  const float pitch = 2.0f * (kPlank.x - kPlank.z) / static_cast<float>(base - 1);
+  for (int i = 0; i < planks; ++i) {
+    const int layer = i / base, place = i % base;
+    const float offset = pitch * static_cast<float>(place) - (kPlank.x - kPlank.z);
+    BodyDef def;
+    def.position.y = kPlank.y * static_cast<float>(2 * layer + 1);
+    (layer % 2 == 0 ? def.position.z : def.position.x) = offset;
+    add_body(scene, def, layer % 2 == 0 ? along : across);
+  }
+  return scene;
+}
+
 // Pairs of cards lean against each other and carry flat cards, each reaching from one ridge to the next; the
 // pairs of the next story stand on those. Everything touches exactly and nothing overlaps:
 // with thickness 2 t, height 2 h, lean a, c = cos a, s = sin a, a card's lowest edge lies h c + t s below its

@@ -36,6 +36,7 @@ const std::vector<Sizes>& all_sizes() {
       {"hull_zoo", {{"bodies", 10, 5000}, {"max_vertices", 4, 256}, {"seed", 0, 1e9}}},
       {"stack", {{"bodies", 1, 100}}},
       {"wall", {{"columns", 2, 60}, {"rows", 1, 30}}},
+      {"kapla", {{"planks", 4, 150}, {"base", 2, 5}}},
       {"card_house", {{"stories", 1, 8}}},
       {"slope",
        {{"angle", 5, 50, false},
