@@ -221,6 +221,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
   const int substeps = data.settings.substeps;
   for (int substep = 0; substep < substeps; ++substep) {
     body.first_substep = contact.first_substep = substep == 0;
+    body.elapsed = static_cast<float>(substep) * body.substep;
     joint.elapsed = static_cast<float>(substep) * joint.substep;
     const bool measured = data.settings.measure_residual && substep == substeps - 1;
     over_bodies(dynamic_count, kernels.body.integrate_velocities);

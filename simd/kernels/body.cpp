@@ -195,22 +195,28 @@ void integrate_velocities(const BodyArgs& args, int begin, int end) {
   }
 }
 
-// The velocity at the end of a step of a body with contacts. These act by the inertia that it has at the
-// step's beginning; so the inertia stays as it is until then, lest what pushed it along an axis of small
-// inertia would find a large one there. Then the body's axes take the velocity along, and it precesses in
-// them for as long as it takes to turn as far as the body has: what a blow has just made turns next.
+// The velocity of a body with contacts when it has turned by `delta` since the step began, `time` ago.
+// Contacts act by the inertia that it had then, which stays as it is for the whole step, lest what pushed it
+// along an axis of small inertia would find a large one there: w is what the body has in the axes of the
+// step's beginning. They take it along, and it precesses in them for as long as it takes to turn as far as
+// the body has: what a blow has just made turns next.
 //
 // It is not the momentum that is kept, whose magnitude the precession keeps as well: turned by more or less
 // than the momentum's own way it comes to lie along other axes, and the energy kept instead, a needle on the
 // ground came to spin ten times as fast about itself, and a box lost 9 % of its momentum in ten seconds.
-inline V3 turn_with_step(Q4 before, Q4 delta, V3 w, const S3& inertia, F step) {
+inline V3 turn_along(Q4 before, Q4 delta, V3 w, const S3& inertia, F time) {
   constexpr float kLeastCosine = 1e-3f;  // of half the angle
+  constexpr float kWholeTurn = 6.2831853f;
+  constexpr float kShort = 0.48f;  // of a turn; rounds to the whole turns below, and by 2 % of one upward
   const M3 r = to_matrix(before);
   const V3 local = multiply_transposed(r, w);
   const F cosine = copy_sign(max(abs(delta.w), F(kLeastCosine)), delta.w);
   const V3 t = multiply_transposed(r, V3{delta.x, delta.y, delta.z} * (F(1.0f) / cosine));
-  const F turned = abs(dot(rotation_vector(delta), w)) / length_squared(w);  // s
-  const V3 change = precession(local, inertia, min(turned, step));
+  const F speed = length(w), angle = dot(rotation_vector(delta), w) / speed;
+  const F whole = round_to_nearest((speed * time - angle) * F(1.0f / kWholeTurn) - F(kShort));
+  const F turned =
+      (angle + whole * F(kWholeTurn)) / speed;  // s, negative where a blow has turned the velocity
+  const V3 change = precession(local, inertia, max(min(turned, time), -time));
   return w + r * (change + rotation_change(t, local + change));
 }
 
@@ -248,6 +254,8 @@ inline void turn_inertia(const BodyArgs& args, const Lanes& lanes, Q4 before, Q4
   store_rows(base + 4, 8, lanes.index, lanes.count, select(which, turned.yz, old.yz),
              select(which, turned.zz, old.zz), mass.inverse_mass, F(0.0f));
 }
+
+constexpr float kWhirl = 0.2f;  // rad in a substep; less than that bodies with contacts turn about one axis
 
 SCREE_SWEEP void integrate_poses(const BodyArgs& args, int begin, int end) {
   const F h(args.substep);
@@ -289,6 +297,17 @@ SCREE_SWEEP void integrate_poses(const BodyArgs& args, int begin, int end) {
       const M turns = free & jointed;
       if (bits(turns) != 0)
         turn_inertia(args, lanes, delta.rotation * start, turned * start, inertias, pushed, turns, v);
+    }
+    // The axis of a stick turns by what is not along it. Turned about all of the velocity, it would circle.
+    const M whirls =
+        gyroscopic & !(locked | free) & (length_squared(v.angular) * (h * h) > F(kWhirl * kWhirl));
+    if (bits(whirls) != 0) {
+      const S3 inertia = load_inertias(args, lanes).direct;
+      const Q4 start = load_rotation(args.pose, lanes);
+      V3 now = turn_along(start, delta.rotation, v.angular, inertia, F(args.elapsed));
+      Q4 turned = delta.rotation;
+      turn_freely(start, inertia, h, whirls, turned, now);
+      rotation = select(whirls, turned, rotation);
     }
     if (changed) store_velocity(args.velocity, lanes, v);
     delta.position = delta.position + v.linear * h;
@@ -428,7 +447,7 @@ SCREE_SWEEP void finish(const BodyArgs& args, int begin, int end) {
     const bool any_turns = bits(turns) != 0;
     const Inertias inertias = load_inertias(args, lanes);
     if (any_turns) {
-      const V3 turned = turn_with_step(rotation, delta.rotation, v.angular, inertias.direct, F(args.step));
+      const V3 turned = turn_along(rotation, delta.rotation, v.angular, inertias.direct, F(args.step));
       v.angular = select(turns, turned, v.angular);
     }
 

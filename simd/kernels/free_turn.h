@@ -95,16 +95,17 @@ inline void turn_freely(Q4 start, const S3& inertia, F h, M which, Q4& delta, V3
   } while (bits(left > zero) != 0);
 }
 
-// What the velocity `local`, in the body's axes, changes by in a time of h.
+// What the velocity `local`, in the body's axes, changes by in a time of h, and has changed by if h is
+// negative.
 inline V3 precession(V3 local, const S3& inertia, F h) {
-  const F zero(0.0f);
+  const F zero(0.0f), duration = abs(h);
   const S3 ratios = without_unit(inertia);
-  const Parts parts = parts_of(local, h);
+  const Parts parts = parts_of(local, duration);
   V3 change{zero, zero, zero};
-  F left = select(parts.follows, h, zero);
+  F left = select(parts.follows, duration, zero);
   do {
     const F part = min(left, parts.part);
-    const V3 d = midpoint_change(local + change, ratios, F(0.5f) * part);
+    const V3 d = midpoint_change(local + change, ratios, copy_sign(F(0.5f) * part, h));
     change = select(left > zero, change + (d + d), change);
     left = left - part;
   } while (bits(left > zero) != 0);
