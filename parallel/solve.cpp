@@ -234,6 +234,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
                                        [](const ColorStage& stage) { return stage.rich; });
   for (int substep = 0; substep < substeps; ++substep) {
     body.first_substep = substep == 0;
+    body.elapsed = static_cast<float>(substep) * body.substep;
     joint.elapsed = static_cast<float>(substep) * joint.substep;
     const bool measured = data.settings.measure_residual && substep == substeps - 1;
     if (may_rebound) rebound(constraints, contact, crew);

@@ -32,6 +32,7 @@ struct BodyArgs {
   float gravity[3];
   float substep;  // s
   float step;     // s
+  float elapsed;  // s, of the step before this substep
   float max_linear_speed;
   float max_angular_speed;
   float sleep_time;  // s, that a timer runs to

@@ -8,15 +8,6 @@
 
 #include <cstddef>
 
-// In front of a sweep over blocks: leaves no call in it. GCC 12 makes functions of the helpers below and
-// hands them vectors through memory, which costs relax a third of its time. Sanitizers would take minutes
-// over it.
-#ifdef SCREE_SANITIZED
-#define SCREE_SWEEP
-#else
-#define SCREE_SWEEP [[gnu::flatten]]
-#endif
-
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 using LaneFloats = float[kLanes];

@@ -213,6 +213,30 @@ TEST(Restitution, AnElasticPitNeverGainsEnergy) {
   }
 }
 
+TEST(Restitution, NoSlenderBodyThatBouncesGainsEnergy) {
+  const Material elastic{.friction = 0.0f, .restitution = 1.0f};
+  const Geometry geometries[] = {Box{{0.5f, 0.01f, 0.01f}}, Box{{0.5f, 0.1f, 0.1f}}, Box{{0.5f, 0.5f, 0.01f}},
+                                 Box{{0.3f, 0.3f, 0.3f}},   Capsule{0.5f, 0.01f},    Capsule{0.2f, 0.1f}};
+  int number = 0;
+  for (const Geometry& geometry : geometries) {
+    Random random(static_cast<std::uint64_t>(++number));
+    for (int i = 0; i < 25; ++i) {
+      Lab lab;
+      lab.add_ground(elastic);
+      const std::vector<BodyId> body{lab.add({.position = {0, 2.5f, 0},
+                                              .rotation = random.rotation(),
+                                              .angular_velocity = random.vector(i % 2 == 0 ? 0.0f : 5.0f)},
+                                             geometry, elastic)};
+      const double start = total_energy(lab, body);
+      for (int step = 0; step < 600; ++step) {
+        lab.run(1);
+        ASSERT_LT(total_energy(lab, body), 1.01 * start)
+            << "shape " << number << ", drop " << i << ", step " << step;
+      }
+    }
+  }
+}
+
 TEST(Restitution, ElasticSpheresSwapTheirVelocities) {
   Lab lab(without_gravity());
   const Material elastic{.friction = 0.0f, .restitution = 1.0f};
