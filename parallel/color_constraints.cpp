@@ -27,6 +27,7 @@ void Constraints::report(const Visit& visit) const {
   };
   column("edges", edges);
   column("body_colors", body_colors);
+  column("joint_count", joint_count);
   column("uncolored", uncolored);
   column("part_counts", part_counts);
   column("cell_bounds", cell_bounds);
@@ -55,6 +56,9 @@ void Constraints::report(const Visit& visit) const {
   column("blocks", blocks);
   column("chunks", chunks);
   column("stages", stages);
+  column("parts_a", parts_a);
+  column("parts_b", parts_b);
+  column("shared", shared);
   column("residual", residual);
   column("impulse_sum", impulse_sum);
   column("rebounded", rebounded);
@@ -100,6 +104,7 @@ void clear_masks(const WorldData& data, Constraints& constraints, Crew& crew, bo
       const auto body = static_cast<std::size_t>(awake[static_cast<std::size_t>(i)]);
       BodyColors& colors = constraints.body_colors[body];
       colors = {0, 0, 0, degrees ? 0 : colors.degree, -1};
+      if (degrees) constraints.joint_count[body] = 0;
     }
   });
 }
@@ -160,15 +165,18 @@ bool list_edges(const WorldData& data, Constraints& constraints, int begin, int 
   return same;
 }
 
-// How many constraints each body has with others that can be pushed.
+// How many constraints each body has with others that can be pushed, and how many of them are joints: edges
+// from `first_joint` on.
 template <bool kShared>
-void count_degrees(Constraints& constraints, int begin, int end) {
+void count_degrees(Constraints& constraints, int first_joint, int begin, int end) {
   for (int i = begin; i < end; ++i) {
     Edge& edge = constraints.edges[static_cast<std::size_t>(i)];
     if (edge.kind == EdgeKind::pushed_b) continue;
     edge.kind = EdgeKind::dynamic;
-    add<kShared>(constraints.body_colors[static_cast<std::size_t>(edge.body_a)].degree, 1);
-    add<kShared>(constraints.body_colors[static_cast<std::size_t>(edge.body_b)].degree, 1);
+    for (const std::int32_t body : {edge.body_a, edge.body_b}) {
+      add<kShared>(constraints.body_colors[static_cast<std::size_t>(body)].degree, 1);
+      if (i >= first_joint) add<kShared>(constraints.joint_count[static_cast<std::size_t>(body)], 1);
+    }
   }
 }
 
@@ -233,18 +241,20 @@ void join_lists(Constraints& constraints, int parts) {
 // Enters the kept colors into the masks of all bodies and lists the contacts that need one.
 void keep_all_colors(const WorldData& data, Constraints& constraints, Crew& crew, int parts) {
   const int count = static_cast<int>(constraints.edges.size());
+  const int first_joint = static_cast<int>(data.contacts.touching.size());
   const bool shared = count >= kSharedContacts && crew.threads() > 1;
   clear_masks(data, constraints, crew, true);
   std::atomic<bool> sound{true};
   if (shared) {
-    crew.run_ranges(count, kPartRows,
-                    [&](int begin, int end, int) { count_degrees<true>(constraints, begin, end); });
+    crew.run_ranges(count, kPartRows, [&](int begin, int end, int) {
+      count_degrees<true>(constraints, first_joint, begin, end);
+    });
     crew.run(parts, [&](int part, int) {
       if (!keep_colors<true>(constraints, part)) sound.store(false, std::memory_order_relaxed);
     });
     if (!sound.load(std::memory_order_relaxed)) clear_masks(data, constraints, crew, false);
   } else {
-    count_degrees<false>(constraints, 0, count);
+    count_degrees<false>(constraints, first_joint, 0, count);
   }
   if (!shared || !sound.load(std::memory_order_relaxed)) {
     for (int part = 0; part < parts; ++part) keep_colors<false>(constraints, part);
@@ -260,6 +270,7 @@ void color_constraints(WorldData& data, Crew& crew) {
   const int count = static_cast<int>(contacts + data.joints.active.size());
   const int parts = (count + kPartRows - 1) / kPartRows;
   constraints.body_colors.resize(data.bodies.pose.size());
+  constraints.joint_count.resize(data.bodies.pose.size());
   std::atomic<bool> same{constraints.is_colored &&
                          constraints.edges.size() == static_cast<std::size_t>(count)};
   constraints.edges.resize(static_cast<std::size_t>(count));

@@ -93,8 +93,10 @@ struct JointKindSet {
 
 struct Constraints : Part {
   Column<Edge> edges;  // scratch; color_constraints; by place in the touching list, then in that of joints
-  bool is_colored = false;           // scratch; color_constraints: `edges` hold a whole coloring
-  Column<BodyColors> body_colors;    // scratch; color_constraints; by body
+  bool is_colored = false;         // scratch; color_constraints: `edges` hold a whole coloring
+  Column<BodyColors> body_colors;  // scratch; color_constraints; by body
+  Column<std::int32_t>
+      joint_count;  // scratch; color_constraints; by body; joints with others that can be pushed
   Column<std::int32_t> uncolored;    // scratch; color_constraints; edges that need a color
   Column<std::int32_t> part_counts;  // scratch; color_constraints; of them, by part of the edges
   Column<BoundsRow> cell_bounds;     // scratch; color_by_cells; of the bodies, by part of the awake ones
@@ -115,6 +117,8 @@ struct Constraints : Part {
   Column<char> blocks;                         // scratch; prepare and the sweeps
   Column<simd::ConstraintChunk> chunks;        // scratch; pack_blocks
   Column<ColorStage> stages;                   // scratch; pack_blocks; in the order in which they are solved
+  Column<float> parts_a, parts_b;              // scratch; solve; of joints; JointArgs::parts_a
+  Column<std::uint8_t> shared;                 // scratch; solve; JointArgs::shared
   Column<float> residual;                      // scratch; solve; m/s by chunk
   Column<float> impulse_sum;                   // scratch; solve; N s by lane, if events are asked for
   Column<std::uint8_t> rebounded;              // scratch; solve; by chunk, whether any contact did

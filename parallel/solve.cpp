@@ -25,6 +25,8 @@ constexpr int kBodyChunk = 512;  // bodies of one task
 // The damping hardly matters there, from 0.5 to 10.
 constexpr float kJointStiffness = 0.25f;
 constexpr float kJointDampingRatio = 2.0f;
+// Likewise at bodies of so many joints that these share them, see simd/joint_shares.h.
+constexpr float kSharedJointStiffness = 0.1875f;
 
 simd::SoftConstants soften(float hertz, float damping_ratio, float substep) {
   const float omega = 2.0f * std::numbers::pi_v<float> * hertz;
@@ -130,14 +132,20 @@ simd::JointArgs joint_args(WorldData& data, Constraints& constraints, float dt) 
   args.pose = data.bodies.pose.data();
   args.velocity = data.bodies.velocity.data();
   args.delta = data.bodies.delta.data();
+  args.joint_count = constraints.joint_count.data();
   args.inertia = data.bodies.inertia.data();
   args.substep = substep;
   args.inverse_substep = 1.0f / substep;
   args.max_hertz = kJointStiffness / substep;
   args.stiff = soften(args.max_hertz, kJointDampingRatio, substep);
+  args.max_hertz_shared = kSharedJointStiffness / substep;
+  args.stiff_shared = soften(args.max_hertz_shared, kJointDampingRatio, substep);
   args.push_speed = settings.push_speed;
   args.warm_start_scale = settings.warm_start ? warm_start_scale(substep, data.last_substep) : 0.0f;
   args.impulse_keep = settings.warm_start ? 1.0f : 0.0f;
+  args.parts_a = constraints.parts_a.data();
+  args.parts_b = constraints.parts_b.data();
+  args.shared = constraints.shared.data();
   args.residual = constraints.residual.data();
   return args;
 }
@@ -190,8 +198,12 @@ void solve(WorldData& data, float dt, Crew& crew) {
   constraints.moving.resize_discarding(static_cast<std::size_t>(moving_count));
   std::copy(bodies.awake.begin(), bodies.awake.end(), constraints.moving.begin());
   std::copy(bodies.kinematic.begin(), bodies.kinematic.end(), constraints.moving.begin() + dynamic_count);
-  constraints.residual.resize_discarding(constraints.chunks.size() + constraints.joint_chunks.size());
-  constraints.rebounded.resize_discarding(constraints.residual.size());
+  const std::size_t chunk_count = constraints.chunks.size() + constraints.joint_chunks.size();
+  constraints.residual.resize_discarding(chunk_count);
+  constraints.shared.resize_discarding(chunk_count);
+  constraints.parts_a.resize_discarding(constraints.joint_rows.size());
+  constraints.parts_b.resize_discarding(constraints.joint_rows.size());
+  constraints.rebounded.resize_discarding(chunk_count);
   if (asks_for_events(data)) constraints.impulse_sum.resize_discarding(constraints.rows.size());
 
   simd::BodyArgs body = body_args(data, dt);

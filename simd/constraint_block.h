@@ -105,7 +105,8 @@ inline void for_each_block(const Args& args, const ConstraintChunk& chunk, Body&
 // has an n-th of the hub to itself: n times the inverse mass and inertia. At the group's end the parts are
 // joined again at their mean velocity, which conserves momentum and never adds energy (Tonge, Benevolenski
 // and Voroshilov, "Mass Splitting for Jitter-Free Parallel Rigid Body Simulation", 2012). Groups do not
-// depend on the width, and sums are taken in the order of the lanes.
+// depend on the width, and sums are taken in the order of the lanes. Joints have parts of their own, see
+// joint_shares.h.
 inline int hub_group_size(const ConstraintChunk& chunk, int first_lane) {
   const int begin = (first_lane - chunk.first_lane) / kHubGroup * kHubGroup;
   const int left = chunk.lanes - begin;
@@ -118,8 +119,11 @@ class HubSum {
   BodySide side() const { return chunk_.hub; }
 
   // Takes in the velocities of a block's parts of the hub; writes the hub when the group is complete. Rare:
-  // kept out of the sweeps.
-  [[gnu::noinline]] void add(const std::int32_t* index, int count, int first_lane, const BodyVelocity& v) {
+  // kept out of the sweeps. `shares`: into how many parts each lane has divided the hub, if not into as many
+  // as the group has lanes.
+  [[gnu::noinline]] void add(const std::int32_t* index, int count, int first_lane, const BodyVelocity& v,
+                             const float* shares = nullptr) {
+    const int size = hub_group_size(chunk_, first_lane);
     alignas(64) LaneFloats parts[6];
     store(parts[0], v.linear.x);
     store(parts[1], v.linear.y);
@@ -131,10 +135,10 @@ class HubSum {
     for (int i = 0; i < 3; ++i) old[i] = &rows_[index[0]].linear[i];
     for (int i = 0; i < 3; ++i) old[3 + i] = &rows_[index[0]].angular[i];
     for (int lane = 0; lane < count; ++lane) {
-      for (int i = 0; i < 6; ++i) change_[i] = change_[i] + (parts[i][lane] - *old[i]);
+      const float weight = shares == nullptr ? 1.0f : static_cast<float>(size) / shares[lane];
+      for (int i = 0; i < 6; ++i) change_[i] = change_[i] + (parts[i][lane] - *old[i]) * weight;
     }
     taken_ += count;
-    const int size = hub_group_size(chunk_, first_lane);
     if (taken_ < size) return;
     for (int i = 0; i < 6; ++i) {
       *old[i] = *old[i] + change_[i] / static_cast<float>(size);

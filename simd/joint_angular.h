@@ -165,15 +165,16 @@ inline void aim_rotation_drive(const Frames& frames, F elapsed, RotationDriveLan
 }
 
 // From the axes that core/plain/joint.h names.
-inline void prepare_rotation_drive(const JointArgs& args, const std::int32_t* joint, const Frames& frames,
-                                   V3 impulse, RotationDriveLanes& lanes) {
+inline void prepare_rotation_drive(const JointArgs& args, const std::int32_t* joint,
+                                   const JointBodies& bodies, const Frames& frames, V3 impulse,
+                                   RotationDriveLanes& lanes) {
   const WideAxis x = load_axis(args, joint, 0), y = load_axis(args, joint, 1), z = load_axis(args, joint, 2);
   const WideAxis target = load_axis(args, joint, 3);
   const M spring = z.drive == I(static_cast<std::int32_t>(kDriveSpring));
   const M idle = z.drive == I(static_cast<std::int32_t>(kDriveNone));
   const F zero(0.0f), one(1.0f);
   const V3 none{zero, zero, zero};
-  const Softness soft = soften(args, select(spring, z.hertz, one), z.damping_ratio, F(args.max_hertz));
+  const Softness soft = soften(args, bodies, select(spring, z.hertz, one), z.damping_ratio);
   store4(lanes.target, {target.lower, target.upper, target.target, target.speed});
   store3(lanes.velocity, {x.speed, y.speed, z.speed});
   store(lanes.max_impulse, select(idle, zero, z.max_force * F(args.substep)));

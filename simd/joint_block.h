@@ -8,43 +8,14 @@
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-// Both bodies of a block as a sweep reads and writes them, with the parts of a hub that the lanes have.
+// Both bodies of a block as a sweep works on them: those of many joints as the parts that the lanes have of
+// them, see joint_shares.h.
 struct JointBodies {
   BodyVelocity a, b;
   BodyMass mass_a, mass_b;
+  F max_hertz;     // Hz, of what is held and of springs; only while a block is prepared
+  F spring_scale;  // likewise: times the hertz and damping ratio that springs were given
 };
-
-inline JointBodies load_bodies(const JointArgs& args, const ConstraintChunk& chunk, const std::int32_t* row_a,
-                               const std::int32_t* row_b, int first_lane) {
-  JointBodies bodies{load_velocity(args.velocity, row_a), load_velocity(args.velocity, row_b),
-                     load_mass(args.inertia, row_a), load_mass(args.inertia, row_b)};
-  if (chunk.hub != BodySide::none) {
-    const F parts(static_cast<float>(hub_group_size(chunk, first_lane)));
-    if (chunk.hub == BodySide::a) bodies.mass_a = split(bodies.mass_a, parts);
-    if (chunk.hub == BodySide::b) bodies.mass_b = split(bodies.mass_b, parts);
-  }
-  return bodies;
-}
-
-// Writes the velocities of the bodies that can be pushed.
-inline void store_bodies(const JointArgs& args, const ConstraintChunk& chunk, const std::int32_t* row_a,
-                         const std::int32_t* row_b, int count, int first_lane, const JointBodies& bodies,
-                         HubSum& hub) {
-  if (chunk.fixed != BodySide::a) {
-    if (chunk.hub == BodySide::a) {
-      hub.add(row_a, count, first_lane, bodies.a);
-    } else {
-      store_velocity(args.velocity, row_a, count, bodies.a);
-    }
-  }
-  if (chunk.fixed != BodySide::b) {
-    if (chunk.hub == BodySide::b) {
-      hub.add(row_b, count, first_lane, bodies.b);
-    } else {
-      store_velocity(args.velocity, row_b, count, bodies.b);
-    }
-  }
-}
 
 // An impulse at the arms: on b, its opposite on a.
 inline void push(JointBodies& bodies, V3 arm_a, V3 arm_b, V3 impulse) {
@@ -133,21 +104,23 @@ inline void store_softness(LaneSoftness& to, const Softness& soft) {
   store(to.mass_scale, soft.mass_scale);
   store(to.impulse_scale, soft.impulse_scale);
 }
-inline Softness soften(const JointArgs& args, F hertz, F damping_ratio, F max_hertz) {
+inline Softness soften(const JointArgs& args, const JointBodies& bodies, F hertz, F damping_ratio) {
   const F h(args.substep), one(1.0f);
-  const F omega = F(6.28318531f) * min(hertz, max_hertz);
-  const F a1 = F(2.0f) * damping_ratio + h * omega;
+  const F omega = F(6.28318531f) * min(hertz * bodies.spring_scale, bodies.max_hertz);
+  const F a1 = F(2.0f) * (damping_ratio * bodies.spring_scale) + h * omega;
   const F a2 = h * omega * a1;
   const F a3 = one / (one + a2);
   return {omega / a1, a2 * a3, a3};
 }
 // Of what a joint holds; hertz 0 is as stiff as the step allows.
-inline Softness soften_held(const JointArgs& args, F hertz, F damping_ratio) {
-  const M given = hertz > F(0.0f);
-  const Softness soft = soften(args, select(given, hertz, F(1.0f)), damping_ratio, F(args.max_hertz));
-  return {select(given, soft.bias_rate, F(args.stiff.bias_rate)),
-          select(given, soft.mass_scale, F(args.stiff.mass_scale)),
-          select(given, soft.impulse_scale, F(args.stiff.impulse_scale))};
+inline Softness soften_held(const JointArgs& args, const JointBodies& bodies, F hertz, F damping_ratio) {
+  const M given = hertz > F(0.0f), shared = bodies.max_hertz < F(args.max_hertz);
+  const Softness soft = soften(args, bodies, select(given, hertz, F(1.0f)), damping_ratio);
+  const auto of = [&](float SoftConstants::*constant, F asked) {
+    return select(given, asked, select(shared, F(args.stiff_shared.*constant), F(args.stiff.*constant)));
+  };
+  return {of(&SoftConstants::bias_rate, soft.bias_rate), of(&SoftConstants::mass_scale, soft.mass_scale),
+          of(&SoftConstants::impulse_scale, soft.impulse_scale)};
 }
 
 // Relax holds without bias and without giving way; but what the user made soft is a spring, which acts there,
@@ -293,13 +266,13 @@ struct LaneAxis {
 };
 
 // Reads an axis with the two impulses that it has accumulated.
-inline void prepare_axis(const JointArgs& args, const std::int32_t* joint, int axis, F limit_impulse,
-                         F drive_impulse, LaneAxis& lanes) {
+inline void prepare_axis(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+                         int axis, F limit_impulse, F drive_impulse, LaneAxis& lanes) {
   const WideAxis a = load_axis(args, joint, axis);
   const M spring = a.drive == I(static_cast<std::int32_t>(kDriveSpring));
   const M idle = a.drive == I(static_cast<std::int32_t>(kDriveNone));
   const F zero(0.0f), one(1.0f);
-  const Softness soft = soften(args, select(spring, a.hertz, one), a.damping_ratio, F(args.max_hertz));
+  const Softness soft = soften(args, bodies, select(spring, a.hertz, one), a.damping_ratio);
   store(lanes.lower, a.lower);
   store(lanes.upper, a.upper);
   store(lanes.target, a.target);
@@ -348,7 +321,8 @@ inline F solve_limit(const JointArgs& args, Course course, Axis& axis, F coordin
   const F separation = select(at_upper, below, above);
   const F rate = speed * sign;
   const M apart = (separation > zero) & !equal;
-  const M stiff = (held.bias_rate == F(args.stiff.bias_rate)) | (held.bias_rate == zero);
+  const M stiff = (held.bias_rate == F(args.stiff.bias_rate)) |
+                  (held.bias_rate == F(args.stiff_shared.bias_rate)) | (held.bias_rate == zero);
   // What is stiff goes back at a bounded speed; a spring pulls as it should, but for a single end of a
   // circle, which is come to from behind, too, and would give what it never took.
   const F bounded(args.push_speed);

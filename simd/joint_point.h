@@ -32,7 +32,7 @@ inline void prepare_point(const JointArgs& args, const std::int32_t* joint, cons
   store3(point.turned_a, none);
   store3(point.turned_b, none);
   const WideStiffness given = load_stiffness(args, joint);
-  const Softness held = soften_held(args, given.hertz, given.damping_ratio);
+  const Softness held = soften_held(args, bodies, given.hertz, given.damping_ratio);
   store_softness(point.held, held);
   store_softness(point.relaxed, relax_held(held, given.hertz));
 }

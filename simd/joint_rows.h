@@ -268,7 +268,7 @@ inline void prepare_rows(const JointArgs& args, const std::int32_t* joint, const
   place_rows(now, bodies, block);
   store_row(block.turned, zero_row());
   const WideStiffness given = load_stiffness(args, joint);
-  const Softness soft = soften_held(args, given.hertz, given.damping_ratio);
+  const Softness soft = soften_held(args, bodies, given.hertz, given.damping_ratio);
   store_softness(block.held.soft, soft);
   store_softness(block.held.relaxed, relax_held(soft, given.hertz));
   if constexpr (Block::kHeld > 0) {
@@ -279,7 +279,7 @@ inline void prepare_rows(const JointArgs& args, const std::int32_t* joint, const
     for (int i = 0; i < Block::kAxes; ++i) {
       const int first = kFirstAxisImpulse + 2 * i;
       LaneAxis& axis = block.axes.axis[i].axis;
-      prepare_axis(args, joint, i, impulse[first], impulse[first + 1], axis);
+      prepare_axis(args, joint, bodies, i, impulse[first], impulse[first + 1], axis);
       Shape::tune(args, joint, i, now.axis[i], bodies, axis);
     }
   }

@@ -10,63 +10,71 @@
 //   acting(block)                                    JointImpulse of the substep
 //   store(args, joint, count, block)                 block -> impulses
 //
-// all of them static. `bodies` come loaded and are written by the sweep.
+// all of them static, and kLeavesTurns if it holds no rotation. `bodies` come loaded and are written by the
+// sweep.
 #pragma once
 
-#include <simd/joint_block.h>
+#include <simd/joint_shares.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 template <class Kind>
 SCREE_SWEEP void prepare_joints(const JointArgs& args, const ConstraintChunk& chunk) {
   using Block = typename Kind::Block;
+  bool shared = false;
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     const std::int32_t* joint = args.rows + first_lane;
     const JointPlacement placement = load_placement(args, joint, block.row_a, block.row_b);
-    const JointBodies bodies = load_bodies(args, chunk, block.row_a, block.row_b, first_lane);
+    JointBodies bodies = load_bodies(args, block.row_a, block.row_b);
+    if (divide_bodies<Kind>(args, chunk, block.row_a, block.row_b, first_lane, placement, bodies))
+      shared = true;
     Kind::prepare(args, joint, bodies, placement, block);
     if (chunk.breaks) clear_peaks(args, joint, count);
   });
+  args.shared[chunk.number] = shared ? 1 : 0;
 }
 
 template <class Kind>
 SCREE_SWEEP void warm_start_joints(const JointArgs& args, const ConstraintChunk& chunk) {
   using Block = typename Kind::Block;
+  const bool shared = args.shared[chunk.number] != 0;
   HubSum hub(args.velocity, chunk);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     prefetch(&block + 1, 0, sizeof(Block));
-    JointBodies bodies = load_bodies(args, chunk, block.row_a, block.row_b, first_lane);
+    JointBodies bodies = load_parts(args, shared, block.row_a, block.row_b, first_lane);
     Kind::warm_start(block, bodies);
-    store_bodies(args, chunk, block.row_a, block.row_b, count, first_lane, bodies, hub);
+    store_bodies(args, chunk, shared, block.row_a, block.row_b, count, first_lane, bodies, hub);
   });
 }
 
 template <class Kind>
 SCREE_SWEEP void solve_joints(const JointArgs& args, const ConstraintChunk& chunk) {
   using Block = typename Kind::Block;
+  const bool shared = args.shared[chunk.number] != 0;
   HubSum hub(args.velocity, chunk);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     prefetch(&block + 1, 0, sizeof(Block));
-    JointBodies bodies = load_bodies(args, chunk, block.row_a, block.row_b, first_lane);
+    JointBodies bodies = load_parts(args, shared, block.row_a, block.row_b, first_lane);
     Kind::solve(args, block, bodies);
-    store_bodies(args, chunk, block.row_a, block.row_b, count, first_lane, bodies, hub);
+    store_bodies(args, chunk, shared, block.row_a, block.row_b, count, first_lane, bodies, hub);
   });
 }
 
 template <class Kind, bool kMeasured>
 inline void relax_blocks(const JointArgs& args, const ConstraintChunk& chunk) {
   using Block = typename Kind::Block;
+  const bool shared = args.shared[chunk.number] != 0;
   HubSum hub(args.velocity, chunk);
   F worst(0.0f);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     prefetch(&block + 1, 0, sizeof(Block));
     const WideDelta delta_a = load_delta(args.delta, block.row_a);
     const WideDelta delta_b = load_delta(args.delta, block.row_b);
-    JointBodies bodies = load_bodies(args, chunk, block.row_a, block.row_b, first_lane);
+    JointBodies bodies = load_parts(args, shared, block.row_a, block.row_b, first_lane);
     const F error = Kind::relax(args, block, delta_a, delta_b, bodies);
     if constexpr (kMeasured) worst = max(error, worst);
     if (chunk.breaks) note_peak(args, args.rows + first_lane, count, Kind::acting(block));
-    store_bodies(args, chunk, block.row_a, block.row_b, count, first_lane, bodies, hub);
+    store_bodies(args, chunk, shared, block.row_a, block.row_b, count, first_lane, bodies, hub);
   });
   if constexpr (kMeasured) args.residual[chunk.number] = reduce_max(worst);
 }

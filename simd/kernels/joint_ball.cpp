@@ -7,6 +7,7 @@ namespace {
 
 // Impulses: 0 to 2 at the anchor, in world axes. Clears those that limits and the drive had before.
 struct PlainBall {
+  static constexpr bool kLeavesTurns = true;
   struct alignas(64) Block {
     LaneInts row_a, row_b;
     PointLanes point;
@@ -72,6 +73,7 @@ inline void aim_limit(BallLimit& limit, V3 axis, F angle, F defined) {
 // All torques turn the bodies about the anchor, see HeldTurning, as far as the anchor is held: what is soft
 // gives way, and would answer to a rigid hold with more than was taken from it.
 struct RichBall {
+  static constexpr bool kLeavesTurns = true;
   struct alignas(64) Block {
     LaneInts row_a, row_b;
     PointLanes point;
@@ -108,7 +110,7 @@ struct RichBall {
     load_impulses(args, joint, 1, drive.x, drive.y, drive.z, twist);
     prepare_point(args, joint, bodies, at, impulse, block.point);
     const Frames frames = store_frames(at, block.frames);
-    prepare_rotation_drive(args, joint, frames, drive, block.drive);
+    prepare_rotation_drive(args, joint, bodies, frames, drive, block.drive);
     const WideAxis twist_axis = load_axis(args, joint, 0), cone_axis = load_axis(args, joint, 1);
     const F scale(args.warm_start_scale);
     prepare_limit(block.cone, F(-__builtin_inff()), cone_axis.upper, cone * scale);

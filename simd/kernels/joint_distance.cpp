@@ -69,19 +69,20 @@ inline F solve_rows(const JointArgs& args, const Softness& held, F keep, Distanc
 
 // Impulses: 0 of the limit, 1 of the drive, both along the way from anchor a to anchor b.
 struct Distance {
+  static constexpr bool kLeavesTurns = true;
   using Block = DistanceBlock;
 
   static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
                       const JointPlacement& at, Block& block) {
     F limit, drive, unused2, unused3;
     load_impulses(args, joint, 0, limit, drive, unused2, unused3);
-    prepare_axis(args, joint, 0, limit, drive, block.axis);
+    prepare_axis(args, joint, bodies, 0, limit, drive, block.axis);
     drop_lower_limit_of_zero(block.axis);
     store3(block.direction, rotate(at.frame_a, V3{F(1.0f), F(0.0f), F(0.0f)}));
     place(bodies, store_anchors(at, block.first), block);
     clear_turned(block.turned);
     const WideStiffness given = load_stiffness(args, joint);
-    const Softness held = soften_held(args, given.hertz, given.damping_ratio);
+    const Softness held = soften_held(args, bodies, given.hertz, given.damping_ratio);
     store_softness(block.held, held);
     store_softness(block.relaxed, relax_held(held, given.hertz));
   }

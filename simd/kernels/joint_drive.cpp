@@ -23,13 +23,12 @@ struct DriveParameters {
   I drive;
 };
 
-inline void prepare_drive(const JointArgs& args, const DriveParameters& given, V3 impulse,
-                          VectorDriveLanes& lanes) {
+inline void prepare_drive(const JointArgs& args, const JointBodies& bodies, const DriveParameters& given,
+                          V3 impulse, VectorDriveLanes& lanes) {
   const F zero(0.0f), one(1.0f);
   const M spring = given.drive == I(static_cast<std::int32_t>(kDriveSpring));
   const M idle = given.drive == I(static_cast<std::int32_t>(kDriveNone));
-  const Softness soft =
-      soften(args, select(spring, given.hertz, one), given.damping_ratio, F(args.max_hertz));
+  const Softness soft = soften(args, bodies, select(spring, given.hertz, one), given.damping_ratio);
   store(lanes.bias_rate, select(spring, soft.bias_rate, zero));
   store(lanes.yield_rate, select(spring, soft.impulse_scale / soft.mass_scale, zero));
   store(lanes.max_impulse, select(idle, zero, given.max_force * F(args.substep)));
@@ -118,10 +117,10 @@ struct Motor {
     F pad;
     load_impulses(args, joint, 0, force.x, force.y, force.z, pad);
     load_impulses(args, joint, 1, torque.x, torque.y, torque.z, pad);
-    prepare_drive(args, {offset.hertz, offset.damping_ratio, offset.max_force, offset.drive}, force,
+    prepare_drive(args, bodies, {offset.hertz, offset.damping_ratio, offset.max_force, offset.drive}, force,
                   block.offset);
-    prepare_drive(args, {rotation.hertz, rotation.damping_ratio, rotation.max_force, rotation.drive}, torque,
-                  block.rotation);
+    prepare_drive(args, bodies, {rotation.hertz, rotation.damping_ratio, rotation.max_force, rotation.drive},
+                  torque, block.rotation);
     place(store_placed(at, block.first), zero, bodies, block);
     store3(block.turned_a, {zero, zero, zero});
     store3(block.turned_b, {zero, zero, zero});
@@ -198,7 +197,7 @@ struct Mouse {
     load_impulses(args, joint, 0, impulse.x, impulse.y, impulse.z, pad);
     load_rows(args.pose->position, 8, block.row_b, center.x, center.y, center.z, pad);
     const V3 error = (center - V3{target.lower, target.upper, target.target}) + at.arm_b;
-    prepare_drive(args, {given.hertz, given.damping_ratio, given.max_force, given.drive}, impulse,
+    prepare_drive(args, bodies, {given.hertz, given.damping_ratio, given.max_force, given.drive}, impulse,
                   block.offset);
     store3(block.offset.target_speed, none);
     store3(block.first_arm, at.arm_b);

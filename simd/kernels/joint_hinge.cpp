@@ -171,7 +171,7 @@ struct RichHinge {
                       const JointPlacement& at, Block& block) {
     F limit, drive, unused, more;
     load_impulses(args, joint, 2, limit, drive, unused, more);
-    prepare_axis(args, joint, 0, limit, drive, block.axis.axis);
+    prepare_axis(args, joint, bodies, 0, limit, drive, block.axis.axis);
     const AxisTurning turning = prepare_hinge(args, joint, bodies, at, block.hinge);
     refresh_axis(bodies, turning, {at.frame_a, at.frame_b}, block.hinge, block.axis);
   }

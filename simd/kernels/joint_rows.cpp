@@ -62,8 +62,8 @@ struct WheelRows : FramedRows {
     const F scale = sqrt(select(ratio > F(1.0f), ratio, F(1.0f)));
     const WideAxis given = load_axis(args, joint, number);
     const M spring = given.drive == I(static_cast<std::int32_t>(kDriveSpring));
-    const Softness soft = soften(args, select(spring, given.hertz * scale, F(1.0f)),
-                                 given.damping_ratio * scale, F(args.max_hertz));
+    const Softness soft =
+        soften(args, bodies, select(spring, given.hertz * scale, F(1.0f)), given.damping_ratio * scale);
     const Softness other = load_softness(lanes.drive);
     store_softness(lanes.drive, {select(spring, soft.bias_rate, other.bias_rate),
                                  select(spring, soft.mass_scale, other.mass_scale),

@@ -281,13 +281,13 @@ struct SixDegree {
       load_impulses(args, joint, group, four[0], four[1], four[2], four[3]);
     }
     for (int row = 0; row < kRows; ++row) {
-      prepare_axis(args, joint, axis_of(row), impulse[row], impulse[kRows + row], block.axis[row]);
+      prepare_axis(args, joint, bodies, axis_of(row), impulse[row], impulse[kRows + row], block.axis[row]);
       take_held(block, row);
     }
     place(bodies, store_placed(at, block.first), block);
     clear_turned(block.turned);
     const WideStiffness given = load_stiffness(args, joint);
-    const Softness soft = soften_held(args, given.hertz, given.damping_ratio);
+    const Softness soft = soften_held(args, bodies, given.hertz, given.damping_ratio);
     store_softness(block.softness, soft);
     store_softness(block.relaxed, relax_held(soft, given.hertz));
   }

@@ -160,11 +160,11 @@ struct Slider {
     load_impulses(args, joint, 0, side0, side1, limit, drive);
     load_impulses(args, joint, 1, torque.x, torque.y, torque.z, unused);
     store_held_impulses(side0 * scale, side1 * scale, torque * scale, block);
-    if constexpr (kIsRich<Block>) prepare_axis(args, joint, 0, limit, drive, block.drive);
+    if constexpr (kIsRich<Block>) prepare_axis(args, joint, bodies, 0, limit, drive, block.drive);
     place(bodies, store_placed(at, block.first), block);
     clear_turned(block.turned);
     const WideStiffness given = load_stiffness(args, joint);
-    const Softness held = soften_held(args, given.hertz, given.damping_ratio);
+    const Softness held = soften_held(args, bodies, given.hertz, given.damping_ratio);
     store_softness(block.held, held);
     store_softness(block.relaxed, relax_held(held, given.hertz));
   }

@@ -32,7 +32,7 @@ struct Weld {
     prepare_point(args, joint, bodies, at, impulse, block.point);
     store3(block.turning.torque, torque * F(args.warm_start_scale));
     const WideStiffness given = load_stiffness(args, joint);
-    const Softness held = soften_held(args, given.angular_hertz, given.angular_damping_ratio);
+    const Softness held = soften_held(args, bodies, given.angular_hertz, given.angular_damping_ratio);
     store_softness(block.held, held);
     store_softness(block.relaxed, relax_held(held, given.angular_hertz));
     refresh(bodies, store_frames(at, block.frames), block);

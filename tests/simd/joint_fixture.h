@@ -54,6 +54,7 @@ struct Bench {
   Column<LocalInertiaRow> local_inertia;
   Column<MotionRow> motion;
   Column<std::uint8_t> touched;
+  Column<std::int32_t> joint_count;
   Column<ForceRow> force;
   Column<float> center, transform, timer, mass, energy;
   Column<std::uint8_t> broken, flags;
@@ -64,7 +65,8 @@ struct Bench {
   Column<JointImpulses> impulses;
   Column<JointReactionRow> reactions;
   Column<char> blocks;
-  Column<float> residual;
+  Column<float> residual, parts_a, parts_b;
+  Column<std::uint8_t> shared;
   Vec3 gravity{0, 0, 0};
   float dt = 1.0f / 60.0f;
   int substeps = 4;
@@ -185,17 +187,22 @@ struct Bench {
     args.pose = pose.data();
     args.velocity = velocity.data();
     args.delta = delta.data();
+    args.joint_count = joint_count.data();
     args.inertia = inertia.data();
     args.substep = dt / static_cast<float>(substeps);
     args.inverse_substep = 1 / args.substep;
     args.max_hertz = 0.25f * args.inverse_substep;
     const float omega = 2 * std::numbers::pi_v<float> * args.max_hertz, a1 = 4 + args.substep * omega,
                 a2 = args.substep * omega * a1;
-    args.stiff = {omega / a1, a2 / (1 + a2), 1 / (1 + a2)};
+    args.stiff = args.stiff_shared = {omega / a1, a2 / (1 + a2), 1 / (1 + a2)};
+    args.max_hertz_shared = args.max_hertz;
     if (bare) args.stiff = {0, 1, 0};
     args.push_speed = 3;
     args.warm_start_scale = warm && !bare ? 1.0f : 0.0f;
     args.impulse_keep = bare ? 0.0f : 1.0f;
+    args.parts_a = parts_a.data();
+    args.parts_b = parts_b.data();
+    args.shared = shared.data();
     args.residual = residual.data();
     return args;
   }
@@ -211,6 +218,9 @@ struct Bench {
     }
     blocks.resize(joints.block_bytes * static_cast<std::size_t>(block_count));
     residual.resize(1);
+    shared.resize(1);
+    parts_a.resize(rows.size());
+    parts_b.resize(rows.size());
     simd::BodyArgs body = body_args();
     simd::JointArgs joint = joint_args();
     const simd::ConstraintChunk chunk{
@@ -243,6 +253,7 @@ struct Bench {
     local_inertia.push_back({});
     motion.push_back({0, 0, inverse.inverse_mass > 0 ? 1.0f : 0.0f, kMotionJointed});
     touched.push_back(0);
+    joint_count.push_back(0);
     force.push_back({});
     for (int i = 0; i < 3; ++i) center.push_back(0);
     for (int i = 0; i < 7; ++i) transform.push_back(0);

@@ -5,8 +5,9 @@
 // a, and the rotation that takes the axes of frame a to those of frame b. The x axis is the main one: hinges
 // turn about it, sliders slide along it, cones open and shafts spin about it.
 //
-// What a joint holds it holds as stiffly as the step allows, or as softly as JointDef::hertz asks. What it
-// leaves free may have a limit and a drive, see JointAxis.
+// What a joint holds it holds as stiffly as the step allows, or as softly as JointDef::hertz asks. The step
+// allows less the more joints a body has and the heavier what they hold is against it. What a joint leaves
+// free may have a limit and a drive, see JointAxis.
 #pragma once
 
 #include <scree/ids.h>
