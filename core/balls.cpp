@@ -4,7 +4,6 @@
 #include <core/hull_build.h>
 
 #include <algorithm>
-#include <limits>
 
 namespace scree {
 
@@ -82,22 +81,26 @@ Balls balls_of(const WorldData& data, std::size_t shape) {
   return balls;
 }
 
+void extend_core(WorldData& data, std::int32_t body, std::int32_t shape) {
+  CoreRow& core = data.bodies.core[static_cast<std::size_t>(body)];
+  const auto row = static_cast<std::size_t>(shape);
+  const Balls balls = balls_of(data, row);
+  core.radius = std::min(core.radius, kCoreShare * balls.ball[0].radius);
+  const float offset = length(to_vec3(data.shapes.local_pose[row].position));
+  for (int i = 0; i < balls.count; ++i) {
+    const float reach = offset + length(balls.ball[i].center);
+    core.reach = std::max(core.reach, reach);
+    core.size = std::max(core.size, reach + kCoreShare * balls.ball[i].radius);
+  }
+}
+
 void measure_core(WorldData& data, std::int32_t body) {
   const auto row = static_cast<std::size_t>(body);
-  CoreRow core{std::numeric_limits<float>::infinity(), 0.0f, 0.0f};
+  data.bodies.core[row] = kNoCore;
   for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
-    const auto shape_row = static_cast<std::size_t>(shape);
-    const Balls balls = balls_of(data, shape_row);
-    core.radius = std::min(core.radius, kCoreShare * balls.ball[0].radius);
-    const float offset = length(to_vec3(data.shapes.local_pose[shape_row].position));
-    for (int i = 0; i < balls.count; ++i) {
-      const float reach = offset + length(balls.ball[i].center);
-      core.reach = std::max(core.reach, reach);
-      core.size = std::max(core.size, reach + kCoreShare * balls.ball[i].radius);
-    }
+    extend_core(data, body, shape);
   }
-  data.bodies.core[row] = core;
 }
 
 }  // namespace scree

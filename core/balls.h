@@ -34,7 +34,9 @@ struct Balls {
 Balls balls_of(const HullData& hull);
 Balls balls_of(const WorldData& data, std::size_t shape);
 
-// Writes Bodies::core of a body from its shapes, wherever they are. Every call that changes shapes ends so.
+// Makes the core of a body that of one more shape, wherever that is.
+void extend_core(WorldData& data, std::int32_t body, std::int32_t shape);
+// Writes Bodies::core of a body from its shapes.
 void measure_core(WorldData& data, std::int32_t body);
 
 }  // namespace scree

@@ -253,7 +253,7 @@ MassProperties World::mass_properties(BodyId body) const {
   }
   std::optional<float> given_mass;
   if ((b.bodies.flags[b.row] & kBodyMassGiven) != 0) given_mass = b.bodies.given_mass[b.row];
-  return properties_of(sum_shapes(b.data, b.body, {}), given_mass);
+  return properties_of(sum_shapes(b.data, b.body), given_mass);
 }
 
 void World::set_mass_properties(BodyId body, const MassProperties& properties) {

@@ -6,23 +6,12 @@
 #include <core/recorded_calls.h>
 #include <scree/world.h>
 
-#include <limits>
 #include <string>
 #include <vector>
 
 namespace scree {
 
 namespace {
-
-// Every shape and body index must fit the rows' int32.
-constexpr std::size_t kMaxRows = std::numeric_limits<std::int32_t>::max();
-
-void check_count(Call call, const char* what, std::size_t rows, std::size_t count) {
-  if (count > kMaxRows - rows) {
-    fail(call, "a world holds at most " + std::to_string(kMaxRows) + " " + what + ", asked for " +
-                   std::to_string(count) + " more");
-  }
-}
 
 std::uint8_t flags_of(const BodyDef& def) {
   return static_cast<std::uint8_t>(kBodyAlive | (def.can_sleep ? kBodyCanSleep : 0) |
@@ -64,11 +53,7 @@ void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const Bod
   delta.rotation[3] = 1.0f;
   bodies.delta[row] = delta;
   bodies.free_velocity[row] = bodies.velocity[row];
-  bodies.core[row] = {std::numeric_limits<float>::infinity(), 0.0f, 0.0f};
-}
-
-Call item_of(Call call, std::size_t count, std::size_t i) {
-  return {call.name, count > 1 ? static_cast<std::int64_t>(i) : -1};
+  bodies.core[row] = kNoCore;
 }
 
 struct ShapeTemplate {
@@ -81,7 +66,7 @@ BodyMass mass_of(Call item, const BodyDef& def, const ShapeTemplate* shape, std:
   if (def.type != BodyType::dynamic) return {};
   MassSum sum;
   if (shape != nullptr) {
-    sum.add(shape->geometries[i], shape->material->density, shape->options->local_pose);
+    sum = part_of(shape->geometries[i], shape->material->density, shape->options->local_pose);
   }
   return dynamic_mass(item, sum, def.mass);
 }
@@ -130,8 +115,8 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
   Shapes& shapes = data.shapes;
   const std::size_t count = defs.size(), shape_count = shape != nullptr ? count : 0;
   const std::size_t old_bodies = bodies.flags.size(), old_shapes = shapes.flags.size();
-  check_count(call, "bodies", old_bodies, count);
-  check_count(call, "shapes", old_shapes, shape_count);
+  check_room(call, "bodies", old_bodies, count);
+  check_room(call, "shapes", old_shapes, shape_count);
   const SlotPlan body_plan(bodies.free_slots, old_bodies, count);
   const SlotPlan shape_plan(shapes.free_slots, old_shapes, shape_count);
   const std::size_t old_hulls = data.hulls.shared.size();
@@ -186,6 +171,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
 void bury_body(WorldData& data, std::int32_t body) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);
+  if (bodies.unplaced[row] != 0) place_matter_of(data, body);  // a dead row does not tell when it was done
   while (bodies.first_joint[row] >= 0) {
     const std::int32_t joint = bodies.first_joint[row];
     const auto index = static_cast<std::uint32_t>(joint);
@@ -196,6 +182,7 @@ void bury_body(WorldData& data, std::int32_t body) {
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     bury_shape(data, shape);
   }
+  bodies.moments.erase(body);
   bodies.flags[row] = 0;
   bodies.first_shape[row] = -1;
   bodies.velocity[row] = {};

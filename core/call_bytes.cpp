@@ -30,10 +30,16 @@ struct Arguments<std::tuple<Types...>> {
 template <RecordedCall kCall>
 using ArgumentsOf = Arguments<typename CallArguments<kCall>::Types>;
 
-// Of what a list of definitions makes.
-template <class Defs>
-using MadeId = std::conditional_t<std::is_same_v<typename std::remove_cvref_t<Defs>::value_type, JointDef>,
-                                  JointId, BodyId>;
+// Room for what a list of definitions makes, which is a call's first or second argument.
+std::vector<BodyId> ids_for(const std::vector<BodyDef>& defs, const auto&...) {
+  return std::vector<BodyId>(defs.size());
+}
+std::vector<JointId> ids_for(const std::vector<JointDef>& defs, const auto&...) {
+  return std::vector<JointId>(defs.size());
+}
+std::vector<ShapeId> ids_for(BodyId, const std::vector<ShapeDef>& defs) {
+  return std::vector<ShapeId>(defs.size());
+}
 
 template <class Values>
 Values read_arguments(CallReader& reader) {
@@ -90,7 +96,7 @@ void take_call(RecordedCall call, CallReader& reader, World* world) {
           if constexpr (requires { world->function(first, rest...); }) {                 \
             static_cast<void>(world->function(first, rest...));                          \
           } else {                                                                       \
-            std::vector<MadeId<decltype(first)>> ids(first.size());                      \
+            auto ids = ids_for(first, rest...);                                          \
             world->function(first, rest..., ids);                                        \
           }                                                                              \
         },                                                                               \

@@ -2,6 +2,8 @@
 #include <core/check.h>
 #include <core/number_text.h>
 
+#include <limits>
+
 namespace scree {
 
 namespace {
@@ -22,6 +24,13 @@ std::string title(Call call) {
 }
 
 void fail(Call call, const std::string& problem) { throw Error(title(call) + ": " + problem); }
+
+void check_room(Call call, const char* what, std::size_t rows, std::size_t more) {
+  constexpr std::size_t kMaxRows = std::numeric_limits<std::int32_t>::max();
+  if (more <= kMaxRows - rows) return;
+  fail(call, "a world holds at most " + std::to_string(kMaxRows) + " " + what + ", asked for " +
+                 std::to_string(more) + " more");
+}
 
 void fail_range(Call call, const char* what, double value, double low, double high) {
   fail(call, std::string(what) + " is " + text_of(value) + ", must lie in [" + text_of(low) + ", " +

@@ -6,6 +6,7 @@
 #include <scree/world.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -22,6 +23,13 @@ std::string title(Call call);  // how messages begin
 [[noreturn]] void fail(Call call, const std::string& problem);
 [[noreturn]] void fail_range(Call call, const char* what, double value, double low, double high);
 [[noreturn]] void fail_handle(Call call, const char* kind, std::uint32_t index, std::uint32_t generation);
+
+// The `i`th of `count` definitions; a single one is not counted.
+inline Call item_of(Call call, std::size_t count, std::size_t i) {
+  return {call.name, count > 1 ? static_cast<std::int64_t>(i) : -1};
+}
+// Every index must fit the rows' int32.
+void check_room(Call call, const char* what, std::size_t rows, std::size_t more);
 
 // NaN fails every range.
 inline void check_range(Call call, const char* what, float value, float low, float high) {

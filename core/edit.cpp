@@ -1,6 +1,7 @@
 // Edits: the pieces that World's calls are made of; see edit.h.
 #include <core/balls.h>
 #include <core/edit.h>
+#include <core/fp_environment.h>
 #include <core/hull_build.h>
 #include <core/joint_rows.h>
 
@@ -21,6 +22,20 @@ void grow_store(Store& store, std::size_t count) {
   }
 }
 
+void leave(WorldData& data, std::int32_t body, UnplacedFlag what) {
+  std::uint8_t& unplaced = data.bodies.unplaced[static_cast<std::size_t>(body)];
+  if (unplaced == 0) data.bodies.to_place.push_back(body);
+  unplaced = static_cast<std::uint8_t>(unplaced | what);
+}
+
+// The pose of the center of mass, and of the origin again, which rounding may change.
+void write_pose(Bodies& bodies, std::int32_t body, const Pose& transform) {
+  const auto row = static_cast<std::size_t>(body);
+  store(bodies.pose[row].position, transform.position + rotate(transform.rotation, bodies.center[row]));
+  store(bodies.pose[row].rotation, transform.rotation);
+  bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
+}
+
 // The body's matter stays where it is and moves on as it did.
 void move_center(WorldData& data, std::int32_t body, Vec3 center) {
   Bodies& bodies = data.bodies;
@@ -33,19 +48,26 @@ void move_center(WorldData& data, std::int32_t body, Vec3 center) {
   store(velocity.linear,
         free_linear(bodies.motion[row], to_vec3(velocity.linear) + cross(to_vec3(velocity.angular), shift)));
   bodies.center[row] = center;
+  write_pose(bodies, body, transform);
+  // Manifolds of sleepers with a fixed or kinematic body must be made anew, too.
+  const bool wakes = bodies.type[row] != BodyType::dynamic;
+  const bool all_dirty = (bodies.unplaced[row] & kShapesUnplaced) != 0;
+  if (!wakes && all_dirty) return;
   for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
-    place_shape_in_body(data, shape);
-    // Manifolds of sleepers with a fixed or kinematic body must be made anew, too.
-    if (bodies.type[row] != BodyType::dynamic) request_wake(data, shape);
+    if (wakes) request_wake(data, shape);
+    mark_dirty(data.shapes, shape);
   }
-  place_joints_of(data, body);
-  place_body(data, body, transform);
+  leave(data, body, kShapesUnplaced);
+  leave(data, body, kCoreUnmeasured);
 }
 
 }  // namespace
 
-void grow(Bodies& bodies, std::size_t count) { grow_store(bodies, count); }
+void grow(Bodies& bodies, std::size_t count) {
+  bodies.to_place.reserve(count);
+  grow_store(bodies, count);
+}
 
 void grow(Joints& joints, std::size_t count) { grow_store(joints, count); }
 
@@ -123,6 +145,7 @@ void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, 
   write_extent(data, shape, geometry, hull);
   write_material(shapes, shape, material);
   shapes.next[row] = -1;
+  shapes.previous[row] = -1;
   shapes.given_pose[row] = options.local_pose;
   shapes.local_pose[row] = {};
   shapes.filter[row] = options.filter;
@@ -145,11 +168,24 @@ ShapeId commit_shape(Shapes& shapes, std::int32_t shape) {
 void link_shape(WorldData& data, std::int32_t shape, std::int32_t body) {
   const auto row = static_cast<std::size_t>(shape);
   const auto body_row = static_cast<std::size_t>(body);
+  const std::int32_t behind = data.bodies.first_shape[body_row];
   data.shapes.body[row] = body;
-  data.shapes.next[row] = data.bodies.first_shape[body_row];
+  data.shapes.next[row] = behind;
+  data.shapes.previous[row] = -1;
+  if (behind >= 0) data.shapes.previous[static_cast<std::size_t>(behind)] = shape;
   data.bodies.first_shape[body_row] = shape;
   data.shapes.tree[row] = tree_of(data.bodies, body);
   place_shape_in_body(data, shape);
+}
+
+void unlink_shape(WorldData& data, std::int32_t shape) {
+  Shapes& shapes = data.shapes;
+  const auto row = static_cast<std::size_t>(shape);
+  const std::int32_t before = shapes.previous[row], behind = shapes.next[row];
+  std::int32_t& link = before >= 0 ? shapes.next[static_cast<std::size_t>(before)]
+                                   : data.bodies.first_shape[static_cast<std::size_t>(shapes.body[row])];
+  link = behind;
+  if (behind >= 0) shapes.previous[static_cast<std::size_t>(behind)] = before;
 }
 
 void bury_shape(WorldData& data, std::int32_t shape) {
@@ -187,12 +223,33 @@ void place_shape_in_body(WorldData& data, std::int32_t shape) {
   data.shapes.local_pose[row] = local;
 }
 
-void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
-  Bodies& bodies = data.bodies;
+void leave_core(WorldData& data, std::int32_t body) { leave(data, body, kCoreUnmeasured); }
+
+void place_matter_of(WorldData& data, std::int32_t body) {
+  const FpEnvironment environment;
   const auto row = static_cast<std::size_t>(body);
-  store(bodies.pose[row].position, transform.position + rotate(transform.rotation, bodies.center[row]));
-  store(bodies.pose[row].rotation, transform.rotation);
-  bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
+  if ((data.bodies.unplaced[row] & kShapesUnplaced) != 0) {
+    for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0;
+         shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+      place_shape_in_body(data, shape);
+    }
+    place_joints_of(data, body);
+  }
+  measure_core(data, body);
+}
+
+void place_matter(WorldData& data) {
+  Bodies& bodies = data.bodies;
+  for (const std::int32_t body : bodies.to_place) {
+    const auto row = static_cast<std::size_t>(body);
+    if ((bodies.flags[row] & kBodyAlive) != 0) place_matter_of(data, body);
+    bodies.unplaced[row] = 0;
+  }
+  bodies.to_place.clear();
+}
+
+void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
+  write_pose(data.bodies, body, transform);
   mark_shapes_dirty(data, body);
 }
 
@@ -217,7 +274,6 @@ void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
   bodies.motion[row].flags = (bodies.motion[row].flags & ~static_cast<std::uint32_t>(kMotionGyroscopic)) |
                              (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u);
   if (bodies.center[row] != mass.center) move_center(data, body, mass.center);
-  measure_core(data, body);
 }
 
 void disturb(WorldData& data, std::int32_t body) {

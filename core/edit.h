@@ -50,16 +50,24 @@ void write_material(Shapes& shapes, std::int32_t shape, const Material& material
 // Makes the slot live: generation, flags, dirty list, counts.
 ShapeId commit_shape(Shapes& shapes, std::int32_t shape);
 void link_shape(WorldData& data, std::int32_t shape, std::int32_t body);
+void unlink_shape(WorldData& data, std::int32_t shape);  // out of its body's list
 // Takes the shape out of the world, but not out of its body's list.
 void bury_shape(WorldData& data, std::int32_t shape);
 
 // Places the body's origin; shapes become dirty.
 void place_body(WorldData& data, std::int32_t body, const Pose& transform);
 // Ends every call that changes a body's mass or shapes: writes the mass rows, moving the center of mass in
-// the body, whose matter moves on as it did, and its core.
+// the body, whose matter moves on as it did. Of a center that moves, place_matter() tells shapes and joints:
+// it does so with every shape that is added, and a body may have 100,000.
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass);
 void apply_locks(Bodies& bodies, std::int32_t body);  // motion's locks and velocity from locks and type
 void place_shape_in_body(WorldData& data, std::int32_t shape);  // local_pose from given_pose, center and hull
+// The body's core is to be measured anew.
+void leave_core(WorldData& data, std::int32_t body);
+// Does what calls have left to do, see UnplacedFlag. It is all a function of the state, so that it does not
+// matter when. The step begins with it; whoever else reads what is left must call it.
+void place_matter(WorldData& data);
+void place_matter_of(WorldData& data, std::int32_t body);  // whose flags stay
 
 // Wakes the body, all that joints join it with and, when next asked, all that touch it.
 void disturb(WorldData& data, std::int32_t body);

@@ -7,15 +7,11 @@
 #include <scree/world.h>
 
 #include <cstring>
-#include <limits>
 #include <string>
 
 namespace scree {
 
 namespace {
-
-// Every index must fit the rows' int32.
-constexpr std::size_t kMaxRows = std::numeric_limits<std::int32_t>::max();
 
 struct JointRow {
   WorldData& data;
@@ -68,13 +64,9 @@ JointId make(WorldData& data, std::int32_t joint, const JointDef& def, const Joi
 void create(Call call, WorldData& data, std::span<const JointDef> defs, std::span<const Joint> joints,
             std::span<JointId> ids) {
   const std::size_t count = defs.size(), rows = data.joints.flags.size();
-  if (count > kMaxRows - rows) {
-    fail(call, "a world holds at most " + std::to_string(kMaxRows) + " joints, asked for " +
-                   std::to_string(count) + " more");
-  }
+  check_room(call, "joints", rows, count);
   for (std::size_t i = 0; i < count; ++i) {
-    const Call item{call.name, count > 1 ? static_cast<std::int64_t>(i) : -1};
-    check_joint_def(item, data.bodies, defs[i], joints[i]);
+    check_joint_def(item_of(call, count, i), data.bodies, defs[i], joints[i]);
   }
   const SlotPlan plan(data.joints.free_slots, rows, count);
   grow(data.joints, rows + count - plan.from_free);
@@ -232,7 +224,9 @@ void World::set_user_data(JointId joint, std::uint64_t user_data) {
 
 Pose World::joint_pose(JointId joint) const {
   const JointRow j = at({"joint_pose"}, data_, joint);
-  const JointFrames& frames = j.joints.frames[j.row];
+  // Made here: those of the row may wait for place_matter().
+  const JointFrames frames =
+      frames_of(j.data.bodies, j.joints.bodies[j.row], j.joints.frame_a[j.row], j.joints.frame_b[j.row]);
   const PoseRow& a = j.data.bodies.pose[static_cast<std::size_t>(frames.row_a)];
   const PoseRow& b = j.data.bodies.pose[static_cast<std::size_t>(frames.row_b)];
   const Quat rotation_a = to_quat(a.rotation), rotation_b = to_quat(b.rotation);

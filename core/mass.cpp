@@ -212,35 +212,25 @@ Symmetric inverse(const Symmetric& s) {
   return {{cxx * d, cxy * d, cxz * d, cyy * d, cyz * d, czz * d}};
 }
 
-// Parallel axis theorem for two bodies about their common center: I = I1 + I2 + mu (d.d E - d d^T), with d
-// the distance of the centers and mu the reduced mass.
-void MassSum::add(double part_mass, const double part_center[3], const Symmetric& part_inertia) {
-  const double total = mass + part_mass;
-  const double share = part_mass / total, reduced = mass * share;
-  const double d[3] = {part_center[0] - center[0], part_center[1] - center[1], part_center[2] - center[2]};
-  const double squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-  const double shift[6] = {squared - d[0] * d[0], -d[0] * d[1], -d[0] * d[2],
-                           squared - d[1] * d[1], -d[1] * d[2], squared - d[2] * d[2]};
-  for (int i = 0; i < 6; ++i) inertia.m[i] += part_inertia.m[i] + reduced * shift[i];
-  for (int i = 0; i < 3; ++i) center[i] += share * d[i];
-  mass = total;
-}
-
-void MassSum::add(const Geometry& geometry, double density, const Pose& local_pose) {
-  Symmetric part;
-  const double part_mass =
-      std::visit([&](const auto& solid_shape) { return solid(solid_shape, density, &part); }, geometry);
-  if (local_pose.rotation != Quat{}) part = rotated(local_pose.rotation, part);
-  double part_center[3] = {local_pose.position.x, local_pose.position.y, local_pose.position.z};
+MassSum part_of(const Geometry& geometry, double density, const Pose& local_pose) {
+  MassSum part;
+  part.mass = std::visit([&](const auto& shape) { return solid(shape, density, &part.inertia); }, geometry);
+  if (local_pose.rotation != Quat{}) part.inertia = rotated(local_pose.rotation, part.inertia);
+  part.center[0] = local_pose.position.x;
+  part.center[1] = local_pose.position.y;
+  part.center[2] = local_pose.position.z;
   if (const auto* convex = std::get_if<ConvexHull>(&geometry)) {
     const HullSolid& hull = *HullAccess::solid(convex->hull);
     const float scale[3] = {convex->scale.x, convex->scale.y, convex->scale.z};
     double centroid[3], offset[3];
     for (int i = 0; i < 3; ++i) centroid[i] = scale[i] * (hull.origin[i] + hull.integrals.center[i]);
     rotate(local_pose.rotation, centroid, offset);
-    for (int i = 0; i < 3; ++i) part_center[i] += offset[i];
+    for (int i = 0; i < 3; ++i) part.center[i] += offset[i];
   }
-  add(part_mass, part_center, part);
+  // No negative zeros: a sum has none.
+  for (double& moment : part.inertia.m) moment += 0.0;
+  for (double& coordinate : part.center) coordinate += 0.0;
+  return part;
 }
 
 Geometry geometry_of(const WorldData& data, std::int32_t shape) {
@@ -260,23 +250,54 @@ Geometry geometry_of(const WorldData& data, std::int32_t shape) {
   return Box{{extent.half[0], extent.half[1], extent.half[2]}};
 }
 
-MassSum sum_shapes(const WorldData& data, std::int32_t body, const ShapeChange& change) {
-  const Shapes& shapes = data.shapes;
-  MassSum sum;
-  // Shapes are listed newest first, so that an added one is where it will be when the sum is made again.
-  if (change.index < 0 && change.form != nullptr) {
-    sum.add(change.form->geometry, change.form->density, change.form->local_pose);
+namespace {
+
+MassSum part_of(const WorldData& data, std::int32_t shape) {
+  const auto row = static_cast<std::size_t>(shape);
+  return part_of(geometry_of(data, shape), data.shapes.density[row], data.shapes.given_pose[row]);
+}
+
+void apply_change(const WorldData& data, const ShapeChange& change, MassMoments& moments) {
+  if (change.index >= 0) moments.remove(part_of(data, change.index));
+  for (const ShapeForm& form : change.forms) {
+    moments.add(part_of(form.geometry, form.density, form.local_pose));
   }
-  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
-       shape = shapes.next[static_cast<std::size_t>(shape)]) {
-    const auto row = static_cast<std::size_t>(shape);
-    if (shape != change.index) {
-      sum.add(geometry_of(data, shape), shapes.density[row], shapes.given_pose[row]);
-    } else if (change.form != nullptr) {
-      sum.add(change.form->geometry, change.form->density, change.form->local_pose);
+}
+
+// What a body's only part weighs, to the last bit.
+MassSum only_part(const WorldData& data, std::int32_t body, const ShapeChange& change) {
+  if (!change.forms.empty()) {
+    return part_of(change.forms[0].geometry, change.forms[0].density, change.forms[0].local_pose);
+  }
+  std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)];
+  if (shape == change.index) shape = data.shapes.next[static_cast<std::size_t>(shape)];
+  return part_of(data, shape);
+}
+
+}  // namespace
+
+MassSum sum_shapes(WorldData& data, std::int32_t body, const ShapeChange& change) {
+  Bodies& bodies = data.bodies;
+  const auto kept = bodies.moments.find(body);
+  MassMoments moments;
+  if (kept != bodies.moments.end()) {
+    moments = kept->second;
+  } else {
+    for (std::int32_t shape = bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
+         shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+      moments.add(part_of(data, shape));
     }
+    if (moments.parts() > kFewShapes) bodies.moments.emplace(body, moments);
   }
-  return sum;
+  apply_change(data, change, moments);
+  return moments.parts() == 1 ? only_part(data, body, change) : moments.sum();
+}
+
+void follow_change(WorldData& data, std::int32_t body, const ShapeChange& change) {
+  const auto kept = data.bodies.moments.find(body);
+  if (kept == data.bodies.moments.end()) return;
+  apply_change(data, change, kept->second);
+  if (kept->second.parts() <= kFewShapes) data.bodies.moments.erase(kept);
 }
 
 BodyMass dynamic_mass(Call call, const MassSum& sum, std::optional<float> given_mass) {
@@ -304,7 +325,7 @@ BodyMass given_mass_rows(Call call, const MassProperties& properties, BodyType t
   return rows;
 }
 
-BodyMass mass_after(Call call, const WorldData& data, std::int32_t body, BodyType type, std::uint8_t flags,
+BodyMass mass_after(Call call, WorldData& data, std::int32_t body, BodyType type, std::uint8_t flags,
                     const ShapeChange& change) {
   const auto row = static_cast<std::size_t>(body);
   if ((flags & kBodyPropertiesGiven) != 0) {

@@ -64,7 +64,8 @@ namespace scree {
   X(set_joint_strength, set_joint_strength, JointId, float, float)                                           \
   X(set_joint_enabled, set_joint_enabled, JointId, bool)                                                     \
   X(set_collide_connected, set_collide_connected, JointId, bool)                                             \
-  X(set_joint_user_data, set_user_data, JointId, std::uint64_t)
+  X(set_joint_user_data, set_user_data, JointId, std::uint64_t)                                              \
+  X(add_shapes, add_shapes, BodyId, std::span<const ShapeDef>)
 
 #define SCREE_NAME_CALL(call, function, ...) call,
 // 0 stands for a step.

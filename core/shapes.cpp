@@ -1,9 +1,14 @@
 // Calls that create, change, read and destroy one shape.
+#include <core/balls.h>
 #include <core/check.h>
 #include <core/edit.h>
 #include <core/fp_environment.h>
 #include <core/recorded_calls.h>
 #include <scree/world.h>
+
+#include <span>
+#include <string>
+#include <vector>
 
 namespace scree {
 
@@ -30,10 +35,10 @@ ShapeForm form_of(const ShapeRow& s) {
 }
 
 // The body's mass rows after the change, or an Error.
-BodyMass mass_after_change(Call call, const ShapeRow& s, const ShapeForm* form) {
+BodyMass mass_after_change(Call call, const ShapeRow& s, std::span<const ShapeForm> forms) {
   const Bodies& bodies = s.data.bodies;
   return mass_after(call, s.data, s.body, given_type(bodies, s.body),
-                    bodies.flags[static_cast<std::size_t>(s.body)], {s.shape, form});
+                    bodies.flags[static_cast<std::size_t>(s.body)], {s.shape, forms});
 }
 
 // A shape that collides otherwise than before: its pairs are found anew, its neighbors wake.
@@ -42,6 +47,78 @@ void reconsider(const ShapeRow& s, std::uint8_t flags) {
   request_wake(s.data, s.shape);
   wake_body(s.data, s.body);
   s.data.contacts.pairs_stale = true;
+}
+
+// Shapes of one call, and what they need before anything is written.
+struct NewShapes {
+  std::vector<ShapeForm> forms;
+  std::vector<std::int32_t> hulls;  // -1: none
+};
+
+// Gives the hulls of shapes that are not to be back, the last one first.
+void drop_hulls(Hulls& all, std::vector<std::int32_t>& hulls, std::size_t old_hulls) {
+  for (; !hulls.empty(); hulls.pop_back()) undo_hull(all, hulls.back(), old_hulls);
+}
+
+// Throws what a definition breaks; then nothing has changed.
+NewShapes check_new(Call call, WorldData& data, std::span<const ShapeDef> defs) {
+  NewShapes made;
+  made.forms.reserve(defs.size());
+  made.hulls.reserve(defs.size());
+  const std::size_t old_hulls = data.hulls.shared.size();
+  try {
+    for (std::size_t i = 0; i < defs.size(); ++i) {
+      const Call item = item_of(call, defs.size(), i);
+      check_geometry(item, defs[i].geometry);
+      check_material(item, defs[i].material);
+      check_options(item, defs[i].options);
+      const Pose& pose = defs[i].options.local_pose;
+      made.forms.push_back(
+          {defs[i].geometry, defs[i].material.density, {pose.position, normalize(pose.rotation)}});
+      made.hulls.push_back(acquire_hull(item, data.hulls, defs[i].geometry));
+    }
+  } catch (...) {
+    drop_hulls(data.hulls, made.hulls, old_hulls);
+    throw;
+  }
+  return made;
+}
+
+// The shapes come to the body's list in their order.
+void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef> defs,
+         std::span<ShapeId> ids) {
+  Shapes& shapes = data.shapes;
+  const std::size_t old_rows = shapes.flags.size(), old_hulls = data.hulls.shared.size();
+  check_room(call, "shapes", old_rows, defs.size());
+  const SlotPlan plan(shapes.free_slots, old_rows, defs.size());
+  NewShapes made = check_new(call, data, defs);
+  const ShapeChange change{-1, made.forms};
+  BodyMass mass;
+  try {
+    mass = mass_after(call, data, body, given_type(data.bodies, body),
+                      data.bodies.flags[static_cast<std::size_t>(body)], change);
+    grow(shapes, old_rows + defs.size() - plan.from_free);
+  } catch (...) {
+    drop_hulls(data.hulls, made.hulls, old_hulls);
+    throw;
+  }
+  follow_change(data, body, change);
+  wake_body(data, body);
+  const bool has_core = data.bodies.unplaced[static_cast<std::size_t>(body)] == 0;
+  for (std::size_t i = 0; i < defs.size(); ++i) {
+    const std::int32_t shape = plan.slot(shapes.free_slots, i);
+    ShapeOptions options = defs[i].options;
+    options.local_pose = made.forms[i].local_pose;
+    write_shape(data, shape, defs[i].geometry, made.hulls[i], defs[i].material, options);
+    link_shape(data, shape, body);
+    ids[i] = commit_shape(shapes, shape);
+    if (has_core) extend_core(data, body, shape);
+  }
+  shapes.free_slots.drop_back(plan.from_free);
+  apply_mass(data, body, mass);
+  if (defs.empty()) return;
+  data.bodies.lists_dirty = true;
+  data.contacts.pairs_stale = true;
 }
 
 }  // namespace
@@ -53,47 +130,34 @@ ShapeId World::add_shape(BodyId body, const Geometry& geometry, const Material& 
   WorldData& data = opened(call, data_);
   const Telling<RecordedCall::add_shape> telling(data, body, geometry, material, options);
   const std::int32_t row = checked_row(call, data.bodies, body);
-  check_geometry(call, geometry);
-  check_material(call, material);
-  check_options(call, options);
-  ShapeOptions unit_options = options;
-  unit_options.local_pose.rotation = normalize(options.local_pose.rotation);
-  const ShapeForm form{geometry, material.density, unit_options.local_pose};
-  const BodyMass mass =
-      mass_after(call, data, row, given_type(data.bodies, row), data.bodies.flags[body.index], {-1, &form});
-  Shapes& shapes = data.shapes;
-  const SlotPlan plan(shapes.free_slots, shapes.flags.size(), 1);
-  if (plan.from_free == 0) grow(shapes, shapes.flags.size() + 1);
-  std::int32_t hull = -1;
-  try {
-    hull = acquire_hull(call, data.hulls, geometry);
-  } catch (...) {
-    if (plan.from_free == 0) shapes.resize(plan.first_fresh);
-    throw;
-  }
-  const std::int32_t shape = plan.slot(shapes.free_slots, 0);
-  if (plan.from_free == 1) shapes.free_slots.pop_back();
-
-  write_shape(data, shape, geometry, hull, material, unit_options);
-  wake_body(data, row);
-  link_shape(data, shape, row);
-  const ShapeId id = commit_shape(shapes, shape);
-  apply_mass(data, row, mass);
-  data.bodies.lists_dirty = true;
-  data.contacts.pairs_stale = true;
+  const ShapeDef def{geometry, material, options};
+  ShapeId id;
+  add(call, data, row, {&def, 1}, {&id, 1});
   return id;
+}
+
+void World::add_shapes(BodyId body, std::span<const ShapeDef> defs, std::span<ShapeId> ids) {
+  constexpr Call call{"add_shapes"};
+  const FpEnvironment environment;
+  if (ids.size() != defs.size()) {
+    fail(call, "room for " + std::to_string(ids.size()) + " ids, but " + std::to_string(defs.size()) +
+                   " definitions");
+  }
+  WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::add_shapes> telling(data, body, defs);
+  add(call, data, checked_row(call, data.bodies, body), defs, ids);
 }
 
 void World::destroy_shape(ShapeId shape) {
   constexpr Call call{"destroy_shape"};
   const ShapeRow s = at(call, data_, shape);
   const Telling<RecordedCall::destroy_shape> telling(s.data, shape);
-  const BodyMass mass = mass_after_change(call, s, nullptr);
-  std::int32_t* link = &s.data.bodies.first_shape[static_cast<std::size_t>(s.body)];
-  while (*link != s.shape) link = &s.shapes.next[static_cast<std::size_t>(*link)];
-  *link = s.shapes.next[s.row];
+  const BodyMass mass = mass_after_change(call, s, {});
+  follow_change(s.data, s.body, {s.shape, {}});
+  unlink_shape(s.data, s.shape);
   bury_shape(s.data, s.shape);
   apply_mass(s.data, s.body, mass);
+  leave_core(s.data, s.body);
   wake_body(s.data, s.body);
 }
 
@@ -123,12 +187,14 @@ void World::set_geometry(ShapeId shape, const Geometry& geometry) {
   check_geometry(call, geometry);
   ShapeForm form = form_of(s);
   form.geometry = geometry;
-  const BodyMass mass = mass_after_change(call, s, &form);
+  const BodyMass mass = mass_after_change(call, s, {&form, 1});
   const std::int32_t hull = acquire_hull(call, s.data.hulls, geometry);
+  follow_change(s.data, s.body, {s.shape, {&form, 1}});
   release_hull(s.data.hulls, s.shapes.hull[s.row]);
   write_extent(s.data, s.shape, geometry, hull);
   place_shape_in_body(s.data, s.shape);
   apply_mass(s.data, s.body, mass);
+  leave_core(s.data, s.body);
   reconsider(s, kShapeNew);
 }
 
@@ -152,7 +218,8 @@ void World::set_material(ShapeId shape, const Material& material) {
   if (material.density != s.shapes.density[s.row]) {
     ShapeForm form = form_of(s);
     form.density = material.density;
-    const BodyMass mass = mass_after_change(call, s, &form);
+    const BodyMass mass = mass_after_change(call, s, {&form, 1});
+    follow_change(s.data, s.body, {s.shape, {&form, 1}});
     apply_mass(s.data, s.body, mass);
   }
   write_material(s.shapes, s.shape, material);
@@ -202,10 +269,12 @@ void World::set_local_pose(ShapeId shape, const Pose& given) {
   check_pose(call, "position", "rotation", pose, kMaxLocalPosition);
   ShapeForm form = form_of(s);
   form.local_pose = {pose.position, normalize(pose.rotation)};
-  const BodyMass mass = mass_after_change(call, s, &form);
+  const BodyMass mass = mass_after_change(call, s, {&form, 1});
+  follow_change(s.data, s.body, {s.shape, {&form, 1}});
   s.shapes.given_pose[s.row] = form.local_pose;
   place_shape_in_body(s.data, s.shape);
   apply_mass(s.data, s.body, mass);
+  leave_core(s.data, s.body);
   s.data.contacts.manifolds_stale = true;  // recycling compares the poses of bodies, not of shapes
   reconsider(s, kShapeDirty);
 }

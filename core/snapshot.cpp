@@ -38,6 +38,9 @@ void derive_bodies(Bodies& bodies) {
     bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
     bodies.alive += (bodies.flags[row] & kBodyAlive) != 0 ? 1 : 0;
   }
+  std::fill(bodies.unplaced.begin(), bodies.unplaced.end(), std::uint8_t{0});
+  bodies.to_place.clear();
+  bodies.moments.clear();
   bodies.awake.clear();
   bodies.kinematic.clear();
   bodies.lists_dirty = true;
@@ -47,9 +50,12 @@ void derive_shapes(WorldData& data) {
   Shapes& shapes = data.shapes;
   shapes.alive = 0;
   shapes.asking = 0;
+  for (std::int32_t& before : shapes.previous) before = -1;
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
     if ((shapes.flags[row] & kShapeAlive) == 0) continue;
     ++shapes.alive;
+    const std::int32_t behind = shapes.next[row];
+    if (behind >= 0) shapes.previous[static_cast<std::size_t>(behind)] = static_cast<std::int32_t>(row);
     if (shapes.events[row] != ContactEvents::none) ++shapes.asking;
     place_shape_in_body(data, static_cast<std::int32_t>(row));
   }
@@ -156,7 +162,8 @@ void save_world(const WorldData& data, SnapshotData& snapshot) {
 }
 
 void save(const World& world, Snapshot& snapshot) {
-  const WorldData& data = internals(world, "save");
+  WorldData& data = internals(const_cast<World&>(world), "save");
+  place_matter(data);  // changes nothing that the caller could see
   std::unique_ptr<SnapshotData>& to = SnapshotAccess::data(snapshot);
   if (to == nullptr) to = std::make_unique<SnapshotData>();
   save_world(data, *to);

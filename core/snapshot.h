@@ -52,7 +52,7 @@ struct SnapshotAccess {
 
 bool same_hulls(const std::vector<SharedHull>& a, const std::vector<SharedHull>& b);  // of one geometry
 
-// save() for those who have no World at hand.
+// save() for those who have no World at hand, after place_matter(): cores are saved.
 void save_world(const WorldData& data, SnapshotData& snapshot);
 
 // Of a snapshot that holds a world; throws Error, which names the call.

@@ -329,6 +329,7 @@ void reserve_columns(const SavedColumns& saved, WorldData& data) {
   const StoreRows rows(saved);
   reserve_store(data.bodies, rows.bodies);
   data.bodies.free_slots.reserve(rows.bodies);
+  data.bodies.to_place.reserve(rows.bodies);
   reserve_store(data.shapes, rows.shapes);
   data.shapes.free_slots.reserve(rows.shapes);
   data.shapes.dirty.reserve(rows.shapes);

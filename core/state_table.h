@@ -19,6 +19,7 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::state, "bodies", "free_slots", data.bodies.free_slots);
   visit(ColumnKind::derived, "bodies", "awake", data.bodies.awake);
   visit(ColumnKind::derived, "bodies", "kinematic", data.bodies.kinematic);
+  visit(ColumnKind::derived, "bodies", "to_place", data.bodies.to_place);
   data.shapes.for_each_column(within("shapes"));
   visit(ColumnKind::state, "shapes", "free_slots", data.shapes.free_slots);
   visit(ColumnKind::derived, "shapes", "moving", data.shapes.moving);
@@ -67,6 +68,8 @@ void for_each_column_size(WorldData& data, Visit&& visit) {
   });
   const std::size_t geometry = hull_bytes(data.hulls);
   visit(ColumnKind::state, "hulls", "geometry", geometry, geometry);
+  const std::size_t moments = data.bodies.moments.size() * sizeof(MassMoments);
+  visit(ColumnKind::derived, "bodies", "moments", moments, moments);
   const auto report = [&visit](const std::unique_ptr<Part>& part, const char* store) {
     if (part == nullptr) return;
     part->report(

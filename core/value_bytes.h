@@ -101,6 +101,11 @@ void fields(Of<ShapeOptions> auto& options, auto&& visit) {
   visit(options.user_data);
   visit(options.contact_events);
 }
+void fields(Of<ShapeDef> auto& def, auto&& visit) {
+  visit(def.geometry);
+  visit(def.material);
+  visit(def.options);
+}
 void fields(Of<WorldSettings> auto& settings, auto&& visit) {
   static_assert(sizeof(WorldSettings) == 60, "a new field goes here, too");
   visit(settings.gravity);

@@ -9,6 +9,7 @@
 
 #include <core/call_sink.h>
 #include <core/column.h>
+#include <core/mass_moments.h>
 #include <core/plain/hull.h>
 #include <core/plain/joint.h>
 #include <core/plain/manifold.h>
@@ -17,6 +18,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <unordered_map>
 #include <vector>
@@ -79,6 +81,15 @@ struct CoreRow {
   float size;    // m, from the center of mass around all cores; an upper bound
 };
 
+inline constexpr CoreRow kNoCore{std::numeric_limits<float>::infinity(), 0.0f, 0.0f};
+
+// What calls have left to do for a body, whose place_matter() is next.
+enum UnplacedFlag : std::uint8_t {
+  kShapesUnplaced = 1,  // the center has moved: local poses of shapes and frames of joints are those of an
+                        // earlier one. All shapes are dirty
+  kCoreUnmeasured = 2,
+};
+
 // clang-format off
 // What World::hash covers of each living body, in the order of its bytes. Of a row, kHashedWords count.
 #define SCREE_HASHED_BODY_COLUMNS(X)                                                                            \
@@ -105,7 +116,8 @@ struct CoreRow {
   X(state,   std::int32_t,    first_joint)     /* calls; -1: none */                                           \
   X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
   X(derived, Pose,            transform)       /* calls, finish_step; of the origin */                         \
-  X(derived, CoreRow,         core)            /* calls */                                                     \
+  X(derived, CoreRow,         core)            /* calls, place_matter */                                       \
+  X(derived, std::uint8_t,    unplaced)        /* calls, place_matter; UnplacedFlag */                         \
   X(scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */        \
   X(scratch, std::uint8_t,    touched)         /* solve; TouchFlag */                                          \
   X(scratch, DeltaRow,        delta)           /* solve; motion since the step began */                        \
@@ -120,8 +132,9 @@ struct CoreRow {
   X(state,   std::int32_t,    next)            /* calls; next shape of the body, -1: last */                   \
   X(state,   ExtentRow,       extent)          /* calls */                                                     \
   X(state,   std::int32_t,    hull)            /* calls; slot in WorldData::hulls, -1: no hull */              \
-  X(derived, PoseRow,         local_pose)      /* calls; relative to the body's center of mass; of a hull's    \
-                                                  centroid */                                                  \
+  X(derived, std::int32_t,    previous)        /* calls; before it in the list of `next`, -1: first */         \
+  X(derived, PoseRow,         local_pose)      /* calls, place_matter; relative to the body's center of mass;  \
+                                                  of a hull's centroid */                                      \
   X(state,   Pose,            given_pose)      /* calls; relative to the body's origin */                      \
   X(state,   MaterialRow,     material)        /* calls */                                                     \
   X(state,   float,           density)         /* calls; kg/m^3 */                                             \
@@ -173,7 +186,7 @@ struct CoreRow {
   X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor before that */                   \
   X(state,   std::uint64_t,    user_data)      /* calls */                                                     \
   X(derived, JointBodies,      previous)       /* calls; before it in the lists of `next`, -1: first */        \
-  X(derived, JointFrames,      frames)         /* calls */                                                     \
+  X(derived, JointFrames,      frames)         /* calls, place_matter */                                       \
   X(scratch, JointReactionRow, reaction)       /* calls, store_impulses; zero in a restored world */
 // clang-format on
 
@@ -195,8 +208,10 @@ struct Bodies {
   Column<std::int32_t> free_slots;  // state; calls; taken from the back
   Column<std::int32_t> awake;       // derived; refresh_lists; awake dynamic bodies, ascending
   Column<std::int32_t> kinematic;   // derived; refresh_lists; kinematic bodies, ascending
-  std::size_t alive = 0;            // state; calls
-  bool lists_dirty = true;          // derived; calls, find_islands: awake and kinematic must be made anew
+  Column<std::int32_t> to_place;    // derived; calls, place_matter; who is unplaced, each once
+  std::unordered_map<std::int32_t, MassMoments> moments;  // derived; calls; of some bodies of many shapes
+  std::size_t alive = 0;                                  // state; calls
+  bool lists_dirty = true;  // derived; calls, find_islands: awake and kinematic must be made anew
 };
 
 inline bool is_frozen(const Bodies& bodies, std::int32_t body) {

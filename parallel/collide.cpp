@@ -234,13 +234,17 @@ void collide_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   });
 }
 
-// Makes sure that there are `count` free rows.
-void provide_rows(Contacts& contacts, std::size_t count) {
+// Makes sure that there are `count` free rows. Where that takes more memory, `expected` further ones get
+// some, too, as far as that does not double it: a million contacts that come at once would be copied nine
+// times while columns grow by an eighth.
+void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected) {
   if (contacts.free_rows.size() >= count) return;
   const std::size_t first = contacts.now.pair.size();
   const std::size_t size = first + (count - contacts.free_rows.size());
   contacts.free_rows.reserve(count);
-  contacts.now.for_each_column([&](ColumnKind, const char*, auto& column) { column.reserve(size); });
+  const bool grows = size * sizeof(Manifold) > contacts.now.manifold.capacity_bytes();
+  const std::size_t reserved = grows ? std::max(size, std::min(size + expected, 2 * first)) : size;
+  contacts.now.for_each_column([&](ColumnKind, const char*, auto& column) { column.reserve(reserved); });
   // To zero, as not every contact writes all of its row: state has no chance bytes.
   contacts.now.resize(size);
   for (std::size_t row = first; row < size; ++row) {
@@ -261,11 +265,14 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const simd::CollideKernels& kernels = crew.kernels().collide;
   const TypeChunks chunks(phase, simd::kCollideTypes);
+  double share = 0.0;  // of the pairs so far that touch; of no consequence but how memory grows
+  std::size_t collided = 0, touching = 0;
   for (int round = 0; round < chunks.count(); round += NarrowPhase::kRoundChunks) {
     const int round_end = std::min(round + NarrowPhase::kRoundChunks, chunks.count());
     const int first = chunks.begin(round);
     const auto size = static_cast<std::size_t>(chunks.begin(round_end) - first);
-    provide_rows(contacts, size);
+    const double left = static_cast<double>(chunks.begin(chunks.count()) - first) - static_cast<double>(size);
+    provide_rows(contacts, size, static_cast<std::size_t>(share * left));
     const std::int32_t* const rows = contacts.free_rows.end() - size;
     const simd::CollideColumns columns = collide_columns(data);
     crew.run(round_end - round, [&](int place, int) {
@@ -295,6 +302,9 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
         [&](std::size_t i) { return contacts.now.points[static_cast<std::size_t>(rows[i])] == 0; }, row_of);
     contacts.free_rows.drop_back(size);
     contacts.free_rows.append(std::as_const(phase.unused).span());
+    collided += size;
+    touching += size - phase.unused.size();
+    share = static_cast<double>(touching) / static_cast<double>(collided);
   }
 }
 

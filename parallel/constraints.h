@@ -12,7 +12,7 @@ namespace scree {
 
 inline constexpr int kColorLimit = 64;              // colors of one kind: bits of a body's mask
 inline constexpr int kHubColorLimit = 8;            // likewise of contacts with hubs
-inline constexpr std::uint8_t kOverflowColor = 64;  // no color was free: solved one after the other
+inline constexpr std::uint8_t kOverflowColor = 64;  // no color was free: solved level by level
 // Likewise against a body that can not be pushed: solved in groups, as those of a hub are.
 inline constexpr std::uint8_t kStaticHubColor = 65;
 
@@ -72,6 +72,9 @@ struct KeyTable {
   Column<std::int32_t> totals;      // by key
   Column<std::int32_t> in_place;    // by place: totals of its keys. Where that is zero, nothing else is read
   Column<std::int32_t> first_lane;  // by key, and where the last one ends
+  Column<std::int32_t> overflow;    // edges of place 0, level by level in the order of kinds
+  Column<std::int32_t> level_ends;  // in `overflow`, by level
+  std::int32_t overflow_lanes = 0;
 };
 
 // What joints of one block have in common, and its number.
@@ -95,19 +98,22 @@ struct Constraints : Part {
   Column<Edge> edges;  // scratch; color_constraints; by place in the touching list, then in that of joints
   bool is_colored = false;         // scratch; color_constraints: `edges` hold a whole coloring
   Column<BodyColors> body_colors;  // scratch; color_constraints; by body
-  Column<std::int32_t>
-      joint_count;  // scratch; color_constraints; by body; joints with others that can be pushed
-  Column<std::int32_t> uncolored;    // scratch; color_constraints; edges that need a color
-  Column<std::int32_t> part_counts;  // scratch; color_constraints; of them, by part of the edges
-  Column<BoundsRow> cell_bounds;     // scratch; color_by_cells; of the bodies, by part of the awake ones
-  Column<std::int32_t> cells;        // scratch; color_by_cells; by place in `uncolored`
-  Column<std::int32_t> cell_rows;    // scratch; color_by_cells; `uncolored`, sorted by cell
-  Column<std::int32_t> cell_begins;  // scratch; color_by_cells; first place in `cell_rows` by cell
-  Column<std::int32_t> histogram;    // scratch; color_by_cells; by part and key
-  Column<std::uint16_t> keys;        // scratch; pack_blocks; by edge
-  KeyTable contact_keys;             // scratch; pack_blocks
-  KeyTable joint_keys;               // scratch; pack_blocks
-  Column<std::int32_t> joint_rows;   // scratch; pack_blocks; joints in lane order
+  // scratch; color_constraints; by body; joints with others that can be pushed
+  Column<std::int32_t> joint_count;
+  Column<std::int32_t> uncolored;        // scratch; color_constraints; edges that need a color
+  Column<std::int32_t> part_counts;      // scratch; color_constraints; of them, by part of the edges
+  Column<BoundsRow> cell_bounds;         // scratch; color_by_cells; of the bodies, by part of the awake ones
+  Column<std::int32_t> cells;            // scratch; color_by_cells; by place in `uncolored`
+  Column<std::int32_t> cell_rows;        // scratch; color_by_cells; `uncolored`, sorted by cell
+  Column<std::int32_t> cell_begins;      // scratch; color_by_cells; first place in `cell_rows` by cell
+  Column<std::int32_t> histogram;        // scratch; color_by_cells; by part and key
+  Column<std::uint16_t> keys;            // scratch; pack_blocks; by edge
+  Column<std::int32_t> overflow_begins;  // scratch; pack_blocks; first place in `overflow_edges` by kind
+  Column<std::int32_t> overflow_edges;   // scratch; pack_blocks; edges without a color, kind by kind
+  Column<std::int32_t> overflow_levels;  // scratch; pack_blocks; theirs
+  KeyTable contact_keys;                 // scratch; pack_blocks
+  KeyTable joint_keys;                   // scratch; pack_blocks
+  Column<std::int32_t> joint_rows;       // scratch; pack_blocks; joints in lane order
   Column<simd::ConstraintChunk> joint_chunks;  // scratch; pack_blocks
   Column<JointKindSet> joint_kinds;            // scratch; pack_blocks; that occur, by part of the joints
   Column<std::int32_t> breaking_chunks;        // scratch; break_joints; of joint_chunks

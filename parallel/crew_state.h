@@ -92,6 +92,8 @@ class HelperPool {
   CrewState& acquire();
   // Counts one more helper unless there are `limit`.
   bool enlist(int limit);
+  // Whether a task holds the pool: it may have resigned already.
+  bool has_helpers() const { return owners_.load(std::memory_order_acquire) > 1; }
   void resign() { helpers_.fetch_sub(1, std::memory_order_seq_cst); }
   // A helper's life, from the task that carries it; releases the pool in the end.
   void run_helper();

@@ -1,5 +1,6 @@
 // Packing: sorts the touching contacts and the active joints by color and block variant and lays out the
 // blocks. Constraints with hubs are then grouped by hub.
+#include <parallel/level_overflow.h>
 #include <parallel/sort_constraints.h>
 #include <parallel/stages.h>
 
@@ -55,8 +56,10 @@ void find_joint_kinds(Constraints& constraints, std::size_t first, Crew& crew) {
   });
 }
 
-// Contacts or joints: their sorted rows and where their chunks go.
+// Contacts or joints: their list, its first edge, their sorted rows and where their chunks go.
 struct Family {
+  const Column<std::int32_t>& list;
+  std::size_t first_edge;
   const KeyTable& keys;
   Column<std::int32_t>& rows;
   Column<simd::ConstraintChunk>& chunks;
@@ -77,9 +80,10 @@ class Layout {
  public:
   Layout(const WorldData& data, Constraints& constraints, const JointKindNumbers& joint_kinds,
          const simd::Kernels& kernels)
-      : contacts{constraints.contact_keys, constraints.rows, constraints.chunks, &ColorStage::chunk_count},
-        joints{constraints.joint_keys, constraints.joint_rows, constraints.joint_chunks,
-               &ColorStage::joint_chunk_count},
+      : contacts{data.contacts.touching,  0, constraints.contact_keys, constraints.rows, constraints.chunks,
+                 &ColorStage::chunk_count},
+        joints{data.joints.active,     data.contacts.touching.size(), constraints.joint_keys,
+               constraints.joint_rows, constraints.joint_chunks,      &ColorStage::joint_chunk_count},
         data_(data),
         constraints_(constraints),
         joint_kinds_(joint_kinds),
@@ -99,6 +103,23 @@ class Layout {
                       static_cast<std::int32_t>(constraints_.joint_chunks.size()), 0, serial, false});
   }
 
+  // The constraints that found no color, level by level.
+  void add_overflow(const Family& family) {
+    std::int32_t level = 0, lane = 0;
+    for_each_overflow_run(constraints_, family.keys, [&](int begin, int end, int kind, bool first) {
+      if (first) {
+        const std::int32_t level_end = family.keys.level_ends[static_cast<std::size_t>(level++)];
+        begin_stage(level_end - begin <= kTailRows);
+      }
+      for (int place = begin; place < end; ++place) {
+        const auto edge = static_cast<std::size_t>(family.keys.overflow[static_cast<std::size_t>(place)]);
+        family.rows[static_cast<std::size_t>(lane + place - begin)] = family.list[edge - family.first_edge];
+      }
+      add_color(family, kind_of(family, kind, false), lane, end - begin);
+      lane += padded(end - begin);
+    });
+  }
+
   // The rows of one kind in one color; `hubs` have a stage of their own for each kind, as two kinds may have
   // constraints of the same hub.
   void add_kind(const Family& family, int place, int kind, bool serial) {
@@ -106,9 +127,7 @@ class Layout {
     const int count = family.keys.totals[key];
     if (count == 0) return;
     const int first_lane = family.keys.first_lane[key];
-    if (place == 0) {
-      add_overflow(family, kind, first_lane, count);
-    } else if (is_hub_place(place)) {
+    if (is_hub_place(place)) {
       begin_stage(serial);
       const BlockKind block = kind_of(family, kind, place == kStaticHubPlace);
       const bool hub_is_a =
@@ -138,7 +157,7 @@ class Layout {
   void add_chunk(const Family& family, const BlockKind& kind, int lane, int count,
                  simd::BodySide hub = simd::BodySide::none) {
     const int lanes = kernels_.lanes;
-    const int end = lane + (count + lanes - 1) / lanes * lanes;
+    const int end = lane + padded(count);
     for (int pad = lane + count; pad < end; ++pad) {
       family.rows[static_cast<std::size_t>(pad)] = family.rows[static_cast<std::size_t>(lane + count - 1)];
     }
@@ -152,12 +171,7 @@ class Layout {
     ++(stage.*family.chunk_count);
   }
 
-  // One by one.
-  void add_overflow(const Family& family, int kind, int first_lane, int count) {
-    for (int lane = first_lane; lane < first_lane + count * kernels_.lanes; lane += kernels_.lanes) {
-      add_chunk(family, kind_of(family, kind, false), lane, 1);
-    }
-  }
+  int padded(int rows) const { return (rows + kernels_.lanes - 1) / kernels_.lanes * kernels_.lanes; }
 
   void add_color(const Family& family, const BlockKind& kind, int first_lane, int count) {
     const int chunk_size = std::max(kChunkRows, kernels_.lanes);
@@ -194,9 +208,6 @@ class Layout {
       }
       ++counts[static_cast<std::size_t>(hub.number)];
     }
-    const auto padded = [this](int lane) {
-      return (lane + kernels_.lanes - 1) / kernels_.lanes * kernels_.lanes;
-    };
     std::int32_t lane = 0;
     for (std::int32_t& hub_count : counts) {  // -> where the hub's run begins
       const std::int32_t size = hub_count;
@@ -229,7 +240,7 @@ class Layout {
 // the golden section a pyramid of 100 rows falls.)
 int turn_of_color(int color) { return (color % 2) * kColorLimit + color / 2; }
 
-bool is_serial(int place, std::int32_t in_color) { return place == 0 || in_color <= kTailRows; }
+bool is_serial(std::int32_t in_color) { return in_color <= kTailRows; }
 
 // The places that have constraints, in the order of solving; returns their number.
 template <class InColor>
@@ -242,8 +253,8 @@ int list_places(const InColor& in_color_at, int (&places)[kColorPlaces]) {
     if (in_color_at(place) != 0) places[count++] = place;
   }
   std::sort(first_color, last_color, [&](int one, int other) {
-    const bool serial = is_serial(one, in_color_at(one));
-    if (serial != is_serial(other, in_color_at(other))) return !serial;
+    const bool serial = is_serial(in_color_at(one));
+    if (serial != is_serial(in_color_at(other))) return !serial;
     return turn_of_color(one - kFirstDynamicPlace) < turn_of_color(other - kFirstDynamicPlace);
   });
   return count;
@@ -270,10 +281,12 @@ void pack_blocks(WorldData& data, Crew& crew) {
              [&](const Edge& edge) { return int{numbers.number[edge.info]}; });
   // A hub by its contacts may have a single joint, and the other way round.
   const std::int32_t hubs = most_hubs(contact_keys, joint_keys);
+  level_overflow(constraints, 0, touching.size(), lanes, contact_keys, crew);
+  level_overflow(constraints, touching.size(), active.size(), lanes, joint_keys, crew);
   place_keys(lanes, hubs, contact_keys);
   place_keys(lanes, hubs, joint_keys);
-  scatter_rows(constraints, 0, touching, lanes, contact_keys, constraints.rows, crew);
-  scatter_rows(constraints, touching.size(), active, lanes, joint_keys, constraints.joint_rows, crew);
+  scatter_rows(constraints, 0, touching, contact_keys, constraints.rows, crew);
+  scatter_rows(constraints, touching.size(), active, joint_keys, constraints.joint_rows, crew);
 
   const auto in_color_at = [&](int place) {
     const auto index = static_cast<std::size_t>(place);
@@ -284,7 +297,12 @@ void pack_blocks(WorldData& data, Crew& crew) {
   Layout layout(data, constraints, numbers, crew.kernels());
   for (int i = 0; i < colors; ++i) {
     const int place = places[i];
-    const bool serial = is_serial(place, in_color_at(place));
+    if (place == 0) {
+      layout.add_overflow(layout.joints);
+      layout.add_overflow(layout.contacts);
+      continue;
+    }
+    const bool serial = is_serial(in_color_at(place));
     if (!is_hub_place(place)) layout.begin_stage(serial);
     for (int kind = 0; kind < numbers.count; ++kind) layout.add_kind(layout.joints, place, kind, serial);
     for (int kind = 0; kind < kContactKinds; ++kind) layout.add_kind(layout.contacts, place, kind, serial);

@@ -1,4 +1,5 @@
 // Recorder: hears what happens to a world and hands it to the writer.
+#include <core/edit.h>
 #include <parallel/recording_writer.h>
 #include <scree/recording.h>
 
@@ -33,6 +34,7 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
       : spacing(static_cast<std::uint64_t>(options.keyframe_spacing)),
         first_step(world.step_count),
         writer(file, options) {
+    place_matter(world);  // of later keyframes the step has done so
     add_state(world, ChunkKind::keyframe);
     writer.wait_until_written();
     if (writer.has_failed()) throw Error("Recorder: " + writer.error());

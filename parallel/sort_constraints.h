@@ -12,6 +12,7 @@
 namespace scree {
 
 inline constexpr int kSortRows = 4096;  // of a list that one task counts and scatters
+inline constexpr int kMostKinds = kJointKinds;
 
 // Places in the order in which they are solved: the overflow, each hub color with the hub as A and as B, the
 // dynamic colors, the static ones, and what found none of these.
@@ -92,20 +93,39 @@ inline std::int32_t most_hubs(const KeyTable& contacts, const KeyTable& joints) 
   return ends / (kHubDegree + 1);
 }
 
-// Where the lanes of each key begin. A block each for the overflow, which is solved one by one; in a hub
-// place a run that begins with a block of its own for each of at most `hubs` hubs, which may have any number
-// of rows there.
+// Calls work(begin, end, kind, whether a level begins) for the runs of one level and kind in the overflow.
+template <class Work>
+void for_each_overflow_run(const Constraints& constraints, const KeyTable& table, Work&& work) {
+  const auto kind_at = [&](std::int32_t place) {  // the keys of place 0 are the kinds
+    const std::int32_t edge = table.overflow[static_cast<std::size_t>(place)];
+    return int{constraints.keys[static_cast<std::size_t>(edge)]};
+  };
+  std::int32_t begin = 0;
+  for (const std::int32_t level_end : table.level_ends) {
+    for (bool first = true; begin < level_end; first = false) {
+      const int kind = kind_at(begin);
+      std::int32_t end = begin + 1;
+      while (end < level_end && kind_at(end) == kind) ++end;
+      work(begin, end, kind, first);
+      begin = end;
+    }
+  }
+}
+
+// Where the lanes of each key begin, but for the overflow, whose lanes are the first ones. In a hub place a
+// run begins with a block of its own for each of at most `hubs` hubs, which may have any number of rows
+// there.
 inline void place_keys(int lanes, std::int32_t hubs, KeyTable& table) {
   const int keys = kColorPlaces * table.kinds;
   table.first_lane.resize_discarding(static_cast<std::size_t>(keys) + 1);
-  std::int32_t lane = 0;
-  for (int place = 0; place < kColorPlaces; ++place) {
+  std::int32_t lane = table.overflow_lanes;
+  for (int place = 1; place < kColorPlaces; ++place) {
     if (table.in_place[static_cast<std::size_t>(place)] == 0) continue;
     for (int kind = 0; kind < table.kinds; ++kind) {
       const auto key = static_cast<std::size_t>(place * table.kinds + kind);
       const std::int32_t total = table.totals[key];
       table.first_lane[key] = lane;
-      lane += place == 0 ? total * lanes : (total + lanes - 1) / lanes * lanes;
+      lane += (total + lanes - 1) / lanes * lanes;
       if (place == kStaticHubPlace) {
         lane += total * lanes;
       } else if (is_hub_place(place)) {
@@ -116,9 +136,10 @@ inline void place_keys(int lanes, std::int32_t hubs, KeyTable& table) {
   table.first_lane[static_cast<std::size_t>(keys)] = lane;
 }
 
-// `rows`: the entries of `list` in the order of lanes, after count_keys() and place_keys().
+// `rows`: the entries of `list` in the order of lanes, after count_keys() and place_keys(). Those of the
+// overflow are left out.
 inline void scatter_rows(const Constraints& constraints, std::size_t first, const Column<std::int32_t>& list,
-                         int lanes, KeyTable& table, Column<std::int32_t>& rows, Crew& crew) {
+                         KeyTable& table, Column<std::int32_t>& rows, Crew& crew) {
   const int kinds = table.kinds;
   const auto keys = static_cast<std::size_t>(kColorPlaces * kinds);
   rows.resize_discarding(static_cast<std::size_t>(table.first_lane.back()));
@@ -128,8 +149,7 @@ inline void scatter_rows(const Constraints& constraints, std::size_t first, cons
     std::int32_t* to = rows.data();
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       const int key = constraints.keys[first + i];
-      const int place = places[key]++;
-      to[first_lane[key] + (key < kinds ? place * lanes : place)] = list[i];
+      if (key >= kinds) to[first_lane[key] + places[key]++] = list[i];
     }
   });
 }

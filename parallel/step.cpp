@@ -1,4 +1,5 @@
 // The story of a step. Each phase is a file of this folder; the comment says what it reads and what it makes.
+#include <core/edit.h>
 #include <core/hash.h>
 #include <core/wake.h>
 #include <parallel/stages.h>
@@ -73,6 +74,7 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
   clear_figures(data.stats);
   clear_told(data.events);
   PhaseClock clock(data.stats);
+  place_matter(data);
   wake_neighbors(data);
   refresh_lists(data, crew);
   if (wake_pulled_bodies(data)) refresh_lists(data, crew);

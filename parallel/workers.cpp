@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 #if defined(__linux__)
 #include <sched.h>
@@ -87,11 +89,58 @@ const char* isa_name(Isa isa) {
 
 bool is_supported(Isa isa) { return isa == Isa::automatic || (is_known(isa) && kernels_of(isa) != nullptr); }
 
+HelperSet::HelperSet(int thread_count)
+    : threads(thread_count), pool(new HelperPool(thread_count)), arena(std::max(1, thread_count - 1)) {}
+
+namespace {
+
+// Sets that nobody uses. Never destroyed: a helper may still run while the process ends.
+struct LeftSets {
+  std::mutex mutex;
+  HelperSet* first = nullptr;
+  int in_all = 0;  // those in use, too
+};
+
+LeftSets& left_sets() {
+  static LeftSets* const sets = new LeftSets;
+  return *sets;
+}
+
+}  // namespace
+
+HelperSet* take_helper_set(int threads) {
+  LeftSets& left = left_sets();
+  const std::lock_guard lock(left.mutex);
+  for (HelperSet** link = &left.first; *link != nullptr; link = &(*link)->next) {
+    if ((*link)->threads == threads) return std::exchange(*link, (*link)->next);
+  }
+  HelperSet* const set = new HelperSet(threads);
+  ++left.in_all;
+  return set;
+}
+
+void leave_helper_set(HelperSet* set) noexcept {
+  LeftSets& left = left_sets();
+  const std::lock_guard lock(left.mutex);
+  set->next = std::exchange(left.first, set);
+  for (HelperSet** link = &left.first; *link != nullptr;) {
+    if ((*link)->pool->has_helpers()) {
+      link = &(*link)->next;
+      continue;
+    }
+    delete std::exchange(*link, (*link)->next);
+    --left.in_all;
+  }
+}
+
+int helper_sets() {
+  LeftSets& left = left_sets();
+  const std::lock_guard lock(left.mutex);
+  return left.in_all;
+}
+
 Workers::Impl::Impl(int thread_count, const simd::Kernels& chosen)
-    : threads(thread_count),
-      kernels(&chosen),
-      pool(new HelperPool(thread_count)),
-      arena(std::max(1, thread_count - 1)) {}
+    : threads(thread_count), kernels(&chosen), helpers(take_helper_set(thread_count)), pool(helpers->pool) {}
 
 int Workers::Impl::available_threads() const {
   return threads == 1 ? 1 : std::min(threads, HelperArena::allowed_threads());
@@ -101,7 +150,8 @@ void Workers::Impl::send_helpers(int count) {
   while (pool->enlist(count)) {
     pool->retain();
     try {
-      arena.enqueue([](void* task_pool) { static_cast<HelperPool*>(task_pool)->run_helper(); }, pool);
+      helpers->arena.enqueue([](void* task_pool) { static_cast<HelperPool*>(task_pool)->run_helper(); },
+                             pool);
     } catch (...) {  // a step needs no helper
       pool->resign();
       pool->release();

@@ -46,6 +46,19 @@ struct Touching {
       id[k][to] = static_cast<std::int32_t>(contact.id[k]);
     }
   }
+
+  // Fills the last block up with its last lane.
+  void fill_block() {
+    for (int to = count; to % kLanes != 0; ++to) {
+      which[to] = which[count - 1];
+      for (auto& axis : normal) axis[to] = axis[count - 1];
+      for (int k = 0; k < 4; ++k) {
+        for (auto& axis : point[k]) axis[to] = axis[count - 1];
+        separation[k][to] = separation[k][count - 1];
+        id[k][to] = id[k][count - 1];
+      }
+    }
+  }
 };
 
 const HullData* hull_of(const CollideColumns& columns, std::int32_t shape) {
@@ -272,9 +285,7 @@ void look_ahead(F thinnest, WideContact<4>& contact) {
 
 void pass_store(const CollideColumns& columns, const CollideItem* items, Touching& touching) {
   if (touching.count == 0) return;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    touching.which[touching.count + lane] = touching.which[touching.count - 1];
-  }
+  touching.fill_block();
   for (int begin = 0; begin < touching.count; begin += kLanes) {
     const int lanes = touching.count - begin < kLanes ? touching.count - begin : kLanes;
     Block block;

@@ -115,6 +115,7 @@ void test_shape(const JoinTask& task, int query_block, int slot, const Candidate
     }
   }
   if (state.count + count + kBlock <= task.capacity) {
+    store_unaligned(others + count, I(-1));  // it reads whole registers, and one where there is none
     write_pairs(query.shape[slot], others, count, task.pairs + state.count);
   }
   state.count += count;

@@ -249,6 +249,32 @@ TEST_F(BadInput, SpansOfUnequalLength) {
   });
 }
 
+TEST_F(BadInput, ListsOfShapes) {
+  std::vector<ShapeDef> defs(20);
+  std::vector<ShapeId> ids(20);
+  world.destroy_shape(world.add_shape(body, Box{}));  // a free slot, which must stay free
+  const auto reject = [&](const std::string& word, auto change) {
+    ShapeDef& def = defs[7];
+    change(def);
+    expect_rejected("add_shapes", word, [&] { world.add_shapes(body, defs, ids); });
+    def = {};
+  };
+  reject("definition 7: sphere radius is -1", [](ShapeDef& def) { def.geometry = Sphere{-1.0f}; });
+  reject("definition 7: ", [](ShapeDef& def) { def.geometry = ConvexHull{}; });
+  reject("definition 7: density is 0", [](ShapeDef& def) { def.material.density = 0.0f; });
+  reject("definition 7: local_pose", [](ShapeDef& def) { def.options.local_pose.position.x = kNan; });
+  reject("definition 7: ", [](ShapeDef& def) { def.options.contact_events = static_cast<ContactEvents>(9); });
+  ids.pop_back();
+  expect_rejected("add_shapes", "20 definitions", [&] { world.add_shapes(body, defs, ids); });
+  ids.emplace_back();
+  expect_rejected("add_shapes", "body", [&] { world.add_shapes({body.index, 99}, defs, ids); });
+  EXPECT_EQ(ids, std::vector<ShapeId>(20));
+  EXPECT_EQ(world.shapes_of(body, {}), 1u);
+  world.add_shapes(body, defs, ids);
+  EXPECT_EQ(world.shapes_of(body, {}), 21u);
+  EXPECT_EQ(internals(world).shapes.flags.size(), 21u);
+}
+
 TEST_F(BadInput, ABodyDestroyedTwiceInOneList) {
   const BodyId other = world.create_body({});
   expect_rejected("destroy_bodies", "definition 2: the same body", [&] {

@@ -1,5 +1,6 @@
 // Mass properties of hulls against closed forms, against sums over a fine grid, and under scale and
 // placement.
+#include <core/edit.h>
 #include <core/mass.h>
 #include <tests/core/hull_clouds.h>
 
@@ -12,9 +13,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 MassSum sum_of(const Geometry& geometry, double density = 1.0, const Pose& pose = {}) {
-  MassSum sum;
-  sum.add(geometry, density, pose);
-  return sum;
+  return part_of(geometry, density, pose);
 }
 
 void expect_near(const MassSum& found, const MassSum& expected, double relative) {
@@ -161,6 +160,7 @@ TEST(HullMass, ABodyOfAHullTurnsAboutItsCentroid) {
   EXPECT_NEAR(properties.center.x, hull.centroid().x, 1e-6);
   EXPECT_NEAR(world.center_of_mass(body).x, 10.0f + hull.centroid().x, 2e-6);
   // The shape's frame is the centroid's, as the body's is.
+  place_matter(internals(world));
   const PoseRow& local = internals(world).shapes.local_pose[0];
   for (const float x : local.position) EXPECT_NEAR(x, 0.0, 1e-6);
 }

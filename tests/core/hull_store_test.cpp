@@ -1,4 +1,5 @@
 // Laws of hulls in worlds: shared, counted, scaled, and none kept that nobody uses.
+#include <core/edit.h>
 #include <core/state_table.h>
 #include <tests/core/hull_clouds.h>
 
@@ -127,12 +128,14 @@ TEST(HullStore, ReplacedGeometryLetsItsHullGo) {
   world.set_geometry(shape, ConvexHull{Hull(turned(cube_cloud(60, 1), {}, {0, 5, 0}))});
   EXPECT_EQ(used_slots(world), 1u);
   EXPECT_NEAR(world.center_of_mass(body).y, 5.0, 0.2);
+  place_matter(internals(world));
   EXPECT_NEAR(internals(world).shapes.local_pose[shape.index].position[1], 0.0, 1e-5);
   world.set_geometry(shape, ConvexHull{rock(), {2, 2, 2}});
   EXPECT_EQ(used_slots(world), 1u);
   world.set_geometry(shape, Box{});
   EXPECT_EQ(used_slots(world), 0u);
   EXPECT_EQ(internals(world).shapes.hull[shape.index], -1);
+  place_matter(internals(world));
   EXPECT_EQ(internals(world).shapes.local_pose[shape.index].position[1], 0.0f);
 }
 

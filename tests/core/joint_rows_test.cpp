@@ -1,4 +1,5 @@
 // Laws of joints as rows: what goes in comes out.
+#include <core/edit.h>
 #include <core/joint_rows.h>
 #include <core/math.h>
 #include <tests/core/joint_samples.h>
@@ -93,6 +94,7 @@ struct Lever {
       world.create_joint({.body_a = a, .body_b = b, .frame_a = frame_a, .frame_b = frame_b}, BallJoint{});
 
   void expect_anchors_in_place() {
+    place_matter(internals(world));
     const Pose at_a = world.pose(a), at_b = world.pose(b);
     expect_near(anchor(world, joint, false), at_a.position + rotate(at_a.rotation, frame_a.position));
     expect_near(anchor(world, joint, true), at_b.position + rotate(at_b.rotation, frame_b.position));

@@ -1,4 +1,5 @@
 // Laws of snapshots with joints: what comes back, and what is refused.
+#include <core/edit.h>
 #include <core/joint_rows.h>
 #include <scree/scree.h>
 #include <tests/core/joint_samples.h>
@@ -242,6 +243,7 @@ TEST(JointSnapshot, RefusesWhatNoCallsCouldMake) {
   for (const Wrong& wrong : wrongs()) {
     Workshop w;
     ASSERT_EQ(w.joints[1].index, 1u);
+    place_matter(internals(w.world));  // while its lists are sound
     wrong.make(w, w.rows(), internals(w.world).bodies, 1);
     const std::string error = error_of([&] { read_snapshot(bytes_of(w.world)); });
     EXPECT_EQ(error.find("read_snapshot: byte "), 0u) << wrong.what;

@@ -1,4 +1,5 @@
 // Mass properties against closed forms.
+#include <core/edit.h>
 #include <core/mass.h>
 #include <core/math.h>
 #include <scree/eigen.h>
@@ -21,9 +22,13 @@ Eigen::Matrix3d matrix(const Symmetric& s) {
 }
 
 MassSum sum_of(const Geometry& geometry, double density, const Pose& pose = {}) {
-  MassSum sum;
-  sum.add(geometry, density, pose);
-  return sum;
+  return part_of(geometry, density, pose);
+}
+
+MassSum sum_of(std::initializer_list<MassSum> parts) {
+  MassMoments moments;
+  for (const MassSum& part : parts) moments.add(part);
+  return moments.sum();
 }
 
 void expect_near(const Eigen::Matrix3d& found, const Eigen::Matrix3d& expected, double relative) {
@@ -81,9 +86,8 @@ TEST(Mass, AShapeAwayFromTheOriginObeysTheParallelAxisTheorem) {
       Eigen::Quaterniond(rotation.w, rotation.x, rotation.y, rotation.z).normalized().matrix();
   expect_near(matrix(placed.inertia), r * matrix(alone.inertia) * r.transpose(), 1e-14);
 
-  MassSum with_ball = placed;
-  with_ball.add(Sphere{1.0f}, 5.0, {});
   const MassSum ball = sum_of(Sphere{1.0f}, 5.0);
+  const MassSum with_ball = sum_of({placed, ball});
   const Eigen::Vector3d box_center(3, -2, 5);
   const Eigen::Vector3d center = placed.mass / (placed.mass + ball.mass) * box_center;
   const auto shifted = [](double mass, const Eigen::Vector3d& d) {
@@ -97,12 +101,13 @@ TEST(Mass, AShapeAwayFromTheOriginObeysTheParallelAxisTheorem) {
 
 TEST(Mass, EightOctantsOfABoxAreTheBox) {
   const Quat rotation = turn({-1, 0.5f, 2}, 1.3);
-  MassSum parts;
+  MassMoments moments;
   for (int i = 0; i < 8; ++i) {
     const Vec3 corner{(i & 1) != 0 ? 0.5f : -0.5f, (i & 2) != 0 ? 1.0f : -1.0f, (i & 4) != 0 ? 1.5f : -1.5f};
     const Vec3 place = rotate(rotation, corner) + Vec3{100, 20, -40};
-    parts.add(Box{{0.5f, 1.0f, 1.5f}}, 7.0, {place, rotation});
+    moments.add(part_of(Box{{0.5f, 1.0f, 1.5f}}, 7.0, {place, rotation}));
   }
+  const MassSum parts = moments.sum();
   const MassSum whole = sum_of(Box{{1, 2, 3}}, 7.0, {{100, 20, -40}, rotation});
   EXPECT_NEAR(parts.mass, whole.mass, 1e-12 * whole.mass);
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(parts.center[i], whole.center[i], 1e-5);
@@ -111,8 +116,8 @@ TEST(Mass, EightOctantsOfABoxAreTheBox) {
 
 TEST(Mass, DistanceFromTheOriginCancelsExactlyEnough) {
   const float far = 65536.0f;
-  MassSum parts;
-  for (const float side : {-1.0f, 1.0f}) parts.add(Sphere{0.125f}, 1000.0, {{far + side, far, far}, {}});
+  const MassSum parts = sum_of({sum_of(Sphere{0.125f}, 1000.0, {{far - 1.0f, far, far}, {}}),
+                                sum_of(Sphere{0.125f}, 1000.0, {{far + 1.0f, far, far}, {}})});
   const MassSum ball = sum_of(Sphere{0.125f}, 1000.0);
   const double own = 2 * ball.inertia.m[0], shift = 2 * ball.mass;
   expect_near(matrix(parts.inertia), Eigen::Vector3d(own, own + shift, own + shift).asDiagonal(), 1e-14);
@@ -250,6 +255,7 @@ TEST(CenterOfMass, ShapesAndOriginStayWhileTheCenterMoves) {
   EXPECT_NEAR(center.y, 3.0f, 1e-5f);
   EXPECT_NEAR(world.pose(body).position.x, 10.0f, 1e-5f);
   EXPECT_NEAR(world.pose(body).position.y, 0.0f, 1e-5f);
+  place_matter(internals(world));
   const PoseRow& local = internals(world).shapes.local_pose[row_of(weight)];
   EXPECT_NEAR(local.position[0], 1.0f, 1e-5f);
   EXPECT_EQ(world.local_pose(weight).position, (Vec3{4, 0, 0}));

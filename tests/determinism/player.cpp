@@ -320,10 +320,25 @@ void Player::change_shape(const Call& call, Slot& slot) {
     const Geometry geometry = random_geometry(random);
     const Material material = random_material(random);
     const ShapeOptions options = random_options(random);
-    tell("add_shape", slot.body, geometry, material, options.local_pose, options.filter,
-         static_cast<int>(options.contact_events));
-    slot.shapes.push_back(world_.add_shape(slot.body, geometry, material, options));
-    ++model_.shapes;
+    std::vector<ShapeDef> defs{{geometry, material, options}};
+    // An eighth of them in bulk, and seldom so many that the body keeps sums of them.
+    const bool bulk = call.seed >> 61 == 0;
+    const std::uint32_t more = !bulk ? 0 : random.below(4) != 0 ? random.below(4) : 12;
+    while (defs.size() <= more) {
+      defs.push_back({random_geometry(random), random_material(random), random_options(random)});
+    }
+    for (const ShapeDef& def : defs) {
+      tell(bulk ? "add_shapes" : "add_shape", slot.body, def.geometry, def.material, def.options.local_pose,
+           def.options.filter, static_cast<int>(def.options.contact_events));
+    }
+    std::vector<ShapeId> ids(defs.size());
+    if (bulk) {
+      world_.add_shapes(slot.body, defs, ids);
+    } else {
+      ids[0] = world_.add_shape(slot.body, geometry, material, options);
+    }
+    slot.shapes.insert(slot.shapes.end(), ids.begin(), ids.end());
+    model_.shapes += defs.size();
     return;
   }
   if (slot.shapes.empty()) return;
@@ -444,9 +459,16 @@ void Player::make_wrong_call(const Call& call) {
         world_.create_bodies(std::vector<BodyDef>(2), geometries, {}, {}, ids);
         break;
       }
-      case 14:
+      case 14: {
+        Random random(call.seed);
+        if (random.below(2) != 0) {
+          ShapeId ids_of_shapes[2];
+          world_.add_shapes(body, std::vector<ShapeDef>{{random_geometry(random)}, {ConvexHull{}}},
+                            ids_of_shapes);
+        }
         world_.set_material(shape, {.friction = -1.0f});
         break;
+      }
       case 15:
       case 16:
       case 17:

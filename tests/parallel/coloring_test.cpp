@@ -227,6 +227,51 @@ TEST(Coloring, ContactsBetweenHubsAreSolvedOneByOne) {
   EXPECT_EQ(count_overflow(graph), 1);
 }
 
+// Everybody touches everybody, in the order of sorted pairs; points of contacts go through three kinds.
+Graph make_clique(int bodies) {
+  Graph graph(bodies);
+  for (int a = 0; a < bodies; ++a) {
+    for (int b = a + 1; b < bodies; ++b) graph.touch(a, b, 1u + static_cast<std::uint32_t>(a + b) % 3u);
+  }
+  return graph;
+}
+
+TEST(Coloring, BodiesThatAllTouchOneAnotherFillTheirBlocks) {
+  with_every_set([](Crew& crew) {
+    constexpr int kBodies = 200, kKinds = 3;
+    Graph graph = make_clique(kBodies);
+    graph.color(crew);
+    expect_sound(graph.data);
+    const Constraints& constraints = constraints_of(graph.data);
+    EXPECT_EQ(count_overflow(graph), kBodies * (kBodies - 1) / 2);
+    EXPECT_LE(constraints.contact_keys.level_ends.size(), static_cast<std::size_t>(2 * kBodies * kKinds));
+    EXPECT_GT(graph.data.stats.lane_fill, 0.75) << crew.kernels().lanes << " lanes";
+  });
+}
+
+TEST(Coloring, WhatFindsNoColorIsSolvedInTheOrderOfItsListAtEveryBody) {
+  with_every_set([](Crew& crew) {
+    Graph graph = make_clique(60);
+    graph.color(crew);
+    const Constraints& constraints = constraints_of(graph.data);
+    std::map<std::int32_t, int> last;  // by body: place of its last contact, kind by kind
+    const auto rows = static_cast<int>(graph.data.contacts.touching.size());
+    int solved = 0;
+    for (const simd::ConstraintChunk& chunk : constraints.chunks) {
+      for (int lane = 0; lane < chunk.lanes; ++lane, ++solved) {
+        const std::int32_t row = constraints.rows[static_cast<std::size_t>(chunk.first_lane + lane)];
+        const Manifold& manifold = graph.data.contacts.now.manifold[static_cast<std::size_t>(row)];
+        const int place = static_cast<int>(manifold.info & kManifoldPointMask) * rows + row;
+        for (const std::int32_t body : {manifold.row_a, manifold.row_b}) {
+          EXPECT_TRUE(last.insert({body, -1}).first->second < place) << "body " << body;
+          last[body] = place;
+        }
+      }
+    }
+    EXPECT_EQ(solved, rows);
+  });
+}
+
 TEST(Coloring, ABodyThatCeasesToBeAHubIsColoredAnew) {
   Workers workers(1);
   Crew crew(workers);

@@ -4,6 +4,7 @@
 // operator new is counted.
 #include <gtest/gtest.h>
 #include <parallel/crew.h>
+#include <parallel/workers_impl.h>
 #include <tbb/global_control.h>
 
 #include <atomic>
@@ -101,6 +102,59 @@ TEST(CrewMemory, StepsFarApartAllocateNothing) {
   const long before = allocations_so_far();
   for (int i = 0; i < 500; ++i) pause_and_step();
   EXPECT_EQ(allocations_so_far() - before, 0);
+}
+
+// Keeps a thread of TBB busy. One that comes late finds that it is over.
+struct BusyThreads {
+  std::atomic<int> count{0};
+  std::atomic<bool> over{false};
+  static void stay(void* context) {
+    BusyThreads& threads = *static_cast<BusyThreads*>(context);
+    threads.count.fetch_add(1);
+    while (!threads.over.load()) std::this_thread::yield();
+    threads.count.fetch_sub(1);
+  }
+};
+
+// All threads of TBB are busy elsewhere, so that no helper comes before the end.
+TEST(CrewMemory, WorkersThatComeAndGoLeaveOneSetOfHelpersBehind) {
+  constexpr int kThreads = 4;
+  tbb::global_control enough(tbb::global_control::max_allowed_parallelism, kThreads);
+  const int before = helper_sets();
+  static BusyThreads busy;
+  busy.over.store(false);
+  HelperArena elsewhere(kThreads - 1);
+  for (int i = 0; i < kThreads - 1; ++i) elsewhere.enqueue(&BusyThreads::stay, &busy);
+  for (int i = 0; i < 1000 && busy.count.load() < kThreads - 1; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  for (int i = 0; i < 2000; ++i) {
+    Workers workers(kThreads);
+    step(workers);
+  }
+  EXPECT_LE(helper_sets(), before + 1);
+  {
+    Workers one(kThreads), another(kThreads);
+    step(one);
+    step(another);
+  }
+  EXPECT_LE(helper_sets(), before + 2) << "as many as live at a time";
+  busy.over.store(true);
+  while (busy.count.load() > 0) std::this_thread::yield();
+}
+
+// Whose helpers have come home is not kept.
+TEST(CrewMemory, NothingIsLeftOnceTheHelpersAreHome) {
+  for (int i = 0; i < 100; ++i) {
+    Workers workers(3);
+    step(workers);
+  }
+  for (int i = 0; i < 5000; ++i) {
+    { Workers alone(1); }  // looks after those that were left
+    if (helper_sets() == 0) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(helper_sets(), 0);
 }
 
 }  // namespace

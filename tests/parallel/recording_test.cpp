@@ -52,6 +52,10 @@ void call_everything(Heap& heap) {
       world.add_shape(more[0], Sphere{0.4f}, {.restitution = 0.5f}, {.local_pose = {{0, 1, 0}, {}}});
   const ShapeId gone = world.add_shape(more[2], ConvexHull{wedge()});
   world.destroy_shape(gone);
+  std::vector<ShapeId> shapes(2);
+  world.add_shapes(more[1],
+                   std::vector<ShapeDef>{{ConvexHull{wedge()}}, {Box{}, {.density = 2.0f}, {.user_data = 4}}},
+                   shapes);
   world.set_geometry(shape, ConvexHull{wedge(), {0.5f, 0.5f, 0.5f}});
   world.set_material(shape, {.friction = 0.9f, .density = 500.0f});
   world.set_filter(shape, {.category = 3, .mask = 0xff, .group = 1});

@@ -151,12 +151,45 @@ TEST(Hub, ASlabOnHundredsOfTilesSlidesAndStopsAsOnAFloor) {
   EXPECT_NEAR(lab.position(slab).x() - before, 1.0 / (2.0 * 0.5 * kGravity), 0.01);
 }
 
+// Bodies in one place, each of which touches all others.
+std::vector<BodyId> add_cluster(Lab& lab) {
+  Random random(11);
+  std::vector<BodyId> bodies;
+  for (int i = 0; i < 120; ++i) {
+    const auto near = [&] { return random.uniform(-0.05f, 0.05f); };
+    const Geometry geometry = i % 2 == 0 ? Geometry(Box{{0.5f, 0.5f, 0.5f}}) : Geometry(Sphere{0.5f});
+    bodies.push_back(lab.add({.position = {near(), near(), near()}}, geometry));
+  }
+  return bodies;
+}
+
+TEST(Hub, BodiesInOnePlacePartAndKeepTheirMomentum) {
+  WorldSettings settings = without_gravity();
+  settings.measure_penetration = true;
+  Lab lab(settings);
+  const std::vector<BodyId> bodies = add_cluster(lab);
+  double scale = 0.0, depth = 0.0;
+  for (int i = 0; i < 240; ++i) {
+    lab.run(1);
+    if (i == 0) depth = lab.world.stats().penetration_max;
+    Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+    for (const BodyId body : bodies) {
+      momentum += lab.mass(body) * lab.velocity(body);
+      scale = std::max(scale, lab.mass(body) * lab.velocity(body).norm());
+    }
+    EXPECT_LT(momentum.norm(), 1e-3 * scale) << "step " << i;
+  }
+  EXPECT_GT(depth, 0.5);
+  EXPECT_LT(lab.world.stats().penetration_max, 0.1 * depth);
+}
+
 TEST(Hub, GroupsDoNotDependOnWidthOrThreads) {
   std::vector<std::uint64_t> expected;
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
     if (!is_supported(isa)) continue;
     for (const int threads : {1, 3}) {
-      Lab lab(without_gravity()), plate, slab;
+      Lab lab(without_gravity()), plate, slab, cluster;
+      add_cluster(cluster);
       add_swarm(lab);
       add_loaded_plate(plate, 9);
       add_slab_on_tiles(slab, {2, 0, 0.5f});
@@ -166,7 +199,8 @@ TEST(Hub, GroupsDoNotDependOnWidthOrThreads) {
         step(lab.world, kStep, workers);
         step(plate.world, kStep, workers);
         step(slab.world, kStep, workers);
-        for (const Lab* each : {&lab, &plate, &slab}) hashes.push_back(each->world.hash());
+        step(cluster.world, kStep, workers);
+        for (const Lab* each : {&lab, &plate, &slab, &cluster}) hashes.push_back(each->world.hash());
       }
       if (expected.empty()) expected = hashes;
       EXPECT_EQ(hashes, expected) << static_cast<int>(isa) << ", " << threads << " threads";

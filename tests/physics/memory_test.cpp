@@ -68,6 +68,30 @@ TEST_F(SettledPile, HoldsOneSolverLaneAndAFewNumbersPerContact) {
   EXPECT_LE(held("constraints"), kSlack * (contacts() * (lane + 24) + 48.0 * kBodies));
 }
 
+// Such bodies are all hubs, and no contact between hubs has a color.
+TEST(BodiesInOnePlace, HoldAsMuchPerContactAsAPile) {
+  Lab lab;
+  constexpr int kBodies = 250;
+  for (int i = 0; i < kBodies; ++i) {
+    lab.add({.position = {0.001f * static_cast<float>(i % 7), 0.001f * static_cast<float>(i % 11), 0}},
+            Box{{0.5f, 0.5f, 0.5f}});
+  }
+  lab.run(2);
+  const auto contacts = static_cast<double>(lab.world.stats().contacts);
+  EXPECT_EQ(contacts, kBodies * (kBodies - 1) / 2);
+  const simd::Kernels& kernels = simd::widest_kernels();
+  const double lane =
+      static_cast<double>(kernels.contact.block_bytes[simd::contact_variant(2, false, false)]) /
+      static_cast<double>(kernels.lanes);
+  double held = 0.0;
+  for_each_column_size(internals(lab.world),
+                       [&](ColumnKind, const char* store, const char*, std::size_t, std::size_t bytes) {
+                         if (std::string(store) == "constraints") held += static_cast<double>(bytes);
+                       });
+  // As a pile, and in the overflow its edge before and after sorting by level, and its level.
+  EXPECT_LE(held, kSlack * contacts * (lane + 24 + 12));
+}
+
 TEST_F(SettledPile, HoldsLessThanAKilobytePerBodyBesideItsContacts) {
   EXPECT_LE(held("bodies") + held("shapes") + held("islands"), 1000.0 * kBodies);
 }

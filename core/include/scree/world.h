@@ -59,6 +59,13 @@ struct MemoryUse {
 
 using Geometry = std::variant<Sphere, Capsule, Box, ConvexHull>;
 
+/// A shape of a list, see World::add_shapes.
+struct ShapeDef {
+  Geometry geometry{};
+  Material material{};
+  ShapeOptions options{};
+};
+
 struct WorldData;
 
 /// A simulated world. It can be moved, not copied.
@@ -168,6 +175,9 @@ class SCREE_API World {
   /// total stays and center and inertia change.
   ShapeId add_shape(BodyId body, const Geometry& geometry, const Material& material = {},
                     const ShapeOptions& options = {});
+  /// Adds one shape per definition to a body; `ids` has the same length. All or none are added. The mass
+  /// follows once, as in add_shape.
+  void add_shapes(BodyId body, std::span<const ShapeDef> defs, std::span<ShapeId> ids);
   void destroy_shape(ShapeId shape);  ///< the mass follows as in add_shape; what touched the shape wakes
   bool is_alive(ShapeId shape) const noexcept;
   std::size_t shape_count() const noexcept;
