@@ -79,6 +79,12 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
     writer.stop();
   }
 
+  void step_failed() noexcept override {
+    data = nullptr;
+    writer.fail("memory ran out");
+    writer.stop();
+  }
+
   // Lets go of the world and writes the rest, with a keyframe if that is asked for and the world is as its
   // last step has left it.
   void end(bool with_keyframe) noexcept {

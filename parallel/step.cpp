@@ -107,7 +107,7 @@ void step(WorldData& data, float dt, Crew& crew) {
   try {
     run_phases(data, dt, crew);
   } catch (...) {
-    data.recording.end();  // nobody may look into the world any more
+    data.recording.fail();  // nobody may look into the world any more
     throw;
   }
   if (data.recording.sink != nullptr) {

@@ -35,11 +35,14 @@ struct RecorderOptions {
 /// bounded by 64 MiB: a world whose states are larger waits for them.
 ///
 /// Where the file cannot be written any more, or memory runs out, the world goes on unharmed and the
-/// recording ends there: error() tells, and finish() throws.
+/// recording ends there: error() tells, and finish() throws. So it is where a step throws std::bad_alloc,
+/// though that world can only be destroyed.
 class SCREE_API Recorder {
  public:
   /// Creates or replaces the file and saves the world into it. Throws Error for options outside their ranges,
-  /// a world that was moved from or is being recorded already, and a file that cannot be written.
+  /// a world that was moved from or is being recorded already, a file that cannot be written, and one that
+  /// another recorder, of any process, is writing to: that one goes on. (Recorders hold a lock on their file,
+  /// as flock makes it; players need none, and may read what is being recorded.)
   Recorder(World& world, const std::string& file, const RecorderOptions& options = {});
   ~Recorder();  ///< as finish(), but silent about errors
   Recorder(Recorder&&) noexcept;
