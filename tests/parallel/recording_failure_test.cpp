@@ -232,6 +232,22 @@ TEST(RecordingFailure, OfAStepIsToldAndLeavesARecordingThatIsNotFinished) {
   EXPECT_EQ(verified(player, heap.workers), "");
 }
 
+TEST(RecordingFailure, OfWhoeverRecordsLeavesARecordingThatIsNotFinished) {
+  const TemporaryFile file;
+  Heap heap;
+  try {
+    Recorder recorder(heap.world, file.path(), {.flush_interval = 60.0f});
+    heap.run(20);
+    throw std::bad_alloc();
+  } catch (const std::bad_alloc&) {
+  }
+  heap.run(1);
+  Player player(file.path());
+  EXPECT_FALSE(player.info().finished);
+  EXPECT_EQ(player.info().last_step, 20u);
+  EXPECT_EQ(verified(player, heap.workers), "");
+}
+
 // --- processes that die ---
 
 TEST(RecordingFailure, OfAKilledProcessIsLessThanASecond) {

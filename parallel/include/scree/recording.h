@@ -44,7 +44,9 @@ class SCREE_API Recorder {
   /// another recorder, of any process, is writing to: that one goes on. (Recorders hold a lock on their file,
   /// as flock makes it; players need none, and may read what is being recorded.)
   Recorder(World& world, const std::string& file, const RecorderOptions& options = {});
-  ~Recorder();  ///< as finish(), but silent about errors
+  /// As finish(), but silent about errors; where an exception on its way destroys the recorder, what was
+  /// recorded is written, and is not finished.
+  ~Recorder();
   Recorder(Recorder&&) noexcept;
   Recorder& operator=(Recorder&&) noexcept;
 
