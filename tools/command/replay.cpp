@@ -101,6 +101,7 @@ void verify(Player& player, Workers& workers, Progress& progress, ReplayFigures&
 ReplayFigures replay(const ReplayOptions& options) {
   check_backend(options.threads, options.isa);
   Player player = open_recording(options.file);
+  if (!options.quiet) tell_of_idle_threads(options.threads);
   Workers workers(WorkersOptions{.threads = options.threads, .isa = options.isa});
   ReplayFigures figures;
   figures.file = options.file;
@@ -147,6 +148,7 @@ DiffFigures diff(const DiffOptions& options) {
   check_backend(options.threads, options.isa);
   Player a = open_recording(options.a);
   Player b = open_recording(options.b);
+  tell_of_idle_threads(options.threads);
   Workers workers(WorkersOptions{.threads = options.threads, .isa = options.isa});
   DiffFigures figures;
   figures.a = options.a;

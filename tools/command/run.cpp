@@ -236,6 +236,7 @@ bool is_scene_file(const std::string& name) {
 
 RunFigures run(const RunOptions& options) {
   Plan plan = make_plan(options);
+  if (!options.quiet) tell_of_idle_threads(options.threads);
   Workers workers(WorkersOptions{.threads = options.threads, .isa = options.isa});
   RunFigures figures;
   figures.scene = plan.worlds.front().name;
