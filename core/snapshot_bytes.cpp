@@ -118,7 +118,8 @@ void seal_snapshot(std::span<std::byte> bytes) {
   std::memcpy(bytes.data() + kHashOffset, &hash, sizeof hash);
 }
 
-std::vector<std::byte> write_snapshot(const Snapshot& snapshot) {
+void detail::write_snapshot(const Snapshot& snapshot,
+                            void (*take)(void* context, std::span<const std::byte> bytes), void* context) {
   constexpr const char* kName = "write_snapshot";
   const SnapshotData& data = filled(snapshot, kName);
   check_byte_order(kName);
@@ -135,7 +136,7 @@ std::vector<std::byte> write_snapshot(const Snapshot& snapshot) {
   write_columns(data, writer);
   std::vector<std::byte> bytes = writer.take();
   seal_snapshot(bytes);
-  return bytes;
+  take(context, bytes);
 }
 
 Snapshot read_snapshot(std::span<const std::byte> bytes) {

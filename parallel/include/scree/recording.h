@@ -16,7 +16,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace scree {
 
@@ -76,7 +75,6 @@ struct RecordingInfo {
   std::uint64_t raw_bytes = 0;   ///< of all chunks before compression
   std::uint64_t lost_bytes = 0;  ///< at the end of the file, of a chunk that was not written whole
   bool finished = false;         ///< false: whoever recorded did not come to the end
-  std::vector<std::uint64_t> keyframe_steps;  ///< ascending
 };
 
 /// The first place where a replay, or another recording, differs.
@@ -105,6 +103,8 @@ class SCREE_API Player {
   Player& operator=(Player&&) noexcept;
 
   const RecordingInfo& info() const noexcept;
+  /// Where the keyframes are, ascending, the first snapshot among them; as long as the player lives.
+  std::span<const std::uint64_t> keyframe_steps() const noexcept;
   /// The world after `position()` steps: calls that were made after that step come with the next one. Its
   /// events and stats are those of the step; after a seek there are none. (Of a recording that began between
   /// a call and the step, World::is_awake fulfills here what that call asked for: branch() to read it.)
