@@ -56,9 +56,9 @@ SCREE_API void restore(World& world, const Snapshot& snapshot);
 SCREE_API World clone(const World& world);
 
 namespace detail {
-/// Calls take(context, bytes) once.
-SCREE_API void write_snapshot(const Snapshot& snapshot,
-                              void (*take)(void* context, std::span<const std::byte> bytes), void* context);
+using TakeBytes = void (*)(void* context, std::span<const std::byte> part, std::size_t all);
+/// Calls take(context, part, all) with part after part of as many bytes.
+SCREE_API void write_snapshot(const Snapshot& snapshot, TakeBytes take, void* context);
 }  // namespace detail
 
 /// The snapshot as bytes, the same for equal states on every machine. Each hull is written once. Throws Error
@@ -71,8 +71,10 @@ Bytes write_snapshot(const Snapshot& snapshot) {
   Bytes result;
   detail::write_snapshot(
       snapshot,
-      [](void* to, std::span<const std::byte> bytes) {
-        static_cast<Bytes*>(to)->assign(bytes.begin(), bytes.end());
+      [](void* context, std::span<const std::byte> part, std::size_t all) {
+        Bytes& bytes = *static_cast<Bytes*>(context);
+        bytes.reserve(all);
+        bytes.insert(bytes.end(), part.begin(), part.end());
       },
       &result);
   return result;
