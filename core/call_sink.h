@@ -25,8 +25,10 @@ class CallSink {
   virtual void called(const MadeCall& call) noexcept = 0;
   virtual void restored(const WorldData& data) noexcept = 0;
   virtual void stepped(const WorldData& data, float dt, std::uint64_t hash) noexcept = 0;
-  // The world is no more: destroyed, assigned to, or broken by a step that ran out of memory.
+  // The world is no more: destroyed or assigned to.
   virtual void world_ended() noexcept = 0;
+  // A step has thrown, because memory ran out: the world can only be destroyed.
+  virtual void step_failed() noexcept = 0;
 
  protected:
   ~CallSink() = default;
@@ -43,6 +45,9 @@ struct SinkLink {
   ~SinkLink() { end(); }
   void end() noexcept {
     if (CallSink* const told = std::exchange(sink, nullptr)) told->world_ended();
+  }
+  void fail() noexcept {
+    if (CallSink* const told = std::exchange(sink, nullptr)) told->step_failed();
   }
 };
 

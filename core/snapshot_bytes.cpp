@@ -24,6 +24,17 @@ std::uint64_t hash_of(std::span<const std::byte> bytes) {
   return XXH64(hashed.data(), hashed.size(), 0);
 }
 
+// Writes number of bytes and hash into the head of bytes that `rest` follows.
+void seal(std::span<std::byte> begin, std::span<const std::byte> rest) {
+  XXH64_state_t state;
+  XXH64_reset(&state, 0);
+  XXH64_update(&state, begin.data() + kHeadBytes, begin.size() - kHeadBytes);
+  if (!rest.empty()) XXH64_update(&state, rest.data(), rest.size());
+  const std::uint64_t size = begin.size() + rest.size(), hash = XXH64_digest(&state);
+  std::memcpy(begin.data() + kSizeOffset, &size, sizeof size);
+  std::memcpy(begin.data() + kHashOffset, &hash, sizeof hash);
+}
+
 void read_head(ByteReader& reader, std::span<const std::byte> bytes) {
   if (std::memcmp(reader.take_bytes(sizeof kMagic), kMagic, sizeof kMagic) != 0) {
     refuse_bytes(0, "this is no snapshot");
@@ -112,30 +123,27 @@ std::uint64_t hash_of_state(const SnapshotData& snapshot) {
   return XXH64_digest(&state);
 }
 
-void seal_snapshot(std::span<std::byte> bytes) {
-  const std::uint64_t size = bytes.size(), hash = hash_of(bytes);
-  std::memcpy(bytes.data() + kSizeOffset, &size, sizeof size);
-  std::memcpy(bytes.data() + kHashOffset, &hash, sizeof hash);
-}
+void seal_snapshot(std::span<std::byte> bytes) { seal(bytes, {}); }
 
-std::vector<std::byte> write_snapshot(const Snapshot& snapshot) {
+void detail::write_snapshot(const Snapshot& snapshot, const TakeBytes take, void* context) {
   constexpr const char* kName = "write_snapshot";
   const SnapshotData& data = filled(snapshot, kName);
   check_byte_order(kName);
-  ByteWriter writer;
-  writer.reserve(data.columns.size() + 4096);
+  ByteWriter writer;  // of all before the columns, which lie in the snapshot as they are written
   writer.put_bytes(kMagic, sizeof kMagic);
   writer.put(kSnapshotVersion);
   writer.put(kByteOrderMark);
   writer.put(layout_of_columns());
-  writer.put(std::uint64_t{0});  // these two by seal_snapshot
+  writer.put(std::uint64_t{0});  // these two by seal
   writer.put(std::uint64_t{0});
   write_world(data.world, writer);
   write_hulls(data.hulls, writer);
-  write_columns(data, writer);
-  std::vector<std::byte> bytes = writer.take();
-  seal_snapshot(bytes);
-  return bytes;
+  writer.put(std::uint64_t{data.columns.size()});
+  std::vector<std::byte> begin = writer.take();
+  const std::span<const std::byte> columns(data.columns.data(), data.columns.size());
+  seal(begin, columns);
+  take(context, begin, begin.size() + columns.size());
+  take(context, columns, begin.size() + columns.size());
 }
 
 Snapshot read_snapshot(std::span<const std::byte> bytes) {

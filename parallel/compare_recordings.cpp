@@ -18,7 +18,7 @@ class HashStream {
   // The next one is that of the step after `step`.
   HashStream(RecordingFile& file, std::size_t keyframe, std::uint64_t step) : stream_(file) {
     stream_.go_behind(file.keyframes()[keyframe]);
-    for (std::uint64_t at = file.info().keyframe_steps[keyframe]; at < step; ++at) next();
+    for (std::uint64_t at = file.keyframe_steps()[keyframe]; at < step; ++at) next();
   }
   std::uint64_t next() { return stream_.next_step(nullptr).hash; }
 
@@ -34,8 +34,8 @@ struct SharedKeyframe {
 
 // In order. The first keyframe of a recording that began later is none of them: it holds calls that in the
 // other recording come with the next step.
-std::vector<SharedKeyframe> shared_keyframes(const RecordingInfo& left, const RecordingInfo& right) {
-  const std::vector<std::uint64_t>&left_steps = left.keyframe_steps, &right_steps = right.keyframe_steps;
+std::vector<SharedKeyframe> shared_keyframes(std::span<const std::uint64_t> left_steps,
+                                             std::span<const std::uint64_t> right_steps) {
   std::vector<SharedKeyframe> shared;
   std::size_t i = 0, j = 0;
   while (i < left_steps.size() && j < right_steps.size()) {
@@ -72,7 +72,7 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   if (first >= last) throw Error("compare: the recordings have no step in common");
   std::optional<Divergence> divergence = first_step_that_differs(
       left.file, left.keyframe_before(first), right.file, right.keyframe_before(first), first, last);
-  const std::vector<SharedKeyframe> shared = shared_keyframes(left_info, right_info);
+  const std::vector<SharedKeyframe> shared = shared_keyframes(a.keyframe_steps(), b.keyframe_steps());
   const auto compare_keyframes = [&](const SharedKeyframe& at) {
     left.restore_keyframe(at.left);
     right.restore_keyframe(at.right);

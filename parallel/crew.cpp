@@ -5,8 +5,7 @@
 
 namespace scree {
 
-Crew::Crew(Workers& workers)
-    : threads_(workers.impl_->threads), kernels_(workers.impl_->kernels), workers_(workers.impl_.get()) {}
+Crew::Crew(Workers& workers) : kernels_(workers.impl_->kernels), workers_(workers.impl_.get()) {}
 
 Crew::~Crew() {
   if (state_ != nullptr) state_->close();
@@ -15,7 +14,7 @@ Crew::~Crew() {
 void Crew::run_stage(int chunks, StageFunction function, void* context) {
   if (chunks <= 0) return;
   ++stages_;
-  if (chunks == 1 || width() == 1) {
+  if (chunks == 1 || threads() == 1) {
     for (int chunk = 0; chunk < chunks; ++chunk) function(context, chunk, 0);
     return;
   }
@@ -31,7 +30,7 @@ void Crew::run_stage(int chunks, StageFunction function, void* context) {
   state_->finish(chunks);
 }
 
-int Crew::width() {
+int Crew::threads() {
   if (width_ == 0) width_ = workers_->available_threads();
   return width_;
 }

@@ -28,8 +28,9 @@ class Crew {
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;
 
-  // Threads that may take part; worker numbers are 0 (the caller) to threads() - 1.
-  int threads() const { return threads_; }
+  // Threads that may take part, as many as the workers have and TBB lends; worker numbers are 0 (the caller)
+  // to threads() - 1. The same as long as the crew lives.
+  int threads();
   const simd::Kernels& kernels() const { return *kernels_; }
 
   // Calls work(chunk, worker) once for every chunk in [0, chunks), on any thread, and returns when all are
@@ -58,11 +59,8 @@ class Crew {
  private:
   using StageFunction = void (*)(void* context, int chunk, int worker);
   void run_stage(int chunks, StageFunction function, void* context);
-  int width();
-
   FpEnvironment environment_;
-  int threads_ = 1;
-  int width_ = 0;  // threads that stages are cut for; 0 until the first that is worth sharing
+  int width_ = 0;  // threads that stages are cut for; 0 until somebody asks
   int stages_ = 0;
   const simd::Kernels* kernels_ = nullptr;
   CrewState* state_ = nullptr;  // null until the first stage that is worth sharing

@@ -12,15 +12,24 @@ struct HelperArena::Inside {
   // No slot is kept for the calling thread, which never enters: that can block while the slots are taken.
   // Helpers run nothing but chunks, and chunks spawn nothing, so that no foreign task ever runs inside a step
   // and none needs to be isolated from.
-  explicit Inside(int helpers) : arena(helpers, /*reserved_for_masters=*/0) {}
+  explicit Inside(int helpers) : slots(helpers), arena(helpers, /*reserved_for_masters=*/0) {}
+  const int slots;
   tbb::task_arena arena;
 };
 
-HelperArena::HelperArena(int helpers) : inside_(std::make_unique<Inside>(helpers)) {}
+HelperArena::HelperArena(int helpers) : helpers_(helpers) { inside(); }
 HelperArena::~HelperArena() = default;
 
+std::shared_ptr<HelperArena::Inside> HelperArena::inside() {
+  const int lent = std::clamp(allowed_threads() - 1, 1, helpers_);
+  const std::lock_guard lock(mutex_);
+  // Helpers of the smaller one that have not begun run later.
+  if (inside_ == nullptr || inside_->slots < lent) inside_ = std::make_shared<Inside>(lent);
+  return inside_;
+}
+
 void HelperArena::enqueue(Task task, void* context) {
-  inside_->arena.enqueue([task, context] { task(context); });
+  inside()->arena.enqueue([task, context] { task(context); });
 }
 
 int HelperArena::allowed_threads() {

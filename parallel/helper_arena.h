@@ -5,6 +5,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 
 namespace scree {
 
@@ -12,6 +13,8 @@ class HelperArena {
  public:
   using Task = void (*)(void* context);
 
+  // For so many helpers at most. TBB is asked for as many of them as it lends at the time: it prints a
+  // warning where it is asked for more.
   explicit HelperArena(int helpers);
   ~HelperArena();  // waits for nobody: tasks that have not begun run later
   HelperArena(const HelperArena&) = delete;
@@ -26,7 +29,11 @@ class HelperArena {
 
  private:
   struct Inside;
-  std::unique_ptr<Inside> inside_;
+  std::shared_ptr<Inside> inside();
+
+  const int helpers_;
+  std::mutex mutex_;
+  std::shared_ptr<Inside> inside_;  // replaced by a larger one when TBB lends more; guarded
 };
 
 }  // namespace scree

@@ -42,12 +42,12 @@ void Player::Impl::check_step(std::uint64_t step, const char* call) const {
 }
 
 std::size_t Player::Impl::keyframe_before(std::uint64_t step) const {
-  const std::vector<std::uint64_t>& steps = file.info().keyframe_steps;
+  const std::span<const std::uint64_t> steps = file.keyframe_steps();
   return static_cast<std::size_t>(std::upper_bound(steps.begin(), steps.end(), step) - steps.begin()) - 1;
 }
 
 std::size_t Player::Impl::keyframe_after(std::uint64_t step) const {
-  const std::vector<std::uint64_t>& steps = file.info().keyframe_steps;
+  const std::span<const std::uint64_t> steps = file.keyframe_steps();
   return static_cast<std::size_t>(std::lower_bound(steps.begin(), steps.end(), step) - steps.begin());
 }
 
@@ -112,6 +112,10 @@ Player::Player(Player&&) noexcept = default;
 Player& Player::operator=(Player&&) noexcept = default;
 
 const RecordingInfo& Player::info() const noexcept { return impl_->file.info(); }
+
+std::span<const std::uint64_t> Player::keyframe_steps() const noexcept {
+  return impl_->file.keyframe_steps();
+}
 const World& Player::world() const noexcept { return impl_->world; }
 std::uint64_t Player::position() const noexcept { return impl_->position; }
 bool Player::step(Workers& workers) { return impl_->step(workers); }

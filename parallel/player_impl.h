@@ -26,7 +26,7 @@ struct SCREE_HIDDEN Player::Impl {
   std::size_t keyframe_before(std::uint64_t step) const;
   std::size_t keyframe_after(std::uint64_t step) const;
   std::size_t keyframe_chunk(std::size_t keyframe) const { return file.keyframes()[keyframe]; }
-  std::uint64_t keyframe_step(std::size_t keyframe) const { return file.info().keyframe_steps[keyframe]; }
+  std::uint64_t keyframe_step(std::size_t keyframe) const { return file.keyframe_steps()[keyframe]; }
   // Where the world, which stands at the keyframe's step, differs from its state; empty if it does not.
   std::string difference_from(std::size_t keyframe);
   // Plays on to the next keyframe, or compares at once if there is one at this step.

@@ -3,6 +3,7 @@
 #include <parallel/recording_writer.h>
 #include <scree/recording.h>
 
+#include <exception>
 #include <new>
 #include <utility>
 
@@ -41,7 +42,11 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
     data = &world;
     data->recording.sink = this;
   }
-  ~Impl() { end(true); }
+  ~Impl() {
+    // Whoever recorded did not come to the end.
+    if (std::uncaught_exceptions() > exceptions) writer.fail("an exception has ended it");
+    end(true);
+  }
 
   void called(const MadeCall& call) noexcept override {
     keep([&] {
@@ -78,6 +83,12 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
 
   void world_ended() noexcept override {
     data = nullptr;
+    writer.stop();
+  }
+
+  void step_failed() noexcept override {
+    data = nullptr;
+    writer.fail("memory ran out");
     writer.stop();
   }
 
@@ -128,11 +139,12 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
   const std::uint64_t first_step;
   WorldData* data = nullptr;  // null: the recording has ended
   std::uint64_t steps = 0;
-  std::uint64_t last_keyframe = 0;  // steps before it
-  bool calls_follow = false;        // since the last step
-  SolidList solids;                 // of the whole recording
-  std::size_t solids_told = 0;      // of them, how many the writer knows
-  bool finished = false;            // finish() has been called
+  std::uint64_t last_keyframe = 0;                    // steps before it
+  bool calls_follow = false;                          // since the last step
+  SolidList solids;                                   // of the whole recording
+  std::size_t solids_told = 0;                        // of them, how many the writer knows
+  bool finished = false;                              // finish() has been called
+  const int exceptions = std::uncaught_exceptions();  // on their way when the recording began
   RecordingWriter writer;
 };
 

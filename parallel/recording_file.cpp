@@ -148,9 +148,9 @@ void RecordingFile::list_chunk(const RecordedChunk& chunk) {
       info_.hulls += head.count;
       break;
     case ChunkKind::keyframe:
-      require(keyframes_.empty() || info_.keyframe_steps.back() < head.step, "two keyframes of one step");
+      require(keyframes_.empty() || keyframe_steps_.back() < head.step, "two keyframes of one step");
       keyframes_.push_back(chunks_.size());
-      info_.keyframe_steps.push_back(head.step);
+      keyframe_steps_.push_back(head.step);
       ++info_.keyframes;
       break;
     case ChunkKind::calls:

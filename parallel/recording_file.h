@@ -32,6 +32,7 @@ class RecordingFile {
   const RecordingInfo& info() const { return info_; }
   const std::vector<RecordedChunk>& chunks() const { return chunks_; }
   const std::vector<std::size_t>& keyframes() const { return keyframes_; }  // their places among the chunks
+  std::span<const std::uint64_t> keyframe_steps() const { return keyframe_steps_; }
   std::vector<std::byte> content(std::size_t chunk);
   // All that the chunks before one bring.
   std::span<const SolidPointer> solids_before(std::size_t chunk);
@@ -63,6 +64,7 @@ class RecordingFile {
   RecordingInfo info_;
   std::vector<RecordedChunk> chunks_;
   std::vector<std::size_t> keyframes_;
+  std::vector<std::uint64_t> keyframe_steps_;  // of each keyframe, ascending
   std::vector<SolidPointer> solids_;
   std::size_t solids_until_ = 0;  // chunks before it have been looked into for solids
 };

@@ -2,10 +2,14 @@
 #include <core/recorded_state.h>
 #include <parallel/recording_writer.h>
 
-#include <csignal>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstring>
 #include <new>
 #include <system_error>
@@ -64,12 +68,54 @@ std::size_t bytes_of(const StateToRecord& state) {
   return state.snapshot.columns.size() + state.hulls.size() * sizeof state.hulls[0];
 }
 
+bool is_regular(int descriptor) {
+  struct stat status {};
+  return fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+}
+
+// Descriptors 0 to 2 are free where the host has closed its standard streams. Whoever writes to those would
+// write into the recording.
+int above_standard_streams(int descriptor) {
+  if (descriptor < 0 || descriptor > STDERR_FILENO) return descriptor;
+  const int higher = fcntl(descriptor, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+  const int problem = errno;
+  close(descriptor);
+  errno = problem;
+  return higher;
+}
+
+// Opens or creates the file, and leaves what is in it. The lock is the file's, whatever links lead to it;
+// players take none. Where the file system has no locks nobody can tell who else records there.
+int open_recording(const std::string& file) {
+  int descriptor = -1;
+  do {
+    descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOCTTY, 0666);
+  } while (descriptor < 0 && errno == EINTR);
+  descriptor = above_standard_streams(descriptor);
+  if (descriptor < 0) throw Error(file + ": can not be created: " + std::strerror(errno));
+  if (is_regular(descriptor) && flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    close(descriptor);
+    throw Error(file + ": another recorder is writing to this file");
+  }
+  return descriptor;
+}
+
 }  // namespace
+
+// Gives the lock back by hand: a process that the host has forked may hold on to the open file.
+int RecordingWriter::Close::operator()(std::FILE* file) const {
+  flock(fileno(file), LOCK_UN);
+  return std::fclose(file);
+}
 
 RecordingWriter::RecordingWriter(const std::string& file, const RecorderOptions& options)
     : name_(file), flush_interval_(options.flush_interval), packer_(options.compression_level) {
-  file_.reset(std::fopen(file.c_str(), "wb"));
-  if (file_ == nullptr) throw Error(file + ": can not be created: " + std::strerror(errno));
+  const int descriptor = open_recording(file);
+  file_.reset(fdopen(descriptor, "wb"));
+  if (file_ == nullptr) {
+    close(descriptor);
+    throw std::bad_alloc();
+  }
   // Chunks are written whole, so a buffer would only copy them.
   std::setvbuf(file_.get(), nullptr, _IONBF, 0);
   start();
@@ -186,6 +232,7 @@ void RecordingWriter::attempt(Work&& work) noexcept {
 
 void RecordingWriter::run() noexcept {
   attempt([this] {
+    clear_file();
     write_bytes(write_recording_head(writer_name()));
     flush();
   });
@@ -210,7 +257,7 @@ void RecordingWriter::run() noexcept {
       write_all(batches);
       if (last && !has_failed()) {
         write_chunk({.kind = ChunkKind::end, .step = last_step_}, {});
-        if (std::fclose(file_.release()) != 0) fail_to_write();
+        if (Close{}(file_.release()) != 0) fail_to_write();
       }
     });
     const std::lock_guard lock(mutex_);
@@ -219,6 +266,12 @@ void RecordingWriter::run() noexcept {
     writing_ = false;
     room_.notify_all();
   }
+}
+
+// Of what was recorded there before.
+void RecordingWriter::clear_file() {
+  const int descriptor = fileno(file_.get());
+  if (is_regular(descriptor) && ftruncate(descriptor, 0) != 0) fail_to_write();
 }
 
 void RecordingWriter::write_all(std::vector<RecordingBatch>& batches) {

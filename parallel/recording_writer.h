@@ -40,7 +40,7 @@ struct RecordingBatch {
 class RecordingWriter {
  public:
   // Starts the thread and waits until it has written the head. Throws Error where the file can not be
-  // written.
+  // written, and where another writer is at work on it, which goes on unharmed.
   RecordingWriter(const std::string& file, const RecorderOptions& options);
   ~RecordingWriter();
   RecordingWriter(const RecordingWriter&) = delete;
@@ -86,6 +86,7 @@ class RecordingWriter {
   void run() noexcept;
   template <class Work>
   void attempt(Work&& work) noexcept;
+  void clear_file();
   void write_all(std::vector<RecordingBatch>& batches);
   void write_batch(RecordingBatch& batch);
   void write_chunk(const ChunkHead& head, std::span<const std::byte> content);
@@ -94,7 +95,7 @@ class RecordingWriter {
   [[noreturn]] void fail_to_write();
 
   struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
+    int operator()(std::FILE* file) const;  // as fclose
   };
   const std::string name_;
   const std::chrono::duration<double> flush_interval_;

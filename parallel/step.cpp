@@ -109,7 +109,7 @@ void step(WorldData& data, float dt, Crew& crew) {
   try {
     run_phases(data, dt, crew);
   } catch (...) {
-    data.recording.end();  // nobody may look into the world any more
+    data.recording.fail();  // nobody may look into the world any more
     throw;
   }
   if (data.recording.sink != nullptr) {
@@ -130,11 +130,11 @@ void step(World& world, float dt, Workers& workers) {
 void step(std::span<World* const> worlds, float dt, Workers& workers) {
   check_time_step(dt);
   check_worlds(worlds);
-  if (worlds.size() < static_cast<std::size_t>(workers.threads())) {
+  Crew crew(workers);
+  if (worlds.size() < static_cast<std::size_t>(crew.threads())) {
     for (World* world : worlds) step(*world, dt, workers);
     return;
   }
-  Crew crew(workers);
   crew.run(static_cast<int>(worlds.size()), [&](int world, int) {
     Crew alone(crew, Crew::Alone{});
     step(internals(*worlds[static_cast<std::size_t>(world)], "step"), dt, alone);

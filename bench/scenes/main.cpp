@@ -6,11 +6,12 @@
 #include "bench/scenes/measure.h"
 #include "bench/scenes/output.h"
 #include "bench/scenes/plan.h"
+#include "tools/files/output_file.h"
 
 #include <CLI/CLI.hpp>
 
-#include <fstream>
 #include <iostream>
+#include <sstream>
 
 namespace scree::bench {
 namespace {
@@ -90,19 +91,33 @@ void list_all() {
   }
 }
 
-std::ofstream open_for_writing(const std::string& file) {
-  std::ofstream stream(file);
-  if (!stream) throw Error("cannot write " + file);
-  return stream;
+const CLI::Validator kNotEmpty(
+    [](std::string& name) { return name.empty() ? std::string("the name of the file is empty") : ""; }, "",
+    "not empty");
+
+// The files that the options name.
+std::vector<files::NamedFile> outputs_of(const Options& options) {
+  std::vector<files::NamedFile> outputs;
+  for (const files::NamedFile& file :
+       {files::NamedFile{"--markdown", options.markdown_file},
+        files::NamedFile{"--brief", options.brief_file}, files::NamedFile{"--json", options.json_file}}) {
+    if (!file.path.empty()) outputs.push_back(file);
+  }
+  return outputs;
+}
+
+template <class Print>
+void write(const files::NamedFile& file, const Print& print) {
+  if (file.path.empty()) return;
+  std::ostringstream text;
+  print(text);
+  files::write_file(file, text.str());
 }
 
 int compare(const Options& options) {
   std::vector<Job> jobs = plan(options);
   if (jobs.empty()) throw Error("nothing to measure");
-  std::ofstream markdown, brief, json;  // opened first: a bad name shall not cost a long run
-  if (!options.markdown_file.empty()) markdown = open_for_writing(options.markdown_file);
-  if (!options.brief_file.empty()) brief = open_for_writing(options.brief_file);
-  if (!options.json_file.empty()) json = open_for_writing(options.json_file);
+  files::check_outputs({}, outputs_of(options));  // a bad name shall not cost a long run
   measure_all(options, jobs);
   std::vector<Entry> entries;
   bool all_good = true;
@@ -111,9 +126,10 @@ int compare(const Options& options) {
     entries.push_back(std::move(job.entry));
   }
   print_report(options, entries, std::cout, false);
-  if (markdown.is_open()) print_report(options, entries, markdown, true);
-  if (brief.is_open()) print_brief(options, entries, brief);
-  if (json.is_open()) write_json(options, entries, json);
+  write({"--json", options.json_file}, [&](std::ostream& out) { write_json(options, entries, out); });
+  write({"--markdown", options.markdown_file},
+        [&](std::ostream& out) { print_report(options, entries, out, true); });
+  write({"--brief", options.brief_file}, [&](std::ostream& out) { print_brief(options, entries, out); });
   return all_good ? 0 : 1;
 }
 
@@ -123,6 +139,7 @@ int compare(const Options& options) {
 int main(int argc, char** argv) {
   using namespace scree::bench;
   if (argc == 3 && std::string(argv[1]) == "--child") return child_main(argv[2]);
+  scree::files::prepare_process();
   Options options;
   options.engines = default_engines();
   CLI::App app{"Runs scenes engine after engine and prints time and quality side by side."};
@@ -146,19 +163,33 @@ int main(int argc, char** argv) {
   app.add_option("--stand", options.stand, "instead: step these stacks until they collapse")->delimiter(',');
   app.add_option("--max-steps", options.max_steps, "with --stand: at most so many")
       ->check(CLI::Range(1, 10'000'000));
-  app.add_option("--markdown", options.markdown_file, "also write the table to this file");
-  app.add_option("--brief", options.brief_file, "also write a short table in Markdown to this file");
-  app.add_option("--json", options.json_file, "also write all figures to this file");
+  app.add_option("--markdown", options.markdown_file, "also write the table to this file")->check(kNotEmpty);
+  app.add_option("--brief", options.brief_file, "also write a short table in Markdown to this file")
+      ->check(kNotEmpty);
+  app.add_option("--json", options.json_file, "also write all figures to this file")->check(kNotEmpty);
   app.add_flag("--list", options.list, "list engines and scenes");
-  CLI11_PARSE(app, argc, argv);
+  int exit_code = 0;
   try {
+    app.parse(argc, argv);
     if (options.list) {
       list_all();
-      return 0;
+    } else {
+      exit_code = compare(options);
     }
-    return compare(options);
+  } catch (const CLI::ParseError& error) {
+    exit_code = app.exit(error);
+  } catch (const scree::Error& error) {
+    std::cerr << "scree_bench_scenes: " << error.what() << '\n';
+    return 2;
   } catch (const std::exception& exception) {
     std::cerr << "scree_bench_scenes: " << exception.what() << '\n';
-    return 2;
+    return 1;
   }
+  try {
+    scree::files::write_standard_output("");  // what was printed is there, too
+  } catch (const std::exception& exception) {
+    std::cerr << "scree_bench_scenes: " << exception.what() << '\n';
+    return 1;
+  }
+  return exit_code;
 }

@@ -130,7 +130,24 @@ TEST_F(BenchProgram, RefusesWhatItCannotMeasureBeforeItMeasures) {
   expect_refusal("--continuous sometimes", "sometimes");
   expect_refusal("--engines none", "unknown engine none");
   expect_refusal("--threads 0", "0");
-  expect_refusal("--scenes stack --json /no/such/folder/x.json", "cannot write");
+  expect_refusal("--scenes stack --json /no/such/folder/x.json", "x.json: cannot be written: No such file");
+}
+
+TEST_F(BenchProgram, WritesNoFileTwiceAndNoneWhereNothingIsMeasured) {
+  const std::string file = (folder_ / "figures").string();
+  expect_refusal("--json " + file + " --markdown " + file, "is the same file as --markdown " + file);
+  expect_refusal("--json ''", "the name of the file is empty");
+  std::ofstream(file) << "old";
+  expect_refusal("--scenes nowhere --json " + file, "unknown scene");
+  EXPECT_EQ(read_file(file), "old");
+}
+
+TEST_F(BenchProgram, TellsThatItsOutputWasLost) {
+  for (const char* arguments : {"--list", "--help"}) {
+    const Outcome outcome = run(std::string("( '" SCREE_BENCH_PROGRAM "' ") + arguments + " > /dev/full )");
+    EXPECT_EQ(outcome.exit_code, 1) << arguments;
+    EXPECT_NE(outcome.err.find("standard output cannot be written: No space left"), std::string::npos);
+  }
 }
 
 TEST_F(BenchProgram, PlotsAreTheSameFromRunToRunAndBadFiguresAreRefused) {

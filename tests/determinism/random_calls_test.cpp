@@ -128,6 +128,7 @@ class CountingSink final : public CallSink {
   void restored(const WorldData&) noexcept override { ++restored_; }
   void stepped(const WorldData&, float, std::uint64_t) noexcept override {}
   void world_ended() noexcept override {}
+  void step_failed() noexcept override {}
 
   int calls(RecordedCall call) const { return calls_[static_cast<std::size_t>(call)]; }
   int restored() const { return restored_; }

@@ -19,13 +19,14 @@ constexpr std::uint64_t kMostSteps = 6;
 
 std::uint64_t first_of(const RecordingInfo& info) { return info.first_step; }
 
-void require_sound(const RecordingInfo& info, std::size_t bytes) {
+void require_sound(const Player& player, std::size_t bytes) {
+  const RecordingInfo& info = player.info();
+  const std::span<const std::uint64_t> steps = player.keyframe_steps();
   require(info.first_step <= info.last_step, "the recording ends before it begins");
   require(info.file_bytes == bytes && info.lost_bytes <= bytes, "the recording has another size");
-  require(info.keyframes == info.keyframe_steps.size() && info.keyframes > 0, "keyframes are missing");
-  require(std::is_sorted(info.keyframe_steps.begin(), info.keyframe_steps.end()), "keyframes do not ascend");
-  require(info.keyframe_steps.front() == first_of(info) && info.keyframe_steps.back() <= info.last_step,
-          "keyframes lie outside");
+  require(info.keyframes == steps.size() && info.keyframes > 0, "keyframes are missing");
+  require(std::is_sorted(steps.begin(), steps.end()), "keyframes do not ascend");
+  require(steps.front() == first_of(info) && steps.back() <= info.last_step, "keyframes lie outside");
 }
 
 // All that a player can do. What it says must be true, whatever the recording says.
@@ -50,7 +51,7 @@ void play(Player& player) {
     player.seek(at, wide_workers());
     require(player.world().hash() == hash, "another way leads to another world");
   }
-  player.seek(info.keyframe_steps.back(), wide_workers());
+  player.seek(player.keyframe_steps().back(), wide_workers());
   const World branch = player.branch();
   require(branch.hash() == player.world().hash(), "a branch is another world");
   require_laws_of_snapshots(branch);
@@ -64,7 +65,7 @@ void recording_target(Input input) {
   try {
     Player player(std::as_bytes(input));
     opened = true;
-    require_sound(player.info(), input.size());
+    require_sound(player, input.size());
     memory.require_within(kRecordingBound, input.size(), "Player");
     if (player.info().raw_bytes <= kMostPlayedBytes) play(player);
   } catch (const Error& error) {

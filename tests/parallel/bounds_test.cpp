@@ -61,6 +61,7 @@ struct SilentSink final : CallSink {
   void restored(const WorldData&) noexcept override {}
   void stepped(const WorldData&, float, std::uint64_t) noexcept override {}
   void world_ended() noexcept override {}
+  void step_failed() noexcept override {}
 };
 
 // A chunk alone is not worth a helper, and so it stays where a world is recorded.

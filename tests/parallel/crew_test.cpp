@@ -101,6 +101,29 @@ TEST_F(CrewTest, HelpersDoHelp) {
   EXPECT_TRUE(helper_arrives(crew));
 }
 
+TEST_F(CrewTest, WorkersHaveAsManyThreadsAsTbbLendsAtTheTime) {
+  auto few = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, 2);
+  Workers workers(4);
+  {
+    Crew crew(workers);
+    EXPECT_EQ(crew.threads(), 2);
+    EXPECT_TRUE(helper_arrives(crew));
+  }
+  few.reset();
+  Crew crew(workers);
+  EXPECT_EQ(crew.threads(), 4);
+  std::atomic<int> here{0};
+  for (int tries = 0; tries < 1000 && here != 4; ++tries) {
+    here = 0;
+    crew.run(4, [&](int, int) {
+      ++here;
+      for (int i = 0; i < 10 && here != 4; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      if (here != 4) --here;
+    });
+  }
+  EXPECT_EQ(here, 4) << "all at the same time";
+}
+
 TEST_F(CrewTest, WorkerNumbersAreBelowThreadsAndNeverUsedTwiceAtOnce) {
   for (const int threads : {1, 2, 4, 8}) {
     Workers workers(threads);

@@ -101,8 +101,8 @@ TEST(RecordingComparison, TakesTheBeginningOfALaterRecordingAsItIs) {
   }
   Workers workers(1);
   Player a(early.path()), b(late.path());
-  EXPECT_EQ(a.info().keyframe_steps, (std::vector<std::uint64_t>{0, 15, 30, 45}));
-  EXPECT_EQ(b.info().keyframe_steps, (std::vector<std::uint64_t>{15, 30, 45}));
+  EXPECT_EQ(keyframe_steps(a), (std::vector<std::uint64_t>{0, 15, 30, 45}));
+  EXPECT_EQ(keyframe_steps(b), (std::vector<std::uint64_t>{15, 30, 45}));
   EXPECT_FALSE(compare(a, b, workers));
 }
 

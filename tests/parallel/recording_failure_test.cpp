@@ -212,6 +212,42 @@ TEST(RecordingFailure, OfAStepLeavesNoHashToTheNextRecording) {
   EXPECT_EQ(verified(player, workers), "");
 }
 
+// Such a world can not go on, and its recording must not look as if it had come to its end.
+TEST(RecordingFailure, OfAStepIsToldAndLeavesARecordingThatIsNotFinished) {
+  const TemporaryFile file;
+  Heap heap;
+  Recorder recorder(heap.world, file.path());
+  heap.run(20);
+  for (int i = 0; i < 3000; ++i) heap.add({.position = {3.0f * static_cast<float>(i), 9, 0}}, Sphere{});
+  {
+    const FailingAllocations failing(FailingAllocations::Of::this_thread);
+    EXPECT_THROW(step(heap.world, kDt, heap.workers), std::bad_alloc);
+  }
+  EXPECT_FALSE(recorder.is_recording());
+  EXPECT_EQ(recorder.error(), "memory ran out");
+  EXPECT_EQ(error_of_call([&] { recorder.finish(); }), "Recorder: memory ran out");
+  Player player(file.path());
+  EXPECT_FALSE(player.info().finished);
+  EXPECT_EQ(player.info().last_step, 20u);
+  EXPECT_EQ(verified(player, heap.workers), "");
+}
+
+TEST(RecordingFailure, OfWhoeverRecordsLeavesARecordingThatIsNotFinished) {
+  const TemporaryFile file;
+  Heap heap;
+  try {
+    Recorder recorder(heap.world, file.path(), {.flush_interval = 60.0f});
+    heap.run(20);
+    throw std::bad_alloc();
+  } catch (const std::bad_alloc&) {
+  }
+  heap.run(1);
+  Player player(file.path());
+  EXPECT_FALSE(player.info().finished);
+  EXPECT_EQ(player.info().last_step, 20u);
+  EXPECT_EQ(verified(player, heap.workers), "");
+}
+
 // --- processes that die ---
 
 TEST(RecordingFailure, OfAKilledProcessIsLessThanASecond) {

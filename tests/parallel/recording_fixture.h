@@ -186,6 +186,10 @@ inline std::string verified(Player& player, Workers& workers) {
   return found ? "step " + std::to_string(found->step) + ": " + found->difference : std::string();
 }
 
+inline std::vector<std::uint64_t> keyframe_steps(const Player& player) {
+  return {player.keyframe_steps().begin(), player.keyframe_steps().end()};
+}
+
 // Keyframes and chunks often enough for short recordings to have some.
 inline constexpr RecorderOptions kOften{.keyframe_spacing = 15, .flush_interval = 0.01f};
 

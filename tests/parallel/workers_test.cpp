@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <parallel/crew.h>
 #include <sched.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <optional>
@@ -113,6 +114,20 @@ TEST(Workers, AnUnsupportedInstructionSetIsAnErrorThatListsTheSupportedOnes) {
     const IsaVariable variable(isa_name(isa));
     EXPECT_NE(error_of({.threads = 1}).find("SCREE_ISA"), std::string::npos);
   }
+}
+
+TEST(Workers, AskTbbForNoMoreThreadsThanItLends) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto run = [] {
+    for (const int threads : {1024, 2, 17}) {
+      Workers workers(threads);
+      Crew crew(workers);
+      EXPECT_LE(crew.threads(), Workers().threads());
+      crew.run(100, [](int, int) {});
+    }
+    _exit(testing::Test::HasFailure() ? 1 : 0);
+  };
+  EXPECT_EXIT(run(), testing::ExitedWithCode(0), testing::Eq(""));  // TBB would warn on standard error
 }
 
 TEST(Workers, MayBeMovedBetweenSteps) {

@@ -1,5 +1,6 @@
 // Laws of the command `scree`, run as a program: what it prints, where, and with which exit code.
 #include <scree/stats.h>
+#include <scree/workers.h>
 #include <tests/run_program.h>
 
 #include <cstdio>
@@ -220,6 +221,20 @@ TEST_F(Command, TheTableGoesToStandardOutputUnlessTheJsonDoes) {
   const Outcome both = scree(run + "--json " + file.string());
   EXPECT_NE(both.out.find("steps/s"), std::string::npos);
   EXPECT_EQ(nlohmann::json::parse(read_file(file)).at("scene"), "stack");
+}
+
+TEST_F(Command, SaysThatThreadsBeyondTheCoresAreIdleUnlessQuiet) {
+  const std::string cores = std::to_string(scree::Workers().threads());
+  const std::string line = "scree: --threads 1000: " + cores + " thread";
+  const std::string pile = "run pile --set bodies=300 --steps 3 --threads 1000 ";
+  const Outcome talkative = scree(pile);
+  EXPECT_EQ(talkative.err.rfind(line, 0), 0u) << talkative.err;
+  EXPECT_EQ(talkative.err.find("TBB"), std::string::npos) << talkative.err;
+  const Outcome quiet = scree(pile + "--quiet --record " + (folder_ / "pile.scree").string());
+  EXPECT_EQ(quiet.exit_code, 0);
+  EXPECT_EQ(quiet.err, "");
+  EXPECT_EQ(scree("run pile --set bodies=300 --steps 3 --quiet --threads " + cores).err, "");
+  EXPECT_EQ(scree("replay " + (folder_ / "pile.scree").string() + " --quiet --threads 1000").err, "");
 }
 
 TEST_F(Command, ShowsProgressOnStandardErrorUnlessQuiet) {

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 namespace scree::scenes {
 namespace {
@@ -284,6 +285,48 @@ TEST(SceneFile, TheExamplesAreScenes) {
     ++count;
   }
   EXPECT_GE(count, 2);
+}
+
+TEST(SceneFile, WhatTheParserFindsWrongIsReportedWithItsPlaceHoweverDeepItLies) {
+  const std::pair<std::string, std::string> mistakes[] = {
+      {with_body(R"({}, {"position": [0, 1e999, 0]})"),
+       "/bodies/1/position/1: number overflow parsing '1e999'"},
+      {with_body(R"({}, {}, {"shapes": [[], {"a": {"b": 1, "c": [], "b": 2}}]})"),
+       "/bodies/2/shapes/1/a/b: the key stands twice in its object"},
+      {R"({"materials": {"a": {}, "a/b": {}, "a": {}}})", "/materials/a: the key stands twice in its object"},
+      {"1e999", "the document: number overflow parsing '1e999'"},
+      {"[[1e999]]", "/0/0: number overflow parsing '1e999'"},
+  };
+  for (const auto& [text, message] : mistakes) EXPECT_EQ(error_of(text), "scene.json: " + message) << text;
+}
+
+// None of them looks through what came before it: that would take most of an hour here.
+TEST(SceneFile, HoldsHundredsOfThousandsOfOneKindAndManyOfEach) {
+  constexpr int kMaterials = 400'000, kOthers = 50'000;
+  std::ostringstream text;
+  const auto list = [&text](const char* begin, int count, const auto& write, const char* end) {
+    text << begin;
+    for (int i = 0; i < count; ++i) write(text << (i > 0 ? "," : ""), i);
+    text << end;
+  };
+  const auto write_material = [](auto& out, int i) { out << R"("m)" << i << R"(":{"friction":0.5})"; };
+  const auto write_shape = [](auto& out, int i) {
+    out << R"("s)" << i << R"(":{"type":"sphere","radius":1,"material":"m)" << i << R"("})";
+  };
+  const auto write_body = [](auto& out, int i) {
+    out << R"({"name":"b)" << i << R"(","shapes":["s)" << i << R"("]})";
+  };
+  const auto write_joint = [](auto& out, int i) { out << R"({"type":"ball","body_a":"b)" << i << R"("})"; };
+  list(R"({"materials": {)", kMaterials, write_material, "},");
+  list(R"("shapes": {)", kOthers, write_shape, "},");
+  list(R"("bodies": [)", kOthers, write_body, "],");
+  list(R"("joints": [)", kOthers, write_joint, "]}");
+  const Scene scene = parse_scene(text.str(), "scene.json");
+  ASSERT_EQ(scene.bodies.size(), static_cast<std::size_t>(kOthers));
+  ASSERT_EQ(scene.shapes.size(), static_cast<std::size_t>(kOthers));
+  ASSERT_EQ(scene.joints.size(), static_cast<std::size_t>(kOthers));
+  EXPECT_EQ(scene.shapes.back().material.friction, 0.5f);
+  EXPECT_EQ(scene.joints.back().body_a, static_cast<std::uint32_t>(kOthers - 1));
 }
 
 }  // namespace

@@ -4,69 +4,98 @@
 #include <tools/command/replay.h>
 #include <tools/command/report.h>
 #include <tools/command/run.h>
+#include <tools/files/output_file.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
-#include <fstream>
+#include <exception>
+#include <iomanip>
 #include <iostream>
-#include <stdexcept>
+#include <sstream>
+#include <string>
+#include <vector>
 
 namespace {
+
+using scree::files::NamedFile;
 
 constexpr int kBroken = 1;  // and recordings that differ
 constexpr int kBadInput = 2;
 
-void list_scenes() {
+std::string scene_list() {
+  std::ostringstream list;
   for (const scree::scenes::SceneInfo& info : scree::scenes::catalog()) {
     std::ostringstream parameters;
     parameters.precision(15);
     for (const auto& [name, value] : info.parameters) {
       parameters << (parameters.tellp() > 0 ? " " : "") << name << "=" << value;
     }
-    std::printf("%-15s %s (%s)\n", info.name.c_str(), info.summary.c_str(), parameters.str().c_str());
+    list << std::left << std::setw(15) << info.name << " " << info.summary << " (" << parameters.str()
+         << ")\n";
   }
-}
-
-// Opened before the run: nobody should learn after an hour that the file cannot be written.
-class JsonOutput {
- public:
-  explicit JsonOutput(const std::string& target) : target_(target) {
-    if (target_.empty() || to_standard_output()) return;
-    file_.open(target_, std::ios::binary);
-    if (!file_) throw scree::Error("--json " + target_ + ": cannot be written");
-  }
-
-  bool to_standard_output() const { return target_ == "-"; }
-
-  void write(const std::string& json) {
-    if (target_.empty()) return;
-    std::ostream& stream = to_standard_output() ? std::cout : file_;
-    stream << json << std::flush;
-    if (!stream) throw std::runtime_error("--json " + target_ + ": writing failed");
-  }
-
- private:
-  std::string target_;
-  std::ofstream file_;
-};
-
-// Everything for people goes where it does not get mixed up with the JSON.
-template <class Figures>
-void print(const Figures& figures, JsonOutput& json) {
-  (json.to_standard_output() ? std::cerr : std::cout) << to_table(figures) << std::flush;
-  json.write(to_json(figures));
+  return list.str();
 }
 
 // What the command line gave, as text; checked when the run begins.
 struct Arguments {
+  bool json_to_standard_output() const {
+    return json == "-" || scree::files::is_standard_stream(json, STDOUT_FILENO);
+  }
+
   scree::command::RunOptions options;
   scree::command::ReplayOptions replay;
   scree::command::DiffOptions diff;
   std::string info_file;
   std::vector<std::string> settings;
   std::string isa = "auto";
-  std::string json;
+  std::string json;  // empty: none
 };
+
+// Nobody should learn after an hour that something can not be written, or has been written over.
+void check_files(const Arguments& arguments, const std::vector<NamedFile>& inputs) {
+  std::vector<NamedFile> outputs;
+  if (!arguments.json.empty() && !arguments.json_to_standard_output())
+    outputs.push_back({"--json", arguments.json});
+  if (const std::string& record = arguments.options.record; !record.empty()) {
+    outputs.push_back({"--record", record});
+    for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
+      if (!scree::files::is_standard_stream(record, stream)) continue;
+      throw scree::Error("--record " + record + ": is where standard " +
+                         (stream == STDOUT_FILENO ? "output" : "error") + " goes");
+    }
+  }
+  scree::files::check_outputs(inputs, outputs);
+}
+
+// Everything for people goes where it does not get mixed up with the JSON. What can not be written keeps
+// nothing else from being written.
+template <class Figures>
+void print(const Figures& figures, const Arguments& arguments) {
+  std::exception_ptr failure;
+  const auto attempt = [&failure](const auto& write) {
+    try {
+      write();
+    } catch (...) {
+      if (failure == nullptr) failure = std::current_exception();
+    }
+  };
+  const std::string table = to_table(figures);
+  if (arguments.json_to_standard_output()) {
+    std::cerr << table << std::flush;
+    attempt([&] { scree::files::write_standard_output(to_json(figures)); });
+  } else {
+    attempt([&] { scree::files::write_standard_output(table); });
+    if (!arguments.json.empty()) {
+      attempt([&] { scree::files::write_file({"--json", arguments.json}, to_json(figures)); });
+    }
+  }
+  if (failure != nullptr) std::rethrow_exception(failure);
+}
+
+// A name that is empty is what a variable of a script is that nobody has set.
+const CLI::Validator kNotEmpty(
+    [](std::string& name) { return name.empty() ? std::string("the name of the file is empty") : ""; }, "",
+    "not empty");
 
 void declare_backend(CLI::App& app, int& threads, Arguments& arguments) {
   app.add_option("--threads", threads, "Threads (default 0: one per core)");
@@ -75,7 +104,8 @@ void declare_backend(CLI::App& app, int& threads, Arguments& arguments) {
 
 void declare_json(CLI::App& app, Arguments& arguments) {
   app.add_option("--json", arguments.json, "Write the figures to FILE; - is standard output")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(kNotEmpty);
 }
 
 void declare_run(CLI::App& run, Arguments& arguments) {
@@ -92,7 +122,8 @@ void declare_run(CLI::App& run, Arguments& arguments) {
   run.add_option("--warmup", options.warmup, "Untimed steps at the start (default: 1)");
   run.add_flag("--no-sleep", options.no_sleep, "Keep resting bodies awake");
   run.add_option("--record", options.record, "Record the world into FILE, for replay, info and diff")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(kNotEmpty);
   run.add_option("--keyframes", options.keyframes, "Steps between the recording's keyframes (default: 300)");
   declare_json(run, arguments);
   run.add_flag("--quiet", options.quiet, "No progress");
@@ -122,41 +153,51 @@ void declare_diff(CLI::App& diff, Arguments& arguments) {
 }
 
 int run_scene(Arguments& arguments) {
-  arguments.options.parameters = scree::command::read_parameters(arguments.settings);
-  arguments.options.isa = scree::command::read_isa(arguments.isa);
-  JsonOutput json(arguments.json);
-  print(scree::command::run(arguments.options), json);
+  scree::command::RunOptions& options = arguments.options;
+  options.parameters = scree::command::read_parameters(arguments.settings);
+  options.isa = scree::command::read_isa(arguments.isa);
+  std::vector<NamedFile> inputs;
+  if (scree::command::is_scene_file(options.scene)) inputs.push_back({"SCENE", options.scene});
+  check_files(arguments, inputs);
+  print(scree::command::run(options), arguments);
   return 0;
 }
 
 int replay(Arguments& arguments) {
   arguments.replay.isa = scree::command::read_isa(arguments.isa);
-  JsonOutput json(arguments.json);
+  check_files(arguments, {{"FILE", arguments.replay.file}});
   const scree::command::ReplayFigures figures = scree::command::replay(arguments.replay);
-  print(figures, json);
+  print(figures, arguments);
   return figures.divergence ? kBroken : 0;
 }
 
 int show_info(const Arguments& arguments) {
-  JsonOutput json(arguments.json);
-  print(scree::command::inspect(arguments.info_file), json);
+  check_files(arguments, {{"FILE", arguments.info_file}});
+  print(scree::command::inspect(arguments.info_file), arguments);
   return 0;
 }
 
 int diff(Arguments& arguments) {
   arguments.diff.isa = scree::command::read_isa(arguments.isa);
-  JsonOutput json(arguments.json);
+  check_files(arguments, {{"A", arguments.diff.a}, {"B", arguments.diff.b}});
   const scree::command::DiffFigures figures = scree::command::diff(arguments.diff);
-  print(figures, json);
+  print(figures, arguments);
   return figures.divergence ? kBroken : 0;
 }
 
-}  // namespace
+// What CLI11 has to say: help and the version are no errors.
+int tell(const CLI::App& app, const CLI::ParseError& error) {
+  std::ostringstream out;
+  const int code = app.exit(error, out, std::cerr);
+  scree::files::write_standard_output(out.str());
+  return code == 0 ? 0 : kBadInput;
+}
 
-int main(int argc, char** argv) {
+int run_command(int argc, char** argv) {
   CLI::App app("Scree simulates very large piles of rigid bodies, fast and with the same bits everywhere.",
                "scree");
   app.require_subcommand(0, 1);  // none at all gets our own message: CLI11's hides a misspelled one
+  app.set_version_flag("--version", "scree " SCREE_VERSION, "Print the version and exit");
   const CLI::App* scenes = app.add_subcommand("scenes", "List the built-in scenes");
   CLI::App* run = app.add_subcommand("run", "Run a scene and print its figures");
   CLI::App* replay_command = app.add_subcommand("replay", "Play a recording, or verify it");
@@ -169,17 +210,26 @@ int main(int argc, char** argv) {
   declare_diff(*diff_command, arguments);
   try {
     app.parse(argc, argv);
-    if (scenes->parsed()) {
-      list_scenes();
-      return 0;
-    }
-    if (run->parsed()) return run_scene(arguments);
-    if (replay_command->parsed()) return replay(arguments);
-    if (info_command->parsed()) return show_info(arguments);
-    if (diff_command->parsed()) return diff(arguments);
-    throw scree::Error("nothing to do; say `scree scenes`, `scree run SCENE` or `scree --help`");
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kBadInput;
+    return tell(app, error);
+  }
+  if (scenes->parsed()) {
+    scree::files::write_standard_output(scene_list());
+    return 0;
+  }
+  if (run->parsed()) return run_scene(arguments);
+  if (replay_command->parsed()) return replay(arguments);
+  if (info_command->parsed()) return show_info(arguments);
+  if (diff_command->parsed()) return diff(arguments);
+  throw scree::Error("nothing to do; say `scree scenes`, `scree run SCENE` or `scree --help`");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  scree::files::prepare_process();
+  try {
+    return run_command(argc, argv);
   } catch (const scree::Error& error) {
     std::cerr << "scree: " << error.what() << "\n";
     return kBadInput;

@@ -2,6 +2,7 @@
 #include <tools/command/options.h>
 
 #include <cmath>
+#include <iostream>
 #include <stdexcept>
 
 namespace scree::command {
@@ -58,6 +59,13 @@ void check_backend(int threads, Isa isa) {
     throw Error(std::string("--isa ") + isa_name(isa) +
                 ": this processor or this build has no such instruction set");
   }
+}
+
+void tell_of_idle_threads(int threads) {
+  const int cores = Workers().threads();
+  if (threads <= cores) return;
+  std::cerr << "scree: --threads " << threads << ": " << cores
+            << (cores == 1 ? " thread works" : " threads work") << " at a time, one for each core\n";
 }
 
 }  // namespace scree::command

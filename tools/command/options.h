@@ -17,5 +17,7 @@ Isa read_isa(const std::string& name);
 void check_range(const char* option, int value, int low, int high);
 // Threads within their limits, and an instruction set that runs here.
 void check_backend(int threads, Isa isa);
+// Says so on standard error if not all of the threads can work at the same time.
+void tell_of_idle_threads(int threads);
 
 }  // namespace scree::command

@@ -79,7 +79,7 @@ void play(Player& player, Workers& workers, Progress& progress, ReplayFigures& f
 // From keyframe to keyframe, so that there is progress to show: the states are compared there in any case.
 void verify(Player& player, Workers& workers, Progress& progress, ReplayFigures& figures) {
   std::vector<std::uint64_t> ends;
-  for (const std::uint64_t step : player.info().keyframe_steps) {
+  for (const std::uint64_t step : player.keyframe_steps()) {
     if (step > figures.from && step < figures.to) ends.push_back(step);
   }
   ends.push_back(figures.to);
@@ -101,6 +101,7 @@ void verify(Player& player, Workers& workers, Progress& progress, ReplayFigures&
 ReplayFigures replay(const ReplayOptions& options) {
   check_backend(options.threads, options.isa);
   Player player = open_recording(options.file);
+  if (!options.quiet) tell_of_idle_threads(options.threads);
   Workers workers(WorkersOptions{.threads = options.threads, .isa = options.isa});
   ReplayFigures figures;
   figures.file = options.file;
@@ -110,7 +111,7 @@ ReplayFigures replay(const ReplayOptions& options) {
   figures.from = options.from.value_or(player.info().first_step);
   figures.to = options.to.value_or(player.info().last_step);
   check_span(player.info(), figures.from, figures.to);
-  for (const std::uint64_t step : player.info().keyframe_steps) {
+  for (const std::uint64_t step : player.keyframe_steps()) {
     if (step > figures.from && step <= figures.to) ++figures.keyframes;
   }
   Progress progress(options.file, progress_count(std::max<std::uint64_t>(figures.to - figures.from, 1)),
@@ -130,13 +131,14 @@ InfoFigures inspect(const std::string& file) {
   InfoFigures figures;
   figures.file = file;
   figures.info = player.info();
+  figures.keyframe_steps.assign(player.keyframe_steps().begin(), player.keyframe_steps().end());
   figures.first_bodies = player.world().body_count();
   figures.first_shapes = player.world().shape_count();
   figures.last_bodies = figures.first_bodies;
   figures.last_shapes = figures.first_shapes;
-  if (!figures.info.keyframe_steps.empty()) {
+  if (!figures.keyframe_steps.empty()) {
     Workers workers(1);  // a keyframe is a state: nothing is stepped
-    naming(file, [&] { player.seek(figures.info.keyframe_steps.back(), workers); });
+    naming(file, [&] { player.seek(figures.keyframe_steps.back(), workers); });
     figures.last_bodies = player.world().body_count();
     figures.last_shapes = player.world().shape_count();
   }
@@ -147,6 +149,7 @@ DiffFigures diff(const DiffOptions& options) {
   check_backend(options.threads, options.isa);
   Player a = open_recording(options.a);
   Player b = open_recording(options.b);
+  tell_of_idle_threads(options.threads);
   Workers workers(WorkersOptions{.threads = options.threads, .isa = options.isa});
   DiffFigures figures;
   figures.a = options.a;

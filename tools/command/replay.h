@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace scree::command {
 
@@ -45,6 +46,7 @@ ReplayFigures replay(const ReplayOptions& options);
 struct InfoFigures {
   std::string file;
   RecordingInfo info;
+  std::vector<std::uint64_t> keyframe_steps;
   std::uint64_t first_bodies = 0;  // at the first step
   std::uint64_t first_shapes = 0;
   std::uint64_t last_bodies = 0;  // at the last keyframe

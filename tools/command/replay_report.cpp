@@ -131,7 +131,7 @@ std::string to_json(const InfoFigures& figures) {
   json["last_step"] = info.last_step;
   json["calls"] = info.calls;
   json["keyframes"] = info.keyframes;
-  json["keyframe_steps"] = info.keyframe_steps;
+  json["keyframe_steps"] = figures.keyframe_steps;
   json["hulls"] = info.hulls;
   json["first_state"] = {{"bodies", figures.first_bodies}, {"shapes", figures.first_shapes}};
   json["last_keyframe"] = {{"bodies", figures.last_bodies}, {"shapes", figures.last_shapes}};

@@ -94,7 +94,8 @@ std::string to_json(const RunFigures& figures) {
     json["recording"] = {{"file", recording->file}, {"bytes", recording->bytes}, {"steps", recording->steps}};
   }
   json["hash"] = hash_digits(figures.hash);
-  return json.dump(2) + "\n";
+  // A file's name may be anything.
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace scree::command

@@ -43,9 +43,7 @@ bool is_built_in(const std::string& name) {
 
 std::vector<scenes::Scene> find_scene(const RunOptions& options) {
   const std::string& name = options.scene;
-  const bool looks_like_file = name.ends_with(".json") || name.find('/') != std::string::npos ||
-                               std::filesystem::is_regular_file(name);
-  if (is_built_in(name) || !looks_like_file) return scenes::build(name, options.parameters);
+  if (!is_scene_file(name)) return scenes::build(name, options.parameters);
   if (!options.parameters.empty()) {
     throw Error("--set " + options.parameters.begin()->first + ": a scene file has no parameters");
   }
@@ -128,7 +126,11 @@ class Recording {
     file_ = options.record;
     RecorderOptions recorder_options;
     if (options.keyframes) recorder_options.keyframe_spacing = *options.keyframes;
-    recorder_.emplace(world, file_, recorder_options);
+    try {
+      recorder_.emplace(world, file_, recorder_options);
+    } catch (const Error& error) {
+      fail(error.what());  // name and options were good when the command began
+    }
   }
   void check() const {
     if (recorder_ && !recorder_->is_recording()) fail(recorder_->error());
@@ -225,8 +227,16 @@ std::uint64_t peak_memory_bytes() {
 
 }  // namespace
 
+bool is_scene_file(const std::string& name) {
+  if (is_built_in(name)) return false;
+  std::error_code problem;  // such as a name that is too long
+  return name.ends_with(".json") || name.find('/') != std::string::npos ||
+         std::filesystem::is_regular_file(name, problem);
+}
+
 RunFigures run(const RunOptions& options) {
   Plan plan = make_plan(options);
+  if (!options.quiet) tell_of_idle_threads(options.threads);
   Workers workers(WorkersOptions{.threads = options.threads, .isa = options.isa});
   RunFigures figures;
   figures.scene = plan.worlds.front().name;

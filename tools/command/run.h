@@ -72,6 +72,9 @@ struct RunFigures {
   double steps_per_second() const { return ms_mean > 0.0 ? 1000.0 / ms_mean : 0.0; }
 };
 
+// Whether the name is a scene file's, and not a built-in scene's.
+bool is_scene_file(const std::string& name);
+
 // Checks the options, builds the scene, runs it, and shows progress on standard error. Throws scree::Error
 // for bad options.
 RunFigures run(const RunOptions& options);

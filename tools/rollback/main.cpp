@@ -1,5 +1,6 @@
 // The program scree_rollback: plays a session and prints what it took. Exit codes: 0 all hashes agree, 1 they
 // do not or something broke, 2 bad input.
+#include <tools/files/output_file.h>
 #include <tools/rollback/session.h>
 
 #include <CLI/CLI.hpp>
@@ -76,8 +77,11 @@ int run(int argc, char** argv) {
 }  // namespace scree::rollback
 
 int main(int argc, char** argv) {
+  scree::files::prepare_process();
   try {
-    return scree::rollback::run(argc, argv);
+    const int exit_code = scree::rollback::run(argc, argv);
+    scree::files::write_standard_output("");  // what was printed is there, too
+    return exit_code;
   } catch (const scree::Error& error) {
     std::cerr << "scree_rollback: " << error.what() << "\n";
     return 2;

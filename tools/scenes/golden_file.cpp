@@ -1,4 +1,5 @@
 // See golden_file.h.
+#include <tools/files/output_file.h>
 #include <tools/scenes/golden_file.h>
 
 #include <cstdio>
@@ -86,10 +87,9 @@ void write_goldens(const std::string& file, const std::vector<Golden>& goldens) 
     const RunHashes& hashes = goldens.at(next++).digest;
     line = without_hashes(line) + "  " + hex(hashes.last) + "  " + hex(hashes.all);
   }
-  std::ofstream stream(file);
-  for (const std::string& line : lines) stream << line << "\n";
-  stream.close();
-  if (!stream) throw Error(file + ": cannot be written");
+  std::string text;
+  for (const std::string& line : lines) text.append(line).append("\n");
+  files::write_file({"", file}, text);
 }
 
 std::string text_of(const Parameters& parameters) {

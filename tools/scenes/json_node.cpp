@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <set>
 #include <sstream>
 
 namespace scree::scenes {
@@ -38,59 +36,116 @@ std::string text(Range range) {
   return "from " + text(range.low) + " to " + text(range.high);
 }
 
-// Follows the parser through the document to tell where a key stands twice.
-class DuplicateWatch {
+// Builds the document as the parser goes through its text, and tells where a key stands twice. The library's
+// own builder looks through the whole of what surrounds an object or array when that ends, if it tells of
+// keys.
+class Builder final : public nlohmann::json_sax<nlohmann::json> {
  public:
-  explicit DuplicateWatch(const std::string& file) : file_(file) {}
+  Builder(const std::string& source, const std::string& file) : source_(source), file_(file) {}
 
-  bool operator()(int, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
-    using Event = nlohmann::json::parse_event_t;
-    switch (event) {
-      case Event::object_start:
-      case Event::array_start:
-        open_.push_back({event == Event::array_start, 0, {}, {}});
-        break;
-      case Event::object_end:
-      case Event::array_end:
-        open_.pop_back();
-        count_element();
-        break;
-      case Event::value:
-        count_element();
-        break;
-      case Event::key:
-        open_.back().key = parsed.get<std::string>();
-        if (!open_.back().seen.insert(open_.back().key).second) {
-          throw Error(file_ + ": " + place() + ": the key stands twice in its object");
-        }
-        break;
+  nlohmann::json take() { return std::move(document_); }
+
+  bool null() override { return add(nullptr); }
+  bool boolean(bool value) override { return add(value); }
+  bool number_integer(number_integer_t value) override { return add(value); }
+  bool number_unsigned(number_unsigned_t value) override { return add(value); }
+  bool number_float(number_float_t value, const string_t&) override { return add(value); }
+  bool string(string_t& value) override { return add(std::move(value)); }
+  bool binary(binary_t& value) override { return add(std::move(value)); }  // not in JSON
+
+  bool start_object(std::size_t) override { return open(nlohmann::json::object()); }
+  bool end_object() override { return close(); }
+  bool start_array(std::size_t) override { return open(nlohmann::json::array()); }
+  bool end_array() override { return close(); }
+
+  bool key(string_t& key) override {
+    Level& level = open_.back();
+    auto& members = level.value->get_ref<nlohmann::json::object_t&>();
+    const auto [member, is_new] = members.emplace(std::move(key), nullptr);
+    level.key = &member->first;
+    level.member = &member->second;
+    if (!is_new) throw Error(file_ + ": " + place() + ": the key stands twice in its object");
+    return true;
+  }
+
+  bool parse_error(std::size_t bytes_read, const std::string&,
+                   const nlohmann::json::exception& error) override {
+    std::string reason = error.what();
+    if (dynamic_cast<const nlohmann::json::parse_error*>(&error) ==
+        nullptr) {  // a number that no double holds
+      if (const std::size_t bracket = reason.find("] "); bracket != std::string::npos) {
+        reason.erase(0, bracket + 2);
+      }
+      throw Error(file_ + ": " + place() + ": " + reason);
     }
+    // "[json.exception.parse_error.101] parse error at line 1, column 2: <reason>"
+    if (const std::size_t colon = reason.find(": "); colon != std::string::npos) reason.erase(0, colon + 2);
+    throw Error(file_ + ":" + line_and_column(bytes_read) + ": not JSON: " + reason);
+  }
+
+ private:
+  // An object or array that has not ended.
+  struct Level {
+    nlohmann::json* value;
+    const std::string* key = nullptr;  // of an object: of the value that comes next
+    nlohmann::json* member = nullptr;  // and where that goes
+  };
+
+  // Puts a value where the next one belongs. It stays there until its own level has ended.
+  nlohmann::json* place_value(nlohmann::json value) {
+    if (open_.empty()) {
+      document_ = std::move(value);
+      return &document_;
+    }
+    const Level& level = open_.back();
+    if (level.value->is_array())
+      return &level.value->get_ref<nlohmann::json::array_t&>().emplace_back(std::move(value));
+    *level.member = std::move(value);
+    return level.member;
+  }
+
+  bool add(nlohmann::json value) {
+    place_value(std::move(value));
+    return true;
+  }
+
+  bool open(nlohmann::json value) {
+    nlohmann::json* const placed = place_value(std::move(value));
+    open_.push_back({placed});
+    return true;
+  }
+
+  bool close() {
+    open_.pop_back();
     return true;
   }
 
   // Of the value that comes next.
   std::string place() const {
     std::string path;
-    for (const Level& level : open_) {
+    for (std::size_t i = 0; i < open_.size(); ++i) {
+      const nlohmann::json& value = *open_[i].value;
+      // What is open itself is in its array already.
+      const std::size_t index = value.size() - (value.is_array() && i + 1 < open_.size() ? 1 : 0);
       path += '/';
-      path += level.array ? std::to_string(level.index) : escape(level.key);
+      path += value.is_array() ? std::to_string(index) : escape(*open_[i].key);
     }
     return path.empty() ? "the document" : path;
   }
 
- private:
-  struct Level {
-    bool array = false;
-    std::size_t index = 0;
-    std::string key;
-    std::set<std::string> seen;
-  };
-
-  void count_element() {
-    if (!open_.empty() && open_.back().array) ++open_.back().index;
+  std::string line_and_column(std::size_t bytes_read) const {
+    // The text has stopped making sense with the last byte.
+    const std::size_t end = std::min(bytes_read > 0 ? bytes_read - 1 : 0, source_.size());
+    const auto line =
+        1 + std::count(source_.begin(), source_.begin() + static_cast<std::ptrdiff_t>(end), '\n');
+    const std::size_t line_start = end == 0 ? std::string::npos : source_.rfind('\n', end - 1);
+    const std::size_t column = line_start == std::string::npos ? end + 1 : end - line_start;
+    return std::to_string(line) + ":" + std::to_string(column);
   }
 
-  std::string file_;
+  const std::string& source_;
+  const std::string& file_;
+  nlohmann::json document_;
   std::vector<Level> open_;
 };
 
@@ -243,26 +298,9 @@ void Members::read(const char* key, std::string& out) {
 }
 
 nlohmann::json parse_json(const std::string& source, const std::string& file) {
-  DuplicateWatch watch(file);
-  try {
-    return nlohmann::json::parse(source, std::ref(watch));
-  } catch (const nlohmann::json::parse_error& error) {
-    // error.byte is the count of bytes read when the text stopped making sense.
-    const std::size_t end = std::min(error.byte > 0 ? error.byte - 1 : 0, source.size());
-    const auto line = 1 + std::count(source.begin(), source.begin() + static_cast<std::ptrdiff_t>(end), '\n');
-    const std::size_t line_start = end == 0 ? std::string::npos : source.rfind('\n', end - 1);
-    const std::size_t column = line_start == std::string::npos ? end + 1 : end - line_start;
-    // "[json.exception.parse_error.101] parse error at line 1, column 2: <reason>"
-    std::string reason = error.what();
-    if (const std::size_t colon = reason.find(": "); colon != std::string::npos) reason.erase(0, colon + 2);
-    throw Error(file + ":" + std::to_string(line) + ":" + std::to_string(column) + ": not JSON: " + reason);
-  } catch (const nlohmann::json::exception& error) {  // a number that no double holds
-    std::string reason = error.what();
-    if (const std::size_t bracket = reason.find("] "); bracket != std::string::npos) {
-      reason.erase(0, bracket + 2);
-    }
-    throw Error(file + ": " + watch.place() + ": " + reason);
-  }
+  Builder builder(source, file);
+  nlohmann::json::sax_parse(source, &builder);
+  return builder.take();
 }
 
 }  // namespace scree::scenes

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <sstream>
 
 namespace scree::scenes {
@@ -55,7 +56,16 @@ namespace {
 const Range kLength = between(kMinExtent, kMaxExtent);  // m, of shapes
 const Range kHullPoint = within(kMaxExtent);            // m
 const Range kHullScale = between(kMinHullScale, kMaxHullScale);
-const Range kPosition = within(kMaxPosition);  // m
+const Range kPosition = within(kMaxPosition);            // m
+const Range kLocalPosition = within(kMaxLocalPosition);  // m
+const Range kSpeed = within(kMaxSpeed);                  // m/s, rad/s
+const Range kDamping = up_to(kMaxRate);                  // 1/s
+const Range kGravityFactor = within(kMaxGravityFactor);
+const Range kMass = between(kMinMass, kMaxMass);  // kg
+const Range kFriction = up_to(kMaxFriction);
+const Range kRollingResistance = up_to(kMaxRollingResistance);  // m
+const Range kDensity = between(kMinDensity, kMaxDensity);       // kg/m^3
+const Range kSurfaceVelocity = within(kMaxSurfaceSpeed);        // m/s
 constexpr std::int64_t kMostSteps = 1'000'000'000;
 
 using Materials = std::map<std::string, Material>;
@@ -77,11 +87,11 @@ void read_mix(Members& members, const char* key, MixRule& out) {
 Material read_material(const Node& node) {
   Material material;
   Members members(node);
-  members.read("friction", material.friction, up_to(kMaxFriction));
+  members.read("friction", material.friction, kFriction);
   members.read("restitution", material.restitution, {0.0, 1.0});
-  members.read("rolling_resistance", material.rolling_resistance, up_to(kMaxRollingResistance));
-  members.read("density", material.density, between(kMinDensity, kMaxDensity));
-  members.read("surface_velocity", material.surface_velocity, within(kMaxSurfaceSpeed));
+  members.read("rolling_resistance", material.rolling_resistance, kRollingResistance);
+  members.read("density", material.density, kDensity);
+  members.read("surface_velocity", material.surface_velocity, kSurfaceVelocity);
   read_mix(members, "friction_mix", material.friction_mix);
   read_mix(members, "restitution_mix", material.restitution_mix);
   members.finish();
@@ -177,7 +187,7 @@ SceneShape read_shape(const Node& node, const Named& named) {
       material->fail("expected the name of a material or an object");
     }
   }
-  members.read("position", shape.options.local_pose.position, within(kMaxLocalPosition));
+  members.read("position", shape.options.local_pose.position, kLocalPosition);
   read_rotation(members, shape.options.local_pose.rotation);
   if (const Node* filter = members.find("filter")) shape.options.filter = read_filter(*filter);
   if (const Node* data = members.find("user_data")) shape.options.user_data = data->bits64();
@@ -201,13 +211,13 @@ BodyDef read_body_def(Members& members) {
   if (const Node* type = members.find("type")) def.type = static_cast<BodyType>(type->choice(kTypes));
   members.read("position", def.position, kPosition);
   read_rotation(members, def.rotation);
-  members.read("linear_velocity", def.linear_velocity, within(kMaxSpeed));
-  members.read("angular_velocity", def.angular_velocity, within(kMaxSpeed));
-  members.read("linear_damping", def.linear_damping, up_to(kMaxRate));
-  members.read("angular_damping", def.angular_damping, up_to(kMaxRate));
-  members.read("gravity_factor", def.gravity_factor, within(kMaxGravityFactor));
+  members.read("linear_velocity", def.linear_velocity, kSpeed);
+  members.read("angular_velocity", def.angular_velocity, kSpeed);
+  members.read("linear_damping", def.linear_damping, kDamping);
+  members.read("angular_damping", def.angular_damping, kDamping);
+  members.read("gravity_factor", def.gravity_factor, kGravityFactor);
   if (const Node* locks = members.find("locks")) def.locks = read_locks(*locks);
-  if (const Node* mass = members.find("mass")) def.mass = mass->number(between(kMinMass, kMaxMass));
+  if (const Node* mass = members.find("mass")) def.mass = mass->number(kMass);
   members.read("can_sleep", def.can_sleep);
   if (const Node* data = members.find("user_data")) def.user_data = data->bits64();
   return def;
@@ -234,18 +244,25 @@ Repeat read_repeat(const Node& node, std::int64_t most_bodies) {
   return repeat;
 }
 
-// What single values can not tell, such as the mass and inertia that all shapes come to, only a world knows.
-void try_body(const Node& node, const Scene& scene, const SceneBody& body) {
-  Scene alone;
-  alone.bodies.push_back({body.def, 0, body.shape_count});
-  alone.shapes.assign(scene.shapes.begin() + body.first_shape, scene.shapes.end());
-  try {
-    World world;
-    populate(world, alone);
-  } catch (const Error& error) {
-    node.fail(error.what());
+// What single values can not tell, such as the mass and inertia that all shapes come to, only a world knows:
+// one for all bodies, in turn.
+class Trial {
+ public:
+  void run(const Node& node, const BodyDef& def, std::span<const SceneShape> shapes) {
+    try {
+      const BodyId body = world_.create_body(def);
+      for (const SceneShape& shape : shapes) {
+        world_.add_shape(body, shape.geometry, shape.material, shape.options);
+      }
+      world_.destroy_body(body);
+    } catch (const Error& error) {
+      node.fail(error.what());
+    }
   }
-}
+
+ private:
+  World world_;
+};
 
 // The body at every place of the grid; x runs fastest, then y, then z.
 void add_repeated(Scene& scene, const Node& body, const BodyDef& def, std::uint32_t first_shape,
@@ -281,30 +298,41 @@ void read_name(const Node& node, std::uint32_t first, BodyNames& names) {
   if (!names.emplace(name, NamedBodies{first}).second) node.fail("two bodies have this name");
 }
 
-void read_body(const Node& node, const Named& named, std::int64_t most_bodies, BodyNames& names,
-               Scene& scene) {
-  Members members(node);
-  const auto first_body = static_cast<std::uint32_t>(scene.bodies.size());
-  const Node* name = members.find("name");
-  if (name != nullptr) read_name(*name, first_body, names);
-  const BodyDef def = read_body_def(members);
-  const auto first_shape = static_cast<std::uint32_t>(scene.shapes.size());
-  std::uint32_t shape_count = 0;
-  if (const Node* shapes = members.find("shapes")) {
-    for (const Node& shape : shapes->elements()) {
-      scene.shapes.push_back(read_shape(shape, named));
-      ++shape_count;
+// Adds the bodies of an array to the scene.
+class BodyReader {
+ public:
+  BodyReader(const Named& named, std::int64_t most_bodies, BodyNames& names, Scene& scene)
+      : named_(named), most_bodies_(most_bodies), names_(names), scene_(scene) {}
+
+  void read(const Node& node) {
+    Members members(node);
+    const auto first_body = static_cast<std::uint32_t>(scene_.bodies.size());
+    const Node* name = members.find("name");
+    if (name != nullptr) read_name(*name, first_body, names_);
+    const BodyDef def = read_body_def(members);
+    const std::size_t first_shape = scene_.shapes.size();
+    if (const Node* shapes = members.find("shapes")) {
+      for (const Node& shape : shapes->elements()) scene_.shapes.push_back(read_shape(shape, named_));
+    }
+    Repeat repeat;
+    if (const Node* grid = members.find("repeat")) repeat = read_repeat(*grid, most_bodies_);
+    members.finish();
+    const std::span<const SceneShape> shapes = std::span(scene_.shapes).subspan(first_shape);
+    trial_.run(node, def, shapes);
+    add_repeated(scene_, node, def, static_cast<std::uint32_t>(first_shape),
+                 static_cast<std::uint32_t>(shapes.size()), repeat, most_bodies_);
+    if (name != nullptr) {
+      names_[name->string()].count = static_cast<std::int64_t>(scene_.bodies.size() - first_body);
     }
   }
-  Repeat repeat;
-  if (const Node* grid = members.find("repeat")) repeat = read_repeat(*grid, most_bodies);
-  members.finish();
-  try_body(node, scene, {def, first_shape, shape_count});
-  add_repeated(scene, node, def, first_shape, shape_count, repeat, most_bodies);
-  if (name != nullptr) {
-    names[name->string()].count = static_cast<std::int64_t>(scene.bodies.size() - first_body);
-  }
-}
+
+ private:
+  const Named& named_;
+  std::int64_t most_bodies_;
+  BodyNames& names_;
+  Scene& scene_;
+  Trial trial_;
+};
 
 void read_settings(const Node& node, WorldSettings& settings) {
   Members members(node);
@@ -358,7 +386,8 @@ Scene parse_scene(const std::string& source, const std::string& file, std::int64
   const Node* joints = members.find("joints");
   members.finish();
   BodyNames names;
-  for (const Node& body : bodies.elements()) read_body(body, named, most_bodies, names, scene);
+  BodyReader reader(named, most_bodies, names, scene);
+  for (const Node& body : bodies.elements()) reader.read(body);
   if (joints != nullptr) read_joints(*joints, names, most_bodies, scene);
   return scene;
 }

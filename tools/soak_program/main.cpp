@@ -1,5 +1,6 @@
 // The program behind tools/soak: random scenes, recorded on one backend and replayed on all, until time is up
 // or something differs. Exit codes: 0 nothing differed, 1 something did or broke, 2 bad input.
+#include <tools/files/output_file.h>
 #include <tools/soak_program/golden.h>
 #include <tools/soak_program/round.h>
 
@@ -112,8 +113,11 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::signal(SIGINT, scree::soak::interrupt);
+  scree::files::prepare_process();
   try {
-    return scree::soak::run(argc, argv);
+    const int exit_code = scree::soak::run(argc, argv);
+    scree::files::write_standard_output("");  // what was printed is there, too
+    return exit_code;
   } catch (const scree::Error& error) {
     std::cerr << "scree_soak: " << error.what() << "\n";
     return 2;

@@ -55,9 +55,30 @@ SCREE_API void restore(World& world, const Snapshot& snapshot);
 /// Another world in the same state.
 SCREE_API World clone(const World& world);
 
+namespace detail {
+using TakeBytes = void (*)(void* context, std::span<const std::byte> part, std::size_t all);
+/// Calls take(context, part, all) with part after part of as many bytes.
+SCREE_API void write_snapshot(const Snapshot& snapshot, TakeBytes take, void* context);
+}  // namespace detail
+
 /// The snapshot as bytes, the same for equal states on every machine. Each hull is written once. Throws Error
 /// for an empty snapshot and where bytes are not in little-endian order, and std::bad_alloc.
-SCREE_API std::vector<std::byte> write_snapshot(const Snapshot& snapshot);
+///
+/// A template, so that its name in a program tells which std::vector that program has: with _GLIBCXX_DEBUG it
+/// is another one than the library's.
+template <class Bytes = std::vector<std::byte>>
+Bytes write_snapshot(const Snapshot& snapshot) {
+  Bytes result;
+  detail::write_snapshot(
+      snapshot,
+      [](void* context, std::span<const std::byte> part, std::size_t all) {
+        Bytes& bytes = *static_cast<Bytes*>(context);
+        bytes.reserve(all);
+        bytes.insert(bytes.end(), part.begin(), part.end());
+      },
+      &result);
+  return result;
+}
 
 /// The snapshot that the bytes were written from. They may come from anywhere: all that a world relies on is
 /// checked, and memory is taken in proportion to their number (restoring then takes what the saved world

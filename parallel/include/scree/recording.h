@@ -16,7 +16,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace scree {
 
@@ -35,13 +34,18 @@ struct RecorderOptions {
 /// bounded by 64 MiB: a world whose states are larger waits for them.
 ///
 /// Where the file cannot be written any more, or memory runs out, the world goes on unharmed and the
-/// recording ends there: error() tells, and finish() throws.
+/// recording ends there: error() tells, and finish() throws. So it is where a step throws std::bad_alloc,
+/// though that world can only be destroyed.
 class SCREE_API Recorder {
  public:
   /// Creates or replaces the file and saves the world into it. Throws Error for options outside their ranges,
-  /// a world that was moved from or is being recorded already, and a file that cannot be written.
+  /// a world that was moved from or is being recorded already, a file that cannot be written, and one that
+  /// another recorder, of any process, is writing to: that one goes on. (Recorders hold a lock on their file,
+  /// as flock makes it; players need none, and may read what is being recorded.)
   Recorder(World& world, const std::string& file, const RecorderOptions& options = {});
-  ~Recorder();  ///< as finish(), but silent about errors
+  /// As finish(), but silent about errors; where an exception on its way destroys the recorder, what was
+  /// recorded is written, and is not finished.
+  ~Recorder();
   Recorder(Recorder&&) noexcept;
   Recorder& operator=(Recorder&&) noexcept;
 
@@ -71,7 +75,6 @@ struct RecordingInfo {
   std::uint64_t raw_bytes = 0;   ///< of all chunks before compression
   std::uint64_t lost_bytes = 0;  ///< at the end of the file, of a chunk that was not written whole
   bool finished = false;         ///< false: whoever recorded did not come to the end
-  std::vector<std::uint64_t> keyframe_steps;  ///< ascending
 };
 
 /// The first place where a replay, or another recording, differs.
@@ -100,6 +103,8 @@ class SCREE_API Player {
   Player& operator=(Player&&) noexcept;
 
   const RecordingInfo& info() const noexcept;
+  /// Where the keyframes are, ascending, the first snapshot among them; as long as the player lives.
+  std::span<const std::uint64_t> keyframe_steps() const noexcept;
   /// The world after `position()` steps: calls that were made after that step come with the next one. Its
   /// events and stats are those of the step; after a seek there are none. (Of a recording that began between
   /// a call and the step, World::is_awake fulfills here what that call asked for: branch() to read it.)

@@ -27,8 +27,8 @@ class Crew;
 /// Lends helpers to steps. One `Workers` may serve many worlds and many calling threads at once; a step never
 /// waits for a helper that has not begun to work, so stepping from inside tasks of the caller's own is safe.
 /// Helpers are threads of oneTBB, which lends one per core at most; a tbb::global_control of
-/// max_allowed_parallelism that the caller holds changes that. A moved-from `Workers` can only be assigned to
-/// or destroyed.
+/// max_allowed_parallelism that the caller holds changes that. Threads beyond those are never asked for. A
+/// moved-from `Workers` can only be assigned to or destroyed.
 class SCREE_API Workers {
  public:
   Workers();
@@ -38,8 +38,8 @@ class SCREE_API Workers {
   Workers(Workers&&) noexcept;
   Workers& operator=(Workers&&) noexcept;
 
-  int threads() const noexcept;
-  Isa isa() const noexcept;  ///< the one in use, never `automatic`
+  int threads() const noexcept;  ///< as many as were asked for
+  Isa isa() const noexcept;      ///< the one in use, never `automatic`
 
  private:
   friend class Crew;
