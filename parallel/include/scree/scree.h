@@ -6,6 +6,7 @@
 #include <scree/events.h>
 #include <scree/hull.h>
 #include <scree/ids.h>
+#include <scree/math.h>
 #include <scree/math_types.h>
 #include <scree/recording.h>
 #include <scree/shapes.h>
