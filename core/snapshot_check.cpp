@@ -58,6 +58,7 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
   const std::size_t axes = rows_of("contacts.pairs", "axis") == 0 ? 0 : pairs;
   const std::size_t resting = rows_of("contacts.resting", "pair"), joints = rows_of("joints", "flags");
   const std::size_t resting_axes = rows_of("contacts.resting", "axis") == 0 ? 0 : resting;
+  const std::size_t forces = rows_of("contacts", "forces") == 0 ? 0 : rows;
   const Rule rules[] = {{"bodies", "flags", at(kFirstBody), kMostRows},
                         {"bodies", "free_slots", 0, bodies},
                         {"bodies", nullptr, bodies, bodies},
@@ -76,6 +77,7 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
                         {"contacts.now", "points", 0, kMostRows},
                         {"contacts.now", nullptr, contacts, contacts},
                         {"contacts", "free_rows", 0, rows},
+                        {"contacts", "forces", forces, forces},
                         {"joints", "flags", 0, kMostRows},
                         {"joints", "free_slots", 0, joints},
                         {"joints", nullptr, joints, joints},

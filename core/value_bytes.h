@@ -118,6 +118,7 @@ void fields(Of<WorldSettings> auto& settings, auto&& visit) {
   visit(settings.sleep_angular_speed);
   visit(settings.sleep_time);
   visit(settings.contact_events);
+  visit(settings.contact_forces);
   visit(settings.measure_residual);
   visit(settings.measure_penetration);
 }

@@ -57,6 +57,7 @@ void Constraints::report(const Visit& visit) const {
   column("stages", stages);
   column("residual", residual);
   column("impulse_sum", impulse_sum);
+  column("force_sum", force_sum);
   column("depth", depth);
   column("depths", depths);
   column("moving", moving);

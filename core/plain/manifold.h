@@ -75,4 +75,17 @@ struct alignas(16) ContactSurface {
   float rolling_impulse[3];   // N m s in world axes; written by store_impulses
 };
 
+// What a contact bore in a whole step, the sum of its substeps; while WorldSettings::contact_forces asks.
+// Written by store_impulses.
+struct alignas(64) ContactForceRow {
+  float normal_impulse[kMaxManifoldPoints];  // N s
+  float friction_impulse[2];                 // along t1 and t2, N s
+  float twist_impulse;                       // about the normal, N m s
+  float is_set;                              // 1: measured, 0: not yet
+  float rolling_impulse[3];                  // N m s in world axes
+  float padding_1;
+  float center[3];  // m, of friction, in world coordinates where the step began
+  float padding_2;
+};
+
 }  // namespace scree

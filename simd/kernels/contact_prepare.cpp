@@ -312,6 +312,7 @@ void store_blocks(const ContactArgs& args, const ConstraintChunk& chunk) {
 }  // namespace
 
 void add_contact_solve_kernels(ContactKernels& kernels);
+void add_contact_force_kernels(ContactKernels& kernels);
 
 ContactKernels make_contact_kernels() {
   ContactKernels kernels{};
@@ -327,6 +328,7 @@ ContactKernels make_contact_kernels() {
   kernels.store = store_blocks;
   kernels.measure_depth = measure_depth;
   add_contact_solve_kernels(kernels);
+  add_contact_force_kernels(kernels);
   return kernels;
 }
 

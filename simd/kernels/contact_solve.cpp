@@ -3,7 +3,7 @@
 //   S along the normal, T1 and T2 as torques about t1 and t2   (from the points: S += d, T1 += v d, T2 -= u
 //   d) two tangent impulses at C and a twist impulse about the normal,
 // and act on the bodies once, at the end.
-#include <simd/contact_block.h>
+#include <simd/contact_forces.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
@@ -278,6 +278,7 @@ inline void relax_blocks(const ContactArgs& args, const ConstraintChunk& chunk) 
     apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum + friction.impulse,
                    tangent1 * change.torque1 + tangent2 * change.torque2 + friction.torque);
     if constexpr (kRich) solve_rolling<kStatic>(block, bodies, keep, sum);
+    if (args.force_sum != nullptr) add_forces<kPoints, kRich>(args, first_lane, block);
     store_bodies<kStatic>(args, block, count, first_lane, bodies, hub);
   });
   if constexpr (kMeasured) {
@@ -341,6 +342,7 @@ SCREE_SWEEP void restitution_chunk(const ContactArgs& args, const ConstraintChun
                        tangent1 * change.torque1 + tangent2 * change.torque2);
       }
       if (args.impulse_sum != nullptr) add_impulse_sum(args, first_lane, added);
+      if (args.force_sum != nullptr) add_rebound_forces<kPoints>(args, first_lane, block, impulse);
       store_bodies<kStatic>(args, block, count, first_lane, bodies, hub);
     });
   }

@@ -207,6 +207,7 @@ WorldSettings random_settings(Random& random) {
   if (once_in(random, 2)) settings.contact_events = static_cast<ContactEvents>(random.below(4));
   settings.measure_residual = once_in(random, 2);
   settings.measure_penetration = once_in(random, 2);
+  settings.contact_forces = settings.measure_residual != settings.measure_penetration;
   return settings;
 }
 
@@ -499,6 +500,7 @@ void print(std::ostream& out, const WorldSettings& value) {
   field(out, "sleep_angular_speed", value.sleep_angular_speed);
   field(out, "sleep_time", value.sleep_time);
   field(out, "contact_events", static_cast<int>(value.contact_events));
+  field(out, "contact_forces", value.contact_forces);
   field(out, "measure_residual", value.measure_residual);
   field(out, "measure_penetration", value.measure_penetration);
   out << "}";

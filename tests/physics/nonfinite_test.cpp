@@ -175,7 +175,8 @@ class Poke {
   void change(WorldSettings& settings) {
     auto& [gravity, substeps, contact_hertz, contact_damping_ratio, push_speed, restitution_threshold,
            max_linear_speed, max_angular_speed, continuous, warm_start, sleeping, sleep_linear_speed,
-           sleep_angular_speed, sleep_time, contact_events, measure_residual, measure_penetration] = settings;
+           sleep_angular_speed, sleep_time, contact_events, contact_forces, measure_residual,
+           measure_penetration] = settings;
     change(gravity), change(contact_hertz), change(contact_damping_ratio), change(push_speed);
     change(restitution_threshold), change(max_linear_speed), change(max_angular_speed);
     change(sleep_linear_speed), change(sleep_angular_speed), change(sleep_time);

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <scree/body.h>
+#include <scree/contact_forces.h>
 #include <scree/error.h>
 #include <scree/events.h>
 #include <scree/export.h>
@@ -46,6 +47,7 @@ struct WorldSettings {
   /// s, ... for this long, in [0, 1e6]. What may sleep, touches something and turns as slowly is damped.
   float sleep_time = 0.5f;
   ContactEvents contact_events = ContactEvents::none;  ///< asked for of all shapes, besides their own
+  bool contact_forces = false;                         ///< measure what World::contact_forces tells
   bool measure_residual = false;                       ///< fill StepStats::residual
   bool measure_penetration = false;                    ///< fill StepStats::penetration_*
 };
@@ -256,6 +258,20 @@ class SCREE_API World {
   std::span<const JointId> broken_joints() const noexcept;
   /// Joints that were destroyed with their bodies before the step, in the order of the calls.
   std::span<const JointId> destroyed_joints() const noexcept;
+
+  // --- forces of contacts, see contact_forces.h: while WorldSettings::contact_forces is on, else these throw
+  // Error. They tell of the last step: of all contacts that bore something in it, or were at most 5 mm apart
+  // when it began. What sleeps tells what it bore as it fell asleep; in a step of no length, and from when
+  // the setting was turned on until the next step (of sleepers, until they wake), all impulses are zero.
+  // Contacts whose shapes, or their bodies' types, have been replaced since are left out ---
+
+  /// All contacts, ascending by the indices of their shapes: first shape_a's, then shape_b's. At most
+  /// `out.size()` are written. Returns how many there are.
+  std::size_t contact_forces(std::span<ContactForces> out) const;
+  /// Likewise of one body or shape, which may be either of the two. The first of these calls after a step
+  /// looks at all contacts, the others at those of the body or shape.
+  std::size_t contact_forces_of(BodyId body, std::span<ContactForces> out) const;
+  std::size_t contact_forces_of(ShapeId shape, std::span<ContactForces> out) const;
 
   // --- the world ---
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <scree/body.h>
+#include <scree/contact_forces.h>
 #include <scree/error.h>
 #include <scree/events.h>
 #include <scree/hull.h>
