@@ -108,6 +108,7 @@ void write_material(Shapes& shapes, std::int32_t shape, const Material& material
   rules.friction = material.friction;
   rules.restitution = material.restitution;
   rules.rolling_resistance = material.rolling_resistance;
+  rules.patch_radius = material.patch_radius.value_or(kAutomaticPatch);
   rules.rules = static_cast<std::uint32_t>(material.friction_mix) |
                 static_cast<std::uint32_t>(material.restitution_mix) << 8;
   if (material.surface_velocity != Vec3{}) rules.rules |= kMaterialMoves;

@@ -174,6 +174,7 @@ bool is_material(const MaterialRow& material) {
   const std::uint32_t mixing = material.rules & ~std::uint32_t{kMaterialMoves};
   return within(material.friction, 0.0f, kMaxFriction) && within(material.restitution, 0.0f, 1.0f) &&
          within(material.rolling_resistance, 0.0f, kMaxRollingResistance) &&
+         (material.patch_radius == kAutomaticPatch || within(material.patch_radius, 0.0f, kMaxPatchRadius)) &&
          std::all_of(std::begin(material.surface_velocity), std::end(material.surface_velocity),
                      [](float x) { return within(x, -kMaxSurfaceSpeed, kMaxSurfaceSpeed); }) &&
          (mixing & 0xff) <= kMostRule && mixing >> 8 <= kMostRule &&

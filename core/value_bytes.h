@@ -80,10 +80,11 @@ void fields(Of<ConvexHull> auto& convex, auto&& visit) {
   visit(convex.scale);
 }
 void fields(Of<Material> auto& material, auto&& visit) {
-  static_assert(sizeof(Material) == 32, "a new field goes here, too");
+  static_assert(sizeof(Material) == 40, "a new field goes here, too");
   visit(material.friction);
   visit(material.restitution);
   visit(material.rolling_resistance);
+  visit(material.patch_radius);
   visit(material.density);
   visit(material.surface_velocity);
   visit(material.friction_mix);

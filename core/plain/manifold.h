@@ -18,7 +18,7 @@ inline constexpr int kMaxManifoldPoints = 4;
 // t1 + point_v t2 (+ an offset along the normal that does not matter), C the friction center: the average of
 // the points, weighted by closeness, continuous in separation. t1 = tangent_of(normal), t2 = normal x t1.
 // Points that do not exist have separation kAbsentSeparation, u = v = 0 and no impulse; but where a sphere or
-// a capsule touches, which has two points at most, point_v[kTwistArm] is the arm at which friction acts
+// a capsule touches, which has two points at most, point_v[kTwistArm] is the mean arm at which friction acts
 // against spin about the normal in the patch around a point, in meters.
 struct alignas(64) Manifold {
   float normal[3];

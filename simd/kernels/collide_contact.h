@@ -308,9 +308,16 @@ WideImpulses match_impulses(const CollideColumns& columns, const Block& block,
 // give way by the slop, or by a share of R where that is less.
 inline constexpr float kPatchArm = 0.58904862f;  // 3 pi / 16
 inline constexpr float kPatchDepthShare = 0.02f;
-inline F twist_arm(F curvature_radius) {
+// Unless a surface gives the radius.
+inline F twist_arm(const MaterialRow* materials, const Block& block, F curvature_radius) {
+  const float* rows = reinterpret_cast<const float*>(materials);
+  constexpr int kStride = sizeof(MaterialRow) / sizeof(float);
+  F x, y, z, patch_1, patch_2;
+  load_rows(rows + 4, kStride, block.shape_1, x, y, z, patch_1);
+  load_rows(rows + 4, kStride, block.shape_2, x, y, z, patch_2);
+  const F given = max(patch_1, patch_2);
   const F depth = min(F(kLinearSlop), F(kPatchDepthShare) * curvature_radius);
-  return F(kPatchArm) * sqrt(curvature_radius * depth);
+  return F(kPatchArm) * select(given >= F(0.0f), given, sqrt(curvature_radius * depth));
 }
 
 // Average of the points, weighted by closeness: a point that appears at the speculative distance weighs next
@@ -437,7 +444,8 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
     count = count + count_if(present);
   }
 
-  if constexpr (kPoints <= kTwistArm) v[kTwistArm] = twist_arm(contact.curvature_radius);
+  if constexpr (kPoints <= kTwistArm)
+    v[kTwistArm] = twist_arm(columns.shape_material, block, contact.curvature_radius);
 
   const WideImpulses impulses = match_impulses(columns, block, contact, normal, tangent_1, tangent_2);
   const M touches = count > I(0);

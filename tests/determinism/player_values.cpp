@@ -111,6 +111,8 @@ Material random_material(Random& random) {
   if (once_in(random, 5)) material.surface_velocity = random_vector(random, 3.0f);
   material.friction_mix = any_of(random, kRules);
   material.restitution_mix = any_of(random, kRules);
+  if (material.rolling_resistance > 0.095f)
+    material.patch_radius = 20.0f * (material.rolling_resistance - 0.095f);
   return material;
 }
 
@@ -449,6 +451,7 @@ void print(std::ostream& out, const Material& value) {
   field(out, "restitution", value.restitution);
   field(out, "rolling_resistance", value.rolling_resistance);
   field(out, "density", value.density);
+  if (value.patch_radius) field(out, "patch_radius", *value.patch_radius);
   field(out, "surface_velocity", value.surface_velocity);
   field(out, "friction_mix", static_cast<int>(value.friction_mix));
   field(out, "restitution_mix", static_cast<int>(value.restitution_mix));

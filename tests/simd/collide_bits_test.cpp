@@ -44,7 +44,7 @@ Pairs mixed_pairs() {
                 random.uniform(-0.5f, 0.1f) > 0 ? 0.1f : 0.0f,
                 rule | (4 - rule) << 8 | (moves ? kMaterialMoves : 0u),
                 {moves ? 1.0f : 0.0f, moves ? -2.0f : 0.0f, 0},
-                0};
+                rule == 1 ? 0.05f : rule == 2 ? 0.0f : kAutomaticPatch};
   }
   return pairs;
 }

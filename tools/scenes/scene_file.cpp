@@ -80,6 +80,8 @@ Material read_material(const Node& node) {
   members.read("friction", material.friction, up_to(kMaxFriction));
   members.read("restitution", material.restitution, {0.0, 1.0});
   members.read("rolling_resistance", material.rolling_resistance, up_to(kMaxRollingResistance));
+  if (const Node* radius = members.find("patch_radius"))
+    material.patch_radius = radius->number(up_to(kMaxPatchRadius));
   members.read("density", material.density, between(kMinDensity, kMaxDensity));
   members.read("surface_velocity", material.surface_velocity, within(kMaxSurfaceSpeed));
   read_mix(members, "friction_mix", material.friction_mix);
