@@ -26,15 +26,24 @@ namespace scree {
 
 /// Tuning of a world. The defaults suit bodies of about 0.1 to 10 m at 60 steps a second.
 struct WorldSettings {
-  Vec3 gravity{0.0f, -9.81f, 0.0f};     ///< m/s^2, each within +-1e6
-  int substeps = 4;                     ///< solver substeps per step, in [1, 64]
-  float contact_hertz = 30.0f;          ///< Hz, stiffness of contacts; at most 1/(8 substep) is used;
-                                        ///< in [1e-3, 1e4]
-  float contact_damping_ratio = 10.0f;  ///< of the contacts' spring, in [0, 1e4]; 1 is critical
-  float push_speed = 3.0f;              ///< m/s, largest speed at which overlap is pushed apart, in [0, 1e6]
-  float restitution_threshold = 1.0f;   ///< m/s, approach speeds below do not rebound, in [0, 1e6]
-  float max_linear_speed = 400.0f;      ///< m/s, speeds are clamped in each substep, in [1e-3, 1e6]
-  float max_angular_speed = 400.0f;     ///< rad/s, in [1e-3, 1e6]
+  Vec3 gravity{0.0f, -9.81f, 0.0f};  ///< m/s^2, each within +-1e6
+  /// Solver substeps per step, in [1, 64]. Joints become stiffer with them, contacts only as contact_hertz
+  /// rises, too.
+  int substeps = 4;
+  /// Hz, in [1e-3, 1e4], the frequency f of contacts; at most 1/(8 h) is used, with h the step's dt over
+  /// substeps (30 Hz with the defaults at 60 steps a second), and twice that against fixed and kinematic
+  /// bodies. A contact of effective mass m overlaps by F / (m (2 pi f)^2) under the force F: m is half the
+  /// mass of two equal boxes, the mass of a box on a fixed one.
+  float contact_hertz = 30.0f;
+  /// Of the contacts' spring, in [0, 1e4], half of it against fixed and kinematic bodies; 1 is critical. How
+  /// overlap goes, not how much is left: at 1 bodies hop out of it.
+  float contact_damping_ratio = 10.0f;
+  /// m/s, largest speed at which overlap is pushed apart, of contacts and of joints, in [0, 1e6]. Too low for
+  /// what comes in, it lets bodies sink.
+  float push_speed = 3.0f;
+  float restitution_threshold = 1.0f;  ///< m/s, approach speeds below do not rebound, in [0, 1e6]
+  float max_linear_speed = 400.0f;     ///< m/s, speeds are clamped in each substep, in [1e-3, 1e6]
+  float max_angular_speed = 400.0f;    ///< rad/s, in [1e-3, 1e6]
   /// Fast bodies do not pass through fixed and sleeping ones: the step of a body ends where a ball about the
   /// center of one of its shapes, or one that fits into a corner or an end, meets them, and the body keeps
   /// its velocity. Moving bodies still pass through one another, and what is thinner than the gaps between
