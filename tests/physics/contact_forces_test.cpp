@@ -280,6 +280,35 @@ TEST(ContactForces, AreListedByPairsAndTheSameForBodyShapeAndAll) {
   EXPECT_TRUE(same(first[0], all[0]));
 }
 
+TEST(ContactForces, HaveTheSameBitsOnEveryInstructionSetAndThreadCount) {
+  std::vector<ContactForces> expected;
+  for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
+    if (!is_supported(isa)) continue;
+    for (const int threads : {1, 3}) {
+      SceneLab pile("pile", {{"bodies", 150}, {"seed", 4}});
+      pile.lab.world.set_settings(measured(pile.lab.world.settings()));
+      pile.lab.workers = Workers(WorkersOptions{.threads = threads, .isa = isa});
+      pile.lab.run(90);
+      const std::vector<ContactForces> found = all_contacts(pile.lab.world);
+      if (expected.empty()) expected = found;
+      ASSERT_GT(found.size(), 150u);
+      ASSERT_EQ(found.size(), expected.size());
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        const ContactForces &x = found[i], &y = expected[i];
+        ASSERT_TRUE(x.shape_a == y.shape_a && x.shape_b == y.shape_b && x.point_count == y.point_count);
+        ASSERT_EQ(x.friction_center, y.friction_center);
+        ASSERT_EQ(x.friction_impulse, y.friction_impulse) << isa_name(isa) << " " << threads;
+        ASSERT_EQ(x.rolling_impulse, y.rolling_impulse);
+        ASSERT_EQ(x.twist_impulse, y.twist_impulse);
+        for (int k = 0; k < 4; ++k) {
+          ASSERT_EQ(x.points[k].position, y.points[k].position);
+          ASSERT_EQ(x.points[k].normal_impulse, y.points[k].normal_impulse);
+        }
+      }
+    }
+  }
+}
+
 TEST(ContactForces, TellTheImpulseOfAnImpactAsEventsDo) {
   WorldSettings settings = measured();
   settings.contact_events = ContactEvents::all;
