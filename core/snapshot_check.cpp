@@ -9,6 +9,7 @@
 #include <core/hull_build.h>
 #include <core/hull_store.h>
 #include <core/pair_key.h>
+#include <core/plain/patch.h>
 #include <core/snapshot_bytes.h>
 #include <core/snapshot_check.h>
 #include <core/snapshot_columns.h>
@@ -171,10 +172,12 @@ bool is_material(const MaterialRow& material) {
   constexpr auto kMostRule = static_cast<std::uint32_t>(MixRule::maximum);
   const bool moves = material.surface_velocity[0] != 0.0f || material.surface_velocity[1] != 0.0f ||
                      material.surface_velocity[2] != 0.0f;
-  const std::uint32_t mixing = material.rules & ~std::uint32_t{kMaterialMoves};
+  const std::uint32_t mixing = material.rules & ~(std::uint32_t{kMaterialMoves} | kMaterialPatch);
+  const bool has_patch = (material.rules & kMaterialPatch) != 0;
   return within(material.friction, 0.0f, kMaxFriction) && within(material.restitution, 0.0f, 1.0f) &&
          within(material.rolling_resistance, 0.0f, kMaxRollingResistance) &&
-         (material.patch_radius == kAutomaticPatch || within(material.patch_radius, 0.0f, kMaxPatchRadius)) &&
+         (has_patch ? within(material.patch_radius, 0.0f, kMaxPatchRadius)
+                    : material.patch_radius == kAutomaticPatch) &&
          std::all_of(std::begin(material.surface_velocity), std::end(material.surface_velocity),
                      [](float x) { return within(x, -kMaxSurfaceSpeed, kMaxSurfaceSpeed); }) &&
          (mixing & 0xff) <= kMostRule && mixing >> 8 <= kMostRule &&
