@@ -106,6 +106,7 @@ void check_material(Call call, const Material& material) {
   check_range(call, "friction", material.friction, 0.0f, kMaxFriction);
   check_range(call, "restitution", material.restitution, 0.0f, 1.0f);
   check_range(call, "rolling_resistance", material.rolling_resistance, 0.0f, kMaxRollingResistance);
+  if (material.patch_radius) check_range(call, "patch_radius", *material.patch_radius, 0.0f, kMaxPatchRadius);
   check_range(call, "density", material.density, kMinDensity, kMaxDensity);
   check_vector(call, "surface_velocity", material.surface_velocity, kMaxSurfaceSpeed);
   if (material.friction_mix > MixRule::maximum) {

@@ -4,6 +4,7 @@
 #include <core/fp_environment.h>
 #include <core/hull_build.h>
 #include <core/joint_rows.h>
+#include <core/plain/patch.h>
 
 namespace scree {
 
@@ -130,8 +131,10 @@ void write_material(Shapes& shapes, std::int32_t shape, const Material& material
   rules.friction = material.friction;
   rules.restitution = material.restitution;
   rules.rolling_resistance = material.rolling_resistance;
+  rules.patch_radius = material.patch_radius.value_or(kAutomaticPatch);
   rules.rules = static_cast<std::uint32_t>(material.friction_mix) |
                 static_cast<std::uint32_t>(material.restitution_mix) << 8;
+  if (material.patch_radius) rules.rules |= kMaterialPatch;
   if (material.surface_velocity != Vec3{}) rules.rules |= kMaterialMoves;
   store(rules.surface_velocity, material.surface_velocity);
   shapes.material[row] = rules;

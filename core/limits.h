@@ -18,6 +18,7 @@ inline constexpr float kMinMass = 1e-20f;    // kg
 inline constexpr float kMaxMass = 1e30f;     // kg
 inline constexpr float kMaxFriction = 1e6f;  // well above any surface, far below overflow
 inline constexpr float kMaxRollingResistance = 1e5f;  // m
+inline constexpr float kMaxPatchRadius = 1e5f;        // m
 inline constexpr float kMaxSurfaceSpeed = 1e6f;       // m/s
 inline constexpr float kMaxRate = 1e6f;               // 1/s, damping and other rates
 inline constexpr float kMaxGravity = 1e6f;            // m/s^2

@@ -201,13 +201,15 @@ void World::set_geometry(ShapeId shape, const Geometry& geometry) {
 Material World::material(ShapeId shape) const {
   const ShapeRow s = at({"material"}, data_, shape);
   const MaterialRow& row = s.shapes.material[s.row];
-  return {.friction = row.friction,
-          .restitution = row.restitution,
-          .rolling_resistance = row.rolling_resistance,
-          .density = s.shapes.density[s.row],
-          .surface_velocity = to_vec3(row.surface_velocity),
-          .friction_mix = static_cast<MixRule>(row.rules & 0xff),
-          .restitution_mix = static_cast<MixRule>(row.rules >> 8 & 0xff)};
+  return {
+      .friction = row.friction,
+      .restitution = row.restitution,
+      .rolling_resistance = row.rolling_resistance,
+      .density = s.shapes.density[s.row],
+      .patch_radius = row.patch_radius == kAutomaticPatch ? std::nullopt : std::optional(row.patch_radius),
+      .surface_velocity = to_vec3(row.surface_velocity),
+      .friction_mix = static_cast<MixRule>(row.rules & 0xff),
+      .restitution_mix = static_cast<MixRule>(row.rules >> 8 & 0xff)};
 }
 
 void World::set_material(ShapeId shape, const Material& material) {

@@ -82,6 +82,7 @@ void derive_contacts(Contacts& contacts) {
   contacts.previous.clear();
   contacts.touching.clear();
   contacts.list_kept = false;
+  contacts.by_shape_stale = true;
 }
 
 // The links back, the frames and who is told nothing.

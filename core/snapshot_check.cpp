@@ -9,6 +9,7 @@
 #include <core/hull_build.h>
 #include <core/hull_store.h>
 #include <core/pair_key.h>
+#include <core/plain/patch.h>
 #include <core/snapshot_bytes.h>
 #include <core/snapshot_check.h>
 #include <core/snapshot_columns.h>
@@ -58,6 +59,7 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
   const std::size_t axes = rows_of("contacts.pairs", "axis") == 0 ? 0 : pairs;
   const std::size_t resting = rows_of("contacts.resting", "pair"), joints = rows_of("joints", "flags");
   const std::size_t resting_axes = rows_of("contacts.resting", "axis") == 0 ? 0 : resting;
+  const std::size_t forces = rows_of("contacts", "forces") == 0 ? 0 : rows;
   const Rule rules[] = {{"bodies", "flags", at(kFirstBody), kMostRows},
                         {"bodies", "free_slots", 0, bodies},
                         {"bodies", nullptr, bodies, bodies},
@@ -76,6 +78,7 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
                         {"contacts.now", "points", 0, kMostRows},
                         {"contacts.now", nullptr, contacts, contacts},
                         {"contacts", "free_rows", 0, rows},
+                        {"contacts", "forces", forces, forces},
                         {"joints", "flags", 0, kMostRows},
                         {"joints", "free_slots", 0, joints},
                         {"joints", nullptr, joints, joints},
@@ -169,9 +172,12 @@ bool is_material(const MaterialRow& material) {
   constexpr auto kMostRule = static_cast<std::uint32_t>(MixRule::maximum);
   const bool moves = material.surface_velocity[0] != 0.0f || material.surface_velocity[1] != 0.0f ||
                      material.surface_velocity[2] != 0.0f;
-  const std::uint32_t mixing = material.rules & ~std::uint32_t{kMaterialMoves};
+  const std::uint32_t mixing = material.rules & ~(std::uint32_t{kMaterialMoves} | kMaterialPatch);
+  const bool has_patch = (material.rules & kMaterialPatch) != 0;
   return within(material.friction, 0.0f, kMaxFriction) && within(material.restitution, 0.0f, 1.0f) &&
          within(material.rolling_resistance, 0.0f, kMaxRollingResistance) &&
+         (has_patch ? within(material.patch_radius, 0.0f, kMaxPatchRadius)
+                    : material.patch_radius == kAutomaticPatch) &&
          std::all_of(std::begin(material.surface_velocity), std::end(material.surface_velocity),
                      [](float x) { return within(x, -kMaxSurfaceSpeed, kMaxSurfaceSpeed); }) &&
          (mixing & 0xff) <= kMostRule && mixing >> 8 <= kMostRule &&

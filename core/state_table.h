@@ -35,6 +35,10 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::state, "contacts", "free_rows", data.contacts.free_rows);
   visit(ColumnKind::scratch, "contacts", "previous", data.contacts.previous);
   visit(ColumnKind::derived, "contacts", "touching", data.contacts.touching);
+  visit(ColumnKind::state, "contacts", "forces", data.contacts.forces);
+  visit(ColumnKind::derived, "contacts", "by_shape", data.contacts.by_shape);
+  visit(ColumnKind::derived, "contacts", "by_shape_end", data.contacts.by_shape_end);
+  visit(ColumnKind::scratch, "contacts", "found", data.contacts.found);
   data.joints.for_each_column(within("joints"));
   visit(ColumnKind::state, "joints", "free_slots", data.joints.free_slots);
   visit(ColumnKind::derived, "joints", "active", data.joints.active);

@@ -80,10 +80,11 @@ void fields(Of<ConvexHull> auto& convex, auto&& visit) {
   visit(convex.scale);
 }
 void fields(Of<Material> auto& material, auto&& visit) {
-  static_assert(sizeof(Material) == 32, "a new field goes here, too");
+  static_assert(sizeof(Material) == 40, "a new field goes here, too");
   visit(material.friction);
   visit(material.restitution);
   visit(material.rolling_resistance);
+  visit(material.patch_radius);
   visit(material.density);
   visit(material.surface_velocity);
   visit(material.friction_mix);
@@ -123,6 +124,7 @@ void fields(Of<WorldSettings> auto& settings, auto&& visit) {
   visit(settings.sleep_angular_speed);
   visit(settings.sleep_time);
   visit(settings.contact_events);
+  visit(settings.contact_forces);
   visit(settings.measure_residual);
   visit(settings.measure_penetration);
 }

@@ -268,10 +268,15 @@ struct Contacts {
   ContactRows now;
   Column<std::int32_t> free_rows;  // state; find_pairs, collide; of `now`, taken from the back
   bool list_kept = false;          // scratch; find_pairs: the list of pairs is the last one
+  bool by_shape_stale = true;      // derived; step: the lists by shape must be made anew
   Column<std::int32_t> previous;   // scratch; find_pairs; per pair: its place in the last list, or -1.
                                    // Meaningless while list_kept
-  Column<std::int32_t> touching;   // derived; collide, find_islands; contacts that somebody awake takes part
-                                   // in, in the order of their pairs
+  Column<ContactForceRow> forces;  // state; collide, store_impulses; by row of `now`; none unless asked for
+  Column<std::int32_t> by_shape;   // derived; contact_forces_of; contacts by shape ...
+  Column<std::int32_t> by_shape_end;  // derived; likewise; ... and where those of each end
+  Column<std::int32_t> found;         // scratch; contact_forces_of; of one body
+  Column<std::int32_t> touching;  // derived; collide, find_islands; contacts that somebody awake takes part
+                                  // in, in the order of their pairs
   bool manifolds_stale = false;  // state; calls: mass centers, materials or local poses have changed, so that
                                  // no manifold can be recycled; cleared by collide
   bool pairs_stale = false;      // state; calls: pairs may name dead or replaced shapes, or filters and types

@@ -237,7 +237,7 @@ void collide_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
 // Makes sure that there are `count` free rows. Where that takes more memory, `expected` further ones get
 // some, too, as far as that does not double it: a million contacts that come at once would be copied nine
 // times while columns grow by an eighth.
-void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected) {
+void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected, bool with_forces) {
   if (contacts.free_rows.size() >= count) return;
   const std::size_t first = contacts.now.pair.size();
   const std::size_t size = first + (count - contacts.free_rows.size());
@@ -247,6 +247,7 @@ void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected) {
   contacts.now.for_each_column([&](ColumnKind, const char*, auto& column) { column.reserve(reserved); });
   // To zero, as not every contact writes all of its row: state has no chance bytes.
   contacts.now.resize(size);
+  if (with_forces) contacts.forces.resize(size);
   for (std::size_t row = first; row < size; ++row) {
     contacts.free_rows.push_back(static_cast<std::int32_t>(row));
   }
@@ -272,7 +273,7 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
     const int first = chunks.begin(round);
     const auto size = static_cast<std::size_t>(chunks.begin(round_end) - first);
     const double left = static_cast<double>(chunks.begin(chunks.count()) - first) - static_cast<double>(size);
-    provide_rows(contacts, size, static_cast<std::size_t>(share * left));
+    provide_rows(contacts, size, static_cast<std::size_t>(share * left), data.settings.contact_forces);
     const std::int32_t* const rows = contacts.free_rows.end() - size;
     const simd::CollideColumns columns = collide_columns(data);
     crew.run(round_end - round, [&](int place, int) {
@@ -294,6 +295,7 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
         contacts.pairs.contact[pair] = items[k].row;
         contacts.now.pair[row] = contacts.pairs.pair[pair];
         contacts.now.color[row] = kNoColor;
+        if (!contacts.forces.empty()) contacts.forces[row] = {};
       }
     });
     const auto row_of = [&](std::size_t i) { return rows[i]; };
@@ -377,6 +379,7 @@ void NarrowPhase::report(const Visit& visit) const {
 void collide(WorldData& data, Crew& crew) {
   if (!data.narrow_phase) data.narrow_phase = std::make_unique<NarrowPhase>();
   NarrowPhase& phase = static_cast<NarrowPhase&>(*data.narrow_phase);
+  data.contacts.forces.resize(data.settings.contact_forces ? data.contacts.now.pair.size() : 0);
   count_groups(data, phase, crew);
   sort_by_group(data, phase, crew);
   collide_contacts(data, phase, crew);

@@ -69,6 +69,7 @@ void Constraints::report(const Visit& visit) const {
   column("residual", residual);
   column("impulse_sum", impulse_sum);
   column("rebounded", rebounded);
+  column("force_sum", force_sum);
   column("depth", depth);
   column("depths", depths);
   column("moving", moving);

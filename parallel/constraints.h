@@ -128,6 +128,7 @@ struct Constraints : Part {
   Column<float> residual;                      // scratch; solve; m/s by chunk
   Column<float> impulse_sum;                   // scratch; solve; N s by lane, if events are asked for
   Column<std::uint8_t> rebounded;              // scratch; solve; by chunk, whether any contact did
+  Column<float> force_sum;                     // scratch; solve; by lane, if forces are asked for
   Column<float> depth;                         // scratch; store_impulses; m by lane, on request
   Column<float> depths;           // scratch; store_impulses; m, of overlapping manifolds, for the ranking
   Column<std::int32_t> moving;    // scratch; solve; awake dynamic bodies, then kinematic ones

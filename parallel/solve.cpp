@@ -76,6 +76,9 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.residual = constraints.residual.data();
   args.rebounded = constraints.rebounded.data();
   args.depth = constraints.depth.data();
+  args.force_sum = settings.contact_forces ? constraints.force_sum.data() : nullptr;
+  args.forces = data.contacts.forces.data();
+  args.pose = data.bodies.pose.data();
   args.impulse_sum = asks_for_events(data) ? constraints.impulse_sum.data() : nullptr;
   return args;
 }
@@ -205,6 +208,8 @@ void solve(WorldData& data, float dt, Crew& crew) {
   constraints.parts_b.resize_discarding(constraints.joint_rows.size());
   constraints.rebounded.resize_discarding(chunk_count);
   if (asks_for_events(data)) constraints.impulse_sum.resize_discarding(constraints.rows.size());
+  if (data.settings.contact_forces)
+    constraints.force_sum.resize_discarding(constraints.rows.size() * simd::kForceFields);
 
   simd::BodyArgs body = body_args(data, dt);
   simd::ContactArgs contact = contact_args(data, constraints, dt);
@@ -316,6 +321,13 @@ void store_impulse_sums(WorldData& data, Crew& crew) {
 
 }  // namespace
 
+void forget_forces(WorldData& data) {
+  Contacts& contacts = data.contacts;
+  if (contacts.forces.empty()) return;
+  for (const std::int32_t contact : contacts.touching)
+    contacts.forces[static_cast<std::size_t>(contact)] = {};
+}
+
 void store_impulses(WorldData& data, float dt, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   if (data.settings.measure_penetration) constraints.depth.resize_discarding(constraints.rows.size());
@@ -323,7 +335,11 @@ void store_impulses(WorldData& data, float dt, Crew& crew) {
   const simd::ContactArgs contact = contact_args(data, constraints, dt);
   const simd::JointArgs joint = joint_args(data, constraints, dt);
   over_blocks(
-      constraints, crew, [&](const simd::ConstraintChunk& chunk) { kernels.store(contact, chunk); },
+      constraints, crew,
+      [&](const simd::ConstraintChunk& chunk) {
+        kernels.store(contact, chunk);
+        if (contact.force_sum != nullptr) kernels.store_forces(contact, chunk);
+      },
       [&](const simd::ConstraintChunk& chunk) {
         crew.kernels().joint.variant[chunk.variant].store(joint, chunk);
       });

@@ -18,7 +18,8 @@ void color_constraints(WorldData& data, Crew& crew);  // new contacts -> indepen
 void pack_blocks(WorldData& data, Crew& crew);        // manifolds -> layout of wide constraint blocks
 void solve(WorldData& data, float dt, Crew& crew);    // blocks -> velocities, motion since the step began
 void store_impulses(WorldData& data, float dt, Crew& crew);  // blocks -> manifolds, for the next warm start
-void break_joints(WorldData& data, Crew& crew);              // reactions -> joints that break
+void forget_forces(WorldData& data);  // in a step of no length, where forces of contacts are asked for
+void break_joints(WorldData& data, Crew& crew);   // reactions -> joints that break
 void note_approach(WorldData& data, Crew& crew);  // velocities -> approach speeds, where events are asked for
 void list_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begin, persist and end of contacts
 void sweep_fast_bodies(WorldData& data, Crew& crew);      // motion -> shorter motion of those that hit

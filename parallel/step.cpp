@@ -82,6 +82,7 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
   clock.run(Phase::collide, [&] { collide(data, crew); });            // pairs     -> manifolds
   clock.run(Phase::find_islands, [&] { find_islands(data, crew); });  // contacts  -> islands, who is awake
   clock.run(Phase::list_events, [&] { note_approach(data, crew); });  // velocities -> speeds of impacts
+  data.contacts.by_shape_stale = true;
   if (dt > 0.0f) {
     clock.run(Phase::color_constraints, [&] { color_constraints(data, crew); });  // contacts  -> batches
     clock.run(Phase::pack_blocks, [&] { pack_blocks(data, crew); });              // manifolds -> wide blocks
@@ -90,6 +91,8 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
       store_impulses(data, dt, crew);
       break_joints(data, crew);  // reactions -> broken joints
     });
+  } else {
+    forget_forces(data);
   }
   clock.run(Phase::list_events, [&] { list_events(data, dt, crew); });  // manifolds -> begins, ends
   if (dt > 0.0f) {

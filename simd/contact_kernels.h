@@ -21,6 +21,12 @@ inline constexpr int contact_variant(int bucket, bool rich, bool is_static) {
   return (bucket * 2 + (rich ? 1 : 0)) * 2 + (is_static ? 1 : 0);
 }
 
+// Floats of each lane in force_sum, beginning with the normal impulses.
+inline constexpr int kFrictionField = kMaxManifoldPoints;
+inline constexpr int kTwistField = kFrictionField + 2;
+inline constexpr int kRollingField = kTwistField + 1;
+inline constexpr int kForceFields = kRollingField + 3;
+
 struct ContactArgs {
   const std::int32_t* rows;  // contact rows in lane order; unused lanes repeat a used one
   char* blocks;
@@ -44,7 +50,10 @@ struct ContactArgs {
   float* residual;          // m/s, by chunk number; where relax_measured leaves its largest error
   float* impulse_sum;       // N s, by lane: normal impulses of all substeps and points; null: nobody asks
   std::uint8_t* rebounded;  // by chunk number; where rebound() leaves whether any of its contacts did
-  float* depth;             // m, by lane; where measure_depth leaves the deepest point's overlap, at least 0
+  float* force_sum;  // N s and N m s, impulses of all substeps, see contact_forces.h; null: nobody asks
+  ContactForceRow* forces;  // by contact row; where store_forces leaves these sums
+  const PoseRow* pose;
+  float* depth;  // m, by lane; where measure_depth leaves the deepest point's overlap, at least 0
 };
 
 struct ContactKernels {
@@ -56,6 +65,7 @@ struct ContactKernels {
   void (*relax_measured)(const ContactArgs& args, const ConstraintChunk& chunk);
   void (*rebound)(const ContactArgs& args, const ConstraintChunk& chunk);  // restitution; rich variants only
   void (*store)(const ContactArgs& args, const ConstraintChunk& chunk);    // blocks -> manifolds
+  void (*store_forces)(const ContactArgs& args, const ConstraintChunk& chunk);  // force_sum -> forces
   void (*measure_depth)(const ContactArgs& args, const ConstraintChunk& chunk);
 };
 

@@ -58,7 +58,7 @@ ExtentRow extent_of(Kind kind) {
 void add_row(Rows& rows, Kind kind, const float position[3], Quat q) {
   rows.pose.push_back({{position[0], position[1], position[2]}, 0, {q.x, q.y, q.z, q.w}});
   rows.extent.push_back(extent_of(kind));
-  rows.material.push_back({0.6f, 0, 0, 3 | 4 << 8, {0, 0, 0}, 0});
+  rows.material.push_back({0.6f, 0, 0, 3 | 4 << 8, {0, 0, 0}, kAutomaticPatch});
 }
 
 Rows make_rows(Kind first, Kind second, Placement placement) {

@@ -109,7 +109,7 @@ void add_shape(Rows& rows, bool is_box, const PoseRow& pose) {
   for (auto& column : rows.pose) column.push_back(pose);
   const float r = is_box ? 0.0f : rows.hulls[0]->outer_radius;
   rows.extent.push_back(is_box ? ExtentRow{{0.6f, 0.5f, 0.7f}, 0} : ExtentRow{{r, r, r}, r});
-  rows.material.push_back({0.6f, 0, 0, 3 | 4 << 8, {0, 0, 0}, 0});
+  rows.material.push_back({0.6f, 0, 0, 3 | 4 << 8, {0, 0, 0}, kAutomaticPatch});
 }
 
 // Distance along `way` at which the pair begins to touch, less the speculative distance, by bisection.

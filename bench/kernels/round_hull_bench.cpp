@@ -185,7 +185,8 @@ Rows make_rows(int corners, bool is_sphere, Placement placement) {
     rows.extent.push_back(hull_with(corners).extent);
     rows.shape_hull.push_back(-1);
     rows.shape_hull.push_back(0);
-    for (int side = 0; side < 2; ++side) rows.material.push_back({0.6f, 0, 0, 3 | 4 << 8, {0, 0, 0}, 0});
+    for (int side = 0; side < 2; ++side)
+      rows.material.push_back({0.6f, 0, 0, 3 | 4 << 8, {0, 0, 0}, kAutomaticPatch});
     rows.items.push_back({2 * k, 2 * k + 1, 2 * k, 2 * k + 1, k, simd::kItemKnown, 0});
   }
   rows.velocity.resize(rows.pose.size());

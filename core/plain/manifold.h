@@ -18,7 +18,7 @@ inline constexpr int kMaxManifoldPoints = 4;
 // t1 + point_v t2 (+ an offset along the normal that does not matter), C the friction center: the average of
 // the points, weighted by closeness, continuous in separation. t1 = tangent_of(normal), t2 = normal x t1.
 // Points that do not exist have separation kAbsentSeparation, u = v = 0 and no impulse; but where a sphere or
-// a capsule touches, which has two points at most, point_v[kTwistArm] is the arm at which friction acts
+// a capsule touches, which has two points at most, point_v[kTwistArm] is the mean arm at which friction acts
 // against spin about the normal in the patch around a point, in meters.
 struct alignas(64) Manifold {
   float normal[3];
@@ -73,6 +73,19 @@ struct alignas(16) ContactSurface {
   float rolling_resistance;   // m
   float surface_velocity[3];  // of B's surface relative to A's in world axes, m/s; along the tangent plane
   float rolling_impulse[3];   // N m s in world axes; written by store_impulses
+};
+
+// What a contact bore in a whole step, the sum of its substeps; while WorldSettings::contact_forces asks.
+// Written by store_impulses.
+struct alignas(64) ContactForceRow {
+  float normal_impulse[kMaxManifoldPoints];  // N s
+  float friction_impulse[2];                 // along t1 and t2, N s
+  float twist_impulse;                       // about the normal, N m s
+  float is_set;                              // 1: measured, 0: not yet
+  float rolling_impulse[3];                  // N m s in world axes
+  float padding_1;
+  float center[3];  // m, of friction, in world coordinates where the step began
+  float padding_2;
 };
 
 }  // namespace scree

@@ -107,8 +107,10 @@ struct alignas(32) MaterialRow {
   float rolling_resistance;   // m
   std::uint32_t rules;        // friction MixRule | restitution MixRule << 8 | kMaterialRich
   float surface_velocity[3];  // m/s, in the shape's frame
-  float padding;
+  float patch_radius;         // m, or kAutomaticPatch
 };
+// Below all that are given, as of two surfaces the larger counts.
+inline constexpr float kAutomaticPatch = -1.0f;
 
 enum MaterialFlag : std::uint32_t { kMaterialMoves = 1 << 16 };  // surface velocity is not zero
 

@@ -5,6 +5,7 @@
 // from the world's origin only the difference of two stored positions is rounded.
 #pragma once
 
+#include <core/plain/patch.h>
 #include <simd/collide_kernels.h>
 #include <simd/wide_math.h>
 
@@ -173,6 +174,7 @@ inline F mix(I rule, F a, F b) {
 struct WideSurface {
   F friction, restitution, rolling_resistance;
   M moves;
+  M has_patch;
 };
 inline WideSurface mix_materials(const MaterialRow* materials, const Block& block) {
   const float* rows = reinterpret_cast<const float*>(materials);
@@ -185,9 +187,9 @@ inline WideSurface mix_materials(const MaterialRow* materials, const Block& bloc
   const I friction_rule = stronger(as_int(rules_1) & low_byte, as_int(rules_2) & low_byte);
   const I restitution_rule =
       stronger(shift_right<8>(as_int(rules_1)) & low_byte, shift_right<8>(as_int(rules_2)) & low_byte);
-  const I moves(kMaterialMoves);
+  const I moves(kMaterialMoves), patch(kMaterialPatch), either = as_int(rules_1) | as_int(rules_2);
   return {mix(friction_rule, friction_1, friction_2), mix(restitution_rule, restitution_1, restitution_2),
-          max(rolling_1, rolling_2), ((as_int(rules_1) | as_int(rules_2)) & moves) == moves};
+          max(rolling_1, rolling_2), (either & moves) == moves, (either & patch) == patch};
 }
 
 inline V3 relative_velocity(const CollideColumns& columns, const Block& block) {
@@ -308,9 +310,18 @@ WideImpulses match_impulses(const CollideColumns& columns, const Block& block,
 // give way by the slop, or by a share of R where that is less.
 inline constexpr float kPatchArm = 0.58904862f;  // 3 pi / 16
 inline constexpr float kPatchDepthShare = 0.02f;
-inline F twist_arm(F curvature_radius) {
+// Unless a surface gives the radius.
+inline F twist_arm(const MaterialRow* materials, const Block& block, M has_patch, F curvature_radius) {
   const F depth = min(F(kLinearSlop), F(kPatchDepthShare) * curvature_radius);
-  return F(kPatchArm) * sqrt(curvature_radius * depth);
+  const F automatic = F(kPatchArm) * sqrt(curvature_radius * depth);
+  if (bits(has_patch) == 0) return automatic;
+  const float* rows = reinterpret_cast<const float*>(materials);
+  constexpr int kStride = sizeof(MaterialRow) / sizeof(float);
+  F x, y, z, patch_1, patch_2;
+  load_rows(rows + 4, kStride, block.shape_1, x, y, z, patch_1);
+  load_rows(rows + 4, kStride, block.shape_2, x, y, z, patch_2);
+  const F given = max(patch_1, patch_2);
+  return select(has_patch, F(kPatchArm) * given, automatic);
 }
 
 // Average of the points, weighted by closeness: a point that appears at the speculative distance weighs next
@@ -437,7 +448,8 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
     count = count + count_if(present);
   }
 
-  if constexpr (kPoints <= kTwistArm) v[kTwistArm] = twist_arm(contact.curvature_radius);
+  if constexpr (kPoints <= kTwistArm)
+    v[kTwistArm] = twist_arm(columns.shape_material, block, surface.has_patch, contact.curvature_radius);
 
   const WideImpulses impulses = match_impulses(columns, block, contact, normal, tangent_1, tangent_2);
   const M touches = count > I(0);

@@ -1,5 +1,5 @@
 // Contact blocks are made from manifolds here, and give their impulses back; see simd/contact_kernels.h.
-#include <simd/contact_block.h>
+#include <simd/contact_forces.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
@@ -222,6 +222,7 @@ SCREE_SWEEP void prepare_chunk(const ContactArgs& args, const ConstraintChunk& c
     store(block.twist_impulse, twist * scale);
     if constexpr (kRich) prepare_rich<kPoints, kStatic>(args, block, frame, contact);
     if (args.impulse_sum != nullptr) store_unaligned(args.impulse_sum + first_lane, F(0.0f));
+    if (args.force_sum != nullptr) clear_forces(args, first_lane);
   });
 }
 
@@ -302,6 +303,7 @@ void store_blocks(const ContactArgs& args, const ConstraintChunk& chunk) {
 
 void add_contact_solve_kernels(ContactKernels& kernels);
 void add_contact_rebound_kernel(ContactKernels& kernels);
+void add_contact_force_kernels(ContactKernels& kernels);
 
 ContactKernels make_contact_kernels() {
   ContactKernels kernels{};
@@ -318,6 +320,7 @@ ContactKernels make_contact_kernels() {
   kernels.measure_depth = measure_depth;
   add_contact_solve_kernels(kernels);
   add_contact_rebound_kernel(kernels);
+  add_contact_force_kernels(kernels);
   return kernels;
 }
 

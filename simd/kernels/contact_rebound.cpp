@@ -8,7 +8,7 @@
 // way until then. (Guendelman, Bridson and Fedkiw, "Nonconvex Rigid Bodies with Stacking", SIGGRAPH 2003,
 // take collisions before contacts for the same reason.) What rebounds has no impulse for the rest of the step
 // to inherit: a kick is no guess for the next substep.
-#include <simd/contact_sweep.h>
+#include <simd/contact_forces.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
@@ -70,15 +70,18 @@ inline Freedom load_freedom(const ContactArgs& args, const std::int32_t* row, F 
 }
 
 // The normal impulses of an impact, acted out on the bodies.
+template <int kPoints>
 struct Rebound {
+  F impulse[kPoints];
   F sum, moment;  // of the impulses, and times the points' radii, for friction
 };
 
 // `fall`: m/s, by which gravity changes the normal speed until the impact. It is not in the velocities yet,
 // and will be, for the whole substep: so it is taken off again with the sign that it has after the impact.
 template <bool kStatic, int kPoints, class Block>
-inline Rebound solve_rebound(const Block& block, const Impact<kPoints>& impact, F fall, Bodies& bodies,
-                             V3 normal, V3 tangent1, V3 tangent2, V3 arm_a, V3 arm_b) {
+inline Rebound<kPoints> solve_rebound(const Block& block, const Impact<kPoints>& impact, F fall,
+                                      Bodies& bodies, V3 normal, V3 tangent1, V3 tangent2, V3 arm_a,
+                                      V3 arm_b) {
   const F zero(0.0f), one(1.0f), restitution = load(block.restitution);
   const auto speeds_now = [&](F(&speed)[kPoints]) {
     point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b), bodies.b.angular - bodies.a.angular,
@@ -113,23 +116,34 @@ inline Rebound solve_rebound(const Block& block, const Impact<kPoints>& impact, 
   bodies = before;
   apply<kStatic>(bodies, block, arm_a, arm_b, normal * (total.sum * share),
                  (tangent1 * total.torque1 + tangent2 * total.torque2) * share);
-  Rebound rebound{total.sum * share, zero};
-  for (int k = 0; k < kPoints; ++k) rebound.moment += load(block.radius[k]) * impulse[k] * share;
+  Rebound<kPoints> rebound{{}, total.sum * share, zero};
+  for (int k = 0; k < kPoints; ++k) {
+    rebound.impulse[k] = impulse[k] * share;
+    rebound.moment += load(block.radius[k]) * rebound.impulse[k];
+  }
   return rebound;
 }
 
-// Friction under the impulses of an impact: it slows what slides and spins, and adds no energy either.
-template <bool kStatic, class Block>
-inline void rub(const Block& block, const Rebound& rebound, Bodies& bodies, V3 normal, V3 tangent1,
-                V3 tangent2, V3 arm_a, V3 arm_b) {
+// Friction under the impulses of an impact: it slows what slides, spins and rolls, and adds no energy either.
+struct Rubbing {
+  FrictionImpulses friction;
+  V3 rolling;
+};
+
+template <bool kStatic, int kPoints, class Block>
+inline Rubbing rub(const Block& block, const Rebound<kPoints>& rebound, Bodies& bodies, V3 normal,
+                   V3 tangent1, V3 tangent2, V3 arm_a, V3 arm_b) {
   const F zero(0.0f);
-  const FrictionImpulses friction =
-      solve_friction<true>(block, {zero, zero, zero}, {{zero, zero}, zero}, rebound.sum, rebound.moment,
-                           relative_velocity(bodies, arm_a, arm_b), bodies.b.angular - bodies.a.angular,
-                           normal, tangent1, tangent2);
+  Rubbing rubbing;
+  rubbing.friction = solve_friction<true>(block, {zero, zero, zero}, {{zero, zero}, zero}, rebound.sum,
+                                          rebound.moment, relative_velocity(bodies, arm_a, arm_b),
+                                          bodies.b.angular - bodies.a.angular, normal, tangent1, tangent2);
+  const FrictionImpulses& friction = rubbing.friction;
   apply<kStatic>(bodies, block, arm_a, arm_b, tangent1 * friction.tangent[0] + tangent2 * friction.tangent[1],
                  normal * friction.twist);
-  apply_torque<kStatic>(bodies, block, solve_rolling(block, bodies, {zero, zero, zero}, rebound.sum));
+  rubbing.rolling = solve_rolling(block, bodies, {zero, zero, zero}, rebound.sum);
+  apply_torque<kStatic>(bodies, block, rubbing.rolling);
+  return rubbing;
 }
 
 inline BodyVelocity select(M which, const BodyVelocity& yes, const BodyVelocity& no) {
@@ -188,11 +202,15 @@ SCREE_SWEEP void rebound_chunk(const ContactArgs& args, const ConstraintChunk& c
       const F time = select(freedom_a.jointed | freedom_b.jointed, F(0.0f), impact.time);
       const F fall = dot(normal, freedom_b.gravity - freedom_a.gravity) * time;
       Bodies bodies = before;
-      const Rebound rebound = solve_rebound<kStatic, kPoints>(block, impact, fall, bodies, normal, tangent1,
-                                                              tangent2, arm_a, arm_b);
-      rub<kStatic>(block, rebound, bodies, normal, tangent1, tangent2, arm_a, arm_b);
+      const Rebound<kPoints> rebound = solve_rebound<kStatic, kPoints>(block, impact, fall, bodies, normal,
+                                                                       tangent1, tangent2, arm_a, arm_b);
+      const Rubbing rubbing =
+          rub<kStatic, kPoints>(block, rebound, bodies, normal, tangent1, tangent2, arm_a, arm_b);
       bodies = {select(impact.happens, bodies.a, before.a), select(impact.happens, bodies.b, before.b)};
       add_impulse_sum(args, first_lane, rebound.sum);
+      if (args.force_sum != nullptr) {
+        add_rebound_forces<kPoints>(args, first_lane, rebound.impulse, rubbing.friction, rubbing.rolling);
+      }
       const Bodies free = load_bodies(args.free_velocity, block);
       store_bodies<kStatic>(args.velocity, block, count, first_lane, bodies, hub);
       store_bodies<kStatic>(args.free_velocity, block, count, first_lane,

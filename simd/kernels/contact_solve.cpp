@@ -1,5 +1,5 @@
 // Sweeps over contact blocks that bring their points to rest; see simd/contact_kernels.h.
-#include <simd/contact_sweep.h>
+#include <simd/contact_forces.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
@@ -137,6 +137,7 @@ inline void relax_blocks(const ContactArgs& args, const ConstraintChunk& chunk) 
       store3(block.rolling_impulse, rolling);
       apply_torque<kStatic>(bodies, block, rolling - old_rolling);
     }
+    if (args.force_sum != nullptr) add_forces<kPoints, kRich>(args, first_lane, block);
     store_bodies<kStatic>(args.velocity, block, count, first_lane, bodies, hub);
   });
   if constexpr (kMeasured) {

@@ -89,6 +89,7 @@ TEST_F(BadInput, Materials) {
     reject("friction", [&](Material& m) { m.friction = bad; });
     reject("restitution", [&](Material& m) { m.restitution = bad; });
     reject("rolling_resistance", [&](Material& m) { m.rolling_resistance = bad; });
+    reject("patch_radius", [&](Material& m) { m.patch_radius = bad; });
     reject("density", [&](Material& m) { m.density = bad; });
   }
   reject("density is 0", [](Material& m) { m.density = 0.0f; });

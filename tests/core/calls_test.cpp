@@ -42,6 +42,7 @@ TEST(Calls, AShapeHoldsWhatItWasMadeOf) {
                           .restitution = 0.2f,
                           .rolling_resistance = 0.3f,
                           .density = 400.0f,
+                          .patch_radius = 0.6f,
                           .surface_velocity = {1, 2, 3},
                           .friction_mix = MixRule::maximum,
                           .restitution_mix = MixRule::product};
@@ -57,6 +58,7 @@ TEST(Calls, AShapeHoldsWhatItWasMadeOf) {
   EXPECT_EQ(found.restitution, material.restitution);
   EXPECT_EQ(found.rolling_resistance, material.rolling_resistance);
   EXPECT_EQ(found.density, material.density);
+  EXPECT_EQ(found.patch_radius, material.patch_radius);
   EXPECT_EQ(found.surface_velocity, material.surface_velocity);
   EXPECT_EQ(found.friction_mix, material.friction_mix);
   EXPECT_EQ(found.restitution_mix, material.restitution_mix);
@@ -67,6 +69,7 @@ TEST(Calls, AShapeHoldsWhatItWasMadeOf) {
   EXPECT_EQ(world.user_data(shape), 77u);
   EXPECT_NE(internals(world).shapes.material[row_of(shape)].rules & kMaterialMoves, 0u);
   world.set_material(shape, {});
+  EXPECT_EQ(world.material(shape).patch_radius, std::nullopt);
   EXPECT_EQ(internals(world).shapes.material[row_of(shape)].rules & kMaterialMoves, 0u);
 }
 

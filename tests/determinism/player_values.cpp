@@ -111,6 +111,8 @@ Material random_material(Random& random) {
   if (once_in(random, 5)) material.surface_velocity = random_vector(random, 3.0f);
   material.friction_mix = any_of(random, kRules);
   material.restitution_mix = any_of(random, kRules);
+  if (material.rolling_resistance > 0.095f)
+    material.patch_radius = 20.0f * (material.rolling_resistance - 0.095f);
   return material;
 }
 
@@ -207,6 +209,7 @@ WorldSettings random_settings(Random& random) {
   if (once_in(random, 2)) settings.contact_events = static_cast<ContactEvents>(random.below(4));
   settings.measure_residual = once_in(random, 2);
   settings.measure_penetration = once_in(random, 2);
+  settings.contact_forces = settings.measure_residual != settings.measure_penetration;
   return settings;
 }
 
@@ -448,6 +451,7 @@ void print(std::ostream& out, const Material& value) {
   field(out, "restitution", value.restitution);
   field(out, "rolling_resistance", value.rolling_resistance);
   field(out, "density", value.density);
+  if (value.patch_radius) field(out, "patch_radius", *value.patch_radius);
   field(out, "surface_velocity", value.surface_velocity);
   field(out, "friction_mix", static_cast<int>(value.friction_mix));
   field(out, "restitution_mix", static_cast<int>(value.restitution_mix));
@@ -499,6 +503,7 @@ void print(std::ostream& out, const WorldSettings& value) {
   field(out, "sleep_angular_speed", value.sleep_angular_speed);
   field(out, "sleep_time", value.sleep_time);
   field(out, "contact_events", static_cast<int>(value.contact_events));
+  field(out, "contact_forces", value.contact_forces);
   field(out, "measure_residual", value.measure_residual);
   field(out, "measure_penetration", value.measure_penetration);
   out << "}";

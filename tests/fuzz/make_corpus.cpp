@@ -99,7 +99,8 @@ World kinematic_and_materials() {
       {.friction = 0.9f, .surface_velocity = {1.0f, 0.0f, 0.0f}, .friction_mix = MixRule::maximum});
   const BodyId ball =
       world.create_body({.position = {0.0f, 0.6f, 0.0f}, .locks = AxisLocks::translation_z, .mass = 3.0f});
-  world.add_shape(ball, Sphere{0.4f}, {.restitution = 0.5f, .rolling_resistance = 0.05f},
+  world.add_shape(ball, Sphere{0.4f},
+                  {.restitution = 0.5f, .rolling_resistance = 0.05f, .patch_radius = 0.1f},
                   {.filter = {2u, 3u, -1}, .user_data = 9});
   run(world, 10);
   world.set_kinematic_target(belt, {{0.5f, 0.0f, 0.0f}, {}}, kDt);
@@ -108,7 +109,7 @@ World kinematic_and_materials() {
 
 // Free slots, handles of the second generation, a shape that no step has seen, forces that have not acted.
 World between_steps() {
-  World world(WorldSettings{.contact_events = ContactEvents::all});
+  World world(WorldSettings{.contact_events = ContactEvents::all, .contact_forces = true});
   add_ground(world);
   std::vector<BodyId> bodies;
   for (int i = 0; i < 5; ++i) {

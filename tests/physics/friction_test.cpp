@@ -148,6 +148,54 @@ TEST(Friction, TwistStopsTheSpinOfARollingBallButNotItsRolling) {
   EXPECT_LT((lab.spin(ball) - Eigen::Vector3d(0, 0, -10)).norm(), 0.05);
 }
 
+// The torque is friction x weight x 3 pi / 16 of the patch's radius.
+TEST(Friction, APatchOfAGivenRadiusStopsTheSpinOfABallInThePredictedTime) {
+  for (const float patch : {0.02f, 0.1f}) {
+    for (const bool on_ground : {false, true}) {  // of two surfaces the larger one counts
+      Lab lab;
+      Material ball_material{.friction = 0.5f, .patch_radius = 0.0f}, ground_material = ball_material;
+      (on_ground ? ground_material : ball_material).patch_radius = patch;
+      lab.add_ground(ground_material);
+      const BodyId ball =
+          lab.add({.position = {0, 0.3f, 0}, .angular_velocity = {0, 20, 0}}, Sphere{0.3f}, ball_material);
+      const double torque =
+          0.5 * lab.mass(ball) * kGravity * 3.0 * std::numbers::pi / 16.0 * static_cast<double>(patch);
+      const double time = lab.inertia(ball)(1, 1) * 20.0 / torque;
+      const int steps = static_cast<int>(time / static_cast<double>(kStep));
+      lab.run(steps / 2);
+      EXPECT_NEAR(lab.spin(ball).y(), 20.0 * (1.0 - steps / 2 * static_cast<double>(kStep) / time), 0.2)
+          << patch;
+      lab.run(steps - steps / 2 - steps / 50);
+      EXPECT_GT(lab.spin(ball).y(), 0.0) << patch;
+      lab.run(steps / 25 + 2);
+      EXPECT_LT(lab.spin(ball).norm(), 1e-3) << patch;
+    }
+  }
+}
+
+TEST(Friction, WithoutAPatchABallSpinsForEver) {
+  const Geometry supports[] = {Box{{1, 1, 1}}, Sphere{1.0f}, Capsule{0.5f, 0.5f},
+                               ConvexHull{Hull(std::vector<Vec3>{{-1, -1, -1},
+                                                                 {-1, -1, 1},
+                                                                 {1, -1, 1},
+                                                                 {1, -1, -1},
+                                                                 {-1, 1, -1},
+                                                                 {-1, 1, 1},
+                                                                 {1, 1, 1},
+                                                                 {1, 1, -1},
+                                                                 {0, -2, 0}})}};
+  for (const Geometry& support : supports) {
+    Lab lab;
+    // What the other surface does not give does not count.
+    lab.add({.type = BodyType::fixed, .position = {0, -1, 0}}, support, {.friction = 0.9f});
+    const BodyId ball = lab.add({.position = {0, 0.3f, 0}, .angular_velocity = {0, 20, 0}}, Sphere{0.3f},
+                                {.friction = 0.9f, .patch_radius = 0.0f});
+    lab.run(300);
+    EXPECT_NEAR(lab.height(ball), 0.3, 0.01);
+    EXPECT_NEAR(lab.spin(ball).y(), 20.0, 1e-3) << "support " << support.index();
+  }
+}
+
 // Its manifold is recycled from step to step while its points turn away with it; a sphere has nothing to
 // recycle. Up to half a radian a step.
 TEST(Friction, ACapsuleRollsAsASphereDoes) {

@@ -81,9 +81,10 @@ class Poke {
     std::visit([this](auto& solid) { change(solid); }, geometry);
   }
   void change(Material& material) {
-    auto& [friction, restitution, rolling_resistance, density, surface_velocity, friction_mix,
+    auto& [friction, restitution, rolling_resistance, density, patch_radius, surface_velocity, friction_mix,
            restitution_mix] = material;
     change(friction), change(restitution), change(rolling_resistance), change(density);
+    change(*patch_radius);
     change(surface_velocity);
   }
   void change(ShapeOptions& options) {
@@ -175,7 +176,8 @@ class Poke {
   void change(WorldSettings& settings) {
     auto& [gravity, substeps, contact_hertz, contact_damping_ratio, push_speed, restitution_threshold,
            max_linear_speed, max_angular_speed, continuous, warm_start, sleeping, sleep_linear_speed,
-           sleep_angular_speed, sleep_time, contact_events, measure_residual, measure_penetration] = settings;
+           sleep_angular_speed, sleep_time, contact_events, contact_forces, measure_residual,
+           measure_penetration] = settings;
     change(gravity), change(contact_hertz), change(contact_damping_ratio), change(push_speed);
     change(restitution_threshold), change(max_linear_speed), change(max_angular_speed);
     change(sleep_linear_speed), change(sleep_angular_speed), change(sleep_time);
@@ -281,8 +283,8 @@ std::vector<NumberCall> number_calls() {
        }},
       {"add_angular_impulse",
        [=](World& world, const Stage& s, Poke& poke) { world.add_angular_impulse(s.crate, poke(v)); }},
-      {"set_material",
-       [](World& world, const Stage& s, Poke& poke) { world.set_material(s.shape, poke(Material{})); }},
+      {"set_material", [](World& world, const Stage& s,
+                          Poke& poke) { world.set_material(s.shape, poke(Material{.patch_radius = 0.1f})); }},
       {"set_local_pose",
        [](World& world, const Stage& s, Poke& poke) { world.set_local_pose(s.shape, poke(Pose{})); }},
       {"set_settings",
@@ -311,14 +313,14 @@ std::vector<NumberCall> number_calls() {
   for (const Geometry& geometry : geometries()) {
     calls.push_back({"create_bodies", [=](World& world, const Stage&, Poke& poke) {
                        const Geometry solid = poke(geometry);
-                       const Material material = poke(Material{});
+                       const Material material = poke(Material{.patch_radius = 0.1f});
                        const ShapeOptions options = poke(ShapeOptions{});
                        BodyId id;
                        world.create_bodies({&def, 1}, {&solid, 1}, material, options, {&id, 1});
                      }});
     calls.push_back({"add_shape", [=](World& world, const Stage& s, Poke& poke) {
                        const Geometry solid = poke(geometry);
-                       const Material material = poke(Material{});
+                       const Material material = poke(Material{.patch_radius = 0.1f});
                        world.add_shape(s.crate, solid, material, poke(ShapeOptions{}));
                      }});
     calls.push_back({"set_geometry", [=](World& world, const Stage& s, Poke& poke) {

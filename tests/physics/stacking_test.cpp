@@ -3,6 +3,7 @@
 #include <tests/physics/lab.h>
 
 #include <algorithm>
+#include <numbers>
 
 namespace scree::physics {
 namespace {
@@ -75,6 +76,35 @@ TEST(CardHouse, StandsForHalfAMinute) {
 TEST(Wall, InRunningBondStands) {
   SceneLab wall("wall", {{"columns", 12}, {"rows", 12}});
   EXPECT_EQ(wall.run_while_standing(1200, 0.1), 1200) << "drift " << wall.drift() << " m";
+}
+
+// Each contact by its load over m (2 pi f)^2, where m is half a box's mass; on the ground f is twice as high
+// and m a box's mass.
+TEST(Stack, SinksByItsLoadsOverTheStiffnessOfItsContacts) {
+  struct Case {
+    int substeps;
+    float hertz;
+    double used, steps_per_second;
+  };
+  const Case cases[] = {{4, 30, 30, 60},    {8, 30, 30, 60}, {4, 60, 30, 60},  {8, 60, 60, 60},
+                        {16, 120, 120, 60}, {2, 30, 15, 60}, {4, 60, 60, 120}, {4, 10, 10, 60}};
+  for (const Case& c : cases) {
+    for (const int count : {1, 5, 10}) {
+      WorldSettings settings = without_sleep();
+      settings.substeps = c.substeps;
+      settings.contact_hertz = c.hertz;
+      Lab lab(settings);
+      lab.add_ground();
+      BodyId top;
+      for (int i = 0; i < count; ++i)
+        top = lab.add({.position = {0, 0.5f + static_cast<float>(i), 0}}, Box{});
+      lab.run(static_cast<int>(10.0 * c.steps_per_second), static_cast<float>(1.0 / c.steps_per_second));
+      const double omega = 2.0 * std::numbers::pi * c.used, unit = kGravity / (omega * omega);
+      const double expected = unit * (0.25 * count + count * (count - 1));
+      EXPECT_NEAR(count - 0.5 - lab.height(top), expected, 0.005 * expected + 2e-6)
+          << count << " boxes, " << c.substeps << " substeps, " << c.hertz << " Hz";
+    }
+  }
 }
 
 TEST(Floor, ThatRisesInItsBodyLiftsWhatRestsOnIt) {

@@ -1,4 +1,6 @@
 // Collide kernels give the same bits on every instruction set, wherever in a chunk a pair lies.
+#include <core/plain/patch.h>
+
 #include "collide_fixture.h"
 #include "same_bits.h"
 
@@ -42,9 +44,12 @@ Pairs mixed_pairs() {
     material = {random.uniform(0, 1),
                 random.uniform(-0.5f, 0.5f) > 0 ? 0.5f : 0.0f,
                 random.uniform(-0.5f, 0.1f) > 0 ? 0.1f : 0.0f,
-                rule | (4 - rule) << 8 | (moves ? kMaterialMoves : 0u),
+                rule | (4 - rule) << 8 | (moves ? kMaterialMoves : 0u) |
+                    (rule == 1 || rule == 2 ? kMaterialPatch : 0u),
                 {moves ? 1.0f : 0.0f, moves ? -2.0f : 0.0f, 0},
-                0};
+                rule == 1   ? 0.05f
+                : rule == 2 ? 0.0f
+                            : kAutomaticPatch};
   }
   return pairs;
 }

@@ -82,7 +82,8 @@ struct Pairs {
     extent.push_back(b.extent);
     type.push_back(a.type);
     type.push_back(b.type);
-    for (int k = 0; k < 2; ++k) material.push_back({0.5f, 0.0f, 0.0f, 3u | 4u << 8, {0, 0, 0}, 0});
+    for (int k = 0; k < 2; ++k)
+      material.push_back({0.5f, 0.0f, 0.0f, 3u | 4u << 8, {0, 0, 0}, kAutomaticPatch});
     const bool swapped = a.type > b.type;
     const std::int32_t row = static_cast<std::int32_t>(items.size());
     const std::int32_t one = swapped ? first + 1 : first, two = swapped ? first : first + 1;

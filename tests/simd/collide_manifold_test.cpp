@@ -53,8 +53,8 @@ TEST(CollideManifold, StrongerMixRuleOfTheTwoIsTaken) {
   for (std::uint32_t rule_a = 0; rule_a < 5; ++rule_a) {
     for (std::uint32_t rule_b = 0; rule_b < 5; ++rule_b) {
       Pairs pairs = resting();
-      pairs.material[0] = {a, b, 0.01f, rule_a | rule_b << 8, {0, 0, 0}, 0};
-      pairs.material[1] = {b, a, 0.03f, rule_b | rule_a << 8, {0, 0, 0}, 0};
+      pairs.material[0] = {a, b, 0.01f, rule_a | rule_b << 8, {0, 0, 0}, kAutomaticPatch};
+      pairs.material[1] = {b, a, 0.03f, rule_b | rule_a << 8, {0, 0, 0}, kAutomaticPatch};
       const Rows rows = pairs.run(scalar_kernels());
       const float want = expected[std::max(rule_a, rule_b)];
       EXPECT_EQ(rows.manifold[0].friction, want);

@@ -1,4 +1,6 @@
 // Spheres and capsules against hulls: the reference in double precision, rest, bad input, equal bits.
+#include <core/plain/patch.h>
+
 #include "round_hull_fixture.h"
 #include "same_bits.h"
 
@@ -293,7 +295,8 @@ RoundHullPairs mixed_round_pairs(const std::deque<NamedHull>& hulls) {
     simd::CollideItem& item = pairs.pairs.items[row];
     if (row % 3 == 1) item.flags = simd::kItemFlip | simd::kItemStatic | simd::kItemFixed;
     if (row % 7 == 2) item.flags = simd::kItemStatic;
-    if (row % 5 == 0) pairs.pairs.material[2 * row] = {0.3f, 0.4f, 0.1f, 1u | 2u << 8, {0, 0, 0}, 0};
+    if (row % 5 == 0)
+      pairs.pairs.material[2 * row] = {0.3f, 0.4f, 0.1f, 1u | 2u << 8 | kMaterialPatch, {0, 0, 0}, 0.1f};
   }
   return pairs;
 }

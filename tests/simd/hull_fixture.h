@@ -104,7 +104,7 @@ struct HullPairs {
       }
     }
     extent.push_back(row);
-    material.push_back({0.5f, 0.0f, 0.0f, 3u | 4u << 8, {0, 0, 0}, 0});
+    material.push_back({0.5f, 0.0f, 0.0f, 3u | 4u << 8, {0, 0, 0}, kAutomaticPatch});
   }
   // A box comes first.
   void add(const Body& a, const PoseRow& pose_a, const Body& b, const PoseRow& pose_b) {

@@ -31,7 +31,8 @@ TEST(SceneFile, SaysEverythingThatASceneHolds) {
                  "warm_start": false, "sleeping": false, "sleep_linear_speed": 0.1, "sleep_angular_speed": 0.2,
                  "sleep_time": 1},
     "steps": 30, "dt": 0.01,
-    "materials": {"ice": {"friction": 0.02, "restitution": 0.5, "rolling_resistance": 0.1, "density": 900,
+    "materials": {"ice": {"friction": 0.02, "restitution": 0.5, "rolling_resistance": 0.1, "patch_radius": 0.25,
+                          "density": 900,
                           "surface_velocity": [1, 0, 0], "friction_mix": "minimum", "restitution_mix": "average"}},
     "shapes": {"ball": {"type": "sphere", "radius": 0.3, "material": "ice"}},
     "bodies": [
@@ -230,6 +231,7 @@ TEST(SceneFile, LimitsAreTheLibrarysOwnAndReportedWithTheirPlace) {
   const std::pair<std::string, std::string> mistakes[] = {
       {material(R"("friction": 1e7)"), "/materials/m/friction: "},
       {material(R"("rolling_resistance": 2e5)"), "/materials/m/rolling_resistance: "},
+      {material(R"("patch_radius": -0.1)"), "/materials/m/patch_radius: "},
       {material(R"("density": 2e9)"), "/materials/m/density: "},
       {material(R"("density": 1e-7)"), "/materials/m/density: "},
       {material(R"("surface_velocity": [0, 2e6, 0])"), "/materials/m/surface_velocity/1: "},

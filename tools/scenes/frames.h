@@ -1,14 +1,12 @@
-// Poses of scenes, computed in double precision: bodies of a machine and the frames of its joints.
+// Poses of scenes, computed in double precision, each rounded once: bodies of a machine and the frames of its
+// joints.
 #pragma once
 
-#include <scree/math_types.h>
+#include <scree/math.h>
 
 #include <cmath>
 
 namespace scree::scenes {
-
-/// The inverse of a unit quaternion.
-inline Quat inverse(Quat q) { return {-q.x, -q.y, -q.z, q.w}; }
 
 /// The rotation by `second` after `first`, both of unit length; so is the result.
 inline Quat turned(Quat second, Quat first) {
@@ -56,7 +54,7 @@ inline Pose placed(const Pose& frame, const Pose& local) {
 
 /// A pose as seen from `frame`, both given in the same coordinates.
 inline Pose seen_from(const Pose& frame, const Pose& pose) {
-  const Quat back = inverse(frame.rotation);
+  const Quat back = conjugate(frame.rotation);
   const Vec3 arm{pose.position.x - frame.position.x, pose.position.y - frame.position.y,
                  pose.position.z - frame.position.z};
   return {turned(back, arm), turned(back, pose.rotation)};

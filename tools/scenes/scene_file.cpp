@@ -63,6 +63,7 @@ const Range kDamping = up_to(kMaxRate);                  // 1/s
 const Range kGravityFactor = within(kMaxGravityFactor);
 const Range kMass = between(kMinMass, kMaxMass);  // kg
 const Range kFriction = up_to(kMaxFriction);
+const Range kPatchRadius = up_to(kMaxPatchRadius);              // m
 const Range kRollingResistance = up_to(kMaxRollingResistance);  // m
 const Range kDensity = between(kMinDensity, kMaxDensity);       // kg/m^3
 const Range kSurfaceVelocity = within(kMaxSurfaceSpeed);        // m/s
@@ -90,6 +91,9 @@ Material read_material(const Node& node) {
   members.read("friction", material.friction, kFriction);
   members.read("restitution", material.restitution, {0.0, 1.0});
   members.read("rolling_resistance", material.rolling_resistance, kRollingResistance);
+  if (const Node* radius = members.find("patch_radius")) {
+    material.patch_radius = radius->number(kPatchRadius);
+  }
   members.read("density", material.density, kDensity);
   members.read("surface_velocity", material.surface_velocity, kSurfaceVelocity);
   read_mix(members, "friction_mix", material.friction_mix);

@@ -189,6 +189,7 @@ void Mischief::change_shape(World& world, BodyId body) {
       Material material = world.material(shape);
       material.friction = random_.between(0.0f, 1.5f);
       material.rolling_resistance = random_.between(0.0f, 0.05f);
+      if (random_.below(2) == 0) material.patch_radius = random_.between(0.0f, 0.1f);
       material.surface_velocity = random_vector(2.0f);
       return world.set_material(shape, material);
     }

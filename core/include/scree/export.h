@@ -9,3 +9,12 @@
 #define SCREE_API
 #define SCREE_HIDDEN
 #endif
+
+// In front of small functions of public headers: no copy of them is ever compiled as a function. A linker
+// that finds several keeps one for everybody, and one from a program that was built with fast-math or with
+// fused multiplications would change the library's own bits.
+#if defined(__GNUC__)
+#define SCREE_INLINE [[gnu::always_inline]] inline
+#else
+#define SCREE_INLINE inline
+#endif

@@ -1,9 +1,10 @@
 // Plain vectors, rotations and poses of the public interface.
 //
-// They carry numbers in and out of a world and nothing else: no arithmetic lives here, because whatever
-// reaches simulation state is computed by sources whose compiler flags the library controls. Users of Eigen
-// find conversions in <scree/eigen.h>.
+// They carry numbers in and out of a world. Their arithmetic is in <scree/math.h>, which <scree/scree.h>
+// includes; users of Eigen find conversions in <scree/eigen.h>.
 #pragma once
+
+#include <scree/export.h>
 
 namespace scree {
 
@@ -12,6 +13,10 @@ struct Vec3 {
   float x = 0.0f;
   float y = 0.0f;
   float z = 0.0f;
+
+  /// 0 is x, 1 is y, 2 is z; there are no others.
+  SCREE_INLINE constexpr float& operator[](int axis) { return axis == 0 ? x : axis == 1 ? y : z; }
+  SCREE_INLINE constexpr float operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
 
   friend bool operator==(const Vec3&, const Vec3&) = default;
 };

@@ -4,6 +4,7 @@
 #include <scree/math_types.h>
 
 #include <cstdint>
+#include <optional>
 
 namespace scree {
 
@@ -29,13 +30,19 @@ enum class MixRule : std::uint8_t { minimum, average, product, geometric_mean, m
 
 /// The surface and the filling of a shape.
 struct Material {
-  float friction = 0.6f;     ///< Coulomb coefficient, in [0, 1e6]; acts against spin as well, for round
-                             ///< shapes in a patch as if they gave way by 5 mm, at most r / 50
-  float restitution = 0.0f;  ///< rebound speed over approach speed, in [0, 1]
+  float friction = 0.6f;  ///< Coulomb coefficient, in [0, 1e6]; acts against spin as well: between the points
+                          ///< of a contact, and where a sphere or capsule touches in a patch around each
+  float restitution = 0.0f;         ///< rebound speed over approach speed, in [0, 1]
   float rolling_resistance = 0.0f;  ///< m: resisting torque over normal force, in [0, 1e5]; of two
                                     ///< surfaces the maximum counts
   float density = 1000.0f;          ///< kg/m^3, in [1e-6, 1e9]; ignored where the body's mass is given
-  Vec3 surface_velocity{};          ///< m/s in the shape's frame: a conveyor belt's speed, each within +-1e6
+  /// m, in [0, 1e5], of the disk in which spheres and capsules touch. There friction resists spin about the
+  /// normal with a torque of at most 3 pi / 16 radius x friction x normal force, which is that of Hertz's
+  /// pressure; with 0 a ball spins in place for ever. Of two surfaces the larger one counts. Where neither
+  /// gives one: as if what touches gave way by 5 mm or, if that is less, a fiftieth of the radius of its
+  /// curvature r, so that the disk's is sqrt(5 mm r) or 0.14 r. Has no effect between boxes and hulls.
+  std::optional<float> patch_radius{};
+  Vec3 surface_velocity{};  ///< m/s in the shape's frame: a conveyor belt's speed, each within +-1e6
   MixRule friction_mix = MixRule::geometric_mean;
   MixRule restitution_mix = MixRule::maximum;
 

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <scree/body.h>
+#include <scree/contact_forces.h>
 #include <scree/error.h>
 #include <scree/events.h>
 #include <scree/export.h>
@@ -25,15 +26,24 @@ namespace scree {
 
 /// Tuning of a world. The defaults suit bodies of about 0.1 to 10 m at 60 steps a second.
 struct WorldSettings {
-  Vec3 gravity{0.0f, -9.81f, 0.0f};     ///< m/s^2, each within +-1e6
-  int substeps = 4;                     ///< solver substeps per step, in [1, 64]
-  float contact_hertz = 30.0f;          ///< Hz, stiffness of contacts; at most 1/(8 substep) is used;
-                                        ///< in [1e-3, 1e4]
-  float contact_damping_ratio = 10.0f;  ///< of the contacts' spring, in [0, 1e4]; 1 is critical
-  float push_speed = 3.0f;              ///< m/s, largest speed at which overlap is pushed apart, in [0, 1e6]
-  float restitution_threshold = 1.0f;   ///< m/s, approach speeds below do not rebound, in [0, 1e6]
-  float max_linear_speed = 400.0f;      ///< m/s, speeds are clamped in each substep, in [1e-3, 1e6]
-  float max_angular_speed = 400.0f;     ///< rad/s, in [1e-3, 1e6]
+  Vec3 gravity{0.0f, -9.81f, 0.0f};  ///< m/s^2, each within +-1e6
+  /// Solver substeps per step, in [1, 64]. Joints become stiffer with them, contacts only as contact_hertz
+  /// rises, too.
+  int substeps = 4;
+  /// Hz, in [1e-3, 1e4], the frequency f of contacts; at most 1/(8 h) is used, with h the step's dt over
+  /// substeps (30 Hz with the defaults at 60 steps a second), and twice that against fixed and kinematic
+  /// bodies. A contact of effective mass m overlaps by F / (m (2 pi f)^2) under the force F: m is half the
+  /// mass of two equal boxes, the mass of a box on a fixed one.
+  float contact_hertz = 30.0f;
+  /// Of the contacts' spring, in [0, 1e4], half of it against fixed and kinematic bodies; 1 is critical. How
+  /// overlap goes, not how much is left: at 1 bodies hop out of it.
+  float contact_damping_ratio = 10.0f;
+  /// m/s, largest speed at which overlap is pushed apart, of contacts and of joints, in [0, 1e6]. Too low for
+  /// what comes in, it lets bodies sink.
+  float push_speed = 3.0f;
+  float restitution_threshold = 1.0f;  ///< m/s, approach speeds below do not rebound, in [0, 1e6]
+  float max_linear_speed = 400.0f;     ///< m/s, speeds are clamped in each substep, in [1e-3, 1e6]
+  float max_angular_speed = 400.0f;    ///< rad/s, in [1e-3, 1e6]
   /// Fast bodies do not pass through fixed and sleeping ones: the step of a body ends where a ball about the
   /// center of one of its shapes, or one that fits into a corner or an end, meets them, and the body keeps
   /// its velocity. Moving bodies still pass through one another, and what is thinner than the gaps between
@@ -46,6 +56,7 @@ struct WorldSettings {
   /// s, ... for this long, in [0, 1e6]. What may sleep, touches something and turns as slowly is damped.
   float sleep_time = 0.5f;
   ContactEvents contact_events = ContactEvents::none;  ///< asked for of all shapes, besides their own
+  bool contact_forces = false;                         ///< measure what World::contact_forces tells
   bool measure_residual = false;                       ///< fill StepStats::residual
   bool measure_penetration = false;                    ///< fill StepStats::penetration_*
 };
@@ -266,6 +277,20 @@ class SCREE_API World {
   std::span<const JointId> broken_joints() const noexcept;
   /// Joints that were destroyed with their bodies before the step, in the order of the calls.
   std::span<const JointId> destroyed_joints() const noexcept;
+
+  // --- forces of contacts, see contact_forces.h: while WorldSettings::contact_forces is on, else these throw
+  // Error. They tell of the last step: of all contacts that bore something in it, or were at most 5 mm apart
+  // when it began. What sleeps tells what it bore as it fell asleep; in a step of no length, and from when
+  // the setting was turned on until the next step (of sleepers, until they wake), all impulses are zero.
+  // Contacts whose shapes, or their bodies' types, have been replaced since are left out ---
+
+  /// All contacts, ascending by the indices of their shapes: first shape_a's, then shape_b's. At most
+  /// `out.size()` are written. Returns how many there are.
+  std::size_t contact_forces(std::span<ContactForces> out) const;
+  /// Likewise of one body or shape, which may be either of the two. The first of these calls after a step
+  /// looks at all contacts, the others at those of the body or shape.
+  std::size_t contact_forces_of(BodyId body, std::span<ContactForces> out) const;
+  std::size_t contact_forces_of(ShapeId shape, std::span<ContactForces> out) const;
 
   // --- the world ---
 

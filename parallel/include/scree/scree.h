@@ -2,10 +2,12 @@
 #pragma once
 
 #include <scree/body.h>
+#include <scree/contact_forces.h>
 #include <scree/error.h>
 #include <scree/events.h>
 #include <scree/hull.h>
 #include <scree/ids.h>
+#include <scree/math.h>
 #include <scree/math_types.h>
 #include <scree/recording.h>
 #include <scree/shapes.h>

@@ -1,0 +1,182 @@
+// Reading the forces of contacts. The lists of contacts by shape are made when somebody asks for the first
+// time after a step: worlds that are only stepped do not pay for them.
+#include <core/check.h>
+#include <core/edit.h>
+#include <core/fp_environment.h>
+#include <core/pair_key.h>
+#include <scree/world.h>
+
+#include <algorithm>
+
+namespace scree {
+
+namespace {
+
+WorldData& opened_for_forces(Call call, const std::unique_ptr<WorldData>& owner) {
+  WorldData& data = opened(call, owner);
+  if (!data.settings.contact_forces) fail(call, "WorldSettings::contact_forces is off");
+  return data;
+}
+
+// Rows of state, or zero while nobody has measured.
+ContactForceRow force_row(const Contacts& contacts, std::size_t row) {
+  return row < contacts.forces.size() ? contacts.forces[row] : ContactForceRow{};
+}
+
+bool bore(const Manifold& manifold, const ContactForceRow& forces, unsigned point) {
+  return manifold.normal_impulse[point] > 0.0f || forces.normal_impulse[point] > 0.0f;
+}
+
+float nearest_of(const Manifold& manifold) {
+  return *std::min_element(std::begin(manifold.separation), std::end(manifold.separation));
+}
+
+// Candidates ahead are no contacts, and neither is what a call has replaced since the step.
+bool is_present(const WorldData& data, std::int32_t contact) {
+  const auto row = static_cast<std::size_t>(contact);
+  const ShapePair pair = data.contacts.now.pair[row];
+  for (const std::int32_t shape : {pair.a, pair.b}) {
+    const std::uint8_t flags = data.shapes.flags[static_cast<std::size_t>(shape)];
+    if ((flags & (kShapeAlive | kShapeNew)) != kShapeAlive) return false;
+  }
+  const Manifold& manifold = data.contacts.now.manifold[row];
+  if (nearest_of(manifold) <= kLinearSlop) return true;
+  const ContactForceRow forces = force_row(data.contacts, row);
+  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
+    if (bore(manifold, forces, k)) return true;
+  }
+  return false;
+}
+
+ContactForces describe(const WorldData& data, std::int32_t contact) {
+  const auto row = static_cast<std::size_t>(contact);
+  const ShapePair pair = data.contacts.now.pair[row];
+  const Manifold& manifold = data.contacts.now.manifold[row];
+  const ContactForceRow forces = force_row(data.contacts, row);
+  ContactForces told{};
+  const auto name = [&](std::int32_t shape, ShapeId& shape_id, BodyId& body_id) {
+    const auto index = static_cast<std::size_t>(shape);
+    const auto body = static_cast<std::size_t>(data.shapes.body[index]);
+    shape_id = {static_cast<std::uint32_t>(index), data.shapes.generation[index]};
+    body_id = {static_cast<std::uint32_t>(body), data.bodies.generation[body]};
+  };
+  name(pair.a, told.shape_a, told.body_a);
+  name(pair.b, told.shape_b, told.body_b);
+  // The manifold's body B is the dynamic one if only one is; here it is that of the shape of higher index.
+  const bool flipped = static_cast<std::uint32_t>(manifold.row_b) == told.body_a.index;
+  const float side = flipped ? -1.0f : 1.0f;
+  const Vec3 normal = to_vec3(manifold.normal);
+  const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
+  told.normal = side * normal;
+  // What nobody has measured has not moved since either: it sleeps, or the step had no length.
+  const Vec3 now =
+      to_vec3(data.bodies.pose[static_cast<std::size_t>(manifold.row_b)].position) + to_vec3(manifold.arm_b);
+  told.friction_center = forces.is_set != 0.0f ? to_vec3(forces.center) : now;
+  told.friction_impulse =
+      side * (forces.friction_impulse[0] * tangent_1 + forces.friction_impulse[1] * tangent_2);
+  told.twist_impulse = forces.twist_impulse;  // about a normal that is turned round as the body is
+  told.rolling_impulse = side * to_vec3(forces.rolling_impulse);
+  const float near = std::max(nearest_of(manifold), kSpeculativeDistance);
+  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
+    if (!(manifold.separation[k] <= near || bore(manifold, forces, k))) continue;
+    told.points[told.point_count++] = {
+        told.friction_center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2,
+        manifold.separation[k], forces.normal_impulse[k]};
+  }
+  return told;
+}
+
+// Calls visit(contact) for the contacts of both lists of pairs, in the order of the pairs.
+template <class Visit>
+void for_each_contact(const Contacts& contacts, Visit&& visit) {
+  const PairRows &moving = contacts.pairs, &resting = contacts.resting;
+  std::size_t m = 0, r = 0;
+  while (m < moving.pair.size() || r < resting.pair.size()) {
+    const bool rests =
+        m == moving.pair.size() || (r < resting.pair.size() && comes_before(resting.pair[r], moving.pair[m]));
+    const std::int32_t contact = rests ? resting.contact[r++] : moving.contact[m++];
+    if (contact >= 0) visit(contact);
+  }
+}
+
+// The contacts of each shape, in the order of their pairs.
+void list_by_shape(WorldData& data) {
+  Contacts& contacts = data.contacts;
+  if (!contacts.by_shape_stale) return;
+  Column<std::int32_t>& end = contacts.by_shape_end;
+  end.clear();
+  end.resize(data.shapes.flags.size() + 1);  // to zero
+  const auto for_each_end = [&](auto&& visit) {
+    for_each_contact(contacts, [&](std::int32_t contact) {
+      const ShapePair pair = contacts.now.pair[static_cast<std::size_t>(contact)];
+      visit(pair.a, contact);
+      visit(pair.b, contact);
+    });
+  };
+  for_each_end([&](std::int32_t shape, std::int32_t) { ++end[static_cast<std::size_t>(shape) + 1]; });
+  std::int32_t sum = 0;
+  for (std::int32_t& count : end) count = sum += count;  // -> where the shape's list begins
+  contacts.by_shape.resize_discarding(static_cast<std::size_t>(sum));
+  // Afterwards each entry is the end of its own shape's list.
+  for_each_end([&](std::int32_t shape, std::int32_t contact) {
+    contacts.by_shape[static_cast<std::size_t>(end[static_cast<std::size_t>(shape)]++)] = contact;
+  });
+  contacts.by_shape_stale = false;
+}
+
+std::span<const std::int32_t> contacts_of(const Contacts& contacts, std::int32_t shape) {
+  const auto row = static_cast<std::size_t>(shape);
+  if (row + 1 >= contacts.by_shape_end.size()) return {};  // younger than the lists
+  const std::int32_t begin = row == 0 ? 0 : contacts.by_shape_end[row - 1];
+  return std::span(contacts.by_shape.begin() + begin, contacts.by_shape.begin() + contacts.by_shape_end[row]);
+}
+
+void tell(const WorldData& data, std::int32_t contact, std::span<ContactForces> out, std::size_t& count) {
+  if (!is_present(data, contact)) return;
+  if (count < out.size()) out[count] = describe(data, contact);
+  ++count;
+}
+
+}  // namespace
+
+std::size_t World::contact_forces(std::span<ContactForces> out) const {
+  const FpEnvironment environment;
+  const WorldData& data = opened_for_forces({"contact_forces"}, data_);
+  std::size_t count = 0;
+  for_each_contact(data.contacts, [&](std::int32_t contact) { tell(data, contact, out, count); });
+  return count;
+}
+
+std::size_t World::contact_forces_of(ShapeId shape, std::span<ContactForces> out) const {
+  constexpr Call call{"contact_forces_of"};
+  const FpEnvironment environment;
+  WorldData& data = opened_for_forces(call, data_);
+  const std::int32_t row = checked_row(call, data.shapes, shape);
+  list_by_shape(data);
+  std::size_t count = 0;
+  for (const std::int32_t contact : contacts_of(data.contacts, row)) tell(data, contact, out, count);
+  return count;
+}
+
+std::size_t World::contact_forces_of(BodyId body, std::span<ContactForces> out) const {
+  constexpr Call call{"contact_forces_of"};
+  const FpEnvironment environment;
+  WorldData& data = opened_for_forces(call, data_);
+  const std::int32_t row = checked_row(call, data.bodies, body);
+  list_by_shape(data);
+  Contacts& contacts = data.contacts;
+  contacts.found.clear();
+  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(row)]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    contacts.found.append(contacts_of(contacts, shape));
+  }
+  std::sort(contacts.found.begin(), contacts.found.end(), [&](std::int32_t x, std::int32_t y) {
+    return comes_before(contacts.now.pair[static_cast<std::size_t>(x)],
+                        contacts.now.pair[static_cast<std::size_t>(y)]);
+  });
+  std::size_t count = 0;
+  for (const std::int32_t contact : contacts.found) tell(data, contact, out, count);
+  return count;
+}
+
+}  // namespace scree
