@@ -168,6 +168,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
     const auto row = static_cast<std::size_t>(body);
     if (bodies.generation[row] == 0) bodies.generation[row] = 1;
     bodies.flags[row] = flags_of(defs[i]);
+    if (defs[i].type != BodyType::fixed) note_change(bodies, body);
     ids[i] = {static_cast<std::uint32_t>(body), bodies.generation[row]};
     if (shape == nullptr) continue;
     const std::int32_t shape_row = shape_plan.slot(shapes.free_slots, i);
@@ -178,7 +179,6 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
   bodies.free_slots.drop_back(body_plan.from_free);
   shapes.free_slots.drop_back(shape_plan.from_free);
   bodies.alive += count;
-  bodies.lists_dirty = true;
   if (shape_count > 0) data.contacts.pairs_stale = true;
 }
 
@@ -196,6 +196,8 @@ void bury_body(WorldData& data, std::int32_t body) {
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     bury_shape(data, shape);
   }
+  if ((bodies.flags[row] & kBodyAsleep) != 0) --bodies.asleep;
+  if (bodies.type[row] != BodyType::fixed) note_change(bodies, body);
   bodies.flags[row] = 0;
   bodies.first_shape[row] = -1;
   bodies.velocity[row] = {};
@@ -205,7 +207,6 @@ void bury_body(WorldData& data, std::int32_t body) {
   // A slot whose generations are used up stays empty for good.
   if (++bodies.generation[row] != 0) bodies.free_slots.push_back(body);
   --bodies.alive;
-  bodies.lists_dirty = true;
 }
 
 }  // namespace

@@ -45,12 +45,17 @@ void move_center(WorldData& data, std::int32_t body, Vec3 center) {
 
 }  // namespace
 
-void grow(Bodies& bodies, std::size_t count) { grow_store(bodies, count); }
+void grow(Bodies& bodies, std::size_t count) {
+  bodies.changed.reserve(count);
+  grow_store(bodies, count);
+}
 
 void grow(Joints& joints, std::size_t count) { grow_store(joints, count); }
 
 void grow(Shapes& shapes, std::size_t count) {
   shapes.dirty.reserve(count);
+  shapes.wakers.reserve(count);
+  shapes.changed.reserve(count);
   grow_store(shapes, count);
 }
 
@@ -145,10 +150,13 @@ ShapeId commit_shape(Shapes& shapes, std::int32_t shape) {
 void link_shape(WorldData& data, std::int32_t shape, std::int32_t body) {
   const auto row = static_cast<std::size_t>(shape);
   const auto body_row = static_cast<std::size_t>(body);
+  const std::int32_t sibling = data.bodies.first_shape[body_row];
   data.shapes.body[row] = body;
-  data.shapes.next[row] = data.bodies.first_shape[body_row];
+  data.shapes.next[row] = sibling;
   data.bodies.first_shape[body_row] = shape;
   data.shapes.tree[row] = tree_of(data.bodies, body);
+  if (data.shapes.tree[row] != TreeKind::frozen) note_change(data.shapes, shape);
+  if (sibling >= 0) note_change(data.shapes, sibling);  // was alone perhaps
   place_shape_in_body(data, shape);
 }
 
@@ -160,13 +168,13 @@ void bury_shape(WorldData& data, std::int32_t shape) {
   release_hull(data.hulls, shapes.hull[row]);
   shapes.hull[row] = -1;
   shapes.flags[row] = static_cast<std::uint8_t>(shapes.flags[row] & ~(kShapeAlive | kShapeNew));
+  if (shapes.tree[row] != TreeKind::frozen) note_change(shapes, shape);
   shapes.tree[row] = TreeKind::none;
   // A slot whose generations are used up stays empty for good.
   if (++shapes.generation[row] != 0) shapes.free_slots.push_back(shape);
   --shapes.alive;
   if (shapes.events[row] != ContactEvents::none) --shapes.asking;
   data.contacts.pairs_stale = true;
-  data.bodies.lists_dirty = true;
 }
 
 void place_shape_in_body(WorldData& data, std::int32_t shape) {
@@ -241,12 +249,14 @@ void take_part_as(WorldData& data, std::int32_t body, BodyType type) {
   if (type == BodyType::fixed) bodies.velocity[row] = {};
   if (type != BodyType::dynamic) bodies.force[row] = {};
   bodies.sleep_time[row] = 0.0f;
+  if ((bodies.flags[row] & kBodyAsleep) != 0) --bodies.asleep;
   bodies.flags[row] = static_cast<std::uint8_t>(bodies.flags[row] & ~kBodyAsleep);
-  bodies.lists_dirty = true;
+  note_change(bodies, body);
   const TreeKind tree = tree_of(bodies, body);
   for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     data.shapes.tree[static_cast<std::size_t>(shape)] = tree;
+    note_change(data.shapes, shape);
     mark_dirty(data.shapes, shape, kShapeNew);
     data.contacts.pairs_stale = true;
   }

@@ -79,7 +79,6 @@ ShapeId World::add_shape(BodyId body, const Geometry& geometry, const Material& 
   link_shape(data, shape, row);
   const ShapeId id = commit_shape(shapes, shape);
   apply_mass(data, row, mass);
-  data.bodies.lists_dirty = true;
   data.contacts.pairs_stale = true;
   return id;
 }

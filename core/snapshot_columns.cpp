@@ -329,9 +329,12 @@ void reserve_columns(const SavedColumns& saved, WorldData& data) {
   const StoreRows rows(saved);
   reserve_store(data.bodies, rows.bodies);
   data.bodies.free_slots.reserve(rows.bodies);
+  data.bodies.changed.reserve(rows.bodies);
   reserve_store(data.shapes, rows.shapes);
   data.shapes.free_slots.reserve(rows.shapes);
   data.shapes.dirty.reserve(rows.shapes);
+  data.shapes.wakers.reserve(rows.shapes);
+  data.shapes.changed.reserve(rows.shapes);
   reserve_store(data.hulls, rows.hulls);
   data.hulls.free_slots.reserve(rows.hulls);
   reserve_store(data.contacts.pairs, rows.pairs);

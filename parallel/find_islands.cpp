@@ -333,7 +333,12 @@ void put_tired_islands_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
         const auto body = static_cast<std::uint32_t>(islands.candidates[i]);
         return BodyId{body, bodies.generation[body]};
       });
-  bodies.lists_dirty = true;
+  for (const BodyId& asleep : data.events.sleep_begins) {
+    const auto body = static_cast<std::int32_t>(asleep.index);
+    note_change(bodies, body);
+    note_shapes(data, body);
+  }
+  bodies.asleep += static_cast<std::int32_t>(data.events.sleep_begins.size());
   refresh_lists(data, crew);
   Column<std::int32_t>& touching = data.contacts.touching;
   const auto row_of = [&](std::size_t i) { return touching[i]; };

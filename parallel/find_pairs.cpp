@@ -2,7 +2,7 @@
 // list.
 //
 // While no shape leaves its fat bounds and no call changes anything, the list is kept. Otherwise it is made
-// anew, from three trees (awake, kinematic, frozen) that are joined with one another: what a new list
+// anew, from trees of awake, kinematic and frozen shapes that are joined with one another: what a new list
 // contains depends on the bounds alone, never on the trees' order or on how the work was cut.
 //
 // Pairs of two frozen shapes rest in a list of their own, which costs nothing until a shape falls asleep,
@@ -84,25 +84,12 @@ void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   contacts.free_rows.append(std::as_const(broad_phase.lost).span());
 }
 
-bool anybody_asleep(const WorldData& data, Crew& crew) {
-  std::atomic<bool> asleep{false};
-  crew.run_ranges(static_cast<int>(data.bodies.flags.size()), 65536, [&](int begin, int end, int) {
-    std::uint8_t flags = 0;
-    for (int body = begin; body < end; ++body) {
-      flags = static_cast<std::uint8_t>(flags | data.bodies.flags[static_cast<std::size_t>(body)]);
-    }
-    if ((flags & kBodyAsleep) != 0) asleep.store(true, std::memory_order_relaxed);
-  });
-  return asleep.load(std::memory_order_relaxed);
-}
-
 // Whether pairs may have come to rest, or those that rest may have changed.
-bool concerns_resting(const WorldData& data, const BroadPhase& broad_phase, bool members_changed,
-                      Crew& crew) {
+bool concerns_resting(const WorldData& data, const BroadPhase& broad_phase, bool members_changed) {
   const Contacts& contacts = data.contacts;
   if (!members_changed && !contacts.pairs_stale && broad_phase.dirty.empty()) return false;
   if (!contacts.resting.pair.empty()) return true;
-  return !contacts.pairs.pair.empty() && anybody_asleep(data, crew);
+  return !contacts.pairs.pair.empty() && data.bodies.asleep > 0;
 }
 
 // pairs, resting -> pairs.
@@ -146,9 +133,8 @@ void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const Column<ShapePair>& all = contacts.pairs.pair;
   const auto rests = [&](std::size_t row) {
-    constexpr auto kFrozen = static_cast<std::uint8_t>(TreeKind::frozen);
-    return broad_phase.kinds[static_cast<std::size_t>(all[row].a)] == kFrozen &&
-           broad_phase.kinds[static_cast<std::size_t>(all[row].b)] == kFrozen;
+    return is_frozen_tree(broad_phase.tree_of[static_cast<std::size_t>(all[row].a)]) &&
+           is_frozen_tree(broad_phase.tree_of[static_cast<std::size_t>(all[row].b)]);
   };
   contacts.resting_contacts = 0;
   list_where(crew, all.size(), broad_phase.places, broad_phase.frozen, rests);
@@ -177,15 +163,15 @@ void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
 
 // Fixed shapes that a call has made or moved may lie on sleepers, and frozen trees are not joined with one
 // another: for the list that is coming they count as kinematic. Returns whether there are any.
-bool lend_arrivals(WorldData& data, const BroadPhase& broad_phase, TreeKind from, TreeKind to) {
-  if (!data.settings.sleeping) return false;
+bool lend_arrivals(WorldData& data, BroadPhase& broad_phase, TreeKind from, TreeKind to) {
   bool any = false;
   for (const std::int32_t shape : broad_phase.dirty) {
     const auto index = static_cast<std::size_t>(shape);
     if ((data.shapes.flags[index] & kShapeAlive) == 0 || data.shapes.tree[index] != from) continue;
     if (data.bodies.type[static_cast<std::size_t>(data.shapes.body[index])] != BodyType::fixed) continue;
     data.shapes.tree[index] = to;
-    data.shapes.trees_changed = any = true;
+    broad_phase.changed.push_back(shape);
+    any = true;
   }
   return any;
 }
@@ -201,7 +187,8 @@ void find_pairs(WorldData& data, Crew& crew) {
   BroadPhase& broad_phase = broad_phase_of(data);
   Contacts& contacts = data.contacts;
   update_dirty_bounds(data, broad_phase, data.last_dt, crew);
-  const bool arrivals = lend_arrivals(data, broad_phase, TreeKind::frozen, TreeKind::kinematic);
+  const bool arrivals =
+      data.bodies.asleep > 0 && lend_arrivals(data, broad_phase, TreeKind::frozen, TreeKind::kinematic);
   const bool members_changed = update_members(data, broad_phase, crew);
   contacts.list_kept = true;
   if (members_changed || contacts.pairs_stale || broad_phase.bounds_left.load(std::memory_order_relaxed)) {
@@ -209,7 +196,7 @@ void find_pairs(WorldData& data, Crew& crew) {
     for (const std::int32_t shape : broad_phase.dirty)
       broad_phase.is_dirty[static_cast<std::size_t>(shape)] = 1;
     refit_trees(data, broad_phase, crew);
-    const bool both = concerns_resting(data, broad_phase, members_changed, crew);
+    const bool both = concerns_resting(data, broad_phase, members_changed);
     if (both) unite_lists(data, crew);
     const std::int64_t pairs = join_trees(data, broad_phase, both, crew);
     sort_pairs(broad_phase, data.shapes.flags.size(), pairs, crew);
@@ -231,8 +218,8 @@ void find_pairs(WorldData& data, Crew& crew) {
 
 void BroadPhase::forget() noexcept {
   bounds_left.store(true, std::memory_order_relaxed);
-  kinds.clear();  // so that all shapes join their trees
-  members.clear();
+  tree_of.clear();  // so that all shapes join their trees
+  changed.clear();
   for (PairTree& tree : trees) tree.clear();
   dirty.clear();
   is_dirty.clear();  // marks of a step that ran out of memory
@@ -244,8 +231,14 @@ void BroadPhase::report(const Visit& visit) const {
   };
   const bool left = bounds_left.load(std::memory_order_relaxed);
   visit(ColumnKind::derived, "bounds_left", &left, sizeof(left), 0);
-  column(ColumnKind::derived, "kinds", kinds);
-  column(ColumnKind::scratch, "kinds_next", kinds_next);
+  column(ColumnKind::derived, "tree_of", tree_of);
+  column(ColumnKind::derived, "slot_of", slot_of);
+  column(ColumnKind::derived, "changed", changed);
+  column(ColumnKind::scratch, "arrivals", arrivals);
+  for (const Column<std::int32_t>& shapes : joined) column(ColumnKind::scratch, "joined", shapes);
+  column(ColumnKind::scratch, "gathered", gathered);
+  column(ColumnKind::scratch, "part", part);
+  column(ColumnKind::scratch, "thinned", thinned);
   for (const PairTree& tree : trees) {
     column(ColumnKind::derived, "order", tree.order);
     column(ColumnKind::derived, "leaves", tree.leaves);
@@ -256,7 +249,6 @@ void BroadPhase::report(const Visit& visit) const {
   column(ColumnKind::scratch, "fast", fast);
   column(ColumnKind::scratch, "fast_hits", fast_hits);
   column(ColumnKind::scratch, "fast_counts", fast_counts);
-  column(ColumnKind::derived, "members", members);
   column(ColumnKind::scratch, "spreads", spreads);
   column(ColumnKind::scratch, "sort_keys", sort_keys);
   column(ColumnKind::scratch, "sort_keys_other", sort_keys_other);

@@ -236,9 +236,7 @@ float first_meeting_of(const WorldData& data, const BroadPhase& broad_phase, std
       const bool in_contact = starts && i > 0;
       const float ignored = in_contact ? radius + kLinearSlop : 0.0f;
       const Sweep sweep = sweep_of(pose, shape, arm, radius, ignored, from, to);
-      // Fixed shapes that calls have just put somewhere stand with the kinematic ones for one step.
-      for (const TreeKind kind : {TreeKind::frozen, TreeKind::kinematic}) {
-        const PairTree& tree = broad_phase.trees[static_cast<int>(kind)];
+      for (const PairTree& tree : broad_phase.resting_trees()) {
         if (tree.levels == 0) continue;
         first = std::min(first, first_meeting(data, tree, sweep, tree.levels - 1, 0));
       }
@@ -255,11 +253,12 @@ bool sweep_body(WorldData& data, const BroadPhase& broad_phase, std::size_t body
     return false;  // finish_step restores it
   const Vec3 start = to_vec3(data.bodies.pose[body].position);
   const Swept box(start, start + to_vec3(delta.position), data.bodies.core[body].size);
-  const auto is_near_any = [&](TreeKind kind) {
-    const PairTree& tree = broad_phase.trees[static_cast<int>(kind)];
-    return tree.levels > 0 && is_near(tree, box, tree.levels - 1, 0);
-  };
-  if (!is_near_any(TreeKind::frozen) && !is_near_any(TreeKind::kinematic)) return false;
+  const auto trees = broad_phase.resting_trees();
+  if (std::none_of(trees.begin(), trees.end(), [&](const PairTree& tree) {
+        return tree.levels > 0 && is_near(tree, box, tree.levels - 1, 0);
+      })) {
+    return false;
+  }
   const bool turns = data.bodies.core[body].reach > 0.0f;
   const int stretches = turns ? 1 + static_cast<int>(2.0f * length(turn) / kStraightTurn) : 1;
   const auto time_of = [&](int stretch) {
