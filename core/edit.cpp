@@ -133,8 +133,8 @@ void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, 
   shapes.filter[row] = options.filter;
   shapes.fat_bounds[row] = {};
   shapes.tree[row] = TreeKind::none;
-  shapes.user_data[row] = options.user_data;
-  shapes.events[row] = options.contact_events;
+  put(shapes.user_data, row, options.user_data);
+  put(shapes.events, row, options.contact_events);
   shapes.pose[row] = {};
 }
 
@@ -218,10 +218,10 @@ void apply_locks(Bodies& bodies, std::int32_t body) {
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);
-  bodies.mass[row] = mass.mass;
-  bodies.local_inertia[row] = mass.inertia;
-  bodies.local_mass[row] = mass.inverse;
-  bodies.inertia[row] = {};
+  put(bodies.mass, row, mass.mass);
+  put(bodies.local_inertia, row, mass.inertia);
+  put(bodies.local_mass, row, mass.inverse);
+  put(bodies.inertia, row, {});
   bodies.motion[row].flags = (bodies.motion[row].flags & ~static_cast<std::uint32_t>(kMotionGyroscopic)) |
                              (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u);
   if (bodies.center[row] != mass.center) move_center(data, body, mass.center);

@@ -266,7 +266,7 @@ void save_columns(const WorldData& data, SnapshotData& snapshot) {
   for_each_saved_column(table, [&](const char*, const char*, ColumnForm form, auto& column) {
     align();
     const std::size_t begin = out.size();
-    out.reserve(begin + most_bytes(column));
+    out.resize_for_overwrite(begin + most_bytes(column));
     std::byte* const head = out.data() + begin;
     std::byte* const rows = head + kColumnHeadBytes;
     std::byte* end = nullptr;

@@ -1,0 +1,55 @@
+// See column_memory.h.
+#include <core/column_memory.h>
+
+#include <new>
+
+// AddressSanitizer knows nothing of such pages, and sees less.
+#if defined(__SANITIZE_ADDRESS__)
+#define SCREE_PLAIN_MEMORY 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define SCREE_PLAIN_MEMORY 1
+#endif
+#endif
+
+#if defined(__linux__) && !defined(SCREE_PLAIN_MEMORY)
+#include <sys/mman.h>
+#define SCREE_HAS_PAGES 1
+#endif
+
+namespace scree {
+
+#ifdef SCREE_HAS_PAGES
+
+namespace {
+
+std::byte* checked(void* pages) {
+  if (pages == MAP_FAILED) throw std::bad_alloc();
+  return static_cast<std::byte*>(pages);
+}
+
+}  // namespace
+
+bool has_page_memory() noexcept { return true; }
+
+std::byte* take_pages(std::size_t room) {
+  return checked(
+      mmap(nullptr, room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0));
+}
+
+std::byte* grow_pages(std::byte* pages, std::size_t old_room, std::size_t room) {
+  return checked(mremap(pages, old_room, room, MREMAP_MAYMOVE));
+}
+
+void free_pages(std::byte* pages, std::size_t room) noexcept { munmap(pages, room); }
+
+#else
+
+bool has_page_memory() noexcept { return false; }
+std::byte* take_pages(std::size_t) { throw std::bad_alloc(); }
+std::byte* grow_pages(std::byte*, std::size_t, std::size_t) { throw std::bad_alloc(); }
+void free_pages(std::byte*, std::size_t) noexcept {}
+
+#endif
+
+}  // namespace scree
