@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <string>
@@ -211,13 +212,23 @@ void run(benchmark::State& state, const Make& make, Change change) {
   }
 }
 
+// Of the process.
+double resident_bytes() {
+  std::ifstream file("/proc/self/statm");
+  double total = 0.0, resident = 0.0;
+  file >> total >> resident;
+  return 4096.0 * resident;
+}
+
 void run_create(benchmark::State& state, const Make& make, bool bulk) {
   for (auto _ : state) {
+    const double before = resident_bytes();
     const auto scene = make();
     const double create = milliseconds_of([&] { scene->add_field(state.range(0), bulk); });
     const double first = milliseconds_of([&] { scene->step(); });
     const double second = milliseconds_of([&] { scene->step(); });
     state.SetIterationTime(1e-3 * (create + first + second));
+    state.counters["resident_bytes"] = (resident_bytes() - before) / static_cast<double>(state.range(0));
     state.counters["create_ms"] = create;
     state.counters["first_step_ms"] = first;
     state.counters["second_step_ms"] = second;
