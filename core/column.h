@@ -119,7 +119,7 @@ class Column {
  private:
   // Large columns grow by less: what they have is copied seldom, but where it is, the copy lies beside it.
   static constexpr std::size_t kLargeBytes = std::size_t{1} << 22;
-  static constexpr std::size_t kPagedBytes = std::size_t{1} << 20;
+  static constexpr std::size_t kPagedBytes = std::size_t{1} << 18;
   static constexpr std::size_t kPageBytes = 4096;
   static constexpr std::size_t kRoom = 4;  // times their memory, columns in pages have addresses to grow into
 
@@ -135,8 +135,9 @@ class Column {
   // Of a column that has no memory.
   void allocate(std::size_t capacity) {
     if (capacity * sizeof(Row) >= kPagedBytes && has_page_memory()) {
-      const std::size_t room = kRoom * allocation_of(capacity, kPageBytes);
-      rows_ = reinterpret_cast<Row*>(take_pages(room));
+      const std::size_t bytes = allocation_of(capacity, kPageBytes);
+      std::size_t room = kRoom * bytes;
+      rows_ = reinterpret_cast<Row*>(take_pages(bytes, room));
       room_ = room;
       written_ = 0;
     } else {
@@ -175,8 +176,9 @@ class Column {
     }
     const std::size_t bytes = allocation_of(grown, kPageBytes);
     if (bytes > room_) {
-      rows_ = reinterpret_cast<Row*>(grow_pages(reinterpret_cast<std::byte*>(rows_), room_, kRoom * bytes));
-      room_ = kRoom * bytes;
+      std::size_t room = kRoom * bytes;
+      rows_ = reinterpret_cast<Row*>(grow_pages(reinterpret_cast<std::byte*>(rows_), room_, bytes, room));
+      room_ = room;
     }
     capacity_ = grown;
   }

@@ -23,7 +23,14 @@ namespace scree {
 
 namespace {
 
-std::byte* checked(void* pages) {
+// Calls take(room), or take(least) if there are not so many addresses.
+template <class Take>
+std::byte* take_either(std::size_t least, std::size_t& room, Take&& take) {
+  void* pages = take(room);
+  if (pages == MAP_FAILED) {
+    room = least;
+    pages = take(room);
+  }
   if (pages == MAP_FAILED) throw std::bad_alloc();
   return static_cast<std::byte*>(pages);
 }
@@ -32,13 +39,15 @@ std::byte* checked(void* pages) {
 
 bool has_page_memory() noexcept { return true; }
 
-std::byte* take_pages(std::size_t room) {
-  return checked(
-      mmap(nullptr, room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0));
+std::byte* take_pages(std::size_t least, std::size_t& room) {
+  return take_either(least, room, [](std::size_t bytes) {
+    return mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  });
 }
 
-std::byte* grow_pages(std::byte* pages, std::size_t old_room, std::size_t room) {
-  return checked(mremap(pages, old_room, room, MREMAP_MAYMOVE));
+std::byte* grow_pages(std::byte* pages, std::size_t old_room, std::size_t least, std::size_t& room) {
+  return take_either(least, room,
+                     [=](std::size_t bytes) { return mremap(pages, old_room, bytes, MREMAP_MAYMOVE); });
 }
 
 void free_pages(std::byte* pages, std::size_t room) noexcept { munmap(pages, room); }
@@ -46,8 +55,8 @@ void free_pages(std::byte* pages, std::size_t room) noexcept { munmap(pages, roo
 #else
 
 bool has_page_memory() noexcept { return false; }
-std::byte* take_pages(std::size_t) { throw std::bad_alloc(); }
-std::byte* grow_pages(std::byte*, std::size_t, std::size_t) { throw std::bad_alloc(); }
+std::byte* take_pages(std::size_t, std::size_t&) { throw std::bad_alloc(); }
+std::byte* grow_pages(std::byte*, std::size_t, std::size_t, std::size_t&) { throw std::bad_alloc(); }
 void free_pages(std::byte*, std::size_t) noexcept {}
 
 #endif

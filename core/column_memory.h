@@ -8,10 +8,11 @@ namespace scree {
 
 // Whether the system has such memory; otherwise none of the functions below is called.
 bool has_page_memory() noexcept;
-// Addresses for `room` bytes of zeros, aligned to a page. Throws std::bad_alloc.
-std::byte* take_pages(std::size_t room);
-// More of them: what follows the old ones is zero. If it throws std::bad_alloc, nothing has changed.
-std::byte* grow_pages(std::byte* pages, std::size_t old_room, std::size_t room);
+// Addresses for `room` bytes of zeros, aligned to a page, or where the system does not spend addresses so
+// freely for `least`, to which `room` is set then. Throws std::bad_alloc.
+std::byte* take_pages(std::size_t least, std::size_t& room);
+// The same in place of `old_room` bytes, which come first. If it throws std::bad_alloc, nothing has changed.
+std::byte* grow_pages(std::byte* pages, std::size_t old_room, std::size_t least, std::size_t& room);
 void free_pages(std::byte* pages, std::size_t room) noexcept;
 
 }  // namespace scree

@@ -74,7 +74,8 @@ struct BroadPhase final : Part {
   struct LeafOf {
     std::int32_t tree, block;
   };
-  Column<LeafOf> thinned;     // scratch; leaves of frozen trees that somebody has left
+  Column<LeafOf> thinned;   // scratch; leaves of frozen trees that somebody has left
+  bool frozen_left = true;  // scratch; some shape has left its frozen tree, or its box there; or nobody knows
   std::int64_t refitted = 0;  // derived; leaf blocks of frozen trees that the last list of pairs made anew
 
   // Shapes that calls changed since the last list. scratch
@@ -103,8 +104,9 @@ struct BroadPhase final : Part {
   Column<std::int32_t> others;           // larger shapes of the pairs, grouped by owner
   Column<ShapePair> sorted;              // the new list
   Column<std::int32_t> lost;             // contacts whose pairs are not in the new list
-  Column<std::int32_t> moving, frozen;   // places in the new list: pairs of two frozen shapes, and the others
+  Column<std::int32_t> moving, frozen;   // places in a list: pairs of two frozen shapes, and the others
   Column<std::int32_t> moving_previous;  // Contacts::previous of `moving`
+  PairRows pulled;                       // rows on their way from or to `resting`
   Column<std::int32_t> places;           // of list_where
 
   void report(const Visit& visit) const override;

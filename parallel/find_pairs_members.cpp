@@ -48,6 +48,7 @@ void leave_frozen(BroadPhase& broad_phase, std::size_t shape) {
   PairTree& tree = broad_phase.trees[index];
   const std::int32_t slot = broad_phase.slot_of[shape];
   tree.order[static_cast<std::size_t>(slot)] = -1;
+  broad_phase.frozen_left = true;
   --tree.members;
   broad_phase.thinned.push_back({index, slot / simd::kBlock});
 }
@@ -203,7 +204,8 @@ bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   broad_phase.refitted = 0;
   broad_phase.tree_of.resize(shapes.flags.size());
   broad_phase.slot_of.resize(shapes.flags.size());
-  if (std::exchange(shapes.trees_changed, false)) compare_all(shapes, broad_phase, crew);
+  broad_phase.frozen_left = std::exchange(shapes.trees_changed, false);
+  if (broad_phase.frozen_left) compare_all(shapes, broad_phase, crew);
   if (broad_phase.changed.empty()) return false;
   const bool any = sort_out(shapes, broad_phase);
   for (const std::uint8_t index : {kAwakeTree, kKinematicTree}) {

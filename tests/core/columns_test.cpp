@@ -4,9 +4,14 @@
 
 #include <cstring>
 #include <fstream>
+#include <new>
 #include <set>
 #include <string>
 #include <vector>
+
+#ifdef __linux__
+#include <sys/resource.h>
+#endif
 
 namespace scree::test {
 namespace {
@@ -100,6 +105,33 @@ TEST(Column, RowsThatNobodyWritesToTakeNoMemory) {
   for (const WideRow& row : column) sum += row.values[0];
   EXPECT_EQ(sum, static_cast<float>(kRows / 8));
   EXPECT_LT(resident_bytes() - before, 0.2 * kRows * sizeof(WideRow));
+}
+
+// Bytes of addresses that the program has.
+double address_bytes() {
+  std::ifstream file("/proc/self/statm");
+  double all = 0.0;
+  file >> all;
+  return all * 4096.0;
+}
+
+TEST(Column, GrowsWhereTheSystemHasAddressesForItsRowsAlone) {
+  if (!has_page_memory()) GTEST_SKIP() << "memory is watched";
+  constexpr std::size_t kRows = 1'000'000;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+  rlimit tight = before;
+  tight.rlim_cur = static_cast<rlim_t>(address_bytes() + 2.5 * kRows * sizeof(WideRow));
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &tight), 0);
+  Column<WideRow> column;
+  column.resize(kRows / 2);
+  column[kRows / 2 - 1].values[0] = 3.0f;
+  EXPECT_NO_THROW(column.resize(kRows));
+  EXPECT_EQ(column[kRows / 2 - 1].values[0], 3.0f);
+  EXPECT_THROW(column.resize(10 * kRows), std::bad_alloc);
+  EXPECT_EQ(column.size(), kRows);
+  EXPECT_EQ(column[kRows / 2 - 1].values[0], 3.0f);
+  EXPECT_EQ(setrlimit(RLIMIT_AS, &before), 0);
 }
 
 TEST(MemoryUse, AFixedBodyWithItsBoxTakesUnder400BytesBeforeItIsStepped) {
