@@ -121,6 +121,8 @@ class Column {
   static constexpr std::size_t kLargeBytes = std::size_t{1} << 22;
   static constexpr std::size_t kPagedBytes = std::size_t{1} << 18;
   static constexpr std::size_t kPageBytes = 4096;
+  // Packed bytes come and go with snapshots and are written to as a whole: new pages would only be dear.
+  static constexpr bool kMayBePaged = !std::is_same_v<Row, std::byte>;
   static constexpr std::size_t kRoom = 4;  // times their memory, columns in pages have addresses to grow into
 
   std::size_t grown_capacity(std::size_t size) const {
@@ -134,7 +136,7 @@ class Column {
 
   // Of a column that has no memory.
   void allocate(std::size_t capacity) {
-    if (capacity * sizeof(Row) >= kPagedBytes && has_page_memory()) {
+    if (kMayBePaged && capacity * sizeof(Row) >= kPagedBytes && has_page_memory()) {
       const std::size_t bytes = allocation_of(capacity, kPageBytes);
       std::size_t room = kRoom * bytes;
       rows_ = reinterpret_cast<Row*>(take_pages(bytes, room));
