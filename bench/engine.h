@@ -31,6 +31,9 @@ class Engine {
   virtual void step(float dt) = 0;
   /// Before a step of `dt`: has that step move a kinematic body to `target`, so that others feel its motion.
   virtual void move_kinematic(std::size_t world, std::uint32_t body, const Pose& target, float dt) = 0;
+  /// Between steps: has bodies of the scene come, or go. The clock measures this, too. Unless the adapter has
+  /// EngineInfo::changes it throws.
+  virtual void make_change(std::size_t world, const scenes::SceneChange& change);
   /// The bodies of one world in the scene's order.
   virtual void read(std::size_t world, std::vector<BodyState>& states) const = 0;
   /// Contacts as the engine itself counts them, or -1. Definitions differ: comparisons take the evaluator's.
@@ -49,7 +52,8 @@ struct EngineInfo {
   std::string settings;    ///< solver settings and what differs from the engine's defaults
   std::string continuous;  ///< what continuous collision is with this engine; empty if it has none
   bool multithreaded = true;
-  bool joints = false;  ///< the adapter knows (some) joints
+  bool joints = false;   ///< the adapter knows (some) joints
+  bool changes = false;  ///< the adapter lets bodies come and go while a scene runs
   std::unique_ptr<Engine> (*create)(std::span<const scenes::Scene> scenes, const EngineOptions& options);
 };
 

@@ -64,6 +64,7 @@ Solid solid(const Geometry& geometry, const Polytope* polytope) {
 }
 
 bool is_finite(const BodyState& state) {
+  if (!state.exists) return false;
   const auto finite = [](Vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
   const Quat& q = state.pose.rotation;
   const bool rotation = std::isfinite(q.x) && std::isfinite(q.y) && std::isfinite(q.z) && std::isfinite(q.w);
@@ -278,7 +279,7 @@ Evaluator::Evaluator(const Scene& scene) : scene_(scene), polytopes_(make_polyto
   for (const SceneBody& body : scene.bodies) {
     const bool is_dynamic = body.def.type == BodyType::dynamic;
     masses_.push_back(is_dynamic ? body_mass(scene, body, polytopes_) : BodyMass{});
-    if (is_dynamic) top = std::max(top, double{body.def.position.y});
+    if (is_dynamic && !body.comes_later) top = std::max(top, double{body.def.position.y});
     const Pose pose{body.def.position, body.def.rotation};
     for (std::uint32_t s = body.first_shape; s < body.first_shape + body.shape_count; ++s) {
       const SceneShape& shape = scene.shapes[s];
@@ -289,7 +290,8 @@ Evaluator::Evaluator(const Scene& scene) : scene_(scene), polytopes_(make_polyto
   }
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const BodyDef& def = scene.bodies[i].def;
-    if (def.type == BodyType::dynamic && double{def.position.y} >= top - kTopTolerance) {
+    if (def.type == BodyType::dynamic && !scene.bodies[i].comes_later &&
+        double{def.position.y} >= top - kTopTolerance) {
       top_bodies_.push_back(static_cast<std::uint32_t>(i));
     }
   }
@@ -302,7 +304,7 @@ Evaluator::Evaluator(const Scene& scene) : scene_(scene), polytopes_(make_polyto
 BodyFigures Evaluator::body_figures(std::span<const BodyState> states) const {
   BodyFigures result;
   for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
-    if (scene_.bodies[i].def.type != BodyType::dynamic) continue;
+    if (scene_.bodies[i].def.type != BodyType::dynamic || !states[i].exists) continue;
     const BodyState& state = states[i];
     const Vector3d position = to_double(state.pose.position);
     if (!is_finite(state) || position.x() < lower_.x() - kLeftMargin ||
@@ -316,6 +318,7 @@ BodyFigures Evaluator::body_figures(std::span<const BodyState> states) const {
                              0.5 * spin.dot(masses_[i].inertia * spin);
   }
   for (const std::uint32_t i : top_bodies_) {
+    if (!states[i].exists) continue;
     const double start = double{scene_.bodies[i].def.position.y};
     const double now = is_finite(states[i]) ? double{states[i].pose.position.y} : 0.0;
     result.top_drop = std::max(result.top_drop, start - now);

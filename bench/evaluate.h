@@ -20,6 +20,7 @@ struct BodyState {
   Pose pose;              ///< of the body's origin
   Vec3 linear_velocity;   ///< of the center of mass, m/s
   Vec3 angular_velocity;  ///< rad/s, world axes
+  bool exists = true;     ///< or it has not come yet, or has gone, and nothing above counts
 };
 
 /// The polytopes of a scene's hulls, one where shapes share a hull and its scale; an entry per shape, empty
@@ -92,8 +93,9 @@ struct BodyFigures {
   std::int64_t bodies_left = 0;  ///< dynamic bodies outside the scene's start bounds or not finite
 };
 
-/// Evaluates one scene again and again. `states` always holds the scene's bodies in the scene's order; bodies
-/// with a state that is not finite count as left and are ignored elsewhere.
+/// Evaluates one scene again and again. `states` always holds the scene's bodies in the scene's order. Bodies
+/// that do not exist are ignored, those with a state that is not finite count as left and are ignored
+/// elsewhere.
 class Evaluator {
  public:
   /// Keeps a reference to the scene.

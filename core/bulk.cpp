@@ -18,12 +18,12 @@ std::uint8_t flags_of(const BodyDef& def) {
                                    (def.mass ? kBodyMassGiven : 0));
 }
 
-// Writes all columns of a new body but generation and flags.
+// Writes all columns of a new body but generation, flags and those that live within a step.
 void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const BodyMass& mass) {
   const auto row = static_cast<std::size_t>(body);
   const Quat rotation = normalize(def.rotation);
   bodies.type[row] = def.type;
-  bodies.center[row] = mass.center;
+  put(bodies.center, row, mass.center);
   PoseRow pose{};
   store(pose.position, def.position + rotate(rotation, mass.center));
   store(pose.rotation, rotation);
@@ -31,28 +31,24 @@ void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const Bod
   bodies.transform[row] = transform_of(pose, mass.center);
   bodies.motion[row] = {def.linear_damping, def.angular_damping, def.gravity_factor,
                         mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u};
-  bodies.locks[row] = def.locks;
-  bodies.velocity[row] = {};
+  put(bodies.locks, row, def.locks);
+  VelocityRow velocity{};
   if (def.type != BodyType::fixed) {
-    store(bodies.velocity[row].linear, def.linear_velocity);
-    store(bodies.velocity[row].angular, def.angular_velocity);
+    store(velocity.linear, def.linear_velocity);
+    store(velocity.angular, def.angular_velocity);
   }
+  put(bodies.velocity, row, velocity);
   apply_locks(bodies, body);
-  bodies.force[row] = {};
-  bodies.sleep_time[row] = 0.0f;
-  bodies.drift[row] = {};
-  bodies.local_mass[row] = mass.inverse;
-  bodies.local_inertia[row] = mass.inertia;
-  bodies.mass[row] = mass.mass;
-  bodies.given_mass[row] = def.mass.value_or(0.0f);
+  put(bodies.force, row, {});
+  put(bodies.sleep_time, row, 0.0f);
+  put(bodies.drift, row, {});
+  put(bodies.local_mass, row, mass.inverse);
+  put(bodies.local_inertia, row, mass.inertia);
+  put(bodies.mass, row, mass.mass);
+  put(bodies.given_mass, row, def.mass.value_or(0.0f));
   bodies.first_shape[row] = -1;
   bodies.first_joint[row] = -1;
-  bodies.user_data[row] = def.user_data;
-  bodies.inertia[row] = {};
-  DeltaRow delta{};
-  delta.rotation[3] = 1.0f;
-  bodies.delta[row] = delta;
-  bodies.free_velocity[row] = bodies.velocity[row];
+  put(bodies.user_data, row, def.user_data);
   bodies.core[row] = kNoCore;
 }
 
@@ -153,6 +149,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
     const auto row = static_cast<std::size_t>(body);
     if (bodies.generation[row] == 0) bodies.generation[row] = 1;
     bodies.flags[row] = flags_of(defs[i]);
+    if (defs[i].type != BodyType::fixed) note_change(bodies, body);
     ids[i] = {static_cast<std::uint32_t>(body), bodies.generation[row]};
     if (shape == nullptr) continue;
     const std::int32_t shape_row = shape_plan.slot(shapes.free_slots, i);
@@ -163,7 +160,6 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
   bodies.free_slots.drop_back(body_plan.from_free);
   shapes.free_slots.drop_back(shape_plan.from_free);
   bodies.alive += count;
-  bodies.lists_dirty = true;
   if (shape_count > 0) data.contacts.pairs_stale = true;
 }
 
@@ -183,16 +179,17 @@ void bury_body(WorldData& data, std::int32_t body) {
     bury_shape(data, shape);
   }
   bodies.moments.erase(body);
+  if ((bodies.flags[row] & kBodyAsleep) != 0) --bodies.asleep;
+  if (bodies.type[row] != BodyType::fixed) note_change(bodies, body);
   bodies.flags[row] = 0;
   bodies.first_shape[row] = -1;
-  bodies.velocity[row] = {};
-  bodies.force[row] = {};
-  bodies.local_mass[row] = {};
-  bodies.inertia[row] = {};
+  put(bodies.velocity, row, {});
+  put(bodies.force, row, {});
+  put(bodies.local_mass, row, {});
+  put(bodies.inertia, row, {});
   // A slot whose generations are used up stays empty for good.
   if (++bodies.generation[row] != 0) bodies.free_slots.push_back(body);
   --bodies.alive;
-  bodies.lists_dirty = true;
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // Column: one growing array of rows, aligned for wide loads.
 #pragma once
 
+#include <core/column_memory.h>
+
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
@@ -19,8 +21,10 @@ enum class ColumnKind {
 };
 
 // A vector of trivially copyable rows on 64-byte lines. New rows are zero bytes. The allocation ends at least
-// kPaddingBytes after the last row, so that wide loads may run past it. Shrinking keeps the memory. What is
-// reserved but not in use is not written to, so that the pages of a large column's slack cost nothing.
+// kPaddingBytes after the last row, so that wide loads may run past it. Shrinking keeps the memory.
+//
+// A large column lies in pages of its own, where rows that nobody has written to cost no memory, and growing
+// copies nothing. Rows beyond size() may not be written to: that they are zero is remembered.
 template <class Row>
 class Column {
   static_assert(std::is_trivially_copyable_v<Row>);
@@ -37,12 +41,14 @@ class Column {
     swap(other);
     return *this;
   }
-  ~Column() { std::free(rows_); }
+  ~Column() { release(); }
 
   void swap(Column& other) noexcept {
     std::swap(rows_, other.rows_);
     std::swap(size_, other.size_);
     std::swap(capacity_, other.capacity_);
+    std::swap(written_, other.written_);
+    std::swap(room_, other.room_);
   }
 
   Row* data() { return rows_; }
@@ -64,6 +70,7 @@ class Column {
     const Row copy = row;
     if (size_ == capacity_) reserve_for(size_ + 1);
     rows_[size_++] = copy;
+    if (written_ < size_) written_ = size_;
   }
   void append(std::span<const Row> rows) {  // of another column
     const std::size_t old = size_;
@@ -82,14 +89,19 @@ class Column {
   // Keeps the common rows; new ones are zero bytes.
   void resize(std::size_t size) {
     const std::size_t old = size_;
-    resize_for_overwrite(size);
-    if (size > old) std::memset(static_cast<void*>(rows_ + old), 0, (size - old) * sizeof(Row));
+    if (size > capacity_) reserve_for(size);
+    const std::size_t last = size < written_ ? size : written_;  // the rest is zero
+    if (last > old) std::memset(static_cast<void*>(rows_ + old), 0, (last - old) * sizeof(Row));
+    size_ = size;
+    // Whoever writes to them shall find them zero again after shrinking and growing: from here on they count.
+    if (written_ < size_) written_ = size_;
   }
 
   // Keeps the common rows; new ones are indeterminate.
   void resize_for_overwrite(std::size_t size) {
     if (size > capacity_) reserve_for(size);
     size_ = size;
+    if (written_ < size_) written_ = size_;
   }
 
   // For scratch that is wholly written before it is read: contents are indeterminate afterwards. The old
@@ -97,46 +109,87 @@ class Column {
   void resize_discarding(std::size_t size) {
     if (size > capacity_) {
       const std::size_t grown = grown_capacity(size);
-      std::free(std::exchange(rows_, nullptr));
-      size_ = capacity_ = 0;
-      rows_ = allocate(grown);
-      capacity_ = grown;
+      release();
+      allocate(grown);
     }
     size_ = size;
+    if (written_ < size_) written_ = size_;
   }
 
  private:
-  // Large columns grow by less: what they have is copied seldom, but the copy lies beside it meanwhile.
+  // Large columns grow by less: what they have is copied seldom, but where it is, the copy lies beside it.
   static constexpr std::size_t kLargeBytes = std::size_t{1} << 22;
+  static constexpr std::size_t kPagedBytes = std::size_t{1} << 18;
+  static constexpr std::size_t kPageBytes = 4096;
+  // Packed bytes come and go with snapshots and are written to as a whole: new pages would only be dear.
+  static constexpr bool kMayBePaged = !std::is_same_v<Row, std::byte>;
+  static constexpr std::size_t kRoom = 4;  // times their memory, columns in pages have addresses to grow into
 
   std::size_t grown_capacity(std::size_t size) const {
     const std::size_t more = capacity_bytes() < kLargeBytes ? capacity_ / 2 : capacity_ / 8;
     return size > capacity_ + more ? size : capacity_ + more;
   }
 
-  static Row* allocate(std::size_t capacity) {
-    const std::size_t bytes =
-        (capacity * sizeof(Row) + kPaddingBytes + kAlignment - 1) / kAlignment * kAlignment;
-    void* memory = std::aligned_alloc(kAlignment, bytes);
-    if (memory == nullptr) throw std::bad_alloc();
-    const std::size_t rows = capacity * sizeof(Row);
-    std::memset(static_cast<char*>(memory) + rows, 0, bytes - rows);
-    return static_cast<Row*>(memory);
+  static std::size_t allocation_of(std::size_t capacity, std::size_t unit) {
+    return (capacity * sizeof(Row) + kPaddingBytes + unit - 1) / unit * unit;
+  }
+
+  // Of a column that has no memory.
+  void allocate(std::size_t capacity) {
+    if (kMayBePaged && capacity * sizeof(Row) >= kPagedBytes && has_page_memory()) {
+      const std::size_t bytes = allocation_of(capacity, kPageBytes);
+      std::size_t room = kRoom * bytes;
+      rows_ = reinterpret_cast<Row*>(take_pages(bytes, room));
+      room_ = room;
+      written_ = 0;
+    } else {
+      const std::size_t bytes = allocation_of(capacity, kAlignment);
+      void* memory = std::aligned_alloc(kAlignment, bytes);
+      if (memory == nullptr) throw std::bad_alloc();
+      const std::size_t rows = capacity * sizeof(Row);
+      std::memset(static_cast<char*>(memory) + rows, 0, bytes - rows);
+      rows_ = static_cast<Row*>(memory);
+      written_ = capacity;
+    }
+    capacity_ = capacity;
+  }
+
+  void release() noexcept {
+    if (room_ > 0) {
+      free_pages(reinterpret_cast<std::byte*>(rows_), room_);
+    } else {
+      std::free(rows_);
+    }
+    rows_ = nullptr;
+    size_ = capacity_ = written_ = room_ = 0;
   }
 
   void reserve_for(std::size_t size) {
     const std::size_t grown = grown_capacity(size);
-    Row* const rows = allocate(grown);
-    if (size_ > 0)
-      std::memcpy(static_cast<void*>(rows), static_cast<const void*>(rows_), size_ * sizeof(Row));
-    std::free(rows_);
-    rows_ = rows;
+    if (room_ == 0) {
+      Column larger;
+      larger.allocate(grown);
+      if (size_ > 0)
+        std::memcpy(static_cast<void*>(larger.rows_), static_cast<const void*>(rows_), size_ * sizeof(Row));
+      larger.size_ = size_;
+      if (larger.written_ < size_) larger.written_ = size_;
+      swap(larger);
+      return;
+    }
+    const std::size_t bytes = allocation_of(grown, kPageBytes);
+    if (bytes > room_) {
+      std::size_t room = kRoom * bytes;
+      rows_ = reinterpret_cast<Row*>(grow_pages(reinterpret_cast<std::byte*>(rows_), room_, bytes, room));
+      room_ = room;
+    }
     capacity_ = grown;
   }
 
   Row* rows_ = nullptr;
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;
+  std::size_t written_ = 0;  // rows behind these are zero
+  std::size_t room_ = 0;     // bytes of addresses, of a column in pages
 };
 
 }  // namespace scree

@@ -67,6 +67,7 @@ void move_center(WorldData& data, std::int32_t body, Vec3 center) {
 
 void grow(Bodies& bodies, std::size_t count) {
   bodies.to_place.reserve(count);
+  bodies.changed.reserve(count);
   grow_store(bodies, count);
 }
 
@@ -74,6 +75,8 @@ void grow(Joints& joints, std::size_t count) { grow_store(joints, count); }
 
 void grow(Shapes& shapes, std::size_t count) {
   shapes.dirty.reserve(count);
+  shapes.wakers.reserve(count);
+  shapes.changed.reserve(count);
   grow_store(shapes, count);
 }
 
@@ -154,8 +157,8 @@ void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, 
   shapes.filter[row] = options.filter;
   shapes.fat_bounds[row] = {};
   shapes.tree[row] = TreeKind::none;
-  shapes.user_data[row] = options.user_data;
-  shapes.events[row] = options.contact_events;
+  put(shapes.user_data, row, options.user_data);
+  put(shapes.events, row, options.contact_events);
   shapes.pose[row] = {};
 }
 
@@ -171,13 +174,15 @@ ShapeId commit_shape(Shapes& shapes, std::int32_t shape) {
 void link_shape(WorldData& data, std::int32_t shape, std::int32_t body) {
   const auto row = static_cast<std::size_t>(shape);
   const auto body_row = static_cast<std::size_t>(body);
-  const std::int32_t behind = data.bodies.first_shape[body_row];
+  const std::int32_t sibling = data.bodies.first_shape[body_row];
   data.shapes.body[row] = body;
-  data.shapes.next[row] = behind;
+  data.shapes.next[row] = sibling;
   data.shapes.previous[row] = -1;
-  if (behind >= 0) data.shapes.previous[static_cast<std::size_t>(behind)] = shape;
+  if (sibling >= 0) data.shapes.previous[static_cast<std::size_t>(sibling)] = shape;
   data.bodies.first_shape[body_row] = shape;
   data.shapes.tree[row] = tree_of(data.bodies, body);
+  if (data.shapes.tree[row] != TreeKind::frozen) note_change(data.shapes, shape);
+  if (sibling >= 0) note_change(data.shapes, sibling);  // was alone perhaps
   place_shape_in_body(data, shape);
 }
 
@@ -199,13 +204,13 @@ void bury_shape(WorldData& data, std::int32_t shape) {
   release_hull(data.hulls, shapes.hull[row]);
   shapes.hull[row] = -1;
   shapes.flags[row] = static_cast<std::uint8_t>(shapes.flags[row] & ~(kShapeAlive | kShapeNew));
+  if (shapes.tree[row] != TreeKind::frozen) note_change(shapes, shape);
   shapes.tree[row] = TreeKind::none;
   // A slot whose generations are used up stays empty for good.
   if (++shapes.generation[row] != 0) shapes.free_slots.push_back(shape);
   --shapes.alive;
   if (shapes.events[row] != ContactEvents::none) --shapes.asking;
   data.contacts.pairs_stale = true;
-  data.bodies.lists_dirty = true;
 }
 
 void place_shape_in_body(WorldData& data, std::int32_t shape) {
@@ -270,10 +275,10 @@ void apply_locks(Bodies& bodies, std::int32_t body) {
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);
-  bodies.mass[row] = mass.mass;
-  bodies.local_inertia[row] = mass.inertia;
-  bodies.local_mass[row] = mass.inverse;
-  bodies.inertia[row] = {};
+  put(bodies.mass, row, mass.mass);
+  put(bodies.local_inertia, row, mass.inertia);
+  put(bodies.local_mass, row, mass.inverse);
+  put(bodies.inertia, row, {});
   bodies.motion[row].flags = (bodies.motion[row].flags & ~static_cast<std::uint32_t>(kMotionGyroscopic)) |
                              (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u);
   if (bodies.center[row] != mass.center) move_center(data, body, mass.center);
@@ -300,12 +305,14 @@ void take_part_as(WorldData& data, std::int32_t body, BodyType type) {
   if (type == BodyType::fixed) bodies.velocity[row] = {};
   if (type != BodyType::dynamic) bodies.force[row] = {};
   bodies.sleep_time[row] = 0.0f;
+  if ((bodies.flags[row] & kBodyAsleep) != 0) --bodies.asleep;
   bodies.flags[row] = static_cast<std::uint8_t>(bodies.flags[row] & ~kBodyAsleep);
-  bodies.lists_dirty = true;
+  note_change(bodies, body);
   const TreeKind tree = tree_of(bodies, body);
   for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     data.shapes.tree[static_cast<std::size_t>(shape)] = tree;
+    note_change(data.shapes, shape);
     mark_dirty(data.shapes, shape, kShapeNew);
     data.contacts.pairs_stale = true;
   }

@@ -9,6 +9,8 @@
 #include <core/world_data.h>
 
 #include <cstdint>
+#include <cstring>
+#include <type_traits>
 
 namespace scree {
 
@@ -33,6 +35,15 @@ struct SlotPlan {
                          : static_cast<std::int32_t>(first_fresh + i - from_free);
   }
 };
+
+// Writes what differs only: rows of zeros that nobody has written to take no memory, and fixed bodies have
+// many.
+template <class Row>
+void put(Column<Row>& column, std::size_t row, const std::type_identity_t<Row>& value) {
+  if (std::memcmp(static_cast<const void*>(&column[row]), static_cast<const void*>(&value), sizeof value) !=
+      0)
+    column[row] = value;
+}
 
 // Puts the shape on the list of what the broad phase must look at again.
 void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags = kShapeDirty);

@@ -31,6 +31,12 @@ void enter_list(WorldData& data, std::int32_t joint, std::int32_t body) {
   note_jointed(data.bodies, body);
 }
 
+// Their shapes must be asked for joints, and their pairs judged anew.
+void note_ends(WorldData& data, const JointBodies& ends) {
+  if (is_listed(ends.a)) note_shapes(data, ends.a);
+  if (is_listed(ends.b)) note_shapes(data, ends.b);
+}
+
 void leave_list(WorldData& data, std::int32_t joint, std::int32_t body) {
   if (!is_listed(body)) return;
   Joints& joints = data.joints;
@@ -59,6 +65,7 @@ void link_joint(WorldData& data, std::int32_t joint) {
   data.joints.previous[row] = {-1, -1};
   enter_list(data, joint, ends.a);
   enter_list(data, joint, ends.b);
+  note_ends(data, ends);
 }
 
 void link_back(WorldData& data, std::int32_t joint) {
@@ -117,6 +124,7 @@ void joints_changed(WorldData& data, std::int32_t joint, bool keeps_apart) {
   data.joints.active_changed = true;
   const JointBodies ends = data.joints.bodies[static_cast<std::size_t>(joint)];
   if (!keeps_apart || !is_listed(ends.a) || !is_listed(ends.b)) return;
+  note_ends(data, ends);
   data.contacts.pairs_stale = true;
 }
 

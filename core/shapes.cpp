@@ -116,9 +116,7 @@ void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef
   }
   shapes.free_slots.drop_back(plan.from_free);
   apply_mass(data, body, mass);
-  if (defs.empty()) return;
-  data.bodies.lists_dirty = true;
-  data.contacts.pairs_stale = true;
+  if (!defs.empty()) data.contacts.pairs_stale = true;
 }
 
 }  // namespace

@@ -34,16 +34,20 @@ struct HullIndex {
 
 void derive_bodies(Bodies& bodies) {
   bodies.alive = 0;
+  bodies.asleep = 0;
   for (std::size_t row = 0; row < bodies.flags.size(); ++row) {
     bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
+    bodies.is_changed[row] = 0;
     bodies.alive += (bodies.flags[row] & kBodyAlive) != 0 ? 1 : 0;
+    bodies.asleep += (bodies.flags[row] & kBodyAsleep) != 0 ? 1 : 0;
   }
   std::fill(bodies.unplaced.begin(), bodies.unplaced.end(), std::uint8_t{0});
   bodies.to_place.clear();
   bodies.moments.clear();
   bodies.awake.clear();
   bodies.kinematic.clear();
-  bodies.lists_dirty = true;
+  bodies.changed.clear();
+  bodies.lists_dirty = bodies.all_changed = true;
 }
 
 void derive_shapes(WorldData& data) {
@@ -51,7 +55,11 @@ void derive_shapes(WorldData& data) {
   shapes.alive = 0;
   shapes.asking = 0;
   for (std::int32_t& before : shapes.previous) before = -1;
+  shapes.wakers.clear();
+  shapes.changed.clear();
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
+    shapes.is_changed[row] = 0;
+    if ((shapes.flags[row] & kShapeWakes) != 0) shapes.wakers.push_back(static_cast<std::int32_t>(row));
     if ((shapes.flags[row] & kShapeAlive) == 0) continue;
     ++shapes.alive;
     const std::int32_t behind = shapes.next[row];

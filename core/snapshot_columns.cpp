@@ -266,7 +266,7 @@ void save_columns(const WorldData& data, SnapshotData& snapshot) {
   for_each_saved_column(table, [&](const char*, const char*, ColumnForm form, auto& column) {
     align();
     const std::size_t begin = out.size();
-    out.reserve(begin + most_bytes(column));
+    out.resize_for_overwrite(begin + most_bytes(column));
     std::byte* const head = out.data() + begin;
     std::byte* const rows = head + kColumnHeadBytes;
     std::byte* end = nullptr;
@@ -330,9 +330,12 @@ void reserve_columns(const SavedColumns& saved, WorldData& data) {
   reserve_store(data.bodies, rows.bodies);
   data.bodies.free_slots.reserve(rows.bodies);
   data.bodies.to_place.reserve(rows.bodies);
+  data.bodies.changed.reserve(rows.bodies);
   reserve_store(data.shapes, rows.shapes);
   data.shapes.free_slots.reserve(rows.shapes);
   data.shapes.dirty.reserve(rows.shapes);
+  data.shapes.wakers.reserve(rows.shapes);
+  data.shapes.changed.reserve(rows.shapes);
   reserve_store(data.hulls, rows.hulls);
   data.hulls.free_slots.reserve(rows.hulls);
   reserve_store(data.contacts.pairs, rows.pairs);

@@ -20,10 +20,13 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::derived, "bodies", "awake", data.bodies.awake);
   visit(ColumnKind::derived, "bodies", "kinematic", data.bodies.kinematic);
   visit(ColumnKind::derived, "bodies", "to_place", data.bodies.to_place);
+  visit(ColumnKind::derived, "bodies", "changed", data.bodies.changed);
   data.shapes.for_each_column(within("shapes"));
   visit(ColumnKind::state, "shapes", "free_slots", data.shapes.free_slots);
   visit(ColumnKind::derived, "shapes", "moving", data.shapes.moving);
   visit(ColumnKind::state, "shapes", "dirty", data.shapes.dirty);
+  visit(ColumnKind::derived, "shapes", "wakers", data.shapes.wakers);
+  visit(ColumnKind::derived, "shapes", "changed", data.shapes.changed);
   data.hulls.for_each_column(within("hulls"));
   visit(ColumnKind::state, "hulls", "free_slots", data.hulls.free_slots);
   data.contacts.pairs.for_each_column(within("contacts.pairs"));

@@ -3,6 +3,13 @@
 
 namespace scree {
 
+void note_shapes(WorldData& data, std::int32_t body) {
+  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    note_change(data.shapes, shape);
+  }
+}
+
 void wake_body(WorldData& data, std::int32_t body) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);
@@ -11,10 +18,12 @@ void wake_body(WorldData& data, std::int32_t body) {
   if ((bodies.flags[row] & kBodyAsleep) == 0) return;
   data.events.woken.push_back({static_cast<std::uint32_t>(body), bodies.generation[row]});
   bodies.flags[row] = static_cast<std::uint8_t>(bodies.flags[row] & ~kBodyAsleep);
-  bodies.lists_dirty = true;
+  --bodies.asleep;
+  note_change(bodies, body);
   for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     data.shapes.tree[static_cast<std::size_t>(shape)] = TreeKind::awake;
+    note_change(data.shapes, shape);
   }
 }
 
@@ -45,7 +54,11 @@ void wake_neighbors(WorldData& data) {
       wake_body(data, shapes.body[b]);
     }
   }
-  for (std::uint8_t& flags : shapes.flags) flags = static_cast<std::uint8_t>(flags & ~kShapeWakes);
+  for (const std::int32_t shape : shapes.wakers) {
+    std::uint8_t& flags = shapes.flags[static_cast<std::size_t>(shape)];
+    flags = static_cast<std::uint8_t>(flags & ~kShapeWakes);
+  }
+  shapes.wakers.clear();
   shapes.wake_requested = false;
 }
 

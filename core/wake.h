@@ -11,6 +11,21 @@
 
 namespace scree {
 
+// Tells refresh_lists that the body may take part otherwise than before.
+inline void note_change(Bodies& bodies, std::int32_t body) {
+  bodies.lists_dirty = true;
+  std::uint8_t& is_changed = bodies.is_changed[static_cast<std::size_t>(body)];
+  if (is_changed == 0) bodies.changed.push_back(body);
+  is_changed = 1;
+}
+// The same of a shape, which may have come into another tree or must be asked for filters from now on.
+inline void note_change(Shapes& shapes, std::int32_t shape) {
+  std::uint8_t& is_changed = shapes.is_changed[static_cast<std::size_t>(shape)];
+  if (is_changed == 0) shapes.changed.push_back(shape);
+  is_changed = 1;
+}
+void note_shapes(WorldData& data, std::int32_t body);  // all shapes of the body
+
 // Clears the sleep of a living dynamic body and restarts its timer; nothing happens to other rows.
 void wake_body(WorldData& data, std::int32_t body);
 
@@ -18,7 +33,9 @@ void wake_body(WorldData& data, std::int32_t body);
 // moves or stops the shape of a fixed or kinematic body, so do those that are merely near it. Works for
 // shapes that are about to die: their pairs outlive them until find_pairs.
 inline void request_wake(WorldData& data, std::int32_t shape) {
-  data.shapes.flags[static_cast<std::size_t>(shape)] |= kShapeWakes;
+  std::uint8_t& flags = data.shapes.flags[static_cast<std::size_t>(shape)];
+  if ((flags & kShapeWakes) == 0) data.shapes.wakers.push_back(shape);
+  flags |= kShapeWakes;
   data.shapes.wake_requested = true;
 }
 

@@ -118,6 +118,7 @@ enum UnplacedFlag : std::uint8_t {
   X(derived, Pose,            transform)       /* calls, finish_step; of the origin */                         \
   X(derived, CoreRow,         core)            /* calls, place_matter */                                       \
   X(derived, std::uint8_t,    unplaced)        /* calls, place_matter; UnplacedFlag */                         \
+  X(derived, std::uint8_t,    is_changed)      /* calls, find_islands; 1: stands in Bodies::changed */         \
   X(scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */        \
   X(scratch, std::uint8_t,    touched)         /* solve; TouchFlag */                                          \
   X(scratch, DeltaRow,        delta)           /* solve; motion since the step began */                        \
@@ -143,6 +144,7 @@ enum UnplacedFlag : std::uint8_t {
   X(state,   TreeKind,        tree)            /* calls, find_islands */                                       \
   X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
   X(state,   ContactEvents,   events)          /* calls; asked for */                                          \
+  X(derived, std::uint8_t,    is_changed)      /* calls, find_islands; 1: stands in Shapes::changed */         \
   X(state,   PoseRow,         pose)            /* update_bounds; in the world; the padding tells how far the  \
                                                   shape travels in a step, by the velocity it had then */
 
@@ -210,8 +212,11 @@ struct Bodies {
   Column<std::int32_t> kinematic;   // derived; refresh_lists; kinematic bodies, ascending
   Column<std::int32_t> to_place;    // derived; calls, place_matter; who is unplaced, each once
   std::unordered_map<std::int32_t, MassMoments> moments;  // derived; calls; of some bodies of many shapes
-  std::size_t alive = 0;                                  // state; calls
-  bool lists_dirty = true;  // derived; calls, find_islands: awake and kinematic must be made anew
+  Column<std::int32_t> changed;  // derived; calls, find_islands; who may take part otherwise than by these
+  std::size_t alive = 0;         // state; calls
+  std::int32_t asleep = 0;       // derived; calls, find_islands; sleeping bodies
+  bool lists_dirty = true;       // derived; calls, find_islands: somebody may take part otherwise
+  bool all_changed = true;       // derived; restore: `changed` does not tell who
 };
 
 inline bool is_frozen(const Bodies& bodies, std::int32_t body) {
@@ -230,8 +235,11 @@ struct Shapes {
   Column<std::int32_t> free_slots;  // state; calls
   Column<std::int32_t> moving;      // derived; refresh_lists; shapes of awake and kinematic bodies, ascending
   Column<std::int32_t> dirty;       // state; calls; slots with kShapeDirty, in order of the calls, each once
+  Column<std::int32_t> wakers;      // derived; calls; slots with kShapeWakes
+  Column<std::int32_t> changed;     // derived; calls, find_islands; shapes that may have come into another
+                                    // tree, or must be asked for filters there, and are not dirty
   std::size_t alive = 0;            // state; calls
-  bool trees_changed = true;        // derived; refresh_lists, find_pairs: look for who changed between trees
+  bool trees_changed = true;        // derived; restore: look at all shapes for who changed between trees
   bool wake_requested = false;      // state; calls: some shape has kShapeWakes; cleared by wake_neighbors
   std::int32_t asking = 0;          // derived; calls: living shapes with events
 };

@@ -8,27 +8,43 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace scree {
 
-// One tree over the shapes of a kind. Nothing of it reaches the results: whether two shapes become a pair
+// One tree over shapes. Nothing of it reaches the results: whether two shapes become a pair
 // depends on their own bounds, and the list is sorted. So it is all derived.
 struct PairTree {
-  Column<std::int32_t> order;  // shapes along a Hilbert curve, whole blocks; -1: nobody (any more)
+  Column<std::int32_t> order;  // shapes along a Hilbert curve, whole blocks; -1: nobody (any more). While it
+                               // is unsorted, in any order, those that have left among them
   Column<simd::LeafBlock> leaves;
   Column<simd::NodeBlock> nodes[simd::kMaxTreeLevels];
   int levels = 0;
   std::int32_t members = 0;
-  std::int32_t appended = 0;    // places behind the sorted ones
+  std::int32_t appended = 0;    // places behind the sorted ones, of what moves
   int refits = 0;               // since the last sort
   bool unsorted = true;         // must be sorted before the next join
   bool lost_members = false;    // `order` still names shapes that have left
-  bool bounds_changed = true;   // must be refitted before the next join
   bool special_changed = true;  // LeafBlock::special must be made anew
   int leaf_blocks() const { return static_cast<int>(order.size() / simd::kBlock); }
   void clear() noexcept;  // nobody is in it; the memory stays
 };
+
+// Which of its trees a shape is in. What is frozen stands in one of several: who arrives comes into the small
+// one, which goes into the next larger one when it is full, and so on. So an arrival costs little however
+// many are there already, and joins have few trees to ask.
+enum TreeIndex : std::uint8_t {
+  kNoTree = 0,
+  kAwakeTree = 1,
+  kKinematicTree = 2,
+  kFrozenTree = 3,  // the first one
+};
+inline constexpr int kFrozenTrees = 9;
+inline constexpr int kPairTrees = kFrozenTree + kFrozenTrees;
+inline constexpr std::uint8_t kArriving = 0xff;  // will come into one of the frozen trees
+
+inline bool is_frozen_tree(std::uint8_t tree) { return tree >= kFrozenTree; }
 
 struct SortKey {
   std::uint64_t key;  // place along the curve
@@ -41,9 +57,26 @@ struct BroadPhase final : Part {
   // pairs is made anew then, and comes out the same.
   std::atomic<bool> bounds_left{true};
 
-  Column<std::uint8_t> kinds;  // derived; TreeKind of each shape when the trees were last made, none if dead
-  Column<std::uint8_t> kinds_next;  // scratch
-  PairTree trees[kTreeCount];       // by TreeKind; none stays empty
+  Column<std::uint8_t> tree_of;  // derived; TreeIndex of each shape, kNoTree if dead
+  Column<std::int32_t> slot_of;  // derived; of shapes in frozen trees: their place in PairTree::order
+  PairTree trees[kPairTrees];    // by TreeIndex; kNoTree stays empty
+  // What may be met without moving: fixed shapes that calls have just put somewhere stand with the kinematic
+  // ones for one step.
+  std::span<const PairTree> resting_trees() const { return std::span(trees).subspan(kKinematicTree); }
+  std::span<const PairTree> frozen_trees() const { return std::span(trees).subspan(kFrozenTree); }
+
+  // derived; update_bounds, refresh_lists, find_pairs: shapes that may be in another tree than they belong
+  // to, or whose box there is an old one; some more than once
+  Column<std::int32_t> changed;
+  Column<std::int32_t> arrivals;             // scratch; for the frozen trees
+  Column<std::int32_t> joined[kFrozenTree];  // scratch; for the others
+  Column<std::int32_t> gathered, part;       // scratch; members of a tree that is about to be sorted
+  struct LeafOf {
+    std::int32_t tree, block;
+  };
+  Column<LeafOf> thinned;   // scratch; leaves of frozen trees that somebody has left
+  bool frozen_left = true;  // scratch; some shape has left its frozen tree, or its box there; or nobody knows
+  std::int64_t refitted = 0;  // derived; leaf blocks of frozen trees that the last list of pairs made anew
 
   // Shapes that calls changed since the last list. scratch
   Column<std::int32_t> dirty;
@@ -55,13 +88,6 @@ struct BroadPhase final : Part {
   Column<std::int32_t> fast_counts;  // by chunk of awake bodies, then where they go
 
   // scratch
-  struct Members {  // of one chunk of shapes, by kind
-    std::int32_t all[kTreeCount];
-    std::int32_t added[kTreeCount];
-    std::int32_t removed[kTreeCount];
-    std::int32_t first[kTreeCount];  // place of the first one in the list that is being gathered
-  };
-  Column<Members> members;
   struct Spread {  // of the centers of one chunk of shapes
     double sum[3];
     std::int64_t count;
@@ -78,8 +104,9 @@ struct BroadPhase final : Part {
   Column<std::int32_t> others;           // larger shapes of the pairs, grouped by owner
   Column<ShapePair> sorted;              // the new list
   Column<std::int32_t> lost;             // contacts whose pairs are not in the new list
-  Column<std::int32_t> moving, frozen;   // places in the new list: pairs of two frozen shapes, and the others
+  Column<std::int32_t> moving, frozen;   // places in a list: pairs of two frozen shapes, and the others
   Column<std::int32_t> moving_previous;  // Contacts::previous of `moving`
+  PairRows pulled;                       // rows on their way from or to `resting`
   Column<std::int32_t> places;           // of list_where
 
   void report(const Visit& visit) const override;
@@ -94,11 +121,18 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
 // Whether filters, bodies and their types let two shapes collide.
 bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b);
 
-// Compares each shape's kind with the last list's; returns whether any has changed. The trees that lost or
-// gained shapes are marked, and the gained shapes appended.
+// Brings the changed shapes into the trees that they belong to; returns whether any has come into another one
+// since the last list. Trees of what moves are marked and made by refit_trees, those of frozen shapes are
+// made at once.
 bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew);
-// Makes the trees fit the bounds.
+// Makes the trees of what moves fit the bounds.
 void refit_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew);
+// Orders `gathered` along the curve: that is the tree's order then.
+void sort_gathered(const WorldData& data, BroadPhase& broad_phase, PairTree& tree, Crew& crew);
+// Makes the boxes of all blocks of the tree's order.
+void refit_tree(const WorldData& data, PairTree& tree, Crew& crew);
+// Makes the boxes of one leaf and all above it.
+void refit_leaf(const WorldData& data, PairTree& tree, std::int32_t block, Crew& crew);
 // trees -> found; with `carry` also the pairs of the last list whose shapes are both frozen still. Returns
 // the number of pairs.
 std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Crew& crew);

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
 
 namespace scree {
 
@@ -170,23 +171,32 @@ void freeze_shapes(WorldData& data, std::int32_t body) {
   }
 }
 
-// Islands of the sleeping bodies, and which of them are touched: Islands::parent and kept_awake.
+// Calls visit(ends) for all contacts and enabled joints.
+template <class Visit>
+void for_each_edge(const WorldData& data, Crew& crew, Visit&& visit) {
+  for_each(crew, data.contacts.now.pair.size(), [&](std::size_t row) {
+    if (touches(data, row)) visit(ends_of(data, row));
+  });
+  for_each(crew, data.joints.flags.size(), [&](std::size_t row) {
+    if (is_enabled(data.joints, row)) visit(joint_ends(data, static_cast<std::int32_t>(row)));
+  });
+}
+
+// Islands of the sleeping bodies that anything touches or is jointed to, and which of them an awake body
+// touches: Islands::parent and kept_awake. Nobody looks at the others' rows.
 void find_sleeping_islands(WorldData& data, Islands& islands, Crew& crew) {
   const Bodies& bodies = data.bodies;
   islands.parent.resize_discarding(bodies.pose.size());
   islands.kept_awake.resize_discarding(bodies.pose.size());
-  for_each(crew, bodies.pose.size(), [&](std::size_t body) {
-    islands.parent[body] = static_cast<std::int32_t>(body);
-    islands.kept_awake[body] = 0;
+  for_each_edge(data, crew, [&](Ends ends) {
+    for (const std::int32_t body : {ends.a, ends.b}) {
+      if (!is_asleep(bodies, body)) continue;
+      link_of(islands.parent, body).store(body, std::memory_order_relaxed);
+      std::atomic_ref<std::uint8_t>(islands.kept_awake[static_cast<std::size_t>(body)])
+          .store(0, std::memory_order_relaxed);
+    }
   });
-  for_each(crew, data.contacts.now.pair.size(), [&](std::size_t row) {
-    if (!touches(data, row)) return;
-    const Ends ends = ends_of(data, row);
-    if (is_asleep(bodies, ends.a) && is_asleep(bodies, ends.b)) unite(islands.parent, ends.a, ends.b);
-  });
-  for_each(crew, data.joints.flags.size(), [&](std::size_t row) {
-    if (!is_enabled(data.joints, row)) return;
-    const Ends ends = joint_ends(data, static_cast<std::int32_t>(row));
+  for_each_edge(data, crew, [&](Ends ends) {
     if (is_asleep(bodies, ends.a) && is_asleep(bodies, ends.b)) unite(islands.parent, ends.a, ends.b);
   });
   const auto keep_awake = [&](Ends ends) {
@@ -198,6 +208,32 @@ void find_sleeping_islands(WorldData& data, Islands& islands, Crew& crew) {
            [&](std::size_t i) { keep_awake(ends_of(data, islands.touched[i])); });
   for_each(crew, islands.pulled.size(),
            [&](std::size_t i) { keep_awake(joint_ends(data, islands.pulled[i])); });
+}
+
+// The sleeping bodies whose islands are kept awake, ascending: Islands::candidates. Each hangs on a contact
+// or a joint, most on several.
+void list_roused(WorldData& data, Islands& islands, Crew& crew) {
+  const auto is_roused = [&](std::int32_t body) {
+    return is_asleep(data.bodies, body) &&
+           islands.kept_awake[static_cast<std::size_t>(find_root(islands.parent, body))] != 0;
+  };
+  Column<std::int32_t>& roused = islands.candidates;
+  roused.clear();
+  const auto add = [&](std::size_t rows, auto&& counts, auto&& end_of) {
+    list_where(
+        crew, rows, islands.places, islands.remaining,
+        [&](std::size_t row) { return counts(row) && is_roused(end_of(row)); }, end_of);
+    roused.append(std::as_const(islands.remaining).span());
+  };
+  const auto has_points = [&](std::size_t row) { return touches(data, row); };
+  const auto holds = [&](std::size_t row) { return is_enabled(data.joints, row); };
+  const std::size_t contacts = data.contacts.now.pair.size(), joints = data.joints.flags.size();
+  add(contacts, has_points, [&](std::size_t row) { return ends_of(data, row).a; });
+  add(contacts, has_points, [&](std::size_t row) { return ends_of(data, row).b; });
+  add(joints, holds, [&](std::size_t row) { return data.joints.bodies[row].a; });
+  add(joints, holds, [&](std::size_t row) { return data.joints.bodies[row].b; });
+  std::sort(roused.begin(), roused.end());
+  roused.resize(static_cast<std::size_t>(std::unique(roused.begin(), roused.end()) - roused.begin()));
 }
 
 // The contacts among `contact_of`, by pair, that have something to solve.
@@ -235,11 +271,7 @@ void wake_touched_islands(WorldData& data, Islands& islands, Crew& crew) {
   if (islands.touched.empty() && islands.pulled.empty()) return;
 
   find_sleeping_islands(data, islands, crew);
-  list_where(crew, bodies.pose.size(), islands.places, islands.candidates, [&](std::size_t body) {
-    const auto index = static_cast<std::int32_t>(body);
-    return is_asleep(bodies, index) &&
-           islands.kept_awake[static_cast<std::size_t>(find_root(islands.parent, index))] != 0;
-  });
+  list_roused(data, islands, crew);
   for (const std::int32_t body : islands.candidates) wake_body(data, body);
   refresh_lists(data, crew);
   // Pairs that rest go on resting until the next list of pairs; their contacts take part at once.
@@ -333,7 +365,12 @@ void put_tired_islands_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
         const auto body = static_cast<std::uint32_t>(islands.candidates[i]);
         return BodyId{body, bodies.generation[body]};
       });
-  bodies.lists_dirty = true;
+  for (const BodyId& asleep : data.events.sleep_begins) {
+    const auto body = static_cast<std::int32_t>(asleep.index);
+    note_change(bodies, body);
+    note_shapes(data, body);
+  }
+  bodies.asleep += static_cast<std::int32_t>(data.events.sleep_begins.size());
   refresh_lists(data, crew);
   Column<std::int32_t>& touching = data.contacts.touching;
   const auto row_of = [&](std::size_t i) { return touching[i]; };

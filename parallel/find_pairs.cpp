@@ -2,17 +2,19 @@
 // list.
 //
 // While no shape leaves its fat bounds and no call changes anything, the list is kept. Otherwise it is made
-// anew, from three trees (awake, kinematic, frozen) that are joined with one another: what a new list
+// anew, from trees of awake, kinematic and frozen shapes that are joined with one another: what a new list
 // contains depends on the bounds alone, never on the trees' order or on how the work was cut.
 //
 // Pairs of two frozen shapes rest in a list of their own, which costs nothing until a shape falls asleep,
-// wakes or is changed by a call. Then both lists are made anew as one and parted again.
+// wakes or is changed by a call. Then those that this concerns are pulled out of it before the new list is
+// made, and those of the new list that rest are put into it.
 #include <parallel/broad_phase.h>
 #include <parallel/list_where.h>
 #include <parallel/merge_pairs.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 namespace scree {
@@ -84,48 +86,6 @@ void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   contacts.free_rows.append(std::as_const(broad_phase.lost).span());
 }
 
-bool anybody_asleep(const WorldData& data, Crew& crew) {
-  std::atomic<bool> asleep{false};
-  crew.run_ranges(static_cast<int>(data.bodies.flags.size()), 65536, [&](int begin, int end, int) {
-    std::uint8_t flags = 0;
-    for (int body = begin; body < end; ++body) {
-      flags = static_cast<std::uint8_t>(flags | data.bodies.flags[static_cast<std::size_t>(body)]);
-    }
-    if ((flags & kBodyAsleep) != 0) asleep.store(true, std::memory_order_relaxed);
-  });
-  return asleep.load(std::memory_order_relaxed);
-}
-
-// Whether pairs may have come to rest, or those that rest may have changed.
-bool concerns_resting(const WorldData& data, const BroadPhase& broad_phase, bool members_changed,
-                      Crew& crew) {
-  const Contacts& contacts = data.contacts;
-  if (!members_changed && !contacts.pairs_stale && broad_phase.dirty.empty()) return false;
-  if (!contacts.resting.pair.empty()) return true;
-  return !contacts.pairs.pair.empty() && anybody_asleep(data, crew);
-}
-
-// pairs, resting -> pairs.
-void unite_lists(WorldData& data, Crew& crew) {
-  Contacts& contacts = data.contacts;
-  PairRows& all = contacts.pairs_before;
-  const PairRows* const lists[] = {&contacts.pairs, &contacts.resting};
-  if (lists[1]->pair.empty()) return;
-  const std::size_t count = lists[0]->pair.size() + lists[1]->pair.size();
-  const bool hulls = !lists[0]->axis.empty() || !lists[1]->axis.empty();
-  all.pair.resize_discarding(count);
-  all.contact.resize_discarding(count);
-  all.axis.resize_discarding(hulls ? count : 0);
-  merge_pairs(lists[0]->pair, lists[1]->pair, crew, [&](std::size_t place, bool rests, std::size_t row) {
-    const PairRows& from = *lists[rests ? 1 : 0];
-    all.pair[place] = from.pair[row];
-    all.contact[place] = from.contact[row];
-    if (hulls) all.axis[place] = from.axis.empty() ? ContactAxis{} : from.axis[row];
-  });
-  std::swap(contacts.pairs, contacts.pairs_before);
-  contacts.resting.resize(0);
-}
-
 void gather_rows(const PairRows& from, const Column<std::int32_t>& places, PairRows& to, Crew& crew) {
   const bool hulls = !from.axis.empty();
   to.pair.resize_discarding(places.size());
@@ -141,23 +101,119 @@ void gather_rows(const PairRows& from, const Column<std::int32_t>& places, PairR
   });
 }
 
-// pairs -> pairs, resting; `previous` goes along with the former.
+std::int64_t count_contacts(const PairRows& rows) {
+  return std::count_if(rows.contact.begin(), rows.contact.end(),
+                       [](std::int32_t contact) { return contact >= 0; });
+}
+
+// Moves the rows [begin, end) to another place of the column.
+template <class Row>
+void move_rows(Column<Row>& column, std::size_t begin, std::size_t end, std::size_t to) {
+  if (begin == end || begin == to) return;
+  std::memmove(static_cast<void*>(column.data() + to), static_cast<const void*>(column.data() + begin),
+               (end - begin) * sizeof(Row));
+}
+
+// Takes the rows of the ascending places out.
+void remove_rows(PairRows& rows, const Column<std::int32_t>& places) {
+  const auto close_gaps = [&](auto& column) {
+    if (column.empty()) return;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const std::size_t begin = static_cast<std::size_t>(places[i]) + 1;
+      const std::size_t end = i + 1 < places.size() ? static_cast<std::size_t>(places[i + 1]) : column.size();
+      move_rows(column, begin, end, begin - i - 1);
+    }
+    column.resize(column.size() - places.size());
+  };
+  close_gaps(rows.pair);
+  close_gaps(rows.contact);
+  close_gaps(rows.axis);
+}
+
+// Puts ascending rows between those that are there; `places` is scratch.
+void insert_rows(PairRows& rows, const PairRows& more, Column<std::int32_t>& places) {
+  places.resize_discarding(more.pair.size());  // of the old row that each comes before
+  for (std::size_t i = 0; i < more.pair.size(); ++i) {
+    const ShapePair* const from = rows.pair.begin() + (i > 0 ? places[i - 1] : 0);
+    places[i] = static_cast<std::int32_t>(
+        std::lower_bound(from, std::as_const(rows.pair).end(), more.pair[i], comes_before) -
+        rows.pair.begin());
+  }
+  const std::size_t count = rows.pair.size();
+  const auto open_gaps = [&](auto& column, const auto& from) {
+    column.resize_for_overwrite(count + places.size());
+    std::size_t end = count;
+    for (std::size_t i = places.size(); i-- > 0;) {
+      const auto begin = static_cast<std::size_t>(places[i]);
+      move_rows(column, begin, end, begin + i + 1);
+      column[begin + i] = from[i];
+      end = begin;
+    }
+  };
+  if (!more.axis.empty()) rows.axis.resize(count);  // hulls may have come since
+  open_gaps(rows.pair, more.pair);
+  open_gaps(rows.contact, more.contact);
+  if (!more.axis.empty()) {
+    open_gaps(rows.axis, more.axis);
+  } else if (!rows.axis.empty()) {
+    struct None {
+      ContactAxis operator[](std::size_t) const { return {}; }
+    };
+    open_gaps(rows.axis, None{});
+  }
+}
+
+// Takes the pairs that can not go on resting as they are out of `resting`: one of the shapes has left its
+// tree or been changed by a call. They are pairs of the last list again. Returns whether there are any.
+bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  PairRows &resting = contacts.resting, &pulled = broad_phase.pulled;
+  if (!broad_phase.frozen_left) return false;
+  const auto is_still_there = [&](std::int32_t shape) {
+    const auto row = static_cast<std::size_t>(shape);
+    return is_frozen_tree(broad_phase.tree_of[row]) && broad_phase.is_dirty[row] == 0;
+  };
+  list_where(crew, resting.pair.size(), broad_phase.places, broad_phase.frozen, [&](std::size_t row) {
+    return !is_still_there(resting.pair[row].a) || !is_still_there(resting.pair[row].b);
+  });
+  if (broad_phase.frozen.empty()) return false;
+  gather_rows(resting, broad_phase.frozen, pulled, crew);
+  remove_rows(resting, broad_phase.frozen);
+  contacts.resting_contacts -= count_contacts(pulled);
+  PairRows& all = contacts.pairs_before;
+  const PairRows* const lists[] = {&contacts.pairs, &pulled};
+  const std::size_t count = lists[0]->pair.size() + lists[1]->pair.size();
+  const bool hulls = !lists[0]->axis.empty() || !lists[1]->axis.empty();
+  all.pair.resize_discarding(count);
+  all.contact.resize_discarding(count);
+  all.axis.resize_discarding(hulls ? count : 0);
+  merge_pairs(lists[0]->pair, lists[1]->pair, crew, [&](std::size_t place, bool rests, std::size_t row) {
+    const PairRows& from = *lists[rests ? 1 : 0];
+    all.pair[place] = from.pair[row];
+    all.contact[place] = from.contact[row];
+    if (hulls) all.axis[place] = from.axis.empty() ? ContactAxis{} : from.axis[row];
+  });
+  std::swap(contacts.pairs, contacts.pairs_before);
+  return true;
+}
+
+// The pairs of two frozen shapes go from `pairs` to `resting`; `previous` goes along with the others.
 void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const Column<ShapePair>& all = contacts.pairs.pair;
   const auto rests = [&](std::size_t row) {
-    constexpr auto kFrozen = static_cast<std::uint8_t>(TreeKind::frozen);
-    return broad_phase.kinds[static_cast<std::size_t>(all[row].a)] == kFrozen &&
-           broad_phase.kinds[static_cast<std::size_t>(all[row].b)] == kFrozen;
+    return is_frozen_tree(broad_phase.tree_of[static_cast<std::size_t>(all[row].a)]) &&
+           is_frozen_tree(broad_phase.tree_of[static_cast<std::size_t>(all[row].b)]);
   };
-  contacts.resting_contacts = 0;
   list_where(crew, all.size(), broad_phase.places, broad_phase.frozen, rests);
   if (broad_phase.frozen.empty()) return;
   list_where(crew, all.size(), broad_phase.places, broad_phase.moving,
              [&](std::size_t row) { return !rests(row); });
-  gather_rows(contacts.pairs, broad_phase.frozen, contacts.resting, crew);
+  gather_rows(contacts.pairs, broad_phase.frozen, broad_phase.pulled, crew);
   gather_rows(contacts.pairs, broad_phase.moving, contacts.pairs_before, crew);
   std::swap(contacts.pairs, contacts.pairs_before);
+  insert_rows(contacts.resting, broad_phase.pulled, broad_phase.places);
+  contacts.resting_contacts += count_contacts(broad_phase.pulled);
   const Column<std::int32_t>& moving = broad_phase.moving;
   broad_phase.moving_previous.resize_discarding(moving.size());
   crew.run_ranges(static_cast<int>(moving.size()), kPairsPerChunk, [&](int begin, int end, int) {
@@ -165,27 +221,19 @@ void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
       broad_phase.moving_previous[i] = contacts.previous[static_cast<std::size_t>(moving[i])];
   });
   contacts.previous.swap(broad_phase.moving_previous);
-  std::atomic<std::int64_t> touching{0};
-  crew.run_ranges(static_cast<int>(broad_phase.frozen.size()), kPairsPerChunk, [&](int begin, int end, int) {
-    const std::int32_t* const contact = contacts.resting.contact.data();
-    touching.fetch_add(
-        std::count_if(contact + begin, contact + end, [](std::int32_t row) { return row >= 0; }),
-        std::memory_order_relaxed);
-  });
-  contacts.resting_contacts = touching.load(std::memory_order_relaxed);
 }
 
 // Fixed shapes that a call has made or moved may lie on sleepers, and frozen trees are not joined with one
 // another: for the list that is coming they count as kinematic. Returns whether there are any.
-bool lend_arrivals(WorldData& data, const BroadPhase& broad_phase, TreeKind from, TreeKind to) {
-  if (!data.settings.sleeping) return false;
+bool lend_arrivals(WorldData& data, BroadPhase& broad_phase, TreeKind from, TreeKind to) {
   bool any = false;
   for (const std::int32_t shape : broad_phase.dirty) {
     const auto index = static_cast<std::size_t>(shape);
     if ((data.shapes.flags[index] & kShapeAlive) == 0 || data.shapes.tree[index] != from) continue;
     if (data.bodies.type[static_cast<std::size_t>(data.shapes.body[index])] != BodyType::fixed) continue;
     data.shapes.tree[index] = to;
-    data.shapes.trees_changed = any = true;
+    broad_phase.changed.push_back(shape);
+    any = true;
   }
   return any;
 }
@@ -201,7 +249,8 @@ void find_pairs(WorldData& data, Crew& crew) {
   BroadPhase& broad_phase = broad_phase_of(data);
   Contacts& contacts = data.contacts;
   update_dirty_bounds(data, broad_phase, data.last_dt, crew);
-  const bool arrivals = lend_arrivals(data, broad_phase, TreeKind::frozen, TreeKind::kinematic);
+  const bool arrivals =
+      data.bodies.asleep > 0 && lend_arrivals(data, broad_phase, TreeKind::frozen, TreeKind::kinematic);
   const bool members_changed = update_members(data, broad_phase, crew);
   contacts.list_kept = true;
   if (members_changed || contacts.pairs_stale || broad_phase.bounds_left.load(std::memory_order_relaxed)) {
@@ -209,13 +258,15 @@ void find_pairs(WorldData& data, Crew& crew) {
     for (const std::int32_t shape : broad_phase.dirty)
       broad_phase.is_dirty[static_cast<std::size_t>(shape)] = 1;
     refit_trees(data, broad_phase, crew);
-    const bool both = concerns_resting(data, broad_phase, members_changed, crew);
-    if (both) unite_lists(data, crew);
-    const std::int64_t pairs = join_trees(data, broad_phase, both, crew);
+    const bool pulled = pull_rows(data, broad_phase, crew);
+    // Some of the last list's pairs may rest from now on, or again.
+    const bool parts = pulled || (data.bodies.asleep > 0 && !contacts.pairs.pair.empty() &&
+                                  (members_changed || contacts.pairs_stale || !broad_phase.dirty.empty()));
+    const std::int64_t pairs = join_trees(data, broad_phase, parts, crew);
     sort_pairs(broad_phase, data.shapes.flags.size(), pairs, crew);
-    contacts.list_kept = match_rows(data, broad_phase, crew) && !both;
+    contacts.list_kept = match_rows(data, broad_phase, crew) && !parts;
     if (!contacts.list_kept) swap_lists(data, broad_phase, crew);
-    if (both) part_lists(data, broad_phase, crew);
+    if (parts) part_lists(data, broad_phase, crew);
     if (arrivals) lend_arrivals(data, broad_phase, TreeKind::kinematic, TreeKind::frozen);
     for (const std::int32_t shape : broad_phase.dirty) {
       const auto index = static_cast<std::size_t>(shape);
@@ -231,8 +282,8 @@ void find_pairs(WorldData& data, Crew& crew) {
 
 void BroadPhase::forget() noexcept {
   bounds_left.store(true, std::memory_order_relaxed);
-  kinds.clear();  // so that all shapes join their trees
-  members.clear();
+  tree_of.clear();  // so that all shapes join their trees
+  changed.clear();
   for (PairTree& tree : trees) tree.clear();
   dirty.clear();
   is_dirty.clear();  // marks of a step that ran out of memory
@@ -244,8 +295,14 @@ void BroadPhase::report(const Visit& visit) const {
   };
   const bool left = bounds_left.load(std::memory_order_relaxed);
   visit(ColumnKind::derived, "bounds_left", &left, sizeof(left), 0);
-  column(ColumnKind::derived, "kinds", kinds);
-  column(ColumnKind::scratch, "kinds_next", kinds_next);
+  column(ColumnKind::derived, "tree_of", tree_of);
+  column(ColumnKind::derived, "slot_of", slot_of);
+  column(ColumnKind::derived, "changed", changed);
+  column(ColumnKind::scratch, "arrivals", arrivals);
+  for (const Column<std::int32_t>& shapes : joined) column(ColumnKind::scratch, "joined", shapes);
+  column(ColumnKind::scratch, "gathered", gathered);
+  column(ColumnKind::scratch, "part", part);
+  column(ColumnKind::scratch, "thinned", thinned);
   for (const PairTree& tree : trees) {
     column(ColumnKind::derived, "order", tree.order);
     column(ColumnKind::derived, "leaves", tree.leaves);
@@ -256,7 +313,6 @@ void BroadPhase::report(const Visit& visit) const {
   column(ColumnKind::scratch, "fast", fast);
   column(ColumnKind::scratch, "fast_hits", fast_hits);
   column(ColumnKind::scratch, "fast_counts", fast_counts);
-  column(ColumnKind::derived, "members", members);
   column(ColumnKind::scratch, "spreads", spreads);
   column(ColumnKind::scratch, "sort_keys", sort_keys);
   column(ColumnKind::scratch, "sort_keys_other", sort_keys_other);
@@ -273,6 +329,9 @@ void BroadPhase::report(const Visit& visit) const {
   column(ColumnKind::scratch, "moving", moving);
   column(ColumnKind::scratch, "frozen", frozen);
   column(ColumnKind::scratch, "moving_previous", moving_previous);
+  column(ColumnKind::scratch, "pulled_pair", pulled.pair);
+  column(ColumnKind::scratch, "pulled_contact", pulled.contact);
+  column(ColumnKind::scratch, "pulled_axis", pulled.axis);
   column(ColumnKind::scratch, "places", places);
 }
 

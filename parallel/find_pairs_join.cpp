@@ -59,12 +59,11 @@ bool bounds_meet(const BoundsRow& x, const BoundsRow& y) {
 // near.
 void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin, int end,
                 Column<ShapePair>& pairs) {
-  constexpr auto kFrozen = static_cast<std::uint8_t>(TreeKind::frozen);
   const bool changed = data.contacts.pairs_stale || !broad_phase.dirty.empty();
   for (int row = begin; row < end; ++row) {
     const ShapePair pair = data.contacts.pairs.pair[static_cast<std::size_t>(row)];
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-    if (broad_phase.kinds[a] != kFrozen || broad_phase.kinds[b] != kFrozen) continue;
+    if (!is_frozen_tree(broad_phase.tree_of[a]) || !is_frozen_tree(broad_phase.tree_of[b])) continue;
     if (changed) {
       if (((data.shapes.flags[a] | data.shapes.flags[b]) & kShapeNew) != 0) continue;
       if (!may_collide(data, pair.a, pair.b)) continue;
@@ -112,9 +111,8 @@ bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b) {
 }
 
 std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Crew& crew) {
-  const PairTree& awake = broad_phase.trees[static_cast<int>(TreeKind::awake)];
-  const PairTree& kinematic = broad_phase.trees[static_cast<int>(TreeKind::kinematic)];
-  const PairTree& frozen = broad_phase.trees[static_cast<int>(TreeKind::frozen)];
+  const PairTree& awake = broad_phase.trees[kAwakeTree];
+  const PairTree& kinematic = broad_phase.trees[kKinematicTree];
   const int awake_chunks = chunks_of(awake.leaf_blocks(), kBlocksPerChunk);
   const int kinematic_chunks = chunks_of(kinematic.leaf_blocks(), kBlocksPerChunk);
   const auto rows = static_cast<int>(data.contacts.pairs.pair.size());
@@ -137,13 +135,15 @@ std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Cr
     if (chunk < awake_chunks) {
       const int begin = chunk * kBlocksPerChunk;
       const int end = std::min(begin + kBlocksPerChunk, awake.leaf_blocks());
-      for (const PairTree* target : {&awake, &kinematic, &frozen}) {
-        count = join_blocks(data, awake, *target, begin, end, false, count, pairs, crew);
+      for (const PairTree& target : std::span(broad_phase.trees).subspan(kAwakeTree)) {
+        count = join_blocks(data, awake, target, begin, end, false, count, pairs, crew);
       }
     } else {  // kinematic bodies wake sleeping ones; against fixed ones they have nothing to do
       const int begin = (chunk - awake_chunks) * kBlocksPerChunk;
       const int end = std::min(begin + kBlocksPerChunk, kinematic.leaf_blocks());
-      count = join_blocks(data, kinematic, frozen, begin, end, true, count, pairs, crew);
+      for (const PairTree& frozen : broad_phase.frozen_trees()) {
+        count = join_blocks(data, kinematic, frozen, begin, end, true, count, pairs, crew);
+      }
     }
     pairs.resize(static_cast<std::size_t>(count));
   });

@@ -1,11 +1,10 @@
-// Trees of the broad phase: who belongs to which (update_members) and their boxes (refit_trees). Read by the
-// join.
+// Trees of the broad phase: their order and their boxes. Who belongs to which is find_pairs_members.cpp's.
+// Read by the join.
 #include <parallel/broad_phase.h>
+#include <parallel/list_where.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <utility>
 
 namespace scree {
 
@@ -16,54 +15,7 @@ constexpr int kShapesPerChunk = 4096;  // a few microseconds of bytes
 constexpr int kRefitsPerSort = 16;
 constexpr float kLargestFloat = 3.402823466e38f;
 
-using Members = BroadPhase::Members;
 using Spread = BroadPhase::Spread;
-
-// Compares one chunk of shapes with the last list.
-void compare_chunk(const Shapes& shapes, BroadPhase& broad_phase, int begin, int end, Members& members) {
-  const std::uint8_t* flags = shapes.flags.data();
-  const auto* tree = reinterpret_cast<const std::uint8_t*>(shapes.tree.data());
-  const std::uint8_t* before = broad_phase.kinds.data();
-  std::uint8_t* next = broad_phase.kinds_next.data();
-  static_assert(kShapeAlive == 1 && static_cast<int>(TreeKind::none) == 0);
-  for (int i = begin; i < end; ++i) {
-    next[i] = static_cast<std::uint8_t>(tree[i] & static_cast<std::uint8_t>(-(flags[i] & kShapeAlive)));
-  }
-  for (int kind = 0; kind < kTreeCount; ++kind) members.added[kind] = members.removed[kind] = 0;
-  if (std::memcmp(next + begin, before + begin, static_cast<std::size_t>(end - begin)) == 0) return;
-  for (int kind = 0; kind < kTreeCount; ++kind) members.all[kind] = 0;
-  for (int i = begin; i < end; ++i) {
-    ++members.all[next[i]];
-    if (next[i] == before[i]) continue;
-    ++members.added[next[i]];
-    ++members.removed[before[i]];
-  }
-}
-
-// Writes the shapes that have just joined a tree behind the others.
-void append_members(BroadPhase& broad_phase, int kind, std::int32_t added, int shapes, Crew& crew) {
-  PairTree& tree = broad_phase.trees[kind];
-  const auto begin = static_cast<std::int32_t>(tree.order.size());
-  const std::int32_t blocks = (added + simd::kBlock - 1) / simd::kBlock;
-  const std::int32_t end = begin + blocks * simd::kBlock;
-  tree.order.resize(static_cast<std::size_t>(end));
-  std::fill(tree.order.begin() + (end - simd::kBlock), tree.order.end(), -1);
-  tree.appended += end - begin;
-  std::int32_t place = begin;
-  for (Members& members : broad_phase.members) {
-    members.first[kind] = place;
-    place += members.added[kind];
-  }
-  crew.run_ranges(shapes, kShapesPerChunk, [&](int first, int last, int) {
-    const Members& members = broad_phase.members[static_cast<std::size_t>(first / kShapesPerChunk)];
-    if (members.added[kind] == 0) return;
-    std::int32_t* to = tree.order.data() + members.first[kind];
-    for (int i = first; i < last; ++i) {
-      const auto index = static_cast<std::size_t>(i);
-      if (broad_phase.kinds_next[index] == kind && broad_phase.kinds[index] != kind) *to++ = i;
-    }
-  });
-}
 
 bool is_empty(const BoundsRow& bounds) { return bounds.lower[0] > bounds.upper[0]; }
 double center_of(const BoundsRow& bounds, int axis) {
@@ -131,42 +83,31 @@ struct CurveGrid {
   }
 };
 
-// Lists the members of a tree in broad_phase.sort_keys and lays a grid over them.
-CurveGrid gather_members(const WorldData& data, BroadPhase& broad_phase, int kind, Crew& crew) {
+// Lays a grid over the gathered shapes.
+CurveGrid lay_grid(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const Column<BoundsRow>& bounds = data.shapes.fat_bounds;
-  const int shapes = static_cast<int>(broad_phase.kinds.size());
-  std::int32_t place = 0;
-  for (Members& members : broad_phase.members) {
-    members.first[kind] = place;
-    place += members.all[kind];
-  }
-  broad_phase.sort_keys.resize_discarding(static_cast<std::size_t>(place));
-  broad_phase.spreads.resize_discarding(broad_phase.members.size());
-  crew.run_ranges(shapes, kShapesPerChunk, [&](int first, int last, int) {
-    const auto chunk = static_cast<std::size_t>(first / kShapesPerChunk);
-    SortKey* to = broad_phase.sort_keys.data() + broad_phase.members[chunk].first[kind];
+  const Column<std::int32_t>& shapes = broad_phase.gathered;
+  const auto count = static_cast<int>(shapes.size());
+  broad_phase.spreads.resize_discarding(
+      static_cast<std::size_t>((count + kShapesPerChunk - 1) / kShapesPerChunk));
+  crew.run_ranges(count, kShapesPerChunk, [&](int first, int last, int) {
     Spread spread{};
-    if (broad_phase.members[chunk].all[kind] == 0) last = first;  // sleepers are not looked at one by one
     for (int i = first; i < last; ++i) {
-      if (broad_phase.kinds[static_cast<std::size_t>(i)] != kind) continue;
-      (to++)->shape = i;
-      const BoundsRow& row = bounds[static_cast<std::size_t>(i)];
+      const BoundsRow& row = bounds[static_cast<std::size_t>(shapes[static_cast<std::size_t>(i)])];
       if (is_empty(row)) continue;
       for (int axis = 0; axis < 3; ++axis) spread.sum[axis] += center_of(row, axis);
       ++spread.count;
     }
-    broad_phase.spreads[chunk] = spread;
+    broad_phase.spreads[static_cast<std::size_t>(first / kShapesPerChunk)] = spread;
   });
   const Spread total = total_of(broad_phase.spreads);
   const double scale = 1.0 / static_cast<double>(std::max<std::int64_t>(total.count, 1));
   CurveGrid grid{{total.sum[0] * scale, total.sum[1] * scale, total.sum[2] * scale}, 0.0};
 
-  broad_phase.spreads.resize_discarding(
-      static_cast<std::size_t>((place + kShapesPerChunk - 1) / kShapesPerChunk));
-  crew.run_ranges(place, kShapesPerChunk, [&](int first, int last, int) {
+  crew.run_ranges(count, kShapesPerChunk, [&](int first, int last, int) {
     Spread spread{};
     for (int i = first; i < last; ++i) {
-      const auto shape = static_cast<std::size_t>(broad_phase.sort_keys[static_cast<std::size_t>(i)].shape);
+      const auto shape = static_cast<std::size_t>(shapes[static_cast<std::size_t>(i)]);
       if (is_empty(bounds[shape])) continue;
       for (int axis = 0; axis < 3; ++axis) {
         spread.sum[axis] += std::abs(center_of(bounds[shape], axis) - grid.origin[axis]);
@@ -178,33 +119,6 @@ CurveGrid gather_members(const WorldData& data, BroadPhase& broad_phase, int kin
   const double largest = std::max({deviation.sum[0], deviation.sum[1], deviation.sum[2]}) * scale;
   grid.cells_per_meter = 65536.0 / (32.0 * std::max(largest, 1e-3));
   return grid;
-}
-
-// Orders the members of a tree along the curve.
-void sort_members(const WorldData& data, BroadPhase& broad_phase, int kind, Crew& crew) {
-  PairTree& tree = broad_phase.trees[kind];
-  const CurveGrid grid = gather_members(data, broad_phase, kind, crew);
-  const auto count = static_cast<int>(broad_phase.sort_keys.size());
-  broad_phase.sort_keys_other.resize_discarding(broad_phase.sort_keys.size());
-  crew.run_ranges(count, kShapesPerChunk, [&](int first, int last, int) {
-    for (int i = first; i < last; ++i) {
-      SortKey& row = broad_phase.sort_keys[static_cast<std::size_t>(i)];
-      row.key = grid.code(data.shapes.fat_bounds[static_cast<std::size_t>(row.shape)]);
-    }
-  });
-  const SortKey* sorted = sort_by_key(broad_phase.sort_keys.data(), broad_phase.sort_keys_other.data(), count,
-                                      broad_phase.digit_counts, crew);
-  const int places = (count + simd::kBlock - 1) / simd::kBlock * simd::kBlock;
-  tree.order.resize_discarding(static_cast<std::size_t>(places));
-  crew.run_ranges(places, kShapesPerChunk, [&](int first, int last, int) {
-    for (int i = first; i < last; ++i)
-      tree.order[static_cast<std::size_t>(i)] = i < count ? sorted[i].shape : -1;
-  });
-  tree.appended = 0;
-  tree.refits = 0;
-  tree.unsorted = false;
-  tree.lost_members = false;
-  tree.special_changed = true;
 }
 
 // Sizes the levels for the blocks of `order` and empties the places behind the last block of each level.
@@ -246,19 +160,64 @@ void mark_special(const WorldData& data, const PairTree& tree, simd::LeafBlock& 
   }
 }
 
-void refit_tree(const WorldData& data, BroadPhase& broad_phase, int kind, Crew& crew) {
-  PairTree& tree = broad_phase.trees[kind];
+// Lists the members of a tree of what moves: those of its order that have not left it.
+void gather_members(BroadPhase& broad_phase, std::uint8_t index, Crew& crew) {
+  const PairTree& tree = broad_phase.trees[index];
+  list_where(
+      crew, tree.order.size(), broad_phase.places, broad_phase.gathered,
+      [&](std::size_t i) {
+        return tree.order[i] >= 0 && broad_phase.tree_of[static_cast<std::size_t>(tree.order[i])] == index;
+      },
+      [&](std::size_t i) { return tree.order[i]; });
+}
+
+// Takes those who have left out of the order of a tree of what moves.
+void drop_lost(BroadPhase& broad_phase, std::uint8_t index, Crew& crew) {
+  PairTree& tree = broad_phase.trees[index];
+  crew.run_ranges(static_cast<int>(tree.order.size()), kShapesPerChunk, [&](int first, int last, int) {
+    for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
+      std::int32_t& shape = tree.order[i];
+      if (shape >= 0 && broad_phase.tree_of[static_cast<std::size_t>(shape)] != index) shape = -1;
+    }
+  });
+  tree.lost_members = false;
+}
+
+}  // namespace
+
+void sort_gathered(const WorldData& data, BroadPhase& broad_phase, PairTree& tree, Crew& crew) {
+  const CurveGrid grid = lay_grid(data, broad_phase, crew);
+  const auto count = static_cast<int>(broad_phase.gathered.size());
+  broad_phase.sort_keys.resize_discarding(broad_phase.gathered.size());
+  broad_phase.sort_keys_other.resize_discarding(broad_phase.gathered.size());
+  crew.run_ranges(count, kShapesPerChunk, [&](int first, int last, int) {
+    for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
+      const std::int32_t shape = broad_phase.gathered[i];
+      broad_phase.sort_keys[i] = {grid.code(data.shapes.fat_bounds[static_cast<std::size_t>(shape)]), shape,
+                                  0};
+    }
+  });
+  const SortKey* sorted = sort_by_key(broad_phase.sort_keys.data(), broad_phase.sort_keys_other.data(), count,
+                                      broad_phase.digit_counts, crew);
+  const int places = (count + simd::kBlock - 1) / simd::kBlock * simd::kBlock;
+  tree.order.resize_discarding(static_cast<std::size_t>(places));
+  crew.run_ranges(places, kShapesPerChunk, [&](int first, int last, int) {
+    for (int i = first; i < last; ++i)
+      tree.order[static_cast<std::size_t>(i)] = i < count ? sorted[i].shape : -1;
+  });
+  tree.appended = 0;
+  tree.refits = 0;
+  tree.unsorted = false;
+  tree.lost_members = false;
+  tree.special_changed = true;
+}
+
+void refit_tree(const WorldData& data, PairTree& tree, Crew& crew) {
   lay_out(tree);
   const simd::RefitTask task{tree.order.data(), data.shapes.fat_bounds.data(), tree.leaves.data(),
                              tree.nodes[0].data()};
   const simd::PairKernels& kernels = crew.kernels().pair;
   crew.run_ranges(tree.leaf_blocks(), simd::kBlock, [&](int begin, int end, int) {
-    if (tree.lost_members) {
-      for (int i = begin * simd::kBlock; i < end * simd::kBlock; ++i) {
-        std::int32_t& shape = tree.order[static_cast<std::size_t>(i)];
-        if (shape >= 0 && broad_phase.kinds[static_cast<std::size_t>(shape)] != kind) shape = -1;
-      }
-    }
     kernels.refit_leaves(task, begin, end);
     if (!tree.special_changed) return;
     for (auto block = static_cast<std::size_t>(begin); block < static_cast<std::size_t>(end); ++block) {
@@ -271,13 +230,22 @@ void refit_tree(const WorldData& data, BroadPhase& broad_phase, int kind, Crew& 
                       kernels.refit_nodes(tree.nodes[level - 1].data(), tree.nodes[level].data(), begin, end);
                     });
   }
-  tree.bounds_changed = false;
   tree.special_changed = false;
-  tree.lost_members = false;
   ++tree.refits;
 }
 
-}  // namespace
+void refit_leaf(const WorldData& data, PairTree& tree, std::int32_t block, Crew& crew) {
+  const simd::PairKernels& kernels = crew.kernels().pair;
+  const simd::RefitTask task{tree.order.data(), data.shapes.fat_bounds.data(), tree.leaves.data(),
+                             tree.nodes[0].data()};
+  kernels.refit_leaves(task, block, block + 1);
+  const auto leaf = static_cast<std::size_t>(block);
+  mark_special(data, tree, tree.leaves[leaf], leaf);
+  for (int level = 1; level < tree.levels; ++level) {
+    block /= simd::kBlock;
+    kernels.refit_nodes(tree.nodes[level - 1].data(), tree.nodes[level].data(), block, block + 1);
+  }
+}
 
 void PairTree::clear() noexcept {
   order.clear();
@@ -285,56 +253,22 @@ void PairTree::clear() noexcept {
   for (Column<simd::NodeBlock>& level : nodes) level.clear();
   levels = refits = 0;
   members = appended = 0;
-  unsorted = bounds_changed = special_changed = true;
+  unsorted = special_changed = true;
   lost_members = false;
 }
 
-bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
-  const std::size_t shapes = data.shapes.flags.size();
-  if (!std::exchange(data.shapes.trees_changed, false)) return false;
-  broad_phase.kinds.resize(shapes);
-  broad_phase.kinds_next.resize_discarding(shapes);
-  broad_phase.members.resize((shapes + kShapesPerChunk - 1) / kShapesPerChunk);
-  const auto count = static_cast<int>(shapes);
-  crew.run_ranges(count, kShapesPerChunk, [&](int begin, int end, int) {
-    compare_chunk(data.shapes, broad_phase, begin, end,
-                  broad_phase.members[static_cast<std::size_t>(begin / kShapesPerChunk)]);
-  });
-  std::int32_t added[kTreeCount] = {}, removed[kTreeCount] = {};
-  for (const Members& members : broad_phase.members) {
-    for (int kind = 1; kind < kTreeCount; ++kind) {
-      added[kind] += members.added[kind];
-      removed[kind] += members.removed[kind];
-    }
-  }
-  bool changed = false;
-  for (int kind = 1; kind < kTreeCount; ++kind) {
-    if (added[kind] == 0 && removed[kind] == 0) continue;
-    changed = true;
-    PairTree& tree = broad_phase.trees[kind];
-    tree.members += added[kind] - removed[kind];
-    tree.bounds_changed = true;
-    tree.lost_members = tree.lost_members || removed[kind] > 0;
-    if (added[kind] == 0) continue;
-    tree.special_changed = true;
-    // Shapes behind the sorted ones lie anywhere, so they may only be few.
-    if ((tree.appended + added[kind]) * std::int64_t{8} > tree.members) tree.unsorted = true;
-    if (!tree.unsorted) append_members(broad_phase, kind, added[kind], count, crew);
-  }
-  broad_phase.kinds.swap(broad_phase.kinds_next);
-  return changed;
-}
-
 void refit_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
-  for (int kind = 1; kind < kTreeCount; ++kind) {
-    PairTree& tree = broad_phase.trees[kind];
+  for (const std::uint8_t index : {kAwakeTree, kKinematicTree}) {
+    PairTree& tree = broad_phase.trees[index];
+    if (tree.order.empty() && tree.levels == 0) continue;
     if (data.contacts.pairs_stale) tree.special_changed = true;
-    if (kind != static_cast<int>(TreeKind::frozen)) tree.bounds_changed = true;
-    if (!tree.bounds_changed && !tree.special_changed) continue;
-    if (tree.unsorted || (tree.bounds_changed && tree.refits >= kRefitsPerSort)) {
-      sort_members(data, broad_phase, kind, crew);
+    if (tree.unsorted || tree.refits >= kRefitsPerSort) {
+      gather_members(broad_phase, index, crew);
+      sort_gathered(data, broad_phase, tree, crew);
+    } else if (tree.lost_members) {
+      drop_lost(broad_phase, index, crew);
     }
-    refit_tree(data, broad_phase, kind, crew);
+    refit_tree(data, tree, crew);
   }
 }
 

@@ -11,7 +11,7 @@
 namespace scree {
 
 // Lists value(i) for each i in [0, count) that keep(i) holds for, in ascending order of i. Both are called on
-// any thread, keep twice; `list` must not be what they read. `places` is scratch.
+// any thread, keep up to twice; `list` must not be what they read. `places` is scratch.
 template <class Row, class Keep, class Value>
 void list_where(Crew& crew, std::size_t count, Column<std::int32_t>& places, Column<Row>& list, Keep&& keep,
                 Value&& value) {
@@ -31,7 +31,9 @@ void list_where(Crew& crew, std::size_t count, Column<std::int32_t>& places, Col
   list.resize_discarding(static_cast<std::size_t>(total));
   if (total == 0) return;
   crew.run_ranges(static_cast<int>(count), kChunk, [&](int begin, int end, int) {
-    std::int32_t place = places[static_cast<std::size_t>(begin / kChunk)];
+    const auto chunk = static_cast<std::size_t>(begin / kChunk);
+    std::int32_t place = places[chunk];
+    if (place == (chunk + 1 < places.size() ? places[chunk + 1] : total)) return;  // few are kept of many
     for (int i = begin; i < end; ++i) {
       const auto index = static_cast<std::size_t>(i);
       if (keep(index)) list[static_cast<std::size_t>(place++)] = value(index);

@@ -1,32 +1,101 @@
-// Who takes part: flags of bodies and trees of shapes -> lists of what moves. Made anew only after a call, or
-// falling asleep or waking, has changed them.
+// Who takes part: flags of bodies and trees of shapes -> lists of what moves. Calls, falling asleep and
+// waking list whom they change, and the lists take these up: that costs by what moves and what changed,
+// however many others rest. After a restore, and where most have changed, the lists are made anew.
+#include <parallel/broad_phase.h>
 #include <parallel/islands.h>
 #include <parallel/list_where.h>
 #include <parallel/stages.h>
 
+#include <algorithm>
+#include <utility>
+
 namespace scree {
+
+namespace {
+
+bool is_awake(const Bodies& bodies, std::size_t body) {
+  return (bodies.flags[body] & (kBodyAlive | kBodyAsleep)) == kBodyAlive &&
+         bodies.type[body] == BodyType::dynamic;
+}
+bool is_kinematic(const Bodies& bodies, std::size_t body) {
+  return (bodies.flags[body] & kBodyAlive) != 0 && bodies.type[body] == BodyType::kinematic;
+}
+bool is_moving(const Shapes& shapes, std::size_t shape) {
+  const TreeKind tree = shapes.tree[shape];
+  return (shapes.flags[shape] & kShapeAlive) != 0 && (tree == TreeKind::awake || tree == TreeKind::kinematic);
+}
+
+void make_lists(WorldData& data, Column<std::int32_t>& places, Crew& crew) {
+  Bodies& bodies = data.bodies;
+  const std::size_t rows = bodies.flags.size();
+  list_where(crew, rows, places, bodies.awake, [&](std::size_t body) { return is_awake(bodies, body); });
+  list_where(crew, rows, places, bodies.kinematic,
+             [&](std::size_t body) { return is_kinematic(bodies, body); });
+  list_where(crew, data.shapes.flags.size(), places, data.shapes.moving,
+             [&](std::size_t shape) { return is_moving(data.shapes, shape); });
+}
+
+// Of an ascending list: those who have changed go, and those among the changed, who ascend too, whom `keep`
+// holds for take their places.
+template <class Keep>
+void take_up(Column<std::int32_t>& list, const Column<std::int32_t>& changed,
+             const Column<std::uint8_t>& is_changed, Column<std::int32_t>& scratch, Keep&& keep) {
+  scratch.resize_discarding(list.size() + changed.size());
+  std::int32_t* to = scratch.data();
+  const std::int32_t* next = changed.begin();
+  for (const std::int32_t row : list) {
+    for (; next != changed.end() && *next < row; ++next) {
+      if (keep(static_cast<std::size_t>(*next))) *to++ = *next;
+    }
+    if (is_changed[static_cast<std::size_t>(row)] == 0) *to++ = row;
+  }
+  for (; next != changed.end(); ++next) {
+    if (keep(static_cast<std::size_t>(*next))) *to++ = *next;
+  }
+  scratch.resize(static_cast<std::size_t>(to - scratch.data()));
+  list.swap(scratch);
+}
+
+template <class Store>
+void forget_changes(Store& store) {
+  for (const std::int32_t row : store.changed) store.is_changed[static_cast<std::size_t>(row)] = 0;
+  store.changed.clear();
+}
+
+}  // namespace
 
 void refresh_lists(WorldData& data, Crew& crew) {
   Bodies& bodies = data.bodies;
   Shapes& shapes = data.shapes;
-  if (!bodies.lists_dirty) return;
+  if (!bodies.lists_dirty && shapes.changed.empty()) return;
+  BroadPhase& broad_phase = broad_phase_of(data);
   Column<std::int32_t>& places = islands_of(data).places;
-  const auto lives_as = [&](std::size_t body, BodyType type) {
-    return (bodies.flags[body] & kBodyAlive) != 0 && bodies.type[body] == type;
-  };
-  list_where(crew, bodies.pose.size(), places, bodies.awake, [&](std::size_t body) {
-    return lives_as(body, BodyType::dynamic) && (bodies.flags[body] & kBodyAsleep) == 0;
-  });
-  list_where(crew, bodies.pose.size(), places, bodies.kinematic,
-             [&](std::size_t body) { return lives_as(body, BodyType::kinematic); });
-  list_where(crew, shapes.body.size(), places, shapes.moving, [&](std::size_t shape) {
-    const TreeKind tree = shapes.tree[shape];
-    return (shapes.flags[shape] & kShapeAlive) != 0 &&
-           (tree == TreeKind::awake || tree == TreeKind::kinematic);
-  });
-  bodies.lists_dirty = false;
-  data.joints.active_changed = true;
-  shapes.trees_changed = true;
+  // Taking up is serial, and costs more a row than making anew does.
+  constexpr std::size_t kCostOfMoving = 4, kCostOfChanged = 16;
+  const std::size_t moving = bodies.awake.size() + bodies.kinematic.size() + shapes.moving.size();
+  const std::size_t changed = bodies.changed.size() + shapes.changed.size();
+  if (bodies.all_changed ||
+      kCostOfMoving * moving + kCostOfChanged * changed > bodies.flags.size() + shapes.flags.size()) {
+    make_lists(data, places, crew);
+  } else {
+    std::sort(bodies.changed.begin(), bodies.changed.end());
+    std::sort(shapes.changed.begin(), shapes.changed.end());
+    if (!bodies.changed.empty()) {
+      take_up(bodies.awake, bodies.changed, bodies.is_changed, places,
+              [&](std::size_t body) { return is_awake(bodies, body); });
+      take_up(bodies.kinematic, bodies.changed, bodies.is_changed, places,
+              [&](std::size_t body) { return is_kinematic(bodies, body); });
+    }
+    if (!shapes.changed.empty()) {
+      take_up(shapes.moving, shapes.changed, shapes.is_changed, places,
+              [&](std::size_t shape) { return is_moving(shapes, shape); });
+    }
+  }
+  if (!bodies.changed.empty() || bodies.all_changed) data.joints.active_changed = true;
+  broad_phase.changed.append(std::as_const(shapes.changed).span());
+  forget_changes(bodies);
+  forget_changes(shapes);
+  bodies.lists_dirty = bodies.all_changed = false;
 }
 
 }  // namespace scree

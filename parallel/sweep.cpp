@@ -318,9 +318,7 @@ Meeting first_meeting_of(const WorldData& data, const BroadPhase& broad_phase, s
     for (int i = 0; i < std::min(balls.count, most); ++i) {
       const Vec3 arm = arm_of(data, body, row, balls.ball[i].center);
       const Sweep sweep = sweep_of(pose, shape, arm, balls.ball[i].radius, stretch);
-      // Fixed shapes that calls have just put somewhere stand with the kinematic ones for one step.
-      for (const TreeKind kind : {TreeKind::frozen, TreeKind::kinematic}) {
-        const PairTree& tree = broad_phase.trees[static_cast<int>(kind)];
+      for (const PairTree& tree : broad_phase.resting_trees()) {
         if (tree.levels == 0) continue;
         first = earlier(first, first_meeting(data, tree, sweep, tree.levels - 1, 0));
       }
@@ -424,11 +422,12 @@ bool sweep_body(WorldData& data, const BroadPhase& broad_phase, std::size_t body
     return false;  // finish_step restores it
   const Vec3 start = to_vec3(data.bodies.pose[body].position);
   const Swept box(start, start + to_vec3(delta.position), data.bodies.core[body].size);
-  const auto is_near_any = [&](TreeKind kind) {
-    const PairTree& tree = broad_phase.trees[static_cast<int>(kind)];
-    return tree.levels > 0 && is_near(tree, box, tree.levels - 1, 0);
-  };
-  if (!is_near_any(TreeKind::frozen) && !is_near_any(TreeKind::kinematic)) return false;
+  const auto trees = broad_phase.resting_trees();
+  if (std::none_of(trees.begin(), trees.end(), [&](const PairTree& tree) {
+        return tree.levels > 0 && is_near(tree, box, tree.levels - 1, 0);
+      })) {
+    return false;
+  }
   const Arms arms = arms_of(data, body);
   Motion motion = motion_of(delta, arms.axis);
   const int stretches = stretches_of(motion, arms);

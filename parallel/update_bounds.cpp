@@ -66,8 +66,8 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
     const auto index = static_cast<std::size_t>(shape);
     const std::uint8_t flags = shapes.flags[index];
     shapes.flags[index] = static_cast<std::uint8_t>(flags & ~kShapeDirty);
+    broad_phase.changed.push_back(shape);
     if ((flags & kShapeAlive) == 0) continue;
-    broad_phase.trees[static_cast<int>(shapes.tree[index])].bounds_changed = true;
     broad_phase.dirty.push_back(shape);
   }
   shapes.dirty.clear();

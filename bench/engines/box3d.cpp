@@ -235,10 +235,11 @@ class Box3dEngine final : public Engine {
       def.enableSleep = scene.settings.sleeping;
       def.enableContinuous = options.continuous;
       def.workerCount = static_cast<std::uint32_t>(options.threads);
-      World world{b3CreateWorld(&def), scene.settings.substeps, {}};
-      Hulls hulls;
-      for (const scenes::SceneBody& body : scene.bodies)
-        world.bodies.push_back(add_body(world.id, scene, body, hulls));
+      World world{b3CreateWorld(&def), scene.settings.substeps, {}, &scene, std::make_unique<Hulls>()};
+      for (const scenes::SceneBody& body : scene.bodies) {
+        world.bodies.push_back(body.comes_later ? b3_nullBodyId
+                                                : add_body(world.id, scene, body, *world.hulls));
+      }
       Joints joints(world.id, world.bodies);
       for (const scenes::SceneJoint& joint : scene.joints) joints.add(joint);
       worlds_.push_back(std::move(world));
@@ -259,9 +260,25 @@ class Box3dEngine final : public Engine {
                               true);
   }
 
+  void make_change(std::size_t world, const scenes::SceneChange& change) override {
+    World& to = worlds_[world];
+    for (std::uint32_t i = change.first; i < change.first + change.count; ++i) {
+      if (change.creates) {
+        to.bodies[i] = add_body(to.id, *to.scene, to.scene->bodies[i], *to.hulls);
+      } else {
+        b3DestroyBody(to.bodies[i]);
+        to.bodies[i] = b3_nullBodyId;
+      }
+    }
+  }
+
   void read(std::size_t world, std::vector<BodyState>& states) const override {
     states.clear();
     for (const b3BodyId body : worlds_[world].bodies) {
+      if (B3_IS_NULL(body)) {
+        states.push_back({{}, {}, {}, false});
+        continue;
+      }
       const b3Pos p = b3Body_GetPosition(body);
       const b3Quat q = b3Body_GetRotation(body);
       const Vec3 position{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
@@ -297,6 +314,8 @@ class Box3dEngine final : public Engine {
     b3WorldId id;
     int substeps;
     std::vector<b3BodyId> bodies;
+    const scenes::Scene* scene;
+    std::unique_ptr<Hulls> hulls;
   };
   std::vector<World> worlds_;
 };
@@ -316,6 +335,7 @@ EngineInfo box3d_engine() {
           .continuous = "bodies that move fast are swept against fixed ones (enableContinuous)",
           .multithreaded = true,
           .joints = true,
+          .changes = true,
           .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
               -> std::unique_ptr<Engine> { return std::make_unique<Box3dEngine>(scenes, options); }};
 }

@@ -22,6 +22,10 @@ const std::vector<EngineInfo>& engines() {
   return kEngines;
 }
 
+void Engine::make_change(std::size_t, const scenes::SceneChange&) {
+  unsupported("this engine", "bodies that come and go");
+}
+
 void unsupported(const std::string& engine, const std::string& what) {
   throw Error("the adapter of " + engine + " does not support " + what);
 }

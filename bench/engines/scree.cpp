@@ -14,6 +14,7 @@ class ScreeEngine final : public Engine {
       worlds_.emplace_back(settings);
       bodies_.push_back(scenes::populate(worlds_.back(), scene));
     }
+    scenes_ = scenes;
     for (World& world : worlds_) pointers_.push_back(&world);
   }
 
@@ -23,11 +24,19 @@ class ScreeEngine final : public Engine {
     worlds_[world].set_kinematic_target(bodies_[world][body], target, dt);
   }
 
+  void make_change(std::size_t world, const scenes::SceneChange& change) override {
+    scenes::make_change(worlds_[world], scenes_[world], change, bodies_[world]);
+  }
+
   void read(std::size_t world, std::vector<BodyState>& states) const override {
     const std::span<const Pose> poses = worlds_[world].poses();
     const std::span<const Velocity> velocities = worlds_[world].velocities();
     states.clear();
     for (const BodyId body : bodies_[world]) {
+      if (!worlds_[world].is_alive(body)) {
+        states.push_back({{}, {}, {}, false});
+        continue;
+      }
       const Velocity& velocity = velocities[body.index];
       states.push_back({poses[body.index], velocity.linear, velocity.angular});
     }
@@ -55,6 +64,7 @@ class ScreeEngine final : public Engine {
   Workers workers_;
   std::vector<World> worlds_;
   std::vector<World*> pointers_;  // to them
+  std::span<const scenes::Scene> scenes_;
   std::vector<std::vector<BodyId>> bodies_;
 };
 
@@ -67,6 +77,7 @@ EngineInfo scree_engine() {
           .continuous = "the cores of fast bodies are swept against fixed and sleeping ones",
           .multithreaded = true,
           .joints = true,
+          .changes = true,
           .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
               -> std::unique_ptr<Engine> { return std::make_unique<ScreeEngine>(scenes, options); }};
 }

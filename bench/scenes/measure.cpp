@@ -84,6 +84,7 @@ class Run {
     if (info == all.end()) throw Error("unknown engine " + request.engine);
     for (const scenes::Scene& scene : scenes_) {
       if (!info->joints && !scene.joints.empty()) unsupported(info->title, "joints");
+      if (!info->changes && !scene.changes.empty()) unsupported(info->title, "bodies that come and go");
     }
     const bool continuous =
         request.continuous == "scene" ? scenes_.front().settings.continuous : request.continuous == "on";
@@ -119,6 +120,15 @@ class Run {
     }
   }
 
+  // Has the bodies come and go that are due before the step that comes next.
+  void make_changes(int step) {
+    for (std::size_t world = 0; world < scenes_.size(); ++world) {
+      for (const scenes::SceneChange& change : scenes::changes_at(scenes_[world], step)) {
+        engine_->make_change(world, change);
+      }
+    }
+  }
+
   void judge_bodies(Measurement& result, double* top_height = nullptr) {
     prepare_judges();
     Fingerprint fingerprint;
@@ -129,7 +139,12 @@ class Run {
       result.top_drop = std::max(result.top_drop, figures.top_drop);
       result.bodies_left += figures.bodies_left;
       if (top_height != nullptr) *top_height = std::min(*top_height, figures.top_height);
-      for (const BodyState& state : states_) fingerprint.add(state);
+      for (const BodyState& state : states_) {
+        if (!state.exists) continue;
+        fingerprint.add(state.pose);
+        fingerprint.add(state.linear_velocity);
+        fingerprint.add(state.angular_velocity);
+      }
     }
     result.bits = fingerprint.value();
   }
@@ -170,6 +185,7 @@ void time_steps(const Request& request, Run& run, Measurement& result) {
     run.drive(step);
     const double processor_start = processor_milliseconds();
     const Clock::time_point start = Clock::now();
+    run.make_changes(step);
     run.engine().step(run.dt());
     const double ms = milliseconds(Clock::now() - start);
     const double processor_ms = processor_milliseconds() - processor_start;
@@ -204,6 +220,7 @@ void time_steps(const Request& request, Run& run, Measurement& result) {
 void step_until_collapse(const Request& request, Run& run, Measurement& result) {
   while (result.steps_done < request.stand_steps && result.collapse_step == 0) {
     run.drive(result.steps_done);
+    run.make_changes(result.steps_done);
     run.engine().step(run.dt());
     ++result.steps_done;
     Measurement now;

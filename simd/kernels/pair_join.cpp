@@ -1,8 +1,8 @@
 // Boxes of the implicit trees, and the join of two trees. Called by find_pairs.
 //
 // One descent serves a leaf block of 16 shapes: it collects the leaf blocks of the other tree whose boxes
-// meet the block's box. Each of the 16 shapes then picks its own among them, and tests box and bounding
-// sphere against their 16 shapes at once.
+// meet the block's box. Only where these are very many does each shape descend by itself. Each of the 16
+// shapes then picks its own among them, and tests box and bounding sphere against their 16 shapes at once.
 #include <simd/pair_kernels.h>
 #include <simd/wide.h>
 
@@ -11,8 +11,8 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
 constexpr float kLargestFloat = 3.402823466e38f;
-// Leaf blocks that a descent collects before they are worked off; any number works, most blocks meet
-// under 32.
+// Leaf blocks that a descent collects before they are worked off, or each shape descends by itself; any
+// number works, most blocks meet under 32.
 constexpr int kMaxCandidates = 128;
 
 struct Box {
@@ -122,7 +122,10 @@ void test_shape(const JoinTask& task, int query_block, int slot, const Candidate
   state.special = state.special || special != 0 || (count > 0 && (query.special >> slot & 1u) != 0);
 }
 
-void work_off(const JoinTask& task, int query_block, Candidates& candidates, JoinState& state) {
+// Pairs of the shapes of the query block in slots [begin, end) with the candidates, of which there are none
+// then.
+void work_off(const JoinTask& task, int query_block, int begin, int end, Candidates& candidates,
+              JoinState& state) {
   // Whole registers are tested: what follows the last candidate is empty.
   for (int i = candidates.count; i % kLanes != 0; ++i) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -130,20 +133,23 @@ void work_off(const JoinTask& task, int query_block, Candidates& candidates, Joi
       candidates.bounds[axis + 3][i] = -kLargestFloat;
     }
   }
-  for (int slot = 0; slot < kBlock; ++slot) {
+  for (int slot = begin; slot < end; ++slot) {
     if (task.query[query_block].shape[slot] >= 0) test_shape(task, query_block, slot, candidates, state);
   }
   candidates.count = 0;
 }
 
-void join_block(const JoinTask& task, int query_block, Candidates& candidates, JoinState& state) {
+// Collects the leaf blocks of the target that the box meets. Calls make_room() when there are too many, and
+// gives up if that returns false.
+template <class MakeRoom>
+bool descend(const JoinTask& task, int query_block, const Box& box, Candidates& candidates,
+             MakeRoom&& make_room) {
   struct Step {
     std::int32_t block;
     std::int32_t level;
   };
   Step stack[kMaxTreeLevels * kBlock];  // each level leaves at most its 16 children behind
   int depth = 0;
-  const Box box = broadcast_box(task.query_boxes[query_block / kBlock].bounds, query_block % kBlock);
   candidates.count = 0;
   stack[depth++] = {0, task.target.levels - 1};
   while (depth > 0) {
@@ -161,13 +167,32 @@ void join_block(const JoinTask& task, int query_block, Candidates& candidates, J
         stack[depth++] = {first_child + lane, step.level - 1};
         continue;
       }
-      if (candidates.count == kMaxCandidates) work_off(task, query_block, candidates, state);
+      if (candidates.count == kMaxCandidates && !make_room()) return false;
       for (int side = 0; side < 6; ++side)
         candidates.bounds[side][candidates.count] = node.bounds[side][lane];
       candidates.block[candidates.count++] = first_child + lane;
     }
   }
-  work_off(task, query_block, candidates, state);
+  return true;
+}
+
+void join_block(const JoinTask& task, int query_block, Candidates& candidates, JoinState& state) {
+  const Box box = broadcast_box(task.query_boxes[query_block / kBlock].bounds, query_block % kBlock);
+  if (descend(task, query_block, box, candidates, [] { return false; })) {
+    work_off(task, query_block, 0, kBlock, candidates, state);
+    return;
+  }
+  // The shapes lie far apart: a few awake ones strewn over a large world would meet all of it together.
+  const LeafBlock& query = task.query[query_block];
+  for (int slot = 0; slot < kBlock; ++slot) {
+    if (query.shape[slot] < 0) continue;
+    const auto work = [&] {
+      work_off(task, query_block, slot, slot + 1, candidates, state);
+      return true;
+    };
+    descend(task, query_block, broadcast_box(query.bounds, slot), candidates, work);
+    work();
+  }
 }
 
 // The box of 16 boxes, into one lane of the level above.

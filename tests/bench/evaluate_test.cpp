@@ -392,5 +392,20 @@ TEST(TouchingPairs, LeaveOutBodiesThatAJointKeepsFromColliding) {
   EXPECT_EQ(touching_pairs(scene, start_states(scene)).pairs(), 1);
 }
 
+TEST(Evaluator, BodiesThatHaveNotComeOrHaveGoneCountNowhere) {
+  const Scene scene = scenes::build("stack", {{"bodies", 3}}).front();
+  std::vector<BodyState> states = start_states(scene);
+  const std::int64_t all = touching_pairs(scene, states).pairs();
+  BodyState& top = states.back();
+  top.exists = false;
+  top.pose.position = {1e6f, -1e6f, 0.0f};
+  top.linear_velocity = {1.0f, 2.0f, 3.0f};
+  EXPECT_EQ(touching_pairs(scene, states).pairs(), all - 1);
+  const BodyFigures figures = Evaluator(scene).body_figures(states);
+  EXPECT_EQ(figures.bodies_left, 0);
+  EXPECT_EQ(figures.kinetic_energy, 0.0);
+  EXPECT_EQ(figures.top_drop, 0.0);
+}
+
 }  // namespace
 }  // namespace scree::bench

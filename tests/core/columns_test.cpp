@@ -3,9 +3,15 @@
 #include <tests/core/world_fixture.h>
 
 #include <cstring>
+#include <fstream>
+#include <new>
 #include <set>
 #include <string>
 #include <vector>
+
+#ifdef __linux__
+#include <sys/resource.h>
+#endif
 
 namespace scree::test {
 namespace {
@@ -47,6 +53,99 @@ TEST(Column, NewRowsAreZeroWhateverStoodThere) {
   column.resize(1000);
   for (const std::int32_t value : column) ASSERT_EQ(value, 0);
 }
+
+// Large ones lie in pages of their own.
+TEST(Column, LargeOnesKeepTheirRowsAndNewRowsAreZero) {
+  Column<std::int32_t> column;
+  std::size_t filled = 0;
+  for (std::size_t size = 1000; size < 20'000'000; size = size * 3 / 2) {
+    column.resize(size);
+    ASSERT_TRUE(is_aligned(column));
+    for (std::size_t i = 0; i < filled; ++i) ASSERT_EQ(column[i], static_cast<std::int32_t>(i)) << size;
+    for (std::size_t i = filled; i < size; ++i) ASSERT_EQ(column[i], 0) << size;
+    filled = size / 2;  // the rest is not written to
+    for (std::size_t i = 0; i < filled; ++i) column[i] = static_cast<std::int32_t>(i);
+  }
+  column[column.size() - 1] = 7;
+  const std::size_t size = column.size();
+  column.drop_back(10);
+  column.resize(size);
+  EXPECT_EQ(column[size - 1], 0);
+  std::int32_t past[16];  // may be read
+  std::memcpy(past, column.data() + size, sizeof past);
+  Column<std::int32_t> other;
+  other.swap(column);
+  EXPECT_TRUE(column.empty());
+  EXPECT_EQ(other[100], 100);
+  other.resize_discarding(4 * size);
+  other.clear();
+  other.push_back(5);
+  EXPECT_EQ(other[0], 5);
+  EXPECT_GE(other.capacity_bytes(), 4 * size * sizeof(std::int32_t));
+}
+
+#ifdef __linux__
+// Pages of the program's memory that are there.
+double resident_bytes() {
+  std::ifstream file("/proc/self/statm");
+  double all = 0.0, resident = 0.0;
+  file >> all >> resident;
+  return resident * 4096.0;
+}
+
+TEST(Column, RowsThatNobodyWritesToTakeNoMemory) {
+  if (!has_page_memory()) GTEST_SKIP() << "memory is watched";
+  constexpr std::size_t kRows = 4'000'000;
+  const double before = resident_bytes();
+  Column<WideRow> column;
+  for (std::size_t rows = 1000; rows < kRows; rows += rows / 8) column.resize(rows);
+  column.resize(kRows);
+  for (std::size_t i = 0; i < kRows / 8; ++i) column[i].values[0] = 1.0f;
+  float sum = 0.0f;
+  for (const WideRow& row : column) sum += row.values[0];
+  EXPECT_EQ(sum, static_cast<float>(kRows / 8));
+  EXPECT_LT(resident_bytes() - before, 0.2 * kRows * sizeof(WideRow));
+}
+
+// Bytes of addresses that the program has.
+double address_bytes() {
+  std::ifstream file("/proc/self/statm");
+  double all = 0.0;
+  file >> all;
+  return all * 4096.0;
+}
+
+TEST(Column, GrowsWhereTheSystemHasAddressesForItsRowsAlone) {
+  if (!has_page_memory()) GTEST_SKIP() << "memory is watched";
+  constexpr std::size_t kRows = 1'000'000;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+  rlimit tight = before;
+  tight.rlim_cur = static_cast<rlim_t>(address_bytes() + 2.5 * kRows * sizeof(WideRow));
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &tight), 0);
+  Column<WideRow> column;
+  column.resize(kRows / 2);
+  column[kRows / 2 - 1].values[0] = 3.0f;
+  EXPECT_NO_THROW(column.resize(kRows));
+  EXPECT_EQ(column[kRows / 2 - 1].values[0], 3.0f);
+  EXPECT_THROW(column.resize(10 * kRows), std::bad_alloc);
+  EXPECT_EQ(column.size(), kRows);
+  EXPECT_EQ(column[kRows / 2 - 1].values[0], 3.0f);
+  EXPECT_EQ(setrlimit(RLIMIT_AS, &before), 0);
+}
+
+TEST(MemoryUse, AFixedBodyWithItsBoxTakesUnder400BytesBeforeItIsStepped) {
+  if (!has_page_memory()) GTEST_SKIP() << "memory is watched";
+  constexpr std::size_t kBodies = 200'000;
+  const std::vector<BodyDef> defs(kBodies, {.type = BodyType::fixed});
+  const std::vector<Geometry> boxes(kBodies, Box{});
+  std::vector<BodyId> ids(kBodies);
+  const double before = resident_bytes();
+  World world;
+  world.create_bodies(defs, boxes, {}, {}, ids);
+  EXPECT_LT(resident_bytes() - before, 400.0 * kBodies);
+}
+#endif
 
 TEST(Column, ReservedRowsNeedNoNewMemory) {
   Column<std::int32_t> column;

@@ -68,6 +68,7 @@ inline void add_touching(World& world, ShapeId a, ShapeId b) {
 inline void put_to_sleep(World& world, BodyId body) {
   WorldData& data = internals(world);
   data.bodies.flags[body.index] |= kBodyAsleep;
+  ++data.bodies.asleep;
   for (std::int32_t shape = data.bodies.first_shape[body.index]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
     data.shapes.tree[static_cast<std::size_t>(shape)] = TreeKind::frozen;

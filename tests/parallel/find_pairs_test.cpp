@@ -218,6 +218,37 @@ TEST(FindPairs, ListIsBruteForceForEveryInstructionSet) {
   }
 }
 
+// Blocks of the tree then meet more leaves than a descent collects.
+TEST(FindPairs, ListIsBruteForceWhereFewAreStrewnAmongManyAndOneMeetsAll) {
+  for (const WorkersOptions& options : testing::all_workers()) {
+    Workers workers(options);
+    HandMadeWorld world;
+    Random random(6);
+    const auto place = [&] {
+      return Vec3{random.uniform(-40, 40), random.uniform(0, 1), random.uniform(-40, 40)};
+    };
+    for (int i = 0; i < 2500; ++i) {
+      const BodyType type = i % 2 == 0 ? BodyType::fixed : BodyType::dynamic;
+      world.add_shape(world.add_body(type, place()), ShapeType::sphere, {{0, 0, 0}, 0.3f});
+    }
+    world.add_box(BodyType::dynamic, {0, -0.5f, 0}, {45, 0.6f, 45});
+    for (int i = 0; i < 3; ++i) {
+      step(world, workers);
+      const std::vector<Pair> list = listed(world.data);
+      const std::set<Pair> expected = brute_force(world.data);
+      EXPECT_GT(expected.size(), 1500u);
+      expect_canonical(list);
+      ASSERT_TRUE(std::equal(list.begin(), list.end(), expected.begin(), expected.end()))
+          << list.size() << " " << expected.size();
+      // The dynamic ones go far apart: most of a block's shapes have nothing in common.
+      for (std::int32_t body = kFirstBody; body < kFirstBody + 2500; ++body) {
+        if (world.data.bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic)
+          world.move_by_call(body, place());
+      }
+    }
+  }
+}
+
 TEST(FindPairs, HistoryFollowsPairsThroughBirthAndDeath) {
   for (const WorkersOptions& options : testing::all_workers()) {
     Workers workers(options);

@@ -119,6 +119,7 @@ class HandMadeWorld {
       data.shapes.tree[s] = TreeKind::none;
       data.shapes.free_slots.push_back(static_cast<std::int32_t>(s));
     }
+    if ((data.bodies.flags[index] & kBodyAsleep) != 0) --data.bodies.asleep;
     data.bodies.flags[index] = 0;
     data.bodies.first_shape[index] = -1;
     data.contacts.pairs_stale = true;
@@ -142,6 +143,7 @@ class HandMadeWorld {
 
   void set_asleep(std::int32_t body, bool asleep) {
     const auto index = static_cast<std::size_t>(body);
+    data.bodies.asleep += (asleep ? 1 : 0) - ((data.bodies.flags[index] & kBodyAsleep) != 0 ? 1 : 0);
     data.bodies.flags[index] = static_cast<std::uint8_t>(kBodyAlive | (asleep ? kBodyAsleep : 0));
     for (std::int32_t shape = data.bodies.first_shape[index]; shape >= 0;
          shape = data.shapes.next[static_cast<std::size_t>(shape)]) {

@@ -98,15 +98,15 @@ void measure_quality(std::vector<World>& worlds) {
   }
 }
 
-// What moves the driven bodies of a world.
-struct Drives {
-  std::vector<scenes::SceneDrive> drives;
-  std::vector<BodyId> bodies;  // of the whole scene; empty where nothing is driven
+// Who is driven in a world, and who comes and goes.
+struct Cast {
+  scenes::Scene script;
+  std::vector<BodyId> bodies;  // of the whole scene; empty where nothing is driven and nobody comes or goes
 };
 
-void drive_all(std::vector<World>& worlds, const std::vector<Drives>& drives, int steps_done, float dt) {
+void direct_all(std::vector<World>& worlds, std::vector<Cast>& casts, int steps_done, float dt) {
   for (std::size_t i = 0; i < worlds.size(); ++i) {
-    scenes::drive(worlds[i], drives[i].drives, drives[i].bodies, steps_done, dt);
+    scenes::direct(worlds[i], casts[i].script, casts[i].bodies, steps_done, dt);
   }
 }
 
@@ -154,7 +154,7 @@ class Recording {
 };
 
 // Quality is measured in the last step, which is left out of the times unless it is the only one.
-Timing simulate(std::vector<World>& worlds, const std::vector<Drives>& drives, const Plan& plan,
+Timing simulate(std::vector<World>& worlds, std::vector<Cast>& casts, const Plan& plan,
                 const Recording& recording, Workers& workers, Progress& progress) {
   Timing timing;
   std::vector<World*> pointers;
@@ -162,7 +162,7 @@ Timing simulate(std::vector<World>& worlds, const std::vector<Drives>& drives, c
   for (int i = 0; i < plan.steps; ++i) {
     const bool last = i + 1 == plan.steps;
     if (last) measure_quality(worlds);
-    drive_all(worlds, drives, i, plan.dt);
+    direct_all(worlds, casts, i, plan.dt);
     const double milliseconds = step_all(pointers, plan.dt, workers);
     progress.show(i + 1);
     recording.check();
@@ -249,12 +249,12 @@ RunFigures run(const RunOptions& options) {
   figures.substeps = plan.worlds.front().settings.substeps;
   Progress progress(figures.scene, plan.steps, !options.quiet);
   std::vector<World> worlds;
-  std::vector<Drives> drives;
+  std::vector<Cast> casts;
   worlds.reserve(plan.worlds.size());
   for (scenes::Scene& scene : plan.worlds) {
     std::vector<BodyId> bodies = scenes::populate(worlds.emplace_back(scene.settings), scene);
-    if (scene.drives.empty()) bodies = {};
-    drives.push_back({std::move(scene.drives), std::move(bodies)});
+    if (scene.drives.empty() && scene.changes.empty()) bodies = {};
+    casts.push_back({scenes::script_of(scene), std::move(bodies)});
     for (const scenes::SceneBody& body : scene.bodies) {
       ++(body.def.type == BodyType::fixed ? figures.fixed_bodies : figures.bodies);
     }
@@ -263,7 +263,7 @@ RunFigures run(const RunOptions& options) {
   }
   Recording recording;
   recording.begin(worlds.front(), options);
-  add_times(simulate(worlds, drives, plan, recording, workers, progress), figures);
+  add_times(simulate(worlds, casts, plan, recording, workers, progress), figures);
   figures.recording = recording.finish();
   add_quality(worlds, figures);
   figures.hash = scenes::hash_of(worlds);

@@ -29,6 +29,9 @@ Scene ragdolls(const Parameters& parameters);
 Scene vehicles(const Parameters& parameters);
 Scene motors(const Parameters& parameters);
 Scene card_catapult(const Parameters& parameters);
+Scene large_world(const Parameters& parameters);
+Scene streaming(const Parameters& parameters);
+Scene spawning(const Parameters& parameters);
 
 // --- what they are made of ---
 

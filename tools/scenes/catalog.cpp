@@ -120,6 +120,18 @@ const std::vector<Entry>& entries() {
        "a sprung lever throws a stone at a house of cards",
        {{"stories", 4, 1, 20}},
        one_world<card_catapult>},
+      {"large_world",
+       "a plain of 1,000,000 fixed boxes onto which balls drop one at a time and fall asleep",
+       {{"bodies", 1000000, 10, kMostBodies}, {"interval", 10, 1, 1000}, {"seed", 1, 0, kMostSeed}},
+       one_world<large_world>},
+      {"streaming",
+       "blocks of fixed boxes that come ahead of a camera and go behind it, once a second",
+       {{"blocks", 40, 2, 1000}, {"bodies", 1000, 10, 10000}, {"seed", 1, 0, kMostSeed}},
+       one_world<streaming>},
+      {"spawning",
+       "in every step 100 bodies come into a pit and the 100 oldest go",
+       {{"bodies", 100, 10, 1000}, {"life", 100, 1, 1000}, {"seed", 1, 0, kMostSeed}},
+       one_world<spawning>},
   };
   return kEntries;
 }

@@ -26,6 +26,7 @@ struct SceneBody {
   BodyDef def;
   std::uint32_t first_shape = 0;  ///< into Scene::shapes
   std::uint32_t shape_count = 0;
+  bool comes_later = false;  ///< is not there at first: one of Scene::changes creates it
 };
 
 /// Stands for no body of a scene: the world itself.
@@ -50,6 +51,14 @@ struct SceneDrive {
   bool turns_body = true;  ///< or the body keeps its rotation and only its origin goes round
 };
 
+/// Bodies that come or go together while the scene runs. No joint may name them.
+struct SceneChange {
+  int step = 0;             ///< before the step that follows so many
+  std::uint32_t first = 0;  ///< into Scene::bodies
+  std::uint32_t count = 0;  ///< of bodies from there on
+  bool creates = true;      ///< or destroys
+};
+
 struct Scene {
   std::string name;
   WorldSettings settings;
@@ -57,6 +66,7 @@ struct Scene {
   std::vector<SceneBody> bodies;
   std::vector<SceneJoint> joints;
   std::vector<SceneDrive> drives;
+  std::vector<SceneChange> changes;  ///< in the order in which they are made
   int steps = 200;  ///< a sensible length, the protocol's where the scene comes from a published benchmark
   float dt = 1.0f / 60.0f;
 };
@@ -88,8 +98,20 @@ Pose drive_target(const SceneDrive& drive, double seconds);
 void drive(World& world, std::span<const SceneDrive> drives, std::span<const BodyId> bodies,
            std::int64_t steps_done, float dt);
 
-/// Creates the scene's bodies and joints in an empty world; returns the bodies' handles in the scene's order.
-/// The joints' handles go to `joints` if it is given.
+/// Creates the scene's bodies and joints in an empty world; returns the bodies' handles in the scene's order,
+/// empty ones for those that come later. The joints' handles go to `joints` if it is given.
 std::vector<BodyId> populate(World& world, const Scene& scene, std::vector<JointId>* joints = nullptr);
+
+/// The changes that are due after so many steps.
+std::span<const SceneChange> changes_at(const Scene& scene, std::int64_t steps_done);
+
+/// Makes a change; `bodies` is what populate returned. Of those who shall go it passes over who has gone.
+void make_change(World& world, const Scene& scene, const SceneChange& change, std::vector<BodyId>& bodies);
+
+/// What must be done before each step: makes the changes that are due, then drives.
+void direct(World& world, const Scene& scene, std::vector<BodyId>& bodies, std::int64_t steps_done, float dt);
+
+/// The part of a scene that `direct` needs. Its bodies and shapes are left out if nobody comes or goes.
+Scene script_of(const Scene& scene);
 
 }  // namespace scree::scenes

@@ -20,7 +20,7 @@ Stage::Stage(const std::vector<Scene>& scenes) {
   worlds_.reserve(scenes.size());
   for (const Scene& scene : scenes) {
     World& world = worlds_.emplace_back(scene.settings);
-    casts_.push_back({scene.drives, populate(world, scene)});
+    casts_.push_back({script_of(scene), populate(world, scene)});
     pointers_.push_back(&world);
   }
 }
@@ -36,7 +36,7 @@ std::size_t Stage::bodies() const {
 
 void Stage::advance(float dt, Workers& workers) {
   for (std::size_t i = 0; i < worlds_.size(); ++i) {
-    drive(worlds_[i], casts_[i].drives, casts_[i].bodies, steps_, dt);
+    direct(worlds_[i], casts_[i].script, casts_[i].bodies, steps_, dt);
   }
   step(pointers_, dt, workers);
   ++steps_;

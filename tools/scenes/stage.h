@@ -19,14 +19,14 @@ class Stage {
   std::size_t bodies() const;  ///< of all worlds
   int steps() const { return steps_; }
 
-  /// Moves the driven bodies and steps all worlds.
+  /// Lets bodies come and go, moves the driven ones and steps all worlds.
   void advance(float dt, Workers& workers);
   /// Every seventh body flies up, so that what has fallen asleep wakes and what still stands collapses.
   void throw_up(Vec3 velocity);
 
  private:
   struct Cast {
-    std::vector<SceneDrive> drives;
+    Scene script;
     std::vector<BodyId> bodies;
   };
 

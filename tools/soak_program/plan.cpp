@@ -53,6 +53,9 @@ const std::vector<Sizes>& all_sizes() {
       {"vehicles", {{"cars", 1, 400}}},
       {"motors", {{"machines", 1, 100}}},
       {"card_catapult", {{"stories", 1, 8}}},
+      {"large_world", {{"bodies", 10, 50000}, {"interval", 1, 30}, {"seed", 0, 1e9}}},
+      {"streaming", {{"blocks", 2, 20}, {"bodies", 10, 500}, {"seed", 0, 1e9}}},
+      {"spawning", {{"bodies", 10, 60}, {"life", 1, 200}, {"seed", 0, 1e9}}},
   };
   return kSizes;
 }

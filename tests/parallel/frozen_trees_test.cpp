@@ -1,0 +1,270 @@
+// Laws of the trees of frozen shapes: who is in them, that the list of pairs does not depend on how they came
+// to be, and that a change costs by what changes.
+#include "hand_made_world.h"
+
+#include <gtest/gtest.h>
+#include <parallel/broad_phase.h>
+#include <scree/scree.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace scree {
+namespace {
+
+using testing::Random;
+
+constexpr float kDt = 1.0f / 60.0f;
+
+// A field of fixed boxes about which balls fall, sleep and are pushed about.
+class Field {
+ public:
+  Field(std::uint64_t seed, int boxes) : random_(seed), side_(static_cast<int>(std::sqrt(boxes))) {
+    WorldSettings settings;
+    settings.sleep_time = 0.1f;
+    world = World(settings);
+    world.add_shape(world.create_body({.type = BodyType::fixed, .position = {0, -2, 0}}),
+                    Box{{1000, 1, 1000}});
+    for (int i = 0; i < boxes; ++i) add_box();
+  }
+
+  void add_box() {
+    const float x = static_cast<float>(random_.below(static_cast<std::uint32_t>(side_)));
+    const float z = static_cast<float>(random_.below(static_cast<std::uint32_t>(side_)));
+    fixed_.push_back(
+        world.create_body({.type = BodyType::fixed, .position = {x, random_.uniform(-0.2f, 0.2f), z}}));
+    world.add_shape(fixed_.back(), Box{{0.6f, 0.5f, 0.6f}});
+    if (random_.below(8) == 0) {
+      world.add_shape(fixed_.back(), Sphere{0.3f}, {}, {.local_pose = {{0, 0.6f, 0}, {}}});
+    }
+  }
+  void add_ball() {
+    const float reach = static_cast<float>(side_);
+    balls_.push_back(world.create_body(
+        {.position = {random_.uniform(0, reach), random_.uniform(1.0f, 2.0f), random_.uniform(0, reach)}}));
+    static const std::vector<Vec3> kCorners{
+        {-0.3f, 0, 0}, {0.3f, 0, 0}, {0, 0.4f, 0}, {0, 0, 0.4f}, {0.1f, 0.2f, -0.2f}};
+    static const Hull kRoof(kCorners);
+    const bool is_hull = hulls && random_.below(3) == 0;
+    world.add_shape(balls_.back(), is_hull ? Geometry{ConvexHull{kRoof}} : Geometry{Sphere{0.3f}},
+                    {.rolling_resistance = 0.05f});
+  }
+  // A call of every kind that changes who rests where.
+  void change_something() {
+    switch (random_.below(9)) {
+      case 0:
+        return add_box();
+      case 1:
+      case 2:
+        return add_ball();
+      case 3:
+        if (fixed_.size() > 10) world.destroy_body(take(fixed_));
+        return;
+      case 4:
+        if (balls_.size() > 40) world.destroy_body(take(balls_));
+        return;
+      case 5:
+        if (fixed_.empty()) return;
+        return world.set_pose(any(fixed_), {{random_.uniform(0, 5), 0.5f, random_.uniform(0, 5)}, {}});
+      case 6:
+        if (!balls_.empty()) world.set_linear_velocity(any(balls_), {1, 3, 0});
+        return;
+      case 7:
+        if (!balls_.empty()) world.set_body_type(any(balls_), random_type());
+        return;
+      default:
+        if (balls_.empty()) return;
+        world.shapes_of(any(balls_), std::span(&shape_, 1));
+        return world.set_filter(shape_, {.mask = random_.below(4) == 0 ? 0u : ~0u});
+    }
+  }
+
+  World world;
+  bool hulls = false;  // some of the balls are none
+
+ private:
+  BodyId any(const std::vector<BodyId>& list) {
+    return list[random_.below(static_cast<std::uint32_t>(list.size()))];
+  }
+  BodyId take(std::vector<BodyId>& list) {
+    const BodyId body = any(list);
+    std::erase(list, body);
+    return body;
+  }
+  BodyType random_type() {
+    const BodyType types[] = {BodyType::fixed, BodyType::kinematic, BodyType::dynamic, BodyType::dynamic};
+    return types[random_.below(4)];
+  }
+
+  Random random_;
+  int side_;
+  ShapeId shape_;
+  std::vector<BodyId> fixed_, balls_;
+};
+
+std::size_t at(std::int32_t row) { return static_cast<std::size_t>(row); }
+
+// Every shape is where its body belongs, and nobody else is there.
+void expect_sound_trees(WorldData& data) {
+  const BroadPhase& broad_phase = broad_phase_of(data);
+  std::vector<int> members(kPairTrees);
+  for (std::size_t shape = 0; shape < broad_phase.tree_of.size(); ++shape) {
+    const std::uint8_t index = broad_phase.tree_of[shape];
+    ASSERT_LT(index, kPairTrees) << "shape " << shape;
+    ++members[index];
+    if (!is_frozen_tree(index)) continue;
+    const PairTree& tree = broad_phase.trees[index];
+    const std::int32_t slot = broad_phase.slot_of[shape];
+    ASSERT_EQ(tree.order[at(slot)], static_cast<std::int32_t>(shape));
+    EXPECT_EQ(tree.leaves[at(slot / simd::kBlock)].shape[slot % simd::kBlock],
+              static_cast<std::int32_t>(shape));
+    const BoundsRow& bounds = data.shapes.fat_bounds[shape];
+    for (int level = 0, block = slot / simd::kBlock; level < tree.levels; ++level, block /= simd::kBlock) {
+      const simd::NodeBlock& node = tree.nodes[level][at(block / simd::kBlock)];
+      for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_LE(node.bounds[axis][block % simd::kBlock], bounds.lower[axis]);
+        EXPECT_GE(node.bounds[axis + 3][block % simd::kBlock], bounds.upper[axis]);
+      }
+    }
+  }
+  for (int index = 1; index < kPairTrees; ++index) {
+    const PairTree& tree = broad_phase.trees[index];
+    EXPECT_EQ(tree.members, members[at(index)]) << "tree " << index;
+    if (!is_frozen_tree(static_cast<std::uint8_t>(index))) continue;
+    EXPECT_EQ(std::count_if(tree.order.begin(), tree.order.end(), [](std::int32_t row) { return row >= 0; }),
+              tree.members);
+  }
+}
+
+TEST(FrozenTrees, HoldEveryFrozenShapeOnceWhateverCallsDo) {
+  Workers workers(2);
+  Field field(3, 3000);
+  for (int i = 0; i < 400; ++i) {
+    for (int k = i % 7; k > 0; --k) field.change_something();
+    step(field.world, kDt, workers);
+    expect_sound_trees(internals(field.world));
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(field.world.body_count(), 2800u);
+  EXPECT_GT(internals(field.world).bodies.asleep, 10);
+}
+
+TEST(FrozenTrees, AWorldWhoseTreesAreMadeAnewGoesOnWithTheSameBitsAndPairs) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    Workers workers(1), others(3);
+    Field field(seed, 1000);
+    Snapshot snapshot;
+    World restored;
+    bool hulls_rested = false;
+    for (int i = 0; i < 300; ++i) {
+      for (int k = i % 4; k > 0; --k) field.change_something();
+      field.hulls = i > 100;
+      save(field.world, snapshot);
+      restore(restored, snapshot);
+      step(field.world, kDt, workers);
+      step(restored, kDt, others);
+      ASSERT_EQ(field.world.hash(), restored.hash()) << "step " << i;
+      const Contacts &old = internals(field.world).contacts, &fresh = internals(restored).contacts;
+      hulls_rested = hulls_rested || !old.resting.axis.empty();
+      EXPECT_EQ(old.resting_contacts, std::count_if(old.resting.contact.begin(), old.resting.contact.end(),
+                                                    [](std::int32_t contact) { return contact >= 0; }));
+      const auto same = [](ShapePair x, ShapePair y) { return x.a == y.a && x.b == y.b; };
+      for (const auto rows : {&Contacts::pairs, &Contacts::resting}) {
+        const Column<ShapePair>&x = (old.*rows).pair, &y = (fresh.*rows).pair;
+        ASSERT_TRUE(std::equal(x.begin(), x.end(), y.begin(), y.end(), same)) << "step " << i;
+        const std::size_t axes = (old.*rows).axis.size();
+        EXPECT_TRUE(axes == x.size() || axes == 0) << axes << " of " << x.size();
+      }
+    }
+    EXPECT_TRUE(hulls_rested);
+  }
+}
+
+TEST(FrozenTrees, ListsOfWhatMovesAreThoseOfARestoredWorld) {
+  Workers workers(1);
+  Field field(9, 4000);
+  Snapshot snapshot;
+  World restored;
+  for (int i = 0; i < 200; ++i) {
+    for (int k = i % 4; k > 0; --k) field.change_something();
+    step(field.world, kDt, workers);
+    save(field.world, snapshot);
+    restore(restored, snapshot);
+    WorldData &old = internals(field.world), &fresh = internals(restored);
+    Crew crew(workers);
+    refresh_lists(old, crew);
+    refresh_lists(fresh, crew);
+    const auto same = [](const Column<std::int32_t>& x, const Column<std::int32_t>& y) {
+      return std::equal(x.begin(), x.end(), y.begin(), y.end());
+    };
+    ASSERT_TRUE(same(old.bodies.awake, fresh.bodies.awake)) << "step " << i;
+    ASSERT_TRUE(same(old.bodies.kinematic, fresh.bodies.kinematic)) << "step " << i;
+    ASSERT_TRUE(same(old.shapes.moving, fresh.shapes.moving)) << "step " << i;
+    ASSERT_EQ(old.bodies.asleep, fresh.bodies.asleep) << "step " << i;
+  }
+}
+
+// Leaf blocks of frozen trees that a step makes anew.
+std::int64_t refitted(World& world, Workers& workers) {
+  step(world, kDt, workers);
+  return broad_phase_of(internals(world)).refitted;
+}
+
+TEST(FrozenTrees, AChangeMakesAsFewBlocksAnewInALargeWorldAsInASmallOne) {
+  constexpr int kSteps = 1500;
+  for (const int size : {2000, 20000}) {
+    Workers workers(1);
+    Field field(4, size);
+    while (refitted(field.world, workers) > 0) {
+    }
+    std::int64_t total = 0, most = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      field.add_box();
+      const std::int64_t blocks = refitted(field.world, workers);
+      most = std::max(most, blocks);
+      total += blocks;
+    }
+    EXPECT_LT(total, 8 * kSteps) << size;
+    EXPECT_LT(most, 300) << size << ": the trees of 4096 shapes, and no larger one";
+  }
+}
+
+TEST(FrozenTrees, AHoleCostsItsLeafAndATreeThatIsMostlyHolesIsMadeAnew) {
+  Workers workers(1);
+  World world;
+  std::vector<BodyDef> defs(10000, {.type = BodyType::fixed});
+  for (std::size_t i = 0; i < defs.size(); ++i) defs[i].position.x = 2.0f * static_cast<float>(i);
+  std::vector<BodyId> bodies(defs.size());
+  world.create_bodies(defs, std::vector<Geometry>(defs.size(), Box{}), {}, {}, bodies);
+  while (refitted(world, workers) > 0) {
+  }
+  std::int64_t total = 0, most = 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    world.destroy_body(bodies[i * 7919 % bodies.size()]);
+    const std::int64_t blocks = refitted(world, workers);
+    most = std::max(most, blocks);
+    total += blocks;
+    if (i == 4900) {
+      EXPECT_EQ(most, 1) << "while most places are taken";
+    }
+  }
+  EXPECT_LT(total, 2 * static_cast<std::int64_t>(bodies.size()));
+  EXPECT_LE(most, 5000 / simd::kBlock + 1);
+  for (const PairTree& tree : broad_phase_of(internals(world)).frozen_trees()) EXPECT_EQ(tree.levels, 0);
+}
+
+TEST(FrozenTrees, AStepInWhichNobodyComesOrGoesLeavesThemAlone) {
+  Workers workers(1);
+  Field field(4, 2000);
+  for (int i = 0; i < 20; ++i) field.add_ball();
+  for (int i = 0; i < 600; ++i) step(field.world, kDt, workers);
+  ASSERT_EQ(field.world.stats().awake_bodies, 0);
+  EXPECT_EQ(refitted(field.world, workers), 0);
+  const BodyId ball = field.world.create_body({.position = {0, 1000, 0}});
+  field.world.add_shape(ball, Sphere{});
+  for (int i = 0; i < 50; ++i) EXPECT_EQ(refitted(field.world, workers), 0);
+}
+
+}  // namespace
+}  // namespace scree
