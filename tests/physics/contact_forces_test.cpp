@@ -198,7 +198,7 @@ TEST(ContactForces, AreTheChangeOfMomentumInAPile) {
                                 static_cast<float>(i / 3 % 3) * 0.7f - 0.7f}},
                   shape(i % 4).second, {.friction = 0.6f, .restitution = i % 5 == 0 ? 0.5f : 0.0f}));
     }
-    for (int i = 0; i < 90; ++i) {
+    for (int i = 0; i < 120; ++i) {
       step_and_balance(lab, bodies, 0.01, i % 10 == 0 ? 0.5f * kStep : kStep);
       if (HasFatalFailure()) FAIL() << "step " << i;
     }
@@ -288,7 +288,7 @@ TEST(ContactForces, HaveTheSameBitsOnEveryInstructionSetAndThreadCount) {
       SceneLab pile("pile", {{"bodies", 150}, {"seed", 4}});
       pile.lab.world.set_settings(measured(pile.lab.world.settings()));
       pile.lab.workers = Workers(WorkersOptions{.threads = threads, .isa = isa});
-      pile.lab.run(90);
+      pile.lab.run(120);
       const std::vector<ContactForces> found = all_contacts(pile.lab.world);
       if (expected.empty()) expected = found;
       ASSERT_GT(found.size(), 150u);
