@@ -1,4 +1,5 @@
-// The mark of materials that give the radius of their patch: who has none, as nearly all, is spared reading it.
+// The mark of materials that give the radius of their patch: who has none, as nearly all, is spared reading
+// it.
 #pragma once
 
 #include <core/plain/rows.h>
