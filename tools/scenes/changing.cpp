@@ -107,7 +107,10 @@ Scene spawning(const Parameters& parameters) {
         return kSpacing * (static_cast<float>(cell) - 0.5f * static_cast<float>(side - 1));
       };
       const Vec3 position{along(place % side), kHeight, along(place / side)};
-      add_body(scene, {.position = position, .rotation = random.rotation()}, shapes[random.below(3)]);
+      // Drawn one after the other: compilers take arguments in an order of their own.
+      const Quat rotation = random.rotation();
+      const std::uint32_t shape = shapes[random.below(3)];
+      add_body(scene, {.position = position, .rotation = rotation}, shape);
       scene.bodies.back().comes_later = true;
     }
   }
