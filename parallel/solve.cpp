@@ -2,9 +2,9 @@
 // repeat, so they are short and many.
 //
 //   once:           inertia into world axes, blocks from manifolds
-//   each substep:   rebounds, velocities from forces (plus, after the first, the impulses so far), normals
-//   with soft
-//                   bias, poses from velocities, relax without bias: normals, friction, twist, rolling
+//   each substep:   rebounds, velocities from forces (plus, after the first, the impulses so far),
+//                   normals with soft bias, poses from velocities, relax without bias: normals,
+//                   friction, twist, rolling
 //
 // The first substep applies the stored impulses color by color; later ones inherit the difference v - u
 // between the velocity and the velocity without impulses, which is exactly what those impulses have done.
