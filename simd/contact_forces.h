@@ -38,12 +38,14 @@ inline void add_forces(const ContactArgs& args, int first_lane, const Block& blo
   }
 }
 
-// Those of a rebound, which the block does not keep.
+// Those of a rebound, which the block does not keep, where it `happens`.
 template <int kPoints>
-inline void add_rebound_forces(const ContactArgs& args, int first_lane, const F (&normal)[kPoints],
+inline void add_rebound_forces(const ContactArgs& args, int first_lane, M happens, const F (&normal)[kPoints],
                                const FrictionImpulses& friction, V3 rolling) {
   float* const lanes = force_lanes(args, first_lane);
-  const auto add = [&](int field, F impulse) { add_to_lanes(lanes + field * kLanes, impulse); };
+  const auto add = [&](int field, F impulse) {
+    add_to_lanes(lanes + field * kLanes, select(happens, impulse, F(0.0f)));
+  };
   for (int k = 0; k < kPoints; ++k) add(k, normal[k]);
   add(kFrictionField, friction.tangent[0]);
   add(kFrictionField + 1, friction.tangent[1]);

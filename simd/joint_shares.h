@@ -59,7 +59,9 @@ inline F parts_of(F joints, float at_once, const JointEnd& other, F weight) {
   return select(other.mass.inverse_mass > F(0.0f), max(least, parts), least);
 }
 
-inline F load_counts(const JointArgs& args, const std::int32_t* row) {
+// `is_fixed`: of bodies that can not be pushed nobody counts the joints.
+inline F load_counts(const JointArgs& args, const std::int32_t* row, bool is_fixed) {
+  if (is_fixed) return F(0.0f);
   alignas(64) LaneFloats counts;
   for (int lane = 0; lane < kLanes; ++lane) counts[lane] = static_cast<float>(args.joint_count[row[lane]]);
   return load(counts);
@@ -108,7 +110,8 @@ inline bool divide_bodies(const JointArgs& args, const ConstraintChunk& chunk, c
   const F one(1.0f), few(kFewestSharers);
   store(args.parts_a + first_lane, one);
   store(args.parts_b + first_lane, one);
-  const F joints_a = load_counts(args, row_a), joints_b = load_counts(args, row_b);
+  const F joints_a = load_counts(args, row_a, chunk.fixed == BodySide::a),
+          joints_b = load_counts(args, row_b, chunk.fixed == BodySide::b);
   if (chunk.hub == BodySide::none && bits((joints_a >= few) | (joints_b >= few)) == 0) return false;
   const JointEnd a = end_of(bodies.mass_a, at.arm_a), b = end_of(bodies.mass_b, at.arm_b);
   const Parts parts = measure_parts<Kind>(chunk, first_lane, a, b, joints_a, joints_b, at.center_offset);

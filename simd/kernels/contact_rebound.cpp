@@ -209,7 +209,8 @@ SCREE_SWEEP void rebound_chunk(const ContactArgs& args, const ConstraintChunk& c
       bodies = {select(impact.happens, bodies.a, before.a), select(impact.happens, bodies.b, before.b)};
       add_impulse_sum(args, first_lane, rebound.sum);
       if (args.force_sum != nullptr) {
-        add_rebound_forces<kPoints>(args, first_lane, rebound.impulse, rubbing.friction, rubbing.rolling);
+        add_rebound_forces<kPoints>(args, first_lane, impact.happens, rebound.impulse, rubbing.friction,
+                                    rubbing.rolling);
       }
       const Bodies free = load_bodies(args.free_velocity, block);
       store_bodies<kStatic>(args.velocity, block, count, first_lane, bodies, hub);

@@ -309,6 +309,27 @@ TEST(ContactForces, HaveTheSameBitsOnEveryInstructionSetAndThreadCount) {
   }
 }
 
+TEST(ContactForces, OfAReboundAreNotThoseOfItsNeighbors) {
+  // The square of the slow ball's speed is no number: friction does not see that it has nothing to hold by.
+  WorldSettings settings = measured();
+  settings.gravity = {};
+  std::vector<float> friction;
+  for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
+    if (!is_supported(isa)) continue;
+    Lab lab(settings);
+    const Material bouncy{.restitution = 0.5f};
+    lab.add_ground(bouncy);
+    const BodyId slow =
+        lab.add({.position = {0, 0.5f, 0}, .linear_velocity = {1e-27f, 0, 0}}, Sphere{}, bouncy);
+    const BodyId fast = lab.add({.position = {3, 0.5f, 0}, .linear_velocity = {0, -3, 0}}, Sphere{}, bouncy);
+    Workers workers(WorkersOptions{.threads = 1, .isa = isa});
+    step(lab.world, kStep, workers);
+    EXPECT_GT(lab.world.linear_velocity(fast).y, 1.0f);
+    friction.push_back(contacts_of(lab.world, slow).at(0).friction_impulse.x);
+    EXPECT_EQ(friction.back(), friction.front()) << static_cast<int>(isa);
+  }
+}
+
 TEST(ContactForces, TellTheImpulseOfAnImpactAsEventsDo) {
   WorldSettings settings = measured();
   settings.contact_events = ContactEvents::all;

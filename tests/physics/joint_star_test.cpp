@@ -322,6 +322,23 @@ TEST(JointStar, ThatHangsCarriesItsLeaves) {
   }
 }
 
+TEST(JointStar, OfABodyThatBecomesFixedLeavesNothingBehind) {
+  for (const BodyType type : {BodyType::fixed, BodyType::kinematic}) {
+    Lab lab;
+    const Star star = add_star(lab, {.leaves = 16});
+    kick(lab, star.leaves, kKick);
+    lab.run(2);
+    lab.world.set_body_type(star.hub, type);
+    Snapshot snapshot;
+    save(lab.world, snapshot);
+    Lab other;
+    restore(other.world, snapshot);
+    lab.run(10);
+    other.run(10);
+    EXPECT_EQ(lab.world.hash(), other.world.hash());
+  }
+}
+
 TEST(JointStar, DoesNotDependOnWidthOrThreads) {
   std::vector<std::uint64_t> expected;
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
