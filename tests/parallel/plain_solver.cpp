@@ -354,7 +354,7 @@ class PlainSolver {
 
   // Impacts before the substep, contact after contact, until none is left or the passes are over.
   void rebound_all() {
-    constexpr int kPasses = 8;
+    constexpr int kPasses = 32;
     for (int pass = 0; pass < kPasses; ++pass) {
       bool any = false;
       for (Contact& contact : contacts_) any = rebound(contact) || any;

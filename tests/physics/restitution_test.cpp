@@ -119,6 +119,20 @@ TEST(Restitution, ACradleOfFreeBallsPassesTheWholeSpeedOn) {
   }
 }
 
+TEST(Restitution, ALongRowOfBallsPassesTheWholeSpeedOnWithinAStep) {
+  const Material elastic{.friction = 0.0f, .restitution = 1.0f};
+  Lab lab(empty_space(4));
+  std::vector<BodyId> balls;
+  for (int i = 0; i < 60; ++i) {
+    const float x = i == 0 ? -0.5f : 0.04f * static_cast<float>(i);
+    balls.push_back(lab.add({.position = {x, 0, 0}, .linear_velocity = {i == 0 ? 5.0f : 0.0f, 0, 0}},
+                            Sphere{0.02f}, elastic));
+  }
+  lab.run(60);
+  EXPECT_NEAR(lab.velocity(balls.back()).x(), 5.0, 0.05);
+  for (std::size_t i = 0; i + 1 < balls.size(); ++i) EXPECT_NEAR(lab.velocity(balls[i]).x(), 0.0, 0.05) << i;
+}
+
 // The highest center of the uppermost of equal balls of radius r within `seconds`, event by event: they fall
 // above each other at the heights y, and meet each other and the ground at y = 0 with restitution e.
 double highest_by_events(std::vector<double> y, double r, double e, double seconds) {
