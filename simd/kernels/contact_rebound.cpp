@@ -182,6 +182,9 @@ SCREE_SWEEP void rebound_chunk(const ContactArgs& args, const ConstraintChunk& c
     bool any = false;
     for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
       prefetch(&block + 1, 0, offsetof(ContactBlock<kPoints>, impulse));
+      // What is here for rolling or a moving surface alone never rebounds.
+      const bool may_rebound = bits(load(block.restitution) > F(0.0f)) != 0;
+      if (!may_rebound && hub.side() == BodySide::none) return;
       const V3 normal = load3(block.normal), tangent1 = tangent_of(normal);
       const V3 tangent2 = cross(normal, tangent1);
       const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
