@@ -116,7 +116,7 @@ void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef
   }
   shapes.free_slots.drop_back(plan.from_free);
   apply_mass(data, body, mass);
-  if (!defs.empty()) data.contacts.pairs_stale = true;
+  data.contacts.pairs_stale = true;
 }
 
 }  // namespace
@@ -143,7 +143,8 @@ void World::add_shapes(BodyId body, std::span<const ShapeDef> defs, std::span<Sh
   }
   WorldData& data = opened(call, data_);
   const Telling<RecordedCall::add_shapes> telling(data, body, defs);
-  add(call, data, checked_row(call, data.bodies, body), defs, ids);
+  const std::int32_t row = checked_row(call, data.bodies, body);
+  if (!defs.empty()) add(call, data, row, defs, ids);
 }
 
 void World::destroy_shape(ShapeId shape) {

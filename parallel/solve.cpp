@@ -193,15 +193,11 @@ void rebound(Constraints& constraints, const simd::ContactArgs& contact, Crew& c
   }
 }
 
-}  // namespace
-
-void solve(WorldData& data, float dt, Crew& crew) {
-  Constraints& constraints = constraints_of(data);
-  const simd::Kernels& kernels = crew.kernels();
+// Lists who moves, dynamic bodies first, and gives the columns that kernels write to their sizes.
+void size_columns(const WorldData& data, Constraints& constraints) {
   const Bodies& bodies = data.bodies;
-  const int dynamic_count = static_cast<int>(bodies.awake.size());
-  const int moving_count = dynamic_count + static_cast<int>(bodies.kinematic.size());
-  constraints.moving.resize_discarding(static_cast<std::size_t>(moving_count));
+  const std::size_t dynamic_count = bodies.awake.size();
+  constraints.moving.resize_discarding(dynamic_count + bodies.kinematic.size());
   std::copy(bodies.awake.begin(), bodies.awake.end(), constraints.moving.begin());
   std::copy(bodies.kinematic.begin(), bodies.kinematic.end(), constraints.moving.begin() + dynamic_count);
   const std::size_t chunk_count = constraints.chunks.size() + constraints.joint_chunks.size();
@@ -213,7 +209,16 @@ void solve(WorldData& data, float dt, Crew& crew) {
   if (asks_for_events(data)) constraints.impulse_sum.resize_discarding(constraints.rows.size());
   if (data.settings.contact_forces)
     constraints.force_sum.resize_discarding(constraints.rows.size() * simd::kForceFields);
+}
 
+}  // namespace
+
+void solve(WorldData& data, float dt, Crew& crew) {
+  Constraints& constraints = constraints_of(data);
+  const simd::Kernels& kernels = crew.kernels();
+  size_columns(data, constraints);
+  const int dynamic_count = static_cast<int>(data.bodies.awake.size());
+  const int moving_count = static_cast<int>(constraints.moving.size());
   simd::BodyArgs body = body_args(data, dt);
   simd::ContactArgs contact = contact_args(data, constraints, dt);
   const auto over_bodies = [&](int count, auto kernel) {
@@ -271,7 +276,6 @@ void solve(WorldData& data, float dt, Crew& crew) {
     }
   }
   if (data.settings.measure_residual) {
-    data.stats.residual = 0.0;
     for (const float residual : constraints.residual) {
       data.stats.residual = std::max(data.stats.residual, static_cast<double>(residual));
     }

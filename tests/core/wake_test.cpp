@@ -93,12 +93,13 @@ TEST_F(Waking, ChangesOfMotionWakeTheBody) {
   }
 }
 
-TEST_F(Waking, ReadingWakesNobody) {
+TEST_F(Waking, WhatChangesNothingWakesNobody) {
   world.pose(upper);
   world.mass_properties(upper);
   world.material(upper_shape);
   world.set_user_data(upper, 1);
   world.set_can_sleep(upper, true);
+  world.add_shapes(upper, {}, {});
   EXPECT_FALSE(world.is_awake(upper));
 }
 

@@ -77,6 +77,50 @@ TEST(Stats, TheKineticEnergyIsThatOfAllDynamicBodies) {
   EXPECT_NEAR(lab.world.stats().kinetic_energy, expected, 1e-6 * expected);
 }
 
+TEST(Stats, AStepOfNoLengthSolvesNothing) {
+  WorldSettings settings = measured();
+  settings.measure_residual = true;
+  Lab lab(settings);
+  lab.add_ground();
+  const BodyId box = lab.add({.position = {0, 0.45f, 0}}, Box{});
+  const BodyId upper = lab.add({.position = {0, 1.6f, 0}}, Box{});
+  lab.world.create_joint({.body_a = box, .body_b = upper, .frame_a = {{0, 1.15f, 0}, {}}}, BallJoint{});
+  lab.run(2);
+  const StepStats solved = lab.world.stats();
+  ASSERT_GT(solved.colors, 0);
+  ASSERT_EQ(solved.joints, 1);
+  ASSERT_GT(solved.overlaps, 0);
+  ASSERT_GT(solved.residual, 0.0);
+  ASSERT_GT(solved.kinetic_energy, 0.0);
+  lab.run(1, 0.0f);
+  const StepStats& still = lab.world.stats();
+  EXPECT_EQ(still.step, 3u);
+  EXPECT_EQ(still.contacts, solved.contacts);
+  EXPECT_EQ(still.awake_bodies, 2);
+  EXPECT_EQ(still.kinetic_energy, solved.kinetic_energy);
+  EXPECT_EQ(still.colors, 0);
+  EXPECT_EQ(still.joints, 0);
+  EXPECT_EQ(still.overlaps, 0);
+  EXPECT_EQ(still.penetration_max, 0.0);
+  EXPECT_EQ(still.residual, 0.0);
+}
+
+TEST(Stats, FiguresThatNobodyAsksForAnyMoreAreGone) {
+  WorldSettings settings = measured();
+  settings.measure_residual = true;
+  Lab lab(settings);
+  lab.add_ground();
+  lab.add({.position = {0, 0.45f, 0}}, Box{});
+  lab.run(1);
+  ASSERT_GT(lab.world.stats().residual, 0.0);
+  ASSERT_GT(lab.world.stats().penetration_max, 0.0);
+  settings.measure_residual = settings.measure_penetration = false;
+  lab.world.set_settings(settings);
+  lab.run(1);
+  EXPECT_EQ(lab.world.stats().residual, 0.0);
+  EXPECT_EQ(lab.world.stats().penetration_max, 0.0);
+}
+
 TEST(Stats, BodiesPutBackFromANonFiniteStateAreCounted) {
   Lab lab;
   lab.add_ground();

@@ -28,7 +28,9 @@ constexpr const char* phase_name(Phase phase) {
   return kNames[static_cast<int>(phase)];
 }
 
-/// Figures of the last step. Times differ from run to run; everything else is deterministic.
+/// Figures of the last step. Times differ from run to run; everything else is deterministic. A step of no
+/// length solves nothing: its solver's figures are those of a new StepStats, and the kinetic energy is that
+/// of the step before.
 struct StepStats {
   std::uint64_t step = 0;           ///< steps taken since the world was created
   double phase_ms[kPhaseCount]{};   ///< milliseconds spent in each phase
