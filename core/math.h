@@ -1,5 +1,5 @@
 // Scalar arithmetic of the library's own sources besides <scree/math.h>, with the formulas of
-// simd/wide_math.h.
+// simd/wide/wide_math.h.
 #pragma once
 
 #include <scree/math.h>

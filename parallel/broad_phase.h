@@ -3,7 +3,7 @@
 
 #include <core/world_data.h>
 #include <parallel/crew.h>
-#include <simd/pair_kernels.h>
+#include <simd/broad_phase/pair_kernels.h>
 
 #include <atomic>
 #include <cstddef>

@@ -5,8 +5,8 @@
 // order of a resting pile; new ones take the lowest free color in the order of their pairs. Contacts
 // against bodies that cannot be pushed have colors of their own and are solved last. Hubs, the bodies of many
 // contacts, block no colors: their contacts are colored by the other body alone, and are solved in groups
-// (see simd/constraint_block.h). So are those that a body has beyond its colors with bodies that cannot be
-// pushed.
+// (see simd/constraints/constraint_block.h). So are those that a body has beyond its colors with bodies that
+// cannot be pushed.
 #include <parallel/coloring.h>
 #include <parallel/stages.h>
 

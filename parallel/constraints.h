@@ -5,8 +5,8 @@
 #pragma once
 
 #include <core/world_data.h>
-#include <simd/contact_kernels.h>
-#include <simd/joint_kernels.h>
+#include <simd/constraints/contact/contact_kernels.h>
+#include <simd/constraints/joints/joint_kernels.h>
 
 namespace scree {
 

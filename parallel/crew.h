@@ -8,7 +8,7 @@
 
 #include <core/fp_environment.h>
 #include <scree/workers.h>
-#include <simd/kernels.h>
+#include <simd/dispatch/kernels.h>
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 
 #include <core/column.h>
 #include <core/world_data.h>
-#include <simd/collide_kernels.h>
+#include <simd/collide/collide_kernels.h>
 
 #include <array>
 #include <cstdint>

@@ -25,7 +25,7 @@ constexpr int kBodyChunk = 512;  // bodies of one task
 // The damping hardly matters there, from 0.5 to 10.
 constexpr float kJointStiffness = 0.25f;
 constexpr float kJointDampingRatio = 2.0f;
-// Likewise at bodies of so many joints that these share them, see simd/joint_shares.h.
+// Likewise at bodies of so many joints that these share them, see simd/constraints/joints/joint_shares.h.
 constexpr float kSharedJointStiffness = 0.1875f;
 
 simd::SoftConstants soften(float hertz, float damping_ratio, float substep) {

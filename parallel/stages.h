@@ -3,7 +3,7 @@
 
 #include <core/world_data.h>
 #include <parallel/crew.h>
-#include <simd/body_kernels.h>
+#include <simd/bodies/body_kernels.h>
 
 namespace scree {
 

@@ -5,7 +5,7 @@
 #include <parallel/helper_arena.h>
 #include <scree/export.h>
 #include <scree/workers.h>
-#include <simd/kernels.h>
+#include <simd/dispatch/kernels.h>
 
 namespace scree {
 

@@ -1,6 +1,8 @@
-# Compiles every source of simd/kernels once per instruction set, each time into a namespace of its own.
+# Compiles the kernels, which are all sources of simd but the one that asks the processor, once per instruction set,
+# each time into a namespace of its own.
 # Kernels are optimized in every build type: an unoptimized wide kernel is of no use to anybody.
-file(GLOB SCREE_KERNEL_SOURCES CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/kernels/*.cpp)
+file(GLOB_RECURSE SCREE_KERNEL_SOURCES CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*.cpp)
+list(REMOVE_ITEM SCREE_KERNEL_SOURCES ${CMAKE_CURRENT_LIST_DIR}/dispatch/dispatch.cpp)
 set(SCREE_KERNEL_OBJECTS "")
 
 # Instrumented for a sanitizer, the largest kernels take g++ minutes at -O3 or with full debug information.

@@ -20,7 +20,7 @@
 #include <benchmark/benchmark.h>
 #include <core/column.h>
 #include <core/math.h>
-#include <simd/kernels.h>
+#include <simd/dispatch/kernels.h>
 
 #include <cmath>
 #include <random>

@@ -38,7 +38,7 @@
 #include <core/column.h>
 #include <core/hull_build.h>
 #include <core/math.h>
-#include <simd/kernels.h>
+#include <simd/dispatch/kernels.h>
 
 #include <cmath>
 #include <memory>

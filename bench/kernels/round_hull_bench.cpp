@@ -29,7 +29,7 @@
 #include <core/hull_build.h>
 #include <core/math.h>
 #include <core/reference/collide_hull_round.h>
-#include <simd/kernels.h>
+#include <simd/dispatch/kernels.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // SCREE_ISA decides for a program that asks for nothing. (tests/simd/dispatch_test.cpp proves that a table
 // holds its own set's code, tests/parallel/workers_test.cpp that workers take the table they were told.)
 #include <gtest/gtest.h>
-#include <simd/kernels.h>
+#include <simd/dispatch/kernels.h>
 #include <tests/determinism/backends.h>
 
 #include <cstdio>

@@ -2,7 +2,7 @@
 #include <dlfcn.h>
 #include <elf.h>
 #include <gtest/gtest.h>
-#include <simd/kernels.h>
+#include <simd/dispatch/kernels.h>
 
 #include <cstdint>
 #include <cstring>

@@ -5,7 +5,7 @@
 #include <core/column.h>
 #include <core/math.h>
 #include <gtest/gtest.h>
-#include <simd/kernels.h>
+#include <simd/dispatch/kernels.h>
 
 #include <algorithm>
 #include <cmath>

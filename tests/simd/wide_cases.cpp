@@ -1,8 +1,8 @@
-// The operations of one instruction set as a table. Obeys the rules of simd/kernels: no standard templates.
+// The operations of one instruction set as a table. Obeys the rules of kernels: no standard templates.
 #include "wide_cases.h"
 
-#include <simd/joint_angular.h>
-#include <simd/wide_math.h>
+#include <simd/constraints/joints/joint_angular.h>
+#include <simd/wide/wide_math.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {

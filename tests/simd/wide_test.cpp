@@ -1,6 +1,6 @@
 // Laws of the wide numbers: every instruction set gives the bits of the scalar one, for every kind of number.
 #include <gtest/gtest.h>
-#include <simd/kernels.h>
+#include <simd/dispatch/kernels.h>
 
 #include <algorithm>
 #include <array>

@@ -1,0 +1,72 @@
+// Kernels over contact blocks: prepare, rebound, warm start, solve, relax, store. A lane is one manifold.
+//
+// The form is constraint space: a manifold's points are two coordinates each in the tangent plane through the
+// friction center, so that one sweep needs the two bodies once and the points' couplings as a small matrix.
+// Run by parallel/solve.cpp, color after color; blocks of one color touch no dynamic body twice.
+#pragma once
+
+#include <core/plain/manifold.h>
+#include <core/plain/rows.h>
+#include <simd/constraints/constraint_chunk.h>
+
+#include <cstddef>
+
+namespace scree::simd {
+
+// Blocks come in variants: how many points a lane has room for, whether the rare surface terms are there, and
+// whether body A can be pushed.
+inline constexpr int kPointBuckets = 3;  // 1, 2 and 4 points
+inline constexpr int kContactVariants = kPointBuckets * 2 * 2;
+inline constexpr int contact_variant(int bucket, bool rich, bool is_static) {
+  return (bucket * 2 + (rich ? 1 : 0)) * 2 + (is_static ? 1 : 0);
+}
+
+// Floats of each lane in force_sum, beginning with the normal impulses.
+inline constexpr int kFrictionField = kMaxManifoldPoints;
+inline constexpr int kTwistField = kFrictionField + 2;
+inline constexpr int kRollingField = kTwistField + 1;
+inline constexpr int kForceFields = kRollingField + 3;
+
+struct ContactArgs {
+  const std::int32_t* rows;  // contact rows in lane order; unused lanes repeat a used one
+  char* blocks;
+  Manifold* manifolds;
+  ContactSurface* surfaces;
+  VelocityRow* velocity;
+  VelocityRow* free_velocity;  // without the impulses of the step so far; takes part in rebounds
+  DeltaRow* delta;
+  const MotionRow* motion;
+  const InertiaRow* inertia;
+  std::uint8_t* touched;      // by body; prepare marks those that it finds, any thread may
+  SoftConstants soft;         // between dynamic bodies
+  SoftConstants soft_static;  // against bodies that cannot be pushed
+  float gravity[3];           // m/s^2
+  float substep;              // s
+  float inverse_substep;      // 1/s
+  float push_speed;           // m/s
+  float restitution_threshold;
+  float warm_start_scale;   // times the stored impulses: ratio of time steps, 0: none
+  float impulse_keep;       // times the impulses at each solve: 1, or 0 without warm start
+  float* residual;          // m/s, by chunk number; where relax_measured leaves its largest error
+  float* impulse_sum;       // N s, by lane: normal impulses of all substeps and points; null: nobody asks
+  std::uint8_t* rebounded;  // by chunk number; where rebound() leaves whether any of its contacts did
+  float* force_sum;  // N s and N m s, impulses of all substeps, see contact_forces.h; null: nobody asks
+  ContactForceRow* forces;  // by contact row; where store_forces leaves these sums
+  const PoseRow* pose;
+  float* depth;  // m, by lane; where measure_depth leaves the deepest point's overlap, at least 0
+};
+
+struct ContactKernels {
+  std::size_t block_bytes[kContactVariants];
+  void (*prepare)(const ContactArgs& args, const ConstraintChunk& chunk);     // manifolds -> blocks
+  void (*warm_start)(const ContactArgs& args, const ConstraintChunk& chunk);  // stored impulses -> velocity
+  void (*solve)(const ContactArgs& args, const ConstraintChunk& chunk);       // normals with soft bias
+  void (*relax)(const ContactArgs& args, const ConstraintChunk& chunk);       // normals, friction; no bias
+  void (*relax_measured)(const ContactArgs& args, const ConstraintChunk& chunk);
+  void (*rebound)(const ContactArgs& args, const ConstraintChunk& chunk);  // restitution; rich variants only
+  void (*store)(const ContactArgs& args, const ConstraintChunk& chunk);    // blocks -> manifolds
+  void (*store_forces)(const ContactArgs& args, const ConstraintChunk& chunk);  // force_sum -> forces
+  void (*measure_depth)(const ContactArgs& args, const ConstraintChunk& chunk);
+};
+
+}  // namespace scree::simd

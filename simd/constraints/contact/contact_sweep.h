@@ -1,0 +1,169 @@
+// What sweeps over contact blocks have in common; private to the contact kernels. With C the friction center,
+// impulses on a manifold add up to
+//   S along the normal, T1 and T2 as torques about t1 and t2   (from the points: S += d, T1 += v d, T2 -= u
+//   d) two tangent impulses at C and a twist impulse about the normal,
+// and act on the bodies once, at the end.
+#pragma once
+
+#include <simd/constraints/contact/contact_block.h>
+
+namespace scree::simd::SCREE_SIMD_NAMESPACE {
+
+// Both bodies of a block, as one sweep reads and writes them.
+struct Bodies {
+  BodyVelocity a, b;
+};
+
+template <class Block>
+inline Bodies load_bodies(const VelocityRow* velocity, const Block& block) {
+  return {load_velocity(velocity, block.row_a), load_velocity(velocity, block.row_b)};
+}
+
+template <bool kStatic, class Block>
+inline void store_bodies(VelocityRow* velocity, const Block& block, int count, int first_lane,
+                         const Bodies& bodies, HubSum& hub) {
+  if constexpr (!kStatic) {
+    if (hub.side() == BodySide::a) {
+      hub.add(block.row_a, count, first_lane, bodies.a);
+    } else {
+      store_velocity(velocity, block.row_a, count, bodies.a);
+    }
+  }
+  if (hub.side() == BodySide::b) {
+    hub.add(block.row_b, count, first_lane, bodies.b);
+  } else {
+    store_velocity(velocity, block.row_b, count, bodies.b);
+  }
+}
+
+// Applies impulse P at the friction center and torque impulse T to B, their opposites to A.
+template <bool kStatic, class Block>
+inline void apply(Bodies& bodies, const Block& block, V3 arm_a, V3 arm_b, V3 impulse, V3 torque) {
+  if constexpr (!kStatic) {
+    bodies.a.linear = bodies.a.linear - impulse * load(block.inverse_mass_a);
+    bodies.a.angular = bodies.a.angular - load6(block.inverse_inertia_a) * (cross(arm_a, impulse) + torque);
+  }
+  bodies.b.linear = bodies.b.linear + impulse * load(block.inverse_mass_b);
+  bodies.b.angular = bodies.b.angular + load6(block.inverse_inertia_b) * (cross(arm_b, impulse) + torque);
+}
+
+// What a sweep over the points has added.
+struct NormalImpulses {
+  F sum;  // of the changes
+  F torque1, torque2;
+};
+
+// Gauss-Seidel over the points on speeds kept up to date through the couplings. `target` gives for point k
+// the speed to reach as a bias, and the scales of speed and impulse.
+template <int kPoints, class Block, class Target>
+inline NormalImpulses sweep_points(Block& block, F (&speed)[kPoints], F (&impulse)[kPoints],
+                                   Target&& target) {
+  NormalImpulses total{F(0.0f), F(0.0f), F(0.0f)};
+  int pair = 0;
+  for (int k = 0; k < kPoints; ++k) {
+    const F old_impulse = impulse[k];
+    const F change = target(k, speed[k], old_impulse, load(block.effective_mass[k]));
+    impulse[k] = max(old_impulse - change, F(0.0f));
+    const F delta = impulse[k] - old_impulse;
+    for (int j = k + 1; j < kPoints; ++j) speed[j] = speed[j] + load(block.coupling[pair++]) * delta;
+    total.sum = total.sum + delta;
+    total.torque1 = total.torque1 + load(block.v[k]) * delta;
+    total.torque2 = total.torque2 - load(block.u[k]) * delta;
+  }
+  return total;
+}
+
+template <int kPoints, class Block>
+inline void point_speeds(const Block& block, V3 relative, V3 spin, V3 normal, V3 tangent1, V3 tangent2,
+                         F (&speed)[kPoints]) {
+  const F center_speed = dot(relative, normal);
+  const F spin1 = dot(spin, tangent1), spin2 = dot(spin, tangent2);
+  for (int k = 0; k < kPoints; ++k) {
+    speed[k] = center_speed + load(block.v[k]) * spin1 - load(block.u[k]) * spin2;
+  }
+}
+
+inline V3 relative_velocity(const Bodies& bodies, V3 arm_a, V3 arm_b) {
+  return bodies.b.linear + cross(bodies.b.angular, arm_b) - bodies.a.linear - cross(bodies.a.angular, arm_a);
+}
+
+// Separations at the present poses: to first order in the rotation since the step began, from the normal as
+// each body would see it.
+template <int kPoints, class Block>
+inline void present_separations(const Block& block, const WideDelta& a, const WideDelta& b, V3 normal,
+                                V3 tangent1, V3 tangent2, V3 arm_a, V3 arm_b, F (&separation)[kPoints]) {
+  const V3 change_a = rotate_back(a.rotation, normal) - normal;
+  const V3 change_b = rotate_back(b.rotation, normal) - normal;
+  const F center = dot(normal, b.position - a.position) + dot(arm_b, change_b) - dot(arm_a, change_a);
+  const V3 tilt = change_b - change_a;
+  const F tilt1 = dot(tangent1, tilt), tilt2 = dot(tangent2, tilt);
+  for (int k = 0; k < kPoints; ++k) {
+    separation[k] =
+        load(block.initial_separation[k]) + center + load(block.u[k]) * tilt1 + load(block.v[k]) * tilt2;
+  }
+}
+
+// What friction holds at the center: along the tangents, and about the normal.
+struct FrictionImpulses {
+  F tangent[2], twist;
+};
+
+// Twist about the normal, then the pair of tangent speeds in the friction disk. The speeds are those before
+// the normal impulses `change`. Returns the new impulses.
+template <bool kRich, class Block>
+inline FrictionImpulses solve_friction(const Block& block, const NormalImpulses& change,
+                                       const FrictionImpulses& old, F impulse_sum, F impulse_moment,
+                                       V3 relative, V3 spin, V3 normal, V3 tangent1, V3 tangent2) {
+  FrictionImpulses result;
+  const F friction = load(block.friction);
+  const F twist_speed = dot(spin, normal) + load(block.twist_by_normal) * change.sum +
+                        load(block.twist_by_torque[0]) * change.torque1 +
+                        load(block.twist_by_torque[1]) * change.torque2;
+  const F twist_limit = friction * impulse_moment;
+  result.twist = clamp(old.twist - load(block.twist_mass) * twist_speed, -twist_limit, twist_limit);
+  const F twist_change = result.twist - old.twist;
+
+  F slip[2] = {dot(relative, tangent1), dot(relative, tangent2)};
+  for (int i = 0; i < 2; ++i) {
+    slip[i] = slip[i] + load(block.tangent_by_normal[i]) * change.sum +
+              load(block.tangent_by_torque1[i]) * change.torque1 +
+              load(block.tangent_by_torque2[i]) * change.torque2 +
+              load(block.tangent_by_twist[i]) * twist_change;
+    if constexpr (kRich) slip[i] = slip[i] + load(block.surface_speed[i]);
+  }
+  const F m11 = load(block.tangent_mass[0]), m12 = load(block.tangent_mass[1]),
+          m22 = load(block.tangent_mass[2]);
+  const F free1 = old.tangent[0] - (m11 * slip[0] + m12 * slip[1]);
+  const F free2 = old.tangent[1] - (m12 * slip[0] + m22 * slip[1]);
+  const F limit = friction * impulse_sum;
+  const F size = sqrt(free1 * free1 + free2 * free2);
+  const F scale = select(size > limit, limit / size, F(1.0f));
+  result.tangent[0] = free1 * scale;
+  result.tangent[1] = free2 * scale;
+  return result;
+}
+
+// Rolling resistance: stops the relative spin with a torque of at most resistance times normal impulse.
+// Returns the new impulse.
+template <class Block>
+inline V3 solve_rolling(const Block& block, const Bodies& bodies, V3 old_impulse, F impulse_sum) {
+  const V3 free = old_impulse - load6(block.rolling_mass) * (bodies.b.angular - bodies.a.angular);
+  const F limit = load(block.rolling_resistance) * impulse_sum;
+  const F size = length(free);
+  return free * select(size > limit, limit / size, F(1.0f));
+}
+
+template <bool kStatic, class Block>
+inline void apply_torque(Bodies& bodies, const Block& block, V3 torque) {
+  if constexpr (!kStatic) bodies.a.angular = bodies.a.angular - load6(block.inverse_inertia_a) * torque;
+  bodies.b.angular = bodies.b.angular + load6(block.inverse_inertia_b) * torque;
+}
+
+// Normal impulses of all substeps and points, for whoever asks.
+inline void add_impulse_sum(const ContactArgs& args, int first_lane, F sum) {
+  if (args.impulse_sum == nullptr) return;
+  float* const lanes = args.impulse_sum + first_lane;
+  store_unaligned(lanes, load_unaligned(lanes) + sum);
+}
+
+}  // namespace scree::simd::SCREE_SIMD_NAMESPACE
