@@ -2,7 +2,7 @@
 // and nobody disturbed by shapes that are not finite.
 #pragma once
 
-#include "collide_fixture.h"
+#include <tests/simd/collide/collide_fixture.h>
 
 #include <cstring>
 #include <limits>

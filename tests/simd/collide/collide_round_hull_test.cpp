@@ -1,8 +1,8 @@
 // Spheres and capsules against hulls: the reference in double precision, rest, bad input, equal bits.
 #include <core/plain/patch.h>
 
+#include <tests/simd/same_bits.h>
 #include "round_hull_fixture.h"
-#include "same_bits.h"
 
 #include <limits>
 #include <set>

@@ -1,8 +1,8 @@
 // Collide kernels give the same bits on every instruction set, wherever in a chunk a pair lies.
 #include <core/plain/patch.h>
 
+#include <tests/simd/same_bits.h>
 #include "collide_fixture.h"
-#include "same_bits.h"
 
 #include <algorithm>
 #include <limits>

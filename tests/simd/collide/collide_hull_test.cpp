@@ -1,6 +1,6 @@
 // Hulls on hulls and boxes: equal bits everywhere, contacts at rest, recycling, degenerate placements.
+#include <tests/simd/same_bits.h>
 #include "hull_fixture.h"
-#include "same_bits.h"
 
 #include <algorithm>
 #include <limits>
