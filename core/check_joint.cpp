@@ -105,10 +105,10 @@ struct CheckKind {
                     weld.angular_damping_ratio);
   }
   void operator()(const SixDegreeJoint& joint) const {
-    constexpr const char* kOffsets[] = {"six degree offset[0].", "six degree offset[1].",
-                                        "six degree offset[2]."};
-    constexpr const char* kAngles[] = {"six degree angle[0].", "six degree angle[1].",
-                                       "six degree angle[2]."};
+    constexpr const char* kOffsets[] = {"six_degree offset[0].", "six_degree offset[1].",
+                                        "six_degree offset[2]."};
+    constexpr const char* kAngles[] = {"six_degree angle[0].", "six_degree angle[1].",
+                                       "six_degree angle[2]."};
     for (int i = 0; i < 3; ++i) {
       check_offset({call, kOffsets[i]}, joint.offset[i]);
       check_angle({call, kAngles[i]}, joint.angle[i]);
@@ -137,7 +137,7 @@ struct CheckKind {
   }
   void operator()(const GearJoint& gear) const { check_factor({call, "gear "}, "ratio", gear.ratio); }
   void operator()(const RackAndPinionJoint& rack) const {
-    check_factor({call, "rack and pinion "}, "radius", rack.radius);
+    check_factor({call, "rack_and_pinion "}, "radius", rack.radius);
   }
   void operator()(const PulleyJoint& pulley) const {
     const Part part{call, "pulley "};

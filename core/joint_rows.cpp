@@ -8,8 +8,6 @@ namespace scree {
 
 namespace {
 
-static_assert(std::variant_size_v<Joint> == kJointTypeCount);
-
 constexpr JointAxisRow kNoAxis{-kNoLimit, kNoLimit, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, kDriveNone};
 
 std::uint32_t number_of(Drive drive) { return static_cast<std::uint32_t>(drive); }
@@ -230,9 +228,9 @@ Joint joint_of(JointType type, const JointParameters& parameters) {
 }
 
 const char* name_of(JointType type) {
-  constexpr const char* kNames[kJointTypeCount] = {
-      "ball",      "hinge",  "slider", "distance",        "weld",   "six degree", "wheel",
-      "universal", "planar", "gear",   "rack and pinion", "pulley", "motor",      "mouse"};
+#define SCREE_JOINT_TYPE(kind, Struct) #kind,
+  constexpr const char* kNames[kJointTypeCount] = {SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)};
+#undef SCREE_JOINT_TYPE
   return kNames[static_cast<std::size_t>(type)];
 }
 

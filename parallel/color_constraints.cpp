@@ -147,8 +147,7 @@ bool list_joint(const WorldData& data, Edge& edge, std::size_t place, bool same)
     return data.bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic;
   };
   const bool pushed_a = is_pushed(bodies.a), pushed_b = is_pushed(bodies.b);
-  const int variant =
-      simd::joint_variant(static_cast<int>(joints.type[row]), (joints.flags[row] & kJointRich) != 0);
+  const int variant = simd::joint_variant(joints.type[row], (joints.flags[row] & kJointRich) != 0);
   const simd::BodySide fixed = !pushed_a   ? simd::BodySide::a
                                : !pushed_b ? simd::BodySide::b
                                            : simd::BodySide::none;

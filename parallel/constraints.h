@@ -83,7 +83,7 @@ struct JointKind {
   simd::BodySide fixed;  // which body can not be pushed
   bool breaks;
 };
-inline constexpr int kJointKinds = simd::kJointVariants * 6;
+inline constexpr int kJointBlockKinds = simd::kJointVariants * 6;
 inline int number_of(const JointKind& kind) {
   return (kind.variant * 3 + static_cast<int>(kind.fixed)) * 2 + (kind.breaks ? 1 : 0);
 }
@@ -91,7 +91,7 @@ inline JointKind joint_kind(int number) {
   return {number / 6, static_cast<simd::BodySide>(number / 2 % 3), number % 2 != 0};
 }
 struct JointKindSet {
-  std::uint64_t bits[(kJointKinds + 63) / 64];
+  std::uint64_t bits[(kJointBlockKinds + 63) / 64];
 };
 
 struct Constraints : Part {

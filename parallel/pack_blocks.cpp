@@ -26,8 +26,8 @@ int contact_kind(const Edge& edge) {
 // The kinds that occur among the joints, numbered without gaps, so that the sort has few keys.
 struct JointKindNumbers {
   int count = 0;
-  std::uint8_t number[kJointKinds];
-  std::uint8_t kind[kJointKinds];  // by number
+  std::uint8_t number[kJointBlockKinds];
+  std::uint8_t kind[kJointBlockKinds];  // by number
 
   explicit JointKindNumbers(const Column<JointKindSet>& parts) {
     for (int word = 0; word < static_cast<int>(std::size(JointKindSet{}.bits)); ++word) {

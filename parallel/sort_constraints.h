@@ -12,7 +12,7 @@
 namespace scree {
 
 inline constexpr int kSortRows = 4096;  // of a list that one task counts and scatters
-inline constexpr int kMostKinds = kJointKinds;
+inline constexpr int kMostKinds = kJointBlockKinds;
 
 // Places in the order in which they are solved: the overflow, each hub color with the hub as A and as B, the
 // dynamic colors, the static ones, and what found none of these.

@@ -153,12 +153,12 @@ TEST(JointBadInput, EveryAxisOfEveryKind) {
       place("hinge angle.", [](const JointAxis& axis) { return HingeJoint{axis}; }),
       place("slider offset.", [](const JointAxis& axis) { return SliderJoint{axis}; }),
       place("distance length.", [](const JointAxis& axis) { return DistanceJoint{axis}; }),
-      place("six degree offset[0].", six_degree(false, 0)),
-      place("six degree offset[1].", six_degree(false, 1)),
-      place("six degree offset[2].", six_degree(false, 2)),
-      place("six degree angle[0].", six_degree(true, 0)),
-      place("six degree angle[1].", six_degree(true, 1)),
-      place("six degree angle[2].", six_degree(true, 2)),
+      place("six_degree offset[0].", six_degree(false, 0)),
+      place("six_degree offset[1].", six_degree(false, 1)),
+      place("six_degree offset[2].", six_degree(false, 2)),
+      place("six_degree angle[0].", six_degree(true, 0)),
+      place("six_degree angle[1].", six_degree(true, 1)),
+      place("six_degree angle[2].", six_degree(true, 2)),
       place("wheel suspension.", [](const JointAxis& axis) { return WheelJoint{.suspension = axis}; }),
       place("wheel steering.", [](const JointAxis& axis) { return WheelJoint{.steering = axis}; }),
       place("wheel spin.", [](const JointAxis& axis) { return WheelJoint{.spin = axis}; }),
@@ -207,7 +207,7 @@ TEST(JointBadInput, RulesOfTheKinds) {
   w.refuse_joint(WheelJoint{.spin = {.drive = Drive::spring}}, {"wheel spin.drive is a spring"});
   for (const float factor : {0.0f, 1e-4f, -1e-4f, 2e3f, -2e3f, kNan, kNoLimit}) {
     w.refuse_joint(GearJoint{factor}, {"gear ratio is ", "its size must lie in [0.001", "1000]"});
-    w.refuse_joint(RackAndPinionJoint{factor}, {"rack and pinion radius is ", "its size must lie in [0.001"});
+    w.refuse_joint(RackAndPinionJoint{factor}, {"rack_and_pinion radius is ", "its size must lie in [0.001"});
   }
   for (const float ratio : {0.0f, -1.0f, 1e-4f, 2e3f, kNan}) {
     w.refuse_joint(PulleyJoint{.ratio = ratio}, {"pulley ratio is ", "must lie in [0.001", "1000]"});

@@ -64,7 +64,7 @@ LaneBodies bodies_of(const WorldData& data, std::int32_t contact, const simd::Co
 
 LaneBodies joined_bodies_of(const WorldData& data, std::int32_t joint, const simd::ConstraintChunk& chunk) {
   const JointBodies bodies = data.joints.bodies[static_cast<std::size_t>(joint)];
-  const int type = static_cast<int>(data.joints.type[static_cast<std::size_t>(joint)]);
+  const JointType type = data.joints.type[static_cast<std::size_t>(joint)];
   EXPECT_EQ(chunk.variant, simd::joint_variant(type, false));
   EXPECT_EQ(chunk.fixed, bodies.a == kFixedRow   ? simd::BodySide::a
                          : bodies.b == kFixedRow ? simd::BodySide::b

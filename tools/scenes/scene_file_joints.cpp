@@ -163,10 +163,9 @@ Joint joint_of_kind(std::size_t kind) {
 }
 
 // JointType's names in its order.
-constexpr std::array<const char*, kJointTypeCount> kKinds = {
-    "ball",      "hinge",  "slider", "distance",        "weld",   "six_degree", "wheel",
-    "universal", "planar", "gear",   "rack_and_pinion", "pulley", "motor",      "mouse"};
-static_assert(kKinds.size() == std::variant_size_v<Joint>);
+#define SCREE_JOINT_TYPE(kind, Struct) #kind,
+constexpr std::array<const char*, kJointTypeCount> kKinds = {SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)};
+#undef SCREE_JOINT_TYPE
 
 // A body's place in Scene::bodies: its number, its name, or the name of a run and the place in it.
 std::uint32_t read_end(const Node& node, const BodyNames& names, std::size_t bodies) {

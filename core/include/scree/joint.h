@@ -11,6 +11,7 @@
 #pragma once
 
 #include <scree/ids.h>
+#include <scree/joint_type.h>
 #include <scree/math_types.h>
 
 #include <cstdint>
@@ -194,29 +195,18 @@ struct MouseJoint {
   friend bool operator==(const MouseJoint&, const MouseJoint&) = default;
 };
 
-/// What a joint holds, limits and drives. The order is that of JointType.
-using Joint = std::variant<BallJoint, HingeJoint, SliderJoint, DistanceJoint, WeldJoint, SixDegreeJoint,
-                           WheelJoint, UniversalJoint, PlanarJoint, GearJoint, RackAndPinionJoint,
-                           PulleyJoint, MotorJoint, MouseJoint>;
-
-/// The kind of a joint; the index of the alternative in Joint.
-enum class JointType : std::uint8_t {
-  ball,
-  hinge,
-  slider,
-  distance,
-  weld,
-  six_degree,
-  wheel,
-  universal,
-  planar,
-  gear,
-  rack_and_pinion,
-  pulley,
-  motor,
-  mouse,
+namespace detail {
+template <class Nothing, class... Kinds>
+struct OneOf {
+  using Type = std::variant<Kinds...>;
 };
-inline constexpr int kJointTypeCount = 14;
+}  // namespace detail
+
+/// What a joint holds, limits and drives: std::variant<BallJoint, HingeJoint, ...>, in the order of
+/// JointType.
+#define SCREE_JOINT_TYPE(kind, Struct) , Struct
+using Joint = detail::OneOf<void SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)>::Type;
+#undef SCREE_JOINT_TYPE
 
 /// What a joint has whatever its kind. A default handle is the world itself: a body that never moves and
 /// whose origin is that of world coordinates. At least one of the bodies is none of that kind.

@@ -183,9 +183,9 @@ struct RichBall {
 
 }  // namespace
 
-void add_ball_kernels(JointKernels& kernels) {
-  kernels.variant[joint_variant(0, false)] = make_joint_kernels_of<PlainBall>();
-  kernels.variant[joint_variant(0, true)] = make_joint_kernels_of<RichBall>();
+template <>
+JointTypeKernels make_joint_type_kernels<JointType::ball>() {
+  return {make_joint_kernels_of<PlainBall>(), make_joint_kernels_of<RichBall>()};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

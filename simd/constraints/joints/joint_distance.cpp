@@ -117,10 +117,10 @@ struct Distance {
 
 }  // namespace
 
-void add_distance_kernels(JointKernels& kernels) {
-  const JointVariantKernels distance = make_joint_kernels_of<Distance>();
-  kernels.variant[joint_variant(3, false)] = distance;
-  kernels.variant[joint_variant(3, true)] = distance;
+template <>
+JointTypeKernels make_joint_type_kernels<JointType::distance>() {
+  const JointVariantKernels both = make_joint_kernels_of<Distance>();
+  return {both, both};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -210,9 +210,9 @@ struct RichHinge {
 
 }  // namespace
 
-void add_hinge_kernels(JointKernels& kernels) {
-  kernels.variant[joint_variant(1, false)] = make_joint_kernels_of<PlainHinge>();
-  kernels.variant[joint_variant(1, true)] = make_joint_kernels_of<RichHinge>();
+template <>
+JointTypeKernels make_joint_type_kernels<JointType::hinge>() {
+  return {make_joint_kernels_of<PlainHinge>(), make_joint_kernels_of<RichHinge>()};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

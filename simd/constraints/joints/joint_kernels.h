@@ -13,6 +13,7 @@
 
 #include <core/plain/joint.h>
 #include <core/plain/rows.h>
+#include <scree/joint_type.h>
 #include <simd/constraints/constraint_chunk.h>
 
 #include <cstddef>
@@ -20,10 +21,11 @@
 
 namespace scree::simd {
 
-// scree::JointType, in its order; plain ones have neither limits nor drives.
-inline constexpr int kJointKinds = 14;
-inline constexpr int kJointVariants = kJointKinds * 2;
-inline constexpr int joint_variant(int type, bool rich) { return type * 2 + (rich ? 1 : 0); }
+// Of each kind there are two variants: plain joints have neither limits nor drives.
+inline constexpr int kJointVariants = kJointTypeCount * 2;
+inline constexpr int joint_variant(JointType type, bool rich) {
+  return static_cast<int>(type) * 2 + (rich ? 1 : 0);
+}
 
 struct JointArgs {
   const std::int32_t* rows;  // joint rows in lane order; unused lanes repeat a used one

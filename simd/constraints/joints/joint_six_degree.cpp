@@ -332,10 +332,10 @@ struct SixDegree {
 
 }  // namespace
 
-void add_six_degree_kernels(JointKernels& kernels) {
-  const JointVariantKernels six_degree = make_joint_kernels_of<SixDegree>();
-  kernels.variant[joint_variant(5, false)] = six_degree;
-  kernels.variant[joint_variant(5, true)] = six_degree;
+template <>
+JointTypeKernels make_joint_type_kernels<JointType::six_degree>() {
+  const JointVariantKernels both = make_joint_kernels_of<SixDegree>();
+  return {both, both};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

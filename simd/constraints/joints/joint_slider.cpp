@@ -206,9 +206,9 @@ struct Slider {
 
 }  // namespace
 
-void add_slider_kernels(JointKernels& kernels) {
-  kernels.variant[joint_variant(2, false)] = make_joint_kernels_of<Slider<SliderBlock>>();
-  kernels.variant[joint_variant(2, true)] = make_joint_kernels_of<Slider<RichSliderBlock>>();
+template <>
+JointTypeKernels make_joint_type_kernels<JointType::slider>() {
+  return {make_joint_kernels_of<Slider<SliderBlock>>(), make_joint_kernels_of<Slider<RichSliderBlock>>()};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -108,4 +108,11 @@ JointVariantKernels make_joint_kernels_of() {
       relax_joints<Kind>,           relax_measured_joints<Kind>, store_joints<Kind>};
 }
 
+// Both variants of a kind. Each kind's source defines its own, so that one that is forgotten does not link.
+struct JointTypeKernels {
+  JointVariantKernels plain, rich;
+};
+template <JointType type>
+JointTypeKernels make_joint_type_kernels();
+
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -1,25 +1,23 @@
-// The table of the joint kernels, from the families beside this file.
+// The table of the joint kernels: each kind's come from the source of its name beside this file.
 #include <simd/constraints/joints/joint_sweeps.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-void add_ball_kernels(JointKernels& kernels);
-void add_hinge_kernels(JointKernels& kernels);
-void add_slider_kernels(JointKernels& kernels);
-void add_distance_kernels(JointKernels& kernels);
-void add_weld_kernels(JointKernels& kernels);
-void add_six_degree_kernels(JointKernels& kernels);
-void add_rows_kernels(JointKernels& kernels);
+#define SCREE_JOINT_TYPE(kind, Struct) \
+  template <>                          \
+  JointTypeKernels make_joint_type_kernels<JointType::kind>();
+SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)
+#undef SCREE_JOINT_TYPE
 
 JointKernels make_joint_kernels() {
   JointKernels kernels{};
-  add_ball_kernels(kernels);
-  add_hinge_kernels(kernels);
-  add_slider_kernels(kernels);
-  add_distance_kernels(kernels);
-  add_weld_kernels(kernels);
-  add_six_degree_kernels(kernels);
-  add_rows_kernels(kernels);
+  const auto add = [&](JointType type, const JointTypeKernels& made) {
+    kernels.variant[joint_variant(type, false)] = made.plain;
+    kernels.variant[joint_variant(type, true)] = made.rich;
+  };
+#define SCREE_JOINT_TYPE(kind, Struct) add(JointType::kind, make_joint_type_kernels<JointType::kind>());
+  SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)
+#undef SCREE_JOINT_TYPE
   return kernels;
 }
 

@@ -63,9 +63,10 @@ struct Weld {
 
 }  // namespace
 
-void add_weld_kernels(JointKernels& kernels) {
-  kernels.variant[joint_variant(4, false)] = make_joint_kernels_of<Weld>();
-  kernels.variant[joint_variant(4, true)] = kernels.variant[joint_variant(4, false)];
+template <>
+JointTypeKernels make_joint_type_kernels<JointType::weld>() {
+  const JointVariantKernels both = make_joint_kernels_of<Weld>();
+  return {both, both};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -4,8 +4,9 @@
 namespace scree::joint_tests {
 namespace {
 
-constexpr int kRichBall = simd::joint_variant(0, true), kRichHinge = simd::joint_variant(1, true);
-constexpr int kWeld = simd::joint_variant(4, false);
+constexpr int kRichBall = simd::joint_variant(JointType::ball, true),
+              kRichHinge = simd::joint_variant(JointType::hinge, true);
+constexpr int kWeld = simd::joint_variant(JointType::weld, false);
 
 const simd::Kernels& kernels() { return *simd::find_kernels(simd::InstructionSet::scalar); }
 

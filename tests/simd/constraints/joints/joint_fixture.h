@@ -208,7 +208,7 @@ struct Bench {
   }
 
   // One step of all bodies and joints, which are all of this variant.
-  void step(const simd::Kernels& kernels, int type, bool rich) {
+  void step(const simd::Kernels& kernels, JointType type, bool rich) {
     const simd::JointVariantKernels& joints = kernels.joint.variant[simd::joint_variant(type, rich)];
     const int count = static_cast<int>(frames.size()), moved = static_cast<int>(moving.size());
     const int block_count = (count + kernels.lanes - 1) / kernels.lanes;

@@ -4,9 +4,10 @@
 namespace scree::joint_tests {
 namespace {
 
-constexpr int kSlider = 2, kDistance = 3, kSixDegree = 5;
+constexpr JointType kSlider = JointType::slider, kDistance = JointType::distance,
+                    kSixDegree = JointType::six_degree;
 struct Variant {
-  int type;
+  JointType type;
   bool rich;
 };
 constexpr Variant kVariants[] = {{kSlider, false}, {kSlider, true}, {kDistance, true}, {kSixDegree, true}};
@@ -117,8 +118,10 @@ TEST(JointKernelsLinear, ConserveMomentum) {
         pushed += length(Vec3{r.force[0], r.force[1], r.force[2]}) * bench.dt;
       }
       const Momentum after = momentum_of(bench);
-      EXPECT_LT(length(after.linear - before.linear), 1e-5f * (1 + pushed)) << variant.type << " " << seed;
-      EXPECT_LT(length(after.angular - before.angular), 1e-4f * (1 + pushed)) << variant.type << " " << seed;
+      EXPECT_LT(length(after.linear - before.linear), 1e-5f * (1 + pushed))
+          << static_cast<int>(variant.type) << " " << seed;
+      EXPECT_LT(length(after.angular - before.angular), 1e-4f * (1 + pushed))
+          << static_cast<int>(variant.type) << " " << seed;
     }
   }
 }
@@ -135,7 +138,8 @@ TEST(JointKernelsLinear, NothingGainsSpeedWithoutBounds) {
     for (const std::int32_t body : bench.moving) {
       const float* v = bench.velocity[static_cast<std::size_t>(body)].linear;
       const float* w = bench.velocity[static_cast<std::size_t>(body)].angular;
-      EXPECT_LT(std::hypot(v[0], v[1], v[2]) + std::hypot(w[0], w[1], w[2]), 200.0f) << variant.type;
+      EXPECT_LT(std::hypot(v[0], v[1], v[2]) + std::hypot(w[0], w[1], w[2]), 200.0f)
+          << static_cast<int>(variant.type);
     }
   }
 }

@@ -4,9 +4,11 @@
 namespace scree::joint_tests {
 namespace {
 
-constexpr int kPlainBall = simd::joint_variant(0, false), kRichBall = simd::joint_variant(0, true);
-constexpr int kPlainHinge = simd::joint_variant(1, false), kRichHinge = simd::joint_variant(1, true);
-constexpr int kWeld = simd::joint_variant(4, false);
+constexpr int kPlainBall = simd::joint_variant(JointType::ball, false),
+              kRichBall = simd::joint_variant(JointType::ball, true);
+constexpr int kPlainHinge = simd::joint_variant(JointType::hinge, false),
+              kRichHinge = simd::joint_variant(JointType::hinge, true);
+constexpr int kWeld = simd::joint_variant(JointType::weld, false);
 constexpr int kVariants[] = {kPlainBall, kRichBall, kPlainHinge, kRichHinge, kWeld};
 
 const simd::Kernels& scalar_kernels() { return *simd::find_kernels(simd::InstructionSet::scalar); }

@@ -42,11 +42,11 @@ struct JointWorld : Bench {
     return joint;
   }
   void step(const simd::Kernels& kernels, JointType type, bool rich = true) {
-    Bench::step(kernels, static_cast<int>(type), rich);
+    Bench::step(kernels, type, rich);
   }
 
   void step(const simd::Kernels& kernels, int variant) {
-    Bench::step(kernels, variant / 2, variant % 2 != 0);
+    Bench::step(kernels, static_cast<JointType>(variant / 2), variant % 2 != 0);
   }
 
   Vec3 linear(std::int32_t body) const {
