@@ -214,6 +214,21 @@ void drop_lost(BroadPhase& broad_phase, std::uint8_t index, Crew& crew) {
   tree.lost_members = false;
 }
 
+// Gives a tree `count` members, in their order.
+template <class ShapeAt>
+void write_order(PairTree& tree, int count, Crew& crew, ShapeAt&& shape_at) {
+  const int places = (count + simd::kBlock - 1) / simd::kBlock * simd::kBlock;
+  tree.order.resize_discarding(static_cast<std::size_t>(places));
+  crew.run_ranges(places, kShapesPerChunk, [&](int first, int last, int) {
+    for (int i = first; i < last; ++i) tree.order[static_cast<std::size_t>(i)] = i < count ? shape_at(i) : -1;
+  });
+  tree.appended = 0;
+  tree.refits = 0;
+  tree.unsorted = false;
+  tree.lost_members = false;
+  tree.special_changed = true;
+}
+
 }  // namespace
 
 void sort_gathered(const WorldData& data, BroadPhase& broad_phase, PairTree& tree, Crew& crew) {
@@ -230,17 +245,12 @@ void sort_gathered(const WorldData& data, BroadPhase& broad_phase, PairTree& tre
   });
   const SortKey* sorted = sort_by_key(broad_phase.sort_keys.data(), broad_phase.sort_keys_other.data(), count,
                                       broad_phase.digit_counts, crew);
-  const int places = (count + simd::kBlock - 1) / simd::kBlock * simd::kBlock;
-  tree.order.resize_discarding(static_cast<std::size_t>(places));
-  crew.run_ranges(places, kShapesPerChunk, [&](int first, int last, int) {
-    for (int i = first; i < last; ++i)
-      tree.order[static_cast<std::size_t>(i)] = i < count ? sorted[i].shape : -1;
-  });
-  tree.appended = 0;
-  tree.refits = 0;
-  tree.unsorted = false;
-  tree.lost_members = false;
-  tree.special_changed = true;
+  write_order(tree, count, crew, [&](int i) { return sorted[i].shape; });
+}
+
+void take_gathered(const BroadPhase& broad_phase, PairTree& tree, Crew& crew) {
+  const std::int32_t* const gathered = broad_phase.gathered.data();
+  write_order(tree, static_cast<int>(broad_phase.gathered.size()), crew, [&](int i) { return gathered[i]; });
 }
 
 void refit_tree(const WorldData& data, PairTree& tree, Crew& crew) {
