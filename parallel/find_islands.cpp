@@ -250,7 +250,8 @@ void find_tired_islands(WorldData& data, Islands& islands, Crew& crew) {
   const Column<std::int32_t>& touching = data.contacts.touching;
   // Of fixed bodies nobody asks for the mark: their rows may be anywhere, in memory that is not there yet.
   const auto is_candidate = [&](std::int32_t body) {
-    return is_awake_dynamic(bodies, body) && islands.tired[static_cast<std::size_t>(body)] != 0;
+    const auto index = static_cast<std::size_t>(body);
+    return bodies.type[index] == BodyType::dynamic && islands.tired[index] != 0;
   };
   const auto keeps_awake = [&](std::int32_t body) {
     const auto index = static_cast<std::size_t>(body);
