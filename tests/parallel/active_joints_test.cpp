@@ -243,5 +243,19 @@ TEST(ActiveJoints, AChangedBodyCostsALookAtItsOwn) {
   EXPECT_EQ(couples.judged_in_a_step(), 1);
 }
 
+TEST(ActiveJoints, AnEndThatHasBecomeFixedIsStill) {
+  Couples couples(2000);
+  WorldData& data = internals(couples.world);
+  const auto row = static_cast<std::size_t>(couples.first[7].index);
+  couples.world.set_linear_velocity(couples.first[7], {1, 0, 0});
+  couples.judged_in_a_step();
+  ASSERT_NE(data.bodies.delta[row].position[0], 0.0f) << "its way in the last step";
+  couples.world.set_body_type(couples.first[7], BodyType::fixed);
+  EXPECT_LT(couples.judged_in_a_step(), 10) << "not all anew";
+  EXPECT_EQ(data.joints.active.size(), 1u);
+  EXPECT_EQ(data.bodies.delta[row].position[0], 0.0f);
+  EXPECT_EQ(data.bodies.inertia[row].inverse_mass, 0.0f);
+}
+
 }  // namespace
 }  // namespace scree
