@@ -71,7 +71,10 @@ void grow(Bodies& bodies, std::size_t count) {
   grow_store(bodies, count);
 }
 
-void grow(Joints& joints, std::size_t count) { grow_store(joints, count); }
+void grow(Joints& joints, std::size_t count) {
+  joints.changed.reserve(count);
+  grow_store(joints, count);
+}
 
 void grow(Shapes& shapes, std::size_t count) {
   shapes.dirty.reserve(count);

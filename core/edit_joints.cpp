@@ -121,7 +121,7 @@ void place_joints_of(WorldData& data, std::int32_t body) {
 }
 
 void joints_changed(WorldData& data, std::int32_t joint, bool keeps_apart) {
-  data.joints.active_changed = true;
+  note_change(data.joints, joint);
   const JointBodies ends = data.joints.bodies[static_cast<std::size_t>(joint)];
   if (!keeps_apart || !is_listed(ends.a) || !is_listed(ends.b)) return;
   note_ends(data, ends);

@@ -100,6 +100,7 @@ void derive_joints(WorldData& data) {
   for (std::size_t row = 0; row < joints.flags.size(); ++row) {
     joints.previous[row] = {-1, -1};
     joints.reaction[row] = {};
+    joints.is_changed[row] = 0;
   }
   for (std::size_t row = 0; row < joints.flags.size(); ++row) {
     if ((joints.flags[row] & kJointAlive) == 0) continue;
@@ -108,7 +109,8 @@ void derive_joints(WorldData& data) {
     link_back(data, static_cast<std::int32_t>(row));
   }
   joints.active.clear();
-  joints.active_changed = true;
+  joints.changed.clear();
+  joints.all_changed = true;
 }
 
 // What a world is besides its columns and its hulls.

@@ -343,6 +343,7 @@ void reserve_columns(const SavedColumns& saved, WorldData& data) {
   reserve_store(data.contacts.now, rows.contacts);
   data.contacts.free_rows.reserve(rows.contacts);
   reserve_store(data.joints, rows.joints);
+  data.joints.changed.reserve(rows.joints);
   data.contacts.forces.reserve(saved.find("contacts", "forces").rows);
   data.joints.free_slots.reserve(rows.joints);
   data.events.lost.reserve(saved.find("events", "lost").rows);

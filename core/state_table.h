@@ -45,6 +45,7 @@ void for_each_column(WorldData& data, Visit&& visit) {
   data.joints.for_each_column(within("joints"));
   visit(ColumnKind::state, "joints", "free_slots", data.joints.free_slots);
   visit(ColumnKind::derived, "joints", "active", data.joints.active);
+  visit(ColumnKind::derived, "joints", "changed", data.joints.changed);
   visit(ColumnKind::state, "events", "touching", data.events.touching);
   visit(ColumnKind::scratch, "events", "before", data.events.before);
   visit(ColumnKind::scratch, "events", "begins", data.events.begins);

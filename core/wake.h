@@ -25,6 +25,13 @@ inline void note_change(Shapes& shapes, std::int32_t shape) {
   is_changed = 1;
 }
 void note_shapes(WorldData& data, std::int32_t body);  // all shapes of the body
+// Tells refresh_joints that the joint may have something to solve or no longer. Of those of changed bodies
+// refresh_lists does.
+inline void note_change(Joints& joints, std::int32_t joint) {
+  std::uint8_t& is_changed = joints.is_changed[static_cast<std::size_t>(joint)];
+  if (is_changed == 0) joints.changed.push_back(joint);
+  is_changed = 1;
+}
 
 // Clears the sleep of a living dynamic body and restarts its timer; nothing happens to other rows.
 void wake_body(WorldData& data, std::int32_t body);

@@ -189,6 +189,7 @@ enum UnplacedFlag : std::uint8_t {
   X(state,   std::uint64_t,    user_data)      /* calls */                                                     \
   X(derived, JointBodies,      previous)       /* calls; before it in the lists of `next`, -1: first */        \
   X(derived, JointFrames,      frames)         /* calls, place_matter */                                       \
+  X(derived, std::uint8_t,     is_changed)     /* calls, refresh_lists; 1: stands in Joints::changed */        \
   X(scratch, JointReactionRow, reaction)       /* calls, store_impulses; zero in a restored world */
 // clang-format on
 
@@ -294,9 +295,11 @@ struct Contacts {
 struct Joints {
   SCREE_STORE(SCREE_JOINT_COLUMNS)
   Column<std::int32_t> free_slots;  // state; calls; taken from the back
-  Column<std::int32_t> active;      // derived; find_islands; enabled joints of an awake body, ascending
-  std::size_t alive = 0;            // derived; calls
-  bool active_changed = true;       // derived; calls, find_islands: `active` must be made anew
+  Column<std::int32_t> active;      // derived; refresh_joints; enabled joints of an awake body, ascending
+  Column<std::int32_t>
+      changed;              // derived; calls, refresh_lists; who may be active otherwise than by `active`
+  std::size_t alive = 0;    // derived; calls
+  bool all_changed = true;  // derived; restore, refresh_lists: `changed` does not tell who
 };
 
 // A pair whose contact somebody asked about when it last touched.

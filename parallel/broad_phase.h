@@ -129,6 +129,8 @@ bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew);
 void refit_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew);
 // Orders `gathered` along the curve: that is the tree's order then.
 void sort_gathered(const WorldData& data, BroadPhase& broad_phase, PairTree& tree, Crew& crew);
+// The same of those that stand along the curve already.
+void take_gathered(const BroadPhase& broad_phase, PairTree& tree, Crew& crew);
 // Makes the boxes of all blocks of the tree's order.
 void refit_tree(const WorldData& data, PairTree& tree, Crew& crew);
 // Makes the boxes of one leaf and all above it.

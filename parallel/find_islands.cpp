@@ -124,46 +124,6 @@ bool takes_part(const WorldData& data, Ends ends) {
   return is_awake_dynamic(data.bodies, ends.a) || is_awake_dynamic(data.bodies, ends.b);
 }
 
-// Joints read the rows of the fixed bodies that they have, of which no kernel keeps what lives within a step.
-void still_fixed_ends(WorldData& data, Islands& islands, Crew& crew) {
-  Bodies& bodies = data.bodies;
-  const auto is_fixed = [&](std::int32_t body) {
-    return bodies.type[static_cast<std::size_t>(body)] == BodyType::fixed;
-  };
-  const Column<std::int32_t>& active = data.joints.active;
-  list_where(
-      crew, active.size(), islands.places, islands.fixed_ends,
-      [&](std::size_t i) {
-        const Ends ends = joint_ends(data, active[i]);
-        return is_fixed(ends.a) || is_fixed(ends.b);
-      },
-      [&](std::size_t i) {
-        const Ends ends = joint_ends(data, active[i]);
-        return is_fixed(ends.a) ? ends.a : ends.b;
-      });
-  for (const std::int32_t body : islands.fixed_ends) {
-    const auto row = static_cast<std::size_t>(body);
-    bodies.delta[row] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0.0f};
-    bodies.inertia[row] = {};
-  }
-}
-
-// The joints that have something to solve, where that may have changed.
-void refresh_joints(WorldData& data, Islands& islands, Crew& crew) {
-  Joints& joints = data.joints;
-  if (!joints.active_changed) return;
-  joints.active_changed = false;
-  const auto is_active = [&](std::size_t row) {
-    return is_enabled(joints, row) && takes_part(data, joint_ends(data, static_cast<std::int32_t>(row)));
-  };
-  for_each(crew, joints.active.size(), [&](std::size_t i) {
-    const auto row = static_cast<std::size_t>(joints.active[i]);
-    if (!is_active(row)) joints.reaction[row] = {};
-  });
-  list_where(crew, joints.flags.size(), islands.places, joints.active, is_active);
-  still_fixed_ends(data, islands, crew);
-}
-
 void freeze_shapes(WorldData& data, std::int32_t body) {
   for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
@@ -288,8 +248,10 @@ void wake_touched_islands(WorldData& data, Islands& islands, Crew& crew) {
 void find_tired_islands(WorldData& data, Islands& islands, Crew& crew) {
   const Bodies& bodies = data.bodies;
   const Column<std::int32_t>& touching = data.contacts.touching;
+  // Of fixed bodies nobody asks for the mark: their rows may be anywhere, in memory that is not there yet.
   const auto is_candidate = [&](std::int32_t body) {
-    return islands.tired[static_cast<std::size_t>(body)] != 0;
+    const auto index = static_cast<std::size_t>(body);
+    return bodies.type[index] == BodyType::dynamic && islands.tired[index] != 0;
   };
   const auto keeps_awake = [&](std::int32_t body) {
     const auto index = static_cast<std::size_t>(body);
@@ -418,6 +380,7 @@ bool wake_pulled_bodies(WorldData& data) {
 
 void find_islands(WorldData& data, Crew& crew) {
   data.stats.islands = 0;
+  islands_of(data).joints_judged = 0;
   if (data.settings.sleeping) {
     Islands& islands = islands_of(data);
     wake_touched_islands(data, islands, crew);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <core/world_data.h>
+#include <parallel/crew.h>
 
 namespace scree {
 
@@ -14,12 +15,18 @@ struct Islands : Part {
   Column<std::int32_t> pulled;      // scratch; find_islands; joints of an awake and a sleeping body
   Column<std::int32_t> remaining;   // scratch; find_islands; touching contacts after some fell asleep
   Column<std::int32_t>
-      fixed_ends;               // scratch; find_islands; of the active joints, a body as often as it has some
-  Column<std::int32_t> places;  // scratch; find_islands, refresh_lists; by chunk: where its part begins
+      fixed_ends;  // scratch; find_islands; of the active joints, a body as often as it has some
+  std::int64_t joints_judged = 0;  // derived; refresh_joints; looked at in this step for who is active
+  Column<std::int32_t> places;     // scratch; find_islands, refresh_lists; by chunk: where its part begins
 
   void report(const Visit& visit) const override;
 };
 
 Islands& islands_of(WorldData& data);
+
+// Bodies::changed -> Joints::changed. Called by refresh_lists, before it forgets them.
+void note_joints(WorldData& data);
+// Joints::changed -> Joints::active.
+void refresh_joints(WorldData& data, Islands& islands, Crew& crew);
 
 }  // namespace scree

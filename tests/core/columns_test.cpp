@@ -84,6 +84,16 @@ TEST(Column, LargeOnesKeepTheirRowsAndNewRowsAreZero) {
   EXPECT_GE(other.capacity_bytes(), 4 * size * sizeof(std::int32_t));
 }
 
+TEST(Column, LargeScratchThatGrowsALittleStaysWhereItIs) {
+  if (!has_page_memory()) GTEST_SKIP() << "memory is watched";
+  Column<std::int32_t> column;
+  column.resize_discarding(1'000'000);
+  const std::int32_t* const rows = column.data();
+  column.resize_discarding(1'000'001);
+  EXPECT_EQ(column.data(), rows);
+  EXPECT_GE(column.capacity_bytes(), 1'000'001 * sizeof(std::int32_t));
+}
+
 #ifdef __linux__
 // Pages of the program's memory that are there.
 double resident_bytes() {

@@ -90,7 +90,7 @@ TEST(JointSnapshot, MakesDerivedRowsAnew) {
   Workshop w;
   const World copy = clone(w.world);
   const Joints &left = internals(copy).joints, &right = w.rows();
-  EXPECT_TRUE(left.active_changed);
+  EXPECT_TRUE(left.all_changed);
   EXPECT_EQ(left.alive, right.alive);
   for (const JointId joint : w.joints) {
     const std::size_t row = joint.index;

@@ -205,6 +205,38 @@ TEST(FrozenTrees, ListsOfWhatMovesAreThoseOfARestoredWorld) {
   }
 }
 
+std::vector<std::int32_t> members_of(const PairTree& tree) {
+  std::vector<std::int32_t> members;
+  for (const std::int32_t shape : tree.order) {
+    if (shape >= 0) members.push_back(shape);
+  }
+  return members;
+}
+
+TEST(FrozenTrees, WhoFallAsleepTogetherStandAsTheyStoodAwake) {
+  constexpr int kSide = 40, kBoxes = kSide * kSide;
+  Workers workers(2);
+  WorldSettings settings;
+  settings.sleep_time = 0.05f;
+  World world(settings);
+  world.add_shape(world.create_body({.type = BodyType::fixed, .position = {0, -1, 0}}), Box{{200, 1, 200}});
+  for (int i = 0; i < kBoxes; ++i) {
+    const float x = 1.5f * static_cast<float>(i % kSide), z = 1.5f * static_cast<float>(i / kSide);
+    world.add_shape(world.create_body({.position = {x, 0.5f, z}}), Box{});
+  }
+  WorldData& data = internals(world);
+  for (int i = 0; i < 120 && world.sleep_begins().empty(); ++i) step(world, kDt, workers);
+  ASSERT_EQ(world.sleep_begins().size(), static_cast<std::size_t>(kBoxes));
+  const std::vector<std::int32_t> awake = members_of(broad_phase_of(data).trees[kAwakeTree]);
+  ASSERT_EQ(awake.size(), static_cast<std::size_t>(kBoxes));
+  step(world, kDt, workers);
+  const auto trees = broad_phase_of(data).frozen_trees();
+  const auto largest = std::max_element(
+      trees.begin(), trees.end(), [](const PairTree& x, const PairTree& y) { return x.members < y.members; });
+  EXPECT_EQ(members_of(*largest), awake);
+  expect_sound_trees(data);
+}
+
 // Leaf blocks of frozen trees that a step makes anew.
 std::int64_t refitted(World& world, Workers& workers) {
   step(world, kDt, workers);
