@@ -34,6 +34,11 @@ void link_row(WorldData& data, std::size_t row) {
   }
 }
 
+// The rows from `first` on. The last one first, so that lists run as rows do.
+void link_rows(WorldData& data, std::size_t first) {
+  for (std::size_t row = data.contacts.resting.pair.size(); row-- > first;) link_row(data, row);
+}
+
 void unlink_row(WorldData& data, std::size_t row) {
   const ShapePair pair = data.contacts.resting.pair[row];
   const RestingLinks links = data.contacts.resting_links[row];
@@ -89,7 +94,7 @@ void remove_most(WorldData& data, const Column<std::int32_t>& rows) {
     }
   }
   drop_rows(data, gone);
-  for (std::size_t row = 0; row < to; ++row) link_row(data, row);
+  link_rows(data, 0);
 }
 
 }  // namespace
@@ -109,7 +114,7 @@ void add_resting(WorldData& data, const PairRows& more) {
   }
   if (!data.events.resting.empty()) data.events.resting.resize(resting.pair.size());
   contacts.resting_links.resize_for_overwrite(resting.pair.size());
-  for (std::size_t row = first; row < resting.pair.size(); ++row) link_row(data, row);
+  link_rows(data, first);
   contacts.resting_order_stale = true;
 }
 
@@ -132,7 +137,7 @@ void link_resting(WorldData& data) {
     if (first != 0) first = 0;  // rows of zeros that nobody writes to take no memory
   }
   contacts.resting_links.resize_for_overwrite(contacts.resting.pair.size());
-  for (std::size_t row = 0; row < contacts.resting.pair.size(); ++row) link_row(data, row);
+  link_rows(data, 0);
   contacts.resting_order_stale = true;
 }
 

@@ -72,7 +72,7 @@ void wake_neighbors(WorldData& data) {
     });
     if (woken.size() > before) woken.push_back(body_of(shape));
   }
-  std::sort(woken.begin(), woken.end());
+  if (!std::is_sorted(woken.begin(), woken.end())) std::sort(woken.begin(), woken.end());
   woken.resize(static_cast<std::size_t>(std::unique(woken.begin(), woken.end()) - woken.begin()));
   for (const std::int32_t body : woken) wake_body(data, body);
   for (const std::int32_t shape : shapes.wakers) {

@@ -183,9 +183,10 @@ void sort_by_pair(BroadPhase& broad_phase, const Column<ShapePair>& pair_of, Col
                   Crew& crew) {
   const std::size_t count = rows.size();
   const auto key_at = [&](std::int32_t row) { return key_of(pair_of[static_cast<std::size_t>(row)]); };
+  const auto before = [&](std::int32_t x, std::int32_t y) { return key_at(x) < key_at(y); };
+  if (std::is_sorted(rows.begin(), rows.end(), before)) return;  // as those that came to rest together
   if (count < kFewRows) {
-    std::sort(rows.begin(), rows.end(),
-              [&](std::int32_t x, std::int32_t y) { return key_at(x) < key_at(y); });
+    std::sort(rows.begin(), rows.end(), before);
     return;
   }
   broad_phase.sort_keys.resize_discarding(count);
