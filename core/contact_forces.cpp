@@ -88,25 +88,34 @@ ContactForces describe(const WorldData& data, std::int32_t contact) {
   return told;
 }
 
-// The rows of pairs at rest, by pair.
-const Column<std::int32_t>& ordered_resting(Contacts& contacts) {
+// The rows of pairs at rest, by pair: shape by shape, because what a shape has is mostly in order.
+const Column<std::int32_t>& ordered_resting(WorldData& data) {
+  Contacts& contacts = data.contacts;
   Column<std::int32_t>& order = contacts.resting_order;
   if (!contacts.resting_order_stale) return order;
-  const Column<ShapePair>& pair = contacts.resting.pair;
-  order.resize_discarding(pair.size());
-  for (std::size_t row = 0; row < pair.size(); ++row) order[row] = static_cast<std::int32_t>(row);
-  std::sort(order.begin(), order.end(), [&](std::int32_t x, std::int32_t y) {
-    return comes_before(pair[static_cast<std::size_t>(x)], pair[static_cast<std::size_t>(y)]);
-  });
+  const auto comes_first = [&](std::int32_t x, std::int32_t y) {
+    return comes_before(contacts.resting.pair[static_cast<std::size_t>(x)],
+                        contacts.resting.pair[static_cast<std::size_t>(y)]);
+  };
+  order.clear();
+  for (std::int32_t shape = 0; shape < static_cast<std::int32_t>(data.shapes.flags.size()); ++shape) {
+    const std::size_t first = order.size();
+    for_each_resting(data, shape, [&](std::int32_t row, std::int32_t other) {
+      if (shape < other) order.push_back(row);
+    });
+    if (!std::is_sorted(order.begin() + first, order.end(), comes_first))
+      std::sort(order.begin() + first, order.end(), comes_first);
+  }
   contacts.resting_order_stale = false;
   return order;
 }
 
 // Calls visit(contact) for the contacts of both lists of pairs, in the order of the pairs.
 template <class Visit>
-void for_each_contact(Contacts& contacts, Visit&& visit) {
+void for_each_contact(WorldData& data, Visit&& visit) {
+  const Contacts& contacts = data.contacts;
   const PairRows &moving = contacts.pairs, &resting = contacts.resting;
-  const Column<std::int32_t>& order = ordered_resting(contacts);
+  const Column<std::int32_t>& order = ordered_resting(data);
   const auto resting_row = [&](std::size_t place) { return static_cast<std::size_t>(order[place]); };
   std::size_t m = 0, r = 0;
   while (m < moving.pair.size() || r < order.size()) {
@@ -184,7 +193,7 @@ std::size_t World::contact_forces(std::span<ContactForces> out) const {
   const FpEnvironment environment;
   WorldData& data = opened_for_forces({"contact_forces"}, data_);
   std::size_t count = 0;
-  for_each_contact(data.contacts, [&](std::int32_t contact) { tell(data, contact, out, count); });
+  for_each_contact(data, [&](std::int32_t contact) { tell(data, contact, out, count); });
   return count;
 }
 

@@ -1,6 +1,17 @@
 // What it costs that somebody among many sleepers wakes, goes, falls asleep or is touched, and that all do.
 //
-// Figures are medians over steps, with the call before them.
+// Figures are medians over steps, with the call before them. On an Intel Xeon at 2.6 GHz, one thread, cores
+// shared with other work, November 2026 (pairs at rest in one sorted list, in lists by shape), 200,000
+// sleepers, us:
+//                               no events     events of contacts
+//   nothing happens             1.3    1.3     5800    1.3
+//   a row of ten wakes         6700     16    15300     18
+//   ... moves                   680     16     7400     17
+//   ... falls asleep            6.3    2.9     6700    3.2
+//   ... the step after that     126    5.9     6100    8.1
+//   one is destroyed           7300     17    15700     18
+//   all wake, ms                252    256
+//   a pile of 20,000 wakes, ms  102     88
 #include <benchmark/benchmark.h>
 #include <scree/scree.h>
 

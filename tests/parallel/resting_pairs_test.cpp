@@ -78,6 +78,44 @@ TEST(RestingPairs, AreFoundFromBothShapesWhateverCallsDo) {
   EXPECT_GT(most, 50u);
 }
 
+TEST(RestingPairs, TellOfTheirForcesInTheOrderOfThePairs) {
+  Workers workers(1);
+  Field field(6, 300);
+  WorldSettings settings = field.world.settings();
+  settings.contact_forces = true;
+  field.world.set_settings(settings);
+  std::size_t most = 0, unordered = 0;
+  for (int i = 0; i < 400; ++i) {
+    for (int k = i % 3; k > 0; --k) field.change_something();
+    step(field.world, kDt, workers);
+    const WorldData& data = internals(field.world);
+    const Column<ShapePair>& resting = data.contacts.resting.pair;
+    unordered += std::is_sorted(resting.begin(), resting.end(), comes_before) ? 0 : 1;
+    std::vector<ContactForces> told(data.contacts.now.pair.size());
+    told.resize(field.world.contact_forces(told));
+    const auto key = [](const ContactForces& x) { return pair_key(x.shape_a.index, x.shape_b.index); };
+    for (std::size_t k = 1; k < told.size(); ++k) ASSERT_LT(key(told[k - 1]), key(told[k])) << i;
+    // Of each shape, those of all that name it.
+    std::map<std::uint32_t, std::vector<std::uint64_t>> of_shape;
+    for (const ContactForces& x : told) {
+      of_shape[x.shape_a.index].push_back(key(x));
+      of_shape[x.shape_b.index].push_back(key(x));
+    }
+    for (std::uint32_t shape = 0; shape < data.shapes.flags.size(); ++shape) {
+      const ShapeId id{shape, data.shapes.generation[shape]};
+      if (!field.world.is_alive(id)) continue;
+      std::vector<ContactForces> some(told.size());
+      some.resize(field.world.contact_forces_of(id, some));
+      std::vector<std::uint64_t> keys;
+      for (const ContactForces& x : some) keys.push_back(key(x));
+      ASSERT_EQ(keys, of_shape[shape]) << "step " << i << ", shape " << shape;
+    }
+    most = std::max(most, told.size());
+  }
+  EXPECT_GT(most, 30u);
+  EXPECT_GT(unordered, 100u);
+}
+
 // What a row holds, as a number.
 struct Held {
   std::int32_t contact;
