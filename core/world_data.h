@@ -285,7 +285,7 @@ struct Contacts {
   std::int64_t resting_contacts = 0;   // derived; find_pairs: of `resting`, how many touch
   std::int64_t resting_looks = 0;      // derived; how often somebody has looked at a row of `resting`
   Column<std::int32_t> roused;   // scratch; find_islands; rows of `resting` whose contacts take part by now
-  std::size_t resting_kept = 0;  // scratch; find_pairs: rows of `resting` before these were there already
+  std::size_t resting_kept = 0;  // scratch; find_pairs: rows of `resting` that it has not added in this step
   PairRows pairs_before;         // scratch; find_pairs: the last list, where it has changed
   ContactRows now;
   Column<std::int32_t> free_rows;   // state; find_pairs, collide; of `now`, taken from the back
