@@ -2,6 +2,7 @@
 #include <core/edit.h>
 #include <core/fp_environment.h>
 #include <core/hull_build.h>
+#include <core/resting_pairs.h>
 #include <core/snapshot.h>
 #include <core/snapshot_columns.h>
 
@@ -83,7 +84,9 @@ std::int64_t name_pairs(const PairRows& pairs, ContactRows& contacts) {
   return count;
 }
 
-void derive_contacts(Contacts& contacts) {
+void derive_contacts(WorldData& data) {
+  Contacts& contacts = data.contacts;
+  link_resting(data);
   name_pairs(contacts.pairs, contacts.now);
   contacts.resting_contacts = name_pairs(contacts.resting, contacts.now);
   contacts.pairs_before.resize(0);
@@ -111,6 +114,15 @@ void derive_joints(WorldData& data) {
   joints.active.clear();
   joints.changed.clear();
   joints.all_changed = true;
+}
+
+void derive_events(Events& events) {
+  events.before.clear();
+  events.resting_touches = std::count_if(events.resting.begin(), events.resting.end(),
+                                         [](const TouchRow& row) { return row.events != 0; });
+  events.asked_of.clear();
+  events.asked_of_all = true;
+  clear_told(events);
 }
 
 // What a world is besides its columns and its hulls.
@@ -201,10 +213,9 @@ void restore(World& world, const Snapshot& snapshot) {
   }
   derive_shapes(data);
   derive_bodies(data.bodies);
-  derive_contacts(data.contacts);
+  derive_contacts(data);
   derive_joints(data);
-  data.events.before.clear();
-  clear_told(data.events);
+  derive_events(data.events);
   for (Part* part :
        {data.broad_phase.get(), data.narrow_phase.get(), data.constraints.get(), data.islands.get()}) {
     if (part != nullptr) part->forget();

@@ -60,6 +60,7 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
   const std::size_t resting = rows_of("contacts.resting", "pair"), joints = rows_of("joints", "flags");
   const std::size_t resting_axes = rows_of("contacts.resting", "axis") == 0 ? 0 : resting;
   const std::size_t forces = rows_of("contacts", "forces") == 0 ? 0 : rows;
+  const std::size_t resting_events = rows_of("events", "resting") == 0 ? 0 : resting;
   const Rule rules[] = {{"bodies", "flags", at(kFirstBody), kMostRows},
                         {"bodies", "free_slots", 0, bodies},
                         {"bodies", nullptr, bodies, bodies},
@@ -84,7 +85,8 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
                         {"joints", nullptr, joints, joints},
                         {"events", "lost", 0, kMostRows},
                         {"events", "woken", 0, bodies},
-                        {"events", "touching", 0, kMostRows}};
+                        {"events", "touching", 0, kMostRows},
+                        {"events", "resting", resting_events, resting_events}};
   for (std::size_t i = 0; i < saved.count; ++i) {
     const SavedColumn& column = saved.column[i];
     const auto* rule = std::find_if(std::begin(rules), std::end(rules), [&](const Rule& r) {
@@ -346,15 +348,16 @@ void check_contact(const WorldData& data, const SavedColumns& saved, const Snaps
                   "is not between the bodies of its pair");
 }
 
-// One of the two lists. `taken` has the contacts that belong to pairs.
+// One of the two lists, of which only that of `pairs` ascends. `taken` has the contacts that belong to pairs.
 void check_list_of_pairs(const WorldData& data, const PairRows& pairs, const char* store,
                          const SavedColumns& saved, const SnapshotData& snapshot, const Refusal& refusal,
                          std::vector<bool>& taken) {
   const auto shapes = static_cast<std::int32_t>(data.shapes.flags.size());
   const Column<std::uint8_t>& points = data.contacts.now.points;
+  const bool rest = &pairs == &data.contacts.resting;
   for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
     const ShapePair pair = pairs.pair[row];
-    const bool ascends = row == 0 || comes_before(pairs.pair[row - 1], pair);
+    const bool ascends = rest || row == 0 || comes_before(pairs.pair[row - 1], pair);
     refusal.require(pair.a >= 0 && pair.a < pair.b && pair.b < shapes && ascends, store, "pair", row,
                     "names no two shapes, or does not ascend");
     const bool has_hull = data.shapes.hull[at(pair.a)] >= 0 || data.shapes.hull[at(pair.b)] >= 0;
@@ -378,7 +381,14 @@ void check_pairs(const WorldData& data, const SavedColumns& saved, const Snapsho
   std::vector<bool> taken(points.size());
   check_list_of_pairs(data, data.contacts.pairs, "contacts.pairs", saved, snapshot, refusal, taken);
   check_list_of_pairs(data, data.contacts.resting, "contacts.resting", saved, snapshot, refusal, taken);
-  for (std::size_t row = 0; row < resting.size(); ++row) {
+  std::vector<std::size_t> order(resting.size());
+  for (std::size_t row = 0; row < order.size(); ++row) order[row] = row;
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t x, std::size_t y) { return comes_before(resting[x], resting[y]); });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::size_t row = order[i];
+    refusal.require(i == 0 || comes_before(resting[order[i - 1]], resting[row]), "contacts.resting", "pair",
+                    row, "stands there twice");
     refusal.require(!std::binary_search(pairs.begin(), pairs.end(), resting[row], comes_before),
                     "contacts.resting", "pair", row, "stands in both lists");
   }
@@ -398,6 +408,18 @@ void check_events(const WorldData& data, const Refusal& refusal) {
     const bool fits = touching[row].events >= 1 && touching[row].events <= 3 &&
                       (row == 0 || key_of(touching[row - 1]) < key_of(touching[row]));
     refusal.require(fits, "events", "touching", row, "asks for nothing, or does not ascend");
+  }
+  const PairRows& pairs = data.contacts.resting;
+  for (std::size_t row = 0; row < data.events.resting.size(); ++row) {
+    const TouchRow& rests = data.events.resting[row];
+    if (is_zero_row(rests)) continue;
+    const bool fits = rests.events >= 1 && rests.events <= 3 && key_of(rests) == key_of(pairs.pair[row]) &&
+                      pairs.contact[row] >= 0;
+    refusal.require(fits, "events", "resting", row, "asks for nothing, or is another pair's");
+    const bool moves =
+        std::binary_search(touching.begin(), touching.end(), rests,
+                           [](const TouchRow& x, const TouchRow& y) { return key_of(x) < key_of(y); });
+    refusal.require(!moves, "events", "resting", row, "stands among those that move, too");
   }
   for (std::size_t row = 0; row < data.events.woken.size(); ++row) {
     const bool fits = data.events.woken[row].index < data.bodies.flags.size();

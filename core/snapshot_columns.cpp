@@ -34,7 +34,8 @@ ColumnForm form_of(std::string_view store, std::string_view name) {
     const bool rare = name == "anchor" || name == "surface";
     return rare ? ColumnForm::contact_blocks : ColumnForm::contacts;
   }
-  return kPlainRow<Row> ? ColumnForm::plain : ColumnForm::blocks;
+  const bool rare = store == "events" && name == "resting";  // often zero
+  return kPlainRow<Row> && !rare ? ColumnForm::plain : ColumnForm::blocks;
 }
 
 // What is derived, but takes longer to make than to copy.
@@ -340,6 +341,7 @@ void reserve_columns(const SavedColumns& saved, WorldData& data) {
   data.hulls.free_slots.reserve(rows.hulls);
   reserve_store(data.contacts.pairs, rows.pairs);
   reserve_store(data.contacts.resting, rows.resting);
+  data.contacts.resting_links.reserve(rows.resting);
   reserve_store(data.contacts.now, rows.contacts);
   data.contacts.free_rows.reserve(rows.contacts);
   reserve_store(data.joints, rows.joints);
@@ -348,6 +350,7 @@ void reserve_columns(const SavedColumns& saved, WorldData& data) {
   data.joints.free_slots.reserve(rows.joints);
   data.events.lost.reserve(saved.find("events", "lost").rows);
   data.events.touching.reserve(saved.find("events", "touching").rows);
+  data.events.resting.reserve(saved.find("events", "resting").rows);
   data.events.woken.reserve(rows.bodies);
 }
 

@@ -1,8 +1,9 @@
 // Waking: calls that can change how something moves wake it.
 //
 // A call wakes the body it names at once. Bodies that touched something that a call moved, changed or
-// destroyed are only requested: finding them means looking through all contacts, which is done once however
-// many calls there were, by wake_neighbors. The rest of a woken body's island follows in find_islands.
+// destroyed are only requested: finding them means looking through all pairs that move, and those at rest of
+// such shapes, which is done once however many calls there were, by wake_neighbors. The rest of a woken
+// body's island follows in find_islands.
 #pragma once
 
 #include <core/world_data.h>

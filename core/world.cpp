@@ -63,6 +63,7 @@ void World::set_settings(const WorldSettings& settings) {
   if (settings.sleep_time < data.settings.sleep_time) {
     for (float& timer : data.bodies.sleep_time) timer = 0.0f;
   }
+  if (settings.contact_events != data.settings.contact_events) data.events.asked_of_all = true;
   data.settings = settings;
   if (!wakes) return;
   for (std::size_t row = 0; row < data.bodies.flags.size(); ++row)

@@ -1,6 +1,6 @@
 // Islands and sleep. Islands hang together by contacts and joints. A body that has been slow for long enough
 // is tired; an island of tired bodies that touches no moving one falls asleep as a whole. A sleeping island
-// wakes as a whole when one of its bodies is touched by an awake one.
+// wakes as a whole when one of its bodies is touched by an awake one: see rouse_islands.cpp.
 //
 // Islands are found only among bodies that may change: most steps do nothing here. They are found in parallel
 // by union-find without locks (Anderson and Woll, "Wait-free parallel algorithms for the union-find problem",
@@ -34,9 +34,15 @@ void Islands::report(const Visit& visit) const {
   column("candidates", candidates);
   column("touched", touched);
   column("pulled", pulled);
+  column("reached", reached);
   column("remaining", remaining);
   column("fixed_ends", fixed_ends);
   column("places", places);
+}
+
+void Islands::forget() noexcept {  // marks of a step that ran out of memory
+  tired.clear();
+  reached.clear();
 }
 
 namespace {
@@ -108,8 +114,6 @@ Ends ends_of(const WorldData& data, std::size_t row) {
 }
 Ends ends_of(const WorldData& data, std::int32_t row) { return ends_of(data, static_cast<std::size_t>(row)); }
 
-bool touches(const WorldData& data, std::size_t row) { return data.contacts.now.points[row] != 0; }
-
 bool is_enabled(const Joints& joints, std::size_t row) {
   constexpr std::uint8_t kWhole = kJointAlive | kJointEnabled;
   return (joints.flags[row] & kWhole) == kWhole;
@@ -131,74 +135,9 @@ void freeze_shapes(WorldData& data, std::int32_t body) {
   }
 }
 
-// Calls visit(ends) for all contacts and enabled joints.
-template <class Visit>
-void for_each_edge(const WorldData& data, Crew& crew, Visit&& visit) {
-  for_each(crew, data.contacts.now.pair.size(), [&](std::size_t row) {
-    if (touches(data, row)) visit(ends_of(data, row));
-  });
-  for_each(crew, data.joints.flags.size(), [&](std::size_t row) {
-    if (is_enabled(data.joints, row)) visit(joint_ends(data, static_cast<std::int32_t>(row)));
-  });
-}
-
-// Islands of the sleeping bodies that anything touches or is jointed to, and which of them an awake body
-// touches: Islands::parent and kept_awake. Nobody looks at the others' rows.
-void find_sleeping_islands(WorldData& data, Islands& islands, Crew& crew) {
-  const Bodies& bodies = data.bodies;
-  islands.parent.resize_discarding(bodies.pose.size());
-  islands.kept_awake.resize_discarding(bodies.pose.size());
-  for_each_edge(data, crew, [&](Ends ends) {
-    for (const std::int32_t body : {ends.a, ends.b}) {
-      if (!is_asleep(bodies, body)) continue;
-      link_of(islands.parent, body).store(body, std::memory_order_relaxed);
-      std::atomic_ref<std::uint8_t>(islands.kept_awake[static_cast<std::size_t>(body)])
-          .store(0, std::memory_order_relaxed);
-    }
-  });
-  for_each_edge(data, crew, [&](Ends ends) {
-    if (is_asleep(bodies, ends.a) && is_asleep(bodies, ends.b)) unite(islands.parent, ends.a, ends.b);
-  });
-  const auto keep_awake = [&](Ends ends) {
-    for (const std::int32_t body : {ends.a, ends.b}) {
-      if (is_asleep(bodies, body)) mark(islands.kept_awake, find_root(islands.parent, body));
-    }
-  };
-  for_each(crew, islands.touched.size(),
-           [&](std::size_t i) { keep_awake(ends_of(data, islands.touched[i])); });
-  for_each(crew, islands.pulled.size(),
-           [&](std::size_t i) { keep_awake(joint_ends(data, islands.pulled[i])); });
-}
-
-// The sleeping bodies whose islands are kept awake, ascending: Islands::candidates. Each hangs on a contact
-// or a joint, most on several.
-void list_roused(WorldData& data, Islands& islands, Crew& crew) {
-  const auto is_roused = [&](std::int32_t body) {
-    return is_asleep(data.bodies, body) &&
-           islands.kept_awake[static_cast<std::size_t>(find_root(islands.parent, body))] != 0;
-  };
-  Column<std::int32_t>& roused = islands.candidates;
-  roused.clear();
-  const auto add = [&](std::size_t rows, auto&& counts, auto&& end_of) {
-    list_where(
-        crew, rows, islands.places, islands.remaining,
-        [&](std::size_t row) { return counts(row) && is_roused(end_of(row)); }, end_of);
-    roused.append(std::as_const(islands.remaining).span());
-  };
-  const auto has_points = [&](std::size_t row) { return touches(data, row); };
-  const auto holds = [&](std::size_t row) { return is_enabled(data.joints, row); };
-  const std::size_t contacts = data.contacts.now.pair.size(), joints = data.joints.flags.size();
-  add(contacts, has_points, [&](std::size_t row) { return ends_of(data, row).a; });
-  add(contacts, has_points, [&](std::size_t row) { return ends_of(data, row).b; });
-  add(joints, holds, [&](std::size_t row) { return data.joints.bodies[row].a; });
-  add(joints, holds, [&](std::size_t row) { return data.joints.bodies[row].b; });
-  std::sort(roused.begin(), roused.end());
-  roused.resize(static_cast<std::size_t>(std::unique(roused.begin(), roused.end()) - roused.begin()));
-}
-
-// The contacts among `contact_of`, by pair, that have something to solve.
-void list_parts(const WorldData& data, Islands& islands, const Column<std::int32_t>& contact_of,
-                Column<std::int32_t>& list, Crew& crew) {
+// The contacts of the pairs that move that have something to solve.
+void list_parts(const WorldData& data, Islands& islands, Column<std::int32_t>& list, Crew& crew) {
+  const Column<std::int32_t>& contact_of = data.contacts.pairs.contact;
   list_where(
       crew, contact_of.size(), islands.places, list,
       [&](std::size_t pair) {
@@ -230,13 +169,13 @@ void wake_touched_islands(WorldData& data, Islands& islands, Crew& crew) {
       [&](std::size_t i) { return data.joints.active[i]; });
   if (islands.touched.empty() && islands.pulled.empty()) return;
 
-  find_sleeping_islands(data, islands, crew);
-  list_roused(data, islands, crew);
-  for (const std::int32_t body : islands.candidates) wake_body(data, body);
+  rouse_islands(data, islands, crew);
   refresh_lists(data, crew);
   // Pairs that rest go on resting until the next list of pairs; their contacts take part at once.
-  list_parts(data, islands, contacts.pairs.contact, islands.remaining, crew);
-  list_parts(data, islands, contacts.resting.contact, islands.touched, crew);
+  list_parts(data, islands, islands.remaining, crew);
+  islands.touched.resize_discarding(contacts.roused.size());
+  std::transform(contacts.roused.begin(), contacts.roused.end(), islands.touched.begin(),
+                 [&](std::int32_t row) { return contacts.resting.contact[static_cast<std::size_t>(row)]; });
   contacts.touching.resize_discarding(islands.remaining.size() + islands.touched.size());
   const ShapePair* const pair = contacts.now.pair.data();
   std::merge(islands.remaining.begin(), islands.remaining.end(), islands.touched.begin(),
@@ -381,6 +320,7 @@ bool wake_pulled_bodies(WorldData& data) {
 void find_islands(WorldData& data, Crew& crew) {
   data.stats.islands = 0;
   islands_of(data).joints_judged = 0;
+  data.contacts.roused.clear();
   if (data.settings.sleeping) {
     Islands& islands = islands_of(data);
     wake_touched_islands(data, islands, crew);

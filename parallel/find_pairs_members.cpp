@@ -15,9 +15,8 @@ namespace scree {
 
 namespace {
 
-constexpr std::int64_t kSmallestTree = 64;    // shapes; arrivals come in without being sorted
-constexpr std::int64_t kTreeGrowth = 8;       // from one to the next: 4 sorts less often, and has more to ask
-constexpr std::size_t kSortedMemory = 65536;  // shapes; what more took to sort is given back
+constexpr std::int64_t kSmallestTree = 64;  // shapes; arrivals come in without being sorted
+constexpr std::int64_t kTreeGrowth = 8;     // from one to the next: 4 sorts less often, and has more to ask
 
 std::int64_t capacity_of(int level) {
   std::int64_t capacity = kSmallestTree;
@@ -48,7 +47,7 @@ void leave_frozen(BroadPhase& broad_phase, std::size_t shape) {
   PairTree& tree = broad_phase.trees[index];
   const std::int32_t slot = broad_phase.slot_of[shape];
   tree.order[static_cast<std::size_t>(slot)] = -1;
-  broad_phase.frozen_left = true;
+  broad_phase.leavers.push_back(static_cast<std::int32_t>(shape));
   --tree.members;
   broad_phase.thinned.push_back({index, slot / simd::kBlock});
 }
@@ -234,8 +233,9 @@ bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   broad_phase.refitted = 0;
   broad_phase.tree_of.resize(shapes.flags.size());
   broad_phase.slot_of.resize(shapes.flags.size());
-  broad_phase.frozen_left = std::exchange(shapes.trees_changed, false);
-  if (broad_phase.frozen_left) compare_all(shapes, broad_phase, crew);
+  broad_phase.leavers.clear();
+  broad_phase.all_left = std::exchange(shapes.trees_changed, false);
+  if (broad_phase.all_left) compare_all(shapes, broad_phase, crew);
   if (broad_phase.changed.empty()) return false;
   const bool any = sort_out(shapes, broad_phase);
   for (const std::uint8_t index : {kAwakeTree, kKinematicTree}) {

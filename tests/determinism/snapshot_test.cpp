@@ -154,6 +154,26 @@ TEST_P(RandomSnapshots, NoCallsTellAWorldThatIsRestoredBeforeEachStep) {
   EXPECT_EQ(player.hashes(), expected.hashes);
 }
 
+// Only a restored world looks at all pairs at rest when it lists the events of contacts.
+TEST_P(RandomSnapshots, NoEventsTellAWorldThatIsRestoredBeforeEachStep) {
+  const Sequence sequence = random_sequence(GetParam(), 200, 24);
+  const auto events_of = [&](bool restores) {
+    Shift shift({kReference});
+    Player player(shift, false, nullptr);
+    Snapshot snapshot;
+    std::vector<std::uint64_t> digests;
+    player.before_steps([&](World& world) {
+      digests.push_back(digest_of_events(world));
+      if (!restores) return;
+      save(world, snapshot);
+      restore(world, snapshot);
+    });
+    for (const Call& call : sequence) player.make(call);
+    return digests;
+  };
+  EXPECT_EQ(events_of(true), events_of(false));
+}
+
 std::uint64_t seeds() { return wish("SCREE_RANDOM_SEQUENCES", wants_all_sequences() ? 20 : 4); }
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomSnapshots, ::testing::Range(std::uint64_t{1}, seeds() + 1),
                          ::testing::PrintToStringParamName());
