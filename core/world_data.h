@@ -8,6 +8,7 @@
 #pragma once
 
 #include <core/call_sink.h>
+#include <core/change_marks.h>
 #include <core/column.h>
 #include <core/mass_moments.h>
 #include <core/plain/hull.h>
@@ -207,6 +208,8 @@ enum UnplacedFlag : std::uint8_t {
 
 struct Bodies {
   SCREE_STORE(SCREE_BODY_COLUMNS)
+  PageMarks marks;                  // derived; whoever writes state; not in each step of what moves
+  ListMark free_mark;               // derived; whoever takes from free_slots
   Column<std::int32_t> free_slots;  // state; calls; taken from the back
   Column<std::int32_t> awake;       // derived; refresh_lists; awake dynamic bodies, ascending
   Column<std::int32_t> kinematic;   // derived; refresh_lists; kinematic bodies, ascending
@@ -232,6 +235,8 @@ inline BodyType given_type(const Bodies& bodies, std::int32_t body) {
 
 struct Shapes {
   SCREE_STORE(SCREE_SHAPE_COLUMNS)
+  PageMarks marks;                  // derived; as those of bodies
+  ListMark free_mark;               // derived; likewise
   Column<std::int32_t> free_slots;  // state; calls
   Column<std::int32_t> moving;      // derived; refresh_lists; shapes of awake and kinematic bodies, ascending
   Column<std::int32_t> dirty;       // state; calls; slots with kShapeDirty, in order of the calls, each once
@@ -271,9 +276,12 @@ struct Contacts {
   PairRows pairs;
   PairRows resting;  // find_pairs: pairs of two frozen shapes. Nobody looks at them until a shape changes its
                      // tree or a call changes a pair: sleepers cost nothing where no events are asked for
+  bool resting_changed = true;        // derived; find_pairs; since the world was last saved
   std::int64_t resting_contacts = 0;  // derived; find_pairs: of `resting`, how many touch
   PairRows pairs_before;              // scratch; find_pairs: the last list, where it has changed
   ContactRows now;
+  PageMarks marks;                 // derived; find_pairs, collide, refresh_lists; of `now`
+  ListMark free_mark;              // derived; collide; of free_rows
   Column<std::int32_t> free_rows;  // state; find_pairs, collide; of `now`, taken from the back
   bool list_kept = false;          // scratch; find_pairs: the list of pairs is the last one
   bool by_shape_stale = true;      // derived; step: the lists by shape must be made anew
@@ -293,6 +301,8 @@ struct Contacts {
 
 struct Joints {
   SCREE_STORE(SCREE_JOINT_COLUMNS)
+  PageMarks marks;                  // derived; as those of bodies
+  ListMark free_mark;               // derived; likewise
   Column<std::int32_t> free_slots;  // state; calls; taken from the back
   Column<std::int32_t> active;      // derived; find_islands; enabled joints of an awake body, ascending
   std::size_t alive = 0;            // derived; calls
@@ -369,6 +379,7 @@ struct WorldData {
   Contacts contacts;
   Joints joints;
   Events events;
+  LastSave last_save;   // save, restore; what `marks` and the like are about
   StepStats stats;      // derived; every phase
   bool listed = false;  // scratch; step of many worlds, while it looks for one that is named twice
 

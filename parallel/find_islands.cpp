@@ -156,6 +156,7 @@ void refresh_joints(WorldData& data, Islands& islands, Crew& crew) {
   const auto is_active = [&](std::size_t row) {
     return is_enabled(joints, row) && takes_part(data, joint_ends(data, static_cast<std::int32_t>(row)));
   };
+  for (const std::int32_t joint : joints.active) joints.marks.mark(joint);
   for_each(crew, joints.active.size(), [&](std::size_t i) {
     const auto row = static_cast<std::size_t>(joints.active[i]);
     if (!is_active(row)) joints.reaction[row] = {};

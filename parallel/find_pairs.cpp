@@ -84,6 +84,7 @@ void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
       contacts.now.points[static_cast<std::size_t>(broad_phase.lost[i])] = 0;
   });
   contacts.free_rows.append(std::as_const(broad_phase.lost).span());
+  for (const std::int32_t contact : broad_phase.lost) contacts.marks.mark(contact);
 }
 
 void gather_rows(const PairRows& from, const Column<std::int32_t>& places, PairRows& to, Crew& crew) {
@@ -179,6 +180,7 @@ bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   if (broad_phase.frozen.empty()) return false;
   gather_rows(resting, broad_phase.frozen, pulled, crew);
   remove_rows(resting, broad_phase.frozen);
+  contacts.resting_changed = true;
   contacts.resting_contacts -= count_contacts(pulled);
   PairRows& all = contacts.pairs_before;
   const PairRows* const lists[] = {&contacts.pairs, &pulled};
@@ -213,6 +215,7 @@ void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   gather_rows(contacts.pairs, broad_phase.moving, contacts.pairs_before, crew);
   std::swap(contacts.pairs, contacts.pairs_before);
   insert_rows(contacts.resting, broad_phase.pulled, broad_phase.places);
+  contacts.resting_changed = true;
   contacts.resting_contacts += count_contacts(broad_phase.pulled);
   const Column<std::int32_t>& moving = broad_phase.moving;
   broad_phase.moving_previous.resize_discarding(moving.size());
@@ -272,6 +275,7 @@ void find_pairs(WorldData& data, Crew& crew) {
       const auto index = static_cast<std::size_t>(shape);
       broad_phase.is_dirty[index] = 0;
       data.shapes.flags[index] = static_cast<std::uint8_t>(data.shapes.flags[index] & ~kShapeNew);
+      data.shapes.marks.mark(shape);
     }
     broad_phase.dirty.clear();
     broad_phase.bounds_left.store(false, std::memory_order_relaxed);
