@@ -57,7 +57,12 @@ void for_each_present_column(WorldData& data, Visit&& visit) {
   if (!data.events.resting.empty()) visit(data.events.resting);
 }
 
+void mark_row(WorldData& data, std::size_t row) {
+  data.contacts.resting_marks.mark(static_cast<std::int32_t>(row));
+}
+
 void copy_row(WorldData& data, std::size_t from, std::size_t to) {
+  mark_row(data, to);
   for_each_present_column(data, [=](auto& column) { column[to] = column[from]; });
 }
 
@@ -76,6 +81,7 @@ void move_row(WorldData& data, std::size_t from, std::size_t to) {
 void drop_rows(WorldData& data, std::size_t rows) {
   for_each_present_column(data, [=](auto& column) { column.drop_back(rows); });
   data.contacts.resting_links.drop_back(rows);
+  if (!data.contacts.resting_links.empty()) mark_row(data, data.contacts.resting_links.size() - 1);
 }
 
 // Where most go: the others close ranks, and all lists are made anew.
@@ -115,6 +121,7 @@ void add_resting(WorldData& data, const PairRows& more) {
   if (!data.events.resting.empty()) data.events.resting.resize(resting.pair.size());
   contacts.resting_links.resize_for_overwrite(resting.pair.size());
   link_rows(data, first);
+  for (std::size_t row = first; row < resting.pair.size(); ++row) mark_row(data, row);
   contacts.resting_order_stale = true;
 }
 

@@ -114,7 +114,7 @@ void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef
     ids[i] = commit_shape(shapes, shape);
     if (has_core) extend_core(data, body, shape);
   }
-  shapes.free_slots.drop_back(plan.from_free);
+  take_slots(shapes, plan);
   apply_mass(data, body, mass);
   data.contacts.pairs_stale = true;
 }

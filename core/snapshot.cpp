@@ -4,7 +4,6 @@
 #include <core/hull_build.h>
 #include <core/resting_pairs.h>
 #include <core/snapshot.h>
-#include <core/snapshot_columns.h>
 
 #include <algorithm>
 #include <atomic>
@@ -163,13 +162,19 @@ bool Snapshot::is_empty() const noexcept { return data_ == nullptr || !data_->is
 
 std::size_t Snapshot::bytes() const noexcept {
   if (is_empty()) return 0;
-  return sizeof *data_ + data_->columns.size() + data_->contacts.span().size_bytes() +
+  return sizeof *data_ + sizeof *data_->pages + data_->pages->sheets.bytes() +
          data_->hulls.size() * sizeof(SharedHull);
 }
 
 std::uint64_t Snapshot::step() const noexcept { return is_empty() ? 0 : data_->world.step_count; }
 
-void save_world(const WorldData& data, SnapshotData& snapshot) {
+SnapshotData::~SnapshotData() {
+  const std::lock_guard lock(pages->mutex);
+  pages->id = 0;
+  pages->sheets.clear();
+}
+
+void save_world(const WorldData& data, SnapshotData& snapshot, bool remember) {
   snapshot.is_full = false;
   snapshot.world = {data.settings,
                     data.step_count,
@@ -178,26 +183,36 @@ void save_world(const WorldData& data, SnapshotData& snapshot) {
                     data.shapes.wake_requested,
                     data.contacts.manifolds_stale,
                     data.contacts.pairs_stale};
-  if (!same_hulls(snapshot.hulls, data.hulls.shared)) snapshot.hulls = data.hulls.shared;
-  save_columns(data, snapshot);
-  snapshot.id = next_snapshot_id();
+  try {
+    if (!same_hulls(snapshot.hulls, data.hulls.shared)) snapshot.hulls = data.hulls.shared;
+    save_sheets(const_cast<WorldData&>(data), snapshot, remember);  // of which it writes the marks only
+  } catch (...) {
+    drop_pages(snapshot);
+    throw;
+  }
   snapshot.is_full = true;
 }
 
-void save(const World& world, Snapshot& snapshot) {
+namespace {
+
+void save(const World& world, Snapshot& snapshot, bool remember) {
   WorldData& data = internals(const_cast<World&>(world), "save");
   place_matter(data);  // changes nothing that the caller could see
   std::unique_ptr<SnapshotData>& to = SnapshotAccess::data(snapshot);
   if (to == nullptr) to = std::make_unique<SnapshotData>();
-  save_world(data, *to);
+  save_world(data, *to, remember);
 }
+
+}  // namespace
+
+void save(const World& world, Snapshot& snapshot) { save(world, snapshot, true); }
 
 void restore(World& world, const Snapshot& snapshot) {
   constexpr const char* kName = "restore";
   const SnapshotData& from = filled(snapshot, kName);
   WorldData& data = internals(world, kName);
-  const SavedColumns saved = find_columns(from.columns);
-  reserve_columns(saved, data);
+  const Sheets& sheets = from.pages->sheets;
+  reserve_columns(sheets, data);
   if (!same_hulls(from.hulls, data.hulls.shared)) {
     HullIndex index(from.hulls);
     data.hulls.shared.swap(index.shared);
@@ -205,7 +220,7 @@ void restore(World& world, const Snapshot& snapshot) {
   }
   // Nothing can fail from here on.
   const FpEnvironment environment;
-  load_columns(from, saved, data);
+  load_sheets(sheets, data);
   load_world(from.world, data);
   for (std::size_t slot = 0; slot < data.hulls.shared.size(); ++slot) {
     const SharedHull& shared = data.hulls.shared[slot];
@@ -220,12 +235,13 @@ void restore(World& world, const Snapshot& snapshot) {
        {data.broad_phase.get(), data.narrow_phase.get(), data.constraints.get(), data.islands.get()}) {
     if (part != nullptr) part->forget();
   }
+  remember_saved(data, from);
   if (data.recording.sink != nullptr) data.recording.sink->restored(data);
 }
 
 World clone(const World& world) {
   Snapshot snapshot;
-  save(world, snapshot);
+  save(world, snapshot, false);
   World copy;
   restore(copy, snapshot);
   return copy;

@@ -18,6 +18,7 @@ void wake_body(WorldData& data, std::int32_t body) {
   const auto row = static_cast<std::size_t>(body);
   if ((bodies.flags[row] & kBodyAlive) == 0 || bodies.type[row] != BodyType::dynamic) return;
   bodies.sleep_time[row] = 0.0f;
+  bodies.marks.mark(body);
   if ((bodies.flags[row] & kBodyAsleep) == 0) return;
   data.events.woken.push_back({static_cast<std::uint32_t>(body), bodies.generation[row]});
   bodies.flags[row] = static_cast<std::uint8_t>(bodies.flags[row] & ~kBodyAsleep);
@@ -78,6 +79,7 @@ void wake_neighbors(WorldData& data) {
   for (const std::int32_t shape : shapes.wakers) {
     std::uint8_t& flags = shapes.flags[static_cast<std::size_t>(shape)];
     flags = static_cast<std::uint8_t>(flags & ~kShapeWakes);
+    shapes.marks.mark(shape);
   }
   shapes.wakers.clear();
   shapes.wake_requested = false;

@@ -15,12 +15,14 @@ namespace scree {
 // Tells refresh_lists that the body may take part otherwise than before.
 inline void note_change(Bodies& bodies, std::int32_t body) {
   bodies.lists_dirty = true;
+  bodies.marks.mark(body);
   std::uint8_t& is_changed = bodies.is_changed[static_cast<std::size_t>(body)];
   if (is_changed == 0) bodies.changed.push_back(body);
   is_changed = 1;
 }
 // The same of a shape, which may have come into another tree or must be asked for filters from now on.
 inline void note_change(Shapes& shapes, std::int32_t shape) {
+  shapes.marks.mark(shape);
   std::uint8_t& is_changed = shapes.is_changed[static_cast<std::size_t>(shape)];
   if (is_changed == 0) shapes.changed.push_back(shape);
   is_changed = 1;
@@ -44,6 +46,7 @@ inline void request_wake(WorldData& data, std::int32_t shape) {
   std::uint8_t& flags = data.shapes.flags[static_cast<std::size_t>(shape)];
   if ((flags & kShapeWakes) == 0) data.shapes.wakers.push_back(shape);
   flags |= kShapeWakes;
+  data.shapes.marks.mark(shape);
   data.shapes.wake_requested = true;
 }
 

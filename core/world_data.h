@@ -8,6 +8,7 @@
 #pragma once
 
 #include <core/call_sink.h>
+#include <core/change_marks.h>
 #include <core/column.h>
 #include <core/mass_moments.h>
 #include <core/plain/hull.h>
@@ -216,6 +217,8 @@ enum UnplacedFlag : std::uint8_t {
 
 struct Bodies {
   SCREE_STORE(SCREE_BODY_COLUMNS)
+  PageMarks marks;                  // derived; whoever writes state; not in each step of what moves
+  ListMark free_mark;               // derived; whoever takes from free_slots
   Column<std::int32_t> free_slots;  // state; calls; taken from the back
   Column<std::int32_t> awake;       // derived; refresh_lists; awake dynamic bodies, ascending
   Column<std::int32_t> kinematic;   // derived; refresh_lists; kinematic bodies, ascending
@@ -242,6 +245,8 @@ inline BodyType given_type(const Bodies& bodies, std::int32_t body) {
 
 struct Shapes {
   SCREE_STORE(SCREE_SHAPE_COLUMNS)
+  PageMarks marks;                  // derived; as those of bodies
+  ListMark free_mark;               // derived; likewise
   Column<std::int32_t> free_slots;  // state; calls
   Column<std::int32_t> moving;      // derived; refresh_lists; shapes of awake and kinematic bodies, ascending
   Column<std::int32_t> dirty;       // state; calls; slots with kShapeDirty, in order of the calls, each once
@@ -281,6 +286,7 @@ struct Contacts {
   PairRows pairs;    // in ascending order
   PairRows resting;  // find_pairs: pairs of two frozen shapes, in no order. Nobody looks at one until a shape
                      // of it changes its tree or is changed by a call: see resting_pairs.h
+  PageMarks resting_marks;             // derived; find_pairs, list_events; of `resting` and Events::resting
   Column<RestingLinks> resting_links;  // derived; find_pairs: by row of `resting`, the lists of its shapes
   Column<std::int32_t> resting_order;  // derived; contact_forces: rows of `resting` by pair, while not stale
   std::int64_t resting_contacts = 0;   // derived; find_pairs: of `resting`, how many touch
@@ -289,6 +295,8 @@ struct Contacts {
   std::size_t resting_kept = 0;  // scratch; find_pairs: rows of `resting` that it has not added in this step
   PairRows pairs_before;         // scratch; find_pairs: the last list, where it has changed
   ContactRows now;
+  PageMarks marks;                  // derived; find_pairs, collide, refresh_lists; of `now`
+  ListMark free_mark;               // derived; collide; of free_rows
   Column<std::int32_t> free_rows;   // state; find_pairs, collide; of `now`, taken from the back
   bool resting_order_stale = true;  // derived; find_pairs, contact_forces
   bool list_kept = false;           // scratch; find_pairs: the list of pairs is the last one
@@ -309,6 +317,8 @@ struct Contacts {
 
 struct Joints {
   SCREE_STORE(SCREE_JOINT_COLUMNS)
+  PageMarks marks;                  // derived; as those of bodies
+  ListMark free_mark;               // derived; likewise
   Column<std::int32_t> free_slots;  // state; calls; taken from the back
   Column<std::int32_t> active;      // derived; refresh_joints; enabled joints of an awake body, ascending
   Column<std::int32_t>
@@ -397,6 +407,7 @@ struct WorldData {
   Contacts contacts;
   Joints joints;
   Events events;
+  LastSave last_save;   // save, restore; what `marks` and the like are about
   StepStats stats;      // derived; every phase
   bool listed = false;  // scratch; step of many worlds, while it looks for one that is named twice
 

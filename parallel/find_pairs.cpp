@@ -85,6 +85,7 @@ void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
       contacts.now.points[static_cast<std::size_t>(broad_phase.lost[i])] = 0;
   });
   contacts.free_rows.append(std::as_const(broad_phase.lost).span());
+  for (const std::int32_t contact : broad_phase.lost) contacts.marks.mark(contact);
 }
 
 void gather_rows(const PairRows& from, const Column<std::int32_t>& places, PairRows& to, Crew& crew) {
@@ -243,6 +244,7 @@ void find_pairs(WorldData& data, Crew& crew) {
       const auto index = static_cast<std::size_t>(shape);
       broad_phase.is_dirty[index] = 0;
       data.shapes.flags[index] = static_cast<std::uint8_t>(data.shapes.flags[index] & ~kShapeNew);
+      data.shapes.marks.mark(shape);
     }
     broad_phase.dirty.clear();
     broad_phase.bounds_left.store(false, std::memory_order_relaxed);

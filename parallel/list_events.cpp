@@ -301,6 +301,7 @@ void move_touching(WorldData& data, const Column<std::int32_t>& rows) {
 void list_events(WorldData& data, float dt, Crew& crew) {
   Events& events = data.events;
   if (!asks_for_events(data)) {
+    if (!events.resting.empty()) data.contacts.resting_marks.pages.clear();  // as if never saved
     events.resting.clear();
     events.asked_of.clear();
     events.asked_of_all = false;  // so nobody asks about what rests
@@ -308,6 +309,7 @@ void list_events(WorldData& data, float dt, Crew& crew) {
   }
   events.resting.resize(data.contacts.resting.pair.size());
   list_judged(data, crew);
+  for (const std::int32_t row : events.judged) data.contacts.resting_marks.mark(row);
   move_touching(data, events.judged);
   events.touching.swap(events.before);
   const bool solved = dt > 0.0f;

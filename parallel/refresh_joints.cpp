@@ -38,6 +38,7 @@ void still_fixed(Bodies& bodies, std::int32_t body) {
 void make_active(WorldData& data, Islands& islands, Crew& crew) {
   constexpr int kChunk = 2048;  // joints of one task
   Joints& joints = data.joints;
+  for (const std::int32_t joint : joints.active) joints.marks.mark(joint);
   crew.run_ranges(static_cast<int>(joints.active.size()), kChunk, [&](int begin, int end, int) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       const auto joint = static_cast<std::size_t>(joints.active[i]);
@@ -63,6 +64,7 @@ void make_active(WorldData& data, Islands& islands, Crew& crew) {
 void change_active(WorldData& data, Islands& islands) {
   Joints& joints = data.joints;
   std::sort(joints.changed.begin(), joints.changed.end());
+  for (const std::int32_t joint : joints.changed) joints.marks.mark(joint);
   take_up(joints.active, joints.changed, joints.is_changed, islands.places,
           [&](std::size_t joint) { return is_active(data, joint); });
   for (const std::int32_t changed : joints.changed) {

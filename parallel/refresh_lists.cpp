@@ -42,6 +42,9 @@ void refresh_lists(WorldData& data, Crew& crew) {
   Bodies& bodies = data.bodies;
   Shapes& shapes = data.shapes;
   if (!bodies.lists_dirty && shapes.changed.empty()) return;
+  // Contacts of who falls asleep now leave the list of those that are written to. Bodies and shapes have been
+  // marked when they changed.
+  for (const std::int32_t contact : data.contacts.touching) data.contacts.marks.mark(contact);
   BroadPhase& broad_phase = broad_phase_of(data);
   Column<std::int32_t>& places = islands_of(data).places;
   // Taking up is serial, and costs more a row than making anew does.

@@ -14,13 +14,14 @@ namespace {
 
 // The first column in which two snapshots differ; empty if none does.
 std::string difference(const Snapshot& expected, const Snapshot& actual) {
-  const SnapshotData& left = *SnapshotAccess::data(expected);
-  const SnapshotData& right = *SnapshotAccess::data(actual);
-  const SavedColumns left_columns = find_columns(left.columns), right_columns = find_columns(right.columns);
+  Column<std::byte> left, right;
+  pack_columns(SnapshotAccess::data(expected)->pages->sheets, left);
+  pack_columns(SnapshotAccess::data(actual)->pages->sheets, right);
+  const SavedColumns left_columns = find_columns(left), right_columns = find_columns(right);
   for (std::size_t i = 0; i < left_columns.count; ++i) {
     const SavedColumn &a = left_columns.column[i], &b = right_columns.column[i];
     if (a.rows == b.rows && a.bytes == b.bytes &&
-        std::memcmp(left.columns.data() + a.begin, right.columns.data() + b.begin, a.bytes) == 0) {
+        std::memcmp(left.data() + a.begin, right.data() + b.begin, a.bytes) == 0) {
       continue;
     }
     return std::string(a.store) + "." + std::string(a.name) + ": " + std::to_string(b.rows) +
