@@ -29,7 +29,7 @@ class SCREE_API Snapshot {
   Snapshot& operator=(Snapshot&&) noexcept;
 
   bool is_empty() const noexcept;       ///< of no world
-  std::size_t bytes() const noexcept;   ///< of memory, as if it shared none with other snapshots; without hulls
+  std::size_t bytes() const noexcept;   ///< of memory, as if nothing were shared; without hulls
   std::uint64_t step() const noexcept;  ///< steps that the world had taken; 0 if empty
 
  private:
@@ -91,9 +91,9 @@ Bytes write_snapshot(const Snapshot& snapshot) {
 /// were changed or cut off, or that another version of Scree wrote; and std::bad_alloc.
 SCREE_API Snapshot read_snapshot(std::span<const std::byte> bytes);
 
-/// What one snapshot has that another one of the same world has not. It knows the snapshot that it is based on,
-/// and is worth nothing without. It shares its memory with the later snapshot while that is there: a window of
-/// snapshots needs no changes to be small, because snapshots share what they have in common anyway.
+/// What one snapshot has that another one of the same world has not. It knows the snapshot that it is based
+/// on, and is worth nothing without. It shares its memory with the later snapshot while that is there: a
+/// window of snapshots needs no changes to be small, because snapshots share what they have in common anyway.
 class SCREE_API SnapshotChanges {
  public:
   SnapshotChanges() noexcept;  ///< of no snapshots
@@ -109,15 +109,15 @@ class SCREE_API SnapshotChanges {
   std::unique_ptr<SnapshotChangesData> data_;
 };
 
-/// Keeps what of `later` is not in `base`, in units of 64 bodies, shapes, contacts or joints. Any two snapshots
-/// will do. Between those of one world it costs by what differs; between others, as when one was read from
-/// bytes, all of both is compared. Throws Error for empty snapshots, and std::bad_alloc, which leaves the
-/// changes empty.
+/// Keeps what of `later` is not in `base`, in units of 64 bodies, shapes, contacts or joints. Any two
+/// snapshots will do. Between those of one world it costs by what differs; between others, as when one was
+/// read from bytes, all of both is compared. Throws Error for empty snapshots, and std::bad_alloc, which
+/// leaves the changes empty.
 SCREE_API void keep_changes(const Snapshot& base, const Snapshot& later, SnapshotChanges& changes);
 
-/// Makes the later snapshot again; it shares the memory of `base` and of the changes. Throws Error for empty changes and where
-/// `base` is not the snapshot that they were made with, or has been saved into since; and std::bad_alloc,
-/// which leaves the later snapshot empty. `base` and `later` can not be the same.
+/// Makes the later snapshot again; it shares the memory of `base` and of the changes. Throws Error for empty
+/// changes and where `base` is not the snapshot that they were made with, or has been saved into since; and
+/// std::bad_alloc, which leaves the later snapshot empty. `base` and `later` can not be the same.
 SCREE_API void apply_changes(const Snapshot& base, const SnapshotChanges& changes, Snapshot& later);
 
 }  // namespace scree
