@@ -50,6 +50,7 @@ void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const Bod
   bodies.first_joint[row] = -1;
   put(bodies.user_data, row, def.user_data);
   bodies.core[row] = kNoCore;
+  bodies.marks.mark(body);
 }
 
 struct ShapeTemplate {
@@ -98,9 +99,11 @@ std::vector<std::int32_t> check_all(Call call, WorldData& data, std::span<const 
 // Gives the hulls of new shapes back, the last one first.
 void drop_hulls(WorldData& data, const SlotPlan& plan, std::size_t count, std::size_t old_hulls) {
   while (count > 0) {
-    const auto row = static_cast<std::size_t>(plan.slot(data.shapes.free_slots, --count));
+    const std::int32_t shape = plan.slot(data.shapes.free_slots, --count);
+    const auto row = static_cast<std::size_t>(shape);
     undo_hull(data.hulls, data.shapes.hull[row], old_hulls);
     data.shapes.hull[row] = -1;
+    data.shapes.marks.mark(shape);
   }
 }
 
@@ -149,6 +152,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
     const auto row = static_cast<std::size_t>(body);
     if (bodies.generation[row] == 0) bodies.generation[row] = 1;
     bodies.flags[row] = flags_of(defs[i]);
+    bodies.marks.mark(body);
     if (defs[i].type != BodyType::fixed) note_change(bodies, body);
     ids[i] = {static_cast<std::uint32_t>(body), bodies.generation[row]};
     if (shape == nullptr) continue;
@@ -157,8 +161,8 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
     commit_shape(shapes, shape_row);
     measure_core(data, body);
   }
-  bodies.free_slots.drop_back(body_plan.from_free);
-  shapes.free_slots.drop_back(shape_plan.from_free);
+  take_slots(bodies, body_plan);
+  take_slots(shapes, shape_plan);
   bodies.alive += count;
   if (shape_count > 0) data.contacts.pairs_stale = true;
 }
@@ -181,6 +185,7 @@ void bury_body(WorldData& data, std::int32_t body) {
   bodies.moments.erase(body);
   if ((bodies.flags[row] & kBodyAsleep) != 0) --bodies.asleep;
   if (bodies.type[row] != BodyType::fixed) note_change(bodies, body);
+  bodies.marks.mark(body);
   bodies.flags[row] = 0;
   bodies.first_shape[row] = -1;
   put(bodies.velocity, row, {});

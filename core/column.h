@@ -109,8 +109,12 @@ class Column {
   void resize_discarding(std::size_t size) {
     if (size > capacity_) {
       const std::size_t grown = grown_capacity(size);
-      release();
-      allocate(grown);
+      if (allocation_of(grown, kPageBytes) <= room_) {  // pages of its own that it has touched cost nothing
+        capacity_ = grown;
+      } else {
+        release();
+        allocate(grown);
+      }
     }
     size_ = size;
     if (written_ < size_) written_ = size_;

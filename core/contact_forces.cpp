@@ -1,9 +1,11 @@
 // Reading the forces of contacts. The lists of contacts by shape are made when somebody asks for the first
-// time after a step: worlds that are only stepped do not pay for them.
+// time after a step: worlds that are only stepped do not pay for them. They hold what moves; pairs at rest
+// stand in lists of their own.
 #include <core/check.h>
 #include <core/edit.h>
 #include <core/fp_environment.h>
 #include <core/pair_key.h>
+#include <core/resting_pairs.h>
 #include <scree/world.h>
 
 #include <algorithm>
@@ -86,20 +88,45 @@ ContactForces describe(const WorldData& data, std::int32_t contact) {
   return told;
 }
 
+// The rows of pairs at rest, by pair: shape by shape, because what a shape has is mostly in order.
+const Column<std::int32_t>& ordered_resting(WorldData& data) {
+  Contacts& contacts = data.contacts;
+  Column<std::int32_t>& order = contacts.resting_order;
+  if (!contacts.resting_order_stale) return order;
+  const auto comes_first = [&](std::int32_t x, std::int32_t y) {
+    return comes_before(contacts.resting.pair[static_cast<std::size_t>(x)],
+                        contacts.resting.pair[static_cast<std::size_t>(y)]);
+  };
+  order.clear();
+  for (std::int32_t shape = 0; shape < static_cast<std::int32_t>(data.shapes.flags.size()); ++shape) {
+    const std::size_t first = order.size();
+    for_each_resting(data, shape, [&](std::int32_t row, std::int32_t other) {
+      if (shape < other) order.push_back(row);
+    });
+    if (!std::is_sorted(order.begin() + first, order.end(), comes_first))
+      std::sort(order.begin() + first, order.end(), comes_first);
+  }
+  contacts.resting_order_stale = false;
+  return order;
+}
+
 // Calls visit(contact) for the contacts of both lists of pairs, in the order of the pairs.
 template <class Visit>
-void for_each_contact(const Contacts& contacts, Visit&& visit) {
+void for_each_contact(WorldData& data, Visit&& visit) {
+  const Contacts& contacts = data.contacts;
   const PairRows &moving = contacts.pairs, &resting = contacts.resting;
+  const Column<std::int32_t>& order = ordered_resting(data);
+  const auto resting_row = [&](std::size_t place) { return static_cast<std::size_t>(order[place]); };
   std::size_t m = 0, r = 0;
-  while (m < moving.pair.size() || r < resting.pair.size()) {
-    const bool rests =
-        m == moving.pair.size() || (r < resting.pair.size() && comes_before(resting.pair[r], moving.pair[m]));
-    const std::int32_t contact = rests ? resting.contact[r++] : moving.contact[m++];
+  while (m < moving.pair.size() || r < order.size()) {
+    const bool rests = m == moving.pair.size() ||
+                       (r < order.size() && comes_before(resting.pair[resting_row(r)], moving.pair[m]));
+    const std::int32_t contact = rests ? resting.contact[resting_row(r++)] : moving.contact[m++];
     if (contact >= 0) visit(contact);
   }
 }
 
-// The contacts of each shape, in the order of their pairs.
+// The contacts of each shape that do not rest, in the order of their pairs.
 void list_by_shape(WorldData& data) {
   Contacts& contacts = data.contacts;
   if (!contacts.by_shape_stale) return;
@@ -107,11 +134,12 @@ void list_by_shape(WorldData& data) {
   end.clear();
   end.resize(data.shapes.flags.size() + 1);  // to zero
   const auto for_each_end = [&](auto&& visit) {
-    for_each_contact(contacts, [&](std::int32_t contact) {
+    for (const std::int32_t contact : contacts.pairs.contact) {
+      if (contact < 0) continue;
       const ShapePair pair = contacts.now.pair[static_cast<std::size_t>(contact)];
       visit(pair.a, contact);
       visit(pair.b, contact);
-    });
+    }
   };
   for_each_end([&](std::int32_t shape, std::int32_t) { ++end[static_cast<std::size_t>(shape) + 1]; });
   std::int32_t sum = 0;
@@ -124,11 +152,21 @@ void list_by_shape(WorldData& data) {
   contacts.by_shape_stale = false;
 }
 
-std::span<const std::int32_t> contacts_of(const Contacts& contacts, std::int32_t shape) {
+std::span<const std::int32_t> moving_contacts_of(const Contacts& contacts, std::int32_t shape) {
   const auto row = static_cast<std::size_t>(shape);
   if (row + 1 >= contacts.by_shape_end.size()) return {};  // younger than the lists
   const std::int32_t begin = row == 0 ? 0 : contacts.by_shape_end[row - 1];
   return std::span(contacts.by_shape.begin() + begin, contacts.by_shape.begin() + contacts.by_shape_end[row]);
+}
+
+// Adds the contacts of a shape to `found`.
+void find_contacts(WorldData& data, std::int32_t shape) {
+  Contacts& contacts = data.contacts;
+  contacts.found.append(moving_contacts_of(contacts, shape));
+  for_each_resting(data, shape, [&](std::int32_t row, std::int32_t) {
+    const std::int32_t contact = contacts.resting.contact[static_cast<std::size_t>(row)];
+    if (contact >= 0) contacts.found.push_back(contact);
+  });
 }
 
 void tell(const WorldData& data, std::int32_t contact, std::span<ContactForces> out, std::size_t& count) {
@@ -137,13 +175,25 @@ void tell(const WorldData& data, std::int32_t contact, std::span<ContactForces> 
   ++count;
 }
 
+// Those found, in the order of their pairs. Returns how many there are.
+std::size_t tell_found(WorldData& data, std::span<ContactForces> out) {
+  Contacts& contacts = data.contacts;
+  std::sort(contacts.found.begin(), contacts.found.end(), [&](std::int32_t x, std::int32_t y) {
+    return comes_before(contacts.now.pair[static_cast<std::size_t>(x)],
+                        contacts.now.pair[static_cast<std::size_t>(y)]);
+  });
+  std::size_t count = 0;
+  for (const std::int32_t contact : contacts.found) tell(data, contact, out, count);
+  return count;
+}
+
 }  // namespace
 
 std::size_t World::contact_forces(std::span<ContactForces> out) const {
   const FpEnvironment environment;
-  const WorldData& data = opened_for_forces({"contact_forces"}, data_);
+  WorldData& data = opened_for_forces({"contact_forces"}, data_);
   std::size_t count = 0;
-  for_each_contact(data.contacts, [&](std::int32_t contact) { tell(data, contact, out, count); });
+  for_each_contact(data, [&](std::int32_t contact) { tell(data, contact, out, count); });
   return count;
 }
 
@@ -153,9 +203,9 @@ std::size_t World::contact_forces_of(ShapeId shape, std::span<ContactForces> out
   WorldData& data = opened_for_forces(call, data_);
   const std::int32_t row = checked_row(call, data.shapes, shape);
   list_by_shape(data);
-  std::size_t count = 0;
-  for (const std::int32_t contact : contacts_of(data.contacts, row)) tell(data, contact, out, count);
-  return count;
+  data.contacts.found.clear();
+  find_contacts(data, row);
+  return tell_found(data, out);
 }
 
 std::size_t World::contact_forces_of(BodyId body, std::span<ContactForces> out) const {
@@ -164,19 +214,12 @@ std::size_t World::contact_forces_of(BodyId body, std::span<ContactForces> out) 
   WorldData& data = opened_for_forces(call, data_);
   const std::int32_t row = checked_row(call, data.bodies, body);
   list_by_shape(data);
-  Contacts& contacts = data.contacts;
-  contacts.found.clear();
+  data.contacts.found.clear();
   for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(row)]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
-    contacts.found.append(contacts_of(contacts, shape));
+    find_contacts(data, shape);
   }
-  std::sort(contacts.found.begin(), contacts.found.end(), [&](std::int32_t x, std::int32_t y) {
-    return comes_before(contacts.now.pair[static_cast<std::size_t>(x)],
-                        contacts.now.pair[static_cast<std::size_t>(y)]);
-  });
-  std::size_t count = 0;
-  for (const std::int32_t contact : contacts.found) tell(data, contact, out, count);
-  return count;
+  return tell_found(data, out);
 }
 
 }  // namespace scree

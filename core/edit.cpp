@@ -35,6 +35,7 @@ void write_pose(Bodies& bodies, std::int32_t body, const Pose& transform) {
   store(bodies.pose[row].position, transform.position + rotate(transform.rotation, bodies.center[row]));
   store(bodies.pose[row].rotation, transform.rotation);
   bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
+  bodies.marks.mark(body);
 }
 
 // The body's matter stays where it is and moves on as it did.
@@ -71,7 +72,10 @@ void grow(Bodies& bodies, std::size_t count) {
   grow_store(bodies, count);
 }
 
-void grow(Joints& joints, std::size_t count) { grow_store(joints, count); }
+void grow(Joints& joints, std::size_t count) {
+  joints.changed.reserve(count);
+  grow_store(joints, count);
+}
 
 void grow(Shapes& shapes, std::size_t count) {
   shapes.dirty.reserve(count);
@@ -84,6 +88,7 @@ void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags) {
   std::uint8_t& row_flags = shapes.flags[static_cast<std::size_t>(shape)];
   if ((row_flags & kShapeDirty) == 0) shapes.dirty.push_back(shape);
   row_flags = static_cast<std::uint8_t>(row_flags | flags | kShapeDirty);
+  shapes.marks.mark(shape);
 }
 
 void mark_shapes_dirty(WorldData& data, std::int32_t body) {
@@ -126,6 +131,7 @@ void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry,
   }
   shapes.extent[row] = extent;
   shapes.hull[row] = hull;
+  shapes.marks.mark(shape);
 }
 
 void write_material(Shapes& shapes, std::int32_t shape, const Material& material) {
@@ -142,6 +148,7 @@ void write_material(Shapes& shapes, std::int32_t shape, const Material& material
   store(rules.surface_velocity, material.surface_velocity);
   shapes.material[row] = rules;
   shapes.density[row] = material.density;
+  shapes.marks.mark(shape);
 }
 
 void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull,
@@ -180,6 +187,8 @@ void link_shape(WorldData& data, std::int32_t shape, std::int32_t body) {
   data.shapes.previous[row] = -1;
   if (sibling >= 0) data.shapes.previous[static_cast<std::size_t>(sibling)] = shape;
   data.bodies.first_shape[body_row] = shape;
+  data.bodies.marks.mark(body);
+  data.shapes.marks.mark(shape);
   data.shapes.tree[row] = tree_of(data.bodies, body);
   if (data.shapes.tree[row] != TreeKind::frozen) note_change(data.shapes, shape);
   if (sibling >= 0) note_change(data.shapes, sibling);  // was alone perhaps
@@ -190,9 +199,14 @@ void unlink_shape(WorldData& data, std::int32_t shape) {
   Shapes& shapes = data.shapes;
   const auto row = static_cast<std::size_t>(shape);
   const std::int32_t before = shapes.previous[row], behind = shapes.next[row];
-  std::int32_t& link = before >= 0 ? shapes.next[static_cast<std::size_t>(before)]
-                                   : data.bodies.first_shape[static_cast<std::size_t>(shapes.body[row])];
-  link = behind;
+  const std::int32_t body = shapes.body[row];
+  if (before >= 0) {
+    shapes.next[static_cast<std::size_t>(before)] = behind;
+    shapes.marks.mark(before);
+  } else {
+    data.bodies.first_shape[static_cast<std::size_t>(body)] = behind;
+    data.bodies.marks.mark(body);
+  }
   if (behind >= 0) shapes.previous[static_cast<std::size_t>(behind)] = before;
 }
 
@@ -235,6 +249,7 @@ void leave_core(WorldData& data, std::int32_t body) { leave(data, body, kCoreUnm
 
 void place_matter_of(WorldData& data, std::int32_t body) {
   const FpEnvironment environment;
+  data.bodies.marks.mark(body);
   const auto row = static_cast<std::size_t>(body);
   if ((data.bodies.unplaced[row] & kShapesUnplaced) != 0) {
     for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0;
@@ -264,6 +279,7 @@ void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
 void apply_locks(Bodies& bodies, std::int32_t body) {
   const auto row = static_cast<std::size_t>(body);
   MotionRow& motion = bodies.motion[row];
+  bodies.marks.mark(body);
   motion.flags &= ~static_cast<std::uint32_t>(kMotionLocksMask);
   if (given_type(bodies, body) != BodyType::dynamic) return;
   motion.flags |= static_cast<std::uint32_t>(bodies.locks[row]);
@@ -275,6 +291,7 @@ void apply_locks(Bodies& bodies, std::int32_t body) {
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);
+  bodies.marks.mark(body);
   put(bodies.mass, row, mass.mass);
   put(bodies.local_inertia, row, mass.inertia);
   put(bodies.local_mass, row, mass.inverse);

@@ -36,6 +36,13 @@ struct SlotPlan {
   }
 };
 
+// Takes the slots of a plan out of the store's free ones.
+template <class Store>
+void take_slots(Store& store, const SlotPlan& plan) {
+  store.free_slots.drop_back(plan.from_free);
+  store.free_mark.cut(store.free_slots.size());
+}
+
 // Writes what differs only: rows of zeros that nobody has written to take no memory, and fixed bodies have
 // many.
 template <class Row>

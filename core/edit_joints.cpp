@@ -12,6 +12,7 @@ namespace {
 void note_jointed(Bodies& bodies, std::int32_t body) {
   const auto row = static_cast<std::size_t>(body);
   constexpr auto kJointed = static_cast<std::uint32_t>(kMotionJointed);
+  bodies.marks.mark(body);  // of its first joint, too
   std::uint32_t& flags = bodies.motion[row].flags;
   flags = bodies.first_joint[row] >= 0 ? flags | kJointed : flags & ~kJointed;
 }
@@ -46,6 +47,7 @@ void leave_list(WorldData& data, std::int32_t joint, std::int32_t body) {
   if (before >= 0) {
     const auto other = static_cast<std::size_t>(before);
     link_of(joints.next[other], joints.bodies[other], body) = behind;
+    joints.marks.mark(before);
   } else {
     data.bodies.first_joint[static_cast<std::size_t>(body)] = behind;
   }
@@ -61,6 +63,7 @@ void leave_list(WorldData& data, std::int32_t joint, std::int32_t body) {
 void link_joint(WorldData& data, std::int32_t joint) {
   const auto row = static_cast<std::size_t>(joint);
   const JointBodies ends = data.joints.bodies[row];
+  data.joints.marks.mark(joint);
   data.joints.next[row] = {-1, -1};
   data.joints.previous[row] = {-1, -1};
   enter_list(data, joint, ends.a);
@@ -88,6 +91,7 @@ void bury_joint(WorldData& data, std::int32_t joint) {
   joints_changed(data, joint, (joints.flags[row] & kJointCollides) == 0);
   leave_list(data, joint, ends.a);
   leave_list(data, joint, ends.b);
+  joints.marks.mark(joint);
   joints.flags[row] = 0;
   joints.next[row] = {-1, -1};
   joints.previous[row] = {-1, -1};
@@ -121,7 +125,7 @@ void place_joints_of(WorldData& data, std::int32_t body) {
 }
 
 void joints_changed(WorldData& data, std::int32_t joint, bool keeps_apart) {
-  data.joints.active_changed = true;
+  note_change(data.joints, joint);
   const JointBodies ends = data.joints.bodies[static_cast<std::size_t>(joint)];
   if (!keeps_apart || !is_listed(ends.a) || !is_listed(ends.b)) return;
   note_ends(data, ends);

@@ -41,6 +41,7 @@ std::int32_t row_of(BodyId body) { return static_cast<std::int32_t>(body.index);
 JointId make(WorldData& data, std::int32_t joint, const JointDef& def, const Joint& given) {
   Joints& joints = data.joints;
   const auto row = static_cast<std::size_t>(joint);
+  joints.marks.mark(joint);
   if (joints.generation[row] == 0) joints.generation[row] = 1;
   joints.type[row] = type_of(given);
   joints.flags[row] = flags_of(def, given);
@@ -73,7 +74,7 @@ void create(Call call, WorldData& data, std::span<const JointDef> defs, std::spa
   // Nothing can fail from here on.
   for (std::size_t i = 0; i < count; ++i)
     ids[i] = make(data, plan.slot(data.joints.free_slots, i), defs[i], joints[i]);
-  data.joints.free_slots.drop_back(plan.from_free);
+  take_slots(data.joints, plan);
 }
 
 }  // namespace

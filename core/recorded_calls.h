@@ -89,6 +89,19 @@ SCREE_RECORDED_CALLS(SCREE_DECLARE_ARGUMENTS)
 template <RecordedCall kCall>
 void write_arguments(const void* arguments, CallWriter& writer);
 
+// Marks what a call names: it may write to it.
+inline void mark_named(WorldData& data, BodyId body) {
+  data.bodies.marks.mark(static_cast<std::int32_t>(body.index));
+}
+inline void mark_named(WorldData& data, ShapeId shape) {
+  data.shapes.marks.mark(static_cast<std::int32_t>(shape.index));
+}
+inline void mark_named(WorldData& data, JointId joint) {
+  data.joints.marks.mark(static_cast<std::int32_t>(joint.index));
+}
+template <class Other>
+void mark_named(WorldData&, const Other&) {}
+
 // Tells the world's sink, if it has one, when the call that holds this returns; a call that throws has
 // changed nothing and is not told.
 template <RecordedCall kCall, class Types = typename CallArguments<kCall>::Types>
@@ -102,6 +115,7 @@ class Telling<kCall, std::tuple<Arguments...>> {
       : sink_(data.recording.sink), arguments_(given...) {
     static_assert((std::is_same_v<Given, Arguments> && ...),
                   "a converted argument would not live long enough");
+    (mark_named(data, given), ...);
     if (sink_ != nullptr) exceptions_ = std::uncaught_exceptions();
   }
   ~Telling() {

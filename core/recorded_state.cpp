@@ -1,15 +1,18 @@
 // See recorded_state.h.
 #include <core/fp_environment.h>
 #include <core/recorded_state.h>
+#include <core/snapshot_columns.h>
 
 namespace scree {
 
 void write_state(const SnapshotData& snapshot, const std::vector<std::int32_t>& numbers, ByteWriter& writer) {
-  writer.reserve(writer.size() + snapshot.columns.size() + 4096);
-  writer.put(hash_of_state(snapshot));
+  Column<std::byte> columns;
+  pack_columns(snapshot.pages->sheets, columns);
+  writer.reserve(writer.size() + columns.size() + 4096);
+  writer.put(hash_of_state(snapshot.world, columns));
   write_world(snapshot.world, writer);
   write_slots(snapshot.hulls, numbers, writer);
-  write_columns(snapshot, writer);
+  write_columns(columns, writer);
 }
 
 Snapshot read_state(std::span<const std::byte> bytes, std::span<const SolidPointer> solids) {
@@ -23,7 +26,6 @@ Snapshot read_state(std::span<const std::byte> bytes, std::span<const SolidPoint
   data.hulls = read_slots(reader, solids);
   read_columns(reader, data);
   if (hash_of_state(data) != hash) refuse_bytes(0, "the hash of the state is wrong");
-  data.id = next_snapshot_id();
   data.is_full = true;
   return snapshot;
 }

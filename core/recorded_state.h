@@ -3,7 +3,7 @@
 //   u64      hash_of_state()
 //   ...      the fields of SavedWorld
 //   u32      number of slots of hulls, and these: see snapshot_hulls.h
-//   u64      number of the bytes that follow, to the end: SnapshotData::columns
+//   u64      number of the bytes that follow, to the end: snapshot_columns.h
 #pragma once
 
 #include <core/snapshot_bytes.h>

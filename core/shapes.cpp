@@ -114,7 +114,7 @@ void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef
     ids[i] = commit_shape(shapes, shape);
     if (has_core) extend_core(data, body, shape);
   }
-  shapes.free_slots.drop_back(plan.from_free);
+  take_slots(shapes, plan);
   apply_mass(data, body, mass);
   data.contacts.pairs_stale = true;
 }
@@ -242,6 +242,15 @@ void World::set_filter(ShapeId shape, const Filter& filter) {
   reconsider(s, kShapeDirty);
 }
 
+// Where there are more than that many, all are as good.
+void note_asked(Events& events, std::int32_t shape, std::size_t most) {
+  if (events.asked_of.size() < most) {
+    events.asked_of.push_back(shape);
+  } else {
+    events.asked_of_all = true;
+  }
+}
+
 ContactEvents World::contact_events(ShapeId shape) const {
   const ShapeRow s = at({"contact_events"}, data_, shape);
   return s.shapes.events[s.row];
@@ -252,6 +261,7 @@ void World::set_contact_events(ShapeId shape, ContactEvents events) {
   const ShapeRow s = at(call, data_, shape);
   const Telling<RecordedCall::set_contact_events> telling(s.data, shape, events);
   check_events(call, events);
+  if (events != s.shapes.events[s.row]) note_asked(s.data.events, s.shape, s.shapes.flags.size());
   s.shapes.asking +=
       (events != ContactEvents::none ? 1 : 0) - (s.shapes.events[s.row] != ContactEvents::none ? 1 : 0);
   s.shapes.events[s.row] = events;

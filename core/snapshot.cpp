@@ -2,8 +2,8 @@
 #include <core/edit.h>
 #include <core/fp_environment.h>
 #include <core/hull_build.h>
+#include <core/resting_pairs.h>
 #include <core/snapshot.h>
-#include <core/snapshot_columns.h>
 
 #include <algorithm>
 #include <atomic>
@@ -83,7 +83,9 @@ std::int64_t name_pairs(const PairRows& pairs, ContactRows& contacts) {
   return count;
 }
 
-void derive_contacts(Contacts& contacts) {
+void derive_contacts(WorldData& data) {
+  Contacts& contacts = data.contacts;
+  link_resting(data);
   name_pairs(contacts.pairs, contacts.now);
   contacts.resting_contacts = name_pairs(contacts.resting, contacts.now);
   contacts.pairs_before.resize(0);
@@ -100,6 +102,7 @@ void derive_joints(WorldData& data) {
   for (std::size_t row = 0; row < joints.flags.size(); ++row) {
     joints.previous[row] = {-1, -1};
     joints.reaction[row] = {};
+    joints.is_changed[row] = 0;
   }
   for (std::size_t row = 0; row < joints.flags.size(); ++row) {
     if ((joints.flags[row] & kJointAlive) == 0) continue;
@@ -108,7 +111,17 @@ void derive_joints(WorldData& data) {
     link_back(data, static_cast<std::int32_t>(row));
   }
   joints.active.clear();
-  joints.active_changed = true;
+  joints.changed.clear();
+  joints.all_changed = true;
+}
+
+void derive_events(Events& events) {
+  events.before.clear();
+  events.resting_touches = std::count_if(events.resting.begin(), events.resting.end(),
+                                         [](const TouchRow& row) { return row.events != 0; });
+  events.asked_of.clear();
+  events.asked_of_all = true;
+  clear_told(events);
 }
 
 // What a world is besides its columns and its hulls.
@@ -149,13 +162,19 @@ bool Snapshot::is_empty() const noexcept { return data_ == nullptr || !data_->is
 
 std::size_t Snapshot::bytes() const noexcept {
   if (is_empty()) return 0;
-  return sizeof *data_ + data_->columns.size() + data_->contacts.span().size_bytes() +
+  return sizeof *data_ + sizeof *data_->pages + data_->pages->sheets.bytes() +
          data_->hulls.size() * sizeof(SharedHull);
 }
 
 std::uint64_t Snapshot::step() const noexcept { return is_empty() ? 0 : data_->world.step_count; }
 
-void save_world(const WorldData& data, SnapshotData& snapshot) {
+SnapshotData::~SnapshotData() {
+  const std::lock_guard lock(pages->mutex);
+  pages->id = 0;
+  pages->sheets.clear();
+}
+
+void save_world(const WorldData& data, SnapshotData& snapshot, bool remember) {
   snapshot.is_full = false;
   snapshot.world = {data.settings,
                     data.step_count,
@@ -164,26 +183,36 @@ void save_world(const WorldData& data, SnapshotData& snapshot) {
                     data.shapes.wake_requested,
                     data.contacts.manifolds_stale,
                     data.contacts.pairs_stale};
-  if (!same_hulls(snapshot.hulls, data.hulls.shared)) snapshot.hulls = data.hulls.shared;
-  save_columns(data, snapshot);
-  snapshot.id = next_snapshot_id();
+  try {
+    if (!same_hulls(snapshot.hulls, data.hulls.shared)) snapshot.hulls = data.hulls.shared;
+    save_sheets(const_cast<WorldData&>(data), snapshot, remember);  // of which it writes the marks only
+  } catch (...) {
+    drop_pages(snapshot);
+    throw;
+  }
   snapshot.is_full = true;
 }
 
-void save(const World& world, Snapshot& snapshot) {
+namespace {
+
+void save(const World& world, Snapshot& snapshot, bool remember) {
   WorldData& data = internals(const_cast<World&>(world), "save");
   place_matter(data);  // changes nothing that the caller could see
   std::unique_ptr<SnapshotData>& to = SnapshotAccess::data(snapshot);
   if (to == nullptr) to = std::make_unique<SnapshotData>();
-  save_world(data, *to);
+  save_world(data, *to, remember);
 }
+
+}  // namespace
+
+void save(const World& world, Snapshot& snapshot) { save(world, snapshot, true); }
 
 void restore(World& world, const Snapshot& snapshot) {
   constexpr const char* kName = "restore";
   const SnapshotData& from = filled(snapshot, kName);
   WorldData& data = internals(world, kName);
-  const SavedColumns saved = find_columns(from.columns);
-  reserve_columns(saved, data);
+  const Sheets& sheets = from.pages->sheets;
+  reserve_columns(sheets, data);
   if (!same_hulls(from.hulls, data.hulls.shared)) {
     HullIndex index(from.hulls);
     data.hulls.shared.swap(index.shared);
@@ -191,7 +220,7 @@ void restore(World& world, const Snapshot& snapshot) {
   }
   // Nothing can fail from here on.
   const FpEnvironment environment;
-  load_columns(from, saved, data);
+  load_sheets(sheets, data);
   load_world(from.world, data);
   for (std::size_t slot = 0; slot < data.hulls.shared.size(); ++slot) {
     const SharedHull& shared = data.hulls.shared[slot];
@@ -199,20 +228,20 @@ void restore(World& world, const Snapshot& snapshot) {
   }
   derive_shapes(data);
   derive_bodies(data.bodies);
-  derive_contacts(data.contacts);
+  derive_contacts(data);
   derive_joints(data);
-  data.events.before.clear();
-  clear_told(data.events);
+  derive_events(data.events);
   for (Part* part :
        {data.broad_phase.get(), data.narrow_phase.get(), data.constraints.get(), data.islands.get()}) {
     if (part != nullptr) part->forget();
   }
+  remember_saved(data, from);
   if (data.recording.sink != nullptr) data.recording.sink->restored(data);
 }
 
 World clone(const World& world) {
   Snapshot snapshot;
-  save(world, snapshot);
+  save(world, snapshot, false);
   World copy;
   restore(copy, snapshot);
   return copy;

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 namespace scree {
 
@@ -97,9 +98,9 @@ void read_world(ByteReader& reader, SavedWorld& world) {
   }
 }
 
-void write_columns(const SnapshotData& snapshot, ByteWriter& writer) {
-  writer.put(std::uint64_t{snapshot.columns.size()});
-  writer.put_bytes(snapshot.columns.data(), snapshot.columns.size());
+void write_columns(const Column<std::byte>& columns, ByteWriter& writer) {
+  writer.put(std::uint64_t{columns.size()});
+  writer.put_bytes(columns.data(), columns.size());
 }
 
 void read_columns(ByteReader& reader, SnapshotData& snapshot) {
@@ -108,19 +109,30 @@ void read_columns(ByteReader& reader, SnapshotData& snapshot) {
     refuse_bytes(at, "the columns have more or fewer bytes than are left");
   }
   const std::size_t offset = reader.at(), count = reader.left();
-  snapshot.columns.resize_for_overwrite(count);
-  if (count > 0) std::memcpy(snapshot.columns.data(), reader.take_bytes(count), count);
-  check_columns(snapshot, offset);
+  PackedColumns packed;
+  packed.bytes.resize_for_overwrite(count);
+  if (count > 0) std::memcpy(packed.bytes.data(), reader.take_bytes(count), count);
+  const SavedColumns saved = check_columns(packed, snapshot.hulls, offset);
+  snapshot.id = next_snapshot_id();
+  begin_pages(snapshot, nullptr, 0);
+  unpack_columns(packed, saved, snapshot.pages->sheets);
+  finish_pages(snapshot);
+}
+
+std::uint64_t hash_of_state(const SavedWorld& world, const Column<std::byte>& columns) {
+  ByteWriter writer;
+  write_world(world, writer);
+  XXH64_state_t state;
+  XXH64_reset(&state, 0);
+  XXH64_update(&state, writer.bytes().data(), writer.size());
+  XXH64_update(&state, columns.data(), columns.size());
+  return XXH64_digest(&state);
 }
 
 std::uint64_t hash_of_state(const SnapshotData& snapshot) {
-  ByteWriter world;
-  write_world(snapshot.world, world);
-  XXH64_state_t state;
-  XXH64_reset(&state, 0);
-  XXH64_update(&state, world.bytes().data(), world.size());
-  XXH64_update(&state, snapshot.columns.data(), snapshot.columns.size());
-  return XXH64_digest(&state);
+  Column<std::byte> columns;
+  pack_columns(snapshot.pages->sheets, columns);
+  return hash_of_state(snapshot.world, columns);
 }
 
 void seal_snapshot(std::span<std::byte> bytes) { seal(bytes, {}); }
@@ -129,7 +141,9 @@ void detail::write_snapshot(const Snapshot& snapshot, const TakeBytes take, void
   constexpr const char* kName = "write_snapshot";
   const SnapshotData& data = filled(snapshot, kName);
   check_byte_order(kName);
-  ByteWriter writer;  // of all before the columns, which lie in the snapshot as they are written
+  Column<std::byte> packed;
+  pack_columns(data.pages->sheets, packed);
+  ByteWriter writer;  // of all before the columns
   writer.put_bytes(kMagic, sizeof kMagic);
   writer.put(kSnapshotVersion);
   writer.put(kByteOrderMark);
@@ -138,9 +152,9 @@ void detail::write_snapshot(const Snapshot& snapshot, const TakeBytes take, void
   writer.put(std::uint64_t{0});
   write_world(data.world, writer);
   write_hulls(data.hulls, writer);
-  writer.put(std::uint64_t{data.columns.size()});
+  writer.put(std::uint64_t{packed.size()});
   std::vector<std::byte> begin = writer.take();
-  const std::span<const std::byte> columns(data.columns.data(), data.columns.size());
+  const std::span<const std::byte> columns = std::as_const(packed).span();
   seal(begin, columns);
   take(context, begin, begin.size() + columns.size());
   take(context, columns, begin.size() + columns.size());
@@ -157,7 +171,6 @@ Snapshot read_snapshot(std::span<const std::byte> bytes) {
   read_world(reader, data.world);
   data.hulls = read_hulls(reader);
   read_columns(reader, data);
-  data.id = next_snapshot_id();
   data.is_full = true;
   return snapshot;
 }

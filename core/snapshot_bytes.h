@@ -9,7 +9,7 @@
 //   u64      xxHash64 of what follows
 //   ...      settings and the like: the fields of SavedWorld, see value_bytes.h
 //   ...      hulls: snapshot_hulls.h
-//   u64      number of the bytes that follow, to the end: SnapshotData::columns
+//   u64      number of the bytes that follow, to the end: snapshot_columns.h
 #pragma once
 
 #include <core/snapshot.h>
@@ -92,10 +92,11 @@ class ByteReader {
 // with its bytes, and the snapshot's hulls must be there already.
 void write_world(const SavedWorld& world, ByteWriter& writer);
 void read_world(ByteReader& reader, SavedWorld& world);
-void write_columns(const SnapshotData& snapshot, ByteWriter& writer);
+void write_columns(const Column<std::byte>& columns, ByteWriter& writer);
 void read_columns(ByteReader& reader, SnapshotData& snapshot);
 
-// Equal for equal states: xxHash64 of the two parts.
+// Equal for equal states: xxHash64 of the two parts. With the columns at hand they need not be packed.
+std::uint64_t hash_of_state(const SavedWorld& world, const Column<std::byte>& columns);
 std::uint64_t hash_of_state(const SnapshotData& snapshot);
 
 }  // namespace scree

@@ -1,10 +1,9 @@
-// What differs between two snapshots: of each column the pages that are not the same bytes.
+// What differs between two snapshots: the pages of the later one that are not those of the base.
 //
-// A column is compared in its packed form, at equal places. While nobody is created or destroyed these hold
-// the same rows; where a column packs otherwise than before, more is kept than need be. Of each column there
-// are the numbers of its rows and its bytes, a byte for each page, 1 where it is kept, and the kept pages.
+// Pages that the two share are not looked into, nor are groups of them: of two snapshots of one world that is
+// all that has not changed. Where they share nothing, as with snapshots that were read, pages of equal
+// bytes are the same, too.
 #include <core/snapshot.h>
-#include <core/snapshot_columns.h>
 
 #include <algorithm>
 #include <cstring>
@@ -14,40 +13,48 @@ namespace scree {
 
 namespace {
 
-constexpr std::size_t kPage = 256;  // bytes; larger ones keep more that has not changed
+bool are_equal(const SavedPage& a, const SavedPage& b) { return &a == &b || a.holds(b.content, b.data()); }
 
-std::size_t pages_of(std::size_t bytes) { return (bytes + kPage - 1) / kPage; }
-
-void put(Column<std::byte>& out, const void* from, std::size_t bytes) {
-  const std::size_t at = out.size();
-  out.resize_for_overwrite(at + bytes);
-  if (bytes > 0) std::memcpy(out.data() + at, from, bytes);
-}
-
-// The pages of `later` that differ from those of `base` at the same place.
-void keep_pages(const std::byte* base, std::size_t base_bytes, const std::byte* later, std::size_t bytes,
-                Column<std::byte>& out) {
-  const std::size_t flags = out.size();
-  out.reserve(flags + pages_of(bytes) + bytes);
-  out.resize_for_overwrite(flags + pages_of(bytes));
-  for (std::size_t at = 0; at < bytes; at += kPage) {
-    const std::size_t page = std::min(kPage, bytes - at);
-    const bool same = at + page <= base_bytes && std::memcmp(base + at, later + at, page) == 0;
-    out[flags + at / kPage] = std::byte{!same};
-    if (!same) put(out, later + at, page);
+void keep_pages(SheetId id, const Sheet& base, const Sheet& later, SnapshotChangesData& to) {
+  const std::size_t pages = pages_of(later.rows), base_pages = pages_of(base.rows);
+  for (std::size_t page = 0; page < pages; ++page) {
+    if (page % PageGroup::kMost == 0) {
+      const std::size_t group = page / PageGroup::kMost;
+      if (group < base.groups.size() && base.groups[group].get() == later.groups[group].get()) {
+        page += PageGroup::kMost - 1;
+        continue;
+      }
+    }
+    const PageOwner& now = later.page(page);
+    if (page < base_pages && are_equal(*base.page(page), *now)) continue;
+    to.pages.push_back({id, static_cast<std::uint32_t>(page), now});
+    to.page_bytes += sizeof *now + now->capacity;
   }
 }
 
-// Takes the column's bytes from `from`, which moves on, and from the base.
-void take_pages(const std::byte* base, const std::byte*& from, std::size_t bytes, std::byte* to) {
-  const std::byte* flags = from;
-  from += pages_of(bytes);
-  for (std::size_t at = 0; at < bytes; at += kPage) {
-    const std::size_t page = std::min(kPage, bytes - at);
-    const bool kept = *flags++ != std::byte{0};
-    std::memcpy(to + at, kept ? from : base + at, page);
-    if (kept) from += page;
+// Gives the sheet, which is the base's, the pages [kept, end) of the changes. Returns the end.
+const KeptPage* put_pages(const KeptPage* kept, const KeptPage* end, SheetId id, std::size_t rows,
+                          Sheet& sheet, Sheet& used) {
+  SheetEditor editor(sheet, used, rows);
+  const auto is_of = [&](std::size_t last) {
+    return kept != end && kept->sheet == id && kept->number < last;
+  };
+  for (std::size_t group = 0; group < sheet.groups.size(); ++group) {
+    const std::size_t first = group * PageGroup::kMost;
+    const std::size_t last = std::min(first + PageGroup::kMost, editor.pages());
+    if (!is_of(last) && !editor.must_open(group)) continue;
+    editor.open(group);
+    for (std::size_t page = first; page < last; ++page) {
+      if (is_of(page + 1)) {
+        editor.replace(page, kept->page);
+        ++kept;
+      } else {
+        editor.keep(page);
+      }
+    }
+    editor.close();
   }
+  return kept;
 }
 
 }  // namespace
@@ -61,7 +68,8 @@ bool SnapshotChanges::is_empty() const noexcept { return data_ == nullptr || !da
 
 std::size_t SnapshotChanges::bytes() const noexcept {
   if (is_empty()) return 0;
-  return sizeof *data_ + data_->columns.size() + data_->hulls.size() * sizeof(SharedHull);
+  return sizeof *data_ + data_->pages.size() * sizeof(KeptPage) + data_->page_bytes +
+         data_->hulls.size() * sizeof(SharedHull);
 }
 
 void keep_changes(const Snapshot& base, const Snapshot& later, SnapshotChanges& changes) {
@@ -73,13 +81,11 @@ void keep_changes(const Snapshot& base, const Snapshot& later, SnapshotChanges& 
   to->base = from.id;
   to->world = data.world;
   if (!same_hulls(to->hulls, data.hulls)) to->hulls = data.hulls;
-  const SavedColumns before = find_columns(from.columns), after = find_columns(data.columns);
-  to->columns.clear();
-  for (std::size_t i = 0; i < after.count; ++i) {
-    const SavedColumn &old = before.column[i], &column = after.column[i];
-    put(to->columns, data.columns.data() + column.begin - kColumnHeadBytes, kColumnHeadBytes);
-    keep_pages(from.columns.data() + old.begin, old.bytes, data.columns.data() + column.begin, column.bytes,
-               to->columns);
+  to->pages.clear();
+  to->page_bytes = 0;
+  for (std::size_t i = 0; i < kSheetCount; ++i) {
+    to->rows[i] = data.pages->sheets.sheet[i].rows;
+    keep_pages(static_cast<SheetId>(i), from.pages->sheets.sheet[i], data.pages->sheets.sheet[i], *to);
   }
   to->is_full = true;
 }
@@ -97,26 +103,20 @@ void apply_changes(const Snapshot& base, const SnapshotChanges& changes, Snapsho
   if (to == nullptr) to = std::make_unique<SnapshotData>();
   to->is_full = false;
   to->world = data.world;
-  if (!same_hulls(to->hulls, data.hulls)) to->hulls = data.hulls;
-  const SavedColumns before = find_columns(from.columns);
-  Column<std::byte>& out = to->columns;
-  out.clear();
-  const std::byte* kept = data.columns.data();
-  for (std::size_t i = 0; i < before.count; ++i) {
-    while (out.size() % kColumnAlignment != 0) out.push_back(std::byte{0});
-    std::uint64_t numbers[2];
-    std::memcpy(numbers, kept, sizeof numbers);
-    put(out, numbers, sizeof numbers);
-    kept += sizeof numbers;
-    const std::size_t begin = out.size(), bytes = static_cast<std::size_t>(numbers[1]);
-    out.resize_for_overwrite(begin + bytes);
-    take_pages(from.columns.data() + before.column[i].begin, kept, bytes, out.data() + begin);
+  try {
+    if (!same_hulls(to->hulls, data.hulls)) to->hulls = data.hulls;
+    to->id = next_snapshot_id();
+    begin_pages(*to, from.pages, from.id);
+    const KeptPage *kept = data.pages.data(), *const end = kept + data.pages.size();
+    for (std::size_t i = 0; i < kSheetCount; ++i) {
+      kept = put_pages(kept, end, static_cast<SheetId>(i), data.rows[i], to->pages->sheets.sheet[i],
+                       to->used.sheet[i]);
+    }
+    finish_pages(*to);
+  } catch (...) {
+    drop_pages(*to);
+    throw;
   }
-  while (out.size() % kColumnAlignment != 0) out.push_back(std::byte{0});
-  const SavedColumns after = find_columns(out);
-  const SavedColumn& points = after.find("contacts.now", "points");
-  list_contacts(reinterpret_cast<const std::uint8_t*>(out.data() + points.begin), points.rows, to->contacts);
-  to->id = next_snapshot_id();
   to->is_full = true;
 }
 

@@ -46,7 +46,8 @@ bool is_placed(const PoseRow& pose) { return is_finite_row(pose) && is_unit(to_q
 bool within(float x, float low, float high) { return x >= low && x <= high; }
 
 // Each column of a store has as many rows as the others, and no list more than what it lists from.
-void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const Refusal& refusal) {
+void check_counts(const PackedColumns& packed, std::size_t hulls, const SavedColumns& saved,
+                  const Refusal& refusal) {
   struct Rule {
     const char* store;
     const char* name;  // null: all others of the store
@@ -54,12 +55,13 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
   };
   const auto rows_of = [&](const char* store, const char* name) { return saved.find(store, name).rows; };
   const std::size_t bodies = rows_of("bodies", "flags"), shapes = rows_of("shapes", "flags");
-  const std::size_t hulls = snapshot.hulls.size(), pairs = rows_of("contacts.pairs", "pair");
-  const std::size_t rows = rows_of("contacts.now", "points"), contacts = snapshot.contacts.size();
+  const std::size_t pairs = rows_of("contacts.pairs", "pair");
+  const std::size_t rows = rows_of("contacts.now", "points"), contacts = packed.contacts.size();
   const std::size_t axes = rows_of("contacts.pairs", "axis") == 0 ? 0 : pairs;
   const std::size_t resting = rows_of("contacts.resting", "pair"), joints = rows_of("joints", "flags");
   const std::size_t resting_axes = rows_of("contacts.resting", "axis") == 0 ? 0 : resting;
   const std::size_t forces = rows_of("contacts", "forces") == 0 ? 0 : rows;
+  const std::size_t resting_events = rows_of("events", "resting") == 0 ? 0 : resting;
   const Rule rules[] = {{"bodies", "flags", at(kFirstBody), kMostRows},
                         {"bodies", "free_slots", 0, bodies},
                         {"bodies", nullptr, bodies, bodies},
@@ -84,7 +86,8 @@ void check_counts(const SnapshotData& snapshot, const SavedColumns& saved, const
                         {"joints", nullptr, joints, joints},
                         {"events", "lost", 0, kMostRows},
                         {"events", "woken", 0, bodies},
-                        {"events", "touching", 0, kMostRows}};
+                        {"events", "touching", 0, kMostRows},
+                        {"events", "resting", resting_events, resting_events}};
   for (std::size_t i = 0; i < saved.count; ++i) {
     const SavedColumn& column = saved.column[i];
     const auto* rule = std::find_if(std::begin(rules), std::end(rules), [&](const Rule& r) {
@@ -332,12 +335,12 @@ bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold
 }
 
 // The contact of a row of pairs, which nobody else may have.
-void check_contact(const WorldData& data, const SavedColumns& saved, const SnapshotData& snapshot,
+void check_contact(const WorldData& data, const SavedColumns& saved, const PackedColumns& packed,
                    const Refusal& refusal, const ShapePair& pair, std::int32_t contact) {
-  const std::byte* manifolds = snapshot.columns.data() + saved.find("contacts.now", "manifold").begin;
+  const std::byte* manifolds = packed.bytes.data() + saved.find("contacts.now", "manifold").begin;
   Manifold manifold;
   std::memcpy(static_cast<void*>(&manifold),
-              manifolds + place_of_contact(snapshot, at(contact)) * sizeof manifold, sizeof manifold);
+              manifolds + place_of_contact(packed, at(contact)) * sizeof manifold, sizeof manifold);
   const std::uint8_t points = data.contacts.now.points[at(contact)];
   const std::uint32_t info = manifold.info & ~std::uint32_t{kManifoldRich | kManifoldStatic};
   refusal.require(points <= kMaxManifoldPoints && info == points, "contacts.now", "manifold", at(contact),
@@ -346,15 +349,16 @@ void check_contact(const WorldData& data, const SavedColumns& saved, const Snaps
                   "is not between the bodies of its pair");
 }
 
-// One of the two lists. `taken` has the contacts that belong to pairs.
+// One of the two lists, of which only that of `pairs` ascends. `taken` has the contacts that belong to pairs.
 void check_list_of_pairs(const WorldData& data, const PairRows& pairs, const char* store,
-                         const SavedColumns& saved, const SnapshotData& snapshot, const Refusal& refusal,
+                         const SavedColumns& saved, const PackedColumns& packed, const Refusal& refusal,
                          std::vector<bool>& taken) {
   const auto shapes = static_cast<std::int32_t>(data.shapes.flags.size());
   const Column<std::uint8_t>& points = data.contacts.now.points;
+  const bool rest = &pairs == &data.contacts.resting;
   for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
     const ShapePair pair = pairs.pair[row];
-    const bool ascends = row == 0 || comes_before(pairs.pair[row - 1], pair);
+    const bool ascends = rest || row == 0 || comes_before(pairs.pair[row - 1], pair);
     refusal.require(pair.a >= 0 && pair.a < pair.b && pair.b < shapes && ascends, store, "pair", row,
                     "names no two shapes, or does not ascend");
     const bool has_hull = data.shapes.hull[at(pair.a)] >= 0 || data.shapes.hull[at(pair.b)] >= 0;
@@ -367,23 +371,30 @@ void check_list_of_pairs(const WorldData& data, const PairRows& pairs, const cha
         contact >= 0 && at(contact) < points.size() && !taken[at(contact)] && points[at(contact)] != 0;
     refusal.require(fits, store, "contact", row, "is no contact, or another pair's");
     taken[at(contact)] = true;
-    check_contact(data, saved, snapshot, refusal, pair, contact);
+    check_contact(data, saved, packed, refusal, pair, contact);
   }
 }
 
-void check_pairs(const WorldData& data, const SavedColumns& saved, const SnapshotData& snapshot,
+void check_pairs(const WorldData& data, const SavedColumns& saved, const PackedColumns& packed,
                  const Refusal& refusal) {
   const Column<std::uint8_t>& points = data.contacts.now.points;
   const Column<ShapePair>&pairs = data.contacts.pairs.pair, &resting = data.contacts.resting.pair;
   std::vector<bool> taken(points.size());
-  check_list_of_pairs(data, data.contacts.pairs, "contacts.pairs", saved, snapshot, refusal, taken);
-  check_list_of_pairs(data, data.contacts.resting, "contacts.resting", saved, snapshot, refusal, taken);
-  for (std::size_t row = 0; row < resting.size(); ++row) {
+  check_list_of_pairs(data, data.contacts.pairs, "contacts.pairs", saved, packed, refusal, taken);
+  check_list_of_pairs(data, data.contacts.resting, "contacts.resting", saved, packed, refusal, taken);
+  std::vector<std::size_t> order(resting.size());
+  for (std::size_t row = 0; row < order.size(); ++row) order[row] = row;
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t x, std::size_t y) { return comes_before(resting[x], resting[y]); });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::size_t row = order[i];
+    refusal.require(i == 0 || comes_before(resting[order[i - 1]], resting[row]), "contacts.resting", "pair",
+                    row, "stands there twice");
     refusal.require(!std::binary_search(pairs.begin(), pairs.end(), resting[row], comes_before),
                     "contacts.resting", "pair", row, "stands in both lists");
   }
   const auto contacts = static_cast<std::size_t>(std::count(taken.begin(), taken.end(), true));
-  refusal.require(contacts == snapshot.contacts.size(), "contacts.now", "points", 0,
+  refusal.require(contacts == packed.contacts.size(), "contacts.now", "points", 0,
                   "some contact belongs to no pair");
   check_list(data.contacts.free_rows, points.size(), "contacts", "free_rows", refusal,
              [&](std::size_t row) { return points[row] == 0; });
@@ -398,6 +409,18 @@ void check_events(const WorldData& data, const Refusal& refusal) {
     const bool fits = touching[row].events >= 1 && touching[row].events <= 3 &&
                       (row == 0 || key_of(touching[row - 1]) < key_of(touching[row]));
     refusal.require(fits, "events", "touching", row, "asks for nothing, or does not ascend");
+  }
+  const PairRows& pairs = data.contacts.resting;
+  for (std::size_t row = 0; row < data.events.resting.size(); ++row) {
+    const TouchRow& rests = data.events.resting[row];
+    if (is_zero_row(rests)) continue;
+    const bool fits = rests.events >= 1 && rests.events <= 3 && key_of(rests) == key_of(pairs.pair[row]) &&
+                      pairs.contact[row] >= 0;
+    refusal.require(fits, "events", "resting", row, "asks for nothing, or is another pair's");
+    const bool moves =
+        std::binary_search(touching.begin(), touching.end(), rests,
+                           [](const TouchRow& x, const TouchRow& y) { return key_of(x) < key_of(y); });
+    refusal.require(!moves, "events", "resting", row, "stands among those that move, too");
   }
   for (std::size_t row = 0; row < data.events.woken.size(); ++row) {
     const bool fits = data.events.woken[row].index < data.bodies.flags.size();
@@ -419,24 +442,25 @@ void refuse_number(const void* context, std::size_t offset, const char* reason) 
 
 }  // namespace
 
-void check_columns(SnapshotData& snapshot, std::size_t offset) {
+SavedColumns check_columns(PackedColumns& packed, const std::vector<SharedHull>& hulls, std::size_t offset) {
   const Offset context{offset};
-  const SavedColumns saved = find_columns(snapshot.columns, refuse_number, &context);
+  const SavedColumns saved = find_columns(packed.bytes, refuse_number, &context);
   const SavedColumn& points = saved.find("contacts.now", "points");
-  list_contacts(reinterpret_cast<const std::uint8_t*>(snapshot.columns.data() + points.begin), points.rows,
-                snapshot.contacts);
-  const Refusal refusal(snapshot, saved, offset);
-  check_counts(snapshot, saved, refusal);
+  list_contacts(reinterpret_cast<const std::uint8_t*>(packed.bytes.data() + points.begin), points.rows,
+                packed.contacts);
+  const Refusal refusal(packed, saved, offset);
+  check_counts(packed, hulls.size(), saved, refusal);
   WorldData data;
-  load_columns(snapshot, saved, data, false);
-  data.hulls.shared = snapshot.hulls;
+  load_columns(packed, saved, data);
+  data.hulls.shared = hulls;
   check_bodies(data, refusal);
   check_shapes(data, refusal);
   check_hulls(data, refusal);
   check_cores(data, refusal);
-  check_pairs(data, saved, snapshot, refusal);
+  check_pairs(data, saved, packed, refusal);
   check_joints(data, refusal);
   check_events(data, refusal);
+  return saved;
 }
 
 }  // namespace scree

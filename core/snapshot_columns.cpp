@@ -1,10 +1,11 @@
 // Packs and unpacks the columns of a snapshot; see snapshot_columns.h.
 #define XXH_INLINE_ALL
+#include <core/saved_columns.h>
 #include <core/snapshot_columns.h>
-#include <core/state_table.h>
 #include <xxhash.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstdlib>
 #include <cstring>
 #include <string>
@@ -17,7 +18,7 @@ namespace {
 constexpr std::size_t aligned(std::size_t at) {
   return (at + kColumnAlignment - 1) / kColumnAlignment * kColumnAlignment;
 }
-constexpr std::size_t blocks_of(std::size_t rows) { return (rows + kSavedBlock - 1) / kSavedBlock; }
+constexpr std::size_t blocks_of(std::size_t rows) { return pages_of(rows); }
 
 // Rows that hardly ever are equal. Bodies, shapes, pairs and joints have some, so that no snapshot is far
 // smaller than what it unpacks to.
@@ -34,114 +35,83 @@ ColumnForm form_of(std::string_view store, std::string_view name) {
     const bool rare = name == "anchor" || name == "surface";
     return rare ? ColumnForm::contact_blocks : ColumnForm::contacts;
   }
-  return kPlainRow<Row> ? ColumnForm::plain : ColumnForm::blocks;
-}
-
-// What is derived, but takes longer to make than to copy.
-bool is_kept(std::string_view store, std::string_view name) { return store == "bodies" && name == "core"; }
-
-// Calls visit(store, name, form, column) for the columns that a snapshot holds.
-template <class Visit>
-void for_each_saved_column(WorldData& data, Visit&& visit) {
-  for_each_column(data, [&visit](ColumnKind kind, const char* store, const char* name, auto& column) {
-    using Row = std::remove_reference_t<decltype(column[0])>;
-    static_assert(std::is_trivially_copyable_v<Row>);
-    if (kind == ColumnKind::state || is_kept(store, name))
-      visit(store, name, form_of<Row>(store, name), column);
-  });
-}
-
-// A world's columns without rows, for what depends on the table alone.
-WorldData& empty_table() {
-  static WorldData table;
-  return table;
+  const bool rare = store == "events" && name == "resting";  // often zero
+  return kPlainRow<Row> && !rare ? ColumnForm::plain : ColumnForm::blocks;
 }
 
 // --- packing ---
 
-template <class Row>
-std::size_t most_bytes(const Column<Row>& column) {
-  return kColumnAlignment + kColumnHeadBytes + blocks_of(column.size()) + column.size() * sizeof(Row);
+void put(Column<std::byte>& out, const void* from, std::size_t bytes) {
+  const std::size_t at = out.size();
+  out.resize_for_overwrite(at + bytes);
+  if (bytes > 0) std::memcpy(out.data() + at, from, bytes);
 }
 
-std::byte* put(std::byte* out, const void* from, std::size_t bytes) {
-  if (bytes > 0) std::memcpy(out, from, bytes);
-  return out + bytes;
+void align(Column<std::byte>& out) {
+  while (out.size() % kColumnAlignment != 0) out.push_back(std::byte{0});
 }
 
-template <class Row>
-std::byte* put_blocks(std::byte* out, const Column<Row>& column) {
-  std::byte* flags = out;
-  out += blocks_of(column.size());
-  for (std::size_t first = 0; first < column.size(); first += kSavedBlock) {
-    const std::size_t rows = std::min(kSavedBlock, column.size() - first);
-    const auto* block = reinterpret_cast<const std::byte*>(column.data() + first);
-    const bool equal = std::memcmp(block, block + sizeof(Row), (rows - 1) * sizeof(Row)) == 0;
-    *flags++ = std::byte{equal};
-    out = put(out, block, (equal ? 1 : rows) * sizeof(Row));
+// Calls visit(page, part) for the pages of a sheet, with one column's part of them.
+template <class Visit>
+void for_each_part(const Sheet& sheet, SheetPlace place, Visit&& visit) {
+  for (std::size_t number = 0; number < pages_of(sheet.rows); ++number) {
+    const SavedPage& page = *sheet.page(number);
+    visit(page, column_of(page, place));
   }
-  return out;
 }
 
-// Calls copy(row, place, rows) for rows of contacts and their places among these: many at a time where they
-// lie together, else one by one, because a run that ends anywhere costs more than its copy.
-template <class Copy>
-void for_each_run(const Column<std::int32_t>& contacts, Copy&& copy) {
-  constexpr std::size_t kRun = 16;
-  constexpr std::size_t kStep = 4;  // before looking for a run again
-  const std::size_t count = contacts.size();
-  std::size_t place = 0;
-  while (place + kRun <= count) {
-    const std::int32_t row = contacts[place];
-    const auto runs_to = [&](std::size_t rows) {
-      return place + rows <= count && contacts[place + rows - 1] - row == static_cast<std::int32_t>(rows - 1);
-    };
-    if (runs_to(kRun)) {
-      std::size_t rows = kRun;
-      while (runs_to(rows + kRun)) rows += kRun;
-      copy(row, place, rows);
-      place += rows;
-    } else {
-      for (std::size_t i = 0; i < kStep; ++i) copy(contacts[place + i], place + i, std::size_t{1});
-      place += kStep;
-    }
-  }
-  for (; place < count; ++place) copy(contacts[place], place, std::size_t{1});
+std::size_t rows_in(const SavedPage& page) {
+  return static_cast<std::size_t>(std::popcount(page.content.present));
 }
 
-template <class Row>
-std::byte* put_contacts(std::byte* out, const Column<Row>& column, const Column<std::int32_t>& contacts) {
-  const auto* const from = reinterpret_cast<const std::byte*>(column.data());
-  for_each_run(contacts, [=](std::int32_t row, std::size_t place, std::size_t rows) {
-    std::memcpy(out + place * sizeof(Row), from + static_cast<std::size_t>(row) * sizeof(Row),
-                rows * sizeof(Row));
+// The rows that are present.
+void put_rows(const Sheet& sheet, SheetPlace place, Column<std::byte>& out) {
+  for_each_part(sheet, place, [&](const SavedPage& page, const PageColumn& part) {
+    if (!part.is_equal) return put(out, part.bytes, rows_in(page) * place.row_bytes);
+    for (std::size_t i = 0; i < rows_in(page); ++i) put(out, part.bytes, place.row_bytes);
   });
-  return out + contacts.size() * sizeof(Row);
 }
 
-template <class Row>
-std::byte* put_contact_blocks(std::byte* out, const Column<Row>& column,
-                              const Column<std::int32_t>& contacts) {
-  const Row* const from = column.data();
-  std::byte* flags = out;
-  out += blocks_of(contacts.size());
-  for (std::size_t first = 0; first < contacts.size(); first += kSavedBlock) {
-    const std::size_t rows = std::min(kSavedBlock, contacts.size() - first);
-    const std::int32_t* const list = contacts.data() + first;
-    const auto* block = reinterpret_cast<const std::byte*>(from + list[0]);
-    if (list[rows - 1] - list[0] != static_cast<std::int32_t>(rows - 1)) {
-      for (std::size_t i = 0; i < rows; ++i) {
-        std::memcpy(out + i * sizeof(Row), static_cast<const void*>(from + list[i]), sizeof(Row));
-      }
-      block = out;
+// All rows, where free ones are zero.
+void put_with_free_rows(const Sheet& sheet, SheetPlace place, Column<std::byte>& out) {
+  std::size_t left = sheet.rows;
+  for_each_part(sheet, place, [&](const SavedPage& page, const PageColumn& part) {
+    const std::size_t begin = out.size(), count = std::min(left, kPageRows);
+    out.resize_for_overwrite(begin + count * place.row_bytes);
+    std::memset(out.data() + begin, 0, count * place.row_bytes);
+    const std::byte* from = part.bytes;
+    for (std::uint64_t rows = page.content.present; rows != 0; rows &= rows - 1) {
+      const auto row = static_cast<std::size_t>(std::countr_zero(rows));
+      std::memcpy(out.data() + begin + row * place.row_bytes, from, place.row_bytes);
+      if (!part.is_equal) from += place.row_bytes;
     }
-    const bool equal = std::memcmp(block, block + sizeof(Row), (rows - 1) * sizeof(Row)) == 0;
-    *flags++ = std::byte{equal};
-    const std::size_t bytes = (equal ? 1 : rows) * sizeof(Row);
-    if (block != out) std::memcpy(out, block, bytes);
-    out += bytes;
+    left -= count;
+  });
+}
+
+// A page is a block.
+void put_blocks(const Sheet& sheet, SheetPlace place, Column<std::byte>& out) {
+  static_assert(kSavedBlock == kPageRows);
+  for_each_part(sheet, place,
+                [&](const SavedPage&, const PageColumn& part) { out.push_back(std::byte{part.is_equal}); });
+  for_each_part(sheet, place, [&](const SavedPage& page, const PageColumn& part) {
+    put(out, part.bytes, (part.is_equal ? 1 : rows_in(page)) * place.row_bytes);
+  });
+}
+
+// Blocks of the rows that are present, which are others than those of the pages.
+void put_contact_blocks(const Sheet& sheet, SheetPlace place, std::size_t contacts, Column<std::byte>& out) {
+  Column<std::byte> rows;
+  put_rows(sheet, place, rows);
+  const std::size_t flags = out.size(), size = place.row_bytes;
+  out.resize_for_overwrite(flags + blocks_of(contacts));
+  for (std::size_t first = 0; first < contacts; first += kSavedBlock) {
+    const std::size_t count = std::min(kSavedBlock, contacts - first);
+    const std::byte* block = rows.data() + first * size;
+    const bool equal = std::memcmp(block, block + size, (count - 1) * size) == 0;
+    out[flags + first / kSavedBlock] = std::byte{equal};
+    put(out, block, (equal ? 1 : count) * size);
   }
-  return out;
 }
 
 // --- unpacking ---
@@ -161,27 +131,99 @@ void take_blocks(const std::byte* from, std::size_t rows, Column<Row>& column) {
   }
 }
 
-template <class Row>
-void take_contacts(const std::byte* from, const Column<std::int32_t>& contacts, Column<Row>& column) {
-  auto* const to = reinterpret_cast<std::byte*>(column.data());
-  for_each_run(contacts, [=](std::int32_t row, std::size_t place, std::size_t rows) {
-    std::memcpy(to + static_cast<std::size_t>(row) * sizeof(Row), from + place * sizeof(Row),
-                rows * sizeof(Row));
-  });
-}
-
-template <class Row>
-void take_contact_blocks(const std::byte* from, const Column<std::int32_t>& contacts, Column<Row>& column) {
-  const std::byte* flags = from;
-  from += blocks_of(contacts.size());
-  Row* const rows = column.data();
-  for (std::size_t first = 0; first < contacts.size(); first += kSavedBlock) {
-    const std::size_t count = std::min(kSavedBlock, contacts.size() - first);
-    const std::size_t stride = *flags++ != std::byte{0} ? 0 : sizeof(Row);
-    for (std::size_t i = 0; i < count; ++i) {
-      std::memcpy(static_cast<void*>(rows + contacts[first + i]), from + i * stride, sizeof(Row));
+// Reads one column in pages.
+class PageReader {
+ public:
+  PageReader(const SavedColumn& saved, const std::byte* columns)
+      : saved_(saved), flags_(columns + saved.begin), rows_(flags_) {
+    if (saved.form == ColumnForm::blocks || saved.form == ColumnForm::contact_blocks) {
+      rows_ += blocks_of(saved.rows);
     }
-    from += stride == 0 ? sizeof(Row) : count * stride;
+  }
+
+  bool is_of_all_rows() const { return saved_.form == ColumnForm::plain; }
+  void take(std::size_t count, std::byte* to) {
+    if (saved_.form == ColumnForm::contacts) {
+      std::memcpy(to, rows_, count * saved_.row_bytes);
+      rows_ += count * saved_.row_bytes;
+      return;
+    }
+    while (count > 0) {
+      const std::size_t rows = std::min(count, kSavedBlock - row_ % kSavedBlock);
+      const bool equal = flags_[row_ / kSavedBlock] != std::byte{0};
+      const std::size_t stride = equal ? 0 : saved_.row_bytes;
+      for (std::size_t i = 0; equal && i < rows; ++i) {
+        std::memcpy(to + i * saved_.row_bytes, rows_, saved_.row_bytes);
+      }
+      if (!equal) std::memcpy(to, rows_, rows * saved_.row_bytes);
+      rows_ += rows * stride;
+      row_ += rows;
+      if (equal && row_ % kSavedBlock == 0) rows_ += saved_.row_bytes;
+      to += rows * saved_.row_bytes;
+      count -= rows;
+    }
+  }
+  // The rows among the next `count` that are present.
+  void take_present(std::size_t count, std::uint64_t present, std::byte* to) {
+    if (present == rows_mask(count)) {
+      std::memcpy(to, rows_, count * saved_.row_bytes);
+      rows_ += count * saved_.row_bytes;
+      return;
+    }
+    for (std::size_t i = 0; i < count; ++i, rows_ += saved_.row_bytes) {
+      if ((present >> i & 1u) == 0) continue;
+      std::memcpy(to, rows_, saved_.row_bytes);
+      to += saved_.row_bytes;
+    }
+  }
+
+ private:
+  const SavedColumn& saved_;
+  const std::byte* flags_;
+  const std::byte* rows_;
+  std::size_t row_ = 0;
+};
+
+void unpack_sheet(const PackedColumns& packed, const SavedColumns& saved, SheetId id, Sheet& sheet) {
+  std::vector<PageReader> readers;
+  std::vector<PageSource> sources;
+  std::array<std::byte, kPageRows * PagePacker::kMostRowBytes> scratch;
+  std::byte* place = scratch.data();
+  std::size_t rows = 0;
+  for (std::size_t i = 0; i < saved.count; ++i) {
+    if (place_of_column(i).sheet != id) continue;
+    const SavedColumn& column = saved.column[i];
+    readers.emplace_back(column, packed.bytes.data());
+    sources.push_back({place, column.row_bytes});
+    place += kPageRows * column.row_bytes;
+    rows = column.rows;
+  }
+  const SavedColumn& points = saved.find("contacts.now", "points");
+  if (is_of_contacts(id)) rows = points.rows;
+  Sheet used;
+  SheetEditor editor(sheet, used, rows);
+  PagePacker packer;
+  for (std::size_t page = 0; page < editor.pages(); ++page) {
+    if (page % PageGroup::kMost == 0) editor.open(page / PageGroup::kMost);
+    const std::size_t first = page * kPageRows, count = std::min(kPageRows, rows - first);
+    std::uint64_t present = rows_mask(count);
+    if (is_of_contacts(id)) {
+      const std::byte* const free = packed.bytes.data() + points.begin + first;
+      for (std::size_t i = 0; i < count; ++i) {
+        if (free[i] == std::byte{0}) present &= ~(std::uint64_t{1} << i);
+      }
+    }
+    for (std::size_t i = 0; i < readers.size(); ++i) {
+      auto* to = const_cast<std::byte*>(sources[i].first);
+      if (readers[i].is_of_all_rows()) {
+        readers[i].take_present(count, present, to);
+      } else {
+        readers[i].take(static_cast<std::size_t>(std::popcount(present)), to);
+      }
+    }
+    packer.pack(sources, present, true);
+    editor.replace(page, packer.content(), packer.bytes());
+    if ((page + 1) % PageGroup::kMost == 0 || page + 1 == editor.pages()) editor.close();
   }
 }
 
@@ -191,7 +233,7 @@ std::uint64_t number_at(const Column<std::byte>& columns, std::size_t at) {
   return number;
 }
 
-// Whether the bytes of a column are as many as its rows ask for.
+// Whether the bytes of a column are as many as its rows ask for, and blocks of equal rows are packed.
 bool is_complete(const SavedColumn& saved, const std::byte* bytes) {
   if (saved.form == ColumnForm::plain || saved.form == ColumnForm::contacts) {
     return saved.rows <= saved.bytes / saved.row_bytes && saved.rows * saved.row_bytes == saved.bytes;
@@ -202,35 +244,14 @@ bool is_complete(const SavedColumn& saved, const std::byte* bytes) {
   for (std::size_t block = 0; block < blocks; ++block) {
     if (bytes[block] > std::byte{1}) return false;
     const std::size_t rows = std::min(kSavedBlock, saved.rows - block * kSavedBlock);
-    packed += bytes[block] != std::byte{0} ? 1 : rows;
+    const bool equal = bytes[block] != std::byte{0};
+    const std::size_t first = blocks + packed * saved.row_bytes;
+    packed += equal ? 1 : rows;
+    if (saved.bytes < blocks + packed * saved.row_bytes) return false;
+    const std::byte* row = bytes + first;
+    if (!equal && std::memcmp(row, row + saved.row_bytes, (rows - 1) * saved.row_bytes) == 0) return false;
   }
   return saved.bytes == blocks + packed * saved.row_bytes;
-}
-
-// The sizes of a world's stores.
-struct StoreRows {
-  std::size_t bodies, shapes, hulls, pairs, resting, contacts, joints;
-
-  explicit StoreRows(const SavedColumns& saved)
-      : bodies(saved.find("bodies", "flags").rows),
-        shapes(saved.find("shapes", "flags").rows),
-        hulls(saved.find("hulls", "content").rows),
-        pairs(saved.find("contacts.pairs", "pair").rows),
-        resting(saved.find("contacts.resting", "pair").rows),
-        contacts(saved.find("contacts.now", "points").rows),
-        joints(saved.find("joints", "flags").rows) {}
-};
-
-template <class Store>
-void reserve_store(Store& store, std::size_t rows) {
-  store.for_each_column([rows](ColumnKind, const char*, auto& column) { column.reserve(rows); });
-}
-
-template <class Store>
-void resize_unsaved(Store& store, std::size_t rows) {
-  store.for_each_column([rows](ColumnKind kind, const char*, auto& column) {
-    if (kind != ColumnKind::state) column.resize(rows);  // keeps what is loaded already
-  });
 }
 
 }  // namespace
@@ -253,45 +274,45 @@ void list_contacts(const std::uint8_t* points, std::size_t rows, Column<std::int
   contacts.resize(static_cast<std::size_t>(to - contacts.data()));
 }
 
-void save_columns(const WorldData& data, SnapshotData& snapshot) {
-  auto& table = const_cast<WorldData&>(data);  // its columns are read only
-  const Column<std::uint8_t>& points = data.contacts.now.points;
-  list_contacts(points.data(), points.size(), snapshot.contacts);
-  // Room for one column at a time: packed, most are far smaller than they may be.
-  Column<std::byte>& out = snapshot.columns;
+void pack_columns(const Sheets& sheets, Column<std::byte>& out) {
+  std::size_t contacts = 0;
+  for_each_part(sheets[SheetId::contacts], {SheetId::contacts, 0, 0},
+                [&](const SavedPage& page, const PageColumn&) { contacts += rows_in(page); });
   out.clear();
-  const auto align = [&out] {
-    while (out.size() % kColumnAlignment != 0) out.push_back(std::byte{0});
-  };
-  for_each_saved_column(table, [&](const char*, const char*, ColumnForm form, auto& column) {
-    align();
-    const std::size_t begin = out.size();
-    out.resize_for_overwrite(begin + most_bytes(column));
-    std::byte* const head = out.data() + begin;
-    std::byte* const rows = head + kColumnHeadBytes;
-    std::byte* end = nullptr;
-    std::uint64_t numbers[2] = {column.size(), 0};
-    switch (form) {
+  out.reserve(sheets.bytes() / 4 * 5 + 4096);  // rows of contacts that are equal take more room here
+  std::size_t number = 0;
+  for_each_saved_column(empty_table(), [&](const char* store, const char* name, auto& column) {
+    using Row = std::remove_reference_t<decltype(column[0])>;
+    const SheetPlace place = place_of_column(number++);
+    const Sheet& sheet = sheets[place.sheet];
+    align(out);
+    const std::size_t begin = out.size() + kColumnHeadBytes;
+    out.resize_for_overwrite(begin);
+    std::uint64_t numbers[2] = {sheet.rows, 0};
+    switch (form_of<Row>(store, name)) {
       case ColumnForm::plain:
-        end = put(rows, column.data(), column.span().size_bytes());
+        if (is_of_contacts(place.sheet)) {
+          put_with_free_rows(sheet, place, out);
+        } else {
+          put_rows(sheet, place, out);
+        }
         break;
       case ColumnForm::blocks:
-        end = put_blocks(rows, column);
+        put_blocks(sheet, place, out);
         break;
       case ColumnForm::contacts:
-        end = put_contacts(rows, column, snapshot.contacts);
-        numbers[0] = snapshot.contacts.size();
+        put_rows(sheet, place, out);
+        numbers[0] = contacts;
         break;
       case ColumnForm::contact_blocks:
-        end = put_contact_blocks(rows, column, snapshot.contacts);
-        numbers[0] = snapshot.contacts.size();
+        put_contact_blocks(sheet, place, contacts, out);
+        numbers[0] = contacts;
         break;
     }
-    numbers[1] = static_cast<std::uint64_t>(end - rows);
-    put(head, numbers, sizeof numbers);
-    out.resize_for_overwrite(static_cast<std::size_t>(end - out.data()));
+    numbers[1] = out.size() - begin;
+    std::memcpy(out.data() + begin - kColumnHeadBytes, numbers, sizeof numbers);
   });
-  align();
+  align(out);
 }
 
 SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem problem, const void* context) {
@@ -300,8 +321,18 @@ SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem proble
   const auto require = [&](bool holds, std::size_t offset, const char* reason) {
     if (!holds) problem(context, offset, reason);
   };
-  for_each_saved_column(empty_table(), [&](const char* store, const char* name, ColumnForm form, auto& rows) {
-    at = aligned(at);
+  const auto skip_gap = [&] {
+    for (; at < aligned(at); ++at) {
+      if (problem != nullptr) {
+        require(at < columns.size(), at, "the columns end too early");
+        require(columns[at] == std::byte{0}, at, "a gap between columns is not zero");
+      }
+    }
+  };
+  for_each_saved_column(empty_table(), [&](const char* store, const char* name, auto& rows) {
+    using Row = std::remove_reference_t<decltype(rows[0])>;
+    const ColumnForm form = form_of<Row>(store, name);
+    skip_gap();
     if (problem != nullptr) {
       require(at <= columns.size() && columns.size() - at >= kColumnHeadBytes, at,
               "the columns end too early");
@@ -316,85 +347,44 @@ SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem proble
               at + kColumnHeadBytes};
     if (problem != nullptr) {
       require(column.bytes <= columns.size() - column.begin, at, "the columns end too early");
-      require(is_complete(column, columns.data() + column.begin), at,
-              "a column's number of bytes does not fit its rows");
+      require(is_complete(column, columns.data() + column.begin), at, "a column's bytes do not fit its rows");
     }
     at = column.begin + column.bytes;
   });
-  if (problem != nullptr) require(aligned(at) == columns.size(), at, "something follows the last column");
+  skip_gap();
+  if (problem != nullptr) require(at == columns.size(), at, "something follows the last column");
   return saved;
 }
 
-void reserve_columns(const SavedColumns& saved, WorldData& data) {
-  const StoreRows rows(saved);
-  reserve_store(data.bodies, rows.bodies);
-  data.bodies.free_slots.reserve(rows.bodies);
-  data.bodies.to_place.reserve(rows.bodies);
-  data.bodies.changed.reserve(rows.bodies);
-  reserve_store(data.shapes, rows.shapes);
-  data.shapes.free_slots.reserve(rows.shapes);
-  data.shapes.dirty.reserve(rows.shapes);
-  data.shapes.wakers.reserve(rows.shapes);
-  data.shapes.changed.reserve(rows.shapes);
-  reserve_store(data.hulls, rows.hulls);
-  data.hulls.free_slots.reserve(rows.hulls);
-  reserve_store(data.contacts.pairs, rows.pairs);
-  reserve_store(data.contacts.resting, rows.resting);
-  reserve_store(data.contacts.now, rows.contacts);
-  data.contacts.free_rows.reserve(rows.contacts);
-  reserve_store(data.joints, rows.joints);
-  data.contacts.forces.reserve(saved.find("contacts", "forces").rows);
-  data.joints.free_slots.reserve(rows.joints);
-  data.events.lost.reserve(saved.find("events", "lost").rows);
-  data.events.touching.reserve(saved.find("events", "touching").rows);
-  data.events.woken.reserve(rows.bodies);
-}
-
-void load_columns(const SnapshotData& snapshot, const SavedColumns& saved, WorldData& data,
-                  bool contact_rows) {
-  const StoreRows rows(saved);
+void load_columns(const PackedColumns& packed, const SavedColumns& saved, WorldData& data) {
   const SavedColumn* from = saved.column.data();
-  for_each_saved_column(data, [&](const char*, const char*, ColumnForm form, auto& column) {
-    const std::byte* const bytes = snapshot.columns.data() + from->begin;
-    switch (form) {
-      case ColumnForm::plain:
-        column.resize_for_overwrite(from->rows);
-        if (from->rows > 0) std::memcpy(static_cast<void*>(column.data()), bytes, from->bytes);
-        break;
-      case ColumnForm::blocks:
-        column.resize_for_overwrite(from->rows);
-        take_blocks(bytes, from->rows, column);
-        break;
-      case ColumnForm::contacts:
-        if (!contact_rows) break;
-        column.resize(rows.contacts);
-        take_contacts(bytes, snapshot.contacts, column);
-        break;
-      case ColumnForm::contact_blocks:
-        if (!contact_rows) break;
-        column.resize(rows.contacts);
-        take_contact_blocks(bytes, snapshot.contacts, column);
-        break;
+  for_each_saved_column(data, [&](const char*, const char*, auto& column) {
+    const std::byte* const bytes = packed.bytes.data() + from->begin;
+    if (from->form == ColumnForm::plain) {
+      column.resize_for_overwrite(from->rows);
+      if (from->rows > 0) std::memcpy(static_cast<void*>(column.data()), bytes, from->bytes);
+    } else if (from->form == ColumnForm::blocks) {
+      column.resize_for_overwrite(from->rows);
+      take_blocks(bytes, from->rows, column);
     }
     ++from;
   });
-  if (!contact_rows) return;
-  resize_unsaved(data.bodies, rows.bodies);
-  resize_unsaved(data.shapes, rows.shapes);
-  resize_unsaved(data.hulls, rows.hulls);
-  resize_unsaved(data.contacts.pairs, rows.pairs);
-  resize_unsaved(data.contacts.resting, rows.resting);
-  resize_unsaved(data.contacts.now, rows.contacts);
-  resize_unsaved(data.joints, rows.joints);
+}
+
+void unpack_columns(const PackedColumns& packed, const SavedColumns& saved, Sheets& sheets) {
+  for (std::size_t i = 0; i < kSheetCount; ++i) {
+    unpack_sheet(packed, saved, static_cast<SheetId>(i), sheets.sheet[i]);
+  }
 }
 
 std::uint64_t layout_of_columns() {
   std::string text;
-  for_each_saved_column(
-      empty_table(), [&text](const char* store, const char* name, ColumnForm form, auto& rows) {
-        text += std::string(store) + '.' + name + ':' + std::to_string(sizeof(*rows.data())) + ':' +
-                std::to_string(static_cast<int>(form)) + ';';
-      });
+  for_each_saved_column(empty_table(), [&text](const char* store, const char* name, auto& rows) {
+    using Row = std::remove_reference_t<decltype(rows[0])>;
+    const ColumnForm form = form_of<Row>(store, name);
+    text += std::string(store) + '.' + name + ':' + std::to_string(sizeof(*rows.data())) + ':' +
+            std::to_string(static_cast<int>(form)) + ';';
+  });
   return XXH64(text.data(), text.size(), 0);
 }
 

@@ -1,5 +1,5 @@
-// The columns of a snapshot: every state column of the table, in the table's order, and Bodies::core, which
-// takes longer to make than to copy.
+// The columns of a snapshot as bytes: every state column of the table, in the table's order, and
+// Bodies::core, which takes longer to make than to copy.
 //
 // Each begins at a multiple of 8 bytes with its number of rows and the number of bytes that follow, 8 bytes
 // each, in one of four forms. Columns of different worlds are told apart by nothing else, so the table is
@@ -22,12 +22,12 @@ enum class ColumnForm : std::uint8_t {
   contacts,  // the rows of contacts, without the free ones
   contact_blocks,  // these in blocks
 };
-inline constexpr std::size_t kSavedBlock = 64;
+inline constexpr std::size_t kSavedBlock = kPageRows;
 
 inline constexpr std::size_t kColumnAlignment = 8;
 inline constexpr std::size_t kColumnHeadBytes = 2 * sizeof(std::uint64_t);  // rows and bytes
 
-// Where a column lies in SnapshotData::columns.
+// Where a column lies among the bytes.
 struct SavedColumn {
   std::string_view store;
   std::string_view name;
@@ -47,21 +47,25 @@ struct SavedColumns {
   const SavedColumn& find(std::string_view store, std::string_view name) const;
 };
 
-// Packs the state columns of a world. Throws std::bad_alloc.
-void save_columns(const WorldData& data, SnapshotData& snapshot);
+// Bytes, and what is needed to find a contact's row in them.
+struct PackedColumns {
+  Column<std::byte> bytes;
+  Column<std::int32_t> contacts;  // the rows of ContactRows that are no free ones, ascending
+};
 
-// Finds the columns. `problem` is called with an offset and a reason where they do not fit together in
-// number, and must not return; what was saved has no such problem.
+// Packs a snapshot's columns. Throws std::bad_alloc.
+void pack_columns(const Sheets& sheets, Column<std::byte>& bytes);
+
+// Finds the columns. `problem` is called with an offset and a reason where they are not what would have been
+// written, and must not return; what was written has no such problem.
 using ColumnProblem = void (*)(const void* context, std::size_t offset, const char* reason);
 SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem problem = nullptr,
                           const void* context = nullptr);
 
-// Makes sure that load_columns and later calls that count on room in lists can not fail.
-void reserve_columns(const SavedColumns& saved, WorldData& data);
-// Unpacks the state columns. Derived and scratch columns of stores get as many rows; what is in them is not
-// made. With `contact_rows` false it leaves out the rows of contacts but `points`.
-void load_columns(const SnapshotData& snapshot, const SavedColumns& saved, WorldData& data,
-                  bool contact_rows = true);
+// Unpacks the state columns but for the rows of contacts, of which it does `points`.
+void load_columns(const PackedColumns& packed, const SavedColumns& saved, WorldData& data);
+// Unpacks all into sheets that are empty.
+void unpack_columns(const PackedColumns& packed, const SavedColumns& saved, Sheets& sheets);
 
 // Lists the rows in which `points` is not zero.
 void list_contacts(const std::uint8_t* points, std::size_t rows, Column<std::int32_t>& contacts);

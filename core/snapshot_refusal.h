@@ -18,8 +18,8 @@ namespace scree {
 inline std::size_t at(std::int32_t row) { return static_cast<std::size_t>(row); }
 
 // Of a row that is no free one, among these.
-inline std::size_t place_of_contact(const SnapshotData& snapshot, std::size_t row) {
-  const Column<std::int32_t>& contacts = snapshot.contacts;
+inline std::size_t place_of_contact(const PackedColumns& packed, std::size_t row) {
+  const Column<std::int32_t>& contacts = packed.contacts;
   const auto* place = std::lower_bound(contacts.begin(), contacts.end(), static_cast<std::int32_t>(row));
   return static_cast<std::size_t>(place - contacts.begin());
 }
@@ -27,8 +27,8 @@ inline std::size_t place_of_contact(const SnapshotData& snapshot, std::size_t ro
 // Knows where among the bytes a row stands, and refuses it.
 class Refusal {
  public:
-  Refusal(const SnapshotData& snapshot, const SavedColumns& saved, std::size_t offset)
-      : snapshot_(snapshot), saved_(saved), offset_(offset) {}
+  Refusal(const PackedColumns& packed, const SavedColumns& saved, std::size_t offset)
+      : packed_(packed), saved_(saved), offset_(offset) {}
 
   void require(bool holds, const char* store, const char* name, std::size_t row, const char* problem) const {
     if (!holds) refuse(store, name, row, problem);
@@ -46,14 +46,14 @@ class Refusal {
       case ColumnForm::plain:
         return row * column.row_bytes;
       case ColumnForm::contacts:
-        return place_of_contact(snapshot_, row) * column.row_bytes;
+        return place_of_contact(packed_, row) * column.row_bytes;
       case ColumnForm::contact_blocks:
-        row = place_of_contact(snapshot_, row);
+        row = place_of_contact(packed_, row);
         break;
       case ColumnForm::blocks:
         break;
     }
-    const std::byte* flags = snapshot_.columns.data() + column.begin;
+    const std::byte* flags = packed_.bytes.data() + column.begin;
     const std::size_t blocks = (column.rows + kSavedBlock - 1) / kSavedBlock, block = row / kSavedBlock;
     std::size_t packed = 0;
     for (std::size_t before = 0; before < std::min(block, blocks); ++before)
@@ -62,7 +62,7 @@ class Refusal {
     return blocks + packed * column.row_bytes;
   }
 
-  const SnapshotData& snapshot_;
+  const PackedColumns& packed_;
   const SavedColumns& saved_;
   const std::size_t offset_;
 };

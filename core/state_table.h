@@ -16,12 +16,15 @@ void for_each_column(WorldData& data, Visit&& visit) {
     };
   };
   data.bodies.for_each_column(within("bodies"));
+  visit(ColumnKind::derived, "bodies", "marks", data.bodies.marks.pages);
   visit(ColumnKind::state, "bodies", "free_slots", data.bodies.free_slots);
   visit(ColumnKind::derived, "bodies", "awake", data.bodies.awake);
   visit(ColumnKind::derived, "bodies", "kinematic", data.bodies.kinematic);
   visit(ColumnKind::derived, "bodies", "to_place", data.bodies.to_place);
+  visit(ColumnKind::scratch, "bodies", "to_wake", data.bodies.to_wake);
   visit(ColumnKind::derived, "bodies", "changed", data.bodies.changed);
   data.shapes.for_each_column(within("shapes"));
+  visit(ColumnKind::derived, "shapes", "marks", data.shapes.marks.pages);
   visit(ColumnKind::state, "shapes", "free_slots", data.shapes.free_slots);
   visit(ColumnKind::derived, "shapes", "moving", data.shapes.moving);
   visit(ColumnKind::state, "shapes", "dirty", data.shapes.dirty);
@@ -31,10 +34,15 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::state, "hulls", "free_slots", data.hulls.free_slots);
   data.contacts.pairs.for_each_column(within("contacts.pairs"));
   data.contacts.resting.for_each_column(within("contacts.resting"));
+  visit(ColumnKind::derived, "contacts", "resting_marks", data.contacts.resting_marks.pages);
+  visit(ColumnKind::derived, "contacts", "resting_links", data.contacts.resting_links);
+  visit(ColumnKind::derived, "contacts", "resting_order", data.contacts.resting_order);
+  visit(ColumnKind::scratch, "contacts", "roused", data.contacts.roused);
   data.contacts.pairs_before.for_each_column([&visit](ColumnKind, const char* name, auto& column) {
     visit(ColumnKind::scratch, "contacts.pairs_before", name, column);
   });
   data.contacts.now.for_each_column(within("contacts.now"));
+  visit(ColumnKind::derived, "contacts", "marks", data.contacts.marks.pages);
   visit(ColumnKind::state, "contacts", "free_rows", data.contacts.free_rows);
   visit(ColumnKind::scratch, "contacts", "previous", data.contacts.previous);
   visit(ColumnKind::derived, "contacts", "touching", data.contacts.touching);
@@ -43,9 +51,13 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::derived, "contacts", "by_shape_end", data.contacts.by_shape_end);
   visit(ColumnKind::scratch, "contacts", "found", data.contacts.found);
   data.joints.for_each_column(within("joints"));
+  visit(ColumnKind::derived, "joints", "marks", data.joints.marks.pages);
   visit(ColumnKind::state, "joints", "free_slots", data.joints.free_slots);
   visit(ColumnKind::derived, "joints", "active", data.joints.active);
+  visit(ColumnKind::derived, "joints", "changed", data.joints.changed);
   visit(ColumnKind::state, "events", "touching", data.events.touching);
+  visit(ColumnKind::state, "events", "resting", data.events.resting);
+  visit(ColumnKind::derived, "events", "asked_of", data.events.asked_of);
   visit(ColumnKind::scratch, "events", "before", data.events.before);
   visit(ColumnKind::scratch, "events", "begins", data.events.begins);
   visit(ColumnKind::scratch, "events", "persists", data.events.persists);
@@ -58,8 +70,12 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::state, "events", "lost", data.events.lost);
   visit(ColumnKind::scratch, "events", "broken", data.events.broken);
   visit(ColumnKind::scratch, "events", "destroyed", data.events.destroyed);
+  visit(ColumnKind::scratch, "events", "moved", data.events.moved);
+  visit(ColumnKind::scratch, "events", "judged", data.events.judged);
+  visit(ColumnKind::scratch, "events", "judged_pairs", data.events.judged_pairs);
   visit(ColumnKind::scratch, "events", "pairs", data.events.pairs);
   visit(ColumnKind::scratch, "events", "contacts", data.events.contacts);
+  visit(ColumnKind::scratch, "events", "rows", data.events.rows);
   visit(ColumnKind::scratch, "events", "impulse", data.events.impulse);
   visit(ColumnKind::scratch, "events", "approach", data.events.approach);
   visit(ColumnKind::scratch, "events", "verdicts", data.events.verdicts);

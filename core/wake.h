@@ -1,8 +1,9 @@
 // Waking: calls that can change how something moves wake it.
 //
 // A call wakes the body it names at once. Bodies that touched something that a call moved, changed or
-// destroyed are only requested: finding them means looking through all contacts, which is done once however
-// many calls there were, by wake_neighbors. The rest of a woken body's island follows in find_islands.
+// destroyed are only requested: finding them means looking through all pairs that move, and those at rest of
+// such shapes, which is done once however many calls there were, by wake_neighbors. The rest of a woken
+// body's island follows in find_islands.
 #pragma once
 
 #include <core/world_data.h>
@@ -14,17 +15,26 @@ namespace scree {
 // Tells refresh_lists that the body may take part otherwise than before.
 inline void note_change(Bodies& bodies, std::int32_t body) {
   bodies.lists_dirty = true;
+  bodies.marks.mark(body);
   std::uint8_t& is_changed = bodies.is_changed[static_cast<std::size_t>(body)];
   if (is_changed == 0) bodies.changed.push_back(body);
   is_changed = 1;
 }
 // The same of a shape, which may have come into another tree or must be asked for filters from now on.
 inline void note_change(Shapes& shapes, std::int32_t shape) {
+  shapes.marks.mark(shape);
   std::uint8_t& is_changed = shapes.is_changed[static_cast<std::size_t>(shape)];
   if (is_changed == 0) shapes.changed.push_back(shape);
   is_changed = 1;
 }
 void note_shapes(WorldData& data, std::int32_t body);  // all shapes of the body
+// Tells refresh_joints that the joint may have something to solve or no longer. Of those of changed bodies
+// refresh_lists does.
+inline void note_change(Joints& joints, std::int32_t joint) {
+  std::uint8_t& is_changed = joints.is_changed[static_cast<std::size_t>(joint)];
+  if (is_changed == 0) joints.changed.push_back(joint);
+  is_changed = 1;
+}
 
 // Clears the sleep of a living dynamic body and restarts its timer; nothing happens to other rows.
 void wake_body(WorldData& data, std::int32_t body);
@@ -36,6 +46,7 @@ inline void request_wake(WorldData& data, std::int32_t shape) {
   std::uint8_t& flags = data.shapes.flags[static_cast<std::size_t>(shape)];
   if ((flags & kShapeWakes) == 0) data.shapes.wakers.push_back(shape);
   flags |= kShapeWakes;
+  data.shapes.marks.mark(shape);
   data.shapes.wake_requested = true;
 }
 

@@ -61,8 +61,13 @@ void World::set_settings(const WorldSettings& settings) {
       settings.gravity != data.settings.gravity || (data.settings.sleeping && !settings.sleeping);
   // A timer may have run to more than the new time for a body that has begun to move.
   if (settings.sleep_time < data.settings.sleep_time) {
-    for (float& timer : data.bodies.sleep_time) timer = 0.0f;
+    for (std::size_t row = 0; row < data.bodies.sleep_time.size(); ++row) {
+      if (data.bodies.sleep_time[row] == 0.0f) continue;
+      data.bodies.sleep_time[row] = 0.0f;
+      data.bodies.marks.mark(static_cast<std::int32_t>(row));
+    }
   }
+  if (settings.contact_events != data.settings.contact_events) data.events.asked_of_all = true;
   data.settings = settings;
   if (!wakes) return;
   for (std::size_t row = 0; row < data.bodies.flags.size(); ++row)

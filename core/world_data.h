@@ -8,6 +8,7 @@
 #pragma once
 
 #include <core/call_sink.h>
+#include <core/change_marks.h>
 #include <core/column.h>
 #include <core/mass_moments.h>
 #include <core/plain/hull.h>
@@ -66,6 +67,12 @@ enum JointFlag : std::uint8_t {
 // Of the bodies of a joint, one number each.
 struct JointBodies {
   std::int32_t a, b;
+};
+
+// Of a pair at rest, in the lists of shape a and of shape b: the ends before and behind its own. An end is 1
+// + 2 * row, and one more for shape b's; 0: none, so that rows of zeros are empty lists.
+struct RestingLinks {
+  std::uint32_t previous[2], next[2];
 };
 
 // What a joint bears.
@@ -145,6 +152,8 @@ enum UnplacedFlag : std::uint8_t {
   X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
   X(state,   ContactEvents,   events)          /* calls; asked for */                                          \
   X(derived, std::uint8_t,    is_changed)      /* calls, find_islands; 1: stands in Shapes::changed */         \
+  X(derived, std::uint32_t,   first_resting)   /* find_pairs; its end of a pair at rest, see RestingLinks. Pairs \
+                                                  outlive their shapes until the next list, so by slot */      \
   X(state,   PoseRow,         pose)            /* update_bounds; in the world; the padding tells how far the  \
                                                   shape travels in a step, by the velocity it had then */
 
@@ -154,7 +163,7 @@ enum UnplacedFlag : std::uint8_t {
   X(state,   std::int32_t,    shapes)          /* calls; how many share it */                                  \
   X(derived, const HullData*, data)            /* calls; null: the slot is free */
 
-// Candidate pairs, in ascending order; each stands in one of two lists.
+// Candidate pairs; each stands in one of two lists.
 #define SCREE_PAIR_COLUMNS(X)                                                                                   \
   X(state,   ShapePair,        pair)           /* find_pairs */                                                \
   X(state,   std::int32_t,     contact)        /* collide; row of `contacts.now`, -1: does not touch */        \
@@ -189,6 +198,7 @@ enum UnplacedFlag : std::uint8_t {
   X(state,   std::uint64_t,    user_data)      /* calls */                                                     \
   X(derived, JointBodies,      previous)       /* calls; before it in the lists of `next`, -1: first */        \
   X(derived, JointFrames,      frames)         /* calls, place_matter */                                       \
+  X(derived, std::uint8_t,     is_changed)     /* calls, refresh_lists; 1: stands in Joints::changed */        \
   X(scratch, JointReactionRow, reaction)       /* calls, store_impulses; zero in a restored world */
 // clang-format on
 
@@ -207,10 +217,13 @@ enum UnplacedFlag : std::uint8_t {
 
 struct Bodies {
   SCREE_STORE(SCREE_BODY_COLUMNS)
+  PageMarks marks;                  // derived; whoever writes state; not in each step of what moves
+  ListMark free_mark;               // derived; whoever takes from free_slots
   Column<std::int32_t> free_slots;  // state; calls; taken from the back
   Column<std::int32_t> awake;       // derived; refresh_lists; awake dynamic bodies, ascending
   Column<std::int32_t> kinematic;   // derived; refresh_lists; kinematic bodies, ascending
   Column<std::int32_t> to_place;    // derived; calls, place_matter; who is unplaced, each once
+  Column<std::int32_t> to_wake;     // scratch; wake_neighbors
   std::unordered_map<std::int32_t, MassMoments> moments;  // derived; calls; of some bodies of many shapes
   Column<std::int32_t> changed;  // derived; calls, find_islands; who may take part otherwise than by these
   std::size_t alive = 0;         // state; calls
@@ -232,6 +245,8 @@ inline BodyType given_type(const Bodies& bodies, std::int32_t body) {
 
 struct Shapes {
   SCREE_STORE(SCREE_SHAPE_COLUMNS)
+  PageMarks marks;                  // derived; as those of bodies
+  ListMark free_mark;               // derived; likewise
   Column<std::int32_t> free_slots;  // state; calls
   Column<std::int32_t> moving;      // derived; refresh_lists; shapes of awake and kinematic bodies, ascending
   Column<std::int32_t> dirty;       // state; calls; slots with kShapeDirty, in order of the calls, each once
@@ -268,19 +283,28 @@ struct ContactRows {
 };
 
 struct Contacts {
-  PairRows pairs;
-  PairRows resting;  // find_pairs: pairs of two frozen shapes. Nobody looks at them until a shape changes its
-                     // tree or a call changes a pair: sleepers cost nothing where no events are asked for
-  std::int64_t resting_contacts = 0;  // derived; find_pairs: of `resting`, how many touch
-  PairRows pairs_before;              // scratch; find_pairs: the last list, where it has changed
+  PairRows pairs;    // in ascending order
+  PairRows resting;  // find_pairs: pairs of two frozen shapes, in no order. Nobody looks at one until a shape
+                     // of it changes its tree or is changed by a call: see resting_pairs.h
+  PageMarks resting_marks;             // derived; find_pairs, list_events; of `resting` and Events::resting
+  Column<RestingLinks> resting_links;  // derived; find_pairs: by row of `resting`, the lists of its shapes
+  Column<std::int32_t> resting_order;  // derived; contact_forces: rows of `resting` by pair, while not stale
+  std::int64_t resting_contacts = 0;   // derived; find_pairs: of `resting`, how many touch
+  std::int64_t resting_looks = 0;      // derived; how often somebody has looked at a row of `resting`
+  Column<std::int32_t> roused;   // scratch; find_islands; rows of `resting` whose contacts take part by now
+  std::size_t resting_kept = 0;  // scratch; find_pairs: rows of `resting` that it has not added in this step
+  PairRows pairs_before;         // scratch; find_pairs: the last list, where it has changed
   ContactRows now;
-  Column<std::int32_t> free_rows;  // state; find_pairs, collide; of `now`, taken from the back
-  bool list_kept = false;          // scratch; find_pairs: the list of pairs is the last one
-  bool by_shape_stale = true;      // derived; step: the lists by shape must be made anew
-  Column<std::int32_t> previous;   // scratch; find_pairs; per pair: its place in the last list, or -1.
-                                   // Meaningless while list_kept
-  Column<ContactForceRow> forces;  // state; collide, store_impulses; by row of `now`; none unless asked for
-  Column<std::int32_t> by_shape;   // derived; contact_forces_of; contacts by shape ...
+  PageMarks marks;                  // derived; find_pairs, collide, refresh_lists; of `now`
+  ListMark free_mark;               // derived; collide; of free_rows
+  Column<std::int32_t> free_rows;   // state; find_pairs, collide; of `now`, taken from the back
+  bool resting_order_stale = true;  // derived; find_pairs, contact_forces
+  bool list_kept = false;           // scratch; find_pairs: the list of pairs is the last one
+  bool by_shape_stale = true;       // derived; step: the lists by shape must be made anew
+  Column<std::int32_t> previous;    // scratch; find_pairs; per pair: its place in the last list, or -1.
+                                    // Meaningless while list_kept
+  Column<ContactForceRow> forces;   // state; collide, store_impulses; by row of `now`; none unless asked for
+  Column<std::int32_t> by_shape;    // derived; contact_forces_of; contacts by shape ...
   Column<std::int32_t> by_shape_end;  // derived; likewise; ... and where those of each end
   Column<std::int32_t> found;         // scratch; contact_forces_of; of one body
   Column<std::int32_t> touching;  // derived; collide, find_islands; contacts that somebody awake takes part
@@ -293,10 +317,14 @@ struct Contacts {
 
 struct Joints {
   SCREE_STORE(SCREE_JOINT_COLUMNS)
+  PageMarks marks;                  // derived; as those of bodies
+  ListMark free_mark;               // derived; likewise
   Column<std::int32_t> free_slots;  // state; calls; taken from the back
-  Column<std::int32_t> active;      // derived; find_islands; enabled joints of an awake body, ascending
-  std::size_t alive = 0;            // derived; calls
-  bool active_changed = true;       // derived; calls, find_islands: `active` must be made anew
+  Column<std::int32_t> active;      // derived; refresh_joints; enabled joints of an awake body, ascending
+  Column<std::int32_t>
+      changed;              // derived; calls, refresh_lists; who may be active otherwise than by `active`
+  std::size_t alive = 0;    // derived; calls
+  bool all_changed = true;  // derived; restore, refresh_lists: `changed` does not tell who
 };
 
 // A pair whose contact somebody asked about when it last touched.
@@ -307,31 +335,41 @@ struct TouchRow {
 
 // Of one chunk of pairs: how many there are of each, then where they go.
 struct EventCounts {
-  std::int32_t touching, begins, persists, ends;
+  std::int32_t touching, resting, begins, persists, ends;
 };
 
-// Events of the last step, for the caller; all but `touching` are of no consequence to the next one.
+// Events of the last step, for the caller; all but `touching` and `resting` are of no consequence to the
+// next.
 struct Events {
-  Column<TouchRow> touching;      // state; list_events; ascending by the indices of the shapes
-  Column<TouchRow> before;        // scratch; list_events; the step before's
-  Column<ContactEvent> begins;    // scratch; list_events
-  Column<ContactEvent> persists;  // scratch; list_events
-  Column<ContactEnd> ends;        // scratch; list_events
-  Column<BodyId> restored;        // scratch; freeze_broken
-  Column<BodyId> frozen;          // scratch; freeze_broken
-  Column<BodyId> woken;           // state; calls, find_islands; who has woken since the last step's lists, in
-                                  // the order of waking
-  Column<BodyId> sleep_begins;    // scratch; find_islands
-  Column<JointId> lost;           // state; calls; joints that went with their bodies since the last step
-  Column<JointId> broken;         // scratch; break_joints
-  Column<JointId> destroyed;      // scratch; find_islands; `lost` of the last step
-  Column<BodyId> sleep_ends;      // scratch; find_islands
-  Column<ShapePair> pairs;        // scratch; list_events; all pairs, where some rest and some do not
-  Column<std::int32_t> contacts;  // scratch; list_events; of these
-  Column<float> impulse;          // scratch; store_impulses; N s by contact, of the whole step, if asked
-  Column<float> approach;         // scratch; note_approach; m/s by contact, if asked
-  Column<std::uint8_t> verdicts;  // scratch; list_events; by pair
-  Column<EventCounts> counts;     // scratch; list_events; by chunk of pairs
+  Column<TouchRow> touching;  // state; list_events; ascending by the indices of the shapes; without the ...
+  Column<TouchRow> resting;  // state; list_events; ... pairs at rest, by row of Contacts::resting; zero where
+                             // such a pair does not touch or nobody asks. No rows while nobody asks at all
+  std::int64_t resting_touches = 0;  // derived; list_events: how many of `resting` touch
+  Column<std::int32_t> asked_of;     // derived; calls: shapes of which others events are asked than before
+  bool asked_of_all = true;          // derived; calls, restore: likewise of all pairs at rest
+  Column<TouchRow> before;           // scratch; list_events; the step before's
+  Column<ContactEvent> begins;       // scratch; list_events
+  Column<ContactEvent> persists;     // scratch; list_events
+  Column<ContactEnd> ends;           // scratch; list_events
+  Column<BodyId> restored;           // scratch; freeze_broken
+  Column<BodyId> frozen;             // scratch; freeze_broken
+  Column<BodyId> woken;         // state; calls, find_islands; who has woken since the last step's lists, in
+                                // the order of waking
+  Column<BodyId> sleep_begins;  // scratch; find_islands
+  Column<JointId> lost;         // state; calls; joints that went with their bodies since the last step
+  Column<JointId> broken;       // scratch; break_joints
+  Column<JointId> destroyed;    // scratch; find_islands; `lost` of the last step
+  Column<BodyId> sleep_ends;    // scratch; find_islands
+  Column<TouchRow> moved;       // scratch; list_events, find_pairs; of pairs that no longer rest
+  Column<std::int32_t> judged;  // scratch; list_events; rows of pairs at rest of which there may be news
+  Column<ShapePair> judged_pairs;  // scratch; list_events
+  Column<ShapePair> pairs;         // scratch; list_events; what moves and these, where there are any
+  Column<std::int32_t> contacts;   // scratch; list_events; of these pairs
+  Column<std::int32_t> rows;       // scratch; list_events; of these pairs: `judged`, or -1
+  Column<float> impulse;           // scratch; store_impulses; N s by contact, of the whole step, if asked
+  Column<float> approach;          // scratch; note_approach; m/s by contact, if asked
+  Column<std::uint8_t> verdicts;   // scratch; list_events; by pair
+  Column<EventCounts> counts;      // scratch; list_events; by chunk of pairs
 };
 
 // Empties what the caller is told of the last step.
@@ -369,6 +407,7 @@ struct WorldData {
   Contacts contacts;
   Joints joints;
   Events events;
+  LastSave last_save;   // save, restore; what `marks` and the like are about
   StepStats stats;      // derived; every phase
   bool listed = false;  // scratch; step of many worlds, while it looks for one that is named twice
 

@@ -53,6 +53,7 @@ void break_joints(WorldData& data, Crew& crew) {
     const auto joint = static_cast<std::int32_t>(id.index);
     std::uint8_t& flags = joints.flags[id.index];
     flags = static_cast<std::uint8_t>(flags & ~kJointEnabled);
+    joints.marks.mark(joint);
     joints_changed(data, joint, (flags & kJointCollides) == 0);
     wake_ends(data, joint);  // a tired body may hang on nothing now
   }

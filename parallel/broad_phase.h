@@ -47,8 +47,8 @@ inline constexpr std::uint8_t kArriving = 0xff;  // will come into one of the fr
 inline bool is_frozen_tree(std::uint8_t tree) { return tree >= kFrozenTree; }
 
 struct SortKey {
-  std::uint64_t key;  // place along the curve
-  std::int32_t shape;
+  std::uint64_t key;   // place along the curve, or of a pair in its order
+  std::int32_t shape;  // or the row of the pair
   std::int32_t padding;
 };
 
@@ -74,9 +74,10 @@ struct BroadPhase final : Part {
   struct LeafOf {
     std::int32_t tree, block;
   };
-  Column<LeafOf> thinned;   // scratch; leaves of frozen trees that somebody has left
-  bool frozen_left = true;  // scratch; some shape has left its frozen tree, or its box there; or nobody knows
-  std::int64_t refitted = 0;  // derived; leaf blocks of frozen trees that the last list of pairs made anew
+  Column<LeafOf> thinned;        // scratch; leaves of frozen trees that somebody has left
+  Column<std::int32_t> leavers;  // scratch; shapes that have left their frozen tree, or their box there ...
+  bool all_left = true;          // scratch; ... or nobody knows who
+  std::int64_t refitted = 0;     // derived; leaf blocks of frozen trees that the last list of pairs made anew
 
   // Shapes that calls changed since the last list. scratch
   Column<std::int32_t> dirty;
@@ -105,6 +106,7 @@ struct BroadPhase final : Part {
   Column<ShapePair> sorted;              // the new list
   Column<std::int32_t> lost;             // contacts whose pairs are not in the new list
   Column<std::int32_t> moving, frozen;   // places in a list: pairs of two frozen shapes, and the others
+  Column<std::int32_t> by_pair;          // places in `resting` in the order of their pairs
   Column<std::int32_t> moving_previous;  // Contacts::previous of `moving`
   PairRows pulled;                       // rows on their way from or to `resting`
   Column<std::int32_t> places;           // of list_where
@@ -129,6 +131,8 @@ bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew);
 void refit_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew);
 // Orders `gathered` along the curve: that is the tree's order then.
 void sort_gathered(const WorldData& data, BroadPhase& broad_phase, PairTree& tree, Crew& crew);
+// The same of those that stand along the curve already.
+void take_gathered(const BroadPhase& broad_phase, PairTree& tree, Crew& crew);
 // Makes the boxes of all blocks of the tree's order.
 void refit_tree(const WorldData& data, PairTree& tree, Crew& crew);
 // Makes the boxes of one leaf and all above it.
@@ -145,5 +149,10 @@ SortKey* sort_by_key(SortKey* rows, SortKey* other, std::int32_t count, Column<s
                      Crew& crew);
 ShapePair* sort_by_key(ShapePair* rows, ShapePair* other, std::int32_t count,
                        Column<std::uint32_t>& digit_counts, Crew& crew);
+
+// Sorts numbers of rows by the pairs of these rows, no two of which are the same.
+void sort_by_pair(BroadPhase& broad_phase, const Column<ShapePair>& pair_of, Column<std::int32_t>& rows,
+                  Crew& crew);
+inline constexpr std::size_t kSortedMemory = 65536;  // keys; what more took to sort is given back
 
 }  // namespace scree

@@ -303,6 +303,7 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
         crew, size, phase.places, phase.unused,
         [&](std::size_t i) { return contacts.now.points[static_cast<std::size_t>(rows[i])] == 0; }, row_of);
     contacts.free_rows.drop_back(size);
+    contacts.free_mark.cut(contacts.free_rows.size());
     contacts.free_rows.append(std::as_const(phase.unused).span());
     collided += size;
     touching += size - phase.unused.size();
@@ -340,7 +341,8 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   });
   NarrowPhase::Outcome all{};
   const auto place = [](std::int32_t& count, std::int32_t& sum) { sum += std::exchange(count, sum); };
-  all.lost = static_cast<std::int32_t>(contacts.free_rows.size());
+  const std::size_t free = contacts.free_rows.size();
+  all.lost = static_cast<std::int32_t>(free);
   for (NarrowPhase::Outcome& outcome : phase.outcomes) {
     place(outcome.touching, all.touching);
     place(outcome.lost, all.lost);
@@ -360,6 +362,7 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
               std::exchange(contacts.pairs.contact[pair], -1);
         });
   });
+  for (std::size_t i = free; i < contacts.free_rows.size(); ++i) contacts.marks.mark(contacts.free_rows[i]);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // Islands and sleep. Islands hang together by contacts and joints. A body that has been slow for long enough
 // is tired; an island of tired bodies that touches no moving one falls asleep as a whole. A sleeping island
-// wakes as a whole when one of its bodies is touched by an awake one.
+// wakes as a whole when one of its bodies is touched by an awake one: see rouse_islands.cpp.
 //
 // Islands are found only among bodies that may change: most steps do nothing here. They are found in parallel
 // by union-find without locks (Anderson and Woll, "Wait-free parallel algorithms for the union-find problem",
@@ -34,9 +34,15 @@ void Islands::report(const Visit& visit) const {
   column("candidates", candidates);
   column("touched", touched);
   column("pulled", pulled);
+  column("reached", reached);
   column("remaining", remaining);
   column("fixed_ends", fixed_ends);
   column("places", places);
+}
+
+void Islands::forget() noexcept {  // marks of a step that ran out of memory
+  tired.clear();
+  reached.clear();
 }
 
 namespace {
@@ -108,8 +114,6 @@ Ends ends_of(const WorldData& data, std::size_t row) {
 }
 Ends ends_of(const WorldData& data, std::int32_t row) { return ends_of(data, static_cast<std::size_t>(row)); }
 
-bool touches(const WorldData& data, std::size_t row) { return data.contacts.now.points[row] != 0; }
-
 bool is_enabled(const Joints& joints, std::size_t row) {
   constexpr std::uint8_t kWhole = kJointAlive | kJointEnabled;
   return (joints.flags[row] & kWhole) == kWhole;
@@ -124,46 +128,6 @@ bool takes_part(const WorldData& data, Ends ends) {
   return is_awake_dynamic(data.bodies, ends.a) || is_awake_dynamic(data.bodies, ends.b);
 }
 
-// Joints read the rows of the fixed bodies that they have, of which no kernel keeps what lives within a step.
-void still_fixed_ends(WorldData& data, Islands& islands, Crew& crew) {
-  Bodies& bodies = data.bodies;
-  const auto is_fixed = [&](std::int32_t body) {
-    return bodies.type[static_cast<std::size_t>(body)] == BodyType::fixed;
-  };
-  const Column<std::int32_t>& active = data.joints.active;
-  list_where(
-      crew, active.size(), islands.places, islands.fixed_ends,
-      [&](std::size_t i) {
-        const Ends ends = joint_ends(data, active[i]);
-        return is_fixed(ends.a) || is_fixed(ends.b);
-      },
-      [&](std::size_t i) {
-        const Ends ends = joint_ends(data, active[i]);
-        return is_fixed(ends.a) ? ends.a : ends.b;
-      });
-  for (const std::int32_t body : islands.fixed_ends) {
-    const auto row = static_cast<std::size_t>(body);
-    bodies.delta[row] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0.0f};
-    bodies.inertia[row] = {};
-  }
-}
-
-// The joints that have something to solve, where that may have changed.
-void refresh_joints(WorldData& data, Islands& islands, Crew& crew) {
-  Joints& joints = data.joints;
-  if (!joints.active_changed) return;
-  joints.active_changed = false;
-  const auto is_active = [&](std::size_t row) {
-    return is_enabled(joints, row) && takes_part(data, joint_ends(data, static_cast<std::int32_t>(row)));
-  };
-  for_each(crew, joints.active.size(), [&](std::size_t i) {
-    const auto row = static_cast<std::size_t>(joints.active[i]);
-    if (!is_active(row)) joints.reaction[row] = {};
-  });
-  list_where(crew, joints.flags.size(), islands.places, joints.active, is_active);
-  still_fixed_ends(data, islands, crew);
-}
-
 void freeze_shapes(WorldData& data, std::int32_t body) {
   for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
        shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
@@ -171,74 +135,9 @@ void freeze_shapes(WorldData& data, std::int32_t body) {
   }
 }
 
-// Calls visit(ends) for all contacts and enabled joints.
-template <class Visit>
-void for_each_edge(const WorldData& data, Crew& crew, Visit&& visit) {
-  for_each(crew, data.contacts.now.pair.size(), [&](std::size_t row) {
-    if (touches(data, row)) visit(ends_of(data, row));
-  });
-  for_each(crew, data.joints.flags.size(), [&](std::size_t row) {
-    if (is_enabled(data.joints, row)) visit(joint_ends(data, static_cast<std::int32_t>(row)));
-  });
-}
-
-// Islands of the sleeping bodies that anything touches or is jointed to, and which of them an awake body
-// touches: Islands::parent and kept_awake. Nobody looks at the others' rows.
-void find_sleeping_islands(WorldData& data, Islands& islands, Crew& crew) {
-  const Bodies& bodies = data.bodies;
-  islands.parent.resize_discarding(bodies.pose.size());
-  islands.kept_awake.resize_discarding(bodies.pose.size());
-  for_each_edge(data, crew, [&](Ends ends) {
-    for (const std::int32_t body : {ends.a, ends.b}) {
-      if (!is_asleep(bodies, body)) continue;
-      link_of(islands.parent, body).store(body, std::memory_order_relaxed);
-      std::atomic_ref<std::uint8_t>(islands.kept_awake[static_cast<std::size_t>(body)])
-          .store(0, std::memory_order_relaxed);
-    }
-  });
-  for_each_edge(data, crew, [&](Ends ends) {
-    if (is_asleep(bodies, ends.a) && is_asleep(bodies, ends.b)) unite(islands.parent, ends.a, ends.b);
-  });
-  const auto keep_awake = [&](Ends ends) {
-    for (const std::int32_t body : {ends.a, ends.b}) {
-      if (is_asleep(bodies, body)) mark(islands.kept_awake, find_root(islands.parent, body));
-    }
-  };
-  for_each(crew, islands.touched.size(),
-           [&](std::size_t i) { keep_awake(ends_of(data, islands.touched[i])); });
-  for_each(crew, islands.pulled.size(),
-           [&](std::size_t i) { keep_awake(joint_ends(data, islands.pulled[i])); });
-}
-
-// The sleeping bodies whose islands are kept awake, ascending: Islands::candidates. Each hangs on a contact
-// or a joint, most on several.
-void list_roused(WorldData& data, Islands& islands, Crew& crew) {
-  const auto is_roused = [&](std::int32_t body) {
-    return is_asleep(data.bodies, body) &&
-           islands.kept_awake[static_cast<std::size_t>(find_root(islands.parent, body))] != 0;
-  };
-  Column<std::int32_t>& roused = islands.candidates;
-  roused.clear();
-  const auto add = [&](std::size_t rows, auto&& counts, auto&& end_of) {
-    list_where(
-        crew, rows, islands.places, islands.remaining,
-        [&](std::size_t row) { return counts(row) && is_roused(end_of(row)); }, end_of);
-    roused.append(std::as_const(islands.remaining).span());
-  };
-  const auto has_points = [&](std::size_t row) { return touches(data, row); };
-  const auto holds = [&](std::size_t row) { return is_enabled(data.joints, row); };
-  const std::size_t contacts = data.contacts.now.pair.size(), joints = data.joints.flags.size();
-  add(contacts, has_points, [&](std::size_t row) { return ends_of(data, row).a; });
-  add(contacts, has_points, [&](std::size_t row) { return ends_of(data, row).b; });
-  add(joints, holds, [&](std::size_t row) { return data.joints.bodies[row].a; });
-  add(joints, holds, [&](std::size_t row) { return data.joints.bodies[row].b; });
-  std::sort(roused.begin(), roused.end());
-  roused.resize(static_cast<std::size_t>(std::unique(roused.begin(), roused.end()) - roused.begin()));
-}
-
-// The contacts among `contact_of`, by pair, that have something to solve.
-void list_parts(const WorldData& data, Islands& islands, const Column<std::int32_t>& contact_of,
-                Column<std::int32_t>& list, Crew& crew) {
+// The contacts of the pairs that move that have something to solve.
+void list_parts(const WorldData& data, Islands& islands, Column<std::int32_t>& list, Crew& crew) {
+  const Column<std::int32_t>& contact_of = data.contacts.pairs.contact;
   list_where(
       crew, contact_of.size(), islands.places, list,
       [&](std::size_t pair) {
@@ -270,13 +169,13 @@ void wake_touched_islands(WorldData& data, Islands& islands, Crew& crew) {
       [&](std::size_t i) { return data.joints.active[i]; });
   if (islands.touched.empty() && islands.pulled.empty()) return;
 
-  find_sleeping_islands(data, islands, crew);
-  list_roused(data, islands, crew);
-  for (const std::int32_t body : islands.candidates) wake_body(data, body);
+  rouse_islands(data, islands, crew);
   refresh_lists(data, crew);
   // Pairs that rest go on resting until the next list of pairs; their contacts take part at once.
-  list_parts(data, islands, contacts.pairs.contact, islands.remaining, crew);
-  list_parts(data, islands, contacts.resting.contact, islands.touched, crew);
+  list_parts(data, islands, islands.remaining, crew);
+  islands.touched.resize_discarding(contacts.roused.size());
+  std::transform(contacts.roused.begin(), contacts.roused.end(), islands.touched.begin(),
+                 [&](std::int32_t row) { return contacts.resting.contact[static_cast<std::size_t>(row)]; });
   contacts.touching.resize_discarding(islands.remaining.size() + islands.touched.size());
   const ShapePair* const pair = contacts.now.pair.data();
   std::merge(islands.remaining.begin(), islands.remaining.end(), islands.touched.begin(),
@@ -288,8 +187,10 @@ void wake_touched_islands(WorldData& data, Islands& islands, Crew& crew) {
 void find_tired_islands(WorldData& data, Islands& islands, Crew& crew) {
   const Bodies& bodies = data.bodies;
   const Column<std::int32_t>& touching = data.contacts.touching;
+  // Of fixed bodies nobody asks for the mark: their rows may be anywhere, in memory that is not there yet.
   const auto is_candidate = [&](std::int32_t body) {
-    return islands.tired[static_cast<std::size_t>(body)] != 0;
+    const auto index = static_cast<std::size_t>(body);
+    return bodies.type[index] == BodyType::dynamic && islands.tired[index] != 0;
   };
   const auto keeps_awake = [&](std::int32_t body) {
     const auto index = static_cast<std::size_t>(body);
@@ -418,6 +319,8 @@ bool wake_pulled_bodies(WorldData& data) {
 
 void find_islands(WorldData& data, Crew& crew) {
   data.stats.islands = 0;
+  islands_of(data).joints_judged = 0;
+  data.contacts.roused.clear();
   if (data.settings.sleeping) {
     Islands& islands = islands_of(data);
     wake_touched_islands(data, islands, crew);

@@ -5,23 +5,24 @@
 // anew, from trees of awake, kinematic and frozen shapes that are joined with one another: what a new list
 // contains depends on the bounds alone, never on the trees' order or on how the work was cut.
 //
-// Pairs of two frozen shapes rest in a list of their own, which costs nothing until a shape falls asleep,
-// wakes or is changed by a call. Then those that this concerns are pulled out of it before the new list is
-// made, and those of the new list that rest are put into it.
+// Pairs of two frozen shapes rest in rows of their own, which cost nothing until a shape of theirs wakes or
+// is changed by a call. Then these are pulled out before the new list is made, and those of the new list that
+// rest are put there: what does not change is not looked at.
+#include <core/resting_pairs.h>
 #include <parallel/broad_phase.h>
 #include <parallel/list_where.h>
 #include <parallel/merge_pairs.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
 namespace scree {
 
 namespace {
 
-constexpr int kPairsPerChunk = 2048;  // 5 to 10 microseconds
+constexpr int kPairsPerChunk = 2048;       // 5 to 10 microseconds
+constexpr std::size_t kRowsPerShape = 16;  // at rest, which cost as much to pass over as one shape's to find
 
 // Finds the rows of the new list in the last one. Returns whether both lists are the same.
 bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
@@ -84,6 +85,7 @@ void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
       contacts.now.points[static_cast<std::size_t>(broad_phase.lost[i])] = 0;
   });
   contacts.free_rows.append(std::as_const(broad_phase.lost).span());
+  for (const std::int32_t contact : broad_phase.lost) contacts.marks.mark(contact);
 }
 
 void gather_rows(const PairRows& from, const Column<std::int32_t>& places, PairRows& to, Crew& crew) {
@@ -106,79 +108,47 @@ std::int64_t count_contacts(const PairRows& rows) {
                        [](std::int32_t contact) { return contact >= 0; });
 }
 
-// Moves the rows [begin, end) to another place of the column.
-template <class Row>
-void move_rows(Column<Row>& column, std::size_t begin, std::size_t end, std::size_t to) {
-  if (begin == end || begin == to) return;
-  std::memmove(static_cast<void*>(column.data() + to), static_cast<const void*>(column.data() + begin),
-               (end - begin) * sizeof(Row));
-}
-
-// Takes the rows of the ascending places out.
-void remove_rows(PairRows& rows, const Column<std::int32_t>& places) {
-  const auto close_gaps = [&](auto& column) {
-    if (column.empty()) return;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      const std::size_t begin = static_cast<std::size_t>(places[i]) + 1;
-      const std::size_t end = i + 1 < places.size() ? static_cast<std::size_t>(places[i + 1]) : column.size();
-      move_rows(column, begin, end, begin - i - 1);
-    }
-    column.resize(column.size() - places.size());
+// Lists the rows of `resting` that can not stay there, ascending: of shapes that have left the frozen trees
+// or been changed by a call. These are looked through, or all rows where that is no more, or nobody knows
+// them.
+void list_leaving(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  const Column<ShapePair>& resting = contacts.resting.pair;
+  Column<std::int32_t>& leaving = broad_phase.frozen;
+  const auto leaves = [&](std::int32_t shape) {
+    const auto row = static_cast<std::size_t>(shape);
+    return !is_frozen_tree(broad_phase.tree_of[row]) || broad_phase.is_dirty[row] != 0;
   };
-  close_gaps(rows.pair);
-  close_gaps(rows.contact);
-  close_gaps(rows.axis);
-}
-
-// Puts ascending rows between those that are there; `places` is scratch.
-void insert_rows(PairRows& rows, const PairRows& more, Column<std::int32_t>& places) {
-  places.resize_discarding(more.pair.size());  // of the old row that each comes before
-  for (std::size_t i = 0; i < more.pair.size(); ++i) {
-    const ShapePair* const from = rows.pair.begin() + (i > 0 ? places[i - 1] : 0);
-    places[i] = static_cast<std::int32_t>(
-        std::lower_bound(from, std::as_const(rows.pair).end(), more.pair[i], comes_before) -
-        rows.pair.begin());
+  if (broad_phase.all_left || kRowsPerShape * broad_phase.leavers.size() > resting.size()) {
+    contacts.resting_looks += static_cast<std::int64_t>(resting.size());
+    list_where(crew, resting.size(), broad_phase.places, leaving,
+               [&](std::size_t row) { return leaves(resting[row].a) || leaves(resting[row].b); });
+    return;
   }
-  const std::size_t count = rows.pair.size();
-  const auto open_gaps = [&](auto& column, const auto& from) {
-    column.resize_for_overwrite(count + places.size());
-    std::size_t end = count;
-    for (std::size_t i = places.size(); i-- > 0;) {
-      const auto begin = static_cast<std::size_t>(places[i]);
-      move_rows(column, begin, end, begin + i + 1);
-      column[begin + i] = from[i];
-      end = begin;
-    }
-  };
-  if (!more.axis.empty()) rows.axis.resize(count);  // hulls may have come since
-  open_gaps(rows.pair, more.pair);
-  open_gaps(rows.contact, more.contact);
-  if (!more.axis.empty()) {
-    open_gaps(rows.axis, more.axis);
-  } else if (!rows.axis.empty()) {
-    struct None {
-      ContactAxis operator[](std::size_t) const { return {}; }
-    };
-    open_gaps(rows.axis, None{});
+  leaving.clear();
+  for (const std::int32_t shape : broad_phase.leavers) {
+    if (!leaves(shape)) continue;
+    for_each_resting(data, shape, [&](std::int32_t row, std::int32_t other) {
+      if (shape < other || !leaves(other)) leaving.push_back(row);  // once, where both do
+    });
   }
+  std::sort(leaving.begin(), leaving.end());
 }
 
 // Takes the pairs that can not go on resting as they are out of `resting`: one of the shapes has left its
 // tree or been changed by a call. They are pairs of the last list again. Returns whether there are any.
 bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
-  PairRows &resting = contacts.resting, &pulled = broad_phase.pulled;
-  if (!broad_phase.frozen_left) return false;
-  const auto is_still_there = [&](std::int32_t shape) {
-    const auto row = static_cast<std::size_t>(shape);
-    return is_frozen_tree(broad_phase.tree_of[row]) && broad_phase.is_dirty[row] == 0;
-  };
-  list_where(crew, resting.pair.size(), broad_phase.places, broad_phase.frozen, [&](std::size_t row) {
-    return !is_still_there(resting.pair[row].a) || !is_still_there(resting.pair[row].b);
-  });
+  PairRows& pulled = broad_phase.pulled;
+  if (contacts.resting.pair.empty() || (broad_phase.leavers.empty() && !broad_phase.all_left)) return false;
+  list_leaving(data, broad_phase, crew);
   if (broad_phase.frozen.empty()) return false;
-  gather_rows(resting, broad_phase.frozen, pulled, crew);
-  remove_rows(resting, broad_phase.frozen);
+  broad_phase.by_pair.resize_discarding(broad_phase.frozen.size());
+  std::copy(broad_phase.frozen.begin(), broad_phase.frozen.end(), broad_phase.by_pair.begin());
+  sort_by_pair(broad_phase, contacts.resting.pair, broad_phase.by_pair, crew);
+  gather_rows(contacts.resting, broad_phase.by_pair, pulled, crew);
+  move_touching(data, broad_phase.by_pair);
+  remove_resting(data, broad_phase.frozen);
   contacts.resting_contacts -= count_contacts(pulled);
   PairRows& all = contacts.pairs_before;
   const PairRows* const lists[] = {&contacts.pairs, &pulled};
@@ -212,7 +182,7 @@ void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   gather_rows(contacts.pairs, broad_phase.frozen, broad_phase.pulled, crew);
   gather_rows(contacts.pairs, broad_phase.moving, contacts.pairs_before, crew);
   std::swap(contacts.pairs, contacts.pairs_before);
-  insert_rows(contacts.resting, broad_phase.pulled, broad_phase.places);
+  add_resting(data, broad_phase.pulled);
   contacts.resting_contacts += count_contacts(broad_phase.pulled);
   const Column<std::int32_t>& moving = broad_phase.moving;
   broad_phase.moving_previous.resize_discarding(moving.size());
@@ -253,12 +223,14 @@ void find_pairs(WorldData& data, Crew& crew) {
       data.bodies.asleep > 0 && lend_arrivals(data, broad_phase, TreeKind::frozen, TreeKind::kinematic);
   const bool members_changed = update_members(data, broad_phase, crew);
   contacts.list_kept = true;
+  contacts.resting_kept = contacts.resting.pair.size();
   if (members_changed || contacts.pairs_stale || broad_phase.bounds_left.load(std::memory_order_relaxed)) {
     broad_phase.is_dirty.resize(data.shapes.flags.size());
     for (const std::int32_t shape : broad_phase.dirty)
       broad_phase.is_dirty[static_cast<std::size_t>(shape)] = 1;
     refit_trees(data, broad_phase, crew);
     const bool pulled = pull_rows(data, broad_phase, crew);
+    contacts.resting_kept = contacts.resting.pair.size();
     // Some of the last list's pairs may rest from now on, or again.
     const bool parts = pulled || (data.bodies.asleep > 0 && !contacts.pairs.pair.empty() &&
                                   (members_changed || contacts.pairs_stale || !broad_phase.dirty.empty()));
@@ -272,6 +244,7 @@ void find_pairs(WorldData& data, Crew& crew) {
       const auto index = static_cast<std::size_t>(shape);
       broad_phase.is_dirty[index] = 0;
       data.shapes.flags[index] = static_cast<std::uint8_t>(data.shapes.flags[index] & ~kShapeNew);
+      data.shapes.marks.mark(shape);
     }
     broad_phase.dirty.clear();
     broad_phase.bounds_left.store(false, std::memory_order_relaxed);
@@ -303,6 +276,7 @@ void BroadPhase::report(const Visit& visit) const {
   column(ColumnKind::scratch, "gathered", gathered);
   column(ColumnKind::scratch, "part", part);
   column(ColumnKind::scratch, "thinned", thinned);
+  column(ColumnKind::scratch, "leavers", leavers);
   for (const PairTree& tree : trees) {
     column(ColumnKind::derived, "order", tree.order);
     column(ColumnKind::derived, "leaves", tree.leaves);
@@ -328,6 +302,7 @@ void BroadPhase::report(const Visit& visit) const {
   column(ColumnKind::scratch, "lost", lost);
   column(ColumnKind::scratch, "moving", moving);
   column(ColumnKind::scratch, "frozen", frozen);
+  column(ColumnKind::scratch, "by_pair", by_pair);
   column(ColumnKind::scratch, "moving_previous", moving_previous);
   column(ColumnKind::scratch, "pulled_pair", pulled.pair);
   column(ColumnKind::scratch, "pulled_contact", pulled.contact);

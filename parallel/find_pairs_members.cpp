@@ -15,9 +15,8 @@ namespace scree {
 
 namespace {
 
-constexpr std::int64_t kSmallestTree = 64;    // shapes; arrivals come in without being sorted
-constexpr std::int64_t kTreeGrowth = 8;       // from one to the next: 4 sorts less often, and has more to ask
-constexpr std::size_t kSortedMemory = 65536;  // shapes; what more took to sort is given back
+constexpr std::int64_t kSmallestTree = 64;  // shapes; arrivals come in without being sorted
+constexpr std::int64_t kTreeGrowth = 8;     // from one to the next: 4 sorts less often, and has more to ask
 
 std::int64_t capacity_of(int level) {
   std::int64_t capacity = kSmallestTree;
@@ -48,7 +47,7 @@ void leave_frozen(BroadPhase& broad_phase, std::size_t shape) {
   PairTree& tree = broad_phase.trees[index];
   const std::int32_t slot = broad_phase.slot_of[shape];
   tree.order[static_cast<std::size_t>(slot)] = -1;
-  broad_phase.frozen_left = true;
+  broad_phase.leavers.push_back(static_cast<std::int32_t>(shape));
   --tree.members;
   broad_phase.thinned.push_back({index, slot / simd::kBlock});
 }
@@ -140,6 +139,29 @@ void fill_smallest(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   broad_phase.refitted += tree.leaf_blocks();
 }
 
+// Makes the boxes of a tree of frozen shapes whose order has just been written from `gathered`, and notes who
+// stands where.
+void settle_members(const WorldData& data, BroadPhase& broad_phase, int level, Crew& crew) {
+  const auto index = static_cast<std::uint8_t>(kFrozenTree + level);
+  PairTree& tree = broad_phase.trees[index];
+  tree.members = static_cast<std::int32_t>(broad_phase.gathered.size());
+  refit_tree(data, tree, crew);
+  broad_phase.refitted += tree.leaf_blocks();
+  crew.run_ranges(static_cast<int>(tree.order.size()), 4096, [&](int begin, int end, int) {
+    for (int slot = begin; slot < end; ++slot) {
+      const std::int32_t row = tree.order[static_cast<std::size_t>(slot)];
+      if (row < 0) continue;
+      broad_phase.tree_of[static_cast<std::size_t>(row)] = index;
+      broad_phase.slot_of[static_cast<std::size_t>(row)] = slot;
+    }
+  });
+  if (broad_phase.gathered.size() <= kSortedMemory) return;
+  broad_phase.sort_keys = {};
+  broad_phase.sort_keys_other = {};
+  broad_phase.gathered = {};
+  broad_phase.part = {};
+}
+
 // Makes the tree of a level of the arrivals and of the trees up to `last`, which become empty.
 void merge_trees(const WorldData& data, BroadPhase& broad_phase, int last, int level, Crew& crew) {
   Column<std::int32_t>& gathered = broad_phase.gathered;
@@ -154,25 +176,32 @@ void merge_trees(const WorldData& data, BroadPhase& broad_phase, int last, int l
     gathered.append(std::as_const(broad_phase.part).span());
     smaller.clear();
   }
-  const auto index = static_cast<std::uint8_t>(kFrozenTree + level);
-  PairTree& tree = broad_phase.trees[index];
+  PairTree& tree = broad_phase.trees[kFrozenTree + level];
   sort_gathered(data, broad_phase, tree, crew);
-  tree.members = static_cast<std::int32_t>(gathered.size());
-  refit_tree(data, tree, crew);
-  broad_phase.refitted += tree.leaf_blocks();
-  crew.run_ranges(static_cast<int>(tree.order.size()), 4096, [&](int begin, int end, int) {
-    for (int slot = begin; slot < end; ++slot) {
-      const std::int32_t row = tree.order[static_cast<std::size_t>(slot)];
-      if (row < 0) continue;
-      broad_phase.tree_of[static_cast<std::size_t>(row)] = index;
-      broad_phase.slot_of[static_cast<std::size_t>(row)] = slot;
-    }
-  });
-  if (gathered.size() <= kSortedMemory) return;
-  broad_phase.sort_keys = {};
-  broad_phase.sort_keys_other = {};
-  broad_phase.gathered = {};
-  broad_phase.part = {};
+  settle_members(data, broad_phase, level, crew);
+}
+
+// Whether the arrivals get a tree for themselves, in the order in which they stood in that of awake shapes:
+// they have fallen asleep together, and nobody stands in the tree of their size. Most of the time would go
+// into sorting them along the same curve again.
+bool keep_order(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
+  const PairTree& awake = broad_phase.trees[kAwakeTree];
+  const std::size_t count = broad_phase.arrivals.size();
+  int level = 0;
+  while (level + 1 < kFrozenTrees && capacity_of(level) < static_cast<std::int64_t>(count)) ++level;
+  if (level == 0 || broad_phase.trees[kFrozenTree + level].members > 0) return false;
+  if (awake.unsorted || 2 * count < awake.order.size()) return false;
+  list_where(
+      crew, awake.order.size(), broad_phase.places, broad_phase.gathered,
+      [&](std::size_t i) {
+        return awake.order[i] >= 0 &&
+               broad_phase.tree_of[static_cast<std::size_t>(awake.order[i])] == kArriving;
+      },
+      [&](std::size_t i) { return awake.order[i]; });
+  if (broad_phase.gathered.size() != count) return false;
+  take_gathered(broad_phase, broad_phase.trees[kFrozenTree + level], crew);
+  settle_members(data, broad_phase, level, crew);
+  return true;
 }
 
 // Puts the arrivals into the first tree that holds them and all smaller ones. A tree with more holes than
@@ -183,7 +212,7 @@ void place_arrivals(const WorldData& data, BroadPhase& broad_phase, Crew& crew) 
   for (int i = 1; i < kFrozenTrees; ++i) {
     if (tree_at(i).order.size() > 2 * static_cast<std::size_t>(tree_at(i).members) + simd::kBlock) last = i;
   }
-  if (last < 0) return;
+  if (last < 0 || (last == 0 && keep_order(data, broad_phase, crew))) return;
   auto members = static_cast<std::int64_t>(broad_phase.arrivals.size());
   for (int i = 0; i <= last; ++i) members += tree_at(i).members;
   int level = 0;
@@ -204,8 +233,9 @@ bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   broad_phase.refitted = 0;
   broad_phase.tree_of.resize(shapes.flags.size());
   broad_phase.slot_of.resize(shapes.flags.size());
-  broad_phase.frozen_left = std::exchange(shapes.trees_changed, false);
-  if (broad_phase.frozen_left) compare_all(shapes, broad_phase, crew);
+  broad_phase.leavers.clear();
+  broad_phase.all_left = std::exchange(shapes.trees_changed, false);
+  if (broad_phase.all_left) compare_all(shapes, broad_phase, crew);
   if (broad_phase.changed.empty()) return false;
   const bool any = sort_out(shapes, broad_phase);
   for (const std::uint8_t index : {kAwakeTree, kKinematicTree}) {

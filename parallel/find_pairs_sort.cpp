@@ -1,5 +1,5 @@
 // Order for the broad phase: the canonical list of pairs from the join's unordered chunks, and a radix sort
-// for places along the curve and for long rows.
+// for places along the curve, for long rows and for rows of pairs that lie in no order.
 //
 // The list is grouped into buckets by the smaller shape (the owner), each bucket is counted out by owner, and
 // each owner's short row is ranked by comparing everybody with everybody. Keys are unique, so the result does
@@ -20,6 +20,7 @@ constexpr std::size_t kMinBucketWidth = 64;  // owners
 constexpr int kMaxGroups = 64;               // of join chunks, each with counts of its own
 constexpr std::int32_t kHeavyRow = 4096;     // pairs; longer rows are sorted by the whole crew
 constexpr std::size_t kOwnersPerPair = 64;   // shapes a pair, above which pairs are few
+constexpr std::size_t kFewRows = 2048;       // that comparing sorts sooner
 
 std::uint64_t key_of(const SortKey& row) { return row.key; }
 
@@ -176,6 +177,35 @@ SortKey* sort_by_key(SortKey* rows, SortKey* other, std::int32_t count, Column<s
 ShapePair* sort_by_key(ShapePair* rows, ShapePair* other, std::int32_t count,
                        Column<std::uint32_t>& digit_counts, Crew& crew) {
   return radix_sort(rows, other, count, digit_counts, crew);
+}
+
+void sort_by_pair(BroadPhase& broad_phase, const Column<ShapePair>& pair_of, Column<std::int32_t>& rows,
+                  Crew& crew) {
+  const std::size_t count = rows.size();
+  const auto key_at = [&](std::int32_t row) { return key_of(pair_of[static_cast<std::size_t>(row)]); };
+  const auto before = [&](std::int32_t x, std::int32_t y) { return key_at(x) < key_at(y); };
+  if (std::is_sorted(rows.begin(), rows.end(), before)) return;  // as those that came to rest together
+  if (count < kFewRows) {
+    std::sort(rows.begin(), rows.end(), before);
+    return;
+  }
+  broad_phase.sort_keys.resize_discarding(count);
+  broad_phase.sort_keys_other.resize_discarding(count);
+  SortKey* const keys = broad_phase.sort_keys.data();
+  const auto all = static_cast<int>(count);
+  crew.run_ranges(all, 4096, [&](int begin, int end, int) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      keys[i] = {key_at(rows[i]), rows[i], 0};
+  });
+  const SortKey* const sorted =
+      sort_by_key(keys, broad_phase.sort_keys_other.data(), all, broad_phase.digit_counts, crew);
+  crew.run_ranges(all, 4096, [&](int begin, int end, int) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      rows[i] = sorted[i].shape;
+  });
+  if (count <= kSortedMemory) return;
+  broad_phase.sort_keys = {};
+  broad_phase.sort_keys_other = {};
 }
 
 void sort_pairs(BroadPhase& broad_phase, std::size_t shapes, std::int64_t pairs, Crew& crew) {

@@ -2,14 +2,19 @@
 // the lists of begins, persists and ends.
 //
 // Both lists are sorted, so a chunk of pairs finds its part of the old list by bisection, and what the
-// chunks find is put in place by their counts, in their order. Nothing is done while nobody asks. Where some
-// pairs rest and some do not, their two lists are made one first.
+// chunks find is put in place by their counts, in their order. Nothing is done while nobody asks. Of a pair
+// that rested and rests there is nothing to tell: that it touches is remembered beside its row, and only what
+// comes to rest, wakes or is asked about otherwise than before is looked at together with what moves.
 #include <core/edit.h>
+#include <core/resting_pairs.h>
+#include <parallel/broad_phase.h>
+#include <parallel/list_where.h>
 #include <parallel/merge_pairs.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace scree {
 
@@ -59,24 +64,63 @@ bool was_pressed(const Manifold& manifold) {
   return false;
 }
 
-// All pairs and their contacts, -1 if they have none.
+// The pairs that there may be news of, and their contacts, -1 if they have none. `resting_row` has no rows
+// where all of them move; else -1 for those that do.
 struct PairList {
   const Column<ShapePair>& pair;
   const Column<std::int32_t>& contact;
+  const Column<std::int32_t>& resting_row;
+  bool rests(std::size_t row) const { return !resting_row.empty() && resting_row[row] >= 0; }
 };
+
+// Lists the pairs at rest, those with contacts, of which there may be news: who has come to rest in this
+// step, takes part again, or is asked about otherwise than before. Of others nothing was or will be told.
+void list_judged(WorldData& data, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  Events& events = data.events;
+  Column<std::int32_t>& judged = events.judged;
+  const auto touches = [&](std::size_t row) { return contacts.resting.contact[row] >= 0; };
+  judged.clear();
+  const std::size_t rows = contacts.resting.pair.size();
+  if (events.asked_of_all) {
+    contacts.resting_looks += static_cast<std::int64_t>(rows);
+    list_where(crew, rows, events.contacts, judged, touches);
+  } else {
+    for (std::size_t row = contacts.resting_kept; row < rows; ++row) {
+      if (touches(row)) judged.push_back(static_cast<std::int32_t>(row));
+    }
+    judged.append(std::as_const(contacts.roused).span());
+    for (const std::int32_t shape : events.asked_of) {
+      for_each_resting(data, shape, [&](std::int32_t row, std::int32_t) {
+        if (touches(static_cast<std::size_t>(row))) judged.push_back(row);
+      });
+    }
+  }
+  events.asked_of.clear();
+  events.asked_of_all = false;
+  sort_by_pair(broad_phase_of(data), contacts.resting.pair, judged, crew);
+  judged.resize(static_cast<std::size_t>(std::unique(judged.begin(), judged.end()) - judged.begin()));
+}
 
 PairList list_pairs(WorldData& data, Crew& crew) {
   const PairRows &moving = data.contacts.pairs, &resting = data.contacts.resting;
-  if (resting.pair.empty()) return {moving.pair, moving.contact};
-  if (moving.pair.empty()) return {resting.pair, resting.contact};
   Events& events = data.events;
-  events.pairs.resize_discarding(moving.pair.size() + resting.pair.size());
+  events.rows.clear();
+  if (events.judged.empty()) return {moving.pair, moving.contact, events.rows};
+  const std::size_t judged = events.judged.size();
+  events.judged_pairs.resize_discarding(judged);
+  std::transform(events.judged.begin(), events.judged.end(), events.judged_pairs.begin(),
+                 [&](std::int32_t row) { return resting.pair[static_cast<std::size_t>(row)]; });
+  events.pairs.resize_discarding(moving.pair.size() + judged);
   events.contacts.resize_discarding(events.pairs.size());
-  merge_pairs(moving.pair, resting.pair, crew, [&](std::size_t place, bool rests, std::size_t row) {
+  events.rows.resize_discarding(events.pairs.size());
+  merge_pairs(moving.pair, events.judged_pairs, crew, [&](std::size_t place, bool rests, std::size_t i) {
+    const std::size_t row = rests ? static_cast<std::size_t>(events.judged[i]) : i;
     events.pairs[place] = (rests ? resting : moving).pair[row];
     events.contacts[place] = (rests ? resting : moving).contact[row];
+    events.rows[place] = rests ? events.judged[i] : -1;
   });
-  return {events.pairs, events.contacts};
+  return {events.pairs, events.contacts, events.rows};
 }
 
 // `known`: the pair touched after the last step.
@@ -138,6 +182,11 @@ struct Outcome {
   bool touches, begins, persists, ends;
 };
 
+// Whether that it touches is remembered beside the pair's row at rest.
+bool is_kept_at_rest(const PairList& list, std::size_t row, std::uint8_t verdict) {
+  return (verdict & kResting) != 0 && list.rests(row);
+}
+
 Outcome outcome_of(const TouchRow* known, std::uint8_t verdict) {
   constexpr auto kBeginEnd = static_cast<std::uint8_t>(ContactEvents::begin_end);
   constexpr auto kPersist = static_cast<std::uint8_t>(ContactEvents::persist);
@@ -157,11 +206,13 @@ void place_events(Events& events) {
   };
   for (EventCounts& counts : events.counts) {
     take(counts.touching, place.touching);
+    take(counts.resting, place.resting);
     take(counts.begins, place.begins);
     take(counts.persists, place.persists);
     take(counts.ends, place.ends);
   }
   events.touching.resize_discarding(static_cast<std::size_t>(place.touching));
+  events.resting_touches += place.resting;
   events.begins.resize_discarding(static_cast<std::size_t>(place.begins));
   events.persists.resize_discarding(static_cast<std::size_t>(place.persists));
   events.ends.resize_discarding(static_cast<std::size_t>(place.ends));
@@ -229,9 +280,37 @@ void note_approach(WorldData& data, Crew& crew) {
   });
 }
 
-void list_events(WorldData& data, float dt, Crew& crew) {
-  if (!asks_for_events(data)) return;
+void move_touching(WorldData& data, const Column<std::int32_t>& rows) {
   Events& events = data.events;
+  if (events.resting_touches == 0) return;
+  Column<TouchRow>&moved = events.moved, &all = events.before;
+  moved.clear();
+  for (const std::int32_t row : rows) {
+    TouchRow& rests = events.resting[static_cast<std::size_t>(row)];
+    if (rests.events == 0) continue;
+    moved.push_back(std::exchange(rests, TouchRow{}));
+  }
+  if (moved.empty()) return;
+  events.resting_touches -= static_cast<std::int64_t>(moved.size());
+  all.resize_discarding(events.touching.size() + moved.size());
+  std::merge(events.touching.begin(), events.touching.end(), moved.begin(), moved.end(), all.begin(),
+             [](const TouchRow& x, const TouchRow& y) { return key_of(x) < key_of(y); });
+  all.swap(events.touching);
+}
+
+void list_events(WorldData& data, float dt, Crew& crew) {
+  Events& events = data.events;
+  if (!asks_for_events(data)) {
+    if (!events.resting.empty()) data.contacts.resting_marks.pages.clear();  // as if never saved
+    events.resting.clear();
+    events.asked_of.clear();
+    events.asked_of_all = false;  // so nobody asks about what rests
+    return;
+  }
+  events.resting.resize(data.contacts.resting.pair.size());
+  list_judged(data, crew);
+  for (const std::int32_t row : events.judged) data.contacts.resting_marks.mark(row);
+  move_touching(data, events.judged);
   events.touching.swap(events.before);
   const bool solved = dt > 0.0f;
   const PairList all = list_pairs(data, crew);
@@ -246,9 +325,11 @@ void list_events(WorldData& data, float dt, Crew& crew) {
         [&](std::size_t row, bool known) {
           return events.verdicts[row] = judge(data, all, row, known, solved);
         },
-        [&](int, const TouchRow* known, std::uint8_t verdict) {
+        [&](int row, const TouchRow* known, std::uint8_t verdict) {
           const Outcome outcome = outcome_of(known, verdict);
-          counts.touching += outcome.touches ? 1 : 0;
+          const bool rests = outcome.touches && is_kept_at_rest(all, static_cast<std::size_t>(row), verdict);
+          counts.resting += rests ? 1 : 0;
+          counts.touching += outcome.touches && !rests ? 1 : 0;
           counts.begins += outcome.begins ? 1 : 0;
           counts.persists += outcome.persists ? 1 : 0;
           counts.ends += outcome.ends ? 1 : 0;
@@ -268,8 +349,10 @@ void list_events(WorldData& data, float dt, Crew& crew) {
           const Outcome outcome = outcome_of(known, verdict);
           const auto pair = static_cast<std::size_t>(row);
           if (outcome.touches) {
-            next(events.touching, place.touching) = {handles_of(data, all.pair[pair]),
-                                                     std::uint32_t{verdict} & kAskedMask};
+            const bool rests = is_kept_at_rest(all, pair, verdict);
+            TouchRow& to = rests ? events.resting[static_cast<std::size_t>(all.resting_row[pair])]
+                                 : next(events.touching, place.touching);
+            to = {handles_of(data, all.pair[pair]), std::uint32_t{verdict} & kAskedMask};
           }
           if (outcome.begins) next(events.begins, place.begins) = make_event(data, all, pair, solved);
           if (outcome.persists) next(events.persists, place.persists) = make_event(data, all, pair, solved);

@@ -126,7 +126,7 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
   void add_state(const WorldData& world, ChunkKind kind) {
     std::unique_ptr<StateToRecord> state = writer.take_spare_state();
     if (state == nullptr) state = std::make_unique<StateToRecord>();
-    save_world(world, state->snapshot);
+    save_world(world, state->snapshot, false);
     state->kind = kind;
     state->hulls = solids.numbers_of(state->snapshot.hulls);
     std::vector<SolidPointer> new_solids;

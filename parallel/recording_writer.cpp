@@ -65,7 +65,7 @@ class BlockedSignals {
 };
 
 std::size_t bytes_of(const StateToRecord& state) {
-  return state.snapshot.columns.size() + state.hulls.size() * sizeof state.hulls[0];
+  return state.snapshot.pages->sheets.bytes() + state.hulls.size() * sizeof state.hulls[0];
 }
 
 bool is_regular(int descriptor) {

@@ -5,6 +5,7 @@
 #include <parallel/islands.h>
 #include <parallel/list_where.h>
 #include <parallel/stages.h>
+#include <parallel/take_up.h>
 
 #include <algorithm>
 #include <utility>
@@ -35,39 +36,15 @@ void make_lists(WorldData& data, Column<std::int32_t>& places, Crew& crew) {
              [&](std::size_t shape) { return is_moving(data.shapes, shape); });
 }
 
-// Of an ascending list: those who have changed go, and those among the changed, who ascend too, whom `keep`
-// holds for take their places.
-template <class Keep>
-void take_up(Column<std::int32_t>& list, const Column<std::int32_t>& changed,
-             const Column<std::uint8_t>& is_changed, Column<std::int32_t>& scratch, Keep&& keep) {
-  scratch.resize_discarding(list.size() + changed.size());
-  std::int32_t* to = scratch.data();
-  const std::int32_t* next = changed.begin();
-  for (const std::int32_t row : list) {
-    for (; next != changed.end() && *next < row; ++next) {
-      if (keep(static_cast<std::size_t>(*next))) *to++ = *next;
-    }
-    if (is_changed[static_cast<std::size_t>(row)] == 0) *to++ = row;
-  }
-  for (; next != changed.end(); ++next) {
-    if (keep(static_cast<std::size_t>(*next))) *to++ = *next;
-  }
-  scratch.resize(static_cast<std::size_t>(to - scratch.data()));
-  list.swap(scratch);
-}
-
-template <class Store>
-void forget_changes(Store& store) {
-  for (const std::int32_t row : store.changed) store.is_changed[static_cast<std::size_t>(row)] = 0;
-  store.changed.clear();
-}
-
 }  // namespace
 
 void refresh_lists(WorldData& data, Crew& crew) {
   Bodies& bodies = data.bodies;
   Shapes& shapes = data.shapes;
   if (!bodies.lists_dirty && shapes.changed.empty()) return;
+  // Contacts of who falls asleep now leave the list of those that are written to. Bodies and shapes have been
+  // marked when they changed.
+  for (const std::int32_t contact : data.contacts.touching) data.contacts.marks.mark(contact);
   BroadPhase& broad_phase = broad_phase_of(data);
   Column<std::int32_t>& places = islands_of(data).places;
   // Taking up is serial, and costs more a row than making anew does.
@@ -91,7 +68,7 @@ void refresh_lists(WorldData& data, Crew& crew) {
               [&](std::size_t shape) { return is_moving(shapes, shape); });
     }
   }
-  if (!bodies.changed.empty() || bodies.all_changed) data.joints.active_changed = true;
+  note_joints(data);
   broad_phase.changed.append(std::as_const(shapes.changed).span());
   forget_changes(bodies);
   forget_changes(shapes);

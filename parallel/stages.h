@@ -22,6 +22,8 @@ void forget_forces(WorldData& data);  // in a step of no length, where forces of
 void break_joints(WorldData& data, Crew& crew);   // reactions -> joints that break
 void note_approach(WorldData& data, Crew& crew);  // velocities -> approach speeds, where events are asked for
 void list_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begin, persist and end of contacts
+// What is remembered of pairs at rest, these rows in the order of the pairs, goes to what moves.
+void move_touching(WorldData& data, const Column<std::int32_t>& rows);
 void sweep_fast_bodies(WorldData& data, Crew& crew);      // motion -> shorter motion of those that hit
 void finish_step(WorldData& data, float dt, Crew& crew);  // motion -> poses, transforms, bounds, sleep timers
 void freeze_broken(WorldData& data);                      // bodies that became non-finite -> frozen ones
@@ -32,7 +34,7 @@ simd::BodyArgs body_args(WorldData& data,
 // Whether anybody wants events of contacts, or has been told of a begin and waits for the end.
 inline bool asks_for_events(const WorldData& data) {
   return data.settings.contact_events != ContactEvents::none || data.shapes.asking > 0 ||
-         !data.events.touching.empty();
+         !data.events.touching.empty() || data.events.resting_touches > 0;
 }
 
 float substep_of(const WorldData& data, float dt);  // s

@@ -116,6 +116,7 @@ void step(WorldData& data, float dt, Crew& crew) {
     run_phases(data, dt, crew);
   } catch (...) {
     data.recording.fail();  // nobody may look into the world any more
+    data.last_save = {};    // whoever saves it nevertheless gets what there is
     throw;
   }
   if (data.recording.sink != nullptr) {

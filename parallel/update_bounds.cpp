@@ -66,6 +66,7 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
     const auto index = static_cast<std::size_t>(shape);
     const std::uint8_t flags = shapes.flags[index];
     shapes.flags[index] = static_cast<std::uint8_t>(flags & ~kShapeDirty);
+    shapes.marks.mark(shape);  // of its bounds, too
     broad_phase.changed.push_back(shape);
     if ((flags & kShapeAlive) == 0) continue;
     broad_phase.dirty.push_back(shape);

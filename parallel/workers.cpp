@@ -1,4 +1,5 @@
 // Workers: how many threads, which instruction set, and where helpers come from.
+#include <parallel/kernel_code.h>
 #include <parallel/workers_impl.h>
 
 #include <algorithm>
@@ -140,7 +141,9 @@ int helper_sets() {
 }
 
 Workers::Impl::Impl(int thread_count, const simd::Kernels& chosen)
-    : threads(thread_count), kernels(&chosen), helpers(take_helper_set(thread_count)), pool(helpers->pool) {}
+    : threads(thread_count), kernels(&chosen), helpers(take_helper_set(thread_count)), pool(helpers->pool) {
+  bring_in(chosen);
+}
 
 int Workers::Impl::available_threads() const {
   return threads == 1 ? 1 : std::min(threads, HelperArena::allowed_threads());

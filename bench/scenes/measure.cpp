@@ -27,12 +27,12 @@ namespace scree::bench {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Request, scene, parameters, engine, isa, continuous, threads, steps,
                                    warmup, evaluate_every, stand_steps)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Measurement, error, complaint, variant, continuous, bodies, timed_steps,
-                                   ms_per_step, ms_median, ms_min, ms_max, cpu_ms_per_step, create_ms, phases,
-                                   engine_contacts, touching, penetration_mean, penetration_p999,
-                                   penetration_max, kinetic_energy, top_drop, bodies_left, drift_joints,
-                                   drift_mean, drift_max, pooled_pairs, pooled_mean, pooled_p999, pooled_max,
-                                   pooled_drift_mean, pooled_drift_max, collapse_step, steps_done, bits,
-                                   peak_bytes)
+                                   ms_per_step, ms_median, ms_min, ms_max, step_ms, cpu_ms_per_step,
+                                   create_ms, phases, engine_contacts, touching, penetration_mean,
+                                   penetration_p999, penetration_max, kinetic_energy, top_drop, bodies_left,
+                                   drift_joints, drift_mean, drift_max, pooled_pairs, pooled_mean,
+                                   pooled_p999, pooled_max, pooled_drift_mean, pooled_drift_max,
+                                   collapse_step, steps_done, bits, peak_bytes)
 
 namespace {
 
@@ -179,6 +179,7 @@ void time_steps(const Request& request, Run& run, Measurement& result) {
   PenetrationStatistics pooled;
   DriftStatistics pooled_drift;
   std::vector<double> times;
+  times.reserve(static_cast<std::size_t>(steps - warmup));
   double total = 0.0;
   double processor_total = 0.0;
   for (int step = 0; step < steps; ++step) {
@@ -201,6 +202,7 @@ void time_steps(const Request& request, Run& run, Measurement& result) {
   }
   const double count = static_cast<double>(times.size());
   for (auto& [name, ms] : result.phases) ms /= count;
+  result.step_ms = times;
   std::sort(times.begin(), times.end());
   result.steps_done = steps;
   result.timed_steps = static_cast<int>(times.size());

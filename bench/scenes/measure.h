@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace scree::bench {
 
@@ -38,6 +39,7 @@ struct Measurement {
   double ms_median = 0.0;    ///< over the timed steps, as are the two below
   double ms_min = 0.0;
   double ms_max = 0.0;
+  std::vector<double> step_ms;           ///< of the timed steps, in their order
   double cpu_ms_per_step = 0.0;          ///< processor time of the whole process, all threads together
   double create_ms = 0.0;                ///< building the worlds, the first step not included
   std::map<std::string, double> phases;  ///< mean over the timed steps, by the engine's own names

@@ -40,6 +40,13 @@ std::string engine_line(const EngineInfo& info) {
          "; continuous collision: " + (info.continuous.empty() ? "none" : info.continuous);
 }
 
+// Without the single steps, which would be most of the file.
+nlohmann::ordered_json json_of(const Measurement& measurement) {
+  auto json = nlohmann::ordered_json::parse(to_json(measurement));
+  json.erase("step_ms");
+  return json;
+}
+
 }  // namespace
 
 void print_report(const Options& options, const std::vector<Entry>& entries, std::ostream& out,
@@ -90,11 +97,12 @@ void write_json(const Options& options, const std::vector<Entry>& entries, std::
       item["ms_per_step"] = m->ms_per_step;
       item["bodies"] = m->bodies;
       item["phases"] = m->phases;
+      const StepTimes times = step_times(entry);
+      item["step_ms"] = {{"median", times.median}, {"p999", times.p999}, {"worst", times.worst}};
     }
     item["repeats"] = nlohmann::ordered_json::array();
-    for (const Measurement& m : entry.repeats)
-      item["repeats"].push_back(nlohmann::ordered_json::parse(to_json(m)));
-    if (entry.quality) item["quality"] = nlohmann::ordered_json::parse(to_json(*entry.quality));
+    for (const Measurement& m : entry.repeats) item["repeats"].push_back(json_of(m));
+    if (entry.quality) item["quality"] = json_of(*entry.quality);
     document["entries"].push_back(std::move(item));
   }
   out << document.dump(1) << '\n';

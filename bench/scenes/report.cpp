@@ -81,8 +81,8 @@ std::vector<std::string> comparison_row(const std::vector<Entry>& entries, const
   const auto sorted = by_time(entry);
   row.push_back(time_cell(m->ms_per_step));
   row.push_back(time_cell(sorted.front()->ms_per_step) + " to " + time_cell(sorted.back()->ms_per_step));
-  row.push_back(time_cell(m->ms_median));
-  row.push_back(time_cell(m->ms_max));
+  const StepTimes times = step_times(entry);
+  for (const double ms : {times.median, times.p999, times.worst}) row.push_back(time_cell(ms));
   const Measurement* base = find_median(entries, entry.scene, baseline, entry.threads);
   row.push_back(base != nullptr ? number("%.2f", m->ms_per_step / base->ms_per_step) : "");
   const Measurement* single = find_median(entries, entry.scene, entry.engine, 1);
@@ -119,11 +119,19 @@ const Measurement* median_repeat(const Entry& entry) {
   return sorted.empty() ? nullptr : sorted[(sorted.size() - 1) / 2];
 }
 
+StepTimes step_times(const Entry& entry) {
+  std::vector<std::vector<double>> repeats;
+  for (const Measurement& repeat : entry.repeats) {
+    if (repeat.error.empty()) repeats.push_back(repeat.step_ms);
+  }
+  return step_times(repeats);
+}
+
 Table comparison(const std::vector<Entry>& entries, const std::string& baseline) {
   const Extra extra = extra_columns(entries);
-  Table table{{"scene", "threads", "engine", "continuous", "ms/step", "range", "median", "worst", "ratio",
-               "scaling", "touching", "ns/touching", "pen mean mm", "pen p99.9 mm", "pen max mm", "energy J",
-               "top drop m", "left"}};
+  Table table{{"scene", "threads", "engine", "continuous", "ms/step", "range", "median", "p99.9", "worst",
+               "ratio", "scaling", "touching", "ns/touching", "pen mean mm", "pen p99.9 mm", "pen max mm",
+               "energy J", "top drop m", "left"}};
   const auto add_columns = [&table](std::initializer_list<const char*> names) {
     table.front().insert(table.front().end(), names.begin(), names.end());
   };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bench/scenes/measure.h"
+#include "bench/scenes/step_times.h"
 
 #include <iosfwd>
 #include <map>
@@ -26,12 +27,15 @@ struct Entry {
 
 /// The repeat with the median time per step; nothing if none succeeded.
 const Measurement* median_repeat(const Entry& entry);
+/// Over the repeats that succeeded.
+StepTimes step_times(const Entry& entry);
 
 /// Cells of a table, the head first.
 using Table = std::vector<std::vector<std::string>>;
 
-/// A row per entry: time per step (median of the repeats, their range), ratio to the entry of the same scene
-/// and thread count whose engine is `baseline`, scaling against one thread, cost per touching pair, quality.
+/// A row per entry: time per step (median of the repeats, their range), times of single steps, ratio to the
+/// entry of the same scene and thread count whose engine is `baseline`, scaling against one thread, cost per
+/// touching pair, quality.
 Table comparison(const std::vector<Entry>& entries, const std::string& baseline);
 /// The same in fewer columns, and only engines that could run the scene.
 Table brief(const std::vector<Entry>& entries, const std::string& baseline);

@@ -90,7 +90,7 @@ TEST(JointSnapshot, MakesDerivedRowsAnew) {
   Workshop w;
   const World copy = clone(w.world);
   const Joints &left = internals(copy).joints, &right = w.rows();
-  EXPECT_TRUE(left.active_changed);
+  EXPECT_TRUE(left.all_changed);
   EXPECT_EQ(left.alive, right.alive);
   for (const JointId joint : w.joints) {
     const std::size_t row = joint.index;
@@ -231,8 +231,11 @@ const std::vector<Wrong>& wrongs() {
        [](auto&, auto& j, auto&, auto row) { j.free_slots[0] = static_cast<std::int32_t>(row); }},
       {"lost", "events.lost, row 0: names no joint",
        [](auto& w, auto&, auto&, auto) { internals(w.world).events.lost[0].index = 1000; }},
-      {"rows", "joints.color, row 0: wrong number of rows",
-       [](auto&, auto& j, auto&, auto) { j.color.resize(j.color.size() + 1); }},
+      {"rows", "joints.impulses, row 0: wrong number of rows",
+       [](auto&, auto& j, auto&, auto) {  // the columns of a sheet, which have as many rows as each other
+         j.impulses.resize(j.impulses.size() + 1);
+         j.color.resize(j.color.size() + 1);
+       }},
       {"more free slots", "joints.free_slots, row 0: wrong number of rows",
        [](auto&, auto& j, auto&, auto) { j.free_slots.resize(100); }}};
   return all;

@@ -257,7 +257,8 @@ struct Sleepers {
     consume_dirty(world);
     for (const BodyId body : bodies) put_to_sleep(world, body);
     Joints& joints = internals(world).joints;
-    joints.active_changed = false;
+    for (const std::int32_t row : joints.changed) joints.is_changed[static_cast<std::size_t>(row)] = 0;
+    joints.changed.clear();
     internals(world).contacts.pairs_stale = false;
   }
   // Which of the three bodies is awake.
@@ -271,7 +272,7 @@ struct Sleepers {
   }
   std::string changed() const {
     const WorldData& data = internals(world);
-    return std::string(data.joints.active_changed ? "active " : "") +
+    return std::string(!data.joints.changed.empty() ? "active " : "") +
            (data.contacts.pairs_stale ? "pairs " : "");
   }
 };

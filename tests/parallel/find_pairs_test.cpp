@@ -65,7 +65,6 @@ std::vector<Pair> listed(const WorldData& data) {
   }
   const auto resting = result.begin() + static_cast<std::ptrdiff_t>(data.contacts.pairs.pair.size());
   EXPECT_TRUE(std::is_sorted(result.begin(), resting));
-  EXPECT_TRUE(std::is_sorted(resting, result.end()));
   std::sort(result.begin(), result.end());
   return result;
 }

@@ -1,107 +1,20 @@
 // Laws of the trees of frozen shapes: who is in them, that the list of pairs does not depend on how they came
 // to be, and that a change costs by what changes.
-#include "hand_made_world.h"
+#include "field.h"
 
 #include <gtest/gtest.h>
 #include <parallel/broad_phase.h>
 #include <scree/scree.h>
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 namespace scree {
 namespace {
 
-using testing::Random;
+using testing::Field;
 
 constexpr float kDt = 1.0f / 60.0f;
-
-// A field of fixed boxes about which balls fall, sleep and are pushed about.
-class Field {
- public:
-  Field(std::uint64_t seed, int boxes) : random_(seed), side_(static_cast<int>(std::sqrt(boxes))) {
-    WorldSettings settings;
-    settings.sleep_time = 0.1f;
-    world = World(settings);
-    world.add_shape(world.create_body({.type = BodyType::fixed, .position = {0, -2, 0}}),
-                    Box{{1000, 1, 1000}});
-    for (int i = 0; i < boxes; ++i) add_box();
-  }
-
-  void add_box() {
-    const float x = static_cast<float>(random_.below(static_cast<std::uint32_t>(side_)));
-    const float z = static_cast<float>(random_.below(static_cast<std::uint32_t>(side_)));
-    fixed_.push_back(
-        world.create_body({.type = BodyType::fixed, .position = {x, random_.uniform(-0.2f, 0.2f), z}}));
-    world.add_shape(fixed_.back(), Box{{0.6f, 0.5f, 0.6f}});
-    if (random_.below(8) == 0) {
-      world.add_shape(fixed_.back(), Sphere{0.3f}, {}, {.local_pose = {{0, 0.6f, 0}, {}}});
-    }
-  }
-  void add_ball() {
-    const float reach = static_cast<float>(side_);
-    balls_.push_back(world.create_body(
-        {.position = {random_.uniform(0, reach), random_.uniform(1.0f, 2.0f), random_.uniform(0, reach)}}));
-    static const std::vector<Vec3> kCorners{
-        {-0.3f, 0, 0}, {0.3f, 0, 0}, {0, 0.4f, 0}, {0, 0, 0.4f}, {0.1f, 0.2f, -0.2f}};
-    static const Hull kRoof(kCorners);
-    const bool is_hull = hulls && random_.below(3) == 0;
-    world.add_shape(balls_.back(), is_hull ? Geometry{ConvexHull{kRoof}} : Geometry{Sphere{0.3f}},
-                    {.rolling_resistance = 0.05f});
-  }
-  // A call of every kind that changes who rests where.
-  void change_something() {
-    switch (random_.below(9)) {
-      case 0:
-        return add_box();
-      case 1:
-      case 2:
-        return add_ball();
-      case 3:
-        if (fixed_.size() > 10) world.destroy_body(take(fixed_));
-        return;
-      case 4:
-        if (balls_.size() > 40) world.destroy_body(take(balls_));
-        return;
-      case 5:
-        if (fixed_.empty()) return;
-        return world.set_pose(any(fixed_), {{random_.uniform(0, 5), 0.5f, random_.uniform(0, 5)}, {}});
-      case 6:
-        if (!balls_.empty()) world.set_linear_velocity(any(balls_), {1, 3, 0});
-        return;
-      case 7:
-        if (!balls_.empty()) world.set_body_type(any(balls_), random_type());
-        return;
-      default:
-        if (balls_.empty()) return;
-        world.shapes_of(any(balls_), std::span(&shape_, 1));
-        return world.set_filter(shape_, {.mask = random_.below(4) == 0 ? 0u : ~0u});
-    }
-  }
-
-  World world;
-  bool hulls = false;  // some of the balls are none
-
- private:
-  BodyId any(const std::vector<BodyId>& list) {
-    return list[random_.below(static_cast<std::uint32_t>(list.size()))];
-  }
-  BodyId take(std::vector<BodyId>& list) {
-    const BodyId body = any(list);
-    std::erase(list, body);
-    return body;
-  }
-  BodyType random_type() {
-    const BodyType types[] = {BodyType::fixed, BodyType::kinematic, BodyType::dynamic, BodyType::dynamic};
-    return types[random_.below(4)];
-  }
-
-  Random random_;
-  int side_;
-  ShapeId shape_;
-  std::vector<BodyId> fixed_, balls_;
-};
 
 std::size_t at(std::int32_t row) { return static_cast<std::size_t>(row); }
 
@@ -203,6 +116,38 @@ TEST(FrozenTrees, ListsOfWhatMovesAreThoseOfARestoredWorld) {
     ASSERT_TRUE(same(old.shapes.moving, fresh.shapes.moving)) << "step " << i;
     ASSERT_EQ(old.bodies.asleep, fresh.bodies.asleep) << "step " << i;
   }
+}
+
+std::vector<std::int32_t> members_of(const PairTree& tree) {
+  std::vector<std::int32_t> members;
+  for (const std::int32_t shape : tree.order) {
+    if (shape >= 0) members.push_back(shape);
+  }
+  return members;
+}
+
+TEST(FrozenTrees, WhoFallAsleepTogetherStandAsTheyStoodAwake) {
+  constexpr int kSide = 40, kBoxes = kSide * kSide;
+  Workers workers(2);
+  WorldSettings settings;
+  settings.sleep_time = 0.05f;
+  World world(settings);
+  world.add_shape(world.create_body({.type = BodyType::fixed, .position = {0, -1, 0}}), Box{{200, 1, 200}});
+  for (int i = 0; i < kBoxes; ++i) {
+    const float x = 1.5f * static_cast<float>(i % kSide), z = 1.5f * static_cast<float>(i / kSide);
+    world.add_shape(world.create_body({.position = {x, 0.5f, z}}), Box{});
+  }
+  WorldData& data = internals(world);
+  for (int i = 0; i < 120 && world.sleep_begins().empty(); ++i) step(world, kDt, workers);
+  ASSERT_EQ(world.sleep_begins().size(), static_cast<std::size_t>(kBoxes));
+  const std::vector<std::int32_t> awake = members_of(broad_phase_of(data).trees[kAwakeTree]);
+  ASSERT_EQ(awake.size(), static_cast<std::size_t>(kBoxes));
+  step(world, kDt, workers);
+  const auto trees = broad_phase_of(data).frozen_trees();
+  const auto largest = std::max_element(
+      trees.begin(), trees.end(), [](const PairTree& x, const PairTree& y) { return x.members < y.members; });
+  EXPECT_EQ(members_of(*largest), awake);
+  expect_sound_trees(data);
 }
 
 // Leaf blocks of frozen trees that a step makes anew.

@@ -92,6 +92,28 @@ TEST(BodiesInOnePlace, HoldAsMuchPerContactAsAPile) {
   EXPECT_LE(held, kSlack * contacts * (lane + 24 + 12));
 }
 
+TEST(Sleepers, HoldTheirPairsAndTheListsTheyAreIn) {
+  Lab lab{WorldSettings{}};
+  lab.add_ground();
+  for (int i = 0; i < 2500; ++i) {
+    lab.add({.position = {static_cast<float>(i % 50), 0.5f, static_cast<float>(i / 50)}}, Box{});
+  }
+  lab.run(60);
+  ASSERT_EQ(lab.world.stats().awake_bodies, 0);
+  lab.run(1);
+  const double pairs = static_cast<double>(internals(lab.world).contacts.resting.pair.size());
+  EXPECT_GE(pairs, 4.0 * 2500 - 200);
+  double held = 0.0;
+  for_each_column_size(internals(lab.world),
+                       [&](ColumnKind, const char* store, const char* name, std::size_t, std::size_t bytes) {
+                         const std::string list = name;
+                         if (std::string(store) == "contacts.resting" || list.rfind("resting", 0) == 0)
+                           held += static_cast<double>(bytes);
+                       });
+  EXPECT_GE(held, pairs * (12 + sizeof(RestingLinks)));
+  EXPECT_LE(held, kSlack * pairs * (12 + sizeof(RestingLinks)));  // no axes without hulls, no events
+}
+
 TEST_F(SettledPile, HoldsLessThanAKilobytePerBodyBesideItsContacts) {
   EXPECT_LE(held("bodies") + held("shapes") + held("islands"), 1000.0 * kBodies);
 }

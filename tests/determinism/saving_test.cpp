@@ -1,0 +1,194 @@
+// Laws of saving what has changed: whatever calls and steps did since a world was last saved, and into
+// whichever snapshot, a snapshot holds the same bytes as one that is made from the whole world.
+#include <core/edit.h>
+#include <core/snapshot.h>
+#include <core/state_table.h>
+#include <gtest/gtest.h>
+#include <tests/determinism/golden.h>
+#include <tests/determinism/many_threads.h>
+#include <tests/determinism/player.h>
+
+#include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace scree::determinism {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+// Of all of the world, whatever it has been saved to; it does not notice.
+Bytes bytes_of_all(World& world) {
+  WorldData& data = internals(world);
+  LastSave last = std::exchange(data.last_save, {});
+  place_matter(data);
+  Snapshot whole;
+  SnapshotAccess::data(whole) = std::make_unique<SnapshotData>();
+  save_world(data, *SnapshotAccess::data(whole), false);
+  data.last_save = std::move(last);
+  return write_snapshot(whole);
+}
+
+// Saves again and again into some snapshots, one after the other.
+class Ring {
+ public:
+  explicit Ring(std::size_t size) : kept_(size), bytes_(size) {}
+
+  // What is wrong; empty if nothing is.
+  std::string save_next(World& world) {
+    const std::size_t before = place_, place = place_ = (place_ + 1) % kept_.size();
+    if (!kept_[place].is_empty() && write_snapshot(kept_[place]) != bytes_[place]) {
+      return "a later save has changed a snapshot";
+    }
+    save(world, kept_[place]);
+    bytes_[place] = bytes_of_all(world);
+    if (write_snapshot(kept_[place]) != bytes_[place]) return difference(place, bytes_[place]);
+    if (kept_[before].is_empty()) return {};
+    keep_changes(kept_[before], kept_[place], changes_);
+    apply_changes(kept_[before], changes_, again_);
+    if (write_snapshot(again_) != bytes_[place]) return "changes make another snapshot";
+    return {};
+  }
+
+ private:
+  std::string difference(std::size_t place, const Bytes& all) const {
+    World saved, expected;
+    restore(saved, kept_[place]);
+    restore(expected, read_snapshot(all));
+    std::string first = "a saved snapshot differs from the world";
+    for_each_column(internals(expected), [&](ColumnKind kind, const char* store, const char* name,
+                                             auto& left) {
+      if (kind != ColumnKind::state) return;
+      for_each_column(internals(saved), [&](ColumnKind, const char* other, const char* column, auto& right) {
+        if (std::string(other) != store || std::string(column) != name) return;
+        const std::size_t bytes = left.span().size_bytes();
+        if (bytes == right.span().size_bytes() &&
+            (bytes == 0 || std::memcmp(static_cast<const void*>(left.data()),
+                                       static_cast<const void*>(right.data()), bytes) == 0)) {
+          return;
+        }
+        first += std::string(", ") + store + "." + name;
+      });
+    });
+    return first;
+  }
+
+  std::vector<Snapshot> kept_;
+  std::vector<Bytes> bytes_;
+  std::size_t place_ = 0;
+  SnapshotChanges changes_;
+  Snapshot again_;
+};
+
+// Fills the last pages of bodies, shapes and joints, so that whatever the next call creates has pages of its
+// own: a mark that is missing is not made good by that of a neighbor.
+void fill_pages(World& world, BodyId& rack) {
+  const WorldData& data = internals(world);
+  const auto is_full = [](std::size_t rows) { return rows % kPageRows == 0; };
+  const BodyDef far_away{.type = BodyType::fixed, .position = {0.0f, -900.0f, 0.0f}};
+  if (!world.is_alive(rack)) rack = world.create_body(far_away);
+  while (!data.bodies.free_slots.empty() || !is_full(data.bodies.flags.size())) world.create_body(far_away);
+  while (!data.shapes.free_slots.empty() || !is_full(data.shapes.flags.size())) {
+    world.add_shape(rack, Sphere{0.1f});
+  }
+  while (!data.joints.free_slots.empty() || !is_full(data.joints.flags.size())) {
+    world.create_joint({.body_b = rack, .enabled = false}, BallJoint{});
+  }
+}
+
+struct Habit {
+  std::uint64_t seed;
+  int calls, bodies;
+  std::size_t ring;
+  int stride;          // calls between two saves
+  bool fills = false;  // pages, so that new objects are alone in theirs
+
+  friend std::ostream& operator<<(std::ostream& out, const Habit& habit) {
+    return out << "seed " << habit.seed << ", ring of " << habit.ring << ", every " << habit.stride;
+  }
+};
+
+std::vector<Habit> habits() {
+  std::vector<Habit> all;
+  const std::uint64_t seeds = wish("SCREE_RANDOM_SEQUENCES", wants_all_sequences() ? 12 : 4);
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    all.push_back({seed, 250, 24, 1, 1});
+    all.push_back({seed, 250, 24, 4, 1});
+    all.push_back({seed, 250, 24, 3, 5});
+  }
+  all.push_back({seeds + 1, 1200, 24, 2, 1});
+  all.push_back({seeds + 2, 60, 600, 1, 1});
+  all.push_back({seeds + 3, 60, 600, 3, 4});
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    all.push_back({seed, 80, 12, 1, 1, true});
+    all.push_back({seed + 100, 160, 12, 2, 3, true});
+  }
+  return all;
+}
+
+class SavedAgain : public ManyThreads, public ::testing::WithParamInterface<Habit> {};
+
+TEST_P(SavedAgain, HoldsTheWorldAfterEveryCallAndStep) {
+  const Habit& habit = GetParam();
+  const Sequence sequence = random_sequence(habit.seed, habit.calls, habit.bodies);
+  Shift shift(schedules(false).back());
+  Player player(shift, false, nullptr);
+  Ring ring(habit.ring);
+  int since = 0, looks = 0;
+  BodyId rack;
+  const auto look = [&](World& world) {
+    // Not each time: filling takes the slots of what has been destroyed, and marks their pages.
+    constexpr std::size_t kMostRows = 100 * kPageRows;
+    if (habit.fills && looks++ % 3 == 0 && internals(world).bodies.flags.size() < kMostRows) {
+      fill_pages(world, rack);
+    }
+    if (++since < habit.stride) return;
+    since = 0;
+    if (const std::string wrong = ring.save_next(world); !wrong.empty()) throw BrokenPromise(wrong);
+  };
+  player.before_steps(look);
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    try {
+      player.make(sequence[i]);
+      look(player.world());
+    } catch (const BrokenPromise& broken) {
+      FAIL() << broken.what() << " at call " << i << ", " << name_of(sequence[i].kind);
+    }
+  }
+}
+
+std::string habit_name(const ::testing::TestParamInfo<Habit>& habit) {
+  return "habit_" + std::to_string(habit.index);
+}
+INSTANTIATE_TEST_SUITE_P(Habits, SavedAgain, ::testing::ValuesIn(habits()), habit_name);
+
+class SavedScenes : public ManyThreads, public ::testing::WithParamInterface<Golden> {};
+
+TEST_P(SavedScenes, AreHeldAfterEveryStep) {
+  const SceneCase& what = GetParam().what;
+  Playback playback(what, ContactEvents::all);
+  Shift shift(schedules(false).back());
+  std::vector<Ring> often, seldom;
+  for (std::size_t world = 0; world < playback.worlds().size(); ++world) {
+    often.emplace_back(2);
+    seldom.emplace_back(3);
+  }
+  const int stride = wants_full_matrix() ? 1 : 5;
+  for (int i = 0; i < what.steps; ++i) {
+    playback.advance(shift.at(i));
+    for (std::size_t world = 0; world < often.size(); ++world) {
+      if (i % stride == 0) {
+        ASSERT_EQ(often[world].save_next(playback.worlds()[world]), "") << "step " << i;
+      }
+      if (i % (7 * stride) == 3) {
+        ASSERT_EQ(seldom[world].save_next(playback.worlds()[world]), "") << "step " << i;
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, SavedScenes, ::testing::ValuesIn(scene_goldens()), kGoldenName);
+
+}  // namespace
+}  // namespace scree::determinism
