@@ -2,7 +2,7 @@
 // be in the middle of a step.
 #pragma once
 
-#include <simd/kernels.h>
+#include <simd/dispatch/kernels.h>
 
 #include <cstddef>
 #include <span>
