@@ -1,8 +1,8 @@
 // The stages of a step; step.cpp tells the story in which they come.
 #pragma once
 
-#include <core/world_data.h>
-#include <parallel/crew.h>
+#include <core/world/world_data.h>
+#include <parallel/crew/crew.h>
 #include <simd/bodies/body_kernels.h>
 
 namespace scree {

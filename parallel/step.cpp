@@ -1,7 +1,7 @@
 // The story of a step. Each phase is a file of this folder; the comment says what it reads and what it makes.
-#include <core/edit.h>
-#include <core/hash.h>
-#include <core/wake.h>
+#include <core/state/hash.h>
+#include <core/world/edit.h>
+#include <core/world/wake.h>
 #include <parallel/stages.h>
 #include <scree/step.h>
 

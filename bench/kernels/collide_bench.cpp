@@ -18,8 +18,8 @@
 //                   resting     299.1  112.5   53.5   38.3
 //                   separated    62.5   30.7   18.9   13.6
 #include <benchmark/benchmark.h>
-#include <core/column.h>
-#include <core/math.h>
+#include <core/world/column.h>
+#include <core/world/math.h>
 #include <simd/dispatch/kernels.h>
 
 #include <cmath>

@@ -35,9 +35,9 @@
 //   box_hull/128/separated/cold       236    113     76     71      -
 //   box_hull/128/separated/warm       138     62     41     38      -
 #include <benchmark/benchmark.h>
-#include <core/column.h>
-#include <core/hull_build.h>
-#include <core/math.h>
+#include <core/geometry/hull/hull_build.h>
+#include <core/world/column.h>
+#include <core/world/math.h>
 #include <simd/dispatch/kernels.h>
 
 #include <cmath>

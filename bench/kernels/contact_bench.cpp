@@ -1,7 +1,7 @@
 // Contact and body kernels on the resting contacts of a pyramid of boxes: 5,050 bodies, 14,950 manifolds of
 // four points. One thread; time per manifold (or body) and pass, per instruction set.
 #include <benchmark/benchmark.h>
-#include <parallel/constraints.h>
+#include <parallel/constraints/constraints.h>
 #include <parallel/stages.h>
 
 #include <memory>

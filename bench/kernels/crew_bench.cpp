@@ -1,6 +1,6 @@
 // Cost of a stage boundary: empty chunks, so that only publishing, claiming and joining remain.
 #include <benchmark/benchmark.h>
-#include <parallel/crew.h>
+#include <parallel/crew/crew.h>
 #include <tbb/global_control.h>
 
 namespace {

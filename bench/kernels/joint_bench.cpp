@@ -1,7 +1,7 @@
 // Joint kernels on chains: 100 chains of 100 bodies, 9,900 joints of one kind, or 10,000 with the world. One
 // thread; time per joint and pass, per kind, with and without limits and drives, and per instruction set.
 #include <benchmark/benchmark.h>
-#include <parallel/constraints.h>
+#include <parallel/constraints/constraints.h>
 #include <parallel/stages.h>
 #include <scree/scree.h>
 

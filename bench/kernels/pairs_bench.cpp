@@ -10,7 +10,7 @@
 //   resting   5,000 bodies: 0.020; 100,000 bodies: 0.46 (AVX-512)
 //   parts at 100,000 with AVX-512: update_bounds 0.7, members 0.02, refit 1.1, join 7.9, sort 5.0
 #include <benchmark/benchmark.h>
-#include <parallel/broad_phase.h>
+#include <parallel/broad_phase/broad_phase.h>
 #include <tests/parallel/hand_made_world.h>
 
 #include <algorithm>

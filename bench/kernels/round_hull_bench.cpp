@@ -25,10 +25,10 @@
 //   capsule_hull128 resting      1256     540     310     226     827
 //   capsule_hull128 separated      33       9       7       6     440
 #include <benchmark/benchmark.h>
-#include <core/column.h>
-#include <core/hull_build.h>
-#include <core/math.h>
-#include <core/reference/collide_hull_round.h>
+#include <core/geometry/hull/hull_build.h>
+#include <core/geometry/reference/collide_hull_round.h>
+#include <core/world/column.h>
+#include <core/world/math.h>
 #include <simd/dispatch/kernels.h>
 
 #include <algorithm>

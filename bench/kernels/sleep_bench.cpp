@@ -1,6 +1,6 @@
 // A step of a hundred balls that never sleep, beside a field of sleepers: what do these cost?
 #include <benchmark/benchmark.h>
-#include <core/math.h>
+#include <core/world/math.h>
 #include <scree/scree.h>
 
 #include <cmath>

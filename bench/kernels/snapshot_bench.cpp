@@ -5,8 +5,8 @@
 // knows of no save before. The counters are bytes of the whole snapshot, and of its columns when written by
 // body, and by contact without what the bodies take.
 #include <benchmark/benchmark.h>
-#include <core/snapshot.h>
-#include <core/snapshot_columns.h>
+#include <core/state/snapshot/snapshot.h>
+#include <core/state/snapshot/snapshot_columns.h>
 #include <scree/scree.h>
 #include <tools/scenes/scene.h>
 

@@ -1,7 +1,7 @@
 // Convex hulls as kernels read them: columns relative to the centroid, padded to whole blocks of 16.
 //
-// Written by core/hull_columns.cpp when a hull is built, never changed after that. Plain memory only, see
-// rows.h.
+// Written by core/geometry/hull/hull_columns.cpp when a hull is built, never changed after that. Plain memory
+// only, see rows.h.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,8 @@ inline constexpr int kMaxHullFaces = 508;  // of triangles: 2 V - 4
 inline constexpr int kMaxHullEdges = 762;  // 3 V - 6
 inline constexpr int kHullPadding = 16;
 
-// What segments and points need of a hull besides its face planes. Written by core/hull_round_columns.cpp.
+// What segments and points need of a hull besides its face planes. Written by
+// core/geometry/hull/hull_round_columns.cpp.
 struct HullRoundData {
   // Edges in an order of their own: blocks of 16 that lie close together, each in a ball; the last block is
   // padded with its first edge. Where edges begin, the way to their end, one over its length squared, their

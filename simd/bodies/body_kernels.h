@@ -1,6 +1,6 @@
 // Kernels over bodies: prepare, integrate, finish. A lane is one body of a list.
 //
-// Run by parallel/solve.cpp and parallel/finish_step.cpp.
+// Run by parallel/solvers/solve.cpp and parallel/bodies/finish_step.cpp.
 #pragma once
 
 #include <core/plain/rows.h>

@@ -1,4 +1,5 @@
-// Chunks of constraint blocks: what one task of the solver works on. Laid out by parallel/pack_blocks.cpp.
+// Chunks of constraint blocks: what one task of the solver works on. Laid out by
+// parallel/constraints/pack_blocks.cpp.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // Conversions to and from Eigen lose nothing.
-#include <core/math.h>
+#include <core/world/math.h>
 #include <scree/eigen.h>
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Laws of the results: every scene comes to the golden hash, and to the same hash at every step, whatever the
 // instruction set and the number of threads.
 #include <core/plain/rows.h>
-#include <core/world_difference.h>
+#include <core/state/world_difference.h>
 #include <gtest/gtest.h>
 #include <tests/determinism/golden.h>
 #include <tests/determinism/many_threads.h>

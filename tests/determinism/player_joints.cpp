@@ -1,5 +1,5 @@
 // The player's calls of joints, and what it knows of them; see player.h.
-#include <core/joint_rows.h>
+#include <core/constraints/joint_rows.h>
 #include <tests/determinism/player.h>
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // See player_values.h.
-#include <core/fp_environment.h>
-#include <core/joint_rows.h>
-#include <core/math.h>
+#include <core/constraints/joint_rows.h>
+#include <core/world/fp_environment.h>
+#include <core/world/math.h>
 #include <tests/determinism/player_values.h>
 
 #include <cstdio>

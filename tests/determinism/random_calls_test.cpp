@@ -1,5 +1,5 @@
 // Laws of random calls: no sequence of legal calls shows the backend or breaks a promise.
-#include <core/recorded_calls.h>
+#include <core/state/recording_format/recorded_calls.h>
 #include <gtest/gtest.h>
 #include <tests/determinism/golden.h>
 #include <tests/determinism/many_threads.h>

@@ -1,5 +1,5 @@
 // See replay.h.
-#include <core/world_difference.h>
+#include <core/state/world_difference.h>
 #include <tests/determinism/replay.h>
 
 #include <bit>

@@ -1,8 +1,8 @@
 // Laws of saving what has changed: whatever calls and steps did since a world was last saved, and into
 // whichever snapshot, a snapshot holds the same bytes as one that is made from the whole world.
-#include <core/edit.h>
-#include <core/snapshot.h>
-#include <core/state_table.h>
+#include <core/state/snapshot/snapshot.h>
+#include <core/world/edit.h>
+#include <core/world/state_table.h>
 #include <gtest/gtest.h>
 #include <tests/determinism/golden.h>
 #include <tests/determinism/many_threads.h>

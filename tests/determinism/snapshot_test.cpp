@@ -1,6 +1,6 @@
 // Laws of snapshots: a world that is restored goes on as if it had never stopped, in every column of the
 // state table, whatever it was restored into and whatever it runs on.
-#include <core/snapshot_columns.h>
+#include <core/state/snapshot/snapshot_columns.h>
 #include <gtest/gtest.h>
 #include <tests/determinism/golden.h>
 #include <tests/determinism/many_threads.h>

@@ -1,7 +1,7 @@
 // libFuzzer's program for recordings. It changes what is in the chunks, and packs them again: what is
 // compressed and sealed could hardly be changed from outside.
-#include <core/recorded_state.h>
-#include <core/recording_chunks.h>
+#include <core/state/recording_format/recorded_state.h>
+#include <core/state/recording_format/recording_chunks.h>
 #include <tests/fuzz/mutation.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // libFuzzer's program for snapshots. Mutated bytes are sealed anew, or nothing behind the checksum would be
 // tried, and columns are changed as columns: of another number of bytes they keep what follows in its place.
-#include <core/snapshot_bytes.h>
+#include <core/state/snapshot/snapshot_bytes.h>
 #include <scree/scree.h>
 #include <tests/fuzz/laws.h>
 #include <tests/fuzz/mutation.h>

@@ -1,9 +1,9 @@
 // A world whose columns are filled by hand, for tests and benchmarks of single stages.
 #pragma once
 
-#include <core/math.h>
-#include <core/world_data.h>
-#include <parallel/crew.h>
+#include <core/world/math.h>
+#include <core/world/world_data.h>
+#include <parallel/crew/crew.h>
 #include <parallel/stages.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // Input that no world should meet: an Error that changes nothing, or a simulation that stays finite. Either
 // way the world goes on.
-#include <core/world_data.h>
+#include <core/world/world_data.h>
 #include <tests/physics/lab.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Forces of contacts: what World::contact_forces tells is all that contacts did to the bodies.
-#include <core/math.h>
+#include <core/world/math.h>
 #include <tests/physics/lab.h>
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 // Reads a world's contacts, as the last step left them.
 #pragma once
 
-#include <core/math.h>
-#include <core/world_data.h>
+#include <core/world/math.h>
+#include <core/world/world_data.h>
 #include <tests/physics/lab.h>
 
 namespace scree::physics {

@@ -1,5 +1,5 @@
 // With warm start, bias and surface velocity off, no pass of the solver raises the kinetic energy.
-#include <parallel/constraints.h>
+#include <parallel/constraints/constraints.h>
 #include <parallel/stages.h>
 #include <tests/physics/lab.h>
 

@@ -1,5 +1,5 @@
 // Laws of events: what touches begins, goes on and ends, once each, in order, with the impulses that acted.
-#include <core/world_data.h>
+#include <core/world/world_data.h>
 #include <tests/physics/lab.h>
 
 #include <algorithm>

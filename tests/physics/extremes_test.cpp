@@ -1,6 +1,6 @@
 // The most extreme numbers that calls accept keep every state finite.
-#include <core/limits.h>
-#include <tests/core/joint_samples.h>
+#include <core/world/limits.h>
+#include <tests/core/constraints/joint_samples.h>
 #include <tests/physics/lab.h>
 
 #include <algorithm>

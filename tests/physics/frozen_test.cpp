@@ -1,6 +1,6 @@
 // A body whose state becomes non-finite is frozen where it last was; others that it breaks are put back at
 // rest.
-#include <core/world_data.h>
+#include <core/world/world_data.h>
 #include <tests/physics/lab.h>
 
 #include <algorithm>

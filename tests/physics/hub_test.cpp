@@ -1,5 +1,5 @@
 // Laws of hubs: bodies of so many contacts that they are solved in groups.
-#include <parallel/constraints.h>
+#include <parallel/constraints/constraints.h>
 #include <tests/physics/lab.h>
 
 #include <algorithm>

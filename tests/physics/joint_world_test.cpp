@@ -1,6 +1,6 @@
 // Joints among contacts: who collides, who sleeps and wakes, what breaks, hubs, colors.
-#include <parallel/constraints.h>
-#include <tests/core/joint_samples.h>
+#include <parallel/constraints/constraints.h>
+#include <tests/core/constraints/joint_samples.h>
 #include <tests/physics/lab.h>
 
 #include <algorithm>

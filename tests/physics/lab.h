@@ -1,7 +1,7 @@
 // What the laws are checked with: a world on one thread, and its mechanics in double precision.
 #pragma once
 
-#include <core/math.h>
+#include <core/world/math.h>
 #include <gtest/gtest.h>
 #include <scree/scree.h>
 #include <tools/scenes/scene.h>

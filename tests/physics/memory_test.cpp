@@ -1,6 +1,6 @@
 // Laws of memory: what a settled pile may hold follows from the layout of its rows.
-#include <core/state_table.h>
-#include <parallel/narrow_phase.h>
+#include <core/world/state_table.h>
+#include <parallel/narrow_phase/narrow_phase.h>
 #include <simd/dispatch/kernels.h>
 #include <tests/physics/lab.h>
 

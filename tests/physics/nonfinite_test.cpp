@@ -1,6 +1,6 @@
 // Numbers that are none are refused by every call. What the most extreme ones do that calls accept:
 // extremes_test.cpp.
-#include <tests/core/joint_samples.h>
+#include <tests/core/constraints/joint_samples.h>
 #include <tests/physics/lab.h>
 
 #include <fstream>

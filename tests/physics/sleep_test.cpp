@@ -1,5 +1,5 @@
 // Sleep: what is at rest falls asleep as a whole, stays, and wakes as a whole.
-#include <core/world_data.h>
+#include <core/world/world_data.h>
 #include <tests/physics/lab.h>
 
 #include <algorithm>

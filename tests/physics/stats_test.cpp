@@ -1,5 +1,5 @@
 // Laws of the figures of a step: each says what it claims to say.
-#include <core/world_data.h>
+#include <core/world/world_data.h>
 #include <tests/physics/lab.h>
 
 #include <limits>

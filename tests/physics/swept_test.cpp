@@ -1,5 +1,5 @@
 // Laws of sweeps: however fast, nothing passes through what is fixed or asleep, and nothing else is stopped.
-#include <core/reference/collide.h>
+#include <core/geometry/reference/collide.h>
 #include <tests/physics/lab.h>
 
 #include <algorithm>

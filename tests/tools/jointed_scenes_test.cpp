@@ -1,5 +1,5 @@
 // Laws of the built-in scenes with joints: what they are made of, and that their joints fit when they begin.
-#include <core/math.h>
+#include <core/world/math.h>
 #include <gtest/gtest.h>
 #include <tools/scenes/frames.h>
 #include <tools/scenes/scene.h>

@@ -1,7 +1,7 @@
 // Recordings for tests of programs that read them: sound ones, and one that no world can repeat.
 #pragma once
 
-#include <core/world_data.h>
+#include <core/world/world_data.h>
 #include <scree/recording.h>
 #include <scree/scree.h>
 #include <tools/scenes/scene.h>

@@ -1,5 +1,5 @@
 // Laws of the built-in scenes, checked on their lists of bodies without any world.
-#include <core/math.h>
+#include <core/world/math.h>
 #include <gtest/gtest.h>
 #include <tools/scenes/angles.h>
 #include <tools/scenes/hulls.h>

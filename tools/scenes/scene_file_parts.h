@@ -2,7 +2,7 @@
 // scene_file_joints.cpp alone.
 #pragma once
 
-#include <core/limits.h>
+#include <core/world/limits.h>
 #include <tools/scenes/json_node.h>
 #include <tools/scenes/scene.h>
 

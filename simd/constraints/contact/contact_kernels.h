@@ -2,7 +2,7 @@
 //
 // The form is constraint space: a manifold's points are two coordinates each in the tangent plane through the
 // friction center, so that one sweep needs the two bodies once and the points' couplings as a small matrix.
-// Run by parallel/solve.cpp, color after color; blocks of one color touch no dynamic body twice.
+// Run by parallel/solvers/solve.cpp, color after color; blocks of one color touch no dynamic body twice.
 #pragma once
 
 #include <core/plain/manifold.h>

@@ -1,6 +1,6 @@
 // Kernels over joint blocks: prepare, warm start, solve, relax, store. A lane is one joint.
 //
-// Run by parallel/solve.cpp in the colors that joints share with contacts. In a substep
+// Run by parallel/solvers/solve.cpp in the colors that joints share with contacts. In a substep
 //
 //   solve   works at the poses of the last relax with the velocities after gravity, holding with soft bias
 //   relax   after the poses have moved: turns arms and axes, measures the errors, and solves without bias;

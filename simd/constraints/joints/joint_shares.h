@@ -18,7 +18,7 @@
 // What then is left of an error after a sweep goes away over several substeps, and a stiff hold would drive
 // it the other way meanwhile: at a fourth of the substeps' rate such modes grow, at a fifth none does for 2
 // to 100 joints on hubs from 1/1000 to 30 times the mass of a leaf; kSharedJointStiffness of
-// parallel/solve.cpp is below.
+// parallel/solvers/solve.cpp is below.
 #pragma once
 
 #include <simd/constraints/joints/joint_block.h>

@@ -1,9 +1,9 @@
 // Pairs of shapes for the tests of the collide kernels: one body a shape, rows filled by hand.
 #pragma once
 
-#include <core/column.h>
-#include <core/math.h>
-#include <core/reference/collide.h>
+#include <core/geometry/reference/collide.h>
+#include <core/world/column.h>
+#include <core/world/math.h>
 #include <gtest/gtest.h>
 #include <simd/dispatch/kernels.h>
 

@@ -2,8 +2,8 @@
 // hand. And a zoo of hulls.
 #pragma once
 
-#include <core/hull_build.h>
-#include <core/reference/collide_hull.h>
+#include <core/geometry/hull/hull_build.h>
+#include <core/geometry/reference/collide_hull.h>
 
 #include "collide_fixture.h"
 

@@ -2,8 +2,8 @@
 // with round shapes, one body a shape.
 #pragma once
 
-#include <core/hull_build.h>
-#include <core/reference/collide_hull_round.h>
+#include <core/geometry/hull/hull_build.h>
+#include <core/geometry/reference/collide_hull_round.h>
 
 #include <algorithm>
 #include <cmath>

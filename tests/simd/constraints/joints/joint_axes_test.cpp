@@ -306,7 +306,7 @@ TEST(Weld, ASoftRotationSwingsAtItsFrequencyAboutTheAnchor) {
   EXPECT_NEAR(crossings, 20, 1);
 }
 
-// As parallel/solve.cpp packs bodies with locks: their inertia has zero rows.
+// As parallel/solvers/solve.cpp packs bodies with locks: their inertia has zero rows.
 TEST(Weld, BodiesWithLockedRotationsAreHeldAboutTheOthers) {
   JointWorld world;
   world.gravity = kWeight;

@@ -2,8 +2,8 @@
 // joints of a bench are solved at once, so no two of them share a body that can be pushed, but for a hub.
 #pragma once
 
-#include <core/column.h>
-#include <core/math.h>
+#include <core/world/column.h>
+#include <core/world/math.h>
 #include <gtest/gtest.h>
 #include <simd/dispatch/kernels.h>
 

@@ -1,0 +1,108 @@
+// Balls within shapes; see balls.h.
+#include <core/geometry/balls.h>
+#include <core/geometry/hull/hull_build.h>
+#include <core/world/edit.h>
+
+#include <algorithm>
+
+namespace scree {
+
+namespace {
+
+void add_corners(const float (&half)[3], float radius, Balls& balls) {
+  const Vec3 inset{half[0] - radius, half[1] - radius, half[2] - radius};
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    const auto along = [&](unsigned axis, float size) { return (corner >> axis & 1u) != 0 ? -size : size; };
+    // The thinnest axis, and others as thin, have one corner in place of two.
+    const bool repeated = ((corner & 1u) != 0 && !(inset.x > 0.0f)) ||
+                          ((corner & 2u) != 0 && !(inset.y > 0.0f)) ||
+                          ((corner & 4u) != 0 && !(inset.z > 0.0f));
+    if (!repeated) balls.add({along(0, inset.x), along(1, inset.y), along(2, inset.z)}, radius);
+  }
+}
+
+Vec3 vertex_of(const HullData& hull, int vertex) {
+  return {hull.vertex[0][vertex], hull.vertex[1][vertex], hull.vertex[2][vertex]};
+}
+
+// A hull holds the ball about its centroid and its vertices, so also the latter's smaller copies between
+// them.
+void add_vertices(const HullData& hull, Balls& balls) {
+  constexpr float kOut = 0.75f;  // of the way to the vertex
+  int chosen[kMostBalls], count = 0;
+  for (int direction = 0; direction < 14; ++direction) {  // along the axes and the diagonals
+    const int bits = direction < 8 ? direction : 1 << (direction - 8) / 2;
+    const auto sign = [&](int axis) {
+      if (direction < 8) return (bits >> axis & 1) != 0 ? -1.0f : 1.0f;
+      return (bits >> axis & 1) == 0 ? 0.0f : direction % 2 == 0 ? -1.0f : 1.0f;
+    };
+    const Vec3 normal{sign(0), sign(1), sign(2)};
+    int best = 0;
+    for (int vertex = 1; vertex < hull.vertex_count; ++vertex) {
+      if (dot(vertex_of(hull, vertex), normal) > dot(vertex_of(hull, best), normal)) best = vertex;
+    }
+    if (std::find(chosen, chosen + count, best) != chosen + count) continue;
+    chosen[count++] = best;
+    balls.add(kOut * vertex_of(hull, best), (1.0f - kOut) * hull.inner_radius);
+  }
+}
+
+}  // namespace
+
+Balls balls_of(const HullData& hull) {
+  Balls balls;
+  balls.add({}, hull.inner_radius);
+  if (hull.outer_radius > 2.0f * hull.inner_radius) add_vertices(hull, balls);
+  return balls;
+}
+
+Balls balls_of(const WorldData& data, std::size_t shape) {
+  const ExtentRow& extent = data.shapes.extent[shape];
+  Balls balls;
+  switch (data.shapes.type[shape]) {
+    case ShapeType::sphere:
+      balls.add({}, extent.radius);
+      break;
+    case ShapeType::capsule:
+      for (const float end : {0.0f, extent.half[1], -extent.half[1]})
+        balls.add({0.0f, end, 0.0f}, extent.radius);
+      break;
+    case ShapeType::box: {
+      const float radius = std::min(extent.half[0], std::min(extent.half[1], extent.half[2]));
+      balls.add({}, radius);
+      if (std::max(extent.half[0], std::max(extent.half[1], extent.half[2])) > radius)
+        add_corners(extent.half, radius, balls);
+      break;
+    }
+    case ShapeType::hull:
+      balls = data.hulls.shared[static_cast<std::size_t>(data.shapes.hull[shape])].solid->balls;
+      break;
+  }
+  return balls;
+}
+
+void extend_core(WorldData& data, std::int32_t body, std::int32_t shape) {
+  CoreRow& core = data.bodies.core[static_cast<std::size_t>(body)];
+  data.bodies.marks.mark(body);
+  const auto row = static_cast<std::size_t>(shape);
+  const Balls balls = balls_of(data, row);
+  core.radius = std::min(core.radius, kCoreShare * balls.ball[0].radius);
+  const float offset = length(to_vec3(data.shapes.local_pose[row].position));
+  for (int i = 0; i < balls.count; ++i) {
+    const float reach = offset + length(balls.ball[i].center);
+    core.reach = std::max(core.reach, reach);
+    core.size = std::max(core.size, reach + kCoreShare * balls.ball[i].radius);
+  }
+}
+
+void measure_core(WorldData& data, std::int32_t body) {
+  const auto row = static_cast<std::size_t>(body);
+  data.bodies.core[row] = kNoCore;
+  data.bodies.marks.mark(body);
+  for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    extend_core(data, body, shape);
+  }
+}
+
+}  // namespace scree

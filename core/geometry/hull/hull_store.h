@@ -1,0 +1,25 @@
+// The hulls of a world: one slot for all shapes of the same hull and scale.
+#pragma once
+
+#include <core/world/check.h>
+#include <core/world/world_data.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace scree {
+
+// The slot of a hull, made if nobody has it yet, with one more shape; -1 for other geometries. Throws where
+// the scaled hull breaks a limit; then nothing has changed. The geometry must be checked.
+std::int32_t acquire_hull(Call call, Hulls& hulls, const Geometry& geometry);
+// One shape less; -1 is nobody's. A slot without shapes is free.
+void release_hull(Hulls& hulls, std::int32_t slot);
+// Takes acquire_hull back, the latest call first: slots from `old_slots` on vanish.
+void undo_hull(Hulls& hulls, std::int32_t slot, std::size_t old_slots);
+
+// Hash of hull and scale, never 0.
+std::uint64_t hull_content(const ConvexHull& geometry);
+ExtentRow extent_of(const HullSolid& solid);
+std::size_t hull_bytes(const Hulls& hulls);  // of the geometry that the slots share
+
+}  // namespace scree

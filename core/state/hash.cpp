@@ -1,0 +1,66 @@
+// The hash of a world: what "the same bits" means. The state table lists the columns that it covers.
+#define XXH_INLINE_ALL
+#include <core/state/hash.h>
+#include <core/world/edit.h>
+#include <scree/world.h>
+#include <xxhash.h>
+
+#include <bit>
+#include <cstddef>
+#include <cstring>
+
+namespace scree {
+
+namespace {
+
+// A row's words that are hashed; see kHashedWords of the row types.
+template <class Row>
+constexpr std::size_t kHashedCount = static_cast<std::size_t>(std::popcount(Row::kHashedWords));
+
+#define SCREE_COUNT_HASHED(kind, Row, name) +kHashedCount<Row>
+constexpr std::size_t kWordsPerBody = 1 SCREE_HASHED_BODY_COLUMNS(SCREE_COUNT_HASHED);  // and the index
+#undef SCREE_COUNT_HASHED
+
+constexpr std::size_t kBodiesPerBatch = 256;  // 14 KiB on the stack, enough to make the calls cheap
+
+// Copies the hashed words of a row from `kFrom` on, run by run: word by word took 10 % longer for a million
+// bodies.
+template <std::size_t kFrom = 0, class Row>
+void append(std::uint32_t*& out, const Row& row) {
+  static_assert(Row::kHashedWords >> (sizeof(Row) / sizeof(std::uint32_t)) == 0);
+  constexpr unsigned kRest = Row::kHashedWords >> kFrom;
+  if constexpr (kRest != 0) {
+    constexpr std::size_t kBegin = kFrom + static_cast<std::size_t>(std::countr_zero(kRest));
+    constexpr std::size_t kCount = static_cast<std::size_t>(std::countr_one(Row::kHashedWords >> kBegin));
+    std::memcpy(out, reinterpret_cast<const std::byte*>(&row) + kBegin * sizeof *out, kCount * sizeof *out);
+    out += kCount;
+    append<kBegin + kCount>(out, row);
+  }
+}
+
+}  // namespace
+
+std::uint64_t hash_of(const Bodies& bodies) {
+  XXH64_state_t state;
+  XXH64_reset(&state, 0);
+  std::uint32_t batch[kBodiesPerBatch * kWordsPerBody];
+  std::uint32_t* out = batch;
+  const auto flush = [&] {
+    XXH64_update(&state, batch, static_cast<std::size_t>(out - batch) * sizeof(std::uint32_t));
+    out = batch;
+  };
+  for (std::size_t row = 0; row < bodies.flags.size(); ++row) {
+    if ((bodies.flags[row] & kBodyAlive) == 0) continue;
+    *out++ = static_cast<std::uint32_t>(row);
+#define SCREE_APPEND_HASHED(kind, Row, name) append(out, bodies.name[row]);
+    SCREE_HASHED_BODY_COLUMNS(SCREE_APPEND_HASHED)
+#undef SCREE_APPEND_HASHED
+    if (out == batch + kBodiesPerBatch * kWordsPerBody) flush();
+  }
+  flush();
+  return XXH64_digest(&state);
+}
+
+std::uint64_t World::hash() const { return hash_of(opened({"hash"}, data_).bodies); }
+
+}  // namespace scree

@@ -1,0 +1,80 @@
+// What is inside a snapshot: the state columns of a world in pages, which snapshots of the same world share
+// as far as they are equal, and what the world has besides. snapshot_sheets.cpp saves and loads the columns,
+// snapshot_columns.cpp packs them one behind the other, snapshot_bytes.cpp writes and reads that,
+// snapshot_check.cpp checks it, snapshot_changes.cpp compares.
+#pragma once
+
+#include <core/state/snapshot/snapshot_sheets.h>
+#include <core/world/world_data.h>
+#include <scree/snapshot.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace scree {
+
+// The state that stands in no column.
+struct SavedWorld {
+  WorldSettings settings;
+  std::uint64_t step_count = 0;
+  float last_dt = 0.0f;
+  float last_substep = 0.0f;
+  bool wake_requested = false;
+  bool manifolds_stale = false;
+  bool pairs_stale = false;
+};
+
+struct SnapshotData {
+  bool is_full = false;  // holds a world
+  std::uint64_t id = 0;  // another one for each content, in this process
+  SavedWorld world;
+  std::shared_ptr<SavedPages> pages = std::make_shared<SavedPages>();
+  Sheets used;                    // scratch: what the pages were before
+  std::vector<SharedHull> hulls;  // by slot
+
+  SnapshotData() = default;
+  SnapshotData(const SnapshotData&) = delete;
+  SnapshotData& operator=(const SnapshotData&) = delete;
+  ~SnapshotData();  // worlds may know the pages for longer: they go now
+};
+
+// A page of the later snapshot.
+struct KeptPage {
+  SheetId sheet;
+  std::uint32_t number;
+  PageOwner page;
+};
+
+struct SnapshotChangesData {
+  bool is_full = false;
+  std::uint64_t base = 0;  // its id
+  SavedWorld world;
+  std::array<std::size_t, kSheetCount> rows{};
+  std::vector<KeptPage> pages;  // that are not those of the base; by sheet, ascending
+  std::size_t page_bytes = 0;
+  std::vector<SharedHull> hulls;
+};
+
+std::uint64_t next_snapshot_id();
+
+// What is inside; null before the first save.
+struct SnapshotAccess {
+  static std::unique_ptr<SnapshotChangesData>& data(SnapshotChanges& changes) { return changes.data_; }
+  static const SnapshotChangesData* data(const SnapshotChanges& changes) { return changes.data_.get(); }
+  static std::unique_ptr<SnapshotData>& data(Snapshot& snapshot) { return snapshot.data_; }
+  static const SnapshotData* data(const Snapshot& snapshot) { return snapshot.data_.get(); }
+};
+
+bool same_hulls(const std::vector<SharedHull>& a, const std::vector<SharedHull>& b);  // of one geometry
+
+// save() for those who have no World at hand, after place_matter(): cores are saved. With `remember` false
+// the next save costs by what has changed since the last one that the world remembers.
+void save_world(const WorldData& data, SnapshotData& snapshot, bool remember);
+
+// Of a snapshot that holds a world; throws Error, which names the call.
+const SnapshotData& filled(const Snapshot& snapshot, const char* call);
+
+}  // namespace scree

@@ -1,0 +1,466 @@
+// Checks of columns from outside; see snapshot_check.h.
+//
+// What is alive must be what calls can make: values within the limits of check.h, indices of what is there,
+// lists without repetitions. The dead need only name rows that exist. Numbers of contacts are not checked:
+// where a body's state becomes non-finite its contacts' impulses do, too, and a step copes with that.
+#include <core/geometry/balls.h>
+#include <core/geometry/hull/hull_build.h>
+#include <core/geometry/hull/hull_store.h>
+#include <core/plain/patch.h>
+#include <core/state/snapshot/snapshot_bytes.h>
+#include <core/state/snapshot/snapshot_check.h>
+#include <core/state/snapshot/snapshot_columns.h>
+#include <core/state/snapshot/snapshot_refusal.h>
+#include <core/world/check.h>
+#include <core/world/edit.h>
+#include <core/world/pair_key.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+
+namespace scree {
+
+namespace {
+
+constexpr std::size_t kMostRows = std::numeric_limits<std::int32_t>::max();
+
+template <class Row>
+bool is_finite_row(const Row& row) {
+  float numbers[sizeof(Row) / sizeof(float)];
+  static_assert(sizeof numbers == sizeof(Row));
+  std::memcpy(numbers, &row, sizeof numbers);
+  return std::all_of(std::begin(numbers), std::end(numbers), [](float x) { return std::isfinite(x); });
+}
+
+template <class Row>
+bool is_zero_row(const Row& row) {
+  const Row zero{};
+  return std::memcmp(&row, &zero, sizeof(Row)) == 0;
+}
+
+bool is_placed(const PoseRow& pose) { return is_finite_row(pose) && is_unit(to_quat(pose.rotation)); }
+
+bool within(float x, float low, float high) { return x >= low && x <= high; }
+
+// Each column of a store has as many rows as the others, and no list more than what it lists from.
+void check_counts(const PackedColumns& packed, std::size_t hulls, const SavedColumns& saved,
+                  const Refusal& refusal) {
+  struct Rule {
+    const char* store;
+    const char* name;  // null: all others of the store
+    std::size_t least, most;
+  };
+  const auto rows_of = [&](const char* store, const char* name) { return saved.find(store, name).rows; };
+  const std::size_t bodies = rows_of("bodies", "flags"), shapes = rows_of("shapes", "flags");
+  const std::size_t pairs = rows_of("contacts.pairs", "pair");
+  const std::size_t rows = rows_of("contacts.now", "points"), contacts = packed.contacts.size();
+  const std::size_t axes = rows_of("contacts.pairs", "axis") == 0 ? 0 : pairs;
+  const std::size_t resting = rows_of("contacts.resting", "pair"), joints = rows_of("joints", "flags");
+  const std::size_t resting_axes = rows_of("contacts.resting", "axis") == 0 ? 0 : resting;
+  const std::size_t forces = rows_of("contacts", "forces") == 0 ? 0 : rows;
+  const std::size_t resting_events = rows_of("events", "resting") == 0 ? 0 : resting;
+  const Rule rules[] = {{"bodies", "flags", at(kFirstBody), kMostRows},
+                        {"bodies", "free_slots", 0, bodies},
+                        {"bodies", nullptr, bodies, bodies},
+                        {"shapes", "flags", 0, kMostRows},
+                        {"shapes", "free_slots", 0, shapes},
+                        {"shapes", "dirty", 0, shapes},
+                        {"shapes", nullptr, shapes, shapes},
+                        {"hulls", "free_slots", 0, hulls},
+                        {"hulls", nullptr, hulls, hulls},
+                        {"contacts.pairs", "pair", 0, kMostRows},
+                        {"contacts.pairs", "axis", axes, axes},
+                        {"contacts.pairs", nullptr, pairs, pairs},
+                        {"contacts.resting", "pair", 0, kMostRows - std::min(pairs, kMostRows)},
+                        {"contacts.resting", "axis", resting_axes, resting_axes},
+                        {"contacts.resting", nullptr, resting, resting},
+                        {"contacts.now", "points", 0, kMostRows},
+                        {"contacts.now", nullptr, contacts, contacts},
+                        {"contacts", "free_rows", 0, rows},
+                        {"contacts", "forces", forces, forces},
+                        {"joints", "flags", 0, kMostRows},
+                        {"joints", "free_slots", 0, joints},
+                        {"joints", nullptr, joints, joints},
+                        {"events", "lost", 0, kMostRows},
+                        {"events", "woken", 0, bodies},
+                        {"events", "touching", 0, kMostRows},
+                        {"events", "resting", resting_events, resting_events}};
+  for (std::size_t i = 0; i < saved.count; ++i) {
+    const SavedColumn& column = saved.column[i];
+    const auto* rule = std::find_if(std::begin(rules), std::end(rules), [&](const Rule& r) {
+      return column.store == r.store && (r.name == nullptr || column.name == r.name);
+    });
+    const bool fits = rule != std::end(rules) && column.rows >= rule->least && column.rows <= rule->most;
+    refusal.require(fits, column.store.data(), column.name.data(), 0, "wrong number of rows");
+  }
+}
+
+void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& refusal) {
+  const auto require = [&](bool holds, const char* name, const char* problem) {
+    refusal.require(holds, "bodies", name, row, problem);
+  };
+  const bool dynamic = given_type(bodies, static_cast<std::int32_t>(row)) == BodyType::dynamic;
+  const unsigned frozen = bodies.flags[row] & kBodyFrozen;
+  require(bodies.generation[row] != 0, "generation", "a living body has none");
+  require((bodies.flags[row] & kBodyAsleep) == 0 || bodies.type[row] == BodyType::dynamic, "flags",
+          "only dynamic bodies sleep");
+  require(frozen == 0 || bodies.type[row] == BodyType::fixed, "flags", "frozen bodies take part as fixed");
+  require(frozen != kBodyFrozen, "flags", "a frozen body was given one type only");
+  require(is_placed(bodies.pose[row]), "pose", "is no placement");
+  require(is_finite_row(bodies.velocity[row]), "velocity", "is not finite");
+  require(is_finite_row(bodies.force[row]), "force", "is not finite");
+  const MotionRow& motion = bodies.motion[row];
+  const auto locks = static_cast<std::uint32_t>(bodies.locks[row]);
+  require(locks <= kMotionLocksMask, "locks", "names no axes");
+  require(within(motion.linear_damping, 0.0f, kMaxRate) && within(motion.angular_damping, 0.0f, kMaxRate) &&
+              within(motion.gravity_factor, -kMaxGravityFactor, kMaxGravityFactor),
+          "motion", "is out of range");
+  const std::uint32_t jointed = bodies.first_joint[row] != -1 ? std::uint32_t{kMotionJointed} : 0u;
+  require((motion.flags & ~std::uint32_t{kMotionGyroscopic}) == ((dynamic ? locks : 0u) | jointed), "motion",
+          "has other locks than the body, or tells of other joints");
+  require(within(bodies.sleep_time[row], 0.0f, std::numeric_limits<float>::max()), "sleep_time",
+          "is out of range");
+  require(is_finite_row(bodies.drift[row]), "drift", "is not finite");
+  const InertiaRow& inverse = bodies.local_mass[row];
+  require(dynamic ? is_finite_row(inverse) && inverse.inverse_mass > 0.0f : is_zero_row(inverse),
+          "local_mass", "is not that of such a body");
+  require(is_finite_row(bodies.local_inertia[row]), "local_inertia", "is not finite");
+  require(is_finite_row(bodies.center[row]), "center", "is not finite");
+  require(within(bodies.mass[row], 0.0f, std::numeric_limits<float>::max()), "mass", "is out of range");
+  require(within(bodies.given_mass[row], 0.0f, kMaxMass), "given_mass", "is out of range");
+}
+
+// The bodies' rows that all worlds have: as they are in a new one.
+void check_reserved_bodies(Bodies& bodies, const Refusal& refusal) {
+  World fresh;
+  Bodies& expected = internals(fresh).bodies;
+  const auto check = [&](const char* name, const auto& column, const auto& right) {
+    using Row = std::remove_cvref_t<decltype(column[0])>;
+    for (std::size_t row = 0; row < at(kFirstBody); ++row) {
+      const auto* bytes = reinterpret_cast<const std::byte*>(&column[row]);
+      const bool same = std::memcmp(bytes, &right[row], sizeof(Row)) == 0;
+      refusal.require(same, "bodies", name, row, "the fixed world's rows can not be changed");
+    }
+  };
+#define SCREE_CHECK_RESERVED(kind, Type, name) \
+  if (ColumnKind::kind == ColumnKind::state) check(#name, bodies.name, expected.name);
+  SCREE_BODY_COLUMNS(SCREE_CHECK_RESERVED)
+#undef SCREE_CHECK_RESERVED
+}
+
+void check_bodies(WorldData& data, const Refusal& refusal) {
+  constexpr unsigned kKnownFlags =
+      kBodyAlive | kBodyAsleep | kBodyCanSleep | kBodyMassGiven | kBodyPropertiesGiven | kBodyFrozen;
+  Bodies& bodies = data.bodies;
+  check_reserved_bodies(bodies, refusal);
+  for (std::size_t row = at(kFirstBody); row < bodies.flags.size(); ++row) {
+    const bool alive = (bodies.flags[row] & kBodyAlive) != 0;
+    refusal.require(bodies.type[row] <= BodyType::dynamic, "bodies", "type", row, "is no type of bodies");
+    refusal.require((bodies.flags[row] & ~(alive ? kKnownFlags : 0u)) == 0, "bodies", "flags", row,
+                    "can not be set");
+    refusal.require(alive || bodies.first_shape[row] == -1, "bodies", "first_shape", row,
+                    "a dead body has none");
+    refusal.require(alive || bodies.first_joint[row] == -1, "bodies", "first_joint", row,
+                    "a dead body has none");
+    if (alive) check_living_body(bodies, row, refusal);
+  }
+  check_free_slots(bodies, at(kFirstBody), "bodies", refusal,
+                   [&](std::size_t row) { return (bodies.flags[row] & kBodyAlive) != 0; });
+}
+
+bool is_material(const MaterialRow& material) {
+  constexpr auto kMostRule = static_cast<std::uint32_t>(MixRule::maximum);
+  const bool moves = material.surface_velocity[0] != 0.0f || material.surface_velocity[1] != 0.0f ||
+                     material.surface_velocity[2] != 0.0f;
+  const std::uint32_t mixing = material.rules & ~(std::uint32_t{kMaterialMoves} | kMaterialPatch);
+  const bool has_patch = (material.rules & kMaterialPatch) != 0;
+  return within(material.friction, 0.0f, kMaxFriction) && within(material.restitution, 0.0f, 1.0f) &&
+         within(material.rolling_resistance, 0.0f, kMaxRollingResistance) &&
+         (has_patch ? within(material.patch_radius, 0.0f, kMaxPatchRadius)
+                    : material.patch_radius == kAutomaticPatch) &&
+         std::all_of(std::begin(material.surface_velocity), std::end(material.surface_velocity),
+                     [](float x) { return within(x, -kMaxSurfaceSpeed, kMaxSurfaceSpeed); }) &&
+         (mixing & 0xff) <= kMostRule && mixing >> 8 <= kMostRule &&
+         ((material.rules & kMaterialMoves) != 0) == moves;
+}
+
+bool is_extent(const WorldData& data, std::size_t row) {
+  const ExtentRow& extent = data.shapes.extent[row];
+  const auto fits = [](float x) { return within(x, kMinExtent, kMaxExtent); };
+  switch (data.shapes.type[row]) {
+    case ShapeType::sphere:
+      return is_finite_row(extent) && fits(extent.radius);
+    case ShapeType::capsule:
+      return is_finite_row(extent) && fits(extent.half[1]) && fits(extent.radius);
+    case ShapeType::box:
+      return is_finite_row(extent) && fits(extent.half[0]) && fits(extent.half[1]) && fits(extent.half[2]);
+    case ShapeType::hull:
+      break;
+  }
+  const ExtentRow right = extent_of(*data.hulls.shared[at(data.shapes.hull[row])].solid);
+  return std::memcmp(&extent, &right, sizeof right) == 0;
+}
+
+bool is_hull_slot(const WorldData& data, std::size_t row) {
+  const std::int32_t hull = data.shapes.hull[row];
+  if (data.shapes.type[row] != ShapeType::hull) return hull == -1;
+  return hull >= 0 && at(hull) < data.hulls.shared.size() && data.hulls.shared[at(hull)].solid != nullptr;
+}
+
+void check_living_shape(const WorldData& data, std::size_t row, const Refusal& refusal) {
+  const Shapes& shapes = data.shapes;
+  const auto require = [&](bool holds, const char* name, const char* problem) {
+    refusal.require(holds, "shapes", name, row, problem);
+  };
+  require(shapes.generation[row] != 0, "generation", "a living shape has none");
+  require((data.bodies.flags[at(shapes.body[row])] & kBodyAlive) != 0, "body", "is dead");
+  require((shapes.flags[row] & kShapeNew) == 0 || (shapes.flags[row] & kShapeDirty) != 0, "flags",
+          "a new shape is dirty, too");
+  require(is_hull_slot(data, row), "hull", "is not that of such a shape");
+  require(is_extent(data, row), "extent", "is not that of such a shape");
+  const Pose& given = shapes.given_pose[row];
+  const auto near = [](float x) { return within(x, -kMaxLocalPosition, kMaxLocalPosition); };
+  require(
+      near(given.position.x) && near(given.position.y) && near(given.position.z) && is_unit(given.rotation),
+      "given_pose", "is no placement");
+  require(is_material(shapes.material[row]), "material", "is out of range");
+  require(within(shapes.density[row], kMinDensity, kMaxDensity), "density", "is out of range");
+  require(is_finite_row(shapes.fat_bounds[row]), "fat_bounds", "is not finite");
+  require(shapes.tree[row] == tree_of(data.bodies, shapes.body[row]), "tree", "is another than its body's");
+  require((shapes.flags[row] & kShapeDirty) != 0 || is_placed(shapes.pose[row]), "pose", "is no placement");
+}
+
+// Every living shape stands once in the list of its body.
+void check_shape_lists(const WorldData& data, const Refusal& refusal) {
+  const Shapes& shapes = data.shapes;
+  std::vector<bool> listed(shapes.flags.size());
+  for (std::size_t body = 0; body < data.bodies.flags.size(); ++body) {
+    std::int32_t from = -1;
+    for (std::int32_t shape = data.bodies.first_shape[body]; shape != -1; shape = shapes.next[at(shape)]) {
+      const bool fits = shape >= 0 && at(shape) < listed.size() && !listed[at(shape)] &&
+                        (shapes.flags[at(shape)] & kShapeAlive) != 0 && at(shapes.body[at(shape)]) == body;
+      refusal.require(fits, from < 0 ? "bodies" : "shapes", from < 0 ? "first_shape" : "next",
+                      from < 0 ? body : at(from), "is no shape of the body, or stands in its list twice");
+      listed[at(shape)] = true;
+      from = shape;
+    }
+  }
+  for (std::size_t row = 0; row < listed.size(); ++row) {
+    const bool fits = listed[row] || (shapes.flags[row] & kShapeAlive) == 0;
+    refusal.require(fits, "shapes", "body", row, "does not list the shape");
+  }
+}
+
+void check_shapes(const WorldData& data, const Refusal& refusal) {
+  constexpr unsigned kKnownFlags = kShapeAlive | kShapeDirty | kShapeNew | kShapeWakes;
+  const Shapes& shapes = data.shapes;
+  const std::size_t rows = shapes.flags.size(), bodies = data.bodies.flags.size();
+  std::size_t dirty = 0;
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto require = [&](bool holds, const char* name, const char* problem) {
+      refusal.require(holds, "shapes", name, row, problem);
+    };
+    const bool alive = (shapes.flags[row] & kShapeAlive) != 0;
+    dirty += (shapes.flags[row] & kShapeDirty) != 0 ? 1 : 0;
+    require(shapes.type[row] <= ShapeType::hull, "type", "is no type of shapes");
+    require((shapes.flags[row] & ~kKnownFlags) == 0 && (alive || (shapes.flags[row] & kShapeNew) == 0),
+            "flags", "can not be set");
+    require(shapes.body[row] >= kFirstBody && at(shapes.body[row]) < bodies, "body", "does not exist");
+    require(shapes.events[row] <= ContactEvents::all, "events", "are unknown");
+    require(alive || (shapes.hull[row] == -1 && shapes.tree[row] == TreeKind::none), alive ? "flags" : "hull",
+            "a dead shape has no hull and no tree");
+    if (alive) check_living_shape(data, row, refusal);
+  }
+  check_shape_lists(data, refusal);
+  check_free_slots(shapes, 0, "shapes", refusal,
+                   [&](std::size_t row) { return (shapes.flags[row] & kShapeAlive) != 0; });
+  check_list(shapes.dirty, rows, "shapes", "dirty", refusal,
+             [&](std::size_t row) { return (shapes.flags[row] & kShapeDirty) != 0; });
+  refusal.require(shapes.dirty.size() == dirty, "shapes", "dirty", 0, "does not list all dirty shapes");
+}
+
+void check_hulls(const WorldData& data, const Refusal& refusal) {
+  const Hulls& hulls = data.hulls;
+  std::vector<std::int32_t> shapes(hulls.shared.size());
+  for (const std::int32_t hull : data.shapes.hull) {
+    if (hull >= 0) ++shapes[at(hull)];
+  }
+  for (std::size_t slot = 0; slot < shapes.size(); ++slot) {
+    const SharedHull& shared = hulls.shared[slot];
+    const bool used = shared.solid != nullptr;
+    refusal.require(hulls.content[slot] == (used ? hull_content(shared.geometry) : 0), "hulls", "content",
+                    slot, "is another hull's");
+    refusal.require(hulls.shapes[slot] == shapes[slot] && used == (shapes[slot] > 0), "hulls", "shapes", slot,
+                    "is not the number of shapes that have the hull");
+  }
+  check_list(hulls.free_slots, shapes.size(), "hulls", "free_slots", refusal,
+             [&](std::size_t slot) { return shapes[slot] == 0; });
+}
+
+// They are not state, but saved: see snapshot_columns.h.
+void check_cores(WorldData& data, const Refusal& refusal) {
+  data.shapes.local_pose.resize(data.shapes.flags.size());
+  for (std::size_t row = 0; row < data.shapes.flags.size(); ++row) {
+    if ((data.shapes.flags[row] & kShapeAlive) != 0)
+      place_shape_in_body(data, static_cast<std::int32_t>(row));
+  }
+  for (std::size_t row = 0; row < data.bodies.flags.size(); ++row) {
+    if ((data.bodies.flags[row] & kBodyAlive) == 0) continue;
+    const CoreRow saved = data.bodies.core[row];
+    measure_core(data, static_cast<std::int32_t>(row));
+    const bool same = std::memcmp(&saved, &data.bodies.core[row], sizeof saved) == 0;
+    refusal.require(same, "bodies", "core", row, "is not that of the body's shapes");
+  }
+}
+
+// The rows that a manifold names, which the solver writes to, must be those of its pair's bodies.
+bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold& manifold) {
+  const auto bodies = static_cast<std::int32_t>(data.bodies.flags.size());
+  if (manifold.row_a < 0 || manifold.row_a >= bodies || manifold.row_b < 0 || manifold.row_b >= bodies)
+    return false;
+  const auto is_known = [&](std::int32_t shape) {
+    return (data.shapes.flags[at(shape)] & (kShapeAlive | kShapeNew)) == kShapeAlive;
+  };
+  if (!is_known(pair.a) || !is_known(pair.b)) return true;  // nobody will inherit it
+  const std::int32_t first = data.shapes.body[at(pair.a)], second = data.shapes.body[at(pair.b)];
+  if (first == second || (manifold.row_b != first && manifold.row_b != second)) return false;
+  const std::int32_t other = manifold.row_b == first ? second : first;
+  const BodyType type = data.bodies.type[at(other)];
+  return data.bodies.type[at(manifold.row_b)] == BodyType::dynamic &&
+         manifold.row_a == (type == BodyType::fixed ? kFixedRow : other) &&
+         ((manifold.info & kManifoldStatic) != 0) == (type != BodyType::dynamic);
+}
+
+// The contact of a row of pairs, which nobody else may have.
+void check_contact(const WorldData& data, const SavedColumns& saved, const PackedColumns& packed,
+                   const Refusal& refusal, const ShapePair& pair, std::int32_t contact) {
+  const std::byte* manifolds = packed.bytes.data() + saved.find("contacts.now", "manifold").begin;
+  Manifold manifold;
+  std::memcpy(static_cast<void*>(&manifold),
+              manifolds + place_of_contact(packed, at(contact)) * sizeof manifold, sizeof manifold);
+  const std::uint8_t points = data.contacts.now.points[at(contact)];
+  const std::uint32_t info = manifold.info & ~std::uint32_t{kManifoldRich | kManifoldStatic};
+  refusal.require(points <= kMaxManifoldPoints && info == points, "contacts.now", "manifold", at(contact),
+                  "has another number of points");
+  refusal.require(has_own_bodies(data, pair, manifold), "contacts.now", "manifold", at(contact),
+                  "is not between the bodies of its pair");
+}
+
+// One of the two lists, of which only that of `pairs` ascends. `taken` has the contacts that belong to pairs.
+void check_list_of_pairs(const WorldData& data, const PairRows& pairs, const char* store,
+                         const SavedColumns& saved, const PackedColumns& packed, const Refusal& refusal,
+                         std::vector<bool>& taken) {
+  const auto shapes = static_cast<std::int32_t>(data.shapes.flags.size());
+  const Column<std::uint8_t>& points = data.contacts.now.points;
+  const bool rest = &pairs == &data.contacts.resting;
+  for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
+    const ShapePair pair = pairs.pair[row];
+    const bool ascends = rest || row == 0 || comes_before(pairs.pair[row - 1], pair);
+    refusal.require(pair.a >= 0 && pair.a < pair.b && pair.b < shapes && ascends, store, "pair", row,
+                    "names no two shapes, or does not ascend");
+    const bool has_hull = data.shapes.hull[at(pair.a)] >= 0 || data.shapes.hull[at(pair.b)] >= 0;
+    const bool is_new = ((data.shapes.flags[at(pair.a)] | data.shapes.flags[at(pair.b)]) & kShapeNew) != 0;
+    refusal.require(!pairs.axis.empty() || !has_hull || is_new, store, "axis", 0,
+                    "a pair with a hull has none");
+    const std::int32_t contact = pairs.contact[row];
+    if (contact == -1) continue;
+    const bool fits =
+        contact >= 0 && at(contact) < points.size() && !taken[at(contact)] && points[at(contact)] != 0;
+    refusal.require(fits, store, "contact", row, "is no contact, or another pair's");
+    taken[at(contact)] = true;
+    check_contact(data, saved, packed, refusal, pair, contact);
+  }
+}
+
+void check_pairs(const WorldData& data, const SavedColumns& saved, const PackedColumns& packed,
+                 const Refusal& refusal) {
+  const Column<std::uint8_t>& points = data.contacts.now.points;
+  const Column<ShapePair>&pairs = data.contacts.pairs.pair, &resting = data.contacts.resting.pair;
+  std::vector<bool> taken(points.size());
+  check_list_of_pairs(data, data.contacts.pairs, "contacts.pairs", saved, packed, refusal, taken);
+  check_list_of_pairs(data, data.contacts.resting, "contacts.resting", saved, packed, refusal, taken);
+  std::vector<std::size_t> order(resting.size());
+  for (std::size_t row = 0; row < order.size(); ++row) order[row] = row;
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t x, std::size_t y) { return comes_before(resting[x], resting[y]); });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::size_t row = order[i];
+    refusal.require(i == 0 || comes_before(resting[order[i - 1]], resting[row]), "contacts.resting", "pair",
+                    row, "stands there twice");
+    refusal.require(!std::binary_search(pairs.begin(), pairs.end(), resting[row], comes_before),
+                    "contacts.resting", "pair", row, "stands in both lists");
+  }
+  const auto contacts = static_cast<std::size_t>(std::count(taken.begin(), taken.end(), true));
+  refusal.require(contacts == packed.contacts.size(), "contacts.now", "points", 0,
+                  "some contact belongs to no pair");
+  check_list(data.contacts.free_rows, points.size(), "contacts", "free_rows", refusal,
+             [&](std::size_t row) { return points[row] == 0; });
+  // Restoring makes whole rows of them.
+  refusal.require(data.contacts.free_rows.size() + contacts == points.size(), "contacts", "free_rows", 0,
+                  "some free row is not listed");
+}
+
+void check_events(const WorldData& data, const Refusal& refusal) {
+  const Column<TouchRow>& touching = data.events.touching;
+  for (std::size_t row = 0; row < touching.size(); ++row) {
+    const bool fits = touching[row].events >= 1 && touching[row].events <= 3 &&
+                      (row == 0 || key_of(touching[row - 1]) < key_of(touching[row]));
+    refusal.require(fits, "events", "touching", row, "asks for nothing, or does not ascend");
+  }
+  const PairRows& pairs = data.contacts.resting;
+  for (std::size_t row = 0; row < data.events.resting.size(); ++row) {
+    const TouchRow& rests = data.events.resting[row];
+    if (is_zero_row(rests)) continue;
+    const bool fits = rests.events >= 1 && rests.events <= 3 && key_of(rests) == key_of(pairs.pair[row]) &&
+                      pairs.contact[row] >= 0;
+    refusal.require(fits, "events", "resting", row, "asks for nothing, or is another pair's");
+    const bool moves =
+        std::binary_search(touching.begin(), touching.end(), rests,
+                           [](const TouchRow& x, const TouchRow& y) { return key_of(x) < key_of(y); });
+    refusal.require(!moves, "events", "resting", row, "stands among those that move, too");
+  }
+  for (std::size_t row = 0; row < data.events.woken.size(); ++row) {
+    const bool fits = data.events.woken[row].index < data.bodies.flags.size();
+    refusal.require(fits, "events", "woken", row, "names no body");
+  }
+  for (std::size_t row = 0; row < data.events.lost.size(); ++row) {
+    const bool fits = data.events.lost[row].index < data.joints.flags.size();
+    refusal.require(fits, "events", "lost", row, "names no joint");
+  }
+}
+
+struct Offset {
+  std::size_t value;
+};
+
+void refuse_number(const void* context, std::size_t offset, const char* reason) {
+  refuse_bytes(static_cast<const Offset*>(context)->value + offset, reason);
+}
+
+}  // namespace
+
+SavedColumns check_columns(PackedColumns& packed, const std::vector<SharedHull>& hulls, std::size_t offset) {
+  const Offset context{offset};
+  const SavedColumns saved = find_columns(packed.bytes, refuse_number, &context);
+  const SavedColumn& points = saved.find("contacts.now", "points");
+  list_contacts(reinterpret_cast<const std::uint8_t*>(packed.bytes.data() + points.begin), points.rows,
+                packed.contacts);
+  const Refusal refusal(packed, saved, offset);
+  check_counts(packed, hulls.size(), saved, refusal);
+  WorldData data;
+  load_columns(packed, saved, data);
+  data.hulls.shared = hulls;
+  check_bodies(data, refusal);
+  check_shapes(data, refusal);
+  check_hulls(data, refusal);
+  check_cores(data, refusal);
+  check_pairs(data, saved, packed, refusal);
+  check_joints(data, refusal);
+  check_events(data, refusal);
+  return saved;
+}
+
+}  // namespace scree

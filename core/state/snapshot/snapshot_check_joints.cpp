@@ -1,0 +1,88 @@
+// Checks of joints from outside: values within the limits of check.h, lists that hold each joint once.
+#include <core/constraints/joint_rows.h>
+#include <core/state/snapshot/snapshot_refusal.h>
+#include <core/world/check.h>
+
+#include <cstring>
+
+namespace scree {
+
+namespace {
+
+// What a call could have made. What a joint has accumulated may be any numbers, as of contacts.
+void check_living_joint(const WorldData& data, std::size_t row, const Refusal& refusal) {
+  const Joints& joints = data.joints;
+  const auto require = [&](bool holds, const char* name, const char* problem) {
+    refusal.require(holds, "joints", name, row, problem);
+  };
+  require(joints.generation[row] != 0, "generation", "a living joint has none");
+  const JointParameters& parameters = joints.parameters[row];
+  const Joint joint = joint_of(joints.type[row], parameters);
+  const JointDef def = def_of(data, static_cast<std::int32_t>(row));
+  try {
+    check_joint_def({"create_joint"}, data.bodies, def, joint);
+  } catch (const Error& error) {
+    require(false, "parameters", error.what());
+  }
+  const JointParameters right = parameters_of(joint, parameters.hertz, parameters.damping_ratio);
+  require(std::memcmp(&right, &parameters, sizeof right) == 0, "parameters", "is not that of such a joint");
+  const unsigned told = kJointBreaks | kJointRich;
+  require((joints.flags[row] & told) == (flags_of(def, joint) & told), "flags", "are not those of the joint");
+}
+
+// Every living joint stands once in the list of each of its bodies but the world.
+void check_joint_lists(const WorldData& data, const Refusal& refusal) {
+  const Joints& joints = data.joints;
+  std::vector<std::uint8_t> listed(joints.flags.size());
+  for (std::size_t body = 0; body < data.bodies.flags.size(); ++body) {
+    const auto number = static_cast<std::int32_t>(body);
+    std::int32_t from = -1;
+    for (std::int32_t joint = data.bodies.first_joint[body]; joint != -1;) {
+      bool fits = joint >= 0 && at(joint) < listed.size() && (joints.flags[at(joint)] & kJointAlive) != 0;
+      const JointBodies ends = fits ? joints.bodies[at(joint)] : JointBodies{-1, -1};
+      const unsigned side = ends.a == number ? 1 : 2;
+      fits = fits && (ends.a == number || ends.b == number) && (listed[at(joint)] & side) == 0;
+      refusal.require(fits, from < 0 ? "bodies" : "joints", from < 0 ? "first_joint" : "next",
+                      from < 0 ? body : at(from), "is no joint of the body, or stands in its list twice");
+      listed[at(joint)] = static_cast<std::uint8_t>(listed[at(joint)] | side);
+      from = joint;
+      joint = next_joint(joints, joint, number);
+    }
+  }
+  for (std::size_t row = 0; row < listed.size(); ++row) {
+    if ((joints.flags[row] & kJointAlive) == 0) continue;
+    const JointBodies ends = joints.bodies[row];
+    const unsigned wanted = (is_listed(ends.a) ? 1u : 0u) | (is_listed(ends.b) ? 2u : 0u);
+    refusal.require(listed[row] == wanted, "joints", "bodies", row, "do not list the joint");
+    const JointBodies next = joints.next[row];
+    const bool none = (is_listed(ends.a) || next.a == -1) && (is_listed(ends.b) || next.b == -1);
+    refusal.require(none, "joints", "next", row, "the world has no list");
+  }
+}
+
+}  // namespace
+
+void check_joints(const WorldData& data, const Refusal& refusal) {
+  constexpr unsigned kKnownFlags = kJointAlive | kJointEnabled | kJointCollides | kJointBreaks | kJointRich;
+  const Joints& joints = data.joints;
+  const std::size_t rows = joints.flags.size(), bodies = data.bodies.flags.size();
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto require = [&](bool holds, const char* name, const char* problem) {
+      refusal.require(holds, "joints", name, row, problem);
+    };
+    const bool alive = (joints.flags[row] & kJointAlive) != 0;
+    const auto exists = [&](std::int32_t body) {
+      return body == kFixedRow || (body >= kFirstBody && at(body) < bodies);
+    };
+    require((joints.flags[row] & ~(alive ? kKnownFlags : 0u)) == 0, "flags", "can not be set");
+    require(at(static_cast<std::int32_t>(joints.type[row])) < kJointTypeCount, "type",
+            "is no type of joints");
+    require(exists(joints.bodies[row].a) && exists(joints.bodies[row].b), "bodies", "do not exist");
+    if (alive) check_living_joint(data, row, refusal);
+  }
+  check_joint_lists(data, refusal);
+  check_free_slots(joints, 0, "joints", refusal,
+                   [&](std::size_t row) { return (joints.flags[row] & kJointAlive) != 0; });
+}
+
+}  // namespace scree

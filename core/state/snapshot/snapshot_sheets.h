@@ -1,0 +1,104 @@
+// The columns of a snapshot in memory: sheets of pages. A sheet has the columns of one store that change
+// together: what steps write of whatever moves is apart from what calls write, and each list is by itself.
+//
+// Saving takes the pages of the last save of the same world and replaces those that are marked as changed
+// since (change_marks.h). Lists without marks are compared page by page.
+#pragma once
+
+#include <core/state/snapshot/snapshot_pages.h>
+#include <core/world/world_data.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <string_view>
+
+namespace scree {
+
+struct SnapshotData;
+
+enum class SheetId : std::uint8_t {
+  bodies_moving,  // pose, velocity, force, sleep_time, drift
+  bodies,
+  free_bodies,
+  shapes_moving,  // fat_bounds, pose
+  shapes,
+  free_shapes,
+  dirty_shapes,
+  hulls,
+  free_hulls,
+  pairs,  // without axes, of which there may be none
+  pair_axes,
+  resting,
+  resting_axes,
+  contacts_moving,  // points, manifold
+  contacts,
+  free_contacts,
+  contact_forces,
+  joints_moving,  // impulses, color
+  joints,
+  free_joints,
+  events_touching,
+  events_resting,
+  events_woken,
+  events_lost,
+  count
+};
+inline constexpr std::size_t kSheetCount = static_cast<std::size_t>(SheetId::count);
+
+struct Sheets {
+  std::array<Sheet, kSheetCount> sheet;
+
+  Sheet& operator[](SheetId id) { return sheet[static_cast<std::size_t>(id)]; }
+  const Sheet& operator[](SheetId id) const { return sheet[static_cast<std::size_t>(id)]; }
+  std::size_t bytes() const;
+  void clear() noexcept;
+};
+
+// What a snapshot has. Worlds remember whose pages they were last saved to; they may look at the id, and copy
+// the sheets if it is the one that they know, from another thread than that which saves into the snapshot.
+struct SavedPages {
+  std::mutex mutex;      // of `id`, and of `sheets` unless it is 0
+  std::uint64_t id = 0;  // of the content; 0 while that changes
+  Sheets sheets;
+};
+
+// Where a saved column is.
+struct SheetPlace {
+  SheetId sheet;
+  std::uint8_t column;  // of the sheet
+  std::uint16_t row_bytes;
+};
+// By the column's number among all saved ones.
+SheetPlace place_of_column(std::size_t number);
+// Row sizes of a sheet's columns.
+std::span<const std::uint16_t> columns_of(SheetId sheet);
+// Whether the sheet leaves the free rows of contacts out.
+constexpr bool is_of_contacts(SheetId sheet) {
+  return sheet == SheetId::contacts_moving || sheet == SheetId::contacts;
+}
+
+// The column's part of a page of its sheet.
+PageColumn column_of(const SavedPage& page, SheetPlace place);
+
+// Fills the snapshot's pages. With `remember` the world is marked as saved. Throws std::bad_alloc; the pages
+// are of no use then.
+void save_sheets(WorldData& data, SnapshotData& snapshot, bool remember);
+
+// Makes sure that load_sheets and later calls that count on room in lists can not fail.
+void reserve_columns(const Sheets& sheets, WorldData& data);
+// Fills the state columns. Derived and scratch columns of stores get as many rows; what is in them is not
+// made.
+void load_sheets(const Sheets& sheets, WorldData& data);
+// The world is what the snapshot has, and is marked as saved to it.
+void remember_saved(WorldData& data, const SnapshotData& snapshot) noexcept;
+
+// Begins with other content in place of what the pages have: they become those of `base`, or empty without
+// one. `used` gets what they were. Returns whether the base was still there: its id may not be the given one.
+bool begin_pages(SnapshotData& snapshot, const std::shared_ptr<SavedPages>& base, std::uint64_t base_id);
+void finish_pages(SnapshotData& snapshot);
+// Instead, where memory has run out.
+void drop_pages(SnapshotData& snapshot) noexcept;
+
+}  // namespace scree

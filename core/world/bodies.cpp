@@ -1,0 +1,433 @@
+// Calls that change and read one body.
+#include <core/state/recording_format/recorded_calls.h>
+#include <core/world/check.h>
+#include <core/world/edit.h>
+#include <core/world/fp_environment.h>
+#include <scree/world.h>
+
+#include <cmath>
+#include <complex>
+#include <string>
+
+namespace scree {
+
+namespace {
+
+struct BodyRow {
+  WorldData& data;
+  Bodies& bodies;
+  std::int32_t body;
+  std::size_t row;
+  FpEnvironment environment{};  // the call's arithmetic is ours, whatever rounding the caller likes
+
+  bool is_dynamic() const { return bodies.type[row] == BodyType::dynamic; }
+  BodyType given_type() const { return scree::given_type(bodies, body); }
+};
+
+BodyRow at(Call call, const std::unique_ptr<WorldData>& owner, BodyId id) {
+  WorldData& data = opened(call, owner);
+  const std::int32_t body = checked_row(call, data.bodies, id);
+  return {data, data.bodies, body, static_cast<std::size_t>(body)};
+}
+
+Vec3 multiply(const float (&s)[6], Vec3 v) {
+  return {s[0] * v.x + s[1] * v.y + s[2] * v.z, s[1] * v.x + s[3] * v.y + s[4] * v.z,
+          s[2] * v.x + s[4] * v.y + s[5] * v.z};
+}
+
+// Change of the angular velocity by a torque impulse in world axes, within the free axes.
+Vec3 angular_response(const BodyRow& at_row, Vec3 torque) {
+  const Quat rotation = to_quat(at_row.bodies.pose[at_row.row].rotation);
+  const MotionRow& motion = at_row.bodies.motion[at_row.row];
+  const Vec3 local = rotate_back(rotation, free_angular(motion, torque));
+  return free_angular(
+      motion, rotate(rotation, multiply(at_row.bodies.local_mass[at_row.row].inverse_inertia, local)));
+}
+
+Vec3 arm_to(const BodyRow& at_row, Vec3 world_point) {
+  return world_point - to_vec3(at_row.bodies.pose[at_row.row].position);
+}
+
+// Adds to the force and torque of the next step.
+void add_load(Call call, const BodyRow& at_row, Vec3 force, Vec3 torque) {
+  if (!at_row.is_dynamic()) return;
+  ForceRow& load = at_row.bodies.force[at_row.row];
+  const Vec3 force_sum = to_vec3(load.force) + force, torque_sum = to_vec3(load.torque) + torque;
+  const float inverse_mass = at_row.bodies.local_mass[at_row.row].inverse_mass;
+  check_vector(call, "the acceleration by all forces", force_sum * inverse_mass, kMaxAcceleration);
+  check_vector(call, "the angular acceleration by all torques", angular_response(at_row, torque_sum),
+               kMaxAcceleration);
+  store(load.force, force_sum);
+  store(load.torque, torque_sum);
+  wake_body(at_row.data, at_row.body);
+}
+
+// Changes the velocities at once.
+void kick(Call call, const BodyRow& at_row, Vec3 impulse, Vec3 angular_impulse) {
+  if (!at_row.is_dynamic()) return;
+  VelocityRow& velocity = at_row.bodies.velocity[at_row.row];
+  const float inverse_mass = at_row.bodies.local_mass[at_row.row].inverse_mass;
+  const Vec3 linear =
+      to_vec3(velocity.linear) + free_linear(at_row.bodies.motion[at_row.row], impulse * inverse_mass);
+  const Vec3 angular = to_vec3(velocity.angular) + angular_response(at_row, angular_impulse);
+  check_vector(call, "the linear velocity after the impulse", linear, kMaxSpeed);
+  check_vector(call, "the angular velocity after the impulse", angular, kMaxSpeed);
+  store(velocity.linear, linear);
+  store(velocity.angular, angular);
+  wake_body(at_row.data, at_row.body);
+}
+
+// std::complex calls the compiler's runtime for it.
+std::complex<double> product(std::complex<double> a, std::complex<double> b) {
+  return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+
+// A changed velocity wakes the body; a kinematic one wakes what rests on it, unless it stays the same, as it
+// does where a caller sets it in every step. One that is stopped has moved since its contacts were last
+// looked at and counts as put where it stands, so that it wakes what it came near.
+void change_velocity(const BodyRow& at_row, Vec3 linear, Vec3 angular) {
+  VelocityRow& velocity = at_row.bodies.velocity[at_row.row];
+  const bool stays = to_vec3(velocity.linear) == linear && to_vec3(velocity.angular) == angular;
+  if (stays && !at_row.is_dynamic()) return;
+  const bool moved = !is_still(velocity);
+  store(velocity.linear, linear);
+  store(velocity.angular, angular);
+  if (at_row.is_dynamic()) {
+    wake_body(at_row.data, at_row.body);
+    return;
+  }
+  disturb(at_row.data, at_row.body);
+  if (moved && is_still(velocity)) mark_shapes_dirty(at_row.data, at_row.body);
+}
+
+// The angular velocity whose substeps add up to a turn. A substep turns by the unit quaternion of
+// (1, h w / 2), so that of the whole turn is its power: the root of the complex number cos + i sin of the
+// half angle gives tan = h |w| / 2. Newton's method, because no root needs a function of the platform's
+// library.
+Vec3 spin_for(Quat turn, int substeps, float dt) {
+  if (turn.w < 0.0f) turn = {-turn.x, -turn.y, -turn.z, -turn.w};
+  const double x = turn.x, y = turn.y, z = turn.z;
+  const double sine = std::sqrt(x * x + y * y + z * z),
+               size = std::sqrt(sine * sine + double{turn.w} * turn.w);
+  if (!(sine > 0.0)) return {};
+  const std::complex<double> whole(turn.w / size, sine / size);
+  const double n = substeps;
+  std::complex<double> root = 1.0 + (whole - 1.0) / n;
+  constexpr int kIterations = 8;  // the angle is at most a right one: five are enough
+  for (int i = 0; i < kIterations; ++i) {
+    std::complex<double> power = 1.0;
+    for (int k = 1; k < substeps; ++k) power = product(power, root);
+    root =
+        ((n - 1.0) * root + product(whole, std::conj(power)) / product(power, std::conj(power)).real()) / n;
+  }
+  const double scale = 2.0 * n / dt * (root.imag() / root.real()) / sine;
+  return {static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale)};
+}
+
+constexpr float kMaxLoad = 1e30f;  // N, N m, N s, N m s; what it does to the body is checked as well
+
+}  // namespace
+
+bool World::is_alive(BodyId body) const noexcept {
+  if (data_ == nullptr) return false;
+  const Bodies& bodies = data_->bodies;
+  return body.index < bodies.flags.size() && bodies.generation[body.index] == body.generation &&
+         (bodies.flags[body.index] & kBodyAlive) != 0;
+}
+
+std::size_t World::body_count() const noexcept { return data_ != nullptr ? data_->bodies.alive : 0; }
+
+BodyId World::body_at(std::uint32_t index) const noexcept {
+  if (data_ == nullptr || index >= data_->bodies.flags.size()) return {};
+  if ((data_->bodies.flags[index] & kBodyAlive) == 0) return {};
+  return {index, data_->bodies.generation[index]};
+}
+
+BodyType World::body_type(BodyId body) const { return at({"body_type"}, data_, body).given_type(); }
+
+void World::set_body_type(BodyId body, BodyType type) {
+  constexpr Call call{"set_body_type"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::set_body_type> telling(b.data, body, type);
+  check_body_type(call, type);
+  if (b.given_type() == type) return thaw(b.data, b.body);
+  const BodyMass mass = mass_after(call, b.data, b.body, type, b.bodies.flags[b.row]);
+  disturb(b.data, b.body);
+  b.bodies.flags[b.row] = static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~kBodyFrozen);
+  b.bodies.type[b.row] = type;
+  apply_mass(b.data, b.body, mass);
+  apply_locks(b.bodies, b.body);
+  take_part_as(b.data, b.body, type);
+}
+
+bool World::is_frozen(BodyId body) const {
+  const BodyRow b = at({"is_frozen"}, data_, body);
+  return scree::is_frozen(b.bodies, b.body);
+}
+
+Pose World::pose(BodyId body) const {
+  const BodyRow b = at({"pose"}, data_, body);
+  return b.bodies.transform[b.row];
+}
+
+void World::set_pose(BodyId body, const Pose& given) {
+  constexpr Call call{"set_pose"};
+  const BodyRow b = at(call, data_, body);
+  const Pose pose = given;  // which may be an entry of poses()
+  const Telling<RecordedCall::set_pose> telling(b.data, body, pose);
+  check_pose(call, "position", "rotation", pose, kMaxPosition);
+  thaw(b.data, b.body);
+  disturb(b.data, b.body);
+  place_body(b.data, b.body, {pose.position, normalize(pose.rotation)});
+}
+
+Vec3 World::linear_velocity(BodyId body) const {
+  const BodyRow b = at({"linear_velocity"}, data_, body);
+  return to_vec3(b.bodies.velocity[b.row].linear);
+}
+
+Vec3 World::angular_velocity(BodyId body) const {
+  const BodyRow b = at({"angular_velocity"}, data_, body);
+  return to_vec3(b.bodies.velocity[b.row].angular);
+}
+
+Vec3 World::velocity_at(BodyId body, Vec3 world_point) const {
+  constexpr Call call{"velocity_at"};
+  const BodyRow b = at(call, data_, body);
+  check_vector(call, "world_point", world_point, kMaxPosition);
+  const VelocityRow& velocity = b.bodies.velocity[b.row];
+  return to_vec3(velocity.linear) + cross(to_vec3(velocity.angular), arm_to(b, world_point));
+}
+
+void World::set_linear_velocity(BodyId body, Vec3 velocity) {
+  constexpr Call call{"set_linear_velocity"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::set_linear_velocity> telling(b.data, body, velocity);
+  check_vector(call, "velocity", velocity, kMaxSpeed);
+  if (b.given_type() == BodyType::fixed) return;
+  thaw(b.data, b.body);
+  change_velocity(b, free_linear(b.bodies.motion[b.row], velocity),
+                  to_vec3(b.bodies.velocity[b.row].angular));
+}
+
+void World::set_angular_velocity(BodyId body, Vec3 velocity) {
+  constexpr Call call{"set_angular_velocity"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::set_angular_velocity> telling(b.data, body, velocity);
+  check_vector(call, "velocity", velocity, kMaxSpeed);
+  if (b.given_type() == BodyType::fixed) return;
+  thaw(b.data, b.body);
+  change_velocity(b, to_vec3(b.bodies.velocity[b.row].linear),
+                  free_angular(b.bodies.motion[b.row], velocity));
+}
+
+void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
+  constexpr Call call{"set_kinematic_target"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::set_kinematic_target> telling(b.data, body, target, dt);
+  if (b.given_type() != BodyType::kinematic) fail(call, "the body is not kinematic");
+  check_pose(call, "target.position", "target.rotation", target, kMaxPosition);
+  if (!(dt > 0.0f && dt <= 1.0f)) {
+    fail(call, "the time step is " + std::to_string(dt) + " s; it must be in (0, 1]");
+  }
+  const PoseRow& pose = b.bodies.pose[b.row];
+  const Quat rotation = normalize(target.rotation);
+  const Vec3 center = target.position + rotate(rotation, b.bodies.center[b.row]);
+  const Vec3 linear = (center - to_vec3(pose.position)) * (1.0f / dt);
+  const Vec3 angular = spin_for(rotation * conjugate(to_quat(pose.rotation)), b.data.settings.substeps, dt);
+  check_vector(call, "the linear velocity", linear, kMaxSpeed);
+  check_vector(call, "the angular velocity", angular, kMaxSpeed);
+  thaw(b.data, b.body);
+  change_velocity(b, linear, angular);
+}
+
+Vec3 World::center_of_mass(BodyId body) const {
+  const BodyRow b = at({"center_of_mass"}, data_, body);
+  return to_vec3(b.bodies.pose[b.row].position);
+}
+
+MassProperties World::mass_properties(BodyId body) const {
+  const BodyRow b = at({"mass_properties"}, data_, body);
+  if (b.given_type() == BodyType::dynamic || (b.bodies.flags[b.row] & kBodyPropertiesGiven) != 0) {
+    return properties_of(b.bodies, b.body);
+  }
+  std::optional<float> given_mass;
+  if ((b.bodies.flags[b.row] & kBodyMassGiven) != 0) given_mass = b.bodies.given_mass[b.row];
+  return properties_of(sum_shapes(b.data, b.body), given_mass);
+}
+
+void World::set_mass_properties(BodyId body, const MassProperties& properties) {
+  constexpr Call call{"set_mass_properties"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::set_mass_properties> telling(b.data, body, properties);
+  const BodyMass mass = given_mass_rows(call, properties, b.given_type());
+  b.bodies.flags[b.row] |= kBodyPropertiesGiven;
+  apply_mass(b.data, b.body, mass);
+  wake_body(b.data, b.body);
+}
+
+void World::reset_mass(BodyId body) {
+  constexpr Call call{"reset_mass"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::reset_mass> telling(b.data, body);
+  const auto flags =
+      static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~(kBodyMassGiven | kBodyPropertiesGiven));
+  const BodyMass mass = mass_after(call, b.data, b.body, b.given_type(), flags);
+  b.bodies.flags[b.row] = flags;
+  b.bodies.given_mass[b.row] = 0.0f;
+  apply_mass(b.data, b.body, mass);
+  wake_body(b.data, b.body);
+}
+
+float World::linear_damping(BodyId body) const {
+  const BodyRow b = at({"linear_damping"}, data_, body);
+  return b.bodies.motion[b.row].linear_damping;
+}
+
+float World::angular_damping(BodyId body) const {
+  const BodyRow b = at({"angular_damping"}, data_, body);
+  return b.bodies.motion[b.row].angular_damping;
+}
+
+float World::gravity_factor(BodyId body) const {
+  const BodyRow b = at({"gravity_factor"}, data_, body);
+  return b.bodies.motion[b.row].gravity_factor;
+}
+
+AxisLocks World::locks(BodyId body) const {
+  const BodyRow b = at({"locks"}, data_, body);
+  return b.bodies.locks[b.row];
+}
+
+void World::set_linear_damping(BodyId body, float damping) {
+  constexpr Call call{"set_linear_damping"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::set_linear_damping> telling(b.data, body, damping);
+  check_range(call, "damping", damping, 0.0f, kMaxRate);
+  b.bodies.motion[b.row].linear_damping = damping;
+  wake_body(b.data, b.body);
+}
+
+void World::set_angular_damping(BodyId body, float damping) {
+  constexpr Call call{"set_angular_damping"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::set_angular_damping> telling(b.data, body, damping);
+  check_range(call, "damping", damping, 0.0f, kMaxRate);
+  b.bodies.motion[b.row].angular_damping = damping;
+  wake_body(b.data, b.body);
+}
+
+void World::set_gravity_factor(BodyId body, float factor) {
+  constexpr Call call{"set_gravity_factor"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::set_gravity_factor> telling(b.data, body, factor);
+  check_range(call, "factor", factor, -kMaxGravityFactor, kMaxGravityFactor);
+  b.bodies.motion[b.row].gravity_factor = factor;
+  wake_body(b.data, b.body);
+}
+
+void World::set_locks(BodyId body, AxisLocks locks) {
+  constexpr Call call{"set_locks"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::set_locks> telling(b.data, body, locks);
+  check_locks(call, locks);
+  b.bodies.locks[b.row] = locks;
+  apply_locks(b.bodies, b.body);
+  wake_body(b.data, b.body);
+}
+
+bool World::can_sleep(BodyId body) const {
+  const BodyRow b = at({"can_sleep"}, data_, body);
+  return (b.bodies.flags[b.row] & kBodyCanSleep) != 0;
+}
+
+void World::set_can_sleep(BodyId body, bool can_sleep) {
+  const BodyRow b = at({"set_can_sleep"}, data_, body);
+  const Telling<RecordedCall::set_can_sleep> telling(b.data, body, can_sleep);
+  if (can_sleep) {
+    b.bodies.flags[b.row] |= kBodyCanSleep;
+  } else {
+    b.bodies.flags[b.row] = static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~kBodyCanSleep);
+    wake_body(b.data, b.body);
+  }
+}
+
+bool World::is_awake(BodyId body) const {
+  const BodyRow b = at({"is_awake"}, data_, body);
+  if (b.data.shapes.wake_requested) {
+    // Later calls could change whom this wakes, so it is more than reading.
+    const Telling<RecordedCall::is_awake> telling(b.data, body);
+    wake_neighbors(b.data);
+  }
+  return b.bodies.type[b.row] != BodyType::fixed && (b.bodies.flags[b.row] & kBodyAsleep) == 0;
+}
+
+void World::wake(BodyId body) {
+  const BodyRow b = at({"wake"}, data_, body);
+  const Telling<RecordedCall::wake> telling(b.data, body);
+  thaw(b.data, b.body);
+  wake_body(b.data, b.body);
+}
+
+std::uint64_t World::user_data(BodyId body) const {
+  const BodyRow b = at({"user_data"}, data_, body);
+  return b.bodies.user_data[b.row];
+}
+
+void World::set_user_data(BodyId body, std::uint64_t user_data) {
+  const BodyRow b = at({"set_user_data"}, data_, body);
+  const Telling<RecordedCall::set_body_user_data> telling(b.data, body, user_data);
+  b.bodies.user_data[b.row] = user_data;
+}
+
+void World::add_force(BodyId body, Vec3 force) {
+  constexpr Call call{"add_force"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::add_force> telling(b.data, body, force);
+  check_vector(call, "force", force, kMaxLoad);
+  add_load(call, b, force, {});
+}
+
+void World::add_force_at(BodyId body, Vec3 force, Vec3 world_point) {
+  constexpr Call call{"add_force_at"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::add_force_at> telling(b.data, body, force, world_point);
+  check_vector(call, "force", force, kMaxLoad);
+  check_vector(call, "world_point", world_point, kMaxPosition);
+  add_load(call, b, force, cross(arm_to(b, world_point), force));
+}
+
+void World::add_torque(BodyId body, Vec3 torque) {
+  constexpr Call call{"add_torque"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::add_torque> telling(b.data, body, torque);
+  check_vector(call, "torque", torque, kMaxLoad);
+  add_load(call, b, {}, torque);
+}
+
+void World::add_impulse(BodyId body, Vec3 impulse) {
+  constexpr Call call{"add_impulse"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::add_impulse> telling(b.data, body, impulse);
+  check_vector(call, "impulse", impulse, kMaxLoad);
+  kick(call, b, impulse, {});
+}
+
+void World::add_impulse_at(BodyId body, Vec3 impulse, Vec3 world_point) {
+  constexpr Call call{"add_impulse_at"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::add_impulse_at> telling(b.data, body, impulse, world_point);
+  check_vector(call, "impulse", impulse, kMaxLoad);
+  check_vector(call, "world_point", world_point, kMaxPosition);
+  kick(call, b, impulse, cross(arm_to(b, world_point), impulse));
+}
+
+void World::add_angular_impulse(BodyId body, Vec3 impulse) {
+  constexpr Call call{"add_angular_impulse"};
+  const BodyRow b = at(call, data_, body);
+  const Telling<RecordedCall::add_angular_impulse> telling(b.data, body, impulse);
+  check_vector(call, "impulse", impulse, kMaxLoad);
+  kick(call, b, {}, impulse);
+}
+
+}  // namespace scree

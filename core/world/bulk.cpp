@@ -1,0 +1,283 @@
+// Creating and destroying bodies, one or a million at a time.
+#include <core/geometry/balls.h>
+#include <core/state/recording_format/recorded_calls.h>
+#include <core/world/check.h>
+#include <core/world/edit.h>
+#include <core/world/fp_environment.h>
+#include <scree/world.h>
+
+#include <string>
+#include <vector>
+
+namespace scree {
+
+namespace {
+
+std::uint8_t flags_of(const BodyDef& def) {
+  return static_cast<std::uint8_t>(kBodyAlive | (def.can_sleep ? kBodyCanSleep : 0) |
+                                   (def.mass ? kBodyMassGiven : 0));
+}
+
+// Writes all columns of a new body but generation, flags and those that live within a step.
+void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const BodyMass& mass) {
+  const auto row = static_cast<std::size_t>(body);
+  const Quat rotation = normalize(def.rotation);
+  bodies.type[row] = def.type;
+  put(bodies.center, row, mass.center);
+  PoseRow pose{};
+  store(pose.position, def.position + rotate(rotation, mass.center));
+  store(pose.rotation, rotation);
+  bodies.pose[row] = pose;
+  bodies.transform[row] = transform_of(pose, mass.center);
+  bodies.motion[row] = {def.linear_damping, def.angular_damping, def.gravity_factor,
+                        mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u};
+  put(bodies.locks, row, def.locks);
+  VelocityRow velocity{};
+  if (def.type != BodyType::fixed) {
+    store(velocity.linear, def.linear_velocity);
+    store(velocity.angular, def.angular_velocity);
+  }
+  put(bodies.velocity, row, velocity);
+  apply_locks(bodies, body);
+  put(bodies.force, row, {});
+  put(bodies.sleep_time, row, 0.0f);
+  put(bodies.drift, row, {});
+  put(bodies.local_mass, row, mass.inverse);
+  put(bodies.local_inertia, row, mass.inertia);
+  put(bodies.mass, row, mass.mass);
+  put(bodies.given_mass, row, def.mass.value_or(0.0f));
+  bodies.first_shape[row] = -1;
+  bodies.first_joint[row] = -1;
+  put(bodies.user_data, row, def.user_data);
+  bodies.core[row] = kNoCore;
+  bodies.marks.mark(body);
+}
+
+struct ShapeTemplate {
+  std::span<const Geometry> geometries;
+  const Material* material;
+  const ShapeOptions* options;
+};
+
+BodyMass mass_of(Call item, const BodyDef& def, const ShapeTemplate* shape, std::size_t i) {
+  if (def.type != BodyType::dynamic) return {};
+  MassSum sum;
+  if (shape != nullptr) {
+    sum = part_of(shape->geometries[i], shape->material->density, shape->options->local_pose);
+  }
+  return dynamic_mass(item, sum, def.mass);
+}
+
+// Throws what creating the body would, but for what its hull breaks.
+void check_item(Call item, const BodyDef& def, const ShapeTemplate* shape, std::size_t i) {
+  check_body_def(item, def);
+  if (shape != nullptr) check_geometry(item, shape->geometries[i]);
+}
+
+// Throws what the definitions break while nothing has been written: rows that are used again keep what is in
+// them, which snapshots of the world would tell. Returns the hulls, which count one shape too many.
+std::vector<std::int32_t> check_all(Call call, WorldData& data, std::span<const BodyDef> defs,
+                                    const ShapeTemplate* shape) {
+  const std::size_t count = defs.size(), old_hulls = data.hulls.shared.size();
+  std::vector<std::int32_t> hulls;
+  try {
+    for (std::size_t i = 0; i < count; ++i) {
+      const Call item = item_of(call, count, i);
+      check_item(item, defs[i], shape, i);
+      mass_of(item, defs[i], shape, i);
+      if (shape == nullptr || !std::holds_alternative<ConvexHull>(shape->geometries[i])) continue;
+      hulls.push_back(-1);
+      hulls.back() = acquire_hull(item, data.hulls, shape->geometries[i]);
+    }
+  } catch (...) {
+    for (; !hulls.empty(); hulls.pop_back()) undo_hull(data.hulls, hulls.back(), old_hulls);
+    throw;
+  }
+  return hulls;
+}
+
+// Gives the hulls of new shapes back, the last one first.
+void drop_hulls(WorldData& data, const SlotPlan& plan, std::size_t count, std::size_t old_hulls) {
+  while (count > 0) {
+    const std::int32_t shape = plan.slot(data.shapes.free_slots, --count);
+    const auto row = static_cast<std::size_t>(shape);
+    undo_hull(data.hulls, data.shapes.hull[row], old_hulls);
+    data.shapes.hull[row] = -1;
+    data.shapes.marks.mark(shape);
+  }
+}
+
+// Rows are written into slots that stay dead until all definitions have passed; then the slots come alive.
+void create(Call call, WorldData& data, std::span<const BodyDef> defs, const ShapeTemplate* shape,
+            std::span<BodyId> ids) {
+  Bodies& bodies = data.bodies;
+  Shapes& shapes = data.shapes;
+  const std::size_t count = defs.size(), shape_count = shape != nullptr ? count : 0;
+  const std::size_t old_bodies = bodies.flags.size(), old_shapes = shapes.flags.size();
+  check_room(call, "bodies", old_bodies, count);
+  check_room(call, "shapes", old_shapes, shape_count);
+  const SlotPlan body_plan(bodies.free_slots, old_bodies, count);
+  const SlotPlan shape_plan(shapes.free_slots, old_shapes, shape_count);
+  const std::size_t old_hulls = data.hulls.shared.size();
+  std::size_t shapes_written = 0;
+  try {
+    grow(bodies, old_bodies + count - body_plan.from_free);
+    // Waking can not fail: a slot wakes once between two steps.
+    data.events.woken.reserve(bodies.flags.size());
+    grow(shapes, old_shapes + shape_count - shape_plan.from_free);
+    std::vector<std::int32_t> hulls;
+    if (body_plan.from_free + shape_plan.from_free > 0) hulls = check_all(call, data, defs, shape);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Call item = item_of(call, count, i);
+      const BodyDef& def = defs[i];
+      check_item(item, def, shape, i);
+      const BodyMass mass = mass_of(item, def, shape, i);
+      const std::int32_t body = body_plan.slot(bodies.free_slots, i);
+      write_body(bodies, body, def, mass);
+      if (shape == nullptr) continue;
+      const std::int32_t row = shape_plan.slot(shapes.free_slots, i);
+      const std::int32_t hull = acquire_hull(item, data.hulls, shape->geometries[i]);
+      write_shape(data, row, shape->geometries[i], hull, *shape->material, *shape->options);
+      ++shapes_written;
+    }
+    for (const std::int32_t hull : hulls) release_hull(data.hulls, hull);
+  } catch (...) {
+    drop_hulls(data, shape_plan, shapes_written, old_hulls);
+    bodies.resize(old_bodies);
+    shapes.resize(old_shapes);
+    throw;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::int32_t body = body_plan.slot(bodies.free_slots, i);
+    const auto row = static_cast<std::size_t>(body);
+    if (bodies.generation[row] == 0) bodies.generation[row] = 1;
+    bodies.flags[row] = flags_of(defs[i]);
+    bodies.marks.mark(body);
+    if (defs[i].type != BodyType::fixed) note_change(bodies, body);
+    ids[i] = {static_cast<std::uint32_t>(body), bodies.generation[row]};
+    if (shape == nullptr) continue;
+    const std::int32_t shape_row = shape_plan.slot(shapes.free_slots, i);
+    link_shape(data, shape_row, body);
+    commit_shape(shapes, shape_row);
+    measure_core(data, body);
+  }
+  take_slots(bodies, body_plan);
+  take_slots(shapes, shape_plan);
+  bodies.alive += count;
+  if (shape_count > 0) data.contacts.pairs_stale = true;
+}
+
+// There is room in the list of lost joints for those of the body.
+void bury_body(WorldData& data, std::int32_t body) {
+  Bodies& bodies = data.bodies;
+  const auto row = static_cast<std::size_t>(body);
+  if (bodies.unplaced[row] != 0) place_matter_of(data, body);  // a dead row does not tell when it was done
+  while (bodies.first_joint[row] >= 0) {
+    const std::int32_t joint = bodies.first_joint[row];
+    const auto index = static_cast<std::uint32_t>(joint);
+    data.events.lost.push_back({index, data.joints.generation[index]});
+    bury_joint(data, joint);
+  }
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    bury_shape(data, shape);
+  }
+  bodies.moments.erase(body);
+  if ((bodies.flags[row] & kBodyAsleep) != 0) --bodies.asleep;
+  if (bodies.type[row] != BodyType::fixed) note_change(bodies, body);
+  bodies.marks.mark(body);
+  bodies.flags[row] = 0;
+  bodies.first_shape[row] = -1;
+  put(bodies.velocity, row, {});
+  put(bodies.force, row, {});
+  put(bodies.local_mass, row, {});
+  put(bodies.inertia, row, {});
+  // A slot whose generations are used up stays empty for good.
+  if (++bodies.generation[row] != 0) bodies.free_slots.push_back(body);
+  --bodies.alive;
+}
+
+}  // namespace
+
+BodyId World::create_body(const BodyDef& def) {
+  constexpr Call call{"create_body"};
+  const FpEnvironment environment;
+  WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::create_body> telling(data, def);
+  BodyId id;
+  create(call, data, {&def, 1}, nullptr, {&id, 1});
+  return id;
+}
+
+void World::create_bodies(std::span<const BodyDef> defs, std::span<BodyId> ids) {
+  constexpr Call call{"create_bodies"};
+  const FpEnvironment environment;
+  if (ids.size() != defs.size()) {
+    fail(call, "room for " + std::to_string(ids.size()) + " ids, but " + std::to_string(defs.size()) +
+                   " definitions");
+  }
+  WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::create_bodies> telling(data, defs);
+  create(call, data, defs, nullptr, ids);
+}
+
+void World::create_bodies(std::span<const BodyDef> defs, std::span<const Geometry> shapes,
+                          const Material& material, const ShapeOptions& options, std::span<BodyId> ids) {
+  constexpr Call call{"create_bodies"};
+  const FpEnvironment environment;
+  if (ids.size() != defs.size() || shapes.size() != defs.size()) {
+    fail(call, std::to_string(defs.size()) + " definitions, but " + std::to_string(shapes.size()) +
+                   " shapes and room for " + std::to_string(ids.size()) + " ids");
+  }
+  WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::create_bodies_with_shapes> telling(data, defs, shapes, material, options);
+  check_material(call, material);
+  check_options(call, options);
+  ShapeOptions unit_options = options;
+  unit_options.local_pose.rotation = normalize(options.local_pose.rotation);
+  const ShapeTemplate shape{shapes, &material, &unit_options};
+  create(call, data, defs, &shape, ids);
+}
+
+void World::destroy_body(BodyId body) {
+  constexpr Call call{"destroy_body"};
+  WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::destroy_body> telling(data, body);
+  const std::int32_t row = checked_row(call, data.bodies, body);
+  data.events.lost.reserve(data.events.lost.size() + count_joints(data, row));
+  bury_body(data, row);
+}
+
+void World::destroy_bodies(std::span<const BodyId> bodies) {
+  constexpr const char* kName = "destroy_bodies";
+  WorldData& data = opened({kName}, data_);
+  const Telling<RecordedCall::destroy_bodies> telling(data, bodies);
+  const auto unmark = [&](std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      std::uint8_t& flags = data.bodies.flags[bodies[i].index];
+      flags = static_cast<std::uint8_t>(flags & ~kBodyMarked);
+    }
+  };
+  std::size_t joints = 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const Call call{kName, static_cast<std::int64_t>(i)};
+    try {
+      const auto row = static_cast<std::size_t>(checked_row(call, data.bodies, bodies[i]));
+      if ((data.bodies.flags[row] & kBodyMarked) != 0) fail(call, "the same body stands in the list twice");
+      data.bodies.flags[row] |= kBodyMarked;
+      joints += count_joints(data, static_cast<std::int32_t>(row));
+    } catch (...) {
+      unmark(i);
+      throw;
+    }
+  }
+  try {
+    data.events.lost.reserve(data.events.lost.size() + joints);
+  } catch (...) {
+    unmark(bodies.size());
+    throw;
+  }
+  for (const BodyId& body : bodies) bury_body(data, static_cast<std::int32_t>(body.index));
+}
+
+}  // namespace scree

@@ -1,0 +1,86 @@
+// Checks of what callers hand in. Used by every World call before it changes anything.
+#pragma once
+
+#include <core/world/limits.h>
+#include <core/world/world_data.h>
+#include <scree/world.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace scree {
+
+// Who is asked to check: named in the message. `item` counts the definitions of a bulk call.
+struct Call {
+  const char* name;
+  std::int64_t item = -1;
+};
+
+std::string title(Call call);  // how messages begin
+// Throws Error "World::<call>: <problem>".
+[[noreturn]] void fail(Call call, const std::string& problem);
+[[noreturn]] void fail_range(Call call, const char* what, double value, double low, double high);
+[[noreturn]] void fail_handle(Call call, const char* kind, std::uint32_t index, std::uint32_t generation);
+
+// The `i`th of `count` definitions; a single one is not counted.
+inline Call item_of(Call call, std::size_t count, std::size_t i) {
+  return {call.name, count > 1 ? static_cast<std::int64_t>(i) : -1};
+}
+// Every index must fit the rows' int32.
+void check_room(Call call, const char* what, std::size_t rows, std::size_t more);
+
+// NaN fails every range.
+inline void check_range(Call call, const char* what, float value, float low, float high) {
+  if (!(value >= low && value <= high)) fail_range(call, what, value, low, high);
+}
+inline void check_vector(Call call, const char* what, Vec3 v, float limit) {
+  check_range(call, what, v.x, -limit, limit);
+  check_range(call, what, v.y, -limit, limit);
+  check_range(call, what, v.z, -limit, limit);
+}
+bool is_unit(Quat rotation);  // in length, within kUnitTolerance
+void check_rotation(Call call, const char* what, Quat rotation);
+void check_pose(Call call, const char* position, const char* rotation, const Pose& pose, float limit);
+void check_body_type(Call call, BodyType type);
+void check_locks(Call call, AxisLocks locks);
+void check_body_def(Call call, const BodyDef& def);
+void check_geometry(Call call, const Geometry& geometry);
+void check_material(Call call, const Material& material);
+void check_events(Call call, ContactEvents events);
+void check_options(Call call, const ShapeOptions& options);
+void check_settings(Call call, const WorldSettings& settings);
+void check_joint(Call call, const Joint& joint);
+// Of what is held; `hertz` may be 0.
+void check_stiffness(Call call, const char* hertz, float hertz_value, const char* ratio, float ratio_value);
+void check_strength(Call call, const char* what, float value);
+// Frames of a joint; those in the world may lie farther off.
+void check_joint_frames(Call call, bool world_a, const Pose& frame_a, bool world_b, const Pose& frame_b);
+// Returns the rows of the joint's bodies, the world's for its handle.
+JointBodies check_joint_def(Call call, const Bodies& bodies, const JointDef& def, const Joint& joint);
+
+// The row of a handle, or an Error.
+inline std::int32_t checked_row(Call call, const Bodies& bodies, BodyId id) {
+  if (id.index >= bodies.flags.size() || bodies.generation[id.index] != id.generation ||
+      (bodies.flags[id.index] & kBodyAlive) == 0) {
+    fail_handle(call, "body", id.index, id.generation);
+  }
+  return static_cast<std::int32_t>(id.index);
+}
+inline std::int32_t checked_row(Call call, const Shapes& shapes, ShapeId id) {
+  if (id.index >= shapes.flags.size() || shapes.generation[id.index] != id.generation ||
+      (shapes.flags[id.index] & kShapeAlive) == 0) {
+    fail_handle(call, "shape", id.index, id.generation);
+  }
+  return static_cast<std::int32_t>(id.index);
+}
+inline std::int32_t checked_row(Call call, const Joints& joints, JointId id) {
+  if (id.index >= joints.flags.size() || joints.generation[id.index] != id.generation ||
+      (joints.flags[id.index] & kJointAlive) == 0) {
+    fail_handle(call, "joint", id.index, id.generation);
+  }
+  return static_cast<std::int32_t>(id.index);
+}
+
+}  // namespace scree

@@ -1,0 +1,199 @@
+// Column: one growing array of rows, aligned for wide loads.
+#pragma once
+
+#include <core/world/column_memory.h>
+
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+namespace scree {
+
+// What a column means for snapshots and hashes.
+enum class ColumnKind {
+  state,    // changes future results
+  derived,  // can be recomputed exactly from state
+  scratch,  // lives within one step
+};
+
+// A vector of trivially copyable rows on 64-byte lines. New rows are zero bytes. The allocation ends at least
+// kPaddingBytes after the last row, so that wide loads may run past it. Shrinking keeps the memory.
+//
+// A large column lies in pages of its own, where rows that nobody has written to cost no memory, and growing
+// copies nothing. Rows beyond size() may not be written to: that they are zero is remembered.
+template <class Row>
+class Column {
+  static_assert(std::is_trivially_copyable_v<Row>);
+
+ public:
+  static constexpr std::size_t kAlignment = 64;
+  static constexpr std::size_t kPaddingBytes = 64;
+
+  Column() = default;
+  Column(const Column&) = delete;
+  Column& operator=(const Column&) = delete;
+  Column(Column&& other) noexcept { swap(other); }
+  Column& operator=(Column&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~Column() { release(); }
+
+  void swap(Column& other) noexcept {
+    std::swap(rows_, other.rows_);
+    std::swap(size_, other.size_);
+    std::swap(capacity_, other.capacity_);
+    std::swap(written_, other.written_);
+    std::swap(room_, other.room_);
+  }
+
+  Row* data() { return rows_; }
+  const Row* data() const { return rows_; }
+  std::size_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+  std::size_t capacity_bytes() const { return capacity_ * sizeof(Row); }
+  Row& operator[](std::size_t index) { return rows_[index]; }
+  const Row& operator[](std::size_t index) const { return rows_[index]; }
+  Row* begin() { return rows_; }
+  Row* end() { return rows_ + size_; }
+  const Row* begin() const { return rows_; }
+  const Row* end() const { return rows_ + size_; }
+  Row& back() { return rows_[size_ - 1]; }
+  std::span<Row> span() { return {rows_, size_}; }
+  std::span<const Row> span() const { return {rows_, size_}; }
+
+  void push_back(const Row& row) {
+    const Row copy = row;
+    if (size_ == capacity_) reserve_for(size_ + 1);
+    rows_[size_++] = copy;
+    if (written_ < size_) written_ = size_;
+  }
+  void append(std::span<const Row> rows) {  // of another column
+    const std::size_t old = size_;
+    resize_for_overwrite(old + rows.size());
+    if (!rows.empty()) std::memcpy(static_cast<void*>(rows_ + old), rows.data(), rows.size_bytes());
+  }
+  void pop_back() { --size_; }
+  void clear() { size_ = 0; }
+  void drop_back(std::size_t count) { size_ -= count; }
+
+  // Makes sure that pushing and resizing up to `size` rows cannot fail.
+  void reserve(std::size_t size) {
+    if (size > capacity_) reserve_for(size);
+  }
+
+  // Keeps the common rows; new ones are zero bytes.
+  void resize(std::size_t size) {
+    const std::size_t old = size_;
+    if (size > capacity_) reserve_for(size);
+    const std::size_t last = size < written_ ? size : written_;  // the rest is zero
+    if (last > old) std::memset(static_cast<void*>(rows_ + old), 0, (last - old) * sizeof(Row));
+    size_ = size;
+    // Whoever writes to them shall find them zero again after shrinking and growing: from here on they count.
+    if (written_ < size_) written_ = size_;
+  }
+
+  // Keeps the common rows; new ones are indeterminate.
+  void resize_for_overwrite(std::size_t size) {
+    if (size > capacity_) reserve_for(size);
+    size_ = size;
+    if (written_ < size_) written_ = size_;
+  }
+
+  // For scratch that is wholly written before it is read: contents are indeterminate afterwards. The old
+  // memory goes before the new comes, so that a step's peak does not hold both.
+  void resize_discarding(std::size_t size) {
+    if (size > capacity_) {
+      const std::size_t grown = grown_capacity(size);
+      if (allocation_of(grown, kPageBytes) <= room_) {  // pages of its own that it has touched cost nothing
+        capacity_ = grown;
+      } else {
+        release();
+        allocate(grown);
+      }
+    }
+    size_ = size;
+    if (written_ < size_) written_ = size_;
+  }
+
+ private:
+  // Large columns grow by less: what they have is copied seldom, but where it is, the copy lies beside it.
+  static constexpr std::size_t kLargeBytes = std::size_t{1} << 22;
+  static constexpr std::size_t kPagedBytes = std::size_t{1} << 18;
+  static constexpr std::size_t kPageBytes = 4096;
+  // Packed bytes come and go with snapshots and are written to as a whole: new pages would only be dear.
+  static constexpr bool kMayBePaged = !std::is_same_v<Row, std::byte>;
+  static constexpr std::size_t kRoom = 4;  // times their memory, columns in pages have addresses to grow into
+
+  std::size_t grown_capacity(std::size_t size) const {
+    const std::size_t more = capacity_bytes() < kLargeBytes ? capacity_ / 2 : capacity_ / 8;
+    return size > capacity_ + more ? size : capacity_ + more;
+  }
+
+  static std::size_t allocation_of(std::size_t capacity, std::size_t unit) {
+    return (capacity * sizeof(Row) + kPaddingBytes + unit - 1) / unit * unit;
+  }
+
+  // Of a column that has no memory.
+  void allocate(std::size_t capacity) {
+    if (kMayBePaged && capacity * sizeof(Row) >= kPagedBytes && has_page_memory()) {
+      const std::size_t bytes = allocation_of(capacity, kPageBytes);
+      std::size_t room = kRoom * bytes;
+      rows_ = reinterpret_cast<Row*>(take_pages(bytes, room));
+      room_ = room;
+      written_ = 0;
+    } else {
+      const std::size_t bytes = allocation_of(capacity, kAlignment);
+      void* memory = std::aligned_alloc(kAlignment, bytes);
+      if (memory == nullptr) throw std::bad_alloc();
+      const std::size_t rows = capacity * sizeof(Row);
+      std::memset(static_cast<char*>(memory) + rows, 0, bytes - rows);
+      rows_ = static_cast<Row*>(memory);
+      written_ = capacity;
+    }
+    capacity_ = capacity;
+  }
+
+  void release() noexcept {
+    if (room_ > 0) {
+      free_pages(reinterpret_cast<std::byte*>(rows_), room_);
+    } else {
+      std::free(rows_);
+    }
+    rows_ = nullptr;
+    size_ = capacity_ = written_ = room_ = 0;
+  }
+
+  void reserve_for(std::size_t size) {
+    const std::size_t grown = grown_capacity(size);
+    if (room_ == 0) {
+      Column larger;
+      larger.allocate(grown);
+      if (size_ > 0)
+        std::memcpy(static_cast<void*>(larger.rows_), static_cast<const void*>(rows_), size_ * sizeof(Row));
+      larger.size_ = size_;
+      if (larger.written_ < size_) larger.written_ = size_;
+      swap(larger);
+      return;
+    }
+    const std::size_t bytes = allocation_of(grown, kPageBytes);
+    if (bytes > room_) {
+      std::size_t room = kRoom * bytes;
+      rows_ = reinterpret_cast<Row*>(grow_pages(reinterpret_cast<std::byte*>(rows_), room_, bytes, room));
+      room_ = room;
+    }
+    capacity_ = grown;
+  }
+
+  Row* rows_ = nullptr;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
+  std::size_t written_ = 0;  // rows behind these are zero
+  std::size_t room_ = 0;     // bytes of addresses, of a column in pages
+};
+
+}  // namespace scree

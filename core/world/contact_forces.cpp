@@ -1,0 +1,225 @@
+// Reading the forces of contacts. The lists of contacts by shape are made when somebody asks for the first
+// time after a step: worlds that are only stepped do not pay for them. They hold what moves; pairs at rest
+// stand in lists of their own.
+#include <core/world/check.h>
+#include <core/world/edit.h>
+#include <core/world/fp_environment.h>
+#include <core/world/pair_key.h>
+#include <core/world/resting_pairs.h>
+#include <scree/world.h>
+
+#include <algorithm>
+
+namespace scree {
+
+namespace {
+
+WorldData& opened_for_forces(Call call, const std::unique_ptr<WorldData>& owner) {
+  WorldData& data = opened(call, owner);
+  if (!data.settings.contact_forces) fail(call, "WorldSettings::contact_forces is off");
+  return data;
+}
+
+// Rows of state, or zero while nobody has measured.
+ContactForceRow force_row(const Contacts& contacts, std::size_t row) {
+  return row < contacts.forces.size() ? contacts.forces[row] : ContactForceRow{};
+}
+
+bool bore(const Manifold& manifold, const ContactForceRow& forces, unsigned point) {
+  return manifold.normal_impulse[point] > 0.0f || forces.normal_impulse[point] > 0.0f;
+}
+
+float nearest_of(const Manifold& manifold) {
+  return *std::min_element(std::begin(manifold.separation), std::end(manifold.separation));
+}
+
+// Candidates ahead are no contacts, and neither is what a call has replaced since the step.
+bool is_present(const WorldData& data, std::int32_t contact) {
+  const auto row = static_cast<std::size_t>(contact);
+  const ShapePair pair = data.contacts.now.pair[row];
+  for (const std::int32_t shape : {pair.a, pair.b}) {
+    const std::uint8_t flags = data.shapes.flags[static_cast<std::size_t>(shape)];
+    if ((flags & (kShapeAlive | kShapeNew)) != kShapeAlive) return false;
+  }
+  const Manifold& manifold = data.contacts.now.manifold[row];
+  if (nearest_of(manifold) <= kLinearSlop) return true;
+  const ContactForceRow forces = force_row(data.contacts, row);
+  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
+    if (bore(manifold, forces, k)) return true;
+  }
+  return false;
+}
+
+ContactForces describe(const WorldData& data, std::int32_t contact) {
+  const auto row = static_cast<std::size_t>(contact);
+  const ShapePair pair = data.contacts.now.pair[row];
+  const Manifold& manifold = data.contacts.now.manifold[row];
+  const ContactForceRow forces = force_row(data.contacts, row);
+  ContactForces told{};
+  const auto name = [&](std::int32_t shape, ShapeId& shape_id, BodyId& body_id) {
+    const auto index = static_cast<std::size_t>(shape);
+    const auto body = static_cast<std::size_t>(data.shapes.body[index]);
+    shape_id = {static_cast<std::uint32_t>(index), data.shapes.generation[index]};
+    body_id = {static_cast<std::uint32_t>(body), data.bodies.generation[body]};
+  };
+  name(pair.a, told.shape_a, told.body_a);
+  name(pair.b, told.shape_b, told.body_b);
+  // The manifold's body B is the dynamic one if only one is; here it is that of the shape of higher index.
+  const bool flipped = static_cast<std::uint32_t>(manifold.row_b) == told.body_a.index;
+  const float side = flipped ? -1.0f : 1.0f;
+  const Vec3 normal = to_vec3(manifold.normal);
+  const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
+  told.normal = side * normal;
+  // What nobody has measured has not moved since either: it sleeps, or the step had no length.
+  const Vec3 now =
+      to_vec3(data.bodies.pose[static_cast<std::size_t>(manifold.row_b)].position) + to_vec3(manifold.arm_b);
+  told.friction_center = forces.is_set != 0.0f ? to_vec3(forces.center) : now;
+  told.friction_impulse =
+      side * (forces.friction_impulse[0] * tangent_1 + forces.friction_impulse[1] * tangent_2);
+  told.twist_impulse = forces.twist_impulse;  // about a normal that is turned round as the body is
+  told.rolling_impulse = side * to_vec3(forces.rolling_impulse);
+  const float near = std::max(nearest_of(manifold), kSpeculativeDistance);
+  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
+    if (!(manifold.separation[k] <= near || bore(manifold, forces, k))) continue;
+    told.points[told.point_count++] = {
+        told.friction_center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2,
+        manifold.separation[k], forces.normal_impulse[k]};
+  }
+  return told;
+}
+
+// The rows of pairs at rest, by pair: shape by shape, because what a shape has is mostly in order.
+const Column<std::int32_t>& ordered_resting(WorldData& data) {
+  Contacts& contacts = data.contacts;
+  Column<std::int32_t>& order = contacts.resting_order;
+  if (!contacts.resting_order_stale) return order;
+  const auto comes_first = [&](std::int32_t x, std::int32_t y) {
+    return comes_before(contacts.resting.pair[static_cast<std::size_t>(x)],
+                        contacts.resting.pair[static_cast<std::size_t>(y)]);
+  };
+  order.clear();
+  for (std::int32_t shape = 0; shape < static_cast<std::int32_t>(data.shapes.flags.size()); ++shape) {
+    const std::size_t first = order.size();
+    for_each_resting(data, shape, [&](std::int32_t row, std::int32_t other) {
+      if (shape < other) order.push_back(row);
+    });
+    if (!std::is_sorted(order.begin() + first, order.end(), comes_first))
+      std::sort(order.begin() + first, order.end(), comes_first);
+  }
+  contacts.resting_order_stale = false;
+  return order;
+}
+
+// Calls visit(contact) for the contacts of both lists of pairs, in the order of the pairs.
+template <class Visit>
+void for_each_contact(WorldData& data, Visit&& visit) {
+  const Contacts& contacts = data.contacts;
+  const PairRows &moving = contacts.pairs, &resting = contacts.resting;
+  const Column<std::int32_t>& order = ordered_resting(data);
+  const auto resting_row = [&](std::size_t place) { return static_cast<std::size_t>(order[place]); };
+  std::size_t m = 0, r = 0;
+  while (m < moving.pair.size() || r < order.size()) {
+    const bool rests = m == moving.pair.size() ||
+                       (r < order.size() && comes_before(resting.pair[resting_row(r)], moving.pair[m]));
+    const std::int32_t contact = rests ? resting.contact[resting_row(r++)] : moving.contact[m++];
+    if (contact >= 0) visit(contact);
+  }
+}
+
+// The contacts of each shape that do not rest, in the order of their pairs.
+void list_by_shape(WorldData& data) {
+  Contacts& contacts = data.contacts;
+  if (!contacts.by_shape_stale) return;
+  Column<std::int32_t>& end = contacts.by_shape_end;
+  end.clear();
+  end.resize(data.shapes.flags.size() + 1);  // to zero
+  const auto for_each_end = [&](auto&& visit) {
+    for (const std::int32_t contact : contacts.pairs.contact) {
+      if (contact < 0) continue;
+      const ShapePair pair = contacts.now.pair[static_cast<std::size_t>(contact)];
+      visit(pair.a, contact);
+      visit(pair.b, contact);
+    }
+  };
+  for_each_end([&](std::int32_t shape, std::int32_t) { ++end[static_cast<std::size_t>(shape) + 1]; });
+  std::int32_t sum = 0;
+  for (std::int32_t& count : end) count = sum += count;  // -> where the shape's list begins
+  contacts.by_shape.resize_discarding(static_cast<std::size_t>(sum));
+  // Afterwards each entry is the end of its own shape's list.
+  for_each_end([&](std::int32_t shape, std::int32_t contact) {
+    contacts.by_shape[static_cast<std::size_t>(end[static_cast<std::size_t>(shape)]++)] = contact;
+  });
+  contacts.by_shape_stale = false;
+}
+
+std::span<const std::int32_t> moving_contacts_of(const Contacts& contacts, std::int32_t shape) {
+  const auto row = static_cast<std::size_t>(shape);
+  if (row + 1 >= contacts.by_shape_end.size()) return {};  // younger than the lists
+  const std::int32_t begin = row == 0 ? 0 : contacts.by_shape_end[row - 1];
+  return std::span(contacts.by_shape.begin() + begin, contacts.by_shape.begin() + contacts.by_shape_end[row]);
+}
+
+// Adds the contacts of a shape to `found`.
+void find_contacts(WorldData& data, std::int32_t shape) {
+  Contacts& contacts = data.contacts;
+  contacts.found.append(moving_contacts_of(contacts, shape));
+  for_each_resting(data, shape, [&](std::int32_t row, std::int32_t) {
+    const std::int32_t contact = contacts.resting.contact[static_cast<std::size_t>(row)];
+    if (contact >= 0) contacts.found.push_back(contact);
+  });
+}
+
+void tell(const WorldData& data, std::int32_t contact, std::span<ContactForces> out, std::size_t& count) {
+  if (!is_present(data, contact)) return;
+  if (count < out.size()) out[count] = describe(data, contact);
+  ++count;
+}
+
+// Those found, in the order of their pairs. Returns how many there are.
+std::size_t tell_found(WorldData& data, std::span<ContactForces> out) {
+  Contacts& contacts = data.contacts;
+  std::sort(contacts.found.begin(), contacts.found.end(), [&](std::int32_t x, std::int32_t y) {
+    return comes_before(contacts.now.pair[static_cast<std::size_t>(x)],
+                        contacts.now.pair[static_cast<std::size_t>(y)]);
+  });
+  std::size_t count = 0;
+  for (const std::int32_t contact : contacts.found) tell(data, contact, out, count);
+  return count;
+}
+
+}  // namespace
+
+std::size_t World::contact_forces(std::span<ContactForces> out) const {
+  const FpEnvironment environment;
+  WorldData& data = opened_for_forces({"contact_forces"}, data_);
+  std::size_t count = 0;
+  for_each_contact(data, [&](std::int32_t contact) { tell(data, contact, out, count); });
+  return count;
+}
+
+std::size_t World::contact_forces_of(ShapeId shape, std::span<ContactForces> out) const {
+  constexpr Call call{"contact_forces_of"};
+  const FpEnvironment environment;
+  WorldData& data = opened_for_forces(call, data_);
+  const std::int32_t row = checked_row(call, data.shapes, shape);
+  list_by_shape(data);
+  data.contacts.found.clear();
+  find_contacts(data, row);
+  return tell_found(data, out);
+}
+
+std::size_t World::contact_forces_of(BodyId body, std::span<ContactForces> out) const {
+  constexpr Call call{"contact_forces_of"};
+  const FpEnvironment environment;
+  WorldData& data = opened_for_forces(call, data_);
+  const std::int32_t row = checked_row(call, data.bodies, body);
+  list_by_shape(data);
+  data.contacts.found.clear();
+  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(row)]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    find_contacts(data, shape);
+  }
+  return tell_found(data, out);
+}
+
+}  // namespace scree

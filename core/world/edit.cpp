@@ -1,0 +1,355 @@
+// Edits: the pieces that World's calls are made of; see edit.h.
+#include <core/constraints/joint_rows.h>
+#include <core/geometry/balls.h>
+#include <core/geometry/hull/hull_build.h>
+#include <core/plain/patch.h>
+#include <core/world/edit.h>
+#include <core/world/fp_environment.h>
+
+namespace scree {
+
+namespace {
+
+template <class Store>
+void grow_store(Store& store, std::size_t count) {
+  const std::size_t old_count = store.generation.size();
+  if (count <= old_count) return;
+  try {
+    store.free_slots.reserve(count);
+    store.resize(count);
+  } catch (...) {
+    store.resize(old_count);  // shrinking keeps the memory and cannot fail
+    throw;
+  }
+}
+
+void leave(WorldData& data, std::int32_t body, UnplacedFlag what) {
+  std::uint8_t& unplaced = data.bodies.unplaced[static_cast<std::size_t>(body)];
+  if (unplaced == 0) data.bodies.to_place.push_back(body);
+  unplaced = static_cast<std::uint8_t>(unplaced | what);
+}
+
+// The pose of the center of mass, and of the origin again, which rounding may change.
+void write_pose(Bodies& bodies, std::int32_t body, const Pose& transform) {
+  const auto row = static_cast<std::size_t>(body);
+  store(bodies.pose[row].position, transform.position + rotate(transform.rotation, bodies.center[row]));
+  store(bodies.pose[row].rotation, transform.rotation);
+  bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
+  bodies.marks.mark(body);
+}
+
+// The body's matter stays where it is and moves on as it did.
+void move_center(WorldData& data, std::int32_t body, Vec3 center) {
+  Bodies& bodies = data.bodies;
+  const auto row = static_cast<std::size_t>(body);
+  data.contacts.manifolds_stale = true;  // they tell arms from the old center
+
+  const Pose transform = bodies.transform[row];
+  const Vec3 shift = rotate(transform.rotation, center - bodies.center[row]);
+  VelocityRow& velocity = bodies.velocity[row];
+  store(velocity.linear,
+        free_linear(bodies.motion[row], to_vec3(velocity.linear) + cross(to_vec3(velocity.angular), shift)));
+  bodies.center[row] = center;
+  write_pose(bodies, body, transform);
+  // Manifolds of sleepers with a fixed or kinematic body must be made anew, too.
+  const bool wakes = bodies.type[row] != BodyType::dynamic;
+  const bool all_dirty = (bodies.unplaced[row] & kShapesUnplaced) != 0;
+  if (!wakes && all_dirty) return;
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    if (wakes) request_wake(data, shape);
+    mark_dirty(data.shapes, shape);
+  }
+  leave(data, body, kShapesUnplaced);
+  leave(data, body, kCoreUnmeasured);
+}
+
+}  // namespace
+
+void grow(Bodies& bodies, std::size_t count) {
+  bodies.to_place.reserve(count);
+  bodies.changed.reserve(count);
+  grow_store(bodies, count);
+}
+
+void grow(Joints& joints, std::size_t count) {
+  joints.changed.reserve(count);
+  grow_store(joints, count);
+}
+
+void grow(Shapes& shapes, std::size_t count) {
+  shapes.dirty.reserve(count);
+  shapes.wakers.reserve(count);
+  shapes.changed.reserve(count);
+  grow_store(shapes, count);
+}
+
+void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags) {
+  std::uint8_t& row_flags = shapes.flags[static_cast<std::size_t>(shape)];
+  if ((row_flags & kShapeDirty) == 0) shapes.dirty.push_back(shape);
+  row_flags = static_cast<std::uint8_t>(row_flags | flags | kShapeDirty);
+  shapes.marks.mark(shape);
+}
+
+void mark_shapes_dirty(WorldData& data, std::int32_t body) {
+  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    mark_dirty(data.shapes, shape);
+  }
+}
+
+TreeKind tree_of(const Bodies& bodies, std::int32_t body) {
+  const auto row = static_cast<std::size_t>(body);
+  switch (bodies.type[row]) {
+    case BodyType::fixed:
+      return TreeKind::frozen;
+    case BodyType::kinematic:
+      return TreeKind::kinematic;
+    case BodyType::dynamic:
+      break;
+  }
+  return (bodies.flags[row] & kBodyAsleep) != 0 ? TreeKind::frozen : TreeKind::awake;
+}
+
+void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull) {
+  Shapes& shapes = data.shapes;
+  const auto row = static_cast<std::size_t>(shape);
+  ExtentRow extent{};
+  if (const auto* sphere = std::get_if<Sphere>(&geometry)) {
+    shapes.type[row] = ShapeType::sphere;
+    extent.radius = sphere->radius;
+  } else if (const auto* capsule = std::get_if<Capsule>(&geometry)) {
+    shapes.type[row] = ShapeType::capsule;
+    extent.half[1] = capsule->half_height;
+    extent.radius = capsule->radius;
+  } else if (const auto* box = std::get_if<Box>(&geometry)) {
+    shapes.type[row] = ShapeType::box;
+    store(extent.half, box->half_extents);
+  } else if (hull >= 0) {
+    shapes.type[row] = ShapeType::hull;
+    extent = extent_of(*data.hulls.shared[static_cast<std::size_t>(hull)].solid);
+  }
+  shapes.extent[row] = extent;
+  shapes.hull[row] = hull;
+  shapes.marks.mark(shape);
+}
+
+void write_material(Shapes& shapes, std::int32_t shape, const Material& material) {
+  const auto row = static_cast<std::size_t>(shape);
+  MaterialRow rules{};
+  rules.friction = material.friction;
+  rules.restitution = material.restitution;
+  rules.rolling_resistance = material.rolling_resistance;
+  rules.patch_radius = material.patch_radius.value_or(kAutomaticPatch);
+  rules.rules = static_cast<std::uint32_t>(material.friction_mix) |
+                static_cast<std::uint32_t>(material.restitution_mix) << 8;
+  if (material.patch_radius) rules.rules |= kMaterialPatch;
+  if (material.surface_velocity != Vec3{}) rules.rules |= kMaterialMoves;
+  store(rules.surface_velocity, material.surface_velocity);
+  shapes.material[row] = rules;
+  shapes.density[row] = material.density;
+  shapes.marks.mark(shape);
+}
+
+void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull,
+                 const Material& material, const ShapeOptions& options) {
+  Shapes& shapes = data.shapes;
+  const auto row = static_cast<std::size_t>(shape);
+  write_extent(data, shape, geometry, hull);
+  write_material(shapes, shape, material);
+  shapes.next[row] = -1;
+  shapes.previous[row] = -1;
+  shapes.given_pose[row] = options.local_pose;
+  shapes.local_pose[row] = {};
+  shapes.filter[row] = options.filter;
+  shapes.fat_bounds[row] = {};
+  shapes.tree[row] = TreeKind::none;
+  put(shapes.user_data, row, options.user_data);
+  put(shapes.events, row, options.contact_events);
+  shapes.pose[row] = {};
+}
+
+ShapeId commit_shape(Shapes& shapes, std::int32_t shape) {
+  const auto row = static_cast<std::size_t>(shape);
+  if (shapes.generation[row] == 0) shapes.generation[row] = 1;
+  mark_dirty(shapes, shape, kShapeAlive | kShapeNew);
+  ++shapes.alive;
+  if (shapes.events[row] != ContactEvents::none) ++shapes.asking;
+  return {static_cast<std::uint32_t>(shape), shapes.generation[row]};
+}
+
+void link_shape(WorldData& data, std::int32_t shape, std::int32_t body) {
+  const auto row = static_cast<std::size_t>(shape);
+  const auto body_row = static_cast<std::size_t>(body);
+  const std::int32_t sibling = data.bodies.first_shape[body_row];
+  data.shapes.body[row] = body;
+  data.shapes.next[row] = sibling;
+  data.shapes.previous[row] = -1;
+  if (sibling >= 0) data.shapes.previous[static_cast<std::size_t>(sibling)] = shape;
+  data.bodies.first_shape[body_row] = shape;
+  data.bodies.marks.mark(body);
+  data.shapes.marks.mark(shape);
+  data.shapes.tree[row] = tree_of(data.bodies, body);
+  if (data.shapes.tree[row] != TreeKind::frozen) note_change(data.shapes, shape);
+  if (sibling >= 0) note_change(data.shapes, sibling);  // was alone perhaps
+  place_shape_in_body(data, shape);
+}
+
+void unlink_shape(WorldData& data, std::int32_t shape) {
+  Shapes& shapes = data.shapes;
+  const auto row = static_cast<std::size_t>(shape);
+  const std::int32_t before = shapes.previous[row], behind = shapes.next[row];
+  const std::int32_t body = shapes.body[row];
+  if (before >= 0) {
+    shapes.next[static_cast<std::size_t>(before)] = behind;
+    shapes.marks.mark(before);
+  } else {
+    data.bodies.first_shape[static_cast<std::size_t>(body)] = behind;
+    data.bodies.marks.mark(body);
+  }
+  if (behind >= 0) shapes.previous[static_cast<std::size_t>(behind)] = before;
+}
+
+void bury_shape(WorldData& data, std::int32_t shape) {
+  Shapes& shapes = data.shapes;
+  const auto row = static_cast<std::size_t>(shape);
+  request_wake(data, shape);
+  mark_dirty(shapes, shape);
+  release_hull(data.hulls, shapes.hull[row]);
+  shapes.hull[row] = -1;
+  shapes.flags[row] = static_cast<std::uint8_t>(shapes.flags[row] & ~(kShapeAlive | kShapeNew));
+  if (shapes.tree[row] != TreeKind::frozen) note_change(shapes, shape);
+  shapes.tree[row] = TreeKind::none;
+  // A slot whose generations are used up stays empty for good.
+  if (++shapes.generation[row] != 0) shapes.free_slots.push_back(shape);
+  --shapes.alive;
+  if (shapes.events[row] != ContactEvents::none) --shapes.asking;
+  data.contacts.pairs_stale = true;
+}
+
+void place_shape_in_body(WorldData& data, std::int32_t shape) {
+  const auto row = static_cast<std::size_t>(shape);
+  const Pose& given = data.shapes.given_pose[row];
+  const Vec3 center = data.bodies.center[static_cast<std::size_t>(data.shapes.body[row])];
+  PoseRow local{};
+  store(local.position, given.position - center);
+  if (const std::int32_t hull = data.shapes.hull[row]; hull >= 0) {
+    // In double precision: a hull may lie far from the origin of its points.
+    double offset[3];
+    rotate(given.rotation, data.hulls.shared[static_cast<std::size_t>(hull)].solid->origin, offset);
+    store(local.position, {static_cast<float>(offset[0] + given.position.x - center.x),
+                           static_cast<float>(offset[1] + given.position.y - center.y),
+                           static_cast<float>(offset[2] + given.position.z - center.z)});
+  }
+  store(local.rotation, given.rotation);
+  data.shapes.local_pose[row] = local;
+}
+
+void leave_core(WorldData& data, std::int32_t body) { leave(data, body, kCoreUnmeasured); }
+
+void place_matter_of(WorldData& data, std::int32_t body) {
+  const FpEnvironment environment;
+  data.bodies.marks.mark(body);
+  const auto row = static_cast<std::size_t>(body);
+  if ((data.bodies.unplaced[row] & kShapesUnplaced) != 0) {
+    for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0;
+         shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+      place_shape_in_body(data, shape);
+    }
+    place_joints_of(data, body);
+  }
+  measure_core(data, body);
+}
+
+void place_matter(WorldData& data) {
+  Bodies& bodies = data.bodies;
+  for (const std::int32_t body : bodies.to_place) {
+    const auto row = static_cast<std::size_t>(body);
+    if ((bodies.flags[row] & kBodyAlive) != 0) place_matter_of(data, body);
+    bodies.unplaced[row] = 0;
+  }
+  bodies.to_place.clear();
+}
+
+void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
+  write_pose(data.bodies, body, transform);
+  mark_shapes_dirty(data, body);
+}
+
+void apply_locks(Bodies& bodies, std::int32_t body) {
+  const auto row = static_cast<std::size_t>(body);
+  MotionRow& motion = bodies.motion[row];
+  bodies.marks.mark(body);
+  motion.flags &= ~static_cast<std::uint32_t>(kMotionLocksMask);
+  if (given_type(bodies, body) != BodyType::dynamic) return;
+  motion.flags |= static_cast<std::uint32_t>(bodies.locks[row]);
+  VelocityRow& velocity = bodies.velocity[row];
+  store(velocity.linear, free_linear(motion, to_vec3(velocity.linear)));
+  store(velocity.angular, free_angular(motion, to_vec3(velocity.angular)));
+}
+
+void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
+  Bodies& bodies = data.bodies;
+  const auto row = static_cast<std::size_t>(body);
+  bodies.marks.mark(body);
+  put(bodies.mass, row, mass.mass);
+  put(bodies.local_inertia, row, mass.inertia);
+  put(bodies.local_mass, row, mass.inverse);
+  put(bodies.inertia, row, {});
+  bodies.motion[row].flags = (bodies.motion[row].flags & ~static_cast<std::uint32_t>(kMotionGyroscopic)) |
+                             (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u);
+  if (bodies.center[row] != mass.center) move_center(data, body, mass.center);
+}
+
+void disturb(WorldData& data, std::int32_t body) {
+  wake_body(data, body);
+  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    request_wake(data, shape);
+  }
+  const Joints& joints = data.joints;
+  for (std::int32_t joint = data.bodies.first_joint[static_cast<std::size_t>(body)]; joint >= 0;
+       joint = next_joint(joints, joint, body)) {
+    const auto row = static_cast<std::size_t>(joint);
+    if ((joints.flags[row] & kJointEnabled) != 0) wake_body(data, other_end(joints.bodies[row], body));
+  }
+}
+
+void take_part_as(WorldData& data, std::int32_t body, BodyType type) {
+  Bodies& bodies = data.bodies;
+  const auto row = static_cast<std::size_t>(body);
+  bodies.type[row] = type;
+  if (type == BodyType::fixed) bodies.velocity[row] = {};
+  if (type != BodyType::dynamic) bodies.force[row] = {};
+  bodies.sleep_time[row] = 0.0f;
+  if ((bodies.flags[row] & kBodyAsleep) != 0) --bodies.asleep;
+  bodies.flags[row] = static_cast<std::uint8_t>(bodies.flags[row] & ~kBodyAsleep);
+  note_change(bodies, body);
+  const TreeKind tree = tree_of(bodies, body);
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
+       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    data.shapes.tree[static_cast<std::size_t>(shape)] = tree;
+    note_change(data.shapes, shape);
+    mark_dirty(data.shapes, shape, kShapeNew);
+    data.contacts.pairs_stale = true;
+  }
+}
+
+void freeze(WorldData& data, std::int32_t body) {
+  disturb(data, body);
+  const auto row = static_cast<std::size_t>(body);
+  data.bodies.flags[row] |=
+      data.bodies.type[row] == BodyType::dynamic ? kBodyFrozenDynamic : kBodyFrozenKinematic;
+  take_part_as(data, body, BodyType::fixed);
+}
+
+void thaw(WorldData& data, std::int32_t body) {
+  if (!is_frozen(data.bodies, body)) return;
+  const BodyType type = given_type(data.bodies, body);
+  disturb(data, body);
+  std::uint8_t& flags = data.bodies.flags[static_cast<std::size_t>(body)];
+  flags = static_cast<std::uint8_t>(flags & ~kBodyFrozen);
+  take_part_as(data, body, type);
+}
+
+}  // namespace scree

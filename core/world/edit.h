@@ -1,0 +1,145 @@
+// Edits: the pieces that World's calls are made of. Everything here assumes checked values.
+#pragma once
+
+#include <core/geometry/hull/hull_store.h>
+#include <core/world/check.h>
+#include <core/world/mass.h>
+#include <core/world/math.h>
+#include <core/world/wake.h>
+#include <core/world/world_data.h>
+
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+
+namespace scree {
+
+// Makes room for `count` rows of bodies, shapes or joints and for every list of their slots, so that nothing
+// later in the call can run out of memory. If it throws, nothing has changed.
+void grow(Bodies& bodies, std::size_t count);
+void grow(Shapes& shapes, std::size_t count);
+void grow(Joints& joints, std::size_t count);
+
+// Slots for new objects: free ones first, the most recently freed at the front, then rows at the end.
+struct SlotPlan {
+  std::size_t free_count;   // in the free list
+  std::size_t from_free;    // to be taken from it
+  std::size_t first_fresh;  // old number of rows
+
+  SlotPlan(const Column<std::int32_t>& free_slots, std::size_t rows, std::size_t count)
+      : free_count(free_slots.size()),
+        from_free(count < free_count ? count : free_count),
+        first_fresh(rows) {}
+  std::int32_t slot(const Column<std::int32_t>& free_slots, std::size_t i) const {
+    return i < from_free ? free_slots[free_count - 1 - i]
+                         : static_cast<std::int32_t>(first_fresh + i - from_free);
+  }
+};
+
+// Takes the slots of a plan out of the store's free ones.
+template <class Store>
+void take_slots(Store& store, const SlotPlan& plan) {
+  store.free_slots.drop_back(plan.from_free);
+  store.free_mark.cut(store.free_slots.size());
+}
+
+// Writes what differs only: rows of zeros that nobody has written to take no memory, and fixed bodies have
+// many.
+template <class Row>
+void put(Column<Row>& column, std::size_t row, const std::type_identity_t<Row>& value) {
+  if (std::memcmp(static_cast<const void*>(&column[row]), static_cast<const void*>(&value), sizeof value) !=
+      0)
+    column[row] = value;
+}
+
+// Puts the shape on the list of what the broad phase must look at again.
+void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags = kShapeDirty);
+void mark_shapes_dirty(WorldData& data, std::int32_t body);  // all shapes of the body
+
+TreeKind tree_of(const Bodies& bodies, std::int32_t body);
+
+// Writes all columns of a new shape but generation, flags and body: pairs may still name the slot's
+// predecessor, and the call may yet fail. The local rotation must be normalized; `hull` is the slot of a
+// hull, which the shape now counts for, or -1.
+void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull,
+                 const Material& material, const ShapeOptions& options);
+void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull);
+void write_material(Shapes& shapes, std::int32_t shape, const Material& material);
+// Makes the slot live: generation, flags, dirty list, counts.
+ShapeId commit_shape(Shapes& shapes, std::int32_t shape);
+void link_shape(WorldData& data, std::int32_t shape, std::int32_t body);
+void unlink_shape(WorldData& data, std::int32_t shape);  // out of its body's list
+// Takes the shape out of the world, but not out of its body's list.
+void bury_shape(WorldData& data, std::int32_t shape);
+
+// Places the body's origin; shapes become dirty.
+void place_body(WorldData& data, std::int32_t body, const Pose& transform);
+// Ends every call that changes a body's mass or shapes: writes the mass rows, moving the center of mass in
+// the body, whose matter moves on as it did. Of a center that moves, place_matter() tells shapes and joints:
+// it does so with every shape that is added, and a body may have 100,000.
+void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass);
+void apply_locks(Bodies& bodies, std::int32_t body);  // motion's locks and velocity from locks and type
+void place_shape_in_body(WorldData& data, std::int32_t shape);  // local_pose from given_pose, center and hull
+// The body's core is to be measured anew.
+void leave_core(WorldData& data, std::int32_t body);
+// Does what calls have left to do, see UnplacedFlag. It is all a function of the state, so that it does not
+// matter when. The step begins with it; whoever else reads what is left must call it.
+void place_matter(WorldData& data);
+void place_matter_of(WorldData& data, std::int32_t body);  // whose flags stay
+
+// Wakes the body, all that joints join it with and, when next asked, all that touch it.
+void disturb(WorldData& data, std::int32_t body);
+
+// Writes how the body takes part from now on, once its rows are those of such a body: at rest if fixed. Its
+// shapes' pairs are found anew.
+void take_part_as(WorldData& data, std::int32_t body, BodyType type);
+// Stops a dynamic or kinematic body where it is: it takes part as a fixed one, but keeps all that it was
+// given.
+void freeze(WorldData& data, std::int32_t body);
+// Gives a frozen body back the type that it was given; nothing happens to others.
+void thaw(WorldData& data, std::int32_t body);
+
+// Enters the joint into the lists of its bodies. Of the many joints that the world may have there is no list.
+void link_joint(WorldData& data, std::int32_t joint);
+// Tells those behind the joint in these lists that they follow it.
+void link_back(WorldData& data, std::int32_t joint);
+// Takes the joint out of the world and of its bodies' lists, and wakes them.
+void bury_joint(WorldData& data, std::int32_t joint);
+// How many joints the body has.
+std::size_t count_joints(const WorldData& data, std::int32_t body);
+// The joint's frames from the given ones and the centers of mass.
+void place_joint(WorldData& data, std::int32_t joint);
+void place_joints_of(WorldData& data, std::int32_t body);
+// Which lists of joints and pairs must be made anew: who may collide has changed if the joint keeps its
+// bodies apart, or did so.
+void joints_changed(WorldData& data, std::int32_t joint, bool keeps_apart);
+void wake_ends(WorldData& data, std::int32_t joint);
+
+// Linear or angular part of the locks: 1 where motion is free.
+inline Vec3 free_axes(std::uint32_t locks) {
+  return {(locks & 1) != 0 ? 0.0f : 1.0f, (locks & 2) != 0 ? 0.0f : 1.0f, (locks & 4) != 0 ? 0.0f : 1.0f};
+}
+inline Vec3 masked(Vec3 v, Vec3 mask) {
+  return {mask.x != 0.0f ? v.x : 0.0f, mask.y != 0.0f ? v.y : 0.0f, mask.z != 0.0f ? v.z : 0.0f};
+}
+inline Vec3 free_linear(const MotionRow& motion, Vec3 v) { return masked(v, free_axes(motion.flags)); }
+inline Vec3 free_angular(const MotionRow& motion, Vec3 v) { return masked(v, free_axes(motion.flags >> 3)); }
+
+inline Vec3 to_vec3(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
+inline Quat to_quat(const float (&q)[4]) { return {q[0], q[1], q[2], q[3]}; }
+inline void store(float (&row)[3], Vec3 v) { row[0] = v.x, row[1] = v.y, row[2] = v.z; }
+inline void store(float (&row)[4], Quat q) { row[0] = q.x, row[1] = q.y, row[2] = q.z, row[3] = q.w; }
+
+// What finish_step does for moving bodies: the origin's pose from that of the center of mass.
+inline Pose transform_of(const PoseRow& pose, Vec3 center) {
+  const Quat rotation = to_quat(pose.rotation);
+  return {to_vec3(pose.position) - rotate(rotation, center), rotation};
+}
+
+// The data of a world that has not been moved from.
+inline WorldData& opened(Call call, const std::unique_ptr<WorldData>& data) {
+  if (data == nullptr) fail(call, "the world has been moved from");
+  return *data;
+}
+
+}  // namespace scree

@@ -1,0 +1,321 @@
+// Calls that create, change, read and destroy one shape.
+#include <core/geometry/balls.h>
+#include <core/state/recording_format/recorded_calls.h>
+#include <core/world/check.h>
+#include <core/world/edit.h>
+#include <core/world/fp_environment.h>
+#include <scree/world.h>
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace scree {
+
+namespace {
+
+struct ShapeRow {
+  WorldData& data;
+  Shapes& shapes;
+  std::int32_t shape;
+  std::size_t row;
+  std::int32_t body;
+  FpEnvironment environment{};  // the call's arithmetic is ours, whatever rounding the caller likes
+};
+
+ShapeRow at(Call call, const std::unique_ptr<WorldData>& owner, ShapeId id) {
+  WorldData& data = opened(call, owner);
+  const std::int32_t shape = checked_row(call, data.shapes, id);
+  const auto row = static_cast<std::size_t>(shape);
+  return {data, data.shapes, shape, row, data.shapes.body[row]};
+}
+
+ShapeForm form_of(const ShapeRow& s) {
+  return {geometry_of(s.data, s.shape), s.shapes.density[s.row], s.shapes.given_pose[s.row]};
+}
+
+// The body's mass rows after the change, or an Error.
+BodyMass mass_after_change(Call call, const ShapeRow& s, std::span<const ShapeForm> forms) {
+  const Bodies& bodies = s.data.bodies;
+  return mass_after(call, s.data, s.body, given_type(bodies, s.body),
+                    bodies.flags[static_cast<std::size_t>(s.body)], {s.shape, forms});
+}
+
+// A shape that collides otherwise than before: its pairs are found anew, its neighbors wake.
+void reconsider(const ShapeRow& s, std::uint8_t flags) {
+  mark_dirty(s.shapes, s.shape, flags);
+  request_wake(s.data, s.shape);
+  wake_body(s.data, s.body);
+  s.data.contacts.pairs_stale = true;
+}
+
+// Shapes of one call, and what they need before anything is written.
+struct NewShapes {
+  std::vector<ShapeForm> forms;
+  std::vector<std::int32_t> hulls;  // -1: none
+};
+
+// Gives the hulls of shapes that are not to be back, the last one first.
+void drop_hulls(Hulls& all, std::vector<std::int32_t>& hulls, std::size_t old_hulls) {
+  for (; !hulls.empty(); hulls.pop_back()) undo_hull(all, hulls.back(), old_hulls);
+}
+
+// Throws what a definition breaks; then nothing has changed.
+NewShapes check_new(Call call, WorldData& data, std::span<const ShapeDef> defs) {
+  NewShapes made;
+  made.forms.reserve(defs.size());
+  made.hulls.reserve(defs.size());
+  const std::size_t old_hulls = data.hulls.shared.size();
+  try {
+    for (std::size_t i = 0; i < defs.size(); ++i) {
+      const Call item = item_of(call, defs.size(), i);
+      check_geometry(item, defs[i].geometry);
+      check_material(item, defs[i].material);
+      check_options(item, defs[i].options);
+      const Pose& pose = defs[i].options.local_pose;
+      made.forms.push_back(
+          {defs[i].geometry, defs[i].material.density, {pose.position, normalize(pose.rotation)}});
+      made.hulls.push_back(acquire_hull(item, data.hulls, defs[i].geometry));
+    }
+  } catch (...) {
+    drop_hulls(data.hulls, made.hulls, old_hulls);
+    throw;
+  }
+  return made;
+}
+
+// The shapes come to the body's list in their order.
+void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef> defs,
+         std::span<ShapeId> ids) {
+  Shapes& shapes = data.shapes;
+  const std::size_t old_rows = shapes.flags.size(), old_hulls = data.hulls.shared.size();
+  check_room(call, "shapes", old_rows, defs.size());
+  const SlotPlan plan(shapes.free_slots, old_rows, defs.size());
+  NewShapes made = check_new(call, data, defs);
+  const ShapeChange change{-1, made.forms};
+  BodyMass mass;
+  try {
+    mass = mass_after(call, data, body, given_type(data.bodies, body),
+                      data.bodies.flags[static_cast<std::size_t>(body)], change);
+    grow(shapes, old_rows + defs.size() - plan.from_free);
+  } catch (...) {
+    drop_hulls(data.hulls, made.hulls, old_hulls);
+    throw;
+  }
+  follow_change(data, body, change);
+  wake_body(data, body);
+  const bool has_core = data.bodies.unplaced[static_cast<std::size_t>(body)] == 0;
+  for (std::size_t i = 0; i < defs.size(); ++i) {
+    const std::int32_t shape = plan.slot(shapes.free_slots, i);
+    ShapeOptions options = defs[i].options;
+    options.local_pose = made.forms[i].local_pose;
+    write_shape(data, shape, defs[i].geometry, made.hulls[i], defs[i].material, options);
+    link_shape(data, shape, body);
+    ids[i] = commit_shape(shapes, shape);
+    if (has_core) extend_core(data, body, shape);
+  }
+  take_slots(shapes, plan);
+  apply_mass(data, body, mass);
+  data.contacts.pairs_stale = true;
+}
+
+}  // namespace
+
+ShapeId World::add_shape(BodyId body, const Geometry& geometry, const Material& material,
+                         const ShapeOptions& options) {
+  constexpr Call call{"add_shape"};
+  const FpEnvironment environment;
+  WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::add_shape> telling(data, body, geometry, material, options);
+  const std::int32_t row = checked_row(call, data.bodies, body);
+  const ShapeDef def{geometry, material, options};
+  ShapeId id;
+  add(call, data, row, {&def, 1}, {&id, 1});
+  return id;
+}
+
+void World::add_shapes(BodyId body, std::span<const ShapeDef> defs, std::span<ShapeId> ids) {
+  constexpr Call call{"add_shapes"};
+  const FpEnvironment environment;
+  if (ids.size() != defs.size()) {
+    fail(call, "room for " + std::to_string(ids.size()) + " ids, but " + std::to_string(defs.size()) +
+                   " definitions");
+  }
+  WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::add_shapes> telling(data, body, defs);
+  const std::int32_t row = checked_row(call, data.bodies, body);
+  if (!defs.empty()) add(call, data, row, defs, ids);
+}
+
+void World::destroy_shape(ShapeId shape) {
+  constexpr Call call{"destroy_shape"};
+  const ShapeRow s = at(call, data_, shape);
+  const Telling<RecordedCall::destroy_shape> telling(s.data, shape);
+  const BodyMass mass = mass_after_change(call, s, {});
+  follow_change(s.data, s.body, {s.shape, {}});
+  unlink_shape(s.data, s.shape);
+  bury_shape(s.data, s.shape);
+  apply_mass(s.data, s.body, mass);
+  leave_core(s.data, s.body);
+  wake_body(s.data, s.body);
+}
+
+bool World::is_alive(ShapeId shape) const noexcept {
+  if (data_ == nullptr) return false;
+  const Shapes& shapes = data_->shapes;
+  return shape.index < shapes.flags.size() && shapes.generation[shape.index] == shape.generation &&
+         (shapes.flags[shape.index] & kShapeAlive) != 0;
+}
+
+std::size_t World::shape_count() const noexcept { return data_ != nullptr ? data_->shapes.alive : 0; }
+
+BodyId World::body_of(ShapeId shape) const {
+  const ShapeRow s = at({"body_of"}, data_, shape);
+  return {static_cast<std::uint32_t>(s.body), s.data.bodies.generation[static_cast<std::size_t>(s.body)]};
+}
+
+Geometry World::geometry(ShapeId shape) const {
+  const ShapeRow s = at({"geometry"}, data_, shape);
+  return geometry_of(s.data, s.shape);
+}
+
+void World::set_geometry(ShapeId shape, const Geometry& geometry) {
+  constexpr Call call{"set_geometry"};
+  const ShapeRow s = at(call, data_, shape);
+  const Telling<RecordedCall::set_geometry> telling(s.data, shape, geometry);
+  check_geometry(call, geometry);
+  ShapeForm form = form_of(s);
+  form.geometry = geometry;
+  const BodyMass mass = mass_after_change(call, s, {&form, 1});
+  const std::int32_t hull = acquire_hull(call, s.data.hulls, geometry);
+  follow_change(s.data, s.body, {s.shape, {&form, 1}});
+  release_hull(s.data.hulls, s.shapes.hull[s.row]);
+  write_extent(s.data, s.shape, geometry, hull);
+  place_shape_in_body(s.data, s.shape);
+  apply_mass(s.data, s.body, mass);
+  leave_core(s.data, s.body);
+  reconsider(s, kShapeNew);
+}
+
+Material World::material(ShapeId shape) const {
+  const ShapeRow s = at({"material"}, data_, shape);
+  const MaterialRow& row = s.shapes.material[s.row];
+  return {
+      .friction = row.friction,
+      .restitution = row.restitution,
+      .rolling_resistance = row.rolling_resistance,
+      .density = s.shapes.density[s.row],
+      .patch_radius = row.patch_radius == kAutomaticPatch ? std::nullopt : std::optional(row.patch_radius),
+      .surface_velocity = to_vec3(row.surface_velocity),
+      .friction_mix = static_cast<MixRule>(row.rules & 0xff),
+      .restitution_mix = static_cast<MixRule>(row.rules >> 8 & 0xff)};
+}
+
+void World::set_material(ShapeId shape, const Material& material) {
+  constexpr Call call{"set_material"};
+  const ShapeRow s = at(call, data_, shape);
+  const Telling<RecordedCall::set_material> telling(s.data, shape, material);
+  check_material(call, material);
+  if (material.density != s.shapes.density[s.row]) {
+    ShapeForm form = form_of(s);
+    form.density = material.density;
+    const BodyMass mass = mass_after_change(call, s, {&form, 1});
+    follow_change(s.data, s.body, {s.shape, {&form, 1}});
+    apply_mass(s.data, s.body, mass);
+  }
+  write_material(s.shapes, s.shape, material);
+  mark_dirty(s.shapes, s.shape);
+  s.data.contacts.manifolds_stale = true;  // recycled ones would keep the old surface
+  request_wake(s.data, s.shape);
+  wake_body(s.data, s.body);
+}
+
+Filter World::filter(ShapeId shape) const {
+  const ShapeRow s = at({"filter"}, data_, shape);
+  return s.shapes.filter[s.row];
+}
+
+void World::set_filter(ShapeId shape, const Filter& filter) {
+  const ShapeRow s = at({"set_filter"}, data_, shape);
+  const Telling<RecordedCall::set_filter> telling(s.data, shape, filter);
+  s.shapes.filter[s.row] = filter;
+  reconsider(s, kShapeDirty);
+}
+
+// Where there are more than that many, all are as good.
+void note_asked(Events& events, std::int32_t shape, std::size_t most) {
+  if (events.asked_of.size() < most) {
+    events.asked_of.push_back(shape);
+  } else {
+    events.asked_of_all = true;
+  }
+}
+
+ContactEvents World::contact_events(ShapeId shape) const {
+  const ShapeRow s = at({"contact_events"}, data_, shape);
+  return s.shapes.events[s.row];
+}
+
+void World::set_contact_events(ShapeId shape, ContactEvents events) {
+  constexpr Call call{"set_contact_events"};
+  const ShapeRow s = at(call, data_, shape);
+  const Telling<RecordedCall::set_contact_events> telling(s.data, shape, events);
+  check_events(call, events);
+  if (events != s.shapes.events[s.row]) note_asked(s.data.events, s.shape, s.shapes.flags.size());
+  s.shapes.asking +=
+      (events != ContactEvents::none ? 1 : 0) - (s.shapes.events[s.row] != ContactEvents::none ? 1 : 0);
+  s.shapes.events[s.row] = events;
+}
+
+Pose World::local_pose(ShapeId shape) const {
+  const ShapeRow s = at({"local_pose"}, data_, shape);
+  return s.shapes.given_pose[s.row];
+}
+
+void World::set_local_pose(ShapeId shape, const Pose& given) {
+  constexpr Call call{"set_local_pose"};
+  const ShapeRow s = at(call, data_, shape);
+  const Pose pose = given;  // which may be an entry of poses()
+  const Telling<RecordedCall::set_local_pose> telling(s.data, shape, pose);
+  check_pose(call, "position", "rotation", pose, kMaxLocalPosition);
+  ShapeForm form = form_of(s);
+  form.local_pose = {pose.position, normalize(pose.rotation)};
+  const BodyMass mass = mass_after_change(call, s, {&form, 1});
+  follow_change(s.data, s.body, {s.shape, {&form, 1}});
+  s.shapes.given_pose[s.row] = form.local_pose;
+  place_shape_in_body(s.data, s.shape);
+  apply_mass(s.data, s.body, mass);
+  leave_core(s.data, s.body);
+  s.data.contacts.manifolds_stale = true;  // recycling compares the poses of bodies, not of shapes
+  reconsider(s, kShapeDirty);
+}
+
+std::uint64_t World::user_data(ShapeId shape) const {
+  const ShapeRow s = at({"user_data"}, data_, shape);
+  return s.shapes.user_data[s.row];
+}
+
+void World::set_user_data(ShapeId shape, std::uint64_t user_data) {
+  const ShapeRow s = at({"set_user_data"}, data_, shape);
+  const Telling<RecordedCall::set_shape_user_data> telling(s.data, shape, user_data);
+  s.shapes.user_data[s.row] = user_data;
+}
+
+std::size_t World::shapes_of(BodyId body, std::span<ShapeId> out) const {
+  constexpr Call call{"shapes_of"};
+  const WorldData& data = opened(call, data_);
+  const auto first = data.bodies.first_shape[static_cast<std::size_t>(checked_row(call, data.bodies, body))];
+  const auto next = [&](std::int32_t shape) { return data.shapes.next[static_cast<std::size_t>(shape)]; };
+  std::size_t count = 0;
+  for (std::int32_t shape = first; shape >= 0; shape = next(shape)) ++count;
+  std::size_t place = count;  // the list is newest first
+  for (std::int32_t shape = first; shape >= 0; shape = next(shape)) {
+    --place;
+    if (place >= out.size()) continue;
+    const auto row = static_cast<std::size_t>(shape);
+    out[place] = {static_cast<std::uint32_t>(shape), data.shapes.generation[row]};
+  }
+  return count;
+}
+
+}  // namespace scree

@@ -1,0 +1,158 @@
+// The world as a whole: its life, its settings, its columns and its memory. Bodies, shapes and bulk creation
+// have files of their own.
+#include <core/state/recording_format/recorded_calls.h>
+#include <core/world/check.h>
+#include <core/world/edit.h>
+#include <core/world/state_table.h>
+#include <core/world/wake.h>
+#include <scree/world.h>
+
+#include <cstddef>
+#include <string>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+// The fixed world's row and the empty ones beside it: identity poses, no velocity, no inertia.
+void make_reserved_rows(Bodies& bodies) {
+  bodies.resize(static_cast<std::size_t>(kFirstBody));
+  for (std::size_t row = 0; row < static_cast<std::size_t>(kFirstBody); ++row) {
+    bodies.type[row] = BodyType::fixed;
+    bodies.pose[row].rotation[3] = 1.0f;
+    bodies.transform[row] = Pose{};
+    bodies.delta[row].rotation[3] = 1.0f;
+    bodies.first_shape[row] = -1;
+    bodies.first_joint[row] = -1;
+  }
+}
+
+}  // namespace
+
+WorldData& internals(World& world, const char* call) {
+  if (world.data_ == nullptr) throw Error(std::string(call) + ": the world has been moved from");
+  return *world.data_;
+}
+const WorldData& internals(const World& world, const char* call) {
+  return internals(const_cast<World&>(world), call);
+}
+
+World::World(const WorldSettings& settings) {
+  check_settings({"World"}, settings);
+  data_ = std::make_unique<WorldData>();
+  data_->settings = settings;
+  make_reserved_rows(data_->bodies);
+}
+
+World::~World() = default;
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+
+const WorldSettings& World::settings() const { return opened({"settings"}, data_).settings; }
+
+void World::set_settings(const WorldSettings& settings) {
+  constexpr Call call{"set_settings"};
+  WorldData& data = opened(call, data_);
+  const Telling<RecordedCall::set_settings> telling(data, settings);
+  check_settings(call, settings);
+  // What rested under the old gravity may fall under the new one; without sleep nobody may rest.
+  const bool wakes =
+      settings.gravity != data.settings.gravity || (data.settings.sleeping && !settings.sleeping);
+  // A timer may have run to more than the new time for a body that has begun to move.
+  if (settings.sleep_time < data.settings.sleep_time) {
+    for (std::size_t row = 0; row < data.bodies.sleep_time.size(); ++row) {
+      if (data.bodies.sleep_time[row] == 0.0f) continue;
+      data.bodies.sleep_time[row] = 0.0f;
+      data.bodies.marks.mark(static_cast<std::int32_t>(row));
+    }
+  }
+  if (settings.contact_events != data.settings.contact_events) data.events.asked_of_all = true;
+  data.settings = settings;
+  if (!wakes) return;
+  for (std::size_t row = 0; row < data.bodies.flags.size(); ++row)
+    wake_body(data, static_cast<std::int32_t>(row));
+}
+
+const StepStats& World::stats() const { return opened({"stats"}, data_).stats; }
+
+std::span<const Pose> World::poses() const noexcept {
+  if (data_ == nullptr) return {};
+  return data_->bodies.transform.span();
+}
+
+std::span<const Velocity> World::velocities() const noexcept {
+  static_assert(sizeof(Velocity) == sizeof(VelocityRow) && alignof(Velocity) == alignof(VelocityRow));
+  static_assert(offsetof(Velocity, linear) == offsetof(VelocityRow, linear) &&
+                offsetof(Velocity, angular) == offsetof(VelocityRow, angular));
+  if (data_ == nullptr) return {};
+  const Column<VelocityRow>& rows = data_->bodies.velocity;
+  return {reinterpret_cast<const Velocity*>(rows.data()), rows.size()};
+}
+
+std::span<const ContactEvent> World::contact_begins() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.begins).span();
+}
+
+std::span<const ContactEvent> World::contact_persists() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.persists).span();
+}
+
+std::span<const ContactEnd> World::contact_ends() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.ends).span();
+}
+
+std::span<const BodyId> World::restored_bodies() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.restored).span();
+}
+
+std::span<const BodyId> World::frozen_bodies() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.frozen).span();
+}
+
+std::span<const BodyId> World::sleep_begins() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.sleep_begins).span();
+}
+
+std::span<const BodyId> World::sleep_ends() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.sleep_ends).span();
+}
+
+std::span<const JointId> World::broken_joints() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.broken).span();
+}
+
+std::span<const JointId> World::destroyed_joints() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.destroyed).span();
+}
+
+MemoryUse World::memory_use() const {
+  MemoryUse use;
+  if (data_ == nullptr) return use;
+  for_each_column_size(*data_,
+                       [&use](ColumnKind kind, const char*, const char*, std::size_t, std::size_t capacity) {
+                         switch (kind) {
+                           case ColumnKind::state:
+                             use.state += capacity;
+                             break;
+                           case ColumnKind::derived:
+                             use.derived += capacity;
+                             break;
+                           case ColumnKind::scratch:
+                             use.scratch += capacity;
+                             break;
+                         }
+                       });
+  return use;
+}
+
+}  // namespace scree

@@ -1,0 +1,52 @@
+// The end of a step: the motion since its beginning becomes the new poses, and everything that follows from a
+// pose is made anew: transforms for the caller, bounds for the next pairs, sleep timers, energy.
+#include <parallel/constraints/constraints.h>
+#include <parallel/stages.h>
+
+namespace scree {
+
+namespace {
+
+constexpr int kBodyChunk = 512;  // bodies of one task
+
+}  // namespace
+
+void finish_step(WorldData& data, float dt, Crew& crew) {
+  Constraints& constraints = constraints_of(data);
+  Bodies& bodies = data.bodies;
+  const int moving = static_cast<int>(constraints.moving.size());
+  const std::size_t dynamic_count = bodies.awake.size();
+  constraints.kinetic_energy.resize_discarding(constraints.moving.size());
+  constraints.broken.resize_discarding(constraints.moving.size());
+
+  constraints.finish_sums.resize_discarding(static_cast<std::size_t>((moving + kBodyChunk - 1) / kBodyChunk));
+
+  const simd::BodyArgs args = body_args(data, dt);
+  crew.run_ranges(moving, kBodyChunk, [&](int begin, int end, int) {
+    crew.kernels().body.finish(args, begin, end);
+    FinishSum sum{};
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      bodies.force[static_cast<std::size_t>(constraints.moving[i])] = ForceRow{};
+      if (i < dynamic_count) sum.kinetic_energy += static_cast<double>(constraints.kinetic_energy[i]);
+      sum.restored += constraints.broken[i];
+    }
+    constraints.finish_sums[static_cast<std::size_t>(begin / kBodyChunk)] = sum;
+  });
+
+  // In the order of the chunks, so that the sum has the same bits for every thread count.
+  FinishSum all{};
+  for (const FinishSum& sum : constraints.finish_sums) {
+    all.kinetic_energy += sum.kinetic_energy;
+    all.restored += sum.restored;
+  }
+  data.stats.kinetic_energy = all.kinetic_energy;
+  data.stats.restored_bodies = all.restored;
+  data.stats.awake_bodies = static_cast<std::int64_t>(dynamic_count);
+  update_bounds(data, dt, crew);
+  if (data.stats.restored_bodies > 0) {
+    freeze_broken(data);
+    data.recording.hash.reset();
+  }
+}
+
+}  // namespace scree

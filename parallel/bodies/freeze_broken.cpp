@@ -1,0 +1,135 @@
+// Bodies whose state became non-finite, which the kernels have put back at rest: lists them, and freezes
+// those at fault, that they do not break again in every step and take along what they touch. Rare.
+//
+// At fault is a body that broke by its own motion, before any contact had acted: by what it was given.
+// Through contacts it breaks others, who are innocent. Where of bodies that broke together, joined by
+// contacts, none broke by itself, those are at fault that no contact can reckon with: too light or too heavy
+// for where they are touched. If there are none either, those that have joints: these may be asked to hold
+// what can not be held, contacts are not. If there are none either, nobody can tell who began, and all are at
+// fault.
+#include <core/world/edit.h>
+#include <parallel/constraints/constraints.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace scree {
+
+namespace {
+
+constexpr std::int32_t kSound = -1;
+
+// Broken bodies that contacts and joints join. Every body has a parent of lower index in its group; a root is
+// its own.
+class Groups {
+ public:
+  Groups(std::size_t bodies, const Column<BodyId>& broken) : parent_(bodies, kSound) {
+    for (const BodyId& body : broken) parent_[body.index] = static_cast<std::int32_t>(body.index);
+  }
+  bool is_broken(std::int32_t body) const { return parent_[static_cast<std::size_t>(body)] != kSound; }
+  std::int32_t root(std::int32_t body) {
+    while (parent(body) != body) {
+      parent(body) = parent(parent(body));
+      body = parent(body);
+    }
+    return body;
+  }
+  void unite(std::int32_t a, std::int32_t b) {
+    a = root(a);
+    b = root(b);
+    parent(std::max(a, b)) = std::min(a, b);
+  }
+
+ private:
+  std::int32_t& parent(std::int32_t body) { return parent_[static_cast<std::size_t>(body)]; }
+  std::vector<std::int32_t> parent_;
+};
+
+void list_restored(WorldData& data, const Constraints& constraints) {
+  Column<BodyId>& restored = data.events.restored;
+  for (std::size_t i = 0; i < constraints.broken.size(); ++i) {
+    if (constraints.broken[i] == 0) continue;
+    const auto body = static_cast<std::uint32_t>(constraints.moving[i]);
+    restored.push_back({body, data.bodies.generation[body]});
+  }
+  std::sort(restored.begin(), restored.end());  // kinematic bodies stand behind the dynamic ones
+}
+
+// How much reason there is to blame a body.
+enum class Fault : std::uint8_t { none, jointed, extreme, alone };
+
+// Nothing but its own velocity moves a kinematic body.
+bool broke_alone(const Bodies& bodies, std::size_t body) {
+  return bodies.type[body] == BodyType::kinematic || (bodies.touched[body] & kBrokenAlone) != 0;
+}
+
+// Whether what a push of 1 N s at the distance does to the body's speed there, m/s, is out of the range in
+// which the product of two such numbers is a float.
+bool is_extreme(const InertiaRow& inverse, float distance) {
+  constexpr float kLeast = 1e-18f, kMost = 1e18f;
+  const float* i = inverse.inverse_inertia;
+  const float answer = inverse.inverse_mass + distance * distance * (i[0] + i[3] + i[5]);
+  return !(answer >= kLeast && answer <= kMost);
+}
+
+// The farthest point of a contact from a center of mass, or farther.
+float reach_of(const Manifold& manifold, const float (&arm)[3]) {
+  float farthest = 0.0f;
+  for (int k = 0; k < kMaxManifoldPoints; ++k) {
+    farthest = std::max(farthest, std::abs(manifold.point_u[k]) + std::abs(manifold.point_v[k]));
+  }
+  return length(to_vec3(arm)) + farthest;
+}
+
+// Looks at the contacts and joints of broken bodies: who is joined, and who is extreme.
+void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& faults) {
+  const Bodies& bodies = data.bodies;
+  const auto judge = [&](std::int32_t body, const Manifold& manifold, const float(&arm)[3]) {
+    const auto row = static_cast<std::size_t>(body);
+    if (!groups.is_broken(body) || bodies.type[row] != BodyType::dynamic) return;
+    if (is_extreme(bodies.local_mass[row], reach_of(manifold, arm))) faults[row] = Fault::extreme;
+  };
+  for (const std::int32_t contact : data.contacts.touching) {
+    const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(contact)];
+    const std::int32_t a = manifold.row_a, b = manifold.row_b;
+    judge(a, manifold, manifold.arm_a);
+    judge(b, manifold, manifold.arm_b);
+    if (groups.is_broken(a) && groups.is_broken(b)) groups.unite(a, b);
+  }
+  for (const std::int32_t joint : data.joints.active) {
+    const JointBodies ends = data.joints.bodies[static_cast<std::size_t>(joint)];
+    for (const std::int32_t body : {ends.a, ends.b}) {
+      Fault& fault = faults[static_cast<std::size_t>(body)];
+      if (groups.is_broken(body)) fault = std::max(fault, Fault::jointed);
+    }
+    if (groups.is_broken(ends.a) && groups.is_broken(ends.b)) groups.unite(ends.a, ends.b);
+  }
+}
+
+}  // namespace
+
+void freeze_broken(WorldData& data) {
+  list_restored(data, constraints_of(data));
+  const Bodies& bodies = data.bodies;
+  const Column<BodyId>& restored = data.events.restored;
+  Groups groups(bodies.pose.size(), restored);
+  std::vector<Fault> faults(bodies.pose.size(), Fault::none);
+  judge_contacts(data, groups, faults);
+  std::vector<Fault> worst(bodies.pose.size(), Fault::none);  // of the group, by its root
+  const auto worst_of_group = [&](const BodyId& body) -> Fault& {
+    return worst[static_cast<std::size_t>(groups.root(static_cast<std::int32_t>(body.index)))];
+  };
+  for (const BodyId& body : restored) {
+    Fault& fault = faults[body.index];
+    if (broke_alone(bodies, body.index)) fault = Fault::alone;
+    worst_of_group(body) = std::max(worst_of_group(body), fault);
+  }
+  for (const BodyId& body : restored) {
+    if (faults[body.index] == worst_of_group(body)) data.events.frozen.push_back(body);
+  }
+  for (const BodyId& body : data.events.frozen) freeze(data, static_cast<std::int32_t>(body.index));
+}
+
+}  // namespace scree

@@ -1,0 +1,313 @@
+// Pairs: bounds -> the list of candidate pairs, sorted by (a, b), a < b, and where each stood in the last
+// list.
+//
+// While no shape leaves its fat bounds and no call changes anything, the list is kept. Otherwise it is made
+// anew, from trees of awake, kinematic and frozen shapes that are joined with one another: what a new list
+// contains depends on the bounds alone, never on the trees' order or on how the work was cut.
+//
+// Pairs of two frozen shapes rest in rows of their own, which cost nothing until a shape of theirs wakes or
+// is changed by a call. Then these are pulled out before the new list is made, and those of the new list that
+// rest are put there: what does not change is not looked at.
+#include <core/world/resting_pairs.h>
+#include <parallel/broad_phase/broad_phase.h>
+#include <parallel/broad_phase/merge_pairs.h>
+#include <parallel/crew/list_where.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+constexpr int kPairsPerChunk = 2048;       // 5 to 10 microseconds
+constexpr std::size_t kRowsPerShape = 16;  // at rest, which cost as much to pass over as one shape's to find
+
+// Finds the rows of the new list in the last one. Returns whether both lists are the same.
+bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
+  const Column<ShapePair>& last = data.contacts.pairs.pair;
+  const Column<ShapePair>& list = broad_phase.sorted;
+  Column<std::int32_t>& previous = data.contacts.previous;
+  previous.resize_discarding(list.size());
+  const bool some_new = !broad_phase.dirty.empty();
+  std::atomic<bool> same{list.size() == last.size()};
+  crew.run_ranges(static_cast<int>(list.size()), kPairsPerChunk, [&](int begin, int end, int) {
+    const ShapePair* const behind = last.end();
+    const ShapePair* row =
+        std::lower_bound(last.begin(), behind, list[static_cast<std::size_t>(begin)], comes_before);
+    bool in_place = true;
+    for (int i = begin; i < end; ++i) {
+      const ShapePair pair = list[static_cast<std::size_t>(i)];
+      const std::uint64_t key = key_of(pair);
+      while (row != behind && key_of(*row) < key) ++row;
+      bool found = row != behind && key_of(*row) == key;
+      if (some_new && ((data.shapes.flags[static_cast<std::size_t>(pair.a)] |
+                        data.shapes.flags[static_cast<std::size_t>(pair.b)]) &
+                       kShapeNew) != 0) {
+        found = false;
+      }
+      const std::int32_t before = found ? static_cast<std::int32_t>(row - last.begin()) : -1;
+      previous[static_cast<std::size_t>(i)] = before;
+      in_place = in_place && before == i;
+    }
+    if (!in_place) same.store(false, std::memory_order_relaxed);
+  });
+  return same.load(std::memory_order_relaxed);
+}
+
+// Makes the new list `pairs` and the last one `pairs_before`. Contacts stay where they are: their pairs take
+// their numbers along, and those that nobody takes become free.
+void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  std::swap(contacts.pairs, contacts.pairs_before);
+  PairRows& pairs = contacts.pairs;
+  PairRows& before = contacts.pairs_before;
+  pairs.pair.swap(broad_phase.sorted);
+  const std::size_t count = pairs.pair.size();
+  const bool hulls = !data.hulls.data.empty();
+  pairs.contact.resize_discarding(count);
+  pairs.axis.resize_discarding(hulls ? count : 0);
+  crew.run_ranges(static_cast<int>(count), kPairsPerChunk, [&](int begin, int end, int) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const bool known = contacts.previous[i] >= 0;
+      const auto row = static_cast<std::size_t>(contacts.previous[i]);
+      pairs.contact[i] = known ? std::exchange(before.contact[row], -1) : -1;
+      if (hulls) pairs.axis[i] = known && !before.axis.empty() ? before.axis[row] : ContactAxis{};
+    }
+  });
+  list_where(
+      crew, before.contact.size(), broad_phase.places, broad_phase.lost,
+      [&](std::size_t row) { return before.contact[row] >= 0; },
+      [&](std::size_t row) { return before.contact[row]; });
+  crew.run_ranges(static_cast<int>(broad_phase.lost.size()), kPairsPerChunk, [&](int begin, int end, int) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      contacts.now.points[static_cast<std::size_t>(broad_phase.lost[i])] = 0;
+  });
+  contacts.free_rows.append(std::as_const(broad_phase.lost).span());
+  for (const std::int32_t contact : broad_phase.lost) contacts.marks.mark(contact);
+}
+
+void gather_rows(const PairRows& from, const Column<std::int32_t>& places, PairRows& to, Crew& crew) {
+  const bool hulls = !from.axis.empty();
+  to.pair.resize_discarding(places.size());
+  to.contact.resize_discarding(places.size());
+  to.axis.resize_discarding(hulls ? places.size() : 0);
+  crew.run_ranges(static_cast<int>(places.size()), kPairsPerChunk, [&](int begin, int end, int) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const auto row = static_cast<std::size_t>(places[i]);
+      to.pair[i] = from.pair[row];
+      to.contact[i] = from.contact[row];
+      if (hulls) to.axis[i] = from.axis[row];
+    }
+  });
+}
+
+std::int64_t count_contacts(const PairRows& rows) {
+  return std::count_if(rows.contact.begin(), rows.contact.end(),
+                       [](std::int32_t contact) { return contact >= 0; });
+}
+
+// Lists the rows of `resting` that can not stay there, ascending: of shapes that have left the frozen trees
+// or been changed by a call. These are looked through, or all rows where that is no more, or nobody knows
+// them.
+void list_leaving(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  const Column<ShapePair>& resting = contacts.resting.pair;
+  Column<std::int32_t>& leaving = broad_phase.frozen;
+  const auto leaves = [&](std::int32_t shape) {
+    const auto row = static_cast<std::size_t>(shape);
+    return !is_frozen_tree(broad_phase.tree_of[row]) || broad_phase.is_dirty[row] != 0;
+  };
+  if (broad_phase.all_left || kRowsPerShape * broad_phase.leavers.size() > resting.size()) {
+    contacts.resting_looks += static_cast<std::int64_t>(resting.size());
+    list_where(crew, resting.size(), broad_phase.places, leaving,
+               [&](std::size_t row) { return leaves(resting[row].a) || leaves(resting[row].b); });
+    return;
+  }
+  leaving.clear();
+  for (const std::int32_t shape : broad_phase.leavers) {
+    if (!leaves(shape)) continue;
+    for_each_resting(data, shape, [&](std::int32_t row, std::int32_t other) {
+      if (shape < other || !leaves(other)) leaving.push_back(row);  // once, where both do
+    });
+  }
+  std::sort(leaving.begin(), leaving.end());
+}
+
+// Takes the pairs that can not go on resting as they are out of `resting`: one of the shapes has left its
+// tree or been changed by a call. They are pairs of the last list again. Returns whether there are any.
+bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  PairRows& pulled = broad_phase.pulled;
+  if (contacts.resting.pair.empty() || (broad_phase.leavers.empty() && !broad_phase.all_left)) return false;
+  list_leaving(data, broad_phase, crew);
+  if (broad_phase.frozen.empty()) return false;
+  broad_phase.by_pair.resize_discarding(broad_phase.frozen.size());
+  std::copy(broad_phase.frozen.begin(), broad_phase.frozen.end(), broad_phase.by_pair.begin());
+  sort_by_pair(broad_phase, contacts.resting.pair, broad_phase.by_pair, crew);
+  gather_rows(contacts.resting, broad_phase.by_pair, pulled, crew);
+  move_touching(data, broad_phase.by_pair);
+  remove_resting(data, broad_phase.frozen);
+  contacts.resting_contacts -= count_contacts(pulled);
+  PairRows& all = contacts.pairs_before;
+  const PairRows* const lists[] = {&contacts.pairs, &pulled};
+  const std::size_t count = lists[0]->pair.size() + lists[1]->pair.size();
+  const bool hulls = !lists[0]->axis.empty() || !lists[1]->axis.empty();
+  all.pair.resize_discarding(count);
+  all.contact.resize_discarding(count);
+  all.axis.resize_discarding(hulls ? count : 0);
+  merge_pairs(lists[0]->pair, lists[1]->pair, crew, [&](std::size_t place, bool rests, std::size_t row) {
+    const PairRows& from = *lists[rests ? 1 : 0];
+    all.pair[place] = from.pair[row];
+    all.contact[place] = from.contact[row];
+    if (hulls) all.axis[place] = from.axis.empty() ? ContactAxis{} : from.axis[row];
+  });
+  std::swap(contacts.pairs, contacts.pairs_before);
+  return true;
+}
+
+// The pairs of two frozen shapes go from `pairs` to `resting`; `previous` goes along with the others.
+void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  const Column<ShapePair>& all = contacts.pairs.pair;
+  const auto rests = [&](std::size_t row) {
+    return is_frozen_tree(broad_phase.tree_of[static_cast<std::size_t>(all[row].a)]) &&
+           is_frozen_tree(broad_phase.tree_of[static_cast<std::size_t>(all[row].b)]);
+  };
+  list_where(crew, all.size(), broad_phase.places, broad_phase.frozen, rests);
+  if (broad_phase.frozen.empty()) return;
+  list_where(crew, all.size(), broad_phase.places, broad_phase.moving,
+             [&](std::size_t row) { return !rests(row); });
+  gather_rows(contacts.pairs, broad_phase.frozen, broad_phase.pulled, crew);
+  gather_rows(contacts.pairs, broad_phase.moving, contacts.pairs_before, crew);
+  std::swap(contacts.pairs, contacts.pairs_before);
+  add_resting(data, broad_phase.pulled);
+  contacts.resting_contacts += count_contacts(broad_phase.pulled);
+  const Column<std::int32_t>& moving = broad_phase.moving;
+  broad_phase.moving_previous.resize_discarding(moving.size());
+  crew.run_ranges(static_cast<int>(moving.size()), kPairsPerChunk, [&](int begin, int end, int) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      broad_phase.moving_previous[i] = contacts.previous[static_cast<std::size_t>(moving[i])];
+  });
+  contacts.previous.swap(broad_phase.moving_previous);
+}
+
+// Fixed shapes that a call has made or moved may lie on sleepers, and frozen trees are not joined with one
+// another: for the list that is coming they count as kinematic. Returns whether there are any.
+bool lend_arrivals(WorldData& data, BroadPhase& broad_phase, TreeKind from, TreeKind to) {
+  bool any = false;
+  for (const std::int32_t shape : broad_phase.dirty) {
+    const auto index = static_cast<std::size_t>(shape);
+    if ((data.shapes.flags[index] & kShapeAlive) == 0 || data.shapes.tree[index] != from) continue;
+    if (data.bodies.type[static_cast<std::size_t>(data.shapes.body[index])] != BodyType::fixed) continue;
+    data.shapes.tree[index] = to;
+    broad_phase.changed.push_back(shape);
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace
+
+BroadPhase& broad_phase_of(WorldData& data) {
+  if (data.broad_phase == nullptr) data.broad_phase = std::make_unique<BroadPhase>();
+  return static_cast<BroadPhase&>(*data.broad_phase);
+}
+
+void find_pairs(WorldData& data, Crew& crew) {
+  BroadPhase& broad_phase = broad_phase_of(data);
+  Contacts& contacts = data.contacts;
+  update_dirty_bounds(data, broad_phase, data.last_dt, crew);
+  const bool arrivals =
+      data.bodies.asleep > 0 && lend_arrivals(data, broad_phase, TreeKind::frozen, TreeKind::kinematic);
+  const bool members_changed = update_members(data, broad_phase, crew);
+  contacts.list_kept = true;
+  contacts.resting_kept = contacts.resting.pair.size();
+  if (members_changed || contacts.pairs_stale || broad_phase.bounds_left.load(std::memory_order_relaxed)) {
+    broad_phase.is_dirty.resize(data.shapes.flags.size());
+    for (const std::int32_t shape : broad_phase.dirty)
+      broad_phase.is_dirty[static_cast<std::size_t>(shape)] = 1;
+    refit_trees(data, broad_phase, crew);
+    const bool pulled = pull_rows(data, broad_phase, crew);
+    contacts.resting_kept = contacts.resting.pair.size();
+    // Some of the last list's pairs may rest from now on, or again.
+    const bool parts = pulled || (data.bodies.asleep > 0 && !contacts.pairs.pair.empty() &&
+                                  (members_changed || contacts.pairs_stale || !broad_phase.dirty.empty()));
+    const std::int64_t pairs = join_trees(data, broad_phase, parts, crew);
+    sort_pairs(broad_phase, data.shapes.flags.size(), pairs, crew);
+    contacts.list_kept = match_rows(data, broad_phase, crew) && !parts;
+    if (!contacts.list_kept) swap_lists(data, broad_phase, crew);
+    if (parts) part_lists(data, broad_phase, crew);
+    if (arrivals) lend_arrivals(data, broad_phase, TreeKind::kinematic, TreeKind::frozen);
+    for (const std::int32_t shape : broad_phase.dirty) {
+      const auto index = static_cast<std::size_t>(shape);
+      broad_phase.is_dirty[index] = 0;
+      data.shapes.flags[index] = static_cast<std::uint8_t>(data.shapes.flags[index] & ~kShapeNew);
+      data.shapes.marks.mark(shape);
+    }
+    broad_phase.dirty.clear();
+    broad_phase.bounds_left.store(false, std::memory_order_relaxed);
+    contacts.pairs_stale = false;
+  }
+  data.stats.pairs = static_cast<std::int64_t>(contacts.pairs.pair.size() + contacts.resting.pair.size());
+}
+
+void BroadPhase::forget() noexcept {
+  bounds_left.store(true, std::memory_order_relaxed);
+  tree_of.clear();  // so that all shapes join their trees
+  changed.clear();
+  for (PairTree& tree : trees) tree.clear();
+  dirty.clear();
+  is_dirty.clear();  // marks of a step that ran out of memory
+}
+
+void BroadPhase::report(const Visit& visit) const {
+  const auto column = [&](ColumnKind kind, const char* name, const auto& rows) {
+    visit(kind, name, rows.data(), rows.size() * sizeof(*rows.data()), rows.capacity_bytes());
+  };
+  const bool left = bounds_left.load(std::memory_order_relaxed);
+  visit(ColumnKind::derived, "bounds_left", &left, sizeof(left), 0);
+  column(ColumnKind::derived, "tree_of", tree_of);
+  column(ColumnKind::derived, "slot_of", slot_of);
+  column(ColumnKind::derived, "changed", changed);
+  column(ColumnKind::scratch, "arrivals", arrivals);
+  for (const Column<std::int32_t>& shapes : joined) column(ColumnKind::scratch, "joined", shapes);
+  column(ColumnKind::scratch, "gathered", gathered);
+  column(ColumnKind::scratch, "part", part);
+  column(ColumnKind::scratch, "thinned", thinned);
+  column(ColumnKind::scratch, "leavers", leavers);
+  for (const PairTree& tree : trees) {
+    column(ColumnKind::derived, "order", tree.order);
+    column(ColumnKind::derived, "leaves", tree.leaves);
+    for (const Column<simd::NodeBlock>& nodes : tree.nodes) column(ColumnKind::derived, "nodes", nodes);
+  }
+  column(ColumnKind::scratch, "dirty", dirty);
+  column(ColumnKind::scratch, "is_dirty", is_dirty);
+  column(ColumnKind::scratch, "fast", fast);
+  column(ColumnKind::scratch, "fast_hits", fast_hits);
+  column(ColumnKind::scratch, "fast_counts", fast_counts);
+  column(ColumnKind::scratch, "spreads", spreads);
+  column(ColumnKind::scratch, "sort_keys", sort_keys);
+  column(ColumnKind::scratch, "sort_keys_other", sort_keys_other);
+  column(ColumnKind::scratch, "digit_counts", digit_counts);
+  for (const Column<ShapePair>& pairs : found) column(ColumnKind::scratch, "found", pairs);
+  column(ColumnKind::scratch, "bucket_counts", bucket_counts);
+  column(ColumnKind::scratch, "bucket_begins", bucket_begins);
+  column(ColumnKind::scratch, "bucket_is_heavy", bucket_is_heavy);
+  column(ColumnKind::scratch, "owner_begins", owner_begins);
+  column(ColumnKind::scratch, "bucketed", bucketed);
+  column(ColumnKind::scratch, "others", others);
+  column(ColumnKind::scratch, "sorted", sorted);
+  column(ColumnKind::scratch, "lost", lost);
+  column(ColumnKind::scratch, "moving", moving);
+  column(ColumnKind::scratch, "frozen", frozen);
+  column(ColumnKind::scratch, "by_pair", by_pair);
+  column(ColumnKind::scratch, "moving_previous", moving_previous);
+  column(ColumnKind::scratch, "pulled_pair", pulled.pair);
+  column(ColumnKind::scratch, "pulled_contact", pulled.contact);
+  column(ColumnKind::scratch, "pulled_axis", pulled.axis);
+  column(ColumnKind::scratch, "places", places);
+}
+
+}  // namespace scree

@@ -1,0 +1,158 @@
+// Joins of the broad phase: trees -> pairs, unordered and chunk by chunk, for sort_pairs. Pairs between two
+// frozen shapes are not looked for; those of the last list are carried over while both stay frozen.
+#include <core/constraints/joint_rows.h>
+#include <core/world/pair_key.h>
+#include <parallel/broad_phase/broad_phase.h>
+
+#include <algorithm>
+#include <limits>
+#include <new>
+
+namespace scree {
+
+namespace {
+
+constexpr int kBlocksPerChunk = 8;        // of 16 shapes: 10 to 20 microseconds
+constexpr int kRowsPerChunk = 4096;       // of the last list
+constexpr std::size_t kFirstPairs = 512;  // room that a chunk starts with
+
+bool same_or_never(const Filter& x, const Filter& y) {
+  if (x.group != 0 && x.group == y.group) return x.group < 0;
+  return (x.mask & y.category) == 0 || (y.mask & x.category) == 0;
+}
+
+// Pairs of the query blocks [begin, end) with one tree, behind the rows that `pairs` holds. `pairs` keeps its
+// whole capacity as its size; returns the number of rows that count.
+std::int64_t join_blocks(const WorldData& data, const PairTree& query, const PairTree& target, int begin,
+                         int end, bool filter_all, std::int64_t count, Column<ShapePair>& pairs, Crew& crew) {
+  if (target.levels == 0) return count;
+  simd::JoinTask task{};
+  task.query = query.leaves.data();
+  task.query_boxes = query.nodes[0].data();
+  task.target.leaves = target.leaves.data();
+  for (int level = 0; level < target.levels; ++level) task.target.nodes[level] = target.nodes[level].data();
+  task.target.levels = target.levels;
+  task.self = &query == &target;
+  simd::JoinState state{begin, count, 0, false};
+  while (true) {
+    task.pairs = pairs.data();
+    task.capacity = static_cast<std::int64_t>(pairs.size());
+    crew.kernels().pair.join(task, end, state);
+    if (state.block == end) break;
+    pairs.resize(static_cast<std::size_t>(state.needed + state.needed / 2));
+  }
+  if (!state.special && !filter_all) return state.count;
+  ShapePair* const first = pairs.data() + count;
+  ShapePair* const last = pairs.data() + state.count;
+  return std::remove_if(first, last, [&](const ShapePair& p) { return !may_collide(data, p.a, p.b); }) -
+         pairs.data();
+}
+
+bool bounds_meet(const BoundsRow& x, const BoundsRow& y) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(x.lower[axis] <= y.upper[axis] && y.lower[axis] <= x.upper[axis])) return false;
+  }
+  return true;
+}
+
+// Rows of the last list whose shapes are still there, still frozen and, where a call has changed one, still
+// near.
+void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin, int end,
+                Column<ShapePair>& pairs) {
+  const bool changed = data.contacts.pairs_stale || !broad_phase.dirty.empty();
+  for (int row = begin; row < end; ++row) {
+    const ShapePair pair = data.contacts.pairs.pair[static_cast<std::size_t>(row)];
+    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+    if (!is_frozen_tree(broad_phase.tree_of[a]) || !is_frozen_tree(broad_phase.tree_of[b])) continue;
+    if (changed) {
+      if (((data.shapes.flags[a] | data.shapes.flags[b]) & kShapeNew) != 0) continue;
+      if (!may_collide(data, pair.a, pair.b)) continue;
+      const bool either_dirty = (broad_phase.is_dirty[a] | broad_phase.is_dirty[b]) != 0;
+      if (either_dirty && !bounds_meet(data.shapes.fat_bounds[a], data.shapes.fat_bounds[b])) continue;
+    }
+    pairs.push_back(pair);
+  }
+}
+
+int chunks_of(int count, int size) { return (count + size - 1) / size; }
+
+// Whether this joint keeps its bodies apart, and they are these.
+bool holds_apart(const Joints& joints, std::int32_t joint, std::int32_t body_a, std::int32_t body_b) {
+  const auto row = static_cast<std::size_t>(joint);
+  const JointBodies ends = joints.bodies[row];
+  return (joints.flags[row] & (kJointEnabled | kJointCollides)) == kJointEnabled &&
+         ((ends.a == body_a && ends.b == body_b) || (ends.a == body_b && ends.b == body_a));
+}
+
+// By a joint whose bodies do not collide: it is in the lists of both, so the shorter one will do.
+bool are_held_apart(const WorldData& data, std::int32_t body_a, std::int32_t body_b) {
+  const Joints& joints = data.joints;
+  std::int32_t of_a = data.bodies.first_joint[static_cast<std::size_t>(body_a)];
+  std::int32_t of_b = data.bodies.first_joint[static_cast<std::size_t>(body_b)];
+  while (of_a >= 0 && of_b >= 0) {
+    if (holds_apart(joints, of_a, body_a, body_b) || holds_apart(joints, of_b, body_a, body_b)) return true;
+    of_a = next_joint(joints, of_a, body_a);
+    of_b = next_joint(joints, of_b, body_b);
+  }
+  return false;
+}
+
+}  // namespace
+
+bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b) {
+  const auto shape_a = static_cast<std::size_t>(a), shape_b = static_cast<std::size_t>(b);
+  const auto body_a = static_cast<std::size_t>(data.shapes.body[shape_a]);
+  const auto body_b = static_cast<std::size_t>(data.shapes.body[shape_b]);
+  if (body_a == body_b) return false;
+  if (data.bodies.type[body_a] != BodyType::dynamic && data.bodies.type[body_b] != BodyType::dynamic)
+    return false;
+  if (same_or_never(data.shapes.filter[shape_a], data.shapes.filter[shape_b])) return false;
+  return !are_held_apart(data, data.shapes.body[shape_a], data.shapes.body[shape_b]);
+}
+
+std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Crew& crew) {
+  const PairTree& awake = broad_phase.trees[kAwakeTree];
+  const PairTree& kinematic = broad_phase.trees[kKinematicTree];
+  const int awake_chunks = chunks_of(awake.leaf_blocks(), kBlocksPerChunk);
+  const int kinematic_chunks = chunks_of(kinematic.leaf_blocks(), kBlocksPerChunk);
+  const auto rows = static_cast<int>(data.contacts.pairs.pair.size());
+  const int chunks = awake_chunks + kinematic_chunks + (carry ? chunks_of(rows, kRowsPerChunk) : 0);
+  std::vector<Column<ShapePair>>& found = broad_phase.found;
+  if (found.size() < static_cast<std::size_t>(chunks)) found.resize(static_cast<std::size_t>(chunks));
+  for (std::size_t unused = static_cast<std::size_t>(chunks); unused < found.size(); ++unused)
+    found[unused].clear();
+
+  crew.run(chunks, [&](int chunk, int) {
+    Column<ShapePair>& pairs = found[static_cast<std::size_t>(chunk)];
+    if (chunk >= awake_chunks + kinematic_chunks) {
+      pairs.clear();
+      const int begin = (chunk - awake_chunks - kinematic_chunks) * kRowsPerChunk;
+      carry_rows(data, broad_phase, begin, std::min(begin + kRowsPerChunk, rows), pairs);
+      return;
+    }
+    pairs.resize_discarding(std::max(pairs.capacity_bytes() / sizeof(ShapePair), kFirstPairs));
+    std::int64_t count = 0;
+    if (chunk < awake_chunks) {
+      const int begin = chunk * kBlocksPerChunk;
+      const int end = std::min(begin + kBlocksPerChunk, awake.leaf_blocks());
+      for (const PairTree& target : std::span(broad_phase.trees).subspan(kAwakeTree)) {
+        count = join_blocks(data, awake, target, begin, end, false, count, pairs, crew);
+      }
+    } else {  // kinematic bodies wake sleeping ones; against fixed ones they have nothing to do
+      const int begin = (chunk - awake_chunks) * kBlocksPerChunk;
+      const int end = std::min(begin + kBlocksPerChunk, kinematic.leaf_blocks());
+      for (const PairTree& frozen : broad_phase.frozen_trees()) {
+        count = join_blocks(data, kinematic, frozen, begin, end, true, count, pairs, crew);
+      }
+    }
+    pairs.resize(static_cast<std::size_t>(count));
+  });
+
+  std::int64_t total = 0;
+  for (const Column<ShapePair>& pairs : found) total += static_cast<std::int64_t>(pairs.size());
+  // Rows are numbered with 32 bits; so many of them would fill some 800 GB.
+  if (total > std::numeric_limits<std::int32_t>::max()) throw std::bad_alloc();
+  return total;
+}
+
+}  // namespace scree

@@ -1,0 +1,86 @@
+// Bounds: poses of bodies -> poses and fat bounds of shapes, and whether any shape left its fat bounds.
+//
+// Runs at the end of each step over the shapes that may have moved, and before pairs are found over the
+// shapes that calls changed. Read by find_pairs, which keeps its list while nobody left.
+#include <core/state/hash.h>
+#include <parallel/broad_phase/broad_phase.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+#include <span>
+
+namespace scree {
+
+namespace {
+
+constexpr int kShapesPerChunk = 256;  // 5 to 10 microseconds
+
+static_assert(static_cast<int>(ShapeType::sphere) == simd::kBoundsSphere);
+static_assert(static_cast<int>(ShapeType::capsule) == simd::kBoundsCapsule);
+static_assert(static_cast<int>(ShapeType::hull) == simd::kBoundsHull);
+static_assert(static_cast<int>(BodyType::fixed) == simd::kBoundsFixedBody);
+static_assert(sizeof(ShapeType) == 1 && sizeof(BodyType) == 1);
+static_assert(sizeof(PoseRow) == 32 && sizeof(VelocityRow) == 32 && sizeof(BoundsRow) == 32 &&
+              sizeof(ExtentRow) == 16);
+
+// With `hashes`, one task more makes the hash of a world that is recorded: poses and velocities are those
+// that the step ends with, and of two threads each loses half of it. Not beside a single chunk of shapes:
+// such worlds step without helpers.
+void update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::int32_t> list, float dt,
+                 bool force, bool hashes, Crew& crew) {
+  if (list.empty()) return;
+  const simd::BoundsTask task{
+      .list = list.data(),
+      .shape_body = data.shapes.body.data(),
+      .shape_type = reinterpret_cast<const std::uint8_t*>(data.shapes.type.data()),
+      .body_type = reinterpret_cast<const std::uint8_t*>(data.bodies.type.data()),
+      .extent = data.shapes.extent.data(),
+      .local_pose = data.shapes.local_pose.data(),
+      .body_pose = data.bodies.pose.data(),
+      .body_velocity = data.bodies.velocity.data(),
+      .shape_pose = data.shapes.pose.data(),
+      .fat_bounds = data.shapes.fat_bounds.data(),
+      .dt = dt,
+      .force = force,
+  };
+  const auto update = crew.kernels().pair.update_bounds;
+  const int count = static_cast<int>(list.size()), first = hashes && count > kShapesPerChunk ? 1 : 0;
+  crew.run((count + kShapesPerChunk - 1) / kShapesPerChunk + first, [&](int chunk, int) {
+    if (chunk < first) {
+      data.recording.hash = hash_of(data.bodies);
+      return;
+    }
+    const int begin = (chunk - first) * kShapesPerChunk, end = std::min(begin + kShapesPerChunk, count);
+    if (update(task, begin, end) > 0) broad_phase.bounds_left.store(true, std::memory_order_relaxed);
+  });
+}
+
+}  // namespace
+
+void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Crew& crew) {
+  Shapes& shapes = data.shapes;
+  if (shapes.dirty.empty()) return;
+  // The list of calls may name shapes that have died since.
+  const std::size_t first = broad_phase.dirty.size();
+  for (const std::int32_t shape : shapes.dirty) {
+    const auto index = static_cast<std::size_t>(shape);
+    const std::uint8_t flags = shapes.flags[index];
+    shapes.flags[index] = static_cast<std::uint8_t>(flags & ~kShapeDirty);
+    shapes.marks.mark(shape);  // of its bounds, too
+    broad_phase.changed.push_back(shape);
+    if ((flags & kShapeAlive) == 0) continue;
+    broad_phase.dirty.push_back(shape);
+  }
+  shapes.dirty.clear();
+  broad_phase.bounds_left.store(true, std::memory_order_relaxed);
+  update_list(data, broad_phase, broad_phase.dirty.span().subspan(first), dt, true, false, crew);
+}
+
+void update_bounds(WorldData& data, float dt, Crew& crew) {
+  BroadPhase& broad_phase = broad_phase_of(data);
+  const bool hashes = data.recording.sink != nullptr;
+  update_list(data, broad_phase, data.shapes.moving.span(), dt, false, hashes, crew);
+  update_dirty_bounds(data, broad_phase, dt, crew);
+}
+
+}  // namespace scree

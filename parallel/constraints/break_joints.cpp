@@ -1,0 +1,62 @@
+// Joints whose reaction in a substep was above their strength: they are disabled, and listed for the caller.
+#include <core/world/edit.h>
+#include <parallel/constraints/constraints.h>
+#include <parallel/crew/crew.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+
+namespace scree {
+
+namespace {
+
+bool has_broken(const Joints& joints, std::int32_t joint) {
+  const JointReactionRow& reaction = joints.reaction[static_cast<std::size_t>(joint)];
+  const JointStrength strength = joints.strength[static_cast<std::size_t>(joint)];
+  return reaction.force_peak_squared > strength.force * strength.force ||
+         reaction.torque_peak_squared > strength.torque * strength.torque;
+}
+
+std::span<const std::int32_t> joints_of(const Constraints& constraints, std::int32_t chunk) {
+  const simd::ConstraintChunk& c = constraints.joint_chunks[static_cast<std::size_t>(chunk)];
+  return constraints.joint_rows.span().subspan(static_cast<std::size_t>(c.first_lane),
+                                               static_cast<std::size_t>(c.lanes));
+}
+
+}  // namespace
+
+void break_joints(WorldData& data, Crew& crew) {
+  Constraints& constraints = constraints_of(data);
+  Joints& joints = data.joints;
+  Column<std::int32_t>& chunks = constraints.breaking_chunks;
+  chunks.clear();
+  for (std::size_t chunk = 0; chunk < constraints.joint_chunks.size(); ++chunk) {
+    if (constraints.joint_chunks[chunk].breaks) chunks.push_back(static_cast<std::int32_t>(chunk));
+  }
+  crew.run(static_cast<int>(chunks.size()), [&](int i, int) {
+    std::int32_t& chunk = chunks[static_cast<std::size_t>(i)];
+    const std::span<const std::int32_t> rows = joints_of(constraints, chunk);
+    if (std::none_of(rows.begin(), rows.end(), [&](std::int32_t joint) { return has_broken(joints, joint); }))
+      chunk = -1;
+  });
+  Column<JointId>& broken = data.events.broken;
+  for (const std::int32_t chunk : chunks) {
+    if (chunk < 0) continue;
+    for (const std::int32_t joint : joints_of(constraints, chunk)) {
+      const auto row = static_cast<std::size_t>(joint);
+      if (has_broken(joints, joint))
+        broken.push_back({static_cast<std::uint32_t>(joint), joints.generation[row]});
+    }
+  }
+  std::sort(broken.begin(), broken.end(), [](JointId a, JointId b) { return a.index < b.index; });
+  for (const JointId id : broken) {
+    const auto joint = static_cast<std::int32_t>(id.index);
+    std::uint8_t& flags = joints.flags[id.index];
+    flags = static_cast<std::uint8_t>(flags & ~kJointEnabled);
+    joints.marks.mark(joint);
+    joints_changed(data, joint, (flags & kJointCollides) == 0);
+    wake_ends(data, joint);  // a tired body may hang on nothing now
+  }
+}
+
+}  // namespace scree

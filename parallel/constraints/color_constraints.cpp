@@ -1,0 +1,315 @@
+// Coloring: gives every touching contact and active joint a color such that no two constraints of one color
+// share a dynamic body.
+//
+// A contact keeps its color while it touches, so that one new contact does not reshuffle the Gauss-Seidel
+// order of a resting pile; new ones take the lowest free color in the order of their pairs. Contacts
+// against bodies that cannot be pushed have colors of their own and are solved last. Hubs, the bodies of many
+// contacts, block no colors: their contacts are colored by the other body alone, and are solved in groups
+// (see simd/constraints/constraint_block.h). So are those that a body has beyond its colors with bodies that
+// cannot be pushed.
+#include <parallel/constraints/coloring.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+#include <atomic>
+
+namespace scree {
+
+Constraints& constraints_of(WorldData& data) {
+  if (data.constraints == nullptr) data.constraints = std::make_unique<Constraints>();
+  return static_cast<Constraints&>(*data.constraints);
+}
+
+void Constraints::report(const Visit& visit) const {
+  const auto column = [&](const char* name, const auto& rows_of_column) {
+    visit(ColumnKind::scratch, name, rows_of_column.data(),
+          rows_of_column.size() * sizeof(*rows_of_column.data()), rows_of_column.capacity_bytes());
+  };
+  column("edges", edges);
+  column("body_colors", body_colors);
+  column("joint_count", joint_count);
+  column("uncolored", uncolored);
+  column("part_counts", part_counts);
+  column("cell_bounds", cell_bounds);
+  column("cells", cells);
+  column("cell_rows", cell_rows);
+  column("cell_begins", cell_begins);
+  column("histogram", histogram);
+  column("keys", keys);
+  column("overflow_begins", overflow_begins);
+  column("overflow_edges", overflow_edges);
+  column("overflow_levels", overflow_levels);
+  column("contact_counts", contact_keys.counts);
+  column("contact_sums", contact_keys.sums);
+  column("contact_totals", contact_keys.totals);
+  column("contact_places", contact_keys.in_place);
+  column("contact_lanes", contact_keys.first_lane);
+  column("contact_overflow", contact_keys.overflow);
+  column("contact_levels", contact_keys.level_ends);
+  column("joint_counts", joint_keys.counts);
+  column("joint_sums", joint_keys.sums);
+  column("joint_totals", joint_keys.totals);
+  column("joint_places", joint_keys.in_place);
+  column("joint_lanes", joint_keys.first_lane);
+  column("joint_overflow", joint_keys.overflow);
+  column("joint_levels", joint_keys.level_ends);
+  column("joint_rows", joint_rows);
+  column("joint_chunks", joint_chunks);
+  column("joint_kinds", joint_kinds);
+  column("breaking_chunks", breaking_chunks);
+  column("rows", rows);
+  column("hub_counts", hub_counts);
+  column("hub_rows", hub_rows);
+  column("blocks", blocks);
+  column("chunks", chunks);
+  column("stages", stages);
+  column("parts_a", parts_a);
+  column("parts_b", parts_b);
+  column("shared", shared);
+  column("residual", residual);
+  column("impulse_sum", impulse_sum);
+  column("rebounded", rebounded);
+  column("force_sum", force_sum);
+  column("depth", depth);
+  column("depths", depths);
+  column("moving", moving);
+  column("kinetic_energy", kinetic_energy);
+  column("broken", broken);
+  column("finish_sums", finish_sums);
+}
+
+namespace {
+
+constexpr int kPartRows = 4096;  // contacts of one task
+constexpr int kBodyRows = 8192;  // bodies of one task
+
+// Contacts from which the coloring is shared among threads: 0.05 ms of serial work, and atomic operations
+// cost twice what plain ones do.
+constexpr int kSharedContacts = 20000;
+// New contacts from which they are colored cell by cell. Decides colors, so it must not depend on threads.
+constexpr std::size_t kCellContacts = 20000;
+
+// Adds, or sets bits, where other threads may do so too. Returns the value before.
+template <bool kShared>
+std::int32_t add(std::int32_t& count, std::int32_t more) {
+  if constexpr (kShared) return std::atomic_ref(count).fetch_add(more, std::memory_order_relaxed);
+  count += more;
+  return count - more;
+}
+
+template <bool kShared>
+std::uint64_t set_bits(std::uint64_t& mask, std::uint64_t bits) {
+  if constexpr (kShared) return std::atomic_ref(mask).fetch_or(bits, std::memory_order_relaxed);
+  const std::uint64_t before = mask;
+  mask |= bits;
+  return before;
+}
+
+void clear_masks(const WorldData& data, Constraints& constraints, Crew& crew, bool degrees) {
+  const Column<std::int32_t>& awake = data.bodies.awake;
+  crew.run_ranges(static_cast<int>(awake.size()), kBodyRows, [&](int begin, int end, int) {
+    for (int i = begin; i < end; ++i) {
+      const auto body = static_cast<std::size_t>(awake[static_cast<std::size_t>(i)]);
+      BodyColors& colors = constraints.body_colors[body];
+      colors = {0, 0, 0, degrees ? 0 : colors.degree, -1};
+      if (degrees) constraints.joint_count[body] = 0;
+    }
+  });
+}
+
+// Writes an edge; returns whether it is the last step's, with its color, so that the masks hold.
+bool list_edge(Edge& edge, std::int32_t body_a, std::int32_t body_b, std::uint16_t info, std::uint8_t color,
+               bool pushed_b, bool same) {
+  same = same && edge.body_a == body_a && edge.body_b == body_b && edge.color == color &&
+         (edge.kind == EdgeKind::pushed_b) == pushed_b &&
+         (color < color_limit(edge.kind) || (pushed_b && color == kStaticHubColor));
+  edge.body_a = body_a;
+  edge.body_b = body_b;
+  edge.info = info;
+  edge.color = color;
+  if (!same) edge.kind = pushed_b ? EdgeKind::pushed_b : EdgeKind::dynamic;
+  return same;
+}
+
+bool list_contact(const WorldData& data, Edge& edge, std::size_t place, bool same) {
+  const ContactRows& contacts = data.contacts.now;
+  const auto row = static_cast<std::size_t>(data.contacts.touching[place]);
+  const Manifold& manifold = contacts.manifold[row];
+  return list_edge(edge, manifold.row_a, manifold.row_b, static_cast<std::uint16_t>(manifold.info),
+                   contacts.color[row], (manifold.info & kManifoldStatic) != 0, same);
+}
+
+bool list_joint(const WorldData& data, Edge& edge, std::size_t place, bool same) {
+  const Joints& joints = data.joints;
+  const auto row = static_cast<std::size_t>(joints.active[place]);
+  const JointBodies bodies = joints.bodies[row];
+  const auto is_pushed = [&](std::int32_t body) {
+    return data.bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic;
+  };
+  const bool pushed_a = is_pushed(bodies.a), pushed_b = is_pushed(bodies.b);
+  const int variant = simd::joint_variant(joints.type[row], (joints.flags[row] & kJointRich) != 0);
+  const simd::BodySide fixed = !pushed_a   ? simd::BodySide::a
+                               : !pushed_b ? simd::BodySide::b
+                                           : simd::BodySide::none;
+  const bool breaks = (joints.flags[row] & kJointBreaks) != 0;
+  const auto info = static_cast<std::uint16_t>(number_of({variant, fixed, breaks}));
+  const bool turned = fixed == simd::BodySide::b;
+  return list_edge(edge, turned ? bodies.b : bodies.a, turned ? bodies.a : bodies.b, info, joints.color[row],
+                   fixed != simd::BodySide::none, same);
+}
+
+// The touching contacts and then the active joints as edges of a graph. Returns whether all of them are the
+// last step's, at the same places and with colors: then these hold, and the bodies' masks need not be made
+// anew. That is a third of the time, and atomic operations on masks make two threads slower than one.
+bool list_edges(const WorldData& data, Constraints& constraints, int begin, int end) {
+  const std::size_t contacts = data.contacts.touching.size();
+  bool same = true;
+  for (auto place = static_cast<std::size_t>(begin); place < static_cast<std::size_t>(end); ++place) {
+    Edge& edge = constraints.edges[place];
+    same = place < contacts ? list_contact(data, edge, place, same)
+                            : list_joint(data, edge, place - contacts, same);
+  }
+  return same;
+}
+
+// How many constraints each body has with others that can be pushed, and how many of them are joints: edges
+// from `first_joint` on.
+template <bool kShared>
+void count_degrees(Constraints& constraints, int first_joint, int begin, int end) {
+  for (int i = begin; i < end; ++i) {
+    Edge& edge = constraints.edges[static_cast<std::size_t>(i)];
+    if (edge.kind == EdgeKind::pushed_b) continue;
+    edge.kind = EdgeKind::dynamic;
+    for (const std::int32_t body : {edge.body_a, edge.body_b}) {
+      add<kShared>(constraints.body_colors[static_cast<std::size_t>(body)].degree, 1);
+      if (i >= first_joint) add<kShared>(constraints.joint_count[static_cast<std::size_t>(body)], 1);
+    }
+  }
+}
+
+EdgeKind kind_of(const Column<BodyColors>& bodies, const Edge& edge) {
+  if (edge.kind == EdgeKind::pushed_b) return EdgeKind::pushed_b;
+  const bool hub_a = bodies[static_cast<std::size_t>(edge.body_a)].degree > kHubDegree;
+  const bool hub_b = bodies[static_cast<std::size_t>(edge.body_b)].degree > kHubDegree;
+  return hub_a && hub_b ? EdgeKind::two_hubs
+         : hub_a        ? EdgeKind::hub_a
+         : hub_b        ? EdgeKind::hub_b
+                        : EdgeKind::dynamic;
+}
+
+// Enters the kept colors of a part into its bodies' masks and lists the contacts that need one. False if a
+// kept color clashed with another, which happens after a body has changed its type or has become or ceased to
+// be a hub. Serially, the first of two keeps it and the other is listed.
+template <bool kShared>
+bool keep_colors(Constraints& constraints, int part) {
+  Column<BodyColors>& bodies = constraints.body_colors;
+  const int begin = part * kPartRows;
+  const int end = std::min(begin + kPartRows, static_cast<int>(constraints.edges.size()));
+  std::int32_t* uncolored = constraints.uncolored.data() + begin;
+  std::int32_t count = 0;
+  bool sound = true;
+  for (int i = begin; i < end; ++i) {
+    Edge& edge = constraints.edges[static_cast<std::size_t>(i)];
+    edge.kind = kind_of(bodies, edge);
+    if (edge.color >= color_limit(edge.kind)) {
+      uncolored[count++] = i;
+      continue;
+    }
+    const Masks masks = masks_of(bodies, edge);
+    const std::uint64_t bit = std::uint64_t{1} << edge.color;
+    if constexpr (kShared) {
+      std::uint64_t before = set_bits<true>(masks.a, bit);
+      if (&masks.a != &masks.b) before |= set_bits<true>(masks.b, bit);
+      sound = sound && (before & bit) == 0;
+    } else if (((masks.a | masks.b) & bit) == 0) {
+      masks.a |= bit;
+      masks.b |= bit;
+    } else {
+      uncolored[count++] = i;
+    }
+  }
+  constraints.part_counts[static_cast<std::size_t>(part)] = count;
+  return sound;
+}
+
+// Parts' lists of uncolored contacts -> one list in the order of the edges.
+void join_lists(Constraints& constraints, int parts) {
+  std::int32_t* list = constraints.uncolored.data();
+  std::size_t size = 0;
+  for (int part = 0; part < parts; ++part) {
+    const std::int32_t* from = list + static_cast<std::ptrdiff_t>(part) * kPartRows;
+    const auto count = static_cast<std::size_t>(constraints.part_counts[static_cast<std::size_t>(part)]);
+    std::copy(from, from + count, list + size);
+    size += count;
+  }
+  constraints.uncolored.resize(size);
+}
+
+// Enters the kept colors into the masks of all bodies and lists the contacts that need one.
+void keep_all_colors(const WorldData& data, Constraints& constraints, Crew& crew, int parts) {
+  const int count = static_cast<int>(constraints.edges.size());
+  const int first_joint = static_cast<int>(data.contacts.touching.size());
+  const bool shared = count >= kSharedContacts && crew.threads() > 1;
+  clear_masks(data, constraints, crew, true);
+  std::atomic<bool> sound{true};
+  if (shared) {
+    crew.run_ranges(count, kPartRows, [&](int begin, int end, int) {
+      count_degrees<true>(constraints, first_joint, begin, end);
+    });
+    crew.run(parts, [&](int part, int) {
+      if (!keep_colors<true>(constraints, part)) sound.store(false, std::memory_order_relaxed);
+    });
+    if (!sound.load(std::memory_order_relaxed)) clear_masks(data, constraints, crew, false);
+  } else {
+    count_degrees<false>(constraints, first_joint, 0, count);
+  }
+  if (!shared || !sound.load(std::memory_order_relaxed)) {
+    for (int part = 0; part < parts; ++part) keep_colors<false>(constraints, part);
+  }
+  join_lists(constraints, parts);
+}
+
+}  // namespace
+
+void color_constraints(WorldData& data, Crew& crew) {
+  Constraints& constraints = constraints_of(data);
+  const std::size_t contacts = data.contacts.touching.size();
+  const int count = static_cast<int>(contacts + data.joints.active.size());
+  const int parts = (count + kPartRows - 1) / kPartRows;
+  constraints.body_colors.resize(data.bodies.pose.size());
+  constraints.joint_count.resize(data.bodies.pose.size());
+  std::atomic<bool> same{constraints.is_colored &&
+                         constraints.edges.size() == static_cast<std::size_t>(count)};
+  constraints.edges.resize(static_cast<std::size_t>(count));
+  crew.run_ranges(count, kPartRows, [&](int begin, int end, int) {
+    if (!list_edges(data, constraints, begin, end)) same.store(false, std::memory_order_relaxed);
+  });
+  if (same.load(std::memory_order_relaxed)) {
+    constraints.uncolored.resize_discarding(0);
+    return;
+  }
+  constraints.is_colored = false;  // until all is done
+  constraints.uncolored.resize_discarding(static_cast<std::size_t>(count));
+  constraints.part_counts.resize_discarding(static_cast<std::size_t>(parts));
+  keep_all_colors(data, constraints, crew, parts);
+
+  if (constraints.uncolored.size() >= kCellContacts) {
+    color_by_cells(data, constraints, crew);
+  } else {
+    for (const std::int32_t i : constraints.uncolored) {
+      take_lowest_color(constraints.body_colors, constraints.edges[static_cast<std::size_t>(i)]);
+    }
+  }
+  for (const std::int32_t i : constraints.uncolored) {
+    const auto place = static_cast<std::size_t>(i);
+    const std::uint8_t color = constraints.edges[place].color;
+    if (place < contacts) {
+      data.contacts.now.color[static_cast<std::size_t>(data.contacts.touching[place])] = color;
+    } else {
+      data.joints.color[static_cast<std::size_t>(data.joints.active[place - contacts])] = color;
+    }
+  }
+  constraints.is_colored = true;
+}
+
+}  // namespace scree

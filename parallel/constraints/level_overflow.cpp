@@ -1,0 +1,85 @@
+// Levels of the overflow; see level_overflow.h. Part of pack_blocks, between counting and placing the keys.
+#include <parallel/constraints/level_overflow.h>
+#include <parallel/constraints/sort_constraints.h>
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+// The edges that overflow, kind by kind in the order of their list.
+void list_overflow(Constraints& constraints, std::size_t first, std::size_t count, const KeyTable& table,
+                   Crew& crew) {
+  Column<std::int32_t>& begins = constraints.overflow_begins;
+  begins.resize_discarding(static_cast<std::size_t>(table.kinds));
+  std::exclusive_scan(table.totals.begin(), table.totals.begin() + table.kinds, begins.begin(), 0);
+  constraints.overflow_edges.resize_discarding(static_cast<std::size_t>(table.in_place[0]));
+  const auto keys = static_cast<std::size_t>(kColorPlaces * table.kinds);
+  crew.run_ranges(static_cast<int>(count), kSortRows, [&](int begin, int end, int) {
+    std::int32_t places[kMostKinds];
+    for (int kind = 0; kind < table.kinds; ++kind) {
+      const auto key = static_cast<std::size_t>(kind);
+      places[kind] = begins[key] + table.counts[static_cast<std::size_t>(begin / kSortRows) * keys + key];
+    }
+    for (auto i = first + static_cast<std::size_t>(begin); i < first + static_cast<std::size_t>(end); ++i) {
+      const int key = constraints.keys[i];
+      if (key >= table.kinds) continue;
+      constraints.overflow_edges[static_cast<std::size_t>(places[key]++)] = static_cast<std::int32_t>(i);
+    }
+  });
+}
+
+// Writes the level of each; returns how many levels there are.
+std::int32_t find_levels(Constraints& constraints) {
+  const auto of_body = [&](std::int32_t body) -> std::int32_t& {
+    return constraints.body_colors[static_cast<std::size_t>(body)].number;
+  };
+  std::int32_t levels = 0;
+  constraints.overflow_levels.resize_discarding(constraints.overflow_edges.size());
+  for (std::size_t i = 0; i < constraints.overflow_edges.size(); ++i) {
+    const Edge& edge = constraints.edges[static_cast<std::size_t>(constraints.overflow_edges[i])];
+    std::int32_t &a = of_body(edge.body_a), &b = of_body(edge.body_b);
+    a = b = std::max(a, b) + 1;
+    constraints.overflow_levels[i] = a;
+    levels = std::max(levels, a + 1);
+  }
+  for (const std::int32_t i : constraints.overflow_edges) {
+    const Edge& edge = constraints.edges[static_cast<std::size_t>(i)];
+    of_body(edge.body_a) = of_body(edge.body_b) = -1;
+  }
+  return levels;
+}
+
+// Sorts by level; within a level the order stays.
+void sort_by_level(const Constraints& constraints, std::int32_t levels, KeyTable& table) {
+  Column<std::int32_t>& ends = table.level_ends;  // while it sorts: where the level's next edge goes
+  ends.resize_discarding(static_cast<std::size_t>(levels));
+  std::fill(ends.begin(), ends.end(), 0);
+  for (const std::int32_t level : constraints.overflow_levels) ++ends[static_cast<std::size_t>(level)];
+  std::exclusive_scan(ends.begin(), ends.end(), ends.begin(), 0);
+  table.overflow.resize_discarding(constraints.overflow_edges.size());
+  for (std::size_t i = 0; i < constraints.overflow_edges.size(); ++i) {
+    std::int32_t& end = ends[static_cast<std::size_t>(constraints.overflow_levels[i])];
+    table.overflow[static_cast<std::size_t>(end++)] = constraints.overflow_edges[i];
+  }
+}
+
+}  // namespace
+
+void level_overflow(Constraints& constraints, std::size_t first, std::size_t count, int lanes,
+                    KeyTable& table, Crew& crew) {
+  table.overflow.clear();
+  table.level_ends.clear();
+  table.overflow_lanes = 0;
+  if (table.in_place[0] == 0) return;
+  list_overflow(constraints, first, count, table, crew);
+  sort_by_level(constraints, find_levels(constraints), table);
+  for_each_overflow_run(constraints, table, [&](std::int32_t begin, std::int32_t end, int, bool) {
+    table.overflow_lanes += (end - begin + lanes - 1) / lanes * lanes;
+  });
+}
+
+}  // namespace scree

@@ -1,0 +1,317 @@
+// Packing: sorts the touching contacts and the active joints by color and block variant and lays out the
+// blocks. Constraints with hubs are then grouped by hub.
+#include <parallel/constraints/level_overflow.h>
+#include <parallel/constraints/sort_constraints.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+constexpr int kChunkRows = 128;  // a solver chunk: 2 to 5 us, long against a claim, short against a stage
+constexpr int kTailRows = 64;    // a color of so many or fewer is run by one thread, without a barrier
+constexpr int kContactKinds = simd::kPointBuckets * 2;
+
+int bucket_of(std::uint32_t points) { return points == 1 ? 0 : points == 2 ? 1 : 2; }
+
+int contact_kind(const Edge& edge) {
+  return bucket_of(edge.info & kManifoldPointMask) * 2 + ((edge.info & kManifoldRich) != 0 ? 1 : 0);
+}
+
+// The kinds that occur among the joints, numbered without gaps, so that the sort has few keys.
+struct JointKindNumbers {
+  int count = 0;
+  std::uint8_t number[kJointBlockKinds];
+  std::uint8_t kind[kJointBlockKinds];  // by number
+
+  explicit JointKindNumbers(const Column<JointKindSet>& parts) {
+    for (int word = 0; word < static_cast<int>(std::size(JointKindSet{}.bits)); ++word) {
+      std::uint64_t present = 0;
+      for (const JointKindSet& part : parts) present |= part.bits[word];
+      for (; present != 0; present &= present - 1) {
+        const int k = word * 64 + std::countr_zero(present);
+        number[k] = static_cast<std::uint8_t>(count);
+        kind[count++] = static_cast<std::uint8_t>(k);
+      }
+    }
+  }
+};
+
+// Of the edges from `first` on.
+void find_joint_kinds(Constraints& constraints, std::size_t first, Crew& crew) {
+  const std::size_t count = constraints.edges.size() - first;
+  constraints.joint_kinds.resize_discarding((count + kSortRows - 1) / kSortRows);
+  crew.run_ranges(static_cast<int>(count), kSortRows, [&](int begin, int end, int) {
+    JointKindSet present{};
+    for (int i = begin; i < end; ++i) {
+      const std::uint16_t kind = constraints.edges[first + static_cast<std::size_t>(i)].info;
+      present.bits[kind / 64] |= std::uint64_t{1} << (kind % 64);
+    }
+    constraints.joint_kinds[static_cast<std::size_t>(begin / kSortRows)] = present;
+  });
+}
+
+// Contacts or joints: their list, its first edge, their sorted rows and where their chunks go.
+struct Family {
+  const Column<std::int32_t>& list;
+  std::size_t first_edge;
+  const KeyTable& keys;
+  Column<std::int32_t>& rows;
+  Column<simd::ConstraintChunk>& chunks;
+  std::int32_t ColorStage::*chunk_count;
+};
+
+// What the blocks of a chunk have in common.
+struct BlockKind {
+  int variant;
+  simd::BodySide fixed;  // joints only
+  bool breaks;           // likewise
+  bool rich;             // contacts only
+  std::size_t bytes;
+};
+
+// Lays out chunks and stages one after the other.
+class Layout {
+ public:
+  Layout(const WorldData& data, Constraints& constraints, const JointKindNumbers& joint_kinds,
+         const simd::Kernels& kernels)
+      : contacts{data.contacts.touching,  0, constraints.contact_keys, constraints.rows, constraints.chunks,
+                 &ColorStage::chunk_count},
+        joints{data.joints.active,     data.contacts.touching.size(), constraints.joint_keys,
+               constraints.joint_rows, constraints.joint_chunks,      &ColorStage::joint_chunk_count},
+        data_(data),
+        constraints_(constraints),
+        joint_kinds_(joint_kinds),
+        kernels_(kernels) {
+    constraints.chunks.clear();
+    constraints.joint_chunks.clear();
+    constraints.stages.clear();
+  }
+
+  const Family contacts, joints;
+
+  // A stage that one thread runs is joined to one before it: neither needs a barrier.
+  void begin_stage(bool serial) {
+    Column<ColorStage>& stages = constraints_.stages;
+    if (!stages.empty() && serial && stages.back().serial) return;
+    stages.push_back({static_cast<std::int32_t>(constraints_.chunks.size()), 0,
+                      static_cast<std::int32_t>(constraints_.joint_chunks.size()), 0, serial, false});
+  }
+
+  // The constraints that found no color, level by level.
+  void add_overflow(const Family& family) {
+    std::int32_t level = 0, lane = 0;
+    for_each_overflow_run(constraints_, family.keys, [&](int begin, int end, int kind, bool first) {
+      if (first) {
+        const std::int32_t level_end = family.keys.level_ends[static_cast<std::size_t>(level++)];
+        begin_stage(level_end - begin <= kTailRows);
+      }
+      for (int place = begin; place < end; ++place) {
+        const auto edge = static_cast<std::size_t>(family.keys.overflow[static_cast<std::size_t>(place)]);
+        family.rows[static_cast<std::size_t>(lane + place - begin)] = family.list[edge - family.first_edge];
+      }
+      add_color(family, kind_of(family, kind, false), lane, end - begin);
+      lane += padded(end - begin);
+    });
+  }
+
+  // The rows of one kind in one color; `hubs` have a stage of their own for each kind, as two kinds may have
+  // constraints of the same hub.
+  void add_kind(const Family& family, int place, int kind, bool serial) {
+    const auto key = static_cast<std::size_t>(place * family.keys.kinds + kind);
+    const int count = family.keys.totals[key];
+    if (count == 0) return;
+    const int first_lane = family.keys.first_lane[key];
+    if (is_hub_place(place)) {
+      begin_stage(serial);
+      const BlockKind block = kind_of(family, kind, place == kStaticHubPlace);
+      const bool hub_is_a =
+          place == kStaticHubPlace ? block.fixed == simd::BodySide::b : (place - kFirstHubPlace) % 2 == 0;
+      add_hubs(family, block, hub_is_a ? simd::BodySide::a : simd::BodySide::b, first_lane, count);
+    } else {
+      add_color(family, kind_of(family, kind, place >= kFirstStaticPlace), first_lane, count);
+    }
+  }
+
+  std::size_t bytes() const { return offset_; }
+  std::int32_t used_blocks() const { return used_blocks_; }
+
+ private:
+  BlockKind kind_of(const Family& family, int kind, bool is_static) const {
+    if (&family == &joints) {
+      const JointKind joint = joint_kind(joint_kinds_.kind[kind]);
+      return {joint.variant, joint.fixed, joint.breaks, false,
+              kernels_.joint.variant[joint.variant].block_bytes};
+    }
+    const bool rich = kind % 2 != 0;
+    const int variant = simd::contact_variant(kind / 2, rich, is_static);
+    return {variant, simd::BodySide::none, false, rich, kernels_.contact.block_bytes[variant]};
+  }
+
+  // Rows that lie at `lane` and after become a chunk; the last block is filled up with its last row.
+  void add_chunk(const Family& family, const BlockKind& kind, int lane, int count,
+                 simd::BodySide hub = simd::BodySide::none) {
+    const int lanes = kernels_.lanes;
+    const int end = lane + padded(count);
+    for (int pad = lane + count; pad < end; ++pad) {
+      family.rows[static_cast<std::size_t>(pad)] = family.rows[static_cast<std::size_t>(lane + count - 1)];
+    }
+    const int blocks = (end - lane) / lanes;
+    family.chunks.push_back(
+        {kind.variant, blocks, count, lane, offset_, chunk_count_++, hub, kind.fixed, kind.breaks});
+    offset_ += static_cast<std::size_t>(blocks) * kind.bytes;
+    used_blocks_ += blocks;
+    ColorStage& stage = constraints_.stages.back();
+    stage.rich = stage.rich || kind.rich;
+    ++(stage.*family.chunk_count);
+  }
+
+  int padded(int rows) const { return (rows + kernels_.lanes - 1) / kernels_.lanes * kernels_.lanes; }
+
+  void add_color(const Family& family, const BlockKind& kind, int first_lane, int count) {
+    const int chunk_size = std::max(kChunkRows, kernels_.lanes);
+    for (int begin = 0; begin < count; begin += chunk_size) {
+      add_chunk(family, kind, first_lane + begin, std::min(chunk_size, count - begin));
+    }
+  }
+
+  std::int32_t hub_of(const Family& family, std::int32_t row, simd::BodySide side) const {
+    const auto index = static_cast<std::size_t>(row);
+    if (&family == &joints) {
+      const JointBodies bodies = data_.joints.bodies[index];
+      return side == simd::BodySide::a ? bodies.a : bodies.b;
+    }
+    const Manifold& manifold = data_.contacts.now.manifold[index];
+    return side == simd::BodySide::a ? manifold.row_a : manifold.row_b;
+  }
+
+  // The constraints of each hub become one chunk, hubs in the order of their first ones.
+  void add_hubs(const Family& family, const BlockKind& kind, simd::BodySide side, int first_lane, int count) {
+    Column<std::int32_t>& counts = constraints_.hub_counts;
+    const auto colors_of = [&](std::int32_t row) -> BodyColors& {
+      return constraints_.body_colors[static_cast<std::size_t>(hub_of(family, row, side))];
+    };
+    std::int32_t* rows = family.rows.data() + first_lane;
+    counts.clear();
+    constraints_.hub_rows.resize_discarding(static_cast<std::size_t>(count));
+    std::copy(rows, rows + count, constraints_.hub_rows.begin());
+    for (const std::int32_t row : constraints_.hub_rows) {
+      BodyColors& hub = colors_of(row);
+      if (hub.number < 0) {
+        hub.number = static_cast<std::int32_t>(counts.size());
+        counts.push_back(0);
+      }
+      ++counts[static_cast<std::size_t>(hub.number)];
+    }
+    std::int32_t lane = 0;
+    for (std::int32_t& hub_count : counts) {  // -> where the hub's run begins
+      const std::int32_t size = hub_count;
+      hub_count = lane;
+      lane += padded(size);
+    }
+    for (const std::int32_t row : constraints_.hub_rows) {
+      rows[counts[static_cast<std::size_t>(colors_of(row).number)]++] = row;
+    }
+    lane = 0;
+    for (const std::int32_t end : counts) {
+      add_chunk(family, kind, first_lane + lane, end - lane, side);
+      lane = padded(end);
+    }
+    for (const std::int32_t row : constraints_.hub_rows) colors_of(row).number = -1;
+  }
+
+  const WorldData& data_;
+  Constraints& constraints_;
+  const JointKindNumbers& joint_kinds_;
+  const simd::Kernels& kernels_;
+  std::size_t offset_ = 0;
+  std::int32_t used_blocks_ = 0;
+  std::int32_t chunk_count_ = 0;
+};
+
+// Even colors are solved before odd ones. In layers of planks the lower colors are those of the contacts
+// below every other layer, and the upper ones those of the rest: solved in that order a sweep carries a load
+// two layers far, and a tower of 25 swings for ever. (Worse: turning the order about from sweep to sweep; by
+// the golden section a pyramid of 100 rows falls.)
+int turn_of_color(int color) { return (color % 2) * kColorLimit + color / 2; }
+
+bool is_serial(std::int32_t in_color) { return in_color <= kTailRows; }
+
+// The places that have constraints, in the order of solving; returns their number.
+template <class InColor>
+int list_places(const InColor& in_color_at, int (&places)[kColorPlaces]) {
+  int count = 0;
+  int *first_color = places, *last_color = places;
+  for (int place = 0; place < kColorPlaces; ++place) {
+    if (place == kFirstDynamicPlace) first_color = places + count;
+    if (place == kFirstStaticPlace) last_color = places + count;
+    if (in_color_at(place) != 0) places[count++] = place;
+  }
+  std::sort(first_color, last_color, [&](int one, int other) {
+    const bool serial = is_serial(in_color_at(one));
+    if (serial != is_serial(in_color_at(other))) return !serial;
+    return turn_of_color(one - kFirstDynamicPlace) < turn_of_color(other - kFirstDynamicPlace);
+  });
+  return count;
+}
+
+}  // namespace
+
+void pack_blocks(WorldData& data, Crew& crew) {
+  Constraints& constraints = constraints_of(data);
+  const int lanes = crew.kernels().lanes;
+  const Column<std::int32_t>& touching = data.contacts.touching;
+  const Column<std::int32_t>& active = data.joints.active;
+  data.stats.joints = static_cast<std::int64_t>(active.size());
+  find_joint_kinds(constraints, touching.size(), crew);
+  const JointKindNumbers numbers(constraints.joint_kinds);
+  KeyTable &contact_keys = constraints.contact_keys, &joint_keys = constraints.joint_keys;
+  contact_keys.kinds = kContactKinds;
+  joint_keys.kinds = numbers.count;
+  constraints.keys.resize_discarding(constraints.edges.size());
+  data.stats.contact_points =  // those that are only watched included
+      count_keys(constraints, 0, touching, kManifoldPointMask, contact_keys, crew,
+                 [](const Edge& edge) { return contact_kind(edge); });
+  count_keys(constraints, touching.size(), active, 0, joint_keys, crew,
+             [&](const Edge& edge) { return int{numbers.number[edge.info]}; });
+  // A hub by its contacts may have a single joint, and the other way round.
+  const std::int32_t hubs = most_hubs(contact_keys, joint_keys);
+  level_overflow(constraints, 0, touching.size(), lanes, contact_keys, crew);
+  level_overflow(constraints, touching.size(), active.size(), lanes, joint_keys, crew);
+  place_keys(lanes, hubs, contact_keys);
+  place_keys(lanes, hubs, joint_keys);
+  scatter_rows(constraints, 0, touching, contact_keys, constraints.rows, crew);
+  scatter_rows(constraints, touching.size(), active, joint_keys, constraints.joint_rows, crew);
+
+  const auto in_color_at = [&](int place) {
+    const auto index = static_cast<std::size_t>(place);
+    return contact_keys.in_place[index] + joint_keys.in_place[index];
+  };
+  int places[kColorPlaces];
+  const int colors = list_places(in_color_at, places);
+  Layout layout(data, constraints, numbers, crew.kernels());
+  for (int i = 0; i < colors; ++i) {
+    const int place = places[i];
+    if (place == 0) {
+      layout.add_overflow(layout.joints);
+      layout.add_overflow(layout.contacts);
+      continue;
+    }
+    const bool serial = is_serial(in_color_at(place));
+    if (!is_hub_place(place)) layout.begin_stage(serial);
+    for (int kind = 0; kind < numbers.count; ++kind) layout.add_kind(layout.joints, place, kind, serial);
+    for (int kind = 0; kind < kContactKinds; ++kind) layout.add_kind(layout.contacts, place, kind, serial);
+  }
+  constraints.blocks.resize_discarding(layout.bytes());
+  data.stats.colors = colors;
+  const auto rows = static_cast<double>(touching.size() + active.size());
+  data.stats.lane_fill =
+      layout.used_blocks() == 0 ? 1.0 : rows / (static_cast<double>(layout.used_blocks()) * lanes);
+}
+
+}  // namespace scree

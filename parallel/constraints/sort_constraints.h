@@ -1,0 +1,157 @@
+// Sorting constraints by color and block variant: a counting sort in parts of fixed size, so that within a
+// color they keep the order of their list and nothing depends on threads. Used by pack_blocks.cpp only.
+#pragma once
+
+#include <parallel/constraints/constraints.h>
+#include <parallel/crew/crew.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+
+namespace scree {
+
+inline constexpr int kSortRows = 4096;  // of a list that one task counts and scatters
+inline constexpr int kMostKinds = kJointBlockKinds;
+
+// Places in the order in which they are solved: the overflow, each hub color with the hub as A and as B, the
+// dynamic colors, the static ones, and what found none of these.
+inline constexpr int kFirstHubPlace = 1;
+inline constexpr int kFirstDynamicPlace = kFirstHubPlace + 2 * kHubColorLimit;
+inline constexpr int kFirstStaticPlace = kFirstDynamicPlace + kColorLimit;
+inline constexpr int kStaticHubPlace = kFirstStaticPlace + kColorLimit;
+inline constexpr int kColorPlaces = kStaticHubPlace + 1;
+
+inline bool is_hub_place(int place) {
+  return (place >= kFirstHubPlace && place < kFirstDynamicPlace) || place == kStaticHubPlace;
+}
+
+inline int place_of(const Edge& edge) {
+  if (edge.color == kOverflowColor) return 0;
+  switch (edge.kind) {
+    case EdgeKind::pushed_b:
+      return edge.color == kStaticHubColor ? kStaticHubPlace : kFirstStaticPlace + edge.color;
+    case EdgeKind::hub_a:
+      return kFirstHubPlace + 2 * edge.color;
+    case EdgeKind::hub_b:
+      return kFirstHubPlace + 2 * edge.color + 1;
+    default:
+      return kFirstDynamicPlace + edge.color;
+  }
+}
+
+// Edges of `list`, which are [first, first + list.size()), -> their keys and how many there are of each.
+// `kind_of` gives an edge's kind, less than table.kinds. Returns the sum of `info & mask` of the edges.
+template <class KindOf>
+std::int64_t count_keys(Constraints& constraints, std::size_t first, const Column<std::int32_t>& list,
+                        std::uint32_t mask, KeyTable& table, Crew& crew, KindOf&& kind_of) {
+  const int count = static_cast<int>(list.size()), parts = (count + kSortRows - 1) / kSortRows;
+  const int kinds = table.kinds;  // as a copy: the compiler can not know that counts do not change it
+  const auto keys = static_cast<std::size_t>(kColorPlaces * kinds);
+  table.counts.resize_discarding(static_cast<std::size_t>(parts) * keys);
+  table.sums.resize_discarding(static_cast<std::size_t>(parts));
+  crew.run_ranges(count, kSortRows, [&](int begin, int end, int) {
+    std::int32_t* counts = table.counts.data() + static_cast<std::size_t>(begin / kSortRows) * keys;
+    std::fill(counts, counts + keys, 0);
+    std::uint32_t sum = 0;
+    for (auto i = first + static_cast<std::size_t>(begin); i < first + static_cast<std::size_t>(end); ++i) {
+      const Edge& edge = constraints.edges[i];
+      const int key = place_of(edge) * kinds + kind_of(edge);
+      constraints.keys[i] = static_cast<std::uint16_t>(key);
+      ++counts[key];
+      sum += edge.info & mask;
+    }
+    table.sums[static_cast<std::size_t>(begin / kSortRows)] = static_cast<std::int32_t>(sum);
+  });
+  table.totals.resize_discarding(keys);
+  std::int32_t* const totals = table.totals.data();
+  std::fill(totals, totals + keys, 0);
+  for (int part = 0; part < parts; ++part) {
+    std::int32_t* const counts = table.counts.data() + static_cast<std::size_t>(part) * keys;
+    for (std::size_t key = 0; key < keys; ++key) {
+      const std::int32_t before = totals[key];
+      totals[key] += counts[key];
+      counts[key] = before;
+    }
+  }
+  table.in_place.resize_discarding(kColorPlaces);
+  for (int place = 0; place < kColorPlaces; ++place) {
+    const std::int32_t* const of_place = totals + place * table.kinds;
+    table.in_place[static_cast<std::size_t>(place)] = std::accumulate(of_place, of_place + table.kinds, 0);
+  }
+  return std::accumulate(table.sums.begin(), table.sums.end(), std::int64_t{0});
+}
+
+// The hubs that there may be at most, by the constraints that lie where hubs' do. Two hubs may share one, in
+// the overflow only.
+inline std::int32_t most_hubs(const KeyTable& contacts, const KeyTable& joints) {
+  std::int32_t ends = 0;
+  for (const KeyTable* table : {&contacts, &joints}) {
+    const std::int32_t* const rows = table->in_place.data();
+    ends = std::accumulate(rows, rows + kFirstDynamicPlace, ends) + rows[0];
+  }
+  return ends / (kHubDegree + 1);
+}
+
+// Calls work(begin, end, kind, whether a level begins) for the runs of one level and kind in the overflow.
+template <class Work>
+void for_each_overflow_run(const Constraints& constraints, const KeyTable& table, Work&& work) {
+  const auto kind_at = [&](std::int32_t place) {  // the keys of place 0 are the kinds
+    const std::int32_t edge = table.overflow[static_cast<std::size_t>(place)];
+    return int{constraints.keys[static_cast<std::size_t>(edge)]};
+  };
+  std::int32_t begin = 0;
+  for (const std::int32_t level_end : table.level_ends) {
+    for (bool first = true; begin < level_end; first = false) {
+      const int kind = kind_at(begin);
+      std::int32_t end = begin + 1;
+      while (end < level_end && kind_at(end) == kind) ++end;
+      work(begin, end, kind, first);
+      begin = end;
+    }
+  }
+}
+
+// Where the lanes of each key begin, but for the overflow, whose lanes are the first ones. In a hub place a
+// run begins with a block of its own for each of at most `hubs` hubs, which may have any number of rows
+// there.
+inline void place_keys(int lanes, std::int32_t hubs, KeyTable& table) {
+  const int keys = kColorPlaces * table.kinds;
+  table.first_lane.resize_discarding(static_cast<std::size_t>(keys) + 1);
+  std::int32_t lane = table.overflow_lanes;
+  for (int place = 1; place < kColorPlaces; ++place) {
+    if (table.in_place[static_cast<std::size_t>(place)] == 0) continue;
+    for (int kind = 0; kind < table.kinds; ++kind) {
+      const auto key = static_cast<std::size_t>(place * table.kinds + kind);
+      const std::int32_t total = table.totals[key];
+      table.first_lane[key] = lane;
+      lane += (total + lanes - 1) / lanes * lanes;
+      if (place == kStaticHubPlace) {
+        lane += total * lanes;
+      } else if (is_hub_place(place)) {
+        lane += std::min(total, hubs) * lanes;
+      }
+    }
+  }
+  table.first_lane[static_cast<std::size_t>(keys)] = lane;
+}
+
+// `rows`: the entries of `list` in the order of lanes, after count_keys() and place_keys(). Those of the
+// overflow are left out.
+inline void scatter_rows(const Constraints& constraints, std::size_t first, const Column<std::int32_t>& list,
+                         KeyTable& table, Column<std::int32_t>& rows, Crew& crew) {
+  const int kinds = table.kinds;
+  const auto keys = static_cast<std::size_t>(kColorPlaces * kinds);
+  rows.resize_discarding(static_cast<std::size_t>(table.first_lane.back()));
+  crew.run_ranges(static_cast<int>(list.size()), kSortRows, [&](int begin, int end, int) {
+    std::int32_t* places = table.counts.data() + static_cast<std::size_t>(begin / kSortRows) * keys;
+    const std::int32_t* first_lane = table.first_lane.data();
+    std::int32_t* to = rows.data();
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const int key = constraints.keys[first + i];
+      if (key >= kinds) to[first_lane[key] + places[key]++] = list[i];
+    }
+  });
+}
+
+}  // namespace scree

@@ -1,0 +1,38 @@
+// Crew: opens at the first stage that is worth sharing, closes with the step.
+#include <parallel/crew/crew.h>
+#include <parallel/crew/crew_state.h>
+#include <parallel/crew/workers_impl.h>
+
+namespace scree {
+
+Crew::Crew(Workers& workers) : kernels_(workers.impl_->kernels), workers_(workers.impl_.get()) {}
+
+Crew::~Crew() {
+  if (state_ != nullptr) state_->close();
+}
+
+void Crew::run_stage(int chunks, StageFunction function, void* context) {
+  if (chunks <= 0) return;
+  ++stages_;
+  if (chunks == 1 || threads() == 1) {
+    for (int chunk = 0; chunk < chunks; ++chunk) function(context, chunk, 0);
+    return;
+  }
+  if (state_ == nullptr) {
+    state_ = &workers_->pool->acquire();
+    state_->set_width(width_);
+    state_->publish(chunks, function, context);
+    state_->open();
+    workers_->send_helpers(width_ - 1);
+  } else {
+    state_->publish(chunks, function, context);
+  }
+  state_->finish(chunks);
+}
+
+int Crew::threads() {
+  if (width_ == 0) width_ = workers_->available_threads();
+  return width_;
+}
+
+}  // namespace scree

@@ -1,0 +1,70 @@
+// Crew: the threads that work on one step, seen from the step.
+//
+// A crew lives as long as one call of step(). The calling thread runs stages one after the other; helpers, if
+// any have arrived, claim chunks of the current stage, and none is ever waited for before it has claimed one.
+// See crew_state.h for how. Only the thread that made the crew may run stages, and chunks may not, unless
+// they make a crew of their own.
+#pragma once
+
+#include <core/world/fp_environment.h>
+#include <scree/workers.h>
+#include <simd/dispatch/kernels.h>
+
+#include <algorithm>
+
+namespace scree {
+
+class CrewState;
+
+class Crew {
+ public:
+  // From here until the crew's end the calling thread computes in our floating-point environment: make the
+  // crew before the step's first arithmetic.
+  explicit Crew(Workers& workers);
+  // One thread alone: for a chunk of `crew` that has stages of its own to run.
+  struct Alone {};
+  Crew(const Crew& crew, Alone) : width_(1), kernels_(crew.kernels_) {}
+  ~Crew();
+  Crew(const Crew&) = delete;
+  Crew& operator=(const Crew&) = delete;
+
+  // Threads that may take part, as many as the workers have and TBB lends; worker numbers are 0 (the caller)
+  // to threads() - 1. The same as long as the crew lives.
+  int threads();
+  const simd::Kernels& kernels() const { return *kernels_; }
+
+  // Calls work(chunk, worker) once for every chunk in [0, chunks), on any thread, and returns when all are
+  // done. What a chunk is must depend on the scene alone, never on the number of threads, and chunks must not
+  // care in which order they run. An exception of a chunk is thrown again here, after the stage has ended
+  // (the lowest chunk's, if there are several). No two threads use a worker number at the same time.
+  template <class Work>
+  void run(int chunks, Work&& work) {
+    run_stage(
+        chunks, [](void* context, int chunk, int worker) { (*static_cast<Work*>(context))(chunk, worker); },
+        const_cast<void*>(static_cast<const void*>(&work)));
+  }
+
+  // Cuts [0, count) into chunks of `chunk_size` and calls work(begin, end, worker) for each.
+  template <class Work>
+  void run_ranges(int count, int chunk_size, Work&& work) {
+    const int chunks = (count + chunk_size - 1) / chunk_size;
+    run(chunks, [&](int chunk, int worker) {
+      const int begin = chunk * chunk_size;
+      work(begin, std::min(begin + chunk_size, count), worker);
+    });
+  }
+
+  int stages() const { return stages_; }  // run so far
+
+ private:
+  using StageFunction = void (*)(void* context, int chunk, int worker);
+  void run_stage(int chunks, StageFunction function, void* context);
+  FpEnvironment environment_;
+  int width_ = 0;  // threads that stages are cut for; 0 until somebody asks
+  int stages_ = 0;
+  const simd::Kernels* kernels_ = nullptr;
+  CrewState* state_ = nullptr;  // null until the first stage that is worth sharing
+  Workers::Impl* workers_ = nullptr;
+};
+
+}  // namespace scree

@@ -1,0 +1,364 @@
+// Events of contacts: the pairs that touch now, merged with those that touched after the last step, become
+// the lists of begins, persists and ends.
+//
+// Both lists are sorted, so a chunk of pairs finds its part of the old list by bisection, and what the
+// chunks find is put in place by their counts, in their order. Nothing is done while nobody asks. Of a pair
+// that rested and rests there is nothing to tell: that it touches is remembered beside its row, and only what
+// comes to rest, wakes or is asked about otherwise than before is looked at together with what moves.
+#include <core/world/edit.h>
+#include <core/world/resting_pairs.h>
+#include <parallel/broad_phase/broad_phase.h>
+#include <parallel/broad_phase/merge_pairs.h>
+#include <parallel/crew/list_where.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+constexpr int kRowsPerChunk = 1024;
+
+// Bits of Events::verdicts: the ContactEvents that a touching pair is asked about, 0 if it does not touch.
+constexpr std::uint8_t kAskedMask = 3;
+constexpr std::uint8_t kResting = 4;  // both bodies rest: nothing was solved
+
+ContactEnd handles_of(const WorldData& data, const ShapePair& pair) {
+  const auto shape = [&](std::int32_t index) {
+    const auto row = static_cast<std::uint32_t>(index);
+    return ShapeId{row, data.shapes.generation[row]};
+  };
+  const auto body = [&](std::int32_t index) {
+    const auto row = static_cast<std::uint32_t>(data.shapes.body[static_cast<std::size_t>(index)]);
+    return BodyId{row, data.bodies.generation[row]};
+  };
+  return {shape(pair.a), shape(pair.b), body(pair.a), body(pair.b)};
+}
+
+ContactEvents asked_about(const WorldData& data, const ShapePair& pair) {
+  return data.settings.contact_events | data.shapes.events[static_cast<std::size_t>(pair.a)] |
+         data.shapes.events[static_cast<std::size_t>(pair.b)];
+}
+
+bool is_on_awake_dynamic(const WorldData& data, std::int32_t shape) {
+  return is_awake_dynamic(data.bodies, data.shapes.body[static_cast<std::size_t>(shape)]);
+}
+
+float nearest_of(const Manifold& manifold) {
+  float nearest = kAbsentSeparation;
+  for (const float separation : manifold.separation) nearest = separation < nearest ? separation : nearest;
+  return nearest;
+}
+
+// The points of hulls may lie as far away as the hull is large, where nothing happens: of a contact count the
+// nearest point and those within this gap.
+float near_of(const Manifold& manifold) { return std::max(nearest_of(manifold), kSpeculativeDistance); }
+
+bool was_pressed(const Manifold& manifold) {
+  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
+    if (manifold.normal_impulse[k] > 0.0f) return true;
+  }
+  return false;
+}
+
+// The pairs that there may be news of, and their contacts, -1 if they have none. `resting_row` has no rows
+// where all of them move; else -1 for those that do.
+struct PairList {
+  const Column<ShapePair>& pair;
+  const Column<std::int32_t>& contact;
+  const Column<std::int32_t>& resting_row;
+  bool rests(std::size_t row) const { return !resting_row.empty() && resting_row[row] >= 0; }
+};
+
+// Lists the pairs at rest, those with contacts, of which there may be news: who has come to rest in this
+// step, takes part again, or is asked about otherwise than before. Of others nothing was or will be told.
+void list_judged(WorldData& data, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  Events& events = data.events;
+  Column<std::int32_t>& judged = events.judged;
+  const auto touches = [&](std::size_t row) { return contacts.resting.contact[row] >= 0; };
+  judged.clear();
+  const std::size_t rows = contacts.resting.pair.size();
+  if (events.asked_of_all) {
+    contacts.resting_looks += static_cast<std::int64_t>(rows);
+    list_where(crew, rows, events.contacts, judged, touches);
+  } else {
+    for (std::size_t row = contacts.resting_kept; row < rows; ++row) {
+      if (touches(row)) judged.push_back(static_cast<std::int32_t>(row));
+    }
+    judged.append(std::as_const(contacts.roused).span());
+    for (const std::int32_t shape : events.asked_of) {
+      for_each_resting(data, shape, [&](std::int32_t row, std::int32_t) {
+        if (touches(static_cast<std::size_t>(row))) judged.push_back(row);
+      });
+    }
+  }
+  events.asked_of.clear();
+  events.asked_of_all = false;
+  sort_by_pair(broad_phase_of(data), contacts.resting.pair, judged, crew);
+  judged.resize(static_cast<std::size_t>(std::unique(judged.begin(), judged.end()) - judged.begin()));
+}
+
+PairList list_pairs(WorldData& data, Crew& crew) {
+  const PairRows &moving = data.contacts.pairs, &resting = data.contacts.resting;
+  Events& events = data.events;
+  events.rows.clear();
+  if (events.judged.empty()) return {moving.pair, moving.contact, events.rows};
+  const std::size_t judged = events.judged.size();
+  events.judged_pairs.resize_discarding(judged);
+  std::transform(events.judged.begin(), events.judged.end(), events.judged_pairs.begin(),
+                 [&](std::int32_t row) { return resting.pair[static_cast<std::size_t>(row)]; });
+  events.pairs.resize_discarding(moving.pair.size() + judged);
+  events.contacts.resize_discarding(events.pairs.size());
+  events.rows.resize_discarding(events.pairs.size());
+  merge_pairs(moving.pair, events.judged_pairs, crew, [&](std::size_t place, bool rests, std::size_t i) {
+    const std::size_t row = rests ? static_cast<std::size_t>(events.judged[i]) : i;
+    events.pairs[place] = (rests ? resting : moving).pair[row];
+    events.contacts[place] = (rests ? resting : moving).contact[row];
+    events.rows[place] = rests ? events.judged[i] : -1;
+  });
+  return {events.pairs, events.contacts, events.rows};
+}
+
+// `known`: the pair touched after the last step.
+std::uint8_t judge(const WorldData& data, const PairList& list, std::size_t row, bool known, bool solved) {
+  if (list.contact[row] < 0) return 0;
+  const auto contact = static_cast<std::size_t>(list.contact[row]);
+  const ShapePair pair = list.pair[row];
+  const ContactEvents asked = asked_about(data, pair);
+  const Manifold& manifold = data.contacts.now.manifold[contact];
+  if (asked == ContactEvents::none) return 0;
+  const auto verdict = static_cast<std::uint8_t>(asked);
+  if (!is_on_awake_dynamic(data, pair.a) && !is_on_awake_dynamic(data, pair.b)) {
+    const bool touches = known || nearest_of(manifold) <= 0.0f;
+    return touches ? static_cast<std::uint8_t>(verdict | kResting) : std::uint8_t{0};
+  }
+  const bool pressed = solved ? data.events.impulse[contact] > 0.0f : was_pressed(manifold);
+  const bool touches = pressed || nearest_of(manifold) <= (known ? kLinearSlop : 0.0f);
+  return touches ? verdict : std::uint8_t{0};
+}
+
+const TouchRow* first_at(const Column<TouchRow>& rows, std::uint64_t key) {
+  return std::lower_bound(rows.begin(), rows.end(), key,
+                          [](const TouchRow& row, std::uint64_t value) { return key_of(row) < value; });
+}
+
+// Goes over the pairs [begin, end) and the part of the old list between them and the next chunk's.
+// Calls tell(row, known, verdict) for the pairs that touch or touched: `row` is the pair's or -1, `known`
+// points into the old list or is null. `verdict_of(row, known)` says what holds now.
+template <class Verdict, class Tell>
+void walk(const WorldData& data, const Column<ShapePair>& pairs, int begin, int end, Verdict&& verdict_of,
+          Tell&& tell) {
+  const Column<TouchRow>& before = data.events.before;
+  const TouchRow* old =
+      begin == 0 ? before.begin() : first_at(before, key_of(pairs[static_cast<std::size_t>(begin)]));
+  const TouchRow* const last = static_cast<std::size_t>(end) == pairs.size()
+                                   ? before.end()
+                                   : first_at(before, key_of(pairs[static_cast<std::size_t>(end)]));
+  for (int row = begin; row < end; ++row) {
+    const ShapePair pair = pairs[static_cast<std::size_t>(row)];
+    const std::uint64_t key = key_of(pair);
+    for (; old != last && key_of(*old) < key; ++old) tell(-1, old, std::uint8_t{0});
+    const TouchRow* known = nullptr;
+    if (old != last && key_of(*old) == key) {
+      // A slot may have a new owner since.
+      if (old->pair == handles_of(data, pair)) {
+        known = old;
+      } else {
+        tell(-1, old, std::uint8_t{0});
+      }
+      ++old;
+    }
+    const std::uint8_t verdict = verdict_of(static_cast<std::size_t>(row), known != nullptr);
+    if (known != nullptr || verdict != 0) tell(row, known, verdict);
+  }
+  for (; old != last; ++old) tell(-1, old, std::uint8_t{0});
+}
+
+struct Outcome {
+  bool touches, begins, persists, ends;
+};
+
+// Whether that it touches is remembered beside the pair's row at rest.
+bool is_kept_at_rest(const PairList& list, std::size_t row, std::uint8_t verdict) {
+  return (verdict & kResting) != 0 && list.rests(row);
+}
+
+Outcome outcome_of(const TouchRow* known, std::uint8_t verdict) {
+  constexpr auto kBeginEnd = static_cast<std::uint8_t>(ContactEvents::begin_end);
+  constexpr auto kPersist = static_cast<std::uint8_t>(ContactEvents::persist);
+  const bool told = known != nullptr && (known->events & kBeginEnd) != 0;
+  const bool tells = (verdict & kBeginEnd) != 0;
+  const bool persists = known != nullptr && (verdict & kPersist) != 0 && (verdict & kResting) == 0;
+  return {(verdict & kAskedMask) != 0, tells && !told, persists, told && !tells};
+}
+
+// Counts become places; the lists get their sizes.
+void place_events(Events& events) {
+  EventCounts place{};
+  const auto take = [](std::int32_t& count, std::int32_t& next) {
+    const std::int32_t first = next;
+    next += count;
+    count = first;
+  };
+  for (EventCounts& counts : events.counts) {
+    take(counts.touching, place.touching);
+    take(counts.resting, place.resting);
+    take(counts.begins, place.begins);
+    take(counts.persists, place.persists);
+    take(counts.ends, place.ends);
+  }
+  events.touching.resize_discarding(static_cast<std::size_t>(place.touching));
+  events.resting_touches += place.resting;
+  events.begins.resize_discarding(static_cast<std::size_t>(place.begins));
+  events.persists.resize_discarding(static_cast<std::size_t>(place.persists));
+  events.ends.resize_discarding(static_cast<std::size_t>(place.ends));
+}
+
+ContactEvent make_event(const WorldData& data, const PairList& list, std::size_t row, bool solved) {
+  const auto contact = static_cast<std::size_t>(list.contact[row]);
+  const ShapePair pair = list.pair[row];
+  const Manifold& manifold = data.contacts.now.manifold[contact];
+  const ContactEnd handles = handles_of(data, pair);
+  ContactEvent event{handles.shape_a, handles.shape_b, handles.body_a, handles.body_b, {}, 0.0f, 0.0f, 0, {}};
+  const Vec3 normal = to_vec3(manifold.normal);
+  const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
+  // The manifold's body B is the dynamic one if only one is, the event's that of the shape of higher index.
+  const bool flipped = static_cast<std::uint32_t>(manifold.row_b) == handles.body_a.index;
+  event.normal = flipped ? -normal : normal;
+  const Vec3 center =
+      to_vec3(data.bodies.pose[static_cast<std::size_t>(manifold.row_b)].position) + to_vec3(manifold.arm_b);
+  const float near = near_of(manifold);
+  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
+    if (!(manifold.separation[k] <= near || manifold.normal_impulse[k] > 0.0f)) continue;
+    event.points[event.point_count++] = {
+        center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2, manifold.separation[k]};
+  }
+  if (!is_on_awake_dynamic(data, pair.a) && !is_on_awake_dynamic(data, pair.b)) return event;
+  event.approach_speed = data.events.approach[contact];
+  if (solved && std::isfinite(data.events.impulse[contact]))
+    event.normal_impulse = data.events.impulse[contact];
+  return event;
+}
+
+float approach_speed(const WorldData& data, const Manifold& manifold) {
+  const VelocityRow& a = data.bodies.velocity[static_cast<std::size_t>(manifold.row_a)];
+  const VelocityRow& b = data.bodies.velocity[static_cast<std::size_t>(manifold.row_b)];
+  const Vec3 normal = to_vec3(manifold.normal);
+  const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
+  const Vec3 spin = to_vec3(b.angular) - to_vec3(a.angular);
+  const Vec3 relative = to_vec3(b.linear) + cross(to_vec3(b.angular), to_vec3(manifold.arm_b)) -
+                        to_vec3(a.linear) - cross(to_vec3(a.angular), to_vec3(manifold.arm_a));
+  const float at_center = dot(relative, normal);
+  const float spin_1 = dot(spin, tangent_1), spin_2 = dot(spin, tangent_2);
+  const float near = near_of(manifold);
+  float fastest = 0.0f;
+  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
+    const float approach = -(at_center + manifold.point_v[k] * spin_1 - manifold.point_u[k] * spin_2);
+    const float met = std::max(near, approach * data.last_dt);  // now or within the step
+    if (!(manifold.separation[k] <= met)) continue;
+    fastest = approach > fastest ? approach : fastest;
+  }
+  return fastest;
+}
+
+}  // namespace
+
+void note_approach(WorldData& data, Crew& crew) {
+  if (!asks_for_events(data)) return;
+  const Contacts& contacts = data.contacts;
+  data.events.approach.resize_discarding(contacts.now.pair.size());
+  crew.run_ranges(static_cast<int>(contacts.touching.size()), kRowsPerChunk, [&](int begin, int end, int) {
+    for (int i = begin; i < end; ++i) {
+      const auto row = static_cast<std::size_t>(contacts.touching[static_cast<std::size_t>(i)]);
+      if (asked_about(data, contacts.now.pair[row]) == ContactEvents::none) continue;
+      data.events.approach[row] = approach_speed(data, contacts.now.manifold[row]);
+    }
+  });
+}
+
+void move_touching(WorldData& data, const Column<std::int32_t>& rows) {
+  Events& events = data.events;
+  if (events.resting_touches == 0) return;
+  Column<TouchRow>&moved = events.moved, &all = events.before;
+  moved.clear();
+  for (const std::int32_t row : rows) {
+    TouchRow& rests = events.resting[static_cast<std::size_t>(row)];
+    if (rests.events == 0) continue;
+    moved.push_back(std::exchange(rests, TouchRow{}));
+  }
+  if (moved.empty()) return;
+  events.resting_touches -= static_cast<std::int64_t>(moved.size());
+  all.resize_discarding(events.touching.size() + moved.size());
+  std::merge(events.touching.begin(), events.touching.end(), moved.begin(), moved.end(), all.begin(),
+             [](const TouchRow& x, const TouchRow& y) { return key_of(x) < key_of(y); });
+  all.swap(events.touching);
+}
+
+void list_events(WorldData& data, float dt, Crew& crew) {
+  Events& events = data.events;
+  if (!asks_for_events(data)) {
+    if (!events.resting.empty()) data.contacts.resting_marks.pages.clear();  // as if never saved
+    events.resting.clear();
+    events.asked_of.clear();
+    events.asked_of_all = false;  // so nobody asks about what rests
+    return;
+  }
+  events.resting.resize(data.contacts.resting.pair.size());
+  list_judged(data, crew);
+  for (const std::int32_t row : events.judged) data.contacts.resting_marks.mark(row);
+  move_touching(data, events.judged);
+  events.touching.swap(events.before);
+  const bool solved = dt > 0.0f;
+  const PairList all = list_pairs(data, crew);
+  const int rows = static_cast<int>(all.pair.size());
+  const int chunks = rows == 0 ? 1 : (rows + kRowsPerChunk - 1) / kRowsPerChunk;  // ends need no rows
+  events.verdicts.resize_discarding(static_cast<std::size_t>(rows));
+  events.counts.resize_discarding(static_cast<std::size_t>(chunks));
+  crew.run(chunks, [&](int chunk, int) {
+    EventCounts counts{};
+    walk(
+        data, all.pair, chunk * kRowsPerChunk, std::min((chunk + 1) * kRowsPerChunk, rows),
+        [&](std::size_t row, bool known) {
+          return events.verdicts[row] = judge(data, all, row, known, solved);
+        },
+        [&](int row, const TouchRow* known, std::uint8_t verdict) {
+          const Outcome outcome = outcome_of(known, verdict);
+          const bool rests = outcome.touches && is_kept_at_rest(all, static_cast<std::size_t>(row), verdict);
+          counts.resting += rests ? 1 : 0;
+          counts.touching += outcome.touches && !rests ? 1 : 0;
+          counts.begins += outcome.begins ? 1 : 0;
+          counts.persists += outcome.persists ? 1 : 0;
+          counts.ends += outcome.ends ? 1 : 0;
+        });
+    events.counts[static_cast<std::size_t>(chunk)] = counts;
+  });
+  place_events(events);
+  crew.run(chunks, [&](int chunk, int) {
+    EventCounts place = events.counts[static_cast<std::size_t>(chunk)];
+    const auto next = [](auto& list, std::int32_t& to) -> auto& {
+      return list[static_cast<std::size_t>(to++)];
+    };
+    walk(
+        data, all.pair, chunk * kRowsPerChunk, std::min((chunk + 1) * kRowsPerChunk, rows),
+        [&](std::size_t row, bool) { return events.verdicts[row]; },
+        [&](int row, const TouchRow* known, std::uint8_t verdict) {
+          const Outcome outcome = outcome_of(known, verdict);
+          const auto pair = static_cast<std::size_t>(row);
+          if (outcome.touches) {
+            const bool rests = is_kept_at_rest(all, pair, verdict);
+            TouchRow& to = rests ? events.resting[static_cast<std::size_t>(all.resting_row[pair])]
+                                 : next(events.touching, place.touching);
+            to = {handles_of(data, all.pair[pair]), std::uint32_t{verdict} & kAskedMask};
+          }
+          if (outcome.begins) next(events.begins, place.begins) = make_event(data, all, pair, solved);
+          if (outcome.persists) next(events.persists, place.persists) = make_event(data, all, pair, solved);
+          if (outcome.ends) next(events.ends, place.ends) = known->pair;
+        });
+  });
+}
+
+}  // namespace scree

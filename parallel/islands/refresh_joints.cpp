@@ -1,0 +1,115 @@
+// Joints that have something to solve: flags of joints and bodies -> Joints::active. Calls, joints that
+// break, and bodies that fall asleep, wake or change otherwise tell which joints this may concern, and the
+// list takes these up: that costs by what is active and what changed, however many others rest. After a
+// restore, and where most have changed, the list is made anew.
+#include <core/constraints/joint_rows.h>
+#include <core/world/wake.h>
+#include <parallel/crew/list_where.h>
+#include <parallel/islands/islands.h>
+#include <parallel/islands/take_up.h>
+
+#include <algorithm>
+
+namespace scree {
+
+namespace {
+
+// Taking up is serial, and costs more a row than making anew does.
+constexpr std::size_t kCostOfActive = 4, kCostOfChanged = 16;
+
+bool is_active(const WorldData& data, std::size_t joint) {
+  constexpr std::uint8_t kWhole = kJointAlive | kJointEnabled;
+  const JointBodies ends = data.joints.bodies[joint];
+  return (data.joints.flags[joint] & kWhole) == kWhole &&
+         (is_awake_dynamic(data.bodies, ends.a) || is_awake_dynamic(data.bodies, ends.b));
+}
+
+bool is_fixed(const Bodies& bodies, std::int32_t body) {
+  return bodies.type[static_cast<std::size_t>(body)] == BodyType::fixed;
+}
+
+// Joints read the rows of the fixed bodies that they have, of which no kernel keeps what lives within a step.
+void still_fixed(Bodies& bodies, std::int32_t body) {
+  const auto row = static_cast<std::size_t>(body);
+  bodies.delta[row] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0.0f};
+  bodies.inertia[row] = {};
+}
+
+void make_active(WorldData& data, Islands& islands, Crew& crew) {
+  constexpr int kChunk = 2048;  // joints of one task
+  Joints& joints = data.joints;
+  for (const std::int32_t joint : joints.active) joints.marks.mark(joint);
+  crew.run_ranges(static_cast<int>(joints.active.size()), kChunk, [&](int begin, int end, int) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const auto joint = static_cast<std::size_t>(joints.active[i]);
+      if (!is_active(data, joint)) joints.reaction[joint] = {};
+    }
+  });
+  list_where(crew, joints.flags.size(), islands.places, joints.active,
+             [&](std::size_t joint) { return is_active(data, joint); });
+  const auto ends_of = [&](std::size_t i) {
+    return joints.bodies[static_cast<std::size_t>(joints.active[i])];
+  };
+  list_where(
+      crew, joints.active.size(), islands.places, islands.fixed_ends,
+      [&](std::size_t i) {
+        return is_fixed(data.bodies, ends_of(i).a) || is_fixed(data.bodies, ends_of(i).b);
+      },
+      [&](std::size_t i) { return is_fixed(data.bodies, ends_of(i).a) ? ends_of(i).a : ends_of(i).b; });
+  for (const std::int32_t body : islands.fixed_ends) still_fixed(data.bodies, body);
+  islands.joints_judged += static_cast<std::int64_t>(joints.flags.size());
+}
+
+// What else is active has been so before, and has the same bodies: where one of them is fixed it is still.
+void change_active(WorldData& data, Islands& islands) {
+  Joints& joints = data.joints;
+  std::sort(joints.changed.begin(), joints.changed.end());
+  for (const std::int32_t joint : joints.changed) joints.marks.mark(joint);
+  take_up(joints.active, joints.changed, joints.is_changed, islands.places,
+          [&](std::size_t joint) { return is_active(data, joint); });
+  for (const std::int32_t changed : joints.changed) {
+    const auto joint = static_cast<std::size_t>(changed);
+    if (!is_active(data, joint)) {
+      joints.reaction[joint] = {};
+      continue;
+    }
+    const JointBodies ends = joints.bodies[joint];
+    for (const std::int32_t body : {ends.a, ends.b}) {
+      if (is_fixed(data.bodies, body)) still_fixed(data.bodies, body);
+    }
+  }
+  islands.joints_judged += static_cast<std::int64_t>(joints.changed.size());
+}
+
+}  // namespace
+
+void note_joints(WorldData& data) {
+  const Bodies& bodies = data.bodies;
+  Joints& joints = data.joints;
+  if (joints.flags.empty()) return;
+  if (bodies.all_changed || kCostOfChanged * bodies.changed.size() > joints.flags.size()) {
+    joints.all_changed = true;
+    return;
+  }
+  for (const std::int32_t body : bodies.changed) {
+    for (std::int32_t joint = bodies.first_joint[static_cast<std::size_t>(body)]; joint >= 0;
+         joint = next_joint(joints, joint, body)) {
+      note_change(joints, joint);
+    }
+  }
+}
+
+void refresh_joints(WorldData& data, Islands& islands, Crew& crew) {
+  Joints& joints = data.joints;
+  if (!joints.all_changed && joints.changed.empty()) return;
+  if (joints.all_changed ||
+      kCostOfActive * joints.active.size() + kCostOfChanged * joints.changed.size() > joints.flags.size()) {
+    make_active(data, islands, crew);
+  } else {
+    change_active(data, islands);
+  }
+  forget_changes(joints);
+  joints.all_changed = false;
+}
+
+}  // namespace scree

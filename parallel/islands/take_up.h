@@ -1,0 +1,39 @@
+// Ascending lists of who takes part, brought up to date by lists of who has changed: serial, and by what is
+// in both.
+#pragma once
+
+#include <core/world/column.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace scree {
+
+// Of an ascending list: those who have changed go, and those among the changed, who ascend too, whom `keep`
+// holds for take their places.
+template <class Keep>
+void take_up(Column<std::int32_t>& list, const Column<std::int32_t>& changed,
+             const Column<std::uint8_t>& is_changed, Column<std::int32_t>& scratch, Keep&& keep) {
+  scratch.resize_discarding(list.size() + changed.size());
+  std::int32_t* to = scratch.data();
+  const std::int32_t* next = changed.begin();
+  for (const std::int32_t row : list) {
+    for (; next != changed.end() && *next < row; ++next) {
+      if (keep(static_cast<std::size_t>(*next))) *to++ = *next;
+    }
+    if (is_changed[static_cast<std::size_t>(row)] == 0) *to++ = row;
+  }
+  for (; next != changed.end(); ++next) {
+    if (keep(static_cast<std::size_t>(*next))) *to++ = *next;
+  }
+  scratch.resize(static_cast<std::size_t>(to - scratch.data()));
+  list.swap(scratch);
+}
+
+template <class Store>
+void forget_changes(Store& store) {
+  for (const std::int32_t row : store.changed) store.is_changed[static_cast<std::size_t>(row)] = 0;
+  store.changed.clear();
+}
+
+}  // namespace scree

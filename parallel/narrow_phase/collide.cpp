@@ -1,0 +1,394 @@
+// Narrow phase: candidate pairs -> contacts. Written: contacts.now, the pairs' contacts and axes, and
+// contacts.touching. Read by find_islands, color_constraints and pack_blocks.
+//
+// Pairs are grouped by type pair, and by whether they are contacts already, with a counting sort. Each group
+// goes through its kernel in chunks: contacts are made anew in their rows, and pairs that were none take free
+// rows, a round at a time, so that there need be few more rows than contacts. Then the touching ones are
+// listed. Every pass runs in parallel over fixed chunks, and nothing depends on their order.
+//
+// A contact's row is 250 bytes, a pair's 28, and most pairs do not touch.
+#include <core/world/wake.h>
+#include <parallel/crew/list_where.h>
+#include <parallel/narrow_phase/narrow_phase.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+using simd::CollideItem;
+
+// NarrowPhase::kind: a simd::CollideType, or that the row is left alone, or that its pair cannot collide.
+static_assert(simd::kCollideTypes <= 14);
+constexpr std::uint8_t kSkipped = 14;  // nobody is awake: the contact, if it is one, stays as it is
+constexpr std::uint8_t kNever = 15;    // no dynamic body
+
+bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
+
+simd::CollideType collide_type(ShapeType a, ShapeType b) {
+  constexpr simd::CollideType kTypes[kShapeTypeCount][kShapeTypeCount] = {
+      {simd::kSphereSphere, simd::kSphereCapsule, simd::kSphereBox, simd::kSphereHull},
+      {simd::kSphereCapsule, simd::kCapsuleCapsule, simd::kCapsuleBox, simd::kCapsuleHull},
+      {simd::kSphereBox, simd::kCapsuleBox, simd::kBoxBox, simd::kBoxHull},
+      {simd::kSphereHull, simd::kCapsuleHull, simd::kBoxHull, simd::kHullHull}};
+  return kTypes[static_cast<int>(a)][static_cast<int>(b)];
+}
+
+// Nobody found this row in the last list. One of two resting shapes must have come by a call then, and what
+// sleeps there is collided to see whether it must wake.
+bool is_new(const Contacts& contacts, std::size_t row) {
+  return !contacts.list_kept && contacts.previous[row] < 0;
+}
+
+// Whether the body may push what it touches. One that rests was put or stopped by a call, which has woken
+// whatever sleeps near it: see wake_neighbors.
+bool may_push(const WorldData& data, std::size_t body) {
+  switch (data.bodies.type[body]) {
+    case BodyType::fixed:
+      return false;
+    case BodyType::kinematic:
+      return !is_still(data.bodies.velocity[body]);
+    case BodyType::dynamic:
+      break;
+  }
+  return (data.bodies.flags[body] & kBodyAsleep) == 0;
+}
+
+// Whatever is collided is listed where it touches: what sleeps in it must wake.
+std::uint8_t classify(const WorldData& data, std::size_t row) {
+  const ShapePair pair = data.contacts.pairs.pair[row];
+  const std::size_t body_a = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.a)]);
+  const std::size_t body_b = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.b)]);
+  if (!is_dynamic(data.bodies.type[body_a]) && !is_dynamic(data.bodies.type[body_b])) return kNever;
+  if (!may_push(data, body_a) && !may_push(data, body_b) && !is_new(data.contacts, row)) return kSkipped;
+  return static_cast<std::uint8_t>(collide_type(data.shapes.type[static_cast<std::size_t>(pair.a)],
+                                                data.shapes.type[static_cast<std::size_t>(pair.b)]));
+}
+
+CollideItem make_item(const WorldData& data, std::int32_t place) {
+  const auto row = static_cast<std::size_t>(place);
+  const ShapePair pair = data.contacts.pairs.pair[row];
+  CollideItem item{};
+  item.shape_1 = pair.a;
+  item.shape_2 = pair.b;
+  if (data.shapes.type[static_cast<std::size_t>(pair.a)] >
+      data.shapes.type[static_cast<std::size_t>(pair.b)]) {
+    std::swap(item.shape_1, item.shape_2);
+  }
+  item.body_1 = data.shapes.body[static_cast<std::size_t>(item.shape_1)];
+  item.body_2 = data.shapes.body[static_cast<std::size_t>(item.shape_2)];
+  item.row = data.contacts.pairs.contact[row];
+  item.pair = place;
+  const BodyType type_1 = data.bodies.type[static_cast<std::size_t>(item.body_1)];
+  const BodyType type_2 = data.bodies.type[static_cast<std::size_t>(item.body_2)];
+  const BodyType type_a = is_dynamic(type_2) ? type_1 : type_2;
+  if (!is_dynamic(type_2)) item.flags |= simd::kItemFlip;
+  if (!is_dynamic(type_a)) item.flags |= simd::kItemStatic;
+  if (type_a == BodyType::fixed) item.flags |= simd::kItemFixed;
+  if (item.row >= 0) item.flags |= simd::kItemKnown;
+  return item;
+}
+
+// Of a pair that cannot collide.
+void clear_pair(Contacts& contacts, std::size_t row) {
+  const std::int32_t contact = contacts.pairs.contact[row];
+  if (contact >= 0) contacts.now.points[static_cast<std::size_t>(contact)] = 0;
+  if (!contacts.pairs.axis.empty()) contacts.pairs.axis[row] = {};
+}
+
+std::size_t group_of(const Contacts& contacts, std::size_t row, int type) {
+  return static_cast<std::size_t>(type + (contacts.pairs.contact[row] < 0 ? simd::kCollideTypes : 0));
+}
+
+void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
+  const int rows = static_cast<int>(data.contacts.pairs.pair.size());
+  const int chunks = (rows + NarrowPhase::kPairChunk - 1) / NarrowPhase::kPairChunk;
+  phase.kind.resize_discarding(static_cast<std::size_t>(rows));
+  phase.chunk_counts.resize_discarding(static_cast<std::size_t>(chunks));
+  phase.outcomes.resize_discarding(static_cast<std::size_t>(chunks));
+  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
+    NarrowPhase::Counts counts{};
+    for (int i = begin; i < end; ++i) {
+      const std::size_t row = static_cast<std::size_t>(i);
+      const std::uint8_t type = classify(data, row);
+      phase.kind[row] = type;
+      if (type < simd::kCollideTypes) ++counts[group_of(data.contacts, row, type)];
+      if (type == kNever) clear_pair(data.contacts, row);
+    }
+    phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)] = counts;
+  });
+  // Counts become places: by group, then by chunk.
+  std::int32_t place = 0;
+  for (std::size_t group = 0; group < NarrowPhase::kGroups; ++group) {
+    phase.group_begin[group] = place;
+    for (NarrowPhase::Counts& counts : phase.chunk_counts) {
+      const std::int32_t count = counts[group];
+      counts[group] = place;
+      place += count;
+    }
+  }
+  phase.group_begin[NarrowPhase::kGroups] = place;
+  phase.order.resize_discarding(static_cast<std::size_t>(place));
+}
+
+void sort_by_group(const WorldData& data, NarrowPhase& phase, Crew& crew) {
+  const int rows = static_cast<int>(data.contacts.pairs.pair.size());
+  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
+    NarrowPhase::Counts place = phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)];
+    for (int i = begin; i < end; ++i) {
+      const std::size_t row = static_cast<std::size_t>(i);
+      const int type = phase.kind[row];
+      if (type >= simd::kCollideTypes) continue;
+      phase.order[static_cast<std::size_t>(place[group_of(data.contacts, row, type)]++)] = i;
+    }
+  });
+}
+
+simd::CollideColumns collide_columns(WorldData& data) {
+  Contacts& contacts = data.contacts;
+  return {
+      .shape_pose = data.shapes.pose.data(),
+      .shape_extent = data.shapes.extent.data(),
+      .shape_material = data.shapes.material.data(),
+      .shape_hull = data.shapes.hull.data(),
+      .hulls = data.hulls.data.data(),
+      .body_pose = data.bodies.pose.data(),
+      .body_velocity = data.bodies.velocity.data(),
+      .dt = data.last_dt,
+      .manifold = contacts.now.manifold.data(),
+      .features = contacts.now.features.data(),
+      .surface = contacts.now.surface.data(),
+      .anchor = contacts.now.anchor.data(),
+      .axis = contacts.pairs.axis.data(),
+      .points = contacts.now.points.data(),
+  };
+}
+
+// The groups [first_group, first_group + kCollideTypes) in chunks of one type each. Smaller chunks of hulls
+// in contact (32) gained nothing on two threads.
+class TypeChunks {
+ public:
+  TypeChunks(const NarrowPhase& phase, std::size_t first_group)
+      : group_begin_(phase.group_begin.data() + first_group) {
+    for (std::size_t type = 0; type < simd::kCollideTypes; ++type) {
+      const int count = group_begin_[type + 1] - group_begin_[type];
+      chunk_begin_[type + 1] = chunk_begin_[type] + (count + simd::kCollideChunk - 1) / simd::kCollideChunk;
+    }
+  }
+  int count() const { return chunk_begin_[simd::kCollideTypes]; }
+  // Into NarrowPhase::order; a chunk ends where the next one begins.
+  int begin(int chunk) const {
+    if (chunk == count()) return group_begin_[simd::kCollideTypes];
+    const std::size_t type = type_of(chunk);
+    return group_begin_[type] + (chunk - chunk_begin_[type]) * simd::kCollideChunk;
+  }
+  std::size_t type_of(int chunk) const {
+    std::size_t type = 0;
+    while (chunk >= chunk_begin_[type + 1]) ++type;
+    return type;
+  }
+
+ private:
+  const std::int32_t* group_begin_;
+  std::array<int, simd::kCollideTypes + 1> chunk_begin_{};
+};
+
+// Null where manifolds of the type are not recycled.
+simd::CollideKernels::Recycle recycle_of(const simd::CollideKernels& kernels, std::size_t type) {
+  switch (type) {
+    case simd::kBoxBox:
+      return kernels.recycle_boxes;
+    case simd::kBoxHull:
+    case simd::kHullHull:
+      return kernels.recycle_hulls;
+    case simd::kCapsuleCapsule:
+    case simd::kCapsuleBox:
+    case simd::kCapsuleHull:
+      return kernels.recycle_capsules;
+    default:
+      return nullptr;
+  }
+}
+
+// Pairs that are contacts, in their rows.
+void collide_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
+  const simd::CollideColumns columns = collide_columns(data);
+  const simd::CollideKernels& kernels = crew.kernels().collide;
+  const TypeChunks chunks(phase, 0);
+  crew.run(chunks.count(), [&](int chunk, int) {
+    const std::size_t type = chunks.type_of(chunk);
+    const int begin = chunks.begin(chunk), count = chunks.begin(chunk + 1) - begin;
+    CollideItem items[simd::kCollideChunk], left[simd::kCollideChunk];
+    for (int k = 0; k < count; ++k)
+      items[k] = make_item(data, phase.order[static_cast<std::size_t>(begin + k)]);
+    const simd::CollideKernels::Recycle recycle = recycle_of(kernels, type);
+    if (recycle == nullptr || data.contacts.manifolds_stale) {
+      kernels.collide[type](columns, items, count);
+      return;
+    }
+    const int left_count = recycle(columns, items, count, left);
+    if (left_count > 0) kernels.collide[type](columns, left, left_count);
+  });
+}
+
+// Makes sure that there are `count` free rows. Where that takes more memory, `expected` further ones get
+// some, too, as far as that does not double it: a million contacts that come at once would be copied nine
+// times while columns grow by an eighth.
+void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected, bool with_forces) {
+  if (contacts.free_rows.size() >= count) return;
+  const std::size_t first = contacts.now.pair.size();
+  const std::size_t size = first + (count - contacts.free_rows.size());
+  contacts.free_rows.reserve(count);
+  const bool grows = size * sizeof(Manifold) > contacts.now.manifold.capacity_bytes();
+  const std::size_t reserved = grows ? std::max(size, std::min(size + expected, 2 * first)) : size;
+  contacts.now.for_each_column([&](ColumnKind, const char*, auto& column) { column.reserve(reserved); });
+  // To zero, as not every contact writes all of its row: state has no chance bytes.
+  contacts.now.resize(size);
+  if (with_forces) contacts.forces.resize(size);
+  for (std::size_t row = first; row < size; ++row) {
+    contacts.free_rows.push_back(static_cast<std::int32_t>(row));
+  }
+}
+
+// What a new contact's kernel has not written still holds what an earlier contact left in the row: state must
+// not depend on who that was.
+void clear_unwritten(ContactRows& rows, std::size_t row, bool has_anchor) {
+  if (!has_anchor) rows.anchor[row] = {};
+  if ((rows.manifold[row].info & kManifoldRich) == 0) rows.surface[row] = {};
+}
+
+// Pairs that are no contacts. Each pair of a round has one of the last free rows to itself, and keeps it if
+// it turns out to touch.
+void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  const simd::CollideKernels& kernels = crew.kernels().collide;
+  const TypeChunks chunks(phase, simd::kCollideTypes);
+  double share = 0.0;  // of the pairs so far that touch; of no consequence but how memory grows
+  std::size_t collided = 0, touching = 0;
+  for (int round = 0; round < chunks.count(); round += NarrowPhase::kRoundChunks) {
+    const int round_end = std::min(round + NarrowPhase::kRoundChunks, chunks.count());
+    const int first = chunks.begin(round);
+    const auto size = static_cast<std::size_t>(chunks.begin(round_end) - first);
+    const double left = static_cast<double>(chunks.begin(chunks.count()) - first) - static_cast<double>(size);
+    provide_rows(contacts, size, static_cast<std::size_t>(share * left), data.settings.contact_forces);
+    const std::int32_t* const rows = contacts.free_rows.end() - size;
+    const simd::CollideColumns columns = collide_columns(data);
+    crew.run(round_end - round, [&](int place, int) {
+      const int chunk = round + place;
+      const int begin = chunks.begin(chunk), count = chunks.begin(chunk + 1) - begin;
+      CollideItem items[simd::kCollideChunk]{};
+      for (int k = 0; k < count; ++k) {
+        items[k] = make_item(data, phase.order[static_cast<std::size_t>(begin + k)]);
+        items[k].row = rows[begin - first + k];
+      }
+      const std::size_t type = chunks.type_of(chunk);
+      kernels.collide[type](columns, items, count);
+      const bool has_anchor = recycle_of(kernels, type) != nullptr;
+      for (int k = 0; k < count; ++k) {
+        const auto row = static_cast<std::size_t>(items[k].row);
+        if (contacts.now.points[row] == 0) continue;
+        const auto pair = static_cast<std::size_t>(items[k].pair);
+        clear_unwritten(contacts.now, row, has_anchor);
+        contacts.pairs.contact[pair] = items[k].row;
+        contacts.now.pair[row] = contacts.pairs.pair[pair];
+        contacts.now.color[row] = kNoColor;
+        if (!contacts.forces.empty()) contacts.forces[row] = {};
+      }
+    });
+    const auto row_of = [&](std::size_t i) { return rows[i]; };
+    list_where(
+        crew, size, phase.places, phase.unused,
+        [&](std::size_t i) { return contacts.now.points[static_cast<std::size_t>(rows[i])] == 0; }, row_of);
+    contacts.free_rows.drop_back(size);
+    contacts.free_mark.cut(contacts.free_rows.size());
+    contacts.free_rows.append(std::as_const(phase.unused).span());
+    collided += size;
+    touching += size - phase.unused.size();
+    share = static_cast<double>(touching) / static_cast<double>(collided);
+  }
+}
+
+// What becomes of the contacts of the pairs [begin, end). Calls touches(contact), rests() or loses(pair).
+template <class Touches, class Rests, class Loses>
+void judge_contacts(const Contacts& contacts, const NarrowPhase& phase, int begin, int end, Touches&& touches,
+                    Rests&& rests, Loses&& loses) {
+  for (int i = begin; i < end; ++i) {
+    const auto pair = static_cast<std::size_t>(i);
+    const std::int32_t contact = contacts.pairs.contact[pair];
+    if (contact < 0) continue;
+    if (phase.kind[pair] == kSkipped) {
+      rests();
+    } else if (contacts.now.points[static_cast<std::size_t>(contact)] == 0) {
+      loses(pair);
+    } else {
+      touches(contact);
+    }
+  }
+}
+
+void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  const int rows = static_cast<int>(contacts.pairs.pair.size());
+  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
+    NarrowPhase::Outcome outcome{};
+    judge_contacts(
+        contacts, phase, begin, end, [&](std::int32_t) { ++outcome.touching; }, [&] { ++outcome.resting; },
+        [&](std::size_t) { ++outcome.lost; });
+    phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)] = outcome;
+  });
+  NarrowPhase::Outcome all{};
+  const auto place = [](std::int32_t& count, std::int32_t& sum) { sum += std::exchange(count, sum); };
+  const std::size_t free = contacts.free_rows.size();
+  all.lost = static_cast<std::int32_t>(free);
+  for (NarrowPhase::Outcome& outcome : phase.outcomes) {
+    place(outcome.touching, all.touching);
+    place(outcome.lost, all.lost);
+    all.resting += outcome.resting;
+  }
+  contacts.touching.resize_discarding(static_cast<std::size_t>(all.touching));
+  contacts.free_rows.resize_for_overwrite(static_cast<std::size_t>(all.lost));
+  data.stats.contacts = std::int64_t{all.touching} + all.resting + contacts.resting_contacts;
+  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
+    NarrowPhase::Outcome to = phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)];
+    judge_contacts(
+        contacts, phase, begin, end,
+        [&](std::int32_t contact) { contacts.touching[static_cast<std::size_t>(to.touching++)] = contact; },
+        [] {},
+        [&](std::size_t pair) {
+          contacts.free_rows[static_cast<std::size_t>(to.lost++)] =
+              std::exchange(contacts.pairs.contact[pair], -1);
+        });
+  });
+  for (std::size_t i = free; i < contacts.free_rows.size(); ++i) contacts.marks.mark(contacts.free_rows[i]);
+}
+
+}  // namespace
+
+void NarrowPhase::report(const Visit& visit) const {
+  const auto column = [&](const char* name, const auto& rows) {
+    visit(ColumnKind::scratch, name, rows.data(), rows.size() * sizeof(rows[0]), rows.capacity_bytes());
+  };
+  column("narrow_phase.kind", kind);
+  column("narrow_phase.chunk_counts", chunk_counts);
+  column("narrow_phase.outcomes", outcomes);
+  column("narrow_phase.order", order);
+  column("narrow_phase.unused", unused);
+  column("narrow_phase.places", places);
+}
+
+void collide(WorldData& data, Crew& crew) {
+  if (!data.narrow_phase) data.narrow_phase = std::make_unique<NarrowPhase>();
+  NarrowPhase& phase = static_cast<NarrowPhase&>(*data.narrow_phase);
+  data.contacts.forces.resize(data.settings.contact_forces ? data.contacts.now.pair.size() : 0);
+  count_groups(data, phase, crew);
+  sort_by_group(data, phase, crew);
+  collide_contacts(data, phase, crew);
+  collide_others(data, phase, crew);
+  list_contacts(data, phase, crew);
+  data.contacts.manifolds_stale = false;
+}
+
+}  // namespace scree

@@ -1,0 +1,119 @@
+// Where two recordings part.
+#include <core/state/world_difference.h>
+#include <parallel/recording/player_impl.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace scree {
+
+namespace {
+
+// The hashes of a recording, one after the other, without any step taken.
+class HashStream {
+ public:
+  // The next one is that of the step after `step`.
+  HashStream(RecordingFile& file, std::size_t keyframe, std::uint64_t step) : stream_(file) {
+    stream_.go_behind(file.keyframes()[keyframe]);
+    for (std::uint64_t at = file.keyframe_steps()[keyframe]; at < step; ++at) next();
+  }
+  std::uint64_t next() { return stream_.next_step(nullptr).hash; }
+
+ private:
+  RecordStream stream_;
+};
+
+// A step at which both recordings have a keyframe, and the keyframes' numbers.
+struct SharedKeyframe {
+  std::uint64_t step;
+  std::size_t left, right;
+};
+
+// In order. The first keyframe of a recording that began later is none of them: it holds calls that in the
+// other recording come with the next step.
+std::vector<SharedKeyframe> shared_keyframes(std::span<const std::uint64_t> left_steps,
+                                             std::span<const std::uint64_t> right_steps) {
+  std::vector<SharedKeyframe> shared;
+  std::size_t i = 0, j = 0;
+  while (i < left_steps.size() && j < right_steps.size()) {
+    if (left_steps[i] == right_steps[j]) {
+      if ((i == 0) == (j == 0)) shared.push_back({left_steps[i], i, j});
+      ++i;
+      ++j;
+    } else {
+      ++(left_steps[i] < right_steps[j] ? i : j);
+    }
+  }
+  return shared;
+}
+
+// The first step up to `last` after which the recorded hashes differ.
+std::optional<Divergence> first_step_that_differs(RecordingFile& left, std::size_t left_keyframe,
+                                                  RecordingFile& right, std::size_t right_keyframe,
+                                                  std::uint64_t first, std::uint64_t last) {
+  HashStream left_hashes(left, left_keyframe, first), right_hashes(right, right_keyframe, first);
+  for (std::uint64_t step = first + 1; step <= last; ++step) {
+    const std::uint64_t expected = left_hashes.next(), actual = right_hashes.next();
+    if (expected != actual) return Divergence{.step = step, .expected_hash = expected, .actual_hash = actual};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
+  Player::Impl &left = *a.impl_, &right = *b.impl_;
+  const RecordingInfo &left_info = a.info(), &right_info = b.info();
+  const std::uint64_t first = std::max(left_info.first_step, right_info.first_step);
+  const std::uint64_t last = std::min(left_info.last_step, right_info.last_step);
+  if (first >= last) throw Error("compare: the recordings have no step in common");
+  std::optional<Divergence> divergence = first_step_that_differs(
+      left.file, left.keyframe_before(first), right.file, right.keyframe_before(first), first, last);
+  const std::vector<SharedKeyframe> shared = shared_keyframes(a.keyframe_steps(), b.keyframe_steps());
+  const auto compare_keyframes = [&](const SharedKeyframe& at) {
+    left.restore_keyframe(at.left);
+    right.restore_keyframe(at.right);
+    divergence->difference = first_state_difference(left.world, right.world);
+    divergence->compared_at = at.step;
+  };
+
+  if (!divergence) {
+    // What steps do not show, and may not show for long: friction that nothing has met, timers of sleep.
+    for (const SharedKeyframe& at : shared) {
+      const std::uint64_t expected = left.file.hash_of_state(left.keyframe_chunk(at.left));
+      const std::uint64_t actual = right.file.hash_of_state(right.keyframe_chunk(at.right));
+      if (expected == actual) continue;
+      divergence = Divergence{.step = at.step, .expected_hash = expected, .actual_hash = actual};
+      compare_keyframes(at);
+      break;
+    }
+    return divergence;
+  }
+
+  std::string problem;
+  try {
+    left.seek(divergence->step, workers, "compare");
+    right.seek(divergence->step, workers, "compare");
+    divergence->difference = first_state_difference(left.world, right.world);
+    divergence->compared_at = divergence->step;
+  } catch (const Error& error) {
+    problem = error.what();  // a call that only the world that was recorded could take
+  }
+  left.is_lost = right.is_lost = true;
+  if (!divergence->difference.empty()) return divergence;
+  // One of them did not play as it was recorded: its keyframes tell what was.
+  divergence->compared_at = 0;
+  const auto next = std::find_if(shared.begin(), shared.end(),
+                                 [&](const SharedKeyframe& at) { return at.step >= divergence->step; });
+  if (next != shared.end()) {
+    compare_keyframes(*next);
+  } else {
+    divergence->difference = std::move(problem);
+  }
+  return divergence;
+}
+
+}  // namespace scree

@@ -1,0 +1,152 @@
+// Player: makes the recorded calls and steps again, and compares what they come to.
+#include <core/state/recording_format/recorded_state.h>
+#include <core/state/world_difference.h>
+#include <parallel/recording/player_impl.h>
+
+#include <algorithm>
+#include <string>
+
+namespace scree {
+
+void Player::Impl::restore_keyframe(std::size_t keyframe) {
+  const std::size_t chunk = keyframe_chunk(keyframe);
+  const Snapshot state = file.state(chunk);  // where that can not be read, the world stays what it is
+  if (is_lost) world = World();              // a step that ran out of memory leaves nothing to go on with
+  restore(world, state);
+  stream.go_behind(chunk);
+  position = keyframe_step(keyframe);
+  hash.reset();
+  is_lost = false;
+}
+
+bool Player::Impl::step(Workers& workers) {
+  if (position == file.info().last_step) return false;
+  if (is_lost) seek(position, workers, "Player::step");
+  try {
+    const RecordStream::Step next = stream.next_step(&world);
+    scree::step(world, next.dt, workers);
+    hash = next.hash;
+    ++position;
+  } catch (...) {
+    is_lost = true;
+    throw;
+  }
+  return true;
+}
+
+void Player::Impl::check_step(std::uint64_t step, const char* call) const {
+  const RecordingInfo& info = file.info();
+  if (step >= info.first_step && step <= info.last_step) return;
+  throw Error(std::string(call) + ": step is " + std::to_string(step) + ", must lie in [" +
+              std::to_string(info.first_step) + ", " + std::to_string(info.last_step) + "]");
+}
+
+std::size_t Player::Impl::keyframe_before(std::uint64_t step) const {
+  const std::span<const std::uint64_t> steps = file.keyframe_steps();
+  return static_cast<std::size_t>(std::upper_bound(steps.begin(), steps.end(), step) - steps.begin()) - 1;
+}
+
+std::size_t Player::Impl::keyframe_after(std::uint64_t step) const {
+  const std::span<const std::uint64_t> steps = file.keyframe_steps();
+  return static_cast<std::size_t>(std::lower_bound(steps.begin(), steps.end(), step) - steps.begin());
+}
+
+void Player::Impl::seek(std::uint64_t step, Workers& workers, const char* call) {
+  check_step(step, call);
+  const std::size_t keyframe = keyframe_before(step);
+  if (is_lost || position > step || keyframe_step(keyframe) > position) restore_keyframe(keyframe);
+  while (position < step) this->step(workers);
+  // Whether steps were played to get here is nobody's business.
+  WorldData& data = internals(world);
+  clear_told(data.events);
+  const std::uint64_t step_count = data.stats.step;
+  data.stats = {};
+  data.stats.step = step_count;
+}
+
+std::string Player::Impl::difference_from(std::size_t keyframe) {
+  const std::size_t chunk = keyframe_chunk(keyframe);
+  save(world, scratch);
+  if (scree::hash_of_state(*SnapshotAccess::data(scratch)) == file.hash_of_state(chunk)) return {};
+  World recorded;
+  restore(recorded, file.state(chunk));
+  const std::string difference = first_state_difference(recorded, world);
+  return difference.empty() ? "what snapshots keep besides the columns of kind state" : difference;
+}
+
+void Player::Impl::find_difference(Divergence& divergence, Workers& workers) {
+  const std::size_t keyframe = keyframe_after(position);
+  if (keyframe == file.keyframes().size()) return;
+  try {
+    while (position < keyframe_step(keyframe)) step(workers);
+  } catch (const Error& error) {
+    divergence.difference = error.what();  // a call that only the world that was recorded could take
+    return;
+  }
+  divergence.difference = difference_from(keyframe);
+  divergence.compared_at = position;
+}
+
+std::optional<Divergence> Player::Impl::compare_step() {
+  const std::uint64_t actual = world.hash();
+  if (!hash || actual == *hash) return {};
+  return Divergence{.step = position, .expected_hash = *hash, .actual_hash = actual};
+}
+
+std::optional<Divergence> Player::Impl::compare_state() {
+  const std::size_t keyframe = keyframe_after(position);
+  if (keyframe == file.keyframes().size() || keyframe_step(keyframe) != position) return {};
+  std::string difference = difference_from(keyframe);
+  if (difference.empty()) return {};
+  return Divergence{.step = position,
+                    .expected_hash = file.hash_of_state(keyframe_chunk(keyframe)),
+                    .actual_hash = scree::hash_of_state(*SnapshotAccess::data(scratch)),
+                    .compared_at = position,
+                    .difference = std::move(difference)};
+}
+
+Player::Player(const std::string& file) : impl_(std::make_unique<Impl>(file)) {}
+Player::Player(std::span<const std::byte> bytes) : impl_(std::make_unique<Impl>(bytes)) {}
+Player::~Player() = default;
+Player::Player(Player&&) noexcept = default;
+Player& Player::operator=(Player&&) noexcept = default;
+
+const RecordingInfo& Player::info() const noexcept { return impl_->file.info(); }
+
+std::span<const std::uint64_t> Player::keyframe_steps() const noexcept {
+  return impl_->file.keyframe_steps();
+}
+const World& Player::world() const noexcept { return impl_->world; }
+std::uint64_t Player::position() const noexcept { return impl_->position; }
+bool Player::step(Workers& workers) { return impl_->step(workers); }
+void Player::seek(std::uint64_t step, Workers& workers) { impl_->seek(step, workers, "Player::seek"); }
+std::optional<std::uint64_t> Player::recorded_hash() const noexcept { return impl_->hash; }
+World Player::branch() const { return clone(impl_->world); }
+
+std::optional<Divergence> Player::verify(std::uint64_t from, std::uint64_t to, Workers& workers) {
+  constexpr const char* kName = "Player::verify";
+  impl_->check_step(to, kName);
+  if (from > to) {
+    throw Error(std::string(kName) + ": step " + std::to_string(from) + " comes after step " +
+                std::to_string(to));
+  }
+  impl_->seek(from, workers, kName);
+  std::optional<Divergence> divergence = impl_->compare_state();
+  while (!divergence && impl_->position < to) {
+    impl_->step(workers);
+    divergence = impl_->compare_step();
+    if (divergence) {
+      impl_->find_difference(*divergence, workers);
+    } else {
+      divergence = impl_->compare_state();
+    }
+  }
+  impl_->is_lost |= divergence.has_value();  // what is recorded goes on from a keyframe
+  return divergence;
+}
+
+std::string first_difference(const World& expected, const World& actual) {
+  return first_state_difference(expected, actual);
+}
+
+}  // namespace scree

@@ -1,0 +1,181 @@
+// Recorder: hears what happens to a world and hands it to the writer.
+#include <core/world/edit.h>
+#include <parallel/recording/recording_writer.h>
+#include <scree/recording.h>
+
+#include <exception>
+#include <new>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+constexpr int kMostSpacing = 1'000'000'000;                     // steps
+constexpr float kLeastInterval = 0.01f, kMostInterval = 60.0f;  // s
+constexpr int kMostLevel = 19;                                  // beyond that zstd takes far more memory
+
+void check_options(const RecorderOptions& options) {
+  const auto require = [](bool holds, const std::string& problem) {
+    if (!holds) throw Error("Recorder: RecorderOptions::" + problem);
+  };
+  require(
+      options.keyframe_spacing >= 1 && options.keyframe_spacing <= kMostSpacing,
+      "keyframe_spacing is " + std::to_string(options.keyframe_spacing) + "; it must lie in [1, 1000000000]");
+  require(options.compression_level >= 1 && options.compression_level <= kMostLevel,
+          "compression_level is " + std::to_string(options.compression_level) + "; it must lie in [1, 19]");
+  require(options.flush_interval >= kLeastInterval && options.flush_interval <= kMostInterval,
+          "flush_interval is " + std::to_string(options.flush_interval) + " s; it must lie in [0.01, 60]");
+}
+
+}  // namespace
+
+struct SCREE_HIDDEN Recorder::Impl final : CallSink {
+  Impl(WorldData& world, const std::string& file, const RecorderOptions& options)
+      : spacing(static_cast<std::uint64_t>(options.keyframe_spacing)),
+        first_step(world.step_count),
+        writer(file, options) {
+    place_matter(world);  // of later keyframes the step has done so
+    add_state(world, ChunkKind::keyframe);
+    writer.wait_until_written();
+    if (writer.has_failed()) throw Error("Recorder: " + writer.error());
+    data = &world;
+    data->recording.sink = this;
+  }
+  ~Impl() {
+    // Whoever recorded did not come to the end.
+    if (std::uncaught_exceptions() > exceptions) writer.fail("an exception has ended it");
+    end(true);
+  }
+
+  void called(const MadeCall& call) noexcept override {
+    keep([&] {
+      writer.add(first_step + steps, [&](RecordingBatch& batch) {
+        CallWriter out(batch.bytes, solids);
+        write_call(call, out);
+        append_new_solids(batch.hulls);
+        ++batch.calls;
+      });
+      calls_follow = true;
+    });
+  }
+
+  void restored(const WorldData& world) noexcept override {
+    keep([&] {
+      add_state(world, ChunkKind::restored);
+      calls_follow = true;
+    });
+  }
+
+  void stepped(const WorldData& world, float dt, std::uint64_t hash) noexcept override {
+    keep([&] {
+      writer.add(first_step + steps, [&](RecordingBatch& batch) {
+        batch.bytes.put(static_cast<std::uint8_t>(RecordedCall::step));
+        batch.bytes.put(dt);
+        batch.bytes.put(hash);
+        ++batch.steps;
+      });
+      ++steps;
+      calls_follow = false;
+      if (steps - last_keyframe >= spacing) add_state(world, ChunkKind::keyframe);
+    });
+  }
+
+  void world_ended() noexcept override {
+    data = nullptr;
+    writer.stop();
+  }
+
+  void step_failed() noexcept override {
+    data = nullptr;
+    writer.fail("memory ran out");
+    writer.stop();
+  }
+
+  // Lets go of the world and writes the rest, with a keyframe if that is asked for and the world is as its
+  // last step has left it.
+  void end(bool with_keyframe) noexcept {
+    if (data != nullptr && with_keyframe && !calls_follow && last_keyframe != steps) {
+      keep([this] { add_state(*data, ChunkKind::keyframe); });
+    }
+    if (data != nullptr) std::exchange(data, nullptr)->recording.sink = nullptr;
+    writer.stop();
+  }
+
+  // Does the work, or ends the recording where that is not possible any more.
+  template <class Work>
+  void keep(Work&& work) noexcept {
+    if (!writer.has_failed()) {
+      try {
+        work();
+        return;
+      } catch (const std::bad_alloc&) {
+        writer.fail("memory ran out");
+      } catch (const std::exception& error) {
+        writer.fail(error.what());
+      }
+    }
+    end(false);
+  }
+
+  void append_new_solids(std::vector<SolidPointer>& to) {
+    const std::vector<SolidPointer>& all = solids.solids();
+    for (; solids_told < all.size(); ++solids_told) to.push_back(all[solids_told]);
+  }
+
+  void add_state(const WorldData& world, ChunkKind kind) {
+    std::unique_ptr<StateToRecord> state = writer.take_spare_state();
+    if (state == nullptr) state = std::make_unique<StateToRecord>();
+    save_world(world, state->snapshot, false);
+    state->kind = kind;
+    state->hulls = solids.numbers_of(state->snapshot.hulls);
+    std::vector<SolidPointer> new_solids;
+    append_new_solids(new_solids);
+    writer.add_state(first_step + steps, std::move(state), std::move(new_solids));
+    if (kind == ChunkKind::keyframe) last_keyframe = steps;
+  }
+
+  const std::uint64_t spacing;
+  const std::uint64_t first_step;
+  WorldData* data = nullptr;  // null: the recording has ended
+  std::uint64_t steps = 0;
+  std::uint64_t last_keyframe = 0;                    // steps before it
+  bool calls_follow = false;                          // since the last step
+  SolidList solids;                                   // of the whole recording
+  std::size_t solids_told = 0;                        // of them, how many the writer knows
+  bool finished = false;                              // finish() has been called
+  const int exceptions = std::uncaught_exceptions();  // on their way when the recording began
+  RecordingWriter writer;
+};
+
+Recorder::Recorder(World& world, const std::string& file, const RecorderOptions& options) {
+  check_options(options);
+  check_byte_order("Recorder");
+  WorldData& data = internals(world, "Recorder");
+  if (data.recording.sink != nullptr) throw Error("Recorder: the world is being recorded already");
+  impl_ = std::make_unique<Impl>(data, file, options);
+}
+
+Recorder::~Recorder() = default;
+Recorder::Recorder(Recorder&&) noexcept = default;
+Recorder& Recorder::operator=(Recorder&&) noexcept = default;
+
+void Recorder::finish() {
+  if (impl_ == nullptr || std::exchange(impl_->finished, true)) return;
+  impl_->end(true);
+  if (impl_->writer.has_failed()) throw Error("Recorder: " + impl_->writer.error());
+}
+
+bool Recorder::is_recording() const noexcept {
+  return impl_ != nullptr && impl_->data != nullptr && !impl_->writer.has_failed();
+}
+
+std::string Recorder::error() const { return impl_ != nullptr ? impl_->writer.error() : std::string(); }
+
+std::uint64_t Recorder::steps() const noexcept { return impl_ != nullptr ? impl_->steps : 0; }
+
+std::uint64_t Recorder::bytes_written() const noexcept {
+  return impl_ != nullptr ? impl_->writer.bytes_written() : 0;
+}
+
+}  // namespace scree

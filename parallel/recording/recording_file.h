@@ -1,0 +1,101 @@
+// A recording that is read: the list of its chunks, made when it is opened, and their contents, each checked
+// when it is asked for.
+#pragma once
+
+#include <core/state/recording_format/call_bytes.h>
+#include <core/state/recording_format/recording_chunks.h>
+#include <scree/recording.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace scree {
+
+// Throws Error "Player: byte <offset>: <reason>".
+[[noreturn]] void refuse_recording(std::uint64_t offset, const std::string& reason);
+
+struct RecordedChunk {
+  ChunkHead head;
+  std::uint64_t offset = 0;        // of its head in the file
+  std::uint64_t hulls_before = 0;  // in the chunks before it
+};
+
+class RecordingFile {
+ public:
+  explicit RecordingFile(const std::string& file);
+  explicit RecordingFile(std::span<const std::byte> bytes);
+
+  const RecordingInfo& info() const { return info_; }
+  const std::vector<RecordedChunk>& chunks() const { return chunks_; }
+  const std::vector<std::size_t>& keyframes() const { return keyframes_; }  // their places among the chunks
+  std::span<const std::uint64_t> keyframe_steps() const { return keyframe_steps_; }
+  std::vector<std::byte> content(std::size_t chunk);
+  // All that the chunks before one bring.
+  std::span<const SolidPointer> solids_before(std::size_t chunk);
+  Snapshot state(std::size_t chunk);               // of a keyframe, or what was restored
+  std::uint64_t hash_of_state(std::size_t chunk);  // likewise, as it was recorded
+  // Has work(content) read a chunk, and names its place in what that finds wrong.
+  template <class Work>
+  auto read_content(std::size_t chunk, std::span<const std::byte> content, Work&& work) {
+    try {
+      return work(content);
+    } catch (const RefusedBytes& refused) {
+      refuse_content(chunk, refused.offset, refused.reason);
+    }
+  }
+  [[noreturn]] void refuse_content(std::size_t chunk, std::size_t offset, const std::string& reason) const;
+
+ private:
+  void scan();
+  bool scan_chunk(std::uint64_t& offset);
+  std::uint64_t find_end_of_data();
+  bool is_intact(const RecordedChunk& chunk);
+  void list_chunk(const RecordedChunk& chunk);
+  std::vector<std::byte> bytes_at(std::uint64_t offset, std::size_t count);
+
+  std::ifstream stream_;  // or else
+  std::vector<std::byte> bytes_;
+  std::uint64_t size_ = 0;
+  std::uint64_t end_of_data_ = 0;  // what follows is zero
+  RecordingInfo info_;
+  std::vector<RecordedChunk> chunks_;
+  std::vector<std::size_t> keyframes_;
+  std::vector<std::uint64_t> keyframe_steps_;  // of each keyframe, ascending
+  std::vector<SolidPointer> solids_;
+  std::size_t solids_until_ = 0;  // chunks before it have been looked into for solids
+};
+
+// Goes over the steps and calls of a recording.
+class RecordStream {
+ public:
+  explicit RecordStream(RecordingFile& file) : file_(file) {}
+  // To what follows the chunk.
+  void go_behind(std::size_t chunk);
+
+  struct Step {
+    float dt;
+    std::uint64_t hash;
+  };
+  // To the next step, over the calls before it. Those are made in the world, and what was restored is
+  // restored there, if there is one. There must be such a step. Throws Error, and then is where it was before
+  // what is wrong.
+  Step next_step(World* world);
+
+ private:
+  // The next record of the chunk: true if it is the step.
+  bool take_record(World* world, Step& step);
+  void open_next_chunk(World* world);
+  void close_chunk() const;
+
+  RecordingFile& file_;
+  std::size_t chunk_ = 0;  // being read
+  std::vector<std::byte> content_;
+  std::size_t at_ = 0;
+  std::uint64_t steps_ = 0, calls_ = 0;  // read of the chunk
+};
+
+}  // namespace scree

@@ -1,0 +1,24 @@
+// Work over all blocks of constraints at once, where their order does not matter: before the first substep and
+// after the last one.
+#pragma once
+
+#include <parallel/constraints/constraints.h>
+#include <parallel/crew/crew.h>
+
+namespace scree {
+
+// Calls the works for all chunks, which do not touch what others do.
+template <class ContactWork, class JointWork>
+void over_blocks(const Constraints& constraints, Crew& crew, ContactWork&& contact_work,
+                 JointWork&& joint_work) {
+  const int joints = static_cast<int>(constraints.joint_chunks.size());
+  crew.run(joints + static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
+    if (chunk < joints) {
+      joint_work(constraints.joint_chunks[static_cast<std::size_t>(chunk)]);
+    } else {
+      contact_work(constraints.chunks[static_cast<std::size_t>(chunk - joints)]);
+    }
+  });
+}
+
+}  // namespace scree

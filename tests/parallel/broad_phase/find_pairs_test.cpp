@@ -1,0 +1,585 @@
+// Laws of find_pairs: the list against brute force, its order, its memory of the last list, and who is kept.
+#include <tests/parallel/hand_made_world.h>
+
+#include <gtest/gtest.h>
+#include <parallel/broad_phase/broad_phase.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace scree {
+namespace {
+
+using testing::HandMadeWorld;
+using testing::Random;
+using Pair = std::pair<std::int32_t, std::int32_t>;
+
+constexpr float kDt = 1.0f / 60.0f;
+
+bool fat_bounds_meet(const BoundsRow& x, const BoundsRow& y) {
+  float distance = 0.0f;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (x.lower[axis] > y.upper[axis] || y.lower[axis] > x.upper[axis]) return false;
+    const float offset = (x.lower[axis] + x.upper[axis]) * 0.5f - (y.lower[axis] + y.upper[axis]) * 0.5f;
+    distance += offset * offset;
+  }
+  const float sum = x.sphere_radius + y.sphere_radius;
+  return distance <= sum * sum;
+}
+
+// The definition: every pair of living shapes whose bounds meet and that may collide, unless both are frozen.
+std::set<Pair> brute_force(const WorldData& data) {
+  std::set<Pair> result;
+  const Shapes& shapes = data.shapes;
+  const auto count = static_cast<std::int32_t>(shapes.type.size());
+  for (std::int32_t a = 0; a < count; ++a) {
+    const auto index_a = static_cast<std::size_t>(a);
+    if ((shapes.flags[index_a] & kShapeAlive) == 0) continue;
+    for (std::int32_t b = a + 1; b < count; ++b) {
+      const auto index_b = static_cast<std::size_t>(b);
+      if ((shapes.flags[index_b] & kShapeAlive) == 0) continue;
+      if (shapes.tree[index_a] == TreeKind::frozen && shapes.tree[index_b] == TreeKind::frozen) continue;
+      if (fat_bounds_meet(shapes.fat_bounds[index_a], shapes.fat_bounds[index_b]) &&
+          may_collide(data, a, b)) {
+        result.insert({a, b});
+      }
+    }
+  }
+  return result;
+}
+
+bool is_frozen(const WorldData& data, std::int32_t shape) {
+  return data.shapes.tree[static_cast<std::size_t>(shape)] == TreeKind::frozen;
+}
+
+// Both lists as one.
+std::vector<Pair> listed(const WorldData& data) {
+  std::vector<Pair> result;
+  for (const ShapePair& pair : data.contacts.pairs.pair) result.emplace_back(pair.a, pair.b);
+  for (const ShapePair& pair : data.contacts.resting.pair) {
+    EXPECT_TRUE(is_frozen(data, pair.a) && is_frozen(data, pair.b)) << pair.a << " " << pair.b;
+    result.emplace_back(pair.a, pair.b);
+  }
+  const auto resting = result.begin() + static_cast<std::ptrdiff_t>(data.contacts.pairs.pair.size());
+  EXPECT_TRUE(std::is_sorted(result.begin(), resting));
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+void expect_canonical(const std::vector<Pair>& list) {
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    EXPECT_LT(list[i].first, list[i].second);
+    if (i > 0) {
+      EXPECT_LT(list[i - 1], list[i]);
+    }
+  }
+}
+
+// Makes three of four pairs contacts, as collide would, so that histories can be followed.
+class Follower {
+ public:
+  // After find_pairs; returns the number of pairs with a history.
+  int check_and_move(WorldData& data) {
+    Contacts& contacts = data.contacts;
+    int kept = 0;
+    std::int64_t resting_contacts = 0;
+    std::map<Pair, std::int32_t> contact_of;
+    for (PairRows* rows : {&contacts.pairs, &contacts.resting}) {
+      EXPECT_EQ(rows->contact.size(), rows->pair.size());
+      for (std::size_t row = 0; row < rows->pair.size(); ++row) {
+        const Pair pair{rows->pair[row].a, rows->pair[row].b};
+        const auto known = contact_of_.find(pair);
+        if (rows == &contacts.pairs && !contacts.list_kept) {
+          EXPECT_EQ(contacts.previous[row] >= 0, known != contact_of_.end())
+              << pair.first << " " << pair.second;
+        }
+        std::int32_t& contact = rows->contact[row];
+        if (known != contact_of_.end()) {
+          EXPECT_EQ(contact, known->second);
+          ++kept;
+        } else {
+          EXPECT_TRUE(rows == &contacts.pairs) << "nobody is born at rest";
+          EXPECT_EQ(contact, -1);
+          if ((pair.first + pair.second) % 4 != 0) contact = take_row(contacts);
+        }
+        if (rows == &contacts.resting && contact >= 0) ++resting_contacts;
+        contact_of[pair] = contact;
+      }
+    }
+    EXPECT_EQ(contacts.resting_contacts, resting_contacts);
+    contact_of_ = std::move(contact_of);
+    expect_rows_once(contacts);
+    return kept;
+  }
+  void forget(std::int32_t shape) {
+    std::erase_if(contact_of_, [&](const auto& entry) {
+      return entry.first.first == shape || entry.first.second == shape;
+    });
+  }
+
+ private:
+  static std::int32_t take_row(Contacts& contacts) {
+    if (contacts.free_rows.empty()) {
+      contacts.free_rows.push_back(static_cast<std::int32_t>(contacts.now.pair.size()));
+      contacts.now.resize(contacts.now.pair.size() + 1);
+    }
+    const std::int32_t row = contacts.free_rows.back();
+    contacts.free_rows.pop_back();
+    contacts.now.points[static_cast<std::size_t>(row)] = 1;
+    return row;
+  }
+  // Each row is free or some pair's contact.
+  void expect_rows_once(const Contacts& contacts) const {
+    std::vector<int> users(contacts.now.pair.size());
+    for (const auto& [pair, contact] : contact_of_) {
+      if (contact < 0) continue;
+      ++users[static_cast<std::size_t>(contact)];
+      EXPECT_EQ(contacts.now.points[static_cast<std::size_t>(contact)], 1);
+    }
+    for (const std::int32_t row : contacts.free_rows) {
+      ++users[static_cast<std::size_t>(row)];
+      EXPECT_EQ(contacts.now.points[static_cast<std::size_t>(row)], 0);
+    }
+    EXPECT_EQ(users, std::vector<int>(users.size(), 1));
+  }
+
+  std::map<Pair, std::int32_t> contact_of_;  // -1: does not touch
+};
+
+void step(HandMadeWorld& world, Workers& workers) {
+  Crew crew(workers);
+  world.refresh();
+  find_pairs(world.data, crew);
+  world.integrate(kDt);
+  update_bounds(world.data, kDt, crew);
+}
+
+std::int32_t add_random_body(HandMadeWorld& world, Random& random, BodyType type, Vec3 half, float speed,
+                             int shapes = 1, Filter filter = {}) {
+  const std::int32_t body = world.add_body(type, random.point(half), random.rotation());
+  VelocityRow& velocity = world.data.bodies.velocity[static_cast<std::size_t>(body)];
+  if (type != BodyType::fixed) {
+    for (int axis = 0; axis < 3; ++axis) {
+      velocity.linear[axis] = random.uniform(-speed, speed);
+      velocity.angular[axis] = random.uniform(-speed, speed);
+    }
+  }
+  for (int i = 0; i < shapes; ++i) {
+    const Pose local = shapes == 1 ? Pose{} : Pose{random.point({0.5f, 0.5f, 0.5f}), random.rotation()};
+    world.add_random_shape(body, random, local, filter);
+  }
+  return body;
+}
+
+Filter random_filter(Random& random) {
+  if (random.below(2) == 0) return {};
+  return {random.below(8), random.below(8), static_cast<std::int32_t>(random.below(5)) - 2};
+}
+
+TEST(FindPairs, ListIsBruteForceForEveryInstructionSet) {
+  for (const WorkersOptions& options : testing::all_workers()) {
+    Workers workers(options);
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      HandMadeWorld world;
+      Random random(seed);
+      world.add_box(BodyType::fixed, {0, -5, 0}, {400, 1, 400});
+      const int bodies = seed == 1 ? 3 : 200 * static_cast<int>(seed);
+      for (int i = 0; i < bodies; ++i) {
+        const std::uint32_t kind = random.below(8);
+        const BodyType type = kind == 0   ? BodyType::fixed
+                              : kind == 1 ? BodyType::kinematic
+                                          : BodyType::dynamic;
+        add_random_body(world, random, type, {4, 4, 4}, 2.0f, 1 + static_cast<int>(random.below(3)) / 2,
+                        random_filter(random));
+      }
+      Follower follower;
+      for (int i = 0; i < 40; ++i) {
+        {
+          Crew crew(workers);
+          world.refresh();
+          find_pairs(world.data, crew);
+        }
+        const std::vector<Pair> list = listed(world.data);
+        const std::set<Pair> expected = brute_force(world.data);
+        expect_canonical(list);
+        ASSERT_TRUE(std::equal(list.begin(), list.end(), expected.begin(), expected.end()))
+            << list.size() << " " << expected.size();
+        EXPECT_EQ(world.data.stats.pairs, static_cast<std::int64_t>(list.size()));
+        follower.check_and_move(world.data);
+        world.integrate(kDt);
+        Crew crew(workers);
+        update_bounds(world.data, kDt, crew);
+      }
+    }
+  }
+}
+
+// Blocks of the tree then meet more leaves than a descent collects.
+TEST(FindPairs, ListIsBruteForceWhereFewAreStrewnAmongManyAndOneMeetsAll) {
+  for (const WorkersOptions& options : testing::all_workers()) {
+    Workers workers(options);
+    HandMadeWorld world;
+    Random random(6);
+    const auto place = [&] {
+      return Vec3{random.uniform(-40, 40), random.uniform(0, 1), random.uniform(-40, 40)};
+    };
+    for (int i = 0; i < 2500; ++i) {
+      const BodyType type = i % 2 == 0 ? BodyType::fixed : BodyType::dynamic;
+      world.add_shape(world.add_body(type, place()), ShapeType::sphere, {{0, 0, 0}, 0.3f});
+    }
+    world.add_box(BodyType::dynamic, {0, -0.5f, 0}, {45, 0.6f, 45});
+    for (int i = 0; i < 3; ++i) {
+      step(world, workers);
+      const std::vector<Pair> list = listed(world.data);
+      const std::set<Pair> expected = brute_force(world.data);
+      EXPECT_GT(expected.size(), 1500u);
+      expect_canonical(list);
+      ASSERT_TRUE(std::equal(list.begin(), list.end(), expected.begin(), expected.end()))
+          << list.size() << " " << expected.size();
+      // The dynamic ones go far apart: most of a block's shapes have nothing in common.
+      for (std::int32_t body = kFirstBody; body < kFirstBody + 2500; ++body) {
+        if (world.data.bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic)
+          world.move_by_call(body, place());
+      }
+    }
+  }
+}
+
+TEST(FindPairs, HistoryFollowsPairsThroughBirthAndDeath) {
+  for (const WorkersOptions& options : testing::all_workers()) {
+    Workers workers(options);
+    HandMadeWorld world;
+    Random random(5);
+    Follower follower;
+    std::vector<std::int32_t> bodies;
+    int kept = 0;
+    for (int i = 0; i < 100; ++i) {
+      const std::uint32_t births = i % 10 == 0 ? 60 : random.below(4);
+      for (std::uint32_t k = 0; k < births; ++k) {
+        bodies.push_back(add_random_body(world, random, BodyType::dynamic, {4, 4, 4}, 1.0f));
+        follower.forget(world.data.bodies.first_shape[static_cast<std::size_t>(bodies.back())]);
+      }
+      for (std::uint32_t k = random.below(3); k > 0 && !bodies.empty(); --k) {
+        const std::size_t victim = random.below(static_cast<std::uint32_t>(bodies.size()));
+        world.destroy_body(bodies[victim]);
+        bodies.erase(bodies.begin() + static_cast<std::ptrdiff_t>(victim));
+      }
+      if (!bodies.empty() && i % 3 == 0) world.move_by_call(bodies.front(), random.point({4, 4, 4}));
+      step(world, workers);
+      const std::vector<Pair> list = listed(world.data);
+      expect_canonical(list);
+      kept += follower.check_and_move(world.data);
+    }
+    EXPECT_GT(kept, 1000);
+  }
+}
+
+// True boxes and spheres, each grown by half the speculative distance.
+TEST(FindPairs, NoPairWithinTheSpeculativeDistanceIsMissed) {
+  Workers workers(1);
+  for (const float speed : {0.3f, 1.0f, 20.0f}) {
+    HandMadeWorld world;
+    Random random(9);
+    for (int i = 0; i < 300; ++i) add_random_body(world, random, BodyType::dynamic, {5, 5, 5}, speed);
+    int kept = 0;
+    for (int i = 0; i < 60; ++i) {
+      {
+        Crew crew(workers);
+        world.refresh();
+        find_pairs(world.data, crew);
+      }
+      kept += world.data.contacts.list_kept ? 1 : 0;
+      std::set<Pair> list;
+      for (const Pair& pair : listed(world.data)) list.insert(pair);
+      const Shapes& shapes = world.data.shapes;
+      for (std::int32_t a = 0; a < 300; ++a) {
+        for (std::int32_t b = a + 1; b < 300; ++b) {
+          const std::int32_t index[2] = {a, b};
+          double center[2][3], half[2][3], radius[2];
+          for (int side = 0; side < 2; ++side) {
+            const auto s = static_cast<std::size_t>(index[side]);
+            const PoseRow& pose = world.data.bodies.pose[static_cast<std::size_t>(shapes.body[s])];
+            const ExtentRow& e = shapes.extent[s];
+            const Quat q{pose.rotation[0], pose.rotation[1], pose.rotation[2], pose.rotation[3]};
+            const Vec3 x = rotate(q, {1, 0, 0}), y = rotate(q, {0, 1, 0}), z = rotate(q, {0, 0, 1});
+            const float columns[3][3] = {{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}};
+            double square = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+              center[side][axis] = pose.position[axis];
+              half[side][axis] = e.radius + 0.5 * kSpeculativeDistance;
+              for (int k = 0; k < 3; ++k) half[side][axis] += std::abs(columns[axis][k]) * double{e.half[k]};
+              square += double{e.half[axis]} * e.half[axis];
+            }
+            radius[side] = std::sqrt(square) + e.radius + 0.5 * kSpeculativeDistance;
+          }
+          bool meet = true;
+          double distance = 0;
+          for (int axis = 0; axis < 3; ++axis) {
+            const double offset = std::abs(center[0][axis] - center[1][axis]);
+            meet = meet && offset <= half[0][axis] + half[1][axis];
+            distance += offset * offset;
+          }
+          if (meet && std::sqrt(distance) <= radius[0] + radius[1]) {
+            EXPECT_TRUE(list.contains({a, b}));
+          }
+        }
+      }
+      world.integrate(kDt);
+      Crew crew(workers);
+      update_bounds(world.data, kDt, crew);
+    }
+    if (speed < 0.5f) {
+      EXPECT_GT(kept, 0);
+    }
+  }
+}
+
+TEST(FindPairs, ListIsKeptWhileNobodyLeavesItsBounds) {
+  Workers workers(1);
+  HandMadeWorld world;
+  Random random(2);
+  for (int i = 0; i < 100; ++i) add_random_body(world, random, BodyType::dynamic, {3, 3, 3}, 0.0f);
+  step(world, workers);
+  EXPECT_FALSE(world.data.contacts.list_kept);
+  const std::vector<Pair> first = listed(world.data);
+  for (int i = 0; i < 20; ++i) {
+    step(world, workers);
+    EXPECT_TRUE(world.data.contacts.list_kept);
+    EXPECT_EQ(listed(world.data), first);
+  }
+  world.add_sphere(BodyType::dynamic, {0, 0, 0}, 1.0f);
+  step(world, workers);
+  EXPECT_FALSE(world.data.contacts.list_kept);
+  EXPECT_GT(listed(world.data).size(), first.size());
+}
+
+TEST(FindPairs, AListThatComesOutTheSameIsKept) {
+  Workers workers(1);
+  HandMadeWorld world;
+  world.add_box(BodyType::fixed, {0, -1, 0}, {10, 1, 10});
+  world.add_sphere(BodyType::dynamic, {0, 0.5f, 0}, 0.5f);
+  world.add_sphere(BodyType::dynamic, {0, 50, 0}, 0.5f);
+  world.data.bodies.velocity[kFirstBody + 2].linear[1] = 20.0f;  // leaves its bounds in every step
+  step(world, workers);
+  EXPECT_EQ(listed(world.data), (std::vector<Pair>{{0, 1}}));
+  for (int i = 0; i < 5; ++i) {
+    step(world, workers);
+    EXPECT_TRUE(world.data.contacts.list_kept);
+  }
+}
+
+TEST(FindPairs, FiltersDecideBothWays) {
+  Workers workers(1);
+  const auto pairs = [&](Filter x, Filter y) {
+    HandMadeWorld world;
+    world.add_sphere(BodyType::dynamic, {0, 0, 0}, 0.5f, x);
+    world.add_sphere(BodyType::dynamic, {0.5f, 0, 0}, 0.5f, y);
+    step(world, workers);
+    return listed(world.data).size();
+  };
+  EXPECT_EQ(pairs({}, {}), 1u);
+  EXPECT_EQ(pairs({.category = 2}, {.mask = 2}), 1u);
+  EXPECT_EQ(pairs({.category = 2}, {.mask = 4}), 0u);
+  EXPECT_EQ(pairs({.mask = 0}, {}), 0u);
+  EXPECT_EQ(pairs({.group = -3}, {.group = -3}), 0u);
+  EXPECT_EQ(pairs({.group = -3}, {.group = -4}), 1u);
+  EXPECT_EQ(pairs({.mask = 0, .group = 3}, {.mask = 0, .group = 3}), 1u);
+  EXPECT_EQ(pairs({.mask = 0, .group = 3}, {.mask = 0, .group = 2}), 0u);
+}
+
+TEST(FindPairs, AChangedFilterCountsInTheNextStep) {
+  Workers workers(1);
+  HandMadeWorld world;
+  world.add_sphere(BodyType::dynamic, {0, 0, 0}, 0.5f);
+  world.add_sphere(BodyType::dynamic, {0.5f, 0, 0}, 0.5f);
+  step(world, workers);
+  EXPECT_EQ(listed(world.data).size(), 1u);
+  world.data.shapes.filter[0].mask = 0;
+  world.data.contacts.pairs_stale = true;
+  step(world, workers);
+  EXPECT_TRUE(listed(world.data).empty());
+}
+
+TEST(FindPairs, ShapesOfOneBodyAndBodiesThatCannotBePushedAreNoPairs) {
+  Workers workers(1);
+  HandMadeWorld world;
+  const std::int32_t body = world.add_body(BodyType::dynamic, {0, 0, 0});
+  for (int i = 0; i < 3; ++i) world.add_shape(body, ShapeType::sphere, {{0, 0, 0}, 0.5f});
+  step(world, workers);
+  EXPECT_TRUE(listed(world.data).empty());
+  world.add_sphere(BodyType::kinematic, {50, 0, 0}, 0.5f);  // shapes 3 and 4
+  world.add_sphere(BodyType::fixed, {50, 0, 0}, 0.5f);
+  world.add_sphere(BodyType::kinematic, {50, 0, 0}, 0.5f);
+  step(world, workers);
+  EXPECT_TRUE(listed(world.data).empty());
+}
+
+TEST(FindPairs, RowsOfSleepingPairsSurvive) {
+  for (const WorkersOptions& options : testing::all_workers()) {
+    Workers workers(options);
+    HandMadeWorld world;
+    Random random(4);
+    world.add_box(BodyType::fixed, {0, -5, 0}, {100, 1, 100});
+    std::vector<std::int32_t> bodies;
+    for (int i = 0; i < 200; ++i) {
+      bodies.push_back(add_random_body(world, random, BodyType::dynamic, {4, 4, 4}, 0.0f));
+    }
+    Follower follower;
+    step(world, workers);
+    follower.check_and_move(world.data);
+    const std::vector<Pair> all = listed(world.data);
+    for (const std::int32_t body : bodies) world.set_asleep(body, true);
+    step(world, workers);
+    EXPECT_EQ(listed(world.data), all);
+    EXPECT_TRUE(world.data.contacts.pairs.pair.empty()) << "all of them rest";
+    EXPECT_EQ(follower.check_and_move(world.data), static_cast<int>(all.size()));
+
+    // Some wake, a ball flies by, some fall asleep again: nobody loses a row, and the ball's come and go.
+    const std::int32_t ball = world.add_sphere(BodyType::dynamic, {-9, 0, 0}, 0.4f);
+    world.data.bodies
+        .velocity[static_cast<std::size_t>(world.data.shapes.body[static_cast<std::size_t>(ball)])]
+        .linear[0] = 20.0f;
+    std::size_t most = 0;
+    for (int i = 0; i < 60; ++i) {
+      for (int k = 0; k < 10; ++k) {
+        world.set_asleep(bodies[random.below(static_cast<std::uint32_t>(bodies.size()))],
+                         random.below(2) == 0);
+      }
+      step(world, workers);
+      const std::vector<Pair> list = listed(world.data);
+      EXPECT_TRUE(std::includes(list.begin(), list.end(), all.begin(), all.end()));
+      EXPECT_GE(follower.check_and_move(world.data), static_cast<int>(all.size()));
+      most = std::max(most, list.size());
+    }
+    EXPECT_GT(most, all.size());
+    EXPECT_EQ(listed(world.data), all);
+  }
+}
+
+TEST(FindPairs, ASleepingShapeThatACallMovesAwayLosesItsRows) {
+  Workers workers(1);
+  HandMadeWorld world;
+  world.add_sphere(BodyType::dynamic, {0, 0, 0}, 0.5f);
+  world.add_sphere(BodyType::dynamic, {0.9f, 0, 0}, 0.5f);
+  world.add_sphere(BodyType::dynamic, {1.8f, 0, 0}, 0.5f);
+  step(world, workers);
+  for (std::int32_t body = kFirstBody; body < kFirstBody + 3; ++body) world.set_asleep(body, true);
+  step(world, workers);
+  EXPECT_EQ(listed(world.data), (std::vector<Pair>{{0, 1}, {1, 2}}));
+  world.move_by_call(kFirstBody, {-20, 0, 0});
+  step(world, workers);
+  EXPECT_EQ(listed(world.data), (std::vector<Pair>{{1, 2}}));
+}
+
+TEST(FindPairs, SleepingBodiesAreMetByKinematicOnesAndByFixedOnesThatArrive) {
+  Workers workers(1);
+  HandMadeWorld world;
+  world.add_sphere(BodyType::dynamic, {0, 0, 0}, 0.5f);
+  world.add_sphere(BodyType::kinematic, {0.9f, 0, 0}, 0.5f);
+  world.add_sphere(BodyType::fixed, {0.9f, 0.5f, 0}, 0.5f);
+  world.set_asleep(kFirstBody, true);
+  step(world, workers);
+  EXPECT_EQ(listed(world.data), (std::vector<Pair>{{0, 1}, {0, 2}}));
+}
+
+TEST(FindPairs, AReusedSlotHasNoHistory) {
+  Workers workers(1);
+  HandMadeWorld world;
+  Follower follower;
+  world.add_sphere(BodyType::dynamic, {0, 0, 0}, 0.5f);
+  const std::int32_t shape = world.add_sphere(BodyType::dynamic, {0.5f, 0, 0}, 0.5f);
+  step(world, workers);
+  follower.check_and_move(world.data);
+  world.destroy_body(kFirstBody + 1);
+  EXPECT_EQ(world.add_sphere(BodyType::dynamic, {0.5f, 0, 0}, 0.5f), shape);
+  follower.forget(shape);
+  step(world, workers);
+  EXPECT_EQ(listed(world.data).size(), 1u);
+  EXPECT_EQ(follower.check_and_move(world.data), 0);
+  step(world, workers);
+  EXPECT_EQ(follower.check_and_move(world.data), 1);
+}
+
+TEST(FindPairs, BodiesWithoutFinitePosesHaveNoPairs) {
+  for (const WorkersOptions& options : testing::all_workers()) {
+    Workers workers(options);
+    HandMadeWorld world;
+    Random random(6);
+    for (int i = 0; i < 100; ++i) add_random_body(world, random, BodyType::dynamic, {2, 2, 2}, 0.5f);
+    step(world, workers);
+    const float values[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                            1e30f};
+    for (std::size_t i = 0; i < 30; ++i) {
+      world.data.bodies.pose[kFirstBody + i].position[i % 3] = values[i % 3];
+      world.data.bodies.velocity[kFirstBody + i].angular[0] = values[(i + 1) % 3];
+    }
+    for (int i = 0; i < 20; ++i) step(world, workers);
+    for (const Pair& pair : listed(world.data)) EXPECT_GE(pair.first, 30);
+    EXPECT_FALSE(listed(world.data).empty());
+  }
+}
+
+TEST(FindPairs, EmptyWorldsAndLoneBodiesAreFine) {
+  Workers workers(1);
+  HandMadeWorld world;
+  for (int i = 0; i < 3; ++i) step(world, workers);
+  EXPECT_TRUE(listed(world.data).empty());
+  world.add_sphere(BodyType::dynamic, {0, 0, 0}, 0.5f);
+  for (int i = 0; i < 3; ++i) step(world, workers);
+  EXPECT_TRUE(listed(world.data).empty());
+  world.destroy_body(kFirstBody);
+  for (int i = 0; i < 3; ++i) step(world, workers);
+  EXPECT_TRUE(listed(world.data).empty());
+}
+
+TEST(FindPairs, ManyBodiesAtOnePlaceAreAllPairs) {
+  Workers workers(WorkersOptions{.threads = 2});
+  HandMadeWorld world;
+  for (int i = 0; i < 500; ++i) world.add_sphere(BodyType::dynamic, {1, 2, 3}, 0.5f);
+  step(world, workers);
+  expect_canonical(listed(world.data));
+  EXPECT_EQ(listed(world.data).size(), 500u * 499u / 2u);
+}
+
+// More pairs of one owner than one thread sorts alone, and enough shapes for three levels of nodes.
+TEST(FindPairs, AWideGroundIsPairedWithWhateverLiesOnIt) {
+  for (const WorkersOptions& options : testing::all_workers()) {
+    Workers workers(options);
+    HandMadeWorld world;
+    constexpr int kSide = 90;
+    world.add_box(BodyType::fixed, {0, -1, 0}, {400, 1, 400});
+    for (int x = 0; x < kSide; ++x) {
+      for (int z = 0; z < kSide; ++z) {
+        world.add_sphere(BodyType::dynamic, {2.0f * float(x), 0.5f, 2.0f * float(z)}, 0.5f);
+      }
+    }
+    step(world, workers);
+    const std::vector<Pair> list = listed(world.data);
+    ASSERT_EQ(list.size(), static_cast<std::size_t>(kSide * kSide));
+    for (std::size_t i = 0; i < list.size(); ++i)
+      EXPECT_EQ(list[i], Pair(0, static_cast<std::int32_t>(i) + 1));
+  }
+}
+
+TEST(FindPairs, OneThatFellOffTheWorldDoesNotSpoilTheOrder) {
+  Workers workers(1);
+  HandMadeWorld world;
+  Random random(8);
+  for (int i = 0; i < 2000; ++i) add_random_body(world, random, BodyType::dynamic, {10, 10, 10}, 0.0f);
+  world.add_sphere(BodyType::dynamic, {0, -1e7f, 0}, 0.5f);
+  step(world, workers);
+  // Leaf blocks of 16 neighbors are small; in one cell they would span the whole pile.
+  const PairTree& tree = broad_phase_of(world.data).trees[static_cast<int>(TreeKind::awake)];
+  double mean = 0.0;
+  for (int block = 0; block < tree.leaf_blocks() - 1; ++block) {
+    const simd::NodeBlock& node = tree.nodes[0][static_cast<std::size_t>(block / simd::kBlock)];
+    mean += node.bounds[3][block % simd::kBlock] - node.bounds[0][block % simd::kBlock];
+  }
+  EXPECT_LT(mean / (tree.leaf_blocks() - 1), 10.0);
+}
+
+}  // namespace
+}  // namespace scree

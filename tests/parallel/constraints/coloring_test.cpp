@@ -1,0 +1,399 @@
+// Colors and blocks: what may be solved at the same time.
+#include <parallel/constraints/constraints.h>
+#include <parallel/stages.h>
+#include <tests/physics/lab.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <span>
+
+namespace scree {
+namespace {
+
+using physics::Lab;
+
+// A world of manifolds without geometry: only rows and who touches whom.
+struct Graph {
+  explicit Graph(int bodies) {
+    data.bodies.resize(static_cast<std::size_t>(kFirstBody + bodies));
+    for (int i = 0; i < bodies; ++i) {
+      data.bodies.type[static_cast<std::size_t>(kFirstBody + i)] = BodyType::dynamic;
+      data.bodies.awake.push_back(kFirstBody + i);
+    }
+  }
+  // a < 0: a fixed body.
+  void touch(int a, int b, std::uint32_t points = 4) {
+    const std::size_t row = data.contacts.now.pair.size();
+    data.contacts.now.resize(row + 1);
+    Manifold& manifold = data.contacts.now.manifold[row];
+    manifold.row_a = a < 0 ? kFixedRow : kFirstBody + a;
+    manifold.row_b = kFirstBody + b;
+    manifold.info = points | (a < 0 ? kManifoldStatic : 0u);
+    data.contacts.now.color[row] = kNoColor;
+    data.contacts.touching.push_back(static_cast<std::int32_t>(row));
+  }
+  // Either may be fixed, but not both.
+  void join(int a, int b, JointType type = JointType::ball) {
+    Joints& joints = data.joints;
+    const std::size_t row = joints.flags.size();
+    joints.resize(row + 1);
+    joints.flags[row] = kJointAlive | kJointEnabled;
+    joints.type[row] = type;
+    joints.bodies[row] = {a < 0 ? kFixedRow : kFirstBody + a, b < 0 ? kFixedRow : kFirstBody + b};
+    joints.color[row] = kNoColor;
+    joints.active.push_back(static_cast<std::int32_t>(row));
+  }
+  void color(Crew& crew) {
+    color_constraints(data, crew);
+    pack_blocks(data, crew);
+  }
+  WorldData data;
+};
+
+// A constraint in a lane: its bodies, and whether a chunk of these writes them.
+struct LaneBodies {
+  std::int32_t a, b;
+  bool writes_a, writes_b;
+};
+
+LaneBodies bodies_of(const WorldData& data, std::int32_t contact, const simd::ConstraintChunk&) {
+  const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(contact)];
+  return {manifold.row_a, manifold.row_b, (manifold.info & kManifoldStatic) == 0, true};
+}
+
+LaneBodies joined_bodies_of(const WorldData& data, std::int32_t joint, const simd::ConstraintChunk& chunk) {
+  const JointBodies bodies = data.joints.bodies[static_cast<std::size_t>(joint)];
+  const JointType type = data.joints.type[static_cast<std::size_t>(joint)];
+  EXPECT_EQ(chunk.variant, simd::joint_variant(type, false));
+  EXPECT_EQ(chunk.fixed, bodies.a == kFixedRow   ? simd::BodySide::a
+                         : bodies.b == kFixedRow ? simd::BodySide::b
+                                                 : simd::BodySide::none);
+  return {bodies.a, bodies.b, bodies.a != kFixedRow, bodies.b != kFixedRow};
+}
+
+// The rows of the lanes of a stage's chunks; nothing but its hub comes twice in a chunk, and nothing at all
+// in two chunks of a stage that threads share.
+template <class BodiesOf>
+void expect_chunks(const WorldData& data, bool serial, std::span<const simd::ConstraintChunk> chunks,
+                   const Column<std::int32_t>& rows, std::set<std::int32_t>& written,
+                   std::multiset<std::int32_t>& lanes, BodiesOf&& bodies_of_lane) {
+  for (const simd::ConstraintChunk& chunk : chunks) {
+    if (serial) written.clear();
+    std::int32_t hub = -1;
+    for (int i = 0; i < chunk.lanes; ++i) {
+      const std::int32_t row = rows[static_cast<std::size_t>(chunk.first_lane + i)];
+      lanes.insert(row);
+      const LaneBodies lane = bodies_of_lane(data, row, chunk);
+      const std::int32_t shared = chunk.hub == simd::BodySide::a   ? lane.a
+                                  : chunk.hub == simd::BodySide::b ? lane.b
+                                                                   : -1;
+      if (i == 0) hub = shared;
+      EXPECT_EQ(shared, hub) << "a chunk has one hub";
+      const auto write = [&](std::int32_t body) {
+        EXPECT_TRUE(written.insert(body).second || (body == hub && i > 0)) << "body " << body;
+      };
+      if (lane.writes_a) write(lane.a);
+      if (lane.writes_b) write(lane.b);
+    }
+  }
+}
+
+// Every touching row and every active joint lies in exactly one lane, beside nothing that it may not meet.
+void expect_sound(const WorldData& data) {
+  const Constraints& constraints = static_cast<const Constraints&>(*data.constraints);
+  std::multiset<std::int32_t> contacts, joints;
+  for (const ColorStage& stage : constraints.stages) {
+    std::set<std::int32_t> written;
+    const auto part = [](const auto& chunks, std::int32_t first, std::int32_t count) {
+      return chunks.span().subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count));
+    };
+    expect_chunks(data, stage.serial,
+                  part(constraints.joint_chunks, stage.first_joint_chunk, stage.joint_chunk_count),
+                  constraints.joint_rows, written, joints, joined_bodies_of);
+    expect_chunks(data, stage.serial, part(constraints.chunks, stage.first_chunk, stage.chunk_count),
+                  constraints.rows, written, contacts, bodies_of);
+  }
+  EXPECT_EQ(contacts.size(), data.contacts.touching.size());
+  for (const std::int32_t row : data.contacts.touching) EXPECT_EQ(contacts.count(row), 1u);
+  EXPECT_EQ(joints.size(), data.joints.active.size());
+  for (const std::int32_t joint : data.joints.active) EXPECT_EQ(joints.count(joint), 1u);
+}
+
+template <class Check>
+void with_every_set(Check&& check) {
+  for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
+    if (!is_supported(isa)) continue;
+    Workers workers(WorkersOptions{.threads = 1, .isa = isa});
+    Crew crew(workers);
+    check(crew);
+  }
+}
+
+TEST(Coloring, NoColorSharesADynamicBody) {
+  with_every_set([](Crew& crew) {
+    physics::Random random(1);
+    Graph graph(500);
+    for (int i = 0; i < 4000; ++i) {
+      const int a = static_cast<int>(random.uniform(-20, 500)), b = static_cast<int>(random.uniform(0, 500));
+      if (a == b) continue;
+      graph.touch(a, b, 1u + static_cast<std::uint32_t>(i % 4));
+      if (i % 3 == 0) graph.join(b, a, static_cast<JointType>(i % kJointTypeCount));
+    }
+    graph.color(crew);
+    expect_sound(graph.data);
+  });
+}
+
+int count_overflow(const Graph& graph) {
+  const Column<std::uint8_t>& color = graph.data.contacts.now.color;
+  return static_cast<int>(std::count(color.begin(), color.end(), kOverflowColor));
+}
+
+TEST(Coloring, HubsBlockNoColors) {
+  Workers workers(1);
+  Crew crew(workers);
+  Graph graph(1004);
+  for (int i = 4; i < 1004; ++i) {  // four hubs of 250, as A and as B, in a chain
+    const int hub = i % 4;
+    if (i % 8 < 4) {
+      graph.touch(hub, i, 1u + static_cast<std::uint32_t>(i % 3));
+    } else {
+      graph.touch(i, hub);
+    }
+    if (i + 1 < 1004) graph.touch(i, i + 1);
+  }
+  graph.color(crew);
+  expect_sound(graph.data);
+  EXPECT_EQ(count_overflow(graph), 0);
+  EXPECT_LE(graph.data.stats.colors, 4) << "two of the chain, one of hubs as A and one of hubs as B";
+}
+
+// Hubs by their contacts, each with few joints, and the other way round.
+TEST(Coloring, HubsOfOneKindMayHaveFewOfTheOther) {
+  for (const int hubs : {3, 10, 100}) {
+    for (const bool by_contacts : {true, false}) {
+      with_every_set([&](Crew& crew) {
+        constexpr int kMany = kHubDegree + 1, kFew = 4, kAll = kMany + kFew;
+        Graph graph(hubs * (1 + kAll));
+        for (int hub = 0; hub < hubs; ++hub) {
+          for (int i = 0; i < kAll; ++i) {
+            const int other = hubs + hub * kAll + i;
+            if ((i < kMany) == by_contacts) {
+              graph.touch(hub, other);
+            } else {
+              graph.join(hub, other);
+            }
+          }
+        }
+        graph.color(crew);
+        expect_sound(graph.data);
+        EXPECT_EQ(graph.data.stats.colors, 1);
+      });
+    }
+  }
+}
+
+TEST(Coloring, WhatABodyHasBeyondItsColorsWithFixedOnesIsSolvedInGroups) {
+  with_every_set([](Crew& crew) {
+    Graph graph(4);
+    for (int i = 0; i < 300; ++i) {
+      graph.touch(-1, 0);
+      graph.join(-1, 1);
+      graph.join(2, -1, i % 2 == 0 ? JointType::ball : JointType::distance);
+    }
+    graph.touch(-1, 3);
+    graph.color(crew);
+    expect_sound(graph.data);
+    EXPECT_EQ(count_overflow(graph), 0);
+    EXPECT_EQ(graph.data.stats.colors, kColorLimit + 1);
+    const Constraints& constraints = constraints_of(graph.data);
+    EXPECT_LT(constraints.joint_chunks.size() + constraints.chunks.size(), 3u * kColorLimit + 5);
+    // They stay there, and the coloring holds.
+    graph.color(crew);
+    expect_sound(graph.data);
+    EXPECT_TRUE(constraints.uncolored.empty());
+  });
+}
+
+TEST(Coloring, ContactsBetweenHubsAreSolvedOneByOne) {
+  Workers workers(1);
+  Crew crew(workers);
+  Graph graph(202);
+  for (int i = 2; i < 202; ++i) graph.touch(i % 2, i);
+  graph.touch(0, 1);
+  graph.color(crew);
+  expect_sound(graph.data);
+  EXPECT_EQ(count_overflow(graph), 1);
+}
+
+// Everybody touches everybody, in the order of sorted pairs; points of contacts go through three kinds.
+Graph make_clique(int bodies) {
+  Graph graph(bodies);
+  for (int a = 0; a < bodies; ++a) {
+    for (int b = a + 1; b < bodies; ++b) graph.touch(a, b, 1u + static_cast<std::uint32_t>(a + b) % 3u);
+  }
+  return graph;
+}
+
+TEST(Coloring, BodiesThatAllTouchOneAnotherFillTheirBlocks) {
+  with_every_set([](Crew& crew) {
+    constexpr int kBodies = 200, kKinds = 3;
+    Graph graph = make_clique(kBodies);
+    graph.color(crew);
+    expect_sound(graph.data);
+    const Constraints& constraints = constraints_of(graph.data);
+    EXPECT_EQ(count_overflow(graph), kBodies * (kBodies - 1) / 2);
+    EXPECT_LE(constraints.contact_keys.level_ends.size(), static_cast<std::size_t>(2 * kBodies * kKinds));
+    EXPECT_GT(graph.data.stats.lane_fill, 0.75) << crew.kernels().lanes << " lanes";
+  });
+}
+
+TEST(Coloring, WhatFindsNoColorIsSolvedInTheOrderOfItsListAtEveryBody) {
+  with_every_set([](Crew& crew) {
+    Graph graph = make_clique(60);
+    graph.color(crew);
+    const Constraints& constraints = constraints_of(graph.data);
+    std::map<std::int32_t, int> last;  // by body: place of its last contact, kind by kind
+    const auto rows = static_cast<int>(graph.data.contacts.touching.size());
+    int solved = 0;
+    for (const simd::ConstraintChunk& chunk : constraints.chunks) {
+      for (int lane = 0; lane < chunk.lanes; ++lane, ++solved) {
+        const std::int32_t row = constraints.rows[static_cast<std::size_t>(chunk.first_lane + lane)];
+        const Manifold& manifold = graph.data.contacts.now.manifold[static_cast<std::size_t>(row)];
+        const int place = static_cast<int>(manifold.info & kManifoldPointMask) * rows + row;
+        for (const std::int32_t body : {manifold.row_a, manifold.row_b}) {
+          EXPECT_TRUE(last.insert({body, -1}).first->second < place) << "body " << body;
+          last[body] = place;
+        }
+      }
+    }
+    EXPECT_EQ(solved, rows);
+  });
+}
+
+TEST(Coloring, ABodyThatCeasesToBeAHubIsColoredAnew) {
+  Workers workers(1);
+  Crew crew(workers);
+  Graph graph(kHubDegree + 2);
+  for (int i = 1; i <= kHubDegree + 1; ++i) graph.touch(0, i);
+  graph.color(crew);
+  expect_sound(graph.data);
+  EXPECT_EQ(graph.data.stats.colors, 1);
+  graph.data.contacts.touching.drop_back(1);
+  graph.color(crew);
+  expect_sound(graph.data);
+  EXPECT_EQ(graph.data.stats.colors, kHubDegree);
+  EXPECT_EQ(count_overflow(graph), 0);
+}
+
+// Bodies in a cube of 30 x 30 x 30 that touch those nearby, and a few hubs that touch whoever.
+Graph make_lattice(int seed) {
+  constexpr int kSide = 30, kBodies = kSide * kSide * kSide;
+  Graph graph(kBodies);
+  physics::Random random(static_cast<std::uint64_t>(seed));
+  for (int i = 0; i < kBodies; ++i) {
+    PoseRow& pose = graph.data.bodies.pose[static_cast<std::size_t>(kFirstBody + i)];
+    pose.position[0] = static_cast<float>(i % kSide);
+    pose.position[1] = static_cast<float>(i / kSide % kSide);
+    pose.position[2] = static_cast<float>(i / kSide / kSide);
+    if (i < kSide * kSide) graph.touch(-1, i);
+    for (const int step : {1, kSide, kSide * kSide, kSide + 1}) {
+      if (i + step < kBodies) graph.touch(i, i + step, 1u + static_cast<std::uint32_t>(i % 4));
+    }
+    if (i % 50 == 0 && i > 8) graph.touch(i % 8, i);
+    if (random.uniform(0, 100) < 1) graph.touch(i, (i + kBodies / 2) % kBodies);
+  }
+  return graph;
+}
+
+TEST(Coloring, ManyContactsGetTheSameColorsFromEveryThreadCount) {
+  std::vector<std::uint8_t> expected;
+  for (const int threads : {1, 2, 3, 8}) {
+    Workers workers(threads);
+    Crew crew(workers);
+    Graph graph = make_lattice(3);
+    ASSERT_GT(graph.data.contacts.touching.size(), 100000u);
+    graph.color(crew);
+    expect_sound(graph.data);
+    EXPECT_LE(count_overflow(graph), 28) << "pairs of hubs only";
+    EXPECT_LE(graph.data.stats.colors, 40);
+    // A second time with kept colors, some of which clash.
+    Column<std::uint8_t>& color = graph.data.contacts.now.color;
+    for (std::size_t row = 0; row < color.size(); row += 997) color[row] = 0;
+    graph.color(crew);
+    expect_sound(graph.data);
+    const std::vector<std::uint8_t> colors(color.begin(), color.end());
+    if (expected.empty()) expected = colors;
+    EXPECT_EQ(colors, expected) << threads << " threads";
+  }
+}
+
+TEST(Coloring, BodiesInOnePlaceAreColoredToo) {
+  Workers workers(2);
+  Crew crew(workers);
+  Graph graph(10000);
+  for (int i = 0; i + 3 < 10000; ++i) {
+    graph.touch(i, i + 1);
+    graph.touch(i, i + 2);
+    graph.touch(i, i + 3);
+  }
+  graph.color(crew);
+  expect_sound(graph.data);
+  EXPECT_LE(graph.data.stats.colors, 11);
+}
+
+TEST(Coloring, FewColorsServeAChain) {
+  Workers workers(1);
+  Crew crew(workers);
+  Graph graph(1000);
+  for (int i = 0; i + 1 < 1000; ++i) graph.touch(i, i + 1);
+  graph.color(crew);
+  EXPECT_EQ(graph.data.stats.colors, 2);
+}
+
+TEST(Coloring, AKeptContactKeepsItsColorBesideNewOnes) {
+  Workers workers(1);
+  Crew crew(workers);
+  physics::Random random(2);
+  Graph graph(100);
+  for (int i = 0; i < 200; ++i)
+    graph.touch(i % 100, (i * 7 + 1) % 100 == i % 100 ? 99 - i % 100 : (i * 7 + 1) % 100);
+  graph.color(crew);
+  std::vector<std::uint8_t> before(graph.data.contacts.now.color.begin(),
+                                   graph.data.contacts.now.color.end());
+  for (int i = 0; i < 100; ++i) {
+    const int a = static_cast<int>(random.uniform(0, 100));
+    graph.touch(a, (a + 1 + i % 50) % 100);
+  }
+  graph.color(crew);
+  expect_sound(graph.data);
+  for (std::size_t row = 0; row < before.size(); ++row)
+    EXPECT_EQ(graph.data.contacts.now.color[row], before[row]);
+}
+
+TEST(Coloring, PersistsInAMovingWorld) {
+  Lab lab;
+  physics::add_heap(lab, 120, 4);
+  std::map<std::pair<std::int32_t, std::int32_t>, std::uint8_t> before;
+  int kept = 0, changed = 0;
+  for (int i = 0; i < 200; ++i) {
+    lab.run(1);
+    WorldData& data = internals(lab.world);
+    expect_sound(data);
+    std::map<std::pair<std::int32_t, std::int32_t>, std::uint8_t> now;
+    for (const std::int32_t touching : data.contacts.touching) {
+      const auto row = static_cast<std::size_t>(touching);
+      const ShapePair pair = data.contacts.now.pair[row];
+      now[{pair.a, pair.b}] = data.contacts.now.color[row];
+      const auto found = before.find({pair.a, pair.b});
+      if (found != before.end()) ++(found->second == data.contacts.now.color[row] ? kept : changed);
+    }
+    before = std::move(now);
+  }
+  EXPECT_GT(kept, 10000);
+  EXPECT_EQ(changed, 0);
+}
+
+}  // namespace
+}  // namespace scree
