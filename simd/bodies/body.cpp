@@ -246,7 +246,8 @@ inline void turn_inertia(const BodyArgs& args, const Lanes& lanes, Q4 before, Q4
 
 constexpr float kWhirl = 0.2f;  // rad in a substep; less than that bodies with contacts turn about one axis
 
-// rad in a substep; who turns by less does not precess to be seen in an hour, and its square may be lost.
+// rad in a substep; who turns by less does not precess to be seen in an hour. Numbers of its square would be
+// denormal, which take a hundred times as long: 10,000 bodies of 1e-20 rad/s took 20 ms a step.
 constexpr float kStill = 1e-6f;
 
 SCREE_SWEEP void integrate_poses(const BodyArgs& args, int begin, int end) {

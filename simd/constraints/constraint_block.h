@@ -32,7 +32,7 @@ inline void store6(LaneFloats (&to)[6], const S3& m) {
 }
 
 // What impulses are counted in where they are compared with a limit: a power of two, so that nothing is
-// rounded. Squares of the impulses of a speck of dust would be flushed to zero.
+// rounded. Squares of the impulses of a speck of dust would be denormal or zero.
 inline F unit_of(F limit) { return select(limit < F(0x1p-50f), F(0x1p60f), F(1.0f)); }
 // What brings a size down to the limit.
 inline F scale_to(F limit, F size) { return select(size > limit, limit / size, F(1.0f)); }

@@ -6,9 +6,6 @@
 #include <tests/determinism/replay.h>
 
 #include <cfenv>
-#include <cmath>
-#include <initializer_list>
-#include <vector>
 
 namespace scree::determinism {
 namespace {
@@ -52,41 +49,6 @@ TEST_F(CallersFpEnvironment, FlushingDenormalsChangesNothingAndIsKept) {
   EXPECT_EQ(hashes, expected);
 }
 #endif
-
-// Motion out of a mechanism's plane dies away by a share in each substep, for ever if nothing cuts it off.
-TEST(FpEnvironment, NoStateHoldsADenormal) {
-  World world({.sleeping = false});
-  std::vector<BodyId> links;
-  for (int i = 0; i < 30; ++i) {
-    links.push_back(world.create_body(
-        {.type = i == 0 ? BodyType::fixed : BodyType::dynamic, .position = {static_cast<float>(i), 0, 0}}));
-    world.add_shape(links.back(), Sphere{0.4f});
-    if (i == 0) continue;
-    world.create_joint({.body_a = links[links.size() - 2],
-                        .body_b = links.back(),
-                        .frame_a = {{0.5f, 0, 0}, {}},
-                        .frame_b = {{-0.5f, 0, 0}, {}}},
-                       HingeJoint{});
-  }
-  Workers workers(1);
-  int denormals = 0, zeros = 0;
-  const auto look_at = [&](std::initializer_list<float> numbers) {
-    for (const float number : numbers) {
-      denormals += std::fpclassify(number) == FP_SUBNORMAL ? 1 : 0;
-      zeros += number == 0.0f ? 1 : 0;
-    }
-  };
-  for (int i = 0; i < 120; ++i) {
-    step(world, 1.0f / 60.0f, workers);
-    for (const BodyId link : links) {
-      const Vec3 v = world.linear_velocity(link), w = world.angular_velocity(link);
-      const Pose pose = world.pose(link);
-      look_at({v.x, v.y, v.z, w.x, w.y, w.z, pose.position.z, pose.rotation.x, pose.rotation.y});
-    }
-  }
-  EXPECT_EQ(denormals, 0);
-  EXPECT_GT(zeros, 0);
-}
 
 TEST_F(CallersFpEnvironment, RoundingOfTheStepsCallerChangesNothingAndIsKept) {
   const std::vector<std::uint64_t> expected = play(kPile, {{Isa::automatic, 2}});

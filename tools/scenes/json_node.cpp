@@ -8,9 +8,18 @@
 namespace scree::scenes {
 namespace {
 
-std::string escape(const std::string& key) {  // RFC 6901, section 3
+// RFC 6901, section 3. Control characters are written as JSON does: a zero would end the message.
+std::string escape(const std::string& key) {
+  constexpr const char* kDigits = "0123456789abcdef";
   std::string escaped;
   for (const char character : key) {
+    const auto code = static_cast<unsigned char>(character);
+    if (code < 0x20) {
+      escaped += "\\u00";
+      escaped += kDigits[code >> 4];
+      escaped += kDigits[code & 0xf];
+      continue;
+    }
     if (character == '~') {
       escaped += "~0";
     } else if (character == '/') {

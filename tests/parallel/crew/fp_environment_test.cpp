@@ -20,8 +20,8 @@ std::vector<float> compute(Workers& workers) {
         volatile float third = 1.0f / 3.0f;
         volatile float denormal = std::numeric_limits<float>::denorm_min();
         const float rounded = third * static_cast<float>(i + stage) + 0.1f;
-        const float flushed = denormal * static_cast<float>(i + 1);
-        results[static_cast<std::size_t>(i)] = i % 2 == 0 ? rounded : flushed;
+        const float kept = denormal * static_cast<float>(i + 1);
+        results[static_cast<std::size_t>(i)] = i % 2 == 0 ? rounded : kept;
       }
     });
   }
@@ -32,7 +32,7 @@ TEST(FpEnvironment, ResultsDoNotDependOnTheCallersRounding) {
   tbb::global_control four(tbb::global_control::max_allowed_parallelism, 4);
   Workers workers(4);
   const std::vector<float> expected = compute(workers);
-  EXPECT_EQ(expected[1], 0.0f) << "denormals are flushed";
+  EXPECT_NE(expected[1], 0.0f) << "denormals are kept";
   for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
     ASSERT_EQ(std::fesetround(mode), 0);
     const std::vector<float> results = compute(workers);
