@@ -31,12 +31,6 @@ inline void store6(LaneFloats (&to)[6], const S3& m) {
   store(to[5], m.zz);
 }
 
-// What impulses are counted in where they are compared with a limit: a power of two, so that nothing is
-// rounded. Squares of the impulses of a speck of dust would be denormal or zero.
-inline F unit_of(F limit) { return select(limit < F(0x1p-50f), F(0x1p60f), F(1.0f)); }
-// What brings a size down to the limit.
-inline F scale_to(F limit, F size) { return select(size > limit, limit / size, F(1.0f)); }
-
 // The part of a hub that one constraint has to itself.
 inline BodyMass split(const BodyMass& m, F parts) {
   return {m.inverse_inertia * parts, m.inverse_mass * parts};

@@ -132,7 +132,7 @@ void add_extremes_of_joints(std::vector<Extreme>& list) {
     add("distant anchors", {.frame_a = {{far, -far, far}, {}}, .frame_b = {{-1e5f, 1e5f, 1e5f}, {}}}, joint);
     add("stiffest joint", {.hertz = kMaxHertz, .damping_ratio = kMaxDampingRatio}, joint);
     add("softest joint", {.hertz = kMinHertz, .damping_ratio = 0.0f}, joint);
-    add("weakest joint", {.break_force = 1.2e-38f, .break_torque = 1.2e-38f}, joint);
+    add("weakest joint", {.break_force = 1e-38f, .break_torque = 1e-38f}, joint);
   }
   const auto axis = [&](const char* name, const JointAxis& wild) {
     const JointAxis turn{-kMaxJointAngle, kMaxJointAngle, wild.drive,         wild.target,

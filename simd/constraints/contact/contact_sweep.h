@@ -136,9 +136,8 @@ inline FrictionImpulses solve_friction(const Block& block, const NormalImpulses&
   const F free1 = old.tangent[0] - (m11 * slip[0] + m12 * slip[1]);
   const F free2 = old.tangent[1] - (m12 * slip[0] + m22 * slip[1]);
   const F limit = friction * impulse_sum;
-  const F unit = unit_of(limit);
-  const F units1 = free1 * unit, units2 = free2 * unit;
-  const F scale = scale_to(limit * unit, sqrt(units1 * units1 + units2 * units2));
+  const F size = sqrt(free1 * free1 + free2 * free2);
+  const F scale = select(size > limit, limit / size, F(1.0f));
   result.tangent[0] = free1 * scale;
   result.tangent[1] = free2 * scale;
   return result;
@@ -150,8 +149,8 @@ template <class Block>
 inline V3 solve_rolling(const Block& block, const Bodies& bodies, V3 old_impulse, F impulse_sum) {
   const V3 free = old_impulse - load6(block.rolling_mass) * (bodies.b.angular - bodies.a.angular);
   const F limit = load(block.rolling_resistance) * impulse_sum;
-  const F unit = unit_of(limit);
-  return free * scale_to(limit * unit, length(free * unit));
+  const F size = length(free);
+  return free * select(size > limit, limit / size, F(1.0f));
 }
 
 template <bool kStatic, class Block>

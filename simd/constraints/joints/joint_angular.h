@@ -190,8 +190,8 @@ inline V3 solve_rotation_drive(RotationDriveLanes& lanes, V3 turning, const S3& 
   const V3 old_impulse = load3(lanes.impulse) * keep;
   const V3 error = turning - load3(lanes.turning) + load3(lanes.error) * soft.bias_rate;
   V3 impulse = old_impulse - inertia * (error * soft.mass_scale) - old_impulse * soft.impulse_scale;
-  const F limit = load(lanes.max_impulse), unit = unit_of(limit);
-  impulse = impulse * scale_to(limit * unit, length(impulse * unit));
+  const F size = length(impulse), limit = load(lanes.max_impulse);
+  impulse = impulse * select(size > limit, limit / size, F(1.0f));
   store3(lanes.impulse, impulse);
   return impulse - old_impulse;
 }

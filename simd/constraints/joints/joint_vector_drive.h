@@ -42,8 +42,9 @@ inline V3 solve_vector_drive(VectorDriveLanes& lanes, V3 speed, F keep) {
   const V3 error = (speed - load3(lanes.target_speed)) + load3(lanes.error) * load(lanes.bias_rate) +
                    load6(lanes.yield) * old_impulse;
   const V3 free = old_impulse - load6(lanes.inverse_response) * error;
-  const F limit = load(lanes.max_impulse), unit = unit_of(limit);
-  const V3 impulse = free * scale_to(limit * unit, length(free * unit));
+  const F limit = load(lanes.max_impulse), size = length(free);
+  const M above = size > limit;
+  const V3 impulse = free * select(above, limit / select(above, size, F(1.0f)), F(1.0f));
   store3(lanes.impulse, impulse);
   return impulse - old_impulse;
 }
