@@ -21,7 +21,7 @@ void note_jointed(Bodies& bodies, std::int32_t body) {
 void enter_list(WorldData& data, std::int32_t joint, std::int32_t body) {
   if (!is_listed(body)) return;
   Joints& joints = data.joints;
-  std::int32_t& first = data.bodies.first_joint[static_cast<std::size_t>(body)];
+  std::int32_t& first = data.bodies.first_joint[body];
   if (first >= 0) {
     const auto old = static_cast<std::size_t>(first);
     link_of(joints.previous[old], joints.bodies[old], body) = joint;
@@ -49,7 +49,7 @@ void leave_list(WorldData& data, std::int32_t joint, std::int32_t body) {
     link_of(joints.next[other], joints.bodies[other], body) = behind;
     joints.marks.mark(before);
   } else {
-    data.bodies.first_joint[static_cast<std::size_t>(body)] = behind;
+    data.bodies.first_joint[body] = behind;
   }
   if (behind >= 0) {
     const auto other = static_cast<std::size_t>(behind);
@@ -104,7 +104,7 @@ void bury_joint(WorldData& data, std::int32_t joint) {
 
 std::size_t count_joints(const WorldData& data, std::int32_t body) {
   std::size_t count = 0;
-  for (std::int32_t joint = data.bodies.first_joint[static_cast<std::size_t>(body)]; joint >= 0;
+  for (std::int32_t joint = data.bodies.first_joint[body]; joint >= 0;
        joint = next_joint(data.joints, joint, body)) {
     ++count;
   }
@@ -118,7 +118,7 @@ void place_joint(WorldData& data, std::int32_t joint) {
 }
 
 void place_joints_of(WorldData& data, std::int32_t body) {
-  for (std::int32_t joint = data.bodies.first_joint[static_cast<std::size_t>(body)]; joint >= 0;
+  for (std::int32_t joint = data.bodies.first_joint[body]; joint >= 0;
        joint = next_joint(data.joints, joint, body)) {
     place_joint(data, joint);
   }
@@ -126,14 +126,14 @@ void place_joints_of(WorldData& data, std::int32_t body) {
 
 void joints_changed(WorldData& data, std::int32_t joint, bool keeps_apart) {
   note_change(data.joints, joint);
-  const JointBodies ends = data.joints.bodies[static_cast<std::size_t>(joint)];
+  const JointBodies ends = data.joints.bodies[joint];
   if (!keeps_apart || !is_listed(ends.a) || !is_listed(ends.b)) return;
   note_ends(data, ends);
   data.contacts.pairs_stale = true;
 }
 
 void wake_ends(WorldData& data, std::int32_t joint) {
-  const JointBodies ends = data.joints.bodies[static_cast<std::size_t>(joint)];
+  const JointBodies ends = data.joints.bodies[joint];
   wake_body(data, ends.a);
   wake_body(data, ends.b);
 }

@@ -260,7 +260,7 @@ JointDef def_of(const WorldData& data, std::int32_t joint) {
   const auto row = static_cast<std::size_t>(joint);
   const auto handle = [&](std::int32_t body) -> BodyId {
     if (!is_listed(body)) return {};
-    return {static_cast<std::uint32_t>(body), data.bodies.generation[static_cast<std::size_t>(body)]};
+    return {static_cast<std::uint32_t>(body), data.bodies.generation[body]};
   };
   const unsigned flags = joints.flags[row];
   return {.body_a = handle(joints.bodies[row].a),
@@ -277,7 +277,7 @@ JointDef def_of(const WorldData& data, std::int32_t joint) {
 }
 
 JointFrames frames_of(const Bodies& bodies, JointBodies ends, const Pose& frame_a, const Pose& frame_b) {
-  const auto center = [&](std::int32_t body) { return bodies.center[static_cast<std::size_t>(body)]; };
+  const auto center = [&](std::int32_t body) { return bodies.center[body]; };
   JointFrames frames{};
   store(frames.anchor_a, frame_a.position - center(ends.a));
   store(frames.anchor_b, frame_b.position - center(ends.b));

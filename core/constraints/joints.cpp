@@ -228,8 +228,8 @@ Pose World::joint_pose(JointId joint) const {
   // Made here: those of the row may wait for place_matter().
   const JointFrames frames =
       frames_of(j.data.bodies, j.joints.bodies[j.row], j.joints.frame_a[j.row], j.joints.frame_b[j.row]);
-  const PoseRow& a = j.data.bodies.pose[static_cast<std::size_t>(frames.row_a)];
-  const PoseRow& b = j.data.bodies.pose[static_cast<std::size_t>(frames.row_b)];
+  const PoseRow& a = j.data.bodies.pose[frames.row_a];
+  const PoseRow& b = j.data.bodies.pose[frames.row_b];
   const Quat rotation_a = to_quat(a.rotation), rotation_b = to_quat(b.rotation);
   const Quat frame_a = rotation_a * to_quat(frames.rotation_a);
   const Quat frame_b = rotation_b * to_quat(frames.rotation_b);

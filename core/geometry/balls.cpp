@@ -82,7 +82,7 @@ Balls balls_of(const WorldData& data, std::size_t shape) {
 }
 
 void extend_core(WorldData& data, std::int32_t body, std::int32_t shape) {
-  CoreRow& core = data.bodies.core[static_cast<std::size_t>(body)];
+  CoreRow& core = data.bodies.core[body];
   data.bodies.marks.mark(body);
   const auto row = static_cast<std::size_t>(shape);
   const Balls balls = balls_of(data, row);
@@ -99,8 +99,7 @@ void measure_core(WorldData& data, std::int32_t body) {
   const auto row = static_cast<std::size_t>(body);
   data.bodies.core[row] = kNoCore;
   data.bodies.marks.mark(body);
-  for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+  for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
     extend_core(data, body, shape);
   }
 }

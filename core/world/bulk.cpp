@@ -178,8 +178,7 @@ void bury_body(WorldData& data, std::int32_t body) {
     data.events.lost.push_back({index, data.joints.generation[index]});
     bury_joint(data, joint);
   }
-  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
     bury_shape(data, shape);
   }
   bodies.moments.erase(body);

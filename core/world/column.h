@@ -1,8 +1,10 @@
 // Column: one growing array of rows, aligned for wide loads.
 #pragma once
 
+#include <core/plain/assert.h>
 #include <core/world/column_memory.h>
 
+#include <concepts>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
@@ -56,13 +58,17 @@ class Column {
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
   std::size_t capacity_bytes() const { return capacity_ * sizeof(Row); }
-  Row& operator[](std::size_t index) { return rows_[index]; }
-  const Row& operator[](std::size_t index) const { return rows_[index]; }
+  // Rows are numbered by any integers; a negative number is out of bounds.
+  Row& operator[](std::integral auto row) { return rows_[checked(row)]; }
+  const Row& operator[](std::integral auto row) const { return rows_[checked(row)]; }
   Row* begin() { return rows_; }
   Row* end() { return rows_ + size_; }
   const Row* begin() const { return rows_; }
   const Row* end() const { return rows_ + size_; }
-  Row& back() { return rows_[size_ - 1]; }
+  Row& back() {
+    SCREE_ASSERT(size_ > 0);
+    return rows_[size_ - 1];
+  }
   std::span<Row> span() { return {rows_, size_}; }
   std::span<const Row> span() const { return {rows_, size_}; }
 
@@ -77,9 +83,12 @@ class Column {
     resize_for_overwrite(old + rows.size());
     if (!rows.empty()) std::memcpy(static_cast<void*>(rows_ + old), rows.data(), rows.size_bytes());
   }
-  void pop_back() { --size_; }
+  void pop_back() { drop_back(1); }
   void clear() { size_ = 0; }
-  void drop_back(std::size_t count) { size_ -= count; }
+  void drop_back(std::size_t count) {
+    SCREE_ASSERT(count <= size_);
+    size_ -= count;
+  }
 
   // Makes sure that pushing and resizing up to `size` rows cannot fail.
   void reserve(std::size_t size) {
@@ -128,6 +137,12 @@ class Column {
   // Packed bytes come and go with snapshots and are written to as a whole: new pages would only be dear.
   static constexpr bool kMayBePaged = !std::is_same_v<Row, std::byte>;
   static constexpr std::size_t kRoom = 4;  // times their memory, columns in pages have addresses to grow into
+
+  std::size_t checked(std::integral auto row) const {
+    const std::size_t index = static_cast<std::size_t>(row);
+    SCREE_ASSERT(index < size_);
+    return index;
+  }
 
   std::size_t grown_capacity(std::size_t size) const {
     const std::size_t more = capacity_bytes() < kLargeBytes ? capacity_ / 2 : capacity_ / 8;

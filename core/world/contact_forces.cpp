@@ -38,7 +38,7 @@ bool is_present(const WorldData& data, std::int32_t contact) {
   const auto row = static_cast<std::size_t>(contact);
   const ShapePair pair = data.contacts.now.pair[row];
   for (const std::int32_t shape : {pair.a, pair.b}) {
-    const std::uint8_t flags = data.shapes.flags[static_cast<std::size_t>(shape)];
+    const std::uint8_t flags = data.shapes.flags[shape];
     if ((flags & (kShapeAlive | kShapeNew)) != kShapeAlive) return false;
   }
   const Manifold& manifold = data.contacts.now.manifold[row];
@@ -71,8 +71,7 @@ ContactForces describe(const WorldData& data, std::int32_t contact) {
   const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
   told.normal = side * normal;
   // What nobody has measured has not moved since either: it sleeps, or the step had no length.
-  const Vec3 now =
-      to_vec3(data.bodies.pose[static_cast<std::size_t>(manifold.row_b)].position) + to_vec3(manifold.arm_b);
+  const Vec3 now = to_vec3(data.bodies.pose[manifold.row_b].position) + to_vec3(manifold.arm_b);
   told.friction_center = forces.is_set != 0.0f ? to_vec3(forces.center) : now;
   told.friction_impulse =
       side * (forces.friction_impulse[0] * tangent_1 + forces.friction_impulse[1] * tangent_2);
@@ -94,8 +93,7 @@ const Column<std::int32_t>& ordered_resting(WorldData& data) {
   Column<std::int32_t>& order = contacts.resting_order;
   if (!contacts.resting_order_stale) return order;
   const auto comes_first = [&](std::int32_t x, std::int32_t y) {
-    return comes_before(contacts.resting.pair[static_cast<std::size_t>(x)],
-                        contacts.resting.pair[static_cast<std::size_t>(y)]);
+    return comes_before(contacts.resting.pair[x], contacts.resting.pair[y]);
   };
   order.clear();
   for (std::int32_t shape = 0; shape < static_cast<std::int32_t>(data.shapes.flags.size()); ++shape) {
@@ -136,7 +134,7 @@ void list_by_shape(WorldData& data) {
   const auto for_each_end = [&](auto&& visit) {
     for (const std::int32_t contact : contacts.pairs.contact) {
       if (contact < 0) continue;
-      const ShapePair pair = contacts.now.pair[static_cast<std::size_t>(contact)];
+      const ShapePair pair = contacts.now.pair[contact];
       visit(pair.a, contact);
       visit(pair.b, contact);
     }
@@ -146,9 +144,7 @@ void list_by_shape(WorldData& data) {
   for (std::int32_t& count : end) count = sum += count;  // -> where the shape's list begins
   contacts.by_shape.resize_discarding(static_cast<std::size_t>(sum));
   // Afterwards each entry is the end of its own shape's list.
-  for_each_end([&](std::int32_t shape, std::int32_t contact) {
-    contacts.by_shape[static_cast<std::size_t>(end[static_cast<std::size_t>(shape)]++)] = contact;
-  });
+  for_each_end([&](std::int32_t shape, std::int32_t contact) { contacts.by_shape[end[shape]++] = contact; });
   contacts.by_shape_stale = false;
 }
 
@@ -164,7 +160,7 @@ void find_contacts(WorldData& data, std::int32_t shape) {
   Contacts& contacts = data.contacts;
   contacts.found.append(moving_contacts_of(contacts, shape));
   for_each_resting(data, shape, [&](std::int32_t row, std::int32_t) {
-    const std::int32_t contact = contacts.resting.contact[static_cast<std::size_t>(row)];
+    const std::int32_t contact = contacts.resting.contact[row];
     if (contact >= 0) contacts.found.push_back(contact);
   });
 }
@@ -179,8 +175,7 @@ void tell(const WorldData& data, std::int32_t contact, std::span<ContactForces> 
 std::size_t tell_found(WorldData& data, std::span<ContactForces> out) {
   Contacts& contacts = data.contacts;
   std::sort(contacts.found.begin(), contacts.found.end(), [&](std::int32_t x, std::int32_t y) {
-    return comes_before(contacts.now.pair[static_cast<std::size_t>(x)],
-                        contacts.now.pair[static_cast<std::size_t>(y)]);
+    return comes_before(contacts.now.pair[x], contacts.now.pair[y]);
   });
   std::size_t count = 0;
   for (const std::int32_t contact : contacts.found) tell(data, contact, out, count);
@@ -215,8 +210,7 @@ std::size_t World::contact_forces_of(BodyId body, std::span<ContactForces> out) 
   const std::int32_t row = checked_row(call, data.bodies, body);
   list_by_shape(data);
   data.contacts.found.clear();
-  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(row)]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+  for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
     find_contacts(data, shape);
   }
   return tell_found(data, out);

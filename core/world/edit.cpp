@@ -24,7 +24,7 @@ void grow_store(Store& store, std::size_t count) {
 }
 
 void leave(WorldData& data, std::int32_t body, UnplacedFlag what) {
-  std::uint8_t& unplaced = data.bodies.unplaced[static_cast<std::size_t>(body)];
+  std::uint8_t& unplaced = data.bodies.unplaced[body];
   if (unplaced == 0) data.bodies.to_place.push_back(body);
   unplaced = static_cast<std::uint8_t>(unplaced | what);
 }
@@ -55,8 +55,7 @@ void move_center(WorldData& data, std::int32_t body, Vec3 center) {
   const bool wakes = bodies.type[row] != BodyType::dynamic;
   const bool all_dirty = (bodies.unplaced[row] & kShapesUnplaced) != 0;
   if (!wakes && all_dirty) return;
-  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
     if (wakes) request_wake(data, shape);
     mark_dirty(data.shapes, shape);
   }
@@ -85,15 +84,14 @@ void grow(Shapes& shapes, std::size_t count) {
 }
 
 void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags) {
-  std::uint8_t& row_flags = shapes.flags[static_cast<std::size_t>(shape)];
+  std::uint8_t& row_flags = shapes.flags[shape];
   if ((row_flags & kShapeDirty) == 0) shapes.dirty.push_back(shape);
   row_flags = static_cast<std::uint8_t>(row_flags | flags | kShapeDirty);
   shapes.marks.mark(shape);
 }
 
 void mark_shapes_dirty(WorldData& data, std::int32_t body) {
-  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     mark_dirty(data.shapes, shape);
   }
 }
@@ -185,7 +183,7 @@ void link_shape(WorldData& data, std::int32_t shape, std::int32_t body) {
   data.shapes.body[row] = body;
   data.shapes.next[row] = sibling;
   data.shapes.previous[row] = -1;
-  if (sibling >= 0) data.shapes.previous[static_cast<std::size_t>(sibling)] = shape;
+  if (sibling >= 0) data.shapes.previous[sibling] = shape;
   data.bodies.first_shape[body_row] = shape;
   data.bodies.marks.mark(body);
   data.shapes.marks.mark(shape);
@@ -201,13 +199,13 @@ void unlink_shape(WorldData& data, std::int32_t shape) {
   const std::int32_t before = shapes.previous[row], behind = shapes.next[row];
   const std::int32_t body = shapes.body[row];
   if (before >= 0) {
-    shapes.next[static_cast<std::size_t>(before)] = behind;
+    shapes.next[before] = behind;
     shapes.marks.mark(before);
   } else {
-    data.bodies.first_shape[static_cast<std::size_t>(body)] = behind;
+    data.bodies.first_shape[body] = behind;
     data.bodies.marks.mark(body);
   }
-  if (behind >= 0) shapes.previous[static_cast<std::size_t>(behind)] = before;
+  if (behind >= 0) shapes.previous[behind] = before;
 }
 
 void bury_shape(WorldData& data, std::int32_t shape) {
@@ -230,7 +228,7 @@ void bury_shape(WorldData& data, std::int32_t shape) {
 void place_shape_in_body(WorldData& data, std::int32_t shape) {
   const auto row = static_cast<std::size_t>(shape);
   const Pose& given = data.shapes.given_pose[row];
-  const Vec3 center = data.bodies.center[static_cast<std::size_t>(data.shapes.body[row])];
+  const Vec3 center = data.bodies.center[data.shapes.body[row]];
   PoseRow local{};
   store(local.position, given.position - center);
   if (const std::int32_t hull = data.shapes.hull[row]; hull >= 0) {
@@ -252,8 +250,7 @@ void place_matter_of(WorldData& data, std::int32_t body) {
   data.bodies.marks.mark(body);
   const auto row = static_cast<std::size_t>(body);
   if ((data.bodies.unplaced[row] & kShapesUnplaced) != 0) {
-    for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0;
-         shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
       place_shape_in_body(data, shape);
     }
     place_joints_of(data, body);
@@ -303,12 +300,11 @@ void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
 
 void disturb(WorldData& data, std::int32_t body) {
   wake_body(data, body);
-  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     request_wake(data, shape);
   }
   const Joints& joints = data.joints;
-  for (std::int32_t joint = data.bodies.first_joint[static_cast<std::size_t>(body)]; joint >= 0;
+  for (std::int32_t joint = data.bodies.first_joint[body]; joint >= 0;
        joint = next_joint(joints, joint, body)) {
     const auto row = static_cast<std::size_t>(joint);
     if ((joints.flags[row] & kJointEnabled) != 0) wake_body(data, other_end(joints.bodies[row], body));
@@ -326,9 +322,8 @@ void take_part_as(WorldData& data, std::int32_t body, BodyType type) {
   bodies.flags[row] = static_cast<std::uint8_t>(bodies.flags[row] & ~kBodyAsleep);
   note_change(bodies, body);
   const TreeKind tree = tree_of(bodies, body);
-  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
-    data.shapes.tree[static_cast<std::size_t>(shape)] = tree;
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
+    data.shapes.tree[shape] = tree;
     note_change(data.shapes, shape);
     mark_dirty(data.shapes, shape, kShapeNew);
     data.contacts.pairs_stale = true;
@@ -347,7 +342,7 @@ void thaw(WorldData& data, std::int32_t body) {
   if (!is_frozen(data.bodies, body)) return;
   const BodyType type = given_type(data.bodies, body);
   disturb(data, body);
-  std::uint8_t& flags = data.bodies.flags[static_cast<std::size_t>(body)];
+  std::uint8_t& flags = data.bodies.flags[body];
   flags = static_cast<std::uint8_t>(flags & ~kBodyFrozen);
   take_part_as(data, body, type);
 }

@@ -269,8 +269,8 @@ MassSum only_part(const WorldData& data, std::int32_t body, const ShapeChange& c
   if (!change.forms.empty()) {
     return part_of(change.forms[0].geometry, change.forms[0].density, change.forms[0].local_pose);
   }
-  std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)];
-  if (shape == change.index) shape = data.shapes.next[static_cast<std::size_t>(shape)];
+  std::int32_t shape = data.bodies.first_shape[body];
+  if (shape == change.index) shape = data.shapes.next[shape];
   return part_of(data, shape);
 }
 
@@ -283,8 +283,7 @@ MassSum sum_shapes(WorldData& data, std::int32_t body, const ShapeChange& change
   if (kept != bodies.moments.end()) {
     moments = kept->second;
   } else {
-    for (std::int32_t shape = bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
-         shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+    for (std::int32_t shape = bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
       moments.add(part_of(data, shape));
     }
     if (moments.parts() > kFewShapes) bodies.moments.emplace(body, moments);

@@ -13,7 +13,7 @@ std::int32_t shape_of(const ShapePair& pair, std::size_t side) { return side == 
 
 // The link that leads to what comes behind `previous` in the shape's list.
 std::uint32_t& link_behind(WorldData& data, std::int32_t shape, std::uint32_t previous) {
-  if (previous == 0) return data.shapes.first_resting[static_cast<std::size_t>(shape)];
+  if (previous == 0) return data.shapes.first_resting[shape];
   return data.contacts.resting_links[(previous - 1) / 2].next[(previous - 1) % 2];
 }
 
@@ -25,7 +25,7 @@ void link_row(WorldData& data, std::size_t row) {
   const ShapePair pair = data.contacts.resting.pair[row];
   RestingLinks& links = data.contacts.resting_links[row];
   for (const std::size_t side : {0u, 1u}) {
-    std::uint32_t& first = data.shapes.first_resting[static_cast<std::size_t>(shape_of(pair, side))];
+    std::uint32_t& first = data.shapes.first_resting[shape_of(pair, side)];
     const std::uint32_t end = end_of(row, side);
     links.previous[side] = 0;
     links.next[side] = first;
@@ -88,8 +88,8 @@ void drop_rows(WorldData& data, std::size_t rows) {
 void remove_most(WorldData& data, const Column<std::int32_t>& rows) {
   const Column<ShapePair>& resting = data.contacts.resting.pair;
   for (const ShapePair& pair : resting) {
-    data.shapes.first_resting[static_cast<std::size_t>(pair.a)] = 0;
-    data.shapes.first_resting[static_cast<std::size_t>(pair.b)] = 0;
+    data.shapes.first_resting[pair.a] = 0;
+    data.shapes.first_resting[pair.b] = 0;
   }
   std::size_t to = 0, gone = 0;
   for (std::size_t row = 0; row < resting.size(); ++row) {

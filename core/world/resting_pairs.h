@@ -17,7 +17,7 @@ namespace scree {
 template <class Visit>
 void for_each_resting(WorldData& data, std::int32_t shape, Visit&& visit) {
   Contacts& contacts = data.contacts;
-  for (std::uint32_t end = data.shapes.first_resting[static_cast<std::size_t>(shape)]; end != 0;) {
+  for (std::uint32_t end = data.shapes.first_resting[shape]; end != 0;) {
     const std::size_t row = (end - 1) / 2, side = (end - 1) % 2;
     const ShapePair pair = contacts.resting.pair[row];
     ++contacts.resting_looks;

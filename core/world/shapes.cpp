@@ -37,8 +37,7 @@ ShapeForm form_of(const ShapeRow& s) {
 // The body's mass rows after the change, or an Error.
 BodyMass mass_after_change(Call call, const ShapeRow& s, std::span<const ShapeForm> forms) {
   const Bodies& bodies = s.data.bodies;
-  return mass_after(call, s.data, s.body, given_type(bodies, s.body),
-                    bodies.flags[static_cast<std::size_t>(s.body)], {s.shape, forms});
+  return mass_after(call, s.data, s.body, given_type(bodies, s.body), bodies.flags[s.body], {s.shape, forms});
 }
 
 // A shape that collides otherwise than before: its pairs are found anew, its neighbors wake.
@@ -95,8 +94,7 @@ void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef
   const ShapeChange change{-1, made.forms};
   BodyMass mass;
   try {
-    mass = mass_after(call, data, body, given_type(data.bodies, body),
-                      data.bodies.flags[static_cast<std::size_t>(body)], change);
+    mass = mass_after(call, data, body, given_type(data.bodies, body), data.bodies.flags[body], change);
     grow(shapes, old_rows + defs.size() - plan.from_free);
   } catch (...) {
     drop_hulls(data.hulls, made.hulls, old_hulls);
@@ -104,7 +102,7 @@ void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef
   }
   follow_change(data, body, change);
   wake_body(data, body);
-  const bool has_core = data.bodies.unplaced[static_cast<std::size_t>(body)] == 0;
+  const bool has_core = data.bodies.unplaced[body] == 0;
   for (std::size_t i = 0; i < defs.size(); ++i) {
     const std::int32_t shape = plan.slot(shapes.free_slots, i);
     ShapeOptions options = defs[i].options;
@@ -171,7 +169,7 @@ std::size_t World::shape_count() const noexcept { return data_ != nullptr ? data
 
 BodyId World::body_of(ShapeId shape) const {
   const ShapeRow s = at({"body_of"}, data_, shape);
-  return {static_cast<std::uint32_t>(s.body), s.data.bodies.generation[static_cast<std::size_t>(s.body)]};
+  return {static_cast<std::uint32_t>(s.body), s.data.bodies.generation[s.body]};
 }
 
 Geometry World::geometry(ShapeId shape) const {
@@ -304,8 +302,8 @@ void World::set_user_data(ShapeId shape, std::uint64_t user_data) {
 std::size_t World::shapes_of(BodyId body, std::span<ShapeId> out) const {
   constexpr Call call{"shapes_of"};
   const WorldData& data = opened(call, data_);
-  const auto first = data.bodies.first_shape[static_cast<std::size_t>(checked_row(call, data.bodies, body))];
-  const auto next = [&](std::int32_t shape) { return data.shapes.next[static_cast<std::size_t>(shape)]; };
+  const auto first = data.bodies.first_shape[checked_row(call, data.bodies, body)];
+  const auto next = [&](std::int32_t shape) { return data.shapes.next[shape]; };
   std::size_t count = 0;
   for (std::int32_t shape = first; shape >= 0; shape = next(shape)) ++count;
   std::size_t place = count;  // the list is newest first

@@ -7,8 +7,7 @@
 namespace scree {
 
 void note_shapes(WorldData& data, std::int32_t body) {
-  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     note_change(data.shapes, shape);
   }
 }
@@ -24,9 +23,8 @@ void wake_body(WorldData& data, std::int32_t body) {
   bodies.flags[row] = static_cast<std::uint8_t>(bodies.flags[row] & ~kBodyAsleep);
   --bodies.asleep;
   note_change(bodies, body);
-  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
-    data.shapes.tree[static_cast<std::size_t>(shape)] = TreeKind::awake;
+  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
+    data.shapes.tree[shape] = TreeKind::awake;
     note_change(data.shapes, shape);
   }
 }
@@ -38,7 +36,7 @@ namespace {
 bool has_been_put(const WorldData& data, std::size_t shape) {
   constexpr std::uint8_t kPut = kShapeAlive | kShapeDirty | kShapeWakes;
   if ((data.shapes.flags[shape] & kPut) != kPut) return false;
-  return data.bodies.type[static_cast<std::size_t>(data.shapes.body[shape])] != BodyType::dynamic;
+  return data.bodies.type[data.shapes.body[shape]] != BodyType::dynamic;
 }
 
 }  // namespace
@@ -52,11 +50,10 @@ void wake_neighbors(WorldData& data) {
            has_been_put(data, static_cast<std::size_t>(pair.b));
   };
   // A slot that died or changed hands names a dead body or a new, wakeful one: no harm in either.
-  const auto body_of = [&](std::int32_t shape) { return shapes.body[static_cast<std::size_t>(shape)]; };
+  const auto body_of = [&](std::int32_t shape) { return shapes.body[shape]; };
   for (std::size_t i = 0; i < moving.pair.size(); ++i) {
     const ShapePair pair = moving.pair[i];
-    if (((shapes.flags[static_cast<std::size_t>(pair.a)] | shapes.flags[static_cast<std::size_t>(pair.b)]) &
-         kShapeWakes) == 0 ||
+    if (((shapes.flags[pair.a] | shapes.flags[pair.b]) & kShapeWakes) == 0 ||
         !wakes(pair, moving.contact[i])) {
       continue;
     }
@@ -77,7 +74,7 @@ void wake_neighbors(WorldData& data) {
   woken.resize(static_cast<std::size_t>(std::unique(woken.begin(), woken.end()) - woken.begin()));
   for (const std::int32_t body : woken) wake_body(data, body);
   for (const std::int32_t shape : shapes.wakers) {
-    std::uint8_t& flags = shapes.flags[static_cast<std::size_t>(shape)];
+    std::uint8_t& flags = shapes.flags[shape];
     flags = static_cast<std::uint8_t>(flags & ~kShapeWakes);
     shapes.marks.mark(shape);
   }

@@ -16,14 +16,14 @@ namespace scree {
 inline void note_change(Bodies& bodies, std::int32_t body) {
   bodies.lists_dirty = true;
   bodies.marks.mark(body);
-  std::uint8_t& is_changed = bodies.is_changed[static_cast<std::size_t>(body)];
+  std::uint8_t& is_changed = bodies.is_changed[body];
   if (is_changed == 0) bodies.changed.push_back(body);
   is_changed = 1;
 }
 // The same of a shape, which may have come into another tree or must be asked for filters from now on.
 inline void note_change(Shapes& shapes, std::int32_t shape) {
   shapes.marks.mark(shape);
-  std::uint8_t& is_changed = shapes.is_changed[static_cast<std::size_t>(shape)];
+  std::uint8_t& is_changed = shapes.is_changed[shape];
   if (is_changed == 0) shapes.changed.push_back(shape);
   is_changed = 1;
 }
@@ -31,7 +31,7 @@ void note_shapes(WorldData& data, std::int32_t body);  // all shapes of the body
 // Tells refresh_joints that the joint may have something to solve or no longer. Of those of changed bodies
 // refresh_lists does.
 inline void note_change(Joints& joints, std::int32_t joint) {
-  std::uint8_t& is_changed = joints.is_changed[static_cast<std::size_t>(joint)];
+  std::uint8_t& is_changed = joints.is_changed[joint];
   if (is_changed == 0) joints.changed.push_back(joint);
   is_changed = 1;
 }
@@ -43,7 +43,7 @@ void wake_body(WorldData& data, std::int32_t body);
 // moves or stops the shape of a fixed or kinematic body, so do those that are merely near it. Works for
 // shapes that are about to die: their pairs outlive them until find_pairs.
 inline void request_wake(WorldData& data, std::int32_t shape) {
-  std::uint8_t& flags = data.shapes.flags[static_cast<std::size_t>(shape)];
+  std::uint8_t& flags = data.shapes.flags[shape];
   if ((flags & kShapeWakes) == 0) data.shapes.wakers.push_back(shape);
   flags |= kShapeWakes;
   data.shapes.marks.mark(shape);

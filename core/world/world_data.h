@@ -233,7 +233,7 @@ struct Bodies {
 };
 
 inline bool is_frozen(const Bodies& bodies, std::int32_t body) {
-  return (bodies.flags[static_cast<std::size_t>(body)] & kBodyFrozen) != 0;
+  return (bodies.flags[body] & kBodyFrozen) != 0;
 }
 
 // What the caller made it, whatever it takes part as.

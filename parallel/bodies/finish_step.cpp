@@ -26,11 +26,11 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
     crew.kernels().body.finish(args, begin, end);
     FinishSum sum{};
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      bodies.force[static_cast<std::size_t>(constraints.moving[i])] = ForceRow{};
+      bodies.force[constraints.moving[i]] = ForceRow{};
       if (i < dynamic_count) sum.kinetic_energy += static_cast<double>(constraints.kinetic_energy[i]);
       sum.restored += constraints.broken[i];
     }
-    constraints.finish_sums[static_cast<std::size_t>(begin / kBodyChunk)] = sum;
+    constraints.finish_sums[begin / kBodyChunk] = sum;
   });
 
   // In the order of the chunks, so that the sum has the same bits for every thread count.

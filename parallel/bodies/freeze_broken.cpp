@@ -92,14 +92,14 @@ void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& f
     if (is_extreme(bodies.local_mass[row], reach_of(manifold, arm))) faults[row] = Fault::extreme;
   };
   for (const std::int32_t contact : data.contacts.touching) {
-    const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(contact)];
+    const Manifold& manifold = data.contacts.now.manifold[contact];
     const std::int32_t a = manifold.row_a, b = manifold.row_b;
     judge(a, manifold, manifold.arm_a);
     judge(b, manifold, manifold.arm_b);
     if (groups.is_broken(a) && groups.is_broken(b)) groups.unite(a, b);
   }
   for (const std::int32_t joint : data.joints.active) {
-    const JointBodies ends = data.joints.bodies[static_cast<std::size_t>(joint)];
+    const JointBodies ends = data.joints.bodies[joint];
     for (const std::int32_t body : {ends.a, ends.b}) {
       Fault& fault = faults[static_cast<std::size_t>(body)];
       if (groups.is_broken(body)) fault = std::max(fault, Fault::jointed);

@@ -34,21 +34,18 @@ bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
   std::atomic<bool> same{list.size() == last.size()};
   crew.run_ranges(static_cast<int>(list.size()), kPairsPerChunk, [&](int begin, int end, int) {
     const ShapePair* const behind = last.end();
-    const ShapePair* row =
-        std::lower_bound(last.begin(), behind, list[static_cast<std::size_t>(begin)], comes_before);
+    const ShapePair* row = std::lower_bound(last.begin(), behind, list[begin], comes_before);
     bool in_place = true;
     for (int i = begin; i < end; ++i) {
-      const ShapePair pair = list[static_cast<std::size_t>(i)];
+      const ShapePair pair = list[i];
       const std::uint64_t key = key_of(pair);
       while (row != behind && key_of(*row) < key) ++row;
       bool found = row != behind && key_of(*row) == key;
-      if (some_new && ((data.shapes.flags[static_cast<std::size_t>(pair.a)] |
-                        data.shapes.flags[static_cast<std::size_t>(pair.b)]) &
-                       kShapeNew) != 0) {
+      if (some_new && ((data.shapes.flags[pair.a] | data.shapes.flags[pair.b]) & kShapeNew) != 0) {
         found = false;
       }
       const std::int32_t before = found ? static_cast<std::int32_t>(row - last.begin()) : -1;
-      previous[static_cast<std::size_t>(i)] = before;
+      previous[i] = before;
       in_place = in_place && before == i;
     }
     if (!in_place) same.store(false, std::memory_order_relaxed);
@@ -82,7 +79,7 @@ void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
       [&](std::size_t row) { return before.contact[row]; });
   crew.run_ranges(static_cast<int>(broad_phase.lost.size()), kPairsPerChunk, [&](int begin, int end, int) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      contacts.now.points[static_cast<std::size_t>(broad_phase.lost[i])] = 0;
+      contacts.now.points[broad_phase.lost[i]] = 0;
   });
   contacts.free_rows.append(std::as_const(broad_phase.lost).span());
   for (const std::int32_t contact : broad_phase.lost) contacts.marks.mark(contact);
@@ -172,8 +169,7 @@ void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const Column<ShapePair>& all = contacts.pairs.pair;
   const auto rests = [&](std::size_t row) {
-    return is_frozen_tree(broad_phase.tree_of[static_cast<std::size_t>(all[row].a)]) &&
-           is_frozen_tree(broad_phase.tree_of[static_cast<std::size_t>(all[row].b)]);
+    return is_frozen_tree(broad_phase.tree_of[all[row].a]) && is_frozen_tree(broad_phase.tree_of[all[row].b]);
   };
   list_where(crew, all.size(), broad_phase.places, broad_phase.frozen, rests);
   if (broad_phase.frozen.empty()) return;
@@ -188,7 +184,7 @@ void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   broad_phase.moving_previous.resize_discarding(moving.size());
   crew.run_ranges(static_cast<int>(moving.size()), kPairsPerChunk, [&](int begin, int end, int) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      broad_phase.moving_previous[i] = contacts.previous[static_cast<std::size_t>(moving[i])];
+      broad_phase.moving_previous[i] = contacts.previous[moving[i]];
   });
   contacts.previous.swap(broad_phase.moving_previous);
 }
@@ -200,7 +196,7 @@ bool lend_arrivals(WorldData& data, BroadPhase& broad_phase, TreeKind from, Tree
   for (const std::int32_t shape : broad_phase.dirty) {
     const auto index = static_cast<std::size_t>(shape);
     if ((data.shapes.flags[index] & kShapeAlive) == 0 || data.shapes.tree[index] != from) continue;
-    if (data.bodies.type[static_cast<std::size_t>(data.shapes.body[index])] != BodyType::fixed) continue;
+    if (data.bodies.type[data.shapes.body[index]] != BodyType::fixed) continue;
     data.shapes.tree[index] = to;
     broad_phase.changed.push_back(shape);
     any = true;
@@ -226,8 +222,7 @@ void find_pairs(WorldData& data, Crew& crew) {
   contacts.resting_kept = contacts.resting.pair.size();
   if (members_changed || contacts.pairs_stale || broad_phase.bounds_left.load(std::memory_order_relaxed)) {
     broad_phase.is_dirty.resize(data.shapes.flags.size());
-    for (const std::int32_t shape : broad_phase.dirty)
-      broad_phase.is_dirty[static_cast<std::size_t>(shape)] = 1;
+    for (const std::int32_t shape : broad_phase.dirty) broad_phase.is_dirty[shape] = 1;
     refit_trees(data, broad_phase, crew);
     const bool pulled = pull_rows(data, broad_phase, crew);
     contacts.resting_kept = contacts.resting.pair.size();

@@ -61,7 +61,7 @@ void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin,
                 Column<ShapePair>& pairs) {
   const bool changed = data.contacts.pairs_stale || !broad_phase.dirty.empty();
   for (int row = begin; row < end; ++row) {
-    const ShapePair pair = data.contacts.pairs.pair[static_cast<std::size_t>(row)];
+    const ShapePair pair = data.contacts.pairs.pair[row];
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
     if (!is_frozen_tree(broad_phase.tree_of[a]) || !is_frozen_tree(broad_phase.tree_of[b])) continue;
     if (changed) {
@@ -87,8 +87,8 @@ bool holds_apart(const Joints& joints, std::int32_t joint, std::int32_t body_a, 
 // By a joint whose bodies do not collide: it is in the lists of both, so the shorter one will do.
 bool are_held_apart(const WorldData& data, std::int32_t body_a, std::int32_t body_b) {
   const Joints& joints = data.joints;
-  std::int32_t of_a = data.bodies.first_joint[static_cast<std::size_t>(body_a)];
-  std::int32_t of_b = data.bodies.first_joint[static_cast<std::size_t>(body_b)];
+  std::int32_t of_a = data.bodies.first_joint[body_a];
+  std::int32_t of_b = data.bodies.first_joint[body_b];
   while (of_a >= 0 && of_b >= 0) {
     if (holds_apart(joints, of_a, body_a, body_b) || holds_apart(joints, of_b, body_a, body_b)) return true;
     of_a = next_joint(joints, of_a, body_a);

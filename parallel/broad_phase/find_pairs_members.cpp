@@ -46,7 +46,7 @@ void leave_frozen(BroadPhase& broad_phase, std::size_t shape) {
   const std::uint8_t index = broad_phase.tree_of[shape];
   PairTree& tree = broad_phase.trees[index];
   const std::int32_t slot = broad_phase.slot_of[shape];
-  tree.order[static_cast<std::size_t>(slot)] = -1;
+  tree.order[slot] = -1;
   broad_phase.leavers.push_back(static_cast<std::int32_t>(shape));
   --tree.members;
   broad_phase.thinned.push_back({index, slot / simd::kBlock});
@@ -130,8 +130,8 @@ void fill_smallest(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   for (const std::int32_t row : broad_phase.arrivals) {
     while (tree.order[slot] >= 0) ++slot;
     tree.order[slot] = row;
-    broad_phase.tree_of[static_cast<std::size_t>(row)] = kFrozenTree;
-    broad_phase.slot_of[static_cast<std::size_t>(row)] = static_cast<std::int32_t>(slot);
+    broad_phase.tree_of[row] = kFrozenTree;
+    broad_phase.slot_of[row] = static_cast<std::int32_t>(slot);
   }
   tree.members += static_cast<std::int32_t>(broad_phase.arrivals.size());
   tree.special_changed = true;
@@ -149,10 +149,10 @@ void settle_members(const WorldData& data, BroadPhase& broad_phase, int level, C
   broad_phase.refitted += tree.leaf_blocks();
   crew.run_ranges(static_cast<int>(tree.order.size()), 4096, [&](int begin, int end, int) {
     for (int slot = begin; slot < end; ++slot) {
-      const std::int32_t row = tree.order[static_cast<std::size_t>(slot)];
+      const std::int32_t row = tree.order[slot];
       if (row < 0) continue;
-      broad_phase.tree_of[static_cast<std::size_t>(row)] = index;
-      broad_phase.slot_of[static_cast<std::size_t>(row)] = slot;
+      broad_phase.tree_of[row] = index;
+      broad_phase.slot_of[row] = slot;
     }
   });
   if (broad_phase.gathered.size() <= kSortedMemory) return;
@@ -193,10 +193,7 @@ bool keep_order(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   if (awake.unsorted || 2 * count < awake.order.size()) return false;
   list_where(
       crew, awake.order.size(), broad_phase.places, broad_phase.gathered,
-      [&](std::size_t i) {
-        return awake.order[i] >= 0 &&
-               broad_phase.tree_of[static_cast<std::size_t>(awake.order[i])] == kArriving;
-      },
+      [&](std::size_t i) { return awake.order[i] >= 0 && broad_phase.tree_of[awake.order[i]] == kArriving; },
       [&](std::size_t i) { return awake.order[i]; });
   if (broad_phase.gathered.size() != count) return false;
   take_gathered(broad_phase, broad_phase.trees[kFrozenTree + level], crew);

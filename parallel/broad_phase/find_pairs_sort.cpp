@@ -105,9 +105,8 @@ void scatter_pairs(BroadPhase& broad_phase, const Buckets& buckets, Crew& crew) 
   broad_phase.bucket_begins[count] = place;
   crew.run(groups, [&](int group, int) {
     std::int32_t* to = places.data() + static_cast<std::size_t>(group) * count;
-    for_each_pair(group, [&](const ShapePair& pair) {
-      broad_phase.bucketed[static_cast<std::size_t>(to[pair.a >> buckets.shift]++)] = pair;
-    });
+    for_each_pair(group,
+                  [&](const ShapePair& pair) { broad_phase.bucketed[to[pair.a >> buckets.shift]++] = pair; });
   });
 }
 
@@ -182,7 +181,7 @@ ShapePair* sort_by_key(ShapePair* rows, ShapePair* other, std::int32_t count,
 void sort_by_pair(BroadPhase& broad_phase, const Column<ShapePair>& pair_of, Column<std::int32_t>& rows,
                   Crew& crew) {
   const std::size_t count = rows.size();
-  const auto key_at = [&](std::int32_t row) { return key_of(pair_of[static_cast<std::size_t>(row)]); };
+  const auto key_at = [&](std::int32_t row) { return key_of(pair_of[row]); };
   const auto before = [&](std::int32_t x, std::int32_t y) { return key_at(x) < key_at(y); };
   if (std::is_sorted(rows.begin(), rows.end(), before)) return;  // as those that came to rest together
   if (count < kFewRows) {

@@ -97,7 +97,7 @@ struct CurveGrid {
                   SortKey* keys) const {
     Cells cells{};
     for (int i = 0; i < count; ++i) {
-      const BoundsRow& row = bounds[static_cast<std::size_t>(shapes[i])];
+      const BoundsRow& row = bounds[shapes[i]];
       if (is_empty(row)) continue;
       for (int axis = 0; axis < 3; ++axis) {
         const double place = (center_of(row, axis) - origin[axis]) * cells_per_meter + 32768.0;
@@ -108,7 +108,7 @@ struct CurveGrid {
     for (int i = 0; i < count; ++i) {
       std::uint64_t key = 0;
       for (int axis = 0; axis < 3; ++axis) key |= spread_bits(cells.at[axis][i]) << (2 - axis);
-      const bool is_nowhere = is_empty(bounds[static_cast<std::size_t>(shapes[i])]);
+      const bool is_nowhere = is_empty(bounds[shapes[i]]);
       keys[i] = {is_nowhere ? ~std::uint64_t{0} >> 16 : key, shapes[i], 0};
     }
   }
@@ -124,12 +124,12 @@ CurveGrid lay_grid(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   crew.run_ranges(count, kShapesPerChunk, [&](int first, int last, int) {
     Spread spread{};
     for (int i = first; i < last; ++i) {
-      const BoundsRow& row = bounds[static_cast<std::size_t>(shapes[static_cast<std::size_t>(i)])];
+      const BoundsRow& row = bounds[shapes[i]];
       if (is_empty(row)) continue;
       for (int axis = 0; axis < 3; ++axis) spread.sum[axis] += center_of(row, axis);
       ++spread.count;
     }
-    broad_phase.spreads[static_cast<std::size_t>(first / kShapesPerChunk)] = spread;
+    broad_phase.spreads[first / kShapesPerChunk] = spread;
   });
   const Spread total = total_of(broad_phase.spreads);
   const double scale = 1.0 / static_cast<double>(std::max<std::int64_t>(total.count, 1));
@@ -138,13 +138,13 @@ CurveGrid lay_grid(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   crew.run_ranges(count, kShapesPerChunk, [&](int first, int last, int) {
     Spread spread{};
     for (int i = first; i < last; ++i) {
-      const auto shape = static_cast<std::size_t>(shapes[static_cast<std::size_t>(i)]);
+      const auto shape = static_cast<std::size_t>(shapes[i]);
       if (is_empty(bounds[shape])) continue;
       for (int axis = 0; axis < 3; ++axis) {
         spread.sum[axis] += std::abs(center_of(bounds[shape], axis) - grid.origin[axis]);
       }
     }
-    broad_phase.spreads[static_cast<std::size_t>(first / kShapesPerChunk)] = spread;
+    broad_phase.spreads[first / kShapesPerChunk] = spread;
   });
   const Spread deviation = total_of(broad_phase.spreads);
   const double largest = std::max({deviation.sum[0], deviation.sum[1], deviation.sum[2]}) * scale;
@@ -176,9 +176,8 @@ bool is_special(const WorldData& data, std::int32_t shape) {
   const auto index = static_cast<std::size_t>(shape);
   const Filter& filter = data.shapes.filter[index];
   const Filter plain;
-  const bool alone = data.shapes.next[index] < 0 &&
-                     data.bodies.first_shape[static_cast<std::size_t>(data.shapes.body[index])] == shape;
-  const bool jointed = data.bodies.first_joint[static_cast<std::size_t>(data.shapes.body[index])] >= 0;
+  const bool alone = data.shapes.next[index] < 0 && data.bodies.first_shape[data.shapes.body[index]] == shape;
+  const bool jointed = data.bodies.first_joint[data.shapes.body[index]] >= 0;
   return !alone || jointed || filter.category != plain.category || filter.mask != plain.mask ||
          filter.group != plain.group;
 }
@@ -196,9 +195,7 @@ void gather_members(BroadPhase& broad_phase, std::uint8_t index, Crew& crew) {
   const PairTree& tree = broad_phase.trees[index];
   list_where(
       crew, tree.order.size(), broad_phase.places, broad_phase.gathered,
-      [&](std::size_t i) {
-        return tree.order[i] >= 0 && broad_phase.tree_of[static_cast<std::size_t>(tree.order[i])] == index;
-      },
+      [&](std::size_t i) { return tree.order[i] >= 0 && broad_phase.tree_of[tree.order[i]] == index; },
       [&](std::size_t i) { return tree.order[i]; });
 }
 
@@ -208,7 +205,7 @@ void drop_lost(BroadPhase& broad_phase, std::uint8_t index, Crew& crew) {
   crew.run_ranges(static_cast<int>(tree.order.size()), kShapesPerChunk, [&](int first, int last, int) {
     for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
       std::int32_t& shape = tree.order[i];
-      if (shape >= 0 && broad_phase.tree_of[static_cast<std::size_t>(shape)] != index) shape = -1;
+      if (shape >= 0 && broad_phase.tree_of[shape] != index) shape = -1;
     }
   });
   tree.lost_members = false;
@@ -220,7 +217,7 @@ void write_order(PairTree& tree, int count, Crew& crew, ShapeAt&& shape_at) {
   const int places = (count + simd::kBlock - 1) / simd::kBlock * simd::kBlock;
   tree.order.resize_discarding(static_cast<std::size_t>(places));
   crew.run_ranges(places, kShapesPerChunk, [&](int first, int last, int) {
-    for (int i = first; i < last; ++i) tree.order[static_cast<std::size_t>(i)] = i < count ? shape_at(i) : -1;
+    for (int i = first; i < last; ++i) tree.order[i] = i < count ? shape_at(i) : -1;
   });
   tree.appended = 0;
   tree.refits = 0;

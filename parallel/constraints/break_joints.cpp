@@ -11,14 +11,14 @@ namespace scree {
 namespace {
 
 bool has_broken(const Joints& joints, std::int32_t joint) {
-  const JointReactionRow& reaction = joints.reaction[static_cast<std::size_t>(joint)];
-  const JointStrength strength = joints.strength[static_cast<std::size_t>(joint)];
+  const JointReactionRow& reaction = joints.reaction[joint];
+  const JointStrength strength = joints.strength[joint];
   return reaction.force_peak_squared > strength.force * strength.force ||
          reaction.torque_peak_squared > strength.torque * strength.torque;
 }
 
 std::span<const std::int32_t> joints_of(const Constraints& constraints, std::int32_t chunk) {
-  const simd::ConstraintChunk& c = constraints.joint_chunks[static_cast<std::size_t>(chunk)];
+  const simd::ConstraintChunk& c = constraints.joint_chunks[chunk];
   return constraints.joint_rows.span().subspan(static_cast<std::size_t>(c.first_lane),
                                                static_cast<std::size_t>(c.lanes));
 }
@@ -34,7 +34,7 @@ void break_joints(WorldData& data, Crew& crew) {
     if (constraints.joint_chunks[chunk].breaks) chunks.push_back(static_cast<std::int32_t>(chunk));
   }
   crew.run(static_cast<int>(chunks.size()), [&](int i, int) {
-    std::int32_t& chunk = chunks[static_cast<std::size_t>(i)];
+    std::int32_t& chunk = chunks[i];
     const std::span<const std::int32_t> rows = joints_of(constraints, chunk);
     if (std::none_of(rows.begin(), rows.end(), [&](std::int32_t joint) { return has_broken(joints, joint); }))
       chunk = -1;

@@ -60,9 +60,7 @@ BoundsRow bounds_of(const WorldData& data, Column<BoundsRow>& parts, Crew& crew)
       box.upper[axis] = upper[axis] > box.upper[axis] ? upper[axis] : box.upper[axis];
     }
   };
-  const auto position_of = [&](int i) {
-    return data.bodies.pose[static_cast<std::size_t>(awake[static_cast<std::size_t>(i)])].position;
-  };
+  const auto position_of = [&](int i) { return data.bodies.pose[awake[i]].position; };
   const auto begin_with = [](const float* p) {
     return BoundsRow{{p[0], p[1], p[2]}, 0.0f, {p[0], p[1], p[2]}, 0.0f};
   };
@@ -70,7 +68,7 @@ BoundsRow bounds_of(const WorldData& data, Column<BoundsRow>& parts, Crew& crew)
   crew.run_ranges(count, kBodyRows, [&](int begin, int end, int) {
     BoundsRow box = begin_with(position_of(begin));
     for (int i = begin; i < end; ++i) include(box, position_of(i), position_of(i));
-    parts[static_cast<std::size_t>(begin / kBodyRows)] = box;
+    parts[begin / kBodyRows] = box;
   });
   BoundsRow all = parts[0];
   for (const BoundsRow& box : parts) include(all, box.lower, box.upper);
@@ -103,9 +101,7 @@ Grid make_grid(const BoundsRow& bounds, std::size_t contacts) {
 // Keys count the cells of level 0, then those of level 1, and so on.
 std::int32_t key_of(const Grid& grid, const std::int32_t* first_key, const WorldData& data,
                     const Edge& edge) {
-  const auto cell_of = [&](std::int32_t body) {
-    return grid.cell_of(data.bodies.pose[static_cast<std::size_t>(body)]);
-  };
+  const auto cell_of = [&](std::int32_t body) { return grid.cell_of(data.bodies.pose[body]); };
   // Only bodies whose masks the contact enters count.
   Cell cell = cell_of(edge.kind == EdgeKind::hub_b ? edge.body_a : edge.body_b);
   int level = 0;
@@ -157,9 +153,8 @@ void color_by_cells(const WorldData& data, Constraints& constraints, Crew& crew)
   crew.run_ranges(count, kPartRows, [&](int begin, int end, int) {
     std::int32_t* places = constraints.histogram.data() + static_cast<std::size_t>(begin / kPartRows) * keys;
     for (int i = begin; i < end; ++i) {
-      const std::int32_t to = places[constraints.cells[static_cast<std::size_t>(i)]]++;
-      constraints.cell_rows[static_cast<std::size_t>(to)] =
-          constraints.uncolored[static_cast<std::size_t>(i)];
+      const std::int32_t to = places[constraints.cells[i]]++;
+      constraints.cell_rows[to] = constraints.uncolored[i];
     }
   });
 
@@ -167,8 +162,8 @@ void color_by_cells(const WorldData& data, Constraints& constraints, Crew& crew)
     crew.run(first_key[level + 1] - first_key[level], [&](int cell, int) {
       const auto key = static_cast<std::size_t>(first_key[level] + cell);
       for (std::int32_t i = constraints.cell_begins[key]; i < constraints.cell_begins[key + 1]; ++i) {
-        const std::int32_t edge = constraints.cell_rows[static_cast<std::size_t>(i)];
-        take_lowest_color(constraints.body_colors, constraints.edges[static_cast<std::size_t>(edge)]);
+        const std::int32_t edge = constraints.cell_rows[i];
+        take_lowest_color(constraints.body_colors, constraints.edges[edge]);
       }
     });
   }

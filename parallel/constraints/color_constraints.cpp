@@ -109,7 +109,7 @@ void clear_masks(const WorldData& data, Constraints& constraints, Crew& crew, bo
   const Column<std::int32_t>& awake = data.bodies.awake;
   crew.run_ranges(static_cast<int>(awake.size()), kBodyRows, [&](int begin, int end, int) {
     for (int i = begin; i < end; ++i) {
-      const auto body = static_cast<std::size_t>(awake[static_cast<std::size_t>(i)]);
+      const auto body = static_cast<std::size_t>(awake[i]);
       BodyColors& colors = constraints.body_colors[body];
       colors = {0, 0, 0, degrees ? 0 : colors.degree, -1};
       if (degrees) constraints.joint_count[body] = 0;
@@ -143,9 +143,7 @@ bool list_joint(const WorldData& data, Edge& edge, std::size_t place, bool same)
   const Joints& joints = data.joints;
   const auto row = static_cast<std::size_t>(joints.active[place]);
   const JointBodies bodies = joints.bodies[row];
-  const auto is_pushed = [&](std::int32_t body) {
-    return data.bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic;
-  };
+  const auto is_pushed = [&](std::int32_t body) { return data.bodies.type[body] == BodyType::dynamic; };
   const bool pushed_a = is_pushed(bodies.a), pushed_b = is_pushed(bodies.b);
   const int variant = simd::joint_variant(joints.type[row], (joints.flags[row] & kJointRich) != 0);
   const simd::BodySide fixed = !pushed_a   ? simd::BodySide::a
@@ -177,20 +175,20 @@ bool list_edges(const WorldData& data, Constraints& constraints, int begin, int 
 template <bool kShared>
 void count_degrees(Constraints& constraints, int first_joint, int begin, int end) {
   for (int i = begin; i < end; ++i) {
-    Edge& edge = constraints.edges[static_cast<std::size_t>(i)];
+    Edge& edge = constraints.edges[i];
     if (edge.kind == EdgeKind::pushed_b) continue;
     edge.kind = EdgeKind::dynamic;
     for (const std::int32_t body : {edge.body_a, edge.body_b}) {
-      add<kShared>(constraints.body_colors[static_cast<std::size_t>(body)].degree, 1);
-      if (i >= first_joint) add<kShared>(constraints.joint_count[static_cast<std::size_t>(body)], 1);
+      add<kShared>(constraints.body_colors[body].degree, 1);
+      if (i >= first_joint) add<kShared>(constraints.joint_count[body], 1);
     }
   }
 }
 
 EdgeKind kind_of(const Column<BodyColors>& bodies, const Edge& edge) {
   if (edge.kind == EdgeKind::pushed_b) return EdgeKind::pushed_b;
-  const bool hub_a = bodies[static_cast<std::size_t>(edge.body_a)].degree > kHubDegree;
-  const bool hub_b = bodies[static_cast<std::size_t>(edge.body_b)].degree > kHubDegree;
+  const bool hub_a = bodies[edge.body_a].degree > kHubDegree;
+  const bool hub_b = bodies[edge.body_b].degree > kHubDegree;
   return hub_a && hub_b ? EdgeKind::two_hubs
          : hub_a        ? EdgeKind::hub_a
          : hub_b        ? EdgeKind::hub_b
@@ -209,7 +207,7 @@ bool keep_colors(Constraints& constraints, int part) {
   std::int32_t count = 0;
   bool sound = true;
   for (int i = begin; i < end; ++i) {
-    Edge& edge = constraints.edges[static_cast<std::size_t>(i)];
+    Edge& edge = constraints.edges[i];
     edge.kind = kind_of(bodies, edge);
     if (edge.color >= color_limit(edge.kind)) {
       uncolored[count++] = i;
@@ -228,7 +226,7 @@ bool keep_colors(Constraints& constraints, int part) {
       uncolored[count++] = i;
     }
   }
-  constraints.part_counts[static_cast<std::size_t>(part)] = count;
+  constraints.part_counts[part] = count;
   return sound;
 }
 
@@ -238,7 +236,7 @@ void join_lists(Constraints& constraints, int parts) {
   std::size_t size = 0;
   for (int part = 0; part < parts; ++part) {
     const std::int32_t* from = list + static_cast<std::ptrdiff_t>(part) * kPartRows;
-    const auto count = static_cast<std::size_t>(constraints.part_counts[static_cast<std::size_t>(part)]);
+    const auto count = static_cast<std::size_t>(constraints.part_counts[part]);
     std::copy(from, from + count, list + size);
     size += count;
   }
@@ -297,16 +295,16 @@ void color_constraints(WorldData& data, Crew& crew) {
     color_by_cells(data, constraints, crew);
   } else {
     for (const std::int32_t i : constraints.uncolored) {
-      take_lowest_color(constraints.body_colors, constraints.edges[static_cast<std::size_t>(i)]);
+      take_lowest_color(constraints.body_colors, constraints.edges[i]);
     }
   }
   for (const std::int32_t i : constraints.uncolored) {
     const auto place = static_cast<std::size_t>(i);
     const std::uint8_t color = constraints.edges[place].color;
     if (place < contacts) {
-      data.contacts.now.color[static_cast<std::size_t>(data.contacts.touching[place])] = color;
+      data.contacts.now.color[data.contacts.touching[place]] = color;
     } else {
-      data.joints.color[static_cast<std::size_t>(data.joints.active[place - contacts])] = color;
+      data.joints.color[data.joints.active[place - contacts]] = color;
     }
   }
   constraints.is_colored = true;

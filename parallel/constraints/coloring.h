@@ -17,8 +17,8 @@ struct Masks {
 };
 
 inline Masks masks_of(Column<BodyColors>& bodies, const Edge& edge) {
-  BodyColors& a = bodies[static_cast<std::size_t>(edge.body_a)];
-  BodyColors& b = bodies[static_cast<std::size_t>(edge.body_b)];
+  BodyColors& a = bodies[edge.body_a];
+  BodyColors& b = bodies[edge.body_b];
   switch (edge.kind) {
     case EdgeKind::pushed_b:
       return {b.static_colors, b.static_colors};

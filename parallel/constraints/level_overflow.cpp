@@ -27,7 +27,7 @@ void list_overflow(Constraints& constraints, std::size_t first, std::size_t coun
     for (auto i = first + static_cast<std::size_t>(begin); i < first + static_cast<std::size_t>(end); ++i) {
       const int key = constraints.keys[i];
       if (key >= table.kinds) continue;
-      constraints.overflow_edges[static_cast<std::size_t>(places[key]++)] = static_cast<std::int32_t>(i);
+      constraints.overflow_edges[places[key]++] = static_cast<std::int32_t>(i);
     }
   });
 }
@@ -35,19 +35,19 @@ void list_overflow(Constraints& constraints, std::size_t first, std::size_t coun
 // Writes the level of each; returns how many levels there are.
 std::int32_t find_levels(Constraints& constraints) {
   const auto of_body = [&](std::int32_t body) -> std::int32_t& {
-    return constraints.body_colors[static_cast<std::size_t>(body)].number;
+    return constraints.body_colors[body].number;
   };
   std::int32_t levels = 0;
   constraints.overflow_levels.resize_discarding(constraints.overflow_edges.size());
   for (std::size_t i = 0; i < constraints.overflow_edges.size(); ++i) {
-    const Edge& edge = constraints.edges[static_cast<std::size_t>(constraints.overflow_edges[i])];
+    const Edge& edge = constraints.edges[constraints.overflow_edges[i]];
     std::int32_t &a = of_body(edge.body_a), &b = of_body(edge.body_b);
     a = b = std::max(a, b) + 1;
     constraints.overflow_levels[i] = a;
     levels = std::max(levels, a + 1);
   }
   for (const std::int32_t i : constraints.overflow_edges) {
-    const Edge& edge = constraints.edges[static_cast<std::size_t>(i)];
+    const Edge& edge = constraints.edges[i];
     of_body(edge.body_a) = of_body(edge.body_b) = -1;
   }
   return levels;
@@ -58,12 +58,12 @@ void sort_by_level(const Constraints& constraints, std::int32_t levels, KeyTable
   Column<std::int32_t>& ends = table.level_ends;  // while it sorts: where the level's next edge goes
   ends.resize_discarding(static_cast<std::size_t>(levels));
   std::fill(ends.begin(), ends.end(), 0);
-  for (const std::int32_t level : constraints.overflow_levels) ++ends[static_cast<std::size_t>(level)];
+  for (const std::int32_t level : constraints.overflow_levels) ++ends[level];
   std::exclusive_scan(ends.begin(), ends.end(), ends.begin(), 0);
   table.overflow.resize_discarding(constraints.overflow_edges.size());
   for (std::size_t i = 0; i < constraints.overflow_edges.size(); ++i) {
-    std::int32_t& end = ends[static_cast<std::size_t>(constraints.overflow_levels[i])];
-    table.overflow[static_cast<std::size_t>(end++)] = constraints.overflow_edges[i];
+    std::int32_t& end = ends[constraints.overflow_levels[i]];
+    table.overflow[end++] = constraints.overflow_edges[i];
   }
 }
 

@@ -52,7 +52,7 @@ void find_joint_kinds(Constraints& constraints, std::size_t first, Crew& crew) {
       const std::uint16_t kind = constraints.edges[first + static_cast<std::size_t>(i)].info;
       present.bits[kind / 64] |= std::uint64_t{1} << (kind % 64);
     }
-    constraints.joint_kinds[static_cast<std::size_t>(begin / kSortRows)] = present;
+    constraints.joint_kinds[begin / kSortRows] = present;
   });
 }
 
@@ -108,12 +108,12 @@ class Layout {
     std::int32_t level = 0, lane = 0;
     for_each_overflow_run(constraints_, family.keys, [&](int begin, int end, int kind, bool first) {
       if (first) {
-        const std::int32_t level_end = family.keys.level_ends[static_cast<std::size_t>(level++)];
+        const std::int32_t level_end = family.keys.level_ends[level++];
         begin_stage(level_end - begin <= kTailRows);
       }
       for (int place = begin; place < end; ++place) {
-        const auto edge = static_cast<std::size_t>(family.keys.overflow[static_cast<std::size_t>(place)]);
-        family.rows[static_cast<std::size_t>(lane + place - begin)] = family.list[edge - family.first_edge];
+        const auto edge = static_cast<std::size_t>(family.keys.overflow[place]);
+        family.rows[lane + place - begin] = family.list[edge - family.first_edge];
       }
       add_color(family, kind_of(family, kind, false), lane, end - begin);
       lane += padded(end - begin);
@@ -159,7 +159,7 @@ class Layout {
     const int lanes = kernels_.lanes;
     const int end = lane + padded(count);
     for (int pad = lane + count; pad < end; ++pad) {
-      family.rows[static_cast<std::size_t>(pad)] = family.rows[static_cast<std::size_t>(lane + count - 1)];
+      family.rows[pad] = family.rows[lane + count - 1];
     }
     const int blocks = (end - lane) / lanes;
     family.chunks.push_back(
@@ -194,7 +194,7 @@ class Layout {
   void add_hubs(const Family& family, const BlockKind& kind, simd::BodySide side, int first_lane, int count) {
     Column<std::int32_t>& counts = constraints_.hub_counts;
     const auto colors_of = [&](std::int32_t row) -> BodyColors& {
-      return constraints_.body_colors[static_cast<std::size_t>(hub_of(family, row, side))];
+      return constraints_.body_colors[hub_of(family, row, side)];
     };
     std::int32_t* rows = family.rows.data() + first_lane;
     counts.clear();
@@ -206,7 +206,7 @@ class Layout {
         hub.number = static_cast<std::int32_t>(counts.size());
         counts.push_back(0);
       }
-      ++counts[static_cast<std::size_t>(hub.number)];
+      ++counts[hub.number];
     }
     std::int32_t lane = 0;
     for (std::int32_t& hub_count : counts) {  // -> where the hub's run begins
@@ -215,7 +215,7 @@ class Layout {
       lane += padded(size);
     }
     for (const std::int32_t row : constraints_.hub_rows) {
-      rows[counts[static_cast<std::size_t>(colors_of(row).number)]++] = row;
+      rows[counts[colors_of(row).number]++] = row;
     }
     lane = 0;
     for (const std::int32_t end : counts) {

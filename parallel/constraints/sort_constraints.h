@@ -61,7 +61,7 @@ std::int64_t count_keys(Constraints& constraints, std::size_t first, const Colum
       ++counts[key];
       sum += edge.info & mask;
     }
-    table.sums[static_cast<std::size_t>(begin / kSortRows)] = static_cast<std::int32_t>(sum);
+    table.sums[begin / kSortRows] = static_cast<std::int32_t>(sum);
   });
   table.totals.resize_discarding(keys);
   std::int32_t* const totals = table.totals.data();
@@ -77,7 +77,7 @@ std::int64_t count_keys(Constraints& constraints, std::size_t first, const Colum
   table.in_place.resize_discarding(kColorPlaces);
   for (int place = 0; place < kColorPlaces; ++place) {
     const std::int32_t* const of_place = totals + place * table.kinds;
-    table.in_place[static_cast<std::size_t>(place)] = std::accumulate(of_place, of_place + table.kinds, 0);
+    table.in_place[place] = std::accumulate(of_place, of_place + table.kinds, 0);
   }
   return std::accumulate(table.sums.begin(), table.sums.end(), std::int64_t{0});
 }
@@ -97,8 +97,8 @@ inline std::int32_t most_hubs(const KeyTable& contacts, const KeyTable& joints) 
 template <class Work>
 void for_each_overflow_run(const Constraints& constraints, const KeyTable& table, Work&& work) {
   const auto kind_at = [&](std::int32_t place) {  // the keys of place 0 are the kinds
-    const std::int32_t edge = table.overflow[static_cast<std::size_t>(place)];
-    return int{constraints.keys[static_cast<std::size_t>(edge)]};
+    const std::int32_t edge = table.overflow[place];
+    return int{constraints.keys[edge]};
   };
   std::int32_t begin = 0;
   for (const std::int32_t level_end : table.level_ends) {
@@ -120,7 +120,7 @@ inline void place_keys(int lanes, std::int32_t hubs, KeyTable& table) {
   table.first_lane.resize_discarding(static_cast<std::size_t>(keys) + 1);
   std::int32_t lane = table.overflow_lanes;
   for (int place = 1; place < kColorPlaces; ++place) {
-    if (table.in_place[static_cast<std::size_t>(place)] == 0) continue;
+    if (table.in_place[place] == 0) continue;
     for (int kind = 0; kind < table.kinds; ++kind) {
       const auto key = static_cast<std::size_t>(place * table.kinds + kind);
       const std::int32_t total = table.totals[key];
@@ -133,7 +133,7 @@ inline void place_keys(int lanes, std::int32_t hubs, KeyTable& table) {
       }
     }
   }
-  table.first_lane[static_cast<std::size_t>(keys)] = lane;
+  table.first_lane[keys] = lane;
 }
 
 // `rows`: the entries of `list` in the order of lanes, after count_keys() and place_keys(). Those of the

@@ -31,7 +31,7 @@ constexpr float kNever = 2.0f;  // times run from 0 to 1
 constexpr float kStraightTurn = 0.25f;
 
 const HullData& hull_of(const WorldData& data, std::size_t shape) {
-  return *data.hulls.data[static_cast<std::size_t>(data.shapes.hull[shape])];
+  return *data.hulls.data[data.shapes.hull[shape]];
 }
 
 // Distance of a point that moves along a line from a convex shape, negative within, its slope by time, and
@@ -311,8 +311,7 @@ Meeting first_meeting_of(const WorldData& data, const BroadPhase& broad_phase, s
                          const Stretch& stretch, int most = kMostBalls) {
   const PoseRow& pose = data.bodies.pose[body];
   Meeting first;
-  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     const auto row = static_cast<std::size_t>(shape);
     const Balls balls = balls_of(data, row);
     for (int i = 0; i < std::min(balls.count, most); ++i) {
@@ -353,8 +352,7 @@ struct Arms {
 
 Arms arms_of(const WorldData& data, std::size_t body) {
   Arms arms{long_axis_of(data, body)};
-  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     const auto row = static_cast<std::size_t>(shape);
     const Balls balls = balls_of(data, row);
     for (int i = 0; i < balls.count; ++i) {

@@ -20,7 +20,7 @@ void list_where(Crew& crew, std::size_t count, Column<std::int32_t>& places, Col
   crew.run_ranges(static_cast<int>(count), kChunk, [&](int begin, int end, int) {
     std::int32_t kept = 0;
     for (int i = begin; i < end; ++i) kept += keep(static_cast<std::size_t>(i)) ? 1 : 0;
-    places[static_cast<std::size_t>(begin / kChunk)] = kept;
+    places[begin / kChunk] = kept;
   });
   std::int32_t total = 0;
   for (std::int32_t& place : places) {
@@ -36,7 +36,7 @@ void list_where(Crew& crew, std::size_t count, Column<std::int32_t>& places, Col
     if (place == (chunk + 1 < places.size() ? places[chunk + 1] : total)) return;  // few are kept of many
     for (int i = begin; i < end; ++i) {
       const auto index = static_cast<std::size_t>(i);
-      if (keep(index)) list[static_cast<std::size_t>(place++)] = value(index);
+      if (keep(index)) list[place++] = value(index);
     }
   });
 }

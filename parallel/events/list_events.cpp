@@ -32,19 +32,18 @@ ContactEnd handles_of(const WorldData& data, const ShapePair& pair) {
     return ShapeId{row, data.shapes.generation[row]};
   };
   const auto body = [&](std::int32_t index) {
-    const auto row = static_cast<std::uint32_t>(data.shapes.body[static_cast<std::size_t>(index)]);
+    const auto row = static_cast<std::uint32_t>(data.shapes.body[index]);
     return BodyId{row, data.bodies.generation[row]};
   };
   return {shape(pair.a), shape(pair.b), body(pair.a), body(pair.b)};
 }
 
 ContactEvents asked_about(const WorldData& data, const ShapePair& pair) {
-  return data.settings.contact_events | data.shapes.events[static_cast<std::size_t>(pair.a)] |
-         data.shapes.events[static_cast<std::size_t>(pair.b)];
+  return data.settings.contact_events | data.shapes.events[pair.a] | data.shapes.events[pair.b];
 }
 
 bool is_on_awake_dynamic(const WorldData& data, std::int32_t shape) {
-  return is_awake_dynamic(data.bodies, data.shapes.body[static_cast<std::size_t>(shape)]);
+  return is_awake_dynamic(data.bodies, data.shapes.body[shape]);
 }
 
 float nearest_of(const Manifold& manifold) {
@@ -110,7 +109,7 @@ PairList list_pairs(WorldData& data, Crew& crew) {
   const std::size_t judged = events.judged.size();
   events.judged_pairs.resize_discarding(judged);
   std::transform(events.judged.begin(), events.judged.end(), events.judged_pairs.begin(),
-                 [&](std::int32_t row) { return resting.pair[static_cast<std::size_t>(row)]; });
+                 [&](std::int32_t row) { return resting.pair[row]; });
   events.pairs.resize_discarding(moving.pair.size() + judged);
   events.contacts.resize_discarding(events.pairs.size());
   events.rows.resize_discarding(events.pairs.size());
@@ -153,13 +152,11 @@ template <class Verdict, class Tell>
 void walk(const WorldData& data, const Column<ShapePair>& pairs, int begin, int end, Verdict&& verdict_of,
           Tell&& tell) {
   const Column<TouchRow>& before = data.events.before;
-  const TouchRow* old =
-      begin == 0 ? before.begin() : first_at(before, key_of(pairs[static_cast<std::size_t>(begin)]));
-  const TouchRow* const last = static_cast<std::size_t>(end) == pairs.size()
-                                   ? before.end()
-                                   : first_at(before, key_of(pairs[static_cast<std::size_t>(end)]));
+  const TouchRow* old = begin == 0 ? before.begin() : first_at(before, key_of(pairs[begin]));
+  const TouchRow* const last =
+      static_cast<std::size_t>(end) == pairs.size() ? before.end() : first_at(before, key_of(pairs[end]));
   for (int row = begin; row < end; ++row) {
-    const ShapePair pair = pairs[static_cast<std::size_t>(row)];
+    const ShapePair pair = pairs[row];
     const std::uint64_t key = key_of(pair);
     for (; old != last && key_of(*old) < key; ++old) tell(-1, old, std::uint8_t{0});
     const TouchRow* known = nullptr;
@@ -229,8 +226,7 @@ ContactEvent make_event(const WorldData& data, const PairList& list, std::size_t
   // The manifold's body B is the dynamic one if only one is, the event's that of the shape of higher index.
   const bool flipped = static_cast<std::uint32_t>(manifold.row_b) == handles.body_a.index;
   event.normal = flipped ? -normal : normal;
-  const Vec3 center =
-      to_vec3(data.bodies.pose[static_cast<std::size_t>(manifold.row_b)].position) + to_vec3(manifold.arm_b);
+  const Vec3 center = to_vec3(data.bodies.pose[manifold.row_b].position) + to_vec3(manifold.arm_b);
   const float near = near_of(manifold);
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
     if (!(manifold.separation[k] <= near || manifold.normal_impulse[k] > 0.0f)) continue;
@@ -245,8 +241,8 @@ ContactEvent make_event(const WorldData& data, const PairList& list, std::size_t
 }
 
 float approach_speed(const WorldData& data, const Manifold& manifold) {
-  const VelocityRow& a = data.bodies.velocity[static_cast<std::size_t>(manifold.row_a)];
-  const VelocityRow& b = data.bodies.velocity[static_cast<std::size_t>(manifold.row_b)];
+  const VelocityRow& a = data.bodies.velocity[manifold.row_a];
+  const VelocityRow& b = data.bodies.velocity[manifold.row_b];
   const Vec3 normal = to_vec3(manifold.normal);
   const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
   const Vec3 spin = to_vec3(b.angular) - to_vec3(a.angular);
@@ -273,7 +269,7 @@ void note_approach(WorldData& data, Crew& crew) {
   data.events.approach.resize_discarding(contacts.now.pair.size());
   crew.run_ranges(static_cast<int>(contacts.touching.size()), kRowsPerChunk, [&](int begin, int end, int) {
     for (int i = begin; i < end; ++i) {
-      const auto row = static_cast<std::size_t>(contacts.touching[static_cast<std::size_t>(i)]);
+      const auto row = static_cast<std::size_t>(contacts.touching[i]);
       if (asked_about(data, contacts.now.pair[row]) == ContactEvents::none) continue;
       data.events.approach[row] = approach_speed(data, contacts.now.manifold[row]);
     }
@@ -286,7 +282,7 @@ void move_touching(WorldData& data, const Column<std::int32_t>& rows) {
   Column<TouchRow>&moved = events.moved, &all = events.before;
   moved.clear();
   for (const std::int32_t row : rows) {
-    TouchRow& rests = events.resting[static_cast<std::size_t>(row)];
+    TouchRow& rests = events.resting[row];
     if (rests.events == 0) continue;
     moved.push_back(std::exchange(rests, TouchRow{}));
   }
@@ -334,14 +330,12 @@ void list_events(WorldData& data, float dt, Crew& crew) {
           counts.persists += outcome.persists ? 1 : 0;
           counts.ends += outcome.ends ? 1 : 0;
         });
-    events.counts[static_cast<std::size_t>(chunk)] = counts;
+    events.counts[chunk] = counts;
   });
   place_events(events);
   crew.run(chunks, [&](int chunk, int) {
-    EventCounts place = events.counts[static_cast<std::size_t>(chunk)];
-    const auto next = [](auto& list, std::int32_t& to) -> auto& {
-      return list[static_cast<std::size_t>(to++)];
-    };
+    EventCounts place = events.counts[chunk];
+    const auto next = [](auto& list, std::int32_t& to) -> auto& { return list[to++]; };
     walk(
         data, all.pair, chunk * kRowsPerChunk, std::min((chunk + 1) * kRowsPerChunk, rows),
         [&](std::size_t row, bool) { return events.verdicts[row]; },
@@ -350,8 +344,8 @@ void list_events(WorldData& data, float dt, Crew& crew) {
           const auto pair = static_cast<std::size_t>(row);
           if (outcome.touches) {
             const bool rests = is_kept_at_rest(all, pair, verdict);
-            TouchRow& to = rests ? events.resting[static_cast<std::size_t>(all.resting_row[pair])]
-                                 : next(events.touching, place.touching);
+            TouchRow& to =
+                rests ? events.resting[all.resting_row[pair]] : next(events.touching, place.touching);
             to = {handles_of(data, all.pair[pair]), std::uint32_t{verdict} & kAskedMask};
           }
           if (outcome.begins) next(events.begins, place.begins) = make_event(data, all, pair, solved);

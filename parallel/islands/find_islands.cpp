@@ -49,9 +49,7 @@ namespace {
 
 constexpr int kChunk = 2048;  // contacts or bodies of one task: 10 to 40 microseconds
 
-bool is_asleep(const Bodies& bodies, std::int32_t body) {
-  return (bodies.flags[static_cast<std::size_t>(body)] & kBodyAsleep) != 0;
-}
+bool is_asleep(const Bodies& bodies, std::int32_t body) { return (bodies.flags[body] & kBodyAsleep) != 0; }
 
 bool is_tired(const WorldData& data, std::int32_t body) {
   const auto index = static_cast<std::size_t>(body);
@@ -63,9 +61,7 @@ bool is_tired(const WorldData& data, std::int32_t body) {
 // Relaxed is enough: an entry only ever names the body itself or a smaller one of its island, and stages hand
 // everything on.
 using Link = std::atomic_ref<std::int32_t>;
-Link link_of(Column<std::int32_t>& parent, std::int32_t body) {
-  return Link(parent[static_cast<std::size_t>(body)]);
-}
+Link link_of(Column<std::int32_t>& parent, std::int32_t body) { return Link(parent[body]); }
 
 std::int32_t find_root(Column<std::int32_t>& parent, std::int32_t body) {
   for (;;) {
@@ -91,7 +87,7 @@ void unite(Column<std::int32_t>& parent, std::int32_t a, std::int32_t b) {
 }
 
 void mark(Column<std::uint8_t>& marks, std::int32_t body) {
-  std::atomic_ref<std::uint8_t>(marks[static_cast<std::size_t>(body)]).store(1, std::memory_order_relaxed);
+  std::atomic_ref<std::uint8_t>(marks[body]).store(1, std::memory_order_relaxed);
 }
 
 // Calls work(i) for all i in [0, count).
@@ -109,8 +105,7 @@ struct Ends {
 
 Ends ends_of(const WorldData& data, std::size_t row) {
   const ShapePair pair = data.contacts.now.pair[row];
-  return {data.shapes.body[static_cast<std::size_t>(pair.a)],
-          data.shapes.body[static_cast<std::size_t>(pair.b)]};
+  return {data.shapes.body[pair.a], data.shapes.body[pair.b]};
 }
 Ends ends_of(const WorldData& data, std::int32_t row) { return ends_of(data, static_cast<std::size_t>(row)); }
 
@@ -119,7 +114,7 @@ bool is_enabled(const Joints& joints, std::size_t row) {
   return (joints.flags[row] & kWhole) == kWhole;
 }
 Ends joint_ends(const WorldData& data, std::int32_t row) {
-  const JointBodies bodies = data.joints.bodies[static_cast<std::size_t>(row)];
+  const JointBodies bodies = data.joints.bodies[row];
   return {bodies.a, bodies.b};
 }
 
@@ -129,9 +124,8 @@ bool takes_part(const WorldData& data, Ends ends) {
 }
 
 void freeze_shapes(WorldData& data, std::int32_t body) {
-  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
-    data.shapes.tree[static_cast<std::size_t>(shape)] = TreeKind::frozen;
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
+    data.shapes.tree[shape] = TreeKind::frozen;
   }
 }
 
@@ -175,7 +169,7 @@ void wake_touched_islands(WorldData& data, Islands& islands, Crew& crew) {
   list_parts(data, islands, islands.remaining, crew);
   islands.touched.resize_discarding(contacts.roused.size());
   std::transform(contacts.roused.begin(), contacts.roused.end(), islands.touched.begin(),
-                 [&](std::int32_t row) { return contacts.resting.contact[static_cast<std::size_t>(row)]; });
+                 [&](std::int32_t row) { return contacts.resting.contact[row]; });
   contacts.touching.resize_discarding(islands.remaining.size() + islands.touched.size());
   const ShapePair* const pair = contacts.now.pair.data();
   std::merge(islands.remaining.begin(), islands.remaining.end(), islands.touched.begin(),
@@ -220,12 +214,12 @@ bool put_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
   crew.run_ranges(static_cast<int>(islands.candidates.size()), kChunk, [&](int begin, int end, int) {
     std::int64_t roots = 0;
     for (int i = begin; i < end; ++i) {
-      const std::int32_t body = islands.candidates[static_cast<std::size_t>(i)];
+      const std::int32_t body = islands.candidates[i];
       const auto index = static_cast<std::size_t>(body);
       const std::int32_t root = find_root(islands.parent, body);
       islands.tired[index] = 0;
       roots += root == body ? 1 : 0;
-      if (islands.kept_awake[static_cast<std::size_t>(root)] != 0) continue;
+      if (islands.kept_awake[root] != 0) continue;
       bodies.flags[index] = static_cast<std::uint8_t>(bodies.flags[index] | kBodyAsleep);
       bodies.velocity[index] = VelocityRow{};
       bodies.force[index] = ForceRow{};
@@ -253,9 +247,9 @@ void put_tired_islands_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
   islands.tired.resize(bodies.pose.size());
   for_each(crew, islands.candidates.size(), [&](std::size_t i) {
     const std::int32_t body = islands.candidates[i];
-    islands.parent[static_cast<std::size_t>(body)] = body;
-    islands.kept_awake[static_cast<std::size_t>(body)] = 0;
-    islands.tired[static_cast<std::size_t>(body)] = 1;
+    islands.parent[body] = body;
+    islands.kept_awake[body] = 0;
+    islands.tired[body] = 1;
   });
   find_tired_islands(data, islands, crew);
   if (!put_to_sleep(data, islands, crew)) return;

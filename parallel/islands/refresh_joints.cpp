@@ -24,9 +24,7 @@ bool is_active(const WorldData& data, std::size_t joint) {
          (is_awake_dynamic(data.bodies, ends.a) || is_awake_dynamic(data.bodies, ends.b));
 }
 
-bool is_fixed(const Bodies& bodies, std::int32_t body) {
-  return bodies.type[static_cast<std::size_t>(body)] == BodyType::fixed;
-}
+bool is_fixed(const Bodies& bodies, std::int32_t body) { return bodies.type[body] == BodyType::fixed; }
 
 // Joints read the rows of the fixed bodies that they have, of which no kernel keeps what lives within a step.
 void still_fixed(Bodies& bodies, std::int32_t body) {
@@ -47,9 +45,7 @@ void make_active(WorldData& data, Islands& islands, Crew& crew) {
   });
   list_where(crew, joints.flags.size(), islands.places, joints.active,
              [&](std::size_t joint) { return is_active(data, joint); });
-  const auto ends_of = [&](std::size_t i) {
-    return joints.bodies[static_cast<std::size_t>(joints.active[i])];
-  };
+  const auto ends_of = [&](std::size_t i) { return joints.bodies[joints.active[i]]; };
   list_where(
       crew, joints.active.size(), islands.places, islands.fixed_ends,
       [&](std::size_t i) {
@@ -92,8 +88,7 @@ void note_joints(WorldData& data) {
     return;
   }
   for (const std::int32_t body : bodies.changed) {
-    for (std::int32_t joint = bodies.first_joint[static_cast<std::size_t>(body)]; joint >= 0;
-         joint = next_joint(joints, joint, body)) {
+    for (std::int32_t joint = bodies.first_joint[body]; joint >= 0; joint = next_joint(joints, joint, body)) {
       note_change(joints, joint);
     }
   }

@@ -26,22 +26,21 @@ void reach(const WorldData& data, Islands& islands, std::int32_t body) {
 }
 
 void follow_contacts(WorldData& data, Islands& islands, std::int32_t body) {
-  for (std::int32_t shape = data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
-       shape = data.shapes.next[static_cast<std::size_t>(shape)]) {
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     for_each_resting(data, shape, [&](std::int32_t row, std::int32_t other_shape) {
-      if (data.contacts.resting.contact[static_cast<std::size_t>(row)] < 0) return;
-      const std::int32_t other = data.shapes.body[static_cast<std::size_t>(other_shape)];
+      if (data.contacts.resting.contact[row] < 0) return;
+      const std::int32_t other = data.shapes.body[other_shape];
       reach(data, islands, other);
-      if (islands.reached[static_cast<std::size_t>(other)] != kFollowed) data.contacts.roused.push_back(row);
+      if (islands.reached[other] != kFollowed) data.contacts.roused.push_back(row);
     });
   }
-  islands.reached[static_cast<std::size_t>(body)] = kFollowed;
+  islands.reached[body] = kFollowed;
 }
 
 void follow_joints(const WorldData& data, Islands& islands, std::int32_t body) {
   constexpr std::uint8_t kWhole = kJointAlive | kJointEnabled;
   const Joints& joints = data.joints;
-  for (std::int32_t joint = data.bodies.first_joint[static_cast<std::size_t>(body)]; joint >= 0;) {
+  for (std::int32_t joint = data.bodies.first_joint[body]; joint >= 0;) {
     const auto row = static_cast<std::size_t>(joint);
     const bool is_a = joints.bodies[row].a == body;
     if ((joints.flags[row] & kWhole) == kWhole) {
@@ -58,12 +57,11 @@ void rouse_islands(WorldData& data, Islands& islands, Crew& crew) {
   islands.reached.resize(data.bodies.flags.size());
   islands.candidates.clear();
   for (const std::int32_t contact : islands.touched) {
-    const ShapePair pair = contacts.now.pair[static_cast<std::size_t>(contact)];
-    for (const std::int32_t shape : {pair.a, pair.b})
-      reach(data, islands, data.shapes.body[static_cast<std::size_t>(shape)]);
+    const ShapePair pair = contacts.now.pair[contact];
+    for (const std::int32_t shape : {pair.a, pair.b}) reach(data, islands, data.shapes.body[shape]);
   }
   for (const std::int32_t joint : islands.pulled) {
-    const JointBodies ends = data.joints.bodies[static_cast<std::size_t>(joint)];
+    const JointBodies ends = data.joints.bodies[joint];
     for (const std::int32_t body : {ends.a, ends.b}) reach(data, islands, body);
   }
   for (std::size_t i = 0; i < islands.candidates.size(); ++i) {  // which grows meanwhile
@@ -71,7 +69,7 @@ void rouse_islands(WorldData& data, Islands& islands, Crew& crew) {
     follow_contacts(data, islands, body);
     follow_joints(data, islands, body);
   }
-  for (const std::int32_t body : islands.candidates) islands.reached[static_cast<std::size_t>(body)] = 0;
+  for (const std::int32_t body : islands.candidates) islands.reached[body] = 0;
   std::sort(islands.candidates.begin(), islands.candidates.end());
   for (const std::int32_t body : islands.candidates) wake_body(data, body);
   sort_by_pair(broad_phase_of(data), contacts.resting.pair, contacts.roused, crew);

@@ -21,7 +21,7 @@ void take_up(Column<std::int32_t>& list, const Column<std::int32_t>& changed,
     for (; next != changed.end() && *next < row; ++next) {
       if (keep(static_cast<std::size_t>(*next))) *to++ = *next;
     }
-    if (is_changed[static_cast<std::size_t>(row)] == 0) *to++ = row;
+    if (is_changed[row] == 0) *to++ = row;
   }
   for (; next != changed.end(); ++next) {
     if (keep(static_cast<std::size_t>(*next))) *to++ = *next;
@@ -32,7 +32,7 @@ void take_up(Column<std::int32_t>& list, const Column<std::int32_t>& changed,
 
 template <class Store>
 void forget_changes(Store& store) {
-  for (const std::int32_t row : store.changed) store.is_changed[static_cast<std::size_t>(row)] = 0;
+  for (const std::int32_t row : store.changed) store.is_changed[row] = 0;
   store.changed.clear();
 }
 

@@ -60,12 +60,11 @@ bool may_push(const WorldData& data, std::size_t body) {
 // Whatever is collided is listed where it touches: what sleeps in it must wake.
 std::uint8_t classify(const WorldData& data, std::size_t row) {
   const ShapePair pair = data.contacts.pairs.pair[row];
-  const std::size_t body_a = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.a)]);
-  const std::size_t body_b = static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(pair.b)]);
+  const std::size_t body_a = static_cast<std::size_t>(data.shapes.body[pair.a]);
+  const std::size_t body_b = static_cast<std::size_t>(data.shapes.body[pair.b]);
   if (!is_dynamic(data.bodies.type[body_a]) && !is_dynamic(data.bodies.type[body_b])) return kNever;
   if (!may_push(data, body_a) && !may_push(data, body_b) && !is_new(data.contacts, row)) return kSkipped;
-  return static_cast<std::uint8_t>(collide_type(data.shapes.type[static_cast<std::size_t>(pair.a)],
-                                                data.shapes.type[static_cast<std::size_t>(pair.b)]));
+  return static_cast<std::uint8_t>(collide_type(data.shapes.type[pair.a], data.shapes.type[pair.b]));
 }
 
 CollideItem make_item(const WorldData& data, std::int32_t place) {
@@ -74,16 +73,15 @@ CollideItem make_item(const WorldData& data, std::int32_t place) {
   CollideItem item{};
   item.shape_1 = pair.a;
   item.shape_2 = pair.b;
-  if (data.shapes.type[static_cast<std::size_t>(pair.a)] >
-      data.shapes.type[static_cast<std::size_t>(pair.b)]) {
+  if (data.shapes.type[pair.a] > data.shapes.type[pair.b]) {
     std::swap(item.shape_1, item.shape_2);
   }
-  item.body_1 = data.shapes.body[static_cast<std::size_t>(item.shape_1)];
-  item.body_2 = data.shapes.body[static_cast<std::size_t>(item.shape_2)];
+  item.body_1 = data.shapes.body[item.shape_1];
+  item.body_2 = data.shapes.body[item.shape_2];
   item.row = data.contacts.pairs.contact[row];
   item.pair = place;
-  const BodyType type_1 = data.bodies.type[static_cast<std::size_t>(item.body_1)];
-  const BodyType type_2 = data.bodies.type[static_cast<std::size_t>(item.body_2)];
+  const BodyType type_1 = data.bodies.type[item.body_1];
+  const BodyType type_2 = data.bodies.type[item.body_2];
   const BodyType type_a = is_dynamic(type_2) ? type_1 : type_2;
   if (!is_dynamic(type_2)) item.flags |= simd::kItemFlip;
   if (!is_dynamic(type_a)) item.flags |= simd::kItemStatic;
@@ -95,7 +93,7 @@ CollideItem make_item(const WorldData& data, std::int32_t place) {
 // Of a pair that cannot collide.
 void clear_pair(Contacts& contacts, std::size_t row) {
   const std::int32_t contact = contacts.pairs.contact[row];
-  if (contact >= 0) contacts.now.points[static_cast<std::size_t>(contact)] = 0;
+  if (contact >= 0) contacts.now.points[contact] = 0;
   if (!contacts.pairs.axis.empty()) contacts.pairs.axis[row] = {};
 }
 
@@ -118,7 +116,7 @@ void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
       if (type < simd::kCollideTypes) ++counts[group_of(data.contacts, row, type)];
       if (type == kNever) clear_pair(data.contacts, row);
     }
-    phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)] = counts;
+    phase.chunk_counts[begin / NarrowPhase::kPairChunk] = counts;
   });
   // Counts become places: by group, then by chunk.
   std::int32_t place = 0;
@@ -137,12 +135,12 @@ void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
 void sort_by_group(const WorldData& data, NarrowPhase& phase, Crew& crew) {
   const int rows = static_cast<int>(data.contacts.pairs.pair.size());
   crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
-    NarrowPhase::Counts place = phase.chunk_counts[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)];
+    NarrowPhase::Counts place = phase.chunk_counts[begin / NarrowPhase::kPairChunk];
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
       const int type = phase.kind[row];
       if (type >= simd::kCollideTypes) continue;
-      phase.order[static_cast<std::size_t>(place[group_of(data.contacts, row, type)]++)] = i;
+      phase.order[place[group_of(data.contacts, row, type)]++] = i;
     }
   });
 }
@@ -222,8 +220,7 @@ void collide_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
     const std::size_t type = chunks.type_of(chunk);
     const int begin = chunks.begin(chunk), count = chunks.begin(chunk + 1) - begin;
     CollideItem items[simd::kCollideChunk], left[simd::kCollideChunk];
-    for (int k = 0; k < count; ++k)
-      items[k] = make_item(data, phase.order[static_cast<std::size_t>(begin + k)]);
+    for (int k = 0; k < count; ++k) items[k] = make_item(data, phase.order[begin + k]);
     const simd::CollideKernels::Recycle recycle = recycle_of(kernels, type);
     if (recycle == nullptr || data.contacts.manifolds_stale) {
       kernels.collide[type](columns, items, count);
@@ -281,7 +278,7 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
       const int begin = chunks.begin(chunk), count = chunks.begin(chunk + 1) - begin;
       CollideItem items[simd::kCollideChunk]{};
       for (int k = 0; k < count; ++k) {
-        items[k] = make_item(data, phase.order[static_cast<std::size_t>(begin + k)]);
+        items[k] = make_item(data, phase.order[begin + k]);
         items[k].row = rows[begin - first + k];
       }
       const std::size_t type = chunks.type_of(chunk);
@@ -301,7 +298,7 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
     const auto row_of = [&](std::size_t i) { return rows[i]; };
     list_where(
         crew, size, phase.places, phase.unused,
-        [&](std::size_t i) { return contacts.now.points[static_cast<std::size_t>(rows[i])] == 0; }, row_of);
+        [&](std::size_t i) { return contacts.now.points[rows[i]] == 0; }, row_of);
     contacts.free_rows.drop_back(size);
     contacts.free_mark.cut(contacts.free_rows.size());
     contacts.free_rows.append(std::as_const(phase.unused).span());
@@ -321,7 +318,7 @@ void judge_contacts(const Contacts& contacts, const NarrowPhase& phase, int begi
     if (contact < 0) continue;
     if (phase.kind[pair] == kSkipped) {
       rests();
-    } else if (contacts.now.points[static_cast<std::size_t>(contact)] == 0) {
+    } else if (contacts.now.points[contact] == 0) {
       loses(pair);
     } else {
       touches(contact);
@@ -337,7 +334,7 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
     judge_contacts(
         contacts, phase, begin, end, [&](std::int32_t) { ++outcome.touching; }, [&] { ++outcome.resting; },
         [&](std::size_t) { ++outcome.lost; });
-    phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)] = outcome;
+    phase.outcomes[begin / NarrowPhase::kPairChunk] = outcome;
   });
   NarrowPhase::Outcome all{};
   const auto place = [](std::int32_t& count, std::int32_t& sum) { sum += std::exchange(count, sum); };
@@ -352,14 +349,12 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   contacts.free_rows.resize_for_overwrite(static_cast<std::size_t>(all.lost));
   data.stats.contacts = std::int64_t{all.touching} + all.resting + contacts.resting_contacts;
   crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
-    NarrowPhase::Outcome to = phase.outcomes[static_cast<std::size_t>(begin / NarrowPhase::kPairChunk)];
+    NarrowPhase::Outcome to = phase.outcomes[begin / NarrowPhase::kPairChunk];
     judge_contacts(
         contacts, phase, begin, end,
-        [&](std::int32_t contact) { contacts.touching[static_cast<std::size_t>(to.touching++)] = contact; },
-        [] {},
+        [&](std::int32_t contact) { contacts.touching[to.touching++] = contact; }, [] {},
         [&](std::size_t pair) {
-          contacts.free_rows[static_cast<std::size_t>(to.lost++)] =
-              std::exchange(contacts.pairs.contact[pair], -1);
+          contacts.free_rows[to.lost++] = std::exchange(contacts.pairs.contact[pair], -1);
         });
   });
   for (std::size_t i = free; i < contacts.free_rows.size(); ++i) contacts.marks.mark(contacts.free_rows[i]);

@@ -1,5 +1,5 @@
-// Work over all blocks of constraints at once, where their order does not matter: before the first substep and
-// after the last one.
+// Work over all blocks of constraints at once, where their order does not matter: before the first substep
+// and after the last one.
 #pragma once
 
 #include <parallel/constraints/constraints.h>
@@ -14,9 +14,9 @@ void over_blocks(const Constraints& constraints, Crew& crew, ContactWork&& conta
   const int joints = static_cast<int>(constraints.joint_chunks.size());
   crew.run(joints + static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
     if (chunk < joints) {
-      joint_work(constraints.joint_chunks[static_cast<std::size_t>(chunk)]);
+      joint_work(constraints.joint_chunks[chunk]);
     } else {
-      contact_work(constraints.chunks[static_cast<std::size_t>(chunk - joints)]);
+      contact_work(constraints.chunks[chunk - joints]);
     }
   });
 }

@@ -1,5 +1,5 @@
-// After the substeps: impulses go back to manifolds and joints, for the warm start of the next step, and to who
-// asks for them.
+// After the substeps: impulses go back to manifolds and joints, for the warm start of the next step, and to
+// who asks for them.
 #include <parallel/constraints/constraints.h>
 #include <parallel/solvers/over_blocks.h>
 #include <parallel/stages.h>
@@ -13,14 +13,13 @@ namespace {
 // Mean, 99.9th percentile and maximum over the manifolds that overlap at the step's end.
 void measure_penetration(WorldData& data, const simd::ContactArgs& contact, Crew& crew) {
   Constraints& constraints = constraints_of(data);
-  crew.run(static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
-    crew.kernels().contact.measure_depth(contact, constraints.chunks[static_cast<std::size_t>(chunk)]);
-  });
+  crew.run(static_cast<int>(constraints.chunks.size()),
+           [&](int chunk, int) { crew.kernels().contact.measure_depth(contact, constraints.chunks[chunk]); });
   constraints.depths.clear();
   double sum = 0.0;
   for (const simd::ConstraintChunk& chunk : constraints.chunks) {
     for (int lane = 0; lane < chunk.lanes; ++lane) {
-      const float depth = constraints.depth[static_cast<std::size_t>(chunk.first_lane + lane)];
+      const float depth = constraints.depth[chunk.first_lane + lane];
       if (!(depth > 0.0f)) continue;
       constraints.depths.push_back(depth);
       sum += static_cast<double>(depth);
@@ -44,10 +43,10 @@ void store_impulse_sums(WorldData& data, Crew& crew) {
   const Constraints& constraints = constraints_of(data);
   data.events.impulse.resize_discarding(data.contacts.now.pair.size());
   crew.run(static_cast<int>(constraints.chunks.size()), [&](int index, int) {
-    const simd::ConstraintChunk& chunk = constraints.chunks[static_cast<std::size_t>(index)];
+    const simd::ConstraintChunk& chunk = constraints.chunks[index];
     for (int lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
-      const auto row = static_cast<std::size_t>(constraints.rows[static_cast<std::size_t>(lane)]);
-      data.events.impulse[row] = constraints.impulse_sum[static_cast<std::size_t>(lane)];
+      const auto row = static_cast<std::size_t>(constraints.rows[lane]);
+      data.events.impulse[row] = constraints.impulse_sum[lane];
     }
   });
 }
@@ -57,8 +56,7 @@ void store_impulse_sums(WorldData& data, Crew& crew) {
 void forget_forces(WorldData& data) {
   Contacts& contacts = data.contacts;
   if (contacts.forces.empty()) return;
-  for (const std::int32_t contact : contacts.touching)
-    contacts.forces[static_cast<std::size_t>(contact)] = {};
+  for (const std::int32_t contact : contacts.touching) contacts.forces[contact] = {};
 }
 
 void store_impulses(WorldData& data, float dt, Crew& crew) {

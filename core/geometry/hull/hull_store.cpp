@@ -55,7 +55,7 @@ std::int32_t acquire_hull(Call call, Hulls& hulls, const Geometry& geometry) {
   if (convex == nullptr) return -1;
   const std::uint64_t content = hull_content(*convex);
   if (const std::int32_t slot = find_slot(hulls, content, *convex); slot >= 0) {
-    ++hulls.shapes[static_cast<std::size_t>(slot)];
+    ++hulls.shapes[slot];
     return slot;
   }
   SharedHull shared{*convex, HullAccess::solid(convex->hull)};
@@ -80,13 +80,13 @@ std::int32_t acquire_hull(Call call, Hulls& hulls, const Geometry& geometry) {
 }
 
 void release_hull(Hulls& hulls, std::int32_t slot) {
-  if (slot < 0 || --hulls.shapes[static_cast<std::size_t>(slot)] > 0) return;
+  if (slot < 0 || --hulls.shapes[slot] > 0) return;
   clear(hulls, slot);
   hulls.free_slots.push_back(slot);
 }
 
 void undo_hull(Hulls& hulls, std::int32_t slot, std::size_t old_slots) {
-  if (slot < 0 || --hulls.shapes[static_cast<std::size_t>(slot)] > 0) return;
+  if (slot < 0 || --hulls.shapes[slot] > 0) return;
   clear(hulls, slot);
   if (static_cast<std::size_t>(slot) < old_slots) {
     hulls.free_slots.push_back(slot);

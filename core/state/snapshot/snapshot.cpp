@@ -63,7 +63,7 @@ void derive_shapes(WorldData& data) {
     if ((shapes.flags[row] & kShapeAlive) == 0) continue;
     ++shapes.alive;
     const std::int32_t behind = shapes.next[row];
-    if (behind >= 0) shapes.previous[static_cast<std::size_t>(behind)] = static_cast<std::int32_t>(row);
+    if (behind >= 0) shapes.previous[behind] = static_cast<std::int32_t>(row);
     if (shapes.events[row] != ContactEvents::none) ++shapes.asking;
     place_shape_in_body(data, static_cast<std::int32_t>(row));
   }
@@ -77,7 +77,7 @@ std::int64_t name_pairs(const PairRows& pairs, ContactRows& contacts) {
   for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
     const std::int32_t contact = pairs.contact[row];
     if (contact < 0) continue;
-    contacts.pair[static_cast<std::size_t>(contact)] = pairs.pair[row];
+    contacts.pair[contact] = pairs.pair[row];
     ++count;
   }
   return count;
