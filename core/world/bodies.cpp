@@ -225,7 +225,9 @@ void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
   constexpr Call call{"set_kinematic_target"};
   const BodyRow b = at(call, data_, body);
   const Telling<RecordedCall::set_kinematic_target> telling(b.data, body, target, dt);
-  if (b.given_type() != BodyType::kinematic) fail(call, "the body is not kinematic");
+  if (b.given_type() != BodyType::kinematic) {
+    fail(call, "the body is not kinematic", ErrorCode::wrong_state);
+  }
   check_pose(call, "target.position", "target.rotation", target, kMaxPosition);
   if (!(dt > 0.0f && dt <= 1.0f)) {
     fail(call, "the time step is " + std::to_string(dt) + " s; it must be in (0, 1]");

@@ -23,13 +23,17 @@ std::string title(Call call) {
   return call.item >= 0 ? message + ": definition " + std::to_string(call.item) : message;
 }
 
-void fail(Call call, const std::string& problem) { throw Error(title(call) + ": " + problem); }
+void fail(Call call, const std::string& problem, ErrorCode code) {
+  throw Error(title(call) + ": " + problem, code);
+}
 
 void check_room(Call call, const char* what, std::size_t rows, std::size_t more) {
   constexpr std::size_t kMaxRows = std::numeric_limits<std::int32_t>::max();
   if (more <= kMaxRows - rows) return;
-  fail(call, "a world holds at most " + std::to_string(kMaxRows) + " " + what + ", asked for " +
-                 std::to_string(more) + " more");
+  fail(call,
+       "a world holds at most " + std::to_string(kMaxRows) + " " + what + ", asked for " +
+           std::to_string(more) + " more",
+       ErrorCode::too_many);
 }
 
 void fail_range(Call call, const char* what, double value, double low, double high) {
@@ -38,9 +42,11 @@ void fail_range(Call call, const char* what, double value, double low, double hi
 }
 
 void fail_handle(Call call, const char* kind, std::uint32_t index, std::uint32_t generation) {
-  if (generation == 0) fail(call, std::string("the handle names no ") + kind);
-  fail(call, std::string("no ") + kind + " lives under index " + std::to_string(index) + ", generation " +
-                 std::to_string(generation) + ": it was destroyed, or belongs to another world");
+  if (generation == 0) fail(call, std::string("the handle names no ") + kind, ErrorCode::dead_handle);
+  fail(call,
+       std::string("no ") + kind + " lives under index " + std::to_string(index) + ", generation " +
+           std::to_string(generation) + ": it was destroyed, or belongs to another world",
+       ErrorCode::dead_handle);
 }
 
 bool is_unit(Quat rotation) {

@@ -20,7 +20,7 @@ struct Call {
 
 std::string title(Call call);  // how messages begin
 // Throws Error "World::<call>: <problem>".
-[[noreturn]] void fail(Call call, const std::string& problem);
+[[noreturn]] void fail(Call call, const std::string& problem, ErrorCode code = ErrorCode::invalid_value);
 [[noreturn]] void fail_range(Call call, const char* what, double value, double low, double high);
 [[noreturn]] void fail_handle(Call call, const char* kind, std::uint32_t index, std::uint32_t generation);
 

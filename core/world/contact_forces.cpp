@@ -16,7 +16,9 @@ namespace {
 
 WorldData& opened_for_forces(Call call, const std::unique_ptr<WorldData>& owner) {
   WorldData& data = opened(call, owner);
-  if (!data.settings.contact_forces) fail(call, "WorldSettings::contact_forces is off");
+  if (!data.settings.contact_forces) {
+    fail(call, "WorldSettings::contact_forces is off", ErrorCode::wrong_state);
+  }
   return data;
 }
 

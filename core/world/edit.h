@@ -138,7 +138,7 @@ inline Pose transform_of(const PoseRow& pose, Vec3 center) {
 
 // The data of a world that has not been moved from.
 inline WorldData& opened(Call call, const std::unique_ptr<WorldData>& data) {
-  if (data == nullptr) fail(call, "the world has been moved from");
+  if (data == nullptr) fail(call, "the world has been moved from", ErrorCode::moved_from);
   return *data;
 }
 

@@ -31,7 +31,9 @@ void make_reserved_rows(Bodies& bodies) {
 }  // namespace
 
 WorldData& internals(World& world, const char* call) {
-  if (world.data_ == nullptr) throw Error(std::string(call) + ": the world has been moved from");
+  if (world.data_ == nullptr) {
+    throw Error(std::string(call) + ": the world has been moved from", ErrorCode::moved_from);
+  }
   return *world.data_;
 }
 const WorldData& internals(const World& world, const char* call) {

@@ -77,8 +77,10 @@ const simd::Kernels& checked_kernels(Isa asked) {
   if (const simd::Kernels* kernels = kernels_of(isa)) return *kernels;
   throw Error((asked == Isa::automatic ? "environment variable " + std::string(kIsaVariable)
                                        : std::string("WorkersOptions::isa")) +
-              " asks for instruction set " + isa_name(isa) +
-              ", which this build or this processor does not support; supported are " + names(is_supported));
+                  " asks for instruction set " + isa_name(isa) +
+                  ", which this build or this processor does not support; supported are " +
+                  names(is_supported),
+              ErrorCode::not_supported);
 }
 
 }  // namespace

@@ -38,13 +38,14 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
     place_matter(world);  // of later keyframes the step has done so
     add_state(world, ChunkKind::keyframe);
     writer.wait_until_written();
-    if (writer.has_failed()) throw Error("Recorder: " + writer.error());
+    if (writer.has_failed()) writer.throw_error("Recorder: ");
     data = &world;
     data->recording.sink = this;
   }
   ~Impl() {
     // Whoever recorded did not come to the end.
-    if (std::uncaught_exceptions() > exceptions) writer.fail("an exception has ended it");
+    if (std::uncaught_exceptions() > exceptions)
+      writer.fail("an exception has ended it", ErrorCode::io_failure);
     end(true);
   }
 
@@ -88,7 +89,7 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
 
   void step_failed() noexcept override {
     data = nullptr;
-    writer.fail("memory ran out");
+    writer.fail("memory ran out", ErrorCode::out_of_memory);
     writer.stop();
   }
 
@@ -110,9 +111,11 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
         work();
         return;
       } catch (const std::bad_alloc&) {
-        writer.fail("memory ran out");
+        writer.fail("memory ran out", ErrorCode::out_of_memory);
+      } catch (const Error& error) {
+        writer.fail(error.what(), error.code());
       } catch (const std::exception& error) {
-        writer.fail(error.what());
+        writer.fail(error.what(), ErrorCode::io_failure);
       }
     }
     end(false);
@@ -152,7 +155,9 @@ Recorder::Recorder(World& world, const std::string& file, const RecorderOptions&
   check_options(options);
   check_byte_order("Recorder");
   WorldData& data = internals(world, "Recorder");
-  if (data.recording.sink != nullptr) throw Error("Recorder: the world is being recorded already");
+  if (data.recording.sink != nullptr) {
+    throw Error("Recorder: the world is being recorded already", ErrorCode::already_recording);
+  }
   impl_ = std::make_unique<Impl>(data, file, options);
 }
 
@@ -163,7 +168,7 @@ Recorder& Recorder::operator=(Recorder&&) noexcept = default;
 void Recorder::finish() {
   if (impl_ == nullptr || std::exchange(impl_->finished, true)) return;
   impl_->end(true);
-  if (impl_->writer.has_failed()) throw Error("Recorder: " + impl_->writer.error());
+  if (impl_->writer.has_failed()) impl_->writer.throw_error("Recorder: ");
 }
 
 bool Recorder::is_recording() const noexcept {

@@ -29,15 +29,15 @@ bool is_known(ChunkKind kind) { return kind >= ChunkKind::hulls && kind <= Chunk
 
 }  // namespace
 
-void refuse_recording(std::uint64_t offset, const std::string& reason) {
-  throw Error("Player: byte " + std::to_string(offset) + ": " + reason);
+void refuse_recording(std::uint64_t offset, const std::string& reason, ErrorCode code) {
+  throw Error("Player: byte " + std::to_string(offset) + ": " + reason, code);
 }
 
 RecordingFile::RecordingFile(const std::string& file) {
   stream_.rdbuf()->pubsetbuf(nullptr, 0);  // chunks are read whole
   stream_.open(file, std::ios::binary | std::ios::ate);
   const std::streamoff size = stream_ ? static_cast<std::streamoff>(stream_.tellg()) : -1;
-  if (size < 0) throw Error("Player: " + file + ": can not be read");
+  if (size < 0) throw Error("Player: " + file + ": can not be read", ErrorCode::io_failure);
   size_ = static_cast<std::uint64_t>(size);
   scan();
 }
@@ -56,7 +56,7 @@ std::vector<std::byte> RecordingFile::bytes_at(std::uint64_t offset, std::size_t
   stream_.clear();
   stream_.seekg(static_cast<std::streamoff>(offset));
   stream_.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(count));
-  if (!stream_) refuse_recording(offset, "can not be read any more");
+  if (!stream_) refuse_recording(offset, "can not be read any more", ErrorCode::io_failure);
   return bytes;
 }
 
@@ -72,7 +72,7 @@ void RecordingFile::scan() {
     for (std::uint64_t offset = head.bytes; scan_chunk(offset);) {
     }
   } catch (const RefusedBytes& refused) {
-    refuse_recording(refused.offset, refused.reason);
+    refuse_recording(refused.offset, refused.reason, refused.code());
   }
   if (keyframes_.empty()) refuse_recording(size_, "the recording ends before its first state");
 }
@@ -111,7 +111,7 @@ bool RecordingFile::scan_chunk(std::uint64_t& offset) {
     chunk.head = read_chunk_head(bytes_at(offset, kChunkHeadBytes));
   } catch (const RefusedBytes& refused) {
     if (offset + kChunkHeadBytes > end_of_data_) return false;
-    refuse_recording(offset + refused.offset, refused.reason);
+    refuse_recording(offset + refused.offset, refused.reason, refused.code());
   }
   if (chunk.head.stored_bytes > left - kChunkHeadBytes) return false;
   const std::uint64_t end = offset + kChunkHeadBytes + chunk.head.stored_bytes;
@@ -124,12 +124,13 @@ bool RecordingFile::scan_chunk(std::uint64_t& offset) {
 
 void RecordingFile::list_chunk(const RecordedChunk& chunk) {
   const ChunkHead& head = chunk.head;
-  const auto require = [&chunk](bool holds, const char* problem) {
-    if (!holds) refuse_recording(chunk.offset, problem);
+  const auto require = [&chunk](bool holds, const char* problem, ErrorCode code = ErrorCode::corrupt_data) {
+    if (!holds) refuse_recording(chunk.offset, problem, code);
   };
   info_.raw_bytes += head.content_bytes;
   if (!is_known(head.kind)) {
-    require((head.flags & kChunkMayBeSkipped) != 0, "a later version of Scree has written this chunk");
+    require((head.flags & kChunkMayBeSkipped) != 0, "a later version of Scree has written this chunk",
+            ErrorCode::wrong_version);
     return;
   }
   const bool has_steps = head.kind == ChunkKind::calls;
@@ -167,11 +168,13 @@ void RecordingFile::list_chunk(const RecordedChunk& chunk) {
   chunks_.push_back(chunk);
 }
 
-void RecordingFile::refuse_content(std::size_t chunk, std::size_t offset, const std::string& reason) const {
+void RecordingFile::refuse_content(std::size_t chunk, std::size_t offset, const std::string& reason,
+                                   ErrorCode code) const {
   const RecordedChunk& where = chunks_[chunk];
-  refuse_recording(where.offset, "in the chunk of " + std::string(name_of(where.head.kind)) +
-                                     " that begins here, byte " + std::to_string(offset) +
-                                     " of its content: " + reason);
+  refuse_recording(where.offset,
+                   "in the chunk of " + std::string(name_of(where.head.kind)) + " that begins here, byte " +
+                       std::to_string(offset) + " of its content: " + reason,
+                   code);
 }
 
 std::vector<std::byte> RecordingFile::content(std::size_t chunk) {
@@ -181,7 +184,7 @@ std::vector<std::byte> RecordingFile::content(std::size_t chunk) {
   try {
     return unpack_chunk(where.head, std::move(stored));
   } catch (const RefusedBytes& refused) {
-    refuse_recording(where.offset + refused.offset, refused.reason);
+    refuse_recording(where.offset + refused.offset, refused.reason, refused.code());
   }
 }
 
@@ -263,7 +266,7 @@ bool RecordStream::take_record(World* world, Step& step) {
         take_call(call, reader, world);
       }
     } catch (const RefusedBytes& refused) {
-      refuse_bytes(at_ + refused.offset, refused.reason);
+      refuse_bytes(at_ + refused.offset, refused.reason, refused.code());
     } catch (const Error& error) {
       refuse_bytes(at_, std::string("the world refuses the call: ") + error.what());
     }

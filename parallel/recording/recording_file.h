@@ -16,7 +16,8 @@
 namespace scree {
 
 // Throws Error "Player: byte <offset>: <reason>".
-[[noreturn]] void refuse_recording(std::uint64_t offset, const std::string& reason);
+[[noreturn]] void refuse_recording(std::uint64_t offset, const std::string& reason,
+                                   ErrorCode code = ErrorCode::corrupt_data);
 
 struct RecordedChunk {
   ChunkHead head;
@@ -44,10 +45,11 @@ class RecordingFile {
     try {
       return work(content);
     } catch (const RefusedBytes& refused) {
-      refuse_content(chunk, refused.offset, refused.reason);
+      refuse_content(chunk, refused.offset, refused.reason, refused.code());
     }
   }
-  [[noreturn]] void refuse_content(std::size_t chunk, std::size_t offset, const std::string& reason) const;
+  [[noreturn]] void refuse_content(std::size_t chunk, std::size_t offset, const std::string& reason,
+                                   ErrorCode code = ErrorCode::corrupt_data) const;
 
  private:
   void scan();

@@ -92,10 +92,12 @@ int open_recording(const std::string& file) {
     descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOCTTY, 0666);
   } while (descriptor < 0 && errno == EINTR);
   descriptor = above_standard_streams(descriptor);
-  if (descriptor < 0) throw Error(file + ": can not be created: " + std::strerror(errno));
+  if (descriptor < 0) {
+    throw Error(file + ": can not be created: " + std::strerror(errno), ErrorCode::io_failure);
+  }
   if (is_regular(descriptor) && flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     close(descriptor);
-    throw Error(file + ": another recorder is writing to this file");
+    throw Error(file + ": another recorder is writing to this file", ErrorCode::already_recording);
   }
   return descriptor;
 }
@@ -125,7 +127,7 @@ RecordingWriter::RecordingWriter(const std::string& file, const RecorderOptions&
   }
   if (!has_failed()) return;
   stop();
-  throw Error(error_);
+  throw_error("");
 }
 
 RecordingWriter::~RecordingWriter() { stop(); }
@@ -135,7 +137,7 @@ void RecordingWriter::start() {
   try {
     thread_ = std::thread([this] { run(); });
   } catch (const std::system_error& error) {
-    throw Error(name_ + ": a thread to write it can not be started: " + error.what());
+    throw Error(name_ + ": a thread to write it can not be started: " + error.what(), ErrorCode::io_failure);
   }
 }
 
@@ -198,9 +200,10 @@ void RecordingWriter::stop() noexcept {
   file_.reset();
 }
 
-void RecordingWriter::fail(const char* reason) noexcept {
+void RecordingWriter::fail(const char* reason, ErrorCode code) noexcept {
   const std::lock_guard lock(mutex_);
   if (has_failed()) return;
+  error_code_ = code;
   try {
     error_ = reason;
   } catch (const std::bad_alloc&) {
@@ -214,6 +217,11 @@ std::string RecordingWriter::error() const {
   return error_;
 }
 
+void RecordingWriter::throw_error(const char* call) const {
+  const std::lock_guard lock(mutex_);
+  throw Error(call + error_, error_code_);
+}
+
 // --- the writer's thread ---
 
 // Does the work, or closes the file where that fails: what follows a gap would be of no use.
@@ -223,10 +231,13 @@ void RecordingWriter::attempt(Work&& work) noexcept {
     work();
   } catch (const std::bad_alloc&) {
     file_.reset();
-    fail(kOutOfMemory);
+    fail(kOutOfMemory, ErrorCode::out_of_memory);
+  } catch (const Error& error) {
+    file_.reset();
+    fail(error.what(), error.code());
   } catch (const std::exception& error) {
     file_.reset();
-    fail(error.what());
+    fail(error.what(), ErrorCode::io_failure);
   }
 }
 
@@ -319,7 +330,7 @@ void RecordingWriter::flush() {
 }
 
 void RecordingWriter::fail_to_write() {
-  throw Error(name_ + ": can not be written: " + std::strerror(errno));
+  throw Error(name_ + ": can not be written: " + std::strerror(errno), ErrorCode::io_failure);
 }
 
 }  // namespace scree

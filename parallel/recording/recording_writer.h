@@ -72,7 +72,9 @@ class RecordingWriter {
   // time.
   void stop() noexcept;
   // The recording ends with what is there now, unfinished, for a reason.
-  void fail(const char* reason) noexcept;
+  void fail(const char* reason, ErrorCode code) noexcept;
+  // Throws why it has failed; `call` begins the message.
+  [[noreturn]] void throw_error(const char* call) const;
 
   bool has_failed() const noexcept { return failed_.load(std::memory_order_relaxed); }
   std::string error() const;
@@ -113,6 +115,7 @@ class RecordingWriter {
   bool stopping_ = false;
   bool writing_ = true;  // at first the head
   std::string error_;
+  ErrorCode error_code_ = ErrorCode::io_failure;
   std::atomic<bool> failed_ = false;
   std::atomic<std::uint64_t> bytes_written_ = 0;
   std::thread thread_;

@@ -78,8 +78,10 @@ RecordingHead read_recording_head(std::span<const std::byte> bytes) {
   const std::size_t version_at = reader.at();
   head.version = reader.take<std::uint32_t>();
   if (head.version != kRecordingVersion) {
-    refuse_bytes(version_at, "the recording has version " + std::to_string(head.version) +
-                                 ", this is version " + std::to_string(kRecordingVersion));
+    refuse_bytes(version_at,
+                 "the recording has version " + std::to_string(head.version) + ", this is version " +
+                     std::to_string(kRecordingVersion),
+                 ErrorCode::wrong_version);
   }
   head.minor = reader.take<std::uint32_t>();
   std::size_t at = reader.at();
@@ -97,7 +99,8 @@ RecordingHead read_recording_head(std::span<const std::byte> bytes) {
     refuse_bytes(at, "the checksum of the head is wrong");
   }
   if (layout != layout_of_columns()) {
-    refuse_bytes(layout_at, "this was recorded by a version with other columns: " + head.writer);
+    refuse_bytes(layout_at, "this was recorded by a version with other columns: " + head.writer,
+                 ErrorCode::wrong_version);
   }
   head.bytes = reader.at();
   return head;
@@ -142,7 +145,8 @@ ChunkPacker::~ChunkPacker() = default;
 ChunkPacker::Packed ChunkPacker::pack(ChunkHead head, std::span<const std::byte> content) {
   if (content.size() > kMostContentBytes) {
     throw Error("a chunk of the recording would have " + std::to_string(content.size()) + " bytes; at most " +
-                std::to_string(kMostContentBytes) + " can be recorded at once");
+                    std::to_string(kMostContentBytes) + " can be recorded at once",
+                ErrorCode::too_many);
   }
   head.content_bytes = content.size();
   std::span<const std::byte> stored = content;

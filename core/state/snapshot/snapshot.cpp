@@ -149,7 +149,7 @@ std::uint64_t next_snapshot_id() {
 }
 
 const SnapshotData& filled(const Snapshot& snapshot, const char* call) {
-  if (snapshot.is_empty()) throw Error(std::string(call) + ": the snapshot is empty");
+  if (snapshot.is_empty()) throw Error(std::string(call) + ": the snapshot is empty", ErrorCode::wrong_state);
   return *SnapshotAccess::data(snapshot);
 }
 

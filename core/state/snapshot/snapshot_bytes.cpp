@@ -42,8 +42,10 @@ void read_head(ByteReader& reader, std::span<const std::byte> bytes) {
   }
   std::size_t at = reader.at();
   if (const auto version = reader.take<std::uint32_t>(); version != kSnapshotVersion) {
-    refuse_bytes(at, "the snapshot has version " + std::to_string(version) + ", this is version " +
-                         std::to_string(kSnapshotVersion));
+    refuse_bytes(at,
+                 "the snapshot has version " + std::to_string(version) + ", this is version " +
+                     std::to_string(kSnapshotVersion),
+                 ErrorCode::wrong_version);
   }
   at = reader.at();
   if (reader.take<std::uint32_t>() != kByteOrderMark) {
@@ -51,7 +53,7 @@ void read_head(ByteReader& reader, std::span<const std::byte> bytes) {
   }
   at = reader.at();
   if (reader.take<std::uint64_t>() != layout_of_columns()) {
-    refuse_bytes(at, "a version of Scree with other columns has written this");
+    refuse_bytes(at, "a version of Scree with other columns has written this", ErrorCode::wrong_version);
   }
   at = reader.at();
   if (const auto size = reader.take<std::uint64_t>(); size != bytes.size()) {
@@ -65,12 +67,14 @@ void read_head(ByteReader& reader, std::span<const std::byte> bytes) {
 
 }  // namespace
 
-RefusedBytes::RefusedBytes(std::size_t wrong_byte, const std::string& why)
-    : Error("read_snapshot: byte " + std::to_string(wrong_byte) + ": " + why),
+RefusedBytes::RefusedBytes(std::size_t wrong_byte, const std::string& why, ErrorCode code)
+    : Error("read_snapshot: byte " + std::to_string(wrong_byte) + ": " + why, code),
       offset(wrong_byte),
       reason(why) {}
 
-void refuse_bytes(std::size_t offset, const std::string& reason) { throw RefusedBytes(offset, reason); }
+void refuse_bytes(std::size_t offset, const std::string& reason, ErrorCode code) {
+  throw RefusedBytes(offset, reason, code);
+}
 
 void ByteWriter::put_bytes(const void* from, std::size_t count) {
   const auto* first = static_cast<const std::byte*>(from);
@@ -79,7 +83,8 @@ void ByteWriter::put_bytes(const void* from, std::size_t count) {
 
 void check_byte_order(const char* call) {
   if constexpr (std::endian::native != std::endian::little) {
-    throw Error(std::string(call) + ": snapshots are in little-endian order, but this machine is not");
+    throw Error(std::string(call) + ": snapshots are in little-endian order, but this machine is not",
+                ErrorCode::not_supported);
   }
 }
 

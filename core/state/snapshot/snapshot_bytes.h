@@ -30,11 +30,12 @@ inline constexpr std::uint32_t kByteOrderMark = 0x01020304;
 
 // What is wrong with bytes from outside, and where: "read_snapshot: byte <offset>: <reason>".
 struct RefusedBytes : Error {
-  RefusedBytes(std::size_t wrong_byte, const std::string& why);
+  RefusedBytes(std::size_t wrong_byte, const std::string& why, ErrorCode code);
   std::size_t offset;
   std::string reason;
 };
-[[noreturn]] void refuse_bytes(std::size_t offset, const std::string& reason);
+[[noreturn]] void refuse_bytes(std::size_t offset, const std::string& reason,
+                               ErrorCode code = ErrorCode::corrupt_data);
 
 void check_byte_order(const char* call);  // throws Error unless this machine is little-endian
 

@@ -93,10 +93,13 @@ void keep_changes(const Snapshot& base, const Snapshot& later, SnapshotChanges& 
 void apply_changes(const Snapshot& base, const SnapshotChanges& changes, Snapshot& later) {
   constexpr const char* kName = "apply_changes";
   const SnapshotData& from = filled(base, kName);
-  if (changes.is_empty()) throw Error(std::string(kName) + ": the changes are empty");
+  if (changes.is_empty()) {
+    throw Error(std::string(kName) + ": the changes are empty", ErrorCode::wrong_state);
+  }
   const SnapshotChangesData& data = *SnapshotAccess::data(changes);
   if (data.base != from.id) {
-    throw Error(std::string(kName) + ": the changes were made with another snapshot than the base is now");
+    throw Error(std::string(kName) + ": the changes were made with another snapshot than the base is now",
+                ErrorCode::wrong_state);
   }
   std::unique_ptr<SnapshotData>& to = SnapshotAccess::data(later);
   if (to.get() == &from) throw Error(std::string(kName) + ": the base can not be the later snapshot, too");

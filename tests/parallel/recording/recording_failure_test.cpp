@@ -132,7 +132,13 @@ constexpr const char* kOutOfMemory = "Recorder: memory ran out";
 void expect_world_unharmed(Heap& heap, Recorder& recorder, const TemporaryFile& file) {
   EXPECT_FALSE(recorder.is_recording());
   EXPECT_EQ(recorder.error(), "memory ran out");
-  EXPECT_EQ(error_of_call([&] { recorder.finish(); }), kOutOfMemory);
+  try {
+    recorder.finish();
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), kOutOfMemory);
+    EXPECT_EQ(error.code(), ErrorCode::out_of_memory);
+  }
   heap.run(10);
   Heap twin;
   twin.run(static_cast<int>(heap.world.stats().step));
