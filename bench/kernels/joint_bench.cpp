@@ -63,7 +63,7 @@ void populate(World& world, const Joint& joint) {
       const Vec3 position{static_cast<float>(link), 0.0f, static_cast<float>(chain)};
       const BodyId body = world.create_body(
           {.type = link == 0 && !to_world ? BodyType::fixed : BodyType::dynamic, .position = position});
-      JointDef def{.body_b = body};
+      JointDef def{.body_a = kWorld, .body_b = body};
       if (to_world) {
         defs.push_back(def);
       } else if (link > 0) {

@@ -193,10 +193,14 @@ void check_joint_frames(Call call, bool world_a, const Pose& frame_a, bool world
 }
 
 JointBodies checked_ends(Call call, const Bodies& bodies, const JointDef& def, const Joint& joint) {
-  const auto row_of = [&](BodyId body) {
-    return body == BodyId{} ? kFixedRow : checked_row(call, bodies, body);
+  const auto row_of = [&](const char* end, BodyId body) {
+    if (body == kWorld) return kFixedRow;
+    if (body.generation == 0) {
+      fail(call, std::string(end) + " names no body; kWorld stands for the world", ErrorCode::dead_handle);
+    }
+    return checked_row(call, bodies, body);
   };
-  const JointBodies ends{row_of(def.body_a), row_of(def.body_b)};
+  const JointBodies ends{row_of("body_a", def.body_a), row_of("body_b", def.body_b)};
   if (ends.a == kFixedRow && ends.b == kFixedRow) {
     fail(call, "body_a and body_b are both the world, one must be a body");
   }

@@ -259,7 +259,7 @@ JointDef def_of(const WorldData& data, std::int32_t joint) {
   const Joints& joints = data.joints;
   const auto row = static_cast<std::size_t>(joint);
   const auto handle = [&](std::int32_t body) -> BodyId {
-    if (!is_listed(body)) return {};
+    if (!is_listed(body)) return kWorld;
     return {static_cast<std::uint32_t>(body), data.bodies.generation[body]};
   };
   const unsigned flags = joints.flags[row];

@@ -34,7 +34,7 @@ struct Model {
 
   std::vector<Slot> slots;
   struct Joined {
-    BodyId a, b;  // no body: the world
+    BodyId a, b;
     bool enabled;
   };
 

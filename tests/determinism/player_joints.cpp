@@ -27,11 +27,11 @@ std::pair<JointDef, Joint> Player::random_joining(Random& random, const Call& ca
   const bool turned = random.below(2) == 0 && type != JointType::mouse;
   const Slot* first = model_.slots.empty() ? nullptr : occupied(call.slot);
   const Slot* second = first == nullptr ? nullptr : occupied(random.below(kBulkSlots));
-  BodyId a, b;
+  BodyId a = kWorld, b = kWorld;
   if (first != nullptr) b = first->body;
   if (second != nullptr && second != first && !with_world) a = second->body;
   if (turned) std::swap(a, b);
-  const auto pose = [this](BodyId body) { return body == BodyId{} ? Pose{} : world_.pose(body); };
+  const auto pose = [this](BodyId body) { return body == kWorld ? Pose{} : world_.pose(body); };
   JointDef def = random_joint_def(random, pose(a), pose(b));
   def.body_a = a;
   def.body_b = b;
@@ -132,11 +132,12 @@ void Player::make_wrong_call_of_joints(std::uint32_t which, BodyId body) {
       world_.create_joint({.body_a = body, .body_b = body}, HingeJoint{});
       return;
     case 1:
-      world_.create_joint({.body_b = body, .frame_b = {{0.0f, kNan, 0.0f}, {}}}, BallJoint{});
+      world_.create_joint({.body_a = kWorld, .body_b = body, .frame_b = {{0.0f, kNan, 0.0f}, {}}},
+                          BallJoint{});
       return;
     case 2: {
       JointId ids[2];
-      const JointDef defs[2] = {{.body_b = body}, {.body_b = body}};
+      const JointDef defs[2] = {{.body_a = kWorld, .body_b = body}, {.body_a = kWorld, .body_b = body}};
       const Joint joints[2] = {WeldJoint{}, GearJoint{0.0f}};
       world_.create_joints(defs, joints, ids);
       return;

@@ -93,7 +93,7 @@ void fill_pages(World& world, BodyId& rack) {
     world.add_shape(rack, Sphere{0.1f});
   }
   while (!data.joints.free_slots.empty() || !is_full(data.joints.flags.size())) {
-    world.create_joint({.body_b = rack, .enabled = false}, BallJoint{});
+    world.create_joint({.body_a = kWorld, .body_b = rack, .enabled = false}, BallJoint{});
   }
 }
 

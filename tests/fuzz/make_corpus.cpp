@@ -158,15 +158,16 @@ World jointed() {
   for (const Joint& joint : all_joints()) {
     const float x = 1.5f * static_cast<float>(bodies.size());
     bodies.push_back(add(world, {x, 2.0f, 0.0f}, Box{{0.4f, 0.2f, 0.3f}}));
-    const BodyId before = bodies.size() > 1 ? bodies[bodies.size() - 2] : BodyId{};
+    const BodyId before = bodies.size() > 1 ? bodies[bodies.size() - 2] : kWorld;
     joints.push_back(world.create_joint({.body_a = before,
                                          .body_b = bodies.back(),
-                                         .frame_a = {{before == BodyId{} ? x - 0.7f : 0.8f, 0.0f, 0.0f}, {}},
+                                         .frame_a = {{before == kWorld ? x - 0.7f : 0.8f, 0.0f, 0.0f}, {}},
                                          .frame_b = {{-0.7f, 0.0f, 0.0f}, {}},
                                          .break_force = 1e6f},
                                         joint));
   }
-  world.create_joint({.body_b = bodies[3]}, MouseJoint{.target = {4.0f, 3.0f, 0.0f}, .max_force = 100.0f});
+  world.create_joint({.body_a = kWorld, .body_b = bodies[3]},
+                     MouseJoint{.target = {4.0f, 3.0f, 0.0f}, .max_force = 100.0f});
   run(world, 5);
   world.destroy_joint(joints[2]);
   world.destroy_joint(joints[4]);
@@ -254,7 +255,8 @@ void calls_of_joints(World& world) {
   for (JointDef& def : defs) def = {.body_a = a, .body_b = b, .frame_a = {{0.75f, 0.0f, 0.0f}, {}}};
   std::vector<JointId> ids(joints.size());
   world.create_joints(defs, joints, ids);
-  const JointId mouse = world.create_joint({.body_b = b}, MouseJoint{.target = {1.0f, 2.0f, 0.0f}});
+  const JointId mouse =
+      world.create_joint({.body_a = kWorld, .body_b = b}, MouseJoint{.target = {1.0f, 2.0f, 0.0f}});
   run(world, 1);
   for (std::size_t i = 1; i < ids.size(); ++i) world.set_joint_enabled(ids[i], false);
   world.set_joint(mouse, MouseJoint{.target = {1.0f, 3.0f, 0.0f}, .max_force = 20.0f});

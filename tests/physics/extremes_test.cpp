@@ -123,6 +123,7 @@ void add_extremes_of_joints(std::vector<Extreme>& list) {
     list.push_back({std::string(name) + ", kind " + std::to_string(joint.index()),
                     [=](World& world, BodyId body, ShapeId) {
                       JointDef with_body = def;
+                      with_body.body_a = kWorld;
                       with_body.body_b = body;
                       world.create_joint(with_body, joint);
                     }});

@@ -12,7 +12,8 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 JointDef to_world(BodyId body, Vec3 anchor_in_world, Vec3 anchor_in_body) {
-  return {.body_b = body, .frame_a = {anchor_in_world, {}}, .frame_b = {anchor_in_body, {}}};
+  return {
+      .body_a = kWorld, .body_b = body, .frame_a = {anchor_in_world, {}}, .frame_b = {anchor_in_body, {}}};
 }
 
 WorldSettings with_substeps(int substeps) {
@@ -141,7 +142,7 @@ struct Chain {
   std::vector<BodyId> links;
 
   Chain(int count, const WorldSettings& settings) : lab(settings) {
-    BodyId above{};
+    BodyId above = kWorld;
     for (int i = 0; i < count; ++i) {
       const BodyId link = lab.add({.position = {0, -0.5f - static_cast<float>(i), 0}}, Capsule{0.4f, 0.1f});
       JointDef def{.body_a = above, .body_b = link, .frame_b = {{0, 0.5f, 0}, {}}};

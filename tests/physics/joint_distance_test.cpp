@@ -16,7 +16,7 @@ struct Tied {
   Tied(const JointAxis& length, Vec3 position, const WorldSettings& settings = without_sleep())
       : lab(settings) {
     ball = lab.add({.position = position}, Sphere{0.1f});
-    joint = lab.world.create_joint({.body_b = ball}, DistanceJoint{length});
+    joint = lab.world.create_joint({.body_a = kWorld, .body_b = ball}, DistanceJoint{length});
   }
   double length() const { return lab.position(ball).norm(); }
 };

@@ -28,8 +28,8 @@ struct Flap {
   Flap(const Joint& kind, Vec3 axis, const WorldSettings& settings = without_sleep()) : lab(settings) {
     plate = lab.add({.position = {0.5f, 0, 0}}, Box{{0.5f, 0.05f, 0.4f}});
     const Quat turn = x_to(axis);
-    joint = lab.world.create_joint({.body_b = plate, .frame_a = {{}, turn}, .frame_b = {{-0.5f, 0, 0}, turn}},
-                                   kind);
+    joint = lab.world.create_joint(
+        {.body_a = kWorld, .body_b = plate, .frame_a = {{}, turn}, .frame_b = {{-0.5f, 0, 0}, turn}}, kind);
   }
   Pose pose() const { return lab.world.joint_pose(joint); }
   double offset() const { return to_eigen(pose().position).norm(); }
@@ -126,7 +126,7 @@ TEST(Ball, KeepsWithinItsConeAndTwist) {
     const BodyId rod = lab.add({.position = {0.5f, 0, 0}}, Capsule{0.4f, 0.1f});
     lab.world.set_angular_velocity(rod, {speed, 0.5f * speed, -speed});
     const JointId joint =
-        lab.world.create_joint({.body_b = rod, .frame_b = {{-0.5f, 0, 0}, {}}},
+        lab.world.create_joint({.body_a = kWorld, .body_b = rod, .frame_b = {{-0.5f, 0, 0}, {}}},
                                BallJoint{.cone_limit = 0.6f, .twist_lower = -0.4f, .twist_upper = 0.3f});
     double widest = 0, least = 0, most = 0;
     for (int i = 0; i < 300; ++i) {

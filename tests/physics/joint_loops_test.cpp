@@ -25,12 +25,12 @@ BodyId add_bar(Lab& lab, const Eigen::Vector3d& from, const Eigen::Vector3d& to)
                  Box{{0.5f * static_cast<float>(along.norm()), 0.05f, 0.05f}});
 }
 
-// At a point of the world; a default body is the world.
+// At a point of the world.
 JointId add_hinge(Lab& lab, BodyId a, BodyId b, const Eigen::Vector3d& at, const JointAxis& angle = {}) {
   const auto frame = [&](BodyId body) {
     const Eigen::Quaterniond turn =
-        body == BodyId{} ? Eigen::Quaterniond::Identity() : to_eigen(lab.world.pose(body).rotation);
-    const Eigen::Vector3d center = body == BodyId{} ? Eigen::Vector3d(0, 0, 0) : lab.position(body);
+        body == kWorld ? Eigen::Quaterniond::Identity() : to_eigen(lab.world.pose(body).rotation);
+    const Eigen::Vector3d center = body == kWorld ? Eigen::Vector3d(0, 0, 0) : lab.position(body);
     const Eigen::Quaterniond q = turn.conjugate() * to_eigen(kAboutZ);
     return Pose{to_vec(turn.conjugate() * (at - center)),
                 {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
@@ -48,8 +48,8 @@ TEST(JointLoop, AParallelogramSwingsAsThePendulumThatItIs) {
   const Eigen::Vector3d hang(kLength * std::sin(kAngle), -kLength * std::cos(kAngle), 0);
   const BodyId crank = add_bar(lab, left, left + hang), other = add_bar(lab, right, right + hang);
   const BodyId coupler = add_bar(lab, left + hang, right + hang);
-  add_hinge(lab, {}, crank, left);
-  add_hinge(lab, {}, other, right);
+  add_hinge(lab, kWorld, crank, left);
+  add_hinge(lab, kWorld, other, right);
   add_hinge(lab, crank, coupler, left + hang);
   add_hinge(lab, coupler, other, right + hang);
   const double rod = lab.mass(crank), bar = lab.mass(coupler), half = 0.5 * kLength;
@@ -85,10 +85,10 @@ TEST(JointLoop, ACrankRockerKeepsToItsGeometry) {
   const Eigen::Vector3d end(kCrank, 0, 0), top = meeting(end);
   const BodyId crank = add_bar(lab, at_crank, end), coupler = add_bar(lab, end, top);
   const BodyId rocker = add_bar(lab, at_rocker, top);
-  add_hinge(lab, {}, crank, at_crank, {.drive = Drive::motor, .speed = static_cast<float>(kSpeed)});
+  add_hinge(lab, kWorld, crank, at_crank, {.drive = Drive::motor, .speed = static_cast<float>(kSpeed)});
   add_hinge(lab, crank, coupler, end);
   add_hinge(lab, coupler, rocker, top);
-  add_hinge(lab, {}, rocker, at_rocker);
+  add_hinge(lab, kWorld, rocker, at_rocker);
   double turned = 0.0, last = 0.0;
   for (int i = 0; i < 600; ++i) {
     lab.run(1);

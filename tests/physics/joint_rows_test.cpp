@@ -15,8 +15,9 @@ constexpr double kPi = std::numbers::pi;
 JointId add_bearing(Lab& lab, BodyId body, Quat axes, const JointAxis& angle = {}) {
   const Vec3 center = lab.world.center_of_mass(body);
   const JointAxis held{.lower = 0, .upper = 0};
-  return lab.world.create_joint({.body_b = body, .frame_a = {center, axes}, .frame_b = {{}, axes}},
-                                PlanarJoint{.offset_y = held, .offset_z = held, .angle = angle});
+  return lab.world.create_joint(
+      {.body_a = kWorld, .body_b = body, .frame_a = {center, axes}, .frame_b = {{}, axes}},
+      PlanarJoint{.offset_y = held, .offset_z = held, .angle = angle});
 }
 
 constexpr float kWheelRadius = 0.35f;
@@ -155,8 +156,9 @@ TEST(Gears, SteerAWayByARack) {
   const Quat along_z = rotation_about({0, 1, 0}, -0.5 * kPi);  // x of the frames is z of the world
   // In the plane of y and z of the frames, and there only along z of the world.
   const Quat plane = rotation_about({0, 0, 1}, 0.5 * kPi);
-  lab.world.create_joint({.body_b = rack, .frame_a = {{0, -0.1f, 0}, plane}, .frame_b = {{}, plane}},
-                         PlanarJoint{.offset_y = held, .angle = held});
+  lab.world.create_joint(
+      {.body_a = kWorld, .body_b = rack, .frame_a = {{0, -0.1f, 0}, plane}, .frame_b = {{}, plane}},
+      PlanarJoint{.offset_y = held, .angle = held});
   lab.world.create_joint({.body_a = pinion, .body_b = rack, .frame_b = {{}, along_z}},
                          RackAndPinionJoint{.radius = 0.1f});
   lab.run(300);
@@ -176,7 +178,7 @@ TEST(UniversalJoint, TurnsByCardansLaw) {
   add_bearing(lab, a, {}, {.drive = Drive::motor, .speed = 5.0f});
   const Vec3 on_axis = lab.world.center_of_mass(b);
   const JointAxis held{.lower = 0, .upper = 0};
-  lab.world.create_joint({.body_b = b, .frame_a = {on_axis, turned}},
+  lab.world.create_joint({.body_a = kWorld, .body_b = b, .frame_a = {on_axis, turned}},
                          PlanarJoint{.offset_y = held, .offset_z = held});
   // The pins are the y axis of a and the z axis of b: as the x axis of one frame and the y axis of the other.
   lab.world.create_joint({.body_a = a,
@@ -217,8 +219,9 @@ TEST(PlanarJoint, KeepsABodyInItsPlane) {
                                 .linear_velocity = {1, 0, 2},
                                 .angular_velocity = {3, 2, 1}},
                                Box{{0.5f, 0.5f, 0.5f}});
-    lab.world.create_joint({.body_b = box, .frame_a = {{0, 0, 0}, axes}, .frame_b = {{}, axes}},
-                           PlanarJoint{});
+    lab.world.create_joint(
+        {.body_a = kWorld, .body_b = box, .frame_a = {{0, 0, 0}, axes}, .frame_b = {{}, axes}},
+        PlanarJoint{});
     boxes.push_back(box);
   }
   double off = 0.0, tilt = 0.0;
@@ -255,7 +258,8 @@ TEST(MouseJoint, DragsABodyToAPoint) {
   lab.add_ground();
   const BodyId box = lab.add({.position = {0, 0.5f, 0}}, Box{{0.5f, 0.5f, 0.5f}});
   MouseJoint mouse{.target = {0.5f, 1, 0.5f}, .hertz = 5.0f};
-  const JointId joint = lab.world.create_joint({.body_b = box, .frame_b = {{0.5f, 0.5f, 0.5f}, {}}}, mouse);
+  const JointId joint =
+      lab.world.create_joint({.body_a = kWorld, .body_b = box, .frame_b = {{0.5f, 0.5f, 0.5f}, {}}}, mouse);
   for (int i = 1; i <= 120; ++i) {
     mouse.target = {0.5f + 0.02f * static_cast<float>(i), 1 + 0.02f * static_cast<float>(i), 0.5f};
     lab.world.set_joint(joint, mouse);
@@ -273,7 +277,7 @@ TEST(MotorJoint, ReachesItsPoseAgainstGravity) {
   const BodyId box = lab.add({.position = {0, 0, 0}}, Box{{0.3f, 0.2f, 0.1f}});
   const Quat target = rotation_about({1, 2, 3}, 2.0);
   lab.world.create_joint(
-      {.body_b = box},
+      {.body_a = kWorld, .body_b = box},
       MotorJoint{.rotation = {.drive = Drive::spring, .target = target}, .target = {1, 2, 3}, .hertz = 4.0f});
   lab.run(300);
   const double sag = kGravity / std::pow(2 * kPi * 4, 2);
@@ -285,7 +289,8 @@ TEST(MotorJoint, GivesWayAboveItsForce) {
   Lab lab;
   const BodyId box = lab.add({.position = {0, 0, 0}}, Box{{0.3f, 0.2f, 0.1f}});
   const double weight = lab.mass(box) * kGravity;
-  lab.world.create_joint({.body_b = box}, MotorJoint{.max_force = static_cast<float>(0.25 * weight)});
+  lab.world.create_joint({.body_a = kWorld, .body_b = box},
+                         MotorJoint{.max_force = static_cast<float>(0.25 * weight)});
   lab.run(60);
   EXPECT_NEAR(lab.velocity(box).y(), -0.75 * kGravity, 0.05);
 }

@@ -59,8 +59,9 @@ struct Arm {
     upper = lab.add({.position = {0.5f, 0, 0}}, Box{{0.5f, 0.2f, 0.1f}});
     lower = lab.add({.position = {1.5f, 0, 0.1f}}, Box{{0.5f, 0.1f, 0.2f}});
     const Quat frame = rotation_about({1, 2, 3}, 0.7);
-    lab.world.create_joint({.body_b = upper, .frame_a = {{}, frame}, .frame_b = {{-0.5f, 0, 0}, frame}},
-                           joint);
+    lab.world.create_joint(
+        {.body_a = kWorld, .body_b = upper, .frame_a = {{}, frame}, .frame_b = {{-0.5f, 0, 0}, frame}},
+        joint);
     lab.world.create_joint({.body_a = upper,
                             .body_b = lower,
                             .frame_a = {{0.5f, 0, 0}, frame},
@@ -94,7 +95,7 @@ TEST(SixDegreeJoint, HoldsAPoseUnderAWeightBesideIt) {
   SixDegreeJoint joint = holding({0, 1, 2}, {0, 1, 2});
   joint.offset[1] = {.lower = 0.2f, .upper = 0.2f};
   joint.angle[2] = {.lower = 0.8f, .upper = 0.8f};
-  lab.world.create_joint({.body_b = cube, .frame_b = {{0, 0, -0.5f}, {}}}, joint);
+  lab.world.create_joint({.body_a = kWorld, .body_b = cube, .frame_b = {{0, 0, -0.5f}, {}}}, joint);
   lab.run(300);
   const Pose pose = lab.world.pose(cube);
   EXPECT_LT(to_eigen(pose.rotation).angularDistance(to_eigen(rotation_about({0, 0, 1}, 0.8))), 1e-4);
@@ -111,7 +112,7 @@ TEST(SixDegreeJoint, StopsEachOffsetAtItsLimit) {
     const BodyId cube = lab.add({}, Box{{0.5f, 0.5f, 0.5f}});
     SixDegreeJoint joint;
     for (JointAxis& offset : joint.offset) offset = {.lower = -0.1f, .upper = 0.2f};
-    lab.world.create_joint({.body_b = cube}, joint);
+    lab.world.create_joint({.body_a = kWorld, .body_b = cube}, joint);
     double most = 0.0;
     for (int i = 0; i < 240; ++i) {
       lab.run(1);

@@ -17,7 +17,7 @@ struct Seen {
 Seen look_at(const World& world, JointId joint) {
   const JointDef def = world.joint_def(joint);
   const auto place = [&](BodyId body, const Pose& frame) {
-    const Pose pose = body == BodyId{} ? Pose{} : world.pose(body);
+    const Pose pose = body == kWorld ? Pose{} : world.pose(body);
     const Eigen::Quaterniond q = to_eigen(pose.rotation);
     return std::pair{Eigen::Vector3d(to_eigen(pose.position) + q * to_eigen(frame.position)),
                      Eigen::Quaterniond(q * to_eigen(frame.rotation))};
@@ -38,7 +38,8 @@ struct Rail {
       : lab(settings) {
     cube = lab.add({.position = {0, 0, 0.5f}}, Box{{0.5f, 0.5f, 0.5f}});
     joint = lab.world.create_joint(
-        {.body_b = cube, .frame_a = {{}, rotation}, .frame_b = {{0, 0, -0.5f}, rotation}}, SliderJoint{axis});
+        {.body_a = kWorld, .body_b = cube, .frame_a = {{}, rotation}, .frame_b = {{0, 0, -0.5f}, rotation}},
+        SliderJoint{axis});
   }
   Seen seen() const { return look_at(lab.world, joint); }
 };

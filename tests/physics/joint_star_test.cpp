@@ -46,7 +46,7 @@ BodyId add_loose(Lab& lab, const Eigen::Vector3d& at, float mass, bool box = fal
 // Joins two bodies that have not turned, at a point.
 JointId join_at(Lab& lab, BodyId a, BodyId b, const Eigen::Vector3d& point, const Joint& joint) {
   JointDef def{.body_a = a, .body_b = b};
-  def.frame_a.position = to_vec3(a == BodyId{} ? point : Eigen::Vector3d(point - lab.position(a)));
+  def.frame_a.position = to_vec3(a == kWorld ? point : Eigen::Vector3d(point - lab.position(a)));
   def.frame_b.position = to_vec3(point - lab.position(b));
   return lab.world.create_joint(def, joint);
 }
@@ -298,7 +298,7 @@ TEST(JointStar, ThatHangsCarriesItsLeaves) {
     SCOPED_TRACE(std::to_string(leaves) + " leaves");
     Lab lab;
     Star star{add_loose(lab, Eigen::Vector3d::Zero(), 33.0f), {}, {}};
-    const JointId hook = join_at(lab, BodyId{}, star.hub, {0.0, 0.5, 0.0}, BallJoint{});
+    const JointId hook = join_at(lab, kWorld, star.hub, {0.0, 0.5, 0.0}, BallJoint{});
     for (int i = 0; i < leaves; ++i) {
       const double angle = 2.0 * std::numbers::pi * i / leaves;
       const Eigen::Vector3d at(0.5 * std::cos(angle), -0.5, 0.5 * std::sin(angle));
@@ -351,7 +351,7 @@ TEST(JointStar, DoesNotDependOnWidthOrThreads) {
           const Eigen::Vector3d center(20.0 * number++, 0.0, 0.0);
           const Star star = add_star(lab, {.leaves = leaves, .leaf_mass = 100.0f, .joint = kind}, center);
           kick(lab, star.leaves, kKick);
-          join_at(lab, BodyId{}, star.hub, center, BallJoint{});
+          join_at(lab, kWorld, star.hub, center, BallJoint{});
         }
       }
       Workers workers(WorkersOptions{.threads = threads, .isa = isa});

@@ -82,7 +82,7 @@ TEST(JointedBodies, StopCollidingWhenTheyAreJoined) {
 // A row of balls that hangs in a slack chain between two fixed points.
 std::vector<BodyId> hang_chain(Lab& lab, int count) {
   std::vector<BodyId> links;
-  BodyId before{};
+  BodyId before = kWorld;
   for (int i = 0; i < count; ++i) {
     const BodyId link = lab.add({.position = {0, -0.5f - static_cast<float>(i), 0}}, Capsule{0.3f, 0.1f});
     lab.world.create_joint(between(before, i == 0 ? Vec3{} : Vec3{0, -0.5f, 0}, link, {0, 0.5f, 0}),
@@ -144,7 +144,7 @@ TEST(Joint, BreaksAboveItsStrengthAndTellsSo) {
   for (const float strength : {0.9f, 1.1f}) {
     Lab lab;
     const BodyId load = lab.add({.position = {0, -1, 0}}, kBox);
-    JointDef def = between({}, {}, load, {0, 1, 0});
+    JointDef def = between(kWorld, {}, load, {0, 1, 0});
     def.break_force = strength * static_cast<float>(lab.mass(load) * kGravity);
     const JointId joint = lab.world.create_joint(def, BallJoint{});
     std::vector<JointId> broken;
@@ -164,7 +164,7 @@ TEST(Joint, BreaksByAShockThatIsOverBeforeTheStepIs) {
     Lab lab;
     const BodyId load =
         lab.add({.position = {0, -1.0f - 0.01f * static_cast<float>(i), 0}, .mass = 1.0f}, kBox);
-    JointDef def = between({}, {}, load, {});
+    JointDef def = between(kWorld, {}, load, {});
     def.break_force = 500.0f;  // at 8 m/s, stopped in a substep of 1/240 s, it takes 2 kN
     const JointId joint = lab.world.create_joint(def, DistanceJoint{{.upper = 5.0f}});
     lab.run(80);
@@ -183,7 +183,7 @@ TEST(Joint, OfASoftRopeStopsAFallAsASpringDoes) {
                                  .linear_velocity = {0, -10.0f, 0},
                                  .mass = 1.0f},
                                 kBox);
-    JointDef def = between({}, {}, load, {});
+    JointDef def = between(kWorld, {}, load, {});
     def.hertz = 1.0f;
     def.damping_ratio = 0.0f;
     def.break_force = static_cast<float>(1.2 * speed * rate);
@@ -204,7 +204,7 @@ TEST(Joint, ThatBreaksBesideATiredBodyLetsItFall) {
   for (int calm = 1; calm < 90; ++calm) {
     Lab lab(with_sleep());
     const BodyId load = lab.add({.position = {0, -1, 0}}, kBox);
-    const JointId joint = lab.world.create_joint(between({}, {}, load, {0, 1, 0}), BallJoint{});
+    const JointId joint = lab.world.create_joint(between(kWorld, {}, load, {0, 1, 0}), BallJoint{});
     lab.run(calm);
     lab.world.set_joint_strength(joint, 1.0f, kNoLimit);
     lab.run(1);
@@ -239,7 +239,7 @@ TEST(Joint, TellsNoForceOfBeforeItSlept) {
 TEST(Joint, TellsTheForceThatItBears) {
   Lab lab;
   const BodyId load = lab.add({.position = {0, -1, 0}}, kBox);
-  const JointId joint = lab.world.create_joint(between({}, {}, load, {0, 1, 0}), BallJoint{});
+  const JointId joint = lab.world.create_joint(between(kWorld, {}, load, {0, 1, 0}), BallJoint{});
   lab.run(120);
   const double weight = lab.mass(load) * kGravity;
   EXPECT_NEAR(lab.world.joint_reaction(joint).force.y / weight, 1.0, 0.01);
@@ -334,7 +334,7 @@ TEST(JointHub, APlatformHangsLevelFromHundredsOfRopes) {
   const BodyId platform = lab.add({.mass = 5000.0f}, Box{{10, 0.25f, 7.5f}});
   for (int i = 0; i < 300; ++i) {
     const Vec3 place{static_cast<float>(i % 20) - 9.5f, 0.25f, static_cast<float>(i / 20) - 7.0f};
-    JointDef def = between({}, place + Vec3{0, 5, 0}, platform, place);
+    JointDef def = between(kWorld, place + Vec3{0, 5, 0}, platform, place);
     if (i % 2 == 0) {
       std::swap(def.body_a, def.body_b);
       std::swap(def.frame_a, def.frame_b);

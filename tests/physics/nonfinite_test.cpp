@@ -196,7 +196,7 @@ struct Stage {
     roller = lab.add({.type = BodyType::kinematic, .position = {5, 1, 0}}, Capsule{});
     EXPECT_EQ(lab.world.shapes_of(crate, {&shape, 1}), 1u);
     for (const Joint& joint : test::plain_joints()) {
-      joints.push_back(lab.world.create_joint({.body_b = crate, .enabled = false}, joint));
+      joints.push_back(lab.world.create_joint({.body_a = kWorld, .body_b = crate, .enabled = false}, joint));
     }
     lab.run(5);
   }
@@ -220,10 +220,11 @@ struct NumberCall {
 void add_joint_calls(std::vector<NumberCall>& calls) {
   for (const Joint& joint : test::plain_joints()) {
     calls.push_back({"create_joint", [=](World& world, const Stage& s, Poke& poke) {
-                       world.create_joint({.body_b = s.crate}, poke(joint));
+                       world.create_joint({.body_a = kWorld, .body_b = s.crate}, poke(joint));
                      }});
     calls.push_back({"create_joints", [=](World& world, const Stage& s, Poke& poke) {
-                       const JointDef defs[] = {{.body_b = s.crate}, poke(JointDef{.body_b = s.crate})};
+                       const JointDef defs[] = {{.body_a = kWorld, .body_b = s.crate},
+                                                poke(JointDef{.body_a = kWorld, .body_b = s.crate})};
                        const Joint joints[] = {joint, poke(joint)};
                        JointId ids[2];
                        world.create_joints(defs, joints, ids);

@@ -58,7 +58,7 @@ TEST(Populate, EveryJointJoinsItsBodiesAsTheSceneSays) {
     const std::vector<BodyId> bodies = populate(world, scene, &joints);
     ASSERT_EQ(joints.size(), scene.joints.size()) << info.name;
     EXPECT_EQ(world.joint_count(), scene.joints.size()) << info.name;
-    const auto handle = [&](std::uint32_t body) { return body == kWorldItself ? BodyId{} : bodies[body]; };
+    const auto handle = [&](std::uint32_t body) { return body == kWorldItself ? kWorld : bodies[body]; };
     for (std::size_t i = 0; i < joints.size(); ++i) {
       const SceneJoint& expected = scene.joints[i];
       const JointDef def = world.joint_def(joints[i]);

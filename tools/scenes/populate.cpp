@@ -62,7 +62,7 @@ void create_range(World& world, const Scene& scene, std::size_t begin, std::size
 }
 
 std::vector<JointId> create_joints(World& world, const Scene& scene, std::span<const BodyId> bodies) {
-  const auto handle_of = [&](std::uint32_t body) { return body == kWorldItself ? BodyId{} : bodies[body]; };
+  const auto handle_of = [&](std::uint32_t body) { return body == kWorldItself ? kWorld : bodies[body]; };
   std::vector<JointId> ids(scene.joints.size());
   std::vector<JointDef> defs;
   std::vector<Joint> joints;

@@ -240,8 +240,8 @@ class Trial {
 
   void run(const Node& node, const SceneJoint& joint) {
     JointDef def = joint.def;
-    if (joint.body_a != kWorldItself) def.body_a = bodies_[0];
-    if (joint.body_b != kWorldItself) def.body_b = bodies_[1];
+    def.body_a = joint.body_a != kWorldItself ? bodies_[0] : kWorld;
+    def.body_b = joint.body_b != kWorldItself ? bodies_[1] : kWorld;
     try {
       world_.destroy_joint(world_.create_joint(def, joint.joint));
     } catch (const Error& error) {

@@ -19,6 +19,10 @@ struct BodyId {
   friend auto operator<=>(const BodyId&, const BodyId&) = default;
 };
 
+/// Names the world itself as an end of a joint: a body that never moves and whose origin is that of world
+/// coordinates. Calls that want a body reject it.
+inline constexpr BodyId kWorld{.index = 0, .generation = 0xffffffffu};
+
 /// Names a shape of one world. The default is no shape.
 struct ShapeId {
   std::uint32_t index = 0;

@@ -208,8 +208,7 @@ struct OneOf {
 using Joint = detail::OneOf<void SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)>::Type;
 #undef SCREE_JOINT_TYPE
 
-/// What a joint has whatever its kind. A default handle is the world itself: a body that never moves and
-/// whose origin is that of world coordinates. At least one of the bodies is none of that kind.
+/// What a joint has whatever its kind. Both ends must be set: to two bodies, or one of them to kWorld.
 struct JointDef {
   BodyId body_a{};
   BodyId body_b{};

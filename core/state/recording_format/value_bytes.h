@@ -246,6 +246,15 @@ void write_value(Writer& writer, const Value& value) {
     fields(value, [&writer](const auto& field) { write_value(writer, field); });
   }
 }
+// The world as an end is written as a handle of zeros.
+template <class Writer>
+void write_value(Writer& writer, const JointDef& given) {
+  JointDef def = given;
+  for (BodyId* end : {&def.body_a, &def.body_b}) {
+    if (*end == kWorld) *end = BodyId{};
+  }
+  fields(def, [&writer](const auto& field) { write_value(writer, field); });
+}
 template <class Writer, class Value>
 void write_value(Writer& writer, const std::optional<Value>& value) {
   write_value(writer, value.has_value());
@@ -279,6 +288,13 @@ void read_value(Reader& reader, Value& value) {
     value = reader.take_hull();
   } else {
     fields(value, [&reader](auto& field) { read_value(reader, field); });
+  }
+}
+template <class Reader>
+void read_value(Reader& reader, JointDef& def) {
+  fields(def, [&reader](auto& field) { read_value(reader, field); });
+  for (BodyId* end : {&def.body_a, &def.body_b}) {
+    if (*end == BodyId{}) *end = kWorld;
   }
 }
 template <class Reader, class Value>

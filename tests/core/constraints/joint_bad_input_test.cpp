@@ -26,7 +26,8 @@ struct Workshop {
   Workshop() {
     dead = world.create_body({});
     world.destroy_body(dead);
-    for (const Joint& joint : sound_joints()) joints.push_back(world.create_joint({.body_b = b}, joint));
+    for (const Joint& joint : sound_joints())
+      joints.push_back(world.create_joint({.body_a = kWorld, .body_b = b}, joint));
     world.destroy_joint(world.create_joint({.body_a = a, .body_b = b}, BallJoint{}));
   }
 
@@ -46,15 +47,34 @@ struct Workshop {
   // By the calls that create and those that change.
   void refuse_joint(const Joint& joint, std::vector<std::string> said) {
     said.push_back("World::create_joint: ");
-    refuse_def({.body_b = b}, said, joint);
+    refuse_def({.body_a = kWorld, .body_b = b}, said, joint);
     said.back() = "World::set_joint: ";
     refuse([&] { world.set_joint(joints[joint.index()], joint); }, said);
   }
 };
 
+// What nearly always is an end that was forgotten.
+TEST(JointBadInput, AnEndThatWasNotGivenIsNotTheWorld) {
+  Workshop w;
+  w.refuse_def({.body_a = w.a}, {"body_b names no body; kWorld stands for the world"});
+  w.refuse_def({.body_a = {}, .body_b = w.b}, {"body_a names no body; kWorld stands for the world"});
+  w.refuse_def({.body_a = kWorld}, {"body_b names no body"});
+  w.refuse_def({}, {"body_a names no body"});
+  const JointId joint = w.world.create_joint({.body_a = w.a, .body_b = kWorld}, BallJoint{});
+  EXPECT_EQ(w.world.joint_def(joint).body_b, kWorld);
+}
+
+TEST(JointBadInput, OnlyJointsTakeTheWorldForABody) {
+  Workshop w;
+  EXPECT_FALSE(w.world.is_alive(kWorld));
+  w.refuse([&] { w.world.pose(kWorld); }, {"World::pose: the handle is kWorld, which only joints take"});
+  w.refuse([&] { w.world.destroy_body(kWorld); }, {"which only joints take"});
+  w.refuse([&] { w.world.add_shape(kWorld, Box{}); }, {"which only joints take"});
+}
+
 TEST(JointBadInput, Ends) {
   Workshop w;
-  w.refuse_def({}, {"World::create_joint: ", "both the world"});
+  w.refuse_def({.body_a = kWorld, .body_b = kWorld}, {"World::create_joint: ", "both the world"});
   w.refuse_def({.body_a = w.a, .body_b = w.a}, {"body_a and body_b are both body 4"});
   w.refuse_def({.body_a = w.dead, .body_b = w.b}, {"no body lives under index 6, generation 1"});
   w.refuse_def({.body_a = w.a, .body_b = w.dead}, {"no body lives under index 6, generation 1"});
@@ -63,12 +83,13 @@ TEST(JointBadInput, Ends) {
   w.refuse_def({.body_a = {1, 1}, .body_b = w.b}, {"no body lives under index 1"});
   w.refuse_def({.body_a = w.a, .body_b = w.b}, {"body_a of a mouse joint is body 4, must be the world"},
                MouseJoint{});
-  w.refuse_def({.body_a = w.a}, {"body_a of a mouse joint is body 4, must be the world"}, MouseJoint{});
+  w.refuse_def({.body_a = w.a, .body_b = kWorld}, {"body_a of a mouse joint is body 4, must be the world"},
+               MouseJoint{});
 }
 
 TEST(JointBadInput, Frames) {
   Workshop w;
-  const JointDef def{.body_b = w.b};
+  const JointDef def{.body_a = kWorld, .body_b = w.b};
   const auto frames = [&](const Pose& frame_a, const Pose& frame_b, std::vector<std::string> said) {
     JointDef wrong = def;
     wrong.frame_a = frame_a;
@@ -91,20 +112,24 @@ TEST(JointBadInput, Frames) {
 TEST(JointBadInput, StiffnessAndStrength) {
   Workshop w;
   for (const float hertz : {-1.0f, 1e-4f, 2e4f, kNan, kNoLimit}) {
-    w.refuse_def({.body_b = w.b, .hertz = hertz}, {"hertz is ", "must lie in [0.001", "10000] or be 0"});
+    w.refuse_def({.body_a = kWorld, .body_b = w.b, .hertz = hertz},
+                 {"hertz is ", "must lie in [0.001", "10000] or be 0"});
     w.refuse([&] { w.world.set_joint_stiffness(w.joints[0], hertz, 1.0f); },
              {"World::set_joint_stiffness: hertz is ", "must lie in [0.001", "10000] or be 0"});
     w.refuse_joint(WeldJoint{.angular_hertz = hertz}, {"weld angular_hertz is ", "10000] or be 0"});
   }
   for (const float ratio : {-1.0f, 2e4f, kNan}) {
-    w.refuse_def({.body_b = w.b, .damping_ratio = ratio}, {"damping_ratio is ", "must lie in [0, 10000]"});
+    w.refuse_def({.body_a = kWorld, .body_b = w.b, .damping_ratio = ratio},
+                 {"damping_ratio is ", "must lie in [0, 10000]"});
     w.refuse([&] { w.world.set_joint_stiffness(w.joints[0], 1.0f, ratio); },
              {"damping_ratio is ", "must lie in [0, 10000]"});
     w.refuse_joint(WeldJoint{.angular_damping_ratio = ratio}, {"weld angular_damping_ratio is "});
   }
   for (const float strength : {0.0f, -1.0f, kNan}) {
-    w.refuse_def({.body_b = w.b, .break_force = strength}, {"break_force is ", "must be above 0"});
-    w.refuse_def({.body_b = w.b, .break_torque = strength}, {"break_torque is ", "must be above 0"});
+    w.refuse_def({.body_a = kWorld, .body_b = w.b, .break_force = strength},
+                 {"break_force is ", "must be above 0"});
+    w.refuse_def({.body_a = kWorld, .body_b = w.b, .break_torque = strength},
+                 {"break_torque is ", "must be above 0"});
     w.refuse([&] { w.world.set_joint_strength(w.joints[0], strength, 1.0f); },
              {"World::set_joint_strength: break_force is ", "must be above 0"});
     w.refuse([&] { w.world.set_joint_strength(w.joints[0], 1.0f, strength); }, {"break_torque is "});
@@ -182,8 +207,8 @@ TEST(JointBadInput, EveryAxisOfEveryKind) {
     if (!angular) continue;
     w.refuse_joint(joint_with({.lower = -3.2f}), {name + "lower is -3.2"});
     w.refuse_joint(joint_with({.upper = 3.2f}), {name + "upper is 3.2"});
-    EXPECT_NO_THROW(
-        w.world.create_joint({.body_b = w.b}, joint_with({.lower = -3.14159274f, .upper = 3.14159274f})));
+    EXPECT_NO_THROW(w.world.create_joint({.body_a = kWorld, .body_b = w.b},
+                                         joint_with({.lower = -3.14159274f, .upper = 3.14159274f})));
   }
 }
 
@@ -253,7 +278,9 @@ TEST(JointBadInput, AnotherKind) {
 
 TEST(JointBadInput, OneOfMany) {
   Workshop w;
-  JointDef defs[3] = {{.body_b = w.b}, {.body_b = w.b}, {.body_b = w.b, .hertz = -1.0f}};
+  JointDef defs[3] = {{.body_a = kWorld, .body_b = w.b},
+                      {.body_a = kWorld, .body_b = w.b},
+                      {.body_a = kWorld, .body_b = w.b, .hertz = -1.0f}};
   const Joint joints[3] = {BallJoint{}, GearJoint{2.0f}, HingeJoint{}};
   JointId ids[3] = {};
   w.refuse([&] { w.world.create_joints(defs, joints, ids); },
@@ -302,9 +329,10 @@ TEST(JointBadInput, DeadHandlesInEveryCall) {
 TEST(JointBadInput, SpringsAndRopesWithoutALowerEndAreSound) {
   World world;
   const BodyId body = world.create_body({});
-  EXPECT_NO_THROW(world.create_joint({.body_b = body}, DistanceJoint{.length = {.upper = 2.0f}}));
   EXPECT_NO_THROW(
-      world.create_joint({.body_b = body}, WheelJoint{.steering = {.drive = Drive::spring, .target = 0.3f}}));
+      world.create_joint({.body_a = kWorld, .body_b = body}, DistanceJoint{.length = {.upper = 2.0f}}));
+  EXPECT_NO_THROW(world.create_joint({.body_a = kWorld, .body_b = body},
+                                     WheelJoint{.steering = {.drive = Drive::spring, .target = 0.3f}}));
 }
 
 }  // namespace

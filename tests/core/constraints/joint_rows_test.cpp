@@ -126,8 +126,10 @@ TEST(JointFrames, TheWorldIsABodyAtItsOrigin) {
   World world;
   const BodyId body = world.create_body({.position = {5, 0, 0}});
   const JointId first = world.create_joint(
-      {.body_b = body, .frame_a = {{4, 1, 2}, {}}, .frame_b = {{1, 0, 0}, {}}}, BallJoint{});
-  const JointId second = world.create_joint({.body_a = body, .frame_b = {{4, 1, 2}, {}}}, BallJoint{});
+      {.body_a = kWorld, .body_b = body, .frame_a = {{4, 1, 2}, {}}, .frame_b = {{1, 0, 0}, {}}},
+      BallJoint{});
+  const JointId second =
+      world.create_joint({.body_a = body, .body_b = kWorld, .frame_b = {{4, 1, 2}, {}}}, BallJoint{});
   const WorldData& data = internals(world);
   EXPECT_EQ(data.joints.frames[first.index].row_a, kFixedRow);
   EXPECT_EQ(data.joints.frames[second.index].row_b, kFixedRow);

@@ -70,7 +70,7 @@ TEST(Compound, OfAHundredThousandShapesIsMadeAndUnmadeOneByOne) {
   for (const BodyType type : {BodyType::fixed, BodyType::kinematic, BodyType::dynamic}) {
     World world;
     const BodyId body = world.create_body({.type = type, .angular_velocity = {0, 1, 0}});
-    const JointId joint = world.create_joint({.body_a = body}, BallJoint{});
+    const JointId joint = world.create_joint({.body_a = body, .body_b = kWorld}, BallJoint{});
     const std::vector<ShapeId> ids = add_each(world, body, defs);
     EXPECT_EQ(world.shape_count(), kShapes);
     for (const std::size_t i : shuffled(kShapes, 2)) world.destroy_shape(ids[i]);

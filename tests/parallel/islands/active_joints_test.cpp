@@ -39,7 +39,7 @@ class Chains {
       if (i > 0) join(bodies_[bodies_.size() - 2], bodies_.back(), {0.35f, 0, 0}, {-0.35f, 0, 0});
     }
     if (random_.below(3) == 0) join(floor_, bodies_.back(), at + Vec3{4, 1.5f, 0}, {0.35f, 0, 0});
-    if (random_.below(4) == 0) join({}, bodies_.back(), at + Vec3{4, 0.3f, 0}, {0.35f, 0, 0});
+    if (random_.below(4) == 0) join(kWorld, bodies_.back(), at + Vec3{4, 0.3f, 0}, {0.35f, 0, 0});
   }
 
   // A call of every kind that changes which joints have something to solve.

@@ -70,9 +70,9 @@ void call_everything(Heap& heap) {
       .body_a = more[0], .body_b = more[1], .frame_a = {{0, 1, 0}, {}}, .frame_b = {{0, -1, 0}, {}}};
   const JointId joint = world.create_joint(def, HingeJoint{});
   std::vector<JointId> joints(2);
-  world.create_joints(std::vector<JointDef>{{.body_b = more[2]}, {.body_b = body(13)}},
-                      std::vector<Joint>{BallJoint{.cone_limit = 1.0f}, MouseJoint{.target = {1, 2, 3}}},
-                      joints);
+  world.create_joints(
+      std::vector<JointDef>{{.body_a = kWorld, .body_b = more[2]}, {.body_a = kWorld, .body_b = body(13)}},
+      std::vector<Joint>{BallJoint{.cone_limit = 1.0f}, MouseJoint{.target = {1, 2, 3}}}, joints);
   world.destroy_joint(joints[0]);
   world.set_joint(joint, HingeJoint{{.drive = Drive::motor, .speed = 2.0f, .max_force = 5.0f}});
   world.set_joint_frames(joint, {{0, 1.1f, 0}, {}}, {{0, -0.9f, 0}, {}});

@@ -34,7 +34,7 @@ struct Workshop {
     std::size_t next = 0;
     for (const Joint& joint : sound_joints()) {
       const bool with_world = type_of(joint) == JointType::mouse || next % 5 == 4;
-      joints.push_back(world.create_joint({.body_a = with_world ? BodyId{} : bodies[next % 4],
+      joints.push_back(world.create_joint({.body_a = with_world ? kWorld : bodies[next % 4],
                                            .body_b = bodies[(next + 1) % 4],
                                            .frame_a = {{1, 2, 3}, {0.5f, 0.5f, 0.5f, 0.5f}},
                                            .collide_connected = next % 2 == 0,
@@ -80,7 +80,7 @@ TEST(JointSnapshot, HoldsTheSameBytesAfterEveryWay) {
   expect_same_joints(copy, w.world, w);
   World other;
   const BodyId body = other.create_body({});
-  other.create_joint({.body_b = body}, BallJoint{});
+  other.create_joint({.body_a = kWorld, .body_b = body}, BallJoint{});
   restore(other, read_snapshot(bytes));
   EXPECT_EQ(bytes_of(other), bytes);
   expect_same_joints(other, w.world, w);
@@ -107,7 +107,8 @@ TEST(JointSnapshot, CallsGoOnAsTheyWould) {
   World copy = clone(w.world);
   const auto change = [&](World& world) {
     std::vector<JointId> made;
-    for (int i = 0; i < 4; ++i) made.push_back(world.create_joint({.body_b = w.bodies[0]}, GearJoint{}));
+    for (int i = 0; i < 4; ++i)
+      made.push_back(world.create_joint({.body_a = kWorld, .body_b = w.bodies[0]}, GearJoint{}));
     world.destroy_joint(w.joints[1]);
     world.destroy_body(w.bodies[2]);
     world.set_mass_properties(w.bodies[0], {.center = {1, 2, 3}});
@@ -123,8 +124,8 @@ TEST(JointSnapshot, MakesHandlesValidThatWereAndNoOthers) {
   Snapshot snapshot;
   save(w.world, snapshot);
   w.world.destroy_joint(w.joints[2]);
-  const JointId later = w.world.create_joint({.body_b = w.bodies[0]}, BallJoint{});
-  const JointId last = w.world.create_joint({.body_b = w.bodies[0]}, BallJoint{});
+  const JointId later = w.world.create_joint({.body_a = kWorld, .body_b = w.bodies[0]}, BallJoint{});
+  const JointId last = w.world.create_joint({.body_a = kWorld, .body_b = w.bodies[0]}, BallJoint{});
   restore(w.world, snapshot);
   EXPECT_TRUE(w.world.is_alive(w.joints[2]));
   EXPECT_FALSE(w.world.is_alive(later) || w.world.is_alive(last));
@@ -135,7 +136,7 @@ TEST(JointSnapshot, KeepsItsMemoryInProportion) {
   World world;
   const BodyId body = world.create_body({});
   constexpr std::size_t kCount = 10000;
-  const std::vector<JointDef> defs(kCount, {.body_b = body});
+  const std::vector<JointDef> defs(kCount, {.body_a = kWorld, .body_b = body});
   std::vector<JointId> ids(kCount);
   world.create_joints(defs, std::vector<Joint>(kCount, WheelJoint{}), ids);
   std::size_t row_bytes = 0;

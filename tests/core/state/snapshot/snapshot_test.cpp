@@ -93,7 +93,7 @@ struct Zoo {
       const std::size_t number = joints.size(), next = 2 + (number + 2) % movable;
       const bool with_world = std::holds_alternative<MouseJoint>(joint) || number % 4 == 0;
       joints.push_back(
-          world.create_joint({.body_a = with_world ? BodyId{} : bodies[2 + number % movable],
+          world.create_joint({.body_a = with_world ? kWorld : bodies[2 + number % movable],
                               .body_b = bodies[next],
                               .frame_a = {with_world ? world.pose(bodies[next]).position : Vec3{}, {}},
                               .collide_connected = number % 3 == 0,
