@@ -76,6 +76,7 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
   clear_figures(data.stats);
   clear_told(data.events);
   PhaseClock clock(data.stats);
+  data.bodies.waking_made.forget();
   place_matter(data);
   wake_neighbors(data);
   refresh_lists(data, crew);
@@ -91,7 +92,7 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
     list_body_events(data);     // who fell asleep, woke or went -> their events
     note_approach(data, crew);  // velocities -> approach speeds
   });
-  data.contacts.by_shape_stale = true;
+  data.contacts.by_shape_made.forget();
   if (dt > 0.0f) {
     clock.run(Phase::color_constraints, [&] { color_constraints(data, crew); });  // contacts  -> batches
     clock.run(Phase::pack_blocks, [&] { pack_blocks(data, crew); });              // manifolds -> wide blocks

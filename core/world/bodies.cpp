@@ -356,12 +356,8 @@ void World::set_can_sleep(BodyId body, bool can_sleep) {
 
 bool World::is_awake(BodyId body) const {
   const BodyRow b = at({"is_awake"}, data_, body);
-  if (b.data.shapes.wake_requested) {
-    // Later calls could change whom this wakes, so it is more than reading.
-    const Telling<RecordedCall::is_awake> telling(b.data, body);
-    wake_neighbors(b.data);
-  }
-  return b.bodies.type[b.row] != BodyType::fixed && (b.bodies.flags[b.row] & kBodyAsleep) == 0;
+  if (b.bodies.type[b.row] == BodyType::fixed) return false;
+  return (b.bodies.flags[b.row] & kBodyAsleep) == 0 || is_about_to_wake(b.data, b.body);
 }
 
 void World::wake(BodyId body) {

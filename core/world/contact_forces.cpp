@@ -1,6 +1,6 @@
-// Reading the forces of contacts. The lists of contacts by shape are made when somebody asks for the first
-// time after a step: worlds that are only stepped do not pay for them. They hold what moves; pairs at rest
-// stand in lists of their own.
+// Reading the forces of contacts, by any number of threads at once. The lists of contacts by shape are made
+// when somebody asks for the first time after a step: worlds that are only stepped do not pay for them. They
+// hold what moves; pairs at rest stand in lists of their own.
 #include <core/world/check.h>
 #include <core/world/edit.h>
 #include <core/world/fp_environment.h>
@@ -14,8 +14,8 @@ namespace scree {
 
 namespace {
 
-WorldData& opened_for_forces(Call call, const std::unique_ptr<WorldData>& owner) {
-  WorldData& data = opened(call, owner);
+const WorldData& opened_for_forces(Call call, const std::unique_ptr<WorldData>& owner) {
+  const WorldData& data = opened(call, owner);
   if (!data.settings.contact_forces) {
     fail(call, "WorldSettings::contact_forces is off", ErrorCode::wrong_state);
   }
@@ -90,10 +90,9 @@ ContactForces describe(const WorldData& data, std::int32_t contact) {
 }
 
 // The rows of pairs at rest, by pair: shape by shape, because what a shape has is mostly in order.
-const Column<std::int32_t>& ordered_resting(WorldData& data) {
-  Contacts& contacts = data.contacts;
+void order_resting(const WorldData& data) {
+  const Contacts& contacts = data.contacts;
   Column<std::int32_t>& order = contacts.resting_order;
-  if (!contacts.resting_order_stale) return order;
   const auto comes_first = [&](std::int32_t x, std::int32_t y) {
     return comes_before(contacts.resting.pair[x], contacts.resting.pair[y]);
   };
@@ -106,13 +105,16 @@ const Column<std::int32_t>& ordered_resting(WorldData& data) {
     if (!std::is_sorted(order.begin() + first, order.end(), comes_first))
       std::sort(order.begin() + first, order.end(), comes_first);
   }
-  contacts.resting_order_stale = false;
-  return order;
+}
+
+const Column<std::int32_t>& ordered_resting(const WorldData& data) {
+  data.contacts.resting_order_made.ensure([&data] { order_resting(data); });
+  return data.contacts.resting_order;
 }
 
 // Calls visit(contact) for the contacts of both lists of pairs, in the order of the pairs.
 template <class Visit>
-void for_each_contact(WorldData& data, Visit&& visit) {
+void for_each_contact(const WorldData& data, Visit&& visit) {
   const Contacts& contacts = data.contacts;
   const PairRows &moving = contacts.pairs, &resting = contacts.resting;
   const Column<std::int32_t>& order = ordered_resting(data);
@@ -127,9 +129,8 @@ void for_each_contact(WorldData& data, Visit&& visit) {
 }
 
 // The contacts of each shape that do not rest, in the order of their pairs.
-void list_by_shape(WorldData& data) {
-  Contacts& contacts = data.contacts;
-  if (!contacts.by_shape_stale) return;
+void list_by_shape(const WorldData& data) {
+  const Contacts& contacts = data.contacts;
   Column<std::int32_t>& end = contacts.by_shape_end;
   end.clear();
   end.resize(data.shapes.flags.size() + 1);  // to zero
@@ -147,7 +148,6 @@ void list_by_shape(WorldData& data) {
   contacts.by_shape.resize_discarding(static_cast<std::size_t>(sum));
   // Afterwards each entry is the end of its own shape's list.
   for_each_end([&](std::int32_t shape, std::int32_t contact) { contacts.by_shape[end[shape]++] = contact; });
-  contacts.by_shape_stale = false;
 }
 
 std::span<const std::int32_t> moving_contacts_of(const Contacts& contacts, std::int32_t shape) {
@@ -157,13 +157,21 @@ std::span<const std::int32_t> moving_contacts_of(const Contacts& contacts, std::
   return std::span(contacts.by_shape.begin() + begin, contacts.by_shape.begin() + contacts.by_shape_end[row]);
 }
 
+// The contacts of one body or shape. Each thread has a list of its own, and keeps its memory.
+Column<std::int32_t>& empty_list(const WorldData& data) {
+  data.contacts.by_shape_made.ensure([&data] { list_by_shape(data); });
+  thread_local Column<std::int32_t> found;
+  found.clear();
+  return found;
+}
+
 // Adds the contacts of a shape to `found`.
-void find_contacts(WorldData& data, std::int32_t shape) {
-  Contacts& contacts = data.contacts;
-  contacts.found.append(moving_contacts_of(contacts, shape));
+void find_contacts(const WorldData& data, std::int32_t shape, Column<std::int32_t>& found) {
+  const Contacts& contacts = data.contacts;
+  found.append(moving_contacts_of(contacts, shape));
   for_each_resting(data, shape, [&](std::int32_t row, std::int32_t) {
     const std::int32_t contact = contacts.resting.contact[row];
-    if (contact >= 0) contacts.found.push_back(contact);
+    if (contact >= 0) found.push_back(contact);
   });
 }
 
@@ -174,13 +182,13 @@ void tell(const WorldData& data, std::int32_t contact, std::span<ContactForces> 
 }
 
 // Those found, in the order of their pairs. Returns how many there are.
-std::size_t tell_found(WorldData& data, std::span<ContactForces> out) {
-  Contacts& contacts = data.contacts;
-  std::sort(contacts.found.begin(), contacts.found.end(), [&](std::int32_t x, std::int32_t y) {
+std::size_t tell_found(const WorldData& data, Column<std::int32_t>& found, std::span<ContactForces> out) {
+  const Contacts& contacts = data.contacts;
+  std::sort(found.begin(), found.end(), [&](std::int32_t x, std::int32_t y) {
     return comes_before(contacts.now.pair[x], contacts.now.pair[y]);
   });
   std::size_t count = 0;
-  for (const std::int32_t contact : contacts.found) tell(data, contact, out, count);
+  for (const std::int32_t contact : found) tell(data, contact, out, count);
   return count;
 }
 
@@ -188,7 +196,7 @@ std::size_t tell_found(WorldData& data, std::span<ContactForces> out) {
 
 std::size_t World::contact_forces(std::span<ContactForces> out) const {
   const FpEnvironment environment;
-  WorldData& data = opened_for_forces({"contact_forces"}, data_);
+  const WorldData& data = opened_for_forces({"contact_forces"}, data_);
   std::size_t count = 0;
   for_each_contact(data, [&](std::int32_t contact) { tell(data, contact, out, count); });
   return count;
@@ -197,25 +205,23 @@ std::size_t World::contact_forces(std::span<ContactForces> out) const {
 std::size_t World::contact_forces_of(ShapeId shape, std::span<ContactForces> out) const {
   constexpr Call call{"contact_forces_of"};
   const FpEnvironment environment;
-  WorldData& data = opened_for_forces(call, data_);
+  const WorldData& data = opened_for_forces(call, data_);
   const std::int32_t row = checked_row(call, data.shapes, shape);
-  list_by_shape(data);
-  data.contacts.found.clear();
-  find_contacts(data, row);
-  return tell_found(data, out);
+  Column<std::int32_t>& found = empty_list(data);
+  find_contacts(data, row, found);
+  return tell_found(data, found, out);
 }
 
 std::size_t World::contact_forces_of(BodyId body, std::span<ContactForces> out) const {
   constexpr Call call{"contact_forces_of"};
   const FpEnvironment environment;
-  WorldData& data = opened_for_forces(call, data_);
+  const WorldData& data = opened_for_forces(call, data_);
   const std::int32_t row = checked_row(call, data.bodies, body);
-  list_by_shape(data);
-  data.contacts.found.clear();
+  Column<std::int32_t>& found = empty_list(data);
   for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
-    find_contacts(data, shape);
+    find_contacts(data, shape, found);
   }
-  return tell_found(data, out);
+  return tell_found(data, found, out);
 }
 
 }  // namespace scree

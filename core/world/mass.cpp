@@ -264,6 +264,16 @@ void apply_change(const WorldData& data, const ShapeChange& change, MassMoments&
   }
 }
 
+MassMoments moments_of(const WorldData& data, std::int32_t body) {
+  const auto kept = data.bodies.moments.find(body);
+  if (kept != data.bodies.moments.end()) return kept->second;
+  MassMoments moments;
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
+    moments.add(part_of(data, shape));
+  }
+  return moments;
+}
+
 // What a body's only part weighs, to the last bit.
 MassSum only_part(const WorldData& data, std::int32_t body, const ShapeChange& change) {
   if (!change.forms.empty()) {
@@ -276,18 +286,14 @@ MassSum only_part(const WorldData& data, std::int32_t body, const ShapeChange& c
 
 }  // namespace
 
-MassSum sum_shapes(WorldData& data, std::int32_t body, const ShapeChange& change) {
-  Bodies& bodies = data.bodies;
-  const auto kept = bodies.moments.find(body);
-  MassMoments moments;
-  if (kept != bodies.moments.end()) {
-    moments = kept->second;
-  } else {
-    for (std::int32_t shape = bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
-      moments.add(part_of(data, shape));
-    }
-    if (moments.parts() > kFewShapes) bodies.moments.emplace(body, moments);
-  }
+MassSum sum_shapes(const WorldData& data, std::int32_t body) {
+  const MassMoments moments = moments_of(data, body);
+  return moments.parts() == 1 ? only_part(data, body, {}) : moments.sum();
+}
+
+MassSum sum_shapes_after(WorldData& data, std::int32_t body, const ShapeChange& change) {
+  MassMoments moments = moments_of(data, body);
+  if (moments.parts() > kFewShapes) data.bodies.moments.emplace(body, moments);  // unless they are kept
   apply_change(data, change, moments);
   return moments.parts() == 1 ? only_part(data, body, change) : moments.sum();
 }
@@ -333,7 +339,7 @@ BodyMass mass_after(Call call, WorldData& data, std::int32_t body, BodyType type
   if (type != BodyType::dynamic) return {};
   std::optional<float> given_mass;
   if ((flags & kBodyMassGiven) != 0) given_mass = data.bodies.given_mass[row];
-  return dynamic_mass(call, sum_shapes(data, body, change), given_mass);
+  return dynamic_mass(call, sum_shapes_after(data, body, change), given_mass);
 }
 
 MassProperties properties_of(const MassSum& sum, std::optional<float> given_mass) {

@@ -46,8 +46,10 @@ Geometry geometry_of(const WorldData& data, std::int32_t shape);
 // Exact sums of a body of more shapes than this are kept (Bodies::moments), so that the next change need not
 // look at all of them. A few are summed faster than they are found.
 inline constexpr std::int64_t kFewShapes = 8;
+// Of the body as it is. Keeps nothing: for reading calls.
+MassSum sum_shapes(const WorldData& data, std::int32_t body);
 // Of the body after the change; begins to keep the sums of many shapes.
-MassSum sum_shapes(WorldData& data, std::int32_t body, const ShapeChange& change = {});
+MassSum sum_shapes_after(WorldData& data, std::int32_t body, const ShapeChange& change);
 // Takes the change into what is kept of the body. It can not fail; the columns are as before the change.
 void follow_change(WorldData& data, std::int32_t body, const ShapeChange& change);
 

@@ -122,12 +122,12 @@ void add_resting(WorldData& data, const PairRows& more) {
   contacts.resting_links.resize_for_overwrite(resting.pair.size());
   link_rows(data, first);
   for (std::size_t row = first; row < resting.pair.size(); ++row) mark_row(data, row);
-  contacts.resting_order_stale = true;
+  contacts.resting_order_made.forget();
 }
 
 void remove_resting(WorldData& data, const Column<std::int32_t>& rows) {
   Contacts& contacts = data.contacts;
-  contacts.resting_order_stale = true;
+  contacts.resting_order_made.forget();
   if (2 * rows.size() > contacts.resting.pair.size()) return remove_most(data, rows);
   for (std::size_t i = rows.size(); i-- > 0;) {  // so that the last row is none of those that go
     const auto row = static_cast<std::size_t>(rows[i]);
@@ -145,7 +145,7 @@ void link_resting(WorldData& data) {
   }
   contacts.resting_links.resize_for_overwrite(contacts.resting.pair.size());
   link_rows(data, 0);
-  contacts.resting_order_stale = true;
+  contacts.resting_order_made.forget();
 }
 
 }  // namespace scree

@@ -15,15 +15,17 @@ namespace scree {
 // Calls visit(row, other) for the pairs at rest of a shape or of the one that had its slot before; `other` is
 // the pair's other shape. In no order; `visit` must not add or remove rows.
 template <class Visit>
-void for_each_resting(WorldData& data, std::int32_t shape, Visit&& visit) {
-  Contacts& contacts = data.contacts;
+void for_each_resting(const WorldData& data, std::int32_t shape, Visit&& visit) {
+  const Contacts& contacts = data.contacts;
+  std::int64_t looks = 0;
   for (std::uint32_t end = data.shapes.first_resting[shape]; end != 0;) {
     const std::size_t row = (end - 1) / 2, side = (end - 1) % 2;
     const ShapePair pair = contacts.resting.pair[row];
-    ++contacts.resting_looks;
+    ++looks;
     end = contacts.resting_links[row].next[side];
     visit(static_cast<std::int32_t>(row), side == 0 ? pair.b : pair.a);
   }
+  if (looks > 0) contacts.resting_looks += looks;
 }
 
 // Adds rows behind the others, which do not touch as far as events tell. The columns of axes have as many

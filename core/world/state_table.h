@@ -22,6 +22,7 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::derived, "bodies", "kinematic", data.bodies.kinematic);
   visit(ColumnKind::derived, "bodies", "to_place", data.bodies.to_place);
   visit(ColumnKind::scratch, "bodies", "to_wake", data.bodies.to_wake);
+  visit(ColumnKind::scratch, "bodies", "waking", data.bodies.waking);
   visit(ColumnKind::derived, "bodies", "changed", data.bodies.changed);
   data.shapes.for_each_column(within("shapes"));
   visit(ColumnKind::derived, "shapes", "marks", data.shapes.marks.pages);
@@ -36,7 +37,7 @@ void for_each_column(WorldData& data, Visit&& visit) {
   data.contacts.resting.for_each_column(within("contacts.resting"));
   visit(ColumnKind::derived, "contacts", "resting_marks", data.contacts.resting_marks.pages);
   visit(ColumnKind::derived, "contacts", "resting_links", data.contacts.resting_links);
-  visit(ColumnKind::derived, "contacts", "resting_order", data.contacts.resting_order);
+  visit(ColumnKind::scratch, "contacts", "resting_order", data.contacts.resting_order);
   visit(ColumnKind::scratch, "contacts", "roused", data.contacts.roused);
   data.contacts.pairs_before.for_each_column([&visit](ColumnKind, const char* name, auto& column) {
     visit(ColumnKind::scratch, "contacts.pairs_before", name, column);
@@ -47,9 +48,8 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::scratch, "contacts", "previous", data.contacts.previous);
   visit(ColumnKind::derived, "contacts", "touching", data.contacts.touching);
   visit(ColumnKind::state, "contacts", "forces", data.contacts.forces);
-  visit(ColumnKind::derived, "contacts", "by_shape", data.contacts.by_shape);
-  visit(ColumnKind::derived, "contacts", "by_shape_end", data.contacts.by_shape_end);
-  visit(ColumnKind::scratch, "contacts", "found", data.contacts.found);
+  visit(ColumnKind::scratch, "contacts", "by_shape", data.contacts.by_shape);
+  visit(ColumnKind::scratch, "contacts", "by_shape_end", data.contacts.by_shape_end);
   data.joints.for_each_column(within("joints"));
   visit(ColumnKind::derived, "joints", "marks", data.joints.marks.pages);
   visit(ColumnKind::state, "joints", "free_slots", data.joints.free_slots);

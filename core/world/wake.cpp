@@ -3,6 +3,7 @@
 #include <core/world/wake.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace scree {
 
@@ -39,39 +40,57 @@ bool has_been_put(const WorldData& data, std::size_t shape) {
   return data.bodies.type[data.shapes.body[shape]] != BodyType::dynamic;
 }
 
+bool wakes(const WorldData& data, const ShapePair& pair, std::int32_t contact) {
+  return contact >= 0 || has_been_put(data, static_cast<std::size_t>(pair.a)) ||
+         has_been_put(data, static_cast<std::size_t>(pair.b));
+}
+
+// A slot that died or changed hands names a dead body or a new, wakeful one: no harm in either.
+std::int32_t body_of(const WorldData& data, std::int32_t shape) { return data.shapes.body[shape]; }
+
+// Calls visit(body) for those in pairs that move, in the order of the pairs.
+template <class Visit>
+void for_each_waking(const WorldData& data, Visit&& visit) {
+  const PairRows& moving = data.contacts.pairs;
+  for (std::size_t i = 0; i < moving.pair.size(); ++i) {
+    const ShapePair pair = moving.pair[i];
+    if (((data.shapes.flags[pair.a] | data.shapes.flags[pair.b]) & kShapeWakes) == 0 ||
+        !wakes(data, pair, moving.contact[i])) {
+      continue;
+    }
+    visit(body_of(data, pair.a));
+    visit(body_of(data, pair.b));
+  }
+}
+
+// Adds those in pairs at rest.
+void list_waking_at_rest(const WorldData& data, Column<std::int32_t>& bodies) {
+  const PairRows& resting = data.contacts.resting;
+  for (const std::int32_t shape : data.shapes.wakers) {
+    const std::size_t before = bodies.size();
+    for_each_resting(data, shape, [&](std::int32_t row, std::int32_t other) {
+      const auto index = static_cast<std::size_t>(row);
+      if (wakes(data, resting.pair[index], resting.contact[index])) bodies.push_back(body_of(data, other));
+    });
+    if (bodies.size() > before) bodies.push_back(body_of(data, shape));
+  }
+}
+
+void sort_once(Column<std::int32_t>& bodies) {
+  if (!std::is_sorted(bodies.begin(), bodies.end())) std::sort(bodies.begin(), bodies.end());
+  bodies.resize(static_cast<std::size_t>(std::unique(bodies.begin(), bodies.end()) - bodies.begin()));
+}
+
 }  // namespace
 
 void wake_neighbors(WorldData& data) {
   Shapes& shapes = data.shapes;
   if (!shapes.wake_requested) return;
-  const PairRows &moving = data.contacts.pairs, &resting = data.contacts.resting;
-  const auto wakes = [&](const ShapePair& pair, std::int32_t contact) {
-    return contact >= 0 || has_been_put(data, static_cast<std::size_t>(pair.a)) ||
-           has_been_put(data, static_cast<std::size_t>(pair.b));
-  };
-  // A slot that died or changed hands names a dead body or a new, wakeful one: no harm in either.
-  const auto body_of = [&](std::int32_t shape) { return shapes.body[shape]; };
-  for (std::size_t i = 0; i < moving.pair.size(); ++i) {
-    const ShapePair pair = moving.pair[i];
-    if (((shapes.flags[pair.a] | shapes.flags[pair.b]) & kShapeWakes) == 0 ||
-        !wakes(pair, moving.contact[i])) {
-      continue;
-    }
-    wake_body(data, body_of(pair.a));
-    wake_body(data, body_of(pair.b));
-  }
+  for_each_waking(data, [&data](std::int32_t body) { wake_body(data, body); });
   Column<std::int32_t>& woken = data.bodies.to_wake;
   woken.clear();
-  for (const std::int32_t shape : shapes.wakers) {
-    const std::size_t before = woken.size();
-    for_each_resting(data, shape, [&](std::int32_t row, std::int32_t other) {
-      const auto index = static_cast<std::size_t>(row);
-      if (wakes(resting.pair[index], resting.contact[index])) woken.push_back(body_of(other));
-    });
-    if (woken.size() > before) woken.push_back(body_of(shape));
-  }
-  if (!std::is_sorted(woken.begin(), woken.end())) std::sort(woken.begin(), woken.end());
-  woken.resize(static_cast<std::size_t>(std::unique(woken.begin(), woken.end()) - woken.begin()));
+  list_waking_at_rest(data, woken);
+  sort_once(woken);
   for (const std::int32_t body : woken) wake_body(data, body);
   for (const std::int32_t shape : shapes.wakers) {
     std::uint8_t& flags = shapes.flags[shape];
@@ -80,6 +99,19 @@ void wake_neighbors(WorldData& data) {
   }
   shapes.wakers.clear();
   shapes.wake_requested = false;
+}
+
+bool is_about_to_wake(const WorldData& data, std::int32_t body) {
+  if (!data.shapes.wake_requested) return false;
+  const Bodies& bodies = data.bodies;
+  bodies.waking_made.ensure([&] {
+    Column<std::int32_t>& waking = bodies.waking;
+    waking.clear();
+    for_each_waking(data, [&waking](std::int32_t woken) { waking.push_back(woken); });
+    list_waking_at_rest(data, waking);
+    sort_once(waking);
+  });
+  return std::binary_search(std::as_const(bodies.waking).begin(), std::as_const(bodies.waking).end(), body);
 }
 
 }  // namespace scree

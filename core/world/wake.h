@@ -50,9 +50,10 @@ inline void request_wake(WorldData& data, std::int32_t shape) {
   data.shapes.wake_requested = true;
 }
 
-// Fulfills the requests. The step calls it before refresh_lists (the pairs must still be last step's);
-// World::is_awake calls it too.
+// Fulfills the requests. The step calls it before refresh_lists (the pairs must still be last step's).
 void wake_neighbors(WorldData& data);
+// Whether it would wake the body, were it called now. For reading calls.
+bool is_about_to_wake(const WorldData& data, std::int32_t body);
 
 inline bool is_awake_dynamic(const Bodies& bodies, std::int32_t body) {
   const auto row = static_cast<std::size_t>(body);

@@ -8,6 +8,7 @@
 #include <scree/world.h>
 
 #include <cstddef>
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -140,6 +141,7 @@ std::span<const JointId> World::destroyed_joints() const noexcept {
 MemoryUse World::memory_use() const {
   MemoryUse use;
   if (data_ == nullptr) return use;
+  const std::lock_guard lock(data_->saving);  // which places matter
   for_each_column_size(*data_,
                        [&use](ColumnKind kind, const char*, const char*, std::size_t, std::size_t capacity) {
                          switch (kind) {

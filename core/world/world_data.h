@@ -14,6 +14,7 @@
 #include <core/state/recording_format/call_sink.h>
 #include <core/state/snapshot/change_marks.h>
 #include <core/world/column.h>
+#include <core/world/made_once.h>
 #include <core/world/mass_moments.h>
 #include <scree/world.h>
 
@@ -217,13 +218,15 @@ enum UnplacedFlag : std::uint8_t {
 
 struct Bodies {
   SCREE_STORE(SCREE_BODY_COLUMNS)
-  PageMarks marks;                  // derived; whoever writes state; not in each step of what moves
-  ListMark free_mark;               // derived; whoever takes from free_slots
-  Column<std::int32_t> free_slots;  // state; calls; taken from the back
-  Column<std::int32_t> awake;       // derived; refresh_lists; awake dynamic bodies, ascending
-  Column<std::int32_t> kinematic;   // derived; refresh_lists; kinematic bodies, ascending
-  Column<std::int32_t> to_place;    // derived; calls, place_matter; who is unplaced, each once
-  Column<std::int32_t> to_wake;     // scratch; wake_neighbors
+  PageMarks marks;                      // derived; whoever writes state; not in each step of what moves
+  ListMark free_mark;                   // derived; whoever takes from free_slots
+  Column<std::int32_t> free_slots;      // state; calls; taken from the back
+  Column<std::int32_t> awake;           // derived; refresh_lists; awake dynamic bodies, ascending
+  Column<std::int32_t> kinematic;       // derived; refresh_lists; kinematic bodies, ascending
+  Column<std::int32_t> to_place;        // derived; calls, place_matter; who is unplaced, each once
+  Column<std::int32_t> to_wake;         // scratch; wake_neighbors
+  mutable Column<std::int32_t> waking;  // scratch; is_awake; whom wake_neighbors would wake now, ascending
+  mutable MadeOnce waking_made;         // forgotten by calls that change the world and by the step
   std::unordered_map<std::int32_t, MassMoments> moments;  // derived; calls; of some bodies of many shapes
   Column<std::int32_t> changed;  // derived; calls, find_islands; who may take part otherwise than by these
   std::size_t alive = 0;         // state; calls
@@ -288,25 +291,24 @@ struct Contacts {
                      // of it changes its tree or is changed by a call: see resting_pairs.h
   PageMarks resting_marks;             // derived; find_pairs, list_events; of `resting` and Events::resting
   Column<RestingLinks> resting_links;  // derived; find_pairs: by row of `resting`, the lists of its shapes
-  Column<std::int32_t> resting_order;  // derived; contact_forces: rows of `resting` by pair, while not stale
-  std::int64_t resting_contacts = 0;   // derived; find_pairs: of `resting`, how many touch
-  std::int64_t resting_looks = 0;      // derived; how often somebody has looked at a row of `resting`
+  mutable Column<std::int32_t> resting_order;  // scratch; contact_forces: rows of `resting` by pair
+  mutable MadeOnce resting_order_made;         // forgotten by find_pairs
+  std::int64_t resting_contacts = 0;           // derived; find_pairs: of `resting`, how many touch
+  mutable SharedCount resting_looks;           // derived; how often somebody has looked at a row of `resting`
   Column<std::int32_t> roused;   // scratch; find_islands; rows of `resting` whose contacts take part by now
   std::size_t resting_kept = 0;  // scratch; find_pairs: rows of `resting` that it has not added in this step
   PairRows pairs_before;         // scratch; find_pairs: the last list, where it has changed
   ContactRows now;
-  PageMarks marks;                  // derived; find_pairs, collide, refresh_lists; of `now`
-  ListMark free_mark;               // derived; collide; of free_rows
-  Column<std::int32_t> free_rows;   // state; find_pairs, collide; of `now`, taken from the back
-  bool resting_order_stale = true;  // derived; find_pairs, contact_forces
-  bool list_kept = false;           // scratch; find_pairs: the list of pairs is the last one
-  bool by_shape_stale = true;       // derived; step: the lists by shape must be made anew
-  Column<std::int32_t> previous;    // scratch; find_pairs; per pair: its place in the last list, or -1.
-                                    // Meaningless while list_kept
-  Column<ContactForceRow> forces;   // state; collide, store_impulses; by row of `now`; none unless asked for
-  Column<std::int32_t> by_shape;    // derived; contact_forces_of; contacts by shape ...
-  Column<std::int32_t> by_shape_end;  // derived; likewise; ... and where those of each end
-  Column<std::int32_t> found;         // scratch; contact_forces_of; of one body
+  PageMarks marks;                 // derived; find_pairs, collide, refresh_lists; of `now`
+  ListMark free_mark;              // derived; collide; of free_rows
+  Column<std::int32_t> free_rows;  // state; find_pairs, collide; of `now`, taken from the back
+  bool list_kept = false;          // scratch; find_pairs: the list of pairs is the last one
+  Column<std::int32_t> previous;   // scratch; find_pairs; per pair: its place in the last list, or -1.
+                                   // Meaningless while list_kept
+  Column<ContactForceRow> forces;  // state; collide, store_impulses; by row of `now`; none unless asked for
+  mutable Column<std::int32_t> by_shape;      // scratch; contact_forces_of; contacts by shape ...
+  mutable Column<std::int32_t> by_shape_end;  // scratch; likewise; ... and where those of each end
+  mutable MadeOnce by_shape_made;             // forgotten by the step
   Column<std::int32_t> touching;  // derived; collide, find_islands; contacts that somebody awake takes part
                                   // in, in the order of their pairs
   bool manifolds_stale = false;  // state; calls: mass centers, materials or local poses have changed, so that
@@ -407,9 +409,10 @@ struct WorldData {
   Contacts contacts;
   Joints joints;
   Events events;
-  LastSave last_save;   // save, restore; what `marks` and the like are about
-  StepStats stats;      // derived; every phase
-  bool listed = false;  // scratch; step of many worlds, while it looks for one that is named twice
+  LastSave last_save;       // save, restore; what `marks` and the like are about
+  mutable OwnMutex saving;  // held by whoever saves: it places matter and writes marks
+  StepStats stats;          // derived; every phase
+  bool listed = false;      // scratch; step of many worlds, while it looks for one that is named twice
 
   std::unique_ptr<Part> broad_phase;   // parallel/find_pairs
   std::unique_ptr<Part> narrow_phase;  // parallel/collide

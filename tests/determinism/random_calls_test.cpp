@@ -139,7 +139,7 @@ class CountingSink final : public CallSink {
 };
 
 TEST(RandomCallsThemselves, MakeEveryCallThatChangesAWorld) {
-  // The table of recorded calls has them all; is_awake changes something after a destroyed neighbor only.
+  // The table of recorded calls has them all.
   CountingSink sink;
   Shift shift({kReference});
   Player player(shift, true, nullptr);

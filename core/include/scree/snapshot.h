@@ -43,7 +43,8 @@ class SCREE_API Snapshot {
 /// first save, and one after that snapshot has gone or been saved into from another world, costs by all that
 /// there is. What this snapshot held is replaced, and its memory is used again: snapshots that are saved into
 /// in turn allocate little, and nothing where nothing has grown. Throws Error for a world that was moved
-/// from, and std::bad_alloc, which leaves the snapshot empty.
+/// from, and std::bad_alloc, which leaves the snapshot empty. Reading calls may go on in other threads
+/// meanwhile; saves and clones of one world wait for one another.
 SCREE_API void save(const World& world, Snapshot& snapshot);
 
 /// Makes the world what the saved one was, whatever it has been before, and uses its memory again. The events

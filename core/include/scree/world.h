@@ -1,8 +1,11 @@
 // The world: bodies and shapes, and the calls that create, change and read them.
 //
 // Every call validates before it changes anything and throws scree::Error, which names the call, the value
-// and the limit. Calls are made between steps, by one thread at a time for one world (reading calls included:
-// some catch up on work that changes left behind); different worlds are independent of one another.
+// and the limit.
+//
+// Threads: const functions, save() and clone() change nothing that another of them could see, so any number
+// of threads may call them at once on one world. A call that is not const, a step and restore() must be alone
+// with their world. Different worlds are independent of one another.
 #pragma once
 
 #include <scree/body.h>
@@ -156,7 +159,8 @@ class SCREE_API World {
   void set_locks(BodyId body, AxisLocks locks);
   bool can_sleep(BodyId body) const;
   void set_can_sleep(BodyId body, bool can_sleep);  ///< forbidding it wakes the body
-  /// Kinematic bodies are always awake, fixed and frozen ones never.
+  /// Kinematic bodies are always awake, fixed and frozen ones never. A sleeper whose neighbor a call has
+  /// changed counts as awake if the next step would wake it.
   bool is_awake(BodyId body) const;
   /// Wakes a dynamic body at once; what it leans on follows in the next step. Thaws a frozen body.
   void wake(BodyId body);

@@ -17,7 +17,6 @@
 namespace scree {
 
 // Name in recordings, function of World, types of its arguments but for lists of ids that it fills in.
-// is_awake reads, but fulfills the requests to wake that calls have left; recorded when there are some.
 #define SCREE_RECORDED_CALLS(X)                                                                              \
   X(create_body, create_body, BodyDef)                                                                       \
   X(create_bodies, create_bodies, std::span<const BodyDef>)                                                  \
@@ -37,7 +36,6 @@ namespace scree {
   X(set_gravity_factor, set_gravity_factor, BodyId, float)                                                   \
   X(set_locks, set_locks, BodyId, AxisLocks)                                                                 \
   X(set_can_sleep, set_can_sleep, BodyId, bool)                                                              \
-  X(is_awake, is_awake, BodyId)                                                                              \
   X(wake, wake, BodyId)                                                                                      \
   X(set_body_user_data, set_user_data, BodyId, std::uint64_t)                                                \
   X(add_force, add_force, BodyId, Vec3)                                                                      \
@@ -103,7 +101,7 @@ template <class Other>
 void mark_named(WorldData&, const Other&) {}
 
 // Tells the world's sink, if it has one, when the call that holds this returns; a call that throws has
-// changed nothing and is not told.
+// changed nothing and is not told. What reading calls have kept that calls may change is forgotten.
 template <RecordedCall kCall, class Types = typename CallArguments<kCall>::Types>
 class Telling;
 
@@ -116,6 +114,7 @@ class Telling<kCall, std::tuple<Arguments...>> {
     static_assert((std::is_same_v<Given, Arguments> && ...),
                   "a converted argument would not live long enough");
     (mark_named(data, given), ...);
+    data.bodies.waking_made.forget();
     if (sink_ != nullptr) exceptions_ = std::uncaught_exceptions();
   }
   ~Telling() {

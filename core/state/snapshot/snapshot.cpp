@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -48,6 +49,7 @@ void derive_bodies(Bodies& bodies) {
   bodies.kinematic.clear();
   bodies.changed.clear();
   bodies.lists_dirty = bodies.all_changed = true;
+  bodies.waking_made.forget();
 }
 
 void derive_shapes(WorldData& data) {
@@ -92,7 +94,7 @@ void derive_contacts(WorldData& data) {
   contacts.previous.clear();
   contacts.touching.clear();
   contacts.list_kept = false;
-  contacts.by_shape_stale = true;
+  contacts.by_shape_made.forget();
 }
 
 // The links back, the frames and who is told nothing.
@@ -197,7 +199,8 @@ namespace {
 
 void save(const World& world, Snapshot& snapshot, bool remember) {
   WorldData& data = internals(const_cast<World&>(world), "save");
-  place_matter(data);  // changes nothing that the caller could see
+  const std::lock_guard lock(data.saving);
+  place_matter(data);  // changes nothing that the caller or another reading call could see
   std::unique_ptr<SnapshotData>& to = SnapshotAccess::data(snapshot);
   if (to == nullptr) to = std::make_unique<SnapshotData>();
   save_world(data, *to, remember);

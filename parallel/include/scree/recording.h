@@ -106,8 +106,7 @@ class SCREE_API Player {
   /// Where the keyframes are, ascending, the first snapshot among them; as long as the player lives.
   std::span<const std::uint64_t> keyframe_steps() const noexcept;
   /// The world after `position()` steps: calls that were made after that step come with the next one. Its
-  /// events and stats are those of the step; after a seek there are none. (Of a recording that began between
-  /// a call and the step, World::is_awake fulfills here what that call asked for: branch() to read it.)
+  /// events and stats are those of the step; after a seek there are none.
   const World& world() const noexcept;
   std::uint64_t position() const noexcept;  ///< info().first_step and the steps since
 

@@ -24,13 +24,13 @@ class Waking : public testing::Test {
 
   // Ground, lower and upper touch in a row; the one aside only has a candidate pair.
   void SetUp() override {
-    world.is_awake(lower);  // fulfills what the creation asked for
     add_touching(world, ground_shape, lower_shape);
     add_touching(world, lower_shape, upper_shape);
     add_pair(world, upper_shape, aside_shape);
     sleep_all();
   }
   void sleep_all() {
+    wake_neighbors(internals(world));  // what calls have asked for
     for (const BodyId body : {lower, upper, aside}) {
       if (world.is_alive(body)) put_to_sleep(world, body);
     }
