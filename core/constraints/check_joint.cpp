@@ -192,13 +192,13 @@ void check_joint_frames(Call call, bool world_a, const Pose& frame_a, bool world
              world_b ? kMaxPosition : kMaxLocalPosition);
 }
 
-JointBodies checked_ends(Call call, const Bodies& bodies, const JointDef& def, const Joint& joint) {
+JointBodies checked_ends(Call call, const WorldData& data, const JointDef& def, const Joint& joint) {
   const auto row_of = [&](const char* end, BodyId body) {
     if (body == kWorld) return kFixedRow;
     if (body.generation == 0) {
       fail(call, std::string(end) + " names no body; kWorld stands for the world", ErrorCode::dead_handle);
     }
-    return checked_row(call, bodies, body);
+    return checked_row(call, data, body);
   };
   const JointBodies ends{row_of("body_a", def.body_a), row_of("body_b", def.body_b)};
   if (ends.a == kFixedRow && ends.b == kFixedRow) {
@@ -213,8 +213,8 @@ JointBodies checked_ends(Call call, const Bodies& bodies, const JointDef& def, c
   return ends;
 }
 
-JointBodies check_joint_def(Call call, const Bodies& bodies, const JointDef& def, const Joint& joint) {
-  const JointBodies ends = checked_ends(call, bodies, def, joint);
+JointBodies check_joint_def(Call call, const WorldData& data, const JointDef& def, const Joint& joint) {
+  const JointBodies ends = checked_ends(call, data, def, joint);
   check_joint_frames(call, ends.a == kFixedRow, def.frame_a, ends.b == kFixedRow, def.frame_b);
   check_stiffness(call, "hertz", def.hertz, "damping_ratio", def.damping_ratio);
   check_strength(call, "break_force", def.break_force);

@@ -260,7 +260,7 @@ JointDef def_of(const WorldData& data, std::int32_t joint) {
   const auto row = static_cast<std::size_t>(joint);
   const auto handle = [&](std::int32_t body) -> BodyId {
     if (!is_listed(body)) return kWorld;
-    return {static_cast<std::uint32_t>(body), data.bodies.generation[body]};
+    return body_handle(data, body);
   };
   const unsigned flags = joints.flags[row];
   return {.body_a = handle(joints.bodies[row].a),

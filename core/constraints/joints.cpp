@@ -29,7 +29,7 @@ struct JointRow {
 
 JointRow at(Call call, const std::unique_ptr<WorldData>& owner, JointId id) {
   WorldData& data = opened(call, owner);
-  const std::int32_t joint = checked_row(call, data.joints, id);
+  const std::int32_t joint = checked_row(call, data, id);
   return {data, data.joints, joint, static_cast<std::size_t>(joint)};
 }
 
@@ -59,7 +59,7 @@ JointId make(WorldData& data, std::int32_t joint, const JointDef& def, const Joi
   ++joints.alive;
   wake_ends(data, joint);
   joints_changed(data, joint, !def.collide_connected);
-  return {static_cast<std::uint32_t>(joint), joints.generation[row]};
+  return joint_handle(data, joint);
 }
 
 void create(Call call, WorldData& data, std::span<const JointDef> defs, std::span<const Joint> joints,
@@ -67,7 +67,7 @@ void create(Call call, WorldData& data, std::span<const JointDef> defs, std::spa
   const std::size_t count = defs.size(), rows = data.joints.flags.size();
   check_room(call, "joints", rows, count);
   for (std::size_t i = 0; i < count; ++i) {
-    check_joint_def(item_of(call, count, i), data.bodies, defs[i], joints[i]);
+    check_joint_def(item_of(call, count, i), data, defs[i], joints[i]);
   }
   const SlotPlan plan(data.joints.free_slots, rows, count);
   grow(data.joints, rows + count - plan.from_free);
@@ -111,8 +111,8 @@ void World::destroy_joint(JointId joint) {
 bool World::is_alive(JointId joint) const noexcept {
   if (data_ == nullptr) return false;
   const Joints& joints = data_->joints;
-  return joint.index < joints.flags.size() && joints.generation[joint.index] == joint.generation &&
-         (joints.flags[joint.index] & kJointAlive) != 0;
+  return is_own(*data_, joint) && joint.index < joints.flags.size() &&
+         joints.generation[joint.index] == joint.generation && (joints.flags[joint.index] & kJointAlive) != 0;
 }
 
 std::size_t World::joint_count() const noexcept { return data_ != nullptr ? data_->joints.alive : 0; }
@@ -249,12 +249,11 @@ JointReaction World::joint_reaction(JointId joint) const {
 std::size_t World::joints_of(BodyId body, std::span<JointId> out) const {
   constexpr Call call{"joints_of"};
   const WorldData& data = opened(call, data_);
-  const std::int32_t row = checked_row(call, data.bodies, body);
+  const std::int32_t row = checked_row(call, data, body);
   std::size_t count = 0;
   for (std::int32_t joint = data.bodies.first_joint[body.index]; joint >= 0;
        joint = next_joint(data.joints, joint, row)) {
-    const auto index = static_cast<std::uint32_t>(joint);
-    if (count < out.size()) out[count] = {index, data.joints.generation[index]};
+    if (count < out.size()) out[count] = joint_handle(data, joint);
     ++count;
   }
   return count;

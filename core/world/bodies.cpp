@@ -26,7 +26,7 @@ struct BodyRow {
 
 BodyRow at(Call call, const std::unique_ptr<WorldData>& owner, BodyId id) {
   WorldData& data = opened(call, owner);
-  const std::int32_t body = checked_row(call, data.bodies, id);
+  const std::int32_t body = checked_row(call, data, id);
   return {data, data.bodies, body, static_cast<std::size_t>(body)};
 }
 
@@ -131,8 +131,8 @@ constexpr float kMaxLoad = 1e30f;  // N, N m, N s, N m s; what it does to the bo
 bool World::is_alive(BodyId body) const noexcept {
   if (data_ == nullptr) return false;
   const Bodies& bodies = data_->bodies;
-  return body.index < bodies.flags.size() && bodies.generation[body.index] == body.generation &&
-         (bodies.flags[body.index] & kBodyAlive) != 0;
+  return is_own(*data_, body) && body.index < bodies.flags.size() &&
+         bodies.generation[body.index] == body.generation && (bodies.flags[body.index] & kBodyAlive) != 0;
 }
 
 std::size_t World::body_count() const noexcept { return data_ != nullptr ? data_->bodies.alive : 0; }
@@ -140,7 +140,7 @@ std::size_t World::body_count() const noexcept { return data_ != nullptr ? data_
 BodyId World::body_at(std::uint32_t index) const noexcept {
   if (data_ == nullptr || index >= data_->bodies.flags.size()) return {};
   if ((data_->bodies.flags[index] & kBodyAlive) == 0) return {};
-  return {index, data_->bodies.generation[index]};
+  return body_handle(*data_, static_cast<std::int32_t>(index));
 }
 
 BodyType World::body_type(BodyId body) const { return at({"body_type"}, data_, body).given_type(); }

@@ -154,11 +154,11 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
     bodies.flags[row] = flags_of(defs[i]);
     bodies.marks.mark(body);
     if (defs[i].type != BodyType::fixed) note_change(bodies, body);
-    ids[i] = {static_cast<std::uint32_t>(body), bodies.generation[row]};
+    ids[i] = body_handle(data, body);
     if (shape == nullptr) continue;
     const std::int32_t shape_row = shape_plan.slot(shapes.free_slots, i);
     link_shape(data, shape_row, body);
-    commit_shape(shapes, shape_row);
+    commit_shape(data, shape_row);
     measure_core(data, body);
   }
   take_slots(bodies, body_plan);
@@ -242,7 +242,7 @@ void World::destroy_body(BodyId body) {
   constexpr Call call{"destroy_body"};
   WorldData& data = opened(call, data_);
   const Telling<RecordedCall::destroy_body> telling(data, body);
-  const std::int32_t row = checked_row(call, data.bodies, body);
+  const std::int32_t row = checked_row(call, data, body);
   data.events.lost.reserve(data.events.lost.size() + count_joints(data, row));
   bury_body(data, row);
 }
@@ -261,7 +261,7 @@ void World::destroy_bodies(std::span<const BodyId> bodies) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Call call{kName, static_cast<std::int64_t>(i)};
     try {
-      const auto row = static_cast<std::size_t>(checked_row(call, data.bodies, bodies[i]));
+      const auto row = static_cast<std::size_t>(checked_row(call, data, bodies[i]));
       if ((data.bodies.flags[row] & kBodyMarked) != 0) fail(call, "the same body stands in the list twice");
       data.bodies.flags[row] |= kBodyMarked;
       joints += count_joints(data, static_cast<std::int32_t>(row));

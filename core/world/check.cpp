@@ -41,14 +41,17 @@ void fail_range(Call call, const char* what, double value, double low, double hi
                  text_of(high) + "]");
 }
 
-void fail_handle(Call call, const char* kind, std::uint32_t index, std::uint32_t generation) {
+void fail_handle(Call call, const char* kind, std::uint32_t index, std::uint32_t generation, bool is_own) {
   if (generation == 0) fail(call, std::string("the handle names no ") + kind, ErrorCode::dead_handle);
   if (index == kWorld.index && generation == kWorld.generation) {
     fail(call, "the handle is kWorld, which only joints take", ErrorCode::dead_handle);
   }
-  fail(call,
-       std::string("no ") + kind + " lives under index " + std::to_string(index) + ", generation " +
-           std::to_string(generation) + ": it was destroyed, or belongs to another world",
+  const std::string name = "index " + std::to_string(index) + ", generation " + std::to_string(generation);
+  if (!is_own) {
+    fail(call, std::string("the ") + kind + " of " + name + " belongs to another world",
+         ErrorCode::foreign_handle);
+  }
+  fail(call, std::string("no ") + kind + " lives under " + name + ": it was destroyed",
        ErrorCode::dead_handle);
 }
 

@@ -22,7 +22,8 @@ std::string title(Call call);  // how messages begin
 // Throws Error "World::<call>: <problem>".
 [[noreturn]] void fail(Call call, const std::string& problem, ErrorCode code = ErrorCode::invalid_value);
 [[noreturn]] void fail_range(Call call, const char* what, double value, double low, double high);
-[[noreturn]] void fail_handle(Call call, const char* kind, std::uint32_t index, std::uint32_t generation);
+[[noreturn]] void fail_handle(Call call, const char* kind, std::uint32_t index, std::uint32_t generation,
+                              bool is_own);
 
 // The `i`th of `count` definitions; a single one is not counted.
 inline Call item_of(Call call, std::size_t count, std::size_t i) {
@@ -58,27 +59,36 @@ void check_strength(Call call, const char* what, float value);
 // Frames of a joint; those in the world may lie farther off.
 void check_joint_frames(Call call, bool world_a, const Pose& frame_a, bool world_b, const Pose& frame_b);
 // Returns the rows of the joint's bodies, the world's for its handle.
-JointBodies check_joint_def(Call call, const Bodies& bodies, const JointDef& def, const Joint& joint);
+JointBodies check_joint_def(Call call, const WorldData& data, const JointDef& def, const Joint& joint);
+
+// Rejects what is dead, or of another world.
+template <class Handle>
+[[noreturn]] void fail_handle(Call call, const WorldData& data, const char* kind, const Handle& id) {
+  fail_handle(call, kind, id.index, id.generation, is_own(data, id));
+}
 
 // The row of a handle, or an Error.
-inline std::int32_t checked_row(Call call, const Bodies& bodies, BodyId id) {
-  if (id.index >= bodies.flags.size() || bodies.generation[id.index] != id.generation ||
+inline std::int32_t checked_row(Call call, const WorldData& data, BodyId id) {
+  const Bodies& bodies = data.bodies;
+  if (!is_own(data, id) || id.index >= bodies.flags.size() || bodies.generation[id.index] != id.generation ||
       (bodies.flags[id.index] & kBodyAlive) == 0) {
-    fail_handle(call, "body", id.index, id.generation);
+    fail_handle(call, data, "body", id);
   }
   return static_cast<std::int32_t>(id.index);
 }
-inline std::int32_t checked_row(Call call, const Shapes& shapes, ShapeId id) {
-  if (id.index >= shapes.flags.size() || shapes.generation[id.index] != id.generation ||
+inline std::int32_t checked_row(Call call, const WorldData& data, ShapeId id) {
+  const Shapes& shapes = data.shapes;
+  if (!is_own(data, id) || id.index >= shapes.flags.size() || shapes.generation[id.index] != id.generation ||
       (shapes.flags[id.index] & kShapeAlive) == 0) {
-    fail_handle(call, "shape", id.index, id.generation);
+    fail_handle(call, data, "shape", id);
   }
   return static_cast<std::int32_t>(id.index);
 }
-inline std::int32_t checked_row(Call call, const Joints& joints, JointId id) {
-  if (id.index >= joints.flags.size() || joints.generation[id.index] != id.generation ||
+inline std::int32_t checked_row(Call call, const WorldData& data, JointId id) {
+  const Joints& joints = data.joints;
+  if (!is_own(data, id) || id.index >= joints.flags.size() || joints.generation[id.index] != id.generation ||
       (joints.flags[id.index] & kJointAlive) == 0) {
-    fail_handle(call, "joint", id.index, id.generation);
+    fail_handle(call, data, "joint", id);
   }
   return static_cast<std::int32_t>(id.index);
 }

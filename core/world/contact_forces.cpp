@@ -59,10 +59,8 @@ ContactForces describe(const WorldData& data, std::int32_t contact) {
   const ContactForceRow forces = force_row(data.contacts, row);
   ContactForces told{};
   const auto name = [&](std::int32_t shape, ShapeId& shape_id, BodyId& body_id) {
-    const auto index = static_cast<std::size_t>(shape);
-    const auto body = static_cast<std::size_t>(data.shapes.body[index]);
-    shape_id = {static_cast<std::uint32_t>(index), data.shapes.generation[index]};
-    body_id = {static_cast<std::uint32_t>(body), data.bodies.generation[body]};
+    shape_id = shape_handle(data, shape);
+    body_id = body_handle(data, data.shapes.body[shape]);
   };
   name(pair.a, told.shape_a, told.body_a);
   name(pair.b, told.shape_b, told.body_b);
@@ -206,7 +204,7 @@ std::size_t World::contact_forces_of(ShapeId shape, std::span<ContactForces> out
   constexpr Call call{"contact_forces_of"};
   const FpEnvironment environment;
   const WorldData& data = opened_for_forces(call, data_);
-  const std::int32_t row = checked_row(call, data.shapes, shape);
+  const std::int32_t row = checked_row(call, data, shape);
   Column<std::int32_t>& found = empty_list(data);
   find_contacts(data, row, found);
   return tell_found(data, found, out);
@@ -216,7 +214,7 @@ std::size_t World::contact_forces_of(BodyId body, std::span<ContactForces> out) 
   constexpr Call call{"contact_forces_of"};
   const FpEnvironment environment;
   const WorldData& data = opened_for_forces(call, data_);
-  const std::int32_t row = checked_row(call, data.bodies, body);
+  const std::int32_t row = checked_row(call, data, body);
   Column<std::int32_t>& found = empty_list(data);
   for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
     find_contacts(data, shape, found);

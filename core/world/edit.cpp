@@ -167,13 +167,14 @@ void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, 
   shapes.pose[row] = {};
 }
 
-ShapeId commit_shape(Shapes& shapes, std::int32_t shape) {
+ShapeId commit_shape(WorldData& data, std::int32_t shape) {
+  Shapes& shapes = data.shapes;
   const auto row = static_cast<std::size_t>(shape);
   if (shapes.generation[row] == 0) shapes.generation[row] = 1;
   mark_dirty(shapes, shape, kShapeAlive | kShapeNew);
   ++shapes.alive;
   if (shapes.events[row] != ContactEvents::none) ++shapes.asking;
-  return {static_cast<std::uint32_t>(shape), shapes.generation[row]};
+  return shape_handle(data, shape);
 }
 
 void link_shape(WorldData& data, std::int32_t shape, std::int32_t body) {

@@ -66,7 +66,7 @@ void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, 
 void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull);
 void write_material(Shapes& shapes, std::int32_t shape, const Material& material);
 // Makes the slot live: generation, flags, dirty list, counts.
-ShapeId commit_shape(Shapes& shapes, std::int32_t shape);
+ShapeId commit_shape(WorldData& data, std::int32_t shape);
 void link_shape(WorldData& data, std::int32_t shape, std::int32_t body);
 void unlink_shape(WorldData& data, std::int32_t shape);  // out of its body's list
 // Takes the shape out of the world, but not out of its body's list.

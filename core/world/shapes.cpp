@@ -25,7 +25,7 @@ struct ShapeRow {
 
 ShapeRow at(Call call, const std::unique_ptr<WorldData>& owner, ShapeId id) {
   WorldData& data = opened(call, owner);
-  const std::int32_t shape = checked_row(call, data.shapes, id);
+  const std::int32_t shape = checked_row(call, data, id);
   const auto row = static_cast<std::size_t>(shape);
   return {data, data.shapes, shape, row, data.shapes.body[row]};
 }
@@ -109,7 +109,7 @@ void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef
     options.local_pose = made.forms[i].local_pose;
     write_shape(data, shape, defs[i].geometry, made.hulls[i], defs[i].material, options);
     link_shape(data, shape, body);
-    ids[i] = commit_shape(shapes, shape);
+    ids[i] = commit_shape(data, shape);
     if (has_core) extend_core(data, body, shape);
   }
   take_slots(shapes, plan);
@@ -125,7 +125,7 @@ ShapeId World::add_shape(BodyId body, const Geometry& geometry, const Material& 
   const FpEnvironment environment;
   WorldData& data = opened(call, data_);
   const Telling<RecordedCall::add_shape> telling(data, body, geometry, material, options);
-  const std::int32_t row = checked_row(call, data.bodies, body);
+  const std::int32_t row = checked_row(call, data, body);
   const ShapeDef def{geometry, material, options};
   ShapeId id;
   add(call, data, row, {&def, 1}, {&id, 1});
@@ -141,7 +141,7 @@ void World::add_shapes(BodyId body, std::span<const ShapeDef> defs, std::span<Sh
   }
   WorldData& data = opened(call, data_);
   const Telling<RecordedCall::add_shapes> telling(data, body, defs);
-  const std::int32_t row = checked_row(call, data.bodies, body);
+  const std::int32_t row = checked_row(call, data, body);
   if (!defs.empty()) add(call, data, row, defs, ids);
 }
 
@@ -161,15 +161,15 @@ void World::destroy_shape(ShapeId shape) {
 bool World::is_alive(ShapeId shape) const noexcept {
   if (data_ == nullptr) return false;
   const Shapes& shapes = data_->shapes;
-  return shape.index < shapes.flags.size() && shapes.generation[shape.index] == shape.generation &&
-         (shapes.flags[shape.index] & kShapeAlive) != 0;
+  return is_own(*data_, shape) && shape.index < shapes.flags.size() &&
+         shapes.generation[shape.index] == shape.generation && (shapes.flags[shape.index] & kShapeAlive) != 0;
 }
 
 std::size_t World::shape_count() const noexcept { return data_ != nullptr ? data_->shapes.alive : 0; }
 
 BodyId World::body_of(ShapeId shape) const {
   const ShapeRow s = at({"body_of"}, data_, shape);
-  return {static_cast<std::uint32_t>(s.body), s.data.bodies.generation[s.body]};
+  return body_handle(s.data, s.body);
 }
 
 Geometry World::geometry(ShapeId shape) const {
@@ -302,7 +302,7 @@ void World::set_user_data(ShapeId shape, std::uint64_t user_data) {
 std::size_t World::shapes_of(BodyId body, std::span<ShapeId> out) const {
   constexpr Call call{"shapes_of"};
   const WorldData& data = opened(call, data_);
-  const auto first = data.bodies.first_shape[checked_row(call, data.bodies, body)];
+  const auto first = data.bodies.first_shape[checked_row(call, data, body)];
   const auto next = [&](std::int32_t shape) { return data.shapes.next[shape]; };
   std::size_t count = 0;
   for (std::int32_t shape = first; shape >= 0; shape = next(shape)) ++count;
@@ -310,8 +310,7 @@ std::size_t World::shapes_of(BodyId body, std::span<ShapeId> out) const {
   for (std::int32_t shape = first; shape >= 0; shape = next(shape)) {
     --place;
     if (place >= out.size()) continue;
-    const auto row = static_cast<std::size_t>(shape);
-    out[place] = {static_cast<std::uint32_t>(shape), data.shapes.generation[row]};
+    out[place] = shape_handle(data, shape);
   }
   return count;
 }

@@ -7,6 +7,7 @@
 #include <core/world/wake.h>
 #include <scree/world.h>
 
+#include <atomic>
 #include <cstddef>
 #include <mutex>
 #include <string>
@@ -29,6 +30,14 @@ void make_reserved_rows(Bodies& bodies) {
   }
 }
 
+// Another one for each world of this process; 0 is none.
+std::uint32_t next_handle_tag() {
+  static std::atomic<std::uint32_t> last{0};
+  std::uint32_t tag = 0;
+  while (tag == 0) tag = last.fetch_add(1, std::memory_order_relaxed) + 1;
+  return tag;
+}
+
 }  // namespace
 
 WorldData& internals(World& world, const char* call) {
@@ -44,6 +53,7 @@ const WorldData& internals(const World& world, const char* call) {
 World::World(const WorldSettings& settings) {
   check_settings({"World"}, settings);
   data_ = std::make_unique<WorldData>();
+  data_->handle_tag = next_handle_tag();
   data_->settings = settings;
   make_reserved_rows(data_->bodies);
 }
@@ -51,6 +61,17 @@ World::World(const WorldSettings& settings) {
 World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
+
+void World::share_handles(const World& other) {
+  constexpr Call call{"share_handles"};
+  WorldData& data = opened(call, data_);
+  const WorldData& from = opened(call, other.data_);
+  const bool has_given_any = data.bodies.flags.size() > static_cast<std::size_t>(kFirstBody);
+  if (has_given_any && data.handle_tag != from.handle_tag) {
+    fail(call, "the world has given handles already", ErrorCode::wrong_state);
+  }
+  data.handle_tag = from.handle_tag;
+}
 
 const WorldSettings& World::settings() const { return opened({"settings"}, data_).settings; }
 

@@ -329,9 +329,22 @@ struct Joints {
   bool all_changed = true;  // derived; restore, refresh_lists: `changed` does not tell who
 };
 
+// A handle as columns hold it: without the world, so that their bytes depend on the scene alone.
+struct SlotName {
+  std::uint32_t index, generation;
+
+  friend bool operator==(const SlotName&, const SlotName&) = default;
+};
+
+struct TouchingPair {
+  SlotName shape_a, shape_b, body_a, body_b;
+
+  friend bool operator==(const TouchingPair&, const TouchingPair&) = default;
+};
+
 // A pair whose contact somebody asked about when it last touched.
 struct TouchRow {
-  ContactEnd pair;       // holds handles, which outlive their shapes
+  TouchingPair pair;     // names outlive their shapes
   std::uint32_t events;  // ContactEvents
 };
 
@@ -355,10 +368,10 @@ struct Events {
   Column<ContactEnd> ends;           // scratch; list_events
   Column<BodyId> restored;           // scratch; freeze_broken
   Column<BodyId> frozen;             // scratch; freeze_broken
-  Column<BodyId> woken;         // state; calls, find_islands; who has woken since the last step's lists, in
+  Column<SlotName> woken;       // state; calls, find_islands; who has woken since the last step's lists, in
                                 // the order of waking
   Column<BodyId> sleep_begins;  // scratch; find_islands
-  Column<JointId> lost;         // state; calls; joints that went with their bodies since the last step
+  Column<SlotName> lost;        // state; calls; joints that went with their bodies since the last step
   Column<JointId> broken;       // scratch; break_joints
   Column<JointId> destroyed;    // scratch; find_islands; `lost` of the last step
   Column<BodyId> sleep_ends;    // scratch; find_islands
@@ -412,7 +425,9 @@ struct WorldData {
   LastSave last_save;       // save, restore; what `marks` and the like are about
   mutable OwnMutex saving;  // held by whoever saves: it places matter and writes marks
   StepStats stats;          // derived; every phase
-  bool listed = false;      // scratch; step of many worlds, while it looks for one that is named twice
+  // No part of the state; World(), restore, share_handles: which handles are the world's own.
+  std::uint32_t handle_tag = 0;
+  bool listed = false;  // scratch; step of many worlds, while it looks for one that is named twice
 
   std::unique_ptr<Part> broad_phase;   // parallel/find_pairs
   std::unique_ptr<Part> narrow_phase;  // parallel/collide
@@ -421,6 +436,26 @@ struct WorldData {
 
   SinkLink recording;  // parallel/recorder
 };
+
+// The public form of a name.
+template <class Handle>
+Handle handle_of(const WorldData& data, SlotName name) {
+  return {name.index, name.generation, data.handle_tag};
+}
+inline BodyId body_handle(const WorldData& data, std::int32_t body) {
+  return {static_cast<std::uint32_t>(body), data.bodies.generation[body], data.handle_tag};
+}
+inline ShapeId shape_handle(const WorldData& data, std::int32_t shape) {
+  return {static_cast<std::uint32_t>(shape), data.shapes.generation[shape], data.handle_tag};
+}
+inline JointId joint_handle(const WorldData& data, std::int32_t joint) {
+  return {static_cast<std::uint32_t>(joint), data.joints.generation[joint], data.handle_tag};
+}
+// Whether the world takes the handle for one of its own, dead or alive.
+template <class Handle>
+bool is_own(const WorldData& data, const Handle& handle) {
+  return handle.world == data.handle_tag || handle.world == 0;
+}
 
 // What is inside a world. Throws Error, which names the call, where the world has been moved from.
 WorldData& internals(World& world, const char* call = "internals");

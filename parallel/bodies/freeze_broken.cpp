@@ -51,8 +51,7 @@ void list_restored(WorldData& data, const Constraints& constraints) {
   Column<BodyId>& restored = data.events.restored;
   for (std::size_t i = 0; i < constraints.broken.size(); ++i) {
     if (constraints.broken[i] == 0) continue;
-    const auto body = static_cast<std::uint32_t>(constraints.moving[i]);
-    restored.push_back({body, data.bodies.generation[body]});
+    restored.push_back(body_handle(data, constraints.moving[i]));
   }
   std::sort(restored.begin(), restored.end());  // kinematic bodies stand behind the dynamic ones
 }

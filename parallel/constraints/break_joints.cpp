@@ -43,9 +43,7 @@ void break_joints(WorldData& data, Crew& crew) {
   for (const std::int32_t chunk : chunks) {
     if (chunk < 0) continue;
     for (const std::int32_t joint : joints_of(constraints, chunk)) {
-      const auto row = static_cast<std::size_t>(joint);
-      if (has_broken(joints, joint))
-        broken.push_back({static_cast<std::uint32_t>(joint), joints.generation[row]});
+      if (has_broken(joints, joint)) broken.push_back(joint_handle(data, joint));
     }
   }
   std::sort(broken.begin(), broken.end(), [](JointId a, JointId b) { return a.index < b.index; });

@@ -8,12 +8,8 @@ namespace scree {
 
 namespace {
 
-BodyId id_of(const Bodies& bodies, std::int32_t body) {
-  return {static_cast<std::uint32_t>(body), bodies.generation[body]};
-}
-
 // A body that has woken since the last step, by a call or in this step, may have gone since.
-bool is_still_there(const Bodies& bodies, const BodyId& body) {
+bool is_still_there(const Bodies& bodies, SlotName body) {
   return bodies.generation[body.index] == body.generation && bodies.type[body.index] == BodyType::dynamic;
 }
 
@@ -22,14 +18,15 @@ bool is_still_there(const Bodies& bodies, const BodyId& body) {
 void list_body_events(WorldData& data) {
   Events& events = data.events;
   for (const std::int32_t body : islands_of(data).fallen_asleep) {
-    events.sleep_begins.push_back(id_of(data.bodies, body));
+    events.sleep_begins.push_back(body_handle(data, body));
   }
-  for (const BodyId& body : events.woken) {
-    if (is_still_there(data.bodies, body)) events.sleep_ends.push_back(body);
+  for (const SlotName& body : events.woken) {
+    if (is_still_there(data.bodies, body)) events.sleep_ends.push_back(handle_of<BodyId>(data, body));
   }
   std::sort(events.sleep_ends.begin(), events.sleep_ends.end());
   events.woken.clear();
-  events.destroyed.swap(events.lost);
+  events.destroyed.clear();
+  for (const SlotName& joint : events.lost) events.destroyed.push_back(handle_of<JointId>(data, joint));
   events.lost.clear();
 }
 

@@ -27,16 +27,21 @@ constexpr int kRowsPerChunk = 1024;
 constexpr std::uint8_t kAskedMask = 3;
 constexpr std::uint8_t kResting = 4;  // both bodies rest: nothing was solved
 
-ContactEnd handles_of(const WorldData& data, const ShapePair& pair) {
+TouchingPair names_of(const WorldData& data, const ShapePair& pair) {
   const auto shape = [&](std::int32_t index) {
     const auto row = static_cast<std::uint32_t>(index);
-    return ShapeId{row, data.shapes.generation[row]};
+    return SlotName{row, data.shapes.generation[row]};
   };
   const auto body = [&](std::int32_t index) {
     const auto row = static_cast<std::uint32_t>(data.shapes.body[index]);
-    return BodyId{row, data.bodies.generation[row]};
+    return SlotName{row, data.bodies.generation[row]};
   };
   return {shape(pair.a), shape(pair.b), body(pair.a), body(pair.b)};
+}
+
+ContactEnd handles_of(const WorldData& data, const TouchingPair& pair) {
+  return {handle_of<ShapeId>(data, pair.shape_a), handle_of<ShapeId>(data, pair.shape_b),
+          handle_of<BodyId>(data, pair.body_a), handle_of<BodyId>(data, pair.body_b)};
 }
 
 bool is_on_awake_dynamic(const WorldData& data, std::int32_t shape) {
@@ -149,7 +154,7 @@ void walk(const WorldData& data, const Column<ShapePair>& pairs, int begin, int 
     const TouchRow* known = nullptr;
     if (old != last && key_of(*old) == key) {
       // A slot may have a new owner since.
-      if (old->pair == handles_of(data, pair)) {
+      if (old->pair == names_of(data, pair)) {
         known = old;
       } else {
         tell(-1, old, std::uint8_t{0});
@@ -206,7 +211,7 @@ ContactEvent make_event(const WorldData& data, const PairList& list, std::size_t
   const auto contact = static_cast<std::size_t>(list.contact[row]);
   const ShapePair pair = list.pair[row];
   const Manifold& manifold = data.contacts.now.manifold[contact];
-  const ContactEnd handles = handles_of(data, pair);
+  const ContactEnd handles = handles_of(data, names_of(data, pair));
   ContactEvent event{handles.shape_a, handles.shape_b, handles.body_a, handles.body_b, {}, 0.0f, 0.0f, 0, {}};
   const Vec3 normal = to_vec3(manifold.normal);
   const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
@@ -299,11 +304,11 @@ void list_contact_events(WorldData& data, float dt, Crew& crew) {
             const bool rests = is_kept_at_rest(all, pair, verdict);
             TouchRow& to =
                 rests ? events.resting[all.resting_row[pair]] : next(events.touching, place.touching);
-            to = {handles_of(data, all.pair[pair]), std::uint32_t{verdict} & kAskedMask};
+            to = {names_of(data, all.pair[pair]), std::uint32_t{verdict} & kAskedMask};
           }
           if (outcome.begins) next(events.begins, place.begins) = make_event(data, all, pair, solved);
           if (outcome.persists) next(events.persists, place.persists) = make_event(data, all, pair, solved);
-          if (outcome.ends) next(events.ends, place.ends) = known->pair;
+          if (outcome.ends) next(events.ends, place.ends) = handles_of(data, known->pair);
         });
   });
 }

@@ -5,13 +5,18 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace scree {
 
 void Player::Impl::restore_keyframe(std::size_t keyframe) {
   const std::size_t chunk = keyframe_chunk(keyframe);
   const Snapshot state = file.state(chunk);  // where that can not be read, the world stays what it is
-  if (is_lost) world = World();              // a step that ran out of memory leaves nothing to go on with
+  if (is_lost) {                             // a step that ran out of memory leaves nothing to go on with
+    World fresh;
+    fresh.share_handles(world);
+    world = std::move(fresh);
+  }
   restore(world, state);
   stream.go_behind(chunk);
   position = keyframe_step(keyframe);

@@ -26,16 +26,33 @@ Digest digest_of(const std::vector<std::uint64_t>& hashes) {
   return digest;
 }
 
+namespace {
+
+// The same in all worlds with the same history.
+BodyId of_any_world(BodyId body) { return {body.index, body.generation}; }
+ShapeId of_any_world(ShapeId shape) { return {shape.index, shape.generation}; }
+JointId of_any_world(JointId joint) { return {joint.index, joint.generation}; }
+template <class Contact>
+Contact of_any_world(Contact contact) {
+  contact.shape_a = of_any_world(contact.shape_a);
+  contact.shape_b = of_any_world(contact.shape_b);
+  contact.body_a = of_any_world(contact.body_a);
+  contact.body_b = of_any_world(contact.body_b);
+  return contact;
+}
+
+}  // namespace
+
 std::uint64_t digest_of_events(const World& world) {
   std::uint64_t sum = 0;
   const auto add = [&sum](const auto& list) {
-    static_assert(sizeof(list[0]) % sizeof(std::uint32_t) == 0);
     sum = mixed(sum, list.size());
-    const auto* bytes = reinterpret_cast<const std::byte*>(list.data());
-    for (std::size_t at = 0; at < list.size_bytes(); at += sizeof(std::uint32_t)) {
-      std::uint32_t word;
-      std::memcpy(&word, bytes + at, sizeof word);
-      sum = mixed(sum, word);
+    for (const auto& told : list) {
+      const auto event = of_any_world(told);
+      static_assert(sizeof event % sizeof(std::uint32_t) == 0);
+      std::uint32_t words[sizeof event / sizeof(std::uint32_t)];
+      std::memcpy(words, &event, sizeof words);
+      for (const std::uint32_t word : words) sum = mixed(sum, word);
     }
   };
   add(world.contact_begins());

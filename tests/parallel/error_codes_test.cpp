@@ -108,6 +108,12 @@ TEST(ErrorCodes, SayThatAHandleIsDead) {
             kCode);
 }
 
+TEST(ErrorCodes, SayThatAHandleBelongsToAnotherWorld) {
+  Heap heap(1), other(1);
+  EXPECT_EQ(code_of([&] { heap.world.pose(other.bodies[0]); }), ErrorCode::foreign_handle);
+  EXPECT_EQ(code_of([&] { heap.world.geometry(other.shapes[0]); }), ErrorCode::foreign_handle);
+}
+
 TEST(ErrorCodes, SayThatTheStateIsWrong) {
   Heap heap;
   World& world = heap.world;

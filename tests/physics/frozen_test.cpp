@@ -308,6 +308,7 @@ TEST(Frozen, SnapshotsKnowIt) {
   Snapshot snapshot;
   save(f.lab.world, snapshot);
   World other;
+  other.share_handles(f.lab.world);
   restore(other, read_snapshot(write_snapshot(snapshot)));
   EXPECT_TRUE(other.is_frozen(f.box));
   for (int i = 0; i < 40; ++i) {

@@ -1,9 +1,14 @@
 // Handles of bodies, shapes and joints.
 //
-// A handle is an index and a generation: destroying an object raises the generation of its index, so that a
-// handle kept too long is recognized instead of naming a stranger. Generations begin at 1: a default handle
-// is never alive. A handle means something to the world that gave it only; another world rejects it unless it
-// has a living object of the very same index and generation.
+// A handle is an index, a generation and the world that gave it. Destroying an object raises the generation
+// of its index, so that a handle kept too long is recognized instead of naming a stranger; generations begin
+// at 1, so a default handle is never alive. The handle of another world is rejected
+// (ErrorCode::foreign_handle).
+//
+// Worlds that branch off in memory share handles: save, restore and clone carry them over, so that a handle
+// from before names the same body in all branches. Bytes hold none: a world that is restored from bytes goes
+// on with handles of its own. Programs that keep handles in files keep index and generation; a handle made of
+// the two is taken by any world.
 #pragma once
 
 #include <compare>
@@ -12,9 +17,11 @@
 namespace scree {
 
 /// Names a body of one world. The default is no body. `index` is the body's place in the bulk columns.
+/// Handles are equal if all three numbers are; World::share_handles lets equal worlds give equal ones.
 struct BodyId {
   std::uint32_t index = 0;
   std::uint32_t generation = 0;
+  std::uint32_t world = 0;  ///< that gave it; 0: of any world. Another one in each run of a program
 
   friend auto operator<=>(const BodyId&, const BodyId&) = default;
 };
@@ -27,6 +34,7 @@ inline constexpr BodyId kWorld{.index = 0, .generation = 0xffffffffu};
 struct ShapeId {
   std::uint32_t index = 0;
   std::uint32_t generation = 0;
+  std::uint32_t world = 0;  ///< as in BodyId
 
   friend auto operator<=>(const ShapeId&, const ShapeId&) = default;
 };
@@ -35,6 +43,7 @@ struct ShapeId {
 struct JointId {
   std::uint32_t index = 0;
   std::uint32_t generation = 0;
+  std::uint32_t world = 0;  ///< as in BodyId
 
   friend auto operator<=>(const JointId&, const JointId&) = default;
 };

@@ -93,6 +93,12 @@ class SCREE_API World {
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
+  /// Makes this world and the other one give and take the same handles, as clones do: for worlds that are
+  /// built by the same calls and then compared, or run in lockstep. Throws unless this world has never had
+  /// anything in it. It is no part of the state: snapshots in memory carry the handles of the world that was
+  /// saved.
+  void share_handles(const World& other);
+
   // --- bodies ---
 
   /// Creates a body. Throws on values outside the ranges that BodyDef states.

@@ -22,9 +22,9 @@ namespace scree {
 
 template <class Value, class Struct>
 concept Of = std::is_same_v<std::remove_const_t<Value>, Struct>;
-// Of any kind of object; see ids.h.
+// Of any kind of object; see ids.h. The world stays out: whoever reads is another one.
 template <class Value>
-concept Handle = sizeof(Value) == 8 && requires(Value id) {
+concept Handle = sizeof(Value) == 12 && requires(Value id) {
   { id.index } -> std::convertible_to<std::uint32_t>;
   { id.generation } -> std::convertible_to<std::uint32_t>;
 };
@@ -129,7 +129,7 @@ void fields(Of<WorldSettings> auto& settings, auto&& visit) {
   visit(settings.measure_penetration);
 }
 void fields(Of<JointDef> auto& def, auto&& visit) {
-  static_assert(sizeof(JointDef) == 104, "a new field goes here, too");
+  static_assert(sizeof(JointDef) == 112, "a new field goes here, too");
   visit(def.body_a);
   visit(def.body_b);
   visit(def.frame_a);

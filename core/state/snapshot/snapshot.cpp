@@ -178,6 +178,7 @@ SnapshotData::~SnapshotData() {
 
 void save_world(const WorldData& data, SnapshotData& snapshot, bool remember) {
   snapshot.is_full = false;
+  snapshot.handle_tag = data.handle_tag;
   snapshot.world = {data.settings,
                     data.step_count,
                     data.last_dt,
@@ -225,6 +226,7 @@ void restore(World& world, const Snapshot& snapshot) {
   const FpEnvironment environment;
   load_sheets(sheets, data);
   load_world(from.world, data);
+  if (from.handle_tag != 0) data.handle_tag = from.handle_tag;
   for (std::size_t slot = 0; slot < data.hulls.shared.size(); ++slot) {
     const SharedHull& shared = data.hulls.shared[slot];
     data.hulls.data[slot] = shared.solid != nullptr ? shared.solid->columns.data : nullptr;

@@ -28,8 +28,9 @@ struct SavedWorld {
 };
 
 struct SnapshotData {
-  bool is_full = false;  // holds a world
-  std::uint64_t id = 0;  // another one for each content, in this process
+  bool is_full = false;          // holds a world
+  std::uint64_t id = 0;          // another one for each content, in this process
+  std::uint32_t handle_tag = 0;  // of the world that was saved; 0: of none, read from bytes
   SavedWorld world;
   std::shared_ptr<SavedPages> pages = std::make_shared<SavedPages>();
   Sheets used;                    // scratch: what the pages were before
@@ -51,6 +52,7 @@ struct KeptPage {
 struct SnapshotChangesData {
   bool is_full = false;
   std::uint64_t base = 0;  // its id
+  std::uint32_t handle_tag = 0;
   SavedWorld world;
   std::array<std::size_t, kSheetCount> rows{};
   std::vector<KeptPage> pages;  // that are not those of the base; by sheet, ascending

@@ -79,6 +79,7 @@ void keep_changes(const Snapshot& base, const Snapshot& later, SnapshotChanges& 
   if (to == nullptr) to = std::make_unique<SnapshotChangesData>();
   to->is_full = false;
   to->base = from.id;
+  to->handle_tag = data.handle_tag;
   to->world = data.world;
   if (!same_hulls(to->hulls, data.hulls)) to->hulls = data.hulls;
   to->pages.clear();
@@ -105,6 +106,7 @@ void apply_changes(const Snapshot& base, const SnapshotChanges& changes, Snapsho
   if (to.get() == &from) throw Error(std::string(kName) + ": the base can not be the later snapshot, too");
   if (to == nullptr) to = std::make_unique<SnapshotData>();
   to->is_full = false;
+  to->handle_tag = data.handle_tag;
   to->world = data.world;
   try {
     if (!same_hulls(to->hulls, data.hulls)) to->hulls = data.hulls;

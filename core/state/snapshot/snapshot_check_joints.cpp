@@ -20,7 +20,7 @@ void check_living_joint(const WorldData& data, std::size_t row, const Refusal& r
   const Joint joint = joint_of(joints.type[row], parameters);
   const JointDef def = def_of(data, static_cast<std::int32_t>(row));
   try {
-    check_joint_def({"create_joint"}, data.bodies, def, joint);
+    check_joint_def({"create_joint"}, data, def, joint);
   } catch (const Error& error) {
     require(false, "parameters", error.what());
   }

@@ -217,8 +217,7 @@ TEST_F(BadInput, DeadHandles) {
       {"user_data", [&] { world.user_data(dead_shape); }},
       {"set_user_data", [&] { world.set_user_data(dead_shape, 1); }},
   };
-  for (const auto& [name, call] : calls)
-    expect_rejected(name, "destroyed, or belongs to another world", call);
+  for (const auto& [name, call] : calls) expect_rejected(name, "it was destroyed", call);
 }
 
 TEST_F(BadInput, BulkCreationIsAllOrNothing) {

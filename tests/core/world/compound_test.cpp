@@ -182,6 +182,7 @@ TEST(Compound, WeighsAfterEveryChangeWhatItsShapesWeigh) {
 // Whoever reads between calls changes nothing: not who is placed when, nor what is saved.
 TEST(Compound, IsTheSameWhetherSomebodyLooksOrNot) {
   World world, watched;
+  watched.share_handles(world);
   Random random(9);
   std::vector<ShapeId> shapes;
   const BodyId body = world.create_body({.angular_velocity = {1, 2, 3}}), other = world.create_body({});

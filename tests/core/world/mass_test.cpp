@@ -288,6 +288,7 @@ TEST(CenterOfMass, KinematicBodiesTurnAboutTheirOrigin) {
 
 TEST(CenterOfMass, BulkCreationPlacesItAsTheSingleCallsDo) {
   World one, bulk;
+  bulk.share_handles(one);
   const BodyDef def{.position = {1, 2, 3}, .rotation = turn({1, 1, 1}, 0.4), .linear_velocity = {1, 0, 0}};
   const ShapeOptions options{.local_pose = {{0.5f, 0.25f, 0}, turn({0, 1, 0}, 0.3)}};
   BodyDef single_def = def;

@@ -329,7 +329,7 @@ std::set<BodyId> island_of(World& world, BodyId body) {
   std::set<BodyId> island;
   for (std::uint32_t i = 0; i < root.size(); ++i) {
     if (root[i] == root[body.index] && (data.bodies.flags[i] & kBodyAsleep) != 0)
-      island.insert({i, data.bodies.generation[i]});
+      island.insert(body_handle(data, static_cast<std::int32_t>(i)));
   }
   return island;
 }

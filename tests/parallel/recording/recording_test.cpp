@@ -184,7 +184,7 @@ TEST(Recording, BranchesIntoWorldsOfTheirOwn) {
   player.seek(30, heap.workers);
   World branch = player.branch();
   World other = player.branch();
-  branch.set_linear_velocity(heap.bodies[4], {5, 5, 5});
+  branch.set_linear_velocity(branch.body_at(heap.bodies[4].index), {5, 5, 5});
   for (int i = 0; i < 20; ++i) {
     player.step(heap.workers);
     step(other, kDt, heap.workers);
