@@ -29,10 +29,10 @@ void list_contact_events(WorldData& data, float dt, Crew& crew);  // manifolds -
 void move_touching(WorldData& data, const Column<std::int32_t>& rows);
 void sweep_fast_bodies(WorldData& data, Crew& crew);      // motion -> shorter motion of those that hit
 void finish_step(WorldData& data, float dt, Crew& crew);  // motion -> poses, transforms, bounds, sleep timers
-void freeze_broken(WorldData& data);                      // bodies that became non-finite -> frozen ones
+void quarantine_bodies(WorldData& data);                  // bodies that became non-finite -> quarantined ones
 
 simd::BodyArgs body_args(WorldData& data,
-                         float dt);  // for the kernels over bodies; list: Constraints::moving
+                         float dt);  // for the kernels over bodies; list: Constraints::moving_bodies
 
 // Whether anybody wants events of contacts, or has been told of a begin and waits for the end.
 inline bool asks_for_events(const WorldData& data) {

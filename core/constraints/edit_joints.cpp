@@ -83,7 +83,7 @@ void link_back(WorldData& data, std::int32_t joint) {
   }
 }
 
-void bury_joint(WorldData& data, std::int32_t joint) {
+void remove_joint(WorldData& data, std::int32_t joint) {
   Joints& joints = data.joints;
   const auto row = static_cast<std::size_t>(joint);
   const JointBodies ends = joints.bodies[row];

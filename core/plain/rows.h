@@ -88,9 +88,9 @@ enum MotionFlag : std::uint32_t {
 };
 
 // What a step notes about a body.
-enum TouchFlag : std::uint8_t {
-  kTouches = 1,      // has contacts
-  kBrokenAlone = 2,  // became non-finite by its own motion, before any contact acted
+enum StepNote : std::uint8_t {
+  kHasContacts = 1,
+  kNonFiniteAlone = 2,  // became non-finite by its own motion, before any contact acted
 };
 
 // Extents of a shape: sphere (radius), capsule (half[1], radius), box (half), hull (the box and the ball

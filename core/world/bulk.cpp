@@ -168,7 +168,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
 }
 
 // There is room in the list of lost joints for those of the body.
-void bury_body(WorldData& data, std::int32_t body) {
+void remove_body(WorldData& data, std::int32_t body) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);
   if (bodies.unplaced[row] != 0) place_matter_of(data, body);  // a dead row does not tell when it was done
@@ -176,10 +176,10 @@ void bury_body(WorldData& data, std::int32_t body) {
     const std::int32_t joint = bodies.first_joint[row];
     const auto index = static_cast<std::uint32_t>(joint);
     data.events.lost.push_back({index, data.joints.generation[index]});
-    bury_joint(data, joint);
+    remove_joint(data, joint);
   }
   for (std::int32_t shape = bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
-    bury_shape(data, shape);
+    remove_shape(data, shape);
   }
   bodies.moments.erase(body);
   if ((bodies.flags[row] & kBodyAsleep) != 0) --bodies.asleep;
@@ -202,7 +202,7 @@ BodyId World::create_body(const BodyDef& def) {
   constexpr Call call{"create_body"};
   const FpEnvironment environment;
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::create_body> telling(data, def);
+  const CallRecord<RecordedCall::create_body> call_record(data, def);
   BodyId id;
   create(call, data, {&def, 1}, nullptr, {&id, 1});
   return id;
@@ -216,7 +216,7 @@ void World::create_bodies(std::span<const BodyDef> defs, std::span<BodyId> ids) 
                    " definitions");
   }
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::create_bodies> telling(data, defs);
+  const CallRecord<RecordedCall::create_bodies> call_record(data, defs);
   create(call, data, defs, nullptr, ids);
 }
 
@@ -229,7 +229,8 @@ void World::create_bodies(std::span<const BodyDef> defs, std::span<const Geometr
                    " shapes and room for " + std::to_string(ids.size()) + " ids");
   }
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::create_bodies_with_shapes> telling(data, defs, shapes, material, options);
+  const CallRecord<RecordedCall::create_bodies_with_shapes> call_record(data, defs, shapes, material,
+                                                                        options);
   check_material(call, material);
   check_options(call, options);
   ShapeOptions unit_options = options;
@@ -241,16 +242,16 @@ void World::create_bodies(std::span<const BodyDef> defs, std::span<const Geometr
 void World::destroy_body(BodyId body) {
   constexpr Call call{"destroy_body"};
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::destroy_body> telling(data, body);
+  const CallRecord<RecordedCall::destroy_body> call_record(data, body);
   const std::int32_t row = checked_row(call, data.bodies, body);
   data.events.lost.reserve(data.events.lost.size() + count_joints(data, row));
-  bury_body(data, row);
+  remove_body(data, row);
 }
 
 void World::destroy_bodies(std::span<const BodyId> bodies) {
   constexpr const char* kName = "destroy_bodies";
   WorldData& data = opened({kName}, data_);
-  const Telling<RecordedCall::destroy_bodies> telling(data, bodies);
+  const CallRecord<RecordedCall::destroy_bodies> call_record(data, bodies);
   const auto unmark = [&](std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       std::uint8_t& flags = data.bodies.flags[bodies[i].index];
@@ -276,7 +277,7 @@ void World::destroy_bodies(std::span<const BodyId> bodies) {
     unmark(bodies.size());
     throw;
   }
-  for (const BodyId& body : bodies) bury_body(data, static_cast<std::int32_t>(body.index));
+  for (const BodyId& body : bodies) remove_body(data, static_cast<std::int32_t>(body.index));
 }
 
 }  // namespace scree

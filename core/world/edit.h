@@ -70,7 +70,7 @@ ShapeId commit_shape(Shapes& shapes, std::int32_t shape);
 void link_shape(WorldData& data, std::int32_t shape, std::int32_t body);
 void unlink_shape(WorldData& data, std::int32_t shape);  // out of its body's list
 // Takes the shape out of the world, but not out of its body's list.
-void bury_shape(WorldData& data, std::int32_t shape);
+void remove_shape(WorldData& data, std::int32_t shape);
 
 // Places the body's origin; shapes become dirty.
 void place_body(WorldData& data, std::int32_t body, const Pose& transform);
@@ -95,16 +95,16 @@ void disturb(WorldData& data, std::int32_t body);
 void take_part_as(WorldData& data, std::int32_t body, BodyType type);
 // Stops a dynamic or kinematic body where it is: it takes part as a fixed one, but keeps all that it was
 // given.
-void freeze(WorldData& data, std::int32_t body);
-// Gives a frozen body back the type that it was given; nothing happens to others.
-void thaw(WorldData& data, std::int32_t body);
+void quarantine(WorldData& data, std::int32_t body);
+// Gives a quarantined body back the type that it was given; does nothing to others.
+void end_quarantine(WorldData& data, std::int32_t body);
 
 // Enters the joint into the lists of its bodies. Of the many joints that the world may have there is no list.
 void link_joint(WorldData& data, std::int32_t joint);
 // Tells those behind the joint in these lists that they follow it.
 void link_back(WorldData& data, std::int32_t joint);
 // Takes the joint out of the world and of its bodies' lists, and wakes them.
-void bury_joint(WorldData& data, std::int32_t joint);
+void remove_joint(WorldData& data, std::int32_t joint);
 // How many joints the body has.
 std::size_t count_joints(const WorldData& data, std::int32_t body);
 // The joint's frames from the given ones and the centers of mass.

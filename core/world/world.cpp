@@ -54,7 +54,7 @@ const WorldSettings& World::settings() const { return opened({"settings"}, data_
 void World::set_settings(const WorldSettings& settings) {
   constexpr Call call{"set_settings"};
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::set_settings> telling(data, settings);
+  const CallRecord<RecordedCall::set_settings> call_record(data, settings);
   check_settings(call, settings);
   // What rested under the old gravity may fall under the new one; without sleep nobody may rest.
   const bool wakes =
@@ -110,9 +110,9 @@ std::span<const BodyId> World::restored_bodies() const noexcept {
   return std::as_const(data_->events.restored).span();
 }
 
-std::span<const BodyId> World::frozen_bodies() const noexcept {
+std::span<const BodyId> World::quarantined_bodies() const noexcept {
   if (data_ == nullptr) return {};
-  return std::as_const(data_->events.frozen).span();
+  return std::as_const(data_->events.quarantined).span();
 }
 
 std::span<const BodyId> World::sleep_begins() const noexcept {

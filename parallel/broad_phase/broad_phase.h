@@ -62,7 +62,7 @@ struct BroadPhase final : Part {
   PairTree trees[kPairTrees];    // by TreeIndex; kNoTree stays empty
   // What may be met without moving: fixed shapes that calls have just put somewhere stand with the kinematic
   // ones for one step.
-  std::span<const PairTree> resting_trees() const { return std::span(trees).subspan(kKinematicTree); }
+  std::span<const PairTree> obstacle_trees() const { return std::span(trees).subspan(kKinematicTree); }
   std::span<const PairTree> frozen_trees() const { return std::span(trees).subspan(kFrozenTree); }
 
   // derived; update_bounds, refresh_lists, find_pairs: shapes that may be in another tree than they belong
@@ -96,20 +96,20 @@ struct BroadPhase final : Part {
   Column<Spread> spreads;
   Column<SortKey> sort_keys, sort_keys_other;
   Column<std::uint32_t> digit_counts;
-  std::vector<Column<ShapePair>> found;  // pairs of one chunk of the join
-  Column<std::int32_t> bucket_counts;    // per group of join chunks and bucket
-  Column<std::int64_t> bucket_begins;    // one more than buckets
-  Column<std::uint8_t> bucket_is_heavy;  // a row too long for one thread
-  Column<std::int32_t> owner_begins;     // per worker, for the bucket at hand
-  Column<ShapePair> bucketed;            // grouped by bucket
-  Column<std::int32_t> others;           // larger shapes of the pairs, grouped by owner
-  Column<ShapePair> sorted;              // the new list
-  Column<std::int32_t> lost;             // contacts whose pairs are not in the new list
-  Column<std::int32_t> moving, frozen;   // places in a list: pairs of two frozen shapes, and the others
-  Column<std::int32_t> by_pair;          // places in `resting` in the order of their pairs
-  Column<std::int32_t> moving_previous;  // Contacts::previous of `moving`
-  PairRows pulled;                       // rows on their way from or to `resting`
-  Column<std::int32_t> places;           // of list_where
+  std::vector<Column<ShapePair>> found;             // pairs of one chunk of the join
+  Column<std::int32_t> bucket_counts;               // per group of join chunks and bucket
+  Column<std::int64_t> bucket_begins;               // one more than buckets
+  Column<std::uint8_t> bucket_is_heavy;             // a row too long for one thread
+  Column<std::int32_t> owner_begins;                // per worker, for the bucket at hand
+  Column<ShapePair> bucketed;                       // grouped by bucket
+  Column<std::int32_t> others;                      // larger shapes of the pairs, grouped by owner
+  Column<ShapePair> sorted;                         // the new list
+  Column<std::int32_t> lost;                        // contacts whose pairs are not in the new list
+  Column<std::int32_t> moving_pairs, frozen_pairs;  // places in a list: pairs of two frozen shapes are frozen
+  Column<std::int32_t> by_pair;                     // places in `resting` in the order of their pairs
+  Column<std::int32_t> moving_last_place;           // Contacts::last_place of `moving_pairs`
+  PairRows pulled;                                  // rows on their way from or to `resting`
+  Column<std::int32_t> places;                      // of list_where
 
   void report(const Visit& visit) const override;
   void forget() noexcept override;

@@ -57,11 +57,11 @@ void Constraints::report(const Visit& visit) const {
   column("joint_chunks", joint_chunks);
   column("joint_kinds", joint_kinds);
   column("breaking_chunks", breaking_chunks);
-  column("rows", rows);
+  column("contact_rows", contact_rows);
   column("hub_counts", hub_counts);
   column("hub_rows", hub_rows);
   column("blocks", blocks);
-  column("chunks", chunks);
+  column("contact_chunks", contact_chunks);
   column("stages", stages);
   column("parts_a", parts_a);
   column("parts_b", parts_b);
@@ -72,9 +72,9 @@ void Constraints::report(const Visit& visit) const {
   column("force_sum", force_sum);
   column("depth", depth);
   column("depths", depths);
-  column("moving", moving);
+  column("moving_bodies", moving_bodies);
   column("kinetic_energy", kinetic_energy);
-  column("broken", broken);
+  column("non_finite", non_finite);
   column("finish_sums", finish_sums);
 }
 

@@ -47,11 +47,11 @@ struct BodyColors {
   std::int32_t number;  // pack_blocks; of a hub among those of a key, else -1
 };
 
-// One stage of the solver: chunks [first_chunk, first_chunk + chunk_count) have no dynamic body in common, or
-// are run in their order by one thread. Within a chunk only a hub comes twice.
+// One stage of the solver. Its chunks, some of contacts and some of joints, have no dynamic body in common,
+// or one thread runs them in order. Within a chunk only a hub comes twice.
 struct ColorStage {
-  std::int32_t first_chunk;  // of contacts
-  std::int32_t chunk_count;
+  std::int32_t first_contact_chunk;
+  std::int32_t contact_chunk_count;
   std::int32_t first_joint_chunk;
   std::int32_t joint_chunk_count;
   bool serial;
@@ -114,27 +114,27 @@ struct Constraints : Part {
   KeyTable contact_keys;                 // scratch; pack_blocks
   KeyTable joint_keys;                   // scratch; pack_blocks
   Column<std::int32_t> joint_rows;       // scratch; pack_blocks; joints in lane order
-  Column<simd::ConstraintChunk> joint_chunks;  // scratch; pack_blocks
-  Column<JointKindSet> joint_kinds;            // scratch; pack_blocks; that occur, by part of the joints
-  Column<std::int32_t> breaking_chunks;        // scratch; break_joints; of joint_chunks
-  Column<std::int32_t> rows;                   // scratch; pack_blocks; contact rows in lane order
-  Column<std::int32_t> hub_counts;             // scratch; pack_blocks; by hub
-  Column<std::int32_t> hub_rows;               // scratch; pack_blocks; rows of one hub color, sorted by hub
-  Column<char> blocks;                         // scratch; prepare and the sweeps
-  Column<simd::ConstraintChunk> chunks;        // scratch; pack_blocks
-  Column<ColorStage> stages;                   // scratch; pack_blocks; in the order in which they are solved
-  Column<float> parts_a, parts_b;              // scratch; solve; of joints; JointArgs::parts_a
-  Column<std::uint8_t> shared;                 // scratch; solve; JointArgs::shared
-  Column<float> residual;                      // scratch; solve; m/s by chunk
-  Column<float> impulse_sum;                   // scratch; solve; N s by lane, if events are asked for
-  Column<std::uint8_t> rebounded;              // scratch; solve; by chunk, whether any contact did
-  Column<float> force_sum;                     // scratch; solve; by lane, if forces are asked for
-  Column<float> depth;                         // scratch; store_impulses; m by lane, on request
-  Column<float> depths;           // scratch; store_impulses; m, of overlapping manifolds, for the ranking
-  Column<std::int32_t> moving;    // scratch; solve; awake dynamic bodies, then kinematic ones
-  Column<float> kinetic_energy;   // scratch; finish_step; J by place in `moving`
-  Column<std::uint8_t> broken;    // scratch; finish_step; by place in `moving`
-  Column<FinishSum> finish_sums;  // scratch; finish_step; by chunk of `moving`
+  Column<simd::ConstraintChunk> joint_chunks;    // scratch; pack_blocks
+  Column<JointKindSet> joint_kinds;              // scratch; pack_blocks; that occur, by part of the joints
+  Column<std::int32_t> breaking_chunks;          // scratch; break_joints; of joint_chunks
+  Column<std::int32_t> contact_rows;             // scratch; pack_blocks; rows of contacts in lane order
+  Column<std::int32_t> hub_counts;               // scratch; pack_blocks; by hub
+  Column<std::int32_t> hub_rows;                 // scratch; pack_blocks; rows of one hub color, sorted by hub
+  Column<char> blocks;                           // scratch; prepare and the sweeps
+  Column<simd::ConstraintChunk> contact_chunks;  // scratch; pack_blocks
+  Column<ColorStage> stages;       // scratch; pack_blocks; in the order in which they are solved
+  Column<float> parts_a, parts_b;  // scratch; solve; of joints; JointArgs::parts_a
+  Column<std::uint8_t> shared;     // scratch; solve; JointArgs::shared
+  Column<float> residual;          // scratch; solve; m/s by chunk
+  Column<float> impulse_sum;       // scratch; solve; N s by lane, if events are asked for
+  Column<std::uint8_t> rebounded;  // scratch; solve; by chunk, whether any contact did
+  Column<float> force_sum;         // scratch; solve; by lane, if forces are asked for
+  Column<float> depth;             // scratch; store_impulses; m by lane, on request
+  Column<float> depths;            // scratch; store_impulses; m, of overlapping manifolds, for the ranking
+  Column<std::int32_t> moving_bodies;  // scratch; solve; awake dynamic bodies, then kinematic ones
+  Column<float> kinetic_energy;        // scratch; finish_step; J by place in `moving_bodies`
+  Column<std::uint8_t> non_finite;     // scratch; finish_step; by place in `moving_bodies`
+  Column<FinishSum> finish_sums;       // scratch; finish_step; by chunk of `moving_bodies`
 
   void report(const Visit& visit) const override;
   void forget() noexcept override { is_colored = false; }

@@ -317,7 +317,7 @@ Meeting first_meeting_of(const WorldData& data, const BroadPhase& broad_phase, s
     for (int i = 0; i < std::min(balls.count, most); ++i) {
       const Vec3 arm = arm_of(data, body, row, balls.ball[i].center);
       const Sweep sweep = sweep_of(pose, shape, arm, balls.ball[i].radius, stretch);
-      for (const PairTree& tree : broad_phase.resting_trees()) {
+      for (const PairTree& tree : broad_phase.obstacle_trees()) {
         if (tree.levels == 0) continue;
         first = earlier(first, first_meeting(data, tree, sweep, tree.levels - 1, 0));
       }
@@ -399,7 +399,7 @@ void turn_spin_back(WorldData& data, std::size_t body, const Motion& motion, con
   const std::uint32_t flags = data.bodies.motion[body].flags;
   const bool turned_freely = (flags & std::uint32_t{kMotionGyroscopic}) != 0 &&
                              (flags & std::uint32_t{kMotionLocksMask}) == 0 &&
-                             (data.bodies.touched[body] & kTouches) == 0;
+                             (data.bodies.step_notes[body] & kHasContacts) == 0;
   if (!turned_freely) return;
   const bool slender = arms.beside < kSlender * arms.reach;
   const Quat whole = slender ? motion.swing : motion.swing * motion.twist;
@@ -420,7 +420,7 @@ bool sweep_body(WorldData& data, const BroadPhase& broad_phase, std::size_t body
     return false;  // finish_step restores it
   const Vec3 start = to_vec3(data.bodies.pose[body].position);
   const Swept box(start, start + to_vec3(delta.position), data.bodies.core[body].size);
-  const auto trees = broad_phase.resting_trees();
+  const auto trees = broad_phase.obstacle_trees();
   if (std::none_of(trees.begin(), trees.end(), [&](const PairTree& tree) {
         return tree.levels > 0 && is_near(tree, box, tree.levels - 1, 0);
       })) {

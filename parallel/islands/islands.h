@@ -12,8 +12,10 @@ struct Islands : Part {
       tired;  // scratch; put_islands_to_sleep; by body: may fall asleep; zero between the steps
   Column<std::uint8_t> kept_awake;  // scratch; put_islands_to_sleep; by root: a body that moves touches it
   Column<std::int32_t> candidates;  // scratch; both; bodies that may fall asleep, or that wake, ascending
-  Column<std::int32_t> touched;     // scratch; wake_touched_islands; contacts of an awake and a sleeping body
-  Column<std::int32_t> pulled;      // scratch; wake_touched_islands; joints of an awake and a sleeping body
+  Column<std::int32_t>
+      waking_contacts;  // scratch; wake_touched_islands; contacts of an awake and a sleeping body
+  Column<std::int32_t>
+      waking_joints;  // scratch; wake_touched_islands; joints of an awake and a sleeping body
   Column<std::int32_t> fallen_asleep;  // scratch; put_islands_to_sleep; bodies of this step, ascending
   Column<std::uint8_t> reached;        // scratch; wake_touched_islands; by body; zero between the steps
   Column<std::int32_t> remaining;      // scratch; both; contacts that still take part

@@ -40,7 +40,7 @@ simd::CollideType collide_type(ShapeType a, ShapeType b) {
 // Nobody found this row in the last list. One of two resting shapes must have come by a call then, and what
 // sleeps there is collided to see whether it must wake.
 bool is_new(const Contacts& contacts, std::size_t row) {
-  return !contacts.list_kept && contacts.previous[row] < 0;
+  return !contacts.list_kept && contacts.last_place[row] < 0;
 }
 
 // Whether the body may push what it touches. One that rests was put or stopped by a call, which has woken

@@ -71,17 +71,17 @@ inline WideMotion load_motion(const MotionRow* rows, const Lanes& lanes) {
 }
 
 inline M has_contacts(const BodyArgs& args, const Lanes& lanes) {
-  alignas(64) std::int32_t touched[kLanes];
-  for (int lane = 0; lane < kLanes; ++lane) touched[lane] = args.touched[lanes.index[lane]] & kTouches;
-  return load(touched) > I(0);
+  alignas(64) std::int32_t noted[kLanes];
+  for (int lane = 0; lane < kLanes; ++lane) noted[lane] = args.step_notes[lanes.index[lane]] & kHasContacts;
+  return load(noted) > I(0);
 }
 
 // A body whose own motion breaks, before any contact has acted on it, is to blame for what breaks with it.
-inline void mark_broken(const BodyArgs& args, const Lanes& lanes, const WideVelocity& v) {
+inline void mark_non_finite(const BodyArgs& args, const Lanes& lanes, const WideVelocity& v) {
   const std::uint32_t finite = bits(is_finite(v.linear) & is_finite(v.angular));
   if (finite == (1u << kLanes) - 1u) return;
   for (int lane = 0; lane < lanes.count; ++lane) {
-    if ((finite >> lane & 1u) == 0) args.touched[lanes.index[lane]] |= std::uint8_t{kBrokenAlone};
+    if ((finite >> lane & 1u) == 0) args.step_notes[lanes.index[lane]] |= std::uint8_t{kNonFiniteAlone};
   }
 }
 
@@ -103,7 +103,7 @@ void prepare(const BodyArgs& args, int begin, int end) {
     store_rows(base, 8, lanes.index, lanes.count, inverse.xx, inverse.xy, inverse.xz, inverse.yy);
     store_rows(base + 4, 8, lanes.index, lanes.count, inverse.yz, inverse.zz, local.inverse_mass, zero);
     store_delta(args.delta, lanes, {{zero, zero, zero}, {zero, zero, zero, F(1.0f)}});
-    for (int lane = 0; lane < lanes.count; ++lane) args.touched[lanes.index[lane]] = 0;
+    for (int lane = 0; lane < lanes.count; ++lane) args.step_notes[lanes.index[lane]] = 0;
   }
 }
 
@@ -180,7 +180,7 @@ void integrate_velocities(const BodyArgs& args, int begin, int end) {
     next = {next.linear * scales.linear, next.angular * scales.angular};
     store_velocity(args.velocity, lanes, next);
     store_velocity(args.free_velocity, lanes, {u.linear * scales.linear, u.angular * scales.angular});
-    if (args.first_substep) mark_broken(args, lanes, next);
+    if (args.first_substep) mark_non_finite(args, lanes, next);
   }
 }
 
@@ -417,7 +417,7 @@ void store_outcome(const BodyArgs& args, const Lanes& lanes, int place, const Wi
     for (int part = 0; part < 7; ++part) transform[part] = origin[part][lane];
     args.sleep_timer[lanes.index[lane]] = timer[lane];
     args.kinetic_energy[place + lane] = energy[lane];
-    args.broken[place + lane] = (finite >> lane & 1u) != 0 ? 0 : 1;
+    args.non_finite[place + lane] = (finite >> lane & 1u) != 0 ? 0 : 1;
   }
 }
 

@@ -18,7 +18,7 @@ struct BodyArgs {
   const InertiaRow* local_mass;
   const LocalInertiaRow* local_inertia;
   const MotionRow* motion;
-  std::uint8_t* touched;  // TouchFlag
+  std::uint8_t* step_notes;  // StepNote
   const std::uint8_t* flags;
   std::uint8_t may_sleep;  // that of the flags with which a body may; 0: nobody
   const ForceRow* force;
@@ -26,9 +26,9 @@ struct BodyArgs {
   float* transform;     // Pose rows
   float* sleep_timer;   // s
   DriftRow* drift;
-  const float* mass;      // kg
-  float* kinetic_energy;  // J, by place in the list
-  std::uint8_t* broken;   // by place in the list: 1 where the state became non-finite and was restored
+  const float* mass;         // kg
+  float* kinetic_energy;     // J, by place in the list
+  std::uint8_t* non_finite;  // by place in the list: 1 where the state became non-finite and was restored
   float gravity[3];
   float substep;  // s
   float step;     // s
@@ -44,7 +44,7 @@ struct BodyArgs {
 
 // All of them work on list[begin .. end).
 struct BodyKernels {
-  void (*prepare)(const BodyArgs& args, int begin, int end);  // pose -> inertia, delta; clears touched
+  void (*prepare)(const BodyArgs& args, int begin, int end);  // pose -> inertia, delta; clears step_notes
   void (*integrate_velocities)(const BodyArgs& args, int begin, int end);  // force -> velocity, free_velocity
   void (*integrate_poses)(const BodyArgs& args, int begin,
                           int end);  // velocity -> delta, velocity (gyroscopic)
