@@ -18,7 +18,7 @@ struct JointRow {
   Joints& joints;
   std::int32_t joint;
   std::size_t row;
-  FpEnvironment environment{};  // the call's arithmetic is ours, whatever rounding the caller likes
+  FpEnvironment environment{};  // not the caller's rounding
 
   bool has(JointFlag flag) const { return (joints.flags[row] & flag) != 0; }
   void set(JointFlag flag, bool on) const {

@@ -18,7 +18,7 @@ struct BodyRow {
   Bodies& bodies;
   std::int32_t body;
   std::size_t row;
-  FpEnvironment environment{};  // the call's arithmetic is ours, whatever rounding the caller likes
+  FpEnvironment environment{};  // not the caller's rounding
 
   bool is_dynamic() const { return bodies.type[row] == BodyType::dynamic; }
   BodyType given_type() const { return scree::given_type(bodies, body); }
@@ -355,7 +355,7 @@ void World::set_can_sleep(BodyId body, bool can_sleep) {
 bool World::is_awake(BodyId body) const {
   const BodyRow b = at({"is_awake"}, data_, body);
   if (b.data.shapes.wake_requested) {
-    // Later calls could change whom this wakes, so it is more than reading.
+    // Recorded as a change: later calls could change which bodies this wakes.
     const CallRecord<RecordedCall::is_awake> call_record(b.data, body);
     wake_neighbors(b.data);
   }

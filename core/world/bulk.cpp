@@ -68,14 +68,14 @@ BodyMass mass_of(Call item, const BodyDef& def, const ShapeTemplate* shape, std:
   return dynamic_mass(item, sum, def.mass);
 }
 
-// Throws what creating the body would, but for what its hull breaks.
+// Throws what creating the body would, except for limits of its hull.
 void check_item(Call item, const BodyDef& def, const ShapeTemplate* shape, std::size_t i) {
   check_body_def(item, def);
   if (shape != nullptr) check_geometry(item, shape->geometries[i]);
 }
 
-// Throws what the definitions break while nothing has been written: rows that are used again keep what is in
-// them, which snapshots of the world would tell. Returns the hulls, which count one shape too many.
+// Throws for bad definitions before anything is written: reused rows keep their old content, which shows in
+// snapshots. Returns the hulls, which count one shape too many.
 std::vector<std::int32_t> check_all(Call call, WorldData& data, std::span<const BodyDef> defs,
                                     const ShapeTemplate* shape) {
   const std::size_t count = defs.size(), old_hulls = data.hulls.shared.size();
@@ -122,7 +122,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
   std::size_t shapes_written = 0;
   try {
     grow(bodies, old_bodies + count - body_plan.from_free);
-    // Waking can not fail: a slot wakes once between two steps.
+    // Waking cannot fail: a slot wakes once between two steps.
     data.events.woken.reserve(bodies.flags.size());
     grow(shapes, old_shapes + shape_count - shape_plan.from_free);
     std::vector<std::int32_t> hulls;

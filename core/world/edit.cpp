@@ -1,4 +1,4 @@
-// Edits: the pieces that World's calls are made of; see edit.h.
+// Edits: the building blocks of World's calls; see edit.h.
 #include <core/constraints/joint_rows.h>
 #include <core/geometry/balls.h>
 #include <core/geometry/hull/hull_build.h>

@@ -20,7 +20,7 @@ struct ShapeRow {
   std::int32_t shape;
   std::size_t row;
   std::int32_t body;
-  FpEnvironment environment{};  // the call's arithmetic is ours, whatever rounding the caller likes
+  FpEnvironment environment{};  // not the caller's rounding
 };
 
 ShapeRow at(Call call, const std::unique_ptr<WorldData>& owner, ShapeId id) {
@@ -40,7 +40,7 @@ BodyMass mass_after_change(Call call, const ShapeRow& s, std::span<const ShapeFo
   return mass_after(call, s.data, s.body, given_type(bodies, s.body), bodies.flags[s.body], {s.shape, forms});
 }
 
-// A shape that collides otherwise than before: its pairs are found anew, its neighbors wake.
+// The shape collides in another way now: finds its pairs again, and wakes its neighbors.
 void reconsider(const ShapeRow& s, std::uint8_t flags) {
   mark_dirty(s.shapes, s.shape, flags);
   request_wake(s.data, s.shape);

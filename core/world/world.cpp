@@ -1,5 +1,5 @@
-// The world as a whole: its life, its settings, its columns and its memory. Bodies, shapes and bulk creation
-// have files of their own.
+// Calls of World as a whole: creation, settings, columns and memory. Bodies, shapes and bulk creation have
+// files of their own.
 #include <core/state/recording_format/recorded_calls.h>
 #include <core/world/check.h>
 #include <core/world/edit.h>
@@ -56,7 +56,7 @@ void World::set_settings(const WorldSettings& settings) {
   WorldData& data = opened(call, data_);
   const CallRecord<RecordedCall::set_settings> call_record(data, settings);
   check_settings(call, settings);
-  // What rested under the old gravity may fall under the new one; without sleep nobody may rest.
+  // What rested under the old gravity may fall under the new one; without sleep no body may rest.
   const bool wakes =
       settings.gravity != data.settings.gravity || (data.settings.sleeping && !settings.sleeping);
   // A timer may have run to more than the new time for a body that has begun to move.

@@ -1,5 +1,5 @@
-// The end of a step: the motion since its beginning becomes the new poses, and everything that follows from a
-// pose is made anew: transforms for the caller, bounds for the next pairs, sleep timers, energy.
+// The end of a step: adds the motion of the step to the poses, then updates all that depends on a pose:
+// transforms for the caller, bounds for the next pairs, sleep timers, energy.
 #include <parallel/constraints/constraints.h>
 #include <parallel/stages.h>
 

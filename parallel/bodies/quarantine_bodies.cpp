@@ -1,12 +1,13 @@
-// Bodies whose state became non-finite, which the kernels have put back at rest: lists them, and freezes
-// those at fault, that they do not break again in every step and take along what they touch. Rare.
+// Quarantine: lists the bodies whose state became non-finite, which the kernels have put back at rest, and
+// quarantines those at fault. Else they would become non-finite in every step, with all that they touch.
+// Rare.
 //
-// At fault is a body that broke by its own motion, before any contact had acted: by what it was given.
-// Through contacts it breaks others, who are innocent. Where of bodies that broke together, joined by
-// contacts, none broke by itself, those are at fault that no contact can reckon with: too light or too heavy
-// for where they are touched. If there are none either, those that have joints: these may be asked to hold
-// what can not be held, contacts are not. If there are none either, nobody can tell who began, and all are at
-// fault.
+// A body is at fault if it became non-finite by its own motion, before any contact acted. Contacts and joints
+// carry this to other bodies, which are not at fault. If no body of such a group became non-finite alone,
+// these are at fault, the first kind that the group has:
+//   1. bodies that contacts cannot handle: too light or too heavy for where the contact is,
+//   2. bodies with joints: a joint may be asked to hold what cannot be held, a contact is not,
+//   3. all bodies of the group.
 #include <core/world/edit.h>
 #include <parallel/constraints/constraints.h>
 #include <parallel/stages.h>
@@ -21,8 +22,8 @@ namespace {
 
 constexpr std::int32_t kFinite = -1;
 
-// Broken bodies that contacts and joints join. Every body has a parent of lower index in its group; a root is
-// its own.
+// Groups of non-finite bodies that contacts and joints connect. Every body has a parent of lower index in its
+// group; a root is its own parent.
 class Groups {
  public:
   Groups(std::size_t bodies, const Column<BodyId>& non_finite) : parent_(bodies, kFinite) {
@@ -57,7 +58,7 @@ void list_restored(WorldData& data, const Constraints& constraints) {
   std::sort(restored.begin(), restored.end());  // kinematic bodies stand behind the dynamic ones
 }
 
-// How much reason there is to blame a body.
+// How much a body is at fault, ascending.
 enum class Fault : std::uint8_t { none, jointed, extreme, alone };
 
 // Nothing but its own velocity moves a kinematic body.
@@ -65,8 +66,8 @@ bool became_non_finite_alone(const Bodies& bodies, std::size_t body) {
   return bodies.type[body] == BodyType::kinematic || (bodies.step_notes[body] & kNonFiniteAlone) != 0;
 }
 
-// Whether what a push of 1 N s at the distance does to the body's speed there, m/s, is out of the range in
-// which the product of two such numbers is a float.
+// A push of 1 N s at the distance changes the body's speed there by `answer`, in m/s. Returns whether that is
+// outside the range in which the product of two such numbers is a float.
 bool is_extreme(const InertiaRow& inverse, float distance) {
   constexpr float kLeast = 1e-18f, kMost = 1e18f;
   const float* i = inverse.inverse_inertia;
@@ -83,7 +84,7 @@ float reach_of(const Manifold& manifold, const float (&arm)[3]) {
   return length(to_vec3(arm)) + farthest;
 }
 
-// Looks at the contacts and joints of broken bodies: who is joined, and who is extreme.
+// Unites the non-finite bodies that contacts and joints connect, and finds the extreme and the jointed ones.
 void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& faults) {
   const Bodies& bodies = data.bodies;
   const auto judge = [&](std::int32_t body, const Manifold& manifold, const float(&arm)[3]) {

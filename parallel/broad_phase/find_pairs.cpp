@@ -1,13 +1,13 @@
-// Pairs: bounds -> the list of candidate pairs, sorted by (a, b), a < b, and where each stood in the last
-// list.
+// Finds pairs: bounds -> the list of candidate pairs, sorted by (a, b), a < b, and the place of each in the
+// last list.
 //
-// While no shape leaves its fat bounds and no call changes anything, the list is kept. Otherwise it is made
-// anew, from trees of awake, kinematic and frozen shapes that are joined with one another: what a new list
-// contains depends on the bounds alone, never on the trees' order or on how the work was cut.
+// Keeps the list while no shape leaves its fat bounds and no call changes anything. Else joins the trees of
+// awake, kinematic and frozen shapes into a new list. It depends on the bounds alone, never on the order in
+// the trees or on how the work was split.
 //
-// Pairs of two frozen shapes rest in rows of their own, which cost nothing until a shape of theirs wakes or
-// is changed by a call. Then these are pulled out before the new list is made, and those of the new list that
-// rest are put there: what does not change is not looked at.
+// Pairs of two frozen shapes rest in rows of their own. These cost nothing until one of their shapes wakes or
+// a call changes it: then they are pulled out of `resting` before the new list is made. Pairs of the new list
+// whose shapes are both frozen go there. The other resting pairs are not read.
 #include <core/world/resting_pairs.h>
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/broad_phase/merge_pairs.h>
@@ -53,8 +53,8 @@ bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
   return same.load(std::memory_order_relaxed);
 }
 
-// Makes the new list `pairs` and the last one `pairs_before`. Contacts stay where they are: their pairs take
-// their numbers along, and those that nobody takes become free.
+// Makes the new list `pairs` and the last one `pairs_before`. Contacts stay in their rows: their pairs keep
+// the numbers, and rows of pairs that are gone become free.
 void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   std::swap(contacts.pairs, contacts.pairs_before);
@@ -105,9 +105,9 @@ std::int64_t count_contacts(const PairRows& rows) {
                        [](std::int32_t contact) { return contact >= 0; });
 }
 
-// Lists the rows of `resting` that can not stay there, ascending: of shapes that have left the frozen trees
-// or been changed by a call. These are looked through, or all rows where that is no more, or nobody knows
-// them.
+// Lists the rows of `resting` that cannot stay there, ascending: their shapes have left the frozen trees, or
+// a call has changed them. Reads the lists of these shapes, or all rows where that is less work or the shapes
+// are not known.
 void list_leaving(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const Column<ShapePair>& resting = contacts.resting.pair;
@@ -132,8 +132,8 @@ void list_leaving(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   std::sort(leaving.begin(), leaving.end());
 }
 
-// Takes the pairs that can not go on resting as they are out of `resting`: one of the shapes has left its
-// tree or been changed by a call. They are pairs of the last list again. Returns whether there are any.
+// Moves the pairs of which a shape has left its tree or was changed by a call from `resting` back into the
+// last list. Returns whether there are any.
 bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   PairRows& pulled = broad_phase.pulled;
@@ -164,7 +164,7 @@ bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   return true;
 }
 
-// The pairs of two frozen shapes go from `pairs` to `resting`; `previous` goes along with the others.
+// Moves the pairs of two frozen shapes from `pairs` to `resting`; `last_place` follows the others.
 void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const Column<ShapePair>& all = contacts.pairs.pair;

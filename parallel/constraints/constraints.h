@@ -1,7 +1,7 @@
-// Constraints: contacts and joints by color, packed into wide blocks. Made anew each step, but for the colors
-// themselves, which stay with their contacts (ContactRows::color) and joints.
+// Constraints: contacts and joints by color, packed into wide blocks. Each step rebuilds all of it except the
+// colors, which stay with their contacts (ContactRows::color) and joints.
 //
-// color_constraints writes the colors, pack_blocks everything else, solve and store_impulses read it.
+// color_constraints writes the colors, pack_blocks the rest; solve and store_impulses read it.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -11,16 +11,16 @@
 namespace scree {
 
 inline constexpr int kColorLimit = 64;              // colors of one kind: bits of a body's mask
-inline constexpr int kHubColorLimit = 8;            // likewise of contacts with hubs
+inline constexpr int kHubColorLimit = 8;            // the same for contacts with hubs
 inline constexpr std::uint8_t kOverflowColor = 64;  // no color was free: solved level by level
-// Likewise against a body that can not be pushed: solved in groups, as those of a hub are.
+// No static color was free: solved in groups, as constraints of a hub are.
 inline constexpr std::uint8_t kStaticHubColor = 65;
 
-// Constraints with other bodies that can be pushed from which a body is a hub. Eight bodies of 1,300 contacts
-// would otherwise use up all colors, most of them for a handful of contacts.
+// A body with more constraints than this, with other bodies that can be pushed, is a hub. Without hubs, eight
+// bodies of 1,300 contacts use up all colors, most of them for a handful of contacts.
 inline constexpr std::int32_t kHubDegree = 32;
 
-// Which bodies of a constraint keep it from sharing a color with others.
+// The bodies of a constraint whose other constraints must have other colors.
 enum class EdgeKind : std::uint8_t {
   dynamic,   // both
   pushed_b,  // B: A cannot be pushed
@@ -31,7 +31,7 @@ enum class EdgeKind : std::uint8_t {
 
 // A touching contact or an active joint, as coloring and packing see it.
 struct Edge {
-  std::int32_t body_a;  // where one can not be pushed it is A, whatever the joint calls it
+  std::int32_t body_a;  // a body that cannot be pushed is A, even if it is the joint's b
   std::int32_t body_b;
   std::uint16_t info;  // Manifold::info; of joints the number of their kind, see joint_kind
   std::uint8_t color;
@@ -80,7 +80,7 @@ struct KeyTable {
 // What joints of one block have in common, and its number.
 struct JointKind {
   int variant;           // simd::joint_variant
-  simd::BodySide fixed;  // which body can not be pushed
+  simd::BodySide fixed;  // which body cannot be pushed
   bool breaks;
 };
 inline constexpr int kJointBlockKinds = simd::kJointVariants * 6;

@@ -1,5 +1,5 @@
-// Packing: sorts the touching contacts and the active joints by color and block variant and lays out the
-// blocks. Constraints with hubs are then grouped by hub.
+// Packs blocks: sorts the touching contacts and the active joints by color and block variant, lays out the
+// blocks, and groups constraints with hubs by hub.
 #include <parallel/constraints/level_overflow.h>
 #include <parallel/constraints/sort_constraints.h>
 #include <parallel/stages.h>
@@ -70,7 +70,7 @@ struct Family {
 struct BlockKind {
   int variant;
   simd::BodySide fixed;  // joints only
-  bool breaks;           // likewise
+  bool breaks;           // of joints
   bool rich;             // contacts only
   std::size_t bytes;
 };

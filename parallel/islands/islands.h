@@ -1,4 +1,4 @@
-// Islands: sets of bodies that hang together by contacts and joints, and union-find over them.
+// Islands: sets of bodies that contacts and joints connect. Data of the phases of this folder.
 #pragma once
 
 #include <core/world/wake.h>
@@ -21,7 +21,7 @@ struct Islands : Part {
   Column<std::int32_t> remaining;      // scratch; both; contacts that still take part
   Column<std::int32_t>
       fixed_ends;  // scratch; refresh_joints; of the active joints, a body as often as it has some
-  std::int64_t joints_judged = 0;  // derived; refresh_joints; looked at in this step for who is active
+  std::int64_t joints_judged = 0;  // derived; refresh_joints; joints that this step examined
   Column<std::int32_t> places;     // scratch; all of this folder; by chunk: where its part begins
 
   void report(const Visit& visit) const override;

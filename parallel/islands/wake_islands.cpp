@@ -1,8 +1,8 @@
-// Waking: sleeping islands that something awake touches or pulls wake as a whole.
+// Wakes islands: a sleeping island wakes as a whole where an awake body touches or pulls one of its bodies.
 //
-// Islands hang together by contacts and joints. They are followed breadth first from the bodies that are
-// touched, which costs by the bodies that wake, with their pairs and joints, however many sleep elsewhere. A
-// pair of two sleeping bodies rests, so the pairs at rest are all there is to follow.
+// Contacts and joints connect an island. It is searched breadth first from the bodies that are touched: the
+// cost depends on the bodies that wake, with their pairs and joints, not on how many sleep elsewhere. A pair
+// of two sleeping bodies rests, so the search only needs the resting pairs.
 #include <core/constraints/joint_rows.h>
 #include <core/world/pair_key.h>
 #include <core/world/resting_pairs.h>

@@ -1,6 +1,6 @@
 // Kernels over bodies: prepare, integrate, finish. A lane is one body of a list.
 //
-// Run by parallel/solvers/solve.cpp and parallel/bodies/finish_step.cpp.
+// Called by parallel/solvers/solve.cpp and parallel/bodies/finish_step.cpp.
 #pragma once
 
 #include <core/plain/rows.h>
@@ -20,7 +20,7 @@ struct BodyArgs {
   const MotionRow* motion;
   std::uint8_t* step_notes;  // StepNote
   const std::uint8_t* flags;
-  std::uint8_t may_sleep;  // that of the flags with which a body may; 0: nobody
+  std::uint8_t may_sleep;  // the flag of bodies that may sleep; 0: none may
   const ForceRow* force;
   const float* center;  // Vec3 rows: center of mass in the body's frame
   float* transform;     // Pose rows
