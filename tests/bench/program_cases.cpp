@@ -75,7 +75,7 @@ TEST_F(BenchProgram, NamesContinuousCollisionInEveryReport) {
   EXPECT_NE(read_file(markdown).find("continuous collision: "), std::string::npos);
 }
 
-TEST_F(BenchProgram, TellsTheDriftOfJointsWhereASceneHasAny) {
+TEST_F(BenchProgram, ReportsTheDriftOfJointsWhereASceneHasAny) {
   const std::string markdown = (folder_ / "table.md").string();
   const auto drift_columns = [&](const std::string& scene) {
     const nlohmann::json json = figures(
@@ -142,7 +142,7 @@ TEST_F(BenchProgram, WritesNoFileTwiceAndNoneWhereNothingIsMeasured) {
   EXPECT_EQ(read_file(file), "old");
 }
 
-TEST_F(BenchProgram, TellsThatItsOutputWasLost) {
+TEST_F(BenchProgram, ReportsThatItsOutputWasLost) {
   for (const char* arguments : {"--list", "--help"}) {
     const Outcome outcome = run(std::string("( '" SCREE_BENCH_PROGRAM "' ") + arguments + " > /dev/full )");
     EXPECT_EQ(outcome.exit_code, 1) << arguments;
