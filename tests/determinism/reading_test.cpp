@@ -103,7 +103,7 @@ class Reader {
     say("locks", world_.locks(body));
     say("can_sleep", world_.can_sleep(body));
     say("is_awake", world_.is_awake(body));
-    say("is_frozen", world_.is_frozen(body));
+    say("is_quarantined", world_.is_quarantined(body));
     say("user_data", world_.user_data(body));
     std::vector<ShapeId> shapes(world_.shapes_of(body, {}));
     world_.shapes_of(body, shapes);
@@ -162,7 +162,7 @@ class Reader {
     say_all("contact_persists", world_.contact_persists());
     say_all("contact_ends", world_.contact_ends());
     say_all("restored_bodies", world_.restored_bodies());
-    say_all("frozen_bodies", world_.frozen_bodies());
+    say_all("quarantined_bodies", world_.quarantined_bodies());
     say_all("sleep_begins", world_.sleep_begins());
     say_all("sleep_ends", world_.sleep_ends());
     say_all("broken_joints", world_.broken_joints());

@@ -320,7 +320,7 @@ TEST(Recording, HasNothingOfAnswersAboutWhoWillWake) {
   EXPECT_EQ(verified(player, heap.workers), "");
 }
 
-TEST(Recording, RefusesWhatCanNotBeRecorded) {
+TEST(Recording, RefusesWhatCannotBeRecorded) {
   const TemporaryFile file, second;
   Heap heap;
   Recorder recorder(heap.world, file.path());
