@@ -2,7 +2,7 @@
 //
 // The lists are singly linked as far as results go. The links back are derived: without them taking out the
 // joints of a body that has thousands, the oldest first, would take as long as all of them squared.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/world/edit.h>
 
 namespace scree {

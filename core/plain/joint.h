@@ -1,6 +1,6 @@
 // Joints as the solver reads them: rows of plain memory, the same for all kinds, that know nothing of lanes
-// or instruction sets. What the entries mean for each kind stands below; core/constraints/joint_rows.cpp
-// fills and reads them.
+// or instruction sets. What the entries mean for each kind stands below;
+// core/constraints/joint_parameters.cpp fills and reads them.
 #pragma once
 
 #include <core/plain/rows.h>

@@ -1,5 +1,5 @@
 // Edits: the pieces that World's calls are made of; see edit.h.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/geometry/balls.h>
 #include <core/geometry/hull/hull_build.h>
 #include <core/plain/patch.h>

@@ -1,6 +1,6 @@
 // Joins of the broad phase: trees -> pairs, unordered and chunk by chunk, for sort_pairs. Pairs between two
 // frozen shapes are not looked for; those of the last list are carried over while both stay frozen.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/world/pair_key.h>
 #include <parallel/broad_phase/broad_phase.h>
 

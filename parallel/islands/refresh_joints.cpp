@@ -2,7 +2,7 @@
 // break, and bodies that fall asleep, wake or change otherwise tell which joints this may concern, and the
 // list takes these up: that costs by what is active and what changed, however many others rest. After a
 // restore, and where most have changed, the list is made anew.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/world/wake.h>
 #include <parallel/crew/list_where.h>
 #include <parallel/islands/islands.h>

@@ -8,6 +8,7 @@
 #include <core/plain/manifold.h>
 #include <core/plain/rows.h>
 #include <simd/constraints/constraint_chunk.h>
+#include <simd/constraints/softness.h>
 
 #include <cstddef>
 

@@ -53,7 +53,7 @@ inline F twist_angle(Q4 relative) {
 }
 
 // An impulse at the arms and a torque impulse: on b, their opposites on a.
-inline void push_and_twist(JointBodies& bodies, V3 arm_a, V3 arm_b, V3 impulse, V3 torque) {
+inline void push_and_twist(JointBodyLanes& bodies, V3 arm_a, V3 arm_b, V3 impulse, V3 torque) {
   bodies.a.linear = bodies.a.linear - impulse * bodies.mass_a.inverse_mass;
   bodies.a.angular = bodies.a.angular - bodies.mass_a.inverse_inertia * (cross(arm_a, impulse) + torque);
   bodies.b.linear = bodies.b.linear + impulse * bodies.mass_b.inverse_mass;
@@ -70,7 +70,7 @@ struct HeldTurning {
 
 // Built from sums of positive matrices alone. As the difference of the response to torques and what the
 // point takes away of it, C^T P^-1 C, a small body on a long arm would lose all its digits.
-inline HeldTurning held_turning(const JointBodies& bodies, V3 arm_a, V3 arm_b, const S3& inverse_point) {
+inline HeldTurning held_turning(const JointBodyLanes& bodies, V3 arm_a, V3 arm_b, const S3& inverse_point) {
   const S3 &i_a = bodies.mass_a.inverse_inertia, &i_b = bodies.mass_b.inverse_inertia;
   const S3 moment = invert_semidefinite(turn_response(bodies));
   // Response of the point while the bodies turn as one: 1 / (inertia a + inertia b), at the arm between the
@@ -108,12 +108,12 @@ struct TurningLanes {
   LaneFloats torque[3];  // impulse, about the anchor, in world axes
 };
 
-inline void warm_start_held(const PointLanes& point, const TurningLanes& turning, JointBodies& bodies) {
+inline void warm_start_held(const PointLanes& point, const TurningLanes& turning, JointBodyLanes& bodies) {
   push_and_twist(bodies, load3(point.arm_a), load3(point.arm_b), load3(point.impulse), load3(turning.torque));
 }
 
 // After turn_point() or move_point(). Returns the anchors' speed that was left.
-inline F solve_held(PointLanes& point, TurningLanes& turning, JointBodies& bodies, const Softness& soft,
+inline F solve_held(PointLanes& point, TurningLanes& turning, JointBodyLanes& bodies, const Softness& soft,
                     const Softness& soft_turning, F keep) {
   const V3 arm_a = load3(point.arm_a), arm_b = load3(point.arm_b);
   const M3 share = load9(turning.share);
@@ -166,7 +166,7 @@ inline void aim_rotation_drive(const Frames& frames, F elapsed, RotationDriveLan
 
 // From the axes that core/plain/joint.h names.
 inline void prepare_rotation_drive(const JointArgs& args, const std::int32_t* joint,
-                                   const JointBodies& bodies, const Frames& frames, V3 impulse,
+                                   const JointBodyLanes& bodies, const Frames& frames, V3 impulse,
                                    RotationDriveLanes& lanes) {
   const WideAxis x = load_axis(args, joint, 0), y = load_axis(args, joint, 1), z = load_axis(args, joint, 2);
   const WideAxis target = load_axis(args, joint, 3);

@@ -13,21 +13,23 @@ struct PlainBall {
     PointLanes point;
   };
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     V3 impulse;
     F unused;
     load_impulses(args, joint, 0, impulse.x, impulse.y, impulse.z, unused);
     prepare_point(args, joint, bodies, at, impulse, block.point);
   }
-  static void warm_start(const Block& block, JointBodies& bodies) { warm_start_point(block.point, bodies); }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
+    warm_start_point(block.point, bodies);
+  }
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     turn_point(block.point, bodies, keep);
     solve_point(block.point, bodies, load_softness(block.point.held), keep);
   }
   static F relax(const JointArgs&, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     move_point(block.point, delta_a, delta_b, bodies);
     return relax_point(block.point, bodies);
   }
@@ -86,7 +88,7 @@ struct RichBall {
   };
 
   // Where the axes are opposite, no twist is defined; near that its axis would grow without bound.
-  static void refresh(const JointBodies& bodies, const Frames& frames, Block& block) {
+  static void refresh(const JointBodyLanes& bodies, const Frames& frames, Block& block) {
     const HeldTurning turning = held_turning(bodies, load3(block.point.arm_a), load3(block.point.arm_b),
                                              load6(block.point.inverse_response));
     store9(block.share, turning.share);
@@ -102,7 +104,7 @@ struct RichBall {
     aim_limit(block.twist, axis, twist, select(defined, one, zero));
   }
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     V3 impulse, drive;
     F cone, twist;
@@ -123,13 +125,13 @@ struct RichBall {
   }
 
   // A torque impulse, with what keeps the anchors together.
-  static void turn(Block& block, JointBodies& bodies, const Softness& held, V3 torque) {
+  static void turn(Block& block, JointBodyLanes& bodies, const Softness& held, V3 torque) {
     const V3 impulse = load9(block.share) * (torque * -held.mass_scale);
     push_and_twist(bodies, load3(block.point.arm_a), load3(block.point.arm_b), impulse, torque);
     store3(block.point.impulse, load3(block.point.impulse) + impulse);
   }
   static void solve_limit_of(const JointArgs& args, Course course, BallLimit& limit, Block& block,
-                             JointBodies& bodies, const S3& response, const Softness& held, F keep) {
+                             JointBodyLanes& bodies, const S3& response, const Softness& held, F keep) {
     const V3 axis = load3(limit.axis);
     const F rate = dot(axis, turning_speed(bodies));
     const F inertia = load(limit.defined) * invert_positive(dot(axis, response * axis));
@@ -137,7 +139,7 @@ struct RichBall {
          axis * solve_limit(args, course, limit, load(limit.angle), rate, inertia, held, keep));
   }
   // `held`: the softness by which the anchor is held in this sweep, and limits are.
-  static void solve_turning(const JointArgs& args, Block& block, JointBodies& bodies, const Softness& held,
+  static void solve_turning(const JointArgs& args, Block& block, JointBodyLanes& bodies, const Softness& held,
                             F keep) {
     const S3 response = free_response(turn_response(bodies), load6(block.response_held), held);
     const V3 driven =
@@ -147,11 +149,11 @@ struct RichBall {
     solve_limit_of(args, kConeCourse, block.cone, block, bodies, response, held, keep);
   }
 
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     push_and_twist(bodies, load3(block.point.arm_a), load3(block.point.arm_b), load3(block.point.impulse),
                    torque(block));
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     const Softness held = load_softness(block.point.held);
     turn_point(block.point, bodies, keep);
@@ -159,7 +161,7 @@ struct RichBall {
     solve_turning(args, block, bodies, held, keep);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Frames frames = move_frames(block.frames, delta_a, delta_b);
     const V3 old_torque = torque(block);
     move_point(block.point, delta_a, delta_b, bodies);

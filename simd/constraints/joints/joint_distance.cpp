@@ -26,7 +26,7 @@ inline Wrench wrench_of(const DistanceBlock& block) {
           V3{zero, zero, zero}};
 }
 
-inline void place(const JointBodies& bodies, const Anchors& now, DistanceBlock& block) {
+inline void place(const JointBodyLanes& bodies, const Anchors& now, DistanceBlock& block) {
   const F distance = length(now.offset), one(1.0f);
   const M apart = distance > F(1e-9f);
   const V3 direction =
@@ -56,7 +56,7 @@ inline void forget_if_passed(V3 old, DistanceBlock& block) {
 
 // Returns the speed that the limit took away.
 inline F solve_rows(const JointArgs& args, const Softness& held, F keep, DistanceBlock& block,
-                    JointBodies& bodies) {
+                    JointBodyLanes& bodies) {
   const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b), direction = load3(block.direction);
   const F distance = load(block.length), mass = load(block.mass);
   F speed = dot(direction, anchor_velocity(bodies, arm_a, arm_b));
@@ -73,7 +73,7 @@ struct Distance {
   static constexpr bool kLeavesTurns = true;
   using Block = DistanceBlock;
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     F limit, drive, unused2, unused3;
     load_impulses(args, joint, 0, limit, drive, unused2, unused3);
@@ -87,16 +87,16 @@ struct Distance {
     store_softness(block.held, held);
     store_softness(block.relaxed, relax_held(held, given.hertz));
   }
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     push(bodies, load3(block.arm_a), load3(block.arm_b), load3(block.direction) * impulse_of(block));
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     push_turned(block.turned, bodies, keep);
     solve_rows(args, load_softness(block.held), keep, block, bodies);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Wrench before = wrench_of(block);
     const V3 old_direction = load3(block.direction);
     place(bodies, move_anchors(block.first, delta_a, delta_b), block);

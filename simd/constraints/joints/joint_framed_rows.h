@@ -14,7 +14,8 @@ struct FramedRows {
                       const LaneInts&, F, Lanes& lanes) {
     store_placed(at, lanes);
   }
-  static void tune(const JointArgs&, const std::int32_t*, int, const Row&, const JointBodies&, LaneAxis&) {}
+  static void tune(const JointArgs&, const std::int32_t*, int, const Row&, const JointBodyLanes&, LaneAxis&) {
+  }
 };
 
 // Unit axes that are to be square: the row about what both are square to, and the sine by which they are not.

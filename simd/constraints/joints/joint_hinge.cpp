@@ -21,7 +21,7 @@ struct AxisTurning {
 
 inline V3 square_to(V3 axis, V3 v) { return v - axis * dot(axis, v); }
 
-inline AxisTurning refresh(const JointBodies& bodies, const Frames& frames, V3 x, HingeLanes& hinge) {
+inline AxisTurning refresh(const JointBodyLanes& bodies, const Frames& frames, V3 x, HingeLanes& hinge) {
   const HeldTurning turning = held_turning(bodies, load3(hinge.point.arm_a), load3(hinge.point.arm_b),
                                            load6(hinge.point.inverse_response));
   // Inertia without the free direction: the inverse of the response to torques square to it.
@@ -39,8 +39,8 @@ inline AxisTurning refresh(const JointBodies& bodies, const Frames& frames, V3 x
   return {about_x, free};
 }
 
-inline AxisTurning prepare_hinge(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
-                                 const JointPlacement& at, HingeLanes& hinge) {
+inline AxisTurning prepare_hinge(const JointArgs& args, const std::int32_t* joint,
+                                 const JointBodyLanes& bodies, const JointPlacement& at, HingeLanes& hinge) {
   V3 impulse, torque;
   F unused;
   load_impulses(args, joint, 0, impulse.x, impulse.y, impulse.z, unused);
@@ -54,7 +54,7 @@ inline AxisTurning prepare_hinge(const JointArgs& args, const std::int32_t* join
 
 // `about_x`: the torque impulse that acts about the axis.
 inline AxisTurning move_hinge(const Frames& frames, const WideDelta& delta_a, const WideDelta& delta_b,
-                              const JointBodies& bodies, F about_x, HingeLanes& hinge) {
+                              const JointBodyLanes& bodies, F about_x, HingeLanes& hinge) {
   move_point(hinge.point, delta_a, delta_b, bodies);
   const V3 old_x = load3(hinge.x), x = x_axis(frames.a);
   const V3 old_torque = load3(hinge.turning.torque), torque = square_to(x, old_torque);
@@ -63,12 +63,12 @@ inline AxisTurning move_hinge(const Frames& frames, const WideDelta& delta_a, co
   return refresh(bodies, frames, x, hinge);
 }
 
-inline F relax_hinge(HingeLanes& hinge, JointBodies& bodies) {
+inline F relax_hinge(HingeLanes& hinge, JointBodyLanes& bodies) {
   const Softness relaxed = load_softness(hinge.point.relaxed);
   return solve_held(hinge.point, hinge.turning, bodies, relaxed, relaxed, F(1.0f));
 }
 
-inline void solve_hinge(HingeLanes& hinge, JointBodies& bodies, F keep) {
+inline void solve_hinge(HingeLanes& hinge, JointBodyLanes& bodies, F keep) {
   turn_point(hinge.point, bodies, keep);
   const Softness held = load_softness(hinge.point.held);
   solve_held(hinge.point, hinge.turning, bodies, held, held, keep);
@@ -85,18 +85,18 @@ struct PlainHinge {
     HingeLanes hinge;
   };
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     prepare_hinge(args, joint, bodies, at, block.hinge);
   }
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     warm_start_held(block.hinge.point, block.hinge.turning, bodies);
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     solve_hinge(block.hinge, bodies, F(args.impulse_keep));
   }
   static F relax(const JointArgs&, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Frames frames = move_frames(block.hinge.frames, delta_a, delta_b);
     move_hinge(frames, delta_a, delta_b, bodies, F(0.0f), block.hinge);
     return relax_hinge(block.hinge, bodies);
@@ -117,7 +117,7 @@ struct HingeAxis {
   LaneAxis axis;
 };
 
-inline void refresh_axis(const JointBodies& bodies, const AxisTurning& turning, const Frames& frames,
+inline void refresh_axis(const JointBodyLanes& bodies, const AxisTurning& turning, const Frames& frames,
                          const HingeLanes& hinge, HingeAxis& axis) {
   const V3 x = load3(hinge.x);
   store(axis.angle, twist_angle(conjugate(frames.a) * frames.b));
@@ -132,7 +132,7 @@ inline F impulse_about(const HingeAxis& axis) {
 }
 
 // Changes the impulse about the axis, and as much of those that hold the rest as free_response() says.
-inline void turn_about(HingeLanes& hinge, const HingeAxis& axis, JointBodies& bodies, const Softness& held,
+inline void turn_about(HingeLanes& hinge, const HingeAxis& axis, JointBodyLanes& bodies, const Softness& held,
                        F change) {
   const F by = change * held.mass_scale;
   const V3 impulse = load3(axis.impulse_by) * by, torque = load3(axis.torque_by) * by;
@@ -143,7 +143,7 @@ inline void turn_about(HingeLanes& hinge, const HingeAxis& axis, JointBodies& bo
 }
 
 // `held`: the softness by which the rest is held in this sweep, and the limit.
-inline void solve_axis(const JointArgs& args, HingeLanes& hinge, HingeAxis& lanes, JointBodies& bodies,
+inline void solve_axis(const JointArgs& args, HingeLanes& hinge, HingeAxis& lanes, JointBodyLanes& bodies,
                        const Softness& held, F keep) {
   LaneAxis& axis = lanes.axis;
   const V3 x = load3(hinge.x);
@@ -167,7 +167,7 @@ struct RichHinge {
     HingeAxis axis;
   };
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     F limit, drive, unused, more;
     load_impulses(args, joint, 2, limit, drive, unused, more);
@@ -175,18 +175,18 @@ struct RichHinge {
     const AxisTurning turning = prepare_hinge(args, joint, bodies, at, block.hinge);
     refresh_axis(bodies, turning, {at.frame_a, at.frame_b}, block.hinge, block.axis);
   }
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     warm_start_held(block.hinge.point, block.hinge.turning, bodies);
     twist(bodies, load3(block.hinge.x) * impulse_about(block.axis));
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     solve_hinge(block.hinge, bodies, keep);
     const Softness held = load_softness(block.hinge.point.held);
     solve_axis(args, block.hinge, block.axis, bodies, held, keep);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Frames frames = move_frames(block.hinge.frames, delta_a, delta_b);
     const AxisTurning turning =
         move_hinge(frames, delta_a, delta_b, bodies, impulse_about(block.axis), block.hinge);

@@ -15,6 +15,7 @@
 #include <core/plain/rows.h>
 #include <scree/joint_type.h>
 #include <simd/constraints/constraint_chunk.h>
+#include <simd/constraints/softness.h>
 
 #include <cstddef>
 #include <cstdint>

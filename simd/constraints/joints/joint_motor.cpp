@@ -30,7 +30,7 @@ struct Motor {
   };
 
   // Takes the present poses into the block.
-  static void place(const Placed& now, F elapsed, const JointBodies& bodies, Block& block) {
+  static void place(const Placed& now, F elapsed, const JointBodyLanes& bodies, Block& block) {
     const V3 velocity = load3(block.velocity), angular = load3(block.angular_velocity);
     const auto& [anchors, frames] = now;
     const V3 arm_a = anchors.arm_a + anchors.offset;
@@ -48,7 +48,7 @@ struct Motor {
     place_turn_response(turn_response(bodies), block.rotation);
   }
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     const F zero(0.0f);
     const WideAxis x = load_axis(args, joint, 0), y = load_axis(args, joint, 1);
@@ -71,23 +71,23 @@ struct Motor {
     store3(block.turned_a, {zero, zero, zero});
     store3(block.turned_b, {zero, zero, zero});
   }
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     push(bodies, load3(block.arm_a), load3(block.arm_b), load3(block.offset.impulse));
     twist(bodies, load3(block.rotation.impulse));
   }
-  static void drive(Block& block, JointBodies& bodies, F keep) {
+  static void drive(Block& block, JointBodyLanes& bodies, F keep) {
     twist(bodies, solve_vector_drive(block.rotation, turning_speed(bodies), keep));
     const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
     push(bodies, arm_a, arm_b, solve_vector_drive(block.offset, anchor_velocity(bodies, arm_a, arm_b), keep));
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     bodies.a.angular = bodies.a.angular - bodies.mass_a.inverse_inertia * (load3(block.turned_a) * keep);
     bodies.b.angular = bodies.b.angular + bodies.mass_b.inverse_inertia * (load3(block.turned_b) * keep);
     drive(block, bodies, keep);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Placed now = move_placed(block.first, delta_a, delta_b);
     const V3 impulse = load3(block.offset.impulse);
     store3(block.turned_a, cross(now.anchors.arm_a + now.anchors.offset - load3(block.arm_a), impulse));

@@ -14,7 +14,7 @@ struct Mouse {
     VectorDriveLanes offset;
   };
 
-  static void place(V3 arm, V3 error, const JointBodies& bodies, Block& block) {
+  static void place(V3 arm, V3 error, const JointBodyLanes& bodies, Block& block) {
     S3 response = lever_response(arm, bodies.mass_b.inverse_inertia);
     response.xx += bodies.mass_b.inverse_mass;
     response.yy += bodies.mass_b.inverse_mass;
@@ -23,12 +23,12 @@ struct Mouse {
     store3(block.offset.error, error);
     place_offset_response(response, bodies.mass_b.inverse_mass, block.offset);
   }
-  static void pull(JointBodies& bodies, V3 arm, V3 impulse) {
+  static void pull(JointBodyLanes& bodies, V3 arm, V3 impulse) {
     bodies.b.linear = bodies.b.linear + impulse * bodies.mass_b.inverse_mass;
     bodies.b.angular = bodies.b.angular + bodies.mass_b.inverse_inertia * cross(arm, impulse);
   }
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     const V3 none{F(0.0f), F(0.0f), F(0.0f)};
     const WideAxis given = load_axis(args, joint, 0), target = load_axis(args, joint, 1);
@@ -45,21 +45,21 @@ struct Mouse {
     store3(block.turned, none);
     place(at.arm_b, error, bodies, block);
   }
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     pull(bodies, load3(block.arm), load3(block.offset.impulse));
   }
-  static void drag(Block& block, JointBodies& bodies, F keep) {
+  static void drag(Block& block, JointBodyLanes& bodies, F keep) {
     const V3 arm = load3(block.arm);
     const V3 speed = bodies.b.linear + cross(bodies.b.angular, arm);
     pull(bodies, arm, solve_vector_drive(block.offset, speed, keep));
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     bodies.b.angular = bodies.b.angular + bodies.mass_b.inverse_inertia * (load3(block.turned) * keep);
     drag(block, bodies, keep);
   }
   static F relax(const JointArgs&, Block& block, const WideDelta&, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const V3 first_arm = load3(block.first_arm), arm = rotate(delta_b.rotation, first_arm);
     store3(block.turned, cross(arm - load3(block.arm), load3(block.offset.impulse)));
     place(arm, load3(block.first_error) + delta_b.position + (arm - first_arm), bodies, block);

@@ -41,7 +41,8 @@ struct PulleyRows {
     now.axis[0] = {pull_a, cross(arm_a, pull_a), pull_b, cross(arm_b, pull_b)};
     now.coordinate[0] = length_a + ratio * length_b;
   }
-  static void tune(const JointArgs&, const std::int32_t*, int, const Row&, const JointBodies&, LaneAxis&) {}
+  static void tune(const JointArgs&, const std::int32_t*, int, const Row&, const JointBodyLanes&, LaneAxis&) {
+  }
 };
 
 }  // namespace

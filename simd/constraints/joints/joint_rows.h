@@ -63,15 +63,15 @@ inline F dot(const Row& x, const Row& y) {
          (dot(x.linear_b, y.linear_b) + dot(x.angular_b, y.angular_b));
 }
 
-inline F row_speed(const Row& row, const JointBodies& bodies) {
+inline F row_speed(const Row& row, const JointBodyLanes& bodies) {
   return dot(row, {bodies.a.linear, bodies.a.angular, bodies.b.linear, bodies.b.angular});
 }
 // M^-1 times the row: the velocities that a unit impulse along it makes.
-inline Row row_push(const Row& row, const JointBodies& bodies) {
+inline Row row_push(const Row& row, const JointBodyLanes& bodies) {
   return {row.linear_a * bodies.mass_a.inverse_mass, bodies.mass_a.inverse_inertia * row.angular_a,
           row.linear_b * bodies.mass_b.inverse_mass, bodies.mass_b.inverse_inertia * row.angular_b};
 }
-inline void push_row(JointBodies& bodies, const Row& row, F impulse) {
+inline void push_row(JointBodyLanes& bodies, const Row& row, F impulse) {
   const Row change = row_push(row, bodies) * impulse;
   bodies.a.linear = bodies.a.linear + change.linear_a;
   bodies.a.angular = bodies.a.angular + change.angular_a;
@@ -118,7 +118,7 @@ struct HeldLanes<0> {
 constexpr float kLeastPivot = 1e-6f;
 
 template <int kRows>
-inline void factor_held(HeldLanes<kRows>& held, const Row (&row)[kRows], const JointBodies& bodies) {
+inline void factor_held(HeldLanes<kRows>& held, const Row (&row)[kRows], const JointBodyLanes& bodies) {
   F lower[kRows][kRows], pivot[kRows];
   for (int j = 0; j < kRows; ++j) {
     const Row push = row_push(row[j], bodies);
@@ -156,7 +156,7 @@ inline void divide_held(const HeldLanes<kRows>& held, F (&x)[kRows]) {
 
 // Returns the largest speed that it met.
 template <int kRows>
-inline F solve_held(HeldLanes<kRows>& held, JointBodies& bodies, const Softness& soft, F keep) {
+inline F solve_held(HeldLanes<kRows>& held, JointBodyLanes& bodies, const Softness& soft, F keep) {
   F change[kRows], worst(0.0f);
   for (int i = 0; i < kRows; ++i) {
     const F speed = row_speed(load_row(held.row[i]), bodies);
@@ -189,7 +189,7 @@ struct AxisGroup {
 template <>
 struct AxisGroup<0> {};
 
-inline void solve_axis(const JointArgs& args, AxisUnit unit, AxisLanes& lanes, JointBodies& bodies,
+inline void solve_axis(const JointArgs& args, AxisUnit unit, AxisLanes& lanes, JointBodyLanes& bodies,
                        const Softness& held, F keep) {
   const Row row = load_row(lanes.row);
   const F coordinate = load(lanes.coordinate), mass = load(lanes.mass);
@@ -234,7 +234,7 @@ struct alignas(64) RowBlock {
 
 // Takes the rows of the present poses into the block.
 template <class Shape, class Block>
-inline void place_rows(const RowsNow<Shape>& now, const JointBodies& bodies, Block& block) {
+inline void place_rows(const RowsNow<Shape>& now, const JointBodyLanes& bodies, Block& block) {
   store3(block.arm_b, now.arm_b);
   if constexpr (Block::kHeld > 0) {
     for (int i = 0; i < Block::kHeld; ++i) {
@@ -254,7 +254,7 @@ inline void place_rows(const RowsNow<Shape>& now, const JointBodies& bodies, Blo
 }
 
 template <class Shape, class Block>
-inline void prepare_rows(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+inline void prepare_rows(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                          const JointPlacement& at, Block& block) {
   F impulse[kJointImpulses];
   for (int i = 0; i < kJointImpulses; i += 4) {
@@ -308,14 +308,14 @@ struct RowJoint {
   using Block = RowBlock<Shape, kRich ? Shape::kAxes : 0>;
   static_assert(Block::kHeld <= kFirstAxisImpulse && kFirstAxisImpulse + 2 * Block::kAxes <= kMemory);
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     prepare_rows<Shape>(args, joint, bodies, at, block);
   }
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     push_row(bodies, sum_impulses(block), F(1.0f));
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     push_row(bodies, load_row(block.turned), keep);
     const Softness soft = load_softness(block.held.soft);
@@ -323,7 +323,7 @@ struct RowJoint {
     if constexpr (Block::kHeld > 0) solve_held(block.held, bodies, soft, keep);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Row inherited = sum_impulses(block);
     RowsNow<Shape> now;
     Shape::measure(block.shape, delta_a, delta_b, now);
@@ -363,7 +363,7 @@ struct RowJoint {
   }
 
  private:
-  static void solve_axes(const JointArgs& args, Block& block, JointBodies& bodies, const Softness& held,
+  static void solve_axes(const JointArgs& args, Block& block, JointBodyLanes& bodies, const Softness& held,
                          F keep) {
     if constexpr (Block::kAxes > 0) {
       for (int i = 0; i < Block::kAxes; ++i) {

@@ -58,7 +58,7 @@ inline void store_held_impulses(F side0, F side1, V3 torque, SliderBlock& block)
 }
 
 template <class Block>
-inline void place(const JointBodies& bodies, const Placed& now, Block& block) {
+inline void place(const JointBodyLanes& bodies, const Placed& now, Block& block) {
   const V3 offset = now.anchors.offset, lever_a = now.anchors.arm_a + offset, lever_b = now.anchors.arm_b;
   const M3 axes = to_matrix(now.frames.a);
   store3(block.lever_a, lever_a);
@@ -88,7 +88,7 @@ inline void place(const JointBodies& bodies, const Placed& now, Block& block) {
 }
 
 // Returns the larger of the speeds, of the anchors and of rotation, that were left.
-inline F solve_held(SliderBlock& block, JointBodies& bodies, const Softness& soft, F keep) {
+inline F solve_held(SliderBlock& block, JointBodyLanes& bodies, const Softness& soft, F keep) {
   const V3 lever_a = load3(block.lever_a), lever_b = load3(block.lever_b);
   const V3 side0 = load3(block.side[0]), side1 = load3(block.side[1]);
   const S3 turn_mass = load6(block.turn_mass);
@@ -119,7 +119,7 @@ inline F solve_held(SliderBlock& block, JointBodies& bodies, const Softness& sof
 
 // An impulse along the axis, and as much of those that keep the held rows as they are as free_response()
 // says.
-inline void push_slide(RichSliderBlock& block, JointBodies& bodies, const Softness& held, F impulse) {
+inline void push_slide(RichSliderBlock& block, JointBodyLanes& bodies, const Softness& held, F impulse) {
   const V3 lever_a = load3(block.lever_a), lever_b = load3(block.lever_b), axis = load3(block.axis);
   const V3 whole = load3(block.slide_way) * impulse;
   const V3 torque =
@@ -134,7 +134,7 @@ inline void push_slide(RichSliderBlock& block, JointBodies& bodies, const Softne
 }
 
 inline void solve_slide(const JointArgs& args, const Softness& held, F keep, RichSliderBlock& block,
-                        JointBodies& bodies) {
+                        JointBodyLanes& bodies) {
   const V3 lever_a = load3(block.lever_a), lever_b = load3(block.lever_b), axis = load3(block.axis);
   const F slide = load(block.slide);
   const F mass = invert_positive(free_response(load(block.response_alone), load(block.response_held), held));
@@ -152,7 +152,7 @@ template <class SomeBlock>
 struct Slider {
   using Block = SomeBlock;
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     const F scale(args.warm_start_scale);
     F side0, side1, limit, drive, unused;
@@ -168,8 +168,10 @@ struct Slider {
     store_softness(block.held, held);
     store_softness(block.relaxed, relax_held(held, given.hertz));
   }
-  static void warm_start(const Block& block, JointBodies& bodies) { push_wrench(wrench_of(block), bodies); }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
+    push_wrench(wrench_of(block), bodies);
+  }
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     const Softness held = load_softness(block.held);
     push_turned(block.turned, bodies, keep);
@@ -177,7 +179,7 @@ struct Slider {
     if constexpr (kIsRich<Block>) solve_slide(args, held, keep, block, bodies);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Wrench before = wrench_of(block);
     place(bodies, move_placed(block.first, delta_a, delta_b), block);
     store_turned(before, wrench_of(block), block.turned);

@@ -24,7 +24,7 @@ struct DriveParameters {
   I drive;
 };
 
-inline void prepare_drive(const JointArgs& args, const JointBodies& bodies, const DriveParameters& given,
+inline void prepare_drive(const JointArgs& args, const JointBodyLanes& bodies, const DriveParameters& given,
                           V3 impulse, VectorDriveLanes& lanes) {
   const F zero(0.0f), one(1.0f);
   const M spring = given.drive == I(static_cast<std::int32_t>(kDriveSpring));

@@ -15,7 +15,7 @@ struct Weld {
     LaneSoftness held, relaxed;  // of the rotation; in solve, in relax
   };
 
-  static void refresh(const JointBodies& bodies, const Frames& frames, Block& block) {
+  static void refresh(const JointBodyLanes& bodies, const Frames& frames, Block& block) {
     const HeldTurning turning = held_turning(bodies, load3(block.point.arm_a), load3(block.point.arm_b),
                                              load6(block.point.inverse_response));
     store9(block.turning.share, turning.share);
@@ -23,7 +23,7 @@ struct Weld {
     store3(block.turning.error, rotation_error(frames));
   }
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     V3 impulse, torque;
     F unused;
@@ -37,17 +37,17 @@ struct Weld {
     store_softness(block.relaxed, relax_held(held, given.angular_hertz));
     refresh(bodies, store_frames(at, block.frames), block);
   }
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     warm_start_held(block.point, block.turning, bodies);
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     turn_point(block.point, bodies, keep);
     solve_held(block.point, block.turning, bodies, load_softness(block.point.held), load_softness(block.held),
                keep);
   }
   static F relax(const JointArgs&, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     move_point(block.point, delta_a, delta_b, bodies);
     refresh(bodies, move_frames(block.frames, delta_a, delta_b), block);
     return solve_held(block.point, block.turning, bodies, load_softness(block.point.relaxed),

@@ -32,7 +32,7 @@ struct WheelRows : FramedRows {
   // The hertz of a suspension are those of a chassis that bounces on wheels that stand: of the mass of body a
   // at the wheel. By that of both bodies, as elsewhere, a light wheel would make a weak spring.
   static void tune(const JointArgs& args, const std::int32_t* joint, int number, const Row& row,
-                   const JointBodies& bodies, LaneAxis& lanes) {
+                   const JointBodyLanes& bodies, LaneAxis& lanes) {
     if (number != 0) return;
     const Row push = row_push(row, bodies);
     const F of_a = dot(row.linear_a, push.linear_a) + dot(row.angular_a, push.angular_a);

@@ -1,5 +1,5 @@
-// Joints as rows; see joint_rows.h.
-#include <core/constraints/joint_rows.h>
+// Joints as the parameters that kernels read; see joint_parameters.h.
+#include <core/constraints/joint_parameters.h>
 #include <core/world/edit.h>
 
 #include <type_traits>
