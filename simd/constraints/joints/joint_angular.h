@@ -5,7 +5,7 @@
 // frames' rotations when the step began and the motion since, and so never drift.
 #pragma once
 
-#include <simd/constraints/joints/joint_frames.h>
+#include <simd/constraints/joints/joint_measure.h>
 #include <simd/constraints/joints/joint_point.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -164,20 +164,19 @@ inline void aim_rotation_drive(const Frames& frames, F elapsed, RotationDriveLan
   store3(lanes.turning, rotate(frames.a, velocity));
 }
 
-// From the axes that core/plain/joint.h names.
 inline void prepare_rotation_drive(const JointArgs& args, const std::int32_t* joint,
                                    const JointBodyLanes& bodies, const Frames& frames, V3 impulse,
                                    RotationDriveLanes& lanes) {
-  const WideAxis x = load_axis(args, joint, 0), y = load_axis(args, joint, 1), z = load_axis(args, joint, 2);
-  const WideAxis target = load_axis(args, joint, 3);
-  const M spring = z.drive == I(static_cast<std::int32_t>(kDriveSpring));
-  const M idle = z.drive == I(static_cast<std::int32_t>(kDriveNone));
+  const RotationTarget target = load_rotation_target(args, joint);
+  const WideDrive given = load_rotation_drive(args, joint);
+  const M spring = given.drive == I(static_cast<std::int32_t>(kDriveSpring));
+  const M idle = given.drive == I(static_cast<std::int32_t>(kDriveNone));
   const F zero(0.0f), one(1.0f);
   const V3 none{zero, zero, zero};
-  const Softness soft = soften(args, bodies, select(spring, z.hertz, one), z.damping_ratio);
-  store4(lanes.target, {target.lower, target.upper, target.target, target.speed});
-  store3(lanes.velocity, {x.speed, y.speed, z.speed});
-  store(lanes.max_impulse, select(idle, zero, z.max_force * F(args.substep)));
+  const Softness soft = soften(args, bodies, select(spring, given.hertz, one), given.damping_ratio);
+  store4(lanes.target, target.rotation);
+  store3(lanes.velocity, target.velocity);
+  store(lanes.max_impulse, select(idle, zero, given.max_force * F(args.substep)));
   store_softness(lanes.drive, {select(spring, soft.bias_rate, zero), select(spring, soft.mass_scale, one),
                                select(spring, soft.impulse_scale, zero)});
   store3(lanes.impulse, select(idle, none, impulse * F(args.warm_start_scale)));

@@ -5,8 +5,73 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
+// Where the x axes are opposite, no twist is defined: the least of 1 + their cosine.
+constexpr float kLeastTwistAxis = 1e-3f;
+
+// The anchors as measure_point() has them; further
+//
+//   twist   the angle of b about its x axis, once the shortest turn that brings the x axes together is taken
+//           away: J = [0, -t, 0, t] with t = (x_a + x_b) / (1 + x_a . x_b), its rate exactly
+//   cone    the angle between the x axes: J = [0, -n, 0, n] with n square to both
+//   drive   C = q_a (the rotation vector of q_a* q_b target*), J = [0, -1, 0, 1]
+//
+// as Jolt's SwingTwistConstraintPart and its motors, which limit a twist and a swing, too.
+struct BallRows : FramedShape {
+  static constexpr int kHeld = 3, kAxes = 2, kDrives = 1;
+  static constexpr bool kKeepsHeld = true, kAxisDrives = false;
+  static constexpr int kTwist = 0, kCone = 1;
+  static constexpr AxisUnit unit(int axis) { return axis == kTwist ? AxisUnit::angle : AxisUnit::opening; }
+  struct Lanes {
+    PlacedLanes placed;
+    LaneFloats target[4], velocity[3], elapsed;
+  };
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointPlacement& at,
+                      const LaneInts&, const LaneInts&, F, Lanes& lanes) {
+    store_placed(at, lanes.placed);
+    const RotationTarget target = load_rotation_target(args, joint);
+    store4(lanes.target, target.rotation);
+    store3(lanes.velocity, target.velocity);
+    store(lanes.elapsed, F(args.elapsed));
+  }
+  static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
+                      RowsNow<BallRows>& now) {
+    const auto [anchors, frames] = move_placed(lanes.placed, delta_a, delta_b);
+    measure_point(anchors, 0, now);
+    now.arm_b = anchors.arm_b;
+    const V3 x_a = x_axis(frames.a), x_b = x_axis(frames.b);
+    const F zero(0.0f), one(1.0f), apart = one + dot(x_a, x_b);
+    const M defined = apart > F(kLeastTwistAxis);
+    now.axis[kTwist] = turn_row((x_a + x_b) * select(defined, one / select(defined, apart, one), zero));
+    now.coordinate[kTwist] = twist_angle(conjugate(frames.a) * frames.b);
+    const Swing away = swing(x_a, x_b);
+    now.axis[kCone] = turn_row(away.axis);
+    now.coordinate[kCone] = away.angle;
+    const V3 velocity = load3(lanes.velocity);
+    measure_rotation_drive(frames, rotation_by(velocity * load(lanes.elapsed)) * load4(lanes.target),
+                           velocity, now.drive[0]);
+  }
+  static WideAxis asked(const JointArgs& args, const std::int32_t* joint, int axis, const Row&,
+                        const JointBodyLanes&) {
+    WideAxis asked = load_axis(args, joint, axis);
+    if (axis == kCone) asked.lower = F(-kInfinity);
+    return asked;
+  }
+  static WideDrive asked_drive(const JointArgs& args, const std::int32_t* joint, int, const JointBodyLanes&) {
+    return load_rotation_drive(args, joint);
+  }
+  static void impulses(const F (&stored)[kJointImpulses], const RowsNow<BallRows>&,
+                       RowImpulses<BallRows>& along) {
+    point_impulses(stored, along);
+    along.limit[kCone] = stored[3];
+    along.limit[kTwist] = stored[7];
+    for (int i = 0; i < 3; ++i) along.drive3[0][i] = stored[4 + i];
+    for (F& none : along.drive) none = F(0.0f);
+  }
+};
+
 // Impulses: 0 to 2 at the anchor, in world axes. Clears those that limits and the drive had before.
 struct PlainBall {
+  using Rows = BallRows;
   static constexpr bool kLeavesTurns = true;
   struct alignas(64) Block {
     LaneInts row_a, row_b;
@@ -75,6 +140,7 @@ inline void aim_limit(BallLimit& limit, V3 axis, F angle, F defined) {
 // All torques turn the bodies about the anchor, see HeldTurning, as far as the anchor is held: what is soft
 // gives way, and would answer to a rigid hold with more than was taken from it.
 struct RichBall {
+  using Rows = BallRows;
   static constexpr bool kLeavesTurns = true;
   struct alignas(64) Block {
     LaneInts row_a, row_b;
@@ -97,7 +163,7 @@ struct RichBall {
     const Swing away = swing(x_a, x_b);
     aim_limit(block.cone, away.axis, away.angle, F(1.0f));
     const F zero(0.0f), one(1.0f), apart = one + dot(x_a, x_b);
-    const M defined = apart > F(1e-3f);
+    const M defined = apart > F(kLeastTwistAxis);
     const V3 axis = (x_a + x_b) * (one / select(defined, apart, one));
     const F twist = angle_within(twist_angle(conjugate(frames.a) * frames.b), load(block.twist.lower),
                                  load(block.twist.upper));

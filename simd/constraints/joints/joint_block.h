@@ -260,10 +260,9 @@ struct LaneAxis {
   LaneFloats limit_impulse, drive_impulse;
 };
 
-// Reads an axis with the two impulses that it has accumulated.
-inline void prepare_axis(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
-                         int axis, F limit_impulse, F drive_impulse, LaneAxis& lanes) {
-  const WideAxis a = load_axis(args, joint, axis);
+// Takes what an axis asks for, and the two impulses that it has accumulated.
+inline void prepare_axis(const JointArgs& args, const JointBodyLanes& bodies, const WideAxis& a,
+                         F limit_impulse, F drive_impulse, LaneAxis& lanes) {
   const M spring = a.drive == I(static_cast<std::int32_t>(kDriveSpring));
   const M idle = a.drive == I(static_cast<std::int32_t>(kDriveNone));
   const F zero(0.0f), one(1.0f);

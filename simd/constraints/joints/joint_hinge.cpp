@@ -5,6 +5,33 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
+// The anchors as measure_point() has them, the x axes as measure_alignment(). The axis is the angle about
+// x_a, J = [0, -x_a, 0, x_a]; as Jolt's PointConstraintPart, HingeRotationConstraintPart and
+// AngleConstraintPart.
+struct HingeRows : FramedShape {
+  static constexpr int kHeld = 5, kAxes = 1;
+  static constexpr bool kKeepsHeld = true;
+  static constexpr AxisUnit unit(int) { return AxisUnit::angle; }
+  static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
+                      RowsNow<HingeRows>& now) {
+    const auto [anchors, frames] = move_placed(lanes, delta_a, delta_b);
+    const M3 a = to_matrix(frames.a);
+    now.arm_b = anchors.arm_b;
+    measure_point(anchors, 0, now);
+    measure_alignment(a, x_axis(frames.b), 3, now);
+    now.axis[0] = turn_row(a.x);
+    now.coordinate[0] = twist_angle(conjugate(frames.a) * frames.b);
+  }
+  static void impulses(const F (&stored)[kJointImpulses], const RowsNow<HingeRows>& now,
+                       RowImpulses<HingeRows>& along) {
+    point_impulses(stored, along);
+    const V3 torque{stored[4], stored[5], stored[6]};
+    for (int i = 3; i < kHeld; ++i) along.held[i] = dot(now.held[i].angular_b, torque);
+    along.limit[0] = stored[8];
+    along.drive[0] = stored[9];
+  }
+};
+
 struct HingeLanes {
   PointLanes point;
   FrameLanes frames;
@@ -80,6 +107,7 @@ inline JointImpulse acting_of(const HingeLanes& hinge) {
 
 // Impulses: 0 to 2 at the anchor, 4 to 6 the torque square to the axis; in world axes.
 struct PlainHinge {
+  using Rows = HingeRows;
   struct alignas(64) Block {
     LaneInts row_a, row_b;
     HingeLanes hinge;
@@ -161,6 +189,7 @@ inline void solve_axis(const JointArgs& args, HingeLanes& hinge, HingeAxis& lane
 
 // As PlainHinge; 8 the limit's, 9 the drive's torque about the axis.
 struct RichHinge {
+  using Rows = HingeRows;
   struct alignas(64) Block {
     LaneInts row_a, row_b;
     HingeLanes hinge;
@@ -171,7 +200,7 @@ struct RichHinge {
                       const JointPlacement& at, Block& block) {
     F limit, drive, unused, more;
     load_impulses(args, joint, 2, limit, drive, unused, more);
-    prepare_axis(args, joint, bodies, 0, limit, drive, block.axis.axis);
+    prepare_axis(args, bodies, load_axis(args, joint, 0), limit, drive, block.axis.axis);
     const AxisTurning turning = prepare_hinge(args, joint, bodies, at, block.hinge);
     refresh_axis(bodies, turning, {at.frame_a, at.frame_b}, block.hinge, block.axis);
   }

@@ -4,8 +4,56 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
+// From the target, a point of the world, to the center of mass of body b.
+inline V3 center_from_target(const JointArgs& args, const std::int32_t* joint, const LaneInts& row_b) {
+  const WideAxis target = load_axis(args, joint, 1);
+  V3 center;
+  F pad;
+  load_rows(args.pose->position, 8, row_b, center.x, center.y, center.z, pad);
+  return center - V3{target.lower, target.upper, target.target};
+}
+
+// C = x_b + r_b - target,   J = [0, 0, 1, -[r_b]] with [r] w = r x w; as Box2D's mouse joint, with the hertz
+// of the mass alone.
+struct MouseRows : RowShape {
+  static constexpr int kDrives = 1;
+  struct Lanes {
+    LaneFloats first_arm[3], first_error[3];  // when the step began
+  };
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointPlacement& at,
+                      const LaneInts&, const LaneInts& row_b, F, Lanes& lanes) {
+    store3(lanes.first_arm, at.arm_b);
+    store3(lanes.first_error, center_from_target(args, joint, row_b) + at.arm_b);
+  }
+  static void measure(const Lanes& lanes, const WideDelta&, const WideDelta& delta_b,
+                      RowsNow<MouseRows>& now) {
+    const V3 first_arm = load3(lanes.first_arm), arm = rotate(delta_b.rotation, first_arm);
+    const V3 ahead = load3(lanes.first_error) + delta_b.position + (arm - first_arm);
+    const F error[3] = {ahead.x, ahead.y, ahead.z};
+    now.arm_b = arm;
+    for (int i = 0; i < 3; ++i) {
+      Row& row = now.drive[0].row[i];
+      row = zero_row();
+      row.linear_b = world_axis(i);
+      row.angular_b = cross(arm, world_axis(i));
+      now.drive[0].error[i] = error[i];
+      now.drive[0].target_speed[i] = F(0.0f);
+    }
+  }
+  static WideDrive asked_drive(const JointArgs& args, const std::int32_t* joint, int,
+                               const JointBodyLanes& bodies) {
+    const WideAxis given = load_axis(args, joint, 0);
+    return {given.hertz, given.damping_ratio, given.max_force, given.drive, bodies.mass_b.inverse_mass};
+  }
+  static void impulses(const F (&stored)[kJointImpulses], const RowsNow<MouseRows>&,
+                       RowImpulses<MouseRows>& along) {
+    for (int i = 0; i < 3; ++i) along.drive3[0][i] = stored[i];
+  }
+};
+
 // Impulses: 0 to 2 of the force, in world axes. Body a is the world, and its anchor is of no consequence.
 struct Mouse {
+  using Rows = MouseRows;
   struct alignas(64) Block {
     LaneInts row_a, row_b;
     LaneFloats first_arm[3], first_error[3];  // when the step began
@@ -31,14 +79,11 @@ struct Mouse {
   static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     const V3 none{F(0.0f), F(0.0f), F(0.0f)};
-    const WideAxis given = load_axis(args, joint, 0), target = load_axis(args, joint, 1);
-    V3 impulse, center;
+    V3 impulse;
     F pad;
     load_impulses(args, joint, 0, impulse.x, impulse.y, impulse.z, pad);
-    load_rows(args.pose->position, 8, block.row_b, center.x, center.y, center.z, pad);
-    const V3 error = (center - V3{target.lower, target.upper, target.target}) + at.arm_b;
-    prepare_drive(args, bodies, {given.hertz, given.damping_ratio, given.max_force, given.drive}, impulse,
-                  block.offset);
+    const V3 error = center_from_target(args, joint, block.row_b) + at.arm_b;
+    prepare_drive(args, bodies, MouseRows::asked_drive(args, joint, 0, bodies), impulse, block.offset);
     store3(block.offset.target_speed, none);
     store3(block.first_arm, at.arm_b);
     store3(block.first_error, error);

@@ -4,10 +4,11 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-struct PulleyRows {
-  static constexpr int kHeld = 0, kAxes = 1;
-  static constexpr bool kRemembers = false;
-  static constexpr AxisUnit unit(int) { return AxisUnit::length; }
+// With the ropes l_a and l_b from the points to the anchors and their directions u_a and u_b, the length is
+// |l_a| + ratio |l_b| and its row J = [u_a, r_a x u_a, ratio u_b, ratio r_b x u_b]; as Jolt's
+// IndependentAxisConstraintPart.
+struct PulleyRows : RowShape {
+  static constexpr int kAxes = 1;
   struct Lanes {
     LaneFloats arm_a[3], arm_b[3];    // when the step began
     LaneFloats rope_a[3], rope_b[3];  // likewise, from the point to the anchor
@@ -40,8 +41,6 @@ struct PulleyRows {
     now.arm_b = arm_b;
     now.axis[0] = {pull_a, cross(arm_a, pull_a), pull_b, cross(arm_b, pull_b)};
     now.coordinate[0] = length_a + ratio * length_b;
-  }
-  static void tune(const JointArgs&, const std::int32_t*, int, const Row&, const JointBodyLanes&, LaneAxis&) {
   }
 };
 

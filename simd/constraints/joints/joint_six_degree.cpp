@@ -66,6 +66,41 @@ inline void place_angles(const Frames& frames, const M3& axes, V3 (&way)[kRows],
   }
 }
 
+// With d the way from anchor a to anchor b, which is also where forces act on a, the offsets are x_a . d, y_a
+// . d and z_a . d, J = [-x_a, -(r_a + d) x x_a, x_a, r_b x x_a]. The angles are those of place_angles(),
+// whose rows are the inverse of the left Jacobian of SO(3) seen from frame a (Chirikjian, "Stochastic Models,
+// Information Theory, and Lie Groups", volume 2, 2011). As PhysX's D6 joint, which has swing and twist
+// instead.
+struct SixDegreeRows : FramedShape {
+  static constexpr int kAxes = kRows;
+  static constexpr bool kKeepsHeld = true, kHoldsEqualEnds = true;
+  static constexpr AxisUnit unit(int row) { return row < kAngles ? AxisUnit::angle : AxisUnit::length; }
+  static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
+                      RowsNow<SixDegreeRows>& now) {
+    const auto [anchors, frames] = move_placed(lanes, delta_a, delta_b);
+    const M3 axes = to_matrix(frames.a);
+    V3 way[kRows] = {{}, {}, {}, axes.x, axes.y, axes.z};
+    place_angles(frames, axes, way, now.coordinate);
+    for (int row = 0; row < kAngles; ++row) now.axis[row] = turn_row(way[row]);
+    for (int row = kAngles; row < kRows; ++row) {
+      now.axis[row] = offset_row(way[row], anchors.arm_a, anchors.arm_b, anchors.offset);
+      now.coordinate[row] = dot(way[row], anchors.offset);
+    }
+    now.arm_b = anchors.arm_b;
+  }
+  static WideAxis asked(const JointArgs& args, const std::int32_t* joint, int row, const Row&,
+                        const JointBodyLanes&) {
+    return load_axis(args, joint, axis_of(row));
+  }
+  static void impulses(const F (&stored)[kJointImpulses], const RowsNow<SixDegreeRows>&,
+                       RowImpulses<SixDegreeRows>& along) {
+    for (int row = 0; row < kRows; ++row) {
+      along.limit[row] = stored[row];
+      along.drive[row] = stored[kRows + row];
+    }
+  }
+};
+
 // J M^-1 J^T of all rows.
 inline void respond(const JointBodyLanes& bodies, V3 lever_a, V3 lever_b, const V3 (&way)[kRows],
                     SixMatrix& k) {
@@ -273,6 +308,7 @@ inline void take_held(SixDegreeBlock& block, int row) {
 
 // Impulses: 0 to 5 of what holds or limits the rows, 6 to 11 of their drives.
 struct SixDegree {
+  using Rows = SixDegreeRows;
   using Block = SixDegreeBlock;
 
   static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
@@ -283,7 +319,8 @@ struct SixDegree {
       load_impulses(args, joint, group, four[0], four[1], four[2], four[3]);
     }
     for (int row = 0; row < kRows; ++row) {
-      prepare_axis(args, joint, bodies, axis_of(row), impulse[row], impulse[kRows + row], block.axis[row]);
+      prepare_axis(args, bodies, load_axis(args, joint, axis_of(row)), impulse[row], impulse[kRows + row],
+                   block.axis[row]);
       take_held(block, row);
     }
     place(bodies, store_placed(at, block.first), block);

@@ -10,6 +10,37 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
+// With d the way from anchor a to anchor b, which is also where forces act on a:
+//
+//   held   C = y_a . d and z_a . d,   J = [-y_a, -(r_a + d) x y_a, y_a, r_b x y_a]; and measure_rotation()
+//   axis   x_a . d likewise
+//
+// as Jolt's DualAxisConstraintPart, RotationEulerConstraintPart and AxisConstraintPart.
+struct SliderRows : FramedShape {
+  static constexpr int kHeld = 5, kAxes = 1;
+  static constexpr bool kKeepsHeld = true;
+  static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
+                      RowsNow<SliderRows>& now) {
+    const auto [anchors, frames] = move_placed(lanes, delta_a, delta_b);
+    const M3 a = to_matrix(frames.a);
+    now.arm_b = anchors.arm_b;
+    now.held[0] = offset_row(a.y, anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.error[0] = dot(a.y, anchors.offset);
+    now.held[1] = offset_row(a.z, anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.error[1] = dot(a.z, anchors.offset);
+    measure_rotation(frames, 2, now);
+    now.axis[0] = offset_row(a.x, anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.coordinate[0] = dot(a.x, anchors.offset);
+  }
+  static void impulses(const F (&stored)[kJointImpulses], const RowsNow<SliderRows>&,
+                       RowImpulses<SliderRows>& along) {
+    for (int i = 0; i < 2; ++i) along.held[i] = stored[i];
+    for (int i = 0; i < 3; ++i) along.held[2 + i] = stored[4 + i];
+    along.limit[0] = stored[2];
+    along.drive[0] = stored[3];
+  }
+};
+
 struct alignas(64) SliderBlock {
   LaneInts row_a, row_b;
   PlacedLanes first;
@@ -150,6 +181,7 @@ inline void solve_slide(const JointArgs& args, const Softness& held, F keep, Ric
 // world axes.
 template <class SomeBlock>
 struct Slider {
+  using Rows = SliderRows;
   using Block = SomeBlock;
 
   static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
@@ -160,7 +192,9 @@ struct Slider {
     load_impulses(args, joint, 0, side0, side1, limit, drive);
     load_impulses(args, joint, 1, torque.x, torque.y, torque.z, unused);
     store_held_impulses(side0 * scale, side1 * scale, torque * scale, block);
-    if constexpr (kIsRich<Block>) prepare_axis(args, joint, bodies, 0, limit, drive, block.drive);
+    if constexpr (kIsRich<Block>) {
+      prepare_axis(args, bodies, load_axis(args, joint, 0), limit, drive, block.drive);
+    }
     place(bodies, store_placed(at, block.first), block);
     clear_turned(block.turned);
     const WideStiffness given = load_stiffness(args, joint);

@@ -2,6 +2,7 @@
 //
 // A kind of joint is a struct with
 //
+//   Rows           what the kind measures, see joint_measure.h
 //   Block          row_a, row_b and what else it needs, as arrays of lanes
 //   prepare(args, joint, bodies, placement, block)   rows -> block; `joint`: the rows of the lanes
 //   warm_start(block, bodies)                        the impulses that the block begins with
@@ -15,6 +16,7 @@
 #pragma once
 
 #include <simd/constraints/joints/joint_shares.h>
+#include <simd/constraints/joints/joint_statement.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
@@ -103,9 +105,10 @@ void store_joints(const JointArgs& args, const ConstraintChunk& chunk) {
 
 template <class Kind>
 JointVariantKernels make_joint_kernels_of() {
-  return {
-      sizeof(typename Kind::Block), prepare_joints<Kind>,        warm_start_joints<Kind>, solve_joints<Kind>,
-      relax_joints<Kind>,           relax_measured_joints<Kind>, store_joints<Kind>};
+  return {sizeof(typename Kind::Block), prepare_joints<Kind>,
+          warm_start_joints<Kind>,      solve_joints<Kind>,
+          relax_joints<Kind>,           relax_measured_joints<Kind>,
+          store_joints<Kind>,           state_rows<typename Kind::Rows>};
 }
 
 // Both variants of a kind. Each kind's source defines its own, so that one that is forgotten does not link.

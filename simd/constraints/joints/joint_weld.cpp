@@ -5,8 +5,28 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
+// The anchors as measure_point() has them, the rotation as measure_rotation(), each with its own softness.
+struct WeldRows : FramedShape {
+  static constexpr int kHeld = 6;
+  static constexpr bool kKeepsHeld = true;
+  static constexpr bool is_angular(int held) { return held >= 3; }
+  static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
+                      RowsNow<WeldRows>& now) {
+    const auto [anchors, frames] = move_placed(lanes, delta_a, delta_b);
+    now.arm_b = anchors.arm_b;
+    measure_point(anchors, 0, now);
+    measure_rotation(frames, 3, now);
+  }
+  static void impulses(const F (&stored)[kJointImpulses], const RowsNow<WeldRows>&,
+                       RowImpulses<WeldRows>& along) {
+    point_impulses(stored, along);
+    for (int i = 0; i < 3; ++i) along.held[3 + i] = stored[4 + i];
+  }
+};
+
 // Impulses: 0 to 2 at the anchor, 4 to 6 the torque about it; in world axes.
 struct Weld {
+  using Rows = WeldRows;
   struct alignas(64) Block {
     LaneInts row_a, row_b;
     PointLanes point;
