@@ -184,14 +184,24 @@ inline WideAxis load_axis(const JointArgs& args, const std::int32_t* joint, int 
   return a;
 }
 
+// Numbers of the joints' parameters that stand together: `first` is that of joint row 0.
+inline void load_four(const float& first, const std::int32_t* joint, F& x, F& y, F& z, F& w) {
+  load_rows(&first, sizeof(JointParameters) / sizeof(float), joint, x, y, z, w);
+}
+inline V3 load_vector(const float (&first)[3], const std::int32_t* joint) {
+  V3 v;
+  F behind;
+  load_four(first[0], joint, v.x, v.y, v.z, behind);
+  return v;
+}
+
 // What the joints' held parts ask for: hertz, damping_ratio, angular_hertz, angular_damping_ratio.
 struct WideStiffness {
   F hertz, damping_ratio, angular_hertz, angular_damping_ratio;
 };
 inline WideStiffness load_stiffness(const JointArgs& args, const std::int32_t* joint) {
-  constexpr int kStride = sizeof(JointParameters) / sizeof(float);
   WideStiffness s;
-  load_rows(&args.parameters->hertz, kStride, joint, s.hertz, s.damping_ratio, s.angular_hertz,
+  load_four(args.parameters->hertz, joint, s.hertz, s.damping_ratio, s.angular_hertz,
             s.angular_damping_ratio);
   return s;
 }

@@ -19,6 +19,8 @@
 #include <simd/constraints/joints/joint_frames.h>
 #include <simd/constraints/row_statement.h>
 
+#include <cstddef>
+
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 inline F row_speed(const Row& row, const JointBodyLanes& bodies) {
@@ -164,19 +166,40 @@ inline void measure_alignment(const M3& a, V3 x_b, int first, RowsNow<Shape>& no
   now.error[first + 1] = dot(away.axis, a.z) * away.angle;
 }
 
-// scree::RotationDrive, from the axes that core/plain/joint.h names.
+// A drive whose hertz stand at `first`, with its damping ratio, largest force and JointDrive behind them.
+inline WideDrive load_drive(const float& first, const std::int32_t* joint, F reference_response) {
+  WideDrive d;
+  F drive;
+  load_four(first, joint, d.hertz, d.damping_ratio, d.max_force, drive);
+  d.drive = as_int(drive);
+  d.reference_response = reference_response;
+  return d;
+}
+
+// scree::RotationDrive, which stands in the parameters of balls and of motors alike.
+static_assert(offsetof(BallParameters, velocity_x) == offsetof(MotorParameters, angular_velocity_x) &&
+              offsetof(BallParameters, velocity_y) == offsetof(MotorParameters, angular_velocity_y) &&
+              offsetof(BallParameters, velocity_z) == offsetof(MotorParameters, angular_velocity_z) &&
+              offsetof(BallParameters, hertz) == offsetof(MotorParameters, angular_hertz) &&
+              offsetof(BallParameters, target) == offsetof(MotorParameters, target_rotation));
 struct RotationTarget {
   Q4 rotation;  // of frame b in frame a, where the step begins
   V3 velocity;  // in the axes of frame a
 };
 inline RotationTarget load_rotation_target(const JointArgs& args, const std::int32_t* joint) {
-  const WideAxis x = load_axis(args, joint, 0), y = load_axis(args, joint, 1), z = load_axis(args, joint, 2);
-  const WideAxis target = load_axis(args, joint, 3);
-  return {{target.lower, target.upper, target.target, target.speed}, {x.speed, y.speed, z.speed}};
+  const BallParameters& from = args.parameters->ball;
+  RotationTarget target;
+  F before[3];
+  // The velocity's numbers are the last ones of their groups of four.
+  load_four(from.twist_lower, joint, before[0], before[1], before[2], target.velocity.x);
+  load_four(from.gap_1[4], joint, before[0], before[1], before[2], target.velocity.y);
+  load_four(from.gap_3[4], joint, before[0], before[1], before[2], target.velocity.z);
+  load_four(from.target[0], joint, target.rotation.x, target.rotation.y, target.rotation.z,
+            target.rotation.w);
+  return target;
 }
 inline WideDrive load_rotation_drive(const JointArgs& args, const std::int32_t* joint) {
-  const WideAxis given = load_axis(args, joint, 2);
-  return {given.hertz, given.damping_ratio, given.max_force, given.drive, F(0.0f)};
+  return load_drive(args.parameters->ball.hertz, joint, F(0.0f));
 }
 
 // C = the rotation vector by which frame b is ahead of its target in frame a, along the axes of the world;

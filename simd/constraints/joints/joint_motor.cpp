@@ -10,13 +10,13 @@ inline Q4 small_rotation(V3 v) {
   return normalize({v.x * half, v.y * half, v.z * half, F(1.0f)});
 }
 
-// scree::MotorJoint's drive of the offset, from the axes that core/plain/joint.h names.
+// scree::MotorJoint's drive of the offset.
 struct OffsetTarget {
   V3 offset, velocity;  // in the axes of frame a
 };
 inline OffsetTarget load_offset_target(const JointArgs& args, const std::int32_t* joint) {
-  const WideAxis offset = load_axis(args, joint, 4), velocity = load_axis(args, joint, 5);
-  return {{offset.lower, offset.upper, offset.target}, {velocity.lower, velocity.upper, velocity.target}};
+  const MotorParameters& from = args.parameters->motor;
+  return {load_vector(from.target, joint), load_vector(from.velocity, joint)};
 }
 
 // With d the way from anchor a to anchor b, which is also where forces act on a:
@@ -58,9 +58,8 @@ struct MotorRows : RowShape {
   static WideDrive asked_drive(const JointArgs& args, const std::int32_t* joint, int number,
                                const JointBodyLanes& bodies) {
     if (number == kRotation) return load_rotation_drive(args, joint);
-    const WideAxis given = load_axis(args, joint, 4);
-    return {given.hertz, given.damping_ratio, given.max_force, given.drive,
-            bodies.mass_a.inverse_mass + bodies.mass_b.inverse_mass};
+    return load_drive(args.parameters->motor.hertz, joint,
+                      bodies.mass_a.inverse_mass + bodies.mass_b.inverse_mass);
   }
   static void impulses(const F (&stored)[kJointImpulses], const RowsNow<MotorRows>&,
                        RowImpulses<MotorRows>& along) {

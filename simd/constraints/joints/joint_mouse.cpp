@@ -6,11 +6,10 @@ namespace {
 
 // From the target, a point of the world, to the center of mass of body b.
 inline V3 center_from_target(const JointArgs& args, const std::int32_t* joint, const LaneInts& row_b) {
-  const WideAxis target = load_axis(args, joint, 1);
   V3 center;
   F pad;
   load_rows(args.pose->position, 8, row_b, center.x, center.y, center.z, pad);
-  return center - V3{target.lower, target.upper, target.target};
+  return center - load_vector(args.parameters->mouse.target, joint);
 }
 
 // C = x_b + r_b - target,   J = [0, 0, 1, -[r_b]] with [r] w = r x w; as Box2D's mouse joint, with the hertz
@@ -42,8 +41,7 @@ struct MouseRows : RowShape {
   }
   static WideDrive asked_drive(const JointArgs& args, const std::int32_t* joint, int,
                                const JointBodyLanes& bodies) {
-    const WideAxis given = load_axis(args, joint, 0);
-    return {given.hertz, given.damping_ratio, given.max_force, given.drive, bodies.mass_b.inverse_mass};
+    return load_drive(args.parameters->mouse.hertz, joint, bodies.mass_b.inverse_mass);
   }
   static void impulses(const F (&stored)[kJointImpulses], const RowsNow<MouseRows>&,
                        RowImpulses<MouseRows>& along) {
