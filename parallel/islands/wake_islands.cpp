@@ -3,7 +3,7 @@
 // Islands hang together by contacts and joints. They are followed breadth first from the bodies that are
 // touched, which costs by the bodies that wake, with their pairs and joints, however many sleep elsewhere. A
 // pair of two sleeping bodies rests, so the pairs at rest are all there is to follow.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/world/pair_key.h>
 #include <core/world/resting_pairs.h>
 #include <parallel/broad_phase/broad_phase.h>
