@@ -2,7 +2,7 @@
 //
 // Results depend on the forward links only. The links back are derived: without them, removing thousands of
 // joints from a body, the oldest first, would take time that grows with the square of their number.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/world/edit.h>
 
 namespace scree {

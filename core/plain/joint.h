@@ -1,9 +1,9 @@
-// Joints as the solver reads them: rows of plain memory, the same for all kinds, that know nothing of lanes
-// or instruction sets. What the entries mean for each kind stands below; core/constraints/joint_rows.cpp
-// fills and reads them.
+// Joints as the solver reads them: rows of plain memory, of the same size for all kinds, that know nothing of
+// lanes or instruction sets. core/constraints/joint_parameters.cpp fills and reads them.
 #pragma once
 
 #include <core/plain/rows.h>
+#include <scree/joint_type.h>
 
 #include <cstdint>
 
@@ -33,32 +33,98 @@ struct alignas(16) JointAxisRow {
   std::uint32_t drive;  // JointDrive
 };
 
-// What a joint asks for.
-//
-//   kind             axis
-//   ball             0 lower, upper: twist; 1 upper: cone. Rotation drive, see below
-//   hinge, slider,   0
-//   distance
-//   weld             none
-//   six_degree       0 to 2 offsets, 3 to 5 angles
-//   wheel            0 suspension, 1 steering, 2 spin
-//   universal        0 first, 1 second
-//   planar           0 offset_y, 1 offset_z, 2 angle
-//   gear             0 target: ratio
-//   rack_and_pinion  0 target: radius
-//   pulley           0 upper: length, lower: the same if rigid, else -infinity, target: ratio; 1 and 2 lower,
-//                    upper, target: point_a and point_b
-//   motor            rotation drive, see below; 4 drive of the offset, with lower, upper, target: its target;
-//                    5 lower, upper, target: its velocity
-//   mouse            0 hertz, damping_ratio, max_force (drive: spring); 1 lower, upper, target: the point
-//
-// Rotation drive: 2 hertz, damping_ratio, max_force, drive; 0 to 2 speed: the velocity; 3 lower, upper,
-// target, speed: the target's x, y, z, w.
-struct alignas(16) JointParameters {
-  JointAxisRow axis[kJointAxes];
-  float hertz, damping_ratio;                  // of what is held; hertz 0: as stiff as the step allows
-  float angular_hertz, angular_damping_ratio;  // likewise of the rotation; both alike but for welds
+// What the kinds of joints ask for, a struct each, of which scree/joint.h says what the fields mean. All are
+// as long as kJointAxes rows of axes. Fields stand in groups of 16 bytes, where kernels load them together; a
+// row of one drive, with its hertz, damping_ratio, largest force and JointDrive, is one. The gaps hold a free
+// axis's numbers.
+struct alignas(16) BallParameters {
+  float twist_lower, twist_upper, gap_0, velocity_x;  // the velocity is that of the drive
+  float gap_1[5], cone_limit, gap_2, velocity_y;
+  float gap_3[7], velocity_z;
+  float hertz, damping_ratio, max_torque;
+  std::uint32_t drive;
+  float target[4];  // x y z w
+  float gap_4[20];
 };
+struct HingeParameters {
+  JointAxisRow angle, gap[5];
+};
+struct SliderParameters {
+  JointAxisRow offset, gap[5];
+};
+struct DistanceParameters {
+  JointAxisRow length, gap[5];
+};
+struct WeldParameters {
+  JointAxisRow gap[6];  // what it asks for is JointParameters' own
+};
+struct SixDegreeParameters {
+  JointAxisRow offset[3], angle[3];
+};
+struct WheelParameters {
+  JointAxisRow suspension, steering, spin, gap[3];
+};
+struct UniversalParameters {
+  JointAxisRow first, second, gap[4];
+};
+struct PlanarParameters {
+  JointAxisRow offset_y, offset_z, angle, gap[3];
+};
+struct alignas(16) GearParameters {
+  float gap_0[2], ratio, gap_1[45];
+};
+struct alignas(16) RackAndPinionParameters {
+  float gap_0[2], radius, gap_1[45];
+};
+struct alignas(16) PulleyParameters {
+  float least_length, length, ratio, gap_0[5];  // the least is the length itself if rigid, else -infinity
+  float point_a[3], gap_1[5];
+  float point_b[3], gap_2[29];
+};
+struct alignas(16) MotorParameters {
+  float gap_0[3], angular_velocity_x;
+  float gap_1[7], angular_velocity_y;
+  float gap_2[7], angular_velocity_z;
+  float angular_hertz, angular_damping_ratio, max_torque;
+  std::uint32_t rotation_drive;
+  float target_rotation[4], gap_3[4];  // x y z w
+  float target[3], gap_4;
+  float hertz, damping_ratio, max_force;
+  std::uint32_t drive;
+  float velocity[3], gap_5[5];
+};
+struct alignas(16) MouseParameters {
+  float gap_0[4], hertz, damping_ratio, max_force;
+  std::uint32_t drive;  // a spring
+  float target[3], gap_1[37];
+};
+
+struct alignas(16) JointParameters {
+  union {
+    JointAxisRow axis[kJointAxes];  // of kinds that have nothing but axes, in the order of their structs
+    BallParameters ball;
+    HingeParameters hinge;
+    SliderParameters slider;
+    DistanceParameters distance;
+    WeldParameters weld;
+    SixDegreeParameters six_degree;
+    WheelParameters wheel;
+    UniversalParameters universal;
+    PlanarParameters planar;
+    GearParameters gear;
+    RackAndPinionParameters rack_and_pinion;
+    PulleyParameters pulley;
+    MotorParameters motor;
+    MouseParameters mouse;
+  };
+  float hertz, damping_ratio;                  // of what is held; hertz 0: as stiff as the step allows
+  float angular_hertz, angular_damping_ratio;  // of the held rotation; both alike in all kinds but welds
+};
+#define SCREE_JOINT_TYPE(kind, Struct)                                          \
+  static_assert(sizeof(JointParameters::kind) == sizeof(JointParameters::axis), \
+                "the parameters of a " #kind " are not as long as those of others");
+SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)
+#undef SCREE_JOINT_TYPE
 
 // What a joint has accumulated, N s and N m s, in an order that only its kernel knows; a coordinate that it
 // must remember across steps, such as a gear's, may stand here, too. All zero in a new joint.

@@ -1,5 +1,5 @@
 // Edits: the building blocks of World's calls; see edit.h.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/geometry/balls.h>
 #include <core/geometry/hull/hull_build.h>
 #include <core/plain/rows.h>

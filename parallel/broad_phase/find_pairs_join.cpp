@@ -1,6 +1,6 @@
 // Joins of the broad phase: trees -> unsorted pairs, chunk by chunk, for sort_pairs. Frozen trees are not
 // joined with one another: pairs of two frozen shapes are carried over from the last list.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/world/pair_key.h>
 #include <parallel/broad_phase/broad_phase.h>
 

@@ -2,7 +2,7 @@
 // bodies that fall asleep, wake or change note the joints that this may concern, and the list is updated for
 // these: the cost depends on what is active and what changed, not on what rests. After a restore, and where
 // most joints have changed, the list is rebuilt.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/world/wake.h>
 #include <parallel/crew/list_where.h>
 #include <parallel/islands/islands.h>

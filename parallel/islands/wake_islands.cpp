@@ -3,7 +3,7 @@
 // Contacts and joints connect an island. It is searched breadth first from the bodies that are touched: the
 // cost depends on the bodies that wake, with their pairs and joints, not on how many sleep elsewhere. A pair
 // of two sleeping bodies rests, so the search only needs the resting pairs.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/world/pair_key.h>
 #include <core/world/resting_pairs.h>
 #include <parallel/broad_phase/broad_phase.h>

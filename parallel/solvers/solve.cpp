@@ -13,7 +13,6 @@
 #include <parallel/stages.h>
 
 #include <algorithm>
-#include <numbers>
 
 namespace scree {
 
@@ -21,36 +20,38 @@ namespace {
 
 constexpr int kBodyChunk = 512;  // bodies of one task
 
-// Of what joints hold as stiffly as the step allows. The frequency is per rate of substeps: on a net of 100 x
-// 100 balls an eighth gives way by 25 mm in the mean where a fourth gives 1.3 mm, and a half breaks loose.
-// The damping hardly matters there, from 0.5 to 10.
+// What joints hold as stiffly as the step allows: hertz per rate of substeps, and damping ratio. On a net of
+// 100 x 100 balls an eighth of the rate gives way by 25 mm in the mean where a fourth gives 1.3 mm, and a
+// half breaks loose. The damping hardly matters there, from 0.5 to 10.
 constexpr float kJointStiffness = 0.25f;
 constexpr float kJointDampingRatio = 2.0f;
-// Likewise at bodies of so many joints that these share them, see simd/constraints/joints/joint_shares.h.
+// The same at bodies of so many joints that these share them, see simd/constraints/joints/joint_shares.h.
 constexpr float kSharedJointStiffness = 0.1875f;
 
-simd::SoftConstants soften(float hertz, float damping_ratio, float substep) {
-  const float omega = 2.0f * std::numbers::pi_v<float> * hertz;
-  const float a1 = 2.0f * damping_ratio + substep * omega;
-  const float a2 = substep * omega * a1;
-  const float a3 = 1.0f / (1.0f + a2);
-  return {omega / a1, a2 * a3, a3};
-}
+// Contacts: largest hertz per rate of substeps, to which WorldSettings::contact_hertz is cut; a spring of so
+// many hertz has eight substeps in a period. This and the two below are as in Box3D.
+constexpr float kContactStiffness = 0.125f;
+// Against bodies that cannot be pushed: times the hertz and times the damping ratio, so that the damping
+// coefficient, a multiple of their product, stays the same.
+constexpr float kStaticContactHertz = 2.0f;
+constexpr float kStaticContactDamping = 0.5f;
+
+// Largest ratio of two steps' substeps by which stored impulses are scaled. Rounding errors in the impulses
+// grow with the ratio; above this they outweigh what a guess is worth.
+constexpr float kMaxWarmStartScale = 4.0f;
 
 }  // namespace
 
 float substep_of(const WorldData& data, float dt) { return dt / static_cast<float>(data.settings.substeps); }
 
 float warm_start_scale(float substep, float last_substep) {
-  // Rounding errors in the impulses grow with the ratio; above this they outweigh what a guess is worth.
-  constexpr float kMaxScale = 4.0f;
-  return last_substep > 0.0f ? std::min(substep / last_substep, kMaxScale) : 0.0f;
+  return last_substep > 0.0f ? std::min(substep / last_substep, kMaxWarmStartScale) : 0.0f;
 }
 
 simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float dt) {
   const WorldSettings& settings = data.settings;
   const float substep = substep_of(data, dt);
-  const float hertz = std::min(settings.contact_hertz, 0.125f / substep);
+  const float hertz = std::min(settings.contact_hertz, kContactStiffness / substep);
   const float ratio = settings.contact_damping_ratio;
   simd::ContactArgs args{};
   args.rows = constraints.contact_rows.data();
@@ -63,8 +64,8 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.motion = data.bodies.motion.data();
   args.inertia = data.bodies.inertia.data();
   args.step_notes = data.bodies.step_notes.data();
-  args.soft = soften(hertz, ratio, substep);
-  args.soft_static = soften(2.0f * hertz, 0.5f * ratio, substep);
+  args.soft = simd::soften(hertz, ratio, substep);
+  args.soft_static = simd::soften(kStaticContactHertz * hertz, kStaticContactDamping * ratio, substep);
   args.gravity[0] = settings.gravity.x;
   args.gravity[1] = settings.gravity.y;
   args.gravity[2] = settings.gravity.z;
@@ -141,9 +142,9 @@ simd::JointArgs joint_args(WorldData& data, Constraints& constraints, float dt) 
   args.substep = substep;
   args.inverse_substep = 1.0f / substep;
   args.max_hertz = kJointStiffness / substep;
-  args.stiff = soften(args.max_hertz, kJointDampingRatio, substep);
+  args.stiff = simd::soften(args.max_hertz, kJointDampingRatio, substep);
   args.max_hertz_shared = kSharedJointStiffness / substep;
-  args.stiff_shared = soften(args.max_hertz_shared, kJointDampingRatio, substep);
+  args.stiff_shared = simd::soften(args.max_hertz_shared, kJointDampingRatio, substep);
   args.push_speed = settings.push_speed;
   args.warm_start_scale = settings.warm_start ? warm_start_scale(substep, data.last_substep) : 0.0f;
   args.impulse_keep = settings.warm_start ? 1.0f : 0.0f;

@@ -25,11 +25,4 @@ struct ConstraintChunk {
   bool breaks;              // of joints: that they may break, so the largest of their reactions counts
 };
 
-// Constants of a soft constraint: Catto, "Soft Constraints", GDC 2011, as used by soft-step solvers.
-struct SoftConstants {
-  float bias_rate;  // 1/s
-  float mass_scale;
-  float impulse_scale;
-};
-
 }  // namespace scree::simd

@@ -1,5 +1,5 @@
 // The player's calls of joints, and what it knows of them; see player.h.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <tests/determinism/player.h>
 
 #include <cmath>

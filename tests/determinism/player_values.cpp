@@ -1,5 +1,5 @@
 // See player_values.h.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/world/fp_environment.h>
 #include <core/world/math.h>
 #include <tests/determinism/player_values.h>

@@ -1,5 +1,5 @@
 // Checks of joints from outside: values within the limits of check.h, lists that hold each joint once.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/state/snapshot/snapshot_refusal.h>
 #include <core/world/check.h>
 

@@ -5,9 +5,11 @@
 // Run by parallel/solvers/solve.cpp, color after color; blocks of one color touch no dynamic body twice.
 #pragma once
 
+#include <core/plain/constraint_row.h>
 #include <core/plain/manifold.h>
 #include <core/plain/rows.h>
 #include <simd/constraints/constraint_chunk.h>
+#include <simd/constraints/softness.h>
 
 #include <cstddef>
 
@@ -20,6 +22,8 @@ inline constexpr int kContactVariants = kPointBuckets * 2 * 2;
 inline constexpr int contact_variant(int bucket, bool rich, bool is_static) {
   return (bucket * 2 + (rich ? 1 : 0)) * 2 + (is_static ? 1 : 0);
 }
+inline constexpr int bucket_of(int contact_variant) { return contact_variant / 4; }
+inline constexpr bool is_rich(int contact_variant) { return contact_variant / 2 % 2 != 0; }
 
 // Floats of each lane in force_sum, beginning with the normal impulses.
 inline constexpr int kFrictionField = kMaxManifoldPoints;
@@ -67,6 +71,9 @@ struct ContactKernels {
   void (*store)(const ContactArgs& args, const ConstraintChunk& chunk);    // blocks -> manifolds
   void (*store_forces)(const ContactArgs& args, const ConstraintChunk& chunk);  // force_sum -> forces
   void (*measure_depth)(const ContactArgs& args, const ConstraintChunk& chunk);
+  // What the contacts are, for solvers of any kind: rows at the present poses, by lane; needs no blocks. Of
+  // the arguments it reads `rows`, `manifolds`, `surfaces` and `delta`.
+  void (*state_rows)(const ContactArgs& args, const ConstraintChunk& chunk, ConstraintRows* rows);
 };
 
 }  // namespace scree::simd

@@ -1,6 +1,7 @@
 // Contact blocks are made from manifolds here, and give their impulses back; see
 // simd/constraints/contact/contact_kernels.h.
 #include <simd/constraints/contact/contact_forces.h>
+#include <simd/constraints/contact/contact_manifold.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
@@ -85,15 +86,12 @@ inline void store_points(ContactBlock<kPoints>& block, const Response& r, F inve
   for (int k = 0; k < kPoints; ++k) {
     store(block.u[k], u[k]);
     store(block.v[k], v[k]);
-    F radius = sqrt(u[k] * u[k] + v[k] * v[k]);
-    if constexpr (kPoints <= kTwistArm) radius = max(v[kTwistArm], radius);
-    store(block.radius[k], radius);
+    store(block.radius[k], twist_arm(u[k], v[k], kPoints <= kTwistArm, v[kTwistArm]));
     store(block.initial_separation[k], separation[k]);
     store(block.separation[k], separation[k]);
     const F diagonal = base + F(2.0f) * (v[k] * r.normal_t1 - u[k] * r.normal_t2) + v[k] * v[k] * r.torque11 -
                        F(2.0f) * (u[k] * v[k] * r.torque12) + u[k] * u[k] * r.torque22;
-    const M present = separation[k] < F(0.5f * kAbsentSeparation);
-    store(block.effective_mass[k], select(present, invert_positive(diagonal), zero));
+    store(block.effective_mass[k], select(is_present(separation[k]), invert_positive(diagonal), zero));
     for (int j = k + 1; j < kPoints; ++j) {
       const F coupling = base + (v[k] + v[j]) * r.normal_t1 - (u[k] + u[j]) * r.normal_t2 +
                          v[k] * v[j] * r.torque11 - (u[k] * v[j] + v[k] * u[j]) * r.torque12 +
@@ -130,17 +128,12 @@ inline void store_friction(ContactBlock<kPoints>& block, const Response& r, F in
 template <int kPoints, bool kStatic>
 inline void prepare_rich(const ContactArgs& args, RichBlock<kPoints>& block, const Frame& frame,
                          const std::int32_t* contact) {
-  F restitution, rolling;
-  V3 surface, rolling_impulse;
-  const float* base = &args.surfaces->restitution;
-  constexpr int kStride = sizeof(ContactSurface) / sizeof(float);
-  load_rows(base, kStride, contact, restitution, rolling, surface.x, surface.y);
-  load_rows(base + 4, kStride, contact, surface.z, rolling_impulse.x, rolling_impulse.y, rolling_impulse.z);
-  store(block.restitution, restitution);
-  store(block.rolling_resistance, rolling);
-  store(block.surface_speed[0], dot(surface, frame.tangent1));
-  store(block.surface_speed[1], dot(surface, frame.tangent2));
-  store3(block.rolling_impulse, rolling_impulse * F(args.warm_start_scale));
+  const WideSurface surface = load_surface(args, contact);
+  store(block.restitution, surface.restitution);
+  store(block.rolling_resistance, surface.rolling_resistance);
+  store(block.surface_speed[0], dot(surface.velocity, frame.tangent1));
+  store(block.surface_speed[1], dot(surface.velocity, frame.tangent2));
+  store3(block.rolling_impulse, surface.rolling_impulse * F(args.warm_start_scale));
   S3 sum = load6(block.inverse_inertia_b);
   if constexpr (!kStatic) {
     const S3 a = load6(block.inverse_inertia_a);
@@ -170,35 +163,25 @@ inline void prefetch_manifolds(const ContactArgs& args, const ConstraintChunk& c
 template <int kPoints, bool kRich, bool kStatic>
 SCREE_SWEEP void prepare_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
-  constexpr int kStride = sizeof(Manifold) / sizeof(float);
   const F scale(args.warm_start_scale);
   for_each_block<Block>(args, chunk, [&](Block& block, int, int first_lane) {
     const std::int32_t* contact = args.rows + first_lane;
-    const float* base = args.manifolds->normal;
     prefetch<Access::write>(&block + 1, 0, sizeof(Block));
     prefetch_manifolds<Access::read>(args, chunk, first_lane, 0, sizeof(Manifold));
+    const WideManifold m = load_manifold(args, contact);
+    const V3 arm_a = m.arm_a, arm_b = m.arm_b;
     Frame frame;
-    V3 arm_a, arm_b;
-    F friction, row_a, row_b;
-    F u[4], v[4], separation[4], impulse[4], friction_impulse[2], twist, info;
-    load_rows(base, kStride, contact, frame.normal.x, frame.normal.y, frame.normal.z, friction);
-    load_rows(base + 4, kStride, contact, arm_a.x, arm_a.y, arm_a.z, row_a);
-    load_rows(base + 8, kStride, contact, arm_b.x, arm_b.y, arm_b.z, row_b);
-    load_rows(base + 12, kStride, contact, u[0], u[1], u[2], u[3]);
-    load_rows(base + 16, kStride, contact, v[0], v[1], v[2], v[3]);
-    load_rows(base + 20, kStride, contact, separation[0], separation[1], separation[2], separation[3]);
-    load_rows(base + 24, kStride, contact, impulse[0], impulse[1], impulse[2], impulse[3]);
-    load_rows(base + 28, kStride, contact, friction_impulse[0], friction_impulse[1], twist, info);
+    frame.normal = m.normal;
     frame.tangent1 = tangent_of(frame.normal);
     frame.tangent2 = cross(frame.normal, frame.tangent1);
-    store(block.row_a, as_int(row_a));
-    store(block.row_b, as_int(row_b));
+    store(block.row_a, as_int(m.row_a));
+    store(block.row_b, as_int(m.row_b));
     note_contacts(args, block.row_b);
     if constexpr (!kStatic) note_contacts(args, block.row_a);
     store3(block.normal, frame.normal);
     store3(block.arm_a, arm_a);
     store3(block.arm_b, arm_b);
-    store(block.friction, friction);
+    store(block.friction, m.friction);
 
     BodyMass b = load_mass(args.inertia, block.row_b);
     const F hub_parts(static_cast<float>(hub_group_size(chunk, first_lane)));
@@ -215,12 +198,12 @@ SCREE_SWEEP void prepare_chunk(const ContactArgs& args, const ConstraintChunk& c
       inverse_mass += a.inverse_mass;
       add(response, respond(frame, arm_a, a.inverse_inertia));
     }
-    store_points(block, response, inverse_mass, u, v, separation);
+    store_points(block, response, inverse_mass, m.u, m.v, m.separation);
     store_friction(block, response, inverse_mass);
-    for (int k = 0; k < kPoints; ++k) store(block.impulse[k], impulse[k] * scale);
-    store(block.tangent_impulse[0], friction_impulse[0] * scale);
-    store(block.tangent_impulse[1], friction_impulse[1] * scale);
-    store(block.twist_impulse, twist * scale);
+    for (int k = 0; k < kPoints; ++k) store(block.impulse[k], m.impulse[k] * scale);
+    store(block.tangent_impulse[0], m.friction_impulse[0] * scale);
+    store(block.tangent_impulse[1], m.friction_impulse[1] * scale);
+    store(block.twist_impulse, m.twist * scale);
     if constexpr (kRich) prepare_rich<kPoints, kStatic>(args, block, frame, contact);
     if (args.impulse_sum != nullptr) store_unaligned(args.impulse_sum + first_lane, F(0.0f));
     if (args.force_sum != nullptr) clear_forces(args, first_lane);
@@ -305,6 +288,7 @@ void store_blocks(const ContactArgs& args, const ConstraintChunk& chunk) {
 void add_contact_solve_kernels(ContactKernels& kernels);
 void add_contact_rebound_kernel(ContactKernels& kernels);
 void add_contact_force_kernels(ContactKernels& kernels);
+void add_contact_statement_kernel(ContactKernels& kernels);
 
 ContactKernels make_contact_kernels() {
   ContactKernels kernels{};
@@ -322,6 +306,7 @@ ContactKernels make_contact_kernels() {
   add_contact_solve_kernels(kernels);
   add_contact_rebound_kernel(kernels);
   add_contact_force_kernels(kernels);
+  add_contact_statement_kernel(kernels);
   return kernels;
 }
 

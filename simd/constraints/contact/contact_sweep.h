@@ -87,19 +87,28 @@ inline V3 relative_velocity(const Bodies& bodies, V3 arm_a, V3 arm_b) {
   return bodies.b.linear + cross(bodies.b.angular, arm_b) - bodies.a.linear - cross(bodies.a.angular, arm_a);
 }
 
-// Separations at the present poses: to first order in the rotation since the step began, from the normal as
-// each body would see it.
-template <int kPoints, class Block>
-inline void present_separations(const Block& block, const WideDelta& a, const WideDelta& b, V3 normal,
-                                V3 tangent1, V3 tangent2, V3 arm_a, V3 arm_b, F (&separation)[kPoints]) {
+// By how much separations have changed since the step began, to first order in the rotation since then: at
+// the friction center, and by distance from it along the tangents. From the normal as each body would see it.
+struct SeparationChange {
+  F center, tilt1, tilt2;
+};
+inline SeparationChange separation_change(const WideDelta& a, const WideDelta& b, V3 normal, V3 tangent1,
+                                          V3 tangent2, V3 arm_a, V3 arm_b) {
   const V3 change_a = rotate_back(a.rotation, normal) - normal;
   const V3 change_b = rotate_back(b.rotation, normal) - normal;
   const F center = dot(normal, b.position - a.position) + dot(arm_b, change_b) - dot(arm_a, change_a);
   const V3 tilt = change_b - change_a;
-  const F tilt1 = dot(tangent1, tilt), tilt2 = dot(tangent2, tilt);
+  return {center, dot(tangent1, tilt), dot(tangent2, tilt)};
+}
+
+// Separations at the present poses.
+template <int kPoints, class Block>
+inline void present_separations(const Block& block, const WideDelta& a, const WideDelta& b, V3 normal,
+                                V3 tangent1, V3 tangent2, V3 arm_a, V3 arm_b, F (&separation)[kPoints]) {
+  const SeparationChange change = separation_change(a, b, normal, tangent1, tangent2, arm_a, arm_b);
   for (int k = 0; k < kPoints; ++k) {
-    separation[k] =
-        load(block.initial_separation[k]) + center + load(block.u[k]) * tilt1 + load(block.v[k]) * tilt2;
+    separation[k] = load(block.initial_separation[k]) + change.center + load(block.u[k]) * change.tilt1 +
+                    load(block.v[k]) * change.tilt2;
   }
 }
 

@@ -5,7 +5,7 @@
 // frames' rotations when the step began and the motion since, and so never drift.
 #pragma once
 
-#include <simd/constraints/joints/joint_frames.h>
+#include <simd/constraints/joints/joint_measure.h>
 #include <simd/constraints/joints/joint_point.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -53,7 +53,7 @@ inline F twist_angle(Q4 relative) {
 }
 
 // An impulse at the arms and a torque impulse: on b, their opposites on a.
-inline void push_and_twist(JointBodies& bodies, V3 arm_a, V3 arm_b, V3 impulse, V3 torque) {
+inline void push_and_twist(JointBodyLanes& bodies, V3 arm_a, V3 arm_b, V3 impulse, V3 torque) {
   bodies.a.linear = bodies.a.linear - impulse * bodies.mass_a.inverse_mass;
   bodies.a.angular = bodies.a.angular - bodies.mass_a.inverse_inertia * (cross(arm_a, impulse) + torque);
   bodies.b.linear = bodies.b.linear + impulse * bodies.mass_b.inverse_mass;
@@ -70,7 +70,7 @@ struct HeldTurning {
 
 // Built from sums of positive matrices alone. As the difference of the response to torques and what the
 // point takes away of it, C^T P^-1 C, a small body on a long arm would lose all its digits.
-inline HeldTurning held_turning(const JointBodies& bodies, V3 arm_a, V3 arm_b, const S3& inverse_point) {
+inline HeldTurning held_turning(const JointBodyLanes& bodies, V3 arm_a, V3 arm_b, const S3& inverse_point) {
   const S3 &i_a = bodies.mass_a.inverse_inertia, &i_b = bodies.mass_b.inverse_inertia;
   const S3 moment = invert_semidefinite(turn_response(bodies));
   // Response of the point while the bodies turn as one: 1 / (inertia a + inertia b), at the arm between the
@@ -108,12 +108,12 @@ struct TurningLanes {
   LaneFloats torque[3];  // impulse, about the anchor, in world axes
 };
 
-inline void warm_start_held(const PointLanes& point, const TurningLanes& turning, JointBodies& bodies) {
+inline void warm_start_held(const PointLanes& point, const TurningLanes& turning, JointBodyLanes& bodies) {
   push_and_twist(bodies, load3(point.arm_a), load3(point.arm_b), load3(point.impulse), load3(turning.torque));
 }
 
 // After turn_point() or move_point(). Returns the anchors' speed that was left.
-inline F solve_held(PointLanes& point, TurningLanes& turning, JointBodies& bodies, const Softness& soft,
+inline F solve_held(PointLanes& point, TurningLanes& turning, JointBodyLanes& bodies, const Softness& soft,
                     const Softness& soft_turning, F keep) {
   const V3 arm_a = load3(point.arm_a), arm_b = load3(point.arm_b);
   const M3 share = load9(turning.share);
@@ -164,20 +164,19 @@ inline void aim_rotation_drive(const Frames& frames, F elapsed, RotationDriveLan
   store3(lanes.turning, rotate(frames.a, velocity));
 }
 
-// From the axes that core/plain/joint.h names.
 inline void prepare_rotation_drive(const JointArgs& args, const std::int32_t* joint,
-                                   const JointBodies& bodies, const Frames& frames, V3 impulse,
+                                   const JointBodyLanes& bodies, const Frames& frames, V3 impulse,
                                    RotationDriveLanes& lanes) {
-  const WideAxis x = load_axis(args, joint, 0), y = load_axis(args, joint, 1), z = load_axis(args, joint, 2);
-  const WideAxis target = load_axis(args, joint, 3);
-  const M spring = z.drive == I(static_cast<std::int32_t>(kDriveSpring));
-  const M idle = z.drive == I(static_cast<std::int32_t>(kDriveNone));
+  const RotationTarget target = load_rotation_target(args, joint);
+  const WideDrive given = load_rotation_drive(args, joint);
+  const M spring = given.drive == I(static_cast<std::int32_t>(kDriveSpring));
+  const M idle = given.drive == I(static_cast<std::int32_t>(kDriveNone));
   const F zero(0.0f), one(1.0f);
   const V3 none{zero, zero, zero};
-  const Softness soft = soften(args, bodies, select(spring, z.hertz, one), z.damping_ratio);
-  store4(lanes.target, {target.lower, target.upper, target.target, target.speed});
-  store3(lanes.velocity, {x.speed, y.speed, z.speed});
-  store(lanes.max_impulse, select(idle, zero, z.max_force * F(args.substep)));
+  const Softness soft = soften(args, bodies, select(spring, given.hertz, one), given.damping_ratio);
+  store4(lanes.target, target.rotation);
+  store3(lanes.velocity, target.velocity);
+  store(lanes.max_impulse, select(idle, zero, given.max_force * F(args.substep)));
   store_softness(lanes.drive, {select(spring, soft.bias_rate, zero), select(spring, soft.mass_scale, one),
                                select(spring, soft.impulse_scale, zero)});
   store3(lanes.impulse, select(idle, none, impulse * F(args.warm_start_scale)));

@@ -10,7 +10,7 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 // Both bodies of a block as a sweep works on them: those of many joints as the parts that the lanes have of
 // them, see joint_shares.h.
-struct JointBodies {
+struct JointBodyLanes {
   BodyVelocity a, b;
   BodyMass mass_a, mass_b;
   F max_hertz;     // Hz, of what is held and of springs; only while a block is prepared
@@ -18,7 +18,7 @@ struct JointBodies {
 };
 
 // An impulse at the arms: on b, its opposite on a.
-inline void push(JointBodies& bodies, V3 arm_a, V3 arm_b, V3 impulse) {
+inline void push(JointBodyLanes& bodies, V3 arm_a, V3 arm_b, V3 impulse) {
   bodies.a.linear = bodies.a.linear - impulse * bodies.mass_a.inverse_mass;
   bodies.a.angular = bodies.a.angular - bodies.mass_a.inverse_inertia * cross(arm_a, impulse);
   bodies.b.linear = bodies.b.linear + impulse * bodies.mass_b.inverse_mass;
@@ -26,18 +26,18 @@ inline void push(JointBodies& bodies, V3 arm_a, V3 arm_b, V3 impulse) {
 }
 
 // A torque impulse: on b, its opposite on a.
-inline void twist(JointBodies& bodies, V3 torque) {
+inline void twist(JointBodyLanes& bodies, V3 torque) {
   bodies.a.angular = bodies.a.angular - bodies.mass_a.inverse_inertia * torque;
   bodies.b.angular = bodies.b.angular + bodies.mass_b.inverse_inertia * torque;
 }
 
 // Velocity of b's anchor as a's sees it.
-inline V3 anchor_velocity(const JointBodies& bodies, V3 arm_a, V3 arm_b) {
+inline V3 anchor_velocity(const JointBodyLanes& bodies, V3 arm_a, V3 arm_b) {
   return bodies.b.linear + cross(bodies.b.angular, arm_b) - bodies.a.linear - cross(bodies.a.angular, arm_a);
 }
 
 // Angular velocity of b as a sees it.
-inline V3 turning_speed(const JointBodies& bodies) { return bodies.b.angular - bodies.a.angular; }
+inline V3 turning_speed(const JointBodyLanes& bodies) { return bodies.b.angular - bodies.a.angular; }
 
 inline S3 operator+(const S3& x, const S3& y) {
   return {x.xx + y.xx, x.xy + y.xy, x.xz + y.xz, x.yy + y.yy, x.yz + y.yz, x.zz + y.zz};
@@ -55,7 +55,7 @@ inline S3 lever_response(V3 r, const S3& i) {
 }
 
 // Velocity of the anchors against each other by a unit impulse at them: K = J M^-1 J^T of three held rows.
-inline S3 anchor_response(const JointBodies& bodies, V3 arm_a, V3 arm_b) {
+inline S3 anchor_response(const JointBodyLanes& bodies, V3 arm_a, V3 arm_b) {
   S3 k = lever_response(arm_a, bodies.mass_a.inverse_inertia) +
          lever_response(arm_b, bodies.mass_b.inverse_inertia);
   const F inverse_mass = bodies.mass_a.inverse_mass + bodies.mass_b.inverse_mass;
@@ -66,7 +66,7 @@ inline S3 anchor_response(const JointBodies& bodies, V3 arm_a, V3 arm_b) {
 }
 
 // That of the bodies' turning against each other to torques alone.
-inline S3 turn_response(const JointBodies& bodies) {
+inline S3 turn_response(const JointBodyLanes& bodies) {
   return bodies.mass_a.inverse_inertia + bodies.mass_b.inverse_inertia;
 }
 
@@ -89,10 +89,8 @@ inline S3 invert_semidefinite(const S3& m) {
       ix + xy * xy * iy + x * x * iz, -(xy * iy) - x * yz * iz, x * iz, iy + yz * yz * iz, -(yz * iz), iz};
 }
 
-// Softness by lane; see SoftConstants.
-struct Softness {
-  F bias_rate, mass_scale, impulse_scale;
-};
+// By lane.
+using Softness = BasicSoftness<F>;
 struct LaneSoftness {
   LaneFloats bias_rate, mass_scale, impulse_scale;
 };
@@ -104,16 +102,13 @@ inline void store_softness(LaneSoftness& to, const Softness& soft) {
   store(to.mass_scale, soft.mass_scale);
   store(to.impulse_scale, soft.impulse_scale);
 }
-inline Softness soften(const JointArgs& args, const JointBodies& bodies, F hertz, F damping_ratio) {
-  const F h(args.substep), one(1.0f);
-  const F omega = F(6.28318531f) * min(hertz * bodies.spring_scale, bodies.max_hertz);
-  const F a1 = F(2.0f) * (damping_ratio * bodies.spring_scale) + h * omega;
-  const F a2 = h * omega * a1;
-  const F a3 = one / (one + a2);
-  return {omega / a1, a2 * a3, a3};
+// Of a spring between the bodies as these joints meet them.
+inline Softness soften(const JointArgs& args, const JointBodyLanes& bodies, F hertz, F damping_ratio) {
+  return simd::soften(min(hertz * bodies.spring_scale, bodies.max_hertz), damping_ratio * bodies.spring_scale,
+                      F(args.substep));
 }
 // Of what a joint holds; hertz 0 is as stiff as the step allows.
-inline Softness soften_held(const JointArgs& args, const JointBodies& bodies, F hertz, F damping_ratio) {
+inline Softness soften_held(const JointArgs& args, const JointBodyLanes& bodies, F hertz, F damping_ratio) {
   const M given = hertz > F(0.0f), shared = bodies.max_hertz < F(args.max_hertz);
   const Softness soft = soften(args, bodies, select(given, hertz, F(1.0f)), damping_ratio);
   const auto of = [&](float SoftConstants::*constant, F asked) {
@@ -189,14 +184,24 @@ inline WideAxis load_axis(const JointArgs& args, const std::int32_t* joint, int 
   return a;
 }
 
+// Numbers of the joints' parameters that stand together: `first` is that of joint row 0.
+inline void load_four(const float& first, const std::int32_t* joint, F& x, F& y, F& z, F& w) {
+  load_rows(&first, sizeof(JointParameters) / sizeof(float), joint, x, y, z, w);
+}
+inline V3 load_vector(const float (&first)[3], const std::int32_t* joint) {
+  V3 v;
+  F behind;
+  load_four(first[0], joint, v.x, v.y, v.z, behind);
+  return v;
+}
+
 // What the joints' held parts ask for: hertz, damping_ratio, angular_hertz, angular_damping_ratio.
 struct WideStiffness {
   F hertz, damping_ratio, angular_hertz, angular_damping_ratio;
 };
 inline WideStiffness load_stiffness(const JointArgs& args, const std::int32_t* joint) {
-  constexpr int kStride = sizeof(JointParameters) / sizeof(float);
   WideStiffness s;
-  load_rows(&args.parameters->hertz, kStride, joint, s.hertz, s.damping_ratio, s.angular_hertz,
+  load_four(args.parameters->hertz, joint, s.hertz, s.damping_ratio, s.angular_hertz,
             s.angular_damping_ratio);
   return s;
 }
@@ -265,10 +270,9 @@ struct LaneAxis {
   LaneFloats limit_impulse, drive_impulse;
 };
 
-// Reads an axis with the two impulses that it has accumulated.
-inline void prepare_axis(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
-                         int axis, F limit_impulse, F drive_impulse, LaneAxis& lanes) {
-  const WideAxis a = load_axis(args, joint, axis);
+// Takes what an axis asks for, and the two impulses that it has accumulated.
+inline void prepare_axis(const JointArgs& args, const JointBodyLanes& bodies, const WideAxis& a,
+                         F limit_impulse, F drive_impulse, LaneAxis& lanes) {
   const M spring = a.drive == I(static_cast<std::int32_t>(kDriveSpring));
   const M idle = a.drive == I(static_cast<std::int32_t>(kDriveNone));
   const F zero(0.0f), one(1.0f);

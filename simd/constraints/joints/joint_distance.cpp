@@ -6,6 +6,52 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
+// Where the anchors coincide the way between them has no direction: the least distance.
+constexpr float kLeastDistance = 1e-9f;
+
+// No distance is below 0, and a limit there would keep the anchors from passing each other.
+inline WideAxis asked_of_distance(const JointArgs& args, const std::int32_t* joint) {
+  WideAxis asked = load_axis(args, joint, 0);
+  const M none = (asked.lower <= F(0.0f)) & (asked.lower < asked.upper);
+  asked.lower = select(none, F(-kInfinity), asked.lower);
+  return asked;
+}
+
+// With d the way from anchor a to anchor b and u its direction, the coordinate is |d| and its row
+// J = [-u, -r_a x u, u, r_b x u]; as Jolt's AxisConstraintPart, and Box2D's distance joint.
+struct DistanceRows : RowShape {
+  static constexpr int kAxes = 1;
+  struct Lanes {
+    AnchorLanes anchors;
+    LaneFloats direction[3];  // where the anchors coincide
+  };
+  static void prepare(const JointArgs&, const std::int32_t*, const JointPlacement& at, const LaneInts&,
+                      const LaneInts&, F, Lanes& lanes) {
+    store_anchors(at, lanes.anchors);
+    store3(lanes.direction, rotate(at.frame_a, world_axis(0)));
+  }
+  static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
+                      RowsNow<DistanceRows>& now) {
+    const Anchors anchors = move_anchors(lanes.anchors, delta_a, delta_b);
+    const F distance = length(anchors.offset), one(1.0f);
+    const M apart = distance > F(kLeastDistance);
+    const V3 direction =
+        select(apart, anchors.offset * (one / select(apart, distance, one)), load3(lanes.direction));
+    now.arm_b = anchors.arm_b;
+    now.axis[0] = point_row(direction, anchors.arm_a, anchors.arm_b);
+    now.coordinate[0] = distance;
+  }
+  static WideAxis asked(const JointArgs& args, const std::int32_t* joint, int, const Row&,
+                        const JointBodyLanes&) {
+    return asked_of_distance(args, joint);
+  }
+  static void impulses(const F (&stored)[kJointImpulses], const RowsNow<DistanceRows>&,
+                       RowImpulses<DistanceRows>& along) {
+    along.limit[0] = stored[0];
+    along.drive[0] = stored[1];
+  }
+};
+
 struct alignas(64) DistanceBlock {
   LaneInts row_a, row_b;
   AnchorLanes first;
@@ -26,9 +72,9 @@ inline Wrench wrench_of(const DistanceBlock& block) {
           V3{zero, zero, zero}};
 }
 
-inline void place(const JointBodies& bodies, const Anchors& now, DistanceBlock& block) {
+inline void place(const JointBodyLanes& bodies, const Anchors& now, DistanceBlock& block) {
   const F distance = length(now.offset), one(1.0f);
-  const M apart = distance > F(1e-9f);
+  const M apart = distance > F(kLeastDistance);
   const V3 direction =
       select(apart, now.offset * (one / select(apart, distance, one)), load3(block.direction));
   const F response = response_along(bodies, now.arm_a, now.arm_b, direction);
@@ -37,13 +83,6 @@ inline void place(const JointBodies& bodies, const Anchors& now, DistanceBlock& 
   store3(block.direction, direction);
   store(block.length, distance);
   store(block.mass, invert_positive(response));
-}
-
-// No distance is below 0, and a limit there would keep the anchors from passing each other.
-inline void drop_lower_limit_of_zero(LaneAxis& axis) {
-  const F lower = load(axis.lower);
-  const M none = (lower <= F(0.0f)) & (lower < load(axis.upper));
-  store(axis.lower, select(none, F(-__builtin_inff()), lower));
 }
 
 // The anchors have passed each other since the direction was `old`: what pulled them would push them now.
@@ -56,7 +95,7 @@ inline void forget_if_passed(V3 old, DistanceBlock& block) {
 
 // Returns the speed that the limit took away.
 inline F solve_rows(const JointArgs& args, const Softness& held, F keep, DistanceBlock& block,
-                    JointBodies& bodies) {
+                    JointBodyLanes& bodies) {
   const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b), direction = load3(block.direction);
   const F distance = load(block.length), mass = load(block.mass);
   F speed = dot(direction, anchor_velocity(bodies, arm_a, arm_b));
@@ -70,15 +109,15 @@ inline F solve_rows(const JointArgs& args, const Softness& held, F keep, Distanc
 
 // Impulses: 0 of the limit, 1 of the drive, both along the way from anchor a to anchor b.
 struct Distance {
+  using Rows = DistanceRows;
   static constexpr bool kLeavesTurns = true;
   using Block = DistanceBlock;
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     F limit, drive, unused2, unused3;
     load_impulses(args, joint, 0, limit, drive, unused2, unused3);
-    prepare_axis(args, joint, bodies, 0, limit, drive, block.axis);
-    drop_lower_limit_of_zero(block.axis);
+    prepare_axis(args, bodies, asked_of_distance(args, joint), limit, drive, block.axis);
     store3(block.direction, rotate(at.frame_a, V3{F(1.0f), F(0.0f), F(0.0f)}));
     place(bodies, store_anchors(at, block.first), block);
     clear_turned(block.turned);
@@ -87,16 +126,16 @@ struct Distance {
     store_softness(block.held, held);
     store_softness(block.relaxed, relax_held(held, given.hertz));
   }
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     push(bodies, load3(block.arm_a), load3(block.arm_b), load3(block.direction) * impulse_of(block));
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     push_turned(block.turned, bodies, keep);
     solve_rows(args, load_softness(block.held), keep, block, bodies);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Wrench before = wrench_of(block);
     const V3 old_direction = load3(block.direction);
     place(bodies, move_anchors(block.first, delta_a, delta_b), block);

@@ -4,8 +4,11 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-struct GearRows {
-  static constexpr int kHeld = 1, kAxes = 0;
+// C = (turn of a) + ratio (turn of b) since the joint was made,   J = [0, x_a, 0, ratio x_b]
+//
+// as Jolt's GearConstraintPart.
+struct GearRows : RowShape {
+  static constexpr int kHeld = 1;
   static constexpr bool kRemembers = true;
   struct Lanes {
     SumLanes sum;

@@ -5,6 +5,33 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
+// The anchors as measure_point() has them, the x axes as measure_alignment(). The axis is the angle about
+// x_a, J = [0, -x_a, 0, x_a]; as Jolt's PointConstraintPart, HingeRotationConstraintPart and
+// AngleConstraintPart.
+struct HingeRows : FramedShape {
+  static constexpr int kHeld = 5, kAxes = 1;
+  static constexpr bool kKeepsHeld = true;
+  static constexpr AxisUnit unit(int) { return AxisUnit::angle; }
+  static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
+                      RowsNow<HingeRows>& now) {
+    const auto [anchors, frames] = move_placed(lanes, delta_a, delta_b);
+    const M3 a = to_matrix(frames.a);
+    now.arm_b = anchors.arm_b;
+    measure_point(anchors, 0, now);
+    measure_alignment(a, x_axis(frames.b), 3, now);
+    now.axis[0] = turn_row(a.x);
+    now.coordinate[0] = twist_angle(conjugate(frames.a) * frames.b);
+  }
+  static void impulses(const F (&stored)[kJointImpulses], const RowsNow<HingeRows>& now,
+                       RowImpulses<HingeRows>& along) {
+    point_impulses(stored, along);
+    const V3 torque{stored[4], stored[5], stored[6]};
+    for (int i = 3; i < kHeld; ++i) along.held[i] = dot(now.held[i].angular_b, torque);
+    along.limit[0] = stored[8];
+    along.drive[0] = stored[9];
+  }
+};
+
 struct HingeLanes {
   PointLanes point;
   FrameLanes frames;
@@ -21,7 +48,7 @@ struct AxisTurning {
 
 inline V3 square_to(V3 axis, V3 v) { return v - axis * dot(axis, v); }
 
-inline AxisTurning refresh(const JointBodies& bodies, const Frames& frames, V3 x, HingeLanes& hinge) {
+inline AxisTurning refresh(const JointBodyLanes& bodies, const Frames& frames, V3 x, HingeLanes& hinge) {
   const HeldTurning turning = held_turning(bodies, load3(hinge.point.arm_a), load3(hinge.point.arm_b),
                                            load6(hinge.point.inverse_response));
   // Inertia without the free direction: the inverse of the response to torques square to it.
@@ -39,8 +66,8 @@ inline AxisTurning refresh(const JointBodies& bodies, const Frames& frames, V3 x
   return {about_x, free};
 }
 
-inline AxisTurning prepare_hinge(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
-                                 const JointPlacement& at, HingeLanes& hinge) {
+inline AxisTurning prepare_hinge(const JointArgs& args, const std::int32_t* joint,
+                                 const JointBodyLanes& bodies, const JointPlacement& at, HingeLanes& hinge) {
   V3 impulse, torque;
   F unused;
   load_impulses(args, joint, 0, impulse.x, impulse.y, impulse.z, unused);
@@ -54,7 +81,7 @@ inline AxisTurning prepare_hinge(const JointArgs& args, const std::int32_t* join
 
 // `about_x`: the torque impulse that acts about the axis.
 inline AxisTurning move_hinge(const Frames& frames, const WideDelta& delta_a, const WideDelta& delta_b,
-                              const JointBodies& bodies, F about_x, HingeLanes& hinge) {
+                              const JointBodyLanes& bodies, F about_x, HingeLanes& hinge) {
   move_point(hinge.point, delta_a, delta_b, bodies);
   const V3 old_x = load3(hinge.x), x = x_axis(frames.a);
   const V3 old_torque = load3(hinge.turning.torque), torque = square_to(x, old_torque);
@@ -63,12 +90,12 @@ inline AxisTurning move_hinge(const Frames& frames, const WideDelta& delta_a, co
   return refresh(bodies, frames, x, hinge);
 }
 
-inline F relax_hinge(HingeLanes& hinge, JointBodies& bodies) {
+inline F relax_hinge(HingeLanes& hinge, JointBodyLanes& bodies) {
   const Softness relaxed = load_softness(hinge.point.relaxed);
   return solve_held(hinge.point, hinge.turning, bodies, relaxed, relaxed, F(1.0f));
 }
 
-inline void solve_hinge(HingeLanes& hinge, JointBodies& bodies, F keep) {
+inline void solve_hinge(HingeLanes& hinge, JointBodyLanes& bodies, F keep) {
   turn_point(hinge.point, bodies, keep);
   const Softness held = load_softness(hinge.point.held);
   solve_held(hinge.point, hinge.turning, bodies, held, held, keep);
@@ -80,23 +107,24 @@ inline JointImpulse acting_of(const HingeLanes& hinge) {
 
 // Impulses: 0 to 2 at the anchor, 4 to 6 the torque square to the axis; in world axes.
 struct PlainHinge {
+  using Rows = HingeRows;
   struct alignas(64) Block {
     LaneInts row_a, row_b;
     HingeLanes hinge;
   };
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     prepare_hinge(args, joint, bodies, at, block.hinge);
   }
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     warm_start_held(block.hinge.point, block.hinge.turning, bodies);
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     solve_hinge(block.hinge, bodies, F(args.impulse_keep));
   }
   static F relax(const JointArgs&, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Frames frames = move_frames(block.hinge.frames, delta_a, delta_b);
     move_hinge(frames, delta_a, delta_b, bodies, F(0.0f), block.hinge);
     return relax_hinge(block.hinge, bodies);
@@ -117,7 +145,7 @@ struct HingeAxis {
   LaneAxis axis;
 };
 
-inline void refresh_axis(const JointBodies& bodies, const AxisTurning& turning, const Frames& frames,
+inline void refresh_axis(const JointBodyLanes& bodies, const AxisTurning& turning, const Frames& frames,
                          const HingeLanes& hinge, HingeAxis& axis) {
   const V3 x = load3(hinge.x);
   store(axis.angle, twist_angle(conjugate(frames.a) * frames.b));
@@ -132,7 +160,7 @@ inline F impulse_about(const HingeAxis& axis) {
 }
 
 // Changes the impulse about the axis, and as much of those that hold the rest as free_response() says.
-inline void turn_about(HingeLanes& hinge, const HingeAxis& axis, JointBodies& bodies, const Softness& held,
+inline void turn_about(HingeLanes& hinge, const HingeAxis& axis, JointBodyLanes& bodies, const Softness& held,
                        F change) {
   const F by = change * held.mass_scale;
   const V3 impulse = load3(axis.impulse_by) * by, torque = load3(axis.torque_by) * by;
@@ -143,7 +171,7 @@ inline void turn_about(HingeLanes& hinge, const HingeAxis& axis, JointBodies& bo
 }
 
 // `held`: the softness by which the rest is held in this sweep, and the limit.
-inline void solve_axis(const JointArgs& args, HingeLanes& hinge, HingeAxis& lanes, JointBodies& bodies,
+inline void solve_axis(const JointArgs& args, HingeLanes& hinge, HingeAxis& lanes, JointBodyLanes& bodies,
                        const Softness& held, F keep) {
   LaneAxis& axis = lanes.axis;
   const V3 x = load3(hinge.x);
@@ -161,32 +189,33 @@ inline void solve_axis(const JointArgs& args, HingeLanes& hinge, HingeAxis& lane
 
 // As PlainHinge; 8 the limit's, 9 the drive's torque about the axis.
 struct RichHinge {
+  using Rows = HingeRows;
   struct alignas(64) Block {
     LaneInts row_a, row_b;
     HingeLanes hinge;
     HingeAxis axis;
   };
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     F limit, drive, unused, more;
     load_impulses(args, joint, 2, limit, drive, unused, more);
-    prepare_axis(args, joint, bodies, 0, limit, drive, block.axis.axis);
+    prepare_axis(args, bodies, load_axis(args, joint, 0), limit, drive, block.axis.axis);
     const AxisTurning turning = prepare_hinge(args, joint, bodies, at, block.hinge);
     refresh_axis(bodies, turning, {at.frame_a, at.frame_b}, block.hinge, block.axis);
   }
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     warm_start_held(block.hinge.point, block.hinge.turning, bodies);
     twist(bodies, load3(block.hinge.x) * impulse_about(block.axis));
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     solve_hinge(block.hinge, bodies, keep);
     const Softness held = load_softness(block.hinge.point.held);
     solve_axis(args, block.hinge, block.axis, bodies, held, keep);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Frames frames = move_frames(block.hinge.frames, delta_a, delta_b);
     const AxisTurning turning =
         move_hinge(frames, delta_a, delta_b, bodies, impulse_about(block.axis), block.hinge);

@@ -11,10 +11,12 @@
 // applies it first.
 #pragma once
 
+#include <core/plain/constraint_row.h>
 #include <core/plain/joint.h>
 #include <core/plain/rows.h>
 #include <scree/joint_type.h>
 #include <simd/constraints/constraint_chunk.h>
+#include <simd/constraints/softness.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -64,6 +66,9 @@ struct JointVariantKernels {
   void (*relax)(const JointArgs& args, const ConstraintChunk& chunk);
   void (*relax_measured)(const JointArgs& args, const ConstraintChunk& chunk);
   void (*store)(const JointArgs& args, const ConstraintChunk& chunk);  // blocks -> impulses, reactions
+  // What the joints are, for solvers of any kind: rows at the present poses, by lane; needs no blocks. Of the
+  // arguments it reads `rows`, `frames`, `parameters`, `impulses`, `pose`, `delta`, `inertia` and `elapsed`.
+  void (*state_rows)(const JointArgs& args, const ConstraintChunk& chunk, ConstraintRows* rows);
 };
 
 struct JointKernels {

@@ -11,7 +11,7 @@ struct Wrench {
   V3 lever_a, lever_b, impulse, torque;
 };
 
-inline void push_wrench(const Wrench& wrench, JointBodies& bodies) {
+inline void push_wrench(const Wrench& wrench, JointBodyLanes& bodies) {
   push(bodies, wrench.lever_a, wrench.lever_b, wrench.impulse);
   twist(bodies, wrench.torque);
 }
@@ -19,7 +19,7 @@ inline void push_wrench(const Wrench& wrench, JointBodies& bodies) {
 inline JointImpulse acting_of(const Wrench& wrench) { return {wrench.impulse, wrench.torque}; }
 
 // Of the speed along a direction at the levers to a unit impulse there.
-inline F response_along(const JointBodies& bodies, V3 lever_a, V3 lever_b, V3 direction) {
+inline F response_along(const JointBodyLanes& bodies, V3 lever_a, V3 lever_b, V3 direction) {
   const V3 turn_a = cross(lever_a, direction), turn_b = cross(lever_b, direction);
   return bodies.mass_a.inverse_mass + bodies.mass_b.inverse_mass +
          dot(turn_a, bodies.mass_a.inverse_inertia * turn_a) +
@@ -44,7 +44,7 @@ inline void store_turned(const Wrench& before, const Wrench& now, TurnedLanes& l
   store3(lanes.torque_b, cross(now.lever_b, now.impulse) - cross(before.lever_b, before.impulse) + torque);
 }
 // First in a solve.
-inline void push_turned(const TurnedLanes& lanes, JointBodies& bodies, F keep) {
+inline void push_turned(const TurnedLanes& lanes, JointBodyLanes& bodies, F keep) {
   const V3 impulse = load3(lanes.impulse) * keep;
   bodies.a.linear = bodies.a.linear - impulse * bodies.mass_a.inverse_mass;
   bodies.b.linear = bodies.b.linear + impulse * bodies.mass_b.inverse_mass;
@@ -53,12 +53,12 @@ inline void push_turned(const TurnedLanes& lanes, JointBodies& bodies, F keep) {
 }
 
 // Relative angular velocity by an impulse at the levers.
-inline V3 turn_by_impulse(const JointBodies& bodies, V3 lever_a, V3 lever_b, V3 impulse) {
+inline V3 turn_by_impulse(const JointBodyLanes& bodies, V3 lever_a, V3 lever_b, V3 impulse) {
   return bodies.mass_a.inverse_inertia * cross(lever_a, impulse) +
          bodies.mass_b.inverse_inertia * cross(lever_b, impulse);
 }
 // Relative velocity at the levers by a torque impulse.
-inline V3 move_by_torque(const JointBodies& bodies, V3 lever_a, V3 lever_b, V3 torque) {
+inline V3 move_by_torque(const JointBodyLanes& bodies, V3 lever_a, V3 lever_b, V3 torque) {
   return cross(bodies.mass_a.inverse_inertia * torque, lever_a) +
          cross(bodies.mass_b.inverse_inertia * torque, lever_b);
 }
@@ -68,7 +68,7 @@ inline V3 move_by_torque(const JointBodies& bodies, V3 lever_a, V3 lever_b, V3 t
 //
 // With inverse inertias A and B the levers a and b act through A, B and (A + B)^-1; what is left of that is
 // their difference, which is the way from center to center, acting through A (A + B)^-1 B.
-inline S3 response_of_both(const JointBodies& bodies, const S3& turn_mass, V3 center_offset) {
+inline S3 response_of_both(const JointBodyLanes& bodies, const S3& turn_mass, V3 center_offset) {
   const S3 &a = bodies.mass_a.inverse_inertia, &b = bodies.mass_b.inverse_inertia;
   const V3 x = a * (turn_mass * V3{b.xx, b.xy, b.xz});
   const V3 y = a * (turn_mass * V3{b.xy, b.yy, b.yz});

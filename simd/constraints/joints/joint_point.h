@@ -17,14 +17,14 @@ struct PointLanes {
   LaneSoftness held, relaxed;  // in solve, in relax
 };
 
-inline void place_point(const Anchors& now, const JointBodies& bodies, PointLanes& point) {
+inline void place_point(const Anchors& now, const JointBodyLanes& bodies, PointLanes& point) {
   store3(point.arm_a, now.arm_a);
   store3(point.arm_b, now.arm_b);
   store3(point.error, now.offset);
   store6(point.inverse_response, invert(anchor_response(bodies, now.arm_a, now.arm_b)));
 }
 
-inline void prepare_point(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+inline void prepare_point(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                           const JointPlacement& at, V3 impulse, PointLanes& point) {
   const V3 none{F(0.0f), F(0.0f), F(0.0f)};
   place_point(store_anchors(at, point.first), bodies, point);
@@ -37,17 +37,17 @@ inline void prepare_point(const JointArgs& args, const std::int32_t* joint, cons
   store_softness(point.relaxed, relax_held(held, given.hertz));
 }
 
-inline void warm_start_point(const PointLanes& point, JointBodies& bodies) {
+inline void warm_start_point(const PointLanes& point, JointBodyLanes& bodies) {
   push(bodies, load3(point.arm_a), load3(point.arm_b), load3(point.impulse));
 }
 
 // First in a solve: inherited impulses act along the arms as they are now.
-inline void turn_point(const PointLanes& point, JointBodies& bodies, F keep) {
+inline void turn_point(const PointLanes& point, JointBodyLanes& bodies, F keep) {
   bodies.a.angular = bodies.a.angular - bodies.mass_a.inverse_inertia * (load3(point.turned_a) * keep);
   bodies.b.angular = bodies.b.angular + bodies.mass_b.inverse_inertia * (load3(point.turned_b) * keep);
 }
 
-inline void solve_point(PointLanes& point, JointBodies& bodies, const Softness& soft, F keep) {
+inline void solve_point(PointLanes& point, JointBodyLanes& bodies, const Softness& soft, F keep) {
   const V3 arm_a = load3(point.arm_a), arm_b = load3(point.arm_b);
   const V3 old_impulse = load3(point.impulse) * keep;
   const V3 speed = anchor_velocity(bodies, arm_a, arm_b) + load3(point.error) * soft.bias_rate;
@@ -59,7 +59,7 @@ inline void solve_point(PointLanes& point, JointBodies& bodies, const Softness& 
 
 // First in a relax: arms and errors at the present poses.
 inline void move_point(PointLanes& point, const WideDelta& delta_a, const WideDelta& delta_b,
-                       const JointBodies& bodies) {
+                       const JointBodyLanes& bodies) {
   const Anchors now = move_anchors(point.first, delta_a, delta_b);
   const V3 impulse = load3(point.impulse);
   store3(point.turned_a, cross(now.arm_a - load3(point.arm_a), impulse));
@@ -68,7 +68,7 @@ inline void move_point(PointLanes& point, const WideDelta& delta_a, const WideDe
 }
 
 // Returns the speed that was left.
-inline F relax_point(PointLanes& point, JointBodies& bodies) {
+inline F relax_point(PointLanes& point, JointBodyLanes& bodies) {
   const V3 arm_a = load3(point.arm_a), arm_b = load3(point.arm_b), impulse = load3(point.impulse);
   const Softness soft = load_softness(point.relaxed);
   const V3 speed = anchor_velocity(bodies, arm_a, arm_b);

@@ -4,10 +4,11 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-struct PulleyRows {
-  static constexpr int kHeld = 0, kAxes = 1;
-  static constexpr bool kRemembers = false;
-  static constexpr AxisUnit unit(int) { return AxisUnit::length; }
+// With the ropes l_a and l_b from the points to the anchors and their directions u_a and u_b, the length is
+// |l_a| + ratio |l_b| and its row J = [u_a, r_a x u_a, ratio u_b, ratio r_b x u_b]; as Jolt's
+// IndependentAxisConstraintPart.
+struct PulleyRows : RowShape {
+  static constexpr int kAxes = 1;  // the length, which is limited as axis 0 of JointParameters is
   struct Lanes {
     LaneFloats arm_a[3], arm_b[3];    // when the step began
     LaneFloats rope_a[3], rope_b[3];  // likewise, from the point to the anchor
@@ -20,12 +21,14 @@ struct PulleyRows {
     const float* pose = args.pose->position;
     load_rows(pose, 8, row_a, center_a.x, center_a.y, center_a.z, pad);
     load_rows(pose, 8, row_b, center_b.x, center_b.y, center_b.z, pad);
-    const WideAxis point_a = load_axis(args, joint, 1), point_b = load_axis(args, joint, 2);
+    const PulleyParameters& given = args.parameters->pulley;
     store3(lanes.arm_a, at.arm_a);
     store3(lanes.arm_b, at.arm_b);
-    store3(lanes.rope_a, (center_a - V3{point_a.lower, point_a.upper, point_a.target}) + at.arm_a);
-    store3(lanes.rope_b, (center_b - V3{point_b.lower, point_b.upper, point_b.target}) + at.arm_b);
-    store(lanes.ratio, load_axis(args, joint, 0).target);
+    store3(lanes.rope_a, (center_a - load_vector(given.point_a, joint)) + at.arm_a);
+    store3(lanes.rope_b, (center_b - load_vector(given.point_b, joint)) + at.arm_b);
+    F least, most, ratio, gap;
+    load_four(given.least_length, joint, least, most, ratio, gap);
+    store(lanes.ratio, ratio);
   }
   static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
                       RowsNow<PulleyRows>& now) {
@@ -41,7 +44,6 @@ struct PulleyRows {
     now.axis[0] = {pull_a, cross(arm_a, pull_a), pull_b, cross(arm_b, pull_b)};
     now.coordinate[0] = length_a + ratio * length_b;
   }
-  static void tune(const JointArgs&, const std::int32_t*, int, const Row&, const JointBodies&, LaneAxis&) {}
 };
 
 }  // namespace

@@ -4,8 +4,12 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-struct RackRows {
-  static constexpr int kHeld = 1, kAxes = 0;
+// C = way - radius (turn of a) since the joint was made,
+// J = [-x_b, -(r_a x x_b + radius x_a), x_b, r_b x x_b]
+//
+// as Jolt's RackAndPinionConstraintPart, which has the way of body b alone.
+struct RackRows : RowShape {
+  static constexpr int kHeld = 1;
   static constexpr bool kRemembers = true;
   struct Lanes {
     SumLanes sum;

@@ -1,36 +1,17 @@
-// Joints made of rows of a Jacobian. Private to the joint kernels.
+// Kernels of joints whose rows are solved as they are measured, see joint_measure.h. Private to the joint
+// kernels.
 //
-// A row makes one number of both bodies' velocities, its speed:
-//
-//   linear_a . v_a + angular_a . w_a + linear_b . v_b + angular_b . w_b
-//
-// and an impulse along a row changes the velocities by M^-1 times the row times the impulse. A joint has
+// A joint has
 //
 //   held rows   solved as one block, so that none takes away what another one has reached: speed zero, and in
 //               `solve` what takes their errors back
 //   axes        rows with a limit and a drive each, solved one after the other before the held ones
-//
-// What these rows are, with errors and coordinates, a kind of joint says by a struct with
-//
-//   kHeld, kAxes   how many
-//   kRemembers     whether the error of its first held row is the sum of all motion since the joint was made,
-//                  which impulse number kMemory then keeps across steps
-//   unit(axis)     what the axis's coordinate is
-//   Lanes          what it needs in the block
-//   prepare(args, joint, placement, row_a, row_b, remembered, lanes)
-//   measure(lanes, delta_a, delta_b, now)   rows, errors and coordinates after that motion, exactly
-//   tune(args, joint, axis, row, bodies, lanes)   last say about the prepared axes
-//
-// all of them static. RowJoint makes the kernels of it.
 #pragma once
 
 #include <simd/constraints/joints/joint_sweeps.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-struct Row {
-  V3 linear_a, angular_a, linear_b, angular_b;
-};
 struct RowLanes {
   LaneFloats linear_a[3], angular_a[3], linear_b[3], angular_b[3];
 };
@@ -42,52 +23,6 @@ inline void store_row(RowLanes& to, const Row& row) {
   store3(to.angular_a, row.angular_a);
   store3(to.linear_b, row.linear_b);
   store3(to.angular_b, row.angular_b);
-}
-inline Row zero_row() {
-  const V3 none{F(0.0f), F(0.0f), F(0.0f)};
-  return {none, none, none, none};
-}
-inline Row operator+(const Row& x, const Row& y) {
-  return {x.linear_a + y.linear_a, x.angular_a + y.angular_a, x.linear_b + y.linear_b,
-          x.angular_b + y.angular_b};
-}
-inline Row operator-(const Row& x, const Row& y) {
-  return {x.linear_a - y.linear_a, x.angular_a - y.angular_a, x.linear_b - y.linear_b,
-          x.angular_b - y.angular_b};
-}
-inline Row operator*(const Row& row, F scale) {
-  return {row.linear_a * scale, row.angular_a * scale, row.linear_b * scale, row.angular_b * scale};
-}
-inline F dot(const Row& x, const Row& y) {
-  return (dot(x.linear_a, y.linear_a) + dot(x.angular_a, y.angular_a)) +
-         (dot(x.linear_b, y.linear_b) + dot(x.angular_b, y.angular_b));
-}
-
-inline F row_speed(const Row& row, const JointBodies& bodies) {
-  return dot(row, {bodies.a.linear, bodies.a.angular, bodies.b.linear, bodies.b.angular});
-}
-// M^-1 times the row: the velocities that a unit impulse along it makes.
-inline Row row_push(const Row& row, const JointBodies& bodies) {
-  return {row.linear_a * bodies.mass_a.inverse_mass, bodies.mass_a.inverse_inertia * row.angular_a,
-          row.linear_b * bodies.mass_b.inverse_mass, bodies.mass_b.inverse_inertia * row.angular_b};
-}
-inline void push_row(JointBodies& bodies, const Row& row, F impulse) {
-  const Row change = row_push(row, bodies) * impulse;
-  bodies.a.linear = bodies.a.linear + change.linear_a;
-  bodies.a.angular = bodies.a.angular + change.angular_a;
-  bodies.b.linear = bodies.b.linear + change.linear_b;
-  bodies.b.angular = bodies.b.angular + change.angular_b;
-}
-
-// About an axis: b turns against a.
-inline Row turn_row(V3 axis) {
-  const V3 none{F(0.0f), F(0.0f), F(0.0f)};
-  return {none, -axis, none, axis};
-}
-// Along an axis that turns with a: the offset of the anchors. It acts on a where b's anchor is, or an offset
-// would make a couple of the two forces.
-inline Row offset_row(V3 axis, V3 arm_a, V3 arm_b, V3 offset) {
-  return {-axis, -cross(arm_a + offset, axis), axis, cross(arm_b, axis)};
 }
 
 // Rows that are held as one block. Its matrix K = J M^-1 J^T is kept as L D L^T: elimination row by row stays
@@ -118,7 +53,7 @@ struct HeldLanes<0> {
 constexpr float kLeastPivot = 1e-6f;
 
 template <int kRows>
-inline void factor_held(HeldLanes<kRows>& held, const Row (&row)[kRows], const JointBodies& bodies) {
+inline void factor_held(HeldLanes<kRows>& held, const Row (&row)[kRows], const JointBodyLanes& bodies) {
   F lower[kRows][kRows], pivot[kRows];
   for (int j = 0; j < kRows; ++j) {
     const Row push = row_push(row[j], bodies);
@@ -156,7 +91,7 @@ inline void divide_held(const HeldLanes<kRows>& held, F (&x)[kRows]) {
 
 // Returns the largest speed that it met.
 template <int kRows>
-inline F solve_held(HeldLanes<kRows>& held, JointBodies& bodies, const Softness& soft, F keep) {
+inline F solve_held(HeldLanes<kRows>& held, JointBodyLanes& bodies, const Softness& soft, F keep) {
   F change[kRows], worst(0.0f);
   for (int i = 0; i < kRows; ++i) {
     const F speed = row_speed(load_row(held.row[i]), bodies);
@@ -173,9 +108,6 @@ inline F solve_held(HeldLanes<kRows>& held, JointBodies& bodies, const Softness&
   return worst;
 }
 
-// What the coordinate of an axis is: m; rad in (-pi, pi]; or none, as only the speed counts.
-enum class AxisUnit { length, angle, speed };
-
 struct AxisLanes {
   RowLanes row;
   LaneFloats coordinate;
@@ -189,7 +121,7 @@ struct AxisGroup {
 template <>
 struct AxisGroup<0> {};
 
-inline void solve_axis(const JointArgs& args, AxisUnit unit, AxisLanes& lanes, JointBodies& bodies,
+inline void solve_axis(const JointArgs& args, AxisUnit unit, AxisLanes& lanes, JointBodyLanes& bodies,
                        const Softness& held, F keep) {
   const Row row = load_row(lanes.row);
   const F coordinate = load(lanes.coordinate), mass = load(lanes.mass);
@@ -207,20 +139,6 @@ inline void solve_axis(const JointArgs& args, AxisUnit unit, AxisLanes& lanes, J
   push_row(bodies, row, limited);
 }
 
-// Where rows, errors and coordinates of a joint are now.
-template <class Shape>
-struct RowsNow {
-  Row held[Shape::kHeld > 0 ? Shape::kHeld : 1];
-  F error[Shape::kHeld > 0 ? Shape::kHeld : 1];
-  Row axis[Shape::kAxes > 0 ? Shape::kAxes : 1];
-  F coordinate[Shape::kAxes > 0 ? Shape::kAxes : 1];
-  V3 arm_b;  // from b's center of mass to its anchor
-};
-
-// Impulses: 0 to 3 of the held rows, then the limit and the drive of each axis, last the memory.
-constexpr int kFirstAxisImpulse = 4;
-constexpr int kMemory = 15;
-
 template <class Shape, int kUsedAxes>
 struct alignas(64) RowBlock {
   static constexpr int kHeld = Shape::kHeld, kAxes = kUsedAxes;
@@ -234,7 +152,7 @@ struct alignas(64) RowBlock {
 
 // Takes the rows of the present poses into the block.
 template <class Shape, class Block>
-inline void place_rows(const RowsNow<Shape>& now, const JointBodies& bodies, Block& block) {
+inline void place_rows(const RowsNow<Shape>& now, const JointBodyLanes& bodies, Block& block) {
   store3(block.arm_b, now.arm_b);
   if constexpr (Block::kHeld > 0) {
     for (int i = 0; i < Block::kHeld; ++i) {
@@ -254,7 +172,7 @@ inline void place_rows(const RowsNow<Shape>& now, const JointBodies& bodies, Blo
 }
 
 template <class Shape, class Block>
-inline void prepare_rows(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+inline void prepare_rows(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                          const JointPlacement& at, Block& block) {
   F impulse[kJointImpulses];
   for (int i = 0; i < kJointImpulses; i += 4) {
@@ -278,9 +196,8 @@ inline void prepare_rows(const JointArgs& args, const std::int32_t* joint, const
   if constexpr (Block::kAxes > 0) {
     for (int i = 0; i < Block::kAxes; ++i) {
       const int first = kFirstAxisImpulse + 2 * i;
-      LaneAxis& axis = block.axes.axis[i].axis;
-      prepare_axis(args, joint, bodies, i, impulse[first], impulse[first + 1], axis);
-      Shape::tune(args, joint, i, now.axis[i], bodies, axis);
+      prepare_axis(args, bodies, Shape::asked(args, joint, i, now.axis[i], bodies), impulse[first],
+                   impulse[first + 1], block.axes.axis[i].axis);
     }
   }
 }
@@ -305,17 +222,18 @@ inline Row sum_impulses(const Block& block) {
 
 template <class Shape, bool kRich>
 struct RowJoint {
+  using Rows = Shape;
   using Block = RowBlock<Shape, kRich ? Shape::kAxes : 0>;
   static_assert(Block::kHeld <= kFirstAxisImpulse && kFirstAxisImpulse + 2 * Block::kAxes <= kMemory);
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     prepare_rows<Shape>(args, joint, bodies, at, block);
   }
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     push_row(bodies, sum_impulses(block), F(1.0f));
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     push_row(bodies, load_row(block.turned), keep);
     const Softness soft = load_softness(block.held.soft);
@@ -323,7 +241,7 @@ struct RowJoint {
     if constexpr (Block::kHeld > 0) solve_held(block.held, bodies, soft, keep);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Row inherited = sum_impulses(block);
     RowsNow<Shape> now;
     Shape::measure(block.shape, delta_a, delta_b, now);
@@ -363,7 +281,7 @@ struct RowJoint {
   }
 
  private:
-  static void solve_axes(const JointArgs& args, Block& block, JointBodies& bodies, const Softness& held,
+  static void solve_axes(const JointArgs& args, Block& block, JointBodyLanes& bodies, const Softness& held,
                          F keep) {
     if constexpr (Block::kAxes > 0) {
       for (int i = 0; i < Block::kAxes; ++i) {

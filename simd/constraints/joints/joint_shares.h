@@ -106,7 +106,7 @@ inline Parts measure_parts(const ConstraintChunk& chunk, int first_lane, const J
 template <class Kind>
 inline bool divide_bodies(const JointArgs& args, const ConstraintChunk& chunk, const std::int32_t* row_a,
                           const std::int32_t* row_b, int first_lane, const JointPlacement& at,
-                          JointBodies& bodies) {
+                          JointBodyLanes& bodies) {
   const F one(1.0f), few(kFewestSharers);
   store(args.parts_a + first_lane, one);
   store(args.parts_b + first_lane, one);
@@ -129,7 +129,8 @@ inline bool divide_bodies(const JointArgs& args, const ConstraintChunk& chunk, c
   return true;
 }
 
-inline JointBodies load_bodies(const JointArgs& args, const std::int32_t* row_a, const std::int32_t* row_b) {
+inline JointBodyLanes load_bodies(const JointArgs& args, const std::int32_t* row_a,
+                                  const std::int32_t* row_b) {
   return {load_velocity(args.velocity, row_a),
           load_velocity(args.velocity, row_b),
           load_mass(args.inertia, row_a),
@@ -139,9 +140,9 @@ inline JointBodies load_bodies(const JointArgs& args, const std::int32_t* row_a,
 }
 
 // Likewise as parts, where any joint of the chunk has some.
-inline JointBodies load_parts(const JointArgs& args, bool shared, const std::int32_t* row_a,
-                              const std::int32_t* row_b, int first_lane) {
-  JointBodies bodies = load_bodies(args, row_a, row_b);
+inline JointBodyLanes load_parts(const JointArgs& args, bool shared, const std::int32_t* row_a,
+                                 const std::int32_t* row_b, int first_lane) {
+  JointBodyLanes bodies = load_bodies(args, row_a, row_b);
   if (shared) {
     bodies.mass_a = split(bodies.mass_a, load(args.parts_a + first_lane));
     bodies.mass_b = split(bodies.mass_b, load(args.parts_b + first_lane));
@@ -186,7 +187,7 @@ inline void join_row(const VelocityRow& before, float parts, VelocityRow& row) {
 // Writes the velocities of the bodies that can be pushed.
 inline void store_bodies(const JointArgs& args, const ConstraintChunk& chunk, bool shared,
                          const std::int32_t* row_a, const std::int32_t* row_b, int count, int first_lane,
-                         const JointBodies& bodies, HubSum& hub) {
+                         const JointBodyLanes& bodies, HubSum& hub) {
   RowsBefore before;
   if (shared) keep_rows(args, row_a, row_b, count, before);
   if (chunk.fixed != BodySide::a) {

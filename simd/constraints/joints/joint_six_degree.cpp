@@ -66,8 +66,44 @@ inline void place_angles(const Frames& frames, const M3& axes, V3 (&way)[kRows],
   }
 }
 
+// With d the way from anchor a to anchor b, which is also where forces act on a, the offsets are x_a . d, y_a
+// . d and z_a . d, J = [-x_a, -(r_a + d) x x_a, x_a, r_b x x_a]. The angles are those of place_angles(),
+// whose rows are the inverse of the left Jacobian of SO(3) seen from frame a (Chirikjian, "Stochastic Models,
+// Information Theory, and Lie Groups", volume 2, 2011). As PhysX's D6 joint, which has swing and twist
+// instead.
+struct SixDegreeRows : FramedShape {
+  static constexpr int kAxes = kRows;
+  static constexpr bool kKeepsHeld = true, kHoldsEqualEnds = true;
+  static constexpr AxisUnit unit(int row) { return row < kAngles ? AxisUnit::angle : AxisUnit::length; }
+  static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
+                      RowsNow<SixDegreeRows>& now) {
+    const auto [anchors, frames] = move_placed(lanes, delta_a, delta_b);
+    const M3 axes = to_matrix(frames.a);
+    V3 way[kRows] = {{}, {}, {}, axes.x, axes.y, axes.z};
+    place_angles(frames, axes, way, now.coordinate);
+    for (int row = 0; row < kAngles; ++row) now.axis[row] = turn_row(way[row]);
+    for (int row = kAngles; row < kRows; ++row) {
+      now.axis[row] = offset_row(way[row], anchors.arm_a, anchors.arm_b, anchors.offset);
+      now.coordinate[row] = dot(way[row], anchors.offset);
+    }
+    now.arm_b = anchors.arm_b;
+  }
+  static WideAxis asked(const JointArgs& args, const std::int32_t* joint, int row, const Row&,
+                        const JointBodyLanes&) {
+    return load_axis(args, joint, axis_of(row));
+  }
+  static void impulses(const F (&stored)[kJointImpulses], const RowsNow<SixDegreeRows>&,
+                       RowImpulses<SixDegreeRows>& along) {
+    for (int row = 0; row < kRows; ++row) {
+      along.limit[row] = stored[row];
+      along.drive[row] = stored[kRows + row];
+    }
+  }
+};
+
 // J M^-1 J^T of all rows.
-inline void respond(const JointBodies& bodies, V3 lever_a, V3 lever_b, const V3 (&way)[kRows], SixMatrix& k) {
+inline void respond(const JointBodyLanes& bodies, V3 lever_a, V3 lever_b, const V3 (&way)[kRows],
+                    SixMatrix& k) {
   V3 turn_a[kRows], turn_b[kRows];
   for (int row = 0; row < kRows; ++row) {
     turn_a[row] = row < kAngles ? way[row] : cross(lever_a, way[row]);
@@ -124,7 +160,7 @@ inline void invert_held(const SixMatrix& k, const SixRows& held, SixMatrix& inve
   }
 }
 
-inline void place(const JointBodies& bodies, const Placed& now, SixDegreeBlock& block) {
+inline void place(const JointBodyLanes& bodies, const Placed& now, SixDegreeBlock& block) {
   const F zero(0.0f);
   const V3 offset = now.anchors.offset, lever_a = now.anchors.arm_a + offset, lever_b = now.anchors.arm_b;
   const M3 axes = to_matrix(now.frames.a);
@@ -180,14 +216,14 @@ inline F shorter(int row, F difference) {
 struct SixVelocity {
   V3 anchor, spin;
 };
-inline SixVelocity velocity_of(const SixDegreeBlock& block, const JointBodies& bodies) {
+inline SixVelocity velocity_of(const SixDegreeBlock& block, const JointBodyLanes& bodies) {
   return {anchor_velocity(bodies, load3(block.lever_a), load3(block.lever_b)), turning_speed(bodies)};
 }
 inline F speed_of(const SixDegreeBlock& block, int row, const SixVelocity& velocity) {
   return dot(load3(block.way[row]), row < kAngles ? velocity.spin : velocity.anchor);
 }
 
-inline void push_rows(const SixDegreeBlock& block, JointBodies& bodies, const SixRows& impulse) {
+inline void push_rows(const SixDegreeBlock& block, JointBodyLanes& bodies, const SixRows& impulse) {
   const F zero(0.0f);
   V3 linear{zero, zero, zero}, torque{zero, zero, zero};
   for (int row = 0; row < kRows; ++row) {
@@ -199,7 +235,7 @@ inline void push_rows(const SixDegreeBlock& block, JointBodies& bodies, const Si
 }
 
 // Returns the largest speed, of anchors or rotation, that was left in a held row.
-inline F solve_held(SixDegreeBlock& block, JointBodies& bodies, const Softness& soft, F keep) {
+inline F solve_held(SixDegreeBlock& block, JointBodyLanes& bodies, const Softness& soft, F keep) {
   const SixVelocity velocity = velocity_of(block, bodies);
   SixRows speed, change;
   F worst(0.0f);
@@ -222,7 +258,8 @@ inline F solve_held(SixDegreeBlock& block, JointBodies& bodies, const Softness& 
 
 // An impulse along a free row, and as much of those that keep the held ones as they are as free_response()
 // says.
-inline void push_free(SixDegreeBlock& block, int row, JointBodies& bodies, const Softness& held, F impulse) {
+inline void push_free(SixDegreeBlock& block, int row, JointBodyLanes& bodies, const Softness& held,
+                      F impulse) {
   SixRows change;
   for (int other = 0; other < kRows; ++other) {
     const F hold = load(block.hold[row][other]) * (impulse * held.mass_scale);
@@ -233,7 +270,7 @@ inline void push_free(SixDegreeBlock& block, int row, JointBodies& bodies, const
 }
 
 inline void solve_free(const JointArgs& args, const Softness& held, F keep, SixDegreeBlock& block,
-                       JointBodies& bodies) {
+                       JointBodyLanes& bodies) {
   const F zero(0.0f), one(1.0f);
   for (int row = 0; row < kRows; ++row) {
     LaneAxis& axis = block.axis[row];
@@ -271,9 +308,10 @@ inline void take_held(SixDegreeBlock& block, int row) {
 
 // Impulses: 0 to 5 of what holds or limits the rows, 6 to 11 of their drives.
 struct SixDegree {
+  using Rows = SixDegreeRows;
   using Block = SixDegreeBlock;
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     F impulse[2 * kRows];
     for (int group = 0; group < 3; ++group) {
@@ -281,7 +319,8 @@ struct SixDegree {
       load_impulses(args, joint, group, four[0], four[1], four[2], four[3]);
     }
     for (int row = 0; row < kRows; ++row) {
-      prepare_axis(args, joint, bodies, axis_of(row), impulse[row], impulse[kRows + row], block.axis[row]);
+      prepare_axis(args, bodies, load_axis(args, joint, axis_of(row)), impulse[row], impulse[kRows + row],
+                   block.axis[row]);
       take_held(block, row);
     }
     place(bodies, store_placed(at, block.first), block);
@@ -291,8 +330,10 @@ struct SixDegree {
     store_softness(block.softness, soft);
     store_softness(block.relaxed, relax_held(soft, given.hertz));
   }
-  static void warm_start(const Block& block, JointBodies& bodies) { push_wrench(wrench_of(block), bodies); }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
+    push_wrench(wrench_of(block), bodies);
+  }
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     const Softness soft = load_softness(block.softness);
     push_turned(block.turned, bodies, keep);
@@ -300,7 +341,7 @@ struct SixDegree {
     solve_free(args, soft, keep, block, bodies);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Wrench before = wrench_of(block);
     const V3 old_way[kAngles] = {load3(block.way[0]), load3(block.way[1]), load3(block.way[2])};
     place(bodies, move_placed(block.first, delta_a, delta_b), block);

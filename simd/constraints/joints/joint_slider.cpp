@@ -10,6 +10,37 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
+// With d the way from anchor a to anchor b, which is also where forces act on a:
+//
+//   held   C = y_a . d and z_a . d,   J = [-y_a, -(r_a + d) x y_a, y_a, r_b x y_a]; and measure_rotation()
+//   axis   x_a . d likewise
+//
+// as Jolt's DualAxisConstraintPart, RotationEulerConstraintPart and AxisConstraintPart.
+struct SliderRows : FramedShape {
+  static constexpr int kHeld = 5, kAxes = 1;
+  static constexpr bool kKeepsHeld = true;
+  static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
+                      RowsNow<SliderRows>& now) {
+    const auto [anchors, frames] = move_placed(lanes, delta_a, delta_b);
+    const M3 a = to_matrix(frames.a);
+    now.arm_b = anchors.arm_b;
+    now.held[0] = offset_row(a.y, anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.error[0] = dot(a.y, anchors.offset);
+    now.held[1] = offset_row(a.z, anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.error[1] = dot(a.z, anchors.offset);
+    measure_rotation(frames, 2, now);
+    now.axis[0] = offset_row(a.x, anchors.arm_a, anchors.arm_b, anchors.offset);
+    now.coordinate[0] = dot(a.x, anchors.offset);
+  }
+  static void impulses(const F (&stored)[kJointImpulses], const RowsNow<SliderRows>&,
+                       RowImpulses<SliderRows>& along) {
+    for (int i = 0; i < 2; ++i) along.held[i] = stored[i];
+    for (int i = 0; i < 3; ++i) along.held[2 + i] = stored[4 + i];
+    along.limit[0] = stored[2];
+    along.drive[0] = stored[3];
+  }
+};
+
 struct alignas(64) SliderBlock {
   LaneInts row_a, row_b;
   PlacedLanes first;
@@ -58,7 +89,7 @@ inline void store_held_impulses(F side0, F side1, V3 torque, SliderBlock& block)
 }
 
 template <class Block>
-inline void place(const JointBodies& bodies, const Placed& now, Block& block) {
+inline void place(const JointBodyLanes& bodies, const Placed& now, Block& block) {
   const V3 offset = now.anchors.offset, lever_a = now.anchors.arm_a + offset, lever_b = now.anchors.arm_b;
   const M3 axes = to_matrix(now.frames.a);
   store3(block.lever_a, lever_a);
@@ -88,7 +119,7 @@ inline void place(const JointBodies& bodies, const Placed& now, Block& block) {
 }
 
 // Returns the larger of the speeds, of the anchors and of rotation, that were left.
-inline F solve_held(SliderBlock& block, JointBodies& bodies, const Softness& soft, F keep) {
+inline F solve_held(SliderBlock& block, JointBodyLanes& bodies, const Softness& soft, F keep) {
   const V3 lever_a = load3(block.lever_a), lever_b = load3(block.lever_b);
   const V3 side0 = load3(block.side[0]), side1 = load3(block.side[1]);
   const S3 turn_mass = load6(block.turn_mass);
@@ -119,7 +150,7 @@ inline F solve_held(SliderBlock& block, JointBodies& bodies, const Softness& sof
 
 // An impulse along the axis, and as much of those that keep the held rows as they are as free_response()
 // says.
-inline void push_slide(RichSliderBlock& block, JointBodies& bodies, const Softness& held, F impulse) {
+inline void push_slide(RichSliderBlock& block, JointBodyLanes& bodies, const Softness& held, F impulse) {
   const V3 lever_a = load3(block.lever_a), lever_b = load3(block.lever_b), axis = load3(block.axis);
   const V3 whole = load3(block.slide_way) * impulse;
   const V3 torque =
@@ -134,7 +165,7 @@ inline void push_slide(RichSliderBlock& block, JointBodies& bodies, const Softne
 }
 
 inline void solve_slide(const JointArgs& args, const Softness& held, F keep, RichSliderBlock& block,
-                        JointBodies& bodies) {
+                        JointBodyLanes& bodies) {
   const V3 lever_a = load3(block.lever_a), lever_b = load3(block.lever_b), axis = load3(block.axis);
   const F slide = load(block.slide);
   const F mass = invert_positive(free_response(load(block.response_alone), load(block.response_held), held));
@@ -150,9 +181,10 @@ inline void solve_slide(const JointArgs& args, const Softness& held, F keep, Ric
 // world axes.
 template <class SomeBlock>
 struct Slider {
+  using Rows = SliderRows;
   using Block = SomeBlock;
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     const F scale(args.warm_start_scale);
     F side0, side1, limit, drive, unused;
@@ -160,7 +192,9 @@ struct Slider {
     load_impulses(args, joint, 0, side0, side1, limit, drive);
     load_impulses(args, joint, 1, torque.x, torque.y, torque.z, unused);
     store_held_impulses(side0 * scale, side1 * scale, torque * scale, block);
-    if constexpr (kIsRich<Block>) prepare_axis(args, joint, bodies, 0, limit, drive, block.drive);
+    if constexpr (kIsRich<Block>) {
+      prepare_axis(args, bodies, load_axis(args, joint, 0), limit, drive, block.drive);
+    }
     place(bodies, store_placed(at, block.first), block);
     clear_turned(block.turned);
     const WideStiffness given = load_stiffness(args, joint);
@@ -168,8 +202,10 @@ struct Slider {
     store_softness(block.held, held);
     store_softness(block.relaxed, relax_held(held, given.hertz));
   }
-  static void warm_start(const Block& block, JointBodies& bodies) { push_wrench(wrench_of(block), bodies); }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
+    push_wrench(wrench_of(block), bodies);
+  }
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     const Softness held = load_softness(block.held);
     push_turned(block.turned, bodies, keep);
@@ -177,7 +213,7 @@ struct Slider {
     if constexpr (kIsRich<Block>) solve_slide(args, held, keep, block, bodies);
   }
   static F relax(const JointArgs& args, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     const Wrench before = wrench_of(block);
     place(bodies, move_placed(block.first, delta_a, delta_b), block);
     store_turned(before, wrench_of(block), block.turned);

@@ -2,6 +2,7 @@
 //
 // A kind of joint is a struct with
 //
+//   Rows           what the kind measures, see joint_measure.h
 //   Block          row_a, row_b and what else it needs, as arrays of lanes
 //   prepare(args, joint, bodies, placement, block)   rows -> block; `joint`: the rows of the lanes
 //   warm_start(block, bodies)                        the impulses that the block begins with
@@ -15,6 +16,7 @@
 #pragma once
 
 #include <simd/constraints/joints/joint_shares.h>
+#include <simd/constraints/joints/joint_statement.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
@@ -25,7 +27,7 @@ SCREE_SWEEP void prepare_joints(const JointArgs& args, const ConstraintChunk& ch
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     const std::int32_t* joint = args.rows + first_lane;
     const JointPlacement placement = load_placement(args, joint, block.row_a, block.row_b);
-    JointBodies bodies = load_bodies(args, block.row_a, block.row_b);
+    JointBodyLanes bodies = load_bodies(args, block.row_a, block.row_b);
     if (divide_bodies<Kind>(args, chunk, block.row_a, block.row_b, first_lane, placement, bodies))
       shared = true;
     Kind::prepare(args, joint, bodies, placement, block);
@@ -41,7 +43,7 @@ SCREE_SWEEP void warm_start_joints(const JointArgs& args, const ConstraintChunk&
   HubSum hub(args.velocity, chunk);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     prefetch(&block + 1, 0, sizeof(Block));
-    JointBodies bodies = load_parts(args, shared, block.row_a, block.row_b, first_lane);
+    JointBodyLanes bodies = load_parts(args, shared, block.row_a, block.row_b, first_lane);
     Kind::warm_start(block, bodies);
     store_bodies(args, chunk, shared, block.row_a, block.row_b, count, first_lane, bodies, hub);
   });
@@ -54,7 +56,7 @@ SCREE_SWEEP void solve_joints(const JointArgs& args, const ConstraintChunk& chun
   HubSum hub(args.velocity, chunk);
   for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
     prefetch(&block + 1, 0, sizeof(Block));
-    JointBodies bodies = load_parts(args, shared, block.row_a, block.row_b, first_lane);
+    JointBodyLanes bodies = load_parts(args, shared, block.row_a, block.row_b, first_lane);
     Kind::solve(args, block, bodies);
     store_bodies(args, chunk, shared, block.row_a, block.row_b, count, first_lane, bodies, hub);
   });
@@ -70,7 +72,7 @@ inline void relax_blocks(const JointArgs& args, const ConstraintChunk& chunk) {
     prefetch(&block + 1, 0, sizeof(Block));
     const WideDelta delta_a = load_delta(args.delta, block.row_a);
     const WideDelta delta_b = load_delta(args.delta, block.row_b);
-    JointBodies bodies = load_parts(args, shared, block.row_a, block.row_b, first_lane);
+    JointBodyLanes bodies = load_parts(args, shared, block.row_a, block.row_b, first_lane);
     const F error = Kind::relax(args, block, delta_a, delta_b, bodies);
     if constexpr (kMeasured) worst = max(error, worst);
     if (chunk.breaks) note_peak(args, args.rows + first_lane, count, Kind::acting(block));
@@ -103,9 +105,10 @@ void store_joints(const JointArgs& args, const ConstraintChunk& chunk) {
 
 template <class Kind>
 JointVariantKernels make_joint_kernels_of() {
-  return {
-      sizeof(typename Kind::Block), prepare_joints<Kind>,        warm_start_joints<Kind>, solve_joints<Kind>,
-      relax_joints<Kind>,           relax_measured_joints<Kind>, store_joints<Kind>};
+  return {sizeof(typename Kind::Block), prepare_joints<Kind>,
+          warm_start_joints<Kind>,      solve_joints<Kind>,
+          relax_joints<Kind>,           relax_measured_joints<Kind>,
+          store_joints<Kind>,           state_rows<typename Kind::Rows>};
 }
 
 // Both variants of a kind. Each kind's source defines its own, so that one that is forgotten does not link.

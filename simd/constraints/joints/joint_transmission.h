@@ -31,9 +31,13 @@ inline F follow_turn(F turn, F before) {
 struct SumLanes {
   LaneFloats first_error, ratio;
 };
+static_assert(offsetof(GearParameters, ratio) == offsetof(RackAndPinionParameters, radius));
 inline void prepare_sum(const JointArgs& args, const std::int32_t* joint, F remembered, SumLanes& lanes) {
+  const GearParameters& from = args.parameters->gear;
+  F gap[3], ratio;
+  load_four(from.gap_0[0], joint, gap[0], gap[1], ratio, gap[2]);
   store(lanes.first_error, remembered);
-  store(lanes.ratio, load_axis(args, joint, 0).target);
+  store(lanes.ratio, ratio);
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

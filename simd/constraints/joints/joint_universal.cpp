@@ -1,10 +1,16 @@
 // Universal joints; see simd/constraints/joints/joint_rows.h.
-#include <simd/constraints/joints/joint_framed_rows.h>
+#include <simd/constraints/joints/joint_rows.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-struct UniversalRows : FramedRows {
+// With d the way from anchor a to anchor b:
+//
+//   held    C = d,   J = [-1, [r_a + d], 1, -[r_b]]; and x_a . y_b, see square_row()
+//   axes    the angles about x_a and about y_b, J = [0, -axis, 0, axis]
+//
+// as ODE's universal joint.
+struct UniversalRows : FramedShape {
   static constexpr int kHeld = 4, kAxes = 2;
   static constexpr AxisUnit unit(int) { return AxisUnit::angle; }
   static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,

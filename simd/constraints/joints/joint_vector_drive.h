@@ -19,12 +19,7 @@ struct VectorDriveLanes {
   LaneFloats impulse[3];
 };
 
-struct DriveParameters {
-  F hertz, damping_ratio, max_force;
-  I drive;
-};
-
-inline void prepare_drive(const JointArgs& args, const JointBodies& bodies, const DriveParameters& given,
+inline void prepare_drive(const JointArgs& args, const JointBodyLanes& bodies, const WideDrive& given,
                           V3 impulse, VectorDriveLanes& lanes) {
   const F zero(0.0f), one(1.0f);
   const M spring = given.drive == I(static_cast<std::int32_t>(kDriveSpring));

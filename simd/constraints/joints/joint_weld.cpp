@@ -5,8 +5,28 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
+// The anchors as measure_point() has them, the rotation as measure_rotation(), each with its own softness.
+struct WeldRows : FramedShape {
+  static constexpr int kHeld = 6;
+  static constexpr bool kKeepsHeld = true;
+  static constexpr bool is_angular(int held) { return held >= 3; }
+  static void measure(const Lanes& lanes, const WideDelta& delta_a, const WideDelta& delta_b,
+                      RowsNow<WeldRows>& now) {
+    const auto [anchors, frames] = move_placed(lanes, delta_a, delta_b);
+    now.arm_b = anchors.arm_b;
+    measure_point(anchors, 0, now);
+    measure_rotation(frames, 3, now);
+  }
+  static void impulses(const F (&stored)[kJointImpulses], const RowsNow<WeldRows>&,
+                       RowImpulses<WeldRows>& along) {
+    point_impulses(stored, along);
+    for (int i = 0; i < 3; ++i) along.held[3 + i] = stored[4 + i];
+  }
+};
+
 // Impulses: 0 to 2 at the anchor, 4 to 6 the torque about it; in world axes.
 struct Weld {
+  using Rows = WeldRows;
   struct alignas(64) Block {
     LaneInts row_a, row_b;
     PointLanes point;
@@ -15,7 +35,7 @@ struct Weld {
     LaneSoftness held, relaxed;  // of the rotation; in solve, in relax
   };
 
-  static void refresh(const JointBodies& bodies, const Frames& frames, Block& block) {
+  static void refresh(const JointBodyLanes& bodies, const Frames& frames, Block& block) {
     const HeldTurning turning = held_turning(bodies, load3(block.point.arm_a), load3(block.point.arm_b),
                                              load6(block.point.inverse_response));
     store9(block.turning.share, turning.share);
@@ -23,7 +43,7 @@ struct Weld {
     store3(block.turning.error, rotation_error(frames));
   }
 
-  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodies& bodies,
+  static void prepare(const JointArgs& args, const std::int32_t* joint, const JointBodyLanes& bodies,
                       const JointPlacement& at, Block& block) {
     V3 impulse, torque;
     F unused;
@@ -37,17 +57,17 @@ struct Weld {
     store_softness(block.relaxed, relax_held(held, given.angular_hertz));
     refresh(bodies, store_frames(at, block.frames), block);
   }
-  static void warm_start(const Block& block, JointBodies& bodies) {
+  static void warm_start(const Block& block, JointBodyLanes& bodies) {
     warm_start_held(block.point, block.turning, bodies);
   }
-  static void solve(const JointArgs& args, Block& block, JointBodies& bodies) {
+  static void solve(const JointArgs& args, Block& block, JointBodyLanes& bodies) {
     const F keep(args.impulse_keep);
     turn_point(block.point, bodies, keep);
     solve_held(block.point, block.turning, bodies, load_softness(block.point.held), load_softness(block.held),
                keep);
   }
   static F relax(const JointArgs&, Block& block, const WideDelta& delta_a, const WideDelta& delta_b,
-                 JointBodies& bodies) {
+                 JointBodyLanes& bodies) {
     move_point(block.point, delta_a, delta_b, bodies);
     refresh(bodies, move_frames(block.frames, delta_a, delta_b), block);
     return solve_held(block.point, block.turning, bodies, load_softness(block.point.relaxed),

@@ -1,10 +1,17 @@
 // Wheel joints; see simd/constraints/joints/joint_rows.h.
-#include <simd/constraints/joints/joint_framed_rows.h>
+#include <simd/constraints/joints/joint_rows.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-struct WheelRows : FramedRows {
+// With d the way from anchor a to anchor b, which is also where forces act on a:
+//
+//   held    C = y_a . d and z_a . d,   J = [-y_a, -(r_a + d) x y_a, y_a, r_b x y_a]; and x_a . z_b, see
+//   square_row() axes    x_a . d likewise, the suspension; the angle about x_a, the steering; the speed about
+//   z_b, the spin
+//
+// as ODE's hinge-2 joint, with the suspension of Box2D's wheel joint.
+struct WheelRows : FramedShape {
   static constexpr int kHeld = 3, kAxes = 3;
   static constexpr AxisUnit unit(int axis) {
     return axis == 0 ? AxisUnit::length : (axis == 1 ? AxisUnit::angle : AxisUnit::speed);
@@ -31,21 +38,17 @@ struct WheelRows : FramedRows {
   }
   // The hertz of a suspension are those of a chassis that bounces on wheels that stand: of the mass of body a
   // at the wheel. By that of both bodies, as elsewhere, a light wheel would make a weak spring.
-  static void tune(const JointArgs& args, const std::int32_t* joint, int number, const Row& row,
-                   const JointBodies& bodies, LaneAxis& lanes) {
-    if (number != 0) return;
+  static WideAxis asked(const JointArgs& args, const std::int32_t* joint, int axis, const Row& row,
+                        const JointBodyLanes& bodies) {
+    WideAxis given = load_axis(args, joint, axis);
+    if (axis != 0) return given;
     const Row push = row_push(row, bodies);
     const F of_a = dot(row.linear_a, push.linear_a) + dot(row.angular_a, push.angular_a);
     const F ratio = dot(row, push) * invert_positive(of_a);
     const F scale = sqrt(select(ratio > F(1.0f), ratio, F(1.0f)));
-    const WideAxis given = load_axis(args, joint, number);
-    const M spring = given.drive == I(static_cast<std::int32_t>(kDriveSpring));
-    const Softness soft =
-        soften(args, bodies, select(spring, given.hertz * scale, F(1.0f)), given.damping_ratio * scale);
-    const Softness other = load_softness(lanes.drive);
-    store_softness(lanes.drive, {select(spring, soft.bias_rate, other.bias_rate),
-                                 select(spring, soft.mass_scale, other.mass_scale),
-                                 select(spring, soft.impulse_scale, other.impulse_scale)});
+    given.hertz = given.hertz * scale;
+    given.damping_ratio = given.damping_ratio * scale;
+    return given;
   }
 };
 

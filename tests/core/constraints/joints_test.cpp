@@ -1,5 +1,5 @@
 // Laws of the calls that create, change, read and destroy joints.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <scree/scree.h>
 #include <tests/core/constraints/joint_samples.h>
 #include <tests/core/world/world_fixture.h>

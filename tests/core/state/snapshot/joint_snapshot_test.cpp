@@ -1,5 +1,5 @@
 // Laws of snapshots with joints: what comes back, and what is refused.
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/world/edit.h>
 #include <scree/scree.h>
 #include <tests/core/constraints/joint_samples.h>

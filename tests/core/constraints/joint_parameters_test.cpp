@@ -1,5 +1,5 @@
-// Laws of joints as rows: what goes in comes out.
-#include <core/constraints/joint_rows.h>
+// Laws of joints as the parameters that kernels read: what goes in comes out.
+#include <core/constraints/joint_parameters.h>
 #include <core/world/edit.h>
 #include <core/world/math.h>
 #include <tests/core/constraints/joint_samples.h>
@@ -12,7 +12,7 @@ namespace {
 
 JointType type_at(std::size_t i) { return static_cast<JointType>(i); }
 
-TEST(JointRows, EveryNumberHasAnEntryOfItsOwn) {
+TEST(JointParameters, EveryNumberHasAnEntryOfItsOwn) {
   std::vector<Joint> joints = filled_joints();
   joints.push_back(PulleyJoint{.rigid = false});
   for (const Joint& joint : joints) {
@@ -26,7 +26,7 @@ TEST(JointRows, EveryNumberHasAnEntryOfItsOwn) {
   }
 }
 
-TEST(JointRows, EntriesThatNobodyUsesAskForNothing) {
+TEST(JointParameters, EntriesThatNobodyUsesAskForNothing) {
   const JointParameters rows = parameters_of(WeldJoint{}, 0.0f, 1.0f);
   for (const JointAxisRow& axis : rows.axis) {
     EXPECT_EQ(axis.lower, -kNoLimit);
@@ -35,7 +35,7 @@ TEST(JointRows, EntriesThatNobodyUsesAskForNothing) {
   }
 }
 
-TEST(JointRows, TypesAreInTheOrderOfTheKinds) {
+TEST(JointParameters, TypesAreInTheOrderOfTheKinds) {
   const std::vector<Joint> joints = plain_joints();
   for (std::size_t i = 0; i < joints.size(); ++i) EXPECT_EQ(type_of(joints[i]), type_at(i));
   EXPECT_EQ(type_of(HingeJoint{}), JointType::hinge);
@@ -44,7 +44,7 @@ TEST(JointRows, TypesAreInTheOrderOfTheKinds) {
   EXPECT_EQ(type_of(MouseJoint{}), JointType::mouse);
 }
 
-TEST(JointRows, ALimitOrADriveMakesAJointRich) {
+TEST(JointParameters, ALimitOrADriveMakesAJointRich) {
   for (const Joint& joint :
        {Joint{BallJoint{}}, Joint{HingeJoint{}}, Joint{SliderJoint{}}, Joint{WeldJoint{}},
         Joint{SixDegreeJoint{}}, Joint{UniversalJoint{}}, Joint{PlanarJoint{}}, Joint{GearJoint{}}}) {

@@ -1,5 +1,5 @@
-// Joints as rows: what a Joint asks for as JointParameters and back, exactly; and where the frames of a joint
-// lie in its bodies. See plain/joint.h for what the entries mean.
+// Joints as kernels read them: what a Joint asks for as JointParameters and back, exactly; and where the
+// frames of a joint lie in its bodies. See plain/joint.h for what the entries mean.
 #pragma once
 
 #include <core/world/world_data.h>

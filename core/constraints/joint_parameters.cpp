@@ -1,5 +1,5 @@
-// Joints as rows; see joint_rows.h.
-#include <core/constraints/joint_rows.h>
+// Joints as the parameters that kernels read; see joint_parameters.h.
+#include <core/constraints/joint_parameters.h>
 #include <core/world/edit.h>
 
 #include <type_traits>
@@ -22,148 +22,162 @@ JointAxis axis_of(const JointAxisRow& row) {
           row.speed, row.hertz, row.damping_ratio, row.max_force};
 }
 
-// Three numbers in lower, upper and target.
-void put(JointAxisRow& row, Vec3 v) { row.lower = v.x, row.upper = v.y, row.target = v.z; }
-Vec3 vector_of(const JointAxisRow& row) { return {row.lower, row.upper, row.target}; }
-
-void put_drive(JointAxisRow& row, Drive drive, float hertz, float damping_ratio, float most) {
-  row.hertz = hertz;
-  row.damping_ratio = damping_ratio;
-  row.max_force = most;
-  row.drive = number_of(drive);
-}
-
-void put(JointAxisRow (&axis)[kJointAxes], const RotationDrive& drive) {
-  put_drive(axis[2], drive.drive, drive.hertz, drive.damping_ratio, drive.max_torque);
-  axis[0].speed = drive.velocity.x;
-  axis[1].speed = drive.velocity.y;
-  axis[2].speed = drive.velocity.z;
-  put(axis[3], {drive.target.x, drive.target.y, drive.target.z});
-  axis[3].speed = drive.target.w;
-}
-RotationDrive rotation_drive_of(const JointAxisRow (&axis)[kJointAxes]) {
-  const Vec3 target = vector_of(axis[3]);
-  return {.drive = drive_of(axis[2]),
-          .target = {target.x, target.y, target.z, axis[3].speed},
-          .velocity = {axis[0].speed, axis[1].speed, axis[2].speed},
-          .hertz = axis[2].hertz,
-          .damping_ratio = axis[2].damping_ratio,
-          .max_torque = axis[2].max_force};
-}
+void put(float (&to)[3], Vec3 v) { to[0] = v.x, to[1] = v.y, to[2] = v.z; }
+void put(float (&to)[4], Quat q) { to[0] = q.x, to[1] = q.y, to[2] = q.z, to[3] = q.w; }
+Vec3 vector_of(const float (&from)[3]) { return {from[0], from[1], from[2]}; }
+Quat rotation_of(const float (&from)[4]) { return {from[0], from[1], from[2], from[3]}; }
 
 // --- what each kind writes ---
 
-void write(const BallJoint& ball, JointParameters& to) {
-  to.axis[0].lower = ball.twist_lower;
-  to.axis[0].upper = ball.twist_upper;
-  to.axis[1].upper = ball.cone_limit;
-  put(to.axis, ball.drive);
+void write(const BallJoint& from, JointParameters& parameters) {
+  BallParameters& to = parameters.ball;
+  to.twist_lower = from.twist_lower;
+  to.twist_upper = from.twist_upper;
+  to.cone_limit = from.cone_limit;
+  to.velocity_x = from.drive.velocity.x;
+  to.velocity_y = from.drive.velocity.y;
+  to.velocity_z = from.drive.velocity.z;
+  to.hertz = from.drive.hertz;
+  to.damping_ratio = from.drive.damping_ratio;
+  to.max_torque = from.drive.max_torque;
+  to.drive = number_of(from.drive.drive);
+  put(to.target, from.drive.target);
 }
-void write(const HingeJoint& hinge, JointParameters& to) { to.axis[0] = row_of(hinge.angle); }
-void write(const SliderJoint& slider, JointParameters& to) { to.axis[0] = row_of(slider.offset); }
-void write(const DistanceJoint& distance, JointParameters& to) { to.axis[0] = row_of(distance.length); }
+void write(const HingeJoint& hinge, JointParameters& to) { to.hinge.angle = row_of(hinge.angle); }
+void write(const SliderJoint& slider, JointParameters& to) { to.slider.offset = row_of(slider.offset); }
+void write(const DistanceJoint& distance, JointParameters& to) {
+  to.distance.length = row_of(distance.length);
+}
 void write(const WeldJoint& weld, JointParameters& to) {
   to.angular_hertz = weld.angular_hertz;
   to.angular_damping_ratio = weld.angular_damping_ratio;
 }
 void write(const SixDegreeJoint& joint, JointParameters& to) {
   for (int i = 0; i < 3; ++i) {
-    to.axis[i] = row_of(joint.offset[i]);
-    to.axis[3 + i] = row_of(joint.angle[i]);
+    to.six_degree.offset[i] = row_of(joint.offset[i]);
+    to.six_degree.angle[i] = row_of(joint.angle[i]);
   }
 }
 void write(const WheelJoint& wheel, JointParameters& to) {
-  to.axis[0] = row_of(wheel.suspension);
-  to.axis[1] = row_of(wheel.steering);
-  to.axis[2] = row_of(wheel.spin);
+  to.wheel.suspension = row_of(wheel.suspension);
+  to.wheel.steering = row_of(wheel.steering);
+  to.wheel.spin = row_of(wheel.spin);
 }
 void write(const UniversalJoint& universal, JointParameters& to) {
-  to.axis[0] = row_of(universal.first);
-  to.axis[1] = row_of(universal.second);
+  to.universal.first = row_of(universal.first);
+  to.universal.second = row_of(universal.second);
 }
 void write(const PlanarJoint& planar, JointParameters& to) {
-  to.axis[0] = row_of(planar.offset_y);
-  to.axis[1] = row_of(planar.offset_z);
-  to.axis[2] = row_of(planar.angle);
+  to.planar.offset_y = row_of(planar.offset_y);
+  to.planar.offset_z = row_of(planar.offset_z);
+  to.planar.angle = row_of(planar.angle);
 }
-void write(const GearJoint& gear, JointParameters& to) { to.axis[0].target = gear.ratio; }
-void write(const RackAndPinionJoint& rack, JointParameters& to) { to.axis[0].target = rack.radius; }
+void write(const GearJoint& gear, JointParameters& to) { to.gear.ratio = gear.ratio; }
+void write(const RackAndPinionJoint& rack, JointParameters& to) { to.rack_and_pinion.radius = rack.radius; }
 void write(const PulleyJoint& pulley, JointParameters& to) {
-  if (pulley.rigid) to.axis[0].lower = pulley.length;
-  to.axis[0].upper = pulley.length;
-  to.axis[0].target = pulley.ratio;
-  put(to.axis[1], pulley.point_a);
-  put(to.axis[2], pulley.point_b);
+  to.pulley.least_length = pulley.rigid ? pulley.length : -kNoLimit;
+  to.pulley.length = pulley.length;
+  to.pulley.ratio = pulley.ratio;
+  put(to.pulley.point_a, pulley.point_a);
+  put(to.pulley.point_b, pulley.point_b);
 }
-void write(const MotorJoint& motor, JointParameters& to) {
-  put(to.axis, motor.rotation);
-  put_drive(to.axis[4], motor.drive, motor.hertz, motor.damping_ratio, motor.max_force);
-  put(to.axis[4], motor.target);
-  put(to.axis[5], motor.velocity);
+void write(const MotorJoint& from, JointParameters& parameters) {
+  MotorParameters& to = parameters.motor;
+  to.angular_velocity_x = from.rotation.velocity.x;
+  to.angular_velocity_y = from.rotation.velocity.y;
+  to.angular_velocity_z = from.rotation.velocity.z;
+  to.angular_hertz = from.rotation.hertz;
+  to.angular_damping_ratio = from.rotation.damping_ratio;
+  to.max_torque = from.rotation.max_torque;
+  to.rotation_drive = number_of(from.rotation.drive);
+  put(to.target_rotation, from.rotation.target);
+  put(to.target, from.target);
+  to.hertz = from.hertz;
+  to.damping_ratio = from.damping_ratio;
+  to.max_force = from.max_force;
+  to.drive = number_of(from.drive);
+  put(to.velocity, from.velocity);
 }
 void write(const MouseJoint& mouse, JointParameters& to) {
-  put_drive(to.axis[0], Drive::spring, mouse.hertz, mouse.damping_ratio, mouse.max_force);
-  put(to.axis[1], mouse.target);
+  to.mouse.hertz = mouse.hertz;
+  to.mouse.damping_ratio = mouse.damping_ratio;
+  to.mouse.max_force = mouse.max_force;
+  to.mouse.drive = number_of(Drive::spring);
+  put(to.mouse.target, mouse.target);
 }
 
 // --- and reads ---
 
-BallJoint read(const JointParameters& from, std::type_identity<BallJoint>) {
-  return {.cone_limit = from.axis[1].upper,
-          .twist_lower = from.axis[0].lower,
-          .twist_upper = from.axis[0].upper,
-          .drive = rotation_drive_of(from.axis)};
+BallJoint read(const JointParameters& parameters, std::type_identity<BallJoint>) {
+  const BallParameters& from = parameters.ball;
+  return {.cone_limit = from.cone_limit,
+          .twist_lower = from.twist_lower,
+          .twist_upper = from.twist_upper,
+          .drive = {.drive = static_cast<Drive>(from.drive),
+                    .target = rotation_of(from.target),
+                    .velocity = {from.velocity_x, from.velocity_y, from.velocity_z},
+                    .hertz = from.hertz,
+                    .damping_ratio = from.damping_ratio,
+                    .max_torque = from.max_torque}};
 }
 HingeJoint read(const JointParameters& from, std::type_identity<HingeJoint>) {
-  return {axis_of(from.axis[0])};
+  return {axis_of(from.hinge.angle)};
 }
 SliderJoint read(const JointParameters& from, std::type_identity<SliderJoint>) {
-  return {axis_of(from.axis[0])};
+  return {axis_of(from.slider.offset)};
 }
 DistanceJoint read(const JointParameters& from, std::type_identity<DistanceJoint>) {
-  return {axis_of(from.axis[0])};
+  return {axis_of(from.distance.length)};
 }
 WeldJoint read(const JointParameters& from, std::type_identity<WeldJoint>) {
   return {from.angular_hertz, from.angular_damping_ratio};
 }
 SixDegreeJoint read(const JointParameters& from, std::type_identity<SixDegreeJoint>) {
-  return {{axis_of(from.axis[0]), axis_of(from.axis[1]), axis_of(from.axis[2])},
-          {axis_of(from.axis[3]), axis_of(from.axis[4]), axis_of(from.axis[5])}};
+  const auto& [offset, angle] = from.six_degree;
+  return {{axis_of(offset[0]), axis_of(offset[1]), axis_of(offset[2])},
+          {axis_of(angle[0]), axis_of(angle[1]), axis_of(angle[2])}};
 }
 WheelJoint read(const JointParameters& from, std::type_identity<WheelJoint>) {
-  return {axis_of(from.axis[0]), axis_of(from.axis[1]), axis_of(from.axis[2])};
+  return {axis_of(from.wheel.suspension), axis_of(from.wheel.steering), axis_of(from.wheel.spin)};
 }
 UniversalJoint read(const JointParameters& from, std::type_identity<UniversalJoint>) {
-  return {axis_of(from.axis[0]), axis_of(from.axis[1])};
+  return {axis_of(from.universal.first), axis_of(from.universal.second)};
 }
 PlanarJoint read(const JointParameters& from, std::type_identity<PlanarJoint>) {
-  return {axis_of(from.axis[0]), axis_of(from.axis[1]), axis_of(from.axis[2])};
+  return {axis_of(from.planar.offset_y), axis_of(from.planar.offset_z), axis_of(from.planar.angle)};
 }
-GearJoint read(const JointParameters& from, std::type_identity<GearJoint>) { return {from.axis[0].target}; }
+GearJoint read(const JointParameters& from, std::type_identity<GearJoint>) { return {from.gear.ratio}; }
 RackAndPinionJoint read(const JointParameters& from, std::type_identity<RackAndPinionJoint>) {
-  return {from.axis[0].target};
+  return {from.rack_and_pinion.radius};
 }
 PulleyJoint read(const JointParameters& from, std::type_identity<PulleyJoint>) {
-  return {.point_a = vector_of(from.axis[1]),
-          .point_b = vector_of(from.axis[2]),
-          .ratio = from.axis[0].target,
-          .length = from.axis[0].upper,
-          .rigid = from.axis[0].lower == from.axis[0].upper};
+  return {.point_a = vector_of(from.pulley.point_a),
+          .point_b = vector_of(from.pulley.point_b),
+          .ratio = from.pulley.ratio,
+          .length = from.pulley.length,
+          .rigid = from.pulley.least_length == from.pulley.length};
 }
-MotorJoint read(const JointParameters& from, std::type_identity<MotorJoint>) {
-  return {.rotation = rotation_drive_of(from.axis),
-          .drive = drive_of(from.axis[4]),
-          .target = vector_of(from.axis[4]),
-          .velocity = vector_of(from.axis[5]),
-          .hertz = from.axis[4].hertz,
-          .damping_ratio = from.axis[4].damping_ratio,
-          .max_force = from.axis[4].max_force};
+MotorJoint read(const JointParameters& parameters, std::type_identity<MotorJoint>) {
+  const MotorParameters& from = parameters.motor;
+  return {
+      .rotation = {.drive = static_cast<Drive>(from.rotation_drive),
+                   .target = rotation_of(from.target_rotation),
+                   .velocity = {from.angular_velocity_x, from.angular_velocity_y, from.angular_velocity_z},
+                   .hertz = from.angular_hertz,
+                   .damping_ratio = from.angular_damping_ratio,
+                   .max_torque = from.max_torque},
+      .drive = static_cast<Drive>(from.drive),
+      .target = vector_of(from.target),
+      .velocity = vector_of(from.velocity),
+      .hertz = from.hertz,
+      .damping_ratio = from.damping_ratio,
+      .max_force = from.max_force};
 }
 MouseJoint read(const JointParameters& from, std::type_identity<MouseJoint>) {
-  return {.target = vector_of(from.axis[1]),
-          .hertz = from.axis[0].hertz,
-          .damping_ratio = from.axis[0].damping_ratio,
-          .max_force = from.axis[0].max_force};
+  return {.target = vector_of(from.mouse.target),
+          .hertz = from.mouse.hertz,
+          .damping_ratio = from.mouse.damping_ratio,
+          .max_force = from.mouse.max_force};
 }
 
 template <std::size_t... kIndex>
@@ -218,7 +232,7 @@ struct FindRich {
 
 JointParameters parameters_of(const Joint& joint, float hertz, float damping_ratio) {
   JointParameters to{
-      {kNoAxis, kNoAxis, kNoAxis, kNoAxis, kNoAxis, kNoAxis}, hertz, damping_ratio, hertz, damping_ratio};
+      {{kNoAxis, kNoAxis, kNoAxis, kNoAxis, kNoAxis, kNoAxis}}, hertz, damping_ratio, hertz, damping_ratio};
   std::visit([&to](const auto& kind) { write(kind, to); }, joint);
   return to;
 }
