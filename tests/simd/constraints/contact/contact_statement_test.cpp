@@ -132,7 +132,7 @@ class Sweeps {
     args_.velocity = world.velocity.data();
     args_.delta = world.delta.data();
     args_.inertia = world.inertia.data();
-    args_.touched = world.touched.data();
+    args_.step_notes = world.touched.data();
     args_.soft = simd::soften(kHertz, kDampingRatio, kSubstep);
     args_.soft_static = simd::soften(2 * kHertz, 0.5f * kDampingRatio, kSubstep);
     args_.substep = kSubstep;
