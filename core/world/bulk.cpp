@@ -171,7 +171,8 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
 void remove_body(WorldData& data, std::int32_t body) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);
-  if (bodies.unplaced[row] != 0) place_matter_of(data, body);  // a dead row does not tell when it was done
+  if (bodies.unplaced[row] != 0)
+    place_matter_of(data, body);  // so that a dead row does not depend on when it was done
   while (bodies.first_joint[row] >= 0) {
     const std::int32_t joint = bodies.first_joint[row];
     const auto index = static_cast<std::uint32_t>(joint);

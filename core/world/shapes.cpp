@@ -83,7 +83,7 @@ NewShapes check_new(Call call, WorldData& data, std::span<const ShapeDef> defs) 
   return made;
 }
 
-// The shapes come to the body's list in their order.
+// Adds the shapes to the body's list in their order.
 void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef> defs,
          std::span<ShapeId> ids) {
   Shapes& shapes = data.shapes;

@@ -13,7 +13,7 @@ BodyId id_of(const Bodies& bodies, std::int32_t body) {
   return {static_cast<std::uint32_t>(body), bodies.generation[body]};
 }
 
-// A body that has woken since the last step, by a call or in this step, may have gone since.
+// A body that woke since the last step, by a call or in this step, may have been destroyed since.
 bool is_still_there(const Bodies& bodies, const BodyId& body) {
   return bodies.generation[body.index] == body.generation && bodies.type[body.index] == BodyType::dynamic;
 }

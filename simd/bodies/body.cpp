@@ -295,7 +295,8 @@ SCREE_SWEEP void integrate_poses(const BodyArgs& args, int begin, int end) {
       if (bits(turns) != 0)
         turn_inertia(args, lanes, delta.rotation * start, turned * start, inertias, pushed, turns, v);
     }
-    // The axis of a stick turns by what is not along it. Turned about all of the velocity, it would circle.
+    // Only velocity across the axis of a stick turns it. Turned about all of the velocity, the axis would
+    // circle.
     const M whirls = gyroscopic & !(locked | free) & (turn_squared > F(kWhirl * kWhirl));
     if (bits(whirls) != 0) {
       const S3 inertia = load_inertias(args, lanes).direct;

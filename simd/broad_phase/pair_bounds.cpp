@@ -11,10 +11,10 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 namespace {
 
-// m; pairs a little farther apart than this start no list anew for four steps.
+// m; a pair slightly farther apart than this causes no new list for four steps.
 constexpr float kMargin = 0.05f;
-// A body gets the margin if so many of its steps fit into it; otherwise the margin would only bring pairs
-// that never touch, because the list is made anew anyway.
+// A body gets the margin if this many of its steps fit into it. For faster bodies the list is rebuilt anyway,
+// and the margin would only add pairs that never touch.
 constexpr float kStepsInMargin = 4.0f;
 // m; a shape that travels farther in a step is looked for along its way, too: collide then makes points ahead
 // (reach_of_fast), so that it meets what it hits at the surface and not inside.

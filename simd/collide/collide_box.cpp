@@ -369,7 +369,7 @@ struct BoxBox {
     if (any(edge_wins)) collide_edges(pair, frame, hint, edge_wins, deepest, contact);
   }
 
-  // Returns the separation of the deepest corner of the faces' overlap; very little where there is none.
+  // Returns the separation of the deepest corner of the faces' overlap; a very low value if there is none.
   static F collide_faces(const WidePair& pair, const BoxFrame& frame, I hint, Contact& contact) {
     const Clipping c = set_up(frame, hint);
     Candidates candidates = clip(c);

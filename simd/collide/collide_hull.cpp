@@ -20,7 +20,7 @@ constexpr float kRoundingShare = 4e-6f;
 struct Survivors {
   int count = 0;
   std::int32_t which[kCollideChunk];
-  HullPair pair[kCollideChunk + 1];  // the last one takes the lanes that are none
+  HullPair pair[kCollideChunk + 1];  // the last one is for unused lanes
 };
 
 // Touching pairs, one behind the other, in columns.
@@ -268,7 +268,7 @@ void pass_pairs(const CollideColumns& columns, const CollideItem* items, Survivo
   results.flush();
 }
 
-// Points of faces may lie beyond the reach, so that they tell the faces' overlap.
+// Points of faces may lie beyond the reach, so that they show the overlap of the faces.
 void look_ahead(F thinnest, WideContact<4>& contact) {
   const V3 tangent_1 = tangent_of(contact.normal), tangent_2 = cross(contact.normal, tangent_1);
   F u[4], v[4];
