@@ -18,7 +18,7 @@ std::uint8_t flags_of(const BodyDef& def) {
                                    (def.mass ? kBodyMassGiven : 0));
 }
 
-// Writes all columns of a new body but generation, flags and those that live within a step.
+// Writes all columns of a new body except generation, flags and scratch.
 void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const BodyMass& mass) {
   const auto row = static_cast<std::size_t>(body);
   const Quat rotation = normalize(def.rotation);
@@ -107,7 +107,7 @@ void drop_hulls(WorldData& data, const SlotPlan& plan, std::size_t count, std::s
   }
 }
 
-// Rows are written into slots that stay dead until all definitions have passed; then the slots come alive.
+// Writes rows into slots that stay dead until all definitions are checked; then makes the slots live.
 void create(Call call, WorldData& data, std::span<const BodyDef> defs, const ShapeTemplate* shape,
             std::span<BodyId> ids) {
   Bodies& bodies = data.bodies;

@@ -38,7 +38,7 @@ void write_pose(Bodies& bodies, std::int32_t body, const Pose& transform) {
   bodies.marks.mark(body);
 }
 
-// The body's matter stays where it is and moves on as it did.
+// The material points of the body keep their positions and velocities.
 void move_center(WorldData& data, std::int32_t body, Vec3 center) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);

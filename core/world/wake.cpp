@@ -31,8 +31,8 @@ void wake_body(WorldData& data, std::int32_t body) {
 
 namespace {
 
-// Moved by a call, and nothing that an awake body would be found to touch: what sleeps next to it is only
-// collided if it is woken now.
+// Whether a call has created, moved or stopped this shape of a fixed or kinematic body: a sleeping body
+// beside it is collided only if it is woken now.
 bool has_been_put(const WorldData& data, std::size_t shape) {
   constexpr std::uint8_t kPut = kShapeAlive | kShapeDirty | kShapeWakes;
   if ((data.shapes.flags[shape] & kPut) != kPut) return false;
@@ -49,7 +49,7 @@ void wake_neighbors(WorldData& data) {
     return contact >= 0 || has_been_put(data, static_cast<std::size_t>(pair.a)) ||
            has_been_put(data, static_cast<std::size_t>(pair.b));
   };
-  // A slot that died or changed hands names a dead body or a new, wakeful one: no harm in either.
+  // A freed or reused slot names a dead body or a new, awake one; neither does harm.
   const auto body_of = [&](std::int32_t shape) { return shapes.body[shape]; };
   for (std::size_t i = 0; i < moving.pair.size(); ++i) {
     const ShapePair pair = moving.pair[i];
