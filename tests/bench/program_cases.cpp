@@ -157,4 +157,14 @@ TEST_F(BenchProgram, PlotsAreTheSameFromRunToRunAndBadFiguresAreRefused) {
   EXPECT_NE(outcome.out.find("the same from run to run"), std::string::npos);
 }
 
+TEST_F(BenchProgram, TheSummaryHasARowForEachSceneAndNumberOfThreads) {
+  const Outcome self_test = run("'" SCREE_BENCH_SUMMARIZE "' --self-test");
+  EXPECT_EQ(self_test.exit_code, 0) << self_test.err;
+  figures("--scenes pile:bodies=20 --threads 1,2 --steps 3");
+  const Outcome summary = run("'" SCREE_BENCH_SUMMARIZE "' '" + (folder_ / "figures.json").string() + "'");
+  EXPECT_EQ(summary.exit_code, 0) << summary.err;
+  EXPECT_NE(summary.out.find("| pile:bodies=20 | 1 | "), std::string::npos) << summary.out;
+  EXPECT_NE(summary.out.find("| pile:bodies=20 | 2 | "), std::string::npos) << summary.out;
+}
+
 }  // namespace
