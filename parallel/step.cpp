@@ -39,7 +39,7 @@ class PhaseClock {
   Clock::time_point last_;
 };
 
-// A step of no length solves nothing, but bodies have their energy all the same.
+// A step of no length solves nothing, but its bodies keep their energy.
 void clear_figures(StepStats& stats) {
   StepStats cleared;
   cleared.step = stats.step;

@@ -32,7 +32,7 @@ void enter_list(WorldData& data, std::int32_t joint, std::int32_t body) {
   note_jointed(data.bodies, body);
 }
 
-// Their shapes must be asked for joints, and their pairs judged anew.
+// Their shapes must be checked for joints, and their pairs found again.
 void note_ends(WorldData& data, const JointBodies& ends) {
   if (is_listed(ends.a)) note_shapes(data, ends.a);
   if (is_listed(ends.b)) note_shapes(data, ends.b);

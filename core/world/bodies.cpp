@@ -82,9 +82,9 @@ std::complex<double> product(std::complex<double> a, std::complex<double> b) {
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
 
-// A changed velocity wakes the body; a kinematic one wakes what rests on it, unless it stays the same, as it
-// does where a caller sets it in every step. One that is stopped has moved since its contacts were last
-// looked at and counts as put where it stands, so that it wakes what it came near.
+// A new velocity wakes the body. One of a kinematic body wakes what rests on it, unless it is the same as
+// before: some callers set it in every step. A body that is stopped has moved since its contacts were found,
+// and counts as put there, so that it wakes what it came near.
 void change_velocity(const BodyRow& at_row, Vec3 linear, Vec3 angular) {
   VelocityRow& velocity = at_row.bodies.velocity[at_row.row];
   const bool stays = to_vec3(velocity.linear) == linear && to_vec3(velocity.angular) == angular;

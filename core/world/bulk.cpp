@@ -18,7 +18,7 @@ std::uint8_t flags_of(const BodyDef& def) {
                                    (def.mass ? kBodyMassGiven : 0));
 }
 
-// Writes all columns of a new body but generation, flags and those that live within a step.
+// Writes all columns of a new body except generation, flags and scratch.
 void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const BodyMass& mass) {
   const auto row = static_cast<std::size_t>(body);
   const Quat rotation = normalize(def.rotation);
@@ -107,7 +107,7 @@ void drop_hulls(WorldData& data, const SlotPlan& plan, std::size_t count, std::s
   }
 }
 
-// Rows are written into slots that stay dead until all definitions have passed; then the slots come alive.
+// Writes rows into slots that stay dead until all definitions are checked; then makes the slots live.
 void create(Call call, WorldData& data, std::span<const BodyDef> defs, const ShapeTemplate* shape,
             std::span<BodyId> ids) {
   Bodies& bodies = data.bodies;
@@ -171,7 +171,8 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
 void remove_body(WorldData& data, std::int32_t body) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);
-  if (bodies.unplaced[row] != 0) place_matter_of(data, body);  // a dead row does not tell when it was done
+  if (bodies.unplaced[row] != 0)
+    place_matter_of(data, body);  // so that a dead row does not depend on when it was done
   while (bodies.first_joint[row] >= 0) {
     const std::int32_t joint = bodies.first_joint[row];
     const auto index = static_cast<std::uint32_t>(joint);

@@ -23,7 +23,7 @@ namespace scree {
 
 namespace {
 
-// Calls take(room), or take(least) if there are not so many addresses.
+// Calls take(room), or take(least) if the system has too few addresses.
 template <class Take>
 std::byte* take_either(std::size_t least, std::size_t& room, Take&& take) {
   void* pages = take(room);

@@ -35,7 +35,7 @@ float nearest_of(const Manifold& manifold) {
   return *std::min_element(std::begin(manifold.separation), std::end(manifold.separation));
 }
 
-// Candidates ahead are no contacts, and neither is what a call has replaced since the step.
+// Leaves out points ahead of time, and shapes that a call has replaced since the step.
 bool is_present(const WorldData& data, std::int32_t contact) {
   const auto row = static_cast<std::size_t>(contact);
   const ShapePair pair = data.contacts.now.pair[row];

@@ -38,11 +38,11 @@ void write_pose(Bodies& bodies, std::int32_t body, const Pose& transform) {
   bodies.marks.mark(body);
 }
 
-// The body's matter stays where it is and moves on as it did.
+// The material points of the body keep their positions and velocities.
 void move_center(WorldData& data, std::int32_t body, Vec3 center) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);
-  data.contacts.manifolds_stale = true;  // they tell arms from the old center
+  data.contacts.manifolds_stale = true;  // their arms are relative to the old center
 
   const Pose transform = bodies.transform[row];
   const Vec3 shift = rotate(transform.rotation, center - bodies.center[row]);
@@ -51,7 +51,7 @@ void move_center(WorldData& data, std::int32_t body, Vec3 center) {
         free_linear(bodies.motion[row], to_vec3(velocity.linear) + cross(to_vec3(velocity.angular), shift)));
   bodies.center[row] = center;
   write_pose(bodies, body, transform);
-  // Manifolds of sleepers with a fixed or kinematic body must be made anew, too.
+  // Manifolds of sleepers with a fixed or kinematic body must be recomputed, too.
   const bool wakes = bodies.type[row] != BodyType::dynamic;
   const bool all_dirty = (bodies.unplaced[row] & kShapesUnplaced) != 0;
   if (!wakes && all_dirty) return;

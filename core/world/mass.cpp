@@ -274,7 +274,7 @@ MassMoments moments_of(const WorldData& data, std::int32_t body) {
   return moments;
 }
 
-// What a body's only part weighs, to the last bit.
+// The mass of a body's only part, to the last bit.
 MassSum only_part(const WorldData& data, std::int32_t body, const ShapeChange& change) {
   if (!change.forms.empty()) {
     return part_of(change.forms[0].geometry, change.forms[0].density, change.forms[0].local_pose);

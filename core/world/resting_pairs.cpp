@@ -84,7 +84,7 @@ void drop_rows(WorldData& data, std::size_t rows) {
   if (!data.contacts.resting_links.empty()) mark_row(data, data.contacts.resting_links.size() - 1);
 }
 
-// Where most go: the others close ranks, and all lists are made anew.
+// Removes most rows: moves the others together and rebuilds all lists.
 void remove_most(WorldData& data, const Column<std::int32_t>& rows) {
   const Column<ShapePair>& resting = data.contacts.resting.pair;
   for (const ShapePair& pair : resting) {

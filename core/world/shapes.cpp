@@ -54,12 +54,12 @@ struct NewShapes {
   std::vector<std::int32_t> hulls;  // -1: none
 };
 
-// Gives the hulls of shapes that are not to be back, the last one first.
+// Releases the hulls of shapes that are not created, the last one first.
 void drop_hulls(Hulls& all, std::vector<std::int32_t>& hulls, std::size_t old_hulls) {
   for (; !hulls.empty(); hulls.pop_back()) undo_hull(all, hulls.back(), old_hulls);
 }
 
-// Throws what a definition breaks; then nothing has changed.
+// Throws for a bad definition; then nothing has changed.
 NewShapes check_new(Call call, WorldData& data, std::span<const ShapeDef> defs) {
   NewShapes made;
   made.forms.reserve(defs.size());
@@ -83,7 +83,7 @@ NewShapes check_new(Call call, WorldData& data, std::span<const ShapeDef> defs) 
   return made;
 }
 
-// The shapes come to the body's list in their order.
+// Adds the shapes to the body's list in their order.
 void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef> defs,
          std::span<ShapeId> ids) {
   Shapes& shapes = data.shapes;
@@ -240,7 +240,7 @@ void World::set_filter(ShapeId shape, const Filter& filter) {
   reconsider(s, kShapeDirty);
 }
 
-// Where there are more than that many, all are as good.
+// Lists a shape that is asked for other events now; beyond `most` shapes, all count as asked.
 void note_asked(Events& events, std::int32_t shape, std::size_t most) {
   if (events.asked_of.size() < most) {
     events.asked_of.push_back(shape);

@@ -32,8 +32,8 @@ void wake_body(WorldData& data, std::int32_t body) {
 
 namespace {
 
-// Moved by a call, and nothing that an awake body would be found to touch: what sleeps next to it is only
-// collided if it is woken now.
+// Whether a call has created, moved or stopped this shape of a fixed or kinematic body: a sleeping body
+// beside it is collided only if it is woken now.
 bool has_been_put(const WorldData& data, std::size_t shape) {
   constexpr std::uint8_t kPut = kShapeAlive | kShapeDirty | kShapeWakes;
   if ((data.shapes.flags[shape] & kPut) != kPut) return false;

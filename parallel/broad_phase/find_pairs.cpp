@@ -189,8 +189,8 @@ void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   contacts.last_place.swap(broad_phase.moving_last_place);
 }
 
-// Fixed shapes that a call has made or moved may lie on sleepers, and frozen trees are not joined with one
-// another: for the list that is coming they count as kinematic. Returns whether there are any.
+// Fixed shapes that a call has created or moved may overlap sleepers, and frozen trees are not joined with
+// one another. So these shapes count as kinematic for the next list. Returns whether there are any.
 bool lend_arrivals(WorldData& data, BroadPhase& broad_phase, TreeKind from, TreeKind to) {
   bool any = false;
   for (const std::int32_t shape : broad_phase.dirty) {
@@ -226,7 +226,7 @@ void find_pairs(WorldData& data, Crew& crew) {
     refit_trees(data, broad_phase, crew);
     const bool pulled = pull_rows(data, broad_phase, crew);
     contacts.resting_kept = contacts.resting.pair.size();
-    // Some of the last list's pairs may rest from now on, or again.
+    // Some pairs of the last list may come to rest now.
     const bool parts = pulled || (data.bodies.asleep > 0 && !contacts.pairs.pair.empty() &&
                                   (members_changed || contacts.pairs_stale || !broad_phase.dirty.empty()));
     const std::int64_t pairs = join_trees(data, broad_phase, parts, crew);

@@ -21,8 +21,8 @@ bool same_or_never(const Filter& x, const Filter& y) {
   return (x.mask & y.category) == 0 || (y.mask & x.category) == 0;
 }
 
-// Pairs of the query blocks [begin, end) with one tree, behind the rows that `pairs` holds. `pairs` keeps its
-// whole capacity as its size; returns the number of rows that count.
+// Appends the pairs of the query blocks [begin, end) with one tree to `pairs`. `pairs` keeps its whole
+// capacity as its size; returns the number of rows that count.
 std::int64_t join_blocks(const WorldData& data, const PairTree& query, const PairTree& target, int begin,
                          int end, bool filter_all, std::int64_t count, Column<ShapePair>& pairs, Crew& crew) {
   if (target.levels == 0) return count;
@@ -55,8 +55,8 @@ bool bounds_meet(const BoundsRow& x, const BoundsRow& y) {
   return true;
 }
 
-// Rows of the last list whose shapes are still there, still frozen and, where a call has changed one, still
-// near.
+// Appends the rows of the last list whose shapes both still exist and are frozen, and still overlap if a call
+// has changed one.
 void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin, int end,
                 Column<ShapePair>& pairs) {
   const bool changed = data.contacts.pairs_stale || !broad_phase.dirty.empty();
@@ -76,7 +76,7 @@ void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin,
 
 int chunks_of(int count, int size) { return (count + size - 1) / size; }
 
-// Whether this joint keeps its bodies apart, and they are these.
+// Whether this joint joins these bodies and keeps them from colliding.
 bool holds_apart(const Joints& joints, std::int32_t joint, std::int32_t body_a, std::int32_t body_b) {
   const auto row = static_cast<std::size_t>(joint);
   const JointBodies ends = joints.bodies[row];
@@ -150,7 +150,7 @@ std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Cr
 
   std::int64_t total = 0;
   for (const Column<ShapePair>& pairs : found) total += static_cast<std::int64_t>(pairs.size());
-  // Rows are numbered with 32 bits; so many of them would fill some 800 GB.
+  // Rows are numbered with 32 bits; more of them would take some 800 GB.
   if (total > std::numeric_limits<std::int32_t>::max()) throw std::bad_alloc();
   return total;
 }

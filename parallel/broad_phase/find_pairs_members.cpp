@@ -52,8 +52,8 @@ void leave_frozen(BroadPhase& broad_phase, std::size_t shape) {
   broad_phase.thinned.push_back({index, slot / simd::kBlock});
 }
 
-// Takes the changed shapes out of the trees that they leave and lists them for those that they come into.
-// Returns whether any comes into another kind of tree.
+// Removes the changed shapes from the trees that they leave, and lists them for those that they enter.
+// Returns whether any enters another kind of tree.
 bool sort_out(const Shapes& shapes, BroadPhase& broad_phase) {
   bool any = false;
   broad_phase.arrivals.clear();
@@ -87,7 +87,7 @@ bool sort_out(const Shapes& shapes, BroadPhase& broad_phase) {
   return any;
 }
 
-// Writes the shapes that have just joined a tree of what moves behind the others.
+// Appends the shapes that have just entered a tree of awake or kinematic shapes.
 void append_members(PairTree& tree, const Column<std::int32_t>& joined) {
   if (joined.empty()) return;
   const std::size_t begin = tree.order.size();
@@ -96,7 +96,7 @@ void append_members(PairTree& tree, const Column<std::int32_t>& joined) {
   tree.members += static_cast<std::int32_t>(joined.size());
   tree.appended += static_cast<std::int32_t>(tree.order.size() - begin);
   tree.special_changed = true;
-  // Shapes behind the sorted ones lie anywhere, so they may only be few.
+  // Shapes behind the sorted ones may be anywhere, so there may be only few.
   if (tree.appended * std::int64_t{8} > tree.members) tree.unsorted = true;
 }
 
@@ -139,8 +139,8 @@ void fill_smallest(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   broad_phase.refitted += tree.leaf_blocks();
 }
 
-// Makes the boxes of a tree of frozen shapes whose order has just been written from `gathered`, and notes who
-// stands where.
+// Computes the boxes of a tree of frozen shapes whose order has just been written from `gathered`, and notes
+// the place of each shape.
 void settle_members(const WorldData& data, BroadPhase& broad_phase, int level, Crew& crew) {
   const auto index = static_cast<std::uint8_t>(kFrozenTree + level);
   PairTree& tree = broad_phase.trees[index];
@@ -162,7 +162,7 @@ void settle_members(const WorldData& data, BroadPhase& broad_phase, int level, C
   broad_phase.part = {};
 }
 
-// Makes the tree of a level of the arrivals and of the trees up to `last`, which become empty.
+// Builds the tree of a level from the arrivals and the trees up to `last`, which become empty.
 void merge_trees(const WorldData& data, BroadPhase& broad_phase, int last, int level, Crew& crew) {
   Column<std::int32_t>& gathered = broad_phase.gathered;
   gathered.clear();
@@ -202,7 +202,7 @@ bool keep_order(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
 }
 
 // Puts the arrivals into the first tree that holds them and all smaller ones. A tree with more holes than
-// members is made anew.
+// members is rebuilt.
 void place_arrivals(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const auto tree_at = [&](int level) -> const PairTree& { return broad_phase.trees[kFrozenTree + level]; };
   int last = broad_phase.arrivals.empty() ? -1 : 0;  // this one and all smaller ones are emptied

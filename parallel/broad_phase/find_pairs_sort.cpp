@@ -24,7 +24,7 @@ constexpr std::size_t kFewRows = 2048;       // that comparing sorts sooner
 
 std::uint64_t key_of(const SortKey& row) { return row.key; }
 
-// Least significant digit first, a stable pass a digit; digits that all keys share are skipped.
+// Radix sort from the least significant digit, one stable pass for each; skips digits that all keys share.
 template <class Row>
 Row* radix_sort(Row* from, Row* to, std::int32_t count, Column<std::uint32_t>& digit_counts, Crew& crew) {
   constexpr int kDigits = 256;
@@ -110,7 +110,7 @@ void scatter_pairs(BroadPhase& broad_phase, const Buckets& buckets, Crew& crew) 
   });
 }
 
-// Rows that the kernel has left.
+// Sorts the rows that the kernel has left.
 void sort_long_rows(const simd::RankTask& task) {
   std::int32_t begin = 0;
   for (std::int32_t owner = 0; owner < task.owners; ++owner) {
@@ -156,7 +156,7 @@ void sort_bucket(BroadPhase& broad_phase, const Buckets& buckets, std::size_t bu
   if (longest > simd::kRankedRow) sort_long_rows(task);
 }
 
-// Where pairs are few among the shapes: by their keys alone, as most owners have none.
+// Sorts by keys alone: for lists with few pairs for the number of shapes, where most owners have none.
 void sort_few(BroadPhase& broad_phase, Crew& crew) {
   ShapePair* to = broad_phase.bucketed.data();
   for (const Column<ShapePair>& pairs : broad_phase.found) to = std::copy(pairs.begin(), pairs.end(), to);

@@ -32,8 +32,8 @@ Spread total_of(const Column<Spread>& spreads) {
   return total;
 }
 
-// Cells are turned so many at a time: compilers make vectors of loops over them, which takes a third of the
-// time of one after the other.
+// Cells turned at a time: compilers vectorize loops over them, which takes a third of the time of single
+// cells.
 constexpr int kCells = 16;
 
 // Cells of a 65536^3 grid, by axis.
@@ -87,7 +87,7 @@ void turn_to_hilbert(Cells& cells) {
 }
 
 // A grid of 65536^3 cells around the mean of the centers. Its size follows the mean distance from there, not
-// the farthest shape: one that fell off the world must not put the whole pile into one cell.
+// the farthest shape: one that fell out of the scene must not put the whole pile into one cell.
 struct CurveGrid {
   double origin[3];
   double cells_per_meter;
@@ -190,7 +190,7 @@ void mark_special(const WorldData& data, const PairTree& tree, simd::LeafBlock& 
   }
 }
 
-// Lists the members of a tree of what moves: those of its order that have not left it.
+// Lists the members of a tree of awake or kinematic shapes: those of its order that have not left it.
 void gather_members(BroadPhase& broad_phase, std::uint8_t index, Crew& crew) {
   const PairTree& tree = broad_phase.trees[index];
   list_where(

@@ -11,14 +11,14 @@
 
 namespace scree {
 
-// Calls put(place, is_of_second, row) once for each pair of both lists: `place` is the pair's in the list of
-// all, `row` the one in its own. On any thread.
+// Calls put(place, is_of_second, row) once for each pair of both lists, on any thread: `place` is its place
+// in the merged list, `row` the one in its own list.
 template <class Put>
 void merge_pairs(const Column<ShapePair>& first, const Column<ShapePair>& second, Crew& crew, Put&& put) {
   constexpr std::size_t kChunk = 4096;
   const bool cuts_first = first.size() > second.size();
   const Column<ShapePair>&longer = cuts_first ? first : second, &other = cuts_first ? second : first;
-  // Of the other list, the pairs that come before one of the longer.
+  // The number of pairs of the other list that come before one of the longer list.
   const auto place_of = [&](std::size_t row) {
     if (row == longer.size()) return other.size();
     if (row == 0) return std::size_t{0};

@@ -24,9 +24,8 @@ static_assert(sizeof(ShapeType) == 1 && sizeof(BodyType) == 1);
 static_assert(sizeof(PoseRow) == 32 && sizeof(VelocityRow) == 32 && sizeof(BoundsRow) == 32 &&
               sizeof(ExtentRow) == 16);
 
-// With `hashes`, one task more makes the hash of a world that is recorded: poses and velocities are those
-// that the step ends with, and of two threads each loses half of it. Not beside a single chunk of shapes:
-// such worlds step without helpers.
+// With `hashes`, an additional task computes the hash of a recorded world: poses and velocities are final
+// here, and two threads share the work. Not with a single chunk of shapes: such worlds step without helpers.
 void update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::int32_t> list, float dt,
                  bool force, bool hashes, Crew& crew) {
   if (list.empty()) return;
@@ -61,7 +60,7 @@ void update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::
 void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Crew& crew) {
   Shapes& shapes = data.shapes;
   if (shapes.dirty.empty()) return;
-  // The list of calls may name shapes that have died since.
+  // The list from calls may name shapes that were destroyed later.
   const std::size_t first = broad_phase.dirty.size();
   for (const std::int32_t shape : shapes.dirty) {
     const auto index = static_cast<std::size_t>(shape);

@@ -50,7 +50,7 @@ struct Grid {
   }
 };
 
-// Around the awake bodies' centers. Minima and maxima are exact, so that parts may be joined in any order.
+// The bounds of the awake bodies' centers. Minima and maxima are exact, so parts may be joined in any order.
 BoundsRow bounds_of(const WorldData& data, Column<BoundsRow>& parts, Crew& crew) {
   const Column<std::int32_t>& awake = data.bodies.awake;
   const int count = static_cast<int>(awake.size());

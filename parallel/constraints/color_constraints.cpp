@@ -84,10 +84,11 @@ namespace {
 constexpr int kPartRows = 4096;  // contacts of one task
 constexpr int kBodyRows = 8192;  // bodies of one task
 
-// Contacts from which the coloring is shared among threads: 0.05 ms of serial work, and atomic operations
-// cost twice what plain ones do.
+// From this many contacts on, threads share the coloring: 0.05 ms of serial work. Atomic operations cost
+// twice as much as plain ones.
 constexpr int kSharedContacts = 20000;
-// New contacts from which they are colored cell by cell. Decides colors, so it must not depend on threads.
+// From this many new contacts on, they are colored cell by cell. Decides colors, so it must not depend on
+// threads.
 constexpr std::size_t kCellContacts = 20000;
 
 // Adds, or sets bits, where other threads may do so too. Returns the value before.
@@ -118,7 +119,8 @@ void clear_masks(const WorldData& data, Constraints& constraints, Crew& crew, bo
   });
 }
 
-// Writes an edge; returns whether it is the last step's, with its color, so that the masks hold.
+// Writes an edge; returns whether it is the same as in the last step, with a color, so that the masks are
+// still valid.
 bool list_edge(Edge& edge, std::int32_t body_a, std::int32_t body_b, std::uint16_t info, std::uint8_t color,
                bool pushed_b, bool same) {
   same = same && edge.body_a == body_a && edge.body_b == body_b && edge.color == color &&
@@ -157,9 +159,10 @@ bool list_joint(const WorldData& data, Edge& edge, std::size_t place, bool same)
                    fixed != simd::BodySide::none, same);
 }
 
-// The touching contacts and then the active joints as edges of a graph. Returns whether all of them are the
-// last step's, at the same places and with colors: then these hold, and the bodies' masks need not be made
-// anew. That is a third of the time, and atomic operations on masks make two threads slower than one.
+// Lists the touching contacts, then the active joints, as edges of a graph. Returns whether all of them are
+// those of the last step, at the same places and with colors: then the colors stay valid, and the bodies'
+// masks need not be rebuilt. That would be a third of the time, and atomic operations on masks make two
+// threads slower than one.
 bool list_edges(const WorldData& data, Constraints& constraints, int begin, int end) {
   const std::size_t contacts = data.contacts.touching.size();
   bool same = true;
@@ -171,8 +174,8 @@ bool list_edges(const WorldData& data, Constraints& constraints, int begin, int 
   return same;
 }
 
-// How many constraints each body has with others that can be pushed, and how many of them are joints: edges
-// from `first_joint` on.
+// Counts the constraints of each body with others that can be pushed, and how many of them are joints, which
+// are the edges from `first_joint` on.
 template <bool kShared>
 void count_degrees(Constraints& constraints, int first_joint, int begin, int end) {
   for (int i = begin; i < end; ++i) {

@@ -11,7 +11,7 @@ namespace scree {
 
 namespace {
 
-// The edges that overflow, kind by kind in the order of their list.
+// Lists the edges that overflow, kind by kind in the order of their list.
 void list_overflow(Constraints& constraints, std::size_t first, std::size_t count, const KeyTable& table,
                    Crew& crew) {
   Column<std::int32_t>& begins = constraints.overflow_begins;

@@ -23,7 +23,7 @@ int contact_kind(const Edge& edge) {
   return bucket_of(edge.info & kManifoldPointMask) * 2 + ((edge.info & kManifoldRich) != 0 ? 1 : 0);
 }
 
-// The kinds that occur among the joints, numbered without gaps, so that the sort has few keys.
+// Numbers the kinds that occur among the joints without gaps, so that the sort has few keys.
 struct JointKindNumbers {
   int count = 0;
   std::uint8_t number[kJointBlockKinds];
@@ -96,7 +96,7 @@ class Layout {
 
   const Family contacts, joints;
 
-  // A stage that one thread runs is joined to one before it: neither needs a barrier.
+  // Merges a stage that one thread runs with such a stage before it: neither needs a barrier.
   void begin_stage(bool serial) {
     Column<ColorStage>& stages = constraints_.stages;
     if (!stages.empty() && serial && stages.back().serial) return;
@@ -104,7 +104,7 @@ class Layout {
                       static_cast<std::int32_t>(constraints_.joint_chunks.size()), 0, serial, false});
   }
 
-  // The constraints that found no color, level by level.
+  // Lays out the constraints without a color, level by level.
   void add_overflow(const Family& family) {
     std::int32_t level = 0, lane = 0;
     for_each_overflow_run(constraints_, family.keys, [&](int begin, int end, int kind, bool first) {
@@ -154,7 +154,7 @@ class Layout {
     return {variant, simd::BodySide::none, false, rich, kernels_.contact.block_bytes[variant]};
   }
 
-  // Rows that lie at `lane` and after become a chunk; the last block is filled up with its last row.
+  // Makes a chunk of the rows from `lane` on; repeats the last row to fill the last block.
   void add_chunk(const Family& family, const BlockKind& kind, int lane, int count,
                  simd::BodySide hub = simd::BodySide::none) {
     const int lanes = kernels_.lanes;
@@ -191,7 +191,7 @@ class Layout {
     return side == simd::BodySide::a ? manifold.row_a : manifold.row_b;
   }
 
-  // The constraints of each hub become one chunk, hubs in the order of their first ones.
+  // Makes one chunk of the constraints of each hub, hubs in the order of their first constraints.
   void add_hubs(const Family& family, const BlockKind& kind, simd::BodySide side, int first_lane, int count) {
     Column<std::int32_t>& counts = constraints_.hub_counts;
     const auto colors_of = [&](std::int32_t row) -> BodyColors& {
@@ -235,9 +235,9 @@ class Layout {
   std::int32_t chunk_count_ = 0;
 };
 
-// Even colors are solved before odd ones. In layers of planks the lower colors are those of the contacts
-// below every other layer, and the upper ones those of the rest: solved in that order a sweep carries a load
-// two layers far, and a tower of 25 swings for ever. (Worse: turning the order about from sweep to sweep; by
+// Even colors are solved before odd ones. In layers of planks the contacts below every other layer have the
+// lower colors, and the rest have the upper ones. In ascending order a sweep carries a load only two layers
+// far, and a tower of 25 swings for ever. (Worse: reversing the order from sweep to sweep; with an order by
 // the golden section a pyramid of 100 rows falls.)
 int turn_of_color(int color) { return (color % 2) * kColorLimit + color / 2; }
 
@@ -280,7 +280,7 @@ void pack_blocks(WorldData& data, Crew& crew) {
                  [](const Edge& edge) { return contact_kind(edge); });
   count_keys(constraints, touching.size(), active, 0, joint_keys, crew,
              [&](const Edge& edge) { return int{numbers.number[edge.info]}; });
-  // A hub by its contacts may have a single joint, and the other way round.
+  // A body that is a hub because of its contacts may have a single joint, and the other way round.
   const std::int32_t hubs = most_hubs(contact_keys, joint_keys);
   level_overflow(constraints, 0, touching.size(), lanes, contact_keys, crew);
   level_overflow(constraints, touching.size(), active.size(), lanes, joint_keys, crew);

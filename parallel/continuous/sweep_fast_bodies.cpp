@@ -27,7 +27,7 @@ namespace {
 constexpr int kFastPerChunk = 8;
 constexpr float kNever = 2.0f;  // times run from 0 to 1
 
-// rad of turn that a ball's arc is taken for straight: it leaves its chord by 0.8 % of its arm at most.
+// rad; a ball's arc counts as straight over this turn: it leaves its chord by 0.8 % of its arm at most.
 constexpr float kStraightTurn = 0.25f;
 
 const HullData& hull_of(const WorldData& data, std::size_t shape) {
@@ -59,7 +59,7 @@ Distance from_box(Vec3 point, Vec3 velocity, const float (&half)[3]) {
   return {-depth, 0.0f, {}};
 }
 
-// Whom balls are swept against: what they touch when the step begins, all else, or all.
+// What balls are swept against: shapes that they touch when the step begins, the others, or all.
 enum class Against { touched, others, all };
 
 // A point at `start` + t `motion` in the frame of an obstacle.
@@ -113,7 +113,7 @@ float first_within(const WorldData& data, std::size_t obstacle, const Path& path
   return kNever;
 }
 
-// A distance that a ball's center is not to fall below.
+// The distance that a ball's center must keep.
 struct Core {
   float distance, tolerance;  // m
 };

@@ -64,7 +64,7 @@ void bring_in(const simd::Kernels& kernels) noexcept {
   const unsigned bit = 1u << static_cast<unsigned>(kernels.instruction_set);
   if ((done.fetch_or(bit, std::memory_order_relaxed) & bit) != 0) return;
   const std::span<const std::byte> code = code_of(kernels);
-  // An older system refuses, and brings the pages in one by one as before.
+  // An older system refuses, and loads the pages one by one as before.
   madvise(const_cast<std::byte*>(code.data()), code.size(), MADV_POPULATE_READ);
 #else
   static_cast<void>(kernels);

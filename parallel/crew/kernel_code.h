@@ -11,8 +11,8 @@ namespace scree {
 
 // From the first page of the set's kernels to the last one.
 std::span<const std::byte> code_of(const simd::Kernels& kernels);
-// Asks the system to bring them in, where it can be asked; otherwise, and the second time, nothing happens.
-// The first ball that lands beside 1,000,000 boxes took 60 us, of which these pages were 20.
+// Asks the system to load them, if it offers this. Does nothing the second time. The first ball that lands
+// beside 1,000,000 boxes took 60 us, of which these pages were 20.
 void bring_in(const simd::Kernels& kernels) noexcept;
 
 }  // namespace scree

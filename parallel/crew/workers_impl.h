@@ -24,12 +24,12 @@ struct SCREE_HIDDEN HelperSet {
   HelperSet* next = nullptr;  // that is left
 };
 
-// One that was left, or a new one.
+// Returns a kept one or a new one.
 HelperSet* take_helper_set(int threads);
 // Keeps it for the next Workers if helpers have not returned; else deletes it, and all others whose helpers
 // have returned.
 void leave_helper_set(HelperSet* set) noexcept;
-// How many there are, those in use included. For tests.
+// The number of pools, with those in use. For tests.
 int helper_sets();
 
 struct SCREE_HIDDEN Workers::Impl {

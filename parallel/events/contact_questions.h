@@ -18,8 +18,8 @@ inline float nearest_of(const Manifold& manifold) {
   return nearest;
 }
 
-// The points of hulls may lie as far away as the hull is large, where nothing happens: of a contact count the
-// nearest point and those within this gap.
+// Points of hulls may be as far away as the hull is large. So only the nearest point of a contact counts, and
+// those within this gap.
 inline float near_of(const Manifold& manifold) {
   return std::max(nearest_of(manifold), kSpeculativeDistance);
 }

@@ -9,7 +9,7 @@ namespace scree {
 
 namespace {
 
-// A body that has woken since the last step, by a call or in this step, may have gone since.
+// A body that has woken since the last step, by a call or in this step, may have been destroyed since.
 bool is_still_there(const Bodies& bodies, SlotName body) {
   return bodies.generation[body.index] == body.generation && bodies.type[body.index] == BodyType::dynamic;
 }

@@ -55,8 +55,8 @@ bool was_pressed(const Manifold& manifold) {
   return false;
 }
 
-// The pairs that there may be news of, and their contacts, -1 if they have none. `resting_row` has no rows
-// where all of them move; else -1 for those that do.
+// The pairs that may have events, and their contacts, -1 if they have none. `resting_row` is empty if all of
+// the pairs move; else it is -1 for those that do.
 struct PairList {
   const Column<ShapePair>& pair;
   const Column<std::int32_t>& contact;
@@ -153,7 +153,7 @@ void walk(const WorldData& data, const Column<ShapePair>& pairs, int begin, int 
     for (; old != last && key_of(*old) < key; ++old) tell(-1, old, std::uint8_t{0});
     const TouchRow* known = nullptr;
     if (old != last && key_of(*old) == key) {
-      // A slot may have a new owner since.
+      // The slot may have been reused since.
       if (old->pair == names_of(data, pair)) {
         known = old;
       } else {
@@ -171,7 +171,7 @@ struct Outcome {
   bool touches, begins, persists, ends;
 };
 
-// Whether that it touches is remembered beside the pair's row at rest.
+// Whether the touch row of the pair is kept beside its resting row.
 bool is_kept_at_rest(const PairList& list, std::size_t row, std::uint8_t verdict) {
   return (verdict & kResting) != 0 && list.rests(row);
 }
@@ -215,7 +215,8 @@ ContactEvent make_event(const WorldData& data, const PairList& list, std::size_t
   ContactEvent event{handles.shape_a, handles.shape_b, handles.body_a, handles.body_b, {}, 0.0f, 0.0f, 0, {}};
   const Vec3 normal = to_vec3(manifold.normal);
   const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
-  // The manifold's body B is the dynamic one if only one is, the event's that of the shape of higher index.
+  // If only one body is dynamic it is the manifold's B; the event's B is the body of the shape of higher
+  // index.
   const bool flipped = static_cast<std::uint32_t>(manifold.row_b) == handles.body_a.index;
   event.normal = flipped ? -normal : normal;
   const Vec3 center = to_vec3(data.bodies.pose[manifold.row_b].position) + to_vec3(manifold.arm_b);

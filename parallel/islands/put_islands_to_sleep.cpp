@@ -26,8 +26,8 @@ bool is_tired(const WorldData& data, std::int32_t body) {
          slow_for >= data.settings.sleep_time;
 }
 
-// Relaxed is enough: an entry only ever names the body itself or a smaller one of its island, and stages hand
-// everything on.
+// Relaxed order suffices: an entry always names the body itself or a smaller one of its island, and the
+// barriers of stages order the rest.
 using Link = std::atomic_ref<std::int32_t>;
 Link link_of(Column<std::int32_t>& parent, std::int32_t body) { return Link(parent[body]); }
 
@@ -37,7 +37,7 @@ std::int32_t find_root(Column<std::int32_t>& parent, std::int32_t body) {
     const std::int32_t up = link.load(std::memory_order_relaxed);
     const std::int32_t above = link_of(parent, up).load(std::memory_order_relaxed);
     if (above == up) return up;
-    // Path halving. Another thread may have set an even higher one meanwhile: this one is as true.
+    // Path halving. Another thread may have stored an ancestor even higher up; this one is correct, too.
     link.store(above, std::memory_order_relaxed);
     body = above;
   }
@@ -66,7 +66,7 @@ void for_each(Crew& crew, std::size_t count, Work&& work) {
   });
 }
 
-// Lists the tired bodies, each an island of its own for now. Returns whether there are any.
+// Lists the tired bodies, each as an island of its own at first. Returns whether there are any.
 bool list_tired(WorldData& data, Islands& islands, Crew& crew) {
   const Bodies& bodies = data.bodies;
   const auto body_of = [&](std::size_t i) { return bodies.awake[i]; };
@@ -86,7 +86,7 @@ bool list_tired(WorldData& data, Islands& islands, Crew& crew) {
   return true;
 }
 
-// Joins tired bodies that touch or are jointed, and marks the islands that something moving touches.
+// Unites tired bodies that touch or are jointed, and marks the islands that a moving body touches.
 void find_islands(WorldData& data, Islands& islands, Crew& crew) {
   const Bodies& bodies = data.bodies;
   const Column<std::int32_t>&touching = data.contacts.touching, &joints = data.joints.active;
@@ -155,7 +155,7 @@ void put_found_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
   bodies.asleep += static_cast<std::int32_t>(islands.fallen_asleep.size());
 }
 
-// Takes the contacts that have nothing to solve any more out of the list.
+// Removes the contacts that have nothing left to solve from the list.
 void drop_resting_contacts(WorldData& data, Islands& islands, Crew& crew) {
   Column<std::int32_t>& touching = data.contacts.touching;
   const auto contact_of = [&](std::size_t i) { return touching[i]; };

@@ -14,7 +14,7 @@ namespace scree {
 
 namespace {
 
-// Taking up is serial, and costs more a row than making anew does.
+// Updating is serial, and costs more for each row than rebuilding does.
 constexpr std::size_t kCostOfActive = 4, kCostOfChanged = 16;
 
 bool is_active(const WorldData& data, std::size_t row) {
@@ -24,7 +24,7 @@ bool is_active(const WorldData& data, std::size_t row) {
 
 bool is_fixed(const Bodies& bodies, std::int32_t body) { return bodies.type[body] == BodyType::fixed; }
 
-// Joints read the rows of the fixed bodies that they have, of which no kernel keeps what lives within a step.
+// Joints read the rows of their fixed bodies, whose scratch columns no kernel writes.
 void still_fixed(Bodies& bodies, std::int32_t body) {
   const auto row = static_cast<std::size_t>(body);
   bodies.delta[row] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0.0f};
@@ -54,7 +54,7 @@ void make_active(WorldData& data, Islands& islands, Crew& crew) {
   islands.joints_judged += static_cast<std::int64_t>(joints.flags.size());
 }
 
-// What else is active has been so before, and has the same bodies: where one of them is fixed it is still.
+// The other active joints were active before, with the same bodies: a body that was fixed still is.
 void change_active(WorldData& data, Islands& islands) {
   Joints& joints = data.joints;
   std::sort(joints.changed.begin(), joints.changed.end());

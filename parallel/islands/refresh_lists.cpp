@@ -48,7 +48,7 @@ void refresh_lists(WorldData& data, Crew& crew) {
   for (const std::int32_t contact : data.contacts.touching) data.contacts.marks.mark(contact);
   BroadPhase& broad_phase = broad_phase_of(data);
   Column<std::int32_t>& places = islands_of(data).places;
-  // Taking up is serial, and costs more a row than making anew does.
+  // Updating is serial, and costs more for each row than rebuilding does.
   constexpr std::size_t kCostOfMoving = 4, kCostOfChanged = 16;
   const std::size_t moving = bodies.awake.size() + bodies.kinematic.size() + shapes.moving.size();
   const std::size_t changed = bodies.changed.size() + shapes.changed.size();

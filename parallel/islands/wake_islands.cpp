@@ -93,8 +93,8 @@ void wake_listed(WorldData& data, Islands& islands, Crew& crew) {
   sort_by_pair(broad_phase_of(data), contacts.resting.pair, contacts.roused, crew);
 }
 
-// Lists the contacts that take part now, in the order of their pairs. Pairs that rest go on resting until the
-// next list of pairs; their contacts take part at once.
+// Lists the contacts that take part now, in the order of their pairs. Their pairs stay at rest until the next
+// list of pairs; their contacts take part at once.
 void list_touching(WorldData& data, Islands& islands, Crew& crew) {
   Contacts& contacts = data.contacts;
   const Column<std::int32_t>& contact_of = contacts.pairs.contact;

@@ -21,7 +21,7 @@ namespace {
 
 using simd::CollideItem;
 
-// NarrowPhase::kind: a simd::CollideType, or that the row is left alone, or that its pair cannot collide.
+// Values of NarrowPhase::kind beside simd::CollideType: the row is left alone, or its pair cannot collide.
 static_assert(simd::kCollideTypes <= 14);
 constexpr std::uint8_t kSkipped = 14;  // no body is awake: the contact, if it is one, stays as it is
 constexpr std::uint8_t kNever = 15;    // no dynamic body
@@ -57,7 +57,7 @@ bool may_push(const WorldData& data, std::size_t body) {
   return (data.bodies.flags[body] & kBodyAsleep) == 0;
 }
 
-// Whatever is collided is listed where it touches: what sleeps in it must wake.
+// A pair that is collided and touches is listed, so that its sleeping bodies wake.
 std::uint8_t classify(const WorldData& data, std::size_t row) {
   const ShapePair pair = data.contacts.pairs.pair[row];
   const std::size_t body_a = static_cast<std::size_t>(data.shapes.body[pair.a]);
@@ -211,7 +211,7 @@ simd::CollideKernels::Recycle recycle_of(const simd::CollideKernels& kernels, st
   }
 }
 
-// Pairs that are contacts, in their rows.
+// Collides the pairs that are contacts, in their rows.
 void collide_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   const simd::CollideColumns columns = collide_columns(data);
   const simd::CollideKernels& kernels = crew.kernels().collide;
@@ -242,7 +242,7 @@ void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected, b
   const bool grows = size * sizeof(Manifold) > contacts.now.manifold.capacity_bytes();
   const std::size_t reserved = grows ? std::max(size, std::min(size + expected, 2 * first)) : size;
   contacts.now.for_each_column([&](ColumnKind, const char*, auto& column) { column.reserve(reserved); });
-  // To zero, as not every contact writes all of its row: state has no chance bytes.
+  // To zero, because not every contact writes all of its row, and state must not depend on old bytes.
   contacts.now.resize(size);
   if (with_forces) contacts.forces.resize(size);
   for (std::size_t row = first; row < size; ++row) {
@@ -257,8 +257,8 @@ void clear_unwritten(ContactRows& rows, std::size_t row, bool has_anchor) {
   if ((rows.manifold[row].info & kManifoldRich) == 0) rows.surface[row] = {};
 }
 
-// Pairs that are no contacts. Each pair of a round has one of the last free rows to itself, and keeps it if
-// it turns out to touch.
+// Collides the pairs that are no contacts. Each pair of a round has one of the last free rows, and keeps it
+// if the pair touches.
 void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const simd::CollideKernels& kernels = crew.kernels().collide;
@@ -308,7 +308,7 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
   }
 }
 
-// What becomes of the contacts of the pairs [begin, end). Calls touches(contact), rests() or loses(pair).
+// Decides about the contacts of the pairs [begin, end). Calls touches(contact), rests() or loses(pair).
 template <class Touches, class Rests, class Loses>
 void judge_contacts(const Contacts& contacts, const NarrowPhase& phase, int begin, int end, Touches&& touches,
                     Rests&& rests, Loses&& loses) {

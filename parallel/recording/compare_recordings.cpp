@@ -12,7 +12,7 @@ namespace scree {
 
 namespace {
 
-// The hashes of a recording, one after the other, without any step taken.
+// Reads the hashes of a recording one after the other, without playing steps.
 class HashStream {
  public:
   // The next one is that of the step after `step`.
@@ -32,8 +32,8 @@ struct SharedKeyframe {
   std::size_t left, right;
 };
 
-// In order. The first keyframe of a recording that began later is none of them: it holds calls that in the
-// other recording come with the next step.
+// In order, without the first keyframe of a recording that began later: it holds calls that in the other
+// recording come with the next step.
 std::vector<SharedKeyframe> shared_keyframes(std::span<const std::uint64_t> left_steps,
                                              std::span<const std::uint64_t> right_steps) {
   std::vector<SharedKeyframe> shared;
@@ -81,7 +81,8 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   };
 
   if (!divergence) {
-    // What steps do not show, and may not show for long: friction that nothing has met, timers of sleep.
+    // State that the hashes of steps may not show for long: friction of shapes that touch nothing, timers of
+    // sleep.
     for (const SharedKeyframe& at : shared) {
       const std::uint64_t expected = left.file.hash_of_state(left.keyframe_chunk(at.left));
       const std::uint64_t actual = right.file.hash_of_state(right.keyframe_chunk(at.right));
@@ -104,7 +105,7 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   }
   left.is_lost = right.is_lost = true;
   if (!divergence->difference.empty()) return divergence;
-  // One of them did not play as it was recorded: its keyframes tell what was.
+  // One of them did not play as it was recorded: its keyframes hold the recorded states.
   divergence->compared_at = 0;
   const auto next = std::find_if(shared.begin(), shared.end(),
                                  [&](const SharedKeyframe& at) { return at.step >= divergence->step; });

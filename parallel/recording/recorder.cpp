@@ -103,7 +103,7 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
     writer.stop();
   }
 
-  // Does the work, or ends the recording where that is not possible any more.
+  // Does the work, or ends the recording if that fails.
   template <class Work>
   void keep(Work&& work) noexcept {
     if (!writer.has_failed()) {

@@ -77,8 +77,8 @@ void RecordingFile::scan() {
   if (keyframes_.empty()) refuse_recording(size_, "the recording ends before its first state");
 }
 
-// Where a machine lost its power, a file may end in blocks that were never written. Looks no farther back
-// than so many bytes, because sparse files may be longer than any disk.
+// After a loss of power a file may end in blocks that were never written. Searches back at most this many
+// bytes, because sparse files may be longer than any disk.
 std::uint64_t RecordingFile::find_end_of_data() {
   constexpr std::uint64_t kMostZeros = std::uint64_t{1} << 28, kBlock = std::uint64_t{1} << 16;
   const std::uint64_t least = size_ - std::min(size_, kMostZeros);

@@ -34,11 +34,11 @@ class RecordingFile {
   const std::vector<std::size_t>& keyframes() const { return keyframes_; }  // their places among the chunks
   std::span<const std::uint64_t> keyframe_steps() const { return keyframe_steps_; }
   std::vector<std::byte> content(std::size_t chunk);
-  // All that the chunks before one bring.
+  // All hulls of the chunks before one.
   std::span<const SolidPointer> solids_before(std::size_t chunk);
   Snapshot state(std::size_t chunk);               // of a keyframe, or what was restored
   std::uint64_t hash_of_state(std::size_t chunk);  // as it was recorded
-  // Has work(content) read a chunk, and names its place in what that finds wrong.
+  // Calls work(content) with the content of a chunk, and adds its place to errors.
   template <class Work>
   auto read_content(std::size_t chunk, std::span<const std::byte> content, Work&& work) {
     try {

@@ -104,7 +104,7 @@ int open_recording(const std::string& file) {
 
 }  // namespace
 
-// Gives the lock back by hand: a process that the host has forked may hold on to the open file.
+// Releases the lock explicitly: a process that the host has forked may keep the file open.
 int RecordingWriter::Close::operator()(std::FILE* file) const {
   flock(fileno(file), LOCK_UN);
   return std::fclose(file);
@@ -224,7 +224,7 @@ void RecordingWriter::throw_error(const char* call) const {
 
 // --- the writer's thread ---
 
-// Does the work, or closes the file where that fails: what follows a gap would be of no use.
+// Does the work, or closes the file if that fails: data after a gap would be useless.
 template <class Work>
 void RecordingWriter::attempt(Work&& work) noexcept {
   try {
@@ -279,7 +279,7 @@ void RecordingWriter::run() noexcept {
   }
 }
 
-// Of what was recorded there before.
+// Empties a file that held an earlier recording.
 void RecordingWriter::clear_file() {
   const int descriptor = fileno(file_.get());
   if (is_regular(descriptor) && ftruncate(descriptor, 0) != 0) fail_to_write();

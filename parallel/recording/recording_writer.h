@@ -64,12 +64,11 @@ class RecordingWriter {
   }
   void add_state(std::uint64_t step, std::unique_ptr<StateToRecord> state,
                  std::vector<SolidPointer> new_hulls);
-  // One that was used before, if there is one: its memory will do.
+  // Returns a used one, if there is one, for its memory.
   std::unique_ptr<StateToRecord> take_spare_state();
 
   void wait_until_written();
-  // Writes the rest, and if nothing has failed, the end, and closes the file. Nothing happens the second
-  // time.
+  // Writes the rest, and if nothing has failed, the end, and closes the file. Does nothing the second time.
   void stop() noexcept;
   // The recording ends with what is there now, unfinished, for a reason.
   void fail(const char* reason, ErrorCode code) noexcept;

@@ -224,9 +224,9 @@ inline Inertias load_inertias(const BodyArgs& args, const Lanes& lanes) {
   return inertias;
 }
 
-// Joints push a body by the inertia that it has where it is. What they have pushed it by so far in this
-// substep, v - u, is to be inherited as what the same impulses do there: a spinning top otherwise gains a
-// sixth of its spin in five seconds, at any number of substeps.
+// Joints act by the body's present inertia. The next substep inherits their impulses of this one, v - u, as
+// what the same impulses do by the new inertia. Else a spinning top gains a sixth of its spin in five
+// seconds, at any number of substeps.
 inline void turn_inertia(const BodyArgs& args, const Lanes& lanes, Q4 before, Q4 after,
                          const Inertias& inertias, V3 impulses, M which, WideVelocity& v) {
   const M3 from = to_matrix(before), to = to_matrix(after);
@@ -283,7 +283,7 @@ SCREE_SWEEP void integrate_poses(const BodyArgs& args, int begin, int end) {
       Q4 turned = delta.rotation;
       V3 next = select(free, v.angular, none);
       turn_freely(start, inertias.direct, h, free, turned, next);
-      // The free velocity turns along, so that v - u stays the sum of the impulses.
+      // Turns the free velocity, too, so that v - u stays the sum of the impulses.
       WideVelocity u = load_velocity(args.free_velocity, lanes);
       const V3 pushed = v.angular - u.angular;
       u.angular = select(free, u.angular + (next - v.angular), u.angular);
@@ -295,7 +295,8 @@ SCREE_SWEEP void integrate_poses(const BodyArgs& args, int begin, int end) {
       if (bits(turns) != 0)
         turn_inertia(args, lanes, delta.rotation * start, turned * start, inertias, pushed, turns, v);
     }
-    // The axis of a stick turns by what is not along it. Turned about all of the velocity, it would circle.
+    // Only velocity across the axis of a stick turns it. Turned about all of the velocity, the axis would
+    // circle.
     const M whirls = gyroscopic & !(locked | free) & (turn_squared > F(kWhirl * kWhirl));
     if (bits(whirls) != 0) {
       const S3 inertia = load_inertias(args, lanes).direct;
@@ -313,7 +314,7 @@ SCREE_SWEEP void integrate_poses(const BodyArgs& args, int begin, int end) {
   }
 }
 
-// How many times faster than the speeds of sleep a body may be at times and fall asleep.
+// A body may be this many times as fast as the speeds of sleep at times, and still fall asleep.
 constexpr float kTremble = 8.0f;
 
 // Without rolling resistance nothing stops a body that rolls slowly or rocks on a ball, and it would keep its
@@ -321,7 +322,7 @@ constexpr float kTremble = 8.0f;
 // than kTremble times the speed of sleep: at this rate, and less near that limit. For a ball with a radius of
 // 0.3 m it acts as rolling resistance of 1 % of the radius does.
 constexpr float kDrowsyDamping = 2.0f;  // 1/s
-// Slower ones, in shares of the speed of sleep, are near enough to rest; all in a pile are.
+// Slower bodies, in shares of the speed of sleep, are near enough to rest, as all bodies of a pile are.
 constexpr float kDrowsyLeast = 0.5f;
 
 // Returns whether any body was damped.
@@ -434,7 +435,7 @@ SCREE_SWEEP void finish(const BodyArgs& args, int begin, int end) {
     V3 new_position = position + delta.position;
     Q4 new_rotation = normalize(delta.rotation * rotation);
 
-    // The last sweep over the contacts knows nothing of locks.
+    // The last sweep over the contacts ignores locks.
     const I flags = load_motion(args.motion, lanes).flags;
     const M locked = !((flags & I(kMotionLocksMask)) == I(0));
     const bool any_locks = bits(locked) != 0;

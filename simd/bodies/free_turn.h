@@ -11,11 +11,11 @@
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-// rad; what Newton's method is given at once. Two iterations are then exact to the rounding, for any inertia
-// that a solid can have: neither a third one nor less of a turn keeps more at 390 rad/s.
+// rad; the largest turn for one solution by Newton's method. Two iterations are then exact up to rounding,
+// for the inertia of any solid: neither a third one nor a smaller turn keeps more at 390 rad/s.
 constexpr float kTurnAtOnce = 0.3f;
-// A body that turns farther than so many of these at once, which is by two turns, keeps its velocity in its
-// own axes, and with it energy and magnitude of the momentum.
+// A body that turns farther than this many of these at once, which is two whole turns, keeps its velocity in
+// its own axes, and with it the energy and the magnitude of the momentum.
 constexpr float kMostParts = 42.0f;
 
 // What the rotation by Cayley's formula with half-angle vector t adds to v:
@@ -53,7 +53,7 @@ inline V3 midpoint_change(V3 w, const S3& inertia, F half_h) {
   return first + newton_step(m, momentum, inertia, half_h, inertia * first + cross(m, momentum) * half_h);
 }
 
-// How a body turns through a time of `whole`: by parts that the midpoint rule follows.
+// Splits the turn of a body over a time of `whole` into parts that the midpoint rule can follow.
 struct Parts {
   F part;  // s
   M follows;

@@ -11,16 +11,16 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 namespace {
 
-// m; pairs a little farther apart than this start no list anew for four steps.
+// m; a pair slightly farther apart than this causes no new list for four steps.
 constexpr float kMargin = 0.05f;
-// A body gets the margin if so many of its steps fit into it; otherwise the margin would only bring pairs
-// that never touch, because the list is made anew anyway.
+// A body gets the margin if this many of its steps fit into it. For faster bodies the list is rebuilt anyway,
+// and the margin would only add pairs that never touch.
 constexpr float kStepsInMargin = 4.0f;
-// m; a shape that travels farther in a step is looked for along its way, too: collide then makes points ahead
-// (reach_of_fast), so that it meets what it hits at the surface and not inside.
+// m; the bounds of a shape that travels farther in a step cover its path: collide then makes points ahead of
+// time (reach_of_fast), so that the shape hits at the surface and not inside.
 constexpr float kFastTravel = 0.5f * kSpeculativeDistance;
-// Relative to the largest coordinate: eight units in the last place, more than the rounding of a box's
-// corners, of its center and of the comparison of spheres add up to.
+// Relative to the largest coordinate: eight units in the last place, more than the sum of the rounding errors
+// of a box's corners, of its center and of the comparison of spheres.
 constexpr float kRounding = 1e-6f;
 constexpr float kLargestFloat = 3.402823466e38f;
 // m; farther out squares of distances are no longer finite, and a shape there counts as lost.
@@ -33,7 +33,7 @@ struct Lanes {
   alignas(64) std::int32_t body_type[kLanes];
 };
 
-// Later lanes repeat the last shape; nothing of them is stored.
+// Later lanes repeat the last shape and are not stored.
 void read_lanes(const BoundsTask& task, int begin, int end, Lanes& lanes) {
   for (int lane = 0; lane < kLanes; ++lane) {
     const std::int32_t shape = task.list[begin + lane < end ? begin + lane : end - 1];

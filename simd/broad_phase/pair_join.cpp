@@ -11,15 +11,15 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
 constexpr float kLargestFloat = 3.402823466e38f;
-// Leaf blocks that a descent collects before they are worked off, or each shape descends by itself; any
-// number works, most blocks meet under 32.
+// Leaf blocks that a descent collects before they are processed, or before each shape descends by itself. Any
+// number works; most blocks overlap fewer than 32.
 constexpr int kMaxCandidates = 128;
 
 struct Box {
   F lower[3], upper[3];
 };
 
-// Leaf blocks that the query block's box meets, and their boxes as columns.
+// Leaf blocks that overlap the query block's box, and their boxes as columns.
 struct Candidates {
   alignas(64) float bounds[6][kMaxCandidates];
   std::int32_t block[kMaxCandidates];
@@ -49,7 +49,7 @@ Box broadcast_box(const float (&bounds)[6][kBlock], int lane) {
           {F(bounds[3][lane]), F(bounds[4][lane]), F(bounds[5][lane])}};
 }
 
-// What one shape of the query block asks with.
+// One shape of the query block: its box and bounding sphere.
 struct Asker {
   Box box;
   F center[3];
@@ -62,7 +62,7 @@ Asker broadcast_asker(const LeafBlock& query, int slot) {
           F(query.radius[slot])};
 }
 
-// Appends the shapes of the block whose boxes and bounding spheres meet the asker's and whose bits are in
+// Appends the shapes of the block whose boxes and bounding spheres overlap the query's and whose bits are in
 // `asked`. Returns their bits. Branches would be mispredicted; only few lanes make skipping pay.
 std::uint32_t meet(const Asker& asker, const LeafBlock& block, std::uint32_t asked, std::int32_t* others,
                    int& count) {
@@ -122,8 +122,8 @@ void test_shape(const JoinTask& task, int query_block, int slot, const Candidate
   state.special = state.special || special != 0 || (count > 0 && (query.special >> slot & 1u) != 0);
 }
 
-// Pairs of the shapes of the query block in slots [begin, end) with the candidates, of which there are none
-// then.
+// Writes the pairs of the shapes of the query block in slots [begin, end) with the candidates, and clears
+// these.
 void work_off(const JoinTask& task, int query_block, int begin, int end, Candidates& candidates,
               JoinState& state) {
   // Whole registers are tested: what follows the last candidate is empty.
@@ -139,8 +139,8 @@ void work_off(const JoinTask& task, int query_block, int begin, int end, Candida
   candidates.count = 0;
 }
 
-// Collects the leaf blocks of the target that the box meets. Calls make_room() when there are too many, and
-// gives up if that returns false.
+// Collects the leaf blocks of the target that overlap the box. Calls make_room() when there are too many, and
+// stops if that returns false.
 template <class MakeRoom>
 bool descend(const JoinTask& task, int query_block, const Box& box, Candidates& candidates,
              MakeRoom&& make_room) {
@@ -182,7 +182,7 @@ void join_block(const JoinTask& task, int query_block, Candidates& candidates, J
     work_off(task, query_block, 0, kBlock, candidates, state);
     return;
   }
-  // The shapes lie far apart: a few awake ones strewn over a large world would meet all of it together.
+  // The shapes lie far apart: the common box of a few awake ones in a large world would overlap all of it.
   const LeafBlock& query = task.query[query_block];
   for (int slot = 0; slot < kBlock; ++slot) {
     if (query.shape[slot] < 0) continue;
@@ -263,7 +263,7 @@ void join(const JoinTask& task, int end, JoinState& state) {
   }
 }
 
-// Each member's place is the number of smaller ones: no branch depends on the numbers.
+// The place of each member is the number of smaller ones: no branch depends on the values.
 void rank_rows(const RankTask& task);
 void rank_rows(const RankTask& task) {
   std::int32_t begin = 0;

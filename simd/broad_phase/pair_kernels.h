@@ -37,7 +37,7 @@ struct TreeView {
   int levels;                              // of nodes; 0: the tree is empty
 };
 
-// The values of ShapeType and BodyType that the bounds kernel tells apart.
+// The values of ShapeType and BodyType that the bounds kernel distinguishes.
 inline constexpr std::int32_t kBoundsSphere = 0;
 inline constexpr std::int32_t kBoundsCapsule = 1;
 inline constexpr std::int32_t kBoundsHull = 3;

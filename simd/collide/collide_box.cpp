@@ -9,7 +9,7 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 namespace {
 
-// Edges whose squared sine of the angle between them is below this span no axis: the faces serve.
+// Two edges with a squared sine of their angle below this have no axis of their own: the faces decide.
 constexpr float kParallelEdges = 1e-5f;
 // An edge axis must be better than the best face by this share of the depth (or the feature tolerance): a
 // face gives up to four points, which is worth more than a slightly better depth.
@@ -18,7 +18,7 @@ constexpr float kEdgeShare = 0.05f;
 // overlap of the faces is deep.
 constexpr float kBesideFace = 0.95f;
 // Depth, as a share of the feature tolerance, by which a candidate must lead each one before it to count as
-// the deepest: equal ones do not take turns while a box at rest jitters.
+// the deepest, so that equal ones do not alternate while a box at rest jitters.
 constexpr float kTieShare = 0.04f;
 constexpr int kCandidates = 12;
 
@@ -369,7 +369,7 @@ struct BoxBox {
     if (any(edge_wins)) collide_edges(pair, frame, hint, edge_wins, deepest, contact);
   }
 
-  // Returns the separation of the deepest corner of the faces' overlap; very little where there is none.
+  // Returns the separation of the deepest corner of the faces' overlap; a very low value if there is none.
   static F collide_faces(const WidePair& pair, const BoxFrame& frame, I hint, Contact& contact) {
     const Clipping c = set_up(frame, hint);
     Candidates candidates = clip(c);

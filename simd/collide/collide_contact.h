@@ -90,7 +90,7 @@ inline WideExtent load_extent(const ExtentRow* extents, const std::int32_t* inde
   return extent;
 }
 
-// Two shapes: poses, extents, and the way from the first to the second.
+// Two shapes: poses, extents, and the offset from the first to the second.
 struct WidePair {
   WidePose first, second;
   WideExtent extent_1, extent_2;
@@ -228,13 +228,14 @@ F width_of(const F (&x)[kCount], const F (&y)[kCount]) {
   return area / max(sqrt(square(way_x) + square(way_y)), F(1e-30f));
 }
 
-// How far ahead a pair with a fast shape has points: its relative travel in a step where it rebounds, so that
-// the rebound starts at the surface with the speed of the impact. Of others a share of their size: points far
-// ahead act on arms of the step's beginning, which costs an eccentric impact 3 % of its spin. Without any,
-// what falls is first seen a step's way deep: three times the mean penetration of a collapsing pile of hulls.
+// The gap below which a pair with a fast shape has points. If the pair rebounds, its relative travel in a
+// step, so that the rebound starts at the surface with the speed of the impact. Else a share of its size:
+// points far ahead act on the arms of the step's beginning, which costs an eccentric impact 3 % of its spin.
+// Without points ahead, a falling body is found only after it has sunk in by up to a step's travel: three
+// times the mean penetration of a collapsing pile of hulls.
 inline constexpr float kAheadShare = 0.1f;
 inline F reach_of_fast(const CollideColumns& columns, const Block& block, F smaller) {
-  // No farther than the smaller shape is large: a bullet would stop at what it passes.
+  // At most the size of the smaller shape: else a bullet would stop at shapes that it passes.
   const F ahead = min(length(relative_velocity(columns, block)) * F(columns.dt), smaller);
   const M rebounds = mix_materials(columns.shape_material, block).restitution > F(0.0f);
   return F(kSpeculativeDistance) + select(rebounds, ahead, min(ahead, F(kAheadShare) * smaller));
@@ -304,13 +305,13 @@ WideImpulses match_impulses(const CollideColumns& columns, const Block& block,
   return impulses;
 }
 
-// Surfaces that touch in a point would spin on it for ever. Real ones give way and touch in a disk: the
-// radius is sqrt(R d) where they come closer by d, R that of curvature, and the friction of Hertz's pressure
-// in it acts at a mean arm of 3 pi / 16 of that (Johnson, "Contact Mechanics", 1985, 7.4). They are taken to
-// give way by the slop, or by a share of R where that is less.
+// Surfaces that touch in a point would spin on it for ever. Real ones deform and touch in a disk. Its radius
+// is sqrt(R d) for a radius of curvature R and a deformation d, and the friction of Hertz's pressure in it
+// acts at a mean arm of 3 pi / 16 of that (Johnson, "Contact Mechanics", 1985, 7.4). d is the slop, or a
+// share of R where that is less.
 inline constexpr float kPatchArm = 0.58904862f;  // 3 pi / 16
 inline constexpr float kPatchDepthShare = 0.02f;
-// Unless a surface gives the radius.
+// A surface may give the radius itself.
 inline F twist_arm(const MaterialRow* materials, const Block& block, M has_patch, F curvature_radius) {
   const F depth = min(F(kLinearSlop), F(kPatchDepthShare) * curvature_radius);
   const F automatic = F(kPatchArm) * sqrt(curvature_radius * depth);
@@ -324,8 +325,8 @@ inline F twist_arm(const MaterialRow* materials, const Block& block, M has_patch
   return select(has_patch, F(kPatchArm) * given, automatic);
 }
 
-// Average of the points, weighted by closeness: a point that appears at the speculative distance weighs next
-// to nothing, so the center moves continuously with the separations.
+// Average of the points, weighted by closeness: a point that appears at the speculative distance has almost
+// no weight, so the center moves continuously with the separations.
 template <int kPoints>
 V3 friction_center(const WideContact<kPoints>& contact, F reach) {
   if constexpr (kPoints == 1) {
@@ -393,7 +394,7 @@ inline void store_rich_surfaces(const CollideColumns& columns, const CollideItem
   }
 }
 
-// Remembers where the bodies of a new manifold are.
+// Stores the poses of the bodies of a new manifold.
 inline void store_anchor(const CollideColumns& columns, const Block& block, M flip, F is_set,
                          const F (&separation)[kMaxManifoldPoints]) {
   const WidePose body_1 = load_pose(columns.body_pose, block.body_1);

@@ -9,8 +9,7 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 namespace {
 
-// What an axis of lower rank must gain, as a share of the smaller hull's radius: depths are right within
-// that.
+// An axis of lower rank must gain this share of the smaller hull's radius: depths are exact within it.
 constexpr float kAxisShare = 5e-5f;
 // Bounds and gaps are computed in different orders of operations, and corners lie off their faces by a few
 // roundings: a share of all lengths involved.
@@ -20,7 +19,7 @@ constexpr float kRoundingShare = 4e-6f;
 struct Survivors {
   int count = 0;
   std::int32_t which[kCollideChunk];
-  HullPair pair[kCollideChunk + 1];  // the last one takes the lanes that are none
+  HullPair pair[kCollideChunk + 1];  // the last one is for unused lanes
 };
 
 // Touching pairs, one behind the other, in columns.
@@ -145,7 +144,7 @@ void pass_spheres(const CollideColumns& columns, const CollideItem* items, int c
   }
 }
 
-// Whether the last axis or the way between the centers separates a pair that did not touch.
+// Whether the last axis or the axis between the centers separates a pair that did not touch.
 bool is_separated(const HullPair& pair, const ContactAxis& last, Vec& axis) {
   axis = vec(last.axis);
   const float length_2 = dot(axis, axis);
@@ -167,8 +166,7 @@ bool find_axis(const HullPair& pair, const ContactAxis& last, Decision& decision
   return query_faces(pair, last.feature, decision) && query_edges(pair, decision);
 }
 
-// What becomes of the survivors of the spheres: contacts that wait for their points, and those that have
-// them.
+// The survivors of the spheres by their state: contacts that wait for their points, and those that have them.
 struct Results {
   const CollideColumns& columns;
   const CollideItem* items;
@@ -268,7 +266,7 @@ void pass_pairs(const CollideColumns& columns, const CollideItem* items, Survivo
   results.flush();
 }
 
-// Points of faces may lie beyond the reach, so that they tell the faces' overlap.
+// Points of faces may lie beyond the reach, so that they show the overlap of the faces.
 void look_ahead(F thinnest, WideContact<4>& contact) {
   const V3 tangent_1 = tangent_of(contact.normal), tangent_2 = cross(contact.normal, tangent_1);
   F u[4], v[4];

@@ -182,7 +182,7 @@ bool query_faces(const HullPair& pair, std::uint32_t hint, Decision& decision);
 // Replaces a decision for a face by one for two edges where these are better. False: separated.
 bool query_edges(const HullPair& pair, Decision& decision);
 
-// How the edges that decided last time do.
+// Tests the edges that decided last time.
 enum class Remembered { separates, decides, fails };
 Remembered query_remembered_edges(const HullPair& pair, std::uint32_t hint, Decision& decision);
 // Whether some face of either hull may be better than the floor; edges: those that set the floor.
@@ -219,16 +219,16 @@ inline std::uint32_t face_id(const FacePair& faces) {
 }
 inline constexpr std::uint32_t kLostNumber = 1023;  // of the point where clipping finds none
 
-// Candidates whose distance or area falls short of the largest by this share count as equal to it, as those
-// do in depth that differ by less than what axes must gain: of equal ones the first is taken, so that they do
-// not take turns while a hull at rest jitters.
+// Candidates count as equal to the largest if their distance or area is less by at most this share, or if
+// their depths differ by less than axes must gain. The first of equal ones is taken, so that they do not
+// alternate while a hull at rest jitters.
 inline constexpr float kTieShare = 1e-3f;
 // Where the other hull's face is so steep, the corners of the deciding one cannot be distinguished from its
 // edges.
 inline constexpr float kSteepFace = 1e-3f;
 
 // Pairs of faces with few corners, gathered until they fill the lanes: clipped with lane = pair, they take a
-// third of the time. What a pair gets does not depend on the others.
+// third of the time. The result of a pair does not depend on the others.
 inline constexpr int kSmallFace = 4;  // corners
 struct FaceQueue {
   int count = 0;

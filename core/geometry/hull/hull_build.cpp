@@ -29,14 +29,14 @@ constexpr int kMostFlatBits = 24;  // how much finer than the largest one the st
 constexpr double kTolerance = 5e-7;
 constexpr double kToleranceUlps = 4.0;  // of the largest coordinate, for hulls far from their origin
 constexpr double kToleranceOfThickness = 0.125;
-// A thin tip can reach far although it sticks out little of any plane: hulls that miss a point by more than
-// so many tolerances are made anew with a smaller one.
+// A thin tip can reach far although it lies close to every plane: hulls that miss a point by more than this
+// many tolerances are built again with a smaller one.
 constexpr double kMostDeviation = 20.0;
 constexpr double kSmallerTolerance = 0.125;
 constexpr int kToleranceTries = 5;
 constexpr double kMinThicknessOfExtent =
     2e-6;  // sixteen grid steps: a hull that is thinner has no sides left
-// Qhull takes 2 seconds for so many points on a sphere; no scan of a body that is not round needs as many.
+// Qhull takes 2 seconds for this many points on a sphere; no scan of a body that is not round needs as many.
 constexpr std::size_t kManyPoints = 100'000;
 constexpr std::size_t kMaxPoints = std::numeric_limits<std::int32_t>::max();
 

@@ -65,10 +65,10 @@ struct HullPolygons {
   std::vector<std::vector<std::int32_t>> loops;  // of indices into `corners`, in canonical order
 };
 
-// Merges triangles whose corners lie within `tolerance` (m) of one plane, drops corners that are
-// left with fewer than three faces, and says so by making the hull of the others anew. Tries smaller
-// tolerances where polygons would not be convex; at zero only what is exactly coplanar is merged. Throws
-// Error "<who>: <problem>".
+// Merges triangles whose corners lie within `tolerance` (m) of one plane, drops corners that are left with
+// fewer than three faces, and reports it by building the hull of the others again. Tries smaller tolerances
+// where polygons would not be convex; at zero only what is exactly coplanar is merged. Throws Error "<who>:
+// <problem>".
 HullPolygons find_polygons(const std::string& who, std::span<const GridPoint> points, const GridSteps& steps,
                            const TriangleHull& hull, double tolerance);
 

@@ -170,10 +170,10 @@ class SCREE_API World {
   bool is_awake(BodyId body) const;
   /// Wakes a dynamic body at once; what it leans on follows in the next step. Ends its quarantine, too.
   void wake(BodyId body);
-  /// A dynamic or kinematic body whose motion broke in a step (see quarantined_bodies) is quarantined: it
-  /// stays where it is like a fixed one, and forces and impulses have no effect on it, until set_pose,
-  /// set_linear_velocity, set_angular_velocity, set_kinematic_target, set_body_type or wake ends that, or it
-  /// is destroyed. All else that it was given it keeps, and changes of that end no quarantine.
+  /// A dynamic or kinematic body whose motion became non-finite in a step (see quarantined_bodies) is
+  /// quarantined: it stays where it is like a fixed one, and forces and impulses have no effect on it, until
+  /// set_pose, set_linear_velocity, set_angular_velocity, set_kinematic_target, set_body_type or wake ends
+  /// that, or it is destroyed. All else that it was given it keeps, and changes of that end no quarantine.
   bool is_quarantined(BodyId body) const;
   std::uint64_t user_data(BodyId body) const;
   void set_user_data(BodyId body, std::uint64_t data);
