@@ -24,6 +24,7 @@ enum class AxisLocks : std::uint8_t {
   rotation_z = 32,
 };
 
+/// Both sets of locks.
 constexpr AxisLocks operator|(AxisLocks left, AxisLocks right) {
   return static_cast<AxisLocks>(static_cast<unsigned>(left) | static_cast<unsigned>(right));
 }
@@ -41,6 +42,7 @@ struct MassProperties {
 /// neither shapes nor a mass weighs 1 kg with the inertia of 1 kg m^2 about every axis (with a given mass,
 /// that inertia scales with it).
 struct BodyDef {
+  /// Whether it moves, and what moves it.
   BodyType type = BodyType::dynamic;
   Vec3 position{};               ///< m, of the body's origin, each within +-1e7
   Quat rotation{};               ///< unit length within 1e-3 (renormalized)
@@ -49,9 +51,12 @@ struct BodyDef {
   float linear_damping = 0.0f;   ///< 1/s, in [0, 1e6]
   float angular_damping = 0.0f;  ///< 1/s, in [0, 1e6]
   float gravity_factor = 1.0f;   ///< multiplies the world's gravity, within +-1e6
+  /// Degrees of freedom taken from a dynamic body.
   AxisLocks locks = AxisLocks::none;
   std::optional<float> mass{};  ///< kg, in [1e-20, 1e30]: scales the shapes' inertia to this mass
+  /// False: the body, and with it its island, stays awake.
   bool can_sleep = true;
+  /// The caller's own; Scree only keeps it.
   std::uint64_t user_data = 0;
 };
 

@@ -26,8 +26,11 @@ struct ContactForcePoint {
 /// beginning of the step: moments about a body's center of mass balance about where that was then.
 struct ContactForces {
   ShapeId shape_a;  ///< the one with the lower index
+  /// The one with the higher index.
   ShapeId shape_b;
+  /// Of shape_a.
   BodyId body_a;
+  /// Of shape_b.
   BodyId body_b;
   Vec3 normal;                   ///< unit, from a to b
   Vec3 friction_center;          ///< m, in world coordinates: where friction acts

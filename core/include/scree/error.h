@@ -20,7 +20,7 @@ enum class ErrorCode : std::uint8_t {
   /// A handle belongs to another world.
   foreign_handle = 3,
   /// What the call works on is of another kind or in another state than the call needs: a body that is not
-  /// kinematic, forces of contacts that nobody measures, an empty snapshot.
+  /// kinematic, contact forces that are not measured, an empty snapshot.
   wrong_state = 4,
   /// The world has been moved from.
   moved_from = 5,
@@ -45,6 +45,7 @@ enum class ErrorCode : std::uint8_t {
 /// The call that throws has changed nothing.
 class SCREE_API Error : public std::runtime_error {
  public:
+  /// With the text of what() and the kind of the mistake.
   explicit Error(const std::string& what_happened, ErrorCode code = ErrorCode::invalid_value)
       : std::runtime_error(what_happened), code_(code) {}
   /// The kind of the mistake.

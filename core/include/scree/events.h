@@ -27,8 +27,11 @@ struct ContactPoint {
 /// Two shapes that touch: an entry of World::contact_begins or World::contact_persists.
 struct ContactEvent {
   ShapeId shape_a;  ///< the one with the lower index
+  /// The one with the higher index.
   ShapeId shape_b;
+  /// Of shape_a.
   BodyId body_a;
+  /// Of shape_b.
   BodyId body_b;
   Vec3 normal;                  ///< unit, from a to b
   float normal_impulse = 0.0f;  ///< N s, of all points over the whole step; 0 after a step of no length
@@ -41,8 +44,11 @@ struct ContactEvent {
 /// destroyed: World::is_alive tells, and calls reject the handles of the dead.
 struct ContactEnd {
   ShapeId shape_a;  ///< the one with the lower index
+  /// The one with the higher index.
   ShapeId shape_b;
+  /// Of shape_a.
   BodyId body_a;
+  /// Of shape_b.
   BodyId body_b;
 
   friend bool operator==(const ContactEnd&, const ContactEnd&) = default;

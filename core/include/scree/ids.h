@@ -19,7 +19,9 @@ namespace scree {
 /// Names a body of one world. The default is no body. `index` is the body's place in the bulk columns.
 /// Handles are equal if all three numbers are; World::share_handles lets equal worlds give equal ones.
 struct BodyId {
+  /// The place of the object among those of its kind.
   std::uint32_t index = 0;
+  /// Tells it from earlier objects at that place; 0: none.
   std::uint32_t generation = 0;
   std::uint32_t world = 0;  ///< that gave it; 0: of any world. Another one in each run of a program
 
@@ -32,7 +34,9 @@ inline constexpr BodyId kWorld{.index = 0, .generation = 0xffffffffu};
 
 /// Names a shape of one world. The default is no shape.
 struct ShapeId {
+  /// The place of the object among those of its kind.
   std::uint32_t index = 0;
+  /// Tells it from earlier objects at that place; 0: none.
   std::uint32_t generation = 0;
   std::uint32_t world = 0;  ///< as in BodyId
 
@@ -41,7 +45,9 @@ struct ShapeId {
 
 /// Names a joint of one world. The default is no joint.
 struct JointId {
+  /// The place of the object among those of its kind.
   std::uint32_t index = 0;
+  /// Tells it from earlier objects at that place; 0: none.
   std::uint32_t generation = 0;
   std::uint32_t world = 0;  ///< as in BodyId
 

@@ -36,6 +36,7 @@ enum class Drive : std::uint8_t {
 struct JointAxis {
   float lower = -kNoLimit;  ///< m or rad; at most `upper`. Equal limits hold the axis where they say.
   float upper = kNoLimit;   ///< m or rad
+  /// What acts along the axis, if anything.
   Drive drive = Drive::none;
   float target = 0.0f;         ///< m or rad, of the spring
   float speed = 0.0f;          ///< m/s or rad/s
@@ -48,6 +49,7 @@ struct JointAxis {
 
 /// Drives a relative rotation.
 struct RotationDrive {
+  /// What acts along the axis, if anything.
   Drive drive = Drive::none;
   Quat target{};       ///< rotation of frame b in frame a; unit length within 1e-3 (renormalized)
   Vec3 velocity{};     ///< rad/s, of frame b against frame a, in the axes of frame a; each within +-1e6
@@ -65,7 +67,9 @@ struct BallJoint {
   /// rad, within +-pi, lower at most upper: turn of frame b about its x axis, once the shortest turn that
   /// brings the x axes together is taken away.
   float twist_lower = -kNoLimit;
+  /// rad, within +-pi.
   float twist_upper = kNoLimit;
+  /// Of the rotation of frame b in frame a.
   RotationDrive drive{};
 
   friend bool operator==(const BallJoint&, const BallJoint&) = default;
@@ -74,6 +78,7 @@ struct BallJoint {
 /// Holds the anchors and the x axes together. The axis is the angle about x, in (-pi, pi]; limits that are
 /// not infinite lie within +-pi, a spring takes the shorter way.
 struct HingeJoint {
+  /// rad, about the common x axis.
   JointAxis angle{};
 
   friend bool operator==(const HingeJoint&, const HingeJoint&) = default;
@@ -97,6 +102,7 @@ struct DistanceJoint {
 /// Holds the frames together. JointDef::hertz softens the anchors' offset, `angular_hertz` the rotation.
 struct WeldJoint {
   float angular_hertz = 0.0f;  ///< Hz, in [1e-3, 1e4], or 0: as stiff as the step allows
+  /// Of the rotation's spring, in [0, 1e4]; 1 is critical.
   float angular_damping_ratio = 1.0f;
 
   friend bool operator==(const WeldJoint&, const WeldJoint&) = default;
@@ -162,9 +168,11 @@ struct RackAndPinionJoint {
 /// from `point_b`) is at most `length`; exactly that with `rigid`.
 struct PulleyJoint {
   Vec3 point_a{};  ///< m, in world coordinates, each within +-1e7
+  /// m, in world coordinates, each within +-1e7.
   Vec3 point_b{};
   float ratio = 1.0f;   ///< in [1e-3, 1e3]
   float length = 1.0f;  ///< m, in [0, 1e6]
+  /// A rod instead of a rope: the sum stays at `length`.
   bool rigid = false;
 
   friend bool operator==(const PulleyJoint&, const PulleyJoint&) = default;
@@ -173,11 +181,14 @@ struct PulleyJoint {
 /// Drives frame b to a pose in frame a with bounded force and torque. The hertz of the offset are those of
 /// the bodies' masses alone, wherever the anchors are.
 struct MotorJoint {
+  /// Of the rotation of frame b in frame a.
   RotationDrive rotation{.drive = Drive::spring};
   Drive drive = Drive::spring;  ///< of the anchors' offset
   Vec3 target{};                ///< m, of anchor b along the axes of frame a; each within +-1e6
   Vec3 velocity{};              ///< m/s, in the axes of frame a; each within +-1e6
+  /// Hz, of the offset's spring, in [1e-3, 1e4].
   float hertz = 1.0f;
+  /// Of the offset's spring, in [0, 1e4]; 1 is critical.
   float damping_ratio = 1.0f;
   float max_force = kNoLimit;  ///< N
 
@@ -189,6 +200,7 @@ struct MotorJoint {
 struct MouseJoint {
   Vec3 target{};       ///< m, in world coordinates, each within +-1e7
   float hertz = 5.0f;  ///< Hz, in [1e-3, 1e4]; at most 1/(4 substep) is used
+  /// In [0, 1e4]; 1 is critical.
   float damping_ratio = 0.7f;
   float max_force = kNoLimit;  ///< N
 
@@ -210,20 +222,25 @@ using Joint = detail::OneOf<void SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)>::T
 
 /// What a joint has whatever its kind. Both ends must be set: to two bodies, or one of them to kWorld.
 struct JointDef {
+  /// One end: a body, or kWorld.
   BodyId body_a{};
+  /// The other end: a body, or kWorld.
   BodyId body_b{};
   /// In the frame of body a; position within +-1e5 m (+-1e7 m in the world), rotation of unit length within
   /// 1e-3 (renormalized).
   Pose frame_a{};
   Pose frame_b{};                  ///< in the frame of body b
   bool collide_connected = false;  ///< shapes of the two bodies collide with each other
+  /// False: the joint does nothing until it is enabled.
   bool enabled = true;
   /// Hz, stiffness of what is held and of limits, in [1e-3, 1e4], or 0: as the step allows.
   float hertz = 0.0f;
   float damping_ratio = 1.0f;  ///< in [0, 1e4], where hertz is not 0
   /// N, N m: a joint whose reaction in a substep is above is disabled, see World::broken_joints. Above 0.
   float break_force = kNoLimit;
+  /// N m, above 0; as break_force.
   float break_torque = kNoLimit;
+  /// The caller's own; Scree only keeps it.
   std::uint64_t user_data = 0;
 
   friend bool operator==(const JointDef&, const JointDef&) = default;

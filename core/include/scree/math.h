@@ -4,7 +4,7 @@
 // first and then by a, and q and -q are the same rotation. What takes a rotation takes its unit length for
 // granted; products drift away from it by rounding, which normalize() mends.
 //
-// The functions in this header are compiled into whoever calls them, with the flags of that program: what a
+// The functions in this header are compiled into the program that calls them, with its flags: what a
 // world computes depends on the library's flags alone. Those that are only declared here have the same bits
 // on every machine and with every compiler, unlike std::sin and the like.
 #pragma once

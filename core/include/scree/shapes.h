@@ -43,7 +43,9 @@ struct Material {
   /// curvature r, so that the disk's is sqrt(5 mm r) or 0.14 r. Has no effect between boxes and hulls.
   std::optional<float> patch_radius{};
   Vec3 surface_velocity{};  ///< m/s in the shape's frame: a conveyor belt's speed, each within +-1e6
+  /// How the friction of two surfaces becomes one.
   MixRule friction_mix = MixRule::geometric_mean;
+  /// How the restitution of two surfaces becomes one.
   MixRule restitution_mix = MixRule::maximum;
 
   friend bool operator==(const Material&, const Material&) = default;
@@ -52,8 +54,11 @@ struct Material {
 /// Two shapes collide if each one's `mask` has a bit of the other's `category`; equal nonzero groups
 /// overrule that: positive ones always collide, negative ones never.
 struct Filter {
+  /// Bits that say what the shape is.
   std::uint32_t category = 1;
+  /// Categories that it collides with.
   std::uint32_t mask = 0xffffffffu;
+  /// 0: none.
   std::int32_t group = 0;
 
   friend bool operator==(const Filter&, const Filter&) = default;
@@ -68,9 +73,11 @@ enum class ContactEvents : std::uint8_t {
   all = 3,
 };
 
+/// Both kinds of events.
 constexpr ContactEvents operator|(ContactEvents left, ContactEvents right) {
   return static_cast<ContactEvents>(static_cast<unsigned>(left) | static_cast<unsigned>(right));
 }
+/// Whether `events` has any of `kind`.
 constexpr bool contains(ContactEvents events, ContactEvents kind) {
   return (static_cast<unsigned>(events) & static_cast<unsigned>(kind)) != 0;
 }
@@ -78,8 +85,11 @@ constexpr bool contains(ContactEvents events, ContactEvents kind) {
 /// What a shape has besides its geometry and its material.
 struct ShapeOptions {
   Pose local_pose{};  ///< of the shape in its body's frame: each within +-1e5 m, unit rotation within 1e-3
+  /// Which shapes it collides with.
   Filter filter{};
+  /// The caller's own; Scree only keeps it.
   std::uint64_t user_data = 0;
+  /// Events of its contacts that are listed.
   ContactEvents contact_events = ContactEvents::none;
 
   friend bool operator==(const ShapeOptions&, const ShapeOptions&) = default;

@@ -20,12 +20,14 @@ struct SnapshotChangesData;
 
 /// The state of a world at one time. It shares the geometry of hulls with the world, and with all other
 /// snapshots of it; with these it shares the memory of all that they have in common, too. Any thread may read
-/// it while nobody saves into it, whatever becomes of the others meanwhile.
+/// it while no thread saves into it, whatever becomes of the others meanwhile.
 class SCREE_API Snapshot {
  public:
   Snapshot() noexcept;  ///< of no world
   ~Snapshot();
+  /// Takes the state; the other snapshot is empty afterwards.
   Snapshot(Snapshot&&) noexcept;
+  /// Takes the state; the other snapshot is empty afterwards.
   Snapshot& operator=(Snapshot&&) noexcept;
 
   bool is_empty() const noexcept;       ///< of no world
@@ -101,7 +103,9 @@ class SCREE_API SnapshotChanges {
  public:
   SnapshotChanges() noexcept;  ///< of no snapshots
   ~SnapshotChanges();
+  /// Takes the changes; the others are empty afterwards.
   SnapshotChanges(SnapshotChanges&&) noexcept;
+  /// Takes the changes; the others are empty afterwards.
   SnapshotChanges& operator=(SnapshotChanges&&) noexcept;
 
   bool is_empty() const noexcept;      ///< of no snapshots
@@ -120,7 +124,7 @@ SCREE_API void keep_changes(const Snapshot& base, const Snapshot& later, Snapsho
 
 /// Makes the later snapshot again; it shares the memory of `base` and of the changes. Throws Error for empty
 /// changes and where `base` is not the snapshot that they were made with, or has been saved into since; and
-/// std::bad_alloc, which leaves the later snapshot empty. `base` and `later` can not be the same.
+/// std::bad_alloc, which leaves the later snapshot empty. `base` and `later` cannot be the same.
 SCREE_API void apply_changes(const Snapshot& base, const SnapshotChanges& changes, Snapshot& later);
 
 }  // namespace scree

@@ -18,6 +18,7 @@ enum class Phase : std::uint8_t {
   sweep_fast_bodies,
   finish_step,
 };
+/// How many phases there are.
 inline constexpr int kPhaseCount = 10;
 
 /// The name of the function that is the phase ("find_pairs", ...).
@@ -40,14 +41,16 @@ struct StepStats {
   std::int64_t contact_points = 0;  ///< of the contacts that were solved, so none of sleeping bodies; those
                                     ///< that lie apart and are only watched included
   std::int64_t joints = 0;          ///< of awake bodies: those that were solved
+  /// Dynamic bodies that took part.
   std::int64_t awake_bodies = 0;
   std::int64_t restored_bodies = 0;  ///< bodies whose state became non-finite in this step: they were put
                                      ///< back to where the step found them, at rest
   std::int64_t swept_bodies = 0;     ///< bodies fast enough to be swept, with WorldSettings::continuous
   std::int64_t sweep_hits = 0;       ///< of them, those that were put back to where they met something
-  std::int64_t islands = 0;          ///< islands examined for sleep in this step; 0 where nobody was tired
-  int colors = 0;                    ///< independent batches, those against fixed bodies included
-  int stages = 0;                    ///< parallel stages of the whole step
+  std::int64_t islands =
+      0;           ///< islands examined for sleep in this step; 0 where no body was slow for long enough
+  int colors = 0;  ///< independent batches, those against fixed bodies included
+  int stages = 0;  ///< parallel stages of the whole step
   double lane_fill = 1.0;       ///< used lanes over all lanes of the constraint blocks; depends on the width
   double kinetic_energy = 0.0;  ///< J, at the end of the step
   double residual = 0.0;        ///< m/s, only with WorldSettings::measure_residual: the largest velocity

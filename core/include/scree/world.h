@@ -71,12 +71,16 @@ struct MemoryUse {
   std::size_t scratch = 0;  ///< bytes that live within one step
 };
 
+/// The geometry of a shape.
 using Geometry = std::variant<Sphere, Capsule, Box, ConvexHull>;
 
 /// A shape of a list, see World::add_shapes.
 struct ShapeDef {
+  /// In the shape's own frame.
   Geometry geometry{};
+  /// Of its surface and its filling.
   Material material{};
+  /// Where it is in its body, and whom it collides with.
   ShapeOptions options{};
 };
 
@@ -91,6 +95,7 @@ class SCREE_API World {
   /// A world that was moved from can only be destroyed or assigned to; its calls throw,
   /// but those that are noexcept find nothing.
   World(World&&) noexcept;
+  /// Destroys what this world was. The other one can only be destroyed or assigned to afterwards.
   World& operator=(World&&) noexcept;
 
   /// Makes this world and the other one give and take the same handles, as clones do: for worlds that are
@@ -115,11 +120,14 @@ class SCREE_API World {
   void destroy_body(BodyId body);
   /// Destroys all of the bodies, or none if a handle is dead or stands in the list twice.
   void destroy_bodies(std::span<const BodyId> bodies);
+  /// Returns whether the handle names a body of this world.
   bool is_alive(BodyId body) const noexcept;
+  /// Returns the number of living bodies.
   std::size_t body_count() const noexcept;
   /// The living body at an index of the bulk columns, or no body.
   BodyId body_at(std::uint32_t index) const noexcept;
 
+  /// Returns the type as it was given; a quarantined body keeps its type.
   BodyType body_type(BodyId body) const;
   /// A body that becomes fixed loses its velocity, one that becomes dynamic gets its mass. What touches it
   /// wakes.
@@ -143,26 +151,36 @@ class SCREE_API World {
   /// stay the same. Throws for other bodies, for dt outside (0, 1] and where a velocity would leave the range
   /// of set_linear_velocity, as it would for half a turn in a single substep.
   void set_kinematic_target(BodyId body, const Pose& target, float dt);
-  /// In world coordinates, m. Fixed and kinematic bodies turn about their origin unless set_mass_properties
-  /// gave them a center.
+  /// Returns the center of mass in world coordinates, m. Fixed and kinematic bodies turn about their origin
+  /// unless set_mass_properties gave them a center.
   Vec3 center_of_mass(BodyId body) const;
-  /// Of a fixed or kinematic body: what it would have as a dynamic one.
+  /// Returns mass, center and inertia; of a fixed or kinematic body, those that it would have as a dynamic
+  /// one.
   MassProperties mass_properties(BodyId body) const;
   /// Replaces what the shapes' densities and BodyDef::mass gave, until reset_mass; changes of the shapes do
   /// not matter meanwhile. The inertia must be that of some solid: positive definite, no principal moment
   /// above the sum of the others (within 0.1 %). The body's matter moves on as it did: linear_velocity
   /// becomes that of the new center.
   void set_mass_properties(BodyId body, const MassProperties& properties);
-  /// Back to the shapes' densities: forgets set_mass_properties and BodyDef::mass.
+  /// Goes back to the mass of the shapes' densities: forgets set_mass_properties and BodyDef::mass.
   void reset_mass(BodyId body);
+  /// Returns the damping in 1/s, see BodyDef.
   float linear_damping(BodyId body) const;
+  /// Returns the damping in 1/s, see BodyDef.
   float angular_damping(BodyId body) const;
+  /// Returns what multiplies the world's gravity, see BodyDef.
   float gravity_factor(BodyId body) const;
+  /// Returns the degrees of freedom that are taken from the body, see BodyDef.
   AxisLocks locks(BodyId body) const;
+  /// Sets the damping, 1/s, in [0, 1e6]. Wakes the body.
   void set_linear_damping(BodyId body, float damping);
+  /// Sets the damping, 1/s, in [0, 1e6]. Wakes the body.
   void set_angular_damping(BodyId body, float damping);
+  /// Sets what multiplies the world's gravity, within +-1e6. Wakes the body.
   void set_gravity_factor(BodyId body, float factor);
+  /// Replaces all locks; velocities along locked axes become zero. Wakes the body.
   void set_locks(BodyId body, AxisLocks locks);
+  /// Returns whether the body may fall asleep.
   bool can_sleep(BodyId body) const;
   void set_can_sleep(BodyId body, bool can_sleep);  ///< forbidding it wakes the body
   /// Kinematic bodies are always awake, fixed and quarantined ones never. A sleeper whose neighbor a call has
@@ -175,19 +193,25 @@ class SCREE_API World {
   /// set_pose, set_linear_velocity, set_angular_velocity, set_kinematic_target, set_body_type or wake ends
   /// that, or it is destroyed. All else that it was given it keeps, and changes of that end no quarantine.
   bool is_quarantined(BodyId body) const;
+  /// Returns the caller's own number, 0 unless given.
   std::uint64_t user_data(BodyId body) const;
+  /// Keeps a number for the caller; changes nothing else.
   void set_user_data(BodyId body, std::uint64_t data);
 
   /// Force (N) and torque (N m) act during the next step only; both add up and wake the body. No effect on
   /// fixed and kinematic bodies. Throws where the sum would accelerate the body by more than 1e15 m/s^2 or
   /// rad/s^2.
   void add_force(BodyId body, Vec3 force);
+  /// Adds a force (N) at a point of the world (m), with its torque about the center of mass.
   void add_force_at(BodyId body, Vec3 force, Vec3 world_point);
+  /// Adds a torque (N m) in world axes.
   void add_torque(BodyId body, Vec3 torque);
   /// Impulses (N s, N m s) change the velocity at once and wake the body. No effect on fixed and kinematic
   /// bodies. Throws where the velocity would leave the range of set_linear_velocity.
   void add_impulse(BodyId body, Vec3 impulse);
+  /// Adds an impulse (N s) at a point of the world (m), with its moment about the center of mass.
   void add_impulse_at(BodyId body, Vec3 impulse, Vec3 world_point);
+  /// Adds an angular impulse (N m s) in world axes.
   void add_angular_impulse(BodyId body, Vec3 impulse);
 
   // --- shapes ---
@@ -200,22 +224,32 @@ class SCREE_API World {
   /// follows once, as in add_shape.
   void add_shapes(BodyId body, std::span<const ShapeDef> defs, std::span<ShapeId> ids);
   void destroy_shape(ShapeId shape);  ///< the mass follows as in add_shape; what touched the shape wakes
+  /// Returns whether the handle names a shape of this world.
   bool is_alive(ShapeId shape) const noexcept;
+  /// Returns the number of living shapes.
   std::size_t shape_count() const noexcept;
+  /// Returns the body that the shape belongs to.
   BodyId body_of(ShapeId shape) const;
+  /// Returns the geometry as it was given.
   Geometry geometry(ShapeId shape) const;
   void set_geometry(ShapeId shape, const Geometry& geometry);  ///< the mass follows as in add_shape
+  /// Returns the material as it was given.
   Material material(ShapeId shape) const;
   void set_material(ShapeId shape, const Material& material);  ///< the mass follows as in add_shape
+  /// Returns the filter as it was given.
   Filter filter(ShapeId shape) const;
+  /// Replaces the filter from the next step on. Wakes the body and what touched it.
   void set_filter(ShapeId shape, const Filter& filter);
+  /// Returns what the shape asks for, besides what the world asks for.
   ContactEvents contact_events(ShapeId shape) const;
-  /// From the next step on. A contact that began ends when nobody asks about its end any more, and begins
-  /// when somebody asks for the first time.
+  /// Takes effect in the next step. A contact that began ends when no side asks for its end any more, and
+  /// begins when a side asks for the first time.
   void set_contact_events(ShapeId shape, ContactEvents events);
   Pose local_pose(ShapeId shape) const;                  ///< in the body's frame
   void set_local_pose(ShapeId shape, const Pose& pose);  ///< the mass follows as in add_shape
+  /// Returns the caller's own number, 0 unless given.
   std::uint64_t user_data(ShapeId shape) const;
+  /// Keeps a number for the caller; changes nothing else.
   void set_user_data(ShapeId shape, std::uint64_t data);
   /// The body's shapes, oldest first; at most `out.size()` are written. Returns how many there are.
   std::size_t shapes_of(BodyId body, std::span<ShapeId> out) const;
@@ -229,25 +263,35 @@ class SCREE_API World {
   /// Creates one joint per definition; the lists have the same length. All or none are created.
   void create_joints(std::span<const JointDef> defs, std::span<const Joint> joints, std::span<JointId> ids);
   void destroy_joint(JointId joint);  ///< wakes its bodies
+  /// Returns whether the handle names a joint of this world.
   bool is_alive(JointId joint) const noexcept;
+  /// Returns the number of living joints, disabled ones included.
   std::size_t joint_count() const noexcept;
+  /// Returns the kind of the joint.
   JointType joint_type(JointId joint) const;
   Joint joint(JointId joint) const;  ///< limits and drives as they are now
+  /// Returns what it was created with, with what has been set since.
   JointDef joint_def(JointId joint) const;
   /// New limits and drives, of the same kind of joint. What it has accumulated stays. Wakes its bodies unless
   /// nothing changes.
   void set_joint(JointId joint, const Joint& to);
   void set_joint_frames(JointId joint, const Pose& frame_a, const Pose& frame_b);  ///< wakes its bodies
   void set_joint_stiffness(JointId joint, float hertz, float damping_ratio);  ///< as in JointDef; wakes them
+  /// Sets the force (N) and the torque (N m) above which the joint breaks, each above 0.
   void set_joint_strength(JointId joint, float break_force, float break_torque);
+  /// Returns false if a call disabled the joint or it broke.
   bool is_enabled(JointId joint) const;
   /// Wakes its bodies. A joint that is enabled begins without impulses.
   void set_joint_enabled(JointId joint, bool enabled);
+  /// Returns whether the shapes of its bodies collide, see JointDef::collide_connected.
   bool collides_connected(JointId joint) const;
+  /// Lets the shapes of the joint's bodies collide with each other, or not, from the next step on.
   void set_collide_connected(JointId joint, bool collide);
+  /// Returns the caller's own number, 0 unless given.
   std::uint64_t user_data(JointId joint) const;
+  /// Keeps a number for the caller; changes nothing else.
   void set_user_data(JointId joint, std::uint64_t data);
-  /// Frame b as seen from frame a: what limits and drives are measured in.
+  /// Returns frame b as seen from frame a, in which limits and drives are measured.
   Pose joint_pose(JointId joint) const;
   /// In the last step, until the next one, a call that enables or disables the joint, or a restore; of joints
   /// that slept zero. One that broke in it still tells.
@@ -268,6 +312,7 @@ class SCREE_API World {
   std::span<const ContactEvent> contact_begins() const noexcept;
   /// Contacts of awake bodies that touched before this step already.
   std::span<const ContactEvent> contact_persists() const noexcept;
+  /// Contacts that touched before this step and no longer do.
   std::span<const ContactEnd> contact_ends() const noexcept;
   /// Bodies whose state became non-finite in the step: they were put back to where the step found them, at
   /// rest. Ascending by index.
@@ -298,15 +343,18 @@ class SCREE_API World {
   /// All contacts, ascending by the indices of their shapes: first shape_a's, then shape_b's. At most
   /// `out.size()` are written. Returns how many there are.
   std::size_t contact_forces(std::span<ContactForces> out) const;
-  /// Likewise of one body or shape, which may be either of the two. The first of these calls after a step
+  /// The contacts of one body or shape, which may be either of the two. The first of these calls after a step
   /// looks at all contacts, the others at those of the body or shape.
   std::size_t contact_forces_of(BodyId body, std::span<ContactForces> out) const;
+  /// As above, for a shape.
   std::size_t contact_forces_of(ShapeId shape, std::span<ContactForces> out) const;
 
   // --- the world ---
 
+  /// Returns the settings as they were given.
   const WorldSettings& settings() const;
   void set_settings(const WorldSettings& settings);  ///< a change of gravity wakes all bodies
+  /// Returns the figures of the last step.
   const StepStats& stats() const;
   MemoryUse memory_use() const;  ///< bytes reserved by all columns
   /// xxHash64 over index, pose and velocity of the living bodies in index order: equal for equal histories,

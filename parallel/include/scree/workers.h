@@ -13,10 +13,12 @@ namespace scree {
 /// SCREE_ISA (scalar, sse2, avx2 or avx512) if it is set, otherwise the widest that the processor supports.
 enum class Isa : std::uint8_t { automatic, scalar, sse2, avx2, avx512 };
 
+/// The name of an instruction set ("avx2", ...).
 SCREE_API const char* isa_name(Isa isa);
 /// Whether this build holds the kernels and this processor runs them.
 SCREE_API bool is_supported(Isa isa);
 
+/// What steps run on.
 struct WorkersOptions {
   int threads = 0;           ///< threads that share a step, the caller's included; 0: one per core; <= 1024
   Isa isa = Isa::automatic;  ///< throws scree::Error if it is not supported
@@ -31,11 +33,17 @@ class Crew;
 /// moved-from `Workers` can only be assigned to or destroyed.
 class SCREE_API Workers {
  public:
+  /// One thread per core, and the widest instruction set.
   Workers();
+  /// As WorkersOptions::threads says.
   explicit Workers(int threads);
+  /// Throws Error for a number of threads outside [0, 1024] and for an instruction set that is not
+  /// supported.
   explicit Workers(const WorkersOptions& options);
   ~Workers();
+  /// Takes over the other team.
   Workers(Workers&&) noexcept;
+  /// Takes over the other team.
   Workers& operator=(Workers&&) noexcept;
 
   int threads() const noexcept;  ///< as many as were asked for
