@@ -44,7 +44,7 @@ void for_each_column(WorldData& data, Visit&& visit) {
   data.contacts.now.for_each_column(within("contacts.now"));
   visit(ColumnKind::derived, "contacts", "marks", data.contacts.marks.pages);
   visit(ColumnKind::state, "contacts", "free_rows", data.contacts.free_rows);
-  visit(ColumnKind::scratch, "contacts", "previous", data.contacts.previous);
+  visit(ColumnKind::scratch, "contacts", "last_place", data.contacts.last_place);
   visit(ColumnKind::derived, "contacts", "touching", data.contacts.touching);
   visit(ColumnKind::state, "contacts", "forces", data.contacts.forces);
   visit(ColumnKind::derived, "contacts", "by_shape", data.contacts.by_shape);
@@ -63,7 +63,7 @@ void for_each_column(WorldData& data, Visit&& visit) {
   visit(ColumnKind::scratch, "events", "persists", data.events.persists);
   visit(ColumnKind::scratch, "events", "ends", data.events.ends);
   visit(ColumnKind::scratch, "events", "restored", data.events.restored);
-  visit(ColumnKind::scratch, "events", "frozen", data.events.frozen);
+  visit(ColumnKind::scratch, "events", "quarantined", data.events.quarantined);
   visit(ColumnKind::state, "events", "woken", data.events.woken);
   visit(ColumnKind::scratch, "events", "sleep_begins", data.events.sleep_begins);
   visit(ColumnKind::scratch, "events", "sleep_ends", data.events.sleep_ends);

@@ -33,11 +33,11 @@ enum BodyFlag : std::uint8_t {
   kBodyMassGiven = 8,         // mass comes from the caller, inertia from the shapes
   kBodyPropertiesGiven = 16,  // mass, center and inertia come from the caller
   kBodyMarked = 32,           // set and cleared within one call
-  // Frozen: the state became non-finite. Takes part as a fixed body until a call thaws it, but was given as
-  // ...
-  kBodyFrozenDynamic = 64,
-  kBodyFrozenKinematic = 128,
-  kBodyFrozen = kBodyFrozenDynamic | kBodyFrozenKinematic,
+  // In quarantine: the state became non-finite. Takes part as a fixed body until a call ends that, but was
+  // given as ...
+  kBodyQuarantinedDynamic = 64,
+  kBodyQuarantinedKinematic = 128,
+  kBodyQuarantined = kBodyQuarantinedDynamic | kBodyQuarantinedKinematic,
 };
 
 enum class ShapeType : std::uint8_t { sphere, capsule, box, hull };
@@ -106,8 +106,8 @@ enum UnplacedFlag : std::uint8_t {
 // Rows of bodies, indexed by BodyId::index. "calls" are World's functions.
 #define SCREE_BODY_COLUMNS(X)                                                                                   \
   X(state,   std::uint32_t,   generation)      /* calls; raised when the body dies */                          \
-  X(state,   BodyType,        type)            /* calls, freeze_broken; as it takes part: fixed while frozen */ \
-  X(state,   std::uint8_t,    flags)           /* calls, find_islands, freeze_broken; BodyFlag */              \
+  X(state,   BodyType,        type)            /* calls, quarantine_bodies; as it takes part */                \
+  X(state,   std::uint8_t,    flags)           /* calls, find_islands, quarantine_bodies; BodyFlag */          \
   SCREE_HASHED_BODY_COLUMNS(X)                                                                                 \
   X(state,   ForceRow,        force)           /* calls; cleared by finish_step */                             \
   X(state,   MotionRow,       motion)          /* calls; its locks act, so they are none if not given dynamic */ \
@@ -127,7 +127,7 @@ enum UnplacedFlag : std::uint8_t {
   X(derived, std::uint8_t,    unplaced)        /* calls, place_matter; UnplacedFlag */                         \
   X(derived, std::uint8_t,    is_changed)      /* calls, find_islands; 1: stands in Bodies::changed */         \
   X(scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */        \
-  X(scratch, std::uint8_t,    touched)         /* solve; TouchFlag */                                          \
+  X(scratch, std::uint8_t,    step_notes)      /* solve; StepNote */                                           \
   X(scratch, DeltaRow,        delta)           /* solve; motion since the step began */                        \
   X(scratch, VelocityRow,     free_velocity)   /* solve; after forces, before this step's impulses */
 
@@ -232,15 +232,15 @@ struct Bodies {
   bool all_changed = true;       // derived; restore: `changed` does not tell who
 };
 
-inline bool is_frozen(const Bodies& bodies, std::int32_t body) {
-  return (bodies.flags[body] & kBodyFrozen) != 0;
+inline bool is_quarantined(const Bodies& bodies, std::int32_t body) {
+  return (bodies.flags[body] & kBodyQuarantined) != 0;
 }
 
 // What the caller made it, whatever it takes part as.
 inline BodyType given_type(const Bodies& bodies, std::int32_t body) {
   const auto row = static_cast<std::size_t>(body);
-  if ((bodies.flags[row] & kBodyFrozen) == 0) return bodies.type[row];
-  return (bodies.flags[row] & kBodyFrozenDynamic) != 0 ? BodyType::dynamic : BodyType::kinematic;
+  if ((bodies.flags[row] & kBodyQuarantined) == 0) return bodies.type[row];
+  return (bodies.flags[row] & kBodyQuarantinedDynamic) != 0 ? BodyType::dynamic : BodyType::kinematic;
 }
 
 struct Shapes {
@@ -301,7 +301,7 @@ struct Contacts {
   bool resting_order_stale = true;  // derived; find_pairs, contact_forces
   bool list_kept = false;           // scratch; find_pairs: the list of pairs is the last one
   bool by_shape_stale = true;       // derived; step: the lists by shape must be made anew
-  Column<std::int32_t> previous;    // scratch; find_pairs; per pair: its place in the last list, or -1.
+  Column<std::int32_t> last_place;  // scratch; find_pairs; per pair: its place in the last list, or -1.
                                     // Meaningless while list_kept
   Column<ContactForceRow> forces;   // state; collide, store_impulses; by row of `now`; none unless asked for
   Column<std::int32_t> by_shape;    // derived; contact_forces_of; contacts by shape ...
@@ -351,8 +351,8 @@ struct Events {
   Column<ContactEvent> begins;       // scratch; list_events
   Column<ContactEvent> persists;     // scratch; list_events
   Column<ContactEnd> ends;           // scratch; list_events
-  Column<BodyId> restored;           // scratch; freeze_broken
-  Column<BodyId> frozen;             // scratch; freeze_broken
+  Column<BodyId> restored;           // scratch; quarantine_bodies
+  Column<BodyId> quarantined;        // scratch; quarantine_bodies
   Column<BodyId> woken;         // state; calls, find_islands; who has woken since the last step's lists, in
                                 // the order of waking
   Column<BodyId> sleep_begins;  // scratch; find_islands
@@ -378,7 +378,7 @@ inline void clear_told(Events& events) {
   events.persists.clear();
   events.ends.clear();
   events.restored.clear();
-  events.frozen.clear();
+  events.quarantined.clear();
   events.sleep_begins.clear();
   events.sleep_ends.clear();
   events.broken.clear();

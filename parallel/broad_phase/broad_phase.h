@@ -1,4 +1,5 @@
-// BroadPhase: what finding pairs remembers between steps. Looked into by update_bounds and find_pairs only.
+// BroadPhase: the trees and lists that finding pairs keeps between steps. Only update_bounds, find_pairs and
+// sweep_fast_bodies use it.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -13,11 +14,11 @@
 
 namespace scree {
 
-// One tree over shapes. Nothing of it reaches the results: whether two shapes become a pair
-// depends on their own bounds, and the list is sorted. So it is all derived.
+// One tree of shapes. Its order never reaches the results: whether two shapes become a pair depends on their
+// own bounds, and the list of pairs is sorted. So the whole tree is derived.
 struct PairTree {
-  Column<std::int32_t> order;  // shapes along a Hilbert curve, whole blocks; -1: nobody (any more). While it
-                               // is unsorted, in any order, those that have left among them
+  Column<std::int32_t> order;  // shapes along a Hilbert curve, whole blocks; -1: empty place. While
+                               // `unsorted`, in any order and with shapes that have left
   Column<simd::LeafBlock> leaves;
   Column<simd::NodeBlock> nodes[simd::kMaxTreeLevels];
   int levels = 0;
@@ -28,12 +29,12 @@ struct PairTree {
   bool lost_members = false;    // `order` still names shapes that have left
   bool special_changed = true;  // LeafBlock::special must be made anew
   int leaf_blocks() const { return static_cast<int>(order.size() / simd::kBlock); }
-  void clear() noexcept;  // nobody is in it; the memory stays
+  void clear() noexcept;  // empties it; the memory stays
 };
 
-// Which of its trees a shape is in. What is frozen stands in one of several: who arrives comes into the small
-// one, which goes into the next larger one when it is full, and so on. So an arrival costs little however
-// many are there already, and joins have few trees to ask.
+// The tree that a shape is in. Frozen shapes, which are fixed or asleep, have several: a new one goes into
+// the smallest, and a full tree is merged into the next larger one. So an arrival costs little however many
+// shapes there are, and joins visit few trees.
 enum TreeIndex : std::uint8_t {
   kNoTree = 0,
   kAwakeTree = 1,
@@ -42,7 +43,7 @@ enum TreeIndex : std::uint8_t {
 };
 inline constexpr int kFrozenTrees = 9;
 inline constexpr int kPairTrees = kFrozenTree + kFrozenTrees;
-inline constexpr std::uint8_t kArriving = 0xff;  // will come into one of the frozen trees
+inline constexpr std::uint8_t kArriving = 0xff;  // waits for a place in one of the frozen trees
 
 inline bool is_frozen_tree(std::uint8_t tree) { return tree >= kFrozenTree; }
 
@@ -53,20 +54,20 @@ struct SortKey {
 };
 
 struct BroadPhase final : Part {
-  // derived; update_bounds: a shape has new fat bounds. Where it is not known, true is as good: the list of
-  // pairs is made anew then, and comes out the same.
+  // derived; update_bounds: a shape has new fat bounds. True is safe where this is not known: it rebuilds the
+  // list of pairs, with the same result.
   std::atomic<bool> bounds_left{true};
 
-  Column<std::uint8_t> tree_of;  // derived; TreeIndex of each shape, kNoTree if dead
+  Column<std::uint8_t> tree_of;  // derived; TreeIndex of each shape, kNoTree of dead ones
   Column<std::int32_t> slot_of;  // derived; of shapes in frozen trees: their place in PairTree::order
   PairTree trees[kPairTrees];    // by TreeIndex; kNoTree stays empty
-  // What may be met without moving: fixed shapes that calls have just put somewhere stand with the kinematic
-  // ones for one step.
-  std::span<const PairTree> resting_trees() const { return std::span(trees).subspan(kKinematicTree); }
+  // The trees that fast bodies are swept against: kinematic and frozen shapes. A fixed shape that a call has
+  // just created or moved is in the kinematic tree for one step.
+  std::span<const PairTree> obstacle_trees() const { return std::span(trees).subspan(kKinematicTree); }
   std::span<const PairTree> frozen_trees() const { return std::span(trees).subspan(kFrozenTree); }
 
-  // derived; update_bounds, refresh_lists, find_pairs: shapes that may be in another tree than they belong
-  // to, or whose box there is an old one; some more than once
+  // derived; update_bounds, refresh_lists, find_pairs: shapes that may be in the wrong tree, or whose box
+  // there is out of date; some more than once
   Column<std::int32_t> changed;
   Column<std::int32_t> arrivals;             // scratch; for the frozen trees
   Column<std::int32_t> joined[kFrozenTree];  // scratch; for the others
@@ -74,10 +75,10 @@ struct BroadPhase final : Part {
   struct LeafOf {
     std::int32_t tree, block;
   };
-  Column<LeafOf> thinned;        // scratch; leaves of frozen trees that somebody has left
+  Column<LeafOf> thinned;        // scratch; leaves of frozen trees that a shape has left
   Column<std::int32_t> leavers;  // scratch; shapes that have left their frozen tree, or their box there ...
-  bool all_left = true;          // scratch; ... or nobody knows who
-  std::int64_t refitted = 0;     // derived; leaf blocks of frozen trees that the last list of pairs made anew
+  bool all_left = true;          // scratch; ... or it is not known which
+  std::int64_t refitted = 0;     // derived; leaf blocks of frozen trees that the last find_pairs rebuilt
 
   // Shapes that calls changed since the last list. scratch
   Column<std::int32_t> dirty;
@@ -96,20 +97,20 @@ struct BroadPhase final : Part {
   Column<Spread> spreads;
   Column<SortKey> sort_keys, sort_keys_other;
   Column<std::uint32_t> digit_counts;
-  std::vector<Column<ShapePair>> found;  // pairs of one chunk of the join
-  Column<std::int32_t> bucket_counts;    // per group of join chunks and bucket
-  Column<std::int64_t> bucket_begins;    // one more than buckets
-  Column<std::uint8_t> bucket_is_heavy;  // a row too long for one thread
-  Column<std::int32_t> owner_begins;     // per worker, for the bucket at hand
-  Column<ShapePair> bucketed;            // grouped by bucket
-  Column<std::int32_t> others;           // larger shapes of the pairs, grouped by owner
-  Column<ShapePair> sorted;              // the new list
-  Column<std::int32_t> lost;             // contacts whose pairs are not in the new list
-  Column<std::int32_t> moving, frozen;   // places in a list: pairs of two frozen shapes, and the others
-  Column<std::int32_t> by_pair;          // places in `resting` in the order of their pairs
-  Column<std::int32_t> moving_previous;  // Contacts::previous of `moving`
-  PairRows pulled;                       // rows on their way from or to `resting`
-  Column<std::int32_t> places;           // of list_where
+  std::vector<Column<ShapePair>> found;             // pairs of one chunk of the join
+  Column<std::int32_t> bucket_counts;               // per group of join chunks and bucket
+  Column<std::int64_t> bucket_begins;               // one more than buckets
+  Column<std::uint8_t> bucket_is_heavy;             // a row too long for one thread
+  Column<std::int32_t> owner_begins;                // per worker, for the bucket at hand
+  Column<ShapePair> bucketed;                       // grouped by bucket
+  Column<std::int32_t> others;                      // larger shapes of the pairs, grouped by owner
+  Column<ShapePair> sorted;                         // the new list
+  Column<std::int32_t> lost;                        // contacts whose pairs are not in the new list
+  Column<std::int32_t> moving_pairs, frozen_pairs;  // places in a list: pairs of two frozen shapes are frozen
+  Column<std::int32_t> by_pair;                     // places in `resting` in the order of their pairs
+  Column<std::int32_t> moving_last_place;           // Contacts::last_place of `moving_pairs`
+  PairRows pulled;                                  // rows on their way from or to `resting`
+  Column<std::int32_t> places;                      // of list_where
 
   void report(const Visit& visit) const override;
   void forget() noexcept override;
@@ -123,28 +124,27 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
 // Whether filters, bodies and their types let two shapes collide.
 bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b);
 
-// Brings the changed shapes into the trees that they belong to; returns whether any has come into another one
-// since the last list. Trees of what moves are marked and made by refit_trees, those of frozen shapes are
-// made at once.
+// Moves the changed shapes into the trees that they belong to; returns whether any has changed its tree since
+// the last list. Rebuilds the trees of frozen shapes at once, and marks the others for refit_trees.
 bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew);
-// Makes the trees of what moves fit the bounds.
+// Makes the trees of awake and kinematic shapes fit their bounds.
 void refit_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew);
-// Orders `gathered` along the curve: that is the tree's order then.
+// Sorts `gathered` along the curve, as the tree's new order.
 void sort_gathered(const WorldData& data, BroadPhase& broad_phase, PairTree& tree, Crew& crew);
-// The same of those that stand along the curve already.
+// The same for shapes that are in this order already.
 void take_gathered(const BroadPhase& broad_phase, PairTree& tree, Crew& crew);
-// Makes the boxes of all blocks of the tree's order.
+// Computes the boxes of all blocks of the tree's order.
 void refit_tree(const WorldData& data, PairTree& tree, Crew& crew);
-// Makes the boxes of one leaf and all above it.
+// Computes the boxes of one leaf and of all nodes above it.
 void refit_leaf(const WorldData& data, PairTree& tree, std::int32_t block, Crew& crew);
-// trees -> found; with `carry` also the pairs of the last list whose shapes are both frozen still. Returns
+// trees -> found; with `carry` also the pairs of the last list whose shapes are both still frozen. Returns
 // the number of pairs.
 std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Crew& crew);
 // found -> sorted.
 void sort_pairs(BroadPhase& broad_phase, std::size_t shapes, std::int64_t pairs, Crew& crew);
 
-// Ascending by the bits of the keys of `rows`; `other` has the same length and is overwritten. Returns the
-// one that holds the result.
+// Sorts `rows` ascending by the bits of their keys. `other` has the same length and is overwritten. Returns
+// the array that holds the result.
 SortKey* sort_by_key(SortKey* rows, SortKey* other, std::int32_t count, Column<std::uint32_t>& digit_counts,
                      Crew& crew);
 ShapePair* sort_by_key(ShapePair* rows, ShapePair* other, std::int32_t count,
@@ -153,6 +153,6 @@ ShapePair* sort_by_key(ShapePair* rows, ShapePair* other, std::int32_t count,
 // Sorts numbers of rows by the pairs of these rows, no two of which are the same.
 void sort_by_pair(BroadPhase& broad_phase, const Column<ShapePair>& pair_of, Column<std::int32_t>& rows,
                   Crew& crew);
-inline constexpr std::size_t kSortedMemory = 65536;  // keys; what more took to sort is given back
+inline constexpr std::size_t kSortedMemory = 65536;  // keys; memory for more of them is freed after sorting
 
 }  // namespace scree

@@ -1,7 +1,7 @@
-// Constraints: contacts and joints by color, packed into wide blocks. Made anew each step, but for the colors
-// themselves, which stay with their contacts (ContactRows::color) and joints.
+// Constraints: contacts and joints by color, packed into wide blocks. Each step rebuilds all of it except the
+// colors, which stay with their contacts (ContactRows::color) and joints.
 //
-// color_constraints writes the colors, pack_blocks everything else, solve and store_impulses read it.
+// color_constraints writes the colors, pack_blocks the rest; solve and store_impulses read it.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -11,16 +11,16 @@
 namespace scree {
 
 inline constexpr int kColorLimit = 64;              // colors of one kind: bits of a body's mask
-inline constexpr int kHubColorLimit = 8;            // likewise of contacts with hubs
+inline constexpr int kHubColorLimit = 8;            // the same for contacts with hubs
 inline constexpr std::uint8_t kOverflowColor = 64;  // no color was free: solved level by level
-// Likewise against a body that can not be pushed: solved in groups, as those of a hub are.
+// No static color was free: solved in groups, as constraints of a hub are.
 inline constexpr std::uint8_t kStaticHubColor = 65;
 
-// Constraints with other bodies that can be pushed from which a body is a hub. Eight bodies of 1,300 contacts
-// would otherwise use up all colors, most of them for a handful of contacts.
+// A body with more constraints than this, with other bodies that can be pushed, is a hub. Without hubs, eight
+// bodies of 1,300 contacts use up all colors, most of them for a handful of contacts.
 inline constexpr std::int32_t kHubDegree = 32;
 
-// Which bodies of a constraint keep it from sharing a color with others.
+// The bodies of a constraint whose other constraints must have other colors.
 enum class EdgeKind : std::uint8_t {
   dynamic,   // both
   pushed_b,  // B: A cannot be pushed
@@ -31,7 +31,7 @@ enum class EdgeKind : std::uint8_t {
 
 // A touching contact or an active joint, as coloring and packing see it.
 struct Edge {
-  std::int32_t body_a;  // where one can not be pushed it is A, whatever the joint calls it
+  std::int32_t body_a;  // a body that cannot be pushed is A, even if it is the joint's b
   std::int32_t body_b;
   std::uint16_t info;  // Manifold::info; of joints the number of their kind, see joint_kind
   std::uint8_t color;
@@ -47,11 +47,11 @@ struct BodyColors {
   std::int32_t number;  // pack_blocks; of a hub among those of a key, else -1
 };
 
-// One stage of the solver: chunks [first_chunk, first_chunk + chunk_count) have no dynamic body in common, or
-// are run in their order by one thread. Within a chunk only a hub comes twice.
+// One stage of the solver. Its chunks, some of contacts and some of joints, have no dynamic body in common,
+// or one thread runs them in order. Within a chunk only a hub comes twice.
 struct ColorStage {
-  std::int32_t first_chunk;  // of contacts
-  std::int32_t chunk_count;
+  std::int32_t first_contact_chunk;
+  std::int32_t contact_chunk_count;
   std::int32_t first_joint_chunk;
   std::int32_t joint_chunk_count;
   bool serial;
@@ -80,7 +80,7 @@ struct KeyTable {
 // What joints of one block have in common, and its number.
 struct JointKind {
   int variant;           // simd::joint_variant
-  simd::BodySide fixed;  // which body can not be pushed
+  simd::BodySide fixed;  // which body cannot be pushed
   bool breaks;
 };
 inline constexpr int kJointBlockKinds = simd::kJointVariants * 6;
@@ -114,27 +114,27 @@ struct Constraints : Part {
   KeyTable contact_keys;                 // scratch; pack_blocks
   KeyTable joint_keys;                   // scratch; pack_blocks
   Column<std::int32_t> joint_rows;       // scratch; pack_blocks; joints in lane order
-  Column<simd::ConstraintChunk> joint_chunks;  // scratch; pack_blocks
-  Column<JointKindSet> joint_kinds;            // scratch; pack_blocks; that occur, by part of the joints
-  Column<std::int32_t> breaking_chunks;        // scratch; break_joints; of joint_chunks
-  Column<std::int32_t> rows;                   // scratch; pack_blocks; contact rows in lane order
-  Column<std::int32_t> hub_counts;             // scratch; pack_blocks; by hub
-  Column<std::int32_t> hub_rows;               // scratch; pack_blocks; rows of one hub color, sorted by hub
-  Column<char> blocks;                         // scratch; prepare and the sweeps
-  Column<simd::ConstraintChunk> chunks;        // scratch; pack_blocks
-  Column<ColorStage> stages;                   // scratch; pack_blocks; in the order in which they are solved
-  Column<float> parts_a, parts_b;              // scratch; solve; of joints; JointArgs::parts_a
-  Column<std::uint8_t> shared;                 // scratch; solve; JointArgs::shared
-  Column<float> residual;                      // scratch; solve; m/s by chunk
-  Column<float> impulse_sum;                   // scratch; solve; N s by lane, if events are asked for
-  Column<std::uint8_t> rebounded;              // scratch; solve; by chunk, whether any contact did
-  Column<float> force_sum;                     // scratch; solve; by lane, if forces are asked for
-  Column<float> depth;                         // scratch; store_impulses; m by lane, on request
-  Column<float> depths;           // scratch; store_impulses; m, of overlapping manifolds, for the ranking
-  Column<std::int32_t> moving;    // scratch; solve; awake dynamic bodies, then kinematic ones
-  Column<float> kinetic_energy;   // scratch; finish_step; J by place in `moving`
-  Column<std::uint8_t> broken;    // scratch; finish_step; by place in `moving`
-  Column<FinishSum> finish_sums;  // scratch; finish_step; by chunk of `moving`
+  Column<simd::ConstraintChunk> joint_chunks;    // scratch; pack_blocks
+  Column<JointKindSet> joint_kinds;              // scratch; pack_blocks; that occur, by part of the joints
+  Column<std::int32_t> breaking_chunks;          // scratch; break_joints; of joint_chunks
+  Column<std::int32_t> contact_rows;             // scratch; pack_blocks; rows of contacts in lane order
+  Column<std::int32_t> hub_counts;               // scratch; pack_blocks; by hub
+  Column<std::int32_t> hub_rows;                 // scratch; pack_blocks; rows of one hub color, sorted by hub
+  Column<char> blocks;                           // scratch; prepare and the sweeps
+  Column<simd::ConstraintChunk> contact_chunks;  // scratch; pack_blocks
+  Column<ColorStage> stages;       // scratch; pack_blocks; in the order in which they are solved
+  Column<float> parts_a, parts_b;  // scratch; solve; of joints; JointArgs::parts_a
+  Column<std::uint8_t> shared;     // scratch; solve; JointArgs::shared
+  Column<float> residual;          // scratch; solve; m/s by chunk
+  Column<float> impulse_sum;       // scratch; solve; N s by lane, if events are asked for
+  Column<std::uint8_t> rebounded;  // scratch; solve; by chunk, whether any contact did
+  Column<float> force_sum;         // scratch; solve; by lane, if forces are asked for
+  Column<float> depth;             // scratch; store_impulses; m by lane, on request
+  Column<float> depths;            // scratch; store_impulses; m, of overlapping manifolds, for the ranking
+  Column<std::int32_t> moving_bodies;  // scratch; solve; awake dynamic bodies, then kinematic ones
+  Column<float> kinetic_energy;        // scratch; finish_step; J by place in `moving_bodies`
+  Column<std::uint8_t> non_finite;     // scratch; finish_step; by place in `moving_bodies`
+  Column<FinishSum> finish_sums;       // scratch; finish_step; by chunk of `moving_bodies`
 
   void report(const Visit& visit) const override;
   void forget() noexcept override { is_colored = false; }

@@ -17,8 +17,8 @@ void Islands::report(const Visit& visit) const {
   column("tired", tired);
   column("kept_awake", kept_awake);
   column("candidates", candidates);
-  column("touched", touched);
-  column("pulled", pulled);
+  column("waking_contacts", waking_contacts);
+  column("waking_joints", waking_joints);
   column("fallen_asleep", fallen_asleep);
   column("reached", reached);
   column("remaining", remaining);

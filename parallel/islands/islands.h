@@ -1,4 +1,4 @@
-// Islands: sets of bodies that hang together by contacts and joints, and union-find over them.
+// Islands: sets of bodies that contacts and joints connect. Data of the phases of this folder.
 #pragma once
 
 #include <core/world/wake.h>
@@ -12,14 +12,16 @@ struct Islands : Part {
       tired;  // scratch; put_islands_to_sleep; by body: may fall asleep; zero between the steps
   Column<std::uint8_t> kept_awake;  // scratch; put_islands_to_sleep; by root: a body that moves touches it
   Column<std::int32_t> candidates;  // scratch; both; bodies that may fall asleep, or that wake, ascending
-  Column<std::int32_t> touched;     // scratch; wake_touched_islands; contacts of an awake and a sleeping body
-  Column<std::int32_t> pulled;      // scratch; wake_touched_islands; joints of an awake and a sleeping body
+  Column<std::int32_t>
+      waking_contacts;  // scratch; wake_touched_islands; contacts of an awake and a sleeping body
+  Column<std::int32_t>
+      waking_joints;  // scratch; wake_touched_islands; joints of an awake and a sleeping body
   Column<std::int32_t> fallen_asleep;  // scratch; put_islands_to_sleep; bodies of this step, ascending
   Column<std::uint8_t> reached;        // scratch; wake_touched_islands; by body; zero between the steps
   Column<std::int32_t> remaining;      // scratch; both; contacts that still take part
   Column<std::int32_t>
       fixed_ends;  // scratch; refresh_joints; of the active joints, a body as often as it has some
-  std::int64_t joints_judged = 0;  // derived; refresh_joints; looked at in this step for who is active
+  std::int64_t joints_judged = 0;  // derived; refresh_joints; joints that this step examined
   Column<std::int32_t> places;     // scratch; all of this folder; by chunk: where its part begins
 
   void report(const Visit& visit) const override;

@@ -89,7 +89,7 @@ void derive_contacts(WorldData& data) {
   name_pairs(contacts.pairs, contacts.now);
   contacts.resting_contacts = name_pairs(contacts.resting, contacts.now);
   contacts.pairs_before.resize(0);
-  contacts.previous.clear();
+  contacts.last_place.clear();
   contacts.touching.clear();
   contacts.list_kept = false;
   contacts.by_shape_stale = true;

@@ -103,12 +103,13 @@ void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& ref
     refusal.require(holds, "bodies", name, row, problem);
   };
   const bool dynamic = given_type(bodies, static_cast<std::int32_t>(row)) == BodyType::dynamic;
-  const unsigned frozen = bodies.flags[row] & kBodyFrozen;
+  const unsigned quarantined = bodies.flags[row] & kBodyQuarantined;
   require(bodies.generation[row] != 0, "generation", "a living body has none");
   require((bodies.flags[row] & kBodyAsleep) == 0 || bodies.type[row] == BodyType::dynamic, "flags",
           "only dynamic bodies sleep");
-  require(frozen == 0 || bodies.type[row] == BodyType::fixed, "flags", "frozen bodies take part as fixed");
-  require(frozen != kBodyFrozen, "flags", "a frozen body was given one type only");
+  require(quarantined == 0 || bodies.type[row] == BodyType::fixed, "flags",
+          "quarantined bodies take part as fixed");
+  require(quarantined != kBodyQuarantined, "flags", "a quarantined body was given one type only");
   require(is_placed(bodies.pose[row]), "pose", "is no placement");
   require(is_finite_row(bodies.velocity[row]), "velocity", "is not finite");
   require(is_finite_row(bodies.force[row]), "force", "is not finite");
@@ -153,7 +154,7 @@ void check_reserved_bodies(Bodies& bodies, const Refusal& refusal) {
 
 void check_bodies(WorldData& data, const Refusal& refusal) {
   constexpr unsigned kKnownFlags =
-      kBodyAlive | kBodyAsleep | kBodyCanSleep | kBodyMassGiven | kBodyPropertiesGiven | kBodyFrozen;
+      kBodyAlive | kBodyAsleep | kBodyCanSleep | kBodyMassGiven | kBodyPropertiesGiven | kBodyQuarantined;
   Bodies& bodies = data.bodies;
   check_reserved_bodies(bodies, refusal);
   for (std::size_t row = at(kFirstBody); row < bodies.flags.size(); ++row) {
