@@ -29,7 +29,7 @@ struct ContactWorld {
   Column<VelocityRow> velocity;
   Column<DeltaRow> delta;
   Column<InertiaRow> inertia;
-  Column<std::uint8_t> touched;
+  Column<std::uint8_t> step_notes;
   Column<std::int32_t> rows;
   Column<char> blocks;
   Column<float> residual;
@@ -46,7 +46,7 @@ struct ContactWorld {
     velocity.push_back(moves ? VelocityRow{{v.x, v.y, v.z}, {w.x, w.y, w.z}, {0, 0}} : VelocityRow{});
     delta.push_back({{0, 0, 0}, {0, 0, 0, 1}, 0});
     inertia.push_back(body);
-    touched.push_back(0);
+    step_notes.push_back(0);
     return static_cast<std::int32_t>(velocity.size()) - 1;
   }
 
@@ -132,7 +132,7 @@ class Sweeps {
     args_.velocity = world.velocity.data();
     args_.delta = world.delta.data();
     args_.inertia = world.inertia.data();
-    args_.step_notes = world.touched.data();
+    args_.step_notes = world.step_notes.data();
     args_.soft = simd::soften(kHertz, kDampingRatio, kSubstep);
     args_.soft_static = simd::soften(2 * kHertz, 0.5f * kDampingRatio, kSubstep);
     args_.substep = kSubstep;
