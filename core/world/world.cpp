@@ -138,7 +138,7 @@ std::span<const JointId> World::destroyed_joints() const noexcept {
 MemoryUse World::memory_use() const {
   MemoryUse use;
   if (data_ == nullptr) return use;
-  for_each_column_size(*data_,
+  for_each_member_size(*data_,
                        [&use](ColumnKind kind, const char*, const char*, std::size_t, std::size_t capacity) {
                          switch (kind) {
                            case ColumnKind::state:

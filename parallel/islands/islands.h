@@ -6,23 +6,21 @@
 
 namespace scree {
 
-struct Islands : Part {
-  Column<std::int32_t> parent;      // scratch; find_islands; by body: towards the island's smallest body
-  Column<std::uint8_t> tired;       // scratch; find_islands; by body: may fall asleep; zero between the steps
-  Column<std::uint8_t> kept_awake;  // scratch; find_islands; by root: somebody in it is not tired
-  Column<std::int32_t> candidates;  // scratch; find_islands; bodies that may fall asleep or wake, ascending
-  Column<std::int32_t> touched;     // scratch; find_islands; contacts of an awake and a sleeping body
-  Column<std::int32_t> pulled;      // scratch; find_islands; joints of an awake and a sleeping body
-  Column<std::uint8_t> reached;     // scratch; rouse_islands; by body: see there; zero between the steps
-  Column<std::int32_t> remaining;   // scratch; find_islands; touching contacts after some fell asleep
-  Column<std::int32_t>
-      fixed_ends;  // scratch; find_islands; of the active joints, a body as often as it has some
-  std::int64_t joints_judged = 0;  // derived; refresh_joints; looked at in this step for who is active
-  Column<std::int32_t> places;     // scratch; find_islands, refresh_lists; by chunk: where its part begins
-
-  void report(const Visit& visit) const override;
-  void forget() noexcept override;
-};
+// clang-format off
+#define SCREE_ISLAND_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                   \
+  LIST (scratch, std::int32_t, parent)     /* find_islands; by body: towards the island's smallest body */      \
+  LIST (scratch, std::uint8_t, tired)      /* find_islands; by body: may fall asleep; zero between the steps */ \
+  LIST (scratch, std::uint8_t, kept_awake) /* find_islands; by root: somebody in it is not tired */             \
+  LIST (scratch, std::int32_t, candidates) /* find_islands; bodies that may fall asleep or wake, ascending */   \
+  LIST (scratch, std::int32_t, touched)    /* find_islands; contacts of an awake and a sleeping body */         \
+  LIST (scratch, std::int32_t, pulled)     /* find_islands; joints of an awake and a sleeping body */           \
+  LIST (scratch, std::uint8_t, reached)    /* rouse_islands; by body: see there; zero between the steps */      \
+  LIST (scratch, std::int32_t, remaining)  /* find_islands; touching contacts after some fell asleep */         \
+  LIST (scratch, std::int32_t, fixed_ends) /* find_islands; of the active joints, a body as often as it has some */ \
+  VALUE(derived, std::int64_t, joints_judged, 0) /* refresh_joints; looked at in this step for who is active */ \
+  LIST (scratch, std::int32_t, places)     /* find_islands, refresh_lists; by chunk: where its part begins */
+// clang-format on
+SCREE_PART(Islands, SCREE_ISLAND_MEMBERS)
 
 Islands& islands_of(WorldData& data);
 
