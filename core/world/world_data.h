@@ -112,7 +112,7 @@ using BodyMoments = std::unordered_map<std::int32_t, MassMoments>;
 
 inline constexpr std::uint8_t kNoColor = 0xff;
 
-// A pair whose contact somebody asked about when it last touched.
+// A pair of which contact events were asked for when it last touched.
 struct TouchRow {
   ContactEnd pair;       // holds handles, which outlive their shapes
   std::uint32_t events;  // ContactEvents
@@ -132,15 +132,15 @@ inline constexpr unsigned kKnownJointFlags =
 static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
 
 // clang-format off
-// Rows of bodies are indexed by BodyId::index. "calls" are World's functions. World::hash covers the words
-// kHashedWords of the rows of living bodies that are kHashed, in the order of this list.
+// Rows are of BodyId::index. "calls" are World's functions, "islands" wake_touched_islands, put_islands_to_sleep.
+// World::hash covers the words kHashedWords of living bodies' rows that are kHashed, in the order of this list.
 #define SCREE_BODY_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                     \
   ROWS (state,   std::uint32_t,   generation,      /* calls; raised when the body dies */                       \
         not_zero("a living body has none"))                                                                     \
   ROWS (state,   BodyType,        type,            /* calls, freeze_broken; as it takes part: fixed while frozen */ \
         at_most(BodyType::dynamic, "is no type of bodies"))                                                     \
-  ROWS (state,   std::uint8_t,    flags,           /* calls, find_islands, freeze_broken; BodyFlag */           \
-        kTellsLife, known_flags(kKnownBodyFlags, 0))                                                                  \
+  ROWS (state,   std::uint8_t,    flags,           /* calls, islands, freeze_broken; BodyFlag */                \
+        kTellsLife, known_flags(kKnownBodyFlags, 0))                                                            \
   ROWS (state,   PoseRow,         pose,            /* calls, solve; of the center of mass, in the body's axes */ \
         kHashed, kApart, kVaried, kPlacement)                                                                   \
   ROWS (state,   VelocityRow,     velocity,        /* calls, solve */                                           \
@@ -152,7 +152,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
         mask(kMotionLocksMask, "names no axes"))                                                                \
   ROWS (state,   float,           sleep_time,      /* calls, finish_step; s for which it has stayed, see finish */ \
         kApart, kNotNegative)                                                                                   \
-  ROWS (state,   DriftRow,        drift,           /* calls, finish_step, find_islands; since sleep_time was 0 */ \
+  ROWS (state,   DriftRow,        drift,           /* calls, finish_step, put_islands_to_sleep; since sleep_time was 0 */ \
         kApart, kFinite)                                                                                        \
   ROWS (state,   InertiaRow,      local_mass)      /* calls; inverse inertia in body axes; zero if not given    \
                                                       dynamic */                                                \
@@ -172,13 +172,13 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (derived, Pose,            transform)       /* calls, finish_step; of the origin */                      \
   ROWS (derived, CoreRow,         core, kKept)     /* calls, place_matter */                                    \
   ROWS (derived, std::uint8_t,    unplaced)        /* calls, place_matter; UnplacedFlag */                      \
-  ROWS (derived, std::uint8_t,    is_changed)      /* calls, find_islands; 1: stands in `changed` */            \
+  ROWS (derived, std::uint8_t,    is_changed)      /* calls, islands; 1: stands in `changed` */                 \
   ROWS (scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */     \
   ROWS (scratch, std::uint8_t,    touched)         /* solve; TouchFlag */                                       \
   ROWS (scratch, DeltaRow,        delta)           /* solve; motion since the step began */                     \
   ROWS (scratch, VelocityRow,     free_velocity)   /* solve; after forces, before this step's impulses */       \
-  TABLE(derived, PageMarks,       marks, "bodies") /* whoever writes state; not in each step of what moves */   \
-  VALUE(derived, ListMark,        free_mark, {})   /* whoever takes from free_slots */                          \
+  TABLE(derived, PageMarks,       marks, "bodies") /* all that write state; not in each step of what moves */   \
+  VALUE(derived, ListMark,        free_mark, {})   /* calls; of free_slots */                                   \
   LIST (state,   std::int32_t,    free_slots,      /* calls; taken from the back */                             \
         saved_in(SheetId::free_bodies), each_once(SheetId::bodies))                                             \
   LIST (derived, std::int32_t,    awake)           /* refresh_lists; awake dynamic bodies, ascending */         \
@@ -187,12 +187,12 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
         each_once(SheetId::bodies))                                                                             \
   LIST (scratch, std::int32_t,    to_wake)         /* wake_neighbors */                                         \
   VALUE(derived, BodyMoments,     moments, {})     /* calls; of some bodies of many shapes */                   \
-  LIST (derived, std::int32_t,    changed,         /* calls, find_islands; who may take part otherwise than by  \
+  LIST (derived, std::int32_t,    changed,         /* calls, islands; who may take part otherwise than by       \
                                                       these */                                                  \
         each_once(SheetId::bodies))                                                                             \
   VALUE(derived, std::size_t,     alive, 0)        /* calls */                                                  \
-  VALUE(derived, std::int32_t,    asleep, 0)       /* calls, find_islands; sleeping bodies */                   \
-  VALUE(derived, bool,            lists_dirty, true) /* calls, find_islands: somebody may take part otherwise */ \
+  VALUE(derived, std::int32_t,    asleep, 0)       /* calls, islands; sleeping bodies */                        \
+  VALUE(derived, bool,            lists_dirty, true) /* calls, islands: some body may take part otherwise */    \
   VALUE(derived, bool,            all_changed, true) /* restore: `changed` does not tell who */
 
 // Rows of shapes are indexed by ShapeId::index.
@@ -202,7 +202,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   ShapeType,       type,            /* calls */                                                  \
         at_most(ShapeType::hull, "is no type of shapes"))                                                       \
   ROWS (state,   std::uint8_t,    flags,           /* calls, update_bounds; ShapeFlag */                        \
-        kTellsLife, known_flags(kKnownShapeFlags, kShapeDirty | kShapeWakes))                                         \
+        kTellsLife, known_flags(kKnownShapeFlags, kShapeDirty | kShapeWakes))                                   \
   ROWS (state,   std::int32_t,    body,            /* calls */                                                  \
         row_of(SheetId::bodies, kFirstBody, kFirstBody, "does not exist"))                                      \
   ROWS (state,   std::int32_t,    next)            /* calls; next shape of the body, -1: last */                \
@@ -219,12 +219,12 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   Filter,          filter)          /* calls */                                                  \
   ROWS (state,   BoundsRow,       fat_bounds,      /* update_bounds; the box that pairs were last found with */ \
         kApart, kVaried, kFinite)                                                                               \
-  ROWS (state,   TreeKind,        tree,            /* calls, find_islands */                                    \
+  ROWS (state,   TreeKind,        tree,            /* calls, islands */                                         \
         if_dead(TreeKind::none, "a dead shape has no tree"))                                                    \
   ROWS (state,   std::uint64_t,   user_data)       /* calls */                                                  \
   ROWS (state,   ContactEvents,   events,          /* calls; asked for */                                       \
         at_most(ContactEvents::all, "are unknown"))                                                             \
-  ROWS (derived, std::uint8_t,    is_changed)      /* calls, find_islands; 1: stands in `changed` */            \
+  ROWS (derived, std::uint8_t,    is_changed)      /* calls, islands; 1: stands in `changed` */                 \
   ROWS (derived, std::uint32_t,   first_resting)   /* find_pairs; its end of a pair at rest, see RestingLinks.  \
                                                       Pairs outlive their shapes until the next list, so by     \
                                                       slot */                                                   \
@@ -232,7 +232,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
                                                       the shape travels in a step, by the velocity it had then */ \
         kApart, kVaried)                                                                                        \
   TABLE(derived, PageMarks,       marks, "shapes") /* as those of bodies */                                     \
-  VALUE(derived, ListMark,        free_mark, {})   /* likewise */                                               \
+  VALUE(derived, ListMark,        free_mark, {})   /* calls; of free_slots */                                   \
   LIST (state,   std::int32_t,    free_slots,      /* calls */                                                  \
         saved_in(SheetId::free_shapes), each_once(SheetId::shapes))                                             \
   LIST (derived, std::int32_t,    moving)          /* refresh_lists; shapes of awake and kinematic bodies,      \
@@ -241,7 +241,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
         saved_in(SheetId::dirty_shapes), each_once(SheetId::shapes))                                            \
   LIST (derived, std::int32_t,    wakers,          /* calls; slots with kShapeWakes */                          \
         each_once(SheetId::shapes))                                                                             \
-  LIST (derived, std::int32_t,    changed,         /* calls, find_islands; shapes that may have come into       \
+  LIST (derived, std::int32_t,    changed,         /* calls, islands; shapes that may have come into            \
                                                       another tree, or must be asked for filters there, and are \
                                                       not dirty */                                              \
         each_once(SheetId::shapes))                                                                             \
@@ -272,7 +272,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
         kApart, kOrNone)
 
 // Contacts: the pairs that touch, in no order. A contact keeps its row while it touches, so that nothing moves
-// when the list of pairs changes. Free rows hold what kernels left there, and nobody reads it.
+// when the list of pairs changes. Free rows hold what kernels left there, which is never read.
 #define SCREE_CONTACT_ROW_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                              \
   ROWS (derived, ShapePair,        pair)           /* collide; as the row of `pairs` that has the contact */    \
   ROWS (state,   std::uint8_t,     points,         /* collide; how many, 0: the row is free */                  \
@@ -291,16 +291,16 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
                                                    /* find_pairs; in ascending order */                         \
   TABLE(state,   PairRows,         resting, "contacts.resting", SheetId::resting, SheetId::resting_axes)        \
                                                    /* find_pairs: pairs of two frozen shapes, in no order.      \
-                                                      Nobody looks at one until a shape of it changes its tree  \
+                                                      A row is looked at when a shape of it changes its tree    \
                                                       or is changed by a call: see resting_pairs.h */           \
-  TABLE(derived, PageMarks,        resting_marks, "contacts") /* find_pairs, list_events; of `resting` and      \
+  TABLE(derived, PageMarks,        resting_marks, "contacts") /* find_pairs, list_contact_events; of `resting` and \
                                                       Events::resting */                                        \
   LIST (derived, RestingLinks,     resting_links,  /* find_pairs: by row of `resting`, the lists of its shapes */ \
         all_or_none(SheetId::resting))                                                                          \
   LIST (derived, std::int32_t,     resting_order)  /* contact_forces: rows of `resting` by pair, while not stale */ \
   VALUE(derived, std::int64_t,     resting_contacts, 0) /* find_pairs: of `resting`, how many touch */          \
-  VALUE(derived, std::int64_t,     resting_looks, 0) /* how often somebody has looked at a row of `resting` */  \
-  LIST (scratch, std::int32_t,     roused)         /* find_islands; rows of `resting` whose contacts take part  \
+  VALUE(derived, std::int64_t,     resting_looks, 0) /* all stages; how often rows of `resting` were looked at */ \
+  LIST (scratch, std::int32_t,     roused)         /* wake_touched_islands; rows of `resting` whose contacts take part \
                                                       by now */                                                 \
   VALUE(scratch, std::size_t,      resting_kept, 0) /* find_pairs: rows of `resting` that it has not added in   \
                                                       this step */                                              \
@@ -320,15 +320,15 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
                                                       asked for */                                              \
         saved_in(SheetId::contact_forces), all_or_none(SheetId::contacts))                                      \
   LIST (derived, std::int32_t,     by_shape)       /* contact_forces_of; contacts by shape ... */               \
-  LIST (derived, std::int32_t,     by_shape_end)   /* likewise; ... and where those of each end */              \
+  LIST (derived, std::int32_t,     by_shape_end)   /* contact_forces_of; ... and where those of each end */     \
   LIST (scratch, std::int32_t,     found)          /* contact_forces_of; of one body */                         \
-  LIST (derived, std::int32_t,     touching)       /* collide, find_islands; contacts that somebody awake takes \
+  LIST (derived, std::int32_t,     touching)       /* collide, islands; contacts that an awake body takes       \
                                                       part in, in the order of their pairs */                   \
   VALUE(state,   bool,             manifolds_stale, false) /* calls: mass centers, materials or local poses     \
                                                       have changed, so that no manifold can be recycled;        \
                                                       cleared by collide */                                     \
   VALUE(state,   bool,             pairs_stale, false) /* calls: pairs may name dead or replaced shapes, or     \
-                                                      filters and types have changed, so that the list can not  \
+                                                      filters and types have changed, so that the list cannot   \
                                                       be kept; cleared by find_pairs */
 
 // Rows of joints are indexed by JointId::index.
@@ -338,7 +338,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   JointType,        type,           /* calls */                                                  \
         at_most(kJointTypeCount - 1, "is no type of joints"))                                                   \
   ROWS (state,   std::uint8_t,     flags,          /* calls, break_joints; JointFlag */                         \
-        kTellsLife, known_flags(kKnownJointFlags, 0))                                                                 \
+        kTellsLife, known_flags(kKnownJointFlags, 0))                                                           \
   ROWS (state,   JointBodies,      bodies,         /* calls */                                                  \
         kVaried, row_of(SheetId::bodies, kFirstBody, kFixedRow, "do not exist"))                                \
   ROWS (state,   JointBodies,      next,           /* calls; next joint of body a and of body b, -1: last. The  \
@@ -358,7 +358,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (derived, std::uint8_t,     is_changed)     /* calls, refresh_lists; 1: stands in `changed` */           \
   ROWS (scratch, JointReactionRow, reaction)       /* calls, store_impulses; zero in a restored world */        \
   TABLE(derived, PageMarks,        marks, "joints") /* as those of bodies */                                    \
-  VALUE(derived, ListMark,         free_mark, {})  /* likewise */                                               \
+  VALUE(derived, ListMark,         free_mark, {})  /* calls; of free_slots */                                   \
   LIST (state,   std::int32_t,     free_slots,     /* calls; taken from the back */                             \
         saved_in(SheetId::free_joints), each_once(SheetId::joints))                                             \
   LIST (derived, std::int32_t,     active)         /* refresh_joints; enabled joints of an awake body, ascending */ \
@@ -371,44 +371,44 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
 // Events of the last step, for the caller; all but `touching`, `resting`, `woken` and `lost` are of no
 // consequence to the next.
 #define SCREE_EVENT_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                    \
-  LIST (state,   TouchRow,         touching,       /* list_events; ascending by the indices of the shapes;      \
+  LIST (state,   TouchRow,         touching,       /* list_contact_events; ascending by the indices of the shapes; \
                                                       without the ... */                                        \
         saved_in(SheetId::events_touching), kVaried)                                                            \
-  LIST (state,   TouchRow,         resting,        /* list_events; ... pairs at rest, by row of                 \
+  LIST (state,   TouchRow,         resting,        /* list_contact_events; ... pairs at rest, by row of         \
                                                       Contacts::resting; zero where such a pair does not touch  \
-                                                      or nobody asks. No rows while nobody asks at all */       \
+                                                      or no events are asked for. No rows while none are at all */ \
         saved_in(SheetId::events_resting), all_or_none(SheetId::resting))                                       \
-  VALUE(derived, std::int64_t,     resting_touches, 0) /* list_events: how many of `resting` touch */           \
+  VALUE(derived, std::int64_t,     resting_touches, 0) /* list_contact_events: how many of `resting` touch */   \
   LIST (derived, std::int32_t,     asked_of)       /* calls: shapes of which others events are asked than before */ \
-  VALUE(derived, bool,             asked_of_all, true) /* calls, restore: likewise of all pairs at rest */      \
-  LIST (scratch, TouchRow,         before)         /* list_events; the step before's */                         \
-  LIST (scratch, ContactEvent,     begins, kTold)  /* list_events */                                            \
-  LIST (scratch, ContactEvent,     persists, kTold) /* list_events */                                           \
-  LIST (scratch, ContactEnd,       ends, kTold)    /* list_events */                                            \
+  VALUE(derived, bool,             asked_of_all, true) /* calls, restore: so are those of all pairs at rest */  \
+  LIST (scratch, TouchRow,         before)         /* list_contact_events; the step before's */                 \
+  LIST (scratch, ContactEvent,     begins, kTold)  /* list_contact_events */                                    \
+  LIST (scratch, ContactEvent,     persists, kTold) /* list_contact_events */                                   \
+  LIST (scratch, ContactEnd,       ends, kTold)    /* list_contact_events */                                    \
   LIST (scratch, BodyId,           restored, kTold) /* freeze_broken */                                         \
   LIST (scratch, BodyId,           frozen, kTold)  /* freeze_broken */                                          \
-  LIST (state,   BodyId,           woken,          /* calls, find_islands; who has woken since the last step's  \
+  LIST (state,   BodyId,           woken,          /* calls, islands; who has woken since the last step's       \
                                                       lists, in the order of waking */                          \
         saved_in(SheetId::events_woken), each_once(SheetId::bodies),                                            \
         handle_of(SheetId::bodies, "names no body"))                                                            \
-  LIST (scratch, BodyId,           sleep_begins, kTold) /* find_islands */                                      \
+  LIST (scratch, BodyId,           sleep_begins, kTold) /* list_body_events */                                  \
   LIST (state,   JointId,          lost,           /* calls; joints that went with their bodies since the last  \
                                                       step */                                                   \
         saved_in(SheetId::events_lost), handle_of(SheetId::joints, "names no joint"))                           \
   LIST (scratch, JointId,          broken, kTold)  /* break_joints */                                           \
-  LIST (scratch, JointId,          destroyed, kTold) /* find_islands; `lost` of the last step */                \
-  LIST (scratch, BodyId,           sleep_ends, kTold) /* find_islands */                                        \
-  LIST (scratch, TouchRow,         moved)          /* list_events, find_pairs; of pairs that no longer rest */  \
-  LIST (scratch, std::int32_t,     judged)         /* list_events; rows of pairs at rest of which there may be  \
+  LIST (scratch, JointId,          destroyed, kTold) /* list_body_events; `lost` of the last step */            \
+  LIST (scratch, BodyId,           sleep_ends, kTold) /* list_body_events */                                    \
+  LIST (scratch, TouchRow,         moved)          /* list_contact_events, find_pairs; of pairs that no longer rest */ \
+  LIST (scratch, std::int32_t,     judged)         /* list_contact_events; rows of pairs at rest of which there may be \
                                                       news */                                                   \
-  LIST (scratch, ShapePair,        judged_pairs)   /* list_events */                                            \
-  LIST (scratch, ShapePair,        pairs)          /* list_events; what moves and these, where there are any */ \
-  LIST (scratch, std::int32_t,     contacts)       /* list_events; of these pairs */                            \
-  LIST (scratch, std::int32_t,     rows)           /* list_events; of these pairs: `judged`, or -1 */           \
+  LIST (scratch, ShapePair,        judged_pairs)   /* list_contact_events */                                    \
+  LIST (scratch, ShapePair,        pairs)          /* list_contact_events; what moves and these, where there are any */ \
+  LIST (scratch, std::int32_t,     contacts)       /* list_contact_events; of these pairs */                    \
+  LIST (scratch, std::int32_t,     rows)           /* list_contact_events; of these pairs: `judged`, or -1 */   \
   LIST (scratch, float,            impulse)        /* store_impulses; N s by contact, of the whole step, if asked */ \
   LIST (scratch, float,            approach)       /* note_approach; m/s by contact, if asked */                \
-  LIST (scratch, std::uint8_t,     verdicts)       /* list_events; by pair */                                   \
-  LIST (scratch, EventCounts,      counts)         /* list_events; by chunk of pairs */
+  LIST (scratch, std::uint8_t,     verdicts)       /* list_contact_events; by pair */                           \
+  LIST (scratch, EventCounts,      counts)         /* list_contact_events; by chunk of pairs */
 
 #define SCREE_WORLD_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                    \
   VALUE(state,   WorldSettings,    settings, {})   /* calls */                                                  \
@@ -430,7 +430,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   OTHER(derived, PartOwner,        broad_phase)    /* parallel/find_pairs */                                    \
   OTHER(derived, PartOwner,        narrow_phase)   /* parallel/collide */                                       \
   OTHER(derived, PartOwner,        constraints)    /* parallel/color_constraints, pack_blocks, solve */         \
-  OTHER(derived, PartOwner,        islands)        /* parallel/find_islands */                                  \
+  OTHER(derived, PartOwner,        islands)        /* parallel/islands */                                       \
   OTHER(scratch, SinkLink,         recording)      /* parallel/recorder; last, see there */
 // clang-format on
 

@@ -20,7 +20,7 @@ using TreeLevels = std::array<Column<simd::NodeBlock>, simd::kMaxTreeLevels>;
 // depends on their own bounds, and the list is sorted. So it is all derived.
 // clang-format off
 #define SCREE_PAIR_TREE_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                \
-  LIST (derived, std::int32_t,    order)          /* shapes along a Hilbert curve, whole blocks; -1: nobody (any \
+  LIST (derived, std::int32_t,    order)          /* shapes along a Hilbert curve, whole blocks; -1: none (any  \
                                                      more). While it is unsorted, in any order, those that have \
                                                      left among them */                                         \
   LIST (derived, simd::LeafBlock, leaves)                                                                       \
@@ -36,7 +36,7 @@ using TreeLevels = std::array<Column<simd::NodeBlock>, simd::kMaxTreeLevels>;
 SCREE_STORE(PairTree, SCREE_PAIR_TREE_MEMBERS)
 
 inline int leaf_blocks(const PairTree& tree) { return static_cast<int>(tree.order.size() / simd::kBlock); }
-// Nobody is in it; the memory stays.
+// No shape is in it; the memory stays.
 inline void clear_tree(PairTree& tree) noexcept { tree.forget(ColumnKind::derived); }
 
 // Which of its trees a shape is in. What is frozen stands in one of several: who arrives comes into the small
@@ -89,10 +89,10 @@ using FoundPairs = std::vector<Column<ShapePair>>;
   LIST (scratch, std::int32_t,  arrivals)       /* for the frozen trees */                                      \
   TABLE(scratch, JoinedShapes,  joined, "broad_phase") /* for the others */                                     \
   LIST (scratch, std::int32_t,  gathered)       /* members of a tree that is about to be sorted */              \
-  LIST (scratch, std::int32_t,  part)           /* likewise */                                                  \
-  LIST (scratch, TreeLeaf,      thinned)        /* leaves of frozen trees that somebody has left */             \
+  LIST (scratch, std::int32_t,  part)           /* a part of `gathered` */                                      \
+  LIST (scratch, TreeLeaf,      thinned)        /* leaves of frozen trees that a shape has left */              \
   LIST (scratch, std::int32_t,  leavers)        /* shapes that have left their frozen tree, or their box there ... */ \
-  VALUE(scratch, bool,          all_left, true) /* ... or nobody knows who */                                   \
+  VALUE(scratch, bool,          all_left, true) /* ... or it is not known which */                              \
   VALUE(derived, std::int64_t,  refitted, 0)    /* leaf blocks of frozen trees that the last list of pairs made \
                                                    anew */                                                      \
   LIST (scratch, std::int32_t,  dirty)          /* shapes that calls changed since the last list */             \

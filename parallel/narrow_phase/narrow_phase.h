@@ -20,7 +20,7 @@ using GroupCounts = std::array<std::int32_t, kPairGroups>;
 using GroupBegins = std::array<std::int32_t, kPairGroups + 1>;
 
 struct PairOutcome {      // of one chunk of pairs
-  std::int32_t touching;  // contacts that somebody awake takes part in, then where they go
+  std::int32_t touching;  // contacts that an awake body takes part in, then where they go
   std::int32_t resting;   // other contacts
   std::int32_t lost;      // contacts that are no more, then where they go
 };

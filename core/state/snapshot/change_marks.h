@@ -2,7 +2,7 @@
 // only (snapshot_sheets.h). The sheets are listed here, each with what tells which of its pages have changed.
 //
 // Whoever writes to a state column marks the row. What moves is not marked in each step: saving looks at the
-// lists of what moves, and who leaves one of these is marked then. So steps pay nothing, but whoever takes
+// lists of what moves, and what leaves one of these is marked then. So steps pay nothing, but code that takes
 // rows out of Bodies::awake and kinematic, Shapes::moving, Joints::active or Contacts::touching must have
 // marked them. No row is marked by two threads at a time.
 #pragma once
@@ -56,10 +56,10 @@ struct ListMark {
 #define SCREE_SHEETS(MARKED, LISTED, COMPARED)                                                     \
   MARKED  (bodies_moving,   bodies.marks,            kPageMoved | kPageChanged)                    \
   MARKED  (bodies,          bodies.marks,            kPageChanged)                                 \
-  LISTED  (free_bodies,     bodies.free_mark)                                                      \
+  LISTED  (free_bodies,     bodies.free_mark)                                                                   \
   MARKED  (shapes_moving,   shapes.marks,            kPageMoved | kPageChanged)                    \
   MARKED  (shapes,          shapes.marks,            kPageChanged)                                 \
-  LISTED  (free_shapes,     shapes.free_mark)                                                      \
+  LISTED  (free_shapes,     shapes.free_mark)                                                                   \
   COMPARED(dirty_shapes)                                                                           \
   COMPARED(hulls)                                                                                  \
   COMPARED(free_hulls)                                                                             \
@@ -69,11 +69,11 @@ struct ListMark {
   MARKED  (resting_axes,    contacts.resting_marks,  kPageMoved | kPageChanged)                    \
   MARKED  (contacts_moving, contacts.marks,          kPageMoved | kPageChanged)                    \
   MARKED  (contacts,        contacts.marks,          kPageChanged)                                 \
-  LISTED  (free_contacts,   contacts.free_mark)                                                    \
+  LISTED  (free_contacts,   contacts.free_mark)                                                                 \
   COMPARED(contact_forces)                                                                         \
   MARKED  (joints_moving,   joints.marks,            kPageMoved | kPageChanged)                    \
   MARKED  (joints,          joints.marks,            kPageChanged)                                 \
-  LISTED  (free_joints,     joints.free_mark)                                                      \
+  LISTED  (free_joints,     joints.free_mark)                                                                   \
   COMPARED(events_touching)                                                                        \
   MARKED  (events_resting,  contacts.resting_marks,  kPageMoved | kPageChanged)                    \
   COMPARED(events_woken)                                                                           \

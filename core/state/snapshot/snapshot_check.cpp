@@ -16,7 +16,7 @@
 #include <core/geometry/balls.h>
 #include <core/geometry/hull/hull_build.h>
 #include <core/geometry/hull/hull_store.h>
-#include <core/plain/patch.h>
+#include <core/plain/rows.h>
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <core/state/snapshot/snapshot_check.h>
 #include <core/state/snapshot/snapshot_columns.h>
@@ -239,7 +239,7 @@ bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold
   const auto is_known = [&](std::int32_t shape) {
     return (data.shapes.flags[at(shape)] & (kShapeAlive | kShapeNew)) == kShapeAlive;
   };
-  if (!is_known(pair.a) || !is_known(pair.b)) return true;  // nobody will inherit it
+  if (!is_known(pair.a) || !is_known(pair.b)) return true;  // it will not be inherited
   const std::int32_t first = data.shapes.body[at(pair.a)], second = data.shapes.body[at(pair.b)];
   if (first == second || (manifold.row_b != first && manifold.row_b != second)) return false;
   const std::int32_t other = manifold.row_b == first ? second : first;
@@ -249,7 +249,7 @@ bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold
          ((manifold.info & kManifoldStatic) != 0) == (type != BodyType::dynamic);
 }
 
-// The contact of a row of pairs, which nobody else may have.
+// The contact of a row of pairs, which no other row may have.
 void check_contact(const WorldData& data, const SavedColumns& saved, const PackedColumns& packed,
                    const Refusal& refusal, const ShapePair& pair, std::int32_t contact) {
   const std::byte* manifolds = packed.bytes.data() + saved.find("contacts.now", "manifold").begin;
