@@ -65,7 +65,7 @@ struct Attributes {
   bool counts = false;          // has as many rows as the store
   bool tells_life = false;      // its lowest bit is 1 for what is alive
   bool tells_presence = false;  // zero in free rows, which are not saved
-  bool or_none = false;                 // has as many rows as the store, or none
+  bool or_none = false;         // has as many rows as the store, or none
   bool told = false;            // what a caller is told of the last step
   ValueRule rule;
   DeadRule dead;
@@ -77,6 +77,7 @@ constexpr Attributes attributes(Each... each) {
   (each(all), ...);
   return all;
 }
+inline constexpr Attributes kNoAttributes{};
 
 // clang-format off
 inline constexpr auto kApart  = [](Attributes& is) { is.apart = true; };
@@ -161,7 +162,7 @@ struct Member {
   MemberForm form;
   const char* store;
   const char* name;
-  Attributes is;
+  const Attributes& is;           // of the table, so it stays
   SheetId sheet = SheetId::none;  // where it is saved
   SheetId rows = SheetId::none;   // of rows: the first sheet of the store, where that is saved
 };
@@ -211,7 +212,7 @@ void visit_table(Inner& inner, const TablePlace& place, const char* name, Visit&
   if constexpr (Table<Inner>) {
     std::remove_const_t<Inner>::visit_members(inner, place, visit);
   } else if constexpr (kIsColumn<std::remove_const_t<Inner>>) {
-    visit(member_of(place, MemberForm::list, place.kind, name, {}), inner);
+    visit(member_of(place, MemberForm::list, place.kind, name, kNoAttributes), inner);
   } else {
     for (auto& each : inner) visit_table(each, place, name, visit);
   }
@@ -243,16 +244,18 @@ void forget_table(Inner& inner, ColumnKind kind) noexcept {
   static_assert(ColumnKind::kind != ColumnKind::state || attributes(__VA_ARGS__).sheet != SheetId::none, \
                 "a list that is state must be saved in some sheet");
 
-#define SCREE_VISIT_ROWS(kind, Row, name, ...) \
-  visit(member_of(place, MemberForm::rows, ColumnKind::kind, #name, attributes(__VA_ARGS__)), self.name);
-#define SCREE_VISIT_LIST(kind, Row, name, ...) \
-  visit(member_of(place, MemberForm::list, ColumnKind::kind, #name, attributes(__VA_ARGS__)), self.name);
+#define SCREE_VISIT_MEMBER(form, kind, name, ...)                                       \
+  {                                                                                     \
+    static constexpr Attributes kIs = attributes(__VA_ARGS__);                          \
+    visit(member_of(place, MemberForm::form, ColumnKind::kind, #name, kIs), self.name); \
+  }
+#define SCREE_VISIT_ROWS(kind, Row, name, ...) SCREE_VISIT_MEMBER(rows, kind, name __VA_OPT__(, ) __VA_ARGS__)
+#define SCREE_VISIT_LIST(kind, Row, name, ...) SCREE_VISIT_MEMBER(list, kind, name __VA_OPT__(, ) __VA_ARGS__)
 #define SCREE_VISIT_VALUE(kind, Type, name, initial, ...) \
-  visit(member_of(place, MemberForm::value, ColumnKind::kind, #name, attributes(__VA_ARGS__)), self.name);
+  SCREE_VISIT_MEMBER(value, kind, name __VA_OPT__(, ) __VA_ARGS__)
 #define SCREE_VISIT_TABLE(kind, Type, name, ...) \
   visit_table(self.name, inner_place(place, ColumnKind::kind, __VA_ARGS__), #name, visit);
-#define SCREE_VISIT_OTHER(kind, Type, name) \
-  visit(member_of(place, MemberForm::other, ColumnKind::kind, #name, {}), self.name);
+#define SCREE_VISIT_OTHER(kind, Type, name) SCREE_VISIT_MEMBER(other, kind, name)
 
 #define SCREE_RESIZE_ROWS(kind, Row, name, ...) name.resize(count);
 

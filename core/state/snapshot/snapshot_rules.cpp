@@ -49,11 +49,9 @@ struct Stores {
       }
     });
   }
-  // Lists and stores of other things have no dead.
-  bool is_alive(const Member& member, std::size_t row) const {
-    if (member.rows == SheetId::none) return true;
-    const std::uint8_t* of_store = flags[static_cast<std::size_t>(member.rows)];
-    return of_store == nullptr || (of_store[row] & 1u) != 0;
+  // Null for lists and stores of other things, which have no dead.
+  const std::uint8_t* flags_of(const Member& member) const {
+    return member.rows != SheetId::none ? flags[static_cast<std::size_t>(member.rows)] : nullptr;
   }
 };
 
@@ -64,36 +62,48 @@ bool is_row(std::int32_t value, const ValueRule& rule, const Stores& stores) {
   return value == rule.other_row || (value >= rule.first_row && at(value) < rows_of(stores.rows, rule.sheet));
 }
 
-// Whether a row is as the rule says. A rule for rows of another type is an error of the table: nothing fits.
-template <class Row>
-bool fits(const Row& row, bool alive, const ValueRule& rule, const Stores& stores) {
+// Calls check(fits), where fits(row, alive) tells whether a row is as the rule says. A rule for rows of
+// another type is an error of the table: nothing fits.
+template <class Row, class Check>
+void with_rule(const ValueRule& rule, const Stores& stores, Check&& check) {
   using What = ValueRule::What;
-  if (rule.what == What::any) return true;
-  if (rule.what == What::finite) {
-    if constexpr (sizeof(Row) % sizeof(float) == 0) return !alive || is_finite_row(row);
+  if constexpr (sizeof(Row) % sizeof(float) == 0) {
+    if (rule.what == What::finite)
+      return check([](const Row& row, bool alive) { return !alive || is_finite_row(row); });
   }
   if constexpr (std::is_same_v<Row, PoseRow>) {
-    if (rule.what == What::placement) return !alive || is_placed(row);
+    if (rule.what == What::placement)
+      return check([](const Row& row, bool alive) { return !alive || is_placed(row); });
   }
   if constexpr (std::is_same_v<Row, float>) {
-    if (rule.what == What::within) return !alive || (row >= rule.low && row <= rule.high);
+    if (rule.what == What::within) {
+      return check([&](float row, bool alive) { return !alive || (row >= rule.low && row <= rule.high); });
+    }
   }
   if constexpr (Number<Row>) {
-    const auto value = static_cast<std::uint32_t>(row);
-    if (rule.what == What::at_most) return value <= rule.most;
-    if (rule.what == What::flags) return (value & ~(alive ? rule.most : rule.of_dead)) == 0;
-    if (rule.what == What::not_zero) return !alive || value != 0;
+    const auto number = [](Row row) { return static_cast<std::uint32_t>(row); };
+    if (rule.what == What::at_most) return check([&](Row row, bool) { return number(row) <= rule.most; });
+    if (rule.what == What::flags) {
+      return check(
+          [&](Row row, bool alive) { return (number(row) & ~(alive ? rule.most : rule.of_dead)) == 0; });
+    }
+    if (rule.what == What::not_zero)
+      return check([&](Row row, bool alive) { return !alive || number(row) != 0; });
   }
   if constexpr (std::is_same_v<Row, std::int32_t>) {
-    if (rule.what == What::row_of) return is_row(row, rule, stores);
+    if (rule.what == What::row_of) return check([&](Row row, bool) { return is_row(row, rule, stores); });
   }
   if constexpr (std::is_same_v<Row, JointBodies>) {
-    if (rule.what == What::row_of) return is_row(row.a, rule, stores) && is_row(row.b, rule, stores);
+    if (rule.what == What::row_of) {
+      return check([&](Row row, bool) { return is_row(row.a, rule, stores) && is_row(row.b, rule, stores); });
+    }
   }
   if constexpr (std::is_same_v<Row, BodyId> || std::is_same_v<Row, JointId>) {
-    if (rule.what == What::handle_of) return row.index < rows_of(stores.rows, rule.sheet);
+    if (rule.what == What::handle_of) {
+      return check([&](Row row, bool) { return row.index < rows_of(stores.rows, rule.sheet); });
+    }
   }
-  return false;
+  check([](const Row&, bool) { return false; });
 }
 
 template <class Row>
@@ -107,12 +117,18 @@ void check_rows(const Member& member, const Column<Row>& column, const Stores& s
                 const Refusal& refusal) {
   const ValueRule& rule = member.is.rule;
   const DeadRule& dead = member.is.dead;
-  if (rule.what == ValueRule::What::any && dead.problem == nullptr) return;
-  for (std::size_t row = 0; row < column.size(); ++row) {
-    const bool alive = stores.is_alive(member, row);
-    refusal.require(fits(column[row], alive, rule, stores), member.store, member.name, row, rule.problem);
-    refusal.require(alive || dead.problem == nullptr || is_value(column[row], dead.value), member.store,
-                    member.name, row, dead.problem);
+  const std::uint8_t* const flags = stores.flags_of(member);
+  const auto check = [&](const char* problem, auto&& fits) {
+    for (std::size_t row = 0; row < column.size(); ++row) {
+      const bool alive = flags == nullptr || (flags[row] & 1u) != 0;
+      refusal.require(fits(column[row], alive), member.store, member.name, row, problem);
+    }
+  };
+  if (rule.what != ValueRule::What::any) {
+    with_rule<Row>(rule, stores, [&](auto&& fits) { check(rule.problem, fits); });
+  }
+  if (dead.problem != nullptr) {
+    check(dead.problem, [&](const Row& row, bool alive) { return alive || is_value(row, dead.value); });
   }
 }
 
