@@ -1,4 +1,4 @@
-// The stages of a step; step.cpp tells the story in which they come.
+// The phases of a step; step.cpp calls them in order.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -23,18 +23,18 @@ void store_impulses(WorldData& data, float dt, Crew& crew);  // blocks -> manifo
 void forget_forces(WorldData& data);  // in a step of no length, where forces of contacts are asked for
 void break_joints(WorldData& data, Crew& crew);   // reactions -> joints that break
 void note_approach(WorldData& data, Crew& crew);  // velocities -> approach speeds, where events are asked for
-void list_body_events(WorldData& data);           // who fell asleep, woke or went -> their events
+void list_body_events(WorldData& data);           // sleep, waking and lost joints -> their events
 void list_contact_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begins, persists and ends
-// What is remembered of pairs at rest, these rows in the order of the pairs, goes to what moves.
+// Moves the touch rows of these resting pairs, given in the order of the pairs, to those of moving pairs.
 void move_touching(WorldData& data, const Column<std::int32_t>& rows);
 void sweep_fast_bodies(WorldData& data, Crew& crew);      // motion -> shorter motion of those that hit
 void finish_step(WorldData& data, float dt, Crew& crew);  // motion -> poses, transforms, bounds, sleep timers
-void freeze_broken(WorldData& data);                      // bodies that became non-finite -> frozen ones
+void quarantine_bodies(WorldData& data);                  // bodies that became non-finite -> quarantined ones
 
 simd::BodyArgs body_args(WorldData& data,
-                         float dt);  // for the kernels over bodies; list: Constraints::moving
+                         float dt);  // for the kernels over bodies; list: Constraints::moving_bodies
 
-// Whether anybody wants events of contacts, or has been told of a begin and waits for the end.
+// Whether events of contacts are asked for, or a listed begin still needs its end.
 inline bool asks_for_events(const WorldData& data) {
   return data.settings.contact_events != ContactEvents::none || data.shapes.asking > 0 ||
          !data.events.touching.empty() || data.events.resting_touches > 0;

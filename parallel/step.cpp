@@ -1,4 +1,5 @@
-// The story of a step. Each phase is a file of this folder; the comment says what it reads and what it makes.
+// The step: calls its phases in order. Each phase has a file of its own in this folder; the comment beside
+// the call says what it reads and what it writes.
 #include <core/state/hash.h>
 #include <core/world/edit.h>
 #include <core/world/wake.h>
@@ -59,7 +60,7 @@ void check_time_step(float dt) {
   throw Error(here + "stands in it before, at " + std::to_string(first - worlds.begin()));
 }
 
-// Throws unless all are worlds and no two are the same, which marks find without a list of their own.
+// Throws unless all are worlds and no two are the same. Marks the worlds themselves, which needs no list.
 void check_worlds(std::span<World* const> worlds) {
   for (World* world : worlds) {
     if (world != nullptr) internals(*world, "step");
@@ -88,7 +89,7 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
     refresh_joints(data, crew);        // joints of awake bodies -> joints to solve
   });
   clock.run(Phase::list_events, [&] {
-    list_body_events(data);     // who fell asleep, woke or went -> their events
+    list_body_events(data);     // sleep, waking and lost joints -> their events
     note_approach(data, crew);  // velocities -> approach speeds
   });
   data.contacts.by_shape_stale = true;
@@ -122,8 +123,8 @@ void step(WorldData& data, float dt, Crew& crew) {
   try {
     run_phases(data, dt, crew);
   } catch (...) {
-    data.recording.fail();  // nobody may look into the world any more
-    data.last_save = {};    // whoever saves it nevertheless gets what there is
+    data.recording.fail();  // the world must not be read any more
+    data.last_save = {};    // a save nevertheless copies all there is
     throw;
   }
   if (data.recording.sink != nullptr) {

@@ -123,7 +123,7 @@ void run_pass(benchmark::State& state, Isa isa, Pass pass) {
     } else if (pass == Pass::pack) {
       pack_blocks(*data, crew);
     } else {
-      for (const simd::ConstraintChunk& chunk : constraints.chunks)
+      for (const simd::ConstraintChunk& chunk : constraints.contact_chunks)
         kernel[static_cast<int>(pass)](args, chunk);
     }
   }

@@ -1,4 +1,4 @@
-// Checks of joints that callers hand in; see check.h.
+// Checks joints from callers; see check.h.
 #include <core/world/check.h>
 #include <core/world/number_text.h>
 

@@ -1,7 +1,7 @@
-// Edits of joints: the lists of their bodies, their frames, and who must know of a change; see edit.h.
+// Edits joints: updates the lists of their bodies and their frames, and notes changes; see edit.h.
 //
-// The lists are singly linked as far as results go. The links back are derived: without them taking out the
-// joints of a body that has thousands, the oldest first, would take as long as all of them squared.
+// Results depend on the forward links only. The links back are derived: without them, removing thousands of
+// joints from a body, the oldest first, would take time that grows with the square of their number.
 #include <core/constraints/joint_rows.h>
 #include <core/world/edit.h>
 
@@ -83,7 +83,7 @@ void link_back(WorldData& data, std::int32_t joint) {
   }
 }
 
-void bury_joint(WorldData& data, std::int32_t joint) {
+void remove_joint(WorldData& data, std::int32_t joint) {
   Joints& joints = data.joints;
   const auto row = static_cast<std::size_t>(joint);
   const JointBodies ends = joints.bodies[row];

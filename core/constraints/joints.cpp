@@ -18,7 +18,7 @@ struct JointRow {
   Joints& joints;
   std::int32_t joint;
   std::size_t row;
-  FpEnvironment environment{};  // the call's arithmetic is ours, whatever rounding the caller likes
+  FpEnvironment environment{};  // not the caller's rounding
 
   bool has(JointFlag flag) const { return (joints.flags[row] & flag) != 0; }
   void set(JointFlag flag, bool on) const {
@@ -83,7 +83,7 @@ JointId World::create_joint(const JointDef& def, const Joint& joint) {
   constexpr Call call{"create_joint"};
   const FpEnvironment environment;
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::create_joint> telling(data, def, joint);
+  const CallRecord<RecordedCall::create_joint> call_record(data, def, joint);
   JointId id;
   create(call, data, {&def, 1}, {&joint, 1}, {&id, 1});
   return id;
@@ -98,14 +98,14 @@ void World::create_joints(std::span<const JointDef> defs, std::span<const Joint>
                    " joints and room for " + std::to_string(ids.size()) + " ids");
   }
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::create_joints> telling(data, defs, joints);
+  const CallRecord<RecordedCall::create_joints> call_record(data, defs, joints);
   create(call, data, defs, joints, ids);
 }
 
 void World::destroy_joint(JointId joint) {
   const JointRow j = at({"destroy_joint"}, data_, joint);
-  const Telling<RecordedCall::destroy_joint> telling(j.data, joint);
-  bury_joint(j.data, j.joint);
+  const CallRecord<RecordedCall::destroy_joint> call_record(j.data, joint);
+  remove_joint(j.data, j.joint);
 }
 
 bool World::is_alive(JointId joint) const noexcept {
@@ -135,7 +135,7 @@ JointDef World::joint_def(JointId joint) const {
 void World::set_joint(JointId joint, const Joint& to) {
   constexpr Call call{"set_joint"};
   const JointRow j = at(call, data_, joint);
-  const Telling<RecordedCall::set_joint> telling(j.data, joint, to);
+  const CallRecord<RecordedCall::set_joint> call_record(j.data, joint, to);
   check_joint(call, to);
   const JointType type = j.joints.type[j.row];
   if (type_of(to) != type) {
@@ -155,7 +155,7 @@ void World::set_joint_frames(JointId joint, const Pose& frame_a, const Pose& fra
   constexpr Call call{"set_joint_frames"};
   const JointRow j = at(call, data_, joint);
   const Pose a = frame_a, b = frame_b;  // which may be entries of poses()
-  const Telling<RecordedCall::set_joint_frames> telling(j.data, joint, a, b);
+  const CallRecord<RecordedCall::set_joint_frames> call_record(j.data, joint, a, b);
   const JointBodies ends = j.joints.bodies[j.row];
   check_joint_frames(call, !is_listed(ends.a), a, !is_listed(ends.b), b);
   j.joints.frame_a[j.row] = unit_pose(a);
@@ -167,7 +167,7 @@ void World::set_joint_frames(JointId joint, const Pose& frame_a, const Pose& fra
 void World::set_joint_stiffness(JointId joint, float hertz, float damping_ratio) {
   constexpr Call call{"set_joint_stiffness"};
   const JointRow j = at(call, data_, joint);
-  const Telling<RecordedCall::set_joint_stiffness> telling(j.data, joint, hertz, damping_ratio);
+  const CallRecord<RecordedCall::set_joint_stiffness> call_record(j.data, joint, hertz, damping_ratio);
   check_stiffness(call, "hertz", hertz, "damping_ratio", damping_ratio);
   JointParameters& parameters = j.joints.parameters[j.row];
   parameters = parameters_of(joint_of(j.joints.type[j.row], parameters), hertz, damping_ratio);
@@ -177,7 +177,7 @@ void World::set_joint_stiffness(JointId joint, float hertz, float damping_ratio)
 void World::set_joint_strength(JointId joint, float break_force, float break_torque) {
   constexpr Call call{"set_joint_strength"};
   const JointRow j = at(call, data_, joint);
-  const Telling<RecordedCall::set_joint_strength> telling(j.data, joint, break_force, break_torque);
+  const CallRecord<RecordedCall::set_joint_strength> call_record(j.data, joint, break_force, break_torque);
   check_strength(call, "break_force", break_force);
   check_strength(call, "break_torque", break_torque);
   j.joints.strength[j.row] = {break_force, break_torque};
@@ -188,7 +188,7 @@ bool World::is_enabled(JointId joint) const { return at({"is_enabled"}, data_, j
 
 void World::set_joint_enabled(JointId joint, bool enabled) {
   const JointRow j = at({"set_joint_enabled"}, data_, joint);
-  const Telling<RecordedCall::set_joint_enabled> telling(j.data, joint, enabled);
+  const CallRecord<RecordedCall::set_joint_enabled> call_record(j.data, joint, enabled);
   if (j.has(kJointEnabled) != enabled) {
     j.set(kJointEnabled, enabled);
     j.joints.impulses[j.row] = {};
@@ -205,7 +205,7 @@ bool World::collides_connected(JointId joint) const {
 
 void World::set_collide_connected(JointId joint, bool collide) {
   const JointRow j = at({"set_collide_connected"}, data_, joint);
-  const Telling<RecordedCall::set_collide_connected> telling(j.data, joint, collide);
+  const CallRecord<RecordedCall::set_collide_connected> call_record(j.data, joint, collide);
   if (j.has(kJointCollides) == collide) return;
   j.set(kJointCollides, collide);
   joints_changed(j.data, j.joint, true);
@@ -219,7 +219,7 @@ std::uint64_t World::user_data(JointId joint) const {
 
 void World::set_user_data(JointId joint, std::uint64_t user_data) {
   const JointRow j = at({"set_user_data"}, data_, joint);
-  const Telling<RecordedCall::set_joint_user_data> telling(j.data, joint, user_data);
+  const CallRecord<RecordedCall::set_joint_user_data> call_record(j.data, joint, user_data);
   j.joints.user_data[j.row] = user_data;
 }
 

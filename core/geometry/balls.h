@@ -1,8 +1,8 @@
-// Balls within shapes: what fast bodies are swept with, and how far a body may move unswept.
+// Balls within shapes: fast bodies are swept with them, and they say how far a body may move unswept.
 //
-// A shape stands for balls that lie within it: one about its center, and those that fit into its corners or
-// ends. A body that moves less than half a ball's radius can not bring the ball's inner half into anything
-// that the ball did not touch before.
+// Balls that lie within a shape stand for it: one about its center, and those that fit into its corners or
+// ends. A body that moves less than half a ball's radius cannot bring the ball's core, which is half as
+// large, into an obstacle that the ball did not touch before.
 #pragma once
 
 #include <core/plain/hull.h>

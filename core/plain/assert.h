@@ -1,5 +1,5 @@
-// SCREE_ASSERT: what this library relies on of itself. Arguments of callers are checked by core/world/check.h
-// instead, in every build.
+// SCREE_ASSERT: checks what this library's own code guarantees, in debug builds. core/world/check.h checks
+// callers' arguments, in every build.
 #pragma once
 
 namespace scree {

@@ -1,7 +1,8 @@
-// Manifolds: what the narrow phase tells the solver about one touching pair of shapes.
+// Manifolds: the contact points and impulses of one touching pair of shapes, from the narrow phase to the
+// solver.
 //
-// Written by collide (geometry, and the impulses of matched features of the last step), completed by
-// store_impulses, read by pack_blocks. The form knows nothing of lanes or instruction sets.
+// collide writes the geometry, and the impulses of matched features of the last step; store_impulses writes
+// the new impulses; pack_blocks reads it. Does not depend on lanes or instruction sets.
 #pragma once
 
 #include <core/plain/rows.h>
@@ -60,8 +61,8 @@ struct alignas(64) ContactAnchor {
   float separation[kMaxManifoldPoints];
 };
 
-// What the narrow phase remembers of a pair with a hull, so that it looks there first. Only hints: whatever
-// stands here, the same contact is found.
+// Where the narrow phase starts its search for a pair with a hull. A hint only: every value leads to the same
+// contact.
 struct alignas(16) ContactAxis {
   float axis[3];          // unit, in the first shape's frame: separated the pair, or the contact's normal
   std::uint32_t feature;  // what decided the contact, 0: the pair did not touch. See collide_hull.h
@@ -75,8 +76,8 @@ struct alignas(16) ContactSurface {
   float rolling_impulse[3];   // N m s in world axes; written by store_impulses
 };
 
-// What a contact bore in a whole step, the sum of its substeps; while WorldSettings::contact_forces asks.
-// Written by store_impulses.
+// The impulses of a contact over a whole step, summed over its substeps; while WorldSettings::contact_forces
+// is on. Written by store_impulses.
 struct alignas(64) ContactForceRow {
   float normal_impulse[kMaxManifoldPoints];  // N s
   float friction_impulse[2];                 // along t1 and t2, N s

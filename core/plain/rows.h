@@ -1,4 +1,4 @@
-// Rows: what one stage reads together of one body, shape or contact, as plain memory.
+// Rows: the data of one body, shape or contact that a stage reads together, as plain memory.
 //
 // Kernels of every instruction set include this file, so it holds plain structs only: no function with a body
 // (an inline function compiled for AVX-512 could be the copy that the linker keeps for everyone), no
@@ -46,7 +46,8 @@ struct alignas(32) DeltaRow {
   float padding;
 };
 
-// Inverse inertia (in the axes that the column names) and inverse mass. Zero for whatever cannot be pushed.
+// Inverse inertia (in the axes that the column names) and inverse mass. Zero for bodies that cannot be
+// pushed.
 struct alignas(32) InertiaRow {
   float inverse_inertia[6];  // xx xy xz yy yz zz
   float inverse_mass;
@@ -88,9 +89,9 @@ enum MotionFlag : std::uint32_t {
 };
 
 // What a step notes about a body.
-enum TouchFlag : std::uint8_t {
-  kTouches = 1,      // has contacts
-  kBrokenAlone = 2,  // became non-finite by its own motion, before any contact acted
+enum StepNote : std::uint8_t {
+  kHasContacts = 1,
+  kNonFiniteAlone = 2,  // became non-finite by its own motion, before any contact acted
 };
 
 // Extents of a shape: sphere (radius), capsule (half[1], radius), box (half), hull (the box and the ball

@@ -18,7 +18,7 @@ struct BodyRow {
   Bodies& bodies;
   std::int32_t body;
   std::size_t row;
-  FpEnvironment environment{};  // the call's arithmetic is ours, whatever rounding the caller likes
+  FpEnvironment environment{};  // not the caller's rounding
 
   bool is_dynamic() const { return bodies.type[row] == BodyType::dynamic; }
   BodyType given_type() const { return scree::given_type(bodies, body); }
@@ -148,21 +148,21 @@ BodyType World::body_type(BodyId body) const { return at({"body_type"}, data_, b
 void World::set_body_type(BodyId body, BodyType type) {
   constexpr Call call{"set_body_type"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::set_body_type> telling(b.data, body, type);
+  const CallRecord<RecordedCall::set_body_type> call_record(b.data, body, type);
   check_body_type(call, type);
-  if (b.given_type() == type) return thaw(b.data, b.body);
+  if (b.given_type() == type) return end_quarantine(b.data, b.body);
   const BodyMass mass = mass_after(call, b.data, b.body, type, b.bodies.flags[b.row]);
   disturb(b.data, b.body);
-  b.bodies.flags[b.row] = static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~kBodyFrozen);
+  b.bodies.flags[b.row] = static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~kBodyQuarantined);
   b.bodies.type[b.row] = type;
   apply_mass(b.data, b.body, mass);
   apply_locks(b.bodies, b.body);
   take_part_as(b.data, b.body, type);
 }
 
-bool World::is_frozen(BodyId body) const {
-  const BodyRow b = at({"is_frozen"}, data_, body);
-  return scree::is_frozen(b.bodies, b.body);
+bool World::is_quarantined(BodyId body) const {
+  const BodyRow b = at({"is_quarantined"}, data_, body);
+  return scree::is_quarantined(b.bodies, b.body);
 }
 
 Pose World::pose(BodyId body) const {
@@ -174,9 +174,9 @@ void World::set_pose(BodyId body, const Pose& given) {
   constexpr Call call{"set_pose"};
   const BodyRow b = at(call, data_, body);
   const Pose pose = given;  // which may be an entry of poses()
-  const Telling<RecordedCall::set_pose> telling(b.data, body, pose);
+  const CallRecord<RecordedCall::set_pose> call_record(b.data, body, pose);
   check_pose(call, "position", "rotation", pose, kMaxPosition);
-  thaw(b.data, b.body);
+  end_quarantine(b.data, b.body);
   disturb(b.data, b.body);
   place_body(b.data, b.body, {pose.position, normalize(pose.rotation)});
 }
@@ -202,10 +202,10 @@ Vec3 World::velocity_at(BodyId body, Vec3 world_point) const {
 void World::set_linear_velocity(BodyId body, Vec3 velocity) {
   constexpr Call call{"set_linear_velocity"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::set_linear_velocity> telling(b.data, body, velocity);
+  const CallRecord<RecordedCall::set_linear_velocity> call_record(b.data, body, velocity);
   check_vector(call, "velocity", velocity, kMaxSpeed);
   if (b.given_type() == BodyType::fixed) return;
-  thaw(b.data, b.body);
+  end_quarantine(b.data, b.body);
   change_velocity(b, free_linear(b.bodies.motion[b.row], velocity),
                   to_vec3(b.bodies.velocity[b.row].angular));
 }
@@ -213,10 +213,10 @@ void World::set_linear_velocity(BodyId body, Vec3 velocity) {
 void World::set_angular_velocity(BodyId body, Vec3 velocity) {
   constexpr Call call{"set_angular_velocity"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::set_angular_velocity> telling(b.data, body, velocity);
+  const CallRecord<RecordedCall::set_angular_velocity> call_record(b.data, body, velocity);
   check_vector(call, "velocity", velocity, kMaxSpeed);
   if (b.given_type() == BodyType::fixed) return;
-  thaw(b.data, b.body);
+  end_quarantine(b.data, b.body);
   change_velocity(b, to_vec3(b.bodies.velocity[b.row].linear),
                   free_angular(b.bodies.motion[b.row], velocity));
 }
@@ -224,7 +224,7 @@ void World::set_angular_velocity(BodyId body, Vec3 velocity) {
 void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
   constexpr Call call{"set_kinematic_target"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::set_kinematic_target> telling(b.data, body, target, dt);
+  const CallRecord<RecordedCall::set_kinematic_target> call_record(b.data, body, target, dt);
   if (b.given_type() != BodyType::kinematic) fail(call, "the body is not kinematic");
   check_pose(call, "target.position", "target.rotation", target, kMaxPosition);
   if (!(dt > 0.0f && dt <= 1.0f)) {
@@ -237,7 +237,7 @@ void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
   const Vec3 angular = spin_for(rotation * conjugate(to_quat(pose.rotation)), b.data.settings.substeps, dt);
   check_vector(call, "the linear velocity", linear, kMaxSpeed);
   check_vector(call, "the angular velocity", angular, kMaxSpeed);
-  thaw(b.data, b.body);
+  end_quarantine(b.data, b.body);
   change_velocity(b, linear, angular);
 }
 
@@ -259,7 +259,7 @@ MassProperties World::mass_properties(BodyId body) const {
 void World::set_mass_properties(BodyId body, const MassProperties& properties) {
   constexpr Call call{"set_mass_properties"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::set_mass_properties> telling(b.data, body, properties);
+  const CallRecord<RecordedCall::set_mass_properties> call_record(b.data, body, properties);
   const BodyMass mass = given_mass_rows(call, properties, b.given_type());
   b.bodies.flags[b.row] |= kBodyPropertiesGiven;
   apply_mass(b.data, b.body, mass);
@@ -269,7 +269,7 @@ void World::set_mass_properties(BodyId body, const MassProperties& properties) {
 void World::reset_mass(BodyId body) {
   constexpr Call call{"reset_mass"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::reset_mass> telling(b.data, body);
+  const CallRecord<RecordedCall::reset_mass> call_record(b.data, body);
   const auto flags =
       static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~(kBodyMassGiven | kBodyPropertiesGiven));
   const BodyMass mass = mass_after(call, b.data, b.body, b.given_type(), flags);
@@ -302,7 +302,7 @@ AxisLocks World::locks(BodyId body) const {
 void World::set_linear_damping(BodyId body, float damping) {
   constexpr Call call{"set_linear_damping"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::set_linear_damping> telling(b.data, body, damping);
+  const CallRecord<RecordedCall::set_linear_damping> call_record(b.data, body, damping);
   check_range(call, "damping", damping, 0.0f, kMaxRate);
   b.bodies.motion[b.row].linear_damping = damping;
   wake_body(b.data, b.body);
@@ -311,7 +311,7 @@ void World::set_linear_damping(BodyId body, float damping) {
 void World::set_angular_damping(BodyId body, float damping) {
   constexpr Call call{"set_angular_damping"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::set_angular_damping> telling(b.data, body, damping);
+  const CallRecord<RecordedCall::set_angular_damping> call_record(b.data, body, damping);
   check_range(call, "damping", damping, 0.0f, kMaxRate);
   b.bodies.motion[b.row].angular_damping = damping;
   wake_body(b.data, b.body);
@@ -320,7 +320,7 @@ void World::set_angular_damping(BodyId body, float damping) {
 void World::set_gravity_factor(BodyId body, float factor) {
   constexpr Call call{"set_gravity_factor"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::set_gravity_factor> telling(b.data, body, factor);
+  const CallRecord<RecordedCall::set_gravity_factor> call_record(b.data, body, factor);
   check_range(call, "factor", factor, -kMaxGravityFactor, kMaxGravityFactor);
   b.bodies.motion[b.row].gravity_factor = factor;
   wake_body(b.data, b.body);
@@ -329,7 +329,7 @@ void World::set_gravity_factor(BodyId body, float factor) {
 void World::set_locks(BodyId body, AxisLocks locks) {
   constexpr Call call{"set_locks"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::set_locks> telling(b.data, body, locks);
+  const CallRecord<RecordedCall::set_locks> call_record(b.data, body, locks);
   check_locks(call, locks);
   b.bodies.locks[b.row] = locks;
   apply_locks(b.bodies, b.body);
@@ -343,7 +343,7 @@ bool World::can_sleep(BodyId body) const {
 
 void World::set_can_sleep(BodyId body, bool can_sleep) {
   const BodyRow b = at({"set_can_sleep"}, data_, body);
-  const Telling<RecordedCall::set_can_sleep> telling(b.data, body, can_sleep);
+  const CallRecord<RecordedCall::set_can_sleep> call_record(b.data, body, can_sleep);
   if (can_sleep) {
     b.bodies.flags[b.row] |= kBodyCanSleep;
   } else {
@@ -355,8 +355,8 @@ void World::set_can_sleep(BodyId body, bool can_sleep) {
 bool World::is_awake(BodyId body) const {
   const BodyRow b = at({"is_awake"}, data_, body);
   if (b.data.shapes.wake_requested) {
-    // Later calls could change whom this wakes, so it is more than reading.
-    const Telling<RecordedCall::is_awake> telling(b.data, body);
+    // Recorded as a change: later calls could change which bodies this wakes.
+    const CallRecord<RecordedCall::is_awake> call_record(b.data, body);
     wake_neighbors(b.data);
   }
   return b.bodies.type[b.row] != BodyType::fixed && (b.bodies.flags[b.row] & kBodyAsleep) == 0;
@@ -364,8 +364,8 @@ bool World::is_awake(BodyId body) const {
 
 void World::wake(BodyId body) {
   const BodyRow b = at({"wake"}, data_, body);
-  const Telling<RecordedCall::wake> telling(b.data, body);
-  thaw(b.data, b.body);
+  const CallRecord<RecordedCall::wake> call_record(b.data, body);
+  end_quarantine(b.data, b.body);
   wake_body(b.data, b.body);
 }
 
@@ -376,14 +376,14 @@ std::uint64_t World::user_data(BodyId body) const {
 
 void World::set_user_data(BodyId body, std::uint64_t user_data) {
   const BodyRow b = at({"set_user_data"}, data_, body);
-  const Telling<RecordedCall::set_body_user_data> telling(b.data, body, user_data);
+  const CallRecord<RecordedCall::set_body_user_data> call_record(b.data, body, user_data);
   b.bodies.user_data[b.row] = user_data;
 }
 
 void World::add_force(BodyId body, Vec3 force) {
   constexpr Call call{"add_force"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::add_force> telling(b.data, body, force);
+  const CallRecord<RecordedCall::add_force> call_record(b.data, body, force);
   check_vector(call, "force", force, kMaxLoad);
   add_load(call, b, force, {});
 }
@@ -391,7 +391,7 @@ void World::add_force(BodyId body, Vec3 force) {
 void World::add_force_at(BodyId body, Vec3 force, Vec3 world_point) {
   constexpr Call call{"add_force_at"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::add_force_at> telling(b.data, body, force, world_point);
+  const CallRecord<RecordedCall::add_force_at> call_record(b.data, body, force, world_point);
   check_vector(call, "force", force, kMaxLoad);
   check_vector(call, "world_point", world_point, kMaxPosition);
   add_load(call, b, force, cross(arm_to(b, world_point), force));
@@ -400,7 +400,7 @@ void World::add_force_at(BodyId body, Vec3 force, Vec3 world_point) {
 void World::add_torque(BodyId body, Vec3 torque) {
   constexpr Call call{"add_torque"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::add_torque> telling(b.data, body, torque);
+  const CallRecord<RecordedCall::add_torque> call_record(b.data, body, torque);
   check_vector(call, "torque", torque, kMaxLoad);
   add_load(call, b, {}, torque);
 }
@@ -408,7 +408,7 @@ void World::add_torque(BodyId body, Vec3 torque) {
 void World::add_impulse(BodyId body, Vec3 impulse) {
   constexpr Call call{"add_impulse"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::add_impulse> telling(b.data, body, impulse);
+  const CallRecord<RecordedCall::add_impulse> call_record(b.data, body, impulse);
   check_vector(call, "impulse", impulse, kMaxLoad);
   kick(call, b, impulse, {});
 }
@@ -416,7 +416,7 @@ void World::add_impulse(BodyId body, Vec3 impulse) {
 void World::add_impulse_at(BodyId body, Vec3 impulse, Vec3 world_point) {
   constexpr Call call{"add_impulse_at"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::add_impulse_at> telling(b.data, body, impulse, world_point);
+  const CallRecord<RecordedCall::add_impulse_at> call_record(b.data, body, impulse, world_point);
   check_vector(call, "impulse", impulse, kMaxLoad);
   check_vector(call, "world_point", world_point, kMaxPosition);
   kick(call, b, impulse, cross(arm_to(b, world_point), impulse));
@@ -425,7 +425,7 @@ void World::add_impulse_at(BodyId body, Vec3 impulse, Vec3 world_point) {
 void World::add_angular_impulse(BodyId body, Vec3 impulse) {
   constexpr Call call{"add_angular_impulse"};
   const BodyRow b = at(call, data_, body);
-  const Telling<RecordedCall::add_angular_impulse> telling(b.data, body, impulse);
+  const CallRecord<RecordedCall::add_angular_impulse> call_record(b.data, body, impulse);
   check_vector(call, "impulse", impulse, kMaxLoad);
   kick(call, b, {}, impulse);
 }

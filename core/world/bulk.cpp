@@ -68,14 +68,14 @@ BodyMass mass_of(Call item, const BodyDef& def, const ShapeTemplate* shape, std:
   return dynamic_mass(item, sum, def.mass);
 }
 
-// Throws what creating the body would, but for what its hull breaks.
+// Throws what creating the body would, except for limits of its hull.
 void check_item(Call item, const BodyDef& def, const ShapeTemplate* shape, std::size_t i) {
   check_body_def(item, def);
   if (shape != nullptr) check_geometry(item, shape->geometries[i]);
 }
 
-// Throws what the definitions break while nothing has been written: rows that are used again keep what is in
-// them, which snapshots of the world would tell. Returns the hulls, which count one shape too many.
+// Throws for bad definitions before anything is written: reused rows keep their old content, which shows in
+// snapshots. Returns the hulls, which count one shape too many.
 std::vector<std::int32_t> check_all(Call call, WorldData& data, std::span<const BodyDef> defs,
                                     const ShapeTemplate* shape) {
   const std::size_t count = defs.size(), old_hulls = data.hulls.shared.size();
@@ -122,7 +122,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
   std::size_t shapes_written = 0;
   try {
     grow(bodies, old_bodies + count - body_plan.from_free);
-    // Waking can not fail: a slot wakes once between two steps.
+    // Waking cannot fail: a slot wakes once between two steps.
     data.events.woken.reserve(bodies.flags.size());
     grow(shapes, old_shapes + shape_count - shape_plan.from_free);
     std::vector<std::int32_t> hulls;
@@ -168,7 +168,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
 }
 
 // There is room in the list of lost joints for those of the body.
-void bury_body(WorldData& data, std::int32_t body) {
+void remove_body(WorldData& data, std::int32_t body) {
   Bodies& bodies = data.bodies;
   const auto row = static_cast<std::size_t>(body);
   if (bodies.unplaced[row] != 0) place_matter_of(data, body);  // a dead row does not tell when it was done
@@ -176,10 +176,10 @@ void bury_body(WorldData& data, std::int32_t body) {
     const std::int32_t joint = bodies.first_joint[row];
     const auto index = static_cast<std::uint32_t>(joint);
     data.events.lost.push_back({index, data.joints.generation[index]});
-    bury_joint(data, joint);
+    remove_joint(data, joint);
   }
   for (std::int32_t shape = bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
-    bury_shape(data, shape);
+    remove_shape(data, shape);
   }
   bodies.moments.erase(body);
   if ((bodies.flags[row] & kBodyAsleep) != 0) --bodies.asleep;
@@ -202,7 +202,7 @@ BodyId World::create_body(const BodyDef& def) {
   constexpr Call call{"create_body"};
   const FpEnvironment environment;
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::create_body> telling(data, def);
+  const CallRecord<RecordedCall::create_body> call_record(data, def);
   BodyId id;
   create(call, data, {&def, 1}, nullptr, {&id, 1});
   return id;
@@ -216,7 +216,7 @@ void World::create_bodies(std::span<const BodyDef> defs, std::span<BodyId> ids) 
                    " definitions");
   }
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::create_bodies> telling(data, defs);
+  const CallRecord<RecordedCall::create_bodies> call_record(data, defs);
   create(call, data, defs, nullptr, ids);
 }
 
@@ -229,7 +229,8 @@ void World::create_bodies(std::span<const BodyDef> defs, std::span<const Geometr
                    " shapes and room for " + std::to_string(ids.size()) + " ids");
   }
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::create_bodies_with_shapes> telling(data, defs, shapes, material, options);
+  const CallRecord<RecordedCall::create_bodies_with_shapes> call_record(data, defs, shapes, material,
+                                                                        options);
   check_material(call, material);
   check_options(call, options);
   ShapeOptions unit_options = options;
@@ -241,16 +242,16 @@ void World::create_bodies(std::span<const BodyDef> defs, std::span<const Geometr
 void World::destroy_body(BodyId body) {
   constexpr Call call{"destroy_body"};
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::destroy_body> telling(data, body);
+  const CallRecord<RecordedCall::destroy_body> call_record(data, body);
   const std::int32_t row = checked_row(call, data.bodies, body);
   data.events.lost.reserve(data.events.lost.size() + count_joints(data, row));
-  bury_body(data, row);
+  remove_body(data, row);
 }
 
 void World::destroy_bodies(std::span<const BodyId> bodies) {
   constexpr const char* kName = "destroy_bodies";
   WorldData& data = opened({kName}, data_);
-  const Telling<RecordedCall::destroy_bodies> telling(data, bodies);
+  const CallRecord<RecordedCall::destroy_bodies> call_record(data, bodies);
   const auto unmark = [&](std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       std::uint8_t& flags = data.bodies.flags[bodies[i].index];
@@ -276,7 +277,7 @@ void World::destroy_bodies(std::span<const BodyId> bodies) {
     unmark(bodies.size());
     throw;
   }
-  for (const BodyId& body : bodies) bury_body(data, static_cast<std::int32_t>(body.index));
+  for (const BodyId& body : bodies) remove_body(data, static_cast<std::int32_t>(body.index));
 }
 
 }  // namespace scree

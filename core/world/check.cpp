@@ -1,4 +1,4 @@
-// Checks of what callers hand in; see check.h.
+// Checks arguments of callers; see check.h.
 #include <core/world/check.h>
 #include <core/world/number_text.h>
 

@@ -1,4 +1,4 @@
-// Checks of what callers hand in. Used by every World call before it changes anything.
+// Checks arguments of callers. Every World call uses them before it changes anything.
 #pragma once
 
 #include <core/world/limits.h>
@@ -12,7 +12,7 @@
 
 namespace scree {
 
-// Who is asked to check: named in the message. `item` counts the definitions of a bulk call.
+// The call whose arguments are checked: named in the message. `item` counts the definitions of a bulk call.
 struct Call {
   const char* name;
   std::int64_t item = -1;

@@ -25,8 +25,8 @@ enum class ColumnKind {
 // A vector of trivially copyable rows on 64-byte lines. New rows are zero bytes. The allocation ends at least
 // kPaddingBytes after the last row, so that wide loads may run past it. Shrinking keeps the memory.
 //
-// A large column lies in pages of its own, where rows that nobody has written to cost no memory, and growing
-// copies nothing. Rows beyond size() may not be written to: that they are zero is remembered.
+// A large column lies in pages of its own, where unwritten rows take no memory and growing copies nothing.
+// Rows beyond size() must not be written to: the column relies on their being zero.
 template <class Row>
 class Column {
   static_assert(std::is_trivially_copyable_v<Row>);
@@ -102,7 +102,7 @@ class Column {
     const std::size_t last = size < written_ ? size : written_;  // the rest is zero
     if (last > old) std::memset(static_cast<void*>(rows_ + old), 0, (last - old) * sizeof(Row));
     size_ = size;
-    // Whoever writes to them shall find them zero again after shrinking and growing: from here on they count.
+    // They count as written from here on, so that shrinking and growing zeroes them again.
     if (written_ < size_) written_ = size_;
   }
 

@@ -1,5 +1,5 @@
-// Memory of large columns: pages straight from the system, which are zero and cost nothing until they are
-// written to, and which move without being copied.
+// Memory of large columns: pages from the system, which are zero, take no memory until they are written to,
+// and move without being copied.
 #pragma once
 
 #include <cstddef>

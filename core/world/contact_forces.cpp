@@ -1,6 +1,6 @@
-// Reading the forces of contacts. The lists of contacts by shape are made when somebody asks for the first
-// time after a step: worlds that are only stepped do not pay for them. They hold what moves; pairs at rest
-// stand in lists of their own.
+// Reads the forces of contacts. The first query after a step makes the lists of contacts by shape, so that
+// worlds that are only stepped do not pay for them. They hold contacts of moving shapes; resting pairs have
+// lists of their own.
 #include <core/world/check.h>
 #include <core/world/edit.h>
 #include <core/world/fp_environment.h>
@@ -20,7 +20,7 @@ WorldData& opened_for_forces(Call call, const std::unique_ptr<WorldData>& owner)
   return data;
 }
 
-// Rows of state, or zero while nobody has measured.
+// Rows of state, or zero while they are not measured.
 ContactForceRow force_row(const Contacts& contacts, std::size_t row) {
   return row < contacts.forces.size() ? contacts.forces[row] : ContactForceRow{};
 }
@@ -70,7 +70,7 @@ ContactForces describe(const WorldData& data, std::int32_t contact) {
   const Vec3 normal = to_vec3(manifold.normal);
   const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
   told.normal = side * normal;
-  // What nobody has measured has not moved since either: it sleeps, or the step had no length.
+  // A contact that is not measured has not moved either: it sleeps, or the step had no length.
   const Vec3 now = to_vec3(data.bodies.pose[manifold.row_b].position) + to_vec3(manifold.arm_b);
   told.friction_center = forces.is_set != 0.0f ? to_vec3(forces.center) : now;
   told.friction_impulse =

@@ -1,4 +1,4 @@
-// Edits: the pieces that World's calls are made of; see edit.h.
+// Edits: the building blocks of World's calls; see edit.h.
 #include <core/constraints/joint_rows.h>
 #include <core/geometry/balls.h>
 #include <core/geometry/hull/hull_build.h>
@@ -208,7 +208,7 @@ void unlink_shape(WorldData& data, std::int32_t shape) {
   if (behind >= 0) shapes.previous[behind] = before;
 }
 
-void bury_shape(WorldData& data, std::int32_t shape) {
+void remove_shape(WorldData& data, std::int32_t shape) {
   Shapes& shapes = data.shapes;
   const auto row = static_cast<std::size_t>(shape);
   request_wake(data, shape);
@@ -330,20 +330,20 @@ void take_part_as(WorldData& data, std::int32_t body, BodyType type) {
   }
 }
 
-void freeze(WorldData& data, std::int32_t body) {
+void quarantine(WorldData& data, std::int32_t body) {
   disturb(data, body);
   const auto row = static_cast<std::size_t>(body);
   data.bodies.flags[row] |=
-      data.bodies.type[row] == BodyType::dynamic ? kBodyFrozenDynamic : kBodyFrozenKinematic;
+      data.bodies.type[row] == BodyType::dynamic ? kBodyQuarantinedDynamic : kBodyQuarantinedKinematic;
   take_part_as(data, body, BodyType::fixed);
 }
 
-void thaw(WorldData& data, std::int32_t body) {
-  if (!is_frozen(data.bodies, body)) return;
+void end_quarantine(WorldData& data, std::int32_t body) {
+  if (!is_quarantined(data.bodies, body)) return;
   const BodyType type = given_type(data.bodies, body);
   disturb(data, body);
   std::uint8_t& flags = data.bodies.flags[body];
-  flags = static_cast<std::uint8_t>(flags & ~kBodyFrozen);
+  flags = static_cast<std::uint8_t>(flags & ~kBodyQuarantined);
   take_part_as(data, body, type);
 }
 

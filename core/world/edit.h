@@ -1,4 +1,4 @@
-// Edits: the pieces that World's calls are made of. Everything here assumes checked values.
+// Edits: the building blocks of World's calls. They assume checked values.
 #pragma once
 
 #include <core/geometry/hull/hull_store.h>
@@ -43,8 +43,7 @@ void take_slots(Store& store, const SlotPlan& plan) {
   store.free_mark.cut(store.free_slots.size());
 }
 
-// Writes what differs only: rows of zeros that nobody has written to take no memory, and fixed bodies have
-// many.
+// Writes only if the value differs: unwritten rows of zeros take no memory, and fixed bodies have many.
 template <class Row>
 void put(Column<Row>& column, std::size_t row, const std::type_identity_t<Row>& value) {
   if (std::memcmp(static_cast<const void*>(&column[row]), static_cast<const void*>(&value), sizeof value) !=
@@ -52,15 +51,15 @@ void put(Column<Row>& column, std::size_t row, const std::type_identity_t<Row>& 
     column[row] = value;
 }
 
-// Puts the shape on the list of what the broad phase must look at again.
+// Adds the shape to the list of shapes whose bounds and pairs must be updated.
 void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags = kShapeDirty);
 void mark_shapes_dirty(WorldData& data, std::int32_t body);  // all shapes of the body
 
 TreeKind tree_of(const Bodies& bodies, std::int32_t body);
 
-// Writes all columns of a new shape but generation, flags and body: pairs may still name the slot's
-// predecessor, and the call may yet fail. The local rotation must be normalized; `hull` is the slot of a
-// hull, which the shape now counts for, or -1.
+// Writes all columns of a new shape except generation, flags and body: pairs may still name the shape that
+// had the slot before, and the call may still fail. The local rotation must be normalized; `hull` is the slot
+// of a hull, which already counts the shape, or -1.
 void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull,
                  const Material& material, const ShapeOptions& options);
 void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull);
@@ -69,49 +68,49 @@ void write_material(Shapes& shapes, std::int32_t shape, const Material& material
 ShapeId commit_shape(Shapes& shapes, std::int32_t shape);
 void link_shape(WorldData& data, std::int32_t shape, std::int32_t body);
 void unlink_shape(WorldData& data, std::int32_t shape);  // out of its body's list
-// Takes the shape out of the world, but not out of its body's list.
-void bury_shape(WorldData& data, std::int32_t shape);
+// Removes the shape from the world, but not from its body's list.
+void remove_shape(WorldData& data, std::int32_t shape);
 
 // Places the body's origin; shapes become dirty.
 void place_body(WorldData& data, std::int32_t body, const Pose& transform);
-// Ends every call that changes a body's mass or shapes: writes the mass rows, moving the center of mass in
-// the body, whose matter moves on as it did. Of a center that moves, place_matter() tells shapes and joints:
-// it does so with every shape that is added, and a body may have 100,000.
+// Ends every call that changes a body's mass or shapes: writes the mass rows and moves the center of mass in
+// the body, whose material points keep their velocity. Leaves the local poses of shapes and joints to
+// place_matter(): every added shape moves the center, and a body may have 100,000 shapes.
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass);
 void apply_locks(Bodies& bodies, std::int32_t body);  // motion's locks and velocity from locks and type
 void place_shape_in_body(WorldData& data, std::int32_t shape);  // local_pose from given_pose, center and hull
-// The body's core is to be measured anew.
+// Requests that the body's core is measured again.
 void leave_core(WorldData& data, std::int32_t body);
-// Does what calls have left to do, see UnplacedFlag. It is all a function of the state, so that it does not
-// matter when. The step begins with it; whoever else reads what is left must call it.
+// Does what calls have left to do, see UnplacedFlag. The result depends on the state alone, so that it may
+// come at any time. The step begins with it; other code that reads these rows must call it first.
 void place_matter(WorldData& data);
 void place_matter_of(WorldData& data, std::int32_t body);  // whose flags stay
 
 // Wakes the body, all that joints join it with and, when next asked, all that touch it.
 void disturb(WorldData& data, std::int32_t body);
 
-// Writes how the body takes part from now on, once its rows are those of such a body: at rest if fixed. Its
-// shapes' pairs are found anew.
+// Makes the body take part as one of this type. Its rows must already be those of such a body: at rest if
+// fixed. The pairs of its shapes will be found again.
 void take_part_as(WorldData& data, std::int32_t body, BodyType type);
-// Stops a dynamic or kinematic body where it is: it takes part as a fixed one, but keeps all that it was
-// given.
-void freeze(WorldData& data, std::int32_t body);
-// Gives a frozen body back the type that it was given; nothing happens to others.
-void thaw(WorldData& data, std::int32_t body);
+// Stops a dynamic or kinematic body where it is: it takes part as a fixed one, but keeps its given type and
+// properties.
+void quarantine(WorldData& data, std::int32_t body);
+// Gives a quarantined body back the type that it was given; does nothing to others.
+void end_quarantine(WorldData& data, std::int32_t body);
 
-// Enters the joint into the lists of its bodies. Of the many joints that the world may have there is no list.
+// Adds the joint to the lists of its bodies. The world, which may have many joints, has no list.
 void link_joint(WorldData& data, std::int32_t joint);
-// Tells those behind the joint in these lists that they follow it.
+// Writes the links back from the joints behind this one in these lists.
 void link_back(WorldData& data, std::int32_t joint);
-// Takes the joint out of the world and of its bodies' lists, and wakes them.
-void bury_joint(WorldData& data, std::int32_t joint);
+// Removes the joint from the world and from its bodies' lists, and wakes the bodies.
+void remove_joint(WorldData& data, std::int32_t joint);
 // How many joints the body has.
 std::size_t count_joints(const WorldData& data, std::int32_t body);
 // The joint's frames from the given ones and the centers of mass.
 void place_joint(WorldData& data, std::int32_t joint);
 void place_joints_of(WorldData& data, std::int32_t body);
-// Which lists of joints and pairs must be made anew: who may collide has changed if the joint keeps its
-// bodies apart, or did so.
+// Marks the lists of joints and pairs that must be rebuilt. `keeps_apart`: the joint keeps its bodies from
+// colliding, or did so, so that their pairs change.
 void joints_changed(WorldData& data, std::int32_t joint, bool keeps_apart);
 void wake_ends(WorldData& data, std::int32_t joint);
 

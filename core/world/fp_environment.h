@@ -1,8 +1,8 @@
 // Floating-point environment: every thread that runs our code rounds to nearest, keeps denormals and masks
-// exceptions, whatever its owner has set (a host built with fast-math flushes denormals to zero), and gets
-// its own settings back. Flushing denormals would be faster (a hanging chain of hinges takes 3 to 9 times as
-// long on processors that handle them in microcode), but minima, maxima and moves then keep or flush what
-// comes from outside by instruction set. Held by those of World's calls that compute, by Crew for the thread
+// exceptions, and gets its own settings back afterwards (a host built with fast-math flushes denormals to
+// zero). Flushing denormals would be faster (a hanging chain of hinges takes 3 to 9 times as long on
+// processors that handle them in microcode), but then it depends on the instruction set whether minima,
+// maxima and moves flush denormals from outside. Held by World's calls that compute, by Crew for the thread
 // that calls step(), and by each helper while it helps.
 #pragma once
 

@@ -1,5 +1,5 @@
-// Limits of what callers may hand in, shared by the checks of World's calls and the reader of scene files.
-// The public headers state them beside each field.
+// Limits of arguments, shared by the checks of World's calls and the reader of scene files. The public
+// headers state them beside each field.
 #pragma once
 
 namespace scree {

@@ -1,6 +1,6 @@
 // Mass properties of bodies; see mass.h.
 //
-// Written out in plain double arithmetic of a fixed order: the rows are state and must be the same bits for
+// Computes in plain double arithmetic of a fixed order: the rows are state and must have the same bits for
 // every compiler.
 #include <core/geometry/hull/hull_build.h>
 #include <core/world/mass.h>

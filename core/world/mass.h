@@ -48,10 +48,10 @@ Geometry geometry_of(const WorldData& data, std::int32_t shape);
 inline constexpr std::int64_t kFewShapes = 8;
 // Of the body after the change; begins to keep the sums of many shapes.
 MassSum sum_shapes(WorldData& data, std::int32_t body, const ShapeChange& change = {});
-// Takes the change into what is kept of the body. It can not fail; the columns are as before the change.
+// Updates the kept sums of the body. Cannot fail; the columns are as before the change.
 void follow_change(WorldData& data, std::int32_t body, const ShapeChange& change);
 
-// Of a dynamic body whose shapes weigh `sum`; `given_mass` scales. Throws where float rows can not hold it.
+// Of a dynamic body whose shapes weigh `sum`; `given_mass` scales. Throws where float rows cannot hold it.
 BodyMass dynamic_mass(Call call, const MassSum& sum, std::optional<float> given_mass);
 // Of a body with properties from the caller; throws unless they are those of some solid.
 BodyMass given_mass_rows(Call call, const MassProperties& properties, BodyType type);

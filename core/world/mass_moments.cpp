@@ -80,7 +80,7 @@ void ExactSum::add(double value) {
     shift = 0;
   }
   const int first = shift / 64, offset = shift % 64;
-  if (first >= kWords) return;  // can not be, see kLowestExponent
+  if (first >= kWords) return;  // cannot happen, see kLowestExponent
   const std::uint64_t part[2] = {mantissa << offset, offset > 0 ? mantissa >> (64 - offset) : 0};
   const bool negative = (bits >> 63) != 0;
   std::uint64_t carry = 0;

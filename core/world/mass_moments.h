@@ -1,8 +1,8 @@
-// Exact sums of the moments of mass: what a body of many shapes keeps, so that one shape more or less costs
-// the same however many there are.
+// Exact sums of the moments of mass. A body of many shapes keeps them, so that adding or removing a shape
+// costs the same for any number of shapes.
 //
-// A sum has no rounding in it. So it does not depend on the order of the parts, and taking a part out leaves
-// what was there before: a body's mass follows from the shapes that it has, whatever came and went.
+// A sum is not rounded. So it does not depend on the order of its parts, and removing a part leaves what was
+// there before: a body's mass depends on its present shapes alone.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Scalar arithmetic of the library's own sources besides <scree/math.h>, with the formulas of
+// Scalar arithmetic for the library's own sources, in addition to <scree/math.h>. Uses the formulas of
 // simd/wide/wide_math.h.
 #pragma once
 

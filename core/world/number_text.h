@@ -1,4 +1,4 @@
-// Numbers in messages.
+// Writes numbers into messages.
 #pragma once
 
 #include <cstdio>

@@ -66,7 +66,7 @@ void copy_row(WorldData& data, std::size_t from, std::size_t to) {
   for_each_present_column(data, [=](auto& column) { column[to] = column[from]; });
 }
 
-// To a row that nobody has.
+// To a row that no list has.
 void move_row(WorldData& data, std::size_t from, std::size_t to) {
   Contacts& contacts = data.contacts;
   copy_row(data, from, to);
@@ -129,7 +129,7 @@ void remove_resting(WorldData& data, const Column<std::int32_t>& rows) {
   Contacts& contacts = data.contacts;
   contacts.resting_order_stale = true;
   if (2 * rows.size() > contacts.resting.pair.size()) return remove_most(data, rows);
-  for (std::size_t i = rows.size(); i-- > 0;) {  // so that the last row is none of those that go
+  for (std::size_t i = rows.size(); i-- > 0;) {  // so that the last row is never one of those to remove
     const auto row = static_cast<std::size_t>(rows[i]);
     const std::size_t last = contacts.resting.pair.size() - 1;
     unlink_row(data, row);
@@ -141,7 +141,7 @@ void remove_resting(WorldData& data, const Column<std::int32_t>& rows) {
 void link_resting(WorldData& data) {
   Contacts& contacts = data.contacts;
   for (std::uint32_t& first : data.shapes.first_resting) {
-    if (first != 0) first = 0;  // rows of zeros that nobody writes to take no memory
+    if (first != 0) first = 0;  // unwritten rows of zeros take no memory
   }
   contacts.resting_links.resize_for_overwrite(contacts.resting.pair.size());
   link_rows(data, 0);

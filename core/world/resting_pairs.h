@@ -1,8 +1,8 @@
-// Pairs at rest: what happens to rows of Contacts::resting.
+// Resting pairs: adds, removes and finds rows of Contacts::resting.
 //
-// A world may have far more of them than a step may look at, so each stands in a list of each of its shapes,
-// and rows lie in no order: the last one takes the place of one that goes. Results must not depend on the
-// order of rows or of lists: who gathers rows sorts what it makes of them.
+// A world may have far more of them than a step may read, so each is in a list of each of its shapes. Rows
+// are not sorted: the last one takes the place of a removed one. Results must not depend on the order of rows
+// or lists: code that gathers rows sorts its results.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -12,8 +12,8 @@
 
 namespace scree {
 
-// Calls visit(row, other) for the pairs at rest of a shape or of the one that had its slot before; `other` is
-// the pair's other shape. In no order; `visit` must not add or remove rows.
+// Calls visit(row, other) for the resting pairs of a shape, or of the one that had its slot before; `other`
+// is the pair's other shape. In no order; `visit` must not add or remove rows.
 template <class Visit>
 void for_each_resting(WorldData& data, std::int32_t shape, Visit&& visit) {
   Contacts& contacts = data.contacts;
@@ -26,13 +26,13 @@ void for_each_resting(WorldData& data, std::int32_t shape, Visit&& visit) {
   }
 }
 
-// Adds rows behind the others, which do not touch as far as events tell. The columns of axes have as many
-// rows as those of pairs, or none.
+// Appends rows. For events they do not touch. The columns of axes have as many rows as those of pairs, or
+// none.
 void add_resting(WorldData& data, const PairRows& more);
-// Takes out the rows with these numbers, which ascend. What they touch must have been moved to
+// Removes the rows with these numbers, which ascend. Their touch rows must have been moved to
 // Events::touching.
 void remove_resting(WorldData& data, const Column<std::int32_t>& rows);
-// Makes the lists of all shapes anew, whatever stands in them.
+// Rebuilds the lists of all shapes.
 void link_resting(WorldData& data);
 
 }  // namespace scree

@@ -1,6 +1,5 @@
-// Rotations by angles. Sines and arcs are sums of our own in double precision, so that a program which places
-// bodies by them gives the same scene everywhere: results of the platform's functions differ from one to the
-// next.
+// Makes rotations from angles. Sines and arcs are sums of our own in double precision, because results of the
+// platforms' functions differ: a program that places bodies by them gets the same scene everywhere.
 #include <core/world/fp_environment.h>
 #include <scree/math.h>
 

@@ -20,7 +20,7 @@ struct ShapeRow {
   std::int32_t shape;
   std::size_t row;
   std::int32_t body;
-  FpEnvironment environment{};  // the call's arithmetic is ours, whatever rounding the caller likes
+  FpEnvironment environment{};  // not the caller's rounding
 };
 
 ShapeRow at(Call call, const std::unique_ptr<WorldData>& owner, ShapeId id) {
@@ -40,7 +40,7 @@ BodyMass mass_after_change(Call call, const ShapeRow& s, std::span<const ShapeFo
   return mass_after(call, s.data, s.body, given_type(bodies, s.body), bodies.flags[s.body], {s.shape, forms});
 }
 
-// A shape that collides otherwise than before: its pairs are found anew, its neighbors wake.
+// The shape collides in another way now: finds its pairs again, and wakes its neighbors.
 void reconsider(const ShapeRow& s, std::uint8_t flags) {
   mark_dirty(s.shapes, s.shape, flags);
   request_wake(s.data, s.shape);
@@ -124,7 +124,7 @@ ShapeId World::add_shape(BodyId body, const Geometry& geometry, const Material& 
   constexpr Call call{"add_shape"};
   const FpEnvironment environment;
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::add_shape> telling(data, body, geometry, material, options);
+  const CallRecord<RecordedCall::add_shape> call_record(data, body, geometry, material, options);
   const std::int32_t row = checked_row(call, data.bodies, body);
   const ShapeDef def{geometry, material, options};
   ShapeId id;
@@ -140,7 +140,7 @@ void World::add_shapes(BodyId body, std::span<const ShapeDef> defs, std::span<Sh
                    " definitions");
   }
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::add_shapes> telling(data, body, defs);
+  const CallRecord<RecordedCall::add_shapes> call_record(data, body, defs);
   const std::int32_t row = checked_row(call, data.bodies, body);
   if (!defs.empty()) add(call, data, row, defs, ids);
 }
@@ -148,11 +148,11 @@ void World::add_shapes(BodyId body, std::span<const ShapeDef> defs, std::span<Sh
 void World::destroy_shape(ShapeId shape) {
   constexpr Call call{"destroy_shape"};
   const ShapeRow s = at(call, data_, shape);
-  const Telling<RecordedCall::destroy_shape> telling(s.data, shape);
+  const CallRecord<RecordedCall::destroy_shape> call_record(s.data, shape);
   const BodyMass mass = mass_after_change(call, s, {});
   follow_change(s.data, s.body, {s.shape, {}});
   unlink_shape(s.data, s.shape);
-  bury_shape(s.data, s.shape);
+  remove_shape(s.data, s.shape);
   apply_mass(s.data, s.body, mass);
   leave_core(s.data, s.body);
   wake_body(s.data, s.body);
@@ -180,7 +180,7 @@ Geometry World::geometry(ShapeId shape) const {
 void World::set_geometry(ShapeId shape, const Geometry& geometry) {
   constexpr Call call{"set_geometry"};
   const ShapeRow s = at(call, data_, shape);
-  const Telling<RecordedCall::set_geometry> telling(s.data, shape, geometry);
+  const CallRecord<RecordedCall::set_geometry> call_record(s.data, shape, geometry);
   check_geometry(call, geometry);
   ShapeForm form = form_of(s);
   form.geometry = geometry;
@@ -212,7 +212,7 @@ Material World::material(ShapeId shape) const {
 void World::set_material(ShapeId shape, const Material& material) {
   constexpr Call call{"set_material"};
   const ShapeRow s = at(call, data_, shape);
-  const Telling<RecordedCall::set_material> telling(s.data, shape, material);
+  const CallRecord<RecordedCall::set_material> call_record(s.data, shape, material);
   check_material(call, material);
   if (material.density != s.shapes.density[s.row]) {
     ShapeForm form = form_of(s);
@@ -235,7 +235,7 @@ Filter World::filter(ShapeId shape) const {
 
 void World::set_filter(ShapeId shape, const Filter& filter) {
   const ShapeRow s = at({"set_filter"}, data_, shape);
-  const Telling<RecordedCall::set_filter> telling(s.data, shape, filter);
+  const CallRecord<RecordedCall::set_filter> call_record(s.data, shape, filter);
   s.shapes.filter[s.row] = filter;
   reconsider(s, kShapeDirty);
 }
@@ -257,7 +257,7 @@ ContactEvents World::contact_events(ShapeId shape) const {
 void World::set_contact_events(ShapeId shape, ContactEvents events) {
   constexpr Call call{"set_contact_events"};
   const ShapeRow s = at(call, data_, shape);
-  const Telling<RecordedCall::set_contact_events> telling(s.data, shape, events);
+  const CallRecord<RecordedCall::set_contact_events> call_record(s.data, shape, events);
   check_events(call, events);
   if (events != s.shapes.events[s.row]) note_asked(s.data.events, s.shape, s.shapes.flags.size());
   s.shapes.asking +=
@@ -274,7 +274,7 @@ void World::set_local_pose(ShapeId shape, const Pose& given) {
   constexpr Call call{"set_local_pose"};
   const ShapeRow s = at(call, data_, shape);
   const Pose pose = given;  // which may be an entry of poses()
-  const Telling<RecordedCall::set_local_pose> telling(s.data, shape, pose);
+  const CallRecord<RecordedCall::set_local_pose> call_record(s.data, shape, pose);
   check_pose(call, "position", "rotation", pose, kMaxLocalPosition);
   ShapeForm form = form_of(s);
   form.local_pose = {pose.position, normalize(pose.rotation)};
@@ -295,7 +295,7 @@ std::uint64_t World::user_data(ShapeId shape) const {
 
 void World::set_user_data(ShapeId shape, std::uint64_t user_data) {
   const ShapeRow s = at({"set_user_data"}, data_, shape);
-  const Telling<RecordedCall::set_shape_user_data> telling(s.data, shape, user_data);
+  const CallRecord<RecordedCall::set_shape_user_data> call_record(s.data, shape, user_data);
   s.shapes.user_data[s.row] = user_data;
 }
 

@@ -1,9 +1,9 @@
-// Waking: calls that can change how something moves wake it.
+// Waking: a call that can change the motion of bodies wakes them.
 //
-// A call wakes the body it names at once. Bodies that touched something that a call moved, changed or
-// destroyed are only requested: finding them means looking through all pairs that move, and those at rest of
-// such shapes, which is done once however many calls there were, by wake_neighbors. The rest of a woken
-// body's island follows in wake_touched_islands.
+// A call wakes the body that it names at once. For bodies that touched a shape that it moved, changed or
+// destroyed it only leaves a request: finding them takes a search of all moving pairs and of the shape's
+// resting pairs, which wake_neighbors does once for all calls. wake_touched_islands then wakes the rest of
+// each island.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -12,7 +12,7 @@
 
 namespace scree {
 
-// Tells refresh_lists that the body may take part otherwise than before.
+// Notes for refresh_lists that the body may take part in another way now.
 inline void note_change(Bodies& bodies, std::int32_t body) {
   bodies.lists_dirty = true;
   bodies.marks.mark(body);
@@ -20,7 +20,7 @@ inline void note_change(Bodies& bodies, std::int32_t body) {
   if (is_changed == 0) bodies.changed.push_back(body);
   is_changed = 1;
 }
-// The same of a shape, which may have come into another tree or must be asked for filters from now on.
+// The same for a shape, which may belong to another tree now or has filters to check from now on.
 inline void note_change(Shapes& shapes, std::int32_t shape) {
   shapes.marks.mark(shape);
   std::uint8_t& is_changed = shapes.is_changed[shape];
@@ -28,15 +28,15 @@ inline void note_change(Shapes& shapes, std::int32_t shape) {
   is_changed = 1;
 }
 void note_shapes(WorldData& data, std::int32_t body);  // all shapes of the body
-// Tells refresh_joints that the joint may have something to solve or no longer. Of those of changed bodies
-// refresh_lists does.
+// Notes for refresh_joints that the joint may have become active or inactive. refresh_lists notes the joints
+// of changed bodies.
 inline void note_change(Joints& joints, std::int32_t joint) {
   std::uint8_t& is_changed = joints.is_changed[joint];
   if (is_changed == 0) joints.changed.push_back(joint);
   is_changed = 1;
 }
 
-// Clears the sleep of a living dynamic body and restarts its timer; nothing happens to other rows.
+// Wakes a living dynamic body and restarts its timer; does nothing to other rows.
 void wake_body(WorldData& data, std::int32_t body);
 
 // The bodies that touch the shape (by the lists of pairs) wake at the next wake_neighbors; where the call

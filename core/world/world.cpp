@@ -1,5 +1,5 @@
-// The world as a whole: its life, its settings, its columns and its memory. Bodies, shapes and bulk creation
-// have files of their own.
+// Calls of World as a whole: creation, settings, columns and memory. Bodies, shapes and bulk creation have
+// files of their own.
 #include <core/state/recording_format/recorded_calls.h>
 #include <core/world/check.h>
 #include <core/world/edit.h>
@@ -54,9 +54,9 @@ const WorldSettings& World::settings() const { return opened({"settings"}, data_
 void World::set_settings(const WorldSettings& settings) {
   constexpr Call call{"set_settings"};
   WorldData& data = opened(call, data_);
-  const Telling<RecordedCall::set_settings> telling(data, settings);
+  const CallRecord<RecordedCall::set_settings> call_record(data, settings);
   check_settings(call, settings);
-  // What rested under the old gravity may fall under the new one; without sleep nobody may rest.
+  // What rested under the old gravity may fall under the new one; without sleep no body may rest.
   const bool wakes =
       settings.gravity != data.settings.gravity || (data.settings.sleeping && !settings.sleeping);
   // A timer may have run to more than the new time for a body that has begun to move.
@@ -110,9 +110,9 @@ std::span<const BodyId> World::restored_bodies() const noexcept {
   return std::as_const(data_->events.restored).span();
 }
 
-std::span<const BodyId> World::frozen_bodies() const noexcept {
+std::span<const BodyId> World::quarantined_bodies() const noexcept {
   if (data_ == nullptr) return {};
-  return std::as_const(data_->events.frozen).span();
+  return std::as_const(data_->events.quarantined).span();
 }
 
 std::span<const BodyId> World::sleep_begins() const noexcept {

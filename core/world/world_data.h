@@ -36,11 +36,11 @@ enum BodyFlag : std::uint8_t {
   kBodyMassGiven = 8,         // mass comes from the caller, inertia from the shapes
   kBodyPropertiesGiven = 16,  // mass, center and inertia come from the caller
   kBodyMarked = 32,           // set and cleared within one call
-  // Frozen: the state became non-finite. Takes part as a fixed body until a call thaws it, but was given as
-  // ...
-  kBodyFrozenDynamic = 64,
-  kBodyFrozenKinematic = 128,
-  kBodyFrozen = kBodyFrozenDynamic | kBodyFrozenKinematic,
+  // In quarantine: the state became non-finite. Takes part as a fixed body until a call ends that, but was
+  // given as ...
+  kBodyQuarantinedDynamic = 64,
+  kBodyQuarantinedKinematic = 128,
+  kBodyQuarantined = kBodyQuarantinedDynamic | kBodyQuarantinedKinematic,
 };
 
 enum class ShapeType : std::uint8_t { sphere, capsule, box, hull };
@@ -124,7 +124,7 @@ struct EventCounts {
 };
 
 inline constexpr unsigned kKnownBodyFlags =
-    kBodyAlive | kBodyAsleep | kBodyCanSleep | kBodyMassGiven | kBodyPropertiesGiven | kBodyFrozen;
+    kBodyAlive | kBodyAsleep | kBodyCanSleep | kBodyMassGiven | kBodyPropertiesGiven | kBodyQuarantined;
 inline constexpr unsigned kKnownShapeFlags = kShapeAlive | kShapeDirty | kShapeNew | kShapeWakes;
 inline constexpr unsigned kKnownJointFlags =
     kJointAlive | kJointEnabled | kJointCollides | kJointBreaks | kJointRich;
@@ -137,9 +137,9 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
 #define SCREE_BODY_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                     \
   ROWS (state,   std::uint32_t,   generation,      /* calls; raised when the body dies */                       \
         not_zero("a living body has none"))                                                                     \
-  ROWS (state,   BodyType,        type,            /* calls, freeze_broken; as it takes part: fixed while frozen */ \
+  ROWS (state,   BodyType,        type,            /* calls, quarantine_bodies; as it takes part */             \
         at_most(BodyType::dynamic, "is no type of bodies"))                                                     \
-  ROWS (state,   std::uint8_t,    flags,           /* calls, islands, freeze_broken; BodyFlag */                \
+  ROWS (state,   std::uint8_t,    flags,           /* calls, islands, quarantine_bodies; BodyFlag */            \
         kTellsLife, known_flags(kKnownBodyFlags, 0))                                                            \
   ROWS (state,   PoseRow,         pose,            /* calls, solve; of the center of mass, in the body's axes */ \
         kHashed, kApart, kVaried, kPlacement)                                                                   \
@@ -174,7 +174,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (derived, std::uint8_t,    unplaced)        /* calls, place_matter; UnplacedFlag */                      \
   ROWS (derived, std::uint8_t,    is_changed)      /* calls, islands; 1: stands in `changed` */                 \
   ROWS (scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */     \
-  ROWS (scratch, std::uint8_t,    touched)         /* solve; TouchFlag */                                       \
+  ROWS (scratch, std::uint8_t,    step_notes)      /* solve; StepNote */                                        \
   ROWS (scratch, DeltaRow,        delta)           /* solve; motion since the step began */                     \
   ROWS (scratch, VelocityRow,     free_velocity)   /* solve; after forces, before this step's impulses */       \
   TABLE(derived, PageMarks,       marks, "bodies") /* all that write state; not in each step of what moves */   \
@@ -314,7 +314,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   VALUE(derived, bool,             resting_order_stale, true) /* find_pairs, contact_forces */                  \
   VALUE(scratch, bool,             list_kept, false) /* find_pairs: the list of pairs is the last one */        \
   VALUE(derived, bool,             by_shape_stale, true) /* step: the lists by shape must be made anew */       \
-  LIST (scratch, std::int32_t,     previous)       /* find_pairs; per pair: its place in the last list, or -1.  \
+  LIST (scratch, std::int32_t,     last_place)     /* find_pairs; per pair: its place in the last list, or -1.  \
                                                       Meaningless while list_kept */                            \
   LIST (state,   ContactForceRow,  forces,         /* collide, store_impulses; by row of `now`; none unless     \
                                                       asked for */                                              \
@@ -385,8 +385,8 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   LIST (scratch, ContactEvent,     begins, kTold)  /* list_contact_events */                                    \
   LIST (scratch, ContactEvent,     persists, kTold) /* list_contact_events */                                   \
   LIST (scratch, ContactEnd,       ends, kTold)    /* list_contact_events */                                    \
-  LIST (scratch, BodyId,           restored, kTold) /* freeze_broken */                                         \
-  LIST (scratch, BodyId,           frozen, kTold)  /* freeze_broken */                                          \
+  LIST (scratch, BodyId,           restored, kTold) /* quarantine_bodies */                                     \
+  LIST (scratch, BodyId,           quarantined, kTold) /* quarantine_bodies */                                  \
   LIST (state,   BodyId,           woken,          /* calls, islands; who has woken since the last step's       \
                                                       lists, in the order of waking */                          \
         saved_in(SheetId::events_woken), each_once(SheetId::bodies),                                            \
@@ -470,15 +470,15 @@ void report_members(const Members& part, const char* store, const Part::Visit& v
 
 SCREE_STORE(WorldData, SCREE_WORLD_MEMBERS)
 
-inline bool is_frozen(const Bodies& bodies, std::int32_t body) {
-  return (bodies.flags[body] & kBodyFrozen) != 0;
+inline bool is_quarantined(const Bodies& bodies, std::int32_t body) {
+  return (bodies.flags[body] & kBodyQuarantined) != 0;
 }
 
 // What the caller made it, whatever it takes part as.
 inline BodyType given_type(const Bodies& bodies, std::int32_t body) {
   const auto row = static_cast<std::size_t>(body);
-  if ((bodies.flags[row] & kBodyFrozen) == 0) return bodies.type[row];
-  return (bodies.flags[row] & kBodyFrozenDynamic) != 0 ? BodyType::dynamic : BodyType::kinematic;
+  if ((bodies.flags[row] & kBodyQuarantined) == 0) return bodies.type[row];
+  return (bodies.flags[row] & kBodyQuarantinedDynamic) != 0 ? BodyType::dynamic : BodyType::kinematic;
 }
 
 // Empties what the caller is told of the last step.

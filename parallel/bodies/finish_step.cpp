@@ -1,5 +1,5 @@
-// The end of a step: the motion since its beginning becomes the new poses, and everything that follows from a
-// pose is made anew: transforms for the caller, bounds for the next pairs, sleep timers, energy.
+// The end of a step: adds the motion of the step to the poses, then updates all that depends on a pose:
+// transforms for the caller, bounds for the next pairs, sleep timers, energy.
 #include <parallel/constraints/constraints.h>
 #include <parallel/stages.h>
 
@@ -14,10 +14,10 @@ constexpr int kBodyChunk = 512;  // bodies of one task
 void finish_step(WorldData& data, float dt, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   Bodies& bodies = data.bodies;
-  const int moving = static_cast<int>(constraints.moving.size());
+  const int moving = static_cast<int>(constraints.moving_bodies.size());
   const std::size_t dynamic_count = bodies.awake.size();
-  constraints.kinetic_energy.resize_discarding(constraints.moving.size());
-  constraints.broken.resize_discarding(constraints.moving.size());
+  constraints.kinetic_energy.resize_discarding(constraints.moving_bodies.size());
+  constraints.non_finite.resize_discarding(constraints.moving_bodies.size());
 
   constraints.finish_sums.resize_discarding(static_cast<std::size_t>((moving + kBodyChunk - 1) / kBodyChunk));
 
@@ -26,9 +26,9 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
     crew.kernels().body.finish(args, begin, end);
     FinishSum sum{};
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      bodies.force[constraints.moving[i]] = ForceRow{};
+      bodies.force[constraints.moving_bodies[i]] = ForceRow{};
       if (i < dynamic_count) sum.kinetic_energy += static_cast<double>(constraints.kinetic_energy[i]);
-      sum.restored += constraints.broken[i];
+      sum.restored += constraints.non_finite[i];
     }
     constraints.finish_sums[begin / kBodyChunk] = sum;
   });
@@ -44,7 +44,7 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   data.stats.awake_bodies = static_cast<std::int64_t>(dynamic_count);
   update_bounds(data, dt, crew);
   if (data.stats.restored_bodies > 0) {
-    freeze_broken(data);
+    quarantine_bodies(data);
     data.recording.hash.reset();
   }
 }

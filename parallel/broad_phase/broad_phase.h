@@ -1,4 +1,5 @@
-// BroadPhase: what finding pairs remembers between steps. Looked into by update_bounds and find_pairs only.
+// BroadPhase: the trees and lists that finding pairs keeps between steps. Only update_bounds, find_pairs and
+// sweep_fast_bodies use it.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -39,9 +40,9 @@ inline int leaf_blocks(const PairTree& tree) { return static_cast<int>(tree.orde
 // No shape is in it; the memory stays.
 inline void clear_tree(PairTree& tree) noexcept { tree.forget(ColumnKind::derived); }
 
-// Which of its trees a shape is in. What is frozen stands in one of several: who arrives comes into the small
-// one, which goes into the next larger one when it is full, and so on. So an arrival costs little however
-// many are there already, and joins have few trees to ask.
+// The tree that a shape is in. Frozen shapes, which are fixed or asleep, have several: a new one goes into
+// the smallest, and a full tree is merged into the next larger one. So an arrival costs little however many
+// shapes there are, and joins visit few trees.
 enum TreeIndex : std::uint8_t {
   kNoTree = 0,
   kAwakeTree = 1,
@@ -50,7 +51,7 @@ enum TreeIndex : std::uint8_t {
 };
 inline constexpr int kFrozenTrees = 9;
 inline constexpr int kPairTrees = kFrozenTree + kFrozenTrees;
-inline constexpr std::uint8_t kArriving = 0xff;  // will come into one of the frozen trees
+inline constexpr std::uint8_t kArriving = 0xff;  // waits for a place in one of the frozen trees
 
 inline bool is_frozen_tree(std::uint8_t tree) { return tree >= kFrozenTree; }
 
@@ -114,18 +115,18 @@ using FoundPairs = std::vector<Column<ShapePair>>;
   LIST (scratch, std::int32_t,  others)         /* larger shapes of the pairs, grouped by owner */              \
   LIST (scratch, ShapePair,     sorted)         /* the new list */                                              \
   LIST (scratch, std::int32_t,  lost)           /* contacts whose pairs are not in the new list */              \
-  LIST (scratch, std::int32_t,  moving)         /* places in a list: pairs not of two frozen shapes ... */      \
-  LIST (scratch, std::int32_t,  frozen)         /* ... and of two */                                            \
+  LIST (scratch, std::int32_t,  moving_pairs)   /* places in a list: pairs not of two frozen shapes ... */      \
+  LIST (scratch, std::int32_t,  frozen_pairs)   /* ... and of two */                                            \
   LIST (scratch, std::int32_t,  by_pair)        /* places in `resting` in the order of their pairs */           \
-  LIST (scratch, std::int32_t,  moving_previous) /* Contacts::previous of `moving` */                           \
+  LIST (scratch, std::int32_t,  moving_last_place) /* Contacts::last_place of `moving_pairs` */                 \
   TABLE(scratch, PairRows,      pulled, "broad_phase") /* rows on their way from or to `resting` */             \
   LIST (scratch, std::int32_t,  places)         /* of list_where */
 // clang-format on
 SCREE_PART(BroadPhase, SCREE_BROAD_PHASE_MEMBERS)
 
-// What may be met without moving: fixed shapes that calls have just put somewhere stand with the kinematic
-// ones for one step.
-inline std::span<const PairTree> resting_trees(const BroadPhase& broad_phase) {
+// The trees that fast bodies are swept against: kinematic and frozen shapes. A fixed shape that a call has
+// just created or moved is in the kinematic tree for one step.
+inline std::span<const PairTree> obstacle_trees(const BroadPhase& broad_phase) {
   return std::span(broad_phase.trees).subspan(kKinematicTree);
 }
 inline std::span<const PairTree> frozen_trees(const BroadPhase& broad_phase) {
@@ -140,28 +141,27 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
 // Whether filters, bodies and their types let two shapes collide.
 bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b);
 
-// Brings the changed shapes into the trees that they belong to; returns whether any has come into another one
-// since the last list. Trees of what moves are marked and made by refit_trees, those of frozen shapes are
-// made at once.
+// Moves the changed shapes into the trees that they belong to; returns whether any has changed its tree since
+// the last list. Rebuilds the trees of frozen shapes at once, and marks the others for refit_trees.
 bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew);
-// Makes the trees of what moves fit the bounds.
+// Makes the trees of awake and kinematic shapes fit their bounds.
 void refit_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew);
-// Orders `gathered` along the curve: that is the tree's order then.
+// Sorts `gathered` along the curve, as the tree's new order.
 void sort_gathered(const WorldData& data, BroadPhase& broad_phase, PairTree& tree, Crew& crew);
-// The same of those that stand along the curve already.
+// The same for shapes that are in this order already.
 void take_gathered(const BroadPhase& broad_phase, PairTree& tree, Crew& crew);
-// Makes the boxes of all blocks of the tree's order.
+// Computes the boxes of all blocks of the tree's order.
 void refit_tree(const WorldData& data, PairTree& tree, Crew& crew);
-// Makes the boxes of one leaf and all above it.
+// Computes the boxes of one leaf and of all nodes above it.
 void refit_leaf(const WorldData& data, PairTree& tree, std::int32_t block, Crew& crew);
-// trees -> found; with `carry` also the pairs of the last list whose shapes are both frozen still. Returns
+// trees -> found; with `carry` also the pairs of the last list whose shapes are both still frozen. Returns
 // the number of pairs.
 std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Crew& crew);
 // found -> sorted.
 void sort_pairs(BroadPhase& broad_phase, std::size_t shapes, std::int64_t pairs, Crew& crew);
 
-// Ascending by the bits of the keys of `rows`; `other` has the same length and is overwritten. Returns the
-// one that holds the result.
+// Sorts `rows` ascending by the bits of their keys. `other` has the same length and is overwritten. Returns
+// the array that holds the result.
 SortKey* sort_by_key(SortKey* rows, SortKey* other, std::int32_t count, Column<std::uint32_t>& digit_counts,
                      Crew& crew);
 ShapePair* sort_by_key(ShapePair* rows, ShapePair* other, std::int32_t count,
@@ -170,6 +170,6 @@ ShapePair* sort_by_key(ShapePair* rows, ShapePair* other, std::int32_t count,
 // Sorts numbers of rows by the pairs of these rows, no two of which are the same.
 void sort_by_pair(BroadPhase& broad_phase, const Column<ShapePair>& pair_of, Column<std::int32_t>& rows,
                   Crew& crew);
-inline constexpr std::size_t kSortedMemory = 65536;  // keys; what more took to sort is given back
+inline constexpr std::size_t kSortedMemory = 65536;  // keys; memory for more of them is freed after sorting
 
 }  // namespace scree

@@ -1,13 +1,13 @@
-// Pairs: bounds -> the list of candidate pairs, sorted by (a, b), a < b, and where each stood in the last
-// list.
+// Finds pairs: bounds -> the list of candidate pairs, sorted by (a, b), a < b, and the place of each in the
+// last list.
 //
-// While no shape leaves its fat bounds and no call changes anything, the list is kept. Otherwise it is made
-// anew, from trees of awake, kinematic and frozen shapes that are joined with one another: what a new list
-// contains depends on the bounds alone, never on the trees' order or on how the work was cut.
+// Keeps the list while no shape leaves its fat bounds and no call changes anything. Else joins the trees of
+// awake, kinematic and frozen shapes into a new list. It depends on the bounds alone, never on the order in
+// the trees or on how the work was split.
 //
-// Pairs of two frozen shapes rest in rows of their own, which cost nothing until a shape of theirs wakes or
-// is changed by a call. Then these are pulled out before the new list is made, and those of the new list that
-// rest are put there: what does not change is not looked at.
+// Pairs of two frozen shapes rest in rows of their own. These cost nothing until one of their shapes wakes or
+// a call changes it: then they are pulled out of `resting` before the new list is made. Pairs of the new list
+// whose shapes are both frozen go there. The other resting pairs are not read.
 #include <core/world/resting_pairs.h>
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/broad_phase/merge_pairs.h>
@@ -28,7 +28,7 @@ constexpr std::size_t kRowsPerShape = 16;  // at rest, which cost as much to pas
 bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
   const Column<ShapePair>& last = data.contacts.pairs.pair;
   const Column<ShapePair>& list = broad_phase.sorted;
-  Column<std::int32_t>& previous = data.contacts.previous;
+  Column<std::int32_t>& previous = data.contacts.last_place;
   previous.resize_discarding(list.size());
   const bool some_new = !broad_phase.dirty.empty();
   std::atomic<bool> same{list.size() == last.size()};
@@ -53,8 +53,8 @@ bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
   return same.load(std::memory_order_relaxed);
 }
 
-// Makes the new list `pairs` and the last one `pairs_before`. Contacts stay where they are: their pairs take
-// their numbers along, and those that nobody takes become free.
+// Makes the new list `pairs` and the last one `pairs_before`. Contacts stay in their rows: their pairs keep
+// the numbers, and rows of pairs that are gone become free.
 void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   std::swap(contacts.pairs, contacts.pairs_before);
@@ -67,8 +67,8 @@ void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   pairs.axis.resize_discarding(hulls ? count : 0);
   crew.run_ranges(static_cast<int>(count), kPairsPerChunk, [&](int begin, int end, int) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const bool known = contacts.previous[i] >= 0;
-      const auto row = static_cast<std::size_t>(contacts.previous[i]);
+      const bool known = contacts.last_place[i] >= 0;
+      const auto row = static_cast<std::size_t>(contacts.last_place[i]);
       pairs.contact[i] = known ? std::exchange(before.contact[row], -1) : -1;
       if (hulls) pairs.axis[i] = known && !before.axis.empty() ? before.axis[row] : ContactAxis{};
     }
@@ -105,13 +105,13 @@ std::int64_t count_contacts(const PairRows& rows) {
                        [](std::int32_t contact) { return contact >= 0; });
 }
 
-// Lists the rows of `resting` that can not stay there, ascending: of shapes that have left the frozen trees
-// or been changed by a call. These are looked through, or all rows where that is no more, or nobody knows
-// them.
+// Lists the rows of `resting` that cannot stay there, ascending: their shapes have left the frozen trees, or
+// a call has changed them. Reads the lists of these shapes, or all rows where that is less work or the shapes
+// are not known.
 void list_leaving(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const Column<ShapePair>& resting = contacts.resting.pair;
-  Column<std::int32_t>& leaving = broad_phase.frozen;
+  Column<std::int32_t>& leaving = broad_phase.frozen_pairs;
   const auto leaves = [&](std::int32_t shape) {
     const auto row = static_cast<std::size_t>(shape);
     return !is_frozen_tree(broad_phase.tree_of[row]) || broad_phase.is_dirty[row] != 0;
@@ -132,20 +132,20 @@ void list_leaving(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   std::sort(leaving.begin(), leaving.end());
 }
 
-// Takes the pairs that can not go on resting as they are out of `resting`: one of the shapes has left its
-// tree or been changed by a call. They are pairs of the last list again. Returns whether there are any.
+// Moves the pairs of which a shape has left its tree or was changed by a call from `resting` back into the
+// last list. Returns whether there are any.
 bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   PairRows& pulled = broad_phase.pulled;
   if (contacts.resting.pair.empty() || (broad_phase.leavers.empty() && !broad_phase.all_left)) return false;
   list_leaving(data, broad_phase, crew);
-  if (broad_phase.frozen.empty()) return false;
-  broad_phase.by_pair.resize_discarding(broad_phase.frozen.size());
-  std::copy(broad_phase.frozen.begin(), broad_phase.frozen.end(), broad_phase.by_pair.begin());
+  if (broad_phase.frozen_pairs.empty()) return false;
+  broad_phase.by_pair.resize_discarding(broad_phase.frozen_pairs.size());
+  std::copy(broad_phase.frozen_pairs.begin(), broad_phase.frozen_pairs.end(), broad_phase.by_pair.begin());
   sort_by_pair(broad_phase, contacts.resting.pair, broad_phase.by_pair, crew);
   gather_rows(contacts.resting, broad_phase.by_pair, pulled, crew);
   move_touching(data, broad_phase.by_pair);
-  remove_resting(data, broad_phase.frozen);
+  remove_resting(data, broad_phase.frozen_pairs);
   contacts.resting_contacts -= count_contacts(pulled);
   PairRows& all = contacts.pairs_before;
   const PairRows* const lists[] = {&contacts.pairs, &pulled};
@@ -164,29 +164,29 @@ bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   return true;
 }
 
-// The pairs of two frozen shapes go from `pairs` to `resting`; `previous` goes along with the others.
+// Moves the pairs of two frozen shapes from `pairs` to `resting`; `last_place` follows the others.
 void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const Column<ShapePair>& all = contacts.pairs.pair;
   const auto rests = [&](std::size_t row) {
     return is_frozen_tree(broad_phase.tree_of[all[row].a]) && is_frozen_tree(broad_phase.tree_of[all[row].b]);
   };
-  list_where(crew, all.size(), broad_phase.places, broad_phase.frozen, rests);
-  if (broad_phase.frozen.empty()) return;
-  list_where(crew, all.size(), broad_phase.places, broad_phase.moving,
+  list_where(crew, all.size(), broad_phase.places, broad_phase.frozen_pairs, rests);
+  if (broad_phase.frozen_pairs.empty()) return;
+  list_where(crew, all.size(), broad_phase.places, broad_phase.moving_pairs,
              [&](std::size_t row) { return !rests(row); });
-  gather_rows(contacts.pairs, broad_phase.frozen, broad_phase.pulled, crew);
-  gather_rows(contacts.pairs, broad_phase.moving, contacts.pairs_before, crew);
+  gather_rows(contacts.pairs, broad_phase.frozen_pairs, broad_phase.pulled, crew);
+  gather_rows(contacts.pairs, broad_phase.moving_pairs, contacts.pairs_before, crew);
   std::swap(contacts.pairs, contacts.pairs_before);
   add_resting(data, broad_phase.pulled);
   contacts.resting_contacts += count_contacts(broad_phase.pulled);
-  const Column<std::int32_t>& moving = broad_phase.moving;
-  broad_phase.moving_previous.resize_discarding(moving.size());
+  const Column<std::int32_t>& moving = broad_phase.moving_pairs;
+  broad_phase.moving_last_place.resize_discarding(moving.size());
   crew.run_ranges(static_cast<int>(moving.size()), kPairsPerChunk, [&](int begin, int end, int) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      broad_phase.moving_previous[i] = contacts.previous[moving[i]];
+      broad_phase.moving_last_place[i] = contacts.last_place[moving[i]];
   });
-  contacts.previous.swap(broad_phase.moving_previous);
+  contacts.last_place.swap(broad_phase.moving_last_place);
 }
 
 // Fixed shapes that a call has made or moved may lie on sleepers, and frozen trees are not joined with one

@@ -1,5 +1,5 @@
-// Joins of the broad phase: trees -> pairs, unordered and chunk by chunk, for sort_pairs. Pairs between two
-// frozen shapes are not looked for; those of the last list are carried over while both stay frozen.
+// Joins of the broad phase: trees -> unsorted pairs, chunk by chunk, for sort_pairs. Frozen trees are not
+// joined with one another: pairs of two frozen shapes are carried over from the last list.
 #include <core/constraints/joint_rows.h>
 #include <core/world/pair_key.h>
 #include <parallel/broad_phase/broad_phase.h>
@@ -84,7 +84,7 @@ bool holds_apart(const Joints& joints, std::int32_t joint, std::int32_t body_a, 
          ((ends.a == body_a && ends.b == body_b) || (ends.a == body_b && ends.b == body_a));
 }
 
-// By a joint whose bodies do not collide: it is in the lists of both, so the shorter one will do.
+// By a joint whose bodies do not collide. It is in the lists of both, so the shorter list suffices.
 bool are_held_apart(const WorldData& data, std::int32_t body_a, std::int32_t body_b) {
   const Joints& joints = data.joints;
   std::int32_t of_a = data.bodies.first_joint[body_a];

@@ -1,10 +1,10 @@
-// Members of the broad phase's trees: who belongs to which. Written: BroadPhase::tree_of, slot_of and the
-// trees of frozen shapes; those of what moves are only told who comes and goes.
+// Members of the broad phase's trees: moves shapes between trees. Writes BroadPhase::tree_of, slot_of and the
+// trees of frozen shapes; of the other trees only the lists of members.
 //
-// The frozen shapes stand in trees of 64, 512, 4096 ... (J. L. Bentley and J. B. Saxe, "Decomposable
-// searching problems I: static-to-dynamic transformation", 1980): arrivals are put into the first one that
-// holds them together with all smaller ones, which are empty then. Who leaves leaves a hole. So a shape is
-// sorted anew only a few times in its life, and the work follows the number of those who come and go.
+// Frozen shapes are kept in trees of 64, 512, 4096 ... shapes (J. L. Bentley and J. B. Saxe, "Decomposable
+// searching problems I: static-to-dynamic transformation", 1980). Arrivals go into the first tree that can
+// hold them together with all smaller trees, which it empties. A shape that leaves leaves a hole. So a shape
+// is sorted only a few times, and the work depends on how many arrive and leave.
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/crew/list_where.h>
 
@@ -34,7 +34,7 @@ TreeKind kind_of_tree(std::uint8_t tree) {
 static_assert(static_cast<int>(TreeKind::awake) == kAwakeTree);
 static_assert(static_cast<int>(TreeKind::kinematic) == kKinematicTree);
 
-// Nobody has noted who has changed.
+// The changed shapes are not known.
 void compare_all(const Shapes& shapes, BroadPhase& broad_phase, Crew& crew) {
   list_where(crew, shapes.flags.size(), broad_phase.places, broad_phase.part, [&](std::size_t shape) {
     return kind_of(shapes, shape) != kind_of_tree(broad_phase.tree_of[shape]);
@@ -100,7 +100,7 @@ void append_members(PairTree& tree, const Column<std::int32_t>& joined) {
   if (tree.appended * std::int64_t{8} > tree.members) tree.unsorted = true;
 }
 
-// Boxes of the leaves that somebody has left, each once. Trees that have become empty are cleared.
+// Recomputes the boxes of the leaves that shapes have left, each once. Clears trees that have become empty.
 void close_ranks(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   using LeafOf = TreeLeaf;
   Column<LeafOf>& thinned = broad_phase.thinned;
@@ -122,7 +122,7 @@ void close_ranks(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   }
 }
 
-// Lets the arrivals into the free places of the smallest tree.
+// Puts the arrivals into the free places of the smallest tree.
 void fill_smallest(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   PairTree& tree = broad_phase.trees[kFrozenTree];
   while (tree.order.size() < static_cast<std::size_t>(kSmallestTree)) tree.order.push_back(-1);
@@ -181,9 +181,9 @@ void merge_trees(const WorldData& data, BroadPhase& broad_phase, int last, int l
   settle_members(data, broad_phase, level, crew);
 }
 
-// Whether the arrivals get a tree for themselves, in the order in which they stood in that of awake shapes:
-// they have fallen asleep together, and nobody stands in the tree of their size. Most of the time would go
-// into sorting them along the same curve again.
+// Whether the arrivals get a tree of their own, in the order that they had among awake shapes: they have
+// fallen asleep together, and the tree of their size is empty. Sorting them along the same curve again would
+// take most of the time.
 bool keep_order(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const PairTree& awake = broad_phase.trees[kAwakeTree];
   const std::size_t count = broad_phase.arrivals.size();

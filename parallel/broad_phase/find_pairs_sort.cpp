@@ -1,9 +1,9 @@
-// Order for the broad phase: the canonical list of pairs from the join's unordered chunks, and a radix sort
-// for places along the curve, for long rows and for rows of pairs that lie in no order.
+// Sorting for the broad phase: the canonical list of pairs from the unsorted chunks of the join, and a radix
+// sort for places along the curve, for long rows and for unsorted rows of pairs.
 //
-// The list is grouped into buckets by the smaller shape (the owner), each bucket is counted out by owner, and
-// each owner's short row is ranked by comparing everybody with everybody. Keys are unique, so the result does
-// not depend on how the join was cut.
+// Groups the pairs into buckets by their smaller shape (the owner), sorts each bucket by owner with a
+// counting sort, and ranks each owner's short row by comparing all of its entries. Keys are unique, so the
+// result does not depend on how the join was split.
 #include <core/world/pair_key.h>
 #include <parallel/broad_phase/broad_phase.h>
 
@@ -217,7 +217,7 @@ void sort_pairs(BroadPhase& broad_phase, std::size_t shapes, std::int64_t pairs,
     return;
   }
   const Buckets buckets = choose_buckets(shapes);
-  // Kernels read a block beyond a bucket's last row: nobody else may write there.
+  // Kernels read a block beyond a bucket's last row, so no other thread may write there.
   broad_phase.others.resize_discarding(count + buckets.count * simd::kBlock);
   scatter_pairs(broad_phase, buckets, crew);
   broad_phase.bucket_is_heavy.resize_discarding(buckets.count);

@@ -1,5 +1,5 @@
-// Trees of the broad phase: their order and their boxes. Who belongs to which is find_pairs_members.cpp's.
-// Read by the join.
+// Trees of the broad phase: sorts their members and computes their boxes, for the join.
+// find_pairs_members.cpp chooses the members.
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/crew/list_where.h>
 
@@ -199,7 +199,7 @@ void gather_members(BroadPhase& broad_phase, std::uint8_t index, Crew& crew) {
       [&](std::size_t i) { return tree.order[i]; });
 }
 
-// Takes those who have left out of the order of a tree of what moves.
+// Removes the shapes that have left from the order of a tree of awake or kinematic shapes.
 void drop_lost(BroadPhase& broad_phase, std::uint8_t index, Crew& crew) {
   PairTree& tree = broad_phase.trees[index];
   crew.run_ranges(static_cast<int>(tree.order.size()), kShapesPerChunk, [&](int first, int last, int) {

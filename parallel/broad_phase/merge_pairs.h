@@ -1,5 +1,5 @@
-// Two sorted lists of pairs that have no pair in common, gone over as one. Cut along the longer list, so that
-// what is put where depends on the lists alone.
+// Merges two sorted lists of pairs that have no pair in common. Splits the work along the longer list, so
+// that the result depends on the lists alone.
 #pragma once
 
 #include <core/world/pair_key.h>

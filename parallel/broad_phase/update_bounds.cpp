@@ -1,7 +1,8 @@
-// Bounds: poses of bodies -> poses and fat bounds of shapes, and whether any shape left its fat bounds.
+// Updates bounds: poses of bodies -> poses and fat bounds of shapes, and whether any shape left its fat
+// bounds.
 //
-// Runs at the end of each step over the shapes that may have moved, and before pairs are found over the
-// shapes that calls changed. Read by find_pairs, which keeps its list while nobody left.
+// Runs at the end of each step for the shapes that may have moved, and before find_pairs for the shapes that
+// calls have changed. find_pairs keeps its list while no shape leaves its fat bounds.
 #include <core/state/hash.h>
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/stages.h>

@@ -1,4 +1,5 @@
-// Joints whose reaction in a substep was above their strength: they are disabled, and listed for the caller.
+// Breaks joints: disables those whose reaction in a substep was above their strength, and lists them for the
+// caller.
 #include <core/world/edit.h>
 #include <parallel/constraints/constraints.h>
 #include <parallel/crew/crew.h>

@@ -1,8 +1,8 @@
-// Coloring of many new contacts at once: level by level over a grid of cells.
+// Colors many new contacts at once: level by level over a grid of cells.
 //
-// At level 0 come the contacts whose bodies lie in one cell, cells in parallel; each further level joins two
-// cells along every axis into one and takes the contacts that lie within it and within none of its parts. No
-// two cells of a level share a body, and within a cell the order is that of their pairs, so that the
+// Level 0 colors the contacts whose bodies lie in one cell, all cells in parallel. Each further level merges
+// two cells along every axis into one, and colors the contacts that lie within it and within none of its
+// parts. No two cells of a level share a body, and within a cell the order is that of the pairs. So the
 // colors depend on the scene alone.
 #include <parallel/constraints/coloring.h>
 
@@ -21,7 +21,7 @@ constexpr std::int32_t kMaxCells = 4096;  // at level 0: keys of the counting so
 
 constexpr std::int32_t kMaxCuts = 1024;  // of the longest extent
 constexpr int kMaxLevels = 16;
-constexpr float kMaxExtent = 1e30f;  // m; finite, whatever the bodies do
+constexpr float kMaxExtent = 1e30f;  // m; keeps the grid finite
 
 using Cell = std::array<std::int32_t, 3>;
 

@@ -1,12 +1,13 @@
-// Coloring: gives every touching contact and active joint a color such that no two constraints of one color
-// share a dynamic body.
+// Colors constraints: gives every touching contact and active joint a color such that no two constraints of
+// one color share a dynamic body.
 //
 // A contact keeps its color while it touches, so that one new contact does not reshuffle the Gauss-Seidel
-// order of a resting pile; new ones take the lowest free color in the order of their pairs. Contacts
-// against bodies that cannot be pushed have colors of their own and are solved last. Hubs, the bodies of many
-// contacts, block no colors: their contacts are colored by the other body alone, and are solved in groups
-// (see simd/constraints/constraint_block.h). So are those that a body has beyond its colors with bodies that
-// cannot be pushed.
+// order of a resting pile. New ones take the lowest free color in the order of their pairs. Contacts against
+// bodies that cannot be pushed have colors of their own and are solved last.
+//
+// Hubs, which are bodies with many contacts, block no colors: their contacts are colored by the other body
+// alone, and are solved in groups (see simd/constraints/constraint_block.h). A body with more contacts
+// against bodies that cannot be pushed than there are colors has the rest of them solved in groups, too.
 #include <parallel/constraints/coloring.h>
 #include <parallel/stages.h>
 

@@ -1,5 +1,5 @@
-// What the parts of the coloring share: which masks a constraint's color must be free in, and how it takes
-// one. Used by color_constraints.cpp and color_cells.cpp only.
+// What the two sources of the coloring share: the masks in which a constraint's color must be free, and how
+// it takes a color. Private to color_constraints.cpp and color_cells.cpp.
 #pragma once
 
 #include <parallel/constraints/constraints.h>

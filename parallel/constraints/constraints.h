@@ -1,7 +1,7 @@
-// Constraints: contacts and joints by color, packed into wide blocks. Made anew each step, but for the colors
-// themselves, which stay with their contacts (ContactRows::color) and joints.
+// Constraints: contacts and joints by color, packed into wide blocks. Each step rebuilds all of it except the
+// colors, which stay with their contacts (ContactRows::color) and joints.
 //
-// color_constraints writes the colors, pack_blocks everything else, solve and store_impulses read it.
+// color_constraints writes the colors, pack_blocks the rest; solve and store_impulses read it.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -11,16 +11,16 @@
 namespace scree {
 
 inline constexpr int kColorLimit = 64;              // colors of one kind: bits of a body's mask
-inline constexpr int kHubColorLimit = 8;            // likewise of contacts with hubs
+inline constexpr int kHubColorLimit = 8;            // the same for contacts with hubs
 inline constexpr std::uint8_t kOverflowColor = 64;  // no color was free: solved level by level
-// Likewise against a body that can not be pushed: solved in groups, as those of a hub are.
+// No static color was free: solved in groups, as constraints of a hub are.
 inline constexpr std::uint8_t kStaticHubColor = 65;
 
-// Constraints with other bodies that can be pushed from which a body is a hub. Eight bodies of 1,300 contacts
-// would otherwise use up all colors, most of them for a handful of contacts.
+// A body with more constraints than this, with other bodies that can be pushed, is a hub. Without hubs, eight
+// bodies of 1,300 contacts use up all colors, most of them for a handful of contacts.
 inline constexpr std::int32_t kHubDegree = 32;
 
-// Which bodies of a constraint keep it from sharing a color with others.
+// The bodies of a constraint whose other constraints must have other colors.
 enum class EdgeKind : std::uint8_t {
   dynamic,   // both
   pushed_b,  // B: A cannot be pushed
@@ -31,7 +31,7 @@ enum class EdgeKind : std::uint8_t {
 
 // A touching contact or an active joint, as coloring and packing see it.
 struct Edge {
-  std::int32_t body_a;  // where one can not be pushed it is A, whatever the joint calls it
+  std::int32_t body_a;  // a body that cannot be pushed is A, even if it is the joint's b
   std::int32_t body_b;
   std::uint16_t info;  // Manifold::info; of joints the number of their kind, see joint_kind
   std::uint8_t color;
@@ -47,11 +47,11 @@ struct BodyColors {
   std::int32_t number;  // pack_blocks; of a hub among those of a key, else -1
 };
 
-// One stage of the solver: chunks [first_chunk, first_chunk + chunk_count) have no dynamic body in common, or
-// are run in their order by one thread. Within a chunk only a hub comes twice.
+// One stage of the solver. Its chunks, some of contacts and some of joints, have no dynamic body in common,
+// or one thread runs them in order. Within a chunk only a hub comes twice.
 struct ColorStage {
-  std::int32_t first_chunk;  // of contacts
-  std::int32_t chunk_count;
+  std::int32_t first_contact_chunk;
+  std::int32_t contact_chunk_count;
   std::int32_t first_joint_chunk;
   std::int32_t joint_chunk_count;
   bool serial;
@@ -83,7 +83,7 @@ SCREE_STORE(KeyTable, SCREE_KEY_TABLE_MEMBERS)
 // What joints of one block have in common, and its number.
 struct JointKind {
   int variant;           // simd::joint_variant
-  simd::BodySide fixed;  // which body can not be pushed
+  simd::BodySide fixed;  // which body cannot be pushed
   bool breaks;
 };
 inline constexpr int kJointBlockKinds = simd::kJointVariants * 6;
@@ -122,11 +122,11 @@ struct JointKindSet {
   LIST (scratch, simd::ConstraintChunk, joint_chunks) /* pack_blocks */                                         \
   LIST (scratch, JointKindSet, joint_kinds)     /* pack_blocks; that occur, by part of the joints */            \
   LIST (scratch, std::int32_t, breaking_chunks) /* break_joints; of joint_chunks */                             \
-  LIST (scratch, std::int32_t, rows)            /* pack_blocks; contact rows in lane order */                   \
+  LIST (scratch, std::int32_t, contact_rows)    /* pack_blocks; rows of contacts in lane order */               \
   LIST (scratch, std::int32_t, hub_counts)      /* pack_blocks; by hub */                                       \
   LIST (scratch, std::int32_t, hub_rows)        /* pack_blocks; rows of one hub color, sorted by hub */         \
   LIST (scratch, char,         blocks)          /* prepare and the sweeps */                                    \
-  LIST (scratch, simd::ConstraintChunk, chunks) /* pack_blocks */                                               \
+  LIST (scratch, simd::ConstraintChunk, contact_chunks) /* pack_blocks */                                       \
   LIST (scratch, ColorStage,   stages)          /* pack_blocks; in the order in which they are solved */        \
   LIST (scratch, float,        parts_a)         /* solve; of joints; JointArgs::parts_a */                      \
   LIST (scratch, float,        parts_b)         /* solve; of joints; JointArgs::parts_b */                      \
@@ -137,10 +137,10 @@ struct JointKindSet {
   LIST (scratch, float,        force_sum)       /* solve; by lane, if forces are asked for */                   \
   LIST (scratch, float,        depth)           /* store_impulses; m by lane, on request */                     \
   LIST (scratch, float,        depths)          /* store_impulses; m, of overlapping manifolds, for the ranking */ \
-  LIST (scratch, std::int32_t, moving)          /* solve; awake dynamic bodies, then kinematic ones */          \
-  LIST (scratch, float,        kinetic_energy)  /* finish_step; J by place in `moving` */                       \
-  LIST (scratch, std::uint8_t, broken)          /* finish_step; by place in `moving` */                         \
-  LIST (scratch, FinishSum,    finish_sums)     /* finish_step; by chunk of `moving` */
+  LIST (scratch, std::int32_t, moving_bodies)   /* solve; awake dynamic bodies, then kinematic ones */          \
+  LIST (scratch, float,        kinetic_energy)  /* finish_step; J by place in `moving_bodies` */                \
+  LIST (scratch, std::uint8_t, non_finite)      /* finish_step; by place in `moving_bodies` */                  \
+  LIST (scratch, FinishSum,    finish_sums)     /* finish_step; by chunk of `moving_bodies` */
 // clang-format on
 SCREE_PART(Constraints, SCREE_CONSTRAINT_MEMBERS)
 

@@ -1,4 +1,5 @@
-// Levels of the overflow; see level_overflow.h. Part of pack_blocks, between counting and placing the keys.
+// Assigns the levels of the overflow; see level_overflow.h. Runs in pack_blocks, between counting and placing
+// the keys.
 #include <parallel/constraints/level_overflow.h>
 #include <parallel/constraints/sort_constraints.h>
 

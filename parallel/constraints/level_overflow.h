@@ -1,10 +1,10 @@
-// Levels of the overflow: which of the constraints that found no color may be solved side by side. Used by
-// pack_blocks.cpp only.
+// Levels of the overflow: which of the constraints without a color may be solved at the same time. Private to
+// pack_blocks.cpp.
 //
-// They are solved kind by kind in the order of their list, each after those before it that share a body with
-// it. Its level is one more than the highest of theirs: constraints of one level share no body, and level by
-// level they come to the same bits as one after the other. Of n bodies in one place, whose contacts are all
-// between hubs, there are some 2 n levels of up to n / 2 contacts.
+// The overflow is solved kind by kind in the order of its list. A constraint waits for the earlier ones that
+// share a body with it, so its level is one more than the highest of theirs. Constraints of one level share
+// no body, so that solving level by level gives the same bits as solving one by one. The contacts of n bodies
+// in one place, which are all between hubs, make some 2 n levels of up to n / 2 contacts.
 #pragma once
 
 #include <parallel/constraints/constraints.h>

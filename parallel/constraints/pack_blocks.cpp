@@ -1,5 +1,5 @@
-// Packing: sorts the touching contacts and the active joints by color and block variant and lays out the
-// blocks. Constraints with hubs are then grouped by hub.
+// Packs blocks: sorts the touching contacts and the active joints by color and block variant, lays out the
+// blocks, and groups constraints with hubs by hub.
 #include <parallel/constraints/level_overflow.h>
 #include <parallel/constraints/sort_constraints.h>
 #include <parallel/stages.h>
@@ -70,7 +70,7 @@ struct Family {
 struct BlockKind {
   int variant;
   simd::BodySide fixed;  // joints only
-  bool breaks;           // likewise
+  bool breaks;           // of joints
   bool rich;             // contacts only
   std::size_t bytes;
 };
@@ -80,15 +80,16 @@ class Layout {
  public:
   Layout(const WorldData& data, Constraints& constraints, const JointKindNumbers& joint_kinds,
          const simd::Kernels& kernels)
-      : contacts{data.contacts.touching,  0, constraints.contact_keys, constraints.rows, constraints.chunks,
-                 &ColorStage::chunk_count},
+      : contacts{data.contacts.touching,     0,
+                 constraints.contact_keys,   constraints.contact_rows,
+                 constraints.contact_chunks, &ColorStage::contact_chunk_count},
         joints{data.joints.active,     data.contacts.touching.size(), constraints.joint_keys,
                constraints.joint_rows, constraints.joint_chunks,      &ColorStage::joint_chunk_count},
         data_(data),
         constraints_(constraints),
         joint_kinds_(joint_kinds),
         kernels_(kernels) {
-    constraints.chunks.clear();
+    constraints.contact_chunks.clear();
     constraints.joint_chunks.clear();
     constraints.stages.clear();
   }
@@ -99,7 +100,7 @@ class Layout {
   void begin_stage(bool serial) {
     Column<ColorStage>& stages = constraints_.stages;
     if (!stages.empty() && serial && stages.back().serial) return;
-    stages.push_back({static_cast<std::int32_t>(constraints_.chunks.size()), 0,
+    stages.push_back({static_cast<std::int32_t>(constraints_.contact_chunks.size()), 0,
                       static_cast<std::int32_t>(constraints_.joint_chunks.size()), 0, serial, false});
   }
 
@@ -285,7 +286,7 @@ void pack_blocks(WorldData& data, Crew& crew) {
   level_overflow(constraints, touching.size(), active.size(), lanes, joint_keys, crew);
   place_keys(lanes, hubs, contact_keys);
   place_keys(lanes, hubs, joint_keys);
-  scatter_rows(constraints, 0, touching, contact_keys, constraints.rows, crew);
+  scatter_rows(constraints, 0, touching, contact_keys, constraints.contact_rows, crew);
   scatter_rows(constraints, touching.size(), active, joint_keys, constraints.joint_rows, crew);
 
   const auto in_color_at = [&](int place) {

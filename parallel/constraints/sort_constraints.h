@@ -1,5 +1,5 @@
-// Sorting constraints by color and block variant: a counting sort in parts of fixed size, so that within a
-// color they keep the order of their list and nothing depends on threads. Used by pack_blocks.cpp only.
+// Sorts constraints by color and block variant: a counting sort in parts of fixed size, which keeps the order
+// of the list within a color and does not depend on threads. Private to pack_blocks.cpp.
 #pragma once
 
 #include <parallel/constraints/constraints.h>
@@ -14,8 +14,8 @@ namespace scree {
 inline constexpr int kSortRows = 4096;  // of a list that one task counts and scatters
 inline constexpr int kMostKinds = kJointBlockKinds;
 
-// Places in the order in which they are solved: the overflow, each hub color with the hub as A and as B, the
-// dynamic colors, the static ones, and what found none of these.
+// Places, in the order of solving: the overflow, each hub color with the hub as A and as B, the dynamic
+// colors, the static ones, and static constraints without a color.
 inline constexpr int kFirstHubPlace = 1;
 inline constexpr int kFirstDynamicPlace = kFirstHubPlace + 2 * kHubColorLimit;
 inline constexpr int kFirstStaticPlace = kFirstDynamicPlace + kColorLimit;
@@ -46,7 +46,7 @@ template <class KindOf>
 std::int64_t count_keys(Constraints& constraints, std::size_t first, const Column<std::int32_t>& list,
                         std::uint32_t mask, KeyTable& table, Crew& crew, KindOf&& kind_of) {
   const int count = static_cast<int>(list.size()), parts = (count + kSortRows - 1) / kSortRows;
-  const int kinds = table.kinds;  // as a copy: the compiler can not know that counts do not change it
+  const int kinds = table.kinds;  // a copy: the compiler cannot know that counts do not change it
   const auto keys = static_cast<std::size_t>(kColorPlaces * kinds);
   table.counts.resize_discarding(static_cast<std::size_t>(parts) * keys);
   table.sums.resize_discarding(static_cast<std::size_t>(parts));
@@ -82,8 +82,8 @@ std::int64_t count_keys(Constraints& constraints, std::size_t first, const Colum
   return std::accumulate(table.sums.begin(), table.sums.end(), std::int64_t{0});
 }
 
-// The hubs that there may be at most, by the constraints that lie where hubs' do. Two hubs may share one, in
-// the overflow only.
+// An upper bound for the number of hubs, from the constraints in hub places. Only in the overflow may a
+// constraint have two hubs.
 inline std::int32_t most_hubs(const KeyTable& contacts, const KeyTable& joints) {
   std::int32_t ends = 0;
   for (const KeyTable* table : {&contacts, &joints}) {
@@ -112,9 +112,8 @@ void for_each_overflow_run(const Constraints& constraints, const KeyTable& table
   }
 }
 
-// Where the lanes of each key begin, but for the overflow, whose lanes are the first ones. In a hub place a
-// run begins with a block of its own for each of at most `hubs` hubs, which may have any number of rows
-// there.
+// Sets where the lanes of each key begin; the lanes of the overflow come first. In a hub place each of at
+// most `hubs` hubs, which may have any number of rows there, begins with a block of its own.
 inline void place_keys(int lanes, std::int32_t hubs, KeyTable& table) {
   const int keys = kColorPlaces * table.kinds;
   table.first_lane.resize_discarding(static_cast<std::size_t>(keys) + 1);

@@ -1,17 +1,17 @@
-// Sweeps: bodies that move far in one step do not pass through what rests.
+// Sweeps fast bodies, so that they do not pass through fixed and sleeping shapes in one step.
 //
-// After the solver, a body whose motion exceeds a share of its inner radius (that of the largest ball about a
-// shape's center within the shape) is swept. A shape stands for balls that lie within it
-// (core/geometry/balls.h). Of each ball the core, which is half as large, is cast from the step's beginning
-// to its end against the frozen tree. Where it would meet a fixed or sleeping shape, the body is put back to
-// where the ball meets it. It keeps its velocity, and the next step's contact takes it.
+// Runs after the solver. A body is swept if it moved by more than a share of its inner radius, which is that
+// of the largest ball about a shape's center within the shape. Balls within a shape stand for it
+// (core/geometry/balls.h). The core of each ball, which is half as large, is cast from the beginning of the
+// step to its end against the frozen trees. Where it meets a fixed or sleeping shape, the body is put back to
+// where the whole ball meets it. It keeps its velocity for the contact of the next step.
 //
-// Who is put back must get on in the next step, or it would stay for ever while it grows faster and faster.
-// So what a ball touches when the step begins is left to its contact. Of that only the center of a shape is
-// kept out, and of the body's way only the part that leads there is lost: it goes on along the surface, and
-// turns.
+// A body that is put back must move on in the next step, or it would hang there while its speed grows. So the
+// contact handles an obstacle that a ball touches when the step begins; the sweep only keeps the shape's
+// center out of it. The body loses only the part of its path that leads there: it goes on along the surface,
+// and turns.
 //
-// A body that rests on something or slides along it never meets it with a core, however fast it is.
+// A body that rests on an obstacle or slides along it never meets it with a core, at any speed.
 #include <core/geometry/balls.h>
 #include <core/world/edit.h>
 #include <parallel/broad_phase/broad_phase.h>
@@ -125,8 +125,8 @@ Core core_of(const Path& path, float radius, float distance) {
           std::min({0.1f * kLinearSlop, 0.02f * radius, 0.02f * distance}) + rounding};
 }
 
-// A meeting on a path, of 0 to 1 along it, and the way out of the obstacle. Of those at one time that with
-// the obstacle of the smallest index counts.
+// Where a path meets an obstacle, from 0 to 1 along it, and the direction out of the obstacle. Of meetings at
+// the same time the one with the smallest index counts.
 struct Meeting {
   float time = kNever;
   std::int32_t obstacle = -1;
@@ -317,7 +317,7 @@ Meeting first_meeting_of(const WorldData& data, const BroadPhase& broad_phase, s
     for (int i = 0; i < std::min(balls.count, most); ++i) {
       const Vec3 arm = arm_of(data, body, row, balls.ball[i].center);
       const Sweep sweep = sweep_of(pose, shape, arm, balls.ball[i].radius, stretch);
-      for (const PairTree& tree : resting_trees(broad_phase)) {
+      for (const PairTree& tree : obstacle_trees(broad_phase)) {
         if (tree.levels == 0) continue;
         first = earlier(first, first_meeting(data, tree, sweep, tree.levels - 1, 0));
       }
@@ -383,7 +383,7 @@ bool hold_centers(const WorldData& data, const BroadPhase& broad_phase, std::siz
     store(straight.to.position, way);
     const Meeting met = first_meeting_of(data, broad_phase, body, straight, 1);
     if (met.time == kNever) return wall > 0;
-    // Who is not free of three walls stays there.
+    // A body that three walls still stop stays there.
     const float inward = wall < kWalls ? std::min(dot(way, met.normal), 0.0f) : 0.0f;
     way = inward < 0.0f ? way - ((1.0f - met.time) * inward) * met.normal : met.time * way;
   }
@@ -399,7 +399,7 @@ void turn_spin_back(WorldData& data, std::size_t body, const Motion& motion, con
   const std::uint32_t flags = data.bodies.motion[body].flags;
   const bool turned_freely = (flags & std::uint32_t{kMotionGyroscopic}) != 0 &&
                              (flags & std::uint32_t{kMotionLocksMask}) == 0 &&
-                             (data.bodies.touched[body] & kTouches) == 0;
+                             (data.bodies.step_notes[body] & kHasContacts) == 0;
   if (!turned_freely) return;
   const bool slender = arms.beside < kSlender * arms.reach;
   const Quat whole = slender ? motion.swing : motion.swing * motion.twist;
@@ -420,7 +420,7 @@ bool sweep_body(WorldData& data, const BroadPhase& broad_phase, std::size_t body
     return false;  // finish_step restores it
   const Vec3 start = to_vec3(data.bodies.pose[body].position);
   const Swept box(start, start + to_vec3(delta.position), data.bodies.core[body].size);
-  const auto trees = resting_trees(broad_phase);
+  const auto trees = obstacle_trees(broad_phase);
   if (std::none_of(trees.begin(), trees.end(), [&](const PairTree& tree) {
         return tree.levels > 0 && is_near(tree, box, tree.levels - 1, 0);
       })) {

@@ -1,4 +1,4 @@
-// Crew: opens at the first stage that is worth sharing, closes with the step.
+// Crew: asks for helpers at the first stage that is worth sharing, and lets them go at the end of the step.
 #include <parallel/crew/crew.h>
 #include <parallel/crew/crew_state.h>
 #include <parallel/crew/workers_impl.h>

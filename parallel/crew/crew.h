@@ -1,9 +1,9 @@
-// Crew: the threads that work on one step, seen from the step.
+// Crew: the threads that work on one step, as the step sees them.
 //
-// A crew lives as long as one call of step(). The calling thread runs stages one after the other; helpers, if
-// any have arrived, claim chunks of the current stage, and none is ever waited for before it has claimed one.
-// See crew_state.h for how. Only the thread that made the crew may run stages, and chunks may not, unless
-// they make a crew of their own.
+// A crew lives for one call of step(). The calling thread runs stages one after the other. Helpers that have
+// arrived claim chunks of the current stage; the caller waits only for chunks that a helper has claimed. See
+// crew_state.h. Only the thread that made the crew may run stages. A chunk may not run stages of the crew
+// that runs it; it may make a crew of its own.
 #pragma once
 
 #include <core/world/fp_environment.h>
@@ -60,7 +60,7 @@ class Crew {
   using StageFunction = void (*)(void* context, int chunk, int worker);
   void run_stage(int chunks, StageFunction function, void* context);
   FpEnvironment environment_;
-  int width_ = 0;  // threads that stages are cut for; 0 until somebody asks
+  int width_ = 0;  // threads that stages are split for; 0 until first asked
   int stages_ = 0;
   const simd::Kernels* kernels_ = nullptr;
   CrewState* state_ = nullptr;  // null until the first stage that is worth sharing

@@ -1,4 +1,4 @@
-// Claiming, publishing and helping: see crew_state.h for who shares what.
+// Claims, publishes and helps; see crew_state.h.
 #include <core/world/fp_environment.h>
 #include <parallel/crew/crew_state.h>
 
@@ -110,8 +110,8 @@ int CrewState::drain(Segment& from, int worker) {
   return done;
 }
 
-// The worker's own segment first, then the others'. A helper reports after each segment, lest the calling
-// thread wait for more than a chunk.
+// Works on the worker's own segment first, then on the others'. A helper reports after each segment, so that
+// the calling thread waits for one chunk at most.
 int CrewState::drain_all(int worker, bool report) {
   int total = 0;
   const int width = width_.load(std::memory_order_relaxed);

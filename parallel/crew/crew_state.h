@@ -1,9 +1,9 @@
-// What a calling thread and its helpers share. Private to workers.cpp and crew.cpp.
+// The data that a calling thread and its helpers share. Private to workers.cpp and crew.cpp.
 //
 // A Workers owns one HelperPool, and the pool owns one CrewState for each step that runs at the same time.
-// The calling thread publishes a stage by writing one segment of chunks for each thread; whoever has nothing
-// to do claims chunks from segments. All of it stays in place until the last helper has let go of the pool,
-// so that a helper that starts after its Workers are gone finds nothing to do rather than nothing at all.
+// The calling thread publishes a stage by writing one segment of chunks for each thread; an idle thread
+// claims chunks from any segment. All of it stays in memory until the last helper has released the pool, so
+// that a helper that starts after its Workers are gone finds an empty pool, not freed memory.
 #pragma once
 
 #include <atomic>

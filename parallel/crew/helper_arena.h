@@ -1,7 +1,7 @@
-// Helper arena: where helpers come from. The one part of the library that calls oneTBB.
+// Helper arena: starts helpers. The only part of the library that calls oneTBB.
 //
-// Its source is not instrumented by ThreadSanitizer: TBB's library is not either, so that every task that it
-// hands from one thread to another would look like a race. What the tasks themselves do is instrumented.
+// ThreadSanitizer does not instrument its source. It does not instrument TBB's library either, so that every
+// task that TBB hands to another thread would look like a race. The tasks themselves are instrumented.
 #pragma once
 
 #include <memory>
@@ -16,14 +16,14 @@ class HelperArena {
   // For so many helpers at most. TBB is asked for as many of them as it lends at the time: it prints a
   // warning where it is asked for more.
   explicit HelperArena(int helpers);
-  ~HelperArena();  // waits for nobody: tasks that have not begun run later
+  ~HelperArena();  // does not wait: tasks that have not begun run later
   HelperArena(const HelperArena&) = delete;
   HelperArena& operator=(const HelperArena&) = delete;
 
   // Runs task(context) on some TBB thread at some time.
   void enqueue(Task task, void* context);
 
-  // Threads that TBB lends the process, the calling thread included: one per core, unless somebody holds a
+  // Threads that TBB lends the process, the calling thread included: one per core, unless the host holds a
   // tbb::global_control.
   static int allowed_threads();
 

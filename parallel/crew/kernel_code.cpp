@@ -1,4 +1,4 @@
-// See kernel_code.h. Called once, when Workers are made.
+// See kernel_code.h. Runs once, when Workers are made.
 #include <parallel/crew/kernel_code.h>
 
 #include <algorithm>

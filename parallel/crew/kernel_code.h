@@ -1,5 +1,5 @@
-// The code of the kernels as memory: systems bring a program's pages in when they are first run, which would
-// be in the middle of a step.
+// Reads the code of the kernels into memory. The system loads pages of code when they first run, which would
+// otherwise be in the middle of a step.
 #pragma once
 
 #include <simd/dispatch/kernels.h>

@@ -1,4 +1,4 @@
-// Lists made in parallel: counted chunk by chunk, then written to where the counts before leave off, so that
+// Makes lists in parallel: counts each chunk, then writes it behind the counts of the chunks before, so that
 // the list is the same for every number of threads.
 #pragma once
 

@@ -95,7 +95,7 @@ HelperSet::HelperSet(int thread_count)
 
 namespace {
 
-// Sets that nobody uses. Never destroyed: a helper may still run while the process ends.
+// Unused sets. Never destroyed: a helper may still run while the process ends.
 struct LeftSets {
   std::mutex mutex;
   HelperSet* first = nullptr;

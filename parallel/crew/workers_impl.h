@@ -26,7 +26,8 @@ struct SCREE_HIDDEN HelperSet {
 
 // One that was left, or a new one.
 HelperSet* take_helper_set(int threads);
-// Leaves it to the next one if helpers have not come home, else deletes it, and others whose helpers have.
+// Keeps it for the next Workers if helpers have not returned; else deletes it, and all others whose helpers
+// have returned.
 void leave_helper_set(HelperSet* set) noexcept;
 // How many there are, those in use included. For tests.
 int helper_sets();

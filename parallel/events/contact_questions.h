@@ -1,4 +1,4 @@
-// What is asked of a contact where its approach speed is noted and where its events are listed.
+// Questions about a contact that note_approach and list_contact_events share.
 #pragma once
 
 #include <core/world/edit.h>

@@ -1,4 +1,5 @@
-// Events of bodies and joints: what fell asleep, what woke, and the joints that went with their bodies.
+// Lists the events of bodies and joints: bodies that fell asleep or woke, and joints that were destroyed with
+// their bodies.
 #include <parallel/islands/islands.h>
 #include <parallel/stages.h>
 

@@ -1,10 +1,10 @@
-// Events of contacts: the pairs that touch now, merged with those that touched after the last step, become
-// the lists of begins, persists and ends.
+// Lists the events of contacts: merges the pairs that touch now with those that touched after the last step
+// into begins, persists and ends.
 //
-// Both lists are sorted, so a chunk of pairs finds its part of the old list by bisection, and what the
-// chunks find is put in place by their counts, in their order. Nothing is done while nobody asks. Of a pair
-// that rested and rests there is nothing to tell: that it touches is remembered beside its row, and only what
-// comes to rest, wakes or is asked about otherwise than before is looked at together with what moves.
+// Both lists are sorted, so a chunk of pairs finds its part of the old list by bisection; counts then place
+// what the chunks have found in their order. Costs nothing while no events are asked for. A pair that rested
+// and still rests has no events: whether it touches is kept beside its row. Only resting pairs that came to
+// rest, wake or are asked for other events than before are read, together with the moving ones.
 #include <core/world/edit.h>
 #include <core/world/resting_pairs.h>
 #include <parallel/broad_phase/broad_phase.h>
@@ -59,8 +59,8 @@ struct PairList {
   bool rests(std::size_t row) const { return !resting_row.empty() && resting_row[row] >= 0; }
 };
 
-// Lists the pairs at rest, those with contacts, of which there may be news: who has come to rest in this
-// step, takes part again, or is asked about otherwise than before. Of others nothing was or will be told.
+// Lists the resting pairs with contacts that may have events: those that came to rest in this step, take part
+// again, or are asked for other events than before. The others had none and have none.
 void list_judged(WorldData& data, Crew& crew) {
   Contacts& contacts = data.contacts;
   Events& events = data.events;
@@ -253,7 +253,7 @@ void list_contact_events(WorldData& data, float dt, Crew& crew) {
     if (!events.resting.empty()) data.contacts.resting_marks.clear();  // as if never saved
     events.resting.clear();
     events.asked_of.clear();
-    events.asked_of_all = false;  // so nobody asks about what rests
+    events.asked_of_all = false;  // so no events of resting pairs are asked for
     return;
   }
   events.resting.resize(data.contacts.resting.pair.size());

@@ -1,4 +1,4 @@
-// Approach speeds of contacts, before the solver changes the velocities.
+// Notes the approach speeds of contacts, before the solver changes the velocities.
 #include <parallel/events/contact_questions.h>
 #include <parallel/stages.h>
 

@@ -1,4 +1,4 @@
-// Islands: sets of bodies that hang together by contacts and joints, and union-find over them.
+// Islands: sets of bodies that contacts and joints connect. Data of the phases of this folder.
 #pragma once
 
 #include <core/world/wake.h>
@@ -13,14 +13,14 @@ namespace scree {
                                                  steps */                                                       \
   LIST (scratch, std::uint8_t, kept_awake)    /* put_islands_to_sleep; by root: a body that moves touches it */ \
   LIST (scratch, std::int32_t, candidates)    /* both; bodies that may fall asleep, or that wake, ascending */  \
-  LIST (scratch, std::int32_t, touched)       /* wake_touched_islands; contacts of an awake and a sleeping body */ \
-  LIST (scratch, std::int32_t, pulled)        /* wake_touched_islands; joints of an awake and a sleeping body */ \
+  LIST (scratch, std::int32_t, waking_contacts) /* wake_touched_islands; contacts of an awake and a sleeping body */ \
+  LIST (scratch, std::int32_t, waking_joints) /* wake_touched_islands; joints of an awake and a sleeping body */ \
   LIST (scratch, std::int32_t, fallen_asleep) /* put_islands_to_sleep; bodies of this step, ascending */        \
   LIST (scratch, std::uint8_t, reached)       /* wake_touched_islands; by body; zero between the steps */       \
   LIST (scratch, std::int32_t, remaining)     /* both; contacts that still take part */                         \
   LIST (scratch, std::int32_t, fixed_ends)    /* refresh_joints; of the active joints, a body as often as it has \
                                                  some */                                                        \
-  VALUE(derived, std::int64_t, joints_judged, 0) /* refresh_joints; looked at in this step for who is active */ \
+  VALUE(derived, std::int64_t, joints_judged, 0) /* refresh_joints; joints that this step examined */           \
   LIST (scratch, std::int32_t, places)        /* all of this folder; by chunk: where its part begins */
 // clang-format on
 SCREE_PART(Islands, SCREE_ISLAND_MEMBERS)

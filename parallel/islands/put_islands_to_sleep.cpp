@@ -1,10 +1,10 @@
-// Sleep. A body that has been slow for long enough is tired; an island of tired bodies that touches no moving
-// one falls asleep as a whole.
+// Puts islands to sleep. A body that has been slow for long enough is tired. An island of tired bodies that
+// touches no moving body falls asleep as a whole.
 //
-// Islands are found only among bodies that may change: most steps do nothing here. They are found in parallel
-// by union-find without locks (Anderson and Woll, "Wait-free parallel algorithms for the union-find problem",
-// 1991): roots are linked under smaller roots only, so that an island's final root is its smallest body,
-// whichever contact came first. Roots are read only once all contacts are in.
+// Looks for islands among tired bodies only, so that most steps do nothing here. Finds them in parallel by
+// union-find without locks (Anderson and Woll, "Wait-free parallel algorithms for the union-find problem",
+// 1991). A root is linked under smaller roots only, so that the final root of an island is its smallest body
+// in every order of contacts. Roots are read once all contacts are entered.
 #include <parallel/crew/list_where.h>
 #include <parallel/islands/islands.h>
 #include <parallel/stages.h>

@@ -1,7 +1,7 @@
-// Joints that have something to solve: flags of joints and bodies -> Joints::active. Calls, joints that
-// break, and bodies that fall asleep, wake or change otherwise tell which joints this may concern, and the
-// list takes these up: that costs by what is active and what changed, however many others rest. After a
-// restore, and where most have changed, the list is made anew.
+// Lists the joints to solve: flags of joints and bodies -> Joints::active. Calls, joints that break, and
+// bodies that fall asleep, wake or change note the joints that this may concern, and the list is updated for
+// these: the cost depends on what is active and what changed, not on what rests. After a restore, and where
+// most joints have changed, the list is rebuilt.
 #include <core/constraints/joint_rows.h>
 #include <core/world/wake.h>
 #include <parallel/crew/list_where.h>

@@ -1,6 +1,7 @@
-// Who takes part: flags of bodies and trees of shapes -> lists of what moves. Calls, falling asleep and
-// waking list whom they change, and the lists take these up: that costs by what moves and what changed,
-// however many others rest. After a restore, and where most have changed, the lists are made anew.
+// Lists what moves: flags of bodies and trees of shapes -> lists of awake and kinematic bodies and of moving
+// shapes. Calls, falling asleep and waking note what they change, and the lists are updated for these: the
+// cost depends on what moves and what changed, not on what rests. After a restore, and where most have
+// changed, the lists are rebuilt.
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/crew/list_where.h>
 #include <parallel/islands/islands.h>
@@ -42,8 +43,8 @@ void refresh_lists(WorldData& data, Crew& crew) {
   Bodies& bodies = data.bodies;
   Shapes& shapes = data.shapes;
   if (!bodies.lists_dirty && shapes.changed.empty()) return;
-  // Contacts of who falls asleep now leave the list of those that are written to. Bodies and shapes have been
-  // marked when they changed.
+  // Contacts of bodies that fall asleep leave the list of contacts that steps write to. Bodies and shapes
+  // were marked when they changed.
   for (const std::int32_t contact : data.contacts.touching) data.contacts.marks.mark(contact);
   BroadPhase& broad_phase = broad_phase_of(data);
   Column<std::int32_t>& places = islands_of(data).places;

@@ -1,5 +1,5 @@
-// Ascending lists of who takes part, brought up to date by lists of who has changed: serial, and by what is
-// in both.
+// Updates an ascending list of what takes part by a list of what has changed. Serial; the cost depends on the
+// lengths of both.
 #pragma once
 
 #include <core/world/column.h>
@@ -9,8 +9,8 @@
 
 namespace scree {
 
-// Of an ascending list: those who have changed go, and those among the changed, who ascend too, whom `keep`
-// holds for take their places.
+// Removes the changed entries from an ascending list, and inserts those of them that `keep` holds for.
+// `changed` ascends, too.
 template <class Keep>
 void take_up(Column<std::int32_t>& list, const Column<std::int32_t>& changed,
              const Column<std::uint8_t>& is_changed, Column<std::int32_t>& scratch, Keep&& keep) {

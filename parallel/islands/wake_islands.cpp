@@ -1,8 +1,8 @@
-// Waking: sleeping islands that something awake touches or pulls wake as a whole.
+// Wakes islands: a sleeping island wakes as a whole where an awake body touches or pulls one of its bodies.
 //
-// Islands hang together by contacts and joints. They are followed breadth first from the bodies that are
-// touched, which costs by the bodies that wake, with their pairs and joints, however many sleep elsewhere. A
-// pair of two sleeping bodies rests, so the pairs at rest are all there is to follow.
+// Contacts and joints connect an island. It is searched breadth first from the bodies that are touched: the
+// cost depends on the bodies that wake, with their pairs and joints, not on how many sleep elsewhere. A pair
+// of two sleeping bodies rests, so the search only needs the resting pairs.
 #include <core/constraints/joint_rows.h>
 #include <core/world/pair_key.h>
 #include <core/world/resting_pairs.h>
@@ -57,28 +57,28 @@ bool list_touched(WorldData& data, Islands& islands, Crew& crew) {
     return is_asleep(bodies, ends.a) || is_asleep(bodies, ends.b);
   };
   list_where(
-      crew, touching.size(), islands.places, islands.touched,
+      crew, touching.size(), islands.places, islands.waking_contacts,
       [&](std::size_t i) { return joins_sleeper(contact_ends(data, touching[i])); },
       [&](std::size_t i) { return touching[i]; });
   refresh_joints(data, crew);
   list_where(
-      crew, active.size(), islands.places, islands.pulled,
+      crew, active.size(), islands.places, islands.waking_joints,
       [&](std::size_t i) { return joins_sleeper(joint_ends(data, active[i])); },
       [&](std::size_t i) { return active[i]; });
-  return !islands.touched.empty() || !islands.pulled.empty();
+  return !islands.waking_contacts.empty() || !islands.waking_joints.empty();
 }
 
-// Wakes the islands of the sleeping bodies that Islands::touched and Islands::pulled name, and lists their
-// contacts at rest, in the order of the pairs: Contacts::roused.
+// Wakes the islands of the sleeping bodies that Islands::waking_contacts and Islands::waking_joints name, and
+// lists their contacts at rest, in the order of the pairs: Contacts::roused.
 void wake_listed(WorldData& data, Islands& islands, Crew& crew) {
   Contacts& contacts = data.contacts;
   islands.reached.resize(data.bodies.flags.size());
   islands.candidates.clear();
-  for (const std::int32_t contact : islands.touched) {
+  for (const std::int32_t contact : islands.waking_contacts) {
     const Ends ends = contact_ends(data, contact);
     for (const std::int32_t body : {ends.a, ends.b}) reach(data, islands, body);
   }
-  for (const std::int32_t joint : islands.pulled) {
+  for (const std::int32_t joint : islands.waking_joints) {
     const Ends ends = joint_ends(data, joint);
     for (const std::int32_t body : {ends.a, ends.b}) reach(data, islands, body);
   }
@@ -104,13 +104,13 @@ void list_touching(WorldData& data, Islands& islands, Crew& crew) {
         return contact_of[pair] >= 0 && takes_part(data, contact_ends(data, contact_of[pair]));
       },
       [&](std::size_t pair) { return contact_of[pair]; });
-  islands.touched.resize_discarding(contacts.roused.size());
-  std::transform(contacts.roused.begin(), contacts.roused.end(), islands.touched.begin(),
+  islands.waking_contacts.resize_discarding(contacts.roused.size());
+  std::transform(contacts.roused.begin(), contacts.roused.end(), islands.waking_contacts.begin(),
                  [&](std::int32_t row) { return contacts.resting.contact[row]; });
-  contacts.touching.resize_discarding(islands.remaining.size() + islands.touched.size());
+  contacts.touching.resize_discarding(islands.remaining.size() + islands.waking_contacts.size());
   const ShapePair* const pair = contacts.now.pair.data();
-  std::merge(islands.remaining.begin(), islands.remaining.end(), islands.touched.begin(),
-             islands.touched.end(), contacts.touching.begin(),
+  std::merge(islands.remaining.begin(), islands.remaining.end(), islands.waking_contacts.begin(),
+             islands.waking_contacts.end(), contacts.touching.begin(),
              [&](std::int32_t x, std::int32_t y) { return comes_before(pair[x], pair[y]); });
 }
 

@@ -1,10 +1,10 @@
-// Narrow phase: candidate pairs -> contacts. Written: contacts.now, the pairs' contacts and axes, and
-// contacts.touching. Read by find_islands, color_constraints and pack_blocks.
+// Narrow phase: candidate pairs -> contacts. Writes contacts.now, the contacts and axes of the pairs, and
+// contacts.touching. Read by the island phases, color_constraints and pack_blocks.
 //
-// Pairs are grouped by type pair, and by whether they are contacts already, with a counting sort. Each group
-// goes through its kernel in chunks: contacts are made anew in their rows, and pairs that were none take free
-// rows, a round at a time, so that there need be few more rows than contacts. Then the touching ones are
-// listed. Every pass runs in parallel over fixed chunks, and nothing depends on their order.
+// Groups pairs by the types of their shapes, and by whether they are contacts already, with a counting sort.
+// Each group runs through its kernel in chunks. Contacts are updated in their rows; new ones take free rows,
+// a round at a time, so that few more rows than contacts are needed. Then lists the touching ones. Every pass
+// runs in parallel over fixed chunks, and nothing depends on their order.
 //
 // A contact's row is 250 bytes, a pair's 28, and most pairs do not touch.
 #include <core/world/wake.h>
@@ -23,7 +23,7 @@ using simd::CollideItem;
 
 // NarrowPhase::kind: a simd::CollideType, or that the row is left alone, or that its pair cannot collide.
 static_assert(simd::kCollideTypes <= 14);
-constexpr std::uint8_t kSkipped = 14;  // nobody is awake: the contact, if it is one, stays as it is
+constexpr std::uint8_t kSkipped = 14;  // no body is awake: the contact, if it is one, stays as it is
 constexpr std::uint8_t kNever = 15;    // no dynamic body
 
 bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
@@ -37,14 +37,14 @@ simd::CollideType collide_type(ShapeType a, ShapeType b) {
   return kTypes[static_cast<int>(a)][static_cast<int>(b)];
 }
 
-// Nobody found this row in the last list. One of two resting shapes must have come by a call then, and what
-// sleeps there is collided to see whether it must wake.
+// Whether the pair is not in the last list. If both shapes are at rest, a call has put one of them there: the
+// pair is collided to see whether a sleeping body must wake.
 bool is_new(const Contacts& contacts, std::size_t row) {
-  return !contacts.list_kept && contacts.previous[row] < 0;
+  return !contacts.list_kept && contacts.last_place[row] < 0;
 }
 
-// Whether the body may push what it touches. One that rests was put or stopped by a call, which has woken
-// whatever sleeps near it: see wake_neighbors.
+// Whether the body may push what it touches. If it rests, a call has put or stopped it there, and has woken
+// what sleeps near it: see wake_neighbors.
 bool may_push(const WorldData& data, std::size_t body) {
   switch (data.bodies.type[body]) {
     case BodyType::fixed:
@@ -250,8 +250,8 @@ void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected, b
   }
 }
 
-// What a new contact's kernel has not written still holds what an earlier contact left in the row: state must
-// not depend on who that was.
+// Clears what a new contact's kernel has not written: state must not depend on the contact that had the row
+// before.
 void clear_unwritten(ContactRows& rows, std::size_t row, bool has_anchor) {
   if (!has_anchor) rows.anchor[row] = {};
   if ((rows.manifold[row].info & kManifoldRich) == 0) rows.surface[row] = {};

@@ -1,4 +1,5 @@
-// Scratch of collide: the pairs of this step, grouped by types and by whether they have touched.
+// Scratch of collide: the pairs of this step, grouped by the types of their shapes and by whether they have
+// touched.
 #pragma once
 
 #include <core/world/column.h>
@@ -20,7 +21,7 @@ using GroupCounts = std::array<std::int32_t, kPairGroups>;
 using GroupBegins = std::array<std::int32_t, kPairGroups + 1>;
 
 struct PairOutcome {      // of one chunk of pairs
-  std::int32_t touching;  // contacts that an awake body takes part in, then where they go
+  std::int32_t touching;  // contacts of an awake dynamic body, then where they go
   std::int32_t resting;   // other contacts
   std::int32_t lost;      // contacts that are no more, then where they go
 };

@@ -1,4 +1,4 @@
-// Where two recordings part.
+// Finds where two recordings diverge.
 #include <core/state/world_difference.h>
 #include <parallel/recording/player_impl.h>
 

@@ -1,4 +1,4 @@
-// Player: makes the recorded calls and steps again, and compares what they come to.
+// Player: repeats the recorded calls and steps, and compares the results.
 #include <core/state/recording_format/recorded_state.h>
 #include <core/state/world_difference.h>
 #include <parallel/recording/player_impl.h>
@@ -10,7 +10,7 @@ namespace scree {
 
 void Player::Impl::restore_keyframe(std::size_t keyframe) {
   const std::size_t chunk = keyframe_chunk(keyframe);
-  const Snapshot state = file.state(chunk);  // where that can not be read, the world stays what it is
+  const Snapshot state = file.state(chunk);  // if this cannot be read, the world stays as it is
   if (is_lost) world = World();              // a step that ran out of memory leaves nothing to go on with
   restore(world, state);
   stream.go_behind(chunk);
@@ -56,7 +56,7 @@ void Player::Impl::seek(std::uint64_t step, Workers& workers, const char* call) 
   const std::size_t keyframe = keyframe_before(step);
   if (is_lost || position > step || keyframe_step(keyframe) > position) restore_keyframe(keyframe);
   while (position < step) this->step(workers);
-  // Whether steps were played to get here is nobody's business.
+  // It must not show whether steps were played to get here.
   WorldData& data = internals(world);
   clear_told(data.events);
   const std::uint64_t step_count = data.stats.step;

@@ -1,4 +1,4 @@
-// Recorder: hears what happens to a world and hands it to the writer.
+// Recorder: takes the calls and steps of a world and passes them to the writer.
 #include <core/world/edit.h>
 #include <parallel/recording/recording_writer.h>
 #include <scree/recording.h>
@@ -43,7 +43,7 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
     data->recording.sink = this;
   }
   ~Impl() {
-    // Whoever recorded did not come to the end.
+    // The recording program did not come to the end.
     if (std::uncaught_exceptions() > exceptions) writer.fail("an exception has ended it");
     end(true);
   }

@@ -1,5 +1,4 @@
-// A recording that is read: the list of its chunks, made when it is opened, and their contents, each checked
-// when it is asked for.
+// Reads a recording: lists its chunks when it is opened, and checks the content of each when it is asked for.
 #pragma once
 
 #include <core/state/recording_format/call_bytes.h>
@@ -37,7 +36,7 @@ class RecordingFile {
   // All that the chunks before one bring.
   std::span<const SolidPointer> solids_before(std::size_t chunk);
   Snapshot state(std::size_t chunk);               // of a keyframe, or what was restored
-  std::uint64_t hash_of_state(std::size_t chunk);  // likewise, as it was recorded
+  std::uint64_t hash_of_state(std::size_t chunk);  // as it was recorded
   // Has work(content) read a chunk, and names its place in what that finds wrong.
   template <class Work>
   auto read_content(std::size_t chunk, std::span<const std::byte> content, Work&& work) {

@@ -45,9 +45,9 @@ constexpr const char* kBuild = "debug";
 
 std::string writer_name() { return std::string("Scree " SCREE_VERSION ", ") + kCompiler + ", " + kBuild; }
 
-// Threads inherit what is blocked. The caller's signals are none of the writer's business, and a limit of the
-// file's size, or a pipe that nobody reads, shall be an error of writing and not the end of the process. A
-// fault of the writer's own must still reach who handles crashes.
+// Threads inherit blocked signals. Blocks all signals in the writer's thread: the caller's are not for it,
+// and a limit of the file's size or a pipe without a reader must be an error of writing, not the end of the
+// process. Leaves those of a crash: they must reach the host's handlers.
 class BlockedSignals {
  public:
   BlockedSignals() {
@@ -73,8 +73,8 @@ bool is_regular(int descriptor) {
   return fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
 }
 
-// Descriptors 0 to 2 are free where the host has closed its standard streams. Whoever writes to those would
-// write into the recording.
+// Descriptors 0 to 2 are free where the host has closed its standard streams. If the recording had one, a
+// write to that stream would go into the recording.
 int above_standard_streams(int descriptor) {
   if (descriptor < 0 || descriptor > STDERR_FILENO) return descriptor;
   const int higher = fcntl(descriptor, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
@@ -84,8 +84,8 @@ int above_standard_streams(int descriptor) {
   return higher;
 }
 
-// Opens or creates the file, and leaves what is in it. The lock is the file's, whatever links lead to it;
-// players take none. Where the file system has no locks nobody can tell who else records there.
+// Opens or creates the file, and keeps its content. The lock belongs to the file under all of its names;
+// players take none. Other recorders go unnoticed where the file system has no locks.
 int open_recording(const std::string& file) {
   int descriptor = -1;
   do {

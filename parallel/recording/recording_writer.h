@@ -1,7 +1,7 @@
-// The thread behind a recorder: takes what has happened, compresses it and writes it to the file.
+// The thread behind a recorder: compresses records and writes them to the file.
 //
-// The recorder's thread adds to the last batch of a list under a lock; the writer takes the whole list at
-// once, every flush interval or when there is much, and works on it without the lock.
+// The recorder's thread appends to the last batch of a list under a lock. The writer takes the whole list,
+// every flush interval or when it is long, and works on it without the lock.
 #pragma once
 
 #include <core/state/recording_format/call_bytes.h>
@@ -39,8 +39,8 @@ struct RecordingBatch {
 
 class RecordingWriter {
  public:
-  // Starts the thread and waits until it has written the head. Throws Error where the file can not be
-  // written, and where another writer is at work on it, which goes on unharmed.
+  // Starts the thread and waits until it has written the head. Throws Error where the file cannot be written,
+  // and where another writer is at work on it, which goes on unharmed.
   RecordingWriter(const std::string& file, const RecorderOptions& options);
   ~RecordingWriter();
   RecordingWriter(const RecordingWriter&) = delete;
@@ -104,7 +104,7 @@ class RecordingWriter {
   std::uint64_t last_step_ = 0;  // writer; after the last batch
 
   mutable std::mutex mutex_;      // guards all that follows
-  std::condition_variable wake_;  // the writer: there is much, or something that somebody waits for
+  std::condition_variable wake_;  // the writer: the list is long, or a caller waits
   std::condition_variable room_;  // the recorder: something has been written
   std::vector<RecordingBatch> pending_;
   std::vector<std::unique_ptr<StateToRecord>> spare_;

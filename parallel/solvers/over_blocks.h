@@ -12,11 +12,11 @@ template <class ContactWork, class JointWork>
 void over_blocks(const Constraints& constraints, Crew& crew, ContactWork&& contact_work,
                  JointWork&& joint_work) {
   const int joints = static_cast<int>(constraints.joint_chunks.size());
-  crew.run(joints + static_cast<int>(constraints.chunks.size()), [&](int chunk, int) {
+  crew.run(joints + static_cast<int>(constraints.contact_chunks.size()), [&](int chunk, int) {
     if (chunk < joints) {
       joint_work(constraints.joint_chunks[chunk]);
     } else {
-      contact_work(constraints.chunks[chunk - joints]);
+      contact_work(constraints.contact_chunks[chunk - joints]);
     }
   });
 }

@@ -53,7 +53,7 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   const float hertz = std::min(settings.contact_hertz, 0.125f / substep);
   const float ratio = settings.contact_damping_ratio;
   simd::ContactArgs args{};
-  args.rows = constraints.rows.data();
+  args.rows = constraints.contact_rows.data();
   args.blocks = constraints.blocks.data();
   args.manifolds = data.contacts.now.manifold.data();
   args.surfaces = data.contacts.now.surface.data();
@@ -62,7 +62,7 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.delta = data.bodies.delta.data();
   args.motion = data.bodies.motion.data();
   args.inertia = data.bodies.inertia.data();
-  args.touched = data.bodies.touched.data();
+  args.step_notes = data.bodies.step_notes.data();
   args.soft = soften(hertz, ratio, substep);
   args.soft_static = soften(2.0f * hertz, 0.5f * ratio, substep);
   args.gravity[0] = settings.gravity.x;
@@ -89,7 +89,7 @@ simd::BodyArgs body_args(WorldData& data, float dt) {
   Constraints& constraints = constraints_of(data);
   const WorldSettings& settings = data.settings;
   simd::BodyArgs args{};
-  args.list = constraints.moving.data();
+  args.list = constraints.moving_bodies.data();
   args.pose = bodies.pose.data();
   args.velocity = bodies.velocity.data();
   args.free_velocity = bodies.free_velocity.data();
@@ -98,7 +98,7 @@ simd::BodyArgs body_args(WorldData& data, float dt) {
   args.local_mass = bodies.local_mass.data();
   args.local_inertia = bodies.local_inertia.data();
   args.motion = bodies.motion.data();
-  args.touched = bodies.touched.data();
+  args.step_notes = bodies.step_notes.data();
   args.flags = bodies.flags.data();
   args.may_sleep = settings.sleeping ? std::uint8_t{kBodyCanSleep} : std::uint8_t{0};
   args.force = bodies.force.data();
@@ -108,7 +108,7 @@ simd::BodyArgs body_args(WorldData& data, float dt) {
   args.drift = bodies.drift.data();
   args.mass = bodies.mass.data();
   args.kinetic_energy = constraints.kinetic_energy.data();
-  args.broken = constraints.broken.data();
+  args.non_finite = constraints.non_finite.data();
   args.gravity[0] = settings.gravity.x;
   args.gravity[1] = settings.gravity.y;
   args.gravity[2] = settings.gravity.z;
@@ -169,11 +169,11 @@ void rebound(Constraints& constraints, const simd::ContactArgs& contact, Crew& c
     std::fill(constraints.rebounded.begin(), constraints.rebounded.end(), std::uint8_t{0});
     for (const ColorStage& stage : constraints.stages) {
       if (!stage.rich) continue;
-      const simd::ConstraintChunk* chunks = constraints.chunks.data() + stage.first_chunk;
+      const simd::ConstraintChunk* chunks = constraints.contact_chunks.data() + stage.first_contact_chunk;
       if (stage.serial) {
-        for (int chunk = 0; chunk < stage.chunk_count; ++chunk) kernel(contact, chunks[chunk]);
+        for (int chunk = 0; chunk < stage.contact_chunk_count; ++chunk) kernel(contact, chunks[chunk]);
       } else {
-        crew.run(stage.chunk_count, [&](int chunk, int) { kernel(contact, chunks[chunk]); });
+        crew.run(stage.contact_chunk_count, [&](int chunk, int) { kernel(contact, chunks[chunk]); });
       }
     }
     if (std::count(constraints.rebounded.begin(), constraints.rebounded.end(), std::uint8_t{1}) == 0) return;
@@ -184,18 +184,19 @@ void rebound(Constraints& constraints, const simd::ContactArgs& contact, Crew& c
 void size_columns(const WorldData& data, Constraints& constraints) {
   const Bodies& bodies = data.bodies;
   const std::size_t dynamic_count = bodies.awake.size();
-  constraints.moving.resize_discarding(dynamic_count + bodies.kinematic.size());
-  std::copy(bodies.awake.begin(), bodies.awake.end(), constraints.moving.begin());
-  std::copy(bodies.kinematic.begin(), bodies.kinematic.end(), constraints.moving.begin() + dynamic_count);
-  const std::size_t chunk_count = constraints.chunks.size() + constraints.joint_chunks.size();
+  constraints.moving_bodies.resize_discarding(dynamic_count + bodies.kinematic.size());
+  std::copy(bodies.awake.begin(), bodies.awake.end(), constraints.moving_bodies.begin());
+  std::copy(bodies.kinematic.begin(), bodies.kinematic.end(),
+            constraints.moving_bodies.begin() + dynamic_count);
+  const std::size_t chunk_count = constraints.contact_chunks.size() + constraints.joint_chunks.size();
   constraints.residual.resize_discarding(chunk_count);
   constraints.shared.resize_discarding(chunk_count);
   constraints.parts_a.resize_discarding(constraints.joint_rows.size());
   constraints.parts_b.resize_discarding(constraints.joint_rows.size());
   constraints.rebounded.resize_discarding(chunk_count);
-  if (asks_for_events(data)) constraints.impulse_sum.resize_discarding(constraints.rows.size());
+  if (asks_for_events(data)) constraints.impulse_sum.resize_discarding(constraints.contact_rows.size());
   if (data.settings.contact_forces)
-    constraints.force_sum.resize_discarding(constraints.rows.size() * simd::kForceFields);
+    constraints.force_sum.resize_discarding(constraints.contact_rows.size() * simd::kForceFields);
 }
 
 }  // namespace
@@ -205,7 +206,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
   const simd::Kernels& kernels = crew.kernels();
   size_columns(data, constraints);
   const int dynamic_count = static_cast<int>(data.bodies.awake.size());
-  const int moving_count = static_cast<int>(constraints.moving.size());
+  const int moving_count = static_cast<int>(constraints.moving_bodies.size());
   simd::BodyArgs body = body_args(data, dt);
   simd::ContactArgs contact = contact_args(data, constraints, dt);
   const auto over_bodies = [&](int count, auto kernel) {
@@ -215,7 +216,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
   // Within a color joints come first, so that contacts have the last word where one thread runs both.
   const auto over_colors = [&](auto contact_kernel, auto joint_kernel) {
     for (const ColorStage& stage : constraints.stages) {
-      const simd::ConstraintChunk* contacts = constraints.chunks.data() + stage.first_chunk;
+      const simd::ConstraintChunk* contacts = constraints.contact_chunks.data() + stage.first_contact_chunk;
       const simd::ConstraintChunk* joints = constraints.joint_chunks.data() + stage.first_joint_chunk;
       const auto run_chunk = [&](int chunk) {
         if (chunk < stage.joint_chunk_count) {
@@ -224,7 +225,7 @@ void solve(WorldData& data, float dt, Crew& crew) {
           (kernels.contact.*contact_kernel)(contact, contacts[chunk - stage.joint_chunk_count]);
         }
       };
-      const int chunks = stage.joint_chunk_count + stage.chunk_count;
+      const int chunks = stage.joint_chunk_count + stage.contact_chunk_count;
       if (stage.serial) {
         for (int chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
       } else {

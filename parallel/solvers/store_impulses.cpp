@@ -13,11 +13,12 @@ namespace {
 // Mean, 99.9th percentile and maximum over the manifolds that overlap at the step's end.
 void measure_penetration(WorldData& data, const simd::ContactArgs& contact, Crew& crew) {
   Constraints& constraints = constraints_of(data);
-  crew.run(static_cast<int>(constraints.chunks.size()),
-           [&](int chunk, int) { crew.kernels().contact.measure_depth(contact, constraints.chunks[chunk]); });
+  crew.run(static_cast<int>(constraints.contact_chunks.size()), [&](int chunk, int) {
+    crew.kernels().contact.measure_depth(contact, constraints.contact_chunks[chunk]);
+  });
   constraints.depths.clear();
   double sum = 0.0;
-  for (const simd::ConstraintChunk& chunk : constraints.chunks) {
+  for (const simd::ConstraintChunk& chunk : constraints.contact_chunks) {
     for (int lane = 0; lane < chunk.lanes; ++lane) {
       const float depth = constraints.depth[chunk.first_lane + lane];
       if (!(depth > 0.0f)) continue;
@@ -42,10 +43,10 @@ void measure_penetration(WorldData& data, const simd::ContactArgs& contact, Crew
 void store_impulse_sums(WorldData& data, Crew& crew) {
   const Constraints& constraints = constraints_of(data);
   data.events.impulse.resize_discarding(data.contacts.now.pair.size());
-  crew.run(static_cast<int>(constraints.chunks.size()), [&](int index, int) {
-    const simd::ConstraintChunk& chunk = constraints.chunks[index];
+  crew.run(static_cast<int>(constraints.contact_chunks.size()), [&](int index, int) {
+    const simd::ConstraintChunk& chunk = constraints.contact_chunks[index];
     for (int lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
-      const auto row = static_cast<std::size_t>(constraints.rows[lane]);
+      const auto row = static_cast<std::size_t>(constraints.contact_rows[lane]);
       data.events.impulse[row] = constraints.impulse_sum[lane];
     }
   });
@@ -61,7 +62,7 @@ void forget_forces(WorldData& data) {
 
 void store_impulses(WorldData& data, float dt, Crew& crew) {
   Constraints& constraints = constraints_of(data);
-  if (data.settings.measure_penetration) constraints.depth.resize_discarding(constraints.rows.size());
+  if (data.settings.measure_penetration) constraints.depth.resize_discarding(constraints.contact_rows.size());
   const simd::ContactKernels& kernels = crew.kernels().contact;
   const simd::ContactArgs contact = contact_args(data, constraints, dt);
   const simd::JointArgs joint = joint_args(data, constraints, dt);

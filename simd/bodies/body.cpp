@@ -71,17 +71,18 @@ inline WideMotion load_motion(const MotionRow* rows, const Lanes& lanes) {
 }
 
 inline M has_contacts(const BodyArgs& args, const Lanes& lanes) {
-  alignas(64) std::int32_t touched[kLanes];
-  for (int lane = 0; lane < kLanes; ++lane) touched[lane] = args.touched[lanes.index[lane]] & kTouches;
-  return load(touched) > I(0);
+  alignas(64) std::int32_t noted[kLanes];
+  for (int lane = 0; lane < kLanes; ++lane) noted[lane] = args.step_notes[lanes.index[lane]] & kHasContacts;
+  return load(noted) > I(0);
 }
 
-// A body whose own motion breaks, before any contact has acted on it, is to blame for what breaks with it.
-inline void mark_broken(const BodyArgs& args, const Lanes& lanes, const WideVelocity& v) {
+// Notes bodies whose own motion is non-finite before any contact acts: they are at fault, see
+// parallel/bodies/quarantine_bodies.cpp.
+inline void mark_non_finite(const BodyArgs& args, const Lanes& lanes, const WideVelocity& v) {
   const std::uint32_t finite = bits(is_finite(v.linear) & is_finite(v.angular));
   if (finite == (1u << kLanes) - 1u) return;
   for (int lane = 0; lane < lanes.count; ++lane) {
-    if ((finite >> lane & 1u) == 0) args.touched[lanes.index[lane]] |= std::uint8_t{kBrokenAlone};
+    if ((finite >> lane & 1u) == 0) args.step_notes[lanes.index[lane]] |= std::uint8_t{kNonFiniteAlone};
   }
 }
 
@@ -103,12 +104,12 @@ void prepare(const BodyArgs& args, int begin, int end) {
     store_rows(base, 8, lanes.index, lanes.count, inverse.xx, inverse.xy, inverse.xz, inverse.yy);
     store_rows(base + 4, 8, lanes.index, lanes.count, inverse.yz, inverse.zz, local.inverse_mass, zero);
     store_delta(args.delta, lanes, {{zero, zero, zero}, {zero, zero, zero, F(1.0f)}});
-    for (int lane = 0; lane < lanes.count; ++lane) args.touched[lanes.index[lane]] = 0;
+    for (int lane = 0; lane < lanes.count; ++lane) args.step_notes[lanes.index[lane]] = 0;
   }
 }
 
-// What brings speeds above the world's limits back to these. For a velocity whose square is beyond all
-// numbers it is none, so that the body counts as broken: its scale would be 0.
+// Scales speeds above the world's limits down to them. The scale is NaN where the square of the velocity
+// overflows, so that the body counts as non-finite: a scale of 0 would hide it.
 struct SpeedScales {
   F linear, angular;
 };
@@ -121,7 +122,7 @@ inline SpeedScales scales_to_limits(const BodyArgs& args, const WideVelocity& v)
   return {scale_to_limit(v.linear, F(args.max_linear_speed)),
           scale_to_limit(v.angular, F(args.max_angular_speed))};
 }
-// Kinematic bodies keep theirs. Returns whether any was above.
+// Clamps dynamic bodies only. Returns whether any speed was above its limit.
 inline bool clamp_speeds(const BodyArgs& args, const Lanes& lanes, WideVelocity& v) {
   const SpeedScales scales = scales_to_limits(args, v);
   const F one(1.0f);
@@ -132,9 +133,9 @@ inline bool clamp_speeds(const BodyArgs& args, const Lanes& lanes, WideVelocity&
   return true;
 }
 
-// Likewise within a substep: joints that can not be held would throw their bodies beyond all bounds. The free
-// velocity is scaled along, and v - u with both. Not of bodies without joints: a thin rod that lands may well
-// spin faster for a moment, and contacts bound what they push.
+// Clamps within a substep, for joints that cannot be held: these would give their bodies any speed. Scales
+// the free velocity, too, and v - u with both. Bodies without joints are left alone: a thin rod that lands
+// may spin faster for a moment, and contacts bound the speeds that they cause.
 inline bool clamp_both(const BodyArgs& args, const Lanes& lanes, M which, WideVelocity& v) {
   const SpeedScales scales = scales_to_limits(args, v);
   const F one(1.0f);
@@ -180,19 +181,19 @@ void integrate_velocities(const BodyArgs& args, int begin, int end) {
     next = {next.linear * scales.linear, next.angular * scales.angular};
     store_velocity(args.velocity, lanes, next);
     store_velocity(args.free_velocity, lanes, {u.linear * scales.linear, u.angular * scales.angular});
-    if (args.first_substep) mark_broken(args, lanes, next);
+    if (args.first_substep) mark_non_finite(args, lanes, next);
   }
 }
 
 // The velocity of a body with contacts when it has turned by `delta` since the step began, `time` ago.
-// Contacts act by the inertia that it had then, which stays as it is for the whole step, lest what pushed it
-// along an axis of small inertia would find a large one there: w is what the body has in the axes of the
-// step's beginning. They take it along, and it precesses in them for as long as it takes to turn as far as
-// the body has: what a blow has just made turns next.
+// Contacts act by the inertia of the step's beginning for the whole step. Else an impulse along an axis of
+// small inertia could meet a large one there. So w is the velocity in the axes of the step's beginning. They
+// turn with the body, and w precesses in them for the time that it takes to turn as far as the body has.
 //
-// It is not the momentum that is kept, whose magnitude the precession keeps as well: turned by more or less
-// than the momentum's own way it comes to lie along other axes, and the energy kept instead, a needle on the
-// ground came to spin ten times as fast about itself, and a box lost 9 % of its momentum in ten seconds.
+// Keeping the momentum instead fails: turned by more or less than its own path, it comes to lie along other
+// axes. Keeping the energy fails, too: a needle on the ground came to spin ten times as fast about itself,
+// and a box lost 9 % of its momentum in ten seconds. The precession keeps the magnitude of the momentum as
+// well.
 inline V3 turn_along(Q4 before, Q4 delta, V3 w, const S3& inertia, F time) {
   constexpr float kLeastCosine = 1e-3f;  // of half the angle
   constexpr float kWholeTurn = 6.2831853f;
@@ -246,8 +247,8 @@ inline void turn_inertia(const BodyArgs& args, const Lanes& lanes, Q4 before, Q4
 
 constexpr float kWhirl = 0.2f;  // rad in a substep; less than that bodies with contacts turn about one axis
 
-// rad in a substep; who turns by less does not precess to be seen in an hour. Numbers of its square would be
-// denormal, which take a hundred times as long: 10,000 bodies of 1e-20 rad/s took 20 ms a step.
+// rad in a substep; a body that turns by less shows no precession within an hour. The squares of such turns
+// are denormal, which take a hundred times as long: 10,000 bodies of 1e-20 rad/s took 20 ms a step.
 constexpr float kStill = 1e-6f;
 
 SCREE_SWEEP void integrate_poses(const BodyArgs& args, int begin, int end) {
@@ -315,15 +316,15 @@ SCREE_SWEEP void integrate_poses(const BodyArgs& args, int begin, int end) {
 // How many times faster than the speeds of sleep a body may be at times and fall asleep.
 constexpr float kTremble = 8.0f;
 
-// Nothing stops what rolls slowly or rocks on a ball, as nothing resists rolling that was not asked for, and
-// it would keep its island awake for ever. So bodies that may sleep and touch something are damped while they
-// turn no faster than kTremble times the speed of sleep: at this rate, less as they come near to that. It
-// acts as rolling resistance does of 1 % of a ball's radius of 0.3 m.
+// Without rolling resistance nothing stops a body that rolls slowly or rocks on a ball, and it would keep its
+// island awake for ever. So bodies that may sleep and touch something are damped while they turn no faster
+// than kTremble times the speed of sleep: at this rate, and less near that limit. For a ball with a radius of
+// 0.3 m it acts as rolling resistance of 1 % of the radius does.
 constexpr float kDrowsyDamping = 2.0f;  // 1/s
 // Slower ones, in shares of the speed of sleep, are near enough to rest; all in a pile are.
 constexpr float kDrowsyLeast = 0.5f;
 
-// Returns whether anybody was damped.
+// Returns whether any body was damped.
 inline bool damp_drowsy(const BodyArgs& args, const Lanes& lanes, WideVelocity& v) {
   const F squared = length_squared(v.angular), limit(args.sleep_angular_speed), one(1.0f);
   const F least = F(kDrowsyLeast) * limit, most = F(kTremble) * limit;
@@ -339,13 +340,12 @@ inline bool damp_drowsy(const BodyArgs& args, const Lanes& lanes, WideVelocity& 
   return true;
 }
 
-// Who stays where it is falls asleep. What counts is how far a body has come since its timer began, and not
-// how fast it is at times: one that is wedged in and shaken by contacts which jump between two features every
-// few steps moves to and fro by less than a centimeter. (Jolt's sleep test, which asks whether points of a
-// body have stayed within small balls.) So it has to stay within what the speeds of sleep cover in the time
-// to sleep, which at a constant speed is the same; but it may be kTremble times as fast meanwhile. That is
-// less than a bouncing ball is, unless it rises by less than 8 mm.
-// A step that is faster takes so many slower ones from the timer.
+// A body that stays in place falls asleep. The test is how far it has moved since its timer began, not its
+// speed: a body that is wedged in, and shaken by contacts that jump between two features every few steps,
+// moves to and fro by less than a centimeter. (Jolt's sleep test is similar: points of a body must stay
+// within small balls.) It has to stay within the distance that the speeds of sleep cover in the time to
+// sleep, and may be kTremble times as fast meanwhile. That is slower than a bouncing ball, unless the ball
+// rises by less than 8 mm. A faster step takes this many slower ones from the timer.
 constexpr float kRestlessWeight = 3.0f;
 
 // Rotation vector of a turn by less than a quarter, to second order.
@@ -378,7 +378,7 @@ inline F time_at_rest(const BodyArgs& args, const Lanes& lanes, const WideDelta&
   const F farthest = linear_limit * time_to_move, widest = angular_limit * time_to_move;
   const M counts = (length_squared(way) < farthest * farthest) & (length_squared(turn) < widest * widest) &
                    (longer > zero);
-  // After twice the time the older half is forgotten, so that nobody leaves in the shelter of a long rest.
+  // Drops the older half after twice the time, so that a body that moves on after a long rest is noticed.
   const M old = !(longer < F(2.0f) * full);
   const F share = select(old, F(0.5f), F(1.0f));
   const V3 kept_way = select(counts, way * share, nowhere), kept_turn = select(counts, turn * share, nowhere);
@@ -417,7 +417,7 @@ void store_outcome(const BodyArgs& args, const Lanes& lanes, int place, const Wi
     for (int part = 0; part < 7; ++part) transform[part] = origin[part][lane];
     args.sleep_timer[lanes.index[lane]] = timer[lane];
     args.kinetic_energy[place + lane] = energy[lane];
-    args.broken[place + lane] = (finite >> lane & 1u) != 0 ? 0 : 1;
+    args.non_finite[place + lane] = (finite >> lane & 1u) != 0 ? 0 : 1;
   }
 }
 
@@ -464,7 +464,7 @@ SCREE_SWEEP void finish(const BodyArgs& args, int begin, int end) {
     v.linear = select(finite, v.linear, at_rest);
     v.angular = select(finite, v.angular, at_rest);
     const std::uint32_t finite_bits = bits(finite);
-    // What the last sweep has left is clamped here: nobody sees a speed above the limits.
+    // Clamps what the last sweep has left, so that no caller sees a speed above the limits.
     const bool any_fast = clamp_speeds(args, lanes, v);
     if (finite_bits != (1u << kLanes) - 1u || any_locks || any_fast || any_turns || any_drowsy) {
       store_velocity(args.velocity, lanes, v);

@@ -1,6 +1,6 @@
 // Kernels over bodies: prepare, integrate, finish. A lane is one body of a list.
 //
-// Run by parallel/solvers/solve.cpp and parallel/bodies/finish_step.cpp.
+// Called by parallel/solvers/solve.cpp and parallel/bodies/finish_step.cpp.
 #pragma once
 
 #include <core/plain/rows.h>
@@ -18,17 +18,17 @@ struct BodyArgs {
   const InertiaRow* local_mass;
   const LocalInertiaRow* local_inertia;
   const MotionRow* motion;
-  std::uint8_t* touched;  // TouchFlag
+  std::uint8_t* step_notes;  // StepNote
   const std::uint8_t* flags;
-  std::uint8_t may_sleep;  // that of the flags with which a body may; 0: nobody
+  std::uint8_t may_sleep;  // the flag of bodies that may sleep; 0: none may
   const ForceRow* force;
   const float* center;  // Vec3 rows: center of mass in the body's frame
   float* transform;     // Pose rows
   float* sleep_timer;   // s
   DriftRow* drift;
-  const float* mass;      // kg
-  float* kinetic_energy;  // J, by place in the list
-  std::uint8_t* broken;   // by place in the list: 1 where the state became non-finite and was restored
+  const float* mass;         // kg
+  float* kinetic_energy;     // J, by place in the list
+  std::uint8_t* non_finite;  // by place in the list: 1 where the state became non-finite and was restored
   float gravity[3];
   float substep;  // s
   float step;     // s
@@ -44,7 +44,7 @@ struct BodyArgs {
 
 // All of them work on list[begin .. end).
 struct BodyKernels {
-  void (*prepare)(const BodyArgs& args, int begin, int end);  // pose -> inertia, delta; clears touched
+  void (*prepare)(const BodyArgs& args, int begin, int end);  // pose -> inertia, delta; clears step_notes
   void (*integrate_velocities)(const BodyArgs& args, int begin, int end);  // force -> velocity, free_velocity
   void (*integrate_poses)(const BodyArgs& args, int begin,
                           int end);  // velocity -> delta, velocity (gyroscopic)

@@ -1,4 +1,4 @@
-// Rows of bodies in lanes, as the kernels over bodies and those over contacts read them.
+// Loads rows of bodies into lanes, for the kernels over bodies and over constraints.
 #pragma once
 
 #include <core/plain/rows.h>

@@ -1,10 +1,10 @@
-// How a body turns on whose angular momentum nothing acts. Used by body.cpp.
+// Turns a body that no torque acts on. Used by body.cpp.
 //
-// In the body's axes Euler's equations I w' = (I w) x w are solved by the implicit midpoint rule, which keeps
-// the energy and the magnitude of the momentum to the rounding, however slender the body. The pose turns by
-// the same midpoint velocity m (Cayley's formula with the half-angle vector h m / 2), which is the turn that
-// keeps the momentum's direction. All three need the midpoint to be the solution, not to be near it: a turn
-// that is only roughly the true one lays the momentum of a needle along its axis of far smaller inertia.
+// Solves Euler's equations I w' = (I w) x w in the body's axes by the implicit midpoint rule, which keeps the
+// energy and the magnitude of the momentum up to rounding, also of slender bodies. The pose turns by the same
+// midpoint velocity m (Cayley's formula with the half-angle vector h m / 2), which keeps the momentum's
+// direction. All three hold only if the midpoint equation is solved, not approximated: an inexact turn lays
+// the momentum of a needle along its axis of far smaller inertia.
 #pragma once
 
 #include <simd/bodies/body_rows.h>

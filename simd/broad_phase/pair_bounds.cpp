@@ -1,9 +1,9 @@
-// Bounds of shapes, lane = shape: poses of bodies in, poses and fat bounds of shapes out. Called by
+// Computes bounds of shapes, lane = shape: poses of bodies -> poses and fat bounds of shapes. Called by
 // update_bounds.
 //
-// The fat bounds are what pairs are found with. They hold the shape and half of the speculative distance (the
-// other shape of a pair brings the other half), and a margin for slow bodies. While no shape leaves its fat
-// bounds, the list of pairs stays complete.
+// Pairs are found from fat bounds. These contain the shape, half of the speculative distance (the other shape
+// of a pair adds the other half), and a margin for slow bodies. While no shape leaves its fat bounds, the
+// list of pairs stays complete.
 #include <simd/broad_phase/pair_kernels.h>
 #include <simd/wide/wide_math.h>
 

@@ -1,8 +1,8 @@
-// Boxes of the implicit trees, and the join of two trees. Called by find_pairs.
+// Computes the boxes of the implicit trees, and joins two trees. Called by find_pairs.
 //
 // One descent serves a leaf block of 16 shapes: it collects the leaf blocks of the other tree whose boxes
-// meet the block's box. Only where these are very many does each shape descend by itself. Each of the 16
-// shapes then picks its own among them, and tests box and bounding sphere against their 16 shapes at once.
+// overlap the block's box. Only where there are very many does each shape descend by itself. Each of the 16
+// shapes then selects its own leaf blocks, and tests box and bounding sphere against their 16 shapes at once.
 #include <simd/broad_phase/pair_kernels.h>
 #include <simd/wide/wide.h>
 
@@ -115,7 +115,7 @@ void test_shape(const JoinTask& task, int query_block, int slot, const Candidate
     }
   }
   if (state.count + count + kBlock <= task.capacity) {
-    store_unaligned(others + count, I(-1));  // it reads whole registers, and one where there is none
+    store_unaligned(others + count, I(-1));  // the kernel reads whole registers, also beyond the end
     write_pairs(query.shape[slot], others, count, task.pairs + state.count);
   }
   state.count += count;

@@ -1,7 +1,7 @@
 // Kernels of the broad phase: bounds of shapes, boxes of trees, and the join of two trees.
 //
-// Called by update_bounds (poses -> bounds) and find_pairs (bounds -> trees -> pairs). All functions are
-// exact in the sense that counts: whether two shapes become a pair depends on their own two bounds alone.
+// Called by update_bounds (poses -> bounds) and find_pairs (bounds -> trees -> pairs). Whether two shapes
+// become a pair depends on their own two bounds alone.
 #pragma once
 
 #include <core/plain/rows.h>
@@ -25,7 +25,7 @@ struct alignas(64) LeafBlock {
   float bounds[6][kBlock];
   float center[3][kBlock];  // of the bounding spheres
   float radius[kBlock];
-  std::int32_t shape[kBlock];  // -1: nobody
+  std::int32_t shape[kBlock];  // -1: empty
   std::uint32_t special;       // bit per shape: pairs with it must be asked for filters and equal bodies
   std::uint32_t padding[15];
 };
@@ -61,7 +61,7 @@ struct BoundsTask {
 
 // refit_leaves: gathers the bounds of order[16 b ...] into leaf block b and its box into nodes.
 struct RefitTask {
-  const std::int32_t* order;  // whole blocks; -1: nobody
+  const std::int32_t* order;  // whole blocks; -1: empty
   const BoundsRow* fat_bounds;
   LeafBlock* leaves;
   NodeBlock* nodes;

@@ -1,4 +1,5 @@
-// The table of collide kernels, and the rare part of a contact (restitution, rolling, moving surfaces).
+// Makes the table of collide kernels, and writes the rare part of a contact (restitution, rolling, moving
+// surfaces).
 #include <simd/collide/collide_contact.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {

@@ -1,8 +1,8 @@
-// Boxes against boxes: 15 separating axes, then either the incident face clipped against the reference face
-// and reduced to 4 points, or the closest points of two edges.
+// Boxes against boxes: tests 15 separating axes, then either clips the incident face against the reference
+// face and reduces it to 4 points, or takes the closest points of two edges.
 //
-// Everything but the last turn into world axes happens in the first box's frame. Separating axes of boxes:
-// Gottschalk, Lin and Manocha, "OBBTree", 1996. Clipping by slabs: Cyrus and Beck, 1978.
+// Works in the first box's frame up to the last turn into world axes. Separating axes of boxes: Gottschalk,
+// Lin and Manocha, "OBBTree", 1996. Clipping by slabs: Cyrus and Beck, 1978.
 #include <simd/collide/collide_contact.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {

@@ -1,8 +1,8 @@
-// What all collide kernels share: loading a block of pairs, dropping the separated ones, and turning a
-// contact's geometry into a manifold with friction center, mixed materials and last step's impulses.
+// Shared by all collide kernels: loads a block of pairs, drops the separated ones, and turns the geometry of
+// a contact into a manifold with friction center, mixed materials and last step's impulses.
 //
-// Included by collide*.cpp only. Positions are relative to the first shape's origin, so that far
-// from the world's origin only the difference of two stored positions is rounded.
+// Included by collide*.cpp only. Positions are relative to the first shape's origin, so that far from the
+// world's origin only the difference of two stored positions is rounded.
 #pragma once
 
 #include <core/plain/rows.h>
@@ -354,9 +354,10 @@ inline F thinness(const CollideColumns& columns, const std::int32_t* shape, F of
   }
   return load(lanes);
 }
-// Contacts ahead with something fixed that the body may well pass: those that it will only graze. Floors are
-// made of pieces, and what slides over a seam would be stopped by the side of the next one, which its own
-// side overlaps in a strip as thin as it has sunk in. Where points touch instead of faces, the way tells.
+// Finds contacts ahead with fixed shapes that the body will only graze. Floors are made of pieces: a body
+// that slides over a seam would be stopped by the side of the next piece, which its own side overlaps in a
+// strip as thin as the body has sunk in. Where points touch instead of faces, the direction of motion
+// decides.
 inline constexpr float kStrip = 2.0f * kLinearSlop;  // m
 template <int kPoints>
 M grazes_ahead(const CollideColumns& columns, const Block& block, const WideContact<kPoints>& contact,

@@ -1,8 +1,8 @@
 // Hulls against hulls and boxes: the stages of one chunk of pairs.
 //
-// Lane = pair: bounding spheres, and each survivor in the first hull's frame. Then pair by pair, wide within
-// the pair: the axis that separated it last time, the way between the centers, faces, edges, contact points.
-// Lane = pair again: manifolds of what touches.
+// With lane = pair: tests bounding spheres, and moves each survivor into the first hull's frame. Then pair by
+// pair, wide within the pair: the axis that separated it last time, the axis between the centers, faces,
+// edges, contact points. With lane = pair again: manifolds of the pairs that touch.
 #include <simd/collide/collide_hull.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -80,7 +80,7 @@ void clear_row(const CollideColumns& columns, std::int32_t row, std::int32_t pai
   columns.points[row] = 0;
   remember(columns, pair, axis, 0);
 }
-// Of a pair whose spheres do not meet. The axis that separated it is kept.
+// A pair whose spheres do not meet keeps the axis that separated it.
 void clear_far_row(const CollideColumns& columns, std::int32_t row, std::int32_t pair) {
   columns.points[row] = 0;
   if (columns.axis[pair].feature != 0) remember(columns, pair, {0.0f, 0.0f, 0.0f}, 0);

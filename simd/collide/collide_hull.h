@@ -1,5 +1,5 @@
-// What the stages of the narrow phase of hulls share: a pair in the first hull's frame, farthest vertices,
-// and reductions over a hull's columns.
+// Shared by the stages of the narrow phase of hulls: a pair in the first hull's frame, farthest vertices, and
+// reductions over a hull's columns.
 //
 // Included by collide_hull*.cpp only. Everything here is wide within one pair: lanes are
 // vertices, faces or edges. Reductions are exact (the largest value, then the first equal index), so that
@@ -211,8 +211,8 @@ void touch_crossing(const Decision& decision, const EdgeCrossing& crossing, Hull
 // Contact points of two faces of any size.
 void clip_faces(const HullPair& pair, const Decision& decision, const FacePair& faces, HullContact& contact);
 
-// ManifoldFeatures::id of a point of two faces, but for its number: the same whether a face of the first hull
-// decides or an edge at it, so that points outlive the change from one to the other.
+// ManifoldFeatures::id of a point of two faces, without its number: the same where a face of the first hull
+// or an edge of it decides, so that points outlive the change from one to the other.
 inline std::uint32_t face_id(const FacePair& faces) {
   return (faces.side == 0 ? kFeatureFace1 : kFeatureFace2) | static_cast<std::uint32_t>(faces.face) << 19 |
          static_cast<std::uint32_t>(faces.incident) << 10;
@@ -223,7 +223,8 @@ inline constexpr std::uint32_t kLostNumber = 1023;  // of the point where clippi
 // do in depth that differ by less than what axes must gain: of equal ones the first is taken, so that they do
 // not take turns while a hull at rest jitters.
 inline constexpr float kTieShare = 1e-3f;
-// Where the other hull's face is so steep, the corners of the deciding one can not be told from its edges.
+// Where the other hull's face is so steep, the corners of the deciding one cannot be distinguished from its
+// edges.
 inline constexpr float kSteepFace = 1e-3f;
 
 // Pairs of faces with few corners, gathered until they fill the lanes: clipped with lane = pair, they take a

@@ -1,4 +1,4 @@
-// A box as a hull, so that boxes meet hulls as hulls do.
+// Turns a box into a hull, so that boxes collide with hulls as hulls do.
 #include <simd/collide/collide_hull.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {

@@ -1,7 +1,7 @@
-// Hulls: contact points of two faces, for polygons of any size. Seen along the axis of contact, one is
-// clipped against the other, and at most four of the corners of the overlap are kept. Where edges decide,
-// their crossing is the first point, and the faces at these edges give the others: on a single point a hull
-// would rock, and sink in with what comes down beside it.
+// Hulls: contact points of two faces, for polygons of any size. Clips one face against the other, seen along
+// the axis of contact, and keeps at most four corners of the overlap. Where edges decide, their crossing is
+// the first point, and the faces at these edges give the others: on a single point a hull would rock and sink
+// in.
 //
 // Lanes are edges of the clipped face, then corners. Clipping of all edges at once: Cyrus and Beck, 1978.
 #include <simd/collide/collide_hull.h>

@@ -1,4 +1,5 @@
-// Hulls: contact points of faces with few corners, lane = pair. As collide_hull_clip.cpp does for one pair.
+// Hulls: contact points of faces with few corners, lane = pair. Does what collide_hull_clip.cpp does for one
+// pair.
 #include <simd/collide/collide_hull.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {

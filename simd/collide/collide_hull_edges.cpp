@@ -1,9 +1,9 @@
-// Hulls: the pair of edges along whose common perpendicular two hulls overlap least, where that is less than
-// along the best face.
+// Hulls: finds the pair of edges along whose common perpendicular two hulls overlap least, where that is less
+// than along the best face.
 //
 // Only edges whose arcs cross on the sphere of directions span a face of the Minkowski difference (Gregorius,
-// "The Separating Axis Test between Convex Polyhedra", 2013). Before any two edges meet, each hull's edges
-// are sifted by how far a point of the other hull lies beyond their arc at most (HullData).
+// "The Separating Axis Test between Convex Polyhedra", 2013). Before testing pairs of edges, drops edges of
+// each hull by an upper bound for how far a point of the other hull lies beyond their arc (HullData).
 #include <simd/collide/collide_hull.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -191,8 +191,8 @@ bool query_edges(const HullPair& pair, Decision& decision) {
   return separation <= pair.reach;
 }
 
-// The gap along their axis, whatever it is, bounds the best gap from below; if no face reaches it, the best
-// edges are found among the few that do. What comes out is what query_faces and query_edges would have found.
+// The gap along their axis bounds the best gap from below. If no face reaches it, the best edges are among
+// the few that do. The result is the same as that of query_faces and query_edges.
 Remembered query_remembered_edges(const HullPair& pair, std::uint32_t hint, Decision& decision) {
   const int last[2] = {at_most(hint >> kFeatureShift & kFeatureIndex, pair.hull[0]->edge_count),
                        at_most(hint & kFeatureIndex, pair.hull[1]->edge_count)};

@@ -1,10 +1,9 @@
-// Hulls: the face along whose normal a pair overlaps least.
+// Hulls: finds the face along whose normal a pair overlaps least.
 //
-// A full search takes the farthest vertex of the other hull for every face. Most faces are ruled out without:
+// A full search takes the farthest vertex of the other hull for every face. Most faces are ruled out before:
 // any point of the other hull, and the ball inside it, bound the gap from above. A face is searched only
-// while its bound can beat the best gap so far, and the vertex that this finds is one more bounding point
-// (the cutting planes of Kelley, 1960). The search starts at the face that decided last time; where it starts
-// changes its time only.
+// while its bound can beat the best gap so far, and the vertex found is one more bounding point (the cutting
+// planes of Kelley, 1960). The search starts at the face that decided last time, which changes its time only.
 #include <simd/collide/collide_hull.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {

@@ -1,6 +1,6 @@
-// Narrow-phase kernels: candidate pairs of one type pair in, manifolds out.
+// Narrow-phase kernels: candidate pairs of two types of shapes -> manifolds.
 //
-// Filled by collide*.cpp, called by parallel/collide. A lane is one pair of shapes.
+// Implemented by collide*.cpp, called by parallel/narrow_phase/collide.cpp. A lane is one pair of shapes.
 #pragma once
 
 #include <core/plain/hull.h>

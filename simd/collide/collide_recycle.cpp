@@ -1,9 +1,8 @@
-// Recycling: manifolds of boxes, hulls and capsules that have hardly moved relative to each other stay as
-// they are, and only their separations follow the bodies. This is what lets a tall stack stand: points that
-// are found anew from slightly different poses jump between corners and feed jitter; a capsule that is wedged
-// in would jump from one of its ends to the other, or from one point to two, and tremble at 0.1 m/s for ever.
-// (Box3D's contact recycling, v0.1, after the persistent manifolds of PhysX; it also saves most of the narrow
-// phase at rest.)
+// Recycles manifolds: while two boxes, hulls or capsules have hardly moved relative to each other, their
+// manifold stays, and only its separations follow the bodies. This lets a tall stack stand. Points computed
+// from slightly different poses jump between corners and cause jitter; a wedged capsule would jump from one
+// of its ends to the other, or from one point to two, and tremble at 0.1 m/s for ever. (Box3D's contact
+// recycling, v0.1, after the persistent manifolds of PhysX; it also saves most of the narrow phase at rest.)
 #include "collide_contact.h"
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {

@@ -1,5 +1,5 @@
-// Spheres and capsules against each other: the closest points of two segments, a sphere's being of length
-// zero.
+// Spheres and capsules against each other: the closest points of two segments. The segment of a sphere has
+// length zero.
 #include <simd/collide/collide_contact.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {

@@ -1,5 +1,5 @@
-// Spheres and capsules against boxes: the point of a segment that is closest to a box while the segment stays
-// outside, separating axes where it passes through.
+// Spheres and capsules against boxes: the point of the segment that is closest to the box while the segment
+// is outside, separating axes where it passes through.
 #include <simd/collide/collide_contact.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {

@@ -1,9 +1,8 @@
-// Spheres and capsules against hulls. Bounding spheres and boxes drop pairs with a lane for each; what is
-// left is searched pair by pair with a lane for each face or edge; the contacts are completed with a lane for
-// each pair again.
+// Spheres and capsules against hulls. Drops pairs by bounding spheres and boxes, lane = pair; searches the
+// others pair by pair, lane = face or edge; completes the contacts with lane = pair again.
 //
-// The largest distance over the faces' planes never exceeds the true distance. Where the point that has it
-// lies over that very face, it is the distance, and no edge need be looked at.
+// The largest distance over the faces' planes never exceeds the true distance. If its point lies over that
+// same face, it is the distance, and no edge has to be tested.
 #include <simd/collide/collide_contact.h>
 #include <simd/collide/hull_segment.h>
 

@@ -1,8 +1,8 @@
 // One hull against one segment or point, wide within the pair: a lane is a face, an edge or a side of a face.
 //
 // Included by collide_round_hull.cpp only. Everything is in the hull's frame, relative to its centroid. A
-// search over features keeps the best and its number in each lane and then takes the first of the best ones,
-// so that the result does not depend on how many lanes there are.
+// search over features keeps the best feature and its number in each lane, and then takes the best with the
+// lowest number, so that the result does not depend on the number of lanes.
 #pragma once
 
 #include <core/plain/hull.h>

@@ -1,5 +1,5 @@
-// Chooses among the instruction sets that were built, by asking the processor for every feature that the
-// kernels' compiler flags allow.
+// Chooses one of the instruction sets that were built: the processor must have every feature that the
+// compiler flags of its kernels allow.
 #include <simd/dispatch/kernels.h>
 
 namespace scree::simd {

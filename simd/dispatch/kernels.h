@@ -1,7 +1,7 @@
-// The kernels of one instruction set as a table of functions, and how a table is chosen.
+// The kernels of one instruction set as a table of functions, and the choice of a table.
 //
-// Each family is declared in its own header and made by the sources beside that, which are compiled once per
-// instruction set. Nothing here depends on the compiler's flags.
+// Each family has a header of its own. The sources beside it, compiled once per instruction set, implement
+// it. Nothing here depends on the compiler's flags.
 #pragma once
 
 #include <simd/bodies/body_kernels.h>

@@ -1,4 +1,4 @@
-// The table of this instruction set, from the families beside this file.
+// Makes the table of this instruction set from the kernel families.
 #include <simd/dispatch/kernels.h>
 
 #define SCREE_STRINGIZE_AGAIN(text) #text

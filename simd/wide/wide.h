@@ -9,10 +9,10 @@
 //   min(a, b) = a < b ? a : b     max(a, b) = a > b ? a : b     (b if either is NaN or both are zero)
 //   -a flips the sign bit         a != b is !(a == b)
 //
-// A NaN is a NaN on every set, but where an operation computes it (+ - * / sqrt and what is made of them) its
-// sign and payload may differ: processors pass on one of the operands, and compilers may exchange these. So
-// no result may depend on them: never take copy_sign() or the bits of what may be NaN.
-// tests/simd/wide_test.cpp holds every operation to this, and to equal bits everywhere else.
+// All sets agree on what is NaN. But the sign and payload of a NaN that an operation computes (+ - * / sqrt
+// and all that is built from them) may differ: processors pass on one of the operands, and compilers may
+// exchange these. So never take copy_sign() or the bits of a value that may be NaN.
+// tests/simd/wide/wide_test.cpp checks this, and equal bits everywhere else, for every operation.
 #pragma once
 
 #ifndef SCREE_SIMD_NAMESPACE

@@ -1,5 +1,5 @@
-// Angles of rotations, without the platform's functions: polynomials of + - * / and sqrt, so that all
-// instruction sets have the same bits.
+// Angles of rotations from polynomials of + - * / and sqrt, not from the platform's functions, so that all
+// instruction sets give the same bits.
 #pragma once
 
 #include <simd/wide/wide_math.h>

@@ -1,4 +1,4 @@
-// Wide numbers of one lane, in plain C++: the oracle of the other instruction sets, on any processor.
+// Wide numbers of one lane, in plain C++, for any processor: the reference for the other instruction sets.
 // Included by wide.h only.
 #pragma once
 

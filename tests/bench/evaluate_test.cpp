@@ -392,7 +392,7 @@ TEST(TouchingPairs, LeaveOutBodiesThatAJointKeepsFromColliding) {
   EXPECT_EQ(touching_pairs(scene, start_states(scene)).pairs(), 1);
 }
 
-TEST(Evaluator, BodiesThatHaveNotComeOrHaveGoneCountNowhere) {
+TEST(Evaluator, BodiesNotYetCreatedOrAlreadyDestroyedCountNowhere) {
   const Scene scene = scenes::build("stack", {{"bodies", 3}}).front();
   std::vector<BodyState> states = start_states(scene);
   const std::int64_t all = touching_pairs(scene, states).pairs();

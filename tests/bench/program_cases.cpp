@@ -75,7 +75,7 @@ TEST_F(BenchProgram, NamesContinuousCollisionInEveryReport) {
   EXPECT_NE(read_file(markdown).find("continuous collision: "), std::string::npos);
 }
 
-TEST_F(BenchProgram, TellsTheDriftOfJointsWhereASceneHasAny) {
+TEST_F(BenchProgram, ReportsTheDriftOfJointsWhereASceneHasAny) {
   const std::string markdown = (folder_ / "table.md").string();
   const auto drift_columns = [&](const std::string& scene) {
     const nlohmann::json json = figures(
@@ -142,7 +142,7 @@ TEST_F(BenchProgram, WritesNoFileTwiceAndNoneWhereNothingIsMeasured) {
   EXPECT_EQ(read_file(file), "old");
 }
 
-TEST_F(BenchProgram, TellsThatItsOutputWasLost) {
+TEST_F(BenchProgram, ReportsThatItsOutputWasLost) {
   for (const char* arguments : {"--list", "--help"}) {
     const Outcome outcome = run(std::string("( '" SCREE_BENCH_PROGRAM "' ") + arguments + " > /dev/full )");
     EXPECT_EQ(outcome.exit_code, 1) << arguments;
@@ -155,6 +155,16 @@ TEST_F(BenchProgram, PlotsAreTheSameFromRunToRunAndBadFiguresAreRefused) {
   const Outcome outcome = run("'" SCREE_BENCH_PLOT "' --self-test");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("the same from run to run"), std::string::npos);
+}
+
+TEST_F(BenchProgram, TheSummaryHasARowForEachSceneAndNumberOfThreads) {
+  const Outcome self_test = run("'" SCREE_BENCH_SUMMARIZE "' --self-test");
+  EXPECT_EQ(self_test.exit_code, 0) << self_test.err;
+  figures("--scenes pile:bodies=20 --threads 1,2 --steps 3");
+  const Outcome summary = run("'" SCREE_BENCH_SUMMARIZE "' '" + (folder_ / "figures.json").string() + "'");
+  EXPECT_EQ(summary.exit_code, 0) << summary.err;
+  EXPECT_NE(summary.out.find("| pile:bodies=20 | 1 | "), std::string::npos) << summary.out;
+  EXPECT_NE(summary.out.find("| pile:bodies=20 | 2 | "), std::string::npos) << summary.out;
 }
 
 }  // namespace

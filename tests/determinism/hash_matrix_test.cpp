@@ -43,7 +43,7 @@ TEST_P(HashMatrix, TheWholeStateTableIsTheSameAtTheEnd) {
   }
 }
 
-TEST_P(HashMatrix, EveryBackendTellsOfTheSameEvents) {
+TEST_P(HashMatrix, EveryBackendListsTheSameEvents) {
   const SceneCase& what = GetParam().what;
   const auto play_events = [&what](const Schedule& schedule) {
     Shift shift(schedule);
@@ -70,7 +70,7 @@ TEST_P(HashMatrix, EveryBackendTellsOfTheSameEvents) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, HashMatrix, ::testing::ValuesIn(scene_goldens()), kGoldenName);
 
-TEST(WhereReplaysPart, IsToldByBodyFieldAndColumn) {
+TEST(Divergence, IsNamedByBodyFieldAndColumn) {
   const SceneCase what{"stack", {{"bodies", 3}}, 1};
   Playback expected(what), actual(what);
   World& world = actual.worlds().front();
@@ -93,7 +93,7 @@ TEST(GoldenHashes, CoverEveryBuiltInScene) {
     EXPECT_TRUE(covered.contains(info.name)) << info.name;
 }
 
-TEST(GoldenHashes, BelongToRunsInWhichBodiesCollideOrHangTogetherFallAsleepAndWake) {
+TEST(GoldenHashes, BelongToRunsWithCollisionsOrJointsSleepAndWaking) {
   bool somebody_slept = false, somebody_woke = false;
   for (const Golden& golden : scene_goldens()) {
     Workers workers(WorkersOptions{.threads = 1});

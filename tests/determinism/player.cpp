@@ -44,7 +44,7 @@ Player::Player(Shift& shift, bool checks, std::ostream* log) : shift_(shift), ch
   build_pit(world_);
 }
 
-void Player::broken(const std::string& promise) const {
+void Player::fail(const std::string& promise) const {
   throw BrokenPromise(promise + " (after " + std::to_string(hashes_.size()) + " steps)");
 }
 
@@ -116,9 +116,9 @@ void Player::empty_slot(Slot& slot) {
   model_.shapes -= slot.shapes.size();
   --model_.bodies;
   for (const ShapeId shape : slot.shapes) {
-    if (world_.is_alive(shape)) broken("a destroyed body's shape lives on");
+    if (world_.is_alive(shape)) fail("a destroyed body's shape lives on");
   }
-  if (world_.is_alive(body)) broken("a destroyed body lives on");
+  if (world_.is_alive(body)) fail("a destroyed body lives on");
   slot = Slot{};
 }
 
@@ -185,8 +185,7 @@ void Player::create_bulk(const Call& call) {
     Slot& slot = model_.slots[call.slot + i];
     slot.body = ids[i];
     slot.shapes.resize(1);
-    if (world_.shapes_of(ids[i], slot.shapes) != 1)
-      broken("a body created with one shape has another number");
+    if (world_.shapes_of(ids[i], slot.shapes) != 1) fail("a body created with one shape has another number");
   }
 }
 
@@ -254,7 +253,7 @@ void Player::change_body(const Call& call, Slot& slot) {
       const std::uint64_t data = random.next();
       tell("set_user_data", body, static_cast<std::uint32_t>(data));
       world_.set_user_data(body, data);
-      if (world_.user_data(body) != data) broken("a body forgets its user data");
+      if (world_.user_data(body) != data) fail("a body forgets its user data");
       return;
     }
     default:
@@ -350,7 +349,7 @@ void Player::change_shape(const Call& call, Slot& slot) {
       world_.destroy_shape(shape);
       slot.shapes.erase(slot.shapes.begin() + static_cast<std::ptrdiff_t>(which));
       --model_.shapes;
-      if (world_.is_alive(shape)) broken("a destroyed shape lives on");
+      if (world_.is_alive(shape)) fail("a destroyed shape lives on");
       return;
     case CallKind::set_filter: {
       const Filter filter = random_filter(random);
@@ -376,7 +375,7 @@ void Player::change_shape(const Call& call, Slot& slot) {
       const std::uint64_t data = random.next();
       tell("set_user_data", shape, static_cast<std::uint32_t>(data));
       world_.set_user_data(shape, data);
-      if (world_.user_data(shape) != data) broken("a shape forgets its user data");
+      if (world_.user_data(shape) != data) fail("a shape forgets its user data");
       return;
     }
     case CallKind::set_contact_events: {
@@ -481,9 +480,9 @@ void Player::make_wrong_call(const Call& call) {
   } catch (const Error&) {
     thrown = true;
   }
-  if (!thrown) broken("wrong call " + std::to_string(which) + " did not throw");
+  if (!thrown) fail("wrong call " + std::to_string(which) + " did not throw");
   if (world_.hash() != before || (checks_ && bytes_of(world_) != state)) {
-    broken("wrong call " + std::to_string(which) + " changed the world");
+    fail("wrong call " + std::to_string(which) + " changed the world");
   }
 }
 
@@ -518,13 +517,13 @@ void Player::check_before_step() {
 }
 
 void Player::check_after_step() {
-  if (world_.body_count() != model_.bodies + kPitBodies) broken("body_count is wrong");
-  if (world_.shape_count() != model_.shapes + kPitShapes) broken("shape_count is wrong");
+  if (world_.body_count() != model_.bodies + kPitBodies) fail("body_count is wrong");
+  if (world_.shape_count() != model_.shapes + kPitShapes) fail("shape_count is wrong");
   const StepStats& stats = world_.stats();
-  if (stats.contacts > stats.pairs) broken("there are more contacts than pairs");
-  if (!std::isfinite(stats.kinetic_energy)) broken("the kinetic energy is not finite");
+  if (stats.contacts > stats.pairs) fail("there are more contacts than pairs");
+  if (!std::isfinite(stats.kinetic_energy)) fail("the kinetic energy is not finite");
   if (stats.sweep_hits > stats.swept_bodies || stats.swept_bodies > stats.awake_bodies) {
-    broken("more bodies hit than were swept, or more were swept than moved");
+    fail("more bodies hit than were swept, or more were swept than moved");
   }
   check_events();
   check_sleep();
@@ -537,22 +536,22 @@ void Player::check_after_step() {
 // The events of sleep alone tell who sleeps.
 void Player::check_sleep() {
   for (const BodyId& body : world_.sleep_ends()) {
-    if (model_.asleep.erase(body) == 0) broken("a body wakes that did not sleep");
+    if (model_.asleep.erase(body) == 0) fail("a body wakes that did not sleep");
   }
   for (const BodyId& body : world_.sleep_begins()) {
-    if (!model_.asleep.insert(body).second) broken("a body falls asleep twice");
+    if (!model_.asleep.insert(body).second) fail("a body falls asleep twice");
   }
   std::erase_if(model_.asleep, [&](const BodyId& body) {
     return !world_.is_alive(body) || world_.body_type(body) != BodyType::dynamic;
   });
   for (const Slot& slot : model_.slots) {
     if (slot.body == BodyId{} || world_.body_type(slot.body) != BodyType::dynamic) continue;
-    if (world_.is_frozen(slot.body)) continue;  // neither sleeps nor is awake
+    if (world_.is_quarantined(slot.body)) continue;  // neither sleeps nor is awake
     const bool awake = world_.is_awake(slot.body);
-    // Who touches a body that froze as the step ended is told of by the next step.
-    if (awake && !world_.frozen_bodies().empty()) continue;
+    // What a body touches that was quarantined as the step ended wakes in the next step's lists.
+    if (awake && !world_.quarantined_bodies().empty()) continue;
     if (awake == model_.asleep.contains(slot.body)) {
-      broken("body " + std::to_string(slot.body.index) + " sleeps or wakes unheard of");
+      fail("body " + std::to_string(slot.body.index) + " sleeps or wakes unheard of");
     }
   }
 }
@@ -560,17 +559,17 @@ void Player::check_sleep() {
 // Whoever was told of a begin is told of one end, in any order of calls.
 void Player::check_events() {
   for (const ContactEnd& end : world_.contact_ends()) {
-    if (model_.begun.erase({end.shape_a, end.shape_b}) == 0) broken("a contact ends that has not begun");
+    if (model_.begun.erase({end.shape_a, end.shape_b}) == 0) fail("a contact ends that has not begun");
   }
   for (const ContactEvent& event : world_.contact_begins()) {
-    if (!model_.begun.insert({event.shape_a, event.shape_b}).second) broken("a contact begins twice");
+    if (!model_.begun.insert({event.shape_a, event.shape_b}).second) fail("a contact begins twice");
     if (!world_.is_alive(event.shape_a) || world_.body_of(event.shape_b) != event.body_b) {
-      broken("a contact of the dead begins");
+      fail("a contact of the dead begins");
     }
-    if (!std::isfinite(event.normal_impulse) || event.point_count < 1) broken("a contact makes no sense");
+    if (!std::isfinite(event.normal_impulse) || event.point_count < 1) fail("a contact makes no sense");
   }
   for (const auto& [a, b] : model_.begun) {
-    if (!world_.is_alive(a) || !world_.is_alive(b)) broken("a contact outlives its shapes");
+    if (!world_.is_alive(a) || !world_.is_alive(b)) fail("a contact outlives its shapes");
   }
   events_ += world_.contact_begins().size();
 }
@@ -578,23 +577,23 @@ void Player::check_events() {
 void Player::check_body(Slot& slot) {
   const BodyId body = slot.body;
   const std::string name = "body " + std::to_string(body.index);
-  if (!world_.is_alive(body) || world_.body_at(body.index) != body) broken(name + ": the handle died");
+  if (!world_.is_alive(body) || world_.body_at(body.index) != body) fail(name + ": the handle died");
   for (const ShapeId shape : slot.shapes) {
-    if (!world_.is_alive(shape) || world_.body_of(shape) != body) broken(name + ": a shape got lost");
+    if (!world_.is_alive(shape) || world_.body_of(shape) != body) fail(name + ": a shape got lost");
   }
-  if (world_.shapes_of(body, {}) != slot.shapes.size()) broken(name + " has another number of shapes");
+  if (world_.shapes_of(body, {}) != slot.shapes.size()) fail(name + " has another number of shapes");
   const Pose pose = world_.pose(body);
   const Quat q = pose.rotation;
   const float norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-  if (!is_finite(pose.position) || !is_finite(world_.center_of_mass(body))) broken(name + " is nowhere");
-  if (!(std::abs(norm - 1.0f) <= kUnitTolerance)) broken(name + ": the rotation has lost its length");
+  if (!is_finite(pose.position) || !is_finite(world_.center_of_mass(body))) fail(name + " is nowhere");
+  if (!(std::abs(norm - 1.0f) <= kUnitTolerance)) fail(name + ": the rotation has lost its length");
   if (!is_finite(world_.linear_velocity(body)) || !is_finite(world_.angular_velocity(body))) {
-    broken(name + ": the velocity is not finite");
+    fail(name + ": the velocity is not finite");
   }
   const bool asleep = !slot.last_awake && !world_.is_awake(body);
   const bool fixed = world_.body_type(body) == BodyType::fixed;
   if (asleep && !fixed) somebody_slept_ = true;
-  if ((fixed || asleep) && !same_bits(pose, slot.last_pose)) broken(name + " is fixed or asleep, but moved");
+  if ((fixed || asleep) && !same_bits(pose, slot.last_pose)) fail(name + " is fixed or asleep, but moved");
 }
 
 }  // namespace scree::determinism

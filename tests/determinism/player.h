@@ -122,7 +122,7 @@ class Player {
   void check_events();
   void check_sleep();
   void check_body(Slot& slot);
-  [[noreturn]] void broken(const std::string& promise) const;
+  [[noreturn]] void fail(const std::string& promise) const;
 
   // One line of the log: the call and its arguments.
   template <class... Values>

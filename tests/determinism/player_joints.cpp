@@ -72,7 +72,7 @@ void Player::destroy_joint(const Call& call) {
   tell("destroy_joint", joint);
   world_.destroy_joint(joint);
   model_.joints.erase(joint);
-  if (world_.is_alive(joint)) broken("a destroyed joint lives on");
+  if (world_.is_alive(joint)) fail("a destroyed joint lives on");
 }
 
 void Player::set_joint(const Call& call) {
@@ -119,7 +119,7 @@ void Player::change_joint(const Call& call) {
       const std::uint64_t data = random.next();
       tell("set_user_data", joint, static_cast<std::uint32_t>(data));
       world_.set_user_data(joint, data);
-      if (world_.user_data(joint) != data) broken("a joint forgets its user data");
+      if (world_.user_data(joint) != data) fail("a joint forgets its user data");
       return;
     }
   }
@@ -168,36 +168,35 @@ void Player::lose_joints(BodyId body) {
 void Player::check_lost_joints() {
   const std::span<const JointId> told = world_.destroyed_joints();
   if (std::set<JointId>(told.begin(), told.end()) != model_.lost || told.size() != model_.lost.size()) {
-    broken("the joints that went with their bodies are not those that are told of");
+    fail("the joints that went with their bodies are not those that are told of");
   }
   model_.lost.clear();
   for (const JointId joint : world_.broken_joints()) {
     const auto found = model_.joints.find(joint);
-    if (found == model_.joints.end() || !found->second.enabled) broken("a joint breaks that did not hold");
+    if (found == model_.joints.end() || !found->second.enabled) fail("a joint breaks that did not hold");
     found->second.enabled = false;
   }
 }
 
 void Player::check_joints() {
-  if (world_.joint_count() != model_.joints.size()) broken("joint_count is wrong");
+  if (world_.joint_count() != model_.joints.size()) fail("joint_count is wrong");
   std::map<BodyId, std::size_t> counts;
   for (const auto& [joint, joined] : model_.joints) {
     const std::string name = "joint " + std::to_string(joint.index);
-    if (!world_.is_alive(joint)) broken(name + ": the handle died");
+    if (!world_.is_alive(joint)) fail(name + ": the handle died");
     const JointDef def = world_.joint_def(joint);
-    if (def.body_a != joined.a || def.body_b != joined.b) broken(name + " has changed its bodies");
-    if (def.enabled != joined.enabled) broken(name + " has been switched by nobody");
+    if (def.body_a != joined.a || def.body_b != joined.b) fail(name + " has changed its bodies");
+    if (def.enabled != joined.enabled) fail(name + " has been switched by nobody");
     const Pose pose = world_.joint_pose(joint);
-    if (!is_finite(pose.position) || !std::isfinite(pose.rotation.w))
-      broken(name + ": its pose is not finite");
+    if (!is_finite(pose.position) || !std::isfinite(pose.rotation.w)) fail(name + ": its pose is not finite");
     const JointReaction reaction = world_.joint_reaction(joint);
     if (!is_finite(reaction.force) || !is_finite(reaction.torque))
-      broken(name + ": its reaction is not finite");
+      fail(name + ": its reaction is not finite");
     for (const BodyId body : {joined.a, joined.b}) ++counts[body];
   }
   for (const Slot& slot : model_.slots) {
     if (slot.body == BodyId{}) continue;
-    if (world_.joints_of(slot.body, {}) != counts[slot.body]) broken("a body has other joints");
+    if (world_.joints_of(slot.body, {}) != counts[slot.body]) fail("a body has other joints");
   }
 }
 

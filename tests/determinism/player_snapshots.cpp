@@ -43,7 +43,7 @@ void Player::forget_changes() {
     } catch (const Error&) {
       refused = true;
     }
-    if (!refused) broken("changes are applied to another snapshot than their own");
+    if (!refused) fail("changes are applied to another snapshot than their own");
     saved.full = false;
   }
 }
@@ -65,8 +65,8 @@ void Player::save_somewhere(const Call& call) {
   saved.in_changes = in_changes;
   saved.model = model_;
   const Snapshot& kept = whole(saved);
-  if (checks_ && write_snapshot(kept) != bytes_of(world_)) broken("a snapshot holds another world");
-  if (kept.step() != world_.stats().step) broken("a snapshot is of another step");
+  if (checks_ && write_snapshot(kept) != bytes_of(world_)) fail("a snapshot holds another world");
+  if (kept.step() != world_.stats().step) fail("a snapshot is of another step");
 }
 
 const Snapshot& Player::whole(const Saved& saved) {
@@ -106,7 +106,7 @@ void Player::restore_saved(const Call& call) {
   const Model before = std::move(model_);
   model_ = saved.model;
   check_handles(before);
-  if (checks_ && write_snapshot(snapshot) != bytes_of(world_)) broken("a restored world has another state");
+  if (checks_ && write_snapshot(snapshot) != bytes_of(world_)) fail("a restored world has another state");
 }
 
 // Handles that were valid when the world was saved are valid again, and no others of those that are known.
@@ -117,22 +117,22 @@ void Player::check_handles(const Model& before) {
     if (slot.body == BodyId{}) continue;
     bodies.insert(slot.body);
     shapes.insert(slot.shapes.begin(), slot.shapes.end());
-    if (!world_.is_alive(slot.body)) broken("a body is not restored");
+    if (!world_.is_alive(slot.body)) fail("a body is not restored");
   }
   for (const ShapeId shape : shapes) {
-    if (!world_.is_alive(shape)) broken("a shape is not restored");
+    if (!world_.is_alive(shape)) fail("a shape is not restored");
   }
   for (const auto& [joint, joined] : model_.joints) {
-    if (!world_.is_alive(joint)) broken("a joint is not restored");
+    if (!world_.is_alive(joint)) fail("a joint is not restored");
   }
   for (const auto& [joint, joined] : before.joints) {
-    if (world_.is_alive(joint) && !model_.joints.contains(joint)) broken("a joint from later lives on");
+    if (world_.is_alive(joint) && !model_.joints.contains(joint)) fail("a joint from later lives on");
   }
   for (const Slot& slot : before.slots) {
     if (slot.body == BodyId{}) continue;
-    if (world_.is_alive(slot.body) && !bodies.contains(slot.body)) broken("a body from later lives on");
+    if (world_.is_alive(slot.body) && !bodies.contains(slot.body)) fail("a body from later lives on");
     for (const ShapeId shape : slot.shapes) {
-      if (world_.is_alive(shape) && !shapes.contains(shape)) broken("a shape from later lives on");
+      if (world_.is_alive(shape) && !shapes.contains(shape)) fail("a shape from later lives on");
     }
   }
 }
@@ -167,7 +167,7 @@ void Player::go_round(const Call& call) {
       break;
     }
   }
-  if (checks_ && bytes_of(world_) != write_snapshot(scratch_)) broken("going round has changed the world");
+  if (checks_ && bytes_of(world_) != write_snapshot(scratch_)) fail("going round has changed the world");
 }
 
 // Two clones go the same way on different backends, one of them in a list; the world does not notice.
@@ -183,10 +183,10 @@ void Player::branch_off(const Call& call) {
     step(alone, dt, shift_.at(now + static_cast<int>(i)));
     World* const worlds[] = {&listed, &used_};
     step(worlds, dt, shift_.at(now + static_cast<int>(i) + 1));
-    if (alone.hash() != listed.hash()) broken("two clones go different ways");
-    if (digest_of_events(alone) != digest_of_events(listed)) broken("two clones tell different events");
+    if (alone.hash() != listed.hash()) fail("two clones go different ways");
+    if (digest_of_events(alone) != digest_of_events(listed)) fail("two clones tell different events");
   }
-  if (world_.hash() != before) broken("a clone's steps have changed the world");
+  if (world_.hash() != before) fail("a clone's steps have changed the world");
 }
 
 void Player::make_wrong_call_of_snapshots(std::uint32_t which) {

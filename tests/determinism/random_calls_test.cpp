@@ -50,7 +50,7 @@ std::vector<Schedule> compared_schedules() {
 
 class RandomCalls : public ManyThreads, public ::testing::WithParamInterface<Draw> {};
 
-TEST_P(RandomCalls, KeepTheirPromisesAndHideTheBackend) {
+TEST_P(RandomCalls, KeepTheirPromisesWithTheSameBitsOnEveryBackend) {
   const Draw& draw = GetParam();
   report_unsupported_isas();
   const Sequence sequence = random_sequence(draw.seed, draw.calls, draw.bodies);
@@ -221,7 +221,7 @@ TEST(RandomCallsThemselves, ShrinkWhatFailsWhenItIsPlayed) {
   EXPECT_NE(text.find("set_linear_velocity(body "), std::string::npos) << text;
 }
 
-TEST(RandomCallsThemselves, AreToldCallByCall) {
+TEST(RandomCallsThemselves, AreDescribedCallByCall) {
   const Failure failure{"the reason", {kReference}};
   const std::string text = describe(random_sequence(8, 60, 8), failure);
   EXPECT_NE(text.find("the reason\n60 calls are enough:\n  destroy_bodies(0)\n  create_bodies("),

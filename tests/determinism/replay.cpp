@@ -42,7 +42,7 @@ std::uint64_t digest_of_events(const World& world) {
   add(world.contact_persists());
   add(world.contact_ends());
   add(world.restored_bodies());
-  if (!world.frozen_bodies().empty()) add(world.frozen_bodies());
+  if (!world.quarantined_bodies().empty()) add(world.quarantined_bodies());
   add(world.sleep_begins());
   add(world.sleep_ends());
   if (!world.broken_joints().empty()) add(world.broken_joints());

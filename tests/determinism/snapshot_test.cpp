@@ -132,7 +132,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Snapshots, ::testing::ValuesIn(scene_goldens())
 
 class RandomSnapshots : public ManyThreads, public ::testing::WithParamInterface<std::uint64_t> {};
 
-TEST_P(RandomSnapshots, NoCallsTellAWorldThatIsRestoredBeforeEachStep) {
+TEST_P(RandomSnapshots, CallsCannotDistinguishAWorldRestoredBeforeEachStep) {
   const Sequence sequence = random_sequence(GetParam(), 200, 24);
   const Played expected = play(sequence, {kReference}, false);
   ASSERT_EQ(expected.broken_promise, "");
@@ -156,7 +156,7 @@ TEST_P(RandomSnapshots, NoCallsTellAWorldThatIsRestoredBeforeEachStep) {
 }
 
 // Only a restored world looks at all pairs at rest when it lists the events of contacts.
-TEST_P(RandomSnapshots, NoEventsTellAWorldThatIsRestoredBeforeEachStep) {
+TEST_P(RandomSnapshots, EventsCannotDistinguishAWorldRestoredBeforeEachStep) {
   const Sequence sequence = random_sequence(GetParam(), 200, 24);
   const auto events_of = [&](bool restores) {
     Shift shift({kReference});

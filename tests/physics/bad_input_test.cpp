@@ -112,7 +112,7 @@ TEST(BadInput, ExtremeTimeStepsStayFinite) {
       EXPECT_LT((lab.position(heap[i]) - before[i]).norm(), 0.5) << dt;
       EXPECT_LT(lab.velocity(heap[i]).norm(), 2.0) << dt;
     }
-    // ... and none leaves the bodies frozen.
+    // ... and none leaves a body in quarantine.
     const float x = static_cast<float>(lab.position(heap[0]).x());
     lab.world.set_pose(heap[0], {{x, 20.0f, 0.0f}, {}});
     lab.world.set_linear_velocity(heap[0], {});
@@ -255,9 +255,9 @@ struct Stack {
   std::vector<BodyId> bodies;
 };
 
-// Breaks an impulse of one contact and requires that the stack has forgotten it after the step and stands as
-// before.
-std::uint64_t break_impulse(Stack stack, std::size_t contact, ImpulsePart part, float value) {
+// Makes an impulse of one contact non-finite and requires that the stack has forgotten it after the step and
+// stands as before.
+std::uint64_t make_impulse_non_finite(Stack stack, std::size_t contact, ImpulsePart part, float value) {
   Lab& lab = stack.lab;
   Contacts& contacts = internals(lab.world).contacts;
   EXPECT_EQ(contacts.touching.size(), 2u);
@@ -269,8 +269,8 @@ std::uint64_t break_impulse(Stack stack, std::size_t contact, ImpulsePart part, 
     lab.run(1);
     EXPECT_TRUE(lab.all_finite()) << i;
     EXPECT_TRUE(impulses_are_finite(lab.world)) << i;
-    // No body was at fault alone: those that broke stand frozen until they are woken.
-    EXPECT_EQ(lab.world.frozen_bodies().empty(), i > 0) << i;
+    // No body was at fault alone: those that became non-finite are quarantined until they are woken.
+    EXPECT_EQ(lab.world.quarantined_bodies().empty(), i > 0) << i;
     for (const BodyId body : stack.bodies) lab.world.wake(body);
   }
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -306,13 +306,13 @@ TEST(BadInput, AnImpulseThatIsNotFiniteIsForgottenWithTheStep) {
                    std::to_string(part) + " value " + std::to_string(value) + " rolling resistance " +
                    std::to_string(rolling_resistance) + " " + isa_name(isa));
       Stack stack(uppers[upper], {.rolling_resistance = rolling_resistance}, isa);
-      hashes.insert(break_impulse(std::move(stack), contact, parts[part], value));
+      hashes.insert(make_impulse_non_finite(std::move(stack), contact, parts[part], value));
     }
     EXPECT_EQ(hashes.size(), 1u);
   }
 }
 
-TEST(BadInput, ABodyThatBreaksDoesNotBreakItsNeighborsForLong) {
+TEST(BadInput, ANonFiniteBodyIsQuarantinedAndItsNeighborsRecover) {
   Stack stack(Box{{0.3f, 0.3f, 0.3f}}, {}, Isa::automatic);
   Lab& lab = stack.lab;
   // No call accepts it.
@@ -321,8 +321,8 @@ TEST(BadInput, ABodyThatBreaksDoesNotBreakItsNeighborsForLong) {
     lab.run(1);
     EXPECT_TRUE(lab.all_finite()) << i;
     EXPECT_TRUE(impulses_are_finite(lab.world)) << i;
-    EXPECT_TRUE(lab.world.is_frozen(stack.bodies[1]));
-    EXPECT_FALSE(lab.world.is_frozen(stack.bodies[0]));
+    EXPECT_TRUE(lab.world.is_quarantined(stack.bodies[1]));
+    EXPECT_FALSE(lab.world.is_quarantined(stack.bodies[0]));
   }
   EXPECT_NEAR(lab.height(stack.bodies[0]), 0.5, 0.01);
   EXPECT_NEAR(lab.height(stack.bodies[1]), 1.3, 0.01);

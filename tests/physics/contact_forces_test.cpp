@@ -330,7 +330,7 @@ TEST(ContactForces, OfAReboundAreNotThoseOfItsNeighbors) {
   }
 }
 
-TEST(ContactForces, TellTheImpulseOfAnImpactAsEventsDo) {
+TEST(ContactForces, AgreeWithEventsOnTheImpulseOfAnImpact) {
   WorldSettings settings = measured();
   settings.contact_events = ContactEvents::all;
   Lab lab(settings);
@@ -349,7 +349,7 @@ TEST(ContactForces, TellTheImpulseOfAnImpactAsEventsDo) {
   }
 }
 
-TEST(ContactForces, OfSleepersAreWhatTheyBoreAsTheyFellAsleepAlsoInARestoredWorld) {
+TEST(ContactForces, OfSleepersAreThoseOfTheirLastAwakeStepAlsoInARestoredWorld) {
   Lab lab(measured(WorldSettings{}));
   lab.add_ground();
   const BodyId box = lab.add({.position = {0, 0.5f, 0}}, Box{});
@@ -388,7 +388,7 @@ TEST(ContactForces, AreZeroInAStepOfNoLengthAndBeforeTheFirst) {
   EXPECT_NEAR(load(), weight, 1e-3f * weight);
 }
 
-TEST(ContactForces, OfWhatIsGoneOrReplacedAreNotTold) {
+TEST(ContactForces, OfDestroyedOrReplacedShapesAreNotReported) {
   Lab lab(measured());
   const BodyId ground = lab.add_ground();
   const BodyId box = lab.add({.position = {0, 0.5f, 0}}, Box{});
@@ -407,7 +407,7 @@ TEST(ContactForces, OfWhatIsGoneOrReplacedAreNotTold) {
   EXPECT_TRUE(all_contacts(lab.world).empty());
 }
 
-TEST(ContactForces, ThrowWhereNobodyAskedForThem) {
+TEST(ContactForces, ThrowUnlessTheSettingIsOn) {
   Lab lab;
   const BodyId ground = lab.add_ground();
   lab.run(1);

@@ -26,9 +26,9 @@ class PassByPass {
     color_constraints(data_, crew_);
     pack_blocks(data_, crew_);
     Constraints& constraints = constraints_of(data_);
-    constraints.moving.clear();
-    for (const std::int32_t body : data_.bodies.awake) constraints.moving.push_back(body);
-    const int count = static_cast<int>(constraints.moving.size());
+    constraints.moving_bodies.clear();
+    for (const std::int32_t body : data_.bodies.awake) constraints.moving_bodies.push_back(body);
+    const int count = static_cast<int>(constraints.moving_bodies.size());
     crew_.kernels().body.prepare(body_args(data_, kStep), 0, count);
     args_ = contact_args(data_, constraints, kStep);
     args_.soft = args_.soft_static = {.bias_rate = 0.0f, .mass_scale = 1.0f, .impulse_scale = 0.0f};
@@ -56,7 +56,7 @@ class PassByPass {
  private:
   template <class Work>
   void for_each_chunk(Work&& work) {
-    for (const simd::ConstraintChunk& chunk : constraints_of(data_).chunks) work(chunk);
+    for (const simd::ConstraintChunk& chunk : constraints_of(data_).contact_chunks) work(chunk);
   }
 
   Lab& lab_;

@@ -236,7 +236,7 @@ TEST(Events, ContactsOutlastSleep) {
   EXPECT_EQ(lab.world.contact_ends().size(), 2u);
 }
 
-TEST(Events, WhatIsDestroyedEndsInOrderWithDeadHandles) {
+TEST(Events, ContactsOfDestroyedShapesEndInOrderWithDeadHandles) {
   Lab lab(told());
   const BodyId ground = lab.add_ground();
   std::vector<BodyId> boxes;
@@ -265,7 +265,7 @@ TEST(Events, WhatIsDestroyedEndsInOrderWithDeadHandles) {
   EXPECT_TRUE(lab.world.contact_persists().empty());
 }
 
-TEST(Events, ASlotsNewOwnerBeginsAndTheOldOneEnds) {
+TEST(Events, AReusedSlotEndsTheOldContactAndBeginsTheNewOne) {
   Lab lab(told());
   lab.add_ground();
   const BodyId old_box = lab.add({.position = {0, 0.5f, 0}}, Box{});
@@ -284,7 +284,7 @@ TEST(Events, ASlotsNewOwnerBeginsAndTheOldOneEnds) {
   EXPECT_TRUE(lab.world.contact_persists().empty());
 }
 
-TEST(Events, OnlyThoseWhoAskAreTold) {
+TEST(Events, OnlyShapesThatAskGetEvents) {
   Lab lab;
   lab.add_ground();
   const auto add = [&](float x, ContactEvents events) {
@@ -321,7 +321,7 @@ TEST(Events, OnlyThoseWhoAskAreTold) {
   EXPECT_TRUE(internals(lab.world).events.touching.empty());
 }
 
-TEST(Events, AnAnsweredQuestionChangesNoMotion) {
+TEST(Events, AskingForEventsChangesNoMotion) {
   std::uint64_t hashes[2];
   for (const bool asked : {false, true}) {
     Lab lab(asked ? told() : without_sleep());
@@ -332,7 +332,7 @@ TEST(Events, AnAnsweredQuestionChangesNoMotion) {
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
-TEST(Events, AscendAndBalanceWhateverComesAndGoes) {
+TEST(Events, AreSortedAndEveryBeginHasOneEnd) {
   Lab lab(told(WorldSettings{}));
   std::vector<BodyId> bodies = add_heap(lab, 120, 9);
   Random random(5);
@@ -367,7 +367,7 @@ TEST(Events, AscendAndBalanceWhateverComesAndGoes) {
   EXPECT_GT(ends, 100u);
 }
 
-TEST(Events, AStepOfNoLengthTellsOfWhatTouchesWithoutImpulse) {
+TEST(Events, AStepOfNoLengthListsTouchingPairsWithoutImpulse) {
   Lab lab(told());
   lab.add_ground();
   lab.add({.position = {0, 0.499f, 0}}, Box{});
@@ -398,7 +398,7 @@ TEST(Events, BodiesThatWereRestoredAreNamedInOrder) {
   EXPECT_TRUE(lab.world.restored_bodies().empty());
 }
 
-TEST(Events, OfAWorldThatWasMovedFromThereAreNone) {
+TEST(Events, AMovedFromWorldHasNone) {
   Lab lab(told());
   lab.add_ground();
   lab.add({.position = {0, 0.499f, 0}}, Box{});
@@ -411,7 +411,7 @@ TEST(Events, OfAWorldThatWasMovedFromThereAreNone) {
   EXPECT_TRUE(lab.world.restored_bodies().empty());
 }
 
-TEST(Events, AQuestionThatDoesNotExistIsAnError) {
+TEST(Events, AnUnknownKindOfEventIsAnError) {
   Lab lab;
   const BodyId body = lab.add({}, Box{});
   const ShapeId shape = shape_of(lab.world, body);

@@ -182,8 +182,8 @@ void accelerate(World& world, BodyId body, float acceleration, Vec3 way, bool tu
 }
 
 // Squares of such speeds are no numbers, though the speeds are.
-TEST(Extremes, AnAccelerationBeyondAllSpeedsIsLimitedOrFreezes) {
-  int limited = 0, frozen = 0;
+TEST(Extremes, AnAccelerationBeyondAllSpeedsIsLimitedOrQuarantinesTheBody) {
+  int limited = 0, quarantined = 0;
   for (const bool turns : {false, true}) {
     for (int exponent = 16; exponent <= 37; ++exponent) {
       for (const Vec3 way : {Vec3{1, 0, 0}, Vec3{0.6f, -0.8f, 0}}) {
@@ -193,12 +193,12 @@ TEST(Extremes, AnAccelerationBeyondAllSpeedsIsLimitedOrFreezes) {
         const BodyId other = lab.add({.position = {9, 2, 3}, .linear_velocity = {1, 0, 0}}, Sphere{0.5f});
         accelerate(lab.world, body, std::pow(10.0f, static_cast<float>(exponent)), way, turns);
         lab.run(1);
-        EXPECT_FALSE(lab.world.is_frozen(other));
+        EXPECT_FALSE(lab.world.is_quarantined(other));
         EXPECT_TRUE(lab.all_finite());
-        if (lab.world.is_frozen(body)) {
-          ++frozen;
+        if (lab.world.is_quarantined(body)) {
+          ++quarantined;
           EXPECT_EQ(lab.world.restored_bodies().size(), 1u);
-          EXPECT_EQ(lab.world.frozen_bodies().size(), 1u);
+          EXPECT_EQ(lab.world.quarantined_bodies().size(), 1u);
           EXPECT_EQ(lab.position(body), Eigen::Vector3d(1, 2, 3));
           continue;
         }
@@ -212,11 +212,12 @@ TEST(Extremes, AnAccelerationBeyondAllSpeedsIsLimitedOrFreezes) {
     }
   }
   EXPECT_GE(limited, 16);
-  EXPECT_GE(frozen, 16);
+  EXPECT_GE(quarantined, 16);
 }
 
 // Does something extreme to a body in a heap and requires of the steps that follow that all stays finite,
-// that nobody else is frozen, and that the events tell who is. Returns how many bodies were restored.
+// that no other body is quarantined, and that the events list the one that is. Returns how many bodies were
+// restored.
 std::size_t suffer(const std::function<void(World&, BodyId, ShapeId)>& make) {
   Lab lab;
   const std::vector<BodyId> heap = add_heap(lab, 12, 3);
@@ -229,19 +230,20 @@ std::size_t suffer(const std::function<void(World&, BodyId, ShapeId)>& make) {
   for (int i = 0; i < 200; ++i) {
     lab.run(1);
     restored += lab.world.restored_bodies().size();
-    for (const BodyId& frozen : lab.world.frozen_bodies()) {
-      EXPECT_EQ(frozen, body) << "step " << i;
-      EXPECT_TRUE(lab.world.is_frozen(frozen));
-      EXPECT_TRUE(std::count(lab.world.restored_bodies().begin(), lab.world.restored_bodies().end(), frozen));
+    for (const BodyId& quarantined : lab.world.quarantined_bodies()) {
+      EXPECT_EQ(quarantined, body) << "step " << i;
+      EXPECT_TRUE(lab.world.is_quarantined(quarantined));
+      EXPECT_TRUE(
+          std::count(lab.world.restored_bodies().begin(), lab.world.restored_bodies().end(), quarantined));
     }
     EXPECT_TRUE(lab.all_finite()) << "step " << i;
     if (testing::Test::HasFailure()) return restored;
   }
-  for (const BodyId& other : heap) EXPECT_TRUE(other == body || !lab.world.is_frozen(other));
+  for (const BodyId& other : heap) EXPECT_TRUE(other == body || !lab.world.is_quarantined(other));
   return restored;
 }
 
-TEST(Extremes, AnAccelerationBeyondAllSpeedsInAHeapHarmsNobodyElse) {
+TEST(Extremes, AnAccelerationBeyondAllSpeedsInAHeapHarmsNoOtherBody) {
   for (const bool turns : {false, true}) {
     for (int exponent = 20; exponent <= 37; exponent += turns ? 4 : 2) {
       SCOPED_TRACE(std::to_string(exponent) + (turns ? ", turning" : ""));
@@ -253,7 +255,7 @@ TEST(Extremes, AnAccelerationBeyondAllSpeedsInAHeapHarmsNobodyElse) {
   }
 }
 
-TEST(Extremes, StayFiniteOneByOne) {
+TEST(Extremes, EachAloneStaysFinite) {
   for (const Extreme& extreme : extremes()) {
     SCOPED_TRACE(extreme.name);
     suffer(extreme.make);
@@ -261,7 +263,7 @@ TEST(Extremes, StayFiniteOneByOne) {
   }
 }
 
-TEST(Extremes, StayFiniteTogether) {
+TEST(Extremes, SeveralTogetherStayFinite) {
   const std::vector<Extreme> list = extremes();
   int breaking = 0;  // trials in which somebody was restored
   for (std::uint64_t trial = 0; trial < 150; ++trial) {

@@ -10,7 +10,7 @@ namespace {
 int hub_chunks(World& world) {
   const Constraints& constraints = constraints_of(internals(world));
   return static_cast<int>(
-      std::count_if(constraints.chunks.begin(), constraints.chunks.end(),
+      std::count_if(constraints.contact_chunks.begin(), constraints.contact_chunks.end(),
                     [](const simd::ConstraintChunk& chunk) { return chunk.hub != simd::BodySide::none; }));
 }
 

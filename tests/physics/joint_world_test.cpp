@@ -140,7 +140,7 @@ TEST(JointedBodies, WakeWhenTheirJointIsDestroyed) {
 
 // --- events ---
 
-TEST(Joint, BreaksAboveItsStrengthAndTellsSo) {
+TEST(Joint, BreaksAboveItsStrengthAndIsListed) {
   for (const float strength : {0.9f, 1.1f}) {
     Lab lab;
     const BodyId load = lab.add({.position = {0, -1, 0}}, kBox);
@@ -159,7 +159,7 @@ TEST(Joint, BreaksAboveItsStrengthAndTellsSo) {
 }
 
 // A load that falls into its rope: the rope is taut within one substep, whichever of the step that is.
-TEST(Joint, BreaksByAShockThatIsOverBeforeTheStepIs) {
+TEST(Joint, BreaksByAShockShorterThanAStep) {
   for (int i = 0; i < 16; ++i) {
     Lab lab;
     const BodyId load =
@@ -199,7 +199,7 @@ TEST(Joint, OfASoftRopeStopsAFallAsASpringDoes) {
   }
 }
 
-TEST(Joint, ThatBreaksBesideATiredBodyLetsItFall) {
+TEST(Joint, ThatBreaksLetsABodyFallThatIsAboutToSleep) {
   int broken = 0;
   for (int calm = 1; calm < 90; ++calm) {
     Lab lab(with_sleep());
@@ -220,7 +220,7 @@ TEST(Joint, ThatBreaksBesideATiredBodyLetsItFall) {
   EXPECT_LT(broken, 89);
 }
 
-TEST(Joint, TellsNoForceOfBeforeItSlept) {
+TEST(Joint, ReportsNoForceFromBeforeItSlept) {
   Lab lab(with_sleep());
   const std::vector<BodyId> links = hang_chain(lab, 2);
   JointId joint;
@@ -236,7 +236,7 @@ TEST(Joint, TellsNoForceOfBeforeItSlept) {
   EXPECT_GT(lab.world.joint_reaction(joint).force.y, 0.0f);
 }
 
-TEST(Joint, TellsTheForceThatItBears) {
+TEST(Joint, ReportsTheForceThatItTransmits) {
   Lab lab;
   const BodyId load = lab.add({.position = {0, -1, 0}}, kBox);
   const JointId joint = lab.world.create_joint(between({}, {}, load, {0, 1, 0}), BallJoint{});
@@ -245,7 +245,7 @@ TEST(Joint, TellsTheForceThatItBears) {
   EXPECT_NEAR(lab.world.joint_reaction(joint).force.y / weight, 1.0, 0.01);
 }
 
-TEST(Joint, GoesWithItsBodyAndTheNextStepTells) {
+TEST(Joint, IsDestroyedWithItsBodyAndListedByTheNextStep) {
   Lab lab;
   const BodyId a = lab.add({.position = {0, 5, 0}}, kBox), b = lab.add({.position = {0, 3, 0}}, kBox);
   const JointId joint = lab.world.create_joint(between(a, {0, -1, 0}, b, {0, 1, 0}), BallJoint{});

@@ -79,7 +79,7 @@ TEST(KinematicTarget, CarriesAndPushesWhatItTouches) {
   EXPECT_NEAR(lab.position(crate).x(), 0.6, 0.05);
 }
 
-TEST(KinematicTarget, OfABodyThatIsThereDisturbsNobody) {
+TEST(KinematicTarget, OfABodyAlreadyThereWakesNoBody) {
   Lab lab{WorldSettings{}};
   const BodyId table = lab.add({.type = BodyType::kinematic}, Box{{5, 0.5f, 5}});
   const BodyId crate = lab.add({.position = {0, 1, 0}}, Box{});

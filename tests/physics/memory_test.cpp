@@ -53,7 +53,7 @@ TEST_F(SettledPile, HasRowsForContactsAndNotForPairs) {
             kSlack * (contacts() + kSpareContacts) * static_cast<double>(row_bytes<ContactRows>()));
 }
 
-TEST_F(SettledPile, HoldsLittlePerPair) {
+TEST_F(SettledPile, TakesLittleMemoryPerPair) {
   EXPECT_LE(row_bytes<PairRows>(), 28u);
   // The lists of this step and the last one, where each pair stood in it, what kind it is and its place by
   // kind; and in the broad phase as found, in buckets and sorted, beside some 150 bytes a body for its trees.
@@ -63,7 +63,7 @@ TEST_F(SettledPile, HoldsLittlePerPair) {
   EXPECT_LE(held("broad_phase"), kSlack * (pairs() * (3 * sizeof(ShapePair) + 4) + 150.0 * kBodies));
 }
 
-TEST_F(SettledPile, HoldsOneSolverLaneAndAFewNumbersPerContact) {
+TEST_F(SettledPile, TakesOneSolverLaneAndAFewNumbersPerContact) {
   const simd::Kernels& kernels = simd::widest_kernels();
   const double lane =
       static_cast<double>(kernels.contact.block_bytes[simd::contact_variant(2, false, false)]) /
@@ -73,7 +73,7 @@ TEST_F(SettledPile, HoldsOneSolverLaneAndAFewNumbersPerContact) {
 }
 
 // Such bodies are all hubs, and no contact between hubs has a color.
-TEST(BodiesInOnePlace, HoldAsMuchPerContactAsAPile) {
+TEST(BodiesInOnePlace, TakeAsMuchMemoryPerContactAsAPile) {
   Lab lab;
   constexpr int kBodies = 250;
   for (int i = 0; i < kBodies; ++i) {
@@ -119,7 +119,7 @@ TEST(Sleepers, HoldTheirPairsAndTheListsTheyAreIn) {
   EXPECT_LE(held, kSlack * pairs * (12 + sizeof(RestingLinks)));  // no axes without hulls, no events
 }
 
-TEST_F(SettledPile, HoldsLessThanAKilobytePerBodyBesideItsContacts) {
+TEST_F(SettledPile, TakesLessThanAKilobytePerBodyBesideItsContacts) {
   EXPECT_LE(held("bodies") + held("shapes") + held("islands"), 1000.0 * kBodies);
 }
 

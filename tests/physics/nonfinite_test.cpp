@@ -345,7 +345,7 @@ std::string error_of(const std::function<void()>& work) {
   return {};
 }
 
-TEST(NonFinite, EveryCallRefusesWhatIsNoNumberAndChangesNothing) {
+TEST(NonFinite, EveryCallRefusesNonFiniteNumbersAndChangesNothing) {
   Stage stage;
   World& world = stage.lab.world;
   const std::vector<std::byte> before = state_of(world);

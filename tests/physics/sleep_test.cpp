@@ -168,7 +168,7 @@ TEST(Sleep, AFixedOrKinematicBodyPutAFewCentimetersIntoASleeperWakesIt) {
   }
 }
 
-TEST(Sleep, AMassCenterThatMovesInTheGroundMovesNobody) {
+TEST(Sleep, AMassCenterThatMovesInTheGroundMovesNoBody) {
   for (const BodyType type : {BodyType::fixed, BodyType::kinematic}) {
     Lab lab{WorldSettings{}};
     const BodyId ground = lab.add({.type = type, .position = {0, -1, 0}}, Box{{50, 1, 50}});
@@ -210,7 +210,7 @@ TEST(Sleep, SleepingContactsAreCounted) {
 
 std::vector<BodyId> listed(std::span<const BodyId> list) { return {list.begin(), list.end()}; }
 
-TEST(Sleep, EventsTellWhoFellAsleepAndWhoWoke) {
+TEST(Sleep, EventsListTheBodiesThatFellAsleepAndWoke) {
   Lab lab{WorldSettings{}};
   lab.add_ground();
   const std::vector<BodyId> stack = add_stack(lab, 4, 0.0f), other = add_stack(lab, 2, 20.0f);
@@ -237,7 +237,7 @@ TEST(Sleep, EventsTellWhoFellAsleepAndWhoWoke) {
   EXPECT_TRUE(lab.world.sleep_ends().empty());
 }
 
-TEST(Sleep, PairsOfSleepersRestInAListThatNobodyLooksAt) {
+TEST(Sleep, PairsOfSleepersRestInAListThatStepsDoNotRead) {
   Lab lab{WorldSettings{}};
   lab.add_ground();
   const std::vector<BodyId> stack = add_stack(lab, 6, 0.0f);
@@ -257,7 +257,7 @@ TEST(Sleep, PairsOfSleepersRestInAListThatNobodyLooksAt) {
   EXPECT_EQ(lab.world.stats().contacts, 7);
 }
 
-TEST(Sleep, WithoutAWaitWhatMovesStaysAwake) {
+TEST(Sleep, MovingBodiesStayAwakeWithASleepTimeOfZero) {
   WorldSettings settings;
   settings.sleep_time = 0.0f;
   Lab lab{settings};
@@ -270,7 +270,7 @@ TEST(Sleep, WithoutAWaitWhatMovesStaysAwake) {
   EXPECT_FALSE(lab.world.is_awake(box));
 }
 
-TEST(Sleep, SwitchedOffNobodySleeps) {
+TEST(Sleep, NoBodySleepsWhileItIsSwitchedOff) {
   Lab lab(without_sleep());
   lab.add_ground();
   const std::vector<BodyId> stack = add_stack(lab, 4, 0.0f);
@@ -280,7 +280,7 @@ TEST(Sleep, SwitchedOffNobodySleeps) {
   }
 }
 
-TEST(Sleep, SwitchedOffLaterEverybodyWakes) {
+TEST(Sleep, SwitchingItOffWakesEveryBody) {
   Lab lab{WorldSettings{}};
   lab.add_ground();
   const std::vector<BodyId> stack = add_stack(lab, 4, 0.0f);
@@ -321,7 +321,7 @@ struct Weightless : Lab {
   VelocityRow& moves(BodyId body) { return internals(world).bodies.velocity[body.index]; }
 };
 
-TEST(Sleep, WhatTremblesInPlaceFallsAsleep) {
+TEST(Sleep, ABodyThatTremblesInPlaceFallsAsleep) {
   Weightless lab;
   const BodyId shaken = lab.add({}, Box{}), turned = lab.add({.position = {9, 0, 0}}, Box{});
   for (int i = 0; i < 40; ++i) {
@@ -334,7 +334,7 @@ TEST(Sleep, WhatTremblesInPlaceFallsAsleep) {
   EXPECT_FALSE(lab.world.is_awake(turned));
 }
 
-TEST(Sleep, WhatShakesTooFastStaysAwake) {
+TEST(Sleep, ABodyThatShakesTooFastStaysAwake) {
   Weightless lab;
   const BodyId shaken = lab.add({}, Box{});
   for (int i = 0; i < 300; ++i) {
@@ -361,7 +361,7 @@ TEST(Sleep, AConstantSpeedAboveThatOfSleepKeepsAwakeAndOneBelowDoesNot) {
   EXPECT_NEAR(lab.position(creeps).x(), 0.52, 1e-3);
 }
 
-TEST(Sleep, ALongRestGivesNoCreditToWhatLeaves) {
+TEST(Sleep, ATimeAtRestDoesNotCountOnceTheBodyMovesOn) {
   Weightless lab;
   const BodyId body = lab.add({.can_sleep = false}, Box{});
   const float& timer = internals(lab.world).bodies.sleep_time[body.index];
@@ -387,7 +387,7 @@ TEST(Sleep, ABallAtTheTopOfItsFlightOrBounceStaysAwake) {
   }
 }
 
-TEST(Sleep, WhatRocksOnABallOrRollsSlowlyComesToRestIfItMaySleep) {
+TEST(Sleep, BodiesThatRockOnABallOrRollSlowlyComeToRestIfTheyMaySleep) {
   Lab lab{WorldSettings{}};
   lab.add_ground();
   lab.add({.type = BodyType::fixed, .position = {0, 0.5f, 0}}, Sphere{0.5f});
@@ -418,7 +418,7 @@ TEST(Sleep, ABodyThatMayNotSleepKeepsItsIslandAwake) {
   EXPECT_EQ(awake_count(lab, other), 0u);
 }
 
-TEST(Sleep, OnAMovingPlatformNobodySleeps) {
+TEST(Sleep, NoBodySleepsOnAMovingPlatform) {
   Lab lab{WorldSettings{}};
   lab.add({.type = BodyType::kinematic, .linear_velocity = {0.01f, 0, 0}}, Box{{3, 0.2f, 3}});
   const BodyId box = lab.add({.position = {0, 0.5f, 0}}, Box{{0.3f, 0.3f, 0.3f}});

@@ -41,7 +41,7 @@ TEST(Slender, AHeapOfThemNeverGainsEnergyAndComesToRest) {
   EXPECT_LT(heap.lab.world.stats().kinetic_energy, 2e-4 * energy);
 }
 
-TEST(Slender, NobodyEverSeesASpeedAboveTheLimits) {
+TEST(Slender, NoSpeedEverExceedsTheLimits) {
   WorldSettings settings = without_sleep();
   settings.max_linear_speed = 5.0f;
   settings.max_angular_speed = 7.0f;
@@ -163,7 +163,7 @@ struct Standstill {
 };
 
 // What hits an obstacle is put back to where it met it, once. Next its contact must have it.
-TEST(Slender, NobodyStandsStillInTheAirOrInTheGroundWhileItsVelocityGrows) {
+TEST(Slender, NoBodyHangsStillWhileItsVelocityGrows) {
   constexpr int kEach = 12;
   for (const Ground ground : kGrounds) {
     for (const float speed : {3.0f, 12.0f, 60.0f}) {
@@ -196,7 +196,7 @@ TEST(Slender, NobodyStandsStillInTheAirOrInTheGroundWhileItsVelocityGrows) {
   }
 }
 
-TEST(Slender, WhatIsPutBackToWhereItMetAWallKeepsItsEnergy) {
+TEST(Slender, ABodyPutBackToWhereItMetAWallKeepsItsEnergy) {
   Random random(8);
   int hits = 0;
   for (const Geometry& geometry : kSlender) {

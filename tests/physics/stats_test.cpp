@@ -105,7 +105,7 @@ TEST(Stats, AStepOfNoLengthSolvesNothing) {
   EXPECT_EQ(still.residual, 0.0);
 }
 
-TEST(Stats, FiguresThatNobodyAsksForAnyMoreAreGone) {
+TEST(Stats, FiguresNoLongerRequestedAreGone) {
   WorldSettings settings = measured();
   settings.measure_residual = true;
   Lab lab(settings);

@@ -173,7 +173,7 @@ TEST(Swept, ABulletReboundsByItsRestitution) {
   EXPECT_NEAR(lab.velocity(ball).x(), -0.5 * static_cast<double>(kBullet), 0.01 * kBullet);
 }
 
-TEST(Swept, WhatPassesBesideIsNotStopped) {
+TEST(Swept, BodiesThatPassByAreNotStopped) {
   Lab lab(without_gravity());
   const Material smooth{.friction = 0};
   lab.add({.type = BodyType::fixed, .position = {0, -1, 0}}, Box{{50, 1, 50}}, smooth);
@@ -226,7 +226,7 @@ TEST(Swept, SlidingLosesNothingButFriction) {
   }
 }
 
-TEST(Swept, WhatSlidesOverSeamsAlongALongEdgeOrACornerIsNotStopped) {
+TEST(Swept, BodiesThatSlideOverSeamsAlongAnEdgeOrACornerAreNotStopped) {
   struct Slider {
     Box box;
     float yaw;
@@ -343,7 +343,7 @@ TEST(Swept, SpinningPlatesStayAboveAThinFloor) {
   for (const BodyId plate : plates) EXPECT_GT(lab.height(plate), 0.0);
 }
 
-TEST(Swept, NobodyLeavesAClosedRoom) {
+TEST(Swept, NoBodyLeavesAClosedRoom) {
   Lab lab(without_gravity());
   const float half = 3.0f, thin = 0.005f, wide = 3.5f;
   const BodyId room = lab.world.create_body({.type = BodyType::fixed});
@@ -429,7 +429,7 @@ TEST(Swept, ASleepingCrateIsHitAndWakes) {
   EXPECT_GT(lab.velocity(crate).x(), 1.0);
 }
 
-TEST(Swept, AWallThatACallHasJustMadeOrMovedStops) {
+TEST(Swept, AWallJustCreatedOrMovedStopsBodies) {
   for (const bool sleeping : {false, true}) {
     WorldSettings settings = without_gravity();
     settings.sleeping = sleeping;
@@ -447,7 +447,7 @@ TEST(Swept, AWallThatACallHasJustMadeOrMovedStops) {
   }
 }
 
-TEST(Swept, WhatDoesNotCollideDoesNotStop) {
+TEST(Swept, BodiesThatDoNotCollideDoNotStop) {
   Lab lab(without_gravity());
   const BodyId wall = lab.world.create_body({.type = BodyType::fixed, .position = {3, 0, 0}});
   lab.world.add_shape(wall, Box{{0.005f, 2, 2}}, {}, {.filter = {.category = 2}});

@@ -21,7 +21,7 @@ Scene build_one(const std::string& name, const Parameters& parameters) {
   return build(name, parameters).front();
 }
 
-TEST(ChangingScenes, EverybodyWhoComesLaterComesOnceAndNobodyGoesBeforeHeIsThere) {
+TEST(ChangingScenes, EveryLaterBodyArrivesOnceAndLeavesAfterItArrived) {
   for (const auto& [name, parameters] : changing_scenes()) {
     const Scene scene = build_one(name, parameters);
     ASSERT_FALSE(scene.changes.empty()) << name;
@@ -45,7 +45,7 @@ TEST(ChangingScenes, EverybodyWhoComesLaterComesOnceAndNobodyGoesBeforeHeIsThere
   }
 }
 
-TEST(ChangingScenes, AWorldHoldsThoseWhoHaveComeAndNotGone) {
+TEST(ChangingScenes, AWorldHoldsTheBodiesThatHaveArrivedAndNotLeft) {
   for (const auto& [name, parameters] : changing_scenes()) {
     const Scene scene = build_one(name, parameters);
     const Scene script = script_of(scene);
@@ -66,7 +66,7 @@ TEST(ChangingScenes, AWorldHoldsThoseWhoHaveComeAndNotGone) {
   }
 }
 
-TEST(ChangingScenes, WhoHasGoneAlreadyIsPassedOver) {
+TEST(ChangingScenes, BodiesThatHaveAlreadyLeftAreSkipped) {
   const Scene scene = build_one("spawning", {{"bodies", 10}, {"life", 5}});
   World world(scene.settings);
   std::vector<BodyId> bodies = populate(world, scene);
@@ -108,7 +108,7 @@ TEST(ChangingScenes, TheStreamMovesOnByABlockASecond) {
   EXPECT_EQ(blocks_go, 10u);
 }
 
-TEST(ChangingScenes, SpawnedBodiesDoNotOverlapThoseThatCameBeforeThem) {
+TEST(ChangingScenes, SpawnedBodiesDoNotOverlapEarlierOnes) {
   const Scene scene = build_one("spawning", {{"bodies", 20}});
   World world(scene.settings);
   Workers workers(1);

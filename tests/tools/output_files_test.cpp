@@ -199,7 +199,7 @@ TEST_F(OutputFiles, ThatTakeNothingMakeEveryCommandFail) {
   EXPECT_EQ(nlohmann::json::parse(read_file(json)).at("scene"), "stack");
 }
 
-TEST_F(OutputFiles, ThatAreNoneAreBadInput) {
+TEST_F(OutputFiles, ThatCannotBeOpenedAreBadInput) {
   const std::string too_long(300, 'x'), folder = folder_.string();
   for (const char* option : {"--json ", "--record "}) {
     expect_refusal(kRun + (option + too_long), "File name too long");
@@ -252,7 +252,7 @@ TEST_F(OutputFiles, OfTheExampleAndTheSoakThatTakeNothingMakeThemFail) {
   }
 }
 
-TEST_F(OutputFiles, NamesThatAreNoTextCostNoFigures) {
+TEST_F(OutputFiles, NamesThatAreNotValidTextLoseNoFigures) {
   const std::string record = path("\xff.scree");
   const Outcome outcome = scree(kRun + ("--record " + record) + " --json -");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

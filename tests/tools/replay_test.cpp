@@ -77,7 +77,7 @@ TEST_F(ReplayCommand, RecordingChangesNoBit) {
   EXPECT_EQ(nlohmann::json::parse(plain.out).at("hash"), run_figures().at("hash"));
 }
 
-TEST_F(ReplayCommand, PlaysWithoutVerifyingAndTellsTimes) {
+TEST_F(ReplayCommand, PlaysWithoutVerifyingAndPrintsTimes) {
   const std::string file = recorded_pile();
   const nlohmann::json json = json_of("replay " + file + " --threads 2 --isa scalar", 0);
   EXPECT_EQ(json.at("isa"), "scalar");
@@ -105,7 +105,7 @@ TEST_F(ReplayCommand, PartsOfARecordingPlayAlone) {
   EXPECT_EQ(json_of("replay " + file + " --verify --from 60 --to 60 --quiet", 0).at("steps"), 0);
 }
 
-TEST_F(ReplayCommand, AWorldThatNobodyCanRepeatIsFoundAtItsStepBodyAndField) {
+TEST_F(ReplayCommand, ADivergenceIsFoundAtItsStepBodyAndField) {
   const std::string file = path("tampered.scree");
   record_stack(file, 70, {.step = 33});
   const nlohmann::json json = json_of("replay " + file + " --verify --quiet --threads 2", 1);
@@ -173,7 +173,7 @@ TEST_F(ReplayCommand, ADiskThatFillsUpEndsTheRunAndLeavesARecordingThatPlays) {
   EXPECT_LT(json.at("steps"), 5000);
 }
 
-TEST_F(ReplayCommand, DiffTellsWhereTwoRecordingsPart) {
+TEST_F(ReplayCommand, DiffShowsWhereTwoRecordingsDiverge) {
   const std::string a = path("a.scree"), b = path("b.scree"), c = path("c.scree"), longer = path("d.scree");
   record_stack(a, 60);
   record_stack(b, 60);
@@ -196,7 +196,7 @@ TEST_F(ReplayCommand, DiffTellsWhereTwoRecordingsPart) {
   EXPECT_NE(table.out.find("first in step 10"), std::string::npos) << table.out;
 }
 
-TEST_F(ReplayCommand, DiffTellsOfStatesThatNoStepShows) {
+TEST_F(ReplayCommand, DiffShowsStatesThatNoStepHashShows) {
   const std::string a = path("a.scree"), b = path("b.scree");
   for (const std::string& file : {a, b}) {
     scree::World world(scree::WorldSettings{.sleep_time = file == a ? 0.5f : 3.0f});
@@ -217,7 +217,7 @@ TEST_F(ReplayCommand, DiffTellsOfStatesThatNoStepShows) {
   EXPECT_NE(table.out.find("the settings"), std::string::npos) << table.out;
 }
 
-TEST_F(ReplayCommand, RefusesWhatCanNotBePlayedWithExitCodeTwo) {
+TEST_F(ReplayCommand, RefusesWhatCannotBePlayedWithExitCodeTwo) {
   const std::string file = path("stack.scree");
   record_stack(file, 30);
   const std::string missing = path("missing.scree");
@@ -235,7 +235,7 @@ TEST_F(ReplayCommand, RefusesWhatCanNotBePlayedWithExitCodeTwo) {
   expect_refusal("replay " + file + " --json /no/such/folder/x.json", "cannot be written");
 }
 
-TEST_F(ReplayCommand, NamesFileAndReasonOfWhatIsNoSoundRecording) {
+TEST_F(ReplayCommand, NamesFileAndReasonOfAnInvalidRecording) {
   const std::string empty = path("empty.scree"), text = path("text.scree"), changed = path("changed.scree");
   std::ofstream(empty).close();
   std::ofstream(text) << "This is no recording, but it is long enough to be one, were it one.\n";

@@ -23,7 +23,7 @@ std::string name_of(const LinkOptions& link) {
          std::to_string(link.loss) + ", seed " + std::to_string(link.seed);
 }
 
-TEST(Rollback, BothPeersEndWhereWhoeverKnewAllInputsEnds) {
+TEST(Rollback, BothPeersEndInTheStateOfARunWithAllInputsKnown) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     for (const double loss : {0.0, 20.0, 50.0}) {
       for (const int delay : {0, 1, 5, kWindow}) {
@@ -44,13 +44,13 @@ TEST(Rollback, BothPeersEndWhereWhoeverKnewAllInputsEnds) {
   }
 }
 
-TEST(Rollback, AWholeWindowIsGoneBackWhereTheLinkAsksForIt) {
+TEST(Rollback, ALinkAsSlowAsTheWindowRollsBackTheWholeWindow) {
   const SessionReport report = run_session(small_session(kWindow, 4, 30.0, 5));
   EXPECT_TRUE(report.is_sound());
   EXPECT_EQ(std::max(report.peers[0].longest_rollback, report.peers[1].longest_rollback), kWindow);
 }
 
-TEST(Rollback, ALinkWithinTheWindowHoldsNobodyUp) {
+TEST(Rollback, ALinkWithinTheWindowStallsNoPeer) {
   for (const int delay : {0, 6, kWindow}) {
     const SessionOptions options = small_session(delay, 0, 0.0, 4);
     const SessionReport report = run_session(options);

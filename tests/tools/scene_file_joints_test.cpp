@@ -46,7 +46,7 @@ TEST(SceneFileJoints, KnowEveryKind) {
   EXPECT_EQ(std::get<MouseJoint>(scene.joints.at(0).joint).target, (Vec3{1, 2, 3}));
 }
 
-TEST(SceneFileJoints, WhatIsNotSaidIsTheLibrarysDefault) {
+TEST(SceneFileJoints, MissingKeysTakeTheLibrarysDefaults) {
   EXPECT_EQ(kind_of<BallJoint>(R"("type": "ball")"), BallJoint{});
   EXPECT_EQ(kind_of<WheelJoint>(R"("type": "wheel")"), WheelJoint{});
   EXPECT_EQ(kind_of<MotorJoint>(R"("type": "motor")"), MotorJoint{});

@@ -81,7 +81,7 @@ TEST(SceneFile, SaysEverythingThatASceneHolds) {
   EXPECT_EQ(scene.shapes[2].material.friction, 1.0f);
 }
 
-TEST(SceneFile, WhatIsNotSaidIsTheLibrarysDefault) {
+TEST(SceneFile, MissingKeysTakeTheLibrarysDefaults) {
   const Scene scene = parse_scene(with_shape(R"({"type": "sphere", "radius": 1})"), "dir/tower.json");
   EXPECT_EQ(scene.name, "tower");
   EXPECT_EQ(scene.settings.gravity, WorldSettings{}.gravity);

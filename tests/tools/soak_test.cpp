@@ -94,7 +94,7 @@ TEST_F(SoakProgram, TheLastRoundIsFinishedWhenTimeIsUp) {
   EXPECT_NE(outcome.out.find("1 round in "), std::string::npos) << outcome.out;
 }
 
-TEST_F(SoakProgram, StopsAtARecordingThatNoWorldRepeatsAndNamesIt) {
+TEST_F(SoakProgram, StopsAtARecordingThatDivergesAndNamesIt) {
   const std::string sound = (folder_ / "sound.scree").string(), broken = (folder_ / "broken.scree").string();
   testing::record_stack(sound, 60);
   testing::record_stack(broken, 60, {.step = 31});
@@ -116,7 +116,7 @@ TEST_F(SoakProgram, StopsAtAFileThatIsNoRecordingAndNamesIt) {
   EXPECT_NE(outcome.out.find("DIFFERENT: " + file), std::string::npos) << outcome.out;
 }
 
-TEST_F(SoakProgram, AGoldenHashThatDoesNotComeOutIsADifference) {
+TEST_F(SoakProgram, AWrongGoldenHashIsADifference) {
   const std::string file = (folder_ / "golden.txt").string();
   std::ofstream(file) << "# a comment stays\nstack bodies=3 30 0 0\n";
   const scree::testing::Outcome wrong = soak("--minutes 0 --golden --golden-file " + file);

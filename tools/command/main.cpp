@@ -19,7 +19,7 @@ namespace {
 
 using scree::files::NamedFile;
 
-constexpr int kBroken = 1;  // and recordings that differ
+constexpr int kFailed = 1;  // and recordings that differ
 constexpr int kBadInput = 2;
 
 std::string scene_list() {
@@ -168,7 +168,7 @@ int replay(Arguments& arguments) {
   check_files(arguments, {{"FILE", arguments.replay.file}});
   const scree::command::ReplayFigures figures = scree::command::replay(arguments.replay);
   print(figures, arguments);
-  return figures.divergence ? kBroken : 0;
+  return figures.divergence ? kFailed : 0;
 }
 
 int show_info(const Arguments& arguments) {
@@ -182,7 +182,7 @@ int diff(Arguments& arguments) {
   check_files(arguments, {{"A", arguments.diff.a}, {"B", arguments.diff.b}});
   const scree::command::DiffFigures figures = scree::command::diff(arguments.diff);
   print(figures, arguments);
-  return figures.divergence ? kBroken : 0;
+  return figures.divergence ? kFailed : 0;
 }
 
 // What CLI11 has to say: help and the version are no errors.
@@ -235,9 +235,9 @@ int main(int argc, char** argv) {
     return kBadInput;
   } catch (const std::bad_alloc&) {
     std::cerr << "scree: out of memory\n";
-    return kBroken;
+    return kFailed;
   } catch (const std::exception& error) {
     std::cerr << "scree: " << error.what() << "\n";
-    return kBroken;
+    return kFailed;
   }
 }

@@ -60,7 +60,7 @@ void check_point(const std::string& who, std::size_t index, const Point& point) 
   }
 }
 
-// Where the points lie and how finely they are told apart.
+// Where the points lie, and the resolution of their grid.
 struct Grid {
   Point origin;     // m
   GridSteps step;   // m, powers of two
@@ -110,7 +110,7 @@ GridPoints place_on(const Grid& grid, const std::vector<Point>& points) {
   std::vector<Entry> entries(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
-      // Rounded before the origin is taken off: half a step goes the same way whatever the origin is.
+      // Rounded before the origin is subtracted, so that half a step goes the same way for every origin.
       const double place = std::nearbyint(points[i][k] / grid.step[k]) - grid.origin[k] / grid.step[k];
       entries[i].place[k] = static_cast<std::int32_t>(place);
     }

@@ -1,8 +1,8 @@
 // Hull building: points -> corners, faces and edges in canonical order, with a report of what was left out.
 //
-// The points' coordinates are rounded to a grid, by axis of 2^-23 of the hull's half extent, on which all
-// decisions about sides are exact; Qhull only sorts out which of many points can be corners. The grid's
-// coordinates, relative to the hull's centroid, are floats without another rounding.
+// Rounds the points' coordinates to a grid, whose step along each axis is 2^-23 of the hull's half extent.
+// All decisions about sides are exact on it; Qhull only selects which of many points can be corners. The
+// coordinates on the grid, relative to the hull's centroid, are floats without further rounding.
 #pragma once
 
 #include <core/geometry/balls.h>

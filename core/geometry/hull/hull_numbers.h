@@ -1,4 +1,4 @@
-// What the makers of hulls share: vectors in double precision, rounding to one side, padding.
+// Shared by the stages of hull building: vectors in double precision, rounding to one side, padding.
 #pragma once
 
 #include <core/plain/hull.h>

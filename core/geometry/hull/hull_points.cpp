@@ -1,7 +1,6 @@
 // Extreme points by Qhull (Barber, Dobkin, Huhdanpaa: The Quickhull algorithm for convex hulls, 1996).
 //
-// Its answer only says which points are worth looking at: faces, order and bits come from hull_triangles and
-// hull_faces.
+// Its answer only selects points: faces, order and bits come from hull_triangles and hull_faces.
 #include <core/geometry/hull/hull_stages.h>
 
 #include <algorithm>
@@ -22,8 +21,8 @@ namespace {
 // Fewer points go to the exact stage as they are.
 constexpr std::size_t kFewPoints = 64;
 
-// Everything that Qhull allocates, freed whatever happens. Qhull leaves its errors by longjmp, within
-// qh_new_qhull only, so that no frame of ours is jumped over.
+// Frees all that Qhull allocates. Qhull reports errors by longjmp within qh_new_qhull only, so that it jumps
+// over no frame of ours.
 class Session {
  public:
   Session() {

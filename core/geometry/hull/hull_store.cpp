@@ -28,7 +28,7 @@ void resize(Hulls& hulls, std::size_t slots) {
 std::int32_t free_slot(Hulls& hulls) {
   const std::size_t slots = hulls.shared.size();
   if (!hulls.free_slots.empty()) return hulls.free_slots.back();
-  hulls.free_slots.reserve(slots + 1);  // so that releasing can not fail
+  hulls.free_slots.reserve(slots + 1);  // so that releasing cannot fail
   try {
     resize(hulls, slots + 1);
   } catch (...) {

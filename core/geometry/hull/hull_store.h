@@ -9,10 +9,11 @@
 
 namespace scree {
 
-// The slot of a hull, made if nobody has it yet, with one more shape; -1 for other geometries. Throws where
-// the scaled hull breaks a limit; then nothing has changed. The geometry must be checked.
+// Counts one more shape for the slot of a hull, which it makes if there is none; returns the slot, or -1 for
+// other geometries. Throws if the scaled hull is beyond a limit; then nothing has changed. The geometry must
+// be checked.
 std::int32_t acquire_hull(Call call, Hulls& hulls, const Geometry& geometry);
-// One shape less; -1 is nobody's. A slot without shapes is free.
+// Counts one shape less; -1 does nothing. A slot without shapes is free.
 void release_hull(Hulls& hulls, std::int32_t slot);
 // Takes acquire_hull back, the latest call first: slots from `old_slots` on vanish.
 void undo_hull(Hulls& hulls, std::int32_t slot, std::size_t old_slots);

@@ -1,5 +1,5 @@
-// The narrow phase's geometry once more: scalar, in double precision, by other and slower methods. Tests
-// judge the kernels by it.
+// The geometry of the narrow phase as a reference for tests: scalar, in double precision, by other and slower
+// methods.
 #pragma once
 
 #include <core/world/world_data.h>

@@ -1,5 +1,5 @@
-// Convex polyhedra against one another: all separating axes, scalar, in double precision. Tests judge the
-// kernels by it.
+// Convex polyhedra against one another as a reference for tests: all separating axes, scalar, in double
+// precision.
 #pragma once
 
 #include <core/geometry/hull/hull_topology.h>

@@ -1,8 +1,7 @@
-// Spheres and capsules against hulls once more: scalar, in double precision, by trying everything. Tests
-// judge the kernels by it.
+// Spheres and capsules against hulls as a reference for tests: scalar, in double precision, by testing all
+// features.
 //
-// It knows a hull by its corners and the loops of its faces, and neither by the planes nor by the columns
-// that the kernels read.
+// Reads a hull's corners and the loops of its faces, not the planes and columns that the kernels read.
 #pragma once
 
 #include <core/geometry/reference/collide.h>

@@ -156,15 +156,15 @@ class SCREE_API World {
   void set_locks(BodyId body, AxisLocks locks);
   bool can_sleep(BodyId body) const;
   void set_can_sleep(BodyId body, bool can_sleep);  ///< forbidding it wakes the body
-  /// Kinematic bodies are always awake, fixed and frozen ones never.
+  /// Kinematic bodies are always awake, fixed and quarantined ones never.
   bool is_awake(BodyId body) const;
-  /// Wakes a dynamic body at once; what it leans on follows in the next step. Thaws a frozen body.
+  /// Wakes a dynamic body at once; what it leans on follows in the next step. Ends its quarantine, too.
   void wake(BodyId body);
-  /// A dynamic or kinematic body whose motion broke in a step (see frozen_bodies) is frozen: it stays where
-  /// it is like a fixed one, and forces and impulses have no effect on it, until set_pose,
-  /// set_linear_velocity, set_angular_velocity, set_kinematic_target, set_body_type or wake thaws it, or it
-  /// is destroyed. All else that it was given it keeps, and changes of that do not thaw it.
-  bool is_frozen(BodyId body) const;
+  /// A dynamic or kinematic body whose motion broke in a step (see quarantined_bodies) is quarantined: it
+  /// stays where it is like a fixed one, and forces and impulses have no effect on it, until set_pose,
+  /// set_linear_velocity, set_angular_velocity, set_kinematic_target, set_body_type or wake ends that, or it
+  /// is destroyed. All else that it was given it keeps, and changes of that end no quarantine.
+  bool is_quarantined(BodyId body) const;
   std::uint64_t user_data(BodyId body) const;
   void set_user_data(BodyId body, std::uint64_t data);
 
@@ -262,15 +262,16 @@ class SCREE_API World {
   /// Bodies whose state became non-finite in the step: they were put back to where the step found them, at
   /// rest. Ascending by index.
   std::span<const BodyId> restored_bodies() const noexcept;
-  /// Those of restored_bodies() that were at fault and are frozen now, see is_frozen. At fault is who became
-  /// non-finite by its own motion, before any contact acted on it. Of bodies that became so together, joined
-  /// by contacts, and none by itself, those are at fault whose speed at a contact a push of 1 N s changes by
-  /// less than 1e-18 or more than 1e18 m/s; else those with joints; else all of them. Ascending by index.
-  std::span<const BodyId> frozen_bodies() const noexcept;
+  /// Those of restored_bodies() that were at fault and are quarantined now, see is_quarantined. At fault is
+  /// who became non-finite by its own motion, before any contact acted on it. Of bodies that became so
+  /// together, joined by contacts, and none by itself, those are at fault whose speed at a contact a push of
+  /// 1 N s changes by less than 1e-18 or more than 1e18 m/s; else those with joints; else all of them.
+  /// Ascending by index.
+  std::span<const BodyId> quarantined_bodies() const noexcept;
   /// Bodies that fell asleep in the step. Ascending by index.
   std::span<const BodyId> sleep_begins() const noexcept;
-  /// Bodies that woke, in the step or before it by a call or next to one that froze as the last step ended,
-  /// unless a later call destroyed them or made them fixed or kinematic. Ascending by index.
+  /// Bodies that woke, in the step or before it by a call or next to one that was quarantined as the last
+  /// step ended, unless a later call destroyed them or made them fixed or kinematic. Ascending by index.
   std::span<const BodyId> sleep_ends() const noexcept;
 
   /// Joints whose reaction was above their strength and that are disabled now. Ascending by index.

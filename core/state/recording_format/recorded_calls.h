@@ -1,7 +1,7 @@
 // The calls of World that change it, in one table: what a recording numbers, writes, reads and makes again.
 //
 // A call's number in a recording is its place here, so new calls come at the end. Calls that change something
-// hold a Telling.
+// hold a CallRecord.
 #pragma once
 
 #include <core/state/recording_format/call_sink.h>
@@ -105,25 +105,25 @@ void mark_named(WorldData&, const Other&) {}
 // Tells the world's sink, if it has one, when the call that holds this returns; a call that throws has
 // changed nothing and is not told.
 template <RecordedCall kCall, class Types = typename CallArguments<kCall>::Types>
-class Telling;
+class CallRecord;
 
 template <RecordedCall kCall, class... Arguments>
-class Telling<kCall, std::tuple<Arguments...>> {
+class CallRecord<kCall, std::tuple<Arguments...>> {
  public:
   template <class... Given>
-  explicit Telling(WorldData& data, const Given&... given)
+  explicit CallRecord(WorldData& data, const Given&... given)
       : sink_(data.recording.sink), arguments_(given...) {
     static_assert((std::is_same_v<Given, Arguments> && ...),
                   "a converted argument would not live long enough");
     (mark_named(data, given), ...);
     if (sink_ != nullptr) exceptions_ = std::uncaught_exceptions();
   }
-  ~Telling() {
+  ~CallRecord() {
     if (sink_ == nullptr || std::uncaught_exceptions() > exceptions_) return;
     sink_->called({kCall, &arguments_, &write_arguments<kCall>});
   }
-  Telling(const Telling&) = delete;
-  Telling& operator=(const Telling&) = delete;
+  CallRecord(const CallRecord&) = delete;
+  CallRecord& operator=(const CallRecord&) = delete;
 
  private:
   CallSink* sink_;

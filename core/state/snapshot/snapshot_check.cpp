@@ -58,11 +58,12 @@ void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& ref
     refusal.require(holds, "bodies", name, row, problem);
   };
   const bool dynamic = given_type(bodies, static_cast<std::int32_t>(row)) == BodyType::dynamic;
-  const unsigned frozen = bodies.flags[row] & kBodyFrozen;
+  const unsigned quarantined = bodies.flags[row] & kBodyQuarantined;
   require((bodies.flags[row] & kBodyAsleep) == 0 || bodies.type[row] == BodyType::dynamic, "flags",
           "only dynamic bodies sleep");
-  require(frozen == 0 || bodies.type[row] == BodyType::fixed, "flags", "frozen bodies take part as fixed");
-  require(frozen != kBodyFrozen, "flags", "a frozen body was given one type only");
+  require(quarantined == 0 || bodies.type[row] == BodyType::fixed, "flags",
+          "quarantined bodies take part as fixed");
+  require(quarantined != kBodyQuarantined, "flags", "a quarantined body was given one type only");
   const MotionRow& motion = bodies.motion[row];
   const auto locks = static_cast<std::uint32_t>(bodies.locks[row]);
   require(within(motion.linear_damping, 0.0f, kMaxRate) && within(motion.angular_damping, 0.0f, kMaxRate) &&

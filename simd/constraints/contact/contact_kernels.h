@@ -37,7 +37,7 @@ struct ContactArgs {
   DeltaRow* delta;
   const MotionRow* motion;
   const InertiaRow* inertia;
-  std::uint8_t* touched;      // by body; prepare marks those that it finds, any thread may
+  std::uint8_t* step_notes;   // by body; prepare marks those that it finds, any thread may
   SoftConstants soft;         // between dynamic bodies
   SoftConstants soft_static;  // against bodies that cannot be pushed
   float gravity[3];           // m/s^2

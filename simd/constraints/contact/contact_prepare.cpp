@@ -149,10 +149,10 @@ inline void prepare_rich(const ContactArgs& args, RichBlock<kPoints>& block, con
   store6(block.rolling_mass, invert(sum));
 }
 
-// Contacts of one body may be prepared at the same time, so the mark is an atomic store.
-inline void mark_touched(const ContactArgs& args, const std::int32_t* rows) {
+// Contacts of one body may be prepared at the same time, so the note is an atomic store.
+inline void note_contacts(const ContactArgs& args, const std::int32_t* rows) {
   for (int lane = 0; lane < kLanes; ++lane) {
-    __atomic_store_n(&args.touched[rows[lane]], std::uint8_t{1}, __ATOMIC_RELAXED);
+    __atomic_store_n(&args.step_notes[rows[lane]], std::uint8_t{1}, __ATOMIC_RELAXED);
   }
 }
 
@@ -193,8 +193,8 @@ SCREE_SWEEP void prepare_chunk(const ContactArgs& args, const ConstraintChunk& c
     frame.tangent2 = cross(frame.normal, frame.tangent1);
     store(block.row_a, as_int(row_a));
     store(block.row_b, as_int(row_b));
-    mark_touched(args, block.row_b);
-    if constexpr (!kStatic) mark_touched(args, block.row_a);
+    note_contacts(args, block.row_b);
+    if constexpr (!kStatic) note_contacts(args, block.row_a);
     store3(block.normal, frame.normal);
     store3(block.arm_a, arm_a);
     store3(block.arm_b, arm_b);
@@ -227,10 +227,10 @@ SCREE_SWEEP void prepare_chunk(const ContactArgs& args, const ConstraintChunk& c
   });
 }
 
-// An impulse that is not finite would break by its warm start the bodies that finish_step is about to
-// restore, in every step anew. A contact that has one forgets all of its impulses.
+// By its warm start an impulse that is not finite would make the bodies non-finite again that finish_step is
+// about to restore, in every step anew. A contact that has one forgets all of its impulses.
 template <int kPoints, bool kRich, class Block>
-inline void forget_broken_impulses(Block& block) {
+inline void forget_non_finite_impulses(Block& block) {
   F differences(0.0f);  // the sum of x - x, as in is_finite
   const auto for_each_impulse = [&block](auto&& visit) {
     for (int k = 0; k < kPoints; ++k) visit(block.impulse[k]);
@@ -259,7 +259,7 @@ SCREE_SWEEP void store_chunk(const ContactArgs& args, const ConstraintChunk& chu
              kRich ? sizeof(Block) : offsetof(ContactBlock<kPoints>, initial_separation));
     prefetch_manifolds<Access::write>(args, chunk, first_lane, offsetof(Manifold, normal_impulse),
                                       sizeof(Manifold));
-    forget_broken_impulses<kPoints, kRich>(block);
+    forget_non_finite_impulses<kPoints, kRich>(block);
     const std::int32_t* contact = args.rows + first_lane;
     F impulse[4] = {F(0.0f), F(0.0f), F(0.0f), F(0.0f)};
     for (int k = 0; k < kPoints; ++k) impulse[k] = load(block.impulse[k]);

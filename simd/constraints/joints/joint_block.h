@@ -211,7 +211,7 @@ inline void store_impulses(const JointArgs& args, const std::int32_t* joint, int
   store_rows(args.impulses->impulse + 4 * group, kJointImpulses, joint, count, w, x, y, z);
 }
 
-// A broken impulse would break its bodies again.
+// A non-finite impulse would make its bodies non-finite again.
 inline F finite_or_zero(F a) { return select(is_finite(a), a, F(0.0f)); }
 inline V3 finite_or_zero(V3 a) {
   const F zero(0.0f);

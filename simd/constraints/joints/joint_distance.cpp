@@ -109,7 +109,7 @@ struct Distance {
     const F zero(0.0f);
     F limit = load(block.axis.limit_impulse), drive = load(block.axis.drive_impulse);
     const M finite = is_finite(limit) & is_finite(drive) & is_finite(load3(block.direction));
-    limit = select(finite, limit, zero);  // a broken one would break its bodies again
+    limit = select(finite, limit, zero);  // a non-finite one would make its bodies so again
     drive = select(finite, drive, zero);
     store_impulses(args, joint, count, 0, limit, drive, zero, zero);
   }

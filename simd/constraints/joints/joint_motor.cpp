@@ -102,7 +102,8 @@ struct Motor {
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const V3 none{F(0.0f), F(0.0f), F(0.0f)};
     V3 force = load3(block.offset.impulse), torque = load3(block.rotation.impulse);
-    const M finite = is_finite(force) & is_finite(torque);  // broken ones would break their bodies again
+    const M finite =
+        is_finite(force) & is_finite(torque);  // non-finite ones would make their bodies so again
     force = select(finite, force, none);
     torque = select(finite, torque, none);
     store_impulses(args, joint, count, 0, force.x, force.y, force.z, F(0.0f));

@@ -353,7 +353,7 @@ struct RowJoint {
       }
     }
     const JointImpulse sum = acting(block);
-    F differences(0.0f);  // as in is_finite; broken impulses would break their bodies again
+    F differences(0.0f);  // as in is_finite; non-finite impulses would make their bodies so again
     for (const F each : impulse) differences += each - each;
     const M finite = (differences == zero) & is_finite(sum.linear) & is_finite(sum.angular);
     for (F& each : impulse) each = select(finite, each, zero);

@@ -315,7 +315,7 @@ struct SixDegree {
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);
     const Wrench wrench = wrench_of(block);
-    // A broken impulse would break its bodies again.
+    // A non-finite impulse would make its bodies non-finite again.
     const M finite = is_finite(wrench.impulse) & is_finite(wrench.torque);
     F impulse[2 * kRows];
     for (int row = 0; row < kRows; ++row) {

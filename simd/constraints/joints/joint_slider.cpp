@@ -190,7 +190,7 @@ struct Slider {
   static void store(const JointArgs& args, const std::int32_t* joint, int count, const Block& block) {
     const F zero(0.0f);
     const Wrench wrench = wrench_of(block);
-    // A broken impulse would break its bodies again.
+    // A non-finite impulse would make its bodies non-finite again.
     const M finite = is_finite(wrench.impulse) & is_finite(wrench.torque);
     const V3 torque = select(finite, wrench.torque, V3{zero, zero, zero});
     F limit = zero, drive = zero;

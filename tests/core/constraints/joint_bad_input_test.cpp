@@ -52,7 +52,7 @@ struct Workshop {
   }
 };
 
-TEST(JointBadInput, Ends) {
+TEST(JointBadInput, IsRefusedInTheBodiesOfAJoint) {
   Workshop w;
   w.refuse_def({}, {"World::create_joint: ", "both the world"});
   w.refuse_def({.body_a = w.a, .body_b = w.a}, {"body_a and body_b are both body 4"});
@@ -66,7 +66,7 @@ TEST(JointBadInput, Ends) {
   w.refuse_def({.body_a = w.a}, {"body_a of a mouse joint is body 4, must be the world"}, MouseJoint{});
 }
 
-TEST(JointBadInput, Frames) {
+TEST(JointBadInput, IsRefusedInFrames) {
   Workshop w;
   const JointDef def{.body_b = w.b};
   const auto frames = [&](const Pose& frame_a, const Pose& frame_b, std::vector<std::string> said) {
@@ -88,7 +88,7 @@ TEST(JointBadInput, Frames) {
   EXPECT_NO_THROW(w.world.set_joint_frames(w.joints[0], {{1e7f, -1e7f, 0}, {}}, {{1e5f, 0, 0}, {}}));
 }
 
-TEST(JointBadInput, StiffnessAndStrength) {
+TEST(JointBadInput, IsRefusedInStiffnessAndStrength) {
   Workshop w;
   for (const float hertz : {-1.0f, 1e-4f, 2e4f, kNan, kNoLimit}) {
     w.refuse_def({.body_b = w.b, .hertz = hertz}, {"hertz is ", "must lie in [0.001", "10000] or be 0"});
@@ -137,7 +137,7 @@ const std::vector<WrongAxis>& wrong_axes() {
   return all;
 }
 
-TEST(JointBadInput, EveryAxisOfEveryKind) {
+TEST(JointBadInput, IsRefusedOnEveryAxisOfEveryKind) {
   Workshop w;
   const auto place = [](const char* name, auto set) {
     return std::pair<std::string, std::function<Joint(const JointAxis&)>>(name, set);
@@ -187,7 +187,7 @@ TEST(JointBadInput, EveryAxisOfEveryKind) {
   }
 }
 
-TEST(JointBadInput, RulesOfTheKinds) {
+TEST(JointBadInput, IsRefusedByTheRulesOfEachKind) {
   Workshop w;
   w.refuse_joint(BallJoint{.cone_limit = -0.1f}, {"ball cone_limit is -0.1", "must lie in [0, 3.14159"});
   w.refuse_joint(BallJoint{.cone_limit = 3.2f}, {"ball cone_limit is 3.2"});
@@ -223,7 +223,7 @@ TEST(JointBadInput, RulesOfTheKinds) {
   w.refuse_joint(MouseJoint{.max_force = -1.0f}, {"mouse max_force is -1"});
 }
 
-TEST(JointBadInput, RotationDrives) {
+TEST(JointBadInput, IsRefusedInRotationDrives) {
   Workshop w;
   const std::vector<std::pair<RotationDrive, std::string>> wrong = {
       {{.drive = static_cast<Drive>(9)}, "drive is 9, must lie in [0, 2]"},
@@ -245,13 +245,13 @@ TEST(JointBadInput, RotationDrives) {
   w.refuse_joint(MotorJoint{.max_force = kNan}, {"motor max_force is nan"});
 }
 
-TEST(JointBadInput, AnotherKind) {
+TEST(JointBadInput, ValuesOfAnotherKindOfJointAreRefused) {
   Workshop w;
   w.refuse([&] { w.world.set_joint(w.joints[0], SliderJoint{}); },
            {"World::set_joint: the value is of a slider joint, must be of a ball joint"});
 }
 
-TEST(JointBadInput, OneOfMany) {
+TEST(JointBadInput, OneBadJointOfAListRefusesTheWholeList) {
   Workshop w;
   JointDef defs[3] = {{.body_b = w.b}, {.body_b = w.b}, {.body_b = w.b, .hertz = -1.0f}};
   const Joint joints[3] = {BallJoint{}, GearJoint{2.0f}, HingeJoint{}};
@@ -270,7 +270,7 @@ TEST(JointBadInput, OneOfMany) {
   EXPECT_EQ(w.world.joint_type(ids[2]), JointType::hinge);
 }
 
-TEST(JointBadInput, DeadHandlesInEveryCall) {
+TEST(JointBadInput, EveryCallRefusesDeadHandles) {
   Workshop w;
   World& world = w.world;
   const JointId dead = w.joints[3];

@@ -56,7 +56,7 @@ void expect_sound_lists(const World& world) {
   ASSERT_EQ(world.joint_count(), alive);
 }
 
-TEST(Joints, TellWhatTheyWereGiven) {
+TEST(Joints, ReturnWhatTheyWereCreatedWith) {
   World world;
   const std::vector<BodyId> bodies = add_bodies(world, 2);
   for (const std::vector<Joint>& joints : {plain_joints(), sound_joints()}) {
@@ -93,7 +93,7 @@ TEST(Joints, TellWhatTheyWereGiven) {
   expect_sound_lists(world);
 }
 
-TEST(Joints, TellWhatTheyWereSetTo) {
+TEST(Joints, ReturnWhatTheyWereSetTo) {
   World world;
   const BodyId body = add_bodies(world, 1)[0];
   const std::vector<Joint> first = sound_joints(), second = sound_joints(0.25f);
@@ -181,7 +181,7 @@ TEST(Joints, GoWithTheirBodies) {
   EXPECT_TRUE(world.destroyed_joints().empty());
 }
 
-TEST(Joints, DestroyedOnesAreNotToldAsLost) {
+TEST(Joints, DestroyedByACallAreNotListedAsLostWithTheirBodies) {
   World world;
   const BodyId body = add_bodies(world, 1)[0];
   const JointId joint = world.create_joint({.body_b = body}, BallJoint{});
@@ -277,7 +277,7 @@ struct Sleepers {
   }
 };
 
-TEST(JointWaking, ChangesWakeBothBodiesAndNobodyElse) {
+TEST(JointWaking, ChangesWakeBothBodiesAndNoOthers) {
   Sleepers s;
   World& world = s.world;
   const std::vector<std::function<void()>> calls = {
@@ -302,7 +302,7 @@ TEST(JointWaking, ChangesWakeBothBodiesAndNobodyElse) {
   }
 }
 
-TEST(JointWaking, WhatChangesNothingWakesNobody) {
+TEST(JointWaking, CallsThatChangeNothingWakeNoBody) {
   Sleepers s;
   World& world = s.world;
   const Quat odd{0.2f, 0.4f, -0.4f, 0.8f};  // which no square root makes exactly one long
@@ -343,7 +343,7 @@ TEST(JointWaking, AKinematicBodyThatIsSentOffWakesWhatItIsJoinedWith) {
   EXPECT_FALSE((internals(s.world).bodies.flags[s.bodies[1].index] & kBodyAsleep) != 0);
 }
 
-TEST(JointChanges, TellWhichListsMustBeMadeAnew) {
+TEST(JointChanges, MarkTheListsThatMustBeRebuilt) {
   Sleepers s;
   World& world = s.world;
   const auto expect = [&](const char* wanted, const std::function<void()>& call) {

@@ -36,7 +36,7 @@ class BadInput : public testing::Test {
   }
 };
 
-TEST_F(BadInput, BodyDefinitions) {
+TEST_F(BadInput, IsRefusedInBodyDefinitions) {
   const auto reject = [&](const std::string& word, auto change) {
     BodyDef def;
     change(def);
@@ -63,7 +63,7 @@ TEST_F(BadInput, BodyDefinitions) {
   reject("locks", [](BodyDef& def) { def.locks = static_cast<AxisLocks>(64); });
 }
 
-TEST_F(BadInput, Geometry) {
+TEST_F(BadInput, IsRefusedInGeometry) {
   for (const float bad : {kNan, kInf, -1.0f, 0.0f, 1e-5f, 1e6f}) {
     const Geometry bad_ones[] = {Sphere{bad},      Capsule{bad, 1},  Capsule{1, bad},
                                  Box{{bad, 1, 1}}, Box{{1, bad, 1}}, Box{{1, 1, bad}}};
@@ -74,7 +74,7 @@ TEST_F(BadInput, Geometry) {
   }
 }
 
-TEST_F(BadInput, Materials) {
+TEST_F(BadInput, IsRefusedInMaterials) {
   const auto reject = [&](const std::string& word, auto change) {
     Material material;
     change(material);
@@ -99,7 +99,7 @@ TEST_F(BadInput, Materials) {
   reject("restitution_mix", [](Material& m) { m.restitution_mix = static_cast<MixRule>(5); });
 }
 
-TEST_F(BadInput, LocalPoses) {
+TEST_F(BadInput, IsRefusedInLocalPoses) {
   for (const Pose& bad : {Pose{{kNan, 0, 0}, {}}, Pose{{0, 2e5f, 0}, {}}, Pose{{}, {1, 1, 1, 1}}}) {
     expect_rejected("add_shape", "local_pose",
                     [&] { world.add_shape(body, Sphere{}, {}, {.local_pose = bad}); });
@@ -107,7 +107,7 @@ TEST_F(BadInput, LocalPoses) {
   }
 }
 
-TEST_F(BadInput, Changes) {
+TEST_F(BadInput, IsRefusedByCallsThatChangeABody) {
   for (const float bad : {kNan, kInf}) {
     const Vec3 v{0, bad, 0};
     expect_rejected("set_pose", "position", [&] { world.set_pose(body, {v, {}}); });
@@ -133,7 +133,7 @@ TEST_F(BadInput, Changes) {
   expect_rejected("set_locks", "locks", [&] { world.set_locks(body, static_cast<AxisLocks>(200)); });
 }
 
-TEST_F(BadInput, LoadsThatWouldOverflow) {
+TEST_F(BadInput, LoadsThatWouldOverflowAreRefused) {
   expect_rejected("add_force", "acceleration", [&] { world.add_force(body, {1e25f, 0, 0}); });
   expect_rejected("add_torque", "angular acceleration", [&] { world.add_torque(body, {1e25f, 0, 0}); });
   expect_rejected("add_impulse", "velocity", [&] { world.add_impulse(body, {1e25f, 0, 0}); });
@@ -143,7 +143,7 @@ TEST_F(BadInput, LoadsThatWouldOverflow) {
   expect_rejected("add_force", "acceleration", [&] { world.add_force(body, {4e17f, 0, 0}); });
 }
 
-TEST_F(BadInput, MassProperties) {
+TEST_F(BadInput, IsRefusedInMassProperties) {
   const auto reject = [&](const std::string& word, auto change) {
     scree::MassProperties properties;
     change(properties);
@@ -159,7 +159,7 @@ TEST_F(BadInput, MassProperties) {
   reject("no solid", [](auto& p) { p.inertia[0] = 3.0f; });
 }
 
-TEST_F(BadInput, DeadHandles) {
+TEST_F(BadInput, DeadHandlesAreRefused) {
   const BodyId dead = world.create_body({});
   const ShapeId dead_shape = world.add_shape(dead, Sphere{});
   world.destroy_body(dead);
@@ -241,7 +241,7 @@ TEST_F(BadInput, BulkCreationIsAllOrNothing) {
   EXPECT_EQ(world.poses().size(), rows + 99);
 }
 
-TEST_F(BadInput, SpansOfUnequalLength) {
+TEST_F(BadInput, SpansOfUnequalLengthAreRefused) {
   std::vector<BodyId> ids(2);
   expect_rejected("create_bodies", "3 definitions",
                   [&] { world.create_bodies(std::vector<BodyDef>(3), ids); });
@@ -250,7 +250,7 @@ TEST_F(BadInput, SpansOfUnequalLength) {
   });
 }
 
-TEST_F(BadInput, ListsOfShapes) {
+TEST_F(BadInput, IsRefusedInListsOfShapes) {
   std::vector<ShapeDef> defs(20);
   std::vector<ShapeId> ids(20);
   world.destroy_shape(world.add_shape(body, Box{}));  // a free slot, which must stay free
@@ -276,7 +276,7 @@ TEST_F(BadInput, ListsOfShapes) {
   EXPECT_EQ(internals(world).shapes.flags.size(), 21u);
 }
 
-TEST_F(BadInput, ABodyDestroyedTwiceInOneList) {
+TEST_F(BadInput, ABodyListedTwiceForDestructionIsRefused) {
   const BodyId other = world.create_body({});
   expect_rejected("destroy_bodies", "definition 2: the same body", [&] {
     world.destroy_bodies(std::vector<BodyId>{other, body, other});
@@ -285,7 +285,7 @@ TEST_F(BadInput, ABodyDestroyedTwiceInOneList) {
   EXPECT_EQ(world.body_count(), 0u);
 }
 
-TEST_F(BadInput, Settings) {
+TEST_F(BadInput, IsRefusedInSettings) {
   const auto reject = [&](const std::string& word, auto change) {
     WorldSettings settings;
     change(settings);

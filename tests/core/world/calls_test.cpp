@@ -292,7 +292,7 @@ TEST_F(Marks, TreesFollowTypeAndSleep) {
   EXPECT_EQ(tree(), TreeKind::none);
 }
 
-TEST_F(Marks, OnlyCallsThatChangeWhoMovesDirtyTheLists) {
+TEST_F(Marks, OnlyCallsThatChangeWhatMovesMakeTheListsDirty) {
   world.set_linear_velocity(body, {1, 0, 0});
   world.set_pose(body, {});
   world.add_force(body, {1, 0, 0});

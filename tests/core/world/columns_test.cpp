@@ -38,7 +38,7 @@ TEST(Column, RowsLieOnCacheLinesAndSurviveGrowth) {
   EXPECT_TRUE(is_aligned(bytes));
 }
 
-TEST(Column, NewRowsAreZeroWhateverStoodThere) {
+TEST(Column, NewRowsAreZeroInReusedMemoryToo) {
   Column<std::int32_t> column;
   column.resize(100);
   for (std::int32_t& value : column) value = 7;
@@ -103,7 +103,7 @@ double resident_bytes() {
   return resident * 4096.0;
 }
 
-TEST(Column, RowsThatNobodyWritesToTakeNoMemory) {
+TEST(Column, UnwrittenRowsTakeNoMemory) {
   if (!has_page_memory()) GTEST_SKIP() << "memory is watched";
   constexpr std::size_t kRows = 4'000'000;
   const double before = resident_bytes();

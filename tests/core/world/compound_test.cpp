@@ -64,7 +64,7 @@ void expect_same_mass(const World& world, BodyId body, const World& other, BodyI
 }
 
 // Each of these took the square of the shapes: minutes.
-TEST(Compound, OfAHundredThousandShapesIsMadeAndUnmadeOneByOne) {
+TEST(Compound, OfAHundredThousandShapesIsBuiltAndTakenApartOneByOne) {
   constexpr std::size_t kShapes = 100000;
   const std::vector<ShapeDef> defs = random_defs(kShapes, 1);
   for (const BodyType type : {BodyType::fixed, BodyType::kinematic, BodyType::dynamic}) {
@@ -99,7 +99,7 @@ TEST(Compound, WeighsTheSameInEveryOrderOfItsShapes) {
 }
 
 // To the last bit of the doubles that rows of floats are rounded from.
-TEST(Compound, SumsOfMomentsForgetWhatTheyHaveLost) {
+TEST(Compound, SumsOfMomentsKeepNothingOfDestroyedShapes) {
   const std::vector<ShapeDef> defs = random_defs(60, 7);
   const auto part = [&](std::size_t i) {
     return part_of(defs[i].geometry, defs[i].material.density, defs[i].options.local_pose);
@@ -137,7 +137,7 @@ TEST(Compound, LosesNoDigitsFarFromTheOriginOfItsBody) {
 }
 
 // What is kept of a body against what a world without it would find, after every kind of change.
-TEST(Compound, WeighsAfterEveryChangeWhatItsShapesWeigh) {
+TEST(Compound, HasTheMassOfItsShapesAfterEveryChange) {
   Random random(3);
   World world;
   const BodyId body = world.create_body({.angular_velocity = {0.3f, 0.2f, 0.1f}});
@@ -180,7 +180,7 @@ TEST(Compound, WeighsAfterEveryChangeWhatItsShapesWeigh) {
 }
 
 // Whoever reads between calls changes nothing: not who is placed when, nor what is saved.
-TEST(Compound, IsTheSameWhetherSomebodyLooksOrNot) {
+TEST(Compound, IsTheSameWhetherOrNotItIsReadInBetween) {
   World world, watched;
   Random random(9);
   std::vector<ShapeId> shapes;

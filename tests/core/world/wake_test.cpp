@@ -93,7 +93,7 @@ TEST_F(Waking, ChangesOfMotionWakeTheBody) {
   }
 }
 
-TEST_F(Waking, WhatChangesNothingWakesNobody) {
+TEST_F(Waking, CallsThatChangeNothingWakeNoBody) {
   world.pose(upper);
   world.mass_properties(upper);
   world.material(upper_shape);

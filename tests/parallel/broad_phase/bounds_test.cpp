@@ -210,13 +210,13 @@ TEST(Bounds, AShapeWithoutFiniteBoundsHasEmptyOnes) {
       update_bounds(world.data, kDt, crew);
       for (std::size_t shape = 0; shape < 20; ++shape) {
         const BoundsRow& fat = world.data.shapes.fat_bounds[shape];
-        const bool broken = shape == 3 || shape == 4;
+        const bool non_finite = shape == 3 || shape == 4;
         for (int axis = 0; axis < 3; ++axis) {
           EXPECT_TRUE(std::isfinite(fat.lower[axis]) && std::isfinite(fat.upper[axis]));
-          EXPECT_EQ(fat.lower[axis] > fat.upper[axis], broken) << shape << " " << bad;
+          EXPECT_EQ(fat.lower[axis] > fat.upper[axis], non_finite) << shape << " " << bad;
         }
       }
-      // Nothing changes while it stays broken.
+      // Nothing changes while it stays non-finite.
       broad_phase_of(world.data).bounds_left = false;
       update_bounds(world.data, kDt, crew);
       EXPECT_FALSE(broad_phase_of(world.data).bounds_left);

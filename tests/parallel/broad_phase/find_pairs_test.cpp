@@ -93,7 +93,7 @@ class Follower {
         const Pair pair{rows->pair[row].a, rows->pair[row].b};
         const auto known = contact_of_.find(pair);
         if (rows == &contacts.pairs && !contacts.list_kept) {
-          EXPECT_EQ(contacts.previous[row] >= 0, known != contact_of_.end())
+          EXPECT_EQ(contacts.last_place[row] >= 0, known != contact_of_.end())
               << pair.first << " " << pair.second;
         }
         std::int32_t& contact = rows->contact[row];
@@ -218,7 +218,7 @@ TEST(FindPairs, ListIsBruteForceForEveryInstructionSet) {
 }
 
 // Blocks of the tree then meet more leaves than a descent collects.
-TEST(FindPairs, ListIsBruteForceWhereFewAreStrewnAmongManyAndOneMeetsAll) {
+TEST(FindPairs, ListIsBruteForceInAWideFieldWithOneShapeThatOverlapsAll) {
   for (const WorkersOptions& options : testing::all_workers()) {
     Workers workers(options);
     HandMadeWorld world;
@@ -337,7 +337,7 @@ TEST(FindPairs, NoPairWithinTheSpeculativeDistanceIsMissed) {
   }
 }
 
-TEST(FindPairs, ListIsKeptWhileNobodyLeavesItsBounds) {
+TEST(FindPairs, ListIsKeptWhileEveryShapeStaysInItsFatBounds) {
   Workers workers(1);
   HandMadeWorld world;
   Random random(2);
@@ -564,7 +564,7 @@ TEST(FindPairs, AWideGroundIsPairedWithWhateverLiesOnIt) {
   }
 }
 
-TEST(FindPairs, OneThatFellOffTheWorldDoesNotSpoilTheOrder) {
+TEST(FindPairs, ABodyFarFromAllOthersDoesNotSpoilTheOrder) {
   Workers workers(1);
   HandMadeWorld world;
   Random random(8);

@@ -50,7 +50,7 @@ void expect_sound_trees(WorldData& data) {
   }
 }
 
-TEST(FrozenTrees, HoldEveryFrozenShapeOnceWhateverCallsDo) {
+TEST(FrozenTrees, HoldEveryFrozenShapeOnceUnderRandomCalls) {
   Workers workers(2);
   Field field(3, 3000);
   for (int i = 0; i < 400; ++i) {
@@ -63,7 +63,7 @@ TEST(FrozenTrees, HoldEveryFrozenShapeOnceWhateverCallsDo) {
   EXPECT_GT(internals(field.world).bodies.asleep, 10);
 }
 
-TEST(FrozenTrees, AWorldWhoseTreesAreMadeAnewGoesOnWithTheSameBitsAndPairs) {
+TEST(FrozenTrees, RebuildingThemChangesNeitherBitsNorPairs) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     Workers workers(1), others(3);
     Field field(seed, 1000);
@@ -94,7 +94,7 @@ TEST(FrozenTrees, AWorldWhoseTreesAreMadeAnewGoesOnWithTheSameBitsAndPairs) {
   }
 }
 
-TEST(FrozenTrees, ListsOfWhatMovesAreThoseOfARestoredWorld) {
+TEST(FrozenTrees, ListsOfMovingBodiesAndShapesAreThoseOfARestoredWorld) {
   Workers workers(1);
   Field field(9, 4000);
   Snapshot snapshot;
@@ -126,7 +126,7 @@ std::vector<std::int32_t> members_of(const PairTree& tree) {
   return members;
 }
 
-TEST(FrozenTrees, WhoFallAsleepTogetherStandAsTheyStoodAwake) {
+TEST(FrozenTrees, ShapesThatFallAsleepTogetherKeepTheirOrder) {
   constexpr int kSide = 40, kBoxes = kSide * kSide;
   Workers workers(2);
   WorldSettings settings;
@@ -156,7 +156,7 @@ std::int64_t refitted(World& world, Workers& workers) {
   return broad_phase_of(internals(world)).refitted;
 }
 
-TEST(FrozenTrees, AChangeMakesAsFewBlocksAnewInALargeWorldAsInASmallOne) {
+TEST(FrozenTrees, AChangeRebuildsAsFewBlocksInALargeWorldAsInASmallOne) {
   constexpr int kSteps = 1500;
   for (const int size : {2000, 20000}) {
     Workers workers(1);
@@ -175,7 +175,7 @@ TEST(FrozenTrees, AChangeMakesAsFewBlocksAnewInALargeWorldAsInASmallOne) {
   }
 }
 
-TEST(FrozenTrees, AHoleCostsItsLeafAndATreeThatIsMostlyHolesIsMadeAnew) {
+TEST(FrozenTrees, AHoleRebuildsItsLeafAndATreeOfMostlyHolesIsRebuilt) {
   Workers workers(1);
   World world;
   std::vector<BodyDef> defs(10000, {.type = BodyType::fixed});
@@ -199,7 +199,7 @@ TEST(FrozenTrees, AHoleCostsItsLeafAndATreeThatIsMostlyHolesIsMadeAnew) {
   for (const PairTree& tree : frozen_trees(broad_phase_of(internals(world)))) EXPECT_EQ(tree.levels, 0);
 }
 
-TEST(FrozenTrees, AStepInWhichNobodyComesOrGoesLeavesThemAlone) {
+TEST(FrozenTrees, AStepWithoutArrivalsAndLeaversLeavesThemAlone) {
   Workers workers(1);
   Field field(4, 2000);
   for (int i = 0; i < 20; ++i) field.add_ball();

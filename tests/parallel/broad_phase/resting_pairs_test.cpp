@@ -57,7 +57,7 @@ void expect_sound_lists(WorldData& data) {
   }
 }
 
-TEST(RestingPairs, AreFoundFromBothShapesWhateverCallsDo) {
+TEST(RestingPairs, AreFoundFromBothShapesUnderRandomCalls) {
   Workers workers(2);
   Field field(5, 600);
   field.hulls = true;
@@ -78,7 +78,7 @@ TEST(RestingPairs, AreFoundFromBothShapesWhateverCallsDo) {
   EXPECT_GT(most, 50u);
 }
 
-TEST(RestingPairs, TellOfTheirForcesInTheOrderOfThePairs) {
+TEST(RestingPairs, ReportTheirForcesInTheOrderOfThePairs) {
   Workers workers(1);
   Field field(6, 300);
   WorldSettings settings = field.world.settings();
@@ -132,7 +132,7 @@ Held held_of(std::int32_t contact, std::int32_t a, std::int32_t b) {
   return held;
 }
 
-TEST(RestingPairs, KeepWhatTheyHoldWhoeverComesAndGoes) {
+TEST(RestingPairs, KeepTheirDataWhileOtherPairsComeAndGo) {
   World world;
   WorldData& data = internals(world);
   Contacts& contacts = data.contacts;
@@ -281,7 +281,7 @@ std::vector<std::int64_t> looks_of_changes(int count, ContactEvents events) {
   return looks;
 }
 
-TEST(RestingPairs, AChangeLooksAtAsFewInALargeWorldAsInASmallOne) {
+TEST(RestingPairs, AChangeReadsAsFewInALargeWorldAsInASmallOne) {
   for (const ContactEvents events : {ContactEvents::none, ContactEvents::begin_end}) {
     const std::vector<std::int64_t> few = looks_of_changes(60, events), many = looks_of_changes(600, events);
     EXPECT_EQ(few, many);
@@ -295,7 +295,7 @@ TEST(RestingPairs, AChangeLooksAtAsFewInALargeWorldAsInASmallOne) {
   }
 }
 
-TEST(RestingPairs, OfAFloorThatIsMovedAllAreLookedAt) {
+TEST(RestingPairs, OfAMovedFloorAreAllRead) {
   Rows rows(100);
   const std::size_t pairs = internals(rows.world).contacts.resting.pair.size();
   rows.world.set_pose(rows.floor, {{0, -1.001f, 0}, {}});
@@ -356,7 +356,7 @@ std::vector<std::uint64_t> awake_contacts(const WorldData& data) {
   return keys;
 }
 
-TEST(RousedIslands, AreWhatHangsTogetherByContactsAndJoints) {
+TEST(RousedIslands, AreWhatContactsAndJointsConnect) {
   Random random(12);
   std::size_t largest = 0;
   for (int trial = 0; trial < 12; ++trial) {
@@ -400,7 +400,7 @@ bool same_bytes(const Rows& x, const Rows& y) {
 }
 
 // A restored world looks at all pairs at rest when it lists its events.
-TEST(RestingPairs, TellNoMoreThanALookAtAllOfThemFinds) {
+TEST(RestingPairs, ListTheSameEventsAsASearchOfAllOfThem) {
   constexpr ContactEvents kAsked[] = {ContactEvents::none, ContactEvents::begin_end, ContactEvents::persist,
                                       ContactEvents::all};
   for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
@@ -469,7 +469,7 @@ std::string refusal_of(Damage&& damage) {
   return "";
 }
 
-TEST(RestingPairs, AreRefusedFromOutsideWhereTheyAreNone) {
+TEST(RestingPairs, AreRefusedInSnapshotsThatNoWorldCouldMake) {
   const auto expect = [](const std::string& reason, auto&& damage) {
     const std::string refusal = refusal_of(damage);
     EXPECT_NE(refusal.find(reason), std::string::npos) << refusal << " instead of " << reason;

@@ -111,8 +111,9 @@ void expect_sound(const WorldData& data) {
     expect_chunks(data, stage.serial,
                   part(constraints.joint_chunks, stage.first_joint_chunk, stage.joint_chunk_count),
                   constraints.joint_rows, written, joints, joined_bodies_of);
-    expect_chunks(data, stage.serial, part(constraints.chunks, stage.first_chunk, stage.chunk_count),
-                  constraints.rows, written, contacts, bodies_of);
+    expect_chunks(data, stage.serial,
+                  part(constraints.contact_chunks, stage.first_contact_chunk, stage.contact_chunk_count),
+                  constraints.contact_rows, written, contacts, bodies_of);
   }
   EXPECT_EQ(contacts.size(), data.contacts.touching.size());
   for (const std::int32_t row : data.contacts.touching) EXPECT_EQ(contacts.count(row), 1u);
@@ -194,7 +195,7 @@ TEST(Coloring, HubsOfOneKindMayHaveFewOfTheOther) {
   }
 }
 
-TEST(Coloring, WhatABodyHasBeyondItsColorsWithFixedOnesIsSolvedInGroups) {
+TEST(Coloring, ConstraintsWithFixedBodiesBeyondTheColorsAreSolvedInGroups) {
   with_every_set([](Crew& crew) {
     Graph graph(4);
     for (int i = 0; i < 300; ++i) {
@@ -208,7 +209,7 @@ TEST(Coloring, WhatABodyHasBeyondItsColorsWithFixedOnesIsSolvedInGroups) {
     EXPECT_EQ(count_overflow(graph), 0);
     EXPECT_EQ(graph.data.stats.colors, kColorLimit + 1);
     const Constraints& constraints = constraints_of(graph.data);
-    EXPECT_LT(constraints.joint_chunks.size() + constraints.chunks.size(), 3u * kColorLimit + 5);
+    EXPECT_LT(constraints.joint_chunks.size() + constraints.contact_chunks.size(), 3u * kColorLimit + 5);
     // They stay there, and the coloring holds.
     graph.color(crew);
     expect_sound(graph.data);
@@ -249,7 +250,7 @@ TEST(Coloring, BodiesThatAllTouchOneAnotherFillTheirBlocks) {
   });
 }
 
-TEST(Coloring, WhatFindsNoColorIsSolvedInTheOrderOfItsListAtEveryBody) {
+TEST(Coloring, UncoloredConstraintsOfABodyAreSolvedInListOrder) {
   with_every_set([](Crew& crew) {
     Graph graph = make_clique(60);
     graph.color(crew);
@@ -257,9 +258,9 @@ TEST(Coloring, WhatFindsNoColorIsSolvedInTheOrderOfItsListAtEveryBody) {
     std::map<std::int32_t, int> last;  // by body: place of its last contact, kind by kind
     const auto rows = static_cast<int>(graph.data.contacts.touching.size());
     int solved = 0;
-    for (const simd::ConstraintChunk& chunk : constraints.chunks) {
+    for (const simd::ConstraintChunk& chunk : constraints.contact_chunks) {
       for (int lane = 0; lane < chunk.lanes; ++lane, ++solved) {
-        const std::int32_t row = constraints.rows[static_cast<std::size_t>(chunk.first_lane + lane)];
+        const std::int32_t row = constraints.contact_rows[static_cast<std::size_t>(chunk.first_lane + lane)];
         const Manifold& manifold = graph.data.contacts.now.manifold[static_cast<std::size_t>(row)];
         const int place = static_cast<int>(manifold.info & kManifoldPointMask) * rows + row;
         for (const std::int32_t body : {manifold.row_a, manifold.row_b}) {
@@ -343,7 +344,7 @@ TEST(Coloring, BodiesInOnePlaceAreColoredToo) {
   EXPECT_LE(graph.data.stats.colors, 11);
 }
 
-TEST(Coloring, FewColorsServeAChain) {
+TEST(Coloring, AChainTakesFewColors) {
   Workers workers(1);
   Crew crew(workers);
   Graph graph(1000);

@@ -144,7 +144,7 @@ TEST(CrewMemory, WorkersThatComeAndGoLeaveOneSetOfHelpersBehind) {
 }
 
 // Whose helpers have come home is not kept.
-TEST(CrewMemory, NothingIsLeftOnceTheHelpersAreHome) {
+TEST(CrewMemory, NothingIsLeftOnceTheHelpersHaveReturned) {
   for (int i = 0; i < 100; ++i) {
     Workers workers(3);
     step(workers);

@@ -41,7 +41,7 @@ std::int64_t pages_there(std::span<const std::byte> memory) {
   return std::count_if(entries.begin(), entries.end(), is_there);
 }
 
-TEST(KernelCode, IsThereOnceWorkersAre) {
+TEST(KernelCode, IsInMemoryOnceWorkersExist) {
   const Workers workers(1);
   const auto set = static_cast<simd::InstructionSet>(static_cast<int>(workers.isa()) - 1);
   const std::span<const std::byte> code = code_of(*simd::find_kernels(set));

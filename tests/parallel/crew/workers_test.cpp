@@ -75,7 +75,7 @@ TEST(Workers, AForcedInstructionSetIsTheOneThatCrewsUse) {
   }
 }
 
-TEST(Workers, TheEnvironmentChoosesWhereNobodyAsks) {
+TEST(Workers, TheEnvironmentChoosesWhereTheCallDoesNot) {
   for (const Isa isa : kIsas) {
     if (!is_supported(isa)) continue;
     const IsaVariable variable(isa_name(isa));

@@ -136,7 +136,7 @@ void expect_list_of_definition(WorldData& data, Workers& workers) {
   }
 }
 
-TEST(ActiveJoints, AreThoseOfTheDefinitionWhateverCallsDo) {
+TEST(ActiveJoints, MatchTheirDefinitionUnderRandomCalls) {
   std::int64_t broken = 0;
   std::int32_t most_asleep = 0;
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
@@ -219,7 +219,7 @@ struct Couples {
   }
 };
 
-TEST(ActiveJoints, ABodyWithoutAnyCostsNoLookAtOthers) {
+TEST(ActiveJoints, ABodyWithoutJointsExaminesNone) {
   Couples couples(2000);
   couples.world.set_linear_velocity(couples.ball, {0.5f, 0, 0});
   EXPECT_EQ(couples.judged_in_a_step(), 0);
@@ -230,7 +230,7 @@ TEST(ActiveJoints, ABodyWithoutAnyCostsNoLookAtOthers) {
   EXPECT_EQ(couples.judged_in_a_step(), 0);
 }
 
-TEST(ActiveJoints, AChangedBodyCostsALookAtItsOwn) {
+TEST(ActiveJoints, AChangedBodyExaminesItsOwnJointsOnly) {
   Couples couples(2000);
   couples.world.set_linear_velocity(couples.first[7], {0.1f, 0, 0});
   const std::int64_t judged = couples.judged_in_a_step();
@@ -243,7 +243,7 @@ TEST(ActiveJoints, AChangedBodyCostsALookAtItsOwn) {
   EXPECT_EQ(couples.judged_in_a_step(), 1);
 }
 
-TEST(ActiveJoints, AnEndThatHasBecomeFixedIsStill) {
+TEST(ActiveJoints, AJointWhoseMovingBodyBecomesFixedIsNoLongerActive) {
   Couples couples(2000);
   WorldData& data = internals(couples.world);
   const auto row = static_cast<std::size_t>(couples.first[7].index);

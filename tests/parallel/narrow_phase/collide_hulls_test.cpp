@@ -47,7 +47,7 @@ World make_pile(int count) {
   return world;
 }
 
-TEST(CollideHulls, WhatIsRememberedFollowsItsPairWhereTheListChanges) {
+TEST(CollideHulls, KeptAxesFollowTheirPairsWhenTheListChanges) {
   World world = make_pile(160);
   Workers workers(2);
   const WorldData& data = internals(world);
@@ -99,7 +99,7 @@ float deepest(const WorldData& data) {
   return least;
 }
 
-TEST(CollideHulls, WhatFallsFastIsMetAtItsSurface) {
+TEST(CollideHulls, AFastFallingBodyIsMetAtItsSurface) {
   for (const bool is_hull : {false, true}) {
     for (int height = 0; height < 16; ++height) {
       World world;

@@ -47,13 +47,13 @@ struct Scene {
     std::swap(contacts.pairs, contacts.pairs_before);
     PairRows &pairs = contacts.pairs, &before = contacts.pairs_before;
     pairs.resize(list.size());
-    contacts.previous.resize(list.size());
+    contacts.last_place.resize(list.size());
     for (std::size_t row = 0; row < list.size(); ++row) {
       pairs.pair[row] = list[row];
-      contacts.previous[row] = pairs.contact[row] = -1;
+      contacts.last_place[row] = pairs.contact[row] = -1;
       for (std::size_t old = 0; old < before.pair.size(); ++old) {
         if (before.pair[old].a == list[row].a && before.pair[old].b == list[row].b) {
-          contacts.previous[row] = static_cast<std::int32_t>(old);
+          contacts.last_place[row] = static_cast<std::int32_t>(old);
           pairs.contact[row] = std::exchange(before.contact[old], -1);
         }
       }

@@ -6,7 +6,7 @@
 namespace scree::test {
 namespace {
 
-TEST(RecordingComparison, FindsWhereTwoPart) {
+TEST(RecordingComparison, FindsWhereTwoRecordingsDiverge) {
   const TemporaryFile first, second, third, early;
   const auto record = [](const TemporaryFile& file, int kick_at, int begin, int end) {
     Heap heap(6);
@@ -34,7 +34,7 @@ TEST(RecordingComparison, FindsWhereTwoPart) {
   EXPECT_EQ(error_of_call([&] { compare(d, b, workers); }), "compare: the recordings have no step in common");
 }
 
-TEST(RecordingComparison, FindsWhatNoStepShows) {
+TEST(RecordingComparison, FindsDifferencesThatNoStepHashShows) {
   // Worlds that move alike: one of them would fall asleep later, has another number for its user, or rubs
   // harder against what it never meets.
   const auto record = [](const auto& change) {
@@ -121,7 +121,7 @@ TEST(RecordingComparison, LooksAtKeyframesWhereReplaysAgree) {
   EXPECT_EQ(found->difference, "") << "the keyframes are the same";
 }
 
-TEST(RecordingComparison, TellsWhatKeyframesDifferIn) {
+TEST(RecordingComparison, NamesWhatKeyframesDifferIn) {
   // The calls of one run with the hashes and keyframes of another.
   const auto record = [](bool kicked) {
     const TemporaryFile file;

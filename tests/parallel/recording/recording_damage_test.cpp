@@ -154,7 +154,7 @@ void add_impossible_call(TakenApart& parts, std::uint64_t step, bool before) {
   ++calls.head.count;
 }
 
-TEST(RecordingDamage, ThatEndsAReplayBeforeStatesAreComparedIsTold) {
+TEST(RecordingDamage, ThatEndsAReplayBeforeStatesAreComparedIsReported) {
   const TemporaryFile file;
   Heap heap(5);
   Recorder recorder(heap.world, file.path(), {.flush_interval = 60.0f});
@@ -418,7 +418,7 @@ void expect_share(Bytes bytes, ChunkKind kind, std::uint64_t share) {
             std::string::npos);
 }
 
-TEST(RecordingDamage, CanNotMakeAReaderTakeMoreThanAShareOfTheFile) {
+TEST(RecordingDamage, CannotMakeAReaderTakeMoreThanAShareOfTheFile) {
   // Hulls, each of which takes many times its bytes when it is built: one of them very often.
   TakenApart parts(small_recording());
   TakenApart::Chunk& hulls = *parts.find(ChunkKind::hulls);
@@ -456,7 +456,7 @@ TEST(RecordingDamage, AnUnknownChunkIsSkippedWhereItMayBe) {
   EXPECT_NE(error_of_playing(parts.put_together(), workers).find("a later version"), std::string::npos);
 }
 
-TEST(RecordingDamage, TellsAnUnfinishedRecordingFromAFinishedOne) {
+TEST(RecordingDamage, UnfinishedRecordingsAreDistinguishedFromFinishedOnes) {
   EXPECT_TRUE(Player(small_recording(true)).info().finished);
   const Bytes open = small_recording(false);
   const Player player(open);

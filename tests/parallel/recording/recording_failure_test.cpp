@@ -21,7 +21,7 @@ namespace {
 
 // --- files that can not be written ---
 
-TEST(RecordingFailure, OfAFullDiskIsToldAtOnceWhereItIsFullAtTheBeginning) {
+TEST(RecordingFailure, OfADiskThatIsFullAtTheBeginningIsReportedAtOnce) {
   Heap heap;
   const std::string error = error_of_call([&] { Recorder(heap.world, "/dev/full"); });
   EXPECT_NE(error.find("/dev/full: can not be written: No space left on device"), std::string::npos) << error;
@@ -71,7 +71,7 @@ TEST(RecordingFailure, OfAFileThatMayHoldNothingIsAnError) {
   EXPECT_EXIT(record(), testing::ExitedWithCode(0), "");
 }
 
-TEST(RecordingFailure, OfAPipeThatNobodyReadsAnyMoreIsAnError) {
+TEST(RecordingFailure, OfAPipeWithoutReadersIsAnError) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto record = [] {
     World world;
@@ -104,7 +104,7 @@ std::set<std::filesystem::path> tasks() {
   return result;
 }
 
-TEST(RecordingFailure, OfTheWritersOwnReachesWhoHandlesCrashes) {
+TEST(RecordingFailure, TheWriterThreadLeavesCrashSignalsToTheirHandlers) {
   std::thread([] {}).join();  // with the first one, a sanitizer may start threads of its own
   const std::set<std::filesystem::path> before = tasks();
   const TemporaryFile file;
@@ -157,7 +157,7 @@ TEST(RecordingFailure, OfTheWritersMemoryEndsTheRecordingAndLeavesTheWorldAlone)
   expect_world_unharmed(heap, recorder, file);
 }
 
-TEST(RecordingFailure, OfTheWritersMemoryIsToldAtOnceAtTheBeginning) {
+TEST(RecordingFailure, OfTheWritersMemoryIsReportedAtOnceAtTheBeginning) {
   const TemporaryFile file;
   Heap heap;
   const std::string error = error_of_call([&] {
@@ -181,7 +181,7 @@ TEST(RecordingFailure, OfTheCallersMemoryEndsTheRecordingAndLeavesTheWorldAlone)
   expect_world_unharmed(heap, recorder, file);
 }
 
-// A step that has made its hash, and then has no memory to list whom it must freeze.
+// A step that has made its hash, and then has no memory to list whom it must quarantine.
 TEST(RecordingFailure, OfAStepLeavesNoHashToTheNextRecording) {
   const TemporaryFile file;
   World world(WorldSettings{.gravity = {}});
@@ -213,7 +213,7 @@ TEST(RecordingFailure, OfAStepLeavesNoHashToTheNextRecording) {
 }
 
 // Such a world can not go on, and its recording must not look as if it had come to its end.
-TEST(RecordingFailure, OfAStepIsToldAndLeavesARecordingThatIsNotFinished) {
+TEST(RecordingFailure, OfAStepIsReportedAndLeavesAnUnfinishedRecording) {
   const TemporaryFile file;
   Heap heap;
   Recorder recorder(heap.world, file.path());
@@ -232,7 +232,7 @@ TEST(RecordingFailure, OfAStepIsToldAndLeavesARecordingThatIsNotFinished) {
   EXPECT_EQ(verified(player, heap.workers), "");
 }
 
-TEST(RecordingFailure, OfWhoeverRecordsLeavesARecordingThatIsNotFinished) {
+TEST(RecordingFailure, OfTheRecordingProgramLeavesAnUnfinishedRecording) {
   const TemporaryFile file;
   Heap heap;
   try {

@@ -33,7 +33,7 @@ void expect_sound(const TemporaryFile& file, std::uint64_t steps) {
   EXPECT_EQ(verified(player, workers), "");
 }
 
-TEST(RecordingOutput, IsOneRecordersAloneUnderEveryNameOfTheFile) {
+TEST(RecordingOutput, BelongsToOneRecorderUnderEveryNameOfTheFile) {
   const TemporaryFile file, hard_link, symbolic_link;
   Heap heap;
   Recorder recorder(heap.world, file.path(), kOften);
@@ -47,7 +47,7 @@ TEST(RecordingOutput, IsOneRecordersAloneUnderEveryNameOfTheFile) {
   expect_sound(file, 20);
 }
 
-TEST(RecordingOutput, IsOneRecordersAloneAmongAllProcesses) {
+TEST(RecordingOutput, BelongsToOneRecorderAmongAllProcesses) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const TemporaryFile file;
   Heap heap;
@@ -122,7 +122,7 @@ TEST(RecordingOutput, IsReadByPlayersWhileItIsWritten) {
   expect_sound(file, recorder.steps());
 }
 
-TEST(RecordingOutput, ThatIsADeviceIsAnybodys) {
+TEST(RecordingOutput, ThatIsADeviceMayBeShared) {
   Heap heap, other;
   Recorder first(heap.world, "/dev/null"), second(other.world, "/dev/null");
   heap.run(2);

@@ -322,7 +322,7 @@ TEST(Recording, KeepsWhatAReadingCallHasWoken) {
   EXPECT_EQ(verified(player, heap.workers), "");
 }
 
-TEST(Recording, RefusesWhatCanNotBeRecorded) {
+TEST(Recording, RefusesWhatCannotBeRecorded) {
   const TemporaryFile file, second;
   Heap heap;
   Recorder recorder(heap.world, file.path());

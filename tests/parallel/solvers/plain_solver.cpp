@@ -94,7 +94,7 @@ class PlainSolver {
 
   void prepare_bodies() {
     Bodies& bodies = data_.bodies;
-    Column<std::int32_t>& moving = constraints_of(data_).moving;
+    Column<std::int32_t>& moving = constraints_of(data_).moving_bodies;
     moving.clear();
     for (const std::int32_t body : bodies.awake) moving.push_back(body);
     for (const std::int32_t body : bodies.kinematic) moving.push_back(body);
@@ -118,10 +118,10 @@ class PlainSolver {
   // The order of the wide solver: color by color, in lane order.
   void prepare_contacts() {
     const Constraints& constraints = constraints_of(data_);
-    for (const simd::ConstraintChunk& chunk : constraints.chunks) {
+    for (const simd::ConstraintChunk& chunk : constraints.contact_chunks) {
       for (int i = 0; i < chunk.lanes; ++i) {
-        add_contact(
-            static_cast<std::size_t>(constraints.rows[static_cast<std::size_t>(chunk.first_lane + i)]));
+        add_contact(static_cast<std::size_t>(
+            constraints.contact_rows[static_cast<std::size_t>(chunk.first_lane + i)]));
       }
     }
     const float scale =

@@ -71,7 +71,7 @@ Pairs jittered(const Pairs& pairs) {
 
 constexpr int kLeastTouching = 2001;  // of the mixed pairs
 
-TEST(CollideBits, EveryInstructionSetGivesThoseOfScalar) {
+TEST(CollideBits, EveryInstructionSetGivesTheBitsOfScalar) {
   const Pairs first = mixed_pairs(), second = jittered(first);
   Rows before = first.run(scalar_kernels());
   fill_impulses(before);
@@ -94,7 +94,7 @@ TEST(CollideBits, NeighborsInAChunkChangeNothing) {
   }
 }
 
-TEST(CollideBits, NonFiniteShapesDoNotTouchAndDisturbNobody) {
+TEST(CollideBits, NonFiniteShapesDoNotTouchAndChangeNoOtherLane) {
   Pairs pairs = mixed_pairs();
   const Rows expected = pairs.run(scalar_kernels());
   for (std::size_t row = 0; row < pairs.items.size(); row += kSpoiledStride) {

@@ -81,7 +81,7 @@ TEST_P(CollideHullOracle, PointsLieOnBothSurfaces) {
   }
 }
 
-TEST_P(CollideHullOracle, WhatIsRememberedChangesNoTouchingContact) {
+TEST_P(CollideHullOracle, KeptAxesChangeNoTouchingContact) {
   const HullPairs pairs = pairs_of(GetParam(), 400, 4, -0.1f, 0.0f);
   const HullRows cold = pairs.run(scalar_kernels());
   Random random(5);

@@ -53,7 +53,7 @@ void expect_same_bits(const HullRows& a, const HullRows& b, const char* name) {
   collide_tests::expect_same_bits(a, b, name, 301);
 }
 
-TEST(CollideHullBits, EveryInstructionSetGivesThoseOfScalar) {
+TEST(CollideHullBits, EveryInstructionSetGivesTheBitsOfScalar) {
   const HullPairs first = mixed_pairs(), second = jittered(first);
   const HullRows before = first.run(scalar_kernels());
   for (const bool recycle : {false, true}) {
@@ -93,7 +93,7 @@ TEST(CollideHullBits, NeighborsInAChunkChangeNothing) {
   }
 }
 
-TEST(CollideHullBits, NonFiniteShapesDoNotTouchAndDisturbNobody) {
+TEST(CollideHullBits, NonFiniteShapesDoNotTouchAndChangeNoOtherLane) {
   HullPairs pairs = mixed_pairs();
   const HullRows expected = pairs.run(scalar_kernels());
   for (std::size_t row = 0; row < pairs.items.size(); row += kSpoiledStride) {
@@ -285,7 +285,7 @@ TEST(CollideHull, ManifoldsAtRestAreRecycled) {
   }
 }
 
-TEST(CollideHull, ApartPairsRememberAnAxisThatSeparatesThem) {
+TEST(CollideHull, SeparatedPairsKeepASeparatingAxis) {
   const HullPairs pairs = random_hull_pairs(small_zoo(), 300, 23, 0.03f, 0.3f, false);
   const HullRows rows = pairs.run(scalar_kernels());
   for (std::size_t row = 0; row < pairs.items.size(); ++row) {

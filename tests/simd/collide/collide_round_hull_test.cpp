@@ -240,7 +240,7 @@ TEST(CollideRoundHull, ACapsuleAlongAnEdgeTouchesAtTwoPoints) {
   }
 }
 
-TEST(CollideRoundHull, MovingAShapeChangesTheDepthByItsWayAtMost) {
+TEST(CollideRoundHull, MovingAShapeChangesTheDepthByAtMostTheDistanceMoved) {
   // The gap between two convex shapes is a distance, or the least way out: neither changes faster than the
   // shapes move.
   Random random(5);
@@ -331,7 +331,7 @@ TEST(CollideRoundHull, NeighborsInAChunkChangeNothing) {
   }
 }
 
-TEST(CollideRoundHull, NonFiniteShapesDoNotTouchAndDisturbNobody) {
+TEST(CollideRoundHull, NonFiniteShapesDoNotTouchAndChangeNoOtherLane) {
   const std::deque<NamedHull> hulls = all_hulls(1.0f);
   RoundHullPairs pairs = mixed_round_pairs(hulls);
   const Rows expected = pairs.run(scalar_kernels());

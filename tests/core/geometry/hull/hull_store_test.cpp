@@ -50,7 +50,7 @@ TEST(HullStore, TenThousandBodiesShareOneHull) {
   EXPECT_EQ(hulls_of(with_hulls).data[0], nullptr);
 }
 
-TEST(HullStore, AHullCountsOnceHoweverManyAreScaledFromIt) {
+TEST(HullStore, ScaledHullsShareTheMemoryOfTheirOriginal) {
   World world;
   const BodyId body = world.create_body({});
   world.add_shape(body, ConvexHull{rock()});
@@ -65,7 +65,7 @@ TEST(HullStore, AHullCountsOnceHoweverManyAreScaledFromIt) {
   }
 }
 
-TEST(HullStore, EqualHullsAreOneWhoeverBuiltThem) {
+TEST(HullStore, EqualHullsShareASlotHoweverTheyWereBuilt) {
   World world;
   const BodyId body = world.create_body({});
   world.add_shape(body, ConvexHull{rock()});
@@ -121,7 +121,7 @@ TEST(HullStore, FreedSlotsAreUsedAgainLatestFirst) {
   EXPECT_EQ(slot_of(world.add_shape(body, ConvexHull{Hull(cube_cloud(8, 22))})), 4);
 }
 
-TEST(HullStore, ReplacedGeometryLetsItsHullGo) {
+TEST(HullStore, ReplacedGeometryReleasesItsHull) {
   World world;
   const BodyId body = world.create_body({});
   const ShapeId shape = world.add_shape(body, Sphere{});

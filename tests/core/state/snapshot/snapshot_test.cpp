@@ -135,7 +135,7 @@ TEST(Snapshot, HoldsTheSameBytesAfterEveryWay) {
   EXPECT_EQ(bytes_of(zoo.world), bytes);
 }
 
-TEST(Snapshot, OfANewWorldIsAsGoodAsAnother) {
+TEST(Snapshot, OfANewWorldHoldsItsSettings) {
   const World world(WorldSettings{.gravity = {1, 2, 3}, .substeps = 7, .continuous = false});
   World copy = clone(world);
   EXPECT_EQ(copy.settings().gravity, (Vec3{1, 2, 3}));
@@ -146,7 +146,7 @@ TEST(Snapshot, OfANewWorldIsAsGoodAsAnother) {
   EXPECT_EQ(write_snapshot(read_snapshot(bytes_of(world))), bytes_of(world));
 }
 
-TEST(Snapshot, BringsBackWhatCallsTell) {
+TEST(Snapshot, RestoresWhatCallsReturn) {
   Zoo zoo;
   const World copy = clone(zoo.world);
   EXPECT_EQ(copy.body_count(), zoo.world.body_count());
@@ -178,7 +178,7 @@ TEST(Snapshot, BringsBackWhatCallsTell) {
   }
 }
 
-TEST(Snapshot, IsNotTouchedByWhatHappensAfterwards) {
+TEST(Snapshot, IsUnchangedByWhatHappensAfterwards) {
   Zoo zoo;
   Snapshot snapshot;
   save(zoo.world, snapshot);
@@ -429,7 +429,7 @@ TEST(SnapshotBytes, AreRefusedWhereABitIsWrong) {
   }
 }
 
-TEST(SnapshotBytes, NeverBreakAWorldWhateverTheySay) {
+TEST(SnapshotBytes, NeverCorruptAWorldWhateverTheyHold) {
   const Bytes bytes = bytes_of(Zoo(30, 8).world);
   Random random(4);
   int loaded = 0;
@@ -446,7 +446,7 @@ TEST(SnapshotBytes, NeverBreakAWorldWhateverTheySay) {
   EXPECT_LT(loaded, 9900);
 }
 
-TEST(SnapshotBytes, NeverBreakAWorldWithNumbersOfTheirOwn) {
+TEST(SnapshotBytes, NeverCorruptAWorldWithArbitraryNumbers) {
   // Whole words instead of bits: what indices and counts are tried with.
   const Bytes bytes = bytes_of(Zoo(30, 8).world);
   constexpr std::uint32_t kWords[] = {0,          1,          2,          0x7fffffff, 0xffffffff,
@@ -536,7 +536,7 @@ TEST(SnapshotBytes, HoldNoFaceThatMeetsACornerTwice) {
             std::string::npos);
 }
 
-TEST(SnapshotBytes, TellWhatIsWrong) {
+TEST(SnapshotBytes, AreRefusedWithTheReason) {
   Bytes bytes = bytes_of(Zoo(10, 6).world);
   const auto refusal = [&bytes](std::size_t at, std::uint32_t word) {
     Bytes wrong = bytes;

@@ -53,11 +53,11 @@ struct Bench {
   Column<InertiaRow> inertia, local_mass;
   Column<LocalInertiaRow> local_inertia;
   Column<MotionRow> motion;
-  Column<std::uint8_t> touched;
+  Column<std::uint8_t> step_notes;
   Column<std::int32_t> joint_count;
   Column<ForceRow> force;
   Column<float> center, transform, timer, mass, energy;
-  Column<std::uint8_t> broken, flags;
+  Column<std::uint8_t> non_finite, flags;
   Column<DriftRow> drift;
   Column<std::int32_t> moving, rows;
   Column<JointFrames> frames;
@@ -156,7 +156,7 @@ struct Bench {
     args.local_mass = local_mass.data();
     args.local_inertia = local_inertia.data();
     args.motion = motion.data();
-    args.touched = touched.data();
+    args.step_notes = step_notes.data();
     args.force = force.data();
     args.center = center.data();
     args.transform = transform.data();
@@ -165,7 +165,7 @@ struct Bench {
     args.flags = flags.data();
     args.mass = mass.data();
     args.kinetic_energy = energy.data();
-    args.broken = broken.data();
+    args.non_finite = non_finite.data();
     args.gravity[0] = gravity.x;
     args.gravity[1] = gravity.y;
     args.gravity[2] = gravity.z;
@@ -252,7 +252,7 @@ struct Bench {
     local_mass.push_back(inverse);
     local_inertia.push_back({});
     motion.push_back({0, 0, inverse.inverse_mass > 0 ? 1.0f : 0.0f, kMotionJointed});
-    touched.push_back(0);
+    step_notes.push_back(0);
     joint_count.push_back(0);
     force.push_back({});
     for (int i = 0; i < 3; ++i) center.push_back(0);
@@ -262,7 +262,7 @@ struct Bench {
     flags.push_back(0);
     mass.push_back(0);
     energy.push_back(0);
-    broken.push_back(0);
+    non_finite.push_back(0);
     return static_cast<std::int32_t>(pose.size()) - 1;
   }
   void place(std::int32_t body, const Pose& in_world, float (&anchor)[3], float (&rotation)[4]) const {

@@ -121,7 +121,7 @@ TEST(JointKernels, KeepTheLargestReactionsWhereTheyAreAskedFor) {
   }
 }
 
-TEST(JointKernels, NonFiniteJointsDisturbNobodyAndForgetTheirImpulses) {
+TEST(JointKernels, NonFiniteJointsChangeNoOtherLaneAndForgetTheirImpulses) {
   for (const int variant : kVariants) {
     const auto run = [&](const simd::Kernels& kernels, bool spoiled) {
       JointWorld world = random_pairs(32, 2, 0.1f);

@@ -306,17 +306,17 @@ TEST(RowJoints, TakeErrorsBack) {
 }
 
 // One number of a joint's bodies, impulses or parameters is no number: the others must not notice.
-TEST(RowJoints, KeepBrokenLanesToThemselves) {
+TEST(RowJoints, KeepNonFiniteNumbersInTheirLanes) {
   const simd::Kernels& kernels = simd::widest_kernels();
   for (const JointType type : kKinds) {
     JointWorld expected = random_world(type, true, 16, 0, false),
                world = random_world(type, true, 16, 0, false);
-    const auto broken = static_cast<std::size_t>(world.frames[3].row_b);
-    world.velocity[broken].linear[1] = std::numeric_limits<float>::quiet_NaN();
+    const auto non_finite = static_cast<std::size_t>(world.frames[3].row_b);
+    world.velocity[non_finite].linear[1] = std::numeric_limits<float>::quiet_NaN();
     expected.step(kernels, type);
     world.step(kernels, type);
     for (const float impulse : world.impulses[3].impulse) EXPECT_EQ(impulse, 0) << static_cast<int>(type);
-    expected.step(kernels, type);  // in which the broken bodies are back
+    expected.step(kernels, type);  // in which the non-finite bodies are back
     world.step(kernels, type);
     for (std::size_t joint = 0; joint < 16; ++joint) {
       if (joint == 3) continue;

@@ -1,5 +1,5 @@
-// A body whose state becomes non-finite is frozen where it last was; others that it breaks are put back at
-// rest.
+// A body whose state becomes non-finite is quarantined where it last was. Others that it makes non-finite are
+// put back at rest.
 #include <core/world/world_data.h>
 #include <tests/physics/lab.h>
 
@@ -38,7 +38,7 @@ ShapeId shape_of(const World& world, BodyId body) {
   return shape;
 }
 
-TEST(Frozen, WhoBreaksInAHeapStaysAndTheOthersGoOn) {
+TEST(Quarantine, ABodyThatBecomesNonFiniteInAHeapStaysAndTheOthersGoOn) {
   Lab lab;
   const std::vector<BodyId> heap = add_heap(lab, 40, 8);
   lab.run(150);
@@ -52,43 +52,43 @@ TEST(Frozen, WhoBreaksInAHeapStaysAndTheOthersGoOn) {
     }
   }
   const Pose place = lab.world.pose(faulty);
-  ASSERT_FALSE(lab.world.is_frozen(faulty));
+  ASSERT_FALSE(lab.world.is_quarantined(faulty));
   overload(lab.world, faulty);
   lab.run(1);
-  EXPECT_EQ(listed(lab.world.frozen_bodies()), std::vector<BodyId>{faulty});
+  EXPECT_EQ(listed(lab.world.quarantined_bodies()), std::vector<BodyId>{faulty});
   const std::vector<BodyId> restored = listed(lab.world.restored_bodies());
   EXPECT_TRUE(std::binary_search(restored.begin(), restored.end(), faulty));
-  EXPECT_GT(restored.size(), 1u) << "those that it touches break with it";
+  EXPECT_GT(restored.size(), 1u) << "those that it touches become non-finite with it";
   for (const BodyId body : restored) EXPECT_EQ(lab.velocity(body).norm(), 0.0);
   EXPECT_TRUE(lab.all_finite());
   for (int i = 0; i < 200; ++i) {
     lab.run(1);
-    EXPECT_TRUE(lab.world.restored_bodies().empty() && lab.world.frozen_bodies().empty()) << i;
+    EXPECT_TRUE(lab.world.restored_bodies().empty() && lab.world.quarantined_bodies().empty()) << i;
   }
   EXPECT_TRUE(same_bits(lab.world.pose(faulty), place));
-  EXPECT_TRUE(lab.world.is_frozen(faulty));
-  for (const BodyId body : heap) EXPECT_EQ(lab.world.is_frozen(body), body == faulty);
+  EXPECT_TRUE(lab.world.is_quarantined(faulty));
+  for (const BodyId body : heap) EXPECT_EQ(lab.world.is_quarantined(body), body == faulty);
   EXPECT_TRUE(lab.all_finite());
 }
 
-struct FrozenBox {
-  explicit FrozenBox(const WorldSettings& settings = without_sleep()) : lab(settings) {
+struct QuarantinedBox {
+  explicit QuarantinedBox(const WorldSettings& settings = without_sleep()) : lab(settings) {
     lab.add_ground();
     box = lab.add({.position = {0, 5, 0}}, Box{});
     twin = lab.add({.position = {20, 5, 0}}, Box{});
     lab.run(3);
-    freeze();
+    quarantine();
   }
-  void freeze() {
+  void quarantine() {
     // No call accepts it.
     internals(lab.world).bodies.force[box.index].force[1] = kInfinity;
     lab.run(1);
-    ASSERT_TRUE(lab.world.is_frozen(box));
+    ASSERT_TRUE(lab.world.is_quarantined(box));
     place = lab.world.pose(box);
   }
   void expect_stays() {
     lab.run(30);
-    EXPECT_TRUE(lab.world.is_frozen(box));
+    EXPECT_TRUE(lab.world.is_quarantined(box));
     EXPECT_TRUE(same_bits(lab.world.pose(box), place));
     EXPECT_EQ(lab.velocity(box).norm() + lab.spin(box).norm(), 0.0);
   }
@@ -97,8 +97,8 @@ struct FrozenBox {
   Pose place;
 };
 
-TEST(Frozen, NothingThatPushesMovesIt) {
-  FrozenBox f;
+TEST(Quarantine, NothingThatPushesMovesTheBody) {
+  QuarantinedBox f;
   World& world = f.lab.world;
   EXPECT_FALSE(world.is_awake(f.box));
   f.expect_stays();
@@ -121,9 +121,9 @@ TEST(Frozen, NothingThatPushesMovesIt) {
   f.expect_stays();
 }
 
-TEST(Frozen, OnlyCallsThatSetItsMotionThawIt) {
+TEST(Quarantine, OnlyCallsThatSetTheMotionEndIt) {
   using Change = std::function<void(World&, BodyId)>;
-  const Change thawing[] = {
+  const Change ending[] = {
       [](World& w, BodyId b) { w.set_pose(b, w.pose(b)); },
       [](World& w, BodyId b) { w.set_linear_velocity(b, {}); },
       [](World& w, BodyId b) { w.set_angular_velocity(b, {}); },
@@ -157,30 +157,31 @@ TEST(Frozen, OnlyCallsThatSetItsMotionThawIt) {
         w.set_settings(settings);
       },
   };
-  for (std::size_t i = 0; i < std::size(thawing); ++i) {
+  for (std::size_t i = 0; i < std::size(ending); ++i) {
     SCOPED_TRACE(i);
-    FrozenBox f;
+    QuarantinedBox f;
     World& world = f.lab.world;
     for (const Change& change : others) change(world, f.box);
     f.expect_stays();
     world.set_pose(f.twin, {{20, f.place.position.y, 0}, f.place.rotation});
     world.set_linear_velocity(f.twin, {});
     world.set_angular_velocity(f.twin, {});
-    thawing[i](world, f.box);
-    EXPECT_FALSE(world.is_frozen(f.box));
+    ending[i](world, f.box);
+    EXPECT_FALSE(world.is_quarantined(f.box));
     EXPECT_TRUE(world.is_awake(f.box));
     f.lab.run(20);
     EXPECT_LT(f.lab.velocity(f.box).y(), -3.0);
-    EXPECT_EQ(f.lab.velocity(f.box), f.lab.velocity(f.twin)) << "it falls like one that never froze";
+    EXPECT_EQ(f.lab.velocity(f.box), f.lab.velocity(f.twin))
+        << "it falls like one that never was quarantined";
     EXPECT_EQ(f.lab.height(f.box), f.lab.height(f.twin));
-    // And may break again.
-    f.freeze();
+    // And may become non-finite again.
+    f.quarantine();
     f.expect_stays();
   }
 }
 
-TEST(Frozen, KeepsWhatItWasGiven) {
-  FrozenBox f;
+TEST(Quarantine, KeepsTheSettingsOfTheBody) {
+  QuarantinedBox f;
   World& world = f.lab.world;
   EXPECT_EQ(world.body_type(f.box), BodyType::dynamic);
   EXPECT_EQ(world.mass_properties(f.box).mass, world.mass_properties(f.twin).mass);
@@ -196,9 +197,9 @@ TEST(Frozen, KeepsWhatItWasGiven) {
   EXPECT_EQ(world.linear_velocity(f.box), (Vec3{0, 1, 2}));
   f.lab.run(5);
   EXPECT_EQ(world.mass_properties(f.box).mass, expected.mass);
-  f.freeze();
+  f.quarantine();
   world.set_body_type(f.box, BodyType::fixed);
-  EXPECT_FALSE(world.is_frozen(f.box));
+  EXPECT_FALSE(world.is_quarantined(f.box));
   EXPECT_EQ(world.body_type(f.box), BodyType::fixed);
   world.set_linear_velocity(f.box, {1, 0, 0});
   EXPECT_TRUE(same_bits(world.pose(f.box), f.place));
@@ -207,11 +208,11 @@ TEST(Frozen, KeepsWhatItWasGiven) {
   world.destroy_body(f.box);
   const BodyId heir = f.lab.add({.position = {0, 5, 0}}, Box{});
   EXPECT_EQ(heir.index, f.box.index);
-  EXPECT_FALSE(world.is_frozen(heir));
-  EXPECT_THROW(world.is_frozen(f.box), Error);
+  EXPECT_FALSE(world.is_quarantined(heir));
+  EXPECT_THROW(world.is_quarantined(f.box), Error);
 }
 
-TEST(Frozen, AKinematicBodyIsFrozenToo) {
+TEST(Quarantine, KinematicBodiesAreQuarantinedToo) {
   Lab lab;
   const BodyId lift = lab.add({.type = BodyType::kinematic, .linear_velocity = {0, 1, 0}}, Box{{2, 0.5f, 2}});
   const BodyId crate = lab.add({.position = {0, 1, 0}}, Box{});
@@ -219,7 +220,7 @@ TEST(Frozen, AKinematicBodyIsFrozenToo) {
   const Pose place = lab.world.pose(lift);
   internals(lab.world).bodies.velocity[lift.index].linear[0] = kNan;
   lab.run(1);
-  EXPECT_EQ(listed(lab.world.frozen_bodies()), std::vector<BodyId>{lift});
+  EXPECT_EQ(listed(lab.world.quarantined_bodies()), std::vector<BodyId>{lift});
   EXPECT_EQ(listed(lab.world.restored_bodies()), (std::vector<BodyId>{lift, crate}));
   lab.run(60);
   EXPECT_TRUE(same_bits(lab.world.pose(lift), place));
@@ -229,12 +230,12 @@ TEST(Frozen, AKinematicBodyIsFrozenToo) {
   Pose target = place;
   target.position.y += 0.1f;
   lab.world.set_kinematic_target(lift, target, 0.5f);
-  EXPECT_FALSE(lab.world.is_frozen(lift));
+  EXPECT_FALSE(lab.world.is_quarantined(lift));
   lab.run(30);
   EXPECT_NEAR(lab.height(lift), static_cast<double>(target.position.y), 1e-4);
 }
 
-TEST(Frozen, WhereNobodyBrokeAloneAllWhoBrokeTogetherAreFrozen) {
+TEST(Quarantine, TakesAllThatBecameNonFiniteTogetherWhereNoneDidAlone) {
   Lab lab;
   lab.add_ground();
   std::vector<BodyId> boxes;
@@ -242,7 +243,7 @@ TEST(Frozen, WhereNobodyBrokeAloneAllWhoBrokeTogetherAreFrozen) {
     for (const float y : {0.5f, 1.5f, 2.5f}) boxes.push_back(lab.add({.position = {x, y, 0}}, Box{}));
   }
   lab.run(60);
-  // The first stack breaks by a contact's impulse, the second by the top box's own motion.
+  // The first stack becomes non-finite by a contact's impulse, the second by the top box's own motion.
   Contacts& contacts = internals(lab.world).contacts;
   const auto of_first =
       std::find_if(contacts.touching.begin(), contacts.touching.end(), [&](std::int32_t row) {
@@ -254,17 +255,18 @@ TEST(Frozen, WhereNobodyBrokeAloneAllWhoBrokeTogetherAreFrozen) {
   internals(lab.world).bodies.velocity[boxes[5].index].angular[2] = kInfinity;
   lab.run(1);
   EXPECT_EQ(listed(lab.world.restored_bodies()), boxes);
-  EXPECT_EQ(listed(lab.world.frozen_bodies()), (std::vector<BodyId>{boxes[0], boxes[1], boxes[2], boxes[5]}));
+  EXPECT_EQ(listed(lab.world.quarantined_bodies()),
+            (std::vector<BodyId>{boxes[0], boxes[1], boxes[2], boxes[5]}));
   for (const BodyId body : boxes) lab.world.wake(body);
   lab.run(120);
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    EXPECT_FALSE(lab.world.is_frozen(boxes[i]));
+    EXPECT_FALSE(lab.world.is_quarantined(boxes[i]));
     EXPECT_NEAR(lab.height(boxes[i]), 0.5 + static_cast<double>(i % 3), 0.02);
   }
 }
 
-TEST(Frozen, SleepersThatRestOnItWakeWhenItThaws) {
-  FrozenBox f{WorldSettings{}};
+TEST(Quarantine, SleepersThatRestOnTheBodyWakeWhenItEnds) {
+  QuarantinedBox f{WorldSettings{}};
   const auto top = static_cast<float>(f.lab.height(f.box)) + 0.5f;
   const BodyId rider = f.lab.add({.position = {0, top + 0.3f, 0}}, Box{{0.3f, 0.3f, 0.3f}});
   f.lab.run(120);
@@ -276,7 +278,7 @@ TEST(Frozen, SleepersThatRestOnItWakeWhenItThaws) {
   EXPECT_LT(f.lab.height(rider), static_cast<double>(top) - 0.5);
 }
 
-TEST(Frozen, ContactsThatItHadEndAndBeginAgain) {
+TEST(Quarantine, ItsContactsEndAndBeginAgain) {
   WorldSettings settings = without_sleep();
   settings.contact_events = ContactEvents::begin_end;
   Lab lab(settings);
@@ -294,7 +296,7 @@ TEST(Frozen, ContactsThatItHadEndAndBeginAgain) {
   EXPECT_EQ(begins, 1);
   internals(lab.world).bodies.force[box.index].torque[0] = kNan;
   run(30);
-  ASSERT_TRUE(lab.world.is_frozen(box));
+  ASSERT_TRUE(lab.world.is_quarantined(box));
   EXPECT_EQ(begins, 1);
   EXPECT_EQ(ends, 1);
   lab.world.wake(box);
@@ -303,13 +305,13 @@ TEST(Frozen, ContactsThatItHadEndAndBeginAgain) {
   EXPECT_EQ(ends, 1);
 }
 
-TEST(Frozen, SnapshotsKnowIt) {
-  FrozenBox f;
+TEST(Quarantine, IsPartOfSnapshots) {
+  QuarantinedBox f;
   Snapshot snapshot;
   save(f.lab.world, snapshot);
   World other;
   restore(other, read_snapshot(write_snapshot(snapshot)));
-  EXPECT_TRUE(other.is_frozen(f.box));
+  EXPECT_TRUE(other.is_quarantined(f.box));
   for (int i = 0; i < 40; ++i) {
     if (i == 20) other.wake(f.box), f.lab.world.wake(f.box);
     step(other, kStep, f.lab.workers);
@@ -319,9 +321,9 @@ TEST(Frozen, SnapshotsKnowIt) {
   EXPECT_LT(f.lab.velocity(f.box).y(), -1.0);
 }
 
-TEST(Frozen, SnapshotsOfAnImpossibleFreezingAreRefused) {
+TEST(Quarantine, SnapshotsOfAnImpossibleOneAreRefused) {
   const auto refusal = [](auto change) {
-    FrozenBox f;
+    QuarantinedBox f;
     change(internals(f.lab.world).bodies, f.box, f.twin);
     Snapshot snapshot;
     save(f.lab.world, snapshot);
@@ -333,15 +335,15 @@ TEST(Frozen, SnapshotsOfAnImpossibleFreezingAreRefused) {
     return std::string();
   };
   EXPECT_EQ(refusal([](Bodies&, BodyId, BodyId) {}), "");
-  const std::string moves =
-      refusal([](Bodies& bodies, BodyId, BodyId twin) { bodies.flags[twin.index] |= kBodyFrozenDynamic; });
-  EXPECT_NE(moves.find("frozen bodies take part as fixed"), std::string::npos) << moves;
-  const std::string both =
-      refusal([](Bodies& bodies, BodyId box, BodyId) { bodies.flags[box.index] |= kBodyFrozenKinematic; });
+  const std::string moves = refusal(
+      [](Bodies& bodies, BodyId, BodyId twin) { bodies.flags[twin.index] |= kBodyQuarantinedDynamic; });
+  EXPECT_NE(moves.find("quarantined bodies take part as fixed"), std::string::npos) << moves;
+  const std::string both = refusal(
+      [](Bodies& bodies, BodyId box, BodyId) { bodies.flags[box.index] |= kBodyQuarantinedKinematic; });
   EXPECT_NE(both.find("one type only"), std::string::npos) << both;
 }
 
-// Breaks one body of a heap after the other, with a snapshot in between, and lets some thaw.
+// Makes one body of a heap after the other non-finite, with a snapshot in between, and ends some quarantines.
 std::string history(Isa isa, int threads, bool restores) {
   Lab lab{WorldSettings{}};
   lab.workers = Workers({.threads = threads, .isa = isa});
@@ -362,15 +364,16 @@ std::string history(Isa isa, int threads, bool restores) {
     lab.run(1);
     EXPECT_TRUE(lab.all_finite()) << i;
     text += std::to_string(lab.world.hash()) + ":";
-    for (const BodyId frozen : lab.world.frozen_bodies()) text += std::to_string(frozen.index) + " ";
+    for (const BodyId quarantined : lab.world.quarantined_bodies())
+      text += std::to_string(quarantined.index) + " ";
     text += "of " + std::to_string(lab.world.restored_bodies().size()) + "\n";
   }
   return text;
 }
 
-TEST(Frozen, HasTheSameBitsOnEveryInstructionSetAndThreadCount) {
+TEST(Quarantine, HasTheSameBitsOnEveryInstructionSetAndThreadCount) {
   const std::string expected = history(Isa::scalar, 1, false);
-  EXPECT_NE(expected.find(" of 2"), std::string::npos) << "some break others:\n" << expected;
+  EXPECT_NE(expected.find(" of 2"), std::string::npos) << "some make others non-finite:\n" << expected;
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
     if (!is_supported(isa)) continue;
     for (const int threads : {1, 2, 4}) {

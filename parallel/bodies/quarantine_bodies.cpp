@@ -1,12 +1,13 @@
-// Bodies whose state became non-finite, which the kernels have put back at rest: lists them, and freezes
-// those at fault, that they do not break again in every step and take along what they touch. Rare.
+// Quarantine: lists the bodies whose state became non-finite, which the kernels have put back at rest, and
+// quarantines those at fault. Else they would become non-finite in every step, with all that they touch.
+// Rare.
 //
-// At fault is a body that broke by its own motion, before any contact had acted: by what it was given.
-// Through contacts it breaks others, who are innocent. Where of bodies that broke together, joined by
-// contacts, none broke by itself, those are at fault that no contact can reckon with: too light or too heavy
-// for where they are touched. If there are none either, those that have joints: these may be asked to hold
-// what can not be held, contacts are not. If there are none either, nobody can tell who began, and all are at
-// fault.
+// A body is at fault if it became non-finite by its own motion, before any contact acted. Contacts and joints
+// carry this to other bodies, which are not at fault. If no body of such a group became non-finite alone,
+// these are at fault, the first kind that the group has:
+//   1. bodies that contacts cannot handle: too light or too heavy for where the contact is,
+//   2. bodies with joints: a joint may be asked to hold what cannot be held, a contact is not,
+//   3. all bodies of the group.
 #include <core/world/edit.h>
 #include <parallel/constraints/constraints.h>
 #include <parallel/stages.h>
@@ -19,16 +20,16 @@ namespace scree {
 
 namespace {
 
-constexpr std::int32_t kSound = -1;
+constexpr std::int32_t kFinite = -1;
 
-// Broken bodies that contacts and joints join. Every body has a parent of lower index in its group; a root is
-// its own.
+// Groups of non-finite bodies that contacts and joints connect. Every body has a parent of lower index in its
+// group; a root is its own parent.
 class Groups {
  public:
-  Groups(std::size_t bodies, const Column<BodyId>& broken) : parent_(bodies, kSound) {
-    for (const BodyId& body : broken) parent_[body.index] = static_cast<std::int32_t>(body.index);
+  Groups(std::size_t bodies, const Column<BodyId>& non_finite) : parent_(bodies, kFinite) {
+    for (const BodyId& body : non_finite) parent_[body.index] = static_cast<std::int32_t>(body.index);
   }
-  bool is_broken(std::int32_t body) const { return parent_[static_cast<std::size_t>(body)] != kSound; }
+  bool is_non_finite(std::int32_t body) const { return parent_[static_cast<std::size_t>(body)] != kFinite; }
   std::int32_t root(std::int32_t body) {
     while (parent(body) != body) {
       parent(body) = parent(parent(body));
@@ -49,24 +50,24 @@ class Groups {
 
 void list_restored(WorldData& data, const Constraints& constraints) {
   Column<BodyId>& restored = data.events.restored;
-  for (std::size_t i = 0; i < constraints.broken.size(); ++i) {
-    if (constraints.broken[i] == 0) continue;
-    const auto body = static_cast<std::uint32_t>(constraints.moving[i]);
+  for (std::size_t i = 0; i < constraints.non_finite.size(); ++i) {
+    if (constraints.non_finite[i] == 0) continue;
+    const auto body = static_cast<std::uint32_t>(constraints.moving_bodies[i]);
     restored.push_back({body, data.bodies.generation[body]});
   }
   std::sort(restored.begin(), restored.end());  // kinematic bodies stand behind the dynamic ones
 }
 
-// How much reason there is to blame a body.
+// How much a body is at fault, ascending.
 enum class Fault : std::uint8_t { none, jointed, extreme, alone };
 
 // Nothing but its own velocity moves a kinematic body.
-bool broke_alone(const Bodies& bodies, std::size_t body) {
-  return bodies.type[body] == BodyType::kinematic || (bodies.touched[body] & kBrokenAlone) != 0;
+bool became_non_finite_alone(const Bodies& bodies, std::size_t body) {
+  return bodies.type[body] == BodyType::kinematic || (bodies.step_notes[body] & kNonFiniteAlone) != 0;
 }
 
-// Whether what a push of 1 N s at the distance does to the body's speed there, m/s, is out of the range in
-// which the product of two such numbers is a float.
+// A push of 1 N s at the distance changes the body's speed there by `answer`, in m/s. Returns whether that is
+// outside the range in which the product of two such numbers is a float.
 bool is_extreme(const InertiaRow& inverse, float distance) {
   constexpr float kLeast = 1e-18f, kMost = 1e18f;
   const float* i = inverse.inverse_inertia;
@@ -83,12 +84,12 @@ float reach_of(const Manifold& manifold, const float (&arm)[3]) {
   return length(to_vec3(arm)) + farthest;
 }
 
-// Looks at the contacts and joints of broken bodies: who is joined, and who is extreme.
+// Unites the non-finite bodies that contacts and joints connect, and finds the extreme and the jointed ones.
 void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& faults) {
   const Bodies& bodies = data.bodies;
   const auto judge = [&](std::int32_t body, const Manifold& manifold, const float(&arm)[3]) {
     const auto row = static_cast<std::size_t>(body);
-    if (!groups.is_broken(body) || bodies.type[row] != BodyType::dynamic) return;
+    if (!groups.is_non_finite(body) || bodies.type[row] != BodyType::dynamic) return;
     if (is_extreme(bodies.local_mass[row], reach_of(manifold, arm))) faults[row] = Fault::extreme;
   };
   for (const std::int32_t contact : data.contacts.touching) {
@@ -96,21 +97,21 @@ void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& f
     const std::int32_t a = manifold.row_a, b = manifold.row_b;
     judge(a, manifold, manifold.arm_a);
     judge(b, manifold, manifold.arm_b);
-    if (groups.is_broken(a) && groups.is_broken(b)) groups.unite(a, b);
+    if (groups.is_non_finite(a) && groups.is_non_finite(b)) groups.unite(a, b);
   }
   for (const std::int32_t joint : data.joints.active) {
     const JointBodies ends = data.joints.bodies[joint];
     for (const std::int32_t body : {ends.a, ends.b}) {
       Fault& fault = faults[static_cast<std::size_t>(body)];
-      if (groups.is_broken(body)) fault = std::max(fault, Fault::jointed);
+      if (groups.is_non_finite(body)) fault = std::max(fault, Fault::jointed);
     }
-    if (groups.is_broken(ends.a) && groups.is_broken(ends.b)) groups.unite(ends.a, ends.b);
+    if (groups.is_non_finite(ends.a) && groups.is_non_finite(ends.b)) groups.unite(ends.a, ends.b);
   }
 }
 
 }  // namespace
 
-void freeze_broken(WorldData& data) {
+void quarantine_bodies(WorldData& data) {
   list_restored(data, constraints_of(data));
   const Bodies& bodies = data.bodies;
   const Column<BodyId>& restored = data.events.restored;
@@ -123,13 +124,13 @@ void freeze_broken(WorldData& data) {
   };
   for (const BodyId& body : restored) {
     Fault& fault = faults[body.index];
-    if (broke_alone(bodies, body.index)) fault = Fault::alone;
+    if (became_non_finite_alone(bodies, body.index)) fault = Fault::alone;
     worst_of_group(body) = std::max(worst_of_group(body), fault);
   }
   for (const BodyId& body : restored) {
-    if (faults[body.index] == worst_of_group(body)) data.events.frozen.push_back(body);
+    if (faults[body.index] == worst_of_group(body)) data.events.quarantined.push_back(body);
   }
-  for (const BodyId& body : data.events.frozen) freeze(data, static_cast<std::int32_t>(body.index));
+  for (const BodyId& body : data.events.quarantined) quarantine(data, static_cast<std::int32_t>(body.index));
 }
 
 }  // namespace scree
