@@ -1,4 +1,4 @@
-// The hash of a world: what "the same bits" means. The state table lists the columns that it covers.
+// The hash of a world: what "the same bits" means. The state table marks the columns that it covers.
 #define XXH_INLINE_ALL
 #include <core/state/hash.h>
 #include <core/world/edit.h>
@@ -13,12 +13,16 @@ namespace scree {
 
 namespace {
 
-// A row's words that are hashed; see kHashedWords of the row types.
-template <class Row>
-constexpr std::size_t kHashedCount = static_cast<std::size_t>(std::popcount(Row::kHashedWords));
+// How many words of a column's rows are hashed; see kHashedWords of the row types.
+template <bool kIsHashed, class Row>
+consteval std::size_t hashed_words() {
+  if constexpr (kIsHashed) return static_cast<std::size_t>(std::popcount(Row::kHashedWords));
+  return 0;
+}
 
-#define SCREE_COUNT_HASHED(kind, Row, name) +kHashedCount<Row>
-constexpr std::size_t kWordsPerBody = 1 SCREE_HASHED_BODY_COLUMNS(SCREE_COUNT_HASHED);  // and the index
+#define SCREE_COUNT_HASHED(kind, Row, name, ...) +hashed_words<attributes(__VA_ARGS__).hashed, Row>()
+constexpr std::size_t kWordsPerBody =  // and the index
+    1 SCREE_BODY_MEMBERS(SCREE_COUNT_HASHED, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING);
 #undef SCREE_COUNT_HASHED
 
 constexpr std::size_t kBodiesPerBatch = 256;  // 14 KiB on the stack, enough to make the calls cheap
@@ -38,6 +42,11 @@ void append(std::uint32_t*& out, const Row& row) {
   }
 }
 
+template <bool kIsHashed, class Row>
+void append_if_hashed(std::uint32_t*& out, const Row& row) {
+  if constexpr (kIsHashed) append(out, row);
+}
+
 }  // namespace
 
 std::uint64_t hash_of(const Bodies& bodies) {
@@ -52,8 +61,9 @@ std::uint64_t hash_of(const Bodies& bodies) {
   for (std::size_t row = 0; row < bodies.flags.size(); ++row) {
     if ((bodies.flags[row] & kBodyAlive) == 0) continue;
     *out++ = static_cast<std::uint32_t>(row);
-#define SCREE_APPEND_HASHED(kind, Row, name) append(out, bodies.name[row]);
-    SCREE_HASHED_BODY_COLUMNS(SCREE_APPEND_HASHED)
+#define SCREE_APPEND_HASHED(kind, Row, name, ...) \
+  append_if_hashed<attributes(__VA_ARGS__).hashed>(out, bodies.name[row]);
+    SCREE_BODY_MEMBERS(SCREE_APPEND_HASHED, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING)
 #undef SCREE_APPEND_HASHED
     if (out == batch + kBodiesPerBatch * kWordsPerBody) flush();
   }

@@ -1,4 +1,5 @@
 // See world_difference.h.
+#include <core/state/recording_format/value_bytes.h>
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <core/state/world_difference.h>
 #include <core/world/state_table.h>
@@ -35,7 +36,7 @@ std::string difference(const Field& expected, const Field& actual) {
   return {};
 }
 
-// Bytes of the columns of kind state, stage parts included.
+// Bytes of the columns of kind state; stages' parts have none.
 struct StateColumn {
   std::string name;
   std::size_t row_bytes;
@@ -44,40 +45,43 @@ struct StateColumn {
 
 std::vector<StateColumn> state_columns(const World& world) {
   std::vector<StateColumn> columns;
-  const auto add = [&columns](ColumnKind kind, std::string name, const void* rows, std::size_t row_bytes,
-                              std::size_t bytes) {
-    if (kind != ColumnKind::state) return;
-    const auto* first = static_cast<const std::byte*>(rows);
-    columns.push_back({std::move(name), row_bytes, {}});
-    if (bytes > 0) columns.back().bytes.assign(first, first + bytes);
-  };
-  auto& data = const_cast<WorldData&>(internals(world));  // its columns are read only
-  for_each_column(data, [&add](ColumnKind kind, const char* store, const char* name, auto& column) {
-    add(kind, std::string(store) + "." + name, column.data(), sizeof(*column.data()),
-        column.span().size_bytes());
+  for_each_column_member(internals(world), [&columns](const Member& member, const auto& column) {
+    if (member.kind != ColumnKind::state) return;
+    columns.push_back({std::string(member.store) + "." + member.name, sizeof(*column.data()), {}});
+    const auto* const first = reinterpret_cast<const std::byte*>(column.data());
+    if (!column.empty()) columns.back().bytes.assign(first, first + column.span().size_bytes());
   });
-  for (const Part* part :
-       {data.broad_phase.get(), data.narrow_phase.get(), data.constraints.get(), data.islands.get()}) {
-    if (part == nullptr) continue;
-    part->report([&add](ColumnKind kind, const char* name, const void* rows, std::size_t bytes, std::size_t) {
-      add(kind, std::string("part.") + name, rows, 1, bytes);
-    });
-  }
   return columns;
 }
 
-// What stands in no column.
+// A value of kind state as its fields are written.
+struct StateValue {
+  std::string name;
+  std::vector<std::byte> bytes;
+};
+
+std::vector<StateValue> state_values(const SavedWorld& world) {
+  std::vector<StateValue> values;
+  SavedWorld::visit_members(world, TablePlace{"world"}, [&values](const Member& member, const auto& value) {
+    ByteWriter writer;
+    write_value(writer, value);
+    values.push_back({std::string(member.store) + "." + member.name, writer.take()});
+  });
+  return values;
+}
+
+// What stands in no column. Hulls do: Hulls::content stands for them.
 std::string first_setting_difference(const World& expected, const World& actual) {
-  Snapshot left, right;
-  save(expected, left);
-  save(actual, right);
-  const SavedWorld &a = SnapshotAccess::data(left)->world, &b = SnapshotAccess::data(right)->world;
+  SavedWorld a, b;
+  internals(expected).save_values(a);
+  internals(actual).save_values(b);
   if (a.step_count != b.step_count) {
     return "the step counter is " + std::to_string(b.step_count) + " instead of " +
            std::to_string(a.step_count);
   }
-  if (hash_of_state(*SnapshotAccess::data(left)) != hash_of_state(*SnapshotAccess::data(right))) {
-    return "the settings, the last time step, or what calls have left for the next step to do";
+  const std::vector<StateValue> left = state_values(a), right = state_values(b);
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    if (left[i].bytes != right[i].bytes) return left[i].name;
   }
   return {};
 }

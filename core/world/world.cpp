@@ -163,7 +163,7 @@ MemoryUse World::memory_use() const {
   MemoryUse use;
   if (data_ == nullptr) return use;
   const std::lock_guard lock(data_->saving);  // which places matter
-  for_each_column_size(*data_,
+  for_each_member_size(*data_,
                        [&use](ColumnKind kind, const char*, const char*, std::size_t, std::size_t capacity) {
                          switch (kind) {
                            case ColumnKind::state:

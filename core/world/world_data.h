@@ -1,7 +1,8 @@
 // WorldData: everything a world is, on one page. Who writes each column stands beside it.
 //
-// The lists below are the state table: each column is declared once, with its kind, and the structs, the
-// resizing, the memory report and the hash are generated from it.
+// The lists below are the state table: each member of a store is declared once, with its kind and whatever
+// else is known of it, see table.h. The structs, saving and restoring, the hash, the memory report, the
+// comparison of worlds and the checks of what comes from outside are generated from it.
 //   state    changes future results, so a snapshot holds it
 //   derived  recomputable exactly from state
 //   scratch  lives within one step
@@ -14,8 +15,10 @@
 #include <core/state/recording_format/call_sink.h>
 #include <core/state/snapshot/change_marks.h>
 #include <core/world/column.h>
+#include <core/world/limits.h>
 #include <core/world/made_once.h>
 #include <core/world/mass_moments.h>
+#include <core/world/table.h>
 #include <scree/world.h>
 
 #include <cstdint>
@@ -98,236 +101,17 @@ enum UnplacedFlag : std::uint8_t {
   kCoreUnmeasured = 2,
 };
 
-// clang-format off
-// What World::hash covers of each living body, in the order of its bytes. Of a row, kHashedWords count.
-#define SCREE_HASHED_BODY_COLUMNS(X)                                                                            \
-  X(state,   PoseRow,         pose)            /* calls, solve; of the center of mass, in the body's axes */   \
-  X(state,   VelocityRow,     velocity)        /* calls, solve */
-
-// Rows of bodies, indexed by BodyId::index. "calls" are World's functions.
-#define SCREE_BODY_COLUMNS(X)                                                                                   \
-  X(state,   std::uint32_t,   generation)      /* calls; raised when the body dies */                          \
-  X(state,   BodyType,        type)            /* calls, quarantine_bodies; as it takes part */                \
-  X(state,   std::uint8_t,    flags)           /* calls, find_islands, quarantine_bodies; BodyFlag */          \
-  SCREE_HASHED_BODY_COLUMNS(X)                                                                                 \
-  X(state,   ForceRow,        force)           /* calls; cleared by finish_step */                             \
-  X(state,   MotionRow,       motion)          /* calls; its locks act, so they are none if not given dynamic */ \
-  X(state,   AxisLocks,       locks)           /* calls; as given */                                           \
-  X(state,   float,           sleep_time)      /* calls, finish_step; s for which it has stayed, see finish */ \
-  X(state,   DriftRow,        drift)           /* calls, finish_step, find_islands; since sleep_time was 0 */  \
-  X(state,   InertiaRow,      local_mass)      /* calls; inverse inertia in body axes; zero if not given dynamic */ \
-  X(state,   LocalInertiaRow, local_inertia)   /* calls; in body axes */                                       \
-  X(state,   Vec3,            center)          /* calls; center of mass in the body's frame */                 \
-  X(state,   float,           mass)            /* calls; kg */                                                 \
-  X(state,   float,           given_mass)      /* calls; kg, with kBodyMassGiven */                            \
-  X(state,   std::int32_t,    first_shape)     /* calls; -1: none */                                           \
-  X(state,   std::int32_t,    first_joint)     /* calls; -1: none */                                           \
-  X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
-  X(derived, Pose,            transform)       /* calls, finish_step; of the origin */                         \
-  X(derived, CoreRow,         core)            /* calls, place_matter */                                       \
-  X(derived, std::uint8_t,    unplaced)        /* calls, place_matter; UnplacedFlag */                         \
-  X(derived, std::uint8_t,    is_changed)      /* calls, find_islands; 1: stands in Bodies::changed */         \
-  X(scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */        \
-  X(scratch, std::uint8_t,    step_notes)      /* solve; StepNote */                                           \
-  X(scratch, DeltaRow,        delta)           /* solve; motion since the step began */                        \
-  X(scratch, VelocityRow,     free_velocity)   /* solve; after forces, before this step's impulses */
-
-// Rows of shapes, indexed by ShapeId::index.
-#define SCREE_SHAPE_COLUMNS(X)                                                                                  \
-  X(state,   std::uint32_t,   generation)      /* calls */                                                     \
-  X(state,   ShapeType,       type)            /* calls */                                                     \
-  X(state,   std::uint8_t,    flags)           /* calls, update_bounds; ShapeFlag */                           \
-  X(state,   std::int32_t,    body)            /* calls */                                                     \
-  X(state,   std::int32_t,    next)            /* calls; next shape of the body, -1: last */                   \
-  X(state,   ExtentRow,       extent)          /* calls */                                                     \
-  X(state,   std::int32_t,    hull)            /* calls; slot in WorldData::hulls, -1: no hull */              \
-  X(derived, std::int32_t,    previous)        /* calls; before it in the list of `next`, -1: first */         \
-  X(derived, PoseRow,         local_pose)      /* calls, place_matter; relative to the body's center of mass;  \
-                                                  of a hull's centroid */                                      \
-  X(state,   Pose,            given_pose)      /* calls; relative to the body's origin */                      \
-  X(state,   MaterialRow,     material)        /* calls */                                                     \
-  X(state,   float,           density)         /* calls; kg/m^3 */                                             \
-  X(state,   Filter,          filter)          /* calls */                                                     \
-  X(state,   BoundsRow,       fat_bounds)      /* update_bounds; the box that pairs were last found with */    \
-  X(state,   TreeKind,        tree)            /* calls, find_islands */                                       \
-  X(state,   std::uint64_t,   user_data)       /* calls */                                                     \
-  X(state,   ContactEvents,   events)          /* calls; asked for */                                          \
-  X(derived, std::uint8_t,    is_changed)      /* calls, find_islands; 1: stands in Shapes::changed */         \
-  X(derived, std::uint32_t,   first_resting)   /* find_pairs; its end of a pair at rest, see RestingLinks. Pairs \
-                                                  outlive their shapes until the next list, so by slot */      \
-  X(state,   PoseRow,         pose)            /* update_bounds; in the world; the padding tells how far the  \
-                                                  shape travels in a step, by the velocity it had then */
-
-// Slots of hulls, each shared by all shapes of the same hull and scale.
-#define SCREE_HULL_COLUMNS(X)                                                                                   \
-  X(state,   std::uint64_t,   content)         /* calls; hash of hull and scale, 0: the slot is free */        \
-  X(state,   std::int32_t,    shapes)          /* calls; how many share it */                                  \
-  X(derived, const HullData*, data)            /* calls; null: the slot is free */
-
-// Candidate pairs; each stands in one of two lists.
-#define SCREE_PAIR_COLUMNS(X)                                                                                   \
-  X(state,   ShapePair,        pair)           /* find_pairs */                                                \
-  X(state,   std::int32_t,     contact)        /* collide; row of `contacts.now`, -1: does not touch */        \
-  X(state,   ContactAxis,      axis)           /* collide; of hulls against hulls and boxes; no rows while     \
-                                                  there is no hull */
-
-// Contacts: the pairs that touch, in no order. A contact keeps its row while it touches, so that nothing moves
-// when the list of pairs changes. Free rows hold what kernels left there, and nobody reads it.
-#define SCREE_CONTACT_COLUMNS(X)                                                                                \
-  X(derived, ShapePair,        pair)           /* collide; as the row of `pairs` that has the contact */       \
-  X(state,   std::uint8_t,     points)         /* collide; how many, 0: the row is free */                     \
-  X(state,   Manifold,         manifold)       /* collide, store_impulses */                                   \
-  X(state,   ManifoldFeatures, features)       /* collide */                                                   \
-  X(state,   ContactAnchor,    anchor)         /* collide; where the manifold was made; without spheres */     \
-  X(state,   ContactSurface,   surface)        /* collide, store_impulses; where kManifoldRich */              \
-  X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor before that */
-
-// Rows of joints, indexed by JointId::index.
-#define SCREE_JOINT_COLUMNS(X)                                                                                  \
-  X(state,   std::uint32_t,    generation)     /* calls */                                                     \
-  X(state,   JointType,        type)           /* calls */                                                     \
-  X(state,   std::uint8_t,     flags)          /* calls, break_joints; JointFlag */                            \
-  X(state,   JointBodies,      bodies)         /* calls */                                                     \
-  X(state,   JointBodies,      next)           /* calls; next joint of body a and of body b, -1: last. The   \
-                                                  world has no list */                                         \
-  X(state,   Pose,             frame_a)        /* calls; in the frame of body a */                             \
-  X(state,   Pose,             frame_b)        /* calls */                                                     \
-  X(state,   JointParameters,  parameters)     /* calls */                                                     \
-  X(state,   JointImpulses,    impulses)       /* calls, store_impulses */                                     \
-  X(state,   JointStrength,    strength)       /* calls */                                                     \
-  X(state,   std::uint8_t,     color)          /* color_constraints; kNoColor before that */                   \
-  X(state,   std::uint64_t,    user_data)      /* calls */                                                     \
-  X(derived, JointBodies,      previous)       /* calls; before it in the lists of `next`, -1: first */        \
-  X(derived, JointFrames,      frames)         /* calls, place_matter */                                       \
-  X(derived, std::uint8_t,     is_changed)     /* calls, refresh_lists; 1: stands in Joints::changed */        \
-  X(scratch, JointReactionRow, reaction)       /* calls, store_impulses; zero in a restored world */
-// clang-format on
-
-#define SCREE_DECLARE_COLUMN(kind, Type, name) Column<Type> name;
-#define SCREE_VISIT_COLUMN(kind, Type, name) visit(ColumnKind::kind, #name, name);
-#define SCREE_RESIZE_COLUMN(kind, Type, name) name.resize(count);
-
-// Declares the columns of a list and the functions that go over all of them.
-#define SCREE_STORE(LIST)                 \
-  LIST(SCREE_DECLARE_COLUMN)              \
-  template <class Visitor>                \
-  void for_each_column(Visitor&& visit) { \
-    LIST(SCREE_VISIT_COLUMN)              \
-  }                                       \
-  void resize(std::size_t count) { LIST(SCREE_RESIZE_COLUMN) }
-
-struct Bodies {
-  SCREE_STORE(SCREE_BODY_COLUMNS)
-  PageMarks marks;                      // derived; whoever writes state; not in each step of what moves
-  ListMark free_mark;                   // derived; whoever takes from free_slots
-  Column<std::int32_t> free_slots;      // state; calls; taken from the back
-  Column<std::int32_t> awake;           // derived; refresh_lists; awake dynamic bodies, ascending
-  Column<std::int32_t> kinematic;       // derived; refresh_lists; kinematic bodies, ascending
-  Column<std::int32_t> to_place;        // derived; calls, place_matter; who is unplaced, each once
-  Column<std::int32_t> to_wake;         // scratch; wake_neighbors
-  mutable Column<std::int32_t> waking;  // scratch; is_awake; whom wake_neighbors would wake now, ascending
-  mutable MadeOnce waking_made;         // forgotten by calls that change the world and by the step
-  std::unordered_map<std::int32_t, MassMoments> moments;  // derived; calls; of some bodies of many shapes
-  Column<std::int32_t> changed;  // derived; calls, find_islands; who may take part otherwise than by these
-  std::size_t alive = 0;         // state; calls
-  std::int32_t asleep = 0;       // derived; calls, find_islands; sleeping bodies
-  bool lists_dirty = true;       // derived; calls, find_islands: somebody may take part otherwise
-  bool all_changed = true;       // derived; restore: `changed` does not tell who
-};
-
-inline bool is_quarantined(const Bodies& bodies, std::int32_t body) {
-  return (bodies.flags[body] & kBodyQuarantined) != 0;
-}
-
-// What the caller made it, whatever it takes part as.
-inline BodyType given_type(const Bodies& bodies, std::int32_t body) {
-  const auto row = static_cast<std::size_t>(body);
-  if ((bodies.flags[row] & kBodyQuarantined) == 0) return bodies.type[row];
-  return (bodies.flags[row] & kBodyQuarantinedDynamic) != 0 ? BodyType::dynamic : BodyType::kinematic;
-}
-
-struct Shapes {
-  SCREE_STORE(SCREE_SHAPE_COLUMNS)
-  PageMarks marks;                  // derived; as those of bodies
-  ListMark free_mark;               // derived; likewise
-  Column<std::int32_t> free_slots;  // state; calls
-  Column<std::int32_t> moving;      // derived; refresh_lists; shapes of awake and kinematic bodies, ascending
-  Column<std::int32_t> dirty;       // state; calls; slots with kShapeDirty, in order of the calls, each once
-  Column<std::int32_t> wakers;      // derived; calls; slots with kShapeWakes
-  Column<std::int32_t> changed;     // derived; calls, find_islands; shapes that may have come into another
-                                    // tree, or must be asked for filters there, and are not dirty
-  std::size_t alive = 0;            // state; calls
-  bool trees_changed = true;        // derived; restore: look at all shapes for who changed between trees
-  bool wake_requested = false;      // state; calls: some shape has kShapeWakes; cleared by wake_neighbors
-  std::int32_t asking = 0;          // derived; calls: living shapes with events
-};
-
 // A hull as shapes have it. What it is built of and who else shares that does not matter to the world.
 struct SharedHull {
   ConvexHull geometry;                     // as given
   std::shared_ptr<const HullSolid> solid;  // with the scale in it
 };
 
-struct Hulls {
-  SCREE_STORE(SCREE_HULL_COLUMNS)
-  Column<std::int32_t> free_slots;                               // state; calls; taken from the back
-  std::vector<SharedHull> shared;                                // by slot; `content` stands for them
-  std::unordered_multimap<std::uint64_t, std::int32_t> slot_of;  // by content
-};
+using SharedHulls = std::vector<SharedHull>;
+using HullSlots = std::unordered_multimap<std::uint64_t, std::int32_t>;
+using BodyMoments = std::unordered_map<std::int32_t, MassMoments>;
 
 inline constexpr std::uint8_t kNoColor = 0xff;
-
-struct PairRows {
-  SCREE_STORE(SCREE_PAIR_COLUMNS)
-};
-
-struct ContactRows {
-  SCREE_STORE(SCREE_CONTACT_COLUMNS)
-};
-
-struct Contacts {
-  PairRows pairs;    // in ascending order
-  PairRows resting;  // find_pairs: pairs of two frozen shapes, in no order. Nobody looks at one until a shape
-                     // of it changes its tree or is changed by a call: see resting_pairs.h
-  PageMarks resting_marks;             // derived; find_pairs, list_events; of `resting` and Events::resting
-  Column<RestingLinks> resting_links;  // derived; find_pairs: by row of `resting`, the lists of its shapes
-  mutable Column<std::int32_t> resting_order;  // scratch; contact_forces: rows of `resting` by pair
-  mutable MadeOnce resting_order_made;         // forgotten by find_pairs
-  std::int64_t resting_contacts = 0;           // derived; find_pairs: of `resting`, how many touch
-  mutable SharedCount resting_looks;           // derived; how often somebody has looked at a row of `resting`
-  Column<std::int32_t> roused;   // scratch; find_islands; rows of `resting` whose contacts take part by now
-  std::size_t resting_kept = 0;  // scratch; find_pairs: rows of `resting` that it has not added in this step
-  PairRows pairs_before;         // scratch; find_pairs: the last list, where it has changed
-  ContactRows now;
-  PageMarks marks;                  // derived; find_pairs, collide, refresh_lists; of `now`
-  ListMark free_mark;               // derived; collide; of free_rows
-  Column<std::int32_t> free_rows;   // state; find_pairs, collide; of `now`, taken from the back
-  bool list_kept = false;           // scratch; find_pairs: the list of pairs is the last one
-  Column<std::int32_t> last_place;  // scratch; find_pairs; per pair: its place in the last list, or -1.
-                                    // Meaningless while list_kept
-  Column<ContactForceRow> forces;   // state; collide, store_impulses; by row of `now`; none unless asked for
-  mutable Column<std::int32_t> by_shape;      // scratch; contact_forces_of; contacts by shape ...
-  mutable Column<std::int32_t> by_shape_end;  // scratch; likewise; ... and where those of each end
-  mutable MadeOnce by_shape_made;             // forgotten by the step
-  Column<std::int32_t> touching;  // derived; collide, find_islands; contacts that somebody awake takes part
-                                  // in, in the order of their pairs
-  bool manifolds_stale = false;  // state; calls: mass centers, materials or local poses have changed, so that
-                                 // no manifold can be recycled; cleared by collide
-  bool pairs_stale = false;      // state; calls: pairs may name dead or replaced shapes, or filters and types
-                                 // have changed, so that the list can not be kept; cleared by find_pairs
-};
-
-struct Joints {
-  SCREE_STORE(SCREE_JOINT_COLUMNS)
-  PageMarks marks;                  // derived; as those of bodies
-  ListMark free_mark;               // derived; likewise
-  Column<std::int32_t> free_slots;  // state; calls; taken from the back
-  Column<std::int32_t> active;      // derived; refresh_joints; enabled joints of an awake body, ascending
-  Column<std::int32_t>
-      changed;              // derived; calls, refresh_lists; who may be active otherwise than by `active`
-  std::size_t alive = 0;    // derived; calls
-  bool all_changed = true;  // derived; restore, refresh_lists: `changed` does not tell who
-};
 
 // A handle as columns hold it: without the world, so that their bytes depend on the scene alone.
 struct SlotName {
@@ -342,7 +126,7 @@ struct TouchingPair {
   friend bool operator==(const TouchingPair&, const TouchingPair&) = default;
 };
 
-// A pair whose contact somebody asked about when it last touched.
+// A pair of which contact events were asked for when it last touched.
 struct TouchRow {
   TouchingPair pair;     // names outlive their shapes
   std::uint32_t events;  // ContactEvents
@@ -353,89 +137,375 @@ struct EventCounts {
   std::int32_t touching, resting, begins, persists, ends;
 };
 
-// Events of the last step, for the caller; all but `touching` and `resting` are of no consequence to the
-// next.
-struct Events {
-  Column<TouchRow> touching;  // state; list_events; ascending by the indices of the shapes; without the ...
-  Column<TouchRow> resting;  // state; list_events; ... pairs at rest, by row of Contacts::resting; zero where
-                             // such a pair does not touch or nobody asks. No rows while nobody asks at all
-  std::int64_t resting_touches = 0;  // derived; list_events: how many of `resting` touch
-  Column<std::int32_t> asked_of;     // derived; calls: shapes of which others events are asked than before
-  bool asked_of_all = true;          // derived; calls, restore: likewise of all pairs at rest
-  Column<TouchRow> before;           // scratch; list_events; the step before's
-  Column<ContactEvent> begins;       // scratch; list_events
-  Column<ContactEvent> persists;     // scratch; list_events
-  Column<ContactEnd> ends;           // scratch; list_events
-  Column<BodyId> restored;           // scratch; quarantine_bodies
-  Column<BodyId> quarantined;        // scratch; quarantine_bodies
-  Column<SlotName> woken;       // state; calls, find_islands; who has woken since the last step's lists, in
-                                // the order of waking
-  Column<BodyId> sleep_begins;  // scratch; find_islands
-  Column<SlotName> lost;        // state; calls; joints that went with their bodies since the last step
-  Column<JointId> broken;       // scratch; break_joints
-  Column<JointId> destroyed;    // scratch; find_islands; `lost` of the last step
-  Column<BodyId> sleep_ends;    // scratch; find_islands
-  Column<TouchRow> moved;       // scratch; list_events, find_pairs; of pairs that no longer rest
-  Column<std::int32_t> judged;  // scratch; list_events; rows of pairs at rest of which there may be news
-  Column<ShapePair> judged_pairs;  // scratch; list_events
-  Column<ShapePair> pairs;         // scratch; list_events; what moves and these, where there are any
-  Column<std::int32_t> contacts;   // scratch; list_events; of these pairs
-  Column<std::int32_t> rows;       // scratch; list_events; of these pairs: `judged`, or -1
-  Column<float> impulse;           // scratch; store_impulses; N s by contact, of the whole step, if asked
-  Column<float> approach;          // scratch; note_approach; m/s by contact, if asked
-  Column<std::uint8_t> verdicts;   // scratch; list_events; by pair
-  Column<EventCounts> counts;      // scratch; list_events; by chunk of pairs
-};
+inline constexpr unsigned kKnownBodyFlags =
+    kBodyAlive | kBodyAsleep | kBodyCanSleep | kBodyMassGiven | kBodyPropertiesGiven | kBodyQuarantined;
+inline constexpr unsigned kKnownShapeFlags = kShapeAlive | kShapeDirty | kShapeNew | kShapeWakes;
+inline constexpr unsigned kKnownJointFlags =
+    kJointAlive | kJointEnabled | kJointCollides | kJointBreaks | kJointRich;
+// So that tells_life has one meaning.
+static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
 
-// Empties what the caller is told of the last step.
-inline void clear_told(Events& events) {
-  events.begins.clear();
-  events.persists.clear();
-  events.ends.clear();
-  events.restored.clear();
-  events.quarantined.clear();
-  events.sleep_begins.clear();
-  events.sleep_ends.clear();
-  events.broken.clear();
-  events.destroyed.clear();
-}
+// clang-format off
+// Rows are of BodyId::index. "calls" are World's functions, "islands" wake_touched_islands, put_islands_to_sleep.
+// World::hash covers the words kHashedWords of living bodies' rows that are kHashed, in the order of this list.
+#define SCREE_BODY_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                     \
+  ROWS (state,   std::uint32_t,   generation,      /* calls; raised when the body dies */                       \
+        not_zero("a living body has none"))                                                                     \
+  ROWS (state,   BodyType,        type,            /* calls, quarantine_bodies; as it takes part */             \
+        at_most(BodyType::dynamic, "is no type of bodies"))                                                     \
+  ROWS (state,   std::uint8_t,    flags,           /* calls, islands, quarantine_bodies; BodyFlag */            \
+        kTellsLife, known_flags(kKnownBodyFlags, 0))                                                            \
+  ROWS (state,   PoseRow,         pose,            /* calls, solve; of the center of mass, in the body's axes */ \
+        kHashed, kApart, kVaried, kPlacement)                                                                   \
+  ROWS (state,   VelocityRow,     velocity,        /* calls, solve */                                           \
+        kHashed, kApart, kFinite)                                                                               \
+  ROWS (state,   ForceRow,        force,           /* calls; cleared by finish_step */                          \
+        kApart, kFinite)                                                                                        \
+  ROWS (state,   MotionRow,       motion)          /* calls; its locks act, so they are none if not given dynamic */ \
+  ROWS (state,   AxisLocks,       locks,           /* calls; as given */                                        \
+        mask(kMotionLocksMask, "names no axes"))                                                                \
+  ROWS (state,   float,           sleep_time,      /* calls, finish_step; s for which it has stayed, see finish */ \
+        kApart, kNotNegative)                                                                                   \
+  ROWS (state,   DriftRow,        drift,           /* calls, finish_step, put_islands_to_sleep; since sleep_time was 0 */ \
+        kApart, kFinite)                                                                                        \
+  ROWS (state,   InertiaRow,      local_mass)      /* calls; inverse inertia in body axes; zero if not given    \
+                                                      dynamic */                                                \
+  ROWS (state,   LocalInertiaRow, local_inertia,   /* calls; in body axes */                                    \
+        kFinite)                                                                                                \
+  ROWS (state,   Vec3,            center,          /* calls; center of mass in the body's frame */              \
+        kFinite)                                                                                                \
+  ROWS (state,   float,           mass,            /* calls; kg */                                              \
+        kNotNegative)                                                                                           \
+  ROWS (state,   float,           given_mass,      /* calls; kg, with kBodyMassGiven */                         \
+        within_limits(0.0f, kMaxMass))                                                                          \
+  ROWS (state,   std::int32_t,    first_shape,     /* calls; -1: none */                                        \
+        if_dead(-1, "a dead body has none"))                                                                    \
+  ROWS (state,   std::int32_t,    first_joint,     /* calls; -1: none */                                        \
+        if_dead(-1, "a dead body has none"))                                                                    \
+  ROWS (state,   std::uint64_t,   user_data)       /* calls */                                                  \
+  ROWS (derived, Pose,            transform)       /* calls, finish_step; of the origin */                      \
+  ROWS (derived, CoreRow,         core, kKept)     /* calls, place_matter */                                    \
+  ROWS (derived, std::uint8_t,    unplaced)        /* calls, place_matter; UnplacedFlag */                      \
+  ROWS (derived, std::uint8_t,    is_changed)      /* calls, islands; 1: stands in `changed` */                 \
+  ROWS (scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */     \
+  ROWS (scratch, std::uint8_t,    step_notes)      /* solve; StepNote */                                        \
+  ROWS (scratch, DeltaRow,        delta)           /* solve; motion since the step began */                     \
+  ROWS (scratch, VelocityRow,     free_velocity)   /* solve; after forces, before this step's impulses */       \
+  TABLE(derived, PageMarks,       marks, "bodies") /* all that write state; not in each step of what moves */   \
+  VALUE(derived, ListMark,        free_mark, {})   /* calls; of free_slots */                                   \
+  LIST (state,   std::int32_t,    free_slots,      /* calls; taken from the back */                             \
+        saved_in(SheetId::free_bodies), each_once(SheetId::bodies))                                             \
+  LIST (derived, std::int32_t,    awake)           /* refresh_lists; awake dynamic bodies, ascending */         \
+  LIST (derived, std::int32_t,    kinematic)       /* refresh_lists; kinematic bodies, ascending */             \
+  LIST (derived, std::int32_t,    to_place,        /* calls, place_matter; who is unplaced, each once */        \
+        each_once(SheetId::bodies))                                                                             \
+  LIST (scratch, std::int32_t,    to_wake)         /* wake_neighbors */                                         \
+  OTHER(scratch, mutable Column<std::int32_t>, waking) /* is_awake; bodies that wake_neighbors would wake now */\
+  OTHER(scratch, mutable MadeOnce, waking_made)    /* is_awake; forgotten by calls that change the world, step */\
+  VALUE(derived, BodyMoments,     moments, {})     /* calls; of some bodies of many shapes */                   \
+  LIST (derived, std::int32_t,    changed,         /* calls, islands; who may take part otherwise than by       \
+                                                      these */                                                  \
+        each_once(SheetId::bodies))                                                                             \
+  VALUE(derived, std::size_t,     alive, 0)        /* calls */                                                  \
+  VALUE(derived, std::int32_t,    asleep, 0)       /* calls, islands; sleeping bodies */                        \
+  VALUE(derived, bool,            lists_dirty, true) /* calls, islands: some body may take part otherwise */    \
+  VALUE(derived, bool,            all_changed, true) /* restore: `changed` does not tell who */
 
-// Data that only one stage looks into; defined beside that stage, which makes it at its first run.
+// Rows of shapes are indexed by ShapeId::index.
+#define SCREE_SHAPE_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                    \
+  ROWS (state,   std::uint32_t,   generation,      /* calls */                                                  \
+        not_zero("a living shape has none"))                                                                    \
+  ROWS (state,   ShapeType,       type,            /* calls */                                                  \
+        at_most(ShapeType::hull, "is no type of shapes"))                                                       \
+  ROWS (state,   std::uint8_t,    flags,           /* calls, update_bounds; ShapeFlag */                        \
+        kTellsLife, known_flags(kKnownShapeFlags, kShapeDirty | kShapeWakes))                                   \
+  ROWS (state,   std::int32_t,    body,            /* calls */                                                  \
+        row_of(SheetId::bodies, kFirstBody, kFirstBody, "does not exist"))                                      \
+  ROWS (state,   std::int32_t,    next)            /* calls; next shape of the body, -1: last */                \
+  ROWS (state,   ExtentRow,       extent)          /* calls */                                                  \
+  ROWS (state,   std::int32_t,    hull,            /* calls; slot in WorldData::hulls, -1: no hull */           \
+        if_dead(-1, "a dead shape has no hull"))                                                                \
+  ROWS (derived, std::int32_t,    previous)        /* calls; before it in the list of `next`, -1: first */      \
+  ROWS (derived, PoseRow,         local_pose)      /* calls, place_matter; relative to the body's center of     \
+                                                      mass; of a hull's centroid */                             \
+  ROWS (state,   Pose,            given_pose)      /* calls; relative to the body's origin */                   \
+  ROWS (state,   MaterialRow,     material)        /* calls */                                                  \
+  ROWS (state,   float,           density,         /* calls; kg/m^3 */                                          \
+        within_limits(kMinDensity, kMaxDensity))                                                                \
+  ROWS (state,   Filter,          filter)          /* calls */                                                  \
+  ROWS (state,   BoundsRow,       fat_bounds,      /* update_bounds; the box that pairs were last found with */ \
+        kApart, kVaried, kFinite)                                                                               \
+  ROWS (state,   TreeKind,        tree,            /* calls, islands */                                         \
+        if_dead(TreeKind::none, "a dead shape has no tree"))                                                    \
+  ROWS (state,   std::uint64_t,   user_data)       /* calls */                                                  \
+  ROWS (state,   ContactEvents,   events,          /* calls; asked for */                                       \
+        at_most(ContactEvents::all, "are unknown"))                                                             \
+  ROWS (derived, std::uint8_t,    is_changed)      /* calls, islands; 1: stands in `changed` */                 \
+  ROWS (derived, std::uint32_t,   first_resting)   /* find_pairs; its end of a pair at rest, see RestingLinks.  \
+                                                      Pairs outlive their shapes until the next list, so by     \
+                                                      slot */                                                   \
+  ROWS (state,   PoseRow,         pose,            /* update_bounds; in the world; the padding tells how far    \
+                                                      the shape travels in a step, by the velocity it had then */ \
+        kApart, kVaried)                                                                                        \
+  TABLE(derived, PageMarks,       marks, "shapes") /* as those of bodies */                                     \
+  VALUE(derived, ListMark,        free_mark, {})   /* calls; of free_slots */                                   \
+  LIST (state,   std::int32_t,    free_slots,      /* calls */                                                  \
+        saved_in(SheetId::free_shapes), each_once(SheetId::shapes))                                             \
+  LIST (derived, std::int32_t,    moving)          /* refresh_lists; shapes of awake and kinematic bodies,      \
+                                                      ascending */                                              \
+  LIST (state,   std::int32_t,    dirty,           /* calls; slots with kShapeDirty, in order of the calls */   \
+        saved_in(SheetId::dirty_shapes), each_once(SheetId::shapes))                                            \
+  LIST (derived, std::int32_t,    wakers,          /* calls; slots with kShapeWakes */                          \
+        each_once(SheetId::shapes))                                                                             \
+  LIST (derived, std::int32_t,    changed,         /* calls, islands; shapes that may have come into            \
+                                                      another tree, or must be asked for filters there, and are \
+                                                      not dirty */                                              \
+        each_once(SheetId::shapes))                                                                             \
+  VALUE(derived, std::size_t,     alive, 0)        /* calls */                                                  \
+  VALUE(derived, bool,            trees_changed, true) /* restore: look at all shapes for who changed between   \
+                                                      trees */                                                  \
+  VALUE(state,   bool,            wake_requested, false) /* calls: some shape has kShapeWakes; cleared by       \
+                                                      wake_neighbors */                                         \
+  VALUE(derived, std::int32_t,    asking, 0)       /* calls: living shapes with events */
+
+// Slots of hulls, each shared by all shapes of the same hull and scale.
+#define SCREE_HULL_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                     \
+  ROWS (state,   std::uint64_t,   content)         /* calls; hash of hull and scale, 0: the slot is free */     \
+  ROWS (state,   std::int32_t,    shapes)          /* calls; how many share it */                               \
+  ROWS (derived, const HullData*, data)            /* calls; null: the slot is free */                          \
+  LIST (state,   std::int32_t,    free_slots,      /* calls; taken from the back */                             \
+        saved_in(SheetId::free_hulls), each_once(SheetId::hulls))                                               \
+  OTHER(state,   SharedHulls,     shared)          /* calls; by slot; snapshots have them in SnapshotData::hulls */ \
+  OTHER(derived, HullSlots,       slot_of)         /* calls; by content; made by restore */
+
+// Candidate pairs; each stands in one of two lists.
+#define SCREE_PAIR_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                     \
+  ROWS (state,   ShapePair,       pair,            /* find_pairs */                                             \
+        kCounts, kVaried)                                                                                       \
+  ROWS (state,   std::int32_t,    contact)         /* collide; row of `contacts.now`, -1: does not touch */     \
+  ROWS (state,   ContactAxis,     axis,            /* collide; of hulls against hulls and boxes; no rows while  \
+                                                      there is no hull */                                       \
+        kApart, kOrNone)
+
+// Contacts: the pairs that touch, in no order. A contact keeps its row while it touches, so that nothing moves
+// when the list of pairs changes. Free rows hold what kernels left there, which is never read.
+#define SCREE_CONTACT_ROW_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                              \
+  ROWS (derived, ShapePair,        pair)           /* collide; as the row of `pairs` that has the contact */    \
+  ROWS (state,   std::uint8_t,     points,         /* collide; how many, 0: the row is free */                  \
+        kTellsPresence, kApart, kVaried)                                                                        \
+  ROWS (state,   Manifold,         manifold,       /* collide, store_impulses */                                \
+        kApart, kVaried)                                                                                        \
+  ROWS (state,   ManifoldFeatures, features,       /* collide */                                                \
+        kVaried)                                                                                                \
+  ROWS (state,   ContactAnchor,    anchor)         /* collide; where the manifold was made; without spheres */  \
+  ROWS (state,   ContactSurface,   surface)        /* collide, store_impulses; where kManifoldRich */           \
+  ROWS (state,   std::uint8_t,     color,          /* color_constraints; kNoColor before that */                \
+        kVaried)
+
+#define SCREE_CONTACTS_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                 \
+  TABLE(state,   PairRows,         pairs, "contacts.pairs", SheetId::pairs, SheetId::pair_axes)                 \
+                                                   /* find_pairs; in ascending order */                         \
+  TABLE(state,   PairRows,         resting, "contacts.resting", SheetId::resting, SheetId::resting_axes)        \
+                                                   /* find_pairs: pairs of two frozen shapes, in no order.      \
+                                                      A row is looked at when a shape of it changes its tree    \
+                                                      or is changed by a call: see resting_pairs.h */           \
+  TABLE(derived, PageMarks,        resting_marks, "contacts") /* find_pairs, list_contact_events; of `resting` and \
+                                                      Events::resting */                                        \
+  LIST (derived, RestingLinks,     resting_links,  /* find_pairs: by row of `resting`, the lists of its shapes */ \
+        all_or_none(SheetId::resting))                                                                          \
+  OTHER(scratch, mutable Column<std::int32_t>, resting_order) /* contact_forces: rows of `resting` by pair */   \
+  OTHER(scratch, mutable MadeOnce, resting_order_made) /* contact_forces; forgotten by find_pairs */            \
+  VALUE(derived, std::int64_t,     resting_contacts, 0) /* find_pairs: of `resting`, how many touch */          \
+  OTHER(derived, mutable SharedCount, resting_looks) /* all stages; how often rows of `resting` were looked at */\
+  LIST (scratch, std::int32_t,     roused)         /* wake_touched_islands; rows of `resting` whose contacts take part \
+                                                      by now */                                                 \
+  VALUE(scratch, std::size_t,      resting_kept, 0) /* find_pairs: rows of `resting` that it has not added in   \
+                                                      this step */                                              \
+  TABLE(scratch, PairRows,         pairs_before, "contacts.pairs_before") /* find_pairs: the last list, where   \
+                                                      it has changed */                                         \
+  TABLE(state,   ContactRows,      now, "contacts.now", SheetId::contacts, SheetId::contacts_moving)            \
+  TABLE(derived, PageMarks,        marks, "contacts") /* find_pairs, collide, refresh_lists; of `now` */        \
+  VALUE(derived, ListMark,         free_mark, {})  /* collide; of free_rows */                                  \
+  LIST (state,   std::int32_t,     free_rows,      /* find_pairs, collide; of `now`, taken from the back */     \
+        saved_in(SheetId::free_contacts), each_once(SheetId::contacts))                                         \
+  VALUE(scratch, bool,             list_kept, false) /* find_pairs: the list of pairs is the last one */        \
+  LIST (scratch, std::int32_t,     last_place)     /* find_pairs; per pair: its place in the last list, or -1.  \
+                                                      Meaningless while list_kept */                            \
+  LIST (state,   ContactForceRow,  forces,         /* collide, store_impulses; by row of `now`; none unless     \
+                                                      asked for */                                              \
+        saved_in(SheetId::contact_forces), all_or_none(SheetId::contacts))                                      \
+  OTHER(scratch, mutable Column<std::int32_t>, by_shape) /* contact_forces_of; contacts by shape ... */         \
+  OTHER(scratch, mutable Column<std::int32_t>, by_shape_end) /* contact_forces_of; ... and where those of each end */\
+  OTHER(scratch, mutable MadeOnce, by_shape_made)  /* contact_forces_of; forgotten by the step */               \
+  LIST (derived, std::int32_t,     touching)       /* collide, islands; contacts that an awake body takes       \
+                                                      part in, in the order of their pairs */                   \
+  VALUE(state,   bool,             manifolds_stale, false) /* calls: mass centers, materials or local poses     \
+                                                      have changed, so that no manifold can be recycled;        \
+                                                      cleared by collide */                                     \
+  VALUE(state,   bool,             pairs_stale, false) /* calls: pairs may name dead or replaced shapes, or     \
+                                                      filters and types have changed, so that the list cannot   \
+                                                      be kept; cleared by find_pairs */
+
+// Rows of joints are indexed by JointId::index.
+#define SCREE_JOINT_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                    \
+  ROWS (state,   std::uint32_t,    generation,     /* calls */                                                  \
+        not_zero("a living joint has none"))                                                                    \
+  ROWS (state,   JointType,        type,           /* calls */                                                  \
+        at_most(kJointTypeCount - 1, "is no type of joints"))                                                   \
+  ROWS (state,   std::uint8_t,     flags,          /* calls, break_joints; JointFlag */                         \
+        kTellsLife, known_flags(kKnownJointFlags, 0))                                                           \
+  ROWS (state,   JointBodies,      bodies,         /* calls */                                                  \
+        kVaried, row_of(SheetId::bodies, kFirstBody, kFixedRow, "do not exist"))                                \
+  ROWS (state,   JointBodies,      next,           /* calls; next joint of body a and of body b, -1: last. The  \
+                                                      world has no list */                                      \
+        kVaried)                                                                                                \
+  ROWS (state,   Pose,             frame_a)        /* calls; in the frame of body a */                          \
+  ROWS (state,   Pose,             frame_b)        /* calls */                                                  \
+  ROWS (state,   JointParameters,  parameters)     /* calls */                                                  \
+  ROWS (state,   JointImpulses,    impulses,       /* calls, store_impulses */                                  \
+        kApart, kVaried)                                                                                        \
+  ROWS (state,   JointStrength,    strength)       /* calls */                                                  \
+  ROWS (state,   std::uint8_t,     color,          /* color_constraints; kNoColor before that */                \
+        kApart)                                                                                                 \
+  ROWS (state,   std::uint64_t,    user_data)      /* calls */                                                  \
+  ROWS (derived, JointBodies,      previous)       /* calls; before it in the lists of `next`, -1: first */     \
+  ROWS (derived, JointFrames,      frames)         /* calls, place_matter */                                    \
+  ROWS (derived, std::uint8_t,     is_changed)     /* calls, refresh_lists; 1: stands in `changed` */           \
+  ROWS (scratch, JointReactionRow, reaction)       /* calls, store_impulses; zero in a restored world */        \
+  TABLE(derived, PageMarks,        marks, "joints") /* as those of bodies */                                    \
+  VALUE(derived, ListMark,         free_mark, {})  /* calls; of free_slots */                                   \
+  LIST (state,   std::int32_t,     free_slots,     /* calls; taken from the back */                             \
+        saved_in(SheetId::free_joints), each_once(SheetId::joints))                                             \
+  LIST (derived, std::int32_t,     active)         /* refresh_joints; enabled joints of an awake body, ascending */ \
+  LIST (derived, std::int32_t,     changed,        /* calls, refresh_lists; who may be active otherwise than by \
+                                                      `active` */                                               \
+        each_once(SheetId::joints))                                                                             \
+  VALUE(derived, std::size_t,      alive, 0)       /* calls */                                                  \
+  VALUE(derived, bool,             all_changed, true) /* restore, refresh_lists: `changed` does not tell who */
+
+// Events of the last step, for the caller; all but `touching`, `resting`, `woken` and `lost` are of no
+// consequence to the next.
+#define SCREE_EVENT_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                    \
+  LIST (state,   TouchRow,         touching,       /* list_contact_events; ascending by the indices of the shapes; \
+                                                      without the ... */                                        \
+        saved_in(SheetId::events_touching), kVaried)                                                            \
+  LIST (state,   TouchRow,         resting,        /* list_contact_events; ... pairs at rest, by row of         \
+                                                      Contacts::resting; zero where such a pair does not touch  \
+                                                      or no events are asked for. No rows while none are at all */ \
+        saved_in(SheetId::events_resting), all_or_none(SheetId::resting))                                       \
+  VALUE(derived, std::int64_t,     resting_touches, 0) /* list_contact_events: how many of `resting` touch */   \
+  LIST (derived, std::int32_t,     asked_of)       /* calls: shapes of which others events are asked than before */ \
+  VALUE(derived, bool,             asked_of_all, true) /* calls, restore: so are those of all pairs at rest */  \
+  LIST (scratch, TouchRow,         before)         /* list_contact_events; the step before's */                 \
+  LIST (scratch, ContactEvent,     begins, kTold)  /* list_contact_events */                                    \
+  LIST (scratch, ContactEvent,     persists, kTold) /* list_contact_events */                                   \
+  LIST (scratch, ContactEnd,       ends, kTold)    /* list_contact_events */                                    \
+  LIST (scratch, BodyId,           restored, kTold) /* quarantine_bodies */                                     \
+  LIST (scratch, BodyId,           quarantined, kTold) /* quarantine_bodies */                                  \
+  LIST (state,   SlotName,         woken,          /* calls, islands; who has woken since the last step's       \
+                                                      lists, in the order of waking */                          \
+        saved_in(SheetId::events_woken), each_once(SheetId::bodies),                                            \
+        handle_of(SheetId::bodies, "names no body"))                                                            \
+  LIST (scratch, BodyId,           sleep_begins, kTold) /* list_body_events */                                  \
+  LIST (state,   SlotName,         lost,           /* calls; joints that went with their bodies since the last  \
+                                                      step */                                                   \
+        saved_in(SheetId::events_lost), handle_of(SheetId::joints, "names no joint"))                           \
+  LIST (scratch, JointId,          broken, kTold)  /* break_joints */                                           \
+  LIST (scratch, JointId,          destroyed, kTold) /* list_body_events; `lost` of the last step */            \
+  LIST (scratch, BodyId,           sleep_ends, kTold) /* list_body_events */                                    \
+  LIST (scratch, TouchRow,         moved)          /* list_contact_events, find_pairs; of pairs that no longer rest */ \
+  LIST (scratch, std::int32_t,     judged)         /* list_contact_events; rows of pairs at rest of which there may be \
+                                                      news */                                                   \
+  LIST (scratch, ShapePair,        judged_pairs)   /* list_contact_events */                                    \
+  LIST (scratch, ShapePair,        pairs)          /* list_contact_events; what moves and these, where there are any */ \
+  LIST (scratch, std::int32_t,     contacts)       /* list_contact_events; of these pairs */                    \
+  LIST (scratch, std::int32_t,     rows)           /* list_contact_events; of these pairs: `judged`, or -1 */   \
+  LIST (scratch, float,            impulse)        /* store_impulses; N s by contact, of the whole step, if asked */ \
+  LIST (scratch, float,            approach)       /* note_approach; m/s by contact, if asked */                \
+  LIST (scratch, std::uint8_t,     verdicts)       /* list_contact_events; by pair */                           \
+  LIST (scratch, EventCounts,      counts)         /* list_contact_events; by chunk of pairs */
+
+#define SCREE_WORLD_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                    \
+  VALUE(state,   WorldSettings,    settings, {})   /* calls */                                                  \
+  VALUE(state,   std::uint64_t,    step_count, 0)  /* step */                                                   \
+  VALUE(state,   float,            last_dt, 0.0f,  /* step; s, how far bounds and contacts look ahead */        \
+        within_limits(0.0f, 1.0f))                                                                              \
+  VALUE(state,   float,            last_substep, 0.0f, /* step; s, what the stored impulses have acted for */   \
+        within_limits(0.0f, 1.0f))                                                                              \
+  TABLE(state,   Bodies,           bodies, "bodies", SheetId::bodies, SheetId::bodies_moving)                   \
+  TABLE(state,   Shapes,           shapes, "shapes", SheetId::shapes, SheetId::shapes_moving)                   \
+  TABLE(state,   Hulls,            hulls, "hulls", SheetId::hulls)                                              \
+  TABLE(state,   Contacts,         contacts, "contacts")                                                        \
+  TABLE(state,   Joints,           joints, "joints", SheetId::joints, SheetId::joints_moving)                   \
+  TABLE(state,   Events,           events, "events")                                                            \
+  OTHER(derived, LastSave,         last_save)      /* save, restore; what `marks` and the like are about */     \
+  OTHER(scratch, mutable OwnMutex, saving)         /* save; held while it places matter and writes marks */     \
+  VALUE(derived, StepStats,        stats, {})      /* every phase */                                            \
+  VALUE(scratch, std::uint32_t,    handle_tag, 0)  /* World(), restore, share_handles; of the world's own       \
+                                                      handles; no part of the state */                          \
+  VALUE(scratch, bool,             listed, false)  /* step of many worlds, while it looks for one that is named \
+                                                      twice */                                                  \
+  OTHER(derived, PartOwner,        broad_phase)    /* parallel/find_pairs */                                    \
+  OTHER(derived, PartOwner,        narrow_phase)   /* parallel/collide */                                       \
+  OTHER(derived, PartOwner,        constraints)    /* parallel/color_constraints, pack_blocks, solve */         \
+  OTHER(derived, PartOwner,        islands)        /* parallel/islands */                                       \
+  OTHER(scratch, SinkLink,         recording)      /* parallel/recorder; last, see there */
+// clang-format on
+
+SCREE_STORE(Bodies, SCREE_BODY_MEMBERS)
+SCREE_STORE(Shapes, SCREE_SHAPE_MEMBERS)
+SCREE_STORE(Hulls, SCREE_HULL_MEMBERS)
+SCREE_STORE(PairRows, SCREE_PAIR_MEMBERS)
+SCREE_STORE(ContactRows, SCREE_CONTACT_ROW_MEMBERS)
+SCREE_STORE(Contacts, SCREE_CONTACTS_MEMBERS)
+SCREE_STORE(Joints, SCREE_JOINT_MEMBERS)
+SCREE_STORE(Events, SCREE_EVENT_MEMBERS)
+
+// Data that only one stage looks into; defined beside that stage by a list of its own, see SCREE_PART, and
+// made at its first run.
 struct Part {
   virtual ~Part() = default;
-  using Visit = std::function<void(ColumnKind kind, const char* name, const void* rows, std::size_t bytes,
-                                   std::size_t capacity_bytes)>;
-  // Reports every column, as the generated for_each_column of the public stores do.
-  virtual void report(const Visit& visit) const = 0;
+  using Visit = std::function<void(const Member& member, const void* rows, std::size_t row_bytes,
+                                   std::size_t bytes, std::size_t capacity_bytes)>;
+  // Reports every member, those of stores within it included.
+  virtual void report(const char* store, const Visit& visit) const = 0;
   // The world has been replaced: what is remembered of it between steps must be made anew by the next one.
   virtual void forget() noexcept {}
 };
+using PartOwner = std::unique_ptr<Part>;
 
-struct WorldData {
-  WorldSettings settings;        // state; calls
-  std::uint64_t step_count = 0;  // state; step
-  float last_dt = 0.0f;          // state; step; s, how far bounds and contacts look ahead
-  float last_substep = 0.0f;     // state; step; s, what the stored impulses have acted for
-  Bodies bodies;
-  Shapes shapes;
-  Hulls hulls;
-  Contacts contacts;
-  Joints joints;
-  Events events;
-  LastSave last_save;       // save, restore; what `marks` and the like are about
-  mutable OwnMutex saving;  // held by whoever saves: it places matter and writes marks
-  StepStats stats;          // derived; every phase
-  // No part of the state; World(), restore, share_handles: which handles are the world's own.
-  std::uint32_t handle_tag = 0;
-  bool listed = false;  // scratch; step of many worlds, while it looks for one that is named twice
+template <class Members>
+void report_members(const Members& part, const char* store, const Part::Visit& visit) {
+  Members::visit_members(part, {store, ColumnKind::derived}, [&visit](const Member& member, const auto& it) {
+    using It = std::remove_cvref_t<decltype(it)>;
+    if constexpr (kIsColumn<It>) {
+      visit(member, it.data(), sizeof(*it.data()), it.span().size_bytes(), it.capacity_bytes());
+    } else {
+      visit(member, &it, sizeof it, sizeof it, sizeof it);
+    }
+  });
+}
 
-  std::unique_ptr<Part> broad_phase;   // parallel/find_pairs
-  std::unique_ptr<Part> narrow_phase;  // parallel/collide
-  std::unique_ptr<Part> constraints;   // parallel/color_constraints, pack_blocks, solve
-  std::unique_ptr<Part> islands;       // parallel/find_islands
+SCREE_STORE(WorldData, SCREE_WORLD_MEMBERS)
 
-  SinkLink recording;  // parallel/recorder
-};
+inline bool is_quarantined(const Bodies& bodies, std::int32_t body) {
+  return (bodies.flags[body] & kBodyQuarantined) != 0;
+}
+
+// What the caller made it, whatever it takes part as.
+inline BodyType given_type(const Bodies& bodies, std::int32_t body) {
+  const auto row = static_cast<std::size_t>(body);
+  if ((bodies.flags[row] & kBodyQuarantined) == 0) return bodies.type[row];
+  return (bodies.flags[row] & kBodyQuarantinedDynamic) != 0 ? BodyType::dynamic : BodyType::kinematic;
+}
+
+// Empties what the caller is told of the last step.
+inline void clear_told(Events& events) {
+#define SCREE_CLEAR_TOLD(kind, Row, name, ...) \
+  if (attributes(__VA_ARGS__).told) events.name.clear();
+  SCREE_EVENT_MEMBERS(SCREE_NOTHING, SCREE_CLEAR_TOLD, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING)
+#undef SCREE_CLEAR_TOLD
+}
 
 // The public form of a name.
 template <class Handle>

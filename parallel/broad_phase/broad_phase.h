@@ -6,6 +6,7 @@
 #include <parallel/crew/crew.h>
 #include <simd/broad_phase/pair_kernels.h>
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -14,23 +15,30 @@
 
 namespace scree {
 
-// One tree of shapes. Its order never reaches the results: whether two shapes become a pair depends on their
-// own bounds, and the list of pairs is sorted. So the whole tree is derived.
-struct PairTree {
-  Column<std::int32_t> order;  // shapes along a Hilbert curve, whole blocks; -1: empty place. While
-                               // `unsorted`, in any order and with shapes that have left
-  Column<simd::LeafBlock> leaves;
-  Column<simd::NodeBlock> nodes[simd::kMaxTreeLevels];
-  int levels = 0;
-  std::int32_t members = 0;
-  std::int32_t appended = 0;    // places behind the sorted ones, of what moves
-  int refits = 0;               // since the last sort
-  bool unsorted = true;         // must be sorted before the next join
-  bool lost_members = false;    // `order` still names shapes that have left
-  bool special_changed = true;  // LeafBlock::special must be made anew
-  int leaf_blocks() const { return static_cast<int>(order.size() / simd::kBlock); }
-  void clear() noexcept;  // empties it; the memory stays
-};
+using TreeLevels = std::array<Column<simd::NodeBlock>, simd::kMaxTreeLevels>;
+
+// One tree over shapes. Nothing of it reaches the results: whether two shapes become a pair
+// depends on their own bounds, and the list is sorted. So it is all derived.
+// clang-format off
+#define SCREE_PAIR_TREE_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                \
+  LIST (derived, std::int32_t,    order)          /* shapes along a Hilbert curve, whole blocks; -1: none (any  \
+                                                     more). While it is unsorted, in any order, those that have \
+                                                     left among them */                                         \
+  LIST (derived, simd::LeafBlock, leaves)                                                                       \
+  TABLE(derived, TreeLevels,      nodes, "broad_phase.trees")                                                   \
+  VALUE(derived, int,             levels, 0)                                                                    \
+  VALUE(derived, std::int32_t,    members, 0)                                                                   \
+  VALUE(derived, std::int32_t,    appended, 0)    /* places behind the sorted ones, of what moves */            \
+  VALUE(derived, int,             refits, 0)      /* since the last sort */                                     \
+  VALUE(derived, bool,            unsorted, true) /* must be sorted before the next join */                     \
+  VALUE(derived, bool,            lost_members, false) /* `order` still names shapes that have left */          \
+  VALUE(derived, bool,            special_changed, true) /* LeafBlock::special must be made anew */
+// clang-format on
+SCREE_STORE(PairTree, SCREE_PAIR_TREE_MEMBERS)
+
+inline int leaf_blocks(const PairTree& tree) { return static_cast<int>(tree.order.size() / simd::kBlock); }
+// No shape is in it; the memory stays.
+inline void clear_tree(PairTree& tree) noexcept { tree.forget(ColumnKind::derived); }
 
 // The tree that a shape is in. Frozen shapes, which are fixed or asleep, have several: a new one goes into
 // the smallest, and a full tree is merged into the next larger one. So an arrival costs little however many
@@ -53,68 +61,77 @@ struct SortKey {
   std::int32_t padding;
 };
 
-struct BroadPhase final : Part {
-  // derived; update_bounds: a shape has new fat bounds. True is safe where this is not known: it rebuilds the
-  // list of pairs, with the same result.
-  std::atomic<bool> bounds_left{true};
-
-  Column<std::uint8_t> tree_of;  // derived; TreeIndex of each shape, kNoTree of dead ones
-  Column<std::int32_t> slot_of;  // derived; of shapes in frozen trees: their place in PairTree::order
-  PairTree trees[kPairTrees];    // by TreeIndex; kNoTree stays empty
-  // The trees that fast bodies are swept against: kinematic and frozen shapes. A fixed shape that a call has
-  // just created or moved is in the kinematic tree for one step.
-  std::span<const PairTree> obstacle_trees() const { return std::span(trees).subspan(kKinematicTree); }
-  std::span<const PairTree> frozen_trees() const { return std::span(trees).subspan(kFrozenTree); }
-
-  // derived; update_bounds, refresh_lists, find_pairs: shapes that may be in the wrong tree, or whose box
-  // there is out of date; some more than once
-  Column<std::int32_t> changed;
-  Column<std::int32_t> arrivals;             // scratch; for the frozen trees
-  Column<std::int32_t> joined[kFrozenTree];  // scratch; for the others
-  Column<std::int32_t> gathered, part;       // scratch; members of a tree that is about to be sorted
-  struct LeafOf {
-    std::int32_t tree, block;
-  };
-  Column<LeafOf> thinned;        // scratch; leaves of frozen trees that a shape has left
-  Column<std::int32_t> leavers;  // scratch; shapes that have left their frozen tree, or their box there ...
-  bool all_left = true;          // scratch; ... or it is not known which
-  std::int64_t refitted = 0;     // derived; leaf blocks of frozen trees that the last find_pairs rebuilt
-
-  // Shapes that calls changed since the last list. scratch
-  Column<std::int32_t> dirty;
-  Column<std::uint8_t> is_dirty;  // per shape; all zero outside find_pairs and while nothing was dirty
-
-  // sweep_fast_bodies. scratch
-  Column<std::int32_t> fast;         // bodies that are swept, ascending
-  Column<std::uint8_t> fast_hits;    // by place in `fast`
-  Column<std::int32_t> fast_counts;  // by chunk of awake bodies, then where they go
-
-  // scratch
-  struct Spread {  // of the centers of one chunk of shapes
-    double sum[3];
-    std::int64_t count;
-  };
-  Column<Spread> spreads;
-  Column<SortKey> sort_keys, sort_keys_other;
-  Column<std::uint32_t> digit_counts;
-  std::vector<Column<ShapePair>> found;             // pairs of one chunk of the join
-  Column<std::int32_t> bucket_counts;               // per group of join chunks and bucket
-  Column<std::int64_t> bucket_begins;               // one more than buckets
-  Column<std::uint8_t> bucket_is_heavy;             // a row too long for one thread
-  Column<std::int32_t> owner_begins;                // per worker, for the bucket at hand
-  Column<ShapePair> bucketed;                       // grouped by bucket
-  Column<std::int32_t> others;                      // larger shapes of the pairs, grouped by owner
-  Column<ShapePair> sorted;                         // the new list
-  Column<std::int32_t> lost;                        // contacts whose pairs are not in the new list
-  Column<std::int32_t> moving_pairs, frozen_pairs;  // places in a list: pairs of two frozen shapes are frozen
-  Column<std::int32_t> by_pair;                     // places in `resting` in the order of their pairs
-  Column<std::int32_t> moving_last_place;           // Contacts::last_place of `moving_pairs`
-  PairRows pulled;                                  // rows on their way from or to `resting`
-  Column<std::int32_t> places;                      // of list_where
-
-  void report(const Visit& visit) const override;
-  void forget() noexcept override;
+// A leaf of one of the frozen trees.
+struct TreeLeaf {
+  std::int32_t tree, block;
 };
+
+// Of the centers of one chunk of shapes.
+struct CenterSpread {
+  double sum[3];
+  std::int64_t count;
+};
+
+using PairTrees = std::array<PairTree, kPairTrees>;
+using JoinedShapes = std::array<Column<std::int32_t>, kFrozenTree>;
+using FoundPairs = std::vector<Column<ShapePair>>;
+
+// clang-format off
+#define SCREE_BROAD_PHASE_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                              \
+  VALUE(derived, std::atomic<bool>, bounds_left, true) /* update_bounds: a shape has new fat bounds. Where it is \
+                                                   not known, true is as good: the list of pairs is made anew   \
+                                                   then, and comes out the same */                              \
+  LIST (derived, std::uint8_t,  tree_of)        /* TreeIndex of each shape, kNoTree if dead */                  \
+  LIST (derived, std::int32_t,  slot_of)        /* of shapes in frozen trees: their place in PairTree::order */ \
+  TABLE(derived, PairTrees,     trees, "broad_phase.trees") /* by TreeIndex; kNoTree stays empty */             \
+  LIST (derived, std::int32_t,  changed)        /* update_bounds, refresh_lists, find_pairs: shapes that may be \
+                                                   in another tree than they belong to, or whose box there is   \
+                                                   an old one; some more than once */                           \
+  LIST (scratch, std::int32_t,  arrivals)       /* for the frozen trees */                                      \
+  TABLE(scratch, JoinedShapes,  joined, "broad_phase") /* for the others */                                     \
+  LIST (scratch, std::int32_t,  gathered)       /* members of a tree that is about to be sorted */              \
+  LIST (scratch, std::int32_t,  part)           /* a part of `gathered` */                                      \
+  LIST (scratch, TreeLeaf,      thinned)        /* leaves of frozen trees that a shape has left */              \
+  LIST (scratch, std::int32_t,  leavers)        /* shapes that have left their frozen tree, or their box there ... */ \
+  VALUE(scratch, bool,          all_left, true) /* ... or it is not known which */                              \
+  VALUE(derived, std::int64_t,  refitted, 0)    /* leaf blocks of frozen trees that the last list of pairs made \
+                                                   anew */                                                      \
+  LIST (scratch, std::int32_t,  dirty)          /* shapes that calls changed since the last list */             \
+  LIST (scratch, std::uint8_t,  is_dirty)       /* per shape; all zero outside find_pairs and while nothing was \
+                                                   dirty */                                                     \
+  LIST (scratch, std::int32_t,  fast)           /* sweep_fast_bodies; bodies that are swept, ascending */       \
+  LIST (scratch, std::uint8_t,  fast_hits)      /* sweep_fast_bodies; by place in `fast` */                     \
+  LIST (scratch, std::int32_t,  fast_counts)    /* sweep_fast_bodies; by chunk of awake bodies, then where they go */ \
+  LIST (scratch, CenterSpread,  spreads)                                                                        \
+  LIST (scratch, SortKey,       sort_keys)                                                                      \
+  LIST (scratch, SortKey,       sort_keys_other)                                                                \
+  LIST (scratch, std::uint32_t, digit_counts)                                                                   \
+  TABLE(scratch, FoundPairs,    found, "broad_phase") /* pairs of one chunk of the join */                      \
+  LIST (scratch, std::int32_t,  bucket_counts)  /* per group of join chunks and bucket */                       \
+  LIST (scratch, std::int64_t,  bucket_begins)  /* one more than buckets */                                     \
+  LIST (scratch, std::uint8_t,  bucket_is_heavy) /* a row too long for one thread */                            \
+  LIST (scratch, std::int32_t,  owner_begins)   /* per worker, for the bucket at hand */                        \
+  LIST (scratch, ShapePair,     bucketed)       /* grouped by bucket */                                         \
+  LIST (scratch, std::int32_t,  others)         /* larger shapes of the pairs, grouped by owner */              \
+  LIST (scratch, ShapePair,     sorted)         /* the new list */                                              \
+  LIST (scratch, std::int32_t,  lost)           /* contacts whose pairs are not in the new list */              \
+  LIST (scratch, std::int32_t,  moving_pairs)   /* places in a list: pairs not of two frozen shapes ... */      \
+  LIST (scratch, std::int32_t,  frozen_pairs)   /* ... and of two */                                            \
+  LIST (scratch, std::int32_t,  by_pair)        /* places in `resting` in the order of their pairs */           \
+  LIST (scratch, std::int32_t,  moving_last_place) /* Contacts::last_place of `moving_pairs` */                 \
+  TABLE(scratch, PairRows,      pulled, "broad_phase") /* rows on their way from or to `resting` */             \
+  LIST (scratch, std::int32_t,  places)         /* of list_where */
+// clang-format on
+SCREE_PART(BroadPhase, SCREE_BROAD_PHASE_MEMBERS)
+
+// The trees that fast bodies are swept against: kinematic and frozen shapes. A fixed shape that a call has
+// just created or moved is in the kinematic tree for one step.
+inline std::span<const PairTree> obstacle_trees(const BroadPhase& broad_phase) {
+  return std::span(broad_phase.trees).subspan(kKinematicTree);
+}
+inline std::span<const PairTree> frozen_trees(const BroadPhase& broad_phase) {
+  return std::span(broad_phase.trees).subspan(kFrozenTree);
+}
 
 // The world's broad phase, made at first use.
 BroadPhase& broad_phase_of(WorldData& data);

@@ -113,8 +113,8 @@ bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b) {
 std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Crew& crew) {
   const PairTree& awake = broad_phase.trees[kAwakeTree];
   const PairTree& kinematic = broad_phase.trees[kKinematicTree];
-  const int awake_chunks = chunks_of(awake.leaf_blocks(), kBlocksPerChunk);
-  const int kinematic_chunks = chunks_of(kinematic.leaf_blocks(), kBlocksPerChunk);
+  const int awake_chunks = chunks_of(leaf_blocks(awake), kBlocksPerChunk);
+  const int kinematic_chunks = chunks_of(leaf_blocks(kinematic), kBlocksPerChunk);
   const auto rows = static_cast<int>(data.contacts.pairs.pair.size());
   const int chunks = awake_chunks + kinematic_chunks + (carry ? chunks_of(rows, kRowsPerChunk) : 0);
   std::vector<Column<ShapePair>>& found = broad_phase.found;
@@ -134,14 +134,14 @@ std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Cr
     std::int64_t count = 0;
     if (chunk < awake_chunks) {
       const int begin = chunk * kBlocksPerChunk;
-      const int end = std::min(begin + kBlocksPerChunk, awake.leaf_blocks());
+      const int end = std::min(begin + kBlocksPerChunk, leaf_blocks(awake));
       for (const PairTree& target : std::span(broad_phase.trees).subspan(kAwakeTree)) {
         count = join_blocks(data, awake, target, begin, end, false, count, pairs, crew);
       }
     } else {  // kinematic bodies wake sleeping ones; against fixed ones they have nothing to do
       const int begin = (chunk - awake_chunks) * kBlocksPerChunk;
-      const int end = std::min(begin + kBlocksPerChunk, kinematic.leaf_blocks());
-      for (const PairTree& frozen : broad_phase.frozen_trees()) {
+      const int end = std::min(begin + kBlocksPerChunk, leaf_blocks(kinematic));
+      for (const PairTree& frozen : frozen_trees(broad_phase)) {
         count = join_blocks(data, kinematic, frozen, begin, end, true, count, pairs, crew);
       }
     }

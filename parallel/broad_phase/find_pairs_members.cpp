@@ -102,7 +102,7 @@ void append_members(PairTree& tree, const Column<std::int32_t>& joined) {
 
 // Recomputes the boxes of the leaves that shapes have left, each once. Clears trees that have become empty.
 void close_ranks(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
-  using LeafOf = BroadPhase::LeafOf;
+  using LeafOf = TreeLeaf;
   Column<LeafOf>& thinned = broad_phase.thinned;
   std::sort(thinned.begin(), thinned.end(), [](const LeafOf& x, const LeafOf& y) {
     return x.tree != y.tree ? x.tree < y.tree : x.block < y.block;
@@ -113,7 +113,7 @@ void close_ranks(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
     if (leaf.tree == last.tree && leaf.block == last.block) continue;
     last = leaf;
     if (tree.members == 0) {
-      tree.clear();
+      clear_tree(tree);
       continue;
     }
     if (tree.levels == 0) continue;
@@ -136,7 +136,7 @@ void fill_smallest(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   tree.members += static_cast<std::int32_t>(broad_phase.arrivals.size());
   tree.special_changed = true;
   refit_tree(data, tree, crew);
-  broad_phase.refitted += tree.leaf_blocks();
+  broad_phase.refitted += leaf_blocks(tree);
 }
 
 // Computes the boxes of a tree of frozen shapes whose order has just been written from `gathered`, and notes
@@ -146,7 +146,7 @@ void settle_members(const WorldData& data, BroadPhase& broad_phase, int level, C
   PairTree& tree = broad_phase.trees[index];
   tree.members = static_cast<std::int32_t>(broad_phase.gathered.size());
   refit_tree(data, tree, crew);
-  broad_phase.refitted += tree.leaf_blocks();
+  broad_phase.refitted += leaf_blocks(tree);
   crew.run_ranges(static_cast<int>(tree.order.size()), 4096, [&](int begin, int end, int) {
     for (int slot = begin; slot < end; ++slot) {
       const std::int32_t row = tree.order[slot];
@@ -174,7 +174,7 @@ void merge_trees(const WorldData& data, BroadPhase& broad_phase, int last, int l
         [&](std::size_t slot) { return smaller.order[slot] >= 0; },
         [&](std::size_t slot) { return smaller.order[slot]; });
     gathered.append(std::as_const(broad_phase.part).span());
-    smaller.clear();
+    clear_tree(smaller);
   }
   PairTree& tree = broad_phase.trees[kFrozenTree + level];
   sort_gathered(data, broad_phase, tree, crew);

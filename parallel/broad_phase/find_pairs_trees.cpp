@@ -15,7 +15,7 @@ constexpr int kShapesPerChunk = 4096;  // a few microseconds of bytes
 constexpr int kRefitsPerSort = 16;
 constexpr float kLargestFloat = 3.402823466e38f;
 
-using Spread = BroadPhase::Spread;
+using Spread = CenterSpread;
 
 bool is_empty(const BoundsRow& bounds) { return bounds.lower[0] > bounds.upper[0]; }
 double center_of(const BoundsRow& bounds, int axis) {
@@ -255,7 +255,7 @@ void refit_tree(const WorldData& data, PairTree& tree, Crew& crew) {
   const simd::RefitTask task{tree.order.data(), data.shapes.fat_bounds.data(), tree.leaves.data(),
                              tree.nodes[0].data()};
   const simd::PairKernels& kernels = crew.kernels().pair;
-  crew.run_ranges(tree.leaf_blocks(), simd::kBlock, [&](int begin, int end, int) {
+  crew.run_ranges(leaf_blocks(tree), simd::kBlock, [&](int begin, int end, int) {
     kernels.refit_leaves(task, begin, end);
     if (!tree.special_changed) return;
     for (auto block = static_cast<std::size_t>(begin); block < static_cast<std::size_t>(end); ++block) {
@@ -283,16 +283,6 @@ void refit_leaf(const WorldData& data, PairTree& tree, std::int32_t block, Crew&
     block /= simd::kBlock;
     kernels.refit_nodes(tree.nodes[level - 1].data(), tree.nodes[level].data(), block, block + 1);
   }
-}
-
-void PairTree::clear() noexcept {
-  order.clear();
-  leaves.clear();
-  for (Column<simd::NodeBlock>& level : nodes) level.clear();
-  levels = refits = 0;
-  members = appended = 0;
-  unsorted = special_changed = true;
-  lost_members = false;
 }
 
 void refit_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew) {

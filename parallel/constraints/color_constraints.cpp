@@ -21,64 +21,6 @@ Constraints& constraints_of(WorldData& data) {
   return static_cast<Constraints&>(*data.constraints);
 }
 
-void Constraints::report(const Visit& visit) const {
-  const auto column = [&](const char* name, const auto& rows_of_column) {
-    visit(ColumnKind::scratch, name, rows_of_column.data(),
-          rows_of_column.size() * sizeof(*rows_of_column.data()), rows_of_column.capacity_bytes());
-  };
-  column("edges", edges);
-  column("body_colors", body_colors);
-  column("joint_count", joint_count);
-  column("uncolored", uncolored);
-  column("part_counts", part_counts);
-  column("cell_bounds", cell_bounds);
-  column("cells", cells);
-  column("cell_rows", cell_rows);
-  column("cell_begins", cell_begins);
-  column("histogram", histogram);
-  column("keys", keys);
-  column("overflow_begins", overflow_begins);
-  column("overflow_edges", overflow_edges);
-  column("overflow_levels", overflow_levels);
-  column("contact_counts", contact_keys.counts);
-  column("contact_sums", contact_keys.sums);
-  column("contact_totals", contact_keys.totals);
-  column("contact_places", contact_keys.in_place);
-  column("contact_lanes", contact_keys.first_lane);
-  column("contact_overflow", contact_keys.overflow);
-  column("contact_levels", contact_keys.level_ends);
-  column("joint_counts", joint_keys.counts);
-  column("joint_sums", joint_keys.sums);
-  column("joint_totals", joint_keys.totals);
-  column("joint_places", joint_keys.in_place);
-  column("joint_lanes", joint_keys.first_lane);
-  column("joint_overflow", joint_keys.overflow);
-  column("joint_levels", joint_keys.level_ends);
-  column("joint_rows", joint_rows);
-  column("joint_chunks", joint_chunks);
-  column("joint_kinds", joint_kinds);
-  column("breaking_chunks", breaking_chunks);
-  column("contact_rows", contact_rows);
-  column("hub_counts", hub_counts);
-  column("hub_rows", hub_rows);
-  column("blocks", blocks);
-  column("contact_chunks", contact_chunks);
-  column("stages", stages);
-  column("parts_a", parts_a);
-  column("parts_b", parts_b);
-  column("shared", shared);
-  column("residual", residual);
-  column("impulse_sum", impulse_sum);
-  column("rebounded", rebounded);
-  column("force_sum", force_sum);
-  column("depth", depth);
-  column("depths", depths);
-  column("moving_bodies", moving_bodies);
-  column("kinetic_energy", kinetic_energy);
-  column("non_finite", non_finite);
-  column("finish_sums", finish_sums);
-}
-
 namespace {
 
 constexpr int kPartRows = 4096;  // contacts of one task

@@ -65,17 +65,20 @@ struct FinishSum {
 };
 
 // Rows sorted by key: how many there are of each, and where the lanes of each begin.
-struct KeyTable {
-  int kinds = 0;                    // keys of a place in the order of solving
-  Column<std::int32_t> counts;      // by part and key; then where the part's rows of the key begin
-  Column<std::int32_t> sums;        // by part, see count_keys()
-  Column<std::int32_t> totals;      // by key
-  Column<std::int32_t> in_place;    // by place: totals of its keys. Where that is zero, nothing else is read
-  Column<std::int32_t> first_lane;  // by key, and where the last one ends
-  Column<std::int32_t> overflow;    // edges of place 0, level by level in the order of kinds
-  Column<std::int32_t> level_ends;  // in `overflow`, by level
-  std::int32_t overflow_lanes = 0;
-};
+// clang-format off
+#define SCREE_KEY_TABLE_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                \
+  VALUE(scratch, int,          kinds, 0)          /* keys of a place in the order of solving */                 \
+  LIST (scratch, std::int32_t, counts)            /* by part and key; then where the part's rows of the key begin */ \
+  LIST (scratch, std::int32_t, sums)              /* by part, see count_keys() */                               \
+  LIST (scratch, std::int32_t, totals)            /* by key */                                                  \
+  LIST (scratch, std::int32_t, in_place)          /* by place: totals of its keys. Where that is zero, nothing  \
+                                                     else is read */                                            \
+  LIST (scratch, std::int32_t, first_lane)        /* by key, and where the last one ends */                     \
+  LIST (scratch, std::int32_t, overflow)          /* edges of place 0, level by level in the order of kinds */  \
+  LIST (scratch, std::int32_t, level_ends)        /* in `overflow`, by level */                                 \
+  VALUE(scratch, std::int32_t, overflow_lanes, 0)
+// clang-format on
+SCREE_STORE(KeyTable, SCREE_KEY_TABLE_MEMBERS)
 
 // What joints of one block have in common, and its number.
 struct JointKind {
@@ -94,51 +97,52 @@ struct JointKindSet {
   std::uint64_t bits[(kJointBlockKinds + 63) / 64];
 };
 
-struct Constraints : Part {
-  Column<Edge> edges;  // scratch; color_constraints; by place in the touching list, then in that of joints
-  bool is_colored = false;         // scratch; color_constraints: `edges` hold a whole coloring
-  Column<BodyColors> body_colors;  // scratch; color_constraints; by body
-  // scratch; color_constraints; by body; joints with others that can be pushed
-  Column<std::int32_t> joint_count;
-  Column<std::int32_t> uncolored;        // scratch; color_constraints; edges that need a color
-  Column<std::int32_t> part_counts;      // scratch; color_constraints; of them, by part of the edges
-  Column<BoundsRow> cell_bounds;         // scratch; color_by_cells; of the bodies, by part of the awake ones
-  Column<std::int32_t> cells;            // scratch; color_by_cells; by place in `uncolored`
-  Column<std::int32_t> cell_rows;        // scratch; color_by_cells; `uncolored`, sorted by cell
-  Column<std::int32_t> cell_begins;      // scratch; color_by_cells; first place in `cell_rows` by cell
-  Column<std::int32_t> histogram;        // scratch; color_by_cells; by part and key
-  Column<std::uint16_t> keys;            // scratch; pack_blocks; by edge
-  Column<std::int32_t> overflow_begins;  // scratch; pack_blocks; first place in `overflow_edges` by kind
-  Column<std::int32_t> overflow_edges;   // scratch; pack_blocks; edges without a color, kind by kind
-  Column<std::int32_t> overflow_levels;  // scratch; pack_blocks; theirs
-  KeyTable contact_keys;                 // scratch; pack_blocks
-  KeyTable joint_keys;                   // scratch; pack_blocks
-  Column<std::int32_t> joint_rows;       // scratch; pack_blocks; joints in lane order
-  Column<simd::ConstraintChunk> joint_chunks;    // scratch; pack_blocks
-  Column<JointKindSet> joint_kinds;              // scratch; pack_blocks; that occur, by part of the joints
-  Column<std::int32_t> breaking_chunks;          // scratch; break_joints; of joint_chunks
-  Column<std::int32_t> contact_rows;             // scratch; pack_blocks; rows of contacts in lane order
-  Column<std::int32_t> hub_counts;               // scratch; pack_blocks; by hub
-  Column<std::int32_t> hub_rows;                 // scratch; pack_blocks; rows of one hub color, sorted by hub
-  Column<char> blocks;                           // scratch; prepare and the sweeps
-  Column<simd::ConstraintChunk> contact_chunks;  // scratch; pack_blocks
-  Column<ColorStage> stages;       // scratch; pack_blocks; in the order in which they are solved
-  Column<float> parts_a, parts_b;  // scratch; solve; of joints; JointArgs::parts_a
-  Column<std::uint8_t> shared;     // scratch; solve; JointArgs::shared
-  Column<float> residual;          // scratch; solve; m/s by chunk
-  Column<float> impulse_sum;       // scratch; solve; N s by lane, if events are asked for
-  Column<std::uint8_t> rebounded;  // scratch; solve; by chunk, whether any contact did
-  Column<float> force_sum;         // scratch; solve; by lane, if forces are asked for
-  Column<float> depth;             // scratch; store_impulses; m by lane, on request
-  Column<float> depths;            // scratch; store_impulses; m, of overlapping manifolds, for the ranking
-  Column<std::int32_t> moving_bodies;  // scratch; solve; awake dynamic bodies, then kinematic ones
-  Column<float> kinetic_energy;        // scratch; finish_step; J by place in `moving_bodies`
-  Column<std::uint8_t> non_finite;     // scratch; finish_step; by place in `moving_bodies`
-  Column<FinishSum> finish_sums;       // scratch; finish_step; by chunk of `moving_bodies`
-
-  void report(const Visit& visit) const override;
-  void forget() noexcept override { is_colored = false; }
-};
+// clang-format off
+#define SCREE_CONSTRAINT_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                               \
+  LIST (scratch, Edge,         edges)           /* color_constraints; by place in the touching list, then in    \
+                                                   that of joints */                                            \
+  VALUE(scratch, bool,         is_colored, false) /* color_constraints: `edges` hold a whole coloring */        \
+  LIST (scratch, BodyColors,   body_colors)     /* color_constraints; by body */                                \
+  LIST (scratch, std::int32_t, joint_count)     /* color_constraints; by body; joints with others that can be   \
+                                                   pushed */                                                    \
+  LIST (scratch, std::int32_t, uncolored)       /* color_constraints; edges that need a color */                \
+  LIST (scratch, std::int32_t, part_counts)     /* color_constraints; of them, by part of the edges */          \
+  LIST (scratch, BoundsRow,    cell_bounds)     /* color_by_cells; of the bodies, by part of the awake ones */  \
+  LIST (scratch, std::int32_t, cells)           /* color_by_cells; by place in `uncolored` */                   \
+  LIST (scratch, std::int32_t, cell_rows)       /* color_by_cells; `uncolored`, sorted by cell */               \
+  LIST (scratch, std::int32_t, cell_begins)     /* color_by_cells; first place in `cell_rows` by cell */        \
+  LIST (scratch, std::int32_t, histogram)       /* color_by_cells; by part and key */                           \
+  LIST (scratch, std::uint16_t, keys)           /* pack_blocks; by edge */                                      \
+  LIST (scratch, std::int32_t, overflow_begins) /* pack_blocks; first place in `overflow_edges` by kind */      \
+  LIST (scratch, std::int32_t, overflow_edges)  /* pack_blocks; edges without a color, kind by kind */          \
+  LIST (scratch, std::int32_t, overflow_levels) /* pack_blocks; theirs */                                       \
+  TABLE(scratch, KeyTable,     contact_keys, "constraints.contact_keys") /* pack_blocks */                      \
+  TABLE(scratch, KeyTable,     joint_keys, "constraints.joint_keys") /* pack_blocks */                          \
+  LIST (scratch, std::int32_t, joint_rows)      /* pack_blocks; joints in lane order */                         \
+  LIST (scratch, simd::ConstraintChunk, joint_chunks) /* pack_blocks */                                         \
+  LIST (scratch, JointKindSet, joint_kinds)     /* pack_blocks; that occur, by part of the joints */            \
+  LIST (scratch, std::int32_t, breaking_chunks) /* break_joints; of joint_chunks */                             \
+  LIST (scratch, std::int32_t, contact_rows)    /* pack_blocks; rows of contacts in lane order */               \
+  LIST (scratch, std::int32_t, hub_counts)      /* pack_blocks; by hub */                                       \
+  LIST (scratch, std::int32_t, hub_rows)        /* pack_blocks; rows of one hub color, sorted by hub */         \
+  LIST (scratch, char,         blocks)          /* prepare and the sweeps */                                    \
+  LIST (scratch, simd::ConstraintChunk, contact_chunks) /* pack_blocks */                                       \
+  LIST (scratch, ColorStage,   stages)          /* pack_blocks; in the order in which they are solved */        \
+  LIST (scratch, float,        parts_a)         /* solve; of joints; JointArgs::parts_a */                      \
+  LIST (scratch, float,        parts_b)         /* solve; of joints; JointArgs::parts_b */                      \
+  LIST (scratch, std::uint8_t, shared)          /* solve; JointArgs::shared */                                  \
+  LIST (scratch, float,        residual)        /* solve; m/s by chunk */                                       \
+  LIST (scratch, float,        impulse_sum)     /* solve; N s by lane, if events are asked for */               \
+  LIST (scratch, std::uint8_t, rebounded)       /* solve; by chunk, whether any contact did */                  \
+  LIST (scratch, float,        force_sum)       /* solve; by lane, if forces are asked for */                   \
+  LIST (scratch, float,        depth)           /* store_impulses; m by lane, on request */                     \
+  LIST (scratch, float,        depths)          /* store_impulses; m, of overlapping manifolds, for the ranking */ \
+  LIST (scratch, std::int32_t, moving_bodies)   /* solve; awake dynamic bodies, then kinematic ones */          \
+  LIST (scratch, float,        kinetic_energy)  /* finish_step; J by place in `moving_bodies` */                \
+  LIST (scratch, std::uint8_t, non_finite)      /* finish_step; by place in `moving_bodies` */                  \
+  LIST (scratch, FinishSum,    finish_sums)     /* finish_step; by chunk of `moving_bodies` */
+// clang-format on
+SCREE_PART(Constraints, SCREE_CONSTRAINT_MEMBERS)
 
 Constraints& constraints_of(WorldData& data);
 

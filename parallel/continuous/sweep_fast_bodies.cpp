@@ -317,7 +317,7 @@ Meeting first_meeting_of(const WorldData& data, const BroadPhase& broad_phase, s
     for (int i = 0; i < std::min(balls.count, most); ++i) {
       const Vec3 arm = arm_of(data, body, row, balls.ball[i].center);
       const Sweep sweep = sweep_of(pose, shape, arm, balls.ball[i].radius, stretch);
-      for (const PairTree& tree : broad_phase.obstacle_trees()) {
+      for (const PairTree& tree : obstacle_trees(broad_phase)) {
         if (tree.levels == 0) continue;
         first = earlier(first, first_meeting(data, tree, sweep, tree.levels - 1, 0));
       }
@@ -420,7 +420,7 @@ bool sweep_body(WorldData& data, const BroadPhase& broad_phase, std::size_t body
     return false;  // finish_step restores it
   const Vec3 start = to_vec3(data.bodies.pose[body].position);
   const Swept box(start, start + to_vec3(delta.position), data.bodies.core[body].size);
-  const auto trees = broad_phase.obstacle_trees();
+  const auto trees = obstacle_trees(broad_phase);
   if (std::none_of(trees.begin(), trees.end(), [&](const PairTree& tree) {
         return tree.levels > 0 && is_near(tree, box, tree.levels - 1, 0);
       })) {

@@ -256,7 +256,7 @@ void move_touching(WorldData& data, const Column<std::int32_t>& rows) {
 void list_contact_events(WorldData& data, float dt, Crew& crew) {
   Events& events = data.events;
   if (!asks_for_events(data)) {
-    if (!events.resting.empty()) data.contacts.resting_marks.pages.clear();  // as if never saved
+    if (!events.resting.empty()) data.contacts.resting_marks.clear();  // as if never saved
     events.resting.clear();
     events.asked_of.clear();
     events.asked_of_all = false;  // so no events of resting pairs are asked for

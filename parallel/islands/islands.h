@@ -6,27 +6,24 @@
 
 namespace scree {
 
-struct Islands : Part {
-  Column<std::int32_t> parent;  // scratch; put_islands_to_sleep; by body: towards the island's smallest body
-  Column<std::uint8_t>
-      tired;  // scratch; put_islands_to_sleep; by body: may fall asleep; zero between the steps
-  Column<std::uint8_t> kept_awake;  // scratch; put_islands_to_sleep; by root: a body that moves touches it
-  Column<std::int32_t> candidates;  // scratch; both; bodies that may fall asleep, or that wake, ascending
-  Column<std::int32_t>
-      waking_contacts;  // scratch; wake_touched_islands; contacts of an awake and a sleeping body
-  Column<std::int32_t>
-      waking_joints;  // scratch; wake_touched_islands; joints of an awake and a sleeping body
-  Column<std::int32_t> fallen_asleep;  // scratch; put_islands_to_sleep; bodies of this step, ascending
-  Column<std::uint8_t> reached;        // scratch; wake_touched_islands; by body; zero between the steps
-  Column<std::int32_t> remaining;      // scratch; both; contacts that still take part
-  Column<std::int32_t>
-      fixed_ends;  // scratch; refresh_joints; of the active joints, a body as often as it has some
-  std::int64_t joints_judged = 0;  // derived; refresh_joints; joints that this step examined
-  Column<std::int32_t> places;     // scratch; all of this folder; by chunk: where its part begins
-
-  void report(const Visit& visit) const override;
-  void forget() noexcept override;
-};
+// clang-format off
+#define SCREE_ISLAND_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                   \
+  LIST (scratch, std::int32_t, parent)        /* put_islands_to_sleep; by body: towards the island's smallest body */ \
+  LIST (scratch, std::uint8_t, tired)         /* put_islands_to_sleep; by body: may fall asleep; zero between the \
+                                                 steps */                                                       \
+  LIST (scratch, std::uint8_t, kept_awake)    /* put_islands_to_sleep; by root: a body that moves touches it */ \
+  LIST (scratch, std::int32_t, candidates)    /* both; bodies that may fall asleep, or that wake, ascending */  \
+  LIST (scratch, std::int32_t, waking_contacts) /* wake_touched_islands; contacts of an awake and a sleeping body */ \
+  LIST (scratch, std::int32_t, waking_joints) /* wake_touched_islands; joints of an awake and a sleeping body */ \
+  LIST (scratch, std::int32_t, fallen_asleep) /* put_islands_to_sleep; bodies of this step, ascending */        \
+  LIST (scratch, std::uint8_t, reached)       /* wake_touched_islands; by body; zero between the steps */       \
+  LIST (scratch, std::int32_t, remaining)     /* both; contacts that still take part */                         \
+  LIST (scratch, std::int32_t, fixed_ends)    /* refresh_joints; of the active joints, a body as often as it has \
+                                                 some */                                                        \
+  VALUE(derived, std::int64_t, joints_judged, 0) /* refresh_joints; joints that this step examined */           \
+  LIST (scratch, std::int32_t, places)        /* all of this folder; by chunk: where its part begins */
+// clang-format on
+SCREE_PART(Islands, SCREE_ISLAND_MEMBERS)
 
 Islands& islands_of(WorldData& data);
 

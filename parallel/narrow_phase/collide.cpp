@@ -103,12 +103,12 @@ std::size_t group_of(const Contacts& contacts, std::size_t row, int type) {
 
 void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
   const int rows = static_cast<int>(data.contacts.pairs.pair.size());
-  const int chunks = (rows + NarrowPhase::kPairChunk - 1) / NarrowPhase::kPairChunk;
+  const int chunks = (rows + kPairChunk - 1) / kPairChunk;
   phase.kind.resize_discarding(static_cast<std::size_t>(rows));
   phase.chunk_counts.resize_discarding(static_cast<std::size_t>(chunks));
   phase.outcomes.resize_discarding(static_cast<std::size_t>(chunks));
-  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
-    NarrowPhase::Counts counts{};
+  crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
+    GroupCounts counts{};
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
       const std::uint8_t type = classify(data, row);
@@ -116,26 +116,26 @@ void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
       if (type < simd::kCollideTypes) ++counts[group_of(data.contacts, row, type)];
       if (type == kNever) clear_pair(data.contacts, row);
     }
-    phase.chunk_counts[begin / NarrowPhase::kPairChunk] = counts;
+    phase.chunk_counts[begin / kPairChunk] = counts;
   });
   // Counts become places: by group, then by chunk.
   std::int32_t place = 0;
-  for (std::size_t group = 0; group < NarrowPhase::kGroups; ++group) {
+  for (std::size_t group = 0; group < kPairGroups; ++group) {
     phase.group_begin[group] = place;
-    for (NarrowPhase::Counts& counts : phase.chunk_counts) {
+    for (GroupCounts& counts : phase.chunk_counts) {
       const std::int32_t count = counts[group];
       counts[group] = place;
       place += count;
     }
   }
-  phase.group_begin[NarrowPhase::kGroups] = place;
+  phase.group_begin[kPairGroups] = place;
   phase.order.resize_discarding(static_cast<std::size_t>(place));
 }
 
 void sort_by_group(const WorldData& data, NarrowPhase& phase, Crew& crew) {
   const int rows = static_cast<int>(data.contacts.pairs.pair.size());
-  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
-    NarrowPhase::Counts place = phase.chunk_counts[begin / NarrowPhase::kPairChunk];
+  crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
+    GroupCounts place = phase.chunk_counts[begin / kPairChunk];
     for (int i = begin; i < end; ++i) {
       const std::size_t row = static_cast<std::size_t>(i);
       const int type = phase.kind[row];
@@ -265,8 +265,8 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
   const TypeChunks chunks(phase, simd::kCollideTypes);
   double share = 0.0;  // of the pairs so far that touch; of no consequence but how memory grows
   std::size_t collided = 0, touching = 0;
-  for (int round = 0; round < chunks.count(); round += NarrowPhase::kRoundChunks) {
-    const int round_end = std::min(round + NarrowPhase::kRoundChunks, chunks.count());
+  for (int round = 0; round < chunks.count(); round += kRoundChunks) {
+    const int round_end = std::min(round + kRoundChunks, chunks.count());
     const int first = chunks.begin(round);
     const auto size = static_cast<std::size_t>(chunks.begin(round_end) - first);
     const double left = static_cast<double>(chunks.begin(chunks.count()) - first) - static_cast<double>(size);
@@ -329,18 +329,18 @@ void judge_contacts(const Contacts& contacts, const NarrowPhase& phase, int begi
 void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const int rows = static_cast<int>(contacts.pairs.pair.size());
-  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
-    NarrowPhase::Outcome outcome{};
+  crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
+    PairOutcome outcome{};
     judge_contacts(
         contacts, phase, begin, end, [&](std::int32_t) { ++outcome.touching; }, [&] { ++outcome.resting; },
         [&](std::size_t) { ++outcome.lost; });
-    phase.outcomes[begin / NarrowPhase::kPairChunk] = outcome;
+    phase.outcomes[begin / kPairChunk] = outcome;
   });
-  NarrowPhase::Outcome all{};
+  PairOutcome all{};
   const auto place = [](std::int32_t& count, std::int32_t& sum) { sum += std::exchange(count, sum); };
   const std::size_t free = contacts.free_rows.size();
   all.lost = static_cast<std::int32_t>(free);
-  for (NarrowPhase::Outcome& outcome : phase.outcomes) {
+  for (PairOutcome& outcome : phase.outcomes) {
     place(outcome.touching, all.touching);
     place(outcome.lost, all.lost);
     all.resting += outcome.resting;
@@ -348,8 +348,8 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   contacts.touching.resize_discarding(static_cast<std::size_t>(all.touching));
   contacts.free_rows.resize_for_overwrite(static_cast<std::size_t>(all.lost));
   data.stats.contacts = std::int64_t{all.touching} + all.resting + contacts.resting_contacts;
-  crew.run_ranges(rows, NarrowPhase::kPairChunk, [&](int begin, int end, int) {
-    NarrowPhase::Outcome to = phase.outcomes[begin / NarrowPhase::kPairChunk];
+  crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
+    PairOutcome to = phase.outcomes[begin / kPairChunk];
     judge_contacts(
         contacts, phase, begin, end,
         [&](std::int32_t contact) { contacts.touching[to.touching++] = contact; }, [] {},
@@ -361,18 +361,6 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
 }
 
 }  // namespace
-
-void NarrowPhase::report(const Visit& visit) const {
-  const auto column = [&](const char* name, const auto& rows) {
-    visit(ColumnKind::scratch, name, rows.data(), rows.size() * sizeof(rows[0]), rows.capacity_bytes());
-  };
-  column("narrow_phase.kind", kind);
-  column("narrow_phase.chunk_counts", chunk_counts);
-  column("narrow_phase.outcomes", outcomes);
-  column("narrow_phase.order", order);
-  column("narrow_phase.unused", unused);
-  column("narrow_phase.places", places);
-}
 
 void collide(WorldData& data, Crew& crew) {
   if (!data.narrow_phase) data.narrow_phase = std::make_unique<NarrowPhase>();

@@ -11,29 +11,31 @@
 
 namespace scree {
 
-struct NarrowPhase : Part {
-  // Pairs handled by one chunk of the passes over pairs.
-  static constexpr int kPairChunk = 1024;
-  // Chunks of pairs that are no contacts in one round: their rows, 2 MB of manifolds, stay in the caches.
-  static constexpr int kRoundChunks = 64;
-  // Groups: the collide types of pairs that are contacts, then those of pairs that are not.
-  static constexpr std::size_t kGroups = 2 * simd::kCollideTypes;
-  using Counts = std::array<std::int32_t, kGroups>;
-  struct Outcome {          // of one chunk of pairs
-    std::int32_t touching;  // contacts of an awake dynamic body, then where they go
-    std::int32_t resting;   // other contacts
-    std::int32_t lost;      // contacts that are no more, then where they go
-  };
+// Pairs handled by one chunk of the passes over pairs.
+inline constexpr int kPairChunk = 1024;
+// Chunks of pairs that are no contacts in one round: their rows, 2 MB of manifolds, stay in the caches.
+inline constexpr int kRoundChunks = 64;
+// Groups: the collide types of pairs that are contacts, then those of pairs that are not.
+inline constexpr std::size_t kPairGroups = 2 * simd::kCollideTypes;
+using GroupCounts = std::array<std::int32_t, kPairGroups>;
+using GroupBegins = std::array<std::int32_t, kPairGroups + 1>;
 
-  Column<std::uint8_t> kind;    // scratch; per pair: collide type, kSkipped or kNever
-  Column<Counts> chunk_counts;  // scratch; per chunk of pairs: how many of each group, then where they go
-  Column<Outcome> outcomes;     // scratch; per chunk of pairs
-  Column<std::int32_t> order;   // scratch; the pairs by group, ascending
-  Column<std::int32_t> unused;  // scratch; rows that a round took in vain
-  Column<std::int32_t> places;  // scratch; of list_where
-  std::array<std::int32_t, kGroups + 1> group_begin{};  // first pair of each group in `order`
-
-  void report(const Visit& visit) const override;
+struct PairOutcome {      // of one chunk of pairs
+  std::int32_t touching;  // contacts of an awake dynamic body, then where they go
+  std::int32_t resting;   // other contacts
+  std::int32_t lost;      // contacts that are no more, then where they go
 };
+
+// clang-format off
+#define SCREE_NARROW_PHASE_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                             \
+  LIST (scratch, std::uint8_t, kind)            /* per pair: collide type, kSkipped or kNever */                \
+  LIST (scratch, GroupCounts,  chunk_counts)    /* per chunk of pairs: how many of each group, then where they go */ \
+  LIST (scratch, PairOutcome,  outcomes)        /* per chunk of pairs */                                        \
+  LIST (scratch, std::int32_t, order)           /* the pairs by group, ascending */                             \
+  LIST (scratch, std::int32_t, unused)          /* rows that a round took in vain */                            \
+  LIST (scratch, std::int32_t, places)          /* of list_where */                                             \
+  VALUE(scratch, GroupBegins,  group_begin, {}) /* first pair of each group in `order` */
+// clang-format on
+SCREE_PART(NarrowPhase, SCREE_NARROW_PHASE_MEMBERS)
 
 }  // namespace scree

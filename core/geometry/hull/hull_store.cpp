@@ -115,10 +115,10 @@ ExtentRow extent_of(const HullSolid& solid) {
   return extent;
 }
 
-std::size_t hull_bytes(const Hulls& hulls) {
-  std::size_t bytes = hulls.shared.capacity() * sizeof(SharedHull);
+std::size_t hull_bytes(const SharedHulls& hulls) {
+  std::size_t bytes = hulls.capacity() * sizeof(SharedHull);
   std::vector<const HullSolid*> solids;  // each once, however many slots are scaled from it
-  for (const SharedHull& shared : hulls.shared) {
+  for (const SharedHull& shared : hulls) {
     if (shared.solid == nullptr) continue;
     solids.push_back(shared.solid.get());
     solids.push_back(HullAccess::solid(shared.geometry.hull).get());

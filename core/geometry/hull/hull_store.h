@@ -21,6 +21,6 @@ void undo_hull(Hulls& hulls, std::int32_t slot, std::size_t old_slots);
 // Hash of hull and scale, never 0.
 std::uint64_t hull_content(const ConvexHull& geometry);
 ExtentRow extent_of(const HullSolid& solid);
-std::size_t hull_bytes(const Hulls& hulls);  // of the geometry that the slots share
+std::size_t hull_bytes(const SharedHulls& hulls);  // of the geometry that the slots share
 
 }  // namespace scree

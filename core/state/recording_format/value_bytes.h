@@ -223,13 +223,8 @@ void fields(Of<MouseJoint> auto& mouse, auto&& visit) {
   visit(mouse.max_force);
 }
 void fields(Of<SavedWorld> auto& world, auto&& visit) {
-  visit(world.settings);
-  visit(world.step_count);
-  visit(world.last_dt);
-  visit(world.last_substep);
-  visit(world.wake_requested);
-  visit(world.manifolds_stale);
-  visit(world.pairs_stale);
+  SavedWorld::visit_members(world, TablePlace{"world"},
+                            [&visit](const Member&, auto& value) { visit(value); });
 }
 
 // --- writing ---

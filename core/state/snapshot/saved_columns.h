@@ -1,26 +1,18 @@
-// Which columns of the state table snapshots hold, for those who save, load, write and read them.
+// Which columns of the state table snapshots hold, for those who save, load, write and read them: those that
+// have a sheet.
 #pragma once
 
 #include <core/world/state_table.h>
 
-#include <string_view>
 #include <type_traits>
 
 namespace scree {
 
-// What is derived, but takes longer to make than to copy.
-inline bool is_kept(std::string_view store, std::string_view name) {
-  return store == "bodies" && name == "core";
-}
-
-// Calls visit(store, name, column) for the columns that a snapshot holds, in the order of the table.
+// Calls visit(Member, column) for the columns that a snapshot holds, in the order of the table.
 template <class Visit>
 void for_each_saved_column(WorldData& data, Visit&& visit) {
-  for_each_column(data, [&visit](ColumnKind kind, const char* store, const char* name, auto& column) {
-    using Row = std::remove_reference_t<decltype(column[0])>;
-    static_assert(std::is_trivially_copyable_v<Row>);
-    if (kind == ColumnKind::state || (kind == ColumnKind::derived && is_kept(store, name)))
-      visit(store, name, column);
+  for_each_column_member(data, [&visit](const Member& member, auto& column) {
+    if (member.sheet != SheetId::none) visit(member, column);
   });
 }
 

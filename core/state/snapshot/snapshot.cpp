@@ -4,6 +4,7 @@
 #include <core/world/edit.h>
 #include <core/world/fp_environment.h>
 #include <core/world/resting_pairs.h>
+#include <core/world/state_table.h>
 
 #include <algorithm>
 #include <atomic>
@@ -33,9 +34,10 @@ struct HullIndex {
   }
 };
 
+// What follows makes what is derived of rows, and counts. Lists and values that are not state have been
+// forgotten.
+
 void derive_bodies(Bodies& bodies) {
-  bodies.alive = 0;
-  bodies.asleep = 0;
   for (std::size_t row = 0; row < bodies.flags.size(); ++row) {
     bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
     bodies.is_changed[row] = 0;
@@ -43,22 +45,12 @@ void derive_bodies(Bodies& bodies) {
     bodies.asleep += (bodies.flags[row] & kBodyAsleep) != 0 ? 1 : 0;
   }
   std::fill(bodies.unplaced.begin(), bodies.unplaced.end(), std::uint8_t{0});
-  bodies.to_place.clear();
-  bodies.moments.clear();
-  bodies.awake.clear();
-  bodies.kinematic.clear();
-  bodies.changed.clear();
-  bodies.lists_dirty = bodies.all_changed = true;
   bodies.waking_made.forget();
 }
 
 void derive_shapes(WorldData& data) {
   Shapes& shapes = data.shapes;
-  shapes.alive = 0;
-  shapes.asking = 0;
   for (std::int32_t& before : shapes.previous) before = -1;
-  shapes.wakers.clear();
-  shapes.changed.clear();
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
     shapes.is_changed[row] = 0;
     if ((shapes.flags[row] & kShapeWakes) != 0) shapes.wakers.push_back(static_cast<std::int32_t>(row));
@@ -69,8 +61,6 @@ void derive_shapes(WorldData& data) {
     if (shapes.events[row] != ContactEvents::none) ++shapes.asking;
     place_shape_in_body(data, static_cast<std::int32_t>(row));
   }
-  shapes.moving.clear();
-  shapes.trees_changed = true;
 }
 
 // The contacts of a list learn their pairs. Returns how many there are.
@@ -90,17 +80,13 @@ void derive_contacts(WorldData& data) {
   link_resting(data);
   name_pairs(contacts.pairs, contacts.now);
   contacts.resting_contacts = name_pairs(contacts.resting, contacts.now);
-  contacts.pairs_before.resize(0);
-  contacts.last_place.clear();
-  contacts.touching.clear();
-  contacts.list_kept = false;
   contacts.by_shape_made.forget();
+  contacts.resting_order_made.forget();
 }
 
 // The links back, the frames and who is told nothing.
 void derive_joints(WorldData& data) {
   Joints& joints = data.joints;
-  joints.alive = 0;
   for (std::size_t row = 0; row < joints.flags.size(); ++row) {
     joints.previous[row] = {-1, -1};
     joints.reaction[row] = {};
@@ -112,31 +98,11 @@ void derive_joints(WorldData& data) {
     place_joint(data, static_cast<std::int32_t>(row));
     link_back(data, static_cast<std::int32_t>(row));
   }
-  joints.active.clear();
-  joints.changed.clear();
-  joints.all_changed = true;
 }
 
 void derive_events(Events& events) {
-  events.before.clear();
   events.resting_touches = std::count_if(events.resting.begin(), events.resting.end(),
                                          [](const TouchRow& row) { return row.events != 0; });
-  events.asked_of.clear();
-  events.asked_of_all = true;
-  clear_told(events);
-}
-
-// What a world is besides its columns and its hulls.
-void load_world(const SavedWorld& saved, WorldData& data) {
-  data.settings = saved.settings;
-  data.step_count = saved.step_count;
-  data.last_dt = saved.last_dt;
-  data.last_substep = saved.last_substep;
-  data.shapes.wake_requested = saved.wake_requested;
-  data.contacts.manifolds_stale = saved.manifolds_stale;
-  data.contacts.pairs_stale = saved.pairs_stale;
-  data.stats = {};
-  data.stats.step = saved.step_count;
 }
 
 }  // namespace
@@ -179,13 +145,7 @@ SnapshotData::~SnapshotData() {
 void save_world(const WorldData& data, SnapshotData& snapshot, bool remember) {
   snapshot.is_full = false;
   snapshot.handle_tag = data.handle_tag;
-  snapshot.world = {data.settings,
-                    data.step_count,
-                    data.last_dt,
-                    data.last_substep,
-                    data.shapes.wake_requested,
-                    data.contacts.manifolds_stale,
-                    data.contacts.pairs_stale};
+  data.save_values(snapshot.world);
   try {
     if (!same_hulls(snapshot.hulls, data.hulls.shared)) snapshot.hulls = data.hulls.shared;
     save_sheets(const_cast<WorldData&>(data), snapshot, remember);  // of which it writes the marks only
@@ -224,9 +184,12 @@ void restore(World& world, const Snapshot& snapshot) {
   }
   // Nothing can fail from here on.
   const FpEnvironment environment;
+  const std::uint32_t own_tag = data.handle_tag;
+  data.forget(ColumnKind::state);
+  data.handle_tag = from.handle_tag != 0 ? from.handle_tag : own_tag;
   load_sheets(sheets, data);
-  load_world(from.world, data);
-  if (from.handle_tag != 0) data.handle_tag = from.handle_tag;
+  data.load_values(from.world);
+  data.stats.step = data.step_count;
   for (std::size_t slot = 0; slot < data.hulls.shared.size(); ++slot) {
     const SharedHull& shared = data.hulls.shared[slot];
     data.hulls.data[slot] = shared.solid != nullptr ? shared.solid->columns.data : nullptr;
@@ -236,10 +199,7 @@ void restore(World& world, const Snapshot& snapshot) {
   derive_contacts(data);
   derive_joints(data);
   derive_events(data.events);
-  for (Part* part :
-       {data.broad_phase.get(), data.narrow_phase.get(), data.constraints.get(), data.islands.get()}) {
-    if (part != nullptr) part->forget();
-  }
+  for_each_part(data, [](const char*, Part& part) { part.forget(); });
   remember_saved(data, from);
   if (data.recording.sink != nullptr) data.recording.sink->restored(data);
 }

@@ -17,15 +17,7 @@
 namespace scree {
 
 // The state that stands in no column.
-struct SavedWorld {
-  WorldSettings settings;
-  std::uint64_t step_count = 0;
-  float last_dt = 0.0f;
-  float last_substep = 0.0f;
-  bool wake_requested = false;
-  bool manifolds_stale = false;
-  bool pairs_stale = false;
-};
+using SavedWorld = WorldData::Values;
 
 struct SnapshotData {
   bool is_full = false;          // holds a world

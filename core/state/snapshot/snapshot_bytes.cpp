@@ -5,6 +5,7 @@
 #include <core/state/snapshot/snapshot_check.h>
 #include <core/state/snapshot/snapshot_columns.h>
 #include <core/state/snapshot/snapshot_hulls.h>
+#include <core/state/snapshot/snapshot_refusal.h>
 #include <core/world/check.h>
 #include <core/world/fp_environment.h>
 #include <xxhash.h>
@@ -96,8 +97,7 @@ void read_world(ByteReader& reader, SavedWorld& world) {
   try {
     constexpr Call call{"read_snapshot"};
     check_settings(call, world.settings);
-    check_range(call, "last time step", world.last_dt, 0.0f, 1.0f);
-    check_range(call, "last substep", world.last_substep, 0.0f, 1.0f);
+    check_values(call, world);
   } catch (const Error& error) {
     refuse_bytes(at, error.what());
   }

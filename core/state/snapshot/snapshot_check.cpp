@@ -3,6 +3,16 @@
 // What is alive must be what calls can make: values within the limits of check.h, indices of what is there,
 // lists without repetitions. The dead need only name rows that exist. Numbers of contacts are not checked:
 // where a body's state becomes non-finite its contacts' impulses do, too, and a step copes with that.
+//
+// The state table has a rule for most columns (snapshot_rules.cpp). What stands here is what no rule of one
+// column can tell:
+//   bodies    the world's own rows; flags by type; motion by locks and joints; local_mass by type; core
+//   shapes    body, which lives; flags; hull, extent, given_pose and pose by type; material; tree by body
+//   hulls     content and shapes
+//   pairs     that they ascend, stand in one list only, and have their contacts to themselves; manifolds
+//   joints    what create_joint checks (snapshot_check_joints.cpp)
+//   events    by pair
+//   lists     of a body's shapes and joints; of free slots and dirty shapes, which must be complete
 #include <core/geometry/balls.h>
 #include <core/geometry/hull/hull_build.h>
 #include <core/geometry/hull/hull_store.h>
@@ -25,77 +35,22 @@ namespace scree {
 
 namespace {
 
-constexpr std::size_t kMostRows = std::numeric_limits<std::int32_t>::max();
-
-template <class Row>
-bool is_finite_row(const Row& row) {
-  float numbers[sizeof(Row) / sizeof(float)];
-  static_assert(sizeof numbers == sizeof(Row));
-  std::memcpy(numbers, &row, sizeof numbers);
-  return std::all_of(std::begin(numbers), std::end(numbers), [](float x) { return std::isfinite(x); });
-}
-
 template <class Row>
 bool is_zero_row(const Row& row) {
   const Row zero{};
   return std::memcmp(&row, &zero, sizeof(Row)) == 0;
 }
 
-bool is_placed(const PoseRow& pose) { return is_finite_row(pose) && is_unit(to_quat(pose.rotation)); }
-
 bool within(float x, float low, float high) { return x >= low && x <= high; }
 
-// Each column of a store has as many rows as the others, and no list more than what it lists from.
-void check_counts(const PackedColumns& packed, std::size_t hulls, const SavedColumns& saved,
-                  const Refusal& refusal) {
-  struct Rule {
-    const char* store;
-    const char* name;  // null: all others of the store
-    std::size_t least, most;
-  };
-  const auto rows_of = [&](const char* store, const char* name) { return saved.find(store, name).rows; };
-  const std::size_t bodies = rows_of("bodies", "flags"), shapes = rows_of("shapes", "flags");
-  const std::size_t pairs = rows_of("contacts.pairs", "pair");
-  const std::size_t rows = rows_of("contacts.now", "points"), contacts = packed.contacts.size();
-  const std::size_t axes = rows_of("contacts.pairs", "axis") == 0 ? 0 : pairs;
-  const std::size_t resting = rows_of("contacts.resting", "pair"), joints = rows_of("joints", "flags");
-  const std::size_t resting_axes = rows_of("contacts.resting", "axis") == 0 ? 0 : resting;
-  const std::size_t forces = rows_of("contacts", "forces") == 0 ? 0 : rows;
-  const std::size_t resting_events = rows_of("events", "resting") == 0 ? 0 : resting;
-  const Rule rules[] = {{"bodies", "flags", at(kFirstBody), kMostRows},
-                        {"bodies", "free_slots", 0, bodies},
-                        {"bodies", nullptr, bodies, bodies},
-                        {"shapes", "flags", 0, kMostRows},
-                        {"shapes", "free_slots", 0, shapes},
-                        {"shapes", "dirty", 0, shapes},
-                        {"shapes", nullptr, shapes, shapes},
-                        {"hulls", "free_slots", 0, hulls},
-                        {"hulls", nullptr, hulls, hulls},
-                        {"contacts.pairs", "pair", 0, kMostRows},
-                        {"contacts.pairs", "axis", axes, axes},
-                        {"contacts.pairs", nullptr, pairs, pairs},
-                        {"contacts.resting", "pair", 0, kMostRows - std::min(pairs, kMostRows)},
-                        {"contacts.resting", "axis", resting_axes, resting_axes},
-                        {"contacts.resting", nullptr, resting, resting},
-                        {"contacts.now", "points", 0, kMostRows},
-                        {"contacts.now", nullptr, contacts, contacts},
-                        {"contacts", "free_rows", 0, rows},
-                        {"contacts", "forces", forces, forces},
-                        {"joints", "flags", 0, kMostRows},
-                        {"joints", "free_slots", 0, joints},
-                        {"joints", nullptr, joints, joints},
-                        {"events", "lost", 0, kMostRows},
-                        {"events", "woken", 0, bodies},
-                        {"events", "touching", 0, kMostRows},
-                        {"events", "resting", resting_events, resting_events}};
-  for (std::size_t i = 0; i < saved.count; ++i) {
-    const SavedColumn& column = saved.column[i];
-    const auto* rule = std::find_if(std::begin(rules), std::end(rules), [&](const Rule& r) {
-      return column.store == r.store && (r.name == nullptr || column.name == r.name);
-    });
-    const bool fits = rule != std::end(rules) && column.rows >= rule->least && column.rows <= rule->most;
-    refusal.require(fits, column.store.data(), column.name.data(), 0, "wrong number of rows");
-  }
+// The world's own rows are there, and both lists of pairs together can be numbered.
+void check_least_counts(const SavedColumns& saved, const Refusal& refusal) {
+  constexpr std::size_t kMostRows = std::numeric_limits<std::int32_t>::max();
+  refusal.require(saved.find("bodies", "flags").rows >= at(kFirstBody), "bodies", "flags", 0,
+                  "wrong number of rows");
+  const std::size_t pairs = saved.find("contacts.pairs", "pair").rows;
+  refusal.require(saved.find("contacts.resting", "pair").rows <= kMostRows - pairs, "contacts.resting",
+                  "pair", 0, "wrong number of rows");
 }
 
 void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& refusal) {
@@ -104,34 +59,22 @@ void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& ref
   };
   const bool dynamic = given_type(bodies, static_cast<std::int32_t>(row)) == BodyType::dynamic;
   const unsigned quarantined = bodies.flags[row] & kBodyQuarantined;
-  require(bodies.generation[row] != 0, "generation", "a living body has none");
   require((bodies.flags[row] & kBodyAsleep) == 0 || bodies.type[row] == BodyType::dynamic, "flags",
           "only dynamic bodies sleep");
   require(quarantined == 0 || bodies.type[row] == BodyType::fixed, "flags",
           "quarantined bodies take part as fixed");
   require(quarantined != kBodyQuarantined, "flags", "a quarantined body was given one type only");
-  require(is_placed(bodies.pose[row]), "pose", "is no placement");
-  require(is_finite_row(bodies.velocity[row]), "velocity", "is not finite");
-  require(is_finite_row(bodies.force[row]), "force", "is not finite");
   const MotionRow& motion = bodies.motion[row];
   const auto locks = static_cast<std::uint32_t>(bodies.locks[row]);
-  require(locks <= kMotionLocksMask, "locks", "names no axes");
   require(within(motion.linear_damping, 0.0f, kMaxRate) && within(motion.angular_damping, 0.0f, kMaxRate) &&
               within(motion.gravity_factor, -kMaxGravityFactor, kMaxGravityFactor),
           "motion", "is out of range");
   const std::uint32_t jointed = bodies.first_joint[row] != -1 ? std::uint32_t{kMotionJointed} : 0u;
   require((motion.flags & ~std::uint32_t{kMotionGyroscopic}) == ((dynamic ? locks : 0u) | jointed), "motion",
           "has other locks than the body, or tells of other joints");
-  require(within(bodies.sleep_time[row], 0.0f, std::numeric_limits<float>::max()), "sleep_time",
-          "is out of range");
-  require(is_finite_row(bodies.drift[row]), "drift", "is not finite");
   const InertiaRow& inverse = bodies.local_mass[row];
   require(dynamic ? is_finite_row(inverse) && inverse.inverse_mass > 0.0f : is_zero_row(inverse),
           "local_mass", "is not that of such a body");
-  require(is_finite_row(bodies.local_inertia[row]), "local_inertia", "is not finite");
-  require(is_finite_row(bodies.center[row]), "center", "is not finite");
-  require(within(bodies.mass[row], 0.0f, std::numeric_limits<float>::max()), "mass", "is out of range");
-  require(within(bodies.given_mass[row], 0.0f, kMaxMass), "given_mass", "is out of range");
 }
 
 // The bodies' rows that all worlds have: as they are in a new one.
@@ -146,30 +89,18 @@ void check_reserved_bodies(Bodies& bodies, const Refusal& refusal) {
       refusal.require(same, "bodies", name, row, "the fixed world's rows can not be changed");
     }
   };
-#define SCREE_CHECK_RESERVED(kind, Type, name) \
+#define SCREE_CHECK_RESERVED(kind, Type, name, ...) \
   if (ColumnKind::kind == ColumnKind::state) check(#name, bodies.name, expected.name);
-  SCREE_BODY_COLUMNS(SCREE_CHECK_RESERVED)
+  SCREE_BODY_MEMBERS(SCREE_CHECK_RESERVED, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING)
 #undef SCREE_CHECK_RESERVED
 }
 
-void check_bodies(WorldData& data, const Refusal& refusal) {
-  constexpr unsigned kKnownFlags =
-      kBodyAlive | kBodyAsleep | kBodyCanSleep | kBodyMassGiven | kBodyPropertiesGiven | kBodyQuarantined;
-  Bodies& bodies = data.bodies;
-  check_reserved_bodies(bodies, refusal);
+void check_bodies(const Bodies& bodies, const Refusal& refusal) {
+  const auto is_alive = [&](std::size_t row) { return (bodies.flags[row] & kBodyAlive) != 0; };
   for (std::size_t row = at(kFirstBody); row < bodies.flags.size(); ++row) {
-    const bool alive = (bodies.flags[row] & kBodyAlive) != 0;
-    refusal.require(bodies.type[row] <= BodyType::dynamic, "bodies", "type", row, "is no type of bodies");
-    refusal.require((bodies.flags[row] & ~(alive ? kKnownFlags : 0u)) == 0, "bodies", "flags", row,
-                    "can not be set");
-    refusal.require(alive || bodies.first_shape[row] == -1, "bodies", "first_shape", row,
-                    "a dead body has none");
-    refusal.require(alive || bodies.first_joint[row] == -1, "bodies", "first_joint", row,
-                    "a dead body has none");
-    if (alive) check_living_body(bodies, row, refusal);
+    if (is_alive(row)) check_living_body(bodies, row, refusal);
   }
-  check_free_slots(bodies, at(kFirstBody), "bodies", refusal,
-                   [&](std::size_t row) { return (bodies.flags[row] & kBodyAlive) != 0; });
+  check_free_slots(bodies, at(kFirstBody), "bodies", refusal, is_alive);
 }
 
 bool is_material(const MaterialRow& material) {
@@ -216,7 +147,6 @@ void check_living_shape(const WorldData& data, std::size_t row, const Refusal& r
   const auto require = [&](bool holds, const char* name, const char* problem) {
     refusal.require(holds, "shapes", name, row, problem);
   };
-  require(shapes.generation[row] != 0, "generation", "a living shape has none");
   require((data.bodies.flags[at(shapes.body[row])] & kBodyAlive) != 0, "body", "is dead");
   require((shapes.flags[row] & kShapeNew) == 0 || (shapes.flags[row] & kShapeDirty) != 0, "flags",
           "a new shape is dirty, too");
@@ -228,8 +158,6 @@ void check_living_shape(const WorldData& data, std::size_t row, const Refusal& r
       near(given.position.x) && near(given.position.y) && near(given.position.z) && is_unit(given.rotation),
       "given_pose", "is no placement");
   require(is_material(shapes.material[row]), "material", "is out of range");
-  require(within(shapes.density[row], kMinDensity, kMaxDensity), "density", "is out of range");
-  require(is_finite_row(shapes.fat_bounds[row]), "fat_bounds", "is not finite");
   require(shapes.tree[row] == tree_of(data.bodies, shapes.body[row]), "tree", "is another than its body's");
   require((shapes.flags[row] & kShapeDirty) != 0 || is_placed(shapes.pose[row]), "pose", "is no placement");
 }
@@ -256,30 +184,17 @@ void check_shape_lists(const WorldData& data, const Refusal& refusal) {
 }
 
 void check_shapes(const WorldData& data, const Refusal& refusal) {
-  constexpr unsigned kKnownFlags = kShapeAlive | kShapeDirty | kShapeNew | kShapeWakes;
   const Shapes& shapes = data.shapes;
-  const std::size_t rows = shapes.flags.size(), bodies = data.bodies.flags.size();
+  const auto is_alive = [&](std::size_t row) { return (shapes.flags[row] & kShapeAlive) != 0; };
+  const auto is_dirty = [&](std::size_t row) { return (shapes.flags[row] & kShapeDirty) != 0; };
   std::size_t dirty = 0;
-  for (std::size_t row = 0; row < rows; ++row) {
-    const auto require = [&](bool holds, const char* name, const char* problem) {
-      refusal.require(holds, "shapes", name, row, problem);
-    };
-    const bool alive = (shapes.flags[row] & kShapeAlive) != 0;
-    dirty += (shapes.flags[row] & kShapeDirty) != 0 ? 1 : 0;
-    require(shapes.type[row] <= ShapeType::hull, "type", "is no type of shapes");
-    require((shapes.flags[row] & ~kKnownFlags) == 0 && (alive || (shapes.flags[row] & kShapeNew) == 0),
-            "flags", "can not be set");
-    require(shapes.body[row] >= kFirstBody && at(shapes.body[row]) < bodies, "body", "does not exist");
-    require(shapes.events[row] <= ContactEvents::all, "events", "are unknown");
-    require(alive || (shapes.hull[row] == -1 && shapes.tree[row] == TreeKind::none), alive ? "flags" : "hull",
-            "a dead shape has no hull and no tree");
-    if (alive) check_living_shape(data, row, refusal);
+  for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
+    dirty += is_dirty(row) ? 1 : 0;
+    if (is_alive(row)) check_living_shape(data, row, refusal);
   }
   check_shape_lists(data, refusal);
-  check_free_slots(shapes, 0, "shapes", refusal,
-                   [&](std::size_t row) { return (shapes.flags[row] & kShapeAlive) != 0; });
-  check_list(shapes.dirty, rows, "shapes", "dirty", refusal,
-             [&](std::size_t row) { return (shapes.flags[row] & kShapeDirty) != 0; });
+  check_free_slots(shapes, 0, "shapes", refusal, is_alive);
+  check_listed(shapes.dirty, "shapes", "dirty", refusal, is_dirty);
   refusal.require(shapes.dirty.size() == dirty, "shapes", "dirty", 0, "does not list all dirty shapes");
 }
 
@@ -297,8 +212,8 @@ void check_hulls(const WorldData& data, const Refusal& refusal) {
     refusal.require(hulls.shapes[slot] == shapes[slot] && used == (shapes[slot] > 0), "hulls", "shapes", slot,
                     "is not the number of shapes that have the hull");
   }
-  check_list(hulls.free_slots, shapes.size(), "hulls", "free_slots", refusal,
-             [&](std::size_t slot) { return shapes[slot] == 0; });
+  check_listed(hulls.free_slots, "hulls", "free_slots", refusal,
+               [&](std::size_t slot) { return shapes[slot] == 0; });
 }
 
 // They are not state, but saved: see snapshot_columns.h.
@@ -325,7 +240,7 @@ bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold
   const auto is_known = [&](std::int32_t shape) {
     return (data.shapes.flags[at(shape)] & (kShapeAlive | kShapeNew)) == kShapeAlive;
   };
-  if (!is_known(pair.a) || !is_known(pair.b)) return true;  // nobody will inherit it
+  if (!is_known(pair.a) || !is_known(pair.b)) return true;  // it will not be inherited
   const std::int32_t first = data.shapes.body[at(pair.a)], second = data.shapes.body[at(pair.b)];
   if (first == second || (manifold.row_b != first && manifold.row_b != second)) return false;
   const std::int32_t other = manifold.row_b == first ? second : first;
@@ -335,7 +250,7 @@ bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold
          ((manifold.info & kManifoldStatic) != 0) == (type != BodyType::dynamic);
 }
 
-// The contact of a row of pairs, which nobody else may have.
+// The contact of a row of pairs, which no other row may have.
 void check_contact(const WorldData& data, const SavedColumns& saved, const PackedColumns& packed,
                    const Refusal& refusal, const ShapePair& pair, std::int32_t contact) {
   const std::byte* manifolds = packed.bytes.data() + saved.find("contacts.now", "manifold").begin;
@@ -397,8 +312,8 @@ void check_pairs(const WorldData& data, const SavedColumns& saved, const PackedC
   const auto contacts = static_cast<std::size_t>(std::count(taken.begin(), taken.end(), true));
   refusal.require(contacts == packed.contacts.size(), "contacts.now", "points", 0,
                   "some contact belongs to no pair");
-  check_list(data.contacts.free_rows, points.size(), "contacts", "free_rows", refusal,
-             [&](std::size_t row) { return points[row] == 0; });
+  check_listed(data.contacts.free_rows, "contacts", "free_rows", refusal,
+               [&](std::size_t row) { return points[row] == 0; });
   // Restoring makes whole rows of them.
   refusal.require(data.contacts.free_rows.size() + contacts == points.size(), "contacts", "free_rows", 0,
                   "some free row is not listed");
@@ -423,14 +338,6 @@ void check_events(const WorldData& data, const Refusal& refusal) {
                            [](const TouchRow& x, const TouchRow& y) { return key_of(x) < key_of(y); });
     refusal.require(!moves, "events", "resting", row, "stands among those that move, too");
   }
-  for (std::size_t row = 0; row < data.events.woken.size(); ++row) {
-    const bool fits = data.events.woken[row].index < data.bodies.flags.size();
-    refusal.require(fits, "events", "woken", row, "names no body");
-  }
-  for (std::size_t row = 0; row < data.events.lost.size(); ++row) {
-    const bool fits = data.events.lost[row].index < data.joints.flags.size();
-    refusal.require(fits, "events", "lost", row, "names no joint");
-  }
 }
 
 struct Offset {
@@ -451,10 +358,13 @@ SavedColumns check_columns(PackedColumns& packed, const std::vector<SharedHull>&
                 packed.contacts);
   const Refusal refusal(packed, saved, offset);
   check_counts(packed, hulls.size(), saved, refusal);
+  check_least_counts(saved, refusal);
   WorldData data;
   load_columns(packed, saved, data);
   data.hulls.shared = hulls;
-  check_bodies(data, refusal);
+  check_reserved_bodies(data.bodies, refusal);
+  check_rules(data, refusal);
+  check_bodies(data.bodies, refusal);
   check_shapes(data, refusal);
   check_hulls(data, refusal);
   check_cores(data, refusal);

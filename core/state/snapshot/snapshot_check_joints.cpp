@@ -15,7 +15,6 @@ void check_living_joint(const WorldData& data, std::size_t row, const Refusal& r
   const auto require = [&](bool holds, const char* name, const char* problem) {
     refusal.require(holds, "joints", name, row, problem);
   };
-  require(joints.generation[row] != 0, "generation", "a living joint has none");
   const JointParameters& parameters = joints.parameters[row];
   const Joint joint = joint_of(joints.type[row], parameters);
   const JointDef def = def_of(data, static_cast<std::int32_t>(row));
@@ -63,26 +62,13 @@ void check_joint_lists(const WorldData& data, const Refusal& refusal) {
 }  // namespace
 
 void check_joints(const WorldData& data, const Refusal& refusal) {
-  constexpr unsigned kKnownFlags = kJointAlive | kJointEnabled | kJointCollides | kJointBreaks | kJointRich;
   const Joints& joints = data.joints;
-  const std::size_t rows = joints.flags.size(), bodies = data.bodies.flags.size();
-  for (std::size_t row = 0; row < rows; ++row) {
-    const auto require = [&](bool holds, const char* name, const char* problem) {
-      refusal.require(holds, "joints", name, row, problem);
-    };
-    const bool alive = (joints.flags[row] & kJointAlive) != 0;
-    const auto exists = [&](std::int32_t body) {
-      return body == kFixedRow || (body >= kFirstBody && at(body) < bodies);
-    };
-    require((joints.flags[row] & ~(alive ? kKnownFlags : 0u)) == 0, "flags", "can not be set");
-    require(at(static_cast<std::int32_t>(joints.type[row])) < kJointTypeCount, "type",
-            "is no type of joints");
-    require(exists(joints.bodies[row].a) && exists(joints.bodies[row].b), "bodies", "do not exist");
-    if (alive) check_living_joint(data, row, refusal);
+  const auto is_alive = [&](std::size_t row) { return (joints.flags[row] & kJointAlive) != 0; };
+  for (std::size_t row = 0; row < joints.flags.size(); ++row) {
+    if (is_alive(row)) check_living_joint(data, row, refusal);
   }
   check_joint_lists(data, refusal);
-  check_free_slots(joints, 0, "joints", refusal,
-                   [&](std::size_t row) { return (joints.flags[row] & kJointAlive) != 0; });
+  check_free_slots(joints, 0, "joints", refusal, is_alive);
 }
 
 }  // namespace scree

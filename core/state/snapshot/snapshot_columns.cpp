@@ -20,23 +20,10 @@ constexpr std::size_t aligned(std::size_t at) {
 }
 constexpr std::size_t blocks_of(std::size_t rows) { return pages_of(rows); }
 
-// Rows that hardly ever are equal. Bodies, shapes, pairs and joints have some, so that no snapshot is far
-// smaller than what it unpacks to.
-template <class Row>
-constexpr bool kPlainRow =
-    std::is_same_v<Row, PoseRow> || std::is_same_v<Row, BoundsRow> || std::is_same_v<Row, ShapePair> ||
-    std::is_same_v<Row, TouchRow> || std::is_same_v<Row, JointBodies> || std::is_same_v<Row, JointImpulses>;
-
-template <class Row>
-ColumnForm form_of(std::string_view store, std::string_view name) {
-  if (store == "contacts.now") {
-    if (name == "points") return ColumnForm::plain;
-    // What few contacts have in many scenes.
-    const bool rare = name == "anchor" || name == "surface";
-    return rare ? ColumnForm::contact_blocks : ColumnForm::contacts;
-  }
-  const bool rare = store == "events" && name == "resting";  // often zero
-  return kPlainRow<Row> && !rare ? ColumnForm::plain : ColumnForm::blocks;
+ColumnForm form_of(const Member& member) {
+  if (!is_of_contacts(member.sheet)) return member.is.varied ? ColumnForm::plain : ColumnForm::blocks;
+  if (member.is.tells_presence) return ColumnForm::plain;
+  return member.is.varied ? ColumnForm::contacts : ColumnForm::contact_blocks;
 }
 
 // --- packing ---
@@ -281,15 +268,14 @@ void pack_columns(const Sheets& sheets, Column<std::byte>& out) {
   out.clear();
   out.reserve(sheets.bytes() / 4 * 5 + 4096);  // rows of contacts that are equal take more room here
   std::size_t number = 0;
-  for_each_saved_column(empty_table(), [&](const char* store, const char* name, auto& column) {
-    using Row = std::remove_reference_t<decltype(column[0])>;
+  for_each_saved_column(empty_table(), [&](const Member& member, auto&) {
     const SheetPlace place = place_of_column(number++);
     const Sheet& sheet = sheets[place.sheet];
     align(out);
     const std::size_t begin = out.size() + kColumnHeadBytes;
     out.resize_for_overwrite(begin);
     std::uint64_t numbers[2] = {sheet.rows, 0};
-    switch (form_of<Row>(store, name)) {
+    switch (form_of(member)) {
       case ColumnForm::plain:
         if (is_of_contacts(place.sheet)) {
           put_with_free_rows(sheet, place, out);
@@ -329,17 +315,16 @@ SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem proble
       }
     }
   };
-  for_each_saved_column(empty_table(), [&](const char* store, const char* name, auto& rows) {
-    using Row = std::remove_reference_t<decltype(rows[0])>;
-    const ColumnForm form = form_of<Row>(store, name);
+  for_each_saved_column(empty_table(), [&](const Member& member, auto& rows) {
+    const ColumnForm form = form_of(member);
     skip_gap();
     if (problem != nullptr) {
       require(at <= columns.size() && columns.size() - at >= kColumnHeadBytes, at,
               "the columns end too early");
     }
     SavedColumn& column = saved.column.at(saved.count++);
-    column = {store,
-              name,
+    column = {member.store,
+              member.name,
               form,
               sizeof(*rows.data()),
               static_cast<std::size_t>(number_at(columns, at)),
@@ -358,7 +343,7 @@ SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem proble
 
 void load_columns(const PackedColumns& packed, const SavedColumns& saved, WorldData& data) {
   const SavedColumn* from = saved.column.data();
-  for_each_saved_column(data, [&](const char*, const char*, auto& column) {
+  for_each_saved_column(data, [&](const Member&, auto& column) {
     const std::byte* const bytes = packed.bytes.data() + from->begin;
     if (from->form == ColumnForm::plain) {
       column.resize_for_overwrite(from->rows);
@@ -379,10 +364,9 @@ void unpack_columns(const PackedColumns& packed, const SavedColumns& saved, Shee
 
 std::uint64_t layout_of_columns() {
   std::string text;
-  for_each_saved_column(empty_table(), [&text](const char* store, const char* name, auto& rows) {
-    using Row = std::remove_reference_t<decltype(rows[0])>;
-    const ColumnForm form = form_of<Row>(store, name);
-    text += std::string(store) + '.' + name + ':' + std::to_string(sizeof(*rows.data())) + ':' +
+  for_each_saved_column(empty_table(), [&text](const Member& member, auto& rows) {
+    const ColumnForm form = form_of(member);
+    text += std::string(member.store) + '.' + member.name + ':' + std::to_string(sizeof(*rows.data())) + ':' +
             std::to_string(static_cast<int>(form)) + ';';
   });
   return XXH64(text.data(), text.size(), 0);

@@ -5,10 +5,14 @@
 #include <core/state/snapshot/snapshot.h>
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <core/state/snapshot/snapshot_columns.h>
+#include <core/world/check.h>
+#include <core/world/edit.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <utility>
 #include <vector>
@@ -67,15 +71,35 @@ class Refusal {
   const std::size_t offset_;
 };
 
-// Each entry names a row that may be listed, and none twice.
-template <class MayBeListed>
-void check_list(const Column<std::int32_t>& list, std::size_t rows, const char* store, const char* name,
-                const Refusal& refusal, MayBeListed&& may_be_listed) {
+template <class Row>
+bool is_finite_row(const Row& row) {
+  float numbers[sizeof(Row) / sizeof(float)];
+  static_assert(sizeof numbers == sizeof(Row));
+  std::memcpy(numbers, &row, sizeof numbers);
+  return std::all_of(std::begin(numbers), std::end(numbers), [](float x) { return std::isfinite(x); });
+}
+
+inline bool is_placed(const PoseRow& pose) { return is_finite_row(pose) && is_unit(to_quat(pose.rotation)); }
+
+inline constexpr const char* kNotListable = "names a row that can not be listed, or one twice";
+
+// Each entry names one of so many rows, and none twice.
+inline void check_each_once(const Column<std::int32_t>& list, std::size_t rows, const char* store,
+                            const char* name, const Refusal& refusal) {
   std::vector<bool> seen(rows);
   for (std::size_t i = 0; i < list.size(); ++i) {
-    const bool fits = list[i] >= 0 && at(list[i]) < rows && !seen[at(list[i])] && may_be_listed(at(list[i]));
-    refusal.require(fits, store, name, i, "names a row that can not be listed, or one twice");
+    const bool fits = list[i] >= 0 && at(list[i]) < rows && !seen[at(list[i])];
+    refusal.require(fits, store, name, i, kNotListable);
     seen[at(list[i])] = true;
+  }
+}
+
+// Each entry names a row that may be listed; after check_each_once.
+template <class MayBeListed>
+void check_listed(const Column<std::int32_t>& list, const char* store, const char* name,
+                  const Refusal& refusal, MayBeListed&& may_be_listed) {
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    refusal.require(may_be_listed(at(list[i])), store, name, i, kNotListable);
   }
 }
 
@@ -88,11 +112,18 @@ void check_free_slots(const Store& store, std::size_t first, const char* name, c
   const auto is_free = [&](std::size_t row) {
     return row >= first && !is_alive(row) && store.generation[row] != 0;
   };
-  check_list(store.free_slots, rows, name, "free_slots", refusal, is_free);
+  check_listed(store.free_slots, name, "free_slots", refusal, is_free);
   std::size_t free = 0;
   for (std::size_t row = first; row < rows; ++row) free += is_free(row) ? 1 : 0;
   refusal.require(store.free_slots.size() == free, name, "free_slots", 0, "some free slot is not listed");
 }
+
+// The rules of the state table: numbers of rows, then the rows themselves, but for those of contacts, which
+// have none. The values of a snapshot throw Error, which names the call.
+void check_counts(const PackedColumns& packed, std::size_t hulls, const SavedColumns& saved,
+                  const Refusal& refusal);
+void check_rules(const WorldData& data, const Refusal& refusal);
+void check_values(const Call& call, const SavedWorld& world);
 
 // Checks the joints, whose bodies have been checked.
 void check_joints(const WorldData& data, const Refusal& refusal);

@@ -15,40 +15,6 @@ namespace {
 constexpr std::size_t kMostColumns = 96;       // of all sheets
 constexpr std::size_t kMostSheetColumns = 24;  // of one
 
-SheetId sheet_of(std::string_view store, std::string_view name) {
-  const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
-  if (store == "bodies") {
-    if (name == "free_slots") return SheetId::free_bodies;
-    return is_one_of({"pose", "velocity", "force", "sleep_time", "drift"}) ? SheetId::bodies_moving
-                                                                           : SheetId::bodies;
-  }
-  if (store == "shapes") {
-    if (name == "free_slots") return SheetId::free_shapes;
-    if (name == "dirty") return SheetId::dirty_shapes;
-    return is_one_of({"fat_bounds", "pose"}) ? SheetId::shapes_moving : SheetId::shapes;
-  }
-  if (store == "hulls") return name == "free_slots" ? SheetId::free_hulls : SheetId::hulls;
-  if (store == "contacts.pairs") return name == "axis" ? SheetId::pair_axes : SheetId::pairs;
-  if (store == "contacts.resting") return name == "axis" ? SheetId::resting_axes : SheetId::resting;
-  if (store == "contacts.now") {
-    return is_one_of({"points", "manifold"}) ? SheetId::contacts_moving : SheetId::contacts;
-  }
-  if (store == "contacts") return name == "forces" ? SheetId::contact_forces : SheetId::free_contacts;
-  if (store == "joints") {
-    if (name == "free_slots") return SheetId::free_joints;
-    return is_one_of({"impulses", "color"}) ? SheetId::joints_moving : SheetId::joints;
-  }
-  if (store == "events") {
-    if (name == "touching") return SheetId::events_touching;
-    if (name == "resting") return SheetId::events_resting;
-    if (name == "woken") return SheetId::events_woken;
-    if (name == "lost") return SheetId::events_lost;
-  }
-  std::abort();  // a new column belongs into some sheet
-}
-
 struct SheetTable {
   std::array<SheetPlace, kMostColumns> place;
   std::array<std::array<std::uint16_t, kMostSheetColumns>, kSheetCount> row_bytes{};
@@ -57,8 +23,8 @@ struct SheetTable {
   SheetTable() {
     std::array<std::size_t, kSheetCount> bytes{};
     std::size_t number = 0;
-    for_each_saved_column(empty_table(), [&](const char* store, const char* name, auto& column) {
-      const SheetId id = sheet_of(store, name);
+    for_each_saved_column(empty_table(), [&](const Member& member, auto& column) {
+      const SheetId id = member.sheet;
       const auto sheet = static_cast<std::size_t>(id);
       const auto size = static_cast<std::uint16_t>(sizeof(*column.data()));
       place.at(number++) = {id, static_cast<std::uint8_t>(columns[sheet]), size};
@@ -87,7 +53,7 @@ std::array<SheetColumns, kSheetCount> columns_of(WorldData& data) {
   std::array<SheetColumns, kSheetCount> all;
   const SheetTable& table = sheet_table();
   std::size_t number = 0;
-  for_each_saved_column(data, [&](const char*, const char*, auto& column) {
+  for_each_saved_column(data, [&](const Member&, auto& column) {
     const SheetPlace place = table.place[number++];
     SheetColumns& sheet = all[static_cast<std::size_t>(place.sheet)];
     sheet.column[place.column] = {reinterpret_cast<const std::byte*>(column.data()), place.row_bytes};
@@ -117,15 +83,15 @@ struct Watch {
 
   bool may_differ(std::size_t page) const {
     if (marks == nullptr) return page >= kept;
-    return page >= marks->pages.size() || (marks->pages[page] & bits) != 0;
+    return page >= marks->size() || ((*marks)[page] & bits) != 0;
   }
   // Whether any page of [first, end) may, of which `first` is a multiple of PageGroup::kMost.
   bool any_may_differ(std::size_t first, std::size_t end) const {
     if (marks == nullptr) return end > kept;
-    if (end > marks->pages.size()) return true;
+    if (end > marks->size()) return true;
     std::uint64_t all = 0, word = 0;
     for (std::size_t page = first; page < end; page += sizeof word) {
-      std::memcpy(&word, marks->pages.data() + page, std::min(sizeof word, end - page));
+      std::memcpy(&word, marks->data() + page, std::min(sizeof word, end - page));
       all |= word;
       word = 0;
     }
@@ -133,41 +99,23 @@ struct Watch {
   }
 };
 
+#define SCREE_WATCH_MARKED(name, marks, bits) \
+  case SheetId::name:                         \
+    return {&data.marks, bits, 0};
+#define SCREE_WATCH_LISTED(name, mark) \
+  case SheetId::name:                  \
+    return {nullptr, 0, data.mark.kept / kPageRows};
+#define SCREE_WATCH_COMPARED(name) \
+  case SheetId::name:              \
+    return {};
+
 Watch watch_of(SheetId sheet, const WorldData& data) {
-  constexpr std::uint8_t kMoved = kPageMoved | kPageChanged;
-  const auto list = [](const ListMark& mark) { return Watch{nullptr, 0, mark.kept / kPageRows}; };
   switch (sheet) {
-    case SheetId::bodies_moving:
-      return {&data.bodies.marks, kMoved, 0};
-    case SheetId::bodies:
-      return {&data.bodies.marks, kPageChanged, 0};
-    case SheetId::shapes_moving:
-      return {&data.shapes.marks, kMoved, 0};
-    case SheetId::shapes:
-      return {&data.shapes.marks, kPageChanged, 0};
-    case SheetId::joints_moving:
-      return {&data.joints.marks, kMoved, 0};
-    case SheetId::joints:
-      return {&data.joints.marks, kPageChanged, 0};
-    case SheetId::contacts_moving:
-      return {&data.contacts.marks, kMoved, 0};
-    case SheetId::contacts:
-      return {&data.contacts.marks, kPageChanged, 0};
-    case SheetId::resting:
-    case SheetId::resting_axes:
-    case SheetId::events_resting:
-      return {&data.contacts.resting_marks, kMoved, 0};
-    case SheetId::free_bodies:
-      return list(data.bodies.free_mark);
-    case SheetId::free_shapes:
-      return list(data.shapes.free_mark);
-    case SheetId::free_joints:
-      return list(data.joints.free_mark);
-    case SheetId::free_contacts:
-      return list(data.contacts.free_mark);
-    default:
-      return {};  // all pages, which are compared then
+    SCREE_SHEETS(SCREE_WATCH_MARKED, SCREE_WATCH_LISTED, SCREE_WATCH_COMPARED)
+    case SheetId::count:
+      break;
   }
+  return {};
 }
 
 // Bits of the contacts among the rows of a page.
@@ -250,28 +198,22 @@ void load_page(const SavedPage& page, std::span<const std::uint16_t> row_bytes, 
   }
 }
 
-template <class Store>
-void reserve_store(Store& store, std::size_t rows) {
-  store.for_each_column([rows](ColumnKind, const char*, auto& column) { column.reserve(rows); });
+// Of a list or a column that is not saved: rows that calls count on room for.
+std::size_t rows_to_reserve(const Sheets& sheets, const Member& member) {
+  const auto rows = [&sheets](SheetId sheet) {
+    return sheet != SheetId::none ? sheets[sheet].rows : std::size_t{0};
+  };
+  const SheetId all = member.sheet == SheetId::none ? member.is.all_or_none : SheetId::none;
+  return std::max({rows(member.rows), rows(member.sheet), rows(member.is.each_once), rows(all)});
 }
 
-template <class Store>
-void resize_unsaved(Store& store, std::size_t rows) {
-  store.for_each_column([rows](ColumnKind kind, const char*, auto& column) {
-    if (kind != ColumnKind::state) column.resize(rows);  // keeps what is loaded already
-  });
-}
-
-void forget_marks(WorldData& data) {
-  data.bodies.marks.forget(data.bodies.flags.size());
-  data.shapes.marks.forget(data.shapes.flags.size());
-  data.joints.marks.forget(data.joints.flags.size());
-  data.contacts.marks.forget(data.contacts.now.points.size());
-  data.contacts.resting_marks.forget(data.contacts.resting.pair.size());
-  data.bodies.free_mark.kept = data.bodies.free_slots.size();
-  data.shapes.free_mark.kept = data.shapes.free_slots.size();
-  data.joints.free_mark.kept = data.joints.free_slots.size();
-  data.contacts.free_mark.kept = data.contacts.free_rows.size();
+// The sheets hold what the world has.
+#define SCREE_FORGET_MARKED(name, marks, bits) data.marks.clear();
+#define SCREE_COVER_MARKED(name, marks, bits) data.marks.cover(sheets[SheetId::name].rows);
+#define SCREE_KEEP_LISTED(name, mark) data.mark.kept = sheets[SheetId::name].rows;
+void forget_marks(const Sheets& sheets, WorldData& data) {
+  SCREE_SHEETS(SCREE_FORGET_MARKED, SCREE_NOTHING, SCREE_NOTHING)
+  SCREE_SHEETS(SCREE_COVER_MARKED, SCREE_KEEP_LISTED, SCREE_NOTHING)
 }
 
 }  // namespace
@@ -354,7 +296,7 @@ void save_sheets(WorldData& data, SnapshotData& snapshot, bool remember) {
 
 void remember_saved(WorldData& data, const SnapshotData& snapshot) noexcept {
   try {
-    forget_marks(data);
+    forget_marks(snapshot.pages->sheets, data);
     data.last_save = {snapshot.pages, snapshot.id};
   } catch (...) {  // no memory for marks
     data.last_save = {};
@@ -362,40 +304,16 @@ void remember_saved(WorldData& data, const SnapshotData& snapshot) noexcept {
 }
 
 void reserve_columns(const Sheets& sheets, WorldData& data) {
-  const auto rows = [&](SheetId id) { return sheets[id].rows; };
-  const std::size_t bodies = rows(SheetId::bodies), shapes = rows(SheetId::shapes);
-  const std::size_t contacts = rows(SheetId::contacts), joints = rows(SheetId::joints);
-  reserve_store(data.bodies, bodies);
-  data.bodies.free_slots.reserve(bodies);
-  data.bodies.to_place.reserve(bodies);
-  data.bodies.changed.reserve(bodies);
-  reserve_store(data.shapes, shapes);
-  data.shapes.free_slots.reserve(shapes);
-  data.shapes.dirty.reserve(shapes);
-  data.shapes.wakers.reserve(shapes);
-  data.shapes.changed.reserve(shapes);
-  reserve_store(data.hulls, rows(SheetId::hulls));
-  data.hulls.free_slots.reserve(rows(SheetId::hulls));
-  reserve_store(data.contacts.pairs, rows(SheetId::pairs));
-  reserve_store(data.contacts.resting, rows(SheetId::resting));
-  data.contacts.resting_links.reserve(rows(SheetId::resting));
-  reserve_store(data.contacts.now, contacts);
-  data.contacts.free_rows.reserve(contacts);
-  reserve_store(data.joints, joints);
-  data.joints.changed.reserve(joints);
-  data.contacts.forces.reserve(rows(SheetId::contact_forces));
-  data.joints.free_slots.reserve(joints);
-  data.events.lost.reserve(rows(SheetId::events_lost));
-  data.events.touching.reserve(rows(SheetId::events_touching));
-  data.events.resting.reserve(rows(SheetId::events_resting));
-  data.events.woken.reserve(bodies);
+  for_each_column_member(data, [&sheets](const Member& member, auto& column) {
+    column.reserve(rows_to_reserve(sheets, member));
+  });
 }
 
 void load_sheets(const Sheets& sheets, WorldData& data) {
   const SheetTable& table = sheet_table();
   std::array<std::array<std::byte*, kMostSheetColumns>, kSheetCount> columns;
   std::size_t number = 0;
-  for_each_saved_column(data, [&](const char*, const char*, auto& column) {
+  for_each_saved_column(data, [&](const Member&, auto& column) {
     const SheetPlace place = table.place[number++];
     if (is_of_contacts(place.sheet)) {
       column.resize(sheets[place.sheet].rows);  // free rows have no chance bytes
@@ -414,13 +332,10 @@ void load_sheets(const Sheets& sheets, WorldData& data) {
       load_page(*sheet.page(page), row_bytes, page * kPageRows, columns[i]);
     }
   }
-  resize_unsaved(data.bodies, sheets[SheetId::bodies].rows);
-  resize_unsaved(data.shapes, sheets[SheetId::shapes].rows);
-  resize_unsaved(data.hulls, sheets[SheetId::hulls].rows);
-  resize_unsaved(data.contacts.pairs, sheets[SheetId::pairs].rows);
-  resize_unsaved(data.contacts.resting, sheets[SheetId::resting].rows);
-  resize_unsaved(data.contacts.now, sheets[SheetId::contacts].rows);
-  resize_unsaved(data.joints, sheets[SheetId::joints].rows);
+  for_each_column_member(data, [&sheets](const Member& member, auto& column) {
+    if (member.rows != SheetId::none && member.sheet == SheetId::none)
+      column.resize(sheets[member.rows].rows);
+  });
 }
 
 }  // namespace scree

@@ -1,8 +1,9 @@
 // The columns of a snapshot in memory: sheets of pages. A sheet has the columns of one store that change
 // together: what steps write of whatever moves is apart from what calls write, and each list is by itself.
+// The state table names each column's sheet.
 //
 // Saving takes the pages of the last save of the same world and replaces those that are marked as changed
-// since (change_marks.h). Lists without marks are compared page by page.
+// since (change_marks.h, which lists the sheets). Lists without marks are compared page by page.
 #pragma once
 
 #include <core/state/snapshot/snapshot_pages.h>
@@ -12,40 +13,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
-#include <string_view>
 
 namespace scree {
 
 struct SnapshotData;
-
-enum class SheetId : std::uint8_t {
-  bodies_moving,  // pose, velocity, force, sleep_time, drift
-  bodies,
-  free_bodies,
-  shapes_moving,  // fat_bounds, pose
-  shapes,
-  free_shapes,
-  dirty_shapes,
-  hulls,
-  free_hulls,
-  pairs,  // without axes, of which there may be none
-  pair_axes,
-  resting,
-  resting_axes,
-  contacts_moving,  // points, manifold
-  contacts,
-  free_contacts,
-  contact_forces,
-  joints_moving,  // impulses, color
-  joints,
-  free_joints,
-  events_touching,
-  events_resting,
-  events_woken,
-  events_lost,
-  count
-};
-inline constexpr std::size_t kSheetCount = static_cast<std::size_t>(SheetId::count);
 
 struct Sheets {
   std::array<Sheet, kSheetCount> sheet;
@@ -74,10 +45,6 @@ struct SheetPlace {
 SheetPlace place_of_column(std::size_t number);
 // Row sizes of a sheet's columns.
 std::span<const std::uint16_t> columns_of(SheetId sheet);
-// Whether the sheet leaves the free rows of contacts out.
-constexpr bool is_of_contacts(SheetId sheet) {
-  return sheet == SheetId::contacts_moving || sheet == SheetId::contacts;
-}
 
 // The column's part of a page of its sheet.
 PageColumn column_of(const SavedPage& page, SheetPlace place);

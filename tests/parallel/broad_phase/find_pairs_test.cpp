@@ -574,11 +574,11 @@ TEST(FindPairs, ABodyFarFromAllOthersDoesNotSpoilTheOrder) {
   // Leaf blocks of 16 neighbors are small; in one cell they would span the whole pile.
   const PairTree& tree = broad_phase_of(world.data).trees[static_cast<int>(TreeKind::awake)];
   double mean = 0.0;
-  for (int block = 0; block < tree.leaf_blocks() - 1; ++block) {
+  for (int block = 0; block < leaf_blocks(tree) - 1; ++block) {
     const simd::NodeBlock& node = tree.nodes[0][static_cast<std::size_t>(block / simd::kBlock)];
     mean += node.bounds[3][block % simd::kBlock] - node.bounds[0][block % simd::kBlock];
   }
-  EXPECT_LT(mean / (tree.leaf_blocks() - 1), 10.0);
+  EXPECT_LT(mean / (leaf_blocks(tree) - 1), 10.0);
 }
 
 }  // namespace

@@ -143,7 +143,7 @@ TEST(FrozenTrees, ShapesThatFallAsleepTogetherKeepTheirOrder) {
   const std::vector<std::int32_t> awake = members_of(broad_phase_of(data).trees[kAwakeTree]);
   ASSERT_EQ(awake.size(), static_cast<std::size_t>(kBoxes));
   step(world, kDt, workers);
-  const auto trees = broad_phase_of(data).frozen_trees();
+  const auto trees = frozen_trees(broad_phase_of(data));
   const auto largest = std::max_element(
       trees.begin(), trees.end(), [](const PairTree& x, const PairTree& y) { return x.members < y.members; });
   EXPECT_EQ(members_of(*largest), awake);
@@ -196,7 +196,7 @@ TEST(FrozenTrees, AHoleRebuildsItsLeafAndATreeOfMostlyHolesIsRebuilt) {
   }
   EXPECT_LT(total, 2 * static_cast<std::int64_t>(bodies.size()));
   EXPECT_LE(most, 5000 / simd::kBlock + 1);
-  for (const PairTree& tree : broad_phase_of(internals(world)).frozen_trees()) EXPECT_EQ(tree.levels, 0);
+  for (const PairTree& tree : frozen_trees(broad_phase_of(internals(world)))) EXPECT_EQ(tree.levels, 0);
 }
 
 TEST(FrozenTrees, AStepWithoutArrivalsAndLeaversLeavesThemAlone) {

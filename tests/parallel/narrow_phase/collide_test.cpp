@@ -301,7 +301,9 @@ TEST(Collide, ASteadyStepKeepsItsMemory) {
   const auto places = [&] {
     std::vector<const void*> result{scene.data.contacts.touching.data()};
     scene.data.narrow_phase->report(
-        [&](ColumnKind, const char*, const void* rows, std::size_t, std::size_t) { result.push_back(rows); });
+        "narrow_phase", [&](const Member&, const void* rows, std::size_t, std::size_t, std::size_t) {
+          result.push_back(rows);
+        });
     return result;
   };
   const std::vector<const void*> before = places();

@@ -67,7 +67,7 @@ TEST(RecordingComparison, FindsDifferencesThatNoStepHashShows) {
   EXPECT_EQ(sleepless->step, 15u);
   EXPECT_EQ(sleepless->compared_at, 15u);
   EXPECT_NE(sleepless->expected_hash, sleepless->actual_hash);
-  EXPECT_EQ(sleepless->difference.find("the settings"), 0u) << sleepless->difference;
+  EXPECT_EQ(sleepless->difference.find("world.settings"), 0u) << sleepless->difference;
 
   const std::optional<Divergence> named = found(plain, record([](Heap& heap, int step) {
                                                   if (step == 15) heap.world.set_user_data(heap.bodies[2], 7);
