@@ -16,6 +16,7 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   Bodies& bodies = data.bodies;
   const int moving = static_cast<int>(constraints.moving.size());
   const std::size_t dynamic_count = bodies.awake.size();
+  SCREE_ASSERT(constraints.moving.size() == dynamic_count + bodies.kinematic.size());
   constraints.kinetic_energy.resize_discarding(constraints.moving.size());
   constraints.broken.resize_discarding(constraints.moving.size());
 

@@ -32,6 +32,7 @@ struct PageMarks {
   Column<std::uint8_t> pages;  // PageMark
 
   void mark(std::int32_t row, std::uint8_t how = kPageMoved | kPageChanged) {
+    SCREE_ASSERT(row >= 0);
     const std::size_t page = static_cast<std::size_t>(row) / kPageRows;
     if (page < pages.size()) pages[page] = static_cast<std::uint8_t>(pages[page] | how);
   }
