@@ -13,15 +13,18 @@ void update_bounds(WorldData& data, float dt, Crew& crew);  // poses -> shape po
 void find_pairs(WorldData& data, Crew& crew);               // bounds -> candidate pairs
 void collide(WorldData& data, Crew& crew);                  // pairs -> manifolds
 bool wake_pulled_bodies(WorldData& data);  // moving kinematic bodies -> those asleep that joints tie to them
-void find_islands(WorldData& data, Crew& crew);       // contacts, joints -> islands, who is awake
-void color_constraints(WorldData& data, Crew& crew);  // new contacts -> independent batches
-void pack_blocks(WorldData& data, Crew& crew);        // manifolds -> layout of wide constraint blocks
-void solve(WorldData& data, float dt, Crew& crew);    // blocks -> velocities, motion since the step began
+void wake_touched_islands(WorldData& data, Crew& crew);  // contacts, joints -> sleeping islands that wake
+void put_islands_to_sleep(WorldData& data, Crew& crew);  // slow bodies -> islands that fall asleep
+void refresh_joints(WorldData& data, Crew& crew);        // joints of awake bodies -> joints to solve
+void color_constraints(WorldData& data, Crew& crew);     // new contacts -> independent batches
+void pack_blocks(WorldData& data, Crew& crew);           // manifolds -> layout of wide constraint blocks
+void solve(WorldData& data, float dt, Crew& crew);       // blocks -> velocities, motion since the step began
 void store_impulses(WorldData& data, float dt, Crew& crew);  // blocks -> manifolds, for the next warm start
 void forget_forces(WorldData& data);  // in a step of no length, where forces of contacts are asked for
 void break_joints(WorldData& data, Crew& crew);   // reactions -> joints that break
 void note_approach(WorldData& data, Crew& crew);  // velocities -> approach speeds, where events are asked for
-void list_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begin, persist and end of contacts
+void list_body_events(WorldData& data);           // who fell asleep, woke or went -> their events
+void list_contact_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begins, persists and ends
 // What is remembered of pairs at rest, these rows in the order of the pairs, goes to what moves.
 void move_touching(WorldData& data, const Column<std::int32_t>& rows);
 void sweep_fast_bodies(WorldData& data, Crew& crew);      // motion -> shorter motion of those that hit

@@ -89,10 +89,17 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
   clock.run(Phase::collide, [&] { collide(data, crew); });  // pairs     -> manifolds
   validate_pairs(data);
   validate_contacts(data);
-  clock.run(Phase::find_islands, [&] { find_islands(data, crew); });  // contacts  -> islands, who is awake
+  clock.run(Phase::find_islands, [&] {
+    wake_touched_islands(data, crew);  // contacts, joints -> sleeping islands that wake
+    put_islands_to_sleep(data, crew);  // slow bodies -> islands that fall asleep
+    refresh_joints(data, crew);        // joints of awake bodies -> joints to solve
+  });
   validate_members(data);
   validate_islands(data);
-  clock.run(Phase::list_events, [&] { note_approach(data, crew); });  // velocities -> speeds of impacts
+  clock.run(Phase::list_events, [&] {
+    list_body_events(data);     // who fell asleep, woke or went -> their events
+    note_approach(data, crew);  // velocities -> approach speeds
+  });
   data.contacts.by_shape_stale = true;
   if (dt > 0.0f) {
     clock.run(Phase::color_constraints, [&] { color_constraints(data, crew); });  // contacts  -> batches
@@ -109,7 +116,7 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
     forget_forces(data);
     data.stats.awake_bodies = static_cast<std::int64_t>(data.bodies.awake.size());
   }
-  clock.run(Phase::list_events, [&] { list_events(data, dt, crew); });  // manifolds -> begins, ends
+  clock.run(Phase::list_events, [&] { list_contact_events(data, dt, crew); });  // manifolds -> begins, ends
   validate_events(data);
   if (dt > 0.0f) {
     clock.run(Phase::sweep_fast_bodies, [&] { sweep_fast_bodies(data, crew); });  // motion -> shorter motion

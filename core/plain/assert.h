@@ -9,8 +9,8 @@ namespace scree {
 
 }  // namespace scree
 
-// Checks a condition in debug builds (the presets debug, asan, tsan and fuzz), where SCREE_ASSERTIONS is defined.
-// In release builds the condition is compiled but never evaluated.
+// Checks a condition in debug builds (the presets debug, asan, tsan and fuzz), where SCREE_ASSERTIONS is
+// defined. In release builds the condition is compiled but never evaluated.
 #ifdef SCREE_ASSERTIONS
 #define SCREE_ASSERT(condition) \
   ((condition) ? static_cast<void>(0) : ::scree::fail_assertion(#condition, __FILE__, __LINE__))

@@ -105,14 +105,17 @@ struct alignas(32) MaterialRow {
   float friction;
   float restitution;
   float rolling_resistance;   // m
-  std::uint32_t rules;        // friction MixRule | restitution MixRule << 8 | kMaterialRich
+  std::uint32_t rules;        // friction MixRule | restitution MixRule << 8 | MaterialFlag
   float surface_velocity[3];  // m/s, in the shape's frame
   float patch_radius;         // m, or kAutomaticPatch
 };
 // Below all that are given, as of two surfaces the larger counts.
 inline constexpr float kAutomaticPatch = -1.0f;
 
-enum MaterialFlag : std::uint32_t { kMaterialMoves = 1 << 16 };  // surface velocity is not zero
+enum MaterialFlag : std::uint32_t {
+  kMaterialMoves = 1 << 16,  // surface velocity is not zero
+  kMaterialPatch = 1 << 17,  // patch_radius is given; others, as nearly all, are spared reading it
+};
 
 // Axis-aligned box and bounding sphere; the sphere's center is the box's center.
 struct alignas(32) BoundsRow {

@@ -2,7 +2,7 @@
 #include <core/constraints/joint_rows.h>
 #include <core/geometry/balls.h>
 #include <core/geometry/hull/hull_build.h>
-#include <core/plain/patch.h>
+#include <core/plain/rows.h>
 #include <core/world/edit.h>
 #include <core/world/fp_environment.h>
 

@@ -3,7 +3,7 @@
 // A call wakes the body it names at once. Bodies that touched something that a call moved, changed or
 // destroyed are only requested: finding them means looking through all pairs that move, and those at rest of
 // such shapes, which is done once however many calls there were, by wake_neighbors. The rest of a woken
-// body's island follows in find_islands.
+// body's island follows in wake_touched_islands.
 #pragma once
 
 #include <core/world/world_data.h>

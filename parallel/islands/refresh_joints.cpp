@@ -17,11 +17,9 @@ namespace {
 // Taking up is serial, and costs more a row than making anew does.
 constexpr std::size_t kCostOfActive = 4, kCostOfChanged = 16;
 
-bool is_active(const WorldData& data, std::size_t joint) {
-  constexpr std::uint8_t kWhole = kJointAlive | kJointEnabled;
-  const JointBodies ends = data.joints.bodies[joint];
-  return (data.joints.flags[joint] & kWhole) == kWhole &&
-         (is_awake_dynamic(data.bodies, ends.a) || is_awake_dynamic(data.bodies, ends.b));
+bool is_active(const WorldData& data, std::size_t row) {
+  const auto joint = static_cast<std::int32_t>(row);
+  return is_enabled(data.joints, joint) && takes_part(data, joint_ends(data, joint));
 }
 
 bool is_fixed(const Bodies& bodies, std::int32_t body) { return bodies.type[body] == BodyType::fixed; }
@@ -94,7 +92,8 @@ void note_joints(WorldData& data) {
   }
 }
 
-void refresh_joints(WorldData& data, Islands& islands, Crew& crew) {
+void refresh_joints(WorldData& data, Crew& crew) {
+  Islands& islands = islands_of(data);
   Joints& joints = data.joints;
   if (!joints.all_changed && joints.changed.empty()) return;
   if (joints.all_changed ||

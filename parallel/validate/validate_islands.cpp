@@ -92,9 +92,7 @@ void validate_islands(const WorldData& data) {
   const auto& islands = static_cast<const Islands&>(*data.islands);
   SCREE_ASSERT(is_zero(islands.tired));
   SCREE_ASSERT(is_zero(islands.reached));
-  SCREE_ASSERT(ascends(data.events.sleep_begins));
-  SCREE_ASSERT(ascends(data.events.sleep_ends));
-  SCREE_ASSERT(data.events.woken.empty());
+  SCREE_ASSERT(ascends(islands.fallen_asleep));
 }
 
 }  // namespace scree

@@ -74,6 +74,9 @@ void validate_events(const WorldData& data) {
     return scree::key_of(x) < scree::key_of(y);
   }));
   for (const TouchRow& row : events.touching) SCREE_ASSERT(row.events != 0);
+  SCREE_ASSERT(ascends(events.sleep_begins));
+  SCREE_ASSERT(ascends(events.sleep_ends));
+  SCREE_ASSERT(events.woken.empty() && events.lost.empty());
   SCREE_ASSERT(ascends_by_pair(events.begins));
   SCREE_ASSERT(ascends_by_pair(events.persists));
   SCREE_ASSERT(ascends_by_pair(events.ends));

@@ -5,7 +5,7 @@
 // from the world's origin only the difference of two stored positions is rounded.
 #pragma once
 
-#include <core/plain/patch.h>
+#include <core/plain/rows.h>
 #include <simd/collide/collide_kernels.h>
 #include <simd/wide/wide_math.h>
 

@@ -20,7 +20,9 @@ class PassByPass {
     refresh_lists(data_, crew_);
     find_pairs(data_, crew_);
     collide(data_, crew_);
-    find_islands(data_, crew_);
+    wake_touched_islands(data_, crew_);
+    put_islands_to_sleep(data_, crew_);
+    refresh_joints(data_, crew_);
     color_constraints(data_, crew_);
     pack_blocks(data_, crew_);
     Constraints& constraints = constraints_of(data_);

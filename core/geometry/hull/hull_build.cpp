@@ -1,9 +1,8 @@
 // From points to the finished hull; see hull_build.h.
 #define XXH_INLINE_ALL
 #include <core/geometry/hull/hull_build.h>
-#include <core/geometry/hull/hull_deviation.h>
-#include <core/geometry/hull/hull_faces.h>
-#include <core/geometry/hull/hull_points.h>
+#include <core/geometry/hull/hull_stages.h>
+#include <core/geometry/hull/hull_topology.h>
 #include <core/world/fp_environment.h>
 #include <core/world/limits.h>
 #include <core/world/number_text.h>

@@ -7,7 +7,6 @@
 
 #include <core/geometry/balls.h>
 #include <core/geometry/hull/hull_columns.h>
-#include <core/geometry/hull/hull_mass.h>
 #include <core/geometry/hull/hull_topology.h>
 #include <scree/hull.h>
 

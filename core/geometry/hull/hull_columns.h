@@ -1,14 +1,26 @@
 // The kernels' view of a hull: one aligned allocation that holds HullData and its columns.
 #pragma once
 
-#include <core/geometry/hull/hull_round_columns.h>
 #include <core/geometry/hull/hull_topology.h>
 #include <core/plain/hull.h>
+#include <core/world/column.h>
 
 #include <cstddef>
 #include <memory>
 
 namespace scree {
+
+// The columns that spheres and capsules need (hull_round_columns.cpp): edges, and the planes that bound each
+// face.
+
+// What HullRoundData points into. May be moved, not copied.
+struct HullRoundColumns {
+  Column<float> numbers;
+  Column<std::int32_t> indices;
+};
+
+// Fills `columns` from a hull's topology and returns the pointers into them.
+HullRoundData make_round_columns(const HullTopology& topology, HullRoundColumns& columns);
 
 struct FreeColumns {
   void operator()(void* memory) const noexcept;

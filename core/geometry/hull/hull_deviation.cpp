@@ -1,6 +1,6 @@
-// Distances of points to a hull; see hull_deviation.h.
-#include <core/geometry/hull/hull_deviation.h>
+// Distances of points to a hull; see hull_topology.h.
 #include <core/geometry/hull/hull_numbers.h>
+#include <core/geometry/hull/hull_topology.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
-// Polygons from triangles; see hull_faces.h.
-#include <core/geometry/hull/hull_faces.h>
+// Polygons from triangles; see hull_stages.h.
 #include <core/geometry/hull/hull_numbers.h>
+#include <core/geometry/hull/hull_stages.h>
 #include <scree/error.h>
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 namespace scree {

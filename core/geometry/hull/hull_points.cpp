@@ -2,7 +2,7 @@
 //
 // Its answer only says which points are worth looking at: faces, order and bits come from hull_triangles and
 // hull_faces.
-#include <core/geometry/hull/hull_points.h>
+#include <core/geometry/hull/hull_stages.h>
 
 #include <algorithm>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // What segments and points need of a hull, from its topology; see HullRoundData in core/plain/hull.h.
+#include <core/geometry/hull/hull_columns.h>
 #include <core/geometry/hull/hull_numbers.h>
-#include <core/geometry/hull/hull_round_columns.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,9 @@
 
 #include <scree/math_types.h>
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace scree {
@@ -28,5 +30,20 @@ struct HullTopology {
   std::vector<Plane> planes;         // of each face
   std::vector<Edge> edges;
 };
+
+// Volume integrals (hull_mass.cpp), in double precision.
+
+// About the origin of the corners, whose scale is exact: stretching multiplies them.
+struct HullIntegrals {
+  double volume = 0.0;  // m^3
+  double center[3]{};   // m, centroid
+  double moment[6]{};   // m^5, of x x^T about the centroid: xx xy xz yy yz zz
+};
+
+HullIntegrals integrate(const HullTopology& topology);
+
+// The largest distance to the hull of the points that lie above one of its planes; 0 if none does. Points are
+// in the topology's frame, whose origin lies within the hull.
+double find_deviation(const HullTopology& topology, std::span<const std::array<double, 3>> points);
 
 }  // namespace scree

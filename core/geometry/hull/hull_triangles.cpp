@@ -1,5 +1,5 @@
-// Incremental convex hull with outside sets; see hull_triangles.h.
-#include <core/geometry/hull/hull_triangles.h>
+// Incremental convex hull with outside sets; see hull_stages.h.
+#include <core/geometry/hull/hull_stages.h>
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <core/geometry/balls.h>
 #include <core/geometry/hull/hull_build.h>
 #include <core/geometry/hull/hull_store.h>
-#include <core/plain/patch.h>
+#include <core/plain/rows.h>
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <core/state/snapshot/snapshot_check.h>
 #include <core/state/snapshot/snapshot_columns.h>

@@ -1,6 +1,6 @@
 // Hulls of snapshots as bytes; see snapshot_hulls.h.
 #include <core/geometry/hull/hull_build.h>
-#include <core/geometry/hull/hull_faces.h>
+#include <core/geometry/hull/hull_stages.h>
 #include <core/state/snapshot/snapshot_hulls.h>
 #include <core/world/limits.h>
 

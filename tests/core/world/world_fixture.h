@@ -64,7 +64,7 @@ inline void add_touching(World& world, ShapeId a, ShapeId b) {
   contacts.pairs.contact.back() = static_cast<std::int32_t>(row);
 }
 
-// Puts a body to sleep, as find_islands would.
+// Puts a body to sleep, as put_islands_to_sleep would.
 inline void put_to_sleep(World& world, BodyId body) {
   WorldData& data = internals(world);
   data.bodies.flags[body.index] |= kBodyAsleep;

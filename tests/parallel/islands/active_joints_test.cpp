@@ -116,7 +116,7 @@ std::vector<std::int32_t> joints_at_work(const WorldData& data) {
 void expect_list_of_definition(WorldData& data, Workers& workers) {
   Crew crew(workers);
   refresh_lists(data, crew);
-  refresh_joints(data, islands_of(data), crew);
+  refresh_joints(data, crew);
   const std::vector<std::int32_t> wanted = joints_at_work(data);
   const Column<std::int32_t>& active = data.joints.active;
   ASSERT_TRUE(std::equal(active.begin(), active.end(), wanted.begin(), wanted.end()));

@@ -424,7 +424,10 @@ void step_plainly(World& world, float dt, Workers& workers) {
   refresh_lists(data, crew);
   find_pairs(data, crew);
   collide(data, crew);
-  find_islands(data, crew);
+  wake_touched_islands(data, crew);
+  put_islands_to_sleep(data, crew);
+  refresh_joints(data, crew);
+  list_body_events(data);
   color_constraints(data, crew);
   pack_blocks(data, crew);
   solve_plainly(data, dt);

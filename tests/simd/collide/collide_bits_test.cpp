@@ -1,5 +1,5 @@
 // Collide kernels give the same bits on every instruction set, wherever in a chunk a pair lies.
-#include <core/plain/patch.h>
+#include <core/plain/rows.h>
 
 #include <tests/simd/same_bits.h>
 #include "collide_fixture.h"

@@ -1,5 +1,5 @@
 // Spheres and capsules against hulls: the reference in double precision, rest, bad input, equal bits.
-#include <core/plain/patch.h>
+#include <core/plain/rows.h>
 
 #include <tests/simd/same_bits.h>
 #include "round_hull_fixture.h"

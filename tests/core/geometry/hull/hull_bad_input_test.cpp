@@ -1,5 +1,5 @@
 // No points can break the builder: it says what is wrong with them, or makes a sound hull.
-#include <core/geometry/hull/hull_faces.h>
+#include <core/geometry/hull/hull_stages.h>
 #include <tests/core/geometry/hull/hull_clouds.h>
 
 #include <cfenv>

@@ -10,6 +10,7 @@
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/broad_phase/merge_pairs.h>
 #include <parallel/crew/list_where.h>
+#include <parallel/events/contact_questions.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -38,23 +39,9 @@ ContactEnd handles_of(const WorldData& data, const ShapePair& pair) {
   return {shape(pair.a), shape(pair.b), body(pair.a), body(pair.b)};
 }
 
-ContactEvents asked_about(const WorldData& data, const ShapePair& pair) {
-  return data.settings.contact_events | data.shapes.events[pair.a] | data.shapes.events[pair.b];
-}
-
 bool is_on_awake_dynamic(const WorldData& data, std::int32_t shape) {
   return is_awake_dynamic(data.bodies, data.shapes.body[shape]);
 }
-
-float nearest_of(const Manifold& manifold) {
-  float nearest = kAbsentSeparation;
-  for (const float separation : manifold.separation) nearest = separation < nearest ? separation : nearest;
-  return nearest;
-}
-
-// The points of hulls may lie as far away as the hull is large, where nothing happens: of a contact count the
-// nearest point and those within this gap.
-float near_of(const Manifold& manifold) { return std::max(nearest_of(manifold), kSpeculativeDistance); }
 
 bool was_pressed(const Manifold& manifold) {
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
@@ -240,41 +227,7 @@ ContactEvent make_event(const WorldData& data, const PairList& list, std::size_t
   return event;
 }
 
-float approach_speed(const WorldData& data, const Manifold& manifold) {
-  const VelocityRow& a = data.bodies.velocity[manifold.row_a];
-  const VelocityRow& b = data.bodies.velocity[manifold.row_b];
-  const Vec3 normal = to_vec3(manifold.normal);
-  const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
-  const Vec3 spin = to_vec3(b.angular) - to_vec3(a.angular);
-  const Vec3 relative = to_vec3(b.linear) + cross(to_vec3(b.angular), to_vec3(manifold.arm_b)) -
-                        to_vec3(a.linear) - cross(to_vec3(a.angular), to_vec3(manifold.arm_a));
-  const float at_center = dot(relative, normal);
-  const float spin_1 = dot(spin, tangent_1), spin_2 = dot(spin, tangent_2);
-  const float near = near_of(manifold);
-  float fastest = 0.0f;
-  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
-    const float approach = -(at_center + manifold.point_v[k] * spin_1 - manifold.point_u[k] * spin_2);
-    const float met = std::max(near, approach * data.last_dt);  // now or within the step
-    if (!(manifold.separation[k] <= met)) continue;
-    fastest = approach > fastest ? approach : fastest;
-  }
-  return fastest;
-}
-
 }  // namespace
-
-void note_approach(WorldData& data, Crew& crew) {
-  if (!asks_for_events(data)) return;
-  const Contacts& contacts = data.contacts;
-  data.events.approach.resize_discarding(contacts.now.pair.size());
-  crew.run_ranges(static_cast<int>(contacts.touching.size()), kRowsPerChunk, [&](int begin, int end, int) {
-    for (int i = begin; i < end; ++i) {
-      const auto row = static_cast<std::size_t>(contacts.touching[i]);
-      if (asked_about(data, contacts.now.pair[row]) == ContactEvents::none) continue;
-      data.events.approach[row] = approach_speed(data, contacts.now.manifold[row]);
-    }
-  });
-}
 
 void move_touching(WorldData& data, const Column<std::int32_t>& rows) {
   Events& events = data.events;
@@ -294,7 +247,7 @@ void move_touching(WorldData& data, const Column<std::int32_t>& rows) {
   all.swap(events.touching);
 }
 
-void list_events(WorldData& data, float dt, Crew& crew) {
+void list_contact_events(WorldData& data, float dt, Crew& crew) {
   Events& events = data.events;
   if (!asks_for_events(data)) {
     if (!events.resting.empty()) data.contacts.resting_marks.pages.clear();  // as if never saved

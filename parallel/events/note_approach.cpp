@@ -1,0 +1,49 @@
+// Approach speeds of contacts, before the solver changes the velocities.
+#include <parallel/events/contact_questions.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+
+namespace scree {
+
+namespace {
+
+constexpr int kRowsPerChunk = 1024;
+
+float approach_speed(const WorldData& data, const Manifold& manifold) {
+  const VelocityRow& a = data.bodies.velocity[manifold.row_a];
+  const VelocityRow& b = data.bodies.velocity[manifold.row_b];
+  const Vec3 normal = to_vec3(manifold.normal);
+  const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
+  const Vec3 spin = to_vec3(b.angular) - to_vec3(a.angular);
+  const Vec3 relative = to_vec3(b.linear) + cross(to_vec3(b.angular), to_vec3(manifold.arm_b)) -
+                        to_vec3(a.linear) - cross(to_vec3(a.angular), to_vec3(manifold.arm_a));
+  const float at_center = dot(relative, normal);
+  const float spin_1 = dot(spin, tangent_1), spin_2 = dot(spin, tangent_2);
+  const float near = near_of(manifold);
+  float fastest = 0.0f;
+  for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
+    const float approach = -(at_center + manifold.point_v[k] * spin_1 - manifold.point_u[k] * spin_2);
+    const float met = std::max(near, approach * data.last_dt);  // now or within the step
+    if (!(manifold.separation[k] <= met)) continue;
+    fastest = approach > fastest ? approach : fastest;
+  }
+  return fastest;
+}
+
+}  // namespace
+
+void note_approach(WorldData& data, Crew& crew) {
+  if (!asks_for_events(data)) return;
+  const Contacts& contacts = data.contacts;
+  data.events.approach.resize_discarding(contacts.now.pair.size());
+  crew.run_ranges(static_cast<int>(contacts.touching.size()), kRowsPerChunk, [&](int begin, int end, int) {
+    for (int i = begin; i < end; ++i) {
+      const auto row = static_cast<std::size_t>(contacts.touching[i]);
+      if (asked_about(data, contacts.now.pair[row]) == ContactEvents::none) continue;
+      data.events.approach[row] = approach_speed(data, contacts.now.manifold[row]);
+    }
+  });
+}
+
+}  // namespace scree

@@ -1,0 +1,146 @@
+// Waking: sleeping islands that something awake touches or pulls wake as a whole.
+//
+// Islands hang together by contacts and joints. They are followed breadth first from the bodies that are
+// touched, which costs by the bodies that wake, with their pairs and joints, however many sleep elsewhere. A
+// pair of two sleeping bodies rests, so the pairs at rest are all there is to follow.
+#include <core/constraints/joint_rows.h>
+#include <core/world/pair_key.h>
+#include <core/world/resting_pairs.h>
+#include <parallel/broad_phase/broad_phase.h>
+#include <parallel/crew/list_where.h>
+#include <parallel/islands/islands.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+
+namespace scree {
+
+namespace {
+
+// Islands::reached.
+constexpr std::uint8_t kListed = 1;    // among the candidates
+constexpr std::uint8_t kFollowed = 2;  // its contacts at rest are listed
+
+void reach(const WorldData& data, Islands& islands, std::int32_t body) {
+  if (!is_asleep(data.bodies, body) || islands.reached[body] != 0) return;
+  islands.reached[body] = kListed;
+  islands.candidates.push_back(body);
+}
+
+void follow_contacts(WorldData& data, Islands& islands, std::int32_t body) {
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
+    for_each_resting(data, shape, [&](std::int32_t row, std::int32_t other_shape) {
+      if (data.contacts.resting.contact[row] < 0) return;
+      const std::int32_t other = data.shapes.body[other_shape];
+      reach(data, islands, other);
+      if (islands.reached[other] != kFollowed) data.contacts.roused.push_back(row);
+    });
+  }
+  islands.reached[body] = kFollowed;
+}
+
+void follow_joints(const WorldData& data, Islands& islands, std::int32_t body) {
+  const Joints& joints = data.joints;
+  for (std::int32_t joint = data.bodies.first_joint[body]; joint >= 0;
+       joint = next_joint(joints, joint, body)) {
+    if (!is_enabled(joints, joint)) continue;
+    const Ends ends = joint_ends(data, joint);
+    reach(data, islands, ends.a == body ? ends.b : ends.a);
+  }
+}
+
+// Lists the contacts and the joints of an awake and a sleeping body. Returns whether there are any.
+bool list_touched(WorldData& data, Islands& islands, Crew& crew) {
+  const Bodies& bodies = data.bodies;
+  const Column<std::int32_t>&touching = data.contacts.touching, &active = data.joints.active;
+  const auto joins_sleeper = [&](Ends ends) {
+    return is_asleep(bodies, ends.a) || is_asleep(bodies, ends.b);
+  };
+  list_where(
+      crew, touching.size(), islands.places, islands.touched,
+      [&](std::size_t i) { return joins_sleeper(contact_ends(data, touching[i])); },
+      [&](std::size_t i) { return touching[i]; });
+  refresh_joints(data, crew);
+  list_where(
+      crew, active.size(), islands.places, islands.pulled,
+      [&](std::size_t i) { return joins_sleeper(joint_ends(data, active[i])); },
+      [&](std::size_t i) { return active[i]; });
+  return !islands.touched.empty() || !islands.pulled.empty();
+}
+
+// Wakes the islands of the sleeping bodies that Islands::touched and Islands::pulled name, and lists their
+// contacts at rest, in the order of the pairs: Contacts::roused.
+void wake_listed(WorldData& data, Islands& islands, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  islands.reached.resize(data.bodies.flags.size());
+  islands.candidates.clear();
+  for (const std::int32_t contact : islands.touched) {
+    const Ends ends = contact_ends(data, contact);
+    for (const std::int32_t body : {ends.a, ends.b}) reach(data, islands, body);
+  }
+  for (const std::int32_t joint : islands.pulled) {
+    const Ends ends = joint_ends(data, joint);
+    for (const std::int32_t body : {ends.a, ends.b}) reach(data, islands, body);
+  }
+  for (std::size_t i = 0; i < islands.candidates.size(); ++i) {  // which grows meanwhile
+    const std::int32_t body = islands.candidates[i];
+    follow_contacts(data, islands, body);
+    follow_joints(data, islands, body);
+  }
+  for (const std::int32_t body : islands.candidates) islands.reached[body] = 0;
+  std::sort(islands.candidates.begin(), islands.candidates.end());
+  for (const std::int32_t body : islands.candidates) wake_body(data, body);
+  sort_by_pair(broad_phase_of(data), contacts.resting.pair, contacts.roused, crew);
+}
+
+// Lists the contacts that take part now, in the order of their pairs. Pairs that rest go on resting until the
+// next list of pairs; their contacts take part at once.
+void list_touching(WorldData& data, Islands& islands, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  const Column<std::int32_t>& contact_of = contacts.pairs.contact;
+  list_where(
+      crew, contact_of.size(), islands.places, islands.remaining,
+      [&](std::size_t pair) {
+        return contact_of[pair] >= 0 && takes_part(data, contact_ends(data, contact_of[pair]));
+      },
+      [&](std::size_t pair) { return contact_of[pair]; });
+  islands.touched.resize_discarding(contacts.roused.size());
+  std::transform(contacts.roused.begin(), contacts.roused.end(), islands.touched.begin(),
+                 [&](std::int32_t row) { return contacts.resting.contact[row]; });
+  contacts.touching.resize_discarding(islands.remaining.size() + islands.touched.size());
+  const ShapePair* const pair = contacts.now.pair.data();
+  std::merge(islands.remaining.begin(), islands.remaining.end(), islands.touched.begin(),
+             islands.touched.end(), contacts.touching.begin(),
+             [&](std::int32_t x, std::int32_t y) { return comes_before(pair[x], pair[y]); });
+}
+
+}  // namespace
+
+bool wake_pulled_bodies(WorldData& data) {
+  const Bodies& bodies = data.bodies;
+  bool any = false;
+  for (const std::int32_t body : bodies.kinematic) {
+    if (bodies.first_joint[body] < 0 || is_still(bodies.velocity[body])) continue;
+    for (std::int32_t joint = bodies.first_joint[body]; joint >= 0;
+         joint = next_joint(data.joints, joint, body)) {
+      const Ends ends = joint_ends(data, joint);
+      const std::int32_t other = ends.a == body ? ends.b : ends.a;
+      if (!is_enabled(data.joints, joint) || !is_asleep(bodies, other)) continue;
+      wake_body(data, other);
+      any = true;
+    }
+  }
+  return any;
+}
+
+void wake_touched_islands(WorldData& data, Crew& crew) {
+  Islands& islands = islands_of(data);
+  islands.joints_judged = 0;
+  data.contacts.roused.clear();
+  if (!data.settings.sleeping || !list_touched(data, islands, crew)) return;
+  wake_listed(data, islands, crew);
+  refresh_lists(data, crew);
+  list_touching(data, islands, crew);
+}
+
+}  // namespace scree
