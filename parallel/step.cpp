@@ -4,6 +4,7 @@
 #include <core/world/edit.h>
 #include <core/world/wake.h>
 #include <parallel/stages.h>
+#include <parallel/validate/validate_stages.h>
 #include <scree/step.h>
 
 #include <algorithm>
@@ -82,13 +83,21 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
   wake_neighbors(data);
   refresh_lists(data, crew);
   if (wake_pulled_bodies(data)) refresh_lists(data, crew);
+  validate_stores(data);
+  validate_members(data);
   clock.run(Phase::find_pairs, [&] { find_pairs(data, crew); });  // bounds    -> candidate pairs
-  clock.run(Phase::collide, [&] { collide(data, crew); });        // pairs     -> manifolds
+  validate_pairs(data);
+  validate_trees(data);
+  clock.run(Phase::collide, [&] { collide(data, crew); });  // pairs     -> manifolds
+  validate_pairs(data);
+  validate_contacts(data);
   clock.run(Phase::find_islands, [&] {
     wake_touched_islands(data, crew);  // contacts, joints -> sleeping islands that wake
     put_islands_to_sleep(data, crew);  // slow bodies -> islands that fall asleep
     refresh_joints(data, crew);        // joints of awake bodies -> joints to solve
   });
+  validate_members(data);
+  validate_islands(data);
   clock.run(Phase::list_events, [&] {
     list_body_events(data);     // sleep, waking and lost joints -> their events
     note_approach(data, crew);  // velocities -> approach speeds
@@ -96,20 +105,25 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
   data.contacts.by_shape_made.forget();
   if (dt > 0.0f) {
     clock.run(Phase::color_constraints, [&] { color_constraints(data, crew); });  // contacts  -> batches
-    clock.run(Phase::pack_blocks, [&] { pack_blocks(data, crew); });              // manifolds -> wide blocks
-    clock.run(Phase::solve, [&] { solve(data, dt, crew); });                      // blocks    -> velocities
-    clock.run(Phase::store_impulses, [&] {                                        // blocks    -> manifolds
+    validate_colors(data);
+    clock.run(Phase::pack_blocks, [&] { pack_blocks(data, crew); });  // manifolds -> wide blocks
+    validate_blocks(data, crew);
+    clock.run(Phase::solve, [&] { solve(data, dt, crew); });  // blocks    -> velocities
+    clock.run(Phase::store_impulses, [&] {                    // blocks    -> manifolds
       store_impulses(data, dt, crew);
       break_joints(data, crew);  // reactions -> broken joints
     });
+    validate_impulses(data);
   } else {
     forget_forces(data);
     data.stats.awake_bodies = static_cast<std::int64_t>(data.bodies.awake.size());
   }
   clock.run(Phase::list_events, [&] { list_contact_events(data, dt, crew); });  // manifolds -> begins, ends
+  validate_events(data);
   if (dt > 0.0f) {
     clock.run(Phase::sweep_fast_bodies, [&] { sweep_fast_bodies(data, crew); });  // motion -> shorter motion
     clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });          // motion -> poses, bounds
+    validate_motion(data);
     data.last_dt = dt;
     data.last_substep = substep_of(data, dt);
   }

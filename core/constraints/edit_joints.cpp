@@ -24,6 +24,7 @@ void enter_list(WorldData& data, std::int32_t joint, std::int32_t body) {
   std::int32_t& first = data.bodies.first_joint[body];
   if (first >= 0) {
     const auto old = static_cast<std::size_t>(first);
+    SCREE_ASSERT(link_of(joints.previous[old], joints.bodies[old], body) == -1);
     link_of(joints.previous[old], joints.bodies[old], body) = joint;
   }
   const auto row = static_cast<std::size_t>(joint);
@@ -46,9 +47,11 @@ void leave_list(WorldData& data, std::int32_t joint, std::int32_t body) {
   const std::int32_t behind = link_of(joints.next[row], joints.bodies[row], body);
   if (before >= 0) {
     const auto other = static_cast<std::size_t>(before);
+    SCREE_ASSERT(link_of(joints.next[other], joints.bodies[other], body) == joint);
     link_of(joints.next[other], joints.bodies[other], body) = behind;
     joints.marks.mark(before);
   } else {
+    SCREE_ASSERT(data.bodies.first_joint[body] == joint);
     data.bodies.first_joint[body] = behind;
   }
   if (behind >= 0) {
@@ -87,6 +90,7 @@ void remove_joint(WorldData& data, std::int32_t joint) {
   Joints& joints = data.joints;
   const auto row = static_cast<std::size_t>(joint);
   const JointBodies ends = joints.bodies[row];
+  SCREE_ASSERT((joints.flags[row] & kJointAlive) != 0);
   wake_ends(data, joint);
   joints_changed(data, joint, (joints.flags[row] & kJointCollides) == 0);
   leave_list(data, joint, ends.a);

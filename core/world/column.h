@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <new>
 #include <span>
 #include <type_traits>
@@ -79,6 +80,8 @@ class Column {
     if (written_ < size_) written_ = size_;
   }
   void append(std::span<const Row> rows) {  // of another column
+    SCREE_ASSERT(rows.empty() || std::less<>()(rows.data(), rows_) ||
+                 std::greater_equal<>()(rows.data(), rows_ + capacity_));
     const std::size_t old = size_;
     resize_for_overwrite(old + rows.size());
     if (!rows.empty()) std::memcpy(static_cast<void*>(rows_ + old), rows.data(), rows.size_bytes());

@@ -170,6 +170,7 @@ void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, 
 ShapeId commit_shape(WorldData& data, std::int32_t shape) {
   Shapes& shapes = data.shapes;
   const auto row = static_cast<std::size_t>(shape);
+  SCREE_ASSERT((shapes.flags[row] & kShapeAlive) == 0);
   if (shapes.generation[row] == 0) shapes.generation[row] = 1;
   mark_dirty(shapes, shape, kShapeAlive | kShapeNew);
   ++shapes.alive;
@@ -199,6 +200,8 @@ void unlink_shape(WorldData& data, std::int32_t shape) {
   const auto row = static_cast<std::size_t>(shape);
   const std::int32_t before = shapes.previous[row], behind = shapes.next[row];
   const std::int32_t body = shapes.body[row];
+  SCREE_ASSERT((before >= 0 ? shapes.next[before] : data.bodies.first_shape[body]) == shape);
+  SCREE_ASSERT(behind < 0 || shapes.previous[behind] == shape);
   if (before >= 0) {
     shapes.next[before] = behind;
     shapes.marks.mark(before);
@@ -212,6 +215,7 @@ void unlink_shape(WorldData& data, std::int32_t shape) {
 void remove_shape(WorldData& data, std::int32_t shape) {
   Shapes& shapes = data.shapes;
   const auto row = static_cast<std::size_t>(shape);
+  SCREE_ASSERT((shapes.flags[row] & kShapeAlive) != 0);
   request_wake(data, shape);
   mark_dirty(shapes, shape);
   release_hull(data.hulls, shapes.hull[row]);

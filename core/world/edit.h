@@ -39,6 +39,7 @@ struct SlotPlan {
 // Takes the slots of a plan out of the store's free ones.
 template <class Store>
 void take_slots(Store& store, const SlotPlan& plan) {
+  SCREE_ASSERT(store.free_slots.size() == plan.free_count);
   store.free_slots.drop_back(plan.from_free);
   store.free_mark.cut(store.free_slots.size());
 }

@@ -1,6 +1,9 @@
 // Pairs at rest; see resting_pairs.h.
 #include <core/world/resting_pairs.h>
 
+#include <algorithm>
+#include <functional>
+
 namespace scree {
 
 namespace {
@@ -43,6 +46,7 @@ void unlink_row(WorldData& data, std::size_t row) {
   const ShapePair pair = data.contacts.resting.pair[row];
   const RestingLinks links = data.contacts.resting_links[row];
   for (const std::size_t side : {0u, 1u}) {
+    SCREE_ASSERT(link_behind(data, shape_of(pair, side), links.previous[side]) == end_of(row, side));
     link_behind(data, shape_of(pair, side), links.previous[side]) = links.next[side];
     set_previous(data.contacts, links.next[side], links.previous[side]);
   }
@@ -109,6 +113,8 @@ void add_resting(WorldData& data, const PairRows& more) {
   Contacts& contacts = data.contacts;
   PairRows& resting = contacts.resting;
   const std::size_t first = resting.pair.size();
+  SCREE_ASSERT(more.contact.size() == more.pair.size());
+  SCREE_ASSERT(more.axis.empty() || more.axis.size() == more.pair.size());
   if (!more.axis.empty()) resting.axis.resize(first);  // hulls may have come since
   const bool hulls = !resting.axis.empty() || !more.axis.empty();
   resting.pair.append(more.pair.span());
@@ -127,6 +133,7 @@ void add_resting(WorldData& data, const PairRows& more) {
 
 void remove_resting(WorldData& data, const Column<std::int32_t>& rows) {
   Contacts& contacts = data.contacts;
+  SCREE_ASSERT(std::adjacent_find(rows.begin(), rows.end(), std::greater_equal<>()) == rows.end());
   contacts.resting_order_made.forget();
   if (2 * rows.size() > contacts.resting.pair.size()) return remove_most(data, rows);
   for (std::size_t i = rows.size(); i-- > 0;) {  // so that the last row is never one of those to remove

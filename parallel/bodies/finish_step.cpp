@@ -16,6 +16,7 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   Bodies& bodies = data.bodies;
   const int moving = static_cast<int>(constraints.moving_bodies.size());
   const std::size_t dynamic_count = bodies.awake.size();
+  SCREE_ASSERT(constraints.moving_bodies.size() == dynamic_count + bodies.kinematic.size());
   constraints.kinetic_energy.resize_discarding(constraints.moving_bodies.size());
   constraints.non_finite.resize_discarding(constraints.moving_bodies.size());
 

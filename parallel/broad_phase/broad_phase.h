@@ -167,7 +167,8 @@ SortKey* sort_by_key(SortKey* rows, SortKey* other, std::int32_t count, Column<s
 ShapePair* sort_by_key(ShapePair* rows, ShapePair* other, std::int32_t count,
                        Column<std::uint32_t>& digit_counts, Crew& crew);
 
-// Sorts numbers of rows by the pairs of these rows, no two of which are the same.
+// Sorts numbers of rows by the pairs of these rows. No two rows have the same pair, but a row may be named
+// more than once.
 void sort_by_pair(BroadPhase& broad_phase, const Column<ShapePair>& pair_of, Column<std::int32_t>& rows,
                   Crew& crew);
 inline constexpr std::size_t kSortedMemory = 65536;  // keys; memory for more of them is freed after sorting

@@ -46,6 +46,7 @@ void leave_frozen(BroadPhase& broad_phase, std::size_t shape) {
   const std::uint8_t index = broad_phase.tree_of[shape];
   PairTree& tree = broad_phase.trees[index];
   const std::int32_t slot = broad_phase.slot_of[shape];
+  SCREE_ASSERT(tree.order[slot] == static_cast<std::int32_t>(shape));
   tree.order[slot] = -1;
   broad_phase.leavers.push_back(static_cast<std::int32_t>(shape));
   --tree.members;
@@ -125,6 +126,8 @@ void close_ranks(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
 // Puts the arrivals into the free places of the smallest tree.
 void fill_smallest(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   PairTree& tree = broad_phase.trees[kFrozenTree];
+  SCREE_ASSERT(static_cast<std::size_t>(tree.members) + broad_phase.arrivals.size() <=
+               static_cast<std::size_t>(kSmallestTree));
   while (tree.order.size() < static_cast<std::size_t>(kSmallestTree)) tree.order.push_back(-1);
   std::size_t slot = 0;
   for (const std::int32_t row : broad_phase.arrivals) {

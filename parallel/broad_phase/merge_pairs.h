@@ -16,6 +16,8 @@ namespace scree {
 template <class Put>
 void merge_pairs(const Column<ShapePair>& first, const Column<ShapePair>& second, Crew& crew, Put&& put) {
   constexpr std::size_t kChunk = 4096;
+  SCREE_ASSERT(std::is_sorted(first.begin(), first.end(), comes_before));
+  SCREE_ASSERT(std::is_sorted(second.begin(), second.end(), comes_before));
   const bool cuts_first = first.size() > second.size();
   const Column<ShapePair>&longer = cuts_first ? first : second, &other = cuts_first ? second : first;
   // The number of pairs of the other list that come before one of the longer list.

@@ -158,6 +158,7 @@ class Layout {
   void add_chunk(const Family& family, const BlockKind& kind, int lane, int count,
                  simd::BodySide hub = simd::BodySide::none) {
     const int lanes = kernels_.lanes;
+    SCREE_ASSERT(count > 0);
     const int end = lane + padded(count);
     for (int pad = lane + count; pad < end; ++pad) {
       family.rows[pad] = family.rows[lane + count - 1];

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 
 namespace scree {
@@ -28,6 +29,7 @@ inline bool is_hub_place(int place) {
 
 inline int place_of(const Edge& edge) {
   if (edge.color == kOverflowColor) return 0;
+  SCREE_ASSERT(edge.kind != EdgeKind::two_hubs);
   switch (edge.kind) {
     case EdgeKind::pushed_b:
       return edge.color == kStaticHubColor ? kStaticHubPlace : kFirstStaticPlace + edge.color;
@@ -48,6 +50,7 @@ std::int64_t count_keys(Constraints& constraints, std::size_t first, const Colum
   const int count = static_cast<int>(list.size()), parts = (count + kSortRows - 1) / kSortRows;
   const int kinds = table.kinds;  // a copy: the compiler cannot know that counts do not change it
   const auto keys = static_cast<std::size_t>(kColorPlaces * kinds);
+  SCREE_ASSERT(keys <= std::numeric_limits<std::uint16_t>::max());
   table.counts.resize_discarding(static_cast<std::size_t>(parts) * keys);
   table.sums.resize_discarding(static_cast<std::size_t>(parts));
   crew.run_ranges(count, kSortRows, [&](int begin, int end, int) {

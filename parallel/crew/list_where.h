@@ -16,6 +16,7 @@ template <class Row, class Keep, class Value>
 void list_where(Crew& crew, std::size_t count, Column<std::int32_t>& places, Column<Row>& list, Keep&& keep,
                 Value&& value) {
   constexpr int kChunk = 4096;  // 5 to 20 microseconds
+  SCREE_ASSERT(static_cast<void*>(&places) != static_cast<void*>(&list));
   places.resize_discarding((count + kChunk - 1) / kChunk);
   crew.run_ranges(static_cast<int>(count), kChunk, [&](int begin, int end, int) {
     std::int32_t kept = 0;

@@ -35,6 +35,7 @@ std::int32_t find_root(Column<std::int32_t>& parent, std::int32_t body) {
   for (;;) {
     Link link = link_of(parent, body);
     const std::int32_t up = link.load(std::memory_order_relaxed);
+    SCREE_ASSERT(up <= body);
     const std::int32_t above = link_of(parent, up).load(std::memory_order_relaxed);
     if (above == up) return up;
     // Path halving. Another thread may have stored an ancestor even higher up; this one is correct, too.

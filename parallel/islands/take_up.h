@@ -4,8 +4,10 @@
 
 #include <core/world/column.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 
 namespace scree {
 
@@ -14,6 +16,8 @@ namespace scree {
 template <class Keep>
 void take_up(Column<std::int32_t>& list, const Column<std::int32_t>& changed,
              const Column<std::uint8_t>& is_changed, Column<std::int32_t>& scratch, Keep&& keep) {
+  SCREE_ASSERT(std::adjacent_find(list.begin(), list.end(), std::greater_equal<>()) == list.end());
+  SCREE_ASSERT(std::adjacent_find(changed.begin(), changed.end(), std::greater_equal<>()) == changed.end());
   scratch.resize_discarding(list.size() + changed.size());
   std::int32_t* to = scratch.data();
   const std::int32_t* next = changed.begin();

@@ -82,6 +82,8 @@ CollideItem make_item(const WorldData& data, std::int32_t place) {
   item.pair = place;
   const BodyType type_1 = data.bodies.type[item.body_1];
   const BodyType type_2 = data.bodies.type[item.body_2];
+  SCREE_ASSERT(item.body_1 != item.body_2);
+  SCREE_ASSERT(is_dynamic(type_1) || is_dynamic(type_2));
   const BodyType type_a = is_dynamic(type_2) ? type_1 : type_2;
   if (!is_dynamic(type_2)) item.flags |= simd::kItemFlip;
   if (!is_dynamic(type_a)) item.flags |= simd::kItemStatic;
@@ -271,6 +273,7 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
     const auto size = static_cast<std::size_t>(chunks.begin(round_end) - first);
     const double left = static_cast<double>(chunks.begin(chunks.count()) - first) - static_cast<double>(size);
     provide_rows(contacts, size, static_cast<std::size_t>(share * left), data.settings.contact_forces);
+    SCREE_ASSERT(contacts.free_rows.size() >= size);
     const std::int32_t* const rows = contacts.free_rows.end() - size;
     const simd::CollideColumns columns = collide_columns(data);
     crew.run(round_end - round, [&](int place, int) {

@@ -163,7 +163,11 @@ class Random {
     return low + (high - low) * static_cast<float>(state_ >> 40) * 0x1p-24f;
   }
   Vec3 vector(float size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
-  Quat rotation() { return rotation_about(vector(1.0f), static_cast<double>(uniform(0.0f, 6.0f))); }
+  Quat
+  rotation() {  // the angle first: arguments of a call are evaluated in the order that the compiler likes
+    const double angle = static_cast<double>(uniform(0.0f, 6.0f));
+    return rotation_about(vector(1.0f), angle);
+  }
 
  private:
   std::uint64_t state_;

@@ -41,8 +41,11 @@ std::int32_t free_slot(Hulls& hulls) {
 // Empties a slot that no shape has.
 void clear(Hulls& hulls, std::int32_t slot) {
   const auto row = static_cast<std::size_t>(slot);
+  SCREE_ASSERT(hulls.shapes[row] == 0);
   const auto [first, last] = hulls.slot_of.equal_range(hulls.content[row]);
-  hulls.slot_of.erase(std::find_if(first, last, [&](const auto& entry) { return entry.second == slot; }));
+  const auto own = std::find_if(first, last, [&](const auto& entry) { return entry.second == slot; });
+  SCREE_ASSERT(own != last);
+  hulls.slot_of.erase(own);
   hulls.content[row] = 0;
   hulls.data[row] = nullptr;
   hulls.shared[row] = {};

@@ -30,6 +30,7 @@ enum PageMark : std::uint8_t {
 // saved has none.
 struct PageMarks : Column<std::uint8_t> {  // PageMark by page
   void mark(std::int32_t row, std::uint8_t how = kPageMoved | kPageChanged) {
+    SCREE_ASSERT(row >= 0);
     const std::size_t page = static_cast<std::size_t>(row) / kPageRows;
     if (page < size()) (*this)[page] = static_cast<std::uint8_t>((*this)[page] | how);
   }

@@ -1,6 +1,7 @@
 // Saving, restoring and cloning worlds.
 #include <core/geometry/hull/hull_build.h>
 #include <core/state/snapshot/snapshot.h>
+#include <core/validate/validate.h>
 #include <core/world/edit.h>
 #include <core/world/fp_environment.h>
 #include <core/world/resting_pairs.h>
@@ -201,6 +202,8 @@ void restore(World& world, const Snapshot& snapshot) {
   derive_events(data.events);
   for_each_part(data, [](const char*, Part& part) { part.forget(); });
   remember_saved(data, from);
+  validate_stores(data);
+  validate_pairs(data);
   if (data.recording.sink != nullptr) data.recording.sink->restored(data);
 }
 

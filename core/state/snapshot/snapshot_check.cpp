@@ -234,9 +234,10 @@ void check_cores(WorldData& data, const Refusal& refusal) {
 
 // The rows that a manifold names, which the solver writes to, must be those of its pair's bodies.
 bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold& manifold) {
-  const auto bodies = static_cast<std::int32_t>(data.bodies.flags.size());
-  if (manifold.row_a < 0 || manifold.row_a >= bodies || manifold.row_b < 0 || manifold.row_b >= bodies)
-    return false;
+  const auto is_body = [&](std::int32_t row) {
+    return row >= kFirstBody && at(row) < data.bodies.flags.size();
+  };
+  if (!is_body(manifold.row_b) || (manifold.row_a != kFixedRow && !is_body(manifold.row_a))) return false;
   const auto is_known = [&](std::int32_t shape) {
     return (data.shapes.flags[at(shape)] & (kShapeAlive | kShapeNew)) == kShapeAlive;
   };

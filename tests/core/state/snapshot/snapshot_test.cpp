@@ -468,6 +468,28 @@ TEST(SnapshotBytes, ListAllFreeRowsOfContacts) {
             std::string::npos);
 }
 
+TEST(SnapshotBytes, RefuseManifoldsOfRowsThatNoBodyHas) {
+  World world;
+  ShapeId spheres[2];
+  for (ShapeId& sphere : spheres) sphere = world.add_shape(world.create_body({}), Sphere{1.0f});
+  add_touching(world, spheres[0], spheres[1]);
+  Manifold& manifold = internals(world).contacts.now.manifold[0];
+  manifold.info = 1;
+  world.destroy_shape(spheres[0]);  // so that nobody asks whose the manifold is
+  for (const std::int32_t row : {0, 1, kFirstBody - 1}) {
+    manifold.row_a = kFixedRow;
+    manifold.row_b = row;
+    EXPECT_NE(error_of([&] { read_snapshot(bytes_of(world)); }).find("is not between the bodies of its pair"),
+              std::string::npos)
+        << row;
+  }
+  manifold.row_b = kFirstBody;
+  EXPECT_EQ(error_of([&] { read_snapshot(bytes_of(world)); }), "");
+  manifold.row_a = 1;
+  EXPECT_NE(error_of([&] { read_snapshot(bytes_of(world)); }).find("is not between the bodies of its pair"),
+            std::string::npos);
+}
+
 TEST(SnapshotBytes, ListAllFreeSlots) {
   const auto refusal_without_one = [](auto&& slots_of) {
     Zoo zoo;

@@ -1,0 +1,73 @@
+// Validation of the lists of who takes part; see validate_stages.h.
+#ifdef SCREE_ASSERTIONS
+
+#include <core/constraints/joint_rows.h>
+#include <core/world/wake.h>
+#include <parallel/validate/validate_stages.h>
+
+namespace scree {
+
+namespace {
+
+// The list ascends, and names a row exactly if `belongs` holds for it, but where `may_differ` does: there the
+// list will be told.
+template <class Belongs, class MayDiffer>
+void validate_list(const Column<std::int32_t>& list, std::size_t rows, Belongs&& belongs,
+                   MayDiffer&& may_differ) {
+  SCREE_ASSERT(ascends(list));
+  std::size_t place = 0;
+  for (std::size_t row = 0; row < rows; ++row) {
+    const bool is_listed = place < list.size() && static_cast<std::size_t>(list[place]) == row;
+    place += is_listed ? 1 : 0;
+    SCREE_ASSERT(is_listed == belongs(row) || may_differ(row));
+  }
+  SCREE_ASSERT(place == list.size());
+}
+
+bool is_changed(const Bodies& bodies, std::int32_t body) {
+  return bodies.all_changed || bodies.is_changed[body] != 0;
+}
+
+}  // namespace
+
+void validate_members(const WorldData& data) {
+  if (!is_validated(data)) return;
+  const Bodies& bodies = data.bodies;
+  const Shapes& shapes = data.shapes;
+  const Joints& joints = data.joints;
+  const auto is_of = [&](std::size_t body, BodyType type) {
+    return (bodies.flags[body] & (kBodyAlive | kBodyAsleep)) == kBodyAlive && bodies.type[body] == type;
+  };
+  const auto body_changed = [&](std::size_t body) {
+    return is_changed(bodies, static_cast<std::int32_t>(body));
+  };
+  validate_list(
+      bodies.awake, bodies.flags.size(), [&](std::size_t body) { return is_of(body, BodyType::dynamic); },
+      body_changed);
+  validate_list(
+      bodies.kinematic, bodies.flags.size(),
+      [&](std::size_t body) { return is_of(body, BodyType::kinematic); }, body_changed);
+  validate_list(
+      shapes.moving, shapes.flags.size(),
+      [&](std::size_t shape) {
+        return shapes.tree[shape] == TreeKind::awake || shapes.tree[shape] == TreeKind::kinematic;
+      },
+      [&](std::size_t shape) { return bodies.all_changed || shapes.is_changed[shape] != 0; });
+  validate_list(
+      joints.active, joints.flags.size(),
+      [&](std::size_t joint) {
+        const JointBodies ends = joints.bodies[joint];
+        constexpr std::uint8_t kWhole = kJointAlive | kJointEnabled;
+        return (joints.flags[joint] & kWhole) == kWhole &&
+               (is_awake_dynamic(bodies, ends.a) || is_awake_dynamic(bodies, ends.b));
+      },
+      [&](std::size_t joint) {
+        const JointBodies ends = joints.bodies[joint];
+        return joints.all_changed || joints.is_changed[joint] != 0 || is_changed(bodies, ends.a) ||
+               is_changed(bodies, ends.b);
+      });
+}
+
+}  // namespace scree
+
+#endif
