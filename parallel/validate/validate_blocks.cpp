@@ -64,13 +64,13 @@ void validate_lanes(const Family& family, int lanes) {
 // Chunks of both families by their numbers, one behind the other in the blocks.
 void validate_places(const Constraints& constraints, const simd::Kernels& kernels) {
   std::size_t offset = 0, contact = 0, joint = 0;
-  const std::size_t count = constraints.chunks.size() + constraints.joint_chunks.size();
+  const std::size_t count = constraints.contact_chunks.size() + constraints.joint_chunks.size();
   for (std::size_t number = 0; number < count; ++number) {
-    const bool is_contact = contact < constraints.chunks.size() &&
-                            static_cast<std::size_t>(constraints.chunks[contact].number) == number;
+    const bool is_contact = contact < constraints.contact_chunks.size() &&
+                            static_cast<std::size_t>(constraints.contact_chunks[contact].number) == number;
     SCREE_ASSERT(is_contact || joint < constraints.joint_chunks.size());
     const simd::ConstraintChunk& chunk =
-        is_contact ? constraints.chunks[contact] : constraints.joint_chunks[joint];
+        is_contact ? constraints.contact_chunks[contact] : constraints.joint_chunks[joint];
     SCREE_ASSERT(static_cast<std::size_t>(chunk.number) == number);
     SCREE_ASSERT(chunk.offset == offset);
     offset += static_cast<std::size_t>(chunk.blocks) *
@@ -142,19 +142,19 @@ void validate_stages_of(const WorldData& data, const Constraints& constraints) {
   Writers writers(data.bodies.flags.size());
   std::size_t contact = 0, joint = 0, number = 0;
   for (const ColorStage& stage : constraints.stages) {
-    SCREE_ASSERT(static_cast<std::size_t>(stage.first_chunk) == contact);
+    SCREE_ASSERT(static_cast<std::size_t>(stage.first_contact_chunk) == contact);
     SCREE_ASSERT(static_cast<std::size_t>(stage.first_joint_chunk) == joint);
     writers.begin_stage(static_cast<std::int32_t>(number));
     for (std::int32_t i = 0; i < stage.joint_chunk_count; ++i, ++joint, ++number) {
       validate_chunk(data, constraints.joint_chunks[joint], constraints.joint_rows, writers, stage.serial,
                      ends_of_joint);
     }
-    for (std::int32_t i = 0; i < stage.chunk_count; ++i, ++contact, ++number) {
-      validate_chunk(data, constraints.chunks[contact], constraints.rows, writers, stage.serial,
-                     ends_of_contact);
+    for (std::int32_t i = 0; i < stage.contact_chunk_count; ++i, ++contact, ++number) {
+      validate_chunk(data, constraints.contact_chunks[contact], constraints.contact_rows, writers,
+                     stage.serial, ends_of_contact);
     }
   }
-  SCREE_ASSERT(contact == constraints.chunks.size());
+  SCREE_ASSERT(contact == constraints.contact_chunks.size());
   SCREE_ASSERT(joint == constraints.joint_chunks.size());
 }
 
@@ -185,8 +185,9 @@ void validate_blocks(const WorldData& data, const Crew& crew) {
   if (!is_validated(data)) return;
   const Constraints& constraints = constraints_of(data);
   const int lanes = crew.kernels().lanes;
-  validate_lanes(
-      {data.contacts.touching, constraints.rows, constraints.chunks, data.contacts.now.pair.size()}, lanes);
+  validate_lanes({data.contacts.touching, constraints.contact_rows, constraints.contact_chunks,
+                  data.contacts.now.pair.size()},
+                 lanes);
   validate_lanes(
       {data.joints.active, constraints.joint_rows, constraints.joint_chunks, data.joints.flags.size()},
       lanes);

@@ -58,7 +58,7 @@ void validate_impulses(const WorldData& data) {
   for (const std::int32_t contact : data.contacts.touching) {
     const Manifold& manifold = data.contacts.now.manifold[contact];
     for (int k = 0; k < kMaxManifoldPoints; ++k) {
-      SCREE_ASSERT(!(manifold.normal_impulse[k] < 0.0f));  // but it may be no number: see freeze_broken
+      SCREE_ASSERT(!(manifold.normal_impulse[k] < 0.0f));  // but it may be no number: see quarantine_bodies
     }
   }
   SCREE_ASSERT(ascends(data.events.broken, [](JointId x, JointId y) { return x.index < y.index; }));
