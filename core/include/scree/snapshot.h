@@ -25,8 +25,8 @@ class SCREE_API Snapshot {
  public:
   Snapshot() noexcept;  ///< of no world
   ~Snapshot();
-  Snapshot(Snapshot&&) noexcept;
-  Snapshot& operator=(Snapshot&&) noexcept;
+  Snapshot(Snapshot&&) noexcept;             ///< the other one becomes empty
+  Snapshot& operator=(Snapshot&&) noexcept;  ///< the other one becomes empty
 
   bool is_empty() const noexcept;       ///< of no world
   std::size_t bytes() const noexcept;   ///< of memory, as if nothing were shared; without hulls
@@ -101,8 +101,8 @@ class SCREE_API SnapshotChanges {
  public:
   SnapshotChanges() noexcept;  ///< of no snapshots
   ~SnapshotChanges();
-  SnapshotChanges(SnapshotChanges&&) noexcept;
-  SnapshotChanges& operator=(SnapshotChanges&&) noexcept;
+  SnapshotChanges(SnapshotChanges&&) noexcept;             ///< the other one becomes empty
+  SnapshotChanges& operator=(SnapshotChanges&&) noexcept;  ///< the other one becomes empty
 
   bool is_empty() const noexcept;      ///< of no snapshots
   std::size_t bytes() const noexcept;  ///< of memory, as if it shared none with the snapshots; without hulls
