@@ -1,6 +1,6 @@
-// Reads the forces of contacts, in any number of threads at once. The first query after a step makes the lists of contacts by shape, so that
-// worlds that are only stepped do not pay for them. They hold contacts of moving shapes; resting pairs have
-// lists of their own.
+// Reads the forces of contacts, in any number of threads at once. The first query after a step makes the
+// lists of contacts by shape, so that worlds that are only stepped do not pay for them. They hold contacts of
+// moving shapes; resting pairs have lists of their own.
 #include <core/world/check.h>
 #include <core/world/edit.h>
 #include <core/world/fp_environment.h>

@@ -299,13 +299,13 @@ struct Contacts {
   std::size_t resting_kept = 0;  // scratch; find_pairs: rows of `resting` that it has not added in this step
   PairRows pairs_before;         // scratch; find_pairs: the last list, where it has changed
   ContactRows now;
-  PageMarks marks;                 // derived; find_pairs, collide, refresh_lists; of `now`
-  ListMark free_mark;              // derived; collide; of free_rows
-  Column<std::int32_t> free_rows;  // state; find_pairs, collide; of `now`, taken from the back
-  bool list_kept = false;          // scratch; find_pairs: the list of pairs is the last one
-  Column<std::int32_t> last_place; // scratch; find_pairs; per pair: its place in the last list, or -1.
-                                   // Meaningless while list_kept
-  Column<ContactForceRow> forces;  // state; collide, store_impulses; by row of `now`; none unless asked for
+  PageMarks marks;                  // derived; find_pairs, collide, refresh_lists; of `now`
+  ListMark free_mark;               // derived; collide; of free_rows
+  Column<std::int32_t> free_rows;   // state; find_pairs, collide; of `now`, taken from the back
+  bool list_kept = false;           // scratch; find_pairs: the list of pairs is the last one
+  Column<std::int32_t> last_place;  // scratch; find_pairs; per pair: its place in the last list, or -1.
+                                    // Meaningless while list_kept
+  Column<ContactForceRow> forces;   // state; collide, store_impulses; by row of `now`; none unless asked for
   mutable Column<std::int32_t> by_shape;      // scratch; contact_forces_of; contacts by shape ...
   mutable Column<std::int32_t> by_shape_end;  // scratch; likewise; ... and where those of each end
   mutable MadeOnce by_shape_made;             // forgotten by the step

@@ -129,7 +129,7 @@ Calls reading_calls() {
   SCREE_READ(locks, body)
   SCREE_READ(can_sleep, body)
   SCREE_READ(is_awake, body)
-  SCREE_READ(is_frozen, body)
+  SCREE_READ(is_quarantined, body)
   SCREE_READ(user_data, body)
   SCREE_READ(user_data, shape)
   SCREE_READ(user_data, joint)
