@@ -10,21 +10,25 @@ namespace scree {
 
 /// Fixed bodies never move, kinematic ones follow their velocity and push without being pushed, dynamic ones
 /// obey forces and contacts.
-enum class BodyType : std::uint8_t { fixed, kinematic, dynamic };
+enum class BodyType : std::uint8_t {
+  fixed,      ///< never moves
+  kinematic,  ///< follows its velocity and pushes without being pushed
+  dynamic,    ///< obeys forces, contacts and joints
+};
 
 /// Degrees of freedom taken from a dynamic body, in world axes; combine with |. Planar motion in x and y is
 /// `translation_z | rotation_x | rotation_y`.
 enum class AxisLocks : std::uint8_t {
-  none = 0,
-  translation_x = 1,
-  translation_y = 2,
-  translation_z = 4,
-  rotation_x = 8,
-  rotation_y = 16,
-  rotation_z = 32,
+  none = 0,           ///< free
+  translation_x = 1,  ///< no motion of the center of mass along x
+  translation_y = 2,  ///< no motion of the center of mass along y
+  translation_z = 4,  ///< no motion of the center of mass along z
+  rotation_x = 8,     ///< no rotation about x
+  rotation_y = 16,    ///< no rotation about y
+  rotation_z = 32,    ///< no rotation about z
 };
 
-/// Both sets of locks.
+/// The locks of both.
 constexpr AxisLocks operator|(AxisLocks left, AxisLocks right) {
   return static_cast<AxisLocks>(static_cast<unsigned>(left) | static_cast<unsigned>(right));
 }
@@ -42,22 +46,18 @@ struct MassProperties {
 /// neither shapes nor a mass weighs 1 kg with the inertia of 1 kg m^2 about every axis (with a given mass,
 /// that inertia scales with it).
 struct BodyDef {
-  /// Whether it moves, and what moves it.
-  BodyType type = BodyType::dynamic;
-  Vec3 position{};               ///< m, of the body's origin, each within +-1e7
-  Quat rotation{};               ///< unit length within 1e-3 (renormalized)
+  BodyType type = BodyType::dynamic;  ///< fixed, kinematic or dynamic
+  Vec3 position{};                    ///< m, of the body's origin, each within +-1e7
+  Quat rotation{};                    ///< unit length within 1e-3 (renormalized)
   Vec3 linear_velocity{};        ///< m/s, of the center of mass, each within +-1e9; fixed bodies ignore it
   Vec3 angular_velocity{};       ///< rad/s, each within +-1e9; fixed bodies ignore it
   float linear_damping = 0.0f;   ///< 1/s, in [0, 1e6]
   float angular_damping = 0.0f;  ///< 1/s, in [0, 1e6]
   float gravity_factor = 1.0f;   ///< multiplies the world's gravity, within +-1e6
-  /// Degrees of freedom taken from a dynamic body.
-  AxisLocks locks = AxisLocks::none;
-  std::optional<float> mass{};  ///< kg, in [1e-20, 1e30]: scales the shapes' inertia to this mass
-  /// False: the body, and with it its island, stays awake.
-  bool can_sleep = true;
-  /// The caller's own; Scree only keeps it.
-  std::uint64_t user_data = 0;
+  AxisLocks locks = AxisLocks::none;  ///< degrees of freedom taken from a dynamic body
+  std::optional<float> mass{};        ///< kg, in [1e-20, 1e30]: scales the shapes' inertia to this mass
+  bool can_sleep = true;              ///< false: the body never falls asleep
+  std::uint64_t user_data = 0;        ///< any number of the caller's; the library never reads it
 };
 
 }  // namespace scree

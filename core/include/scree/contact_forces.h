@@ -25,13 +25,10 @@ struct ContactForcePoint {
 /// Two shapes in contact and the impulses on body_b; body_a got their opposites. Places are those at the
 /// beginning of the step: moments about a body's center of mass balance about where that was then.
 struct ContactForces {
-  ShapeId shape_a;  ///< the one with the lower index
-  /// The one with the higher index.
-  ShapeId shape_b;
-  /// Of shape_a.
-  BodyId body_a;
-  /// Of shape_b.
-  BodyId body_b;
+  ShapeId shape_a;               ///< the one with the lower index
+  ShapeId shape_b;               ///< the one with the higher index
+  BodyId body_a;                 ///< the body of shape_a
+  BodyId body_b;                 ///< the body of shape_b
   Vec3 normal;                   ///< unit, from a to b
   Vec3 friction_center;          ///< m, in world coordinates: where friction acts
   Vec3 friction_impulse;         ///< N s, square to the normal; in each substep at most the coefficient of

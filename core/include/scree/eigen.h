@@ -10,8 +10,11 @@
 
 namespace scree {
 
+/// The same vector.
 inline Eigen::Vector3f to_eigen(const Vec3& v) { return {v.x, v.y, v.z}; }
+/// The same rotation.
 inline Eigen::Quaternionf to_eigen(const Quat& q) { return {q.w, q.x, q.y, q.z}; }
+/// The same placement as a transformation.
 inline Eigen::Isometry3f to_eigen(const Pose& pose) {
   Eigen::Isometry3f transform = Eigen::Isometry3f::Identity();
   transform.linear() = to_eigen(pose.rotation).toRotationMatrix();
@@ -19,8 +22,11 @@ inline Eigen::Isometry3f to_eigen(const Pose& pose) {
   return transform;
 }
 
+/// The same vector.
 inline Vec3 from_eigen(const Eigen::Vector3f& v) { return {v.x(), v.y(), v.z()}; }
+/// The same rotation.
 inline Quat from_eigen(const Eigen::Quaternionf& q) { return {q.x(), q.y(), q.z(), q.w()}; }
+/// The same placement; its rotation is normalized.
 inline Pose from_eigen(const Eigen::Isometry3f& transform) {
   const Eigen::Matrix3f rotation = transform.linear();
   return {from_eigen(Eigen::Vector3f(transform.translation())),

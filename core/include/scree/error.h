@@ -45,7 +45,7 @@ enum class ErrorCode : std::uint8_t {
 /// The call that throws has changed nothing.
 class SCREE_API Error : public std::runtime_error {
  public:
-  /// With the text of what() and the kind of the mistake.
+  /// `what_happened` becomes what().
   explicit Error(const std::string& what_happened, ErrorCode code = ErrorCode::invalid_value)
       : std::runtime_error(what_happened), code_(code) {}
   /// The kind of the mistake.

@@ -26,13 +26,10 @@ struct ContactPoint {
 
 /// Two shapes that touch: an entry of World::contact_begins or World::contact_persists.
 struct ContactEvent {
-  ShapeId shape_a;  ///< the one with the lower index
-  /// The one with the higher index.
-  ShapeId shape_b;
-  /// Of shape_a.
-  BodyId body_a;
-  /// Of shape_b.
-  BodyId body_b;
+  ShapeId shape_a;              ///< the one with the lower index
+  ShapeId shape_b;              ///< the one with the higher index
+  BodyId body_a;                ///< the body of shape_a
+  BodyId body_b;                ///< the body of shape_b
   Vec3 normal;                  ///< unit, from a to b
   float normal_impulse = 0.0f;  ///< N s, of all points over the whole step; 0 after a step of no length
   float approach_speed = 0.0f;  ///< m/s, the largest of the points when the step began; 0 if none came closer
@@ -44,12 +41,9 @@ struct ContactEvent {
 /// destroyed: World::is_alive tells, and calls reject the handles of the dead.
 struct ContactEnd {
   ShapeId shape_a;  ///< the one with the lower index
-  /// The one with the higher index.
-  ShapeId shape_b;
-  /// Of shape_a.
-  BodyId body_a;
-  /// Of shape_b.
-  BodyId body_b;
+  ShapeId shape_b;  ///< the one with the higher index
+  BodyId body_a;    ///< the body of shape_a
+  BodyId body_b;    ///< the body of shape_b
 
   friend bool operator==(const ContactEnd&, const ContactEnd&) = default;
 };

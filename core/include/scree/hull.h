@@ -28,8 +28,7 @@ struct HullReport {
                                   ///< than 100,000 points lie outside a hull of 256 vertices, all of these
   float deviation = 0.0f;         ///< m: how far a given point lies outside the hull at most
 
-  /// Returns whether simplification left vertices out.
-  bool simplified() const { return cut_vertices > 0; }
+  bool simplified() const { return cut_vertices > 0; }  ///< whether vertices of the exact hull were left out
 };
 
 /// A convex polyhedron. Copies share one geometry; it never changes, so that any thread may read it. Equal
@@ -44,29 +43,22 @@ class SCREE_API Hull {
   /// the others by less than single precision tells (5e-7 of the extent, or 4 units in the last place of the
   /// largest coordinate) are left out, which the report's deviation covers.
   explicit Hull(std::span<const Vec3> points, const HullOptions& options = {});
-  /// Shares the geometry of the other hull.
-  Hull(const Hull&) noexcept;
-  /// Takes the geometry of the other hull, which is empty afterwards.
-  Hull(Hull&&) noexcept;
-  /// Shares the geometry of the other hull.
-  Hull& operator=(const Hull&) noexcept;
-  /// Takes the geometry of the other hull, which is empty afterwards.
-  Hull& operator=(Hull&&) noexcept;
+  Hull(const Hull&) noexcept;             ///< shares the geometry
+  Hull(Hull&&) noexcept;                  ///< leaves the other one empty
+  Hull& operator=(const Hull&) noexcept;  ///< shares the geometry
+  Hull& operator=(Hull&&) noexcept;       ///< leaves the other one empty
   ~Hull();
 
   bool is_empty() const noexcept;  ///< no hull
   /// Corners in the frame of the points, in canonical order.
   std::span<const Vec3> vertices() const noexcept;
-  /// Returns the number of edges; 0 if empty.
-  std::size_t edge_count() const noexcept;
-  /// Returns the number of faces, which are polygons; 0 if empty.
-  std::size_t face_count() const noexcept;
+  std::size_t edge_count() const noexcept;  ///< edges between faces, each counted once
+  std::size_t face_count() const noexcept;  ///< faces, coplanar triangles merged into one
   /// Indices of a face's corners, counterclockwise seen from outside. Throws on an index out of range.
   std::span<const std::uint8_t> face(std::size_t index) const;
-  float volume() const noexcept;   ///< m^3
-  Vec3 centroid() const noexcept;  ///< center of the volume, in the frame of the points
-  /// Returns what building the hull did to the points that were given.
-  const HullReport& report() const noexcept;
+  float volume() const noexcept;              ///< m^3
+  Vec3 centroid() const noexcept;             ///< center of the volume, in the frame of the points
+  const HullReport& report() const noexcept;  ///< what building it did to the points
 
   /// Whether both have the same geometry, even if they were built separately.
   friend SCREE_API bool operator==(const Hull& a, const Hull& b) noexcept;
@@ -78,8 +70,7 @@ class SCREE_API Hull {
 
 /// A hull as a shape, stretched along the hull's own axes about the origin of its points.
 struct ConvexHull {
-  /// The geometry, which any number of shapes share.
-  Hull hull;
+  Hull hull;                     ///< the geometry; must not be empty
   Vec3 scale{1.0f, 1.0f, 1.0f};  ///< each above zero; the scaled hull keeps the limits of Hull
 
   friend bool operator==(const ConvexHull&, const ConvexHull&) = default;

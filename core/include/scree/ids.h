@@ -19,11 +19,9 @@ namespace scree {
 /// Names a body of one world. The default is no body. `index` is the body's place in the bulk columns.
 /// Handles are equal if all three numbers are; World::share_handles lets equal worlds give equal ones.
 struct BodyId {
-  /// The place of the object among those of its kind.
-  std::uint32_t index = 0;
-  /// Tells it from earlier objects at that place; 0: none.
-  std::uint32_t generation = 0;
-  std::uint32_t world = 0;  ///< that gave it; 0: of any world. Another one in each run of a program
+  std::uint32_t index = 0;       ///< the place in the bulk columns
+  std::uint32_t generation = 0;  ///< counts the bodies at this index, from 1; 0 is no body
+  std::uint32_t world = 0;       ///< that gave it; 0: of any world. Another one in each run of a program
 
   friend auto operator<=>(const BodyId&, const BodyId&) = default;
 };
@@ -34,22 +32,18 @@ inline constexpr BodyId kWorld{.index = 0, .generation = 0xffffffffu};
 
 /// Names a shape of one world. The default is no shape.
 struct ShapeId {
-  /// The place of the object among those of its kind.
-  std::uint32_t index = 0;
-  /// Tells it from earlier objects at that place; 0: none.
-  std::uint32_t generation = 0;
-  std::uint32_t world = 0;  ///< as in BodyId
+  std::uint32_t index = 0;       ///< the place among the shapes
+  std::uint32_t generation = 0;  ///< counts the shapes at this index, from 1; 0 is no shape
+  std::uint32_t world = 0;       ///< as in BodyId
 
   friend auto operator<=>(const ShapeId&, const ShapeId&) = default;
 };
 
 /// Names a joint of one world. The default is no joint.
 struct JointId {
-  /// The place of the object among those of its kind.
-  std::uint32_t index = 0;
-  /// Tells it from earlier objects at that place; 0: none.
-  std::uint32_t generation = 0;
-  std::uint32_t world = 0;  ///< as in BodyId
+  std::uint32_t index = 0;       ///< the place among the joints
+  std::uint32_t generation = 0;  ///< counts the joints at this index, from 1; 0 is no joint
+  std::uint32_t world = 0;       ///< as in BodyId
 
   friend auto operator<=>(const JointId&, const JointId&) = default;
 };

@@ -20,11 +20,12 @@
 
 namespace scree {
 
+/// An infinite limit or force.
 inline constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
 /// What moves a free axis of a joint.
 enum class Drive : std::uint8_t {
-  none,
+  none,   ///< nothing moves the axis
   motor,  ///< brings the axis to `speed` with at most `max_force`; with speed 0 it is dry friction
   /// Pulls the axis to `target` with at most `max_force`. The target is where the step begins and moves at
   /// `speed` while it lasts: who follows a trajectory sets both before each step.
@@ -34,10 +35,9 @@ enum class Drive : std::uint8_t {
 /// One coordinate of a joint, along an axis (m) or about one (rad): its limits and its drive. Values are
 /// within +-1e6, limits of angles within +-pi; limits and forces may be infinite.
 struct JointAxis {
-  float lower = -kNoLimit;  ///< m or rad; at most `upper`. Equal limits hold the axis where they say.
-  float upper = kNoLimit;   ///< m or rad
-  /// What acts along the axis, if anything.
-  Drive drive = Drive::none;
+  float lower = -kNoLimit;     ///< m or rad; at most `upper`. Equal limits hold the axis where they say.
+  float upper = kNoLimit;      ///< m or rad
+  Drive drive = Drive::none;   ///< what moves the axis
   float target = 0.0f;         ///< m or rad, of the spring
   float speed = 0.0f;          ///< m/s or rad/s
   float hertz = 1.0f;          ///< Hz, of the spring, in [1e-3, 1e4]; at most 1/(4 substep) is used
@@ -49,9 +49,8 @@ struct JointAxis {
 
 /// Drives a relative rotation.
 struct RotationDrive {
-  /// What acts along the axis, if anything.
-  Drive drive = Drive::none;
-  Quat target{};       ///< rotation of frame b in frame a; unit length within 1e-3 (renormalized)
+  Drive drive = Drive::none;  ///< none, a motor with `velocity`, or a spring to `target`
+  Quat target{};              ///< rotation of frame b in frame a; unit length within 1e-3 (renormalized)
   Vec3 velocity{};     ///< rad/s, of frame b against frame a, in the axes of frame a; each within +-1e6
   float hertz = 1.0f;  ///< as in JointAxis
   float damping_ratio = 1.0f;   ///< as in JointAxis
@@ -67,10 +66,8 @@ struct BallJoint {
   /// rad, within +-pi, lower at most upper: turn of frame b about its x axis, once the shortest turn that
   /// brings the x axes together is taken away.
   float twist_lower = -kNoLimit;
-  /// rad, within +-pi.
-  float twist_upper = kNoLimit;
-  /// Of the rotation of frame b in frame a.
-  RotationDrive drive{};
+  float twist_upper = kNoLimit;  ///< rad, as twist_lower
+  RotationDrive drive{};         ///< drives the rotation of frame b in frame a
 
   friend bool operator==(const BallJoint&, const BallJoint&) = default;
 };
@@ -78,8 +75,7 @@ struct BallJoint {
 /// Holds the anchors and the x axes together. The axis is the angle about x, in (-pi, pi]; limits that are
 /// not infinite lie within +-pi, a spring takes the shorter way.
 struct HingeJoint {
-  /// rad, about the common x axis.
-  JointAxis angle{};
+  JointAxis angle{};  ///< about the x axis, rad
 
   friend bool operator==(const HingeJoint&, const HingeJoint&) = default;
 };
@@ -101,9 +97,8 @@ struct DistanceJoint {
 
 /// Holds the frames together. JointDef::hertz softens the anchors' offset, `angular_hertz` the rotation.
 struct WeldJoint {
-  float angular_hertz = 0.0f;  ///< Hz, in [1e-3, 1e4], or 0: as stiff as the step allows
-  /// Of the rotation's spring, in [0, 1e4]; 1 is critical.
-  float angular_damping_ratio = 1.0f;
+  float angular_hertz = 0.0f;          ///< Hz, in [1e-3, 1e4], or 0: as stiff as the step allows
+  float angular_damping_ratio = 1.0f;  ///< of the rotation, in [0, 1e4]; 1 is critical
 
   friend bool operator==(const WeldJoint&, const WeldJoint&) = default;
 };
@@ -167,13 +162,11 @@ struct RackAndPinionJoint {
 /// A rope over two points of the world: (distance of anchor a from `point_a`) + ratio (distance of anchor b
 /// from `point_b`) is at most `length`; exactly that with `rigid`.
 struct PulleyJoint {
-  Vec3 point_a{};  ///< m, in world coordinates, each within +-1e7
-  /// m, in world coordinates, each within +-1e7.
-  Vec3 point_b{};
+  Vec3 point_a{};       ///< m, in world coordinates, each within +-1e7
+  Vec3 point_b{};       ///< m, in world coordinates, each within +-1e7
   float ratio = 1.0f;   ///< in [1e-3, 1e3]
   float length = 1.0f;  ///< m, in [0, 1e6]
-  /// A rod instead of a rope: the sum stays at `length`.
-  bool rigid = false;
+  bool rigid = false;   ///< true: the rope also pushes
 
   friend bool operator==(const PulleyJoint&, const PulleyJoint&) = default;
 };
@@ -181,15 +174,12 @@ struct PulleyJoint {
 /// Drives frame b to a pose in frame a with bounded force and torque. The hertz of the offset are those of
 /// the bodies' masses alone, wherever the anchors are.
 struct MotorJoint {
-  /// Of the rotation of frame b in frame a.
-  RotationDrive rotation{.drive = Drive::spring};
-  Drive drive = Drive::spring;  ///< of the anchors' offset
-  Vec3 target{};                ///< m, of anchor b along the axes of frame a; each within +-1e6
-  Vec3 velocity{};              ///< m/s, in the axes of frame a; each within +-1e6
-  /// Hz, of the offset's spring, in [1e-3, 1e4].
-  float hertz = 1.0f;
-  /// Of the offset's spring, in [0, 1e4]; 1 is critical.
-  float damping_ratio = 1.0f;
+  RotationDrive rotation{.drive = Drive::spring};  ///< of frame b in frame a
+  Drive drive = Drive::spring;                     ///< of the anchors' offset
+  Vec3 target{};               ///< m, of anchor b along the axes of frame a; each within +-1e6
+  Vec3 velocity{};             ///< m/s, in the axes of frame a; each within +-1e6
+  float hertz = 1.0f;          ///< Hz, of the offset's spring, as in JointAxis
+  float damping_ratio = 1.0f;  ///< of the offset's spring, as in JointAxis
   float max_force = kNoLimit;  ///< N
 
   friend bool operator==(const MotorJoint&, const MotorJoint&) = default;
@@ -198,10 +188,9 @@ struct MotorJoint {
 /// Drags the anchor of body b to a moving point of the world. Body a must be the world. The hertz are those
 /// of the body's mass alone.
 struct MouseJoint {
-  Vec3 target{};       ///< m, in world coordinates, each within +-1e7
-  float hertz = 5.0f;  ///< Hz, in [1e-3, 1e4]; at most 1/(4 substep) is used
-  /// In [0, 1e4]; 1 is critical.
-  float damping_ratio = 0.7f;
+  Vec3 target{};               ///< m, in world coordinates, each within +-1e7
+  float hertz = 5.0f;          ///< Hz, in [1e-3, 1e4]; at most 1/(4 substep) is used
+  float damping_ratio = 0.7f;  ///< of the spring, in [0, 1e4]; 1 is critical
   float max_force = kNoLimit;  ///< N
 
   friend bool operator==(const MouseJoint&, const MouseJoint&) = default;
@@ -214,34 +203,30 @@ struct OneOf {
 };
 }  // namespace detail
 
+#define SCREE_JOINT_TYPE(kind, Struct) , Struct
 /// What a joint holds, limits and drives: std::variant<BallJoint, HingeJoint, ...>, in the order of
 /// JointType.
-#define SCREE_JOINT_TYPE(kind, Struct) , Struct
 using Joint = detail::OneOf<void SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)>::Type;
 #undef SCREE_JOINT_TYPE
+static_assert(std::variant_size_v<Joint> == kJointTypeCount);
 
 /// What a joint has whatever its kind. Both ends must be set: to two bodies, or one of them to kWorld.
 struct JointDef {
-  /// One end: a body, or kWorld.
-  BodyId body_a{};
-  /// The other end: a body, or kWorld.
-  BodyId body_b{};
+  BodyId body_a{};  ///< the first end: a body or kWorld
+  BodyId body_b{};  ///< the second end: a body or kWorld
   /// In the frame of body a; position within +-1e5 m (+-1e7 m in the world), rotation of unit length within
   /// 1e-3 (renormalized).
   Pose frame_a{};
   Pose frame_b{};                  ///< in the frame of body b
   bool collide_connected = false;  ///< shapes of the two bodies collide with each other
-  /// False: the joint does nothing until it is enabled.
-  bool enabled = true;
+  bool enabled = true;             ///< false: the joint does nothing
   /// Hz, stiffness of what is held and of limits, in [1e-3, 1e4], or 0: as the step allows.
   float hertz = 0.0f;
   float damping_ratio = 1.0f;  ///< in [0, 1e4], where hertz is not 0
   /// N, N m: a joint whose reaction in a substep is above is disabled, see World::broken_joints. Above 0.
   float break_force = kNoLimit;
-  /// N m, above 0; as break_force.
-  float break_torque = kNoLimit;
-  /// The caller's own; Scree only keeps it.
-  std::uint64_t user_data = 0;
+  float break_torque = kNoLimit;  ///< N m, as break_force
+  std::uint64_t user_data = 0;    ///< any number of the caller's; the library never reads it
 
   friend bool operator==(const JointDef&, const JointDef&) = default;
 };

@@ -23,18 +23,13 @@
 
 namespace scree {
 
-/// The kind of a joint: ball, hinge, ... as SCREE_FOR_EACH_JOINT_TYPE lists them. It is the index of the
-/// alternative in Joint.
-enum class JointType : std::uint8_t {
 #define SCREE_JOINT_TYPE(kind, Struct) kind,
-  SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)
+/// The kind of a joint: ball is that of BallJoint, hinge that of HingeJoint, and so on, as
+/// SCREE_FOR_EACH_JOINT_TYPE lists them. It is the index of the alternative in Joint.
+enum class JointType : std::uint8_t { SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE) };
 #undef SCREE_JOINT_TYPE
-};
 
-inline constexpr int kJointTypeCount = 0
-#define SCREE_JOINT_TYPE(kind, Struct) +1
-    SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)
-#undef SCREE_JOINT_TYPE
-    ;
+/// The number of kinds.
+inline constexpr int kJointTypeCount = static_cast<int>(JointType::mouse) + 1;
 
 }  // namespace scree

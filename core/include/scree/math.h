@@ -18,24 +18,38 @@ namespace scree {
 
 // --- vectors ---
 
+/// The sum.
 SCREE_INLINE constexpr Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+/// The difference.
 SCREE_INLINE constexpr Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+/// The opposite vector.
 SCREE_INLINE constexpr Vec3 operator-(Vec3 a) { return {-a.x, -a.y, -a.z}; }
+/// The vector scaled by s.
 SCREE_INLINE constexpr Vec3 operator*(Vec3 a, float s) { return {a.x * s, a.y * s, a.z * s}; }
+/// The vector scaled by s.
 SCREE_INLINE constexpr Vec3 operator*(float s, Vec3 a) { return {a.x * s, a.y * s, a.z * s}; }
+/// The vector divided by s; infinite or not a number where s is 0.
 SCREE_INLINE constexpr Vec3 operator/(Vec3 a, float s) { return {a.x / s, a.y / s, a.z / s}; }
+/// Adds b to a.
 SCREE_INLINE constexpr Vec3& operator+=(Vec3& a, Vec3 b) { return a = a + b; }
+/// Subtracts b from a.
 SCREE_INLINE constexpr Vec3& operator-=(Vec3& a, Vec3 b) { return a = a - b; }
+/// Scales a by s.
 SCREE_INLINE constexpr Vec3& operator*=(Vec3& a, float s) { return a = a * s; }
+/// Divides a by s.
 SCREE_INLINE constexpr Vec3& operator/=(Vec3& a, float s) { return a = a / s; }
 
+/// The scalar product.
 SCREE_INLINE constexpr float dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+/// The vector product, right-handed.
 SCREE_INLINE constexpr Vec3 cross(Vec3 a, Vec3 b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+/// The square of the length; infinite for components beyond 1e19.
 SCREE_INLINE constexpr float length_squared(Vec3 a) { return dot(a, a); }
 /// Of components below 1e19: squares of larger ones are infinite.
 SCREE_INLINE float length(Vec3 a) { return std::sqrt(dot(a, a)); }
+/// The length of b - a, with the limits of length().
 SCREE_INLINE float distance(Vec3 a, Vec3 b) { return length(b - a); }
 /// The unit vector of the same direction; zero of a vector whose length() is zero.
 SCREE_INLINE Vec3 normalize(Vec3 a) {
@@ -52,9 +66,11 @@ SCREE_INLINE constexpr Quat operator*(Quat a, Quat b) {
   return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
           a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
 }
+/// Makes a the rotation by b and then by a.
 SCREE_INLINE constexpr Quat& operator*=(Quat& a, Quat b) { return a = a * b; }
 /// The opposite rotation.
 SCREE_INLINE constexpr Quat conjugate(Quat q) { return {-q.x, -q.y, -q.z, q.w}; }
+/// The scalar product of all four components: 1 or -1 for equal rotations.
 SCREE_INLINE constexpr float dot(Quat a, Quat b) { return a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w; }
 /// To unit length; the length must not be zero.
 SCREE_INLINE Quat normalize(Quat q) {

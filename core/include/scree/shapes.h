@@ -26,7 +26,13 @@ struct Box {
 
 /// How the values of two touching surfaces become one. Where the two surfaces ask for different rules, the
 /// one that stands later in this list is taken.
-enum class MixRule : std::uint8_t { minimum, average, product, geometric_mean, maximum };
+enum class MixRule : std::uint8_t {
+  minimum,         ///< the smaller value
+  average,         ///< half of the sum
+  product,         ///< the product
+  geometric_mean,  ///< the square root of the product
+  maximum,         ///< the larger value
+};
 
 /// The surface and the filling of a shape.
 struct Material {
@@ -43,10 +49,8 @@ struct Material {
   /// curvature r, so that the disk's is sqrt(5 mm r) or 0.14 r. Has no effect between boxes and hulls.
   std::optional<float> patch_radius{};
   Vec3 surface_velocity{};  ///< m/s in the shape's frame: a conveyor belt's speed, each within +-1e6
-  /// How the friction of two surfaces becomes one.
-  MixRule friction_mix = MixRule::geometric_mean;
-  /// How the restitution of two surfaces becomes one.
-  MixRule restitution_mix = MixRule::maximum;
+  MixRule friction_mix = MixRule::geometric_mean;  ///< how two coefficients of friction become one
+  MixRule restitution_mix = MixRule::maximum;      ///< how two restitutions become one
 
   friend bool operator==(const Material&, const Material&) = default;
 };
@@ -54,12 +58,9 @@ struct Material {
 /// Two shapes collide if each one's `mask` has a bit of the other's `category`; equal nonzero groups
 /// overrule that: positive ones always collide, negative ones never.
 struct Filter {
-  /// Bits that say what the shape is.
-  std::uint32_t category = 1;
-  /// Categories that it collides with.
-  std::uint32_t mask = 0xffffffffu;
-  /// 0: none.
-  std::int32_t group = 0;
+  std::uint32_t category = 1;        ///< bits: what the shape is
+  std::uint32_t mask = 0xffffffffu;  ///< bits: the categories that it collides with
+  std::int32_t group = 0;            ///< 0: none; see above
 
   friend bool operator==(const Filter&, const Filter&) = default;
 };
@@ -67,17 +68,17 @@ struct Filter {
 /// Which events of a shape's contacts the world lists after each step; combine with |. A contact is listed if
 /// either shape or WorldSettings::contact_events asks.
 enum class ContactEvents : std::uint8_t {
-  none = 0,
+  none = 0,       ///< no events
   begin_end = 1,  ///< World::contact_begins, World::contact_ends
   persist = 2,    ///< World::contact_persists: in every step that goes on with a contact
-  all = 3,
+  all = 3,        ///< both
 };
 
-/// Both kinds of events.
+/// The events of both.
 constexpr ContactEvents operator|(ContactEvents left, ContactEvents right) {
   return static_cast<ContactEvents>(static_cast<unsigned>(left) | static_cast<unsigned>(right));
 }
-/// Whether `events` has any of `kind`.
+/// Whether `events` and `kind` have an event in common.
 constexpr bool contains(ContactEvents events, ContactEvents kind) {
   return (static_cast<unsigned>(events) & static_cast<unsigned>(kind)) != 0;
 }
@@ -85,12 +86,9 @@ constexpr bool contains(ContactEvents events, ContactEvents kind) {
 /// What a shape has besides its geometry and its material.
 struct ShapeOptions {
   Pose local_pose{};  ///< of the shape in its body's frame: each within +-1e5 m, unit rotation within 1e-3
-  /// Which shapes it collides with.
-  Filter filter{};
-  /// The caller's own; Scree only keeps it.
-  std::uint64_t user_data = 0;
-  /// Events of its contacts that are listed.
-  ContactEvents contact_events = ContactEvents::none;
+  Filter filter{};    ///< which shapes it collides with
+  std::uint64_t user_data = 0;  ///< any number of the caller's; the library never reads it
+  ContactEvents contact_events = ContactEvents::none;  ///< the events that this shape asks for
 
   friend bool operator==(const ShapeOptions&, const ShapeOptions&) = default;
 };

@@ -25,10 +25,8 @@ class SCREE_API Snapshot {
  public:
   Snapshot() noexcept;  ///< of no world
   ~Snapshot();
-  /// Takes the state; the other snapshot is empty afterwards.
-  Snapshot(Snapshot&&) noexcept;
-  /// Takes the state; the other snapshot is empty afterwards.
-  Snapshot& operator=(Snapshot&&) noexcept;
+  Snapshot(Snapshot&&) noexcept;             ///< the other one becomes empty
+  Snapshot& operator=(Snapshot&&) noexcept;  ///< the other one becomes empty
 
   bool is_empty() const noexcept;       ///< of no world
   std::size_t bytes() const noexcept;   ///< of memory, as if nothing were shared; without hulls
@@ -103,10 +101,8 @@ class SCREE_API SnapshotChanges {
  public:
   SnapshotChanges() noexcept;  ///< of no snapshots
   ~SnapshotChanges();
-  /// Takes the changes; the others are empty afterwards.
-  SnapshotChanges(SnapshotChanges&&) noexcept;
-  /// Takes the changes; the others are empty afterwards.
-  SnapshotChanges& operator=(SnapshotChanges&&) noexcept;
+  SnapshotChanges(SnapshotChanges&&) noexcept;             ///< the other one becomes empty
+  SnapshotChanges& operator=(SnapshotChanges&&) noexcept;  ///< the other one becomes empty
 
   bool is_empty() const noexcept;      ///< of no snapshots
   std::size_t bytes() const noexcept;  ///< of memory, as if it shared none with the snapshots; without hulls

@@ -7,18 +7,18 @@ namespace scree {
 
 /// The phases of a step, in order; see scree::phase_name.
 enum class Phase : std::uint8_t {
-  find_pairs,
-  collide,
-  find_islands,
-  color_constraints,
-  pack_blocks,
-  solve,
-  store_impulses,
-  list_events,
-  sweep_fast_bodies,
-  finish_step,
+  find_pairs,         ///< candidate pairs from bounds
+  collide,            ///< contacts of the pairs
+  find_islands,       ///< who wakes and who falls asleep
+  color_constraints,  ///< independent batches of contacts and joints
+  pack_blocks,        ///< constraint blocks for the solver
+  solve,              ///< velocities and poses
+  store_impulses,     ///< impulses for the next step, and joints that break
+  list_events,        ///< events of contacts
+  sweep_fast_bodies,  ///< continuous collision
+  finish_step,        ///< bounds, sleep timers and energy
 };
-/// How many phases there are.
+/// The number of phases.
 inline constexpr int kPhaseCount = 10;
 
 /// The name of the function that is the phase ("find_pairs", ...).
@@ -33,16 +33,15 @@ constexpr const char* phase_name(Phase phase) {
 /// length solves nothing: its solver's figures are those of a new StepStats, and the kinetic energy is that
 /// of the step before.
 struct StepStats {
-  std::uint64_t step = 0;           ///< steps taken since the world was created
-  double phase_ms[kPhaseCount]{};   ///< milliseconds spent in each phase
-  double step_ms = 0.0;             ///< milliseconds of the whole step
-  std::int64_t pairs = 0;           ///< candidate pairs of the broad phase
-  std::int64_t contacts = 0;        ///< manifolds with at least one point, those of sleeping bodies included
-  std::int64_t contact_points = 0;  ///< of the contacts that were solved, so none of sleeping bodies; those
-                                    ///< that lie apart and are only watched included
-  std::int64_t joints = 0;          ///< of awake bodies: those that were solved
-  /// Dynamic bodies that took part.
-  std::int64_t awake_bodies = 0;
+  std::uint64_t step = 0;            ///< steps taken since the world was created
+  double phase_ms[kPhaseCount]{};    ///< milliseconds spent in each phase
+  double step_ms = 0.0;              ///< milliseconds of the whole step
+  std::int64_t pairs = 0;            ///< candidate pairs of the broad phase
+  std::int64_t contacts = 0;         ///< manifolds with at least one point, those of sleeping bodies included
+  std::int64_t contact_points = 0;   ///< of the contacts that were solved, so none of sleeping bodies; those
+                                     ///< that lie apart and are only watched included
+  std::int64_t joints = 0;           ///< of awake bodies: those that were solved
+  std::int64_t awake_bodies = 0;     ///< dynamic bodies that are not asleep
   std::int64_t restored_bodies = 0;  ///< bodies whose state became non-finite in this step: they were put
                                      ///< back to where the step found them, at rest
   std::int64_t swept_bodies = 0;     ///< bodies fast enough to be swept, with WorldSettings::continuous

@@ -71,17 +71,14 @@ struct MemoryUse {
   std::size_t scratch = 0;  ///< bytes that live within one step
 };
 
-/// The geometry of a shape.
+/// The form of a shape.
 using Geometry = std::variant<Sphere, Capsule, Box, ConvexHull>;
 
 /// A shape of a list, see World::add_shapes.
 struct ShapeDef {
-  /// In the shape's own frame.
-  Geometry geometry{};
-  /// Of its surface and its filling.
-  Material material{};
-  /// Where it is in its body, and whom it collides with.
-  ShapeOptions options{};
+  Geometry geometry{};     ///< its form
+  Material material{};     ///< its surface and density
+  ShapeOptions options{};  ///< its place, filter and events
 };
 
 struct WorldData;
@@ -95,8 +92,7 @@ class SCREE_API World {
   /// A world that was moved from can only be destroyed or assigned to; its calls throw,
   /// but those that are noexcept find nothing.
   World(World&&) noexcept;
-  /// Destroys what this world was. The other one can only be destroyed or assigned to afterwards.
-  World& operator=(World&&) noexcept;
+  World& operator=(World&&) noexcept;  ///< the world that was assigned to ends
 
   /// Makes this world and the other one give and take the same handles, as clones do: for worlds that are
   /// built by the same calls and then compared, or run in lockstep. Throws unless this world has never had
@@ -120,15 +116,12 @@ class SCREE_API World {
   void destroy_body(BodyId body);
   /// Destroys all of the bodies, or none if a handle is dead or stands in the list twice.
   void destroy_bodies(std::span<const BodyId> bodies);
-  /// Returns whether the handle names a body of this world.
-  bool is_alive(BodyId body) const noexcept;
-  /// Returns the number of living bodies.
-  std::size_t body_count() const noexcept;
+  bool is_alive(BodyId body) const noexcept;  ///< false for a handle of another world, too
+  std::size_t body_count() const noexcept;    ///< living bodies of all types
   /// The living body at an index of the bulk columns, or no body.
   BodyId body_at(std::uint32_t index) const noexcept;
 
-  /// Returns the type as it was given; a quarantined body keeps its type.
-  BodyType body_type(BodyId body) const;
+  BodyType body_type(BodyId body) const;  ///< fixed, kinematic or dynamic
   /// A body that becomes fixed loses its velocity, one that becomes dynamic gets its mass. What touches it
   /// wakes.
   void set_body_type(BodyId body, BodyType type);
@@ -151,37 +144,29 @@ class SCREE_API World {
   /// stay the same. Throws for other bodies, for dt outside (0, 1] and where a velocity would leave the range
   /// of set_linear_velocity, as it would for half a turn in a single substep.
   void set_kinematic_target(BodyId body, const Pose& target, float dt);
-  /// Returns the center of mass in world coordinates, m. Fixed and kinematic bodies turn about their origin
-  /// unless set_mass_properties gave them a center.
+  /// In world coordinates, m. Fixed and kinematic bodies turn about their origin unless set_mass_properties
+  /// gave them a center.
   Vec3 center_of_mass(BodyId body) const;
-  /// Returns mass, center and inertia; of a fixed or kinematic body, those that it would have as a dynamic
-  /// one.
+  /// Of a fixed or kinematic body: what it would have as a dynamic one.
   MassProperties mass_properties(BodyId body) const;
   /// Replaces what the shapes' densities and BodyDef::mass gave, until reset_mass; changes of the shapes do
   /// not matter meanwhile. The inertia must be that of some solid: positive definite, no principal moment
   /// above the sum of the others (within 0.1 %). The body's matter moves on as it did: linear_velocity
   /// becomes that of the new center.
   void set_mass_properties(BodyId body, const MassProperties& properties);
-  /// Goes back to the mass of the shapes' densities: forgets set_mass_properties and BodyDef::mass.
+  /// Back to the shapes' densities: forgets set_mass_properties and BodyDef::mass.
   void reset_mass(BodyId body);
-  /// Returns the damping in 1/s, see BodyDef.
-  float linear_damping(BodyId body) const;
-  /// Returns the damping in 1/s, see BodyDef.
-  float angular_damping(BodyId body) const;
-  /// Returns what multiplies the world's gravity, see BodyDef.
-  float gravity_factor(BodyId body) const;
-  /// Returns the degrees of freedom that are taken from the body, see BodyDef.
-  AxisLocks locks(BodyId body) const;
-  /// Sets the damping, 1/s, in [0, 1e6]. Wakes the body.
-  void set_linear_damping(BodyId body, float damping);
-  /// Sets the damping, 1/s, in [0, 1e6]. Wakes the body.
-  void set_angular_damping(BodyId body, float damping);
-  /// Sets what multiplies the world's gravity, within +-1e6. Wakes the body.
+  float linear_damping(BodyId body) const;               ///< 1/s
+  float angular_damping(BodyId body) const;              ///< 1/s
+  float gravity_factor(BodyId body) const;               ///< multiplies the world's gravity
+  AxisLocks locks(BodyId body) const;                    ///< degrees of freedom taken from the body
+  void set_linear_damping(BodyId body, float damping);   ///< 1/s, in [0, 1e6]; wakes the body
+  void set_angular_damping(BodyId body, float damping);  ///< as set_linear_damping
+  /// Multiplies the world's gravity, within +-1e6. Wakes the body.
   void set_gravity_factor(BodyId body, float factor);
-  /// Replaces all locks; velocities along locked axes become zero. Wakes the body.
+  /// Takes degrees of freedom from the body, and the velocity along them. Wakes the body.
   void set_locks(BodyId body, AxisLocks locks);
-  /// Returns whether the body may fall asleep.
-  bool can_sleep(BodyId body) const;
+  bool can_sleep(BodyId body) const;                ///< whether the body may sleep
   void set_can_sleep(BodyId body, bool can_sleep);  ///< forbidding it wakes the body
   /// Kinematic bodies are always awake, fixed and quarantined ones never. A sleeper whose neighbor a call has
   /// changed counts as awake if the next step would wake it.
@@ -193,25 +178,23 @@ class SCREE_API World {
   /// set_pose, set_linear_velocity, set_angular_velocity, set_kinematic_target, set_body_type or wake ends
   /// that, or it is destroyed. All else that it was given it keeps, and changes of that end no quarantine.
   bool is_quarantined(BodyId body) const;
-  /// Returns the caller's own number, 0 unless given.
-  std::uint64_t user_data(BodyId body) const;
-  /// Keeps a number for the caller; changes nothing else.
-  void set_user_data(BodyId body, std::uint64_t data);
+  std::uint64_t user_data(BodyId body) const;           ///< as given by BodyDef or set_user_data
+  void set_user_data(BodyId body, std::uint64_t data);  ///< changes nothing else
 
   /// Force (N) and torque (N m) act during the next step only; both add up and wake the body. No effect on
   /// fixed and kinematic bodies. Throws where the sum would accelerate the body by more than 1e15 m/s^2 or
   /// rad/s^2.
   void add_force(BodyId body, Vec3 force);
-  /// Adds a force (N) at a point of the world (m), with its torque about the center of mass.
+  /// As add_force, at a point of the world: adds the torque about the center of mass, too.
   void add_force_at(BodyId body, Vec3 force, Vec3 world_point);
-  /// Adds a torque (N m) in world axes.
+  /// As add_force.
   void add_torque(BodyId body, Vec3 torque);
   /// Impulses (N s, N m s) change the velocity at once and wake the body. No effect on fixed and kinematic
   /// bodies. Throws where the velocity would leave the range of set_linear_velocity.
   void add_impulse(BodyId body, Vec3 impulse);
-  /// Adds an impulse (N s) at a point of the world (m), with its moment about the center of mass.
+  /// As add_impulse, at a point of the world: changes the angular velocity, too.
   void add_impulse_at(BodyId body, Vec3 impulse, Vec3 world_point);
-  /// Adds an angular impulse (N m s) in world axes.
+  /// As add_impulse.
   void add_angular_impulse(BodyId body, Vec3 impulse);
 
   // --- shapes ---
@@ -224,33 +207,24 @@ class SCREE_API World {
   /// follows once, as in add_shape.
   void add_shapes(BodyId body, std::span<const ShapeDef> defs, std::span<ShapeId> ids);
   void destroy_shape(ShapeId shape);  ///< the mass follows as in add_shape; what touched the shape wakes
-  /// Returns whether the handle names a shape of this world.
-  bool is_alive(ShapeId shape) const noexcept;
-  /// Returns the number of living shapes.
-  std::size_t shape_count() const noexcept;
-  /// Returns the body that the shape belongs to.
-  BodyId body_of(ShapeId shape) const;
-  /// Returns the geometry as it was given.
-  Geometry geometry(ShapeId shape) const;
+  bool is_alive(ShapeId shape) const noexcept;                 ///< false for a handle of another world, too
+  std::size_t shape_count() const noexcept;                    ///< living shapes of all bodies
+  BodyId body_of(ShapeId shape) const;                         ///< the body that has the shape
+  Geometry geometry(ShapeId shape) const;                      ///< as given, with its hull shared
   void set_geometry(ShapeId shape, const Geometry& geometry);  ///< the mass follows as in add_shape
-  /// Returns the material as it was given.
-  Material material(ShapeId shape) const;
+  Material material(ShapeId shape) const;                      ///< surface and density
   void set_material(ShapeId shape, const Material& material);  ///< the mass follows as in add_shape
-  /// Returns the filter as it was given.
-  Filter filter(ShapeId shape) const;
-  /// Replaces the filter from the next step on. Wakes the body and what touched it.
+  Filter filter(ShapeId shape) const;                          ///< which shapes it collides with
+  /// From the next step on. Wakes the body of the shape and what touches it.
   void set_filter(ShapeId shape, const Filter& filter);
-  /// Returns what the shape asks for, besides what the world asks for.
-  ContactEvents contact_events(ShapeId shape) const;
+  ContactEvents contact_events(ShapeId shape) const;  ///< the events that the shape itself asks for
   /// Takes effect in the next step. A contact that began ends when no side asks for its end any more, and
   /// begins when a side asks for the first time.
   void set_contact_events(ShapeId shape, ContactEvents events);
-  Pose local_pose(ShapeId shape) const;                  ///< in the body's frame
-  void set_local_pose(ShapeId shape, const Pose& pose);  ///< the mass follows as in add_shape
-  /// Returns the caller's own number, 0 unless given.
-  std::uint64_t user_data(ShapeId shape) const;
-  /// Keeps a number for the caller; changes nothing else.
-  void set_user_data(ShapeId shape, std::uint64_t data);
+  Pose local_pose(ShapeId shape) const;                   ///< in the body's frame
+  void set_local_pose(ShapeId shape, const Pose& pose);   ///< the mass follows as in add_shape
+  std::uint64_t user_data(ShapeId shape) const;           ///< as given by ShapeOptions or set_user_data
+  void set_user_data(ShapeId shape, std::uint64_t data);  ///< changes nothing else
   /// The body's shapes, oldest first; at most `out.size()` are written. Returns how many there are.
   std::size_t shapes_of(BodyId body, std::span<ShapeId> out) const;
 
@@ -262,39 +236,31 @@ class SCREE_API World {
   JointId create_joint(const JointDef& def, const Joint& joint);
   /// Creates one joint per definition; the lists have the same length. All or none are created.
   void create_joints(std::span<const JointDef> defs, std::span<const Joint> joints, std::span<JointId> ids);
-  void destroy_joint(JointId joint);  ///< wakes its bodies
-  /// Returns whether the handle names a joint of this world.
-  bool is_alive(JointId joint) const noexcept;
-  /// Returns the number of living joints, disabled ones included.
-  std::size_t joint_count() const noexcept;
-  /// Returns the kind of the joint.
-  JointType joint_type(JointId joint) const;
-  Joint joint(JointId joint) const;  ///< limits and drives as they are now
-  /// Returns what it was created with, with what has been set since.
-  JointDef joint_def(JointId joint) const;
+  void destroy_joint(JointId joint);            ///< wakes its bodies
+  bool is_alive(JointId joint) const noexcept;  ///< false for a handle of another world, too
+  std::size_t joint_count() const noexcept;     ///< living joints, disabled ones included
+  JointType joint_type(JointId joint) const;    ///< the kind of the joint
+  Joint joint(JointId joint) const;             ///< limits and drives as they are now
+  JointDef joint_def(JointId joint) const;      ///< what the joint has whatever its kind
   /// New limits and drives, of the same kind of joint. What it has accumulated stays. Wakes its bodies unless
   /// nothing changes.
   void set_joint(JointId joint, const Joint& to);
   void set_joint_frames(JointId joint, const Pose& frame_a, const Pose& frame_b);  ///< wakes its bodies
   void set_joint_stiffness(JointId joint, float hertz, float damping_ratio);  ///< as in JointDef; wakes them
-  /// Sets the force (N) and the torque (N m) above which the joint breaks, each above 0.
+  /// N and N m, as in JointDef.
   void set_joint_strength(JointId joint, float break_force, float break_torque);
-  /// Returns false if a call disabled the joint or it broke.
-  bool is_enabled(JointId joint) const;
+  bool is_enabled(JointId joint) const;  ///< false after set_joint_enabled and once it broke
   /// Wakes its bodies. A joint that is enabled begins without impulses.
   void set_joint_enabled(JointId joint, bool enabled);
-  /// Returns whether the shapes of its bodies collide, see JointDef::collide_connected.
-  bool collides_connected(JointId joint) const;
-  /// Lets the shapes of the joint's bodies collide with each other, or not, from the next step on.
+  bool collides_connected(JointId joint) const;  ///< whether shapes of its bodies collide with each other
+  /// Whether shapes of its two bodies collide with each other, from the next step on. A change wakes them.
   void set_collide_connected(JointId joint, bool collide);
-  /// Returns the caller's own number, 0 unless given.
-  std::uint64_t user_data(JointId joint) const;
-  /// Keeps a number for the caller; changes nothing else.
-  void set_user_data(JointId joint, std::uint64_t data);
-  /// Returns frame b as seen from frame a, in which limits and drives are measured.
+  std::uint64_t user_data(JointId joint) const;           ///< as given by JointDef or set_user_data
+  void set_user_data(JointId joint, std::uint64_t data);  ///< changes nothing else
+  /// Frame b as seen from frame a: what limits and drives are measured in.
   Pose joint_pose(JointId joint) const;
   /// In the last step, until the next one, a call that enables or disables the joint, or a restore; of joints
-  /// that slept zero. One that broke in it still tells.
+  /// that slept zero. A joint that broke in it still has its own.
   JointReaction joint_reaction(JointId joint) const;
   /// The body's joints, latest first; at most `out.size()` are written. Returns how many there are.
   std::size_t joints_of(BodyId body, std::span<JointId> out) const;
@@ -312,7 +278,7 @@ class SCREE_API World {
   std::span<const ContactEvent> contact_begins() const noexcept;
   /// Contacts of awake bodies that touched before this step already.
   std::span<const ContactEvent> contact_persists() const noexcept;
-  /// Contacts that touched before this step and no longer do.
+  /// Contacts that ended in the step or by calls before it. Ascending as contact_begins.
   std::span<const ContactEnd> contact_ends() const noexcept;
   /// Bodies whose state became non-finite in the step: they were put back to where the step found them, at
   /// rest. Ascending by index.
@@ -346,17 +312,15 @@ class SCREE_API World {
   /// The contacts of one body or shape, which may be either of the two. The first of these calls after a step
   /// looks at all contacts, the others at those of the body or shape.
   std::size_t contact_forces_of(BodyId body, std::span<ContactForces> out) const;
-  /// As above, for a shape.
+  /// As contact_forces_of(BodyId).
   std::size_t contact_forces_of(ShapeId shape, std::span<ContactForces> out) const;
 
   // --- the world ---
 
-  /// Returns the settings as they were given.
-  const WorldSettings& settings() const;
+  const WorldSettings& settings() const;             ///< as they are now
   void set_settings(const WorldSettings& settings);  ///< a change of gravity wakes all bodies
-  /// Returns the figures of the last step.
-  const StepStats& stats() const;
-  MemoryUse memory_use() const;  ///< bytes reserved by all columns
+  const StepStats& stats() const;                    ///< figures of the last step
+  MemoryUse memory_use() const;                      ///< bytes reserved by all columns
   /// xxHash64 over index, pose and velocity of the living bodies in index order: equal for equal histories,
   /// whatever the instruction set, the thread count, the compiler or the build type.
   std::uint64_t hash() const;

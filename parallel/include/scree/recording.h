@@ -19,7 +19,7 @@
 
 namespace scree {
 
-/// How a recorder writes.
+/// How a recording is written.
 struct RecorderOptions {
   int keyframe_spacing = 300;   ///< steps from one keyframe to the next, in [1, 1e9]
   int compression_level = 1;    ///< zstd's, in [1, 19]; another thread compresses
@@ -47,16 +47,13 @@ class SCREE_API Recorder {
   /// As finish(), but silent about errors; where an exception on its way destroys the recorder, what was
   /// recorded is written, and is not finished.
   ~Recorder();
-  /// Takes over the recording; the other one records nothing any more.
-  Recorder(Recorder&&) noexcept;
-  /// Ends its own recording as the destructor does, and takes over the other one.
-  Recorder& operator=(Recorder&&) noexcept;
+  Recorder(Recorder&&) noexcept;             ///< goes on with the other one's recording
+  Recorder& operator=(Recorder&&) noexcept;  ///< ends its own recording as ~Recorder does
 
   /// Ends the recording: a last keyframe, unless calls have changed the world since its last step, then the
   /// rest of the file. Throws Error if not all could be written. Nothing happens the second time.
   void finish();
-  /// Returns whether calls and steps are still being recorded.
-  bool is_recording() const noexcept;
+  bool is_recording() const noexcept;            ///< false after finish() and once the recording ended
   std::string error() const;                     ///< what went wrong; empty: nothing
   std::uint64_t steps() const noexcept;          ///< recorded so far
   std::uint64_t bytes_written() const noexcept;  ///< to the file, so far
@@ -75,8 +72,7 @@ struct RecordingInfo {
   std::uint64_t calls = 0;       ///< that changed the world, restored snapshots among them, but no steps
   std::uint64_t keyframes = 0;   ///< the first snapshot among them
   std::uint64_t hulls = 0;       ///< geometries, each stored once
-  /// Of the whole file.
-  std::uint64_t file_bytes = 0;
+  std::uint64_t file_bytes = 0;  ///< bytes of the file
   std::uint64_t raw_bytes = 0;   ///< of all chunks before compression
   std::uint64_t lost_bytes = 0;  ///< at the end of the file, of a chunk that was not written whole
   bool finished = false;         ///< false: the recorder did not come to the end
@@ -102,16 +98,13 @@ class SCREE_API Player {
   /// is no recording, was changed, or was written by a later version. A recording that was cut off plays to
   /// its last whole step.
   explicit Player(const std::string& file);
-  /// As above, of a recording in memory.
+  /// Plays bytes, which are copied. Checks and throws as the constructor for files.
   explicit Player(std::span<const std::byte> bytes);
   ~Player();
-  /// Takes over the other player, which can only be assigned to or destroyed afterwards.
-  Player(Player&&) noexcept;
-  /// Takes over the other player, which can only be assigned to or destroyed afterwards.
-  Player& operator=(Player&&) noexcept;
+  Player(Player&&) noexcept;             ///< the other one can only be destroyed or assigned to
+  Player& operator=(Player&&) noexcept;  ///< the other one can only be destroyed or assigned to
 
-  /// Returns what the recording holds.
-  const RecordingInfo& info() const noexcept;
+  const RecordingInfo& info() const noexcept;  ///< what the recording holds
   /// Where the keyframes are, ascending, the first snapshot among them; as long as the player lives.
   std::span<const std::uint64_t> keyframe_steps() const noexcept;
   /// The world after `position()` steps: calls that were made after that step come with the next one. Its

@@ -16,3 +16,6 @@
 #include <scree/step.h>
 #include <scree/workers.h>
 #include <scree/world.h>
+
+/// Everything that Scree offers to a program.
+namespace scree {}

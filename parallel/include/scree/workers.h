@@ -11,14 +11,20 @@ namespace scree {
 
 /// An instruction set of the kernels. Results do not depend on it. `automatic` takes the environment variable
 /// SCREE_ISA (scalar, sse2, avx2 or avx512) if it is set, otherwise the widest that the processor supports.
-enum class Isa : std::uint8_t { automatic, scalar, sse2, avx2, avx512 };
+enum class Isa : std::uint8_t {
+  automatic,  ///< SCREE_ISA, or the widest
+  scalar,     ///< no vector instructions: any processor
+  sse2,       ///< 4 lanes
+  avx2,       ///< 8 lanes
+  avx512,     ///< 16 lanes
+};
 
-/// The name of an instruction set ("avx2", ...).
+/// "auto", "scalar", "sse2", "avx2" or "avx512"; "unknown" for other values.
 SCREE_API const char* isa_name(Isa isa);
 /// Whether this build holds the kernels and this processor runs them.
 SCREE_API bool is_supported(Isa isa);
 
-/// What steps run on.
+/// The threads and the instruction set of Workers.
 struct WorkersOptions {
   int threads = 0;           ///< threads that share a step, the caller's included; 0: one per core; <= 1024
   Isa isa = Isa::automatic;  ///< throws scree::Error if it is not supported
@@ -33,18 +39,15 @@ class Crew;
 /// moved-from `Workers` can only be assigned to or destroyed.
 class SCREE_API Workers {
  public:
-  /// One thread per core, and the widest instruction set.
   Workers();
-  /// As WorkersOptions::threads says.
+  /// As WorkersOptions{.threads = threads}.
   explicit Workers(int threads);
-  /// Throws Error for a number of threads outside [0, 1024] and for an instruction set that is not
+  /// Throws Error for more than 1024 or fewer than 0 threads, and for an instruction set that is not
   /// supported.
   explicit Workers(const WorkersOptions& options);
   ~Workers();
-  /// Takes over the other team.
-  Workers(Workers&&) noexcept;
-  /// Takes over the other team.
-  Workers& operator=(Workers&&) noexcept;
+  Workers(Workers&&) noexcept;             ///< the other one can only be assigned to or destroyed
+  Workers& operator=(Workers&&) noexcept;  ///< the other one can only be assigned to or destroyed
 
   int threads() const noexcept;  ///< as many as were asked for
   Isa isa() const noexcept;      ///< the one in use, never `automatic`
