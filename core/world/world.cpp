@@ -53,7 +53,8 @@ const WorldData& internals(const World& world, const char* call) {
 World::World(const WorldSettings& settings) {
   check_settings({"World"}, settings);
   data_ = std::make_unique<WorldData>();
-  data_->handle_tag = next_handle_tag();
+  const std::uint32_t tag = next_handle_tag();
+  data_->handle_tags = {tag, tag};
   data_->settings = settings;
   make_reserved_rows(data_->bodies);
 }
@@ -67,10 +68,10 @@ void World::share_handles(const World& other) {
   WorldData& data = opened(call, data_);
   const WorldData& from = opened(call, other.data_);
   const bool has_given_any = data.bodies.flags.size() > static_cast<std::size_t>(kFirstBody);
-  if (has_given_any && data.handle_tag != from.handle_tag) {
+  if (has_given_any && data.handle_tags.given != from.handle_tags.given) {
     fail(call, "the world has given handles already", ErrorCode::wrong_state);
   }
-  data.handle_tag = from.handle_tag;
+  data.handle_tags = from.handle_tags;
 }
 
 const WorldSettings& World::settings() const { return opened({"settings"}, data_).settings; }

@@ -107,6 +107,12 @@ struct SharedHull {
   std::shared_ptr<const HullSolid> solid;  // with the scale in it
 };
 
+// Which handles are a world's own, see World and restore.
+struct HandleTags {
+  std::uint32_t given = 0;  // stands in the handles that it gives
+  std::uint32_t first = 0;  // stood in them before the world of another one's snapshot was restored
+};
+
 using SharedHulls = std::vector<SharedHull>;
 using HullSlots = std::unordered_multimap<std::uint64_t, std::int32_t>;
 using BodyMoments = std::unordered_map<std::int32_t, MassMoments>;
@@ -441,8 +447,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   OTHER(derived, LastSave,         last_save)      /* save, restore; what `marks` and the like are about */     \
   OTHER(scratch, mutable OwnMutex, saving)         /* save; held while it places matter and writes marks */     \
   VALUE(derived, StepStats,        stats, {})      /* every phase */                                            \
-  VALUE(scratch, std::uint32_t,    handle_tag, 0)  /* World(), restore, share_handles; of the world's own       \
-                                                      handles; no part of the state */                          \
+  OTHER(scratch, HandleTags,       handle_tags)    /* World(), restore, share_handles; no part of the state */  \
   VALUE(scratch, bool,             listed, false)  /* step of many worlds, while it looks for one that is named \
                                                       twice */                                                  \
   OTHER(derived, PartOwner,        broad_phase)    /* parallel/find_pairs */                                    \
@@ -510,21 +515,22 @@ inline void clear_told(Events& events) {
 // The public form of a name.
 template <class Handle>
 Handle handle_of(const WorldData& data, SlotName name) {
-  return {name.index, name.generation, data.handle_tag};
+  return {name.index, name.generation, data.handle_tags.given};
 }
 inline BodyId body_handle(const WorldData& data, std::int32_t body) {
-  return {static_cast<std::uint32_t>(body), data.bodies.generation[body], data.handle_tag};
+  return {static_cast<std::uint32_t>(body), data.bodies.generation[body], data.handle_tags.given};
 }
 inline ShapeId shape_handle(const WorldData& data, std::int32_t shape) {
-  return {static_cast<std::uint32_t>(shape), data.shapes.generation[shape], data.handle_tag};
+  return {static_cast<std::uint32_t>(shape), data.shapes.generation[shape], data.handle_tags.given};
 }
 inline JointId joint_handle(const WorldData& data, std::int32_t joint) {
-  return {static_cast<std::uint32_t>(joint), data.joints.generation[joint], data.handle_tag};
+  return {static_cast<std::uint32_t>(joint), data.joints.generation[joint], data.handle_tags.given};
 }
 // Whether the world takes the handle for one of its own, dead or alive.
 template <class Handle>
 bool is_own(const WorldData& data, const Handle& handle) {
-  return handle.world == data.handle_tag || handle.world == 0;
+  const HandleTags& tags = data.handle_tags;
+  return handle.world == tags.given || handle.world == tags.first || handle.world == 0;
 }
 
 // What is inside a world. Throws Error, which names the call, where the world has been moved from.

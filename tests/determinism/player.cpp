@@ -41,6 +41,7 @@ std::uint32_t bulk_size(const Call& call) { return static_cast<std::uint32_t>(ca
 }  // namespace
 
 Player::Player(Shift& shift, bool checks, std::ostream* log) : shift_(shift), checks_(checks), log_(log) {
+  used_.share_handles(world_);
   build_pit(world_);
 }
 

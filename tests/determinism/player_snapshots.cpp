@@ -91,6 +91,7 @@ void Player::restore_saved(const Call& call) {
       break;
     case 1: {
       World fresh;
+      fresh.share_handles(world_);  // the snapshot may have been read from bytes
       restore(fresh, snapshot);
       world_ = std::move(fresh);
       break;

@@ -240,13 +240,10 @@ std::map<std::string, std::vector<std::byte>> columns_of(World& world, bool deri
     const auto span = std::as_const(column).span();
     keep(kind, std::string(store) + "." + name, span.data(), span.size_bytes());
   });
-  for (const std::unique_ptr<Part>* part :
-       {&data.broad_phase, &data.narrow_phase, &data.constraints, &data.islands}) {
-    if (*part == nullptr) continue;
-    (*part)->report([&](ColumnKind kind, const char* name, const void* rows, std::size_t bytes, std::size_t) {
-      keep(kind, name, rows, bytes);
-    });
-  }
+  for_each_part(data, [&](const char* store, const Part& part) {
+    part.report(store, [&](const Member& member, const void* rows, std::size_t, std::size_t bytes,
+                           std::size_t) { keep(member.kind, member.name, rows, bytes); });
+  });
   return columns;
 }
 

@@ -3,6 +3,7 @@
 #include <tests/determinism/replay.h>
 
 #include <bit>
+#include <cstddef>
 #include <cstring>
 
 namespace scree::determinism {
@@ -28,17 +29,30 @@ Digest digest_of(const std::vector<std::uint64_t>& hashes) {
 
 namespace {
 
-// The same in all worlds with the same history.
-BodyId of_any_world(BodyId body) { return {body.index, body.generation}; }
-ShapeId of_any_world(ShapeId shape) { return {shape.index, shape.generation}; }
-JointId of_any_world(JointId joint) { return {joint.index, joint.generation}; }
+// Sums of what is the same in all worlds with the same history: of handles, index and generation.
+std::uint64_t mixed_bytes(std::uint64_t sum, const void* data, std::size_t bytes) {
+  for (std::size_t at = 0; at < bytes; at += sizeof(std::uint32_t)) {
+    std::uint32_t word;
+    std::memcpy(&word, static_cast<const std::byte*>(data) + at, sizeof word);
+    sum = mixed(sum, word);
+  }
+  return sum;
+}
+template <class Handle>
+std::uint64_t mixed_event(std::uint64_t sum, const Handle& handle) {
+  return mixed(mixed(sum, handle.index), handle.generation);
+}
 template <class Contact>
-Contact of_any_world(Contact contact) {
-  contact.shape_a = of_any_world(contact.shape_a);
-  contact.shape_b = of_any_world(contact.shape_b);
-  contact.body_a = of_any_world(contact.body_a);
-  contact.body_b = of_any_world(contact.body_b);
-  return contact;
+std::uint64_t mixed_ends(std::uint64_t sum, const Contact& contact) {
+  sum = mixed_event(mixed_event(sum, contact.shape_a), contact.shape_b);
+  return mixed_event(mixed_event(sum, contact.body_a), contact.body_b);
+}
+std::uint64_t mixed_event(std::uint64_t sum, const ContactEnd& contact) { return mixed_ends(sum, contact); }
+std::uint64_t mixed_event(std::uint64_t sum, const ContactEvent& contact) {
+  constexpr std::size_t kEnds = offsetof(ContactEvent, normal);
+  static_assert((sizeof contact - kEnds) % sizeof(std::uint32_t) == 0);
+  const auto* bytes = reinterpret_cast<const std::byte*>(&contact);
+  return mixed_bytes(mixed_ends(sum, contact), bytes + kEnds, sizeof contact - kEnds);
 }
 
 }  // namespace
@@ -47,13 +61,7 @@ std::uint64_t digest_of_events(const World& world) {
   std::uint64_t sum = 0;
   const auto add = [&sum](const auto& list) {
     sum = mixed(sum, list.size());
-    for (const auto& told : list) {
-      const auto event = of_any_world(told);
-      static_assert(sizeof event % sizeof(std::uint32_t) == 0);
-      std::uint32_t words[sizeof event / sizeof(std::uint32_t)];
-      std::memcpy(words, &event, sizeof words);
-      for (const std::uint32_t word : words) sum = mixed(sum, word);
-    }
+    for (const auto& event : list) sum = mixed_event(sum, event);
   };
   add(world.contact_begins());
   add(world.contact_persists());

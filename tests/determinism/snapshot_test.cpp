@@ -104,7 +104,9 @@ TEST_P(Snapshots, RestoredWorldsGoOnToTheEndWithTheSameEvents) {
           save(expected.worlds()[world], snapshot);
           lead_astray(strayed.worlds()[world], shift.at(i));
           restore(strayed.worlds()[world], snapshot);
-          fresh.worlds()[world] = World();
+          World blank;
+          blank.share_handles(fresh.worlds()[world]);
+          fresh.worlds()[world] = std::move(blank);
           restore(fresh.worlds()[world], read_snapshot(write_snapshot(snapshot)));
         }
       }

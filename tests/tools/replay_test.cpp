@@ -210,11 +210,11 @@ TEST_F(ReplayCommand, DiffShowsStatesThatNoStepHashShows) {
   EXPECT_EQ(json.at("same"), false);
   EXPECT_EQ(json.at("divergence").at("step"), 0);
   EXPECT_NE(json.at("divergence").at("hash_a"), json.at("divergence").at("hash_b"));
-  EXPECT_NE(json.at("divergence").at("difference").get<std::string>().find("the settings"),
+  EXPECT_NE(json.at("divergence").at("difference").get<std::string>().find("world.settings"),
             std::string::npos);
   const Outcome table = scree("diff " + a + " " + b);
   EXPECT_EQ(table.exit_code, 1);
-  EXPECT_NE(table.out.find("the settings"), std::string::npos) << table.out;
+  EXPECT_NE(table.out.find("world.settings"), std::string::npos) << table.out;
 }
 
 TEST_F(ReplayCommand, RefusesWhatCannotBePlayedWithExitCodeTwo) {

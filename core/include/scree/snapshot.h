@@ -55,9 +55,9 @@ SCREE_API void save(const World& world, Snapshot& snapshot);
 /// Handles: those that were valid when the world was saved are valid again, and those that were not are
 /// not, whatever has been created or destroyed since. So what a handle from after the save names is gone, and
 /// calls reject it, until a body or shape is created that takes its place: generations have come back as
-/// well, and the newcomer gets the very same handle. A world that becomes what another one was takes that
-/// one's handles and gives up its own; one that is restored from bytes keeps its own, of the same indices and
-/// generations.
+/// well, and the newcomer gets the very same handle. A world that becomes what another one was
+/// gives that one's handles from then on, and still takes its own, of the same indices and generations. A
+/// world that is restored from bytes keeps its own.
 SCREE_API void restore(World& world, const Snapshot& snapshot);
 
 /// Another world in the same state.

@@ -145,7 +145,7 @@ SnapshotData::~SnapshotData() {
 
 void save_world(const WorldData& data, SnapshotData& snapshot, bool remember) {
   snapshot.is_full = false;
-  snapshot.handle_tag = data.handle_tag;
+  snapshot.handle_tag = data.handle_tags.given;
   data.save_values(snapshot.world);
   try {
     if (!same_hulls(snapshot.hulls, data.hulls.shared)) snapshot.hulls = data.hulls.shared;
@@ -185,9 +185,8 @@ void restore(World& world, const Snapshot& snapshot) {
   }
   // Nothing can fail from here on.
   const FpEnvironment environment;
-  const std::uint32_t own_tag = data.handle_tag;
   data.forget(ColumnKind::state);
-  data.handle_tag = from.handle_tag != 0 ? from.handle_tag : own_tag;
+  if (from.handle_tag != 0) data.handle_tags.given = from.handle_tag;
   load_sheets(sheets, data);
   data.load_values(from.world);
   data.stats.step = data.step_count;

@@ -239,13 +239,17 @@ TEST(Handles, HoldInAllBranches) {
   }
 }
 
-TEST(Handles, OfAWorldThatBecomesAnotherOneGoWithIt) {
-  Twin twin, other;
+TEST(Handles, OfBothWorldsNameBodiesOfAWorldThatBecomesAnotherOne) {
+  Twin twin, other, third;
   Snapshot snapshot;
   save(twin.world, snapshot);
   restore(other.world, snapshot);
   EXPECT_TRUE(other.world.is_alive(twin.body));
-  EXPECT_EQ(code_of([&] { other.world.pose(other.body); }), ErrorCode::foreign_handle);
+  EXPECT_EQ(other.world.body_at(twin.body.index), twin.body);
+  EXPECT_TRUE(other.world.is_alive(other.body));
+  EXPECT_EQ(other.world.pose(other.body), other.world.pose(twin.body));
+  EXPECT_EQ(code_of([&] { other.world.pose(third.body); }), ErrorCode::foreign_handle);
+  EXPECT_EQ(code_of([&] { twin.world.pose(other.body); }), ErrorCode::foreign_handle);
 }
 
 TEST(Handles, StayTheWorldsOwnWhereItIsRestoredFromBytes) {
