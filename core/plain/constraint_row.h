@@ -24,8 +24,8 @@ enum ConstraintRowKind : std::uint32_t {
   kRowSpring,    // a spring on C and a damper on J v - target_speed
   kRowContact,   // C >= 0, the separation of a contact point
   kRowTwist,     // friction: J v = target_speed about the normal
-  kRowFriction,  // friction: likewise along a tangent
-  kRowRolling,   // likewise of a component of the relative spin
+  kRowFriction,  // friction: as above, along a tangent
+  kRowRolling,   // as above, of a component of the relative spin
 };
 
 enum ConstraintRowFlag : std::uint32_t {

@@ -1,7 +1,7 @@
 // Validation of bodies, shapes and joints; see validate.h.
 #ifdef SCREE_ASSERTIONS
 
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/validate/validate.h>
 #include <core/world/edit.h>
 

@@ -12,10 +12,12 @@
 // The attributes are the constants and functions below.
 #pragma once
 
+#include <core/plain/assert.h>
 #include <core/state/snapshot/change_marks.h>
 #include <core/world/column.h>
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -126,7 +128,7 @@ constexpr auto mask(std::uint32_t known, const char* problem) {
 constexpr auto known_flags(std::uint32_t of_living, std::uint32_t of_dead) {
   return [=](Attributes& is) {
     is.rule = {
-        .what = ValueRule::What::flags, .problem = "can not be set", .most = of_living, .of_dead = of_dead};
+        .what = ValueRule::What::flags, .problem = "cannot be set", .most = of_living, .of_dead = of_dead};
   };
 }
 template <class Enum>
@@ -193,6 +195,22 @@ constexpr Member member_of(const TablePlace& place, MemberForm form, ColumnKind 
   }
   return member;
 }
+
+// An array of stores or of columns that any integers and enumerators index.
+template <class Item, std::size_t kCount>
+struct TableArray : std::array<Item, kCount> {
+  Item& operator[](std::convertible_to<std::size_t> auto index) { return *(this->begin() + checked(index)); }
+  const Item& operator[](std::convertible_to<std::size_t> auto index) const {
+    return *(this->begin() + checked(index));
+  }
+
+ private:
+  static std::size_t checked(std::convertible_to<std::size_t> auto index) {
+    const auto place = static_cast<std::size_t>(index);
+    SCREE_ASSERT(place < kCount);
+    return place;
+  }
+};
 
 template <class T>
 inline constexpr bool kIsColumn = false;

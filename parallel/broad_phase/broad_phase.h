@@ -15,7 +15,7 @@
 
 namespace scree {
 
-using TreeLevels = std::array<Column<simd::NodeBlock>, simd::kMaxTreeLevels>;
+using TreeLevels = TableArray<Column<simd::NodeBlock>, simd::kMaxTreeLevels>;
 
 // One tree over shapes. Nothing of it reaches the results: whether two shapes become a pair
 // depends on their own bounds, and the list is sorted. So it is all derived.
@@ -72,8 +72,8 @@ struct CenterSpread {
   std::int64_t count;
 };
 
-using PairTrees = std::array<PairTree, kPairTrees>;
-using JoinedShapes = std::array<Column<std::int32_t>, kFrozenTree>;
+using PairTrees = TableArray<PairTree, kPairTrees>;
+using JoinedShapes = TableArray<Column<std::int32_t>, kFrozenTree>;
 using FoundPairs = std::vector<Column<ShapePair>>;
 
 // clang-format off

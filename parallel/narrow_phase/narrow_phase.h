@@ -17,8 +17,8 @@ inline constexpr int kPairChunk = 1024;
 inline constexpr int kRoundChunks = 64;
 // Groups: the collide types of pairs that are contacts, then those of pairs that are not.
 inline constexpr std::size_t kPairGroups = 2 * simd::kCollideTypes;
-using GroupCounts = std::array<std::int32_t, kPairGroups>;
-using GroupBegins = std::array<std::int32_t, kPairGroups + 1>;
+using GroupCounts = TableArray<std::int32_t, kPairGroups>;
+using GroupBegins = TableArray<std::int32_t, kPairGroups + 1>;
 
 struct PairOutcome {      // of one chunk of pairs
   std::int32_t touching;  // contacts of an awake dynamic body, then where they go

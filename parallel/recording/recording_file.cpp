@@ -37,7 +37,7 @@ RecordingFile::RecordingFile(const std::string& file) {
   stream_.rdbuf()->pubsetbuf(nullptr, 0);  // chunks are read whole
   stream_.open(file, std::ios::binary | std::ios::ate);
   const std::streamoff size = stream_ ? static_cast<std::streamoff>(stream_.tellg()) : -1;
-  if (size < 0) throw Error("Player: " + file + ": can not be read", ErrorCode::io_failure);
+  if (size < 0) throw Error("Player: " + file + ": cannot be read", ErrorCode::io_failure);
   size_ = static_cast<std::uint64_t>(size);
   scan();
 }
@@ -56,7 +56,7 @@ std::vector<std::byte> RecordingFile::bytes_at(std::uint64_t offset, std::size_t
   stream_.clear();
   stream_.seekg(static_cast<std::streamoff>(offset));
   stream_.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(count));
-  if (!stream_) refuse_recording(offset, "can not be read any more", ErrorCode::io_failure);
+  if (!stream_) refuse_recording(offset, "cannot be read any more", ErrorCode::io_failure);
   return bytes;
 }
 

@@ -93,7 +93,7 @@ int open_recording(const std::string& file) {
   } while (descriptor < 0 && errno == EINTR);
   descriptor = above_standard_streams(descriptor);
   if (descriptor < 0) {
-    throw Error(file + ": can not be created: " + std::strerror(errno), ErrorCode::io_failure);
+    throw Error(file + ": cannot be created: " + std::strerror(errno), ErrorCode::io_failure);
   }
   if (is_regular(descriptor) && flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     close(descriptor);
@@ -137,7 +137,7 @@ void RecordingWriter::start() {
   try {
     thread_ = std::thread([this] { run(); });
   } catch (const std::system_error& error) {
-    throw Error(name_ + ": a thread to write it can not be started: " + error.what(), ErrorCode::io_failure);
+    throw Error(name_ + ": a thread to write it cannot be started: " + error.what(), ErrorCode::io_failure);
   }
 }
 
@@ -330,7 +330,7 @@ void RecordingWriter::flush() {
 }
 
 void RecordingWriter::fail_to_write() {
-  throw Error(name_ + ": can not be written: " + std::strerror(errno), ErrorCode::io_failure);
+  throw Error(name_ + ": cannot be written: " + std::strerror(errno), ErrorCode::io_failure);
 }
 
 }  // namespace scree

@@ -1,7 +1,7 @@
 // Validation of the lists of who takes part; see validate_stages.h.
 #ifdef SCREE_ASSERTIONS
 
-#include <core/constraints/joint_rows.h>
+#include <core/constraints/joint_parameters.h>
 #include <core/world/wake.h>
 #include <parallel/validate/validate_stages.h>
 

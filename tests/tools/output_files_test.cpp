@@ -1,5 +1,5 @@
 // Laws of what the programs write: no input and no other output is lost, what was there stays until there is
-// something in its place, and what can not be written is told.
+// something in its place, and what cannot be written is told.
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <tests/run_program.h>
@@ -210,7 +210,7 @@ TEST_F(OutputFiles, ThatCannotBeOpenedAreBadInput) {
   }
   expect_refusal("run " + too_long, "unknown scene");
   expect_refusal("run " + too_long + ".json", "cannot be read");
-  expect_refusal("replay " + too_long, "can not be read");
+  expect_refusal("replay " + too_long, "cannot be read");
   EXPECT_EQ(files(), std::vector<std::string>{});
 }
 

@@ -167,7 +167,7 @@ TEST_F(ReplayCommand, ADiskThatFillsUpEndsTheRunAndLeavesARecordingThatPlays) {
                               "' run pile --set bodies=300 --steps 5000 --keyframes 5 --quiet --record " +
                               file);
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_NE(outcome.err.find(file + ": can not be written"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find(file + ": cannot be written"), std::string::npos) << outcome.err;
   EXPECT_LE(fs::file_size(file), 200u * 1024);
   const nlohmann::json json = json_of("replay " + file + " --verify --quiet", 0);
   EXPECT_LT(json.at("steps"), 5000);

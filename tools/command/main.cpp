@@ -51,7 +51,7 @@ struct Arguments {
   std::string json;  // empty: none
 };
 
-// Nobody should learn after an hour that something can not be written, or has been written over.
+// Nobody should learn after an hour that something cannot be written, or has been written over.
 void check_files(const Arguments& arguments, const std::vector<NamedFile>& inputs) {
   std::vector<NamedFile> outputs;
   if (!arguments.json.empty() && !arguments.json_to_standard_output())
@@ -67,7 +67,7 @@ void check_files(const Arguments& arguments, const std::vector<NamedFile>& input
   scree::files::check_outputs(inputs, outputs);
 }
 
-// Everything for people goes where it does not get mixed up with the JSON. What can not be written keeps
+// Everything for people goes where it does not get mixed up with the JSON. What cannot be written keeps
 // nothing else from being written.
 template <class Figures>
 void print(const Figures& figures, const Arguments& arguments) {

@@ -98,7 +98,7 @@ bool is_permitted(const std::string& path, int how) {
   return faccessat(AT_FDCWD, path.c_str(), how, AT_EACCESS) == 0;
 }
 
-// The reason why the file can not be written; empty if it can.
+// The reason why the file cannot be written; empty if it can.
 std::string problem_with(const std::string& path) {
   if (const std::optional<Status> status = status_of(path)) {
     if (S_ISDIR(status->st_mode)) return reason(EISDIR);

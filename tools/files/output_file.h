@@ -23,7 +23,7 @@ void prepare_process();
 /// output, 2 for standard error. A device that swallows everything is neither.
 bool is_standard_stream(const std::string& path, int stream);
 
-/// Throws Error for an output that can not be written, that a recorder is writing to, and that is an input or
+/// Throws Error for an output that cannot be written, that a recorder is writing to, and that is an input or
 /// another output under whatever name. Changes nothing.
 void check_outputs(std::span<const NamedFile> inputs, std::span<const NamedFile> outputs);
 

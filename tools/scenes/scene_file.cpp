@@ -248,7 +248,7 @@ Repeat read_repeat(const Node& node, std::int64_t most_bodies) {
   return repeat;
 }
 
-// What single values can not tell, such as the mass and inertia that all shapes come to, only a world knows:
+// What single values cannot tell, such as the mass and inertia that all shapes come to, only a world knows:
 // one for all bodies, in turn.
 class Trial {
  public:

@@ -233,7 +233,7 @@ void read_def(Members& members, JointDef& def) {
   if (const Node* data = members.find("user_data")) def.user_data = data->bits64();
 }
 
-// What single values can not tell only a world knows: one with two bodies to join.
+// What single values cannot tell only a world knows: one with two bodies to join.
 class Trial {
  public:
   Trial() : bodies_{world_.create_body({}), world_.create_body({})} {}

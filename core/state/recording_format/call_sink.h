@@ -1,4 +1,4 @@
-// Who is told what happens to a world: a recorder. A world that nobody records has none.
+// What is told of the calls of a world: a recorder. A world that is not recorded has none.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct MadeCall {
 };
 
 // Told by the thread that uses the world, once the thing has happened: so nothing may be thrown any more, and
-// a sink that can not go on lets go of the world.
+// a sink that cannot go on lets go of the world.
 class CallSink {
  public:
   virtual void called(const MadeCall& call) noexcept = 0;

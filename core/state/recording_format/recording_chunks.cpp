@@ -154,7 +154,7 @@ ChunkPacker::Packed ChunkPacker::pack(ChunkHead head, std::span<const std::byte>
     stored_.resize(ZSTD_compressBound(content.size()));
     const std::size_t size = ZSTD_compressCCtx(zstd_->context, stored_.data(), stored_.size(), content.data(),
                                                content.size(), zstd_->level);
-    // What zstd can not do is stored as it is.
+    // What zstd cannot do is stored as it is.
     if (!ZSTD_isError(size) && size < content.size()) {
       const auto least = static_cast<std::size_t>(least_stored(head.kind, content.size()));
       const std::size_t filled = fill_up(stored_, size, least);
@@ -182,7 +182,7 @@ std::vector<std::byte> unpack_chunk(const ChunkHead& head, std::vector<std::byte
   std::vector<std::byte> content(static_cast<std::size_t>(head.content_bytes));
   const std::size_t size = ZSTD_decompress(content.data(), content.size(), stored.data(), stored.size());
   if (ZSTD_isError(size) || size != content.size()) {
-    refuse_bytes(kChunkHeadBytes, "the chunk's bytes can not be decompressed");
+    refuse_bytes(kChunkHeadBytes, "the chunk's bytes cannot be decompressed");
   }
   return content;
 }

@@ -22,7 +22,7 @@ namespace scree {
 
 template <class Value, class Struct>
 concept Of = std::is_same_v<std::remove_const_t<Value>, Struct>;
-// Of any kind of object; see ids.h. The world stays out: whoever reads is another one.
+// Of any kind of object; see ids.h. The world is left out: a reader has another one.
 template <class Value>
 concept Handle = sizeof(Value) == 12 && requires(Value id) {
   { id.index } -> std::convertible_to<std::uint32_t>;

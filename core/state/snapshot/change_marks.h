@@ -1,10 +1,10 @@
 // What has changed in the stores of a world since it was last saved, page by page: saving copies these pages
 // only (snapshot_sheets.h). The sheets are listed here, each with what tells which of its pages have changed.
 //
-// Whoever writes to a state column marks the row. What moves is not marked in each step: saving looks at the
-// lists of what moves, and what leaves one of these is marked then. So steps pay nothing, but code that takes
-// rows out of Bodies::awake and kinematic, Shapes::moving, Joints::active or Contacts::touching must have
-// marked them. No row is marked by two threads at a time.
+// Code that writes to a state column marks the row. What moves is not marked in each step: saving looks at
+// the lists of what moves, and what leaves one of these is marked then. So steps pay nothing, but code that
+// takes rows out of Bodies::awake and kinematic, Shapes::moving, Joints::active or Contacts::touching must
+// have marked them. No row is marked by two threads at a time.
 #pragma once
 
 #include <core/world/column.h>
@@ -97,7 +97,7 @@ constexpr bool is_of_contacts(SheetId sheet) {
 // What the marks of a world are about.
 struct LastSave {
   std::shared_ptr<SavedPages> pages;
-  std::uint64_t id = 0;  // that the pages had: others can not be relied on
+  std::uint64_t id = 0;  // that the pages had: others cannot be relied on
 };
 
 }  // namespace scree

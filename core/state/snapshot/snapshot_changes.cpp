@@ -103,7 +103,7 @@ void apply_changes(const Snapshot& base, const SnapshotChanges& changes, Snapsho
                 ErrorCode::wrong_state);
   }
   std::unique_ptr<SnapshotData>& to = SnapshotAccess::data(later);
-  if (to.get() == &from) throw Error(std::string(kName) + ": the base can not be the later snapshot, too");
+  if (to.get() == &from) throw Error(std::string(kName) + ": the base cannot be the later snapshot, too");
   if (to == nullptr) to = std::make_unique<SnapshotData>();
   to->is_full = false;
   to->handle_tag = data.handle_tag;

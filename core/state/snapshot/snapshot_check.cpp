@@ -86,7 +86,7 @@ void check_reserved_bodies(Bodies& bodies, const Refusal& refusal) {
     for (std::size_t row = 0; row < at(kFirstBody); ++row) {
       const auto* bytes = reinterpret_cast<const std::byte*>(&column[row]);
       const bool same = std::memcmp(bytes, &right[row], sizeof(Row)) == 0;
-      refusal.require(same, "bodies", name, row, "the fixed world's rows can not be changed");
+      refusal.require(same, "bodies", name, row, "the fixed world's rows cannot be changed");
     }
   };
 #define SCREE_CHECK_RESERVED(kind, Type, name, ...) \

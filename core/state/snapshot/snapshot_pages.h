@@ -45,7 +45,7 @@ class Shared {
   T* operator->() const { return it_; }
   T& operator*() const { return *it_; }
   explicit operator bool() const { return it_ != nullptr; }
-  // Nobody else can come to own it then: only owners hand it on.
+  // No other owner can appear then: only owners hand it on.
   bool is_sole() const { return it_ != nullptr && it_->owners.load(std::memory_order_acquire) == 1; }
 
  private:
@@ -96,7 +96,7 @@ struct Sheet {
   const PageOwner& page(std::size_t number) const {
     return groups[number / PageGroup::kMost]->pages()[number % PageGroup::kMost];
   }
-  std::size_t bytes() const;  // of memory, as if it were shared with nobody
+  std::size_t bytes() const;  // of memory, as if it were not shared
   void clear() noexcept {
     groups.clear();
     rows = 0;
@@ -132,7 +132,7 @@ class PagePacker {
 };
 
 // Gives a sheet that is a copy of its base other pages, group by group; groups that are not opened stay. What
-// nobody else owns of a sheet that is done with is used again, page by page at the same places. Throws
+// no other owner has of a sheet that is done with is used again, page by page at the same places. Throws
 // std::bad_alloc; the sheet is of no use then.
 class SheetEditor {
  public:

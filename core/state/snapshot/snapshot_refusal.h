@@ -81,7 +81,7 @@ bool is_finite_row(const Row& row) {
 
 inline bool is_placed(const PoseRow& pose) { return is_finite_row(pose) && is_unit(to_quat(pose.rotation)); }
 
-inline constexpr const char* kNotListable = "names a row that can not be listed, or one twice";
+inline constexpr const char* kNotListable = "names a row that cannot be listed, or one twice";
 
 // Each entry names one of so many rows, and none twice.
 inline void check_each_once(const Column<std::int32_t>& list, std::size_t rows, const char* store,

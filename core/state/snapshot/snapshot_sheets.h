@@ -53,7 +53,7 @@ PageColumn column_of(const SavedPage& page, SheetPlace place);
 // are of no use then.
 void save_sheets(WorldData& data, SnapshotData& snapshot, bool remember);
 
-// Makes sure that load_sheets and later calls that count on room in lists can not fail.
+// Makes sure that load_sheets and later calls that count on room in lists cannot fail.
 void reserve_columns(const Sheets& sheets, WorldData& data);
 // Fills the state columns. Derived and scratch columns of stores get as many rows; what is in them is not
 // made.

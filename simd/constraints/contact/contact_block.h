@@ -12,7 +12,7 @@ template <int kPoints>
 inline constexpr int kPairCount = kPoints*(kPoints - 1) / 2;
 
 // Vectors are three arrays, symmetric matrices six (xx xy xz yy yz zz). In the order in which passes need the
-// fields, as whoever needs a part only also fetches that part only: solve reads up to `impulse`, store the
+// fields, as code that needs a part only fetches that part only: solve reads up to `impulse`, store the
 // impulses. The tangents are made from the normal.
 template <int kPoints>
 struct alignas(64) ContactBlock {
@@ -35,7 +35,7 @@ struct alignas(64) ContactBlock {
   LaneFloats twist_mass;
   // On the twist speed: of the normal impulse and of the torque impulses about t1 and t2.
   LaneFloats twist_by_normal, twist_by_torque[2];
-  // On the two tangent speeds: likewise, and of the twist impulse.
+  // On the two tangent speeds: the same, and of the twist impulse.
   LaneFloats tangent_by_normal[2], tangent_by_torque1[2], tangent_by_torque2[2], tangent_by_twist[2];
   LaneFloats tangent_mass[3];  // inverse of the 2x2 matrix: 11 12 22
 };

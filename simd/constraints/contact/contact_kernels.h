@@ -52,9 +52,9 @@ struct ContactArgs {
   float warm_start_scale;   // times the stored impulses: ratio of time steps, 0: none
   float impulse_keep;       // times the impulses at each solve: 1, or 0 without warm start
   float* residual;          // m/s, by chunk number; where relax_measured leaves its largest error
-  float* impulse_sum;       // N s, by lane: normal impulses of all substeps and points; null: nobody asks
+  float* impulse_sum;       // N s, by lane: normal impulses of all substeps and points; null: not asked for
   std::uint8_t* rebounded;  // by chunk number; where rebound() leaves whether any of its contacts did
-  float* force_sum;  // N s and N m s, impulses of all substeps, see contact_forces.h; null: nobody asks
+  float* force_sum;  // N s and N m s, impulses of all substeps, see contact_forces.h; null: not asked for
   ContactForceRow* forces;  // by contact row; where store_forces leaves these sums
   const PoseRow* pose;
   float* depth;  // m, by lane; where measure_depth leaves the deepest point's overlap, at least 0

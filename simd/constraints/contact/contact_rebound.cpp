@@ -197,7 +197,7 @@ SCREE_SWEEP void rebound_chunk(const ContactArgs& args, const ConstraintChunk& c
       any = any || happens;
       // The parts of a hub are added up whatever happens to them.
       if (!happens && hub.side() == BodySide::none) return;
-      F inverse_mass_a(0.0f);  // blocks against bodies that can not be pushed have none
+      F inverse_mass_a(0.0f);  // blocks against bodies that cannot be pushed have none
       if constexpr (!kStatic) inverse_mass_a = load(block.inverse_mass_a);
       const Freedom freedom_a = load_freedom(args, block.row_a, inverse_mass_a),
                     freedom_b = load_freedom(args, block.row_b, load(block.inverse_mass_b));

@@ -168,7 +168,7 @@ inline void apply_torque(Bodies& bodies, const Block& block, V3 torque) {
   bodies.b.angular = bodies.b.angular + load6(block.inverse_inertia_b) * torque;
 }
 
-// Normal impulses of all substeps and points, for whoever asks.
+// Normal impulses of all substeps and points, where they are asked for.
 inline void add_impulse_sum(const ContactArgs& args, int first_lane, F sum) {
   if (args.impulse_sum == nullptr) return;
   float* const lanes = args.impulse_sum + first_lane;

@@ -103,7 +103,7 @@ inline HeldTurning held_turning(const JointBodyLanes& bodies, V3 arm_a, V3 arm_b
 // of the point are independent of these; there each may have a softness of its own.
 struct TurningLanes {
   LaneFloats share[3][3];  // HeldTurning
-  LaneFloats inertia[6];   // likewise, without the directions that are free
+  LaneFloats inertia[6];   // the same, without the directions that are free
   LaneFloats error[3];
   LaneFloats torque[3];  // impulse, about the anchor, in world axes
 };

@@ -14,7 +14,7 @@ struct JointBodyLanes {
   BodyVelocity a, b;
   BodyMass mass_a, mass_b;
   F max_hertz;     // Hz, of what is held and of springs; only while a block is prepared
-  F spring_scale;  // likewise: times the hertz and damping ratio that springs were given
+  F spring_scale;  // the same: times the hertz and damping ratio that springs were given
 };
 
 // An impulse at the arms: on b, its opposite on a.

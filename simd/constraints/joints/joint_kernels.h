@@ -43,12 +43,12 @@ struct JointArgs {
       joint_count;             // by body that can be pushed: how many joints it has with other such bodies
   const InertiaRow* inertia;   // turns with bodies that are no part of a contact
   SoftConstants stiff;         // of what is held as stiffly as the step allows
-  SoftConstants stiff_shared;  // likewise at bodies that are shared, see joint_shares.h
+  SoftConstants stiff_shared;  // the same at bodies that are shared, see joint_shares.h
   float substep;               // s
   float inverse_substep;       // 1/s
   float elapsed;               // s, since the step began, at the present poses: of solve, or of relax
   float max_hertz;             // Hz, of what is held and of springs
-  float max_hertz_shared;      // likewise at bodies that are shared; below max_hertz
+  float max_hertz_shared;      // the same at bodies that are shared; below max_hertz
   float push_speed;            // m/s, rad/s: largest speed at which a limit that was passed is restored
   float warm_start_scale;      // times the stored impulses: ratio of time steps, 0: none
   float impulse_keep;          // times the impulses at each solve: 1, or 0 without warm start

@@ -8,7 +8,7 @@ namespace {
 // measure_alignment() has it:
 //
 //   held    C = x_a . d,   J = [-x_a, -(r_a + d) x x_a, x_a, r_b x x_a]; and the alignment of the x axes
-//   axes    y_a . d and z_a . d likewise; the angle of b about x_a, J = [0, -x_a, 0, x_a]
+//   axes    y_a . d and z_a . d as above; the angle of b about x_a, J = [0, -x_a, 0, x_a]
 //
 // as PhysX's D6 joint with two offsets and the twist free.
 struct PlanarRows : FramedShape {

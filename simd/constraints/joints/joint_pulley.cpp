@@ -11,7 +11,7 @@ struct PulleyRows : RowShape {
   static constexpr int kAxes = 1;  // the length, which is limited as axis 0 of JointParameters is
   struct Lanes {
     LaneFloats arm_a[3], arm_b[3];    // when the step began
-    LaneFloats rope_a[3], rope_b[3];  // likewise, from the point to the anchor
+    LaneFloats rope_a[3], rope_b[3];  // as above, from the point to the anchor
     LaneFloats ratio;
   };
   static void prepare(const JointArgs& args, const std::int32_t* joint, const JointPlacement& at,

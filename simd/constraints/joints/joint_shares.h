@@ -43,7 +43,7 @@ inline F weight_at_anchor(const JointEnd& own, const JointEnd& other) {
   return trace(invert(other.response), own.response) * F(1.0f / 3.0f);
 }
 
-// Likewise to one that holds rotations, too: the other body turns with its own as if it were a part of it.
+// The same for one that holds rotations, too: the other body turns with its own as if it were a part of it.
 inline F weight_as_one(const JointEnd& own, const JointEnd& other, V3 center_offset) {
   const S3 lever = lever_response(center_offset, own.mass.inverse_inertia);
   const S3 inertia = invert_semidefinite(other.mass.inverse_inertia);
@@ -51,7 +51,7 @@ inline F weight_as_one(const JointEnd& own, const JointEnd& other, V3 center_off
          trace(inertia, own.mass.inverse_inertia) * F(1.0f / 3.0f);
 }
 
-// Parts of a body for one of its `joints`, of which `at_once` are solved at once. One with what can not be
+// Parts of a body for one of its `joints`, of which `at_once` are solved at once. One with what cannot be
 // pushed needs none: what it does is not undone by others.
 inline F parts_of(F joints, float at_once, const JointEnd& other, F weight) {
   const F least(at_once), one(1.0f);
@@ -59,7 +59,7 @@ inline F parts_of(F joints, float at_once, const JointEnd& other, F weight) {
   return select(other.mass.inverse_mass > F(0.0f), max(least, parts), least);
 }
 
-// `is_fixed`: of bodies that can not be pushed nobody counts the joints.
+// `is_fixed`: the joints of bodies that cannot be pushed are not counted.
 inline F load_counts(const JointArgs& args, const std::int32_t* row, bool is_fixed) {
   if (is_fixed) return F(0.0f);
   alignas(64) LaneFloats counts;
@@ -139,7 +139,7 @@ inline JointBodyLanes load_bodies(const JointArgs& args, const std::int32_t* row
           F(1.0f)};
 }
 
-// Likewise as parts, where any joint of the chunk has some.
+// The same as parts, where any joint of the chunk has some.
 inline JointBodyLanes load_parts(const JointArgs& args, bool shared, const std::int32_t* row_a,
                                  const std::int32_t* row_b, int first_lane) {
   JointBodyLanes bodies = load_bodies(args, row_a, row_b);

@@ -13,7 +13,7 @@ namespace {
 // With d the way from anchor a to anchor b, which is also where forces act on a:
 //
 //   held   C = y_a . d and z_a . d,   J = [-y_a, -(r_a + d) x y_a, y_a, r_b x y_a]; and measure_rotation()
-//   axis   x_a . d likewise
+//   axis   x_a . d as above
 //
 // as Jolt's DualAxisConstraintPart, RotationEulerConstraintPart and AxisConstraintPart.
 struct SliderRows : FramedShape {

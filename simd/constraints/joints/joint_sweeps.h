@@ -7,7 +7,7 @@
 //   prepare(args, joint, bodies, placement, block)   rows -> block; `joint`: the rows of the lanes
 //   warm_start(block, bodies)                        the impulses that the block begins with
 //   solve(args, block, bodies)                       see joint_kernels.h
-//   relax(args, block, delta_a, delta_b, bodies)     likewise; returns the largest velocity error that it met
+//   relax(args, block, delta_a, delta_b, bodies)     the same; returns the largest velocity error that it met
 //   acting(block)                                    JointImpulse of the substep
 //   store(args, joint, count, block)                 block -> impulses
 //

@@ -7,7 +7,7 @@ namespace {
 // With d the way from anchor a to anchor b, which is also where forces act on a:
 //
 //   held    C = y_a . d and z_a . d,   J = [-y_a, -(r_a + d) x y_a, y_a, r_b x y_a]; and x_a . z_b, see
-//   square_row() axes    x_a . d likewise, the suspension; the angle about x_a, the steering; the speed about
+//   square_row() axes    x_a . d as above, the suspension; the angle about x_a, the steering; the speed about
 //   z_b, the spin
 //
 // as ODE's hinge-2 joint, with the suspension of Box2D's wheel joint.

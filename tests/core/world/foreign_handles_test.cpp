@@ -174,7 +174,9 @@ std::set<std::string> functions_with_handles() {
 TEST(ForeignHandles, AreRefusedByEveryCallWhichChangesNothing) {
   std::set<std::string> tested;
   for (const Calls& calls : {changing_calls(), reading_calls()}) {
-    for (const auto& [name, call] : calls) {
+    for (const auto& each : calls) {
+      const std::string& name = each.first;
+      const auto& call = each.second;
       tested.insert(name);
       Twin own;
       const Twin foreign;

@@ -19,12 +19,12 @@
 namespace scree::test {
 namespace {
 
-// --- files that can not be written ---
+// --- files that cannot be written ---
 
 TEST(RecordingFailure, OfADiskThatIsFullAtTheBeginningIsReportedAtOnce) {
   Heap heap;
   const std::string error = error_of_call([&] { Recorder(heap.world, "/dev/full"); });
-  EXPECT_NE(error.find("/dev/full: can not be written: No space left on device"), std::string::npos) << error;
+  EXPECT_NE(error.find("/dev/full: cannot be written: No space left on device"), std::string::npos) << error;
   heap.run(3);
 }
 
@@ -66,7 +66,7 @@ TEST(RecordingFailure, OfAFileThatMayHoldNothingIsAnError) {
     if (setrlimit(RLIMIT_FSIZE, &nothing) != 0) _exit(1);
     World world;
     const std::string error = error_of_call([&] { Recorder(world, file.path()); });
-    _exit(error.find(": can not be written: File too large") != std::string::npos ? 0 : 2);
+    _exit(error.find(": cannot be written: File too large") != std::string::npos ? 0 : 2);
   };
   EXPECT_EXIT(record(), testing::ExitedWithCode(0), "");
 }
@@ -82,7 +82,7 @@ TEST(RecordingFailure, OfAPipeWithoutReadersIsAnError) {
       const std::string error = error_of_call([&] { Recorder(world, pipe.path()); });
       reader.join();
       // The reader may have gone after all that was written.
-      if (!error.empty() && error.find(": can not be written: Broken pipe") == std::string::npos) _exit(2);
+      if (!error.empty() && error.find(": cannot be written: Broken pipe") == std::string::npos) _exit(2);
     }
     _exit(0);
   };
@@ -218,7 +218,7 @@ TEST(RecordingFailure, OfAStepLeavesNoHashToTheNextRecording) {
   EXPECT_EQ(verified(player, workers), "");
 }
 
-// Such a world can not go on, and its recording must not look as if it had come to its end.
+// Such a world cannot go on, and its recording must not look as if it had come to its end.
 TEST(RecordingFailure, OfAStepIsReportedAndLeavesAnUnfinishedRecording) {
   const TemporaryFile file;
   Heap heap;

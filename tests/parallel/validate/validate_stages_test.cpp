@@ -125,8 +125,8 @@ TEST_F(ValidateStagesDeathTest, AnEdgeOfOtherBodiesOrAnotherColorIsFound) {
 }
 
 TEST_F(ValidateStagesDeathTest, ALaneWithoutARowOrWithAnotherIsFound) {
-  simd::ConstraintChunk& chunk = constraints().chunks[0];
-  std::int32_t& row = constraints().rows[chunk.first_lane];
+  simd::ConstraintChunk& chunk = constraints().contact_chunks[0];
+  std::int32_t& row = constraints().contact_rows[chunk.first_lane];
   EXPECT_DEATH((row = 1 << 20, validate_packed()), "store_rows");
   EXPECT_DEATH((row = -1, validate_packed()), "store_rows");
   EXPECT_DEATH((chunk.first_lane = 1 << 20, validate_packed()), "rows.size");
@@ -134,7 +134,7 @@ TEST_F(ValidateStagesDeathTest, ALaneWithoutARowOrWithAnotherIsFound) {
 }
 
 TEST_F(ValidateStagesDeathTest, BlocksThatOverlapAreFound) {
-  EXPECT_DEATH((constraints().chunks.back().offset += 64, validate_packed()), "offset");
+  EXPECT_DEATH((constraints().contact_chunks.back().offset += 64, validate_packed()), "offset");
   EXPECT_DEATH((constraints().blocks.resize(constraints().blocks.size() + 64), validate_packed()), "offset");
 }
 

@@ -79,7 +79,7 @@ TEST(HullBadInput, TheThicknessOfHullsHasItsLimit) {
             "Hull: the points' hull is 9e-05 m thick" + kThick);
   EXPECT_NO_THROW(Hull(lattice(3, {1.0f, 1.1e-4f, 1.0f})));
   EXPECT_NO_THROW(Hull(lattice(3, {1.01e-4f, 1.01e-4f, 1.01e-4f})));
-  // Floats can not hold both sides of a sheet that is thinner than two millionths of its width.
+  // Floats cannot hold both sides of a sheet that is thinner than two millionths of its width.
   EXPECT_NO_THROW(Hull(lattice(3, {1e5f, 1.0f, 1e5f})));
   const std::string sheet = error_of_points(lattice(3, {1e5f, 0.1f, 1e5f}));
   EXPECT_NE(sheet.find(": a hull must be at least 0.2 m thick"), std::string::npos) << sheet;

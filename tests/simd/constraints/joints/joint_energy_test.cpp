@@ -1,4 +1,4 @@
-// Joints take energy from what they can not hold, and never give any: without motors, springs, bias and warm
+// Joints take energy from what they cannot hold, and never give any: without motors, springs, bias and warm
 // start every sweep over a joint is a projection of the velocities.
 #include "joint_world_fixture.h"
 

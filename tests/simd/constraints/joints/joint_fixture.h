@@ -80,7 +80,7 @@ struct Bench {
     for (int row = 0; row < kFirstBody; ++row) add_row({}, {0, 0, 0}, {}, {0, 0, 0}, {0, 0, 0});
   }
 
-  // A body of principal moments of inertia; one of mass 0 can not be pushed.
+  // A body of principal moments of inertia; one of mass 0 cannot be pushed.
   std::int32_t add_body(float kilograms, Vec3 moments, Vec3 position, Quat rotation = {}, Vec3 linear = {},
                         Vec3 angular = {}) {
     InertiaRow inverse{};
