@@ -31,11 +31,9 @@ class TemporaryFile {
     static int count = 0;
     path_ = std::filesystem::temp_directory_path() /
             ("scree_recording_" + std::to_string(getpid()) + "_" + std::to_string(++count));
+    remove();  // an earlier process of the same number may have been killed and left one
   }
-  ~TemporaryFile() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
+  ~TemporaryFile() { remove(); }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
@@ -48,6 +46,11 @@ class TemporaryFile {
   }
 
  private:
+  void remove() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+
   std::filesystem::path path_;
 };
 
