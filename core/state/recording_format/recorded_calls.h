@@ -87,16 +87,14 @@ SCREE_RECORDED_CALLS(SCREE_DECLARE_ARGUMENTS)
 template <RecordedCall kCall>
 void write_arguments(const void* arguments, CallWriter& writer);
 
-// Marks what a call names: it may write to it.
-inline void mark_named(WorldData& data, BodyId body) {
-  data.bodies.marks.mark(static_cast<std::int32_t>(body.index));
+// Marks what a call names: it may write to it. The handle has not been checked yet and may name nothing.
+template <class Store>
+void mark_index(Store& store, std::uint32_t index) {
+  if (index < store.flags.size()) store.marks.mark(static_cast<std::int32_t>(index));
 }
-inline void mark_named(WorldData& data, ShapeId shape) {
-  data.shapes.marks.mark(static_cast<std::int32_t>(shape.index));
-}
-inline void mark_named(WorldData& data, JointId joint) {
-  data.joints.marks.mark(static_cast<std::int32_t>(joint.index));
-}
+inline void mark_named(WorldData& data, BodyId body) { mark_index(data.bodies, body.index); }
+inline void mark_named(WorldData& data, ShapeId shape) { mark_index(data.shapes, shape.index); }
+inline void mark_named(WorldData& data, JointId joint) { mark_index(data.joints, joint.index); }
 template <class Other>
 void mark_named(WorldData&, const Other&) {}
 

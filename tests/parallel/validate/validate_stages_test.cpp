@@ -179,11 +179,6 @@ TEST_F(ValidateStagesDeathTest, ABodyThatIsNowhereIsFound) {
                "is_finite");
 }
 
-TEST_F(ValidateStagesDeathTest, AShapeOutsideOfItsBoundsIsFound) {
-  EXPECT_DEATH((data.shapes.pose[shape_of(boxes[0])].position[0] += 10, validate_motion(data)),
-               "is_within_bounds");
-}
-
 #else
 
 TEST(ValidateStages, ABuildWithoutAssertionsDoesNotValidate) {
