@@ -122,11 +122,16 @@ inline SpeedScales scales_to_limits(const BodyArgs& args, const WideVelocity& v)
   return {scale_to_limit(v.linear, F(args.max_linear_speed)),
           scale_to_limit(v.angular, F(args.max_angular_speed))};
 }
+// A scale that is NaN changes its body, too: whether it does must not depend on the lanes beside it.
+inline bool is_any_scaled(const SpeedScales& scales) {
+  const F one(1.0f);
+  return bits(!((scales.linear == one) & (scales.angular == one))) != 0;
+}
 // Clamps dynamic bodies only. Returns whether any speed was above its limit.
 inline bool clamp_speeds(const BodyArgs& args, const Lanes& lanes, WideVelocity& v) {
   const SpeedScales scales = scales_to_limits(args, v);
+  if (!is_any_scaled(scales)) return false;
   const F one(1.0f);
-  if (bits((scales.linear < one) | (scales.angular < one)) == 0) return false;
   const M dynamic = load_mass(args.local_mass, lanes.index).inverse_mass > F(0.0f);
   v.linear = v.linear * select(dynamic, scales.linear, one);
   v.angular = v.angular * select(dynamic, scales.angular, one);
@@ -138,8 +143,8 @@ inline bool clamp_speeds(const BodyArgs& args, const Lanes& lanes, WideVelocity&
 // may spin faster for a moment, and contacts bound the speeds that they cause.
 inline bool clamp_both(const BodyArgs& args, const Lanes& lanes, M which, WideVelocity& v) {
   const SpeedScales scales = scales_to_limits(args, v);
+  if (!is_any_scaled(scales)) return false;
   const F one(1.0f);
-  if (bits((scales.linear < one) | (scales.angular < one)) == 0) return false;
   WideVelocity u = load_velocity(args.free_velocity, lanes);
   const M dynamic = which & (load_mass(args.local_mass, lanes.index).inverse_mass > F(0.0f));
   const F linear = select(dynamic, scales.linear, one), angular = select(dynamic, scales.angular, one);
