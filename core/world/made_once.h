@@ -22,11 +22,13 @@ class MadeOnce {
     make();
     is_made_.store(true, std::memory_order_release);
   }
+  // While it is held nothing is being made.
+  [[nodiscard]] std::unique_lock<std::mutex> hold() const { return std::unique_lock(mutex_); }
   // By calls that write and by steps, which run alone.
   void forget() noexcept { is_made_.store(false, std::memory_order_relaxed); }
 
  private:
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::atomic<bool> is_made_ = false;
 };
 

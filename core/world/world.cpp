@@ -163,7 +163,11 @@ std::span<const JointId> World::destroyed_joints() const noexcept {
 MemoryUse World::memory_use() const {
   MemoryUse use;
   if (data_ == nullptr) return use;
-  const std::lock_guard lock(data_->saving);  // which places matter
+  // Columns whose sizes are read here grow in calls that may run at the same time.
+  const std::lock_guard while_saving(data_->saving);
+  const auto while_waking = data_->bodies.waking_made.hold();
+  const auto while_ordering = data_->contacts.resting_order_made.hold();
+  const auto while_listing = data_->contacts.by_shape_made.hold();
   for_each_member_size(*data_,
                        [&use](ColumnKind kind, const char*, const char*, std::size_t, std::size_t capacity) {
                          switch (kind) {
