@@ -5,7 +5,7 @@
 //
 //   w = A p + b,   A = J M^-1 J^T + C,   b = J u - target + bias
 //
-// with the compliance C of what is soft (a diagonal matrix). Each p lies between its bounds; w is 0 where p
+// with the compliance C of what is soft. Each p lies between its bounds; w is 0 where p
 // lies between them, not negative at the lower bound and not positive at the upper one. Friction bounds the
 // length of p in a plane or in space by a multiple of normal impulses, and w then opposes p (Coulomb's law).
 // Without friction this is a mixed linear complementarity problem (Cottle, Pang and Stone, "The Linear
@@ -45,10 +45,11 @@ struct SystemPolicy {
   // rigid and without bias, as in the soft step.
   enum class Pass { solve, relax };
   Pass pass = Pass::solve;
-  double substep = 1.0 / 240;  // s
-  double push_speed = 3;       // m/s, largest bias of limits and contacts
-  double max_hertz = 60;       // Hz, of springs
-  double joint_hertz = 60;     // Hz and damping ratio of what joints hold as stiffly as possible
+  bool stored_has_acted = false;  // the bodies' velocities hold the stored impulses already
+  double substep = 1.0 / 240;     // s
+  double push_speed = 3;          // m/s, largest bias of limits and contacts
+  double max_hertz = 60;          // Hz, of springs
+  double joint_hertz = 60;        // Hz and damping ratio of what joints hold as stiffly as possible
   double joint_damping_ratio = 2;
   double contact_hertz = 30;  // Hz and damping ratio of contacts between bodies that can be pushed ...
   double contact_damping_ratio = 10;
@@ -66,14 +67,15 @@ using SystemMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 struct ConstraintSystem {
   int bodies = 0;
-  SystemMatrix jacobian;         // J, rows x 6 bodies: v, w of each body
-  SystemMatrix push;             // J M^-1
-  SystemMatrix matrix;           // A
-  Eigen::VectorXd free_speed;    // b, m/s or rad/s
-  Eigen::VectorXd compliance;    // the diagonal of C
-  Eigen::VectorXd lower, upper;  // N s or N m s; of blocks that bound lengths, `upper` is the radius
-  SystemMatrix bound_by;         // upper grows by this times p, and lower shrinks
-  Eigen::VectorXd stored;        // p of the last substep, a guess to start from
+  bool stored_has_acted = false;  // see SystemPolicy
+  SystemMatrix jacobian;          // J, rows x 6 bodies: v, w of each body
+  SystemMatrix push;              // J M^-1
+  SystemMatrix matrix;            // A
+  Eigen::VectorXd free_speed;     // b, m/s or rad/s
+  SystemMatrix compliance;        // C
+  Eigen::VectorXd lower, upper;   // N s or N m s; of blocks that bound lengths, `upper` is the radius
+  SystemMatrix bound_by;          // upper grows by this times p, and lower shrinks
+  Eigen::VectorXd stored;         // p of the last substep, a guess to start from
   std::vector<SystemBlock> blocks;
   std::vector<std::int32_t> constraint, slot;  // of each row, where it comes from
 

@@ -43,7 +43,8 @@ double residual(const ConstraintSystem& system, const Eigen::VectorXd& p) {
 
 Eigen::VectorXd velocities(const ConstraintSystem& system, std::span<const SystemBody> bodies,
                            const Eigen::VectorXd& p) {
-  Eigen::VectorXd v = system.push.transpose() * p;
+  Eigen::VectorXd v =
+      system.push.transpose() * Eigen::VectorXd(system.stored_has_acted ? p - system.stored : p);
   for (int body = 0; body < system.bodies; ++body) {
     const VelocityRow& u = bodies[static_cast<std::size_t>(body)].velocity;
     for (int i = 0; i < 3; ++i) {

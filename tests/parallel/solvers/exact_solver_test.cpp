@@ -1,0 +1,189 @@
+// The wide kernels against the exact solution of the same rows: repeated often enough, sweeps over the colors
+// of a world come to the velocities that its constraints ask for together.
+#include <core/constraints/joint_parameters.h>
+#include <core/solvers/reference_solvers.h>
+#include <core/world/edit.h>
+#include <core/world/wake.h>
+#include <parallel/solvers/over_blocks.h>
+#include <parallel/solvers/state_system.h>
+#include <parallel/stages.h>
+#include <tests/core/constraints/joint_samples.h>
+#include <tests/physics/lab.h>
+
+#include <algorithm>
+#include <random>
+
+namespace scree {
+namespace {
+
+using physics::kStep;
+using Pass = SystemPolicy::Pass;
+
+// The first substep of a step, sweep by sweep, without warm start.
+class OpenStep {
+ public:
+  OpenStep(World& world, Isa isa)
+      : data_(internals(world)), workers_({.threads = 1, .isa = isa}), crew_(workers_) {
+    place_matter(data_);
+    wake_neighbors(data_);
+    refresh_lists(data_, crew_);
+    find_pairs(data_, crew_);
+    collide(data_, crew_);
+    wake_touched_islands(data_, crew_);
+    put_islands_to_sleep(data_, crew_);
+    refresh_joints(data_, crew_);
+    color_constraints(data_, crew_);
+    pack_blocks(data_, crew_);
+    Constraints& constraints = constraints_of(data_);
+    const std::size_t chunks = constraints.contact_chunks.size() + constraints.joint_chunks.size();
+    constraints.moving_bodies.clear();
+    constraints.moving_bodies.append(
+        std::span<const std::int32_t>(data_.bodies.awake.begin(), data_.bodies.awake.end()));
+    constraints.moving_bodies.resize(data_.bodies.awake.size() + 32);
+    constraints.residual.resize(chunks);
+    constraints.shared.resize(chunks);
+    constraints.parts_a.resize(constraints.joint_rows.size());
+    constraints.parts_b.resize(constraints.joint_rows.size());
+    body_ = body_args(data_, kStep);
+    contact_ = contact_args(data_, constraints, kStep);
+    joint_ = joint_args(data_, constraints, kStep);
+    contact_.warm_start_scale = joint_.warm_start_scale = 0;
+    const simd::Kernels& kernels = crew_.kernels();
+    const int count = static_cast<int>(data_.bodies.awake.size());
+    kernels.body.prepare(body_, 0, count);
+    over_blocks(
+        constraints, crew_,
+        [&](const simd::ConstraintChunk& chunk) { kernels.contact.prepare(contact_, chunk); },
+        [&](const simd::ConstraintChunk& chunk) {
+          kernels.joint.variant[chunk.variant].prepare(joint_, chunk);
+        });
+    body_.first_substep = true;
+    kernels.body.integrate_velocities(body_, 0, count);
+  }
+
+  void sweep(Pass pass) {
+    const simd::Kernels& kernels = crew_.kernels();
+    const Constraints& constraints = constraints_of(data_);
+    for (const ColorStage& stage : constraints.stages) {
+      for (int i = 0; i < stage.joint_chunk_count; ++i) {
+        const simd::ConstraintChunk& chunk = constraints.joint_chunks[stage.first_joint_chunk + i];
+        const simd::JointVariantKernels& variant = kernels.joint.variant[chunk.variant];
+        (pass == Pass::solve ? variant.solve : variant.relax)(joint_, chunk);
+      }
+      for (int i = 0; i < stage.contact_chunk_count; ++i) {
+        const simd::ConstraintChunk& chunk = constraints.contact_chunks[stage.first_contact_chunk + i];
+        (pass == Pass::solve ? kernels.contact.solve : kernels.contact.relax)(contact_, chunk);
+      }
+    }
+  }
+
+  // Moves the bodies, and keeps the impulses so far where rows are stated from.
+  void move() {
+    const simd::Kernels& kernels = crew_.kernels();
+    kernels.body.integrate_poses(body_, 0, static_cast<int>(data_.bodies.awake.size()));
+    joint_.elapsed = joint_.substep;
+    store();
+  }
+  void store() {
+    const simd::Kernels& kernels = crew_.kernels();
+    over_blocks(
+        constraints_of(data_), crew_,
+        [&](const simd::ConstraintChunk& chunk) { kernels.contact.store(contact_, chunk); },
+        [&](const simd::ConstraintChunk& chunk) {
+          kernels.joint.variant[chunk.variant].store(joint_, chunk);
+        });
+  }
+
+  StatedWorld state() { return state_world(data_, contact_, joint_, crew_); }
+  SystemPolicy policy(Pass pass) const { return policy_of(data_, kStep, pass); }
+
+  // Of the bodies of the system.
+  double largest_difference(const StatedWorld& stated, const Eigen::VectorXd& v) const {
+    double largest = 0;
+    for (std::size_t i = 1; i < stated.row.size(); ++i) {
+      const VelocityRow& now = data_.bodies.velocity[stated.row[i]];
+      for (int k = 0; k < 3; ++k) {
+        const auto first = 6 * static_cast<Eigen::Index>(i) + k;
+        largest = std::max({largest, std::abs(double{now.linear[k]} - v[first]),
+                            std::abs(double{now.angular[k]} - v[first + 3])});
+      }
+    }
+    return largest;
+  }
+
+ private:
+  WorldData& data_;
+  Workers workers_;
+  Crew crew_;
+  simd::BodyArgs body_{};
+  simd::ContactArgs contact_{};
+  simd::JointArgs joint_{};
+};
+
+World random_world(unsigned seed, bool jointed) {
+  std::mt19937 engine(seed);
+  const auto within = [&engine](float size) {
+    return std::uniform_real_distribution<float>(-size, size)(engine);
+  };
+  const auto turn = [&] { return normalize(Quat{within(1), within(1), within(1), 1.2f}); };
+  World world(physics::without_sleep());
+  const BodyId ground = world.create_body({.type = BodyType::fixed, .position = {0, -1, 0}});
+  world.add_shape(ground, Box{{20, 1, 20}});
+  std::vector<BodyId> bodies;
+  for (int i = 0; i < 12; ++i) {
+    const float x = static_cast<float>(i % 4) * 1.1f, y = 0.45f + 0.95f * static_cast<float>(i / 4);
+    const BodyId body =
+        bodies.emplace_back(world.create_body({.position = {x + within(0.1f), y, within(0.1f)},
+                                               .linear_velocity = {within(1), within(1), within(1)},
+                                               .angular_velocity = {within(1), within(1), within(1)}}));
+    if (i % 2 == 0) {
+      world.add_shape(body, Box{{0.5f, 0.5f, 0.5f}});
+    } else {
+      world.add_shape(body, Sphere{0.5f}, {.rolling_resistance = i % 4 == 1 ? 0.05f : 0.0f});
+    }
+  }
+  const std::vector<Joint> sound = test::sound_joints(), plain = test::plain_joints();
+  for (std::size_t i = 0; jointed && i + 1 < bodies.size(); ++i) {
+    const Joint& joint = (i % 2 == 0 ? sound : plain)[(i + seed) % kJointTypeCount];
+    const bool is_mouse = std::holds_alternative<MouseJoint>(joint);
+    JointDef def{.body_a = is_mouse ? kWorld : bodies[i], .body_b = bodies[i + 1]};
+    def.frame_b = {{within(0.4f), within(0.4f), within(0.4f)}, turn()};
+    const Pose pose = world.pose(bodies[i + 1]) * def.frame_b;
+    def.frame_a = is_mouse ? Pose{pose.position, {}} : inverse(world.pose(bodies[i])) * pose;
+    world.create_joint(def, joint);
+  }
+  return world;
+}
+
+void expect_exact(unsigned seed, bool jointed, Isa isa) {
+  World world = random_world(seed, jointed);
+  OpenStep open(world, isa);
+  for (const Pass pass : {Pass::solve, Pass::relax}) {
+    if (pass == Pass::relax) open.move();
+    const StatedWorld stated = open.state();
+    SystemPolicy policy = open.policy(pass);
+    policy.stored_has_acted = pass == Pass::relax;
+    const ConstraintSystem system = assemble(stated.bodies, stated.constraints, policy);
+    const ReferenceSolution exact = solve(system, {.method = ReferenceMethod::direct, .tolerance = 1e-11});
+    const Eigen::VectorXd v = velocities(system, stated.bodies, exact.impulses);
+    const double before = open.largest_difference(stated, v);
+    for (int i = 0; i < 1000; ++i) open.sweep(pass);
+    open.store();
+    const StatedWorld after = open.state();
+    const ConstraintSystem then = assemble(after.bodies, after.constraints, policy);
+    std::printf("own residual %g ", residual(system, then.stored));
+    std::printf("seed %u: joints %d pass %d rows %d, before %g, after %g, residual %g in %d\n", seed, jointed,
+                static_cast<int>(pass), system.rows(), before, open.largest_difference(stated, v),
+                exact.residual, exact.iterations);
+  }
+}
+
+TEST(ExactSolver, RepeatedSweepsComeToTheExactVelocities) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    expect_exact(seed, false, Isa::scalar);
+    expect_exact(seed, true, Isa::scalar);
+  }
+}
+
+}  // namespace
+}  // namespace scree
