@@ -25,6 +25,7 @@ int contact_kind(const Edge& edge) {
 
 // Numbers the kinds that occur among the joints without gaps, so that the sort has few keys.
 struct JointKindNumbers {
+  static_assert(kJointBlockKinds <= 256, "numbers of kinds are bytes");
   int count = 0;
   std::uint8_t number[kJointBlockKinds];
   std::uint8_t kind[kJointBlockKinds];  // by number

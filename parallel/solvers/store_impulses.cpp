@@ -54,12 +54,6 @@ void store_impulse_sums(WorldData& data, Crew& crew) {
 
 }  // namespace
 
-void forget_forces(WorldData& data) {
-  Contacts& contacts = data.contacts;
-  if (contacts.forces.empty()) return;
-  for (const std::int32_t contact : contacts.touching) contacts.forces[contact] = {};
-}
-
 void store_impulses(WorldData& data, float dt, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   if (data.settings.measure_penetration) constraints.depth.resize_discarding(constraints.contact_rows.size());

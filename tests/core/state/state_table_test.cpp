@@ -244,7 +244,7 @@ TEST(StateTable, WhatARuleForbidsIsRefusedByTheNameOfItsColumn) {
   for (const ColumnBytes& declared : columns_of(table)) {
     const Member& member = declared.member;
     const std::string name = name_of(member);
-    const bool has_list = member.is.each_once != SheetId::none && std::string(member.name) != "woken";
+    const bool has_list = member.is.each_once != SheetId::none;
     if (member.sheet == SheetId::none || (member.is.rule.what == ValueRule::What::any && !has_list)) continue;
     ++rules;
     World world = make_busy_world();
@@ -262,6 +262,29 @@ TEST(StateTable, WhatARuleForbidsIsRefusedByTheNameOfItsColumn) {
         << name << ": " << error;
   }
   EXPECT_GE(rules, 25);
+}
+
+TEST(StateTable, ARowBehindTheLastOneOfAnotherStoreIsRefused) {
+  World world;  // without a body: its first one would be the next
+  WorldData& data = internals(world);
+  data.shapes.resize(1);
+  data.shapes.free_slots.push_back(0);
+  data.shapes.body[0] = kFirstBody;
+  const std::string error = refusal_of(world);
+  EXPECT_NE(error.find("shapes.body, row 0: does not exist"), std::string::npos) << error;
+}
+
+TEST(StateTable, ABodyThatHasWokenTwiceIsRefused) {
+  World world = make_busy_world();
+  WorldData& data = internals(world);
+  data.last_save = {};
+  ASSERT_FALSE(data.events.woken.empty());
+  const SlotName woken = data.events.woken[0];
+  data.events.woken.push_back(woken);
+  const std::string error = refusal_of(world);
+  EXPECT_NE(error.find("events.woken, row " + std::to_string(data.events.woken.size() - 1) + ": "),
+            std::string::npos)
+      << error;
 }
 
 TEST(StateTable, ColumnsOfAnotherLengthThanTheirStoreAreRefused) {

@@ -174,7 +174,7 @@ TEST_F(ValidateStagesDeathTest, EventsThatDoNotAscendAreFound) {
 TEST_F(ValidateStagesDeathTest, ABodyThatIsNowhereIsFound) {
   constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
   EXPECT_DEATH((data.bodies.pose[boxes[0].index].position[0] = kNowhere, validate_motion(data)), "is_finite");
-  EXPECT_DEATH((data.bodies.pose[boxes[0].index].rotation[3] = 0.5f, validate_motion(data)), "is_near_unit");
+  EXPECT_DEATH((data.bodies.pose[boxes[0].index].rotation[3] = 0.5f, validate_motion(data)), "is_unit");
   EXPECT_DEATH((data.bodies.velocity[boxes[0].index].linear[0] = kNowhere, validate_motion(data)),
                "is_finite");
 }
