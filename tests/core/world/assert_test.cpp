@@ -78,7 +78,7 @@ TEST(AssertDeathTest, ChangesAreTakenUpInOrder) {
   Column<std::int32_t> list = numbers(4), changed, scratch;
   Column<std::uint8_t> is_changed;
   is_changed.resize(4);
-  const auto keep = [](std::size_t) { return true; };
+  const auto keep = [](std::int32_t) { return true; };
   for (const std::int32_t row : {2, 1}) changed.push_back(row);
   EXPECT_DEATH(take_up(list, changed, is_changed, scratch, keep), "changed");
   changed.clear();
