@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <string>
+#include <utility>
 
 namespace scree {
 
@@ -168,7 +169,7 @@ void step(std::span<World* const> worlds, float dt, Workers& workers) {
   check_time_step(dt);
   check_worlds(worlds);
   Crew crew(workers);
-  if (worlds.size() < static_cast<std::size_t>(crew.threads())) {
+  if (std::cmp_less(worlds.size(), crew.threads())) {
     for (World* world : worlds) step(*world, dt, workers);
     return;
   }
