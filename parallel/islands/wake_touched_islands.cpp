@@ -116,23 +116,6 @@ void list_touching(WorldData& data, Islands& islands, Crew& crew) {
 
 }  // namespace
 
-bool wake_pulled_bodies(WorldData& data) {
-  const Bodies& bodies = data.bodies;
-  bool any = false;
-  for (const std::int32_t body : bodies.kinematic) {
-    if (bodies.first_joint[body] < 0 || is_still(bodies.velocity[body])) continue;
-    for (std::int32_t joint = bodies.first_joint[body]; joint >= 0;
-         joint = next_joint(data.joints, joint, body)) {
-      const Ends ends = joint_ends(data, joint);
-      const std::int32_t other = ends.a == body ? ends.b : ends.a;
-      if (!is_enabled(data.joints, joint) || !is_asleep(bodies, other)) continue;
-      wake_body(data, other);
-      any = true;
-    }
-  }
-  return any;
-}
-
 void wake_touched_islands(WorldData& data, Crew& crew) {
   Islands& islands = islands_of(data);
   islands.joints_judged = 0;
