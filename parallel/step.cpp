@@ -86,7 +86,7 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
   clear_figures(data.stats);
   clear_told(data.events);
   PhaseClock clock(data.stats);
-  data.bodies.waking_made.forget();
+  data.shapes.waking_made.forget();
   data.contacts.by_shape_made.forget();
   place_matter(data);
   wake_neighbors(data);

@@ -86,6 +86,7 @@ void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags) {
   if ((row_flags & kShapeDirty) == 0) shapes.dirty.push_back(shape);
   row_flags = static_cast<std::uint8_t>(row_flags | flags | kShapeDirty);
   shapes.marks.mark(shape);
+  shapes.waking_made.forget();
 }
 
 void mark_shapes_dirty(WorldData& data, std::int32_t body) {

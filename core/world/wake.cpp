@@ -100,15 +100,15 @@ void wake_neighbors(WorldData& data) {
 
 bool is_about_to_wake(const WorldData& data, std::int32_t body) {
   if (!data.shapes.wake_requested) return false;
-  const Bodies& bodies = data.bodies;
-  bodies.waking_made.ensure([&] {
-    Column<std::int32_t>& waking = bodies.waking;
+  const Shapes& shapes = data.shapes;
+  shapes.waking_made.ensure([&] {
+    Column<std::int32_t>& waking = shapes.waking;
     waking.clear();
     for_each_waking(data, [&waking](std::int32_t woken) { waking.push_back(woken); });
     list_waking_at_rest(data, waking);
     sort_once(waking);
   });
-  return std::binary_search(std::as_const(bodies.waking).begin(), std::as_const(bodies.waking).end(), body);
+  return std::binary_search(std::as_const(shapes.waking).begin(), std::as_const(shapes.waking).end(), body);
 }
 
 }  // namespace scree

@@ -48,6 +48,7 @@ inline void request_wake(WorldData& data, std::int32_t shape) {
   flags |= kShapeWakes;
   data.shapes.marks.mark(shape);
   data.shapes.wake_requested = true;
+  data.shapes.waking_made.forget();
 }
 
 // Fulfills the requests. The step calls it before refresh_lists (the pairs must still be last step's).

@@ -165,7 +165,7 @@ MemoryUse World::memory_use() const {
   if (data_ == nullptr) return use;
   // Columns whose sizes are read here grow in calls that may run at the same time.
   const std::lock_guard while_saving(data_->saving);
-  const auto while_waking = data_->bodies.waking_made.hold();
+  const auto while_waking = data_->shapes.waking_made.hold();
   const auto while_ordering = data_->contacts.resting_order_made.hold();
   const auto while_listing = data_->contacts.by_shape_made.hold();
   for_each_member_size(*data_,

@@ -206,8 +206,6 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   LIST (derived, std::int32_t,    to_place,        /* calls, place_matter; who is unplaced, each once */        \
         each_once(SheetId::bodies))                                                                             \
   LIST (scratch, std::int32_t,    to_wake)         /* wake_neighbors */                                         \
-  OTHER(scratch, mutable Column<std::int32_t>, waking) /* is_awake; bodies that wake_neighbors would wake now */\
-  OTHER(scratch, mutable MadeOnce, waking_made)    /* is_awake; forgotten by calls that change the world, step */\
   VALUE(derived, BodyMoments,     moments, {})     /* calls; of some bodies of many shapes */                   \
   LIST (derived, std::int32_t,    changed,         /* calls, islands; who may take part otherwise than by       \
                                                       these */                                                  \
@@ -263,6 +261,8 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
         saved_in(SheetId::dirty_shapes), each_once(SheetId::shapes))                                            \
   LIST (derived, std::int32_t,    wakers,          /* calls; slots with kShapeWakes */                          \
         each_once(SheetId::shapes))                                                                             \
+  OTHER(scratch, mutable Column<std::int32_t>, waking) /* is_awake; bodies that wake_neighbors would wake now */\
+  OTHER(scratch, mutable MadeOnce, waking_made)    /* is_awake; forgotten by request_wake, mark_dirty and the step */\
   LIST (derived, std::int32_t,    changed,         /* calls, islands; shapes that may have come into            \
                                                       another tree, or must be asked for filters there, and are \
                                                       not dirty */                                              \

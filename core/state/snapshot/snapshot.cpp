@@ -46,11 +46,11 @@ void derive_bodies(Bodies& bodies) {
     bodies.asleep += (bodies.flags[row] & kBodyAsleep) != 0 ? 1 : 0;
   }
   std::fill(bodies.unplaced.begin(), bodies.unplaced.end(), std::uint8_t{0});
-  bodies.waking_made.forget();
 }
 
 void derive_shapes(WorldData& data) {
   Shapes& shapes = data.shapes;
+  shapes.waking_made.forget();
   for (std::int32_t& before : shapes.previous) before = -1;
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
     shapes.is_changed[row] = 0;

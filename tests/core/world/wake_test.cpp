@@ -38,6 +38,22 @@ class Waking : public testing::Test {
   }
 };
 
+TEST_F(Waking, ReadingLooksForNeighborsOnceUntilAnotherCallAsksForThem) {
+  const MadeOnce& made = internals(world).shapes.waking_made;
+  world.set_pose(ground, {});
+  const std::int64_t before = made.times_made();
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_TRUE(world.is_awake(lower));
+    EXPECT_FALSE(world.is_awake(aside));
+    world.set_user_data(upper, 7);
+    world.add_force(lower, {1, 0, 0});
+  }
+  EXPECT_EQ(made.times_made(), before + 1);
+  world.set_pose(lower, {});
+  EXPECT_TRUE(world.is_awake(upper));
+  EXPECT_EQ(made.times_made(), before + 2);
+}
+
 TEST_F(Waking, ChangesOfMotionWakeTheBody) {
   const std::vector<std::pair<const char*, std::function<void()>>> calls = {
       {"wake", [&] { world.wake(upper); }},
