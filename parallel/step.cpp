@@ -84,7 +84,7 @@ void check_worlds(std::span<World* const> worlds) {
 
 void run_phases(WorldData& data, float dt, Crew& crew) {
   clear_figures(data.stats);
-  clear_told(data.events);
+  clear_events(data.events);
   PhaseClock clock(data.stats);
   data.shapes.waking_made.forget();
   data.contacts.by_shape_made.forget();

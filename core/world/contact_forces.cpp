@@ -56,34 +56,34 @@ ContactForces describe(const WorldData& data, std::int32_t contact) {
   const ShapePair pair = data.contacts.now.pair[contact];
   const Manifold& manifold = data.contacts.now.manifold[contact];
   const ContactForceRow forces = force_row(data.contacts, contact);
-  ContactForces told{};
+  ContactForces found{};
   const auto name = [&](std::int32_t shape, ShapeId& shape_id, BodyId& body_id) {
     shape_id = shape_handle(data, shape);
     body_id = body_handle(data, data.shapes.body[shape]);
   };
-  name(pair.a, told.shape_a, told.body_a);
-  name(pair.b, told.shape_b, told.body_b);
+  name(pair.a, found.shape_a, found.body_a);
+  name(pair.b, found.shape_b, found.body_b);
   // The manifold's body B is the dynamic one if only one is; here it is that of the shape of higher index.
-  const bool flipped = static_cast<std::uint32_t>(manifold.row_b) == told.body_a.index;
+  const bool flipped = static_cast<std::uint32_t>(manifold.row_b) == found.body_a.index;
   const float side = flipped ? -1.0f : 1.0f;
   const Vec3 normal = to_vec3(manifold.normal);
   const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
-  told.normal = side * normal;
+  found.normal = side * normal;
   // A contact that is not measured has not moved either: it sleeps, or the step had no length.
   const Vec3 now = to_vec3(data.bodies.pose[manifold.row_b].position) + to_vec3(manifold.arm_b);
-  told.friction_center = forces.is_set != 0.0f ? to_vec3(forces.center) : now;
-  told.friction_impulse =
+  found.friction_center = forces.is_set != 0.0f ? to_vec3(forces.center) : now;
+  found.friction_impulse =
       side * (forces.friction_impulse[0] * tangent_1 + forces.friction_impulse[1] * tangent_2);
-  told.twist_impulse = forces.twist_impulse;  // about a normal that is turned round as the body is
-  told.rolling_impulse = side * to_vec3(forces.rolling_impulse);
+  found.twist_impulse = forces.twist_impulse;  // about a normal that is turned round as the body is
+  found.rolling_impulse = side * to_vec3(forces.rolling_impulse);
   const float near = std::max(nearest_of(manifold), kSpeculativeDistance);
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
     if (!(manifold.separation[k] <= near || bore(manifold, forces, k))) continue;
-    told.points[told.point_count++] = {
-        told.friction_center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2,
+    found.points[found.point_count++] = {
+        found.friction_center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2,
         manifold.separation[k], forces.normal_impulse[k]};
   }
-  return told;
+  return found;
 }
 
 // The rows of pairs at rest, by pair: shape by shape, because what a shape has is mostly in order.
@@ -171,20 +171,21 @@ void find_contacts(const WorldData& data, std::int32_t shape, Column<std::int32_
   });
 }
 
-void tell(const WorldData& data, std::int32_t contact, std::span<ContactForces> out, std::size_t& count) {
+void write_forces(const WorldData& data, std::int32_t contact, std::span<ContactForces> out,
+                  std::size_t& count) {
   if (!is_present(data, contact)) return;
   if (count < out.size()) out[count] = describe(data, contact);
   ++count;
 }
 
 // Those found, in the order of their pairs. Returns how many there are.
-std::size_t tell_found(const WorldData& data, Column<std::int32_t>& found, std::span<ContactForces> out) {
+std::size_t write_found(const WorldData& data, Column<std::int32_t>& found, std::span<ContactForces> out) {
   const Contacts& contacts = data.contacts;
   std::sort(found.begin(), found.end(), [&](std::int32_t x, std::int32_t y) {
     return comes_before(contacts.now.pair[x], contacts.now.pair[y]);
   });
   std::size_t count = 0;
-  for (const std::int32_t contact : found) tell(data, contact, out, count);
+  for (const std::int32_t contact : found) write_forces(data, contact, out, count);
   return count;
 }
 
@@ -194,7 +195,7 @@ std::size_t World::contact_forces(std::span<ContactForces> out) const {
   const FpEnvironment environment;
   const WorldData& data = opened_for_forces({"contact_forces"}, data_);
   std::size_t count = 0;
-  for_each_contact(data, [&](std::int32_t contact) { tell(data, contact, out, count); });
+  for_each_contact(data, [&](std::int32_t contact) { write_forces(data, contact, out, count); });
   return count;
 }
 
@@ -205,7 +206,7 @@ std::size_t World::contact_forces_of(ShapeId shape, std::span<ContactForces> out
   const std::int32_t row = checked_row(call, data, shape);
   Column<std::int32_t>& found = empty_list(data);
   find_contacts(data, row, found);
-  return tell_found(data, found, out);
+  return write_found(data, found, out);
 }
 
 std::size_t World::contact_forces_of(BodyId body, std::span<ContactForces> out) const {
@@ -217,7 +218,7 @@ std::size_t World::contact_forces_of(BodyId body, std::span<ContactForces> out) 
   for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
     find_contacts(data, shape, found);
   }
-  return tell_found(data, found, out);
+  return write_found(data, found, out);
 }
 
 }  // namespace scree

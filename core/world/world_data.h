@@ -403,22 +403,22 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   LIST (derived, std::int32_t,     asked_of)       /* calls: shapes of which others events are asked than before */ \
   VALUE(derived, bool,             asked_of_all, true) /* calls, restore: so are those of all pairs at rest */  \
   LIST (scratch, TouchRow,         before)         /* list_contact_events; the step before's */                 \
-  LIST (scratch, ContactEvent,     begins, kTold)  /* list_contact_events */                                    \
-  LIST (scratch, ContactEvent,     persists, kTold) /* list_contact_events */                                   \
-  LIST (scratch, ContactEnd,       ends, kTold)    /* list_contact_events */                                    \
-  LIST (scratch, BodyId,           restored, kTold) /* quarantine_bodies */                                     \
-  LIST (scratch, BodyId,           quarantined, kTold) /* quarantine_bodies */                                  \
+  LIST (scratch, ContactEvent,     begins, kEvent)  /* list_contact_events */                                   \
+  LIST (scratch, ContactEvent,     persists, kEvent) /* list_contact_events */                                  \
+  LIST (scratch, ContactEnd,       ends, kEvent)    /* list_contact_events */                                   \
+  LIST (scratch, BodyId,           restored, kEvent) /* quarantine_bodies */                                    \
+  LIST (scratch, BodyId,           quarantined, kEvent) /* quarantine_bodies */                                 \
   LIST (state,   SlotName,         woken,          /* calls, islands; who has woken since the last step's       \
                                                       lists, in the order of waking */                          \
         saved_in(SheetId::events_woken), each_once(SheetId::bodies),                                            \
         handle_of(SheetId::bodies, "names no body"))                                                            \
-  LIST (scratch, BodyId,           sleep_begins, kTold) /* list_body_events */                                  \
+  LIST (scratch, BodyId,           sleep_begins, kEvent) /* list_body_events */                                 \
   LIST (state,   SlotName,         lost,           /* calls; joints that went with their bodies since the last  \
                                                       step */                                                   \
         saved_in(SheetId::events_lost), handle_of(SheetId::joints, "names no joint"))                           \
-  LIST (scratch, JointId,          broken, kTold)  /* break_joints */                                           \
-  LIST (scratch, JointId,          destroyed, kTold) /* list_body_events; `lost` of the last step */            \
-  LIST (scratch, BodyId,           sleep_ends, kTold) /* list_body_events */                                    \
+  LIST (scratch, JointId,          broken, kEvent)  /* break_joints */                                          \
+  LIST (scratch, JointId,          destroyed, kEvent) /* list_body_events; `lost` of the last step */           \
+  LIST (scratch, BodyId,           sleep_ends, kEvent) /* list_body_events */                                   \
   LIST (scratch, TouchRow,         moved)          /* list_contact_events, find_pairs; of pairs that no longer rest */ \
   LIST (scratch, std::int32_t,     judged)         /* list_contact_events; rows of pairs at rest of which there may be \
                                                       news */                                                   \
@@ -503,12 +503,12 @@ inline BodyType given_type(const Bodies& bodies, std::int32_t body) {
   return (bodies.flags[body] & kBodyQuarantinedDynamic) != 0 ? BodyType::dynamic : BodyType::kinematic;
 }
 
-// Empties what the caller is told of the last step.
-inline void clear_told(Events& events) {
-#define SCREE_CLEAR_TOLD(kind, Row, name, ...) \
-  if (attributes(__VA_ARGS__).told) events.name.clear();
-  SCREE_EVENT_MEMBERS(SCREE_NOTHING, SCREE_CLEAR_TOLD, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING)
-#undef SCREE_CLEAR_TOLD
+// Empties the lists of the last step's events.
+inline void clear_events(Events& events) {
+#define SCREE_CLEAR_EVENTS(kind, Row, name, ...) \
+  if (attributes(__VA_ARGS__).event) events.name.clear();
+  SCREE_EVENT_MEMBERS(SCREE_NOTHING, SCREE_CLEAR_EVENTS, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING)
+#undef SCREE_CLEAR_EVENTS
 }
 
 // The public form of a name.

@@ -138,11 +138,11 @@ const TouchRow* first_at(const Column<TouchRow>& rows, std::uint64_t key) {
 }
 
 // Goes over the pairs [begin, end) and the part of the old list between them and the next chunk's.
-// Calls tell(row, known, verdict) for the pairs that touch or touched: `row` is the pair's or -1, `known`
+// Calls visit(row, known, verdict) for the pairs that touch or touched: `row` is the pair's or -1, `known`
 // points into the old list or is null. `verdict_of(row, known)` says what holds now.
-template <class Verdict, class Tell>
+template <class Verdict, class Visit>
 void walk(const WorldData& data, const Column<ShapePair>& pairs, int begin, int end, Verdict&& verdict_of,
-          Tell&& tell) {
+          Visit&& visit) {
   const Column<TouchRow>& before = data.events.before;
   const TouchRow* old = begin == 0 ? before.begin() : first_at(before, key_of(pairs[begin]));
   const TouchRow* const last =
@@ -150,21 +150,21 @@ void walk(const WorldData& data, const Column<ShapePair>& pairs, int begin, int 
   for (int row = begin; row < end; ++row) {
     const ShapePair pair = pairs[row];
     const std::uint64_t key = key_of(pair);
-    for (; old != last && key_of(*old) < key; ++old) tell(-1, old, std::uint8_t{0});
+    for (; old != last && key_of(*old) < key; ++old) visit(-1, old, std::uint8_t{0});
     const TouchRow* known = nullptr;
     if (old != last && key_of(*old) == key) {
       // The slot may have been reused since.
       if (old->pair == names_of(data, pair)) {
         known = old;
       } else {
-        tell(-1, old, std::uint8_t{0});
+        visit(-1, old, std::uint8_t{0});
       }
       ++old;
     }
     const std::uint8_t verdict = verdict_of(row, known != nullptr);
-    if (known != nullptr || verdict != 0) tell(row, known, verdict);
+    if (known != nullptr || verdict != 0) visit(row, known, verdict);
   }
-  for (; old != last; ++old) tell(-1, old, std::uint8_t{0});
+  for (; old != last; ++old) visit(-1, old, std::uint8_t{0});
 }
 
 struct Outcome {
@@ -179,10 +179,10 @@ bool is_kept_at_rest(const PairList& list, std::int32_t row, std::uint8_t verdic
 Outcome outcome_of(const TouchRow* known, std::uint8_t verdict) {
   constexpr auto kBeginEnd = static_cast<std::uint8_t>(ContactEvents::begin_end);
   constexpr auto kPersist = static_cast<std::uint8_t>(ContactEvents::persist);
-  const bool told = known != nullptr && (known->events & kBeginEnd) != 0;
-  const bool tells = (verdict & kBeginEnd) != 0;
+  const bool had_begun = known != nullptr && (known->events & kBeginEnd) != 0;
+  const bool touches = (verdict & kBeginEnd) != 0;
   const bool persists = known != nullptr && (verdict & kPersist) != 0 && (verdict & kResting) == 0;
-  return {(verdict & kAskedMask) != 0, tells && !told, persists, told && !tells};
+  return {(verdict & kAskedMask) != 0, touches && !had_begun, persists, had_begun && !touches};
 }
 
 // Counts become places; the lists get their sizes.
