@@ -148,11 +148,11 @@ void validate_stages_of(const WorldData& data, const Constraints& constraints) {
     SCREE_ASSERT(std::cmp_equal(stage.first_joint_chunk, joint));
     writers.begin_stage(static_cast<std::int32_t>(number));
     for (std::int32_t i = 0; i < stage.joint_chunk_count; ++i, ++joint, ++number) {
-      validate_chunk(data, constraints.joint_chunks[joint], constraints.joint_rows, writers, stage.serial,
+      validate_chunk(data, constraints.joint_chunks[joint], constraints.joint_lanes, writers, stage.serial,
                      ends_of_joint);
     }
     for (std::int32_t i = 0; i < stage.contact_chunk_count; ++i, ++contact, ++number) {
-      validate_chunk(data, constraints.contact_chunks[contact], constraints.contact_rows, writers,
+      validate_chunk(data, constraints.contact_chunks[contact], constraints.contact_lanes, writers,
                      stage.serial, ends_of_contact);
     }
   }
@@ -187,11 +187,11 @@ void validate_blocks(const WorldData& data, const Crew& crew) {
   if (!is_validated(data)) return;
   const Constraints& constraints = constraints_of(data);
   const int lanes = crew.kernels().lanes;
-  validate_lanes({data.contacts.touching, constraints.contact_rows, constraints.contact_chunks,
+  validate_lanes({data.contacts.touching, constraints.contact_lanes, constraints.contact_chunks,
                   data.contacts.now.pair.size()},
                  lanes);
   validate_lanes(
-      {data.joints.active, constraints.joint_rows, constraints.joint_chunks, data.joints.flags.size()},
+      {data.joints.active, constraints.joint_lanes, constraints.joint_chunks, data.joints.flags.size()},
       lanes);
   validate_places(constraints, crew.kernels());
   validate_stages_of(data, constraints);

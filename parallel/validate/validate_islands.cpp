@@ -1,4 +1,5 @@
-// Validation of contacts after collide, and of who is awake after find_islands; see validate_stages.h.
+// Validation of contacts after collide, and of what is awake after the phases of islands; see
+// validate_stages.h.
 #ifdef SCREE_ASSERTIONS
 
 #include <core/world/pair_key.h>
@@ -12,16 +13,8 @@ namespace scree {
 
 namespace {
 
-bool is_asleep(const WorldData& data, std::int32_t body) {
-  return (data.bodies.flags[body] & kBodyAsleep) != 0;
-}
-
-bool takes_part(const WorldData& data, std::int32_t a, std::int32_t b) {
-  return is_awake_dynamic(data.bodies, a) || is_awake_dynamic(data.bodies, b);
-}
-
 bool pair_takes_part(const WorldData& data, const ShapePair& pair) {
-  return takes_part(data, data.shapes.body[pair.a], data.shapes.body[pair.b]);
+  return takes_part(data, {data.shapes.body[pair.a], data.shapes.body[pair.b]});
 }
 
 // The body that can be pushed, or of two the one that the kernel chose, is B. What is fixed is row 0.
@@ -80,14 +73,15 @@ void validate_islands(const WorldData& data) {
     for (const std::int32_t contact : contacts.touching) {
       const ShapePair pair = contacts.now.pair[contact];
       SCREE_ASSERT(pair_takes_part(data, pair));
-      SCREE_ASSERT(!is_asleep(data, data.shapes.body[pair.a]) && !is_asleep(data, data.shapes.body[pair.b]));
+      SCREE_ASSERT(!is_asleep(data.bodies, data.shapes.body[pair.a]) &&
+                   !is_asleep(data.bodies, data.shapes.body[pair.b]));
       ++parts;
     }
     SCREE_ASSERT(parts == count_parts(data, contacts.pairs) + count_parts(data, contacts.resting));
   }
   for (const std::int32_t joint : data.joints.active) {
     const JointBodies ends = data.joints.bodies[joint];
-    SCREE_ASSERT(!is_asleep(data, ends.a) && !is_asleep(data, ends.b));
+    SCREE_ASSERT(!is_asleep(data.bodies, ends.a) && !is_asleep(data.bodies, ends.b));
   }
   const auto& islands = static_cast<const Islands&>(*data.islands);
   SCREE_ASSERT(is_zero(islands.tired));
