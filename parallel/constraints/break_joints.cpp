@@ -20,7 +20,7 @@ bool has_broken(const Joints& joints, std::int32_t joint) {
 
 std::span<const std::int32_t> joints_of(const Constraints& constraints, std::int32_t chunk) {
   const simd::ConstraintChunk& c = constraints.joint_chunks[chunk];
-  const std::int32_t* const first = constraints.joint_rows.begin() + c.first_lane;
+  const std::int32_t* const first = constraints.joint_lanes.begin() + c.first_lane;
   return {first, first + c.lanes};
 }
 

@@ -24,16 +24,16 @@ int contact_kind(const Edge& edge) {
 }
 
 // Numbers the kinds that occur among the joints without gaps, so that the sort has few keys.
-struct JointKindNumbers {
+struct JointBlockKindNumbers {
   static_assert(kJointBlockKinds <= 256, "numbers of kinds are bytes");
   int count = 0;
   std::uint8_t number[kJointBlockKinds];
   std::uint8_t kind[kJointBlockKinds];  // by number
 
-  explicit JointKindNumbers(const Column<JointKindSet>& parts) {
-    for (int word = 0; word < static_cast<int>(std::size(JointKindSet{}.bits)); ++word) {
+  explicit JointBlockKindNumbers(const Column<JointBlockKindSet>& parts) {
+    for (int word = 0; word < static_cast<int>(std::size(JointBlockKindSet{}.bits)); ++word) {
       std::uint64_t present = 0;
-      for (const JointKindSet& part : parts) present |= part.bits[word];
+      for (const JointBlockKindSet& part : parts) present |= part.bits[word];
       for (; present != 0; present &= present - 1) {
         const int k = word * 64 + std::countr_zero(present);
         number[k] = static_cast<std::uint8_t>(count);
@@ -49,16 +49,16 @@ std::int32_t first_joint_of(const WorldData& data) {
 }
 
 // Of the edges from `first` on.
-void find_joint_kinds(Constraints& constraints, std::int32_t first, Crew& crew) {
+void find_joint_block_kinds(Constraints& constraints, std::int32_t first, Crew& crew) {
   const int count = static_cast<int>(constraints.edges.size()) - first;
-  constraints.joint_kinds.resize_discarding((count + kSortRows - 1) / kSortRows);
+  constraints.joint_block_kinds.resize_discarding((count + kSortRows - 1) / kSortRows);
   crew.run_ranges(count, kSortRows, [&](int begin, int end, int) {
-    JointKindSet present{};
+    JointBlockKindSet present{};
     for (int i = begin; i < end; ++i) {
       const std::uint16_t kind = constraints.edges[first + i].info;
       present.bits[kind / 64] |= std::uint64_t{1} << (kind % 64);
     }
-    constraints.joint_kinds[begin / kSortRows] = present;
+    constraints.joint_block_kinds[begin / kSortRows] = present;
   });
 }
 
@@ -84,16 +84,16 @@ struct BlockKind {
 // Lays out chunks and stages one after the other.
 class Layout {
  public:
-  Layout(const WorldData& data, Constraints& constraints, const JointKindNumbers& joint_kinds,
+  Layout(const WorldData& data, Constraints& constraints, const JointBlockKindNumbers& joint_block_kinds,
          const simd::Kernels& kernels)
       : contacts{data.contacts.touching,     0,
-                 constraints.contact_keys,   constraints.contact_rows,
+                 constraints.contact_keys,   constraints.contact_lanes,
                  constraints.contact_chunks, &ColorStage::contact_chunk_count},
-        joints{data.joints.active,     first_joint_of(data),     constraints.joint_keys,
-               constraints.joint_rows, constraints.joint_chunks, &ColorStage::joint_chunk_count},
+        joints{data.joints.active,      first_joint_of(data),     constraints.joint_keys,
+               constraints.joint_lanes, constraints.joint_chunks, &ColorStage::joint_chunk_count},
         data_(data),
         constraints_(constraints),
-        joint_kinds_(joint_kinds),
+        block_kinds_(joint_block_kinds),
         kernels_(kernels) {
     constraints.contact_chunks.clear();
     constraints.joint_chunks.clear();
@@ -151,7 +151,7 @@ class Layout {
  private:
   BlockKind kind_of(const Family& family, int kind, bool is_static) const {
     if (&family == &joints) {
-      const JointKind joint = joint_kind(joint_kinds_.kind[kind]);
+      const JointBlockKind joint = joint_block_kind(block_kinds_.kind[kind]);
       return {joint.variant, joint.fixed, joint.breaks, false,
               kernels_.joint.variant[joint.variant].block_bytes};
     }
@@ -234,7 +234,7 @@ class Layout {
 
   const WorldData& data_;
   Constraints& constraints_;
-  const JointKindNumbers& joint_kinds_;
+  const JointBlockKindNumbers& block_kinds_;
   const simd::Kernels& kernels_;
   std::size_t offset_ = 0;
   std::int32_t used_blocks_ = 0;
@@ -276,8 +276,8 @@ void pack_blocks(WorldData& data, Crew& crew) {
   const Column<std::int32_t>& active = data.joints.active;
   data.stats.joints = static_cast<std::int64_t>(active.size());
   const std::int32_t first_joint = first_joint_of(data);
-  find_joint_kinds(constraints, first_joint, crew);
-  const JointKindNumbers numbers(constraints.joint_kinds);
+  find_joint_block_kinds(constraints, first_joint, crew);
+  const JointBlockKindNumbers numbers(constraints.joint_block_kinds);
   KeyTable &contact_keys = constraints.contact_keys, &joint_keys = constraints.joint_keys;
   contact_keys.kinds = kContactKinds;
   joint_keys.kinds = numbers.count;
@@ -293,8 +293,8 @@ void pack_blocks(WorldData& data, Crew& crew) {
   level_overflow(constraints, first_joint, active.size(), lanes, joint_keys, crew);
   place_keys(lanes, hubs, contact_keys);
   place_keys(lanes, hubs, joint_keys);
-  scatter_rows(constraints, 0, touching, contact_keys, constraints.contact_rows, crew);
-  scatter_rows(constraints, first_joint, active, joint_keys, constraints.joint_rows, crew);
+  scatter_rows(constraints, 0, touching, contact_keys, constraints.contact_lanes, crew);
+  scatter_rows(constraints, first_joint, active, joint_keys, constraints.joint_lanes, crew);
 
   const auto in_color_at = [&](int place) {
     return contact_keys.in_place[place] + joint_keys.in_place[place];

@@ -110,10 +110,10 @@ void expect_sound(const WorldData& data) {
     };
     expect_chunks(data, stage.serial,
                   part(constraints.joint_chunks, stage.first_joint_chunk, stage.joint_chunk_count),
-                  constraints.joint_rows, written, joints, joined_bodies_of);
+                  constraints.joint_lanes, written, joints, joined_bodies_of);
     expect_chunks(data, stage.serial,
                   part(constraints.contact_chunks, stage.first_contact_chunk, stage.contact_chunk_count),
-                  constraints.contact_rows, written, contacts, bodies_of);
+                  constraints.contact_lanes, written, contacts, bodies_of);
   }
   EXPECT_EQ(contacts.size(), data.contacts.touching.size());
   for (const std::int32_t row : data.contacts.touching) EXPECT_EQ(contacts.count(row), 1u);
@@ -260,7 +260,7 @@ TEST(Coloring, UncoloredConstraintsOfABodyAreSolvedInListOrder) {
     int solved = 0;
     for (const simd::ConstraintChunk& chunk : constraints.contact_chunks) {
       for (int lane = 0; lane < chunk.lanes; ++lane, ++solved) {
-        const std::int32_t row = constraints.contact_rows[static_cast<std::size_t>(chunk.first_lane + lane)];
+        const std::int32_t row = constraints.contact_lanes[static_cast<std::size_t>(chunk.first_lane + lane)];
         const Manifold& manifold = graph.data.contacts.now.manifold[static_cast<std::size_t>(row)];
         const int place = static_cast<int>(manifold.info & kManifoldPointMask) * rows + row;
         for (const std::int32_t body : {manifold.row_a, manifold.row_b}) {

@@ -121,7 +121,7 @@ class PlainSolver {
     for (const simd::ConstraintChunk& chunk : constraints.contact_chunks) {
       for (int i = 0; i < chunk.lanes; ++i) {
         add_contact(static_cast<std::size_t>(
-            constraints.contact_rows[static_cast<std::size_t>(chunk.first_lane + i)]));
+            constraints.contact_lanes[static_cast<std::size_t>(chunk.first_lane + i)]));
       }
     }
     const float scale =

@@ -140,7 +140,7 @@ TEST_F(ValidateStagesDeathTest, AnEdgeOfOtherBodiesOrAnotherColorIsFound) {
 
 TEST_F(ValidateStagesDeathTest, ALaneWithoutARowOrWithAnotherIsFound) {
   simd::ConstraintChunk& chunk = constraints().contact_chunks[0];
-  std::int32_t& row = constraints().contact_rows[chunk.first_lane];
+  std::int32_t& row = constraints().contact_lanes[chunk.first_lane];
   EXPECT_DEATH((row = 1 << 20, validate_packed()), "store_rows");
   EXPECT_DEATH((row = -1, validate_packed()), "store_rows");
   EXPECT_DEATH((chunk.first_lane = 1 << 20, validate_packed()), "rows.size");
