@@ -19,8 +19,8 @@ constexpr float kInsideHull = 1e-5f;
 constexpr float kNoise = 1e-6f;
 // A normal with this much of a face's normal leans on the face.
 constexpr float kFaceCosine = 0.98f;
-// How far a capsule along a face's side may lie beyond it, in meters and as a share of the radius: more than
-// shapes at rest jitter, and little, because where two sides meet at a small angle it reaches far.
+// How far a capsule along a face's side may lie beyond it, in meters and as a share of the radius. More than
+// the jitter of shapes at rest, but small: where two sides meet at a small angle it reaches far.
 constexpr float kBorder = 1e-4f;
 constexpr float kBorderShare = 2e-3f;
 // Depth that a contact may lose to a face or to a second point, as a share of the smaller shape's size; at

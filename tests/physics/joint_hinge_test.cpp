@@ -43,7 +43,7 @@ struct Flap {
 };
 
 TEST(Hinge, HoldsItsAxisUnderItsOwnWeight) {
-  // A door, and a flap that hangs down from a level axis once it has come to rest.
+  // A door, and a flap that ends at rest hanging down from a level axis.
   Flap door(HingeJoint{}, {0, 1, 0});
   door.lab.run(300);
   RecordProperty("door_offset", std::to_string(door.offset()));

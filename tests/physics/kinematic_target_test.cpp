@@ -1,4 +1,4 @@
-// Laws of kinematic targets: one step brings the body there.
+// Laws of kinematic targets: one step moves the body to its target.
 #include <tests/physics/lab.h>
 
 #include <limits>

@@ -32,8 +32,7 @@ struct HullTriangle {
 
 struct TriangleHull {
   std::vector<HullTriangle> triangles;  // none if all points lie within a plane
-  std::vector<std::int32_t>
-      outside;  // points farther out than the tolerance that the limit of vertices cut off
+  std::vector<std::int32_t> outside;    // points above the tolerance that max_vertices cut off
 };
 
 struct TriangleLimits {
