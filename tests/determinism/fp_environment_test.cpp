@@ -1,5 +1,5 @@
-// Laws of the caller's floating-point environment: it reaches neither World's calls nor the step, and comes
-// back as it was.
+// Laws of the caller's floating-point environment: it affects neither World's calls nor the step, and it is
+// unchanged afterwards.
 #include <gtest/gtest.h>
 #include <tests/determinism/many_threads.h>
 #include <tests/determinism/random_calls.h>
@@ -12,7 +12,7 @@ namespace {
 
 const SceneCase kPile{"pile", {{"bodies", 120}, {"seed", 3}}, 60};
 
-// Steps the pile and makes random calls; returns what they come to.
+// Steps the pile and makes random calls; returns the hash of the results.
 std::vector<std::uint64_t> everything(const std::vector<scenes::Scene>& scenes, const Sequence& sequence) {
   Shift shift({{Isa::automatic, 2}});
   Playback playback(scenes, kPile.steps);
