@@ -44,7 +44,7 @@ std::string output_of(const std::string& command) {
   return output;
 }
 
-TEST(ForcedSet, TheEnvironmentDecidesForAProgramThatAsksForNothing) {
+TEST(ForcedSet, TheEnvironmentDecidesForAProgramThatRequestsNoSet) {
   std::string hash;
   for (const Isa isa : supported_isas()) {
     const std::string name = isa_name(isa);
@@ -55,7 +55,7 @@ TEST(ForcedSet, TheEnvironmentDecidesForAProgramThatAsksForNothing) {
   }
 }
 
-TEST(ForcedSet, AnUnknownOneInTheEnvironmentIsAnErrorThatNamesIt) {
+TEST(ForcedSet, AnUnknownSetInTheEnvironmentIsAnErrorThatNamesIt) {
   const std::string output = output_of("SCREE_ISA=mmx '" SCREE_GOLDEN_PROGRAM "' backend 2>&1");
   EXPECT_NE(output.find("mmx"), std::string::npos) << output;
   EXPECT_EQ(output.find("hash"), std::string::npos) << output;

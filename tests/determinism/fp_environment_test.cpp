@@ -37,7 +37,7 @@ class CallersFpEnvironment : public ManyThreads {
 #if defined(__SSE__)
 constexpr unsigned kFlushToZero = 1u << 15, kDenormalsAreZero = 1u << 6;
 
-TEST_F(CallersFpEnvironment, FlushingDenormalsChangesNothingAndIsKept) {
+TEST_F(CallersFpEnvironment, FlushToZeroChangesNoResultAndStaysSet) {
   const std::vector<std::uint64_t> expected = everything(scenes_, calls_);
   const unsigned before = __builtin_ia32_stmxcsr();
   const unsigned hostile = (before | kFlushToZero | kDenormalsAreZero) & ~0x3fu;
@@ -50,7 +50,7 @@ TEST_F(CallersFpEnvironment, FlushingDenormalsChangesNothingAndIsKept) {
 }
 #endif
 
-TEST_F(CallersFpEnvironment, RoundingOfTheStepsCallerChangesNothingAndIsKept) {
+TEST_F(CallersFpEnvironment, RoundingModeChangesNoStepAndStaysSet) {
   const std::vector<std::uint64_t> expected = play(kPile, {{Isa::automatic, 2}});
   for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
     Workers workers(2);
@@ -69,7 +69,7 @@ TEST_F(CallersFpEnvironment, RoundingOfTheStepsCallerChangesNothingAndIsKept) {
   }
 }
 
-TEST_F(CallersFpEnvironment, RoundingOfWorldsCallsChangesNothing) {
+TEST_F(CallersFpEnvironment, RoundingModeChangesNoCall) {
   const std::vector<std::uint64_t> expected = everything(scenes_, calls_);
   for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
     std::fesetround(mode);

@@ -14,7 +14,7 @@ namespace {
 
 class HashMatrix : public ManyThreads, public ::testing::WithParamInterface<Golden> {};
 
-TEST_P(HashMatrix, EveryBackendComesToTheGoldenHashByTheSameSteps) {
+TEST_P(HashMatrix, EveryBackendGivesTheGoldenHashByTheSameSteps) {
   const Golden& golden = GetParam();
   report_unsupported_isas();
   const std::vector<std::uint64_t> expected = play(golden.what, {kReference});

@@ -66,14 +66,14 @@ TEST_F(ManyCallers, ThreadsThatShareWorkersDoNotDisturbEachOther) {
   expect_the_same(playbacks);
 }
 
-TEST_F(ManyCallers, StepsInsideACallersTasksComeToTheSame) {
+TEST_F(ManyCallers, StepsInsideACallersTasksGiveTheSameResults) {
   std::vector<Playback> playbacks = all_worlds();
   Workers workers(2);
   play_in_tasks(playbacks, [&](Playback& playback) { play_all(playback, workers); });
   expect_the_same(playbacks);
 }
 
-TEST_F(ManyCallers, StepsThatMoveFromTaskToTaskComeToTheSame) {
+TEST_F(ManyCallers, StepsThatMoveFromTaskToTaskGiveTheSameResults) {
   std::vector<Playback> playbacks = all_worlds();
   Workers workers(4);
   for (int step = 0; step < kSteps; ++step) {
@@ -91,7 +91,7 @@ TEST_F(ManyCallers, OneThreadMayStepManyWorldsInTurn) {
   expect_the_same(playbacks);
 }
 
-TEST_F(ManyCallers, WorldsOfOneListComeToTheSame) {
+TEST_F(ManyCallers, WorldsOfOneListGiveTheSameResults) {
   std::vector<Playback> alone = all_worlds();
   std::vector<scenes::Scene> scenes;
   Workers single(1);

@@ -187,7 +187,7 @@ void Player::check_joints() {
     if (!world_.is_alive(joint)) fail(name + ": the handle died");
     const JointDef def = world_.joint_def(joint);
     if (def.body_a != joined.a || def.body_b != joined.b) fail(name + " has changed its bodies");
-    if (def.enabled != joined.enabled) fail(name + " has been switched by nobody");
+    if (def.enabled != joined.enabled) fail(name + " was enabled or disabled without a call");
     const Pose pose = world_.joint_pose(joint);
     if (!is_finite(pose.position) || !std::isfinite(pose.rotation.w)) fail(name + ": its pose is not finite");
     const JointReaction reaction = world_.joint_reaction(joint);

@@ -94,7 +94,7 @@ std::uint64_t recordings() { return wish("SCREE_RANDOM_SEQUENCES", wants_all_seq
 INSTANTIATE_TEST_SUITE_P(Seeds, RecordedRandomCalls, ::testing::Range(std::uint64_t{1}, recordings() + 1),
                          ::testing::PrintToStringParamName());
 
-TEST(RandomCallsGolden, ComeToTheGoldenHash) {
+TEST(RandomCallsGolden, GiveTheGoldenHash) {
   int runs = 0;
   for (const Golden& golden : scenes::read_goldens(golden_path())) {
     if (is_scene(golden.what)) continue;
@@ -115,7 +115,7 @@ TEST(RandomCallsThemselves, AreTheSameForTheSameSeed) {
   EXPECT_FALSE(std::equal(once.begin(), once.end(), other.begin(), other.end(), same));
 }
 
-TEST(RandomCallsThemselves, MeetEveryKindOfCall) {
+TEST(RandomCallsThemselves, ContainEveryKindOfCall) {
   std::vector<int> drawn(kCallKindCount);
   for (const Call& call : random_sequence(1, 5000, 20)) ++drawn[static_cast<std::size_t>(call.kind)];
   for (int kind = 0; kind < kCallKindCount; ++kind) {
@@ -201,7 +201,7 @@ void refuse_speed(World& world) {
   }
 }
 
-TEST(RandomCallsThemselves, ShrinkWhatFailsWhenItIsPlayed) {
+TEST(RandomCallsThemselves, ShrinkToCallsThatStillFailWhenPlayed) {
   const auto fails = [](const Sequence& calls) {
     Shift shift({kReference});
     Player player(shift, false, nullptr);

@@ -260,7 +260,7 @@ std::set<std::string> const_functions() {
 
 class ReadingCallers : public ManyThreads {};
 
-TEST_F(ReadingCallers, CallEveryConstFunctionInTheseTests) {
+TEST_F(ReadingCallers, TestsCallEveryConstFunction) {
   Yard yard;
   yard.run(2);
   EXPECT_EQ(Reader(yard.world, yard.names).called(), const_functions());
@@ -295,7 +295,7 @@ TEST_F(ReadingCallers, SaveAndCloneWithoutAChangeOfState) {
 }
 
 // A box that lost its support counts as awake before a step wakes it, and reading this wakes no body.
-TEST_F(ReadingCallers, SeeWhomTheNextStepWillWake) {
+TEST_F(ReadingCallers, SeeWhichBodiesTheNextStepWillWake) {
   Yard yard, unread;
   yard.run(90);
   unread.run(90);

@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Recordings, ::testing::ValuesIn(scene_goldens()
 
 class RandomRecordings : public ManyThreads, public ::testing::WithParamInterface<std::uint64_t> {};
 
-TEST_P(RandomRecordings, HoldAllThatCallsDo) {
+TEST_P(RandomRecordings, HoldEveryEffectOfCalls) {
   const Sequence sequence = random_sequence(GetParam(), 200, 24);
   const Folder folder;
   Shift shift(schedules(false).back());

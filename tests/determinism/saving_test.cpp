@@ -165,7 +165,7 @@ INSTANTIATE_TEST_SUITE_P(Habits, SavedAgain, ::testing::ValuesIn(habits()), habi
 
 class SavedScenes : public ManyThreads, public ::testing::WithParamInterface<Golden> {};
 
-TEST_P(SavedScenes, AreHeldAfterEveryStep) {
+TEST_P(SavedScenes, AreSavedCompletelyAfterEveryStep) {
   const SceneCase& what = GetParam().what;
   Playback playback(what, ContactEvents::all);
   Shift shift(schedules(false).back());

@@ -68,7 +68,7 @@ std::string difference(std::vector<World>& expected, std::vector<World>& actual)
 
 class Snapshots : public ManyThreads, public ::testing::WithParamInterface<Golden> {};
 
-TEST_P(Snapshots, EveryStepMayBeTakenByARestoredWorld) {
+TEST_P(Snapshots, ARestoredWorldCanTakeEveryStep) {
   const SceneCase& what = GetParam().what;
   Playback expected(what), actual(what);
   Shift reference({kReference}), shift(schedules(false).back());

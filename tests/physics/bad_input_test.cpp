@@ -122,7 +122,7 @@ TEST(BadInput, ExtremeTimeStepsStayFinite) {
   }
 }
 
-TEST(BadInput, AMillionMetersPerSecondStaysFinite) {
+TEST(BadInput, MotionAtAMillionMetersPerSecondStaysFinite) {
   for (const float limit : {400.0f, 1e6f}) {
     WorldSettings settings = without_sleep();
     settings.max_linear_speed = limit;

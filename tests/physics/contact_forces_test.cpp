@@ -108,7 +108,7 @@ TEST(ContactForces, OfABoxAtRestAreItsWeight) {
   }
 }
 
-TEST(ContactForces, OfASlidingBoxAreCoulombs) {
+TEST(ContactForces, OfASlidingBoxObeyCoulombsLaw) {
   Lab lab(measured());
   lab.add_ground({.friction = 0.4f});
   const BodyId box = lab.add({.position = {0, 0.25f, 0}, .linear_velocity = {6, 0, -2}},
@@ -161,7 +161,7 @@ const std::pair<const char*, Geometry>& shape(int which) {
 
 // The change of momentum equals the impulses of contacts and gravity, for bodies that fall, bounce, roll,
 // slide and spin.
-TEST(ContactForces, AreTheChangeOfMomentumOfWhatFallsRollsAndSpins) {
+TEST(ContactForces, AreTheChangeOfMomentumOfBodiesThatFallRollAndSpin) {
   for (int which = 0; which < 4; ++which) {
     for (const bool rich : {false, true}) {
       SCOPED_TRACE(std::string(shape(which).first) + (rich ? ", rich" : ""));
@@ -231,7 +231,7 @@ TEST(ContactForces, AreTheChangeOfMomentumOfAHub) {
   }
 }
 
-TEST(ContactForces, KeepWithinCoulombsCone) {
+TEST(ContactForces, StayWithinCoulombsCone) {
   SceneLab pile("pile", {{"bodies", 300}, {"seed", 3}});
   WorldSettings settings = measured(pile.lab.world.settings());
   pile.lab.world.set_settings(settings);
@@ -250,7 +250,7 @@ TEST(ContactForces, KeepWithinCoulombsCone) {
   EXPECT_GT(sliding, 0);
 }
 
-TEST(ContactForces, AreListedByPairsAndTheSameForBodyShapeAndAll) {
+TEST(ContactForces, AreListedByPairsAndAgreeBetweenBodyShapeAndWorldQueries) {
   SceneLab pile("pile", {{"bodies", 100}, {"seed", 5}});
   pile.lab.world.set_settings(measured(pile.lab.world.settings()));
   pile.lab.run(120);
@@ -312,7 +312,7 @@ TEST(ContactForces, HaveTheSameBitsOnEveryInstructionSetAndThreadCount) {
   }
 }
 
-TEST(ContactForces, OfAReboundAreNotThoseOfItsNeighbors) {
+TEST(ContactForces, OfAReboundDoNotDependOnNeighboringContacts) {
   // The square of the slow ball's speed underflows to zero.
   WorldSettings settings = measured();
   settings.gravity = {};

@@ -94,7 +94,7 @@ TEST(Events, ARestingBodyIsPressedByItsWeight) {
   EXPECT_NEAR(lab.world.contact_persists()[0].normal_impulse, 0.5 * expected, 2e-2 * expected);
 }
 
-TEST(Events, TheImpulseOfAnImpactIsTheMomentumThatItTurns) {
+TEST(Events, TheImpulseOfAnImpactIsTheChangeOfMomentum) {
   for (const float restitution : {0.0f, 0.5f, 0.9f}) {
     WorldSettings settings = told(without_gravity());
     Lab lab(settings);
@@ -117,7 +117,7 @@ TEST(Events, TheImpulseOfAnImpactIsTheMomentumThatItTurns) {
   }
 }
 
-TEST(Events, ABallThatLeavesAtOnceBeginsAllTheSame) {
+TEST(Events, AReboundingBallBeginsAndEndsEveryContact) {
   Lab lab(told());
   lab.add_ground();
   const BodyId ball = lab.add({.position = {0, 2, 0}}, Sphere{0.5f}, {.restitution = 1.0f});
@@ -155,7 +155,7 @@ TEST(Events, TheNormalPointsFromTheLowerShapeToTheHigher) {
   }
 }
 
-TEST(Events, ShapesThatAreOnlyNearDoNotTouch) {
+TEST(Events, NearbyShapesDoNotTouch) {
   Lab lab(told(without_gravity()));
   lab.add_ground();
   const BodyId box = lab.add({.position = {0, 0.51f, 0}}, Box{});
@@ -284,7 +284,7 @@ TEST(Events, AReusedSlotEndsTheOldContactAndBeginsTheNewOne) {
   EXPECT_TRUE(lab.world.contact_persists().empty());
 }
 
-TEST(Events, OnlyShapesThatAskGetEvents) {
+TEST(Events, OnlyShapesThatRequestEventsGetThem) {
   Lab lab;
   lab.add_ground();
   const auto add = [&](float x, ContactEvents events) {
@@ -321,7 +321,7 @@ TEST(Events, OnlyShapesThatAskGetEvents) {
   EXPECT_TRUE(internals(lab.world).events.touching.empty());
 }
 
-TEST(Events, AskingForEventsChangesNoMotion) {
+TEST(Events, RequestingEventsChangesNoMotion) {
   std::uint64_t hashes[2];
   for (const bool asked : {false, true}) {
     Lab lab(asked ? told() : without_sleep());
@@ -379,7 +379,7 @@ TEST(Events, AStepOfNoLengthListsTouchingPairsWithoutImpulse) {
   EXPECT_TRUE(lab.world.contact_begins().empty());
 }
 
-TEST(Events, BodiesThatWereRestoredAreNamedInOrder) {
+TEST(Events, RestoredBodiesAreListedInOrder) {
   Lab lab;
   lab.add_ground();
   std::vector<BodyId> boxes;

@@ -183,7 +183,7 @@ void accelerate(World& world, BodyId body, float acceleration, Vec3 way, bool tu
 }
 
 // Such speeds are finite, but their squares are not.
-TEST(Extremes, AnAccelerationBeyondAllSpeedsIsLimitedOrQuarantinesTheBody) {
+TEST(Extremes, AnAccelerationBeyondTheSpeedLimitIsLimitedOrQuarantinesTheBody) {
   int limited = 0, quarantined = 0;
   for (const bool turns : {false, true}) {
     for (int exponent = 16; exponent <= 37; ++exponent) {
@@ -244,7 +244,7 @@ std::size_t suffer(const std::function<void(World&, BodyId, ShapeId)>& make) {
   return restored;
 }
 
-TEST(Extremes, AnAccelerationBeyondAllSpeedsInAHeapHarmsNoOtherBody) {
+TEST(Extremes, AnAccelerationBeyondTheSpeedLimitInAHeapQuarantinesNoOtherBody) {
   for (const bool turns : {false, true}) {
     for (int exponent = 20; exponent <= 37; exponent += turns ? 4 : 2) {
       SCOPED_TRACE(std::to_string(exponent) + (turns ? ", turning" : ""));

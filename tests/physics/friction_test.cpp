@@ -239,7 +239,7 @@ TEST(RollingResistance, StopsABallAfterThePredictedDistance) {
   }
 }
 
-TEST(RollingResistance, IsTheSameForABallOfDust) {
+TEST(RollingResistance, IsTheSameForABallOfTinyMass) {
   Eigen::Vector3d expected = Eigen::Vector3d::Zero();
   for (const float mass : {1.0f, 1e-15f, 1e-20f}) {
     Lab lab;

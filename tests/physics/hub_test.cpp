@@ -163,7 +163,7 @@ std::vector<BodyId> add_cluster(Lab& lab) {
   return bodies;
 }
 
-TEST(Hub, BodiesInOnePlacePartAndKeepTheirMomentum) {
+TEST(Hub, BodiesInOnePlaceSeparateAndKeepTheirMomentum) {
   WorldSettings settings = without_gravity();
   settings.measure_penetration = true;
   Lab lab(settings);
@@ -183,7 +183,7 @@ TEST(Hub, BodiesInOnePlacePartAndKeepTheirMomentum) {
   EXPECT_LT(lab.world.stats().penetration_max, 0.1 * depth);
 }
 
-TEST(Hub, GroupsDoNotDependOnWidthOrThreads) {
+TEST(Hub, ResultsDoNotDependOnLaneWidthOrThreads) {
   std::vector<std::uint64_t> expected;
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
     if (!is_supported(isa)) continue;

@@ -43,7 +43,7 @@ TEST(DistanceJoint, ARodPushesAndPulls) {
   }
 }
 
-TEST(DistanceJoint, ARopeIsSlackAndThenTight) {
+TEST(DistanceJoint, ARopeIsSlackUntilItsLength) {
   Tied rope({.lower = 0, .upper = 2}, {0, -0.5f, 0});
   rope.lab.run(20);
   const double t = 20.0 / 60.0, h = 1.0 / 240.0;

@@ -165,7 +165,7 @@ TEST(Weld, HoldsACantilever) {
   EXPECT_LT(2 * turn.vec().norm(), 5e-4);
 }
 
-TEST(Weld, SoftOnesSwingAtTheirFrequency) {
+TEST(Weld, SoftWeldsSwingAtTheirFrequency) {
   Flap beam(WeldJoint{.angular_hertz = 1.0f, .angular_damping_ratio = 0.0f}, {1, 0, 0}, without_gravity());
   beam.lab.world.add_angular_impulse(beam.plate, {0, 0, 20});
   int crossings = 0;

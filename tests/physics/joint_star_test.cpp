@@ -184,7 +184,7 @@ TEST(JointStar, GainsNoEnergyAndKeepsMomentumAfterAKick) {
   }
 }
 
-TEST(JointStar, GainsNoEnergyWhateverItsArms) {
+TEST(JointStar, GainsNoEnergyForAnyLengthsOfItsArms) {
   for (const int leaves : {4, 8, 16, 33, 100}) {
     for (const bool in_plane : {false, true}) {
       expect_passive({.leaves = leaves, .hub_arm = 0.05f, .in_plane = in_plane}, 120);
@@ -257,7 +257,7 @@ TEST(JointStar, ThatIsAWheelGainsNoEnergy) {
 // Sprung leaves in pairs about a hub that stays at rest. A spring's frequency is that of both masses; with
 // the hub at rest each leaf swings slower by the root of two. The springs keep their stiffness whatever
 // number of leaves shares the hub.
-TEST(JointStar, SpringsAreAsStiffAsTheyAreGiven) {
+TEST(JointStar, SpringsHaveTheGivenStiffness) {
   constexpr double kHertz = 2.0;
   for (const int leaves : {2, 8, 16, 40, 100}) {
     SCOPED_TRACE(std::to_string(leaves) + " leaves");
@@ -339,7 +339,7 @@ TEST(JointStar, OfABodyThatBecomesFixedLeavesNothingBehind) {
   }
 }
 
-TEST(JointStar, DoesNotDependOnWidthOrThreads) {
+TEST(JointStar, DoesNotDependOnLaneWidthOrThreads) {
   std::vector<std::uint64_t> expected;
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
     if (!is_supported(isa)) continue;

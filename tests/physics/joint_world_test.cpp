@@ -45,7 +45,7 @@ struct Overlapping {
   }
 };
 
-TEST(JointedBodies, CollideOnlyWhereTheJointSaysSo) {
+TEST(JointedBodies, CollideOnlyIfTheJointAllowsIt) {
   Overlapping apart(false), together(true);
   apart.lab.run(5);
   together.lab.run(5);
@@ -103,7 +103,7 @@ TEST(JointedBodies, FallAsleepAndWakeAsOneIsland) {
   EXPECT_EQ(lab.world.sleep_ends().size(), links.size());
 }
 
-TEST(JointedBodies, StayAwakeWithOneThatMoves) {
+TEST(JointedBodies, StayAwakeWhileOneMoves) {
   Lab lab(with_sleep());
   const std::vector<BodyId> links = hang_chain(lab, 4);
   const BodyId spinner = lab.add({.position = {0, -4.5f, 0}, .angular_velocity = {0, 20, 0}}, Sphere{0.1f});
@@ -200,7 +200,7 @@ TEST(Joint, OfASoftRopeStopsAFallAsASpringDoes) {
   }
 }
 
-TEST(Joint, ThatBreaksLetsABodyFallThatIsAboutToSleep) {
+TEST(Joint, ThatBreaksLetsABodyFallEvenIfItIsAboutToSleep) {
   int broken = 0;
   for (int calm = 1; calm < 90; ++calm) {
     Lab lab(with_sleep());

@@ -64,7 +64,7 @@ TEST(KinematicTarget, HalfATurnNeedsTwoSubsteps) {
   }
 }
 
-TEST(KinematicTarget, CarriesAndPushesWhatItTouches) {
+TEST(KinematicTarget, CarriesAndPushesTheBodiesItTouches) {
   Lab lab;
   lab.add_ground();
   const BodyId lift = lab.add({.type = BodyType::kinematic, .position = {0, 0.5f, 0}}, Box{{2, 0.5f, 2}});

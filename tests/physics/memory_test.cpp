@@ -97,7 +97,7 @@ TEST(BodiesInOnePlace, TakeAsMuchMemoryPerContactAsAPile) {
   EXPECT_LE(held, kSlack * contacts * (lane + 24 + 12));
 }
 
-TEST(Sleepers, HoldTheirPairsAndTheListsTheyAreIn) {
+TEST(Sleepers, MemoryIsTheirPairsAndTheListsOfThem) {
   Lab lab{WorldSettings{}};
   lab.add_ground();
   for (int i = 0; i < 2500; ++i) {

@@ -392,7 +392,7 @@ std::set<std::string> calls_with_numbers() {
   return names;
 }
 
-TEST(NonFinite, NoCallThatTakesANumberIsForgotten) {
+TEST(NonFinite, EveryCallThatTakesANumberIsTested) {
   std::set<std::string> tested;
   for (const NumberCall& call : number_calls()) tested.insert(call.name);
   EXPECT_EQ(tested, calls_with_numbers());

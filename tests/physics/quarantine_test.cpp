@@ -98,7 +98,7 @@ struct QuarantinedBox {
   Pose place;
 };
 
-TEST(Quarantine, NothingThatPushesMovesTheBody) {
+TEST(Quarantine, NoPushMovesTheBody) {
   QuarantinedBox f;
   World& world = f.lab.world;
   EXPECT_FALSE(world.is_awake(f.box));
@@ -236,7 +236,7 @@ TEST(Quarantine, KinematicBodiesAreQuarantinedToo) {
   EXPECT_NEAR(lab.height(lift), static_cast<double>(target.position.y), 1e-4);
 }
 
-TEST(Quarantine, TakesAllThatBecameNonFiniteTogetherWhereNoneDidAlone) {
+TEST(Quarantine, TakesAllBodiesThatBecameNonFiniteTogetherIfNoneDidAlone) {
   Lab lab;
   lab.add_ground();
   std::vector<BodyId> boxes;
@@ -323,7 +323,7 @@ TEST(Quarantine, IsPartOfSnapshots) {
   EXPECT_LT(f.lab.velocity(f.box).y(), -1.0);
 }
 
-TEST(Quarantine, SnapshotsOfAnImpossibleOneAreRefused) {
+TEST(Quarantine, SnapshotsOfAnImpossibleQuarantineAreRefused) {
   const auto refusal = [](auto change) {
     QuarantinedBox f;
     change(internals(f.lab.world).bodies, f.box, f.twin);

@@ -80,7 +80,7 @@ double parting_speed(const Geometry& geometry, float reach, float gap, const Mat
   return lab.velocity(b).x() - lab.velocity(a).x();
 }
 
-TEST(Restitution, BodiesThatMeetAlwaysPartByNewtonsLaw) {
+TEST(Restitution, CollidingBodiesAlwaysSeparateByNewtonsLaw) {
   // So many gaps that the surfaces meet at every moment of a step and of a substep.
   for (const int substeps : {1, 2, 4, 16}) {
     for (int i = 0; i < 200; ++i) {
@@ -202,7 +202,7 @@ void check_falls_of_many(int rate, int most, double tolerance) {
   }
 }
 
-TEST(Restitution, BallsThatFallTogetherRiseAsEventByEvent) {
+TEST(Restitution, BallsThatFallTogetherRiseAsInAnEventDrivenSimulation) {
   check_falls_of_many(60, 2, 0.08);
   check_falls_of_many(1920, 3, 0.02);
 }

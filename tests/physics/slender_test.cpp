@@ -24,7 +24,7 @@ double fastest(const SceneLab& heap) {
   return speed;
 }
 
-TEST(Slender, AHeapOfThemNeverGainsEnergyAndComesToRest) {
+TEST(Slender, AHeapNeverGainsEnergyAndComesToRest) {
   SceneLab heap("hull_zoo", {{"bodies", 200}, {"max_vertices", 32}});
   double height = 0.0;
   for (const BodyId body : heap.bodies) height = std::max(height, heap.lab.height(body));
@@ -221,7 +221,7 @@ TEST(Slender, ABodyPutBackToWhereItMetAWallKeepsItsEnergy) {
   EXPECT_GT(hits, 100);
 }
 
-TEST(Slender, AStickThatWasDroppedComesToLieOnTheGround) {
+TEST(Slender, ADroppedStickEndsLyingOnTheGround) {
   // The stick stayed in the ground with half its length, and its velocity grew to 197 m/s.
   for (const bool continuous : {true, false}) {
     WorldSettings settings;

@@ -49,7 +49,7 @@ TEST(Kapla, ATowerOfCrossedPlanksStandsStillForAMinute) {
   }
 }
 
-TEST(Kapla, CrossedPlanksTouchByTheirFacesThoughTheyTilt) {
+TEST(Kapla, CrossedTiltedPlanksTouchByTheirFaces) {
   // Planks with hardly any tilt: the axis of two of their edges lies next to the faces' normal.
   Random random(3);
   for (int i = 0; i < 200; ++i) {
@@ -109,7 +109,7 @@ TEST(Stack, SinksByItsLoadsOverTheStiffnessOfItsContacts) {
   }
 }
 
-TEST(Floor, ThatRisesInItsBodyLiftsWhatRestsOnIt) {
+TEST(Floor, RaisedWithinItsBodyLiftsTheBodiesOnIt) {
   for (const WorldSettings& settings : {WorldSettings{}, without_sleep()}) {
     Lab lab(settings);
     const BodyId floor = lab.world.create_body({.type = BodyType::fixed});

@@ -13,7 +13,7 @@ WorldSettings measured() {
   return settings;
 }
 
-TEST(Stats, AFewPenetrationsHaveTheirLargestAsTheirPercentile) {
+TEST(Stats, ThePercentileOfFewPenetrationsIsTheLargest) {
   Lab lab(measured());
   lab.add_ground();
   for (int i = 0; i < 5; ++i) {  // the heavier lie deeper
@@ -105,7 +105,7 @@ TEST(Stats, AStepOfNoLengthSolvesNothing) {
   EXPECT_EQ(still.residual, 0.0);
 }
 
-TEST(Stats, FiguresNoLongerRequestedAreGone) {
+TEST(Stats, FiguresAreEmptyOnceTheyAreNoLongerRequested) {
   WorldSettings settings = measured();
   settings.measure_residual = true;
   Lab lab(settings);

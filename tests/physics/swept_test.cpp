@@ -147,7 +147,7 @@ TEST(Swept, FastBodiesMeetEveryKindOfShape) {
   }
 }
 
-TEST(Swept, ABodyThatHitStopsAtTheSurfaceWithItsVelocity) {
+TEST(Swept, ABodyThatHitsStopsAtTheSurfaceAndKeepsItsVelocity) {
   Lab lab(without_gravity());
   lab.add({.type = BodyType::fixed, .position = {5.01f, 0, 0}}, Box{{0.01f, 5, 5}});
   const BodyId ball =
@@ -287,7 +287,7 @@ TEST(Swept, ABoxThatFallsOnAnEdgeOrACornerIsStoppedAtTheSurface) {
   }
 }
 
-TEST(Swept, ARodThatFallsFlatIsSeenComingWhateverItIsMadeOf) {
+TEST(Swept, ARodThatFallsFlatIsStoppedForEveryKindOfShape) {
   // As thin as the strip in which faces only graze.
   const Vec3 half{0.5f, 0.004f, 0.004f};
   std::vector<Vec3> corners;
@@ -306,7 +306,7 @@ TEST(Swept, ARodThatFallsFlatIsSeenComingWhateverItIsMadeOf) {
   }
 }
 
-TEST(Swept, EdgesThatPassBesideOneAnotherDoNotTouch) {
+TEST(Swept, EdgesThatPassEachOtherSidewaysDoNotTouch) {
   std::vector<Vec3> corners;
   for (int k = 0; k < 8; ++k) {
     corners.push_back({k & 1 ? 1.0f : -1.0f, k & 2 ? 1.0f : -1.0f, k & 4 ? 1.0f : -1.0f});
@@ -377,7 +377,7 @@ TEST(Swept, NoBodyLeavesAClosedRoom) {
   }
 }
 
-TEST(Swept, AHullIsMetAtItsFacesWhereverItsCentroidLies) {
+TEST(Swept, AHullStopsBodiesAtItsFacesForAnyCentroid) {
   // A slab whose points lie far from the body's origin, and the same as a bullet.
   const float left = 7, right = 8;
   std::vector<Vec3> corners;
@@ -491,7 +491,7 @@ TEST(Swept, AShapesNewSizeCounts) {
   EXPECT_EQ(lab.world.stats().swept_bodies, 0);
 }
 
-TEST(Swept, AShapesSlotThatChangesHandsCountsForBothBodies) {
+TEST(Swept, AShapesReusedSlotCountsForBothBodies) {
   Lab lab(without_gravity());
   const BodyId ball = lab.add({.linear_velocity = {12, 0, 0}}, Sphere{1.0f});  // 0.2 m a step
   const ShapeId small = lab.world.add_shape(ball, Sphere{0.1f});
