@@ -1,5 +1,5 @@
-// The program scree_rollback: plays a session and prints what it took. Exit codes: 0 all hashes agree, 1 they
-// do not or something broke, 2 bad input.
+// The program scree_rollback: plays a session and prints its costs. Exit codes: 0 all hashes agree, 1 hashes
+// differ or the session failed, 2 bad input.
 #include <tools/files/output_file.h>
 #include <tools/rollback/session.h>
 

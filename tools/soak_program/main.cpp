@@ -1,5 +1,5 @@
 // The program behind tools/soak: random scenes, recorded on one backend and replayed on all, until time is up
-// or something differs. Exit codes: 0 nothing differed, 1 something did or broke, 2 bad input.
+// or results differ. Exit codes: 0 no difference, 1 a difference or failure, 2 bad input.
 #include <tools/files/output_file.h>
 #include <tools/soak_program/golden.h>
 #include <tools/soak_program/round.h>
@@ -22,7 +22,7 @@ volatile std::sig_atomic_t g_interrupted = 0;  // by Ctrl-C: the round is finish
 
 void interrupt(int) {
   g_interrupted = 1;
-  std::signal(SIGINT, SIG_DFL);  // whoever does not want to wait presses it again
+  std::signal(SIGINT, SIG_DFL);  // a second Ctrl-C ends the program at once
 }
 
 struct Options {
