@@ -9,6 +9,7 @@
 #include <scree/world.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace scree {
 
@@ -23,8 +24,8 @@ const WorldData& opened_for_forces(Call call, const std::unique_ptr<WorldData>& 
 }
 
 // Rows of state, or zero while they are not measured.
-ContactForceRow force_row(const Contacts& contacts, std::size_t row) {
-  return row < contacts.forces.size() ? contacts.forces[row] : ContactForceRow{};
+ContactForceRow force_row(const Contacts& contacts, std::int32_t contact) {
+  return std::cmp_less(contact, contacts.forces.size()) ? contacts.forces[contact] : ContactForceRow{};
 }
 
 bool bore(const Manifold& manifold, const ContactForceRow& forces, unsigned point) {
@@ -37,15 +38,14 @@ float nearest_of(const Manifold& manifold) {
 
 // Leaves out points ahead of time, and shapes that a call has replaced since the step.
 bool is_present(const WorldData& data, std::int32_t contact) {
-  const auto row = static_cast<std::size_t>(contact);
-  const ShapePair pair = data.contacts.now.pair[row];
+  const ShapePair pair = data.contacts.now.pair[contact];
   for (const std::int32_t shape : {pair.a, pair.b}) {
     const std::uint8_t flags = data.shapes.flags[shape];
     if ((flags & (kShapeAlive | kShapeNew)) != kShapeAlive) return false;
   }
-  const Manifold& manifold = data.contacts.now.manifold[row];
+  const Manifold& manifold = data.contacts.now.manifold[contact];
   if (nearest_of(manifold) <= kLinearSlop) return true;
-  const ContactForceRow forces = force_row(data.contacts, row);
+  const ContactForceRow forces = force_row(data.contacts, contact);
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
     if (bore(manifold, forces, k)) return true;
   }
@@ -53,10 +53,9 @@ bool is_present(const WorldData& data, std::int32_t contact) {
 }
 
 ContactForces describe(const WorldData& data, std::int32_t contact) {
-  const auto row = static_cast<std::size_t>(contact);
-  const ShapePair pair = data.contacts.now.pair[row];
-  const Manifold& manifold = data.contacts.now.manifold[row];
-  const ContactForceRow forces = force_row(data.contacts, row);
+  const ShapePair pair = data.contacts.now.pair[contact];
+  const Manifold& manifold = data.contacts.now.manifold[contact];
+  const ContactForceRow forces = force_row(data.contacts, contact);
   ContactForces told{};
   const auto name = [&](std::int32_t shape, ShapeId& shape_id, BodyId& body_id) {
     shape_id = shape_handle(data, shape);
@@ -116,12 +115,11 @@ void for_each_contact(const WorldData& data, Visit&& visit) {
   const Contacts& contacts = data.contacts;
   const PairRows &moving = contacts.pairs, &resting = contacts.resting;
   const Column<std::int32_t>& order = ordered_resting(data);
-  const auto resting_row = [&](std::size_t place) { return static_cast<std::size_t>(order[place]); };
   std::size_t m = 0, r = 0;
   while (m < moving.pair.size() || r < order.size()) {
-    const bool rests = m == moving.pair.size() ||
-                       (r < order.size() && comes_before(resting.pair[resting_row(r)], moving.pair[m]));
-    const std::int32_t contact = rests ? resting.contact[resting_row(r++)] : moving.contact[m++];
+    const bool rests =
+        m == moving.pair.size() || (r < order.size() && comes_before(resting.pair[order[r]], moving.pair[m]));
+    const std::int32_t contact = rests ? resting.contact[order[r++]] : moving.contact[m++];
     if (contact >= 0) visit(contact);
   }
 }
@@ -140,19 +138,19 @@ void list_by_shape(const WorldData& data) {
       visit(pair.b, contact);
     }
   };
-  for_each_end([&](std::int32_t shape, std::int32_t) { ++end[static_cast<std::size_t>(shape) + 1]; });
+  for_each_end([&](std::int32_t shape, std::int32_t) { ++end[shape + 1]; });
   std::int32_t sum = 0;
   for (std::int32_t& count : end) count = sum += count;  // -> where the shape's list begins
-  contacts.by_shape.resize_discarding(static_cast<std::size_t>(sum));
+  contacts.by_shape.resize_discarding(sum);
   // Afterwards each entry is the end of its own shape's list.
   for_each_end([&](std::int32_t shape, std::int32_t contact) { contacts.by_shape[end[shape]++] = contact; });
 }
 
 std::span<const std::int32_t> moving_contacts_of(const Contacts& contacts, std::int32_t shape) {
-  const auto row = static_cast<std::size_t>(shape);
-  if (row + 1 >= contacts.by_shape_end.size()) return {};  // younger than the lists
-  const std::int32_t begin = row == 0 ? 0 : contacts.by_shape_end[row - 1];
-  return std::span(contacts.by_shape.begin() + begin, contacts.by_shape.begin() + contacts.by_shape_end[row]);
+  if (std::cmp_greater_equal(shape + 1, contacts.by_shape_end.size())) return {};  // younger than the lists
+  const std::int32_t begin = shape == 0 ? 0 : contacts.by_shape_end[shape - 1];
+  return std::span(contacts.by_shape.begin() + begin,
+                   contacts.by_shape.begin() + contacts.by_shape_end[shape]);
 }
 
 // The contacts of one body or shape. Each thread has a list of its own, and keeps its memory.

@@ -499,9 +499,8 @@ inline bool is_quarantined(const Bodies& bodies, std::int32_t body) {
 
 // What the caller made it, whatever it takes part as.
 inline BodyType given_type(const Bodies& bodies, std::int32_t body) {
-  const auto row = static_cast<std::size_t>(body);
-  if ((bodies.flags[row] & kBodyQuarantined) == 0) return bodies.type[row];
-  return (bodies.flags[row] & kBodyQuarantinedDynamic) != 0 ? BodyType::dynamic : BodyType::kinematic;
+  if ((bodies.flags[body] & kBodyQuarantined) == 0) return bodies.type[body];
+  return (bodies.flags[body] & kBodyQuarantinedDynamic) != 0 ? BodyType::dynamic : BodyType::kinematic;
 }
 
 // Empties what the caller is told of the last step.

@@ -25,6 +25,7 @@ int contact_kind(const Edge& edge) {
 
 // Numbers the kinds that occur among the joints without gaps, so that the sort has few keys.
 struct JointKindNumbers {
+  static_assert(kJointBlockKinds <= 256, "numbers of kinds are bytes");
   int count = 0;
   std::uint8_t number[kJointBlockKinds];
   std::uint8_t kind[kJointBlockKinds];  // by number
@@ -42,14 +43,19 @@ struct JointKindNumbers {
   }
 };
 
+// The edges of joints come behind those of contacts.
+std::int32_t first_joint_of(const WorldData& data) {
+  return static_cast<std::int32_t>(data.contacts.touching.size());
+}
+
 // Of the edges from `first` on.
-void find_joint_kinds(Constraints& constraints, std::size_t first, Crew& crew) {
-  const std::size_t count = constraints.edges.size() - first;
+void find_joint_kinds(Constraints& constraints, std::int32_t first, Crew& crew) {
+  const int count = static_cast<int>(constraints.edges.size()) - first;
   constraints.joint_kinds.resize_discarding((count + kSortRows - 1) / kSortRows);
-  crew.run_ranges(static_cast<int>(count), kSortRows, [&](int begin, int end, int) {
+  crew.run_ranges(count, kSortRows, [&](int begin, int end, int) {
     JointKindSet present{};
     for (int i = begin; i < end; ++i) {
-      const std::uint16_t kind = constraints.edges[first + static_cast<std::size_t>(i)].info;
+      const std::uint16_t kind = constraints.edges[first + i].info;
       present.bits[kind / 64] |= std::uint64_t{1} << (kind % 64);
     }
     constraints.joint_kinds[begin / kSortRows] = present;
@@ -59,7 +65,7 @@ void find_joint_kinds(Constraints& constraints, std::size_t first, Crew& crew) {
 // Contacts or joints: their list, its first edge, their sorted rows and where their chunks go.
 struct Family {
   const Column<std::int32_t>& list;
-  std::size_t first_edge;
+  std::int32_t first_edge;
   const KeyTable& keys;
   Column<std::int32_t>& rows;
   Column<simd::ConstraintChunk>& chunks;
@@ -83,8 +89,8 @@ class Layout {
       : contacts{data.contacts.touching,     0,
                  constraints.contact_keys,   constraints.contact_rows,
                  constraints.contact_chunks, &ColorStage::contact_chunk_count},
-        joints{data.joints.active,     data.contacts.touching.size(), constraints.joint_keys,
-               constraints.joint_rows, constraints.joint_chunks,      &ColorStage::joint_chunk_count},
+        joints{data.joints.active,     first_joint_of(data),     constraints.joint_keys,
+               constraints.joint_rows, constraints.joint_chunks, &ColorStage::joint_chunk_count},
         data_(data),
         constraints_(constraints),
         joint_kinds_(joint_kinds),
@@ -113,7 +119,7 @@ class Layout {
         begin_stage(level_end - begin <= kTailRows);
       }
       for (int place = begin; place < end; ++place) {
-        const auto edge = static_cast<std::size_t>(family.keys.overflow[place]);
+        const std::int32_t edge = family.keys.overflow[place];
         family.rows[lane + place - begin] = family.list[edge - family.first_edge];
       }
       add_color(family, kind_of(family, kind, false), lane, end - begin);
@@ -124,7 +130,7 @@ class Layout {
   // The rows of one kind in one color; `hubs` have a stage of their own for each kind, as two kinds may have
   // constraints of the same hub.
   void add_kind(const Family& family, int place, int kind, bool serial) {
-    const auto key = static_cast<std::size_t>(place * family.keys.kinds + kind);
+    const int key = place * family.keys.kinds + kind;
     const int count = family.keys.totals[key];
     if (count == 0) return;
     const int first_lane = family.keys.first_lane[key];
@@ -183,12 +189,11 @@ class Layout {
   }
 
   std::int32_t hub_of(const Family& family, std::int32_t row, simd::BodySide side) const {
-    const auto index = static_cast<std::size_t>(row);
     if (&family == &joints) {
-      const JointBodies bodies = data_.joints.bodies[index];
+      const JointBodies bodies = data_.joints.bodies[row];
       return side == simd::BodySide::a ? bodies.a : bodies.b;
     }
-    const Manifold& manifold = data_.contacts.now.manifold[index];
+    const Manifold& manifold = data_.contacts.now.manifold[row];
     return side == simd::BodySide::a ? manifold.row_a : manifold.row_b;
   }
 
@@ -200,7 +205,7 @@ class Layout {
     };
     std::int32_t* rows = family.rows.data() + first_lane;
     counts.clear();
-    constraints_.hub_rows.resize_discarding(static_cast<std::size_t>(count));
+    constraints_.hub_rows.resize_discarding(count);
     std::copy(rows, rows + count, constraints_.hub_rows.begin());
     for (const std::int32_t row : constraints_.hub_rows) {
       BodyColors& hub = colors_of(row);
@@ -270,7 +275,8 @@ void pack_blocks(WorldData& data, Crew& crew) {
   const Column<std::int32_t>& touching = data.contacts.touching;
   const Column<std::int32_t>& active = data.joints.active;
   data.stats.joints = static_cast<std::int64_t>(active.size());
-  find_joint_kinds(constraints, touching.size(), crew);
+  const std::int32_t first_joint = first_joint_of(data);
+  find_joint_kinds(constraints, first_joint, crew);
   const JointKindNumbers numbers(constraints.joint_kinds);
   KeyTable &contact_keys = constraints.contact_keys, &joint_keys = constraints.joint_keys;
   contact_keys.kinds = kContactKinds;
@@ -279,20 +285,19 @@ void pack_blocks(WorldData& data, Crew& crew) {
   data.stats.contact_points =  // those that are only watched included
       count_keys(constraints, 0, touching, kManifoldPointMask, contact_keys, crew,
                  [](const Edge& edge) { return contact_kind(edge); });
-  count_keys(constraints, touching.size(), active, 0, joint_keys, crew,
+  count_keys(constraints, first_joint, active, 0, joint_keys, crew,
              [&](const Edge& edge) { return int{numbers.number[edge.info]}; });
   // A body that is a hub because of its contacts may have a single joint, and the other way round.
   const std::int32_t hubs = most_hubs(contact_keys, joint_keys);
   level_overflow(constraints, 0, touching.size(), lanes, contact_keys, crew);
-  level_overflow(constraints, touching.size(), active.size(), lanes, joint_keys, crew);
+  level_overflow(constraints, first_joint, active.size(), lanes, joint_keys, crew);
   place_keys(lanes, hubs, contact_keys);
   place_keys(lanes, hubs, joint_keys);
   scatter_rows(constraints, 0, touching, contact_keys, constraints.contact_rows, crew);
-  scatter_rows(constraints, touching.size(), active, joint_keys, constraints.joint_rows, crew);
+  scatter_rows(constraints, first_joint, active, joint_keys, constraints.joint_rows, crew);
 
   const auto in_color_at = [&](int place) {
-    const auto index = static_cast<std::size_t>(place);
-    return contact_keys.in_place[index] + joint_keys.in_place[index];
+    return contact_keys.in_place[place] + joint_keys.in_place[place];
   };
   int places[kColorPlaces];
   const int colors = list_places(in_color_at, places);

@@ -39,7 +39,7 @@ void note_approach(WorldData& data, Crew& crew) {
   data.events.approach.resize_discarding(contacts.now.pair.size());
   crew.run_ranges(static_cast<int>(contacts.touching.size()), kRowsPerChunk, [&](int begin, int end, int) {
     for (int i = begin; i < end; ++i) {
-      const auto row = static_cast<std::size_t>(contacts.touching[i]);
+      const std::int32_t row = contacts.touching[i];
       if (asked_about(data, contacts.now.pair[row]) == ContactEvents::none) continue;
       data.events.approach[row] = approach_speed(data, contacts.now.manifold[row]);
     }

@@ -4,6 +4,8 @@
 #include <core/world/wake.h>
 #include <parallel/crew/crew.h>
 
+#include <memory>
+
 namespace scree {
 
 // clang-format off
@@ -25,7 +27,10 @@ namespace scree {
 // clang-format on
 SCREE_PART(Islands, SCREE_ISLAND_MEMBERS)
 
-Islands& islands_of(WorldData& data);
+inline Islands& islands_of(WorldData& data) {
+  if (data.islands == nullptr) data.islands = std::make_unique<Islands>();
+  return static_cast<Islands&>(*data.islands);
+}
 
 // Bodies::changed -> Joints::changed. Called by refresh_lists, before it forgets them.
 void note_joints(WorldData& data);

@@ -58,13 +58,13 @@ bool list_touched(WorldData& data, Islands& islands, Crew& crew) {
   };
   list_where(
       crew, touching.size(), islands.places, islands.waking_contacts,
-      [&](std::size_t i) { return joins_sleeper(contact_ends(data, touching[i])); },
-      [&](std::size_t i) { return touching[i]; });
+      [&](std::int32_t i) { return joins_sleeper(contact_ends(data, touching[i])); },
+      [&](std::int32_t i) { return touching[i]; });
   refresh_joints(data, crew);
   list_where(
       crew, active.size(), islands.places, islands.waking_joints,
-      [&](std::size_t i) { return joins_sleeper(joint_ends(data, active[i])); },
-      [&](std::size_t i) { return active[i]; });
+      [&](std::int32_t i) { return joins_sleeper(joint_ends(data, active[i])); },
+      [&](std::int32_t i) { return active[i]; });
   return !islands.waking_contacts.empty() || !islands.waking_joints.empty();
 }
 
@@ -100,10 +100,10 @@ void list_touching(WorldData& data, Islands& islands, Crew& crew) {
   const Column<std::int32_t>& contact_of = contacts.pairs.contact;
   list_where(
       crew, contact_of.size(), islands.places, islands.remaining,
-      [&](std::size_t pair) {
+      [&](std::int32_t pair) {
         return contact_of[pair] >= 0 && takes_part(data, contact_ends(data, contact_of[pair]));
       },
-      [&](std::size_t pair) { return contact_of[pair]; });
+      [&](std::int32_t pair) { return contact_of[pair]; });
   islands.waking_contacts.resize_discarding(contacts.roused.size());
   std::transform(contacts.roused.begin(), contacts.roused.end(), islands.waking_contacts.begin(),
                  [&](std::int32_t row) { return contacts.resting.contact[row]; });

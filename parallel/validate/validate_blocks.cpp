@@ -4,6 +4,8 @@
 #include <parallel/constraints/coloring.h>
 #include <parallel/validate/validate_stages.h>
 
+#include <utility>
+
 namespace scree {
 
 namespace {
@@ -45,7 +47,7 @@ void validate_lanes(const Family& family, int lanes) {
     const std::int32_t end = chunk.first_lane + chunk.blocks * lanes;
     SCREE_ASSERT(chunk.first_lane >= 0 && chunk.lanes > 0);
     SCREE_ASSERT(chunk.blocks == (chunk.lanes + lanes - 1) / lanes);
-    SCREE_ASSERT(static_cast<std::size_t>(end) <= family.rows.size());
+    SCREE_ASSERT(std::cmp_less_equal(end, family.rows.size()));
     for (std::int32_t lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
       const auto row = static_cast<std::size_t>(family.rows[lane]);
       SCREE_ASSERT(row < family.store_rows);
@@ -67,11 +69,11 @@ void validate_places(const Constraints& constraints, const simd::Kernels& kernel
   const std::size_t count = constraints.contact_chunks.size() + constraints.joint_chunks.size();
   for (std::size_t number = 0; number < count; ++number) {
     const bool is_contact = contact < constraints.contact_chunks.size() &&
-                            static_cast<std::size_t>(constraints.contact_chunks[contact].number) == number;
+                            std::cmp_equal(constraints.contact_chunks[contact].number, number);
     SCREE_ASSERT(is_contact || joint < constraints.joint_chunks.size());
     const simd::ConstraintChunk& chunk =
         is_contact ? constraints.contact_chunks[contact] : constraints.joint_chunks[joint];
-    SCREE_ASSERT(static_cast<std::size_t>(chunk.number) == number);
+    SCREE_ASSERT(std::cmp_equal(chunk.number, number));
     SCREE_ASSERT(chunk.offset == offset);
     offset += static_cast<std::size_t>(chunk.blocks) *
               (is_contact ? kernels.contact.block_bytes[chunk.variant]
@@ -142,8 +144,8 @@ void validate_stages_of(const WorldData& data, const Constraints& constraints) {
   Writers writers(data.bodies.flags.size());
   std::size_t contact = 0, joint = 0, number = 0;
   for (const ColorStage& stage : constraints.stages) {
-    SCREE_ASSERT(static_cast<std::size_t>(stage.first_contact_chunk) == contact);
-    SCREE_ASSERT(static_cast<std::size_t>(stage.first_joint_chunk) == joint);
+    SCREE_ASSERT(std::cmp_equal(stage.first_contact_chunk, contact));
+    SCREE_ASSERT(std::cmp_equal(stage.first_joint_chunk, joint));
     writers.begin_stage(static_cast<std::int32_t>(number));
     for (std::int32_t i = 0; i < stage.joint_chunk_count; ++i, ++joint, ++number) {
       validate_chunk(data, constraints.joint_chunks[joint], constraints.joint_rows, writers, stage.serial,

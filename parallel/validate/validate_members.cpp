@@ -5,6 +5,8 @@
 #include <core/world/wake.h>
 #include <parallel/validate/validate_stages.h>
 
+#include <utility>
+
 namespace scree {
 
 namespace {
@@ -17,7 +19,7 @@ void validate_list(const Column<std::int32_t>& list, std::size_t rows, Belongs&&
   SCREE_ASSERT(ascends(list));
   std::size_t place = 0;
   for (std::size_t row = 0; row < rows; ++row) {
-    const bool is_listed = place < list.size() && static_cast<std::size_t>(list[place]) == row;
+    const bool is_listed = place < list.size() && std::cmp_equal(list[place], row);
     place += is_listed ? 1 : 0;
     SCREE_ASSERT(is_listed == belongs(row) || may_differ(row));
   }

@@ -25,9 +25,9 @@ void validate_colors(const WorldData& data);
 void validate_blocks(const WorldData& data, const Crew& crew);
 // What stands for the fixed world has not moved; impulses of contacts push.
 void validate_impulses(const WorldData& data);
-// Events ascend, and each has its shapes.
+// Events ascend.
 void validate_events(const WorldData& data);
-// Bodies are somewhere, and their shapes within their bounds.
+// Poses and velocities are finite, and rotations of unit length.
 void validate_motion(const WorldData& data);
 
 #else

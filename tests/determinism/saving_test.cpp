@@ -2,8 +2,8 @@
 // equal those of a snapshot made from the whole world.
 #include <core/state/snapshot/snapshot.h>
 #include <core/world/edit.h>
-#include <core/world/state_table.h>
 #include <gtest/gtest.h>
+#include <tests/core/state/table_bytes.h>
 #include <tests/determinism/golden.h>
 #include <tests/determinism/many_threads.h>
 #include <tests/determinism/player.h>
@@ -57,20 +57,17 @@ class Ring {
     restore(saved, kept_[place]);
     restore(expected, read_snapshot(all));
     std::string first = "a saved snapshot differs from the world";
-    for_each_column(internals(expected), [&](ColumnKind kind, const char* store, const char* name,
-                                             auto& left) {
-      if (kind != ColumnKind::state) return;
-      for_each_column(internals(saved), [&](ColumnKind, const char* other, const char* column, auto& right) {
-        if (std::string(other) != store || std::string(column) != name) return;
-        const std::size_t bytes = left.span().size_bytes();
-        if (bytes == right.span().size_bytes() &&
-            (bytes == 0 || std::memcmp(static_cast<const void*>(left.data()),
-                                       static_cast<const void*>(right.data()), bytes) == 0)) {
-          return;
-        }
-        first += std::string(", ") + store + "." + name;
-      });
-    });
+    const std::vector<test::ColumnBytes> left = test::columns_of(internals(expected)),
+                                         right = test::columns_of(internals(saved));
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      const std::size_t bytes = left[i].bytes();
+      if (left[i].member.kind != ColumnKind::state) continue;
+      if (bytes == right[i].bytes() &&
+          (bytes == 0 || std::memcmp(left[i].first, right[i].first, bytes) == 0)) {
+        continue;
+      }
+      first += ", " + test::name_of(left[i].member);
+    }
     return first;
   }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -40,15 +41,14 @@ std::int32_t free_slot(Hulls& hulls) {
 
 // Empties a slot that no shape uses.
 void clear(Hulls& hulls, std::int32_t slot) {
-  const auto row = static_cast<std::size_t>(slot);
-  SCREE_ASSERT(hulls.shapes[row] == 0);
-  const auto [first, last] = hulls.slot_of.equal_range(hulls.content[row]);
+  SCREE_ASSERT(hulls.shapes[slot] == 0);
+  const auto [first, last] = hulls.slot_of.equal_range(hulls.content[slot]);
   const auto own = std::find_if(first, last, [&](const auto& entry) { return entry.second == slot; });
   SCREE_ASSERT(own != last);
   hulls.slot_of.erase(own);
-  hulls.content[row] = 0;
-  hulls.data[row] = nullptr;
-  hulls.shared[row] = {};
+  hulls.content[slot] = 0;
+  hulls.data[slot] = nullptr;
+  hulls.shared[static_cast<std::size_t>(slot)] = {};
 }
 
 }  // namespace
@@ -74,11 +74,10 @@ std::int32_t acquire_hull(Call call, Hulls& hulls, const Geometry& geometry) {
     throw;
   }
   if (!hulls.free_slots.empty()) hulls.free_slots.pop_back();
-  const auto row = static_cast<std::size_t>(slot);
-  hulls.content[row] = content;
-  hulls.shapes[row] = 1;
-  hulls.data[row] = shared.solid->columns.data;
-  hulls.shared[row] = std::move(shared);
+  hulls.content[slot] = content;
+  hulls.shapes[slot] = 1;
+  hulls.data[slot] = shared.solid->columns.data;
+  hulls.shared[static_cast<std::size_t>(slot)] = std::move(shared);
   return slot;
 }
 
@@ -91,7 +90,7 @@ void release_hull(Hulls& hulls, std::int32_t slot) {
 void undo_hull(Hulls& hulls, std::int32_t slot, std::size_t old_slots) {
   if (slot < 0 || --hulls.shapes[slot] > 0) return;
   clear(hulls, slot);
-  if (static_cast<std::size_t>(slot) < old_slots) {
+  if (std::cmp_less(slot, old_slots)) {
     hulls.free_slots.push_back(slot);
   } else {
     resize(hulls, static_cast<std::size_t>(slot));

@@ -28,7 +28,7 @@ enum class Drive : std::uint8_t {
   none,   ///< nothing moves the axis
   motor,  ///< brings the axis to `speed` with at most `max_force`; with speed 0 it is dry friction
   /// Pulls the axis to `target` with at most `max_force`. The target is where the step begins and moves at
-  /// `speed` while it lasts: who follows a trajectory sets both before each step.
+  /// `speed` while it lasts: to follow a trajectory, set both before each step.
   spring,
 };
 

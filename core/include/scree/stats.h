@@ -9,7 +9,7 @@ namespace scree {
 enum class Phase : std::uint8_t {
   find_pairs,         ///< candidate pairs from bounds
   collide,            ///< contacts of the pairs
-  find_islands,       ///< who wakes and who falls asleep
+  find_islands,       ///< which bodies wake and fall asleep
   color_constraints,  ///< independent batches of contacts and joints
   pack_blocks,        ///< constraint blocks for the solver
   solve,              ///< velocities and poses

@@ -37,8 +37,8 @@ void check_joint_lists(const WorldData& data, const Refusal& refusal) {
     const auto number = static_cast<std::int32_t>(body);
     std::int32_t from = -1;
     for (std::int32_t joint = data.bodies.first_joint[body]; joint != -1;) {
-      bool fits = joint >= 0 && at(joint) < listed.size() && (joints.flags[at(joint)] & kJointAlive) != 0;
-      const JointBodies ends = fits ? joints.bodies[at(joint)] : JointBodies{-1, -1};
+      bool fits = joint >= 0 && at(joint) < listed.size() && (joints.flags[joint] & kJointAlive) != 0;
+      const JointBodies ends = fits ? joints.bodies[joint] : JointBodies{-1, -1};
       const unsigned side = ends.a == number ? 1 : 2;
       fits = fits && (ends.a == number || ends.b == number) && (listed[at(joint)] & side) == 0;
       refusal.require(fits, from < 0 ? "bodies" : "joints", from < 0 ? "first_joint" : "next",

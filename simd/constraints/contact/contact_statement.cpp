@@ -4,8 +4,8 @@
 //
 //   slots 0 to 3   points    C = separation_k,   J = [-n, -(c_a + r_k) x n, n, (c_b + r_k) x n], force >= 0
 //   slot 4         twist     J = [0, -n, 0, n], |force| <= friction sum of |r_k| force_k
-//   slots 5, 6     friction  J = [-t_i, -c_a x t_i, t_i, c_b x t_i] at C, both together <= friction sum of
-//   force_k slots 7 to 9   rolling   J = [0, -1, 0, 1], together <= resistance sum of force_k
+//   slots 5, 6     friction  J = [-t_i, -c_a x t_i, t_i, c_b x t_i], both together <= friction sum of force_k
+//   slots 7 to 9   rolling   J = [0, -1, 0, 1], all together <= resistance sum of force_k
 //
 // The kernels take them in this order: a point after the other (Catto, "Iterative Dynamics with Temporal
 // Coherence", GDC 2005; as Jolt's contact constraints), then in relax what rubs, at one center (as Bullet's

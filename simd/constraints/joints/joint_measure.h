@@ -225,6 +225,9 @@ inline void measure_offset_drive(const Anchors& anchors, V3 ahead, V3 velocity, 
   }
 }
 
+// Sine of the angle of two axes that count as parallel.
+constexpr float kLeastSine = 1e-3f;
+
 // Unit axes that are to be square: C = their cosine, J = [0, -n, 0, n] about the direction n square to both;
 // as one of the rows of Jolt's and ODE's universal and hinge joints.
 struct SquareRow {
@@ -233,7 +236,7 @@ struct SquareRow {
 };
 inline SquareRow square_row(V3 axis_a, V3 axis_b) {
   // Parallel ones are as wrong as can be: any way out will do.
-  return {turn_row(-normal_of(axis_a, axis_b, 1e-3f).direction), dot(axis_a, axis_b)};
+  return {turn_row(-normal_of(axis_a, axis_b, kLeastSine).direction), dot(axis_a, axis_b)};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

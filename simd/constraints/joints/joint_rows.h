@@ -49,9 +49,6 @@ struct HeldLanes<0> {
   LaneSoftness soft, relaxed;
 };
 
-// Part of a row's own response below which what is left of it is rounding.
-constexpr float kLeastPivot = 1e-6f;
-
 template <int kRows>
 inline void factor_held(HeldLanes<kRows>& held, const Row (&row)[kRows], const JointBodyLanes& bodies) {
   F lower[kRows][kRows], pivot[kRows];

@@ -98,7 +98,7 @@ inline RowStatement state_limit(const StatedJoint& of, AxisUnit unit, const Row&
   const F above = within - asked.lower, below = asked.upper - within;
   const M at_upper = below < above, equal = asked.lower == asked.upper;
   const F sign = select(at_upper, -one, one), separation = select(at_upper, below, above);
-  const M any = (separation < F(1e30f)) | equal;
+  const M any = (separation < F(kNoEnd)) | equal;
   RowStatement said;
   said.row = {row.linear_a * sign, row.angular_a * sign, row.linear_b * sign, row.angular_b * sign};
   said.kind = select(any, number(kRowLimit), number(kRowNone));
@@ -109,7 +109,7 @@ inline RowStatement state_limit(const StatedJoint& of, AxisUnit unit, const Row&
   said.damping_ratio = of.stiffness.damping_ratio;
   said.impulse = impulse * sign;
   if (circle) {
-    const M both = (asked.lower > F(-1e30f)) & (asked.upper < F(1e30f));
+    const M both = (asked.lower > F(-kNoEnd)) & (asked.upper < F(kNoEnd));
     said.flags = select(both, number(0), number(kRowOneEndOfCircle));
   }
   return said;
@@ -162,6 +162,8 @@ inline void state_axes(const StatedJoint& of, const RowsNow<Shape>& first, const
 
 template <class Shape>
 void state_rows(const JointArgs& args, const ConstraintChunk& chunk, ConstraintRows* rows) {
+  // A rotation drive states a row an axis, an axis its drive and its limit.
+  static_assert(Shape::kHeld + 3 * Shape::kDrives + 2 * Shape::kAxes <= kMaxConstraintRows);
   for (int lane = 0; lane < chunk.lanes; lane += kLanes) {
     const int count = chunk.lanes - lane < kLanes ? chunk.lanes - lane : kLanes;
     const std::int32_t* joint = args.rows + chunk.first_lane + lane;

@@ -8,6 +8,7 @@
 #include <scree/scree.h>
 #include <tests/core/constraints/joint_samples.h>
 #include <tests/core/geometry/hull/hull_clouds.h>
+#include <tests/core/state/table_bytes.h>
 
 #include <cstring>
 #include <functional>
@@ -17,8 +18,6 @@
 
 namespace scree::test {
 namespace {
-
-std::string name_of(const Member& member) { return std::string(member.store) + "." + member.name; }
 
 // A world with rows in every column that snapshots hold.
 World make_busy_world() {
@@ -70,94 +69,78 @@ Snapshot saved(World& world) {
 std::uint64_t state_hash(World& world) { return hash_of_state(*SnapshotAccess::data(saved(world))); }
 
 // A row that is saved, because its object exists.
-std::size_t row_to_change(const WorldData& data, const Member& member, std::size_t rows) {
-  if (!is_of_contacts(member.rows)) return rows - 1;
-  for (std::size_t row = 0; row < rows; ++row) {
+std::size_t row_to_change(const WorldData& data, const ColumnBytes& column) {
+  if (!is_of_contacts(column.member.rows)) return column.rows - 1;
+  for (std::size_t row = 0; row < column.rows; ++row) {
     if (data.contacts.now.points[row] != 0) return row;
   }
   return 0;
 }
 
-template <class It>
-constexpr bool kIsPlain = std::is_trivially_copyable_v<It> && !std::is_pointer_v<It>;
-
-// Calls visit(Member, byte, row) for a byte of each column that has rows, or visit(Member, byte) for one of
-// each value.
-template <class Visit>
-void for_each_byte_of_columns(WorldData& data, Visit&& visit) {
-  for_each_column_member(data, [&](const Member& member, auto& column) {
-    if (column.empty()) return;
-    const std::size_t row = row_to_change(data, member, column.size());
-    visit(member, reinterpret_cast<unsigned char*>(&column[row]), row);
-  });
-}
-template <class Visit>
-void for_each_value(WorldData& data, Visit&& visit) {
-  for_each_member(data, [&](const Member& member, auto& it) {
-    using It = std::remove_reference_t<decltype(it)>;
-    if constexpr (!kIsColumn<It> && kIsPlain<It>) {
-      if (member.form == MemberForm::value) visit(member, reinterpret_cast<unsigned char*>(&it));
-    }
-  });
-}
-
 TEST(StateTable, TheBusyWorldHasRowsInEveryColumnOfKindState) {
   World world = make_busy_world();
-  for_each_column_member(internals(world), [](const Member& member, const auto& column) {
-    EXPECT_TRUE(member.kind != ColumnKind::state || !column.empty()) << name_of(member);
-  });
+  for (const auto& [member, first, row_bytes, rows] : columns_of(internals(world))) {
+    EXPECT_TRUE(member.kind != ColumnKind::state || rows > 0) << name_of(member);
+  }
 }
 
 TEST(StateTable, SnapshotsHoldEachColumnOfKindStateAndNoOther) {
   World world = make_busy_world();
   const std::uint64_t hash = state_hash(world);
-  for_each_byte_of_columns(internals(world), [&](const Member& member, unsigned char* byte, std::size_t) {
+  for (const ColumnBytes& column : columns_of(internals(world))) {
+    if (column.rows == 0) continue;
+    const Member& member = column.member;
     EXPECT_EQ(member.sheet != SheetId::none, member.kind == ColumnKind::state || member.is.kept)
         << name_of(member);
-    *byte ^= 0x40;
+    unsigned char& byte = *column.row(row_to_change(internals(world), column));
+    byte ^= 0x40;
     EXPECT_EQ(state_hash(world) != hash, member.sheet != SheetId::none) << name_of(member);
-    *byte ^= 0x40;
-  });
+    byte ^= 0x40;
+  }
   EXPECT_EQ(state_hash(world), hash);
 }
 
 TEST(StateTable, RestoresEverythingThatSnapshotsHold) {
   World world = make_busy_world();
-  for_each_byte_of_columns(internals(world), [&](const Member& member, unsigned char* byte, std::size_t row) {
-    if (member.sheet == SheetId::none) return;
-    *byte ^= 0x40;
+  for (const ColumnBytes& column : columns_of(internals(world))) {
+    if (column.rows == 0 || column.member.sheet == SheetId::none) continue;
+    const std::size_t row = row_to_change(internals(world), column);
+    *column.row(row) ^= 0x40;
     const Snapshot snapshot = saved(world);
     WorldData loaded;
     const Sheets& sheets = SnapshotAccess::data(snapshot)->pages->sheets;
     reserve_columns(sheets, loaded);
     load_sheets(sheets, loaded);
-    for_each_saved_column(loaded, [&](const Member& other, const auto& column) {
-      if (name_of(other) != name_of(member)) return;
-      ASSERT_LT(row, column.size());
-      EXPECT_EQ(std::memcmp(static_cast<const void*>(&column[row]), byte, sizeof column[row]), 0)
-          << name_of(member);
-    });
-    *byte ^= 0x40;
-  });
+    const std::string name = name_of(column.member);
+    for (const ColumnBytes& again : columns_of(loaded)) {
+      if (name_of(again.member) != name) continue;
+      ASSERT_LT(row, again.rows);
+      EXPECT_EQ(std::memcmp(again.row(row), column.row(row), column.row_bytes), 0) << name;
+    }
+    *column.row(row) ^= 0x40;
+  }
 }
 
 TEST(StateTable, ComparingWorldsNamesEachColumnOfKindStateAndNoOther) {
   World world = make_busy_world(), other = make_busy_world();
   ASSERT_EQ(first_column_difference(other, world), "");
-  for_each_byte_of_columns(internals(world), [&](const Member& member, unsigned char* byte, std::size_t row) {
-    *byte ^= 0x40;
+  for (const ColumnBytes& column : columns_of(internals(world))) {
+    if (column.rows == 0) continue;
+    const std::size_t row = row_to_change(internals(world), column);
+    *column.row(row) ^= 0x40;
     const std::string found = first_column_difference(other, world);
-    const std::string expected = name_of(member) + ", row " + std::to_string(row) + ", byte 0 of";
-    EXPECT_EQ(found.substr(0, expected.size()), member.kind == ColumnKind::state ? expected : "");
-    *byte ^= 0x40;
-  });
+    const std::string expected = name_of(column.member) + ", row " + std::to_string(row) + ", byte 0 of";
+    EXPECT_EQ(found.substr(0, expected.size()),
+              column.member.kind == ColumnKind::state ? expected : std::string());
+    *column.row(row) ^= 0x40;
+  }
 }
 
 TEST(StateTable, SnapshotsHoldEachValueOfKindStateAndNoOther) {
   World world = make_busy_world();
   const std::uint64_t hash = state_hash(world);
   std::set<std::string> held;
-  for_each_value(internals(world), [&](const Member& member, unsigned char* byte) {
+  for (const auto& [member, byte] : values_of(internals(world))) {
     *byte ^= 1;
     EXPECT_EQ(state_hash(world) != hash, member.kind == ColumnKind::state) << name_of(member);
     World other = make_busy_world();
@@ -165,7 +148,7 @@ TEST(StateTable, SnapshotsHoldEachValueOfKindStateAndNoOther) {
     EXPECT_EQ(state_hash(other) != hash, member.kind == ColumnKind::state) << name_of(member);
     *byte ^= 1;
     if (member.kind == ColumnKind::state) held.insert(name_of(member));
-  });
+  }
   EXPECT_EQ(state_hash(world), hash);
   EXPECT_TRUE(held.count("world.last_dt") == 1 && held.count("contacts.pairs_stale") == 1);
 }
@@ -173,15 +156,15 @@ TEST(StateTable, SnapshotsHoldEachValueOfKindStateAndNoOther) {
 TEST(StateTable, ComparingWorldsNamesEachValueOfKindState) {
   World world = make_busy_world();
   const World other = clone(world);
-  for_each_value(internals(world), [&](const Member& member, unsigned char* byte) {
-    if (member.kind != ColumnKind::state) return;
+  for (const auto& [member, byte] : values_of(internals(world))) {
+    if (member.kind != ColumnKind::state) continue;
     *byte ^= 1;
     const std::string found = first_state_difference(other, world);
     EXPECT_EQ(found.rfind(name_of(member) == "world.step_count" ? "the step counter" : name_of(member), 0),
               0u)
         << name_of(member) << ": " << found;
     *byte ^= 1;
-  });
+  }
   EXPECT_EQ(first_state_difference(other, world), "");
 }
 
@@ -206,18 +189,17 @@ TEST(StateTable, ForgettingEmptiesAllListsThatAreNotStateAndKeepsTheRest) {
   const std::uint64_t hash = state_hash(world);
   ASSERT_FALSE(data.bodies.awake.empty());
   data.forget(ColumnKind::state);
-  for_each_column_member(data, [](const Member& member, const auto& column) {
-    if (member.kind == ColumnKind::state || member.rows != SheetId::none) return;
-    EXPECT_TRUE(column.empty()) << name_of(member);
-  });
+  for (const auto& [member, first, row_bytes, rows] : columns_of(data)) {
+    if (member.kind == ColumnKind::state || member.rows != SheetId::none) continue;
+    EXPECT_EQ(rows, 0u) << name_of(member);
+  }
   WorldData fresh;
-  std::vector<unsigned char> initial;
-  for_each_value(fresh, [&initial](const Member&, const unsigned char* byte) { initial.push_back(*byte); });
-  std::size_t place = 0;
-  for_each_value(data, [&](const Member& member, const unsigned char* byte) {
-    EXPECT_TRUE(member.kind == ColumnKind::state || *byte == initial[place]) << name_of(member);
-    ++place;
-  });
+  const std::vector<ValueBytes> initial = values_of(fresh), forgotten = values_of(data);
+  for (std::size_t i = 0; i < initial.size(); ++i) {
+    const Member& member = forgotten[i].member;
+    EXPECT_TRUE(member.kind == ColumnKind::state || *forgotten[i].first == *initial[i].first)
+        << name_of(member);
+  }
   EXPECT_EQ(state_hash(world), hash);
 }
 
@@ -246,54 +228,79 @@ void break_rule(const ValueRule& rule, unsigned char* row, std::size_t bytes) {
   std::memset(row, rule.what == ValueRule::What::not_zero ? 0 : 0xff, bytes);
 }
 
+// The error of reading the world's snapshot; empty if there is none.
+std::string refusal_of(World& world) {
+  try {
+    read_snapshot(write_snapshot(saved(world)));
+  } catch (const Error& refused) {
+    return refused.what();
+  }
+  return {};
+}
+
 TEST(StateTable, ARowThatBreaksARuleIsRefusedByTheNameOfItsColumn) {
   int rules = 0;
-  const WorldData table;
-  for_each_column_member(table, [&rules](const Member& member, const auto&) {
-    const bool has_list = member.is.each_once != SheetId::none && std::string(member.name) != "woken";
-    if (member.sheet == SheetId::none || (member.is.rule.what == ValueRule::What::any && !has_list)) return;
+  WorldData table;
+  for (const ColumnBytes& declared : columns_of(table)) {
+    const Member& member = declared.member;
+    const std::string name = name_of(member);
+    const bool has_list = member.is.each_once != SheetId::none;
+    if (member.sheet == SheetId::none || (member.is.rule.what == ValueRule::What::any && !has_list)) continue;
     ++rules;
     World world = make_busy_world();
     internals(world).last_save = {};
     std::size_t broken = 0;
-    for_each_column_member(internals(world), [&](const Member& other, auto& column) {
-      if (name_of(other) != name_of(member)) return;
-      std::size_t row = column.size() - 1;
-      if (other.rows == SheetId::bodies) row = kFirstBody;  // the ground
-      if (other.rows == SheetId::shapes || other.rows == SheetId::joints) row = 0;
-      broken = row;
-      break_rule(other.is.rule, reinterpret_cast<unsigned char*>(&column[row]), sizeof column[row]);
-    });
-    std::string error;
-    try {
-      read_snapshot(write_snapshot(saved(world)));
-    } catch (const Error& refused) {
-      error = refused.what();
+    for (const ColumnBytes& column : columns_of(internals(world))) {
+      if (name_of(column.member) != name) continue;
+      broken = column.rows - 1;
+      if (member.rows == SheetId::bodies) broken = kFirstBody;  // the ground
+      if (member.rows == SheetId::shapes || member.rows == SheetId::joints) broken = 0;
+      break_rule(member.is.rule, column.row(broken), column.row_bytes);
     }
-    EXPECT_NE(error.find(name_of(member) + ", row " + std::to_string(broken) + ": "), std::string::npos)
-        << name_of(member) << ": " << error;
-  });
+    const std::string error = refusal_of(world);
+    EXPECT_NE(error.find(name + ", row " + std::to_string(broken) + ": "), std::string::npos)
+        << name << ": " << error;
+  }
   EXPECT_GE(rules, 25);
 }
 
+TEST(StateTable, ARowBehindTheLastOneOfAnotherStoreIsRefused) {
+  World world;  // without a body: its first one would be the next
+  WorldData& data = internals(world);
+  data.shapes.resize(1);
+  data.shapes.free_slots.push_back(0);
+  data.shapes.body[0] = kFirstBody;
+  const std::string error = refusal_of(world);
+  EXPECT_NE(error.find("shapes.body, row 0: does not exist"), std::string::npos) << error;
+}
+
+TEST(StateTable, ABodyThatHasWokenTwiceIsRefused) {
+  World world = make_busy_world();
+  WorldData& data = internals(world);
+  data.last_save = {};
+  ASSERT_FALSE(data.events.woken.empty());
+  const SlotName woken = data.events.woken[0];
+  data.events.woken.push_back(woken);
+  const std::string error = refusal_of(world);
+  EXPECT_NE(error.find("events.woken, row " + std::to_string(data.events.woken.size() - 1) + ": "),
+            std::string::npos)
+      << error;
+}
+
 TEST(StateTable, ColumnsOfAnotherLengthThanTheirStoreAreRefused) {
-  const WorldData table;
-  for_each_column_member(table, [](const Member& member, const auto&) {
+  WorldData table;
+  for (const ColumnBytes& declared : columns_of(table)) {
+    const Member& member = declared.member;
+    const std::string name = name_of(member);
     const bool limited = member.is.each_once != SheetId::none || member.is.all_or_none != SheetId::none;
-    if (member.sheet == SheetId::none || member.form != MemberForm::list || !limited) return;
+    if (member.sheet == SheetId::none || member.form != MemberForm::list || !limited) continue;
     World world = make_busy_world();
-    for_each_column_member(internals(world), [&](const Member& other, auto& column) {
-      if (name_of(other) == name_of(member)) column.resize(1000);
+    for_each_column_member(internals(world), [&name](const Member& other, auto& column) {
+      if (name_of(other) == name) column.resize(1000);
     });
-    std::string error;
-    try {
-      read_snapshot(write_snapshot(saved(world)));
-    } catch (const Error& refused) {
-      error = refused.what();
-    }
-    EXPECT_NE(error.find(name_of(member) + ", row 0: wrong number of rows"), std::string::npos)
-        << name_of(member) << ": " << error;
-  });
+    const std::string error = refusal_of(world);
+    EXPECT_NE(error.find(name + ", row 0: wrong number of rows"), std::string::npos) << name << ": " << error;
+  }
 }
 
 }  // namespace

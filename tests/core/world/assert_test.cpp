@@ -39,6 +39,22 @@ TEST(AssertDeathTest, ANegativeRowIsRefused) {
   EXPECT_DEATH(column[std::int64_t{-1}] = 0, "index < size_");
 }
 
+TEST(AssertDeathTest, ANegativeSizeIsRefused) {
+  Column<std::int32_t> column = numbers(3);
+  EXPECT_DEATH(column.resize(-1), "in_range");
+  EXPECT_DEATH(column.resize(std::int64_t{-1}), "in_range");
+  EXPECT_DEATH(column.resize_for_overwrite(-1), "in_range");
+  EXPECT_DEATH(column.resize_discarding(-1), "in_range");
+  EXPECT_DEATH(column.reserve(-1), "in_range");
+  EXPECT_DEATH(column.drop_back(-1), "in_range");
+}
+
+TEST(AssertDeathTest, ANegativeRowIsNotMarked) {
+  PageMarks marks;
+  marks.cover(std::size_t{64});
+  EXPECT_DEATH(marks.mark(-1), "in_range");
+}
+
 TEST(AssertDeathTest, ARowThatWasDroppedIsRefusedThoughItsMemoryIsThere) {
   Column<std::int32_t> column = numbers(3);
   column.pop_back();
@@ -62,7 +78,7 @@ TEST(AssertDeathTest, ChangesAreTakenUpInOrder) {
   Column<std::int32_t> list = numbers(4), changed, scratch;
   Column<std::uint8_t> is_changed;
   is_changed.resize(4);
-  const auto keep = [](std::size_t) { return true; };
+  const auto keep = [](std::int32_t) { return true; };
   for (const std::int32_t row : {2, 1}) changed.push_back(row);
   EXPECT_DEATH(take_up(list, changed, is_changed, scratch, keep), "changed");
   changed.clear();

@@ -38,6 +38,46 @@ TEST(Column, RowsLieOnCacheLinesAndSurviveGrowth) {
   EXPECT_TRUE(is_aligned(bytes));
 }
 
+// Resizes a column of 3 rows, and drops 1 of 4, by integers of one type.
+template <class Integer>
+void expect_sizes_by() {
+  Column<std::int32_t> column;
+  column.reserve(Integer{3});
+  EXPECT_TRUE(column.empty());
+  EXPECT_GE(column.capacity_bytes(), 3 * sizeof(std::int32_t));
+  column.resize(Integer{3});
+  for (const std::int32_t value : column) EXPECT_EQ(value, 0);
+  EXPECT_EQ(column.size(), 3u);
+  column[Integer{2}] = 7;
+  column.resize_for_overwrite(Integer{4});
+  EXPECT_EQ(column.size(), 4u);
+  EXPECT_EQ(column[Integer{2}], 7);
+  column.drop_back(Integer{1});
+  EXPECT_EQ(column.size(), 3u);
+  column.resize_discarding(Integer{5});
+  EXPECT_EQ(column.size(), 5u);
+  column.resize(Integer{0});
+  EXPECT_TRUE(column.empty());
+}
+
+TEST(Column, SizesAndRowsAreAnyIntegers) {
+  expect_sizes_by<std::size_t>();
+  expect_sizes_by<std::int64_t>();
+  expect_sizes_by<std::int32_t>();
+  expect_sizes_by<std::uint32_t>();
+  expect_sizes_by<std::uint8_t>();
+}
+
+TEST(PageMarks, RowsAreAnyIntegers) {
+  PageMarks marks;
+  marks.cover(3 * kPageRows);
+  marks.mark(std::int32_t{0});
+  marks.mark(2 * kPageRows);
+  EXPECT_NE(marks[0], 0);
+  EXPECT_EQ(marks[1], 0);
+  EXPECT_NE(marks[2], 0);
+}
+
 TEST(Column, NewRowsAreZeroInReusedMemoryToo) {
   Column<std::int32_t> column;
   column.resize(100);

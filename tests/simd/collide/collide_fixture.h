@@ -6,6 +6,7 @@
 #include <core/world/math.h>
 #include <gtest/gtest.h>
 #include <simd/dispatch/kernels.h>
+#include <tests/simd/all_kernels.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +16,9 @@
 #include <vector>
 
 namespace scree::collide_tests {
+
+using kernel_tests::all_kernels;
+using kernel_tests::scalar_kernels;
 
 struct Shape {
   ShapeType type;
@@ -219,16 +223,5 @@ inline float deepest(const Manifold& m) {
   for (int k = 0; k < points_of(m); ++k) result = std::min(result, m.separation[k]);
   return result;
 }
-
-inline std::vector<const simd::Kernels*> all_kernels() {
-  std::vector<const simd::Kernels*> result;
-  for (int set = 0; set < simd::kInstructionSetCount; ++set) {
-    if (const simd::Kernels* kernels = simd::find_kernels(static_cast<simd::InstructionSet>(set))) {
-      result.push_back(kernels);
-    }
-  }
-  return result;
-}
-inline const simd::Kernels& scalar_kernels() { return *simd::find_kernels(simd::InstructionSet::scalar); }
 
 }  // namespace scree::collide_tests

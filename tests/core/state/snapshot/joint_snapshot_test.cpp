@@ -53,6 +53,13 @@ struct Workshop {
     internals(world).joints.reaction[joints[0].index].force[0] = 7.0f;
   }
   Joints& rows() { return internals(world).joints; }
+  std::size_t row_of(JointType type) const {
+    for (const JointId joint : joints) {
+      if (world.joint_type(joint) == type) return joint.index;
+    }
+    ADD_FAILURE() << "no joint of the kind " << name_of(type);
+    return 0;
+  }
 };
 
 void expect_same_joints(const World& left, const World& right, const Workshop& w) {
@@ -193,7 +200,7 @@ const std::vector<Wrong>& wrongs() {
        }},
       {"body of a mouse", "must be the world",
        [](auto& w, auto& j, auto&, auto) {
-         j.bodies[w.joints.back().index].a = static_cast<std::int32_t>(w.bodies[0].index);
+         j.bodies[w.row_of(JointType::mouse)].a = static_cast<std::int32_t>(w.bodies[0].index);
        }},
       {"frame", "frame_a.position is nan",
        [](auto&, auto& j, auto&, auto row) { j.frame_a[row].position.y = kNan; }},

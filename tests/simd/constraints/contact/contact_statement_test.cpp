@@ -1,6 +1,7 @@
 // Stated rows and kernels describe the same contacts: a slow solver over the stated rows gives the velocities
 // and the impulses of the sweeps in constraint space.
 #include <core/plain/manifold.h>
+#include <tests/simd/all_kernels.h>
 #include <tests/simd/constraints/joints/joint_fixture.h>
 #include <tests/simd/constraints/row_solver.h>
 
@@ -9,8 +10,8 @@
 namespace scree::contact_tests {
 namespace {
 
-using joint_tests::all_kernels;
 using joint_tests::Random;
+using kernel_tests::all_kernels;
 using row_tests::Pass;
 using row_tests::RowSolver;
 

@@ -154,23 +154,9 @@ JointWorld random_world(JointType type, bool rich, int joints) {
   };
   for (int i = 0; i < joints; ++i) {
     const float slip = i % 2 == 0 ? 0.02f : 0.2f;
-    const Pose frame_a{random.vector(0.5f), random.rotation()},
-        frame_b{random.vector(0.5f), random.rotation()};
-    const auto velocity = [&] { return Velocity{random.vector(2), random.vector(3)}; };
-    std::int32_t a = kFixedRow;
-    Pose at_a{};
-    if (type != JointType::mouse && i % 5 != 0) {
-      at_a = {random.vector(2), random.rotation()};
-      a = world.add_body(random.uniform(0.5f, 5), moments(), at_a.position, at_a.rotation, velocity());
-    }
-    const Pose between = free_pose(type, random);
-    const Quat to_a = at_a.rotation * frame_a.rotation, slipped = about(kX + random.vector(0.5f), slip);
-    const Quat b = normalize(to_a * between.rotation * slipped * conjugate(frame_b.rotation));
-    const Vec3 anchor = at_a.position + rotate(at_a.rotation, frame_a.position) +
-                        rotate(to_a, between.position) + random.vector(slip);
-    const std::int32_t body_b = world.add_body(random.uniform(0.5f, 5), moments(),
-                                               anchor - rotate(b, frame_b.position), b, velocity());
-    world.add_joint(a, frame_a, body_b, frame_b, random_parameters(type, rich, random));
+    add_random_joint(
+        world, random, type == JointType::mouse || i % 5 == 0, slip, moments,
+        [&] { return free_pose(type, random); }, [&] { return random_parameters(type, rich, random); });
   }
   return world;
 }
