@@ -161,7 +161,7 @@ int main(int argc, char** argv) {
   app.add_option("--evaluate-every", options.evaluate_every, "one more run, evaluated every K steps")
       ->check(CLI::Range(1, 1'000'000));
   app.add_option("--stand", options.stand, "instead: step these stacks until they collapse")->delimiter(',');
-  app.add_option("--max-steps", options.max_steps, "with --stand: at most so many")
+  app.add_option("--max-steps", options.max_steps, "with --stand: largest number of steps")
       ->check(CLI::Range(1, 10'000'000));
   app.add_option("--markdown", options.markdown_file, "also write the table to this file")->check(kNotEmpty);
   app.add_option("--brief", options.brief_file, "also write a short table in Markdown to this file")

@@ -185,7 +185,7 @@ bool query_edges(const HullPair& pair, Decision& decision);
 // Tests the edges that decided in the last step.
 enum class Remembered { separates, decides, fails };
 Remembered query_remembered_edges(const HullPair& pair, std::uint32_t hint, Decision& decision);
-// Whether a face of either hull may be better than the floor. `edges` set the floor.
+// Whether a face of either hull may be better than the floor, the gap along the axis of the two edges.
 bool may_beat(const HullPair& pair, const int edge[2], float floor);
 
 // A face of each hull that lie against each other along the contact axis. Their overlap, seen along the axis,

@@ -147,7 +147,7 @@ void declare_info(CLI::App& info, Arguments& arguments) {
 
 void declare_diff(CLI::App& diff, Arguments& arguments) {
   diff.add_option("A", arguments.diff.a, "A recording")->required();
-  diff.add_option("B", arguments.diff.b, "Another one")->required();
+  diff.add_option("B", arguments.diff.b, "Another recording")->required();
   declare_backend(diff, arguments.diff.threads, arguments);
   declare_json(diff, arguments);
 }
@@ -202,8 +202,8 @@ int run_command(int argc, char** argv) {
   const CLI::App* scenes = app.add_subcommand("scenes", "List the built-in scenes");
   CLI::App* run = app.add_subcommand("run", "Run a scene and print its figures");
   CLI::App* replay_command = app.add_subcommand("replay", "Play a recording, or verify it");
-  CLI::App* info_command = app.add_subcommand("info", "Say what is inside a recording");
-  CLI::App* diff_command = app.add_subcommand("diff", "Find the first step at which two recordings part");
+  CLI::App* info_command = app.add_subcommand("info", "Print the content of a recording");
+  CLI::App* diff_command = app.add_subcommand("diff", "Find the first step at which two recordings diverge");
   Arguments arguments;
   declare_run(*run, arguments);
   declare_replay(*replay_command, arguments);

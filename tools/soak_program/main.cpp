@@ -81,7 +81,7 @@ int run(int argc, char** argv) {
   app.add_option("FILES", options.files, "Recordings to verify first, on every instruction set");
   app.add_option("--minutes", options.minutes,
                  "How long; the last round is finished (default 60; 0: no rounds)");
-  app.add_option("--rounds", options.rounds, "At most so many rounds (default 0: as many as time allows)");
+  app.add_option("--rounds", options.rounds, "Largest number of rounds (default 0: as many as time allows)");
   const CLI::Option* seed = app.add_option("--seed", options.seed,
                                            "Of the first round; the next ones count on "
                                            "(default: from the clock)");
