@@ -18,7 +18,7 @@ T any_of(Random& random, const T (&values)[count]) {
   return values[random.below(count)];
 }
 
-// Calls that stay calls: inlined arithmetic may wander out from under FpEnvironment.
+// Calls that the compiler must not inline: inlined arithmetic may move out of FpEnvironment.
 [[gnu::noinline]] float draw_between(scenes::Random& random, float low, float high) {
   return random.between(low, high);
 }
@@ -59,7 +59,7 @@ Pose random_pose(Random& random) {
 
 namespace {
 
-// Few different ones, so that shapes share them, each of its own random numbers.
+// A few different hulls, so that shapes share them, each from random numbers of its own.
 Hull random_hull(std::uint32_t which) {
   Random random(which);
   std::vector<Vec3> points(4 + 9 * which);
@@ -170,7 +170,7 @@ BodyDef random_body_def(Random& random) {
   return def;
 }
 
-// Those of a solid box with its center somewhere near the origin.
+// Mass properties of a solid box with its center near the origin.
 MassProperties random_mass_properties(Random& random) {
   MassProperties properties;
   properties.mass = random.between(0.5f, 500.0f);
@@ -364,7 +364,7 @@ JointDef random_joint_def(Random& random, const Pose& at_a, const Pose& at_b) {
 }
 
 void print(std::ostream& out, float value) {
-  // Nine digits give every float back.
+  // Nine digits reproduce every float.
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", static_cast<double>(value));
   out << text;
@@ -395,7 +395,7 @@ void print(std::ostream& out, Quat value) {
 
 namespace {
 
-// ".name = value", the separator where it is not the first.
+// Prints ".name = value", with a separator before all but the first.
 template <class Value>
 void field(std::ostream& out, const char* name, const Value& value, bool first = false) {
   out << (first ? "{." : ", .") << name << " = ";

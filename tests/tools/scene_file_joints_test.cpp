@@ -1,4 +1,4 @@
-// Laws of the joints in scene files: they say what they hold, and mistakes are reported with their place.
+// Laws of joints in scene files: they have the stated values, and mistakes are reported with their place.
 #include <gtest/gtest.h>
 #include <tools/scenes/scene_file.h>
 

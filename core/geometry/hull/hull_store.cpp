@@ -25,7 +25,7 @@ void resize(Hulls& hulls, std::size_t slots) {
   hulls.shared.resize(slots);
 }
 
-// A free slot, still free.
+// Returns a free slot without taking it.
 std::int32_t free_slot(Hulls& hulls) {
   const std::size_t slots = hulls.shared.size();
   if (!hulls.free_slots.empty()) return hulls.free_slots.back();
@@ -39,7 +39,7 @@ std::int32_t free_slot(Hulls& hulls) {
   return static_cast<std::int32_t>(slots);
 }
 
-// Empties a slot that no shape has.
+// Empties a slot that no shape uses.
 void clear(Hulls& hulls, std::int32_t slot) {
   SCREE_ASSERT(hulls.shapes[slot] == 0);
   const auto [first, last] = hulls.slot_of.equal_range(hulls.content[slot]);
@@ -103,7 +103,7 @@ std::uint64_t hull_content(const ConvexHull& geometry) {
     hash = (hash ^ std::bit_cast<std::uint32_t>(scale)) * 0x9e3779b97f4a7c15u;  // 2^64 over the golden ratio
     hash ^= hash >> 32;
   }
-  return hash | 1;  // 0 is a free slot's
+  return hash | 1;  // 0 marks a free slot
 }
 
 ExtentRow extent_of(const HullSolid& solid) {
@@ -119,7 +119,7 @@ ExtentRow extent_of(const HullSolid& solid) {
 
 std::size_t hull_bytes(const SharedHulls& hulls) {
   std::size_t bytes = hulls.capacity() * sizeof(SharedHull);
-  std::vector<const HullSolid*> solids;  // each once, however many slots are scaled from it
+  std::vector<const HullSolid*> solids;  // each once, even if several slots scale it
   for (const SharedHull& shared : hulls) {
     if (shared.solid == nullptr) continue;
     solids.push_back(shared.solid.get());

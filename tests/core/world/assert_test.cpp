@@ -1,4 +1,4 @@
-// Laws of assertions: what a build with them checks, and that one without them does not even look.
+// Laws of assertions: builds with assertions check them, builds without do not evaluate them.
 #include <core/plain/assert.h>
 #include <core/world/column.h>
 #include <core/world/resting_pairs.h>
@@ -114,7 +114,7 @@ TEST(Assert, ABuildWithoutAssertionsNeverEvaluatesTheCondition) {
 TEST(Assert, ABuildWithoutAssertionsDoesNotCheckRows) {
   Column<std::int32_t> column = numbers(3);
   column.pop_back();
-  EXPECT_EQ(column[2], 2);  // whose memory is there still
+  EXPECT_EQ(column[2], 2);  // its memory still exists
 }
 
 #endif

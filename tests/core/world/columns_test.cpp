@@ -1,4 +1,4 @@
-// Laws of columns, of the state table and of what is generated from it.
+// Laws of columns, of the state table and of the code generated from it.
 #include <core/world/state_table.h>
 #include <tests/core/world/world_fixture.h>
 
@@ -95,7 +95,7 @@ TEST(Column, NewRowsAreZeroInReusedMemoryToo) {
 }
 
 // Large ones lie in pages of their own.
-TEST(Column, LargeOnesKeepTheirRowsAndNewRowsAreZero) {
+TEST(Column, LargeColumnsKeepTheirRowsAndNewRowsAreZero) {
   Column<std::int32_t> column;
   std::size_t filled = 0;
   for (std::size_t size = 1000; size < 20'000'000; size = size * 3 / 2) {
@@ -135,7 +135,7 @@ TEST(Column, LargeScratchThatGrowsALittleStaysWhereItIs) {
 }
 
 #ifdef __linux__
-// Pages of the program's memory that are there.
+// Resident pages of the program's memory.
 double resident_bytes() {
   std::ifstream file("/proc/self/statm");
   double all = 0.0, resident = 0.0;
@@ -157,7 +157,7 @@ TEST(Column, UnwrittenRowsTakeNoMemory) {
   EXPECT_LT(resident_bytes() - before, 0.2 * kRows * sizeof(WideRow));
 }
 
-// Bytes of addresses that the program has.
+// Bytes of the program's address space.
 double address_bytes() {
   std::ifstream file("/proc/self/statm");
   double all = 0.0;
@@ -165,7 +165,7 @@ double address_bytes() {
   return all * 4096.0;
 }
 
-TEST(Column, GrowsWhereTheSystemHasAddressesForItsRowsAlone) {
+TEST(Column, GrowsEvenWithAddressSpaceOnlyForItsRows) {
   if (!has_page_memory()) GTEST_SKIP() << "memory is watched";
   constexpr std::size_t kRows = 1'000'000;
   rlimit before{};
@@ -207,7 +207,7 @@ TEST(Column, ReservedRowsNeedNoNewMemory) {
   EXPECT_GE(column.capacity_bytes(), 4000u);
 }
 
-TEST(Column, MemoryEndsBehindThePadding) {
+TEST(Column, MemoryEndsAfterThePadding) {
   Column<WideRow> column;
   column.resize(5);
   WideRow past[2];  // 64 bytes behind the last row may be read
@@ -239,7 +239,7 @@ TEST(StateTable, NamesEveryColumnOnce) {
   }
 }
 
-// Bytes of the members of a table, without those of tables within it twice.
+// Bytes of the members of a table, without counting nested tables twice.
 template <class Data>
 std::size_t bytes_of_members(Data& data) {
   std::size_t bytes = 0;
@@ -247,8 +247,8 @@ std::size_t bytes_of_members(Data& data) {
   return bytes;
 }
 
-TEST(StateTable, NothingOfAWorldIsForgotten) {
-  // What is left is the room between members of different alignment: less than a word for each small one.
+TEST(StateTable, CoversEveryMemberOfAWorld) {
+  // The remainder is padding between members of different alignment: less than a word for each small one.
   World world;
   WorldData& data = internals(world);
   std::size_t small = 0;
@@ -298,7 +298,7 @@ TEST(MemoryUse, IsTheSumOverTheTable) {
   EXPECT_GE(use.state, 1000 * (sizeof(PoseRow) + sizeof(VelocityRow)));
 }
 
-TEST(StateTable, PartsForgetAllButTheirMemory) {
+TEST(StateTable, ClearedPartsKeepOnlyTheirMemory) {
   CountedPart part;
   part.colors.push_back(1.0);
   part.blocks.push_back(1.0f);

@@ -1,5 +1,5 @@
-// Hulls in worlds: what is remembered of a pair follows it, instruction sets and threads agree, piles and
-// stacks stand.
+// Hulls in worlds: cached axes follow their pairs, instruction sets and threads agree, piles and stacks
+// stand.
 #include <core/world/world_data.h>
 #include <gtest/gtest.h>
 #include <scree/scree.h>
@@ -105,7 +105,7 @@ TEST(CollideHulls, AFastFallingBodyIsMetAtItsSurface) {
       World world;
       add_ground(world);
       for (int layer = 0; layer < 2; ++layer) {
-        // The upper one meets a body that gives way, the lower one the ground.
+        // The upper hull meets a body that yields, the lower hull the ground.
         const float y = 0.5f + (layer == 0 ? 0.0f : 1.1f + 0.01f * float(height));
         const BodyId body =
             world.create_body({.position = {0, y, 0}, .linear_velocity = {0, -4.0f * float(layer), 0}});
@@ -116,7 +116,7 @@ TEST(CollideHulls, AFastFallingBodyIsMetAtItsSurface) {
       Workers workers(1);
       for (int k = 0; k < 12; ++k) {
         step(world, 1.0f / 60.0f, workers);
-        // 67 mm a step; a millimeter and a half is what a soft contact gives way.
+        // 67 mm a step; a soft contact yields by a millimeter and a half.
         EXPECT_GT(deepest(internals(world)), -0.01f) << "height " << height << " step " << k;
       }
     }

@@ -59,7 +59,7 @@ struct Rows {
     copy(last.anchor, anchor);
     copy(last.points, points);
   }
-  // What touches no more has no row.
+  // A pair that no longer touches has no row.
   void clear_lost() {
     for (std::size_t row = 0; row < points.size(); ++row) {
       if (points[row] == 0) manifold[row] = {};
@@ -139,7 +139,7 @@ struct Pairs {
   }
 };
 
-// One random pair of each of the types, somewhere between deep overlap and a gap of a few centimeters.
+// One random pair of each pair of types, between deep overlap and a gap of a few centimeters.
 class Random {
  public:
   explicit Random(unsigned seed) : engine_(seed) {}

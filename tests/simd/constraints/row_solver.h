@@ -1,6 +1,6 @@
-// A slow solver over stated rows, in double precision: what the wide kernels of joints and contacts are held
-// to. It is the soft step written once for all kinds: nothing in it knows of hinges, wheels or contacts, only
-// of the rows that core/plain/constraint_row.h describes.
+// A slow solver over stated rows, in double precision: the reference of the wide kernels of joints and
+// contacts. It is the soft step written once for all kinds. It uses only the rows that
+// core/plain/constraint_row.h describes, and knows nothing of hinges, wheels or contacts.
 #pragma once
 
 #include <core/plain/constraint_row.h>
@@ -125,7 +125,7 @@ class RowSolver {
   double impulse(std::size_t slot) const { return rows_[slot].impulse; }
   // Speed along a row by a unit impulse along it.
   double response(std::size_t slot) const { return response(slot, slot); }
-  // The largest speed that any row met or asked for: what rounding is measured by.
+  // The largest speed at which any row moved or aimed: the scale of rounding errors.
   double largest_speed() const { return largest_speed_; }
 
  private:
@@ -134,7 +134,7 @@ class RowSolver {
     Twelve j, push;
     double impulse;
   };
-  // What a row asks for in this pass: change = -(mass_scale (J v - target + bias) / K + impulse_scale
+  // The impulse of a row in this pass: change = -(mass_scale (J v - target + bias) / K + impulse_scale
   // impulse), with K larger by `yield` and `yield` impulse beside the bias.
   struct Wish {
     double bias;
@@ -158,7 +158,7 @@ class RowSolver {
     return soften(std::min(double{row.hertz}, constants_.max_hertz), double{row.damping_ratio},
                   constants_.substep);
   }
-  // Relax is rigid and without bias, but for what the user made soft.
+  // Relax is rigid and without bias, except for what the user made soft.
   Softness held_softness(const ConstraintRow& row) const {
     if (row.hertz > 0) return spring(row);
     return pass_ == Pass::solve ? constants_.stiff : kRigid;
@@ -197,7 +197,7 @@ class RowSolver {
     }
   }
 
-  // A limit that is a spring pulls where it has been passed, and not before. Friction acts in relax alone.
+  // A spring limit pulls only after it has been passed. Friction acts only in relax.
   bool is_idle(const ConstraintRow& row) const {
     if (pass_ == Pass::solve)
       return row.kind == kRowTwist || row.kind == kRowFriction || row.kind == kRowRolling;
@@ -241,7 +241,7 @@ class RowSolver {
     const std::size_t n = slots.size();
     // By free row: impulses on the held ones that keep their speeds.
     Matrix keeping(n);
-    // What is soft gives way, and answers to a rigid hold with more than was taken from it.
+    // A soft row yields, and answers to a rigid hold with more than was taken from it.
     const double hold = held.empty() ? 0.0 : held_softness(rows_[held[0]].said).mass_scale;
     Matrix k(n, std::vector<double>(n));
     for (std::size_t i = 0; i < n; ++i) {

@@ -1,4 +1,4 @@
-// Laws of snapshots with joints: what comes back, and what is refused.
+// Laws of snapshots with joints: what restoring reproduces, and what is refused.
 #include <core/constraints/joint_parameters.h>
 #include <core/world/edit.h>
 #include <scree/scree.h>
@@ -94,7 +94,7 @@ TEST(JointSnapshot, HoldsTheSameBytesAfterEveryWay) {
   expect_same_joints(other, w.world, w);
 }
 
-TEST(JointSnapshot, MakesDerivedRowsAnew) {
+TEST(JointSnapshot, RebuildsDerivedRows) {
   Workshop w;
   const World copy = clone(w.world);
   const Joints &left = internals(copy).joints, &right = w.rows();
@@ -110,7 +110,7 @@ TEST(JointSnapshot, MakesDerivedRowsAnew) {
   EXPECT_EQ(internals(copy).events.lost.size(), 1u);
 }
 
-TEST(JointSnapshot, CallsGoOnAsTheyWould) {
+TEST(JointSnapshot, LaterCallsGiveTheSameResults) {
   Workshop w;
   World copy = clone(w.world);
   const auto change = [&](World& world) {
@@ -127,7 +127,7 @@ TEST(JointSnapshot, CallsGoOnAsTheyWould) {
   EXPECT_EQ(bytes_of(copy), bytes_of(w.world));
 }
 
-TEST(JointSnapshot, MakesHandlesValidThatWereAndNoOthers) {
+TEST(JointSnapshot, MakesExactlyTheHandlesOfItsMomentValid) {
   Workshop w;
   Snapshot snapshot;
   save(w.world, snapshot);
@@ -140,7 +140,7 @@ TEST(JointSnapshot, MakesHandlesValidThatWereAndNoOthers) {
 }
 
 TEST(JointSnapshot, KeepsItsMemoryInProportion) {
-  // Rows that are all alike pack well, but not without bounds: a short file must not ask for much memory.
+  // Equal rows compress well, but only up to a bound: a short file must not need much memory.
   World world;
   const BodyId body = world.create_body({});
   constexpr std::size_t kCount = 10000;
@@ -250,7 +250,7 @@ const std::vector<Wrong>& wrongs() {
   return all;
 }
 
-TEST(JointSnapshot, RefusesWhatNoCallsCouldMake) {
+TEST(JointSnapshot, RefusesStatesThatNoCallsCouldMake) {
   const Workshop sound;
   ASSERT_EQ(sound.world.joint_type(sound.joints[1]), JointType::hinge);
   for (const Wrong& wrong : wrongs()) {
@@ -264,7 +264,7 @@ TEST(JointSnapshot, RefusesWhatNoCallsCouldMake) {
   }
 }
 
-TEST(JointSnapshot, TakesWhateverWasAccumulated) {
+TEST(JointSnapshot, AcceptsAnyStoredImpulse) {
   Workshop w;
   for (float& impulse : w.rows().impulses[1].impulse) impulse = std::numeric_limits<float>::quiet_NaN();
   w.rows().color[1] = 63;

@@ -1,5 +1,5 @@
-// Stated rows and kernels are the same contacts: a slow solver over what contacts state comes to the
-// velocities and the impulses of the sweeps in constraint space.
+// Stated rows and kernels describe the same contacts: a slow solver over the stated rows gives the velocities
+// and the impulses of the sweeps in constraint space.
 #include <core/plain/manifold.h>
 #include <tests/simd/all_kernels.h>
 #include <tests/simd/constraints/joints/joint_fixture.h>
@@ -15,7 +15,7 @@ using kernel_tests::all_kernels;
 using row_tests::Pass;
 using row_tests::RowSolver;
 
-// What blocks come in variants for, see contact_kernels.h.
+// The variants of blocks, see contact_kernels.h.
 struct Variant {
   int bucket;
   bool rich, is_static;
@@ -51,7 +51,7 @@ struct ContactWorld {
     return static_cast<std::int32_t>(velocity.size()) - 1;
   }
 
-  // Every body of a contact a little, as a substep does.
+  // Moves every body of a contact a little, as a substep does.
   void move(Random& random) {
     for (std::size_t body = 0; body < delta.size(); ++body) {
       if (inertia[body].inverse_mass == 0) continue;
@@ -153,7 +153,7 @@ class Sweeps {
     kernels_.state_rows(args_, chunk_, rows.data());
     return rows;
   }
-  // With the impulses that the sweeps have come to.
+  // With the impulses after the sweeps.
   std::vector<ConstraintRows> state_with_impulses() {
     kernels_.store(args_, chunk_);
     return state();
@@ -181,7 +181,7 @@ struct Outcome {
   const char* sweep;
   double worst = 0;  // difference to the kernels, in parts of what rounding may make
   int moved = 0;     // contacts that the sweep changed
-  int apart = 0;     // contacts whose kernels came to something else
+  int apart = 0;     // contacts whose kernels gave another result
 };
 
 using Spoil = void (*)(ConstraintRow& row);
@@ -258,7 +258,7 @@ void for_each_variant(Visit&& visit) {
   }
 }
 
-TEST(ContactStatement, ASolverOfTheStatedRowsComesToTheVelocitiesAndImpulsesOfTheKernels) {
+TEST(ContactStatement, ASolverOfTheStatedRowsGivesTheVelocitiesAndImpulsesOfTheKernels) {
   for_each_variant([](const Variant& variant) {
     for (const simd::Kernels* kernels : {all_kernels().front(), all_kernels().back()}) {
       for (const Outcome& outcome : run_sweeps(variant, *kernels)) {
@@ -286,7 +286,7 @@ constexpr Fault kFaults[] = {
     {"the impulse", [](ConstraintRow& row) { row.impulse = row.impulse * 0.98f + 0.001f; }},
 };
 
-TEST(ContactStatement, OnesThatAreWrongAreNoticed) {
+TEST(ContactStatement, WrongStatementsAreDetected) {
   for (const Fault& fault : kFaults) {
     int apart = 0;
     for_each_variant([&](const Variant& variant) {
