@@ -107,7 +107,7 @@ RecordingHead read_recording_head(std::span<const std::byte> bytes) {
 }
 
 ChunkHead read_chunk_head(std::span<const std::byte> bytes) {
-  ByteReader reader(bytes.first(kChunkHeadBytes), "the chunk");
+  ByteReader reader(bytes, "the chunk");
   if (reader.take<std::uint32_t>() != kChunkMarker) refuse_bytes(0, "no chunk begins here");
   ChunkHead head;
   head.kind = static_cast<ChunkKind>(reader.take<std::uint8_t>());
