@@ -118,9 +118,9 @@ inline Gap leave_hull(const std::vector<Vector>& ends, double radius, const Face
     best.separation = gap;
     best.normal = axis;
   }
-  constexpr double kSameAxis = 1.0 - 1.5e-6;  // cosine of 0.1 degrees
+  constexpr double kSameDirection = 1.0 - 1.5e-6;  // cosine of 0.1 degrees
   for (const auto& [gap, axis] : gaps) {
-    if (axis.dot(best.normal) < kSameAxis) best.runner_up = std::max(best.runner_up, gap);
+    if (axis.dot(best.normal) < kSameDirection) best.runner_up = std::max(best.runner_up, gap);
   }
   return best;
 }
