@@ -12,7 +12,7 @@ namespace scree {
 namespace {
 
 // The list ascends, and names a row exactly if `belongs` holds for it, but where `may_differ` does: there the
-// list will be told.
+// list will change.
 template <class Belongs, class MayDiffer>
 void validate_list(const Column<std::int32_t>& list, std::size_t rows, Belongs&& belongs,
                    MayDiffer&& may_differ) {

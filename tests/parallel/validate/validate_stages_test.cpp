@@ -93,12 +93,12 @@ TEST_F(ValidateStagesDeathTest, AShapeInAnotherTreeIsFound) {
 }
 
 TEST_F(ValidateStagesDeathTest, ContactsThatDoNotComeInTheOrderOfTheirPairsAreFound) {
-  Column<std::int32_t>& touching = data.contacts.touching;
+  Column<std::int32_t>& touching = data.contacts.active;
   EXPECT_DEATH((std::swap(touching[0], touching[1]), validate_contacts(data)), "comes_before");
 }
 
 TEST_F(ValidateStagesDeathTest, AManifoldOfOtherBodiesIsFound) {
-  Manifold& manifold = data.contacts.now.manifold[data.contacts.touching[0]];
+  Manifold& manifold = data.contacts.now.manifold[data.contacts.active[0]];
   EXPECT_DEATH((manifold.row_b = row_of(kinematic), validate_contacts(data)), "row_b");
   EXPECT_DEATH((manifold.row_a = row_of(kinematic), validate_contacts(data)), "row_a");
   EXPECT_DEATH((manifold.info ^= kManifoldStatic, validate_contacts(data)), "kManifoldStatic");
@@ -109,7 +109,7 @@ TEST_F(ValidateStagesDeathTest, AnIslandThatSleepsInPartIsFound) {
 }
 
 TEST_F(ValidateStagesDeathTest, AContactOfAnAwakeBodyThatIsNotListedIsFound) {
-  EXPECT_DEATH((data.contacts.touching.pop_back(), validate_islands(data)), "count_parts");
+  EXPECT_DEATH((data.contacts.active.pop_back(), validate_islands(data)), "count_parts");
 }
 
 TEST_F(ValidateStagesDeathTest, MarksThatAStepLeavesAreFound) {
@@ -124,7 +124,7 @@ TEST_F(ValidateStagesDeathTest, MarksThatAStepLeavesAreFound) {
 
 TEST_F(ValidateStagesDeathTest, TwoConstraintsOfOneColorAtABodyAreFound) {
   const auto paint = [&] {
-    for (const std::int32_t contact : data.contacts.touching) data.contacts.now.color[contact] = 0;
+    for (const std::int32_t contact : data.contacts.active) data.contacts.now.color[contact] = 0;
     for (Edge& edge : constraints().edges) edge.color = 0;
     for (const std::int32_t joint : data.joints.active) data.joints.color[joint] = 0;
     validate_colors(data);
@@ -173,7 +173,7 @@ TEST_F(ValidateStagesDeathTest, AFixedWorldThatMovesIsFound) {
 }
 
 TEST_F(ValidateStagesDeathTest, AContactThatPullsIsFound) {
-  Manifold& manifold = data.contacts.now.manifold[data.contacts.touching[0]];
+  Manifold& manifold = data.contacts.now.manifold[data.contacts.active[0]];
   EXPECT_DEATH((manifold.normal_impulse[0] = -1, validate_impulses(data)), "normal_impulse");
 }
 
