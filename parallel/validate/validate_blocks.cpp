@@ -83,7 +83,7 @@ void validate_places(const Constraints& constraints, const simd::Kernels& kernel
   SCREE_ASSERT(offset == constraints.blocks.size());
 }
 
-// Who has written to a body last: the chunk's number, and whether as its hub.
+// The number of the chunk that last wrote to each body.
 class Writers {
  public:
   explicit Writers(std::size_t bodies) : last_(memory()) { last_.assign(bodies, -1); }

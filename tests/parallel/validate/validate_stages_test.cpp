@@ -144,7 +144,7 @@ TEST_F(ValidateStagesDeathTest, ALaneWithoutARowOrWithAnotherIsFound) {
   EXPECT_DEATH((row = 1 << 20, validate_packed()), "store_rows");
   EXPECT_DEATH((row = -1, validate_packed()), "store_rows");
   EXPECT_DEATH((chunk.first_lane = 1 << 20, validate_packed()), "rows.size");
-  EXPECT_DEATH((++chunk.lanes, validate_packed()), "assertion failed");
+  EXPECT_DEATH((++chunk.lanes, validate_packed()), "chunk.blocks ==|has_lane\\[row\\] == 0");
 }
 
 TEST_F(ValidateStagesDeathTest, BlocksThatOverlapAreFound) {
@@ -165,11 +165,15 @@ TEST_F(ValidateStagesDeathTest, AChunkThatPushesABodyTwiceIsFound) {
     for (Manifold& manifold : data.contacts.now.manifold) manifold.row_b = row_of(boxes[0]);
     validate_packed();
   };
-  EXPECT_DEATH(turn(), "assertion failed");
+  EXPECT_DEATH(turn(), "chunk.hub == side");
 }
 
 TEST_F(ValidateStagesDeathTest, AFixedWorldThatMovesIsFound) {
   EXPECT_DEATH((data.bodies.velocity[kFixedRow].linear[1] = 1, validate_impulses(data)), "velocity");
+}
+
+TEST_F(ValidateStagesDeathTest, ABrokenJointThatIsStillEnabledIsFound) {
+  EXPECT_DEATH((data.events.broken.push_back(joints[0]), validate_impulses(data)), "kJointEnabled");
 }
 
 TEST_F(ValidateStagesDeathTest, AContactThatPullsIsFound) {
@@ -183,6 +187,24 @@ TEST_F(ValidateStagesDeathTest, EventsThatDoNotAscendAreFound) {
   EXPECT_DEATH((std::swap(touching[0], touching[1]), validate_events(data)), "ascends");
   EXPECT_DEATH((touching[0].events = 0, validate_events(data)), "row.events != 0");
   EXPECT_DEATH((++data.events.resting_touches, validate_events(data)), "resting_touches");
+  const auto list_backward = [&](Column<BodyId>& list) {
+    list.clear();
+    list.push_back(boxes[1]);
+    list.push_back(boxes[0]);
+    validate_events(data);
+  };
+  EXPECT_DEATH(list_backward(data.events.sleep_begins), "ascends.events.sleep_begins");
+  EXPECT_DEATH(list_backward(data.events.sleep_ends), "ascends.events.sleep_ends");
+  EXPECT_DEATH((data.events.lost.push_back({}), validate_events(data)), "lost.empty");
+}
+
+TEST_F(ValidateStagesDeathTest, ARotationThatCallsAcceptIsSound) {
+  PoseRow& pose = data.bodies.pose[boxes[0].index];
+  for (const float length : {1.0f - 0.8f * kUnitTolerance, 1.0f + 0.8f * kUnitTolerance}) {
+    pose.rotation[0] = pose.rotation[1] = pose.rotation[2] = 0.0f;
+    pose.rotation[3] = length;
+    validate_motion(data);
+  }
 }
 
 TEST_F(ValidateStagesDeathTest, ABodyThatIsNowhereIsFound) {
