@@ -66,7 +66,7 @@ void check_time_step(float dt) {
 void forget_forces(WorldData& data) {
   Contacts& contacts = data.contacts;
   if (contacts.forces.empty()) return;
-  for (const std::int32_t contact : contacts.touching) contacts.forces[contact] = {};
+  for (const std::int32_t contact : contacts.active) contacts.forces[contact] = {};
 }
 
 // Throws unless all are worlds and no two are the same. Marks the worlds themselves, which needs no list.

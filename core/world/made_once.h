@@ -51,7 +51,7 @@ class SharedCount {
   std::atomic<std::int64_t> value_ = 0;
 };
 
-// Held by those who may not run at the same time; data that move have a new one.
+// Held by callers that exclude one another. A store that is moved gets a new mutex.
 struct OwnMutex : std::mutex {
   OwnMutex() = default;
   OwnMutex(OwnMutex&&) noexcept {}

@@ -286,7 +286,7 @@ void forget_table(Inner& inner, ColumnKind kind) noexcept {
 #define SCREE_FORGET_TABLE(kind, Type, name, ...) forget_table(name, farther(outer, ColumnKind::kind));
 
 // The members of a list, the walk over them with visit(Member, member), the resizing of its rows, and what
-// becomes of it when the world is replaced: what is not state is emptied and gets its initial values, but for
+// becomes of it when the world is replaced: what is not state is emptied and gets its initial values, except
 // rows of a store that is state, which stay as many as they are.
 #define SCREE_TABLE_OF(MEMBERS)                                                                          \
   MEMBERS(SCREE_DECLARE_ROWS, SCREE_DECLARE_LIST, SCREE_DECLARE_VALUE, SCREE_DECLARE_TABLE,              \

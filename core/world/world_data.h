@@ -51,8 +51,8 @@ enum ShapeFlag : std::uint8_t {
   kShapeAlive = 1,
   kShapeDirty = 2,  // bounds must be made before the next pairs: new, moved or changed by a call. A slot that
                     // is dirty but not alive held a shape that was destroyed
-  kShapeNew = 4,    // with kShapeDirty: pairs that name the shape tell of a predecessor in its slot or
-                    // of an earlier geometry or body type; their manifolds and colors must not be inherited
+  kShapeNew = 4,    // with kShapeDirty: pairs that name the shape describe a predecessor in its slot
+                    // or an earlier geometry or body type; their manifolds and colors must not be inherited
   kShapeWakes = 8,  // bodies that touched the shape wake at the next wake_neighbors; may stand on dead slots
 };
 
@@ -101,7 +101,7 @@ enum UnplacedFlag : std::uint8_t {
   kCoreUnmeasured = 2,
 };
 
-// A hull as shapes have it. What it is built of and who else shares that does not matter to the world.
+// A hull as shapes have it. Solids may be shared with other worlds.
 struct SharedHull {
   ConvexHull geometry;                     // as given
   std::shared_ptr<const HullSolid> solid;  // with the scale in it
@@ -203,17 +203,17 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
         saved_in(SheetId::free_bodies), each_once(SheetId::bodies))                                             \
   LIST (derived, std::int32_t,    awake)           /* refresh_lists; awake dynamic bodies, ascending */         \
   LIST (derived, std::int32_t,    kinematic)       /* refresh_lists; kinematic bodies, ascending */             \
-  LIST (derived, std::int32_t,    to_place,        /* calls, place_matter; who is unplaced, each once */        \
+  LIST (derived, std::int32_t,    to_place,        /* calls, place_matter; unplaced bodies, each once */        \
         each_once(SheetId::bodies))                                                                             \
   LIST (scratch, std::int32_t,    to_wake)         /* wake_neighbors */                                         \
   VALUE(derived, BodyMoments,     moments, {})     /* calls; of some bodies of many shapes */                   \
-  LIST (derived, std::int32_t,    changed,         /* calls, islands; who may take part otherwise than by       \
-                                                      these */                                                  \
+  LIST (derived, std::int32_t,    changed,         /* calls, islands; bodies that may belong to other lists     \
+                                                      than they are in */                                       \
         each_once(SheetId::bodies))                                                                             \
   VALUE(derived, std::size_t,     alive, 0)        /* calls */                                                  \
   VALUE(derived, std::int32_t,    asleep, 0)       /* calls, islands; sleeping bodies */                        \
-  VALUE(derived, bool,            lists_dirty, true) /* calls, islands: some body may take part otherwise */    \
-  VALUE(derived, bool,            all_changed, true) /* restore: `changed` does not tell who */
+  VALUE(derived, bool,            lists_dirty, true) /* calls, islands: some body may belong to another list */ \
+  VALUE(derived, bool,            all_changed, true) /* restore: `changed` does not list all */
 
 // Rows of shapes are indexed by ShapeId::index.
 #define SCREE_SHAPE_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                    \
@@ -268,7 +268,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
                                                       not dirty */                                              \
         each_once(SheetId::shapes))                                                                             \
   VALUE(derived, std::size_t,     alive, 0)        /* calls */                                                  \
-  VALUE(derived, bool,            trees_changed, true) /* restore: look at all shapes for who changed between   \
+  VALUE(derived, bool,            trees_changed, true) /* restore: look at all shapes for those that changed    \
                                                       trees */                                                  \
   VALUE(state,   bool,            wake_requested, false) /* calls: some shape has kShapeWakes; cleared by       \
                                                       wake_neighbors */                                         \
@@ -343,7 +343,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   OTHER(scratch, mutable Column<std::int32_t>, by_shape) /* contact_forces_of; contacts by shape ... */         \
   OTHER(scratch, mutable Column<std::int32_t>, by_shape_end) /* contact_forces_of; ... and where those of each end */\
   OTHER(scratch, mutable MadeOnce, by_shape_made)  /* contact_forces_of; forgotten by the step */               \
-  LIST (derived, std::int32_t,     touching)       /* collide, islands; contacts that an awake body takes       \
+  LIST (derived, std::int32_t,     active)         /* collide, islands; contacts that an awake body takes       \
                                                       part in, in the order of their pairs */                   \
   VALUE(state,   bool,             manifolds_stale, false) /* calls: mass centers, materials or local poses     \
                                                       have changed, so that no manifold can be recycled;        \
@@ -383,11 +383,11 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   LIST (state,   std::int32_t,     free_slots,     /* calls; taken from the back */                             \
         saved_in(SheetId::free_joints), each_once(SheetId::joints))                                             \
   LIST (derived, std::int32_t,     active)         /* refresh_joints; enabled joints of an awake body, ascending */ \
-  LIST (derived, std::int32_t,     changed,        /* calls, refresh_lists; who may be active otherwise than by \
-                                                      `active` */                                               \
+  LIST (derived, std::int32_t,     changed,        /* calls, refresh_lists; joints that may have to enter or    \
+                                                      leave `active` */                                         \
         each_once(SheetId::joints))                                                                             \
   VALUE(derived, std::size_t,      alive, 0)       /* calls */                                                  \
-  VALUE(derived, bool,             all_changed, true) /* restore, refresh_lists: `changed` does not tell who */
+  VALUE(derived, bool,             all_changed, true) /* restore, refresh_lists: `changed` does not list all */
 
 // Events of the last step, for the caller; all but `touching`, `resting`, `woken` and `lost` are of no
 // consequence to the next.
@@ -408,8 +408,8 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   LIST (scratch, ContactEnd,       ends, kEvent)    /* list_contact_events */                                   \
   LIST (scratch, BodyId,           restored, kEvent) /* quarantine_bodies */                                    \
   LIST (scratch, BodyId,           quarantined, kEvent) /* quarantine_bodies */                                 \
-  LIST (state,   SlotName,         woken,          /* calls, islands; who has woken since the last step's       \
-                                                      lists, in the order of waking */                          \
+  LIST (state,   SlotName,         woken,          /* calls, islands; bodies woken since the last step's lists, \
+                                                      in the order of waking */                                 \
         saved_in(SheetId::events_woken), each_once(SheetId::bodies),                                            \
         handle_of(SheetId::bodies, "names no body"))                                                            \
   LIST (scratch, BodyId,           sleep_begins, kEvent) /* list_body_events */                                 \

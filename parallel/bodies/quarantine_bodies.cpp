@@ -91,7 +91,7 @@ void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& f
     if (is_extreme(bodies.local_mass[body], reach_of(manifold, arm)))
       faults[static_cast<std::size_t>(body)] = Fault::extreme;
   };
-  for (const std::int32_t contact : data.contacts.touching) {
+  for (const std::int32_t contact : data.contacts.active) {
     const Manifold& manifold = data.contacts.now.manifold[contact];
     const std::int32_t a = manifold.row_a, b = manifold.row_b;
     judge(a, manifold, manifold.arm_a);

@@ -21,7 +21,9 @@ constexpr std::int32_t kMaxCells = 4096;  // at level 0: keys of the counting so
 
 constexpr std::int32_t kMaxCuts = 1024;  // of the longest extent
 constexpr int kMaxLevels = 16;
-constexpr float kMaxExtent = 1e30f;  // m; keeps the grid finite
+constexpr float kMaxExtent = 1e30f;       // m; keeps the grid finite
+constexpr float kMinExtent = 1e-3f;       // m; of bodies in one place: the inverse size of cells stays finite
+constexpr std::int32_t kPartsOfCell = 8;  // halving the cubes once more may make so many times the cells
 
 using Cell = std::array<std::int32_t, 3>;
 
@@ -83,8 +85,9 @@ Grid make_grid(const BoundsRow& bounds, std::size_t contacts) {
     grid.lower[axis] = bounds.lower[axis];
     extent[axis] = std::min(bounds.upper[axis] - bounds.lower[axis], kMaxExtent);
   }
-  const float longest = std::max({extent[0], extent[1], extent[2], 1e-3f});
-  const auto wanted = static_cast<std::int32_t>(std::min<std::size_t>(contacts / kCellRows, kMaxCells / 8));
+  const float longest = std::max({extent[0], extent[1], extent[2], kMinExtent});
+  const auto wanted =
+      static_cast<std::int32_t>(std::min<std::size_t>(contacts / kCellRows, kMaxCells / kPartsOfCell));
   grid.dimensions = {1, 1, 1};
   for (std::int32_t cuts = 2; grid.cells_at(0) < wanted && cuts <= kMaxCuts; cuts *= 2) {
     grid.inverse_size = static_cast<float>(cuts) / longest;

@@ -1,4 +1,4 @@
-// Colors constraints: gives every touching contact and active joint a color such that no two constraints of
+// Colors constraints: gives every active contact and active joint a color such that no two constraints of
 // one color share a dynamic body.
 //
 // A contact keeps its color while it touches, so that one new contact does not reshuffle the Gauss-Seidel
@@ -79,7 +79,7 @@ bool list_edge(Edge& edge, std::int32_t body_a, std::int32_t body_b, std::uint16
 
 bool list_contact(const WorldData& data, Edge& edge, std::int32_t place, bool same) {
   const ContactRows& contacts = data.contacts.now;
-  const std::int32_t row = data.contacts.touching[place];
+  const std::int32_t row = data.contacts.active[place];
   const Manifold& manifold = contacts.manifold[row];
   return list_edge(edge, manifold.row_a, manifold.row_b, static_cast<std::uint16_t>(manifold.info),
                    contacts.color[row], (manifold.info & kManifoldStatic) != 0, same);
@@ -102,12 +102,12 @@ bool list_joint(const WorldData& data, Edge& edge, std::int32_t place, bool same
                    fixed != simd::BodySide::none, same);
 }
 
-// Lists the touching contacts, then the active joints, as edges of a graph. Returns whether all of them are
+// Lists the active contacts, then the active joints, as edges of a graph. Returns whether all of them are
 // those of the last step, at the same places and with colors: then the colors stay valid, and the bodies'
 // masks need not be rebuilt. That would be a third of the time, and atomic operations on masks make two
 // threads slower than one.
 bool list_edges(const WorldData& data, Constraints& constraints, int begin, int end) {
-  const int contacts = static_cast<int>(data.contacts.touching.size());
+  const int contacts = static_cast<int>(data.contacts.active.size());
   bool same = true;
   for (int place = begin; place < end; ++place) {
     Edge& edge = constraints.edges[place];
@@ -193,7 +193,7 @@ void join_lists(Constraints& constraints, int parts) {
 // Enters the kept colors into the masks of all bodies and lists the contacts that need one.
 void keep_all_colors(const WorldData& data, Constraints& constraints, Crew& crew, int parts) {
   const int count = static_cast<int>(constraints.edges.size());
-  const int first_joint = static_cast<int>(data.contacts.touching.size());
+  const int first_joint = static_cast<int>(data.contacts.active.size());
   const bool shared = count >= kSharedContacts && crew.threads() > 1;
   clear_masks(data, constraints, crew, true);
   std::atomic<bool> sound{true};
@@ -218,7 +218,7 @@ void keep_all_colors(const WorldData& data, Constraints& constraints, Crew& crew
 
 void color_constraints(WorldData& data, Crew& crew) {
   Constraints& constraints = constraints_of(data);
-  const int contacts = static_cast<int>(data.contacts.touching.size());
+  const int contacts = static_cast<int>(data.contacts.active.size());
   const int count = contacts + static_cast<int>(data.joints.active.size());
   const int parts = (count + kPartRows - 1) / kPartRows;
   constraints.body_colors.resize(data.bodies.pose.size());
@@ -247,7 +247,7 @@ void color_constraints(WorldData& data, Crew& crew) {
   for (const std::int32_t i : constraints.uncolored) {
     const std::uint8_t color = constraints.edges[i].color;
     if (i < contacts) {
-      data.contacts.now.color[data.contacts.touching[i]] = color;
+      data.contacts.now.color[data.contacts.active[i]] = color;
     } else {
       data.joints.color[data.joints.active[i - contacts]] = color;
     }

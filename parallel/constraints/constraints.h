@@ -29,7 +29,7 @@ enum class EdgeKind : std::uint8_t {
   two_hubs,  // always overflows
 };
 
-// A touching contact or an active joint, as coloring and packing see it.
+// A active contact or an active joint, as coloring and packing see it.
 struct Edge {
   std::int32_t body_a;  // a body that cannot be pushed is A, even if it is the joint's b
   std::int32_t body_b;
@@ -99,7 +99,7 @@ struct JointBlockKindSet {
 
 // clang-format off
 #define SCREE_CONSTRAINT_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                               \
-  LIST (scratch, Edge,         edges)           /* color_constraints; by place in the touching list, then in    \
+  LIST (scratch, Edge,         edges)           /* color_constraints; by place in the list of active contacts, then in    \
                                                    that of joints */                                            \
   VALUE(scratch, bool,         is_colored, false) /* color_constraints: `edges` hold a whole coloring */        \
   LIST (scratch, BodyColors,   body_colors)     /* color_constraints; by body */                                \

@@ -1,4 +1,4 @@
-// Packs blocks: sorts the touching contacts and the active joints by color and block variant, lays out the
+// Packs blocks: sorts the active contacts and the active joints by color and block variant, lays out the
 // blocks, and groups constraints with hubs by hub.
 #include <parallel/constraints/level_overflow.h>
 #include <parallel/constraints/sort_constraints.h>
@@ -45,7 +45,7 @@ struct JointBlockKindNumbers {
 
 // The edges of joints come behind those of contacts.
 std::int32_t first_joint_of(const WorldData& data) {
-  return static_cast<std::int32_t>(data.contacts.touching.size());
+  return static_cast<std::int32_t>(data.contacts.active.size());
 }
 
 // Of the edges from `first` on.
@@ -86,7 +86,7 @@ class Layout {
  public:
   Layout(const WorldData& data, Constraints& constraints, const JointBlockKindNumbers& joint_block_kinds,
          const simd::Kernels& kernels)
-      : contacts{data.contacts.touching,     0,
+      : contacts{data.contacts.active,       0,
                  constraints.contact_keys,   constraints.contact_lanes,
                  constraints.contact_chunks, &ColorStage::contact_chunk_count},
         joints{data.joints.active,      first_joint_of(data),     constraints.joint_keys,
@@ -272,9 +272,9 @@ int list_places(const InColor& in_color_at, int (&places)[kColorPlaces]) {
 void pack_blocks(WorldData& data, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   const int lanes = crew.kernels().lanes;
-  const Column<std::int32_t>& touching = data.contacts.touching;
-  const Column<std::int32_t>& active = data.joints.active;
-  data.stats.joints = static_cast<std::int64_t>(active.size());
+  const Column<std::int32_t>& contacts = data.contacts.active;
+  const Column<std::int32_t>& joints = data.joints.active;
+  data.stats.joints = static_cast<std::int64_t>(joints.size());
   const std::int32_t first_joint = first_joint_of(data);
   find_joint_block_kinds(constraints, first_joint, crew);
   const JointBlockKindNumbers numbers(constraints.joint_block_kinds);
@@ -283,18 +283,18 @@ void pack_blocks(WorldData& data, Crew& crew) {
   joint_keys.kinds = numbers.count;
   constraints.keys.resize_discarding(constraints.edges.size());
   data.stats.contact_points =  // those that are only watched included
-      count_keys(constraints, 0, touching, kManifoldPointMask, contact_keys, crew,
+      count_keys(constraints, 0, contacts, kManifoldPointMask, contact_keys, crew,
                  [](const Edge& edge) { return contact_kind(edge); });
-  count_keys(constraints, first_joint, active, 0, joint_keys, crew,
+  count_keys(constraints, first_joint, joints, 0, joint_keys, crew,
              [&](const Edge& edge) { return int{numbers.number[edge.info]}; });
   // A body that is a hub because of its contacts may have a single joint, and the other way round.
   const std::int32_t hubs = most_hubs(contact_keys, joint_keys);
-  level_overflow(constraints, 0, touching.size(), lanes, contact_keys, crew);
-  level_overflow(constraints, first_joint, active.size(), lanes, joint_keys, crew);
+  level_overflow(constraints, 0, contacts.size(), lanes, contact_keys, crew);
+  level_overflow(constraints, first_joint, joints.size(), lanes, joint_keys, crew);
   place_keys(lanes, hubs, contact_keys);
   place_keys(lanes, hubs, joint_keys);
-  scatter_rows(constraints, 0, touching, contact_keys, constraints.contact_lanes, crew);
-  scatter_rows(constraints, first_joint, active, joint_keys, constraints.joint_lanes, crew);
+  scatter_rows(constraints, 0, contacts, contact_keys, constraints.contact_lanes, crew);
+  scatter_rows(constraints, first_joint, joints, joint_keys, constraints.joint_lanes, crew);
 
   const auto in_color_at = [&](int place) {
     return contact_keys.in_place[place] + joint_keys.in_place[place];
@@ -316,7 +316,7 @@ void pack_blocks(WorldData& data, Crew& crew) {
   }
   constraints.blocks.resize_discarding(layout.bytes());
   data.stats.colors = colors;
-  const auto rows = static_cast<double>(touching.size() + active.size());
+  const auto rows = static_cast<double>(contacts.size() + joints.size());
   data.stats.lane_fill =
       layout.used_blocks() == 0 ? 1.0 : rows / (static_cast<double>(layout.used_blocks()) * lanes);
 }

@@ -118,11 +118,14 @@ struct Core {
   float distance, tolerance;  // m
 };
 Core core_of(const Path& path, float radius, float distance) {
-  constexpr float kNearer =
-      0.9f;  // of the distance that a center comes nearer at most where its core overlaps
-  const float rounding = 1e-6f * (length(path.start) + length(path.motion));
+  // A core that overlaps at the start may come nearer by a tenth of its center's distance.
+  constexpr float kNearer = 0.9f;
+  // Newton's method ends within these shares of the slop, the radius and the distance.
+  constexpr float kSlopShare = 0.1f, kLengthShare = 0.02f;
+  constexpr float kRounding = 1e-6f;  // of the path's coordinates: about eight units in the last place
+  const float rounding = kRounding * (length(path.start) + length(path.motion));
   return {std::min(kCoreShare * radius, kNearer * distance),
-          std::min({0.1f * kLinearSlop, 0.02f * radius, 0.02f * distance}) + rounding};
+          std::min({kSlopShare * kLinearSlop, kLengthShare * radius, kLengthShare * distance}) + rounding};
 }
 
 // Where a path meets an obstacle, from 0 to 1 along it, and the direction out of the obstacle. Of meetings at
@@ -255,7 +258,9 @@ Motion motion_of(const DeltaRow& delta, Vec3 axis) {
   const Quat turn = to_quat(delta.rotation);
   const Vec3 about = dot({turn.x, turn.y, turn.z}, axis) * axis;
   const float size = dot(about, about) + turn.w * turn.w;
-  const Quat twist = size > 1e-12f ? normalize({about.x, about.y, about.z, turn.w}) : Quat{};
+  // Below it the turn is half a turn about an axis normal to this one, where no twist is defined.
+  constexpr float kLeastSize = 1e-12f;
+  const Quat twist = size > kLeastSize ? normalize({about.x, about.y, about.z, turn.w}) : Quat{};
   return {to_vec3(delta.position), shorter(turn * Quat{-twist.x, -twist.y, -twist.z, twist.w}),
           shorter(twist)};
 }

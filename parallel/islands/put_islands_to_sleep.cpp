@@ -89,7 +89,7 @@ bool list_tired(WorldData& data, Islands& islands, Crew& crew) {
 // Unites tired bodies that touch or are jointed, and marks the islands that a moving body touches.
 void find_islands(WorldData& data, Islands& islands, Crew& crew) {
   const Bodies& bodies = data.bodies;
-  const Column<std::int32_t>&touching = data.contacts.touching, &joints = data.joints.active;
+  const Column<std::int32_t>&contacts = data.contacts.active, &joints = data.joints.active;
   // The marks of fixed bodies are not read: their rows may lie in memory that has never been touched.
   const auto is_candidate = [&](std::int32_t body) {
     return bodies.type[body] == BodyType::dynamic && islands.tired[body] != 0;
@@ -106,9 +106,9 @@ void find_islands(WorldData& data, Islands& islands, Crew& crew) {
     if (a && !b && keeps_awake(ends.b)) mark(islands.kept_awake, find_root(islands.parent, ends.a));
     if (b && !a && keeps_awake(ends.a)) mark(islands.kept_awake, find_root(islands.parent, ends.b));
   };
-  for_each(crew, touching.size(), [&](std::int32_t i) { join(contact_ends(data, touching[i])); });
+  for_each(crew, contacts.size(), [&](std::int32_t i) { join(contact_ends(data, contacts[i])); });
   for_each(crew, joints.size(), [&](std::int32_t i) { join(joint_ends(data, joints[i])); });
-  for_each(crew, touching.size(), [&](std::int32_t i) { keep_awake(contact_ends(data, touching[i])); });
+  for_each(crew, contacts.size(), [&](std::int32_t i) { keep_awake(contact_ends(data, contacts[i])); });
   for_each(crew, joints.size(), [&](std::int32_t i) { keep_awake(joint_ends(data, joints[i])); });
 }
 
@@ -157,12 +157,12 @@ void put_found_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
 
 // Removes the contacts that have nothing left to solve from the list.
 void drop_resting_contacts(WorldData& data, Islands& islands, Crew& crew) {
-  Column<std::int32_t>& touching = data.contacts.touching;
-  const auto contact_of = [&](std::int32_t i) { return touching[i]; };
+  Column<std::int32_t>& contacts = data.contacts.active;
+  const auto contact_of = [&](std::int32_t i) { return contacts[i]; };
   list_where(
-      crew, touching.size(), islands.places, islands.remaining,
+      crew, contacts.size(), islands.places, islands.remaining,
       [&](std::int32_t i) { return takes_part(data, contact_ends(data, contact_of(i))); }, contact_of);
-  touching.swap(islands.remaining);
+  contacts.swap(islands.remaining);
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ void refresh_lists(WorldData& data, Crew& crew) {
   if (!bodies.lists_dirty && shapes.changed.empty()) return;
   // Contacts of bodies that fall asleep leave the list of contacts that steps write to. Bodies and shapes
   // were marked when they changed.
-  for (const std::int32_t contact : data.contacts.touching) data.contacts.marks.mark(contact);
+  for (const std::int32_t contact : data.contacts.active) data.contacts.marks.mark(contact);
   BroadPhase& broad_phase = broad_phase_of(data);
   Column<std::int32_t>& places = islands_of(data).places;
   // Updating is serial, and costs more for each row than rebuilding does.

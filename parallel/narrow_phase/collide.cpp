@@ -1,9 +1,9 @@
 // Narrow phase: candidate pairs -> contacts. Writes contacts.now, the contacts and axes of the pairs, and
-// contacts.touching. Read by the island phases, color_constraints and pack_blocks.
+// contacts.active. Read by the island phases, color_constraints and pack_blocks.
 //
 // Groups pairs by the types of their shapes, and by whether they are contacts already, with a counting sort.
 // Each group runs through its kernel in chunks. Contacts are updated in their rows; new ones take free rows,
-// a round at a time, so that few more rows than contacts are needed. Then lists the touching ones. Every pass
+// a round at a time, so that few more rows than contacts are needed. Then lists the active ones. Every pass
 // runs in parallel over fixed chunks, and nothing depends on their order.
 //
 // A contact's row is 250 bytes, a pair's 28, and most pairs do not touch.
@@ -325,7 +325,7 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
     PairOutcome outcome{};
     judge_contacts(
-        contacts, phase, begin, end, [&](std::int32_t) { ++outcome.touching; }, [&] { ++outcome.resting; },
+        contacts, phase, begin, end, [&](std::int32_t) { ++outcome.active; }, [&] { ++outcome.resting; },
         [&](std::int32_t) { ++outcome.lost; });
     phase.outcomes[begin / kPairChunk] = outcome;
   });
@@ -334,18 +334,18 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   const std::size_t free = contacts.free_rows.size();
   all.lost = static_cast<std::int32_t>(free);
   for (PairOutcome& outcome : phase.outcomes) {
-    place(outcome.touching, all.touching);
+    place(outcome.active, all.active);
     place(outcome.lost, all.lost);
     all.resting += outcome.resting;
   }
-  contacts.touching.resize_discarding(all.touching);
+  contacts.active.resize_discarding(all.active);
   contacts.free_rows.resize_for_overwrite(all.lost);
-  data.stats.contacts = std::int64_t{all.touching} + all.resting + contacts.resting_contacts;
+  data.stats.contacts = std::int64_t{all.active} + all.resting + contacts.resting_contacts;
   crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
     PairOutcome to = phase.outcomes[begin / kPairChunk];
     judge_contacts(
-        contacts, phase, begin, end,
-        [&](std::int32_t contact) { contacts.touching[to.touching++] = contact; }, [] {},
+        contacts, phase, begin, end, [&](std::int32_t contact) { contacts.active[to.active++] = contact; },
+        [] {},
         [&](std::int32_t pair) {
           contacts.free_rows[to.lost++] = std::exchange(contacts.pairs.contact[pair], -1);
         });

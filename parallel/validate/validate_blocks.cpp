@@ -16,9 +16,9 @@ const Constraints& constraints_of(const WorldData& data) {
 
 // A contact or joint and where it is listed agree with the edge.
 void validate_edge(const WorldData& data, const Edge& edge, std::size_t place) {
-  const std::size_t contacts = data.contacts.touching.size();
+  const std::size_t contacts = data.contacts.active.size();
   if (place < contacts) {
-    const std::int32_t row = data.contacts.touching[place];
+    const std::int32_t row = data.contacts.active[place];
     const Manifold& manifold = data.contacts.now.manifold[row];
     SCREE_ASSERT(edge.body_a == manifold.row_a && edge.body_b == manifold.row_b);
     SCREE_ASSERT(edge.color == data.contacts.now.color[row]);
@@ -83,7 +83,7 @@ void validate_places(const Constraints& constraints, const simd::Kernels& kernel
   SCREE_ASSERT(offset == constraints.blocks.size());
 }
 
-// Who has written to a body last: the chunk's number, and whether as its hub.
+// The number of the chunk that last wrote to each body.
 class Writers {
  public:
   explicit Writers(std::size_t bodies) : last_(memory()) { last_.assign(bodies, -1); }
@@ -168,7 +168,7 @@ void validate_colors(const WorldData& data) {
   thread_local Column<BodyColors> bodies;
   bodies.resize_discarding(data.bodies.flags.size());
   for (BodyColors& colors : bodies) colors = {};
-  SCREE_ASSERT(constraints.edges.size() == data.contacts.touching.size() + data.joints.active.size());
+  SCREE_ASSERT(constraints.edges.size() == data.contacts.active.size() + data.joints.active.size());
   for (std::size_t place = 0; place < constraints.edges.size(); ++place) {
     const Edge& edge = constraints.edges[place];
     validate_edge(data, edge, place);
@@ -187,7 +187,7 @@ void validate_blocks(const WorldData& data, const Crew& crew) {
   if (!is_validated(data)) return;
   const Constraints& constraints = constraints_of(data);
   const int lanes = crew.kernels().lanes;
-  validate_lanes({data.contacts.touching, constraints.contact_lanes, constraints.contact_chunks,
+  validate_lanes({data.contacts.active, constraints.contact_lanes, constraints.contact_chunks,
                   data.contacts.now.pair.size()},
                  lanes);
   validate_lanes(

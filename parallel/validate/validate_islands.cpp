@@ -29,12 +29,12 @@ void validate_bodies_of(const WorldData& data, const ShapePair& pair, const Mani
   SCREE_ASSERT(((manifold.info & kManifoldStatic) != 0) == (type != BodyType::dynamic));
 }
 
-void validate_touching(const WorldData& data) {
+void validate_active_contacts(const WorldData& data) {
   const Contacts& contacts = data.contacts;
-  SCREE_ASSERT(ascends(contacts.touching, [&](std::int32_t x, std::int32_t y) {
+  SCREE_ASSERT(ascends(contacts.active, [&](std::int32_t x, std::int32_t y) {
     return comes_before(contacts.now.pair[x], contacts.now.pair[y]);
   }));
-  for (const std::int32_t contact : contacts.touching) {
+  for (const std::int32_t contact : contacts.active) {
     SCREE_ASSERT(contacts.now.points[contact] > 0);
     validate_bodies_of(data, contacts.now.pair[contact], contacts.now.manifold[contact]);
   }
@@ -60,17 +60,17 @@ void validate_contacts(const WorldData& data) {
   for (const ShapePair& pair : contacts.pairs.pair) {
     SCREE_ASSERT((data.shapes.flags[pair.a] & data.shapes.flags[pair.b] & kShapeAlive) != 0);
   }
-  validate_touching(data);
+  validate_active_contacts(data);
   SCREE_ASSERT(contacts.forces.empty() || contacts.forces.size() == contacts.now.pair.size());
 }
 
 void validate_islands(const WorldData& data) {
   if (!is_validated(data)) return;
   const Contacts& contacts = data.contacts;
-  validate_touching(data);
+  validate_active_contacts(data);
   if (data.settings.sleeping) {
     std::size_t parts = 0;
-    for (const std::int32_t contact : contacts.touching) {
+    for (const std::int32_t contact : contacts.active) {
       const ShapePair pair = contacts.now.pair[contact];
       SCREE_ASSERT(pair_takes_part(data, pair));
       SCREE_ASSERT(!is_asleep(data.bodies, data.shapes.body[pair.a]) &&

@@ -1,4 +1,4 @@
-// Validation of the lists of who takes part; see validate_stages.h.
+// Validation of the lists of bodies, shapes and joints that take part; see validate_stages.h.
 #ifdef SCREE_ASSERTIONS
 
 #include <core/constraints/joint_parameters.h>
@@ -11,8 +11,8 @@ namespace scree {
 
 namespace {
 
-// The list ascends, and names a row exactly if `belongs` holds for it, but where `may_differ` does: there the
-// list will be told.
+// The list ascends, and names a row exactly if `belongs` holds for it. Rows for which `may_differ` holds are
+// excepted: there the list will change.
 template <class Belongs, class MayDiffer>
 void validate_list(const Column<std::int32_t>& list, std::size_t rows, Belongs&& belongs,
                    MayDiffer&& may_differ) {

@@ -42,7 +42,7 @@ void validate_impulses(const WorldData& data) {
     }
     SCREE_ASSERT(data.bodies.inertia[row].inverse_mass == 0.0f);
   }
-  for (const std::int32_t contact : data.contacts.touching) {
+  for (const std::int32_t contact : data.contacts.active) {
     const Manifold& manifold = data.contacts.now.manifold[contact];
     for (int k = 0; k < kMaxManifoldPoints; ++k) {
       SCREE_ASSERT(!(manifold.normal_impulse[k] < 0.0f));  // but it may be no number: see quarantine_bodies

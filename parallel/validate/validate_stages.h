@@ -9,7 +9,7 @@ namespace scree {
 
 #ifdef SCREE_ASSERTIONS
 
-// Lists of who takes part ascend and name exactly those who do, or will be told who has changed since.
+// Lists of bodies and joints that take part ascend and are exact, or `changed` lists what differs.
 void validate_members(const WorldData& data);
 // Each shape is in the tree that it belongs to, and the boxes of its tree hold its bounds. Pairs rest where
 // both shapes stand in frozen trees.

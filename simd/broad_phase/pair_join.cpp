@@ -222,13 +222,13 @@ void gather_leaf(const RefitTask& task, int block) {
     F lower[3], upper[3], radius, padding;
     load_rows(rows, 8, index, lower[0], lower[1], lower[2], radius);
     load_rows(rows + 4, 8, index, upper[0], upper[1], upper[2], padding);
-    const M nobody = load_unaligned(order) < I(0);
+    const M is_empty = load_unaligned(order) < I(0);
     store(&leaf.shape[lane], load_unaligned(order));
     store(&leaf.radius[lane], radius);
     for (int axis = 0; axis < 3; ++axis) {
       store(&leaf.center[axis][lane], (lower[axis] + upper[axis]) * F(0.5f));
-      store(&leaf.bounds[axis][lane], select(nobody, F(kLargestFloat), lower[axis]));
-      store(&leaf.bounds[axis + 3][lane], select(nobody, F(-kLargestFloat), upper[axis]));
+      store(&leaf.bounds[axis][lane], select(is_empty, F(kLargestFloat), lower[axis]));
+      store(&leaf.bounds[axis + 3][lane], select(is_empty, F(-kLargestFloat), upper[axis]));
     }
   }
 }

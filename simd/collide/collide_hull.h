@@ -223,7 +223,8 @@ inline constexpr std::uint32_t kLostNumber = 1023;  // of the substitute where c
 // depth differs by less than the axis tolerance. The first of equal candidates wins, so that they do not
 // alternate while a hull at rest jitters.
 inline constexpr float kTieShare = 1e-3f;
-// Where the other hull's face is this steep, the deciding face's corners cannot be told from its edges.
+// Where the other hull's face is this steep, the deciding face's corners cannot be distinguished from its
+// edges.
 inline constexpr float kSteepFace = 1e-3f;
 
 // Gathers pairs of faces with few corners until they fill the lanes. Clipping with lane = pair takes a third

@@ -231,7 +231,7 @@ bool impulses_are_finite(const World& world) {
   const auto all = [](std::span<const float> values) {
     return std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); });
   };
-  return std::all_of(contacts.touching.begin(), contacts.touching.end(), [&](std::int32_t touching) {
+  return std::all_of(contacts.active.begin(), contacts.active.end(), [&](std::int32_t touching) {
     const auto row = static_cast<std::size_t>(touching);
     const Manifold& m = contacts.now.manifold[row];
     const bool rich = (m.info & kManifoldRich) != 0;
@@ -260,8 +260,8 @@ struct Stack {
 std::uint64_t make_impulse_non_finite(Stack stack, std::size_t contact, ImpulsePart part, float value) {
   Lab& lab = stack.lab;
   Contacts& contacts = internals(lab.world).contacts;
-  EXPECT_EQ(contacts.touching.size(), 2u);
-  const auto row = static_cast<std::size_t>(contacts.touching[contact]);
+  EXPECT_EQ(contacts.active.size(), 2u);
+  const auto row = static_cast<std::size_t>(contacts.active[contact]);
   std::vector<Eigen::Vector3d> places;
   for (const BodyId body : stack.bodies) places.push_back(lab.position(body));
   *part(contacts.now.manifold[row], contacts.now.surface[row]) = value;

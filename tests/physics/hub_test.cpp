@@ -56,7 +56,7 @@ TEST(Hub, TheImpulsesOfTheLoadSumToItsWeight) {
   for (std::size_t i = 1; i < bodies.size(); ++i) weight += lab.mass(bodies[i]) * kGravity;
   const WorldData& data = internals(lab.world);
   double impulse = 0.0;
-  for (const std::int32_t touching : data.contacts.touching) {
+  for (const std::int32_t touching : data.contacts.active) {
     const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(touching)];
     const auto plate = static_cast<std::int32_t>(bodies[0].index);
     if (manifold.row_a != plate && (manifold.row_b != plate || (manifold.info & kManifoldStatic) != 0))
@@ -142,7 +142,7 @@ TEST(Hub, ASlabOnHundredsOfTilesSlidesAndStopsAsOnAFloor) {
     EXPECT_NEAR(lab.velocity(slab).x(), speed, 0.03) << "step " << i;
     double carried = 0.0;
     const WorldData& data = internals(lab.world);
-    for (const std::int32_t row : data.contacts.touching) {
+    for (const std::int32_t row : data.contacts.active) {
       const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(row)];
       for (const float impulse : manifold.normal_impulse) carried += static_cast<double>(impulse);
     }

@@ -36,7 +36,7 @@ struct Overlapping {
   }
   bool collide() {
     const WorldData& data = internals(lab.world);
-    return std::any_of(data.contacts.touching.begin(), data.contacts.touching.end(), [&](std::int32_t row) {
+    return std::any_of(data.contacts.active.begin(), data.contacts.active.end(), [&](std::int32_t row) {
       const Manifold& m = data.contacts.now.manifold[static_cast<std::size_t>(row)];
       const std::set<std::uint32_t> bodies{static_cast<std::uint32_t>(m.row_a),
                                            static_cast<std::uint32_t>(m.row_b)};
@@ -379,7 +379,7 @@ TEST(JointColoring, NoColorSharesADynamicBody) {
     const Edge& edge = constraints.edges[i];
     if (edge.color == kOverflowColor || edge.kind == EdgeKind::hub_a || edge.kind == EdgeKind::hub_b)
       continue;
-    joints += i >= data.contacts.touching.size() ? 1 : 0;
+    joints += i >= data.contacts.active.size() ? 1 : 0;
     const int color = edge.kind == EdgeKind::pushed_b ? 100 + edge.color : edge.color;
     EXPECT_TRUE(taken.insert({color, edge.body_b}).second) << "color " << color << ", body " << edge.body_b;
     if (edge.kind != EdgeKind::pushed_b) {

@@ -62,8 +62,8 @@ TEST(Kapla, CrossedTiltedPlanksTouchByTheirFaces) {
             Box{{half.z, half.y, half.x}});
     lab.run(1, 0.0f);
     const Contacts& contacts = internals(lab.world).contacts;
-    ASSERT_EQ(contacts.touching.size(), 1u) << i;
-    const Manifold& manifold = contacts.now.manifold[static_cast<std::size_t>(contacts.touching[0])];
+    ASSERT_EQ(contacts.active.size(), 1u) << i;
+    const Manifold& manifold = contacts.now.manifold[static_cast<std::size_t>(contacts.active[0])];
     EXPECT_GE(manifold.info & kManifoldPointMask, 2u) << i;
   }
 }

@@ -118,7 +118,7 @@ struct SixDegreeJoint {
 /// the suspension's spring are those at which body a bounces on it over a wheel that stands.
 struct WheelJoint {
   JointAxis suspension{.drive = Drive::spring, .hertz = 2.0f, .damping_ratio = 0.7f};  ///< m
-  JointAxis steering{.lower = 0.0f, .upper = 0.0f};  ///< limits within +-pi/2; held straight unless told
+  JointAxis steering{.lower = 0.0f, .upper = 0.0f};  ///< limits within +-pi/2; held straight unless set
   JointAxis spin{};                                  ///< rad/s only: a motor or nothing, no limits
 
   friend bool operator==(const WheelJoint&, const WheelJoint&) = default;

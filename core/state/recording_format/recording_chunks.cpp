@@ -32,7 +32,7 @@ void write_chunk_head(const ChunkHead& head, ByteWriter& writer) {
   writer.put(hash_of_bytes(writer.bytes().subspan(begin)));
 }
 
-// How many bytes must be stored of so much content.
+// The least number of bytes that must be stored for content of this size.
 std::uint64_t least_stored(ChunkKind kind, std::uint64_t content) {
   const Expansion most = most_expansion(kind);
   return content > most.free ? (content - most.free + most.times - 1) / most.times : 0;

@@ -3,7 +3,7 @@
 //
 // Code that writes to a state column marks the row. What moves is not marked in each step: saving looks at
 // the lists of what moves, and what leaves one of these is marked then. So steps pay nothing, but code that
-// takes rows out of Bodies::awake and kinematic, Shapes::moving, Joints::active or Contacts::touching must
+// takes rows out of Bodies::awake and kinematic, Shapes::moving, Joints::active or Contacts::active must
 // have marked them. No row is marked by two threads at a time.
 #pragma once
 

@@ -85,7 +85,7 @@ void derive_contacts(WorldData& data) {
   contacts.resting_order_made.forget();
 }
 
-// The links back, the frames and who is told nothing.
+// The links back and the frames of joints.
 void derive_joints(WorldData& data) {
   Joints& joints = data.joints;
   for (std::size_t row = 0; row < joints.flags.size(); ++row) {

@@ -71,7 +71,7 @@ void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& ref
           "motion", "is out of range");
   const std::uint32_t jointed = bodies.first_joint[row] != -1 ? std::uint32_t{kMotionJointed} : 0u;
   require((motion.flags & ~std::uint32_t{kMotionGyroscopic}) == ((dynamic ? locks : 0u) | jointed), "motion",
-          "has other locks than the body, or tells of other joints");
+          "has other locks than the body, or the wrong flag for joints");
   const InertiaRow& inverse = bodies.local_mass[row];
   require(dynamic ? is_finite_row(inverse) && inverse.inverse_mass > 0.0f : is_zero_row(inverse),
           "local_mass", "is not that of such a body");

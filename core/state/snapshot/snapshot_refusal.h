@@ -122,7 +122,7 @@ void check_free_slots(const Store& store, std::size_t first, const char* name, c
   refusal.require(store.free_slots.size() == free, name, "free_slots", 0, "some free slot is not listed");
 }
 
-// The rules of the state table: numbers of rows, then the rows themselves, but for those of contacts, which
+// The rules of the state table: numbers of rows, then the rows themselves, except those of contacts, which
 // have none. The values of a snapshot throw Error, which names the call.
 void check_counts(const PackedColumns& packed, std::size_t hulls, const SavedColumns& saved,
                   const Refusal& refusal);

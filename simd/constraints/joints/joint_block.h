@@ -65,12 +65,12 @@ inline S3 anchor_response(const JointBodyLanes& bodies, V3 arm_a, V3 arm_b) {
   return k;
 }
 
-// That of the bodies' turning against each other to torques alone.
+// Response of the bodies' relative angular velocity to torques alone.
 inline S3 turn_response(const JointBodyLanes& bodies) {
   return bodies.mass_a.inverse_inertia + bodies.mass_b.inverse_inertia;
 }
 
-// What is left of pivots by rounding is none: the body is locked, or nothing can be told about it.
+// A pivot of the size of its rounding error counts as zero: the body is locked, or the row depends on others.
 inline F invert_pivot(F pivot, F diagonal) {
   return select(pivot > F(kLeastPivot) * diagonal, F(1.0f) / pivot, F(0.0f));
 }
@@ -331,8 +331,9 @@ inline F solve_limit(const JointArgs& args, Course course, Axis& axis, F coordin
   const M apart = (separation > zero) & !equal;
   const M stiff = (held.bias_rate == F(args.stiff.bias_rate)) |
                   (held.bias_rate == F(args.stiff_shared.bias_rate)) | (held.bias_rate == zero);
-  // What is stiff goes back at a bounded speed; a spring pulls as it should, but for a single end of a
-  // circle, which is come to from behind, too, and would give what it never took.
+  // What is stiff goes back at a bounded speed; a spring pulls as it should. The exception is a
+  // single end of a circle: it can be reached from behind, where the spring would release energy that it
+  // never stored.
   const F bounded(args.push_speed);
   F push = select(stiff, bounded, F(__builtin_inff()));
   if (course == Course::circle) {

@@ -2,6 +2,11 @@
 //
 // Rows are stated at the poses at the step's beginning moved by the deltas, at JointArgs::elapsed, of whole
 // bodies: that a solver divides a body among its joints is its own affair, see joint_shares.h.
+//
+// Two differences from kernels remain within a step. Kernels follow the turns of gears and pinions substep by
+// substep; a statement has the deltas only, and takes a turn of more than half a circle since the step's
+// beginning for the shorter one. Kernels take the response for which the suspension of a wheel means its
+// hertz at the step's beginning, a statement at the present inertia.
 #pragma once
 
 #include <simd/constraints/joints/joint_measure.h>

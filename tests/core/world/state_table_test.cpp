@@ -24,7 +24,7 @@ TEST(StateTable, NamesEveryColumnOnce) {
   for (const char* name :
        {"bodies.pose", "bodies.free_slots", "bodies.awake", "shapes.fat_bounds", "shapes.dirty",
         "contacts.pairs.pair", "contacts.resting.pair", "contacts.pairs_before.pair", "contacts.now.manifold",
-        "contacts.free_rows", "contacts.touching"}) {
+        "contacts.free_rows", "contacts.active"}) {
     EXPECT_EQ(names.count(name), 1u) << name;
   }
 }

@@ -46,7 +46,7 @@ TEST(Quarantine, ABodyThatBecomesNonFiniteInAHeapStaysAndTheOthersGoOn) {
   // Two bodies pressed against each other.
   const Contacts& contacts = internals(lab.world).contacts;
   BodyId faulty;
-  for (const std::int32_t row : contacts.touching) {
+  for (const std::int32_t row : contacts.active) {
     const Manifold& manifold = contacts.now.manifold[static_cast<std::size_t>(row)];
     if ((manifold.info & kManifoldStatic) == 0 && manifold.normal_impulse[0] > 0.0f) {
       faulty = lab.world.body_at(static_cast<std::uint32_t>(manifold.row_b));
@@ -246,12 +246,11 @@ TEST(Quarantine, TakesAllBodiesThatBecameNonFiniteTogetherIfNoneDidAlone) {
   lab.run(60);
   // The first stack becomes non-finite by a contact's impulse, the second by the top box's own motion.
   Contacts& contacts = internals(lab.world).contacts;
-  const auto of_first =
-      std::find_if(contacts.touching.begin(), contacts.touching.end(), [&](std::int32_t row) {
-        return contacts.now.manifold[static_cast<std::size_t>(row)].row_b ==
-               static_cast<std::int32_t>(boxes[0].index);
-      });
-  ASSERT_NE(of_first, contacts.touching.end());
+  const auto of_first = std::find_if(contacts.active.begin(), contacts.active.end(), [&](std::int32_t row) {
+    return contacts.now.manifold[static_cast<std::size_t>(row)].row_b ==
+           static_cast<std::int32_t>(boxes[0].index);
+  });
+  ASSERT_NE(of_first, contacts.active.end());
   contacts.now.manifold[static_cast<std::size_t>(*of_first)].normal_impulse[0] = kNan;
   internals(lab.world).bodies.velocity[boxes[5].index].angular[2] = kInfinity;
   lab.run(1);

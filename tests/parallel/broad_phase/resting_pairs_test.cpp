@@ -336,7 +336,7 @@ std::set<BodyId> island_of(World& world, BodyId body) {
 
 std::vector<std::uint64_t> listed_contacts(const WorldData& data) {
   std::vector<std::uint64_t> keys;
-  for (const std::int32_t contact : data.contacts.touching)
+  for (const std::int32_t contact : data.contacts.active)
     keys.push_back(key_of(data.contacts.now.pair[at(contact)]));
   return keys;
 }

@@ -31,7 +31,7 @@ struct Graph {
     manifold.row_b = kFirstBody + b;
     manifold.info = points | (a < 0 ? kManifoldStatic : 0u);
     data.contacts.now.color[row] = kNoColor;
-    data.contacts.touching.push_back(static_cast<std::int32_t>(row));
+    data.contacts.active.push_back(static_cast<std::int32_t>(row));
   }
   // Either may be fixed, but not both.
   void join(int a, int b, JointType type = JointType::ball) {
@@ -116,8 +116,8 @@ void expect_sound(const WorldData& data) {
                   part(constraints.contact_chunks, stage.first_contact_chunk, stage.contact_chunk_count),
                   constraints.contact_lanes, written, contacts, bodies_of);
   }
-  EXPECT_EQ(contacts.size(), data.contacts.touching.size());
-  for (const std::int32_t row : data.contacts.touching) EXPECT_EQ(contacts.count(row), 1u);
+  EXPECT_EQ(contacts.size(), data.contacts.active.size());
+  for (const std::int32_t row : data.contacts.active) EXPECT_EQ(contacts.count(row), 1u);
   EXPECT_EQ(joints.size(), data.joints.active.size());
   for (const std::int32_t joint : data.joints.active) EXPECT_EQ(joints.count(joint), 1u);
 }
@@ -258,7 +258,7 @@ TEST(Coloring, UncoloredConstraintsOfABodyAreSolvedInListOrder) {
     graph.color(crew);
     const Constraints& constraints = constraints_of(graph.data);
     std::map<std::int32_t, int> last;  // by body: place of its last contact, kind by kind
-    const auto rows = static_cast<int>(graph.data.contacts.touching.size());
+    const auto rows = static_cast<int>(graph.data.contacts.active.size());
     int solved = 0;
     for (const simd::ConstraintChunk& chunk : constraints.contact_chunks) {
       for (int lane = 0; lane < chunk.lanes; ++lane, ++solved) {
@@ -283,7 +283,7 @@ TEST(Coloring, ABodyThatCeasesToBeAHubIsColoredAnew) {
   graph.color(crew);
   expect_sound(graph.data);
   EXPECT_EQ(graph.data.stats.colors, 1);
-  graph.data.contacts.touching.drop_back(1);
+  graph.data.contacts.active.drop_back(1);
   graph.color(crew);
   expect_sound(graph.data);
   EXPECT_EQ(graph.data.stats.colors, kHubDegree);
@@ -316,7 +316,7 @@ TEST(Coloring, ManyContactsGetTheSameColorsFromEveryThreadCount) {
     Workers workers(threads);
     Crew crew(workers);
     Graph graph = make_lattice(3);
-    ASSERT_GT(graph.data.contacts.touching.size(), 100000u);
+    ASSERT_GT(graph.data.contacts.active.size(), 100000u);
     graph.color(crew);
     expect_sound(graph.data);
     EXPECT_LE(count_overflow(graph), 28) << "pairs of hubs only";
@@ -385,7 +385,7 @@ TEST(Coloring, PersistsInAMovingWorld) {
     WorldData& data = internals(lab.world);
     expect_sound(data);
     std::map<std::pair<std::int32_t, std::int32_t>, std::uint8_t> now;
-    for (const std::int32_t touching : data.contacts.touching) {
+    for (const std::int32_t touching : data.contacts.active) {
       const auto row = static_cast<std::size_t>(touching);
       const ShapePair pair = data.contacts.now.pair[row];
       now[{pair.a, pair.b}] = data.contacts.now.color[row];

@@ -90,7 +90,7 @@ std::vector<Vec3> cube_points(float half) {
 
 float deepest(const WorldData& data) {
   float least = 0.0f;
-  for (const std::int32_t row : data.contacts.touching) {
+  for (const std::int32_t row : data.contacts.active) {
     const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(row)];
     for (std::uint32_t k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
       least = std::min(least, manifold.separation[k]);
@@ -144,7 +144,7 @@ TEST(CollideHulls, PointsFollowAShapeFarFromItsCenterOfMass) {
       const float foot = 5.0f * 2.0f * world.pose(body).rotation.z;
       step(world, 1.0f / 60.0f, workers);
       const Contacts& contacts = internals(world).contacts;
-      for (const std::int32_t row : contacts.touching) {
+      for (const std::int32_t row : contacts.active) {
         const Manifold& manifold = contacts.now.manifold[static_cast<std::size_t>(row)];
         ++touching;
         EXPECT_NEAR(manifold.arm_b[0], foot, 0.21f + 0.03f) << "step " << k;

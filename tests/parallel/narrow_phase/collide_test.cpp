@@ -72,7 +72,7 @@ struct Scene {
   // The pairs that are listed as touching, in the order of the list.
   std::vector<std::int32_t> touching() const {
     std::vector<std::int32_t> rows;
-    for (const std::int32_t contact : data.contacts.touching) {
+    for (const std::int32_t contact : data.contacts.active) {
       const Column<std::int32_t>& all = data.contacts.pairs.contact;
       rows.push_back(static_cast<std::int32_t>(std::find(all.begin(), all.end(), contact) - all.begin()));
     }
@@ -182,7 +182,7 @@ TEST(Collide, EveryRowIsAContactOrFree) {
     scene.set_pairs(list);
     scene.step();
     const Contacts& contacts = scene.data.contacts;
-    ASSERT_EQ(contacts.touching.size(), expected.size());
+    ASSERT_EQ(contacts.active.size(), expected.size());
     std::vector<int> users(contacts.now.pair.size());
     for (const std::int32_t row : contacts.free_rows) {
       ++users[static_cast<std::size_t>(row)];
@@ -191,7 +191,7 @@ TEST(Collide, EveryRowIsAContactOrFree) {
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const auto row = static_cast<std::size_t>(expected[i]);
       ASSERT_TRUE(scene.touches(row));
-      ASSERT_EQ(contacts.touching[i], contacts.pairs.contact[row]);
+      ASSERT_EQ(contacts.active[i], contacts.pairs.contact[row]);
       ++users[scene.contact(row)];
       ASSERT_EQ(contacts.now.pair[scene.contact(row)].a, list[row].a);
       ASSERT_EQ(contacts.now.points[scene.contact(row)], scene.manifold(row).info & kManifoldPointMask);
@@ -300,7 +300,7 @@ TEST(Collide, ASteadyStepKeepsItsMemory) {
   scene.set_pairs(pairs);
   scene.step();
   const auto places = [&] {
-    std::vector<const void*> result{scene.data.contacts.touching.data()};
+    std::vector<const void*> result{scene.data.contacts.active.data()};
     scene.data.narrow_phase->report(
         "narrow_phase", [&](const Member&, const void* rows, std::size_t, std::size_t, std::size_t) {
           result.push_back(rows);

@@ -40,7 +40,7 @@ Figures simulate(const Build& build, int steps, bool plain) {
     }
     figures.residual += lab.world.stats().residual / steps;
     const Contacts& contacts = internals(lab.world).contacts;
-    for (const std::int32_t row : contacts.touching) {
+    for (const std::int32_t row : contacts.active) {
       const auto& separation = contacts.now.manifold[static_cast<std::size_t>(row)].separation;
       const float least = *std::min_element(std::begin(separation), std::end(separation));
       depths.push_back(std::max(0.0, -static_cast<double>(least)));

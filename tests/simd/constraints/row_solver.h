@@ -86,7 +86,7 @@ class RowSolver {
   // Impulses begin with those that the rows state, times `scale`.
   RowSolver(const ConstraintRows& rows, const InertiaRow& a, const InertiaRow& b,
             const StepConstants& constants, double scale)
-      : constants_(constants) {
+      : constants_(constants), inertia_a_(a), inertia_b_(b) {
     for (std::size_t slot = 0; slot < kMaxConstraintRows; ++slot) {
       const ConstraintRow& said = rows.row[slot];
       const Twelve j = jacobian(said);
@@ -100,6 +100,21 @@ class RowSolver {
   void warm_start() {
     for (const Solved& row : rows_) {
       if (row.said.kind != kRowNone) push(row, row.impulse);
+    }
+  }
+
+  // What a substep after the first one adds to velocities: the impulses so far acted along the rows at the
+  // poses before the last move, `before`, and are to act along those after it, `after`.
+  void turn_inherited(const ConstraintRows& before, const ConstraintRows& after) {
+    for (std::size_t slot = 0; slot < kMaxConstraintRows; ++slot) {
+      const ConstraintRow &old = before.row[slot], &now = after.row[slot];
+      if (old.kind == kRowNone) continue;
+      const Twelve from = jacobian(old), to = jacobian(now);
+      Twelve change{};
+      for (std::size_t i = 0; i < 12; ++i)
+        change[i] = to[i] * double{now.impulse} - from[i] * double{old.impulse};
+      const Twelve turned = respond(inertia_a_, inertia_b_, change);
+      for (std::size_t i = 0; i < 12; ++i) v[i] += turned[i];
     }
   }
 
@@ -333,6 +348,7 @@ class RowSolver {
 
   std::vector<Solved> rows_;
   StepConstants constants_;
+  InertiaRow inertia_a_, inertia_b_;
   Pass pass_ = Pass::solve;
   double largest_speed_ = 0;
 };

@@ -234,7 +234,7 @@ const std::vector<Wrong>& wrongs() {
        [](auto&, auto&, auto& b, auto) { b.first_joint[kFixedRow] = 4; }},
       {"link of the world", "joints.next, row 4: the world has no list",
        [](auto&, auto& j, auto&, auto) { j.next[4].a = 1; }},
-      {"no flag of motion", "tells of other joints",
+      {"no flag of motion", "the wrong flag for joints",
        [](auto& w, auto&, auto& b, auto) { b.motion[w.bodies[0].index].flags ^= kMotionJointed; }},
       {"free slot", "joints.free_slots, row 0: names a row that cannot be listed",
        [](auto&, auto& j, auto&, auto row) { j.free_slots[0] = static_cast<std::int32_t>(row); }},

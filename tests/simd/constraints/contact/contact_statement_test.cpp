@@ -80,6 +80,8 @@ struct ContactWorld {
       m.point_u[k] = random.uniform(-0.4f, 0.4f);
       m.point_v[k] = random.uniform(-0.4f, 0.4f);
       m.separation[k] = random.uniform(-0.03f, 0.02f);
+      // Deep enough that the push speed bounds the bias.
+      if (random.uniform(0, 1) < 0.1f) m.separation[k] *= 30;
       m.normal_impulse[k] = std::max(random.uniform(-0.5f, 1), 0.0f);
     }
     if (most < 4) m.point_v[kTwistArm] = random.uniform(0, 0.5f);
@@ -246,6 +248,11 @@ std::vector<Outcome> run_sweeps(const Variant& variant, const simd::Kernels& ker
   world.move(random);
   run(
       "relax", 1, [](RowSolver& s) { s.run(Pass::relax); }, [&] { sweeps.relax(); }, true);
+  run(
+      "solve of substep 2", 1, [](RowSolver& s) { s.run(Pass::solve); }, [&] { sweeps.solve(); }, true);
+  world.move(random);
+  run(
+      "relax of substep 2", 1, [](RowSolver& s) { s.run(Pass::relax); }, [&] { sweeps.relax(); }, true);
   return outcomes;
 }
 
@@ -266,7 +273,7 @@ TEST(ContactStatement, ASolverOfTheStatedRowsGivesTheVelocitiesAndImpulsesOfTheK
                                     << (variant.rich ? ", rich" : "") << (variant.is_static ? ", static" : "")
                                     << ", " << outcome.sweep << ": " << outcome.worst
                                     << " times what is allowed";
-        EXPECT_GT(outcome.moved, kContacts / 2) << outcome.sweep;
+        EXPECT_GT(outcome.moved, kContacts / 3) << outcome.sweep;
       }
     }
   });
