@@ -53,7 +53,8 @@ struct StepStats {
   double lane_fill = 1.0;       ///< used lanes over all lanes of the constraint blocks; depends on the width
   double kinetic_energy = 0.0;  ///< J, at the end of the step
   double residual = 0.0;        ///< m/s, only with WorldSettings::measure_residual: the largest velocity
-                                ///< error of a contact row as the last relax pass met it
+                                ///< error of a contact, or of what a joint
+                                ///< holds, as the last relax pass met it
   std::int64_t overlaps = 0;    ///< manifolds of awake bodies that overlap at the end of the step; this and
                                 ///< penetration only with WorldSettings::measure_penetration
   double penetration_mean =

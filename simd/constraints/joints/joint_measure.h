@@ -58,7 +58,8 @@ struct RowsNow {
   Row axis[Shape::kAxes > 0 ? Shape::kAxes : 1];
   F coordinate[Shape::kAxes > 0 ? Shape::kAxes : 1];
   DriveNow drive[Shape::kDrives > 0 ? Shape::kDrives : 1];
-  V3 arm_b;  // from b's center of mass to its anchor
+  V3 arm_b;      // from b's center of mass to its anchor
+  M turns_over;  // of kinds with kTurnsOver: the axes point the other way since they were last measured
 };
 
 // What a drive of three rows asks for.
@@ -95,6 +96,11 @@ struct RowShape {
   static constexpr bool kHoldsEqualEnds = false;
   // Whether an axis may have a drive of its own.
   static constexpr bool kAxisDrives = true;
+  // Whether the axes can turn over from one substep to the next: then their impulses, which would push where
+  // they pulled, are dropped.
+  static constexpr bool kTurnsOver = false;
+  // Whether it holds no rotation, see joint_shares.h.
+  static constexpr bool kLeavesTurns = false;
   // Whether a held row has JointParameters::angular_hertz.
   static constexpr bool is_angular(int) { return false; }
   static constexpr AxisUnit unit(int) { return AxisUnit::length; }
