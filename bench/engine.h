@@ -1,7 +1,7 @@
-// Engines: the small interface behind which every engine of the comparison stands.
+// Engines: the small interface that every engine of the comparison implements.
 //
-// An adapter builds its worlds from scenes, steps them and tells where the bodies are; it judges nothing.
-// Each one lives in a file of its own under engines/ and is compiled only if CMake finds its engine.
+// An adapter builds its worlds from scenes, steps them and reports the bodies' states; it evaluates nothing.
+// Each adapter has a file of its own under engines/ and is compiled only if CMake finds its engine.
 #pragma once
 
 #include "bench/evaluate.h"
@@ -17,7 +17,7 @@
 namespace scree::bench {
 
 struct EngineOptions {
-  int threads = 1;           ///< that work on a step, the calling one included
+  int threads = 1;           ///< that work on a step, including the calling one
   Isa isa = Isa::automatic;  ///< Scree only
   bool continuous = false;   ///< continuous collision on
 };
@@ -27,22 +27,24 @@ class Engine {
  public:
   virtual ~Engine() = default;
 
-  /// Advances every world by `dt`: what the clock measures.
+  /// Advances every world by `dt`: the timed call.
   virtual void step(float dt) = 0;
-  /// Before a step of `dt`: has that step move a kinematic body to `target`, so that others feel its motion.
+  /// Call before a step of `dt`: that step moves a kinematic body to `target`, so that other bodies feel its
+  /// motion.
   virtual void move_kinematic(std::size_t world, std::uint32_t body, const Pose& target, float dt) = 0;
-  /// Between steps: has bodies of the scene come, or go. The clock measures this, too. Unless the adapter has
-  /// EngineInfo::changes it throws.
+  /// Call between steps: creates or destroys bodies of the scene. The clock includes this call. Throws unless
+  /// the adapter has EngineInfo::changes.
   virtual void make_change(std::size_t world, const scenes::SceneChange& change);
   /// The bodies of one world in the scene's order.
   virtual void read(std::size_t world, std::vector<BodyState>& states) const = 0;
-  /// Contacts as the engine itself counts them, or -1. Definitions differ: comparisons take the evaluator's.
+  /// Contacts as the engine itself counts them, or -1. Definitions differ: comparisons use the evaluator's
+  /// count.
   virtual std::int64_t contacts() const { return -1; }
-  /// What the engine calls the parts of its last step, in milliseconds.
+  /// The parts of the engine's last step by its own names, in milliseconds.
   virtual std::vector<std::pair<std::string, double>> phases() const { return {}; }
-  /// What the engine used where the request left it a choice, for example the instruction set.
+  /// Choices that the engine made itself, for example the instruction set.
   virtual std::string variant() const { return {}; }
-  /// Anything that makes the run unfair or wrong, for example dropped contacts; empty if all is well.
+  /// Any condition that makes the run unfair or wrong, for example dropped contacts; empty if there is none.
   virtual std::string complaint() const { return {}; }
 };
 
@@ -52,15 +54,15 @@ struct EngineInfo {
   std::string settings;    ///< solver settings and what differs from the engine's defaults
   std::string continuous;  ///< what continuous collision is with this engine; empty if it has none
   bool multithreaded = true;
-  bool joints = false;   ///< the adapter knows (some) joints
-  bool changes = false;  ///< the adapter lets bodies come and go while a scene runs
+  bool joints = false;   ///< the adapter supports (some) joints
+  bool changes = false;  ///< the adapter can create and destroy bodies while a scene runs
   std::unique_ptr<Engine> (*create)(std::span<const scenes::Scene> scenes, const EngineOptions& options);
 };
 
 /// The engines that this program was built with, Scree first.
 const std::vector<EngineInfo>& engines();
 
-/// Throws scree::Error: the adapter of `engine` cannot build the scene because of `what`.
+/// Throws scree::Error: `what` stops the adapter of `engine` from building the scene.
 [[noreturn]] void unsupported(const std::string& engine, const std::string& what);
 
 EngineInfo scree_engine();

@@ -1,4 +1,4 @@
-// The judge: a grid finds pairs, geometry.h measures them, sums make the figures.
+// The evaluator: a grid finds pairs, geometry.h measures them, sums give the figures.
 #include "bench/evaluate.h"
 
 #include <Eigen/Eigenvalues>
@@ -95,8 +95,8 @@ struct WorldShape {
   std::uint32_t shape = 0;
 };
 
-// All pairs whose bounds come closer than the touch gap: a uniform grid for shapes of common size, everything
-// against the few large ones (grounds, walls).
+// All pairs whose bounds are closer than the touch gap: a uniform grid for shapes of common size, and a full
+// search for the few large ones (grounds, walls).
 template <class Visit>
 void for_each_close_pair(const std::vector<WorldShape>& shapes, const Visit& visit) {
   const auto size_of = [&](std::size_t i) {

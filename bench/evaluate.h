@@ -1,7 +1,8 @@
-// The judge: quality figures of a simulated scene, from its final poses and velocities alone.
+// The evaluator: quality figures of a simulated scene, from its final poses and velocities alone.
 //
-// One evaluator serves all engines, so that nobody judges himself: it knows the scene's shapes and what an
-// engine reports about its bodies, nothing of the engine's contacts. Written for exactness, not for speed.
+// One evaluator serves all engines, so that no engine evaluates itself. It knows the scene's shapes and the
+// body states that an engine reports, but none of the engine's contacts. Written for exactness, not for
+// speed.
 #pragma once
 
 #include "bench/geometry.h"
@@ -15,12 +16,13 @@
 
 namespace scree::bench {
 
-/// What an engine tells about a body.
+/// State of a body as an engine reports it.
 struct BodyState {
   Pose pose;              ///< of the body's origin
   Vec3 linear_velocity;   ///< of the center of mass, m/s
   Vec3 angular_velocity;  ///< rad/s, world axes
-  bool exists = true;     ///< or it has not come yet, or has gone, and nothing above counts
+  bool exists =
+      true;  ///< false before it is created and after it is destroyed: then the members above do not count
 };
 
 /// The polytopes of a scene's hulls, one where shapes share a hull and its scale; an entry per shape, empty
@@ -43,14 +45,15 @@ struct PrincipalFrame {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d inertia = Eigen::Vector3d::Zero();
 };
-/// The body's own frame where that is one already, within a millionth.
+/// The body's own frame if it is principal already, within a millionth.
 PrincipalFrame principal_frame(const BodyMass& mass);
 
-/// The radius of the largest ball about its center that the shape holds.
+/// The radius of the largest ball about its center that lies within the shape.
 double inner_radius(const Geometry& geometry, const Polytope* polytope);
 
-/// A pair of shapes touches when its gap is below this, in meters: resting contacts of a soft solver breathe
-/// by some micrometers around zero and shall not drop in and out of the mean. A gap counts as penetration 0.
+/// A pair of shapes touches when its gap is below this, in meters: resting contacts of a soft solver
+/// oscillate by some micrometers around zero and must not leave and enter the mean. A gap counts as
+/// penetration 0.
 inline constexpr double kTouchGap = 1e-3;
 
 /// Penetrations of touching pairs, gathered over any number of evaluations.
@@ -65,13 +68,13 @@ class PenetrationStatistics {
   double quantile(double quantile) const;
 
  private:
-  std::vector<std::int64_t> bins_;  // one a micrometer, and one for all that is deeper
+  std::vector<std::int64_t> bins_;  // one per micrometer, and one for all deeper penetrations
   std::int64_t pairs_ = 0;
   double sum_ = 0.0;
   double max_ = 0.0;
 };
 
-/// How far apart the anchors are that joints hold together, gathered over any number of evaluations.
+/// Distances of the anchors that joints hold together, gathered over any number of evaluations.
 class DriftStatistics {
  public:
   void add(double distance);
@@ -85,7 +88,7 @@ class DriftStatistics {
   double max_ = 0.0;
 };
 
-/// What the bodies of one moment tell without a look at their contacts.
+/// Figures of the bodies at one moment, independent of contacts.
 struct BodyFigures {
   double kinetic_energy = 0.0;   ///< J
   double top_drop = 0.0;         ///< m, largest drop of the bodies that were on top at the start
@@ -93,24 +96,23 @@ struct BodyFigures {
   std::int64_t bodies_left = 0;  ///< dynamic bodies outside the scene's start bounds or not finite
 };
 
-/// Evaluates one scene again and again. `states` always holds the scene's bodies in the scene's order. Bodies
-/// that do not exist are ignored, those with a state that is not finite count as left and are ignored
-/// elsewhere.
+/// Evaluates one scene repeatedly. `states` always holds the scene's bodies in the scene's order. Bodies that
+/// do not exist are ignored. Bodies with a non-finite state count as left and are ignored elsewhere.
 class Evaluator {
  public:
   /// Keeps a reference to the scene.
   explicit Evaluator(const scenes::Scene& scene);
   BodyFigures body_figures(std::span<const BodyState> states) const;
-  /// Adds the penetrations of all touching pairs of shapes of which one belongs to a dynamic body, but for
+  /// Adds the penetrations of all touching pairs of shapes of which one belongs to a dynamic body, except for
   /// pairs that a joint keeps from colliding.
   void add_touching_pairs(std::span<const BodyState> states, PenetrationStatistics& statistics) const;
-  /// Adds the distance of the anchors of every joint that holds them together without giving way by its
-  /// definition (balls, hinges, welds and universal joints) and has a dynamic body.
+  /// Adds the distance of the anchors of every joint that holds them rigidly by its definition (balls,
+  /// hinges, welds and universal joints) and has a dynamic body.
   void add_joint_drift(std::span<const BodyState> states, DriftStatistics& statistics) const;
 
  private:
   const scenes::Scene& scene_;
-  std::vector<std::shared_ptr<const Polytope>> polytopes_;  // of the scene's shapes; none but for hulls
+  std::vector<std::shared_ptr<const Polytope>> polytopes_;  // by shape of the scene; null unless it is a hull
   std::vector<BodyMass> masses_;
   std::vector<std::uint32_t> top_bodies_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> apart_;  // bodies that joints keep from colliding

@@ -1,4 +1,4 @@
-// Geometry of the judge: separating axes for boxes and hulls, closest points for balls and capsules.
+// Geometry of the evaluator: separating axes for boxes and hulls, closest points for balls and capsules.
 #include "bench/geometry.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
-// Geometry of the judge: signed gaps between placed shapes, in double precision.
+// Geometry of the evaluator: signed gaps between placed shapes, in double precision.
 //
-// Used by the evaluator alone. Nothing here is shared with the engine under test, so that an error in the
-// engine's collision cannot hide itself from the figures that judge it.
+// Used only by the evaluator. It shares no code with the engine under test, so that an error in the engine's
+// collision cannot hide in the figures that evaluate it.
 #pragma once
 
 #include "bench/polytope.h"
@@ -32,15 +32,14 @@ struct PlacedShape {
   Eigen::Vector3d upper = Eigen::Vector3d::Zero();
 };
 
-/// Places a shape of a body. `polytope` is what make_polytope gives for a hull; it is made where it is
-/// missing.
+/// Places a shape of a body. `polytope` is the result of make_polytope for a hull; if missing, it is made.
 PlacedShape place(const Geometry& geometry, const Pose& local_pose, const Pose& body_pose,
                   std::shared_ptr<const Polytope> polytope = nullptr);
 
-/// The signed distance of two shapes: negative when they overlap, and then minus the shortest way that parts
-/// them (exact for all pairs). Positive when they are apart: exact where a ball or capsule takes part, a
-/// lower bound (the largest gap along a separating axis) between boxes and hulls. The search may end with any
-/// lower bound above `enough`.
+/// The signed distance of two shapes. Negative when they overlap: minus the shortest separating translation
+/// (exact for all pairs). Positive when they are apart: exact for pairs with a ball or capsule, a lower bound
+/// (the largest gap along a separating axis) between boxes and hulls. The search may end with any lower bound
+/// above `enough`.
 double signed_gap(const PlacedShape& a, const PlacedShape& b,
                   double enough = std::numeric_limits<double>::infinity());
 

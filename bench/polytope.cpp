@@ -1,4 +1,4 @@
-// Polytopes of the judge: brute force over faces and edges, with rejections that change no result.
+// Polytopes of the evaluator: brute force over faces and edges, with rejections that change no result.
 #include "bench/polytope.h"
 
 #include <algorithm>
@@ -195,7 +195,7 @@ double polytope_gap(const Polytope& a, const Polytope& b, const Eigen::Isometry3
   std::vector<Vector3d> vertices_b;
   vertices_b.reserve(b.vertices.size());
   for (const Vector3d& vertex : b.vertices) vertices_b.push_back(pose * vertex);
-  if (center.norm() > 0.0) {  // the axis that parts most of the pairs that are apart
+  if (center.norm() > 0.0) {  // the axis that separates most separated pairs
     const Vector3d axis = center.normalized();
     const double gap = -reach(vertices_b, -axis) - reach(a.vertices, axis);
     if (gap > enough) return gap;

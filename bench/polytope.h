@@ -1,4 +1,4 @@
-// Convex polyhedra as the judge sees them: corners, faces and edges in double precision, about the centroid.
+// Convex polyhedra of the evaluator: corners, faces and edges in double precision, about the centroid.
 #pragma once
 
 #include <scree/scree.h>
@@ -31,14 +31,14 @@ struct Polytope {
   double outer_radius = 0.0;  ///< of the smallest ball about the centroid around
 };
 
-/// The scaled hull. Faces are taken as the hull tells them, but planes, volume and inertia are computed here:
-/// a face that is missing or askew makes overlaps look deeper, never shallower.
+/// The scaled hull. Takes the faces from the hull, but computes planes, volume and inertia here: a missing or
+/// skewed face makes overlaps look deeper, never shallower.
 std::shared_ptr<const Polytope> make_polytope(const ConvexHull& hull);
 Polytope make_box_polytope(const Eigen::Vector3d& half_extents);
 
-/// The largest gap along the normals of faces and the directions that are perpendicular to two edges, of
-/// which those count that are normals of the Minkowski difference. `pose` brings b's frame to a's. Exact for
-/// overlapping polytopes; a lower bound for others, and any gap above `enough` ends the search.
+/// The largest gap along the normals of faces and the cross products of edges that are normals of the
+/// Minkowski difference. `pose` brings b's frame to a's. Exact for overlapping polytopes; a lower bound for
+/// others. Any gap above `enough` ends the search.
 double polytope_gap(const Polytope& a, const Polytope& b, const Eigen::Isometry3d& pose, double enough);
 
 /// The signed distance of a polytope and a segment center +- half_segment; exact. A ball's has no length.

@@ -20,8 +20,7 @@ void color_constraints(WorldData& data, Crew& crew);     // new contacts -> inde
 void pack_blocks(WorldData& data, Crew& crew);           // manifolds -> layout of wide constraint blocks
 void solve(WorldData& data, float dt, Crew& crew);       // blocks -> velocities, motion since the step began
 void store_impulses(WorldData& data, float dt, Crew& crew);  // blocks -> manifolds, for the next warm start
-void forget_forces(WorldData& data);  // in a step of no length, where forces of contacts are asked for
-void break_joints(WorldData& data, Crew& crew);   // reactions -> joints that break
+void break_joints(WorldData& data, Crew& crew);              // reactions -> joints that break
 void note_approach(WorldData& data, Crew& crew);  // velocities -> approach speeds, where events are asked for
 void list_body_events(WorldData& data);           // sleep, waking and lost joints -> their events
 void list_contact_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begins, persists and ends

@@ -1,5 +1,5 @@
-// The step: calls its phases in order. Each phase has a file of its own in this folder; the comment beside
-// the call says what it reads and what it writes.
+// The step: calls its phases in order. Each phase stands in the file of its name, in a room of this folder;
+// the comment beside the call says what it reads and what it writes.
 #include <core/state/hash.h>
 #include <core/world/edit.h>
 #include <core/world/wake.h>
@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <string>
+#include <utility>
 
 namespace scree {
 
@@ -61,6 +62,13 @@ void check_time_step(float dt) {
   throw Error(here + "stands in it before, at " + std::to_string(first - worlds.begin()));
 }
 
+// A step of no length measures no forces of contacts.
+void forget_forces(WorldData& data) {
+  Contacts& contacts = data.contacts;
+  if (contacts.forces.empty()) return;
+  for (const std::int32_t contact : contacts.active) contacts.forces[contact] = {};
+}
+
 // Throws unless all are worlds and no two are the same. Marks the worlds themselves, which needs no list.
 void check_worlds(std::span<World* const> worlds) {
   for (World* world : worlds) {
@@ -76,9 +84,10 @@ void check_worlds(std::span<World* const> worlds) {
 
 void run_phases(WorldData& data, float dt, Crew& crew) {
   clear_figures(data.stats);
-  clear_told(data.events);
+  clear_events(data.events);
   PhaseClock clock(data.stats);
-  data.bodies.waking_made.forget();
+  data.shapes.waking_made.forget();
+  data.contacts.by_shape_made.forget();
   place_matter(data);
   wake_neighbors(data);
   refresh_lists(data, crew);
@@ -102,7 +111,6 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
     list_body_events(data);     // sleep, waking and lost joints -> their events
     note_approach(data, crew);  // velocities -> approach speeds
   });
-  data.contacts.by_shape_made.forget();
   if (dt > 0.0f) {
     clock.run(Phase::color_constraints, [&] { color_constraints(data, crew); });  // contacts  -> batches
     validate_colors(data);
@@ -161,7 +169,7 @@ void step(std::span<World* const> worlds, float dt, Workers& workers) {
   check_time_step(dt);
   check_worlds(worlds);
   Crew crew(workers);
-  if (worlds.size() < static_cast<std::size_t>(crew.threads())) {
+  if (std::cmp_less(worlds.size(), crew.threads())) {
     for (World* world : worlds) step(*world, dt, workers);
     return;
   }

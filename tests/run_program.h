@@ -1,4 +1,4 @@
-// Tests of programs as their users meet them: run by a shell, judged by what they write and return.
+// Tests of programs as their users run them: by a shell, checked by output and exit code.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ inline std::string read_file(const std::filesystem::path& path) {
   return text.str();
 }
 
-// A test with a folder of its own, which is gone afterwards.
+// A test with a temporary folder of its own.
 class ProgramTest : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -35,7 +35,7 @@ b3MotionLocks to_box3d(AxisLocks locks) {
   return result;
 }
 
-// Built once for each shape of the scene; the worlds keep copies of their own.
+// Built once for each shape of the scene; the worlds keep copies.
 class Hulls {
  public:
   Hulls() = default;
@@ -55,7 +55,7 @@ class Hulls {
     }
     const auto count = static_cast<int>(points.size());
     hull = b3CreateHull(points.data(), count, count);
-    // More than 128 edges are too many for it, and what is close to a plane it merges.
+    // Box3D allows at most 128 edges, and it merges points close to a plane.
     if (hull == nullptr || hull->vertexCount != count) {
       unsupported("Box3D", "a hull of " + std::to_string(count) + " vertices and " +
                                std::to_string(convex.hull.edge_count()) + " edges as it is");
@@ -158,7 +158,7 @@ class Joints {
     }
     if (ball.drive.drive == Drive::spring) unsupported("Box3D", "springs of balls");
     if (ball.drive.drive == Drive::motor) {
-      if (ball.drive.velocity != Vec3{}) unsupported("Box3D", "motors of balls but for friction");
+      if (ball.drive.velocity != Vec3{}) unsupported("Box3D", "motors of ball joints other than friction");
       def.enableMotor = true;
       def.maxMotorTorque = ball.drive.max_torque;
     }

@@ -1,6 +1,6 @@
-// Bullet behind the engine interface: sequential impulses with its default 10 iterations on one thread,
-// mixing rules as the scene has them, exact inertia instead of its box approximation. Its hulls are rounded
-// by a margin; they are shrunk by as much before, so that their faces lie where the scene has them.
+// Bullet behind the engine interface: sequential impulses with its default 10 iterations on one thread, the
+// scene's mixing rules, exact inertia instead of its box approximation. A margin rounds its hulls; the
+// adapter shrinks them by the same amount before, so that their faces lie where the scene has them.
 #include "bench/engine.h"
 
 #include <LinearMath/btConvexHullComputer.h>
@@ -35,9 +35,10 @@ Eigen::Isometry3d to_isometry(const Pose& pose) {
   return Eigen::Translation3d(to_double(pose.position)) * to_double(pose.rotation);
 }
 
-// Of a hull, at most this share of its inner ball is given up to the margin.
+// Largest share of a hull's inner ball that the margin may take.
 constexpr btScalar kMostShrink = btScalar(0.5);
-// The ball that is swept for a fast body, as a share of the body's inner ball: it shall not catch on floors.
+// The ball that Bullet sweeps for a fast body, as a share of the body's inner ball: it must not catch on
+// floors.
 constexpr double kSweptShare = 0.5;
 
 btScalar mix_friction(const btCollisionObject* a, const btCollisionObject* b) {
@@ -63,7 +64,7 @@ class World {
 
   void step(float dt) { world_.stepSimulation(btScalar{dt}, 0); }  // 0: one step of exactly dt
 
-  // Bullet has a kinematic body stand at its target and takes the velocity from the way there.
+  // Bullet expects a kinematic body at its target and derives the velocity from the path there.
   void move_kinematic(std::uint32_t body, const Pose& target) {
     bodies_[body].object->setWorldTransform(to_bullet(to_isometry(target) * bodies_[body].frame));
   }
@@ -100,7 +101,7 @@ class World {
     std::unique_ptr<btRigidBody> object;
     Eigen::Isometry3d frame;  // Bullet's in the body's
   };
-  // What bodies with the same shapes share.
+  // Data that bodies with the same shapes share.
   struct Shared {
     btCollisionShape* shape;
     Eigen::Isometry3d frame;
@@ -140,7 +141,7 @@ class World {
     return hull;
   }
 
-  // In the frame at `pose`; others than hulls must stand upright there.
+  // In the frame at `pose`; all but hulls must stand upright there.
   btCollisionShape* make_shape(const scenes::SceneShape& shape, const Polytope* polytope,
                                const Eigen::Isometry3d& pose) {
     if (polytope != nullptr) {

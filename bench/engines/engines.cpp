@@ -1,4 +1,4 @@
-// The list of engines: those that CMake found.
+// The list of the engines that CMake found.
 #include "bench/engine.h"
 
 namespace scree::bench {

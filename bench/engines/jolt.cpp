@@ -1,5 +1,5 @@
-// Jolt behind the engine interface: a thread pool beside the calling thread, capacities far above what the
-// scenes need (a full one is a complaint), damping as the scene has it.
+// Jolt behind the engine interface: a thread pool besides the calling thread, capacities far above what the
+// scenes need (a full buffer is a complaint), damping as the scene has it.
 #include <Jolt/Jolt.h>
 // Jolt's headers need the one above first.
 #include <Jolt/Core/Factory.h>
@@ -153,7 +153,7 @@ JPH::BodyCreationSettings make_body(const scenes::Scene& scene, const scenes::Sc
   return settings;
 }
 
-// What Jolt keeps once per process.
+// Data that Jolt keeps once per process.
 class Process {
  public:
   Process() {

@@ -1,11 +1,11 @@
-// Time of hull against hull and box against hull per pair, by vertices and instruction set, cold and with
-// what the last step remembers; beside it Box3D's b3CollideHulls on the same hulls and poses, where CMake
-// finds it.
+// Time of hull against hull and box against hull per pair, by vertices and instruction set, cold and with the
+// cached axes of the last step. Beside it Box3D's b3CollideHulls on the same hulls and poses, if CMake finds
+// Box3D.
 //
 // Hulls are of random points on a sphere of 1 m, in random poses. Touching pairs overlap by 5 mm, separated
-// ones are 0.05 to 0.3 m apart, so that their bounding spheres overlap. Poses take turns between two sets 1
-// mm apart, so that nothing remembered fits exactly. Box3D's figure is the function alone; Scree's has
-// everything from the bodies' poses to the finished manifold.
+// pairs are 0.05 to 0.3 m apart, so that their bounding spheres overlap. Poses alternate between two sets 1
+// mm apart, so that no cached axis fits exactly. Box3D's figure is the function alone; Scree's has everything
+// from the bodies' poses to the finished manifold.
 //
 // ns a pair of processor time, least of 3, g++ 12, one core of an AMD EPYC (family 26) that others were using
 // too. 128 vertices are more than Box3D's hulls can hold; such pairs that are apart, their spheres tell:
@@ -55,7 +55,7 @@ namespace {
 using namespace scree;
 
 constexpr int kPairs = 2048;
-constexpr int kUntimedRounds = 2;  // fill what is remembered
+constexpr int kUntimedRounds = 2;  // fill the caches
 
 enum class Placement { touching, separated };
 
@@ -73,7 +73,7 @@ std::vector<Vec3> rock_points(int vertices) {
 struct Rows {
   Hull hull;
   std::vector<const HullData*> hulls;
-  Column<PoseRow> pose[2];  // taking turns
+  Column<PoseRow> pose[2];  // used alternately
   Column<std::int32_t> shape_hull;
   Column<VelocityRow> velocity;
   Column<ExtentRow> extent;

@@ -47,7 +47,7 @@ void add_row(WorldData& data, const Manifold& manifold) {
   data.contacts.now.resize(row + 1);
   data.contacts.now.manifold[row] = manifold;
   data.contacts.now.color[row] = kNoColor;
-  data.contacts.touching.push_back(static_cast<std::int32_t>(row));
+  data.contacts.active.push_back(static_cast<std::int32_t>(row));
 }
 
 std::unique_ptr<WorldData> make_pyramid() {
@@ -128,7 +128,7 @@ void run_pass(benchmark::State& state, Isa isa, Pass pass) {
     }
   }
   state.counters["ns_per_manifold"] =
-      benchmark::Counter(static_cast<double>(data->contacts.touching.size()) * 1e-9,
+      benchmark::Counter(static_cast<double>(data->contacts.active.size()) * 1e-9,
                          benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
   state.counters["lane_fill"] = data->stats.lane_fill;
 }

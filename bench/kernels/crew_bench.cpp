@@ -29,7 +29,7 @@ BENCHMARK(stage_boundary)
     ->ArgsProduct({{1, 2, 8}, {1, 2, 16}, {0, 10000}})
     ->UseRealTime();
 
-// The same with as many real threads as asked for, more than there may be cores.
+// The same with the requested number of real threads, which may exceed the number of cores.
 void stage_boundary_oversubscribed(benchmark::State& state) {
   tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                               static_cast<std::size_t>(state.range(0)));

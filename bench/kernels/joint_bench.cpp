@@ -17,7 +17,7 @@ constexpr int kChains = 100;
 constexpr int kLinks = 100;
 constexpr float kStep = 1.0f / 60.0f;  // s
 
-// Limits on both sides and a spring, none of them at rest.
+// Limits on both sides and a spring, all of them active.
 constexpr JointAxis kBusyAxis{.lower = -0.5f, .upper = 0.5f, .drive = Drive::spring, .target = 0.1f};
 const RotationDrive kBusyRotation{.drive = Drive::spring, .velocity = {0.1f, 0.1f, 0.1f}};
 
@@ -53,7 +53,7 @@ const std::vector<Kind>& kinds() {
   return kKinds;
 }
 
-// Chains along x, one behind the other along z, under gravity: every joint bears something.
+// Parallel chains along x, at different z, under gravity: every joint carries a load.
 void populate(World& world, const Joint& joint) {
   const bool to_world = std::holds_alternative<MouseJoint>(joint);
   std::vector<JointDef> defs;
@@ -95,7 +95,7 @@ void run_pass(benchmark::State& state, const Joint& joint, Isa isa, std::size_t 
   Workers workers(WorkersOptions{.threads = 1, .isa = isa});
   World world({.sleeping = false});
   populate(world, joint);
-  // Steps lay out and fill the blocks of joints that have begun to move.
+  // These steps lay out and fill the blocks of joints that have started to move.
   for (int i = 0; i < 3; ++i) step(world, kStep, workers);
   WorldData& data = internals(world, "joint_bench");
   Crew crew(workers);

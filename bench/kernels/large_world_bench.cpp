@@ -1,7 +1,8 @@
 // What one change costs in a world of many fixed boxes: a step after nothing, after a ball was created, fell
 // asleep or woke, after a fixed box was created, destroyed or moved; and creating the world.
 //
-// Each figure is that of the call and the step that follows it. Box3D does the same where it was found.
+// Each figure is that of the call and the step that follows it. Includes the same for Box3D, if CMake found
+// it.
 //
 // Medians on an Intel Xeon at 2.6 GHz, one thread, cores shared with other work, 1,000,000 boxes, us,
 // November 2026 (Scree before frozen shapes stood in several trees, Scree, Box3D):
@@ -51,7 +52,8 @@ Place place_of(std::int64_t i, std::int64_t count) {
           kSpacing * static_cast<float>(i / side - side / 2)};
 }
 
-// What the changes need of an engine. Balls and boxes are numbered by the order of their creation.
+// Operations that the changes need from an engine. Balls and boxes are numbered in the order of their
+// creation.
 class Scene {
  public:
   virtual ~Scene() = default;
@@ -74,7 +76,7 @@ class ScreeScene final : public Scene {
   }
   void add_field(std::int64_t count, bool bulk) override {
     const auto first = boxes_.size();
-    boxes_.reserve(first + static_cast<std::size_t>(2 * count));  // for those that come later
+    boxes_.reserve(first + static_cast<std::size_t>(2 * count));  // for boxes created later
     boxes_.resize(first + static_cast<std::size_t>(count));
     if (!bulk) {
       for (std::int64_t i = 0; i < count; ++i) {
@@ -211,7 +213,7 @@ void run(benchmark::State& state, const Make& make, Change change) {
         for (int k = 0; k < 200 && (k < 1 || scene->anybody_awake()); ++k) {
           times.push_back(milliseconds_of([&] { scene->step(); }));
         }
-        const double last = times.back();  // in which it fell asleep
+        const double last = times.back();  // the step in which the ball fell asleep
         times.resize(static_cast<std::size_t>(i));
         times.push_back(last);
         continue;
@@ -229,7 +231,7 @@ void run(benchmark::State& state, const Make& make, Change change) {
   }
 }
 
-// Of the process.
+// Resident memory of the process.
 double resident_bytes() {
   std::ifstream file("/proc/self/statm");
   double total = 0.0, resident = 0.0;
@@ -261,8 +263,8 @@ void run_create(benchmark::State& state, const Make& make, bool bulk) {
   }
 }
 
-// Snapshots of a window that follows the world: each change is followed by a step, and that by a save into
-// the oldest of them. Each is compared with the first one.
+// Snapshots of a window that follows the world: after each change comes a step, then a save into the oldest
+// snapshot. Compares each snapshot with the first.
 void run_snapshot(benchmark::State& state, Change change) {
   constexpr std::size_t kWindow = 8;
   const std::int64_t count = state.range(0);

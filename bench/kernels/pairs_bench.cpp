@@ -1,8 +1,8 @@
 // Broad phase: the whole job "new bounds in, canonical list out", and its parts, per instruction set.
 //
 // A pile of mixed boxes, spheres and capsules of 0.4 to 1.0 m at random places and turns, so dense that every
-// body has about ten candidate pairs. `moving`: every body leaves its bounds in every step. `resting`: nobody
-// does.
+// body has about ten candidate pairs. `moving`: every body leaves its bounds in every step. `resting`: no
+// body does.
 //
 // Best of a few on an AMD EPYC at 2.6 GHz, one thread, cores shared with other work, ms, November 2026:
 //   moving    5,000 bodies,  21,700 pairs: scalar 3.2, AVX2 0.59, AVX-512 0.52
@@ -43,7 +43,7 @@ std::unique_ptr<HandMadeWorld> make_pile(int bodies, float speed) {
   return world;
 }
 
-// Velocities change sign, so that bodies swing about their places.
+// Velocities change sign, so that bodies swing about their initial positions.
 void swing(HandMadeWorld& world) {
   world.integrate(kDt);
   for (VelocityRow& velocity : world.data.bodies.velocity) {

@@ -1,9 +1,9 @@
-// Recording: what it adds to the step, and what playing costs.
+// Recording: its cost for the step, and the cost of playing.
 //
-// Two worlds in the same state take turns, 300 steps each, one of them recorded with a keyframe in the middle
-// of every turn, so that what the recorder's thread takes from the step is in it. `ratio` is the median over
-// the turns of time recorded to time not recorded; with 2 threads the recorder's is the third on whatever
-// cores there are. large_pyramid (5,051 bodies, 14,950 contacts) is kept awake.
+// Two worlds in the same state take turns of 300 steps each. One of them is recorded with a keyframe in the
+// middle of every turn, so that the figures include the time that the recorder's thread takes from the step.
+// `ratio` is the median over the turns of time recorded to time not recorded. With 2 threads the recorder's
+// is the third on the machine's cores. large_pyramid (5,051 bodies, 14,950 contacts) is kept awake.
 #include <benchmark/benchmark.h>
 #include <scree/scree.h>
 #include <tools/scenes/scene.h>

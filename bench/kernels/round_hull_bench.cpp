@@ -1,11 +1,11 @@
-// Time of the kernels for spheres and capsules on hulls per pair, by corners of the hull and instruction set,
-// beside Box3D's functions where its library is found.
+// Time of the kernels for spheres and capsules on hulls per pair, by corners of the hull and instruction set.
+// Beside it Box3D's functions, if its library is found.
 //
 // Hulls of about 1 m with their corners on a sphere (8: a box), in random poses. "touching" pairs overlap by
-// 0 to 2 cm, "resting" ones lie with a capsule's side on a face, "separated" ones are 3 to 15 cm apart:
+// 0 to 2 cm. "resting" pairs have a capsule's side on a face. "separated" pairs are 3 to 15 cm apart:
 // bounding spheres often touch. Box3D's functions run warm, each with last time's cache, and give a bare
 // contact without materials, impulses and identities. Its hulls have at most 128 edges: where ours have 128
-// corners, its have 44.
+// corners, its hulls have 44.
 //
 // ns a pair of processor time, one run, g++ 12, one core of an AMD EPYC (family 26) that others used too:
 //                               scalar    sse2    avx2  avx512   box3d
@@ -50,7 +50,7 @@ using namespace scree;
 using reference::Vector;
 
 constexpr int kPairs = 2048;
-constexpr int kPlaces = 128;  // different ones; finding them takes time
+constexpr int kPlaces = 128;  // number of different poses; finding them takes time
 
 enum class Placement { touching, resting, separated };
 

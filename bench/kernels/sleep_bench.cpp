@@ -1,4 +1,4 @@
-// A step of a hundred balls that never sleep, beside a field of sleepers: what do these cost?
+// Cost of sleepers: a step of a hundred balls that never sleep, beside a field of sleeping boxes.
 #include <benchmark/benchmark.h>
 #include <core/world/math.h>
 #include <scree/scree.h>
@@ -37,7 +37,7 @@ void add_sleepers(scree::World& world, scree::Workers& workers, std::int64_t cou
   } while (world.stats().awake_bodies > 0);
 }
 
-// Balls that bounce about in a closed box far above the field: pairs come and go in every step.
+// Balls that bounce in a closed box far above the field: pairs begin and end in every step.
 void add_movers(scree::World& world) {
   const scree::Material material{.friction = 0.0f, .restitution = 1.0f};
   const scree::BodyId walls = world.create_body({.type = scree::BodyType::fixed, .position = {0, 500, 0}});

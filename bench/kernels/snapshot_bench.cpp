@@ -1,9 +1,9 @@
-// Snapshots: how large they are, and what saving and restoring cost beside copying the same bytes.
+// Snapshots: their size, and the cost of saving and restoring compared with copying the same bytes.
 //
-// large_pyramid (5,051 bodies) and piles of mixed shapes and of hulls after 200 steps; buffers are used
-// again, as a program does that keeps a window of snapshots. `save` follows a step each time, `save_all`
-// knows of no save before. The counters are bytes of the whole snapshot, and of its columns when written by
-// body, and by contact without what the bodies take.
+// large_pyramid (5,051 bodies) and piles of mixed shapes and of hulls after 200 steps. Buffers are reused, as
+// in a program that keeps a window of snapshots. `save` follows a step each time; `save_all` follows no
+// earlier save. The counters are bytes of the whole snapshot, and of its columns when written: per body, and
+// per contact without the bytes of bodies.
 #include <benchmark/benchmark.h>
 #include <core/state/snapshot/snapshot.h>
 #include <core/state/snapshot/snapshot_columns.h>

@@ -1,4 +1,4 @@
-// What it costs that somebody among many sleepers wakes, goes, falls asleep or is touched, and that all do.
+// Cost of waking, removing, putting to sleep or touching one body among many sleepers, and of waking all.
 //
 // Figures are medians over steps, with the call before them. On an Intel Xeon at 2.6 GHz, one thread, cores
 // shared with other work, November 2026 (pairs at rest in one sorted list, in lists by shape), 200,000
@@ -86,13 +86,13 @@ double median(std::vector<double> times) {
   return times[times.size() / 2];
 }
 
-// Arguments: sleepers, threads, whether events are asked for.
+// Arguments: sleepers, threads, whether events are requested.
 Field make_field(const benchmark::State& state) {
   return Field(state.range(0), static_cast<int>(state.range(1)), state.range(2) != 0);
 }
 
-// Of a row of ten: the step in which it wakes, touched by one of its boxes that a call has woken, the ones in
-// which it moves and is put to sleep, and the one after.
+// For a row of ten boxes: the step in which a call on one of its boxes wakes it, the steps in which it moves
+// and falls asleep, and the step after.
 void one_island(benchmark::State& state) {
   Field field = make_field(state);
   std::vector<double> wakes, moves, falls_asleep, rests, nothing;
@@ -132,7 +132,7 @@ void one_destroyed(benchmark::State& state) {
   state.counters["destroyed_us"] = median(goes);
 }
 
-// All wake because the floor is moved, and fall asleep again.
+// Moving the floor wakes all boxes; they fall asleep again.
 void all(benchmark::State& state) {
   Field field = make_field(state);
   std::vector<double> wake, next, fall_asleep, rest;

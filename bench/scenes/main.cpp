@@ -1,7 +1,7 @@
 // scree_bench_scenes: runs scenes engine after engine, in turn, and prints time and quality side by side.
 //
 // Start reading here: plan() turns the options into jobs (plan.h), measure_all() runs them in turn, each in a
-// process of its own (measure.h), output.h writes what came out.
+// process of its own (measure.h), output.h writes the results.
 #include "bench/engine.h"
 #include "bench/scenes/measure.h"
 #include "bench/scenes/output.h"
@@ -42,8 +42,8 @@ double seconds_of(const Job& job) {
   return 1e-3 * last.ms_per_step * last.timed_steps;
 }
 
-// In turn: every engine and thread count of a scene once, then all of them again, so that a machine that
-// drifts does so for everybody.
+// Runs jobs in turn: every engine and thread count of a scene once, then all of them again, so that a drift
+// of the machine affects all of them equally.
 void measure_all(const Options& options, std::vector<Job>& jobs) {
   const int repeats = options.stand.empty() ? options.repeats : 1;
   for (std::size_t first = 0; first < jobs.size();) {
@@ -61,7 +61,7 @@ void measure_all(const Options& options, std::vector<Job>& jobs) {
       Request request = jobs[i].request;
       request.evaluate_every = options.evaluate_every;
       jobs[i].entry.quality = measure_in_child(request);
-      progress(jobs[i], "judged every " + std::to_string(options.evaluate_every) + " steps");
+      progress(jobs[i], "evaluated every " + std::to_string(options.evaluate_every) + " steps");
     }
     first = last;
   }
@@ -117,7 +117,7 @@ void write(const files::NamedFile& file, const Print& print) {
 int compare(const Options& options) {
   std::vector<Job> jobs = plan(options);
   if (jobs.empty()) throw Error("nothing to measure");
-  files::check_outputs({}, outputs_of(options));  // a bad name shall not cost a long run
+  files::check_outputs({}, outputs_of(options));  // a bad name must not cost a long run
   measure_all(options, jobs);
   std::vector<Entry> entries;
   bool all_good = true;
@@ -158,10 +158,10 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000));
   app.add_option("--patience", options.patience, "seconds; a run that takes longer is not repeated")
       ->check(CLI::Range(1e-9, 1e9));
-  app.add_option("--evaluate-every", options.evaluate_every, "one more run, judged every K steps")
+  app.add_option("--evaluate-every", options.evaluate_every, "one more run, evaluated every K steps")
       ->check(CLI::Range(1, 1'000'000));
   app.add_option("--stand", options.stand, "instead: step these stacks until they collapse")->delimiter(',');
-  app.add_option("--max-steps", options.max_steps, "with --stand: at most so many")
+  app.add_option("--max-steps", options.max_steps, "with --stand: largest number of steps")
       ->check(CLI::Range(1, 10'000'000));
   app.add_option("--markdown", options.markdown_file, "also write the table to this file")->check(kNotEmpty);
   app.add_option("--brief", options.brief_file, "also write a short table in Markdown to this file")

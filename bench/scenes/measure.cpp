@@ -1,4 +1,4 @@
-// One measurement: the clock around whole steps, then the judge.
+// One measurement: times whole steps, then evaluates the result.
 #include "bench/scenes/measure.h"
 
 #include "bench/engine.h"
@@ -74,7 +74,7 @@ class Fingerprint {
   std::uint64_t value_ = 0xcbf29ce484222325u;
 };
 
-// The scene's worlds in one engine, and their judges.
+// The scene's worlds in one engine, and their evaluators.
 class Run {
  public:
   explicit Run(const Request& request) : scenes_(scenes::build(request.scene, request.parameters)) {
@@ -110,7 +110,7 @@ class Run {
     }
   }
 
-  // Tells the engine where driven bodies shall be at the end of the step that comes next.
+  // Passes the engine the poses of driven bodies at the end of the next step.
   void drive(int step) {
     for (std::size_t world = 0; world < scenes_.size(); ++world) {
       for (const scenes::SceneDrive& drive : scenes_[world].drives) {
@@ -120,7 +120,7 @@ class Run {
     }
   }
 
-  // Has the bodies come and go that are due before the step that comes next.
+  // Creates and destroys the bodies that are due before the next step.
   void make_changes(int step) {
     for (std::size_t world = 0; world < scenes_.size(); ++world) {
       for (const scenes::SceneChange& change : scenes::changes_at(scenes_[world], step)) {

@@ -1,7 +1,7 @@
 // One measurement: one engine, one scene, one thread count, in a process of its own.
 //
 // The program starts itself again with a request and reads the figures back as one line of JSON, so that no
-// engine finds another's memory, threads or accumulated state.
+// engine inherits another's memory, threads or accumulated state.
 #pragma once
 
 #include "tools/scenes/scene.h"
@@ -21,18 +21,18 @@ struct Request {
   std::string isa = "auto";
   std::string continuous = "scene";  ///< continuous collision: "on", "off", or as the scene has it
   int threads = 1;
-  int steps = 0;           ///< all of them, the warm-up included; 0: the scene's own length
+  int steps = 0;           ///< all of them, including the warm-up; 0: the scene's own length
   int warmup = 1;          ///< untimed first steps
-  int evaluate_every = 0;  ///< k: also judge every k-th step (a run whose time does not count)
-  int stand_steps = 0;     ///< over 0: no timing, step at most so often until the stack has collapsed
+  int evaluate_every = 0;  ///< k: also evaluate every k-th step (a run whose time does not count)
+  int stand_steps = 0;     ///< above 0: no timing; steps up to this number until the stack has collapsed
 };
 
-/// What came out. Lengths in m, energy in J, times in ms.
+/// The results. Lengths in m, energy in J, times in ms.
 struct Measurement {
-  std::string error;                ///< empty if all went well; nothing else is valid otherwise
+  std::string error;                ///< empty on success; otherwise no other member is valid
   std::string complaint;            ///< see Engine::complaint
   std::string variant;              ///< see Engine::variant
-  std::string continuous = "none";  ///< collision: "on", "off", or "none" where the engine has no such thing
+  std::string continuous = "none";  ///< collision: "on", "off", or "none" if the engine does not have it
   int bodies = 0;                   ///< dynamic ones
   int timed_steps = 0;
   double ms_per_step = 0.0;  ///< total time over timed steps
@@ -54,7 +54,7 @@ struct Measurement {
   std::int64_t drift_joints = 0;  ///< whose anchors are held together: see Evaluator::add_joint_drift
   double drift_mean = 0.0;        ///< of those joints at the end
   double drift_max = 0.0;
-  std::int64_t pooled_pairs = 0;  ///< with evaluate_every: over all judged steps, as are the five below
+  std::int64_t pooled_pairs = 0;  ///< with evaluate_every: over all evaluated steps, as are the five below
   double pooled_mean = 0.0;
   double pooled_p999 = 0.0;
   double pooled_max = 0.0;
@@ -66,10 +66,10 @@ struct Measurement {
   std::int64_t peak_bytes = 0;  ///< resident memory of the process before the evaluator begins
 };
 
-/// Measures in a new process; every failure there, crashes too, comes back as Measurement::error.
+/// Measures in a new process. Reports every failure there, including crashes, as Measurement::error.
 Measurement measure_in_child(const Request& request);
 
-/// The other side: runs the request that stands on the command line and prints the result.
+/// The child process: runs the request on the command line and prints the result.
 int child_main(const std::string& request_json);
 
 std::string to_json(const Measurement& measurement);  ///< an object

@@ -12,7 +12,7 @@
 namespace scree::bench {
 namespace {
 
-// How often things were run.
+// Numbers of runs and repeats.
 std::string runs(const Options& options) {
   if (options.repeats == 1) return "1 run";
   std::ostringstream text;

@@ -1,4 +1,4 @@
-// Options -> jobs. Whatever can be refused is refused here, before hours of measuring.
+// Options -> jobs. Refuses all invalid options here, before hours of measuring.
 #include "bench/scenes/plan.h"
 
 #include "bench/engine.h"
@@ -35,7 +35,7 @@ void parse_scene(const std::string& text, Request& request) {
   scenes::check(request.scene, request.parameters);
 }
 
-// The scenes as asked for, or each of them once for every value of the sweep.
+// The requested scenes, or each of them once for every value of the sweep.
 std::vector<std::string> swept_scenes(const Options& options) {
   if (options.sweep.empty()) return options.scenes;
   const std::size_t equals = options.sweep.find('=');
@@ -88,7 +88,7 @@ void add_jobs(const Options& options, const std::string& scene, int threads, std
 
 }  // namespace
 
-// ODE takes part only by name: an order of magnitude slower, it would rule the running time.
+// ODE takes part only by name: it is an order of magnitude slower and would dominate the running time.
 std::vector<std::string> default_engines() {
   std::vector<std::string> names;
   for (const EngineInfo& info : engines()) {

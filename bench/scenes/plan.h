@@ -1,4 +1,4 @@
-// What shall be measured: the options of the command line, and the jobs that they come to.
+// The plan of a measurement: the options of the command line, and the jobs that follow from them.
 #pragma once
 
 #include "bench/scenes/measure.h"
@@ -24,7 +24,7 @@ struct Options {
   int max_steps = 3600;  // 60 s
   int warmup = 1;
   int repeats = 5;
-  double patience = 0.0;  ///< s; what takes longer is not repeated; 0: everything is
+  double patience = 0.0;  ///< s; longer runs are not repeated; 0: all runs are
   int evaluate_every = 0;
   std::string markdown_file;
   std::string brief_file;
@@ -39,11 +39,11 @@ struct Job {
       0;  ///< the job whose measurements this one shares: its own index, or an earlier one's
 };
 
-/// The engines that take part unless others are asked for.
+/// The engines used if the options name none.
 std::vector<std::string> default_engines();
 /// Throws scree::Error for an engine that this program does not have.
 const EngineInfo& find_engine(const std::string& name);
-/// All jobs, those of a scene in a row. Throws scree::Error for unknown scenes, parameters and engines.
+/// All jobs, grouped by scene. Throws scree::Error for unknown scenes, parameters and engines.
 std::vector<Job> plan(const Options& options);
 
 }  // namespace scree::bench

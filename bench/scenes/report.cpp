@@ -20,7 +20,7 @@ std::string number(const char* format, double value) {
 
 std::string millimeters(double meters) { return number("%.3f", meters * 1e3); }
 
-// Enough digits to see a percent, whatever the size.
+// Prints enough digits to show a percent, for any size.
 std::string time_cell(double ms) { return number(ms < 1.0 ? "%.4f" : ms < 100.0 ? "%.3f" : "%.1f", ms); }
 
 std::vector<const Measurement*> by_time(const Entry& entry) {
@@ -53,9 +53,9 @@ std::vector<std::string> quality_cells(const Measurement& m) {
           number("%.4g", m.kinetic_energy), number("%.4f", m.top_drop),      std::to_string(m.bodies_left)};
 }
 
-// Columns that not every table has.
+// Columns that only some tables have.
 struct Extra {
-  bool pooled = false;  // over all judged steps
+  bool pooled = false;  // over all evaluated steps
   bool drift = false;   // of joints
 };
 
@@ -150,7 +150,7 @@ Table brief(const std::vector<Entry>& entries, const std::string& baseline) {
   if (extra.drift) table.front().push_back("joint drift mean, max (mm)");
   for (const Entry& entry : entries) {
     const Measurement* m = median_repeat(entry);
-    // What does not get faster with more threads stands once.
+    // Shows entries that do not get faster with more threads once.
     if (m == nullptr || (entry.threads_used != entry.threads && entry.threads > 1)) continue;
     const Measurement* base = find_median(entries, entry.scene, baseline, entry.threads);
     const Measurement* single = find_median(entries, entry.scene, entry.engine, 1);

@@ -12,17 +12,17 @@
 
 namespace scree::bench {
 
-/// All that was measured about one engine on one scene with one number of threads.
+/// All measurements of one engine on one scene with one number of threads.
 struct Entry {
-  std::string scene;                         ///< with its parameters, as asked for
+  std::string scene;                         ///< with its parameters, as requested
   std::string name;                          ///< of the scene alone
-  std::map<std::string, double> parameters;  ///< that were asked for
+  std::map<std::string, double> parameters;  ///< as requested
   std::string engine;                        ///< name, and the instruction set if several are compared
   std::string title;                         ///< with version, and the instruction set that was used
-  int threads = 1;                           ///< asked for; a single-threaded engine uses one all the same
+  int threads = 1;                           ///< as requested; a single-threaded engine always uses one
   int threads_used = 1;
   std::vector<Measurement> repeats;
-  std::optional<Measurement> quality;  ///< of the run that was judged every few steps
+  std::optional<Measurement> quality;  ///< of the run that was evaluated every few steps
 };
 
 /// The repeat with the median time per step; nothing if none succeeded.
@@ -41,7 +41,7 @@ Table comparison(const std::vector<Entry>& entries, const std::string& baseline)
 Table brief(const std::vector<Entry>& entries, const std::string& baseline);
 /// A row per entry of a run with Request::stand_steps.
 Table standing(const std::vector<Entry>& entries);
-/// A line per entry that has something to say: errors, complaints, bits that differ between repeats.
+/// A line per entry with errors, complaints, or bits that differ between repeats.
 std::vector<std::string> remarks(const std::vector<Entry>& entries);
 
 void print_aligned(const Table& table, std::ostream& out);

@@ -1,4 +1,4 @@
-// The time of a step that belongs to the step itself, not to a machine that was busy with others.
+// The time of a step itself, without interruptions by other processes on the machine.
 #pragma once
 
 #include <vector>

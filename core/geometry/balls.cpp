@@ -56,7 +56,7 @@ Balls balls_of(const HullData& hull) {
   return balls;
 }
 
-Balls balls_of(const WorldData& data, std::size_t shape) {
+Balls balls_of(const WorldData& data, std::int32_t shape) {
   const ExtentRow& extent = data.shapes.extent[shape];
   Balls balls;
   switch (data.shapes.type[shape]) {
@@ -84,10 +84,9 @@ Balls balls_of(const WorldData& data, std::size_t shape) {
 void extend_core(WorldData& data, std::int32_t body, std::int32_t shape) {
   CoreRow& core = data.bodies.core[body];
   data.bodies.marks.mark(body);
-  const auto row = static_cast<std::size_t>(shape);
-  const Balls balls = balls_of(data, row);
+  const Balls balls = balls_of(data, shape);
   core.radius = std::min(core.radius, kCoreShare * balls.ball[0].radius);
-  const float offset = length(to_vec3(data.shapes.local_pose[row].position));
+  const float offset = length(to_vec3(data.shapes.local_pose[shape].position));
   for (int i = 0; i < balls.count; ++i) {
     const float reach = offset + length(balls.ball[i].center);
     core.reach = std::max(core.reach, reach);
@@ -96,10 +95,9 @@ void extend_core(WorldData& data, std::int32_t body, std::int32_t shape) {
 }
 
 void measure_core(WorldData& data, std::int32_t body) {
-  const auto row = static_cast<std::size_t>(body);
-  data.bodies.core[row] = kNoCore;
+  data.bodies.core[body] = kNoCore;
   data.bodies.marks.mark(body);
-  for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     extend_core(data, body, shape);
   }
 }

@@ -1,5 +1,5 @@
 // Joints as the solver reads them: rows of plain memory, of the same size for all kinds, that know nothing of
-// lanes or instruction sets. core/constraints/joint_parameters.cpp fills and reads them.
+// lanes or instruction sets. core/constraints/joints/joint_<kind>.cpp fills and reads those of a kind.
 #pragma once
 
 #include <core/plain/rows.h>

@@ -1,4 +1,4 @@
-// World::hash, for those who have no World at hand.
+// World::hash for code that has the data of a world only.
 #pragma once
 
 #include <core/world/world_data.h>

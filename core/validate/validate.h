@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -38,7 +39,7 @@ template <class Belongs>
 bool lists_exactly(const Column<std::int32_t>& list, std::size_t rows, Belongs&& belongs) {
   std::vector<std::uint8_t>& is_listed = validation_marks(rows);
   for (const std::int32_t row : list) {
-    if (row < 0 || static_cast<std::size_t>(row) >= rows || is_listed[static_cast<std::size_t>(row)] != 0)
+    if (row < 0 || std::cmp_greater_equal(row, rows) || is_listed[static_cast<std::size_t>(row)] != 0)
       return false;
     is_listed[static_cast<std::size_t>(row)] = 1;
   }

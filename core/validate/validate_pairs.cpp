@@ -5,6 +5,7 @@
 #include <core/world/pair_key.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace scree {
 
@@ -55,7 +56,7 @@ void validate_resting_lists(const WorldData& data) {
     std::uint32_t before = 0;
     for (std::uint32_t end = data.shapes.first_resting[row]; end != 0;) {
       SCREE_ASSERT(end <= ends);
-      SCREE_ASSERT(static_cast<std::size_t>(shape_at(contacts, end)) == row);
+      SCREE_ASSERT(std::cmp_equal(shape_at(contacts, end), row));
       const RestingLinks& links = contacts.resting_links[(end - 1) / 2];
       SCREE_ASSERT(links.previous[(end - 1) % 2] == before);
       SCREE_ASSERT(++listed <= ends);  // and does not run in a circle
@@ -88,7 +89,7 @@ void validate_pairs(const WorldData& data) {
   SCREE_ASSERT(ascends(contacts.pairs.pair, comes_before));
   const std::size_t moving = validate_rows(data, contacts.pairs);
   const std::size_t resting = validate_rows(data, contacts.resting);
-  SCREE_ASSERT(static_cast<std::size_t>(contacts.resting_contacts) == resting);
+  SCREE_ASSERT(std::cmp_equal(contacts.resting_contacts, resting));
   validate_resting_lists(data);
   for (const ShapePair& pair : contacts.resting.pair) {
     SCREE_ASSERT(

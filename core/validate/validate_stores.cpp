@@ -5,6 +5,8 @@
 #include <core/validate/validate.h>
 #include <core/world/edit.h>
 
+#include <utility>
+
 namespace scree {
 
 bool is_validated(const WorldData& data) {
@@ -67,7 +69,7 @@ void validate_shape_lists(const WorldData& data) {
     SCREE_ASSERT(is_alive || data.bodies.first_shape[body] == -1);
     std::int32_t before = -1;
     for (std::int32_t shape = data.bodies.first_shape[body]; shape != -1; shape = shapes.next[shape]) {
-      SCREE_ASSERT(static_cast<std::size_t>(shapes.body[shape]) == body);
+      SCREE_ASSERT(std::cmp_equal(shapes.body[shape], body));
       SCREE_ASSERT((shapes.flags[shape] & kShapeAlive) != 0);
       SCREE_ASSERT(shapes.previous[shape] == before);
       SCREE_ASSERT(++listed <= shapes.alive);  // and does not run in a circle

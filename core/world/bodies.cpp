@@ -17,17 +17,16 @@ struct BodyRow {
   WorldData& data;
   Bodies& bodies;
   std::int32_t body;
-  std::size_t row;
   FpEnvironment environment{};  // not the caller's rounding
 
-  bool is_dynamic() const { return bodies.type[row] == BodyType::dynamic; }
+  bool is_dynamic() const { return bodies.type[body] == BodyType::dynamic; }
   BodyType given_type() const { return scree::given_type(bodies, body); }
 };
 
 BodyRow at(Call call, const std::unique_ptr<WorldData>& owner, BodyId id) {
   WorldData& data = opened(call, owner);
   const std::int32_t body = checked_row(call, data, id);
-  return {data, data.bodies, body, static_cast<std::size_t>(body)};
+  return {data, data.bodies, body};
 }
 
 Vec3 multiply(const float (&s)[6], Vec3 v) {
@@ -37,23 +36,23 @@ Vec3 multiply(const float (&s)[6], Vec3 v) {
 
 // Change of the angular velocity by a torque impulse in world axes, within the free axes.
 Vec3 angular_response(const BodyRow& at_row, Vec3 torque) {
-  const Quat rotation = to_quat(at_row.bodies.pose[at_row.row].rotation);
-  const MotionRow& motion = at_row.bodies.motion[at_row.row];
+  const Quat rotation = to_quat(at_row.bodies.pose[at_row.body].rotation);
+  const MotionRow& motion = at_row.bodies.motion[at_row.body];
   const Vec3 local = rotate_back(rotation, free_angular(motion, torque));
   return free_angular(
-      motion, rotate(rotation, multiply(at_row.bodies.local_mass[at_row.row].inverse_inertia, local)));
+      motion, rotate(rotation, multiply(at_row.bodies.local_mass[at_row.body].inverse_inertia, local)));
 }
 
 Vec3 arm_to(const BodyRow& at_row, Vec3 world_point) {
-  return world_point - to_vec3(at_row.bodies.pose[at_row.row].position);
+  return world_point - to_vec3(at_row.bodies.pose[at_row.body].position);
 }
 
 // Adds to the force and torque of the next step.
 void add_load(Call call, const BodyRow& at_row, Vec3 force, Vec3 torque) {
   if (!at_row.is_dynamic()) return;
-  ForceRow& load = at_row.bodies.force[at_row.row];
+  ForceRow& load = at_row.bodies.force[at_row.body];
   const Vec3 force_sum = to_vec3(load.force) + force, torque_sum = to_vec3(load.torque) + torque;
-  const float inverse_mass = at_row.bodies.local_mass[at_row.row].inverse_mass;
+  const float inverse_mass = at_row.bodies.local_mass[at_row.body].inverse_mass;
   check_vector(call, "the acceleration by all forces", force_sum * inverse_mass, kMaxAcceleration);
   check_vector(call, "the angular acceleration by all torques", angular_response(at_row, torque_sum),
                kMaxAcceleration);
@@ -65,10 +64,10 @@ void add_load(Call call, const BodyRow& at_row, Vec3 force, Vec3 torque) {
 // Changes the velocities at once.
 void kick(Call call, const BodyRow& at_row, Vec3 impulse, Vec3 angular_impulse) {
   if (!at_row.is_dynamic()) return;
-  VelocityRow& velocity = at_row.bodies.velocity[at_row.row];
-  const float inverse_mass = at_row.bodies.local_mass[at_row.row].inverse_mass;
+  VelocityRow& velocity = at_row.bodies.velocity[at_row.body];
+  const float inverse_mass = at_row.bodies.local_mass[at_row.body].inverse_mass;
   const Vec3 linear =
-      to_vec3(velocity.linear) + free_linear(at_row.bodies.motion[at_row.row], impulse * inverse_mass);
+      to_vec3(velocity.linear) + free_linear(at_row.bodies.motion[at_row.body], impulse * inverse_mass);
   const Vec3 angular = to_vec3(velocity.angular) + angular_response(at_row, angular_impulse);
   check_vector(call, "the linear velocity after the impulse", linear, kMaxSpeed);
   check_vector(call, "the angular velocity after the impulse", angular, kMaxSpeed);
@@ -86,7 +85,7 @@ std::complex<double> product(std::complex<double> a, std::complex<double> b) {
 // before: some callers set it in every step. A body that is stopped has moved since its contacts were found,
 // and counts as put there, so that it wakes what it came near.
 void change_velocity(const BodyRow& at_row, Vec3 linear, Vec3 angular) {
-  VelocityRow& velocity = at_row.bodies.velocity[at_row.row];
+  VelocityRow& velocity = at_row.bodies.velocity[at_row.body];
   const bool stays = to_vec3(velocity.linear) == linear && to_vec3(velocity.angular) == angular;
   if (stays && !at_row.is_dynamic()) return;
   const bool moved = !is_still(velocity);
@@ -151,10 +150,10 @@ void World::set_body_type(BodyId body, BodyType type) {
   const CallRecord<RecordedCall::set_body_type> call_record(b.data, body, type);
   check_body_type(call, type);
   if (b.given_type() == type) return end_quarantine(b.data, b.body);
-  const BodyMass mass = mass_after(call, b.data, b.body, type, b.bodies.flags[b.row]);
+  const BodyMass mass = mass_after(call, b.data, b.body, type, b.bodies.flags[b.body]);
   disturb(b.data, b.body);
-  b.bodies.flags[b.row] = static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~kBodyQuarantined);
-  b.bodies.type[b.row] = type;
+  b.bodies.flags[b.body] = static_cast<std::uint8_t>(b.bodies.flags[b.body] & ~kBodyQuarantined);
+  b.bodies.type[b.body] = type;
   apply_mass(b.data, b.body, mass);
   apply_locks(b.bodies, b.body);
   take_part_as(b.data, b.body, type);
@@ -167,7 +166,7 @@ bool World::is_quarantined(BodyId body) const {
 
 Pose World::pose(BodyId body) const {
   const BodyRow b = at({"pose"}, data_, body);
-  return b.bodies.transform[b.row];
+  return b.bodies.transform[b.body];
 }
 
 void World::set_pose(BodyId body, const Pose& given) {
@@ -183,19 +182,19 @@ void World::set_pose(BodyId body, const Pose& given) {
 
 Vec3 World::linear_velocity(BodyId body) const {
   const BodyRow b = at({"linear_velocity"}, data_, body);
-  return to_vec3(b.bodies.velocity[b.row].linear);
+  return to_vec3(b.bodies.velocity[b.body].linear);
 }
 
 Vec3 World::angular_velocity(BodyId body) const {
   const BodyRow b = at({"angular_velocity"}, data_, body);
-  return to_vec3(b.bodies.velocity[b.row].angular);
+  return to_vec3(b.bodies.velocity[b.body].angular);
 }
 
 Vec3 World::velocity_at(BodyId body, Vec3 world_point) const {
   constexpr Call call{"velocity_at"};
   const BodyRow b = at(call, data_, body);
   check_vector(call, "world_point", world_point, kMaxPosition);
-  const VelocityRow& velocity = b.bodies.velocity[b.row];
+  const VelocityRow& velocity = b.bodies.velocity[b.body];
   return to_vec3(velocity.linear) + cross(to_vec3(velocity.angular), arm_to(b, world_point));
 }
 
@@ -206,8 +205,8 @@ void World::set_linear_velocity(BodyId body, Vec3 velocity) {
   check_vector(call, "velocity", velocity, kMaxSpeed);
   if (b.given_type() == BodyType::fixed) return;
   end_quarantine(b.data, b.body);
-  change_velocity(b, free_linear(b.bodies.motion[b.row], velocity),
-                  to_vec3(b.bodies.velocity[b.row].angular));
+  change_velocity(b, free_linear(b.bodies.motion[b.body], velocity),
+                  to_vec3(b.bodies.velocity[b.body].angular));
 }
 
 void World::set_angular_velocity(BodyId body, Vec3 velocity) {
@@ -217,8 +216,8 @@ void World::set_angular_velocity(BodyId body, Vec3 velocity) {
   check_vector(call, "velocity", velocity, kMaxSpeed);
   if (b.given_type() == BodyType::fixed) return;
   end_quarantine(b.data, b.body);
-  change_velocity(b, to_vec3(b.bodies.velocity[b.row].linear),
-                  free_angular(b.bodies.motion[b.row], velocity));
+  change_velocity(b, to_vec3(b.bodies.velocity[b.body].linear),
+                  free_angular(b.bodies.motion[b.body], velocity));
 }
 
 void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
@@ -232,9 +231,9 @@ void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
   if (!(dt > 0.0f && dt <= 1.0f)) {
     fail(call, "the time step is " + std::to_string(dt) + " s; it must be in (0, 1]");
   }
-  const PoseRow& pose = b.bodies.pose[b.row];
+  const PoseRow& pose = b.bodies.pose[b.body];
   const Quat rotation = normalize(target.rotation);
-  const Vec3 center = target.position + rotate(rotation, b.bodies.center[b.row]);
+  const Vec3 center = target.position + rotate(rotation, b.bodies.center[b.body]);
   const Vec3 linear = (center - to_vec3(pose.position)) * (1.0f / dt);
   const Vec3 angular = spin_for(rotation * conjugate(to_quat(pose.rotation)), b.data.settings.substeps, dt);
   check_vector(call, "the linear velocity", linear, kMaxSpeed);
@@ -245,16 +244,16 @@ void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
 
 Vec3 World::center_of_mass(BodyId body) const {
   const BodyRow b = at({"center_of_mass"}, data_, body);
-  return to_vec3(b.bodies.pose[b.row].position);
+  return to_vec3(b.bodies.pose[b.body].position);
 }
 
 MassProperties World::mass_properties(BodyId body) const {
   const BodyRow b = at({"mass_properties"}, data_, body);
-  if (b.given_type() == BodyType::dynamic || (b.bodies.flags[b.row] & kBodyPropertiesGiven) != 0) {
+  if (b.given_type() == BodyType::dynamic || (b.bodies.flags[b.body] & kBodyPropertiesGiven) != 0) {
     return properties_of(b.bodies, b.body);
   }
   std::optional<float> given_mass;
-  if ((b.bodies.flags[b.row] & kBodyMassGiven) != 0) given_mass = b.bodies.given_mass[b.row];
+  if ((b.bodies.flags[b.body] & kBodyMassGiven) != 0) given_mass = b.bodies.given_mass[b.body];
   return properties_of(sum_shapes(b.data, b.body), given_mass);
 }
 
@@ -263,7 +262,7 @@ void World::set_mass_properties(BodyId body, const MassProperties& properties) {
   const BodyRow b = at(call, data_, body);
   const CallRecord<RecordedCall::set_mass_properties> call_record(b.data, body, properties);
   const BodyMass mass = given_mass_rows(call, properties, b.given_type());
-  b.bodies.flags[b.row] |= kBodyPropertiesGiven;
+  b.bodies.flags[b.body] |= kBodyPropertiesGiven;
   apply_mass(b.data, b.body, mass);
   wake_body(b.data, b.body);
 }
@@ -273,32 +272,32 @@ void World::reset_mass(BodyId body) {
   const BodyRow b = at(call, data_, body);
   const CallRecord<RecordedCall::reset_mass> call_record(b.data, body);
   const auto flags =
-      static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~(kBodyMassGiven | kBodyPropertiesGiven));
+      static_cast<std::uint8_t>(b.bodies.flags[b.body] & ~(kBodyMassGiven | kBodyPropertiesGiven));
   const BodyMass mass = mass_after(call, b.data, b.body, b.given_type(), flags);
-  b.bodies.flags[b.row] = flags;
-  b.bodies.given_mass[b.row] = 0.0f;
+  b.bodies.flags[b.body] = flags;
+  b.bodies.given_mass[b.body] = 0.0f;
   apply_mass(b.data, b.body, mass);
   wake_body(b.data, b.body);
 }
 
 float World::linear_damping(BodyId body) const {
   const BodyRow b = at({"linear_damping"}, data_, body);
-  return b.bodies.motion[b.row].linear_damping;
+  return b.bodies.motion[b.body].linear_damping;
 }
 
 float World::angular_damping(BodyId body) const {
   const BodyRow b = at({"angular_damping"}, data_, body);
-  return b.bodies.motion[b.row].angular_damping;
+  return b.bodies.motion[b.body].angular_damping;
 }
 
 float World::gravity_factor(BodyId body) const {
   const BodyRow b = at({"gravity_factor"}, data_, body);
-  return b.bodies.motion[b.row].gravity_factor;
+  return b.bodies.motion[b.body].gravity_factor;
 }
 
 AxisLocks World::locks(BodyId body) const {
   const BodyRow b = at({"locks"}, data_, body);
-  return b.bodies.locks[b.row];
+  return b.bodies.locks[b.body];
 }
 
 void World::set_linear_damping(BodyId body, float damping) {
@@ -306,7 +305,7 @@ void World::set_linear_damping(BodyId body, float damping) {
   const BodyRow b = at(call, data_, body);
   const CallRecord<RecordedCall::set_linear_damping> call_record(b.data, body, damping);
   check_range(call, "damping", damping, 0.0f, kMaxRate);
-  b.bodies.motion[b.row].linear_damping = damping;
+  b.bodies.motion[b.body].linear_damping = damping;
   wake_body(b.data, b.body);
 }
 
@@ -315,7 +314,7 @@ void World::set_angular_damping(BodyId body, float damping) {
   const BodyRow b = at(call, data_, body);
   const CallRecord<RecordedCall::set_angular_damping> call_record(b.data, body, damping);
   check_range(call, "damping", damping, 0.0f, kMaxRate);
-  b.bodies.motion[b.row].angular_damping = damping;
+  b.bodies.motion[b.body].angular_damping = damping;
   wake_body(b.data, b.body);
 }
 
@@ -324,7 +323,7 @@ void World::set_gravity_factor(BodyId body, float factor) {
   const BodyRow b = at(call, data_, body);
   const CallRecord<RecordedCall::set_gravity_factor> call_record(b.data, body, factor);
   check_range(call, "factor", factor, -kMaxGravityFactor, kMaxGravityFactor);
-  b.bodies.motion[b.row].gravity_factor = factor;
+  b.bodies.motion[b.body].gravity_factor = factor;
   wake_body(b.data, b.body);
 }
 
@@ -333,31 +332,31 @@ void World::set_locks(BodyId body, AxisLocks locks) {
   const BodyRow b = at(call, data_, body);
   const CallRecord<RecordedCall::set_locks> call_record(b.data, body, locks);
   check_locks(call, locks);
-  b.bodies.locks[b.row] = locks;
+  b.bodies.locks[b.body] = locks;
   apply_locks(b.bodies, b.body);
   wake_body(b.data, b.body);
 }
 
 bool World::can_sleep(BodyId body) const {
   const BodyRow b = at({"can_sleep"}, data_, body);
-  return (b.bodies.flags[b.row] & kBodyCanSleep) != 0;
+  return (b.bodies.flags[b.body] & kBodyCanSleep) != 0;
 }
 
 void World::set_can_sleep(BodyId body, bool can_sleep) {
   const BodyRow b = at({"set_can_sleep"}, data_, body);
   const CallRecord<RecordedCall::set_can_sleep> call_record(b.data, body, can_sleep);
   if (can_sleep) {
-    b.bodies.flags[b.row] |= kBodyCanSleep;
+    b.bodies.flags[b.body] |= kBodyCanSleep;
   } else {
-    b.bodies.flags[b.row] = static_cast<std::uint8_t>(b.bodies.flags[b.row] & ~kBodyCanSleep);
+    b.bodies.flags[b.body] = static_cast<std::uint8_t>(b.bodies.flags[b.body] & ~kBodyCanSleep);
     wake_body(b.data, b.body);
   }
 }
 
 bool World::is_awake(BodyId body) const {
   const BodyRow b = at({"is_awake"}, data_, body);
-  if (b.bodies.type[b.row] == BodyType::fixed) return false;
-  return (b.bodies.flags[b.row] & kBodyAsleep) == 0 || is_about_to_wake(b.data, b.body);
+  if (b.bodies.type[b.body] == BodyType::fixed) return false;
+  return (b.bodies.flags[b.body] & kBodyAsleep) == 0 || is_about_to_wake(b.data, b.body);
 }
 
 void World::wake(BodyId body) {
@@ -369,13 +368,13 @@ void World::wake(BodyId body) {
 
 std::uint64_t World::user_data(BodyId body) const {
   const BodyRow b = at({"user_data"}, data_, body);
-  return b.bodies.user_data[b.row];
+  return b.bodies.user_data[b.body];
 }
 
 void World::set_user_data(BodyId body, std::uint64_t user_data) {
   const BodyRow b = at({"set_user_data"}, data_, body);
   const CallRecord<RecordedCall::set_body_user_data> call_record(b.data, body, user_data);
-  b.bodies.user_data[b.row] = user_data;
+  b.bodies.user_data[b.body] = user_data;
 }
 
 void World::add_force(BodyId body, Vec3 force) {

@@ -20,36 +20,35 @@ std::uint8_t flags_of(const BodyDef& def) {
 
 // Writes all columns of a new body except generation, flags and scratch.
 void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const BodyMass& mass) {
-  const auto row = static_cast<std::size_t>(body);
   const Quat rotation = normalize(def.rotation);
-  bodies.type[row] = def.type;
-  put(bodies.center, row, mass.center);
+  bodies.type[body] = def.type;
+  put(bodies.center, body, mass.center);
   PoseRow pose{};
   store(pose.position, def.position + rotate(rotation, mass.center));
   store(pose.rotation, rotation);
-  bodies.pose[row] = pose;
-  bodies.transform[row] = transform_of(pose, mass.center);
-  bodies.motion[row] = {def.linear_damping, def.angular_damping, def.gravity_factor,
-                        mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u};
-  put(bodies.locks, row, def.locks);
+  bodies.pose[body] = pose;
+  bodies.transform[body] = transform_of(pose, mass.center);
+  bodies.motion[body] = {def.linear_damping, def.angular_damping, def.gravity_factor,
+                         mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u};
+  put(bodies.locks, body, def.locks);
   VelocityRow velocity{};
   if (def.type != BodyType::fixed) {
     store(velocity.linear, def.linear_velocity);
     store(velocity.angular, def.angular_velocity);
   }
-  put(bodies.velocity, row, velocity);
+  put(bodies.velocity, body, velocity);
   apply_locks(bodies, body);
-  put(bodies.force, row, {});
-  put(bodies.sleep_time, row, 0.0f);
-  put(bodies.drift, row, {});
-  put(bodies.local_mass, row, mass.inverse);
-  put(bodies.local_inertia, row, mass.inertia);
-  put(bodies.mass, row, mass.mass);
-  put(bodies.given_mass, row, def.mass.value_or(0.0f));
-  bodies.first_shape[row] = -1;
-  bodies.first_joint[row] = -1;
-  put(bodies.user_data, row, def.user_data);
-  bodies.core[row] = kNoCore;
+  put(bodies.force, body, {});
+  put(bodies.sleep_time, body, 0.0f);
+  put(bodies.drift, body, {});
+  put(bodies.local_mass, body, mass.inverse);
+  put(bodies.local_inertia, body, mass.inertia);
+  put(bodies.mass, body, mass.mass);
+  put(bodies.given_mass, body, def.mass.value_or(0.0f));
+  bodies.first_shape[body] = -1;
+  bodies.first_joint[body] = -1;
+  put(bodies.user_data, body, def.user_data);
+  bodies.core[body] = kNoCore;
   bodies.marks.mark(body);
 }
 
@@ -100,9 +99,8 @@ std::vector<std::int32_t> check_all(Call call, WorldData& data, std::span<const 
 void drop_hulls(WorldData& data, const SlotPlan& plan, std::size_t count, std::size_t old_hulls) {
   while (count > 0) {
     const std::int32_t shape = plan.slot(data.shapes.free_slots, --count);
-    const auto row = static_cast<std::size_t>(shape);
-    undo_hull(data.hulls, data.shapes.hull[row], old_hulls);
-    data.shapes.hull[row] = -1;
+    undo_hull(data.hulls, data.shapes.hull[shape], old_hulls);
+    data.shapes.hull[shape] = -1;
     data.shapes.marks.mark(shape);
   }
 }
@@ -149,9 +147,8 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
   }
   for (std::size_t i = 0; i < count; ++i) {
     const std::int32_t body = body_plan.slot(bodies.free_slots, i);
-    const auto row = static_cast<std::size_t>(body);
-    if (bodies.generation[row] == 0) bodies.generation[row] = 1;
-    bodies.flags[row] = flags_of(defs[i]);
+    if (bodies.generation[body] == 0) bodies.generation[body] = 1;
+    bodies.flags[body] = flags_of(defs[i]);
     bodies.marks.mark(body);
     if (defs[i].type != BodyType::fixed) note_change(bodies, body);
     ids[i] = body_handle(data, body);
@@ -170,30 +167,29 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
 // There is room in the list of lost joints for those of the body.
 void remove_body(WorldData& data, std::int32_t body) {
   Bodies& bodies = data.bodies;
-  const auto row = static_cast<std::size_t>(body);
-  if (bodies.unplaced[row] != 0)
+  if (bodies.unplaced[body] != 0)
     place_matter_of(data, body);  // so that a dead row does not depend on when it was done
-  while (bodies.first_joint[row] >= 0) {
-    const std::int32_t joint = bodies.first_joint[row];
+  while (bodies.first_joint[body] >= 0) {
+    const std::int32_t joint = bodies.first_joint[body];
     const auto index = static_cast<std::uint32_t>(joint);
     data.events.lost.push_back({index, data.joints.generation[index]});
     remove_joint(data, joint);
   }
-  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
+  for (std::int32_t shape = bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     remove_shape(data, shape);
   }
   bodies.moments.erase(body);
-  if ((bodies.flags[row] & kBodyAsleep) != 0) --bodies.asleep;
-  if (bodies.type[row] != BodyType::fixed) note_change(bodies, body);
+  if ((bodies.flags[body] & kBodyAsleep) != 0) --bodies.asleep;
+  if (bodies.type[body] != BodyType::fixed) note_change(bodies, body);
   bodies.marks.mark(body);
-  bodies.flags[row] = 0;
-  bodies.first_shape[row] = -1;
-  put(bodies.velocity, row, {});
-  put(bodies.force, row, {});
-  put(bodies.local_mass, row, {});
-  put(bodies.inertia, row, {});
+  bodies.flags[body] = 0;
+  bodies.first_shape[body] = -1;
+  put(bodies.velocity, body, {});
+  put(bodies.force, body, {});
+  put(bodies.local_mass, body, {});
+  put(bodies.inertia, body, {});
   // A slot whose generations are used up stays empty for good.
-  if (++bodies.generation[row] != 0) bodies.free_slots.push_back(body);
+  if (++bodies.generation[body] != 0) bodies.free_slots.push_back(body);
   --bodies.alive;
 }
 
@@ -263,10 +259,10 @@ void World::destroy_bodies(std::span<const BodyId> bodies) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Call call{kName, static_cast<std::int64_t>(i)};
     try {
-      const auto row = static_cast<std::size_t>(checked_row(call, data, bodies[i]));
+      const std::int32_t row = checked_row(call, data, bodies[i]);
       if ((data.bodies.flags[row] & kBodyMarked) != 0) fail(call, "the same body stands in the list twice");
       data.bodies.flags[row] |= kBodyMarked;
-      joints += count_joints(data, static_cast<std::int32_t>(row));
+      joints += count_joints(data, row);
     } catch (...) {
       unmark(i);
       throw;

@@ -83,54 +83,24 @@ class Column {
     SCREE_ASSERT(rows.empty() || std::less<>()(rows.data(), rows_) ||
                  std::greater_equal<>()(rows.data(), rows_ + capacity_));
     const std::size_t old = size_;
-    resize_for_overwrite(old + rows.size());
+    resize_rows_for_overwrite(old + rows.size());
     if (!rows.empty()) std::memcpy(static_cast<void*>(rows_ + old), rows.data(), rows.size_bytes());
   }
   void pop_back() { drop_back(1); }
   void clear() { size_ = 0; }
-  void drop_back(std::size_t count) {
-    SCREE_ASSERT(count <= size_);
-    size_ -= count;
-  }
+  void drop_back(std::integral auto count) { drop_rows(checked_size(count)); }
+
+  // Sizes are any integers, too; debug builds refuse negative ones.
 
   // Makes sure that pushing and resizing up to `size` rows cannot fail.
-  void reserve(std::size_t size) {
-    if (size > capacity_) reserve_for(size);
-  }
-
+  void reserve(std::integral auto size) { reserve_rows(checked_size(size)); }
   // Keeps the common rows; new ones are zero bytes.
-  void resize(std::size_t size) {
-    const std::size_t old = size_;
-    if (size > capacity_) reserve_for(size);
-    const std::size_t last = size < written_ ? size : written_;  // the rest is zero
-    if (last > old) std::memset(static_cast<void*>(rows_ + old), 0, (last - old) * sizeof(Row));
-    size_ = size;
-    // They count as written from here on, so that shrinking and growing zeroes them again.
-    if (written_ < size_) written_ = size_;
-  }
-
+  void resize(std::integral auto size) { resize_rows(checked_size(size)); }
   // Keeps the common rows; new ones are indeterminate.
-  void resize_for_overwrite(std::size_t size) {
-    if (size > capacity_) reserve_for(size);
-    size_ = size;
-    if (written_ < size_) written_ = size_;
-  }
-
+  void resize_for_overwrite(std::integral auto size) { resize_rows_for_overwrite(checked_size(size)); }
   // For scratch that is wholly written before it is read: contents are indeterminate afterwards. The old
   // memory goes before the new comes, so that a step's peak does not hold both.
-  void resize_discarding(std::size_t size) {
-    if (size > capacity_) {
-      const std::size_t grown = grown_capacity(size);
-      if (allocation_of(grown, kPageBytes) <= room_) {  // pages of its own that it has touched cost nothing
-        capacity_ = grown;
-      } else {
-        release();
-        allocate(grown);
-      }
-    }
-    size_ = size;
-    if (written_ < size_) written_ = size_;
-  }
+  void resize_discarding(std::integral auto size) { resize_rows_discarding(checked_size(size)); }
 
  private:
   // Large columns grow by less: what they have is copied seldom, but where it is, the copy lies beside it.
@@ -145,6 +115,49 @@ class Column {
     const std::size_t index = static_cast<std::size_t>(row);
     SCREE_ASSERT(index < size_);
     return index;
+  }
+  static std::size_t checked_size(std::integral auto size) {
+    SCREE_ASSERT(std::in_range<std::size_t>(size));
+    return static_cast<std::size_t>(size);
+  }
+
+  void drop_rows(std::size_t count) {
+    SCREE_ASSERT(count <= size_);
+    size_ -= count;
+  }
+
+  void reserve_rows(std::size_t size) {
+    if (size > capacity_) reserve_for(size);
+  }
+
+  void resize_rows(std::size_t size) {
+    const std::size_t old = size_;
+    if (size > capacity_) reserve_for(size);
+    const std::size_t last = size < written_ ? size : written_;  // the rest is zero
+    if (last > old) std::memset(static_cast<void*>(rows_ + old), 0, (last - old) * sizeof(Row));
+    size_ = size;
+    // They count as written from here on, so that shrinking and growing zeroes them again.
+    if (written_ < size_) written_ = size_;
+  }
+
+  void resize_rows_for_overwrite(std::size_t size) {
+    if (size > capacity_) reserve_for(size);
+    size_ = size;
+    if (written_ < size_) written_ = size_;
+  }
+
+  void resize_rows_discarding(std::size_t size) {
+    if (size > capacity_) {
+      const std::size_t grown = grown_capacity(size);
+      if (allocation_of(grown, kPageBytes) <= room_) {  // pages of its own that it has touched cost nothing
+        capacity_ = grown;
+      } else {
+        release();
+        allocate(grown);
+      }
+    }
+    size_ = size;
+    if (written_ < size_) written_ = size_;
   }
 
   std::size_t grown_capacity(std::size_t size) const {

@@ -9,6 +9,7 @@
 #include <scree/world.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace scree {
 
@@ -23,8 +24,8 @@ const WorldData& opened_for_forces(Call call, const std::unique_ptr<WorldData>& 
 }
 
 // Rows of state, or zero while they are not measured.
-ContactForceRow force_row(const Contacts& contacts, std::size_t row) {
-  return row < contacts.forces.size() ? contacts.forces[row] : ContactForceRow{};
+ContactForceRow force_row(const Contacts& contacts, std::int32_t contact) {
+  return std::cmp_less(contact, contacts.forces.size()) ? contacts.forces[contact] : ContactForceRow{};
 }
 
 bool bore(const Manifold& manifold, const ContactForceRow& forces, unsigned point) {
@@ -37,15 +38,14 @@ float nearest_of(const Manifold& manifold) {
 
 // Leaves out points ahead of time, and shapes that a call has replaced since the step.
 bool is_present(const WorldData& data, std::int32_t contact) {
-  const auto row = static_cast<std::size_t>(contact);
-  const ShapePair pair = data.contacts.now.pair[row];
+  const ShapePair pair = data.contacts.now.pair[contact];
   for (const std::int32_t shape : {pair.a, pair.b}) {
     const std::uint8_t flags = data.shapes.flags[shape];
     if ((flags & (kShapeAlive | kShapeNew)) != kShapeAlive) return false;
   }
-  const Manifold& manifold = data.contacts.now.manifold[row];
+  const Manifold& manifold = data.contacts.now.manifold[contact];
   if (nearest_of(manifold) <= kLinearSlop) return true;
-  const ContactForceRow forces = force_row(data.contacts, row);
+  const ContactForceRow forces = force_row(data.contacts, contact);
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
     if (bore(manifold, forces, k)) return true;
   }
@@ -53,38 +53,37 @@ bool is_present(const WorldData& data, std::int32_t contact) {
 }
 
 ContactForces describe(const WorldData& data, std::int32_t contact) {
-  const auto row = static_cast<std::size_t>(contact);
-  const ShapePair pair = data.contacts.now.pair[row];
-  const Manifold& manifold = data.contacts.now.manifold[row];
-  const ContactForceRow forces = force_row(data.contacts, row);
-  ContactForces told{};
+  const ShapePair pair = data.contacts.now.pair[contact];
+  const Manifold& manifold = data.contacts.now.manifold[contact];
+  const ContactForceRow forces = force_row(data.contacts, contact);
+  ContactForces found{};
   const auto name = [&](std::int32_t shape, ShapeId& shape_id, BodyId& body_id) {
     shape_id = shape_handle(data, shape);
     body_id = body_handle(data, data.shapes.body[shape]);
   };
-  name(pair.a, told.shape_a, told.body_a);
-  name(pair.b, told.shape_b, told.body_b);
+  name(pair.a, found.shape_a, found.body_a);
+  name(pair.b, found.shape_b, found.body_b);
   // The manifold's body B is the dynamic one if only one is; here it is that of the shape of higher index.
-  const bool flipped = static_cast<std::uint32_t>(manifold.row_b) == told.body_a.index;
+  const bool flipped = static_cast<std::uint32_t>(manifold.row_b) == found.body_a.index;
   const float side = flipped ? -1.0f : 1.0f;
   const Vec3 normal = to_vec3(manifold.normal);
   const Vec3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
-  told.normal = side * normal;
+  found.normal = side * normal;
   // A contact that is not measured has not moved either: it sleeps, or the step had no length.
   const Vec3 now = to_vec3(data.bodies.pose[manifold.row_b].position) + to_vec3(manifold.arm_b);
-  told.friction_center = forces.is_set != 0.0f ? to_vec3(forces.center) : now;
-  told.friction_impulse =
+  found.friction_center = forces.is_set != 0.0f ? to_vec3(forces.center) : now;
+  found.friction_impulse =
       side * (forces.friction_impulse[0] * tangent_1 + forces.friction_impulse[1] * tangent_2);
-  told.twist_impulse = forces.twist_impulse;  // about a normal that is turned round as the body is
-  told.rolling_impulse = side * to_vec3(forces.rolling_impulse);
+  found.twist_impulse = forces.twist_impulse;  // about a normal that is turned round as the body is
+  found.rolling_impulse = side * to_vec3(forces.rolling_impulse);
   const float near = std::max(nearest_of(manifold), kSpeculativeDistance);
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
     if (!(manifold.separation[k] <= near || bore(manifold, forces, k))) continue;
-    told.points[told.point_count++] = {
-        told.friction_center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2,
+    found.points[found.point_count++] = {
+        found.friction_center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2,
         manifold.separation[k], forces.normal_impulse[k]};
   }
-  return told;
+  return found;
 }
 
 // The rows of pairs at rest, by pair: shape by shape, because what a shape has is mostly in order.
@@ -116,12 +115,11 @@ void for_each_contact(const WorldData& data, Visit&& visit) {
   const Contacts& contacts = data.contacts;
   const PairRows &moving = contacts.pairs, &resting = contacts.resting;
   const Column<std::int32_t>& order = ordered_resting(data);
-  const auto resting_row = [&](std::size_t place) { return static_cast<std::size_t>(order[place]); };
   std::size_t m = 0, r = 0;
   while (m < moving.pair.size() || r < order.size()) {
-    const bool rests = m == moving.pair.size() ||
-                       (r < order.size() && comes_before(resting.pair[resting_row(r)], moving.pair[m]));
-    const std::int32_t contact = rests ? resting.contact[resting_row(r++)] : moving.contact[m++];
+    const bool rests =
+        m == moving.pair.size() || (r < order.size() && comes_before(resting.pair[order[r]], moving.pair[m]));
+    const std::int32_t contact = rests ? resting.contact[order[r++]] : moving.contact[m++];
     if (contact >= 0) visit(contact);
   }
 }
@@ -140,19 +138,19 @@ void list_by_shape(const WorldData& data) {
       visit(pair.b, contact);
     }
   };
-  for_each_end([&](std::int32_t shape, std::int32_t) { ++end[static_cast<std::size_t>(shape) + 1]; });
+  for_each_end([&](std::int32_t shape, std::int32_t) { ++end[shape + 1]; });
   std::int32_t sum = 0;
   for (std::int32_t& count : end) count = sum += count;  // -> where the shape's list begins
-  contacts.by_shape.resize_discarding(static_cast<std::size_t>(sum));
+  contacts.by_shape.resize_discarding(sum);
   // Afterwards each entry is the end of its own shape's list.
   for_each_end([&](std::int32_t shape, std::int32_t contact) { contacts.by_shape[end[shape]++] = contact; });
 }
 
 std::span<const std::int32_t> moving_contacts_of(const Contacts& contacts, std::int32_t shape) {
-  const auto row = static_cast<std::size_t>(shape);
-  if (row + 1 >= contacts.by_shape_end.size()) return {};  // younger than the lists
-  const std::int32_t begin = row == 0 ? 0 : contacts.by_shape_end[row - 1];
-  return std::span(contacts.by_shape.begin() + begin, contacts.by_shape.begin() + contacts.by_shape_end[row]);
+  if (std::cmp_greater_equal(shape + 1, contacts.by_shape_end.size())) return {};  // younger than the lists
+  const std::int32_t begin = shape == 0 ? 0 : contacts.by_shape_end[shape - 1];
+  return std::span(contacts.by_shape.begin() + begin,
+                   contacts.by_shape.begin() + contacts.by_shape_end[shape]);
 }
 
 // The contacts of one body or shape. Each thread has a list of its own, and keeps its memory.
@@ -173,20 +171,21 @@ void find_contacts(const WorldData& data, std::int32_t shape, Column<std::int32_
   });
 }
 
-void tell(const WorldData& data, std::int32_t contact, std::span<ContactForces> out, std::size_t& count) {
+void write_forces(const WorldData& data, std::int32_t contact, std::span<ContactForces> out,
+                  std::size_t& count) {
   if (!is_present(data, contact)) return;
   if (count < out.size()) out[count] = describe(data, contact);
   ++count;
 }
 
 // Those found, in the order of their pairs. Returns how many there are.
-std::size_t tell_found(const WorldData& data, Column<std::int32_t>& found, std::span<ContactForces> out) {
+std::size_t write_found(const WorldData& data, Column<std::int32_t>& found, std::span<ContactForces> out) {
   const Contacts& contacts = data.contacts;
   std::sort(found.begin(), found.end(), [&](std::int32_t x, std::int32_t y) {
     return comes_before(contacts.now.pair[x], contacts.now.pair[y]);
   });
   std::size_t count = 0;
-  for (const std::int32_t contact : found) tell(data, contact, out, count);
+  for (const std::int32_t contact : found) write_forces(data, contact, out, count);
   return count;
 }
 
@@ -196,7 +195,7 @@ std::size_t World::contact_forces(std::span<ContactForces> out) const {
   const FpEnvironment environment;
   const WorldData& data = opened_for_forces({"contact_forces"}, data_);
   std::size_t count = 0;
-  for_each_contact(data, [&](std::int32_t contact) { tell(data, contact, out, count); });
+  for_each_contact(data, [&](std::int32_t contact) { write_forces(data, contact, out, count); });
   return count;
 }
 
@@ -207,7 +206,7 @@ std::size_t World::contact_forces_of(ShapeId shape, std::span<ContactForces> out
   const std::int32_t row = checked_row(call, data, shape);
   Column<std::int32_t>& found = empty_list(data);
   find_contacts(data, row, found);
-  return tell_found(data, found, out);
+  return write_found(data, found, out);
 }
 
 std::size_t World::contact_forces_of(BodyId body, std::span<ContactForces> out) const {
@@ -219,7 +218,7 @@ std::size_t World::contact_forces_of(BodyId body, std::span<ContactForces> out) 
   for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
     find_contacts(data, shape, found);
   }
-  return tell_found(data, found, out);
+  return write_found(data, found, out);
 }
 
 }  // namespace scree

@@ -31,31 +31,29 @@ void leave(WorldData& data, std::int32_t body, UnplacedFlag what) {
 
 // The pose of the center of mass, and of the origin again, which rounding may change.
 void write_pose(Bodies& bodies, std::int32_t body, const Pose& transform) {
-  const auto row = static_cast<std::size_t>(body);
-  store(bodies.pose[row].position, transform.position + rotate(transform.rotation, bodies.center[row]));
-  store(bodies.pose[row].rotation, transform.rotation);
-  bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
+  store(bodies.pose[body].position, transform.position + rotate(transform.rotation, bodies.center[body]));
+  store(bodies.pose[body].rotation, transform.rotation);
+  bodies.transform[body] = transform_of(bodies.pose[body], bodies.center[body]);
   bodies.marks.mark(body);
 }
 
 // The material points of the body keep their positions and velocities.
 void move_center(WorldData& data, std::int32_t body, Vec3 center) {
   Bodies& bodies = data.bodies;
-  const auto row = static_cast<std::size_t>(body);
   data.contacts.manifolds_stale = true;  // their arms are relative to the old center
 
-  const Pose transform = bodies.transform[row];
-  const Vec3 shift = rotate(transform.rotation, center - bodies.center[row]);
-  VelocityRow& velocity = bodies.velocity[row];
+  const Pose transform = bodies.transform[body];
+  const Vec3 shift = rotate(transform.rotation, center - bodies.center[body]);
+  VelocityRow& velocity = bodies.velocity[body];
   store(velocity.linear,
-        free_linear(bodies.motion[row], to_vec3(velocity.linear) + cross(to_vec3(velocity.angular), shift)));
-  bodies.center[row] = center;
+        free_linear(bodies.motion[body], to_vec3(velocity.linear) + cross(to_vec3(velocity.angular), shift)));
+  bodies.center[body] = center;
   write_pose(bodies, body, transform);
   // Manifolds of sleepers with a fixed or kinematic body must be recomputed, too.
-  const bool wakes = bodies.type[row] != BodyType::dynamic;
-  const bool all_dirty = (bodies.unplaced[row] & kShapesUnplaced) != 0;
+  const bool wakes = bodies.type[body] != BodyType::dynamic;
+  const bool all_dirty = (bodies.unplaced[body] & kShapesUnplaced) != 0;
   if (!wakes && all_dirty) return;
-  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
+  for (std::int32_t shape = bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     if (wakes) request_wake(data, shape);
     mark_dirty(data.shapes, shape);
   }
@@ -88,6 +86,7 @@ void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags) {
   if ((row_flags & kShapeDirty) == 0) shapes.dirty.push_back(shape);
   row_flags = static_cast<std::uint8_t>(row_flags | flags | kShapeDirty);
   shapes.marks.mark(shape);
+  shapes.waking_made.forget();
 }
 
 void mark_shapes_dirty(WorldData& data, std::int32_t body) {
@@ -97,8 +96,7 @@ void mark_shapes_dirty(WorldData& data, std::int32_t body) {
 }
 
 TreeKind tree_of(const Bodies& bodies, std::int32_t body) {
-  const auto row = static_cast<std::size_t>(body);
-  switch (bodies.type[row]) {
+  switch (bodies.type[body]) {
     case BodyType::fixed:
       return TreeKind::frozen;
     case BodyType::kinematic:
@@ -106,34 +104,32 @@ TreeKind tree_of(const Bodies& bodies, std::int32_t body) {
     case BodyType::dynamic:
       break;
   }
-  return (bodies.flags[row] & kBodyAsleep) != 0 ? TreeKind::frozen : TreeKind::awake;
+  return (bodies.flags[body] & kBodyAsleep) != 0 ? TreeKind::frozen : TreeKind::awake;
 }
 
 void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull) {
   Shapes& shapes = data.shapes;
-  const auto row = static_cast<std::size_t>(shape);
   ExtentRow extent{};
   if (const auto* sphere = std::get_if<Sphere>(&geometry)) {
-    shapes.type[row] = ShapeType::sphere;
+    shapes.type[shape] = ShapeType::sphere;
     extent.radius = sphere->radius;
   } else if (const auto* capsule = std::get_if<Capsule>(&geometry)) {
-    shapes.type[row] = ShapeType::capsule;
+    shapes.type[shape] = ShapeType::capsule;
     extent.half[1] = capsule->half_height;
     extent.radius = capsule->radius;
   } else if (const auto* box = std::get_if<Box>(&geometry)) {
-    shapes.type[row] = ShapeType::box;
+    shapes.type[shape] = ShapeType::box;
     store(extent.half, box->half_extents);
   } else if (hull >= 0) {
-    shapes.type[row] = ShapeType::hull;
+    shapes.type[shape] = ShapeType::hull;
     extent = extent_of(*data.hulls.shared[static_cast<std::size_t>(hull)].solid);
   }
-  shapes.extent[row] = extent;
-  shapes.hull[row] = hull;
+  shapes.extent[shape] = extent;
+  shapes.hull[shape] = hull;
   shapes.marks.mark(shape);
 }
 
 void write_material(Shapes& shapes, std::int32_t shape, const Material& material) {
-  const auto row = static_cast<std::size_t>(shape);
   MaterialRow rules{};
   rules.friction = material.friction;
   rules.restitution = material.restitution;
@@ -144,62 +140,57 @@ void write_material(Shapes& shapes, std::int32_t shape, const Material& material
   if (material.patch_radius) rules.rules |= kMaterialPatch;
   if (material.surface_velocity != Vec3{}) rules.rules |= kMaterialMoves;
   store(rules.surface_velocity, material.surface_velocity);
-  shapes.material[row] = rules;
-  shapes.density[row] = material.density;
+  shapes.material[shape] = rules;
+  shapes.density[shape] = material.density;
   shapes.marks.mark(shape);
 }
 
 void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull,
                  const Material& material, const ShapeOptions& options) {
   Shapes& shapes = data.shapes;
-  const auto row = static_cast<std::size_t>(shape);
   write_extent(data, shape, geometry, hull);
   write_material(shapes, shape, material);
-  shapes.next[row] = -1;
-  shapes.previous[row] = -1;
-  shapes.given_pose[row] = options.local_pose;
-  shapes.local_pose[row] = {};
-  shapes.filter[row] = options.filter;
-  shapes.fat_bounds[row] = {};
-  shapes.tree[row] = TreeKind::none;
-  put(shapes.user_data, row, options.user_data);
-  put(shapes.events, row, options.contact_events);
-  shapes.pose[row] = {};
+  shapes.next[shape] = -1;
+  shapes.previous[shape] = -1;
+  shapes.given_pose[shape] = options.local_pose;
+  shapes.local_pose[shape] = {};
+  shapes.filter[shape] = options.filter;
+  shapes.fat_bounds[shape] = {};
+  shapes.tree[shape] = TreeKind::none;
+  put(shapes.user_data, shape, options.user_data);
+  put(shapes.events, shape, options.contact_events);
+  shapes.pose[shape] = {};
 }
 
 ShapeId commit_shape(WorldData& data, std::int32_t shape) {
   Shapes& shapes = data.shapes;
-  const auto row = static_cast<std::size_t>(shape);
-  SCREE_ASSERT((shapes.flags[row] & kShapeAlive) == 0);
-  if (shapes.generation[row] == 0) shapes.generation[row] = 1;
+  SCREE_ASSERT((shapes.flags[shape] & kShapeAlive) == 0);
+  if (shapes.generation[shape] == 0) shapes.generation[shape] = 1;
   mark_dirty(shapes, shape, kShapeAlive | kShapeNew);
   ++shapes.alive;
-  if (shapes.events[row] != ContactEvents::none) ++shapes.asking;
+  if (shapes.events[shape] != ContactEvents::none) ++shapes.asking;
   return shape_handle(data, shape);
 }
 
 void link_shape(WorldData& data, std::int32_t shape, std::int32_t body) {
-  const auto row = static_cast<std::size_t>(shape);
-  const auto body_row = static_cast<std::size_t>(body);
-  const std::int32_t sibling = data.bodies.first_shape[body_row];
-  data.shapes.body[row] = body;
-  data.shapes.next[row] = sibling;
-  data.shapes.previous[row] = -1;
+  const std::int32_t sibling = data.bodies.first_shape[body];
+  data.shapes.body[shape] = body;
+  data.shapes.next[shape] = sibling;
+  data.shapes.previous[shape] = -1;
   if (sibling >= 0) data.shapes.previous[sibling] = shape;
-  data.bodies.first_shape[body_row] = shape;
+  data.bodies.first_shape[body] = shape;
   data.bodies.marks.mark(body);
   data.shapes.marks.mark(shape);
-  data.shapes.tree[row] = tree_of(data.bodies, body);
-  if (data.shapes.tree[row] != TreeKind::frozen) note_change(data.shapes, shape);
+  data.shapes.tree[shape] = tree_of(data.bodies, body);
+  if (data.shapes.tree[shape] != TreeKind::frozen) note_change(data.shapes, shape);
   if (sibling >= 0) note_change(data.shapes, sibling);  // was alone perhaps
   place_shape_in_body(data, shape);
 }
 
 void unlink_shape(WorldData& data, std::int32_t shape) {
   Shapes& shapes = data.shapes;
-  const auto row = static_cast<std::size_t>(shape);
-  const std::int32_t before = shapes.previous[row], behind = shapes.next[row];
-  const std::int32_t body = shapes.body[row];
+  const std::int32_t before = shapes.previous[shape], behind = shapes.next[shape];
+  const std::int32_t body = shapes.body[shape];
   SCREE_ASSERT((before >= 0 ? shapes.next[before] : data.bodies.first_shape[body]) == shape);
   SCREE_ASSERT(behind < 0 || shapes.previous[behind] == shape);
   if (before >= 0) {
@@ -214,29 +205,27 @@ void unlink_shape(WorldData& data, std::int32_t shape) {
 
 void remove_shape(WorldData& data, std::int32_t shape) {
   Shapes& shapes = data.shapes;
-  const auto row = static_cast<std::size_t>(shape);
-  SCREE_ASSERT((shapes.flags[row] & kShapeAlive) != 0);
+  SCREE_ASSERT((shapes.flags[shape] & kShapeAlive) != 0);
   request_wake(data, shape);
   mark_dirty(shapes, shape);
-  release_hull(data.hulls, shapes.hull[row]);
-  shapes.hull[row] = -1;
-  shapes.flags[row] = static_cast<std::uint8_t>(shapes.flags[row] & ~(kShapeAlive | kShapeNew));
-  if (shapes.tree[row] != TreeKind::frozen) note_change(shapes, shape);
-  shapes.tree[row] = TreeKind::none;
+  release_hull(data.hulls, shapes.hull[shape]);
+  shapes.hull[shape] = -1;
+  shapes.flags[shape] = static_cast<std::uint8_t>(shapes.flags[shape] & ~(kShapeAlive | kShapeNew));
+  if (shapes.tree[shape] != TreeKind::frozen) note_change(shapes, shape);
+  shapes.tree[shape] = TreeKind::none;
   // A slot whose generations are used up stays empty for good.
-  if (++shapes.generation[row] != 0) shapes.free_slots.push_back(shape);
+  if (++shapes.generation[shape] != 0) shapes.free_slots.push_back(shape);
   --shapes.alive;
-  if (shapes.events[row] != ContactEvents::none) --shapes.asking;
+  if (shapes.events[shape] != ContactEvents::none) --shapes.asking;
   data.contacts.pairs_stale = true;
 }
 
 void place_shape_in_body(WorldData& data, std::int32_t shape) {
-  const auto row = static_cast<std::size_t>(shape);
-  const Pose& given = data.shapes.given_pose[row];
-  const Vec3 center = data.bodies.center[data.shapes.body[row]];
+  const Pose& given = data.shapes.given_pose[shape];
+  const Vec3 center = data.bodies.center[data.shapes.body[shape]];
   PoseRow local{};
   store(local.position, given.position - center);
-  if (const std::int32_t hull = data.shapes.hull[row]; hull >= 0) {
+  if (const std::int32_t hull = data.shapes.hull[shape]; hull >= 0) {
     // In double precision: a hull may lie far from the origin of its points.
     double offset[3];
     rotate(given.rotation, data.hulls.shared[static_cast<std::size_t>(hull)].solid->origin, offset);
@@ -245,7 +234,7 @@ void place_shape_in_body(WorldData& data, std::int32_t shape) {
                            static_cast<float>(offset[2] + given.position.z - center.z)});
   }
   store(local.rotation, given.rotation);
-  data.shapes.local_pose[row] = local;
+  data.shapes.local_pose[shape] = local;
 }
 
 void leave_core(WorldData& data, std::int32_t body) { leave(data, body, kCoreUnmeasured); }
@@ -253,9 +242,8 @@ void leave_core(WorldData& data, std::int32_t body) { leave(data, body, kCoreUnm
 void place_matter_of(WorldData& data, std::int32_t body) {
   const FpEnvironment environment;
   data.bodies.marks.mark(body);
-  const auto row = static_cast<std::size_t>(body);
-  if ((data.bodies.unplaced[row] & kShapesUnplaced) != 0) {
-    for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
+  if ((data.bodies.unplaced[body] & kShapesUnplaced) != 0) {
+    for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
       place_shape_in_body(data, shape);
     }
     place_joints_of(data, body);
@@ -266,9 +254,8 @@ void place_matter_of(WorldData& data, std::int32_t body) {
 void place_matter(WorldData& data) {
   Bodies& bodies = data.bodies;
   for (const std::int32_t body : bodies.to_place) {
-    const auto row = static_cast<std::size_t>(body);
-    if ((bodies.flags[row] & kBodyAlive) != 0) place_matter_of(data, body);
-    bodies.unplaced[row] = 0;
+    if ((bodies.flags[body] & kBodyAlive) != 0) place_matter_of(data, body);
+    bodies.unplaced[body] = 0;
   }
   bodies.to_place.clear();
 }
@@ -279,28 +266,26 @@ void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
 }
 
 void apply_locks(Bodies& bodies, std::int32_t body) {
-  const auto row = static_cast<std::size_t>(body);
-  MotionRow& motion = bodies.motion[row];
+  MotionRow& motion = bodies.motion[body];
   bodies.marks.mark(body);
   motion.flags &= ~static_cast<std::uint32_t>(kMotionLocksMask);
   if (given_type(bodies, body) != BodyType::dynamic) return;
-  motion.flags |= static_cast<std::uint32_t>(bodies.locks[row]);
-  VelocityRow& velocity = bodies.velocity[row];
+  motion.flags |= static_cast<std::uint32_t>(bodies.locks[body]);
+  VelocityRow& velocity = bodies.velocity[body];
   store(velocity.linear, free_linear(motion, to_vec3(velocity.linear)));
   store(velocity.angular, free_angular(motion, to_vec3(velocity.angular)));
 }
 
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
   Bodies& bodies = data.bodies;
-  const auto row = static_cast<std::size_t>(body);
   bodies.marks.mark(body);
-  put(bodies.mass, row, mass.mass);
-  put(bodies.local_inertia, row, mass.inertia);
-  put(bodies.local_mass, row, mass.inverse);
-  put(bodies.inertia, row, {});
-  bodies.motion[row].flags = (bodies.motion[row].flags & ~static_cast<std::uint32_t>(kMotionGyroscopic)) |
-                             (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u);
-  if (bodies.center[row] != mass.center) move_center(data, body, mass.center);
+  put(bodies.mass, body, mass.mass);
+  put(bodies.local_inertia, body, mass.inertia);
+  put(bodies.local_mass, body, mass.inverse);
+  put(bodies.inertia, body, {});
+  bodies.motion[body].flags = (bodies.motion[body].flags & ~static_cast<std::uint32_t>(kMotionGyroscopic)) |
+                              (mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u);
+  if (bodies.center[body] != mass.center) move_center(data, body, mass.center);
 }
 
 void disturb(WorldData& data, std::int32_t body) {
@@ -311,23 +296,21 @@ void disturb(WorldData& data, std::int32_t body) {
   const Joints& joints = data.joints;
   for (std::int32_t joint = data.bodies.first_joint[body]; joint >= 0;
        joint = next_joint(joints, joint, body)) {
-    const auto row = static_cast<std::size_t>(joint);
-    if ((joints.flags[row] & kJointEnabled) != 0) wake_body(data, other_end(joints.bodies[row], body));
+    if ((joints.flags[joint] & kJointEnabled) != 0) wake_body(data, other_end(joints.bodies[joint], body));
   }
 }
 
 void take_part_as(WorldData& data, std::int32_t body, BodyType type) {
   Bodies& bodies = data.bodies;
-  const auto row = static_cast<std::size_t>(body);
-  bodies.type[row] = type;
-  if (type == BodyType::fixed) bodies.velocity[row] = {};
-  if (type != BodyType::dynamic) bodies.force[row] = {};
-  bodies.sleep_time[row] = 0.0f;
-  if ((bodies.flags[row] & kBodyAsleep) != 0) --bodies.asleep;
-  bodies.flags[row] = static_cast<std::uint8_t>(bodies.flags[row] & ~kBodyAsleep);
+  bodies.type[body] = type;
+  if (type == BodyType::fixed) bodies.velocity[body] = {};
+  if (type != BodyType::dynamic) bodies.force[body] = {};
+  bodies.sleep_time[body] = 0.0f;
+  if ((bodies.flags[body] & kBodyAsleep) != 0) --bodies.asleep;
+  bodies.flags[body] = static_cast<std::uint8_t>(bodies.flags[body] & ~kBodyAsleep);
   note_change(bodies, body);
   const TreeKind tree = tree_of(bodies, body);
-  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
+  for (std::int32_t shape = bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     data.shapes.tree[shape] = tree;
     note_change(data.shapes, shape);
     mark_dirty(data.shapes, shape, kShapeNew);
@@ -337,9 +320,8 @@ void take_part_as(WorldData& data, std::int32_t body, BodyType type) {
 
 void quarantine(WorldData& data, std::int32_t body) {
   disturb(data, body);
-  const auto row = static_cast<std::size_t>(body);
-  data.bodies.flags[row] |=
-      data.bodies.type[row] == BodyType::dynamic ? kBodyQuarantinedDynamic : kBodyQuarantinedKinematic;
+  data.bodies.flags[body] |=
+      data.bodies.type[body] == BodyType::dynamic ? kBodyQuarantinedDynamic : kBodyQuarantinedKinematic;
   take_part_as(data, body, BodyType::fixed);
 }
 

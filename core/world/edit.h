@@ -8,6 +8,7 @@
 #include <core/world/wake.h>
 #include <core/world/world_data.h>
 
+#include <concepts>
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
@@ -46,7 +47,7 @@ void take_slots(Store& store, const SlotPlan& plan) {
 
 // Writes only if the value differs: unwritten rows of zeros take no memory, and fixed bodies have many.
 template <class Row>
-void put(Column<Row>& column, std::size_t row, const std::type_identity_t<Row>& value) {
+void put(Column<Row>& column, std::integral auto row, const std::type_identity_t<Row>& value) {
   if (std::memcmp(static_cast<const void*>(&column[row]), static_cast<const void*>(&value), sizeof value) !=
       0)
     column[row] = value;

@@ -20,7 +20,13 @@ class MadeOnce {
     const std::lock_guard lock(mutex_);
     if (is_made_.load(std::memory_order_relaxed)) return;
     make();
+    ++times_made_;
     is_made_.store(true, std::memory_order_release);
+  }
+  // How often it has been made, for tests of what reading costs.
+  std::int64_t times_made() const {
+    const std::lock_guard lock(mutex_);
+    return times_made_;
   }
   // While it is held nothing is being made.
   [[nodiscard]] std::unique_lock<std::mutex> hold() const { return std::unique_lock(mutex_); }
@@ -30,6 +36,7 @@ class MadeOnce {
  private:
   mutable std::mutex mutex_;
   std::atomic<bool> is_made_ = false;
+  std::int64_t times_made_ = 0;
 };
 
 // Counts what several threads do at the same time.
@@ -44,7 +51,7 @@ class SharedCount {
   std::atomic<std::int64_t> value_ = 0;
 };
 
-// Held by those who may not run at the same time; data that move have a new one.
+// Held by callers that exclude one another. A store that is moved gets a new mutex.
 struct OwnMutex : std::mutex {
   OwnMutex() = default;
   OwnMutex(OwnMutex&&) noexcept {}

@@ -235,15 +235,14 @@ MassSum part_of(const Geometry& geometry, double density, const Pose& local_pose
 
 Geometry geometry_of(const WorldData& data, std::int32_t shape) {
   const Shapes& shapes = data.shapes;
-  const auto row = static_cast<std::size_t>(shape);
-  const ExtentRow& extent = shapes.extent[row];
-  switch (shapes.type[row]) {
+  const ExtentRow& extent = shapes.extent[shape];
+  switch (shapes.type[shape]) {
     case ShapeType::sphere:
       return Sphere{extent.radius};
     case ShapeType::capsule:
       return Capsule{extent.half[1], extent.radius};
     case ShapeType::hull:
-      return data.hulls.shared[static_cast<std::size_t>(shapes.hull[row])].geometry;
+      return data.hulls.shared[static_cast<std::size_t>(shapes.hull[shape])].geometry;
     case ShapeType::box:
       break;
   }
@@ -253,8 +252,7 @@ Geometry geometry_of(const WorldData& data, std::int32_t shape) {
 namespace {
 
 MassSum part_of(const WorldData& data, std::int32_t shape) {
-  const auto row = static_cast<std::size_t>(shape);
-  return part_of(geometry_of(data, shape), data.shapes.density[row], data.shapes.given_pose[row]);
+  return part_of(geometry_of(data, shape), data.shapes.density[shape], data.shapes.given_pose[shape]);
 }
 
 void apply_change(const WorldData& data, const ShapeChange& change, MassMoments& moments) {
@@ -332,13 +330,12 @@ BodyMass given_mass_rows(Call call, const MassProperties& properties, BodyType t
 
 BodyMass mass_after(Call call, WorldData& data, std::int32_t body, BodyType type, std::uint8_t flags,
                     const ShapeChange& change) {
-  const auto row = static_cast<std::size_t>(body);
   if ((flags & kBodyPropertiesGiven) != 0) {
     return given_mass_rows(call, properties_of(data.bodies, body), type);
   }
   if (type != BodyType::dynamic) return {};
   std::optional<float> given_mass;
-  if ((flags & kBodyMassGiven) != 0) given_mass = data.bodies.given_mass[row];
+  if ((flags & kBodyMassGiven) != 0) given_mass = data.bodies.given_mass[body];
   return dynamic_mass(call, sum_shapes_after(data, body, change), given_mass);
 }
 
@@ -352,10 +349,9 @@ MassProperties properties_of(const MassSum& sum, std::optional<float> given_mass
 }
 
 MassProperties properties_of(const Bodies& bodies, std::int32_t body) {
-  const auto row = static_cast<std::size_t>(body);
-  const float* i = bodies.local_inertia[row].inertia;
-  return {.mass = bodies.mass[row],
-          .center = bodies.center[row],
+  const float* i = bodies.local_inertia[body].inertia;
+  return {.mass = bodies.mass[body],
+          .center = bodies.center[body],
           .inertia = {i[XX], i[YY], i[ZZ], i[XY], i[XZ], i[YZ]}};
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <utility>
 
 namespace scree {
 
@@ -61,9 +62,7 @@ void for_each_present_column(WorldData& data, Visit&& visit) {
   if (!data.events.resting.empty()) visit(data.events.resting);
 }
 
-void mark_row(WorldData& data, std::size_t row) {
-  data.contacts.resting_marks.mark(static_cast<std::int32_t>(row));
-}
+void mark_row(WorldData& data, std::size_t row) { data.contacts.resting_marks.mark(row); }
 
 void copy_row(WorldData& data, std::size_t from, std::size_t to) {
   mark_row(data, to);
@@ -97,7 +96,7 @@ void remove_most(WorldData& data, const Column<std::int32_t>& rows) {
   }
   std::size_t to = 0, gone = 0;
   for (std::size_t row = 0; row < resting.size(); ++row) {
-    if (gone < rows.size() && static_cast<std::size_t>(rows[gone]) == row) {
+    if (gone < rows.size() && std::cmp_equal(rows[gone], row)) {
       ++gone;
     } else {
       copy_row(data, row, to++);

@@ -18,7 +18,6 @@ struct ShapeRow {
   WorldData& data;
   Shapes& shapes;
   std::int32_t shape;
-  std::size_t row;
   std::int32_t body;
   FpEnvironment environment{};  // not the caller's rounding
 };
@@ -26,12 +25,11 @@ struct ShapeRow {
 ShapeRow at(Call call, const std::unique_ptr<WorldData>& owner, ShapeId id) {
   WorldData& data = opened(call, owner);
   const std::int32_t shape = checked_row(call, data, id);
-  const auto row = static_cast<std::size_t>(shape);
-  return {data, data.shapes, shape, row, data.shapes.body[row]};
+  return {data, data.shapes, shape, data.shapes.body[shape]};
 }
 
 ShapeForm form_of(const ShapeRow& s) {
-  return {geometry_of(s.data, s.shape), s.shapes.density[s.row], s.shapes.given_pose[s.row]};
+  return {geometry_of(s.data, s.shape), s.shapes.density[s.shape], s.shapes.given_pose[s.shape]};
 }
 
 // The body's mass rows after the change, or an Error.
@@ -187,7 +185,7 @@ void World::set_geometry(ShapeId shape, const Geometry& geometry) {
   const BodyMass mass = mass_after_change(call, s, {&form, 1});
   const std::int32_t hull = acquire_hull(call, s.data.hulls, geometry);
   follow_change(s.data, s.body, {s.shape, {&form, 1}});
-  release_hull(s.data.hulls, s.shapes.hull[s.row]);
+  release_hull(s.data.hulls, s.shapes.hull[s.shape]);
   write_extent(s.data, s.shape, geometry, hull);
   place_shape_in_body(s.data, s.shape);
   apply_mass(s.data, s.body, mass);
@@ -197,12 +195,12 @@ void World::set_geometry(ShapeId shape, const Geometry& geometry) {
 
 Material World::material(ShapeId shape) const {
   const ShapeRow s = at({"material"}, data_, shape);
-  const MaterialRow& row = s.shapes.material[s.row];
+  const MaterialRow& row = s.shapes.material[s.shape];
   return {
       .friction = row.friction,
       .restitution = row.restitution,
       .rolling_resistance = row.rolling_resistance,
-      .density = s.shapes.density[s.row],
+      .density = s.shapes.density[s.shape],
       .patch_radius = row.patch_radius == kAutomaticPatch ? std::nullopt : std::optional(row.patch_radius),
       .surface_velocity = to_vec3(row.surface_velocity),
       .friction_mix = static_cast<MixRule>(row.rules & 0xff),
@@ -214,7 +212,7 @@ void World::set_material(ShapeId shape, const Material& material) {
   const ShapeRow s = at(call, data_, shape);
   const CallRecord<RecordedCall::set_material> call_record(s.data, shape, material);
   check_material(call, material);
-  if (material.density != s.shapes.density[s.row]) {
+  if (material.density != s.shapes.density[s.shape]) {
     ShapeForm form = form_of(s);
     form.density = material.density;
     const BodyMass mass = mass_after_change(call, s, {&form, 1});
@@ -230,13 +228,13 @@ void World::set_material(ShapeId shape, const Material& material) {
 
 Filter World::filter(ShapeId shape) const {
   const ShapeRow s = at({"filter"}, data_, shape);
-  return s.shapes.filter[s.row];
+  return s.shapes.filter[s.shape];
 }
 
 void World::set_filter(ShapeId shape, const Filter& filter) {
   const ShapeRow s = at({"set_filter"}, data_, shape);
   const CallRecord<RecordedCall::set_filter> call_record(s.data, shape, filter);
-  s.shapes.filter[s.row] = filter;
+  s.shapes.filter[s.shape] = filter;
   reconsider(s, kShapeDirty);
 }
 
@@ -251,7 +249,7 @@ void note_asked(Events& events, std::int32_t shape, std::size_t most) {
 
 ContactEvents World::contact_events(ShapeId shape) const {
   const ShapeRow s = at({"contact_events"}, data_, shape);
-  return s.shapes.events[s.row];
+  return s.shapes.events[s.shape];
 }
 
 void World::set_contact_events(ShapeId shape, ContactEvents events) {
@@ -259,15 +257,15 @@ void World::set_contact_events(ShapeId shape, ContactEvents events) {
   const ShapeRow s = at(call, data_, shape);
   const CallRecord<RecordedCall::set_contact_events> call_record(s.data, shape, events);
   check_events(call, events);
-  if (events != s.shapes.events[s.row]) note_asked(s.data.events, s.shape, s.shapes.flags.size());
+  if (events != s.shapes.events[s.shape]) note_asked(s.data.events, s.shape, s.shapes.flags.size());
   s.shapes.asking +=
-      (events != ContactEvents::none ? 1 : 0) - (s.shapes.events[s.row] != ContactEvents::none ? 1 : 0);
-  s.shapes.events[s.row] = events;
+      (events != ContactEvents::none ? 1 : 0) - (s.shapes.events[s.shape] != ContactEvents::none ? 1 : 0);
+  s.shapes.events[s.shape] = events;
 }
 
 Pose World::local_pose(ShapeId shape) const {
   const ShapeRow s = at({"local_pose"}, data_, shape);
-  return s.shapes.given_pose[s.row];
+  return s.shapes.given_pose[s.shape];
 }
 
 void World::set_local_pose(ShapeId shape, const Pose& given) {
@@ -280,7 +278,7 @@ void World::set_local_pose(ShapeId shape, const Pose& given) {
   form.local_pose = {pose.position, normalize(pose.rotation)};
   const BodyMass mass = mass_after_change(call, s, {&form, 1});
   follow_change(s.data, s.body, {s.shape, {&form, 1}});
-  s.shapes.given_pose[s.row] = form.local_pose;
+  s.shapes.given_pose[s.shape] = form.local_pose;
   place_shape_in_body(s.data, s.shape);
   apply_mass(s.data, s.body, mass);
   leave_core(s.data, s.body);
@@ -290,13 +288,13 @@ void World::set_local_pose(ShapeId shape, const Pose& given) {
 
 std::uint64_t World::user_data(ShapeId shape) const {
   const ShapeRow s = at({"user_data"}, data_, shape);
-  return s.shapes.user_data[s.row];
+  return s.shapes.user_data[s.shape];
 }
 
 void World::set_user_data(ShapeId shape, std::uint64_t user_data) {
   const ShapeRow s = at({"set_user_data"}, data_, shape);
   const CallRecord<RecordedCall::set_shape_user_data> call_record(s.data, shape, user_data);
-  s.shapes.user_data[s.row] = user_data;
+  s.shapes.user_data[s.shape] = user_data;
 }
 
 std::size_t World::shapes_of(BodyId body, std::span<ShapeId> out) const {

@@ -68,7 +68,7 @@ struct Attributes {
   bool tells_life = false;      // its lowest bit is 1 for what is alive
   bool tells_presence = false;  // zero in free rows, which are not saved
   bool or_none = false;         // has as many rows as the store, or none
-  bool told = false;            // what a caller is told of the last step
+  bool event = false;           // what the last step reports to the caller
   ValueRule rule;
   DeadRule dead;
 };
@@ -88,7 +88,7 @@ inline constexpr auto kHashed = [](Attributes& is) { is.hashed = true; };
 inline constexpr auto kVaried = [](Attributes& is) { is.varied = true; };
 inline constexpr auto kCounts = [](Attributes& is) { is.counts = true; };
 inline constexpr auto kOrNone = [](Attributes& is) { is.or_none = true; };
-inline constexpr auto kTold   = [](Attributes& is) { is.told = true; };
+inline constexpr auto kEvent  = [](Attributes& is) { is.event = true; };
 inline constexpr auto kTellsLife     = [](Attributes& is) { is.tells_life = is.counts = true; };
 inline constexpr auto kTellsPresence = [](Attributes& is) { is.tells_presence = is.counts = true; };
 // clang-format on
@@ -286,7 +286,7 @@ void forget_table(Inner& inner, ColumnKind kind) noexcept {
 #define SCREE_FORGET_TABLE(kind, Type, name, ...) forget_table(name, farther(outer, ColumnKind::kind));
 
 // The members of a list, the walk over them with visit(Member, member), the resizing of its rows, and what
-// becomes of it when the world is replaced: what is not state is emptied and gets its initial values, but for
+// becomes of it when the world is replaced: what is not state is emptied and gets its initial values, except
 // rows of a store that is state, which stay as many as they are.
 #define SCREE_TABLE_OF(MEMBERS)                                                                          \
   MEMBERS(SCREE_DECLARE_ROWS, SCREE_DECLARE_LIST, SCREE_DECLARE_VALUE, SCREE_DECLARE_TABLE,              \

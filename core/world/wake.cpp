@@ -15,16 +15,15 @@ void note_shapes(WorldData& data, std::int32_t body) {
 
 void wake_body(WorldData& data, std::int32_t body) {
   Bodies& bodies = data.bodies;
-  const auto row = static_cast<std::size_t>(body);
-  if ((bodies.flags[row] & kBodyAlive) == 0 || bodies.type[row] != BodyType::dynamic) return;
-  bodies.sleep_time[row] = 0.0f;
+  if ((bodies.flags[body] & kBodyAlive) == 0 || bodies.type[body] != BodyType::dynamic) return;
+  bodies.sleep_time[body] = 0.0f;
   bodies.marks.mark(body);
-  if ((bodies.flags[row] & kBodyAsleep) == 0) return;
-  data.events.woken.push_back({static_cast<std::uint32_t>(body), bodies.generation[row]});
-  bodies.flags[row] = static_cast<std::uint8_t>(bodies.flags[row] & ~kBodyAsleep);
+  if ((bodies.flags[body] & kBodyAsleep) == 0) return;
+  data.events.woken.push_back({static_cast<std::uint32_t>(body), bodies.generation[body]});
+  bodies.flags[body] = static_cast<std::uint8_t>(bodies.flags[body] & ~kBodyAsleep);
   --bodies.asleep;
   note_change(bodies, body);
-  for (std::int32_t shape = bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape]) {
+  for (std::int32_t shape = bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     data.shapes.tree[shape] = TreeKind::awake;
     note_change(data.shapes, shape);
   }
@@ -34,15 +33,14 @@ namespace {
 
 // Whether a call has created, moved or stopped this shape of a fixed or kinematic body: a sleeping body
 // beside it is collided only if it is woken now.
-bool has_been_put(const WorldData& data, std::size_t shape) {
+bool has_been_put(const WorldData& data, std::int32_t shape) {
   constexpr std::uint8_t kPut = kShapeAlive | kShapeDirty | kShapeWakes;
   if ((data.shapes.flags[shape] & kPut) != kPut) return false;
   return data.bodies.type[data.shapes.body[shape]] != BodyType::dynamic;
 }
 
 bool wakes(const WorldData& data, const ShapePair& pair, std::int32_t contact) {
-  return contact >= 0 || has_been_put(data, static_cast<std::size_t>(pair.a)) ||
-         has_been_put(data, static_cast<std::size_t>(pair.b));
+  return contact >= 0 || has_been_put(data, pair.a) || has_been_put(data, pair.b);
 }
 
 // A slot that died or changed hands names a dead body or a new, wakeful one: no harm in either.
@@ -69,8 +67,7 @@ void list_waking_at_rest(const WorldData& data, Column<std::int32_t>& bodies) {
   for (const std::int32_t shape : data.shapes.wakers) {
     const std::size_t before = bodies.size();
     for_each_resting(data, shape, [&](std::int32_t row, std::int32_t other) {
-      const auto index = static_cast<std::size_t>(row);
-      if (wakes(data, resting.pair[index], resting.contact[index])) bodies.push_back(body_of(data, other));
+      if (wakes(data, resting.pair[row], resting.contact[row])) bodies.push_back(body_of(data, other));
     });
     if (bodies.size() > before) bodies.push_back(body_of(data, shape));
   }
@@ -78,7 +75,7 @@ void list_waking_at_rest(const WorldData& data, Column<std::int32_t>& bodies) {
 
 void sort_once(Column<std::int32_t>& bodies) {
   if (!std::is_sorted(bodies.begin(), bodies.end())) std::sort(bodies.begin(), bodies.end());
-  bodies.resize(static_cast<std::size_t>(std::unique(bodies.begin(), bodies.end()) - bodies.begin()));
+  bodies.resize(std::unique(bodies.begin(), bodies.end()) - bodies.begin());
 }
 
 }  // namespace
@@ -103,15 +100,15 @@ void wake_neighbors(WorldData& data) {
 
 bool is_about_to_wake(const WorldData& data, std::int32_t body) {
   if (!data.shapes.wake_requested) return false;
-  const Bodies& bodies = data.bodies;
-  bodies.waking_made.ensure([&] {
-    Column<std::int32_t>& waking = bodies.waking;
+  const Shapes& shapes = data.shapes;
+  shapes.waking_made.ensure([&] {
+    Column<std::int32_t>& waking = shapes.waking;
     waking.clear();
     for_each_waking(data, [&waking](std::int32_t woken) { waking.push_back(woken); });
     list_waking_at_rest(data, waking);
     sort_once(waking);
   });
-  return std::binary_search(std::as_const(bodies.waking).begin(), std::as_const(bodies.waking).end(), body);
+  return std::binary_search(std::as_const(shapes.waking).begin(), std::as_const(shapes.waking).end(), body);
 }
 
 }  // namespace scree

@@ -48,6 +48,7 @@ inline void request_wake(WorldData& data, std::int32_t shape) {
   flags |= kShapeWakes;
   data.shapes.marks.mark(shape);
   data.shapes.wake_requested = true;
+  data.shapes.waking_made.forget();
 }
 
 // Fulfills the requests. The step calls it before refresh_lists (the pairs must still be last step's).
@@ -56,8 +57,7 @@ void wake_neighbors(WorldData& data);
 bool is_about_to_wake(const WorldData& data, std::int32_t body);
 
 inline bool is_awake_dynamic(const Bodies& bodies, std::int32_t body) {
-  const auto row = static_cast<std::size_t>(body);
-  return bodies.type[row] == BodyType::dynamic && (bodies.flags[row] & kBodyAsleep) == 0;
+  return bodies.type[body] == BodyType::dynamic && (bodies.flags[body] & kBodyAsleep) == 0;
 }
 
 // A kinematic body wakes what it touches unless it is still.

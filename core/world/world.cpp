@@ -19,8 +19,8 @@ namespace {
 
 // The fixed world's row and the empty ones beside it: identity poses, no velocity, no inertia.
 void make_reserved_rows(Bodies& bodies) {
-  bodies.resize(static_cast<std::size_t>(kFirstBody));
-  for (std::size_t row = 0; row < static_cast<std::size_t>(kFirstBody); ++row) {
+  bodies.resize(kFirstBody);
+  for (std::int32_t row = 0; row < kFirstBody; ++row) {
     bodies.type[row] = BodyType::fixed;
     bodies.pose[row].rotation[3] = 1.0f;
     bodies.transform[row] = Pose{};
@@ -67,7 +67,7 @@ void World::share_handles(const World& other) {
   constexpr Call call{"share_handles"};
   WorldData& data = opened(call, data_);
   const WorldData& from = opened(call, other.data_);
-  const bool has_given_any = data.bodies.flags.size() > static_cast<std::size_t>(kFirstBody);
+  const bool has_given_any = data.bodies.flags.size() > kFirstBody;
   if (has_given_any && data.handle_tags.given != from.handle_tags.given) {
     fail(call, "the world has given handles already", ErrorCode::wrong_state);
   }
@@ -89,7 +89,7 @@ void World::set_settings(const WorldSettings& settings) {
     for (std::size_t row = 0; row < data.bodies.sleep_time.size(); ++row) {
       if (data.bodies.sleep_time[row] == 0.0f) continue;
       data.bodies.sleep_time[row] = 0.0f;
-      data.bodies.marks.mark(static_cast<std::int32_t>(row));
+      data.bodies.marks.mark(row);
     }
   }
   if (settings.contact_events != data.settings.contact_events) data.events.asked_of_all = true;
@@ -165,7 +165,7 @@ MemoryUse World::memory_use() const {
   if (data_ == nullptr) return use;
   // Columns whose sizes are read here grow in calls that may run at the same time.
   const std::lock_guard while_saving(data_->saving);
-  const auto while_waking = data_->bodies.waking_made.hold();
+  const auto while_waking = data_->shapes.waking_made.hold();
   const auto while_ordering = data_->contacts.resting_order_made.hold();
   const auto while_listing = data_->contacts.by_shape_made.hold();
   for_each_member_size(*data_,

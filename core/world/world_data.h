@@ -51,8 +51,8 @@ enum ShapeFlag : std::uint8_t {
   kShapeAlive = 1,
   kShapeDirty = 2,  // bounds must be made before the next pairs: new, moved or changed by a call. A slot that
                     // is dirty but not alive held a shape that was destroyed
-  kShapeNew = 4,    // with kShapeDirty: pairs that name the shape tell of a predecessor in its slot or
-                    // of an earlier geometry or body type; their manifolds and colors must not be inherited
+  kShapeNew = 4,    // with kShapeDirty: pairs that name the shape describe a predecessor in its slot
+                    // or an earlier geometry or body type; their manifolds and colors must not be inherited
   kShapeWakes = 8,  // bodies that touched the shape wake at the next wake_neighbors; may stand on dead slots
 };
 
@@ -101,7 +101,7 @@ enum UnplacedFlag : std::uint8_t {
   kCoreUnmeasured = 2,
 };
 
-// A hull as shapes have it. What it is built of and who else shares that does not matter to the world.
+// A hull as shapes have it. Solids may be shared with other worlds.
 struct SharedHull {
   ConvexHull geometry;                     // as given
   std::shared_ptr<const HullSolid> solid;  // with the scale in it
@@ -203,19 +203,17 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
         saved_in(SheetId::free_bodies), each_once(SheetId::bodies))                                             \
   LIST (derived, std::int32_t,    awake)           /* refresh_lists; awake dynamic bodies, ascending */         \
   LIST (derived, std::int32_t,    kinematic)       /* refresh_lists; kinematic bodies, ascending */             \
-  LIST (derived, std::int32_t,    to_place,        /* calls, place_matter; who is unplaced, each once */        \
+  LIST (derived, std::int32_t,    to_place,        /* calls, place_matter; unplaced bodies, each once */        \
         each_once(SheetId::bodies))                                                                             \
   LIST (scratch, std::int32_t,    to_wake)         /* wake_neighbors */                                         \
-  OTHER(scratch, mutable Column<std::int32_t>, waking) /* is_awake; bodies that wake_neighbors would wake now */\
-  OTHER(scratch, mutable MadeOnce, waking_made)    /* is_awake; forgotten by calls that change the world, step */\
   VALUE(derived, BodyMoments,     moments, {})     /* calls; of some bodies of many shapes */                   \
-  LIST (derived, std::int32_t,    changed,         /* calls, islands; who may take part otherwise than by       \
-                                                      these */                                                  \
+  LIST (derived, std::int32_t,    changed,         /* calls, islands; bodies that may belong to other lists     \
+                                                      than they are in */                                       \
         each_once(SheetId::bodies))                                                                             \
   VALUE(derived, std::size_t,     alive, 0)        /* calls */                                                  \
   VALUE(derived, std::int32_t,    asleep, 0)       /* calls, islands; sleeping bodies */                        \
-  VALUE(derived, bool,            lists_dirty, true) /* calls, islands: some body may take part otherwise */    \
-  VALUE(derived, bool,            all_changed, true) /* restore: `changed` does not tell who */
+  VALUE(derived, bool,            lists_dirty, true) /* calls, islands: some body may belong to another list */ \
+  VALUE(derived, bool,            all_changed, true) /* restore: `changed` does not list all */
 
 // Rows of shapes are indexed by ShapeId::index.
 #define SCREE_SHAPE_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                    \
@@ -263,12 +261,14 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
         saved_in(SheetId::dirty_shapes), each_once(SheetId::shapes))                                            \
   LIST (derived, std::int32_t,    wakers,          /* calls; slots with kShapeWakes */                          \
         each_once(SheetId::shapes))                                                                             \
+  OTHER(scratch, mutable Column<std::int32_t>, waking) /* is_awake; bodies that wake_neighbors would wake now */\
+  OTHER(scratch, mutable MadeOnce, waking_made)    /* is_awake; forgotten by request_wake, mark_dirty and the step */\
   LIST (derived, std::int32_t,    changed,         /* calls, islands; shapes that may have come into            \
                                                       another tree, or must be asked for filters there, and are \
                                                       not dirty */                                              \
         each_once(SheetId::shapes))                                                                             \
   VALUE(derived, std::size_t,     alive, 0)        /* calls */                                                  \
-  VALUE(derived, bool,            trees_changed, true) /* restore: look at all shapes for who changed between   \
+  VALUE(derived, bool,            trees_changed, true) /* restore: look at all shapes for those that changed    \
                                                       trees */                                                  \
   VALUE(state,   bool,            wake_requested, false) /* calls: some shape has kShapeWakes; cleared by       \
                                                       wake_neighbors */                                         \
@@ -343,7 +343,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   OTHER(scratch, mutable Column<std::int32_t>, by_shape) /* contact_forces_of; contacts by shape ... */         \
   OTHER(scratch, mutable Column<std::int32_t>, by_shape_end) /* contact_forces_of; ... and where those of each end */\
   OTHER(scratch, mutable MadeOnce, by_shape_made)  /* contact_forces_of; forgotten by the step */               \
-  LIST (derived, std::int32_t,     touching)       /* collide, islands; contacts that an awake body takes       \
+  LIST (derived, std::int32_t,     active)         /* collide, islands; contacts that an awake body takes       \
                                                       part in, in the order of their pairs */                   \
   VALUE(state,   bool,             manifolds_stale, false) /* calls: mass centers, materials or local poses     \
                                                       have changed, so that no manifold can be recycled;        \
@@ -383,11 +383,11 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   LIST (state,   std::int32_t,     free_slots,     /* calls; taken from the back */                             \
         saved_in(SheetId::free_joints), each_once(SheetId::joints))                                             \
   LIST (derived, std::int32_t,     active)         /* refresh_joints; enabled joints of an awake body, ascending */ \
-  LIST (derived, std::int32_t,     changed,        /* calls, refresh_lists; who may be active otherwise than by \
-                                                      `active` */                                               \
+  LIST (derived, std::int32_t,     changed,        /* calls, refresh_lists; joints that may have to enter or    \
+                                                      leave `active` */                                         \
         each_once(SheetId::joints))                                                                             \
   VALUE(derived, std::size_t,      alive, 0)       /* calls */                                                  \
-  VALUE(derived, bool,             all_changed, true) /* restore, refresh_lists: `changed` does not tell who */
+  VALUE(derived, bool,             all_changed, true) /* restore, refresh_lists: `changed` does not list all */
 
 // Events of the last step, for the caller; all but `touching`, `resting`, `woken` and `lost` are of no
 // consequence to the next.
@@ -403,22 +403,22 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   LIST (derived, std::int32_t,     asked_of)       /* calls: shapes of which others events are asked than before */ \
   VALUE(derived, bool,             asked_of_all, true) /* calls, restore: so are those of all pairs at rest */  \
   LIST (scratch, TouchRow,         before)         /* list_contact_events; the step before's */                 \
-  LIST (scratch, ContactEvent,     begins, kTold)  /* list_contact_events */                                    \
-  LIST (scratch, ContactEvent,     persists, kTold) /* list_contact_events */                                   \
-  LIST (scratch, ContactEnd,       ends, kTold)    /* list_contact_events */                                    \
-  LIST (scratch, BodyId,           restored, kTold) /* quarantine_bodies */                                     \
-  LIST (scratch, BodyId,           quarantined, kTold) /* quarantine_bodies */                                  \
-  LIST (state,   SlotName,         woken,          /* calls, islands; who has woken since the last step's       \
-                                                      lists, in the order of waking */                          \
+  LIST (scratch, ContactEvent,     begins, kEvent)  /* list_contact_events */                                   \
+  LIST (scratch, ContactEvent,     persists, kEvent) /* list_contact_events */                                  \
+  LIST (scratch, ContactEnd,       ends, kEvent)    /* list_contact_events */                                   \
+  LIST (scratch, BodyId,           restored, kEvent) /* quarantine_bodies */                                    \
+  LIST (scratch, BodyId,           quarantined, kEvent) /* quarantine_bodies */                                 \
+  LIST (state,   SlotName,         woken,          /* calls, islands; bodies woken since the last step's lists, \
+                                                      in the order of waking */                                 \
         saved_in(SheetId::events_woken), each_once(SheetId::bodies),                                            \
         handle_of(SheetId::bodies, "names no body"))                                                            \
-  LIST (scratch, BodyId,           sleep_begins, kTold) /* list_body_events */                                  \
+  LIST (scratch, BodyId,           sleep_begins, kEvent) /* list_body_events */                                 \
   LIST (state,   SlotName,         lost,           /* calls; joints that went with their bodies since the last  \
                                                       step */                                                   \
         saved_in(SheetId::events_lost), handle_of(SheetId::joints, "names no joint"))                           \
-  LIST (scratch, JointId,          broken, kTold)  /* break_joints */                                           \
-  LIST (scratch, JointId,          destroyed, kTold) /* list_body_events; `lost` of the last step */            \
-  LIST (scratch, BodyId,           sleep_ends, kTold) /* list_body_events */                                    \
+  LIST (scratch, JointId,          broken, kEvent)  /* break_joints */                                          \
+  LIST (scratch, JointId,          destroyed, kEvent) /* list_body_events; `lost` of the last step */           \
+  LIST (scratch, BodyId,           sleep_ends, kEvent) /* list_body_events */                                   \
   LIST (scratch, TouchRow,         moved)          /* list_contact_events, find_pairs; of pairs that no longer rest */ \
   LIST (scratch, std::int32_t,     judged)         /* list_contact_events; rows of pairs at rest of which there may be \
                                                       news */                                                   \
@@ -499,17 +499,16 @@ inline bool is_quarantined(const Bodies& bodies, std::int32_t body) {
 
 // What the caller made it, whatever it takes part as.
 inline BodyType given_type(const Bodies& bodies, std::int32_t body) {
-  const auto row = static_cast<std::size_t>(body);
-  if ((bodies.flags[row] & kBodyQuarantined) == 0) return bodies.type[row];
-  return (bodies.flags[row] & kBodyQuarantinedDynamic) != 0 ? BodyType::dynamic : BodyType::kinematic;
+  if ((bodies.flags[body] & kBodyQuarantined) == 0) return bodies.type[body];
+  return (bodies.flags[body] & kBodyQuarantinedDynamic) != 0 ? BodyType::dynamic : BodyType::kinematic;
 }
 
-// Empties what the caller is told of the last step.
-inline void clear_told(Events& events) {
-#define SCREE_CLEAR_TOLD(kind, Row, name, ...) \
-  if (attributes(__VA_ARGS__).told) events.name.clear();
-  SCREE_EVENT_MEMBERS(SCREE_NOTHING, SCREE_CLEAR_TOLD, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING)
-#undef SCREE_CLEAR_TOLD
+// Empties the lists of the last step's events.
+inline void clear_events(Events& events) {
+#define SCREE_CLEAR_EVENTS(kind, Row, name, ...) \
+  if (attributes(__VA_ARGS__).event) events.name.clear();
+  SCREE_EVENT_MEMBERS(SCREE_NOTHING, SCREE_CLEAR_EVENTS, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING)
+#undef SCREE_CLEAR_EVENTS
 }
 
 // The public form of a name.

@@ -15,18 +15,18 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   Bodies& bodies = data.bodies;
   const int moving = static_cast<int>(constraints.moving_bodies.size());
-  const std::size_t dynamic_count = bodies.awake.size();
-  SCREE_ASSERT(constraints.moving_bodies.size() == dynamic_count + bodies.kinematic.size());
+  const int dynamic_count = static_cast<int>(bodies.awake.size());
+  SCREE_ASSERT(constraints.moving_bodies.size() == bodies.awake.size() + bodies.kinematic.size());
   constraints.kinetic_energy.resize_discarding(constraints.moving_bodies.size());
   constraints.non_finite.resize_discarding(constraints.moving_bodies.size());
 
-  constraints.finish_sums.resize_discarding(static_cast<std::size_t>((moving + kBodyChunk - 1) / kBodyChunk));
+  constraints.finish_sums.resize_discarding((moving + kBodyChunk - 1) / kBodyChunk);
 
   const simd::BodyArgs args = body_args(data, dt);
   crew.run_ranges(moving, kBodyChunk, [&](int begin, int end, int) {
     crew.kernels().body.finish(args, begin, end);
     FinishSum sum{};
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+    for (int i = begin; i < end; ++i) {
       bodies.force[constraints.moving_bodies[i]] = ForceRow{};
       if (i < dynamic_count) sum.kinetic_energy += static_cast<double>(constraints.kinetic_energy[i]);
       sum.restored += constraints.non_finite[i];
@@ -42,7 +42,7 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   }
   data.stats.kinetic_energy = all.kinetic_energy;
   data.stats.restored_bodies = all.restored;
-  data.stats.awake_bodies = static_cast<std::int64_t>(dynamic_count);
+  data.stats.awake_bodies = dynamic_count;
   update_bounds(data, dt, crew);
   if (data.stats.restored_bodies > 0) {
     quarantine_bodies(data);

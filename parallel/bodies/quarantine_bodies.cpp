@@ -87,11 +87,11 @@ float reach_of(const Manifold& manifold, const float (&arm)[3]) {
 void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& faults) {
   const Bodies& bodies = data.bodies;
   const auto judge = [&](std::int32_t body, const Manifold& manifold, const float(&arm)[3]) {
-    const auto row = static_cast<std::size_t>(body);
-    if (!groups.is_non_finite(body) || bodies.type[row] != BodyType::dynamic) return;
-    if (is_extreme(bodies.local_mass[row], reach_of(manifold, arm))) faults[row] = Fault::extreme;
+    if (!groups.is_non_finite(body) || bodies.type[body] != BodyType::dynamic) return;
+    if (is_extreme(bodies.local_mass[body], reach_of(manifold, arm)))
+      faults[static_cast<std::size_t>(body)] = Fault::extreme;
   };
-  for (const std::int32_t contact : data.contacts.touching) {
+  for (const std::int32_t contact : data.contacts.active) {
     const Manifold& manifold = data.contacts.now.manifold[contact];
     const std::int32_t a = manifold.row_a, b = manifold.row_b;
     judge(a, manifold, manifold.arm_a);

@@ -66,20 +66,19 @@ void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   pairs.contact.resize_discarding(count);
   pairs.axis.resize_discarding(hulls ? count : 0);
   crew.run_ranges(static_cast<int>(count), kPairsPerChunk, [&](int begin, int end, int) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+    for (int i = begin; i < end; ++i) {
       const bool known = contacts.last_place[i] >= 0;
-      const auto row = static_cast<std::size_t>(contacts.last_place[i]);
+      const std::int32_t row = contacts.last_place[i];
       pairs.contact[i] = known ? std::exchange(before.contact[row], -1) : -1;
       if (hulls) pairs.axis[i] = known && !before.axis.empty() ? before.axis[row] : ContactAxis{};
     }
   });
   list_where(
       crew, before.contact.size(), broad_phase.places, broad_phase.lost,
-      [&](std::size_t row) { return before.contact[row] >= 0; },
-      [&](std::size_t row) { return before.contact[row]; });
+      [&](std::int32_t row) { return before.contact[row] >= 0; },
+      [&](std::int32_t row) { return before.contact[row]; });
   crew.run_ranges(static_cast<int>(broad_phase.lost.size()), kPairsPerChunk, [&](int begin, int end, int) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      contacts.now.points[broad_phase.lost[i]] = 0;
+    for (int i = begin; i < end; ++i) contacts.now.points[broad_phase.lost[i]] = 0;
   });
   contacts.free_rows.append(std::as_const(broad_phase.lost).span());
   for (const std::int32_t contact : broad_phase.lost) contacts.marks.mark(contact);
@@ -91,8 +90,8 @@ void gather_rows(const PairRows& from, const Column<std::int32_t>& places, PairR
   to.contact.resize_discarding(places.size());
   to.axis.resize_discarding(hulls ? places.size() : 0);
   crew.run_ranges(static_cast<int>(places.size()), kPairsPerChunk, [&](int begin, int end, int) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const auto row = static_cast<std::size_t>(places[i]);
+    for (int i = begin; i < end; ++i) {
+      const std::int32_t row = places[i];
       to.pair[i] = from.pair[row];
       to.contact[i] = from.contact[row];
       if (hulls) to.axis[i] = from.axis[row];
@@ -113,13 +112,12 @@ void list_leaving(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const Column<ShapePair>& resting = contacts.resting.pair;
   Column<std::int32_t>& leaving = broad_phase.frozen_pairs;
   const auto leaves = [&](std::int32_t shape) {
-    const auto row = static_cast<std::size_t>(shape);
-    return !is_frozen_tree(broad_phase.tree_of[row]) || broad_phase.is_dirty[row] != 0;
+    return !is_frozen_tree(broad_phase.tree_of[shape]) || broad_phase.is_dirty[shape] != 0;
   };
   if (broad_phase.all_left || kRowsPerShape * broad_phase.leavers.size() > resting.size()) {
     contacts.resting_looks += static_cast<std::int64_t>(resting.size());
     list_where(crew, resting.size(), broad_phase.places, leaving,
-               [&](std::size_t row) { return leaves(resting[row].a) || leaves(resting[row].b); });
+               [&](std::int32_t row) { return leaves(resting[row].a) || leaves(resting[row].b); });
     return;
   }
   leaving.clear();
@@ -168,13 +166,13 @@ bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
 void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const Column<ShapePair>& all = contacts.pairs.pair;
-  const auto rests = [&](std::size_t row) {
+  const auto rests = [&](std::int32_t row) {
     return is_frozen_tree(broad_phase.tree_of[all[row].a]) && is_frozen_tree(broad_phase.tree_of[all[row].b]);
   };
   list_where(crew, all.size(), broad_phase.places, broad_phase.frozen_pairs, rests);
   if (broad_phase.frozen_pairs.empty()) return;
   list_where(crew, all.size(), broad_phase.places, broad_phase.moving_pairs,
-             [&](std::size_t row) { return !rests(row); });
+             [&](std::int32_t row) { return !rests(row); });
   gather_rows(contacts.pairs, broad_phase.frozen_pairs, broad_phase.pulled, crew);
   gather_rows(contacts.pairs, broad_phase.moving_pairs, contacts.pairs_before, crew);
   std::swap(contacts.pairs, contacts.pairs_before);
@@ -183,8 +181,7 @@ void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const Column<std::int32_t>& moving = broad_phase.moving_pairs;
   broad_phase.moving_last_place.resize_discarding(moving.size());
   crew.run_ranges(static_cast<int>(moving.size()), kPairsPerChunk, [&](int begin, int end, int) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      broad_phase.moving_last_place[i] = contacts.last_place[moving[i]];
+    for (int i = begin; i < end; ++i) broad_phase.moving_last_place[i] = contacts.last_place[moving[i]];
   });
   contacts.last_place.swap(broad_phase.moving_last_place);
 }
@@ -194,10 +191,9 @@ void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
 bool lend_arrivals(WorldData& data, BroadPhase& broad_phase, TreeKind from, TreeKind to) {
   bool any = false;
   for (const std::int32_t shape : broad_phase.dirty) {
-    const auto index = static_cast<std::size_t>(shape);
-    if ((data.shapes.flags[index] & kShapeAlive) == 0 || data.shapes.tree[index] != from) continue;
-    if (data.bodies.type[data.shapes.body[index]] != BodyType::fixed) continue;
-    data.shapes.tree[index] = to;
+    if ((data.shapes.flags[shape] & kShapeAlive) == 0 || data.shapes.tree[shape] != from) continue;
+    if (data.bodies.type[data.shapes.body[shape]] != BodyType::fixed) continue;
+    data.shapes.tree[shape] = to;
     broad_phase.changed.push_back(shape);
     any = true;
   }
@@ -236,9 +232,8 @@ void find_pairs(WorldData& data, Crew& crew) {
     if (parts) part_lists(data, broad_phase, crew);
     if (arrivals) lend_arrivals(data, broad_phase, TreeKind::kinematic, TreeKind::frozen);
     for (const std::int32_t shape : broad_phase.dirty) {
-      const auto index = static_cast<std::size_t>(shape);
-      broad_phase.is_dirty[index] = 0;
-      data.shapes.flags[index] = static_cast<std::uint8_t>(data.shapes.flags[index] & ~kShapeNew);
+      broad_phase.is_dirty[shape] = 0;
+      data.shapes.flags[shape] = static_cast<std::uint8_t>(data.shapes.flags[shape] & ~kShapeNew);
       data.shapes.marks.mark(shape);
     }
     broad_phase.dirty.clear();

@@ -39,7 +39,7 @@ std::int64_t join_blocks(const WorldData& data, const PairTree& query, const Pai
     task.capacity = static_cast<std::int64_t>(pairs.size());
     crew.kernels().pair.join(task, end, state);
     if (state.block == end) break;
-    pairs.resize(static_cast<std::size_t>(state.needed + state.needed / 2));
+    pairs.resize(state.needed + state.needed / 2);
   }
   if (!state.special && !filter_all) return state.count;
   ShapePair* const first = pairs.data() + count;
@@ -62,7 +62,7 @@ void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin,
   const bool changed = data.contacts.pairs_stale || !broad_phase.dirty.empty();
   for (int row = begin; row < end; ++row) {
     const ShapePair pair = data.contacts.pairs.pair[row];
-    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+    const std::int32_t a = pair.a, b = pair.b;
     if (!is_frozen_tree(broad_phase.tree_of[a]) || !is_frozen_tree(broad_phase.tree_of[b])) continue;
     if (changed) {
       if (((data.shapes.flags[a] | data.shapes.flags[b]) & kShapeNew) != 0) continue;
@@ -78,9 +78,8 @@ int chunks_of(int count, int size) { return (count + size - 1) / size; }
 
 // Whether this joint joins these bodies and keeps them from colliding.
 bool holds_apart(const Joints& joints, std::int32_t joint, std::int32_t body_a, std::int32_t body_b) {
-  const auto row = static_cast<std::size_t>(joint);
-  const JointBodies ends = joints.bodies[row];
-  return (joints.flags[row] & (kJointEnabled | kJointCollides)) == kJointEnabled &&
+  const JointBodies ends = joints.bodies[joint];
+  return (joints.flags[joint] & (kJointEnabled | kJointCollides)) == kJointEnabled &&
          ((ends.a == body_a && ends.b == body_b) || (ends.a == body_b && ends.b == body_a));
 }
 
@@ -99,10 +98,9 @@ bool are_held_apart(const WorldData& data, std::int32_t body_a, std::int32_t bod
 
 }  // namespace
 
-bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b) {
-  const auto shape_a = static_cast<std::size_t>(a), shape_b = static_cast<std::size_t>(b);
-  const auto body_a = static_cast<std::size_t>(data.shapes.body[shape_a]);
-  const auto body_b = static_cast<std::size_t>(data.shapes.body[shape_b]);
+bool may_collide(const WorldData& data, std::int32_t shape_a, std::int32_t shape_b) {
+  const std::int32_t body_a = data.shapes.body[shape_a];
+  const std::int32_t body_b = data.shapes.body[shape_b];
   if (body_a == body_b) return false;
   if (data.bodies.type[body_a] != BodyType::dynamic && data.bodies.type[body_b] != BodyType::dynamic)
     return false;
@@ -118,9 +116,9 @@ std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Cr
   const auto rows = static_cast<int>(data.contacts.pairs.pair.size());
   const int chunks = awake_chunks + kinematic_chunks + (carry ? chunks_of(rows, kRowsPerChunk) : 0);
   std::vector<Column<ShapePair>>& found = broad_phase.found;
-  if (found.size() < static_cast<std::size_t>(chunks)) found.resize(static_cast<std::size_t>(chunks));
-  for (std::size_t unused = static_cast<std::size_t>(chunks); unused < found.size(); ++unused)
-    found[unused].clear();
+  const auto used = static_cast<std::size_t>(chunks);
+  if (found.size() < used) found.resize(used);
+  for (std::size_t unused = used; unused < found.size(); ++unused) found[unused].clear();
 
   crew.run(chunks, [&](int chunk, int) {
     Column<ShapePair>& pairs = found[static_cast<std::size_t>(chunk)];
@@ -145,7 +143,7 @@ std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Cr
         count = join_blocks(data, kinematic, frozen, begin, end, true, count, pairs, crew);
       }
     }
-    pairs.resize(static_cast<std::size_t>(count));
+    pairs.resize(count);
   });
 
   std::int64_t total = 0;

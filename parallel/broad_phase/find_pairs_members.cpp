@@ -24,7 +24,7 @@ std::int64_t capacity_of(int level) {
   return capacity;
 }
 
-TreeKind kind_of(const Shapes& shapes, std::size_t shape) {
+TreeKind kind_of(const Shapes& shapes, std::int32_t shape) {
   return (shapes.flags[shape] & kShapeAlive) != 0 ? shapes.tree[shape] : TreeKind::none;
 }
 
@@ -36,19 +36,19 @@ static_assert(static_cast<int>(TreeKind::kinematic) == kKinematicTree);
 
 // The changed shapes are not known.
 void compare_all(const Shapes& shapes, BroadPhase& broad_phase, Crew& crew) {
-  list_where(crew, shapes.flags.size(), broad_phase.places, broad_phase.part, [&](std::size_t shape) {
+  list_where(crew, shapes.flags.size(), broad_phase.places, broad_phase.part, [&](std::int32_t shape) {
     return kind_of(shapes, shape) != kind_of_tree(broad_phase.tree_of[shape]);
   });
   broad_phase.changed.append(std::as_const(broad_phase.part).span());
 }
 
-void leave_frozen(BroadPhase& broad_phase, std::size_t shape) {
+void leave_frozen(BroadPhase& broad_phase, std::int32_t shape) {
   const std::uint8_t index = broad_phase.tree_of[shape];
   PairTree& tree = broad_phase.trees[index];
   const std::int32_t slot = broad_phase.slot_of[shape];
-  SCREE_ASSERT(tree.order[slot] == static_cast<std::int32_t>(shape));
+  SCREE_ASSERT(tree.order[slot] == shape);
   tree.order[slot] = -1;
-  broad_phase.leavers.push_back(static_cast<std::int32_t>(shape));
+  broad_phase.leavers.push_back(shape);
   --tree.members;
   broad_phase.thinned.push_back({index, slot / simd::kBlock});
 }
@@ -61,9 +61,8 @@ bool sort_out(const Shapes& shapes, BroadPhase& broad_phase) {
   broad_phase.thinned.clear();
   for (Column<std::int32_t>& joined : broad_phase.joined) joined.clear();
   for (const std::int32_t row : broad_phase.changed) {
-    const auto shape = static_cast<std::size_t>(row);
-    std::uint8_t& index = broad_phase.tree_of[shape];
-    const TreeKind kind = kind_of(shapes, shape), before = kind_of_tree(index);
+    std::uint8_t& index = broad_phase.tree_of[row];
+    const TreeKind kind = kind_of(shapes, row), before = kind_of_tree(index);
     any = any || kind != before;
     if (kind == TreeKind::frozen) {
       if (index == kArriving) continue;  // stands in the list twice
@@ -71,7 +70,7 @@ bool sort_out(const Shapes& shapes, BroadPhase& broad_phase) {
       continue;
     }
     if (before == TreeKind::frozen) {
-      leave_frozen(broad_phase, shape);
+      leave_frozen(broad_phase, row);
     } else if (before != TreeKind::none) {
       --broad_phase.trees[index].members;
       broad_phase.trees[index].lost_members = true;
@@ -126,9 +125,8 @@ void close_ranks(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
 // Puts the arrivals into the free places of the smallest tree.
 void fill_smallest(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   PairTree& tree = broad_phase.trees[kFrozenTree];
-  SCREE_ASSERT(static_cast<std::size_t>(tree.members) + broad_phase.arrivals.size() <=
-               static_cast<std::size_t>(kSmallestTree));
-  while (tree.order.size() < static_cast<std::size_t>(kSmallestTree)) tree.order.push_back(-1);
+  SCREE_ASSERT(static_cast<std::size_t>(tree.members) + broad_phase.arrivals.size() <= kSmallestTree);
+  while (tree.order.size() < kSmallestTree) tree.order.push_back(-1);
   std::size_t slot = 0;
   for (const std::int32_t row : broad_phase.arrivals) {
     while (tree.order[slot] >= 0) ++slot;
@@ -174,8 +172,8 @@ void merge_trees(const WorldData& data, BroadPhase& broad_phase, int last, int l
     PairTree& smaller = broad_phase.trees[kFrozenTree + i];
     list_where(
         crew, smaller.order.size(), broad_phase.places, broad_phase.part,
-        [&](std::size_t slot) { return smaller.order[slot] >= 0; },
-        [&](std::size_t slot) { return smaller.order[slot]; });
+        [&](std::int32_t slot) { return smaller.order[slot] >= 0; },
+        [&](std::int32_t slot) { return smaller.order[slot]; });
     gathered.append(std::as_const(broad_phase.part).span());
     clear_tree(smaller);
   }
@@ -196,8 +194,8 @@ bool keep_order(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   if (awake.unsorted || 2 * count < awake.order.size()) return false;
   list_where(
       crew, awake.order.size(), broad_phase.places, broad_phase.gathered,
-      [&](std::size_t i) { return awake.order[i] >= 0 && broad_phase.tree_of[awake.order[i]] == kArriving; },
-      [&](std::size_t i) { return awake.order[i]; });
+      [&](std::int32_t i) { return awake.order[i] >= 0 && broad_phase.tree_of[awake.order[i]] == kArriving; },
+      [&](std::int32_t i) { return awake.order[i]; });
   if (broad_phase.gathered.size() != count) return false;
   take_gathered(broad_phase, broad_phase.trees[kFrozenTree + level], crew);
   settle_members(data, broad_phase, level, crew);

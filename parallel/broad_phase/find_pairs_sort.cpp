@@ -193,14 +193,12 @@ void sort_by_pair(BroadPhase& broad_phase, const Column<ShapePair>& pair_of, Col
   SortKey* const keys = broad_phase.sort_keys.data();
   const auto all = static_cast<int>(count);
   crew.run_ranges(all, 4096, [&](int begin, int end, int) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      keys[i] = {key_at(rows[i]), rows[i], 0};
+    for (int i = begin; i < end; ++i) keys[i] = {key_at(rows[i]), rows[i], 0};
   });
   const SortKey* const sorted =
       sort_by_key(keys, broad_phase.sort_keys_other.data(), all, broad_phase.digit_counts, crew);
   crew.run_ranges(all, 4096, [&](int begin, int end, int) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      rows[i] = sorted[i].shape;
+    for (int i = begin; i < end; ++i) rows[i] = sorted[i].shape;
   });
   if (count <= kSortedMemory) return;
   broad_phase.sort_keys = {};

@@ -119,8 +119,7 @@ CurveGrid lay_grid(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const Column<BoundsRow>& bounds = data.shapes.fat_bounds;
   const Column<std::int32_t>& shapes = broad_phase.gathered;
   const auto count = static_cast<int>(shapes.size());
-  broad_phase.spreads.resize_discarding(
-      static_cast<std::size_t>((count + kShapesPerChunk - 1) / kShapesPerChunk));
+  broad_phase.spreads.resize_discarding((count + kShapesPerChunk - 1) / kShapesPerChunk);
   crew.run_ranges(count, kShapesPerChunk, [&](int first, int last, int) {
     Spread spread{};
     for (int i = first; i < last; ++i) {
@@ -138,7 +137,7 @@ CurveGrid lay_grid(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   crew.run_ranges(count, kShapesPerChunk, [&](int first, int last, int) {
     Spread spread{};
     for (int i = first; i < last; ++i) {
-      const auto shape = static_cast<std::size_t>(shapes[i]);
+      const std::int32_t shape = shapes[i];
       if (is_empty(bounds[shape])) continue;
       for (int axis = 0; axis < 3; ++axis) {
         spread.sum[axis] += std::abs(center_of(bounds[shape], axis) - grid.origin[axis]);
@@ -173,18 +172,17 @@ void lay_out(PairTree& tree) {
 }
 
 bool is_special(const WorldData& data, std::int32_t shape) {
-  const auto index = static_cast<std::size_t>(shape);
-  const Filter& filter = data.shapes.filter[index];
+  const Filter& filter = data.shapes.filter[shape];
   const Filter plain;
-  const bool alone = data.shapes.next[index] < 0 && data.bodies.first_shape[data.shapes.body[index]] == shape;
-  const bool jointed = data.bodies.first_joint[data.shapes.body[index]] >= 0;
+  const bool alone = data.shapes.next[shape] < 0 && data.bodies.first_shape[data.shapes.body[shape]] == shape;
+  const bool jointed = data.bodies.first_joint[data.shapes.body[shape]] >= 0;
   return !alone || jointed || filter.category != plain.category || filter.mask != plain.mask ||
          filter.group != plain.group;
 }
 
-void mark_special(const WorldData& data, const PairTree& tree, simd::LeafBlock& leaf, std::size_t block) {
+void mark_special(const WorldData& data, const PairTree& tree, simd::LeafBlock& leaf, std::int32_t block) {
   leaf.special = 0;
-  for (std::size_t slot = 0; slot < simd::kBlock; ++slot) {
+  for (int slot = 0; slot < simd::kBlock; ++slot) {
     const std::int32_t shape = tree.order[block * simd::kBlock + slot];
     if (shape >= 0 && is_special(data, shape)) leaf.special |= 1u << slot;
   }
@@ -195,15 +193,15 @@ void gather_members(BroadPhase& broad_phase, std::uint8_t index, Crew& crew) {
   const PairTree& tree = broad_phase.trees[index];
   list_where(
       crew, tree.order.size(), broad_phase.places, broad_phase.gathered,
-      [&](std::size_t i) { return tree.order[i] >= 0 && broad_phase.tree_of[tree.order[i]] == index; },
-      [&](std::size_t i) { return tree.order[i]; });
+      [&](std::int32_t i) { return tree.order[i] >= 0 && broad_phase.tree_of[tree.order[i]] == index; },
+      [&](std::int32_t i) { return tree.order[i]; });
 }
 
 // Removes the shapes that have left from the order of a tree of awake or kinematic shapes.
 void drop_lost(BroadPhase& broad_phase, std::uint8_t index, Crew& crew) {
   PairTree& tree = broad_phase.trees[index];
   crew.run_ranges(static_cast<int>(tree.order.size()), kShapesPerChunk, [&](int first, int last, int) {
-    for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
+    for (int i = first; i < last; ++i) {
       std::int32_t& shape = tree.order[i];
       if (shape >= 0 && broad_phase.tree_of[shape] != index) shape = -1;
     }
@@ -215,7 +213,7 @@ void drop_lost(BroadPhase& broad_phase, std::uint8_t index, Crew& crew) {
 template <class ShapeAt>
 void write_order(PairTree& tree, int count, Crew& crew, ShapeAt&& shape_at) {
   const int places = (count + simd::kBlock - 1) / simd::kBlock * simd::kBlock;
-  tree.order.resize_discarding(static_cast<std::size_t>(places));
+  tree.order.resize_discarding(places);
   crew.run_ranges(places, kShapesPerChunk, [&](int first, int last, int) {
     for (int i = first; i < last; ++i) tree.order[i] = i < count ? shape_at(i) : -1;
   });
@@ -235,9 +233,8 @@ void sort_gathered(const WorldData& data, BroadPhase& broad_phase, PairTree& tre
   broad_phase.sort_keys_other.resize_discarding(broad_phase.gathered.size());
   crew.run_ranges(count, kShapesPerChunk, [&](int first, int last, int) {
     for (int i = first; i < last; i += kCells) {
-      const auto row = static_cast<std::size_t>(i);
-      grid.write_keys(data.shapes.fat_bounds, &broad_phase.gathered[row], std::min(last - i, kCells),
-                      &broad_phase.sort_keys[row]);
+      grid.write_keys(data.shapes.fat_bounds, &broad_phase.gathered[i], std::min(last - i, kCells),
+                      &broad_phase.sort_keys[i]);
     }
   });
   const SortKey* sorted = sort_by_key(broad_phase.sort_keys.data(), broad_phase.sort_keys_other.data(), count,
@@ -258,7 +255,7 @@ void refit_tree(const WorldData& data, PairTree& tree, Crew& crew) {
   crew.run_ranges(leaf_blocks(tree), simd::kBlock, [&](int begin, int end, int) {
     kernels.refit_leaves(task, begin, end);
     if (!tree.special_changed) return;
-    for (auto block = static_cast<std::size_t>(begin); block < static_cast<std::size_t>(end); ++block) {
+    for (int block = begin; block < end; ++block) {
       mark_special(data, tree, tree.leaves[block], block);
     }
   });
@@ -277,8 +274,7 @@ void refit_leaf(const WorldData& data, PairTree& tree, std::int32_t block, Crew&
   const simd::RefitTask task{tree.order.data(), data.shapes.fat_bounds.data(), tree.leaves.data(),
                              tree.nodes[0].data()};
   kernels.refit_leaves(task, block, block + 1);
-  const auto leaf = static_cast<std::size_t>(block);
-  mark_special(data, tree, tree.leaves[leaf], leaf);
+  mark_special(data, tree, tree.leaves[block], block);
   for (int level = 1; level < tree.levels; ++level) {
     block /= simd::kBlock;
     kernels.refit_nodes(tree.nodes[level - 1].data(), tree.nodes[level].data(), block, block + 1);

@@ -63,9 +63,8 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
   // The list from calls may name shapes that were destroyed later.
   const std::size_t first = broad_phase.dirty.size();
   for (const std::int32_t shape : shapes.dirty) {
-    const auto index = static_cast<std::size_t>(shape);
-    const std::uint8_t flags = shapes.flags[index];
-    shapes.flags[index] = static_cast<std::uint8_t>(flags & ~kShapeDirty);
+    const std::uint8_t flags = shapes.flags[shape];
+    shapes.flags[shape] = static_cast<std::uint8_t>(flags & ~kShapeDirty);
     shapes.marks.mark(shape);  // of its bounds, too
     broad_phase.changed.push_back(shape);
     if ((flags & kShapeAlive) == 0) continue;

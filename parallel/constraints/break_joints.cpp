@@ -20,8 +20,8 @@ bool has_broken(const Joints& joints, std::int32_t joint) {
 
 std::span<const std::int32_t> joints_of(const Constraints& constraints, std::int32_t chunk) {
   const simd::ConstraintChunk& c = constraints.joint_chunks[chunk];
-  return constraints.joint_rows.span().subspan(static_cast<std::size_t>(c.first_lane),
-                                               static_cast<std::size_t>(c.lanes));
+  const std::int32_t* const first = constraints.joint_lanes.begin() + c.first_lane;
+  return {first, first + c.lanes};
 }
 
 }  // namespace

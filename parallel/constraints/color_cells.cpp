@@ -21,7 +21,9 @@ constexpr std::int32_t kMaxCells = 4096;  // at level 0: keys of the counting so
 
 constexpr std::int32_t kMaxCuts = 1024;  // of the longest extent
 constexpr int kMaxLevels = 16;
-constexpr float kMaxExtent = 1e30f;  // m; keeps the grid finite
+constexpr float kMaxExtent = 1e30f;       // m; keeps the grid finite
+constexpr float kMinExtent = 1e-3f;       // m; of bodies in one place: the inverse size of cells stays finite
+constexpr std::int32_t kPartsOfCell = 8;  // halving the cubes once more may make so many times the cells
 
 using Cell = std::array<std::int32_t, 3>;
 
@@ -64,7 +66,7 @@ BoundsRow bounds_of(const WorldData& data, Column<BoundsRow>& parts, Crew& crew)
   const auto begin_with = [](const float* p) {
     return BoundsRow{{p[0], p[1], p[2]}, 0.0f, {p[0], p[1], p[2]}, 0.0f};
   };
-  parts.resize_discarding(static_cast<std::size_t>((count + kBodyRows - 1) / kBodyRows));
+  parts.resize_discarding((count + kBodyRows - 1) / kBodyRows);
   crew.run_ranges(count, kBodyRows, [&](int begin, int end, int) {
     BoundsRow box = begin_with(position_of(begin));
     for (int i = begin; i < end; ++i) include(box, position_of(i), position_of(i));
@@ -83,9 +85,9 @@ Grid make_grid(const BoundsRow& bounds, std::size_t contacts) {
     grid.lower[axis] = bounds.lower[axis];
     extent[axis] = std::min(bounds.upper[axis] - bounds.lower[axis], kMaxExtent);
   }
-  const float longest = std::max({extent[0], extent[1], extent[2], 1e-3f});
+  const float longest = std::max({extent[0], extent[1], extent[2], kMinExtent});
   const auto wanted =
-      static_cast<std::int32_t>(std::min(contacts / kCellRows, static_cast<std::size_t>(kMaxCells / 8)));
+      static_cast<std::int32_t>(std::min<std::size_t>(contacts / kCellRows, kMaxCells / kPartsOfCell));
   grid.dimensions = {1, 1, 1};
   for (std::int32_t cuts = 2; grid.cells_at(0) < wanted && cuts <= kMaxCuts; cuts *= 2) {
     grid.inverse_size = static_cast<float>(cuts) / longest;
@@ -135,10 +137,9 @@ void color_by_cells(const WorldData& data, Constraints& constraints, Crew& crew)
     std::int32_t* counts = constraints.histogram.data() + static_cast<std::size_t>(begin / kPartRows) * keys;
     std::fill(counts, counts + keys, 0);
     for (int i = begin; i < end; ++i) {
-      const auto place = static_cast<std::size_t>(i);
-      const auto edge = static_cast<std::size_t>(constraints.uncolored[place]);
+      const std::int32_t edge = constraints.uncolored[i];
       const std::int32_t key = key_of(grid, first_key, data, constraints.edges[edge]);
-      constraints.cells[place] = key;
+      constraints.cells[i] = key;
       ++counts[key];
     }
   });
@@ -160,7 +161,7 @@ void color_by_cells(const WorldData& data, Constraints& constraints, Crew& crew)
 
   for (int level = 0; level < grid.levels; ++level) {
     crew.run(first_key[level + 1] - first_key[level], [&](int cell, int) {
-      const auto key = static_cast<std::size_t>(first_key[level] + cell);
+      const std::int32_t key = first_key[level] + cell;
       for (std::int32_t i = constraints.cell_begins[key]; i < constraints.cell_begins[key + 1]; ++i) {
         const std::int32_t edge = constraints.cell_rows[i];
         take_lowest_color(constraints.body_colors, constraints.edges[edge]);

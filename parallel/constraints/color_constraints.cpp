@@ -1,4 +1,4 @@
-// Colors constraints: gives every touching contact and active joint a color such that no two constraints of
+// Colors constraints: gives every active contact and active joint a color such that no two constraints of
 // one color share a dynamic body.
 //
 // A contact keeps its color while it touches, so that one new contact does not reshuffle the Gauss-Seidel
@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
 
 namespace scree {
 
@@ -53,7 +54,7 @@ void clear_masks(const WorldData& data, Constraints& constraints, Crew& crew, bo
   const Column<std::int32_t>& awake = data.bodies.awake;
   crew.run_ranges(static_cast<int>(awake.size()), kBodyRows, [&](int begin, int end, int) {
     for (int i = begin; i < end; ++i) {
-      const auto body = static_cast<std::size_t>(awake[i]);
+      const std::int32_t body = awake[i];
       BodyColors& colors = constraints.body_colors[body];
       colors = {0, 0, 0, degrees ? 0 : colors.degree, -1};
       if (degrees) constraints.joint_count[body] = 0;
@@ -76,17 +77,17 @@ bool list_edge(Edge& edge, std::int32_t body_a, std::int32_t body_b, std::uint16
   return same;
 }
 
-bool list_contact(const WorldData& data, Edge& edge, std::size_t place, bool same) {
+bool list_contact(const WorldData& data, Edge& edge, std::int32_t place, bool same) {
   const ContactRows& contacts = data.contacts.now;
-  const auto row = static_cast<std::size_t>(data.contacts.touching[place]);
+  const std::int32_t row = data.contacts.active[place];
   const Manifold& manifold = contacts.manifold[row];
   return list_edge(edge, manifold.row_a, manifold.row_b, static_cast<std::uint16_t>(manifold.info),
                    contacts.color[row], (manifold.info & kManifoldStatic) != 0, same);
 }
 
-bool list_joint(const WorldData& data, Edge& edge, std::size_t place, bool same) {
+bool list_joint(const WorldData& data, Edge& edge, std::int32_t place, bool same) {
   const Joints& joints = data.joints;
-  const auto row = static_cast<std::size_t>(joints.active[place]);
+  const std::int32_t row = joints.active[place];
   const JointBodies bodies = joints.bodies[row];
   const auto is_pushed = [&](std::int32_t body) { return data.bodies.type[body] == BodyType::dynamic; };
   const bool pushed_a = is_pushed(bodies.a), pushed_b = is_pushed(bodies.b);
@@ -101,14 +102,14 @@ bool list_joint(const WorldData& data, Edge& edge, std::size_t place, bool same)
                    fixed != simd::BodySide::none, same);
 }
 
-// Lists the touching contacts, then the active joints, as edges of a graph. Returns whether all of them are
+// Lists the active contacts, then the active joints, as edges of a graph. Returns whether all of them are
 // those of the last step, at the same places and with colors: then the colors stay valid, and the bodies'
 // masks need not be rebuilt. That would be a third of the time, and atomic operations on masks make two
 // threads slower than one.
 bool list_edges(const WorldData& data, Constraints& constraints, int begin, int end) {
-  const std::size_t contacts = data.contacts.touching.size();
+  const int contacts = static_cast<int>(data.contacts.active.size());
   bool same = true;
-  for (auto place = static_cast<std::size_t>(begin); place < static_cast<std::size_t>(end); ++place) {
+  for (int place = begin; place < end; ++place) {
     Edge& edge = constraints.edges[place];
     same = place < contacts ? list_contact(data, edge, place, same)
                             : list_joint(data, edge, place - contacts, same);
@@ -179,10 +180,10 @@ bool keep_colors(Constraints& constraints, int part) {
 // Parts' lists of uncolored contacts -> one list in the order of the edges.
 void join_lists(Constraints& constraints, int parts) {
   std::int32_t* list = constraints.uncolored.data();
-  std::size_t size = 0;
+  std::int32_t size = 0;
   for (int part = 0; part < parts; ++part) {
     const std::int32_t* from = list + static_cast<std::ptrdiff_t>(part) * kPartRows;
-    const auto count = static_cast<std::size_t>(constraints.part_counts[part]);
+    const std::int32_t count = constraints.part_counts[part];
     std::copy(from, from + count, list + size);
     size += count;
   }
@@ -192,7 +193,7 @@ void join_lists(Constraints& constraints, int parts) {
 // Enters the kept colors into the masks of all bodies and lists the contacts that need one.
 void keep_all_colors(const WorldData& data, Constraints& constraints, Crew& crew, int parts) {
   const int count = static_cast<int>(constraints.edges.size());
-  const int first_joint = static_cast<int>(data.contacts.touching.size());
+  const int first_joint = static_cast<int>(data.contacts.active.size());
   const bool shared = count >= kSharedContacts && crew.threads() > 1;
   clear_masks(data, constraints, crew, true);
   std::atomic<bool> sound{true};
@@ -217,14 +218,13 @@ void keep_all_colors(const WorldData& data, Constraints& constraints, Crew& crew
 
 void color_constraints(WorldData& data, Crew& crew) {
   Constraints& constraints = constraints_of(data);
-  const std::size_t contacts = data.contacts.touching.size();
-  const int count = static_cast<int>(contacts + data.joints.active.size());
+  const int contacts = static_cast<int>(data.contacts.active.size());
+  const int count = contacts + static_cast<int>(data.joints.active.size());
   const int parts = (count + kPartRows - 1) / kPartRows;
   constraints.body_colors.resize(data.bodies.pose.size());
   constraints.joint_count.resize(data.bodies.pose.size());
-  std::atomic<bool> same{constraints.is_colored &&
-                         constraints.edges.size() == static_cast<std::size_t>(count)};
-  constraints.edges.resize(static_cast<std::size_t>(count));
+  std::atomic<bool> same{constraints.is_colored && std::cmp_equal(constraints.edges.size(), count)};
+  constraints.edges.resize(count);
   crew.run_ranges(count, kPartRows, [&](int begin, int end, int) {
     if (!list_edges(data, constraints, begin, end)) same.store(false, std::memory_order_relaxed);
   });
@@ -233,8 +233,8 @@ void color_constraints(WorldData& data, Crew& crew) {
     return;
   }
   constraints.is_colored = false;  // until all is done
-  constraints.uncolored.resize_discarding(static_cast<std::size_t>(count));
-  constraints.part_counts.resize_discarding(static_cast<std::size_t>(parts));
+  constraints.uncolored.resize_discarding(count);
+  constraints.part_counts.resize_discarding(parts);
   keep_all_colors(data, constraints, crew, parts);
 
   if (constraints.uncolored.size() >= kCellContacts) {
@@ -245,12 +245,11 @@ void color_constraints(WorldData& data, Crew& crew) {
     }
   }
   for (const std::int32_t i : constraints.uncolored) {
-    const auto place = static_cast<std::size_t>(i);
-    const std::uint8_t color = constraints.edges[place].color;
-    if (place < contacts) {
-      data.contacts.now.color[data.contacts.touching[place]] = color;
+    const std::uint8_t color = constraints.edges[i].color;
+    if (i < contacts) {
+      data.contacts.now.color[data.contacts.active[i]] = color;
     } else {
-      data.joints.color[data.joints.active[place - contacts]] = color;
+      data.joints.color[data.joints.active[i - contacts]] = color;
     }
   }
   constraints.is_colored = true;

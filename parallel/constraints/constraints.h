@@ -29,11 +29,11 @@ enum class EdgeKind : std::uint8_t {
   two_hubs,  // always overflows
 };
 
-// A touching contact or an active joint, as coloring and packing see it.
+// A active contact or an active joint, as coloring and packing see it.
 struct Edge {
   std::int32_t body_a;  // a body that cannot be pushed is A, even if it is the joint's b
   std::int32_t body_b;
-  std::uint16_t info;  // Manifold::info; of joints the number of their kind, see joint_kind
+  std::uint16_t info;  // Manifold::info; of joints the number of their kind, see joint_block_kind
   std::uint8_t color;
   EdgeKind kind;
 };
@@ -81,25 +81,25 @@ struct FinishSum {
 SCREE_STORE(KeyTable, SCREE_KEY_TABLE_MEMBERS)
 
 // What joints of one block have in common, and its number.
-struct JointKind {
+struct JointBlockKind {
   int variant;           // simd::joint_variant
   simd::BodySide fixed;  // which body cannot be pushed
   bool breaks;
 };
 inline constexpr int kJointBlockKinds = simd::kJointVariants * 6;
-inline int number_of(const JointKind& kind) {
+inline int number_of(const JointBlockKind& kind) {
   return (kind.variant * 3 + static_cast<int>(kind.fixed)) * 2 + (kind.breaks ? 1 : 0);
 }
-inline JointKind joint_kind(int number) {
+inline JointBlockKind joint_block_kind(int number) {
   return {number / 6, static_cast<simd::BodySide>(number / 2 % 3), number % 2 != 0};
 }
-struct JointKindSet {
+struct JointBlockKindSet {
   std::uint64_t bits[(kJointBlockKinds + 63) / 64];
 };
 
 // clang-format off
 #define SCREE_CONSTRAINT_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                               \
-  LIST (scratch, Edge,         edges)           /* color_constraints; by place in the touching list, then in    \
+  LIST (scratch, Edge,         edges)           /* color_constraints; by place in the list of active contacts, then in    \
                                                    that of joints */                                            \
   VALUE(scratch, bool,         is_colored, false) /* color_constraints: `edges` hold a whole coloring */        \
   LIST (scratch, BodyColors,   body_colors)     /* color_constraints; by body */                                \
@@ -118,11 +118,11 @@ struct JointKindSet {
   LIST (scratch, std::int32_t, overflow_levels) /* pack_blocks; theirs */                                       \
   TABLE(scratch, KeyTable,     contact_keys, "constraints.contact_keys") /* pack_blocks */                      \
   TABLE(scratch, KeyTable,     joint_keys, "constraints.joint_keys") /* pack_blocks */                          \
-  LIST (scratch, std::int32_t, joint_rows)      /* pack_blocks; joints in lane order */                         \
+  LIST (scratch, std::int32_t, joint_lanes)     /* pack_blocks; joints in lane order */                         \
   LIST (scratch, simd::ConstraintChunk, joint_chunks) /* pack_blocks */                                         \
-  LIST (scratch, JointKindSet, joint_kinds)     /* pack_blocks; that occur, by part of the joints */            \
+  LIST (scratch, JointBlockKindSet, joint_block_kinds) /* pack_blocks; that occur, by part of the joints */      \
   LIST (scratch, std::int32_t, breaking_chunks) /* break_joints; of joint_chunks */                             \
-  LIST (scratch, std::int32_t, contact_rows)    /* pack_blocks; rows of contacts in lane order */               \
+  LIST (scratch, std::int32_t, contact_lanes)   /* pack_blocks; rows of contacts in lane order */               \
   LIST (scratch, std::int32_t, hub_counts)      /* pack_blocks; by hub */                                       \
   LIST (scratch, std::int32_t, hub_rows)        /* pack_blocks; rows of one hub color, sorted by hub */         \
   LIST (scratch, char,         blocks)          /* prepare and the sweeps */                                    \

@@ -12,23 +12,23 @@ namespace scree {
 namespace {
 
 // Lists the edges that overflow, kind by kind in the order of their list.
-void list_overflow(Constraints& constraints, std::size_t first, std::size_t count, const KeyTable& table,
+void list_overflow(Constraints& constraints, std::int32_t first, std::size_t count, const KeyTable& table,
                    Crew& crew) {
   Column<std::int32_t>& begins = constraints.overflow_begins;
-  begins.resize_discarding(static_cast<std::size_t>(table.kinds));
+  begins.resize_discarding(table.kinds);
   std::exclusive_scan(table.totals.begin(), table.totals.begin() + table.kinds, begins.begin(), 0);
-  constraints.overflow_edges.resize_discarding(static_cast<std::size_t>(table.in_place[0]));
+  constraints.overflow_edges.resize_discarding(table.in_place[0]);
   const auto keys = static_cast<std::size_t>(kColorPlaces * table.kinds);
   crew.run_ranges(static_cast<int>(count), kSortRows, [&](int begin, int end, int) {
     std::int32_t places[kMostKinds];
-    for (int kind = 0; kind < table.kinds; ++kind) {
-      const auto key = static_cast<std::size_t>(kind);
-      places[kind] = begins[key] + table.counts[static_cast<std::size_t>(begin / kSortRows) * keys + key];
-    }
-    for (auto i = first + static_cast<std::size_t>(begin); i < first + static_cast<std::size_t>(end); ++i) {
+    const std::int32_t* const before =
+        table.counts.data() + static_cast<std::size_t>(begin / kSortRows) * keys;
+    for (int kind = 0; kind < table.kinds; ++kind) places[kind] = begins[kind] + before[kind];
+    const int last = first + end;
+    for (int i = first + begin; i < last; ++i) {
       const int key = constraints.keys[i];
       if (key >= table.kinds) continue;
-      constraints.overflow_edges[places[key]++] = static_cast<std::int32_t>(i);
+      constraints.overflow_edges[places[key]++] = i;
     }
   });
 }
@@ -57,7 +57,7 @@ std::int32_t find_levels(Constraints& constraints) {
 // Sorts by level; within a level the order stays.
 void sort_by_level(const Constraints& constraints, std::int32_t levels, KeyTable& table) {
   Column<std::int32_t>& ends = table.level_ends;  // while it sorts: where the level's next edge goes
-  ends.resize_discarding(static_cast<std::size_t>(levels));
+  ends.resize_discarding(levels);
   std::fill(ends.begin(), ends.end(), 0);
   for (const std::int32_t level : constraints.overflow_levels) ++ends[level];
   std::exclusive_scan(ends.begin(), ends.end(), ends.begin(), 0);
@@ -70,7 +70,7 @@ void sort_by_level(const Constraints& constraints, std::int32_t levels, KeyTable
 
 }  // namespace
 
-void level_overflow(Constraints& constraints, std::size_t first, std::size_t count, int lanes,
+void level_overflow(Constraints& constraints, std::int32_t first, std::size_t count, int lanes,
                     KeyTable& table, Crew& crew) {
   table.overflow.clear();
   table.level_ends.clear();

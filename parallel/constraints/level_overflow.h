@@ -15,7 +15,7 @@
 namespace scree {
 
 // Of the edges from `first` on, which are `count`; after count_keys(). Writes the overflow of the table.
-void level_overflow(Constraints& constraints, std::size_t first, std::size_t count, int lanes,
+void level_overflow(Constraints& constraints, std::int32_t first, std::size_t count, int lanes,
                     KeyTable& table, Crew& crew);
 
 }  // namespace scree

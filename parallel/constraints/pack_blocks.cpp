@@ -1,4 +1,4 @@
-// Packs blocks: sorts the touching contacts and the active joints by color and block variant, lays out the
+// Packs blocks: sorts the active contacts and the active joints by color and block variant, lays out the
 // blocks, and groups constraints with hubs by hub.
 #include <parallel/constraints/level_overflow.h>
 #include <parallel/constraints/sort_constraints.h>
@@ -24,15 +24,16 @@ int contact_kind(const Edge& edge) {
 }
 
 // Numbers the kinds that occur among the joints without gaps, so that the sort has few keys.
-struct JointKindNumbers {
+struct JointBlockKindNumbers {
+  static_assert(kJointBlockKinds <= 256, "numbers of kinds are bytes");
   int count = 0;
   std::uint8_t number[kJointBlockKinds];
   std::uint8_t kind[kJointBlockKinds];  // by number
 
-  explicit JointKindNumbers(const Column<JointKindSet>& parts) {
-    for (int word = 0; word < static_cast<int>(std::size(JointKindSet{}.bits)); ++word) {
+  explicit JointBlockKindNumbers(const Column<JointBlockKindSet>& parts) {
+    for (int word = 0; word < static_cast<int>(std::size(JointBlockKindSet{}.bits)); ++word) {
       std::uint64_t present = 0;
-      for (const JointKindSet& part : parts) present |= part.bits[word];
+      for (const JointBlockKindSet& part : parts) present |= part.bits[word];
       for (; present != 0; present &= present - 1) {
         const int k = word * 64 + std::countr_zero(present);
         number[k] = static_cast<std::uint8_t>(count);
@@ -42,24 +43,29 @@ struct JointKindNumbers {
   }
 };
 
+// The edges of joints come behind those of contacts.
+std::int32_t first_joint_of(const WorldData& data) {
+  return static_cast<std::int32_t>(data.contacts.active.size());
+}
+
 // Of the edges from `first` on.
-void find_joint_kinds(Constraints& constraints, std::size_t first, Crew& crew) {
-  const std::size_t count = constraints.edges.size() - first;
-  constraints.joint_kinds.resize_discarding((count + kSortRows - 1) / kSortRows);
-  crew.run_ranges(static_cast<int>(count), kSortRows, [&](int begin, int end, int) {
-    JointKindSet present{};
+void find_joint_block_kinds(Constraints& constraints, std::int32_t first, Crew& crew) {
+  const int count = static_cast<int>(constraints.edges.size()) - first;
+  constraints.joint_block_kinds.resize_discarding((count + kSortRows - 1) / kSortRows);
+  crew.run_ranges(count, kSortRows, [&](int begin, int end, int) {
+    JointBlockKindSet present{};
     for (int i = begin; i < end; ++i) {
-      const std::uint16_t kind = constraints.edges[first + static_cast<std::size_t>(i)].info;
+      const std::uint16_t kind = constraints.edges[first + i].info;
       present.bits[kind / 64] |= std::uint64_t{1} << (kind % 64);
     }
-    constraints.joint_kinds[begin / kSortRows] = present;
+    constraints.joint_block_kinds[begin / kSortRows] = present;
   });
 }
 
 // Contacts or joints: their list, its first edge, their sorted rows and where their chunks go.
 struct Family {
   const Column<std::int32_t>& list;
-  std::size_t first_edge;
+  std::int32_t first_edge;
   const KeyTable& keys;
   Column<std::int32_t>& rows;
   Column<simd::ConstraintChunk>& chunks;
@@ -78,16 +84,16 @@ struct BlockKind {
 // Lays out chunks and stages one after the other.
 class Layout {
  public:
-  Layout(const WorldData& data, Constraints& constraints, const JointKindNumbers& joint_kinds,
+  Layout(const WorldData& data, Constraints& constraints, const JointBlockKindNumbers& joint_block_kinds,
          const simd::Kernels& kernels)
-      : contacts{data.contacts.touching,     0,
-                 constraints.contact_keys,   constraints.contact_rows,
+      : contacts{data.contacts.active,       0,
+                 constraints.contact_keys,   constraints.contact_lanes,
                  constraints.contact_chunks, &ColorStage::contact_chunk_count},
-        joints{data.joints.active,     data.contacts.touching.size(), constraints.joint_keys,
-               constraints.joint_rows, constraints.joint_chunks,      &ColorStage::joint_chunk_count},
+        joints{data.joints.active,      first_joint_of(data),     constraints.joint_keys,
+               constraints.joint_lanes, constraints.joint_chunks, &ColorStage::joint_chunk_count},
         data_(data),
         constraints_(constraints),
-        joint_kinds_(joint_kinds),
+        block_kinds_(joint_block_kinds),
         kernels_(kernels) {
     constraints.contact_chunks.clear();
     constraints.joint_chunks.clear();
@@ -113,7 +119,7 @@ class Layout {
         begin_stage(level_end - begin <= kTailRows);
       }
       for (int place = begin; place < end; ++place) {
-        const auto edge = static_cast<std::size_t>(family.keys.overflow[place]);
+        const std::int32_t edge = family.keys.overflow[place];
         family.rows[lane + place - begin] = family.list[edge - family.first_edge];
       }
       add_color(family, kind_of(family, kind, false), lane, end - begin);
@@ -124,7 +130,7 @@ class Layout {
   // The rows of one kind in one color; `hubs` have a stage of their own for each kind, as two kinds may have
   // constraints of the same hub.
   void add_kind(const Family& family, int place, int kind, bool serial) {
-    const auto key = static_cast<std::size_t>(place * family.keys.kinds + kind);
+    const int key = place * family.keys.kinds + kind;
     const int count = family.keys.totals[key];
     if (count == 0) return;
     const int first_lane = family.keys.first_lane[key];
@@ -145,7 +151,7 @@ class Layout {
  private:
   BlockKind kind_of(const Family& family, int kind, bool is_static) const {
     if (&family == &joints) {
-      const JointKind joint = joint_kind(joint_kinds_.kind[kind]);
+      const JointBlockKind joint = joint_block_kind(block_kinds_.kind[kind]);
       return {joint.variant, joint.fixed, joint.breaks, false,
               kernels_.joint.variant[joint.variant].block_bytes};
     }
@@ -183,12 +189,11 @@ class Layout {
   }
 
   std::int32_t hub_of(const Family& family, std::int32_t row, simd::BodySide side) const {
-    const auto index = static_cast<std::size_t>(row);
     if (&family == &joints) {
-      const JointBodies bodies = data_.joints.bodies[index];
+      const JointBodies bodies = data_.joints.bodies[row];
       return side == simd::BodySide::a ? bodies.a : bodies.b;
     }
-    const Manifold& manifold = data_.contacts.now.manifold[index];
+    const Manifold& manifold = data_.contacts.now.manifold[row];
     return side == simd::BodySide::a ? manifold.row_a : manifold.row_b;
   }
 
@@ -200,7 +205,7 @@ class Layout {
     };
     std::int32_t* rows = family.rows.data() + first_lane;
     counts.clear();
-    constraints_.hub_rows.resize_discarding(static_cast<std::size_t>(count));
+    constraints_.hub_rows.resize_discarding(count);
     std::copy(rows, rows + count, constraints_.hub_rows.begin());
     for (const std::int32_t row : constraints_.hub_rows) {
       BodyColors& hub = colors_of(row);
@@ -229,7 +234,7 @@ class Layout {
 
   const WorldData& data_;
   Constraints& constraints_;
-  const JointKindNumbers& joint_kinds_;
+  const JointBlockKindNumbers& block_kinds_;
   const simd::Kernels& kernels_;
   std::size_t offset_ = 0;
   std::int32_t used_blocks_ = 0;
@@ -267,32 +272,32 @@ int list_places(const InColor& in_color_at, int (&places)[kColorPlaces]) {
 void pack_blocks(WorldData& data, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   const int lanes = crew.kernels().lanes;
-  const Column<std::int32_t>& touching = data.contacts.touching;
-  const Column<std::int32_t>& active = data.joints.active;
-  data.stats.joints = static_cast<std::int64_t>(active.size());
-  find_joint_kinds(constraints, touching.size(), crew);
-  const JointKindNumbers numbers(constraints.joint_kinds);
+  const Column<std::int32_t>& contacts = data.contacts.active;
+  const Column<std::int32_t>& joints = data.joints.active;
+  data.stats.joints = static_cast<std::int64_t>(joints.size());
+  const std::int32_t first_joint = first_joint_of(data);
+  find_joint_block_kinds(constraints, first_joint, crew);
+  const JointBlockKindNumbers numbers(constraints.joint_block_kinds);
   KeyTable &contact_keys = constraints.contact_keys, &joint_keys = constraints.joint_keys;
   contact_keys.kinds = kContactKinds;
   joint_keys.kinds = numbers.count;
   constraints.keys.resize_discarding(constraints.edges.size());
   data.stats.contact_points =  // those that are only watched included
-      count_keys(constraints, 0, touching, kManifoldPointMask, contact_keys, crew,
+      count_keys(constraints, 0, contacts, kManifoldPointMask, contact_keys, crew,
                  [](const Edge& edge) { return contact_kind(edge); });
-  count_keys(constraints, touching.size(), active, 0, joint_keys, crew,
+  count_keys(constraints, first_joint, joints, 0, joint_keys, crew,
              [&](const Edge& edge) { return int{numbers.number[edge.info]}; });
   // A body that is a hub because of its contacts may have a single joint, and the other way round.
   const std::int32_t hubs = most_hubs(contact_keys, joint_keys);
-  level_overflow(constraints, 0, touching.size(), lanes, contact_keys, crew);
-  level_overflow(constraints, touching.size(), active.size(), lanes, joint_keys, crew);
+  level_overflow(constraints, 0, contacts.size(), lanes, contact_keys, crew);
+  level_overflow(constraints, first_joint, joints.size(), lanes, joint_keys, crew);
   place_keys(lanes, hubs, contact_keys);
   place_keys(lanes, hubs, joint_keys);
-  scatter_rows(constraints, 0, touching, contact_keys, constraints.contact_rows, crew);
-  scatter_rows(constraints, touching.size(), active, joint_keys, constraints.joint_rows, crew);
+  scatter_rows(constraints, 0, contacts, contact_keys, constraints.contact_lanes, crew);
+  scatter_rows(constraints, first_joint, joints, joint_keys, constraints.joint_lanes, crew);
 
   const auto in_color_at = [&](int place) {
-    const auto index = static_cast<std::size_t>(place);
-    return contact_keys.in_place[index] + joint_keys.in_place[index];
+    return contact_keys.in_place[place] + joint_keys.in_place[place];
   };
   int places[kColorPlaces];
   const int colors = list_places(in_color_at, places);
@@ -311,7 +316,7 @@ void pack_blocks(WorldData& data, Crew& crew) {
   }
   constraints.blocks.resize_discarding(layout.bytes());
   data.stats.colors = colors;
-  const auto rows = static_cast<double>(touching.size() + active.size());
+  const auto rows = static_cast<double>(contacts.size() + joints.size());
   data.stats.lane_fill =
       layout.used_blocks() == 0 ? 1.0 : rows / (static_cast<double>(layout.used_blocks()) * lanes);
 }

@@ -45,19 +45,20 @@ inline int place_of(const Edge& edge) {
 // Edges of `list`, which are [first, first + list.size()), -> their keys and how many there are of each.
 // `kind_of` gives an edge's kind, less than table.kinds. Returns the sum of `info & mask` of the edges.
 template <class KindOf>
-std::int64_t count_keys(Constraints& constraints, std::size_t first, const Column<std::int32_t>& list,
+std::int64_t count_keys(Constraints& constraints, std::int32_t first, const Column<std::int32_t>& list,
                         std::uint32_t mask, KeyTable& table, Crew& crew, KindOf&& kind_of) {
   const int count = static_cast<int>(list.size()), parts = (count + kSortRows - 1) / kSortRows;
   const int kinds = table.kinds;  // a copy: the compiler cannot know that counts do not change it
   const auto keys = static_cast<std::size_t>(kColorPlaces * kinds);
   SCREE_ASSERT(keys <= std::numeric_limits<std::uint16_t>::max());
   table.counts.resize_discarding(static_cast<std::size_t>(parts) * keys);
-  table.sums.resize_discarding(static_cast<std::size_t>(parts));
+  table.sums.resize_discarding(parts);
   crew.run_ranges(count, kSortRows, [&](int begin, int end, int) {
     std::int32_t* counts = table.counts.data() + static_cast<std::size_t>(begin / kSortRows) * keys;
     std::fill(counts, counts + keys, 0);
     std::uint32_t sum = 0;
-    for (auto i = first + static_cast<std::size_t>(begin); i < first + static_cast<std::size_t>(end); ++i) {
+    const int last = first + end;  // a copy, as well
+    for (int i = first + begin; i < last; ++i) {
       const Edge& edge = constraints.edges[i];
       const int key = place_of(edge) * kinds + kind_of(edge);
       constraints.keys[i] = static_cast<std::uint16_t>(key);
@@ -119,12 +120,12 @@ void for_each_overflow_run(const Constraints& constraints, const KeyTable& table
 // most `hubs` hubs, which may have any number of rows there, begins with a block of its own.
 inline void place_keys(int lanes, std::int32_t hubs, KeyTable& table) {
   const int keys = kColorPlaces * table.kinds;
-  table.first_lane.resize_discarding(static_cast<std::size_t>(keys) + 1);
+  table.first_lane.resize_discarding(keys + 1);
   std::int32_t lane = table.overflow_lanes;
   for (int place = 1; place < kColorPlaces; ++place) {
     if (table.in_place[place] == 0) continue;
     for (int kind = 0; kind < table.kinds; ++kind) {
-      const auto key = static_cast<std::size_t>(place * table.kinds + kind);
+      const int key = place * table.kinds + kind;
       const std::int32_t total = table.totals[key];
       table.first_lane[key] = lane;
       lane += (total + lanes - 1) / lanes * lanes;
@@ -140,17 +141,18 @@ inline void place_keys(int lanes, std::int32_t hubs, KeyTable& table) {
 
 // `rows`: the entries of `list` in the order of lanes, after count_keys() and place_keys(). Those of the
 // overflow are left out.
-inline void scatter_rows(const Constraints& constraints, std::size_t first, const Column<std::int32_t>& list,
+inline void scatter_rows(const Constraints& constraints, std::int32_t first, const Column<std::int32_t>& list,
                          KeyTable& table, Column<std::int32_t>& rows, Crew& crew) {
   const int kinds = table.kinds;
   const auto keys = static_cast<std::size_t>(kColorPlaces * kinds);
-  rows.resize_discarding(static_cast<std::size_t>(table.first_lane.back()));
+  rows.resize_discarding(table.first_lane.back());
   crew.run_ranges(static_cast<int>(list.size()), kSortRows, [&](int begin, int end, int) {
     std::int32_t* places = table.counts.data() + static_cast<std::size_t>(begin / kSortRows) * keys;
     const std::int32_t* first_lane = table.first_lane.data();
     std::int32_t* to = rows.data();
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const int key = constraints.keys[first + i];
+    const std::uint16_t* const key_at = constraints.keys.data() + first;
+    for (int i = begin; i < end; ++i) {
+      const int key = key_at[i];
       if (key >= kinds) to[first_lane[key] + places[key]++] = list[i];
     }
   });

@@ -30,7 +30,7 @@ constexpr float kNever = 2.0f;  // times run from 0 to 1
 // rad; a ball's arc counts as straight over this turn: it leaves its chord by 0.8 % of its arm at most.
 constexpr float kStraightTurn = 0.25f;
 
-const HullData& hull_of(const WorldData& data, std::size_t shape) {
+const HullData& hull_of(const WorldData& data, std::int32_t shape) {
   return *data.hulls.data[data.shapes.hull[shape]];
 }
 
@@ -80,7 +80,7 @@ Distance from_hull(Vec3 point, Vec3 velocity, const HullData& hull, const Extent
   return best;
 }
 
-Distance distance_at(const WorldData& data, std::size_t obstacle, const Path& path, float t) {
+Distance distance_at(const WorldData& data, std::int32_t obstacle, const Path& path, float t) {
   const Vec3 point = path.start + t * path.motion;
   const ExtentRow& extent = data.shapes.extent[obstacle];
   switch (data.shapes.type[obstacle]) {
@@ -100,7 +100,7 @@ Distance distance_at(const WorldData& data, std::size_t obstacle, const Path& pa
 
 // When the path comes as near as `target`; kNever if it does not. Newton's method on a convex function comes
 // nearer from one side, so no meeting is missed. Goes on from `t`, where `distance` has been found.
-float first_within(const WorldData& data, std::size_t obstacle, const Path& path, float target,
+float first_within(const WorldData& data, std::int32_t obstacle, const Path& path, float target,
                    float tolerance, float t, Distance& distance) {
   constexpr int kIterations = 32;  // four or five are usual
   for (int i = 0; i < kIterations; ++i) {
@@ -118,11 +118,14 @@ struct Core {
   float distance, tolerance;  // m
 };
 Core core_of(const Path& path, float radius, float distance) {
-  constexpr float kNearer =
-      0.9f;  // of the distance that a center comes nearer at most where its core overlaps
-  const float rounding = 1e-6f * (length(path.start) + length(path.motion));
+  // A core that overlaps at the start may come nearer by a tenth of its center's distance.
+  constexpr float kNearer = 0.9f;
+  // Newton's method ends within these shares of the slop, the radius and the distance.
+  constexpr float kSlopShare = 0.1f, kLengthShare = 0.02f;
+  constexpr float kRounding = 1e-6f;  // of the path's coordinates: about eight units in the last place
+  const float rounding = kRounding * (length(path.start) + length(path.motion));
   return {std::min(kCoreShare * radius, kNearer * distance),
-          std::min({0.1f * kLinearSlop, 0.02f * radius, 0.02f * distance}) + rounding};
+          std::min({kSlopShare * kLinearSlop, kLengthShare * radius, kLengthShare * distance}) + rounding};
 }
 
 // Where a path meets an obstacle, from 0 to 1 along it, and the direction out of the obstacle. Of meetings at
@@ -137,7 +140,7 @@ Meeting earlier(const Meeting& a, const Meeting& b) {
 }
 
 // When a ball meets the obstacle, if its core is to meet it as well; else kNever.
-float meeting(const WorldData& data, std::size_t obstacle, const Path& path, float radius) {
+float meeting(const WorldData& data, std::int32_t obstacle, const Path& path, float radius) {
   Distance distance = distance_at(data, obstacle, path, 0.0f);
   if (!(distance.value > 0.0f)) return kNever;
   const Core core = core_of(path, radius, distance.value);
@@ -151,7 +154,7 @@ float meeting(const WorldData& data, std::size_t obstacle, const Path& path, flo
 
 // When a ball's core meets the obstacle that the ball touched when the step began, and the normal there, if
 // it is to come deeper by the end of the step, `left` such paths later, than a contact leaves what it holds.
-Meeting core_meeting(const WorldData& data, std::size_t obstacle, const Path& path, float radius,
+Meeting core_meeting(const WorldData& data, std::int32_t obstacle, const Path& path, float radius,
                      float left) {
   Distance distance = distance_at(data, obstacle, path, 0.0f);
   if (!(distance.value > 0.0f)) return {};
@@ -190,21 +193,20 @@ bool meets(const Swept& box, const float (&bounds)[6][simd::kBlock], std::size_t
 }
 
 Meeting meeting_with(const WorldData& data, const Sweep& sweep, std::int32_t obstacle) {
-  const auto row = static_cast<std::size_t>(obstacle);
-  const auto body = static_cast<std::size_t>(data.shapes.body[row]);
+  const std::int32_t body = data.shapes.body[obstacle];
   const bool rests =
       data.bodies.type[body] == BodyType::fixed || (data.bodies.flags[body] & kBodyAsleep) != 0;
   if (!rests || !may_collide(data, sweep.shape, obstacle)) return {};
-  const PoseRow& pose = data.shapes.pose[row];
+  const PoseRow& pose = data.shapes.pose[obstacle];
   const Quat rotation = to_quat(pose.rotation);
   const auto place = [&](Vec3 point) { return rotate_back(rotation, point - to_vec3(pose.position)); };
-  const float gap = distance_at(data, row, {place(sweep.origin), {}}, 0.0f).value - sweep.radius;
+  const float gap = distance_at(data, obstacle, {place(sweep.origin), {}}, 0.0f).value - sweep.radius;
   const bool touched = gap <= kLinearSlop;
   if (sweep.against != (touched ? Against::touched : Against::others) && sweep.against != Against::all)
     return {};
   const Path path{place(sweep.start), rotate_back(rotation, sweep.end - sweep.start)};
-  if (!touched) return {meeting(data, row, path, sweep.radius), obstacle};
-  Meeting met = core_meeting(data, row, path, sweep.radius, sweep.left);
+  if (!touched) return {meeting(data, obstacle, path, sweep.radius), obstacle};
+  Meeting met = core_meeting(data, obstacle, path, sweep.radius, sweep.left);
   met.normal = rotate(rotation, met.normal);
   return met;
 }
@@ -256,7 +258,9 @@ Motion motion_of(const DeltaRow& delta, Vec3 axis) {
   const Quat turn = to_quat(delta.rotation);
   const Vec3 about = dot({turn.x, turn.y, turn.z}, axis) * axis;
   const float size = dot(about, about) + turn.w * turn.w;
-  const Quat twist = size > 1e-12f ? normalize({about.x, about.y, about.z, turn.w}) : Quat{};
+  // Below it the turn is half a turn about an axis normal to this one, where no twist is defined.
+  constexpr float kLeastSize = 1e-12f;
+  const Quat twist = size > kLeastSize ? normalize({about.x, about.y, about.z, turn.w}) : Quat{};
   return {to_vec3(delta.position), shorter(turn * Quat{-twist.x, -twist.y, -twist.z, twist.w}),
           shorter(twist)};
 }
@@ -299,7 +303,7 @@ bool is_fast(const CoreRow& core, const DeltaRow& delta) {
 }
 
 // From a body's center of mass to a point of one of its shapes, as the step begins.
-Vec3 arm_of(const WorldData& data, std::size_t body, std::size_t shape, Vec3 in_shape) {
+Vec3 arm_of(const WorldData& data, std::int32_t body, std::int32_t shape, Vec3 in_shape) {
   const PoseRow& local = data.shapes.local_pose[shape];
   const Vec3 in_body = to_vec3(local.position) + rotate(to_quat(local.rotation), in_shape);
   return rotate(to_quat(data.bodies.pose[body].rotation), in_body);
@@ -307,15 +311,14 @@ Vec3 arm_of(const WorldData& data, std::size_t body, std::size_t shape, Vec3 in_
 
 // The first meeting of one of the body's balls on a stretch of its motion, 0 to 1 along the stretch. `most`:
 // balls of a shape that are looked at.
-Meeting first_meeting_of(const WorldData& data, const BroadPhase& broad_phase, std::size_t body,
+Meeting first_meeting_of(const WorldData& data, const BroadPhase& broad_phase, std::int32_t body,
                          const Stretch& stretch, int most = kMostBalls) {
   const PoseRow& pose = data.bodies.pose[body];
   Meeting first;
   for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
-    const auto row = static_cast<std::size_t>(shape);
-    const Balls balls = balls_of(data, row);
+    const Balls balls = balls_of(data, shape);
     for (int i = 0; i < std::min(balls.count, most); ++i) {
-      const Vec3 arm = arm_of(data, body, row, balls.ball[i].center);
+      const Vec3 arm = arm_of(data, body, shape, balls.ball[i].center);
       const Sweep sweep = sweep_of(pose, shape, arm, balls.ball[i].radius, stretch);
       for (const PairTree& tree : obstacle_trees(broad_phase)) {
         if (tree.levels == 0) continue;
@@ -327,7 +330,7 @@ Meeting first_meeting_of(const WorldData& data, const BroadPhase& broad_phase, s
 }
 
 // The axis of a body's least inertia as the step begins, which is that of a stick; zero where it has none.
-Vec3 long_axis_of(const WorldData& data, std::size_t body) {
+Vec3 long_axis_of(const WorldData& data, std::int32_t body) {
   constexpr int kIterations = 4;  // for a stick, each leaves less than a tenth of the error
   const float* m = data.bodies.local_mass[body].inverse_inertia;  // xx, xy, xz, yy, yz, zz
   const float largest = std::max({m[0], m[3], m[5]});
@@ -350,13 +353,12 @@ struct Arms {
   float beside = 0.0f;  // m, from the axis
 };
 
-Arms arms_of(const WorldData& data, std::size_t body) {
+Arms arms_of(const WorldData& data, std::int32_t body) {
   Arms arms{long_axis_of(data, body)};
   for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
-    const auto row = static_cast<std::size_t>(shape);
-    const Balls balls = balls_of(data, row);
+    const Balls balls = balls_of(data, shape);
     for (int i = 0; i < balls.count; ++i) {
-      const Vec3 arm = arm_of(data, body, row, balls.ball[i].center);
+      const Vec3 arm = arm_of(data, body, shape, balls.ball[i].center);
       arms.reach = std::max(arms.reach, length(arm));
       arms.beside = std::max(arms.beside, length(arm - dot(arm, arms.axis) * arms.axis));
     }
@@ -374,7 +376,7 @@ int stretches_of(const Motion& motion, const Arms& arms) {
 
 // Takes from a body's way what would bring a shape's core into what the shape touches; whether there was
 // such.
-bool hold_centers(const WorldData& data, const BroadPhase& broad_phase, std::size_t body, Vec3& way) {
+bool hold_centers(const WorldData& data, const BroadPhase& broad_phase, std::int32_t body, Vec3& way) {
   constexpr int kWalls = 3;
   Stretch straight{};
   straight.from.rotation[3] = straight.to.rotation[3] = 1.0f;
@@ -394,7 +396,7 @@ bool hold_centers(const WorldData& data, const BroadPhase& broad_phase, std::siz
 // the same in the body's axes: what a stick has about itself would not be along it otherwise, and a share of
 // it would throw the stick about. That of a stick stays as it is about itself, however far it has turned so.
 // (What has contacts is turned by finish_step, by as much as is left.)
-void turn_spin_back(WorldData& data, std::size_t body, const Motion& motion, const Arms& arms, float time) {
+void turn_spin_back(WorldData& data, std::int32_t body, const Motion& motion, const Arms& arms, float time) {
   constexpr float kSlender = 0.25f;
   const std::uint32_t flags = data.bodies.motion[body].flags;
   const bool turned_freely = (flags & std::uint32_t{kMotionGyroscopic}) != 0 &&
@@ -413,7 +415,7 @@ void turn_spin_back(WorldData& data, std::size_t body, const Motion& motion, con
 // What a body touches when the step begins is its contact's business: it turns about the point of contact,
 // while the motion that is swept turns about the center and would dip into the ground in every step anew.
 // Only the center of a shape must not get to the other side, where the contact would push it on.
-bool sweep_body(WorldData& data, const BroadPhase& broad_phase, std::size_t body) {
+bool sweep_body(WorldData& data, const BroadPhase& broad_phase, std::int32_t body) {
   DeltaRow& delta = data.bodies.delta[body];
   const Vec3 turn{delta.rotation[0], delta.rotation[1], delta.rotation[2]};
   if (!is_finite(to_vec3(delta.position)) || !is_finite(turn) || !std::isfinite(delta.rotation[3]))
@@ -457,17 +459,17 @@ void sweep_fast_bodies(WorldData& data, Crew& crew) {
   if (!data.settings.continuous) return;
   BroadPhase& broad_phase = broad_phase_of(data);
   const Bodies& bodies = data.bodies;
-  const auto body_at = [&](std::size_t place) { return static_cast<std::size_t>(bodies.awake[place]); };
+  const auto body_at = [&](std::int32_t place) { return bodies.awake[place]; };
   list_where(
       crew, bodies.awake.size(), broad_phase.fast_counts, broad_phase.fast,
-      [&](std::size_t place) { return is_fast(bodies.core[body_at(place)], bodies.delta[body_at(place)]); },
-      [&](std::size_t place) { return bodies.awake[place]; });
+      [&](std::int32_t place) { return is_fast(bodies.core[body_at(place)], bodies.delta[body_at(place)]); },
+      [&](std::int32_t place) { return bodies.awake[place]; });
   const int count = static_cast<int>(broad_phase.fast.size());
   if (count == 0) return;
-  broad_phase.fast_hits.resize_discarding(static_cast<std::size_t>(count));
+  broad_phase.fast_hits.resize_discarding(count);
   crew.run_ranges(count, kFastPerChunk, [&](int begin, int end, int) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const bool hit = sweep_body(data, broad_phase, static_cast<std::size_t>(broad_phase.fast[i]));
+    for (int i = begin; i < end; ++i) {
+      const bool hit = sweep_body(data, broad_phase, broad_phase.fast[i]);
       broad_phase.fast_hits[i] = hit ? 1 : 0;
     }
   });

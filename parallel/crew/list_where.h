@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 namespace scree {
 
@@ -20,7 +21,7 @@ void list_where(Crew& crew, std::size_t count, Column<std::int32_t>& places, Col
   places.resize_discarding((count + kChunk - 1) / kChunk);
   crew.run_ranges(static_cast<int>(count), kChunk, [&](int begin, int end, int) {
     std::int32_t kept = 0;
-    for (int i = begin; i < end; ++i) kept += keep(static_cast<std::size_t>(i)) ? 1 : 0;
+    for (int i = begin; i < end; ++i) kept += keep(i) ? 1 : 0;
     places[begin / kChunk] = kept;
   });
   std::int32_t total = 0;
@@ -29,15 +30,15 @@ void list_where(Crew& crew, std::size_t count, Column<std::int32_t>& places, Col
     place = total;
     total += kept;
   }
-  list.resize_discarding(static_cast<std::size_t>(total));
+  list.resize_discarding(total);
   if (total == 0) return;
   crew.run_ranges(static_cast<int>(count), kChunk, [&](int begin, int end, int) {
-    const auto chunk = static_cast<std::size_t>(begin / kChunk);
+    const int chunk = begin / kChunk;
     std::int32_t place = places[chunk];
-    if (place == (chunk + 1 < places.size() ? places[chunk + 1] : total)) return;  // few are kept of many
+    if (place == (std::cmp_less(chunk + 1, places.size()) ? places[chunk + 1] : total))
+      return;  // few are kept of many
     for (int i = begin; i < end; ++i) {
-      const auto index = static_cast<std::size_t>(i);
-      if (keep(index)) list[place++] = value(index);
+      if (keep(i)) list[place++] = value(i);
     }
   });
 }
@@ -46,7 +47,7 @@ void list_where(Crew& crew, std::size_t count, Column<std::int32_t>& places, Col
 template <class Keep>
 void list_where(Crew& crew, std::size_t count, Column<std::int32_t>& places, Column<std::int32_t>& list,
                 Keep&& keep) {
-  list_where(crew, count, places, list, keep, [](std::size_t i) { return static_cast<std::int32_t>(i); });
+  list_where(crew, count, places, list, keep, [](std::int32_t i) { return i; });
 }
 
 }  // namespace scree

@@ -61,7 +61,7 @@ struct PairList {
   const Column<ShapePair>& pair;
   const Column<std::int32_t>& contact;
   const Column<std::int32_t>& resting_row;
-  bool rests(std::size_t row) const { return !resting_row.empty() && resting_row[row] >= 0; }
+  bool rests(std::int32_t row) const { return !resting_row.empty() && resting_row[row] >= 0; }
 };
 
 // Lists the resting pairs with contacts that may have events: those that came to rest in this step, take part
@@ -70,7 +70,7 @@ void list_judged(WorldData& data, Crew& crew) {
   Contacts& contacts = data.contacts;
   Events& events = data.events;
   Column<std::int32_t>& judged = events.judged;
-  const auto touches = [&](std::size_t row) { return contacts.resting.contact[row] >= 0; };
+  const auto touches = [&](auto row) { return contacts.resting.contact[row] >= 0; };
   judged.clear();
   const std::size_t rows = contacts.resting.pair.size();
   if (events.asked_of_all) {
@@ -83,14 +83,14 @@ void list_judged(WorldData& data, Crew& crew) {
     judged.append(std::as_const(contacts.roused).span());
     for (const std::int32_t shape : events.asked_of) {
       for_each_resting(data, shape, [&](std::int32_t row, std::int32_t) {
-        if (touches(static_cast<std::size_t>(row))) judged.push_back(row);
+        if (touches(row)) judged.push_back(row);
       });
     }
   }
   events.asked_of.clear();
   events.asked_of_all = false;
   sort_by_pair(broad_phase_of(data), contacts.resting.pair, judged, crew);
-  judged.resize(static_cast<std::size_t>(std::unique(judged.begin(), judged.end()) - judged.begin()));
+  judged.resize(std::unique(judged.begin(), judged.end()) - judged.begin());
 }
 
 PairList list_pairs(WorldData& data, Crew& crew) {
@@ -115,9 +115,9 @@ PairList list_pairs(WorldData& data, Crew& crew) {
 }
 
 // `known`: the pair touched after the last step.
-std::uint8_t judge(const WorldData& data, const PairList& list, std::size_t row, bool known, bool solved) {
+std::uint8_t judge(const WorldData& data, const PairList& list, std::int32_t row, bool known, bool solved) {
   if (list.contact[row] < 0) return 0;
-  const auto contact = static_cast<std::size_t>(list.contact[row]);
+  const std::int32_t contact = list.contact[row];
   const ShapePair pair = list.pair[row];
   const ContactEvents asked = asked_about(data, pair);
   const Manifold& manifold = data.contacts.now.manifold[contact];
@@ -138,33 +138,33 @@ const TouchRow* first_at(const Column<TouchRow>& rows, std::uint64_t key) {
 }
 
 // Goes over the pairs [begin, end) and the part of the old list between them and the next chunk's.
-// Calls tell(row, known, verdict) for the pairs that touch or touched: `row` is the pair's or -1, `known`
+// Calls visit(row, known, verdict) for the pairs that touch or touched: `row` is the pair's or -1, `known`
 // points into the old list or is null. `verdict_of(row, known)` says what holds now.
-template <class Verdict, class Tell>
+template <class Verdict, class Visit>
 void walk(const WorldData& data, const Column<ShapePair>& pairs, int begin, int end, Verdict&& verdict_of,
-          Tell&& tell) {
+          Visit&& visit) {
   const Column<TouchRow>& before = data.events.before;
   const TouchRow* old = begin == 0 ? before.begin() : first_at(before, key_of(pairs[begin]));
   const TouchRow* const last =
-      static_cast<std::size_t>(end) == pairs.size() ? before.end() : first_at(before, key_of(pairs[end]));
+      std::cmp_equal(end, pairs.size()) ? before.end() : first_at(before, key_of(pairs[end]));
   for (int row = begin; row < end; ++row) {
     const ShapePair pair = pairs[row];
     const std::uint64_t key = key_of(pair);
-    for (; old != last && key_of(*old) < key; ++old) tell(-1, old, std::uint8_t{0});
+    for (; old != last && key_of(*old) < key; ++old) visit(-1, old, std::uint8_t{0});
     const TouchRow* known = nullptr;
     if (old != last && key_of(*old) == key) {
       // The slot may have been reused since.
       if (old->pair == names_of(data, pair)) {
         known = old;
       } else {
-        tell(-1, old, std::uint8_t{0});
+        visit(-1, old, std::uint8_t{0});
       }
       ++old;
     }
-    const std::uint8_t verdict = verdict_of(static_cast<std::size_t>(row), known != nullptr);
-    if (known != nullptr || verdict != 0) tell(row, known, verdict);
+    const std::uint8_t verdict = verdict_of(row, known != nullptr);
+    if (known != nullptr || verdict != 0) visit(row, known, verdict);
   }
-  for (; old != last; ++old) tell(-1, old, std::uint8_t{0});
+  for (; old != last; ++old) visit(-1, old, std::uint8_t{0});
 }
 
 struct Outcome {
@@ -172,17 +172,17 @@ struct Outcome {
 };
 
 // Whether the touch row of the pair is kept beside its resting row.
-bool is_kept_at_rest(const PairList& list, std::size_t row, std::uint8_t verdict) {
+bool is_kept_at_rest(const PairList& list, std::int32_t row, std::uint8_t verdict) {
   return (verdict & kResting) != 0 && list.rests(row);
 }
 
 Outcome outcome_of(const TouchRow* known, std::uint8_t verdict) {
   constexpr auto kBeginEnd = static_cast<std::uint8_t>(ContactEvents::begin_end);
   constexpr auto kPersist = static_cast<std::uint8_t>(ContactEvents::persist);
-  const bool told = known != nullptr && (known->events & kBeginEnd) != 0;
-  const bool tells = (verdict & kBeginEnd) != 0;
+  const bool had_begun = known != nullptr && (known->events & kBeginEnd) != 0;
+  const bool touches = (verdict & kBeginEnd) != 0;
   const bool persists = known != nullptr && (verdict & kPersist) != 0 && (verdict & kResting) == 0;
-  return {(verdict & kAskedMask) != 0, tells && !told, persists, told && !tells};
+  return {(verdict & kAskedMask) != 0, touches && !had_begun, persists, had_begun && !touches};
 }
 
 // Counts become places; the lists get their sizes.
@@ -200,15 +200,15 @@ void place_events(Events& events) {
     take(counts.persists, place.persists);
     take(counts.ends, place.ends);
   }
-  events.touching.resize_discarding(static_cast<std::size_t>(place.touching));
+  events.touching.resize_discarding(place.touching);
   events.resting_touches += place.resting;
-  events.begins.resize_discarding(static_cast<std::size_t>(place.begins));
-  events.persists.resize_discarding(static_cast<std::size_t>(place.persists));
-  events.ends.resize_discarding(static_cast<std::size_t>(place.ends));
+  events.begins.resize_discarding(place.begins);
+  events.persists.resize_discarding(place.persists);
+  events.ends.resize_discarding(place.ends);
 }
 
-ContactEvent make_event(const WorldData& data, const PairList& list, std::size_t row, bool solved) {
-  const auto contact = static_cast<std::size_t>(list.contact[row]);
+ContactEvent make_event(const WorldData& data, const PairList& list, std::int32_t row, bool solved) {
+  const std::int32_t contact = list.contact[row];
   const ShapePair pair = list.pair[row];
   const Manifold& manifold = data.contacts.now.manifold[contact];
   const ContactEnd handles = handles_of(data, names_of(data, pair));
@@ -271,18 +271,16 @@ void list_contact_events(WorldData& data, float dt, Crew& crew) {
   const PairList all = list_pairs(data, crew);
   const int rows = static_cast<int>(all.pair.size());
   const int chunks = rows == 0 ? 1 : (rows + kRowsPerChunk - 1) / kRowsPerChunk;  // ends need no rows
-  events.verdicts.resize_discarding(static_cast<std::size_t>(rows));
-  events.counts.resize_discarding(static_cast<std::size_t>(chunks));
+  events.verdicts.resize_discarding(rows);
+  events.counts.resize_discarding(chunks);
   crew.run(chunks, [&](int chunk, int) {
     EventCounts counts{};
     walk(
         data, all.pair, chunk * kRowsPerChunk, std::min((chunk + 1) * kRowsPerChunk, rows),
-        [&](std::size_t row, bool known) {
-          return events.verdicts[row] = judge(data, all, row, known, solved);
-        },
+        [&](int row, bool known) { return events.verdicts[row] = judge(data, all, row, known, solved); },
         [&](int row, const TouchRow* known, std::uint8_t verdict) {
           const Outcome outcome = outcome_of(known, verdict);
-          const bool rests = outcome.touches && is_kept_at_rest(all, static_cast<std::size_t>(row), verdict);
+          const bool rests = outcome.touches && is_kept_at_rest(all, row, verdict);
           counts.resting += rests ? 1 : 0;
           counts.touching += outcome.touches && !rests ? 1 : 0;
           counts.begins += outcome.begins ? 1 : 0;
@@ -297,18 +295,17 @@ void list_contact_events(WorldData& data, float dt, Crew& crew) {
     const auto next = [](auto& list, std::int32_t& to) -> auto& { return list[to++]; };
     walk(
         data, all.pair, chunk * kRowsPerChunk, std::min((chunk + 1) * kRowsPerChunk, rows),
-        [&](std::size_t row, bool) { return events.verdicts[row]; },
+        [&](int row, bool) { return events.verdicts[row]; },
         [&](int row, const TouchRow* known, std::uint8_t verdict) {
           const Outcome outcome = outcome_of(known, verdict);
-          const auto pair = static_cast<std::size_t>(row);
           if (outcome.touches) {
-            const bool rests = is_kept_at_rest(all, pair, verdict);
+            const bool rests = is_kept_at_rest(all, row, verdict);
             TouchRow& to =
-                rests ? events.resting[all.resting_row[pair]] : next(events.touching, place.touching);
-            to = {names_of(data, all.pair[pair]), std::uint32_t{verdict} & kAskedMask};
+                rests ? events.resting[all.resting_row[row]] : next(events.touching, place.touching);
+            to = {names_of(data, all.pair[row]), std::uint32_t{verdict} & kAskedMask};
           }
-          if (outcome.begins) next(events.begins, place.begins) = make_event(data, all, pair, solved);
-          if (outcome.persists) next(events.persists, place.persists) = make_event(data, all, pair, solved);
+          if (outcome.begins) next(events.begins, place.begins) = make_event(data, all, row, solved);
+          if (outcome.persists) next(events.persists, place.persists) = make_event(data, all, row, solved);
           if (outcome.ends) next(events.ends, place.ends) = handles_of(data, known->pair);
         });
   });

@@ -37,9 +37,9 @@ void note_approach(WorldData& data, Crew& crew) {
   if (!asks_for_events(data)) return;
   const Contacts& contacts = data.contacts;
   data.events.approach.resize_discarding(contacts.now.pair.size());
-  crew.run_ranges(static_cast<int>(contacts.touching.size()), kRowsPerChunk, [&](int begin, int end, int) {
+  crew.run_ranges(static_cast<int>(contacts.active.size()), kRowsPerChunk, [&](int begin, int end, int) {
     for (int i = begin; i < end; ++i) {
-      const auto row = static_cast<std::size_t>(contacts.touching[i]);
+      const std::int32_t row = contacts.active[i];
       if (asked_about(data, contacts.now.pair[row]) == ContactEvents::none) continue;
       data.events.approach[row] = approach_speed(data, contacts.now.manifold[row]);
     }

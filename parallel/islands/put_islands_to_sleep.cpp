@@ -20,9 +20,8 @@ namespace {
 constexpr int kChunk = 2048;  // contacts or bodies of one task: 10 to 40 microseconds
 
 bool is_tired(const WorldData& data, std::int32_t body) {
-  const auto index = static_cast<std::size_t>(body);
-  const float slow_for = data.bodies.sleep_time[index];  // 0 while it moves, which no wait is too short for
-  return (data.bodies.flags[index] & kBodyCanSleep) != 0 && slow_for > 0.0f &&
+  const float slow_for = data.bodies.sleep_time[body];  // 0 while it moves, which no wait is too short for
+  return (data.bodies.flags[body] & kBodyCanSleep) != 0 && slow_for > 0.0f &&
          slow_for >= data.settings.sleep_time;
 }
 
@@ -63,22 +62,22 @@ void mark(Column<std::uint8_t>& marks, std::int32_t body) {
 template <class Work>
 void for_each(Crew& crew, std::size_t count, Work&& work) {
   crew.run_ranges(static_cast<int>(count), kChunk, [&](int begin, int end, int) {
-    for (int i = begin; i < end; ++i) work(static_cast<std::size_t>(i));
+    for (int i = begin; i < end; ++i) work(i);
   });
 }
 
 // Lists the tired bodies, each as an island of its own at first. Returns whether there are any.
 bool list_tired(WorldData& data, Islands& islands, Crew& crew) {
   const Bodies& bodies = data.bodies;
-  const auto body_of = [&](std::size_t i) { return bodies.awake[i]; };
+  const auto body_of = [&](std::int32_t i) { return bodies.awake[i]; };
   list_where(
       crew, bodies.awake.size(), islands.places, islands.candidates,
-      [&](std::size_t i) { return is_tired(data, body_of(i)); }, body_of);
+      [&](std::int32_t i) { return is_tired(data, body_of(i)); }, body_of);
   if (islands.candidates.empty()) return false;
   islands.parent.resize_discarding(bodies.pose.size());
   islands.kept_awake.resize_discarding(bodies.pose.size());
   islands.tired.resize(bodies.pose.size());
-  for_each(crew, islands.candidates.size(), [&](std::size_t i) {
+  for_each(crew, islands.candidates.size(), [&](std::int32_t i) {
     const std::int32_t body = islands.candidates[i];
     islands.parent[body] = body;
     islands.kept_awake[body] = 0;
@@ -90,7 +89,7 @@ bool list_tired(WorldData& data, Islands& islands, Crew& crew) {
 // Unites tired bodies that touch or are jointed, and marks the islands that a moving body touches.
 void find_islands(WorldData& data, Islands& islands, Crew& crew) {
   const Bodies& bodies = data.bodies;
-  const Column<std::int32_t>&touching = data.contacts.touching, &joints = data.joints.active;
+  const Column<std::int32_t>&contacts = data.contacts.active, &joints = data.joints.active;
   // The marks of fixed bodies are not read: their rows may lie in memory that has never been touched.
   const auto is_candidate = [&](std::int32_t body) {
     return bodies.type[body] == BodyType::dynamic && islands.tired[body] != 0;
@@ -107,10 +106,10 @@ void find_islands(WorldData& data, Islands& islands, Crew& crew) {
     if (a && !b && keeps_awake(ends.b)) mark(islands.kept_awake, find_root(islands.parent, ends.a));
     if (b && !a && keeps_awake(ends.a)) mark(islands.kept_awake, find_root(islands.parent, ends.b));
   };
-  for_each(crew, touching.size(), [&](std::size_t i) { join(contact_ends(data, touching[i])); });
-  for_each(crew, joints.size(), [&](std::size_t i) { join(joint_ends(data, joints[i])); });
-  for_each(crew, touching.size(), [&](std::size_t i) { keep_awake(contact_ends(data, touching[i])); });
-  for_each(crew, joints.size(), [&](std::size_t i) { keep_awake(joint_ends(data, joints[i])); });
+  for_each(crew, contacts.size(), [&](std::int32_t i) { join(contact_ends(data, contacts[i])); });
+  for_each(crew, joints.size(), [&](std::int32_t i) { join(joint_ends(data, joints[i])); });
+  for_each(crew, contacts.size(), [&](std::int32_t i) { keep_awake(contact_ends(data, contacts[i])); });
+  for_each(crew, joints.size(), [&](std::int32_t i) { keep_awake(joint_ends(data, joints[i])); });
 }
 
 void put_to_sleep(WorldData& data, std::int32_t body) {
@@ -147,8 +146,8 @@ void put_found_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
   if (!any.load(std::memory_order_relaxed)) return;
   list_where(
       crew, candidates.size(), islands.places, islands.fallen_asleep,
-      [&](std::size_t i) { return is_asleep(bodies, candidates[i]); },
-      [&](std::size_t i) { return candidates[i]; });
+      [&](std::int32_t i) { return is_asleep(bodies, candidates[i]); },
+      [&](std::int32_t i) { return candidates[i]; });
   for (const std::int32_t body : islands.fallen_asleep) {
     note_change(bodies, body);
     note_shapes(data, body);
@@ -158,12 +157,12 @@ void put_found_to_sleep(WorldData& data, Islands& islands, Crew& crew) {
 
 // Removes the contacts that have nothing left to solve from the list.
 void drop_resting_contacts(WorldData& data, Islands& islands, Crew& crew) {
-  Column<std::int32_t>& touching = data.contacts.touching;
-  const auto contact_of = [&](std::size_t i) { return touching[i]; };
+  Column<std::int32_t>& contacts = data.contacts.active;
+  const auto contact_of = [&](std::int32_t i) { return contacts[i]; };
   list_where(
-      crew, touching.size(), islands.places, islands.remaining,
-      [&](std::size_t i) { return takes_part(data, contact_ends(data, contact_of(i))); }, contact_of);
-  touching.swap(islands.remaining);
+      crew, contacts.size(), islands.places, islands.remaining,
+      [&](std::int32_t i) { return takes_part(data, contact_ends(data, contact_of(i))); }, contact_of);
+  contacts.swap(islands.remaining);
 }
 
 }  // namespace

@@ -17,8 +17,7 @@ namespace {
 // Updating is serial, and costs more for each row than rebuilding does.
 constexpr std::size_t kCostOfActive = 4, kCostOfChanged = 16;
 
-bool is_active(const WorldData& data, std::size_t row) {
-  const auto joint = static_cast<std::int32_t>(row);
+bool is_active(const WorldData& data, std::int32_t joint) {
   return is_enabled(data.joints, joint) && takes_part(data, joint_ends(data, joint));
 }
 
@@ -26,9 +25,8 @@ bool is_fixed(const Bodies& bodies, std::int32_t body) { return bodies.type[body
 
 // Joints read the rows of their fixed bodies, whose scratch columns no kernel writes.
 void still_fixed(Bodies& bodies, std::int32_t body) {
-  const auto row = static_cast<std::size_t>(body);
-  bodies.delta[row] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0.0f};
-  bodies.inertia[row] = {};
+  bodies.delta[body] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0.0f};
+  bodies.inertia[body] = {};
 }
 
 void make_active(WorldData& data, Islands& islands, Crew& crew) {
@@ -36,20 +34,20 @@ void make_active(WorldData& data, Islands& islands, Crew& crew) {
   Joints& joints = data.joints;
   for (const std::int32_t joint : joints.active) joints.marks.mark(joint);
   crew.run_ranges(static_cast<int>(joints.active.size()), kChunk, [&](int begin, int end, int) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const auto joint = static_cast<std::size_t>(joints.active[i]);
+    for (int i = begin; i < end; ++i) {
+      const std::int32_t joint = joints.active[i];
       if (!is_active(data, joint)) joints.reaction[joint] = {};
     }
   });
   list_where(crew, joints.flags.size(), islands.places, joints.active,
-             [&](std::size_t joint) { return is_active(data, joint); });
-  const auto ends_of = [&](std::size_t i) { return joints.bodies[joints.active[i]]; };
+             [&](std::int32_t joint) { return is_active(data, joint); });
+  const auto ends_of = [&](std::int32_t i) { return joints.bodies[joints.active[i]]; };
   list_where(
       crew, joints.active.size(), islands.places, islands.fixed_ends,
-      [&](std::size_t i) {
+      [&](std::int32_t i) {
         return is_fixed(data.bodies, ends_of(i).a) || is_fixed(data.bodies, ends_of(i).b);
       },
-      [&](std::size_t i) { return is_fixed(data.bodies, ends_of(i).a) ? ends_of(i).a : ends_of(i).b; });
+      [&](std::int32_t i) { return is_fixed(data.bodies, ends_of(i).a) ? ends_of(i).a : ends_of(i).b; });
   for (const std::int32_t body : islands.fixed_ends) still_fixed(data.bodies, body);
   islands.joints_judged += static_cast<std::int64_t>(joints.flags.size());
 }
@@ -60,14 +58,13 @@ void change_active(WorldData& data, Islands& islands) {
   std::sort(joints.changed.begin(), joints.changed.end());
   for (const std::int32_t joint : joints.changed) joints.marks.mark(joint);
   take_up(joints.active, joints.changed, joints.is_changed, islands.places,
-          [&](std::size_t joint) { return is_active(data, joint); });
+          [&](std::int32_t joint) { return is_active(data, joint); });
   for (const std::int32_t changed : joints.changed) {
-    const auto joint = static_cast<std::size_t>(changed);
-    if (!is_active(data, joint)) {
-      joints.reaction[joint] = {};
+    if (!is_active(data, changed)) {
+      joints.reaction[changed] = {};
       continue;
     }
-    const JointBodies ends = joints.bodies[joint];
+    const JointBodies ends = joints.bodies[changed];
     for (const std::int32_t body : {ends.a, ends.b}) {
       if (is_fixed(data.bodies, body)) still_fixed(data.bodies, body);
     }

@@ -15,14 +15,14 @@ namespace scree {
 
 namespace {
 
-bool is_awake(const Bodies& bodies, std::size_t body) {
+bool is_awake(const Bodies& bodies, std::int32_t body) {
   return (bodies.flags[body] & (kBodyAlive | kBodyAsleep)) == kBodyAlive &&
          bodies.type[body] == BodyType::dynamic;
 }
-bool is_kinematic(const Bodies& bodies, std::size_t body) {
+bool is_kinematic(const Bodies& bodies, std::int32_t body) {
   return (bodies.flags[body] & kBodyAlive) != 0 && bodies.type[body] == BodyType::kinematic;
 }
-bool is_moving(const Shapes& shapes, std::size_t shape) {
+bool is_moving(const Shapes& shapes, std::int32_t shape) {
   const TreeKind tree = shapes.tree[shape];
   return (shapes.flags[shape] & kShapeAlive) != 0 && (tree == TreeKind::awake || tree == TreeKind::kinematic);
 }
@@ -30,11 +30,11 @@ bool is_moving(const Shapes& shapes, std::size_t shape) {
 void make_lists(WorldData& data, Column<std::int32_t>& places, Crew& crew) {
   Bodies& bodies = data.bodies;
   const std::size_t rows = bodies.flags.size();
-  list_where(crew, rows, places, bodies.awake, [&](std::size_t body) { return is_awake(bodies, body); });
+  list_where(crew, rows, places, bodies.awake, [&](std::int32_t body) { return is_awake(bodies, body); });
   list_where(crew, rows, places, bodies.kinematic,
-             [&](std::size_t body) { return is_kinematic(bodies, body); });
+             [&](std::int32_t body) { return is_kinematic(bodies, body); });
   list_where(crew, data.shapes.flags.size(), places, data.shapes.moving,
-             [&](std::size_t shape) { return is_moving(data.shapes, shape); });
+             [&](std::int32_t shape) { return is_moving(data.shapes, shape); });
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ void refresh_lists(WorldData& data, Crew& crew) {
   if (!bodies.lists_dirty && shapes.changed.empty()) return;
   // Contacts of bodies that fall asleep leave the list of contacts that steps write to. Bodies and shapes
   // were marked when they changed.
-  for (const std::int32_t contact : data.contacts.touching) data.contacts.marks.mark(contact);
+  for (const std::int32_t contact : data.contacts.active) data.contacts.marks.mark(contact);
   BroadPhase& broad_phase = broad_phase_of(data);
   Column<std::int32_t>& places = islands_of(data).places;
   // Updating is serial, and costs more for each row than rebuilding does.
@@ -60,13 +60,13 @@ void refresh_lists(WorldData& data, Crew& crew) {
     std::sort(shapes.changed.begin(), shapes.changed.end());
     if (!bodies.changed.empty()) {
       take_up(bodies.awake, bodies.changed, bodies.is_changed, places,
-              [&](std::size_t body) { return is_awake(bodies, body); });
+              [&](std::int32_t body) { return is_awake(bodies, body); });
       take_up(bodies.kinematic, bodies.changed, bodies.is_changed, places,
-              [&](std::size_t body) { return is_kinematic(bodies, body); });
+              [&](std::int32_t body) { return is_kinematic(bodies, body); });
     }
     if (!shapes.changed.empty()) {
       take_up(shapes.moving, shapes.changed, shapes.is_changed, places,
-              [&](std::size_t shape) { return is_moving(shapes, shape); });
+              [&](std::int32_t shape) { return is_moving(shapes, shape); });
     }
   }
   note_joints(data);

@@ -23,14 +23,14 @@ void take_up(Column<std::int32_t>& list, const Column<std::int32_t>& changed,
   const std::int32_t* next = changed.begin();
   for (const std::int32_t row : list) {
     for (; next != changed.end() && *next < row; ++next) {
-      if (keep(static_cast<std::size_t>(*next))) *to++ = *next;
+      if (keep(*next)) *to++ = *next;
     }
     if (is_changed[row] == 0) *to++ = row;
   }
   for (; next != changed.end(); ++next) {
-    if (keep(static_cast<std::size_t>(*next))) *to++ = *next;
+    if (keep(*next)) *to++ = *next;
   }
-  scratch.resize(static_cast<std::size_t>(to - scratch.data()));
+  scratch.resize(to - scratch.data());
   list.swap(scratch);
 }
 

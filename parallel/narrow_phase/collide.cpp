@@ -1,9 +1,9 @@
 // Narrow phase: candidate pairs -> contacts. Writes contacts.now, the contacts and axes of the pairs, and
-// contacts.touching. Read by the island phases, color_constraints and pack_blocks.
+// contacts.active. Read by the island phases, color_constraints and pack_blocks.
 //
 // Groups pairs by the types of their shapes, and by whether they are contacts already, with a counting sort.
 // Each group runs through its kernel in chunks. Contacts are updated in their rows; new ones take free rows,
-// a round at a time, so that few more rows than contacts are needed. Then lists the touching ones. Every pass
+// a round at a time, so that few more rows than contacts are needed. Then lists the active ones. Every pass
 // runs in parallel over fixed chunks, and nothing depends on their order.
 //
 // A contact's row is 250 bytes, a pair's 28, and most pairs do not touch.
@@ -39,37 +39,30 @@ simd::CollideType collide_type(ShapeType a, ShapeType b) {
 
 // Whether the pair is not in the last list. If both shapes are at rest, a call has put one of them there: the
 // pair is collided to see whether a sleeping body must wake.
-bool is_new(const Contacts& contacts, std::size_t row) {
+bool is_new(const Contacts& contacts, std::int32_t row) {
   return !contacts.list_kept && contacts.last_place[row] < 0;
 }
 
 // Whether the body may push what it touches. If it rests, a call has put or stopped it there, and has woken
 // what sleeps near it: see wake_neighbors.
-bool may_push(const WorldData& data, std::size_t body) {
-  switch (data.bodies.type[body]) {
-    case BodyType::fixed:
-      return false;
-    case BodyType::kinematic:
-      return !is_still(data.bodies.velocity[body]);
-    case BodyType::dynamic:
-      break;
-  }
-  return (data.bodies.flags[body] & kBodyAsleep) == 0;
+bool may_push(const WorldData& data, std::int32_t body) {
+  const BodyType type = data.bodies.type[body];
+  if (is_dynamic(type)) return (data.bodies.flags[body] & kBodyAsleep) == 0;
+  return type == BodyType::kinematic && !is_still(data.bodies.velocity[body]);
 }
 
 // A pair that is collided and touches is listed, so that its sleeping bodies wake.
-std::uint8_t classify(const WorldData& data, std::size_t row) {
+std::uint8_t classify(const WorldData& data, std::int32_t row) {
   const ShapePair pair = data.contacts.pairs.pair[row];
-  const std::size_t body_a = static_cast<std::size_t>(data.shapes.body[pair.a]);
-  const std::size_t body_b = static_cast<std::size_t>(data.shapes.body[pair.b]);
+  const std::int32_t body_a = data.shapes.body[pair.a];
+  const std::int32_t body_b = data.shapes.body[pair.b];
   if (!is_dynamic(data.bodies.type[body_a]) && !is_dynamic(data.bodies.type[body_b])) return kNever;
   if (!may_push(data, body_a) && !may_push(data, body_b) && !is_new(data.contacts, row)) return kSkipped;
   return static_cast<std::uint8_t>(collide_type(data.shapes.type[pair.a], data.shapes.type[pair.b]));
 }
 
 CollideItem make_item(const WorldData& data, std::int32_t place) {
-  const auto row = static_cast<std::size_t>(place);
-  const ShapePair pair = data.contacts.pairs.pair[row];
+  const ShapePair pair = data.contacts.pairs.pair[place];
   CollideItem item{};
   item.shape_1 = pair.a;
   item.shape_2 = pair.b;
@@ -78,7 +71,7 @@ CollideItem make_item(const WorldData& data, std::int32_t place) {
   }
   item.body_1 = data.shapes.body[item.shape_1];
   item.body_2 = data.shapes.body[item.shape_2];
-  item.row = data.contacts.pairs.contact[row];
+  item.row = data.contacts.pairs.contact[place];
   item.pair = place;
   const BodyType type_1 = data.bodies.type[item.body_1];
   const BodyType type_2 = data.bodies.type[item.body_2];
@@ -93,30 +86,29 @@ CollideItem make_item(const WorldData& data, std::int32_t place) {
 }
 
 // Of a pair that cannot collide.
-void clear_pair(Contacts& contacts, std::size_t row) {
+void clear_pair(Contacts& contacts, std::int32_t row) {
   const std::int32_t contact = contacts.pairs.contact[row];
   if (contact >= 0) contacts.now.points[contact] = 0;
   if (!contacts.pairs.axis.empty()) contacts.pairs.axis[row] = {};
 }
 
-std::size_t group_of(const Contacts& contacts, std::size_t row, int type) {
+std::size_t group_of(const Contacts& contacts, std::int32_t row, int type) {
   return static_cast<std::size_t>(type + (contacts.pairs.contact[row] < 0 ? simd::kCollideTypes : 0));
 }
 
 void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
   const int rows = static_cast<int>(data.contacts.pairs.pair.size());
   const int chunks = (rows + kPairChunk - 1) / kPairChunk;
-  phase.kind.resize_discarding(static_cast<std::size_t>(rows));
-  phase.chunk_counts.resize_discarding(static_cast<std::size_t>(chunks));
-  phase.outcomes.resize_discarding(static_cast<std::size_t>(chunks));
+  phase.kind.resize_discarding(rows);
+  phase.chunk_counts.resize_discarding(chunks);
+  phase.outcomes.resize_discarding(chunks);
   crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
     GroupCounts counts{};
     for (int i = begin; i < end; ++i) {
-      const std::size_t row = static_cast<std::size_t>(i);
-      const std::uint8_t type = classify(data, row);
-      phase.kind[row] = type;
-      if (type < simd::kCollideTypes) ++counts[group_of(data.contacts, row, type)];
-      if (type == kNever) clear_pair(data.contacts, row);
+      const std::uint8_t type = classify(data, i);
+      phase.kind[i] = type;
+      if (type < simd::kCollideTypes) ++counts[group_of(data.contacts, i, type)];
+      if (type == kNever) clear_pair(data.contacts, i);
     }
     phase.chunk_counts[begin / kPairChunk] = counts;
   });
@@ -131,7 +123,7 @@ void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
     }
   }
   phase.group_begin[kPairGroups] = place;
-  phase.order.resize_discarding(static_cast<std::size_t>(place));
+  phase.order.resize_discarding(place);
 }
 
 void sort_by_group(const WorldData& data, NarrowPhase& phase, Crew& crew) {
@@ -139,10 +131,9 @@ void sort_by_group(const WorldData& data, NarrowPhase& phase, Crew& crew) {
   crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
     GroupCounts place = phase.chunk_counts[begin / kPairChunk];
     for (int i = begin; i < end; ++i) {
-      const std::size_t row = static_cast<std::size_t>(i);
-      const int type = phase.kind[row];
+      const int type = phase.kind[i];
       if (type >= simd::kCollideTypes) continue;
-      phase.order[place[group_of(data.contacts, row, type)]++] = i;
+      phase.order[place[group_of(data.contacts, i, type)]++] = i;
     }
   });
 }
@@ -254,7 +245,7 @@ void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected, b
 
 // Clears what a new contact's kernel has not written: state must not depend on the contact that had the row
 // before.
-void clear_unwritten(ContactRows& rows, std::size_t row, bool has_anchor) {
+void clear_unwritten(ContactRows& rows, std::int32_t row, bool has_anchor) {
   if (!has_anchor) rows.anchor[row] = {};
   if ((rows.manifold[row].info & kManifoldRich) == 0) rows.surface[row] = {};
 }
@@ -288,9 +279,9 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
       kernels.collide[type](columns, items, count);
       const bool has_anchor = recycle_of(kernels, type) != nullptr;
       for (int k = 0; k < count; ++k) {
-        const auto row = static_cast<std::size_t>(items[k].row);
+        const std::int32_t row = items[k].row;
         if (contacts.now.points[row] == 0) continue;
-        const auto pair = static_cast<std::size_t>(items[k].pair);
+        const std::int32_t pair = items[k].pair;
         clear_unwritten(contacts.now, row, has_anchor);
         contacts.pairs.contact[pair] = items[k].row;
         contacts.now.pair[row] = contacts.pairs.pair[pair];
@@ -298,10 +289,10 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
         if (!contacts.forces.empty()) contacts.forces[row] = {};
       }
     });
-    const auto row_of = [&](std::size_t i) { return rows[i]; };
+    const auto row_of = [&](std::int32_t i) { return rows[i]; };
     list_where(
         crew, size, phase.places, phase.unused,
-        [&](std::size_t i) { return contacts.now.points[rows[i]] == 0; }, row_of);
+        [&](std::int32_t i) { return contacts.now.points[rows[i]] == 0; }, row_of);
     contacts.free_rows.drop_back(size);
     contacts.free_mark.cut(contacts.free_rows.size());
     contacts.free_rows.append(std::as_const(phase.unused).span());
@@ -316,13 +307,12 @@ template <class Touches, class Rests, class Loses>
 void judge_contacts(const Contacts& contacts, const NarrowPhase& phase, int begin, int end, Touches&& touches,
                     Rests&& rests, Loses&& loses) {
   for (int i = begin; i < end; ++i) {
-    const auto pair = static_cast<std::size_t>(i);
-    const std::int32_t contact = contacts.pairs.contact[pair];
+    const std::int32_t contact = contacts.pairs.contact[i];
     if (contact < 0) continue;
-    if (phase.kind[pair] == kSkipped) {
+    if (phase.kind[i] == kSkipped) {
       rests();
     } else if (contacts.now.points[contact] == 0) {
-      loses(pair);
+      loses(i);
     } else {
       touches(contact);
     }
@@ -335,8 +325,8 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
     PairOutcome outcome{};
     judge_contacts(
-        contacts, phase, begin, end, [&](std::int32_t) { ++outcome.touching; }, [&] { ++outcome.resting; },
-        [&](std::size_t) { ++outcome.lost; });
+        contacts, phase, begin, end, [&](std::int32_t) { ++outcome.active; }, [&] { ++outcome.resting; },
+        [&](std::int32_t) { ++outcome.lost; });
     phase.outcomes[begin / kPairChunk] = outcome;
   });
   PairOutcome all{};
@@ -344,19 +334,19 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   const std::size_t free = contacts.free_rows.size();
   all.lost = static_cast<std::int32_t>(free);
   for (PairOutcome& outcome : phase.outcomes) {
-    place(outcome.touching, all.touching);
+    place(outcome.active, all.active);
     place(outcome.lost, all.lost);
     all.resting += outcome.resting;
   }
-  contacts.touching.resize_discarding(static_cast<std::size_t>(all.touching));
-  contacts.free_rows.resize_for_overwrite(static_cast<std::size_t>(all.lost));
-  data.stats.contacts = std::int64_t{all.touching} + all.resting + contacts.resting_contacts;
+  contacts.active.resize_discarding(all.active);
+  contacts.free_rows.resize_for_overwrite(all.lost);
+  data.stats.contacts = std::int64_t{all.active} + all.resting + contacts.resting_contacts;
   crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
     PairOutcome to = phase.outcomes[begin / kPairChunk];
     judge_contacts(
-        contacts, phase, begin, end,
-        [&](std::int32_t contact) { contacts.touching[to.touching++] = contact; }, [] {},
-        [&](std::size_t pair) {
+        contacts, phase, begin, end, [&](std::int32_t contact) { contacts.active[to.active++] = contact; },
+        [] {},
+        [&](std::int32_t pair) {
           contacts.free_rows[to.lost++] = std::exchange(contacts.pairs.contact[pair], -1);
         });
   });

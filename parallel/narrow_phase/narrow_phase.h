@@ -20,10 +20,10 @@ inline constexpr std::size_t kPairGroups = 2 * simd::kCollideTypes;
 using GroupCounts = TableArray<std::int32_t, kPairGroups>;
 using GroupBegins = TableArray<std::int32_t, kPairGroups + 1>;
 
-struct PairOutcome {      // of one chunk of pairs
-  std::int32_t touching;  // contacts of an awake dynamic body, then where they go
-  std::int32_t resting;   // other contacts
-  std::int32_t lost;      // contacts that are no more, then where they go
+struct PairOutcome {     // of one chunk of pairs
+  std::int32_t active;   // contacts of an awake dynamic body, then where they go
+  std::int32_t resting;  // other contacts
+  std::int32_t lost;     // contacts that are no more, then where they go
 };
 
 // clang-format off

@@ -63,7 +63,7 @@ void Player::Impl::seek(std::uint64_t step, Workers& workers, const char* call) 
   while (position < step) this->step(workers);
   // It must not show whether steps were played to get here.
   WorldData& data = internals(world);
-  clear_told(data.events);
+  clear_events(data.events);
   const std::uint64_t step_count = data.stats.step;
   data.stats = {};
   data.stats.step = step_count;

@@ -54,7 +54,7 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   const float hertz = std::min(settings.contact_hertz, kContactStiffness / substep);
   const float ratio = settings.contact_damping_ratio;
   simd::ContactArgs args{};
-  args.rows = constraints.contact_rows.data();
+  args.rows = constraints.contact_lanes.data();
   args.blocks = constraints.blocks.data();
   args.manifolds = data.contacts.now.manifold.data();
   args.surfaces = data.contacts.now.surface.data();
@@ -128,7 +128,7 @@ simd::JointArgs joint_args(WorldData& data, Constraints& constraints, float dt) 
   const WorldSettings& settings = data.settings;
   const float substep = substep_of(data, dt);
   simd::JointArgs args{};
-  args.rows = constraints.joint_rows.data();
+  args.rows = constraints.joint_lanes.data();
   args.blocks = constraints.blocks.data();
   args.frames = data.joints.frames.data();
   args.parameters = data.joints.parameters.data();
@@ -192,12 +192,12 @@ void size_columns(const WorldData& data, Constraints& constraints) {
   const std::size_t chunk_count = constraints.contact_chunks.size() + constraints.joint_chunks.size();
   constraints.residual.resize_discarding(chunk_count);
   constraints.shared.resize_discarding(chunk_count);
-  constraints.parts_a.resize_discarding(constraints.joint_rows.size());
-  constraints.parts_b.resize_discarding(constraints.joint_rows.size());
+  constraints.parts_a.resize_discarding(constraints.joint_lanes.size());
+  constraints.parts_b.resize_discarding(constraints.joint_lanes.size());
   constraints.rebounded.resize_discarding(chunk_count);
-  if (asks_for_events(data)) constraints.impulse_sum.resize_discarding(constraints.contact_rows.size());
+  if (asks_for_events(data)) constraints.impulse_sum.resize_discarding(constraints.contact_lanes.size());
   if (data.settings.contact_forces)
-    constraints.force_sum.resize_discarding(constraints.contact_rows.size() * simd::kForceFields);
+    constraints.force_sum.resize_discarding(constraints.contact_lanes.size() * simd::kForceFields);
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ void store_impulse_sums(WorldData& data, Crew& crew) {
   crew.run(static_cast<int>(constraints.contact_chunks.size()), [&](int index, int) {
     const simd::ConstraintChunk& chunk = constraints.contact_chunks[index];
     for (int lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
-      const auto row = static_cast<std::size_t>(constraints.contact_rows[lane]);
+      const std::int32_t row = constraints.contact_lanes[lane];
       data.events.impulse[row] = constraints.impulse_sum[lane];
     }
   });
@@ -54,15 +54,10 @@ void store_impulse_sums(WorldData& data, Crew& crew) {
 
 }  // namespace
 
-void forget_forces(WorldData& data) {
-  Contacts& contacts = data.contacts;
-  if (contacts.forces.empty()) return;
-  for (const std::int32_t contact : contacts.touching) contacts.forces[contact] = {};
-}
-
 void store_impulses(WorldData& data, float dt, Crew& crew) {
   Constraints& constraints = constraints_of(data);
-  if (data.settings.measure_penetration) constraints.depth.resize_discarding(constraints.contact_rows.size());
+  if (data.settings.measure_penetration)
+    constraints.depth.resize_discarding(constraints.contact_lanes.size());
   const simd::ContactKernels& kernels = crew.kernels().contact;
   const simd::ContactArgs contact = contact_args(data, constraints, dt);
   const simd::JointArgs joint = joint_args(data, constraints, dt);

@@ -4,6 +4,8 @@
 #include <parallel/constraints/coloring.h>
 #include <parallel/validate/validate_stages.h>
 
+#include <utility>
+
 namespace scree {
 
 namespace {
@@ -14,9 +16,9 @@ const Constraints& constraints_of(const WorldData& data) {
 
 // A contact or joint and where it is listed agree with the edge.
 void validate_edge(const WorldData& data, const Edge& edge, std::size_t place) {
-  const std::size_t contacts = data.contacts.touching.size();
+  const std::size_t contacts = data.contacts.active.size();
   if (place < contacts) {
-    const std::int32_t row = data.contacts.touching[place];
+    const std::int32_t row = data.contacts.active[place];
     const Manifold& manifold = data.contacts.now.manifold[row];
     SCREE_ASSERT(edge.body_a == manifold.row_a && edge.body_b == manifold.row_b);
     SCREE_ASSERT(edge.color == data.contacts.now.color[row]);
@@ -45,7 +47,7 @@ void validate_lanes(const Family& family, int lanes) {
     const std::int32_t end = chunk.first_lane + chunk.blocks * lanes;
     SCREE_ASSERT(chunk.first_lane >= 0 && chunk.lanes > 0);
     SCREE_ASSERT(chunk.blocks == (chunk.lanes + lanes - 1) / lanes);
-    SCREE_ASSERT(static_cast<std::size_t>(end) <= family.rows.size());
+    SCREE_ASSERT(std::cmp_less_equal(end, family.rows.size()));
     for (std::int32_t lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
       const auto row = static_cast<std::size_t>(family.rows[lane]);
       SCREE_ASSERT(row < family.store_rows);
@@ -67,11 +69,11 @@ void validate_places(const Constraints& constraints, const simd::Kernels& kernel
   const std::size_t count = constraints.contact_chunks.size() + constraints.joint_chunks.size();
   for (std::size_t number = 0; number < count; ++number) {
     const bool is_contact = contact < constraints.contact_chunks.size() &&
-                            static_cast<std::size_t>(constraints.contact_chunks[contact].number) == number;
+                            std::cmp_equal(constraints.contact_chunks[contact].number, number);
     SCREE_ASSERT(is_contact || joint < constraints.joint_chunks.size());
     const simd::ConstraintChunk& chunk =
         is_contact ? constraints.contact_chunks[contact] : constraints.joint_chunks[joint];
-    SCREE_ASSERT(static_cast<std::size_t>(chunk.number) == number);
+    SCREE_ASSERT(std::cmp_equal(chunk.number, number));
     SCREE_ASSERT(chunk.offset == offset);
     offset += static_cast<std::size_t>(chunk.blocks) *
               (is_contact ? kernels.contact.block_bytes[chunk.variant]
@@ -81,7 +83,7 @@ void validate_places(const Constraints& constraints, const simd::Kernels& kernel
   SCREE_ASSERT(offset == constraints.blocks.size());
 }
 
-// Who has written to a body last: the chunk's number, and whether as its hub.
+// The number of the chunk that last wrote to each body.
 class Writers {
  public:
   explicit Writers(std::size_t bodies) : last_(memory()) { last_.assign(bodies, -1); }
@@ -142,15 +144,15 @@ void validate_stages_of(const WorldData& data, const Constraints& constraints) {
   Writers writers(data.bodies.flags.size());
   std::size_t contact = 0, joint = 0, number = 0;
   for (const ColorStage& stage : constraints.stages) {
-    SCREE_ASSERT(static_cast<std::size_t>(stage.first_contact_chunk) == contact);
-    SCREE_ASSERT(static_cast<std::size_t>(stage.first_joint_chunk) == joint);
+    SCREE_ASSERT(std::cmp_equal(stage.first_contact_chunk, contact));
+    SCREE_ASSERT(std::cmp_equal(stage.first_joint_chunk, joint));
     writers.begin_stage(static_cast<std::int32_t>(number));
     for (std::int32_t i = 0; i < stage.joint_chunk_count; ++i, ++joint, ++number) {
-      validate_chunk(data, constraints.joint_chunks[joint], constraints.joint_rows, writers, stage.serial,
+      validate_chunk(data, constraints.joint_chunks[joint], constraints.joint_lanes, writers, stage.serial,
                      ends_of_joint);
     }
     for (std::int32_t i = 0; i < stage.contact_chunk_count; ++i, ++contact, ++number) {
-      validate_chunk(data, constraints.contact_chunks[contact], constraints.contact_rows, writers,
+      validate_chunk(data, constraints.contact_chunks[contact], constraints.contact_lanes, writers,
                      stage.serial, ends_of_contact);
     }
   }
@@ -166,7 +168,7 @@ void validate_colors(const WorldData& data) {
   thread_local Column<BodyColors> bodies;
   bodies.resize_discarding(data.bodies.flags.size());
   for (BodyColors& colors : bodies) colors = {};
-  SCREE_ASSERT(constraints.edges.size() == data.contacts.touching.size() + data.joints.active.size());
+  SCREE_ASSERT(constraints.edges.size() == data.contacts.active.size() + data.joints.active.size());
   for (std::size_t place = 0; place < constraints.edges.size(); ++place) {
     const Edge& edge = constraints.edges[place];
     validate_edge(data, edge, place);
@@ -185,11 +187,11 @@ void validate_blocks(const WorldData& data, const Crew& crew) {
   if (!is_validated(data)) return;
   const Constraints& constraints = constraints_of(data);
   const int lanes = crew.kernels().lanes;
-  validate_lanes({data.contacts.touching, constraints.contact_rows, constraints.contact_chunks,
+  validate_lanes({data.contacts.active, constraints.contact_lanes, constraints.contact_chunks,
                   data.contacts.now.pair.size()},
                  lanes);
   validate_lanes(
-      {data.joints.active, constraints.joint_rows, constraints.joint_chunks, data.joints.flags.size()},
+      {data.joints.active, constraints.joint_lanes, constraints.joint_chunks, data.joints.flags.size()},
       lanes);
   validate_places(constraints, crew.kernels());
   validate_stages_of(data, constraints);

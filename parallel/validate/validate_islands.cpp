@@ -1,4 +1,5 @@
-// Validation of contacts after collide, and of who is awake after find_islands; see validate_stages.h.
+// Validation of contacts after collide, and of what is awake after the phases of islands; see
+// validate_stages.h.
 #ifdef SCREE_ASSERTIONS
 
 #include <core/world/pair_key.h>
@@ -12,16 +13,8 @@ namespace scree {
 
 namespace {
 
-bool is_asleep(const WorldData& data, std::int32_t body) {
-  return (data.bodies.flags[body] & kBodyAsleep) != 0;
-}
-
-bool takes_part(const WorldData& data, std::int32_t a, std::int32_t b) {
-  return is_awake_dynamic(data.bodies, a) || is_awake_dynamic(data.bodies, b);
-}
-
 bool pair_takes_part(const WorldData& data, const ShapePair& pair) {
-  return takes_part(data, data.shapes.body[pair.a], data.shapes.body[pair.b]);
+  return takes_part(data, {data.shapes.body[pair.a], data.shapes.body[pair.b]});
 }
 
 // The body that can be pushed, or of two the one that the kernel chose, is B. What is fixed is row 0.
@@ -36,12 +29,12 @@ void validate_bodies_of(const WorldData& data, const ShapePair& pair, const Mani
   SCREE_ASSERT(((manifold.info & kManifoldStatic) != 0) == (type != BodyType::dynamic));
 }
 
-void validate_touching(const WorldData& data) {
+void validate_active_contacts(const WorldData& data) {
   const Contacts& contacts = data.contacts;
-  SCREE_ASSERT(ascends(contacts.touching, [&](std::int32_t x, std::int32_t y) {
+  SCREE_ASSERT(ascends(contacts.active, [&](std::int32_t x, std::int32_t y) {
     return comes_before(contacts.now.pair[x], contacts.now.pair[y]);
   }));
-  for (const std::int32_t contact : contacts.touching) {
+  for (const std::int32_t contact : contacts.active) {
     SCREE_ASSERT(contacts.now.points[contact] > 0);
     validate_bodies_of(data, contacts.now.pair[contact], contacts.now.manifold[contact]);
   }
@@ -67,27 +60,28 @@ void validate_contacts(const WorldData& data) {
   for (const ShapePair& pair : contacts.pairs.pair) {
     SCREE_ASSERT((data.shapes.flags[pair.a] & data.shapes.flags[pair.b] & kShapeAlive) != 0);
   }
-  validate_touching(data);
+  validate_active_contacts(data);
   SCREE_ASSERT(contacts.forces.empty() || contacts.forces.size() == contacts.now.pair.size());
 }
 
 void validate_islands(const WorldData& data) {
   if (!is_validated(data)) return;
   const Contacts& contacts = data.contacts;
-  validate_touching(data);
+  validate_active_contacts(data);
   if (data.settings.sleeping) {
     std::size_t parts = 0;
-    for (const std::int32_t contact : contacts.touching) {
+    for (const std::int32_t contact : contacts.active) {
       const ShapePair pair = contacts.now.pair[contact];
       SCREE_ASSERT(pair_takes_part(data, pair));
-      SCREE_ASSERT(!is_asleep(data, data.shapes.body[pair.a]) && !is_asleep(data, data.shapes.body[pair.b]));
+      SCREE_ASSERT(!is_asleep(data.bodies, data.shapes.body[pair.a]) &&
+                   !is_asleep(data.bodies, data.shapes.body[pair.b]));
       ++parts;
     }
     SCREE_ASSERT(parts == count_parts(data, contacts.pairs) + count_parts(data, contacts.resting));
   }
   for (const std::int32_t joint : data.joints.active) {
     const JointBodies ends = data.joints.bodies[joint];
-    SCREE_ASSERT(!is_asleep(data, ends.a) && !is_asleep(data, ends.b));
+    SCREE_ASSERT(!is_asleep(data.bodies, ends.a) && !is_asleep(data.bodies, ends.b));
   }
   const auto& islands = static_cast<const Islands&>(*data.islands);
   SCREE_ASSERT(is_zero(islands.tired));

@@ -1,23 +1,25 @@
-// Validation of the lists of who takes part; see validate_stages.h.
+// Validation of the lists of bodies, shapes and joints that take part; see validate_stages.h.
 #ifdef SCREE_ASSERTIONS
 
 #include <core/constraints/joint_parameters.h>
 #include <core/world/wake.h>
 #include <parallel/validate/validate_stages.h>
 
+#include <utility>
+
 namespace scree {
 
 namespace {
 
-// The list ascends, and names a row exactly if `belongs` holds for it, but where `may_differ` does: there the
-// list will be told.
+// The list ascends, and names a row exactly if `belongs` holds for it. Rows for which `may_differ` holds are
+// excepted: there the list will change.
 template <class Belongs, class MayDiffer>
 void validate_list(const Column<std::int32_t>& list, std::size_t rows, Belongs&& belongs,
                    MayDiffer&& may_differ) {
   SCREE_ASSERT(ascends(list));
   std::size_t place = 0;
   for (std::size_t row = 0; row < rows; ++row) {
-    const bool is_listed = place < list.size() && static_cast<std::size_t>(list[place]) == row;
+    const bool is_listed = place < list.size() && std::cmp_equal(list[place], row);
     place += is_listed ? 1 : 0;
     SCREE_ASSERT(is_listed == belongs(row) || may_differ(row));
   }

@@ -1,6 +1,8 @@
 // Validation of what the solver and the end of the step leave behind; see validate_stages.h.
 #ifdef SCREE_ASSERTIONS
 
+#include <core/world/check.h>
+#include <core/world/edit.h>
 #include <core/world/pair_key.h>
 #include <parallel/stages.h>
 #include <parallel/validate/validate_stages.h>
@@ -15,14 +17,9 @@ bool is_finite(const float (&v)[3]) {
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
 }
 
-bool is_near_unit(const float (&q)[4]) {
-  const float squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-  return std::abs(squared - 1.0f) < 1e-3f;
-}
-
 void validate_body(const Bodies& bodies, std::int32_t body) {
   SCREE_ASSERT(is_finite(bodies.pose[body].position));
-  SCREE_ASSERT(is_near_unit(bodies.pose[body].rotation));
+  SCREE_ASSERT(is_unit(to_quat(bodies.pose[body].rotation)));  // as far as calls ask for
   SCREE_ASSERT(is_finite(bodies.velocity[body].linear) && is_finite(bodies.velocity[body].angular));
 }
 
@@ -45,7 +42,7 @@ void validate_impulses(const WorldData& data) {
     }
     SCREE_ASSERT(data.bodies.inertia[row].inverse_mass == 0.0f);
   }
-  for (const std::int32_t contact : data.contacts.touching) {
+  for (const std::int32_t contact : data.contacts.active) {
     const Manifold& manifold = data.contacts.now.manifold[contact];
     for (int k = 0; k < kMaxManifoldPoints; ++k) {
       SCREE_ASSERT(!(manifold.normal_impulse[k] < 0.0f));  // but it may be no number: see quarantine_bodies

@@ -9,7 +9,7 @@ namespace scree {
 
 #ifdef SCREE_ASSERTIONS
 
-// Lists of who takes part ascend and name exactly those who do, or will be told who has changed since.
+// Lists of bodies and joints that take part ascend and are exact, or `changed` lists what differs.
 void validate_members(const WorldData& data);
 // Each shape is in the tree that it belongs to, and the boxes of its tree hold its bounds. Pairs rest where
 // both shapes stand in frozen trees.
@@ -25,9 +25,9 @@ void validate_colors(const WorldData& data);
 void validate_blocks(const WorldData& data, const Crew& crew);
 // What stands for the fixed world has not moved; impulses of contacts push.
 void validate_impulses(const WorldData& data);
-// Events ascend, and each has its shapes.
+// Events ascend.
 void validate_events(const WorldData& data);
-// Bodies are somewhere, and their shapes within their bounds.
+// Poses and velocities are finite, and rotations of unit length.
 void validate_motion(const WorldData& data);
 
 #else

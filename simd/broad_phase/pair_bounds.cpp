@@ -1,9 +1,9 @@
 // Computes bounds of shapes, lane = shape: poses of bodies -> poses and fat bounds of shapes. Called by
 // update_bounds.
 //
-// Pairs are found from fat bounds. These contain the shape, half of the speculative distance (the other shape
-// of a pair adds the other half), and a margin for slow bodies. While no shape leaves its fat bounds, the
-// list of pairs stays complete.
+// The search for pairs uses fat bounds. They contain the shape, half of the speculative distance (the other
+// shape of a pair adds the other half), and a margin for slow bodies. While no shape leaves its fat bounds,
+// the list of pairs stays complete.
 #include <simd/broad_phase/pair_kernels.h>
 #include <simd/wide/wide_math.h>
 
@@ -11,19 +11,19 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 namespace {
 
-// m; a pair slightly farther apart than this causes no new list for four steps.
+// m; two shapes slightly farther apart than this cause no new list for four steps.
 constexpr float kMargin = 0.05f;
-// A body gets the margin if this many of its steps fit into it. For faster bodies the list is rebuilt anyway,
-// and the margin would only add pairs that never touch.
+// A body gets the margin if this many of its steps fit into it. Faster bodies cause a new list anyway, and
+// the margin would only add pairs that never touch.
 constexpr float kStepsInMargin = 4.0f;
-// m; the bounds of a shape that travels farther in a step cover its path: collide then makes points ahead of
+// m; the bounds of a shape that travels farther in a step cover its path. Collide then makes points ahead of
 // time (reach_of_fast), so that the shape hits at the surface and not inside.
 constexpr float kFastTravel = 0.5f * kSpeculativeDistance;
 // Relative to the largest coordinate: eight units in the last place, more than the sum of the rounding errors
 // of a box's corners, of its center and of the comparison of spheres.
 constexpr float kRounding = 1e-6f;
 constexpr float kLargestFloat = 3.402823466e38f;
-// m; farther out squares of distances are no longer finite, and a shape there counts as lost.
+// m; squares of larger distances are not finite. A shape beyond this counts as lost.
 constexpr float kFarthest = 1e18f;
 
 struct Lanes {
@@ -83,7 +83,7 @@ void make_empty(M where, V3& lower, V3& upper, F& radius) {
   radius = select(where, F(0.0f), radius);
 }
 
-// Returns a bit for each lane that got new fat bounds.
+// Returns a bit for each lane with new fat bounds.
 std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count) {
   const Placement body = load_placement(task.body_pose, lanes.body);
   const Placement local = load_placement(task.local_pose, lanes.shape);
@@ -92,7 +92,7 @@ std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count
   const BodyMotion motion = load_motion(task, lanes);
   const V3 way = motion.linear * F(task.dt);
   const F travel = length(way);
-  // False, too, where the velocity is not finite.
+  // Also false if the velocity is not finite.
   const M fast = (travel > F(kFastTravel)) & (travel <= F(kFarthest));
   store_rows(floats(task.shape_pose), 8, lanes.shape, count, position.x, position.y, position.z,
              select(fast, travel, F(0.0f)));
@@ -136,7 +136,7 @@ std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count
   const V3 farthest = spread(F(kFarthest));
   const M finite =
       no_farther(abs(lower), farthest) & no_farther(abs(upper), farthest) & (sphere_radius <= F(kFarthest));
-  // A shape without finite bounds has left nothing if its bounds are empty already.
+  // A shape without finite bounds has not left its fat bounds if these are empty already.
   const M empty = fat_lower.x > fat_upper.x;
   const M stays = (finite & inside) | ((!finite) & empty);
   const std::uint32_t valid = (1u << count) - 1u;

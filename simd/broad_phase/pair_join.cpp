@@ -1,8 +1,9 @@
 // Computes the boxes of the implicit trees, and joins two trees. Called by find_pairs.
 //
 // One descent serves a leaf block of 16 shapes: it collects the leaf blocks of the other tree whose boxes
-// overlap the block's box. Only where there are very many does each shape descend by itself. Each of the 16
-// shapes then selects its own leaf blocks, and tests box and bounding sphere against their 16 shapes at once.
+// overlap the block's box. Only if there are very many does each shape descend by itself. Each of the 16
+// shapes then selects its own leaf blocks, and tests its box and bounding sphere against their 16 shapes at
+// once.
 #include <simd/broad_phase/pair_kernels.h>
 #include <simd/wide/wide.h>
 
@@ -35,7 +36,7 @@ M overlap(const Box& box, const float* bounds, int stride) {
   return x & y & z;
 }
 
-// A bit for each of the block's 16 boxes that meets the box.
+// A bit for each of the block's 16 boxes that overlaps the box.
 std::uint32_t overlap_bits(const Box& box, const float (&bounds)[6][kBlock]) {
   std::uint32_t result = 0;
   for (int lane = 0; lane < kBlock; lane += kLanes) {
@@ -62,8 +63,9 @@ Asker broadcast_asker(const LeafBlock& query, int slot) {
           F(query.radius[slot])};
 }
 
-// Appends the shapes of the block whose boxes and bounding spheres overlap the query's and whose bits are in
-// `asked`. Returns their bits. Branches would be mispredicted; only few lanes make skipping pay.
+// Appends the shapes of the block whose boxes and bounding spheres overlap the query's and whose bits are set
+// in `asked`. Returns their bits. Does not branch on lanes, because branches would be mispredicted; only with
+// few lanes does skipping pay.
 std::uint32_t meet(const Asker& asker, const LeafBlock& block, std::uint32_t asked, std::int32_t* others,
                    int& count) {
   std::uint32_t result = 0;
@@ -72,7 +74,7 @@ std::uint32_t meet(const Asker& asker, const LeafBlock& block, std::uint32_t ask
 #if SCREE_SIMD_LANES < 8
     if (bits(boxes) == 0) continue;  // nothing would be added
 #endif
-    // Differences and sums have the same bits (up to sign) whichever shape asks.
+    // Differences and sums have the same bits (up to sign) whichever of the two shapes is the query.
     const F x = load(&block.center[0][lane]) - asker.center[0];
     const F y = load(&block.center[1][lane]) - asker.center[1];
     const F z = load(&block.center[2][lane]) - asker.center[2];
@@ -122,11 +124,11 @@ void test_shape(const JoinTask& task, int query_block, int slot, const Candidate
   state.special = state.special || special != 0 || (count > 0 && (query.special >> slot & 1u) != 0);
 }
 
-// Writes the pairs of the shapes of the query block in slots [begin, end) with the candidates, and clears
-// these.
+// Writes the pairs of the candidates with the shapes in slots [begin, end) of the query block, and clears the
+// candidates.
 void work_off(const JoinTask& task, int query_block, int begin, int end, Candidates& candidates,
               JoinState& state) {
-  // Whole registers are tested: what follows the last candidate is empty.
+  // Tests whole registers: the entries after the last candidate are empty.
   for (int i = candidates.count; i % kLanes != 0; ++i) {
     for (int axis = 0; axis < 3; ++axis) {
       candidates.bounds[axis][i] = kLargestFloat;
@@ -140,7 +142,7 @@ void work_off(const JoinTask& task, int query_block, int begin, int end, Candida
 }
 
 // Collects the leaf blocks of the target that overlap the box. Calls make_room() when there are too many, and
-// stops if that returns false.
+// stops if it returns false.
 template <class MakeRoom>
 bool descend(const JoinTask& task, int query_block, const Box& box, Candidates& candidates,
              MakeRoom&& make_room) {
@@ -157,7 +159,7 @@ bool descend(const JoinTask& task, int query_block, const Box& box, Candidates& 
     const NodeBlock& node = task.target.nodes[step.level][step.block];
     std::uint32_t met = overlap_bits(box, node.bounds);
     const std::int32_t first_child = step.block * kBlock;
-    if (task.self) {  // children that end before the query block have asked for themselves
+    if (task.self) {  // children that end before the query block have been queries themselves
       const std::int32_t skipped = (query_block >> (4 * step.level)) - first_child;
       if (skipped > 0) met &= ~((1u << skipped) - 1u);
     }
@@ -182,7 +184,7 @@ void join_block(const JoinTask& task, int query_block, Candidates& candidates, J
     work_off(task, query_block, 0, kBlock, candidates, state);
     return;
   }
-  // The shapes lie far apart: the common box of a few awake ones in a large world would overlap all of it.
+  // The shapes lie far apart: the common box of a few awake shapes in a large world would overlap all of it.
   const LeafBlock& query = task.query[query_block];
   for (int slot = 0; slot < kBlock; ++slot) {
     if (query.shape[slot] < 0) continue;
@@ -220,13 +222,13 @@ void gather_leaf(const RefitTask& task, int block) {
     F lower[3], upper[3], radius, padding;
     load_rows(rows, 8, index, lower[0], lower[1], lower[2], radius);
     load_rows(rows + 4, 8, index, upper[0], upper[1], upper[2], padding);
-    const M nobody = load_unaligned(order) < I(0);
+    const M is_empty = load_unaligned(order) < I(0);
     store(&leaf.shape[lane], load_unaligned(order));
     store(&leaf.radius[lane], radius);
     for (int axis = 0; axis < 3; ++axis) {
       store(&leaf.center[axis][lane], (lower[axis] + upper[axis]) * F(0.5f));
-      store(&leaf.bounds[axis][lane], select(nobody, F(kLargestFloat), lower[axis]));
-      store(&leaf.bounds[axis + 3][lane], select(nobody, F(-kLargestFloat), upper[axis]));
+      store(&leaf.bounds[axis][lane], select(is_empty, F(kLargestFloat), lower[axis]));
+      store(&leaf.bounds[axis + 3][lane], select(is_empty, F(-kLargestFloat), upper[axis]));
     }
   }
 }
@@ -263,7 +265,7 @@ void join(const JoinTask& task, int end, JoinState& state) {
   }
 }
 
-// The place of each member is the number of smaller ones: no branch depends on the values.
+// A member's rank is the number of smaller members: no branch depends on the values.
 void rank_rows(const RankTask& task);
 void rank_rows(const RankTask& task) {
   std::int32_t begin = 0;

@@ -1,7 +1,7 @@
 // Kernels of the broad phase: bounds of shapes, boxes of trees, and the join of two trees.
 //
 // Called by update_bounds (poses -> bounds) and find_pairs (bounds -> trees -> pairs). Whether two shapes
-// become a pair depends on their own two bounds alone.
+// become a pair depends only on the bounds of the two.
 #pragma once
 
 #include <core/plain/rows.h>
@@ -15,7 +15,7 @@ inline constexpr int kBlock = 16;
 // 16^8 leaves are more than a 32-bit index can name.
 inline constexpr int kMaxTreeLevels = 8;
 
-// The boxes of 16 children: lower x y z, upper x y z. Children that do not exist have empty boxes.
+// The boxes of 16 children: lower x y z, upper x y z. Absent children have empty boxes.
 struct alignas(64) NodeBlock {
   float bounds[6][kBlock];
 };
@@ -26,7 +26,7 @@ struct alignas(64) LeafBlock {
   float center[3][kBlock];  // of the bounding spheres
   float radius[kBlock];
   std::int32_t shape[kBlock];  // -1: empty
-  std::uint32_t special;       // bit per shape: pairs with it must be asked for filters and equal bodies
+  std::uint32_t special;       // bit per shape: its pairs must be checked for filters and equal bodies
   std::uint32_t padding[15];
 };
 
@@ -77,8 +77,8 @@ struct JoinTask {
   std::int64_t capacity;
 };
 
-// Where a join stands. It ends at the first block whose pairs do not fit into capacity - kBlock; `count` then
-// is the number before that block, and `needed` the capacity that the block asks for.
+// Progress of a join. It ends at the first block whose pairs do not fit into capacity - kBlock. Then `count`
+// is the number before that block, and `needed` the capacity that the block requires.
 struct JoinState {
   int block;            // in, out: the next one
   std::int64_t count;   // in, out: pairs written
@@ -86,11 +86,11 @@ struct JoinState {
   bool special;         // in, out: some pair has a special shape
 };
 
-// Rows longer than this are left to the caller of rank_rows.
+// Longest row that rank_rows accepts; the caller sorts longer ones.
 inline constexpr std::int32_t kRankedRow = 256;
 
-// rank_rows: rows of unordered members, one behind the other -> pairs in ascending order. Owner o's row ends
-// at row_ends[o] and begins where the one before ends.
+// rank_rows: consecutive rows of unordered members -> pairs in ascending order. Owner o's row begins where
+// the row before it ends, and ends at row_ends[o].
 struct RankTask {
   const std::int32_t* others;  // readable for a block beyond the last
   const std::int32_t* row_ends;

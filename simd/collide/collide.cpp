@@ -38,7 +38,7 @@ CollideKernels make_collide_kernels() {
 
 namespace {
 
-// v + 2 r x (r x v + w v), for unit q = (r, w).
+// Computes v + 2 r x (r x v + w v) for the unit quaternion q = (r, w).
 void rotate_in_place(const float q[4], float v[3]) {
   const float tx = 2.0f * (q[1] * v[2] - q[2] * v[1]);
   const float ty = 2.0f * (q[2] * v[0] - q[0] * v[2]);

@@ -1,24 +1,24 @@
 // Boxes against boxes: tests 15 separating axes, then either clips the incident face against the reference
 // face and reduces it to 4 points, or takes the closest points of two edges.
 //
-// Works in the first box's frame up to the last turn into world axes. Separating axes of boxes: Gottschalk,
-// Lin and Manocha, "OBBTree", 1996. Clipping by slabs: Cyrus and Beck, 1978.
+// Works in the first box's frame until the final rotation into world axes. Separating axes of boxes:
+// Gottschalk, Lin and Manocha, "OBBTree", 1996. Clipping by slabs: Cyrus and Beck, 1978.
 #include <simd/collide/collide_contact.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 namespace {
 
-// Two edges with a squared sine of their angle below this have no axis of their own: the faces decide.
+// Two edges span no axis if the squared sine of their angle is below this: then the faces decide.
 constexpr float kParallelEdges = 1e-5f;
-// An edge axis must be better than the best face by this share of the depth (or the feature tolerance): a
-// face gives up to four points, which is worth more than a slightly better depth.
+// An edge axis must beat the best face by this share of the depth (or by the feature tolerance): a face gives
+// up to four points, which is worth more than a slightly better depth.
 constexpr float kEdgeShare = 0.05f;
-// Cosine of the angle to the face's normal, 18 degrees, up to which an edge axis must also be better than the
-// overlap of the faces is deep.
+// Cosine of 18 degrees. An edge axis closer than this to the face's normal must also beat the depth of the
+// faces' overlap.
 constexpr float kBesideFace = 0.95f;
-// Depth, as a share of the feature tolerance, by which a candidate must lead each one before it to count as
-// the deepest, so that equal ones do not alternate while a box at rest jitters.
+// A candidate must be deeper than each earlier one by this share of the feature tolerance to become the
+// deepest. So equal candidates do not alternate while a box at rest jitters.
 constexpr float kTieShare = 0.04f;
 constexpr int kCandidates = 12;
 
@@ -53,7 +53,7 @@ BoxFrame to_frame(const WidePair& pair) {
   return frame;
 }
 
-// Best axis so far: the first of equal ones, in a fixed order.
+// Best axis so far. Among equal axes the first in a fixed order wins.
 struct Best {
   F separation;
   I code;
@@ -64,8 +64,7 @@ struct Best {
   }
 };
 
-// The faces of the second box must gain the tolerance, so that boxes at rest on one another do not swap
-// roles.
+// A face of the second box must win by the tolerance, so that boxes at rest on each other do not swap roles.
 Best best_face(const BoxFrame& f, F absolute[3][3]) {
   Best first{F(-1e30f), I(0)}, second{F(-1e30f), I(0)};
   for (int i = 0; i < 3; ++i) {
@@ -94,8 +93,8 @@ void edge_gap(const BoxFrame& f, const F absolute[3][3], int i, int j, F& gap, F
   length_2 = square(f.axis[i1][j]) + square(f.axis[i2][j]);
 }
 
-// Tests the 15 axes. Where no edge can win, the nine divisions are skipped: a gap below zero only sinks when
-// it is divided by a length of at most 1.
+// Tests the 15 axes. Skips the nine divisions where no edge can win: dividing a negative gap by a length of
+// at most 1 only lowers it.
 M find_axis(const BoxFrame& f, I& hint) {
   F absolute[3][3];
   for (int i = 0; i < 3; ++i) {
@@ -125,7 +124,7 @@ M find_axis(const BoxFrame& f, I& hint) {
   return near_faces & !(wins & (edge.separation > f.reach));
 }
 
-// Chooses one of three by a lane's number 0, 1 or 2.
+// Selects one of three values by a lane's number 0, 1 or 2.
 struct Choice {
   M is_1, is_2;
   explicit Choice(I number) : is_1(number == I(1)), is_2(number == I(2)) {}
@@ -204,13 +203,13 @@ Clipping set_up(const BoxFrame& f, I hint) {
 }
 
 // Corners of the overlap of the two faces: the two ends of each incident edge within the reference face, and
-// the reference corners within the incident face. What does not exist has separation kAbsentSeparation.
+// the reference corners within the incident face. Absent candidates have separation kAbsentSeparation.
 struct Candidates {
   F x[kCandidates], y[kCandidates], separation[kCandidates];
 };
 
-// Where an incident edge that starts at (x, y) enters and leaves the reference face grown by the tolerance,
-// as shares of the edge.
+// Parameters, as shares of the edge, at which an incident edge that starts at (x, y) enters and leaves the
+// reference face grown by the tolerance.
 void clip_edge(const Clipping& c, F x, F y, F inverse_dx, F inverse_dy, F& begin, F& end) {
   const F reach_x = c.half_x + c.tolerance, reach_y = c.half_y + c.tolerance;
   const F x_1 = (-reach_x - x) * inverse_dx, x_2 = (reach_x - x) * inverse_dx;
@@ -258,8 +257,8 @@ Candidates clip(const Clipping& c) {
     put(2 * edge + 1, corner_x[edge] + end * dx, corner_y[edge] + end * dy, inside & (end < F(1.0f)));
   }
 
-  // Reference corners in the incident face's coordinates; the face is shrunk by the tolerance, because near
-  // its border the incident edges have found the corner already.
+  // Reference corners in the incident face's coordinates. The face is shrunk by the tolerance: near its
+  // border the incident edges have found the corner already.
   const F reach_1 = c.half_1 - c.tolerance, reach_2 = c.half_2 - c.tolerance;
   for (int corner = 0; corner < 4; ++corner) {
     const F x = (corner & 1) != 0 ? c.half_x : -c.half_x, y = (corner & 2) != 0 ? c.half_y : -c.half_y;
@@ -271,8 +270,8 @@ Candidates clip(const Clipping& c) {
   return out;
 }
 
-// Whether the faces overlap in a strip only, however far apart they are there. It is thin against both: a
-// thin face is no strip.
+// Whether the faces overlap only in a strip, at any distance from each other. The strip must be thinner than
+// both faces: the whole of a thin face is no strip.
 M overlap_in_strip(const Clipping& clipping) {
   Clipping c = clipping;
   c.reach = F(0.5f * kAbsentSeparation);
@@ -297,7 +296,7 @@ struct Chosen {
   M found;
 };
 
-// The candidate with the largest score above `least`; the first of equal ones.
+// The candidate with the largest score above `least`. Among equal candidates the first wins.
 template <class Score>
 Chosen choose(const Candidates& candidates, F least, Score&& score) {
   Chosen best{F(0.0f), F(0.0f), F(kAbsentSeparation), I(0), never()};
@@ -320,9 +319,9 @@ F area(const Chosen& a, const Chosen& b, F x, F y) {
   return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
 }
 
-// Four of the candidates: the deepest, the farthest from it, the farthest from the line through these two,
-// and the one that adds most area to that triangle. Points nearer than the tolerance to what is there are
-// dropped.
+// Selects four candidates: the deepest, the farthest from it, the farthest from the line through these two,
+// and the one that adds most area to that triangle. Drops candidates nearer than the tolerance to a selected
+// one.
 void reduce(const Clipping& c, Candidates& candidates, Chosen chosen[4]) {
   const F step = F(kTieShare) * c.tolerance;
   chosen[0] = choose(candidates, F(-1e9f),
@@ -379,8 +378,8 @@ struct BoxBox {
     reduce(c, candidates, chosen);
     const F of_overlap = select(chosen[0].found, chosen[0].separation, F(-1e30f));
 
-    // Faces that overlap along every axis and still share no point (an edge nearly as good as the face): the
-    // deepest incident corner, moved onto the face.
+    // Faces that overlap along every axis can still share no point (if an edge is nearly as good as the
+    // face). Then takes the deepest incident corner, moved onto the face.
     const F toward_1 = -sign_of(c.side_1z) * c.half_1, toward_2 = -sign_of(c.side_2z) * c.half_2;
     const F deepest = c.center_z + toward_1 * c.side_1z + toward_2 * c.side_2z;
     const M lost = (!chosen[0].found) & (deepest <= F(0.0f));
@@ -413,10 +412,10 @@ struct BoxBox {
     return of_overlap;
   }
 
-  // Closest points of the two edges, where the edge axis wins; beside the face's normal against the depth of
-  // the faces' overlap, too. Planks that lie across each other and are hardly tilted have edge axes next to
-  // the face's. The face's own depth is that of a plank's far end, and a single point instead of four lets a
-  // tower of them rock and fall.
+  // Takes the closest points of the two edges where the edge axis wins. An edge axis near the face's normal
+  // must also beat the depth of the faces' overlap. Planks that cross each other with hardly any tilt have
+  // such axes. The face's own depth is that of a plank's far end, and a single point instead of four lets a
+  // tower of planks rock and fall.
   static void collide_edges(const WidePair& pair, const BoxFrame& f, I hint, M edge_wins, F of_overlap,
                             Contact& contact) {
     const I edge = shift_right<kHintEdgeShift>(hint) & I(kHintEdgeMask);
@@ -454,7 +453,7 @@ struct BoxBox {
     const V3 point_1 = middle_1 + s * direction_1, point_2 = middle_2 + t * direction_2;
     const V3 difference = point_2 - point_1;
     const F separation = dot(normal, difference);
-    // Edges that pass beside one another do not touch yet.
+    // Edges that pass each other sideways do not touch yet.
     const M beside =
         (separation > zero) & !is_beside(difference, normal, square(min(F(kSpeculativeDistance), f.reach)));
     const M touches = (!beside) & (separation <= f.reach);

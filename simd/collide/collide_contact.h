@@ -1,5 +1,5 @@
-// Shared by all collide kernels: loads a block of pairs, drops the separated ones, and turns the geometry of
-// a contact into a manifold with friction center, mixed materials and last step's impulses.
+// Shared by all collide kernels: loads a block of pairs, drops separated pairs, and turns the geometry of a
+// contact into a manifold with friction center, mixed materials and last step's impulses.
 //
 // Included by collide*.cpp only. Positions are relative to the first shape's origin, so that far from the
 // world's origin only the difference of two stored positions is rounded.
@@ -11,9 +11,9 @@
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-// Overlap of a feature's border (a box's edge against a face's border) that counts as still within, so that
-// shapes which are exactly aligned keep their features while they jitter. Also what an axis of lower rank
-// must gain before it replaces one of higher rank. The smaller of a length and a share of the shapes' size.
+// Distance beyond a feature's border (a box's edge against a face's border) that still counts as within, so
+// that exactly aligned shapes keep their features while they jitter. An axis of lower rank must also win by
+// this much to replace one of higher rank. The smaller of a length and a share of the shapes' size.
 inline constexpr float kFeatureTolerance = 0.1f * kLinearSlop;  // m
 inline constexpr float kFeatureShare = 0.01f;
 
@@ -107,9 +107,9 @@ inline V3 half_segment_in_second(const WidePair& pair) {
   return axis * pair.extent_1.half.y;
 }
 
-// False where a rotation is not finite (a comparison with NaN is false).
+// False if a rotation is not finite (a comparison with NaN is false).
 inline M is_rotation(Q4 q) { return q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < F(2.0f); }
-// False, too, where the offset is not finite.
+// Also false if the offset is not finite.
 inline M spheres_touch(const WidePair& pair, F radius_1, F radius_2) {
   return length_squared(pair.offset) <= square(radius_1 + radius_2 + pair.reach);
 }
@@ -134,7 +134,7 @@ void set_absent(WideContact<kPoints>& contact, int k) {
   contact.id[k] = I(0);
 }
 
-// Whether the way between two closest points deviates from the normal by at most this squared distance: then
+// Whether the line between two closest points deviates from the normal by at most this squared distance. Then
 // their contact points may share the normal.
 inline M is_beside(V3 difference, V3 normal, F squared_limit) {
   return length_squared(difference - dot(difference, normal) * normal) <= squared_limit;
@@ -146,8 +146,8 @@ inline M lies_across(V3 half_segment, V3 normal, F radius) {
   return square(dot(half_segment, normal)) * radius <= F(kLinearSlop) * length_squared(half_segment);
 }
 
-// Replaces a capsule's single point by what touches of the two ends of its stretch along the other shape,
-// where `use` holds and at least one end touches. The ends have ids 1 and 2.
+// Replaces a capsule's single point by the touching ends of its stretch along the other shape, where `use`
+// holds and at least one end touches. The ends have ids 1 and 2.
 inline void use_ends(WideContact<2>& contact, F reach, M use, const V3 point[2], const F separation[2]) {
   const M touches_1 = separation[0] <= reach;
   const M touches_2 = separation[1] <= reach;
@@ -201,8 +201,9 @@ inline V3 relative_velocity(const CollideColumns& columns, const Block& block) {
   return v_2 - v_1;
 }
 
-// How wide a group of points in a plane is: the largest distance of one from the line through two that lie
-// far apart. (Moments of the points would lose the width of a strip to the rounding of its length's square.)
+// Width of a group of points in a plane: the largest distance of a point from the line through two points
+// that lie far apart. (Moments of the points would lose the width of a strip to the rounding of its squared
+// length.)
 template <int kCount>
 F width_of(const F (&x)[kCount], const F (&y)[kCount]) {
   const auto take_farthest = [&](F from_x, F from_y, F& to_x, F& to_y) {
@@ -228,11 +229,11 @@ F width_of(const F (&x)[kCount], const F (&y)[kCount]) {
   return area / max(sqrt(square(way_x) + square(way_y)), F(1e-30f));
 }
 
-// The gap below which a pair with a fast shape has points. If the pair rebounds, its relative travel in a
-// step, so that the rebound starts at the surface with the speed of the impact. Else a share of its size:
-// points far ahead act on the arms of the step's beginning, which costs an eccentric impact 3 % of its spin.
-// Without points ahead, a falling body is found only after it has sunk in by up to a step's travel: three
-// times the mean penetration of a collapsing pile of hulls.
+// A pair with a fast shape has points below this gap. If the pair rebounds, the gap is its relative travel in
+// a step, so that the rebound starts at the surface with the speed of the impact. Else it is a share of its
+// size: points far ahead act on the arms of the step's beginning, which costs an eccentric impact 3 % of its
+// spin. Without points ahead, contact begins only after a falling body has sunk in by up to a step's travel,
+// which is three times the mean penetration of a collapsing pile of hulls.
 inline constexpr float kAheadShare = 0.1f;
 inline F reach_of_fast(const CollideColumns& columns, const Block& block, F smaller) {
   // At most the size of the smaller shape: else a bullet would stop at shapes that it passes.
@@ -267,8 +268,8 @@ struct WideImpulses {
   M rolling;  // there is a rolling impulse to keep
 };
 
-// Last step's impulses: of each point by its id, friction by its world vector, twist by its part about the
-// new normal. A contact whose features have all changed starts from zero.
+// Last step's impulses: those of points by id, friction by its world vector, twist by its part about the new
+// normal. A contact whose features have all changed starts from zero.
 template <int kPoints>
 WideImpulses match_impulses(const CollideColumns& columns, const Block& block,
                             const WideContact<kPoints>& contact, V3 normal, V3 tangent_1, V3 tangent_2) {
@@ -305,13 +306,13 @@ WideImpulses match_impulses(const CollideColumns& columns, const Block& block,
   return impulses;
 }
 
-// Surfaces that touch in a point would spin on it for ever. Real ones deform and touch in a disk. Its radius
-// is sqrt(R d) for a radius of curvature R and a deformation d, and the friction of Hertz's pressure in it
-// acts at a mean arm of 3 pi / 16 of that (Johnson, "Contact Mechanics", 1985, 7.4). d is the slop, or a
-// share of R where that is less.
+// Surfaces that touch in a point would spin on it for ever. Real surfaces deform and touch in a disk. Its
+// radius is sqrt(R d) for a radius of curvature R and a deformation d. Under Hertz's pressure, friction in
+// the disk acts at a mean arm of 3 pi / 16 of that radius (Johnson, "Contact Mechanics", 1985, 7.4). d is the
+// slop, or a share of R if that is less.
 inline constexpr float kPatchArm = 0.58904862f;  // 3 pi / 16
 inline constexpr float kPatchDepthShare = 0.02f;
-// A surface may give the radius itself.
+// A material may specify the radius itself.
 inline F twist_arm(const MaterialRow* materials, const Block& block, M has_patch, F curvature_radius) {
   const F depth = min(F(kLinearSlop), F(kPatchDepthShare) * curvature_radius);
   const F automatic = F(kPatchArm) * sqrt(curvature_radius * depth);
@@ -345,7 +346,8 @@ V3 friction_center(const WideContact<kPoints>& contact, F reach) {
   }
 }
 
-// Half the thickness of shapes: of hulls, whose thinnest part may lie askew, the radius of the ball within.
+// Half the thickness of shapes. For hulls it is the radius of the inner ball, because their thinnest part may
+// lie askew.
 inline F thinness(const CollideColumns& columns, const std::int32_t* shape, F of_others) {
   alignas(64) float lanes[kLanes];
   store(lanes, of_others);
@@ -355,10 +357,9 @@ inline F thinness(const CollideColumns& columns, const std::int32_t* shape, F of
   }
   return load(lanes);
 }
-// Finds contacts ahead with fixed shapes that the body will only graze. Floors are made of pieces: a body
-// that slides over a seam would be stopped by the side of the next piece, which its own side overlaps in a
-// strip as thin as the body has sunk in. Where points touch instead of faces, the direction of motion
-// decides.
+// Finds contacts ahead with fixed shapes that the body will only graze. Floors consist of pieces: the side of
+// the next piece would stop a body that slides over a seam. The sides of the two overlap in a strip as thin
+// as the body has sunk in. Where points touch instead of faces, the direction of motion decides.
 inline constexpr float kStrip = 2.0f * kLinearSlop;  // m
 template <int kPoints>
 M grazes_ahead(const CollideColumns& columns, const Block& block, const WideContact<kPoints>& contact,
@@ -488,9 +489,9 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
   if (any(rich)) store_rich_surfaces(columns, items, which, block, surface, rich, impulses.rolling);
 }
 
-// Collides items in two rounds: Pair::may_touch drops the separated pairs and may leave a hint for each other
-// one, then Pair::collide makes the contacts of those that are left, so that lanes stay full. Which lane a
-// pair lies in changes nothing in its result.
+// Collides items in two rounds. Pair::may_touch drops the separated pairs and may leave a hint for each other
+// pair. Pair::collide then makes the contacts of the remaining pairs, so that lanes stay full. A pair's
+// result does not depend on its lane.
 template <class Pair>
 void collide_pairs(const CollideColumns& columns, const CollideItem* items, int count) {
   alignas(64) std::int32_t kept[kCollideChunk + kLanes];

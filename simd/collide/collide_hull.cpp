@@ -1,28 +1,28 @@
 // Hulls against hulls and boxes: the stages of one chunk of pairs.
 //
-// With lane = pair: tests bounding spheres, and moves each survivor into the first hull's frame. Then pair by
-// pair, wide within the pair: the axis that separated it last time, the axis between the centers, faces,
-// edges, contact points. With lane = pair again: manifolds of the pairs that touch.
+// First, with lane = pair: tests bounding spheres, and moves each remaining pair into the first hull's frame.
+// Then pair by pair, wide within the pair: the axis that separated it last time, the axis between the
+// centers, faces, edges, contact points. Last, with lane = pair again: manifolds of the touching pairs.
 #include <simd/collide/collide_hull.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 namespace {
 
-// An axis of lower rank must gain this share of the smaller hull's radius: depths are exact within it.
+// An axis of lower rank must win by this share of the smaller hull's radius: depths are exact within it.
 constexpr float kAxisShare = 5e-5f;
 // Bounds and gaps are computed in different orders of operations, and corners lie off their faces by a few
 // roundings: a share of all lengths involved.
 constexpr float kRoundingShare = 4e-6f;
 
-// Survivors of the spheres: which items, and their geometry.
+// Pairs whose spheres touch: their items and their geometry.
 struct Survivors {
   int count = 0;
   std::int32_t which[kCollideChunk];
   HullPair pair[kCollideChunk + 1];  // the last one is for unused lanes
 };
 
-// Touching pairs, one behind the other, in columns.
+// Touching pairs, consecutively, in columns.
 struct Touching {
   int count = 0;
   alignas(64) std::int32_t which[kCollideChunk + kLanes];
@@ -46,7 +46,7 @@ struct Touching {
     }
   }
 
-  // Fills the last block up with its last lane.
+  // Fills the last block up with copies of its last lane.
   void fill_block() {
     for (int to = count; to % kLanes != 0; ++to) {
       which[to] = which[count - 1];
@@ -64,7 +64,7 @@ const HullData* hull_of(const CollideColumns& columns, std::int32_t shape) {
   return columns.hulls[columns.shape_hull[shape]];
 }
 
-// A box as the first hull: in lanes half extents, in the pair a hull made when its turn comes.
+// A box as the first hull. Lanes hold half extents; the pair holds a hull made when its turn comes.
 template <bool kBoxFirst>
 F radius_1(const WidePair& pair) {
   if constexpr (kBoxFirst) return length(pair.extent_1.half);
@@ -85,7 +85,7 @@ void clear_far_row(const CollideColumns& columns, std::int32_t row, std::int32_t
   if (columns.axis[pair].feature != 0) remember(columns, pair, {0.0f, 0.0f, 0.0f}, 0);
 }
 
-// Both hulls' frames and the reach of each lane, into the pair of its slot.
+// Writes both hulls' frames and the reach of each lane into the pair of its slot.
 void store_frames(const WidePair& wide_pair, HullPair* pairs, const std::int32_t* slot) {
   const M3 r = to_matrix(conjugate(wide_pair.first.rotation) * wide_pair.second.rotation);
   const V3 c = rotate_back(wide_pair.first.rotation, wide_pair.offset);
@@ -157,7 +157,7 @@ bool is_separated(const HullPair& pair, const ContactAxis& last, Vec& axis) {
   return gap_along(pair, axis) > pair.reach;
 }
 
-// False: separated along the decision's axis.
+// Returns false if the pair is separated along the decision's axis.
 bool find_axis(const HullPair& pair, const ContactAxis& last, Decision& decision) {
   if ((last.feature & kFeatureKind) == kFeatureEdges) {
     const Remembered edges = query_remembered_edges(pair, last.feature, decision);
@@ -166,7 +166,7 @@ bool find_axis(const HullPair& pair, const ContactAxis& last, Decision& decision
   return query_faces(pair, last.feature, decision) && query_edges(pair, decision);
 }
 
-// The survivors of the spheres by their state: contacts that wait for their points, and those that have them.
+// Pairs whose spheres touch, by state: contacts that wait for their points, and contacts that have them.
 struct Results {
   const CollideColumns& columns;
   const CollideItem* items;
@@ -307,7 +307,7 @@ void pass_store(const CollideColumns& columns, const CollideItem* items, Touchin
       look_ahead(min(thinness_1, thinness(columns, block.shape_2, of_box)), contact);
     }
     store_contacts(columns, items, touching.which + begin, block, pair.first.position, pair.reach, contact);
-    for (int lane = 0; lane < lanes; ++lane) {  // what will only graze has been dropped
+    for (int lane = 0; lane < lanes; ++lane) {  // contacts that will only graze have been dropped
       if (columns.points[block.row[lane]] == 0)
         columns.axis[items[touching.which[begin + lane]].pair].feature = 0;
     }

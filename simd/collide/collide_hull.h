@@ -1,9 +1,9 @@
 // Shared by the stages of the narrow phase of hulls: a pair in the first hull's frame, farthest vertices, and
 // reductions over a hull's columns.
 //
-// Included by collide_hull*.cpp only. Everything here is wide within one pair: lanes are
-// vertices, faces or edges. Reductions are exact (the largest value, then the first equal index), so that
-// their results do not depend on the number of lanes.
+// Included by collide_hull*.cpp only. Everything here is wide within one pair: lanes are vertices, faces or
+// edges. Reductions are exact (the largest value, then the first equal index), so that their results do not
+// depend on the number of lanes.
 #pragma once
 
 #include <core/plain/hull.h>
@@ -50,13 +50,13 @@ struct alignas(16) HullFrame {
   Vec place(Vec y) const { return turn(y) + center(); }
 };
 
-// A pair that passed the spheres.
+// A pair whose spheres touch.
 struct alignas(64) HullPair {
   HullFrame frame[2];  // [0]: the second hull in the first one's frame, [1]: the reverse
   float reach;         // gap below which there are points
-  float tolerance;     // what an axis of lower rank must gain
+  float tolerance;     // by which an axis of lower rank must win
   float border;        // how much farther than a face's border still counts as within
-  float rounding;      // bounds may be wrong by so much
+  float rounding;      // largest error of bounds
   const HullData* hull[2];
 };
 
@@ -84,7 +84,7 @@ inline int corner_count(const HullData& hull, int face) {
   return hull.loop_begin[face + 1] - hull.loop_begin[face];
 }
 
-// The largest of values and the first index that has it. Indices travel as floats, which hold them exactly.
+// The largest value and its first index. Indices travel as floats, which hold them exactly.
 class Largest {
  public:
   explicit Largest(float above = -1e30f) : value_(above) {}
@@ -142,7 +142,7 @@ inline float gap_along(const HullPair& pair, Vec axis) {
   return dot(axis, pair.frame[0].center()) - (end_1 + end_2);
 }
 
-// What decides a pair.
+// The feature that decides a pair, and its axis.
 struct Decision {
   float separation;
   std::uint32_t feature;  // 0: separated
@@ -177,19 +177,19 @@ struct EdgeCrossing {
   Vec on_1, on_2;
 };
 
-// Finds the faces' best axis. False: the pair is separated along decision.axis.
+// Finds the best axis of a face. False: the pair is separated along decision.axis.
 bool query_faces(const HullPair& pair, std::uint32_t hint, Decision& decision);
-// Replaces a decision for a face by one for two edges where these are better. False: separated.
+// Replaces a face's decision by two edges' where these are better. False: separated.
 bool query_edges(const HullPair& pair, Decision& decision);
 
-// Tests the edges that decided last time.
+// Tests the edges that decided in the last step.
 enum class Remembered { separates, decides, fails };
 Remembered query_remembered_edges(const HullPair& pair, std::uint32_t hint, Decision& decision);
-// Whether some face of either hull may be better than the floor; edges: those that set the floor.
+// Whether a face of either hull may be better than the floor, the gap along the axis of the two edges.
 bool may_beat(const HullPair& pair, const int edge[2], float floor);
 
-// A face of each hull that lie against each other along the axis of contact: of their overlap, seen along it,
-// come the contact points.
+// A face of each hull that lie against each other along the contact axis. Their overlap, seen along the axis,
+// gives the contact points.
 struct FacePair {
   int side;  // of the hull whose face is the first: the deciding one, or that at an edge of the first hull
   int face, incident;
@@ -198,37 +198,37 @@ struct FacePair {
   bool crosses;  // edges decided: their crossing is a point, too, and the first face may be askew
   EdgeCrossing crossing;
 };
-// The deciding face and the face of the other hull that looks against it, among those at the deepest vertex.
+// The deciding face, and the face of the other hull at its deepest vertex that most opposes it.
 FacePair pair_faces(const HullPair& pair, const Decision& decision);
-// The faces at two edges that look most along the axis. False: one of them hardly does.
+// The faces at two edges that point most along the axis. False: one of them hardly does.
 bool pair_edge_faces(const HullPair& pair, const Decision& decision, const EdgeCrossing& crossing,
                      FacePair& faces);
 EdgeCrossing cross_deciding_edges(const HullPair& pair, const Decision& decision);
-// Whether the edges pass beside one another and do not touch yet.
+// Whether the edges pass each other sideways and do not touch yet.
 bool pass_beside(const HullPair& pair, const Decision& decision, const EdgeCrossing& crossing);
-// The contact of the edges alone.
+// Makes a contact of the edges' crossing alone.
 void touch_crossing(const Decision& decision, const EdgeCrossing& crossing, HullContact& contact);
 // Contact points of two faces of any size.
 void clip_faces(const HullPair& pair, const Decision& decision, const FacePair& faces, HullContact& contact);
 
-// ManifoldFeatures::id of a point of two faces, without its number: the same where a face of the first hull
-// or an edge of it decides, so that points outlive the change from one to the other.
+// ManifoldFeatures::id of a point of two faces, without its number. It is the same whether a face or an edge
+// of the first hull decides, so that points outlive the change from one to the other.
 inline std::uint32_t face_id(const FacePair& faces) {
   return (faces.side == 0 ? kFeatureFace1 : kFeatureFace2) | static_cast<std::uint32_t>(faces.face) << 19 |
          static_cast<std::uint32_t>(faces.incident) << 10;
 }
-inline constexpr std::uint32_t kLostNumber = 1023;  // of the point where clipping finds none
+inline constexpr std::uint32_t kLostNumber = 1023;  // of the substitute where clipping finds no point
 
-// Candidates count as equal to the largest if their distance or area is less by at most this share, or if
-// their depths differ by less than axes must gain. The first of equal ones is taken, so that they do not
+// A candidate counts as equal to the largest if its distance or area is less by at most this share, or if its
+// depth differs by less than the axis tolerance. The first of equal candidates wins, so that they do not
 // alternate while a hull at rest jitters.
 inline constexpr float kTieShare = 1e-3f;
-// Where the other hull's face is so steep, the corners of the deciding one cannot be distinguished from its
+// Where the other hull's face is this steep, the deciding face's corners cannot be distinguished from its
 // edges.
 inline constexpr float kSteepFace = 1e-3f;
 
-// Pairs of faces with few corners, gathered until they fill the lanes: clipped with lane = pair, they take a
-// third of the time. The result of a pair does not depend on the others.
+// Gathers pairs of faces with few corners until they fill the lanes. Clipping with lane = pair takes a third
+// of the time. The result of a pair does not depend on the others.
 inline constexpr int kSmallFace = 4;  // corners
 struct FaceQueue {
   int count = 0;
@@ -251,10 +251,11 @@ struct FaceQueue {
 
   void put(const HullPair& pair, const Decision& decision, const FacePair& faces);
 };
-// Contact points of all that is queued, in the deciding hulls' frames; empties the queue.
+// Computes contact points of all queued pairs, in the deciding hulls' frames. Empties the queue.
 void clip_queue(FaceQueue& queue, HullContact contacts[kLanes]);
 
-// The point of a face that is where a point projects to, or on the way there from the face's middle.
+// The projection of a point onto a face; outside the face, the border point on the line to it from the face's
+// middle.
 Vec point_within_face(const HullData& hull, int face, Vec point);
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

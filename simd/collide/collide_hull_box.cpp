@@ -1,4 +1,4 @@
-// Turns a box into a hull, so that boxes collide with hulls as hulls do.
+// Turns a box into a hull, so that boxes and hulls collide by the code for hulls.
 #include <simd/collide/collide_hull.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {

@@ -1,7 +1,7 @@
 // Hulls: contact points of two faces, for polygons of any size. Clips one face against the other, seen along
-// the axis of contact, and keeps at most four corners of the overlap. Where edges decide, their crossing is
-// the first point, and the faces at these edges give the others: on a single point a hull would rock and sink
-// in.
+// the contact axis, and keeps at most four corners of the overlap. Where edges decide, the first point is
+// their crossing, and the faces at these edges give the others: a hull would rock and sink in on a single
+// point.
 //
 // Lanes are edges of the clipped face, then corners. Clipping of all edges at once: Cyrus and Beck, 1978.
 #include <simd/collide/collide_hull.h>
@@ -35,7 +35,7 @@ FaceFrame face_frame(const FacePair& faces) {
   return f;
 }
 
-// Corners in those coordinates; behind the last one the first follows, up to the next block.
+// Corners in the contact's coordinates. Copies of the first corner follow the last, up to the next block.
 struct Polygon {
   int count;
   alignas(64) float x[kMaxCorners + kHullPadding];
@@ -53,7 +53,7 @@ struct Polygon {
   }
 };
 
-// The height of a face's plane at a place. Zero slopes: it is the axis' own.
+// The height of a face's plane at (x, y). Zero slopes: the face is perpendicular to the axis.
 struct Plane {
   float height = 0.0f, slope_x = 0.0f, slope_y = 0.0f;
 
@@ -88,7 +88,8 @@ void make_sides(const Polygon& p, Sides& sides) {
   }
 }
 
-// Both ends of each incident edge within the first face, grown by the tolerance; none is deeper than `least`.
+// Both ends of each incident edge within the first face, grown by the tolerance. No end gets deeper than
+// `least`.
 void clip_edges(const Polygon& incident, const Sides& sides, int side_count, float border, const Plane& floor,
                 float least, Candidates& out) {
   const int block = padded(incident.count);
@@ -127,8 +128,8 @@ void clip_edges(const Polygon& incident, const Sides& sides, int side_count, flo
   out.count = 2 * block;
 }
 
-// Corners of the first face within the incident one, shrunk by the tolerance: near its border the incident
-// edges have found them already.
+// Corners of the first face within the incident face. The incident face is shrunk by the tolerance: near its
+// border the incident edges have found these corners already.
 void add_corners(const HullPair& pair, const Polygon& deciding, const Polygon& incident, const Plane& floor,
                  const Plane& ceiling, float least, Candidates& out) {
   const F absent(kAbsentSeparation);
@@ -154,7 +155,7 @@ void add_corners(const HullPair& pair, const Polygon& deciding, const Polygon& i
   }
 }
 
-// Place of the first candidate whose score is the largest, or less by the share or the slack, -1: none is
+// Index of the first candidate whose score equals the largest up to the share or the slack. -1: no score is
 // above `least`.
 template <class Score>
 int choose(const Candidates& c, float least, float share, float slack, Score&& score) {
@@ -184,10 +185,10 @@ Point point_at(const Candidates& c, int k) { return {c.x[k], c.y[k]}; }
 F area(Point a, Point b, F x, F y) { return F(b.x - a.x) * (y - F(a.y)) - F(b.y - a.y) * (x - F(a.x)); }
 float area(Point a, Point b, Point c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
 
-// Up to three of the candidates beside a first point: the farthest from it, the farthest from the line
-// through these two, and the one that adds most area to that triangle. Points nearer than the tolerance to
-// what is there are dropped. They may lie beyond the reach: what tips over meets the ground there before the
-// step ends. Returns their number.
+// Selects up to three candidates besides a first point: the farthest from it, the farthest from the line
+// through these two, and the one that adds most area to that triangle. Drops candidates nearer than the
+// tolerance to a selected point. Candidates may lie beyond the reach: a body that tips over meets the ground
+// there before the step ends. Returns their number.
 int spread(const Candidates& c, Point a, float border, int chosen[3]) {
   const auto farthest = [&](float least, auto&& score) {
     return choose(c, least, kTieShare, 0.0f, [&](F x, F y, F) { return score(x, y); });
@@ -219,7 +220,7 @@ void write_candidate(const HullPair& pair, const FacePair& faces, const FaceFram
               face_id(faces) | static_cast<std::uint32_t>(c.number[place]), k, contact);
 }
 
-// The first point: the crossing of edges, or the deepest candidate. False: it is out of reach.
+// The first point: the crossing of edges, or the deepest candidate. Returns false if it is out of reach.
 bool find_first(const HullPair& pair, const Decision& decision, const FacePair& faces, const FaceFrame& frame,
                 const Plane& floor, const Candidates& c, Point& first, HullContact& contact) {
   if (faces.crosses) {
@@ -257,7 +258,7 @@ void clip_faces(const HullPair& pair, const Decision& decision, const FacePair& 
 
   Sides sides;
   make_sides(deciding, sides);
-  // Beyond their edges askew planes would be deeper than the edges.
+  // Planes that are askew would give depths beyond that of the edges.
   const Plane floor = faces.crosses ? plane_of(deciding, frame, normal(hull, faces.face)) : Plane{};
   const float least = faces.crosses ? decision.separation : -kAbsentSeparation;
   Candidates candidates;
@@ -276,8 +277,8 @@ void clip_faces(const HullPair& pair, const Decision& decision, const FacePair& 
       write_candidate(pair, faces, frame, floor, candidates, chosen[k], k + 1, contact);
     }
   } else if (decision.separation <= 0.0f) {
-    // Faces that overlap along every axis and still share no point (an edge nearly as good as the face): the
-    // deepest vertex, moved onto the face.
+    // Faces that overlap along every axis can still share no point (if an edge is nearly as good as the
+    // face). Then takes the deepest vertex, moved onto the face.
     const Vec deepest = pair.frame[side].place(vertex(other, decision.support));
     const Vec point = point_within_face(hull, faces.face, deepest) + (0.5f * decision.separation) * frame.z;
     write_point(pair, side, point, decision.separation, face_id(faces) | kLostNumber, 0, contact);

@@ -1,5 +1,4 @@
-// Hulls: contact points of faces with few corners, lane = pair. Does what collide_hull_clip.cpp does for one
-// pair.
+// Hulls: contact points of faces with few corners, lane = pair. Uses the method of collide_hull_clip.cpp.
 #include <simd/collide/collide_hull.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -10,7 +9,7 @@ constexpr int kCandidates = 3 * kSmallFace;
 
 V3 get(const float (&v)[3][kLanes]) { return {load(v[0]), load(v[1]), load(v[2])}; }
 
-// The height of a face's plane at a place.
+// The height of a face's plane at (x, y).
 struct Plane {
   F height, slope_x, slope_y;
 
@@ -30,7 +29,7 @@ struct Faces {
   V3 support;            // deepest vertex
   M crosses;             // edges decided; where they cross:
   F crossing_x, crossing_y;
-  F least;  // separation of any point: beyond their edges askew planes would be deeper than the edges
+  F least;  // lower bound on separations: planes that are askew would give depths beyond that of the edges
   F reach, tolerance, border;
 };
 
@@ -121,13 +120,13 @@ void clip_edges(const Faces& f, F count, Candidates& out) {
   }
 }
 
-// Corners of the first face within the incident one, shrunk by the tolerance: near its border the incident
-// edges have found them already.
+// Corners of the first face within the incident face. The incident face is shrunk by the tolerance: near its
+// border the incident edges have found these corners already.
 void add_corners(const Faces& f, F count, F incident_count, Candidates& out) {
   F least[kSmallFace];
   for (int s = 0; s < kSmallFace; ++s) {
     const F dx = f.incident[s + 1].x - f.incident[s].x, dy = f.incident[s + 1].y - f.incident[s].y;
-    // Corners that only fill up the lane hold nothing back.
+    // Corners that only fill up the lane exclude nothing.
     least[s] =
         select(F(static_cast<float>(s)) < incident_count, -f.border * sqrt(dx * dx + dy * dy), F(1e30f));
   }
@@ -153,7 +152,7 @@ struct Chosen {
   M found;
 };
 
-// The first candidate whose score is the largest, or less by the share or the slack.
+// The first candidate whose score equals the largest up to the share or the slack.
 template <class Score>
 Chosen choose(const Candidates& c, F least, F share, F slack, Score&& score) {
   F scores[kCandidates], top = least;
@@ -179,9 +178,9 @@ F area(const Chosen& a, const Chosen& b, F x, F y) {
   return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
 }
 
-// The crossing of edges, or the deepest candidate if it is within reach; and up to three others, which need
-// not be: the farthest from it, the farthest from the line through these two, and the one that adds most area
-// to that triangle. Points nearer than the tolerance to what is there are dropped.
+// Selects the crossing of edges, or the deepest candidate if it is within reach. Adds up to three others,
+// within reach or not: the farthest from it, the farthest from the line through these two, and the one that
+// adds most area to that triangle. Drops candidates nearer than the tolerance to a selected point.
 void reduce(const Faces& f, const Candidates& c, F separation, Chosen chosen[4]) {
   const F none(0.0f), share(kTieShare), never_enough(1e30f);
   Chosen& first = chosen[0];
@@ -203,8 +202,8 @@ void reduce(const Faces& f, const Candidates& c, F separation, Chosen chosen[4])
   });
 }
 
-// Faces that overlap along every axis and still share no point (an edge nearly as good as the face): the
-// deepest vertex, moved onto the face towards its middle.
+// Faces that overlap along every axis can still share no point (if an edge is nearly as good as the face).
+// Then takes the deepest vertex, moved onto the face towards its middle.
 void take_support(const Faces& f, F separation, F count, Chosen& chosen) {
   const M lost = (!chosen.found) & (separation <= F(0.0f));
   if (!any(lost)) return;

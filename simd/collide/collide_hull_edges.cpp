@@ -1,9 +1,9 @@
-// Hulls: finds the pair of edges along whose common perpendicular two hulls overlap least, where that is less
-// than along the best face.
+// Hulls: finds the pair of edges along whose common perpendicular two hulls overlap least, if that overlap is
+// less than the one along the best face.
 //
 // Only edges whose arcs cross on the sphere of directions span a face of the Minkowski difference (Gregorius,
 // "The Separating Axis Test between Convex Polyhedra", 2013). Before testing pairs of edges, drops edges of
-// each hull by an upper bound for how far a point of the other hull lies beyond their arc (HullData).
+// each hull by an upper bound on the distance of a point of the other hull beyond their arc (HullData).
 #include <simd/collide/collide_hull.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -11,8 +11,8 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
 constexpr int kPaddedEdges = (kMaxHullEdges + kHullPadding - 1) / kHullPadding * kHullPadding;
-// Edges whose squared sine of the angle between them is below this span no axis: their directions' rounding
-// would decide it. What the axis could have gained is 1e-4 of the shorter edge at most.
+// Two edges span no axis if the squared sine of their angle is below this: the rounding of their directions
+// would decide it. The axis could win by 1e-4 of the shorter edge at most.
 constexpr float kParallelEdges = 1e-8f;
 constexpr int kCodeShift = 10;  // a pair of edges as one number that a float holds
 
@@ -21,7 +21,7 @@ struct EdgeList {
   alignas(64) std::int32_t edge[kPaddedEdges + kHullPadding];
 };
 
-// Edges beyond which the point may lie farther than `to_beat`, in ascending order.
+// Lists the edges beyond which the point may lie farther than `to_beat`, in ascending order.
 void sift(const HullData& hull, Vec point, float to_beat, EdgeList& list) {
   const V3 x = wide(point);
   for (int k = 0; k < hull.padded_edges; k += kLanes) {
@@ -31,7 +31,7 @@ void sift(const HullData& hull, Vec point, float to_beat, EdgeList& list) {
     const F along_tilt = dot(tilt, x) - load(hull.arc_tilt_point + k);
     const F bound = max(along_middle, load(hull.arc_cosine + k) * along_middle) + abs(along_tilt);
     const M kept = bound > F(to_beat);
-    // Wide sets pack for less than a wrong guess costs.
+    // Wide sets pack always: that costs less than a mispredicted branch.
     if constexpr (kLanes <= 4) {
       if (!any(kept)) continue;
     }
@@ -58,7 +58,7 @@ WideEdges place(const HullData& hull, const HullFrame& frame, const std::int32_t
           turn(frame, normal_1), to_float(load_unaligned(which))};
 }
 
-// Offers the pairs of one edge of the first hull and edges of the second.
+// Tests one edge of the first hull against edges of the second.
 void cross_edges(const HullEdge& edge, int number, const WideEdges& second, Largest& largest) {
   const V3 along_1 = wide(vec(edge.along)), point_1 = wide(vec(edge.point));
   const V3 normal_a = wide(vec(edge.normal_0)), normal_b = wide(vec(edge.normal_1));
@@ -70,7 +70,7 @@ void cross_edges(const HullEdge& edge, int number, const WideEdges& second, Larg
   const V3 product = cross(along_1, second.along);
   const F length_1 = length_squared(along_1), length_2 = length_squared(second.along);
   const M slanted = length_squared(product) > F(kParallelEdges) * length_1 * length_2;
-  // The rounding of nearly parallel edges' product must not lean along the edge.
+  // The rounding of the cross product of nearly parallel edges must not tilt the axis along the edge.
   const V3 upright = product - along_1 * (dot(product, along_1) / length_1);
   const F length = sqrt(max(length_squared(upright), F(1e-30f)));
   const F distance = dot(upright, second.point - point_1);
@@ -100,8 +100,8 @@ Vec axis_of(const HullPair& pair, int edge_1, int edge_2) {
 
 float clamp_share(float a) { return smaller(larger(a, 0.0f), 1.0f); }
 
-// By triple products: the usual differences of products cancel where edges are nearly parallel, and the point
-// lands anywhere along them.
+// Uses triple products: the usual differences of products cancel where edges are nearly parallel, which puts
+// the point anywhere along them.
 EdgeCrossing closest_points(const HullPair& pair, const int edge[2]) {
   const HullEdge& first = pair.hull[0]->edge[edge[0]];
   const PlacedEdge second = second_edge(pair, edge[1]);
@@ -123,8 +123,8 @@ void decide(Decision& decision, const int edge[2], Vec axis, float separation) {
   decision.feature = kFeatureEdges | static_cast<std::uint32_t>(edge[0] << kFeatureShift | edge[1]);
 }
 
-// The best two edges that cross and beat the given gap; points[k] is one of the other hull, in hull k's
-// frame. False: there are none.
+// The best two edges that cross and beat the given gap. points[k] is a point of the other hull, in hull k's
+// frame. False: no such edges exist.
 bool find_edges(const HullPair& pair, const Vec points[2], int side, float to_beat, int edge[2]) {
   EdgeList lists[2];
   for (int turn = 0; turn < 2; ++turn) {
@@ -132,7 +132,7 @@ bool find_edges(const HullPair& pair, const Vec points[2], int side, float to_be
     sift(*pair.hull[k], points[k], to_beat - pair.rounding, lists[k]);
     if (lists[k].count == 0) return false;
   }
-  // The lanes behind the last edge hold one of no length, which crosses nothing.
+  // The lanes after the last edge hold an edge of length zero, which crosses nothing.
   for (int lane = 0; lane < kLanes; ++lane) lists[1].edge[lists[1].count + lane] = lists[1].edge[0];
   Largest largest(to_beat);
   F index = first_indices();
@@ -177,13 +177,13 @@ Vec point_within_face(const HullData& hull, int face, Vec point) {
 bool query_edges(const HullPair& pair, Decision& decision) {
   const int side = decision.side, other = 1 - side;
   const float to_beat = decision.separation + pair.tolerance;
-  // A point of each hull, close together: the deepest vertex, and where it is behind the face.
+  // A point of each hull, close together: the deepest vertex, and its projection onto the face.
   Vec points[2];
   points[side] = pair.frame[side].place(vertex(*pair.hull[other], decision.support));
   points[other] = pair.frame[other].place(point_within_face(*pair.hull[side], decision.face, points[side]));
   int edge[2];
   if (!find_edges(pair, points, side, to_beat, edge)) return true;
-  // The whole hulls have the last word: rounding may have called an arc crossed.
+  // Checks the result with all vertices: rounding may have called an arc crossed.
   const Vec axis = axis_of(pair, edge[0], edge[1]);
   const float separation = gap_along(pair, axis);
   if (!(separation > to_beat)) return true;
@@ -191,8 +191,8 @@ bool query_edges(const HullPair& pair, Decision& decision) {
   return separation <= pair.reach;
 }
 
-// The gap along their axis bounds the best gap from below. If no face reaches it, the best edges are among
-// the few that do. The result is the same as that of query_faces and query_edges.
+// The gap along the last edges' axis bounds the best gap from below. If no face reaches it, the best edges
+// are among the few that do. The result is the same as that of query_faces and query_edges.
 Remembered query_remembered_edges(const HullPair& pair, std::uint32_t hint, Decision& decision) {
   const int last[2] = {at_most(hint >> kFeatureShift & kFeatureIndex, pair.hull[0]->edge_count),
                        at_most(hint & kFeatureIndex, pair.hull[1]->edge_count)};

@@ -1,9 +1,10 @@
 // Hulls: finds the face along whose normal a pair overlaps least.
 //
-// A full search takes the farthest vertex of the other hull for every face. Most faces are ruled out before:
-// any point of the other hull, and the ball inside it, bound the gap from above. A face is searched only
-// while its bound can beat the best gap so far, and the vertex found is one more bounding point (the cutting
-// planes of Kelley, 1960). The search starts at the face that decided last time, which changes its time only.
+// A full search takes the farthest vertex of the other hull for every face. Bounds rule most faces out
+// before: any point of the other hull, and the ball inside it, bound the gap from above. A face is searched
+// only while its bound can beat the best gap so far. Each vertex found is one more bounding point (the
+// cutting planes of Kelley, 1960). The search starts at the face that decided last time, which changes only
+// its duration.
 #include <simd/collide/collide_hull.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -34,7 +35,7 @@ class FaceSearch {
   FaceSearch(const HullPair& pair, int side)
       : hull_(*pair.hull[side]), other_(*pair.hull[1 - side]), frame_(pair.frame[side]), pair_(pair) {}
 
-  // The best face above the floor, or any one that separates the pair.
+  // Finds the best face above the floor, or any face that separates the pair.
   BestFace run(int start, const Witnesses& witnesses, float floor) {
     best_ = {floor, -1, 0};
     Vec latest{};
@@ -88,7 +89,7 @@ class FaceSearch {
     return largest.index();
   }
 
-  // The same with one more point; `done` has just been searched.
+  // Updates the bounds with one more point; `done` has just been searched.
   int lower_bounds(Vec point, int done) {
     const V3 x = wide(point);
     const F searched(static_cast<float>(done));
@@ -118,7 +119,7 @@ void add_ends(const HullEdge& edge, const HullFrame& frame, Witnesses& witnesses
   witnesses.add(frame.place(begin + vec(edge.along)));
 }
 
-// Where the search begins: the side, its face and what is known of the other side.
+// Start of the search: the side, its face, and known bounds of the other side.
 struct Start {
   int side = 0;
   int face = -1;
@@ -138,7 +139,7 @@ Start start_at(const HullPair& pair, std::uint32_t hint) {
   return start;
 }
 
-// Up to four corners of the face, seen from the other hull: its faces cannot be better than those allow.
+// Up to four corners of the face that bound the gaps of the other hull's faces.
 Witnesses corners_for_other(const HullPair& pair, int side, int face) {
   Witnesses witnesses;
   const HullData& hull = *pair.hull[side];
@@ -177,7 +178,7 @@ bool query_faces(const HullPair& pair, std::uint32_t hint, Decision& decision) {
   const BestFace one = FaceSearch(pair, side).run(start.face, start.witnesses, -1e30f);
   decide(pair, side, one, decision);
   if (one.separation > pair.reach) return false;
-  // A face of the second hull must gain the tolerance.
+  // A face of the second hull must win by the tolerance.
   const float floor =
       side == 0 ? one.separation + pair.tolerance : one.separation - pair.tolerance - pair.rounding;
   const BestFace other = FaceSearch(pair, 1 - side).run(-1, corners_for_other(pair, side, one.face), floor);

@@ -11,8 +11,8 @@
 
 namespace scree::simd {
 
-// Pairs of shape types, each with a kernel of its own. "First" is the shape of the lower type, and of the
-// lower index where both are of one type.
+// Pairs of shape types, each with a kernel of its own. "First" is the shape of the lower type; for two shapes
+// of one type, the shape of the lower index.
 enum CollideType : int {
   kSphereSphere,
   kSphereCapsule,
@@ -27,14 +27,15 @@ enum CollideType : int {
   kCollideTypes,
 };
 
-// Pairs per call at most: the survivors of a call fit on its stack, and a call is worth a claim of the crew.
+// Largest number of pairs per call. The pairs left after the sphere test fit on the stack, and a call is
+// worth a claim of the crew.
 inline constexpr int kCollideChunk = 128;
 
 enum CollideItemFlag : std::int32_t {
   kItemFlip = 1,    // the manifold's body A is the second shape's
   kItemStatic = 2,  // body A is not dynamic
   kItemFixed = 4,   // body A is fixed: constraints read the fixed world's row
-  kItemKnown = 8,   // a contact already: its row holds what the last step made
+  kItemKnown = 8,   // already a contact: its row holds the last step's manifold
 };
 
 // One pair to collide.
@@ -43,7 +44,7 @@ struct alignas(32) CollideItem {
   std::int32_t shape_2;
   std::int32_t body_1;
   std::int32_t body_2;
-  std::int32_t row;    // for the contact, if it is or becomes one: its own
+  std::int32_t row;    // the contact's own row, also if it only becomes one
   std::int32_t flags;  // CollideItemFlag
   std::int32_t pair;   // row of its axis
   std::int32_t padding = 0;
@@ -73,8 +74,8 @@ struct CollideKernels {
   // sure to be written.
   using Collide = void (*)(const CollideColumns& columns, const CollideItem* items, int count);
   Collide collide[kCollideTypes];
-  // Recycles what it can of up to kCollideChunk pairs and copies the other items to `left`; returns how many
-  // those are. Axes stay as they are.
+  // Recycles manifolds of up to kCollideChunk pairs, and copies the other items to `left`. Returns the number
+  // of items in `left`. Does not change axes.
   using Recycle = int (*)(const CollideColumns& columns, const CollideItem* items, int count,
                           CollideItem* left);
   Recycle recycle_boxes;

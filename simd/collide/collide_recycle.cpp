@@ -1,6 +1,6 @@
 // Recycles manifolds: while two boxes, hulls or capsules have hardly moved relative to each other, their
 // manifold stays, and only its separations follow the bodies. This lets a tall stack stand. Points computed
-// from slightly different poses jump between corners and cause jitter; a wedged capsule would jump from one
+// from slightly different poses jump between corners and cause jitter. A wedged capsule would jump from one
 // of its ends to the other, or from one point to two, and tremble at 0.1 m/s for ever. (Box3D's contact
 // recycling, v0.1, after the persistent manifolds of PhysX; it also saves most of the narrow phase at rest.)
 #include "collide_contact.h"
@@ -9,21 +9,21 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
 namespace {
 
-// How far two bodies may move relative to each other: a share of the thinner one's half thickness, at most so
-// much.
+// Largest relative motion of two bodies: a share of the thinner one's half thickness, up to this limit.
 constexpr float kRecycleDistance = 10.0f * kLinearSlop;  // m
 constexpr float kRecycleShare = 0.1f;
-// Motion along the normal counts this much: it moves no point in its face, and the boxes at the foot of a
-// tall stack are pressed together by several centimeters. At 1 a stack of 100 boxes leans and falls. Only
-// where the manifold has all its points: others may appear as the boxes come closer.
+// Weight of motion along the normal. Such motion moves no point within its face, and the boxes at the foot of
+// a tall stack are pressed together by several centimeters. At 1 a stack of 100 boxes leans and falls.
+// Applies only where the manifold has all its points: others may appear as the boxes come closer.
 constexpr float kPressWeight = 0.5f;
-// Where a manifold has room for more points, one that is not there yet was farther than the speculative
-// distance: the boxes may not move farther than that.
+// If a manifold has room for more points, an absent point was farther than the speculative distance: the
+// boxes may not move farther than that.
 constexpr float kRecycleDistancePartial = kSpeculativeDistance;
-// The normal stays fixed in the world, so neither body may turn by more than 2 degrees: cos^2 of half of it.
+// The normal stays fixed in the world, so neither body may turn by more than 2 degrees: the squared cosine of
+// half of that.
 constexpr float kTurnLimit = 0.99969541f;
-// rad; and so do the arms: a turn about the normal leaves them behind, and what lies on a turntable would be
-// driven outwards by that angle.
+// rad. The arms stay fixed, too: a turn about the normal leaves them behind, and a body on a turntable would
+// be driven outward by that angle.
 constexpr float kTwistLimit = 0.004f;
 
 struct Motion {
@@ -32,10 +32,10 @@ struct Motion {
   F distance;         // bound on the relative motion of the boxes' points
 };
 
-// Which shapes the pairs of a call may have.
-enum class Solids { boxes, boxes_and_hulls, all };  // of `all`, the first one is a capsule
+// The types of shapes that the pairs of a call may have.
+enum class Solids { boxes, boxes_and_hulls, all };  // all: the first shape is a capsule
 
-// Half the thickness of a shape, and how far it reaches from its center.
+// Half the thickness of a shape, and its largest distance from its center.
 struct Measure {
   F thinness, size;
 };
@@ -55,7 +55,8 @@ inline Measure measure(const CollideColumns& columns, const std::int32_t* shape,
 
 inline V3 part(Q4 q) { return {q.x, q.y, q.z}; }
 
-// The relative motion, seen from A: the change of B's place plus what B's relative turn moves at its size.
+// Bound on the relative motion, seen from A: the change of B's place plus the motion of B's surface by B's
+// relative turn.
 inline Motion motion_since(const CollideColumns& columns, const Block& block, M flip, F reach, V3 normal,
                            F press_weight) {
   const float* rows = reinterpret_cast<const float*>(columns.anchor);
@@ -98,7 +99,7 @@ inline F farthest_point(V3 arm, V3 tangent_1, V3 tangent_2, const F u[4], const 
   return sqrt(farthest);
 }
 
-// Which manifolds of a block are kept, and how far apart their points are now.
+// The manifolds of a block that are kept, and the new separations of their points.
 struct Kept {
   M keeps;
   F separation[kMaxManifoldPoints];
@@ -139,7 +140,7 @@ Kept follow_separations(const CollideColumns& columns, const Block& block, I poi
   const F press_weight = select(full, F(kPressWeight), F(1.0f));
   const Motion motion = motion_since(columns, block, flip, reach, normal, press_weight);
 
-  // As the solver follows separations within a step: the normal as each body would see it.
+  // As the solver updates separations within a step: the normal turns with each body.
   const V3 change_a = rotate_back(motion.turn_a, normal) - normal;
   const V3 change_b = rotate_back(motion.turn_b, normal) - normal;
   const F center = dot(normal, motion.offset_change) + dot(arm_b, change_b) - dot(arm_a, change_a);
@@ -156,7 +157,7 @@ Kept follow_separations(const CollideColumns& columns, const Block& block, I poi
   return kept;
 }
 
-// Recycles what it can of a block; returns the lanes of what it has kept.
+// Recycles manifolds of a block; returns the lanes that it has kept.
 std::uint32_t recycle_block(const CollideColumns& columns, const Block& block, Solids solids) {
   F friction_1, friction_2, twist, info_bits;
   load_rows(reinterpret_cast<const float*>(columns.manifold) + 28, sizeof(Manifold) / sizeof(float),
@@ -179,7 +180,8 @@ std::uint32_t recycle_block(const CollideColumns& columns, const Block& block, S
   return recycled;
 }
 
-// Recycles what it can of the items and copies the others to `left`; returns how many those are.
+// Recycles manifolds of the items, and copies the other items to `left`. Returns the number of items in
+// `left`.
 int recycle_items(const CollideColumns& columns, const CollideItem* items, int count, Solids solids,
                   CollideItem* left) {
   int left_count = 0;

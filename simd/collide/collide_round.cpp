@@ -18,7 +18,7 @@ V3 capsule_half(const WidePose& pose, const WideExtent& extent) {
   return axis_y * extent.half.y;
 }
 
-// Unit vector from x to y, or `fallback` where the two are one point.
+// Unit vector from x to y, or `fallback` if they coincide.
 V3 direction(V3 difference, F distance, F radii, V3 fallback) {
   const M apart = distance > F(kCoincident) * radii;
   const V3 unit = difference * (F(1.0f) / select(apart, distance, F(1.0f)));
@@ -34,7 +34,7 @@ F joint_curvature(const WidePair& pair) {
   return radius_1 * (radius_2 / (radius_1 + radius_2));
 }
 
-// One point on the line between the closest points x and y, both relative to the first shape.
+// A point on the line between the closest points x and y, both relative to the first shape.
 template <int kPoints>
 void set_single(WideContact<kPoints>& contact, V3 normal, V3 x, F radius_1, F separation, std::int32_t id) {
   contact.normal = normal;
@@ -144,7 +144,7 @@ struct CapsuleCapsule {
     closest(g, s, t);
     const V3 x = s * g.d1, difference = g.e + t * g.d2 - x;
     const F distance = length(difference);
-    // Crossing segments part along their common perpendicular, toward the second capsule's center.
+    // Crossing segments separate along their common perpendicular, toward the second capsule's center.
     const M crossing = g.cross_squared > F(1e-12f) * g.d1_squared * g.d2_squared;
     const V3 common = g.cross_12 * (copy_sign(F(1.0f), dot(g.cross_12, g.e)) /
                                     sqrt(select(crossing, g.cross_squared, F(1.0f))));

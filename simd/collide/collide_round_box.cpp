@@ -1,5 +1,5 @@
-// Spheres and capsules against boxes: the point of the segment that is closest to the box while the segment
-// is outside, separating axes where it passes through.
+// Spheres and capsules against boxes. While the segment is outside, takes its closest point to the box; where
+// it passes through the box, tests separating axes.
 #include <simd/collide/collide_contact.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -27,7 +27,7 @@ struct SegmentBox {
   F radius;
 };
 
-// What is known of the closest point: its parameter, the outward normal of the box and the separation.
+// The closest point: its parameter, the outward normal of the box and the separation.
 struct Closest {
   F t;
   V3 normal;
@@ -129,7 +129,7 @@ struct CapsuleBox {
   }
 
   // Separating axes for a segment through the box: three face normals and three products of edges with the
-  // segment; an edge must gain the tolerance over the best face.
+  // segment. An edge must win by the tolerance over the best face.
   static void leave_by_axis(const SegmentBox& g, F tolerance, Closest& found) {
     V3 normal;
     F separation;

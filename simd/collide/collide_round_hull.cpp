@@ -1,8 +1,9 @@
-// Spheres and capsules against hulls. Drops pairs by bounding spheres and boxes, lane = pair; searches the
-// others pair by pair, lane = face or edge; completes the contacts with lane = pair again.
+// Spheres and capsules against hulls. With lane = pair: drops pairs by bounding spheres and boxes. Pair by
+// pair, with lane = face or edge: searches the remaining pairs. With lane = pair again: completes the
+// contacts.
 //
 // The largest distance over the faces' planes never exceeds the true distance. If its point lies over that
-// same face, it is the distance, and no edge has to be tested.
+// same face, it is the distance, and no edge must be tested.
 #include <simd/collide/collide_contact.h>
 #include <simd/collide/hull_segment.h>
 
@@ -11,15 +12,15 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
 // A point closer to the hull than these shares of the radius and of the hull's radius counts as inside: the
-// way from the closest point to it is noise.
+// direction from the closest point to it is noise.
 constexpr float kInside = 1e-4f;
 constexpr float kInsideHull = 1e-5f;
 // Heights below this share of the hull's radius are rounding.
 constexpr float kNoise = 1e-6f;
 // A normal with this much of a face's normal leans on the face.
 constexpr float kFaceCosine = 0.98f;
-// How far a capsule along a face's side may lie beyond it, in meters and as a share of the radius: more than
-// shapes at rest jitter, and little, because where two sides meet at a small angle it reaches far.
+// How far a capsule along a face's side may lie beyond it, in meters and as a share of the radius. More than
+// the jitter of shapes at rest, but small: where two sides meet at a small angle it reaches far.
 constexpr float kBorder = 1e-4f;
 constexpr float kBorderShare = 2e-3f;
 // Depth that a contact may lose to a face or to a second point, as a share of the smaller shape's size; at
@@ -32,7 +33,7 @@ constexpr float kLeanShare = 0.1f;
 // of kLinearSlop.
 constexpr float kBesideShare = 0.05f;
 
-// What the search finds of one touching pair, in the hull's frame.
+// Result of the search for one touching pair, in the hull's frame.
 struct alignas(16) Found {
   float normal[3];  // out of the hull
   float separation;
@@ -98,12 +99,12 @@ struct CapsuleHull {
 
   static V3 half_segment(const WidePair& pair) { return half_segment_in_second(pair); }
 
-  // What several steps of the search know of a pair.
+  // Data of a pair that several steps of the search use.
   struct State {
     const HullData& hull;
     const RoundPair& pair;
     float length_2;   // of half the segment
-    float tolerance;  // depth that an edge must gain over a face, and that two points may lose against one
+    float tolerance;  // depth by which an edge must beat a face, and which two points may lose against one
     float margin;     // overlap of a face's border that counts as still over it
   };
 
@@ -139,7 +140,7 @@ struct CapsuleHull {
     return true;
   }
 
-  // The face is closest where the segment's lowest point over its plane lies over the face.
+  // The face is closest if the segment's lowest point over its plane lies over the face.
   static bool rest_on_face(const State& state, const AboveFace& above, const Stretch& over, Found& found) {
     const float radius = state.pair.radius;
     const float height[2] = {above.height + over.t[0] * above.slope, above.height + over.t[1] * above.slope};
@@ -152,7 +153,7 @@ struct CapsuleHull {
     return true;
   }
 
-  // For a segment that passes through the hull: out by a face, or by an edge that gains the tolerance.
+  // For a segment that passes through the hull: out by a face, or by an edge that wins by the tolerance.
   static void leave(const State& state, const AboveFace& above, const Crossing& crossing, Found& found) {
     const float radius = state.pair.radius;
     if (crossing.edge >= 0 && crossing.separation > above.separation + state.tolerance) {
@@ -175,7 +176,7 @@ struct CapsuleHull {
     found.separation = near.distance - state.pair.radius;
     found.t = near.t;
     if (!lies_level(state, dot(normal, segment.half))) return;
-    // The face that the normal leans on most.
+    // The face whose normal is closest to the contact normal.
     std::int32_t face = above.face;
     float cosine = dot(above.normal, normal);
     for (const std::int32_t* faces : hull.round.edge_face) {
@@ -296,7 +297,7 @@ struct Touching {
 
 void set_untouched(const CollideColumns& columns, std::int32_t row) { columns.points[row] = 0; }
 
-// Searches up to kLanes pairs one after the other.
+// Searches up to kLanes pairs, one by one.
 template <class Pair>
 void search_block(const CollideColumns& columns, const Block& block, const std::int32_t* which,
                   Touching& touching) {

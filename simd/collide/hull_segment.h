@@ -1,8 +1,8 @@
 // One hull against one segment or point, wide within the pair: a lane is a face, an edge or a side of a face.
 //
-// Included by collide_round_hull.cpp only. Everything is in the hull's frame, relative to its centroid. A
-// search over features keeps the best feature and its number in each lane, and then takes the best with the
-// lowest number, so that the result does not depend on the number of lanes.
+// Included by collide_round_hull.cpp only. Everything is in the hull's frame, relative to its centroid. Each
+// lane keeps its best feature and the feature's number; the search then takes the best of all lanes, and the
+// lowest number among equals. So the result does not depend on the number of lanes.
 #pragma once
 
 #include <core/plain/hull.h>
@@ -40,7 +40,7 @@ inline Point point_on(const Segment& segment, float t) { return segment.center +
 
 inline constexpr float kNothing = 1e30f;
 
-// The best of what each lane has seen, with its number.
+// The best value that each lane has seen, with its number.
 struct Search {
   F best, number;
   F current = to_float(lane_numbers());
@@ -51,7 +51,7 @@ struct Search {
   M offer_smaller(F value) { return take(value, (value < best) | ((value == best) & (current < number))); }
   void move_to(std::int32_t begin) { current = to_float(lane_numbers() + I(begin)); }
   void advance() { current += F(float(kLanes)); }
-  // Number of the first of the best; -1 if there was none.
+  // Number of the first of the best; -1 if there is none.
   std::int32_t first_largest() const { return first(F(reduce_max(best))); }
   std::int32_t first_smallest() const { return first(F(reduce_min(best))); }
 
@@ -107,8 +107,8 @@ AboveFace find_face(const HullData& hull, const Segment& segment) {
 // Squared sine of the angle below which a segment follows a side rather than crosses it.
 inline constexpr float kAlongSide = 0.01f;
 
-// Where a segment's image on a face lies within the face's sides. A segment that follows a side may lie
-// beyond it by `margin`.
+// The part of a segment whose image on a face lies within the face's sides. A segment that follows a side may
+// lie beyond it by `margin`.
 struct Stretch {
   float t[2];
   bool exists() const { return t[0] <= t[1]; }
@@ -152,7 +152,7 @@ inline bool is_over_face(const HullData& hull, std::int32_t face, Point point) {
 // The edge that is closest to a point or segment, and the closest points.
 struct NearEdge {
   std::int32_t edge;
-  std::int32_t aligned;  // of the edges that are as close, the one most along the segment
+  std::int32_t aligned;  // among equally close edges, the one most parallel to the segment
   float t;               // on the segment
   Point apart;           // from the edge to the segment
   float distance;
@@ -163,9 +163,9 @@ inline constexpr float kBoundSlack = 1e-5f;
 inline constexpr int kMostBlocks = 48;
 static_assert(kMostBlocks * kHullPadding >= kMaxHullEdges && kMostBlocks % kHullPadding == 0);
 
-// Calls visit(number of its first edge) for each block of edges that may hold the closest one: first for the
-// block whose ball is closest, then for those whose balls are no farther away than the best edge so far,
-// whose squared distance `visit` returns.
+// Calls visit(number of its first edge) for each block of edges that may hold the closest edge. `visit`
+// returns the squared distance of the best edge so far. The block whose ball is closest comes first, then the
+// blocks whose balls are no farther away than the best edge.
 template <class Visit>
 void visit_edges(const HullData& hull, const Segment& segment, Visit&& visit) {
   const std::int32_t blocks = hull.round.edge_blocks;
@@ -218,12 +218,12 @@ inline NearEdge find_edge(const HullData& hull, Point point) {
 // Squared sine of the angle below which a segment and an edge count as parallel.
 inline constexpr float kParallelLines = 1e-10f;
 
-// Share of its squared distance by which an edge perpendicular to the segment comes after one along it: where
-// several edges meet in the closest corner, the capsule may lie along one of them.
+// Penalty, as a share of its squared distance, of an edge perpendicular to the segment against a parallel
+// edge: where several edges meet in the closest corner, the capsule may lie along one of them.
 inline constexpr float kAlignment = 1e-5f;
 
-// The closest points by the lines' closest points, clamped one after the other (Ericson, "Real-Time Collision
-// Detection", 5.1.9), with cross products where the usual determinant cancels.
+// The closest points of the lines, clamped one after the other (Ericson, "Real-Time Collision Detection",
+// 5.1.9). Uses cross products where the usual determinant cancels.
 inline NearEdge find_edge(const HullData& hull, const Segment& segment) {
   const V3 center = broadcast(segment.center), half = broadcast(segment.half);
   const float squared = larger_of(dot(segment.half, segment.half), 1e-30f);
@@ -267,9 +267,9 @@ inline NearEdge find_edge(const HullData& hull, const Segment& segment) {
   return {edge, along < 0 ? 0 : along, t, apart, root(dot(apart, apart))};
 }
 
-// The edge that a segment is farthest outside of, along the common perpendicular of the two, and where the
-// segment's line passes it. Only the edges of the silhouette that the hull has seen along the segment bear a
-// plane along the segment: those whose faces look to different sides.
+// The edge that a segment is farthest outside of, along the common perpendicular of the two, and the
+// parameter at which the segment's line passes it. Only edges of the hull's silhouette, seen along the
+// segment, have a supporting plane parallel to the segment: their faces look to different sides.
 struct Crossing {
   std::int32_t edge;  // -1: none
   Point normal;

@@ -36,6 +36,9 @@ inline BodyMass split(const BodyMass& m, F parts) {
   return {m.inverse_inertia * parts, m.inverse_mass * parts};
 }
 
+// Share of its diagonal, or of the product of two, below which a pivot or a determinant is rounding: ten
+// times the spacing of floats.
+constexpr float kLeastPivot = 1e-6f;
 inline F invert_positive(F value) { return select(value > F(0.0f), F(1.0f) / value, F(0.0f)); }
 
 // Inverse of a symmetric positive matrix by cofactors; zero where it is singular. It is scaled to a trace of

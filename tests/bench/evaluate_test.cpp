@@ -1,4 +1,4 @@
-// Laws of the judge: analytic gaps, penetrations, energies and drops.
+// Laws of the evaluator: analytic gaps, penetrations, energies and drops.
 #include "bench/evaluate.h"
 
 #include <gtest/gtest.h>
@@ -83,7 +83,7 @@ TEST(Gap, OfSphereInsideABoxLeadsThroughTheNearestFace) {
   EXPECT_NEAR(gap(kUnitBox, {}, Sphere{0.1f}, {{0.1f, -0.3f, 0}, {}}), -0.3, kExact);
 }
 
-TEST(Gap, OfCapsuleAndBoxKnowsFacesEdgesAndEnds) {
+TEST(Gap, OfCapsuleAndBoxIsRightAtFacesEdgesAndEnds) {
   const Capsule capsule{1.0f, 0.25f};
   const Pose lying_on_top{{0, 0.7f, 0}, rotation_about({0, 0, 1}, kQuarterTurn)};
   EXPECT_NEAR(gap(kUnitBox, {}, capsule, lying_on_top), -0.05, kExact);
@@ -299,7 +299,7 @@ TEST(BodyFigures, BodiesThatFellOutOrAreNotFiniteHaveLeft) {
   states[1].pose.position.y = -3.5f;
   states[2].pose.position.z = 11.5f;
   states[3].pose.position.x = std::numeric_limits<float>::quiet_NaN();
-  states[4].pose.position.y = 500.0f;  // up is no way out
+  states[4].pose.position.y = 500.0f;  // a body above the scene has not left
   const Evaluator evaluator(scene);
   const BodyFigures figures = evaluator.body_figures(states);
   EXPECT_EQ(figures.bodies_left, 3);
@@ -357,7 +357,7 @@ TEST(JointDrift, CountsJointsThatHoldAnchorsAndNoOthers) {
   const DriftStatistics held = joint_drift(scene, start_states(scene));
   EXPECT_EQ(held.joints(), 4);
   EXPECT_NEAR(held.mean(), 1.0, kExact);
-  // These let their anchors part, or nothing could move them.
+  // These joints let their anchors part; otherwise nothing could move them.
   for (const Joint& joint : {Joint{SliderJoint{}}, Joint{DistanceJoint{}}, Joint{GearJoint{}}}) {
     add_joint(scene, 0, 1, joint, {0, 0, 0}, {0, 0, 0});
   }

@@ -1,4 +1,4 @@
-// Laws of the judge about hulls: gaps against boxes and against all axes tried one by one, masses, frames.
+// Laws of the evaluator for hulls: gaps against boxes and against all axes tried one by one, masses, frames.
 #include "bench/evaluate.h"
 #include "tools/scenes/hulls.h"
 #include "tools/scenes/random.h"
@@ -110,7 +110,7 @@ TEST(HullGap, OfTwoHullsIsTheBestOverAllAxes) {
     const double expected = gap_by_all_axes(a, b);
     const double actual = signed_gap(a, b);
     if (expected > 0.0) {
-      // Apart: any axis proves it; the pruned search may know a smaller lower bound.
+      // Any axis proves that the hulls are apart; the pruned search may find a smaller lower bound.
       EXPECT_GT(actual, 0.0) << i;
       EXPECT_LE(actual, expected + 1e-9) << i;
     } else {
@@ -134,7 +134,7 @@ TEST(HullGap, OfASphereIsToTheClosestFaceEdgeOrCorner) {
               kExact);
 }
 
-TEST(HullGap, StopsEarlyOnlyWhereTheGapIsWiderThanAskedFor) {
+TEST(HullGap, StopsEarlyOnlyIfTheGapIsWiderThanTheLimit) {
   const Geometry hulls[] = {hull_of(scenes::fibonacci_points(20, 0.6f)), Box{{0.5f, 0.5f, 0.5f}},
                             Sphere{0.5f}, Capsule{0.4f, 0.3f}};
   scenes::Random random(3);
@@ -197,7 +197,7 @@ TEST(HullMass, OfATetrahedronIsAnalytic) {
   EXPECT_NEAR(mass.inertia(0, 1), -mass.mass * (0.05 - 0.0625), 1e-6);
 }
 
-TEST(PrincipalFrame, HasADiagonalInertiaAndKeepsTheBodysOwnWhereThatIsOne) {
+TEST(PrincipalFrame, HasADiagonalInertiaAndEqualsTheBodyFrameIfThatIsPrincipal) {
   Scene scene;
   add_body(scene, Box{{0.5f, 1.0f, 1.5f}}, {});
   add_body(scene, hull_of({{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 3}}), {});

@@ -1,4 +1,4 @@
-// Laws of scree_bench_scenes and bench/plot, run as programs: what they write and what they refuse.
+// Laws of scree_bench_scenes and bench/plot, run as programs: their output and their refusals.
 #include <scree/stats.h>
 #include <tests/run_program.h>
 
@@ -93,7 +93,7 @@ TEST_F(BenchProgram, ReportsTheDriftOfJointsWhereASceneHasAny) {
 }
 
 TEST_F(BenchProgram, DrivesBodiesLikeTheCommandDoes) {
-  // The pusher goes its way whoever plays the scene, so that both end in the same bits run after run.
+  // The pusher moves in the same way in both programs, so that both give the same bits in every run.
   const std::string arguments = "--scenes junkyard:columns=2:layers=1 --threads 1 --steps 4";
   const nlohmann::json first = figures(arguments).at("entries").at(0).at("repeats").at(0);
   const nlohmann::json again = figures(arguments).at("entries").at(0).at("repeats").at(0);
@@ -101,7 +101,7 @@ TEST_F(BenchProgram, DrivesBodiesLikeTheCommandDoes) {
   EXPECT_EQ(first.at("bodies"), 4);
 }
 
-TEST_F(BenchProgram, PatienceEndsTheRepeatsOfWhatIsSlow) {
+TEST_F(BenchProgram, PatienceLimitsTheRepeatsOfSlowEntries) {
   const auto runs = [&](const std::string& arguments) {
     return figures("--scenes stack:bodies=3 --steps 5 --threads 1 " + arguments, 3)
         .at("entries")
@@ -133,7 +133,7 @@ TEST_F(BenchProgram, RefusesWhatItCannotMeasureBeforeItMeasures) {
   expect_refusal("--scenes stack --json /no/such/folder/x.json", "x.json: cannot be written: No such file");
 }
 
-TEST_F(BenchProgram, WritesNoFileTwiceAndNoneWhereNothingIsMeasured) {
+TEST_F(BenchProgram, NeverWritesOneFileTwiceAndWritesNoneIfNothingIsMeasured) {
   const std::string file = (folder_ / "figures").string();
   expect_refusal("--json " + file + " --markdown " + file, "is the same file as --markdown " + file);
   expect_refusal("--json ''", "the name of the file is empty");

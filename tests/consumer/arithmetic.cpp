@@ -1,4 +1,4 @@
-// Uses all that <scree/math.h> computes in a user's program; see NoCopyOfArithmeticIsCompiled.
+// Uses all arithmetic of <scree/math.h> in a user's program; see NoCopyOfArithmeticIsCompiled.
 #include <scree/math.h>
 
 float use_arithmetic(scree::Pose pose, scree::Pose other, float s);

@@ -1,4 +1,5 @@
-// Uses the library as a stranger would: public headers, one link target, errors caught across its border.
+// Uses the library as an outside project does: public headers, one link target, errors caught across its
+// border.
 #include <scree/scree.h>
 
 #include <cmath>
@@ -48,7 +49,7 @@ std::uint64_t hash_after_second(scree::Workers& workers) {
   return drop.world.hash();
 }
 
-// Whatever crosses the library's border in containers, both ways.
+// Containers that cross the library's border, in both directions.
 void expect_snapshots_and_recordings_to_cross(scree::Workers& workers, const std::string& file) {
   Drop drop = make_drop();
   scree::Recorder recorder(drop.world, file, {.keyframe_spacing = 10});

@@ -7,7 +7,7 @@
 namespace scree::test {
 namespace {
 
-TEST(Eigen, VectorsAndRotationsComeBack) {
+TEST(Eigen, VectorsAndRotationsSurviveTheRoundTrip) {
   const Vec3 v{1, 2, 3};
   const Quat q{0.6f, 0, 0, 0.8f};
   EXPECT_EQ(from_eigen(to_eigen(v)), v);
@@ -26,7 +26,7 @@ TEST(Eigen, APoseMovesPointsAsItsTransformDoes) {
               1.0f, 1e-6f);
 }
 
-TEST(Eigen, InertiaKeepsItsPlaces) {
+TEST(Eigen, InertiaKeepsTheOrderOfItsComponents) {
   Eigen::Matrix3f matrix;
   matrix << 10, 1, 2, 1, 11, 3, 2, 3, 12;
   const MassProperties properties = mass_properties(5.0f, {1, 2, 3}, matrix);

@@ -17,7 +17,7 @@ std::string name_of(Backend backend) {
 
 Schedule ever_changing() {
   Schedule schedule;
-  // The inner loop goes over the sets, so that each step meets another one than the step before.
+  // The inner loop goes over the sets, so that consecutive steps use different sets.
   for (const int threads : kThreadCounts) {
     for (const Isa isa : supported_isas()) schedule.push_back({isa, threads});
   }

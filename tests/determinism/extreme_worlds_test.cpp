@@ -1,5 +1,5 @@
-// Worlds that no sound scene has: joints that pull bodies of any mass over kilometers, at any speed. Their
-// numbers overflow in the middle of a step, and every instruction set must make the same of it.
+// Worlds of extreme scenes: joints that pull bodies of any mass over kilometers, at any speed. Their numbers
+// overflow in the middle of a step. Every instruction set must give the same bits.
 #include <core/world/limits.h>
 #include <tests/core/constraints/joint_samples.h>
 #include <tests/determinism/backends.h>
@@ -20,7 +20,7 @@ struct Draw {
   scenes::Random random;
   float within(float size) { return random.between(-size, size); }
   bool one_in(std::uint32_t count) { return random.below(count) == 0; }
-  // Mostly of the size, rarely of any size up to the limit.
+  // Mostly of the given size, rarely of any size up to the limit.
   float any(float size, float limit) {
     if (!one_in(8)) return within(size);
     return within(1.0f) * size * std::pow(limit / size, random.unit());

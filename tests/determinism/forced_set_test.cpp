@@ -1,6 +1,6 @@
-// Laws of the forced instruction set, seen from a whole step: the lanes that were asked for do the work, and
-// SCREE_ISA decides for a program that asks for nothing. (tests/simd/dispatch_test.cpp proves that a table
-// holds its own set's code, tests/parallel/workers_test.cpp that workers take the table they were told.)
+// Laws of the forced instruction set, seen from a whole step: the requested lanes do the work, and SCREE_ISA
+// decides for a program that requests no set. (tests/simd/dispatch_test.cpp proves that a table holds its own
+// set's code, tests/parallel/workers_test.cpp that workers use the requested table.)
 #include <gtest/gtest.h>
 #include <simd/dispatch/kernels.h>
 #include <tests/determinism/backends.h>
@@ -44,7 +44,7 @@ std::string output_of(const std::string& command) {
   return output;
 }
 
-TEST(ForcedSet, TheEnvironmentDecidesForAProgramThatAsksForNothing) {
+TEST(ForcedSet, TheEnvironmentDecidesForAProgramThatRequestsNoSet) {
   std::string hash;
   for (const Isa isa : supported_isas()) {
     const std::string name = isa_name(isa);
@@ -55,7 +55,7 @@ TEST(ForcedSet, TheEnvironmentDecidesForAProgramThatAsksForNothing) {
   }
 }
 
-TEST(ForcedSet, AnUnknownOneInTheEnvironmentIsAnErrorThatNamesIt) {
+TEST(ForcedSet, AnUnknownSetInTheEnvironmentIsAnErrorThatNamesIt) {
   const std::string output = output_of("SCREE_ISA=mmx '" SCREE_GOLDEN_PROGRAM "' backend 2>&1");
   EXPECT_NE(output.find("mmx"), std::string::npos) << output;
   EXPECT_EQ(output.find("hash"), std::string::npos) << output;

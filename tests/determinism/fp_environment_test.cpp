@@ -1,5 +1,5 @@
-// Laws of the caller's floating-point environment: it reaches neither World's calls nor the step, and comes
-// back as it was.
+// Laws of the caller's floating-point environment: it affects neither World's calls nor the step, and it is
+// unchanged afterwards.
 #include <gtest/gtest.h>
 #include <tests/determinism/many_threads.h>
 #include <tests/determinism/random_calls.h>
@@ -12,7 +12,7 @@ namespace {
 
 const SceneCase kPile{"pile", {{"bodies", 120}, {"seed", 3}}, 60};
 
-// Steps the pile and makes random calls; returns what they come to.
+// Steps the pile and makes random calls; returns the hash of the results.
 std::vector<std::uint64_t> everything(const std::vector<scenes::Scene>& scenes, const Sequence& sequence) {
   Shift shift({{Isa::automatic, 2}});
   Playback playback(scenes, kPile.steps);
@@ -37,7 +37,7 @@ class CallersFpEnvironment : public ManyThreads {
 #if defined(__SSE__)
 constexpr unsigned kFlushToZero = 1u << 15, kDenormalsAreZero = 1u << 6;
 
-TEST_F(CallersFpEnvironment, FlushingDenormalsChangesNothingAndIsKept) {
+TEST_F(CallersFpEnvironment, FlushToZeroChangesNoResultAndStaysSet) {
   const std::vector<std::uint64_t> expected = everything(scenes_, calls_);
   const unsigned before = __builtin_ia32_stmxcsr();
   const unsigned hostile = (before | kFlushToZero | kDenormalsAreZero) & ~0x3fu;
@@ -50,7 +50,7 @@ TEST_F(CallersFpEnvironment, FlushingDenormalsChangesNothingAndIsKept) {
 }
 #endif
 
-TEST_F(CallersFpEnvironment, RoundingOfTheStepsCallerChangesNothingAndIsKept) {
+TEST_F(CallersFpEnvironment, RoundingModeChangesNoStepAndStaysSet) {
   const std::vector<std::uint64_t> expected = play(kPile, {{Isa::automatic, 2}});
   for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
     Workers workers(2);
@@ -69,7 +69,7 @@ TEST_F(CallersFpEnvironment, RoundingOfTheStepsCallerChangesNothingAndIsKept) {
   }
 }
 
-TEST_F(CallersFpEnvironment, RoundingOfWorldsCallsChangesNothing) {
+TEST_F(CallersFpEnvironment, RoundingModeChangesNoCall) {
   const std::vector<std::uint64_t> expected = everything(scenes_, calls_);
   for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
     std::fesetround(mode);

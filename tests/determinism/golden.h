@@ -1,5 +1,5 @@
-// The golden runs of the tests: scenes and random calls, and what they come to. Read by the tests, rewritten
-// by tools/update_goldens alone.
+// The golden runs of the tests: scenes and random calls, and their hashes. The tests read them; only
+// tools/update_goldens rewrites them.
 #pragma once
 
 #include <tests/determinism/replay.h>

@@ -48,7 +48,7 @@ void print_backend() {
 }  // namespace scree::determinism
 
 int main(int count, char** arguments) {
-  // TBB lends one thread per core unless told otherwise; schedules ask for more.
+  // TBB lends one thread per core unless told otherwise; schedules use more.
   const tbb::global_control more_threads(tbb::global_control::max_allowed_parallelism, 8);
   try {
     if (count == 3 && std::strcmp(arguments[1], "update") == 0) {

@@ -1,5 +1,5 @@
-// Laws of the results: every scene comes to the golden hash, and to the same hash at every step, whatever the
-// instruction set and the number of threads.
+// Laws of the results: every scene gives the golden hash, and the same hash at every step, for every
+// instruction set and number of threads.
 #include <core/plain/rows.h>
 #include <core/state/world_difference.h>
 #include <gtest/gtest.h>
@@ -14,12 +14,12 @@ namespace {
 
 class HashMatrix : public ManyThreads, public ::testing::WithParamInterface<Golden> {};
 
-TEST_P(HashMatrix, EveryBackendComesToTheGoldenHashByTheSameSteps) {
+TEST_P(HashMatrix, EveryBackendGivesTheGoldenHashByTheSameSteps) {
   const Golden& golden = GetParam();
   report_unsupported_isas();
   const std::vector<std::uint64_t> expected = play(golden.what, {kReference});
   EXPECT_EQ(digest_of(expected), golden.digest)
-      << golden.name() << " on " << name_of({kReference}) << " does not come to the golden hash.\n"
+      << golden.name() << " on " << name_of({kReference}) << " does not give the golden hash.\n"
       << "If results were meant to change: tools/update_goldens \"why\"";
   for (const Schedule& schedule : schedules(wants_full_matrix())) {
     const std::vector<std::uint64_t> hashes = play(golden.what, schedule);
@@ -30,7 +30,7 @@ TEST_P(HashMatrix, EveryBackendComesToTheGoldenHashByTheSameSteps) {
 }
 
 TEST_P(HashMatrix, TheWholeStateTableIsTheSameAtTheEnd) {
-  // What the hash leaves out, impulses, timers, colors and caches, decides about the steps to come.
+  // The hash covers no impulses, timers, colors and caches, but they affect later steps.
   const SceneCase& what = GetParam().what;
   Playback expected(what), actual(what);
   Shift reference({kReference}), shift(schedules(false).back());
@@ -59,7 +59,7 @@ TEST_P(HashMatrix, EveryBackendListsTheSameEvents) {
       }
     }
     EXPECT_GT(events + joints, 0u);  // a net of joints may touch nothing
-    EXPECT_EQ(playback.hash(), GetParam().digest.last) << "asking has changed the motion";
+    EXPECT_EQ(playback.hash(), GetParam().digest.last) << "recording events has changed the motion";
     return sum;
   };
   const std::uint64_t expected = play_events({kReference});

@@ -1,4 +1,5 @@
-// Laws of company: worlds that are stepped at the same time come to what each comes to alone.
+// Laws of concurrent worlds: worlds that are stepped at the same time give the results of worlds stepped
+// alone.
 #include <gtest/gtest.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -15,7 +16,7 @@ namespace {
 constexpr int kSteps = 90;
 constexpr int kWorlds = 6;
 
-// Worlds of different sizes, so that their steps interleave in ever other ways.
+// Worlds of different sizes, so that their steps interleave in varying ways.
 SceneCase case_of(int index) { return {"pile", {{"bodies", 60 + 90 * index}, {"seed", 1 + index}}, kSteps}; }
 
 std::uint64_t hash_alone(int index) { return play(case_of(index), {kReference}).back(); }
@@ -34,9 +35,9 @@ class ManyCallers : public ManyThreads {
     for (int i = 0; i < kWorlds; ++i) playbacks.emplace_back(case_of(i));
     return playbacks;
   }
-  // Calls work(playback) for each of them in a caller's tasks. A playback moves from thread to thread through
-  // `handed_over`, too: ThreadSanitizer does not see how TBB hands one on, and its suppressions know a report
-  // by the task's stack, which is lost for accesses of long ago.
+  // Calls work(playback) for each playback in the caller's tasks. `handed_over` also synchronizes a playback
+  // that moves from thread to thread: ThreadSanitizer does not see TBB's own synchronization, and its
+  // suppressions recognize a report by the task's stack, which is lost for old accesses.
   template <class Work>
   void play_in_tasks(std::vector<Playback>& playbacks, Work&& work) {
     handed_over_.fetch_add(1, std::memory_order_release);
@@ -65,14 +66,14 @@ TEST_F(ManyCallers, ThreadsThatShareWorkersDoNotDisturbEachOther) {
   expect_the_same(playbacks);
 }
 
-TEST_F(ManyCallers, StepsInsideACallersTasksComeToTheSame) {
+TEST_F(ManyCallers, StepsInsideACallersTasksGiveTheSameResults) {
   std::vector<Playback> playbacks = all_worlds();
   Workers workers(2);
   play_in_tasks(playbacks, [&](Playback& playback) { play_all(playback, workers); });
   expect_the_same(playbacks);
 }
 
-TEST_F(ManyCallers, StepsThatMoveFromTaskToTaskComeToTheSame) {
+TEST_F(ManyCallers, StepsThatMoveFromTaskToTaskGiveTheSameResults) {
   std::vector<Playback> playbacks = all_worlds();
   Workers workers(4);
   for (int step = 0; step < kSteps; ++step) {
@@ -90,7 +91,7 @@ TEST_F(ManyCallers, OneThreadMayStepManyWorldsInTurn) {
   expect_the_same(playbacks);
 }
 
-TEST_F(ManyCallers, WorldsOfOneListComeToTheSame) {
+TEST_F(ManyCallers, WorldsOfOneListGiveTheSameResults) {
   std::vector<Playback> alone = all_worlds();
   std::vector<scenes::Scene> scenes;
   Workers single(1);

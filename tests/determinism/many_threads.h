@@ -1,5 +1,5 @@
-// For programs whose laws shall hold with more threads than the machine has cores: TBB lends one per core
-// unless told otherwise.
+// For programs whose laws must hold with more threads than the machine has cores: TBB lends one thread per
+// core unless told otherwise.
 #pragma once
 
 #include <gtest/gtest.h>

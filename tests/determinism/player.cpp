@@ -17,7 +17,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 bool is_finite(Vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-// Equal bits: a zero that changed its sign has moved.
+// Equal bits: a zero whose sign changed counts as moved.
 bool same_bits(const Pose& left, const Pose& right) { return std::memcmp(&left, &right, sizeof(Pose)) == 0; }
 
 // A fixed floor with four walls around it.
@@ -143,7 +143,7 @@ void Player::create(const Call& call) {
   }
 }
 
-// Without shapes, in slots that follow one another.
+// Creates bodies without shapes, in consecutive slots.
 void Player::create_empty(const Call& call) {
   constexpr std::uint32_t kCount = 3;
   if (model_.slots.size() < kBulkSlots) model_.slots.resize(kBulkSlots);
@@ -321,7 +321,7 @@ void Player::change_shape(const Call& call, Slot& slot) {
     const Material material = random_material(random);
     const ShapeOptions options = random_options(random);
     std::vector<ShapeDef> defs{{geometry, material, options}};
-    // An eighth of them in bulk, and seldom so many that the body keeps sums of them.
+    // An eighth of the shapes in bulk, and rarely so many that the body keeps sums of them.
     const bool bulk = call.seed >> 61 == 0;
     const std::uint32_t more = !bulk ? 0 : random.below(4) != 0 ? random.below(4) : 12;
     while (defs.size() <= more) {
@@ -534,7 +534,7 @@ void Player::check_after_step() {
   }
 }
 
-// The events of sleep alone tell who sleeps.
+// The events of sleep alone determine which bodies sleep.
 void Player::check_sleep() {
   for (const BodyId& body : world_.sleep_ends()) {
     if (model_.asleep.erase(body) == 0) fail("a body wakes that did not sleep");
@@ -549,7 +549,7 @@ void Player::check_sleep() {
     if (slot.body == BodyId{} || world_.body_type(slot.body) != BodyType::dynamic) continue;
     if (world_.is_quarantined(slot.body)) continue;  // neither sleeps nor is awake
     const bool awake = world_.is_awake(slot.body);
-    // What a body touches that was quarantined as the step ended wakes in the next step's lists.
+    // Bodies that touch a body quarantined at the step's end wake in the lists of the next step.
     if (awake && !world_.quarantined_bodies().empty()) continue;
     if (awake == model_.asleep.contains(slot.body)) {
       fail("body " + std::to_string(slot.body.index) + " sleeps or wakes unheard of");
@@ -557,7 +557,7 @@ void Player::check_sleep() {
   }
 }
 
-// Whoever was told of a begin is told of one end, in any order of calls.
+// Each begin of a contact is followed by one end, in any order of calls.
 void Player::check_events() {
   for (const ContactEnd& end : world_.contact_ends()) {
     if (model_.begun.erase({end.shape_a, end.shape_b}) == 0) fail("a contact ends that has not begun");

@@ -14,7 +14,7 @@
 
 namespace scree::determinism {
 
-// A world did what no world may do.
+// A world broke a promise.
 class BrokenPromise : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -23,7 +23,7 @@ class BrokenPromise : public std::runtime_error {
 // Slots of bodies that are created one by one; the slots of bulk calls follow.
 inline constexpr std::uint32_t kBulkSlots = 48;
 
-// What a player knows of its world: who is in it, and what the world has told of.
+// A player's record of its world: its objects, and the events that the world has reported.
 struct Model {
   struct Slot {
     BodyId body;  // no body: the slot is empty
@@ -39,14 +39,14 @@ struct Model {
   };
 
   std::map<JointId, Joined> joints;
-  std::set<JointId> lost;  // with their bodies since the last step
+  std::set<JointId> lost;  // destroyed with their bodies since the last step
   std::size_t bodies = 0;
   std::size_t shapes = 0;
   std::set<std::pair<ShapeId, ShapeId>> begun;
-  std::set<BodyId> asleep;  // as the events have told
+  std::set<BodyId> asleep;  // according to the events
 };
 
-// A snapshot that a player has taken: whole, or what it has that the first one has not.
+// A snapshot that a player has taken: whole, or as changes from the first.
 struct Saved {
   bool full = false;
   bool in_changes = false;
@@ -57,19 +57,19 @@ struct Saved {
 
 std::vector<std::byte> bytes_of(const World& world);  // of a snapshot
 
-// As a program does that looks ahead: bodies that come and go, other settings, steps.
+// Acts as a program that looks ahead: creates and destroys bodies, changes settings, steps.
 void lead_astray(World& world, Workers& workers);
 
 class Player {
  public:
-  // With `checks` the player reads all bodies around every step to see whether promises hold. Reading must
-  // not change any result either, so one run of a comparison reads and the others do not.
+  // With `checks` the player reads all bodies around every step to test the promises. Reading must not change
+  // results either, so one run of a comparison reads and the others do not.
   Player(Shift& shift, bool checks, std::ostream* log);
 
-  // What is done to the world before each of its steps.
+  // Called on the world before each of its steps.
   void before_steps(std::function<void(World&)> work) { before_step_ = std::move(work); }
 
-  // Worlds that are recorded stay where they are: nothing is assigned to them.
+  // Recorded worlds are never moved or assigned to.
   void stay_in_one_world() { one_world_ = true; }
   World& world() { return world_; }
 
@@ -83,7 +83,8 @@ class Player {
  private:
   using Slot = Model::Slot;
 
-  // The slot of the call or, if it is empty, the next one that is not; null if all are.
+  // The body of the call's slot or, if the slot is empty, of the next slot that is not; null if all are
+  // empty.
   Slot* occupied(std::uint32_t slot);
   void empty_slot(Slot& slot);
 
@@ -136,7 +137,7 @@ class Player {
   std::function<void(World&)> before_step_;
   Model model_;
   std::array<Saved, 4> saved_;
-  World used_;         // plays along in a step of many worlds, and is restored into
+  World used_;         // steps along in a list of worlds, and is a target of restores
   Snapshot scratch_;   // of the present
   Snapshot restored_;  // from changes
   std::vector<std::uint64_t> hashes_;

@@ -1,4 +1,4 @@
-// The player's calls of joints, and what it knows of them; see player.h.
+// The player's joint calls, and its record of joints; see player.h.
 #include <core/constraints/joint_parameters.h>
 #include <tests/determinism/player.h>
 
@@ -19,7 +19,7 @@ JointId Player::some_joint(std::uint32_t which) const {
   return std::next(model_.joints.begin(), static_cast<std::ptrdiff_t>(which % model_.joints.size()))->first;
 }
 
-// Between the body of the call's slot and another one, or the world; without any body it joins nothing.
+// A joint between the body of the call's slot and another body or the world. Without bodies, no call is made.
 std::pair<JointDef, Joint> Player::random_joining(Random& random, const Call& call) {
   const auto type = static_cast<JointType>(random.below(kJointTypeCount));
   const Joint joint = random_joint(random, type);
@@ -157,7 +157,7 @@ void Player::make_wrong_call_of_joints(std::uint32_t which, BodyId body) {
   }
 }
 
-// The body is about to be destroyed.
+// Call before the body is destroyed.
 void Player::lose_joints(BodyId body) {
   std::erase_if(model_.joints, [&](const auto& entry) {
     const bool goes = entry.second.a == body || entry.second.b == body;
@@ -187,7 +187,7 @@ void Player::check_joints() {
     if (!world_.is_alive(joint)) fail(name + ": the handle died");
     const JointDef def = world_.joint_def(joint);
     if (def.body_a != joined.a || def.body_b != joined.b) fail(name + " has changed its bodies");
-    if (def.enabled != joined.enabled) fail(name + " has been switched by nobody");
+    if (def.enabled != joined.enabled) fail(name + " was enabled or disabled without a call");
     const Pose pose = world_.joint_pose(joint);
     if (!is_finite(pose.position) || !std::isfinite(pose.rotation.w)) fail(name + ": its pose is not finite");
     const JointReaction reaction = world_.joint_reaction(joint);

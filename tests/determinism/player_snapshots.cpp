@@ -1,5 +1,5 @@
-// The player's snapshots: a world that is saved, restored, cloned or sent as bytes goes on as if nothing had
-// happened, and what was kept as changes is what it was.
+// The player's snapshots: a world that is saved, restored, cloned or sent as bytes continues unchanged, and a
+// snapshot kept as changes stays equal to the original.
 #include <tests/determinism/player.h>
 #include <tests/determinism/replay.h>
 
@@ -33,7 +33,7 @@ void lead_astray(World& world, Workers& workers) {
   for (int i = 0; i < 8; ++i) step(world, 1.0f / 90.0f, workers);
 }
 
-// The first snapshot is the base of all changes. When it is replaced they are worth nothing any more.
+// The first snapshot is the base of all changes. Replacing it makes them useless.
 void Player::forget_changes() {
   for (Saved& saved : saved_) {
     if (!saved.full || !saved.in_changes) continue;
@@ -110,7 +110,7 @@ void Player::restore_saved(const Call& call) {
   if (checks_ && write_snapshot(snapshot) != bytes_of(world_)) fail("a restored world has another state");
 }
 
-// Handles that were valid when the world was saved are valid again, and no others of those that are known.
+// Handles that were valid when the world was saved are valid again; no other known handles are.
 void Player::check_handles(const Model& before) {
   std::set<BodyId> bodies;
   std::set<ShapeId> shapes;
@@ -138,8 +138,8 @@ void Player::check_handles(const Model& before) {
   }
 }
 
-// Runs with checks go every other time, and runs without go the other times: whether anybody has gone round
-// must not show in the results.
+// Runs with checks make every other round trip, and runs without checks make the others: results must not
+// show whether a round trip happened.
 void Player::go_round(const Call& call) {
   Random random(call.seed);
   std::uint32_t way = random.below(4);
@@ -171,7 +171,7 @@ void Player::go_round(const Call& call) {
   if (checks_ && bytes_of(world_) != write_snapshot(scratch_)) fail("going round has changed the world");
 }
 
-// Two clones go the same way on different backends, one of them in a list; the world does not notice.
+// Two clones step the same way on different backends, one of them in a list. This must not affect the world.
 void Player::branch_off(const Call& call) {
   Random random(call.seed);
   const std::uint32_t steps = 1 + random.below(kMostAside);

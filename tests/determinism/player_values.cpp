@@ -18,7 +18,7 @@ T any_of(Random& random, const T (&values)[count]) {
   return values[random.below(count)];
 }
 
-// Calls that stay calls: inlined arithmetic may wander out from under FpEnvironment.
+// Calls that the compiler must not inline: inlined arithmetic may move out of FpEnvironment.
 [[gnu::noinline]] float draw_between(scenes::Random& random, float low, float high) {
   return random.between(low, high);
 }
@@ -59,7 +59,7 @@ Pose random_pose(Random& random) {
 
 namespace {
 
-// Few different ones, so that shapes share them, each of its own random numbers.
+// A few different hulls, so that shapes share them, each from random numbers of its own.
 Hull random_hull(std::uint32_t which) {
   Random random(which);
   std::vector<Vec3> points(4 + 9 * which);
@@ -170,7 +170,7 @@ BodyDef random_body_def(Random& random) {
   return def;
 }
 
-// Those of a solid box with its center somewhere near the origin.
+// Mass properties of a solid box with its center near the origin.
 MassProperties random_mass_properties(Random& random) {
   MassProperties properties;
   properties.mass = random.between(0.5f, 500.0f);
@@ -245,49 +245,75 @@ float random_ratio(Random& random) {
   return once_in(random, 2) ? -size : size;
 }
 
-Joint random_axes(Random& random, JointType type) {
-  switch (type) {
-    case JointType::hinge:
-      return HingeJoint{random_axis(random, 3.0f)};
-    case JointType::slider:
-      return SliderJoint{random_axis(random, 2.0f)};
-    case JointType::distance: {
-      DistanceJoint joint{random_axis(random, 1.0f)};
-      JointAxis& length = joint.length;
-      if (length.lower < 0.0f) length.lower = 0.0f;
-      if (length.upper < length.lower) length.upper = length.lower;
-      length.target = random.between(0.0f, 2.0f);
-      return joint;
-    }
-    case JointType::six_degree: {
-      SixDegreeJoint joint;
-      for (JointAxis& axis : joint.offset) axis = random_axis(random, 1.0f);
-      for (JointAxis& axis : joint.angle) axis = random_axis(random, 2.0f);
-      return joint;
-    }
-    case JointType::wheel: {
-      WheelJoint joint;
-      joint.suspension = random_axis(random, 1.0f);
-      joint.steering = random_axis(random, 1.5f);
-      joint.spin = {.drive = random.below(2) == 0 ? Drive::motor : Drive::none,
-                    .speed = random.between(-20.0f, 20.0f),
-                    .max_force = random.between(0.0f, 500.0f)};
-      return joint;
-    }
-    case JointType::universal: {
-      UniversalJoint joint;
-      joint.first = random_axis(random, 2.0f);
-      joint.second = random_axis(random, 2.0f);
-      return joint;
-    }
-    default: {
-      PlanarJoint joint;
-      joint.offset_y = random_axis(random, 2.0f);
-      joint.offset_z = random_axis(random, 2.0f);
-      joint.angle = random_axis(random, 3.0f);
-      return joint;
-    }
-  }
+// Every kind, as it is by default before.
+void randomize(Random& random, BallJoint& joint) {
+  if (once_in(random, 2)) return;
+  if (once_in(random, 2)) joint.cone_limit = random.between(0.0f, 3.0f);
+  if (once_in(random, 2)) joint.twist_lower = random.between(-3.0f, 0.0f);
+  if (once_in(random, 2)) joint.twist_upper = random.between(0.0f, 3.0f);
+  joint.drive = random_rotation_drive(random);
+}
+void randomize(Random& random, HingeJoint& joint) { joint.angle = random_axis(random, 3.0f); }
+void randomize(Random& random, SliderJoint& joint) { joint.offset = random_axis(random, 2.0f); }
+void randomize(Random& random, DistanceJoint& joint) {
+  JointAxis& length = joint.length;
+  length = random_axis(random, 1.0f);
+  if (length.lower < 0.0f) length.lower = 0.0f;
+  if (length.upper < length.lower) length.upper = length.lower;
+  length.target = random.between(0.0f, 2.0f);
+}
+void randomize(Random& random, WeldJoint& joint) {
+  if (once_in(random, 2)) joint.angular_hertz = random.between(0.5f, 30.0f);
+  joint.angular_damping_ratio = random.between(0.0f, 2.0f);
+}
+void randomize(Random& random, SixDegreeJoint& joint) {
+  for (JointAxis& axis : joint.offset) axis = random_axis(random, 1.0f);
+  for (JointAxis& axis : joint.angle) axis = random_axis(random, 2.0f);
+}
+void randomize(Random& random, WheelJoint& joint) {
+  joint.suspension = random_axis(random, 1.0f);
+  joint.steering = random_axis(random, 1.5f);
+  joint.spin = {.drive = random.below(2) == 0 ? Drive::motor : Drive::none,
+                .speed = random.between(-20.0f, 20.0f),
+                .max_force = random.between(0.0f, 500.0f)};
+}
+void randomize(Random& random, UniversalJoint& joint) {
+  joint.first = random_axis(random, 2.0f);
+  joint.second = random_axis(random, 2.0f);
+}
+void randomize(Random& random, PlanarJoint& joint) {
+  joint.offset_y = random_axis(random, 2.0f);
+  joint.offset_z = random_axis(random, 2.0f);
+  joint.angle = random_axis(random, 3.0f);
+}
+void randomize(Random& random, GearJoint& joint) { joint.ratio = random_ratio(random); }
+void randomize(Random& random, RackAndPinionJoint& joint) { joint.radius = random_ratio(random); }
+void randomize(Random& random, PulleyJoint& joint) {
+  joint.point_a = random_pose(random).position;
+  joint.point_b = random_pose(random).position;
+  joint.ratio = random.between(0.3f, 3.0f);
+  joint.length = random.between(0.0f, 20.0f);
+  joint.rigid = once_in(random, 2);
+}
+void randomize(Random& random, MotorJoint& joint) {
+  joint.rotation = random_rotation_drive(random);
+  joint.drive = static_cast<Drive>(random.below(3));
+  joint.target = random_vector(random, 1.0f);
+  joint.velocity = random_vector(random, 2.0f);
+  joint.hertz = random.between(0.2f, 20.0f);
+  if (once_in(random, 2)) joint.max_force = random.between(0.0f, 5000.0f);
+}
+void randomize(Random& random, MouseJoint& joint) {
+  joint.target = random_pose(random).position;
+  joint.hertz = random.between(0.5f, 10.0f);
+  if (once_in(random, 2)) joint.max_force = random.between(0.0f, 5000.0f);
+}
+
+template <class Kind>
+Joint random_kind(Random& random) {
+  Kind joint;
+  randomize(random, joint);
+  return joint;
 }
 
 Pose local_pose(const Pose& body, Vec3 anchor, Quat rotation) {
@@ -307,54 +333,13 @@ Pose local_pose(const Pose& body, Vec3 anchor, Quat rotation) {
 
 Joint random_joint(Random& random, JointType type) {
   switch (type) {
-    case JointType::ball: {
-      BallJoint joint;
-      if (once_in(random, 2)) return joint;
-      if (once_in(random, 2)) joint.cone_limit = random.between(0.0f, 3.0f);
-      if (once_in(random, 2)) joint.twist_lower = random.between(-3.0f, 0.0f);
-      if (once_in(random, 2)) joint.twist_upper = random.between(0.0f, 3.0f);
-      joint.drive = random_rotation_drive(random);
-      return joint;
-    }
-    case JointType::weld: {
-      WeldJoint joint;
-      if (once_in(random, 2)) joint.angular_hertz = random.between(0.5f, 30.0f);
-      joint.angular_damping_ratio = random.between(0.0f, 2.0f);
-      return joint;
-    }
-    case JointType::gear:
-      return GearJoint{random_ratio(random)};
-    case JointType::rack_and_pinion:
-      return RackAndPinionJoint{random_ratio(random)};
-    case JointType::pulley: {
-      PulleyJoint joint;
-      joint.point_a = random_pose(random).position;
-      joint.point_b = random_pose(random).position;
-      joint.ratio = random.between(0.3f, 3.0f);
-      joint.length = random.between(0.0f, 20.0f);
-      joint.rigid = once_in(random, 2);
-      return joint;
-    }
-    case JointType::motor: {
-      MotorJoint joint;
-      joint.rotation = random_rotation_drive(random);
-      joint.drive = static_cast<Drive>(random.below(3));
-      joint.target = random_vector(random, 1.0f);
-      joint.velocity = random_vector(random, 2.0f);
-      joint.hertz = random.between(0.2f, 20.0f);
-      if (once_in(random, 2)) joint.max_force = random.between(0.0f, 5000.0f);
-      return joint;
-    }
-    case JointType::mouse: {
-      MouseJoint joint;
-      joint.target = random_pose(random).position;
-      joint.hertz = random.between(0.5f, 10.0f);
-      if (once_in(random, 2)) joint.max_force = random.between(0.0f, 5000.0f);
-      return joint;
-    }
-    default:
-      return random_axes(random, type);
+#define SCREE_JOINT_TYPE(kind, Struct) \
+  case JointType::kind:                \
+    return random_kind<Struct>(random);
+    SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)
+#undef SCREE_JOINT_TYPE
   }
+  return {};
 }
 
 JointDef random_joint_def(Random& random, const Pose& at_a, const Pose& at_b) {
@@ -379,7 +364,7 @@ JointDef random_joint_def(Random& random, const Pose& at_a, const Pose& at_b) {
 }
 
 void print(std::ostream& out, float value) {
-  // Nine digits give every float back.
+  // Nine digits reproduce every float.
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", static_cast<double>(value));
   out << text;
@@ -410,7 +395,7 @@ void print(std::ostream& out, Quat value) {
 
 namespace {
 
-// ".name = value", the separator where it is not the first.
+// Prints ".name = value", with a separator before all but the first.
 template <class Value>
 void field(std::ostream& out, const char* name, const Value& value, bool first = false) {
   out << (first ? "{." : ", .") << name << " = ";

@@ -1,4 +1,4 @@
-// Values that random calls hand in: drawn from the call's own random numbers, printed for its log.
+// Arguments of random calls: drawn from the call's own random numbers, printed for its log.
 #pragma once
 
 #include <scree/scree.h>
@@ -8,7 +8,7 @@
 
 namespace scree::determinism {
 
-// Draws the same values whatever rounding the caller likes: only the world's calls shall meet it.
+// Draws the same values under any rounding mode of the caller: only the world's calls run under that mode.
 class Random : public scenes::Random {
  public:
   using scenes::Random::Random;
@@ -28,10 +28,10 @@ MassProperties random_mass_properties(Random& random);
 float random_time_step(Random& random);  // s
 WorldSettings random_settings(Random& random);
 Joint random_joint(Random& random, JointType type);
-// All but the bodies; with its frames near one another where bodies of these poses are.
+// A joint without its bodies. Its frames are near each other for bodies with these poses.
 JointDef random_joint_def(Random& random, const Pose& at_a, const Pose& at_b);
 
-// Half the width of the pit that the calls play in, and its walls' height.
+// Half the width of the pit in which the calls create bodies, and the height of its walls.
 inline constexpr float kPitHalfWidth = 6.0f;  // m
 inline constexpr float kPitHeight = 12.0f;    // m
 

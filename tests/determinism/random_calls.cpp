@@ -1,4 +1,4 @@
-// Random sequences: how they are drawn, compared and shrunk. See random_calls.h.
+// Random sequences: drawing, comparing and shrinking them. See random_calls.h.
 #include <tests/determinism/player.h>
 #include <tests/determinism/random_calls.h>
 #include <tools/scenes/random.h>
@@ -12,7 +12,7 @@ namespace {
 
 struct KindRule {
   const char* name;
-  int weight;  // how often it is drawn, of the sum of all
+  int weight;  // relative frequency, of the sum of all weights
 };
 
 constexpr KindRule kRules[kCallKindCount] = {
@@ -72,7 +72,7 @@ CallKind random_kind(scenes::Random& random) {
   return static_cast<CallKind>(kind);
 }
 
-// Where two runs part, counted in steps; -1 if they do not.
+// The first step in which two runs differ; -1 if there is none.
 std::ptrdiff_t first_different_step(const Played& expected, const Played& actual) {
   const auto [left, right] = std::mismatch(expected.hashes.begin(), expected.hashes.end(),
                                            actual.hashes.begin(), actual.hashes.end());
@@ -99,12 +99,12 @@ std::uint64_t wish(const char* variable, std::uint64_t otherwise) {
 
 Sequence random_sequence(std::uint64_t seed, int calls, int bodies) {
   scenes::Random random(seed);
-  // Bulk calls meet the slots from kBulkSlots on, half of the bodies at a time.
+  // Bulk calls use the slots from kBulkSlots on, half of the bodies at a time.
   const auto half = static_cast<std::uint32_t>(std::max(bodies / 2, 1));
   Sequence sequence;
   for (int i = 0; i < calls; ++i) {
     Call call;
-    // A sequence without bodies would say little: it starts with some, and ends with steps.
+    // A sequence without bodies would test little: it starts with some, and ends with steps.
     call.kind = i < 2 ? CallKind::create_bodies : i + 4 >= calls ? CallKind::step : random_kind(random);
     const bool bulk = call.kind == CallKind::create_bodies || call.kind == CallKind::destroy_bodies;
     if (bulk) {
@@ -112,7 +112,7 @@ Sequence random_sequence(std::uint64_t seed, int calls, int bodies) {
     } else {
       call.slot = random.below(random.below(4) == 0 ? kBulkSlots + 2 * half : kBulkSlots);
     }
-    call.seed = random.next() << 16 | half;  // bulk calls find their size in the lower bits
+    call.seed = random.next() << 16 | half;  // bulk calls read their size from the lower bits
     sequence.push_back(call);
   }
   return sequence;
@@ -174,7 +174,7 @@ Sequence shrunk(Sequence sequence, const std::function<bool(const Sequence&)>& f
 
 std::string describe(const Sequence& sequence, const Failure& failure) {
   std::ostringstream text;
-  text << failure.what << "\n" << sequence.size() << " calls are enough:\n";
+  text << failure.what << "\n" << sequence.size() << " calls suffice:\n";
   play(sequence, failure.schedule, true, &text);
   return text.str();
 }

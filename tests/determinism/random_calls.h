@@ -1,8 +1,8 @@
-// Random calls: sequences of World's public calls, drawn from our own random numbers, whose results must not
-// depend on the backend and must never break what every world promises.
+// Random calls: sequences of World's public calls, drawn from our own random numbers. Their results must not
+// depend on the backend, and no sequence may break a promise of the worlds.
 //
-// A call carries all that it needs: which of the player's slots it is about and the seed of its values. So a
-// sequence stays playable when calls are dropped from it, which is how a failing one is shrunk.
+// A call carries all its data: the player's slot and the seed of its values. So a sequence stays playable
+// when calls are dropped from it, which is how a failing sequence is shrunk.
 #pragma once
 
 #include <tests/determinism/backends.h>
@@ -55,8 +55,8 @@ enum class CallKind : std::uint8_t {
   change_joint,  // frames, stiffness, strength, whether it is enabled and what collides, user data
   save,          // into one of a few snapshots, whole or as changes
   restore,       // what was saved, into this world or another one
-  go_round,      // away from here and back: nothing has happened
-  branch,        // clones step aside
+  go_round,      // a round trip of the world through snapshots, without effect
+  branch,        // clones step on their own
   move_world,
   wrong_call,  // must throw Error and change nothing
 };
@@ -70,8 +70,8 @@ struct Call {
 };
 using Sequence = std::vector<Call>;
 
-// Whether tests play all of their sequences: wherever they compare in full, and where ThreadSanitizer
-// watches. To it one instruction set is as good as another, but each sequence is another order of calls.
+// Whether tests play all of their sequences: where they compare in full, and under ThreadSanitizer. For
+// ThreadSanitizer one instruction set is as good as another, but each sequence gives another order of calls.
 bool wants_all_sequences();
 // A number from the environment, for a longer search.
 std::uint64_t wish(const char* variable, std::uint64_t otherwise);
@@ -84,30 +84,30 @@ struct Played {
   std::int64_t most_contacts = 0;     // in any step
   bool somebody_slept = false;        // seen only by a run with checks
   std::int64_t sweep_hits = 0;        // in all steps
-  std::size_t events = 0;             // begins of contacts, likewise
+  std::size_t events = 0;             // begins of contacts, in all steps
   std::string broken_promise;         // why playing ended early, if it did
 };
-// Plays on one schedule, with or without reading and checking all bodies around every step. Writes each call
-// as it is made to `log` if there is one.
+// Plays on one schedule. With `checks` reads and checks all bodies around every step. Writes each call to
+// `log`, if there is one.
 Played play(const Sequence& sequence, const Schedule& schedule, bool checks, std::ostream* log = nullptr);
 
-// What is wrong with a sequence: a promise broken on the reference, or a schedule whose hashes differ.
+// The failure of a sequence: a promise broken on the reference, or a schedule whose hashes differ.
 struct Failure {
   std::string what;
   Schedule schedule;
 };
 std::optional<Failure> find_failure(const Sequence& sequence, const std::vector<Schedule>& schedules);
 
-// Plays and records to the file on one schedule. What is wrong with the recording: it does not hold the
-// hashes of the reference, or some schedule does not verify it.
+// Plays and records to the file on one schedule. Returns the failure of the recording: hashes that differ
+// from the reference, or a schedule that does not verify it.
 std::optional<Failure> find_recording_failure(const Sequence& sequence, const Schedule& recorded_on,
                                               const std::vector<Schedule>& schedules,
                                               const std::string& file);
 
-// Drops calls, many at once and then fewer, as long as the rest still fails.
+// Drops calls, first many at once and then fewer, as long as the remaining sequence fails.
 Sequence shrunk(Sequence sequence, const std::function<bool(const Sequence&)>& fails);
 
-// The failure with the shrunk sequence's calls, for people.
+// A readable report of the failure with the calls of the shrunk sequence.
 std::string describe(const Sequence& sequence, const Failure& failure);
 
 }  // namespace scree::determinism

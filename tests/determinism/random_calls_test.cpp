@@ -1,4 +1,5 @@
-// Laws of random calls: no sequence of legal calls shows the backend or breaks a promise.
+// Laws of random calls: no sequence of legal calls gives results that depend on the backend, or breaks a
+// promise.
 #include <core/state/recording_format/recorded_calls.h>
 #include <gtest/gtest.h>
 #include <tests/determinism/golden.h>
@@ -23,12 +24,13 @@ struct Draw {
   friend std::ostream& operator<<(std::ostream& out, const Draw& draw) { return out << "seed " << draw.seed; }
 };
 
-// How many small worlds to draw, and how many calls to make in the longest sequence; a step is one in four.
+// The number of small worlds, and the number of calls in the longest sequence. A quarter of the calls are
+// steps.
 std::uint64_t small_draws() { return wish("SCREE_RANDOM_SEQUENCES", wants_all_sequences() ? 40 : 10); }
 int most_calls() { return static_cast<int>(wish("SCREE_RANDOM_CALLS", wants_all_sequences() ? 4000 : 2000)); }
 
 std::vector<Draw> draws() {
-  // Small worlds fail in fewer calls; large ones give several threads something to do at once.
+  // Failures in small worlds take fewer calls. Large worlds give several threads work at once.
   std::vector<Draw> all;
   const std::uint64_t few = small_draws();
   for (std::uint64_t seed = 1; seed <= few; ++seed) all.push_back({seed, 250, 24});
@@ -92,7 +94,7 @@ std::uint64_t recordings() { return wish("SCREE_RANDOM_SEQUENCES", wants_all_seq
 INSTANTIATE_TEST_SUITE_P(Seeds, RecordedRandomCalls, ::testing::Range(std::uint64_t{1}, recordings() + 1),
                          ::testing::PrintToStringParamName());
 
-TEST(RandomCallsGolden, ComeToTheGoldenHash) {
+TEST(RandomCallsGolden, GiveTheGoldenHash) {
   int runs = 0;
   for (const Golden& golden : scenes::read_goldens(golden_path())) {
     if (is_scene(golden.what)) continue;
@@ -113,7 +115,7 @@ TEST(RandomCallsThemselves, AreTheSameForTheSameSeed) {
   EXPECT_FALSE(std::equal(once.begin(), once.end(), other.begin(), other.end(), same));
 }
 
-TEST(RandomCallsThemselves, MeetEveryKindOfCall) {
+TEST(RandomCallsThemselves, ContainEveryKindOfCall) {
   std::vector<int> drawn(kCallKindCount);
   for (const Call& call : random_sequence(1, 5000, 20)) ++drawn[static_cast<std::size_t>(call.kind)];
   for (int kind = 0; kind < kCallKindCount; ++kind) {
@@ -121,7 +123,7 @@ TEST(RandomCallsThemselves, MeetEveryKindOfCall) {
   }
 }
 
-// Counts what a recorder would be told.
+// Counts the calls that a recorder would record.
 class CountingSink final : public CallSink {
  public:
   void called(const MadeCall& made) noexcept override { ++calls_[static_cast<std::size_t>(made.call)]; }
@@ -139,7 +141,7 @@ class CountingSink final : public CallSink {
 };
 
 TEST(RandomCallsThemselves, MakeEveryCallThatChangesAWorld) {
-  // The table of recorded calls has them all.
+  // The table of recorded calls lists all of them.
   CountingSink sink;
   Shift shift({kReference});
   Player player(shift, true, nullptr);
@@ -170,12 +172,12 @@ TEST(RandomCallsThemselves, PileBodiesUpAndLetThemSleep) {
   EXPECT_GT(events, 100u);
   EXPECT_TRUE(somebody_slept);
   const Played large = play(random_sequence(1, 60, 600), {kReference}, true);
-  EXPECT_GT(large.most_contacts, 512) << "several chunks, so that threads share the work";
+  EXPECT_GT(large.most_contacts, 512) << "several chunks are needed to share work among threads";
 }
 
 TEST(RandomCallsThemselves, ShrinkToTheCallsThatMatter) {
   const Sequence sequence = random_sequence(7, 300, 20);
-  // Pretend that a wake after a destroy_shape is what fails.
+  // Treats a wake after a destroy_shape as the failure.
   const auto fails = [](const Sequence& calls) {
     const auto is = [](CallKind kind) { return [kind](const Call& call) { return call.kind == kind; }; };
     const auto destroy = std::find_if(calls.begin(), calls.end(), is(CallKind::destroy_shape));
@@ -188,7 +190,7 @@ TEST(RandomCallsThemselves, ShrinkToTheCallsThatMatter) {
   EXPECT_EQ(shortest[1].kind, CallKind::wake);
 }
 
-// Pretends that no world may step once one of at least four bodies is faster than 60 m/s.
+// Treats a step as a failure if one of at least four bodies is faster than 60 m/s.
 void refuse_speed(World& world) {
   constexpr float kTooFast = 60.0f;
   if (world.body_count() < 4) return;
@@ -199,7 +201,7 @@ void refuse_speed(World& world) {
   }
 }
 
-TEST(RandomCallsThemselves, ShrinkWhatFailsWhenItIsPlayed) {
+TEST(RandomCallsThemselves, ShrinkToCallsThatStillFailWhenPlayed) {
   const auto fails = [](const Sequence& calls) {
     Shift shift({kReference});
     Player player(shift, false, nullptr);
@@ -224,7 +226,7 @@ TEST(RandomCallsThemselves, ShrinkWhatFailsWhenItIsPlayed) {
 TEST(RandomCallsThemselves, AreDescribedCallByCall) {
   const Failure failure{"the reason", {kReference}};
   const std::string text = describe(random_sequence(8, 60, 8), failure);
-  EXPECT_NE(text.find("the reason\n60 calls are enough:\n  destroy_bodies(0)\n  create_bodies("),
+  EXPECT_NE(text.find("the reason\n60 calls suffice:\n  destroy_bodies(0)\n  create_bodies("),
             std::string::npos)
       << text.substr(0, 300);
   EXPECT_NE(text.find("\n  step(0.0166666675)\n"), std::string::npos);

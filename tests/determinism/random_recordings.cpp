@@ -1,4 +1,4 @@
-// Random calls that are recorded: any schedule plays the recording to the same hashes.
+// Recordings of random calls: every schedule replays them with the same hashes.
 #include <scree/recording.h>
 #include <tests/determinism/player.h>
 #include <tests/determinism/replay.h>
@@ -8,7 +8,7 @@
 namespace scree::determinism {
 namespace {
 
-// The hashes after each step, with those of events.
+// The hashes after each step, with hashes of events.
 std::vector<std::uint64_t> record(const Sequence& sequence, const Schedule& schedule,
                                   const std::string& file) {
   Shift shift(schedule);
@@ -21,7 +21,7 @@ std::vector<std::uint64_t> record(const Sequence& sequence, const Schedule& sche
   return player.hashes();
 }
 
-// Empty if the player comes to what was recorded; the world's own hash is in it, events are not.
+// Compares a player with the recorded world; empty if they agree. Includes the world's hash, but no events.
 std::string difference(scree::Player& player, const Schedule& schedule) {
   const RecordingInfo& info = player.info();
   Shift shift(schedule);

@@ -16,7 +16,7 @@
 
 namespace scree {
 
-// Mixes numbers into one, in their order. Beside write_value, which takes it for a writer.
+// Mixes numbers into one, depending on their order. write_value takes it as a writer.
 class ReadingDigest {
  public:
   template <class Number>
@@ -48,7 +48,7 @@ struct Names {
   std::vector<JointId> joints;
 };
 
-// Calls every const function of a world and mixes what it says.
+// Calls every const function of a world and mixes the results.
 class Reader {
  public:
   Reader(const World& world, const Names& names) : world_(world), names_(names) {
@@ -151,7 +151,7 @@ class Reader {
     say("settings", world_.settings());
     say("stats", world_.stats().step);
     say("hash", world_.hash());
-    world_.memory_use();  // which lists are made by now is the only thing that differs
+    world_.memory_use();  // depends only on which lists are made by now
     called_.insert("memory_use");
     std::vector<ContactForces> forces(world_.contact_forces({}));
     world_.contact_forces(forces);
@@ -175,8 +175,8 @@ class Reader {
   std::set<std::string> called_;
 };
 
-// Sleeping stacks on one floor and what moves beside them, with joints, and after each few steps calls that
-// leave work for later: whom to wake, where matter is, whose pairs are stale.
+// Sleeping stacks on one floor beside moving bodies, with joints. After every few steps, calls that defer
+// work: bodies to wake, mass properties, stale pairs.
 struct Yard {
   World world{WorldSettings{.contact_events = ContactEvents::all, .contact_forces = true}};
   Names names;
@@ -202,7 +202,7 @@ struct Yard {
                               .frame_b = {{0, 0.5f, 0}, {}}},
                              BallJoint{}));
     }
-    // A fixed body of many shapes, whose mass is summed when somebody asks.
+    // A fixed body of many shapes, whose mass is summed at the first read.
     for (int i = 0; i < 12; ++i) {
       names.shapes.push_back(
           world.add_shape(post, Sphere{0.1f}, {}, {.local_pose = {{30, static_cast<float>(i), 0}, {}}}));
@@ -216,10 +216,10 @@ struct Yard {
   void run(int steps) {
     for (int i = 0; i < steps; ++i) step(world, kStep, workers);
   }
-  // The `round`th time.
+  // Changes the world, for the `round`th time.
   void make_calls(int round) {
     const auto body = [&](int index) { return names.bodies[static_cast<std::size_t>(index)]; };
-    world.destroy_body(body(2 + 2 * round));  // under a box that sleeps
+    world.destroy_body(body(2 + 2 * round));  // under a sleeping box
     names.shapes.push_back(world.add_shape(body(12), Sphere{0.2f}, {}, {.local_pose = {{0.6f, 0, 0}, {}}}));
     names.shapes.push_back(world.add_shape(body(30), Sphere{0.2f}, {}, {.local_pose = {{0.6f, 0, 0}, {}}}));
     if (round == 1) world.set_pose(body(1), {{-8, 0.21f, 0}, {}});
@@ -260,7 +260,7 @@ std::set<std::string> const_functions() {
 
 class ReadingCallers : public ManyThreads {};
 
-TEST_F(ReadingCallers, CallEveryConstFunctionInTheseTests) {
+TEST_F(ReadingCallers, TestsCallEveryConstFunction) {
   Yard yard;
   yard.run(2);
   EXPECT_EQ(Reader(yard.world, yard.names).called(), const_functions());
@@ -294,8 +294,8 @@ TEST_F(ReadingCallers, SaveAndCloneWithoutAChangeOfState) {
   EXPECT_EQ(Reader(copy, yard.names).value() != 0, true);
 }
 
-// A box whose support went is awake before a step has woken it, and the answer wakes nobody.
-TEST_F(ReadingCallers, SeeWhomTheNextStepWillWake) {
+// A box that lost its support counts as awake before a step wakes it, and reading this wakes no body.
+TEST_F(ReadingCallers, SeeWhichBodiesTheNextStepWillWake) {
   Yard yard, unread;
   yard.run(90);
   unread.run(90);
@@ -306,7 +306,7 @@ TEST_F(ReadingCallers, SeeWhomTheNextStepWillWake) {
   EXPECT_TRUE(yard.world.is_awake(upper));
   EXPECT_FALSE(yard.world.is_awake(aside));
   EXPECT_NE(internals(yard.world).bodies.flags[upper.index] & kBodyAsleep, 0);
-  // What another call changes is seen by the next answer.
+  // The next read sees the change of another call.
   yard.world.destroy_body(yard.names.bodies[4]);
   unread.world.destroy_body(unread.names.bodies[4]);
   EXPECT_TRUE(yard.world.is_awake(aside));

@@ -11,7 +11,7 @@
 namespace scree::determinism {
 namespace {
 
-// Recordings of the worlds of one test, gone with it.
+// Recordings of one test's worlds; the destructor deletes them.
 class Folder {
  public:
   Folder()
@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Recordings, ::testing::ValuesIn(scene_goldens()
 
 class RandomRecordings : public ManyThreads, public ::testing::WithParamInterface<std::uint64_t> {};
 
-TEST_P(RandomRecordings, HoldAllThatCallsDo) {
+TEST_P(RandomRecordings, HoldEveryEffectOfCalls) {
   const Sequence sequence = random_sequence(GetParam(), 200, 24);
   const Folder folder;
   Shift shift(schedules(false).back());
@@ -81,7 +81,7 @@ TEST_P(RandomRecordings, HoldAllThatCallsDo) {
   Snapshot snapshot;
   int steps = 0;
   {
-    // It reads all bodies around each step, which must leave no trace either.
+    // The player reads all bodies around each step, which must leave no trace.
     Player player(shift, true, nullptr);
     player.stay_in_one_world();
     player.before_steps([&](World& world) {
@@ -100,7 +100,7 @@ TEST_P(RandomRecordings, HoldAllThatCallsDo) {
   EXPECT_GE(player.info().last_step, static_cast<std::uint64_t>(steps));
   EXPECT_GT(player.info().keyframes, 3u);
   EXPECT_EQ(verdict(player, {kReference}), "");
-  // From the middle, too.
+  // Also from the middle.
   const std::uint64_t middle = (player.info().first_step + player.info().last_step) / 2;
   Workers workers(2);
   player.seek(middle, workers);

@@ -29,7 +29,7 @@ Digest digest_of(const std::vector<std::uint64_t>& hashes) {
 
 namespace {
 
-// Sums of what is the same in all worlds with the same history: of handles, index and generation.
+// Sums of data that equal histories determine: of handles, index and generation.
 std::uint64_t mixed_bytes(std::uint64_t sum, const void* data, std::size_t bytes) {
   for (std::size_t at = 0; at < bytes; at += sizeof(std::uint32_t)) {
     std::uint32_t word;

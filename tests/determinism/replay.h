@@ -1,4 +1,5 @@
-// Replay: a scene played step by step, the hash of every step, and the search for where two replays part.
+// Replay: a scene played step by step, the hash of every step, and the search for the first difference of two
+// replays.
 #pragma once
 
 #include <tests/determinism/backends.h>
@@ -17,17 +18,17 @@ using scenes::hex;
 
 Digest digest_of(const std::vector<std::uint64_t>& hashes);
 
-// Adds a value to a running number; order counts.
+// Mixes a value into a hash; order matters.
 std::uint64_t mixed(std::uint64_t sum, std::uint64_t value);
 
-// One number made from all bits of a world's events, handles included.
+// Hash of all bits of a world's events, handles included.
 std::uint64_t digest_of_events(const World& world);
 
-// The worlds of a scene while they are played. At two thirds of the steps every seventh body is thrown up.
+// The worlds of a scene during a replay. At two thirds of the steps every seventh body is thrown up.
 class Playback {
  public:
   explicit Playback(const SceneCase& what, ContactEvents events = ContactEvents::none);
-  // From scenes that were built before, for callers who care when the arithmetic of building is done.
+  // Plays scenes that were built before, for callers to whom the time of that arithmetic matters.
   Playback(const std::vector<scenes::Scene>& scenes, int steps, ContactEvents events = ContactEvents::none);
 
   void advance(Workers& workers);
@@ -44,8 +45,8 @@ class Playback {
 // The hashes after each step.
 std::vector<std::uint64_t> play(const SceneCase& what, const Schedule& schedule);
 
-// Plays the case on the schedule and on the reference side by side and tells where they part: the step, the
-// first body and field, and the column of the state table that differed first.
+// Plays the case on the schedule and on the reference side by side and reports the first difference: the
+// step, the first body and field, and the first column of the state table that differs.
 std::string where_they_part(const SceneCase& what, const Schedule& schedule);
 
 }  // namespace scree::determinism

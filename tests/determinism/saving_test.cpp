@@ -1,5 +1,5 @@
-// Laws of saving what has changed: whatever calls and steps did since a world was last saved, and into
-// whichever snapshot, a snapshot holds the same bytes as one that is made from the whole world.
+// Laws of saving changes: after any calls and steps since the last save, and in any snapshot, the saved bytes
+// equal those of a snapshot made from the whole world.
 #include <core/state/snapshot/snapshot.h>
 #include <core/world/edit.h>
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-// Of all of the world, whatever it has been saved to; it does not notice.
+// The bytes of the whole world, independent of earlier saves. Leaves the world's marks alone.
 Bytes bytes_of_all(World& world) {
   WorldData& data = internals(world);
   LastSave last = std::exchange(data.last_save, {});
@@ -30,12 +30,12 @@ Bytes bytes_of_all(World& world) {
   return write_snapshot(whole);
 }
 
-// Saves again and again into some snapshots, one after the other.
+// Saves repeatedly into some snapshots in turn.
 class Ring {
  public:
   explicit Ring(std::size_t size) : kept_(size), bytes_(size) {}
 
-  // What is wrong; empty if nothing is.
+  // Describes the first difference; empty if there is none.
   std::string save_next(World& world) {
     const std::size_t before = place_, place = place_ = (place_ + 1) % kept_.size();
     if (!kept_[place].is_empty() && write_snapshot(kept_[place]) != bytes_[place]) {
@@ -78,8 +78,8 @@ class Ring {
   Snapshot again_;
 };
 
-// Fills the last pages of bodies, shapes and joints, so that whatever the next call creates has pages of its
-// own: a mark that is missing is not made good by that of a neighbor.
+// Fills the last pages of bodies, shapes and joints, so that objects of the next call get pages of their own:
+// a neighbor's mark then cannot replace a missing mark.
 void fill_pages(World& world, BodyId& rack) {
   const WorldData& data = internals(world);
   const auto is_full = [](std::size_t rows) { return rows % kPageRows == 0; };
@@ -135,7 +135,7 @@ TEST_P(SavedAgain, HoldsTheWorldAfterEveryCallAndStep) {
   int since = 0, looks = 0;
   BodyId rack;
   const auto look = [&](World& world) {
-    // Not each time: filling takes the slots of what has been destroyed, and marks their pages.
+    // Not every time: filling takes the slots of destroyed objects and marks their pages.
     constexpr std::size_t kMostRows = 100 * kPageRows;
     if (habit.fills && looks++ % 3 == 0 && internals(world).bodies.flags.size() < kMostRows) {
       fill_pages(world, rack);
@@ -162,7 +162,7 @@ INSTANTIATE_TEST_SUITE_P(Habits, SavedAgain, ::testing::ValuesIn(habits()), habi
 
 class SavedScenes : public ManyThreads, public ::testing::WithParamInterface<Golden> {};
 
-TEST_P(SavedScenes, AreHeldAfterEveryStep) {
+TEST_P(SavedScenes, AreSavedCompletelyAfterEveryStep) {
   const SceneCase& what = GetParam().what;
   Playback playback(what, ContactEvents::all);
   Shift shift(schedules(false).back());

@@ -1,5 +1,5 @@
-// Laws of snapshots: a world that is restored goes on as if it had never stopped, in every column of the
-// state table, whatever it was restored into and whatever it runs on.
+// Laws of snapshots: a restored world continues as if it had never stopped, in every column of the state
+// table, whatever world it was restored into and whatever backend it uses.
 #include <core/state/snapshot/snapshot_columns.h>
 #include <gtest/gtest.h>
 #include <tests/determinism/golden.h>
@@ -12,7 +12,7 @@
 namespace scree::determinism {
 namespace {
 
-// The first column in which two snapshots differ; empty if none does.
+// The first column in which two snapshots differ; empty if they are equal.
 std::string difference(const Snapshot& expected, const Snapshot& actual) {
   Column<std::byte> left, right;
   pack_columns(SnapshotAccess::data(expected)->pages->sheets, left);
@@ -30,7 +30,7 @@ std::string difference(const Snapshot& expected, const Snapshot& actual) {
   return {};
 }
 
-// What is made from the state when it is restored, of living bodies and shapes.
+// Data of living bodies and shapes that a restore derives from the state.
 std::string derived_difference(World& expected, World& actual) {
   const WorldData &left = internals(expected), &right = internals(actual);
   const auto differ = [](const auto& a, const auto& b, std::size_t row) {
@@ -68,7 +68,7 @@ std::string difference(std::vector<World>& expected, std::vector<World>& actual)
 
 class Snapshots : public ManyThreads, public ::testing::WithParamInterface<Golden> {};
 
-TEST_P(Snapshots, EveryStepMayBeTakenByARestoredWorld) {
+TEST_P(Snapshots, ARestoredWorldCanTakeEveryStep) {
   const SceneCase& what = GetParam().what;
   Playback expected(what), actual(what);
   Shift reference({kReference}), shift(schedules(false).back());
@@ -157,7 +157,7 @@ TEST_P(RandomSnapshots, CallsCannotDistinguishAWorldRestoredBeforeEachStep) {
   EXPECT_EQ(player.hashes(), expected.hashes);
 }
 
-// Only a restored world looks at all pairs at rest when it lists the events of contacts.
+// Only a restored world reads all resting pairs to list the events of contacts.
 TEST_P(RandomSnapshots, EventsCannotDistinguishAWorldRestoredBeforeEachStep) {
   const Sequence sequence = random_sequence(GetParam(), 200, 24);
   const auto events_of = [&](bool restores) {

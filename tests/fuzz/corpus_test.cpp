@@ -1,4 +1,4 @@
-// The corpus of fuzzing and the inputs that once broke a law, fed to their targets in every build.
+// Feeds the corpus of fuzzing, and the inputs that once broke a law, to their targets in every build.
 #include <gtest/gtest.h>
 #include <scree/recording.h>
 #include <scree/scree.h>
@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Throws for a folder that is not there: a law about no files would hold.
+// Throws for a folder that does not exist: a law about no files would hold.
 std::vector<fs::path> files_of(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
@@ -48,7 +48,7 @@ Input input_of(const std::string& text) {
 
 class Corpus : public ::testing::TestWithParam<Target> {};
 
-TEST_P(Corpus, KeepsTheLaws) {
+TEST_P(Corpus, SatisfiesTheLaws) {
   int inputs = 0;
   for (const fs::path& file : inputs_of(GetParam())) {
     EXPECT_NO_THROW(GetParam().run(input_of(read_file(file)))) << file;
@@ -57,8 +57,8 @@ TEST_P(Corpus, KeepsTheLaws) {
   EXPECT_GT(inputs, 5) << "of " << GetParam().name;
 }
 
-// Half of a file, and a file with something behind it: what everybody's disk can do.
-TEST_P(Corpus, KeepsTheLawsCutOffAndContinued) {
+// Half of a file, and a file with extra bytes at its end, as any disk may produce.
+TEST_P(Corpus, SatisfiesTheLawsAlsoTruncatedOrExtended) {
   for (const fs::path& file : inputs_of(GetParam())) {
     const std::string whole = read_file(file);
     EXPECT_NO_THROW(GetParam().run(input_of(whole.substr(0, whole.size() / 2)))) << file;
@@ -69,7 +69,7 @@ TEST_P(Corpus, KeepsTheLawsCutOffAndContinued) {
 std::string target_name(const ::testing::TestParamInfo<Target>& info) { return info.param.name; }
 INSTANTIATE_TEST_SUITE_P(Targets, Corpus, ::testing::ValuesIn(kTargets), target_name);
 
-TEST(CorpusFiles, AreSmallAndNoneStandsTwice) {
+TEST(CorpusFiles, AreSmallAndDistinct) {
   constexpr std::size_t kMostBytes = 200 << 10;
   std::size_t bytes = 0;
   for (const Target& target : kTargets) {
@@ -84,7 +84,7 @@ TEST(CorpusFiles, AreSmallAndNoneStandsTwice) {
   EXPECT_LT(bytes, kMostBytes);
 }
 
-TEST(CorpusFiles, AreStillReadAsTheyWereMade) {
+TEST(CorpusFiles, AreReadWithTheirOriginalContent) {
   for (const fs::path& file : files_of(fs::path(SCREE_FUZZ_FOLDER) / "corpus" / "snapshot")) {
     const std::string content = read_file(file);
     EXPECT_NO_THROW(read_snapshot(std::as_bytes(input_of(content))))
@@ -102,13 +102,13 @@ TEST(CorpusFiles, RecordingsStillVerify) {
   }
 }
 
-TEST(CorpusFiles, TheExamplesOfScenesKeepTheLaws) {
+TEST(CorpusFiles, ExampleScenesSatisfyTheLaws) {
   for (const fs::path& file : files_of(SCREE_EXAMPLES)) {
     EXPECT_NO_THROW(scene_target(input_of(read_file(file)))) << file;
   }
 }
 
-TEST(Laws, OffsetsAreFoundInRefusals) {
+TEST(Laws, OffsetsAreFoundInErrors) {
   EXPECT_TRUE(names_offset("read: byte 12: it ends", "read: byte ", ": ", 12));
   EXPECT_FALSE(names_offset("read: byte 13: it ends", "read: byte ", ": ", 12)) << "behind the end";
   EXPECT_FALSE(names_offset("read: byte : it ends", "read: byte ", ": ", 12));
@@ -117,8 +117,8 @@ TEST(Laws, OffsetsAreFoundInRefusals) {
   EXPECT_FALSE(names_offset("write: byte 12: it ends", "read: byte ", ": ", 12));
 }
 
-#if defined(SCREE_SANITIZED)  // only sanitizers tell of every allocation
-TEST(Laws, TooMuchMemoryIsSeen) {
+#if defined(SCREE_SANITIZED)  // only sanitizers report every allocation
+TEST(Laws, TooMuchMemoryIsDetected) {
   ASSERT_TRUE(memory_is_watched());
   const MemoryWatch watch;
   EXPECT_EQ(watch.peak(), 0u);

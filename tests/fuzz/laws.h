@@ -1,4 +1,4 @@
-// Laws that targets share: of worlds, wherever they come from.
+// Laws that all targets check on worlds.
 #pragma once
 
 #include <scree/scree.h>
@@ -9,15 +9,16 @@
 
 namespace scree::fuzz {
 
-// Single threads: what several do is tested elsewhere, and they would only share the fuzzer's processor.
+// Single threads: other tests cover several threads, which would only share the fuzzer's processor here.
 Workers& narrow_workers();  // scalar
 Workers& wide_workers();    // the widest instruction set of this machine
 
-// Steps the world, and a clone of it on another instruction set: both must come to the same hashes, and all
-// poses and velocities stay finite. Then the world must be one that snapshots take and give back.
+// Steps the world, and a clone of it on another instruction set. Expects the same hashes, and that all poses
+// and velocities stay finite. Snapshots must then save and restore the world.
 void require_laws_of_steps(World& world, float dt, int steps);
 
-// The snapshot's bytes are accepted and are the same again, and the restored world has the same state.
+// Expects that the snapshot's bytes are accepted and written again equally, and that the restored world has
+// the same state.
 void require_laws_of_snapshots(const World& world);
 
 std::vector<std::byte> bytes_of(const World& world);

@@ -1,6 +1,6 @@
-// Writes the binary files of the corpus, small worlds that meet every branch of the formats. To be run again
-// where a format changes: scree_make_corpus FOLDER, with tests/fuzz/corpus for the folder. Scene files are
-// text, and changed by hand.
+// Writes the binary files of the corpus, small worlds that reach every branch of the formats. Run it again
+// after a change of format: scree_make_corpus FOLDER, with tests/fuzz/corpus for the folder. Scene files are
+// text, and edited by hand.
 #include <scree/recording.h>
 #include <scree/scree.h>
 #include <tests/fuzz/laws.h>
@@ -107,7 +107,7 @@ World kinematic_and_materials() {
   return world;
 }
 
-// Free slots, handles of the second generation, a shape that no step has seen, forces that have not acted.
+// Free slots, handles of the second generation, a shape added after the last step, forces not yet applied.
 World between_steps() {
   World world(WorldSettings{.contact_events = ContactEvents::all, .contact_forces = true});
   add_ground(world);
@@ -188,7 +188,7 @@ World more_than_a_block() {
   return world;
 }
 
-// --- recordings: what is done to a world while it is recorded ---
+// --- recordings: calls on a world while it is recorded ---
 
 void only_steps(World& world) {
   add_ground(world);
@@ -334,7 +334,7 @@ void make_corpus(const std::filesystem::path& folder) {
     Recorder recorder(world, file.string(), {.keyframe_spacing = seed.keyframe_spacing});
     seed.work(world);
     recorder.finish();
-    // What its recorder did not finish lacks the end, or more.
+    // An unfinished recording lacks the end, or more.
     constexpr std::size_t kCut = 70;
     if (!seed.finished) std::filesystem::resize_file(file, std::filesystem::file_size(file) - kCut);
     std::printf("%s: %zu bytes\n", file.c_str(), static_cast<std::size_t>(std::filesystem::file_size(file)));

@@ -1,4 +1,4 @@
-// What mutators of byte formats share. Only for programs with libFuzzer, which all begin in mutation.cpp.
+// Shared by the mutators of byte formats. Only for programs with libFuzzer, which all start in mutation.cpp.
 #pragma once
 
 #include <tests/fuzz/targets.h>
@@ -34,7 +34,7 @@ inline void mutate_freely(Buffer& bytes, std::size_t most) {
   bytes.resize(LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(bytes.data()), before, bytes.size()));
 }
 
-// A word of the kind that breaks things, where words usually lie.
+// A boundary value, at a place where words usually lie.
 void put_a_word(std::span<std::byte> bytes, scenes::Random& random);
 
 }  // namespace scree::fuzz

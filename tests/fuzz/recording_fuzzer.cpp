@@ -1,5 +1,5 @@
-// libFuzzer's program for recordings. It changes what is in the chunks, and packs them again: what is
-// compressed and sealed could hardly be changed from outside.
+// libFuzzer's program for recordings. It changes the content of chunks and packs them again: random changes
+// of compressed and sealed bytes would hardly get past the checksums.
 #include <core/state/recording_format/recorded_state.h>
 #include <core/state/recording_format/recording_chunks.h>
 #include <tests/fuzz/mutation.h>
@@ -23,7 +23,7 @@ struct Recording {
   std::vector<Chunk> chunks;
 };
 
-// As much of it as is whole. Throws Error for what is no recording.
+// Reads the part of a recording that is intact. Throws Error if the bytes are no recording.
 Recording unpack(std::span<const std::byte> bytes) {
   Recording recording;
   const RecordingHead head = read_recording_head(bytes);
@@ -52,7 +52,7 @@ Buffer pack(const Recording& recording) {
   return bytes;
 }
 
-// A state that was changed gets the hash that belongs to it, as far as it can be read.
+// Gives a changed state the hash that belongs to it, as far as the state can be read.
 void seal_state(Buffer& content, const std::vector<SolidPointer>& solids) {
   try {
     ByteReader reader(content, "the state");
@@ -64,7 +64,7 @@ void seal_state(Buffer& content, const std::vector<SolidPointer>& solids) {
     const std::uint64_t hash = hash_of_state(data);
     std::memcpy(content.data(), &hash, sizeof hash);
   } catch (const Error&) {
-    // It will be refused before anybody asks for its hash.
+    // The reader will refuse it before it compares the hash.
   }
 }
 
@@ -149,7 +149,7 @@ Buffer mutated(std::span<const std::byte> bytes, std::size_t most, scenes::Rando
     result = pack(recording);
     if (random.below(32) != 0 && result.size() <= most) return result;
   } catch (const Error&) {
-    // No recording: changed as it is.
+    // No recording: mutates the plain bytes.
   }
   if (result.size() > most) result.resize(most);
   mutate_freely(result, most);

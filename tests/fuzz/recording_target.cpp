@@ -11,8 +11,8 @@ namespace scree::fuzz {
 
 namespace {
 
-// What a world may do that is recorded has no limits but the file's. Beyond these it is only opened: bodies
-// by the thousand in one place take seconds for a step with sanitizers.
+// Only the file limits the calls in a recording. Larger recordings than these are only opened: thousands of
+// bodies in one place take seconds for a step with sanitizers.
 constexpr std::uint64_t kMostPlayedBytes = 24 << 10;
 constexpr std::size_t kMostSteppedShapes = 64;
 constexpr std::uint64_t kMostSteps = 6;
@@ -29,7 +29,7 @@ void require_sound(const Player& player, std::size_t bytes) {
   require(steps.front() == first_of(info) && steps.back() <= info.last_step, "keyframes lie outside");
 }
 
-// All that a player can do. What it says must be true, whatever the recording says.
+// Tries all functions of a player. Its reports must be true for any recording.
 void play(Player& player) {
   const RecordingInfo& info = player.info();
   require(player.position() == info.first_step, "the player does not stand at the beginning");
@@ -46,7 +46,7 @@ void play(Player& player) {
   }
   if (player.world().shape_count() > kMostSteppedShapes) return;
   if (at > first_of(info) && !player.verify(first_of(info), at, narrow_workers())) {
-    // What is true of a recording, all keyframes included, leads to the same from everywhere.
+    // A recording that verifies, keyframes included, gives the same states from every starting point.
     player.seek(first_of(info), narrow_workers());
     player.seek(at, wide_workers());
     require(player.world().hash() == hash, "another way leads to another world");

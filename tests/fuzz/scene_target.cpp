@@ -11,9 +11,9 @@ namespace scree::fuzz {
 namespace {
 
 constexpr char kFile[] = "fuzz.json";
-// A short text can repeat a body ten million times; that is tried with fewer.
+// A short text can repeat a body ten million times; the target limits repeats.
 constexpr std::int64_t kMostBodies = 2000;
-// Beyond these, worlds are only populated: a step of many bodies in one place takes seconds with sanitizers.
+// Larger worlds are only populated: a step of many bodies in one place takes seconds with sanitizers.
 constexpr std::size_t kMostSteppedBodies = 40, kMostSteppedShapes = 80, kMostSteppedJoints = 80;
 constexpr int kSteps = 3;
 

@@ -1,5 +1,5 @@
-// libFuzzer's program for snapshots. Mutated bytes are sealed anew, or nothing behind the checksum would be
-// tried, and columns are changed as columns: of another number of bytes they keep what follows in its place.
+// libFuzzer's program for snapshots. Seals mutated bytes again, because a wrong checksum would stop every
+// test there. Changes columns as units: it also moves the bytes after a column whose size changes.
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <scree/scree.h>
 #include <tests/fuzz/laws.h>
@@ -84,7 +84,7 @@ void copy_within(std::span<std::byte> column, scenes::Random& random) {
   std::memmove(column.data() + to, column.data() + from, kStride * count);
 }
 
-// Goes on with a world by calls, so that the fuzzer sees states that no flipping of bytes comes to.
+// Changes a world by calls, so that the fuzzer sees states that flipped bytes do not reach.
 void call_something(Buffer& bytes, std::size_t most, scenes::Random& random) {
   try {
     World world;
@@ -117,7 +117,7 @@ void call_something(Buffer& bytes, std::size_t most, scenes::Random& random) {
     Buffer written = bytes_of(world);
     if (written.size() <= most) bytes = std::move(written);
   } catch (const Error&) {
-    // Bytes that are no snapshot stay as they are: the target says what is wrong with them.
+    // Bytes that are no snapshot stay as they are: the target checks their error.
   }
 }
 

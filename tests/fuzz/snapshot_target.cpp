@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kDt = 1.0f / 60.0f;
 constexpr int kSteps = 3;
-// Beyond these, worlds are only restored: a step of many shapes in one place takes seconds with sanitizers.
+// Larger worlds are only restored: a step of many shapes in one place takes seconds with sanitizers.
 constexpr std::size_t kMostSteppedShapes = 64;
 
 std::optional<Snapshot> read(std::span<const std::byte> bytes) {
@@ -32,7 +32,7 @@ std::optional<Snapshot> read(std::span<const std::byte> bytes) {
 void snapshot_target(Input input) {
   const std::optional<Snapshot> snapshot = read(std::as_bytes(input));
   if (!snapshot) return;
-  // Equal hulls are written once, even if they stood there twice: from the second time on nothing changes.
+  // Equal hulls are written once, even if the bytes held them twice: from the second time on nothing changes.
   const std::vector<std::byte> bytes = write_snapshot(*snapshot);
   require(bytes.size() <= input.size(), "a snapshot grows when it is read and written");
   require(write_snapshot(read_snapshot(bytes)) == bytes, "a snapshot changes when it is read and written");

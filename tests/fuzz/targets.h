@@ -1,9 +1,8 @@
-// Targets of fuzzing: what reads bytes from anywhere, each as a function that takes any bytes.
+// Targets of fuzzing: the readers of outside bytes, each as a function that takes any bytes.
 //
-// A target throws BrokenLaw where a reader breaks its word: where it crashes, hangs or takes more memory than
-// stated here, where a refusal names no place or no reason, and where what was accepted does not behave as
-// what calls have made does. Fed by libFuzzer (run), and with the corpus by the ordinary tests
-// (corpus_test.cpp).
+// A target throws BrokenLaw if a reader crashes, hangs or takes more memory than stated here, if an error
+// names no place or no reason, or if accepted input behaves unlike the result of calls. Fed by libFuzzer
+// (run), and with the corpus by the ordinary tests (corpus_test.cpp).
 #pragma once
 
 #include <cstddef>
@@ -25,9 +24,9 @@ inline void require(bool holds, const std::string& law) {
   if (!holds) throw BrokenLaw(law);
 }
 
-// Scene files: parse_scene, and the worlds that small scenes come to.
+// Scene files: parse_scene, and the worlds of small scenes.
 void scene_target(Input input);
-// Snapshots: read_snapshot, and the worlds that they are restored to.
+// Snapshots: read_snapshot, and the restored worlds.
 void snapshot_target(Input input);
 // Recordings: Player, which opens, steps, seeks, branches and verifies.
 void recording_target(Input input);
@@ -40,8 +39,8 @@ struct Target {
 inline constexpr Target kTargets[] = {
     {"scene", scene_target}, {"snapshot", snapshot_target}, {"recording", recording_target}};
 
-// Memory that a reader may take at once, bytes: for itself and by byte of its input. What is said beside them
-// was measured; only hulls and compressed worlds come near.
+// Memory that a reader may take at once, bytes: a constant, and a share per byte of its input. The figures
+// beside the bounds were measured; only hulls and compressed worlds come near them.
 struct MemoryBound {
   std::size_t fixed;
   std::size_t per_byte;

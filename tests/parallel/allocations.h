@@ -6,7 +6,7 @@ namespace scree {
 // By all threads, since the program began.
 long allocations_so_far();
 
-// While it lives, there is no memory for the thread that made it, or for all others.
+// While it exists, allocations fail for the thread that made it, or for all other threads.
 class FailingAllocations {
  public:
   enum class Of { this_thread, others };

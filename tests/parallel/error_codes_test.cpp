@@ -1,4 +1,4 @@
-// Laws of the codes of errors: each kind of mistake has its own, wherever it is made.
+// Laws of error codes: each kind of mistake has its own code in every call.
 #include <tests/parallel/recording/recording_fixture.h>
 
 #include <array>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// Nothing where the call does not throw.
+// Empty if the call does not throw.
 template <class Work>
 std::optional<ErrorCode> code_of(Work&& work) {
   try {
@@ -29,7 +29,7 @@ std::optional<ErrorCode> code_of(Work&& work) {
   return {};
 }
 
-// A snapshot's or a recording's bytes with another number at a place.
+// A snapshot's or a recording's bytes with one number replaced.
 Bytes changed(Bytes bytes, std::size_t at, std::uint32_t number) {
   std::memcpy(bytes.data() + at, &number, sizeof number);
   return bytes;
@@ -183,7 +183,7 @@ TEST(ErrorCodes, SayWhatIsWrongWithARecordingsBytes) {
   EXPECT_EQ(read(later.put_together()), ErrorCode::wrong_version);
 }
 
-TEST(ErrorCodes, SayThatARecordedCallIsNone) {
+TEST(ErrorCodes, SayThatARecordedCallIsUnknown) {
   Heap heap;
   const TemporaryFile file;
   Recorder recorder(heap.world, file.path());
@@ -213,8 +213,8 @@ TEST(ErrorCodes, SayThatSomethingIsBeingRecorded) {
   EXPECT_EQ(code_of([&] { Recorder(other, file.path()); }), ErrorCode::already_recording);
 }
 
-TEST(ErrorCodes, SayThatThereWouldBeTooMany) {
-  // No list is that long: the span is never looked into, because the rows are counted first.
+TEST(ErrorCodes, SayThatACountExceedsItsLimit) {
+  // No list is that long: the count is checked before the span is read.
   World world;
   const BodyDef def;
   const std::size_t count = std::size_t{1} << 32;

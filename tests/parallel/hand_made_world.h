@@ -63,7 +63,7 @@ class HandMadeWorld {
     return static_cast<std::int32_t>(body);
   }
 
-  // Takes the slot of a shape that died, if there is one.
+  // Reuses the slot of a destroyed shape, if there is one.
   std::int32_t add_shape(std::int32_t body, ShapeType type, ExtentRow extent, Pose local = {},
                          Filter filter = {}) {
     Shapes& shapes = data.shapes;

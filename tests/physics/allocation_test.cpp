@@ -1,5 +1,5 @@
-// A step in the steady state allocates nothing. Counts every malloc and aligned_alloc of the program, TBB's
-// included. Sanitizers bring allocators of their own, so under them there are no such tests.
+// A step in the steady state allocates nothing. Counts every malloc and aligned_alloc of the program,
+// including those of TBB. Sanitizers replace the allocator, so these tests do not exist under them.
 #include <tests/physics/lab.h>
 
 #include <atomic>
@@ -75,7 +75,7 @@ TEST(Allocation, NeverHappensWhenSnapshotsAndWorldsAreUsedAgain) {
     const long so_far = allocations.load();
     restore(zoo.lab.world, before);
     save(zoo.lab.world, after);
-    if (i > 0) {  // both snapshots have met the larger state
+    if (i > 0) {  // both snapshots have held the larger state
       EXPECT_EQ(allocations.load() - so_far, 0) << i;
     }
     zoo.lab.run(30);
@@ -83,7 +83,7 @@ TEST(Allocation, NeverHappensWhenSnapshotsAndWorldsAreUsedAgain) {
 }
 
 TEST(Allocation, NeverHappensWhenSleepersWake) {
-  // Calls that wake somebody have changed the world before: they may not run out of memory.
+  // Calls wake bodies after they have changed the world: by then they must not run out of memory.
   Lab lab(WorldSettings{});
   lab.add_ground();
   std::vector<BodyId> boxes;
@@ -105,7 +105,7 @@ TEST(Allocation, NeverHappensWhenSleepersWake) {
 }
 
 TEST(Allocation, NeverHappensInAStepOfBodiesOnTheMove) {
-  // Balls on a belt that runs against a wall: contacts come and go for ever.
+  // Balls on a belt that runs against a wall: contacts keep beginning and ending.
   Lab lab;
   lab.add_ground({.friction = 0.8f, .surface_velocity = {3, 0, 0}});
   lab.add({.type = BodyType::fixed, .position = {6, 5, 0}}, Box{{1, 6, 30}});

@@ -1,5 +1,5 @@
-// Input that no world should meet: an Error that changes nothing, or a simulation that stays finite. Either
-// way the world goes on.
+// Extreme and invalid input. A call either throws an Error and changes nothing, or the simulation stays
+// finite. The world can be stepped afterwards.
 #include <core/world/world_data.h>
 #include <tests/physics/lab.h>
 
@@ -18,7 +18,7 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// A box dropped beside the scene comes to rest on the ground.
+// Drops a box beside the scene and expects that it comes to rest on the ground.
 void expect_usable(Lab& lab, float x = 50.0f, float z = 0.0f) {
   EXPECT_TRUE(lab.all_finite());
   const BodyId box = lab.add({.position = {x, 1.5f, z}}, Box{});
@@ -57,7 +57,7 @@ TEST(BadInput, SteppingAWorldThatWasMovedFromIsAnErrorThatSaysSo) {
   EXPECT_LT(other.linear_velocity(ball).y, 0.0f);
 }
 
-// What a list of worlds is refused with; none of them has been stepped then.
+// The error of stepping a list of worlds. Expects that it steps none of them.
 std::string refusal(std::span<World* const> worlds, float dt) {
   Workers workers(1);
   try {
@@ -107,12 +107,12 @@ TEST(BadInput, ExtremeTimeStepsStayFinite) {
     std::vector<Eigen::Vector3d> before;
     for (const BodyId body : heap) before.push_back(lab.position(body));
     lab.run(10);
-    // In half a second of one step bodies fall through one another; shorter steps kick nobody ...
+    // In one step of half a second bodies fall through one another. Shorter steps make no body fast ...
     for (std::size_t i = 0; i < heap.size() && dt < 0.5f; ++i) {
       EXPECT_LT((lab.position(heap[i]) - before[i]).norm(), 0.5) << dt;
       EXPECT_LT(lab.velocity(heap[i]).norm(), 2.0) << dt;
     }
-    // ... and none leaves a body in quarantine.
+    // ... and leave no body in quarantine.
     const float x = static_cast<float>(lab.position(heap[0]).x());
     lab.world.set_pose(heap[0], {{x, 20.0f, 0.0f}, {}});
     lab.world.set_linear_velocity(heap[0], {});
@@ -122,7 +122,7 @@ TEST(BadInput, ExtremeTimeStepsStayFinite) {
   }
 }
 
-TEST(BadInput, AMillionMetersPerSecondStaysFinite) {
+TEST(BadInput, MotionAtAMillionMetersPerSecondStaysFinite) {
   for (const float limit : {400.0f, 1e6f}) {
     WorldSettings settings = without_sleep();
     settings.max_linear_speed = limit;
@@ -231,7 +231,7 @@ bool impulses_are_finite(const World& world) {
   const auto all = [](std::span<const float> values) {
     return std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); });
   };
-  return std::all_of(contacts.touching.begin(), contacts.touching.end(), [&](std::int32_t touching) {
+  return std::all_of(contacts.active.begin(), contacts.active.end(), [&](std::int32_t touching) {
     const auto row = static_cast<std::size_t>(touching);
     const Manifold& m = contacts.now.manifold[row];
     const bool rich = (m.info & kManifoldRich) != 0;
@@ -240,7 +240,7 @@ bool impulses_are_finite(const World& world) {
   });
 }
 
-// Something at rest on a heavier box that stands on the ground.
+// A body at rest on a heavier box that stands on the ground.
 struct Stack {
   Stack(const Geometry& upper, const Material& material, Isa isa) {
     lab.workers = Workers({.threads = 1, .isa = isa});
@@ -255,13 +255,13 @@ struct Stack {
   std::vector<BodyId> bodies;
 };
 
-// Makes an impulse of one contact non-finite and requires that the stack has forgotten it after the step and
-// stands as before.
+// Makes an impulse of one contact non-finite. Expects that the step discards it and that the stack stands as
+// before.
 std::uint64_t make_impulse_non_finite(Stack stack, std::size_t contact, ImpulsePart part, float value) {
   Lab& lab = stack.lab;
   Contacts& contacts = internals(lab.world).contacts;
-  EXPECT_EQ(contacts.touching.size(), 2u);
-  const auto row = static_cast<std::size_t>(contacts.touching[contact]);
+  EXPECT_EQ(contacts.active.size(), 2u);
+  const auto row = static_cast<std::size_t>(contacts.active[contact]);
   std::vector<Eigen::Vector3d> places;
   for (const BodyId body : stack.bodies) places.push_back(lab.position(body));
   *part(contacts.now.manifold[row], contacts.now.surface[row]) = value;
@@ -269,7 +269,7 @@ std::uint64_t make_impulse_non_finite(Stack stack, std::size_t contact, ImpulseP
     lab.run(1);
     EXPECT_TRUE(lab.all_finite()) << i;
     EXPECT_TRUE(impulses_are_finite(lab.world)) << i;
-    // No body was at fault alone: those that became non-finite are quarantined until they are woken.
+    // No single body was at fault: those that became non-finite stay quarantined until they are woken.
     EXPECT_EQ(lab.world.quarantined_bodies().empty(), i > 0) << i;
     for (const BodyId body : stack.bodies) lab.world.wake(body);
   }
@@ -277,7 +277,7 @@ std::uint64_t make_impulse_non_finite(Stack stack, std::size_t contact, ImpulseP
     EXPECT_LT((lab.position(stack.bodies[i]) - places[i]).norm(), 0.01) << i;
     EXPECT_LT(lab.velocity(stack.bodies[i]).norm(), 0.01) << i;
   }
-  // What is restored in every step anew would not move either.
+  // A body that every step restores would not move either.
   lab.world.set_linear_velocity(stack.bodies[1], {0, 2, 0});
   lab.run(1);
   EXPECT_GT(lab.velocity(stack.bodies[1]).y(), 1.0);
@@ -315,7 +315,7 @@ TEST(BadInput, AnImpulseThatIsNotFiniteIsForgottenWithTheStep) {
 TEST(BadInput, ANonFiniteBodyIsQuarantinedAndItsNeighborsRecover) {
   Stack stack(Box{{0.3f, 0.3f, 0.3f}}, {}, Isa::automatic);
   Lab& lab = stack.lab;
-  // No call accepts it.
+  // No call accepts this value.
   internals(lab.world).bodies.force[stack.bodies[1].index].force[1] = -kInfinity;
   for (int i = 0; i < 30; ++i) {
     lab.run(1);

@@ -1,4 +1,4 @@
-// Forces of contacts: what World::contact_forces tells is all that contacts did to the bodies.
+// Forces of contacts: World::contact_forces reports all that contacts did to the bodies.
 #include <core/world/math.h>
 #include <tests/physics/lab.h>
 
@@ -30,7 +30,7 @@ std::vector<ContactForces> contacts_of(const World& world, Id id) {
 
 struct Wrench {
   Eigen::Vector3d impulse = Eigen::Vector3d::Zero(), moment = Eigen::Vector3d::Zero();
-  double size = 0.0;  // N s, the sum of what contacts bore
+  double size = 0.0;  // N s, the sum of impulses of the contacts
 };
 
 // About a point; in double precision.
@@ -63,8 +63,9 @@ Motion motion_of(const Lab& lab, BodyId body) {
   return {lab.position(body), lab.mass(body) * lab.velocity(body), lab.angular_momentum(body)};
 }
 
-// Steps once, and holds the change of each body's momentum to its contacts. Within a step, inertia does not
-// turn with a body that touches something: `spin_tolerance` is a share of what contacts bore, times a meter.
+// Steps once, and compares the change of each body's momentum with its contacts. Within a step the inertia of
+// a touching body does not turn with it: `spin_tolerance` is a share of the contacts' impulses, times a
+// meter.
 void step_and_balance(Lab& lab, const std::vector<BodyId>& bodies, double spin_tolerance, float dt = kStep) {
   std::vector<Motion> before;
   for (const BodyId body : bodies) before.push_back(motion_of(lab, body));
@@ -107,7 +108,7 @@ TEST(ContactForces, OfABoxAtRestAreItsWeight) {
   }
 }
 
-TEST(ContactForces, OfASlidingBoxAreCoulombs) {
+TEST(ContactForces, OfASlidingBoxObeyCoulombsLaw) {
   Lab lab(measured());
   lab.add_ground({.friction = 0.4f});
   const BodyId box = lab.add({.position = {0, 0.25f, 0}, .linear_velocity = {6, 0, -2}},
@@ -123,7 +124,7 @@ TEST(ContactForces, OfASlidingBoxAreCoulombs) {
   }
 }
 
-// Friction holds a box on a slope with the downhill part of its weight, at the place where the load is.
+// Friction holds a box on a slope with the downhill part of its weight, at the center of its load.
 TEST(ContactForces, HoldABoxOnASlope) {
   Lab lab(measured());
   const double angle = 0.3;
@@ -158,8 +159,9 @@ const std::pair<const char*, Geometry>& shape(int which) {
   return shapes[which];
 }
 
-// Momentum changes by what contacts and gravity do: as bodies fall, bounce, roll, slide and spin.
-TEST(ContactForces, AreTheChangeOfMomentumOfWhatFallsRollsAndSpins) {
+// The change of momentum equals the impulses of contacts and gravity, for bodies that fall, bounce, roll,
+// slide and spin.
+TEST(ContactForces, AreTheChangeOfMomentumOfBodiesThatFallRollAndSpin) {
   for (int which = 0; which < 4; ++which) {
     for (const bool rich : {false, true}) {
       SCOPED_TRACE(std::string(shape(which).first) + (rich ? ", rich" : ""));
@@ -174,7 +176,7 @@ TEST(ContactForces, AreTheChangeOfMomentumOfWhatFallsRollsAndSpins) {
                                   shape(which).second, material);
       double bore = 0.0;
       for (int i = 0; i < 120; ++i) {
-        // Spheres have no inertia that turns.
+        // A sphere's inertia does not change as it turns.
         step_and_balance(lab, {body}, which == 1 ? 2e-5 : 0.005);
         if (HasFatalFailure()) FAIL() << "step " << i;
         bore += wrench_on(lab.world, body, lab.position(body)).size;
@@ -202,7 +204,7 @@ TEST(ContactForces, AreTheChangeOfMomentumInAPile) {
       step_and_balance(lab, bodies, 0.01, i % 10 == 0 ? 0.5f * kStep : kStep);
       if (HasFatalFailure()) FAIL() << "step " << i;
     }
-    // What bodies do to each other adds up to nothing: their weight is on the ground.
+    // Forces between the bodies cancel: the ground carries their weight.
     const Wrench on_ground = wrench_on(lab.world, ground, Eigen::Vector3d::Zero());
     Wrench on_bodies;
     for (const BodyId body : bodies) on_bodies.impulse += wrench_on(lab.world, body, {0, 0, 0}).impulse;
@@ -211,7 +213,7 @@ TEST(ContactForces, AreTheChangeOfMomentumInAPile) {
   }
 }
 
-// A slab with more neighbors than colors could part is a hub.
+// A slab with more neighbors than there are colors is a hub.
 TEST(ContactForces, AreTheChangeOfMomentumOfAHub) {
   Lab lab(measured());
   lab.add_ground();
@@ -229,7 +231,7 @@ TEST(ContactForces, AreTheChangeOfMomentumOfAHub) {
   }
 }
 
-TEST(ContactForces, KeepWithinCoulombsCone) {
+TEST(ContactForces, StayWithinCoulombsCone) {
   SceneLab pile("pile", {{"bodies", 300}, {"seed", 3}});
   WorldSettings settings = measured(pile.lab.world.settings());
   pile.lab.world.set_settings(settings);
@@ -248,7 +250,7 @@ TEST(ContactForces, KeepWithinCoulombsCone) {
   EXPECT_GT(sliding, 0);
 }
 
-TEST(ContactForces, AreListedByPairsAndTheSameForBodyShapeAndAll) {
+TEST(ContactForces, AreListedByPairsAndAgreeBetweenBodyShapeAndWorldQueries) {
   SceneLab pile("pile", {{"bodies", 100}, {"seed", 5}});
   pile.lab.world.set_settings(measured(pile.lab.world.settings()));
   pile.lab.run(120);
@@ -310,8 +312,8 @@ TEST(ContactForces, HaveTheSameBitsOnEveryInstructionSetAndThreadCount) {
   }
 }
 
-TEST(ContactForces, OfAReboundAreNotThoseOfItsNeighbors) {
-  // The square of the slow ball's speed is no number: friction does not see that it has nothing to hold by.
+TEST(ContactForces, OfAReboundDoNotDependOnNeighboringContacts) {
+  // The square of the slow ball's speed underflows to zero.
   WorldSettings settings = measured();
   settings.gravity = {};
   std::vector<float> friction;
@@ -354,7 +356,7 @@ TEST(ContactForces, OfSleepersAreThoseOfTheirLastAwakeStepAlsoInARestoredWorld) 
   Lab lab(measured(WorldSettings{}));
   lab.add_ground();
   const BodyId box = lab.add({.position = {0, 0.5f, 0}}, Box{});
-  lab.add({.position = {5, 0.5f, 0}, .can_sleep = false}, Box{});  // somebody stays awake
+  lab.add({.position = {5, 0.5f, 0}, .can_sleep = false}, Box{});  // one body stays awake
   lab.run(200);
   ASSERT_FALSE(lab.world.is_awake(box));
   const float weight = static_cast<float>(lab.mass(box) * kGravity) * kStep;

@@ -12,7 +12,7 @@ inline Eigen::Vector3d contact_force(const World& world, BodyId a, BodyId b) {
   const WorldData& data = internals(world);
   const ContactRows& rows = data.contacts.now;
   Eigen::Vector3d sum(0, 0, 0);
-  for (const std::int32_t touching : data.contacts.touching) {
+  for (const std::int32_t touching : data.contacts.active) {
     const auto row = static_cast<std::size_t>(touching);
     const Manifold& m = rows.manifold[row];
     auto first = static_cast<std::uint32_t>(data.shapes.body[static_cast<std::size_t>(rows.pair[row].a)]);

@@ -50,7 +50,7 @@ class PassByPass {
     });
   }
   const simd::ContactKernels& kernels() const { return crew_.kernels().contact; }
-  std::size_t contacts() const { return data_.contacts.touching.size(); }
+  std::size_t contacts() const { return data_.contacts.active.size(); }
   double most() const { return most_; }
 
  private:

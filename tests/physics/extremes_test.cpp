@@ -1,4 +1,4 @@
-// The most extreme numbers that calls accept keep every state finite.
+// Every state stays finite with the most extreme numbers that calls accept.
 #include <core/world/limits.h>
 #include <tests/core/constraints/joint_samples.h>
 #include <tests/physics/lab.h>
@@ -117,7 +117,7 @@ void add_extremes_of_settings(std::vector<Extreme>& list) {
   });
 }
 
-// Of joints with the world, so that the body alone can be at fault.
+// Joints with the world only, so that only this body can be at fault.
 void add_extremes_of_joints(std::vector<Extreme>& list) {
   const auto add = [&](const char* name, const JointDef& def, const Joint& joint) {
     list.push_back({std::string(name) + ", kind " + std::to_string(joint.index()),
@@ -173,7 +173,7 @@ std::vector<Extreme> extremes() {
   return list;
 }
 
-// The force for one body's acceleration, then the mass for the one that it shall have.
+// Sets the force for one body's acceleration, then the mass for the target acceleration.
 void accelerate(World& world, BodyId body, float acceleration, Vec3 way, bool turns) {
   constexpr float kMostLoad = 1e30f;
   const float load = std::min(acceleration, kMostLoad), inertia = load / acceleration;
@@ -182,8 +182,8 @@ void accelerate(World& world, BodyId body, float acceleration, Vec3 way, bool tu
   world.set_mass_properties(body, {.mass = inertia, .inertia = {inertia, inertia, inertia}});
 }
 
-// Squares of such speeds are no numbers, though the speeds are.
-TEST(Extremes, AnAccelerationBeyondAllSpeedsIsLimitedOrQuarantinesTheBody) {
+// Such speeds are finite, but their squares are not.
+TEST(Extremes, AnAccelerationBeyondTheSpeedLimitIsLimitedOrQuarantinesTheBody) {
   int limited = 0, quarantined = 0;
   for (const bool turns : {false, true}) {
     for (int exponent = 16; exponent <= 37; ++exponent) {
@@ -216,9 +216,9 @@ TEST(Extremes, AnAccelerationBeyondAllSpeedsIsLimitedOrQuarantinesTheBody) {
   EXPECT_GE(quarantined, 16);
 }
 
-// Does something extreme to a body in a heap and requires of the steps that follow that all stays finite,
-// that no other body is quarantined, and that the events list the one that is. Returns how many bodies were
-// restored.
+// Applies extreme input to a body in a heap. Expects in the steps that follow that all stays finite, that no
+// other body is quarantined, and that the events list this body if it is. Returns the number of restored
+// bodies.
 std::size_t suffer(const std::function<void(World&, BodyId, ShapeId)>& make) {
   Lab lab;
   const std::vector<BodyId> heap = add_heap(lab, 12, 3);
@@ -244,7 +244,7 @@ std::size_t suffer(const std::function<void(World&, BodyId, ShapeId)>& make) {
   return restored;
 }
 
-TEST(Extremes, AnAccelerationBeyondAllSpeedsInAHeapHarmsNoOtherBody) {
+TEST(Extremes, AnAccelerationBeyondTheSpeedLimitInAHeapQuarantinesNoOtherBody) {
   for (const bool turns : {false, true}) {
     for (int exponent = 20; exponent <= 37; exponent += turns ? 4 : 2) {
       SCOPED_TRACE(std::to_string(exponent) + (turns ? ", turning" : ""));
@@ -266,7 +266,7 @@ TEST(Extremes, EachAloneStaysFinite) {
 
 TEST(Extremes, SeveralTogetherStayFinite) {
   const std::vector<Extreme> list = extremes();
-  int breaking = 0;  // trials in which somebody was restored
+  int breaking = 0;  // trials in which a body was restored
   for (std::uint64_t trial = 0; trial < 150; ++trial) {
     Random random(trial);
     std::vector<const Extreme*> chosen;
@@ -281,7 +281,7 @@ TEST(Extremes, SeveralTogetherStayFinite) {
       for (const Extreme* extreme : chosen) {
         try {
           extreme->make(world, body, shape);
-        } catch (const Error&) {  // too much after what came before
+        } catch (const Error&) {  // too large together with earlier input
         }
       }
     });

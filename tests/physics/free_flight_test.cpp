@@ -110,11 +110,11 @@ constexpr Solid kSolids[] = {{{1.0f, 1.2f, 1.5f}, "brick"},          {{1.0f, 0.1
                              {{1.0f, 0.1f, 1.0f}, "plate of 1:10"},  {{1.0f, 0.02f, 1.0f}, "plate of 1:50"},
                              {{1.0f, 0.01f, 0.8f}, "plate of 1:100"}};
 
-// How a spin is held.
+// How a spinning body is supported.
 enum class Held { not_at_all, by_a_smooth_floor, by_a_ball_joint };
 
-// Bodies that spin as they like: nothing that acts on them has a torque about their centers. What lies on the
-// floor is a ball there, with the inertia of something else.
+// Bodies that spin freely: no force on them has a torque about their centers. On the floor they have the
+// shape of a ball, with the inertia of another shape.
 struct Spins {
   Spins(const WorldSettings& settings, Held held)
       : lab(settings), floor(lab.add_ground({.friction = 0}, {}, 400.0f)), held_by(held) {}
@@ -150,8 +150,8 @@ struct Spins {
     }
   }
 
-  // Runs, and expects what is left of the energy and of the momentum's magnitude, and how far its direction
-  // has turned, to be within these.
+  // Runs, and expects that the errors of the energy, of the momentum's magnitude and of its direction stay
+  // within these limits.
   void run(int steps, double tolerance, double turn) {
     std::vector<double> energy(bodies.size()), magnitude(bodies.size()), direction(bodies.size());
     for (int done = 0; done < steps; done += 7) {
@@ -186,7 +186,7 @@ WorldSettings weightless(int substeps) {
   return settings;
 }
 
-// A ruler that tumbles spins at times 1.4 times as fast as when it was thrown, which must be below the limit.
+// A tumbling ruler spins at times 1.4 times as fast as at first, which must be below the limit.
 constexpr float kSpeeds[] = {3.0f, 20.0f, 70.0f, 280.0f};  // rad/s
 
 TEST(FreeFlight, SlenderBodiesKeepMomentumAndEnergyAtAllSpeeds) {
@@ -214,7 +214,7 @@ TEST(FreeFlight, APipeSpinsForAMinuteAsItWasThrown) {
 }
 
 TEST(FreeFlight, AtTheLimitOfSpeedASpinGainsNothing) {
-  // What would spin faster on its way is slowed down to the limit, which takes energy.
+  // The limit slows down bodies that would spin faster on their way, which takes energy.
   for (const int substeps : {1, 4}) {
     Spins spins(weightless(substeps), Held::not_at_all);
     spins.add_all(399.0f, 11);
@@ -228,7 +228,7 @@ TEST(FreeFlight, AtTheLimitOfSpeedASpinGainsNothing) {
 }
 
 TEST(FreeFlight, HoweverFarItTurnsInAStepASpinKeepsItsEnergy) {
-  // Up to thousands of turns in a step. Nothing can tell where the momentum points then.
+  // Up to thousands of turns in a step, where the direction of the momentum is arbitrary.
   for (const float speed : {1e3f, 3e4f, 3e5f}) {
     SCOPED_TRACE(speed);
     WorldSettings settings = weightless(1);
@@ -239,8 +239,9 @@ TEST(FreeFlight, HoweverFarItTurnsInAStepASpinKeepsItsEnergy) {
   }
 }
 
-// The inertia of what is touched stays as it is for a step, so its momentum points aside by what it turns by
-// in one, and from there wanders with the third power of that: not to be seen in ten seconds at 5 rad/s.
+// The inertia of a touching body stays constant during a step, so its momentum points aside by the rotation
+// of one step. From there it drifts with the third power of that angle: not visible in ten seconds at 5
+// rad/s.
 TEST(SpinOnASmoothFloor, IsThatOfFreeFlight) {
   for (const int substeps : {1, 4}) {
     for (const float speed : {2.0f, 5.0f, 20.0f, 60.0f, 280.0f}) {
@@ -267,7 +268,7 @@ TEST(SpinOnABallJoint, IsThatOfFreeFlight) {
   }
 }
 
-// Off its center it is slowed down by the joint, which swings along with the substeps, but never speeds up.
+// A spin off the center loses speed by the joint, which swings along with the substeps, but never gains any.
 TEST(SpinOnABallJoint, OffTheCenterOfASlenderBodyNeverGainsEnergy) {
   for (const float speed : {5.0f, 20.0f, 60.0f}) {
     Lab lab(without_gravity());
@@ -309,7 +310,7 @@ TEST(FreeFlight, FollowsTheParabola) {
   const BodyId body = lab.add({.linear_velocity = {3, 10, -1}}, Sphere{});
   lab.run(120);
   EXPECT_NEAR(lab.position(body).x(), 6.0, 1e-4);
-  // Semi-implicit Euler is late by g t h / 2.
+  // Semi-implicit Euler lags by g t h / 2.
   EXPECT_NEAR(lab.height(body), 20.0 - 0.5 * kGravity * 4.0, 0.5 * kGravity * 2.0 / 240.0 + 1e-3);
   EXPECT_NEAR(lab.velocity(body).y(), 10.0 - 2.0 * kGravity, 1e-4);
 }
@@ -339,7 +340,7 @@ TEST(FreeFlight, ForcesActForOneStep) {
 }
 
 TEST(Collision, KeepsMomentum) {
-  // Off center, with friction and rebound, tumbling on.
+  // Bodies that tumble after an off-center impact with friction and rebound.
   Lab lab(without_gravity());
   const Material material{.friction = 0.5f, .restitution = 0.4f};
   const BodyId a = lab.add({.position = {-2, 0.2f, 0.1f}, .linear_velocity = {4, 0, 0}}, Box{}, material);
@@ -356,7 +357,7 @@ TEST(Collision, KeepsMomentum) {
   };
   const Eigen::Vector3d before = momentum(), spin_before = angular_momentum();
   const double energy = lab.kinetic_energy(a) + lab.kinetic_energy(b);
-  // At 240 Hz: impulses act at the points of the step's beginning, so the angular momentum is exact to the
+  // At 240 Hz. Impulses act at the points of the step's beginning, so the angular momentum is exact up to the
   // slip within a step (at 60 Hz this impact costs 3 % of it).
   lab.run(480, 1.0f / 240.0f);
   EXPECT_GT(lab.velocity(b).norm(), 0.1) << "they have met";

@@ -39,7 +39,7 @@ TEST(Friction, SlipOnTheSlopeStartsAtTheAngleOfFriction) {
 }
 
 TEST(Friction, SlidingBoxStopsAfterTheDistanceOfItsEnergy) {
-  // v^2 / (2 mu g), in every direction of the plane alike.
+  // v^2 / (2 mu g), equal in every direction of the plane.
   for (const double direction : {0.0, 0.4, 0.785, 1.3, 2.5}) {
     Lab lab;
     lab.add_ground({.friction = 0.5f});
@@ -102,8 +102,8 @@ TEST(Friction, TwistStopsASpinningBox) {
 }
 
 TEST(Friction, TwistStopsABallThatSpinsInPlace) {
-  // The patch of a ball that gives way by d = 5 mm, at most 0.02 r, has the radius sqrt(r d); Hertz's
-  // pressure in it resists with mu N times 3 pi / 16 of that.
+  // The contact patch of a ball that yields by d = 5 mm, at most 0.02 r, has the radius sqrt(r d). Under
+  // Hertz's pressure the friction torque is mu N times 3 pi / 16 of that radius.
   const std::vector<Vec3> corners = {{-5, -2, -5}, {5, -2, -5}, {-5, -2, 5}, {5, -2, 5},
                                      {-5, 0, -5},  {5, 0, -5},  {-5, 0, 5},  {5, 0, 5}};
   for (const Geometry& floor : {Geometry{Box{{5, 1, 5}}}, Geometry{ConvexHull{Hull(corners)}}}) {
@@ -135,7 +135,7 @@ TEST(Friction, TwistStopsTheSpinOfARollingBallButNotItsRolling) {
   const BodyId ball =
       lab.add({.position = {0, 0.3f, 0}, .linear_velocity = {3, 0, 0}, .angular_velocity = {0, 5, -10}},
               Sphere{0.3f}, {.friction = 0.6f});
-  // As for a ball that spins in place.
+  // The same torque as for a ball that spins in place.
   const double patch = std::sqrt(0.3 * 0.005);
   const double torque = 0.6 * lab.mass(ball) * kGravity * 3.0 * std::numbers::pi / 16.0 * patch;
   const double slower = torque / lab.inertia(ball)(1, 1);  // rad/s^2
@@ -151,7 +151,7 @@ TEST(Friction, TwistStopsTheSpinOfARollingBallButNotItsRolling) {
 // The torque is friction x weight x 3 pi / 16 of the patch's radius.
 TEST(Friction, APatchOfAGivenRadiusStopsTheSpinOfABallInThePredictedTime) {
   for (const float patch : {0.02f, 0.1f}) {
-    for (const bool on_ground : {false, true}) {  // of two surfaces the larger one counts
+    for (const bool on_ground : {false, true}) {  // the larger radius of two surfaces counts
       Lab lab;
       Material ball_material{.friction = 0.5f, .patch_radius = 0.0f}, ground_material = ball_material;
       (on_ground ? ground_material : ball_material).patch_radius = patch;
@@ -186,7 +186,7 @@ TEST(Friction, WithoutAPatchABallSpinsForEver) {
                                                                  {0, -2, 0}})}};
   for (const Geometry& support : supports) {
     Lab lab;
-    // What the other surface does not give does not count.
+    // A radius has no effect unless a surface specifies it.
     lab.add({.type = BodyType::fixed, .position = {0, -1, 0}}, support, {.friction = 0.9f});
     const BodyId ball = lab.add({.position = {0, 0.3f, 0}, .angular_velocity = {0, 20, 0}}, Sphere{0.3f},
                                 {.friction = 0.9f, .patch_radius = 0.0f});
@@ -196,8 +196,8 @@ TEST(Friction, WithoutAPatchABallSpinsForEver) {
   }
 }
 
-// Its manifold is recycled from step to step while its points turn away with it; a sphere has nothing to
-// recycle. Up to half a radian a step.
+// The manifold is recycled from step to step while its points turn away with the capsule; a sphere has
+// nothing to recycle. Up to half a radian a step.
 TEST(Friction, ACapsuleRollsAsASphereDoes) {
   const std::pair<float, float> cases[] = {{0.1f, 0.5f}, {0.1f, 3.0f}, {0.3f, 0.5f}, {0.3f, 3.0f},
                                            {0.3f, 8.0f}, {0.5f, 3.0f}, {0.5f, 8.0f}};
@@ -226,7 +226,7 @@ TEST(Friction, ACapsuleRollsAsASphereDoes) {
 }
 
 TEST(RollingResistance, StopsABallAfterThePredictedDistance) {
-  // The torque b N slows rolling by 5 g b / (7 r): the way is 7 v^2 r / (10 g b).
+  // The torque b N slows rolling by 5 g b / (7 r), so the distance is 7 v^2 r / (10 g b).
   for (const float resistance : {0.02f, 0.05f}) {
     Lab lab;
     lab.add_ground({.friction = 0.8f});
@@ -239,7 +239,7 @@ TEST(RollingResistance, StopsABallAfterThePredictedDistance) {
   }
 }
 
-TEST(RollingResistance, IsTheSameForABallOfDust) {
+TEST(RollingResistance, IsTheSameForABallOfTinyMass) {
   Eigen::Vector3d expected = Eigen::Vector3d::Zero();
   for (const float mass : {1.0f, 1e-15f, 1e-20f}) {
     Lab lab;
@@ -255,7 +255,7 @@ TEST(RollingResistance, IsTheSameForABallOfDust) {
 }
 
 TEST(RollingResistance, HoldsABallOnASlopeBelowItsAngle) {
-  // It holds while tan(angle) < b / r.
+  // The ball stays in place while tan(angle) < b / r.
   for (const bool rolls : {false, true}) {
     Lab lab;
     const Quat tilt = rotation_about({0, 0, 1}, rolls ? 0.11 : 0.09);

@@ -1,4 +1,4 @@
-// Laws of hubs: bodies of so many contacts that they are solved in groups.
+// Laws of hubs: bodies with so many contacts that these are solved in groups.
 #include <parallel/constraints/constraints.h>
 #include <tests/physics/lab.h>
 
@@ -56,7 +56,7 @@ TEST(Hub, TheImpulsesOfTheLoadSumToItsWeight) {
   for (std::size_t i = 1; i < bodies.size(); ++i) weight += lab.mass(bodies[i]) * kGravity;
   const WorldData& data = internals(lab.world);
   double impulse = 0.0;
-  for (const std::int32_t touching : data.contacts.touching) {
+  for (const std::int32_t touching : data.contacts.active) {
     const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(touching)];
     const auto plate = static_cast<std::int32_t>(bodies[0].index);
     if (manifold.row_a != plate && (manifold.row_b != plate || (manifold.info & kManifoldStatic) != 0))
@@ -67,13 +67,13 @@ TEST(Hub, TheImpulsesOfTheLoadSumToItsWeight) {
   EXPECT_NEAR(impulse / substep, weight, 0.01 * weight);
 }
 
-// Small balls fly from all sides at a big one.
+// Small balls fly at a big ball from all sides.
 std::vector<BodyId> add_swarm(Lab& lab) {
   std::vector<BodyId> bodies{lab.add({}, Sphere{3.0f})};
   Random random(7);
   constexpr int kBalls = 300;
   for (int i = 0; i < kBalls; ++i) {
-    const double height = 1.0 - 2.0 * (i + 0.5) / kBalls;  // a spiral of even density
+    const double height = 1.0 - 2.0 * (i + 0.5) / kBalls;  // a spiral of uniform density
     const double turn = 2.39996323 * i, ring = std::sqrt(1.0 - height * height);
     const Eigen::Vector3d out(ring * std::cos(turn), height, ring * std::sin(turn));
     const auto to_vec = [](const Eigen::Vector3d& v) {
@@ -116,7 +116,7 @@ TEST(Hub, KeepsMomentumAndGainsNoEnergy) {
   EXPECT_GT(chunks, 10);
 }
 
-// A slab on 20 x 15 fixed tiles: more of them than a body has colors for.
+// A slab on 20 x 15 fixed tiles, more than the colors of a body.
 BodyId add_slab_on_tiles(Lab& lab, Vec3 velocity) {
   for (int i = 0; i < 300; ++i) {
     const Vec3 place{static_cast<float>(i % 20) - 9.5f, -0.25f, static_cast<float>(i / 20) - 7.0f};
@@ -142,7 +142,7 @@ TEST(Hub, ASlabOnHundredsOfTilesSlidesAndStopsAsOnAFloor) {
     EXPECT_NEAR(lab.velocity(slab).x(), speed, 0.03) << "step " << i;
     double carried = 0.0;
     const WorldData& data = internals(lab.world);
-    for (const std::int32_t row : data.contacts.touching) {
+    for (const std::int32_t row : data.contacts.active) {
       const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(row)];
       for (const float impulse : manifold.normal_impulse) carried += static_cast<double>(impulse);
     }
@@ -151,7 +151,7 @@ TEST(Hub, ASlabOnHundredsOfTilesSlidesAndStopsAsOnAFloor) {
   EXPECT_NEAR(lab.position(slab).x() - before, 1.0 / (2.0 * 0.5 * kGravity), 0.01);
 }
 
-// Bodies in one place, each of which touches all others.
+// Bodies at the same place, each of which touches all others.
 std::vector<BodyId> add_cluster(Lab& lab) {
   Random random(11);
   std::vector<BodyId> bodies;
@@ -163,7 +163,7 @@ std::vector<BodyId> add_cluster(Lab& lab) {
   return bodies;
 }
 
-TEST(Hub, BodiesInOnePlacePartAndKeepTheirMomentum) {
+TEST(Hub, BodiesInOnePlaceSeparateAndKeepTheirMomentum) {
   WorldSettings settings = without_gravity();
   settings.measure_penetration = true;
   Lab lab(settings);
@@ -183,7 +183,7 @@ TEST(Hub, BodiesInOnePlacePartAndKeepTheirMomentum) {
   EXPECT_LT(lab.world.stats().penetration_max, 0.1 * depth);
 }
 
-TEST(Hub, GroupsDoNotDependOnWidthOrThreads) {
+TEST(Hub, ResultsDoNotDependOnLaneWidthOrThreads) {
   std::vector<std::uint64_t> expected;
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
     if (!is_supported(isa)) continue;

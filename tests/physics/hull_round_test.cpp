@@ -1,4 +1,4 @@
-// Spheres and capsules on hulls obey the laws that they obey on boxes.
+// Spheres and capsules obey the same laws on hulls as on boxes.
 #include <tests/physics/lab.h>
 
 #include <numbers>

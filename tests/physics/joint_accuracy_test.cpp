@@ -1,4 +1,4 @@
-// Joints against mechanics that can be reckoned: pendulums, chains, tops.
+// Joints against closed-form mechanics: pendulums, chains, tops.
 #include <tests/physics/lab.h>
 
 #include <algorithm>
@@ -63,7 +63,7 @@ struct Pendulum {
   }
 };
 
-// Of a pendulum's period to that of small swings: 1 / AGM(1, cos(angle / 2)), by Gauss.
+// Ratio of a pendulum's period to that of small swings: 1 / AGM(1, cos(angle / 2)), by Gauss.
 double stretch_of_period(double angle) {
   double a = 1.0, b = std::cos(0.5 * angle);
   for (int i = 0; i < 30; ++i) {
@@ -151,7 +151,7 @@ struct Chain {
       links.push_back(above = link);
     }
   }
-  // Of the last link's end, over the length of the chain.
+  // Error of the last link's end, over the length of the chain.
   double stretch() const {
     const Pose pose = lab.world.pose(links.back());
     const Eigen::Vector3d end =
@@ -198,7 +198,7 @@ TEST(Chain, BearsAThousandTimesTheWeightOfALink) {
   EXPECT_LT(worst, 0.05);
 }
 
-// A disk on a rod that begins with the steady precession of a level axle: I3 spin rate = m g arm.
+// A disk on a rod that starts with the steady precession of a level axle: I3 spin rate = m g arm.
 TEST(SpinningTop, PrecessesAtThePredictedRate) {
   for (const double spin : {30.0, 100.0}) {
     Lab lab;

@@ -30,7 +30,7 @@ TEST(DistanceJoint, ARodKeepsItsLengthWhileItSwings) {
     if (i > 60) highest = std::max(highest, rod.lab.height(rod.ball) + 2);
   }
   EXPECT_LT(worst, 1e-3);
-  EXPECT_NEAR(highest, 2.0, 0.02);  // it comes up again as high as it began
+  EXPECT_NEAR(highest, 2.0, 0.02);  // it rises to its initial height again
 }
 
 TEST(DistanceJoint, ARodPushesAndPulls) {
@@ -43,7 +43,7 @@ TEST(DistanceJoint, ARodPushesAndPulls) {
   }
 }
 
-TEST(DistanceJoint, ARopeIsSlackAndThenTight) {
+TEST(DistanceJoint, ARopeIsSlackUntilItsLength) {
   Tied rope({.lower = 0, .upper = 2}, {0, -0.5f, 0});
   rope.lab.run(20);
   const double t = 20.0 / 60.0, h = 1.0 / 240.0;

@@ -43,7 +43,7 @@ struct Flap {
 };
 
 TEST(Hinge, HoldsItsAxisUnderItsOwnWeight) {
-  // A door, and a flap that hangs down from a level axis once it has come to rest.
+  // A door, and a flap that ends at rest hanging down from a level axis.
   Flap door(HingeJoint{}, {0, 1, 0});
   door.lab.run(300);
   RecordProperty("door_offset", std::to_string(door.offset()));
@@ -165,7 +165,7 @@ TEST(Weld, HoldsACantilever) {
   EXPECT_LT(2 * turn.vec().norm(), 5e-4);
 }
 
-TEST(Weld, SoftOnesSwingAtTheirFrequency) {
+TEST(Weld, SoftWeldsSwingAtTheirFrequency) {
   Flap beam(WeldJoint{.angular_hertz = 1.0f, .angular_damping_ratio = 0.0f}, {1, 0, 0}, without_gravity());
   beam.lab.world.add_angular_impulse(beam.plate, {0, 0, 20});
   int crossings = 0;

@@ -1,4 +1,4 @@
-// Laws of joints in closed loops, which hold some things more often than needed.
+// Laws of joints in closed loops, which are overconstrained.
 #include <tests/physics/lab.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ BodyId add_bar(Lab& lab, const Eigen::Vector3d& from, const Eigen::Vector3d& to)
                  Box{{0.5f * static_cast<float>(along.norm()), 0.05f, 0.05f}});
 }
 
-// At a point of the world.
+// A frame at a point of the world.
 JointId add_hinge(Lab& lab, BodyId a, BodyId b, const Eigen::Vector3d& at, const JointAxis& angle = {}) {
   const auto frame = [&](BodyId body) {
     const Eigen::Quaterniond turn =
@@ -40,7 +40,7 @@ JointId add_hinge(Lab& lab, BodyId a, BodyId b, const Eigen::Vector3d& at, const
                                 HingeJoint{angle});
 }
 
-// Two equal cranks that hang side by side and the bar between their ends, which does not turn: a pendulum.
+// Two equal cranks side by side and a coupler bar between their ends, which does not turn: a pendulum.
 TEST(JointLoop, AParallelogramSwingsAsThePendulumThatItIs) {
   constexpr double kLength = 1.5, kWidth = 2.0, kAngle = 0.1;
   Lab lab(without_sleep());
@@ -70,7 +70,8 @@ TEST(JointLoop, AParallelogramSwingsAsThePendulumThatItIs) {
   EXPECT_NEAR(period / expected, 1.0, 0.005);
 }
 
-// A motor turns the short bar of four; where the joint of the other two is, is plane geometry.
+// A motor drives the short bar of a four-bar linkage. Plane geometry gives the position of the joint between
+// the other two bars.
 TEST(JointLoop, ACrankRockerKeepsToItsGeometry) {
   constexpr double kCrank = 1.0, kCoupler = 3.5, kRocker = 3.0, kSpeed = 3.0;
   const Eigen::Vector3d at_crank(0, 0, 0), at_rocker(4, 0, 0);
@@ -97,7 +98,7 @@ TEST(JointLoop, ACrankRockerKeepsToItsGeometry) {
     turned += std::remainder(angle - last, 2 * kPi);
     last = angle;
     const Eigen::Vector3d tip = at_rocker + 2.0 * (lab.position(rocker) - at_rocker);
-    // The motor, which nothing bounds, begins with a shock.
+    // The unbounded motor starts with a shock.
     EXPECT_LT((tip - meeting(now)).norm(), i < 10 ? 2e-2 : 2e-3) << "step " << i;
   }
   EXPECT_NEAR(turned, kSpeed * 10.0, 0.1);

@@ -1,4 +1,4 @@
-// Wheels, universal and planar joints, gears, racks, pulleys, motors and mice in whole worlds.
+// Wheel, universal, planar, gear, rack, pulley, motor and mouse joints in whole worlds.
 #include <tests/physics/lab.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// A joint that lets a body turn about an axis of the world through its center, as a bearing would.
+// A hinge with the world through the body's center, as a bearing would hold it.
 JointId add_bearing(Lab& lab, BodyId body, Quat axes, const JointAxis& angle = {}) {
   const Vec3 center = lab.world.center_of_mass(body);
   const JointAxis held{.lower = 0, .upper = 0};
@@ -22,7 +22,7 @@ JointId add_bearing(Lab& lab, BodyId body, Quat axes, const JointAxis& angle = {
 
 constexpr float kWheelRadius = 0.35f;
 
-// It looks along x, its axles along z.
+// A car that faces along x, with its axles along z.
 struct Car {
   Lab lab;
   BodyId chassis, wheel[4];
@@ -80,9 +80,9 @@ TEST(Car, DrivesStraight) {
   car.lab.run(600);
   EXPECT_GT(car.lab.position(car.chassis).x(), 50.0);
   EXPECT_NEAR(car.lab.velocity(car.chassis).x(), 8.0, 0.2);
-  // Wheels are solved one after the other, which is not quite even: a thousandth of the way.
+  // Solving wheels one after the other is slightly asymmetric: a thousandth of the distance.
   EXPECT_LT(std::abs(car.lab.position(car.chassis).z()), 0.001 * car.lab.position(car.chassis).x());
-  // Which wheel comes last decides: 4.03 mrad.
+  // The wheel solved last decides: 4.03 mrad.
   EXPECT_LT(std::abs(car.heading()), 4.5e-3);
 }
 
@@ -99,16 +99,17 @@ TEST(Car, TurnsWhenSteered) {
       turned += std::remainder(car.heading() - last, 2 * kPi);
       last = car.heading();
     }
-    // As a bicycle of that length turns.
+    // The turning radius is that of a bicycle of the same length.
     const double speed = std::hypot(car.lab.velocity(car.chassis).x(), car.lab.velocity(car.chassis).z());
     const double expected =
         4.0 * speed * std::tan(static_cast<double>(steering)) / static_cast<double>(Car::kAxles);
-    EXPECT_NEAR(speed, 3.0, 0.3);  // both wheels behind turn alike and slip
+    EXPECT_NEAR(speed, 3.0, 0.3);  // both rear wheels turn alike and slip
     EXPECT_NEAR(turned, expected, 0.1 * std::abs(expected));
   }
 }
 
-// Of a body about an axis, over any number of turns; `mark` is a direction of the body square to the axis.
+// Angle of a body about an axis, over any number of turns; `mark` is a direction of the body perpendicular to
+// the axis.
 class TurnCounter {
  public:
   TurnCounter(const Lab& lab, BodyId body, Eigen::Vector3d zero, Eigen::Vector3d quarter)
@@ -235,7 +236,7 @@ TEST(PlanarJoint, KeepsABodyInItsPlane) {
   }
   EXPECT_LT(off, 0.02);
   EXPECT_LT(tilt, 0.02);
-  double still = 0.0;  // in the end nothing pushes them out
+  double still = 0.0;  // in the end nothing pushes the boxes out of the plane
   for (const BodyId box : boxes) still = std::max(still, std::abs(lab.position(box).z()));
   EXPECT_LT(still, 1e-3);
 }

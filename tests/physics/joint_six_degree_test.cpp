@@ -1,4 +1,4 @@
-// Joints of six degrees of freedom: as each of the other joints, and what only they can.
+// Joints of six degrees of freedom: they can act as each of the other joints, and have modes of their own.
 #include <tests/physics/lab.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ SixDegreeJoint with_angle(SixDegreeJoint joint, const JointAxis& axis) {
   return joint;
 }
 
-// What a joint of six degrees shall move like.
+// A joint that a joint of six degrees must match.
 struct Likeness {
   std::string name;
   Joint other;
@@ -50,7 +50,7 @@ std::vector<Likeness> likenesses() {
 
 class SixDegreeAs : public testing::TestWithParam<Likeness> {};
 
-// A box on the world and a second one on the first, both begin to move.
+// A box on the world and a second box on the first; both start moving.
 struct Arm {
   Lab lab;
   BodyId upper, lower;

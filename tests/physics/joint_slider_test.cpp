@@ -1,4 +1,4 @@
-// Sliders: what they hold, where they stop, what drives them.
+// Sliders: held axes, limits, drives.
 #include <tests/physics/lab.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ Seen look_at(const World& world, JointId joint) {
   return {rotation_a.conjugate() * (anchor_b - anchor_a), rotation_a.angularDistance(rotation_b)};
 }
 
-// A cube of 1000 kg on a rail of the world through the origin, its center 0.5 m beside.
+// A cube of 1000 kg on a rail of the world through the origin. Its center is 0.5 m off the rail.
 struct Rail {
   Lab lab;
   BodyId cube;
@@ -87,7 +87,7 @@ TEST(SliderJoint, ItsMotorReachesItsSpeedWithBoundedForce) {
   EXPECT_NEAR(rail.lab.velocity(rail.cube).x(), 1.0, 1e-4);
 }
 
-// Of two bodies on their common axis; by the times at which they pass the middle.
+// Two bodies that slide on their common axis; measures the times at which they pass the middle.
 TEST(SliderJoint, ItsSpringHasItsFrequency) {
   Lab lab(without_gravity());
   const BodyId a = lab.add({.position = {0, 0, 0.3f}}, Box{{0.5f, 0.5f, 0.5f}});

@@ -1,4 +1,4 @@
-// Laws of stars: one body, the hub, that many others are joined to.
+// Laws of stars: many bodies joined to one body, the hub.
 #include <tests/physics/lab.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ Vec3 to_vec3(const Eigen::Vector3d& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
 
-// Which touches nothing.
+// Shapes that touch nothing.
 BodyId add_loose(Lab& lab, const Eigen::Vector3d& at, float mass, bool box = false) {
   const float volume = box ? 8.0f * kRadius * kRadius * kRadius : 4.18879f * kRadius * kRadius * kRadius;
   const BodyId body = lab.world.create_body({.position = to_vec3(at)});
@@ -43,7 +43,7 @@ BodyId add_loose(Lab& lab, const Eigen::Vector3d& at, float mass, bool box = fal
   return body;
 }
 
-// Joins two bodies that have not turned, at a point.
+// Joins two bodies that have not turned yet, at a point.
 JointId join_at(Lab& lab, BodyId a, BodyId b, const Eigen::Vector3d& point, const Joint& joint) {
   JointDef def{.body_a = a, .body_b = b};
   def.frame_a.position = to_vec3(a == kWorld ? point : Eigen::Vector3d(point - lab.position(a)));
@@ -95,16 +95,16 @@ Sums sums_of(const Lab& lab, const std::vector<BodyId>& bodies) {
   return sums;
 }
 
-// How far the joint's anchors have come apart, m, where they are held.
+// Largest distance in m between the joint's anchors where they are held.
 double gap_of(const Lab& lab, JointId joint) {
   const Vec3 offset = lab.world.joint_pose(joint).position;
   const bool slides = lab.world.joint_type(joint) == JointType::slider;
   return to_eigen(Vec3{slides ? 0.0f : offset.x, offset.y, offset.z}).norm();
 }
 
-// That bodies without gravity which were set in motion never have more energy than at first, and keep their
-// momentum: the linear one, and the angular one but for the couples that forces make over the gap between two
-// anchors. `scale`: the masses' speeds, kg m/s; arms are about 1 m long.
+// Expects that bodies set in motion without gravity never gain energy and keep their momentum. The angular
+// momentum may change by the couples of forces over the gap between two anchors. `scale`: the masses' speeds,
+// kg m/s; arms are about 1 m long.
 void expect_passive(Lab& lab, const std::vector<BodyId>& bodies, const std::vector<JointId>& joints,
                     int steps, double scale) {
   const Sums before = sums_of(lab, bodies);
@@ -184,7 +184,7 @@ TEST(JointStar, GainsNoEnergyAndKeepsMomentumAfterAKick) {
   }
 }
 
-TEST(JointStar, GainsNoEnergyWhateverItsArms) {
+TEST(JointStar, GainsNoEnergyForAnyLengthsOfItsArms) {
   for (const int leaves : {4, 8, 16, 33, 100}) {
     for (const bool in_plane : {false, true}) {
       expect_passive({.leaves = leaves, .hub_arm = 0.05f, .in_plane = in_plane}, 120);
@@ -254,10 +254,10 @@ TEST(JointStar, ThatIsAWheelGainsNoEnergy) {
   }
 }
 
-// Sprung leaves in pairs about a hub that keeps still: each swings at the frequency that it was given for
-// both masses, which with the hub at rest is lower by the root of two. However many share the hub, its
-// springs are as stiff.
-TEST(JointStar, SpringsAreAsStiffAsTheyAreGiven) {
+// Sprung leaves in pairs about a hub that stays at rest. A spring's frequency is that of both masses; with
+// the hub at rest each leaf swings slower by the root of two. The springs keep their stiffness whatever
+// number of leaves shares the hub.
+TEST(JointStar, SpringsHaveTheGivenStiffness) {
   constexpr double kHertz = 2.0;
   for (const int leaves : {2, 8, 16, 40, 100}) {
     SCOPED_TRACE(std::to_string(leaves) + " leaves");
@@ -278,7 +278,7 @@ TEST(JointStar, SpringsAreAsStiffAsTheyAreGiven) {
         lab.world.create_joint({.body_a = star.hub, .body_b = star.leaves.back()}, spring);
       }
     }
-    // From the outer end to the first way inwards through the target is a quarter of the period.
+    // A quarter of the period passes from the outer end to the first crossing of the target.
     int steps = 0;
     while (lab.position(star.leaves[0]).norm() > 1.9 && steps < 600) {
       lab.run(1);
@@ -289,10 +289,10 @@ TEST(JointStar, SpringsAreAsStiffAsTheyAreGiven) {
   }
 }
 
-// A hub on one joint under the world, with leaves that hang straight down from points about it. A joint gives
-// way by its load over m omega^2 where omega is that of 3/16 of the substeps' rate, and m the mass of a leaf
-// against its part of the hub: one of (leaves + 16) / 2 at most, whose response is 3.5 times that of the mass
-// alone, as it may turn. The hook gives way by the whole weight over that of the hub alone.
+// A hub on one joint under the world, with leaves that hang straight down from points about it. A joint
+// yields by its load over m omega^2, where omega is that of 3/16 of the substeps' rate, and m the mass of a
+// leaf against its part of the hub: one of (leaves + 16) / 2 at most, whose response is 3.5 times that of the
+// mass alone, because it may turn. The hook yields by the whole weight over that of the hub alone.
 TEST(JointStar, ThatHangsCarriesItsLeaves) {
   for (const int leaves : {4, 16, 33, 100}) {
     SCOPED_TRACE(std::to_string(leaves) + " leaves");
@@ -339,7 +339,7 @@ TEST(JointStar, OfABodyThatBecomesFixedLeavesNothingBehind) {
   }
 }
 
-TEST(JointStar, DoesNotDependOnWidthOrThreads) {
+TEST(JointStar, DoesNotDependOnLaneWidthOrThreads) {
   std::vector<std::uint64_t> expected;
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
     if (!is_supported(isa)) continue;

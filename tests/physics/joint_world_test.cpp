@@ -1,4 +1,4 @@
-// Joints among contacts: who collides, who sleeps and wakes, what breaks, hubs, colors.
+// Joints among contacts: collision, sleep and waking, breaking, hubs, colors.
 #include <parallel/constraints/constraints.h>
 #include <tests/core/constraints/joint_samples.h>
 #include <tests/physics/lab.h>
@@ -20,7 +20,7 @@ JointDef between(BodyId a, Vec3 anchor_a, BodyId b, Vec3 anchor_b) {
   return {.body_a = a, .body_b = b, .frame_a = {anchor_a, {}}, .frame_b = {anchor_b, {}}};
 }
 
-// Two boxes on the ground that a joint holds half a meter into each other.
+// Two boxes on the ground that overlap by half a meter, held by a joint.
 struct Overlapping {
   Lab lab;
   BodyId a, b;
@@ -36,7 +36,7 @@ struct Overlapping {
   }
   bool collide() {
     const WorldData& data = internals(lab.world);
-    return std::any_of(data.contacts.touching.begin(), data.contacts.touching.end(), [&](std::int32_t row) {
+    return std::any_of(data.contacts.active.begin(), data.contacts.active.end(), [&](std::int32_t row) {
       const Manifold& m = data.contacts.now.manifold[static_cast<std::size_t>(row)];
       const std::set<std::uint32_t> bodies{static_cast<std::uint32_t>(m.row_a),
                                            static_cast<std::uint32_t>(m.row_b)};
@@ -45,7 +45,7 @@ struct Overlapping {
   }
 };
 
-TEST(JointedBodies, CollideOnlyWhereTheJointSaysSo) {
+TEST(JointedBodies, CollideOnlyIfTheJointAllowsIt) {
   Overlapping apart(false), together(true);
   apart.lab.run(5);
   together.lab.run(5);
@@ -103,7 +103,7 @@ TEST(JointedBodies, FallAsleepAndWakeAsOneIsland) {
   EXPECT_EQ(lab.world.sleep_ends().size(), links.size());
 }
 
-TEST(JointedBodies, StayAwakeWithOneThatMoves) {
+TEST(JointedBodies, StayAwakeWhileOneMoves) {
   Lab lab(with_sleep());
   const std::vector<BodyId> links = hang_chain(lab, 4);
   const BodyId spinner = lab.add({.position = {0, -4.5f, 0}, .angular_velocity = {0, 20, 0}}, Sphere{0.1f});
@@ -158,7 +158,8 @@ TEST(Joint, BreaksAboveItsStrengthAndIsListed) {
   }
 }
 
-// A load that falls into its rope: the rope is taut within one substep, whichever of the step that is.
+// A load that falls into its rope. The rope is taut within one substep, whichever substep of the step this
+// is.
 TEST(Joint, BreaksByAShockShorterThanAStep) {
   for (int i = 0; i < 16; ++i) {
     Lab lab;
@@ -173,8 +174,8 @@ TEST(Joint, BreaksByAShockShorterThanAStep) {
   }
 }
 
-// A soft rope is a spring that begins at its length: it stops by v / (2 pi f) and never pulls harder than
-// that asks.
+// A soft rope is a spring with the rope's length as its rest length. It stops the load by v / (2 pi f) and
+// never pulls harder than a spring.
 TEST(Joint, OfASoftRopeStopsAFallAsASpringDoes) {
   const double rate = 2.0 * std::numbers::pi * 1.0, speed = 10.0;
   for (int i = 0; i < 24; ++i) {
@@ -199,7 +200,7 @@ TEST(Joint, OfASoftRopeStopsAFallAsASpringDoes) {
   }
 }
 
-TEST(Joint, ThatBreaksLetsABodyFallThatIsAboutToSleep) {
+TEST(Joint, ThatBreaksLetsABodyFallEvenIfItIsAboutToSleep) {
   int broken = 0;
   for (int calm = 1; calm < 90; ++calm) {
     Lab lab(with_sleep());
@@ -208,10 +209,11 @@ TEST(Joint, ThatBreaksLetsABodyFallThatIsAboutToSleep) {
     lab.run(calm);
     lab.world.set_joint_strength(joint, 1.0f, kNoLimit);
     lab.run(1);
-    if (lab.world.broken_joints().empty()) continue;  // it had fallen asleep before
+    if (lab.world.broken_joints().empty()) continue;  // the load had fallen asleep before
     ++broken;
     const double weight = lab.mass(load) * kGravity;
-    EXPECT_NEAR(lab.world.joint_reaction(joint).force.y, weight, 0.2 * weight) << "what broke it";
+    EXPECT_NEAR(lab.world.joint_reaction(joint).force.y, weight, 0.2 * weight)
+        << "the reaction that broke the joint";
     lab.run(30);
     EXPECT_LT(lab.velocity(load).y(), -4.0) << calm;
     EXPECT_EQ(lab.world.joint_reaction(joint), JointReaction{});
@@ -231,7 +233,7 @@ TEST(Joint, ReportsNoForceFromBeforeItSlept) {
   ASSERT_FALSE(lab.world.is_awake(links[1]));
   EXPECT_EQ(lab.world.joint_reaction(joint), JointReaction{});
   lab.world.wake(links[1]);
-  EXPECT_EQ(lab.world.joint_reaction(joint), JointReaction{}) << "it has borne nothing yet";
+  EXPECT_EQ(lab.world.joint_reaction(joint), JointReaction{}) << "no step has loaded the joint yet";
   lab.run(1);
   EXPECT_GT(lab.world.joint_reaction(joint).force.y, 0.0f);
 }
@@ -261,8 +263,8 @@ TEST(Joint, IsDestroyedWithItsBodyAndListedByTheNextStep) {
 
 // --- hubs and colors ---
 
-// A heavy ball with balls on short arms all around it, all in free flight; the first body of every joint or
-// the second one.
+// A heavy ball with balls on short arms all around it, all in free flight. The heavy ball is the first body
+// of every joint, or the second.
 std::vector<BodyId> add_hedgehog(Lab& lab, int count, float radius, const Joint& joint = BallJoint{},
                                  bool first = true) {
   std::vector<BodyId> bodies{lab.add({.mass = 50.0f}, Sphere{0.9f})};
@@ -306,8 +308,8 @@ TEST(JointHub, OfHundredsOfJointsIsSolvedInGroupsAndKeepsItsMomentum) {
   }
 }
 
-// What a kind holds is tested with pairs of bodies. No small balls here: one that slides along an axis at the
-// end of a long arm spins without bounds once the arm is square to that.
+// Pairs of bodies test what each kind holds. No small balls here: a ball that slides along an axis at the end
+// of a long arm spins without bounds once the arm is perpendicular to that axis.
 TEST(JointHub, OfEveryKindKeepsItsMomentumAndGainsNoEnergy) {
   for (const Joint& joint : test::plain_joints()) {
     const auto type = static_cast<JointType>(joint.index());
@@ -328,7 +330,7 @@ TEST(JointHub, OfEveryKindKeepsItsMomentumAndGainsNoEnergy) {
   }
 }
 
-// More of them than there are colors: the others are solved in groups, as a hub's joints are.
+// More joints than there are colors: the others are solved in groups, as a hub's joints are.
 TEST(JointHub, APlatformHangsLevelFromHundredsOfRopes) {
   Lab lab;
   const BodyId platform = lab.add({.mass = 5000.0f}, Box{{10, 0.25f, 7.5f}});
@@ -377,7 +379,7 @@ TEST(JointColoring, NoColorSharesADynamicBody) {
     const Edge& edge = constraints.edges[i];
     if (edge.color == kOverflowColor || edge.kind == EdgeKind::hub_a || edge.kind == EdgeKind::hub_b)
       continue;
-    joints += i >= data.contacts.touching.size() ? 1 : 0;
+    joints += i >= data.contacts.active.size() ? 1 : 0;
     const int color = edge.kind == EdgeKind::pushed_b ? 100 + edge.color : edge.color;
     EXPECT_TRUE(taken.insert({color, edge.body_b}).second) << "color " << color << ", body " << edge.body_b;
     if (edge.kind != EdgeKind::pushed_b) {

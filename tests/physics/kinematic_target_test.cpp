@@ -1,4 +1,4 @@
-// Laws of kinematic targets: one step brings the body there.
+// Laws of kinematic targets: one step moves the body to its target.
 #include <tests/physics/lab.h>
 
 #include <limits>
@@ -64,7 +64,7 @@ TEST(KinematicTarget, HalfATurnNeedsTwoSubsteps) {
   }
 }
 
-TEST(KinematicTarget, CarriesAndPushesWhatItTouches) {
+TEST(KinematicTarget, CarriesAndPushesTheBodiesItTouches) {
   Lab lab;
   lab.add_ground();
   const BodyId lift = lab.add({.type = BodyType::kinematic, .position = {0, 0.5f, 0}}, Box{{2, 0.5f, 2}});

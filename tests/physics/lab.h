@@ -1,4 +1,4 @@
-// What the laws are checked with: a world on one thread, and its mechanics in double precision.
+// Tools of the physics tests: a world on one thread, and its mechanics in double precision.
 #pragma once
 
 #include <core/world/math.h>
@@ -105,7 +105,7 @@ class Lab {
   Workers workers{1};
 };
 
-/// A lab with a scene of the catalog in it, sleeping off.
+/// A lab with a scene of the catalog, without sleep.
 struct SceneLab {
   explicit SceneLab(const std::string& name, const scenes::Parameters& parameters = {})
       : scene(scenes::build(name, parameters).front()),
@@ -127,8 +127,8 @@ struct SceneLab {
     }
     return worst;
   }
-  /// Whether every body is within `limit` beside its start, and below it by at most `limit` and the 10 % of
-  /// its height by which soft contacts give way while a tall load settles.
+  /// Whether every body is within `limit` of its start horizontally, and below it by at most `limit` and the
+  /// 10 % of its height by which soft contacts yield while a tall load settles.
   bool stands(double limit) const {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
       const double drop = start[i].y() - lab.height(bodies[i]);
@@ -136,7 +136,7 @@ struct SceneLab {
     }
     return drift() < limit;
   }
-  /// Steps until it no longer stands; returns the steps taken.
+  /// Steps until the scene no longer stands; returns the number of steps.
   int run_while_standing(int steps, double limit, int check_every = 20) {
     for (int i = 0; i < steps; i += check_every) {
       lab.run(check_every);
@@ -151,7 +151,7 @@ struct SceneLab {
   std::vector<Eigen::Vector3d> start;
 };
 
-/// Random numbers of the tests' own: the same everywhere.
+/// Random numbers for tests, the same on every platform.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ull + 1) {}
@@ -163,8 +163,7 @@ class Random {
     return low + (high - low) * static_cast<float>(state_ >> 40) * 0x1p-24f;
   }
   Vec3 vector(float size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
-  Quat
-  rotation() {  // the angle first: arguments of a call are evaluated in the order that the compiler likes
+  Quat rotation() {  // the angle first: the order in which arguments are evaluated is unspecified
     const double angle = static_cast<double>(uniform(0.0f, 6.0f));
     return rotation_about(vector(1.0f), angle);
   }

@@ -1,4 +1,4 @@
-// Laws of memory: what a settled pile may hold follows from the layout of its rows.
+// Laws of memory: the layout of rows bounds the memory of a settled pile.
 #include <core/world/state_table.h>
 #include <parallel/narrow_phase/narrow_phase.h>
 #include <simd/dispatch/kernels.h>
@@ -18,9 +18,9 @@ std::size_t row_bytes(Rows rows = {}) {
   return bytes;
 }
 
-// What columns may reserve beyond their rows: they grow by half while they are small.
+// Slack of columns beyond their rows: small columns grow by half.
 constexpr double kSlack = 1.5;
-// Free rows that collide keeps for pairs that may come to touch.
+// Free rows that collide keeps for pairs that may start to touch.
 constexpr std::size_t kSpareContacts = kRoundChunks * simd::kCollideChunk;
 
 class SettledPile : public ::testing::Test {
@@ -55,8 +55,8 @@ TEST_F(SettledPile, HasRowsForContactsAndNotForPairs) {
 
 TEST_F(SettledPile, TakesLittleMemoryPerPair) {
   EXPECT_LE(row_bytes<PairRows>(), 28u);
-  // The lists of this step and the last one, where each pair stood in it, what kind it is and its place by
-  // kind; and in the broad phase as found, in buckets and sorted, beside some 150 bytes a body for its trees.
+  // The lists of this step and the last one, the former place of each pair, its kind and its place by kind.
+  // In the broad phase the pairs as found, in buckets and sorted, and some 150 bytes a body for its trees.
   const double pair_bytes = 2.0 * static_cast<double>(row_bytes<PairRows>()) + 4 + 5;
   EXPECT_LE(held("contacts.pairs") + held("contacts.pairs_before") + held("narrow_phase"),
             kSlack * pairs() * pair_bytes + 65536);
@@ -68,7 +68,7 @@ TEST_F(SettledPile, TakesOneSolverLaneAndAFewNumbersPerContact) {
   const double lane =
       static_cast<double>(kernels.contact.block_bytes[simd::contact_variant(2, false, false)]) /
       static_cast<double>(kernels.lanes);
-  // Edge, key, lane order, list of the uncolored; and by body its colors, its energy and its place.
+  // Edge, key, lane order, list of uncolored constraints; for each body its colors, its energy and its place.
   EXPECT_LE(held("constraints"), kSlack * (contacts() * (lane + 24) + 48.0 * kBodies));
 }
 
@@ -93,11 +93,11 @@ TEST(BodiesInOnePlace, TakeAsMuchMemoryPerContactAsAPile) {
                          if (std::string(store).rfind("constraints", 0) == 0)
                            held += static_cast<double>(bytes);
                        });
-  // As a pile, and in the overflow its edge before and after sorting by level, and its level.
+  // As for a pile, and in the overflow its edge before and after sorting by level, and its level.
   EXPECT_LE(held, kSlack * contacts * (lane + 24 + 12));
 }
 
-TEST(Sleepers, HoldTheirPairsAndTheListsTheyAreIn) {
+TEST(Sleepers, MemoryIsTheirPairsAndTheListsOfThem) {
   Lab lab{WorldSettings{}};
   lab.add_ground();
   for (int i = 0; i < 2500; ++i) {

@@ -125,7 +125,8 @@ TEST(Kinematic, ATurntableCarriesABoxAround) {
               Box{{0.3f, 0.3f, 0.3f}}, {.friction = 1.0f});
   lab.run(377);
   const Eigen::Vector3d at = lab.position(box);
-  // Contact points stay where the step began: it drifts outwards by w dt / 2 of its way, 5 % a turn.
+  // Contact points stay at their positions of the step's beginning, so the body drifts outward by w dt / 2 of
+  // its path, 5 % a turn.
   EXPECT_NEAR(std::hypot(at.x(), at.z()), 1.0, 0.08);
   EXPECT_NEAR(std::hypot(lab.velocity(box).x(), lab.velocity(box).z()), 1.0, 0.08);
   EXPECT_NEAR(lab.spin(box).y(), 1.0, 0.02);

@@ -1,4 +1,4 @@
-// Numbers that are none are refused by every call. What the most extreme ones do that calls accept:
+// Every call refuses NaN and infinite numbers. For the largest numbers that calls accept see
 // extremes_test.cpp.
 #include <tests/core/constraints/joint_samples.h>
 #include <tests/physics/lab.h>
@@ -17,12 +17,12 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// Replaces one number among the arguments of a call. Bindings name all members, so that a new one does not
-// compile before it is poked, too.
+// Replaces one number among the arguments of a call. Bindings name all members, so that a new member does not
+// compile before it is covered here.
 class Poke {
  public:
   Poke(int which, float value) : which_(which), value_(value) {}
-  int count() const { return count_; }  // of the numbers so far
+  int count() const { return count_; }  // numbers so far
 
   template <class Value>
   Value operator()(Value value) {
@@ -91,7 +91,7 @@ class Poke {
     auto& [local_pose, filter, user_data, contact_events] = options;
     change(local_pose);
   }
-  // A number that may be infinite, but not that way: it is poked with the other infinity.
+  // A number that may be infinite with one sign: the test replaces it by the other infinity.
   void change_bound(float& number, float sound) {
     if (count_++ == which_) number = value_ == sound ? -sound : value_;
   }
@@ -235,7 +235,7 @@ void add_joint_calls(std::vector<NumberCall>& calls) {
   }
 }
 
-// Every call of scree/world.h that takes a number, with sound arguments but for what is poked.
+// Every call of scree/world.h that takes a number, with valid arguments except for the replaced number.
 std::vector<NumberCall> number_calls() {
   const BodyDef def{.mass = 1.0f};
   const MassProperties mass{.mass = 2.0f, .inertia = {1.0f, 1.1f, 1.2f, 0.01f, 0.02f, 0.03f}};
@@ -392,7 +392,7 @@ std::set<std::string> calls_with_numbers() {
   return names;
 }
 
-TEST(NonFinite, NoCallThatTakesANumberIsForgotten) {
+TEST(NonFinite, EveryCallThatTakesANumberIsTested) {
   std::set<std::string> tested;
   for (const NumberCall& call : number_calls()) tested.insert(call.name);
   EXPECT_EQ(tested, calls_with_numbers());

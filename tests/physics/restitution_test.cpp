@@ -42,7 +42,7 @@ TEST(Restitution, FirstBounceFromTenMetersReachesItsHeight) { check_bounces(10.0
 TEST(Restitution, FirstBounceFromOneMeterReachesItsHeight) { check_bounces(1.0, 0.08); }
 
 TEST(Restitution, FirstBounceDoesNotDependOnWhenInAStepItHappens) {
-  // The same law where the impact comes at other moments of a step.
+  // The same law for impacts at other moments of a step.
   for (const double height : {9.7, 9.8, 9.9, 10.05, 10.1, 10.2}) {
     const double expected = 0.25 * height;
     EXPECT_NEAR(first_bounce(Sphere{0.5f}, 0.5, height, 0.5f), expected, 0.03 * expected) << height << " m";
@@ -50,8 +50,8 @@ TEST(Restitution, FirstBounceDoesNotDependOnWhenInAStepItHappens) {
 }
 
 TEST(Restitution, FirstBounceIsNeverLostBetweenTwoSteps) {
-  // Heights so close that the surfaces meet in every substep, and between the last of one step and the first
-  // of the next.
+  // Heights spaced so closely that the surfaces meet in every substep, and between the last substep of one
+  // step and the first of the next.
   for (int millimeters = 0; millimeters < 120; millimeters += 3) {
     const double height = 1.5 + 0.001 * millimeters, expected = 0.25 * height;
     EXPECT_NEAR(first_bounce(Sphere{0.5f}, 0.5, height, 0.5f), expected, 0.08 * expected) << height << " m";
@@ -80,8 +80,8 @@ double parting_speed(const Geometry& geometry, float reach, float gap, const Mat
   return lab.velocity(b).x() - lab.velocity(a).x();
 }
 
-TEST(Restitution, BodiesThatMeetAlwaysPartByNewtonsLaw) {
-  // Gaps so many that the surfaces meet at every moment of a step and of a substep.
+TEST(Restitution, CollidingBodiesAlwaysSeparateByNewtonsLaw) {
+  // So many gaps that the surfaces meet at every moment of a step and of a substep.
   for (const int substeps : {1, 2, 4, 16}) {
     for (int i = 0; i < 200; ++i) {
       const float gap = 0.3f + 0.0031f * static_cast<float>(i);
@@ -133,15 +133,16 @@ TEST(Restitution, ALongRowOfBallsPassesTheWholeSpeedOnWithinAStep) {
   for (std::size_t i = 0; i + 1 < balls.size(); ++i) EXPECT_NEAR(lab.velocity(balls[i]).x(), 0.0, 0.05) << i;
 }
 
-// The highest center of the uppermost of equal balls of radius r within `seconds`, event by event: they fall
-// above each other at the heights y, and meet each other and the ground at y = 0 with restitution e.
+// The highest position of the uppermost of equal balls of radius r within `seconds`, by event-driven
+// simulation: they fall above each other from the heights y, and hit each other and the ground at y = 0 with
+// restitution e.
 double highest_by_events(std::vector<double> y, double r, double e, double seconds) {
   const std::size_t count = y.size();
   std::vector<double> v(count, 0.0);
-  constexpr int kEvents = 1000;  // balls that come to rest on each other meet without end
+  constexpr int kEvents = 1000;  // balls that come to rest collide infinitely often
   double highest = 0.0, now = 0.0;
   for (int event = 0; event < kEvents && now < seconds; ++event) {
-    // All fall alike, so that pairs come nearer at constant speed.
+    // All balls fall alike, so that pairs approach each other at constant speed.
     double next = seconds - now;
     std::size_t which = count;
     for (std::size_t i = 0; i < count; ++i) {
@@ -201,7 +202,7 @@ void check_falls_of_many(int rate, int most, double tolerance) {
   }
 }
 
-TEST(Restitution, BallsThatFallTogetherRiseAsEventByEvent) {
+TEST(Restitution, BallsThatFallTogetherRiseAsInAnEventDrivenSimulation) {
   check_falls_of_many(60, 2, 0.08);
   check_falls_of_many(1920, 3, 0.02);
 }

@@ -1,4 +1,4 @@
-// Sleep: what is at rest falls asleep as a whole, stays, and wakes as a whole.
+// Sleep: an island at rest falls asleep as a whole, stays asleep, and wakes as a whole.
 #include <core/world/world_data.h>
 #include <tests/physics/lab.h>
 
@@ -223,16 +223,16 @@ TEST(Sleep, EventsListTheBodiesThatFellAsleepAndWoke) {
   std::sort(begun.begin(), begun.end());
   std::vector<BodyId> all = stack;
   all.insert(all.end(), other.begin(), other.end());
-  EXPECT_EQ(begun, all) << "each once";
+  EXPECT_EQ(begun, all) << "each body once";
 
   lab.world.wake(stack[0]);
   lab.world.wake(other[1]);
   lab.world.destroy_body(other[1]);
-  EXPECT_TRUE(lab.world.sleep_ends().empty()) << "the list is the last step's";
+  EXPECT_TRUE(lab.world.sleep_ends().empty()) << "the list covers only the last step";
   lab.run(1);
   EXPECT_EQ(listed(lab.world.sleep_ends()),
             (std::vector<BodyId>{stack[0], stack[1], stack[2], stack[3], other[0]}))
-      << "who was woken, who leans on it and who has lost a neighbor, but not the dead";
+      << "the woken body, the body that leans on it and the one that lost a neighbor, no destroyed body";
   lab.run(1);
   EXPECT_TRUE(lab.world.sleep_ends().empty());
 }
@@ -315,7 +315,7 @@ TEST(Sleep, ScenesFallAsleepAndStayAsleep) {
   }
 }
 
-// A world without gravity in which bodies move as they are told, unlike by calls without being woken.
+// A world without gravity in which the test sets velocities in the rows: calls would wake the bodies.
 struct Weightless : Lab {
   Weightless() : Lab(WorldSettings{.gravity = {}}) {}
   VelocityRow& moves(BodyId body) { return internals(world).bodies.velocity[body.index]; }
@@ -326,7 +326,7 @@ TEST(Sleep, ABodyThatTremblesInPlaceFallsAsleep) {
   const BodyId shaken = lab.add({}, Box{}), turned = lab.add({.position = {9, 0, 0}}, Box{});
   for (int i = 0; i < 40; ++i) {
     const float sense = i % 2 == 0 ? 1.0f : -1.0f;
-    lab.moves(shaken).linear[0] = 0.3f * sense;  // six times the speed of sleep, over 5 mm
+    lab.moves(shaken).linear[0] = 0.3f * sense;  // six times the sleep threshold, over 5 mm
     lab.moves(turned).angular[1] = 0.6f * sense;
     lab.run(1);
   }
@@ -404,7 +404,7 @@ TEST(Sleep, BodiesThatRockOnABallOrRollSlowlyComeToRestIfTheyMaySleep) {
   lab.run(600);
   EXPECT_FALSE(lab.world.is_awake(stone));
   EXPECT_FALSE(lab.world.is_awake(sleeper));
-  EXPECT_NEAR(lab.velocity(other).x(), 0.09, 1e-3) << "nothing resists rolling";
+  EXPECT_NEAR(lab.velocity(other).x(), 0.09, 1e-3) << "there is no rolling resistance";
 }
 
 TEST(Sleep, ABodyThatMayNotSleepKeepsItsIslandAwake) {

@@ -1,5 +1,5 @@
-// Laws of slender bodies: needles, slivers and plates, whose inertia differs by hundreds from axis to axis,
-// among bodies hundreds of times their mass.
+// Laws of slender bodies: needles, slivers and plates, whose inertia differs by factors of hundreds between
+// axes, among bodies with hundreds of times their mass.
 #include <tests/physics/lab.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ double fastest(const SceneLab& heap) {
   return speed;
 }
 
-TEST(Slender, AHeapOfThemNeverGainsEnergyAndComesToRest) {
+TEST(Slender, AHeapNeverGainsEnergyAndComesToRest) {
   SceneLab heap("hull_zoo", {{"bodies", 200}, {"max_vertices", 32}});
   double height = 0.0;
   for (const BodyId body : heap.bodies) height = std::max(height, heap.lab.height(body));
@@ -33,7 +33,7 @@ TEST(Slender, AHeapOfThemNeverGainsEnergyAndComesToRest) {
   for (int step = 0; step < 400; ++step) {
     heap.lab.run(1);
     const double now = potential_energy(heap) + heap.lab.world.stats().kinetic_energy;
-    // Overlaps are pushed apart, which lifts: by less than a thousandth of what there is.
+    // Pushing overlaps apart lifts bodies: by less than a thousandth of the energy.
     ASSERT_LT(now, energy * 1.001) << "step " << step;
     ASSERT_LT(fastest(heap), 1.5 * free_fall) << "step " << step;
     energy = now;
@@ -98,7 +98,7 @@ enum class Ground { box, sphere, capsule, hull, edge, sleeper, thin };
 constexpr Ground kGrounds[] = {Ground::box,  Ground::sphere,  Ground::capsule, Ground::hull,
                                Ground::edge, Ground::sleeper, Ground::thin};
 
-// Bodies thrown at one ground each, over a floor.
+// Bodies thrown at one piece of ground each, above a floor.
 struct Throws {
   explicit Throws(const WorldSettings& settings) : lab(settings) {}
 
@@ -148,13 +148,13 @@ struct Throws {
   std::vector<BodyId> thrown;
 };
 
-// Steps in which a body was fast and stayed where it was all the same, one after the other.
+// Consecutive steps in which a body was fast but did not move.
 struct Standstill {
   Pose pose;
   int steps = 0;
 
   void look(const Pose& now, const Eigen::Vector3d& velocity) {
-    constexpr double kFast = 0.3, kStays = 0.05;  // m/s; of the way at that velocity
+    constexpr double kFast = 0.3, kStays = 0.05;  // m/s; share of the distance at that velocity
     const double way = (to_eigen(now.position) - to_eigen(pose.position)).norm();
     const bool stays = velocity.norm() > kFast && way < kStays * velocity.norm() * static_cast<double>(kStep);
     steps = stays ? steps + 1 : 0;
@@ -162,7 +162,8 @@ struct Standstill {
   }
 };
 
-// What hits an obstacle is put back to where it met it, once. Next its contact must have it.
+// A body that hits an obstacle is put back to the point of impact once. In the next step it must have a
+// contact.
 TEST(Slender, NoBodyHangsStillWhileItsVelocityGrows) {
   constexpr int kEach = 12;
   for (const Ground ground : kGrounds) {
@@ -220,8 +221,8 @@ TEST(Slender, ABodyPutBackToWhereItMetAWallKeepsItsEnergy) {
   EXPECT_GT(hits, 100);
 }
 
-TEST(Slender, AStickThatWasDroppedComesToLieOnTheGround) {
-  // It had stayed in the ground with half its length, and its velocity grew to 197 m/s.
+TEST(Slender, ADroppedStickEndsLyingOnTheGround) {
+  // The stick stayed in the ground with half its length, and its velocity grew to 197 m/s.
   for (const bool continuous : {true, false}) {
     WorldSettings settings;
     settings.continuous = continuous;

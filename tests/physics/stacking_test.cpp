@@ -1,4 +1,4 @@
-// Structures that stand, and the loads they carry: 4 substeps at 60 Hz, nobody sleeps.
+// Structures that stand, and the loads they carry: 4 substeps at 60 Hz, without sleep.
 #include <tests/physics/contacts.h>
 #include <tests/physics/lab.h>
 
@@ -17,9 +17,9 @@ TEST(Stack, OfAHundredBoxesStandsForAMinute) {
 
 TEST(Pyramid, OfFiveThousandBoxesStandsForAThousandSteps) {
   SceneLab pyramid("large_pyramid");
-  // While it settles, the middle of a row is pressed aside by half a meter and comes back.
+  // While the pyramid settles, the middle of a row is pressed aside by half a meter and comes back.
   const int stood = pyramid.run_while_standing(1000, 0.9);
-  EXPECT_EQ(stood, 1000) << "it has collapsed";
+  EXPECT_EQ(stood, 1000) << "the pyramid has collapsed";
   EXPECT_LT(pyramid.drift(), 0.5);
   std::printf("large_pyramid: drift %.4f m after %d steps\n", pyramid.drift(), stood);
 }
@@ -40,16 +40,17 @@ TEST(Kapla, ATowerOfCrossedPlanksStandsStillForAMinute) {
     tower.lab.run(600);
     EXPECT_LT(fastest(tower), 2e-3) << substeps << " substeps, after 10 s";
     tower.lab.run(3000);
-    // Its last two planks lie on one side, so that it leans: by 5.6 to 5.7 mm in the mean of 12 towers with
-    // 64 substeps here and 128 in Box3D. With as many as here Box3D comes to 6.2, 5.8, 5.6 and 6.1 mm.
+    // The tower's last two planks lie on one side, so that it leans: by 5.6 to 5.7 mm in the mean of 12
+    // towers with 64 substeps here and 128 in Box3D. With the number of substeps here Box3D gives 6.2, 5.8,
+    // 5.6 and 6.1 mm.
     EXPECT_LT(tower.drift(), 6.2e-3) << substeps << " substeps";
     EXPECT_LT(fastest(tower), 1e-3) << substeps << " substeps";
     std::printf("kapla, %d substeps: drift %.5f m\n", substeps, tower.drift());
   }
 }
 
-TEST(Kapla, CrossedPlanksTouchByTheirFacesThoughTheyTilt) {
-  // Planks that are hardly tilted: the axis of two of their edges lies next to the faces' normal.
+TEST(Kapla, CrossedTiltedPlanksTouchByTheirFaces) {
+  // Planks with hardly any tilt: the axis of two of their edges lies next to the faces' normal.
   Random random(3);
   for (int i = 0; i < 200; ++i) {
     Lab lab(without_gravity());
@@ -61,8 +62,8 @@ TEST(Kapla, CrossedPlanksTouchByTheirFacesThoughTheyTilt) {
             Box{{half.z, half.y, half.x}});
     lab.run(1, 0.0f);
     const Contacts& contacts = internals(lab.world).contacts;
-    ASSERT_EQ(contacts.touching.size(), 1u) << i;
-    const Manifold& manifold = contacts.now.manifold[static_cast<std::size_t>(contacts.touching[0])];
+    ASSERT_EQ(contacts.active.size(), 1u) << i;
+    const Manifold& manifold = contacts.now.manifold[static_cast<std::size_t>(contacts.active[0])];
     EXPECT_GE(manifold.info & kManifoldPointMask, 2u) << i;
   }
 }
@@ -79,8 +80,8 @@ TEST(Wall, InRunningBondStands) {
   EXPECT_EQ(wall.run_while_standing(1200, 0.1), 1200) << "drift " << wall.drift() << " m";
 }
 
-// Each contact by its load over m (2 pi f)^2, where m is half a box's mass; on the ground f is twice as high
-// and m a box's mass.
+// Each contact sinks by its load over m (2 pi f)^2, where m is half a box's mass; on the ground f is twice as
+// high and m a box's mass.
 TEST(Stack, SinksByItsLoadsOverTheStiffnessOfItsContacts) {
   struct Case {
     int substeps;
@@ -108,7 +109,7 @@ TEST(Stack, SinksByItsLoadsOverTheStiffnessOfItsContacts) {
   }
 }
 
-TEST(Floor, ThatRisesInItsBodyLiftsWhatRestsOnIt) {
+TEST(Floor, RaisedWithinItsBodyLiftsTheBodiesOnIt) {
   for (const WorldSettings& settings : {WorldSettings{}, without_sleep()}) {
     Lab lab(settings);
     const BodyId floor = lab.world.create_body({.type = BodyType::fixed});
@@ -164,7 +165,7 @@ TEST(Weight, OfAHeapIsCarriedByFloorAndWalls) {
   EXPECT_NEAR(carried, weight, 0.01 * weight);
 }
 
-// The largest overlap, over all steps, of two boxes of 1 m that stand on one another and on the ground.
+// The largest overlap, over all steps, of two boxes of 1 m that stand on each other and on the ground.
 double heavy_on_light(float ratio, const WorldSettings& settings) {
   Lab lab(settings);
   lab.add_ground();

@@ -1,4 +1,4 @@
-// Laws of the figures of a step: each says what it claims to say.
+// Laws of the statistics of a step: each figure has its documented meaning.
 #include <core/world/world_data.h>
 #include <tests/physics/lab.h>
 
@@ -13,7 +13,7 @@ WorldSettings measured() {
   return settings;
 }
 
-TEST(Stats, AFewPenetrationsHaveTheirLargestAsTheirPercentile) {
+TEST(Stats, ThePercentileOfFewPenetrationsIsTheLargest) {
   Lab lab(measured());
   lab.add_ground();
   for (int i = 0; i < 5; ++i) {  // the heavier lie deeper
@@ -63,7 +63,7 @@ TEST(Stats, PointsAreThoseOfSolvedContacts) {
 
 TEST(Stats, TheKineticEnergyIsThatOfAllDynamicBodies) {
   Lab lab(without_gravity());
-  // More than a chunk of them, and the last chunk has bodies of both types.
+  // More than a chunk of bodies, and the last chunk has bodies of both types.
   double expected = 0.0;
   for (int i = 0; i < 1300; ++i) {
     const BodyType type = i % 3 == 2 ? BodyType::kinematic : BodyType::dynamic;
@@ -105,7 +105,7 @@ TEST(Stats, AStepOfNoLengthSolvesNothing) {
   EXPECT_EQ(still.residual, 0.0);
 }
 
-TEST(Stats, FiguresNoLongerRequestedAreGone) {
+TEST(Stats, FiguresAreEmptyOnceTheyAreNoLongerRequested) {
   WorldSettings settings = measured();
   settings.measure_residual = true;
   Lab lab(settings);
@@ -129,7 +129,7 @@ TEST(Stats, BodiesPutBackFromANonFiniteStateAreCounted) {
     boxes.push_back(lab.add({.position = {5.0f * static_cast<float>(i), 3, 0}}, Box{}));
   lab.run(5);
   EXPECT_EQ(lab.world.stats().restored_bodies, 0);
-  // No call accepts such a force; a step must cope all the same.
+  // No call accepts such a force; a step must stay sound all the same.
   const float infinity = std::numeric_limits<float>::infinity();
   for (const int lost : {0, 2}) {
     internals(lab.world).bodies.force[boxes[static_cast<std::size_t>(lost)].index].force[0] = infinity;

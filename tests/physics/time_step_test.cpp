@@ -1,5 +1,5 @@
-// Laws of changes of the time step: what the contacts remember of one step helps the next, however long it
-// is, and never kicks.
+// Laws of changes of the time step: the impulses that contacts store from one step serve the next, whatever
+// its length, and never make bodies jump.
 #include <tests/physics/lab.h>
 
 namespace scree::physics {
@@ -23,7 +23,7 @@ struct Tower {
     settings.substeps = substeps;
     lab.world.set_settings(settings);
   }
-  // m/s, the largest of all boxes in any of the steps.
+  // m/s, the largest speed of all boxes in any of the steps.
   double largest_speed(int steps, float dt = kStep) {
     double largest = 0.0;
     for (int i = 0; i < steps; ++i) {
@@ -41,7 +41,7 @@ TEST(TimeStep, AStackStaysAtRestWhenShortStepsBecomeLong) {
   for (const float dt : {1e-45f, 1e-40f, 1e-38f, 1e-30f, 1e-20f, 1e-10f, 1e-6f, 1e-4f}) {
     Tower tower;
     EXPECT_LT(tower.largest_speed(3, dt), 0.01) << dt;
-    // Without a memory worth keeping the boxes fall for a moment, by far less than a free body's 0.16 m/s.
+    // With useless stored impulses the boxes fall for a moment, by far less than a free body's 0.16 m/s.
     EXPECT_LT(tower.largest_speed(60), 0.05) << dt;
   }
 }
@@ -58,7 +58,7 @@ TEST(TimeStep, AStackStaysAtRestWhenTheLengthOfStepsAlternates) {
 TEST(TimeStep, AStackStaysAtRestWhenTheNumberOfSubstepsChanges) {
   for (const auto& [from, to] : {std::pair{1, 64}, {2, 16}, {4, 8}, {8, 4}}) {
     Tower tower(from);
-    const double before = tower.largest_speed(1);  // it still sinks a little
+    const double before = tower.largest_speed(1);  // the tower still sinks a little
     tower.set_substeps(to);
     EXPECT_LT(tower.largest_speed(60), before + 0.0005) << from << " to " << to;
   }

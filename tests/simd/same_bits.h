@@ -1,5 +1,5 @@
-// What the tests of collide kernels ask of bits: equal ones from every instruction set and for any neighbors,
-// and nobody disturbed by shapes that are not finite.
+// Bit tests of collide kernels: the same bits on every instruction set and with any neighbors, and no effect
+// of non-finite shapes on other pairs.
 #pragma once
 
 #include <tests/simd/collide/collide_fixture.h>
@@ -22,8 +22,8 @@ inline void fill_impulses(Rows& rows) {
   }
 }
 
-// Of at least so many touching pairs. The rows of features, surfaces and anchors of pairs that do not touch,
-// and of kinds that have none, are left as they were.
+// Requires at least this many touching pairs. The kernels do not write rows of features, surfaces and anchors
+// for pairs that do not touch or whose kind has none.
 inline void expect_same_bits(const Rows& a, const Rows& b, const char* name, int least) {
   int touching = 0;
   const auto same = [&](const auto& rows_a, const auto& rows_b, std::size_t row) {

@@ -1,4 +1,4 @@
-// Laws of the scenes in which bodies come and go.
+// Laws of the scenes in which bodies arrive and leave.
 #include <gtest/gtest.h>
 #include <tools/scenes/scene.h>
 
@@ -116,7 +116,7 @@ TEST(ChangingScenes, SpawnedBodiesDoNotOverlapEarlierOnes) {
   for (int i = 0; i < 60; ++i) {
     direct(world, scene, bodies, i, scene.dt);
     step(world, 0.0f, workers);  // collides only
-    EXPECT_EQ(world.stats().contacts, 0) << "in the air they touch nobody when they come, step " << i;
+    EXPECT_EQ(world.stats().contacts, 0) << "bodies in the air touch no other when they arrive, step " << i;
     if (world.stats().contacts > 0) break;
     if (i >= 20) break;
     step(world, scene.dt, workers);

@@ -1,4 +1,4 @@
-// Laws of golden files: what is read is what stands there, and writing changes the hashes alone.
+// Laws of golden files: reading returns the file's content, and writing changes only the hashes.
 #include <tests/run_program.h>
 #include <tools/scenes/golden_file.h>
 
@@ -47,7 +47,7 @@ TEST_F(GoldenFile, KeepsEveryByteWhereTheHashesStayTheSame) {
   }
 }
 
-TEST_F(GoldenFile, GetsHashesInPlaceOfZerosAndNothingElse) {
+TEST_F(GoldenFile, WritingReplacesOnlyTheHashes) {
   const std::string file =
       write("# 0 0 stays\nstack\tbodies=3   30 0 0  \n\nwall columns=1,rows=10 10 0 \t00\n");
   std::vector<Golden> goldens = read_goldens(file);

@@ -1,4 +1,5 @@
-// Laws of the built-in scenes with joints: what they are made of, and that their joints fit when they begin.
+// Laws of the built-in scenes with joints: their bodies and joints, and that the joints' frames match at the
+// start.
 #include <core/world/math.h>
 #include <gtest/gtest.h>
 #include <tools/scenes/frames.h>
@@ -28,7 +29,7 @@ Pose frame_of(const Scene& scene, std::uint32_t body, const Pose& frame) {
   return placed({def.position, def.rotation}, frame);
 }
 
-TEST(JointedScenes, JointsHaveTheirAnchorsTogetherWhereTheirKindHoldsThem) {
+TEST(JointedScenes, AnchorsCoincideWhereTheKindOfJointHoldsThem) {
   for (const char* name : {"joint_grid", "chain", "bridge", "wrecking_ball", "ragdolls", "vehicles", "motors",
                            "card_catapult"}) {
     const Scene scene = small(name);
@@ -50,7 +51,7 @@ TEST(JointedScenes, JointsHaveTheirAnchorsTogetherWhereTheirKindHoldsThem) {
   }
 }
 
-TEST(JointGrid, IsThePublishedOne) {
+TEST(JointGrid, EqualsThePublishedScene) {
   const Scene scene = build("joint_grid").front();
   ASSERT_EQ(scene.bodies.size(), 10000u);
   ASSERT_EQ(scene.joints.size(), 19800u);
@@ -81,7 +82,7 @@ TEST(JointGrid, IsThePublishedOne) {
   EXPECT_EQ(horizontal, 9900u);
 }
 
-TEST(Chain, TheWeightIsAsHeavyAsThatManyLinks) {
+TEST(Chain, WeightAtTheEndHasTheMassOfTheStatedNumberOfLinks) {
   for (const double weight : {0.5, 1000.0}) {
     const Scene scene = build("chain", {{"links", 7}, {"weight", weight}}).front();
     World world(scene.settings);
@@ -112,7 +113,7 @@ TEST(Ragdolls, AreFourteenCapsulesOnThirteenJointsEach) {
   const Scene scene = build("ragdolls", {{"ragdolls", 7}}).front();
   EXPECT_EQ(scene.bodies.size(), 1u + 7u * 14u);
   EXPECT_EQ(scene.joints.size(), 7u * 13u);
-  // Each of them hangs together: a joint more than bodies less one would close a ring.
+  // Each ragdoll is connected: one more joint than its bodies less one would close a ring.
   std::map<std::uint32_t, std::set<std::uint32_t>> humans;
   for (const SceneJoint& joint : scene.joints) {
     EXPECT_EQ((joint.body_a - 1) / 14, (joint.body_b - 1) / 14);

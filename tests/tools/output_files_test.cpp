@@ -1,5 +1,5 @@
-// Laws of what the programs write: no input and no other output is lost, what was there stays until there is
-// something in its place, and what cannot be written is told.
+// Laws of output files: writing destroys no input and no other output, old content stays until new content
+// replaces it, and failed writes are reported.
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <tests/run_program.h>
@@ -61,7 +61,7 @@ class OutputFiles : public scree::testing::ProgramTest {
 
 constexpr const char* kScene = R"({"bodies": [{"shapes": [{"type": "sphere", "radius": 1}]}]})";
 
-TEST_F(OutputFiles, AreNeverWhatTheCommandReads) {
+TEST_F(OutputFiles, AreNeverInputsOfTheCommand) {
   const std::string scene = write("scene.json", kScene);
   const std::string a = recording("a.scree"), b = recording("b.scree");
   const std::string recorded = read_file(a);
@@ -84,7 +84,7 @@ TEST_F(OutputFiles, AreNeverWhatTheCommandReads) {
 
 TEST_F(OutputFiles, AreNeverTheSameTwice) {
   const std::string file = path("figures"), link = path("link");
-  fs::create_symlink(file, link);  // to what is not there yet
+  fs::create_symlink(file, link);  // to a file that does not exist yet
   for (const std::string& name : {file, link, path("./figures")}) {
     expect_refusal(kRun + ("--json " + file) + " --record " + name,
                    "--record " + name + ": is the same file as --json " + file);
@@ -151,7 +151,7 @@ TEST_F(OutputFiles, ThatAreDevicesAndPipesAreWrittenAsTheyAre) {
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   run("( cat " + pipe + " & '" SCREE_COMMAND "' " + kRun + "--json " + pipe + " >/dev/null; wait )");
   EXPECT_EQ(nlohmann::json::parse(read_file(folder_ / "out")).at("scene"), "stack");
-  // As "-", whatever standard output is.
+  // Treated as "-", whatever standard output is.
   for (const std::string& redirection : {std::string(), "| cat >" + path("figures"), ">" + path("figures")}) {
     const Outcome outcome = scree(kRun + std::string("--json /dev/stdout"), redirection);
     EXPECT_EQ(outcome.exit_code, 0);
@@ -159,7 +159,7 @@ TEST_F(OutputFiles, ThatAreDevicesAndPipesAreWrittenAsTheyAre) {
     EXPECT_EQ(nlohmann::json::parse(json).at("scene"), "stack") << redirection;
     EXPECT_NE(outcome.err.find("steps/s"), std::string::npos) << redirection;
   }
-  // What the caller has open gets the figures, behind what stands there.
+  // The caller's open file gets the figures after its present content.
   const Outcome outcome = run("{ echo before >&3; '" SCREE_COMMAND "' " + std::string(kRun) +
                               "--json /dev/fd/3; echo after >&3; } 3>" + path("open"));
   EXPECT_EQ(outcome.exit_code, 0);
@@ -168,7 +168,7 @@ TEST_F(OutputFiles, ThatAreDevicesAndPipesAreWrittenAsTheyAre) {
   EXPECT_NE(text.find("}\nafter\n"), std::string::npos) << text;
 }
 
-TEST_F(OutputFiles, OfFiguresAreNoStandardStreamThatARecordingGoesTo) {
+TEST_F(OutputFiles, OfFiguresAreNotTheStandardStreamOfARecording) {
   const std::string file = path("mixed");
   for (const char* name : {"/dev/stdout", "/dev/stderr"}) {
     const Outcome outcome = scree(kRun + std::string("--record ") + name);
@@ -178,7 +178,7 @@ TEST_F(OutputFiles, OfFiguresAreNoStandardStreamThatARecordingGoesTo) {
   EXPECT_EQ(scree(kRun + ("--record " + file), "2>" + file).exit_code, 2);
 }
 
-TEST_F(OutputFiles, ThatTakeNothingMakeEveryCommandFail) {
+TEST_F(OutputFiles, MakeEveryCommandFailIfWritingFails) {
   const std::string file = recording("a.scree");
   for (const std::string& arguments :
        {std::string("scenes"), std::string("--help"), std::string("run --help"), std::string("--version"),
@@ -193,7 +193,7 @@ TEST_F(OutputFiles, ThatTakeNothingMakeEveryCommandFail) {
   }
   EXPECT_EQ(scree(kRun + std::string("--json /dev/full")).exit_code, 1);
   EXPECT_EQ(scree(kRun + std::string("--record /dev/full")).exit_code, 1);
-  // What can be written is.
+  // The other outputs are written.
   const std::string json = path("figures.json");
   EXPECT_EQ(scree(kRun + ("--json " + json), ">/dev/full").exit_code, 1);
   EXPECT_EQ(nlohmann::json::parse(read_file(json)).at("scene"), "stack");
@@ -214,7 +214,7 @@ TEST_F(OutputFiles, ThatCannotBeOpenedAreBadInput) {
   EXPECT_EQ(files(), std::vector<std::string>{});
 }
 
-TEST_F(OutputFiles, TakeNoPlaceOfAStandardStreamThatIsClosed) {
+TEST_F(OutputFiles, NeverTakeTheDescriptorOfAClosedStandardStream) {
   const std::string record = path("a.scree"), json = path("figures.json");
   for (const char* closed : {"<&-", ">&-", "2>&-", "<&- 2>&-"}) {
     fs::remove(record);
@@ -226,7 +226,7 @@ TEST_F(OutputFiles, TakeNoPlaceOfAStandardStreamThatIsClosed) {
   }
 }
 
-TEST_F(OutputFiles, AreNotWhatAnotherProcessRecords) {
+TEST_F(OutputFiles, AreNotFilesThatAnotherProcessRecords) {
   const std::string file = path("a.scree");
   scree::World world;
   scree::Workers workers(1);
@@ -243,7 +243,7 @@ TEST_F(OutputFiles, AreNotWhatAnotherProcessRecords) {
   EXPECT_EQ(scree(kRun + ("--record " + file)).exit_code, 0);
 }
 
-TEST_F(OutputFiles, OfTheExampleAndTheSoakThatTakeNothingMakeThemFail) {
+TEST_F(OutputFiles, OfTheExampleAndTheSoakMakeThemFailIfWritingFails) {
   for (const std::string program : {SCREE_ROLLBACK " --steps 5 --bodies 3", SCREE_ROLLBACK " --help",
                                     SCREE_SOAK " --help", SCREE_SOAK " --minutes 0"}) {
     const Outcome outcome = run("( cd " + folder_.string() + " && " + program + " >/dev/full )");

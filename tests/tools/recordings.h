@@ -1,4 +1,4 @@
-// Recordings for tests of programs that read them: sound ones, and one that no world can repeat.
+// Recordings for tests of programs that read them: valid ones, and one that no world can repeat.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -30,7 +30,7 @@ inline void record_stack(const std::string& file, int steps, const Tampering& ta
           world.create_body({.position = {0.2f, 8.0f, 0.0f}, .linear_velocity = {0.0f, ball_speed, 0.0f}});
       world.add_shape(ball, Sphere{0.5f});
     }
-    // A recorder sees calls. What changes without one happens once and never again.
+    // A recorder sees calls. A change without a call happens once and never again.
     if (i == tampering.step) internals(world).bodies.velocity[tampering.body].linear[0] += 1.0f;
     step(world, 1.0f / 60.0f, workers);
   }

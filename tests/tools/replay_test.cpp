@@ -1,4 +1,4 @@
-// Laws of what the command does with recordings, run as a program: what it prints, and with which exit code.
+// Laws of the command's handling of recordings, run as a program: output and exit codes.
 #include <tests/run_program.h>
 #include <tests/tools/recordings.h>
 
@@ -119,7 +119,7 @@ TEST_F(ReplayCommand, ADivergenceIsFoundAtItsStepBodyAndField) {
   EXPECT_EQ(table.exit_code, 1);
   EXPECT_NE(table.out.find("first in step 33"), std::string::npos) << table.out;
   EXPECT_NE(table.out.find("at step 40: body "), std::string::npos) << table.out;
-  // What lies before, and what lies after the next keyframe, is sound.
+  // The recording is valid before this step and after the next keyframe.
   EXPECT_EQ(scree("replay " + file + " --verify --quiet --to 32").exit_code, 0);
   EXPECT_EQ(scree("replay " + file + " --verify --quiet --from 40").exit_code, 0);
   const Outcome played = scree("replay " + file + " --quiet --to 35");
@@ -127,7 +127,7 @@ TEST_F(ReplayCommand, ADivergenceIsFoundAtItsStepBodyAndField) {
   EXPECT_NE(played.out.find("DIFFERENT"), std::string::npos) << played.out;
 }
 
-TEST_F(ReplayCommand, InfoSaysWhatIsInside) {
+TEST_F(ReplayCommand, InfoPrintsTheContentOfARecording) {
   const std::string file = path("stack.scree");
   record_stack(file, 50);
   const nlohmann::json json = json_of("info " + file, 0);
@@ -244,7 +244,7 @@ TEST_F(ReplayCommand, NamesFileAndReasonOfAnInvalidRecording) {
   for (const std::string& file : {empty, text, changed}) {
     for (const char* verb : {"replay --verify ", "info "}) expect_refusal(verb + file, file);
   }
-  // Far behind the beginning: nobody notices before it is played.
+  // Far after the beginning: the error appears only when this part is played.
   const std::string late = path("late.scree");
   record_stack(late, 60);
   flip_a_byte(late, fs::file_size(late) * 4 / 5);

@@ -55,7 +55,7 @@ TEST(Rollback, ALinkWithinTheWindowStallsNoPeer) {
     const SessionOptions options = small_session(delay, 0, 0.0, 4);
     const SessionReport report = run_session(options);
     for (const PeerFigures& peer : report.peers) EXPECT_EQ(peer.stalls, 0) << delay;
-    // The last input has to arrive; without delay, after the tick of whoever ticks first.
+    // The last input must arrive; without delay, after the tick of the peer that ticks first.
     EXPECT_EQ(report.ticks, options.steps + std::max(delay, 1));
   }
 }
@@ -76,7 +76,7 @@ TEST(Rollback, SavesBeforeEveryStepAndRestoresOncePerRollback) {
   }
 }
 
-// Without this the laws above would hold for a game in which nothing depends on what the players press.
+// Without this law the others would hold for a game that ignores its inputs.
 TEST(Rollback, OneInputThatIsPredictedWrongAndNotCorrectedChangesTheHash) {
   Workers workers(1);
   Hands left(1), right(2);

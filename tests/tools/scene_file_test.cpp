@@ -1,4 +1,4 @@
-// Laws of scene files: what they can say, and that every mistake is reported with its place and reason.
+// Laws of scene files: they can state every value, and every mistake is reported with its place and reason.
 #include <gtest/gtest.h>
 #include <tools/scenes/scene_file.h>
 
@@ -260,14 +260,14 @@ TEST(SceneFile, LimitsAreTheLibrarysOwnAndReportedWithTheirPlace) {
 }
 
 TEST(SceneFile, ABodyThatNoWorldTakesIsReportedWithItsPlace) {
-  // Each value is allowed, the inertia that they come to is not.
+  // Each value is allowed, but their total inertia is not.
   const std::string error =
       error_of(with_body(R"({"mass": 1e30, "shapes": [{"type": "box", "half_extents": [1e5, 1e5, 1e5]}]})"));
   EXPECT_EQ(error.rfind("scene.json: /bodies/0: ", 0), 0u) << error;
   EXPECT_NE(error.find("the body's moment of inertia"), std::string::npos) << error;
 }
 
-TEST(SceneFile, NumbersThatNoFloatHoldsAreErrors) {
+TEST(SceneFile, NumbersOutsideTheRangeOfFloatsAreErrors) {
   EXPECT_EQ(error_of(R"({"bodies": [], "gravity": [0, 1e999, 0]})").rfind("scene.json: /gravity/1: ", 0), 0u);
   EXPECT_EQ(error_of("1e999").rfind("scene.json: the document: ", 0), 0u) << error_of("1e999");
   EXPECT_NE(error_of(R"({"bodies": [], "gravity": [0, 1e300, 0]})"), "no error");
@@ -302,7 +302,7 @@ TEST(SceneFile, WhatTheParserFindsWrongIsReportedWithItsPlaceHoweverDeepItLies) 
   for (const auto& [text, message] : mistakes) EXPECT_EQ(error_of(text), "scene.json: " + message) << text;
 }
 
-// None of them looks through what came before it: that would take most of an hour here.
+// Reading an entry must not scan all earlier entries: that would take most of an hour here.
 TEST(SceneFile, HoldsHundredsOfThousandsOfOneKindAndManyOfEach) {
   constexpr int kMaterials = 400'000, kOthers = 50'000;
   std::ostringstream text;

@@ -153,7 +153,7 @@ TEST(Catalog, RefusalsNameWhatTheyRefuseAndTheLimit) {
   }
 }
 
-TEST(LargePyramid, IsThePublishedOne) {
+TEST(LargePyramid, EqualsThePublishedScene) {
   const Scene scene = build_one("large_pyramid");
   ASSERT_EQ(scene.bodies.size(), 5051u);
   EXPECT_EQ(scene.steps, 200);
@@ -172,7 +172,7 @@ TEST(LargePyramid, IsThePublishedOne) {
   EXPECT_EQ(shape.material.restitution, 0.0f);
 }
 
-TEST(ManyPyramids, AreThePublishedOnes) {
+TEST(ManyPyramids, EqualThePublishedScene) {
   const Scene scene = build_one("many_pyramids");
   ASSERT_EQ(scene.bodies.size(), 10781u);
   EXPECT_EQ(scene.steps, 100);
@@ -255,7 +255,7 @@ TEST(HullZoo, HoldsHullsFromTheTetrahedronTo256VerticesAndThinOnes) {
   }
 }
 
-TEST(ConvexPile, IsThePublishedOne) {
+TEST(ConvexPile, EqualsThePublishedScene) {
   const Scene scene = build_one("convex_pile");
   ASSERT_EQ(scene.bodies.size(), 5121u);
   EXPECT_EQ(scene.steps, 500);
@@ -296,7 +296,7 @@ TEST(RandomSpherePoints, FollowThePublishedGenerator) {
   }
 }
 
-TEST(Junkyard, IsThePublishedOne) {
+TEST(Junkyard, EqualsThePublishedScene) {
   const Scene scene = build_one("junkyard");
   ASSERT_EQ(scene.bodies.size(), 10586u);
   EXPECT_EQ(scene.steps, 500);

@@ -1,4 +1,5 @@
-// Laws of the soak: sound worlds pass, a recording that no world repeats stops it, and it names the file.
+// Laws of the soak: valid worlds pass; a recording that no world repeats stops the soak, which names the
+// file.
 #include <tests/run_program.h>
 #include <tests/tools/recordings.h>
 #include <tools/soak_program/golden.h>

@@ -1,4 +1,4 @@
-// The command `scree`: reads the command line, runs, prints. Exit codes: 0 done, 1 something broke or
+// The command `scree`: reads the command line, runs, prints. Exit codes: 0 done, 1 a run failed or
 // recordings differ, 2 bad input.
 #include <tools/command/options.h>
 #include <tools/command/replay.h>
@@ -36,7 +36,7 @@ std::string scene_list() {
   return list.str();
 }
 
-// What the command line gave, as text; checked when the run begins.
+// Values of the command line, as text; checked when the run begins.
 struct Arguments {
   bool json_to_standard_output() const {
     return json == "-" || scree::files::is_standard_stream(json, STDOUT_FILENO);
@@ -51,7 +51,7 @@ struct Arguments {
   std::string json;  // empty: none
 };
 
-// Nobody should learn after an hour that something cannot be written, or has been written over.
+// An output that cannot be written, or would overwrite another, must be reported before hours of work.
 void check_files(const Arguments& arguments, const std::vector<NamedFile>& inputs) {
   std::vector<NamedFile> outputs;
   if (!arguments.json.empty() && !arguments.json_to_standard_output())
@@ -67,8 +67,8 @@ void check_files(const Arguments& arguments, const std::vector<NamedFile>& input
   scree::files::check_outputs(inputs, outputs);
 }
 
-// Everything for people goes where it does not get mixed up with the JSON. What cannot be written keeps
-// nothing else from being written.
+// Text for people goes where it does not mix with the JSON. If one output cannot be written, the others still
+// are.
 template <class Figures>
 void print(const Figures& figures, const Arguments& arguments) {
   std::exception_ptr failure;
@@ -92,7 +92,7 @@ void print(const Figures& figures, const Arguments& arguments) {
   if (failure != nullptr) std::rethrow_exception(failure);
 }
 
-// A name that is empty is what a variable of a script is that nobody has set.
+// An empty name is usually an unset variable of a script.
 const CLI::Validator kNotEmpty(
     [](std::string& name) { return name.empty() ? std::string("the name of the file is empty") : ""; }, "",
     "not empty");
@@ -147,7 +147,7 @@ void declare_info(CLI::App& info, Arguments& arguments) {
 
 void declare_diff(CLI::App& diff, Arguments& arguments) {
   diff.add_option("A", arguments.diff.a, "A recording")->required();
-  diff.add_option("B", arguments.diff.b, "Another one")->required();
+  diff.add_option("B", arguments.diff.b, "Another recording")->required();
   declare_backend(diff, arguments.diff.threads, arguments);
   declare_json(diff, arguments);
 }
@@ -185,7 +185,7 @@ int diff(Arguments& arguments) {
   return figures.divergence ? kFailed : 0;
 }
 
-// What CLI11 has to say: help and the version are no errors.
+// CLI11 reports help and version as exceptions, which are no errors.
 int tell(const CLI::App& app, const CLI::ParseError& error) {
   std::ostringstream out;
   const int code = app.exit(error, out, std::cerr);
@@ -196,13 +196,14 @@ int tell(const CLI::App& app, const CLI::ParseError& error) {
 int run_command(int argc, char** argv) {
   CLI::App app("Scree simulates very large piles of rigid bodies, fast and with the same bits everywhere.",
                "scree");
-  app.require_subcommand(0, 1);  // none at all gets our own message: CLI11's hides a misspelled one
+  app.require_subcommand(0,
+                         1);  // without a subcommand our own message appears: CLI11's hides a misspelled one
   app.set_version_flag("--version", "scree " SCREE_VERSION, "Print the version and exit");
   const CLI::App* scenes = app.add_subcommand("scenes", "List the built-in scenes");
   CLI::App* run = app.add_subcommand("run", "Run a scene and print its figures");
   CLI::App* replay_command = app.add_subcommand("replay", "Play a recording, or verify it");
-  CLI::App* info_command = app.add_subcommand("info", "Say what is inside a recording");
-  CLI::App* diff_command = app.add_subcommand("diff", "Find the first step at which two recordings part");
+  CLI::App* info_command = app.add_subcommand("info", "Print the content of a recording");
+  CLI::App* diff_command = app.add_subcommand("diff", "Find the first step at which two recordings diverge");
   Arguments arguments;
   declare_run(*run, arguments);
   declare_replay(*replay_command, arguments);

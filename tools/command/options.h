@@ -1,4 +1,4 @@
-// Checks of what the command line gave; they throw scree::Error, which names the option.
+// Checks of command-line values; they throw scree::Error, which names the option.
 #pragma once
 
 #include <scree/scree.h>
@@ -10,14 +10,14 @@
 
 namespace scree::command {
 
-// "key=value" each; CLI11 would take them as positions of its own otherwise.
+// "key=value" each; otherwise CLI11 would take them as its own positional arguments.
 scenes::Parameters read_parameters(const std::vector<std::string>& settings);
 Isa read_isa(const std::string& name);
 
 void check_range(const char* option, int value, int low, int high);
 // Threads within their limits, and an instruction set that runs here.
 void check_backend(int threads, Isa isa);
-// Says so on standard error if not all of the threads can work at the same time.
+// Prints a note on standard error if not all of the threads can work at the same time.
 void tell_of_idle_threads(int threads);
 
 }  // namespace scree::command

@@ -9,7 +9,7 @@ namespace scree::command {
 namespace {
 
 constexpr int kBarWidth = 40;                            // characters
-constexpr auto kRedraw = std::chrono::milliseconds(50);  // more often is not seen, and costs
+constexpr auto kRedraw = std::chrono::milliseconds(50);  // more often is invisible, and costs time
 
 double seconds_between(std::chrono::steady_clock::time_point from, std::chrono::steady_clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();

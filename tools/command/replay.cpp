@@ -17,8 +17,8 @@ double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// The library's reasons speak of bytes and values; whoever has several files needs to know which one. Files
-// are checked as far as they are played.
+// The library's messages describe bytes and values; with several files the user must know which file is
+// meant. Files are checked only as far as they are played.
 template <class Work>
 auto naming(const std::string& files, const Work& work) {
   try {
@@ -47,7 +47,7 @@ void check_span(const RecordingInfo& info, std::uint64_t from, std::uint64_t to)
   }
 }
 
-// Progress counts in int; a recording of more steps shows none beyond.
+// Progress counts in int; it stops at the largest int.
 int progress_count(std::uint64_t steps) {
   return static_cast<int>(std::min<std::uint64_t>(steps, std::numeric_limits<int>::max()));
 }
@@ -76,7 +76,7 @@ void play(Player& player, Workers& workers, Progress& progress, ReplayFigures& f
   add_times(std::move(times), figures);
 }
 
-// From keyframe to keyframe, so that there is progress to show: the states are compared there in any case.
+// Plays from keyframe to keyframe to show progress: the states are compared there in any case.
 void verify(Player& player, Workers& workers, Progress& progress, ReplayFigures& figures) {
   std::vector<std::uint64_t> ends;
   for (const std::uint64_t step : player.keyframe_steps()) {

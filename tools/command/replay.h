@@ -1,4 +1,4 @@
-// What the command does with recordings: plays them, verifies them, tells what is inside, compares two.
+// What the command does with recordings: plays, verifies, describes and compares them.
 // replay_report.cpp shows the figures.
 #pragma once
 
@@ -71,7 +71,7 @@ struct DiffFigures {
   std::uint64_t last_b = 0;
   std::optional<Divergence> divergence;
 
-  // The steps that both have.
+  // The steps that both recordings have.
   std::uint64_t from() const { return first_a > first_b ? first_a : first_b; }
   std::uint64_t to() const { return last_a < last_b ? last_a : last_b; }
 };

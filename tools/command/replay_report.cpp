@@ -9,14 +9,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A writer's name may be anything, and so may a file's.
+// A writer's name may hold any bytes, and so may a file's.
 std::string text_of(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string span_of(std::uint64_t from, std::uint64_t to) { return grouped(from) + " to " + grouped(to); }
 
-// What the states said where they were compared.
+// The differences of the states where they were compared.
 std::string describe_state(const Divergence& divergence) {
   if (divergence.difference.empty()) {
     return divergence.compared_at == 0 ? "no state to compare it with"

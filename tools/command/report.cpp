@@ -29,7 +29,8 @@ std::string to_table(const RunFigures& figures) {
   table += row("steps/s", format("%.1f", figures.steps_per_second()));
   table += row("ms per step", format("%.3f mean, %.3f median, %.3f min, %.3f max", figures.ms_mean,
                                      figures.ms_median, figures.ms_min, figures.ms_max));
-  // Worlds that are stepped at the same time add up to more than the step: shares are of the phases' sum.
+  // The phases of worlds that are stepped concurrently add up to more than the step: shares are of the
+  // phases' sum.
   const double all_phases = std::accumulate(figures.phase_ms.begin(), figures.phase_ms.end(), 0.0);
   for (std::size_t phase = 0; phase < kPhaseCount; ++phase) {
     const double share = all_phases > 0.0 ? 100.0 * figures.phase_ms[phase] / all_phases : 0.0;
@@ -94,7 +95,7 @@ std::string to_json(const RunFigures& figures) {
     json["recording"] = {{"file", recording->file}, {"bytes", recording->bytes}, {"steps", recording->steps}};
   }
   json["hash"] = hash_digits(figures.hash);
-  // A file's name may be anything.
+  // A file's name may hold any bytes.
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

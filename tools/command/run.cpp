@@ -21,7 +21,7 @@ constexpr int kMostSteps = 1'000'000'000;
 constexpr int kMostSubsteps = 64;              // WorldSettings' limit
 constexpr int kMostKeyframes = 1'000'000'000;  // RecorderOptions' limit
 
-// What a run consists of once scene and options are settled.
+// The worlds and settings of a run, after its scene and options are checked.
 struct Plan {
   std::vector<scenes::Scene> worlds;
   int steps = 0;
@@ -29,7 +29,7 @@ struct Plan {
   float dt = 0.0f;
 };
 
-// Where a run's time went; one entry per timed step. What the steps restored, too.
+// Times of a run, one entry per timed step, and the number of restored bodies.
 struct Timing {
   std::vector<double> step_ms;
   std::array<double, kPhaseCount> phase_ms{};  // sums
@@ -98,10 +98,10 @@ void measure_quality(std::vector<World>& worlds) {
   }
 }
 
-// Who is driven in a world, and who comes and goes.
+// The driven bodies of a world, and the changes of its bodies.
 struct Cast {
   scenes::Scene script;
-  std::vector<BodyId> bodies;  // of the whole scene; empty where nothing is driven and nobody comes or goes
+  std::vector<BodyId> bodies;  // of the whole scene; empty if no body is driven, arrives or leaves
 };
 
 void direct_all(std::vector<World>& worlds, std::vector<Cast>& casts, int steps_done, float dt) {
@@ -117,8 +117,8 @@ double step_all(std::span<World* const> worlds, float dt, Workers& workers) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Records the world of a run, where that is asked for. A disk that is full ends the run: nobody should learn
-// after an hour that nothing was recorded.
+// Records the world of a run, if requested. A full disk ends the run: the loss of a recording must not stay
+// hidden for hours.
 class Recording {
  public:
   void begin(World& world, const RunOptions& options) {
@@ -129,7 +129,7 @@ class Recording {
     try {
       recorder_.emplace(world, file_, recorder_options);
     } catch (const Error& error) {
-      fail(error.what());  // name and options were good when the command began
+      fail(error.what());  // name and options were checked when the command began
     }
   }
   void check() const {
@@ -146,14 +146,14 @@ class Recording {
   }
 
  private:
-  // Not the caller's mistake: scree::Error would say so.
+  // Not the caller's mistake, so not a scree::Error.
   [[noreturn]] void fail(const std::string& reason) const { throw std::runtime_error("--record: " + reason); }
 
   std::string file_;
   std::optional<Recorder> recorder_;
 };
 
-// Quality is measured in the last step, which is left out of the times unless it is the only one.
+// Measures quality in the last step. This step is excluded from the times unless it is the only one.
 Timing simulate(std::vector<World>& worlds, std::vector<Cast>& casts, const Plan& plan,
                 const Recording& recording, Workers& workers, Progress& progress) {
   Timing timing;
@@ -259,7 +259,7 @@ RunFigures run(const RunOptions& options) {
       ++(body.def.type == BodyType::fixed ? figures.fixed_bodies : figures.bodies);
     }
     figures.joints += static_cast<std::int64_t>(scene.joints.size());
-    scene = {};  // a million bodies need not be there twice
+    scene = {};  // avoids holding a million bodies twice
   }
   Recording recording;
   recording.begin(worlds.front(), options);

@@ -27,15 +27,15 @@ struct RunOptions {
   std::optional<int> keyframes;  // steps from one keyframe of the recording to the next
 };
 
-// The recording that a run has made.
+// The recording that a run made.
 struct RecordingFigures {
   std::string file;
   std::uint64_t bytes = 0;
   std::uint64_t steps = 0;
 };
 
-// What a run has to tell. Counts, energy and stages are sums over the worlds, penetrations and residual the
-// largest, the mean penetration the mean over all overlaps.
+// Figures of a run. Counts, energy and stages are sums over the worlds; penetrations and residual are the
+// largest; the mean penetration is the mean over all overlaps.
 struct RunFigures {
   std::string scene;
   Isa isa = Isa::scalar;
@@ -52,7 +52,7 @@ struct RunFigures {
   std::int64_t restored_bodies = 0;  // over all steps, each time that a body's state became non-finite
   std::int64_t awake_bodies = 0;     // at the end, as all that follows
   std::int64_t contacts = 0;         // touching manifolds
-  std::int64_t overlaps = 0;         // of them, those of awake bodies that overlap
+  std::int64_t overlaps = 0;         // touching manifolds of awake bodies that overlap
   double ms_mean = 0.0;
   double ms_median = 0.0;
   double ms_min = 0.0;
@@ -72,7 +72,7 @@ struct RunFigures {
   double steps_per_second() const { return ms_mean > 0.0 ? 1000.0 / ms_mean : 0.0; }
 };
 
-// Whether the name is a scene file's, and not a built-in scene's.
+// Whether the name is that of a scene file rather than of a built-in scene.
 bool is_scene_file(const std::string& name);
 
 // Checks the options, builds the scene, runs it, and shows progress on standard error. Throws scree::Error

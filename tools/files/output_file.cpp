@@ -51,7 +51,7 @@ std::optional<Status> status_of(const std::string& path) {
 
 bool is_same(const Status& a, const Status& b) { return a.st_dev == b.st_dev && a.st_ino == b.st_ino; }
 
-// Where a file will be created: behind links that lead nowhere yet.
+// The path at which a file will be created: follows links whose targets do not exist.
 fs::path behind_links(fs::path path) {
   constexpr int kMostLinks = 40;  // as the system follows
   std::error_code problem;
@@ -66,7 +66,7 @@ fs::path folder_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
-// What makes two names one file: its numbers, or those of its folder and its name there.
+// Identity of a file: device and inode, or for a new file those of its folder and its name there.
 struct Identity {
   dev_t device;
   ino_t number;
@@ -75,7 +75,7 @@ struct Identity {
   bool operator==(const Identity&) const = default;
 };
 
-// Nothing for what may be named again and again: devices, such as /dev/null, and what is not there at all.
+// Empty for targets that several outputs may share: devices, such as /dev/null, and files that do not exist.
 std::optional<Identity> identity_of(const std::string& path) {
   if (const std::optional<Status> status = status_of(path)) {
     if (S_ISCHR(status->st_mode)) return {};
@@ -130,8 +130,8 @@ bool write_all(int descriptor, std::string_view text) {
   return true;
 }
 
-// A descriptor of the process that leads to the file, such as 1 for /dev/stdout. Who opened it would not see
-// what is put in the file's place.
+// A descriptor of the process that leads to the file, such as 1 for /dev/stdout. The program that opened it
+// would not see a file put in its place.
 int open_descriptor_of(const Status& status) {
   constexpr int kMostDescriptors = 1024;
   for (int descriptor = 0; descriptor < kMostDescriptors; ++descriptor) {
@@ -144,7 +144,7 @@ int open_descriptor_of(const Status& status) {
   return -1;
 }
 
-// Owner and permissions of the file whose place the other one takes.
+// Copies owner and permissions of the replaced file.
 bool take_over(int descriptor, const Status& from) {
   Status own{};
   if (fstat(descriptor, &own) != 0) return false;
@@ -155,7 +155,7 @@ bool take_over(int descriptor, const Status& from) {
   return fchmod(descriptor, from.st_mode & 07777) == 0;
 }
 
-// A new file beside the target, gone with this unless it was put in the target's place.
+// A new file beside the target. The destructor deletes it unless it replaced the target.
 class Draft {
  public:
   explicit Draft(const fs::path& target) : target_(target) {
@@ -174,10 +174,10 @@ class Draft {
   Draft& operator=(const Draft&) = delete;
 
   int descriptor() const { return descriptor_; }
-  // False, with errno, where the text does not get to the disk.
+  // Returns false, with errno, if the text does not reach the disk.
   bool fill(std::string_view text) {
     if (!write_all(descriptor_, text)) return false;
-    // Not every file system knows how.
+    // Not every file system supports this.
     if (fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOSYS && errno != ENOTSUP) return false;
     return ::close(std::exchange(descriptor_, -1)) == 0;
   }
@@ -192,7 +192,7 @@ class Draft {
   bool exists_ = false;
 };
 
-// False where the folder takes no new file, or none in the place of the old one.
+// Returns false if the folder accepts no new file, or none in place of the old one.
 bool replace(const NamedFile& file, const std::optional<Status>& old, std::string_view text) {
   fs::path target = behind_links(file.path);
   if (old) {
@@ -201,7 +201,7 @@ bool replace(const NamedFile& file, const std::optional<Status>& old, std::strin
     if (problem) fail_to_write(file, problem.message());
   }
   Draft draft(target);
-  // The folder's permissions, or a file that is mounted there by itself.
+  // The folder's permissions forbid it, or the file is a mount point.
   const auto is_forbidden = [](int error) {
     return error == EACCES || error == EPERM || error == EROFS || error == EBUSY || error == EXDEV;
   };

@@ -1,8 +1,7 @@
-// The game that the two peers play: a scene, what a player may press, and one step of both.
+// The game of the two peers: a scene, a player's inputs, and one step of both.
 //
-// What a step comes to depends on the world and on both inputs, and on nothing else. So a snapshot of the
-// world is all that a peer has to keep of the past; a game with state of its own keeps that beside the
-// snapshot.
+// A step's result depends only on the world and on both inputs. So a snapshot of the world is all that a peer
+// must keep of the past; a game with state of its own keeps that beside the snapshot.
 #pragma once
 
 #include <scree/scree.h>

@@ -1,5 +1,5 @@
-// The program scree_rollback: plays a session and prints what it took. Exit codes: 0 all hashes agree, 1 they
-// do not or something broke, 2 bad input.
+// The program scree_rollback: plays a session and prints its costs. Exit codes: 0 all hashes agree, 1 hashes
+// differ or the session failed, 2 bad input.
 #include <tools/files/output_file.h>
 #include <tools/rollback/session.h>
 
@@ -61,7 +61,7 @@ int run(int argc, char** argv) {
   app.add_option("--jitter", options.link.jitter,
                  "Ticks that it takes longer, at most, at random (default 2)");
   app.add_option("--loss", options.link.loss, "Percent of the packets that are lost, 0 to 95 (default 10)");
-  app.add_option("--seed", options.link.seed, "Of the link and of what the players press (default 1)");
+  app.add_option("--seed", options.link.seed, "Seed of the link and of the inputs (default 1)");
   app.add_option("--threads", options.threads, "Threads of each peer (default 0: one per core)");
   try {
     app.parse(argc, argv);

@@ -46,7 +46,7 @@ void Peer::tick(int now, Link& incoming, Link& outgoing) {
   outgoing.send(now, make_packet());
 }
 
-// People press for longer than a step what they press: the last input that is known, again.
+// Players hold keys for longer than a step, so it predicts the last known input again.
 Input Peer::predict(int step) const {
   const auto index = static_cast<std::size_t>(step);
   if (index < theirs_.size()) return theirs_[index];
@@ -58,7 +58,7 @@ void Peer::take(const Packet& packet) {
   if (packet.hashed_step >= 0) their_hashes_[packet.hashed_step] = packet.hash;
   for (std::size_t i = 0; i < packet.inputs.size(); ++i) {
     const int step = packet.first_step + static_cast<int>(i);
-    if (step != known()) continue;  // it has come before: packets repeat themselves and overtake each other
+    if (step != known()) continue;  // known already: packets repeat inputs and overtake each other
     theirs_.push_back(packet.inputs[i]);
     if (step < current_ && !(assumed_[static_cast<std::size_t>(step)] == packet.inputs[i])) {
       first_wrong_ = std::min(first_wrong_, step);
@@ -79,7 +79,7 @@ void Peer::correct_the_past() {
 
 void Peer::take_step(int step, Cost& cost) {
   const auto index = static_cast<std::size_t>(step);
-  // Also when stepping once more: the snapshots that were taken after a wrong step are wrong, too.
+  // Also when stepping again: the snapshots taken after a wrong step are wrong, too.
   figures_.save.add(milliseconds_of([&] { save(game_.world(), window_[index % kWindow]); }));
   hashes_[index] = game_.world().hash();
   assumed_[index] = predict(step);
@@ -89,8 +89,8 @@ void Peer::take_step(int step, Cost& cost) {
   cost.add(milliseconds_of([&] { game_.advance(inputs, workers_); }));
 }
 
-// A state is final when all inputs before it are known. So peers can tell that they have parted, which needs
-// a defect in the game or in the engine, long before the players notice.
+// A state is final when all inputs before it are known. So peers detect a divergence, which needs a defect in
+// the game or in the engine, long before the players notice.
 void Peer::compare_hashes() {
   while (!their_hashes_.empty()) {
     const auto [step, hash] = *their_hashes_.begin();

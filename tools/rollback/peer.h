@@ -1,5 +1,5 @@
-// One of the two players' machines: it never waits for the other's input, it predicts it; and when the input
-// that arrives is another one, it goes back to the step that was predicted wrong and steps on from there.
+// One of the two players' machines. It never waits for the other's input but predicts it. When a different
+// input arrives, it goes back to the first wrongly predicted step and steps on from there.
 #pragma once
 
 #include <tools/rollback/game.h>
@@ -12,10 +12,10 @@
 
 namespace scree::rollback {
 
-/// Steps that a peer goes back at most, and so runs ahead of the other's inputs: a snapshot each.
+/// Largest number of steps that a peer goes back, and so runs ahead of the other's inputs: a snapshot each.
 inline constexpr int kWindow = 12;
 
-/// How often something was done, and how long it took.
+/// How often an operation ran, and how long it took.
 struct Cost {
   std::int64_t count = 0;
   double total_ms = 0.0;
@@ -29,7 +29,7 @@ struct PeerFigures {
   std::int64_t rollbacks = 0;
   std::int64_t longest_rollback = 0;  ///< steps
   std::int64_t stalls = 0;            ///< ticks without a step, as the window was exhausted
-  std::int64_t hashes_compared = 0;   ///< with those that the other one sent
+  std::int64_t hashes_compared = 0;   ///< with hashes that the other peer sent
   std::int64_t hashes_different = 0;
   Cost save;
   Cost restore;
@@ -43,8 +43,8 @@ class Peer {
   /// `player` is 0 or 1. Ends after `steps`.
   Peer(int player, int boxes, int steps, Hands hands, Workers& workers);
 
-  /// Whatever a peer does in a 60th of a second: takes what has arrived, corrects the past, takes one step
-  /// unless the other is too far behind, and sends.
+  /// The work of a peer in a 60th of a second: receives packets, corrects the past, takes one step unless the
+  /// other peer is too far behind, and sends.
   void tick(int now, Link& incoming, Link& outgoing);
 
   /// All steps are taken, and the other's inputs are known for all of them: nothing can change any more.
@@ -70,8 +70,8 @@ class Peer {
   Game game_;
   int current_ = 0;                            // steps taken
   std::vector<Input> mine_;                    // by step
-  std::vector<Input> theirs_;                  // by step, as far as they have arrived
-  std::vector<Input> assumed_;                 // by step: what of theirs the step was taken with
+  std::vector<Input> theirs_;                  // by step, up to the last that arrived
+  std::vector<Input> assumed_;                 // by step: the other's input that the step used
   int first_wrong_;                            // step that was taken with a wrong assumption; steps_: none
   int acknowledged_ = 0;                       // of mine_, which the other has
   std::array<Snapshot, kWindow> window_;       // before step s: s % kWindow

@@ -7,7 +7,8 @@
 namespace scree::rollback {
 namespace {
 
-constexpr int kPatience = 100'000;  // ticks beyond the steps, at most: nobody waits so long for a lost packet
+constexpr int kPatience =
+    100'000;  // ticks beyond the steps, at most; longer waits mean that the link is broken
 
 // Fails for NaN, too.
 void check_range(const char* option, double value, double low, double high) {
@@ -30,7 +31,7 @@ void check(const SessionOptions& options) {
   check_range("--threads", options.threads, 0, 1024);
 }
 
-// A seed of its own for each random part of a session.
+// A separate seed for each random part of a session.
 std::uint64_t seed_of(std::uint64_t session, int part) {
   scenes::Random random(session);
   std::uint64_t seed = 0;
@@ -75,7 +76,7 @@ SessionReport run_session(const SessionOptions& options) {
     second.tick(report.ticks, to_second, to_first);
     ++report.ticks;
   }
-  // The judge's machine is another one: one thread, one lane.
+  // The referee's machine differs: one thread, one lane.
   Workers judge(WorkersOptions{.threads = 1, .isa = Isa::scalar});
   std::vector<Inputs> inputs(static_cast<std::size_t>(options.steps));
   for (std::size_t i = 0; i < inputs.size(); ++i) inputs[i] = {first.inputs()[i], second.inputs()[i]};

@@ -1,4 +1,4 @@
-// A session: two peers, the link between them, and the judge, who knew all inputs from the beginning.
+// A session: two peers, the link between them, and a referee that knows all inputs from the beginning.
 #pragma once
 
 #include <tools/rollback/peer.h>
@@ -11,21 +11,21 @@ namespace scree::rollback {
 struct SessionOptions {
   int steps = 600;
   int boxes = 300;
-  LinkOptions link;  ///< of both directions; the seed decides about what the players press, too
+  LinkOptions link;  ///< of both directions; the seed also determines the players' inputs
   int threads = 0;   ///< of each peer; 0: one per core
 };
 
 struct SessionReport {
   std::array<PeerFigures, kPlayers> peers;
   std::array<std::uint64_t, kPlayers> hashes{};  ///< at the end
-  std::uint64_t expected_hash = 0;               ///< of the judge
-  /// The first state in which a peer is not where the judge is, by the number of steps before it; -1: none.
+  std::uint64_t expected_hash = 0;               ///< of the referee
+  /// The first state in which a peer differs from the referee, by the number of steps before it; -1: none.
   int first_difference = -1;
-  int ticks = 0;  ///< that the session took; without stalls as many as steps, and the link's delay
+  int ticks = 0;  ///< of the session; without stalls the number of steps plus the link's delay
   std::int64_t packets = 0;
   std::int64_t lost_packets = 0;
 
-  /// Both peers agree with the judge in every state, and with one another in all that they compared.
+  /// Both peers agree with the referee in every state, and with each other in all states that they compared.
   bool is_sound() const;
 };
 

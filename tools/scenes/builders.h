@@ -37,10 +37,10 @@ Scene spawning(const Parameters& parameters);
 
 /// An empty scene under the 10 m/s^2 that published benchmarks use.
 Scene start_scene(const char* name, int steps);
-/// Adds a shape for bodies to share; returns its place.
+/// Adds a shape for bodies to share; returns its index.
 std::uint32_t add_shape(Scene& scene, const Geometry& geometry, const Material& material = {},
                         const ShapeOptions& options = {});
-/// Returns the body's place.
+/// Returns the body's index.
 std::uint32_t add_body(Scene& scene, const BodyDef& def, std::uint32_t first_shape,
                        std::uint32_t shape_count = 1);
 /// A fixed box whose top is the plane y = 0.
@@ -48,7 +48,7 @@ void add_ground(Scene& scene, float half_width, const Material& material = {});
 /// Joins two bodies, or one with kWorldItself, at the frames of the definition.
 void add_joint(Scene& scene, std::uint32_t body_a, std::uint32_t body_b, const Joint& joint,
                const JointDef& def);
-/// Joins them where the scene begins with them: both frames are at a pose in world coordinates.
+/// Joins two bodies in their initial poses: both frames are at a pose in world coordinates.
 void add_joint_at(Scene& scene, std::uint32_t body_a, std::uint32_t body_b, const Pose& place,
                   const Joint& joint, JointDef def = {});
 /// A fixed floor at y = 0 with four walls around the square |x|, |z| < half_width, closed above if asked.

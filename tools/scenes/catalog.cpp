@@ -31,7 +31,7 @@ std::vector<Scene> one_world(const Parameters& parameters) {
   return worlds;
 }
 
-constexpr double kMostBodies = 1e7;       // about 5 GB of world; more is surely a slip of the finger
+constexpr double kMostBodies = 1e7;       // about 5 GB of world; more is surely a typing error
 constexpr double kMostSeed = 0x1p53 - 1;  // whole numbers that a double holds exactly
 
 const std::vector<Entry>& entries() {
@@ -162,7 +162,7 @@ void check_value(const Entry& entry, const ParameterRule& rule, double value) {
   const std::string start =
       "scene " + std::string(entry.name) + ": " + rule.name + " = " + text(value) + " must be ";
   if (rule.whole && value != std::floor(value)) throw Error(start + "a whole number");
-  // Written so that NaN fails.
+  // Written so that NaN fails the check.
   if (!(value >= rule.low && value <= rule.high)) {
     throw Error(start + "from " + text(rule.low) + " to " + text(rule.high));
   }
@@ -247,7 +247,7 @@ void add_ground(Scene& scene, float half_width, const Material& material) {
 }
 
 void add_pit(Scene& scene, float half_width, float height, bool lid) {
-  constexpr float kThick = 1.0f;  // m, half: nothing that falls 50 m crosses it within a step
+  constexpr float kThick = 1.0f;  // m, half: no body that falls 50 m crosses it within a step
   const float outer = half_width + 2.0f * kThick;
   const auto add = [&](Vec3 half_extents, Vec3 position) {
     return add_shape(scene, Box{half_extents}, {}, {.local_pose = {position, {}}});

@@ -1,5 +1,5 @@
-// Scenes in which bodies come and go while much else rests: a large world, a streamed one, a fountain of
-// bodies.
+// Scenes in which bodies arrive and leave while many others rest: a large world, a streamed world, a fountain
+// of bodies.
 #include <tools/scenes/builders.h>
 #include <tools/scenes/random.h>
 
@@ -84,12 +84,13 @@ Scene streaming(const Parameters& parameters) {
 }
 
 Scene spawning(const Parameters& parameters) {
-  constexpr float kSpacing = 1.0f;  // m, between those that come together
+  constexpr float kSpacing = 1.0f;  // m, between bodies that arrive together
   constexpr float kHeight = 4.0f;   // m
   Scene scene = start_scene("spawning", 400);
   const int bodies = whole(parameters, "bodies"), life = whole(parameters, "life");
   Random random(static_cast<std::uint64_t>(parameters.at("seed")));
-  // Ten generations lie beside each other: the next one comes to the first one's place when that has fallen.
+  // Ten generations lie beside each other: a new generation reuses the place of the oldest, which has fallen
+  // by then.
   constexpr int kPlaces = 25;
   const auto side = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(bodies * kPlaces))));
   add_pit(scene, 0.5f * kSpacing * static_cast<float>(side + 2), 2.0f * kHeight);

@@ -1,4 +1,4 @@
-// Driven bodies: where they shall be, and the call that moves them there.
+// Driven bodies: their target poses, and the call that moves them there.
 #include <tools/scenes/angles.h>
 #include <tools/scenes/scene.h>
 

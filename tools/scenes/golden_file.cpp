@@ -38,7 +38,7 @@ std::vector<std::string> read_lines(const std::string& file) {
   return lines;
 }
 
-// The line up to the steps; whoever wrote it chose its columns.
+// The line up to the steps; its author chose the columns.
 std::string without_hashes(const std::string& line) {
   constexpr const char* kBlanks = " \t";
   std::size_t end = line.find_last_not_of(kBlanks) + 1;

@@ -1,8 +1,8 @@
-// Golden hashes: a text file of runs of scenes and what they came to, one line each, the same for every
-// machine, compiler, build type and backend. The tests have one such file, the soak has another.
+// Golden hashes: a text file of runs of scenes and their hashes, one line each, the same for every machine,
+// compiler, build type and backend. The tests have one such file, the soak has another.
 //
 // A line: scene, parameters ("bodies=300,seed=1", or "-" for none), steps, and two hashes of 16 hexadecimal
-// digits. Lines that are empty or begin with # say nothing.
+// digits. Empty lines and lines that start with # have no meaning.
 #pragma once
 
 #include <tools/scenes/scene.h>
@@ -21,7 +21,7 @@ struct Run {
   int steps = 0;
 };
 
-/// What a run comes down to: the hash after the last step, and one number made from the hashes of all steps.
+/// The result of a run: the hash after the last step, and a digest of the hashes of all steps.
 struct RunHashes {
   std::uint64_t last = 0;
   std::uint64_t all = 0;
@@ -40,11 +40,11 @@ std::ostream& operator<<(std::ostream& out, const Golden& golden);
 
 /// Throws scree::Error with file, line and reason.
 std::vector<Golden> read_goldens(const std::string& file);
-/// Replaces the hashes, keeps the comments and all that stands before the hashes. `goldens` are those that
-/// read_goldens has read from the file. Throws scree::Error.
+/// Replaces the hashes, and keeps the comments and all text before the hashes. `goldens` must come from
+/// read_goldens of the same file. Throws scree::Error.
 void write_goldens(const std::string& file, const std::vector<Golden>& goldens);
 
-/// "bodies=300,seed=1", or "-" for none. Values are written as integers wherever they are.
+/// "bodies=300,seed=1", or "-" for none. Whole values are written as integers.
 std::string text_of(const Parameters& parameters);
 
 /// 16 hexadecimal digits.

@@ -45,9 +45,8 @@ std::string text(Range range) {
   return "from " + text(range.low) + " to " + text(range.high);
 }
 
-// Builds the document as the parser goes through its text, and tells where a key stands twice. The library's
-// own builder looks through the whole of what surrounds an object or array when that ends, if it tells of
-// keys.
+// Builds the document while the parser reads its text, and reports duplicate keys. With a callback for keys,
+// the library's own builder would search the whole enclosing value at the end of each object or array.
 class Builder final : public nlohmann::json_sax<nlohmann::json> {
  public:
   Builder(const std::string& source, const std::string& file) : source_(source), file_(file) {}
@@ -143,7 +142,7 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
   }
 
   std::string line_and_column(std::size_t bytes_read) const {
-    // The text has stopped making sense with the last byte.
+    // The text became invalid at its last byte.
     const std::size_t end = std::min(bytes_read > 0 ? bytes_read - 1 : 0, source_.size());
     const auto line =
         1 + std::count(source_.begin(), source_.begin() + static_cast<std::ptrdiff_t>(end), '\n');

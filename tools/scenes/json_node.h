@@ -1,5 +1,5 @@
 // A value of a JSON document that knows its place: every reader below checks type and range and reports file,
-// place and reason. Used by scene_file.cpp alone.
+// place and reason. Used only by scene_file.cpp.
 #pragma once
 
 #include <scree/error.h>
@@ -38,7 +38,7 @@ class Node {
   bool boolean() const;
   std::string string() const;
   Vec3 vector(Range range = {}) const;  // each component within the range
-  // The place of the text among `choices`.
+  // The index of the text among `choices`.
   std::size_t choice(std::span<const char* const> choices) const;
 
   std::vector<Node> elements() const;                                        // of an array
@@ -54,14 +54,14 @@ class Node {
   std::string pointer_;  // RFC 6901
 };
 
-// Hands out the members of an object by key; whatever nobody asked for is an error.
+// Hands out the members of an object by key; a member that no reader requested is an error.
 class Members {
  public:
   explicit Members(const Node& object);
 
   const Node* find(const char* key);     // nullptr if absent
   const Node& require(const char* key);  // an error if absent
-  void finish() const;                   // throws for a key that was never asked for
+  void finish() const;                   // throws for a member that no reader requested
 
   void read(const char* key, float& out, Range range = {});
   void read(const char* key, bool& out);
@@ -76,7 +76,7 @@ class Members {
   std::vector<const char*> known_;
 };
 
-// Parses a text; errors carry line and column. A key that stands twice in one object is an error too.
+// Parses a text; errors carry line and column. A duplicate key in one object is an error, too.
 nlohmann::json parse_json(const std::string& text, const std::string& file);
 
 }  // namespace scree::scenes

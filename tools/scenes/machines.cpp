@@ -14,7 +14,7 @@ constexpr Vec3 kX{1.0f, 0.0f, 0.0f};
 constexpr Vec3 kY{0.0f, 1.0f, 0.0f};
 constexpr Vec3 kZ{0.0f, 0.0f, 1.0f};
 
-// Of parts that would be in each other's way as they are drawn, such as gears.
+// For parts that would block each other as drawn, such as gears.
 constexpr Filter kTouchesNothing{.category = 1, .mask = 0};
 
 constexpr float radians(double degrees) { return static_cast<float>(degrees * (std::numbers::pi / 180.0)); }
@@ -64,7 +64,7 @@ class Workshop {
   Vec3 origin_;
 };
 
-// A motor turns the first of four gears about z, the last moves a rack until that meets its stop.
+// A motor turns the first of four gears about z. The last moves a rack until the rack meets its stop.
 void add_gears(Workshop shop) {
   constexpr float kRadii[] = {0.3f, 0.6f, 0.4f, 0.5f};  // m
   constexpr float kHalfThickness = 0.1f;                // m
@@ -149,8 +149,8 @@ void add_shafts(Workshop shop) {
   shop.join(second, blade, on_second(2.0f * kHalf), away, WeldJoint{});
 }
 
-// What hangs and what floats: a rope, a rod, a spring, a platform on six springs, a puck on a plane, a drone
-// at a place in the air, and a box dragged by a mouse.
+// Hanging and floating bodies: a rope, a rod, a spring, a platform on six springs, a puck on a plane, a drone
+// held in the air, and a box dragged by a mouse.
 void add_toys(Workshop shop) {
   const auto box = [](float half) { return Box{{half, half, half}}; };
   const auto hang = [&](float x, const JointAxis& length) {
@@ -221,8 +221,7 @@ Scene motors(const Parameters& parameters) {
   return scene;
 }
 
-// The lever lies towards -x, with the stone at its end against a rim, and is stopped where the stone shall
-// fly.
+// The lever lies towards -x, with the stone at its end against a rim. It stops where the stone must fly off.
 Scene card_catapult(const Parameters& parameters) {
   constexpr float kHalfLength = 1.0f;      // m, of the lever
   constexpr float kHalfThickness = 0.05f;  // m

@@ -1,7 +1,7 @@
 // Scenes: engine-neutral lists of bodies and joints that tests, benchmarks and the command share.
 //
-// A scene is data: whoever wants it in an engine walks the lists (populate() does it for Scree, bench/ for
-// the peers). A few scenes consist of many independent worlds, hence the vector.
+// A scene is data: an engine's adapter walks the lists (populate() does it for Scree, bench/ for the peers).
+// A few scenes consist of many independent worlds, hence the vector.
 #pragma once
 
 #include <scree/scree.h>
@@ -26,10 +26,10 @@ struct SceneBody {
   BodyDef def;
   std::uint32_t first_shape = 0;  ///< into Scene::shapes
   std::uint32_t shape_count = 0;
-  bool comes_later = false;  ///< is not there at first: one of Scene::changes creates it
+  bool comes_later = false;  ///< does not exist at first: one of Scene::changes creates it
 };
 
-/// Stands for no body of a scene: the world itself.
+/// Index that stands for the world itself instead of a body.
 inline constexpr std::uint32_t kWorldItself = std::numeric_limits<std::uint32_t>::max();
 
 /// A joint between two bodies of the scene, or between one of them and the world.
@@ -40,8 +40,8 @@ struct SceneJoint {
   std::uint32_t body_b = kWorldItself;
 };
 
-/// A kinematic body that turns steadily about an axis. Every step moves it to where it shall be at the
-/// step's end; see drive_target.
+/// A kinematic body that turns steadily about an axis. Every step moves it to its pose at the step's end; see
+/// drive_target.
 struct SceneDrive {
   std::uint32_t body = 0;  ///< into Scene::bodies
   Pose start;              ///< of the body
@@ -51,7 +51,7 @@ struct SceneDrive {
   bool turns_body = true;  ///< or the body keeps its rotation and only its origin goes round
 };
 
-/// Bodies that come or go together while the scene runs. No joint may name them.
+/// Bodies that arrive or leave together while the scene runs. No joint may name them.
 struct SceneChange {
   int step = 0;             ///< before the step that follows so many
   std::uint32_t first = 0;  ///< into Scene::bodies
@@ -93,25 +93,25 @@ void check(const std::string& name, const Parameters& parameters = {});
 /// The pose of a driven body after that many seconds; the same bits on every machine.
 Pose drive_target(const SceneDrive& drive, double seconds);
 
-/// Before a step of `dt` and after `steps_done` of them: has it move the driven bodies to where they shall be
-/// at its end. `bodies` is what populate returned.
+/// Call before a step of `dt` and after `steps_done` steps: makes the step move the driven bodies to their
+/// poses at its end. `bodies` is the result of populate.
 void drive(World& world, std::span<const SceneDrive> drives, std::span<const BodyId> bodies,
            std::int64_t steps_done, float dt);
 
-/// Creates the scene's bodies and joints in an empty world; returns the bodies' handles in the scene's order,
-/// empty ones for those that come later. The joints' handles go to `joints` if it is given.
+/// Creates the scene's bodies and joints in an empty world. Returns the bodies' handles in the scene's order,
+/// with empty ones for bodies that arrive later. The joints' handles go to `joints` if it is given.
 std::vector<BodyId> populate(World& world, const Scene& scene, std::vector<JointId>* joints = nullptr);
 
-/// The changes that are due after so many steps.
+/// The changes that are due after this many steps.
 std::span<const SceneChange> changes_at(const Scene& scene, std::int64_t steps_done);
 
-/// Makes a change; `bodies` is what populate returned. Of those who shall go it passes over who has gone.
+/// Makes a change; `bodies` is the result of populate. Skips bodies that have already left.
 void make_change(World& world, const Scene& scene, const SceneChange& change, std::vector<BodyId>& bodies);
 
-/// What must be done before each step: makes the changes that are due, then drives.
+/// Call before each step: makes the changes that are due, then drives bodies.
 void direct(World& world, const Scene& scene, std::vector<BodyId>& bodies, std::int64_t steps_done, float dt);
 
-/// The part of a scene that `direct` needs. Its bodies and shapes are left out if nobody comes or goes.
+/// The part of a scene that `direct` needs. Leaves out its bodies and shapes if no body arrives or leaves.
 Scene script_of(const Scene& scene);
 
 }  // namespace scree::scenes

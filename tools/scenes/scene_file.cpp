@@ -1,4 +1,4 @@
-// Scene files -> scenes. The schema stands in README.md beside this file.
+// Scene files -> scenes. README.md beside this file states the schema.
 #include <tools/scenes/angles.h>
 #include <tools/scenes/scene_file.h>
 #include <tools/scenes/scene_file_parts.h>
@@ -52,7 +52,7 @@ void read_rotation(Members& members, Quat& out) {
 
 namespace {
 
-// The library's own limits: checked here too, so that errors can name the place.
+// The library's own limits. Checking them here lets errors name the place.
 const Range kLength = between(kMinExtent, kMaxExtent);  // m, of shapes
 const Range kHullPoint = within(kMaxExtent);            // m
 const Range kHullScale = between(kMinHullScale, kMaxHullScale);
@@ -73,7 +73,7 @@ using Materials = std::map<std::string, Material>;
 using NamedHulls = std::map<std::string, Hull>;
 using NamedShapes = std::map<std::string, SceneShape>;
 
-// What shapes may name.
+// The objects that shapes may name.
 struct Named {
   Materials materials;
   NamedHulls hulls;
@@ -248,8 +248,8 @@ Repeat read_repeat(const Node& node, std::int64_t most_bodies) {
   return repeat;
 }
 
-// What single values cannot tell, such as the mass and inertia that all shapes come to, only a world knows:
-// one for all bodies, in turn.
+// Some limits concern sums, such as mass and inertia of all shapes, which only a world can check: one world
+// for all bodies, in turn.
 class Trial {
  public:
   void run(const Node& node, const BodyDef& def, std::span<const SceneShape> shapes) {
@@ -379,7 +379,7 @@ Scene parse_scene(const std::string& source, const std::string& file, std::int64
     for (const auto& [name, node] : list->members()) named.hulls[name] = read_hull(node);
   }
   if (const Node* list = members.find("shapes")) {
-    NamedShapes shapes;  // which may not name each other
+    NamedShapes shapes;  // shapes may not name each other
     for (const auto& [name, node] : list->members()) {
       if (!node.is_object()) node.fail("expected an object");
       shapes[name] = read_shape(node, named);

@@ -8,8 +8,8 @@
 
 namespace scree::scenes {
 
-/// Bodies of a scene file, and joints likewise, repeats counted one by one: they take 2 and 4 GB, however
-/// short the file is.
+/// Limits for bodies and for joints of a scene file, repeats counted one by one: they take 2 and 4 GB, even
+/// if the file is short.
 inline constexpr std::int64_t kMostBodies = 10'000'000;
 
 /// Reads a scene file. Throws scree::Error with the file, the place in the document (a JSON pointer; line and

@@ -1,4 +1,4 @@
-// The joints of scene files. The schema stands in README.md beside this file.
+// The joints of scene files. README.md beside this file states the schema.
 #include <tools/scenes/frames.h>
 #include <tools/scenes/scene_file_parts.h>
 
@@ -32,7 +32,7 @@ void read_spring(Members& members, float& hertz, float& damping_ratio) {
   members.read("damping_ratio", damping_ratio, up_to(kMaxDampingRatio));
 }
 
-// Stiffness of what is held: 0 is as stiff as the step allows.
+// Stiffness of held axes: 0 is as stiff as the step allows.
 void read_stiffness(Members& members, const char* hertz_key, float& hertz, const char* ratio_key,
                     float& ratio) {
   if (const Node* node = members.find(hertz_key)) {
@@ -83,7 +83,7 @@ void read_rotation_drive(Members& joint, const char* key, RotationDrive& drive) 
   members.finish();
 }
 
-// The kinds, each from the keys that it alone has.
+// The kinds of joints, each built from its own keys.
 void read_kind(Members& members, BallJoint& ball) {
   read_angle(members, "cone_limit", ball.cone_limit, {0.0, 180.0});
   read_angle(members, "twist_lower", ball.twist_lower, kAngle);
@@ -195,7 +195,7 @@ Pose read_pose(const Node& node, float reach) {
   return pose;
 }
 
-// The joint again and again: its bodies' numbers and its place go on by so much each time.
+// Repeats the joint: each time its bodies' indices advance by a fixed amount.
 struct JointRepeat {
   std::int64_t count = 1;
   std::array<std::int64_t, 2> step{1, 1};
@@ -233,7 +233,7 @@ void read_def(Members& members, JointDef& def) {
   if (const Node* data = members.find("user_data")) def.user_data = data->bits64();
 }
 
-// What single values cannot tell only a world knows: one with two bodies to join.
+// Some limits can only be checked by a world: one world with two bodies to join.
 class Trial {
  public:
   Trial() : bodies_{world_.create_body({}), world_.create_body({})} {}

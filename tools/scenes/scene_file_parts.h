@@ -1,5 +1,5 @@
-// What the readers of a scene file's bodies and joints share. Used by scene_file.cpp and
-// scene_file_joints.cpp alone.
+// Shared by the readers of a scene file's bodies and joints. Used only by scene_file.cpp and
+// scene_file_joints.cpp.
 #pragma once
 
 #include <core/world/limits.h>
@@ -12,7 +12,7 @@
 
 namespace scree::scenes {
 
-// Ranges between float limits, as the decimal numbers that those were written as: 1e-4f itself is
+// Ranges between float limits, converted to the decimal numbers in the source: 1e-4f itself is
 // 9.99999975e-05.
 Range between(float low, float high);
 inline Range up_to(float high) { return between(0.0f, high); }
@@ -28,14 +28,14 @@ std::string known_names(const auto& named) {
   return list.empty() ? "none is defined" : "defined are: " + list;
 }
 
-// Bodies that a file has given a name: one, or the run that a repeat makes.
+// Bodies that a file has named: a single body, or the run that a repeat makes.
 struct NamedBodies {
   std::uint32_t first = 0;  // into Scene::bodies
   std::int64_t count = 1;
 };
 using BodyNames = std::map<std::string, NamedBodies>;
 
-// What stands for the world where a joint names its bodies; no body may have that name.
+// The name of the world where a joint names its bodies; no body may have it.
 inline constexpr const char* kWorldName = "world";
 
 // Adds the joints of an array to the scene, whose bodies are complete; at most `most` with their repeats.

@@ -1,4 +1,4 @@
-// A stage: the worlds of a scene and what drives them, played step by step.
+// A stage: the worlds of a scene and their driven bodies, played step by step.
 #pragma once
 
 #include <tools/scenes/scene.h>
@@ -11,7 +11,7 @@ namespace scree::scenes {
 class Stage {
  public:
   explicit Stage(const std::vector<Scene>& scenes);
-  /// Worlds that tell of contacts as `events` says, whatever their scenes say.
+  /// Worlds that report contacts as `events` says, whatever their scenes say.
   Stage(std::vector<Scene> scenes, ContactEvents events);
 
   std::vector<World>& worlds() { return worlds_; }
@@ -19,9 +19,9 @@ class Stage {
   std::size_t bodies() const;  ///< of all worlds
   int steps() const { return steps_; }
 
-  /// Lets bodies come and go, moves the driven ones and steps all worlds.
+  /// Makes the changes of bodies, moves the driven ones and steps all worlds.
   void advance(float dt, Workers& workers);
-  /// Every seventh body flies up, so that what has fallen asleep wakes and what still stands collapses.
+  /// Throws every seventh body up, so that sleeping bodies wake and standing structures collapse.
   void throw_up(Vec3 velocity);
 
  private:
@@ -30,7 +30,7 @@ class Stage {
     std::vector<BodyId> bodies;
   };
 
-  std::vector<World> worlds_;  // as many as at first: pointers_ and recorders hold on to them
+  std::vector<World> worlds_;  // never resized: pointers_ and recorders point to them
   std::vector<Cast> casts_;
   std::vector<World*> pointers_;
   int steps_ = 0;

@@ -1,4 +1,4 @@
-// Backends: what a step may run on, and none of which may show in the results.
+// Backends: what a step can run on. Results must not depend on it.
 #pragma once
 
 #include <scree/scree.h>

@@ -15,8 +15,8 @@ namespace {
 constexpr int kThreadCounts[] = {1, 2, 3, 8};
 constexpr Vec3 kThrow{0.0f, 5.0f, 0.0f};  // m/s
 
-// The hash after each step. At two thirds of them bodies are thrown up: what has come to rest wakes. With a
-// file, the first world is recorded.
+// The hash after each step. At two thirds of the steps bodies are thrown up, which wakes sleeping bodies.
+// With a file, records the first world.
 std::vector<std::uint64_t> play(const scenes::Run& run, Backend backend, const std::string& record = "") {
   const std::vector<scenes::Scene> built = scenes::build(run.scene, run.parameters);
   scenes::Stage stage(built);

@@ -1,5 +1,5 @@
-// The long golden matrix: scenes at their full sizes on every instruction set with several thread counts,
-// against one another at every step and against recorded hashes.
+// The long golden matrix: scenes at their full sizes on every instruction set with several thread counts.
+// Compares the backends with each other at every step, and the results with recorded hashes.
 #pragma once
 
 #include <tools/scenes/golden_file.h>

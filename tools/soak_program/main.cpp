@@ -1,5 +1,5 @@
 // The program behind tools/soak: random scenes, recorded on one backend and replayed on all, until time is up
-// or something differs. Exit codes: 0 nothing differed, 1 something did or broke, 2 bad input.
+// or results differ. Exit codes: 0 no difference, 1 a difference or failure, 2 bad input.
 #include <tools/files/output_file.h>
 #include <tools/soak_program/golden.h>
 #include <tools/soak_program/round.h>
@@ -22,7 +22,7 @@ volatile std::sig_atomic_t g_interrupted = 0;  // by Ctrl-C: the round is finish
 
 void interrupt(int) {
   g_interrupted = 1;
-  std::signal(SIGINT, SIG_DFL);  // whoever does not want to wait presses it again
+  std::signal(SIGINT, SIG_DFL);  // a second Ctrl-C ends the program at once
 }
 
 struct Options {
@@ -81,7 +81,7 @@ int run(int argc, char** argv) {
   app.add_option("FILES", options.files, "Recordings to verify first, on every instruction set");
   app.add_option("--minutes", options.minutes,
                  "How long; the last round is finished (default 60; 0: no rounds)");
-  app.add_option("--rounds", options.rounds, "At most so many rounds (default 0: as many as time allows)");
+  app.add_option("--rounds", options.rounds, "Largest number of rounds (default 0: as many as time allows)");
   const CLI::Option* seed = app.add_option("--seed", options.seed,
                                            "Of the first round; the next ones count on "
                                            "(default: from the clock)");

@@ -29,7 +29,7 @@ void Mischief::before_step(World& world) {
     try {
       make_call(world);
     } catch (const Error&) {
-      // A call that asks too much has changed nothing; the recording must not hold it either.
+      // A refused call has changed nothing, and the recording must not hold it either.
     }
   }
 }
@@ -242,7 +242,7 @@ void Mischief::make_wrong_call(World& world, BodyId body) {
   throw std::logic_error("a call with a value that is not allowed did not throw");
 }
 
-// As a program does that looks back: the world of some steps ago, once more.
+// Goes back, as a program with a history does: restores the world of some steps ago.
 void Mischief::keep_or_restore(World& world) {
   if (kept_.is_empty() || random_.below(2) == 0) return save(world, kept_);
   restore(world, kept_);

@@ -33,7 +33,7 @@ class Mischief {
   BodyDef random_def();
   Geometry random_geometry();
   Vec3 random_vector(float reach);
-  /// A body that moves and that no scene drives; no body if none is found.
+  /// A moving body that no scene drives; no body if none is found.
   BodyId random_body(const World& world);
 
   scenes::Random random_;

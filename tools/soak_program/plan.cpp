@@ -79,7 +79,8 @@ scenes::Parameters draw_parameters(const std::string& scene, scenes::Random& ran
   const bool large = random.below(12) == 0;
   scenes::Parameters parameters;
   for (const Range& range : sizes->ranges) {
-    // Of wide ranges mostly the lower end: small scenes take little time and show more plainly what is wrong.
+    // Draws wide ranges mostly at their lower end: small scenes take little time and show defects more
+    // plainly.
     const double at = static_cast<double>(random.unit());
     const bool wide = range.high - range.low > kWide && !large;
     const double value = range.low + (range.high - range.low) * (wide ? at * at * at * at : at);

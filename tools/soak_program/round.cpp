@@ -132,7 +132,7 @@ std::optional<Failure> Rounds::replay_on_changing_backends(const Recorded& recor
   return {};
 }
 
-// Seeks to a step, goes on from there, and with it a branch and a world that was restored from bytes.
+// Seeks to a step and continues from there, with a branch and a world restored from bytes.
 std::optional<Failure> Rounds::go_on_from_the_middle(const Recorded& recorded, scenes::Random& random) {
   Player player(recorded.file);
   const std::uint64_t first = player.info().first_step;
@@ -196,7 +196,7 @@ std::optional<Failure> Rounds::play(std::uint64_t seed) {
   calls_ = 0;
   std::printf("seed %llu: %s, %d steps on %s", static_cast<unsigned long long>(seed), plan.name.c_str(),
               plan.steps, name_of(backends_.at(recorded_on_)).c_str());
-  std::fflush(stdout);  // whoever finds the program hanging or dead learns where
+  std::fflush(stdout);  // shows the place if the program hangs or dies
   std::vector<Recorded> recorded;
   std::uintmax_t bytes = 0;
   try {

@@ -1,5 +1,5 @@
-// A round of the soak: a random scene is recorded on one backend, and the recording must play with the same
-// bits on others, from any place in the middle, too.
+// A round of the soak: records a random scene on one backend. The recording must play with the same bits on
+// others, also from any place in the middle.
 #pragma once
 
 #include <tools/soak_program/backends.h>
@@ -12,7 +12,7 @@
 
 namespace scree::soak {
 
-/// What a soak has done so far.
+/// Totals of a soak so far.
 struct Tally {
   std::int64_t rounds = 0;
   std::int64_t steps = 0;   ///< all that were taken, replays included
@@ -21,10 +21,10 @@ struct Tally {
   std::int64_t states = 0;  ///< whole ones, compared
 };
 
-/// The first difference that was found.
+/// The first difference found.
 struct Failure {
   std::string what;
-  std::string command;  ///< shows it once more
+  std::string command;  ///< reproduces it
 };
 
 /// The recording of one world of a round.

@@ -21,22 +21,22 @@ namespace {
 
 using Point = std::array<double, 3>;
 
-// Half extent over grid step, at most: as many bits as leave a coordinate relative to the centroid a float.
+// Largest ratio of half extent to grid step. With so many bits a coordinate relative to the centroid is a
+// float.
 constexpr int kGridBits = 23;
 constexpr int kMostFlatBits = 24;  // how much finer than the largest one the step of a thin axis may be
-// Of the largest extent: points that stick out less are left out, and corners of one face lie this close to a
-// plane. A few times the rounding of points that a program has turned in single precision.
+// Share of the largest extent. The build drops points that stick out less, and the corners of one face lie
+// this close to a plane. A few times the rounding of points that a program has turned in single precision.
 constexpr double kTolerance = 5e-7;
 constexpr double kToleranceUlps = 4.0;  // of the largest coordinate, for hulls far from their origin
 constexpr double kToleranceOfThickness = 0.125;
-// A thin tip can reach far although it lies close to every plane: hulls that miss a point by more than this
-// many tolerances are built again with a smaller one.
+// A thin tip can reach far although it lies close to every plane. The build repeats with a smaller tolerance
+// if the hull misses a point by more than this many tolerances.
 constexpr double kMostDeviation = 20.0;
 constexpr double kSmallerTolerance = 0.125;
 constexpr int kToleranceTries = 5;
-constexpr double kMinThicknessOfExtent =
-    2e-6;  // sixteen grid steps: a hull that is thinner has no sides left
-// Qhull takes 2 seconds for this many points on a sphere; no scan of a body that is not round needs as many.
+constexpr double kMinThicknessOfExtent = 2e-6;  // sixteen grid steps: a thinner hull has no sides left
+// Qhull takes 2 seconds for this many points on a sphere. Scans of bodies that are not round need fewer.
 constexpr std::size_t kManyPoints = 100'000;
 constexpr std::size_t kMaxPoints = std::numeric_limits<std::int32_t>::max();
 
@@ -60,7 +60,7 @@ void check_point(const std::string& who, std::size_t index, const Point& point) 
   }
 }
 
-// Where the points lie, and the resolution of their grid.
+// Location of the points, and the resolution of their grid.
 struct Grid {
   Point origin;     // m
   GridSteps step;   // m, powers of two
@@ -96,7 +96,8 @@ Grid make_grid(const std::string& who, const std::vector<Point>& points) {
   return grid;
 }
 
-// The points' places on the grid, ascending, each once, with the first point that has it.
+// The points' places on the grid in ascending order, without duplicates, each with the first point that has
+// it.
 struct GridPoints {
   std::vector<GridPoint> places;
   std::vector<std::int32_t> point;
@@ -110,7 +111,7 @@ GridPoints place_on(const Grid& grid, const std::vector<Point>& points) {
   std::vector<Entry> entries(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
-      // Rounded before the origin is subtracted, so that half a step goes the same way for every origin.
+      // Round before subtracting the origin, so that half a step rounds the same way for every origin.
       const double place = std::nearbyint(points[i][k] / grid.step[k]) - grid.origin[k] / grid.step[k];
       entries[i].place[k] = static_cast<std::int32_t>(place);
     }
@@ -137,8 +138,8 @@ GridPoints subset(const GridPoints& all, const std::vector<std::int32_t>& indice
   return result;
 }
 
-// The points that can be corners of their hull. Of very many, those within a hull of the largest number of
-// vertices are left out first; if very many are left even then, all of them count.
+// Finds the points that can be corners of their hull. If there are very many, first drops those within a hull
+// of the largest number of vertices. If very many remain even then, keeps all of them.
 GridPoints find_extreme(const Grid& grid, const GridPoints& all) {
   if (all.places.size() <= kManyPoints) return subset(all, find_extreme_points(all.places));
   const TriangleHull hull = find_triangles(all.places, grid.step, {kMaxHullVertices, 0.0});
@@ -153,7 +154,7 @@ GridPoints find_extreme(const Grid& grid, const GridPoints& all) {
   return outer.places.size() <= kManyPoints ? subset(outer, find_extreme_points(outer.places)) : outer;
 }
 
-// The least distance, over the planes of all triangles, of two parallel planes that hold the hull.
+// Least distance between two parallel planes that enclose the hull, one of them the plane of a triangle.
 double thickness_of(const Grid& grid, std::span<const GridPoint> places, const TriangleHull& hull) {
   std::vector<std::int32_t> corners;
   for (const HullTriangle& triangle : hull.triangles) {
@@ -188,7 +189,7 @@ double checked_thickness(const std::string& who, const Grid& grid, std::span<con
     fail(who, std::string("the points lie within a ") + (is_line(grid, places) ? "line" : "plane") + limit);
   }
   const double thickness = thickness_of(grid, places, hull);
-  if (thickness < least * (1.0 - 1e-6)) {  // a hull of just that thickness is rounded, too
+  if (thickness < least * (1.0 - 1e-6)) {  // allows for the rounding of a hull of exactly that thickness
     fail(who, "the points' hull is " + text_of(thickness) + " m thick" + limit);
   }
   return thickness;
@@ -225,7 +226,7 @@ std::uint64_t hash_of(const HullSolid& solid) {
   return XXH64_digest(&state);
 }
 
-// Points on the way to a hull.
+// Intermediate results of hull building.
 struct HullDraft {
   const std::vector<Point>& points;
   Grid grid;
@@ -249,7 +250,7 @@ HullReport make_report(const HullDraft& from, const TriangleHull& hull, const Hu
   return report;
 }
 
-// All but what complete_solid makes.
+// Makes all of the solid that complete_solid does not make.
 std::shared_ptr<HullSolid> try_solid(const std::string& who, const HullDraft& from, int max_vertices,
                                      double tolerance) {
   const Grid& grid = from.grid;
@@ -260,7 +261,7 @@ std::shared_ptr<HullSolid> try_solid(const std::string& who, const HullDraft& fr
   const GridPoints corners = subset(from.extreme, polygons.corners);
 
   auto solid = std::make_shared<HullSolid>();
-  // Once about the grid's origin, to find the centroid, and once about that.
+  // Build once about the grid's origin to find the centroid, and then once about the centroid.
   const HullIntegrals first = integrate(make_topology(to_corners(grid, corners.places, {}), polygons.loops));
   GridPoint center;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -276,7 +277,7 @@ std::shared_ptr<HullSolid> try_solid(const std::string& who, const HullDraft& fr
   return solid;
 }
 
-// From points in ascending order, each once, and so is the report.
+// Expects ascending points without duplicates; the report refers to these points, too.
 std::shared_ptr<HullSolid> make_solid(const std::string& who, const std::vector<Point>& points,
                                       int max_vertices) {
   const Grid grid = make_grid(who, points);
@@ -295,7 +296,7 @@ std::shared_ptr<HullSolid> make_solid(const std::string& who, const std::vector<
   return solid;
 }
 
-// Ascending, each once. Zero has one sign.
+// Sorts points and removes duplicates. Zero has one sign.
 std::vector<Point> sorted(std::vector<Point> points) {
   for (Point& p : points) {
     for (double& x : p) x += 0.0;

@@ -1,8 +1,8 @@
 // Hull building: points -> corners, faces and edges in canonical order, with a report of what was left out.
 //
 // Rounds the points' coordinates to a grid, whose step along each axis is 2^-23 of the hull's half extent.
-// All decisions about sides are exact on it; Qhull only selects which of many points can be corners. The
-// coordinates on the grid, relative to the hull's centroid, are floats without further rounding.
+// Decides exactly on this grid on which side of a plane a point lies; Qhull only selects which of many points
+// can be corners. Grid coordinates relative to the hull's centroid are floats without further rounding.
 #pragma once
 
 #include <core/geometry/balls.h>
@@ -19,7 +19,7 @@
 
 namespace scree {
 
-// What is inside a Hull. Never changes.
+// The data of a Hull. Never changes.
 struct HullSolid {
   HullTopology topology;
   std::vector<Vec3> points;  // the corners as they were given, in the frame of the points
@@ -39,10 +39,10 @@ std::shared_ptr<const HullSolid> build_hull(const std::string& who, std::span<co
 // The hull of the corners times `scale`, whose components are finite and above zero.
 std::shared_ptr<const HullSolid> scale_hull(const std::string& who, const HullSolid& hull, Vec3 scale);
 
-// Makes what follows from points and topology: integrals, columns, balls and hash. Throws std::bad_alloc.
+// Computes integrals, columns, balls and hash from points and topology. Throws std::bad_alloc.
 void complete_solid(HullSolid& solid);
 
-// What is inside; null for an empty one.
+// The data of a hull; null for an empty one.
 struct HullAccess {
   static const std::shared_ptr<const HullSolid>& solid(const Hull& hull) { return hull.solid_; }
   static Hull hull(std::shared_ptr<const HullSolid> solid) {

@@ -13,9 +13,9 @@ namespace scree {
 namespace {
 
 constexpr std::size_t kAlignment = 64;
-constexpr float kFarOffset = 1e30f;  // m; no plane that pads is ever the nearest
+constexpr float kFarOffset = 1e30f;  // m; padding planes are never the nearest
 
-// Hands out pieces of one allocation. Without memory it only counts.
+// Hands out pieces of one allocation. Only counts bytes while it has no memory.
 class Allocation {
  public:
   explicit Allocation(void* memory) : memory_(static_cast<std::byte*>(memory)) {}
@@ -88,15 +88,15 @@ void fill_planes(const Pieces& pieces, const HullTopology& topology) {
   }
 }
 
-// As the kernels will read it.
+// Rounds to the floats that the kernels will read.
 Vector rounded(const Vector& v) {
   Vector result{};
   for (std::size_t k = 0; k < 3; ++k) result[k] = double{static_cast<float>(v[k])};
   return result;
 }
 
-// Middle of the arc between the normals of an edge's faces. Their sum vanishes for the edge of a blade, the
-// sum of the ways along the arc for a flat edge; together they never do.
+// Middle of the arc between the normals of an edge's faces. The normals' sum vanishes for the edge of a
+// blade; the sum of the directions along the arc vanishes for a flat edge. The two never vanish together.
 Vector arc_middle(const Vector& normal_0, const Vector& normal_1, const Vector& along) {
   const double scale = 1.0 / std::sqrt(dot(along, along));
   const Vector forth = cross(along, normal_0), back = cross(normal_1, along);
@@ -157,7 +157,8 @@ void fill_loops(const Pieces& pieces, const HullTopology& topology) {
   std::copy(topology.begin.begin(), topology.begin.end(), pieces.loop_begin);
 }
 
-// The planes hold the hull from outside; what is surely within it reaches to the lowest corner of each face.
+// Radius of a ball within the hull. Planes lie outside the hull by rounding, so it takes each face's lowest
+// corner.
 double inner_radius(const HullTopology& topology) {
   double radius = std::numeric_limits<double>::infinity();
   for (std::size_t f = 0; f < topology.planes.size(); ++f) {

@@ -13,7 +13,7 @@ namespace scree {
 // The columns that spheres and capsules need (hull_round_columns.cpp): edges, and the planes that bound each
 // face.
 
-// What HullRoundData points into. May be moved, not copied.
+// The memory that HullRoundData points into. May be moved, not copied.
 struct HullRoundColumns {
   Column<float> numbers;
   Column<std::int32_t> indices;

@@ -52,7 +52,7 @@ double distance_to(const HullTopology& topology, const Vector& p) {
 }
 
 struct Outsider {
-  double bound;  // m; shrunk toward the origin by this much the point is within all planes
+  double bound;  // m; a point shrunk toward the origin by this much lies below all planes
   std::size_t point;
 };
 

@@ -24,7 +24,7 @@ using Position = std::array<double, 3>;
 
 std::size_t at(std::int32_t index) { return static_cast<std::size_t>(index); }
 
-// Points on their grid.
+// Points in grid coordinates.
 struct Places {
   std::span<const GridPoint> points;
   GridSteps steps;
@@ -41,7 +41,7 @@ struct Places {
   }
 };
 
-// Triangles in descending order of area, equal ones by their lowest corners.
+// Triangles in descending order of area, then ascending by their lowest corners.
 std::vector<std::int32_t> by_area(const Places& places, const TriangleHull& hull) {
   struct Key {
     double inverse_area;
@@ -65,8 +65,8 @@ std::vector<std::int32_t> by_area(const Places& places, const TriangleHull& hull
   return order;
 }
 
-// Grows a face from each triangle that has none yet, the largest first: neighbors belong to it while their
-// corners lie within the tolerance of the first one's plane. Nothing lies above that plane.
+// Grows a face from each triangle that has none yet, largest first. Adds neighbors while their corners lie
+// within the tolerance of the first triangle's plane. No point lies above that plane.
 std::vector<std::int32_t> find_faces(const Places& places, const TriangleHull& hull, double tolerance,
                                      std::int32_t& face_count) {
   std::vector<std::int32_t> face_of(hull.triangles.size(), -1);
@@ -93,7 +93,7 @@ std::vector<std::int32_t> find_faces(const Places& places, const TriangleHull& h
   return face_of;
 }
 
-// How many faces meet at each point.
+// Number of faces that meet at each point.
 std::vector<std::int32_t> count_faces(std::size_t points, const TriangleHull& hull,
                                       const std::vector<std::int32_t>& face_of) {
   std::vector<std::pair<std::int32_t, std::int32_t>> meetings;
@@ -107,7 +107,7 @@ std::vector<std::int32_t> count_faces(std::size_t points, const TriangleHull& hu
   return count;
 }
 
-// The boundaries of the faces; none if one of them is not a single simple loop.
+// The boundaries of the faces. Returns none if a boundary is not a single simple loop.
 std::optional<std::vector<Loop>> find_loops(std::size_t points, const TriangleHull& hull,
                                             const std::vector<std::int32_t>& face_of,
                                             std::int32_t face_count) {
@@ -144,7 +144,7 @@ struct Normal {
   double x = 0.0, y = 0.0, z = 0.0;
 };
 
-// Twice the area vector of a polygon: the sum of the triangles that its first corner makes with its edges.
+// Twice the area vector of a polygon: the sum over the triangles between its first corner and its edges.
 template <class Point>
 Normal area_of(const Loop& loop, const Point& point) {
   Normal sum;
@@ -160,7 +160,7 @@ Normal area_of(const Loop& loop, const Point& point) {
   return sum;
 }
 
-// Seen along its normal, a polygon turns left at every corner.
+// Whether a polygon, seen along its normal, turns left at every corner.
 bool is_convex(const Places& places, const Loop& loop, const Normal& normal) {
   const auto position = [&](std::int32_t i) { return places.position(i); };
   for (std::size_t k = 0; k < loop.size(); ++k) {
@@ -171,7 +171,7 @@ bool is_convex(const Places& places, const Loop& loop, const Normal& normal) {
   return true;
 }
 
-// Every edge has two faces that bend away from each other, and Euler's formula holds.
+// Whether every edge has two faces that bend away from each other, and Euler's formula holds.
 bool is_sound(const Places& places, const std::vector<Loop>& loops) {
   const auto position = [&](std::int32_t i) { return places.position(i); };
   std::vector<Normal> normals;
@@ -200,13 +200,13 @@ bool is_sound(const Places& places, const std::vector<Loop>& loops) {
   return corners.size() + loops.size() == face_of_edge.size() / 2 + 2;
 }
 
-// Loops begin at their lowest corner and ascend.
+// Rotates loops to begin at their lowest corner, and sorts them.
 void put_in_order(std::vector<Loop>& loops) {
   for (Loop& loop : loops) std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
   std::sort(loops.begin(), loops.end());
 }
 
-// Names corners by their rank among those that are left.
+// Renumbers the remaining corners by rank.
 HullPolygons ranked(std::vector<Loop> loops) {
   HullPolygons polygons;
   for (const Loop& loop : loops) polygons.corners.insert(polygons.corners.end(), loop.begin(), loop.end());
@@ -224,8 +224,8 @@ HullPolygons ranked(std::vector<Loop> loops) {
   return polygons;
 }
 
-// Corners with fewer than three faces lie, within the tolerance, in a face or on an edge: the hull of the
-// others is made until there are none.
+// Drops corners with fewer than three faces, which lie within the tolerance of a face or an edge, and builds
+// the hull of the others. Repeats until there are none.
 std::optional<HullPolygons> merge(const Places& places, TriangleHull hull, double tolerance) {
   for (;;) {
     std::int32_t face_count = 0;
@@ -239,7 +239,7 @@ std::optional<HullPolygons> merge(const Places& places, TriangleHull hull, doubl
     }
     if (!dropped) {
       auto loops = find_loops(places.size(), hull, face_of, face_count);
-      // What is merged at zero is exactly coplanar, and sound by construction.
+      // At tolerance zero only exactly coplanar triangles are merged, which is sound by construction.
       if (!loops || (tolerance > 0.0 && !is_sound(places, *loops))) return std::nullopt;
       return ranked(std::move(*loops));
     }
@@ -264,7 +264,7 @@ HullTopology::Plane plane_of_face(const std::vector<Vec3>& corners, const Loop& 
   plane.normal[1] = static_cast<float>(area.y / size);
   plane.normal[2] = static_cast<float>(area.z / size);
   double offset = -std::numeric_limits<double>::infinity();
-  for (const Vec3& v : corners) {  // all of them: none may lie outside
+  for (const Vec3& v : corners) {  // dropped ones as well: none may lie outside
     const double reach =
         double{plane.normal[0]} * v.x + double{plane.normal[1]} * v.y + double{plane.normal[2]} * v.z;
     offset = std::max(offset, reach);

@@ -1,7 +1,7 @@
-// Sums over the tetrahedra between the origin and the triangles of the faces; see hull_topology.h. For one
-// with corners 0, a, b, c and d = det(a, b, c): volume d / 6, first moment d (a + b + c) / 24, second moment
-// d (a a^T + b b^T + c c^T + s s^T) / 120 with s = a + b + c (Tonon, Explicit exact formulas for the 3-D
-// tetrahedron inertia tensor, 2004, has them as barycentric integrals).
+// Sums over the tetrahedra between the origin and the triangles of the faces; see hull_topology.h. A
+// tetrahedron with corners 0, a, b, c and d = det(a, b, c) has volume d / 6, first moment d (a + b + c) / 24,
+// and second moment d (a a^T + b b^T + c c^T + s s^T) / 120 with s = a + b + c (Tonon, Explicit exact
+// formulas for the 3-D tetrahedron inertia tensor, 2004, gives them as barycentric integrals).
 #include <core/geometry/hull/hull_topology.h>
 
 #include <cstddef>

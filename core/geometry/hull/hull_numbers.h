@@ -23,14 +23,14 @@ inline Vector cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// The next floats that are not above or not below the value.
+// The next smaller and the next larger float, for rounding bounds outward.
 inline float round_down(double value) {
   const float nearest = static_cast<float>(value);
   return double{nearest} > value ? std::nextafter(nearest, -std::numeric_limits<float>::infinity()) : nearest;
 }
 inline float round_up(double value) { return -round_down(-value); }
 
-// Rows of whole blocks.
+// Row count rounded up to whole blocks.
 inline std::size_t padded(std::size_t count) {
   constexpr std::size_t kBlock = kHullPadding;
   return (count + kBlock - 1) / kBlock * kBlock;

@@ -1,6 +1,6 @@
 // Extreme points by Qhull (Barber, Dobkin, Huhdanpaa: The Quickhull algorithm for convex hulls, 1996).
 //
-// Its answer only selects points: faces, order and bits come from hull_triangles and hull_faces.
+// Qhull only selects points: faces, order and bits come from hull_triangles and hull_faces.
 #include <core/geometry/hull/hull_stages.h>
 
 #include <algorithm>
@@ -18,11 +18,11 @@ namespace scree {
 
 namespace {
 
-// Fewer points go to the exact stage as they are.
+// Fewer points skip Qhull and go to the exact stage directly.
 constexpr std::size_t kFewPoints = 64;
 
-// Frees all that Qhull allocates. Qhull reports errors by longjmp within qh_new_qhull only, so that it jumps
-// over no frame of ours.
+// Frees all that Qhull allocates. Qhull reports errors by longjmp only within qh_new_qhull, so it jumps over
+// no frame of ours.
 class Session {
  public:
   Session() {
@@ -41,7 +41,7 @@ class Session {
     std::free(text_);
   }
 
-  // Qhull's exit code.
+  // Returns Qhull's exit code.
   int run(std::vector<double>& coordinates) {
     // Pp: no warnings about precision; Q12: wide facets are no error.
     char command[] = "qhull Pp Q12";

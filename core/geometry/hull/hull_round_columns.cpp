@@ -1,4 +1,5 @@
-// What segments and points need of a hull, from its topology; see HullRoundData in core/plain/hull.h.
+// Columns of a hull that spheres and capsules need, from its topology; see HullRoundData in
+// core/plain/hull.h.
 #include <core/geometry/hull/hull_columns.h>
 #include <core/geometry/hull/hull_numbers.h>
 
@@ -17,7 +18,7 @@ struct SidePlane {
   float offset;
 };
 
-// The plane through a face's side and along the face's normal. In double precision, because the sides of a
+// The plane through a face's side and along the face's normal. Uses double precision, because the sides of a
 // sliver are short.
 SidePlane side_plane(Vec3 begin, Vec3 end, const HullTopology::Plane& face) {
   Vector side = cross(to_vector(end) - to_vector(begin), to_vector(face.normal));
@@ -44,8 +45,8 @@ struct EdgePlace {
   std::uint16_t index;
 };
 
-// Orders edges so that each block of 16 lies close together: halves at a multiple of a block along the
-// longest extent, and each half again.
+// Orders edges so that each block of 16 lies close together. Splits at a multiple of a block along the
+// longest extent, then splits each half again.
 void order_by_place(std::span<EdgePlace> edges) {
   const std::size_t blocks = (edges.size() + kHullPadding - 1) / kHullPadding;
   if (blocks < 2) return;
@@ -81,7 +82,7 @@ std::vector<EdgePlace> ordered_edges(const HullTopology& topology) {
   return edges;
 }
 
-// The ball about the mean of a block's middles that holds all ends; its radius is rounded up.
+// The ball about the mean of a block's edge middles that encloses all ends. Rounds its radius up.
 void fill_block(const HullTopology& topology, std::span<const EdgePlace> edges, float* const (&column)[4],
                 std::size_t to) {
   Vector center{};

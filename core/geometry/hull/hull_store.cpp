@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -24,7 +25,7 @@ void resize(Hulls& hulls, std::size_t slots) {
   hulls.shared.resize(slots);
 }
 
-// A free slot, still free.
+// Returns a free slot without taking it.
 std::int32_t free_slot(Hulls& hulls) {
   const std::size_t slots = hulls.shared.size();
   if (!hulls.free_slots.empty()) return hulls.free_slots.back();
@@ -38,17 +39,16 @@ std::int32_t free_slot(Hulls& hulls) {
   return static_cast<std::int32_t>(slots);
 }
 
-// Empties a slot that no shape has.
+// Empties a slot that no shape uses.
 void clear(Hulls& hulls, std::int32_t slot) {
-  const auto row = static_cast<std::size_t>(slot);
-  SCREE_ASSERT(hulls.shapes[row] == 0);
-  const auto [first, last] = hulls.slot_of.equal_range(hulls.content[row]);
+  SCREE_ASSERT(hulls.shapes[slot] == 0);
+  const auto [first, last] = hulls.slot_of.equal_range(hulls.content[slot]);
   const auto own = std::find_if(first, last, [&](const auto& entry) { return entry.second == slot; });
   SCREE_ASSERT(own != last);
   hulls.slot_of.erase(own);
-  hulls.content[row] = 0;
-  hulls.data[row] = nullptr;
-  hulls.shared[row] = {};
+  hulls.content[slot] = 0;
+  hulls.data[slot] = nullptr;
+  hulls.shared[static_cast<std::size_t>(slot)] = {};
 }
 
 }  // namespace
@@ -74,11 +74,10 @@ std::int32_t acquire_hull(Call call, Hulls& hulls, const Geometry& geometry) {
     throw;
   }
   if (!hulls.free_slots.empty()) hulls.free_slots.pop_back();
-  const auto row = static_cast<std::size_t>(slot);
-  hulls.content[row] = content;
-  hulls.shapes[row] = 1;
-  hulls.data[row] = shared.solid->columns.data;
-  hulls.shared[row] = std::move(shared);
+  hulls.content[slot] = content;
+  hulls.shapes[slot] = 1;
+  hulls.data[slot] = shared.solid->columns.data;
+  hulls.shared[static_cast<std::size_t>(slot)] = std::move(shared);
   return slot;
 }
 
@@ -91,7 +90,7 @@ void release_hull(Hulls& hulls, std::int32_t slot) {
 void undo_hull(Hulls& hulls, std::int32_t slot, std::size_t old_slots) {
   if (slot < 0 || --hulls.shapes[slot] > 0) return;
   clear(hulls, slot);
-  if (static_cast<std::size_t>(slot) < old_slots) {
+  if (std::cmp_less(slot, old_slots)) {
     hulls.free_slots.push_back(slot);
   } else {
     resize(hulls, static_cast<std::size_t>(slot));
@@ -104,7 +103,7 @@ std::uint64_t hull_content(const ConvexHull& geometry) {
     hash = (hash ^ std::bit_cast<std::uint32_t>(scale)) * 0x9e3779b97f4a7c15u;  // 2^64 over the golden ratio
     hash ^= hash >> 32;
   }
-  return hash | 1;  // 0 is a free slot's
+  return hash | 1;  // 0 marks a free slot
 }
 
 ExtentRow extent_of(const HullSolid& solid) {
@@ -120,7 +119,7 @@ ExtentRow extent_of(const HullSolid& solid) {
 
 std::size_t hull_bytes(const SharedHulls& hulls) {
   std::size_t bytes = hulls.capacity() * sizeof(SharedHull);
-  std::vector<const HullSolid*> solids;  // each once, however many slots are scaled from it
+  std::vector<const HullSolid*> solids;  // each once, even if several slots scale it
   for (const SharedHull& shared : hulls) {
     if (shared.solid == nullptr) continue;
     solids.push_back(shared.solid.get());

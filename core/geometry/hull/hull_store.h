@@ -9,13 +9,13 @@
 
 namespace scree {
 
-// Counts one more shape for the slot of a hull, which it makes if there is none; returns the slot, or -1 for
-// other geometries. Throws if the scaled hull is beyond a limit; then nothing has changed. The geometry must
-// be checked.
+// Counts one more shape for the slot of a hull, and makes the slot if there is none. Returns the slot, or -1
+// for other geometries. Throws if the scaled hull exceeds a limit, and then changes nothing. The geometry
+// must have been checked.
 std::int32_t acquire_hull(Call call, Hulls& hulls, const Geometry& geometry);
-// Counts one shape less; -1 does nothing. A slot without shapes is free.
+// Counts one shape fewer; -1 does nothing. A slot without shapes is free.
 void release_hull(Hulls& hulls, std::int32_t slot);
-// Takes acquire_hull back, the latest call first: slots from `old_slots` on vanish.
+// Undoes acquire_hull, the latest call first: removes the slots from `old_slots` on.
 void undo_hull(Hulls& hulls, std::int32_t slot, std::size_t old_slots);
 
 // Hash of hull and scale, never 0.

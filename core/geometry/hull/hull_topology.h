@@ -33,7 +33,7 @@ struct HullTopology {
 
 // Volume integrals (hull_mass.cpp), in double precision.
 
-// About the origin of the corners, whose scale is exact: stretching multiplies them.
+// About the origin of the corners. Exact under scaling: stretching multiplies the integrals.
 struct HullIntegrals {
   double volume = 0.0;  // m^3
   double center[3]{};   // m, centroid
@@ -42,7 +42,7 @@ struct HullIntegrals {
 
 HullIntegrals integrate(const HullTopology& topology);
 
-// The largest distance to the hull of the points that lie above one of its planes; 0 if none does. Points are
+// Largest distance to the hull of the points that lie above one of its planes; 0 if no point does. Points are
 // in the topology's frame, whose origin lies within the hull.
 double find_deviation(const HullTopology& topology, std::span<const std::array<double, 3>> points);
 

@@ -10,7 +10,8 @@ namespace scree {
 
 namespace {
 
-// Coordinates have 25 bits with their sign, differences 26, normals 53, their products with differences 80.
+// Coordinates have 25 bits with their sign, differences 26, normals 53, products of normals and differences
+// 80.
 __extension__ using Wide = __int128;
 
 constexpr double kToleranceOfHeight = 0.125;  // a flat hull keeps its corners on both sides
@@ -64,7 +65,7 @@ class Builder {
   static std::size_t at(std::int32_t index) { return static_cast<std::size_t>(index); }
   const GridPoint& point(std::int32_t index) const { return points_[at(index)]; }
 
-  // The point with the largest measure, the first one of equals.
+  // The point with the largest measure; the first one of equals.
   template <class Measure>
   std::int32_t farthest_by(const Measure& measure) const {
     std::int32_t best = 0;
@@ -78,7 +79,7 @@ class Builder {
     return best;
   }
 
-  // A tetrahedron of points that are far from one another.
+  // Starts with a tetrahedron of points that are far from one another.
   bool begin() {
     if (points_.size() < 4) return false;
     std::int32_t a = 0;
@@ -95,7 +96,7 @@ class Builder {
     if (side == 0.0) return false;
     if (side > 0.0) std::swap(a, c);
     tolerance_ = std::min(tolerance_, kToleranceOfHeight * std::abs(side));
-    // Now d lies below a b c.
+    // Now d lies below the plane of a, b, c.
     const std::int32_t corners[4][3] = {{a, b, c}, {b, a, d}, {c, b, d}, {a, c, d}};
     const std::int32_t neighbors[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
     for (int f = 0; f < 4; ++f) {
@@ -116,7 +117,7 @@ class Builder {
     return static_cast<std::int32_t>(faces_.size() - 1);
   }
 
-  // Puts the point on the list of the face, from `first_face` on, that it is highest above.
+  // Adds the point to the list of the face that it is highest above, among the faces from `first_face` on.
   void assign(std::int32_t index, std::size_t first_face) {
     double highest = tolerance_;
     std::size_t owner = faces_.size();
@@ -146,8 +147,8 @@ class Builder {
     return best;
   }
 
-  // Replaces the faces that the point sees by a fan from it to their horizon. Sides are exact, so what it
-  // sees is one piece without holes.
+  // Replaces the faces that the point sees by a fan from the point to their horizon. Side tests are exact, so
+  // the visible faces form one piece without holes.
   void add(std::int32_t index, std::int32_t seen) {
     const std::vector<std::int32_t> visible = visible_from(point(index), seen);
     const std::vector<HorizonEdge> horizon = horizon_of(visible);
@@ -234,7 +235,7 @@ GridPlane plane_of(const GridPoint& a, const GridPoint& b, const GridPoint& c, c
   GridPlane plane;
   plane.normal = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
   plane.origin = a;
-  // Points transform with the steps, normals with their inverses.
+  // Points transform with the steps, normals with the inverse steps.
   const double size = length(plane.normal, {1.0 / steps[0], 1.0 / steps[1], 1.0 / steps[2]});
   plane.inverse_length = size > 0.0 ? 1.0 / size : 0.0;
   return plane;

@@ -1,5 +1,5 @@
-// The geometry of the narrow phase as a reference for tests: scalar, in double precision, by other and slower
-// methods.
+// The geometry of the narrow phase as a reference for tests: scalar, in double precision, by different and
+// slower methods.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -36,10 +36,10 @@ inline Solid make_solid(ShapeType type, const ExtentRow& extent, const PoseRow& 
   return solid;
 }
 
-// Signed gap between two solids and the unit normal from the first to the second along which it is measured.
-// `runner_up` is the best gap along an axis of clearly different direction: where it is as good, the normal
-// is not unique. For boxes that are apart the gap is that of the best separating axis, at most the true
-// distance.
+// Signed gap between two solids, and the unit normal from the first to the second along which it is measured.
+// `runner_up` is the best gap along an axis of clearly different direction: where it is equally good, the
+// normal is not unique. For boxes that are apart the gap is that of the best separating axis, which is at
+// most the true distance.
 struct Gap {
   double separation = 0.0;
   Vector normal = Vector::UnitY();
@@ -65,14 +65,15 @@ inline double distance_to_core(const Solid& solid, const Vector& point) {
   return (local - local.cwiseMax(-solid.half).cwiseMin(solid.half)).norm();
 }
 
-// Distance of a point from a solid's surface, negative inside a box.
+// Signed distance of a point from a solid's surface, negative inside a box.
 inline double distance_to_surface(const Solid& solid, const Vector& point) {
   const Vector local = solid.rotation.transpose() * (point - solid.position);
   const double inside = solid.type == ShapeType::box ? (local.cwiseAbs() - solid.half).maxCoeff() : 0.0;
   return inside < 0.0 ? inside : distance_to_core(solid, point) - solid.radius;
 }
 
-// Gap of the cores along an axis, by projecting all corners; the normal points to where it is larger.
+// Gap of the cores along an axis, from projections of all corners; the normal has the direction of the larger
+// gap.
 inline double gap_along(const std::vector<Vector>& a, const std::vector<Vector>& b, Vector& axis) {
   double a_low = 1e300, a_high = -1e300, b_low = 1e300, b_high = -1e300;
   for (const Vector& corner : a) {
@@ -88,8 +89,8 @@ inline double gap_along(const std::vector<Vector>& a, const std::vector<Vector>&
   return a_low - b_high;
 }
 
-// Best separating axis among face normals and products of edges. Solids without faces bring their segment
-// only.
+// Best separating axis among face normals and cross products of edges. Solids without faces contribute their
+// segment only.
 inline Gap best_axis(const Solid& a, const Solid& b) {
   std::vector<Vector> edges_a, edges_b, axes;
   const auto collect = [&](const Solid& solid, std::vector<Vector>& edges) {
@@ -128,7 +129,7 @@ inline Gap best_axis(const Solid& a, const Solid& b) {
   return best;
 }
 
-// Where on [-1, 1] a convex function is least, by golden sections.
+// Minimizer of a convex function on [-1, 1], by golden-section search.
 template <class Function>
 double minimize(Function&& function) {
   const double ratio = (std::sqrt(5.0) - 1.0) / 2.0;
@@ -144,8 +145,8 @@ double minimize(Function&& function) {
   return 0.5 * (low + high);
 }
 
-// A sphere or capsule against anything: the closest point of its segment, or the best axis where it passes
-// through a box.
+// A sphere or capsule against any solid: the closest point of its segment, or the best axis where the segment
+// passes through a box.
 inline Gap gap_of_round(const Solid& a, const Solid& b) {
   const Vector along = a.type == ShapeType::capsule ? Vector(a.rotation.col(1) * a.half.y()) : Vector::Zero();
   const auto distance = [&](double t) { return distance_to_core(b, a.position + t * along); };

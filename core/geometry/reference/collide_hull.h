@@ -1,4 +1,4 @@
-// Convex polyhedra against one another as a reference for tests: all separating axes, scalar, in double
+// Convex polyhedra against each other as a reference for tests: all separating axes, scalar, in double
 // precision.
 #pragma once
 
@@ -18,10 +18,10 @@ struct Polyhedron {
   std::vector<Vector> normals;
   std::vector<double> offsets;
   std::vector<Edge> edges;
-  double radius = 0.0;  // of the ball about the frame's origin that holds it
+  double radius = 0.0;  // of the ball about the frame's origin that encloses the polyhedron
 };
 
-// The hull at a pose, as seen from `origin` (positions far from the world's origin keep their precision).
+// The hull at a pose, relative to `origin` (positions far from the world's origin keep their precision).
 inline Polyhedron make_polyhedron(const HullTopology& hull, const PoseRow& pose, const Vector& origin) {
   const float* q = pose.rotation;
   const Eigen::Matrix3d turn = Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized().toRotationMatrix();
@@ -50,12 +50,12 @@ inline double farthest(const Polyhedron& p, const Vector& axis) {
   for (const Vector& v : p.vertices) result = std::max(result, axis.dot(v));
   return result;
 }
-// Gap along an axis from the first to the second.
+// Gap along an axis from the first polyhedron to the second.
 inline double gap_of_axis(const Polyhedron& a, const Polyhedron& b, const Vector& axis) {
   return -farthest(b, -axis) - farthest(a, axis);
 }
 
-// How far a point lies beyond the polyhedron's planes; negative inside.
+// Largest height of a point above the polyhedron's planes; negative inside.
 inline double distance_beyond(const Polyhedron& p, const Vector& point) {
   double result = -1e300;
   for (std::size_t f = 0; f < p.normals.size(); ++f) {
@@ -71,11 +71,11 @@ inline bool may_cross(const Polyhedron::Edge& a, const Polyhedron::Edge& b, doub
   return c * d < slack && e * f < slack && c * f < slack;
 }
 
-// Axes closer than 0.08 degrees count as one where a runner-up is sought.
+// Axes closer than 0.08 degrees count as one in the search for a runner-up.
 inline constexpr double kSameAxis = 0.999999;
 
-// Best separating axis among all face normals and all products of edges. Every candidate is measured by all
-// vertices; `sift` only leaves out pairs of edges that cannot touch.
+// Best separating axis among all face normals and all cross products of edges. All vertices measure every
+// candidate; `sift` only drops pairs of edges that cannot touch.
 inline Gap polyhedra_gap(const Polyhedron& a, const Polyhedron& b, bool sift = true) {
   std::vector<std::pair<double, Vector>> gaps;
   for (const Vector& n : a.normals) gaps.emplace_back(gap_of_axis(a, b, n), n);

@@ -42,8 +42,8 @@ inline FacedHull make_faced_hull(const std::vector<Vector>& corners,
   return hull;
 }
 
-// The point of a triangle that is closest to x: its projection where that lies within, else the closest point
-// of a side.
+// Closest point of a triangle to x: the projection of x where it lies within, else the closest point of a
+// side.
 inline Vector closest_on_triangle(const Vector (&corner)[3], const Vector& x) {
   const Vector normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
   bool within = normal.squaredNorm() > 0.0;
@@ -63,7 +63,7 @@ inline Vector closest_on_triangle(const Vector (&corner)[3], const Vector& x) {
   return within ? Vector(x - normal * ((x - corner[0]).dot(normal) / normal.squaredNorm())) : best;
 }
 
-// Height of a point over the plane of its farthest face; below zero in the hull.
+// Largest height of a point above the face planes; below zero in the hull.
 inline double height_over_faces(const FacedHull& hull, const Vector& x) {
   double height = -std::numeric_limits<double>::infinity();
   for (std::size_t f = 0; f < hull.faces.size(); ++f) {
@@ -73,7 +73,7 @@ inline double height_over_faces(const FacedHull& hull, const Vector& x) {
   return height;
 }
 
-// The point of a hull that is closest to x; x itself in the hull.
+// Closest point of a hull to x; x itself in the hull.
 inline Vector closest_on_hull(const FacedHull& hull, const Vector& x) {
   if (height_over_faces(hull, x) <= 0.0) return x;
   Vector best = hull.corners[0];
@@ -92,8 +92,8 @@ inline double distance_to_surface(const FacedHull& hull, const Vector& x) {
   return height <= 0.0 ? height : (closest_on_hull(hull, x) - x).norm();
 }
 
-// The way out of a hull for a segment that passes through it: the best of all face normals and of all
-// products of edges with the segment, each with all corners projected.
+// Shortest way out of a hull for a segment that passes through it: the best of all face normals and of all
+// cross products of edges with the segment, each measured with all corners.
 inline Gap leave_hull(const std::vector<Vector>& ends, double radius, const FacedHull& hull) {
   std::vector<Vector> axes;
   for (const Vector& normal : hull.normals) axes.push_back(-normal);
@@ -118,15 +118,15 @@ inline Gap leave_hull(const std::vector<Vector>& ends, double radius, const Face
     best.separation = gap;
     best.normal = axis;
   }
-  constexpr double kSameAxis = 1.0 - 1.5e-6;  // cosine of 0.1 degrees
+  constexpr double kSameDirection = 1.0 - 1.5e-6;  // cosine of 0.1 degrees
   for (const auto& [gap, axis] : gaps) {
-    if (axis.dot(best.normal) < kSameAxis) best.runner_up = std::max(best.runner_up, gap);
+    if (axis.dot(best.normal) < kSameDirection) best.runner_up = std::max(best.runner_up, gap);
   }
   return best;
 }
 
-// From a sphere or capsule to a hull. `core` is the distance of the round shape's core from the hull, zero
-// where it passes through.
+// Gap from a sphere or capsule to a hull. `core` is the distance of the round shape's core from the hull,
+// zero where the core passes through.
 inline Gap gap_to_hull(const Solid& round, const FacedHull& hull, double& core) {
   const Vector along =
       round.type == ShapeType::capsule ? Vector(round.rotation.col(1) * round.half.y()) : Vector::Zero();

@@ -15,7 +15,8 @@ enum class ErrorCode : std::uint8_t {
   /// An argument is outside its range or not a number, does not fit another argument (lists of different
   /// lengths, the same body twice), or is no solid.
   invalid_value = 1,
-  /// A handle names nothing that lives: it is a default one, or what it named was destroyed.
+  /// A handle names nothing that lives: it is a default one or kWorld, or what it named was
+  /// destroyed.
   dead_handle = 2,
   /// A handle belongs to another world.
   foreign_handle = 3,

@@ -37,8 +37,8 @@ struct ContactEvent {
   ContactPoint points[4];        ///< the first `point_count` count, the others are zero
 };
 
-/// Two shapes that no longer touch. They parted or are no longer asked about, or one of them or its body was
-/// destroyed: World::is_alive tells, and calls reject the handles of the dead.
+/// Two shapes that no longer touch. They parted, or their events are no longer asked for, or one of them or
+/// its body was destroyed: World::is_alive is false then, and calls refuse the handle.
 struct ContactEnd {
   ShapeId shape_a;  ///< the one with the lower index
   ShapeId shape_b;  ///< the one with the higher index

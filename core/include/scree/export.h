@@ -10,9 +10,9 @@
 #define SCREE_HIDDEN
 #endif
 
-// In front of small functions of public headers: no copy of them is ever compiled as a function. A linker
-// that finds several keeps one for everybody, and one from a program that was built with fast-math or with
-// fused multiplications would change the library's own bits.
+// In front of small functions of public headers: they are always inlined, so that no copy of them is compiled
+// as a function. A linker that finds several copies keeps one for the library and the program. One that was
+// built with fast-math or with fused multiplications would change the library's bits.
 #if defined(__GNUC__)
 #define SCREE_INLINE [[gnu::always_inline]] inline
 #else

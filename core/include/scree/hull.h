@@ -40,8 +40,8 @@ class SCREE_API Hull {
   /// The convex hull of points, with coplanar triangles merged to faces. Throws Error on fewer than 4 points,
   /// on coordinates that are not finite or beyond 1e5 m, and on points that lie within a plane or a line or
   /// whose hull is thinner than 1e-4 m or two millionths of its extent. Points that stick out of the hull of
-  /// the others by less than single precision tells (5e-7 of the extent, or 4 units in the last place of the
-  /// largest coordinate) are left out, which the report's deviation covers.
+  /// the others by less than single precision resolves (5e-7 of the extent, or 4 units in the last place of
+  /// the largest coordinate) are left out; the report's deviation includes them.
   explicit Hull(std::span<const Vec3> points, const HullOptions& options = {});
   Hull(const Hull&) noexcept;             ///< shares the geometry
   Hull(Hull&&) noexcept;                  ///< leaves the other one empty

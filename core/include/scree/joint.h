@@ -28,7 +28,7 @@ enum class Drive : std::uint8_t {
   none,   ///< nothing moves the axis
   motor,  ///< brings the axis to `speed` with at most `max_force`; with speed 0 it is dry friction
   /// Pulls the axis to `target` with at most `max_force`. The target is where the step begins and moves at
-  /// `speed` while it lasts: who follows a trajectory sets both before each step.
+  /// `speed` while it lasts: to follow a trajectory, set both before each step.
   spring,
 };
 
@@ -118,7 +118,7 @@ struct SixDegreeJoint {
 /// the suspension's spring are those at which body a bounces on it over a wheel that stands.
 struct WheelJoint {
   JointAxis suspension{.drive = Drive::spring, .hertz = 2.0f, .damping_ratio = 0.7f};  ///< m
-  JointAxis steering{.lower = 0.0f, .upper = 0.0f};  ///< limits within +-pi/2; held straight unless told
+  JointAxis steering{.lower = 0.0f, .upper = 0.0f};  ///< limits within +-pi/2; held straight unless set
   JointAxis spin{};                                  ///< rad/s only: a motor or nothing, no limits
 
   friend bool operator==(const WheelJoint&, const WheelJoint&) = default;

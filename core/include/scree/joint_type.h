@@ -29,7 +29,9 @@ namespace scree {
 enum class JointType : std::uint8_t { SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE) };
 #undef SCREE_JOINT_TYPE
 
+#define SCREE_COUNT_JOINT_TYPE(kind, Struct) +1
 /// The number of kinds.
-inline constexpr int kJointTypeCount = static_cast<int>(JointType::mouse) + 1;
+inline constexpr int kJointTypeCount = 0 SCREE_FOR_EACH_JOINT_TYPE(SCREE_COUNT_JOINT_TYPE);
+#undef SCREE_COUNT_JOINT_TYPE
 
 }  // namespace scree

@@ -1,4 +1,4 @@
-// Shapes, their surface and who collides with whom.
+// Shapes, their surface, and which of them collide.
 #pragma once
 
 #include <scree/math_types.h>

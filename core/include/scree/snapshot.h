@@ -72,8 +72,8 @@ SCREE_API void write_snapshot(const Snapshot& snapshot, TakeBytes take, void* co
 /// The snapshot as bytes, the same for equal states on every machine. Each hull is written once. Throws Error
 /// for an empty snapshot and where bytes are not in little-endian order, and std::bad_alloc.
 ///
-/// A template, so that its name in a program tells which std::vector that program has: with _GLIBCXX_DEBUG it
-/// is another one than the library's.
+/// A template, so that each program gets a copy for its own std::vector: with _GLIBCXX_DEBUG that is not the
+/// library's.
 template <class Bytes = std::vector<std::byte>>
 Bytes write_snapshot(const Snapshot& snapshot) {
   Bytes result;

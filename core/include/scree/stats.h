@@ -9,7 +9,7 @@ namespace scree {
 enum class Phase : std::uint8_t {
   find_pairs,         ///< candidate pairs from bounds
   collide,            ///< contacts of the pairs
-  find_islands,       ///< who wakes and who falls asleep
+  find_islands,       ///< which bodies wake and fall asleep
   color_constraints,  ///< independent batches of contacts and joints
   pack_blocks,        ///< constraint blocks for the solver
   solve,              ///< velocities and poses
@@ -53,7 +53,8 @@ struct StepStats {
   double lane_fill = 1.0;       ///< used lanes over all lanes of the constraint blocks; depends on the width
   double kinetic_energy = 0.0;  ///< J, at the end of the step
   double residual = 0.0;        ///< m/s, only with WorldSettings::measure_residual: the largest velocity
-                                ///< error of a contact row as the last relax pass met it
+                                ///< error of a contact, or of what a joint
+                                ///< holds, as the last relax pass met it
   std::int64_t overlaps = 0;    ///< manifolds of awake bodies that overlap at the end of the step; this and
                                 ///< penetration only with WorldSettings::measure_penetration
   double penetration_mean =

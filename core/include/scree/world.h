@@ -59,7 +59,7 @@ struct WorldSettings {
   /// s, ... for this long, in [0, 1e6]. What may sleep, touches something and turns as slowly is damped.
   float sleep_time = 0.5f;
   ContactEvents contact_events = ContactEvents::none;  ///< asked for of all shapes, besides their own
-  bool contact_forces = false;                         ///< measure what World::contact_forces tells
+  bool contact_forces = false;                         ///< measure what World::contact_forces lists
   bool measure_residual = false;                       ///< fill StepStats::residual
   bool measure_penetration = false;                    ///< fill StepStats::penetration_*
 };
@@ -283,11 +283,11 @@ class SCREE_API World {
   /// Bodies whose state became non-finite in the step: they were put back to where the step found them, at
   /// rest. Ascending by index.
   std::span<const BodyId> restored_bodies() const noexcept;
-  /// Those of restored_bodies() that were at fault and are quarantined now, see is_quarantined. At fault is
-  /// who became non-finite by its own motion, before any contact acted on it. Of bodies that became so
-  /// together, joined by contacts, and none by itself, those are at fault whose speed at a contact a push of
-  /// 1 N s changes by less than 1e-18 or more than 1e18 m/s; else those with joints; else all of them.
-  /// Ascending by index.
+  /// The bodies among restored_bodies() that were at fault and are quarantined now, see is_quarantined. A
+  /// body is at fault if its own motion made it non-finite, before any contact acted on it. Where bodies that
+  /// contacts connect became non-finite together, and none by its own motion, these are at fault: bodies
+  /// whose speed at a contact an impulse of 1 N s changes by less than 1e-18 or more than 1e18 m/s; without
+  /// such, bodies with joints; without such, all of them. Ascending by index.
   std::span<const BodyId> quarantined_bodies() const noexcept;
   /// Bodies that fell asleep in the step. Ascending by index.
   std::span<const BodyId> sleep_begins() const noexcept;
@@ -301,10 +301,11 @@ class SCREE_API World {
   std::span<const JointId> destroyed_joints() const noexcept;
 
   // --- forces of contacts, see contact_forces.h: while WorldSettings::contact_forces is on, else these throw
-  // Error. They tell of the last step: of all contacts that bore something in it, or were at most 5 mm apart
-  // when it began. What sleeps tells what it bore as it fell asleep; in a step of no length, and from when
-  // the setting was turned on until the next step (of sleepers, until they wake), all impulses are zero.
-  // Contacts whose shapes, or their bodies' types, have been replaced since are left out ---
+  // Error. They list the contacts of the last step that bore something, or were at most 5 mm apart when it
+  // began. A contact of sleeping bodies has the impulses that it bore as they fell asleep. All impulses are
+  // zero in a step of no length, and from when the setting was turned on until the next step (of sleeping
+  // bodies, until they wake). Contacts are left out if their shapes, or their bodies' types, have been
+  // replaced since ---
 
   /// All contacts, ascending by the indices of their shapes: first shape_a's, then shape_b's. At most
   /// `out.size()` are written. Returns how many there are.

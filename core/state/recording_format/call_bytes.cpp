@@ -5,6 +5,7 @@
 
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
 namespace scree {
 
@@ -74,7 +75,7 @@ Hull CallReader::take_hull() {
   const std::size_t offset = at();
   const auto number = take<std::int32_t>();
   if (!solids_) return {};
-  if (number < 0 || static_cast<std::size_t>(number) >= solids_->size()) {
+  if (number < 0 || std::cmp_greater_equal(number, solids_->size())) {
     refuse_bytes(offset, "there is no hull " + std::to_string(number) + " so far");
   }
   return HullAccess::hull((*solids_)[static_cast<std::size_t>(number)]);

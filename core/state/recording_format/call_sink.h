@@ -1,4 +1,4 @@
-// What is told of the calls of a world: a recorder. A world that is not recorded has none.
+// A recorder, as a world sees it: it is notified of each call. A world that is not recorded has none.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ struct MadeCall {
   void (*write)(const void* arguments, CallWriter& writer);
 };
 
-// Told by the thread that uses the world, once the thing has happened: so nothing may be thrown any more, and
-// a sink that cannot go on lets go of the world.
+// Notified by the thread that uses the world, after the call has succeeded. So a sink must not throw; one
+// that cannot go on detaches itself from the world.
 class CallSink {
  public:
   virtual void called(const MadeCall& call) noexcept = 0;
@@ -40,14 +40,14 @@ struct SinkLink {
   std::optional<std::uint64_t> hash;  // of the step that ends, where a stage has made it beside its own work
 
   SinkLink() = default;
-  SinkLink(SinkLink&&) noexcept {}  // stays with the data that the sink was told of
+  SinkLink(SinkLink&&) noexcept {}  // stays with the data that the sink knows
   SinkLink& operator=(SinkLink&&) = delete;
   ~SinkLink() { end(); }
   void end() noexcept {
-    if (CallSink* const told = std::exchange(sink, nullptr)) told->world_ended();
+    if (CallSink* const ended = std::exchange(sink, nullptr)) ended->world_ended();
   }
   void fail() noexcept {
-    if (CallSink* const told = std::exchange(sink, nullptr)) told->step_failed();
+    if (CallSink* const ended = std::exchange(sink, nullptr)) ended->step_failed();
   }
 };
 

@@ -16,7 +16,7 @@
 
 namespace scree {
 
-// Name in recordings, function of World, types of its arguments but for lists of ids that it fills in.
+// Name in recordings, function of World, types of its arguments except lists of ids that it fills in.
 #define SCREE_RECORDED_CALLS(X)                                                                              \
   X(create_body, create_body, BodyDef)                                                                       \
   X(create_bodies, create_bodies, std::span<const BodyDef>)                                                  \
@@ -99,7 +99,7 @@ template <class Other>
 void mark_named(WorldData&, const Other&) {}
 
 // Tells the world's sink, if it has one, when the call that holds this returns; a call that throws has
-// changed nothing and is not told. What reading calls have kept that calls may change is forgotten.
+// changed nothing and is not recorded.
 template <RecordedCall kCall, class Types = typename CallArguments<kCall>::Types>
 class CallRecord;
 
@@ -112,7 +112,6 @@ class CallRecord<kCall, std::tuple<Arguments...>> {
     static_assert((std::is_same_v<Given, Arguments> && ...),
                   "a converted argument would not live long enough");
     (mark_named(data, given), ...);
-    data.bodies.waking_made.forget();
     if (sink_ != nullptr) exceptions_ = std::uncaught_exceptions();
   }
   ~CallRecord() {

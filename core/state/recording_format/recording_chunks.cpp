@@ -32,7 +32,7 @@ void write_chunk_head(const ChunkHead& head, ByteWriter& writer) {
   writer.put(hash_of_bytes(writer.bytes().subspan(begin)));
 }
 
-// How many bytes must be stored of so much content.
+// The least number of bytes that must be stored for content of this size.
 std::uint64_t least_stored(ChunkKind kind, std::uint64_t content) {
   const Expansion most = most_expansion(kind);
   return content > most.free ? (content - most.free + most.times - 1) / most.times : 0;
@@ -107,7 +107,7 @@ RecordingHead read_recording_head(std::span<const std::byte> bytes) {
 }
 
 ChunkHead read_chunk_head(std::span<const std::byte> bytes) {
-  ByteReader reader(bytes.first(kChunkHeadBytes), "the chunk");
+  ByteReader reader(bytes, "the chunk");
   if (reader.take<std::uint32_t>() != kChunkMarker) refuse_bytes(0, "no chunk begins here");
   ChunkHead head;
   head.kind = static_cast<ChunkKind>(reader.take<std::uint8_t>());

@@ -89,7 +89,8 @@ inline constexpr std::size_t kMostHeadBytes = 40 + kMostWriterBytes;
 // Of bytes that begin with a head. Throws RefusedBytes.
 RecordingHead read_recording_head(std::span<const std::byte> bytes);
 
-// Throws RefusedBytes, with offsets in the head, for a head that is damaged or breaks a limit.
+// Of bytes that begin with a head. Throws RefusedBytes, with offsets in the head, for one that is damaged,
+// ends too early or breaks a limit.
 ChunkHead read_chunk_head(std::span<const std::byte> bytes);
 
 // Makes chunks; holds zstd's memory, and that of the last chunk.

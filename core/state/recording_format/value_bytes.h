@@ -340,7 +340,7 @@ void read_value(Reader& reader, std::vector<Value>& values) {
   const auto count = reader.template take<std::uint64_t>();
   if (count > reader.left() / LeastBytes<Value>::count())
     refuse_bytes(at, "a list is longer than what follows");
-  values.resize(static_cast<std::size_t>(count));
+  values.resize(count);
   for (Value& value : values) read_value(reader, value);
 }
 

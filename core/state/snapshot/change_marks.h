@@ -3,15 +3,17 @@
 //
 // Code that writes to a state column marks the row. What moves is not marked in each step: saving looks at
 // the lists of what moves, and what leaves one of these is marked then. So steps pay nothing, but code that
-// takes rows out of Bodies::awake and kinematic, Shapes::moving, Joints::active or Contacts::touching must
+// takes rows out of Bodies::awake and kinematic, Shapes::moving, Joints::active or Contacts::active must
 // have marked them. No row is marked by two threads at a time.
 #pragma once
 
 #include <core/world/column.h>
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <utility>
 
 namespace scree {
 
@@ -29,8 +31,8 @@ enum PageMark : std::uint8_t {
 // Of one store. Pages behind the last one have come since: they count as changed. A world that has never been
 // saved has none.
 struct PageMarks : Column<std::uint8_t> {  // PageMark by page
-  void mark(std::int32_t row, std::uint8_t how = kPageMoved | kPageChanged) {
-    SCREE_ASSERT(row >= 0);
+  void mark(std::integral auto row, std::uint8_t how = kPageMoved | kPageChanged) {
+    SCREE_ASSERT(std::in_range<std::size_t>(row));
     const std::size_t page = static_cast<std::size_t>(row) / kPageRows;
     if (page < size()) (*this)[page] = static_cast<std::uint8_t>((*this)[page] | how);
   }

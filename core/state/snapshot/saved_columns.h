@@ -1,5 +1,5 @@
-// Which columns of the state table snapshots hold, for those who save, load, write and read them: those that
-// have a sheet.
+// The columns of the state table that snapshots hold, in the order in which they are saved, loaded, written
+// and read: those that have a sheet.
 #pragma once
 
 #include <core/world/state_table.h>

@@ -46,11 +46,11 @@ void derive_bodies(Bodies& bodies) {
     bodies.asleep += (bodies.flags[row] & kBodyAsleep) != 0 ? 1 : 0;
   }
   std::fill(bodies.unplaced.begin(), bodies.unplaced.end(), std::uint8_t{0});
-  bodies.waking_made.forget();
 }
 
 void derive_shapes(WorldData& data) {
   Shapes& shapes = data.shapes;
+  shapes.waking_made.forget();
   for (std::int32_t& before : shapes.previous) before = -1;
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
     shapes.is_changed[row] = 0;
@@ -85,7 +85,7 @@ void derive_contacts(WorldData& data) {
   contacts.resting_order_made.forget();
 }
 
-// The links back, the frames and who is told nothing.
+// The links back and the frames of joints.
 void derive_joints(WorldData& data) {
   Joints& joints = data.joints;
   for (std::size_t row = 0; row < joints.flags.size(); ++row) {

@@ -64,8 +64,8 @@ struct SnapshotAccess {
 
 bool same_hulls(const std::vector<SharedHull>& a, const std::vector<SharedHull>& b);  // of one geometry
 
-// save() for those who have no World at hand, after place_matter(): cores are saved. With `remember` false
-// the next save costs by what has changed since the last one that the world remembers.
+// save() for code that has the data of a world only. Call place_matter() first: cores are saved. With
+// `remember` false the world still measures changes from the save that it remembers.
 void save_world(const WorldData& data, SnapshotData& snapshot, bool remember);
 
 // Of a snapshot that holds a world; throws Error, which names the call.

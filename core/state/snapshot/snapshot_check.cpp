@@ -71,7 +71,7 @@ void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& ref
           "motion", "is out of range");
   const std::uint32_t jointed = bodies.first_joint[row] != -1 ? std::uint32_t{kMotionJointed} : 0u;
   require((motion.flags & ~std::uint32_t{kMotionGyroscopic}) == ((dynamic ? locks : 0u) | jointed), "motion",
-          "has other locks than the body, or tells of other joints");
+          "has other locks than the body, or the wrong flag for joints");
   const InertiaRow& inverse = bodies.local_mass[row];
   require(dynamic ? is_finite_row(inverse) && inverse.inverse_mass > 0.0f : is_zero_row(inverse),
           "local_mass", "is not that of such a body");
@@ -147,7 +147,7 @@ void check_living_shape(const WorldData& data, std::size_t row, const Refusal& r
   const auto require = [&](bool holds, const char* name, const char* problem) {
     refusal.require(holds, "shapes", name, row, problem);
   };
-  require((data.bodies.flags[at(shapes.body[row])] & kBodyAlive) != 0, "body", "is dead");
+  require((data.bodies.flags[shapes.body[row]] & kBodyAlive) != 0, "body", "is dead");
   require((shapes.flags[row] & kShapeNew) == 0 || (shapes.flags[row] & kShapeDirty) != 0, "flags",
           "a new shape is dirty, too");
   require(is_hull_slot(data, row), "hull", "is not that of such a shape");
@@ -168,9 +168,9 @@ void check_shape_lists(const WorldData& data, const Refusal& refusal) {
   std::vector<bool> listed(shapes.flags.size());
   for (std::size_t body = 0; body < data.bodies.flags.size(); ++body) {
     std::int32_t from = -1;
-    for (std::int32_t shape = data.bodies.first_shape[body]; shape != -1; shape = shapes.next[at(shape)]) {
+    for (std::int32_t shape = data.bodies.first_shape[body]; shape != -1; shape = shapes.next[shape]) {
       const bool fits = shape >= 0 && at(shape) < listed.size() && !listed[at(shape)] &&
-                        (shapes.flags[at(shape)] & kShapeAlive) != 0 && at(shapes.body[at(shape)]) == body;
+                        (shapes.flags[shape] & kShapeAlive) != 0 && at(shapes.body[shape]) == body;
       refusal.require(fits, from < 0 ? "bodies" : "shapes", from < 0 ? "first_shape" : "next",
                       from < 0 ? body : at(from), "is no shape of the body, or stands in its list twice");
       listed[at(shape)] = true;
@@ -239,14 +239,14 @@ bool has_own_bodies(const WorldData& data, const ShapePair& pair, const Manifold
   };
   if (!is_body(manifold.row_b) || (manifold.row_a != kFixedRow && !is_body(manifold.row_a))) return false;
   const auto is_known = [&](std::int32_t shape) {
-    return (data.shapes.flags[at(shape)] & (kShapeAlive | kShapeNew)) == kShapeAlive;
+    return (data.shapes.flags[shape] & (kShapeAlive | kShapeNew)) == kShapeAlive;
   };
   if (!is_known(pair.a) || !is_known(pair.b)) return true;  // it will not be inherited
-  const std::int32_t first = data.shapes.body[at(pair.a)], second = data.shapes.body[at(pair.b)];
+  const std::int32_t first = data.shapes.body[pair.a], second = data.shapes.body[pair.b];
   if (first == second || (manifold.row_b != first && manifold.row_b != second)) return false;
   const std::int32_t other = manifold.row_b == first ? second : first;
-  const BodyType type = data.bodies.type[at(other)];
-  return data.bodies.type[at(manifold.row_b)] == BodyType::dynamic &&
+  const BodyType type = data.bodies.type[other];
+  return data.bodies.type[manifold.row_b] == BodyType::dynamic &&
          manifold.row_a == (type == BodyType::fixed ? kFixedRow : other) &&
          ((manifold.info & kManifoldStatic) != 0) == (type != BodyType::dynamic);
 }
@@ -258,7 +258,7 @@ void check_contact(const WorldData& data, const SavedColumns& saved, const Packe
   Manifold manifold;
   std::memcpy(static_cast<void*>(&manifold),
               manifolds + place_of_contact(packed, at(contact)) * sizeof manifold, sizeof manifold);
-  const std::uint8_t points = data.contacts.now.points[at(contact)];
+  const std::uint8_t points = data.contacts.now.points[contact];
   const std::uint32_t info = manifold.info & ~std::uint32_t{kManifoldRich | kManifoldStatic};
   refusal.require(points <= kMaxManifoldPoints && info == points, "contacts.now", "manifold", at(contact),
                   "has another number of points");
@@ -278,14 +278,14 @@ void check_list_of_pairs(const WorldData& data, const PairRows& pairs, const cha
     const bool ascends = rest || row == 0 || comes_before(pairs.pair[row - 1], pair);
     refusal.require(pair.a >= 0 && pair.a < pair.b && pair.b < shapes && ascends, store, "pair", row,
                     "names no two shapes, or does not ascend");
-    const bool has_hull = data.shapes.hull[at(pair.a)] >= 0 || data.shapes.hull[at(pair.b)] >= 0;
-    const bool is_new = ((data.shapes.flags[at(pair.a)] | data.shapes.flags[at(pair.b)]) & kShapeNew) != 0;
+    const bool has_hull = data.shapes.hull[pair.a] >= 0 || data.shapes.hull[pair.b] >= 0;
+    const bool is_new = ((data.shapes.flags[pair.a] | data.shapes.flags[pair.b]) & kShapeNew) != 0;
     refusal.require(!pairs.axis.empty() || !has_hull || is_new, store, "axis", 0,
                     "a pair with a hull has none");
     const std::int32_t contact = pairs.contact[row];
     if (contact == -1) continue;
     const bool fits =
-        contact >= 0 && at(contact) < points.size() && !taken[at(contact)] && points[at(contact)] != 0;
+        contact >= 0 && at(contact) < points.size() && !taken[at(contact)] && points[contact] != 0;
     refusal.require(fits, store, "contact", row, "is no contact, or another pair's");
     taken[at(contact)] = true;
     check_contact(data, saved, packed, refusal, pair, contact);

@@ -25,8 +25,9 @@ void check_living_joint(const WorldData& data, std::size_t row, const Refusal& r
   }
   const JointParameters right = parameters_of(joint, parameters.hertz, parameters.damping_ratio);
   require(std::memcmp(&right, &parameters, sizeof right) == 0, "parameters", "is not that of such a joint");
-  const unsigned told = kJointBreaks | kJointRich;
-  require((joints.flags[row] & told) == (flags_of(def, joint) & told), "flags", "are not those of the joint");
+  const unsigned derived = kJointBreaks | kJointRich;
+  require((joints.flags[row] & derived) == (flags_of(def, joint) & derived), "flags",
+          "are not those of the joint");
 }
 
 // Every living joint stands once in the list of each of its bodies but the world.
@@ -37,8 +38,8 @@ void check_joint_lists(const WorldData& data, const Refusal& refusal) {
     const auto number = static_cast<std::int32_t>(body);
     std::int32_t from = -1;
     for (std::int32_t joint = data.bodies.first_joint[body]; joint != -1;) {
-      bool fits = joint >= 0 && at(joint) < listed.size() && (joints.flags[at(joint)] & kJointAlive) != 0;
-      const JointBodies ends = fits ? joints.bodies[at(joint)] : JointBodies{-1, -1};
+      bool fits = joint >= 0 && at(joint) < listed.size() && (joints.flags[joint] & kJointAlive) != 0;
+      const JointBodies ends = fits ? joints.bodies[joint] : JointBodies{-1, -1};
       const unsigned side = ends.a == number ? 1 : 2;
       fits = fits && (ends.a == number || ends.b == number) && (listed[at(joint)] & side) == 0;
       refusal.require(fits, from < 0 ? "bodies" : "joints", from < 0 ? "first_joint" : "next",

@@ -258,7 +258,7 @@ void list_contacts(const std::uint8_t* points, std::size_t rows, Column<std::int
     *to = static_cast<std::int32_t>(row);
     to += points[row] != 0 ? 1 : 0;  // no branch: free rows lie anywhere
   }
-  contacts.resize(static_cast<std::size_t>(to - contacts.data()));
+  contacts.resize(to - contacts.data());
 }
 
 void pack_columns(const Sheets& sheets, Column<std::byte>& out) {

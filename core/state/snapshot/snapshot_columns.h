@@ -2,7 +2,7 @@
 // Bodies::core, which takes longer to make than to copy.
 //
 // Each begins at a multiple of 8 bytes with its number of rows and the number of bytes that follow, 8 bytes
-// each, in one of four forms. Columns of different worlds are told apart by nothing else, so the table is
+// each, in one of four forms. Nothing else distinguishes columns of different worlds, so the table is
 // part of the format: see layout_of_columns.
 #pragma once
 
@@ -62,7 +62,7 @@ using ColumnProblem = void (*)(const void* context, std::size_t offset, const ch
 SavedColumns find_columns(const Column<std::byte>& columns, ColumnProblem problem = nullptr,
                           const void* context = nullptr);
 
-// Unpacks the state columns but for the rows of contacts, of which it does `points`.
+// Unpacks the state columns except the rows of contacts, of which it does `points`.
 void load_columns(const PackedColumns& packed, const SavedColumns& saved, WorldData& data);
 // Unpacks all into sheets that are empty.
 void unpack_columns(const PackedColumns& packed, const SavedColumns& saved, Sheets& sheets);

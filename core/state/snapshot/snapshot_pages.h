@@ -121,7 +121,7 @@ class PagePacker {
   // Sheets have at most so many bytes a row.
   static constexpr std::size_t kMostRowBytes = 512;
 
-  // Free rows lie between those that are present, unless it is told that there are none.
+  // Free rows may lie between those that are present, unless the caller says that there are none.
   void pack(std::span<const PageSource> columns, std::uint64_t present, bool is_dense = false);
   const PageContent& content() const { return content_; }
   const std::byte* bytes() const { return bytes_.data(); }

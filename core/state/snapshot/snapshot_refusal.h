@@ -83,14 +83,18 @@ inline bool is_placed(const PoseRow& pose) { return is_finite_row(pose) && is_un
 
 inline constexpr const char* kNotListable = "names a row that cannot be listed, or one twice";
 
+inline std::size_t listed_row(std::int32_t row) { return at(row); }
+inline std::size_t listed_row(const SlotName& name) { return name.index; }
+
 // Each entry names one of so many rows, and none twice.
-inline void check_each_once(const Column<std::int32_t>& list, std::size_t rows, const char* store,
-                            const char* name, const Refusal& refusal) {
+template <class Entry>
+void check_each_once(const Column<Entry>& list, std::size_t rows, const char* store, const char* name,
+                     const Refusal& refusal) {
   std::vector<bool> seen(rows);
   for (std::size_t i = 0; i < list.size(); ++i) {
-    const bool fits = list[i] >= 0 && at(list[i]) < rows && !seen[at(list[i])];
-    refusal.require(fits, store, name, i, kNotListable);
-    seen[at(list[i])] = true;
+    const std::size_t row = listed_row(list[i]);  // below zero becomes the largest of all
+    refusal.require(row < rows && !seen[row], store, name, i, kNotListable);
+    seen[row] = true;
   }
 }
 
@@ -118,7 +122,7 @@ void check_free_slots(const Store& store, std::size_t first, const char* name, c
   refusal.require(store.free_slots.size() == free, name, "free_slots", 0, "some free slot is not listed");
 }
 
-// The rules of the state table: numbers of rows, then the rows themselves, but for those of contacts, which
+// The rules of the state table: numbers of rows, then the rows themselves, except those of contacts, which
 // have none. The values of a snapshot throw Error, which names the call.
 void check_counts(const PackedColumns& packed, std::size_t hulls, const SavedColumns& saved,
                   const Refusal& refusal);

@@ -59,7 +59,8 @@ template <class Row>
 concept Number = std::is_integral_v<Row> || std::is_enum_v<Row>;
 
 bool is_row(std::int32_t value, const ValueRule& rule, const Stores& stores) {
-  return value == rule.other_row || (value >= rule.first_row && at(value) < rows_of(stores.rows, rule.sheet));
+  const bool is_named = value == rule.other_row || value >= rule.first_row;
+  return is_named && at(value) < rows_of(stores.rows, rule.sheet);
 }
 
 // Calls check(fits), where fits(row, alive) tells whether a row is as the rule says. A rule for rows of
@@ -156,7 +157,8 @@ void check_rules(const WorldData& data, const Refusal& refusal) {
   for_each_column_member(data, [&](const Member& member, const auto& column) {
     if (member.sheet == SheetId::none) return;
     check_rows(member, column, stores, refusal);
-    if constexpr (std::is_same_v<decltype(column), const Column<std::int32_t>&>) {
+    using Row = std::remove_cvref_t<decltype(column[0])>;
+    if constexpr (std::is_same_v<Row, std::int32_t> || std::is_same_v<Row, SlotName>) {
       if (member.is.each_once != SheetId::none) {
         check_each_once(column, rows_of(stores.rows, member.is.each_once), member.store, member.name,
                         refusal);

@@ -72,7 +72,7 @@ void mark_moving(WorldData& data) {
   mark(data.bodies.marks, data.bodies.kinematic, kPageMoved);
   mark(data.shapes.marks, data.shapes.moving, kPageMoved);
   mark(data.joints.marks, data.joints.active, kPageMoved);
-  mark(data.contacts.marks, data.contacts.touching, kPageMoved | kPageChanged);
+  mark(data.contacts.marks, data.contacts.active, kPageMoved | kPageChanged);
 }
 
 // Which pages of a sheet may differ from those of the last save.

@@ -5,7 +5,7 @@
 // and to compare with. Steps are counted on from the step counter that the world had at first, also where a
 // snapshot was restored into it meanwhile, so that each step of a recording has a number of its own. It plays
 // with the same bits on every instruction set, thread count and compiler, so a difference is a defect, and
-// the player tells where. The format is written down in core/README.md.
+// the player says where. The format is written down in core/README.md.
 #pragma once
 
 #include <scree/snapshot.h>
@@ -35,8 +35,8 @@ struct RecorderOptions {
 /// bounded by 64 MiB: a world whose states are larger waits for them.
 ///
 /// Where the file cannot be written any more, or memory runs out, the world goes on unharmed and the
-/// recording ends there: error() tells, and finish() throws. So it is where a step throws std::bad_alloc,
-/// though that world can only be destroyed.
+/// recording ends there: error() says why, and finish() throws. The recording also ends where a step throws
+/// std::bad_alloc, but that world can only be destroyed.
 class SCREE_API Recorder {
  public:
   /// Creates or replaces the file and saves the world into it. Throws Error for options outside their ranges,
@@ -124,8 +124,8 @@ class SCREE_API Player {
   World branch() const;
 
   /// Plays from step `from` to step `to` and compares every hash, and the whole state at every keyframe.
-  /// Nothing if all agree. Where a hash differs it plays on to the next keyframe, if there is one, to find
-  /// body and field. A state that differs at a keyframe though the poses and velocities agree is told with
+  /// Returns nothing if all agree. Where a hash differs it plays on to the next keyframe, if there is one, to
+  /// find body and field. Where a state differs at a keyframe although poses and velocities agree, it returns
   /// the hashes of the whole state. Throws as seek.
   std::optional<Divergence> verify(std::uint64_t from, std::uint64_t to, Workers& workers);
 
@@ -136,10 +136,10 @@ class SCREE_API Player {
 };
 
 /// Finds the first step at which two recordings part, by their hashes, and then plays both to it to find body
-/// and field; where the replays agree although the hashes do not, the keyframes that follow tell. Where all
-/// hashes agree, the states at the keyframes of the same steps are compared, and a difference is told with
-/// the hashes of the whole state. Nothing if all that both have agrees. Throws Error where they have no step
-/// in common.
+/// and field. Where the replays agree although the hashes do not, it compares the keyframes that follow.
+/// Where all hashes agree, it compares the states at the keyframes of the same steps, and returns the hashes
+/// of the whole state if these differ. Returns nothing if all that both have agrees. Throws Error where they
+/// have no step in common.
 SCREE_API std::optional<Divergence> compare(Player& a, Player& b, Workers& workers);
 
 /// The first body and field in which two worlds differ by a bit, such as "body 7, position.y is 1.5

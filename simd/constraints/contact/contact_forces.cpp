@@ -17,7 +17,7 @@ SCREE_SWEEP void store_forces_chunk(const ContactArgs& args, const ConstraintChu
       impulse[field] = acts ? load_unaligned(lanes + field * kLanes) : F(0.0f);
       differences += impulse[field] - impulse[field];
     }
-    // What broke its bodies is not told.
+    // Impulses that made bodies non-finite are not reported.
     const M finite = differences == F(0.0f);
     for (F& value : impulse) value = select(finite, value, F(0.0f));
     const std::int32_t* contact = args.rows + first_lane;

@@ -118,7 +118,7 @@ inline void store_friction(ContactBlock<kPoints>& block, const Response& r, F in
   const F k11 = unit * (inverse_mass + r.push11), k12 = unit * r.push12,
           k22 = unit * (inverse_mass + r.push22);
   // Rounding can spoil the determinant of a long lever's matrix; its true value is positive.
-  const F determinant = max(k11 * k22 - k12 * k12, F(1e-6f) * (k11 * k22));
+  const F determinant = max(k11 * k22 - k12 * k12, F(kLeastPivot) * (k11 * k22));
   const F inverse = unit * invert_positive(determinant);
   store(block.tangent_mass[0], inverse * k22);
   store(block.tangent_mass[1], -(inverse * k12));

@@ -22,6 +22,9 @@ inline V3 x_axis(Q4 q) {
   return {one - two * (q.y * q.y + q.z * q.z), two * (q.x * q.y + q.w * q.z), two * (q.x * q.z - q.w * q.y)};
 }
 
+// rad: turns below this are linear in the half angle up to rounding.
+constexpr float kSmallTurn = 1e-4f;
+
 // The rotation by a rotation vector of any length.
 inline Q4 rotation_by(V3 v) {
   const F one(1.0f), two(2.0f), whole = length(v);
@@ -38,7 +41,7 @@ inline Q4 rotation_by(V3 v) {
     cosine = one - two * sine * sine;
     sine = twice;
   }
-  const M small = whole < F(1e-4f);
+  const M small = whole < F(kSmallTurn);
   const F scale = select(small, F(0.5f), sine / select(small, one, whole));
   return {v.x * scale, v.y * scale, v.z * scale, cosine};
 }

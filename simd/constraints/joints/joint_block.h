@@ -65,14 +65,14 @@ inline S3 anchor_response(const JointBodyLanes& bodies, V3 arm_a, V3 arm_b) {
   return k;
 }
 
-// That of the bodies' turning against each other to torques alone.
+// Response of the bodies' relative angular velocity to torques alone.
 inline S3 turn_response(const JointBodyLanes& bodies) {
   return bodies.mass_a.inverse_inertia + bodies.mass_b.inverse_inertia;
 }
 
-// What is left of pivots by rounding is none: the body is locked, or nothing can be told about it.
+// A pivot of the size of its rounding error counts as zero: the body is locked, or the row depends on others.
 inline F invert_pivot(F pivot, F diagonal) {
-  return select(pivot > F(1e-6f) * diagonal, F(1.0f) / pivot, F(0.0f));
+  return select(pivot > F(kLeastPivot) * diagonal, F(1.0f) / pivot, F(0.0f));
 }
 
 // Inverse of a symmetric matrix that may be singular, on the directions in which it is not: bodies whose
@@ -307,6 +307,10 @@ inline F solve_drive(LaneAxis& axis, F coordinate_error, F speed, F mass, F keep
   return impulse - old_impulse;
 }
 
+// m or rad: an end of a range that is farther away is none. Infinite ones must not come into products with
+// zero.
+constexpr float kNoEnd = 1e30f;
+
 // What a coordinate lies on: on a circle what has passed one end may come round to the other one.
 enum class Course { line, circle };
 
@@ -327,17 +331,18 @@ inline F solve_limit(const JointArgs& args, Course course, Axis& axis, F coordin
   const M apart = (separation > zero) & !equal;
   const M stiff = (held.bias_rate == F(args.stiff.bias_rate)) |
                   (held.bias_rate == F(args.stiff_shared.bias_rate)) | (held.bias_rate == zero);
-  // What is stiff goes back at a bounded speed; a spring pulls as it should, but for a single end of a
-  // circle, which is come to from behind, too, and would give what it never took.
+  // What is stiff goes back at a bounded speed; a spring pulls as it should. The exception is a
+  // single end of a circle: it can be reached from behind, where the spring would release energy that it
+  // never stored.
   const F bounded(args.push_speed);
   F push = select(stiff, bounded, F(__builtin_inff()));
   if (course == Course::circle) {
-    push = select((lower > F(-1e30f)) & (upper < F(1e30f)), push, bounded);
+    push = select((lower > F(-kNoEnd)) & (upper < F(kNoEnd)), push, bounded);
   }
   const F pull_back = clamp(held.bias_rate * separation, -push, push);
   // No limit at all: the separation is infinite, and so must not come into a product with zero.
-  const M near = separation < F(1e30f);
-  const F bias = select(apart, select(near, separation, F(1e30f)) * F(args.inverse_substep),
+  const M near = separation < F(kNoEnd);
+  const F bias = select(apart, select(near, separation, F(kNoEnd)) * F(args.inverse_substep),
                         held.mass_scale * pull_back);
   const F old_impulse = load(axis.limit_impulse) * keep * sign;
   const F change = mass * (select(apart, one, held.mass_scale) * rate + bias) +

@@ -74,13 +74,16 @@ inline Normal normal_of(V3 from, V3 to, float least) {
   return {select(some, normal * (one / select(some, sine, one)), tangent_of(from)), sine};
 }
 
+// Sine below which the axis of a turn is lost in rounding.
+constexpr float kLeastSwing = 1e-7f;
+
 // The shortest turn of one unit vector to another: its angle and axis.
 struct Swing {
   V3 axis;
   F angle;
 };
 inline Swing swing(V3 from, V3 to) {
-  const Normal normal = normal_of(from, to, 1e-7f);
+  const Normal normal = normal_of(from, to, kLeastSwing);
   return {normal.direction, atan2(normal.sine, dot(from, to))};
 }
 

@@ -89,7 +89,7 @@ struct S2 {
 inline S2 invert(const S2& m) {
   const F unit = invert_positive(m.xx + m.yy);
   const F xx = unit * m.xx, xy = unit * m.xy, yy = unit * m.yy;
-  const F inverse = unit * invert_positive(max(xx * yy - xy * xy, F(1e-6f) * (xx * yy)));
+  const F inverse = unit * invert_positive(max(xx * yy - xy * xy, F(kLeastPivot) * (xx * yy)));
   return {inverse * yy, -(inverse * xy), inverse * xx};
 }
 

@@ -58,7 +58,8 @@ struct RowsNow {
   Row axis[Shape::kAxes > 0 ? Shape::kAxes : 1];
   F coordinate[Shape::kAxes > 0 ? Shape::kAxes : 1];
   DriveNow drive[Shape::kDrives > 0 ? Shape::kDrives : 1];
-  V3 arm_b;  // from b's center of mass to its anchor
+  V3 arm_b;      // from b's center of mass to its anchor
+  M turns_over;  // of kinds with kTurnsOver: the axes point the other way since they were last measured
 };
 
 // What a drive of three rows asks for.
@@ -95,6 +96,11 @@ struct RowShape {
   static constexpr bool kHoldsEqualEnds = false;
   // Whether an axis may have a drive of its own.
   static constexpr bool kAxisDrives = true;
+  // Whether the axes can turn over from one substep to the next: then their impulses, which would push where
+  // they pulled, are dropped.
+  static constexpr bool kTurnsOver = false;
+  // Whether it holds no rotation, see joint_shares.h.
+  static constexpr bool kLeavesTurns = false;
   // Whether a held row has JointParameters::angular_hertz.
   static constexpr bool is_angular(int) { return false; }
   static constexpr AxisUnit unit(int) { return AxisUnit::length; }
@@ -225,6 +231,9 @@ inline void measure_offset_drive(const Anchors& anchors, V3 ahead, V3 velocity, 
   }
 }
 
+// Sine of the angle of two axes that count as parallel.
+constexpr float kLeastSine = 1e-3f;
+
 // Unit axes that are to be square: C = their cosine, J = [0, -n, 0, n] about the direction n square to both;
 // as one of the rows of Jolt's and ODE's universal and hinge joints.
 struct SquareRow {
@@ -233,7 +242,7 @@ struct SquareRow {
 };
 inline SquareRow square_row(V3 axis_a, V3 axis_b) {
   // Parallel ones are as wrong as can be: any way out will do.
-  return {turn_row(-normal_of(axis_a, axis_b, 1e-3f).direction), dot(axis_a, axis_b)};
+  return {turn_row(-normal_of(axis_a, axis_b, kLeastSine).direction), dot(axis_a, axis_b)};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

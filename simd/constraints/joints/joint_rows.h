@@ -49,9 +49,6 @@ struct HeldLanes<0> {
   LaneSoftness soft, relaxed;
 };
 
-// Part of a row's own response below which what is left of it is rounding.
-constexpr float kLeastPivot = 1e-6f;
-
 template <int kRows>
 inline void factor_held(HeldLanes<kRows>& held, const Row (&row)[kRows], const JointBodyLanes& bodies) {
   F lower[kRows][kRows], pivot[kRows];
@@ -121,15 +118,16 @@ struct AxisGroup {
 template <>
 struct AxisGroup<0> {};
 
-inline void solve_axis(const JointArgs& args, AxisUnit unit, AxisLanes& lanes, JointBodyLanes& bodies,
-                       const Softness& held, F keep) {
+// Returns the speed that the limit took away.
+inline F solve_axis(const JointArgs& args, AxisUnit unit, AxisLanes& lanes, JointBodyLanes& bodies,
+                    const Softness& held, F keep) {
   const Row row = load_row(lanes.row);
   const F coordinate = load(lanes.coordinate), mass = load(lanes.mass);
   F error(0.0f);
   if (unit != AxisUnit::speed) error = coordinate - target_now(args, lanes.axis);
   if (unit == AxisUnit::angle) error = shorter_way(error);
   push_row(bodies, row, solve_drive(lanes.axis, error, row_speed(row, bodies), mass, keep));
-  if (unit == AxisUnit::speed) return;
+  if (unit == AxisUnit::speed) return F(0.0f);
   const Course course = unit == AxisUnit::angle ? Course::circle : Course::line;
   F within = coordinate;
   if (unit == AxisUnit::angle) {
@@ -137,6 +135,7 @@ inline void solve_axis(const JointArgs& args, AxisUnit unit, AxisLanes& lanes, J
   }
   const F limited = solve_limit(args, course, lanes.axis, within, row_speed(row, bodies), mass, held, keep);
   push_row(bodies, row, limited);
+  return abs(limited) * invert_positive(mass);
 }
 
 template <class Shape, int kUsedAxes>
@@ -220,9 +219,20 @@ inline Row sum_impulses(const Block& block) {
   return sum;
 }
 
+template <class Block>
+inline void drop_impulses(M which, Block& block) {
+  const F zero(0.0f);
+  for (int i = 0; i < Block::kAxes; ++i) {
+    LaneAxis& axis = block.axes.axis[i].axis;
+    store(axis.limit_impulse, select(which, zero, load(axis.limit_impulse)));
+    store(axis.drive_impulse, select(which, zero, load(axis.drive_impulse)));
+  }
+}
+
 template <class Shape, bool kRich>
 struct RowJoint {
   using Rows = Shape;
+  static constexpr bool kLeavesTurns = Shape::kLeavesTurns;
   using Block = RowBlock<Shape, kRich ? Shape::kAxes : 0>;
   static_assert(Block::kHeld <= kFirstAxisImpulse && kFirstAxisImpulse + 2 * Block::kAxes <= kMemory);
 
@@ -246,11 +256,12 @@ struct RowJoint {
     RowsNow<Shape> now;
     Shape::measure(block.shape, delta_a, delta_b, now);
     place_rows(now, bodies, block);
+    if constexpr (Shape::kTurnsOver && Block::kAxes > 0) drop_impulses(now.turns_over, block);
     store_row(block.turned, sum_impulses(block) - inherited);
     const Softness relaxed = load_softness(block.held.relaxed);
-    solve_axes(args, block, bodies, relaxed, F(1.0f));
+    const F limited = solve_axes(args, block, bodies, relaxed, F(1.0f));
     if constexpr (Block::kHeld > 0) return solve_held(block.held, bodies, relaxed, F(1.0f));
-    return F(0.0f);
+    return limited;
   }
   static JointImpulse acting(const Block& block) {
     const Row sum = sum_impulses(block);
@@ -281,13 +292,16 @@ struct RowJoint {
   }
 
  private:
-  static void solve_axes(const JointArgs& args, Block& block, JointBodyLanes& bodies, const Softness& held,
-                         F keep) {
+  // Returns the largest speed that a limit took away.
+  static F solve_axes(const JointArgs& args, Block& block, JointBodyLanes& bodies, const Softness& held,
+                      F keep) {
+    F limited(0.0f);
     if constexpr (Block::kAxes > 0) {
       for (int i = 0; i < Block::kAxes; ++i) {
-        solve_axis(args, Shape::unit(i), block.axes.axis[i], bodies, held, keep);
+        limited = max(solve_axis(args, Shape::unit(i), block.axes.axis[i], bodies, held, keep), limited);
       }
     }
+    return limited;
   }
 };
 

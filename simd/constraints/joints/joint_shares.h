@@ -75,10 +75,10 @@ inline JointEnd end_of(const BodyMass& mass, V3 arm) {
   return {mass, response};
 }
 
-// A kind of joint that holds no rotation says so by a member kLeavesTurns.
+// A kind of joint that holds no rotation says so by a member kLeavesTurns that is true.
 template <class Kind>
 inline constexpr bool kHoldsTurns = !requires {
-  Kind::kLeavesTurns;
+  requires Kind::kLeavesTurns;
 };
 
 // Fewer joints than this do not share a body, unless they are solved at once: parts_of() is 1.

@@ -44,6 +44,9 @@ inline Wrench wrench_of(const SixDegreeBlock& block) {
   return wrench;
 }
 
+// rad^2: below this two terms of c's series are exact up to rounding, and the cotangent is not.
+constexpr float kSeriesSquare = 0.01f;
+
 // The rotation vector r of frame b in frame a, and the torques by which it is turned: its rate is a multiple
 // of the angular velocity, I - [r] / 2 + c [r]^2 with c = (1 - (|r| / 2) cot(|r| / 2)) / |r|^2.
 inline void place_angles(const Frames& frames, const M3& axes, V3 (&way)[kRows], SixRows& coordinate) {
@@ -52,7 +55,7 @@ inline void place_angles(const Frames& frames, const M3& axes, V3 (&way)[kRows],
   const V3 r = rotation_vector(q);
   const F square = length_squared(r);
   const F sine = length(V3{q.x, q.y, q.z});
-  const M small = square < F(0.01f);
+  const M small = square < F(kSeriesSquare);
   const F safe_square = select(small, one, square);
   const F cotangent = abs(q.w) / select(small, one, sine);
   const F c = select(small, F(1.0f / 12.0f) + square * F(1.0f / 720.0f),
@@ -123,7 +126,7 @@ inline void respond(const JointBodyLanes& bodies, V3 lever_a, V3 lever_b, const 
 
 // What elimination leaves of a diagonal entry is rounding below this part of it: the row depends on others,
 // because of locks of axes, and is dropped.
-constexpr float kLeastPivot = 5e-7f;
+constexpr float kLeastResponse = 5e-7f;
 
 // Inverse of the rows and columns for which `held` is 1; the others of the result are zero. K = L D L^T.
 inline void invert_held(const SixMatrix& k, const SixRows& held, SixMatrix& inverse) {
@@ -134,7 +137,7 @@ inline void invert_held(const SixMatrix& k, const SixRows& held, SixMatrix& inve
     const F diagonal = k[j][j] * held[j];
     F pivot = diagonal;
     for (int m = 0; m < j; ++m) pivot -= lower[j][m] * scaled[j][m];
-    const M present = pivot > F(kLeastPivot) * diagonal;
+    const M present = pivot > F(kLeastResponse) * diagonal;
     inverse_pivot[j] = select(present, one / select(present, pivot, one), zero);
     for (int i = j + 1; i < kRows; ++i) {
       F value = k[i][j] * (held[i] * held[j]);
@@ -188,7 +191,7 @@ inline void place(const JointBodyLanes& bodies, const Placed& now, SixDegreeBloc
       store(block.hold[row][other], hold);
       left += hold * response[row][other];
     }
-    const M free = (left > F(kLeastPivot) * response[row][row]) & (held[row] == zero);
+    const M free = (left > F(kLeastResponse) * response[row][row]) & (held[row] == zero);
     store(block.response_alone[row], response[row][row]);
     store(block.response_held[row], select(free, left, zero));
   }

@@ -2,6 +2,11 @@
 //
 // Rows are stated at the poses at the step's beginning moved by the deltas, at JointArgs::elapsed, of whole
 // bodies: that a solver divides a body among its joints is its own affair, see joint_shares.h.
+//
+// Two differences from kernels remain within a step. Kernels follow the turns of gears and pinions substep by
+// substep; a statement has the deltas only, and takes a turn of more than half a circle since the step's
+// beginning for the shorter one. Kernels take the response for which the suspension of a wheel means its
+// hertz at the step's beginning, a statement at the present inertia.
 #pragma once
 
 #include <simd/constraints/joints/joint_measure.h>
@@ -98,7 +103,7 @@ inline RowStatement state_limit(const StatedJoint& of, AxisUnit unit, const Row&
   const F above = within - asked.lower, below = asked.upper - within;
   const M at_upper = below < above, equal = asked.lower == asked.upper;
   const F sign = select(at_upper, -one, one), separation = select(at_upper, below, above);
-  const M any = (separation < F(1e30f)) | equal;
+  const M any = (separation < F(kNoEnd)) | equal;
   RowStatement said;
   said.row = {row.linear_a * sign, row.angular_a * sign, row.linear_b * sign, row.angular_b * sign};
   said.kind = select(any, number(kRowLimit), number(kRowNone));
@@ -109,7 +114,7 @@ inline RowStatement state_limit(const StatedJoint& of, AxisUnit unit, const Row&
   said.damping_ratio = of.stiffness.damping_ratio;
   said.impulse = impulse * sign;
   if (circle) {
-    const M both = (asked.lower > F(-1e30f)) & (asked.upper < F(1e30f));
+    const M both = (asked.lower > F(-kNoEnd)) & (asked.upper < F(kNoEnd));
     said.flags = select(both, number(0), number(kRowOneEndOfCircle));
   }
   return said;
@@ -162,6 +167,8 @@ inline void state_axes(const StatedJoint& of, const RowsNow<Shape>& first, const
 
 template <class Shape>
 void state_rows(const JointArgs& args, const ConstraintChunk& chunk, ConstraintRows* rows) {
+  // A rotation drive states a row an axis, an axis its drive and its limit.
+  static_assert(Shape::kHeld + 3 * Shape::kDrives + 2 * Shape::kAxes <= kMaxConstraintRows);
   for (int lane = 0; lane < chunk.lanes; lane += kLanes) {
     const int count = chunk.lanes - lane < kLanes ? chunk.lanes - lane : kLanes;
     const std::int32_t* joint = args.rows + chunk.first_lane + lane;

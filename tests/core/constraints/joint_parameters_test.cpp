@@ -1,4 +1,4 @@
-// Laws of joints as the parameters that kernels read: what goes in comes out.
+// Laws of joints as the parameters that kernels read: they hold exactly the given values.
 #include <core/constraints/joint_parameters.h>
 #include <core/world/edit.h>
 #include <core/world/math.h>
@@ -26,7 +26,7 @@ TEST(JointParameters, EveryNumberHasAnEntryOfItsOwn) {
   }
 }
 
-TEST(JointParameters, EntriesThatNobodyUsesAskForNothing) {
+TEST(JointParameters, UnusedEntriesRequestNothing) {
   const JointParameters rows = parameters_of(WeldJoint{}, 0.0f, 1.0f);
   for (const JointAxisRow& axis : rows.axis) {
     EXPECT_EQ(axis.lower, -kNoLimit);
@@ -101,7 +101,7 @@ struct Lever {
   }
 };
 
-TEST(JointFrames, StayInTheBodiesWhateverTheCenterOfMassDoes) {
+TEST(JointFrames, StayInTheBodiesWhenTheCenterOfMassMoves) {
   Lever lever;
   World& world = lever.world;
   lever.expect_anchors_in_place();

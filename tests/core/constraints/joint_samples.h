@@ -10,7 +10,7 @@
 
 namespace scree::test {
 
-// Gives every number of a joint a value of its own, within what checks allow of most kinds.
+// Gives every number of a joint a different value, within the limits of most kinds.
 class Fill {
  public:
   explicit Fill(float first) : next_(first) {}
@@ -46,12 +46,12 @@ std::vector<Joint> joints_of_all_kinds(float first, std::index_sequence<kKind...
   return joints;
 }
 
-// One of each kind with no two numbers equal; not all of them are valid.
+// One joint of each kind with no two numbers equal; not all of them are valid.
 inline std::vector<Joint> filled_joints(float first = 0.015625f) {
   return joints_of_all_kinds(first, std::make_index_sequence<kJointTypeCount>());
 }
 
-// One of each kind that calls accept, with limits and drives where there may be some.
+// One valid joint of each kind, with limits and drives where the kind allows them.
 inline std::vector<Joint> sound_joints(float first = 0.015625f) {
   std::vector<Joint> joints = filled_joints(first);
   std::get<BallJoint>(joints[static_cast<std::size_t>(JointType::ball)]).drive.target = {0.5f, -0.5f, 0.5f,
@@ -62,7 +62,7 @@ inline std::vector<Joint> sound_joints(float first = 0.015625f) {
   return joints;
 }
 
-// One of each kind as it is by default.
+// One joint of each kind with default values.
 inline std::vector<Joint> plain_joints() {
   std::vector<Joint> joints;
   for (const Joint& joint : filled_joints()) {

@@ -27,7 +27,7 @@ bool is_jointed(const World& world, BodyId body) {
   return (internals(world).bodies.motion[body.index].flags & kMotionJointed) != 0;
 }
 
-// The lists of all bodies hold the living joints, forwards and backwards.
+// Expects that the lists of all bodies hold the living joints, forwards and backwards.
 void expect_sound_lists(const World& world) {
   const WorldData& data = internals(world);
   std::map<std::int32_t, int> listed;
@@ -198,7 +198,7 @@ TEST(Joints, DestroyedByACallAreNotListedAsLostWithTheirBodies) {
   EXPECT_TRUE(internals(world).events.lost.empty());
 }
 
-TEST(Joints, DefaultHandlesNameNothing) {
+TEST(Joints, DefaultHandlesAreNotAlive) {
   World world;
   EXPECT_FALSE(world.is_alive(JointId{}));
   EXPECT_NE(error_of([&] { world.joint(JointId{}); }).find("names no joint"), std::string::npos);
@@ -218,7 +218,7 @@ TEST(Joints, ASlotIsReusedUnderANewGeneration) {
   world.destroy_joint(second);
   world.destroy_joint(first);
   const JointId again = join(), more = join();
-  EXPECT_EQ(again.index, first.index);  // the one that was freed last
+  EXPECT_EQ(again.index, first.index);  // the slot freed last
   EXPECT_EQ(more.index, second.index);
   EXPECT_NE(again.generation, first.generation);
   EXPECT_FALSE(world.is_alive(first));
@@ -227,7 +227,7 @@ TEST(Joints, ASlotIsReusedUnderANewGeneration) {
   EXPECT_EQ(joints_of(world, body), (std::vector{more, again, third}));
 }
 
-TEST(Joints, AWornOutSlotStaysEmpty) {
+TEST(Joints, ASlotWithoutGenerationsLeftStaysEmpty) {
   World world;
   const BodyId body = add_bodies(world, 1)[0];
   JointId joint = world.create_joint({.body_a = kWorld, .body_b = body}, BallJoint{});
@@ -250,7 +250,7 @@ TEST(Joints, AWorldThatWasMovedFromThrows) {
   EXPECT_THROW(world.create_joint({.body_a = kWorld, .body_b = body}, BallJoint{}), Error);
 }
 
-// --- who wakes, and what must be looked at again ---
+// --- waking, and lists to rebuild ---
 
 // Two sleeping bodies and a joint, as after a step.
 struct Sleepers {
@@ -270,7 +270,7 @@ struct Sleepers {
     joints.changed.clear();
     internals(world).contacts.pairs_stale = false;
   }
-  // Which of the three bodies is awake.
+  // Which of the three bodies are awake.
   std::string awake() const {
     std::string names;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -329,14 +329,14 @@ TEST(JointWaking, CallsThatChangeNothingWakeNoBody) {
   EXPECT_EQ(s.changed(), "");
 }
 
-TEST(JointWaking, ADestroyedBodyWakesThoseThatItWasJoinedWith) {
+TEST(JointWaking, ADestroyedBodyWakesTheBodiesItWasJoinedWith) {
   Sleepers s;
   s.world.destroy_body(s.bodies[0]);
   EXPECT_FALSE((internals(s.world).bodies.flags[s.bodies[1].index] & kBodyAsleep) != 0);
   EXPECT_TRUE((internals(s.world).bodies.flags[s.bodies[2].index] & kBodyAsleep) != 0);
 }
 
-TEST(JointWaking, ADisabledJointPassesNothingOn) {
+TEST(JointWaking, ADisabledJointWakesNoBody) {
   Sleepers s;
   s.world.set_joint_enabled(s.joint, false);
   s.rest();
@@ -344,7 +344,7 @@ TEST(JointWaking, ADisabledJointPassesNothingOn) {
   EXPECT_EQ(s.awake(), "a");
 }
 
-TEST(JointWaking, AKinematicBodyThatIsSentOffWakesWhatItIsJoinedWith) {
+TEST(JointWaking, AKinematicBodySetInMotionWakesTheBodiesItIsJoinedWith) {
   Sleepers s;
   s.world.set_body_type(s.bodies[0], BodyType::kinematic);
   s.rest();
@@ -373,7 +373,7 @@ TEST(JointChanges, MarkTheListsThatMustBeRebuilt) {
          [&] { world.create_joint({.body_a = a, .body_b = b, .collide_connected = true}, BallJoint{}); });
 }
 
-TEST(JointChanges, AJointThatIsEnabledBeginsAnew) {
+TEST(JointChanges, AReenabledJointStartsWithoutImpulses) {
   Sleepers s;
   Joints& joints = internals(s.world).joints;
   const auto fill = [&] {
@@ -394,7 +394,7 @@ TEST(JointChanges, AJointThatIsEnabledBeginsAnew) {
 
 // --- lists ---
 
-TEST(JointLists, HoldUnderRandomCalls) {
+TEST(JointLists, StayConsistentUnderRandomCalls) {
   World world;
   Random random(11);
   std::vector<BodyId> bodies = add_bodies(world, 12);
@@ -427,8 +427,8 @@ TEST(JointLists, HoldUnderRandomCalls) {
   EXPECT_GT(joints.size(), 5u);
 }
 
-TEST(JointLists, TenThousandsGoInAnyOrder) {
-  // A fixed body and the world with so many joints: time that grows with the square would be a minute.
+TEST(JointLists, TensOfThousandsAreDestroyedInAnyOrder) {
+  // A fixed body and the world with so many joints that quadratic time would be a minute.
   constexpr std::size_t kCount = 60000;
   for (const bool newest_first : {false, true}) {
     World world;

@@ -11,7 +11,7 @@
 namespace scree::test {
 namespace {
 
-// The same everywhere: instruction sets, compilers and build types. Compute it anew only when the hash's
+// The same for all instruction sets, compilers and build types. Compute it again only if the hash's
 // definition changes: index, pose of the center of mass and velocities of the living bodies, xxHash64, seed
 // 0.
 constexpr std::uint64_t kGoldenHash = 0xde07cd30f6f1cfcfu;
@@ -36,7 +36,7 @@ World make_world() {
 
 TEST(Hash, OfAFixedWorldIsKnown) { EXPECT_EQ(make_world().hash(), kGoldenHash); }
 
-TEST(Hash, OfAnEmptyWorldIsThatOfNothing) {
+TEST(Hash, OfAnEmptyWorldIsThatOfNoBytes) {
   World world;
   EXPECT_EQ(world.hash(), kEmptyHash);
   world.destroy_body(world.create_body({}));

@@ -52,7 +52,7 @@ class DamagedWorld : public testing::Test {
     for (int i = 0; i < 60; ++i) step(world, kDt, workers);
     ASSERT_GT(data.bodies.asleep, 0);
     ASSERT_FALSE(data.contacts.resting.pair.empty());
-    ASSERT_FALSE(data.contacts.touching.empty());
+    ASSERT_FALSE(data.contacts.active.empty());
     ASSERT_EQ(data.joints.active.size(), 2u);
   }
 

@@ -1,4 +1,4 @@
-// What the changing calls do to motion, and that reading calls give back what was set.
+// Effects of the changing calls on motion; reading calls return the values that were set.
 #include <core/world/math.h>
 #include <tests/core/world/world_fixture.h>
 
@@ -228,7 +228,7 @@ TEST(Calls, SettingsAreReadBack) {
   EXPECT_EQ(world.settings().gravity, (Vec3{1, 2, 3}));
 }
 
-// --- what the calls leave for the broad phase ---
+// --- marks that calls leave for the broad phase ---
 
 class Marks : public testing::Test {
  protected:

@@ -1,5 +1,5 @@
-// Laws of bodies of many shapes: what they weigh and where their shapes are does not depend on how they came
-// to have them, nor on who looked meanwhile.
+// Laws of bodies with many shapes: mass and positions depend neither on the calls that built them nor on
+// reads in between.
 #include <core/state/snapshot/snapshot.h>
 #include <core/world/edit.h>
 #include <scree/snapshot.h>
@@ -47,7 +47,7 @@ std::vector<ShapeId> add_each(World& world, BodyId body, const std::vector<Shape
   return ids;
 }
 
-// A fixed order of numbers that has nothing to do with their size.
+// A fixed order of numbers, independent of their size.
 std::vector<std::size_t> shuffled(std::size_t count, std::uint64_t seed) {
   Random random(seed);
   std::vector<std::size_t> order(count);
@@ -63,8 +63,8 @@ void expect_same_mass(const World& world, BodyId body, const World& other, BodyI
   EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0) << a.mass << " kg, " << b.mass << " kg";
 }
 
-// Each of these took the square of the shapes: minutes.
-TEST(Compound, OfAHundredThousandShapesIsBuiltAndTakenApartOneByOne) {
+// Each of these took time quadratic in the number of shapes: minutes.
+TEST(Compound, OfAHundredThousandShapesIsBuiltAndRemovedOneByOne) {
   constexpr std::size_t kShapes = 100000;
   const std::vector<ShapeDef> defs = random_defs(kShapes, 1);
   for (const BodyType type : {BodyType::fixed, BodyType::kinematic, BodyType::dynamic}) {
@@ -98,7 +98,7 @@ TEST(Compound, WeighsTheSameInEveryOrderOfItsShapes) {
   }
 }
 
-// To the last bit of the doubles that rows of floats are rounded from.
+// Exact to the last bit of the doubles from which float rows are rounded.
 TEST(Compound, SumsOfMomentsKeepNothingOfDestroyedShapes) {
   const std::vector<ShapeDef> defs = random_defs(60, 7);
   const auto part = [&](std::size_t i) {
@@ -136,7 +136,7 @@ TEST(Compound, LosesNoDigitsFarFromTheOriginOfItsBody) {
   EXPECT_EQ(a.mass, b.mass);
 }
 
-// What is kept of a body against what a world without it would find, after every kind of change.
+// Compares the sums kept of a body with those computed anew, after every kind of change.
 TEST(Compound, HasTheMassOfItsShapesAfterEveryChange) {
   Random random(3);
   World world;
@@ -179,7 +179,7 @@ TEST(Compound, HasTheMassOfItsShapesAfterEveryChange) {
   }
 }
 
-// Whoever reads between calls changes nothing: not who is placed when, nor what is saved.
+// Reads between calls change neither the order in which bodies are updated nor the saved bytes.
 TEST(Compound, IsTheSameWhetherOrNotItIsReadInBetween) {
   World world, watched;
   watched.share_handles(world);

@@ -1,4 +1,4 @@
-// Laws of handles and worlds: which handles a world takes for its own, and that nothing else hears of that.
+// Laws of handles and worlds: which handles a world accepts, and that refusing one changes nothing.
 #include <core/state/recording_format/recorded_calls.h>
 #include <scree/scree.h>
 #include <tests/core/world/world_fixture.h>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr float kDt = 1.0f / 60.0f;  // s
 
-// Worlds of this kind have the same handles, but for the world in them.
+// Such worlds have equal handles, except for the number of the world in them.
 struct Twin {
   World world{WorldSettings{.contact_events = ContactEvents::all, .contact_forces = true}};
   BodyId floor = world.create_body({.type = BodyType::fixed, .position = {0, -1, 0}});
@@ -59,7 +59,7 @@ First handle_in(const Twin& twin) {
   if constexpr (std::is_same_v<First, JointId>) return twin.joint;
 }
 
-// Each call, by its name, with what it makes of a world and the handles of a twin.
+// Each call by its name, and its effect on a world with handles of a twin.
 using Calls = std::vector<std::pair<std::string, std::function<void(World&, const Twin&)>>>;
 
 template <class Types>
@@ -185,14 +185,14 @@ TEST(ForeignHandles, AreRefusedByEveryCallWhichChangesNothing) {
       const std::vector<std::byte> before = own.bytes();
       EXPECT_EQ(code_of([&] { call(own.world, foreign); }), ErrorCode::foreign_handle) << name;
       EXPECT_TRUE(own.bytes() == before) << name;
-      // It is the world that is wrong, and nothing else.
+      // The error names only the wrong world.
       EXPECT_NE(code_of([&] { call(own.world, own); }), ErrorCode::foreign_handle) << name;
     }
   }
   for (const std::string& name : functions_with_handles()) EXPECT_TRUE(tested.contains(name)) << name;
 }
 
-TEST(ForeignHandles, NameNothingAlive) {
+TEST(ForeignHandles, AreNotAlive) {
   const Twin own, foreign;
   EXPECT_TRUE(own.world.is_alive(own.body));
   EXPECT_FALSE(own.world.is_alive(foreign.body));
@@ -267,7 +267,7 @@ TEST(Handles, StayTheWorldsOwnWhereItIsRestoredFromBytes) {
   EXPECT_TRUE(other.is_alive(other.body_at(twin.body.index)));
 }
 
-TEST(Handles, AreSharedByWorldsThatAgreeOnIt) {
+TEST(Handles, AreValidInWorldsThatShareHandles) {
   Twin twin;
   World other;
   other.share_handles(twin.world);

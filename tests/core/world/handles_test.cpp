@@ -9,7 +9,7 @@
 namespace scree::test {
 namespace {
 
-TEST(Handles, DefaultHandlesNameNothing) {
+TEST(Handles, DefaultHandlesAreNotAlive) {
   World world;
   EXPECT_FALSE(world.is_alive(BodyId{}));
   EXPECT_FALSE(world.is_alive(ShapeId{}));
@@ -68,7 +68,7 @@ TEST(Handles, TheSlotFreedLastIsTakenFirst) {
   EXPECT_EQ(again[3].index, bodies[4].index + 1);
 }
 
-TEST(Handles, AWornOutSlotStaysEmpty) {
+TEST(Handles, ASlotWithoutGenerationsLeftStaysEmpty) {
   World world;
   BodyId body = world.create_body({});
   internals(world).bodies.generation[row_of(body)] = 0xffffffffu;
@@ -132,7 +132,7 @@ TEST(Handles, AWorldThatWasMovedFromThrowsAndTheNewOneLivesOn) {
   EXPECT_FALSE(world.is_alive(body));
 }
 
-// A world as plain maps: what random calls must agree with.
+// A world as plain maps. Random calls must agree with it.
 struct Model {
   struct Body {
     Vec3 position;

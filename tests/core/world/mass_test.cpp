@@ -114,7 +114,7 @@ TEST(Mass, EightOctantsOfABoxAreTheBox) {
   expect_near(matrix(parts.inertia), matrix(whole.inertia), 1e-5);  // corners are rounded to float
 }
 
-TEST(Mass, DistanceFromTheOriginCancelsExactlyEnough) {
+TEST(Mass, DistanceFromTheOriginChangesTheInertiaOnlyByRounding) {
   const float far = 65536.0f;
   const MassSum parts = sum_of({sum_of(Sphere{0.125f}, 1000.0, {{far - 1.0f, far, far}, {}}),
                                 sum_of(Sphere{0.125f}, 1000.0, {{far + 1.0f, far, far}, {}})});

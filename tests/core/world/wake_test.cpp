@@ -1,4 +1,4 @@
-// Laws of waking: whatever can change how a body moves wakes it.
+// Laws of waking: every change that can affect a body's motion wakes it.
 #include <core/world/wake.h>
 #include <tests/core/world/world_fixture.h>
 
@@ -30,13 +30,29 @@ class Waking : public testing::Test {
     sleep_all();
   }
   void sleep_all() {
-    wake_neighbors(internals(world));  // what calls have asked for
+    wake_neighbors(internals(world));  // deferred requests of calls
     for (const BodyId body : {lower, upper, aside}) {
       if (world.is_alive(body)) put_to_sleep(world, body);
     }
     internals(world).bodies.lists_dirty = false;
   }
 };
+
+TEST_F(Waking, ReadingLooksForNeighborsOnceUntilAnotherCallAsksForThem) {
+  const MadeOnce& made = internals(world).shapes.waking_made;
+  world.set_pose(ground, {});
+  const std::int64_t before = made.times_made();
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_TRUE(world.is_awake(lower));
+    EXPECT_FALSE(world.is_awake(aside));
+    world.set_user_data(upper, 7);
+    world.add_force(lower, {1, 0, 0});
+  }
+  EXPECT_EQ(made.times_made(), before + 1);
+  world.set_pose(lower, {});
+  EXPECT_TRUE(world.is_awake(upper));
+  EXPECT_EQ(made.times_made(), before + 2);
+}
 
 TEST_F(Waking, ChangesOfMotionWakeTheBody) {
   const std::vector<std::pair<const char*, std::function<void()>>> calls = {
@@ -103,19 +119,19 @@ TEST_F(Waking, CallsThatChangeNothingWakeNoBody) {
   EXPECT_FALSE(world.is_awake(upper));
 }
 
-TEST_F(Waking, DestroyingABodyWakesWhatTouchedIt) {
+TEST_F(Waking, DestroyingABodyWakesTheBodiesThatTouchedIt) {
   world.destroy_body(lower);
   EXPECT_TRUE(world.is_awake(upper));
   EXPECT_FALSE(world.is_awake(aside));
 }
 
-TEST_F(Waking, DestroyingTheGroundWakesWhatLayOnIt) {
+TEST_F(Waking, DestroyingTheGroundWakesTheBodiesOnIt) {
   world.destroy_body(ground);
   EXPECT_TRUE(world.is_awake(lower));
   EXPECT_FALSE(world.is_awake(upper));  // follows with its island in the next step
 }
 
-TEST_F(Waking, ReusedSlotsDoNotHideWhoTouchedTheirPredecessors) {
+TEST_F(Waking, ReusedSlotsDoNotHideBodiesThatTouchedTheirPredecessors) {
   world.destroy_body(lower);
   const BodyId successor = world.create_body({});
   const ShapeId successor_shape = world.add_shape(successor, Sphere{});
@@ -145,7 +161,7 @@ TEST_F(Waking, TheRequestIsFulfilledOnceForManyCalls) {
   for (const std::uint8_t flags : data.shapes.flags) EXPECT_EQ(flags & kShapeWakes, 0);
 }
 
-TEST_F(Waking, MovingOrChangingTheGroundWakesWhatLiesOnIt) {
+TEST_F(Waking, MovingOrChangingTheGroundWakesTheBodiesOnIt) {
   const std::vector<std::pair<const char*, std::function<void()>>> calls = {
       {"set_pose",
        [&] {
@@ -175,7 +191,7 @@ TEST_F(Waking, MovingOrChangingTheGroundWakesWhatLiesOnIt) {
   }
 }
 
-TEST_F(Waking, MovingTheGroundWakesWhatItMayComeToTouch) {
+TEST_F(Waking, MovingTheGroundWakesBodiesThatItMayTouch) {
   add_pair(world, ground_shape, aside_shape);
   world.set_material(upper_shape, {.friction = 0});
   EXPECT_FALSE(world.is_awake(aside)) << "nothing fixed has moved";
@@ -183,7 +199,7 @@ TEST_F(Waking, MovingTheGroundWakesWhatItMayComeToTouch) {
   EXPECT_TRUE(world.is_awake(aside));
 }
 
-TEST_F(Waking, NewGravityAndForbiddenSleepWakeAll) {
+TEST_F(Waking, NewGravityAndDisabledSleepWakeAllBodies) {
   WorldSettings settings;
   settings.substeps = 2;
   world.set_settings(settings);

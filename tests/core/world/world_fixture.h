@@ -30,7 +30,7 @@ class Random {
   std::uint64_t state_;
 };
 
-// What the call says when it throws; empty if it does not.
+// The error text of a call; empty if it does not throw.
 template <class Work>
 std::string error_of(Work&& work) {
   try {
@@ -75,7 +75,7 @@ inline void put_to_sleep(World& world, BodyId body) {
   }
 }
 
-// What the broad phase does with the shapes that the calls marked.
+// Processes the shapes that calls marked, as the broad phase does.
 inline void consume_dirty(World& world) {
   WorldData& data = internals(world);
   for (const std::int32_t shape : data.shapes.dirty) {

@@ -1,4 +1,4 @@
-// Laws of update_bounds: what fat bounds hold, when they are made anew, and that bits depend on nothing else.
+// Laws of update_bounds: content of fat bounds, when they are updated, and that bits depend on nothing else.
 #include <tests/parallel/hand_made_world.h>
 
 #include <core/state/hash.h>
@@ -64,15 +64,15 @@ struct SilentSink final : CallSink {
   void step_failed() noexcept override {}
 };
 
-// A chunk alone is not worth a helper, and so it stays where a world is recorded.
-TEST(Bounds, AreMadeBesideTheHashOfARecordedWorldWhereThreadsShareThem) {
+// A single chunk is not worth a helper, and neither is it in a recorded world.
+TEST(Bounds, AreUpdatedInParallelWithTheHashOfARecordedWorld) {
   Workers workers(2);
   Crew crew(workers);
   SilentSink sink;
   for (const int bodies : {1, 256, 257, 600}) {
     HandMadeWorld world = random_world(6, bodies, 20.0f, 1.0f);
     update_bounds(world.data, kDt, crew);
-    EXPECT_FALSE(world.data.recording.hash) << "nobody asks";
+    EXPECT_FALSE(world.data.recording.hash) << "no recorder requests it";
     world.data.recording.sink = &sink;
     update_bounds(world.data, kDt, crew);
     ASSERT_EQ(world.data.recording.hash.has_value(), bodies > 256) << bodies;
@@ -194,7 +194,7 @@ TEST(Bounds, ASlowBodyKeepsItsFatBoundsAndAFastOneDoesNot) {
   EXPECT_TRUE(broad_phase.bounds_left);
 }
 
-TEST(Bounds, AShapeWithoutFiniteBoundsHasEmptyOnes) {
+TEST(Bounds, AShapeWithoutFiniteBoundsHasEmptyBounds) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   for (const WorkersOptions& options : testing::all_workers()) {
@@ -224,13 +224,13 @@ TEST(Bounds, AShapeWithoutFiniteBoundsHasEmptyOnes) {
   }
 }
 
-TEST(Bounds, ShapesThatDiedWhileDirtyAreLeftAlone) {
+TEST(Bounds, DestroyedShapesThatWereMarkedDirtyAreSkipped) {
   HandMadeWorld world;
   world.add_sphere(BodyType::dynamic, {0, 0, 0}, 0.5f);
   const std::int32_t shape = world.add_sphere(BodyType::dynamic, {0, 0, 0}, 0.5f);
   world.destroy_body(kFirstBody);
   world.destroy_body(kFirstBody + 1);
-  world.add_sphere(BodyType::dynamic, {3, 0, 0}, 0.5f);  // takes the second one's slot
+  world.add_sphere(BodyType::dynamic, {3, 0, 0}, 0.5f);  // reuses the second sphere's slot
   world.refresh();
   EXPECT_EQ(world.data.shapes.dirty.size(), 2u);
   Workers workers(1);

@@ -1,4 +1,4 @@
-// A world in which much rests, and calls that change who does.
+// A world with many resting bodies, and calls that change which bodies rest.
 #pragma once
 
 #include <tests/parallel/hand_made_world.h>
@@ -43,7 +43,7 @@ class Field {
     world.add_shape(balls_.back(), is_hull ? Geometry{ConvexHull{kRoof}} : Geometry{Sphere{0.3f}},
                     {.rolling_resistance = 0.05f});
   }
-  // A call of every kind that changes who rests where.
+  // A call of every kind that changes which bodies rest.
   void change_something() {
     switch (random_.below(9)) {
       case 0:
@@ -74,7 +74,7 @@ class Field {
   }
 
   World world;
-  bool hulls = false;  // some of the balls are none
+  bool hulls = false;  // some shapes are hulls instead of balls
 
  private:
   BodyId any(const std::vector<BodyId>& list) {

@@ -1,4 +1,4 @@
-// Laws of find_pairs: the list against brute force, its order, its memory of the last list, and who is kept.
+// Laws of find_pairs: the list against brute force, its order, its memory of the last list, and kept rows.
 #include <tests/parallel/hand_made_world.h>
 
 #include <gtest/gtest.h>
@@ -101,7 +101,7 @@ class Follower {
           EXPECT_EQ(contact, known->second);
           ++kept;
         } else {
-          EXPECT_TRUE(rows == &contacts.pairs) << "nobody is born at rest";
+          EXPECT_TRUE(rows == &contacts.pairs) << "a new pair is never a resting pair";
           EXPECT_EQ(contact, -1);
           if ((pair.first + pair.second) % 4 != 0) contact = take_row(contacts);
         }
@@ -131,7 +131,7 @@ class Follower {
     contacts.now.points[static_cast<std::size_t>(row)] = 1;
     return row;
   }
-  // Each row is free or some pair's contact.
+  // Each row is free or the contact of one pair.
   void expect_rows_once(const Contacts& contacts) const {
     std::vector<int> users(contacts.now.pair.size());
     for (const auto& [pair, contact] : contact_of_) {
@@ -179,7 +179,7 @@ Filter random_filter(Random& random) {
   return {random.below(8), random.below(8), static_cast<std::int32_t>(random.below(5)) - 2};
 }
 
-TEST(FindPairs, ListIsBruteForceForEveryInstructionSet) {
+TEST(FindPairs, ListEqualsBruteForceForEveryInstructionSet) {
   for (const WorkersOptions& options : testing::all_workers()) {
     Workers workers(options);
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -218,7 +218,7 @@ TEST(FindPairs, ListIsBruteForceForEveryInstructionSet) {
 }
 
 // Blocks of the tree then meet more leaves than a descent collects.
-TEST(FindPairs, ListIsBruteForceInAWideFieldWithOneShapeThatOverlapsAll) {
+TEST(FindPairs, ListEqualsBruteForceInAWideFieldWithOneShapeThatOverlapsAll) {
   for (const WorkersOptions& options : testing::all_workers()) {
     Workers workers(options);
     HandMadeWorld world;
@@ -239,7 +239,7 @@ TEST(FindPairs, ListIsBruteForceInAWideFieldWithOneShapeThatOverlapsAll) {
       expect_canonical(list);
       ASSERT_TRUE(std::equal(list.begin(), list.end(), expected.begin(), expected.end()))
           << list.size() << " " << expected.size();
-      // The dynamic ones go far apart: most of a block's shapes have nothing in common.
+      // The dynamic shapes go far apart, so that the boxes of most shapes of a block do not overlap.
       for (std::int32_t body = kFirstBody; body < kFirstBody + 2500; ++body) {
         if (world.data.bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic)
           world.move_by_call(body, place());
@@ -356,7 +356,7 @@ TEST(FindPairs, ListIsKeptWhileEveryShapeStaysInItsFatBounds) {
   EXPECT_GT(listed(world.data).size(), first.size());
 }
 
-TEST(FindPairs, AListThatComesOutTheSameIsKept) {
+TEST(FindPairs, AnUnchangedListIsKept) {
   Workers workers(1);
   HandMadeWorld world;
   world.add_box(BodyType::fixed, {0, -1, 0}, {10, 1, 10});
@@ -403,7 +403,7 @@ TEST(FindPairs, AChangedFilterCountsInTheNextStep) {
   EXPECT_TRUE(listed(world.data).empty());
 }
 
-TEST(FindPairs, ShapesOfOneBodyAndBodiesThatCannotBePushedAreNoPairs) {
+TEST(FindPairs, ShapesOfOneBodyAndOfTwoBodiesThatCannotBePushedAreNotPaired) {
   Workers workers(1);
   HandMadeWorld world;
   const std::int32_t body = world.add_body(BodyType::dynamic, {0, 0, 0});
@@ -437,7 +437,8 @@ TEST(FindPairs, RowsOfSleepingPairsSurvive) {
     EXPECT_TRUE(world.data.contacts.pairs.pair.empty()) << "all of them rest";
     EXPECT_EQ(follower.check_and_move(world.data), static_cast<int>(all.size()));
 
-    // Some wake, a ball flies by, some fall asleep again: nobody loses a row, and the ball's come and go.
+    // Some bodies wake, a ball flies by, some fall asleep again: sleeping pairs keep their rows, the ball's
+    // pairs come and go.
     const std::int32_t ball = world.add_sphere(BodyType::dynamic, {-9, 0, 0}, 0.4f);
     world.data.bodies
         .velocity[static_cast<std::size_t>(world.data.shapes.body[static_cast<std::size_t>(ball)])]
@@ -474,7 +475,7 @@ TEST(FindPairs, ASleepingShapeThatACallMovesAwayLosesItsRows) {
   EXPECT_EQ(listed(world.data), (std::vector<Pair>{{1, 2}}));
 }
 
-TEST(FindPairs, SleepingBodiesAreMetByKinematicOnesAndByFixedOnesThatArrive) {
+TEST(FindPairs, SleepingBodiesArePairedWithKinematicAndNewFixedBodies) {
   Workers workers(1);
   HandMadeWorld world;
   world.add_sphere(BodyType::dynamic, {0, 0, 0}, 0.5f);
@@ -522,7 +523,7 @@ TEST(FindPairs, BodiesWithoutFinitePosesHaveNoPairs) {
   }
 }
 
-TEST(FindPairs, EmptyWorldsAndLoneBodiesAreFine) {
+TEST(FindPairs, EmptyWorldsAndLoneBodiesHaveNoPairs) {
   Workers workers(1);
   HandMadeWorld world;
   for (int i = 0; i < 3; ++i) step(world, workers);
@@ -545,7 +546,7 @@ TEST(FindPairs, ManyBodiesAtOnePlaceAreAllPairs) {
 }
 
 // More pairs of one owner than one thread sorts alone, and enough shapes for three levels of nodes.
-TEST(FindPairs, AWideGroundIsPairedWithWhateverLiesOnIt) {
+TEST(FindPairs, AWideGroundIsPairedWithAllShapesOnIt) {
   for (const WorkersOptions& options : testing::all_workers()) {
     Workers workers(options);
     HandMadeWorld world;

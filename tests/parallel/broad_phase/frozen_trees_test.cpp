@@ -1,5 +1,5 @@
-// Laws of the trees of frozen shapes: who is in them, that the list of pairs does not depend on how they came
-// to be, and that a change costs by what changes.
+// Laws of the trees of frozen shapes: their content, that the list of pairs does not depend on their history,
+// and that the cost of a change follows its size.
 #include "field.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ constexpr float kDt = 1.0f / 60.0f;
 
 std::size_t at(std::int32_t row) { return static_cast<std::size_t>(row); }
 
-// Every shape is where its body belongs, and nobody else is there.
+// Every shape is in its body's tree, and the trees hold no other entries.
 void expect_sound_trees(WorldData& data) {
   const BroadPhase& broad_phase = broad_phase_of(data);
   std::vector<int> members(kPairTrees);
@@ -94,7 +94,7 @@ TEST(FrozenTrees, RebuildingThemChangesNeitherBitsNorPairs) {
   }
 }
 
-TEST(FrozenTrees, ListsOfMovingBodiesAndShapesAreThoseOfARestoredWorld) {
+TEST(FrozenTrees, ListsOfMovingBodiesAndShapesEqualThoseOfARestoredWorld) {
   Workers workers(1);
   Field field(9, 4000);
   Snapshot snapshot;
@@ -150,7 +150,7 @@ TEST(FrozenTrees, ShapesThatFallAsleepTogetherKeepTheirOrder) {
   expect_sound_trees(data);
 }
 
-// Leaf blocks of frozen trees that a step makes anew.
+// Number of leaf blocks of frozen trees that a step rebuilds.
 std::int64_t refitted(World& world, Workers& workers) {
   step(world, kDt, workers);
   return broad_phase_of(internals(world)).refitted;
@@ -199,7 +199,7 @@ TEST(FrozenTrees, AHoleRebuildsItsLeafAndATreeOfMostlyHolesIsRebuilt) {
   for (const PairTree& tree : frozen_trees(broad_phase_of(internals(world)))) EXPECT_EQ(tree.levels, 0);
 }
 
-TEST(FrozenTrees, AStepWithoutArrivalsAndLeaversLeavesThemAlone) {
+TEST(FrozenTrees, AStepThatFreezesAndReleasesNoShapeDoesNotChangeThem) {
   Workers workers(1);
   Field field(4, 2000);
   for (int i = 0; i < 20; ++i) field.add_ball();

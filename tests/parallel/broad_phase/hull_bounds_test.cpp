@@ -1,5 +1,5 @@
-// Laws of the bounds of hulls: they hold every corner, are no larger than box and ball ask for, and have the
-// same bits everywhere.
+// Laws of the bounds of hulls: they contain every corner, are no larger than box and ball require, and have
+// the same bits on every backend.
 #include <core/geometry/hull/hull_build.h>
 #include <core/world/math.h>
 #include <gtest/gtest.h>
@@ -69,7 +69,7 @@ TEST(HullBounds, HoldEveryCornerAndHaveTheSameBitsEverywhere) {
         }
       }
       for (int k = 0; k < 3; ++k) extent = std::max(extent, 0.5f * (bounds.upper[k] - bounds.lower[k]));
-      // Slow ones have a margin of 5 cm, fast ones half their way to both sides.
+      // Slow hulls have a margin of 5 cm; fast hulls half their path on both sides.
       const float* v = data.bodies.velocity[static_cast<std::size_t>(shapes.body[s])].linear;
       const float way = length(Vec3{v[0], v[1], v[2]}) * kStep;
       const float most =

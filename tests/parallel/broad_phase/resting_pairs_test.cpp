@@ -1,5 +1,5 @@
-// Laws of pairs at rest: every one is found from both of its shapes and nobody else is there, a change looks
-// at the pairs that it concerns and at no others, and what it comes to is what a look at all of them finds.
+// Laws of resting pairs: each is found from both of its shapes, and the lists hold no other pairs. A change
+// reads only the pairs that it concerns, and its results are those of a search of all pairs.
 #include "field.h"
 
 #include <core/state/snapshot/snapshot_bytes.h>
@@ -39,7 +39,7 @@ std::vector<std::int32_t> rows_of(WorldData& data, std::int32_t shape) {
   return rows;
 }
 
-// The lists are those that the rows say, whatever shape they are asked of.
+// The lists match the rows, for every shape.
 void expect_sound_lists(WorldData& data) {
   const Contacts& contacts = data.contacts;
   std::vector<std::vector<std::int32_t>> expected(data.shapes.flags.size());
@@ -116,7 +116,7 @@ TEST(RestingPairs, ReportTheirForcesInTheOrderOfThePairs) {
   EXPECT_GT(unordered, 100u);
 }
 
-// What a row holds, as a number.
+// Hash of a row.
 struct Held {
   std::int32_t contact;
   ContactAxis axis;
@@ -183,7 +183,7 @@ TEST(RestingPairs, KeepTheirDataWhileOtherPairsComeAndGo) {
   }
 }
 
-TEST(RestingPairs, WithoutHullsBecomeRowsWithAxesWhereHullsCome) {
+TEST(RestingPairs, GetAxesOnceAShapeBecomesAHull) {
   World world;
   WorldData& data = internals(world);
   data.shapes.resize(4);
@@ -227,7 +227,7 @@ class Rows {
     }
     settle();
   }
-  // Looks at pairs at rest until all sleep again.
+  // Number of resting pairs read until all bodies sleep again.
   std::int64_t settle() {
     std::int64_t looks = 0;
     int quiet = 0;
@@ -252,7 +252,7 @@ class Rows {
   Workers workers_{1};
 };
 
-// Looks at pairs at rest for one change each, with the steps until all sleep again.
+// Resting pairs read for one change each, with the steps until all bodies sleep again.
 std::vector<std::int64_t> looks_of_changes(int count, ContactEvents events) {
   Rows rows(count, events);
   World& world = rows.world;
@@ -287,8 +287,8 @@ TEST(RestingPairs, AChangeReadsAsFewInALargeWorldAsInASmallOne) {
     EXPECT_EQ(few, many);
     EXPECT_EQ(few[0], 0);
     for (std::size_t i = 1; i < few.size(); ++i) {
-      // A row has 19 pairs. Each is looked at from both ends: to be followed and, in the next step, to be
-      // pulled.
+      // A row has 19 pairs. Each is read from both ends: once to follow it and, in the next step, once to
+      // remove it.
       EXPECT_GT(few[i], 0) << "change " << i;
       EXPECT_LE(few[i], 4 * 2 * 19) << "change " << i;
     }
@@ -307,7 +307,7 @@ TEST(RestingPairs, OfAMovedFloorAreAllRead) {
   EXPECT_EQ(internals(rows.world).contacts.resting.pair.size(), pairs);
 }
 
-// The sleepers that hang together with the body by contacts and joints, by going over all of them.
+// The sleepers connected with the body by contacts and joints, by a search of all of them.
 std::set<BodyId> island_of(World& world, BodyId body) {
   const WorldData& data = internals(world);
   std::vector<std::int32_t> root(data.bodies.flags.size());
@@ -336,12 +336,12 @@ std::set<BodyId> island_of(World& world, BodyId body) {
 
 std::vector<std::uint64_t> listed_contacts(const WorldData& data) {
   std::vector<std::uint64_t> keys;
-  for (const std::int32_t contact : data.contacts.touching)
+  for (const std::int32_t contact : data.contacts.active)
     keys.push_back(key_of(data.contacts.now.pair[at(contact)]));
   return keys;
 }
 
-// Of all contacts, those that somebody awake takes part in, in the order of their pairs.
+// All contacts with an awake body, in the order of their pairs.
 std::vector<std::uint64_t> awake_contacts(const WorldData& data) {
   std::vector<std::uint64_t> keys;
   for (std::size_t row = 0; row < data.contacts.now.pair.size(); ++row) {
@@ -399,8 +399,8 @@ bool same_bytes(const Rows& x, const Rows& y) {
   return x.size() == y.size() && (x.empty() || std::memcmp(x.data(), y.data(), x.size_bytes()) == 0);
 }
 
-// A restored world looks at all pairs at rest when it lists its events.
-TEST(RestingPairs, ListTheSameEventsAsASearchOfAllOfThem) {
+// A restored world reads all resting pairs to list its events.
+TEST(RestingPairs, ListTheSameEventsAsASearchOfAllPairs) {
   constexpr ContactEvents kAsked[] = {ContactEvents::none, ContactEvents::begin_end, ContactEvents::persist,
                                       ContactEvents::all};
   for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
@@ -449,7 +449,7 @@ TEST(RestingPairs, ListTheSameEventsAsASearchOfAllOfThem) {
   }
 }
 
-// Of a world with sleepers that is damaged by `damage` and saved.
+// Bytes of a world with sleepers that `damage` has changed before it was saved.
 template <class Damage>
 std::string refusal_of(Damage&& damage) {
   Rows rows(3, ContactEvents::all);

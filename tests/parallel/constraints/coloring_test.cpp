@@ -1,4 +1,4 @@
-// Colors and blocks: what may be solved at the same time.
+// Colors and blocks: constraints that may be solved at the same time.
 #include <parallel/constraints/constraints.h>
 #include <parallel/stages.h>
 #include <tests/physics/lab.h>
@@ -13,7 +13,7 @@ namespace {
 
 using physics::Lab;
 
-// A world of manifolds without geometry: only rows and who touches whom.
+// A world of manifolds without geometry: only rows and their pairs of bodies.
 struct Graph {
   explicit Graph(int bodies) {
     data.bodies.resize(static_cast<std::size_t>(kFirstBody + bodies));
@@ -31,7 +31,7 @@ struct Graph {
     manifold.row_b = kFirstBody + b;
     manifold.info = points | (a < 0 ? kManifoldStatic : 0u);
     data.contacts.now.color[row] = kNoColor;
-    data.contacts.touching.push_back(static_cast<std::int32_t>(row));
+    data.contacts.active.push_back(static_cast<std::int32_t>(row));
   }
   // Either may be fixed, but not both.
   void join(int a, int b, JointType type = JointType::ball) {
@@ -72,8 +72,8 @@ LaneBodies joined_bodies_of(const WorldData& data, std::int32_t joint, const sim
   return {bodies.a, bodies.b, bodies.a != kFixedRow, bodies.b != kFixedRow};
 }
 
-// The rows of the lanes of a stage's chunks; nothing but its hub comes twice in a chunk, and nothing at all
-// in two chunks of a stage that threads share.
+// The rows of the lanes of a stage's chunks. Within a chunk only its hub occurs twice; chunks of a stage that
+// threads share have no body in common.
 template <class BodiesOf>
 void expect_chunks(const WorldData& data, bool serial, std::span<const simd::ConstraintChunk> chunks,
                    const Column<std::int32_t>& rows, std::set<std::int32_t>& written,
@@ -99,7 +99,8 @@ void expect_chunks(const WorldData& data, bool serial, std::span<const simd::Con
   }
 }
 
-// Every touching row and every active joint lies in exactly one lane, beside nothing that it may not meet.
+// Expects that every touching row and every active joint lies in exactly one lane, and that no lane conflicts
+// with another.
 void expect_sound(const WorldData& data) {
   const Constraints& constraints = static_cast<const Constraints&>(*data.constraints);
   std::multiset<std::int32_t> contacts, joints;
@@ -110,13 +111,13 @@ void expect_sound(const WorldData& data) {
     };
     expect_chunks(data, stage.serial,
                   part(constraints.joint_chunks, stage.first_joint_chunk, stage.joint_chunk_count),
-                  constraints.joint_rows, written, joints, joined_bodies_of);
+                  constraints.joint_lanes, written, joints, joined_bodies_of);
     expect_chunks(data, stage.serial,
                   part(constraints.contact_chunks, stage.first_contact_chunk, stage.contact_chunk_count),
-                  constraints.contact_rows, written, contacts, bodies_of);
+                  constraints.contact_lanes, written, contacts, bodies_of);
   }
-  EXPECT_EQ(contacts.size(), data.contacts.touching.size());
-  for (const std::int32_t row : data.contacts.touching) EXPECT_EQ(contacts.count(row), 1u);
+  EXPECT_EQ(contacts.size(), data.contacts.active.size());
+  for (const std::int32_t row : data.contacts.active) EXPECT_EQ(contacts.count(row), 1u);
   EXPECT_EQ(joints.size(), data.joints.active.size());
   for (const std::int32_t joint : data.joints.active) EXPECT_EQ(joints.count(joint), 1u);
 }
@@ -171,7 +172,7 @@ TEST(Coloring, HubsBlockNoColors) {
 }
 
 // Hubs by their contacts, each with few joints, and the other way round.
-TEST(Coloring, HubsOfOneKindMayHaveFewOfTheOther) {
+TEST(Coloring, HubsOfContactsMayHaveFewJointsAndHubsOfJointsFewContacts) {
   for (const int hubs : {3, 10, 100}) {
     for (const bool by_contacts : {true, false}) {
       with_every_set([&](Crew& crew) {
@@ -210,7 +211,7 @@ TEST(Coloring, ConstraintsWithFixedBodiesBeyondTheColorsAreSolvedInGroups) {
     EXPECT_EQ(graph.data.stats.colors, kColorLimit + 1);
     const Constraints& constraints = constraints_of(graph.data);
     EXPECT_LT(constraints.joint_chunks.size() + constraints.contact_chunks.size(), 3u * kColorLimit + 5);
-    // They stay there, and the coloring holds.
+    // The bodies stay there, and the coloring holds.
     graph.color(crew);
     expect_sound(graph.data);
     EXPECT_TRUE(constraints.uncolored.empty());
@@ -228,7 +229,8 @@ TEST(Coloring, ContactsBetweenHubsAreSolvedOneByOne) {
   EXPECT_EQ(count_overflow(graph), 1);
 }
 
-// Everybody touches everybody, in the order of sorted pairs; points of contacts go through three kinds.
+// All bodies touch each other, in the order of sorted pairs; numbers of contact points cycle through three
+// kinds.
 Graph make_clique(int bodies) {
   Graph graph(bodies);
   for (int a = 0; a < bodies; ++a) {
@@ -256,11 +258,11 @@ TEST(Coloring, UncoloredConstraintsOfABodyAreSolvedInListOrder) {
     graph.color(crew);
     const Constraints& constraints = constraints_of(graph.data);
     std::map<std::int32_t, int> last;  // by body: place of its last contact, kind by kind
-    const auto rows = static_cast<int>(graph.data.contacts.touching.size());
+    const auto rows = static_cast<int>(graph.data.contacts.active.size());
     int solved = 0;
     for (const simd::ConstraintChunk& chunk : constraints.contact_chunks) {
       for (int lane = 0; lane < chunk.lanes; ++lane, ++solved) {
-        const std::int32_t row = constraints.contact_rows[static_cast<std::size_t>(chunk.first_lane + lane)];
+        const std::int32_t row = constraints.contact_lanes[static_cast<std::size_t>(chunk.first_lane + lane)];
         const Manifold& manifold = graph.data.contacts.now.manifold[static_cast<std::size_t>(row)];
         const int place = static_cast<int>(manifold.info & kManifoldPointMask) * rows + row;
         for (const std::int32_t body : {manifold.row_a, manifold.row_b}) {
@@ -281,14 +283,14 @@ TEST(Coloring, ABodyThatCeasesToBeAHubIsColoredAnew) {
   graph.color(crew);
   expect_sound(graph.data);
   EXPECT_EQ(graph.data.stats.colors, 1);
-  graph.data.contacts.touching.drop_back(1);
+  graph.data.contacts.active.drop_back(1);
   graph.color(crew);
   expect_sound(graph.data);
   EXPECT_EQ(graph.data.stats.colors, kHubDegree);
   EXPECT_EQ(count_overflow(graph), 0);
 }
 
-// Bodies in a cube of 30 x 30 x 30 that touch those nearby, and a few hubs that touch whoever.
+// Bodies in a cube of 30 x 30 x 30 that touch their neighbors, and a few hubs that touch random bodies.
 Graph make_lattice(int seed) {
   constexpr int kSide = 30, kBodies = kSide * kSide * kSide;
   Graph graph(kBodies);
@@ -314,7 +316,7 @@ TEST(Coloring, ManyContactsGetTheSameColorsFromEveryThreadCount) {
     Workers workers(threads);
     Crew crew(workers);
     Graph graph = make_lattice(3);
-    ASSERT_GT(graph.data.contacts.touching.size(), 100000u);
+    ASSERT_GT(graph.data.contacts.active.size(), 100000u);
     graph.color(crew);
     expect_sound(graph.data);
     EXPECT_LE(count_overflow(graph), 28) << "pairs of hubs only";
@@ -353,7 +355,7 @@ TEST(Coloring, AChainTakesFewColors) {
   EXPECT_EQ(graph.data.stats.colors, 2);
 }
 
-TEST(Coloring, AKeptContactKeepsItsColorBesideNewOnes) {
+TEST(Coloring, AKeptContactKeepsItsColorWhenOthersAreAdded) {
   Workers workers(1);
   Crew crew(workers);
   physics::Random random(2);
@@ -383,7 +385,7 @@ TEST(Coloring, PersistsInAMovingWorld) {
     WorldData& data = internals(lab.world);
     expect_sound(data);
     std::map<std::pair<std::int32_t, std::int32_t>, std::uint8_t> now;
-    for (const std::int32_t touching : data.contacts.touching) {
+    for (const std::int32_t touching : data.contacts.active) {
       const auto row = static_cast<std::size_t>(touching);
       const ShapePair pair = data.contacts.now.pair[row];
       now[{pair.a, pair.b}] = data.contacts.now.color[row];

@@ -1,6 +1,6 @@
 // A step in the steady state allocates nothing: the crew's part of that law.
 //
-// Counts every malloc of the program, TBB's included. Sanitizers bring a malloc of their own; there only
+// Counts every malloc of the program, including those of TBB. Sanitizers replace malloc; under them only
 // operator new is counted.
 #include <gtest/gtest.h>
 #include <parallel/crew/crew.h>
@@ -21,7 +21,7 @@ std::atomic<long> allocations{0};
 std::atomic<bool> others_fail{false};
 thread_local bool is_spared = false, fails_here = false;
 
-// Counts one more. Whether it may be made.
+// Counts an allocation. Returns whether it may succeed.
 bool may_allocate() {
   allocations.fetch_add(1, std::memory_order_relaxed);
   return !fails_here && (is_spared || !others_fail.load(std::memory_order_relaxed));
@@ -74,7 +74,7 @@ void step(Workers& workers) {
   }
 }
 
-TEST(CrewMemory, TheCounterCounts) {
+TEST(CrewMemory, TheAllocationCounterCounts) {
   const long before = allocations_so_far();
   delete new Workers(1);
   EXPECT_GT(allocations_so_far(), before);
@@ -92,7 +92,7 @@ TEST(CrewMemory, StepsInTheSteadyStateAllocateNothing) {
 }
 
 TEST(CrewMemory, StepsFarApartAllocateNothing) {
-  // Far enough for the helpers to go home: each step has to send for them again.
+  // Pauses long enough for the helpers to leave: each step must call them again.
   Workers workers(2);
   const auto pause_and_step = [&] {
     std::this_thread::sleep_for(std::chrono::microseconds(400));
@@ -104,7 +104,7 @@ TEST(CrewMemory, StepsFarApartAllocateNothing) {
   EXPECT_EQ(allocations_so_far() - before, 0);
 }
 
-// Keeps a thread of TBB busy. One that comes late finds that it is over.
+// Keeps a thread of TBB busy. A thread that comes late returns at once.
 struct BusyThreads {
   std::atomic<int> count{0};
   std::atomic<bool> over{false};
@@ -117,7 +117,7 @@ struct BusyThreads {
 };
 
 // All threads of TBB are busy elsewhere, so that no helper comes before the end.
-TEST(CrewMemory, WorkersThatComeAndGoLeaveOneSetOfHelpersBehind) {
+TEST(CrewMemory, CreatingAndDestroyingWorkersKeepsOneSetOfHelpers) {
   constexpr int kThreads = 4;
   tbb::global_control enough(tbb::global_control::max_allowed_parallelism, kThreads);
   const int before = helper_sets();
@@ -143,14 +143,14 @@ TEST(CrewMemory, WorkersThatComeAndGoLeaveOneSetOfHelpersBehind) {
   while (busy.count.load() > 0) std::this_thread::yield();
 }
 
-// Whose helpers have come home is not kept.
-TEST(CrewMemory, NothingIsLeftOnceTheHelpersHaveReturned) {
+// Helpers that have returned take no memory.
+TEST(CrewMemory, NoMemoryRemainsOnceTheHelpersHaveReturned) {
   for (int i = 0; i < 100; ++i) {
     Workers workers(3);
     step(workers);
   }
   for (int i = 0; i < 5000; ++i) {
-    { Workers alone(1); }  // looks after those that were left
+    { Workers alone(1); }  // collects the helpers that remain
     if (helper_sets() == 0) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }

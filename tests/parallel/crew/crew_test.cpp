@@ -1,4 +1,4 @@
-// Laws of the crew: every chunk once, no waiting for absent helpers, nobody's state disturbed.
+// Laws of the crew: it runs every chunk once, does not wait for absent helpers, and leaves other tasks alone.
 #include <gtest/gtest.h>
 #include <parallel/crew/crew.h>
 #include <parallel/crew/helper_arena.h>
@@ -18,7 +18,7 @@
 namespace scree {
 namespace {
 
-// TBB lends one thread per core unless told otherwise; these laws shall hold with more threads than cores.
+// TBB lends one thread per core unless told otherwise; these laws must hold with more threads than cores.
 class CrewTest : public ::testing::Test {
  private:
   tbb::global_control more_threads_{tbb::global_control::max_allowed_parallelism, 8};
@@ -74,7 +74,7 @@ TEST_F(CrewTest, RunsEveryChunkExactlyOnce) {
   }
 }
 
-TEST_F(CrewTest, RangesCoverTheWholeOnceAndHaveTheAskedSize) {
+TEST_F(CrewTest, RangesCoverTheWholeOnceAndHaveTheRequestedSize) {
   Workers workers(3);
   Crew crew(workers);
   std::vector<std::atomic<int>> touched(1000);
@@ -95,7 +95,7 @@ TEST_F(CrewTest, AStageSeesAllThatTheStageBeforeWrote) {
   }
 }
 
-TEST_F(CrewTest, HelpersDoHelp) {
+TEST_F(CrewTest, HelpersRunChunks) {
   Workers workers(2);
   Crew crew(workers);
   EXPECT_TRUE(helper_arrives(crew));
@@ -158,7 +158,7 @@ TEST_F(CrewTest, StagesOfOneChunkRunOnTheCaller) {
   }
 }
 
-TEST_F(CrewTest, TheCallerAloneFinishesEveryStageWhileEveryHelperIsElsewhere) {
+TEST_F(CrewTest, TheCallerFinishesEveryStageAloneWhileAllHelpersAreBusy) {
   // TBB is held to a single worker, and that worker sits in a task until the stages are done.
   tbb::global_control one_worker(tbb::global_control::max_allowed_parallelism, 2);
   static std::atomic<bool> occupied{false}, release{false};
@@ -279,7 +279,7 @@ TEST_F(CrewTest, ExceptionsReachTheCallerAfterTheStageHasEnded) {
   }
 }
 
-TEST_F(CrewTest, TheLowestFailingChunksExceptionIsThrownForAnyThreads) {
+TEST_F(CrewTest, TheLowestFailingChunksExceptionIsThrownForAnyThreadCount) {
   for (const int threads : {1, 2, 8}) {
     Workers workers(threads);
     Crew crew(workers);

@@ -1,4 +1,5 @@
-// Laws of the floating-point environment: the caller's settings neither reach our results nor get lost.
+// Laws of the floating-point environment: the caller's settings affect no result, and the step preserves
+// them.
 #include <gtest/gtest.h>
 #include <parallel/crew/crew.h>
 #include <tbb/global_control.h>
@@ -10,7 +11,7 @@
 namespace scree {
 namespace {
 
-// Results that depend on rounding and on denormals, by whichever threads turn up.
+// Results that depend on rounding and on denormals, computed by any number of helpers.
 std::vector<float> compute(Workers& workers) {
   std::vector<float> results(1024);
   Crew crew(workers);

@@ -17,15 +17,15 @@
 namespace scree {
 namespace {
 
-// Code that is instrumented for a sanitizer is larger than what is brought in.
+// Code instrumented for a sanitizer exceeds the size that the library preloads.
 #if defined(__linux__) && defined(MADV_POPULATE_READ) && !defined(SCREE_SANITIZED)
 
-// Whether the system knows the request: those before Linux 5.14 do not.
+// Whether the system supports the request: Linux before 5.14 does not.
 bool brings_in(std::span<const std::byte> memory) {
   return madvise(const_cast<std::byte*>(memory.data()), 4096, MADV_POPULATE_READ) == 0;
 }
 
-// Pages of the memory that the process has, by what the system tells of them; -1: it tells nothing.
+// Resident pages of a range of memory, as the system reports them; -1: no report.
 std::int64_t pages_there(std::span<const std::byte> memory) {
   constexpr std::uintptr_t kPageBytes = 4096;
   constexpr std::uint64_t kPresent = std::uint64_t{1} << 63;

@@ -1,4 +1,4 @@
-// Laws of Workers: impossible options are named, SCREE_ISA rules where nobody asks for a set.
+// Laws of Workers: errors name impossible options, and SCREE_ISA decides if a program requests no set.
 #include <gtest/gtest.h>
 #include <parallel/crew/crew.h>
 #include <sched.h>
@@ -75,7 +75,7 @@ TEST(Workers, AForcedInstructionSetIsTheOneThatCrewsUse) {
   }
 }
 
-TEST(Workers, TheEnvironmentChoosesWhereTheCallDoesNot) {
+TEST(Workers, TheEnvironmentChoosesIfTheCallDoesNot) {
   for (const Isa isa : kIsas) {
     if (!is_supported(isa)) continue;
     const IsaVariable variable(isa_name(isa));
@@ -116,7 +116,7 @@ TEST(Workers, AnUnsupportedInstructionSetIsAnErrorThatListsTheSupportedOnes) {
   }
 }
 
-TEST(Workers, AskTbbForNoMoreThreadsThanItLends) {
+TEST(Workers, RequestNoMoreThreadsThanTbbLends) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto run = [] {
     for (const int threads : {1024, 2, 17}) {

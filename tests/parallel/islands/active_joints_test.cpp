@@ -1,5 +1,5 @@
-// Laws of the list of joints that have something to solve: that it is the one that looking at all joints
-// would make, whatever calls and sleep do, and that it costs by what changes.
+// Laws of the list of active joints: it equals the list made from all joints, after any calls and any sleep,
+// and its cost follows the size of changes.
 #include <tests/parallel/hand_made_world.h>
 
 #include <core/world/wake.h>
@@ -42,7 +42,7 @@ class Chains {
     if (random_.below(4) == 0) join(kWorld, bodies_.back(), at + Vec3{4, 0.3f, 0}, {0.35f, 0, 0});
   }
 
-  // A call of every kind that changes which joints have something to solve.
+  // A call of every kind that changes which joints are active.
   void change_something() {
     switch (random_.below(9)) {
       case 0:
@@ -99,7 +99,7 @@ class Chains {
   std::vector<JointId> joints_;
 };
 
-// What the list is by its definition.
+// The list by its definition.
 std::vector<std::int32_t> joints_at_work(const WorldData& data) {
   std::vector<std::int32_t> list;
   const Joints& joints = data.joints;
@@ -112,7 +112,7 @@ std::vector<std::int32_t> joints_at_work(const WorldData& data) {
   return list;
 }
 
-// What broke and what calls have changed since counts, too.
+// Includes joints that broke and joints that calls have changed since.
 void expect_list_of_definition(WorldData& data, Workers& workers) {
   Crew crew(workers);
   refresh_lists(data, crew);
@@ -173,7 +173,7 @@ TEST(ActiveJoints, ARestoredWorldGoesOnWithTheSameBits) {
   }
 }
 
-// Pairs of balls on a floor, each pair joined, and one ball for itself, all asleep.
+// Pairs of balls on a floor, each pair joined, and one single ball, all asleep.
 struct Couples {
   World world;
   Workers workers{1};
@@ -204,7 +204,7 @@ struct Couples {
     world.add_shape(body, Sphere{0.3f}, {.rolling_resistance = 0.1f});
     return body;
   }
-  // Steps until all are asleep; returns at how many joints the last of them looked.
+  // Steps until all are asleep; returns the number of joints that the last step examined.
   std::int64_t rest() {
     for (int i = 0; i < 300; ++i) {
       const std::int64_t judged = judged_in_a_step();
@@ -237,7 +237,7 @@ TEST(ActiveJoints, AChangedBodyExaminesItsOwnJointsOnly) {
   EXPECT_GE(judged, 1);
   EXPECT_LE(judged, 2) << "once when it woke, once when the other one followed";
   EXPECT_EQ(internals(couples.world).joints.active.size(), 1u);
-  EXPECT_EQ(couples.judged_in_a_step(), 0) << "nobody has changed";
+  EXPECT_EQ(couples.judged_in_a_step(), 0) << "no body has changed";
   EXPECT_EQ(couples.rest(), 1) << "where both fell asleep";
   couples.world.destroy_body(couples.first[8]);
   EXPECT_EQ(couples.judged_in_a_step(), 1);
@@ -251,7 +251,7 @@ TEST(ActiveJoints, AJointWhoseMovingBodyBecomesFixedIsNoLongerActive) {
   couples.judged_in_a_step();
   ASSERT_NE(data.bodies.delta[row].position[0], 0.0f) << "its way in the last step";
   couples.world.set_body_type(couples.first[7], BodyType::fixed);
-  EXPECT_LT(couples.judged_in_a_step(), 10) << "not all anew";
+  EXPECT_LT(couples.judged_in_a_step(), 10) << "not all joints again";
   EXPECT_EQ(data.joints.active.size(), 1u);
   EXPECT_EQ(data.bodies.delta[row].position[0], 0.0f);
   EXPECT_EQ(data.bodies.inertia[row].inverse_mass, 0.0f);

@@ -1,4 +1,4 @@
-// Islands: who sleeps and wakes together.
+// Islands: the bodies that sleep and wake together.
 #include <tests/physics/lab.h>
 
 #include <algorithm>
@@ -83,7 +83,7 @@ class Lattice {
     }
   }
 
-  // Counted by filling one after the other.
+  // Counted by flood fill.
   std::int64_t components() const {
     std::vector<bool> open = filled_;
     std::int64_t count = 0;
@@ -106,7 +106,7 @@ class Lattice {
     return count;
   }
 
-  // The most islands that a step has examined until all sleep.
+  // The largest number of islands that a step examines until all sleep.
   std::int64_t fall_asleep() {
     std::int64_t islands = 0;
     for (int i = 0; i < 20; ++i) {

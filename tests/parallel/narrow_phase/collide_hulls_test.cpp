@@ -1,5 +1,5 @@
-// Hulls in worlds: what is remembered of a pair follows it, instruction sets and threads agree, piles and
-// stacks stand.
+// Hulls in worlds: cached axes follow their pairs, instruction sets and threads agree, piles and stacks
+// stand.
 #include <core/world/world_data.h>
 #include <gtest/gtest.h>
 #include <scree/scree.h>
@@ -90,7 +90,7 @@ std::vector<Vec3> cube_points(float half) {
 
 float deepest(const WorldData& data) {
   float least = 0.0f;
-  for (const std::int32_t row : data.contacts.touching) {
+  for (const std::int32_t row : data.contacts.active) {
     const Manifold& manifold = data.contacts.now.manifold[static_cast<std::size_t>(row)];
     for (std::uint32_t k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
       least = std::min(least, manifold.separation[k]);
@@ -105,7 +105,7 @@ TEST(CollideHulls, AFastFallingBodyIsMetAtItsSurface) {
       World world;
       add_ground(world);
       for (int layer = 0; layer < 2; ++layer) {
-        // The upper one meets a body that gives way, the lower one the ground.
+        // The upper hull meets a body that yields, the lower hull the ground.
         const float y = 0.5f + (layer == 0 ? 0.0f : 1.1f + 0.01f * float(height));
         const BodyId body =
             world.create_body({.position = {0, y, 0}, .linear_velocity = {0, -4.0f * float(layer), 0}});
@@ -116,7 +116,7 @@ TEST(CollideHulls, AFastFallingBodyIsMetAtItsSurface) {
       Workers workers(1);
       for (int k = 0; k < 12; ++k) {
         step(world, 1.0f / 60.0f, workers);
-        // 67 mm a step; a millimeter and a half is what a soft contact gives way.
+        // 67 mm a step; a soft contact yields by a millimeter and a half.
         EXPECT_GT(deepest(internals(world)), -0.01f) << "height " << height << " step " << k;
       }
     }
@@ -144,7 +144,7 @@ TEST(CollideHulls, PointsFollowAShapeFarFromItsCenterOfMass) {
       const float foot = 5.0f * 2.0f * world.pose(body).rotation.z;
       step(world, 1.0f / 60.0f, workers);
       const Contacts& contacts = internals(world).contacts;
-      for (const std::int32_t row : contacts.touching) {
+      for (const std::int32_t row : contacts.active) {
         const Manifold& manifold = contacts.now.manifold[static_cast<std::size_t>(row)];
         ++touching;
         EXPECT_NEAR(manifold.arm_b[0], foot, 0.21f + 0.03f) << "step " << k;

@@ -1,4 +1,4 @@
-// collide(): which rows it touches, where rows go when the list changes, colors and the list of touching
+// collide(): the rows that it writes, how rows follow changes of the list, colors, and the list of touching
 // rows.
 #include <gtest/gtest.h>
 #include <parallel/narrow_phase/narrow_phase.h>
@@ -41,7 +41,7 @@ struct Scene {
   std::uint8_t& flags_of(std::int32_t shape) {
     return data.bodies.flags[static_cast<std::size_t>(data.shapes.body[static_cast<std::size_t>(shape)])];
   }
-  // As find_pairs does: pairs that stay take their contacts along, the other contacts' rows become free.
+  // As find_pairs does: kept pairs keep their contacts, the rows of other contacts become free.
   void set_pairs(const std::vector<ShapePair>& list) {
     Contacts& contacts = data.contacts;
     std::swap(contacts.pairs, contacts.pairs_before);
@@ -72,7 +72,7 @@ struct Scene {
   // The pairs that are listed as touching, in the order of the list.
   std::vector<std::int32_t> touching() const {
     std::vector<std::int32_t> rows;
-    for (const std::int32_t contact : data.contacts.touching) {
+    for (const std::int32_t contact : data.contacts.active) {
       const Column<std::int32_t>& all = data.contacts.pairs.contact;
       rows.push_back(static_cast<std::int32_t>(std::find(all.begin(), all.end(), contact) - all.begin()));
     }
@@ -111,7 +111,7 @@ TEST(Collide, ListsTouchingRowsOfAwakeDynamicBodiesInAscendingOrder) {
   }
 }
 
-TEST(Collide, ContactsKeepTheirRowsWhereTheListChanges) {
+TEST(Collide, ContactsKeepTheirRowsWhenTheListChanges) {
   Scene scene;
   for (int k = 0; k < 4; ++k) scene.add(BodyType::dynamic, ShapeType::sphere, {float(k), 0, 0});
   scene.set_pairs({{0, 1}, {2, 3}});
@@ -136,7 +136,7 @@ TEST(Collide, ContactsKeepTheirRowsWhereTheListChanges) {
   EXPECT_EQ(scene.color(1), 6);
 }
 
-TEST(Collide, APairThatPartsLosesItsRowAndColor) {
+TEST(Collide, APairThatSeparatesLosesItsRowAndColor) {
   Scene scene;
   scene.add(BodyType::dynamic, ShapeType::sphere, {0, 0, 0});
   scene.add(BodyType::dynamic, ShapeType::sphere, {1, 0, 0});
@@ -154,7 +154,8 @@ TEST(Collide, APairThatPartsLosesItsRowAndColor) {
   EXPECT_EQ(scene.color(0), kNoColor);
 }
 
-// Contacts come and go at random: each row is one pair's, or free, and knows its pair and its points.
+// Contacts begin and end at random. Each row is free or belongs to one pair, and knows its pair and its
+// points.
 TEST(Collide, EveryRowIsAContactOrFree) {
   Scene scene;
   std::vector<ShapePair> pairs;
@@ -181,7 +182,7 @@ TEST(Collide, EveryRowIsAContactOrFree) {
     scene.set_pairs(list);
     scene.step();
     const Contacts& contacts = scene.data.contacts;
-    ASSERT_EQ(contacts.touching.size(), expected.size());
+    ASSERT_EQ(contacts.active.size(), expected.size());
     std::vector<int> users(contacts.now.pair.size());
     for (const std::int32_t row : contacts.free_rows) {
       ++users[static_cast<std::size_t>(row)];
@@ -190,7 +191,7 @@ TEST(Collide, EveryRowIsAContactOrFree) {
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const auto row = static_cast<std::size_t>(expected[i]);
       ASSERT_TRUE(scene.touches(row));
-      ASSERT_EQ(contacts.touching[i], contacts.pairs.contact[row]);
+      ASSERT_EQ(contacts.active[i], contacts.pairs.contact[row]);
       ++users[scene.contact(row)];
       ASSERT_EQ(contacts.now.pair[scene.contact(row)].a, list[row].a);
       ASSERT_EQ(contacts.now.points[scene.contact(row)], scene.manifold(row).info & kManifoldPointMask);
@@ -214,7 +215,7 @@ TEST(Collide, SleepingContactsKeepEveryByte) {
     scene.color(row) = 7;
   }
   for (const std::int32_t asleep : {1, 2}) scene.flags_of(asleep) |= kBodyAsleep;
-  scene.data.shapes.pose[1].position[1] += 0.001f;  // were it collided again, it would show
+  scene.data.shapes.pose[1].position[1] += 0.001f;  // a second collide would show
   const Manifold before[] = {scene.manifold(0), scene.manifold(1)};
   scene.data.contacts.list_kept = true;
   scene.step();
@@ -252,7 +253,7 @@ TEST(Collide, BodyAIsFixedOrKinematicWhereOneIs) {
   EXPECT_FALSE(scene.touches(2));
 }
 
-TEST(Collide, StillKinematicBodiesListSleepingOnesOnlyWhereTheyAreNew) {
+TEST(Collide, StillKinematicBodiesListOnlyNewContactsWithSleepingBodies) {
   Scene scene;
   scene.add(BodyType::kinematic, ShapeType::box, {0, 0, 0});
   scene.add(BodyType::dynamic, ShapeType::box, {0, 0.995f, 0}, kBodyAsleep);
@@ -261,7 +262,7 @@ TEST(Collide, StillKinematicBodiesListSleepingOnesOnlyWhereTheyAreNew) {
   EXPECT_EQ(scene.manifold(0).info, 4u | kManifoldStatic);
   EXPECT_EQ(scene.touching(), (RowList{0}));
 
-  scene.data.shapes.pose[1].position[1] += 0.001f;  // were it collided again, it would show
+  scene.data.shapes.pose[1].position[1] += 0.001f;  // a second collide would show
   const Manifold before = scene.manifold(0);
   scene.data.contacts.list_kept = true;
   scene.step();
@@ -273,7 +274,7 @@ TEST(Collide, StillKinematicBodiesListSleepingOnesOnlyWhereTheyAreNew) {
   EXPECT_EQ(std::memcmp(&scene.manifold(0), &before, sizeof before), 0);
 }
 
-TEST(Collide, MovingKinematicBodiesListSleepingOnes) {
+TEST(Collide, MovingKinematicBodiesListContactsWithSleepingBodies) {
   Scene scene;
   const std::int32_t platform = scene.add(BodyType::kinematic, ShapeType::box, {0, 0, 0});
   scene.add(BodyType::dynamic, ShapeType::box, {0, 0.995f, 0}, kBodyAsleep);
@@ -299,7 +300,7 @@ TEST(Collide, ASteadyStepKeepsItsMemory) {
   scene.set_pairs(pairs);
   scene.step();
   const auto places = [&] {
-    std::vector<const void*> result{scene.data.contacts.touching.data()};
+    std::vector<const void*> result{scene.data.contacts.active.data()};
     scene.data.narrow_phase->report(
         "narrow_phase", [&](const Member&, const void* rows, std::size_t, std::size_t, std::size_t) {
           result.push_back(rows);

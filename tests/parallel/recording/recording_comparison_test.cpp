@@ -35,8 +35,8 @@ TEST(RecordingComparison, FindsWhereTwoRecordingsDiverge) {
 }
 
 TEST(RecordingComparison, FindsDifferencesThatNoStepHashShows) {
-  // Worlds that move alike: one of them would fall asleep later, has another number for its user, or rubs
-  // harder against what it never meets.
+  // Worlds that move alike: one of them would fall asleep later, has other user data, or has more friction
+  // with a body that it never meets.
   const auto record = [](const auto& change) {
     const TemporaryFile file;
     Heap heap(4);
@@ -86,7 +86,7 @@ TEST(RecordingComparison, FindsDifferencesThatNoStepHashShows) {
   EXPECT_EQ(rough->difference.find("shapes.material, row "), 0u) << rough->difference;
 }
 
-TEST(RecordingComparison, TakesTheBeginningOfALaterRecordingAsItIs) {
+TEST(RecordingComparison, AcceptsTheStartOfALaterRecording) {
   // Its first state holds a call that the other recording makes after the keyframe of that step.
   const TemporaryFile early, late;
   for (const TemporaryFile* file : {&early, &late}) {

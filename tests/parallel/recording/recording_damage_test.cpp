@@ -1,4 +1,4 @@
-// Laws of recordings that were cut off, damaged or changed on purpose.
+// Laws of recordings that were truncated, damaged or changed on purpose.
 #include <core/state/recording_format/recorded_calls.h>
 #include <core/state/recording_format/value_bytes.h>
 #include <tests/parallel/recording/recording_fixture.h>
@@ -17,7 +17,7 @@ constexpr int kTrials = 80;
 constexpr int kTrials = 400;
 #endif
 
-// Plays all of it: the error if there is one.
+// Plays all of the recording; returns the error if there is one.
 std::string error_of_playing(const Bytes& bytes, Workers& workers) {
   return error_of_call([&] {
     Player player(bytes);
@@ -25,7 +25,7 @@ std::string error_of_playing(const Bytes& bytes, Workers& workers) {
   });
 }
 
-TEST(RecordingDamage, OfAnEndThatIsMissingLeavesTheWholeSteps) {
+TEST(RecordingDamage, OfAMissingEndLeavesTheCompleteSteps) {
   const Bytes bytes = small_recording();
   const TakenApart parts(bytes);
   ASSERT_GT(parts.chunks.size(), 7u);
@@ -38,7 +38,7 @@ TEST(RecordingDamage, OfAnEndThatIsMissingLeavesTheWholeSteps) {
   for (int i = 0; i < kTrials / 8; ++i) lengths.push_back(random() % bytes.size());
   for (std::size_t length : lengths) {
     length = std::min(length, bytes.size() - 1);
-    // What should be left: the chunks that end by then.
+    // The expected remainder: the chunks that end by then.
     std::uint64_t steps = 0, keyframes = 0;
     std::size_t end = parts.head.size();
     for (std::size_t i = 0; i < parts.chunks.size(); ++i) {
@@ -131,14 +131,14 @@ TEST(RecordingDamage, OfACallIsFoundAtItsStepAndByBodyAndField) {
   EXPECT_EQ(found->compared_at, 30u);
   const std::string body = "body " + std::to_string(heap.bodies[6].index) + ", position.x is ";
   EXPECT_EQ(found->difference.find(body), 0u) << found->difference;
-  // What was recorded after the next keyframe agrees, whatever has been played before.
+  // After the next keyframe the recording agrees, whatever was played before.
   EXPECT_FALSE(player.verify(30, 40, heap.workers));
   ASSERT_TRUE(player.verify(0, 25, heap.workers));
   player.seek(31, heap.workers);
   EXPECT_FALSE(player.verify(player.position(), 40, heap.workers));
 }
 
-// Puts a call that no world takes, and a hash that no world has, into the chunk of calls, before or behind
+// Puts a call that no world accepts, or a hash that no world has, into the chunk of calls, before or after
 // the record of a step.
 void add_impossible_call(TakenApart& parts, std::uint64_t step, bool before) {
   TakenApart::Chunk& calls = *parts.find(ChunkKind::calls);
@@ -208,7 +208,7 @@ TEST(RecordingDamage, OfAKeyframeLeavesThePlayerWhereItIs) {
   EXPECT_FALSE(player.verify(3, 14, workers));
 }
 
-TEST(RecordingDamage, OfWhatNoHashCoversIsFoundAtAKeyframe) {
+TEST(RecordingDamage, OfStateThatNoHashCoversIsFoundAtAKeyframe) {
   const TemporaryFile file;
   Heap heap(5);
   Recorder recorder(heap.world, file.path(), kOften);
@@ -230,7 +230,7 @@ TEST(RecordingDamage, OfWhatNoHashCoversIsFoundAtAKeyframe) {
             "bodies.user_data, row " + std::to_string(heap.bodies[3].index) + ", byte 0 of 8");
 }
 
-TEST(RecordingDamage, OfACallThatNoWorldWouldTakeIsAnError) {
+TEST(RecordingDamage, OfACallThatNoWorldAcceptsIsAnError) {
   Workers workers(1);
   const auto error_with = [&](auto write) {
     TakenApart parts(small_recording());
@@ -301,7 +301,7 @@ TEST(RecordingDamage, MadeOnPurposeNeverBreaksAPlayer) {
   EXPECT_LT(played, kTrials - kTrials / 20);
 }
 
-TEST(RecordingDamage, OfBlocksThatWereNeverWrittenIsAnEndThatIsMissing) {
+TEST(RecordingDamage, OfBlocksThatWereNeverWrittenCountsAsAMissingEnd) {
   Bytes bytes = small_recording(false);
   const std::size_t whole = bytes.size();
   bytes.resize(whole + 100'000);
@@ -353,7 +353,7 @@ TEST(RecordingDamage, OfBlocksThatWereNeverWrittenMayBeginWithinAChunk) {
             std::string::npos);
 }
 
-TEST(RecordingDamage, LeavesAChunkThatEndsInZerosOfItsOwn) {
+TEST(RecordingDamage, SparesAChunkWhoseOwnBytesEndInZeros) {
   TakenApart parts(recording_of_tens());
   parts.chunks.resize(parts.chunks.size() - 2);  // the end, and the last keyframe
   ASSERT_EQ(parts.chunks.back().head.kind, ChunkKind::calls);
@@ -379,7 +379,7 @@ TEST(RecordingDamage, LeavesAChunkThatEndsInZerosOfItsOwn) {
   }
 }
 
-// A reader that looked at all of it would take an hour. Sparse; not all file systems have room for that much.
+// Reading all of it would take an hour. The file is sparse, because not all file systems have room for it.
 TEST(RecordingDamage, OfATerabyteOfZerosIsRefusedSoon) {
   const TemporaryFile file;
   const Bytes bytes = small_recording(false);
@@ -444,7 +444,7 @@ TEST(RecordingDamage, CannotMakeAReaderTakeMoreThanAShareOfTheFile) {
     expect_share(file.bytes(), kind, 32);
 }
 
-TEST(RecordingDamage, AnUnknownChunkIsSkippedWhereItMayBe) {
+TEST(RecordingDamage, AnUnknownChunkIsSkippedIfItMayBe) {
   TakenApart parts(small_recording());
   Workers workers(1);
   TakenApart::Chunk later = parts.chunks[2];

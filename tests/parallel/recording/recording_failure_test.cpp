@@ -1,5 +1,5 @@
-// Laws of recordings that could not be written to their end: of files that take no more, of memory that runs
-// out, and of processes that die.
+// Laws of recordings that could not be written to their end: files that accept no more data, memory that runs
+// out, and processes that die.
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -56,9 +56,9 @@ TEST(RecordingFailure, OfADiskThatFillsUpEndsTheRecordingAndLeavesTheWorldAlone)
   EXPECT_EQ(verified(player, heap.workers), "");
 }
 
-// The rest runs in processes of their own, which a signal would end.
+// The other tests run in processes of their own, which a signal would end.
 
-TEST(RecordingFailure, OfAFileThatMayHoldNothingIsAnError) {
+TEST(RecordingFailure, OfAFileWithASizeLimitOfZeroIsAnError) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const TemporaryFile file;
   const auto record = [&file] {
@@ -187,7 +187,7 @@ TEST(RecordingFailure, OfTheCallersMemoryEndsTheRecordingAndLeavesTheWorldAlone)
   expect_world_unharmed(heap, recorder, file);
 }
 
-// A step that has made its hash, and then has no memory to list whom it must quarantine.
+// A step that has computed its hash, and then has no memory to list the bodies to quarantine.
 TEST(RecordingFailure, OfAStepLeavesNoHashToTheNextRecording) {
   const TemporaryFile file;
   World world(WorldSettings{.gravity = {}});
@@ -212,13 +212,13 @@ TEST(RecordingFailure, OfAStepLeavesNoHashToTheNextRecording) {
   EXPECT_FALSE(first.is_recording());
   restore(world, before);
   Recorder second(world, file.path());
-  step(world, 0.0f, workers);  // moves nobody, and makes no hash of its own beside anything
+  step(world, 0.0f, workers);  // moves no body, and does not compute its hash in parallel
   second.finish();
   Player player(file.path());
   EXPECT_EQ(verified(player, workers), "");
 }
 
-// Such a world cannot go on, and its recording must not look as if it had come to its end.
+// Such a world cannot continue, and its recording must not look complete.
 TEST(RecordingFailure, OfAStepIsReportedAndLeavesAnUnfinishedRecording) {
   const TemporaryFile file;
   Heap heap;
@@ -256,7 +256,7 @@ TEST(RecordingFailure, OfTheRecordingProgramLeavesAnUnfinishedRecording) {
 
 // --- processes that die ---
 
-TEST(RecordingFailure, OfAKilledProcessIsLessThanASecond) {
+TEST(RecordingFailure, OfAKilledProcessLosesLessThanASecond) {
   const TemporaryFile file;
   int out[2];
   ASSERT_EQ(pipe(out), 0);
@@ -269,7 +269,7 @@ TEST(RecordingFailure, OfAKilledProcessIsLessThanASecond) {
     _exit(1);
   }
   close(out[1]);
-  // What the child tells, with the time at which it did.
+  // Output of the child, with its time.
   using Clock = std::chrono::steady_clock;
   std::vector<std::pair<Clock::time_point, std::uint64_t>> told;
   std::FILE* const lines = fdopen(out[0], "r");

@@ -1,5 +1,5 @@
-// What the tests of recordings share: files that go away, worlds with something in them, and recordings taken
-// apart and put together again.
+// Shared by the tests of recordings: temporary files, sample worlds, and tools that take recordings apart and
+// reassemble them.
 #pragma once
 
 #include <core/state/recording_format/call_bytes.h>
@@ -24,7 +24,7 @@ using Bytes = std::vector<std::byte>;
 
 inline constexpr float kDt = 1.0f / 60.0f;  // s
 
-// A file of its own, gone with it.
+// A temporary file; the destructor deletes it.
 class TemporaryFile {
  public:
   TemporaryFile() {
@@ -120,7 +120,7 @@ struct TakenApart {
       at += kChunkHeadBytes + stored.size();
     }
   }
-  // With every checksum right.
+  // Recomputes every checksum.
   Bytes put_together() const {
     Bytes bytes = head;
     ChunkPacker packer(1);
@@ -141,7 +141,7 @@ struct TakenApart {
   }
 };
 
-// Where the steps stand among the records of a chunk. Calls `see` with the number of each record.
+// Visits the records of steps in a chunk. Calls `see` with the index of each record.
 template <class See>
 std::vector<std::size_t> places_of_steps(const Bytes& content, See&& see) {
   std::vector<std::size_t> places;
@@ -160,7 +160,7 @@ std::vector<std::size_t> places_of_steps(const Bytes& content, See&& see) {
   return places;
 }
 
-// Changes the hash of a step after which the recording goes on; false if the chunk holds no such step.
+// Changes the hash of a step that is not the recording's last; false if the chunk holds no such step.
 inline bool change_hash(TakenApart::Chunk& chunk, std::uint64_t step) {
   if (chunk.head.kind != ChunkKind::calls || step <= chunk.head.step ||
       step > chunk.head.step + chunk.head.steps) {
@@ -193,7 +193,7 @@ inline std::vector<std::uint64_t> keyframe_steps(const Player& player) {
   return {player.keyframe_steps().begin(), player.keyframe_steps().end()};
 }
 
-// Keyframes and chunks often enough for short recordings to have some.
+// Keyframes and chunks frequent enough for short recordings to have some.
 inline constexpr RecorderOptions kOften{.keyframe_spacing = 15, .flush_interval = 0.01f};
 
 inline Bytes cut(const Bytes& bytes, std::size_t length) {

@@ -1,5 +1,5 @@
-// Laws of handles and recordings: a recording holds no world of its handles, and a player's world has its
-// own.
+// Laws of handles and recordings: a recording does not store the world of its handles, and a player's world
+// gets a number of its own.
 #include <tests/parallel/recording/recording_fixture.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ Recorded record() {
   return recorded;
 }
 
-TEST(RecordedHandles, DoNotDependOnHowManyWorldsThereWere) {
+TEST(RecordedHandles, DoNotDependOnTheNumberOfEarlierWorlds) {
   const Recorded first = record();
   for (int i = 0; i < 100; ++i) World();
   const Recorded second = record();
@@ -40,7 +40,7 @@ TEST(RecordedHandles, DoNotDependOnHowManyWorldsThereWere) {
   EXPECT_GT(first.calls.size(), 21 * kStepRecordBytes);
 }
 
-TEST(RecordedHandles, OfAPlayerHoldWhereverItGoesAndInItsBranches) {
+TEST(RecordedHandles, OfAPlayerStayValidAfterSeeksAndInBranches) {
   const TemporaryFile file;
   Heap heap;
   Recorder recorder(heap.world, file.path(), kOften);

@@ -1,4 +1,4 @@
-// Laws of the file that a recorder writes: it is one recorder's alone, whoever else asks for it, and no
+// Laws of the file that a recorder writes: no other recorder can write it, under any name, and it is no
 // standard stream of the process.
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -13,7 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Records into a file that is being recorded to, which must be refused and harm nobody.
+// Tries to record into a file that is being recorded to, which must be refused without harm to either
+// recording.
 void expect_refusal_without_harm(Heap& heap, Recorder& first, const std::string& other_name) {
   const std::uint64_t steps = first.steps();
   Heap other;
@@ -53,7 +54,7 @@ TEST(RecordingOutput, BelongsToOneRecorderAmongAllProcesses) {
   Heap heap;
   Recorder recorder(heap.world, file.path(), kOften);
   heap.run(5);
-  // The command line of the process has no other way to learn the name.
+  // This is the only way to pass the name to the process.
   setenv("SCREE_RECORDED_FILE", file.path().c_str(), 0);
   const auto record = [] {
     World world;
@@ -141,7 +142,7 @@ TEST(RecordingOutput, KeepsNothingOfALongerFileThatWasThereBefore) {
   expect_sound(file, 3);
 }
 
-TEST(RecordingOutput, IsLeftAloneByARecorderThatIsRefused) {
+TEST(RecordingOutput, IsUnchangedByARecorderThatIsRefused) {
   const TemporaryFile file;
   std::ofstream(file.path(), std::ios::binary) << "an old recording";
   Heap heap;
@@ -151,7 +152,7 @@ TEST(RecordingOutput, IsLeftAloneByARecorderThatIsRefused) {
   EXPECT_EQ(file.bytes().size(), 16u);
 }
 
-// What a host prints goes to descriptors 0 to 2, whether it has streams there or has closed them.
+// A host prints to descriptors 0 to 2, whether these are open streams or have been closed.
 TEST(RecordingOutput, IsNoStandardStreamOfAProcessThatHasClosedThem) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto record = [] {

@@ -1,4 +1,4 @@
-// Laws of recordings: what happened to a world happens again.
+// Laws of recordings: replaying one repeats the history of its world.
 #include <sys/stat.h>
 #include <tests/parallel/recording/recording_fixture.h>
 
@@ -144,7 +144,7 @@ TEST(Recording, PlaysStepByStepWithTheSameHashesAndEvents) {
   EXPECT_EQ(keyframe_steps(player), (std::vector<std::uint64_t>{0, 20, 40, 60, 70}));
 }
 
-TEST(Recording, IsTheSameWhereverItIsEntered) {
+TEST(Recording, PlaysTheSameFromEveryStep) {
   const TemporaryFile file;
   Heap heap;
   std::vector<std::uint64_t> hashes{heap.world.hash()};
@@ -270,7 +270,7 @@ TEST(Recording, EndsWithItsWorld) {
   }
 }
 
-TEST(Recording, LeavesOutWhatHasFailedAndWhatOnlyReads) {
+TEST(Recording, LeavesOutFailedAndReadingCalls) {
   const TemporaryFile file;
   Heap heap;
   heap.run(40);
@@ -300,7 +300,7 @@ TEST(Recording, LeavesOutWhatHasFailedAndWhatOnlyReads) {
   EXPECT_EQ(verified(player, heap.workers), "");
 }
 
-TEST(Recording, HasNothingOfAnswersAboutWhoWillWake) {
+TEST(Recording, DoesNotDependOnReadsOfWhichBodiesWillWake) {
   const TemporaryFile file;
   Heap heap(0);
   heap.add({.position = {-3, 0.5f, 0}}, Box{});
@@ -308,7 +308,7 @@ TEST(Recording, HasNothingOfAnswersAboutWhoWillWake) {
   heap.run(60);
   ASSERT_FALSE(heap.world.is_awake(heap.bodies[2]));
   Recorder recorder(heap.world, file.path(), kOften);
-  // The floor is put where it is: what lies on it shall wake.
+  // The floor is set to its current pose: bodies that lie on it must wake.
   heap.world.set_pose(heap.bodies[0], {{0, -1, 0}, {}});
   EXPECT_TRUE(heap.world.is_awake(heap.bodies[2]));
   EXPECT_TRUE(heap.world.is_awake(heap.bodies[3]));
@@ -384,7 +384,7 @@ TEST(Recording, TakesCallsOfAnySize) {
   EXPECT_EQ(player.world().hash(), world.hash());
 }
 
-TEST(Recording, HoldsPosesAsTheyWereGivenEvenWhereTheWorldKeepsThem) {
+TEST(Recording, HoldsGivenPosesEvenIfTheyDoNotChangeTheWorld) {
   const TemporaryFile file;
   Heap heap;
   heap.world.set_mass_properties(
@@ -416,7 +416,7 @@ TEST(Recording, StaysReadableHoweverWellItCompresses) {
   EXPECT_EQ(verified(player, workers), "");
 }
 
-// A file that takes nothing while nobody reads it.
+// A file that accepts no data while no process reads it.
 TEST(Recording, WaitsForAFileThatIsTooSlow) {
   const TemporaryFile pipe;
   ASSERT_EQ(mkfifo(pipe.path().c_str(), 0600), 0);

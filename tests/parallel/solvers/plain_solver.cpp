@@ -121,7 +121,7 @@ class PlainSolver {
     for (const simd::ConstraintChunk& chunk : constraints.contact_chunks) {
       for (int i = 0; i < chunk.lanes; ++i) {
         add_contact(static_cast<std::size_t>(
-            constraints.contact_rows[static_cast<std::size_t>(chunk.first_lane + i)]));
+            constraints.contact_lanes[static_cast<std::size_t>(chunk.first_lane + i)]));
       }
     }
     const float scale =
@@ -343,7 +343,7 @@ class PlainSolver {
     twist(contact, next - old);
   }
 
-  // A free point that comes in fast enough to rebound is not braked before it touches.
+  // The solver does not brake a free point that approaches fast enough to rebound.
   bool is_left_to_rebound(const Contact& contact, float speed, float impulse) const {
     return rebounds_at_all(contact) && speed < -settings_.restitution_threshold && impulse == 0.0f;
   }
@@ -352,7 +352,7 @@ class PlainSolver {
     return is_rich(contact) && contact.surface->restitution > 0.0f;
   }
 
-  // Impacts before the substep, contact after contact, until none is left or the passes are over.
+  // Solves impacts before the substep, contact after contact, until none is left or the passes are over.
   void rebound_all() {
     constexpr int kPasses = 32;
     for (int pass = 0; pass < kPasses; ++pass) {

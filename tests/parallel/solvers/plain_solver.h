@@ -7,9 +7,9 @@
 
 namespace scree::testing {
 
-// Does what solve() and store_impulses() do, in the same order of contacts: soft step with substeps, normals
-// per point with anchors rotated by each body's full motion, stored impulses applied anew in every substep,
-// friction and twist at the friction center, rolling resistance, restitution.
+// Computes the results of solve() and store_impulses(), in the same order of contacts: soft step with
+// substeps, normals per point with anchors rotated by each body's full motion, stored impulses applied anew
+// in every substep, friction and twist at the friction center, rolling resistance, restitution.
 void solve_plainly(WorldData& data, float dt);
 
 // step() with solve_plainly in place of the wide solver.

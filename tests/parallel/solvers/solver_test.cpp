@@ -40,7 +40,7 @@ Figures simulate(const Build& build, int steps, bool plain) {
     }
     figures.residual += lab.world.stats().residual / steps;
     const Contacts& contacts = internals(lab.world).contacts;
-    for (const std::int32_t row : contacts.touching) {
+    for (const std::int32_t row : contacts.active) {
       const auto& separation = contacts.now.manifold[static_cast<std::size_t>(row)].separation;
       const float least = *std::min_element(std::begin(separation), std::end(separation));
       depths.push_back(std::max(0.0, -static_cast<double>(least)));
@@ -70,7 +70,7 @@ Figures mean_of(const std::vector<Build>& builds, int steps, bool plain) {
   return mean;
 }
 
-// Not worse than 1.1 times the plain solver, up to what chaos does to small numbers.
+// At most 1.1 times the plain solver's figure, up to the effect of chaos on small numbers.
 void compare(const char* name, const std::vector<Build>& builds, int steps) {
   const Figures wide = mean_of(builds, steps, false), plain = mean_of(builds, steps, true);
   std::printf(
@@ -124,12 +124,12 @@ std::vector<BodyId> rolling_pile(Lab& lab, float pitch) {
   return bodies;
 }
 
-TEST(Solver, IsAsGoodAsThePlainOneOnAPyramid) { compare("pyramid", {pyramid}, 240); }
+TEST(Solver, IsAsAccurateAsThePlainSolverOnAPyramid) { compare("pyramid", {pyramid}, 240); }
 
-TEST(Solver, IsAsGoodAsThePlainOneOnAStack) { compare("stack", {stack}, 480); }
+TEST(Solver, IsAsAccurateAsThePlainSolverOnAStack) { compare("stack", {stack}, 480); }
 
-TEST(Solver, IsAsGoodAsThePlainOneOnARollingPile) {
-  // A single pile is chaos: which stone sinks deepest changes with the last bit.
+TEST(Solver, IsAsAccurateAsThePlainSolverOnARollingPile) {
+  // A single pile is chaotic: the stone that sinks deepest changes with the last bit.
   std::vector<Build> piles;
   for (const float pitch : {1.07f, 1.08f, 1.09f, 1.1f, 1.11f, 1.12f, 1.13f, 1.14f}) {
     piles.push_back([pitch](Lab& lab) { return rolling_pile(lab, pitch); });
@@ -137,8 +137,8 @@ TEST(Solver, IsAsGoodAsThePlainOneOnARollingPile) {
   compare("rolling", piles, 240);
 }
 
-TEST(Solver, FollowsThePlainOneClosely) {
-  // One tumbling box on the ground: no chaos for a while, so positions agree.
+TEST(Solver, FollowsThePlainSolverClosely) {
+  // One tumbling box on the ground: no chaos for some time, so positions agree.
   const auto tumble = [](bool plain) {
     Lab lab;
     lab.add_ground();

@@ -1,5 +1,5 @@
-// Laws of saving where memory runs out: the snapshot is empty then, and nothing that was saved before or is
-// saved afterwards is wrong.
+// Laws of saving without memory: the snapshot is then empty, and snapshots saved before or afterwards are
+// correct.
 #include <core/state/snapshot/snapshot.h>
 #include <core/world/edit.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Laws of snapshots that share pages and are used by several threads at a time: each holds its own world.
+// Laws of snapshots that share pages and are used by several threads at once: each holds its own world.
 #include <gtest/gtest.h>
 #include <scree/scree.h>
 
@@ -19,7 +19,7 @@ World field() {
 
 BodyId nth(const World& world, std::uint32_t index) { return world.body_at(index); }
 
-// A world of its own for each thread, all of which were last saved, as they think, to the same snapshot.
+// A world of its own for each thread, all last saved, by their own records, to the same snapshot.
 TEST(SavingThreads, MaySaveWorldsThatComeFromOneSnapshot) {
   World origin = field();
   std::vector<Snapshot> shared(2);
@@ -45,7 +45,7 @@ TEST(SavingThreads, MaySaveWorldsThatComeFromOneSnapshot) {
         }
       });
     }
-    // Meanwhile their base is read, saved into in place, and goes.
+    // Meanwhile their base is read, saved into in place, and destroyed.
     threads.emplace_back([&] {
       const std::vector<std::byte> before = write_snapshot(shared[1]);
       origin.set_user_data(nth(origin, 300), static_cast<std::uint64_t>(round) + 5);

@@ -3,6 +3,7 @@
 #include <core/world/math.h>
 #include <gtest/gtest.h>
 #include <simd/dispatch/kernels.h>
+#include <tests/simd/all_kernels.h>
 
 #include <bit>
 #include <cmath>
@@ -199,12 +200,10 @@ TEST(BodyKernels, TheBodiesBesideABodyChangeNothingInIt) {
 
 TEST(BodyKernels, EveryInstructionSetGivesTheSameBits) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    const BodyRows expected = run(simd::find_kernels(simd::InstructionSet::scalar)->body, seed, kBodies);
-    for (int set = 1; set < simd::kInstructionSetCount; ++set) {
-      const simd::Kernels* kernels = simd::find_kernels(static_cast<simd::InstructionSet>(set));
-      if (kernels == nullptr) continue;
+    const BodyRows expected = run(kernel_tests::scalar_kernels().body, seed, kBodies);
+    for (const simd::Kernels* kernels : kernel_tests::all_kernels()) {
       expect_same_bits(expected, run(kernels->body, seed, kBodies),
-                       "set " + std::to_string(set) + ", seed " + std::to_string(seed));
+                       std::string(kernels->name) + ", seed " + std::to_string(seed));
     }
   }
 }

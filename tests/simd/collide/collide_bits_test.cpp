@@ -1,4 +1,4 @@
-// Collide kernels give the same bits on every instruction set, wherever in a chunk a pair lies.
+// Collide kernels give the same bits on every instruction set, at any place of a pair in a chunk.
 #include <core/plain/rows.h>
 
 #include <tests/simd/same_bits.h>
@@ -54,7 +54,7 @@ Pairs mixed_pairs() {
   return pairs;
 }
 
-// The same pairs a moment later.
+// The same pairs after a small motion.
 Pairs jittered(const Pairs& pairs) {
   Pairs result;
   Random random(13);

@@ -1,4 +1,4 @@
-// Boxes on boxes: corners of stacks, identities of points at rest, degenerate placements.
+// Boxes on boxes: corners of stacks, features of points at rest, degenerate positions.
 #include "collide_fixture.h"
 
 #include <algorithm>

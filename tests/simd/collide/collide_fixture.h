@@ -6,6 +6,7 @@
 #include <core/world/math.h>
 #include <gtest/gtest.h>
 #include <simd/dispatch/kernels.h>
+#include <tests/simd/all_kernels.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +16,9 @@
 #include <vector>
 
 namespace scree::collide_tests {
+
+using kernel_tests::all_kernels;
+using kernel_tests::scalar_kernels;
 
 struct Shape {
   ShapeType type;
@@ -55,7 +59,7 @@ struct Rows {
     copy(last.anchor, anchor);
     copy(last.points, points);
   }
-  // What touches no more has no row.
+  // A pair that no longer touches has no row.
   void clear_lost() {
     for (std::size_t row = 0; row < points.size(); ++row) {
       if (points[row] == 0) manifold[row] = {};
@@ -135,7 +139,7 @@ struct Pairs {
   }
 };
 
-// One random pair of each of the types, somewhere between deep overlap and a gap of a few centimeters.
+// One random pair of each pair of types, between deep overlap and a gap of a few centimeters.
 class Random {
  public:
   explicit Random(unsigned seed) : engine_(seed) {}
@@ -219,16 +223,5 @@ inline float deepest(const Manifold& m) {
   for (int k = 0; k < points_of(m); ++k) result = std::min(result, m.separation[k]);
   return result;
 }
-
-inline std::vector<const simd::Kernels*> all_kernels() {
-  std::vector<const simd::Kernels*> result;
-  for (int set = 0; set < simd::kInstructionSetCount; ++set) {
-    if (const simd::Kernels* kernels = simd::find_kernels(static_cast<simd::InstructionSet>(set))) {
-      result.push_back(kernels);
-    }
-  }
-  return result;
-}
-inline const simd::Kernels& scalar_kernels() { return *simd::find_kernels(simd::InstructionSet::scalar); }
 
 }  // namespace scree::collide_tests

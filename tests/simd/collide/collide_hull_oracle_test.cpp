@@ -64,7 +64,7 @@ TEST_P(CollideHullOracle, PointsLieOnBothSurfaces) {
     const Manifold& manifold = rows.manifold[row];
     const Frame frame = frame_of(manifold, pose_row({}));
     for (int k = 0; k < points_of(manifold); ++k) {
-      // Somewhere on the line along the normal both surfaces are at hand: A's, and B's farther by the
+      // A point on the line along the normal lies near both surfaces: near A's, and farther from B's by the
       // separation.
       const Vector point = point_of(manifold, frame, k);
       const double size = 2.0 * pairs.size(row);
@@ -90,7 +90,7 @@ TEST_P(CollideHullOracle, KeptAxesChangeNoTouchingContact) {
     old.resize(pairs.items.size());
     old.axis.resize(pairs.items.size());
     for (std::size_t row = 0; row < pairs.items.size(); ++row) {
-      // What was found, then other pairs' axes and anything at all.
+      // The axes just found, then other pairs' axes and arbitrary values.
       if (round == 0) old.axis[row] = cold.axis[row];
       if (round == 1) old.axis[row] = cold.axis[(row + 7) % pairs.items.size()];
       if (round > 1) {

@@ -33,7 +33,7 @@ HullPairs mixed_pairs() {
   return pairs;
 }
 
-// The same pairs a moment later.
+// The same pairs after a small motion.
 HullPairs jittered(const HullPairs& pairs) {
   HullPairs result;
   Random random(14);

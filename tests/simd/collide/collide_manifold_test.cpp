@@ -1,5 +1,5 @@
-// What a manifold says besides geometry: bodies, materials, impulses of the last step, friction center; and
-// the degenerate placements of round shapes.
+// Data of a manifold besides geometry: bodies, materials, impulses of the last step, friction center; and the
+// degenerate positions of round shapes.
 #include "collide_fixture.h"
 
 namespace scree::collide_tests {
@@ -210,7 +210,7 @@ TEST(CollideManifold, ACapsuleLyingOnABoxTouchesAtTwoPoints) {
     EXPECT_EQ(rows.features[0].id[0], 1u);
     EXPECT_EQ(rows.features[0].id[1], 2u);
   }
-  // Beyond the border the box bears it at the border.
+  // Beyond the border the friction center stays at the border.
   Pairs pairs;
   pairs.add(capsule(1, 0.25f), pose_row({5, 0.745f, 0}, turn({0, 0, 1}, 1.5707963f)), box(5, 0.5f, 5),
             pose_row({0, 0, 0}));

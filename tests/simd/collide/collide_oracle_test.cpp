@@ -21,7 +21,7 @@ double size_of(const Pairs& pairs, const simd::CollideItem& item) {
   return std::min(a.half.maxCoeff() + a.radius, b.half.maxCoeff() + b.radius);
 }
 
-// How much depth a manifold may lose to the preference for faces.
+// Depth that a manifold may lose to the preference for faces.
 double preference(const Pairs& pairs, const simd::CollideItem& item, double separation) {
   const bool boxes = pairs.type[static_cast<std::size_t>(item.shape_1)] == kBox;
   return boxes ? std::max(1.5e-3, 0.11 * std::abs(separation)) : 6e-4;
@@ -53,8 +53,8 @@ TEST_P(CollideOracle, TouchingPairsAreFoundWithTheirDepthAndNormal) {
     const double slack = error + preference(pairs, item, gap.separation);
     EXPECT_NEAR(deepest(manifold), gap.separation, slack) << "row " << row;
     if (gap.separation - gap.runner_up > 2.0 * slack) {
-      // Where an axis of two edges is best, boxes may touch by a face all the same: its overlap with the
-      // other one is no deeper, as has been seen above.
+      // Boxes may touch by a face although an axis of two edges is best: the depth of the faces' overlap is
+      // bounded, as checked above.
       const Vector normal = to_vector(manifold.normal);
       const reference::Solid a = pairs.solid(item.shape_1), b = pairs.solid(item.shape_2);
       const auto is_face = [&](const Vector& of) { return is_face_normal(a, of) || is_face_normal(b, of); };
@@ -70,7 +70,7 @@ TEST_P(CollideOracle, TouchingPairsAreFoundWithTheirDepthAndNormal) {
   EXPECT_GT(compared_normals, 250);
 }
 
-// Boxes apart are judged by their axes, so their gap is no distance.
+// The gap of separated boxes is that of their best axis, so it is no distance.
 class CollideRoundOracle : public CollideOracle {};
 
 TEST_P(CollideRoundOracle, SeparatedPairsAreFoundWithTheirDistance) {

@@ -33,7 +33,7 @@ RoundHullPairs random_round_pairs(const TestHull& hull, bool is_sphere, int coun
   return pairs;
 }
 
-// How many pairs were judged: by the axis along which the core leaves the hull, by their distance, and with
+// Number of compared pairs: by the axis along which the core leaves the hull, by their distance, and with
 // their normal.
 struct Judged {
   int deep = 0, shallow = 0, normals = 0;
@@ -78,7 +78,7 @@ TEST(CollideRoundHull, TouchingPairsAreFoundWithTheirDepthAndNormal) {
       for (const NamedHull& named : hulls) {
         const std::string name = std::string(is_sphere ? "sphere" : "capsule") + " on " + named.name +
                                  " at scale " + std::to_string(scale);
-        // The reference takes its time with many faces.
+        // The reference is slow with many faces.
         const int count = (named.hull.faces.size() > 100 ? 39 : 150) / (scale == 1.0f ? 1 : 3);
         const RoundHullPairs pairs = random_round_pairs(named.hull, is_sphere, count, 1);
         judge(pairs, pairs.run(scalar_kernels()), name, judged);
@@ -196,7 +196,7 @@ TEST(CollideRoundHull, LyingCapsulesKeepDepthAndNormal) {
           static_cast<std::size_t>(random.uniform(0.0f, 0.999f) * float(named.hull.faces.size()));
       const std::vector<Vector> corners = corners_of(named.hull, face);
       const Vector normal = reference::normal_of(named.hull.corners, named.hull.faces[face]);
-      // Around the face, from exactly level to leaning by 3 degrees, beside its border as often as above it.
+      // Around the face, from exactly level to a tilt of 3 degrees, as often beside its border as above it.
       const double reach = double(random.uniform(0.0f, 1.3f));
       const Vector point =
           middle_of(corners) +
@@ -241,7 +241,7 @@ TEST(CollideRoundHull, ACapsuleAlongAnEdgeTouchesAtTwoPoints) {
 }
 
 TEST(CollideRoundHull, MovingAShapeChangesTheDepthByAtMostTheDistanceMoved) {
-  // The gap between two convex shapes is a distance, or the least way out: neither changes faster than the
+  // The gap between two convex shapes is a distance, or the shortest way out: neither changes faster than the
   // shapes move.
   Random random(5);
   int steps = 0;

@@ -68,7 +68,7 @@ struct HullRows : Rows {
   Column<ContactAxis> axis;
 };
 
-// A hull, or a box where there is none. `solid` is what the reference sees.
+// A hull, or a box if there is no hull. The reference uses `solid`.
 struct Body {
   Hull hull;
   Vec3 half{};
@@ -141,7 +141,8 @@ struct HullPairs {
             .axis = rows.axis.data(),
             .points = rows.points.data()};
   }
-  // Collides all pairs; with `previous`, their impulses and axes carry over. `recycle` keeps what it can.
+  // Collides all pairs; with `previous`, their impulses and axes carry over. `recycle` also recycles
+  // manifolds.
   HullRows run(const simd::Kernels& kernels, const HullRows* previous = nullptr, bool recycle = false) const {
     HullRows rows;
     rows.resize(items.size());

@@ -1,6 +1,6 @@
-// A slow solver over stated rows, in double precision: what the wide kernels of joints and contacts are held
-// to. It is the soft step written once for all kinds: nothing in it knows of hinges, wheels or contacts, only
-// of the rows that core/plain/constraint_row.h describes.
+// A slow solver over stated rows, in double precision: the reference of the wide kernels of joints and
+// contacts. It is the soft step written once for all kinds. It uses only the rows that
+// core/plain/constraint_row.h describes, and knows nothing of hinges, wheels or contacts.
 #pragma once
 
 #include <core/plain/constraint_row.h>
@@ -86,7 +86,7 @@ class RowSolver {
   // Impulses begin with those that the rows state, times `scale`.
   RowSolver(const ConstraintRows& rows, const InertiaRow& a, const InertiaRow& b,
             const StepConstants& constants, double scale)
-      : constants_(constants) {
+      : constants_(constants), inertia_a_(a), inertia_b_(b) {
     for (std::size_t slot = 0; slot < kMaxConstraintRows; ++slot) {
       const ConstraintRow& said = rows.row[slot];
       const Twelve j = jacobian(said);
@@ -100,6 +100,21 @@ class RowSolver {
   void warm_start() {
     for (const Solved& row : rows_) {
       if (row.said.kind != kRowNone) push(row, row.impulse);
+    }
+  }
+
+  // What a substep after the first one adds to velocities: the impulses so far acted along the rows at the
+  // poses before the last move, `before`, and are to act along those after it, `after`.
+  void turn_inherited(const ConstraintRows& before, const ConstraintRows& after) {
+    for (std::size_t slot = 0; slot < kMaxConstraintRows; ++slot) {
+      const ConstraintRow &old = before.row[slot], &now = after.row[slot];
+      if (old.kind == kRowNone) continue;
+      const Twelve from = jacobian(old), to = jacobian(now);
+      Twelve change{};
+      for (std::size_t i = 0; i < 12; ++i)
+        change[i] = to[i] * double{now.impulse} - from[i] * double{old.impulse};
+      const Twelve turned = respond(inertia_a_, inertia_b_, change);
+      for (std::size_t i = 0; i < 12; ++i) v[i] += turned[i];
     }
   }
 
@@ -125,7 +140,7 @@ class RowSolver {
   double impulse(std::size_t slot) const { return rows_[slot].impulse; }
   // Speed along a row by a unit impulse along it.
   double response(std::size_t slot) const { return response(slot, slot); }
-  // The largest speed that any row met or asked for: what rounding is measured by.
+  // The largest speed at which any row moved or aimed: the scale of rounding errors.
   double largest_speed() const { return largest_speed_; }
 
  private:
@@ -134,7 +149,7 @@ class RowSolver {
     Twelve j, push;
     double impulse;
   };
-  // What a row asks for in this pass: change = -(mass_scale (J v - target + bias) / K + impulse_scale
+  // The impulse of a row in this pass: change = -(mass_scale (J v - target + bias) / K + impulse_scale
   // impulse), with K larger by `yield` and `yield` impulse beside the bias.
   struct Wish {
     double bias;
@@ -158,7 +173,7 @@ class RowSolver {
     return soften(std::min(double{row.hertz}, constants_.max_hertz), double{row.damping_ratio},
                   constants_.substep);
   }
-  // Relax is rigid and without bias, but for what the user made soft.
+  // Relax is rigid and without bias, except for what the user made soft.
   Softness held_softness(const ConstraintRow& row) const {
     if (row.hertz > 0) return spring(row);
     return pass_ == Pass::solve ? constants_.stiff : kRigid;
@@ -197,7 +212,7 @@ class RowSolver {
     }
   }
 
-  // A limit that is a spring pulls where it has been passed, and not before. Friction acts in relax alone.
+  // A spring limit pulls only after it has been passed. Friction acts only in relax.
   bool is_idle(const ConstraintRow& row) const {
     if (pass_ == Pass::solve)
       return row.kind == kRowTwist || row.kind == kRowFriction || row.kind == kRowRolling;
@@ -241,7 +256,7 @@ class RowSolver {
     const std::size_t n = slots.size();
     // By free row: impulses on the held ones that keep their speeds.
     Matrix keeping(n);
-    // What is soft gives way, and answers to a rigid hold with more than was taken from it.
+    // A soft row yields, and answers to a rigid hold with more than was taken from it.
     const double hold = held.empty() ? 0.0 : held_softness(rows_[held[0]].said).mass_scale;
     Matrix k(n, std::vector<double>(n));
     for (std::size_t i = 0; i < n; ++i) {
@@ -333,6 +348,7 @@ class RowSolver {
 
   std::vector<Solved> rows_;
   StepConstants constants_;
+  InertiaRow inertia_a_, inertia_b_;
   Pass pass_ = Pass::solve;
   double largest_speed_ = 0;
 };

@@ -85,7 +85,7 @@ class Symbols {
   std::map<std::uint64_t, std::set<std::string>> names_;
 };
 
-TEST(Dispatch, ATableIsOfTheSetThatWasAskedFor) {
+TEST(Dispatch, ATableBelongsToTheRequestedSet) {
   for (const InstructionSet set : kSets) {
     const Kernels* kernels = find_kernels(set);
     if (kernels == nullptr) continue;
@@ -96,7 +96,7 @@ TEST(Dispatch, ATableIsOfTheSetThatWasAskedFor) {
   }
 }
 
-TEST(Dispatch, TheScalarSetIsAlwaysThereAndTheWidestIsTheLastThatRuns) {
+TEST(Dispatch, TheScalarSetIsAlwaysSupportedAndTheWidestIsTheLastSupported) {
   ASSERT_NE(find_kernels(InstructionSet::scalar), nullptr);
   const Kernels* widest = nullptr;
   for (const InstructionSet set : kSets) {
@@ -137,7 +137,7 @@ TEST(Dispatch, EveryFunctionLiesInTheCodeOfItsOwnSet) {
   }
 }
 
-TEST(Dispatch, TheSymbolTableIsReadRight) {
+TEST(Dispatch, TheSymbolTableIsReadCorrectly) {
   const auto* address = reinterpret_cast<const void*>(&find_kernels);
   const Symbols symbols(address);
   ASSERT_FALSE(symbols.empty()) << "the program is stripped of its symbols";

@@ -1,5 +1,5 @@
-// Laws of angles without the platform's functions: against double precision. That all instruction sets have
-// the same bits says wide_test.cpp.
+// Laws of angles without the platform's functions: against double precision. wide_test.cpp tests that all
+// instruction sets have the same bits.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -50,7 +50,7 @@ TEST(WideAngles, Atan2IsThatOfDoublesAllAround) {
   EXPECT_LT(worst, 4e-7);
 }
 
-TEST(WideAngles, Atan2OfAxesAndOfNothing) {
+TEST(WideAngles, Atan2OfAxesAndOfZeroHasItsDefinedValue) {
   EXPECT_EQ(run("atan2", {0, 0})[0], 0.0f);
   EXPECT_EQ(run("atan2", {0, 1})[0], 0.0f);
   EXPECT_NEAR(run("atan2", {1, 0})[0], kPi / 2, 2e-7);
@@ -59,7 +59,7 @@ TEST(WideAngles, Atan2OfAxesAndOfNothing) {
   EXPECT_EQ(run("atan2", {1e-30f, 1})[0], 1e-30f * 0.999999344f);  // the polynomial's first term
 }
 
-// Angles of all sizes, from where sines drown in rounding to half a turn.
+// Angles of all sizes, from those whose sines are mostly rounding error to half a turn.
 TEST(WideAngles, RotationVectorsAreThoseOfDoubles) {
   std::mt19937 engine(1);
   std::normal_distribution<double> normal;
@@ -136,7 +136,7 @@ TEST(WideAngles, TheShorterWayIsWithinHalfATurn) {
   }
 }
 
-// An inverse where there is one; where rows are zero, that of the rest.
+// The inverse if there is one; if rows are zero, the inverse of the other rows.
 TEST(WideAngles, SemidefiniteMatricesAreInvertedWhereTheyCanBe) {
   std::mt19937 engine(5);
   std::uniform_real_distribution<float> uniform(-1, 1);

@@ -7,7 +7,7 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-// The inputs and outputs of one go: `kLanes` elements from `at` on.
+// The inputs and outputs of one pass: `kLanes` elements from `at` on.
 struct Go {
   const Bits* const* in;
   Bits* const* out;
@@ -90,7 +90,7 @@ void update(const Go& go) {
   go.put(2, a);
 }
 
-// Reductions over sixteen elements at a time, of numbers only: with NaN, and in a zero's sign, they may
+// Reductions over sixteen elements at a time, of numbers only: with NaN, and in a zero's sign, results may
 // differ.
 template <float (*kReduce)(F), F (*kCombine)(F, F)>
 void reduce_sixteen(const Bits* const* in, Bits* const* out, int count) {

@@ -1,4 +1,4 @@
-// No points can break the builder: it says what is wrong with them, or makes a sound hull.
+// No points break the builder: it either reports their defect or makes a sound hull.
 #include <core/geometry/hull/hull_stages.h>
 #include <tests/core/geometry/hull/hull_clouds.h>
 
@@ -18,7 +18,7 @@ const Cloud& box() {
 }
 const std::string kThick = ": a hull must be at least 0.0001 m thick";
 
-TEST(HullBadInput, TooFewPointsAreCounted) {
+TEST(HullBadInput, TooFewPointsAreRefusedWithTheirNumber) {
   EXPECT_EQ(error_of_points({}), "Hull: 0 points, must be in [4, 2147483647]");
   EXPECT_EQ(error_of_points({box()[0], box()[1], box()[2]}), "Hull: 3 points, must be in [4, 2147483647]");
 }
@@ -31,7 +31,7 @@ TEST(HullBadInput, MaxVerticesHasItsRange) {
   EXPECT_EQ(Hull(box(), {.max_vertices = 4}).vertices().size(), 4u);
 }
 
-TEST(HullBadInput, WrongCoordinatesAreNamed) {
+TEST(HullBadInput, ErrorsNameWrongCoordinates) {
   const std::pair<float, const char*> mistakes[] = {{std::numeric_limits<float>::quiet_NaN(), "nan"},
                                                     {std::numeric_limits<float>::infinity(), "inf"},
                                                     {-std::numeric_limits<float>::infinity(), "-inf"},
@@ -125,7 +125,7 @@ TEST(HullBadInput, MillionsOfPointsMakeAHull) {
   const Hull cube(lattice(100, {1, 1, 1}));
   EXPECT_EQ(cube.vertices().size(), 8u);
   EXPECT_EQ(cube.report().inner_points + cube.report().merged_points, kMillion - 8);
-  // The worst case: no point is within, so that all but 256 are cut off.
+  // The worst case: all points are corners, so that the limit cuts off all but 256.
   const Hull ball(sphere_cloud(static_cast<int>(kMillion), 1));
   EXPECT_EQ(ball.vertices().size(), 256u);
   EXPECT_TRUE(ball.report().simplified());
@@ -133,7 +133,7 @@ TEST(HullBadInput, MillionsOfPointsMakeAHull) {
   EXPECT_LT(ball.report().deviation, 0.02f);
 }
 
-// Points on few planes, on lines, in clusters: whatever is degenerate without being flat.
+// Points on few planes, on lines, in clusters: degenerate, but not flat.
 TEST(HullBadInput, DegenerateCloudsMakeSoundHulls) {
   Random random(8);
   for (int round = 0; round < 400; ++round) {
@@ -164,7 +164,7 @@ TEST(HullBadInput, DegenerateCloudsMakeSoundHulls) {
   }
 }
 
-TEST(HullBadInput, TheCallersRoundingDoesNotReachTheHull) {
+TEST(HullBadInput, TheCallersRoundingModeDoesNotChangeTheHull) {
   const Cloud cloud = sphere_cloud(300, 2);
   const Hull expected(cloud);
   for (const int rounding : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {

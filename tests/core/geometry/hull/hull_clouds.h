@@ -80,7 +80,7 @@ struct NamedCloud {
   const char* name;
   Cloud points;
 };
-// What hulls are made of: round, flat, needle-like, with and without points within faces.
+// Point clouds for hulls: round, flat, needle-like, with and without points within faces.
 inline std::vector<NamedCloud> all_clouds() {
   return {{"tetrahedron", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
           {"box", lattice(2, {1.0f, 0.4f, 0.7f})},

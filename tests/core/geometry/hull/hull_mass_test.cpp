@@ -50,7 +50,7 @@ TEST(HullMass, ATetrahedronHasItsClosedForm) {
 
 // A regular polygon of n corners on radius r has the area n r^2 sin(2 pi/n) / 2 and, about any axis in its
 // plane, the second moment area r^2 (2 + cos(2 pi/n)) / 12.
-TEST(HullMass, AUprightPrismHasItsClosedForm) {
+TEST(HullMass, AnUprightPrismHasItsClosedForm) {
   for (const int n : {3, 6, 50}) {
     const double r = 0.75, h = 2.5, angle = 2 * kPi / n;
     MassSum expected;
@@ -112,7 +112,7 @@ TEST(HullMass, RandomHullsWeighWhatTheirSlicesWeigh) {
   }
 }
 
-TEST(HullMass, HullsOfASphereComeToTheSphere) {
+TEST(HullMass, HullsOfASphereConvergeToTheSphere) {
   double last_volume = 1.0, last_inertia = 1.0;
   for (const int limit : {16, 32, 64, 128, 256}) {
     const Hull hull(sphere_cloud(20000, 1), {.max_vertices = limit});
@@ -142,7 +142,7 @@ TEST(HullMass, AScaledHullWeighsWhatTheHullOfScaledPointsWeighs) {
   }
 }
 
-TEST(HullMass, AHullMayStandAnywhereInItsPointsAndItsBody) {
+TEST(HullMass, MassDoesNotDependOnThePlaceOfTheHullInItsPointsAndItsBody) {
   const Cloud cloud = cube_cloud(30, 3);
   const Pose pose{{1, 2, 3}, kTurn};
   const MassSum placed = sum_of(ConvexHull{Hull(cloud)}, 2.0, pose);

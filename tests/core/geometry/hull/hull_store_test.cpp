@@ -1,4 +1,4 @@
-// Laws of hulls in worlds: shared, counted, scaled, and none kept that nobody uses.
+// Laws of hulls in worlds: shared, counted, scaled, and released once unused.
 #include <core/world/edit.h>
 #include <core/world/state_table.h>
 #include <tests/core/geometry/hull/hull_clouds.h>
@@ -78,7 +78,7 @@ TEST(HullStore, EqualHullsShareASlotHoweverTheyWereBuilt) {
   EXPECT_EQ(used_slots(world), 3u);
 }
 
-TEST(HullStore, GeometryComesBackAsItWasGiven) {
+TEST(HullStore, GeometryIsReturnedAsItWasGiven) {
   World world;
   const ConvexHull given{rock(), {0.5f, 2.0f, 1.0f}};
   const ShapeId shape = world.add_shape(world.create_body({}), given);

@@ -1,4 +1,4 @@
-// Laws of building hulls: canonical bits, sound polyhedra, and a report of whatever is left out.
+// Laws of building hulls: canonical bits, sound polyhedra, and a report of all dropped points.
 #include <tests/core/geometry/hull/hull_clouds.h>
 
 #include <array>
@@ -15,7 +15,7 @@ bool same_bytes(const std::vector<Row>& a, const std::vector<Row>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Row)) == 0;
 }
 
-// Of everything that a step reads.
+// Hash of everything that a step reads.
 bool same_bits(const Hull& a, const Hull& b) {
   const HullSolid &s = solid_of(a), &t = solid_of(b);
   const HullData &m = *s.columns.data, &n = *t.columns.data;
@@ -40,9 +40,9 @@ void add_to_hash(std::uint64_t& hash, const Row* rows, std::size_t count) {
   for (std::size_t i = 0; i < count * sizeof(Row); ++i) hash = (hash ^ bytes[i]) * 0x100000001b3u;
 }
 
-// The same for every compiler and build type. A change of it changes what worlds with hulls come to: their
-// golden hashes must be recorded anew.
-TEST(Hull, BitsAreTheRecordedOnes) {
+// The same for every compiler and build type. If it changes, the results of worlds with hulls change, and
+// their golden hashes must be recorded again.
+TEST(Hull, BitsEqualTheRecordedHash) {
   std::uint64_t hash = 0xcbf29ce484222325u;
   for (const NamedCloud& cloud : all_clouds()) {
     const std::string name = cloud.name;
@@ -90,7 +90,7 @@ TEST(Hull, ThreadsThatBuildAtOnceGetTheSameBits) {
   for (const Hull& hull : hulls) EXPECT_TRUE(same_bits(hull, expected));
 }
 
-TEST(Hull, CornersFacesAndEdgesStandInCanonicalOrder) {
+TEST(Hull, CornersFacesAndEdgesAreInCanonicalOrder) {
   const auto before = [](const Vec3& a, const Vec3& b) {
     return std::array{a.x, a.y, a.z} < std::array{b.x, b.y, b.z};
   };
@@ -183,7 +183,7 @@ TEST(Hull, FacesAreConvexAndBendAwayFromTheirNeighbors) {
       }
     }
     for (const HullTopology::Edge& edge : topology.edges) {
-      // What the other face has besides the edge lies below this one's plane.
+      // The other face, apart from the common edge, lies below this face's plane.
       for (int side = 0; side < 2; ++side) {
         const float* n = topology.planes[edge.face[side]].normal;
         const Vec3& on_edge = topology.vertices[edge.vertex[0]];
@@ -261,7 +261,7 @@ TEST(Hull, NoPointLiesFartherOutsideThanTheReportSays) {
       EXPECT_EQ(report.given_points, cloud.points.size());
       EXPECT_EQ(report.merged_points + report.inner_points + report.cut_vertices + hull.vertices().size(),
                 cloud.points.size());
-      // What the hull's grid, of 2^-23 of half the extent, rounds off is not told.
+      // The report leaves out the rounding to the hull's grid, of 2^-23 of half the extent.
       const double rounding = 2e-7 * extent_of(cloud.points);
       EXPECT_LE(outreach(cloud.points, hull, 400), double{report.deviation} + rounding)
           << cloud.name << limit;
@@ -305,7 +305,7 @@ TEST(Hull, MoreVerticesComeCloserToThePoints) {
   EXPECT_LT(last, 0.02);  // a fifth of the spacing of 256 points on a sphere
 }
 
-TEST(Hull, WhatIsPublicAgreesWithTheColumns) {
+TEST(Hull, PublicDataAgreesWithTheColumns) {
   for (const NamedCloud& cloud : all_clouds()) {
     const Hull hull(cloud.points);
     const HullSolid& solid = solid_of(hull);

@@ -1,4 +1,4 @@
-// Laws of snapshots with joints: what comes back, and what is refused.
+// Laws of snapshots with joints: what restoring reproduces, and what is refused.
 #include <core/constraints/joint_parameters.h>
 #include <core/world/edit.h>
 #include <scree/scree.h>
@@ -53,6 +53,13 @@ struct Workshop {
     internals(world).joints.reaction[joints[0].index].force[0] = 7.0f;
   }
   Joints& rows() { return internals(world).joints; }
+  std::size_t row_of(JointType type) const {
+    for (const JointId joint : joints) {
+      if (world.joint_type(joint) == type) return joint.index;
+    }
+    ADD_FAILURE() << "no joint of the kind " << name_of(type);
+    return 0;
+  }
 };
 
 void expect_same_joints(const World& left, const World& right, const Workshop& w) {
@@ -87,7 +94,7 @@ TEST(JointSnapshot, HoldsTheSameBytesAfterEveryWay) {
   expect_same_joints(other, w.world, w);
 }
 
-TEST(JointSnapshot, MakesDerivedRowsAnew) {
+TEST(JointSnapshot, RebuildsDerivedRows) {
   Workshop w;
   const World copy = clone(w.world);
   const Joints &left = internals(copy).joints, &right = w.rows();
@@ -103,7 +110,7 @@ TEST(JointSnapshot, MakesDerivedRowsAnew) {
   EXPECT_EQ(internals(copy).events.lost.size(), 1u);
 }
 
-TEST(JointSnapshot, CallsGoOnAsTheyWould) {
+TEST(JointSnapshot, LaterCallsGiveTheSameResults) {
   Workshop w;
   World copy = clone(w.world);
   const auto change = [&](World& world) {
@@ -120,7 +127,7 @@ TEST(JointSnapshot, CallsGoOnAsTheyWould) {
   EXPECT_EQ(bytes_of(copy), bytes_of(w.world));
 }
 
-TEST(JointSnapshot, MakesHandlesValidThatWereAndNoOthers) {
+TEST(JointSnapshot, MakesExactlyTheHandlesOfItsMomentValid) {
   Workshop w;
   Snapshot snapshot;
   save(w.world, snapshot);
@@ -133,7 +140,7 @@ TEST(JointSnapshot, MakesHandlesValidThatWereAndNoOthers) {
 }
 
 TEST(JointSnapshot, KeepsItsMemoryInProportion) {
-  // Rows that are all alike pack well, but not without bounds: a short file must not ask for much memory.
+  // Equal rows compress well, but only up to a bound: a short file must not need much memory.
   World world;
   const BodyId body = world.create_body({});
   constexpr std::size_t kCount = 10000;
@@ -193,7 +200,7 @@ const std::vector<Wrong>& wrongs() {
        }},
       {"body of a mouse", "must be the world",
        [](auto& w, auto& j, auto&, auto) {
-         j.bodies[w.joints.back().index].a = static_cast<std::int32_t>(w.bodies[0].index);
+         j.bodies[w.row_of(JointType::mouse)].a = static_cast<std::int32_t>(w.bodies[0].index);
        }},
       {"frame", "frame_a.position is nan",
        [](auto&, auto& j, auto&, auto row) { j.frame_a[row].position.y = kNan; }},
@@ -227,7 +234,7 @@ const std::vector<Wrong>& wrongs() {
        [](auto&, auto&, auto& b, auto) { b.first_joint[kFixedRow] = 4; }},
       {"link of the world", "joints.next, row 4: the world has no list",
        [](auto&, auto& j, auto&, auto) { j.next[4].a = 1; }},
-      {"no flag of motion", "tells of other joints",
+      {"no flag of motion", "the wrong flag for joints",
        [](auto& w, auto&, auto& b, auto) { b.motion[w.bodies[0].index].flags ^= kMotionJointed; }},
       {"free slot", "joints.free_slots, row 0: names a row that cannot be listed",
        [](auto&, auto& j, auto&, auto row) { j.free_slots[0] = static_cast<std::int32_t>(row); }},
@@ -243,7 +250,7 @@ const std::vector<Wrong>& wrongs() {
   return all;
 }
 
-TEST(JointSnapshot, RefusesWhatNoCallsCouldMake) {
+TEST(JointSnapshot, RefusesStatesThatNoCallsCouldMake) {
   const Workshop sound;
   ASSERT_EQ(sound.world.joint_type(sound.joints[1]), JointType::hinge);
   for (const Wrong& wrong : wrongs()) {
@@ -257,7 +264,7 @@ TEST(JointSnapshot, RefusesWhatNoCallsCouldMake) {
   }
 }
 
-TEST(JointSnapshot, TakesWhateverWasAccumulated) {
+TEST(JointSnapshot, AcceptsAnyStoredImpulse) {
   Workshop w;
   for (float& impulse : w.rows().impulses[1].impulse) impulse = std::numeric_limits<float>::quiet_NaN();
   w.rows().color[1] = 63;

@@ -1,5 +1,5 @@
-// Laws of saving a large world again and again: a snapshot that is saved into again holds what a new one
-// would, shares what has not changed with the others, and is not changed by what is saved elsewhere.
+// Laws of saving a large world repeatedly: saving into an old snapshot gives the content of a new one. The
+// snapshot shares unchanged pages with the others, and saving into another snapshot does not change it.
 #include <core/state/snapshot/snapshot.h>
 #include <core/world/edit.h>
 #include <scree/scree.h>
@@ -34,7 +34,7 @@ std::size_t pages_in(const Snapshot& snapshot) {
   return pages;
 }
 
-// How many pages of the later one are not those of the base.
+// Number of pages of the later snapshot that differ from the base's.
 std::size_t new_pages(const Snapshot& base, const Snapshot& later) {
   SnapshotChanges changes;
   keep_changes(base, later, changes);
@@ -81,7 +81,7 @@ ShapeId world_shape(const World& world, BodyId body) {
   return shape;
 }
 
-TEST(Saving, AgainHoldsWhatANewSnapshotWould) {
+TEST(Saving, AgainGivesTheContentOfANewSnapshot) {
   Field field;
   World& world = field.world;
   const auto set_sleep_time = [&](float time) {
@@ -201,7 +201,7 @@ TEST(Saving, IntoASnapshotOfAnotherWorldKeepsThemApart) {
   }
 }
 
-TEST(Saving, GoesOnWhereverSnapshotsAndWorldsAreMoved) {
+TEST(Saving, WorksAfterSnapshotsAndWorldsAreMoved) {
   Field field(300);
   Snapshot first;
   save(field.world, first);
@@ -223,7 +223,7 @@ TEST(Saving, GoesOnWhereverSnapshotsAndWorldsAreMoved) {
   EXPECT_EQ(write_snapshot(moved), bytes_of_all(elsewhere));
 }
 
-TEST(Saving, OfAWorldThatHasShrunkForgetsTheRest) {
+TEST(Saving, OfAShrunkWorldDropsTheRemovedRows) {
   Field field;
   Snapshot large, again;
   save(field.world, large);
@@ -246,7 +246,7 @@ TEST(Saving, OfAWorldThatHasShrunkForgetsTheRest) {
   EXPECT_EQ(write_snapshot(made), bytes);
 }
 
-TEST(Changes, OfAWorldAtRestAreSmallAfterADestroyedBody) {
+TEST(Changes, OfAWorldAtRestStaySmallWhenABodyIsDestroyed) {
   Field field;
   field.run(90);
   Snapshot before, after;

@@ -1,4 +1,4 @@
-// Laws of snapshots as values: what they hold, what comes back, and what bytes do to a world.
+// Laws of snapshots as values: their content, restoring, and the effect of arbitrary bytes.
 #include <core/geometry/hull/hull_build.h>
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <core/state/snapshot/snapshot_columns.h>
@@ -33,8 +33,8 @@ Hull block() {
   return Hull(points);
 }
 
-// Some of everything: all types of bodies and shapes, compounds, hulls with scales, sleepers, forces that
-// have not acted yet, free slots and slots that have changed hands, events, changes that no step has seen.
+// Some of everything: all types of bodies and shapes, compounds, hulls with scales, sleepers, forces not yet
+// applied, free and reused slots, events, changes since the last step.
 struct Zoo {
   World world{WorldSettings{.contact_events = ContactEvents::begin_end}};
   std::vector<BodyId> bodies;
@@ -209,7 +209,7 @@ TEST(Snapshot, GoesOnAsTheWorldDid) {
   }
 }
 
-TEST(Snapshot, CallsGoOnAsWell) {
+TEST(Snapshot, LaterCallsGiveTheSameResults) {
   Zoo zoo;
   World copy = clone(zoo.world);
   const auto change = [&](World& world) {
@@ -228,7 +228,7 @@ TEST(Snapshot, CallsGoOnAsWell) {
   EXPECT_EQ(bytes_of(copy), bytes_of(zoo.world));
 }
 
-TEST(Snapshot, MakesHandlesValidThatWereAndNoOthers) {
+TEST(Snapshot, MakesExactlyTheHandlesOfItsMomentValid) {
   World world;
   const BodyId kept = world.create_body({});
   const BodyId destroyed = world.create_body({});
@@ -280,7 +280,7 @@ TEST(Snapshot, WritesEachHullOnce) {
   EXPECT_LT(size_with(60) - size_with(10), 50 * 320u);
 }
 
-TEST(Snapshot, RefusesWhatIsNoWorld) {
+TEST(Snapshot, RefusesInvalidStates) {
   World world;
   Snapshot empty, snapshot;
   EXPECT_EQ(error_of([&] { restore(world, empty); }), "restore: the snapshot is empty");
@@ -296,7 +296,7 @@ TEST(Snapshot, RefusesWhatIsNoWorld) {
 
 // --- changes ---
 
-TEST(SnapshotChanges, MakeTheLaterSnapshotAgain) {
+TEST(SnapshotChanges, ReproduceTheLaterSnapshot) {
   Zoo zoo;
   Snapshot base, later, again;
   SnapshotChanges changes;
@@ -375,9 +375,9 @@ TEST(StateTable, LetsSnapshotsPackEveryStateColumn) {
   EXPECT_EQ(packed, state);
 }
 
-// --- bytes from anywhere ---
+// --- arbitrary bytes ---
 
-// What becomes of bytes: refused with offset and reason, or a world that steps.
+// The effect of bytes: either an error with offset and reason, or a world that steps.
 bool loads(const Bytes& bytes) {
   Snapshot snapshot;
   try {
@@ -404,7 +404,7 @@ TEST(SnapshotBytes, AreRefusedAtEveryLengthButTheirOwn) {
   EXPECT_FALSE(loads(longer));
 }
 
-TEST(SnapshotBytes, AreRefusedAtEveryLengthThatSealsItself) {
+TEST(SnapshotBytes, AreRefusedAtEveryOtherLengthEvenWithAValidChecksum) {
   const Bytes bytes = bytes_of(Zoo(10, 6).world);
   constexpr std::size_t kSizeEnd = 32, kHashEnd = 40;  // where the head has them
   for (std::size_t length = kSizeEnd; length < bytes.size(); ++length) {
@@ -419,7 +419,7 @@ TEST(SnapshotBytes, AreRefusedAtEveryLengthThatSealsItself) {
   }
 }
 
-TEST(SnapshotBytes, AreRefusedWhereABitIsWrong) {
+TEST(SnapshotBytes, AreRefusedIfABitIsWrong) {
   const Bytes bytes = bytes_of(Zoo(10, 6).world);
   Random random(3);
   for (int i = 0; i < 2000; ++i) {
@@ -429,7 +429,7 @@ TEST(SnapshotBytes, AreRefusedWhereABitIsWrong) {
   }
 }
 
-TEST(SnapshotBytes, NeverCorruptAWorldWhateverTheyHold) {
+TEST(SnapshotBytes, NeverCorruptAWorld) {
   const Bytes bytes = bytes_of(Zoo(30, 8).world);
   Random random(4);
   int loaded = 0;
@@ -447,7 +447,7 @@ TEST(SnapshotBytes, NeverCorruptAWorldWhateverTheyHold) {
 }
 
 TEST(SnapshotBytes, NeverCorruptAWorldWithArbitraryNumbers) {
-  // Whole words instead of bits: what indices and counts are tried with.
+  // Changes whole words instead of bits, to reach indices and counts.
   const Bytes bytes = bytes_of(Zoo(30, 8).world);
   constexpr std::uint32_t kWords[] = {0,          1,          2,          0x7fffffff, 0xffffffff,
                                       0x80000000, 0x7fc00000, 0x7f800000, 64};
@@ -475,7 +475,7 @@ TEST(SnapshotBytes, RefuseManifoldsOfRowsThatNoBodyHas) {
   add_touching(world, spheres[0], spheres[1]);
   Manifold& manifold = internals(world).contacts.now.manifold[0];
   manifold.info = 1;
-  world.destroy_shape(spheres[0]);  // so that nobody asks whose the manifold is
+  world.destroy_shape(spheres[0]);  // so that no check looks for the manifold's bodies
   for (const std::int32_t row : {0, 1, kFirstBody - 1}) {
     manifold.row_a = kFixedRow;
     manifold.row_b = row;
@@ -549,7 +549,7 @@ Bytes spiked_hull() {
   return bytes;
 }
 
-TEST(SnapshotBytes, HoldNoFaceThatMeetsACornerTwice) {
+TEST(SnapshotBytes, RefuseAFaceThatVisitsACornerTwice) {
   const Bytes bytes = spiked_hull();
   EXPECT_NE(error_of([&] {
               ByteReader reader(bytes);

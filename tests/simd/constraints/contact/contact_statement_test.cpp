@@ -1,6 +1,7 @@
-// Stated rows and kernels are the same contacts: a slow solver over what contacts state comes to the
-// velocities and the impulses of the sweeps in constraint space.
+// Stated rows and kernels describe the same contacts: a slow solver over the stated rows gives the velocities
+// and the impulses of the sweeps in constraint space.
 #include <core/plain/manifold.h>
+#include <tests/simd/all_kernels.h>
 #include <tests/simd/constraints/joints/joint_fixture.h>
 #include <tests/simd/constraints/row_solver.h>
 
@@ -9,12 +10,12 @@
 namespace scree::contact_tests {
 namespace {
 
-using joint_tests::all_kernels;
 using joint_tests::Random;
+using kernel_tests::all_kernels;
 using row_tests::Pass;
 using row_tests::RowSolver;
 
-// What blocks come in variants for, see contact_kernels.h.
+// The variants of blocks, see contact_kernels.h.
 struct Variant {
   int bucket;
   bool rich, is_static;
@@ -50,7 +51,7 @@ struct ContactWorld {
     return static_cast<std::int32_t>(velocity.size()) - 1;
   }
 
-  // Every body of a contact a little, as a substep does.
+  // Moves every body of a contact a little, as a substep does.
   void move(Random& random) {
     for (std::size_t body = 0; body < delta.size(); ++body) {
       if (inertia[body].inverse_mass == 0) continue;
@@ -79,6 +80,8 @@ struct ContactWorld {
       m.point_u[k] = random.uniform(-0.4f, 0.4f);
       m.point_v[k] = random.uniform(-0.4f, 0.4f);
       m.separation[k] = random.uniform(-0.03f, 0.02f);
+      // Deep enough that the push speed bounds the bias.
+      if (random.uniform(0, 1) < 0.1f) m.separation[k] *= 30;
       m.normal_impulse[k] = std::max(random.uniform(-0.5f, 1), 0.0f);
     }
     if (most < 4) m.point_v[kTwistArm] = random.uniform(0, 0.5f);
@@ -152,7 +155,7 @@ class Sweeps {
     kernels_.state_rows(args_, chunk_, rows.data());
     return rows;
   }
-  // With the impulses that the sweeps have come to.
+  // With the impulses after the sweeps.
   std::vector<ConstraintRows> state_with_impulses() {
     kernels_.store(args_, chunk_);
     return state();
@@ -180,7 +183,7 @@ struct Outcome {
   const char* sweep;
   double worst = 0;  // difference to the kernels, in parts of what rounding may make
   int moved = 0;     // contacts that the sweep changed
-  int apart = 0;     // contacts whose kernels came to something else
+  int apart = 0;     // contacts whose kernels gave another result
 };
 
 using Spoil = void (*)(ConstraintRow& row);
@@ -245,6 +248,11 @@ std::vector<Outcome> run_sweeps(const Variant& variant, const simd::Kernels& ker
   world.move(random);
   run(
       "relax", 1, [](RowSolver& s) { s.run(Pass::relax); }, [&] { sweeps.relax(); }, true);
+  run(
+      "solve of substep 2", 1, [](RowSolver& s) { s.run(Pass::solve); }, [&] { sweeps.solve(); }, true);
+  world.move(random);
+  run(
+      "relax of substep 2", 1, [](RowSolver& s) { s.run(Pass::relax); }, [&] { sweeps.relax(); }, true);
   return outcomes;
 }
 
@@ -257,7 +265,7 @@ void for_each_variant(Visit&& visit) {
   }
 }
 
-TEST(ContactStatement, ASolverOfTheStatedRowsComesToTheVelocitiesAndImpulsesOfTheKernels) {
+TEST(ContactStatement, ASolverOfTheStatedRowsGivesTheVelocitiesAndImpulsesOfTheKernels) {
   for_each_variant([](const Variant& variant) {
     for (const simd::Kernels* kernels : {all_kernels().front(), all_kernels().back()}) {
       for (const Outcome& outcome : run_sweeps(variant, *kernels)) {
@@ -265,7 +273,7 @@ TEST(ContactStatement, ASolverOfTheStatedRowsComesToTheVelocitiesAndImpulsesOfTh
                                     << (variant.rich ? ", rich" : "") << (variant.is_static ? ", static" : "")
                                     << ", " << outcome.sweep << ": " << outcome.worst
                                     << " times what is allowed";
-        EXPECT_GT(outcome.moved, kContacts / 2) << outcome.sweep;
+        EXPECT_GT(outcome.moved, kContacts / 3) << outcome.sweep;
       }
     }
   });
@@ -285,7 +293,7 @@ constexpr Fault kFaults[] = {
     {"the impulse", [](ConstraintRow& row) { row.impulse = row.impulse * 0.98f + 0.001f; }},
 };
 
-TEST(ContactStatement, OnesThatAreWrongAreNoticed) {
+TEST(ContactStatement, WrongStatementsAreDetected) {
   for (const Fault& fault : kFaults) {
     int apart = 0;
     for_each_variant([&](const Variant& variant) {

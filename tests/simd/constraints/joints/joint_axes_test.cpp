@@ -8,8 +8,6 @@ constexpr int kRichBall = simd::joint_variant(JointType::ball, true),
               kRichHinge = simd::joint_variant(JointType::hinge, true);
 constexpr int kWeld = simd::joint_variant(JointType::weld, false);
 
-const simd::Kernels& kernels() { return *simd::find_kernels(simd::InstructionSet::scalar); }
-
 // A bar of 1 kg and 1 m that turns about its end, which is the origin, about the z axis of the world.
 struct Bar {
   JointWorld world;
@@ -31,7 +29,7 @@ struct Bar {
     return std::atan2(along.y, along.x);
   }
   float speed() const { return world.angular(body).z; }
-  void step() { world.step(kernels(), kRichHinge); }
+  void step() { world.step(scalar_kernels(), kRichHinge); }
 };
 
 JointAxisRow no_axis() { return free_rotation().axis[0]; }
@@ -99,7 +97,7 @@ TEST(HingeAxis, SoftLimitsAreSpringsThatTakeNothingAway) {
     world.add_joint(kFixedRow, {{}, to_z}, body, {{}, to_z}, p);
     float least = 0, most = 0;
     for (int step = 0; step < 60; ++step) {
-      world.step(kernels(), kRichHinge);
+      world.step(scalar_kernels(), kRichHinge);
       const Quat q = world.rotation_of(body);
       const float angle = 2 * std::atan2(q.z, q.w);
       least = std::min(least, angle);
@@ -173,7 +171,7 @@ struct Hanging {
     body = world.add_body(1, moment, arm, rotation, {cross(spin, arm), spin});
     joint = world.add_joint(kFixedRow, {}, body, {{-0.5f, 0, 0}, {}}, p);
   }
-  void step() { world.step(kernels(), kRichBall); }
+  void step() { world.step(scalar_kernels(), kRichBall); }
   float cone() const {
     return std::acos(std::clamp(rotate(world.rotation_of(body), {1, 0, 0}).x, -1.0f, 1.0f));
   }
@@ -274,7 +272,7 @@ TEST(Weld, ACantileverStaysStraightUnderItsWeight) {
   const std::int32_t beam = world.add_body(m, {0.02f, m / 12, m / 12}, {0.5f, 0, 0});
   const std::size_t joint = world.add_joint(kFixedRow, {}, beam, {{-0.5f, 0, 0}, {}});
   for (int step = 0; step < 120; ++step) {
-    world.step(kernels(), kWeld);
+    world.step(scalar_kernels(), kWeld);
     EXPECT_LT(length(world.frame_b(joint).position), 1.2e-4f);
     const Quat q = world.rotation_of(beam);
     EXPECT_LT(2 * length(Vec3{q.x, q.y, q.z}), 1e-4f);
@@ -297,7 +295,7 @@ TEST(Weld, ASoftRotationSwingsAtItsFrequencyAboutTheAnchor) {
   int crossings = 0;
   bool before = true;
   for (int step = 0; step < 600; ++step) {
-    world.step(kernels(), kWeld);
+    world.step(scalar_kernels(), kWeld);
     const bool now = world.rotation_of(beam).z > 0;
     if (now != before) ++crossings;
     before = now;
@@ -314,7 +312,7 @@ TEST(Weld, BodiesWithLockedRotationsAreHeldAboutTheOthers) {
   const auto row = static_cast<std::size_t>(body);
   world.motion[row].flags = kMotionJointed | 1u << 3 | 1u << 4;  // turns about z alone
   world.add_joint(kFixedRow, {}, body, {{-0.5f, 0, 0}, {}});
-  for (int step = 0; step < 60; ++step) world.step(kernels(), kWeld);
+  for (int step = 0; step < 60; ++step) world.step(scalar_kernels(), kWeld);
   EXPECT_NEAR(world.rotation_of(body).z, 0.0f, 1e-3f);
   EXPECT_NEAR(world.angular(body).z, 0.0f, 1e-3f);
 }

@@ -6,6 +6,7 @@
 #include <core/world/math.h>
 #include <gtest/gtest.h>
 #include <simd/dispatch/kernels.h>
+#include <tests/simd/all_kernels.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,19 +18,12 @@
 
 namespace scree::joint_tests {
 
+using kernel_tests::all_kernels;
+using kernel_tests::scalar_kernels;
+
 inline constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 inline constexpr JointAxisRow kFreeAxis{-kNoLimit, kNoLimit, 0, 0, 1, 1, kNoLimit, kDriveNone};
 inline constexpr JointAxisRow kHeldAxis{0, 0, 0, 0, 1, 1, kNoLimit, kDriveNone};
-
-inline std::vector<const simd::Kernels*> all_kernels() {
-  std::vector<const simd::Kernels*> result;
-  for (int set = 0; set < simd::kInstructionSetCount; ++set) {
-    if (const simd::Kernels* kernels = simd::find_kernels(static_cast<simd::InstructionSet>(set))) {
-      result.push_back(kernels);
-    }
-  }
-  return result;
-}
 
 struct Random {
   std::mt19937 engine;

@@ -73,7 +73,7 @@ TEST(JointKernelsLinear, EveryInstructionSetGivesTheSameBits) {
     for (const simd::BodySide fixed : {simd::BodySide::none, simd::BodySide::a, simd::BodySide::b}) {
       Bench expected = random_bench(variant, fixed, 101, 1);
       for (int step = 0; step < 5; ++step) {
-        expected.step(*simd::find_kernels(simd::InstructionSet::scalar), variant.type, variant.rich);
+        expected.step(scalar_kernels(), variant.type, variant.rich);
       }
       for (const simd::Kernels* kernels : all_kernels()) {
         Bench bench = random_bench(variant, fixed, 101, 1);

@@ -11,8 +11,6 @@ constexpr int kPlainHinge = simd::joint_variant(JointType::hinge, false),
 constexpr int kWeld = simd::joint_variant(JointType::weld, false);
 constexpr int kVariants[] = {kPlainBall, kRichBall, kPlainHinge, kRichHinge, kWeld};
 
-const simd::Kernels& scalar_kernels() { return *simd::find_kernels(simd::InstructionSet::scalar); }
-
 JointParameters random_parameters(Random& random) {
   JointParameters p = free_rotation();
   if (random.uniform(0, 1) < 0.3f) p.hertz = p.angular_hertz = random.uniform(1, 40);

@@ -96,24 +96,11 @@ JointWorld random_world(JointType type, bool rich, int joints, int fixed, bool r
     const float x = random.uniform(0.1f, 0.3f);
     return round ? Vec3{x, x, x} : Vec3{x, random.uniform(0.1f, 0.3f), random.uniform(0.15f, 0.3f)};
   };
-  const auto velocity = [&] { return Velocity{random.vector(2), random.vector(3), {0, 0}}; };
   for (int i = 0; i < joints; ++i) {
-    const Pose frame_a{random.vector(0.5f), random.rotation()},
-        frame_b{random.vector(0.5f), random.rotation()};
-    std::int32_t a = 0;
-    Pose at_a{{0, 0, 0}, {}};
-    if (type != JointType::mouse && (fixed == 0 || i % fixed != 0)) {
-      at_a = {random.vector(2), random.rotation()};
-      a = world.add_body(random.uniform(0.5f, 5), moment(), at_a.position, at_a.rotation, velocity());
-    }
-    const Pose between = free_pose(type, random);
-    const Quat to_a = at_a.rotation * frame_a.rotation, slipped = about(kX + random.vector(0.5f), slip);
-    const Quat b = normalize(to_a * between.rotation * slipped * conjugate(frame_b.rotation));
-    const Vec3 anchor = at_a.position + rotate(at_a.rotation, frame_a.position) +
-                        rotate(to_a, between.position) + random.vector(slip);
-    const std::int32_t body_b = world.add_body(random.uniform(0.5f, 5), moment(),
-                                               anchor - rotate(b, frame_b.position), b, velocity());
-    world.add_joint(a, frame_a, body_b, frame_b, parameters_of(type, rich, random));
+    const bool of_world = type == JointType::mouse || (fixed != 0 && i % fixed == 0);
+    add_random_joint(
+        world, random, of_world, slip, moment, [&] { return free_pose(type, random); },
+        [&] { return parameters_of(type, rich, random); });
   }
   return world;
 }

@@ -74,4 +74,27 @@ struct JointWorld : Bench {
   }
 };
 
+// Adds two bodies that fly about and turn, or one beside the world, and a joint of them. Frame b lies in
+// frame a where `between` says, but for `slip`, m and rad. The functions draw from `random`, too.
+template <class Moments, class Between, class Parameters>
+void add_random_joint(JointWorld& world, Random& random, bool of_world, float slip, Moments&& moments,
+                      Between&& between, Parameters&& parameters) {
+  const Pose frame_a{random.vector(0.5f), random.rotation()}, frame_b{random.vector(0.5f), random.rotation()};
+  const auto velocity = [&] { return Velocity{random.vector(2), random.vector(3)}; };
+  std::int32_t a = kFixedRow;
+  Pose at_a{};
+  if (!of_world) {
+    at_a = {random.vector(2), random.rotation()};
+    a = world.add_body(random.uniform(0.5f, 5), moments(), at_a.position, at_a.rotation, velocity());
+  }
+  const Pose free = between();
+  const Quat to_a = at_a.rotation * frame_a.rotation, slipped = about(kX + random.vector(0.5f), slip);
+  const Quat b = normalize(to_a * free.rotation * slipped * conjugate(frame_b.rotation));
+  const Vec3 anchor = at_a.position + rotate(at_a.rotation, frame_a.position) + rotate(to_a, free.position) +
+                      random.vector(slip);
+  const std::int32_t body_b =
+      world.add_body(random.uniform(0.5f, 5), moments(), anchor - rotate(b, frame_b.position), b, velocity());
+  world.add_joint(a, frame_a, body_b, frame_b, parameters());
+}
+
 }  // namespace scree::joint_tests

@@ -52,19 +52,19 @@ void follow_joints(const WorldData& data, Islands& islands, std::int32_t body) {
 // Lists the contacts and the joints of an awake and a sleeping body. Returns whether there are any.
 bool list_touched(WorldData& data, Islands& islands, Crew& crew) {
   const Bodies& bodies = data.bodies;
-  const Column<std::int32_t>&touching = data.contacts.touching, &active = data.joints.active;
+  const Column<std::int32_t>&contacts = data.contacts.active, &joints = data.joints.active;
   const auto joins_sleeper = [&](Ends ends) {
     return is_asleep(bodies, ends.a) || is_asleep(bodies, ends.b);
   };
   list_where(
-      crew, touching.size(), islands.places, islands.waking_contacts,
-      [&](std::size_t i) { return joins_sleeper(contact_ends(data, touching[i])); },
-      [&](std::size_t i) { return touching[i]; });
+      crew, contacts.size(), islands.places, islands.waking_contacts,
+      [&](std::int32_t i) { return joins_sleeper(contact_ends(data, contacts[i])); },
+      [&](std::int32_t i) { return contacts[i]; });
   refresh_joints(data, crew);
   list_where(
-      crew, active.size(), islands.places, islands.waking_joints,
-      [&](std::size_t i) { return joins_sleeper(joint_ends(data, active[i])); },
-      [&](std::size_t i) { return active[i]; });
+      crew, joints.size(), islands.places, islands.waking_joints,
+      [&](std::int32_t i) { return joins_sleeper(joint_ends(data, joints[i])); },
+      [&](std::int32_t i) { return joints[i]; });
   return !islands.waking_contacts.empty() || !islands.waking_joints.empty();
 }
 
@@ -95,43 +95,26 @@ void wake_listed(WorldData& data, Islands& islands, Crew& crew) {
 
 // Lists the contacts that take part now, in the order of their pairs. Their pairs stay at rest until the next
 // list of pairs; their contacts take part at once.
-void list_touching(WorldData& data, Islands& islands, Crew& crew) {
+void list_active_contacts(WorldData& data, Islands& islands, Crew& crew) {
   Contacts& contacts = data.contacts;
   const Column<std::int32_t>& contact_of = contacts.pairs.contact;
   list_where(
       crew, contact_of.size(), islands.places, islands.remaining,
-      [&](std::size_t pair) {
+      [&](std::int32_t pair) {
         return contact_of[pair] >= 0 && takes_part(data, contact_ends(data, contact_of[pair]));
       },
-      [&](std::size_t pair) { return contact_of[pair]; });
+      [&](std::int32_t pair) { return contact_of[pair]; });
   islands.waking_contacts.resize_discarding(contacts.roused.size());
   std::transform(contacts.roused.begin(), contacts.roused.end(), islands.waking_contacts.begin(),
                  [&](std::int32_t row) { return contacts.resting.contact[row]; });
-  contacts.touching.resize_discarding(islands.remaining.size() + islands.waking_contacts.size());
+  contacts.active.resize_discarding(islands.remaining.size() + islands.waking_contacts.size());
   const ShapePair* const pair = contacts.now.pair.data();
   std::merge(islands.remaining.begin(), islands.remaining.end(), islands.waking_contacts.begin(),
-             islands.waking_contacts.end(), contacts.touching.begin(),
+             islands.waking_contacts.end(), contacts.active.begin(),
              [&](std::int32_t x, std::int32_t y) { return comes_before(pair[x], pair[y]); });
 }
 
 }  // namespace
-
-bool wake_pulled_bodies(WorldData& data) {
-  const Bodies& bodies = data.bodies;
-  bool any = false;
-  for (const std::int32_t body : bodies.kinematic) {
-    if (bodies.first_joint[body] < 0 || is_still(bodies.velocity[body])) continue;
-    for (std::int32_t joint = bodies.first_joint[body]; joint >= 0;
-         joint = next_joint(data.joints, joint, body)) {
-      const Ends ends = joint_ends(data, joint);
-      const std::int32_t other = ends.a == body ? ends.b : ends.a;
-      if (!is_enabled(data.joints, joint) || !is_asleep(bodies, other)) continue;
-      wake_body(data, other);
-      any = true;
-    }
-  }
-  return any;
-}
 
 void wake_touched_islands(WorldData& data, Crew& crew) {
   Islands& islands = islands_of(data);
@@ -140,7 +123,7 @@ void wake_touched_islands(WorldData& data, Crew& crew) {
   if (!data.settings.sleeping || !list_touched(data, islands, crew)) return;
   wake_listed(data, islands, crew);
   refresh_lists(data, crew);
-  list_touching(data, islands, crew);
+  list_active_contacts(data, islands, crew);
 }
 
 }  // namespace scree

@@ -1,4 +1,5 @@
-// Laws of sweeps: however fast, nothing passes through what is fixed or asleep, and nothing else is stopped.
+// Laws of sweeps: at any speed no body passes through fixed or sleeping shapes, and sweeps stop no other
+// body.
 #include <core/geometry/reference/collide.h>
 #include <tests/physics/lab.h>
 
@@ -22,8 +23,8 @@ Hull ball_of_points(int count, Vec3 size, std::uint64_t seed) {
   return Hull(points);
 }
 
-// Distance of a point from the plane of a hull's face that is farthest below it: the hull sits at its body's
-// origin.
+// Distance of a point from the plane of the hull's face that is farthest below it. The hull sits at its
+// body's origin.
 double distance_from_hull(const Hull& hull, const Pose& pose, const Eigen::Vector3d& point) {
   const Eigen::Vector3d local = to_eigen(pose.rotation).conjugate() * (point - to_eigen(pose.position));
   double farthest = -1e9;
@@ -56,7 +57,8 @@ ShapeId shape_of(const World& world, BodyId body) {
   return shape;
 }
 
-// Steps, and returns how near the centers of the bodies come to the shape on straight ways from step to step.
+// Steps, and returns the smallest distance of the bodies' centers to the shape on straight lines from step to
+// step.
 double nearest_way(Lab& lab, const std::vector<BodyId>& bodies, ShapeId obstacle, int steps) {
   constexpr int kSamples = 2000;
   double nearest = 1e9;
@@ -136,7 +138,7 @@ TEST(Swept, FastBodiesMeetEveryKindOfShape) {
                                      .rotation = random.rotation(),
                                      .linear_velocity = to_vec3(velocity)},
                                     bullet);
-        // What hits a slanted face leaves along it: only the obstacle itself is closed.
+        // A body that hits a slanted face leaves along it: only the obstacle itself stops bodies.
         EXPECT_GT(nearest_way(lab, {body}, shape, 4), 0.0)
             << "obstacle " << geometry.index() << ", bullet " << bullet.index() << ", shot " << shot;
         lab.world.destroy_body(body);
@@ -145,7 +147,7 @@ TEST(Swept, FastBodiesMeetEveryKindOfShape) {
   }
 }
 
-TEST(Swept, ABodyThatHitStopsAtTheSurfaceWithItsVelocity) {
+TEST(Swept, ABodyThatHitsStopsAtTheSurfaceAndKeepsItsVelocity) {
   Lab lab(without_gravity());
   lab.add({.type = BodyType::fixed, .position = {5.01f, 0, 0}}, Box{{0.01f, 5, 5}});
   const BodyId ball =
@@ -155,7 +157,7 @@ TEST(Swept, ABodyThatHitStopsAtTheSurfaceWithItsVelocity) {
   EXPECT_EQ(lab.world.stats().sweep_hits, 1);
   EXPECT_NEAR(lab.position(ball).x(), 4.9, 1e-3);
   EXPECT_EQ(lab.velocity(ball).x(), static_cast<double>(kBullet));
-  // Turned by the same share of the step as it moved.
+  // Rotation and translation stop at the same share of the step.
   const double turn = 2.0 * std::acos(static_cast<double>(lab.world.pose(ball).rotation.w));
   EXPECT_NEAR(turn, 30.0 * 4.9 / static_cast<double>(kBullet), 1e-3);
   lab.run(1);
@@ -177,7 +179,8 @@ TEST(Swept, BodiesThatPassByAreNotStopped) {
   Lab lab(without_gravity());
   const Material smooth{.friction = 0};
   lab.add({.type = BodyType::fixed, .position = {0, -1, 0}}, Box{{50, 1, 50}}, smooth);
-  // Along the floor at a hair's breadth, one that cuts a corner by a third of its radius, one far away.
+  // Paths along the floor at a small distance: one touches nothing, one cuts a corner by a third of its
+  // radius, one is far away.
   lab.add({.type = BodyType::fixed, .position = {10, 5, 0}}, Box{{0.5f, 0.5f, 0.5f}}, smooth);
   const BodyId low =
       lab.add({.position = {-20, 0.2505f, 5}, .linear_velocity = {kBullet, 0, 0}}, Sphere{0.25f}, smooth);
@@ -284,7 +287,7 @@ TEST(Swept, ABoxThatFallsOnAnEdgeOrACornerIsStoppedAtTheSurface) {
   }
 }
 
-TEST(Swept, ARodThatFallsFlatIsSeenComingWhateverItIsMadeOf) {
+TEST(Swept, ARodThatFallsFlatIsStoppedForEveryKindOfShape) {
   // As thin as the strip in which faces only graze.
   const Vec3 half{0.5f, 0.004f, 0.004f};
   std::vector<Vec3> corners;
@@ -294,7 +297,7 @@ TEST(Swept, ARodThatFallsFlatIsSeenComingWhateverItIsMadeOf) {
   for (const Geometry& geometry : {Geometry{Box{half}}, Geometry{ConvexHull{Hull(corners)}}}) {
     Lab lab(without_gravity());
     lab.add_ground();
-    const float gap = 0.03f;  // after the first step; the second would take it through the floor
+    const float gap = 0.03f;  // after the first step; in the second step it would pass through the floor
     const BodyId rod =
         lab.add({.position = {0, half.y + gap + 10 * kStep, 0}, .linear_velocity = {0, -10, 0}}, geometry);
     lab.run(2);
@@ -303,7 +306,7 @@ TEST(Swept, ARodThatFallsFlatIsSeenComingWhateverItIsMadeOf) {
   }
 }
 
-TEST(Swept, EdgesThatPassBesideOneAnotherDoNotTouch) {
+TEST(Swept, EdgesThatPassEachOtherSidewaysDoNotTouch) {
   std::vector<Vec3> corners;
   for (int k = 0; k < 8; ++k) {
     corners.push_back({k & 1 ? 1.0f : -1.0f, k & 2 ? 1.0f : -1.0f, k & 4 ? 1.0f : -1.0f});
@@ -374,7 +377,7 @@ TEST(Swept, NoBodyLeavesAClosedRoom) {
   }
 }
 
-TEST(Swept, AHullIsMetAtItsFacesWhereverItsCentroidLies) {
+TEST(Swept, AHullStopsBodiesAtItsFacesForAnyCentroid) {
   // A slab whose points lie far from the body's origin, and the same as a bullet.
   const float left = 7, right = 8;
   std::vector<Vec3> corners;
@@ -401,7 +404,7 @@ TEST(Swept, AHullIsMetAtItsFacesWhereverItsCentroidLies) {
 }
 
 TEST(Swept, ShapesFarFromTheCenterOfMassAreSweptToo) {
-  // A dumbbell that flies past a post with its middle and would throw an end through it.
+  // A dumbbell that flies past a post with its middle and whose end would pass through the post.
   Lab lab(without_gravity());
   const BodyId wall = lab.add({.type = BodyType::fixed, .position = {4, 3, 0}}, Box{{0.005f, 1, 5}});
   const BodyId bell = lab.world.create_body({.linear_velocity = {kBullet, 0, 0}});
@@ -488,7 +491,7 @@ TEST(Swept, AShapesNewSizeCounts) {
   EXPECT_EQ(lab.world.stats().swept_bodies, 0);
 }
 
-TEST(Swept, AShapesSlotThatChangesHandsCountsForBothBodies) {
+TEST(Swept, AShapesReusedSlotCountsForBothBodies) {
   Lab lab(without_gravity());
   const BodyId ball = lab.add({.linear_velocity = {12, 0, 0}}, Sphere{1.0f});  // 0.2 m a step
   const ShapeId small = lab.world.add_shape(ball, Sphere{0.1f});

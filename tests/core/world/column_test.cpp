@@ -1,12 +1,12 @@
-// Laws of columns, of the state table and of what is generated from it.
+// Laws of columns and of the marks of their pages.
+#include <core/world/column.h>
 #include <core/world/state_table.h>
 #include <tests/core/world/world_fixture.h>
 
 #include <cstring>
 #include <fstream>
 #include <new>
-#include <set>
-#include <string>
+#include <utility>
 #include <vector>
 
 #ifdef __linux__
@@ -38,6 +38,46 @@ TEST(Column, RowsLieOnCacheLinesAndSurviveGrowth) {
   EXPECT_TRUE(is_aligned(bytes));
 }
 
+// Resizes a column of 3 rows, and drops 1 of 4, by integers of one type.
+template <class Integer>
+void expect_sizes_by() {
+  Column<std::int32_t> column;
+  column.reserve(Integer{3});
+  EXPECT_TRUE(column.empty());
+  EXPECT_GE(column.capacity_bytes(), 3 * sizeof(std::int32_t));
+  column.resize(Integer{3});
+  for (const std::int32_t value : column) EXPECT_EQ(value, 0);
+  EXPECT_EQ(column.size(), 3u);
+  column[Integer{2}] = 7;
+  column.resize_for_overwrite(Integer{4});
+  EXPECT_EQ(column.size(), 4u);
+  EXPECT_EQ(column[Integer{2}], 7);
+  column.drop_back(Integer{1});
+  EXPECT_EQ(column.size(), 3u);
+  column.resize_discarding(Integer{5});
+  EXPECT_EQ(column.size(), 5u);
+  column.resize(Integer{0});
+  EXPECT_TRUE(column.empty());
+}
+
+TEST(Column, SizesAndRowsAreAnyIntegers) {
+  expect_sizes_by<std::size_t>();
+  expect_sizes_by<std::int64_t>();
+  expect_sizes_by<std::int32_t>();
+  expect_sizes_by<std::uint32_t>();
+  expect_sizes_by<std::uint8_t>();
+}
+
+TEST(PageMarks, RowsAreAnyIntegers) {
+  PageMarks marks;
+  marks.cover(3 * kPageRows);
+  marks.mark(std::int32_t{0});
+  marks.mark(2 * kPageRows);
+  EXPECT_NE(marks[0], 0);
+  EXPECT_EQ(marks[1], 0);
+  EXPECT_NE(marks[2], 0);
+}
+
 TEST(Column, NewRowsAreZeroInReusedMemoryToo) {
   Column<std::int32_t> column;
   column.resize(100);
@@ -55,7 +95,7 @@ TEST(Column, NewRowsAreZeroInReusedMemoryToo) {
 }
 
 // Large ones lie in pages of their own.
-TEST(Column, LargeOnesKeepTheirRowsAndNewRowsAreZero) {
+TEST(Column, LargeColumnsKeepTheirRowsAndNewRowsAreZero) {
   Column<std::int32_t> column;
   std::size_t filled = 0;
   for (std::size_t size = 1000; size < 20'000'000; size = size * 3 / 2) {
@@ -95,7 +135,7 @@ TEST(Column, LargeScratchThatGrowsALittleStaysWhereItIs) {
 }
 
 #ifdef __linux__
-// Pages of the program's memory that are there.
+// Resident pages of the program's memory.
 double resident_bytes() {
   std::ifstream file("/proc/self/statm");
   double all = 0.0, resident = 0.0;
@@ -117,7 +157,7 @@ TEST(Column, UnwrittenRowsTakeNoMemory) {
   EXPECT_LT(resident_bytes() - before, 0.2 * kRows * sizeof(WideRow));
 }
 
-// Bytes of addresses that the program has.
+// Bytes of the program's address space.
 double address_bytes() {
   std::ifstream file("/proc/self/statm");
   double all = 0.0;
@@ -125,7 +165,7 @@ double address_bytes() {
   return all * 4096.0;
 }
 
-TEST(Column, GrowsWhereTheSystemHasAddressesForItsRowsAlone) {
+TEST(Column, GrowsEvenWithAddressSpaceOnlyForItsRows) {
   if (!has_page_memory()) GTEST_SKIP() << "memory is watched";
   constexpr std::size_t kRows = 1'000'000;
   rlimit before{};
@@ -167,7 +207,7 @@ TEST(Column, ReservedRowsNeedNoNewMemory) {
   EXPECT_GE(column.capacity_bytes(), 4000u);
 }
 
-TEST(Column, MemoryEndsBehindThePadding) {
+TEST(Column, MemoryEndsAfterThePadding) {
   Column<WideRow> column;
   column.resize(5);
   WideRow past[2];  // 64 bytes behind the last row may be read
@@ -182,93 +222,73 @@ TEST(Column, PushingAnElementOfItselfIsSafe) {
   EXPECT_EQ(column.back(), 42);
 }
 
-TEST(StateTable, NamesEveryColumnOnce) {
-  World world;
-  std::set<std::string> names;
-  std::size_t count = 0;
-  for_each_column(internals(world), [&](ColumnKind, const char* store, const char* name, auto&) {
-    names.insert(std::string(store) + "." + name);
-    ++count;
-  });
-  EXPECT_EQ(names.size(), count);
-  for (const char* name :
-       {"bodies.pose", "bodies.free_slots", "bodies.awake", "shapes.fat_bounds", "shapes.dirty",
-        "contacts.pairs.pair", "contacts.resting.pair", "contacts.pairs_before.pair", "contacts.now.manifold",
-        "contacts.free_rows", "contacts.touching"}) {
-    EXPECT_EQ(names.count(name), 1u) << name;
-  }
+Column<std::int32_t> numbers(std::size_t count) {
+  Column<std::int32_t> column;
+  for (std::size_t i = 0; i < count; ++i) column.push_back(static_cast<std::int32_t>(i));
+  return column;
 }
 
-// Bytes of the members of a table, without those of tables within it twice.
-template <class Data>
-std::size_t bytes_of_members(Data& data) {
-  std::size_t bytes = 0;
-  Data::visit_members(data, TablePlace{}, [&bytes](const Member&, const auto& it) { bytes += sizeof it; });
-  return bytes;
+#ifdef SCREE_ASSERTIONS
+
+TEST(ColumnDeathTest, ARowBehindTheLastIsRefusedByAnyIntegerThatNamesIt) {
+  Column<std::int32_t> column = numbers(3);
+  EXPECT_EQ(column[2], 2);
+  EXPECT_DEATH(column[3] = 0, "index < size_");
+  EXPECT_DEATH(column[std::size_t{3}] = 0, "index < size_");
+  EXPECT_DEATH(column[std::uint32_t{3}] = 0, "index < size_");
+  EXPECT_DEATH(static_cast<void>(std::as_const(column)[3]), "index < size_");
 }
 
-TEST(StateTable, NothingOfAWorldIsForgotten) {
-  // What is left is the room between members of different alignment: less than a word for each small one.
-  World world;
-  WorldData& data = internals(world);
-  std::size_t small = 0;
-  for_each_member(data, [&small](const Member&, const auto& it) { small += sizeof it < 8 ? 1 : 0; });
-  EXPECT_LE(bytes_of_members(data), sizeof data);
-  EXPECT_LT(sizeof data - bytes_of_members(data), 8 * (small + 1));
+TEST(ColumnDeathTest, ANegativeRowIsRefused) {
+  Column<std::int32_t> column = numbers(3);
+  EXPECT_DEATH(column[-1] = 0, "index < size_");
+  EXPECT_DEATH(column[std::int64_t{-1}] = 0, "index < size_");
 }
 
-TEST(StateTable, LastStepsPairsAreScratch) {
-  World world;
-  for_each_column(internals(world), [&](ColumnKind kind, const char* store, const char* name, auto&) {
-    if (std::string(store) == "contacts.pairs_before") {
-      EXPECT_EQ(kind, ColumnKind::scratch) << name;
-    }
-  });
+TEST(ColumnDeathTest, ANegativeSizeIsRefused) {
+  Column<std::int32_t> column = numbers(3);
+  EXPECT_DEATH(column.resize(-1), "in_range");
+  EXPECT_DEATH(column.resize(std::int64_t{-1}), "in_range");
+  EXPECT_DEATH(column.resize_for_overwrite(-1), "in_range");
+  EXPECT_DEATH(column.resize_discarding(-1), "in_range");
+  EXPECT_DEATH(column.reserve(-1), "in_range");
+  EXPECT_DEATH(column.drop_back(-1), "in_range");
 }
 
-// clang-format off
-#define SCREE_COUNTED_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER) \
-  LIST (derived, double, colors)                               \
-  LIST (scratch, float, blocks)                                \
-  VALUE(scratch, std::int64_t, rounds, 7)
-// clang-format on
-SCREE_PART(CountedPart, SCREE_COUNTED_MEMBERS)
-
-TEST(MemoryUse, IsTheSumOverTheTable) {
-  World world;
-  std::vector<BodyId> ids(1000);
-  world.create_bodies(std::vector<BodyDef>(1000), std::vector<Geometry>(1000), {}, {}, ids);
-  auto part = std::make_unique<CountedPart>();
-  part->colors.reserve(100);
-  part->blocks.reserve(1000);
-  internals(world).islands = std::move(part);
-  std::size_t sums[3] = {};
-  for_each_member(internals(world), [&](const Member& member, const auto& it) {
-    if constexpr (kIsColumn<std::remove_cvref_t<decltype(it)>>) {
-      EXPECT_GE(it.capacity_bytes(), it.span().size_bytes()) << member.store << "." << member.name;
-      sums[static_cast<int>(member.kind)] += it.capacity_bytes();
-    } else {
-      sums[static_cast<int>(member.kind)] += sizeof it;
-    }
-  });
-  const MemoryUse use = world.memory_use();
-  EXPECT_EQ(use.state, sums[0]);
-  EXPECT_EQ(use.derived, sums[1] + 100 * sizeof(double));
-  EXPECT_EQ(use.scratch, sums[2] + 1000 * sizeof(float) + sizeof(std::int64_t));
-  EXPECT_GE(use.state, 1000 * (sizeof(PoseRow) + sizeof(VelocityRow)));
+TEST(ColumnDeathTest, ARowThatWasDroppedIsRefusedThoughItsMemoryIsThere) {
+  Column<std::int32_t> column = numbers(3);
+  column.pop_back();
+  EXPECT_DEATH(column[2] = 0, "index < size_");
 }
 
-TEST(StateTable, PartsForgetAllButTheirMemory) {
-  CountedPart part;
-  part.colors.push_back(1.0);
-  part.blocks.push_back(1.0f);
-  part.rounds = 9;
-  const std::size_t bytes = part.colors.capacity_bytes();
-  static_cast<Part&>(part).forget();
-  EXPECT_TRUE(part.colors.empty() && part.blocks.empty());
-  EXPECT_EQ(part.rounds, 7);
-  EXPECT_EQ(part.colors.capacity_bytes(), bytes);
+TEST(ColumnDeathTest, AnEmptyColumnHasNoLastRow) {
+  Column<std::int32_t> column;
+  EXPECT_DEATH(static_cast<void>(column.back()), "size_ > 0");
+  EXPECT_DEATH(column.pop_back(), "count <= size_");
+  column = numbers(3);
+  EXPECT_DEATH(column.drop_back(4), "count <= size_");
 }
+
+TEST(ColumnDeathTest, AColumnIsNotAppendedToItself) {
+  Column<std::int32_t> column = numbers(3);
+  EXPECT_DEATH(column.append(column.span()), "rows.empty");
+}
+
+TEST(PageMarksDeathTest, ANegativeRowIsNotMarked) {
+  PageMarks marks;
+  marks.cover(std::size_t{64});
+  EXPECT_DEATH(marks.mark(-1), "in_range");
+}
+
+#else
+
+TEST(Column, ABuildWithoutAssertionsDoesNotCheckRows) {
+  Column<std::int32_t> column = numbers(3);
+  column.pop_back();
+  EXPECT_EQ(column[2], 2);  // its memory still exists
+}
+
+#endif
 
 }  // namespace
 }  // namespace scree::test

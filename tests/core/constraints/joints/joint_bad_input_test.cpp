@@ -1,4 +1,5 @@
-// Laws of wrong joints: every call that refuses names itself, the value and the limit, and changes nothing.
+// Laws of invalid joints: every call that refuses one names itself, the value and the limit, and changes
+// nothing.
 #include <scree/scree.h>
 #include <tests/core/constraints/joint_samples.h>
 #include <tests/core/world/world_fixture.h>
@@ -31,7 +32,7 @@ struct Workshop {
     world.destroy_joint(world.create_joint({.body_a = a, .body_b = b}, BallJoint{}));
   }
 
-  // Each of `said` must stand in the error.
+  // Expects that the error contains each text of `said`.
   void refuse(const std::function<void()>& call, const std::vector<std::string>& said) {
     const std::vector<std::byte> before = bytes_of(world);
     const std::string error = error_of(call);
@@ -44,7 +45,7 @@ struct Workshop {
                   const Joint& joint = BallJoint{}) {
     refuse([&] { world.create_joint(def, joint); }, said);
   }
-  // By the calls that create and those that change.
+  // Both by the calls that create joints and by the calls that change them.
   void refuse_joint(const Joint& joint, std::vector<std::string> said) {
     said.push_back("World::create_joint: ");
     refuse_def({.body_a = kWorld, .body_b = b}, said, joint);
@@ -53,8 +54,8 @@ struct Workshop {
   }
 };
 
-// What nearly always is an end that was forgotten.
-TEST(JointBadInput, AnEndThatWasNotGivenIsNotTheWorld) {
+// Default bodies: almost always an end that the caller forgot to set.
+TEST(JointBadInput, AnOmittedBodyIsNotTheWorld) {
   Workshop w;
   w.refuse_def({.body_a = w.a}, {"body_b names no body; kWorld stands for the world"});
   w.refuse_def({.body_a = {}, .body_b = w.b}, {"body_a names no body; kWorld stands for the world"});
@@ -105,7 +106,7 @@ TEST(JointBadInput, IsRefusedInFrames) {
   frames({{}, {0, 0, 0, 0}}, {}, {"frame_a.rotation has length 0, must be 1 within 0.001"});
   frames({}, {{}, {0, 0, 0, 1.01f}}, {"frame_b.rotation has length 1.00999999, must be 1 within 0.001"});
   frames({}, {{}, {0, 0, 0, kNan}}, {"frame_b.rotation has length"});
-  // In the world an anchor may lie as far off as a body.
+  // In the world an anchor may lie as far away as a body.
   EXPECT_NO_THROW(w.world.set_joint_frames(w.joints[0], {{1e7f, -1e7f, 0}, {}}, {{1e5f, 0, 0}, {}}));
 }
 
@@ -136,7 +137,7 @@ TEST(JointBadInput, IsRefusedInStiffnessAndStrength) {
   }
 }
 
-// What is wrong with an axis, and what is said.
+// An invalid axis, and the text of its error.
 struct WrongAxis {
   JointAxis axis;
   std::vector<std::string> said;

@@ -1,4 +1,4 @@
-// Laws of events: what touches begins, goes on and ends, once each, in order, with the impulses that acted.
+// Laws of events: every contact begins, persists and ends, once each, in order, with the impulses that acted.
 #include <core/world/world_data.h>
 #include <tests/physics/lab.h>
 
@@ -12,7 +12,7 @@
 namespace scree::physics {
 namespace {
 
-// A lab that is told of everything.
+// A lab whose shapes all report events.
 WorldSettings told(WorldSettings settings = without_sleep(), ContactEvents events = ContactEvents::all) {
   settings.contact_events = events;
   return settings;
@@ -90,11 +90,11 @@ TEST(Events, ARestingBodyIsPressedByItsWeight) {
   const double expected = lab.mass(box) * kGravity * static_cast<double>(kStep);
   EXPECT_NEAR(lab.world.contact_persists()[0].normal_impulse, expected, 1e-3 * expected);
   EXPECT_NEAR(lab.world.contact_persists()[0].approach_speed, 0.0f, 1e-3f);
-  lab.run(1, 0.5f * kStep);  // the impulse follows the step, not the substep
+  lab.run(1, 0.5f * kStep);  // the impulse is that of the step, not of a substep
   EXPECT_NEAR(lab.world.contact_persists()[0].normal_impulse, 0.5 * expected, 2e-2 * expected);
 }
 
-TEST(Events, TheImpulseOfAnImpactIsTheMomentumThatItTurns) {
+TEST(Events, TheImpulseOfAnImpactIsTheChangeOfMomentum) {
   for (const float restitution : {0.0f, 0.5f, 0.9f}) {
     WorldSettings settings = told(without_gravity());
     Lab lab(settings);
@@ -117,7 +117,7 @@ TEST(Events, TheImpulseOfAnImpactIsTheMomentumThatItTurns) {
   }
 }
 
-TEST(Events, ABallThatLeavesAtOnceBeginsAllTheSame) {
+TEST(Events, AReboundingBallBeginsAndEndsEveryContact) {
   Lab lab(told());
   lab.add_ground();
   const BodyId ball = lab.add({.position = {0, 2, 0}}, Sphere{0.5f}, {.restitution = 1.0f});
@@ -155,14 +155,14 @@ TEST(Events, TheNormalPointsFromTheLowerShapeToTheHigher) {
   }
 }
 
-TEST(Events, ShapesThatAreOnlyNearDoNotTouch) {
+TEST(Events, NearbyShapesDoNotTouch) {
   Lab lab(told(without_gravity()));
   lab.add_ground();
   const BodyId box = lab.add({.position = {0, 0.51f, 0}}, Box{});
   const Counts counts = count_over(lab, 20);
   EXPECT_EQ(lab.world.stats().contacts, 1) << "within the speculative distance";
   EXPECT_EQ(counts.begins, 0u);
-  // Once they have touched, a tremble of less than 5 mm is no end.
+  // After the shapes have touched, a jitter of less than 5 mm does not end the contact.
   lab.world.set_pose(box, {{0, 0.499f, 0}, {}});
   lab.run(1);
   EXPECT_EQ(lab.world.contact_begins().size(), 1u);
@@ -210,7 +210,7 @@ TEST(Events, OfAHullThatTipsOverOnlyTheEdgeTouchesUntilItsFaceLands) {
     for (int k = 0; k < 2; ++k) EXPECT_NEAR(event.points[k].separation, 0.0f, kSpeculativeDistance) << i;
   }
   EXPECT_GT(before, 5);
-  // By its energy it turns by 3 rad/s when the face lands.
+  // By conservation of energy it turns at 3 rad/s when the face lands.
   EXPECT_NEAR(landing, 3.0f, 0.6f);
 }
 
@@ -258,7 +258,7 @@ TEST(Events, ContactsOfDestroyedShapesEndInOrderWithDeadHandles) {
   EXPECT_TRUE(lab.world.is_alive(ends[1].shape_b));
   EXPECT_EQ(ends[2].body_b, boxes[4]);
   EXPECT_FALSE(lab.world.is_alive(ends[2].body_b));
-  // The ground takes all that is left along.
+  // The ground takes all of the remaining tangential momentum.
   lab.world.destroy_body(ground);
   lab.run(1);
   EXPECT_EQ(lab.world.contact_ends().size(), 3u);
@@ -284,7 +284,7 @@ TEST(Events, AReusedSlotEndsTheOldContactAndBeginsTheNewOne) {
   EXPECT_TRUE(lab.world.contact_persists().empty());
 }
 
-TEST(Events, OnlyShapesThatAskGetEvents) {
+TEST(Events, OnlyShapesThatRequestEventsGetThem) {
   Lab lab;
   lab.add_ground();
   const auto add = [&](float x, ContactEvents events) {
@@ -305,7 +305,7 @@ TEST(Events, OnlyShapesThatAskGetEvents) {
   EXPECT_TRUE(lab.world.contact_begins().empty());
   ASSERT_EQ(lab.world.contact_persists().size(), 2u);
   EXPECT_EQ(lab.world.contact_persists()[0].shape_b, persist);
-  // Who asks no more is told of the end; who asks anew, of a begin.
+  // A shape that stops asking gets the end of its contact; one that asks again gets a begin.
   lab.world.set_contact_events(begin_end, ContactEvents::none);
   lab.world.set_contact_events(persist, ContactEvents::all);
   lab.run(1);
@@ -321,7 +321,7 @@ TEST(Events, OnlyShapesThatAskGetEvents) {
   EXPECT_TRUE(internals(lab.world).events.touching.empty());
 }
 
-TEST(Events, AskingForEventsChangesNoMotion) {
+TEST(Events, RequestingEventsChangesNoMotion) {
   std::uint64_t hashes[2];
   for (const bool asked : {false, true}) {
     Lab lab(asked ? told() : without_sleep());
@@ -379,7 +379,7 @@ TEST(Events, AStepOfNoLengthListsTouchingPairsWithoutImpulse) {
   EXPECT_TRUE(lab.world.contact_begins().empty());
 }
 
-TEST(Events, BodiesThatWereRestoredAreNamedInOrder) {
+TEST(Events, RestoredBodiesAreListedInOrder) {
   Lab lab;
   lab.add_ground();
   std::vector<BodyId> boxes;
@@ -387,7 +387,7 @@ TEST(Events, BodiesThatWereRestoredAreNamedInOrder) {
     boxes.push_back(lab.add({.position = {5.0f * static_cast<float>(i), 3, 0}}, Box{}));
   lab.run(5);
   EXPECT_TRUE(lab.world.restored_bodies().empty());
-  // No call accepts such a force; a step must cope all the same.
+  // No call accepts such a force; a step must stay sound all the same.
   for (const std::size_t lost : {3u, 1u})
     internals(lab.world).bodies.force[boxes[lost].index].force[0] = std::numeric_limits<float>::infinity();
   lab.run(1);

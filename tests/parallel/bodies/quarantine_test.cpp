@@ -1,5 +1,5 @@
-// A body whose state becomes non-finite is quarantined where it last was. Others that it makes non-finite are
-// put back at rest.
+// A body whose state becomes non-finite is quarantined at its last pose. Other bodies that it makes
+// non-finite are restored at rest.
 #include <core/world/world_data.h>
 #include <tests/physics/lab.h>
 
@@ -21,7 +21,8 @@ std::vector<BodyId> listed(std::span<const BodyId> list) { return {list.begin(),
 
 bool same_bits(const Pose& a, const Pose& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
-// By public calls alone: a force that is little for the heaviest body, and then hurls the lightest one.
+// Makes a body non-finite by public calls alone: sets a force that is small for the heaviest body, then gives
+// the body the lightest mass.
 void overload(World& world, BodyId body) {
   const MassProperties before = world.mass_properties(body);
   MassProperties heavy = before, light = before;
@@ -42,10 +43,10 @@ TEST(Quarantine, ABodyThatBecomesNonFiniteInAHeapStaysAndTheOthersGoOn) {
   Lab lab;
   const std::vector<BodyId> heap = add_heap(lab, 40, 8);
   lab.run(150);
-  // Somebody who is pressed against somebody else.
+  // Two bodies pressed against each other.
   const Contacts& contacts = internals(lab.world).contacts;
   BodyId faulty;
-  for (const std::int32_t row : contacts.touching) {
+  for (const std::int32_t row : contacts.active) {
     const Manifold& manifold = contacts.now.manifold[static_cast<std::size_t>(row)];
     if ((manifold.info & kManifoldStatic) == 0 && manifold.normal_impulse[0] > 0.0f) {
       faulty = lab.world.body_at(static_cast<std::uint32_t>(manifold.row_b));
@@ -58,7 +59,7 @@ TEST(Quarantine, ABodyThatBecomesNonFiniteInAHeapStaysAndTheOthersGoOn) {
   EXPECT_EQ(listed(lab.world.quarantined_bodies()), std::vector<BodyId>{faulty});
   const std::vector<BodyId> restored = listed(lab.world.restored_bodies());
   EXPECT_TRUE(std::binary_search(restored.begin(), restored.end(), faulty));
-  EXPECT_GT(restored.size(), 1u) << "those that it touches become non-finite with it";
+  EXPECT_GT(restored.size(), 1u) << "the bodies that it touches become non-finite, too";
   for (const BodyId body : restored) EXPECT_EQ(lab.velocity(body).norm(), 0.0);
   EXPECT_TRUE(lab.all_finite());
   for (int i = 0; i < 200; ++i) {
@@ -80,7 +81,7 @@ struct QuarantinedBox {
     quarantine();
   }
   void quarantine() {
-    // No call accepts it.
+    // No call accepts this value.
     internals(lab.world).bodies.force[box.index].force[1] = kInfinity;
     lab.run(1);
     ASSERT_TRUE(lab.world.is_quarantined(box));
@@ -97,7 +98,7 @@ struct QuarantinedBox {
   Pose place;
 };
 
-TEST(Quarantine, NothingThatPushesMovesTheBody) {
+TEST(Quarantine, NoPushMovesTheBody) {
   QuarantinedBox f;
   World& world = f.lab.world;
   EXPECT_FALSE(world.is_awake(f.box));
@@ -110,13 +111,13 @@ TEST(Quarantine, NothingThatPushesMovesTheBody) {
   const BodyId ball =
       f.lab.add({.position = {-3, 5, 0}, .linear_velocity = {20, 0, 0}, .mass = 1e4f}, Sphere{});
   f.expect_stays();
-  EXPECT_LT(f.lab.velocity(ball).x(), 1.0) << "it is as hard as a wall";
+  EXPECT_LT(f.lab.velocity(ball).x(), 1.0) << "the quarantined body acts as a wall";
   const double top = f.lab.height(f.box) + 0.5;
   const BodyId rider =
       f.lab.add({.position = {0, static_cast<float>(top) + 0.3f, 0}}, Box{{0.3f, 0.3f, 0.3f}});
   f.expect_stays();
   f.expect_stays();
-  EXPECT_NEAR(f.lab.height(rider), top + 0.3, 0.01) << "and carries what rests on it";
+  EXPECT_NEAR(f.lab.height(rider), top + 0.3, 0.01) << "the quarantined body carries the rider";
   f.lab.run(1, 0.0f);
   f.expect_stays();
 }
@@ -172,9 +173,9 @@ TEST(Quarantine, OnlyCallsThatSetTheMotionEndIt) {
     f.lab.run(20);
     EXPECT_LT(f.lab.velocity(f.box).y(), -3.0);
     EXPECT_EQ(f.lab.velocity(f.box), f.lab.velocity(f.twin))
-        << "it falls like one that never was quarantined";
+        << "the body falls like one that was never quarantined";
     EXPECT_EQ(f.lab.height(f.box), f.lab.height(f.twin));
-    // And may become non-finite again.
+    // The body may become non-finite again.
     f.quarantine();
     f.expect_stays();
   }
@@ -235,7 +236,7 @@ TEST(Quarantine, KinematicBodiesAreQuarantinedToo) {
   EXPECT_NEAR(lab.height(lift), static_cast<double>(target.position.y), 1e-4);
 }
 
-TEST(Quarantine, TakesAllThatBecameNonFiniteTogetherWhereNoneDidAlone) {
+TEST(Quarantine, TakesAllBodiesThatBecameNonFiniteTogetherIfNoneDidAlone) {
   Lab lab;
   lab.add_ground();
   std::vector<BodyId> boxes;
@@ -245,12 +246,11 @@ TEST(Quarantine, TakesAllThatBecameNonFiniteTogetherWhereNoneDidAlone) {
   lab.run(60);
   // The first stack becomes non-finite by a contact's impulse, the second by the top box's own motion.
   Contacts& contacts = internals(lab.world).contacts;
-  const auto of_first =
-      std::find_if(contacts.touching.begin(), contacts.touching.end(), [&](std::int32_t row) {
-        return contacts.now.manifold[static_cast<std::size_t>(row)].row_b ==
-               static_cast<std::int32_t>(boxes[0].index);
-      });
-  ASSERT_NE(of_first, contacts.touching.end());
+  const auto of_first = std::find_if(contacts.active.begin(), contacts.active.end(), [&](std::int32_t row) {
+    return contacts.now.manifold[static_cast<std::size_t>(row)].row_b ==
+           static_cast<std::int32_t>(boxes[0].index);
+  });
+  ASSERT_NE(of_first, contacts.active.end());
   contacts.now.manifold[static_cast<std::size_t>(*of_first)].normal_impulse[0] = kNan;
   internals(lab.world).bodies.velocity[boxes[5].index].angular[2] = kInfinity;
   lab.run(1);
@@ -322,7 +322,7 @@ TEST(Quarantine, IsPartOfSnapshots) {
   EXPECT_LT(f.lab.velocity(f.box).y(), -1.0);
 }
 
-TEST(Quarantine, SnapshotsOfAnImpossibleOneAreRefused) {
+TEST(Quarantine, SnapshotsOfAnImpossibleQuarantineAreRefused) {
   const auto refusal = [](auto change) {
     QuarantinedBox f;
     change(internals(f.lab.world).bodies, f.box, f.twin);
@@ -344,7 +344,8 @@ TEST(Quarantine, SnapshotsOfAnImpossibleOneAreRefused) {
   EXPECT_NE(both.find("one type only"), std::string::npos) << both;
 }
 
-// Makes one body of a heap after the other non-finite, with a snapshot in between, and ends some quarantines.
+// Makes one body of a heap after the other non-finite, with a snapshot in between, and ends some of the
+// quarantines.
 std::string history(Isa isa, int threads, bool restores) {
   Lab lab{WorldSettings{}};
   lab.workers = Workers({.threads = threads, .isa = isa});
@@ -374,7 +375,7 @@ std::string history(Isa isa, int threads, bool restores) {
 
 TEST(Quarantine, HasTheSameBitsOnEveryInstructionSetAndThreadCount) {
   const std::string expected = history(Isa::scalar, 1, false);
-  EXPECT_NE(expected.find(" of 2"), std::string::npos) << "some make others non-finite:\n" << expected;
+  EXPECT_NE(expected.find(" of 2"), std::string::npos) << "some bodies make others non-finite:\n" << expected;
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
     if (!is_supported(isa)) continue;
     for (const int threads : {1, 2, 4}) {

@@ -104,7 +104,7 @@ TEST(Rotations, AnInterpolationTurnsAtAnEvenPaceByTheShorterWay) {
   expect_same_turn(slerp(a, near, 0.5f), a, 1e-6f);
 }
 
-TEST(Poses, ComposeAsTheMotionsThatTheyAre) {
+TEST(Poses, ComposeAsMotions) {
   const Pose a{{1, -2, 3}, kTurns[2]}, b{{-5, 0.5f, 2}, kTurns[3]};
   const Vec3 point{0.3f, 0.9f, -1.4f};
   expect_near(transform(a * b, point), transform(a, transform(b, point)), 3e-6f);
