@@ -330,7 +330,9 @@ class RowSolver {
         const double free = rows_[slots[i]].impulse + change[i];
         square += free * free;
       }
-      const double size = std::sqrt(square), scale = size > most(first) ? most(first) / size : 1;
+      const double size = std::sqrt(square);
+      if (first.kind == kRowFriction && size > most(first)) return sliding(slots, change, most(first));
+      const double scale = size > most(first) ? most(first) / size : 1;
       for (std::size_t i = 0; i < slots.size(); ++i) {
         const double old = rows_[slots[i]].impulse;
         change[i] = (old + change[i]) * scale - old;
@@ -343,6 +345,36 @@ class RowSolver {
           gives_nothing(row.said) ? 0 : std::clamp(row.impulse + change[i], least(row.said), most(row.said));
       change[i] = next - row.impulse;
     }
+    return change;
+  }
+
+  // Coulomb's law: impulses on the edge of the disk that leave a slip against them; as slide() of
+  // simd/constraints/contact/contact_sweep.h, with K instead of its inverse. (K + s) p = K f, with f the
+  // impulses that would stop the slip, and two steps of Newton's method for 1 / |p| = 1 / limit.
+  std::vector<double> sliding(const std::vector<std::size_t>& slots, std::vector<double> change,
+                              double limit) const {
+    const double k11 = response(slots[0], slots[0]), k12 = response(slots[0], slots[1]),
+                 k22 = response(slots[1], slots[1]);
+    const double f1 = rows_[slots[0]].impulse + change[0], f2 = rows_[slots[1]].impulse + change[1];
+    const double c1 = k11 * f1 + k12 * f2, c2 = k12 * f1 + k22 * f2;
+    double s = 0, x = f1, y = f2;
+    const auto divide = [&](double& one, double& two) {
+      const double a = k11 + s, b = k22 + s, determinant = a * b - k12 * k12, first_one = one;
+      one = (b * one - k12 * two) / determinant;
+      two = (a * two - k12 * first_one) / determinant;
+    };
+    for (int i = 0; i < 2; ++i) {
+      const double length = std::hypot(x, y), edge = std::max(limit, 1e-6 * std::hypot(f1, f2));
+      double n1 = x / length, n2 = y / length;
+      const double m1 = n1, m2 = n2;
+      divide(n1, n2);
+      s += (length / edge - 1) / (m1 * n1 + m2 * n2);
+      x = c1, y = c2;
+      divide(x, y);
+    }
+    const double scale = limit / std::hypot(x, y);
+    change[0] = x * scale - rows_[slots[0]].impulse;
+    change[1] = y * scale - rows_[slots[1]].impulse;
     return change;
   }
 
