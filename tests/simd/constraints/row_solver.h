@@ -348,33 +348,18 @@ class RowSolver {
     return change;
   }
 
-  // Coulomb's law: impulses on the edge of the disk that leave a slip against them; as slide() of
-  // simd/constraints/contact/contact_sweep.h, with K instead of its inverse. (K + s) p = K f, with f the
-  // impulses that would stop the slip, and two steps of Newton's method for 1 / |p| = 1 / limit.
+  // Coulomb's law: friction that slides opposes the slip w, here with the largest eigenvalue of K, by which
+  // it stops the slip along no axis too far. `change` would stop all of it: w = -K change.
   std::vector<double> sliding(const std::vector<std::size_t>& slots, std::vector<double> change,
                               double limit) const {
     const double k11 = response(slots[0], slots[0]), k12 = response(slots[0], slots[1]),
                  k22 = response(slots[1], slots[1]);
-    const double f1 = rows_[slots[0]].impulse + change[0], f2 = rows_[slots[1]].impulse + change[1];
-    const double c1 = k11 * f1 + k12 * f2, c2 = k12 * f1 + k22 * f2;
-    double s = 0, x = f1, y = f2;
-    const auto divide = [&](double& one, double& two) {
-      const double a = k11 + s, b = k22 + s, determinant = a * b - k12 * k12, first_one = one;
-      one = (b * one - k12 * two) / determinant;
-      two = (a * two - k12 * first_one) / determinant;
-    };
-    for (int i = 0; i < 2; ++i) {
-      const double length = std::hypot(x, y), edge = std::max(limit, 1e-6 * std::hypot(f1, f2));
-      double n1 = x / length, n2 = y / length;
-      const double m1 = n1, m2 = n2;
-      divide(n1, n2);
-      s += (length / edge - 1) / (m1 * n1 + m2 * n2);
-      x = c1, y = c2;
-      divide(x, y);
-    }
-    const double scale = limit / std::hypot(x, y);
-    change[0] = x * scale - rows_[slots[0]].impulse;
-    change[1] = y * scale - rows_[slots[1]].impulse;
+    const double largest = 0.5 * (k11 + k22) + std::hypot(0.5 * (k11 - k22), k12);
+    const double old[2] = {rows_[slots[0]].impulse, rows_[slots[1]].impulse};
+    const double next[2] = {old[0] + (k11 * change[0] + k12 * change[1]) / largest,
+                            old[1] + (k12 * change[0] + k22 * change[1]) / largest};
+    const double scale = std::min(limit / std::hypot(next[0], next[1]), 1.0);
+    for (std::size_t i = 0; i < 2; ++i) change[i] = next[i] * scale - old[i];
     return change;
   }
 
