@@ -65,13 +65,14 @@ bool became_non_finite_alone(const Bodies& bodies, std::size_t body) {
   return bodies.type[body] == BodyType::kinematic || (bodies.step_notes[body] & kNonFiniteAlone) != 0;
 }
 
-// A push of 1 N s at the distance changes the body's speed there by `answer`, in m/s. Returns whether that is
-// outside the range in which the product of two such numbers is a float.
+// A push of 1 N s changes the body's speed where it acts by its inverse mass at least, where it is directed at
+// the center, and by `answer` at most, in m/s. Returns whether these leave the range in which the product of
+// two such numbers is a float.
 bool is_extreme(const InertiaRow& inverse, float distance) {
   constexpr float kLeast = 1e-18f, kMost = 1e18f;
   const float* i = inverse.inverse_inertia;
   const float answer = inverse.inverse_mass + distance * distance * (i[0] + i[3] + i[5]);
-  return !(answer >= kLeast && answer <= kMost);
+  return !(inverse.inverse_mass >= kLeast && answer <= kMost);
 }
 
 // The farthest point of a contact from a center of mass, or farther.
