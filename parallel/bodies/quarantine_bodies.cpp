@@ -5,7 +5,8 @@
 // A body is at fault if it became non-finite by its own motion, before any contact acted. Contacts and joints
 // carry this to other bodies, which are not at fault. If no body of such a group became non-finite alone,
 // these are at fault, the first kind that the group has:
-//   1. bodies that contacts cannot handle: too light or too heavy for where the contact is,
+//   1. bodies that contacts cannot handle: too light or too heavy for where the contact is; also those that
+//      stayed finite and made only their neighbors non-finite,
 //   2. bodies with joints: a joint may be asked to hold what cannot be held, a contact is not,
 //   3. all bodies of the group.
 #include <core/world/edit.h>
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -22,14 +24,14 @@ namespace {
 
 constexpr std::int32_t kFinite = -1;
 
-// Groups of non-finite bodies that contacts and joints connect. Every body has a parent of lower index in its
-// group; a root is its own parent.
+// Groups of suspects, the non-finite bodies and extreme ones at them, that contacts and joints connect. Every
+// body has a parent of lower index in its group; a root is its own parent.
 class Groups {
  public:
-  Groups(std::size_t bodies, const Column<BodyId>& non_finite) : parent_(bodies, kFinite) {
-    for (const BodyId& body : non_finite) parent_[body.index] = static_cast<std::int32_t>(body.index);
+  Groups(std::size_t bodies, const std::vector<BodyId>& suspects) : parent_(bodies, kFinite) {
+    for (const BodyId& body : suspects) parent_[body.index] = static_cast<std::int32_t>(body.index);
   }
-  bool is_non_finite(std::int32_t body) const { return parent_[static_cast<std::size_t>(body)] != kFinite; }
+  bool is_suspect(std::int32_t body) const { return parent_[static_cast<std::size_t>(body)] != kFinite; }
   std::int32_t root(std::int32_t body) {
     while (parent(body) != body) {
       parent(body) = parent(parent(body));
@@ -65,13 +67,14 @@ bool became_non_finite_alone(const Bodies& bodies, std::size_t body) {
   return bodies.type[body] == BodyType::kinematic || (bodies.step_notes[body] & kNonFiniteAlone) != 0;
 }
 
-// A push of 1 N s at the distance changes the body's speed there by `answer`, in m/s. Returns whether that is
-// outside the range in which the product of two such numbers is a float.
+// A push of 1 N s changes the body's speed where it acts by its inverse mass at least, where it is directed
+// at the center, and by `answer` at most, in m/s. Returns whether these leave the range in which the product
+// of two such numbers is a float.
 bool is_extreme(const InertiaRow& inverse, float distance) {
   constexpr float kLeast = 1e-18f, kMost = 1e18f;
   const float* i = inverse.inverse_inertia;
   const float answer = inverse.inverse_mass + distance * distance * (i[0] + i[3] + i[5]);
-  return !(answer >= kLeast && answer <= kMost);
+  return !(inverse.inverse_mass >= kLeast && answer <= kMost);
 }
 
 // The farthest point of a contact from a center of mass, or farther.
@@ -83,12 +86,37 @@ float reach_of(const Manifold& manifold, const float (&arm)[3]) {
   return length(to_vec3(arm)) + farthest;
 }
 
-// Unites the non-finite bodies that contacts and joints connect, and finds the extreme and the jointed ones.
+bool is_extreme(const Bodies& bodies, std::int32_t body, const Manifold& manifold, const float (&arm)[3]) {
+  return bodies.type[body] == BodyType::dynamic &&
+         is_extreme(bodies.local_mass[body], reach_of(manifold, arm));
+}
+
+// The restored bodies, and the finite ones in contact with them that contacts cannot handle. Ascending.
+std::vector<BodyId> list_suspects(const WorldData& data) {
+  const Bodies& bodies = data.bodies;
+  const Column<BodyId>& restored = data.events.restored;
+  std::vector<BodyId> suspects(restored.begin(), restored.end());
+  const auto is_restored = [&](std::int32_t body) {
+    return std::binary_search(restored.begin(), restored.end(), body_handle(data, body));
+  };
+  for (const std::int32_t contact : data.contacts.active) {
+    const Manifold& manifold = data.contacts.now.manifold[contact];
+    const std::int32_t a = manifold.row_a, b = manifold.row_b;
+    if (is_restored(a) == is_restored(b)) continue;
+    const std::int32_t finite = is_restored(a) ? b : a;
+    if (is_extreme(bodies, finite, manifold, finite == a ? manifold.arm_a : manifold.arm_b))
+      suspects.push_back(body_handle(data, finite));
+  }
+  std::sort(suspects.begin(), suspects.end());
+  suspects.erase(std::unique(suspects.begin(), suspects.end()), suspects.end());
+  return suspects;
+}
+
+// Unites the suspects that contacts and joints connect, and finds the extreme and the jointed ones.
 void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& faults) {
   const Bodies& bodies = data.bodies;
   const auto judge = [&](std::int32_t body, const Manifold& manifold, const float(&arm)[3]) {
-    if (!groups.is_non_finite(body) || bodies.type[body] != BodyType::dynamic) return;
-    if (is_extreme(bodies.local_mass[body], reach_of(manifold, arm)))
+    if (groups.is_suspect(body) && is_extreme(bodies, body, manifold, arm))
       faults[static_cast<std::size_t>(body)] = Fault::extreme;
   };
   for (const std::int32_t contact : data.contacts.active) {
@@ -96,15 +124,15 @@ void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& f
     const std::int32_t a = manifold.row_a, b = manifold.row_b;
     judge(a, manifold, manifold.arm_a);
     judge(b, manifold, manifold.arm_b);
-    if (groups.is_non_finite(a) && groups.is_non_finite(b)) groups.unite(a, b);
+    if (groups.is_suspect(a) && groups.is_suspect(b)) groups.unite(a, b);
   }
   for (const std::int32_t joint : data.joints.active) {
     const JointBodies ends = data.joints.bodies[joint];
     for (const std::int32_t body : {ends.a, ends.b}) {
       Fault& fault = faults[static_cast<std::size_t>(body)];
-      if (groups.is_non_finite(body)) fault = std::max(fault, Fault::jointed);
+      if (groups.is_suspect(body)) fault = std::max(fault, Fault::jointed);
     }
-    if (groups.is_non_finite(ends.a) && groups.is_non_finite(ends.b)) groups.unite(ends.a, ends.b);
+    if (groups.is_suspect(ends.a) && groups.is_suspect(ends.b)) groups.unite(ends.a, ends.b);
   }
 }
 
@@ -113,8 +141,9 @@ void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& f
 void quarantine_bodies(WorldData& data) {
   list_restored(data, constraints_of(data));
   const Bodies& bodies = data.bodies;
-  const Column<BodyId>& restored = data.events.restored;
-  Groups groups(bodies.pose.size(), restored);
+  Column<BodyId>&restored = data.events.restored, &quarantined = data.events.quarantined;
+  const std::vector<BodyId> suspects = list_suspects(data);
+  Groups groups(bodies.pose.size(), suspects);
   std::vector<Fault> faults(bodies.pose.size(), Fault::none);
   judge_contacts(data, groups, faults);
   std::vector<Fault> worst(bodies.pose.size(), Fault::none);  // of the group, by its root
@@ -122,14 +151,20 @@ void quarantine_bodies(WorldData& data) {
     return worst[static_cast<std::size_t>(groups.root(static_cast<std::int32_t>(body.index)))];
   };
   for (const BodyId& body : restored) {
-    Fault& fault = faults[body.index];
-    if (became_non_finite_alone(bodies, body.index)) fault = Fault::alone;
-    worst_of_group(body) = std::max(worst_of_group(body), fault);
+    if (became_non_finite_alone(bodies, body.index)) faults[body.index] = Fault::alone;
   }
-  for (const BodyId& body : restored) {
-    if (faults[body.index] == worst_of_group(body)) data.events.quarantined.push_back(body);
+  for (const BodyId& body : suspects)
+    worst_of_group(body) = std::max(worst_of_group(body), faults[body.index]);
+  for (const BodyId& body : suspects) {
+    if (faults[body.index] == worst_of_group(body)) quarantined.push_back(body);
   }
-  for (const BodyId& body : data.events.quarantined) quarantine(data, static_cast<std::int32_t>(body.index));
+  const std::size_t were_non_finite = restored.size();
+  for (const BodyId& body : quarantined) {
+    quarantine(data, static_cast<std::int32_t>(body.index));
+    const BodyId* const last = restored.begin() + were_non_finite;
+    if (!std::binary_search(std::as_const(restored).begin(), last, body)) restored.push_back(body);
+  }
+  std::sort(restored.begin(), restored.end());
 }
 
 }  // namespace scree

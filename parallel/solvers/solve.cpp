@@ -181,7 +181,7 @@ void rebound(Constraints& constraints, const simd::ContactArgs& contact, Crew& c
   }
 }
 
-// Lists who moves, dynamic bodies first, and gives the columns that kernels write to their sizes.
+// Lists the bodies that move, dynamic ones first, and gives the columns that kernels write to their sizes.
 void size_columns(const WorldData& data, Constraints& constraints) {
   const Bodies& bodies = data.bodies;
   const std::size_t dynamic_count = bodies.awake.size();

@@ -1,5 +1,5 @@
 // After the substeps: impulses go back to manifolds and joints, for the warm start of the next step, and to
-// who asks for them.
+// code that asks for them.
 #include <parallel/constraints/constraints.h>
 #include <parallel/solvers/over_blocks.h>
 #include <parallel/stages.h>

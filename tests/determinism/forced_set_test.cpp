@@ -1,6 +1,6 @@
 // Laws of the forced instruction set, seen from a whole step: the requested lanes do the work, and SCREE_ISA
-// decides for a program that requests no set. (tests/simd/dispatch_test.cpp proves that a table holds its own
-// set's code, tests/parallel/workers_test.cpp that workers use the requested table.)
+// decides for a program that requests no set. (tests/simd/dispatch/dispatch_test.cpp proves that a table
+// holds its own set's code, tests/parallel/crew/workers_test.cpp that workers use the requested table.)
 #include <gtest/gtest.h>
 #include <simd/dispatch/kernels.h>
 #include <tests/determinism/backends.h>

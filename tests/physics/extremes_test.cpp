@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -267,7 +268,10 @@ TEST(Extremes, EachAloneStaysFinite) {
 TEST(Extremes, SeveralTogetherStayFinite) {
   const std::vector<Extreme> list = extremes();
   int breaking = 0;  // trials in which a body was restored
-  for (std::uint64_t trial = 0; trial < 150; ++trial) {
+  std::vector<std::uint64_t> trials(150);
+  std::iota(trials.begin(), trials.end(), std::uint64_t{0});
+  trials.push_back(577);  // a mass of 1e30 kg with a moment of inertia of 1 kg m^2
+  for (const std::uint64_t trial : trials) {
     Random random(trial);
     std::vector<const Extreme*> chosen;
     std::string names;

@@ -57,6 +57,33 @@ TEST(Friction, SlidingBoxStopsAfterTheDistanceOfItsEnergy) {
   }
 }
 
+// Friction turns bars less easily along their length than across it. It opposes their slip all the same.
+TEST(Friction, ABarSlidesStraightInEveryDirection) {
+  constexpr double kSpeed = 5, kTime = 0.5;
+  constexpr int kSteps = 30;
+  for (const float width : {0.5f, 0.1f, 0.02f}) {
+    for (const int substeps : {1, 4, 16}) {
+      for (const double direction : {0.3, 0.785, 1.2, 2.5}) {
+        WorldSettings settings = without_sleep();
+        settings.substeps = substeps;
+        Lab lab(settings);
+        lab.add_ground({.friction = 0.5f});
+        const Eigen::Vector3d way(std::cos(direction), 0, std::sin(direction));
+        const BodyId bar = lab.add({.position = {0, width, 0},
+                                    .linear_velocity = {static_cast<float>(kSpeed * way.x()), 0,
+                                                        static_cast<float>(kSpeed * way.z())}},
+                                   Box{{1, width, width}}, {.friction = 0.5f});
+        lab.run(kSteps);
+        const Eigen::Vector3d expected = (kSpeed - 0.5 * kGravity * kTime) * way;
+        EXPECT_LT((lab.velocity(bar) - expected).norm(), 0.01 * expected.norm())
+            << "width " << width << ", " << substeps << " substeps, direction " << direction << ": "
+            << lab.velocity(bar).transpose() << " instead of " << expected.transpose();
+        EXPECT_LT(lab.spin(bar).norm(), 0.05) << "width " << width;
+      }
+    }
+  }
+}
+
 TEST(Friction, ActsInEverySubstepWithoutWarmStartToo) {
   WorldSettings settings = without_sleep();
   settings.warm_start = false;

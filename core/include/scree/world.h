@@ -281,7 +281,8 @@ class SCREE_API World {
   /// Contacts that ended in the step or by calls before it. Ascending as contact_begins.
   std::span<const ContactEnd> contact_ends() const noexcept;
   /// Bodies whose state became non-finite in the step: they were put back to where the step found them, at
-  /// rest. Ascending by index.
+  /// rest. Also those that are quarantined because they made only others non-finite: these rest where the
+  /// step has brought them. Ascending by index.
   std::span<const BodyId> restored_bodies() const noexcept;
   /// The bodies among restored_bodies() that were at fault and are quarantined now, see is_quarantined. A
   /// body is at fault if its own motion made it non-finite, before any contact acted on it. Where bodies that

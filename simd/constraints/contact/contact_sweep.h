@@ -117,6 +117,32 @@ struct FrictionImpulses {
   F tangent[2], twist;
 };
 
+struct S2 {
+  F xx, xy, yy;
+};
+
+// Impulses of friction, where those that would stop the slip w leave the disk: the contact slides. Coulomb's
+// law puts them on the edge, against the slip. So the old impulses go against w, by the least eigenvalue of
+// M, the inverse of the response: that stops w along no axis too far, and comes to rest only where impulse
+// and slip oppose each other. (Scaling p - M w down to the disk comes to rest where M w opposes p: a bar of
+// 2 m x 20 cm that slid at 45 degrees turned to 68 within 0.7 s. Solving for the exact impulse on the edge,
+// by two steps of Newton's method, makes the same path and costs large_pyramid 8 %.)
+inline void slide(const S2& mass, F limit, const F (&old)[2], const F (&slip)[2], F (&impulse)[2]) {
+  const M slides = sqrt(impulse[0] * impulse[0] + impulse[1] * impulse[1]) > limit;
+  if (bits(slides) == 0) return;
+  // In units of the mean, so that squares of tiny masses are not denormal.
+  constexpr float kMostUnits = 1e38f;  // 1/kg
+  const F half(0.5f), one(1.0f), mean = (mass.xx + mass.yy) * half,
+                                 unit = min(invert_positive(mean), F(kMostUnits));
+  const F away = (mass.xx - mass.yy) * half * unit, across = mass.xy * unit;
+  const F least = mean * max(one - sqrt(away * away + across * across), F(0.0f));
+  const F x = old[0] - least * slip[0], y = old[1] - least * slip[1];
+  const F size = sqrt(x * x + y * y);
+  const F scale = select(size > limit, limit / size, one);
+  impulse[0] = select(slides, x * scale, impulse[0]);
+  impulse[1] = select(slides, y * scale, impulse[1]);
+}
+
 // Twist about the normal, then the pair of tangent speeds in the friction disk. The speeds are those before
 // the normal impulses `change`. Returns the new impulses.
 template <bool kRich, class Block>
@@ -142,13 +168,9 @@ inline FrictionImpulses solve_friction(const Block& block, const NormalImpulses&
   }
   const F m11 = load(block.tangent_mass[0]), m12 = load(block.tangent_mass[1]),
           m22 = load(block.tangent_mass[2]);
-  const F free1 = old.tangent[0] - (m11 * slip[0] + m12 * slip[1]);
-  const F free2 = old.tangent[1] - (m12 * slip[0] + m22 * slip[1]);
-  const F limit = friction * impulse_sum;
-  const F size = sqrt(free1 * free1 + free2 * free2);
-  const F scale = select(size > limit, limit / size, F(1.0f));
-  result.tangent[0] = free1 * scale;
-  result.tangent[1] = free2 * scale;
+  result.tangent[0] = old.tangent[0] - (m11 * slip[0] + m12 * slip[1]);
+  result.tangent[1] = old.tangent[1] - (m12 * slip[0] + m22 * slip[1]);
+  slide({m11, m12, m22}, friction * impulse_sum, old.tangent, slip, result.tangent);
   return result;
 }
 

@@ -330,7 +330,9 @@ class RowSolver {
         const double free = rows_[slots[i]].impulse + change[i];
         square += free * free;
       }
-      const double size = std::sqrt(square), scale = size > most(first) ? most(first) / size : 1;
+      const double size = std::sqrt(square);
+      if (first.kind == kRowFriction && size > most(first)) return sliding(slots, change, most(first));
+      const double scale = size > most(first) ? most(first) / size : 1;
       for (std::size_t i = 0; i < slots.size(); ++i) {
         const double old = rows_[slots[i]].impulse;
         change[i] = (old + change[i]) * scale - old;
@@ -343,6 +345,21 @@ class RowSolver {
           gives_nothing(row.said) ? 0 : std::clamp(row.impulse + change[i], least(row.said), most(row.said));
       change[i] = next - row.impulse;
     }
+    return change;
+  }
+
+  // Coulomb's law: friction that slides opposes the slip w, here with the largest eigenvalue of K, by which
+  // it stops the slip along no axis too far. `change` would stop all of it: w = -K change.
+  std::vector<double> sliding(const std::vector<std::size_t>& slots, std::vector<double> change,
+                              double limit) const {
+    const double k11 = response(slots[0], slots[0]), k12 = response(slots[0], slots[1]),
+                 k22 = response(slots[1], slots[1]);
+    const double largest = 0.5 * (k11 + k22) + std::hypot(0.5 * (k11 - k22), k12);
+    const double old[2] = {rows_[slots[0]].impulse, rows_[slots[1]].impulse};
+    const double next[2] = {old[0] + (k11 * change[0] + k12 * change[1]) / largest,
+                            old[1] + (k12 * change[0] + k22 * change[1]) / largest};
+    const double scale = std::min(limit / std::hypot(next[0], next[1]), 1.0);
+    for (std::size_t i = 0; i < 2; ++i) change[i] = next[i] * scale - old[i];
     return change;
   }
 
