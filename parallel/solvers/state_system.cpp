@@ -31,22 +31,22 @@ StatedWorld state_world(WorldData& data, const simd::ContactArgs& contact, const
     stated.is_contact.push_back(is_contact);
     stated.item.push_back(item);
   };
-  std::vector<ConstraintRows> rows(constraints.joint_rows.size());
+  std::vector<ConstraintRows> rows(constraints.joint_lanes.size());
   for (const simd::ConstraintChunk& chunk : constraints.joint_chunks) {
     crew.kernels().joint.variant[chunk.variant].state_rows(joint, chunk, rows.data());
     for (int lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
-      const JointFrames& frames = data.joints.frames[constraints.joint_rows[lane]];
+      const JointFrames& frames = data.joints.frames[constraints.joint_lanes[lane]];
       add(rows[static_cast<std::size_t>(lane)], frames.row_a, frames.row_b, false,
-          constraints.joint_rows[lane]);
+          constraints.joint_lanes[lane]);
     }
   }
-  rows.resize(constraints.contact_rows.size());
+  rows.resize(constraints.contact_lanes.size());
   for (const simd::ConstraintChunk& chunk : constraints.contact_chunks) {
     crew.kernels().contact.state_rows(contact, chunk, rows.data());
     for (int lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
-      const Manifold& manifold = data.contacts.now.manifold[constraints.contact_rows[lane]];
+      const Manifold& manifold = data.contacts.now.manifold[constraints.contact_lanes[lane]];
       add(rows[static_cast<std::size_t>(lane)], manifold.row_a, manifold.row_b, true,
-          constraints.contact_rows[lane]);
+          constraints.contact_lanes[lane]);
     }
   }
   return stated;

@@ -42,8 +42,8 @@ class OpenStep {
     constraints.moving_bodies.resize(data_.bodies.awake.size() + 32);
     constraints.residual.resize(chunks);
     constraints.shared.resize(chunks);
-    constraints.parts_a.resize(constraints.joint_rows.size());
-    constraints.parts_b.resize(constraints.joint_rows.size());
+    constraints.parts_a.resize(constraints.joint_lanes.size());
+    constraints.parts_b.resize(constraints.joint_lanes.size());
     body_ = body_args(data_, kStep);
     contact_ = contact_args(data_, constraints, kStep);
     joint_ = joint_args(data_, constraints, kStep);
