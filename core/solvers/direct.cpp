@@ -169,7 +169,7 @@ Eigen::VectorXd Newton::step(const Eigen::VectorXd& p) const {
 constexpr int kHalvings = 12;
 // Newton's method finds the solution in 3 to 8 steps or not at all from where it begins.
 constexpr int kStepsFromOnePlace = 20;
-constexpr int kFirstSweeps = 20;
+constexpr int kFirstSweeps = 20, kMostSweeps = 20480;
 
 // Keeps the best of the impulses that it is shown.
 class Best {
@@ -217,14 +217,15 @@ bool run_newton(const Newton& newton, Eigen::VectorXd p, Best& best) {
 }
 
 // Sweeps of Gauss-Seidel come closer and closer to a solution, and Newton's method is tried from there, after
-// twice as many each time.
+// twice as many each time. Where the last sweeps do not help either, the rows contradict each other, or doubles
+// end here.
 ReferenceSolution solve_bounded(const ConstraintSystem& system, const ReferenceOptions& options) {
   Eigen::VectorXd p = Eigen::VectorXd::Zero(system.rows());
   if (options.warm_start) p = project(system, system.stored, system.stored);
   Best best(system, options);
   const Newton newton(system);
   bool is_done = best.is_done(p);
-  for (int sweeps = kFirstSweeps; !is_done; sweeps *= 2) {
+  for (int sweeps = kFirstSweeps; !is_done && sweeps <= kMostSweeps; sweeps *= 2) {
     for (int i = 0; i < sweeps; ++i) sweep(system, 1, p);
     is_done = best.is_done(p) || run_newton(newton, p, best);
   }

@@ -58,6 +58,41 @@ inline S3 invert(const S3& matrix) {
           scale * (m.xx * m.yy - m.xy * m.xy)};
 }
 
+// A pivot of the size of its rounding error counts as zero: the body is locked, or the row depends on others.
+inline F invert_pivot(F pivot, F diagonal) {
+  return select(pivot > F(kLeastPivot) * diagonal, F(1.0f) / pivot, F(0.0f));
+}
+
+// Inverse of a symmetric matrix that may be singular, on the directions in which it is not: bodies whose
+// rotation is locked about some axes are held about the others.
+inline S3 invert_semidefinite(const S3& m) {
+  const F ix = invert_pivot(m.xx, m.xx);
+  const F xy = m.xy * ix, xz = m.xz * ix;
+  const F iy = invert_pivot(m.yy - xy * m.xy, m.yy);
+  const F rest = m.yz - xz * m.xy;
+  const F yz = rest * iy;
+  const F iz = invert_pivot(m.zz - xz * m.xz - yz * rest, m.zz);
+  const F x = xy * yz - xz;
+  return {
+      ix + xy * xy * iy + x * x * iz, -(xy * iy) - x * yz * iz, x * iz, iy + yz * yz * iz, -(yz * iz), iz};
+}
+
+inline F trace(const S3& m) { return m.xx + m.yy + m.zz; }
+
+// The impulse of three rows that are bounded together, by length. `free` is what brings their `speed` to zero
+// (with the bias and what gives way in it). Where that is too long, the drive or the resistance is at its
+// limit, and opposes the speed: so the old impulse goes against it, by 1 / trace of the rows' `response`,
+// which overshoots along no axis, and comes to rest only where impulse and speed oppose each other. (Scaled
+// down, `free` would come to rest where it opposes inverse response times speed.)
+inline V3 bound_length(V3 free, V3 old, V3 speed, F response_trace, F limit) {
+  const M above = length(free) > limit;
+  if (bits(above) == 0) return free;
+  const F one(1.0f);
+  const V3 along = old - speed * invert_positive(response_trace);
+  const F size = length(along);
+  return select(above, along * select(size > limit, limit / size, one), free);
+}
+
 // With the row's padding, so that whole rows can be written.
 struct BodyVelocity {
   V3 linear, angular;

@@ -252,18 +252,27 @@ TEST(Friction, ACapsuleRollsAsASphereDoes) {
   }
 }
 
-TEST(RollingResistance, StopsABallAfterThePredictedDistance) {
+void expect_to_stop_as_predicted(AxisLocks locks) {
   // The torque b N slows rolling by 5 g b / (7 r), so the distance is 7 v^2 r / (10 g b).
   for (const float resistance : {0.02f, 0.05f}) {
     Lab lab;
     lab.add_ground({.friction = 0.8f});
-    const BodyDef def{.position = {0, 0.5f, 0}, .linear_velocity = {3, 0, 0}, .angular_velocity = {0, 0, -6}};
+    const BodyDef def{.position = {0, 0.5f, 0},
+                      .linear_velocity = {3, 0, 0},
+                      .angular_velocity = {0, 0, -6},
+                      .locks = locks};
     const BodyId ball = lab.add(def, Sphere{0.5f}, {.friction = 0.8f, .rolling_resistance = resistance});
     lab.run(1200);
     const double expected = 7.0 * 9.0 * 0.5 / (10.0 * kGravity * static_cast<double>(resistance));
     EXPECT_LT(lab.velocity(ball).norm(), 1e-3);
     EXPECT_NEAR(lab.position(ball).x(), expected, 0.03 * expected) << "resistance " << resistance;
   }
+}
+
+TEST(RollingResistance, StopsABallAfterThePredictedDistance) { expect_to_stop_as_predicted(AxisLocks::none); }
+
+TEST(RollingResistance, StopsABallInAPlaneAfterThePredictedDistance) {
+  expect_to_stop_as_predicted(AxisLocks::translation_z | AxisLocks::rotation_x | AxisLocks::rotation_y);
 }
 
 TEST(RollingResistance, IsTheSameForABallOfTinyMass) {

@@ -139,7 +139,7 @@ inline void prepare_rich(const ContactArgs& args, RichBlock<kPoints>& block, con
     const S3 a = load6(block.inverse_inertia_a);
     sum = {sum.xx + a.xx, sum.xy + a.xy, sum.xz + a.xz, sum.yy + a.yy, sum.yz + a.yz, sum.zz + a.zz};
   }
-  store6(block.rolling_mass, invert(sum));
+  store6(block.rolling_mass, invert_semidefinite(sum));
 }
 
 // Contacts of one body may be prepared at the same time, so the note is an atomic store.

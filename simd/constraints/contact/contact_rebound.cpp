@@ -141,7 +141,7 @@ inline Rubbing rub(const Block& block, const Rebound<kPoints>& rebound, Bodies& 
   const FrictionImpulses& friction = rubbing.friction;
   apply<kStatic>(bodies, block, arm_a, arm_b, tangent1 * friction.tangent[0] + tangent2 * friction.tangent[1],
                  normal * friction.twist);
-  rubbing.rolling = solve_rolling(block, bodies, {zero, zero, zero}, rebound.sum);
+  rubbing.rolling = solve_rolling<kStatic>(block, bodies, {zero, zero, zero}, rebound.sum);
   apply_torque<kStatic>(bodies, block, rubbing.rolling);
   return rubbing;
 }

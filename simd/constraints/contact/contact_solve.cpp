@@ -133,7 +133,7 @@ inline void relax_blocks(const ContactArgs& args, const ConstraintChunk& chunk) 
         tangent1 * change.torque1 + tangent2 * change.torque2 + normal * (friction.twist - old.twist));
     if constexpr (kRich) {
       const V3 old_rolling = load3(block.rolling_impulse) * keep;
-      const V3 rolling = solve_rolling(block, bodies, old_rolling, sum);
+      const V3 rolling = solve_rolling<kStatic>(block, bodies, old_rolling, sum);
       store3(block.rolling_impulse, rolling);
       apply_torque<kStatic>(bodies, block, rolling - old_rolling);
     }

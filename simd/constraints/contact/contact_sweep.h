@@ -176,12 +176,17 @@ inline FrictionImpulses solve_friction(const Block& block, const NormalImpulses&
 
 // Rolling resistance: stops the relative spin with a torque of at most resistance times normal impulse.
 // Returns the new impulse.
-template <class Block>
+template <bool kStatic, class Block>
 inline V3 solve_rolling(const Block& block, const Bodies& bodies, V3 old_impulse, F impulse_sum) {
-  const V3 free = old_impulse - load6(block.rolling_mass) * (bodies.b.angular - bodies.a.angular);
-  const F limit = load(block.rolling_resistance) * impulse_sum;
-  const F size = length(free);
-  return free * select(size > limit, limit / size, F(1.0f));
+  const V3 spin = bodies.b.angular - bodies.a.angular;
+  const V3 free = old_impulse - load6(block.rolling_mass) * spin;
+  F response =
+      load(block.inverse_inertia_b[0]) + load(block.inverse_inertia_b[3]) + load(block.inverse_inertia_b[5]);
+  if constexpr (!kStatic) {
+    response = response + (load(block.inverse_inertia_a[0]) + load(block.inverse_inertia_a[3]) +
+                           load(block.inverse_inertia_a[5]));
+  }
+  return bound_length(free, old_impulse, spin, response, load(block.rolling_resistance) * impulse_sum);
 }
 
 template <bool kStatic, class Block>

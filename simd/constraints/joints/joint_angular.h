@@ -186,14 +186,16 @@ inline void prepare_rotation_drive(const JointArgs& args, const std::int32_t* jo
   aim_rotation_drive(frames, zero, lanes);
 }
 
-// Returns the change of the torque impulse. `inertia`: torque by velocity, about what the bodies turn about.
-inline V3 solve_rotation_drive(RotationDriveLanes& lanes, V3 turning, const S3& inertia, F keep) {
+// Returns the change of the torque impulse. `response`: of turning to torques, of what the bodies turn about.
+inline V3 solve_rotation_drive(RotationDriveLanes& lanes, V3 turning, const S3& response, F keep) {
   const Softness soft = load_softness(lanes.drive);
   const V3 old_impulse = load3(lanes.impulse) * keep;
   const V3 error = turning - load3(lanes.turning) + load3(lanes.error) * soft.bias_rate;
-  V3 impulse = old_impulse - inertia * (error * soft.mass_scale) - old_impulse * soft.impulse_scale;
-  const F size = length(impulse), limit = load(lanes.max_impulse);
-  impulse = impulse * select(size > limit, limit / size, F(1.0f));
+  const V3 free = old_impulse - invert_semidefinite(response) * (error * soft.mass_scale) -
+                  old_impulse * soft.impulse_scale;
+  // What the spring gives way by is impulse_scale / mass_scale of the response.
+  const V3 speed = error * soft.mass_scale + (response * old_impulse) * soft.impulse_scale;
+  const V3 impulse = bound_length(free, old_impulse, speed, trace(response), load(lanes.max_impulse));
   store3(lanes.impulse, impulse);
   return impulse - old_impulse;
 }

@@ -208,8 +208,7 @@ struct RichBall {
   static void solve_turning(const JointArgs& args, Block& block, JointBodyLanes& bodies, const Softness& held,
                             F keep) {
     const S3 response = free_response(turn_response(bodies), load6(block.response_held), held);
-    const V3 driven =
-        solve_rotation_drive(block.drive, turning_speed(bodies), invert_semidefinite(response), keep);
+    const V3 driven = solve_rotation_drive(block.drive, turning_speed(bodies), response, keep);
     turn(block, bodies, held, driven);
     solve_limit_of(args, kTwistCourse, block.twist, block, bodies, response, held, keep);
     solve_limit_of(args, kConeCourse, block.cone, block, bodies, response, held, keep);

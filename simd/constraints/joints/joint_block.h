@@ -70,25 +70,6 @@ inline S3 turn_response(const JointBodyLanes& bodies) {
   return bodies.mass_a.inverse_inertia + bodies.mass_b.inverse_inertia;
 }
 
-// A pivot of the size of its rounding error counts as zero: the body is locked, or the row depends on others.
-inline F invert_pivot(F pivot, F diagonal) {
-  return select(pivot > F(kLeastPivot) * diagonal, F(1.0f) / pivot, F(0.0f));
-}
-
-// Inverse of a symmetric matrix that may be singular, on the directions in which it is not: bodies whose
-// rotation is locked about some axes are held about the others.
-inline S3 invert_semidefinite(const S3& m) {
-  const F ix = invert_pivot(m.xx, m.xx);
-  const F xy = m.xy * ix, xz = m.xz * ix;
-  const F iy = invert_pivot(m.yy - xy * m.xy, m.yy);
-  const F rest = m.yz - xz * m.xy;
-  const F yz = rest * iy;
-  const F iz = invert_pivot(m.zz - xz * m.xz - yz * rest, m.zz);
-  const F x = xy * yz - xz;
-  return {
-      ix + xy * xy * iy + x * x * iz, -(xy * iy) - x * yz * iz, x * iz, iy + yz * yz * iz, -(yz * iz), iz};
-}
-
 // By lane.
 using Softness = BasicSoftness<F>;
 struct LaneSoftness {

@@ -74,6 +74,7 @@ struct MotorRows : RowShape {
 inline void place_turn_response(const S3& response, VectorDriveLanes& lanes) {
   const S3 yield = response * load(lanes.yield_rate);
   store6(lanes.yield, yield);
+  store(lanes.response_trace, trace(response + yield));
   store6(lanes.inverse_response, invert_semidefinite(response + yield));
 }
 

@@ -25,7 +25,6 @@
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
-inline F trace(const S3& m) { return m.xx + m.yy + m.zz; }
 // Of the product.
 inline F trace(const S3& x, const S3& y) {
   return (x.xx * y.xx + x.yy * y.yy + x.zz * y.zz) + F(2.0f) * (x.xy * y.xy + x.xz * y.xz + x.yz * y.yz);

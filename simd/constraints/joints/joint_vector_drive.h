@@ -14,6 +14,7 @@ struct VectorDriveLanes {
   LaneFloats error[3];  // how far ahead of the target
   LaneFloats target_speed[3];
   LaneFloats yield[6], inverse_response[6];  // of K + yield
+  LaneFloats response_trace;                 // the same
   LaneFloats bias_rate, yield_rate;          // yield_rate: times the reference's response
   LaneFloats max_impulse;                    // in a substep
   LaneFloats impulse[3];
@@ -37,9 +38,8 @@ inline V3 solve_vector_drive(VectorDriveLanes& lanes, V3 speed, F keep) {
   const V3 error = (speed - load3(lanes.target_speed)) + load3(lanes.error) * load(lanes.bias_rate) +
                    load6(lanes.yield) * old_impulse;
   const V3 free = old_impulse - load6(lanes.inverse_response) * error;
-  const F limit = load(lanes.max_impulse), size = length(free);
-  const M above = size > limit;
-  const V3 impulse = free * select(above, limit / select(above, size, F(1.0f)), F(1.0f));
+  const V3 impulse =
+      bound_length(free, old_impulse, error, load(lanes.response_trace), load(lanes.max_impulse));
   store3(lanes.impulse, impulse);
   return impulse - old_impulse;
 }
@@ -51,6 +51,7 @@ inline void place_offset_response(S3 response, F inverse_mass, VectorDriveLanes&
   response.xx += yield;
   response.yy += yield;
   response.zz += yield;
+  store(lanes.response_trace, trace(response));
   store6(lanes.inverse_response, invert(response));
 }
 

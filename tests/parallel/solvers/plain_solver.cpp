@@ -335,8 +335,11 @@ class PlainSolver {
     float(&stored)[3] = contact.surface->rolling_impulse;
     const Vec3 old = to_vec(stored);
     Vec3 next = old - stop;
-    const float size = length(next), limit = contact.surface->rolling_resistance * impulse_sum;
-    if (size > limit) next = (limit / size) * next;
+    const float limit = contact.surface->rolling_resistance * impulse_sum;
+    if (length(next) > limit) {
+      next = old - (1.0f / (s[0] + s[3] + s[5])) * spin;
+      next = std::min(limit / length(next), 1.0f) * next;
+    }
     stored[0] = next.x;
     stored[1] = next.y;
     stored[2] = next.z;

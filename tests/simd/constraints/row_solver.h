@@ -279,7 +279,7 @@ class RowSolver {
       largest_speed_ = std::max({largest_speed_, std::abs(speed), std::abs(wish[i].bias)});
       wanted[i] = speed - double{row.said.target_speed} + wish[i].bias + wish[i].yield * row.impulse;
     }
-    const std::vector<double> change = bounded(slots, changes(slots, k, wanted, wish));
+    const std::vector<double> change = bounded(slots, k, changes(slots, k, wanted, wish));
     for (std::size_t i = 0; i < n; ++i) {
       Solved& row = rows_[slots[i]];
       row.impulse += change[i];
@@ -315,7 +315,9 @@ class RowSolver {
     return change;
   }
 
-  std::vector<double> bounded(const std::vector<std::size_t>& slots, std::vector<double> change) const {
+  // `k`: the response of the slots to each other.
+  std::vector<double> bounded(const std::vector<std::size_t>& slots, const Matrix& k,
+                              std::vector<double> change) const {
     const ConstraintRow& first = rows_[slots[0]].said;
     if (first.kind == kRowHeld) return change;
     double more = 0;  // that other rows' impulses allow
@@ -330,14 +332,7 @@ class RowSolver {
         const double free = rows_[slots[i]].impulse + change[i];
         square += free * free;
       }
-      const double size = std::sqrt(square);
-      if (first.kind == kRowFriction && size > most(first)) return sliding(slots, change, most(first));
-      const double scale = size > most(first) ? most(first) / size : 1;
-      for (std::size_t i = 0; i < slots.size(); ++i) {
-        const double old = rows_[slots[i]].impulse;
-        change[i] = (old + change[i]) * scale - old;
-      }
-      return change;
+      return std::sqrt(square) > most(first) ? opposed(slots, k, change, most(first)) : change;
     }
     for (std::size_t i = 0; i < slots.size(); ++i) {
       const Solved& row = rows_[slots[i]];
@@ -348,18 +343,23 @@ class RowSolver {
     return change;
   }
 
-  // Coulomb's law: friction that slides opposes the slip w, here with the largest eigenvalue of K, by which
-  // it stops the slip along no axis too far. `change` would stop all of it: w = -K change.
-  std::vector<double> sliding(const std::vector<std::size_t>& slots, std::vector<double> change,
-                              double limit) const {
-    const double k11 = response(slots[0], slots[0]), k12 = response(slots[0], slots[1]),
-                 k22 = response(slots[1], slots[1]);
-    const double largest = 0.5 * (k11 + k22) + std::hypot(0.5 * (k11 - k22), k12);
-    const double old[2] = {rows_[slots[0]].impulse, rows_[slots[1]].impulse};
-    const double next[2] = {old[0] + (k11 * change[0] + k12 * change[1]) / largest,
-                            old[1] + (k12 * change[0] + k22 * change[1]) / largest};
-    const double scale = std::min(limit / std::hypot(next[0], next[1]), 1.0);
-    for (std::size_t i = 0; i < 2; ++i) change[i] = next[i] * scale - old[i];
+  // Coulomb's law: friction that slides opposes the slip w, and so does a drive at its largest force. The old
+  // impulses go against it by the largest eigenvalue of K, of three rows by its trace: that stops w along no
+  // axis too far. `change` would stop all of it: w = -K change.
+  std::vector<double> opposed(const std::vector<std::size_t>& slots, const Matrix& k,
+                              std::vector<double> change, double limit) const {
+    const std::size_t n = slots.size();
+    double most = 0, square = 0;
+    for (std::size_t i = 0; i < n; ++i) most += k[i][i];
+    if (n == 2) most = 0.5 * most + std::hypot(0.5 * (k[0][0] - k[1][1]), k[0][1]);
+    std::vector<double> next(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      next[i] = rows_[slots[i]].impulse;
+      for (std::size_t j = 0; j < n; ++j) next[i] += k[i][j] * change[j] / most;
+      square += next[i] * next[i];
+    }
+    const double scale = std::min(limit / std::sqrt(square), 1.0);
+    for (std::size_t i = 0; i < n; ++i) change[i] = next[i] * scale - rows_[slots[i]].impulse;
     return change;
   }
 
