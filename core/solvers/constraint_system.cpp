@@ -74,6 +74,7 @@ Spring Assembler::stiffness(const ConstraintRow& row) const {
   if (row.hertz > 0)
     return spring_of(std::min<double>(row.hertz, policy_.max_hertz), row.damping_ratio, policy_.substep);
   if (policy_.pass == SystemPolicy::Pass::relax) return kRigid;
+  if (policy_.pass == SystemPolicy::Pass::rigid) return {policy_.baumgarte / policy_.substep, 0};
   return spring_of(policy_.joint_hertz, policy_.joint_damping_ratio, policy_.substep);
 }
 
@@ -107,6 +108,9 @@ void Assembler::set_stiffness(bool against_static, Entry& entry) const {
     case kRowContact:
       if (error > 0) {
         entry.bias = error / policy_.substep;
+      } else if (policy_.pass == SystemPolicy::Pass::rigid) {
+        entry.bias =
+            std::max(policy_.baumgarte / policy_.substep * std::min(error + policy_.slop, 0.0), -most);
       } else if (policy_.pass == SystemPolicy::Pass::solve) {
         entry.spring = against_static
                            ? spring_of(policy_.static_contact_hertz, policy_.static_contact_damping_ratio,

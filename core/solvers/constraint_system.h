@@ -42,8 +42,8 @@ struct SystemBody {
 // How errors and stiffness become biases and compliances.
 struct SystemPolicy {
   // solve: soft constraints push their errors apart, friction rests. relax: what is as stiff as it can be is
-  // rigid and without bias, as in the soft step.
-  enum class Pass { solve, relax };
+  // rigid and without bias, as in the soft step. rigid: the same with Baumgarte's bias.
+  enum class Pass { solve, relax, rigid };
   Pass pass = Pass::solve;
   bool stored_has_acted = false;  // the bodies' velocities hold the stored impulses already
   double substep = 1.0 / 240;     // s
@@ -55,6 +55,8 @@ struct SystemPolicy {
   double contact_damping_ratio = 10;
   double static_contact_hertz = 60;  // ... and against others
   double static_contact_damping_ratio = 5;
+  double baumgarte = 0.2;  // of rigid: the share of errors that goes in a substep, but for
+  double slop = 0.005;     // m of overlap
 };
 
 // Rows [first, first + count) of the system that are bounded together.

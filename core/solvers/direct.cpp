@@ -217,8 +217,8 @@ bool run_newton(const Newton& newton, Eigen::VectorXd p, Best& best) {
 }
 
 // Sweeps of Gauss-Seidel come closer and closer to a solution, and Newton's method is tried from there, after
-// twice as many each time. Where the last sweeps do not help either, the rows contradict each other, or doubles
-// end here.
+// twice as many each time. Where the last sweeps do not help either, the rows contradict each other, or
+// doubles end here.
 ReferenceSolution solve_bounded(const ConstraintSystem& system, const ReferenceOptions& options) {
   Eigen::VectorXd p = Eigen::VectorXd::Zero(system.rows());
   if (options.warm_start) p = project(system, system.stored, system.stored);

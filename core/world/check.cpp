@@ -138,6 +138,21 @@ void check_options(Call call, const ShapeOptions& options) {
   check_pose(call, "local_pose.position", "local_pose.rotation", options.local_pose, kMaxLocalPosition);
 }
 
+namespace {
+
+void check_solver(Call call, Solver solver, const SolverOptions& options) {
+  if (static_cast<int>(solver) >= kSolverCount)
+    fail_range(call, "solver", static_cast<int>(solver), 0, kSolverCount - 1);
+  if (options.iterations < 1 || options.iterations > kMaxIterations)
+    fail_range(call, "solver_options.iterations", options.iterations, 1, kMaxIterations);
+  check_range(call, "solver_options.tolerance", options.tolerance, 0.0f, kMaxTolerance);
+  check_range(call, "solver_options.relaxation", options.relaxation, 0.0f, kMaxRelaxation);
+  check_range(call, "solver_options.baumgarte", options.baumgarte, 0.0f, 1.0f);
+  check_range(call, "solver_options.slop", options.slop, 0.0f, kMaxSlop);
+}
+
+}  // namespace
+
 void check_settings(Call call, const WorldSettings& settings) {
   check_events(call, settings.contact_events);
   check_vector(call, "gravity", settings.gravity, kMaxGravity);
@@ -153,6 +168,7 @@ void check_settings(Call call, const WorldSettings& settings) {
   check_range(call, "sleep_linear_speed", settings.sleep_linear_speed, 0.0f, kMaxThreshold);
   check_range(call, "sleep_angular_speed", settings.sleep_angular_speed, 0.0f, kMaxThreshold);
   check_range(call, "sleep_time", settings.sleep_time, 0.0f, kMaxThreshold);
+  check_solver(call, settings.solver, settings.solver_options);
 }
 
 }  // namespace scree

@@ -42,5 +42,9 @@ inline constexpr float kMaxDampingRatio = 1e4f;
 inline constexpr float kMaxThreshold = 1e6f;    // m/s, rad/s or s
 inline constexpr float kMinSpeedLimit = 1e-3f;  // m/s, rad/s
 inline constexpr float kMaxSpeedLimit = 1e6f;
+inline constexpr int kMaxIterations = 1000000;
+inline constexpr float kMaxTolerance = 1.0f;       // m/s or rad/s
+inline constexpr float kMaxRelaxation = 1.99999f;  // below 2, where steps no longer converge
+inline constexpr float kMaxSlop = 1e3f;            // m
 
 }  // namespace scree

@@ -267,6 +267,26 @@ int list_places(const InColor& in_color_at, int (&places)[kColorPlaces]) {
   return count;
 }
 
+// Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014.
+std::uint64_t split_mix(std::uint64_t& state) {
+  state += 0x9e3779b97f4a7c15u;
+  std::uint64_t z = state;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return z ^ (z >> 31);
+}
+
+// SolverOptions::shuffle_seed (Fisher and Yates).
+void shuffle_places(const WorldData& data, int count, int (&places)[kColorPlaces]) {
+  const std::uint32_t seed = data.settings.solver_options.shuffle_seed;
+  if (data.settings.solver != Solver::sequential_impulse || seed == 0) return;
+  std::uint64_t state = (std::uint64_t{seed} << 32) ^ data.step_count;
+  for (int left = count; left > 1; --left) {
+    const auto other = static_cast<int>(split_mix(state) % static_cast<std::uint64_t>(left));
+    std::swap(places[left - 1], places[other]);
+  }
+}
+
 }  // namespace
 
 void pack_blocks(WorldData& data, Crew& crew) {
@@ -301,6 +321,7 @@ void pack_blocks(WorldData& data, Crew& crew) {
   };
   int places[kColorPlaces];
   const int colors = list_places(in_color_at, places);
+  shuffle_places(data, colors, places);
   Layout layout(data, constraints, numbers, crew.kernels());
   for (int i = 0; i < colors; ++i) {
     const int place = places[i];

@@ -1,5 +1,5 @@
-// The solver: soft step with substeps over colored blocks. Its stages are the only barriers of the step that
-// repeat, so they are short and many.
+// The solvers' arguments, and the default among them: soft step with substeps over colored blocks. Its stages
+// are the only barriers of the step that repeat, so they are short and many.
 //
 //   once:           inertia into world axes, blocks from manifolds
 //   each substep:   rebounds, velocities from forces (plus, after the first, the impulses so far),
@@ -10,6 +10,7 @@
 // between the velocity and the velocity without impulses, which is exactly what those impulses have done.
 #include <parallel/constraints/constraints.h>
 #include <parallel/solvers/over_blocks.h>
+#include <parallel/solvers/solve_step.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -17,8 +18,6 @@
 namespace scree {
 
 namespace {
-
-constexpr int kBodyChunk = 512;  // bodies of one task
 
 // What joints hold as stiffly as the step allows: hertz per rate of substeps, and damping ratio. On a net of
 // 100 x 100 balls an eighth of the rate gives way by 25 mm in the mean where a fourth gives 1.3 mm, and a
@@ -42,11 +41,29 @@ constexpr float kMaxWarmStartScale = 4.0f;
 
 }  // namespace
 
-float substep_of(const WorldData& data, float dt) { return dt / static_cast<float>(data.settings.substeps); }
+float substep_of(const WorldData& data, float dt) {
+  if (data.settings.solver == Solver::sequential_impulse) return dt;
+  return dt / static_cast<float>(data.settings.substeps);
+}
 
 float warm_start_scale(float substep, float last_substep) {
   return last_substep > 0.0f ? std::min(substep / last_substep, kMaxWarmStartScale) : 0.0f;
 }
+
+namespace {
+
+// Rigid, with Baumgarte's bias.
+simd::SoftConstants stabilized(const WorldSettings& settings, float substep) {
+  return {settings.solver_options.baumgarte / substep, 1.0f, 0.0f};
+}
+
+// Iterations of a substep keep the impulses of each other. One pass a substep begins without them if the user
+// wants no warm start.
+bool keeps_impulses(const WorldSettings& settings) {
+  return settings.warm_start || settings.solver == Solver::sequential_impulse;
+}
+
+}  // namespace
 
 simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float dt) {
   const WorldSettings& settings = data.settings;
@@ -66,6 +83,9 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.step_notes = data.bodies.step_notes.data();
   args.soft = simd::soften(hertz, ratio, substep);
   args.soft_static = simd::soften(kStaticContactHertz * hertz, kStaticContactDamping * ratio, substep);
+  if (settings.solver == Solver::sequential_impulse)
+    args.soft = args.soft_static = stabilized(settings, substep);
+  args.slop = settings.solver_options.slop;
   args.gravity[0] = settings.gravity.x;
   args.gravity[1] = settings.gravity.y;
   args.gravity[2] = settings.gravity.z;
@@ -74,7 +94,7 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.push_speed = settings.push_speed;
   args.restitution_threshold = settings.restitution_threshold;
   args.warm_start_scale = settings.warm_start ? warm_start_scale(substep, data.last_substep) : 0.0f;
-  args.impulse_keep = settings.warm_start ? 1.0f : 0.0f;
+  args.impulse_keep = keeps_impulses(settings) ? 1.0f : 0.0f;
   args.residual = constraints.residual.data();
   args.rebounded = constraints.rebounded.data();
   args.depth = constraints.depth.data();
@@ -145,9 +165,11 @@ simd::JointArgs joint_args(WorldData& data, Constraints& constraints, float dt) 
   args.stiff = simd::soften(args.max_hertz, kJointDampingRatio, substep);
   args.max_hertz_shared = kSharedJointStiffness / substep;
   args.stiff_shared = simd::soften(args.max_hertz_shared, kJointDampingRatio, substep);
+  if (settings.solver == Solver::sequential_impulse)
+    args.stiff = args.stiff_shared = stabilized(settings, substep);
   args.push_speed = settings.push_speed;
   args.warm_start_scale = settings.warm_start ? warm_start_scale(substep, data.last_substep) : 0.0f;
-  args.impulse_keep = settings.warm_start ? 1.0f : 0.0f;
+  args.impulse_keep = keeps_impulses(settings) ? 1.0f : 0.0f;
   args.parts_a = constraints.parts_a.data();
   args.parts_b = constraints.parts_b.data();
   args.shared = constraints.shared.data();
@@ -163,7 +185,8 @@ namespace {
 // 4,000.
 constexpr int kReboundPasses = 32;
 
-// Restitution, where any contact may have it.
+}  // namespace
+
 void rebound(Constraints& constraints, const simd::ContactArgs& contact, Crew& crew) {
   const auto kernel = crew.kernels().contact.rebound;
   for (int pass = 0; pass < kReboundPasses; ++pass) {
@@ -180,6 +203,8 @@ void rebound(Constraints& constraints, const simd::ContactArgs& contact, Crew& c
     if (std::count(constraints.rebounded.begin(), constraints.rebounded.end(), std::uint8_t{1}) == 0) return;
   }
 }
+
+namespace {
 
 // Lists the bodies that move, dynamic ones first, and gives the columns that kernels write to their sizes.
 void size_columns(const WorldData& data, Constraints& constraints) {
@@ -202,72 +227,66 @@ void size_columns(const WorldData& data, Constraints& constraints) {
 
 }  // namespace
 
+void solve_soft_step(SolveStep& step) {
+  using ByContact = simd::ContactKernels;
+  using ByJoint = simd::JointVariantKernels;
+  const simd::Kernels& kernels = step.crew.kernels();
+  const WorldSettings& settings = step.data.settings;
+  const bool together = settings.solver_options.points_together;
+  const ContactPass solve = together ? &ByContact::solve_together : &ByContact::solve;
+  const ContactPass relax = together ? &ByContact::relax_together : &ByContact::relax;
+  const ContactPass relax_measured = together ? &ByContact::relax_together : &ByContact::relax_measured;
+  const bool may_rebound = std::any_of(step.constraints.stages.begin(), step.constraints.stages.end(),
+                                       [](const ColorStage& stage) { return stage.rich; });
+  for (int substep = 0; substep < settings.substeps; ++substep) {
+    step.body.first_substep = substep == 0;
+    step.body.elapsed = static_cast<float>(substep) * step.body.substep;
+    step.joint.elapsed = static_cast<float>(substep) * step.joint.substep;
+    const bool measured = settings.measure_residual && substep == settings.substeps - 1;
+    if (may_rebound) rebound(step.constraints, step.contact, step.crew);
+    over_bodies(step, step.dynamic_count, kernels.body.integrate_velocities);
+    if (substep == 0 && step.contact.warm_start_scale > 0.0f)
+      over_colors(step, &ByContact::warm_start, &ByJoint::warm_start);
+    over_colors(step, solve, &ByJoint::solve);
+    over_bodies(step, step.moving_count, kernels.body.integrate_poses);
+    step.joint.elapsed = static_cast<float>(substep + 1) * step.joint.substep;
+    if (measured) {
+      over_colors(step, relax_measured, &ByJoint::relax_measured);
+    } else {
+      over_colors(step, relax, &ByJoint::relax);
+    }
+  }
+  if (!settings.measure_residual) return;
+  for (const float residual : step.constraints.residual)
+    step.data.stats.residual = std::max(step.data.stats.residual, static_cast<double>(residual));
+}
+
 void solve(WorldData& data, float dt, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   const simd::Kernels& kernels = crew.kernels();
   size_columns(data, constraints);
-  const int dynamic_count = static_cast<int>(data.bodies.awake.size());
-  const int moving_count = static_cast<int>(constraints.moving_bodies.size());
-  simd::BodyArgs body = body_args(data, dt);
-  simd::ContactArgs contact = contact_args(data, constraints, dt);
-  const auto over_bodies = [&](int count, auto kernel) {
-    crew.run_ranges(count, kBodyChunk, [&](int begin, int end, int) { kernel(body, begin, end); });
-  };
-  simd::JointArgs joint = joint_args(data, constraints, dt);
-  // Within a color joints come first, so that contacts have the last word where one thread runs both.
-  const auto over_colors = [&](auto contact_kernel, auto joint_kernel) {
-    for (const ColorStage& stage : constraints.stages) {
-      const simd::ConstraintChunk* contacts = constraints.contact_chunks.data() + stage.first_contact_chunk;
-      const simd::ConstraintChunk* joints = constraints.joint_chunks.data() + stage.first_joint_chunk;
-      const auto run_chunk = [&](int chunk) {
-        if (chunk < stage.joint_chunk_count) {
-          (kernels.joint.variant[joints[chunk].variant].*joint_kernel)(joint, joints[chunk]);
-        } else {
-          (kernels.contact.*contact_kernel)(contact, contacts[chunk - stage.joint_chunk_count]);
-        }
-      };
-      const int chunks = stage.joint_chunk_count + stage.contact_chunk_count;
-      if (stage.serial) {
-        for (int chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
-      } else {
-        crew.run(chunks, [&](int chunk, int) { run_chunk(chunk); });
-      }
-    }
-  };
-
-  over_bodies(moving_count, kernels.body.prepare);
+  SolveStep step{data,
+                 constraints,
+                 crew,
+                 static_cast<int>(data.bodies.awake.size()),
+                 static_cast<int>(constraints.moving_bodies.size()),
+                 body_args(data, dt),
+                 contact_args(data, constraints, dt),
+                 joint_args(data, constraints, dt)};
+  over_bodies(step, step.moving_count, kernels.body.prepare);
   over_blocks(
-      constraints, crew, [&](const simd::ConstraintChunk& chunk) { kernels.contact.prepare(contact, chunk); },
+      constraints, crew,
+      [&](const simd::ConstraintChunk& chunk) { kernels.contact.prepare(step.contact, chunk); },
       [&](const simd::ConstraintChunk& chunk) {
-        kernels.joint.variant[chunk.variant].prepare(joint, chunk);
+        kernels.joint.variant[chunk.variant].prepare(step.joint, chunk);
       });
-  using ByContact = simd::ContactKernels;
-  using ByJoint = simd::JointVariantKernels;
-  const int substeps = data.settings.substeps;
-  const bool may_rebound = std::any_of(constraints.stages.begin(), constraints.stages.end(),
-                                       [](const ColorStage& stage) { return stage.rich; });
-  for (int substep = 0; substep < substeps; ++substep) {
-    body.first_substep = substep == 0;
-    body.elapsed = static_cast<float>(substep) * body.substep;
-    joint.elapsed = static_cast<float>(substep) * joint.substep;
-    const bool measured = data.settings.measure_residual && substep == substeps - 1;
-    if (may_rebound) rebound(constraints, contact, crew);
-    over_bodies(dynamic_count, kernels.body.integrate_velocities);
-    if (substep == 0 && contact.warm_start_scale > 0.0f)
-      over_colors(&ByContact::warm_start, &ByJoint::warm_start);
-    over_colors(&ByContact::solve, &ByJoint::solve);
-    over_bodies(moving_count, kernels.body.integrate_poses);
-    joint.elapsed = static_cast<float>(substep + 1) * joint.substep;
-    if (measured) {
-      over_colors(&ByContact::relax_measured, &ByJoint::relax_measured);
-    } else {
-      over_colors(&ByContact::relax, &ByJoint::relax);
-    }
-  }
-  if (data.settings.measure_residual) {
-    for (const float residual : constraints.residual) {
-      data.stats.residual = std::max(data.stats.residual, static_cast<double>(residual));
-    }
+  switch (data.settings.solver) {
+    case Solver::soft_step:
+      return solve_soft_step(step);
+    case Solver::sequential_impulse:
+      return solve_sequential_impulses(step);
+    default:
+      return solve_whole_system(step);
   }
 }
 

@@ -6,6 +6,62 @@
 
 namespace scree {
 
+namespace {
+
+struct GatheredRows {
+  std::int32_t item, body_a, body_b;
+  StatedLane lane;
+  ConstraintRows rows;
+};
+using Gathered = std::vector<GatheredRows>;
+
+StatedLane lane_of(const simd::ConstraintChunk& chunk, std::int32_t lane, const simd::Kernels& kernels) {
+  const std::int32_t lanes = kernels.lanes, first = lane - (lane - chunk.first_lane) % lanes;
+  return {lane, first, lanes, false, false};
+}
+
+void sort_by_item(Gathered& list) {
+  std::sort(list.begin(), list.end(), [](const auto& x, const auto& y) { return x.item < y.item; });
+}
+
+Gathered gather_joints(const WorldData& data, const Constraints& constraints, const simd::JointArgs& args,
+                       Crew& crew) {
+  Gathered gathered;
+  std::vector<ConstraintRows> rows(constraints.joint_lanes.size());
+  for (const simd::ConstraintChunk& chunk : constraints.joint_chunks) {
+    crew.kernels().joint.variant[chunk.variant].state_rows(args, chunk, rows.data());
+    for (int lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
+      const std::int32_t joint = constraints.joint_lanes[lane];
+      const JointFrames& frames = data.joints.frames[joint];
+      StatedLane at = lane_of(chunk, lane, crew.kernels());
+      at.breaks = chunk.breaks;
+      at.remembers = crew.kernels().joint.variant[chunk.variant].remembers;
+      gathered.push_back({joint, frames.row_a, frames.row_b, at, rows[static_cast<std::size_t>(lane)]});
+    }
+  }
+  sort_by_item(gathered);
+  return gathered;
+}
+
+Gathered gather_contacts(const WorldData& data, const Constraints& constraints, const simd::ContactArgs& args,
+                         Crew& crew) {
+  Gathered gathered;
+  std::vector<ConstraintRows> rows(constraints.contact_lanes.size());
+  for (const simd::ConstraintChunk& chunk : constraints.contact_chunks) {
+    crew.kernels().contact.state_rows(args, chunk, rows.data());
+    for (int lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
+      const std::int32_t contact = constraints.contact_lanes[lane];
+      const Manifold& manifold = data.contacts.now.manifold[contact];
+      gathered.push_back({contact, manifold.row_a, manifold.row_b, lane_of(chunk, lane, crew.kernels()),
+                          rows[static_cast<std::size_t>(lane)]});
+    }
+  }
+  sort_by_item(gathered);
+  return gathered;
+}
+
+}  // namespace
+
 StatedWorld state_world(WorldData& data, const simd::ContactArgs& contact, const simd::JointArgs& joint,
                         Crew& crew) {
   const Constraints& constraints = constraints_of(data);
@@ -24,32 +80,25 @@ StatedWorld state_world(WorldData& data, const simd::ContactArgs& contact, const
   add_bodies(bodies.awake);
   add_bodies(bodies.kinematic);
 
-  const auto add = [&](const ConstraintRows& rows, std::int32_t a, std::int32_t b, bool is_contact,
-                       std::int32_t item) {
-    stated.constraints.push_back(
-        {rows, place[static_cast<std::size_t>(a)], place[static_cast<std::size_t>(b)]});
-    stated.is_contact.push_back(is_contact);
-    stated.item.push_back(item);
-  };
-  std::vector<ConstraintRows> rows(constraints.joint_lanes.size());
-  for (const simd::ConstraintChunk& chunk : constraints.joint_chunks) {
-    crew.kernels().joint.variant[chunk.variant].state_rows(joint, chunk, rows.data());
-    for (int lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
-      const JointFrames& frames = data.joints.frames[constraints.joint_lanes[lane]];
-      add(rows[static_cast<std::size_t>(lane)], frames.row_a, frames.row_b, false,
-          constraints.joint_lanes[lane]);
-    }
-  }
-  rows.resize(constraints.contact_lanes.size());
-  for (const simd::ConstraintChunk& chunk : constraints.contact_chunks) {
-    crew.kernels().contact.state_rows(contact, chunk, rows.data());
-    for (int lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
-      const Manifold& manifold = data.contacts.now.manifold[constraints.contact_lanes[lane]];
-      add(rows[static_cast<std::size_t>(lane)], manifold.row_a, manifold.row_b, true,
-          constraints.contact_lanes[lane]);
+  const Gathered joints = gather_joints(data, constraints, joint, crew);
+  const Gathered contacts = gather_contacts(data, constraints, contact, crew);
+  for (const Gathered* list : {&joints, &contacts}) {
+    for (const GatheredRows& each : *list) {
+      stated.constraints.push_back({each.rows, place[static_cast<std::size_t>(each.body_a)],
+                                    place[static_cast<std::size_t>(each.body_b)]});
+      stated.is_contact.push_back(list == &contacts);
+      stated.item.push_back(each.item);
+      stated.lane.push_back(each.lane);
     }
   }
   return stated;
+}
+
+std::vector<ConstraintRows> state_joints(SolveStep& step, const simd::JointArgs& joint) {
+  std::vector<ConstraintRows> rows;
+  for (const GatheredRows& each : gather_joints(step.data, step.constraints, joint, step.crew))
+    rows.push_back(each.rows);
+  return rows;
 }
 
 SystemPolicy policy_of(const WorldData& data, float dt, SystemPolicy::Pass pass) {
@@ -65,6 +114,17 @@ SystemPolicy policy_of(const WorldData& data, float dt, SystemPolicy::Pass pass)
   policy.contact_damping_ratio = settings.contact_damping_ratio;
   policy.static_contact_hertz = 2 * policy.contact_hertz;
   policy.static_contact_damping_ratio = 0.5 * policy.contact_damping_ratio;
+  return policy;
+}
+
+SystemPolicy rigid_policy_of(const WorldData& data, float substep) {
+  SystemPolicy policy;
+  policy.pass = SystemPolicy::Pass::rigid;
+  policy.substep = double{substep};
+  policy.push_speed = data.settings.push_speed;
+  policy.max_hertz = 0.25 / policy.substep;
+  policy.baumgarte = data.settings.solver_options.baumgarte;
+  policy.slop = data.settings.solver_options.slop;
   return policy;
 }
 

@@ -61,14 +61,16 @@ void store_impulses(WorldData& data, float dt, Crew& crew) {
   const simd::ContactKernels& kernels = crew.kernels().contact;
   const simd::ContactArgs contact = contact_args(data, constraints, dt);
   const simd::JointArgs joint = joint_args(data, constraints, dt);
+  // Methods over the whole system have stored theirs.
+  const bool in_blocks = data.settings.solver <= Solver::sequential_impulse;
   over_blocks(
       constraints, crew,
       [&](const simd::ConstraintChunk& chunk) {
-        kernels.store(contact, chunk);
+        if (in_blocks) kernels.store(contact, chunk);
         if (contact.force_sum != nullptr) kernels.store_forces(contact, chunk);
       },
       [&](const simd::ConstraintChunk& chunk) {
-        crew.kernels().joint.variant[chunk.variant].store(joint, chunk);
+        if (in_blocks) crew.kernels().joint.variant[chunk.variant].store(joint, chunk);
       });
   if (asks_for_events(data)) store_impulse_sums(data, crew);
   if (data.settings.measure_penetration) measure_penetration(data, contact, crew);

@@ -491,6 +491,15 @@ void print(std::ostream& out, const WorldSettings& value) {
   field(out, "contact_forces", value.contact_forces);
   field(out, "measure_residual", value.measure_residual);
   field(out, "measure_penetration", value.measure_penetration);
+  const SolverOptions& options = value.solver_options;
+  field(out, "solver", static_cast<int>(value.solver));
+  field(out, "iterations", options.iterations);
+  field(out, "tolerance", options.tolerance);
+  field(out, "relaxation", options.relaxation);
+  field(out, "baumgarte", options.baumgarte);
+  field(out, "slop", options.slop);
+  field(out, "shuffle_seed", options.shuffle_seed);
+  field(out, "points_together", options.points_together);
   out << "}";
 }
 

@@ -177,10 +177,12 @@ class Poke {
     auto& [gravity, substeps, contact_hertz, contact_damping_ratio, push_speed, restitution_threshold,
            max_linear_speed, max_angular_speed, continuous, warm_start, sleeping, sleep_linear_speed,
            sleep_angular_speed, sleep_time, contact_events, contact_forces, measure_residual,
-           measure_penetration] = settings;
+           measure_penetration, solver, solver_options] = settings;
     change(gravity), change(contact_hertz), change(contact_damping_ratio), change(push_speed);
     change(restitution_threshold), change(max_linear_speed), change(max_angular_speed);
     change(sleep_linear_speed), change(sleep_angular_speed), change(sleep_time);
+    change(solver_options.tolerance), change(solver_options.relaxation), change(solver_options.baumgarte);
+    change(solver_options.slop);
   }
 
   int which_;

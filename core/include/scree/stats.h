@@ -50,13 +50,17 @@ struct StepStats {
       0;           ///< islands examined for sleep in this step; 0 where no body was slow for long enough
   int colors = 0;  ///< independent batches, those against fixed bodies included
   int stages = 0;  ///< parallel stages of the whole step
-  double lane_fill = 1.0;       ///< used lanes over all lanes of the constraint blocks; depends on the width
-  double kinetic_energy = 0.0;  ///< J, at the end of the step
-  double residual = 0.0;        ///< m/s, only with WorldSettings::measure_residual: the largest velocity
-                                ///< error of a contact, or of what a joint
-                                ///< holds, as the last relax pass met it
-  std::int64_t overlaps = 0;    ///< manifolds of awake bodies that overlap at the end of the step; this and
-                                ///< penetration only with WorldSettings::measure_penetration
+  double lane_fill = 1.0;        ///< used lanes over all lanes of the constraint blocks; depends on the width
+  double kinetic_energy = 0.0;   ///< J, at the end of the step
+  double residual = 0.0;         ///< m/s, only with WorldSettings::measure_residual: the largest velocity
+                                 ///< error of a contact, or of what a joint
+                                 ///< holds, as the last relax pass met it. Of other solvers than the soft
+                                 ///< step the largest change of speed that any row still asks for; methods
+                                 ///< over the whole system always fill it
+  int solver_iterations = 0;     ///< of methods over the whole system, see Solver: the most of a substep
+  bool solver_singular = false;  ///< Solver::direct: rows contradicted each other, and a residual is left
+  std::int64_t overlaps = 0;     ///< manifolds of awake bodies that overlap at the end of the step; this and
+                                 ///< penetration only with WorldSettings::measure_penetration
   double penetration_mean =
       0.0;  ///< m, the deepest point of each overlapping manifold, mean over all of them
   double penetration_p999 = 0.0;  ///< m, 99.9 % of the overlapping manifolds are at most this deep

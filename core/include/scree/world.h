@@ -17,6 +17,7 @@
 #include <scree/ids.h>
 #include <scree/joint.h>
 #include <scree/shapes.h>
+#include <scree/solver.h>
 #include <scree/stats.h>
 
 #include <cstddef>
@@ -30,8 +31,8 @@ namespace scree {
 /// Tuning of a world. The defaults suit bodies of about 0.1 to 10 m at 60 steps a second.
 struct WorldSettings {
   Vec3 gravity{0.0f, -9.81f, 0.0f};  ///< m/s^2, each within +-1e6
-  /// Solver substeps per step, in [1, 64]. Joints become stiffer with them, contacts only as contact_hertz
-  /// rises, too.
+  /// Solver substeps per step, in [1, 64]; Solver::sequential_impulse takes one, whatever stands here. Joints
+  /// become stiffer with them, contacts only as contact_hertz rises, too.
   int substeps = 4;
   /// Hz, in [1e-3, 1e4], the frequency f of contacts; at most 1/(8 h) is used, with h the step's dt over
   /// substeps (30 Hz with the defaults at 60 steps a second), and twice that against fixed and kinematic
@@ -62,6 +63,8 @@ struct WorldSettings {
   bool contact_forces = false;                         ///< measure what World::contact_forces lists
   bool measure_residual = false;                       ///< fill StepStats::residual
   bool measure_penetration = false;                    ///< fill StepStats::penetration_*
+  Solver solver = Solver::soft_step;                   ///< of constraints
+  SolverOptions solver_options{};                      ///< its tuning
 };
 
 /// Memory of a world by column, as generated from its state table.

@@ -107,8 +107,18 @@ void fields(Of<ShapeDef> auto& def, auto&& visit) {
   visit(def.material);
   visit(def.options);
 }
+void fields(Of<SolverOptions> auto& options, auto&& visit) {
+  static_assert(sizeof(SolverOptions) == 28, "a new field goes here, too");
+  visit(options.iterations);
+  visit(options.tolerance);
+  visit(options.relaxation);
+  visit(options.baumgarte);
+  visit(options.slop);
+  visit(options.shuffle_seed);
+  visit(options.points_together);
+}
 void fields(Of<WorldSettings> auto& settings, auto&& visit) {
-  static_assert(sizeof(WorldSettings) == 60, "a new field goes here, too");
+  static_assert(sizeof(WorldSettings) == 92, "a new field goes here, too");
   visit(settings.gravity);
   visit(settings.substeps);
   visit(settings.contact_hertz);
@@ -127,6 +137,8 @@ void fields(Of<WorldSettings> auto& settings, auto&& visit) {
   visit(settings.contact_forces);
   visit(settings.measure_residual);
   visit(settings.measure_penetration);
+  visit(settings.solver);
+  visit(settings.solver_options);
 }
 void fields(Of<JointDef> auto& def, auto&& visit) {
   static_assert(sizeof(JointDef) == 112, "a new field goes here, too");

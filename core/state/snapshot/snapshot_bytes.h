@@ -25,7 +25,7 @@
 
 namespace scree {
 
-inline constexpr std::uint32_t kSnapshotVersion = 2;
+inline constexpr std::uint32_t kSnapshotVersion = 3;
 inline constexpr std::uint32_t kByteOrderMark = 0x01020304;
 
 // What is wrong with bytes from outside, and where: "read_snapshot: byte <offset>: <reason>".

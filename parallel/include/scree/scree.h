@@ -12,6 +12,7 @@
 #include <scree/recording.h>
 #include <scree/shapes.h>
 #include <scree/snapshot.h>
+#include <scree/solver.h>
 #include <scree/stats.h>
 #include <scree/step.h>
 #include <scree/workers.h>

@@ -1,4 +1,5 @@
-// Kernels over contact blocks: prepare, rebound, warm start, solve, relax, store. A lane is one manifold.
+// Kernels over contact blocks: prepare, rebound, warm start, solve, relax, store, and those of sequential
+// impulses. A lane is one manifold.
 //
 // The form is constraint space: a manifold's points are two coordinates each in the tangent plane through the
 // friction center, so that one sweep needs the two bodies once and the points' couplings as a small matrix.
@@ -49,6 +50,7 @@ struct ContactArgs {
   float inverse_substep;      // 1/s
   float push_speed;           // m/s
   float restitution_threshold;
+  float slop;               // m, overlap that sequential impulses leave alone
   float warm_start_scale;   // times the stored impulses: ratio of time steps, 0: none
   float impulse_keep;       // times the impulses at each solve: 1, or 0 without warm start
   float* residual;          // m/s, by chunk number; where relax_measured leaves its largest error
@@ -67,6 +69,14 @@ struct ContactKernels {
   void (*solve)(const ContactArgs& args, const ConstraintChunk& chunk);       // normals with soft bias
   void (*relax)(const ContactArgs& args, const ConstraintChunk& chunk);       // normals, friction; no bias
   void (*relax_measured)(const ContactArgs& args, const ConstraintChunk& chunk);
+  // The same with the normal impulses of a contact solved together; this relax always measures.
+  void (*solve_together)(const ContactArgs& args, const ConstraintChunk& chunk);
+  void (*relax_together)(const ContactArgs& args, const ConstraintChunk& chunk);
+  // Sequential impulses: biases of a step, and an iteration, see contact_sequential.cpp.
+  void (*begin_impulses)(const ContactArgs& args, const ConstraintChunk& chunk);
+  void (*sweep_impulses)(const ContactArgs& args, const ConstraintChunk& chunk);
+  void (*sweep_impulses_together)(const ContactArgs& args, const ConstraintChunk& chunk);
+  void (*find_separations)(const ContactArgs& args, const ConstraintChunk& chunk);  // at the present poses
   void (*rebound)(const ContactArgs& args, const ConstraintChunk& chunk);  // restitution; rich variants only
   void (*store)(const ContactArgs& args, const ConstraintChunk& chunk);    // blocks -> manifolds
   void (*store_forces)(const ContactArgs& args, const ConstraintChunk& chunk);  // force_sum -> forces

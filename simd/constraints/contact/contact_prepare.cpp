@@ -286,6 +286,8 @@ void store_blocks(const ContactArgs& args, const ConstraintChunk& chunk) {
 }  // namespace
 
 void add_contact_solve_kernels(ContactKernels& kernels);
+void add_contact_together_kernels(ContactKernels& kernels);
+void add_contact_sequential_kernels(ContactKernels& kernels);
 void add_contact_rebound_kernel(ContactKernels& kernels);
 void add_contact_force_kernels(ContactKernels& kernels);
 void add_contact_statement_kernel(ContactKernels& kernels);
@@ -304,6 +306,8 @@ ContactKernels make_contact_kernels() {
   kernels.store = store_blocks;
   kernels.measure_depth = measure_depth;
   add_contact_solve_kernels(kernels);
+  add_contact_together_kernels(kernels);
+  add_contact_sequential_kernels(kernels);
   add_contact_rebound_kernel(kernels);
   add_contact_force_kernels(kernels);
   add_contact_statement_kernel(kernels);

@@ -29,6 +29,8 @@ inline constexpr int joint_variant(JointType type, bool rich) {
   return static_cast<int>(type) * 2 + (rich ? 1 : 0);
 }
 
+inline constexpr int kRememberedCoordinate = 15;  // see JointImpulses
+
 struct JointArgs {
   const std::int32_t* rows;  // joint rows in lane order; unused lanes repeat a used one
   char* blocks;
@@ -66,9 +68,13 @@ struct JointVariantKernels {
   void (*relax)(const JointArgs& args, const ConstraintChunk& chunk);
   void (*relax_measured)(const JointArgs& args, const ConstraintChunk& chunk);
   void (*store)(const JointArgs& args, const ConstraintChunk& chunk);  // blocks -> impulses, reactions
+  // Of chunks that `breaks`, after solve: relax does it by itself.
+  void (*note_peaks)(const JointArgs& args, const ConstraintChunk& chunk);
   // What the joints are, for solvers of any kind: rows at the present poses, by lane; needs no blocks. Of the
   // arguments it reads `rows`, `frames`, `parameters`, `impulses`, `elapsed` and the columns of bodies.
   void (*state_rows)(const JointArgs& args, const ConstraintChunk& chunk, ConstraintRows* rows);
+  // Whether impulse kRememberedCoordinate of a joint is the error of its first held row, not an impulse.
+  bool remembers;
 };
 
 struct JointKernels {

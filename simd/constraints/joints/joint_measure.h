@@ -81,7 +81,7 @@ struct RowImpulses {
 // JointImpulses of joints made of rows: 0 to 3 of the held rows, then the limit and the drive of each axis,
 // last the memory.
 constexpr int kFirstAxisImpulse = 4;
-constexpr int kMemory = 15;
+constexpr int kMemory = kRememberedCoordinate;
 
 // What kinds have unless they say otherwise.
 struct RowShape {

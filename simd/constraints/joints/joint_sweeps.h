@@ -91,6 +91,15 @@ SCREE_SWEEP void relax_measured_joints(const JointArgs& args, const ConstraintCh
   relax_blocks<Kind, true>(args, chunk);
 }
 
+// Of joints that may break: what acts now counts for their strength. relax() does it by itself.
+template <class Kind>
+void note_peaks_joints(const JointArgs& args, const ConstraintChunk& chunk) {
+  using Block = typename Kind::Block;
+  for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
+    note_peak(args, args.rows + first_lane, count, Kind::acting(block));
+  });
+}
+
 template <class Kind>
 void store_joints(const JointArgs& args, const ConstraintChunk& chunk) {
   using Block = typename Kind::Block;
@@ -105,10 +114,10 @@ void store_joints(const JointArgs& args, const ConstraintChunk& chunk) {
 
 template <class Kind>
 JointVariantKernels make_joint_kernels_of() {
-  return {sizeof(typename Kind::Block), prepare_joints<Kind>,
-          warm_start_joints<Kind>,      solve_joints<Kind>,
-          relax_joints<Kind>,           relax_measured_joints<Kind>,
-          store_joints<Kind>,           state_rows<typename Kind::Rows>};
+  return {sizeof(typename Kind::Block), prepare_joints<Kind>,    warm_start_joints<Kind>,
+          solve_joints<Kind>,           relax_joints<Kind>,      relax_measured_joints<Kind>,
+          store_joints<Kind>,           note_peaks_joints<Kind>, state_rows<typename Kind::Rows>,
+          Kind::Rows::kRemembers};
 }
 
 // Both variants of a kind. Each kind's source defines its own, so that one that is forgotten does not link.

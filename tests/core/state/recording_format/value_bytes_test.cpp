@@ -73,11 +73,11 @@ auto members(const WorldSettings& settings) {
   const auto& [gravity, substeps, contact_hertz, contact_damping_ratio, push_speed, restitution_threshold,
                max_linear_speed, max_angular_speed, continuous, warm_start, sleeping, sleep_linear_speed,
                sleep_angular_speed, sleep_time, contact_events, contact_forces, measure_residual,
-               measure_penetration] = settings;
+               measure_penetration, solver, solver_options] = settings;
   return std::tuple(gravity, substeps, contact_hertz, contact_damping_ratio, push_speed,
                     restitution_threshold, max_linear_speed, max_angular_speed, continuous, warm_start,
                     sleeping, sleep_linear_speed, sleep_angular_speed, sleep_time, contact_events,
-                    contact_forces, measure_residual, measure_penetration);
+                    contact_forces, measure_residual, measure_penetration, solver, solver_options);
 }
 
 template <class Value>
@@ -141,7 +141,15 @@ const WorldSettings kSettings{.gravity = {1, 2, 3},
                               .contact_events = ContactEvents::all,
                               .contact_forces = true,
                               .measure_residual = true,
-                              .measure_penetration = true};
+                              .measure_penetration = true,
+                              .solver = Solver::direct,
+                              .solver_options = {.iterations = 15,
+                                                 .tolerance = 0.0625f,
+                                                 .relaxation = 1.25f,
+                                                 .baumgarte = 0.5f,
+                                                 .slop = 0.03125f,
+                                                 .shuffle_seed = 0xfedcba98u,
+                                                 .points_together = true}};
 const JointDef kJoint{.body_a = {5, 77},
                       .body_b = {6, 78},
                       .frame_a = kPose,

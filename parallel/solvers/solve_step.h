@@ -1,0 +1,78 @@
+// What the solvers of a step share: arguments of kernels, and passes over bodies and colors.
+#pragma once
+
+#include <parallel/constraints/constraints.h>
+#include <parallel/crew/crew.h>
+
+#include <span>
+
+namespace scree {
+
+// A step that is being solved. Written by the solvers: `elapsed` and `first_substep` of the arguments.
+struct SolveStep {
+  WorldData& data;
+  Constraints& constraints;
+  Crew& crew;
+  int dynamic_count, moving_count;  // of Constraints::moving_bodies, dynamic ones first
+  simd::BodyArgs body;
+  simd::ContactArgs contact;
+  simd::JointArgs joint;
+};
+
+// The solvers, each in the file of its name. Bodies and blocks are prepared.
+void solve_soft_step(SolveStep& step);
+void solve_sequential_impulses(SolveStep& step);
+void solve_whole_system(SolveStep& step);
+
+// Restitution before a substep, where any contact may have it.
+void rebound(Constraints& constraints, const simd::ContactArgs& contact, Crew& crew);
+
+inline constexpr int kSolveBodyChunk = 512;  // bodies of one task
+
+template <class Kernel>
+void over_bodies(const SolveStep& step, int count, Kernel kernel) {
+  step.crew.run_ranges(count, kSolveBodyChunk,
+                       [&](int begin, int end, int) { kernel(step.body, begin, end); });
+}
+
+// One stage after the other. Within a color joints come first, so that contacts have the last word where one
+// thread runs both.
+template <class ContactWork, class JointWork>
+void over_stage(const SolveStep& step, const ColorStage& stage, ContactWork&& contact_work,
+                JointWork&& joint_work) {
+  const simd::ConstraintChunk* contacts = step.constraints.contact_chunks.data() + stage.first_contact_chunk;
+  const simd::ConstraintChunk* joints = step.constraints.joint_chunks.data() + stage.first_joint_chunk;
+  const auto run_chunk = [&](int chunk) {
+    if (chunk < stage.joint_chunk_count) {
+      joint_work(joints[chunk]);
+    } else {
+      contact_work(contacts[chunk - stage.joint_chunk_count]);
+    }
+  };
+  const int chunks = stage.joint_chunk_count + stage.contact_chunk_count;
+  if (stage.serial) {
+    for (int chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
+  } else {
+    step.crew.run(chunks, [&](int chunk, int) { run_chunk(chunk); });
+  }
+}
+
+using ContactPass = void (*simd::ContactKernels::*)(const simd::ContactArgs&, const simd::ConstraintChunk&);
+using JointPass = void (*simd::JointVariantKernels::*)(const simd::JointArgs&, const simd::ConstraintChunk&);
+
+inline void over_stage(const SolveStep& step, const ColorStage& stage, ContactPass contact_pass,
+                       JointPass joint_pass) {
+  const simd::Kernels& kernels = step.crew.kernels();
+  over_stage(
+      step, stage,
+      [&](const simd::ConstraintChunk& chunk) { (kernels.contact.*contact_pass)(step.contact, chunk); },
+      [&](const simd::ConstraintChunk& chunk) {
+        (kernels.joint.variant[chunk.variant].*joint_pass)(step.joint, chunk);
+      });
+}
+
+inline void over_colors(const SolveStep& step, ContactPass contact_pass, JointPass joint_pass) {
+  for (const ColorStage& stage : step.constraints.stages) over_stage(step, stage, contact_pass, joint_pass);
+}
+
+}  // namespace scree
