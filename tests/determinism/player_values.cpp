@@ -210,6 +210,13 @@ WorldSettings random_settings(Random& random) {
   settings.measure_residual = once_in(random, 2);
   settings.measure_penetration = once_in(random, 2);
   settings.contact_forces = settings.measure_residual != settings.measure_penetration;
+  // The direct solver would take minutes for heaps.
+  if (once_in(random, 4)) settings.solver = static_cast<Solver>(random.below(kSolverCount - 1));
+  if (once_in(random, 2)) settings.solver_options.baumgarte = random.between(0.0f, 1.0f);
+  if (once_in(random, 2)) settings.solver_options.slop = random.between(0.0f, 0.02f);
+  settings.solver_options.iterations = 1 + static_cast<int>(random.below(8));
+  settings.solver_options.shuffle_seed = static_cast<std::uint32_t>(random.below(3));
+  settings.solver_options.points_together = once_in(random, 3);
   return settings;
 }
 

@@ -48,7 +48,7 @@ class Command : public scree::testing::ProgramTest {
 TEST_F(Command, ListsEverySceneOnALineOfItsOwn) {
   const Outcome outcome = scree("scenes");
   EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 24);
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 27);
   for (const char* name :
        {"large_pyramid", "many_pyramids", "convex_pile", "junkyard", "pile", "hull_zoo", "stack", "wall",
         "card_house", "slope", "spheres_in_box", "many_worlds", "large_world", "streaming", "spawning"}) {
@@ -91,6 +91,8 @@ TEST_F(Command, RefusesBadCommandLinesWithExitCodeTwo) {
   expect_refusal("run stack --dt nan", "--dt nan");
   expect_refusal("run stack --dt 1.5", "must be from 0 to 1 seconds");
   expect_refusal("run stack --substeps 0", "--substeps 0 must be from 1 to 64");
+  expect_refusal("run stack --solver newton", "--solver newton: unknown solver; there are: soft_step");
+  expect_refusal("run stack --iterations 0", "--iterations 0 must be from 1 to 1000000");
   expect_refusal("run stack --threads -1", "--threads -1 must be from 0 to 1024");
   expect_refusal("run stack --threads 5000", "--threads 5000 must be from 0 to 1024");
   expect_refusal("run stack --isa mmx", "--isa mmx: unknown instruction set; there are: auto, scalar, sse2");

@@ -29,7 +29,9 @@ TEST(SceneFile, SaysEverythingThatASceneHolds) {
     "settings": {"substeps": 8, "contact_hertz": 60, "contact_damping_ratio": 5, "push_speed": 2,
                  "restitution_threshold": 0.5, "max_linear_speed": 100, "max_angular_speed": 50,
                  "warm_start": false, "sleeping": false, "sleep_linear_speed": 0.1, "sleep_angular_speed": 0.2,
-                 "sleep_time": 1},
+                 "sleep_time": 1, "solver": "gauss_seidel",
+                 "solver_options": {"iterations": 77, "tolerance": 0.001, "relaxation": 0.5, "baumgarte": 0.75,
+                                    "slop": 0.25, "shuffle_seed": 4294967295, "points_together": true}},
     "steps": 30, "dt": 0.01,
     "materials": {"ice": {"friction": 0.02, "restitution": 0.5, "rolling_resistance": 0.1, "patch_radius": 0.25,
                           "density": 900,
@@ -54,6 +56,14 @@ TEST(SceneFile, SaysEverythingThatASceneHolds) {
   EXPECT_FALSE(scene.settings.warm_start);
   EXPECT_FALSE(scene.settings.sleeping);
   EXPECT_EQ(scene.settings.sleep_time, 1.0f);
+  EXPECT_EQ(scene.settings.solver, Solver::gauss_seidel);
+  EXPECT_EQ(scene.settings.solver_options, (SolverOptions{.iterations = 77,
+                                                          .tolerance = 0.001f,
+                                                          .relaxation = 0.5f,
+                                                          .baumgarte = 0.75f,
+                                                          .slop = 0.25f,
+                                                          .shuffle_seed = 0xffffffffu,
+                                                          .points_together = true}));
   EXPECT_EQ(scene.steps, 30);
   EXPECT_EQ(scene.dt, 0.01f);
   ASSERT_EQ(scene.bodies.size(), 1u);

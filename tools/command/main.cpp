@@ -118,6 +118,11 @@ void declare_run(CLI::App& run, Arguments& arguments) {
   run.add_option("--steps", options.steps, "All steps, the warm-up included (default: the scene's)");
   run.add_option("--dt", options.dt, "Time step in seconds, 0 to 1 (default: the scene's)");
   run.add_option("--substeps", options.substeps, "Solver substeps per step, 1 to 64 (default: the scene's)");
+  run.add_option("--solver", options.solver,
+                 "soft_step, sequential_impulse, jacobi, gauss_seidel, "
+                 "over_relaxation, conjugate_gradient, accelerated_gradient or "
+                 "direct (default: the scene's)");
+  run.add_option("--iterations", options.iterations, "Of solvers that iterate (default: the scene's)");
   declare_backend(run, options.threads, arguments);
   run.add_option("--warmup", options.warmup, "Untimed steps at the start (default: 1)");
   run.add_flag("--no-sleep", options.no_sleep, "Keep resting bodies awake");

@@ -46,6 +46,16 @@ Isa read_isa(const std::string& name) {
   throw Error("--isa " + name + ": unknown instruction set; there are: " + names);
 }
 
+Solver read_solver(const std::string& name) {
+  std::string names;
+  for (int i = 0; i < kSolverCount; ++i) {
+    const auto solver = static_cast<Solver>(i);
+    if (name == solver_name(solver)) return solver;
+    names += (names.empty() ? "" : ", ") + std::string(solver_name(solver));
+  }
+  throw Error("--solver " + name + ": unknown solver; there are: " + names);
+}
+
 void check_range(const char* option, int value, int low, int high) {
   if (value < low || value > high) {
     throw Error(std::string(option) + " " + std::to_string(value) + " must be from " + std::to_string(low) +

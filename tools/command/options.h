@@ -13,6 +13,7 @@ namespace scree::command {
 // "key=value" each; otherwise CLI11 would take them as its own positional arguments.
 scenes::Parameters read_parameters(const std::vector<std::string>& settings);
 Isa read_isa(const std::string& name);
+Solver read_solver(const std::string& name);
 
 void check_range(const char* option, int value, int low, int high);
 // Threads within their limits, and an instruction set that runs here.

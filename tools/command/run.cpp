@@ -19,6 +19,7 @@ namespace {
 
 constexpr int kMostSteps = 1'000'000'000;
 constexpr int kMostSubsteps = 64;              // WorldSettings' limit
+constexpr int kMostIterations = 1'000'000;     // SolverOptions' limit
 constexpr int kMostKeyframes = 1'000'000'000;  // RecorderOptions' limit
 
 // The worlds and settings of a run, after its scene and options are checked.
@@ -55,6 +56,7 @@ std::vector<scenes::Scene> find_scene(const RunOptions& options) {
 void check_options(const RunOptions& options) {
   if (options.steps) check_range("--steps", *options.steps, 1, kMostSteps);
   if (options.substeps) check_range("--substeps", *options.substeps, 1, kMostSubsteps);
+  if (options.iterations) check_range("--iterations", *options.iterations, 1, kMostIterations);
   if (options.warmup) check_range("--warmup", *options.warmup, 0, kMostSteps);
   if (options.keyframes) check_range("--keyframes", *options.keyframes, 1, kMostKeyframes);
   if (options.keyframes && options.record.empty())
@@ -84,6 +86,8 @@ Plan make_plan(const RunOptions& options) {
   }
   for (scenes::Scene& scene : plan.worlds) {
     if (options.substeps) scene.settings.substeps = *options.substeps;
+    if (options.solver) scene.settings.solver = read_solver(*options.solver);
+    if (options.iterations) scene.settings.solver_options.iterations = *options.iterations;
     if (options.no_sleep) scene.settings.sleeping = false;
   }
   return plan;

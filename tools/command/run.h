@@ -21,6 +21,8 @@ struct RunOptions {
   int threads = 0;                // 0: one per core
   Isa isa = Isa::automatic;
   std::optional<int> warmup;  // untimed steps at the start; default 1 where there are that many
+  std::optional<std::string> solver;  // default: the scene's
+  std::optional<int> iterations;      // the same
   bool no_sleep = false;
   bool quiet = false;            // no progress
   std::string record;            // file for a recording; empty: none

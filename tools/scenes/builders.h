@@ -32,6 +32,9 @@ Scene card_catapult(const Parameters& parameters);
 Scene large_world(const Parameters& parameters);
 Scene streaming(const Parameters& parameters);
 Scene spawning(const Parameters& parameters);
+Scene heavy_stack(const Parameters& parameters);
+Scene arch(const Parameters& parameters);
+Scene solver_sampler(const Parameters& parameters);
 
 // --- what they are made of ---
 

@@ -132,6 +132,18 @@ const std::vector<Entry>& entries() {
        "in every step 100 bodies come into a pit and the 100 oldest go",
        {{"bodies", 100, 10, 1000}, {"life", 100, 1, 1000}, {"seed", 1, 0, kMostSeed}},
        one_world<spawning>},
+      {"heavy_stack",
+       "a heavy box on light ones",
+       {{"bodies", 5, 1, 1000}, {"ratio", 1000, 1e-3, 1e5, false}},
+       one_world<heavy_stack>},
+      {"arch",
+       "a half circle of stones, by its own weight; below a thickness of 0.107 of the radius none stands",
+       {{"stones", 21, 3, 1001}, {"thickness", 0.2, 0.01, 1, false}},
+       one_world<arch>},
+      {"solver_sampler",
+       "a heavy stack, a small arch, a chain and balls, solved by a method by its number",
+       {{"solver", 0, 0, kSolverCount - 1}},
+       one_world<solver_sampler>},
   };
   return kEntries;
 }

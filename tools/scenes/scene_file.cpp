@@ -338,6 +338,26 @@ class BodyReader {
   Trial trial_;
 };
 
+Solver read_solver(const Node& node) {
+  std::array<const char*, kSolverCount> names{};
+  for (int i = 0; i < kSolverCount; ++i)
+    names[static_cast<std::size_t>(i)] = solver_name(static_cast<Solver>(i));
+  return static_cast<Solver>(node.choice(names));
+}
+
+void read_solver_options(const Node& node, SolverOptions& options) {
+  Members members(node);
+  members.read("iterations", options.iterations, 1, kMaxIterations);
+  members.read("tolerance", options.tolerance, up_to(kMaxTolerance));
+  members.read("relaxation", options.relaxation, up_to(kMaxRelaxation));
+  members.read("baumgarte", options.baumgarte, up_to(1.0f));
+  members.read("slop", options.slop, up_to(kMaxSlop));
+  if (const Node* seed = members.find("shuffle_seed"))
+    options.shuffle_seed = static_cast<std::uint32_t>(seed->integer(0, 0xffffffff));
+  members.read("points_together", options.points_together);
+  members.finish();
+}
+
 void read_settings(const Node& node, WorldSettings& settings) {
   Members members(node);
   members.read("substeps", settings.substeps, 1, kMaxSubsteps);
@@ -353,6 +373,9 @@ void read_settings(const Node& node, WorldSettings& settings) {
   members.read("sleep_linear_speed", settings.sleep_linear_speed, up_to(kMaxThreshold));
   members.read("sleep_angular_speed", settings.sleep_angular_speed, up_to(kMaxThreshold));
   members.read("sleep_time", settings.sleep_time, up_to(kMaxThreshold));
+  if (const Node* solver = members.find("solver")) settings.solver = read_solver(*solver);
+  if (const Node* options = members.find("solver_options"))
+    read_solver_options(*options, settings.solver_options);
   members.finish();
 }
 

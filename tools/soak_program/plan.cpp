@@ -56,6 +56,9 @@ const std::vector<Sizes>& all_sizes() {
       {"large_world", {{"bodies", 10, 50000}, {"interval", 1, 30}, {"seed", 0, 1e9}}},
       {"streaming", {{"blocks", 2, 20}, {"bodies", 10, 500}, {"seed", 0, 1e9}}},
       {"spawning", {{"bodies", 10, 60}, {"life", 1, 200}, {"seed", 0, 1e9}}},
+      {"heavy_stack", {{"bodies", 1, 12}, {"ratio", 1, 1000, false}}},
+      {"arch", {{"stones", 3, 40}, {"thickness", 0.05, 0.4, false}}},
+      {"solver_sampler", {{"solver", 0, 6}}},
   };
   return kSizes;
 }

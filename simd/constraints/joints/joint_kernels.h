@@ -62,6 +62,8 @@ struct JointArgs {
 // The functions that work on chunks of one variant.
 struct JointVariantKernels {
   std::size_t block_bytes;
+  // Whether impulse kRememberedCoordinate of a joint is the error of its first held row, not an impulse.
+  bool remembers;
   void (*prepare)(const JointArgs& args, const ConstraintChunk& chunk);     // rows -> blocks
   void (*warm_start)(const JointArgs& args, const ConstraintChunk& chunk);  // stored impulses -> velocity
   void (*solve)(const JointArgs& args, const ConstraintChunk& chunk);
@@ -73,8 +75,6 @@ struct JointVariantKernels {
   // What the joints are, for solvers of any kind: rows at the present poses, by lane; needs no blocks. Of the
   // arguments it reads `rows`, `frames`, `parameters`, `impulses`, `elapsed` and the columns of bodies.
   void (*state_rows)(const JointArgs& args, const ConstraintChunk& chunk, ConstraintRows* rows);
-  // Whether impulse kRememberedCoordinate of a joint is the error of its first held row, not an impulse.
-  bool remembers;
 };
 
 struct JointKernels {

@@ -114,10 +114,10 @@ void store_joints(const JointArgs& args, const ConstraintChunk& chunk) {
 
 template <class Kind>
 JointVariantKernels make_joint_kernels_of() {
-  return {sizeof(typename Kind::Block), prepare_joints<Kind>,    warm_start_joints<Kind>,
-          solve_joints<Kind>,           relax_joints<Kind>,      relax_measured_joints<Kind>,
-          store_joints<Kind>,           note_peaks_joints<Kind>, state_rows<typename Kind::Rows>,
-          Kind::Rows::kRemembers};
+  return {sizeof(typename Kind::Block),   Kind::Rows::kRemembers, prepare_joints<Kind>,
+          warm_start_joints<Kind>,        solve_joints<Kind>,     relax_joints<Kind>,
+          relax_measured_joints<Kind>,    store_joints<Kind>,     note_peaks_joints<Kind>,
+          state_rows<typename Kind::Rows>};
 }
 
 // Both variants of a kind. Each kind's source defines its own, so that one that is forgotten does not link.

@@ -177,10 +177,10 @@ TEST(StateTable, TheByteFormOfSnapshotsIsThatOfTheirVersion) {
   });
   EXPECT_EQ(
       values,
-      "world.settings:60 world.step_count:8 world.last_dt:4 world.last_substep:4 shapes.wake_requested:1 "
+      "world.settings:92 world.step_count:8 world.last_dt:4 world.last_substep:4 shapes.wake_requested:1 "
       "contacts.manifolds_stale:1 contacts.pairs_stale:1 ");
   EXPECT_EQ(layout_of_columns(), 0x56ae789db124fad4u);
-  EXPECT_EQ(kSnapshotVersion, 2u);
+  EXPECT_EQ(kSnapshotVersion, 3u);
 }
 
 TEST(StateTable, ForgettingEmptiesAllListsThatAreNotStateAndKeepsTheRest) {

@@ -302,11 +302,19 @@ TEST_F(BadInput, IsRefusedInSettings) {
     reject("sleep_linear_speed", [&](WorldSettings& s) { s.sleep_linear_speed = bad; });
     reject("sleep_angular_speed", [&](WorldSettings& s) { s.sleep_angular_speed = bad; });
     reject("sleep_time", [&](WorldSettings& s) { s.sleep_time = bad; });
+    reject("solver_options.tolerance", [&](WorldSettings& s) { s.solver_options.tolerance = bad; });
+    reject("solver_options.relaxation", [&](WorldSettings& s) { s.solver_options.relaxation = bad; });
+    reject("solver_options.baumgarte", [&](WorldSettings& s) { s.solver_options.baumgarte = bad; });
+    reject("solver_options.slop", [&](WorldSettings& s) { s.solver_options.slop = bad; });
   }
   reject("gravity", [](WorldSettings& s) { s.gravity.y = kNan; });
   reject("substeps is 0", [](WorldSettings& s) { s.substeps = 0; });
   reject("substeps is 65", [](WorldSettings& s) { s.substeps = 65; });
   reject("contact_hertz is 0", [](WorldSettings& s) { s.contact_hertz = 0; });
+  reject("solver is 8", [](WorldSettings& s) { s.solver = static_cast<Solver>(kSolverCount); });
+  reject("iterations is 0", [](WorldSettings& s) { s.solver_options.iterations = 0; });
+  reject("baumgarte", [](WorldSettings& s) { s.solver_options.baumgarte = 1.01f; });
+  reject("relaxation", [](WorldSettings& s) { s.solver_options.relaxation = 2.0f; });
 }
 
 TEST_F(BadInput, ExtremesWithinTheLimitsAreAccepted) {

@@ -37,7 +37,7 @@ std::vector<const void*> functions_of(const Kernels& kernels) {
   append(kernels.collide, 0, functions);
   append(kernels.contact, sizeof(kernels.contact.block_bytes), functions);
   for (const JointVariantKernels& joint : kernels.joint.variant) {
-    append(joint, sizeof(joint.block_bytes), functions);
+    append(joint, offsetof(JointVariantKernels, prepare), functions);
   }
   return functions;
 }
