@@ -8,7 +8,8 @@
 // none does it is A / R, and where friction slides it is the derivative of a point on a circle whose radius
 // follows the normal impulses (Alart and Curnier, "A mixed formulation for frictional contact problems prone
 // to Newton like solution methods", 1991). A step that does not bring F closer to zero is shortened; where
-// that does not help, sweeps of Gauss-Seidel choose another set of bounds.
+// that does not help, the bounds of friction rest for a while, and then sweeps of Gauss-Seidel choose other
+// rows that are bounded.
 #include <core/solvers/reference_solvers.h>
 
 #include <Eigen/SparseCholesky>
@@ -88,8 +89,9 @@ class Newton {
 
   Eigen::VectorXd difference(const Eigen::VectorXd& p) const { return p - project(system_, p, target(p)); }
 
-  // The step of Newton's method; empty where the matrix has no inverse.
-  Eigen::VectorXd step(const Eigen::VectorXd& p) const;
+  // The step of Newton's method, drawn to p by `share` of the diagonal of free rows; empty where the matrix
+  // has no inverse.
+  Eigen::VectorXd step(const Eigen::VectorXd& p, double share) const;
 
  private:
   Eigen::VectorXd target(const Eigen::VectorXd& p) const {
@@ -132,7 +134,7 @@ void Newton::add_sliding(const SystemBlock& block, const Eigen::VectorXd& toward
   }
 }
 
-Eigen::VectorXd Newton::step(const Eigen::VectorXd& p) const {
+Eigen::VectorXd Newton::step(const Eigen::VectorXd& p, double share) const {
   const Eigen::VectorXd towards = target(p), more = system_.bound_by * p;
   Triplets triplets;
   for (const SystemBlock& block : system_.blocks) {
@@ -153,7 +155,7 @@ Eigen::VectorXd Newton::step(const Eigen::VectorXd& p) const {
     }
     for (int i = row; i < row + block.count; ++i) {
       add_free_row(i, 1, triplets);
-      triplets.emplace_back(i, i, kShare);
+      triplets.emplace_back(i, i, share);
     }
   }
   Eigen::SparseMatrix<double> matrix(system_.rows(), system_.rows());
@@ -167,9 +169,13 @@ Eigen::VectorXd Newton::step(const Eigen::VectorXd& p) const {
 }
 
 constexpr int kHalvings = 12;
+constexpr double kMostShare = 1, kShareRatio = 100;
 // Newton's method finds the solution in 3 to 8 steps or not at all from where it begins.
-constexpr int kStepsFromOnePlace = 20;
-constexpr int kFirstSweeps = 20, kMostSweeps = 20480;
+constexpr int kStepsFromOnePlace = 30;
+constexpr int kFirstSweeps = 20, kMostSweeps = 2560;
+
+constexpr int kMostRounds = 15;
+constexpr double kInnerTolerance = 1e-3;
 
 // Keeps the best of the impulses that it is shown.
 class Best {
@@ -196,22 +202,49 @@ class Best {
   const ReferenceOptions& options_;
 };
 
-// Takes steps from p until one does not bring F closer to zero. Returns whether that is all there is to do.
+// Takes steps from p until none brings F closer to zero. Where a step does not, it is drawn to p the more
+// (Levenberg 1944, Marquardt 1963): impulses that no speed tells apart would move without bounds. Returns
+// whether that is all there is to do.
 bool run_newton(const Newton& newton, Eigen::VectorXd p, Best& best) {
-  for (int i = 0; i < kStepsFromOnePlace; ++i) {
-    const Eigen::VectorXd change = newton.step(p);
+  double share = kShare;
+  for (int i = 0; i < kStepsFromOnePlace && share <= kMostShare; ++i) {
+    const Eigen::VectorXd change = newton.step(p, share);
     ++best.solution.iterations;
     best.solution.is_singular = change.size() == 0;
     const double merit = newton.merit(p);
     bool is_better = false;
-    double share = 1;
-    for (int k = 0; k < kHalvings && change.size() > 0 && !is_better; ++k, share *= 0.5) {
-      const Eigen::VectorXd trial = p + share * change;
-      is_better = newton.merit(trial) < (1 - 1e-4 * share) * merit;
+    double length = 1;
+    for (int k = 0; k < kHalvings && change.size() > 0 && !is_better; ++k, length *= 0.5) {
+      const Eigen::VectorXd trial = p + length * change;
+      is_better = newton.merit(trial) < (1 - 1e-4 * length) * merit;
       if (is_better) p = trial;
     }
     if (best.is_done(p)) return true;
-    if (!is_better) return false;
+    share = is_better ? std::max(share / kShareRatio, kShare) : share * kShareRatio;
+  }
+  return false;
+}
+
+// Where the bounds of friction and its impulses chase each other, the bounds rest while Newton's method finds
+// the impulses, and then follow these (Haslinger, "Approximation of the Signorini problem with friction,
+// obeying the Coulomb law", 1983). With bounds at rest the problem is convex.
+bool run_with_resting_bounds(const ConstraintSystem& system, Eigen::VectorXd p, Best& best,
+                             const ReferenceOptions& options) {
+  ConstraintSystem resting = system;
+  resting.bound_by.setZero();
+  ReferenceOptions inner = options;
+  inner.tolerance *= kInnerTolerance;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const Eigen::VectorXd more = system.bound_by * p;
+    resting.upper = system.upper + more;
+    resting.lower = system.lower - more;
+    Best found(resting, inner);
+    if (!found.is_done(p)) run_newton(Newton(resting), p, found);
+    best.solution.iterations += found.solution.iterations;
+    const bool has_moved = (p - found.solution.impulses).cwiseAbs().maxCoeff() > 0;
+    p = found.solution.impulses;
+    if (best.is_done(p)) return true;
+    if (!has_moved) return false;
   }
   return false;
 }
@@ -227,7 +260,8 @@ ReferenceSolution solve_bounded(const ConstraintSystem& system, const ReferenceO
   bool is_done = best.is_done(p);
   for (int sweeps = kFirstSweeps; !is_done && sweeps <= kMostSweeps; sweeps *= 2) {
     for (int i = 0; i < sweeps; ++i) sweep(system, 1, p);
-    is_done = best.is_done(p) || run_newton(newton, p, best);
+    is_done =
+        best.is_done(p) || run_newton(newton, p, best) || run_with_resting_bounds(system, p, best, options);
   }
   best.solution.is_singular = best.solution.is_singular && best.solution.residual > options.tolerance;
   return std::move(best.solution);

@@ -8,31 +8,10 @@
 // keep their order through all iterations; with a seed pack_blocks shuffles it each step.
 #include <parallel/solvers/over_blocks.h>
 #include <parallel/solvers/solve_step.h>
-#include <parallel/solvers/state_system.h>
 
 #include <utility>
 
 namespace scree {
-
-namespace {
-
-// What an iteration leaves, measured on the rows of all constraints at once.
-double residual_of(SolveStep& step) {
-  const simd::Kernels& kernels = step.crew.kernels();
-  over_blocks(
-      step.constraints, step.crew,
-      [&](const simd::ConstraintChunk& chunk) { kernels.contact.store(step.contact, chunk); },
-      [&](const simd::ConstraintChunk& chunk) {
-        kernels.joint.variant[chunk.variant].store(step.joint, chunk);
-      });
-  const StatedWorld stated = state_world(step.data, step.contact, step.joint, step.crew);
-  SystemPolicy policy = rigid_policy_of(step.data, step.joint.substep);
-  policy.stored_has_acted = true;
-  const ConstraintSystem system = assemble(stated.bodies, stated.constraints, policy);
-  return residual(system, system.stored);
-}
-
-}  // namespace
 
 void solve_sequential_impulses(SolveStep& step) {
   using ByContact = simd::ContactKernels;
@@ -61,7 +40,7 @@ void solve_sequential_impulses(SolveStep& step) {
   over_blocks(step.constraints, step.crew, nothing, [&](const simd::ConstraintChunk& chunk) {
     if (chunk.breaks) kernels.joint.variant[chunk.variant].note_peaks(step.joint, chunk);
   });
-  if (settings.measure_residual) step.data.stats.residual = residual_of(step);
+  if (settings.measure_residual) step.data.stats.residual = residual_of_rows(step);
   over_bodies(step, step.moving_count, kernels.body.integrate_poses);
   if (!settings.measure_penetration) return;
   over_blocks(

@@ -24,6 +24,9 @@ void solve_soft_step(SolveStep& step);
 void solve_sequential_impulses(SolveStep& step);
 void solve_whole_system(SolveStep& step);
 
+// What is left of the rows of all constraints, at velocities that hold the blocks' impulses: stores these.
+double residual_of_rows(SolveStep& step);
+
 // Restitution before a substep, where any contact may have it.
 void rebound(Constraints& constraints, const simd::ContactArgs& contact, Crew& crew);
 

@@ -1,5 +1,5 @@
 // See state_system.h.
-#include <parallel/solvers/state_system.h>
+#include <parallel/solvers/whole_system/state_system.h>
 #include <parallel/stages.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Impulses of stated rows: to the sums of a step, and to manifolds and joints. See state_system.h.
-#include <parallel/solvers/state_system.h>
+#include <parallel/solvers/whole_system/state_system.h>
 #include <scree/math.h>
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include <core/world/edit.h>
 #include <core/world/wake.h>
 #include <parallel/solvers/over_blocks.h>
-#include <parallel/solvers/state_system.h>
+#include <parallel/solvers/whole_system/state_system.h>
 #include <parallel/stages.h>
 #include <tests/core/constraints/joint_samples.h>
 #include <tests/physics/lab.h>

@@ -9,7 +9,7 @@
 #include <core/solvers/reference_solvers.h>
 #include <parallel/solvers/over_blocks.h>
 #include <parallel/solvers/solve_step.h>
-#include <parallel/solvers/state_system.h>
+#include <parallel/solvers/whole_system/state_system.h>
 
 #include <algorithm>
 #include <cmath>
@@ -94,6 +94,21 @@ void guess(const SolveStep& step, const StatedWorld& last, StatedWorld& stated) 
 }
 
 }  // namespace
+
+double residual_of_rows(SolveStep& step) {
+  const simd::Kernels& kernels = step.crew.kernels();
+  over_blocks(
+      step.constraints, step.crew,
+      [&](const simd::ConstraintChunk& chunk) { kernels.contact.store(step.contact, chunk); },
+      [&](const simd::ConstraintChunk& chunk) {
+        kernels.joint.variant[chunk.variant].store(step.joint, chunk);
+      });
+  const StatedWorld stated = state_world(step.data, step.contact, step.joint, step.crew);
+  SystemPolicy policy = rigid_policy_of(step.data, step.joint.substep);
+  policy.stored_has_acted = true;
+  const ConstraintSystem system = assemble(stated.bodies, stated.constraints, policy);
+  return residual(system, system.stored);
+}
 
 void solve_whole_system(SolveStep& step) {
   WorldData& data = step.data;
