@@ -45,6 +45,39 @@ class Command : public scree::testing::ProgramTest {
   }
 };
 
+TEST_F(Command, ComparesSolversOnTheSameScene) {
+  const char* const kNames[] = {
+      "soft_step",          "sequential_impulse",   "jacobi", "gauss_seidel", "over_relaxation",
+      "conjugate_gradient", "accelerated_gradient", "direct"};
+  const std::string json = write("compare.json", "");
+  const Outcome outcome = scree("compare stack --set bodies=2 --steps 20 --counts 1,64 --json " + json);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json figures = nlohmann::json::parse(read_file(json));
+  ASSERT_EQ(figures["solvers"].size(), std::size(kNames));
+  for (std::size_t i = 0; i < figures["solvers"].size(); ++i) {
+    const nlohmann::json& solver = figures["solvers"][i];
+    const std::string name = solver["solver"];
+    EXPECT_EQ(name, kNames[i]);
+    EXPECT_NE(outcome.out.find(name), std::string::npos);
+    const auto& points = solver["convergence"];
+    const double first = points.front()["residual"], last = points.back()["residual"];
+    EXPECT_LE(last, first) << name;
+    if (name != "soft_step") {
+      EXPECT_LT(last, 1e-2) << name;
+    }
+    EXPECT_LT(solver["moved"].get<double>(), 0.01) << name;
+    EXPECT_LT(solver["off_exact"].get<double>(), 0.01) << name;
+  }
+}
+
+TEST_F(Command, RefusesComparisonsThatMakeNoSense) {
+  expect_refusal("compare stack --solvers direct,newton", "--solver newton: unknown solver");
+  expect_refusal("compare stack --counts 0", "--counts 0 must be from 1");
+  expect_refusal("compare stack --steps 5 --at 6", "--at 6 must be from 0 to 5");
+  expect_refusal("compare many_worlds", "consists of 1000 worlds");
+  expect_refusal("compare nothing", "unknown scene");
+}
+
 TEST_F(Command, ListsEverySceneOnALineOfItsOwn) {
   const Outcome outcome = scree("scenes");
   EXPECT_EQ(outcome.exit_code, 0);

@@ -1,5 +1,6 @@
 // The command `scree`: reads the command line, runs, prints. Exit codes: 0 done, 1 a run failed or
 // recordings differ, 2 bad input.
+#include <tools/command/compare.h>
 #include <tools/command/options.h>
 #include <tools/command/replay.h>
 #include <tools/command/report.h>
@@ -45,6 +46,7 @@ struct Arguments {
   scree::command::RunOptions options;
   scree::command::ReplayOptions replay;
   scree::command::DiffOptions diff;
+  scree::command::CompareArguments compare;
   std::string info_file;
   std::vector<std::string> settings;
   std::string isa = "auto";
@@ -157,6 +159,38 @@ void declare_diff(CLI::App& diff, Arguments& arguments) {
   declare_json(diff, arguments);
 }
 
+void declare_compare(CLI::App& compare, Arguments& arguments) {
+  scree::command::CompareArguments& options = arguments.compare;
+  compare.add_option("SCENE", options.scene, "A built-in scene (see `scree scenes`) or a JSON scene file")
+      ->required();
+  compare.add_option("--set", arguments.settings, "key=value: a parameter of the scene; may be repeated")
+      ->allow_extra_args(true)
+      ->type_name("KEY=VALUE");
+  compare.add_option("--solvers", options.solvers, "Some of them, separated by commas (default: all)")
+      ->delimiter(',');
+  compare
+      .add_option("--counts", options.counts,
+                  "Iterations to measure the residual after (default: 1,2,4..1024)")
+      ->delimiter(',');
+  compare.add_option("--at", options.at, "The step after which it is measured (default: 10)");
+  compare.add_option("--steps", options.steps, "Of each run (default: the scene's, at most 600)");
+  compare.add_option("--substeps", options.substeps, "Of the runs, 1 to 64 (default: the scene's)");
+  compare.add_option("--iterations", options.iterations, "Of the runs (default: 30)");
+  declare_backend(compare, options.threads, arguments);
+  declare_json(compare, arguments);
+}
+
+int compare_solvers(Arguments& arguments) {
+  scree::command::CompareArguments& options = arguments.compare;
+  options.parameters = scree::command::read_parameters(arguments.settings);
+  options.isa = scree::command::read_isa(arguments.isa);
+  std::vector<NamedFile> inputs;
+  if (scree::command::is_scene_file(options.scene)) inputs.push_back({"SCENE", options.scene});
+  check_files(arguments, inputs);
+  print(scree::command::compare_solvers(options), arguments);
+  return 0;
+}
+
 int run_scene(Arguments& arguments) {
   scree::command::RunOptions& options = arguments.options;
   options.parameters = scree::command::read_parameters(arguments.settings);
@@ -209,7 +243,9 @@ int run_command(int argc, char** argv) {
   CLI::App* replay_command = app.add_subcommand("replay", "Play a recording, or verify it");
   CLI::App* info_command = app.add_subcommand("info", "Print the content of a recording");
   CLI::App* diff_command = app.add_subcommand("diff", "Find the first step at which two recordings diverge");
+  CLI::App* compare_command = app.add_subcommand("compare", "Run a scene under every solver");
   Arguments arguments;
+  declare_compare(*compare_command, arguments);
   declare_run(*run, arguments);
   declare_replay(*replay_command, arguments);
   declare_info(*info_command, arguments);
@@ -227,6 +263,7 @@ int run_command(int argc, char** argv) {
   if (replay_command->parsed()) return replay(arguments);
   if (info_command->parsed()) return show_info(arguments);
   if (diff_command->parsed()) return diff(arguments);
+  if (compare_command->parsed()) return compare_solvers(arguments);
   throw scree::Error("nothing to do; say `scree scenes`, `scree run SCENE` or `scree --help`");
 }
 

@@ -15,6 +15,16 @@
 #include <utility>
 
 namespace scree::command {
+
+std::vector<scenes::Scene> find_scene(const std::string& name, const scenes::Parameters& parameters) {
+  if (!is_scene_file(name)) return scenes::build(name, parameters);
+  if (!parameters.empty())
+    throw Error("--set " + parameters.begin()->first + ": a scene file has no parameters");
+  std::vector<scenes::Scene> worlds;
+  worlds.push_back(scenes::read_scene_file(name));
+  return worlds;
+}
+
 namespace {
 
 constexpr int kMostSteps = 1'000'000'000;
@@ -42,17 +52,6 @@ bool is_built_in(const std::string& name) {
                      [&](const scenes::SceneInfo& info) { return info.name == name; });
 }
 
-std::vector<scenes::Scene> find_scene(const RunOptions& options) {
-  const std::string& name = options.scene;
-  if (!is_scene_file(name)) return scenes::build(name, options.parameters);
-  if (!options.parameters.empty()) {
-    throw Error("--set " + options.parameters.begin()->first + ": a scene file has no parameters");
-  }
-  std::vector<scenes::Scene> worlds;
-  worlds.push_back(scenes::read_scene_file(name));
-  return worlds;
-}
-
 void check_options(const RunOptions& options) {
   if (options.steps) check_range("--steps", *options.steps, 1, kMostSteps);
   if (options.substeps) check_range("--substeps", *options.substeps, 1, kMostSubsteps);
@@ -70,7 +69,7 @@ void check_options(const RunOptions& options) {
 Plan make_plan(const RunOptions& options) {
   check_options(options);
   Plan plan;
-  plan.worlds = find_scene(options);
+  plan.worlds = find_scene(options.scene, options.parameters);
   if (!options.record.empty() && plan.worlds.size() > 1) {
     throw Error("--record " + options.record + ": a recording is of one world, and the scene " +
                 plan.worlds.front().name + " consists of " + std::to_string(plan.worlds.size()) +

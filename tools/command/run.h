@@ -20,7 +20,7 @@ struct RunOptions {
   std::optional<int> substeps;    // default: the scene's
   int threads = 0;                // 0: one per core
   Isa isa = Isa::automatic;
-  std::optional<int> warmup;  // untimed steps at the start; default 1 where there are that many
+  std::optional<int> warmup;          // untimed steps at the start; default 1 where there are that many
   std::optional<std::string> solver;  // default: the scene's
   std::optional<int> iterations;      // the same
   bool no_sleep = false;
@@ -76,6 +76,9 @@ struct RunFigures {
 
 // Whether the name is that of a scene file rather than of a built-in scene.
 bool is_scene_file(const std::string& name);
+
+// The worlds of a built-in scene or of a scene file, which has no parameters.
+std::vector<scenes::Scene> find_scene(const std::string& name, const scenes::Parameters& parameters);
 
 // Checks the options, builds the scene, runs it, and shows progress on standard error. Throws scree::Error
 // for bad options.
