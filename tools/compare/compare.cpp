@@ -10,8 +10,9 @@
 namespace scree::comparison {
 namespace {
 
-constexpr int kRepeats = 3;
-constexpr int kMostSubsteps = 64;  // WorldSettings' limit
+constexpr int kRepeats = 3;         // of timed steps
+constexpr int kMeasuredSteps = 10;  // of a run, every so many; they are not timed
+constexpr int kMostSubsteps = 64;   // WorldSettings' limit
 
 struct Run {
   Run(const scenes::Scene& of, Solver solver, int iterations) : scene(of) {
@@ -19,7 +20,6 @@ struct Run {
     settings.sleeping = false;
     settings.solver = solver;
     settings.solver_options.iterations = iterations;
-    settings.measure_residual = true;
     world.set_settings(settings);
     bodies = scenes::populate(world, scene, &joints);
   }
@@ -100,20 +100,27 @@ void measure_run(const scenes::Scene& scene, const CompareOptions& options, Work
   const std::vector<Vec3> start = places(run);
   const double energy_before = energy(run);
   double milliseconds = 0;
+  int measured = 0, timed = 0;
   for (int i = 0; i < options.steps; ++i) {
-    if (i + 1 == options.steps) {
-      WorldSettings settings = run.world.settings();
-      settings.measure_penetration = true;
-      run.world.set_settings(settings);
-    }
+    const bool is_last = i + 1 == options.steps, measures = is_last || i % kMeasuredSteps == 0;
+    WorldSettings settings = run.world.settings();
+    settings.measure_residual = measures;
+    settings.measure_penetration = is_last;
+    run.world.set_settings(settings);
     run.step_once(i, options.dt, workers);
     const StepStats& stats = run.world.stats();
-    milliseconds += stats.step_ms;
-    figures.residual += stats.residual / options.steps;
     figures.restored_bodies += stats.restored_bodies;
+    if (measures) {
+      figures.residual += stats.residual;
+      ++measured;
+    } else {
+      milliseconds += stats.step_ms;
+      ++timed;
+    }
   }
   end = places(run);
-  figures.ms_per_step = milliseconds / options.steps;
+  figures.ms_per_step = milliseconds / std::max(timed, 1);
+  figures.residual /= measured;
   figures.penetration_mean = run.world.stats().penetration_mean;
   figures.penetration_max = run.world.stats().penetration_max;
   figures.moved = mean_distance(start, end);
@@ -126,7 +133,6 @@ void measure_run(const scenes::Scene& scene, const CompareOptions& options, Work
 WorldSettings settings_for(const WorldSettings& of_scene, Solver solver, int count) {
   WorldSettings settings = of_scene;
   settings.solver = solver;
-  settings.measure_residual = true;
   settings.substeps = solver == Solver::soft_step ? count : 1;
   settings.warm_start = solver == Solver::soft_step;
   settings.solver_options.iterations = count;
@@ -139,14 +145,20 @@ void measure_convergence(World& world, const Snapshot& state, const CompareOptio
   for (const int count : options.counts) {
     if (figures.solver == Solver::soft_step && count > kMostSubsteps) break;
     ConvergencePoint point{count, 0, std::numeric_limits<double>::infinity()};
-    for (int repeat = 0; repeat < kRepeats; ++repeat) {
+    const auto take = [&](bool measures) {
       restore(world, state);
-      world.set_settings(settings_for(of_scene, figures.solver, count));
+      WorldSettings settings = settings_for(of_scene, figures.solver, count);
+      settings.measure_residual = measures;
+      world.set_settings(settings);
       step(world, options.dt, workers);
-      point.residual = world.stats().residual;
+    };
+    for (int repeat = 0; repeat < kRepeats; ++repeat) {
+      take(false);
       point.milliseconds =
           std::min(point.milliseconds, world.stats().phase_ms[static_cast<int>(Phase::solve)]);
     }
+    take(true);
+    point.residual = world.stats().residual;
     if (figures.solver == Solver::direct) point.iterations = world.stats().solver_iterations;
     figures.convergence.push_back(point);
     if (figures.solver == Solver::direct) break;  // takes what it needs

@@ -34,7 +34,7 @@ struct SolverFigures {
   std::vector<ConvergencePoint> convergence;
   // Of the run:
   double ms_per_step = 0;
-  double residual = 0;          // m/s, the mean over the steps
+  double residual = 0;          // m/s, the mean over every tenth step
   double penetration_mean = 0;  // m, at the end
   double penetration_max = 0;
   double moved = 0;          // m, mean distance of the bodies from their places at the start
