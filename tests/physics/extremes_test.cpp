@@ -113,6 +113,12 @@ void add_extremes_of_settings(std::vector<Extreme>& list) {
       [](WorldSettings& s) { s.max_linear_speed = kMinSpeedLimit, s.max_angular_speed = kMinSpeedLimit; });
   add("fastest",
       [](WorldSettings& s) { s.max_linear_speed = kMaxSpeedLimit, s.max_angular_speed = kMaxSpeedLimit; });
+  // The direct one would take seconds a step.
+  for (const Solver solver :
+       {Solver::sequential_impulse, Solver::jacobi, Solver::gauss_seidel, Solver::over_relaxation,
+        Solver::conjugate_gradient, Solver::accelerated_gradient}) {
+    add(solver_name(solver), [=](WorldSettings& s) { s.solver = solver, s.solver_options.baumgarte = 1.0f; });
+  }
   add("thresholds", [](WorldSettings& s) {
     s.restitution_threshold = s.sleep_linear_speed = s.sleep_angular_speed = s.sleep_time = kMaxThreshold;
   });

@@ -121,6 +121,31 @@ TEST_P(EverySolver, ABallReboundsWithItsRestitution) {
   EXPECT_NEAR(top, 0.25 * 5, 0.1 * 0.25 * 5);
 }
 
+// A box that hangs on a joint, pushed so that squares of its speed are beyond floats.
+TEST_P(EverySolver, ABodyThatBecomesNonFiniteHarmsNoOther) {
+  for (const float mass : {1e-4f, 1e-8f}) {
+    Lab lab(settings_of(GetParam()));
+    lab.add_ground();
+    const BodyId lower = lab.add({.position = {0, 0.5f, 0}}, Box{{0.5f, 0.5f, 0.5f}});
+    const BodyId upper = lab.add({.position = {0, 1.5f, 0}}, Box{{0.5f, 0.5f, 0.5f}});
+    const BodyId wild = lab.add({.position = {20, 0.5f, 0}}, Box{{0.5f, 0.5f, 0.5f}});
+    lab.world.create_joint({.body_a = kWorld, .body_b = wild, .frame_a = {{20, 0.5f, 0}, {}}}, BallJoint{});
+    for (int i = 0; i < 60; ++i) {
+      // The force is allowed for a mass that is not.
+      if (!lab.world.is_quarantined(wild)) {
+        lab.world.set_mass_properties(wild, {.mass = 1e16f, .inertia = {1e16f, 1e16f, 1e16f}});
+        lab.world.add_force(wild, {1e30f, 0, 0});
+        lab.world.set_mass_properties(wild, {.mass = mass, .inertia = {mass, mass, mass}});
+      }
+      lab.run(1);
+    }
+    EXPECT_TRUE(lab.all_finite()) << mass << " kg";
+    EXPECT_TRUE(lab.world.is_quarantined(wild)) << mass << " kg";
+    EXPECT_NEAR(lab.height(lower), 0.5, 0.02) << mass << " kg";
+    EXPECT_NEAR(lab.height(upper), 1.5, 0.03) << mass << " kg";
+  }
+}
+
 TEST_P(EverySolver, GoesOnFromASnapshotWithTheSameBits) {
   WorldSettings settings = settings_of(GetParam(), 15);
   settings.solver_options.tolerance = 1e-5f;

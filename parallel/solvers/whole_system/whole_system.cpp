@@ -57,6 +57,37 @@ void leave_to_rebound(const SolveStep& step, StatedWorld& stated) {
   }
 }
 
+bool is_finite(const SystemBody& body) {
+  float differences = 0.0f;  // the sum of x - x
+  const auto take = [&differences](float x) { differences += x - x; };
+  for (int k = 0; k < 3; ++k) take(body.velocity.linear[k]), take(body.velocity.angular[k]);
+  for (const float moment : body.inverse.inverse_inertia) take(moment);
+  take(body.inverse.inverse_mass);
+  return differences == 0.0f;
+}
+
+bool is_finite(const ConstraintRow& row) {
+  float differences =
+      row.error - row.error + (row.target_speed - row.target_speed) + (row.impulse - row.impulse);
+  for (int k = 0; k < 3; ++k) {
+    for (const float x : {row.linear_a[k], row.angular_a[k], row.linear_b[k], row.angular_b[k]})
+      differences += x - x;
+  }
+  return differences == 0.0f;
+}
+
+// One row that is not finite would make all bodies so. Its own are quarantined after the step.
+void drop_non_finite(StatedWorld& stated) {
+  for (StatedConstraint& constraint : stated.constraints) {
+    bool finite = is_finite(stated.bodies[static_cast<std::size_t>(constraint.body_a)]) &&
+                  is_finite(stated.bodies[static_cast<std::size_t>(constraint.body_b)]);
+    for (const ConstraintRow& row : constraint.rows.row)
+      finite = finite && (row.kind == kRowNone || is_finite(row));
+    if (finite) continue;
+    for (ConstraintRow& row : constraint.rows.row) row.kind = kRowNone;
+  }
+}
+
 void take_velocities(SolveStep& step, const StatedWorld& stated, const Eigen::VectorXd& v) {
   for (std::size_t i = 1; i <= static_cast<std::size_t>(step.dynamic_count); ++i) {
     VelocityRow& to = step.data.bodies.velocity[stated.row[i]];
@@ -129,6 +160,7 @@ void solve_whole_system(SolveStep& step) {
     StatedWorld stated = state_world(data, step.contact, step.joint, step.crew);
     guess(step, last, stated);
     if (may_rebound) leave_to_rebound(step, stated);
+    drop_non_finite(stated);
     const ConstraintSystem system = assemble(stated.bodies, stated.constraints, policy);
     const ReferenceSolution solution = solve(system, options);
     take_velocities(step, stated, velocities(system, stated.bodies, solution.impulses));

@@ -108,11 +108,18 @@ inline void solve_blocks(const ContactArgs& args, const ConstraintChunk& chunk) 
   });
 }
 
-// Acts the normal impulses' `change` out, and then what rubs. `keep`: times the old rolling impulse.
+struct ContactAxes {
+  V3 normal, tangent1, tangent2, arm_a, arm_b;
+};
+
+// Acts the normal impulses' `change` out, and then what rubs. `sum` and `moment`: of the normal impulses, the
+// latter times their radii. `relative`, `spin`: velocities before the change. `keep`: times the old rolling
+// impulse.
 template <bool kRich, bool kStatic, class Block>
-inline void rub_block(Block& block, const NormalImpulses& change, const FrictionImpulses& old, F sum,
-                      F moment, V3 relative, V3 spin, V3 normal, V3 tangent1, V3 tangent2, V3 arm_a, V3 arm_b,
-                      F keep, Bodies& bodies) {
+inline void rub_block(Block& block, const ContactAxes& axes, const NormalImpulses& change,
+                      const FrictionImpulses& old, F sum, F moment, V3 relative, V3 spin, F keep,
+                      Bodies& bodies) {
+  const auto& [normal, tangent1, tangent2, arm_a, arm_b] = axes;
   const FrictionImpulses friction =
       solve_friction<kRich>(block, change, old, sum, moment, relative, spin, normal, tangent1, tangent2);
   store(block.tangent_impulse[0], friction.tangent[0]);
@@ -177,8 +184,8 @@ inline void relax_blocks(const ContactArgs& args, const ConstraintChunk& chunk) 
     add_impulse_sum(args, first_lane, sum);
     const FrictionImpulses old{{load(block.tangent_impulse[0]) * keep, load(block.tangent_impulse[1]) * keep},
                                load(block.twist_impulse) * keep};
-    rub_block<kRich, kStatic>(block, change, old, sum, moment, relative, spin, normal, tangent1, tangent2,
-                              arm_a, arm_b, keep, bodies);
+    rub_block<kRich, kStatic>(block, {normal, tangent1, tangent2, arm_a, arm_b}, change, old, sum, moment,
+                              relative, spin, keep, bodies);
     if (args.force_sum != nullptr) add_forces<kPoints, kRich>(args, first_lane, block);
     store_bodies<kStatic>(args.velocity, block, count, first_lane, bodies, hub);
   });

@@ -72,8 +72,8 @@ inline void sweep_impulses_blocks(const ContactArgs& args, const ConstraintChunk
     add_impulse_sum(args, first_lane, sum);
     const FrictionImpulses old{{load(block.tangent_impulse[0]), load(block.tangent_impulse[1])},
                                load(block.twist_impulse)};
-    rub_block<kRich, kStatic>(block, change, old, sum, moment, relative, spin, normal, tangent1, tangent2,
-                              arm_a, arm_b, F(1.0f), bodies);
+    rub_block<kRich, kStatic>(block, {normal, tangent1, tangent2, arm_a, arm_b}, change, old, sum, moment,
+                              relative, spin, F(1.0f), bodies);
     if (args.force_sum != nullptr) add_forces<kPoints, kRich>(args, first_lane, block);
     store_bodies<kStatic>(args.velocity, block, count, first_lane, bodies, hub);
   });
