@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 namespace scree::accuracy {
@@ -63,7 +65,7 @@ std::string number(double value) { return std::isfinite(value) ? format("%.3g", 
 
 std::string verdict(const Measure& measure, double error) {
   if (!measure.limit) return "";
-  return error <= *measure.limit ? " ok" : " WORSE";
+  return error <= *measure.limit ? " ok" : " over";
 }
 
 std::string row(const Entry& entry) {
@@ -76,6 +78,26 @@ std::string row(const Entry& entry) {
     line += format(" %18s", (number(entry.errors[i]) + verdict(measure, entry.errors[i])).c_str());
   }
   return line + "\n";
+}
+
+std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (const std::size_t colon = line.find(": ");
+        line.starts_with("model name") && colon != std::string::npos) {
+      return line.substr(colon + 2);
+    }
+  }
+  return "unknown processor";
+}
+
+std::string date() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[32];
+  std::strftime(text, sizeof(text), "%Y-%m-%d", &parts);
+  return text;
 }
 
 std::string heading(const Case& one) {
@@ -141,6 +163,8 @@ std::string to_table(std::span<const Entry> entries) {
 std::string to_json(std::span<const Entry> entries, const Backend& backend, const std::string& version) {
   nlohmann::ordered_json json;
   json["version"] = version;
+  json["processor"] = processor();
+  json["date"] = date();
   json["isa"] = isa_name(Workers(WorkersOptions{.threads = 1, .isa = backend.isa}).isa());
   json["threads"] = backend.threads;
   json["cases"] = nlohmann::ordered_json::array();
