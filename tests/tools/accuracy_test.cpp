@@ -39,7 +39,7 @@ const std::vector<Limit> kLimits{
     {"elastic_666", 0.004, 4, {2e6, 0.1}},
     {"rolling", 0.01, 4, {1e-5}},
     {"slide_to_roll", 1.0 / 60.0, 4, {0.0015, 0.001}},
-    {"turntable", 0.004, 4, {0.01, 0.12, 0.05}},
+    {"turntable", 0.004, 4, {0.01, 0.12, 0.05, 0.01}},
     {"slip_onset", 0.01, 4, {0.002, 0.01}},
     {"top", 0.004, 4, {0.001, 0.05, 0.02, 0.005}},
     {"t_handle", 0.01, 4, {0.005, 5e-5, 5e-5}},
@@ -98,9 +98,14 @@ TEST(Accuracy, DominoWaveConvergesWithSubsteps) {
   EXPECT_LT(error_of("dominoes", 0, 1.0 / 60.0, 8), 0.5 * middle);
 }
 
+TEST(Accuracy, StifferContactsBringTheArchToItsLimitingThickness) {
+  EXPECT_LT(error_of("arch", 0, 0.001, 4, {.contact_hertz = 60.0f}), 0.02);
+}
+
 TEST(Accuracy, ErrorsAreTheSameBitsOnEveryInstructionSetAndThreadCount) {
   const double wide = error_of("dominoes", 0, 0.01, 4);
-  EXPECT_EQ(wide, error_of("dominoes", 0, 0.01, 4, {.threads = 3, .isa = scree::Isa::scalar}));
+  EXPECT_EQ(wide,
+            error_of("dominoes", 0, 0.01, 4, {.threads = 3, .isa = scree::Isa::scalar, .contact_hertz = {}}));
 }
 
 // --- engines that know the answer ---
@@ -203,6 +208,9 @@ TEST(Accuracy, SuiteRefusesUnknownNamesWithTheKnownOnes) {
   EXPECT_NE(reason(options).find("--dt 0"), std::string::npos);
   options.time_steps = {std::nan("")};
   EXPECT_NE(reason(options).find("--dt"), std::string::npos);
+  options = {};
+  options.backend.contact_hertz = 0.0f;
+  EXPECT_NE(reason(options).find("--contact-hertz 0"), std::string::npos);
   options = {};
   options.substeps = {65};
   EXPECT_NE(reason(options).find("--substeps 65"), std::string::npos);

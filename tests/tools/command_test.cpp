@@ -278,6 +278,7 @@ TEST_F(Command, AccuracyListsItsCasesAndRefusesOthers) {
   expect_refusal("accuracy --cases croquet", "unknown case; there are: bouncing, height");
   expect_refusal("accuracy --dt 0", "--dt 0 must be above 0");
   expect_refusal("accuracy --substeps 0", "--substeps 0 must be from 1 to 64");
+  expect_refusal("accuracy --contact-hertz 0", "--contact-hertz 0 must be from");
   expect_refusal("accuracy --isa mmx", "unknown instruction set");
   expect_refusal("accuracy --threads -1", "--threads -1");
   expect_refusal("accuracy --json /no/such/folder/figures.json", "--json");

@@ -68,6 +68,7 @@ Trial::Trial(Run& run, scenes::Scene scene)
     : run_(run), scene_(std::move(scene)), dt_(static_cast<float>(run.dt)) {
   scene_.settings.substeps = run.substeps;
   scene_.settings.sleeping = false;
+  if (run.backend.contact_hertz) scene_.settings.contact_hertz = *run.backend.contact_hertz;
   simulation_ = run.engine->create(scene_, run.backend);
   simulation_->read(bodies_);
 }

@@ -40,7 +40,8 @@ class Simulation {
 
 struct Backend {
   int threads = 1;
-  Isa isa = Isa::automatic;  ///< Scree only
+  Isa isa = Isa::automatic;              ///< Scree only
+  std::optional<float> contact_hertz{};  ///< Hz, Scree only; else the default of WorldSettings
 };
 
 /// An engine that can run the suite.

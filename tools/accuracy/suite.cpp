@@ -124,6 +124,10 @@ void check(const SuiteOptions& options, std::span<const EngineChoice> engines) {
     if (!(dt > 0.0 && dt <= 0.1))
       throw Error("--dt " + format("%g", dt) + " must be above 0 and at most 0.1 seconds");
   }
+  if (const auto hertz = options.backend.contact_hertz; hertz && !(*hertz >= 1e-3f && *hertz <= 1e4f)) {
+    throw Error("--contact-hertz " + format("%g", static_cast<double>(*hertz)) +
+                " must be from 0.001 to 10000 Hz");
+  }
   for (const int substeps : options.substeps) {
     if (substeps < 1 || substeps > 64) {
       throw Error("--substeps " + std::to_string(substeps) + " must be from 1 to 64");
@@ -167,6 +171,7 @@ std::string to_json(std::span<const Entry> entries, const Backend& backend, cons
   json["date"] = date();
   json["isa"] = isa_name(Workers(WorkersOptions{.threads = 1, .isa = backend.isa}).isa());
   json["threads"] = backend.threads;
+  json["contact_hertz"] = static_cast<double>(backend.contact_hertz.value_or(WorldSettings{}.contact_hertz));
   json["cases"] = nlohmann::ordered_json::array();
   json["entries"] = nlohmann::ordered_json::array();
   const Case* last = nullptr;

@@ -24,6 +24,8 @@ void declare_accuracy(CLI::App& app, AccuracyArguments& arguments, bool with_eng
   }
   app.add_option("--threads", options.backend.threads, "Threads (default: 1; 0: one per core)");
   app.add_option("--isa", arguments.isa, "auto, scalar, sse2, avx2 or avx512 (default: auto)");
+  app.add_option("--contact-hertz", options.backend.contact_hertz,
+                 "Scree's WorldSettings::contact_hertz (default: 30)");
   app.add_option("--json", arguments.json, "Write the figures to FILE; - is standard output")
       ->type_name("FILE");
   app.add_flag("--list", arguments.list, "List the cases and exit");
