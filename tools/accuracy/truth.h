@@ -79,8 +79,8 @@ double domino_hit_angle(const Dominoes& dominoes);
 
 /// The semicircular arch of rigid voussoirs with radial joints that do not slip or crush: the thrusts with
 /// which a line of thrust fits into the joints. Heyman, The Masonry Arch (1982); for very many voussoirs the
-/// thinnest arch has thickness / radius 0.1075 (Milankovitch 1907; Makris and Alexakis, Eng. Struct. 33
-/// (2011) 2848).
+/// thinnest arch has thickness / radius 0.1075 (Milankovitch 1907; Makris and Alexakis, Arch. Appl. Mech.
+/// 83 (2013) 1511).
 struct ThrustRange {
   bool stands = false;
   double least = 0.0;  ///< horizontal thrust over the weight of the half arch
