@@ -55,9 +55,16 @@ Entry measure(const Case& one, const EngineChoice& engine, double dt, int subste
     entry.refusal = error.what();
     return entry;
   }
+  // Short runs are timed three times: the machine may have been elsewhere.
+  constexpr double kShort = 0.05;  // s
   entry.step_seconds = run.step_seconds;
+  for (int again = 0; again < 2 && run.step_seconds < kShort; ++again) {
+    Run repeat{.engine = &engine, .backend = backend, .dt = dt, .substeps = substeps};
+    one.measure(repeat);
+    entry.step_seconds = std::min(entry.step_seconds, repeat.step_seconds);
+  }
   entry.simulated_seconds = run.simulated_seconds;
-  entry.ms_per_second = 1000.0 * run.step_seconds / run.simulated_seconds;
+  entry.ms_per_second = 1000.0 * entry.step_seconds / run.simulated_seconds;
   return entry;
 }
 

@@ -27,7 +27,7 @@ struct Entry {
   std::vector<double> errors{};    ///< by measure; empty where the engine cannot run the case
   std::string refusal{};           ///< why not
   double ms_per_second = 0.0;      ///< real time of the steps over simulated time
-  double step_seconds = 0.0;       ///< real time of all steps
+  double step_seconds = 0.0;       ///< real time of all steps; of a short run the least of three
   double simulated_seconds = 0.0;  ///< of all trials
 };
 
