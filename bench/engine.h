@@ -32,6 +32,9 @@ class Engine {
   /// Call before a step of `dt`: that step moves a kinematic body to `target`, so that other bodies feel its
   /// motion.
   virtual void move_kinematic(std::size_t world, std::uint32_t body, const Pose& target, float dt) = 0;
+  /// Call before a step: a force (N) on the body's center of mass during that step. Throws where the adapter
+  /// has no such call.
+  virtual void push(std::size_t world, std::uint32_t body, Vec3 force);
   /// Call between steps: creates or destroys bodies of the scene. The clock includes this call. Throws unless
   /// the adapter has EngineInfo::changes.
   virtual void make_change(std::size_t world, const scenes::SceneChange& change);
@@ -54,8 +57,9 @@ struct EngineInfo {
   std::string settings;    ///< solver settings and what differs from the engine's defaults
   std::string continuous;  ///< what continuous collision is with this engine; empty if it has none
   bool multithreaded = true;
-  bool joints = false;   ///< the adapter supports (some) joints
-  bool changes = false;  ///< the adapter can create and destroy bodies while a scene runs
+  bool substeps = false;  ///< the scene's substeps count
+  bool joints = false;    ///< the adapter supports (some) joints
+  bool changes = false;   ///< the adapter can create and destroy bodies while a scene runs
   std::unique_ptr<Engine> (*create)(std::span<const scenes::Scene> scenes, const EngineOptions& options);
 };
 

@@ -260,6 +260,10 @@ class Box3dEngine final : public Engine {
                               true);
   }
 
+  void push(std::size_t world, std::uint32_t body, Vec3 force) override {
+    b3Body_ApplyForceToCenter(worlds_[world].bodies[body], to_box3d(force), true);
+  }
+
   void make_change(std::size_t world, const scenes::SceneChange& change) override {
     World& to = worlds_[world];
     for (std::uint32_t i = change.first; i < change.first + change.count; ++i) {
@@ -334,6 +338,7 @@ EngineInfo box3d_engine() {
           .settings = "soft step, the scene's substeps, its own scheduler",
           .continuous = "bodies that move fast are swept against fixed ones (enableContinuous)",
           .multithreaded = true,
+          .substeps = true,
           .joints = true,
           .changes = true,
           .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)

@@ -69,6 +69,9 @@ class World {
     bodies_[body].object->setWorldTransform(to_bullet(to_isometry(target) * bodies_[body].frame));
   }
 
+  // stepSimulation(dt, 0) clears forces at the end of the step.
+  void push(std::uint32_t body, Vec3 force) { bodies_[body].object->applyCentralForce(to_bullet(force)); }
+
   void read(std::vector<BodyState>& states) const {
     states.clear();
     for (const auto& [object, frame] : bodies_) {
@@ -271,6 +274,7 @@ class BulletEngine final : public Engine {
   void move_kinematic(std::size_t world, std::uint32_t body, const Pose& target, float) override {
     worlds_[world]->move_kinematic(body, target);
   }
+  void push(std::size_t world, std::uint32_t body, Vec3 force) override { worlds_[world]->push(body, force); }
   void read(std::size_t world, std::vector<BodyState>& states) const override {
     worlds_[world]->read(states);
   }

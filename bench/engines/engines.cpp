@@ -26,6 +26,8 @@ void Engine::make_change(std::size_t, const scenes::SceneChange&) {
   unsupported("this engine", "bodies that come and go");
 }
 
+void Engine::push(std::size_t, std::uint32_t, Vec3) { unsupported("this engine", "forces"); }
+
 void unsupported(const std::string& engine, const std::string& what) {
   throw Error("the adapter of " + engine + " does not support " + what);
 }

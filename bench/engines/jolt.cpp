@@ -11,6 +11,8 @@
 #include <Jolt/Physics/Collision/Shape/ConvexHullShape.h>
 #include <Jolt/Physics/Collision/Shape/SphereShape.h>
 #include <Jolt/Physics/Collision/Shape/StaticCompoundShape.h>
+#include <Jolt/Physics/Constraints/HingeConstraint.h>
+#include <Jolt/Physics/Constraints/PointConstraint.h>
 #include <Jolt/Physics/PhysicsSettings.h>
 #include <Jolt/Physics/PhysicsSystem.h>
 #include <Jolt/RegisterTypes.h>
@@ -153,6 +155,44 @@ JPH::BodyCreationSettings make_body(const scenes::Scene& scene, const scenes::Sc
   return settings;
 }
 
+// Balls, and hinges with limits, that hold a body to the world. Bodies that two joined bodies may not touch
+// would need a group filter.
+JPH::Ref<JPH::TwoBodyConstraint> make_joint(const scenes::Scene& scene, const scenes::SceneJoint& joint,
+                                            JPH::Body& body) {
+  if (joint.body_a != scenes::kWorldItself || joint.body_b == scenes::kWorldItself) {
+    unsupported("Jolt", "joints between two bodies");
+  }
+  const JointDef& def = joint.def;
+  const BodyDef& place = scene.bodies[joint.body_b].def;
+  const bool plain =
+      def.enabled && def.hertz == 0.0f && def.break_force == kNoLimit && def.break_torque == kNoLimit;
+  if (!plain) unsupported("Jolt", "joints that are soft, break or are disabled");
+  const JPH::Vec3 anchor_b =
+      to_jolt(place.position) + to_jolt(place.rotation).Normalized() * to_jolt(def.frame_b.position);
+  const JPH::Quat frame_a = to_jolt(def.frame_a.rotation).Normalized();
+  const JPH::Quat frame_b = (to_jolt(place.rotation) * to_jolt(def.frame_b.rotation)).Normalized();
+  if (const auto* ball = std::get_if<BallJoint>(&joint.joint); ball != nullptr && *ball == BallJoint{}) {
+    JPH::PointConstraintSettings settings;
+    settings.mPoint1 = JPH::RVec3(to_jolt(def.frame_a.position));
+    settings.mPoint2 = JPH::RVec3(anchor_b);
+    return settings.Create(JPH::Body::sFixedToWorld, body);
+  }
+  const auto* hinge = std::get_if<HingeJoint>(&joint.joint);
+  if (hinge == nullptr || hinge->angle.drive != Drive::none) {
+    unsupported("Jolt", "joints other than plain balls and hinges without drives");
+  }
+  JPH::HingeConstraintSettings settings;
+  settings.mPoint1 = JPH::RVec3(to_jolt(def.frame_a.position));
+  settings.mPoint2 = JPH::RVec3(anchor_b);
+  settings.mHingeAxis1 = frame_a.RotateAxisX();
+  settings.mNormalAxis1 = frame_a.RotateAxisY();
+  settings.mHingeAxis2 = frame_b.RotateAxisX();
+  settings.mNormalAxis2 = frame_b.RotateAxisY();
+  settings.mLimitsMin = std::max(hinge->angle.lower, -JPH::JPH_PI);
+  settings.mLimitsMax = std::min(hinge->angle.upper, JPH::JPH_PI);
+  return settings.Create(JPH::Body::sFixedToWorld, body);
+}
+
 // Data that Jolt keeps once per process.
 class Process {
  public:
@@ -194,6 +234,10 @@ class JoltEngine final : public Engine {
                                                                   to_jolt(target.rotation).Normalized(), dt);
   }
 
+  void push(std::size_t world, std::uint32_t body, Vec3 force) override {
+    worlds_[world].system->GetBodyInterfaceNoLock().AddForce(worlds_[world].bodies[body], to_jolt(force));
+  }
+
   void read(std::size_t world, std::vector<BodyState>& states) const override {
     states.clear();
     const JPH::BodyInterface& bodies = worlds_[world].system->GetBodyInterfaceNoLock();
@@ -230,6 +274,11 @@ class JoltEngine final : public Engine {
           body.def.type == BodyType::fixed ? JPH::EActivation::DontActivate : JPH::EActivation::Activate;
       world.bodies.push_back(bodies.CreateAndAddBody(make_body(scene, body, continuous, shapes), activation));
     }
+    for (const scenes::SceneJoint& joint : scene.joints) {
+      if (joint.body_b == scenes::kWorldItself) unsupported("Jolt", "joints of the world with a body");
+      world.system->AddConstraint(make_joint(
+          scene, joint, *world.system->GetBodyLockInterfaceNoLock().TryGetBody(world.bodies[joint.body_b])));
+    }
     world.system->OptimizeBroadPhase();
     worlds_.push_back(std::move(world));
   }
@@ -256,6 +305,7 @@ EngineInfo jolt_engine() {
                       " position iterations (its defaults), the scene's damping",
           .continuous = "every dynamic body is cast along its way (EMotionQuality::LinearCast)",
           .multithreaded = true,
+          .joints = true,
           .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
               -> std::unique_ptr<Engine> { return std::make_unique<JoltEngine>(scenes, options); }};
 }

@@ -24,6 +24,10 @@ class ScreeEngine final : public Engine {
     worlds_[world].set_kinematic_target(bodies_[world][body], target, dt);
   }
 
+  void push(std::size_t world, std::uint32_t body, Vec3 force) override {
+    worlds_[world].add_force(bodies_[world][body], force);
+  }
+
   void make_change(std::size_t world, const scenes::SceneChange& change) override {
     scenes::make_change(worlds_[world], scenes_[world], change, bodies_[world]);
   }
@@ -76,6 +80,7 @@ EngineInfo scree_engine() {
           .settings = "soft step, the scene's substeps (4 unless it says otherwise)",
           .continuous = "the cores of fast bodies are swept against fixed and sleeping ones",
           .multithreaded = true,
+          .substeps = true,
           .joints = true,
           .changes = true,
           .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)

@@ -157,6 +157,29 @@ TEST_F(BenchProgram, PlotsAreTheSameFromRunToRunAndBadFiguresAreRefused) {
   EXPECT_NE(outcome.out.find("the same from run to run"), std::string::npos);
 }
 
+TEST_F(BenchProgram, AccuracyRunsEveryEngineThatIsThere) {
+  const Outcome outcome =
+      run("'" SCREE_BENCH_ACCURACY "' --quiet --cases slide_to_roll,rolling --dt 0.01 --json -");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json.at("entries").at(0).at("engine"), "scree");
+  for (const nlohmann::json& entry : json.at("entries")) {
+    // Every adapter can push and roll balls but ODE's, which has no forces.
+    if (entry.contains("refusal")) continue;
+    const double error = entry.at("errors").at(entry.at("case") == "rolling" ? "velocity" : "speed");
+    EXPECT_LT(error, 0.1) << entry.dump();
+  }
+  const Outcome refusal = run("'" SCREE_BENCH_ACCURACY "' --engines steam");
+  EXPECT_EQ(refusal.exit_code, 2);
+  EXPECT_NE(refusal.err.find("unknown engine; there are: scree"), std::string::npos) << refusal.err;
+}
+
+TEST_F(BenchProgram, AccuracyPlotsAreTheSameFromRunToRunAndBadFiguresAreRefused) {
+  ASSERT_EQ(run("/usr/bin/python3 -c 'import matplotlib'").exit_code, 0) << "install python3-matplotlib";
+  const Outcome outcome = run("'" SCREE_ACCURACY_PLOT "' --self-test");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+}
+
 TEST_F(BenchProgram, TheSummaryHasARowForEachSceneAndNumberOfThreads) {
   const Outcome self_test = run("'" SCREE_BENCH_SUMMARIZE "' --self-test");
   EXPECT_EQ(self_test.exit_code, 0) << self_test.err;

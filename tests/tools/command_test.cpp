@@ -279,4 +279,44 @@ TEST_F(Command, ShowsProgressOnStandardErrorUnlessQuiet) {
   EXPECT_NE(outcome.err.find("stack: 100 %, step 20 of 20"), std::string::npos) << outcome.err;
 }
 
+// --- accuracy ---
+
+TEST_F(Command, AccuracyPrintsATableAndWritesItsFigures) {
+  const std::string file = (folder_ / "figures.json").string();
+  const Outcome outcome =
+      scree("accuracy --quiet --cases slide_to_roll --dt 0.02,0.01 --json '" + file + "'");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_EQ(outcome.out.rfind("slide_to_roll: ", 0), 0u) << outcome.out;
+  const nlohmann::json figures = nlohmann::json::parse(read_file(file));
+  EXPECT_EQ(figures.at("entries").size(), 2u);
+  EXPECT_LT(figures.at("entries")[1].at("errors").at("speed").get<double>(), 0.01);
+}
+
+TEST_F(Command, AccuracyHasTheSameErrorsOnEveryInstructionSet) {
+  const auto errors = [&](const std::string& isa) {
+    const Outcome outcome =
+        scree("accuracy --quiet --cases rolling,dominoes --dt 0.01 --isa " + isa + " --json -");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    std::string text;
+    const nlohmann::json figures = nlohmann::json::parse(outcome.out);
+    for (const nlohmann::json& entry : figures.at("entries")) text += entry.at("errors").dump();
+    return text;
+  };
+  EXPECT_EQ(errors("scalar"), errors("auto"));
+}
+
+TEST_F(Command, AccuracyListsItsCasesAndRefusesOthers) {
+  const Outcome outcome = scree("accuracy --list");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 16);
+  expect_refusal("accuracy --cases croquet", "unknown case; there are: bouncing, height");
+  expect_refusal("accuracy --dt 0", "--dt 0 must be above 0");
+  expect_refusal("accuracy --substeps 0", "--substeps 0 must be from 1 to 64");
+  expect_refusal("accuracy --contact-hertz 0", "--contact-hertz 0 must be from");
+  expect_refusal("accuracy --isa mmx", "unknown instruction set");
+  expect_refusal("accuracy --threads -1", "--threads -1");
+  expect_refusal("accuracy --json /no/such/folder/figures.json", "--json");
+}
+
 }  // namespace

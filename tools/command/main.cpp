@@ -1,5 +1,6 @@
 // The command `scree`: reads the command line, runs, prints. Exit codes: 0 done, 1 a run failed or
 // recordings differ, 2 bad input.
+#include <tools/command/accuracy.h>
 #include <tools/command/compare.h>
 #include <tools/command/options.h>
 #include <tools/command/replay.h>
@@ -46,6 +47,7 @@ struct Arguments {
   scree::command::RunOptions options;
   scree::command::ReplayOptions replay;
   scree::command::DiffOptions diff;
+  scree::command::AccuracyArguments accuracy;
   scree::command::CompareArguments compare;
   std::string info_file;
   std::vector<std::string> settings;
@@ -244,8 +246,10 @@ int run_command(int argc, char** argv) {
   CLI::App* info_command = app.add_subcommand("info", "Print the content of a recording");
   CLI::App* diff_command = app.add_subcommand("diff", "Find the first step at which two recordings diverge");
   CLI::App* compare_command = app.add_subcommand("compare", "Run a scene under every solver");
+  CLI::App* accuracy_command = app.add_subcommand("accuracy", "Measure errors against known truth");
   Arguments arguments;
   declare_compare(*compare_command, arguments);
+  declare_accuracy(*accuracy_command, arguments.accuracy, false);
   declare_run(*run, arguments);
   declare_replay(*replay_command, arguments);
   declare_info(*info_command, arguments);
@@ -263,6 +267,10 @@ int run_command(int argc, char** argv) {
   if (replay_command->parsed()) return replay(arguments);
   if (info_command->parsed()) return show_info(arguments);
   if (diff_command->parsed()) return diff(arguments);
+  if (accuracy_command->parsed()) {
+    run_accuracy(arguments.accuracy, {scree::accuracy::scree_engine(SCREE_VERSION)}, SCREE_VERSION);
+    return 0;
+  }
   if (compare_command->parsed()) return compare_solvers(arguments);
   throw scree::Error("nothing to do; say `scree scenes`, `scree run SCENE` or `scree --help`");
 }
