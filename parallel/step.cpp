@@ -141,7 +141,9 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
   data.stats.stages = crew.stages();
 }
 
-void step(WorldData& data, float dt, Crew& crew) {
+void step(World& world, float dt, Crew& crew) {
+  WorldData& data = internals(world, "step");
+  if (data.user_joints.callback && dt > 0.0f) refresh_user_rows(world, data, dt, crew);
   data.recording.hash.reset();  // a step that threw may have left one
   try {
     run_phases(data, dt, crew);
@@ -160,9 +162,9 @@ void step(WorldData& data, float dt, Crew& crew) {
 
 void step(World& world, float dt, Workers& workers) {
   check_time_step(dt);
-  WorldData& data = internals(world, "step");
+  internals(world, "step");  // throws where there is no world
   Crew crew(workers);
-  step(data, dt, crew);
+  step(world, dt, crew);
 }
 
 void step(std::span<World* const> worlds, float dt, Workers& workers) {
@@ -175,7 +177,7 @@ void step(std::span<World* const> worlds, float dt, Workers& workers) {
   }
   crew.run(static_cast<int>(worlds.size()), [&](int world, int) {
     Crew alone(crew, Crew::Alone{});
-    step(internals(*worlds[static_cast<std::size_t>(world)], "step"), dt, alone);
+    step(*worlds[static_cast<std::size_t>(world)], dt, alone);
   });
 }
 
