@@ -123,6 +123,31 @@ TEST(UserJoint, WithTheRowOfARodOrASpringMovesAsADistanceJointDoes) {
   EXPECT_LT(largest_gap(without_sleep(), sprung, 960, 1.0f / 960.0f), 0.006);
 }
 
+// The same rod where the target's speed is the mean one at which the circle leaves its tangent in a step.
+TEST(UserJoint, IsOfSecondOrderWhereItsTargetFollowsTheTurnOfTheRow) {
+  WorldSettings settings = without_sleep();
+  settings.substeps = 1;
+  const auto gap = [&](float share, int rate) {
+    const float dt = 1.0f / static_cast<float>(rate);
+    const Build build = [=](Rig& rig) {
+      const BodyId weight = rig.add_box({1, 0, 0}, {0.1f, 0.1f, 0.1f});
+      const Stated ends{kWorld, weight, {0, 0, 0}, {0, 0, 0}};
+      rig.join({ends, DistanceJoint{{.lower = 1, .upper = 1}}, {}, {{kHeld}}, [=](const World& world) {
+                  std::vector<UserRow> rows = distance_row(world, ends, 1);
+                  const Vec3 v = world.linear_velocity(weight), out = rows[0].jacobian.linear_b;
+                  const Vec3 across = v - dot(v, out) * out;
+                  rows[0].target.speed = -share * 0.5f * dt * dot(across, across);
+                  return rows;
+                }});
+    };
+    return largest_gap(settings, build, rate, dt);
+  };
+  const double ratio_without = gap(0, 240) / gap(0, 480), ratio_with = gap(1, 240) / gap(1, 480);
+  EXPECT_NEAR(ratio_without, 2, 0.3);
+  EXPECT_NEAR(ratio_with, 4, 1);
+  EXPECT_LT(gap(1, 240), gap(0, 240) / 10);
+}
+
 TEST(UserJoint, WithAMotorRowTurnsAsAHingeWithAMotorDoes) {
   const JointAxis motor{.drive = Drive::motor, .speed = 6, .max_force = 40};
   const Build build = [&](Rig& rig) {
