@@ -25,7 +25,7 @@ double milliseconds(Clock::duration duration) {
 // Runs the phases in their order and keeps the time of each.
 class PhaseClock {
  public:
-  explicit PhaseClock(StepStats& stats) : stats_(stats), begin_(Clock::now()), last_(begin_) {}
+  PhaseClock(StepStats& stats, Clock::time_point begin) : stats_(stats), begin_(begin), last_(begin) {}
   template <class Work>
   void run(Phase phase, Work&& work) {
     work();
@@ -82,10 +82,12 @@ void check_worlds(std::span<World* const> worlds) {
   if (sound < worlds.size()) fail_list(worlds, sound);
 }
 
-void run_phases(WorldData& data, float dt, Crew& crew) {
+// `begin`: of the step, whose numbers of user joints are there.
+void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) {
   clear_figures(data.stats);
   clear_events(data.events);
-  PhaseClock clock(data.stats);
+  PhaseClock clock(data.stats, begin);
+  clock.run(Phase::refresh_user_rows, [] {});
   data.shapes.waking_made.forget();
   data.contacts.by_shape_made.forget();
   place_matter(data);
@@ -143,10 +145,12 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
 
 void step(World& world, float dt, Crew& crew) {
   WorldData& data = internals(world, "step");
+  const Clock::time_point begin = Clock::now();
+  // Before anything else: it may throw, and the world is as it was then.
   if (data.user_joints.callback && dt > 0.0f) refresh_user_rows(world, data, dt, crew);
   data.recording.hash.reset();  // a step that threw may have left one
   try {
-    run_phases(data, dt, crew);
+    run_phases(data, dt, crew, begin);
   } catch (...) {
     data.recording.fail();  // the world must not be read any more
     data.last_save = {};    // a save nevertheless copies all there is

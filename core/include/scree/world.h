@@ -280,15 +280,16 @@ class SCREE_API World {
   bool is_frozen(JointId joint) const;
   /// From now on each step that has a length calls this before it begins, for the user joints that are
   /// enabled and have an awake dynamic body; a default-constructed function ends that. A call gets some of
-  /// the joints, which ascend by index. Several calls run at once, on the threads of the step, each for joints
-  /// of its own; which joints come together depends on the scene alone. For results that can be repeated the
-  /// numbers must depend on the batch and on what does not change meanwhile, and on nothing else.
+  /// the joints, which ascend by index. Several calls run at once, on the threads of the step, each for
+  /// joints of its own; which joints come together depends on the scene alone. For results that can be
+  /// repeated the numbers must depend on the batch and on what does not change meanwhile, and on nothing
+  /// else.
   ///
   /// If a call throws, the world stays exactly as it was and step() throws the same; of several exceptions
   /// that of the first joints. Joints of bodies that sleep keep their numbers, and so do those whose bodies
   /// wake during the step until the next one. Recorders record the numbers that have changed: playing them
-  /// needs no callback. The callback is no part of the state: snapshots, clones and recordings are without it,
-  /// and restore() leaves that of the world which it writes to.
+  /// needs no callback. The callback is no part of the state: snapshots, clones and recordings are without
+  /// it, and restore() leaves that of the world which it writes to.
   void set_user_row_callback(UserRowCallback callback);
   bool has_user_row_callback() const noexcept;  ///< whether one is set
 
