@@ -96,8 +96,7 @@ void drop_user_rows(WorldData& data, std::int32_t joint) {
 
 int user_row_count(const JointParameters& parameters) {
   int count = 0;
-  while (count < kUserRows && parameters.user.row[count] != static_cast<std::uint32_t>(RowKind::none))
-    ++count;
+  while (count < kUserRows && parameters.user.row[count] != kUserNone) ++count;
   return count;
 }
 

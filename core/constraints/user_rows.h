@@ -9,9 +9,6 @@
 
 namespace scree {
 
-// A user joint of more rows, or of others than held ones, is a rich one.
-inline constexpr int kPlainUserRows = 3;
-
 // Makes room for so many more, so that entering them cannot fail.
 void reserve_user_joints(WorldData& data, std::size_t more);
 // Of a new joint of this kind: rows that move nothing.

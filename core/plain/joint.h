@@ -99,9 +99,19 @@ struct alignas(16) MouseParameters {
   float target[3], gap_1[37];
 };
 
-// Kinds of rows, which stand in WorldData::user.
+enum UserRowKind : std::uint32_t {
+  kUserNone,
+  kUserHeld,
+  kUserLimit,
+  kUserMotor,
+  kUserSpring
+};  // scree::RowKind
+// A user joint of more rows, or of others than held ones, is a rich one.
+inline constexpr int kPlainUserRows = 3;
+
+// Kinds of rows, whose numbers stand in WorldData::user_joints.
 struct alignas(16) UserParameters {
-  std::uint32_t row[6];  // scree::RowKind
+  std::uint32_t row[6];  // UserRowKind
   float gap[42];
 };
 

@@ -108,7 +108,7 @@ int main() {
   const double radius = 0.25 * (most[0] - least[0] + most[1] - least[1]);
   std::printf("a differential drive: %d steps of 1/240 s; radius %.5f m, exact %.5f m\n", kSteps, radius,
               exact);
-  const bool holds = report("error of the radius", std::abs(radius / exact - 1), 1e-4, "") &
-                     report("largest slip of a wheel", slip, 1e-5, "m/s");
-  return holds ? 0 : 1;
+  const bool holds[] = {report("error of the radius", std::abs(radius / exact - 1), 1e-4, ""),
+                        report("largest slip of a wheel", slip, 1e-5, "m/s")};
+  return holds[0] && holds[1] ? 0 : 1;
 }

@@ -3,13 +3,17 @@
 #include <core/constraints/joints/joint_field_checks.h>
 #include <core/constraints/joints/joint_fields.h>
 #include <core/constraints/joints/joint_kinds.h>
-#include <core/constraints/user_rows.h>
 
 #include <algorithm>
 
 namespace scree::joint_kinds {
 
 static_assert(kUserRows == kMaxUserRows);
+static_assert(kUserNone == static_cast<std::uint32_t>(RowKind::none) &&
+              kUserHeld == static_cast<std::uint32_t>(RowKind::held) &&
+              kUserLimit == static_cast<std::uint32_t>(RowKind::limit) &&
+              kUserMotor == static_cast<std::uint32_t>(RowKind::motor) &&
+              kUserSpring == static_cast<std::uint32_t>(RowKind::spring));
 
 void write(const UserJoint& user, JointParameters& to) {
   for (int i = 0; i < kUserRows; ++i) to.user.row[i] = static_cast<std::uint32_t>(user.rows[i]);

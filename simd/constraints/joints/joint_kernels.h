@@ -72,7 +72,8 @@ struct JointVariantKernels {
   void (*relax_measured)(const JointArgs& args, const ConstraintChunk& chunk);
   void (*store)(const JointArgs& args, const ConstraintChunk& chunk);  // blocks -> impulses, reactions
   // What the joints are, for solvers of any kind: rows at the present poses, by lane; needs no blocks. Of the
-  // arguments it reads `rows`, `frames`, `parameters`, the columns of user joints, `impulses`, `elapsed` and the columns of bodies.
+  // arguments it reads `rows`, `frames`, `parameters`, the columns of user joints, `impulses`, `elapsed` and
+  // the columns of bodies.
   void (*state_rows)(const JointArgs& args, const ConstraintChunk& chunk, ConstraintRows* rows);
 };
 

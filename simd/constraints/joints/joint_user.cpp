@@ -8,13 +8,8 @@
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-constexpr int kPlainRows = 3;  // of plain joints, whose rows are all held; as kPlainUserRows of core
-
 // Rows that answer an impulse of 1 N s by less count as zero: its inverse must be a float.
 constexpr float kLeastResponse = 1e-36f;
-
-// scree::RowKind.
-constexpr std::uint32_t kUserNone = 0, kUserHeld = 1, kUserLimit = 2, kUserMotor = 3, kUserSpring = 4;
 
 // A row as its joint's numbers have it.
 struct GivenRow {
@@ -345,7 +340,7 @@ JointVariantKernels make_user_kernels() {
 
 template <>
 JointTypeKernels make_joint_type_kernels<JointType::user>() {
-  return {make_user_kernels<kPlainRows, false>(), make_user_kernels<kUserRows, true>()};
+  return {make_user_kernels<kPlainUserRows, false>(), make_user_kernels<kUserRows, true>()};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE
