@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <string>
 #include <utility>
 
@@ -175,14 +176,25 @@ void step(std::span<World* const> worlds, float dt, Workers& workers) {
   check_time_step(dt);
   check_worlds(worlds);
   Crew crew(workers);
-  if (std::cmp_less(worlds.size(), crew.threads())) {
-    for (World* world : worlds) step(*world, dt, workers);
-    return;
-  }
-  crew.run(static_cast<int>(worlds.size()), [&](int world, int) {
+  const bool apart = std::cmp_greater_equal(worlds.size(), crew.threads());  // a thread for each
+  const auto step_one = [&](int number) {
+    World& world = *worlds[static_cast<std::size_t>(number)];
+    if (!apart) return step(world, dt, workers);
     Crew alone(crew, Crew::Alone{});
-    step(*worlds[static_cast<std::size_t>(world)], dt, alone);
-  });
+    step(world, dt, alone);
+  };
+  const auto count = static_cast<int>(worlds.size());
+  if (apart && crew.threads() > 1) return crew.run(count, [&](int world, int) { step_one(world); });
+  // As there, one whose callback throws keeps no other from its step.
+  std::exception_ptr first;
+  for (int world = 0; world < count; ++world) {
+    try {
+      step_one(world);
+    } catch (...) {
+      if (first == nullptr) first = std::current_exception();
+    }
+  }
+  if (first != nullptr) std::rethrow_exception(first);
 }
 
 }  // namespace scree

@@ -75,11 +75,9 @@ inline Row motion_of(const WideDelta& a, const WideDelta& b) {
   return {a.position, rotation_vector(a.rotation), b.position, rotation_vector(b.rotation)};
 }
 
-inline Row select(M which, const Row& yes, const Row& no) {
-  return {simd::SCREE_SIMD_NAMESPACE::select(which, yes.linear_a, no.linear_a),
-          simd::SCREE_SIMD_NAMESPACE::select(which, yes.angular_a, no.angular_a),
-          simd::SCREE_SIMD_NAMESPACE::select(which, yes.linear_b, no.linear_b),
-          simd::SCREE_SIMD_NAMESPACE::select(which, yes.angular_b, no.angular_b)};
+inline Row choose(M which, const Row& yes, const Row& no) {
+  return {select(which, yes.linear_a, no.linear_a), select(which, yes.angular_a, no.angular_a),
+          select(which, yes.linear_b, no.linear_b), select(which, yes.angular_b, no.angular_b)};
 }
 
 // What rows have that are solved by themselves.
@@ -184,7 +182,7 @@ struct UserKernels {
     for (int i = 0; i < kRows; ++i) {
       const F response = dot(given[i].row, row_push(given[i].row, bodies));
       const M acts = (response >= F(kLeastResponse)) & (response < F(kInfinity)) & !places.frozen;
-      store_row(block.held.row[i], select(acts, given[i].row, zero_row()));
+      store_row(block.held.row[i], choose(acts, given[i].row, zero_row()));
       store(block.held.error[i], given[i].error);
       store(block.held.impulse[i], impulse[i] * F(args.warm_start_scale));
       store(block.first_error[i], given[i].error);
@@ -196,13 +194,12 @@ struct UserKernels {
       for (int i = 0; i < kRows; ++i) {
         const M spring = kind[i] == number(kUserSpring), limit = kind[i] == number(kUserLimit);
         const Softness own = soften(args, bodies, given[i].hertz, given[i].damping_ratio);
-        const auto either = [&](F yes, F no) { return simd::SCREE_SIMD_NAMESPACE::select(spring, yes, no); };
         store(block.own.kind[i], kind[i]);
-        store(block.own.least[i],
-              simd::SCREE_SIMD_NAMESPACE::select(limit, zero, given[i].lower * F(args.substep)));
+        store(block.own.least[i], select(limit, zero, given[i].lower * F(args.substep)));
         store(block.own.most[i], given[i].upper * F(args.substep));
-        store_softness(block.own.soft[i], {either(own.bias_rate, zero), either(own.mass_scale, one),
-                                           either(own.impulse_scale, zero)});
+        store_softness(block.own.soft[i],
+                       {select(spring, own.bias_rate, zero), select(spring, own.mass_scale, one),
+                        select(spring, own.impulse_scale, zero)});
       }
     }
     measure_responses(bodies, block);
@@ -238,13 +235,14 @@ struct UserKernels {
     }
     const JointImpulse all = acting(block);
     const M finite = (differences == zero) & is_finite(all.linear) & is_finite(all.angular);
-    for (F& each : impulse) each = simd::SCREE_SIMD_NAMESPACE::select(finite, each, zero);
+    for (F& each : impulse) each = select(finite, each, zero);
     for (int i = 0; i < kJointImpulses; i += 4) {
       store_impulses(args, joint, count, i / 4, impulse[i], impulse[i + 1], impulse[i + 2], impulse[i + 3]);
     }
   }
 
  private:
+  // Beside the sweep of this name.
   static void store(LaneFloats& to, F value) { simd::SCREE_SIMD_NAMESPACE::store(to, value); }
   static void store(LaneInts& to, I value) { simd::SCREE_SIMD_NAMESPACE::store(to, value); }
 
@@ -262,7 +260,7 @@ struct UserKernels {
       held[i] = load_row(block.held.row[i]);
       if constexpr (kRich) {
         store(block.own.mass[i], invert_positive(dot(held[i], row_push(held[i], bodies))));
-        held[i] = select(is_held(block, i), held[i], zero_row());
+        held[i] = choose(is_held(block, i), held[i], zero_row());
       }
     }
     factor_held(block.held, held, bodies);
@@ -282,7 +280,6 @@ struct UserKernels {
   // A limit, a motor or a spring; no other row.
   static void solve_own(const JointArgs& args, Block& block, int i, JointBodyLanes& bodies,
                         const Softness& held, F keep) {
-    const auto pick = [](M which, F yes, F no) { return simd::SCREE_SIMD_NAMESPACE::select(which, yes, no); };
     const Row row = load_row(block.held.row[i]);
     const I kind = load(block.own.kind[i]);
     const M limit = kind == number(kUserLimit), motor = kind == number(kUserMotor),
@@ -298,30 +295,29 @@ struct UserKernels {
     store(end.upper, F(kInfinity));
     store(end.limit_impulse, stored);
     solve_limit(args, Course::line, end, error, speed, mass, held, keep);
-    const F impulse = clamp(pick(limit, load(end.limit_impulse), free), least, most);
+    const F impulse = clamp(select(limit, load(end.limit_impulse), free), least, most);
     const M acts = limit | motor | spring;
-    store(block.held.impulse[i], pick(acts, impulse, stored));
-    push_row(bodies, row, pick(acts, impulse - old_impulse, F(0.0f)));
+    store(block.held.impulse[i], select(acts, impulse, stored));
+    push_row(bodies, row, select(acts, impulse - old_impulse, F(0.0f)));
   }
 
   // Returns the largest speed that it met.
   static F solve_held_rows(Block& block, JointBodyLanes& bodies, const Softness& soft, F keep) {
-    const auto pick = [](M which, F yes, F no) { return simd::SCREE_SIMD_NAMESPACE::select(which, yes, no); };
     HeldLanes<kRows>& held = block.held;
     F change[kRows], worst(0.0f);
     for (int i = 0; i < kRows; ++i) {
       const F speed = row_speed(load_row(held.row[i]), bodies) - load(block.speed[i]);
       const F wanted = (speed + load(held.error[i]) * soft.bias_rate) * soft.mass_scale;
-      change[i] = pick(is_held(block, i), wanted, F(0.0f));
-      worst = max(pick(is_held(block, i), abs(speed), F(0.0f)), worst);
+      change[i] = select(is_held(block, i), wanted, F(0.0f));
+      worst = max(select(is_held(block, i), abs(speed), F(0.0f)), worst);
     }
     divide_held(held, change);
     Row push = zero_row();
     for (int i = 0; i < kRows; ++i) {
       const F stored = load(held.impulse[i]), old_impulse = stored * keep;
       const F impulse = old_impulse - (change[i] + old_impulse * soft.impulse_scale);
-      store(held.impulse[i], pick(is_held(block, i), impulse, stored));
-      push = push + load_row(held.row[i]) * pick(is_held(block, i), impulse - old_impulse, F(0.0f));
+      store(held.impulse[i], select(is_held(block, i), impulse, stored));
+      push = push + load_row(held.row[i]) * select(is_held(block, i), impulse - old_impulse, F(0.0f));
     }
     push_row(bodies, push, F(1.0f));
     return worst;

@@ -275,6 +275,28 @@ TEST(UserRowCallback, IsAskedByStepsOfManyWorlds) {
   }
 }
 
+TEST(UserRowCallback, ThatThrowsKeepsNoOtherWorldFromItsStep) {
+  for (const int threads : {1, 2, 6}) {  // more worlds than threads, and fewer
+    std::vector<std::unique_ptr<Pendulums>> many;
+    std::vector<World*> worlds;
+    for (std::size_t i = 0; i < 4; ++i) {
+      many.push_back(std::make_unique<Pendulums>(3));
+      worlds.push_back(&many.back()->world);
+      many.back()->world.set_user_row_callback([i](const UserRowBatch&) {
+        if (i == 1 || i == 3) throw std::runtime_error(std::to_string(i));
+      });
+    }
+    Workers workers(threads);
+    try {
+      step(worlds, kStep, workers);
+      ADD_FAILURE() << "nothing was thrown";
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "1");
+    }
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(worlds[i]->stats().step, i % 2 == 0 ? 1u : 0u);
+  }
+}
+
 // --- sleep and islands ---
 
 TEST(UserRowCallback, LeavesJointsOfSleepingBodiesUntilACallWakesThem) {
