@@ -9,7 +9,9 @@
 // of World::set_user_row_callback.
 //
 // The numbers are those of the moment at which the step begins. While the step lasts its Jacobians stay, and
-// the errors go on as the bodies move: by J times the motion of both, less `speed` times the time.
+// the errors go on as the bodies move: by J times the motion of both (displacements and rotation vectors,
+// within half a turn), less `speed` times the time. So a row that turns with the motion is of first order in
+// the time step; core/constraints/README.md tells how to make it of second order.
 #pragma once
 
 #include <scree/ids.h>
