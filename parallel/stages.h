@@ -7,6 +7,8 @@
 
 namespace scree {
 
+// The callback of user joints -> their numbers; throws what it throws, and has changed nothing then.
+void refresh_user_rows(const World& world, WorldData& data, float dt, Crew& crew);
 void refresh_lists(WorldData& data,
                    Crew& crew);  // flags -> lists of awake and kinematic bodies, moving shapes
 void update_bounds(WorldData& data, float dt, Crew& crew);  // poses -> shape poses, fat bounds

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <string>
 #include <utility>
 
@@ -25,7 +26,7 @@ double milliseconds(Clock::duration duration) {
 // Runs the phases in their order and keeps the time of each.
 class PhaseClock {
  public:
-  explicit PhaseClock(StepStats& stats) : stats_(stats), begin_(Clock::now()), last_(begin_) {}
+  PhaseClock(StepStats& stats, Clock::time_point begin) : stats_(stats), begin_(begin), last_(begin) {}
   template <class Work>
   void run(Phase phase, Work&& work) {
     work();
@@ -82,10 +83,12 @@ void check_worlds(std::span<World* const> worlds) {
   if (sound < worlds.size()) fail_list(worlds, sound);
 }
 
-void run_phases(WorldData& data, float dt, Crew& crew) {
+// `begin`: of the step, whose numbers of user joints are there.
+void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) {
   clear_figures(data.stats);
   clear_events(data.events);
-  PhaseClock clock(data.stats);
+  PhaseClock clock(data.stats, begin);
+  clock.run(Phase::refresh_user_rows, [] {});
   data.shapes.waking_made.forget();
   data.contacts.by_shape_made.forget();
   place_matter(data);
@@ -141,10 +144,14 @@ void run_phases(WorldData& data, float dt, Crew& crew) {
   data.stats.stages = crew.stages();
 }
 
-void step(WorldData& data, float dt, Crew& crew) {
+void step(World& world, float dt, Crew& crew) {
+  WorldData& data = internals(world, "step");
+  const Clock::time_point begin = Clock::now();
+  // Before anything else: it may throw, and the world is as it was then.
+  if (data.user_joints.callback && dt > 0.0f) refresh_user_rows(world, data, dt, crew);
   data.recording.hash.reset();  // a step that threw may have left one
   try {
-    run_phases(data, dt, crew);
+    run_phases(data, dt, crew, begin);
   } catch (...) {
     data.recording.fail();  // the world must not be read any more
     data.last_save = {};    // a save nevertheless copies all there is
@@ -160,23 +167,34 @@ void step(WorldData& data, float dt, Crew& crew) {
 
 void step(World& world, float dt, Workers& workers) {
   check_time_step(dt);
-  WorldData& data = internals(world, "step");
+  internals(world, "step");  // throws where there is no world
   Crew crew(workers);
-  step(data, dt, crew);
+  step(world, dt, crew);
 }
 
 void step(std::span<World* const> worlds, float dt, Workers& workers) {
   check_time_step(dt);
   check_worlds(worlds);
   Crew crew(workers);
-  if (std::cmp_less(worlds.size(), crew.threads())) {
-    for (World* world : worlds) step(*world, dt, workers);
-    return;
-  }
-  crew.run(static_cast<int>(worlds.size()), [&](int world, int) {
+  const bool apart = std::cmp_greater_equal(worlds.size(), crew.threads());  // a thread for each
+  const auto step_one = [&](int number) {
+    World& world = *worlds[static_cast<std::size_t>(number)];
+    if (!apart) return step(world, dt, workers);
     Crew alone(crew, Crew::Alone{});
-    step(internals(*worlds[static_cast<std::size_t>(world)], "step"), dt, alone);
-  });
+    step(world, dt, alone);
+  };
+  const auto count = static_cast<int>(worlds.size());
+  if (apart && crew.threads() > 1) return crew.run(count, [&](int world, int) { step_one(world); });
+  // As there, one whose callback throws keeps no other from its step.
+  std::exception_ptr first;
+  for (int world = 0; world < count; ++world) {
+    try {
+      step_one(world);
+    } catch (...) {
+      if (first == nullptr) first = std::current_exception();
+    }
+  }
+  if (first != nullptr) std::rethrow_exception(first);
 }
 
 }  // namespace scree

@@ -49,6 +49,9 @@ const std::vector<Kind>& kinds() {
       {"pulley", PulleyJoint{.point_a = {0.0f, 10.0f, 0.0f}, .point_b = {0.0f, 10.0f, 0.0f}}},
       {"motor", MotorJoint{}},
       {"mouse", MouseJoint{}},
+      {"user", UserJoint{{RowKind::held, RowKind::held, RowKind::held}}},
+      {"user_rich", UserJoint{{RowKind::held, RowKind::held, RowKind::limit, RowKind::motor, RowKind::spring,
+                               RowKind::held}}},
   };
   return kKinds;
 }
@@ -77,6 +80,17 @@ void populate(World& world, const Joint& joint) {
   }
   std::vector<JointId> ids(defs.size());
   world.create_joints(defs, std::vector<Joint>(defs.size(), joint), ids);
+  if (!std::holds_alternative<UserJoint>(joint)) return;
+  // Rows 0 to 2 hold the anchors together as a ball joint does, the others turn about the axes.
+  constexpr Vec3 kAxes[] = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}};
+  constexpr Vec3 kTurns[] = {{}, {0.0f, 0.0f, -0.5f}, {0.0f, 0.5f, 0.0f}};  // of both bodies
+  std::vector<UserRow> rows(world.user_rows(ids[0], {}));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Vec3 axis = kAxes[i % 3], back = -1.0f * axis;
+    rows[i].jacobian =
+        i < 3 ? RowJacobian{back, kTurns[i], axis, kTurns[i]} : RowJacobian{{}, back, {}, axis};
+  }
+  for (const JointId id : ids) world.set_user_rows(id, rows);
 }
 
 constexpr std::pair<const char*, void (*simd::JointVariantKernels::*)(const simd::JointArgs&,

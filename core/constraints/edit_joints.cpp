@@ -3,6 +3,7 @@
 // Results depend on the forward links only. The links back are derived: without them, removing thousands of
 // joints from a body, the oldest first, would take time that grows with the square of their number.
 #include <core/constraints/joint_parameters.h>
+#include <core/constraints/user_rows.h>
 #include <core/world/edit.h>
 
 namespace scree {
@@ -96,6 +97,7 @@ void remove_joint(WorldData& data, std::int32_t joint) {
   leave_list(data, joint, ends.a);
   leave_list(data, joint, ends.b);
   joints.marks.mark(joint);
+  if (joints.type[row] == JointType::user) leave_user_joint(data, joint);
   joints.flags[row] = 0;
   joints.next[row] = {-1, -1};
   joints.previous[row] = {-1, -1};

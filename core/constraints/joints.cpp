@@ -1,11 +1,13 @@
 // Calls that create, change, read and destroy joints.
 #include <core/constraints/joint_parameters.h>
+#include <core/constraints/user_rows.h>
 #include <core/state/recording_format/recorded_calls.h>
 #include <core/world/check.h>
 #include <core/world/edit.h>
 #include <core/world/fp_environment.h>
 #include <scree/world.h>
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 
@@ -54,6 +56,7 @@ JointId make(WorldData& data, std::int32_t joint, const JointDef& def, const Joi
   joints.color[row] = kNoColor;
   joints.user_data[row] = def.user_data;
   joints.reaction[row] = {};
+  if (joints.type[row] == JointType::user) enter_user_joint(data, joint);
   link_joint(data, joint);
   place_joint(data, joint);
   ++joints.alive;
@@ -70,6 +73,10 @@ void create(Call call, WorldData& data, std::span<const JointDef> defs, std::spa
     check_joint_def(item_of(call, count, i), data, defs[i], joints[i]);
   }
   const SlotPlan plan(data.joints.free_slots, rows, count);
+  reserve_user_joints(
+      data, static_cast<std::size_t>(std::count_if(joints.begin(), joints.end(), [](const Joint& joint) {
+        return type_of(joint) == JointType::user;
+      })));
   grow(data.joints, rows + count - plan.from_free);
   // Nothing can fail from here on.
   for (std::size_t i = 0; i < count; ++i)
@@ -148,6 +155,7 @@ void World::set_joint(JointId joint, const Joint& to) {
   if (std::memcmp(&wanted, &parameters, sizeof wanted) == 0) return;
   parameters = wanted;
   j.set(kJointRich, is_rich(to));
+  if (type == JointType::user) drop_user_rows(j.data, j.joint);
   wake_ends(j.data, j.joint);
 }
 

@@ -17,9 +17,9 @@ namespace scree {
 
 enum ConstraintRowKind : std::uint32_t {
   kRowNone,      // the slot is empty, and the rest of it means nothing
-  kRowHeld,      // C = 0
+  kRowHeld,      // C = 0. C's rate is J v - target_speed, which is 0 except in rows of users
   kRowLimit,     // C >= 0, the distance from the nearer end; C = 0 where `lower` is below 0, as both ends are
-                 // one
+                 // one. C's rate is as above; `upper` is infinite except in rows of users
   kRowMotor,     // J v = target_speed
   kRowSpring,    // a spring on C and a damper on J v - target_speed
   kRowContact,   // C >= 0, the separation of a contact point

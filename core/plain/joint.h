@@ -99,6 +99,22 @@ struct alignas(16) MouseParameters {
   float target[3], gap_1[37];
 };
 
+enum UserRowKind : std::uint32_t {
+  kUserNone,
+  kUserHeld,
+  kUserLimit,
+  kUserMotor,
+  kUserSpring
+};  // scree::RowKind
+// A user joint of more rows, or of others than held ones, is a rich one.
+inline constexpr int kPlainUserRows = 3;
+
+// Kinds of rows, whose numbers stand in WorldData::user_joints.
+struct alignas(16) UserParameters {
+  std::uint32_t row[6];  // UserRowKind
+  float gap[42];
+};
+
 struct alignas(16) JointParameters {
   union {
     JointAxisRow axis[kJointAxes];  // of kinds that have nothing but axes, in the order of their structs
@@ -116,6 +132,7 @@ struct alignas(16) JointParameters {
     PulleyParameters pulley;
     MotorParameters motor;
     MouseParameters mouse;
+    UserParameters user;
   };
   float hertz, damping_ratio;                  // of what is held; hertz 0: as stiff as the step allows
   float angular_hertz, angular_damping_ratio;  // of the held rotation; both alike in all kinds but welds
@@ -125,6 +142,26 @@ struct alignas(16) JointParameters {
                 "the parameters of a " #kind " are not as long as those of others");
 SCREE_FOR_EACH_JOINT_TYPE(SCREE_JOINT_TYPE)
 #undef SCREE_JOINT_TYPE
+
+// The numbers of a user joint, see scree/user_joint.h: the layout of arrays of RowJacobian, RowTarget and
+// RowBounds. In groups of 16 bytes, as kernels load them.
+inline constexpr int kUserRows = 6;
+struct alignas(16) UserJacobians {
+  float row[kUserRows][12];  // linear_a, angular_a, linear_b, angular_b
+};
+struct alignas(16) UserTargets {
+  float row[kUserRows][4];  // error, speed, hertz, damping_ratio
+};
+struct alignas(16) UserBounds {
+  float row[kUserRows][2];  // lower, upper
+};
+
+// Whether a user joint acts.
+enum UserState : std::uint32_t {
+  kUserActs,
+  kUserFreezes,  // frozen since the last step; events have not been told
+  kUserFrozen,
+};
 
 // What a joint has accumulated, N s and N m s, in an order that only its kernel knows; a coordinate that it
 // must remember across steps, such as a gear's, may stand here, too. All zero in a new joint.

@@ -137,6 +137,12 @@ void validate_joints(const WorldData& data) {
   std::size_t alive = 0;
   for (const std::uint8_t flags : joints.flags) alive += (flags & kJointAlive) != 0 ? 1 : 0;
   SCREE_ASSERT(joints.alive == alive);
+  const Column<std::int32_t>& users = data.user_joints.joint;
+  for (std::size_t row = 0; row < users.size(); ++row) {
+    SCREE_ASSERT((joints.flags[users[row]] & kJointAlive) != 0);
+    SCREE_ASSERT(joints.type[users[row]] == JointType::user);
+    SCREE_ASSERT(joints.user[users[row]] == static_cast<std::int32_t>(row));
+  }
   validate_free_slots(joints, 0, [&](std::size_t row) { return (joints.flags[row] & kJointAlive) != 0; });
   validate_changed(joints);
   validate_joint_lists(data);

@@ -376,6 +376,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   std::uint64_t,    user_data)      /* calls */                                                  \
   ROWS (derived, JointBodies,      previous)       /* calls; before it in the lists of `next`, -1: first */     \
   ROWS (derived, JointFrames,      frames)         /* calls, place_matter */                                    \
+  ROWS (derived, std::int32_t,     user)           /* calls; row of UserJoints, of user joints alone */         \
   ROWS (derived, std::uint8_t,     is_changed)     /* calls, refresh_lists; 1: stands in `changed` */           \
   ROWS (scratch, JointReactionRow, reaction)       /* calls, store_impulses; zero in a restored world */        \
   TABLE(derived, PageMarks,        marks, "joints") /* as those of bodies */                                    \
@@ -388,6 +389,19 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
         each_once(SheetId::joints))                                                                             \
   VALUE(derived, std::size_t,      alive, 0)       /* calls */                                                  \
   VALUE(derived, bool,             all_changed, true) /* restore, refresh_lists: `changed` does not list all */
+
+// The numbers of user joints, a row for each that lives, without gaps: a new one takes the last row, and the
+// last one takes the row of one that goes.
+#define SCREE_USER_JOINT_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                               \
+  ROWS (state,   std::int32_t,     joint,          /* calls */                                                  \
+        kCounts, row_of(SheetId::joints, 0, 0, "does not exist"))                                               \
+  ROWS (state,   std::uint32_t,    state,          /* calls, refresh_user_rows, list_body_events; UserState */  \
+        at_most(kUserFrozen, "is no state of user joints"))                                                     \
+  ROWS (state,   UserJacobians,    jacobians,      /* calls, refresh_user_rows; as the other two */             \
+        kVaried)                                                                                                \
+  ROWS (state,   UserTargets,      targets)                                                                     \
+  ROWS (state,   UserBounds,       bounds)                                                                      \
+  OTHER(scratch, UserRowCallback,  callback)       /* calls; no part of the state: stays in restore */
 
 // Events of the last step, for the caller; all but `touching`, `resting`, `woken` and `lost` are of no
 // consequence to the next.
@@ -417,6 +431,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
                                                       step */                                                   \
         saved_in(SheetId::events_lost), handle_of(SheetId::joints, "names no joint"))                           \
   LIST (scratch, JointId,          broken, kEvent)  /* break_joints */                                          \
+  LIST (scratch, JointId,          frozen, kEvent)  /* list_body_events */                                      \
   LIST (scratch, JointId,          destroyed, kEvent) /* list_body_events; `lost` of the last step */           \
   LIST (scratch, BodyId,           sleep_ends, kEvent) /* list_body_events */                                   \
   LIST (scratch, TouchRow,         moved)          /* list_contact_events, find_pairs; of pairs that no longer rest */ \
@@ -443,6 +458,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   TABLE(state,   Hulls,            hulls, "hulls", SheetId::hulls)                                              \
   TABLE(state,   Contacts,         contacts, "contacts")                                                        \
   TABLE(state,   Joints,           joints, "joints", SheetId::joints, SheetId::joints_moving)                   \
+  TABLE(state,   UserJoints,       user_joints, "user_joints", SheetId::user_joints)                            \
   TABLE(state,   Events,           events, "events")                                                            \
   OTHER(derived, LastSave,         last_save)      /* save, restore; what `marks` and the like are about */     \
   OTHER(scratch, mutable OwnMutex, saving)         /* save; held while it places matter and writes marks */     \
@@ -464,6 +480,7 @@ SCREE_STORE(PairRows, SCREE_PAIR_MEMBERS)
 SCREE_STORE(ContactRows, SCREE_CONTACT_ROW_MEMBERS)
 SCREE_STORE(Contacts, SCREE_CONTACTS_MEMBERS)
 SCREE_STORE(Joints, SCREE_JOINT_MEMBERS)
+SCREE_STORE(UserJoints, SCREE_USER_JOINT_MEMBERS)
 SCREE_STORE(Events, SCREE_EVENT_MEMBERS)
 
 // Data that only one stage looks into; defined beside that stage by a list of its own, see SCREE_PART, and

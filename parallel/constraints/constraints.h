@@ -4,6 +4,7 @@
 // color_constraints writes the colors, pack_blocks the rest; solve and store_impulses read it.
 #pragma once
 
+#include <core/constraints/user_rows.h>
 #include <core/world/world_data.h>
 #include <simd/constraints/contact/contact_kernels.h>
 #include <simd/constraints/joints/joint_kernels.h>
@@ -80,6 +81,18 @@ struct FinishSum {
 // clang-format on
 SCREE_STORE(KeyTable, SCREE_KEY_TABLE_MEMBERS)
 
+// Copies that the callback of user joints writes, by place in `asked`.
+// clang-format off
+#define SCREE_USER_REFRESH_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                             \
+  LIST (scratch, std::int32_t,  asked)            /* joints, ascending */                                       \
+  LIST (scratch, JointId,       ids)                                                                            \
+  LIST (scratch, UserJacobians, jacobians)                                                                      \
+  LIST (scratch, UserTargets,   targets)                                                                        \
+  LIST (scratch, UserBounds,    bounds)                                                                         \
+  LIST (scratch, UserVerdict,   verdicts)
+// clang-format on
+SCREE_STORE(UserRefresh, SCREE_USER_REFRESH_MEMBERS)
+
 // What joints of one block have in common, and its number.
 struct JointBlockKind {
   int variant;           // simd::joint_variant
@@ -116,6 +129,7 @@ struct JointBlockKindSet {
   LIST (scratch, std::int32_t, overflow_begins) /* pack_blocks; first place in `overflow_edges` by kind */      \
   LIST (scratch, std::int32_t, overflow_edges)  /* pack_blocks; edges without a color, kind by kind */          \
   LIST (scratch, std::int32_t, overflow_levels) /* pack_blocks; theirs */                                       \
+  TABLE(scratch, UserRefresh,  refresh, "constraints.refresh") /* refresh_user_rows */                          \
   TABLE(scratch, KeyTable,     contact_keys, "constraints.contact_keys") /* pack_blocks */                      \
   TABLE(scratch, KeyTable,     joint_keys, "constraints.joint_keys") /* pack_blocks */                          \
   LIST (scratch, std::int32_t, joint_lanes)     /* pack_blocks; joints in lane order */                         \

@@ -1,5 +1,5 @@
-// Lists the events of bodies and joints: bodies that fell asleep or woke, and joints that were destroyed with
-// their bodies.
+// Lists the events of bodies and joints: bodies that fell asleep or woke, joints that were destroyed with
+// their bodies, and user joints that were frozen.
 #include <parallel/islands/islands.h>
 #include <parallel/stages.h>
 
@@ -29,6 +29,14 @@ void list_body_events(WorldData& data) {
   events.destroyed.clear();
   for (const SlotName& joint : events.lost) events.destroyed.push_back(handle_of<JointId>(data, joint));
   events.lost.clear();
+  UserJoints& users = data.user_joints;
+  for (std::size_t row = 0; row < users.state.size(); ++row) {
+    if (users.state[row] != kUserFreezes) continue;
+    users.state[row] = kUserFrozen;
+    events.frozen.push_back(joint_handle(data, users.joint[row]));
+  }
+  std::sort(events.frozen.begin(), events.frozen.end(),
+            [](JointId a, JointId b) { return a.index < b.index; });
 }
 
 }  // namespace scree

@@ -152,6 +152,11 @@ simd::JointArgs joint_args(WorldData& data, Constraints& constraints, float dt) 
   args.blocks = constraints.blocks.data();
   args.frames = data.joints.frames.data();
   args.parameters = data.joints.parameters.data();
+  args.user = data.joints.user.data();
+  args.user_state = data.user_joints.state.data();
+  args.user_jacobians = data.user_joints.jacobians.data();
+  args.user_targets = data.user_joints.targets.data();
+  args.user_bounds = data.user_joints.bounds.data();
   args.impulses = data.joints.impulses.data();
   args.reactions = data.joints.reaction.data();
   args.pose = data.bodies.pose.data();

@@ -103,6 +103,7 @@ class Player {
   void destroy_joint(const Call& call);
   void set_joint(const Call& call);
   void change_joint(const Call& call);
+  void change_user_rows(JointId joint, Random& random);
   void make_wrong_call_of_joints(std::uint32_t which, BodyId body);
   JointId some_joint(std::uint32_t which) const;  // no joint if there is none
   void lose_joints(BodyId body);

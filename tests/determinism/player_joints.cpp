@@ -88,6 +88,9 @@ void Player::change_joint(const Call& call) {
   Random random(call.seed);
   const JointId joint = some_joint(call.slot);
   if (joint == JointId{}) return;
+  if (world_.joint_type(joint) == JointType::user && random.below(2) == 0) {
+    return change_user_rows(joint, random);
+  }
   switch (random.below(6)) {
     case 0: {
       const Pose a{random_vector(random, 0.5f), random.rotation()}, b{random_vector(random, 0.5f), {}};
@@ -123,6 +126,19 @@ void Player::change_joint(const Call& call) {
       return;
     }
   }
+}
+
+// Numbers for the rows of a user joint; as those of a callback some are unsound.
+void Player::change_user_rows(JointId joint, Random& random) {
+  std::vector<UserRow> rows(world_.user_rows(joint, {}));
+  for (UserRow& row : rows) row = random_user_row(random);
+  tell("set_user_rows", joint, rows[0].target.error);
+  if (random.below(2) == 0) return world_.set_user_rows(joint, rows);
+  const bool sound = random.below(4) != 0;
+  if (!sound) rows.back().target.error = kNan;
+  world_.refresh_user_rows({&joint, 1}, rows);
+  if (world_.is_frozen(joint) == sound)
+    fail("a user joint acts with unsound numbers, or not with sound ones");
 }
 
 void Player::make_wrong_call_of_joints(std::uint32_t which, BodyId body) {

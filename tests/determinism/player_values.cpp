@@ -316,6 +316,13 @@ void randomize(Random& random, MouseJoint& joint) {
   if (once_in(random, 2)) joint.max_force = random.between(0.0f, 5000.0f);
 }
 
+void randomize(Random& random, UserJoint& joint) {
+  const std::uint32_t count = 1 + random.below(kMaxUserRows);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    joint.rows[i] = once_in(random, 2) ? RowKind::held : static_cast<RowKind>(1 + random.below(4));
+  }
+}
+
 template <class Kind>
 Joint random_kind(Random& random) {
   Kind joint;
@@ -347,6 +354,18 @@ Joint random_joint(Random& random, JointType type) {
 #undef SCREE_JOINT_TYPE
   }
   return {};
+}
+
+UserRow random_user_row(Random& random) {
+  UserRow row;
+  row.jacobian = {random_vector(random, 1.0f), random_vector(random, 1.0f), random_vector(random, 1.0f),
+                  random_vector(random, 1.0f)};
+  if (once_in(random, 2)) row.jacobian.linear_a = -1.0f * row.jacobian.linear_b;
+  if (once_in(random, 8)) row.jacobian = {};
+  row.target = {random.between(-0.3f, 0.3f), random.between(-1.0f, 1.0f), random.between(0.2f, 20.0f),
+                random.between(0.0f, 2.0f)};
+  if (once_in(random, 2)) row.bounds = {random.between(-500.0f, 0.0f), random.between(0.0f, 500.0f)};
+  return row;
 }
 
 JointDef random_joint_def(Random& random, const Pose& at_a, const Pose& at_b) {

@@ -29,6 +29,7 @@ float random_time_step(Random& random);  // s
 WorldSettings random_settings(Random& random);
 Joint random_joint(Random& random, JointType type);
 // A joint without its bodies. Its frames are near each other for bodies with these poses.
+UserRow random_user_row(Random& random);
 JointDef random_joint_def(Random& random, const Pose& at_a, const Pose& at_b);
 
 // Half the width of the pit in which the calls create bodies, and the height of its walls.

@@ -213,7 +213,7 @@ TEST(RandomCallsThemselves, ShrinkToCallsThatStillFailWhenPlayed) {
     }
     return false;
   };
-  const Sequence sequence = random_sequence(9, 300, 20);
+  const Sequence sequence = random_sequence(10, 300, 20);
   ASSERT_TRUE(fails(sequence));
   const Sequence shortest = shrunk(sequence, fails);
   ASSERT_TRUE(fails(shortest));

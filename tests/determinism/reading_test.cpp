@@ -141,11 +141,16 @@ class Reader {
     say("joint_pose", world_.joint_pose(joint));
     const JointReaction reaction = world_.joint_reaction(joint);
     say("joint_reaction", reaction.force);
+    say("is_frozen", world_.is_frozen(joint));
+    if (world_.joint_type(joint) != JointType::user) return;
+    UserRow rows[kMaxUserRows];
+    say_all("user_rows", std::span(rows).first(world_.user_rows(joint, rows)));
   }
   void read_world() {
     say("body_count", world_.body_count());
     say("shape_count", world_.shape_count());
     say("joint_count", world_.joint_count());
+    say("has_user_row_callback", world_.has_user_row_callback());
     say_all("poses", world_.poses());
     say_all("velocities", world_.velocities());
     say("settings", world_.settings());
@@ -166,6 +171,7 @@ class Reader {
     say_all("sleep_begins", world_.sleep_begins());
     say_all("sleep_ends", world_.sleep_ends());
     say_all("broken_joints", world_.broken_joints());
+    say_all("frozen_joints", world_.frozen_joints());
     say_all("destroyed_joints", world_.destroyed_joints());
   }
 
@@ -202,6 +208,8 @@ struct Yard {
                               .frame_b = {{0, 0.5f, 0}, {}}},
                              BallJoint{}));
     }
+    names.joints.push_back(
+        world.create_joint({.body_a = kWorld, .body_b = names.bodies.back()}, UserJoint{{RowKind::motor}}));
     // A fixed body of many shapes, whose mass is summed at the first read.
     for (int i = 0; i < 12; ++i) {
       names.shapes.push_back(

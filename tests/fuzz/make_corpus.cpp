@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -168,6 +169,11 @@ World jointed() {
   }
   world.create_joint({.body_a = kWorld, .body_b = bodies[3]},
                      MouseJoint{.target = {4.0f, 3.0f, 0.0f}, .max_force = 100.0f});
+  const JointId stated = world.create_joint({.body_a = kWorld, .body_b = bodies[1]},
+                                            UserJoint{{RowKind::limit, RowKind::spring}});
+  const UserRow stated_rows[] = {{.jacobian = {.linear_b = {0.0f, 1.0f, 0.0f}}, .target = {.error = 1.0f}},
+                                 {.jacobian = {.angular_b = {0.0f, 1.0f, 0.0f}}, .bounds = {-5.0f, 5.0f}}};
+  world.set_user_rows(stated, stated_rows);
   run(world, 5);
   world.destroy_joint(joints[2]);
   world.destroy_joint(joints[4]);
@@ -257,6 +263,11 @@ void calls_of_joints(World& world) {
   world.create_joints(defs, joints, ids);
   const JointId mouse =
       world.create_joint({.body_a = kWorld, .body_b = b}, MouseJoint{.target = {1.0f, 2.0f, 0.0f}});
+  const JointId stated = world.create_joint({.body_a = kWorld, .body_b = b}, UserJoint{});
+  UserRow row{.jacobian = {.linear_b = {0.0f, 1.0f, 0.0f}}};
+  world.set_user_rows(stated, {&row, 1});
+  row.target.error = std::numeric_limits<float>::infinity();  // freezes it
+  world.refresh_user_rows({&stated, 1}, {&row, 1});
   run(world, 1);
   for (std::size_t i = 1; i < ids.size(); ++i) world.set_joint_enabled(ids[i], false);
   world.set_joint(mouse, MouseJoint{.target = {1.0f, 3.0f, 0.0f}, .max_force = 20.0f});

@@ -172,6 +172,25 @@ TEST(Allocation, NeverHappensInAStepThatSweepsBodies) {
   }
 }
 
+TEST(Allocation, NeverHappensInAStepWhoseCallbackMakesTheRowsOfUserJoints) {
+  for (const int threads : {1, 2}) {
+    Lab lab;
+    lab.workers = Workers(threads);
+    for (int i = 0; i < 300; ++i) {
+      const BodyId body = lab.add({.position = {3.0f * static_cast<float>(i), 0, 0}}, Sphere{0.5f});
+      lab.world.create_joint({.body_a = kWorld, .body_b = body}, UserJoint{});
+    }
+    lab.world.set_user_row_callback([](const UserRowBatch& batch) {
+      for (std::size_t i = 0; i < batch.joints.size(); ++i) {
+        batch.jacobians[kMaxUserRows * i].linear_b = {0, 1, 0};
+        batch.targets[kMaxUserRows * i].speed += 1e-4f;
+      }
+    });
+    lab.run(60);
+    EXPECT_EQ(allocations_of(lab, 60), 0) << threads << " threads";
+  }
+}
+
 TEST(Allocation, NeverHappensInAStepOfSleepers) {
   Lab lab{WorldSettings{}};
   lab.add_ground();

@@ -164,6 +164,19 @@ class Poke {
     auto& [target, hertz, damping_ratio, max_force] = mouse;
     change(target), change(hertz), change(damping_ratio), change_bound(max_force, kInfinity);
   }
+  void change(UserJoint& user) {  // which has kinds of rows only, no numbers
+    auto& [rows] = user;
+    static_assert(std::is_same_v<decltype(rows), RowKind[kMaxUserRows]>);
+  }
+  void change(UserRow& row) {
+    auto& [jacobian, target, bounds] = row;
+    auto& [linear_a, angular_a, linear_b, angular_b] = jacobian;
+    change(linear_a), change(angular_a), change(linear_b), change(angular_b);
+    auto& [error, speed, hertz, damping_ratio] = target;
+    change(error), change(speed), change(hertz), change(damping_ratio);
+    auto& [lower, upper] = bounds;
+    change_bound(lower, -kInfinity), change_bound(upper, kInfinity);
+  }
   void change(Joint& joint) {
     std::visit([this](auto& kind) { change(kind); }, joint);
   }
@@ -220,16 +233,21 @@ struct NumberCall {
 };
 
 void add_joint_calls(std::vector<NumberCall>& calls) {
+  calls.push_back({"set_user_rows", [](World& world, const Stage& s, Poke& poke) {
+                     const UserRow row = poke(UserRow{});
+                     world.set_user_rows(s.joints[static_cast<std::size_t>(JointType::user)], {&row, 1});
+                   }});
   for (const Joint& joint : test::plain_joints()) {
-    calls.push_back({"create_joint", [=](World& world, const Stage& s, Poke& poke) {
-                       world.create_joint({.body_a = kWorld, .body_b = s.crate}, poke(joint));
-                     }});
     calls.push_back({"create_joints", [=](World& world, const Stage& s, Poke& poke) {
                        const JointDef defs[] = {{.body_a = kWorld, .body_b = s.crate},
                                                 poke(JointDef{.body_a = kWorld, .body_b = s.crate})};
                        const Joint joints[] = {joint, poke(joint)};
                        JointId ids[2];
                        world.create_joints(defs, joints, ids);
+                     }});
+    if (std::holds_alternative<UserJoint>(joint)) continue;  // has no numbers
+    calls.push_back({"create_joint", [=](World& world, const Stage& s, Poke& poke) {
+                       world.create_joint({.body_a = kWorld, .body_b = s.crate}, poke(joint));
                      }});
     calls.push_back({"set_joint", [=](World& world, const Stage& s, Poke& poke) {
                        world.set_joint(s.joints[joint.index()], poke(joint));
@@ -386,11 +404,13 @@ std::set<std::string> calls_with_numbers() {
   const std::regex number(
       "\\b(float|double|Vec3|Quat|Pose|BodyDef|MassProperties|Geometry|Sphere|Capsule|Box|ConvexHull|"
       "Material|"
-      "ShapeOptions|WorldSettings|JointDef|Joint)\\b");
+      "ShapeOptions|WorldSettings|JointDef|Joint|UserRow)\\b");
   std::set<std::string> names;
   for (std::sregex_iterator it(bare.begin(), bare.end(), call), last; it != last; ++it) {
     if (std::regex_search((*it)[2].str(), number)) names.insert((*it)[1].str());
   }
+  names.erase("user_rows");          // hands them out
+  names.erase("refresh_user_rows");  // freezes the joint instead, see user_rows_callback_test.cpp
   return names;
 }
 

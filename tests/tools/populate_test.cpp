@@ -67,6 +67,11 @@ TEST(Populate, EveryJointJoinsItsBodiesAsTheSceneSays) {
       EXPECT_EQ(def.frame_a.position, expected.def.frame_a.position);
       EXPECT_EQ(def.frame_b.position, expected.def.frame_b.position);
       EXPECT_EQ(static_cast<std::size_t>(world.joint_type(joints[i])), expected.joint.index());
+      if (world.joint_type(joints[i]) == JointType::user) {
+        std::vector<UserRow> rows(world.user_rows(joints[i], {}));
+        world.user_rows(joints[i], rows);
+        EXPECT_EQ(rows, expected.rows);
+      }
     }
   }
 }

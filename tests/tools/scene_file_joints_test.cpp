@@ -46,6 +46,31 @@ TEST(SceneFileJoints, KnowEveryKind) {
   EXPECT_EQ(std::get<MouseJoint>(scene.joints.at(0).joint).target, (Vec3{1, 2, 3}));
 }
 
+TEST(SceneFileJoints, OfUsersHaveTheirRowsAndTheirNumbers) {
+  const Scene scene = parse(with_joint(R"("type": "user", "rows": [
+    {"kind": "held", "linear_a": [1, 2, 3], "angular_a": [4, 5, 6], "linear_b": [7, 8, 9],
+     "angular_b": [10, 11, 12], "error": 0.5, "speed": -1},
+    {"kind": "limit"}, {"kind": "motor", "lower": -2, "upper": 3},
+    {"kind": "spring", "hertz": 4, "damping_ratio": 0.25}])"));
+  const SceneJoint& joint = scene.joints.at(0);
+  EXPECT_EQ(std::get<UserJoint>(joint.joint),
+            (UserJoint{{RowKind::held, RowKind::limit, RowKind::motor, RowKind::spring}}));
+  ASSERT_EQ(joint.rows.size(), 4u);
+  EXPECT_EQ(joint.rows[0],
+            (UserRow{{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}}, {.error = 0.5f, .speed = -1}, {}}));
+  EXPECT_EQ(joint.rows[1], UserRow{});
+  EXPECT_EQ(joint.rows[2], (UserRow{.bounds = {-2, 3}}));
+  EXPECT_EQ(joint.rows[3], (UserRow{.target = {.hertz = 4, .damping_ratio = 0.25f}}));
+  EXPECT_NE(error_of(with_joint(R"("type": "user")")).find("rows"), std::string::npos);
+  EXPECT_NE(error_of(with_joint(R"("type": "user", "rows": [])")).find("must have 1 to 6 rows"),
+            std::string::npos);
+  EXPECT_NE(error_of(with_joint(R"("type": "user", "rows": [{"kind": "soft"}])")).find("kind"),
+            std::string::npos);
+  EXPECT_NE(error_of(with_joint(R"("type": "user", "rows": [{"kind": "motor", "lower": 2, "upper": 1}])"))
+                .find("lower must be at most upper"),
+            std::string::npos);
+}
+
 TEST(SceneFileJoints, MissingKeysTakeTheLibrarysDefaults) {
   EXPECT_EQ(kind_of<BallJoint>(R"("type": "ball")"), BallJoint{});
   EXPECT_EQ(kind_of<WheelJoint>(R"("type": "wheel")"), WheelJoint{});

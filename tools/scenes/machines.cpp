@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <numbers>
+#include <vector>
 
 namespace scree::scenes {
 namespace {
@@ -50,6 +51,8 @@ class Workshop {
   void hold(std::uint32_t b, Vec3 position, Vec3 axis, const Joint& joint) {
     join(kWorldItself, b, position, axis, joint);
   }
+  // To the last joint.
+  void give_rows(const std::vector<UserRow>& rows) { scene_.joints.back().rows = rows; }
   Vec3 in_world(Vec3 position) const { return sum(origin_, position); }
 
  private:
@@ -149,6 +152,26 @@ void add_shafts(Workshop shop) {
   shop.join(second, blade, on_second(2.0f * kHalf), away, WeldJoint{});
 }
 
+// A nut that turns and climbs an upright screw: what no kind of joint holds, the rows of a user joint do.
+void add_nut(Workshop shop, Vec3 at) {
+  constexpr float kRise = 0.05f;  // m a radian
+  const std::uint32_t nut = shop.add_ghost(Box{{0.2f, 0.05f, 0.2f}}, at);
+  UserJoint screw;
+  std::vector<UserRow> rows;
+  const auto add = [&](RowKind kind, Vec3 linear, Vec3 angular, const RowTarget& target) {
+    screw.rows[rows.size()] = kind;
+    rows.push_back({{.linear_b = linear, .angular_b = angular}, target, {}});
+  };
+  add(RowKind::held, kX, {}, {});
+  add(RowKind::held, kZ, {}, {});
+  add(RowKind::held, {}, kX, {});
+  add(RowKind::held, {}, kZ, {});
+  add(RowKind::held, kY, {0.0f, -kRise, 0.0f}, {});
+  add(RowKind::motor, {}, kY, {.speed = 3.0f});
+  shop.hold(nut, at, kY, screw);
+  shop.give_rows(rows);
+}
+
 // Hanging and floating bodies: a rope, a rod, a spring, a platform on six springs, a puck on a plane, a drone
 // held in the air, and a box dragged by a mouse.
 void add_toys(Workshop shop) {
@@ -198,6 +221,8 @@ void add_toys(Workshop shop) {
   mouse.max_force = 1000.0f;
   const Vec3 corner = sum(dragged_at, {0.2f, 0.2f, 0.2f});
   shop.join(kWorldItself, {corner, {}}, dragged, {corner, {}}, mouse);
+
+  add_nut(shop, {12.0f, 0.5f, 0.0f});
 }
 
 }  // namespace

@@ -78,6 +78,9 @@ std::vector<JointId> create_joints(World& world, const Scene& scene, std::span<c
       joints.push_back(joint.joint);
     }
     world.create_joints(defs, joints, std::span(ids).subspan(first, count));
+    for (std::size_t i = first; i < first + count; ++i) {
+      if (!scene.joints[i].rows.empty()) world.set_user_rows(ids[i], scene.joints[i].rows);
+    }
   }
   return ids;
 }

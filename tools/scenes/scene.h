@@ -38,6 +38,7 @@ struct SceneJoint {
   Joint joint;
   std::uint32_t body_a = kWorldItself;  ///< into Scene::bodies
   std::uint32_t body_b = kWorldItself;
+  std::vector<UserRow> rows{};  ///< of a user joint: its numbers, which stay
 };
 
 /// A kinematic body that turns steadily about an axis. Every step moves it to its pose at the step's end; see

@@ -153,6 +153,31 @@ void read_kind(Members& members, MouseJoint& mouse) {
   pull.finish();
 }
 
+// A row of a user joint, with constant numbers.
+void read_row(const Node& node, RowKind& kind, UserRow& row) {
+  constexpr const char* kRows[] = {"held", "limit", "motor", "spring"};
+  Members members(node);
+  kind = static_cast<RowKind>(1 + members.require("kind").choice(kRows));
+  members.read("linear_a", row.jacobian.linear_a, kValue);
+  members.read("angular_a", row.jacobian.angular_a, kValue);
+  members.read("linear_b", row.jacobian.linear_b, kValue);
+  members.read("angular_b", row.jacobian.angular_b, kValue);
+  members.read("error", row.target.error, kValue);
+  members.read("speed", row.target.speed, kValue);
+  read_spring(members, row.target.hertz, row.target.damping_ratio);
+  members.read("lower", row.bounds.lower);
+  members.read("upper", row.bounds.upper);
+  if (!(row.bounds.lower <= row.bounds.upper)) node.fail("lower must be at most upper");
+  members.finish();
+}
+void read_user(Members& members, UserJoint& user, std::vector<UserRow>& rows) {
+  const Node& node = members.require("rows");
+  const std::vector<Node> given = node.elements();
+  if (given.empty() || given.size() > kMaxUserRows) node.fail("must have 1 to 6 rows");
+  rows.resize(given.size());
+  for (std::size_t i = 0; i < given.size(); ++i) read_row(given[i], user.rows[i], rows[i]);
+}
+
 // The alternative of Joint that has this place in it.
 template <std::size_t kIndex = 0>
 Joint joint_of_kind(std::size_t kind) {
@@ -243,7 +268,9 @@ class Trial {
     def.body_a = joint.body_a != kWorldItself ? bodies_[0] : kWorld;
     def.body_b = joint.body_b != kWorldItself ? bodies_[1] : kWorld;
     try {
-      world_.destroy_joint(world_.create_joint(def, joint.joint));
+      const JointId made = world_.create_joint(def, joint.joint);
+      if (!joint.rows.empty()) world_.set_user_rows(made, joint.rows);
+      world_.destroy_joint(made);
     } catch (const Error& error) {
       node.fail(error.what());
     }
@@ -280,7 +307,15 @@ class Reader {
     std::optional<Pose> place;
     if (place_node != nullptr) place = read_pose(*place_node, kMaxPosition);
     read_def(members, joint.def);
-    std::visit([&](auto& kind) { read_kind(members, kind); }, joint.joint);
+    std::visit(
+        [&](auto& kind) {
+          if constexpr (std::is_same_v<std::remove_reference_t<decltype(kind)>, UserJoint>) {
+            read_user(members, kind, joint.rows);
+          } else {
+            read_kind(members, kind);
+          }
+        },
+        joint.joint);
     JointRepeat repeat;
     if (const Node* again = members.find("repeat")) repeat = read_repeat(*again, place.has_value(), most_);
     members.finish();

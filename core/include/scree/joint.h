@@ -13,6 +13,7 @@
 #include <scree/ids.h>
 #include <scree/joint_type.h>
 #include <scree/math_types.h>
+#include <scree/user_joint.h>
 
 #include <cstdint>
 #include <limits>

@@ -19,7 +19,8 @@
   X(rack_and_pinion, RackAndPinionJoint) \
   X(pulley, PulleyJoint)                 \
   X(motor, MotorJoint)                   \
-  X(mouse, MouseJoint)
+  X(mouse, MouseJoint)                   \
+  X(user, UserJoint)
 
 namespace scree {
 

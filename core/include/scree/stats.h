@@ -7,6 +7,7 @@ namespace scree {
 
 /// The phases of a step, in order; see scree::phase_name.
 enum class Phase : std::uint8_t {
+  refresh_user_rows,  ///< the callback of user joints
   find_pairs,         ///< candidate pairs from bounds
   collide,            ///< contacts of the pairs
   find_islands,       ///< which bodies wake and fall asleep
@@ -19,13 +20,14 @@ enum class Phase : std::uint8_t {
   finish_step,        ///< bounds, sleep timers and energy
 };
 /// The number of phases.
-inline constexpr int kPhaseCount = 10;
+inline constexpr int kPhaseCount = 11;
 
 /// The name of the function that is the phase ("find_pairs", ...).
 constexpr const char* phase_name(Phase phase) {
   constexpr const char* kNames[kPhaseCount] = {
-      "find_pairs", "collide",        "find_islands", "color_constraints", "pack_blocks",
-      "solve",      "store_impulses", "list_events",  "sweep_fast_bodies", "finish_step"};
+      "refresh_user_rows", "find_pairs",        "collide",    "find_islands",
+      "color_constraints", "pack_blocks",       "solve",      "store_impulses",
+      "list_events",       "sweep_fast_bodies", "finish_step"};
   return kNames[static_cast<int>(phase)];
 }
 

@@ -265,6 +265,37 @@ class SCREE_API World {
   /// In the last step, until the next one, a call that enables or disables the joint, or a restore; of joints
   /// that slept zero. A joint that broke in it still has its own.
   JointReaction joint_reaction(JointId joint) const;
+
+  // --- user joints, see user_joint.h. JointReaction of one sums its rows: the force is that of linear_b ---
+
+  /// Gives all rows of a user joint their numbers, which stay until they are given again. Wakes its bodies
+  /// unless nothing changes. Throws on numbers out of the ranges that user_joint.h states, on another number
+  /// of rows than the joint has, and for joints of other kinds.
+  void set_user_rows(JointId joint, std::span<const UserRow> rows);
+  /// The present numbers; at most `out.size()` rows are written. Returns how many there are.
+  std::size_t user_rows(JointId joint, std::span<UserRow> out) const;
+  /// Gives all rows of some user joints their numbers, one joint behind the other, as a callback does: a
+  /// joint with any number out of range is frozen, see is_frozen, and nothing is thrown for it. Wakes the
+  /// bodies of a joint that sleeps and gets other numbers than it has.
+  void refresh_user_rows(std::span<const JointId> joints, std::span<const UserRow> rows);
+  /// The callback gave the joint a number that is out of range or not finite, or bounds in the wrong order:
+  /// it does nothing until it is given sound numbers. False for joints of other kinds.
+  bool is_frozen(JointId joint) const;
+  /// From now on each step that has a length calls this before it begins, for the user joints that are
+  /// enabled and have an awake dynamic body; a default-constructed function ends that. A call gets some of
+  /// the joints, which ascend by index. Several calls run at once, on the threads of the step, each for
+  /// joints of its own; which joints come together depends on the scene alone. For results that can be
+  /// repeated the numbers must depend on the batch and on what does not change meanwhile, and on nothing
+  /// else.
+  ///
+  /// If a call throws, the world stays exactly as it was and step() throws the same; of several exceptions
+  /// that of the first joints. Joints of bodies that sleep keep their numbers, and so do those whose bodies
+  /// wake during the step until the next one. Recorders record the numbers that have changed: playing them
+  /// needs no callback. The callback is no part of the state: snapshots, clones and recordings are without
+  /// it, and restore() leaves that of the world which it writes to.
+  void set_user_row_callback(UserRowCallback callback);
+  bool has_user_row_callback() const noexcept;  ///< whether one is set
+
   /// The body's joints, latest first; at most `out.size()` are written. Returns how many there are.
   std::size_t joints_of(BodyId body, std::span<JointId> out) const;
 
@@ -301,6 +332,8 @@ class SCREE_API World {
 
   /// Joints whose reaction was above their strength and that are disabled now. Ascending by index.
   std::span<const JointId> broken_joints() const noexcept;
+  /// User joints that were frozen by the numbers for this step, see is_frozen. Ascending by index.
+  std::span<const JointId> frozen_joints() const noexcept;
   /// Joints that were destroyed with their bodies before the step, in the order of the calls.
   std::span<const JointId> destroyed_joints() const noexcept;
 

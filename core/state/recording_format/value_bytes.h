@@ -234,6 +234,22 @@ void fields(Of<MouseJoint> auto& mouse, auto&& visit) {
   visit(mouse.damping_ratio);
   visit(mouse.max_force);
 }
+void fields(Of<UserJoint> auto& user, auto&& visit) {
+  for (auto& row : user.rows) visit(row);
+}
+void fields(Of<UserRow> auto& row, auto&& visit) {
+  static_assert(sizeof(UserRow) == 72, "a new field goes here, too");
+  visit(row.jacobian.linear_a);
+  visit(row.jacobian.angular_a);
+  visit(row.jacobian.linear_b);
+  visit(row.jacobian.angular_b);
+  visit(row.target.error);
+  visit(row.target.speed);
+  visit(row.target.hertz);
+  visit(row.target.damping_ratio);
+  visit(row.bounds.lower);
+  visit(row.bounds.upper);
+}
 void fields(Of<SavedWorld> auto& world, auto&& visit) {
   SavedWorld::visit_members(world, TablePlace{"world"},
                             [&visit](const Member&, auto& value) { visit(value); });

@@ -77,6 +77,7 @@ struct ListMark {
   MARKED  (joints_moving,   joints.marks,            kPageMoved | kPageChanged)                    \
   MARKED  (joints,          joints.marks,            kPageChanged)                                 \
   LISTED  (free_joints,     joints.free_mark)                                                                   \
+  COMPARED(user_joints)                                                                            \
   COMPARED(events_touching)                                                                        \
   MARKED  (events_resting,  contacts.resting_marks,  kPageMoved | kPageChanged)                    \
   COMPARED(events_woken)                                                                           \

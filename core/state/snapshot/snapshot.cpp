@@ -85,7 +85,7 @@ void derive_contacts(WorldData& data) {
   contacts.resting_order_made.forget();
 }
 
-// The links back and the frames of joints.
+// The links back and the frames of joints, and where the numbers of user joints stand.
 void derive_joints(WorldData& data) {
   Joints& joints = data.joints;
   for (std::size_t row = 0; row < joints.flags.size(); ++row) {
@@ -99,6 +99,9 @@ void derive_joints(WorldData& data) {
     place_joint(data, static_cast<std::int32_t>(row));
     link_back(data, static_cast<std::int32_t>(row));
   }
+  const Column<std::int32_t>& users = data.user_joints.joint;
+  for (std::size_t row = 0; row < users.size(); ++row)
+    joints.user[users[row]] = static_cast<std::int32_t>(row);
 }
 
 void derive_events(Events& events) {

@@ -1,5 +1,6 @@
 // Checks of joints from outside: values within the limits of check.h, lists that hold each joint once.
 #include <core/constraints/joint_parameters.h>
+#include <core/constraints/user_rows.h>
 #include <core/state/snapshot/snapshot_refusal.h>
 #include <core/world/check.h>
 
@@ -60,6 +61,37 @@ void check_joint_lists(const WorldData& data, const Refusal& refusal) {
   }
 }
 
+// Every living user joint has its numbers once, which calls could have given.
+void check_user_joints(const WorldData& data, const Refusal& refusal) {
+  const UserJoints& users = data.user_joints;
+  std::vector<std::uint8_t> has_numbers(data.joints.flags.size());
+  for (std::size_t row = 0; row < users.joint.size(); ++row) {
+    const auto require = [&](bool holds, const char* name, const char* problem) {
+      refusal.require(holds, "user_joints", name, row, problem);
+    };
+    const std::size_t joint = at(users.joint[row]);
+    const bool is_user =
+        (data.joints.flags[joint] & kJointAlive) != 0 && data.joints.type[joint] == JointType::user;
+    require(is_user && has_numbers[joint] == 0, "joint", "is no user joint, or stands there twice");
+    has_numbers[joint] = 1;
+    const int count = user_row_count(data.joints.parameters[joint]);
+    for (int i = 0; i < kUserRows; ++i) {
+      const UserRow given = user_row(users, static_cast<std::int32_t>(row), i);
+      if (i < count) {
+        require(is_user_row(given), "jacobians", "have numbers out of range");
+      } else {
+        require(given == UserRow{}, "jacobians", "have numbers of rows that the joint lacks");
+      }
+    }
+  }
+  for (std::size_t joint = 0; joint < has_numbers.size(); ++joint) {
+    const bool is_user =
+        (data.joints.flags[joint] & kJointAlive) != 0 && data.joints.type[joint] == JointType::user;
+    refusal.require(!is_user || has_numbers[joint] != 0, "joints", "type", joint,
+                    "is that of a user joint, which has no numbers");
+  }
+}
+
 }  // namespace
 
 void check_joints(const WorldData& data, const Refusal& refusal) {
@@ -68,6 +100,7 @@ void check_joints(const WorldData& data, const Refusal& refusal) {
   for (std::size_t row = 0; row < joints.flags.size(); ++row) {
     if (is_alive(row)) check_living_joint(data, row, refusal);
   }
+  check_user_joints(data, refusal);
   check_joint_lists(data, refusal);
   check_free_slots(joints, 0, "joints", refusal, is_alive);
 }

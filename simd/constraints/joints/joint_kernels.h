@@ -36,6 +36,11 @@ struct JointArgs {
   char* blocks;
   const JointFrames* frames;
   const JointParameters* parameters;
+  const std::int32_t* user;  // by joint row: where the numbers of a user joint stand in the columns below
+  const std::uint32_t* user_state;
+  const UserJacobians* user_jacobians;
+  const UserTargets* user_targets;
+  const UserBounds* user_bounds;
   JointImpulses* impulses;
   JointReactionRow* reactions;
   const PoseRow* pose;  // at the step's beginning
@@ -73,7 +78,8 @@ struct JointVariantKernels {
   // Of chunks that `breaks`, after solve: relax does it by itself.
   void (*note_peaks)(const JointArgs& args, const ConstraintChunk& chunk);
   // What the joints are, for solvers of any kind: rows at the present poses, by lane; needs no blocks. Of the
-  // arguments it reads `rows`, `frames`, `parameters`, `impulses`, `elapsed` and the columns of bodies.
+  // arguments it reads `rows`, `frames`, `parameters`, the columns of user joints, `impulses`, `elapsed` and
+  // the columns of bodies.
   void (*state_rows)(const JointArgs& args, const ConstraintChunk& chunk, ConstraintRows* rows);
 };
 

@@ -22,6 +22,8 @@ class Fill {
       next_ += 0.0078125f;
     } else if constexpr (std::is_same_v<Value, Drive>) {
       value = drives_++ % 2 == 0 ? Drive::spring : Drive::motor;
+    } else if constexpr (std::is_same_v<Value, RowKind>) {
+      value = static_cast<RowKind>(1 + rows_++ % 4);
     } else if constexpr (std::is_same_v<Value, bool>) {
       value = !value;
     } else {
@@ -32,6 +34,7 @@ class Fill {
  private:
   float next_;
   int drives_ = 0;
+  int rows_ = next_ < 0.1f ? 0 : 1;
 };
 
 template <std::size_t... kKind>

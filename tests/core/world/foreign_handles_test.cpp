@@ -94,6 +94,9 @@ Calls changing_calls() {
   calls.push_back({"destroy_bodies", [](World& world, const Twin& twin) {
                      world.destroy_bodies(std::array{world.body_at(twin.floor.index), twin.body});
                    }});
+  calls.push_back({"refresh_user_rows", [](World& world, const Twin& twin) {
+                     world.refresh_user_rows({&twin.joint, 1}, {});
+                   }});
   calls.push_back({"create_joint", [](World& world, const Twin& twin) {
                      world.create_joint({.body_a = twin.body, .body_b = kWorld}, BallJoint{});
                    }});
@@ -150,6 +153,8 @@ Calls reading_calls() {
   SCREE_READ(collides_connected, joint)
   SCREE_READ(joint_pose, joint)
   SCREE_READ(joint_reaction, joint)
+  SCREE_READ(user_rows, joint, std::span<UserRow>{})
+  SCREE_READ(is_frozen, joint)
 #undef SCREE_READ
   return calls;
 }

@@ -81,6 +81,11 @@ void call_everything(Heap& heap) {
   world.set_joint_enabled(joint, true);
   world.set_collide_connected(joint, true);
   world.set_user_data(joint, 13);
+  const JointId stated = world.create_joint({.body_a = kWorld, .body_b = more[2]}, UserJoint{});
+  UserRow row{.jacobian = {.linear_b = {0, 1, 0}}};
+  world.set_user_rows(stated, {&row, 1});
+  row.target.speed = 0.5f;
+  world.refresh_user_rows({&stated, 1}, {&row, 1});
 }
 
 TEST(Recording, HoldsEveryCallThatChangesAWorld) {

@@ -56,6 +56,11 @@ struct Bench {
   Column<std::int32_t> moving, rows;
   Column<JointFrames> frames;
   Column<JointParameters> parameters;
+  Column<std::int32_t> user;  // of user joints; each joint has numbers of its own
+  Column<std::uint32_t> user_state;
+  Column<UserJacobians> user_jacobians;
+  Column<UserTargets> user_targets;
+  Column<UserBounds> user_bounds;
   Column<JointImpulses> impulses;
   Column<JointReactionRow> reactions;
   Column<char> blocks;
@@ -103,6 +108,11 @@ struct Bench {
     for (JointAxisRow& axis : p.axis) axis = kFreeAxis;
     p.damping_ratio = p.angular_damping_ratio = 1;
     parameters.push_back(p);
+    user.push_back(static_cast<std::int32_t>(user.size()));
+    user_state.push_back(kUserActs);
+    user_jacobians.resize(user.size());
+    user_targets.resize(user.size());
+    user_bounds.resize(user.size());
     impulses.resize(frames.size());
     reactions.resize(frames.size());
     return frames.size() - 1;
@@ -176,6 +186,11 @@ struct Bench {
     args.blocks = blocks.data();
     args.frames = frames.data();
     args.parameters = parameters.data();
+    args.user = user.data();
+    args.user_state = user_state.data();
+    args.user_jacobians = user_jacobians.data();
+    args.user_targets = user_targets.data();
+    args.user_bounds = user_bounds.data();
     args.impulses = impulses.data();
     args.reactions = reactions.data();
     args.pose = pose.data();

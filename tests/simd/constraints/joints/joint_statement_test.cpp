@@ -103,6 +103,31 @@ void put_rich(JointType type, Random& random, JointParameters& p) {
   }
 }
 
+// Rows of any kind at first and no row behind them; plain joints have three held ones at most.
+void put_row_kinds(UserParameters& user, bool rich, Random& random) {
+  const float most = rich ? 6.99f : 3.99f, count = random.uniform(1, most);
+  for (int i = 0; i < kUserRows; ++i) {
+    const RowKind kind = rich ? static_cast<RowKind>(random.uniform(1, 4.99f)) : RowKind::held;
+    user.row[i] = static_cast<std::uint32_t>(static_cast<float>(i + 1) <= count ? kind : RowKind::none);
+  }
+}
+
+// Where both bodies of a joint lie, rows meet all of their velocities; of joints with the world those of b.
+void put_user_numbers(JointWorld& world, std::size_t joint, Random& random) {
+  const UserParameters& user = world.parameters[joint].user;
+  for (int i = 0; i < kUserRows; ++i) {
+    if (user.row[i] == static_cast<std::uint32_t>(RowKind::none)) continue;
+    for (float& x : world.user_jacobians[joint].row[i]) x = random.uniform(-1, 1);
+    const float slip = random.uniform(-0.2f, 0.2f), speed = random.uniform(-2, 2);
+    const float hertz = random.uniform(0.5f, 80), damping_ratio = random.uniform(0, 2);
+    const float target[4] = {slip, speed, hertz, damping_ratio};
+    std::copy(std::begin(target), std::end(target), world.user_targets[joint].row[i]);
+    const bool bounded = random.uniform(0, 1) < 0.7f;
+    world.user_bounds[joint].row[i][0] = bounded ? random.uniform(-100, 1) : -kNoLimit;
+    world.user_bounds[joint].row[i][1] = bounded ? random.uniform(1, 100) : kNoLimit;
+  }
+}
+
 bool has_rotation_drive(JointType type) { return type == JointType::ball || type == JointType::motor; }
 
 JointParameters random_parameters(JointType type, bool rich, Random& random) {
@@ -135,6 +160,9 @@ JointParameters random_parameters(JointType type, bool rich, Random& random) {
       p.axis[0].drive = kDriveSpring;
       put_point(p.axis[1], random.vector(3));
       break;
+    case JointType::user:
+      put_row_kinds(p.user, rich, random);
+      break;
     default:
       if (rich) put_rich(type, random, p);
   }
@@ -157,6 +185,7 @@ JointWorld random_world(JointType type, bool rich, int joints) {
     add_random_joint(
         world, random, type == JointType::mouse || i % 5 == 0, slip, moments,
         [&] { return free_pose(type, random); }, [&] { return random_parameters(type, rich, random); });
+    if (type == JointType::user) put_user_numbers(world, world.frames.size() - 1, random);
     const std::int32_t a = world.frames.back().row_a;
     if (i % 3 != 0 || a == kFixedRow) continue;
     const auto locks = static_cast<std::uint32_t>(random.uniform(1, 64));
