@@ -24,31 +24,6 @@ struct Impact {
   F time;            // s, from the substep's beginning to the first meeting
 };
 
-template <int kPoints, class Block>
-inline Impact<kPoints> find_impact(const ContactArgs& args, const Block& block, const Bodies& bodies,
-                                   const WideDelta& delta_a, const WideDelta& delta_b, V3 normal, V3 tangent1,
-                                   V3 tangent2, V3 arm_a, V3 arm_b) {
-  const F zero(0.0f), substep(args.substep), threshold(-args.restitution_threshold);
-  Impact<kPoints> impact;
-  point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b), bodies.b.angular - bodies.a.angular,
-                        normal, tangent1, tangent2, impact.speed);
-  // Not those of the last relax sweep: impacts of this substep may have moved the bodies.
-  F separation[kPoints];
-  present_separations<kPoints>(block, delta_a, delta_b, normal, tangent1, tangent2, arm_a, arm_b, separation);
-  F fastest(0.0f);
-  impact.time = substep;
-  for (int k = 0; k < kPoints; ++k) {
-    const F speed = impact.speed[k];
-    impact.meets[k] = separation[k] + speed * substep < zero;
-    fastest = select(impact.meets[k], min(speed, fastest), fastest);
-    const M comes = impact.meets[k] & (separation[k] > zero);
-    const F time = select(comes, separation[k] / select(comes, -speed, F(1.0f)), zero);
-    impact.time = select(impact.meets[k], min(time, impact.time), impact.time);
-  }
-  impact.happens = (load(block.restitution) > zero) & (fastest < threshold);
-  return impact;
-}
-
 // What a body's motion is bound by, and what it falls with.
 struct Freedom {
   I flags;
@@ -69,6 +44,35 @@ inline Freedom load_freedom(const ContactArgs& args, const std::int32_t* row, F 
   return freedom;
 }
 
+// The way of a point to its meeting within the substep, with the separation s, the speed V on the parabola
+// and the relative acceleration a along the normal: s + V t + a t^2 / 2. `acceleration`: 0 of bodies that do
+// not fly freely.
+template <int kPoints, class Block>
+inline Impact<kPoints> find_impact(const ContactArgs& args, const Block& block, const Bodies& bodies,
+                                   const WideDelta& delta_a, const WideDelta& delta_b, V3 normal, V3 tangent1,
+                                   V3 tangent2, V3 arm_a, V3 arm_b, F acceleration) {
+  const F zero(0.0f), one(1.0f), two(2.0f), substep(args.substep), threshold(-args.restitution_threshold);
+  Impact<kPoints> impact;
+  point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b), bodies.b.angular - bodies.a.angular,
+                        normal, tangent1, tangent2, impact.speed);
+  // Not those of the last relax sweep: impacts of this substep may have moved the bodies.
+  F separation[kPoints];
+  present_separations<kPoints>(block, delta_a, delta_b, normal, tangent1, tangent2, arm_a, arm_b, separation);
+  F fastest(0.0f);
+  impact.time = substep;
+  for (int k = 0; k < kPoints; ++k) {
+    const F speed = impact.speed[k], on_parabola = speed + acceleration * (F(0.5f) * substep);
+    impact.meets[k] = separation[k] + (speed + acceleration * substep) * substep < zero;
+    fastest = select(impact.meets[k], min(speed, fastest), fastest);
+    const M comes = impact.meets[k] & (separation[k] > zero) & (on_parabola < zero);
+    const F root = sqrt(max(on_parabola * on_parabola - two * (acceleration * separation[k]), zero));
+    const F time = select(comes, two * separation[k] / select(comes, root - on_parabola, one), zero);
+    impact.time = select(impact.meets[k], min(time, impact.time), impact.time);
+  }
+  impact.happens = (load(block.restitution) > zero) & (fastest < threshold);
+  return impact;
+}
+
 // The normal impulses of an impact, acted out on the bodies.
 template <int kPoints>
 struct Rebound {
@@ -78,6 +82,9 @@ struct Rebound {
 
 // `fall`: m/s, by which gravity changes the normal speed until the impact. It is not in the velocities yet,
 // and will be, for the whole substep: so it is taken off again with the sign that it has after the impact.
+// The places of a body that flies freely by semi-implicit Euler lie on a parabola, on which the velocity is
+// that of the body and half a substep's gravity. That is the velocity that rebounds: on the parabola energy
+// is exact, and an elastic ball rises as high as it fell.
 template <bool kStatic, int kPoints, class Block>
 inline Rebound<kPoints> solve_rebound(const Block& block, const Impact<kPoints>& impact, F fall,
                                       Bodies& bodies, V3 normal, V3 tangent1, V3 tangent2, V3 arm_a,
@@ -191,19 +198,21 @@ SCREE_SWEEP void rebound_chunk(const ContactArgs& args, const ConstraintChunk& c
       const Bodies before = load_bodies(args.velocity, block);
       const WideDelta delta_a = load_delta(args.delta, block.row_a),
                       delta_b = load_delta(args.delta, block.row_b);
-      const Impact<kPoints> impact = find_impact<kPoints>(args, block, before, delta_a, delta_b, normal,
-                                                          tangent1, tangent2, arm_a, arm_b);
-      const bool happens = bits(impact.happens) != 0;
-      any = any || happens;
-      // The parts of a hub are added up whatever happens to them.
-      if (!happens && hub.side() == BodySide::none) return;
       F inverse_mass_a(0.0f);  // blocks against bodies that cannot be pushed have none
       if constexpr (!kStatic) inverse_mass_a = load(block.inverse_mass_a);
       const Freedom freedom_a = load_freedom(args, block.row_a, inverse_mass_a),
                     freedom_b = load_freedom(args, block.row_b, load(block.inverse_mass_b));
       // Joints would bring a body back that goes on its own way.
-      const F time = select(freedom_a.jointed | freedom_b.jointed, F(0.0f), impact.time);
-      const F fall = dot(normal, freedom_b.gravity - freedom_a.gravity) * time;
+      const M jointed = freedom_a.jointed | freedom_b.jointed;
+      const F acceleration = select(jointed, F(0.0f), dot(normal, freedom_b.gravity - freedom_a.gravity));
+      const Impact<kPoints> impact = find_impact<kPoints>(args, block, before, delta_a, delta_b, normal,
+                                                          tangent1, tangent2, arm_a, arm_b, acceleration);
+      const bool happens = bits(impact.happens) != 0;
+      any = any || happens;
+      // The parts of a hub are added up whatever happens to them.
+      if (!happens && hub.side() == BodySide::none) return;
+      const F time = select(jointed, F(0.0f), impact.time);
+      const F fall = acceleration * (time + F(0.5f * args.substep));
       Bodies bodies = before;
       const Rebound<kPoints> rebound = solve_rebound<kStatic, kPoints>(block, impact, fall, bodies, normal,
                                                                        tangent1, tangent2, arm_a, arm_b);

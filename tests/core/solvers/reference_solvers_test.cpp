@@ -136,14 +136,20 @@ Bodies random_world(unsigned seed) {
   };
   Bodies world;
   const int bodies = 12;
-  for (int i = 0; i < bodies; ++i)
-    world.add_body(1 + std::abs(double{within(3)}), 0.3, {within(2), within(2), within(2)});
+  // Each number in a statement of its own: compilers take arguments in orders of their own.
+  const auto vector = [&within](float size) -> std::array<float, 3> {
+    return {within(size), within(size), within(size)};
+  };
+  for (int i = 0; i < bodies; ++i) {
+    const std::array<float, 3> velocity = vector(2);
+    world.add_body(1 + std::abs(double{within(3)}), 0.3, velocity);
+  }
   for (int i = 0; i < 14; ++i) {
     const int a = static_cast<int>(engine() % (bodies + 1)), b = 1 + static_cast<int>(engine() % bodies);
     if (a == b) continue;
     if (i % 3 == 0) {
-      world.add_ball(a, b, {within(0.5f), within(0.5f), within(0.5f)},
-                     {within(0.5f), within(0.5f), within(0.5f)});
+      const std::array<float, 3> arm_b = vector(0.5f), arm_a = vector(0.5f);
+      world.add_ball(a, b, arm_a, arm_b);
     } else {
       world.add_contact(a, b, {{within(0.5f), 0, within(0.5f)}, {within(0.5f), 0, within(0.5f)}}, 0.5f, 0.5f);
     }

@@ -117,7 +117,10 @@ void put_user_numbers(JointWorld& world, std::size_t joint, Random& random) {
   const UserParameters& user = world.parameters[joint].user;
   for (int i = 0; i < kUserRows; ++i) {
     if (user.row[i] == static_cast<std::uint32_t>(RowKind::none)) continue;
-    for (float& x : world.user_jacobians[joint].row[i]) x = random.uniform(-1, 1);
+    // Most of a row is an axis of b of its own: rows that nearly say the same would be worse conditioned than
+    // those of all other kinds.
+    for (float& x : world.user_jacobians[joint].row[i]) x = random.uniform(-0.5f, 0.5f);
+    world.user_jacobians[joint].row[i][6 + i] += 2;
     const float slip = random.uniform(-0.2f, 0.2f), speed = random.uniform(-2, 2);
     const float hertz = random.uniform(0.5f, 80), damping_ratio = random.uniform(0, 2);
     const float target[4] = {slip, speed, hertz, damping_ratio};
