@@ -58,9 +58,11 @@ Wrench wrench_on(const World& world, BodyId body, const Eigen::Vector3d& about) 
 
 struct Motion {
   Eigen::Vector3d center, momentum, angular_momentum;
+  double spin;  // rad/s
 };
 Motion motion_of(const Lab& lab, BodyId body) {
-  return {lab.position(body), lab.mass(body) * lab.velocity(body), lab.angular_momentum(body)};
+  return {lab.position(body), lab.mass(body) * lab.velocity(body), lab.angular_momentum(body),
+          lab.spin(body).norm()};
 }
 
 // Steps once, and compares the change of each body's momentum with its contacts. Within a step the inertia of
@@ -79,7 +81,7 @@ void step_and_balance(Lab& lab, const std::vector<BodyId>& bodies, double spin_t
     ASSERT_LT((pushed - wrench.impulse).norm(), 5e-6 * scale)
         << "body " << i << ": " << pushed.transpose() << " and " << wrench.impulse.transpose();
     const Eigen::Vector3d turned = after.angular_momentum - before[i].angular_momentum;
-    const double angle = static_cast<double>(dt) * lab.spin(bodies[i]).norm();
+    const double angle = static_cast<double>(dt) * std::max(before[i].spin, after.spin);
     const double momentum = std::max(before[i].angular_momentum.norm(), after.angular_momentum.norm());
     ASSERT_LT((turned - wrench.moment).norm(), spin_tolerance * scale + angle * momentum)
         << "body " << i << ": " << turned.transpose() << " and " << wrench.moment.transpose();
