@@ -232,6 +232,7 @@ class Box3dEngine final : public Engine {
     for (const scenes::Scene& scene : scenes) {
       b3WorldDef def = b3DefaultWorldDef();
       def.gravity = to_box3d(scene.settings.gravity);
+      def.restitutionThreshold = scene.settings.restitution_threshold;
       def.enableSleep = scene.settings.sleeping;
       def.enableContinuous = options.continuous;
       def.workerCount = static_cast<std::uint32_t>(options.threads);

@@ -54,6 +54,7 @@ class World {
   World(const scenes::Scene& scene, bool continuous)
       : polytopes_(make_polytopes(scene)), continuous_(continuous) {
     world_.setGravity(to_bullet(scene.settings.gravity));
+    world_.getSolverInfo().m_restitutionVelocityThreshold = btScalar{scene.settings.restitution_threshold};
     for (const scenes::SceneBody& body : scene.bodies) add_body(scene, body);
   }
   ~World() {

@@ -267,6 +267,9 @@ class JoltEngine final : public Engine {
     world.system->Init(count + 1, 0, kPairsPerBody * count + 1024, kContactsPerBody * count + 1024, layers_,
                        fixed_against_moving_, not_both_fixed_);
     world.system->SetGravity(to_jolt(scene.settings.gravity));
+    JPH::PhysicsSettings settings = world.system->GetPhysicsSettings();
+    settings.mMinVelocityForRestitution = scene.settings.restitution_threshold;
+    world.system->SetPhysicsSettings(settings);
     JPH::BodyInterface& bodies = world.system->GetBodyInterfaceNoLock();
     Shapes shapes;
     for (const scenes::SceneBody& body : scene.bodies) {

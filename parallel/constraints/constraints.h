@@ -147,7 +147,9 @@ struct JointBlockKindSet {
   LIST (scratch, std::uint8_t, shared)          /* solve; JointArgs::shared */                                  \
   LIST (scratch, float,        residual)        /* solve; m/s by chunk */                                       \
   LIST (scratch, float,        impulse_sum)     /* solve; N s by lane, if events are asked for */               \
-  LIST (scratch, std::uint8_t, rebounded)       /* solve; by chunk, whether any contact did */                  \
+  LIST (scratch, std::uint8_t, impacts)         /* rebound; simd::ImpactState by chunk of contacts */           \
+  LIST (scratch, simd::ImpactTimes, impact_times) /* rebound; by body */                                        \
+  LIST (scratch, VelocityRow,  velocity_before) /* rebound; by body, before the impacts of a substep */         \
   LIST (scratch, float,        force_sum)       /* solve; by lane, if forces are asked for */                   \
   LIST (scratch, float,        depth)           /* store_impulses; m by lane, on request */                     \
   LIST (scratch, float,        depths)          /* store_impulses; m, of overlapping manifolds, for the ranking */ \

@@ -42,7 +42,8 @@ CodeRange range_of(const simd::Kernels& kernels) {
   range.add(collide.recycle_boxes, collide.recycle_hulls, collide.recycle_capsules);
   const simd::ContactKernels& contact = kernels.contact;
   range.add(contact.prepare, contact.warm_start, contact.solve, contact.relax, contact.relax_measured,
-            contact.rebound, contact.store, contact.store_forces, contact.measure_depth);
+            contact.find_impacts, contact.push_impacts, contact.rub_impacts, contact.finish_impacts,
+            contact.store, contact.store_forces, contact.measure_depth);
   for (const simd::JointVariantKernels& joint : kernels.joint.variant) {
     range.add(joint.prepare, joint.warm_start, joint.solve, joint.relax, joint.relax_measured, joint.store);
   }

@@ -96,7 +96,7 @@ simd::ContactArgs contact_args(WorldData& data, Constraints& constraints, float 
   args.warm_start_scale = settings.warm_start ? warm_start_scale(substep, data.last_substep) : 0.0f;
   args.impulse_keep = keeps_impulses(settings) ? 1.0f : 0.0f;
   args.residual = constraints.residual.data();
-  args.rebounded = constraints.rebounded.data();
+  args.velocity_before = data.bodies.velocity.data();
   args.depth = constraints.depth.data();
   args.force_sum = settings.contact_forces ? constraints.force_sum.data() : nullptr;
   args.forces = data.contacts.forces.data();
@@ -114,6 +114,7 @@ simd::BodyArgs body_args(WorldData& data, float dt) {
   args.pose = bodies.pose.data();
   args.velocity = bodies.velocity.data();
   args.free_velocity = bodies.free_velocity.data();
+  args.velocity_before = bodies.velocity.data();
   args.delta = bodies.delta.data();
   args.inertia = bodies.inertia.data();
   args.local_mass = bodies.local_mass.data();
@@ -141,6 +142,7 @@ simd::BodyArgs body_args(WorldData& data, float dt) {
   args.sleep_linear_speed = settings.sleep_linear_speed;
   args.sleep_angular_speed = settings.sleep_angular_speed;
   args.warm_start = settings.warm_start;
+  args.flies_on_parabolas = settings.solver != Solver::sequential_impulse;
   return args;
 }
 
@@ -184,33 +186,6 @@ simd::JointArgs joint_args(WorldData& data, Constraints& constraints, float dt) 
 
 namespace {
 
-// Impacts go on from body to body, a color farther in a pass at least, until none is left. Where that takes
-// longer, the next substep goes on; what is left is braked without a rebound where it touches already. With
-// 8, a row of 60 balls took 1.5 of 5 m/s to its end; more cost nothing that could be measured in a pit of
-// 4,000.
-constexpr int kReboundPasses = 32;
-
-}  // namespace
-
-void rebound(Constraints& constraints, const simd::ContactArgs& contact, Crew& crew) {
-  const auto kernel = crew.kernels().contact.rebound;
-  for (int pass = 0; pass < kReboundPasses; ++pass) {
-    std::fill(constraints.rebounded.begin(), constraints.rebounded.end(), std::uint8_t{0});
-    for (const ColorStage& stage : constraints.stages) {
-      if (!stage.rich) continue;
-      const simd::ConstraintChunk* chunks = constraints.contact_chunks.data() + stage.first_contact_chunk;
-      if (stage.serial) {
-        for (int chunk = 0; chunk < stage.contact_chunk_count; ++chunk) kernel(contact, chunks[chunk]);
-      } else {
-        crew.run(stage.contact_chunk_count, [&](int chunk, int) { kernel(contact, chunks[chunk]); });
-      }
-    }
-    if (std::count(constraints.rebounded.begin(), constraints.rebounded.end(), std::uint8_t{1}) == 0) return;
-  }
-}
-
-namespace {
-
 // Lists the bodies that move, dynamic ones first, and gives the columns that kernels write to their sizes.
 void size_columns(const WorldData& data, Constraints& constraints) {
   const Bodies& bodies = data.bodies;
@@ -224,7 +199,6 @@ void size_columns(const WorldData& data, Constraints& constraints) {
   constraints.shared.resize_discarding(chunk_count);
   constraints.parts_a.resize_discarding(constraints.joint_lanes.size());
   constraints.parts_b.resize_discarding(constraints.joint_lanes.size());
-  constraints.rebounded.resize_discarding(chunk_count);
   if (asks_for_events(data)) constraints.impulse_sum.resize_discarding(constraints.contact_lanes.size());
   if (data.settings.contact_forces)
     constraints.force_sum.resize_discarding(constraints.contact_lanes.size() * simd::kForceFields);
@@ -241,14 +215,13 @@ void solve_soft_step(SolveStep& step) {
   const ContactPass solve = together ? &ByContact::solve_together : &ByContact::solve;
   const ContactPass relax = together ? &ByContact::relax_together : &ByContact::relax;
   const ContactPass relax_measured = together ? &ByContact::relax_together : &ByContact::relax_measured;
-  const bool may_rebound = std::any_of(step.constraints.stages.begin(), step.constraints.stages.end(),
-                                       [](const ColorStage& stage) { return stage.rich; });
+  const bool may_rebound = begin_rebounds(step);
   for (int substep = 0; substep < settings.substeps; ++substep) {
-    step.body.first_substep = substep == 0;
+    step.body.first_substep = step.contact.first_substep = substep == 0;
     step.body.elapsed = static_cast<float>(substep) * step.body.substep;
     step.joint.elapsed = static_cast<float>(substep) * step.joint.substep;
     const bool measured = settings.measure_residual && substep == settings.substeps - 1;
-    if (may_rebound) rebound(step.constraints, step.contact, step.crew);
+    if (may_rebound) rebound(step);
     over_bodies(step, step.dynamic_count, kernels.body.integrate_velocities);
     if (substep == 0 && step.contact.warm_start_scale > 0.0f)
       over_colors(step, &ByContact::warm_start, &ByJoint::warm_start);

@@ -27,8 +27,9 @@ void solve_whole_system(SolveStep& step);
 // What is left of the rows of all constraints, at velocities that hold the blocks' impulses: stores these.
 double residual_of_rows(SolveStep& step);
 
-// Restitution before a substep, where any contact may have it.
-void rebound(Constraints& constraints, const simd::ContactArgs& contact, Crew& crew);
+// Restitution, before a substep: begin_rebounds() once a step, and whether any contact may have it.
+bool begin_rebounds(SolveStep& step);
+void rebound(SolveStep& step);
 
 inline constexpr int kSolveBodyChunk = 512;  // bodies of one task
 

@@ -153,11 +153,16 @@ inline bool clamp_both(const BodyArgs& args, const Lanes& lanes, M which, WideVe
   return true;
 }
 
+// m/s^2, by gravity and the caller's forces.
+inline V3 acceleration_of(const BodyArgs& args, V3 force, F inverse_mass, F gravity_factor) {
+  const V3 gravity{F(args.gravity[0]), F(args.gravity[1]), F(args.gravity[2])};
+  return gravity * gravity_factor + force * inverse_mass;
+}
+
 // Semi-implicit Euler with implicit damping. The impulses of this step so far, v - u, are kept: they are the
-// warm start of the coming substep.
+// warm start of the coming substep. Those of impacts are not.
 void integrate_velocities(const BodyArgs& args, int begin, int end) {
   const F h(args.substep), one(1.0f);
-  const V3 gravity{F(args.gravity[0]), F(args.gravity[1]), F(args.gravity[2])};
   const bool inherit = !args.first_substep && args.warm_start;
   for (int i = begin; i < end; i += kLanes) {
     const Lanes lanes = load_lanes(args.list, i, end);
@@ -170,7 +175,7 @@ void integrate_velocities(const BodyArgs& args, int begin, int end) {
     load_rows(loads, 8, lanes.index, force.x, force.y, force.z, torque.x);
     load_rows(loads + 4, 8, lanes.index, torque.y, torque.z, pad0, pad1);
 
-    const V3 acceleration = gravity * motion.gravity_factor + force * mass.inverse_mass;
+    const V3 acceleration = acceleration_of(args, force, mass.inverse_mass, motion.gravity_factor);
     WideVelocity u;
     u.linear = (v.linear + acceleration * h) * (one / (one + h * motion.linear_damping));
     u.angular =
@@ -178,9 +183,10 @@ void integrate_velocities(const BodyArgs& args, int begin, int end) {
     apply_locks(motion.flags, u.linear, u.angular);
     WideVelocity next = u;
     if (inherit) {
+      const WideVelocity pushed = load_velocity(args.velocity_before, lanes);
       const WideVelocity before = load_velocity(args.free_velocity, lanes);
-      next.linear = u.linear + (v.linear - before.linear);
-      next.angular = u.angular + (v.angular - before.angular);
+      next.linear = u.linear + (pushed.linear - before.linear);
+      next.angular = u.angular + (pushed.angular - before.angular);
     }
     const SpeedScales scales = scales_to_limits(args, next);
     next = {next.linear * scales.linear, next.angular * scales.angular};
@@ -256,6 +262,28 @@ constexpr float kWhirl = 0.2f;  // rad in a substep; less than that bodies with 
 // are denormal, which take a hundred times as long: 10,000 bodies of 1e-20 rad/s took 20 ms a step.
 constexpr float kStill = 1e-6f;
 
+// m, by which the way of a body that flies falls short of its last velocity: where no impulse acts, v = u,
+// and the body moves at the mean of its velocities before and after the substep. So it flies on the parabola,
+// and its velocity is that of the parabola. Under impulses, which hold for the end of the substep, the way
+// must be that of the last velocity: a body at rest would sink by the difference.
+inline V3 flight_shift(const BodyArgs& args, const Lanes& lanes, const WideMotion& motion, V3 v) {
+  const F zero(0.0f), h(args.substep), most(args.max_linear_speed);
+  V3 shift{zero, zero, zero};
+  if (!args.flies_on_parabolas) return shift;
+  const V3 u = load_velocity(args.free_velocity, lanes).linear;
+  const M flies = (v.x == u.x) & (v.y == u.y) & (v.z == u.z);
+  if (bits(flies) == 0) return shift;
+  V3 force, unused;
+  load_rows(args.force->force, 8, lanes.index, force.x, force.y, force.z, unused.x);
+  const F inverse_mass = load_mass(args.inertia, lanes.index).inverse_mass;
+  const V3 acceleration = acceleration_of(args, force, inverse_mass, motion.gravity_factor);
+  V3 change = (acceleration - v * motion.linear_damping) * h;
+  apply_locks(motion.flags, change, unused);
+  // Where the world's limit cuts the velocity, the change is none of this.
+  const M counts = flies & (inverse_mass > zero) & (length_squared(change) < most * most);
+  return select(counts, change * (F(-0.5f) * h), shift);
+}
+
 SCREE_SWEEP void integrate_poses(const BodyArgs& args, int begin, int end) {
   const F h(args.substep);
   const V3 none{F(0.0f), F(0.0f), F(0.0f)};
@@ -263,7 +291,8 @@ SCREE_SWEEP void integrate_poses(const BodyArgs& args, int begin, int end) {
     const Lanes lanes = load_lanes(args.list, i, end);
     WideVelocity v = load_velocity(args.velocity, lanes);
     WideDelta delta = load_delta(args.delta, lanes.index);
-    const I flags = load_motion(args.motion, lanes).flags;
+    const WideMotion motion = load_motion(args.motion, lanes);
+    const I flags = motion.flags;
     const M locked = !((flags & I(kMotionLocksMask)) == I(0));
     const M gyroscopic = !((flags & I(kMotionGyroscopic)) == I(0));
     V3 turn = v.angular;
@@ -313,7 +342,7 @@ SCREE_SWEEP void integrate_poses(const BodyArgs& args, int begin, int end) {
       rotation = select(whirls, turned, rotation);
     }
     if (changed) store_velocity(args.velocity, lanes, v);
-    delta.position = delta.position + v.linear * h;
+    delta.position = delta.position + (v.linear * h + flight_shift(args, lanes, motion, v.linear));
     delta.rotation = rotation;
     store_delta(args.delta, lanes, delta);
   }

@@ -13,6 +13,7 @@ struct BodyArgs {
   PoseRow* pose;
   VelocityRow* velocity;
   VelocityRow* free_velocity;
+  const VelocityRow* velocity_before;  // before the impacts of the substep
   DeltaRow* delta;
   InertiaRow* inertia;
   const InertiaRow* local_mass;
@@ -40,6 +41,7 @@ struct BodyArgs {
   float sleep_angular_speed;
   bool first_substep;
   bool warm_start;
+  bool flies_on_parabolas;  // bodies on which no impulse acts; else semi-implicit Euler moves them all
 };
 
 // All of them work on list[begin .. end).

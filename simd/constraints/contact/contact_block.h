@@ -48,6 +48,14 @@ struct RichBlock : ContactBlock<kPoints> {
   LaneFloats rolling_resistance;
   LaneFloats rolling_mass[6];  // inverse of the sum of the inverse inertias
   LaneFloats rolling_impulse[3];
+  // Of a rebound, see contact_rebound.cpp.
+  LaneFloats impact_time;           // s, from the substep's beginning, or kNoImpact
+  LaneFloats impact_alone;          // 1: the bodies have no other impact at that time
+  LaneFloats impact_speed;          // m/s, of the fastest point
+  LaneFloats impact_bias[kPoints];  // m/s, the negative of the speed to leave with
+  LaneFloats impact_mass[kPoints];  // kg, of points that meet, else 0
+  LaneFloats impact_impulse[kPoints];
+  LaneFloats impact_tangent[2], impact_twist, impact_rolling[3];
 };
 
 template <int kPoints, bool kRich>

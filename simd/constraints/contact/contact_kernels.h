@@ -32,6 +32,14 @@ inline constexpr int kTwistField = kFrictionField + 2;
 inline constexpr int kRollingField = kTwistField + 1;
 inline constexpr int kForceFields = kRollingField + 3;
 
+inline constexpr float kNoImpact = 3e38f;  // s
+// s, from the substep's beginning: of the two earliest impacts of a body, or kNoImpact.
+struct ImpactTimes {
+  float first, second;
+};
+// What impacts a chunk has.
+enum ImpactState : std::uint8_t { kNoImpacts, kImpactsFound, kImpactsChange, kImpactsStay };
+
 struct ContactArgs {
   const std::int32_t* rows;  // contact rows in lane order; unused lanes repeat a used one
   char* blocks;
@@ -50,12 +58,16 @@ struct ContactArgs {
   float inverse_substep;      // 1/s
   float push_speed;           // m/s
   float restitution_threshold;
-  float slop;               // m, overlap that sequential impulses leave alone
-  float warm_start_scale;   // times the stored impulses: ratio of time steps, 0: none
-  float impulse_keep;       // times the impulses at each solve: 1, or 0 without warm start
-  float* residual;          // m/s, by chunk number; where relax_measured leaves its largest error
-  float* impulse_sum;       // N s, by lane: normal impulses of all substeps and points; null: not asked for
-  std::uint8_t* rebounded;  // by chunk number; where rebound() leaves whether any of its contacts did
+  float slop;                 // m, overlap that sequential impulses leave alone
+  float warm_start_scale;     // times the stored impulses: ratio of time steps, 0: none
+  float impulse_keep;         // times the impulses at each solve: 1, or 0 without warm start
+  float* residual;            // m/s, by chunk number; where relax_measured leaves its largest error
+  float* impulse_sum;         // N s, by lane: normal impulses of all substeps and points; null: not asked for
+  std::uint8_t* impacts;      // ImpactState by chunk number, of those of a rich variant
+  ImpactTimes* impact_times;  // by body
+  bool first_sweep;           // over these impacts
+  const VelocityRow* velocity_before;  // before the impacts of the substep
+  bool first_substep;
   float* force_sum;  // N s and N m s, impulses of all substeps, see contact_forces.h; null: not asked for
   ContactForceRow* forces;  // by contact row; where store_forces leaves these sums
   const PoseRow* pose;
@@ -77,8 +89,13 @@ struct ContactKernels {
   void (*sweep_impulses)(const ContactArgs& args, const ConstraintChunk& chunk);
   void (*sweep_impulses_together)(const ContactArgs& args, const ConstraintChunk& chunk);
   void (*find_separations)(const ContactArgs& args, const ConstraintChunk& chunk);  // at the present poses
-  void (*rebound)(const ContactArgs& args, const ConstraintChunk& chunk);  // restitution; rich variants only
-  void (*store)(const ContactArgs& args, const ConstraintChunk& chunk);    // blocks -> manifolds
+  // Restitution, of rich variants only: which contacts meet and when; normal impulses, and friction, of those
+  // that act in this pass; their bodies' ways until then. See contact_rebound.cpp.
+  void (*find_impacts)(const ContactArgs& args, const ConstraintChunk& chunk);
+  void (*push_impacts)(const ContactArgs& args, const ConstraintChunk& chunk);
+  void (*rub_impacts)(const ContactArgs& args, const ConstraintChunk& chunk);
+  void (*finish_impacts)(const ContactArgs& args, const ConstraintChunk& chunk);
+  void (*store)(const ContactArgs& args, const ConstraintChunk& chunk);         // blocks -> manifolds
   void (*store_forces)(const ContactArgs& args, const ConstraintChunk& chunk);  // force_sum -> forces
   void (*measure_depth)(const ContactArgs& args, const ConstraintChunk& chunk);
   // What the contacts are, for solvers of any kind: rows at the present poses, by lane; needs no blocks. Of

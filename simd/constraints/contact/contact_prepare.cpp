@@ -288,7 +288,7 @@ void store_blocks(const ContactArgs& args, const ConstraintChunk& chunk) {
 void add_contact_solve_kernels(ContactKernels& kernels);
 void add_contact_together_kernels(ContactKernels& kernels);
 void add_contact_sequential_kernels(ContactKernels& kernels);
-void add_contact_rebound_kernel(ContactKernels& kernels);
+void add_contact_rebound_kernels(ContactKernels& kernels);
 void add_contact_force_kernels(ContactKernels& kernels);
 void add_contact_statement_kernel(ContactKernels& kernels);
 
@@ -308,7 +308,7 @@ ContactKernels make_contact_kernels() {
   add_contact_solve_kernels(kernels);
   add_contact_together_kernels(kernels);
   add_contact_sequential_kernels(kernels);
-  add_contact_rebound_kernel(kernels);
+  add_contact_rebound_kernels(kernels);
   add_contact_force_kernels(kernels);
   add_contact_statement_kernel(kernels);
   return kernels;

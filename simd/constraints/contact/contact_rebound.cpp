@@ -1,28 +1,41 @@
-// Rebounds: impacts of contacts with restitution, before a substep moves its bodies; see
-// simd/constraints/contact/contact_kernels.h.
+// Impacts of contacts with restitution, before a substep moves its bodies; run by
+// parallel/solvers/rebound.cpp.
 //
 // The points of a manifold that meet within the substep, the fastest of them above the threshold, leave with
-// e times the speed at which they come (Newton's law), with friction by Coulomb's law under the impulse of
-// the impact. Contacts are taken one after the other, and each impact by itself never adds energy; so none do
-// together, whatever their order. An impact that comes later in the substep leaves the bodies on their old
-// way until then. (Guendelman, Bridson and Fedkiw, "Nonconvex Rigid Bodies with Stacking", SIGGRAPH 2003,
-// take collisions before contacts for the same reason.) What rebounds has no impulse for the rest of the step
-// to inherit: a kick is no guess for the next substep.
+// e times the speed at which they come (Newton's law), with friction by Coulomb's law under the impulses of
+// the impact. Each body has its earliest impacts first: find_impacts() notes when contacts meet, and those
+// act that no other of their bodies' contacts precedes. Contacts that act at one moment share their bodies'
+// impulses: sweeps go on until all of them leave as they should. So for the impulses P >= 0, with the normal
+// speeds u before and v after them,
+//   v >= -e u,   P (v + e u) = 0     for all contacts that act, each with u < 0
+// and the energy changes by P (u + v) / 2 = -P (1 - e) |u| / 2: it never grows, and with e = 1 it stays. The
+// result does not depend on the order of the contacts, and keeps the symmetry of the scene. What then comes
+// in acts in the next pass. (For one e these are the generalized reflections of Smith, Kaufman, Vouga,
+// Tamstorf and Grinspun, "Reflections on Simultaneous Impact", SIGGRAPH 2012.)
+//
+// A body goes on its old way until its impact. What rebounds has no impulse for the rest of the step to
+// inherit: a kick is no guess for the next substep.
 #include <simd/constraints/contact/contact_forces.h>
+
+#include <algorithm>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
-// Sweeps over the points of a manifold: after one, a box that lands flat rebounds with half its speed.
-constexpr int kSweeps = 8;
+// Most sweeps over the points of a manifold in each sweep over the contacts: after one, a box that lands flat
+// rebounds with half its speed.
+constexpr int kSweeps = 256;
 
-template <int kPoints>
-struct Impact {
-  F speed[kPoints];  // before it; negative where a point comes in
-  M meets[kPoints];  // within the substep
-  M happens;         // whether there is any
-  F time;            // s, from the substep's beginning to the first meeting
-};
+// Impacts of one body are simultaneous within this part of a substep.
+constexpr float kSameMoment = 1.0f / 256.0f;
+
+// What an impact sets in motion rebounds at lower speeds, too: below sqrt(1 - e^2) times the threshold it
+// loses no more energy by staying than an impact at the threshold does by its rebound. At least this part.
+constexpr float kLeastThreshold = 1.0f / 64.0f;
+
+// Speeds are right within this part of that of the impact, and of the speeds of the bodies, whose sums round.
+constexpr float kAccuracy = 4e-6f;
+constexpr float kRounding = 5e-7f;
 
 // What a body's motion is bound by, and what it falls with.
 struct Freedom {
@@ -44,113 +57,168 @@ inline Freedom load_freedom(const ContactArgs& args, const std::int32_t* row, F 
   return freedom;
 }
 
-// The way of a point to its meeting within the substep, with the separation s, the speed V on the parabola
-// and the relative acceleration a along the normal: s + V t + a t^2 / 2. `acceleration`: 0 of bodies that do
-// not fly freely.
-template <int kPoints, class Block>
-inline Impact<kPoints> find_impact(const ContactArgs& args, const Block& block, const Bodies& bodies,
-                                   const WideDelta& delta_a, const WideDelta& delta_b, V3 normal, V3 tangent1,
-                                   V3 tangent2, V3 arm_a, V3 arm_b, F acceleration) {
-  const F zero(0.0f), one(1.0f), two(2.0f), substep(args.substep), threshold(-args.restitution_threshold);
-  Impact<kPoints> impact;
-  point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b), bodies.b.angular - bodies.a.angular,
-                        normal, tangent1, tangent2, impact.speed);
-  // Not those of the last relax sweep: impacts of this substep may have moved the bodies.
-  F separation[kPoints];
-  present_separations<kPoints>(block, delta_a, delta_b, normal, tangent1, tangent2, arm_a, arm_b, separation);
-  F fastest(0.0f);
-  impact.time = substep;
-  for (int k = 0; k < kPoints; ++k) {
-    const F speed = impact.speed[k], on_parabola = speed + acceleration * (F(0.5f) * substep);
-    impact.meets[k] = separation[k] + (speed + acceleration * substep) * substep < zero;
-    fastest = select(impact.meets[k], min(speed, fastest), fastest);
-    const M comes = impact.meets[k] & (separation[k] > zero) & (on_parabola < zero);
-    const F root = sqrt(max(on_parabola * on_parabola - two * (acceleration * separation[k]), zero));
-    const F time = select(comes, two * separation[k] / select(comes, root - on_parabola, one), zero);
-    impact.time = select(impact.meets[k], min(time, impact.time), impact.time);
-  }
-  impact.happens = (load(block.restitution) > zero) & (fastest < threshold);
-  return impact;
-}
+inline M is_same(const V3& a, const V3& b) { return (a.x == b.x) & (a.y == b.y) & (a.z == b.z); }
 
-// The normal impulses of an impact, acted out on the bodies.
-template <int kPoints>
-struct Rebound {
-  F impulse[kPoints];
-  F sum, moment;  // of the impulses, and times the points' radii, for friction
+struct PairMotion {
+  M jointed;
+  M flies;       // both without impulses in this step so far: gravity alone changes their speeds
+  M was_struck;  // either in this substep
+  F pull;        // m/s^2, relative acceleration of gravity along the normal
 };
 
-// `fall`: m/s, by which gravity changes the normal speed until the impact. It is not in the velocities yet,
-// and will be, for the whole substep: so it is taken off again with the sign that it has after the impact.
-// The places of a body that flies freely by semi-implicit Euler lie on a parabola, on which the velocity is
-// that of the body and half a substep's gravity. That is the velocity that rebounds: on the parabola energy
-// is exact, and an elastic ball rises as high as it fell.
-template <bool kStatic, int kPoints, class Block>
-inline Rebound<kPoints> solve_rebound(const Block& block, const Impact<kPoints>& impact, F fall,
-                                      Bodies& bodies, V3 normal, V3 tangent1, V3 tangent2, V3 arm_a,
-                                      V3 arm_b) {
-  const F zero(0.0f), one(1.0f), restitution = load(block.restitution);
-  const auto speeds_now = [&](F(&speed)[kPoints]) {
-    point_speeds<kPoints>(block, relative_velocity(bodies, arm_a, arm_b), bodies.b.angular - bodies.a.angular,
-                          normal, tangent1, tangent2, speed);
+template <bool kStatic, class Block>
+inline PairMotion load_motion_of(const ContactArgs& args, const Block& block, const Bodies& now, V3 normal) {
+  F inverse_mass_a(0.0f);  // blocks against bodies that cannot be pushed have none
+  if constexpr (!kStatic) inverse_mass_a = load(block.inverse_mass_a);
+  const F inverse_mass_b = load(block.inverse_mass_b), zero(0.0f);
+  const Freedom a = load_freedom(args, block.row_a, inverse_mass_a),
+                b = load_freedom(args, block.row_b, inverse_mass_b);
+  PairMotion motion{a.jointed | b.jointed, {}, {}, {}};
+  const Bodies before = load_bodies(args.velocity_before, block);
+  const M moves_a = inverse_mass_a > zero, moves_b = inverse_mass_b > zero;
+  const auto some_differ = [&](const Bodies& others, const Bodies& bodies) {
+    return (moves_a & !is_same(others.a.linear, bodies.a.linear)) |
+           (moves_b & !is_same(others.b.linear, bodies.b.linear));
   };
-  F impulse[kPoints], speed[kPoints];
-  for (int k = 0; k < kPoints; ++k) impulse[k] = zero;
-  NormalImpulses total{zero, zero, zero};
-  const Bodies before = bodies;
-  for (int sweep = 0; sweep < (kPoints == 1 ? 1 : kSweeps); ++sweep) {
-    speeds_now(speed);
-    const NormalImpulses change =
-        sweep_points<kPoints>(block, speed, impulse, [&](int k, F point_speed, F, F effective_mass) {
-          const F error = point_speed + fall + restitution * min(impact.speed[k] + fall, zero);
-          return select(impact.meets[k] & impact.happens, effective_mass * error, zero);
-        });
-    total = {total.sum + change.sum, total.torque1 + change.torque1, total.torque2 + change.torque2};
-    apply<kStatic>(bodies, block, arm_a, arm_b, normal * change.sum,
-                   tangent1 * change.torque1 + tangent2 * change.torque2);
+  motion.was_struck = some_differ(before, now);
+  motion.flies = !motion.jointed;
+  if (!args.first_substep) {
+    motion.flies = motion.flies & !some_differ(before, load_bodies(args.free_velocity, block));
   }
-  // Of the impulses P and the speeds u before and v after them, the energy changes by P (u + v) / 2; of a
-  // share s of them, by s P u + s^2 P (v - u) / 2. Sweeps that are not done, and rounding, may have added
-  // some.
-  speeds_now(speed);
-  F incoming(0.0f), response(0.0f);
-  for (int k = 0; k < kPoints; ++k) {
-    incoming = incoming + impulse[k] * (impact.speed[k] + fall);
-    response = response + impulse[k] * (speed[k] - impact.speed[k]);
-  }
-  const M gains = F(2.0f) * incoming + response > zero;
-  const F share = select(gains, max(F(-2.0f) * incoming, zero) / select(gains, response, one), one);
-  bodies = before;
-  apply<kStatic>(bodies, block, arm_a, arm_b, normal * (total.sum * share),
-                 (tangent1 * total.torque1 + tangent2 * total.torque2) * share);
-  Rebound<kPoints> rebound{{}, total.sum * share, zero};
-  for (int k = 0; k < kPoints; ++k) {
-    rebound.impulse[k] = impulse[k] * share;
-    rebound.moment += load(block.radius[k]) * rebound.impulse[k];
-  }
-  return rebound;
+  motion.pull = select(motion.jointed, zero, dot(normal, b.gravity - a.gravity));
+  return motion;
 }
 
-// Friction under the impulses of an impact: it slows what slides, spins and rolls, and adds no energy either.
-struct Rubbing {
-  FrictionImpulses friction;
-  V3 rolling;
-};
+// Hubs, and bodies that cannot be pushed, have impacts whenever their contacts do.
+template <bool kStatic, class Block, class Visit>
+inline void visit_bodies(const Block& block, int lane, BodySide hub, Visit&& visit) {
+  if (hub != BodySide::b) visit(block.row_b[lane]);
+  if (!kStatic && hub != BodySide::a) visit(block.row_a[lane]);
+}
 
+template <bool kStatic, class Block>
+inline void note_times(const ContactArgs& args, const Block& block, int count, BodySide hub) {
+  for (int lane = 0; lane < count; ++lane) {
+    const float time = block.impact_time[lane];
+    if (time >= kNoImpact) continue;
+    visit_bodies<kStatic>(block, lane, hub, [&](std::int32_t row) {
+      ImpactTimes& times = args.impact_times[row];
+      times.second = std::min(times.second, std::max(time, times.first));
+      times.first = std::min(times.first, time);
+    });
+  }
+}
+
+// Leaves those contacts that act in this pass, and marks those whose bodies have no other.
+template <bool kStatic, class Block>
+inline void choose_acting(const ContactArgs& args, Block& block, BodySide hub) {
+  const float moment = kSameMoment * args.substep;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    bool acts = block.impact_time[lane] < kNoImpact, alone = hub == BodySide::none;
+    visit_bodies<kStatic>(block, lane, hub, [&](std::int32_t row) {
+      const ImpactTimes& times = args.impact_times[row];
+      acts = acts && block.impact_time[lane] <= times.first + moment;
+      alone = alone && times.second > times.first + moment;
+    });
+    if (!acts) block.impact_time[lane] = kNoImpact;
+    block.impact_alone[lane] = alone ? 1.0f : 0.0f;
+  }
+}
+
+// The axes of a manifold.
+struct Axes {
+  V3 normal, tangent1, tangent2, arm_a, arm_b;
+};
+template <class Block>
+inline Axes axes_of(const Block& block) {
+  const V3 normal = load3(block.normal), tangent1 = tangent_of(normal);
+  return {normal, tangent1, cross(normal, tangent1), load3(block.arm_a), load3(block.arm_b)};
+}
+
+template <int kPoints, class Block>
+inline void find_speeds(const Block& block, const Axes& axes, const Bodies& bodies, F (&speed)[kPoints]) {
+  point_speeds<kPoints>(block, relative_velocity(bodies, axes.arm_a, axes.arm_b),
+                        bodies.b.angular - bodies.a.angular, axes.normal, axes.tangent1, axes.tangent2,
+                        speed);
+}
+
+// The way of a point to its meeting within the substep: with the separation s, the speed V and the relative
+// acceleration a along the normal, s + V t + a t^2 / 2. What does not fly moves at the speed of the substep's
+// end. Returns whether the contact has an impact.
 template <bool kStatic, int kPoints, class Block>
-inline Rubbing rub(const Block& block, const Rebound<kPoints>& rebound, Bodies& bodies, V3 normal,
-                   V3 tangent1, V3 tangent2, V3 arm_a, V3 arm_b) {
-  const F zero(0.0f);
-  Rubbing rubbing;
-  rubbing.friction = solve_friction<true>(block, {zero, zero, zero}, {{zero, zero}, zero}, rebound.sum,
-                                          rebound.moment, relative_velocity(bodies, arm_a, arm_b),
-                                          bodies.b.angular - bodies.a.angular, normal, tangent1, tangent2);
-  const FrictionImpulses& friction = rubbing.friction;
-  apply<kStatic>(bodies, block, arm_a, arm_b, tangent1 * friction.tangent[0] + tangent2 * friction.tangent[1],
-                 normal * friction.twist);
-  rubbing.rolling = solve_rolling<kStatic>(block, bodies, {zero, zero, zero}, rebound.sum);
-  apply_torque<kStatic>(bodies, block, rubbing.rolling);
-  return rubbing;
+inline bool find_impact(const ContactArgs& args, Block& block, const Axes& axes) {
+  const F zero(0.0f), half(0.5f), one(1.0f), two(2.0f), substep(args.substep),
+      restitution = load(block.restitution), threshold(-args.restitution_threshold);
+  const bool first_pass = args.velocity_before == args.velocity;
+  const Bodies bodies = load_bodies(args.velocity, block);
+  F speed[kPoints], separation[kPoints];
+  find_speeds<kPoints>(block, axes, bodies, speed);
+  F least = speed[0];
+  for (int k = 1; k < kPoints; ++k) least = min(least, speed[k]);
+  const F chain_threshold =
+      first_pass ? threshold
+                 : threshold * max(sqrt(max(one - restitution * restitution, zero)), F(kLeastThreshold));
+  if (bits((restitution > zero) & (least < chain_threshold)) == 0) return false;
+  const PairMotion motion = load_motion_of<kStatic>(args, block, bodies, axes.normal);
+  const F acceleration = select(motion.flies, motion.pull, zero);
+  const F change = motion.pull * substep * select(motion.flies, half, one);
+  // Not those of the last relax sweep: impacts of this substep may have moved the bodies.
+  present_separations<kPoints>(block, load_delta(args.delta, block.row_a),
+                               load_delta(args.delta, block.row_b), axes.normal, axes.tangent1, axes.tangent2,
+                               axes.arm_a, axes.arm_b, separation);
+  F fastest(0.0f), time = substep;
+  M meets[kPoints];
+  for (int k = 0; k < kPoints; ++k) {
+    meets[k] = separation[k] + (speed[k] + change) * substep < zero;
+    fastest = select(meets[k], min(speed[k], fastest), fastest);
+    const M comes = meets[k] & (separation[k] > zero) & (speed[k] < zero);
+    const F root = sqrt(max(speed[k] * speed[k] - two * (acceleration * separation[k]), zero));
+    const F meeting = select(comes, two * separation[k] / select(comes, root - speed[k], one), zero);
+    time = select(meets[k], min(meeting, time), time);
+  }
+  const M happens = (restitution > zero) & (fastest < select(motion.was_struck, chain_threshold, threshold));
+  if (bits(happens) == 0) return false;
+  time = select(motion.jointed, zero, time);
+  // Gravity until the impact is not in the velocities yet, and will be, for the whole substep. So it is taken
+  // off again with the sign that it has after the impact.
+  const F fall = acceleration * time;
+  store(block.impact_time, select(happens, time, F(kNoImpact)));
+  store(block.impact_speed, select(happens, -fastest, zero));
+  for (int k = 0; k < kPoints; ++k) {
+    store(block.impact_bias[k], fall + restitution * min(speed[k] + fall, zero));
+    store(block.impact_mass[k], select(meets[k] & happens, load(block.effective_mass[k]), zero));
+    store(block.impact_impulse[k], zero);
+  }
+  for (int i = 0; i < 2; ++i) store(block.impact_tangent[i], zero);
+  store(block.impact_twist, zero);
+  for (int axis = 0; axis < 3; ++axis) store(block.impact_rolling[axis], zero);
+  return true;
+}
+
+template <int kPoints, bool kRich, bool kStatic>
+SCREE_SWEEP void find_impacts_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
+  if constexpr (kRich) {
+    using Block = RichBlock<kPoints>;
+    bool any = false;
+    for_each_block<Block>(args, chunk, [&](Block& block, int count, int) {
+      prefetch(&block + 1, 0, offsetof(ContactBlock<kPoints>, impulse));
+      store(block.impact_time, F(kNoImpact));
+      if (bits(load(block.restitution) > F(0.0f)) == 0) return;  // here for other terms alone
+      if (!find_impact<kStatic, kPoints>(args, block, axes_of(block))) return;
+      note_times<kStatic>(args, block, count, chunk.hub);
+      any = true;
+    });
+    args.impacts[chunk.number] = any ? kImpactsFound : kNoImpacts;
+  }
+}
+
+// m/s, by which speeds may be wrong.
+template <class Block>
+inline F tolerance_of(const Block& block, const Bodies& bodies, const Axes& axes) {
+  const auto size = [](V3 v) { return abs(v.x) + abs(v.y) + abs(v.z); };
+  const F sizes = size(bodies.a.linear) + size(bodies.b.linear) + size(bodies.a.angular) * size(axes.arm_a) +
+                  size(bodies.b.angular) * size(axes.arm_b);
+  return F(kAccuracy) * load(block.impact_speed) + F(kRounding) * sizes;
 }
 
 inline BodyVelocity select(M which, const BodyVelocity& yes, const BodyVelocity& no) {
@@ -158,94 +226,197 @@ inline BodyVelocity select(M which, const BodyVelocity& yes, const BodyVelocity&
           select(which, yes.angular, no.angular),
           {no.padding[0], no.padding[1]}};
 }
-
-// What has changed in a velocity, added to another one where it has.
-inline BodyVelocity add_change(M which, const BodyVelocity& to, const BodyVelocity& after,
-                               const BodyVelocity& before) {
-  const BodyVelocity sum{to.linear + (after.linear - before.linear),
-                         to.angular + (after.angular - before.angular),
-                         {to.padding[0], to.padding[1]}};
-  return select(which, sum, to);
+inline Bodies select(M which, const Bodies& yes, const Bodies& no) {
+  return {select(which, yes.a, no.a), select(which, yes.b, no.b)};
 }
 
-// The body keeps the velocity before the impact for a time; then it goes on with that after it.
-inline void keep_way(const ContactArgs& args, const std::int32_t* row, int count, M which,
-                     const Freedom& freedom, WideDelta delta, const BodyVelocity& after,
-                     const BodyVelocity& before, F time) {
-  V3 linear = before.linear - after.linear, angular = before.angular - after.angular;
-  apply_locks(freedom.flags, linear, angular);
-  const V3 position = select(which, delta.position + linear * time, delta.position);
-  const Q4 rotation = select(which, advance(delta.rotation, angular, time), delta.rotation);
+// Sweeps over the contacts that act, and over those alone on their bodies once only. Notes whether there were
+// any, and whether any impulse has changed that others depend on.
+template <int kPoints, bool kRich, bool kStatic, bool kChooses, class Sweep>
+inline void sweep_impacts(const ContactArgs& args, const ConstraintChunk& chunk, Sweep&& sweep) {
+  if constexpr (kRich) {
+    using Block = RichBlock<kPoints>;
+    HubSum hub(args.velocity, chunk);
+    bool any = false, changes = false;
+    for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
+      if (kChooses && args.first_sweep) choose_acting<kStatic>(args, block, hub.side());
+      M acts = load(block.impact_time) < F(kNoImpact);
+      any = any || bits(acts) != 0;
+      if (!args.first_sweep) acts = acts & !(load(block.impact_alone) > F(0.0f));
+      const bool some = bits(acts) != 0;
+      // The parts of a hub are added up whatever happens to them.
+      if (!some && hub.side() == BodySide::none) return;
+      const Bodies before = load_bodies(args.velocity, block);
+      Bodies bodies = before;
+      if (some) {
+        const M moves = sweep(block, axes_of(block), acts, bodies) & !(load(block.impact_alone) > F(0.0f));
+        changes = changes || bits(moves) != 0;
+      }
+      store_bodies<kStatic>(args.velocity, block, count, first_lane, select(acts, bodies, before), hub);
+    });
+    args.impacts[chunk.number] = !any ? kNoImpacts : changes ? kImpactsChange : kImpactsStay;
+  }
+}
+
+template <int kPoints, bool kRich, bool kStatic>
+SCREE_SWEEP void push_impacts_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
+  sweep_impacts<kPoints, kRich, kStatic, true>(
+      args, chunk, [&](auto& block, const Axes& axes, M acts, Bodies& bodies) {
+        const F zero(0.0f), tolerance = tolerance_of(block, bodies, axes);
+        M changed = F(0.0f) > zero;
+        F speed[kPoints], impulse[kPoints];
+        for (int k = 0; k < kPoints; ++k) impulse[k] = load(block.impact_impulse[k]);
+        for (int sweep = 0; sweep < (kPoints == 1 ? 1 : kSweeps); ++sweep) {
+          M goes_on = F(0.0f) > zero;
+          find_speeds<kPoints>(block, axes, bodies, speed);
+          const NormalImpulses change =
+              sweep_points<kPoints>(block, speed, impulse, [&](int k, F point_speed, F, F) {
+                const F error = point_speed + load(block.impact_bias[k]);
+                const M counts = acts & (abs(error) > tolerance);
+                goes_on = goes_on | counts;
+                return select(counts, load(block.impact_mass[k]) * error, zero);
+              });
+          apply<kStatic>(bodies, block, axes.arm_a, axes.arm_b, axes.normal * change.sum,
+                         axes.tangent1 * change.torque1 + axes.tangent2 * change.torque2);
+          if (bits(goes_on) == 0) break;
+        }
+        for (int k = 0; k < kPoints; ++k) {
+          changed = changed | !(impulse[k] == load(block.impact_impulse[k]));
+          store(block.impact_impulse[k], impulse[k]);
+        }
+        return changed & acts;
+      });
+}
+
+template <int kPoints, class Block>
+inline void impulse_sums(const Block& block, F& sum, F& moment) {
+  sum = moment = F(0.0f);
+  for (int k = 0; k < kPoints; ++k) {
+    const F impulse = load(block.impact_impulse[k]);
+    sum = sum + impulse;
+    moment = moment + load(block.radius[k]) * impulse;
+  }
+}
+
+// Friction under the impulses of the impacts: it slows what slides, spins and rolls, and adds no energy. All
+// contacts that act have it together, as they have their normal impulses.
+template <int kPoints, bool kRich, bool kStatic>
+SCREE_SWEEP void rub_impacts_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
+  sweep_impacts<kPoints, kRich, kStatic, false>(
+      args, chunk, [&](auto& block, const Axes& axes, M acts, Bodies& bodies) {
+        const F zero(0.0f), tolerance = tolerance_of(block, bodies, axes);
+        F sum, moment;
+        impulse_sums<kPoints>(block, sum, moment);
+        const FrictionImpulses old{{load(block.impact_tangent[0]), load(block.impact_tangent[1])},
+                                   load(block.impact_twist)};
+        const FrictionImpulses friction = solve_friction<true>(
+            block, {zero, zero, zero}, old, sum, moment, relative_velocity(bodies, axes.arm_a, axes.arm_b),
+            bodies.b.angular - bodies.a.angular, axes.normal, axes.tangent1, axes.tangent2);
+        const F change1 = friction.tangent[0] - old.tangent[0],
+                change2 = friction.tangent[1] - old.tangent[1];
+        const F twist = friction.twist - old.twist;
+        const Bodies before = bodies;
+        apply<kStatic>(bodies, block, axes.arm_a, axes.arm_b,
+                       axes.tangent1 * change1 + axes.tangent2 * change2, axes.normal * twist);
+        const V3 old_rolling = load3(block.impact_rolling);
+        const V3 rolling = solve_rolling<kStatic>(block, bodies, old_rolling, sum);
+        apply_torque<kStatic>(bodies, block, rolling - old_rolling);
+        // What is less than the tolerance is left alone.
+        const V3 slip = relative_velocity(bodies, axes.arm_a, axes.arm_b) -
+                        relative_velocity(before, axes.arm_a, axes.arm_b);
+        const V3 spin = (bodies.b.angular - bodies.a.angular) - (before.b.angular - before.a.angular);
+        const auto size = [](V3 v) { return abs(v.x) + abs(v.y) + abs(v.z); };
+        const F reach = size(axes.arm_a) + size(axes.arm_b);
+        const M changes = acts & (size(slip) + size(spin) * reach > tolerance);
+        bodies = select(changes, bodies, before);
+        store(block.impact_tangent[0], select(changes, friction.tangent[0], old.tangent[0]));
+        store(block.impact_tangent[1], select(changes, friction.tangent[1], old.tangent[1]));
+        store(block.impact_twist, select(changes, friction.twist, old.twist));
+        const V3 kept = select(changes, rolling, old_rolling);
+        store(block.impact_rolling[0], kept.x);
+        store(block.impact_rolling[1], kept.y);
+        store(block.impact_rolling[2], kept.z);
+        return changes;
+      });
+}
+
+// The body keeps the velocity before the impact for a time; then it goes on with that after it. `change`: of
+// the velocity, by this contact's impulses.
+inline void keep_way(const ContactArgs& args, const std::int32_t* row, int count, M which, F inverse_mass,
+                     const BodyVelocity& change, F time) {
+  const I flags = load_freedom(args, row, inverse_mass).flags;
+  WideDelta delta = load_delta(args.delta, row);
+  V3 linear = change.linear, angular = change.angular;
+  apply_locks(flags, linear, angular);
+  const V3 position = select(which, delta.position - linear * time, delta.position);
+  const Q4 rotation = select(which, advance(delta.rotation, -angular, time), delta.rotation);
   const F column[8] = {position.x, position.y, position.z, rotation.x,
                        rotation.y, rotation.z, rotation.w, F(0.0f)};
   store_rows8(args.delta->position, row, count, column);
 }
 
 template <int kPoints, bool kRich, bool kStatic>
-SCREE_SWEEP void rebound_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
+SCREE_SWEEP void finish_impacts_chunk(const ContactArgs& args, const ConstraintChunk& chunk) {
   if constexpr (kRich) {
     using Block = RichBlock<kPoints>;
-    HubSum hub(args.velocity, chunk), free_hub(args.free_velocity, chunk);
-    bool any = false;
+    const F zero(0.0f);
     for_each_block<Block>(args, chunk, [&](Block& block, int count, int first_lane) {
-      prefetch(&block + 1, 0, offsetof(ContactBlock<kPoints>, impulse));
-      // What is here for rolling or a moving surface alone never rebounds.
-      const bool may_rebound = bits(load(block.restitution) > F(0.0f)) != 0;
-      if (!may_rebound && hub.side() == BodySide::none) return;
-      const V3 normal = load3(block.normal), tangent1 = tangent_of(normal);
-      const V3 tangent2 = cross(normal, tangent1);
-      const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
-      const Bodies before = load_bodies(args.velocity, block);
-      const WideDelta delta_a = load_delta(args.delta, block.row_a),
-                      delta_b = load_delta(args.delta, block.row_b);
-      F inverse_mass_a(0.0f);  // blocks against bodies that cannot be pushed have none
-      if constexpr (!kStatic) inverse_mass_a = load(block.inverse_mass_a);
-      const Freedom freedom_a = load_freedom(args, block.row_a, inverse_mass_a),
-                    freedom_b = load_freedom(args, block.row_b, load(block.inverse_mass_b));
-      // Joints would bring a body back that goes on its own way.
-      const M jointed = freedom_a.jointed | freedom_b.jointed;
-      const F acceleration = select(jointed, F(0.0f), dot(normal, freedom_b.gravity - freedom_a.gravity));
-      const Impact<kPoints> impact = find_impact<kPoints>(args, block, before, delta_a, delta_b, normal,
-                                                          tangent1, tangent2, arm_a, arm_b, acceleration);
-      const bool happens = bits(impact.happens) != 0;
-      any = any || happens;
-      // The parts of a hub are added up whatever happens to them.
-      if (!happens && hub.side() == BodySide::none) return;
-      const F time = select(jointed, F(0.0f), impact.time);
-      const F fall = acceleration * (time + F(0.5f * args.substep));
-      Bodies bodies = before;
-      const Rebound<kPoints> rebound = solve_rebound<kStatic, kPoints>(block, impact, fall, bodies, normal,
-                                                                       tangent1, tangent2, arm_a, arm_b);
-      const Rubbing rubbing =
-          rub<kStatic, kPoints>(block, rebound, bodies, normal, tangent1, tangent2, arm_a, arm_b);
-      bodies = {select(impact.happens, bodies.a, before.a), select(impact.happens, bodies.b, before.b)};
-      add_impulse_sum(args, first_lane, rebound.sum);
-      if (args.force_sum != nullptr) {
-        add_rebound_forces<kPoints>(args, first_lane, impact.happens, rebound.impulse, rubbing.friction,
-                                    rubbing.rolling);
+      const M acts = load(block.impact_time) < F(kNoImpact);
+      if (bits(acts) == 0) return;
+      const Axes axes = axes_of(block);
+      NormalImpulses total{zero, zero, zero};
+      F impulse[kPoints];
+      for (int k = 0; k < kPoints; ++k) {
+        impulse[k] = select(acts, load(block.impact_impulse[k]), zero);
+        total.sum = total.sum + impulse[k];
+        total.torque1 = total.torque1 + load(block.v[k]) * impulse[k];
+        total.torque2 = total.torque2 - load(block.u[k]) * impulse[k];
       }
-      const Bodies free = load_bodies(args.free_velocity, block);
-      store_bodies<kStatic>(args.velocity, block, count, first_lane, bodies, hub);
-      store_bodies<kStatic>(args.free_velocity, block, count, first_lane,
-                            {add_change(impact.happens, free.a, bodies.a, before.a),
-                             add_change(impact.happens, free.b, bodies.b, before.b)},
-                            free_hub);
+      const FrictionImpulses friction{{load(block.impact_tangent[0]), load(block.impact_tangent[1])},
+                                      load(block.impact_twist)};
+      const V3 rolling = load3(block.impact_rolling);
+      add_impulse_sum(args, first_lane, total.sum);
+      if (args.force_sum != nullptr)
+        add_rebound_forces<kPoints>(args, first_lane, acts, impulse, friction, rolling);
+      const V3 none{zero, zero, zero};
+      Bodies change{{none, none, {zero, zero}}, {none, none, {zero, zero}}};
+      apply<kStatic>(
+          change, block, axes.arm_a, axes.arm_b,
+          axes.normal * total.sum + axes.tangent1 * friction.tangent[0] + axes.tangent2 * friction.tangent[1],
+          axes.tangent1 * total.torque1 + axes.tangent2 * total.torque2 + axes.normal * friction.twist +
+              rolling);
       // A hub hardly changes its way by one of its many contacts.
-      if (!kStatic && hub.side() != BodySide::a)
-        keep_way(args, block.row_a, count, impact.happens, freedom_a, delta_a, bodies.a, before.a, time);
-      if (hub.side() != BodySide::b)
-        keep_way(args, block.row_b, count, impact.happens, freedom_b, delta_b, bodies.b, before.b, time);
+      const F time = load(block.impact_time);
+      if constexpr (!kStatic) {
+        if (chunk.hub != BodySide::a)
+          keep_way(args, block.row_a, count, acts, load(block.inverse_mass_a), change.a, time);
+      }
+      if (chunk.hub != BodySide::b)
+        keep_way(args, block.row_b, count, acts, load(block.inverse_mass_b), change.b, time);
     });
-    args.rebounded[chunk.number] = any ? 1 : 0;
   }
 }
 
-void rebound(const ContactArgs& args, const ConstraintChunk& chunk) {
-  SCREE_CONTACT_VARIANTS(rebound_chunk, args, chunk)
+void find_impacts(const ContactArgs& args, const ConstraintChunk& chunk) {
+  SCREE_CONTACT_VARIANTS(find_impacts_chunk, args, chunk)
+}
+void push_impacts(const ContactArgs& args, const ConstraintChunk& chunk) {
+  SCREE_CONTACT_VARIANTS(push_impacts_chunk, args, chunk)
+}
+void rub_impacts(const ContactArgs& args, const ConstraintChunk& chunk) {
+  SCREE_CONTACT_VARIANTS(rub_impacts_chunk, args, chunk)
+}
+void finish_impacts(const ContactArgs& args, const ConstraintChunk& chunk) {
+  SCREE_CONTACT_VARIANTS(finish_impacts_chunk, args, chunk)
 }
 
 }  // namespace
 
-void add_contact_rebound_kernel(ContactKernels& kernels) { kernels.rebound = rebound; }
+void add_contact_rebound_kernels(ContactKernels& kernels) {
+  kernels.find_impacts = find_impacts;
+  kernels.push_impacts = push_impacts;
+  kernels.rub_impacts = rub_impacts;
+  kernels.finish_impacts = finish_impacts;
+}
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

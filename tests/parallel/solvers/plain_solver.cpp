@@ -94,6 +94,7 @@ class PlainSolver {
 
   void prepare_bodies() {
     Bodies& bodies = data_.bodies;
+    pushed_.assign(bodies.velocity.size(), false);
     Column<std::int32_t>& moving = constraints_of(data_).moving_bodies;
     moving.clear();
     for (const std::int32_t body : bodies.awake) moving.push_back(body);
@@ -164,13 +165,17 @@ class PlainSolver {
     return b.linear + cross(b.angular, arm_b) - a.linear - cross(a.angular, arm_a);
   }
 
+  Vec3 acceleration_of(std::size_t body) const {
+    return data_.bodies.motion[body].gravity_factor * settings_.gravity +
+           data_.bodies.inertia[body].inverse_mass * to_vec(data_.bodies.force[body].force);
+  }
+
   void integrate_velocity(std::size_t body) {
     const MotionRow& row = data_.bodies.motion[body];
     const ForceRow& force = data_.bodies.force[body];
     const InertiaRow& inertia = data_.bodies.inertia[body];
     Motion v = motion(body);
-    const Vec3 acceleration =
-        row.gravity_factor * settings_.gravity + inertia.inverse_mass * to_vec(force.force);
+    const Vec3 acceleration = acceleration_of(body);
     v.linear = (1.0f / (1.0f + h_ * row.linear_damping)) * (v.linear + h_ * acceleration);
     v.angular = (1.0f / (1.0f + h_ * row.angular_damping)) *
                 (v.angular + h_ * multiply(inertia, to_vec(force.torque)));
@@ -180,7 +185,12 @@ class PlainSolver {
   void integrate_pose(std::size_t body) {
     const Motion v = motion(body);
     DeltaRow& delta = data_.bodies.delta[body];
-    const Vec3 position = to_vec(delta.position) + h_ * v.linear;
+    Vec3 position = to_vec(delta.position) + h_ * v.linear;
+    // On the parabola, where no impulse has acted.
+    if (!pushed_[body] && data_.bodies.inertia[body].inverse_mass > 0.0f) {
+      const Vec3 change = acceleration_of(body) - data_.bodies.motion[body].linear_damping * v.linear;
+      position = position - 0.5f * h_ * h_ * change;
+    }
     const Vec3 turn = 0.5f * h_ * v.angular;
     const Quat q = delta_rotation(body), spin = Quat{turn.x, turn.y, turn.z, 0.0f} * q;
     const Quat rotation = normalize({q.x + spin.x, q.y + spin.y, q.z + spin.z, q.w + spin.w});
@@ -188,6 +198,7 @@ class PlainSolver {
   }
 
   void push(const Contact& contact, Vec3 impulse, Vec3 arm_a, Vec3 arm_b) {
+    if (impulse != Vec3{} && !rebounds_) pushed_[contact.a] = pushed_[contact.b] = true;
     if (contact.pushes_a) {
       Motion a = motion(contact.a);
       const InertiaRow& inertia = data_.bodies.inertia[contact.a];
@@ -358,11 +369,13 @@ class PlainSolver {
   // Solves impacts before the substep, contact after contact, until none is left or the passes are over.
   void rebound_all() {
     constexpr int kPasses = 32;
-    for (int pass = 0; pass < kPasses; ++pass) {
-      bool any = false;
+    rebounds_ = true;
+    bool any = true;
+    for (int pass = 0; any && pass < kPasses; ++pass) {
+      any = false;
       for (Contact& contact : contacts_) any = rebound(contact) || any;
-      if (!any) return;
     }
+    rebounds_ = false;
   }
 
   float normal_speed(const Contact& contact, int k) const {
@@ -413,6 +426,8 @@ class PlainSolver {
   float h_;
   Soft soft_, soft_static_;
   float residual_ = 0.0f;
+  bool rebounds_ = false;
+  std::vector<bool> pushed_;  // by body, by impulses of this step
   std::vector<Contact> contacts_;
 };
 

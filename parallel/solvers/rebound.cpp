@@ -1,0 +1,110 @@
+// Restitution: the impacts within a substep, before it moves its bodies, pass by pass. In a pass each body
+// has its earliest impacts; what these set in motion comes in the next one. See
+// simd/constraints/contact/contact_rebound.cpp for the law.
+#include <parallel/solvers/solve_step.h>
+
+#include <algorithm>
+
+namespace scree {
+
+namespace {
+
+// Impacts go on from body to body, one a pass, until none is left. Where that takes longer, the next substep
+// goes on; what is left is braked without a rebound where it touches already.
+constexpr int kMostPasses = 256;
+// Sweeps over the contacts that act at one moment: two suffice for pairs.
+constexpr int kMostSweeps = 256;
+
+// Fewer chunks than this are not worth waking helpers.
+constexpr int kFewChunks = 4;
+
+using ContactKernel = void (*)(const simd::ContactArgs&, const simd::ConstraintChunk&);
+
+// Calls the kernel for all chunks with impacts, or for all that might have any, and returns the number of
+// chunks whose state is `state` then.
+int over_impacts(const SolveStep& step, ContactKernel kernel, bool all, simd::ImpactState state) {
+  const Constraints& constraints = step.constraints;
+  int count = 0;
+  for (const ColorStage& stage : constraints.stages) {
+    if (!stage.rich) continue;
+    const simd::ConstraintChunk* chunks = constraints.contact_chunks.data() + stage.first_contact_chunk;
+    const auto is_asked = [&](const simd::ConstraintChunk& chunk) {
+      return simd::is_rich(chunk.variant) && (all || constraints.impacts[chunk.number] != simd::kNoImpacts);
+    };
+    const auto chunks_end = chunks + stage.contact_chunk_count;
+    const auto asked = std::count_if(chunks, chunks_end, is_asked);
+    if (asked == 0) continue;
+    const auto run_chunk = [&](int chunk) {
+      if (is_asked(chunks[chunk])) kernel(step.contact, chunks[chunk]);
+    };
+    if (stage.serial || (!all && asked < kFewChunks)) {
+      for (int chunk = 0; chunk < stage.contact_chunk_count; ++chunk) run_chunk(chunk);
+    } else {
+      step.crew.run(stage.contact_chunk_count, [&](int chunk, int) { run_chunk(chunk); });
+    }
+    count += static_cast<int>(std::count_if(chunks, chunks_end, [&](const simd::ConstraintChunk& chunk) {
+      return simd::is_rich(chunk.variant) && constraints.impacts[chunk.number] == state;
+    }));
+  }
+  return count;
+}
+
+// Contacts that act at one moment push each other until none changes any more.
+void sweep_impacts(SolveStep& step, ContactKernel kernel) {
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    step.contact.first_sweep = sweep == 0;
+    if (over_impacts(step, kernel, false, simd::kImpactsChange) == 0) return;
+  }
+}
+
+void forget_times(SolveStep& step) {
+  const Constraints& constraints = step.constraints;
+  step.crew.run_ranges(step.dynamic_count, kSolveBodyChunk, [&](int begin, int end, int) {
+    for (int i = begin; i < end; ++i)
+      step.contact.impact_times[constraints.moving_bodies[static_cast<std::size_t>(i)]] = {simd::kNoImpact,
+                                                                                           simd::kNoImpact};
+  });
+}
+
+void keep_velocities(SolveStep& step) {
+  Constraints& constraints = step.constraints;
+  step.crew.run_ranges(step.moving_count, kSolveBodyChunk, [&](int begin, int end, int) {
+    for (int i = begin; i < end; ++i) {
+      const auto row = static_cast<std::size_t>(constraints.moving_bodies[static_cast<std::size_t>(i)]);
+      constraints.velocity_before[row] = step.contact.velocity[row];
+    }
+  });
+  step.body.velocity_before = step.contact.velocity_before = constraints.velocity_before.data();
+}
+
+}  // namespace
+
+bool begin_rebounds(SolveStep& step) {
+  Constraints& constraints = step.constraints;
+  if (std::none_of(constraints.stages.begin(), constraints.stages.end(),
+                   [](const ColorStage& stage) { return stage.rich; }))
+    return false;
+  constraints.impacts.resize_discarding(constraints.contact_chunks.size() + constraints.joint_chunks.size());
+  constraints.impact_times.resize_discarding(step.data.bodies.velocity.size());
+  constraints.velocity_before.resize_discarding(step.data.bodies.velocity.size());
+  step.contact.impacts = constraints.impacts.data();
+  step.contact.impact_times = constraints.impact_times.data();
+  forget_times(step);
+  return true;
+}
+
+void rebound(SolveStep& step) {
+  const simd::ContactKernels& kernels = step.crew.kernels().contact;
+  step.body.velocity_before = step.contact.velocity_before = step.contact.velocity;
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    if (over_impacts(step, kernels.find_impacts, true, simd::kImpactsFound) == 0) return;
+
+    if (pass == 0) keep_velocities(step);
+    sweep_impacts(step, kernels.push_impacts);
+    sweep_impacts(step, kernels.rub_impacts);
+    over_impacts(step, kernels.finish_impacts, false, simd::kImpactsFound);
+    forget_times(step);
+  }
+}
+
+}  // namespace scree
