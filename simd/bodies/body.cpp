@@ -270,10 +270,11 @@ inline V3 flight_shift(const BodyArgs& args, const Lanes& lanes, const WideMotio
   const F zero(0.0f), h(args.substep), most(args.max_linear_speed);
   V3 shift{zero, zero, zero};
   if (!args.flies_on_parabolas) return shift;
-  const V3 u = load_velocity(args.free_velocity, lanes).linear;
+  V3 u, unused;
+  load_rows(args.free_velocity->linear, 8, lanes.index, u.x, u.y, u.z, unused.x);
   const M flies = (v.x == u.x) & (v.y == u.y) & (v.z == u.z);
   if (bits(flies) == 0) return shift;
-  V3 force, unused;
+  V3 force;
   load_rows(args.force->force, 8, lanes.index, force.x, force.y, force.z, unused.x);
   const F inverse_mass = load_mass(args.inertia, lanes.index).inverse_mass;
   const V3 acceleration = acceleration_of(args, force, inverse_mass, motion.gravity_factor);
