@@ -179,13 +179,50 @@ TEST(Accuracy, SuiteRunsEveryCombinationAndKeepsRefusals) {
   ASSERT_EQ(entries.size(), 8u);  // an engine without substeps runs each time step once
   EXPECT_EQ(shown, 8);
   EXPECT_EQ(entries.back().refusal, "no such scene");
-  const std::string table = scree::accuracy::to_table(entries);
+  const std::string table = scree::accuracy::to_table(entries, options.backend);
   EXPECT_NE(table.find("no such scene"), std::string::npos);
   const auto json = nlohmann::json::parse(scree::accuracy::to_json(entries, options.backend, "1"));
   EXPECT_EQ(json.at("entries").size(), 8u);
   EXPECT_EQ(json.at("cases").size(), 1u);
   EXPECT_EQ(json.at("entries")[3].at("errors").at("speed"), entries[3].errors[0]);
   EXPECT_EQ(json.at("entries")[7].at("refusal"), "no such scene");
+}
+
+// A ball on a turntable goes round as it should under every solver, and the figures say which it was.
+TEST(Accuracy, SuiteRunsUnderTheSolverThatItNames) {
+  const std::vector<EngineChoice> engines{scree::accuracy::scree_engine("1")};
+  std::vector<std::vector<double>> seen;
+  for (int i = 0; i < scree::kSolverCount; ++i) {
+    scree::accuracy::SuiteOptions options;
+    options.cases = {"turntable"};
+    options.time_steps = {0.02};
+    options.backend.solver = static_cast<scree::Solver>(i);
+    options.backend.iterations = 50;
+    const std::string name = scree::solver_name(*options.backend.solver);
+    const auto entries = scree::accuracy::run_suite(options, engines, [](const std::string&) {});
+    ASSERT_EQ(entries.size(), 1u);
+    EXPECT_LT(entries[0].errors.at(0), 0.01) << name;
+    const std::string table = scree::accuracy::to_table(entries, options.backend);
+    EXPECT_EQ(table.find("Scree's solver: " + name + ", iterations: 50\n"), 0u) << table;
+    const auto json = nlohmann::json::parse(scree::accuracy::to_json(entries, options.backend, "1"));
+    EXPECT_EQ(json.at("solver"), name);
+    EXPECT_EQ(json.at("iterations"), 50);
+    seen.push_back(entries[0].errors);
+  }
+  // They differ, so that the choice has reached the world.
+  EXPECT_NE(seen[0], seen[static_cast<std::size_t>(scree::Solver::sequential_impulse)]);
+  EXPECT_NE(seen[0], seen[static_cast<std::size_t>(scree::Solver::direct)]);
+}
+
+TEST(Accuracy, IterationsBringTheRollingPlateToItsTruth) {
+  const auto error_after = [](int iterations) {
+    Backend backend;
+    backend.solver = scree::Solver::gauss_seidel;
+    backend.iterations = iterations;
+    return error_of("rolling", 0, 0.02, 4, backend);
+  };
+  EXPECT_GT(error_after(1), 1e-5);
+  EXPECT_LT(error_after(200), 1e-8);
 }
 
 TEST(Accuracy, SuiteRefusesUnknownNamesWithTheKnownOnes) {
@@ -213,6 +250,11 @@ TEST(Accuracy, SuiteRefusesUnknownNamesWithTheKnownOnes) {
   options = {};
   options.backend.contact_hertz = 0.0f;
   EXPECT_NE(reason(options).find("--contact-hertz 0"), std::string::npos);
+  options = {};
+  options.backend.iterations = 0;
+  EXPECT_EQ(reason(options), "--iterations 0 must be from 1 to 1000000");
+  options.backend.iterations = 1'000'001;
+  EXPECT_NE(reason(options).find("--iterations 1000001"), std::string::npos);
   options = {};
   options.substeps = {65};
   EXPECT_NE(reason(options).find("--substeps 65"), std::string::npos);
