@@ -80,8 +80,10 @@ bool is_extreme(const InertiaRow& inverse, float distance) {
 // The farthest point of a contact from a center of mass, or farther.
 float reach_of(const Manifold& manifold, const float (&arm)[3]) {
   float farthest = 0.0f;
+  const int points = static_cast<int>(manifold.info & kManifoldPointMask);
   for (int k = 0; k < kMaxManifoldPoints; ++k) {
-    farthest = std::max(farthest, std::abs(manifold.point_u[k]) + std::abs(manifold.point_v[k]));
+    const float u = k < points ? std::abs(manifold.point_u[k]) : 0.0f;  // no cores
+    farthest = std::max(farthest, u + std::abs(manifold.point_v[k]));
   }
   return length(to_vec3(arm)) + farthest;
 }

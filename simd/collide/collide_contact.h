@@ -121,11 +121,20 @@ struct WideContact {
   V3 point[kPoints];  // halfway between the surfaces, relative to the first shape's position
   F separation[kPoints];
   I id[kPoints];
-  F curvature_radius;  // of both surfaces together, where a round shape touches
+  // Where a round shape touches:
+  F curvature_radius;    // of both surfaces together
+  F radius_1, radius_2;  // of round surfaces about their cores, else 0
   // Polytopes, for grazes_ahead; set where the pair looks ahead.
   M in_strip;  // seen along the normal the two faces overlap in a thin strip, within reach or not
   M at_edges;  // two edges cross, and no faces lie against each other
 };
+
+// The first shape is round, the second one is a polytope.
+template <int kPoints>
+void set_radius(WideContact<kPoints>& contact, F radius) {
+  contact.curvature_radius = contact.radius_1 = radius;
+  contact.radius_2 = F(0.0f);
+}
 
 template <int kPoints>
 void set_absent(WideContact<kPoints>& contact, int k) {
@@ -328,21 +337,27 @@ inline F twist_arm(const MaterialRow* materials, const Block& block, M has_patch
 
 // Average of the points, weighted by closeness: a point that appears at the speculative distance has almost
 // no weight, so the center moves continuously with the separations.
+struct FrictionCenter {
+  V3 place;
+  F separation;
+};
 template <int kPoints>
-V3 friction_center(const WideContact<kPoints>& contact, F reach) {
+FrictionCenter friction_center(const WideContact<kPoints>& contact, F reach) {
   if constexpr (kPoints == 1) {
-    return contact.point[0];
+    return {contact.point[0], contact.separation[0]};
   } else {
     constexpr float kLeastWeight = 1e-3f * kLinearSlop;  // m; keeps the sum above zero
-    F total(0.0f);
+    F total(0.0f), separation(0.0f);
     V3 sum{F(0.0f), F(0.0f), F(0.0f)};
     for (int k = 0; k < kPoints; ++k) {
       const F closeness = max(reach - contact.separation[k], F(kLeastWeight));
       const F weight = select(contact.id[k] > I(0), closeness, F(0.0f));
       total += weight;
       sum = sum + weight * contact.point[k];
+      if constexpr (kPoints < kMaxManifoldPoints) separation += weight * contact.separation[k];
     }
-    return sum * (F(1.0f) / max(total, F(kLeastWeight)));
+    const F share = F(1.0f) / max(total, F(kLeastWeight));
+    return {sum * share, separation * share};
   }
 }
 
@@ -422,7 +437,8 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
   const V3 normal = select(flip, -contact.normal, contact.normal);
   const V3 tangent_1 = tangent_of(normal);
   const V3 tangent_2 = cross(normal, tangent_1);
-  const V3 center = friction_center(contact, reach);
+  const FrictionCenter friction = friction_center(contact, reach);
+  const V3 center = friction.place;
 
   const V3 arm_1 = center - (load_position(columns.body_pose, block.body_1) - position_1);
   const V3 arm_2 = center - (load_position(columns.body_pose, block.body_2) - position_1);
@@ -451,8 +467,13 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
     count = count + count_if(present);
   }
 
-  if constexpr (kPoints <= kTwistArm)
+  if constexpr (kPoints < kMaxManifoldPoints) {
     v[kTwistArm] = twist_arm(columns.shape_material, block, surface.has_patch, contact.curvature_radius);
+    const F half_gap = F(0.5f) * friction.separation;
+    const F core_1 = contact.radius_1 + half_gap, core_2 = contact.radius_2 + half_gap;
+    u[kCoreA] = select(flip, core_2, core_1);
+    u[kCoreB] = select(flip, core_1, core_2);
+  }
 
   const WideImpulses impulses = match_impulses(columns, block, contact, normal, tangent_1, tangent_2);
   const M touches = count > I(0);

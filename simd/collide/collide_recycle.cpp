@@ -143,6 +143,10 @@ Kept follow_separations(const CollideColumns& columns, const Block& block, I poi
   // As the solver updates separations within a step: the normal turns with each body.
   const V3 change_a = rotate_back(motion.turn_a, normal) - normal;
   const V3 change_b = rotate_back(motion.turn_b, normal) - normal;
+  if (solids == Solids::all) {
+    arm_a = arm_a - normal * u[kCoreA];
+    arm_b = arm_b + normal * u[kCoreB];
+  }
   const F center = dot(normal, motion.offset_change) + dot(arm_b, change_b) - dot(arm_a, change_a);
   const V3 tilt = change_b - change_a;
   const F tilt_1 = dot(tangent_1, tilt), tilt_2 = dot(tangent_2, tilt);

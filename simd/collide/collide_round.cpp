@@ -29,9 +29,12 @@ V3 any_perpendicular(V3 v) { return tangent_of(v * (F(1.0f) / sqrt(max(length_sq
 
 M is_close(const WidePair& pair, F distance, F radii) { return distance - radii <= pair.reach; }
 
-F joint_curvature(const WidePair& pair) {
+template <int kPoints>
+void set_radii(WideContact<kPoints>& contact, const WidePair& pair) {
   const F radius_1 = pair.extent_1.radius, radius_2 = pair.extent_2.radius;
-  return radius_1 * (radius_2 / (radius_1 + radius_2));
+  contact.curvature_radius = radius_1 * (radius_2 / (radius_1 + radius_2));
+  contact.radius_1 = radius_1;
+  contact.radius_2 = radius_2;
 }
 
 // A point on the line between the closest points x and y, both relative to the first shape.
@@ -58,7 +61,7 @@ struct SphereSphere {
     const V3 up{F(0.0f), F(1.0f), F(0.0f)};
     const V3 normal = direction(pair.offset, distance, radii, up);
     set_single(contact, normal, {F(0.0f), F(0.0f), F(0.0f)}, pair.extent_1.radius, distance - radii, 1);
-    contact.curvature_radius = joint_curvature(pair);
+    set_radii(contact, pair);
   }
 };
 
@@ -85,7 +88,7 @@ struct SphereCapsule {
     const F distance = length(y);
     const V3 normal = direction(y, distance, radii, any_perpendicular(half));
     set_single(contact, normal, {F(0.0f), F(0.0f), F(0.0f)}, pair.extent_1.radius, distance - radii, 1);
-    contact.curvature_radius = joint_curvature(pair);
+    set_radii(contact, pair);
   }
 };
 
@@ -152,7 +155,7 @@ struct CapsuleCapsule {
         direction(difference, distance, radii, select(crossing, common, any_perpendicular(g.d1)));
     set_single(contact, normal, x, radius_1, distance - radii, 3);
     set_absent(contact, 1);
-    contact.curvature_radius = joint_curvature(pair);
+    set_radii(contact, pair);
     use_overlap(g, pair, contact);
   }
 

@@ -76,7 +76,7 @@ struct SphereBox {
     contact.point[0] = contact.normal * (radius + F(0.5f) * separation);
     contact.separation[0] = separation;
     contact.id[0] = I(1);
-    contact.curvature_radius = radius;
+    set_radius(contact, radius);
   }
 };
 
@@ -201,7 +201,7 @@ struct CapsuleBox {
     contact.point[0] = point_at(pair, g, found, found.t, found.separation);
     contact.separation[0] = found.separation;
     contact.id[0] = I(3);
-    contact.curvature_radius = g.radius;
+    set_radius(contact, g.radius);
     set_absent(contact, 1);
     use_stretch(pair, g, found, tolerance, contact);
   }

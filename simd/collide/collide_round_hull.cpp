@@ -89,7 +89,7 @@ struct SphereHull {
     contact.normal = -rotate(pair.second.rotation, normal);
     contact.point[0] = contact.normal * (pair.extent_1.radius + F(0.5f) * contact.separation[0]);
     contact.id[0] = I(1);
-    contact.curvature_radius = pair.extent_1.radius;
+    set_radius(contact, pair.extent_1.radius);
   }
 };
 
@@ -267,7 +267,7 @@ struct CapsuleHull {
     contact.point[0] = point_at(t, separation);
     contact.separation[0] = separation;
     contact.id[0] = I(3);
-    contact.curvature_radius = radius;
+    set_radius(contact, radius);
     set_absent(contact, 1);
     const V3 point[2] = {point_at(end[0], end_separation[0]), point_at(end[1], end_separation[1])};
     use_ends(contact, pair.reach, is_stretched > F(0.0f), point, end_separation);

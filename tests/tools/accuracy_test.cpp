@@ -37,9 +37,11 @@ const std::vector<Limit> kLimits{
     {"cradle", 0.004, 4, {0.01, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01}},
     {"666", 0.01, 4, {1e-5}},
     {"elastic_666", 0.004, 4, {8.4, 1e-4}},
-    {"rolling", 0.01, 4, {1e-5}},
-    {"slide_to_roll", 1.0 / 60.0, 4, {0.0015, 0.001}},
-    {"turntable", 0.004, 4, {0.01, 0.12, 0.05, 0.01}},
+    {"rolling", 1.0 / 60.0, 4, {1e-5}},
+    {"rolling", 0.004, 4, {1e-5}},
+    {"slide_to_roll", 1.0 / 60.0, 4, {1e-4, 0.0015}},
+    {"turntable", 1.0 / 60.0, 4, {0.001, 0.11, 0.11, 0.001}},
+    {"turntable", 0.004, 4, {0.001, 0.03, 0.03, 0.001}},
     {"slip_onset", 0.01, 4, {0.002, 0.01}},
     {"top", 0.004, 4, {0.001, 0.05, 0.02, 0.005}},
     {"t_handle", 0.01, 4, {0.005, 5e-5, 5e-5}},
@@ -176,13 +178,50 @@ TEST(Accuracy, SuiteRunsEveryCombinationAndKeepsRefusals) {
   ASSERT_EQ(entries.size(), 8u);  // an engine without substeps runs each time step once
   EXPECT_EQ(shown, 8);
   EXPECT_EQ(entries.back().refusal, "no such scene");
-  const std::string table = scree::accuracy::to_table(entries);
+  const std::string table = scree::accuracy::to_table(entries, options.backend);
   EXPECT_NE(table.find("no such scene"), std::string::npos);
   const auto json = nlohmann::json::parse(scree::accuracy::to_json(entries, options.backend, "1"));
   EXPECT_EQ(json.at("entries").size(), 8u);
   EXPECT_EQ(json.at("cases").size(), 1u);
   EXPECT_EQ(json.at("entries")[3].at("errors").at("speed"), entries[3].errors[0]);
   EXPECT_EQ(json.at("entries")[7].at("refusal"), "no such scene");
+}
+
+// A ball on a turntable goes round as it should under every solver, and the figures say which it was.
+TEST(Accuracy, SuiteRunsUnderTheSolverThatItNames) {
+  const std::vector<EngineChoice> engines{scree::accuracy::scree_engine("1")};
+  std::vector<std::vector<double>> seen;
+  for (int i = 0; i < scree::kSolverCount; ++i) {
+    scree::accuracy::SuiteOptions options;
+    options.cases = {"turntable"};
+    options.time_steps = {0.02};
+    options.backend.solver = static_cast<scree::Solver>(i);
+    options.backend.iterations = 50;
+    const std::string name = scree::solver_name(*options.backend.solver);
+    const auto entries = scree::accuracy::run_suite(options, engines, [](const std::string&) {});
+    ASSERT_EQ(entries.size(), 1u);
+    EXPECT_LT(entries[0].errors.at(0), 0.01) << name;
+    const std::string table = scree::accuracy::to_table(entries, options.backend);
+    EXPECT_EQ(table.find("Scree's solver: " + name + ", iterations: 50\n"), 0u) << table;
+    const auto json = nlohmann::json::parse(scree::accuracy::to_json(entries, options.backend, "1"));
+    EXPECT_EQ(json.at("solver"), name);
+    EXPECT_EQ(json.at("iterations"), 50);
+    seen.push_back(entries[0].errors);
+  }
+  // They differ, so that the choice has reached the world.
+  EXPECT_NE(seen[0], seen[static_cast<std::size_t>(scree::Solver::sequential_impulse)]);
+  EXPECT_NE(seen[0], seen[static_cast<std::size_t>(scree::Solver::direct)]);
+}
+
+TEST(Accuracy, IterationsBringTheRollingPlateToItsTruth) {
+  const auto error_after = [](int iterations) {
+    Backend backend;
+    backend.solver = scree::Solver::gauss_seidel;
+    backend.iterations = iterations;
+    return error_of("rolling", 0, 0.02, 4, backend);
+  };
+  EXPECT_GT(error_after(1), 1e-5);
+  EXPECT_LT(error_after(200), 1e-8);
 }
 
 TEST(Accuracy, SuiteRefusesUnknownNamesWithTheKnownOnes) {
@@ -210,6 +249,11 @@ TEST(Accuracy, SuiteRefusesUnknownNamesWithTheKnownOnes) {
   options = {};
   options.backend.contact_hertz = 0.0f;
   EXPECT_NE(reason(options).find("--contact-hertz 0"), std::string::npos);
+  options = {};
+  options.backend.iterations = 0;
+  EXPECT_EQ(reason(options), "--iterations 0 must be from 1 to 1000000");
+  options.backend.iterations = 1'000'001;
+  EXPECT_NE(reason(options).find("--iterations 1000001"), std::string::npos);
   options = {};
   options.substeps = {65};
   EXPECT_NE(reason(options).find("--substeps 65"), std::string::npos);

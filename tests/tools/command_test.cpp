@@ -315,6 +315,11 @@ TEST_F(Command, AccuracyListsItsCasesAndRefusesOthers) {
   expect_refusal("accuracy --substeps 0", "--substeps 0 must be from 1 to 64");
   expect_refusal("accuracy --contact-hertz 0", "--contact-hertz 0 must be from");
   expect_refusal("accuracy --isa mmx", "unknown instruction set");
+  expect_refusal("accuracy --solver magic",
+                 "--solver magic: unknown solver; there are: soft_step, sequential_impulse");
+  expect_refusal("accuracy --solver ''", "unknown solver");
+  expect_refusal("accuracy --iterations 0", "--iterations 0 must be from 1 to 1000000");
+  expect_refusal("accuracy --iterations many", "--iterations");
   expect_refusal("accuracy --threads -1", "--threads -1");
   expect_refusal("accuracy --json /no/such/folder/figures.json", "--json");
 }

@@ -69,6 +69,8 @@ Trial::Trial(Run& run, scenes::Scene scene)
   scene_.settings.substeps = run.substeps;
   scene_.settings.sleeping = false;
   if (run.backend.contact_hertz) scene_.settings.contact_hertz = *run.backend.contact_hertz;
+  if (run.backend.solver) scene_.settings.solver = *run.backend.solver;
+  if (run.backend.iterations) scene_.settings.solver_options.iterations = *run.backend.iterations;
   simulation_ = run.engine->create(scene_, run.backend);
   simulation_->read(bodies_);
 }

@@ -42,6 +42,8 @@ struct Backend {
   int threads = 1;
   Isa isa = Isa::automatic;              ///< Scree only
   std::optional<float> contact_hertz{};  ///< Hz, Scree only; else the default of WorldSettings
+  std::optional<Solver> solver{};        ///< Scree only; else the default of WorldSettings
+  std::optional<int> iterations{};       ///< SolverOptions::iterations, Scree only; else the default
 };
 
 /// An engine that can run the suite.

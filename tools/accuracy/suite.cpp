@@ -87,6 +87,8 @@ std::string row(const Entry& entry) {
   return line + "\n";
 }
 
+Solver solver_of(const Backend& backend) { return backend.solver.value_or(WorldSettings{}.solver); }
+
 std::string processor() {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);) {
@@ -135,6 +137,11 @@ void check(const SuiteOptions& options, std::span<const EngineChoice> engines) {
     throw Error("--contact-hertz " + format("%g", static_cast<double>(*hertz)) +
                 " must be from 0.001 to 10000 Hz");
   }
+  constexpr int kMostIterations = 1'000'000;  // SolverOptions' limit
+  if (const auto count = options.backend.iterations; count && (*count < 1 || *count > kMostIterations)) {
+    throw Error("--iterations " + std::to_string(*count) + " must be from 1 to " +
+                std::to_string(kMostIterations));
+  }
   for (const int substeps : options.substeps) {
     if (substeps < 1 || substeps > 64) {
       throw Error("--substeps " + std::to_string(substeps) + " must be from 1 to 64");
@@ -160,8 +167,13 @@ std::vector<Entry> run_suite(const SuiteOptions& options, std::span<const Engine
   return entries;
 }
 
-std::string to_table(std::span<const Entry> entries) {
+std::string to_table(std::span<const Entry> entries, const Backend& backend) {
   std::string text;
+  if (backend.solver || backend.iterations) {
+    text.append("Scree's solver: ").append(solver_name(solver_of(backend)));
+    if (backend.iterations) text += format(", iterations: %d", *backend.iterations);
+    text += "\n\n";
+  }
   const Case* last = nullptr;
   for (const Entry& entry : entries) {
     if (entry.of != last) text.append(last == nullptr ? "" : "\n").append(heading(*entry.of));
@@ -179,6 +191,8 @@ std::string to_json(std::span<const Entry> entries, const Backend& backend, cons
   json["isa"] = isa_name(Workers(WorkersOptions{.threads = 1, .isa = backend.isa}).isa());
   json["threads"] = backend.threads;
   json["contact_hertz"] = static_cast<double>(backend.contact_hertz.value_or(WorldSettings{}.contact_hertz));
+  json["solver"] = solver_name(solver_of(backend));
+  json["iterations"] = backend.iterations.value_or(WorldSettings{}.solver_options.iterations);
   json["cases"] = nlohmann::ordered_json::array();
   json["entries"] = nlohmann::ordered_json::array();
   const Case* last = nullptr;

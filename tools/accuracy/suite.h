@@ -39,8 +39,9 @@ void check(const SuiteOptions& options, std::span<const EngineChoice> engines);
 std::vector<Entry> run_suite(const SuiteOptions& options, std::span<const EngineChoice> engines,
                              const std::function<void(const std::string&)>& show);
 
-/// Tables for people, one for each case: a row per engine and step, its errors, and what they took.
-std::string to_table(std::span<const Entry> entries);
+/// Tables for people, one for each case: a row per engine and step, its errors, and what they took. Above
+/// them Scree's solver, if `backend` chooses one or its iterations.
+std::string to_table(std::span<const Entry> entries, const Backend& backend);
 /// For machines and for tools/accuracy/plot. `backend` is the one that ran, `version` that of Scree.
 std::string to_json(std::span<const Entry> entries, const Backend& backend, const std::string& version);
 

@@ -26,6 +26,11 @@ void declare_accuracy(CLI::App& app, AccuracyArguments& arguments, bool with_eng
   app.add_option("--isa", arguments.isa, "auto, scalar, sse2, avx2 or avx512 (default: auto)");
   app.add_option("--contact-hertz", options.backend.contact_hertz,
                  "Scree's WorldSettings::contact_hertz (default: 30)");
+  app.add_option("--solver", arguments.solver,
+                 "Scree's WorldSettings::solver: soft_step, sequential_impulse, jacobi, gauss_seidel, "
+                 "over_relaxation, conjugate_gradient, accelerated_gradient or direct (default: soft_step)");
+  app.add_option("--iterations", options.backend.iterations,
+                 "Scree's SolverOptions::iterations, of solvers that iterate (default: 10)");
   app.add_option("--json", arguments.json, "Write the figures to FILE; - is standard output")
       ->type_name("FILE");
   app.add_flag("--list", arguments.list, "List the cases and exit");
@@ -40,6 +45,7 @@ void run_accuracy(AccuracyArguments& arguments, const std::vector<accuracy::Engi
   }
   accuracy::SuiteOptions& options = arguments.options;
   options.backend.isa = read_isa(arguments.isa);
+  if (arguments.solver) options.backend.solver = read_solver(*arguments.solver);
   check_backend(options.backend.threads, options.backend.isa);
   accuracy::check(options, engines);
   const bool to_output = arguments.json == "-" || files::is_standard_stream(arguments.json, STDOUT_FILENO);
@@ -50,7 +56,7 @@ void run_accuracy(AccuracyArguments& arguments, const std::vector<accuracy::Engi
     if (!arguments.quiet) std::cerr << "accuracy: " << what << std::endl;
   };
   const std::vector<accuracy::Entry> entries = accuracy::run_suite(options, engines, show);
-  const std::string table = accuracy::to_table(entries);
+  const std::string table = accuracy::to_table(entries, options.backend);
   if (to_output) {
     std::cerr << table << std::flush;
     files::write_standard_output(accuracy::to_json(entries, options.backend, version));

@@ -5,6 +5,7 @@
 #include <tools/accuracy/suite.h>
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,8 @@ namespace scree::command {
 struct AccuracyArguments {
   accuracy::SuiteOptions options;
   std::string isa = "auto";
-  std::string json;  // empty: none; -: standard output
+  std::optional<std::string> solver;  // by name; default: that of WorldSettings
+  std::string json;                   // empty: none; -: standard output
   bool list = false;
   bool quiet = false;  // no progress
 };

@@ -11,6 +11,18 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 template <int kPoints>
 inline constexpr int kPairCount = kPoints*(kPoints - 1) / 2;
 
+// Only manifolds of two points at most may be those of round shapes.
+template <int kPoints>
+inline constexpr bool kMayBeRound = kPoints < kMaxManifoldPoints;
+
+// The manifold's kCoreA and kCoreB.
+template <bool kRound>
+struct Cores {
+  LaneFloats core_a, core_b;
+};
+template <>
+struct Cores<false> {};
+
 // Vectors are three arrays, symmetric matrices six (xx xy xz yy yz zz). In the order in which passes need the
 // fields, as code that needs a part only fetches that part only: solve reads up to `impulse`, store the
 // impulses. The tangents are made from the normal.
@@ -31,6 +43,7 @@ struct alignas(64) ContactBlock {
 
   LaneFloats initial_separation[kPoints];  // at the step's beginning
   LaneFloats radius[kPoints];              // distance from the center, at least the arm of the patch
+  [[no_unique_address]] Cores<kMayBeRound<kPoints>> cores;
   LaneFloats friction;
   LaneFloats twist_mass;
   // On the twist speed: of the normal impulse and of the torque impulses about t1 and t2.

@@ -199,6 +199,10 @@ SCREE_SWEEP void prepare_chunk(const ContactArgs& args, const ConstraintChunk& c
       add(response, respond(frame, arm_a, a.inverse_inertia));
     }
     store_points(block, response, inverse_mass, m.u, m.v, m.separation);
+    if constexpr (kMayBeRound<kPoints>) {
+      store(block.cores.core_a, m.u[kCoreA]);
+      store(block.cores.core_b, m.u[kCoreB]);
+    }
     store_friction(block, response, inverse_mass);
     for (int k = 0; k < kPoints; ++k) store(block.impulse[k], m.impulse[k] * scale);
     store(block.tangent_impulse[0], m.friction_impulse[0] * scale);

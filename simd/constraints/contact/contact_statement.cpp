@@ -86,7 +86,7 @@ void state_rolling(const StatedContact& of, const WideSurface& surface) {
 }
 
 void state_rows(const ContactArgs& args, const ConstraintChunk& chunk, ConstraintRows* rows) {
-  const bool rich = is_rich(chunk.variant), has_patch = bucket_of(chunk.variant) < kPointBuckets - 1;
+  const bool rich = is_rich(chunk.variant), may_be_round = bucket_of(chunk.variant) < kPointBuckets - 1;
   const F zero(0.0f);
   for (int first = 0; first < chunk.lanes; first += kLanes) {
     const int count = chunk.lanes - first < kLanes ? chunk.lanes - first : kLanes;
@@ -99,10 +99,12 @@ void state_rows(const ContactArgs& args, const ConstraintChunk& chunk, Constrain
     const V3 tangent1 = tangent_of(m.normal), tangent2 = cross(m.normal, tangent1);
     StatedContact of{m, tangent1, tangent2, {}, to};
     for (int k = 0; k < kMaxManifoldPoints; ++k) {
-      of.arm[k] = twist_arm(m.u[k], m.v[k], has_patch, m.v[kTwistArm]);
+      of.arm[k] = twist_arm(m.u[k], m.v[k], may_be_round, m.v[kTwistArm]);
     }
+    const TurningArms arms = may_be_round ? turning_arms(m.normal, m.arm_a, m.arm_b, m.u[kCoreA], m.u[kCoreB])
+                                          : TurningArms{m.arm_a, m.arm_b};
     state_points(of, separation_change(load_delta(args.delta, row_a), load_delta(args.delta, row_b), m.normal,
-                                       tangent1, tangent2, m.arm_a, m.arm_b));
+                                       tangent1, tangent2, arms));
     if (rich) {
       const WideSurface surface = load_surface(args, contact);
       state_friction(of, surface.velocity);

@@ -87,16 +87,26 @@ inline V3 relative_velocity(const Bodies& bodies, V3 arm_a, V3 arm_b) {
   return bodies.b.linear + cross(bodies.b.angular, arm_b) - bodies.a.linear - cross(bodies.a.angular, arm_a);
 }
 
+// The arms at which a contact's bodies turn: to the cores of round shapes, whose surface does not turn with
+// them. With the arm of its contact point a rolling ball would leave the ground by r (1 - cos a) within a
+// step in which it turns by the angle a, and be let down by as much.
+struct TurningArms {
+  V3 a, b;
+};
+inline TurningArms turning_arms(V3 normal, V3 arm_a, V3 arm_b, F core_a, F core_b) {
+  return {arm_a - normal * core_a, arm_b + normal * core_b};
+}
+
 // By how much separations have changed since the step began, to first order in the rotation since then: at
 // the friction center, and by distance from it along the tangents. From the normal as each body would see it.
 struct SeparationChange {
   F center, tilt1, tilt2;
 };
 inline SeparationChange separation_change(const WideDelta& a, const WideDelta& b, V3 normal, V3 tangent1,
-                                          V3 tangent2, V3 arm_a, V3 arm_b) {
+                                          V3 tangent2, const TurningArms& arms) {
   const V3 change_a = rotate_back(a.rotation, normal) - normal;
   const V3 change_b = rotate_back(b.rotation, normal) - normal;
-  const F center = dot(normal, b.position - a.position) + dot(arm_b, change_b) - dot(arm_a, change_a);
+  const F center = dot(normal, b.position - a.position) + dot(arms.b, change_b) - dot(arms.a, change_a);
   const V3 tilt = change_b - change_a;
   return {center, dot(tangent1, tilt), dot(tangent2, tilt)};
 }
@@ -105,7 +115,11 @@ inline SeparationChange separation_change(const WideDelta& a, const WideDelta& b
 template <int kPoints, class Block>
 inline void present_separations(const Block& block, const WideDelta& a, const WideDelta& b, V3 normal,
                                 V3 tangent1, V3 tangent2, V3 arm_a, V3 arm_b, F (&separation)[kPoints]) {
-  const SeparationChange change = separation_change(a, b, normal, tangent1, tangent2, arm_a, arm_b);
+  TurningArms arms{arm_a, arm_b};
+  if constexpr (kMayBeRound<kPoints>) {
+    arms = turning_arms(normal, arm_a, arm_b, load(block.cores.core_a), load(block.cores.core_b));
+  }
+  const SeparationChange change = separation_change(a, b, normal, tangent1, tangent2, arms);
   for (int k = 0; k < kPoints; ++k) {
     separation[k] = load(block.initial_separation[k]) + change.center + load(block.u[k]) * change.tilt1 +
                     load(block.v[k]) * change.tilt2;

@@ -254,10 +254,16 @@ class PlainSolver {
 
   float separation(const Contact& contact, int k) const {
     const DeltaRow &a = data_.bodies.delta[contact.a], &b = data_.bodies.delta[contact.b];
-    const Vec3 moved_a = to_vec(a.position) + rotate(delta_rotation(contact.a), contact.anchor_a[k]);
-    const Vec3 moved_b = to_vec(b.position) + rotate(delta_rotation(contact.b), contact.anchor_b[k]);
-    const Vec3 change = (moved_b - contact.anchor_b[k]) - (moved_a - contact.anchor_a[k]);
-    return contact.manifold->separation[k] + dot(change, contact.normal);
+    const Manifold& m = *contact.manifold;
+    Vec3 arm_a = contact.anchor_a[k], arm_b = contact.anchor_b[k];
+    if (contact.points <= 2) {
+      arm_a = arm_a - m.point_u[kCoreA] * contact.normal;
+      arm_b = arm_b + m.point_u[kCoreB] * contact.normal;
+    }
+    const Vec3 moved_a = to_vec(a.position) + rotate(delta_rotation(contact.a), arm_a);
+    const Vec3 moved_b = to_vec(b.position) + rotate(delta_rotation(contact.b), arm_b);
+    const Vec3 change = (moved_b - arm_b) - (moved_a - arm_a);
+    return m.separation[k] + dot(change, contact.normal);
   }
 
   void solve_normals(Contact& contact, bool biased) {

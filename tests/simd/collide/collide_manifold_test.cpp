@@ -2,6 +2,8 @@
 // degenerate positions of round shapes.
 #include "collide_fixture.h"
 
+#include <utility>
+
 namespace scree::collide_tests {
 namespace {
 
@@ -159,13 +161,62 @@ TEST(CollideManifold, AbsentPointsHaveNeitherPlaceNorImpulse) {
   ASSERT_EQ(points_of(rows.manifold[0]), 1);
   for (int k = 1; k < 4; ++k) {
     EXPECT_EQ(rows.manifold[0].separation[k], kAbsentSeparation);
-    EXPECT_EQ(rows.manifold[0].point_u[k], 0.0f);
+    if (k != kCoreA && k != kCoreB) {
+      EXPECT_EQ(rows.manifold[0].point_u[k], 0.0f);
+    }
     if (k != kTwistArm) {
       EXPECT_EQ(rows.manifold[0].point_v[k], 0.0f);
     }
     EXPECT_EQ(rows.manifold[0].normal_impulse[k], 0.0f);
     EXPECT_EQ(rows.features[0].id[k], 0u);
   }
+}
+
+// How far a place is from a sphere's center or a capsule's segment.
+double distance_from_core(const Pairs& pairs, std::size_t shape, const reference::Vector& place) {
+  const PoseRow& pose = pairs.pose[shape];
+  const Eigen::Quaterniond rotation(double(pose.rotation[3]), double(pose.rotation[0]),
+                                    double(pose.rotation[1]), double(pose.rotation[2]));
+  const reference::Vector local = rotation.conjugate() * (place - to_vector(pose.position));
+  const reference::Vector half = to_vector(pairs.extent[shape].half);
+  return (local - local.cwiseMax(-half).cwiseMin(half)).norm();
+}
+
+TEST(CollideManifold, CoresAreWhatTurnsWithTheBodies) {
+  const std::pair<ShapeType, ShapeType> kinds[] = {{ShapeType::sphere, ShapeType::sphere},
+                                                   {ShapeType::sphere, ShapeType::capsule},
+                                                   {ShapeType::sphere, ShapeType::box},
+                                                   {ShapeType::capsule, ShapeType::capsule},
+                                                   {ShapeType::capsule, ShapeType::box}};
+  int contacts = 0;
+  for (const auto& [first, second] : kinds) {
+    Pairs pairs = random_pairs(first, second, 200, 91, -0.02f, 0.01f);
+    for (std::size_t row = 0; row < pairs.items.size(); row += 2) pairs.items[row].flags = simd::kItemFlip;
+    const Rows rows = pairs.run(scalar_kernels());
+    for (std::size_t row = 0; row < pairs.items.size(); ++row) {
+      const Manifold& m = rows.manifold[row];
+      if (points_of(m) == 0) continue;
+      ++contacts;
+      const simd::CollideItem& item = pairs.items[row];
+      const bool flip = (item.flags & simd::kItemFlip) != 0;
+      const std::size_t a = static_cast<std::size_t>(flip ? item.shape_2 : item.shape_1),
+                        b = static_cast<std::size_t>(flip ? item.shape_1 : item.shape_2);
+      const Frame frame = frame_of(m, pairs.pose[a]);
+      const auto check = [&](std::size_t shape, float core, const reference::Vector& place) {
+        if (pairs.type[shape] != ShapeType::box) {
+          // Two points share the normal of the first one, as is_beside allows.
+          const double radius = double(pairs.extent[shape].radius);
+          const double most = points_of(m) == 1 ? 1e-4 : std::sqrt(double(kLinearSlop) * radius);
+          EXPECT_LT(distance_from_core(pairs, shape, place), most) << "row " << row;
+        } else if (points_of(m) == 1) {
+          EXPECT_FLOAT_EQ(core, 0.5f * m.separation[0]) << "row " << row;
+        }
+      };
+      check(a, m.point_u[kCoreA], frame.center - double(m.point_u[kCoreA]) * frame.normal);
+      check(b, m.point_u[kCoreB], frame.center + double(m.point_u[kCoreB]) * frame.normal);
+    }
+  }
+  EXPECT_GT(contacts, 500);
 }
 
 TEST(CollideManifold, ShapesAtOnePlaceGetAFiniteUnitNormal) {

@@ -84,7 +84,11 @@ struct ContactWorld {
       if (random.uniform(0, 1) < 0.1f) m.separation[k] *= 30;
       m.normal_impulse[k] = std::max(random.uniform(-0.5f, 1), 0.0f);
     }
-    if (most < 4) m.point_v[kTwistArm] = random.uniform(0, 0.5f);
+    if (most < 4) {
+      m.point_v[kTwistArm] = random.uniform(0, 0.5f);
+      m.point_u[kCoreA] = random.uniform(0, 0.3f);
+      m.point_u[kCoreB] = random.uniform(0, 0.3f);
+    }
     for (float& impulse : m.friction_impulse) impulse = random.uniform(-0.3f, 0.3f);
     m.twist_impulse = random.uniform(-0.1f, 0.1f);
     m.info = static_cast<std::uint32_t>(points);
