@@ -138,6 +138,24 @@ inline void rub_block(Block& block, const ContactAxes& axes, const NormalImpulse
   }
 }
 
+// By how much the surface of A moves faster than where the step began, because a round body B has carried the
+// contact over it: what rides on a turntable comes to other speeds within the step. The way is that to the
+// middle of the substep just done: the substep has moved B by velocities with the friction of the one before,
+// and so the speed on a turntable stays the same to second order. (By the way to its end the ball slows down,
+// by none it gains 5 % in two circles at 1/60 s.) Bodies A that are pushed keep their levers, as impulses on
+// them do.
+template <class Block>
+inline V3 carried_over(const ContactArgs& args, const Block& block, const Bodies& bodies, const WideDelta& a,
+                       const WideDelta& b) {
+  // Round is only B: between two round shapes the contact stays with the sharper one.
+  constexpr float kFlat = 0.1f;
+  const M follows_b = abs(load(block.cores.core_a)) < F(kFlat) * load(block.cores.core_b);
+  const V3 way = b.position - a.position - F(0.5f * args.substep) * (bodies.b.linear - bodies.a.linear);
+  const V3 faster = cross(bodies.a.angular, way);
+  const V3 zero{F(0.0f), F(0.0f), F(0.0f)};
+  return select(follows_b, faster, zero);
+}
+
 template <int kPoints, bool kRich, bool kStatic, bool kMeasured, bool kTogether>
 inline void relax_blocks(const ContactArgs& args, const ConstraintChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
@@ -151,15 +169,19 @@ inline void relax_blocks(const ContactArgs& args, const ConstraintChunk& chunk) 
     const V3 tangent2 = cross(normal, tangent1);
     const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
     F separation[kPoints];
-    present_separations<kPoints>(block, load_delta(args.delta, block.row_a),
-                                 load_delta(args.delta, block.row_b), normal, tangent1, tangent2, arm_a,
-                                 arm_b, separation);
+    const WideDelta delta_a = load_delta(args.delta, block.row_a),
+                    delta_b = load_delta(args.delta, block.row_b);
+    present_separations<kPoints>(block, delta_a, delta_b, normal, tangent1, tangent2, arm_a, arm_b,
+                                 separation);
     for (int k = 0; k < kPoints; ++k) store(block.separation[k], separation[k]);
     Bodies bodies = load_bodies(args.velocity, block);
-    const V3 relative = relative_velocity(bodies, arm_a, arm_b);
+    V3 relative = relative_velocity(bodies, arm_a, arm_b);
     const V3 spin = bodies.b.angular - bodies.a.angular;
     F speed[kPoints], impulse[kPoints];
     point_speeds<kPoints>(block, relative, spin, normal, tangent1, tangent2, speed);
+    if constexpr (kStatic && kMayBeRound<kPoints>) {
+      relative = relative - carried_over(args, block, bodies, delta_a, delta_b);
+    }
     for (int k = 0; k < kPoints; ++k) impulse[k] = load(block.impulse[k]);
     const NormalImpulses change = solve_points<kPoints, kTogether>(
         block, speed, impulse, [&](int k, F point_speed, F old_impulse, F effective_mass) {
