@@ -144,6 +144,23 @@ TEST(Rolling, ABallOnATurntableGoesRoundInACircle) {
   }
 }
 
+// Before, it was driven outward by 1.3 m in a minute.
+TEST(Rolling, ABoxAtRestOnATurntableStaysThere) {
+  for (const float offset : {0.0f, 0.15f}) {
+    Lab lab(settings_for(Solver::soft_step, 4));
+    const Material material{.friction = 1.0f};
+    const BodyDef table{
+        .type = BodyType::kinematic, .position = {0, -0.5f, 0}, .angular_velocity = {0, 1, 0}};
+    lab.add(table, Box{{5, 0.5f, 5}}, material);
+    const BodyId body = lab.world.create_body(
+        {.position = {2, 0.2f, 0}, .linear_velocity = {0, 0, -2}, .angular_velocity = {0, 1, 0}});
+    lab.world.add_shape(body, Box{{0.2f, 0.2f, 0.2f}}, material, {.local_pose = {{offset, 0, 0}, {}}});
+    const double start = std::hypot(lab.position(body).x(), lab.position(body).z());
+    lab.run(3600);
+    EXPECT_NEAR(std::hypot(lab.position(body).x(), lab.position(body).z()), start, 0.01) << offset;
+  }
+}
+
 // A core away from the body's center of mass does turn. The levers of its contact stay as they are where the
 // step begins, so that the surface leaves the ground by the way that the lever's change makes in a step.
 // Before it sank by 4 mm.
