@@ -138,6 +138,37 @@ inline void rub_block(Block& block, const ContactAxes& axes, const NormalImpulse
   }
 }
 
+// By how much more slowly B slips over A than by the levers of the step's beginning, because the contact has
+// moved since: what rests or rolls on a turntable comes to places of other speeds within the step. A round
+// body B carries the contact over A; another contact turns with both bodies. The way is that to the middle of
+// the substep just done: the substep has moved B by velocities with the friction of the one before, and so
+// the speed on a turntable stays the same to second order. (By the way to its end a ball slows down, by none
+// it gains 5 % in two circles at 1/60 s, and a box at rest goes outward by 0.8 % a second at 1 rad/s.) Bodies
+// A that are pushed keep their levers, as impulses on them do.
+template <int kPoints, class Block>
+inline V3 carried_over(const ContactArgs& args, const Block& block, const Bodies& bodies, const WideDelta& a,
+                       const WideDelta& b, V3 normal, V3 arm_a, V3 arm_b) {
+  const V3 turn_a = bodies.a.angular, turn_b = bodies.b.angular;
+  const M turns = length_squared(turn_a) > F(0.0f);
+  const V3 zero{F(0.0f), F(0.0f), F(0.0f)};
+  if (bits(turns) == 0) return zero;
+  const F half(0.5f * args.substep);
+  TurningArms arms{arm_a, arm_b};
+  if constexpr (kMayBeRound<kPoints>) {
+    arms = turning_arms(normal, arm_a, arm_b, load(block.cores.core_a), load(block.cores.core_b));
+  }
+  V3 way_a = rotate(a.rotation, arms.a) - arms.a - half * cross(turn_a, arms.a);
+  V3 way_b = rotate(b.rotation, arms.b) - arms.b - half * cross(turn_b, arms.b);
+  if constexpr (kMayBeRound<kPoints>) {
+    // Round is only B: between two round shapes the contact stays with the sharper one.
+    constexpr float kFlat = 0.1f;
+    const M follows_b = abs(load(block.cores.core_a)) < F(kFlat) * load(block.cores.core_b);
+    const V3 over = b.position - a.position - half * (bodies.b.linear - bodies.a.linear) + way_b;
+    way_a = select(follows_b, over, way_a);
+  }
+  return select(turns, cross(turn_a, way_a) - cross(turn_b, way_b), zero);
+}
+
 template <int kPoints, bool kRich, bool kStatic, bool kMeasured, bool kTogether>
 inline void relax_blocks(const ContactArgs& args, const ConstraintChunk& chunk) {
   using Block = typename BlockOf<kPoints, kRich>::Type;
@@ -151,15 +182,20 @@ inline void relax_blocks(const ContactArgs& args, const ConstraintChunk& chunk) 
     const V3 tangent2 = cross(normal, tangent1);
     const V3 arm_a = load3(block.arm_a), arm_b = load3(block.arm_b);
     F separation[kPoints];
-    present_separations<kPoints>(block, load_delta(args.delta, block.row_a),
-                                 load_delta(args.delta, block.row_b), normal, tangent1, tangent2, arm_a,
-                                 arm_b, separation);
+    const WideDelta delta_a = load_delta(args.delta, block.row_a),
+                    delta_b = load_delta(args.delta, block.row_b);
+    present_separations<kPoints>(block, delta_a, delta_b, normal, tangent1, tangent2, arm_a, arm_b,
+                                 separation);
     for (int k = 0; k < kPoints; ++k) store(block.separation[k], separation[k]);
     Bodies bodies = load_bodies(args.velocity, block);
-    const V3 relative = relative_velocity(bodies, arm_a, arm_b);
+    V3 relative = relative_velocity(bodies, arm_a, arm_b);
     const V3 spin = bodies.b.angular - bodies.a.angular;
     F speed[kPoints], impulse[kPoints];
     point_speeds<kPoints>(block, relative, spin, normal, tangent1, tangent2, speed);
+    if constexpr (kStatic) {
+      relative =
+          relative - carried_over<kPoints>(args, block, bodies, delta_a, delta_b, normal, arm_a, arm_b);
+    }
     for (int k = 0; k < kPoints; ++k) impulse[k] = load(block.impulse[k]);
     const NormalImpulses change = solve_points<kPoints, kTogether>(
         block, speed, impulse, [&](int k, F point_speed, F old_impulse, F effective_mass) {

@@ -10,7 +10,8 @@
 // The kernels take them in this order: a point after the other (Catto, "Iterative Dynamics with Temporal
 // Coherence", GDC 2005; as Jolt's contact constraints), then in relax what rubs, at one center (as Bullet's
 // torsional friction and Jolt's manifold friction have it). Rebounds are impacts and no rows, see
-// contact_rebound.cpp.
+// contact_rebound.cpp. Relax alone moves the levers of friction on bodies that cannot be pushed and turn, see
+// carried_over in contact_passes.h.
 #include <simd/constraints/contact/contact_manifold.h>
 #include <simd/constraints/row_statement.h>
 
