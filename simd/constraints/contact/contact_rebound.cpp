@@ -266,6 +266,8 @@ SCREE_SWEEP void push_impacts_chunk(const ContactArgs& args, const ConstraintChu
         M changed = F(0.0f) > zero;
         F speed[kPoints], impulse[kPoints];
         for (int k = 0; k < kPoints; ++k) impulse[k] = load(block.impact_impulse[k]);
+        const Bodies before = bodies;
+        NormalImpulses total{zero, zero, zero};
         for (int sweep = 0; sweep < (kPoints == 1 ? 1 : kSweeps); ++sweep) {
           M goes_on = F(0.0f) > zero;
           find_speeds<kPoints>(block, axes, bodies, speed);
@@ -276,8 +278,11 @@ SCREE_SWEEP void push_impacts_chunk(const ContactArgs& args, const ConstraintChu
                 goes_on = goes_on | counts;
                 return select(counts, load(block.impact_mass[k]) * error, zero);
               });
-          apply<kStatic>(bodies, block, axes.arm_a, axes.arm_b, axes.normal * change.sum,
-                         axes.tangent1 * change.torque1 + axes.tangent2 * change.torque2);
+          total = {total.sum + change.sum, total.torque1 + change.torque1, total.torque2 + change.torque2};
+          // All at once from the start: so many small changes would round the velocity as often.
+          bodies = before;
+          apply<kStatic>(bodies, block, axes.arm_a, axes.arm_b, axes.normal * total.sum,
+                         axes.tangent1 * total.torque1 + axes.tangent2 * total.torque2);
           if (bits(goes_on) == 0) break;
         }
         for (int k = 0; k < kPoints; ++k) {
