@@ -266,7 +266,7 @@ void solve_soft_step(SolveStep& step) {
     step.data.stats.residual = std::max(step.data.stats.residual, static_cast<double>(residual));
 }
 
-void solve(WorldData& data, float dt, Crew& crew) {
+SolveStep prepare_solve(WorldData& data, float dt, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   const simd::Kernels& kernels = crew.kernels();
   size_columns(data, constraints);
@@ -285,6 +285,11 @@ void solve(WorldData& data, float dt, Crew& crew) {
       [&](const simd::ConstraintChunk& chunk) {
         kernels.joint.variant[chunk.variant].prepare(step.joint, chunk);
       });
+  return step;
+}
+
+void solve(WorldData& data, float dt, Crew& crew) {
+  SolveStep step = prepare_solve(data, dt, crew);
   switch (data.settings.solver) {
     case Solver::soft_step:
       return solve_soft_step(step);

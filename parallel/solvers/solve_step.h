@@ -19,6 +19,9 @@ struct SolveStep {
   simd::JointArgs joint;
 };
 
+// After pack_blocks(): inertia into world axes, blocks from manifolds.
+SolveStep prepare_solve(WorldData& data, float dt, Crew& crew);
+
 // The solvers, each in the file of its name. Bodies and blocks are prepared.
 void solve_soft_step(SolveStep& step);
 void solve_sequential_impulses(SolveStep& step);
