@@ -17,7 +17,7 @@ extern "C" {
 namespace scree::fclib {
 namespace {
 
-constexpr int kMostIterations = 1000;
+constexpr int kMostIterations = 100;  // of the figure alone
 constexpr double kTolerance = 1e-12;  // m/s
 
 class TemporaryFolder {
