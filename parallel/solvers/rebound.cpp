@@ -79,26 +79,25 @@ void keep_velocities(SolveStep& step) {
 
 }  // namespace
 
-bool begin_rebounds(SolveStep& step) {
+void begin_rebounds(SolveStep& step) {
   Constraints& constraints = step.constraints;
-  if (std::none_of(constraints.stages.begin(), constraints.stages.end(),
-                   [](const ColorStage& stage) { return stage.rich; }))
-    return false;
+  step.may_rebound = std::any_of(constraints.stages.begin(), constraints.stages.end(),
+                                 [](const ColorStage& stage) { return stage.rich; });
+  if (!step.may_rebound) return;
   constraints.impacts.resize_discarding(constraints.contact_chunks.size() + constraints.joint_chunks.size());
   constraints.impact_times.resize_discarding(step.data.bodies.velocity.size());
   constraints.velocity_before.resize_discarding(step.data.bodies.velocity.size());
   step.contact.impacts = constraints.impacts.data();
   step.contact.impact_times = constraints.impact_times.data();
   forget_times(step);
-  return true;
 }
 
 void rebound(SolveStep& step) {
+  if (!step.may_rebound) return;
   const simd::ContactKernels& kernels = step.crew.kernels().contact;
   step.body.velocity_before = step.contact.velocity_before = step.contact.velocity;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     if (over_impacts(step, kernels.find_impacts, true, simd::kImpactsFound) == 0) return;
-
     if (pass == 0) keep_velocities(step);
     sweep_impacts(step, kernels.push_impacts);
     sweep_impacts(step, kernels.rub_impacts);

@@ -215,13 +215,12 @@ void solve_soft_step(SolveStep& step) {
   const ContactPass solve = together ? &ByContact::solve_together : &ByContact::solve;
   const ContactPass relax = together ? &ByContact::relax_together : &ByContact::relax;
   const ContactPass relax_measured = together ? &ByContact::relax_together : &ByContact::relax_measured;
-  const bool may_rebound = begin_rebounds(step);
   for (int substep = 0; substep < settings.substeps; ++substep) {
     step.body.first_substep = step.contact.first_substep = substep == 0;
     step.body.elapsed = static_cast<float>(substep) * step.body.substep;
     step.joint.elapsed = static_cast<float>(substep) * step.joint.substep;
     const bool measured = settings.measure_residual && substep == settings.substeps - 1;
-    if (may_rebound) rebound(step);
+    rebound(step);
     over_bodies(step, step.dynamic_count, kernels.body.integrate_velocities);
     if (substep == 0 && step.contact.warm_start_scale > 0.0f)
       over_colors(step, &ByContact::warm_start, &ByJoint::warm_start);
@@ -239,7 +238,7 @@ void solve_soft_step(SolveStep& step) {
     step.data.stats.residual = std::max(step.data.stats.residual, static_cast<double>(residual));
 }
 
-void solve(WorldData& data, float dt, Crew& crew) {
+SolveStep prepare_solve(WorldData& data, float dt, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   const simd::Kernels& kernels = crew.kernels();
   size_columns(data, constraints);
@@ -258,6 +257,12 @@ void solve(WorldData& data, float dt, Crew& crew) {
       [&](const simd::ConstraintChunk& chunk) {
         kernels.joint.variant[chunk.variant].prepare(step.joint, chunk);
       });
+  begin_rebounds(step);
+  return step;
+}
+
+void solve(WorldData& data, float dt, Crew& crew) {
+  SolveStep step = prepare_solve(data, dt, crew);
   switch (data.settings.solver) {
     case Solver::soft_step:
       return solve_soft_step(step);

@@ -17,7 +17,11 @@ struct SolveStep {
   simd::BodyArgs body;
   simd::ContactArgs contact;
   simd::JointArgs joint;
+  bool may_rebound = false;  // some contact may have restitution
 };
+
+// After pack_blocks(): inertia into world axes, blocks from manifolds.
+SolveStep prepare_solve(WorldData& data, float dt, Crew& crew);
 
 // The solvers, each in the file of its name. Bodies and blocks are prepared.
 void solve_soft_step(SolveStep& step);
@@ -27,8 +31,8 @@ void solve_whole_system(SolveStep& step);
 // What is left of the rows of all constraints, at velocities that hold the blocks' impulses: stores these.
 double residual_of_rows(SolveStep& step);
 
-// Restitution, before a substep: begin_rebounds() once a step, and whether any contact may have it.
-bool begin_rebounds(SolveStep& step);
+// Restitution, before a substep, and what it needs once a step.
+void begin_rebounds(SolveStep& step);
 void rebound(SolveStep& step);
 
 inline constexpr int kSolveBodyChunk = 512;  // bodies of one task

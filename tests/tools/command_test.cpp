@@ -78,6 +78,24 @@ TEST_F(Command, RefusesComparisonsThatMakeNoSense) {
   expect_refusal("compare nothing", "unknown scene");
 }
 
+TEST_F(Command, WritesContactProblemsOrSaysThatItCannot) {
+  const std::string file = (folder_ / "problem.hdf5").string();
+#ifdef SCREE_HAS_FCLIB
+  const Outcome outcome = scree("fclib stack " + file + " --set bodies=2 --at 3 --json -");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json figures = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(figures["points"], 8);
+  EXPECT_LT(figures["natural_error"].get<double>(), 1e-9);
+  EXPECT_EQ(read_file(file).substr(1, 3), "HDF");
+  expect_refusal("fclib stack " + file + " --at -1", "--at -1 must be from 0");
+  expect_refusal("fclib many_worlds " + file, "consists of 1000 worlds");
+  expect_refusal("fclib stack " + (folder_ / "no" / "file.hdf5").string(), "FILE");
+  expect_refusal("fclib chain " + (folder_ / "chain.hdf5").string() + " --at 1", "nothing touches");
+#else
+  expect_refusal("fclib stack " + file, "this build cannot write the FCLIB format");
+#endif
+}
+
 TEST_F(Command, ListsEverySceneOnALineOfItsOwn) {
   const Outcome outcome = scree("scenes");
   EXPECT_EQ(outcome.exit_code, 0);

@@ -2,6 +2,7 @@
 // recordings differ, 2 bad input.
 #include <tools/command/accuracy.h>
 #include <tools/command/compare.h>
+#include <tools/command/fclib.h>
 #include <tools/command/options.h>
 #include <tools/command/replay.h>
 #include <tools/command/report.h>
@@ -49,6 +50,7 @@ struct Arguments {
   scree::command::DiffOptions diff;
   scree::command::AccuracyArguments accuracy;
   scree::command::CompareArguments compare;
+  scree::command::FclibArguments fclib;
   std::string info_file;
   std::vector<std::string> settings;
   std::string isa = "auto";
@@ -60,6 +62,7 @@ void check_files(const Arguments& arguments, const std::vector<NamedFile>& input
   std::vector<NamedFile> outputs;
   if (!arguments.json.empty() && !arguments.json_to_standard_output())
     outputs.push_back({"--json", arguments.json});
+  if (!arguments.fclib.file.empty()) outputs.push_back({"FILE", arguments.fclib.file});
   if (const std::string& record = arguments.options.record; !record.empty()) {
     outputs.push_back({"--record", record});
     for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
@@ -182,6 +185,30 @@ void declare_compare(CLI::App& compare, Arguments& arguments) {
   declare_json(compare, arguments);
 }
 
+void declare_fclib(CLI::App& fclib, Arguments& arguments) {
+  scree::command::FclibArguments& options = arguments.fclib;
+  fclib.add_option("SCENE", options.scene, "A built-in scene (see `scree scenes`) or a JSON scene file")
+      ->required();
+  fclib.add_option("FILE", options.file, "The file to write")->required()->check(kNotEmpty);
+  fclib.add_option("--set", arguments.settings, "key=value: a parameter of the scene; may be repeated")
+      ->allow_extra_args(true)
+      ->type_name("KEY=VALUE");
+  fclib.add_option("--at", options.at, "Steps before the one that is written (default: 10)");
+  declare_backend(fclib, options.threads, arguments);
+  declare_json(fclib, arguments);
+}
+
+int write_fclib(Arguments& arguments) {
+  scree::command::FclibArguments& options = arguments.fclib;
+  options.parameters = scree::command::read_parameters(arguments.settings);
+  options.isa = scree::command::read_isa(arguments.isa);
+  std::vector<NamedFile> inputs;
+  if (scree::command::is_scene_file(options.scene)) inputs.push_back({"SCENE", options.scene});
+  check_files(arguments, inputs);
+  print(scree::command::write_fclib(options), arguments);
+  return 0;
+}
+
 int compare_solvers(Arguments& arguments) {
   scree::command::CompareArguments& options = arguments.compare;
   options.parameters = scree::command::read_parameters(arguments.settings);
@@ -246,9 +273,11 @@ int run_command(int argc, char** argv) {
   CLI::App* info_command = app.add_subcommand("info", "Print the content of a recording");
   CLI::App* diff_command = app.add_subcommand("diff", "Find the first step at which two recordings diverge");
   CLI::App* compare_command = app.add_subcommand("compare", "Run a scene under every solver");
+  CLI::App* fclib_command = app.add_subcommand("fclib", "Write a step's contact problem in the FCLIB format");
   CLI::App* accuracy_command = app.add_subcommand("accuracy", "Measure errors against known truth");
   Arguments arguments;
   declare_compare(*compare_command, arguments);
+  declare_fclib(*fclib_command, arguments);
   declare_accuracy(*accuracy_command, arguments.accuracy, false);
   declare_run(*run, arguments);
   declare_replay(*replay_command, arguments);
@@ -272,6 +301,7 @@ int run_command(int argc, char** argv) {
     return 0;
   }
   if (compare_command->parsed()) return compare_solvers(arguments);
+  if (fclib_command->parsed()) return write_fclib(arguments);
   throw scree::Error("nothing to do; say `scree scenes`, `scree run SCENE` or `scree --help`");
 }
 

@@ -34,6 +34,10 @@ StatedWorld state_world(WorldData& data, const simd::ContactArgs& contact, const
 // The rows of its joints alone, in the same order.
 std::vector<ConstraintRows> state_joints(SolveStep& step, const simd::JointArgs& joint);
 
+// A substep up to its rows: rebounds, velocities from forces, and the rows that are left to solve. `last`:
+// those of the substep before, whose impulses are the guess; empty in the first one.
+StatedWorld begin_substep(SolveStep& step, const StatedWorld& last);
+
 // The policy of the soft step in one of its passes.
 SystemPolicy policy_of(const WorldData& data, float dt, SystemPolicy::Pass pass);
 

@@ -141,11 +141,20 @@ double residual_of_rows(SolveStep& step) {
   return residual(system, system.stored);
 }
 
+StatedWorld begin_substep(SolveStep& step, const StatedWorld& last) {
+  rebound(step);
+  over_bodies(step, step.dynamic_count, step.crew.kernels().body.integrate_velocities);
+  StatedWorld stated = state_world(step.data, step.contact, step.joint, step.crew);
+  guess(step, last, stated);
+  if (step.may_rebound) leave_to_rebound(step, stated);
+  drop_non_finite(stated);
+  return stated;
+}
+
 void solve_whole_system(SolveStep& step) {
   WorldData& data = step.data;
   const simd::Kernels& kernels = step.crew.kernels();
   const int substeps = data.settings.substeps;
-  const bool may_rebound = begin_rebounds(step);
   const SystemPolicy policy = rigid_policy_of(data, step.joint.substep);
   const ReferenceOptions options = options_of(data.settings);
   step.body.warm_start = false;  // velocities inherit no impulses
@@ -154,12 +163,7 @@ void solve_whole_system(SolveStep& step) {
     step.body.first_substep = step.contact.first_substep = substep == 0;
     step.body.elapsed = static_cast<float>(substep) * step.body.substep;
     step.joint.elapsed = static_cast<float>(substep) * step.joint.substep;
-    if (may_rebound) rebound(step);
-    over_bodies(step, step.dynamic_count, kernels.body.integrate_velocities);
-    StatedWorld stated = state_world(data, step.contact, step.joint, step.crew);
-    guess(step, last, stated);
-    if (may_rebound) leave_to_rebound(step, stated);
-    drop_non_finite(stated);
+    StatedWorld stated = begin_substep(step, last);
     const ConstraintSystem system = assemble(stated.bodies, stated.constraints, policy);
     const ReferenceSolution solution = solve(system, options);
     take_velocities(step, stated, velocities(system, stated.bodies, solution.impulses));
