@@ -12,8 +12,11 @@ namespace {
 // Impacts go on from body to body, one a pass, until none is left. Where that takes longer, the next substep
 // goes on; what is left is braked without a rebound where it touches already.
 constexpr int kMostPasses = 256;
-// Sweeps over the contacts that act at one moment: two suffice for pairs.
+// Sweeps over the contacts that act at one moment: one suffices for pairs, and 30 for a break of fifteen
+// balls.
 constexpr int kMostSweeps = 256;
+// Of all passes of a substep together: where masses of 1e30 kg meet light ones, no number of them is enough.
+constexpr int kMostSweepsInAll = 2048;
 
 // Fewer chunks than this are not worth waking helpers.
 constexpr int kFewChunks = 4;
@@ -49,12 +52,13 @@ int over_impacts(const SolveStep& step, ContactKernel kernel, bool all, simd::Im
   return count;
 }
 
-// Contacts that act at one moment push each other until none changes any more.
-void sweep_impacts(SolveStep& step, ContactKernel kernel) {
+// Contacts that act at one moment push each other until none changes any more. Returns the number of sweeps.
+int sweep_impacts(SolveStep& step, ContactKernel kernel) {
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     step.contact.first_sweep = sweep == 0;
-    if (over_impacts(step, kernel, false, simd::kImpactsChange) == 0) return;
+    if (over_impacts(step, kernel, false, simd::kImpactsChange) == 0) return sweep + 1;
   }
+  return kMostSweeps;
 }
 
 void forget_times(SolveStep& step) {
@@ -96,11 +100,12 @@ void rebound(SolveStep& step) {
   if (!step.may_rebound) return;
   const simd::ContactKernels& kernels = step.crew.kernels().contact;
   step.body.velocity_before = step.contact.velocity_before = step.contact.velocity;
-  for (int pass = 0; pass < kMostPasses; ++pass) {
+  int sweeps = 0;
+  for (int pass = 0; pass < kMostPasses && sweeps < kMostSweepsInAll; ++pass) {
     if (over_impacts(step, kernels.find_impacts, true, simd::kImpactsFound) == 0) return;
     if (pass == 0) keep_velocities(step);
-    sweep_impacts(step, kernels.push_impacts);
-    sweep_impacts(step, kernels.rub_impacts);
+    sweeps += sweep_impacts(step, kernels.push_impacts);
+    sweeps += sweep_impacts(step, kernels.rub_impacts);
     over_impacts(step, kernels.finish_impacts, false, simd::kImpactsFound);
     forget_times(step);
   }

@@ -155,6 +155,7 @@ struct Bench {
     args.pose = pose.data();
     args.velocity = velocity.data();
     args.free_velocity = free_velocity.data();
+    args.velocity_before = velocity.data();
     args.delta = delta.data();
     args.inertia = inertia.data();
     args.local_mass = local_mass.data();
