@@ -182,5 +182,58 @@ TEST(Impacts, OfRandomClustersKeepMomentumAndNeverAddEnergy) {
   }
 }
 
+// A slab, and above it a layer of balls that all come at it at once, `side` times `side` of them.
+std::vector<BodyId> add_rain(Lab& lab, int side, const Material& material) {
+  const float half = 0.15f * static_cast<float>(side);
+  std::vector<BodyId> bodies{lab.add({.position = {0, 0, 0}, .mass = 50}, Box{{half, 0.1f, half}}, material)};
+  for (int i = 0; i < side * side; ++i) {
+    const Vec3 at{0.3f * static_cast<float>(i % side) - half + 0.15f, 0.6f,
+                  0.3f * static_cast<float>(i / side) - half + 0.15f};
+    bodies.push_back(
+        lab.add({.position = at, .linear_velocity = {0, -5, 0}, .mass = 0.5f}, Sphere{0.1f}, material));
+  }
+  return bodies;
+}
+
+TEST(Impacts, OfHundredsOnOneBodyAtOnceAreThatOfTheirMassAndKeepTheEnergy) {
+  for (const int side : {2, 7, 20}) {
+    Lab lab(empty_space(4, 0.01f));
+    const std::vector<BodyId> bodies = add_rain(lab, side, smooth(1));
+    const double mass = 50, rain = 0.5 * side * side, start = energy_of(lab, bodies);
+    lab.run(12);
+    SCOPED_TRACE(side * side);
+    EXPECT_NEAR(energy_of(lab, bodies) / start, 1, 1e-3);
+    const double slab = -5 * 2 * rain / (mass + rain);
+    EXPECT_NEAR(lab.velocity(bodies[0]).y(), slab, 1e-2 * std::abs(slab));
+    EXPECT_LT(lab.spin(bodies[0]).norm(), 1e-2);
+    for (std::size_t i = 1; i < bodies.size(); ++i) {
+      EXPECT_NEAR(lab.velocity(bodies[i]).y(), 5 + slab, 0.05) << "ball " << i;
+    }
+  }
+}
+
+TEST(Impacts, HaveTheSameBitsOnEveryInstructionSetAndThreadCount) {
+  std::uint64_t expected = 0;
+  for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
+    if (!is_supported(isa)) continue;
+    for (const int threads : {1, 3}) {
+      Lab lab;
+      lab.workers = Workers(WorkersOptions{.threads = threads, .isa = isa});
+      const Material material{.friction = 0.3f, .restitution = 0.8f};
+      lab.add({.type = BodyType::fixed, .position = {0, -2, 0}}, Box{{20, 1, 20}}, material);
+      add_rain(lab, 16, material);
+      Random random(5);
+      for (int i = 0; i < 200; ++i) {
+        const Quat rotation = random.rotation();
+        const Vec3 at{random.uniform(-2, 2), random.uniform(1, 4), random.uniform(-2, 2)};
+        lab.add({.position = at, .rotation = rotation}, Box{{0.1f, 0.05f, 0.15f}}, material);
+      }
+      lab.run(150);
+      if (expected == 0) expected = lab.world.hash();
+      EXPECT_EQ(lab.world.hash(), expected) << isa_name(isa) << ", " << threads << " threads";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace scree::physics

@@ -17,8 +17,6 @@
 // inherit: a kick is no guess for the next substep.
 #include <simd/constraints/contact/contact_forces.h>
 
-#include <algorithm>
-
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
@@ -104,8 +102,10 @@ inline void note_times(const ContactArgs& args, const Block& block, int count, B
     if (time >= kNoImpact) continue;
     visit_bodies<kStatic>(block, lane, hub, [&](std::int32_t row) {
       ImpactTimes& times = args.impact_times[row];
-      times.second = std::min(times.second, std::max(time, times.first));
-      times.first = std::min(times.first, time);
+      const bool is_first = time < times.first;
+      const float later = is_first ? times.first : time;
+      times.second = later < times.second ? later : times.second;
+      times.first = is_first ? time : times.first;
     });
   }
 }
