@@ -26,9 +26,10 @@ void break_joints(WorldData& data, Crew& crew);              // reactions -> joi
 void note_approach(WorldData& data, Crew& crew);  // velocities -> approach speeds, where events are asked for
 void list_body_events(WorldData& data);           // sleep, waking and lost joints -> their events
 void list_contact_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begins, persists and ends
+void list_sensor_events(WorldData& data, float dt, Crew& crew);   // poses -> what sensors see, begins, ends
 // Moves the touch rows of these resting pairs, given in the order of the pairs, to those of moving pairs.
 void move_touching(WorldData& data, const Column<std::int32_t>& rows);
-void sweep_fast_bodies(WorldData& data, Crew& crew);      // motion -> shorter motion of those that hit
+void sweep_fast_bodies(WorldData& data, float dt, Crew& crew);  // motion -> shorter motion of those that hit
 void finish_step(WorldData& data, float dt, Crew& crew);  // motion -> poses, transforms, bounds, sleep timers
 void quarantine_bodies(WorldData& data);                  // bodies that became non-finite -> quarantined ones
 

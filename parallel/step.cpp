@@ -90,7 +90,9 @@ void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) 
   PhaseClock clock(data.stats, begin);
   clock.run(Phase::refresh_user_rows, [] {});
   data.shapes.waking_made.forget();
+  data.shapes.queries_made.forget();
   data.contacts.by_shape_made.forget();
+  if (data.last_dt == 0.0f) data.last_dt = dt;  // the first step looks ahead, too
   place_matter(data);
   wake_neighbors(data);
   refresh_lists(data, crew);
@@ -132,14 +134,16 @@ void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) 
   clock.run(Phase::list_events, [&] { list_contact_events(data, dt, crew); });  // manifolds -> begins, ends
   validate_events(data);
   if (dt > 0.0f) {
-    clock.run(Phase::sweep_fast_bodies, [&] { sweep_fast_bodies(data, crew); });  // motion -> shorter motion
-    clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });          // motion -> poses, bounds
+    clock.run(Phase::sweep_fast_bodies,
+              [&] { sweep_fast_bodies(data, dt, crew); });                // motion -> shorter motion
+    clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });  // motion -> poses, bounds
     validate_motion(data);
     data.last_dt = dt;
     data.last_substep = substep_of(data, dt);
   }
+  ++data.step_count;  // before sensors ask queries, whose index is that of the next step
+  clock.run(Phase::list_events, [&] { list_sensor_events(data, dt, crew); });  // poses -> what sensors see
   clock.finish();
-  ++data.step_count;
   data.stats.step = data.step_count;
   data.stats.stages = crew.stages();
 }

@@ -77,6 +77,8 @@ Balls balls_of(const WorldData& data, std::int32_t shape) {
     case ShapeType::hull:
       balls = data.hulls.shared[static_cast<std::size_t>(data.shapes.hull[shape])].solid->balls;
       break;
+    case ShapeType::mesh:
+      break;
   }
   return balls;
 }
@@ -85,6 +87,7 @@ void extend_core(WorldData& data, std::int32_t body, std::int32_t shape) {
   CoreRow& core = data.bodies.core[body];
   data.bodies.marks.mark(body);
   const Balls balls = balls_of(data, shape);
+  if (balls.count == 0) return;
   core.radius = std::min(core.radius, kCoreShare * balls.ball[0].radius);
   const float offset = length(to_vec3(data.shapes.local_pose[shape].position));
   for (int i = 0; i < balls.count; ++i) {

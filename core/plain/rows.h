@@ -30,12 +30,16 @@ struct alignas(32) PoseRow {
 };
 
 // Velocity of the center of mass; the layout of scree::Velocity.
+//
+// A fast body that was stopped where it will rebound has not moved for the rest of that step: it lags behind
+// the world's time, and makes up for it at the end of its next step; see sweep_fast_bodies.cpp.
 struct alignas(32) VelocityRow {
   float linear[3];
   float angular[3];
-  float padding[2];
+  float lag;  // s
+  float padding;
 
-  static constexpr unsigned kHashedWords = 0b00111111;  // see PoseRow
+  static constexpr unsigned kHashedWords = 0b01111111;  // see PoseRow
 };
 
 // Motion since the step began. Kept apart from the pose: small numbers keep their precision far from the
@@ -92,6 +96,8 @@ enum MotionFlag : std::uint32_t {
 enum StepNote : std::uint8_t {
   kHasContacts = 1,
   kNonFiniteAlone = 2,  // became non-finite by its own motion, before any contact acted
+  kIsFast = 4,          // may pass through others in this step: it is swept
+  kLags = 8,            // its last step ended early: it is swept
 };
 
 // Extents of a shape: sphere (radius), capsule (half[1], radius), box (half), hull (the box and the ball

@@ -173,31 +173,47 @@ constexpr double kMostShare = 1, kShareRatio = 100;
 // Newton's method finds the solution in 3 to 8 steps or not at all from where it begins.
 constexpr int kStepsFromOnePlace = 30;
 constexpr int kFirstSweeps = 20, kMostSweeps = 2560;
+constexpr double kLeastGain = 0.999;  // of the merit in a round; else nothing more is to be had of it
 
 constexpr int kMostRounds = 15;
 constexpr double kInnerTolerance = 1e-3;
 
-// Keeps the best of the impulses that it is shown.
+// Keeps the best of the impulses that it is shown: by the residual, and by F, in whose square all rows count.
 class Best {
  public:
   Best(const ConstraintSystem& system, const ReferenceOptions& options)
-      : system_(system), options_(options) {}
+      : newton_(system), system_(system), options_(options) {}
 
   // Whether a solution is found, or no iteration is left.
   bool is_done(const Eigen::VectorXd& p) {
     const Eigen::VectorXd within = project(system_, p, p);
-    const double left = residual(system_, within);
+    const double left = residual(system_, within), merit = newton_.merit(within);
     if (solution.history.empty() || left < solution.residual) {
       solution.impulses = within;
       solution.residual = left;
+    }
+    if (solution.history.empty() || merit < merit_) {
+      closest_ = within;
+      merit_ = merit;
     }
     solution.history.push_back(left);
     return solution.residual <= options_.tolerance || solution.iterations >= options_.max_iterations;
   }
 
+  double merit() const { return merit_; }
+  const Eigen::VectorXd& closest() const { return closest_; }
+  // Where rows contradict each other the largest residual is theirs whatever the others do.
+  void take_closest() {
+    solution.impulses = closest_;
+    solution.residual = residual(system_, closest_);
+  }
+
   ReferenceSolution solution;
 
  private:
+  const Newton newton_;
+  Eigen::VectorXd closest_;
+  double merit_ = 0;
   const ConstraintSystem& system_;
   const ReferenceOptions& options_;
 };
@@ -210,7 +226,6 @@ bool run_newton(const Newton& newton, Eigen::VectorXd p, Best& best) {
   for (int i = 0; i < kStepsFromOnePlace && share <= kMostShare; ++i) {
     const Eigen::VectorXd change = newton.step(p, share);
     ++best.solution.iterations;
-    best.solution.is_singular = change.size() == 0;
     const double merit = newton.merit(p);
     bool is_better = false;
     double length = 1;
@@ -250,8 +265,8 @@ bool run_with_resting_bounds(const ConstraintSystem& system, Eigen::VectorXd p, 
 }
 
 // Sweeps of Gauss-Seidel come closer and closer to a solution, and Newton's method is tried from there, after
-// twice as many each time. Where the last sweeps do not help either, the rows contradict each other, or
-// doubles end here.
+// twice as many each time. That ends where rows contradict each other and all others are solved, or, after
+// the last sweeps, where doubles end.
 ReferenceSolution solve_bounded(const ConstraintSystem& system, const ReferenceOptions& options) {
   Eigen::VectorXd p = Eigen::VectorXd::Zero(system.rows());
   if (options.warm_start) p = project(system, system.stored, system.stored);
@@ -259,11 +274,16 @@ ReferenceSolution solve_bounded(const ConstraintSystem& system, const ReferenceO
   const Newton newton(system);
   bool is_done = best.is_done(p);
   for (int sweeps = kFirstSweeps; !is_done && sweeps <= kMostSweeps; sweeps *= 2) {
+    const double before = best.merit();
     for (int i = 0; i < sweeps; ++i) sweep(system, 1, p);
     is_done =
         best.is_done(p) || run_newton(newton, p, best) || run_with_resting_bounds(system, p, best, options);
+    if (is_done || best.merit() < kLeastGain * before) continue;
+    is_done = rows_contradict(system, best.closest(), options.tolerance);
   }
-  best.solution.is_singular = best.solution.is_singular && best.solution.residual > options.tolerance;
+  best.solution.is_singular = best.solution.residual > options.tolerance &&
+                              rows_contradict(system, best.closest(), options.tolerance);
+  if (best.solution.is_singular) best.take_closest();
   return std::move(best.solution);
 }
 

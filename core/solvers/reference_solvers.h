@@ -31,8 +31,7 @@ struct ReferenceSolution {
   int iterations = 0;
   double residual = 0;          // of the impulses
   std::vector<double> history;  // residual before the first and after each iteration
-  // direct: the rows say the same twice, or contradict each other; then the residual stays.
-  bool is_singular = false;
+  bool is_singular = false;     // direct: rows contradict each other, and the residual stays
 };
 
 // The best impulses that were met; never NaN for a system that is finite.
@@ -41,5 +40,7 @@ ReferenceSolution solve(const ConstraintSystem& system, const ReferenceOptions& 
 // What the methods share. In the files of their names.
 void sweep(const ConstraintSystem& system, double relaxation, Eigen::VectorXd& p);
 ReferenceSolution solve_direct(const ConstraintSystem& system, const ReferenceOptions& options);
+// Whether rows contradict each other by more than the tolerance, m/s or rad/s; p are the best impulses found.
+bool rows_contradict(const ConstraintSystem& system, const Eigen::VectorXd& p, double tolerance);
 
 }  // namespace scree

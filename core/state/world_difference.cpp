@@ -101,7 +101,8 @@ std::string first_body_difference(const World& expected, const World& actual) {
         {{"position", left.pose[row].position}, {"", right.pose[row].position}},
         {{"rotation", left.pose[row].rotation}, {"", right.pose[row].rotation}},
         {{"linear_velocity", left.velocity[row].linear}, {"", right.velocity[row].linear}},
-        {{"angular_velocity", left.velocity[row].angular}, {"", right.velocity[row].angular}}};
+        {{"angular_velocity", left.velocity[row].angular}, {"", right.velocity[row].angular}},
+        {{"lag", std::span(&left.velocity[row].lag, 1)}, {"", std::span(&right.velocity[row].lag, 1)}}};
     for (const auto& [left_field, right_field] : fields) {
       const std::string found = difference(left_field, right_field);
       if (!found.empty()) return "body " + std::to_string(row) + ", " + found;

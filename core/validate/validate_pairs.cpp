@@ -33,9 +33,11 @@ std::size_t validate_rows(const WorldData& data, const PairRows& pairs) {
   for (std::size_t row = 0; row < count; ++row) {
     const ShapePair pair = pairs.pair[row];
     SCREE_ASSERT(pair.a >= 0 && pair.a < pair.b && pair.b < shapes);
-    if (pairs.contact[row] == -1) continue;
-    validate_contact(data, pair, pairs.contact[row]);
-    ++contacts;
+    SCREE_ASSERT(pairs.contact[row] >= -1);
+    for_each_contact(data.contacts, pairs.contact[row], [&](std::int32_t contact) {
+      validate_contact(data, pair, contact);
+      SCREE_ASSERT(++contacts <= data.contacts.now.pair.size());  // and no list runs in a circle
+    });
   }
   return contacts;
 }

@@ -82,18 +82,25 @@ void validate_shape_lists(const WorldData& data) {
 void validate_shapes(const WorldData& data) {
   const Shapes& shapes = data.shapes;
   std::size_t alive = 0;
-  std::int32_t asking = 0;
+  std::int32_t asking = 0, sensors = 0;
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
     const bool is_alive = (shapes.flags[row] & kShapeAlive) != 0;
     const bool is_hull = is_alive && shapes.type[row] == ShapeType::hull;
     SCREE_ASSERT(shapes.tree[row] == (is_alive ? tree_of(data.bodies, shapes.body[row]) : TreeKind::none));
     SCREE_ASSERT((shapes.hull[row] >= 0) == is_hull);
     SCREE_ASSERT(!is_hull || data.hulls.data[shapes.hull[row]] != nullptr);
+    const bool is_mesh = is_alive && shapes.type[row] == ShapeType::mesh;
+    SCREE_ASSERT((shapes.mesh[row] >= 0) == is_mesh);
+    SCREE_ASSERT(!is_mesh || data.meshes.data[shapes.mesh[row]] != nullptr);
+    SCREE_ASSERT(!is_mesh || given_type(data.bodies, shapes.body[row]) != BodyType::dynamic);
     alive += is_alive ? 1 : 0;
     asking += is_alive && shapes.events[row] != ContactEvents::none ? 1 : 0;
+    SCREE_ASSERT(is_alive || (shapes.flags[row] & kShapeSensor) == 0);
+    sensors += (shapes.flags[row] & kShapeSensor) != 0 ? 1 : 0;
   }
   SCREE_ASSERT(shapes.alive == alive);
   SCREE_ASSERT(shapes.asking == asking);
+  SCREE_ASSERT(shapes.sensors == sensors);
   const auto lists = [&](const Column<std::int32_t>& list, ShapeFlag flag) {
     return lists_exactly(list, shapes.flags.size(),
                          [&](std::size_t row) { return (shapes.flags[row] & flag) != 0; });

@@ -1,5 +1,6 @@
 // Creating and destroying bodies, one or a million at a time.
 #include <core/geometry/balls.h>
+#include <core/geometry/mesh/mesh_store.h>
 #include <core/state/recording_format/recorded_calls.h>
 #include <core/world/check.h>
 #include <core/world/edit.h>
@@ -62,7 +63,8 @@ BodyMass mass_of(Call item, const BodyDef& def, const ShapeTemplate* shape, std:
   if (def.type != BodyType::dynamic) return {};
   MassSum sum;
   if (shape != nullptr) {
-    sum = part_of(shape->geometries[i], shape->material->density, shape->options->local_pose);
+    sum = part_of(shape->geometries[i], shape->options->sensor ? 0.0f : shape->material->density,
+                  shape->options->local_pose);
   }
   return dynamic_mass(item, sum, def.mass);
 }
@@ -70,37 +72,40 @@ BodyMass mass_of(Call item, const BodyDef& def, const ShapeTemplate* shape, std:
 // Throws what creating the body would, except for limits of its hull.
 void check_item(Call item, const BodyDef& def, const ShapeTemplate* shape, std::size_t i) {
   check_body_def(item, def);
-  if (shape != nullptr) check_geometry(item, shape->geometries[i]);
+  if (shape == nullptr) return;
+  check_geometry(item, shape->geometries[i]);
+  check_mesh_place(item, shape->geometries[i], def.type, shape->options->sensor);
 }
 
 // Throws for bad definitions before anything is written: reused rows keep their old content, which shows in
-// snapshots. Returns the hulls, which count one shape too many.
-std::vector<std::int32_t> check_all(Call call, WorldData& data, std::span<const BodyDef> defs,
-                                    const ShapeTemplate* shape) {
-  const std::size_t count = defs.size(), old_hulls = data.hulls.shared.size();
-  std::vector<std::int32_t> hulls;
+// snapshots. Returns slots of hulls and meshes, which count one shape too many.
+std::vector<SolidSlots> check_all(Call call, WorldData& data, std::span<const BodyDef> defs,
+                                  const ShapeTemplate* shape) {
+  const std::size_t count = defs.size();
+  const SolidSlotCounts before(data);
+  std::vector<SolidSlots> slots;
   try {
     for (std::size_t i = 0; i < count; ++i) {
       const Call item = item_of(call, count, i);
       check_item(item, defs[i], shape, i);
       mass_of(item, defs[i], shape, i);
-      if (shape == nullptr || !std::holds_alternative<ConvexHull>(shape->geometries[i])) continue;
-      hulls.push_back(-1);
-      hulls.back() = acquire_hull(item, data.hulls, shape->geometries[i]);
+      if (shape == nullptr || !has_slot(shape->geometries[i])) continue;
+      slots.push_back({});
+      slots.back() = acquire_slots(item, data, shape->geometries[i]);
     }
   } catch (...) {
-    for (; !hulls.empty(); hulls.pop_back()) undo_hull(data.hulls, hulls.back(), old_hulls);
+    for (; !slots.empty(); slots.pop_back()) undo_slots(data, slots.back(), before);
     throw;
   }
-  return hulls;
+  return slots;
 }
 
-// Gives the hulls of new shapes back, the last one first.
-void drop_hulls(WorldData& data, const SlotPlan& plan, std::size_t count, std::size_t old_hulls) {
+// Gives the slots of new shapes back, the last one first.
+void drop_slots(WorldData& data, const SlotPlan& plan, std::size_t count, const SolidSlotCounts& before) {
   while (count > 0) {
     const std::int32_t shape = plan.slot(data.shapes.free_slots, --count);
-    undo_hull(data.hulls, data.shapes.hull[shape], old_hulls);
-    data.shapes.hull[shape] = -1;
+    undo_slots(data, slots_of(data.shapes, shape), before);
+    data.shapes.hull[shape] = data.shapes.mesh[shape] = -1;
     data.shapes.marks.mark(shape);
   }
 }
@@ -116,15 +121,15 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
   check_room(call, "shapes", old_shapes, shape_count);
   const SlotPlan body_plan(bodies.free_slots, old_bodies, count);
   const SlotPlan shape_plan(shapes.free_slots, old_shapes, shape_count);
-  const std::size_t old_hulls = data.hulls.shared.size();
+  const SolidSlotCounts before(data);
   std::size_t shapes_written = 0;
   try {
     grow(bodies, old_bodies + count - body_plan.from_free);
     // Waking cannot fail: a slot wakes once between two steps.
     data.events.woken.reserve(bodies.flags.size());
     grow(shapes, old_shapes + shape_count - shape_plan.from_free);
-    std::vector<std::int32_t> hulls;
-    if (body_plan.from_free + shape_plan.from_free > 0) hulls = check_all(call, data, defs, shape);
+    std::vector<SolidSlots> checked;
+    if (body_plan.from_free + shape_plan.from_free > 0) checked = check_all(call, data, defs, shape);
     for (std::size_t i = 0; i < count; ++i) {
       const Call item = item_of(call, count, i);
       const BodyDef& def = defs[i];
@@ -134,13 +139,13 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
       write_body(bodies, body, def, mass);
       if (shape == nullptr) continue;
       const std::int32_t row = shape_plan.slot(shapes.free_slots, i);
-      const std::int32_t hull = acquire_hull(item, data.hulls, shape->geometries[i]);
-      write_shape(data, row, shape->geometries[i], hull, *shape->material, *shape->options);
+      const SolidSlots slots = acquire_slots(item, data, shape->geometries[i]);
+      write_shape(data, row, shape->geometries[i], slots, *shape->material, *shape->options);
       ++shapes_written;
     }
-    for (const std::int32_t hull : hulls) release_hull(data.hulls, hull);
+    for (const SolidSlots& slots : checked) release_slots(data, slots);
   } catch (...) {
-    drop_hulls(data, shape_plan, shapes_written, old_hulls);
+    drop_slots(data, shape_plan, shapes_written, before);
     bodies.resize(old_bodies);
     shapes.resize(old_shapes);
     throw;
@@ -155,7 +160,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
     if (shape == nullptr) continue;
     const std::int32_t shape_row = shape_plan.slot(shapes.free_slots, i);
     link_shape(data, shape_row, body);
-    commit_shape(data, shape_row);
+    commit_shape(data, shape_row, shape->options->sensor);
     measure_core(data, body);
   }
   take_slots(bodies, body_plan);

@@ -19,8 +19,8 @@ double length_of(Quat q) {
 }  // namespace
 
 std::string title(Call call) {
-  const std::string message = std::string("World::") + call.name;
-  return call.item >= 0 ? message + ": definition " + std::to_string(call.item) : message;
+  const std::string message = std::string(call.owner) + call.name;
+  return call.item >= 0 ? message + ": " + call.items + " " + std::to_string(call.item) : message;
 }
 
 void fail(Call call, const std::string& problem, ErrorCode code) {
@@ -109,6 +109,8 @@ void check_geometry(Call call, const Geometry& geometry) {
     check_range(call, "hull scale.x", convex->scale.x, kMinHullScale, kMaxHullScale);
     check_range(call, "hull scale.y", convex->scale.y, kMinHullScale, kMaxHullScale);
     check_range(call, "hull scale.z", convex->scale.z, kMinHullScale, kMaxHullScale);
+  } else if (const auto* mesh = std::get_if<TriangleMesh>(&geometry)) {
+    if (mesh->is_empty()) fail(call, "the mesh is empty: it was made of no triangles, or moved from");
   } else {
     fail(call, "geometry holds no value");
   }

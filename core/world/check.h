@@ -12,14 +12,17 @@
 
 namespace scree {
 
-// The call whose arguments are checked: named in the message. `item` counts the definitions of a bulk call.
+// The call whose arguments are checked: named in the message. `item` counts the definitions of a bulk call,
+// or its `items`.
 struct Call {
   const char* name;
   std::int64_t item = -1;
+  const char* owner = "World::";  // before the name
+  const char* items = "definition";
 };
 
 std::string title(Call call);  // how messages begin
-// Throws Error "World::<call>: <problem>".
+// Throws Error "<owner><call>: <problem>".
 [[noreturn]] void fail(Call call, const std::string& problem, ErrorCode code = ErrorCode::invalid_value);
 [[noreturn]] void fail_range(Call call, const char* what, double value, double low, double high);
 [[noreturn]] void fail_handle(Call call, const char* kind, std::uint32_t index, std::uint32_t generation,
@@ -27,7 +30,7 @@ std::string title(Call call);  // how messages begin
 
 // The `i`th of `count` definitions; a single one is not counted.
 inline Call item_of(Call call, std::size_t count, std::size_t i) {
-  return {call.name, count > 1 ? static_cast<std::int64_t>(i) : -1};
+  return {call.name, count > 1 ? static_cast<std::int64_t>(i) : -1, call.owner, call.items};
 }
 // Every index must fit the rows' int32.
 void check_room(Call call, const char* what, std::size_t rows, std::size_t more);

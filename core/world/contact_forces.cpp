@@ -119,8 +119,7 @@ void for_each_contact(const WorldData& data, Visit&& visit) {
   while (m < moving.pair.size() || r < order.size()) {
     const bool rests =
         m == moving.pair.size() || (r < order.size() && comes_before(resting.pair[order[r]], moving.pair[m]));
-    const std::int32_t contact = rests ? resting.contact[order[r++]] : moving.contact[m++];
-    if (contact >= 0) visit(contact);
+    scree::for_each_contact(contacts, rests ? resting.contact[order[r++]] : moving.contact[m++], visit);
   }
 }
 
@@ -131,11 +130,12 @@ void list_by_shape(const WorldData& data) {
   end.clear();
   end.resize(data.shapes.flags.size() + 1);  // to zero
   const auto for_each_end = [&](auto&& visit) {
-    for (const std::int32_t contact : contacts.pairs.contact) {
-      if (contact < 0) continue;
-      const ShapePair pair = contacts.now.pair[contact];
-      visit(pair.a, contact);
-      visit(pair.b, contact);
+    for (const std::int32_t first : contacts.pairs.contact) {
+      scree::for_each_contact(contacts, first, [&](std::int32_t contact) {
+        const ShapePair pair = contacts.now.pair[contact];
+        visit(pair.a, contact);
+        visit(pair.b, contact);
+      });
     }
   };
   for_each_end([&](std::int32_t shape, std::int32_t) { ++end[shape + 1]; });
@@ -166,8 +166,8 @@ void find_contacts(const WorldData& data, std::int32_t shape, Column<std::int32_
   const Contacts& contacts = data.contacts;
   found.append(moving_contacts_of(contacts, shape));
   for_each_resting(data, shape, [&](std::int32_t row, std::int32_t) {
-    const std::int32_t contact = contacts.resting.contact[row];
-    if (contact >= 0) found.push_back(contact);
+    scree::for_each_contact(contacts, contacts.resting.contact[row],
+                            [&](std::int32_t contact) { found.push_back(contact); });
   });
 }
 
@@ -181,7 +181,8 @@ void write_forces(const WorldData& data, std::int32_t contact, std::span<Contact
 // Those found, in the order of their pairs. Returns how many there are.
 std::size_t write_found(const WorldData& data, Column<std::int32_t>& found, std::span<ContactForces> out) {
   const Contacts& contacts = data.contacts;
-  std::sort(found.begin(), found.end(), [&](std::int32_t x, std::int32_t y) {
+  // Those of one pair keep their order.
+  std::stable_sort(found.begin(), found.end(), [&](std::int32_t x, std::int32_t y) {
     return comes_before(contacts.now.pair[x], contacts.now.pair[y]);
   });
   std::size_t count = 0;

@@ -2,9 +2,12 @@
 #include <core/constraints/joint_parameters.h>
 #include <core/geometry/balls.h>
 #include <core/geometry/hull/hull_build.h>
+#include <core/geometry/hull/hull_store.h>
+#include <core/geometry/mesh/mesh_build.h>
 #include <core/plain/rows.h>
 #include <core/world/edit.h>
 #include <core/world/fp_environment.h>
+#include <core/world/material.h>
 
 namespace scree {
 
@@ -27,6 +30,13 @@ void leave(WorldData& data, std::int32_t body, UnplacedFlag what) {
   std::uint8_t& unplaced = data.bodies.unplaced[body];
   if (unplaced == 0) data.bodies.to_place.push_back(body);
   unplaced = static_cast<std::uint8_t>(unplaced | what);
+}
+
+void note_for_queries(Shapes& shapes, std::int32_t shape) {
+  shapes.queries_made.forget();
+  std::uint8_t& noted = shapes.is_noted[shape];
+  if (noted == 0) shapes.to_query.push_back(shape);
+  noted = 1;
 }
 
 // The pose of the center of mass, and of the origin again, which rounding may change.
@@ -78,6 +88,7 @@ void grow(Shapes& shapes, std::size_t count) {
   shapes.dirty.reserve(count);
   shapes.wakers.reserve(count);
   shapes.changed.reserve(count);
+  shapes.to_query.reserve(count);
   grow_store(shapes, count);
 }
 
@@ -87,6 +98,7 @@ void mark_dirty(Shapes& shapes, std::int32_t shape, std::uint8_t flags) {
   row_flags = static_cast<std::uint8_t>(row_flags | flags | kShapeDirty);
   shapes.marks.mark(shape);
   shapes.waking_made.forget();
+  if (shapes.is_queried) note_for_queries(shapes, shape);
 }
 
 void mark_shapes_dirty(WorldData& data, std::int32_t body) {
@@ -107,7 +119,7 @@ TreeKind tree_of(const Bodies& bodies, std::int32_t body) {
   return (bodies.flags[body] & kBodyAsleep) != 0 ? TreeKind::frozen : TreeKind::awake;
 }
 
-void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull) {
+void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry, const SolidSlots& slots) {
   Shapes& shapes = data.shapes;
   ExtentRow extent{};
   if (const auto* sphere = std::get_if<Sphere>(&geometry)) {
@@ -120,35 +132,29 @@ void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry,
   } else if (const auto* box = std::get_if<Box>(&geometry)) {
     shapes.type[shape] = ShapeType::box;
     store(extent.half, box->half_extents);
-  } else if (hull >= 0) {
+  } else if (slots.hull >= 0) {
     shapes.type[shape] = ShapeType::hull;
-    extent = extent_of(*data.hulls.shared[static_cast<std::size_t>(hull)].solid);
+    extent = extent_of(*data.hulls.shared[static_cast<std::size_t>(slots.hull)].solid);
+  } else if (slots.mesh >= 0) {
+    shapes.type[shape] = ShapeType::mesh;
+    extent = data.meshes.shared[static_cast<std::size_t>(slots.mesh)].solid->extent;
   }
   shapes.extent[shape] = extent;
-  shapes.hull[shape] = hull;
+  shapes.hull[shape] = slots.hull;
+  shapes.mesh[shape] = slots.mesh;
   shapes.marks.mark(shape);
 }
 
 void write_material(Shapes& shapes, std::int32_t shape, const Material& material) {
-  MaterialRow rules{};
-  rules.friction = material.friction;
-  rules.restitution = material.restitution;
-  rules.rolling_resistance = material.rolling_resistance;
-  rules.patch_radius = material.patch_radius.value_or(kAutomaticPatch);
-  rules.rules = static_cast<std::uint32_t>(material.friction_mix) |
-                static_cast<std::uint32_t>(material.restitution_mix) << 8;
-  if (material.patch_radius) rules.rules |= kMaterialPatch;
-  if (material.surface_velocity != Vec3{}) rules.rules |= kMaterialMoves;
-  store(rules.surface_velocity, material.surface_velocity);
-  shapes.material[shape] = rules;
+  shapes.material[shape] = material_row(material);
   shapes.density[shape] = material.density;
   shapes.marks.mark(shape);
 }
 
-void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull,
+void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, const SolidSlots& slots,
                  const Material& material, const ShapeOptions& options) {
   Shapes& shapes = data.shapes;
-  write_extent(data, shape, geometry, hull);
+  write_extent(data, shape, geometry, slots);
   write_material(shapes, shape, material);
   shapes.next[shape] = -1;
   shapes.previous[shape] = -1;
@@ -162,12 +168,13 @@ void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, 
   shapes.pose[shape] = {};
 }
 
-ShapeId commit_shape(WorldData& data, std::int32_t shape) {
+ShapeId commit_shape(WorldData& data, std::int32_t shape, bool sensor) {
   Shapes& shapes = data.shapes;
   SCREE_ASSERT((shapes.flags[shape] & kShapeAlive) == 0);
   if (shapes.generation[shape] == 0) shapes.generation[shape] = 1;
-  mark_dirty(shapes, shape, kShapeAlive | kShapeNew);
+  mark_dirty(shapes, shape, static_cast<std::uint8_t>(kShapeAlive | kShapeNew | (sensor ? kShapeSensor : 0)));
   ++shapes.alive;
+  if (sensor) ++shapes.sensors;
   if (shapes.events[shape] != ContactEvents::none) ++shapes.asking;
   return shape_handle(data, shape);
 }
@@ -208,9 +215,11 @@ void remove_shape(WorldData& data, std::int32_t shape) {
   SCREE_ASSERT((shapes.flags[shape] & kShapeAlive) != 0);
   request_wake(data, shape);
   mark_dirty(shapes, shape);
-  release_hull(data.hulls, shapes.hull[shape]);
-  shapes.hull[shape] = -1;
-  shapes.flags[shape] = static_cast<std::uint8_t>(shapes.flags[shape] & ~(kShapeAlive | kShapeNew));
+  release_slots(data, slots_of(shapes, shape));
+  shapes.hull[shape] = shapes.mesh[shape] = -1;
+  if (is_sensor(shapes, shape)) --shapes.sensors;
+  shapes.flags[shape] =
+      static_cast<std::uint8_t>(shapes.flags[shape] & ~(kShapeAlive | kShapeNew | kShapeSensor));
   if (shapes.tree[shape] != TreeKind::frozen) note_change(shapes, shape);
   shapes.tree[shape] = TreeKind::none;
   // A slot whose generations are used up stays empty for good.
@@ -220,21 +229,25 @@ void remove_shape(WorldData& data, std::int32_t shape) {
   data.contacts.pairs_stale = true;
 }
 
-void place_shape_in_body(WorldData& data, std::int32_t shape) {
+PoseRow placed_in_body(const WorldData& data, std::int32_t shape) {
   const Pose& given = data.shapes.given_pose[shape];
   const Vec3 center = data.bodies.center[data.shapes.body[shape]];
   PoseRow local{};
   store(local.position, given.position - center);
-  if (const std::int32_t hull = data.shapes.hull[shape]; hull >= 0) {
+  if (const double* const origin = origin_of_solid(data, shape); origin != nullptr) {
     // In double precision: a hull may lie far from the origin of its points.
     double offset[3];
-    rotate(given.rotation, data.hulls.shared[static_cast<std::size_t>(hull)].solid->origin, offset);
+    rotate(given.rotation, origin, offset);
     store(local.position, {static_cast<float>(offset[0] + given.position.x - center.x),
                            static_cast<float>(offset[1] + given.position.y - center.y),
                            static_cast<float>(offset[2] + given.position.z - center.z)});
   }
   store(local.rotation, given.rotation);
-  data.shapes.local_pose[shape] = local;
+  return local;
+}
+
+void place_shape_in_body(WorldData& data, std::int32_t shape) {
+  data.shapes.local_pose[shape] = placed_in_body(data, shape);
 }
 
 void leave_core(WorldData& data, std::int32_t body) { leave(data, body, kCoreUnmeasured); }
@@ -261,6 +274,7 @@ void place_matter(WorldData& data) {
 }
 
 void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
+  data.bodies.velocity[body].lag = 0.0f;
   write_pose(data.bodies, body, transform);
   mark_shapes_dirty(data, body);
 }
@@ -304,6 +318,7 @@ void take_part_as(WorldData& data, std::int32_t body, BodyType type) {
   Bodies& bodies = data.bodies;
   bodies.type[body] = type;
   if (type == BodyType::fixed) bodies.velocity[body] = {};
+  bodies.velocity[body].lag = 0.0f;
   if (type != BodyType::dynamic) bodies.force[body] = {};
   bodies.sleep_time[body] = 0.0f;
   if ((bodies.flags[body] & kBodyAsleep) != 0) --bodies.asleep;

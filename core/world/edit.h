@@ -1,7 +1,7 @@
 // Edits: the building blocks of World's calls. They assume checked values.
 #pragma once
 
-#include <core/geometry/hull/hull_store.h>
+#include <core/geometry/solid_slots.h>
 #include <core/world/check.h>
 #include <core/world/mass.h>
 #include <core/world/math.h>
@@ -60,14 +60,14 @@ void mark_shapes_dirty(WorldData& data, std::int32_t body);  // all shapes of th
 TreeKind tree_of(const Bodies& bodies, std::int32_t body);
 
 // Writes all columns of a new shape except generation, flags and body: pairs may still name the shape that
-// had the slot before, and the call may still fail. The local rotation must be normalized; `hull` is the slot
-// of a hull, which already counts the shape, or -1.
-void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull,
+// had the slot before, and the call may still fail. The local rotation must be normalized; `slots` already
+// count the shape.
+void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, const SolidSlots& slots,
                  const Material& material, const ShapeOptions& options);
-void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry, std::int32_t hull);
+void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry, const SolidSlots& slots);
 void write_material(Shapes& shapes, std::int32_t shape, const Material& material);
 // Makes the slot live: generation, flags, dirty list, counts.
-ShapeId commit_shape(WorldData& data, std::int32_t shape);
+ShapeId commit_shape(WorldData& data, std::int32_t shape, bool sensor);
 void link_shape(WorldData& data, std::int32_t shape, std::int32_t body);
 void unlink_shape(WorldData& data, std::int32_t shape);  // out of its body's list
 // Removes the shape from the world, but not from its body's list.
@@ -80,7 +80,9 @@ void place_body(WorldData& data, std::int32_t body, const Pose& transform);
 // place_matter(): every added shape moves the center, and a body may have 100,000 shapes.
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass);
 void apply_locks(Bodies& bodies, std::int32_t body);  // motion's locks and velocity from locks and type
-void place_shape_in_body(WorldData& data, std::int32_t shape);  // local_pose from given_pose, center and hull
+// local_pose from given_pose, center, and hull or mesh.
+PoseRow placed_in_body(const WorldData& data, std::int32_t shape);
+void place_shape_in_body(WorldData& data, std::int32_t shape);
 // Requests that the body's core is measured again.
 void leave_core(WorldData& data, std::int32_t body);
 // Does what calls have left to do, see UnplacedFlag. The result depends on the state alone, so that it may

@@ -3,6 +3,7 @@
 // Computes in plain double arithmetic of a fixed order: the rows are state and must have the same bits for
 // every compiler.
 #include <core/geometry/hull/hull_build.h>
+#include <core/geometry/mesh/mesh_build.h>
 #include <core/world/mass.h>
 
 #include <algorithm>
@@ -66,6 +67,12 @@ double solid(const ConvexHull& convex, double density, Symmetric* inertia) {
   *inertia = {{yy + zz, -stretch * s[0] * s[1] * m[XY], -stretch * s[0] * s[2] * m[XZ], xx + zz,
                -stretch * s[1] * s[2] * m[YZ], xx + yy}};
   return stretch * integrals.volume;
+}
+
+// A surface has no mass.
+double solid(const TriangleMesh&, double, Symmetric* inertia) {
+  *inertia = {};
+  return 0.0;
 }
 
 float to_float(double value) {
@@ -215,6 +222,7 @@ Symmetric inverse(const Symmetric& s) {
 MassSum part_of(const Geometry& geometry, double density, const Pose& local_pose) {
   MassSum part;
   part.mass = std::visit([&](const auto& shape) { return solid(shape, density, &part.inertia); }, geometry);
+  if (std::holds_alternative<TriangleMesh>(geometry)) return part;
   if (local_pose.rotation != Quat{}) part.inertia = rotated(local_pose.rotation, part.inertia);
   part.center[0] = local_pose.position.x;
   part.center[1] = local_pose.position.y;
@@ -243,6 +251,8 @@ Geometry geometry_of(const WorldData& data, std::int32_t shape) {
       return Capsule{extent.half[1], extent.radius};
     case ShapeType::hull:
       return data.hulls.shared[static_cast<std::size_t>(shapes.hull[shape])].geometry;
+    case ShapeType::mesh:
+      return MeshAccess::mesh(data.meshes.shared[static_cast<std::size_t>(shapes.mesh[shape])].solid);
     case ShapeType::box:
       break;
   }
@@ -252,7 +262,7 @@ Geometry geometry_of(const WorldData& data, std::int32_t shape) {
 namespace {
 
 MassSum part_of(const WorldData& data, std::int32_t shape) {
-  return part_of(geometry_of(data, shape), data.shapes.density[shape], data.shapes.given_pose[shape]);
+  return part_of(geometry_of(data, shape), solid_density(data.shapes, shape), data.shapes.given_pose[shape]);
 }
 
 void apply_change(const WorldData& data, const ShapeChange& change, MassMoments& moments) {

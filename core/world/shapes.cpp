@@ -1,13 +1,16 @@
 // Calls that create, change, read and destroy one shape.
 #include <core/geometry/balls.h>
+#include <core/geometry/mesh/mesh_store.h>
 #include <core/state/recording_format/recorded_calls.h>
 #include <core/world/check.h>
 #include <core/world/edit.h>
 #include <core/world/fp_environment.h>
 #include <scree/world.h>
 
+#include <algorithm>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -29,7 +32,7 @@ ShapeRow at(Call call, const std::unique_ptr<WorldData>& owner, ShapeId id) {
 }
 
 ShapeForm form_of(const ShapeRow& s) {
-  return {geometry_of(s.data, s.shape), s.shapes.density[s.shape], s.shapes.given_pose[s.shape]};
+  return {geometry_of(s.data, s.shape), solid_density(s.shapes, s.shape), s.shapes.given_pose[s.shape]};
 }
 
 // The body's mass rows after the change, or an Error.
@@ -49,33 +52,35 @@ void reconsider(const ShapeRow& s, std::uint8_t flags) {
 // Shapes of one call, and what they need before anything is written.
 struct NewShapes {
   std::vector<ShapeForm> forms;
-  std::vector<std::int32_t> hulls;  // -1: none
+  std::vector<SolidSlots> slots;
 };
 
-// Releases the hulls of shapes that are not created, the last one first.
-void drop_hulls(Hulls& all, std::vector<std::int32_t>& hulls, std::size_t old_hulls) {
-  for (; !hulls.empty(); hulls.pop_back()) undo_hull(all, hulls.back(), old_hulls);
+// Releases the slots of shapes that are not created, the last one first.
+void drop_slots(WorldData& data, std::vector<SolidSlots>& slots, const SolidSlotCounts& before) {
+  for (; !slots.empty(); slots.pop_back()) undo_slots(data, slots.back(), before);
 }
 
 // Throws for a bad definition; then nothing has changed.
-NewShapes check_new(Call call, WorldData& data, std::span<const ShapeDef> defs) {
+NewShapes check_new(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef> defs) {
   NewShapes made;
   made.forms.reserve(defs.size());
-  made.hulls.reserve(defs.size());
-  const std::size_t old_hulls = data.hulls.shared.size();
+  made.slots.reserve(defs.size());
+  const SolidSlotCounts before(data);
   try {
     for (std::size_t i = 0; i < defs.size(); ++i) {
       const Call item = item_of(call, defs.size(), i);
       check_geometry(item, defs[i].geometry);
       check_material(item, defs[i].material);
       check_options(item, defs[i].options);
+      check_mesh_place(item, defs[i].geometry, given_type(data.bodies, body), defs[i].options.sensor);
       const Pose& pose = defs[i].options.local_pose;
-      made.forms.push_back(
-          {defs[i].geometry, defs[i].material.density, {pose.position, normalize(pose.rotation)}});
-      made.hulls.push_back(acquire_hull(item, data.hulls, defs[i].geometry));
+      made.forms.push_back({defs[i].geometry,
+                            defs[i].options.sensor ? 0.0f : defs[i].material.density,
+                            {pose.position, normalize(pose.rotation)}});
+      made.slots.push_back(acquire_slots(item, data, defs[i].geometry));
     }
   } catch (...) {
-    drop_hulls(data.hulls, made.hulls, old_hulls);
+    drop_slots(data, made.slots, before);
     throw;
   }
   return made;
@@ -85,17 +90,18 @@ NewShapes check_new(Call call, WorldData& data, std::span<const ShapeDef> defs) 
 void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef> defs,
          std::span<ShapeId> ids) {
   Shapes& shapes = data.shapes;
-  const std::size_t old_rows = shapes.flags.size(), old_hulls = data.hulls.shared.size();
+  const std::size_t old_rows = shapes.flags.size();
+  const SolidSlotCounts before(data);
   check_room(call, "shapes", old_rows, defs.size());
   const SlotPlan plan(shapes.free_slots, old_rows, defs.size());
-  NewShapes made = check_new(call, data, defs);
+  NewShapes made = check_new(call, data, body, defs);
   const ShapeChange change{-1, made.forms};
   BodyMass mass;
   try {
     mass = mass_after(call, data, body, given_type(data.bodies, body), data.bodies.flags[body], change);
     grow(shapes, old_rows + defs.size() - plan.from_free);
   } catch (...) {
-    drop_hulls(data.hulls, made.hulls, old_hulls);
+    drop_slots(data, made.slots, before);
     throw;
   }
   follow_change(data, body, change);
@@ -105,9 +111,9 @@ void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef
     const std::int32_t shape = plan.slot(shapes.free_slots, i);
     ShapeOptions options = defs[i].options;
     options.local_pose = made.forms[i].local_pose;
-    write_shape(data, shape, defs[i].geometry, made.hulls[i], defs[i].material, options);
+    write_shape(data, shape, defs[i].geometry, made.slots[i], defs[i].material, options);
     link_shape(data, shape, body);
-    ids[i] = commit_shape(data, shape);
+    ids[i] = commit_shape(data, shape, options.sensor);
     if (has_core) extend_core(data, body, shape);
   }
   take_slots(shapes, plan);
@@ -180,13 +186,14 @@ void World::set_geometry(ShapeId shape, const Geometry& geometry) {
   const ShapeRow s = at(call, data_, shape);
   const CallRecord<RecordedCall::set_geometry> call_record(s.data, shape, geometry);
   check_geometry(call, geometry);
+  check_mesh_place(call, geometry, given_type(s.data.bodies, s.body), scree::is_sensor(s.shapes, s.shape));
   ShapeForm form = form_of(s);
   form.geometry = geometry;
   const BodyMass mass = mass_after_change(call, s, {&form, 1});
-  const std::int32_t hull = acquire_hull(call, s.data.hulls, geometry);
+  const SolidSlots slots = acquire_slots(call, s.data, geometry);
   follow_change(s.data, s.body, {s.shape, {&form, 1}});
-  release_hull(s.data.hulls, s.shapes.hull[s.shape]);
-  write_extent(s.data, s.shape, geometry, hull);
+  release_slots(s.data, slots_of(s.shapes, s.shape));
+  write_extent(s.data, s.shape, geometry, slots);
   place_shape_in_body(s.data, s.shape);
   apply_mass(s.data, s.body, mass);
   leave_core(s.data, s.body);
@@ -212,7 +219,7 @@ void World::set_material(ShapeId shape, const Material& material) {
   const ShapeRow s = at(call, data_, shape);
   const CallRecord<RecordedCall::set_material> call_record(s.data, shape, material);
   check_material(call, material);
-  if (material.density != s.shapes.density[s.shape]) {
+  if (material.density != s.shapes.density[s.shape] && !scree::is_sensor(s.shapes, s.shape)) {
     ShapeForm form = form_of(s);
     form.density = material.density;
     const BodyMass mass = mass_after_change(call, s, {&form, 1});
@@ -261,6 +268,30 @@ void World::set_contact_events(ShapeId shape, ContactEvents events) {
   s.shapes.asking +=
       (events != ContactEvents::none ? 1 : 0) - (s.shapes.events[s.shape] != ContactEvents::none ? 1 : 0);
   s.shapes.events[s.shape] = events;
+}
+
+bool World::is_sensor(ShapeId shape) const {
+  const ShapeRow s = at({"is_sensor"}, data_, shape);
+  return scree::is_sensor(s.shapes, s.shape);
+}
+
+std::size_t World::visitors_of(ShapeId sensor, std::span<ShapeId> out) const {
+  constexpr Call call{"visitors_of"};
+  const ShapeRow s = at(call, data_, sensor);
+  if (!scree::is_sensor(s.shapes, s.shape)) {
+    fail(call, "shape " + std::to_string(s.shape) + " is no sensor");
+  }
+  const Column<TouchingPair>& rows = s.data.events.sensed;
+  const TouchingPair* row = std::lower_bound(
+      rows.begin(), rows.end(), sensor.index,
+      [](const TouchingPair& pair, std::uint32_t index) { return pair.shape_a.index < index; });
+  std::size_t count = 0;
+  for (; row != rows.end() && row->shape_a.index == sensor.index; ++row) {
+    if (row->shape_a.generation != sensor.generation) continue;  // of the shape that had the slot before
+    if (count < out.size()) out[count] = handle_of<ShapeId>(s.data, row->shape_b);
+    ++count;
+  }
+  return count;
 }
 
 Pose World::local_pose(ShapeId shape) const {

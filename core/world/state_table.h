@@ -4,6 +4,7 @@
 #pragma once
 
 #include <core/geometry/hull/hull_store.h>
+#include <core/geometry/mesh/mesh_store.h>
 #include <core/world/world_data.h>
 
 #include <utility>
@@ -45,8 +46,9 @@ void for_each_part(const WorldData& data, Visit&& visit) {
 // Bytes that a value holds elsewhere.
 inline std::size_t held_elsewhere(const auto&) { return 0; }
 inline std::size_t held_elsewhere(const SharedHulls& hulls) { return hull_bytes(hulls); }
-inline std::size_t held_elsewhere(const HullSlots& slots) {
-  return slots.size() * sizeof(HullSlots::value_type);
+inline std::size_t held_elsewhere(const SharedMeshes& meshes) { return mesh_bytes(meshes); }
+inline std::size_t held_elsewhere(const ContentSlots& slots) {
+  return slots.size() * sizeof(ContentSlots::value_type);
 }
 inline std::size_t held_elsewhere(const BodyMoments& moments) { return moments.size() * sizeof(MassMoments); }
 

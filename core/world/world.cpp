@@ -92,6 +92,14 @@ void World::set_settings(const WorldSettings& settings) {
       data.bodies.marks.mark(row);
     }
   }
+  // Nothing would make up for it.
+  if (data.settings.continuous && !settings.continuous) {
+    for (std::size_t row = 0; row < data.bodies.velocity.size(); ++row) {
+      if (data.bodies.velocity[row].lag == 0.0f) continue;
+      data.bodies.velocity[row].lag = 0.0f;
+      data.bodies.marks.mark(row);
+    }
+  }
   if (settings.contact_events != data.settings.contact_events) data.events.asked_of_all = true;
   data.settings = settings;
   if (!wakes) return;
@@ -128,6 +136,16 @@ std::span<const ContactEvent> World::contact_persists() const noexcept {
 std::span<const ContactEnd> World::contact_ends() const noexcept {
   if (data_ == nullptr) return {};
   return std::as_const(data_->events.ends).span();
+}
+
+std::span<const SensorEvent> World::sensor_begins() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.sensor_begins).span();
+}
+
+std::span<const SensorEvent> World::sensor_ends() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.sensor_ends).span();
 }
 
 std::span<const BodyId> World::restored_bodies() const noexcept {
@@ -168,6 +186,7 @@ MemoryUse World::memory_use() const {
   const auto while_waking = data_->shapes.waking_made.hold();
   const auto while_ordering = data_->contacts.resting_order_made.hold();
   const auto while_listing = data_->contacts.by_shape_made.hold();
+  const auto while_querying = data_->shapes.queries_made.hold();
   for_each_member_size(*data_,
                        [&use](ColumnKind kind, const char*, const char*, std::size_t, std::size_t capacity) {
                          switch (kind) {

@@ -11,14 +11,15 @@
 #include <core/plain/hull.h>
 #include <core/plain/joint.h>
 #include <core/plain/manifold.h>
+#include <core/plain/mesh.h>
 #include <core/plain/rows.h>
 #include <core/state/recording_format/call_sink.h>
 #include <core/state/snapshot/change_marks.h>
 #include <core/world/column.h>
 #include <core/world/limits.h>
 #include <core/world/made_once.h>
-#include <core/world/mass_moments.h>
 #include <core/world/table.h>
+#include <core/world/world_rows.h>
 #include <scree/world.h>
 
 #include <cstdint>
@@ -30,122 +31,10 @@
 
 namespace scree {
 
-enum BodyFlag : std::uint8_t {
-  kBodyAlive = 1,
-  kBodyAsleep = 2,
-  kBodyCanSleep = 4,
-  kBodyMassGiven = 8,         // mass comes from the caller, inertia from the shapes
-  kBodyPropertiesGiven = 16,  // mass, center and inertia come from the caller
-  kBodyMarked = 32,           // set and cleared within one call
-  // In quarantine: the state became non-finite. Takes part as a fixed body until a call ends that, but was
-  // given as ...
-  kBodyQuarantinedDynamic = 64,
-  kBodyQuarantinedKinematic = 128,
-  kBodyQuarantined = kBodyQuarantinedDynamic | kBodyQuarantinedKinematic,
-};
-
-enum class ShapeType : std::uint8_t { sphere, capsule, box, hull };
-inline constexpr int kShapeTypeCount = 4;
-
-enum ShapeFlag : std::uint8_t {
-  kShapeAlive = 1,
-  kShapeDirty = 2,  // bounds must be made before the next pairs: new, moved or changed by a call. A slot that
-                    // is dirty but not alive held a shape that was destroyed
-  kShapeNew = 4,    // with kShapeDirty: pairs that name the shape describe a predecessor in its slot
-                    // or an earlier geometry or body type; their manifolds and colors must not be inherited
-  kShapeWakes = 8,  // bodies that touched the shape wake at the next wake_neighbors; may stand on dead slots
-};
-
-// Which tree of the broad phase a shape belongs to.
-enum class TreeKind : std::uint8_t { none, awake, kinematic, frozen };
-inline constexpr int kTreeCount = 4;
-
-enum JointFlag : std::uint8_t {
-  kJointAlive = 1,
-  kJointEnabled = 2,
-  kJointCollides = 4,  // the shapes of its bodies collide with each other
-  kJointBreaks = 8,    // has a limit in JointStrength
-  kJointRich = 16,     // has limits or drives; see simd::joint_variant
-};
-
-// Of the bodies of a joint, one number each.
-struct JointBodies {
-  std::int32_t a, b;
-};
-
-// Of a pair at rest, in the lists of shape a and of shape b: the ends before and behind its own. An end is 1
-// + 2 * row, and one more for shape b's; 0: none, so that rows of zeros are empty lists.
-struct RestingLinks {
-  std::uint32_t previous[2], next[2];
-};
-
-// What a joint bears.
-struct JointStrength {
-  float force;   // N
-  float torque;  // N m
-};
-
-// How far a body may move before it must be swept.
-struct CoreRow {
-  float radius;  // m, half that of the smallest ball about a shape's center; infinite without shapes
-  float reach;   // m, from the center of mass to the farthest ball's center; an upper bound
-  float size;    // m, from the center of mass around all cores; an upper bound
-};
-
-inline constexpr CoreRow kNoCore{std::numeric_limits<float>::infinity(), 0.0f, 0.0f};
-
-// What calls have left to do for a body, whose place_matter() is next.
-enum UnplacedFlag : std::uint8_t {
-  kShapesUnplaced = 1,  // the center has moved: local poses of shapes and frames of joints are those of an
-                        // earlier one. All shapes are dirty
-  kCoreUnmeasured = 2,
-};
-
-// A hull as shapes have it. Solids may be shared with other worlds.
-struct SharedHull {
-  ConvexHull geometry;                     // as given
-  std::shared_ptr<const HullSolid> solid;  // with the scale in it
-};
-
-// Which handles are a world's own, see World and restore.
-struct HandleTags {
-  std::uint32_t given = 0;  // stands in the handles that it gives
-  std::uint32_t first = 0;  // stood in them before the world of another one's snapshot was restored
-};
-
-using SharedHulls = std::vector<SharedHull>;
-using HullSlots = std::unordered_multimap<std::uint64_t, std::int32_t>;
-using BodyMoments = std::unordered_map<std::int32_t, MassMoments>;
-
-inline constexpr std::uint8_t kNoColor = 0xff;
-
-// A handle as columns hold it: without the world, so that their bytes depend on the scene alone.
-struct SlotName {
-  std::uint32_t index, generation;
-
-  friend bool operator==(const SlotName&, const SlotName&) = default;
-};
-
-struct TouchingPair {
-  SlotName shape_a, shape_b, body_a, body_b;
-
-  friend bool operator==(const TouchingPair&, const TouchingPair&) = default;
-};
-
-// A pair of which contact events were asked for when it last touched.
-struct TouchRow {
-  TouchingPair pair;     // names outlive their shapes
-  std::uint32_t events;  // ContactEvents
-};
-
-// Of one chunk of pairs: how many there are of each, then where they go.
-struct EventCounts {
-  std::int32_t touching, resting, begins, persists, ends;
-};
-
 inline constexpr unsigned kKnownBodyFlags =
     kBodyAlive | kBodyAsleep | kBodyCanSleep | kBodyMassGiven | kBodyPropertiesGiven | kBodyQuarantined;
-inline constexpr unsigned kKnownShapeFlags = kShapeAlive | kShapeDirty | kShapeNew | kShapeWakes;
+inline constexpr unsigned kKnownShapeFlags =
+    kShapeAlive | kShapeDirty | kShapeNew | kShapeWakes | kShapeSensor;
 inline constexpr unsigned kKnownJointFlags =
     kJointAlive | kJointEnabled | kJointCollides | kJointBreaks | kJointRich;
 // So that tells_life has one meaning.
@@ -220,7 +109,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   std::uint32_t,   generation,      /* calls */                                                  \
         not_zero("a living shape has none"))                                                                    \
   ROWS (state,   ShapeType,       type,            /* calls */                                                  \
-        at_most(ShapeType::hull, "is no type of shapes"))                                                       \
+        at_most(ShapeType::mesh, "is no type of shapes"))                                                       \
   ROWS (state,   std::uint8_t,    flags,           /* calls, update_bounds; ShapeFlag */                        \
         kTellsLife, known_flags(kKnownShapeFlags, kShapeDirty | kShapeWakes))                                   \
   ROWS (state,   std::int32_t,    body,            /* calls */                                                  \
@@ -229,9 +118,11 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   ExtentRow,       extent)          /* calls */                                                  \
   ROWS (state,   std::int32_t,    hull,            /* calls; slot in WorldData::hulls, -1: no hull */           \
         if_dead(-1, "a dead shape has no hull"))                                                                \
+  ROWS (state,   std::int32_t,    mesh,            /* calls; slot in WorldData::meshes, -1: no mesh */          \
+        if_dead(-1, "a dead shape has no mesh"))                                                                \
   ROWS (derived, std::int32_t,    previous)        /* calls; before it in the list of `next`, -1: first */      \
-  ROWS (derived, PoseRow,         local_pose)      /* calls, place_matter; relative to the body's center of     \
-                                                      mass; of a hull's centroid */                             \
+  ROWS (derived, PoseRow,         local_pose)      /* calls, place_matter; from the body's center of mass; of a \
+                                                      hull's centroid, of the center of a mesh's box */         \
   ROWS (state,   Pose,            given_pose)      /* calls; relative to the body's origin */                   \
   ROWS (state,   MaterialRow,     material)        /* calls */                                                  \
   ROWS (state,   float,           density,         /* calls; kg/m^3 */                                          \
@@ -268,11 +159,18 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
                                                       not dirty */                                              \
         each_once(SheetId::shapes))                                                                             \
   VALUE(derived, std::size_t,     alive, 0)        /* calls */                                                  \
+  ROWS (scratch, std::uint8_t,    is_noted)        /* calls, queries; 1: stands in `to_query` */                \
+  LIST (scratch, std::int32_t,    to_query,        /* calls, queries; shapes that calls have changed since      \
+                                                      queries last looked at them, while `is_queried` */        \
+        each_once(SheetId::shapes))                                                                             \
+  VALUE(scratch, bool,            is_queried, false) /* queries; from the first one on */                       \
+  OTHER(scratch, mutable MadeOnce, queries_made)   /* queries; forgotten by mark_dirty and the step */          \
   VALUE(derived, bool,            trees_changed, true) /* restore: look at all shapes for those that changed    \
                                                       trees */                                                  \
   VALUE(state,   bool,            wake_requested, false) /* calls: some shape has kShapeWakes; cleared by       \
                                                       wake_neighbors */                                         \
-  VALUE(derived, std::int32_t,    asking, 0)       /* calls: living shapes with events */
+  VALUE(derived, std::int32_t,    asking, 0)       /* calls: living shapes with events */                       \
+  VALUE(derived, std::int32_t,    sensors, 0)      /* calls: living sensors */
 
 // Slots of hulls, each shared by all shapes of the same hull and scale.
 #define SCREE_HULL_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                     \
@@ -282,7 +180,17 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   LIST (state,   std::int32_t,    free_slots,      /* calls; taken from the back */                             \
         saved_in(SheetId::free_hulls), each_once(SheetId::hulls))                                               \
   OTHER(state,   SharedHulls,     shared)          /* calls; by slot; snapshots have them in SnapshotData::hulls */ \
-  OTHER(derived, HullSlots,       slot_of)         /* calls; by content; made by restore */
+  OTHER(derived, ContentSlots,    slot_of)         /* calls; by content; made by restore */
+
+// Slots of meshes, each shared by all shapes of the same mesh.
+#define SCREE_MESH_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                     \
+  ROWS (state,   std::uint64_t,   content)         /* calls; hash of the mesh, 0: the slot is free */           \
+  ROWS (state,   std::int32_t,    shapes)          /* calls; how many share it */                               \
+  ROWS (derived, const MeshData*, data)            /* calls; null: the slot is free */                          \
+  LIST (state,   std::int32_t,    free_slots,      /* calls; taken from the back */                             \
+        saved_in(SheetId::free_meshes), each_once(SheetId::meshes))                                             \
+  OTHER(state,   SharedMeshes,    shared)          /* calls; by slot; snapshots have them in SnapshotData::meshes */ \
+  OTHER(derived, ContentSlots,    slot_of)         /* calls; by content; made by restore */
 
 // Candidate pairs; each stands in one of two lists.
 #define SCREE_PAIR_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                     \
@@ -299,6 +207,9 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (derived, ShapePair,        pair)           /* collide; as the row of `pairs` that has the contact */    \
   ROWS (state,   std::uint8_t,     points,         /* collide; how many, 0: the row is free */                  \
         kTellsPresence, kApart, kVaried)                                                                        \
+  ROWS (state,   std::int32_t,     next,           /* collide; 1 + the pair's next contact, 0: last. Only pairs  \
+                                                      with a mesh have more than one */                         \
+        kApart, kVaried)                                                                                        \
   ROWS (state,   Manifold,         manifold,       /* collide, store_impulses */                                \
         kApart, kVaried)                                                                                        \
   ROWS (state,   ManifoldFeatures, features,       /* collide */                                                \
@@ -420,6 +331,11 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   LIST (scratch, ContactEvent,     begins, kEvent)  /* list_contact_events */                                   \
   LIST (scratch, ContactEvent,     persists, kEvent) /* list_contact_events */                                  \
   LIST (scratch, ContactEnd,       ends, kEvent)    /* list_contact_events */                                   \
+  LIST (state,   TouchingPair,     sensed,         /* list_sensor_events; sensors and what they see, ascending by \
+                                                      the indices of the sensor, then of the visitor */         \
+        saved_in(SheetId::events_sensed), kVaried)                                                              \
+  LIST (scratch, SensorEvent,      sensor_begins, kEvent) /* list_sensor_events */                              \
+  LIST (scratch, SensorEvent,      sensor_ends, kEvent) /* list_sensor_events */                                \
   LIST (scratch, BodyId,           restored, kEvent) /* quarantine_bodies */                                    \
   LIST (scratch, BodyId,           quarantined, kEvent) /* quarantine_bodies */                                 \
   LIST (state,   SlotName,         woken,          /* calls, islands; bodies woken since the last step's lists, \
@@ -456,6 +372,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   TABLE(state,   Bodies,           bodies, "bodies", SheetId::bodies, SheetId::bodies_moving)                   \
   TABLE(state,   Shapes,           shapes, "shapes", SheetId::shapes, SheetId::shapes_moving)                   \
   TABLE(state,   Hulls,            hulls, "hulls", SheetId::hulls)                                              \
+  TABLE(state,   Meshes,           meshes, "meshes", SheetId::meshes)                                           \
   TABLE(state,   Contacts,         contacts, "contacts")                                                        \
   TABLE(state,   Joints,           joints, "joints", SheetId::joints, SheetId::joints_moving)                   \
   TABLE(state,   UserJoints,       user_joints, "user_joints", SheetId::user_joints)                            \
@@ -470,12 +387,14 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   OTHER(derived, PartOwner,        narrow_phase)   /* parallel/collide */                                       \
   OTHER(derived, PartOwner,        constraints)    /* parallel/color_constraints, pack_blocks, solve */         \
   OTHER(derived, PartOwner,        islands)        /* parallel/islands */                                       \
+  OTHER(scratch, PartOwner,        queries)        /* parallel/queries; made by reading calls */                \
   OTHER(scratch, SinkLink,         recording)      /* parallel/recorder; last, see there */
 // clang-format on
 
 SCREE_STORE(Bodies, SCREE_BODY_MEMBERS)
 SCREE_STORE(Shapes, SCREE_SHAPE_MEMBERS)
 SCREE_STORE(Hulls, SCREE_HULL_MEMBERS)
+SCREE_STORE(Meshes, SCREE_MESH_MEMBERS)
 SCREE_STORE(PairRows, SCREE_PAIR_MEMBERS)
 SCREE_STORE(ContactRows, SCREE_CONTACT_ROW_MEMBERS)
 SCREE_STORE(Contacts, SCREE_CONTACTS_MEMBERS)
@@ -509,6 +428,27 @@ void report_members(const Members& part, const char* store, const Part::Visit& v
 }
 
 SCREE_STORE(WorldData, SCREE_WORLD_MEMBERS)
+
+// The next contact of the same pair; -1: there is none.
+inline std::int32_t next_contact(const ContactRows& rows, std::int32_t contact) {
+  return rows.next[contact] - 1;
+}
+
+// Calls visit(contact) for the contacts of a pair, from PairRows::contact on.
+template <class Visit>
+void for_each_contact(const Contacts& contacts, std::int32_t first, Visit&& visit) {
+  for (std::int32_t contact = first; contact >= 0; contact = next_contact(contacts.now, contact))
+    visit(contact);
+}
+
+inline bool is_sensor(const Shapes& shapes, std::int32_t shape) {
+  return (shapes.flags[shape] & kShapeSensor) != 0;
+}
+
+// kg/m^3, of what the shape adds to its body.
+inline float solid_density(const Shapes& shapes, std::int32_t shape) {
+  return is_sensor(shapes, shape) ? 0.0f : shapes.density[shape];
+}
 
 inline bool is_quarantined(const Bodies& bodies, std::int32_t body) {
   return (bodies.flags[body] & kBodyQuarantined) != 0;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <core/world/world_data.h>
+#include <parallel/continuous/sweep_motion.h>
 #include <parallel/crew/crew.h>
 #include <simd/broad_phase/pair_kernels.h>
 
@@ -100,7 +101,13 @@ using FoundPairs = std::vector<Column<ShapePair>>;
   LIST (scratch, std::uint8_t,  is_dirty)       /* per shape; all zero outside find_pairs and while nothing was \
                                                    dirty */                                                     \
   LIST (scratch, std::int32_t,  fast)           /* sweep_fast_bodies; bodies that are swept, ascending */       \
-  LIST (scratch, std::uint8_t,  fast_hits)      /* sweep_fast_bodies; by place in `fast` */                     \
+  LIST (scratch, sweeps::StepEnd, step_ends)    /* sweep_fast_bodies; by place in `fast` */                     \
+  LIST (scratch, sweeps::MovingPair, meeting_pairs) /* sweep_fast_bodies; of bodies that move, one of them fast */ \
+  LIST (scratch, float,         meeting_times)  /* by `meeting_pairs`; of the first meeting */                   \
+  LIST (scratch, std::int32_t,  meets_begin)    /* by place in `fast`, one more: where its pairs begin in ... */ \
+  LIST (scratch, std::int32_t,  meets_of)       /* ... this list of places in `meeting_pairs` */                 \
+  LIST (scratch, float,         stop_times)     /* by place in `fast` */                                        \
+  LIST (scratch, sweeps::Meet,  meets)          /* a heap, the next one first */                                \
   LIST (scratch, std::int32_t,  fast_counts)    /* sweep_fast_bodies; by chunk of awake bodies, then where they go */ \
   LIST (scratch, CenterSpread,  spreads)                                                                        \
   LIST (scratch, SortKey,       sort_keys)                                                                      \
@@ -146,6 +153,9 @@ bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b);
 bool update_members(WorldData& data, BroadPhase& broad_phase, Crew& crew);
 // Makes the trees of awake and kinematic shapes fit their bounds.
 void refit_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew);
+// Sizes leaves and levels for so many leaf blocks, and empties the places behind the last block of each
+// level. Returns the number of levels.
+int lay_out_levels(std::size_t blocks, Column<simd::LeafBlock>& leaves, TreeLevels& nodes);
 // Sorts `gathered` along the curve, as the tree's new order.
 void sort_gathered(const WorldData& data, BroadPhase& broad_phase, PairTree& tree, Crew& crew);
 // The same for shapes that are in this order already.

@@ -53,6 +53,17 @@ bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
   return same.load(std::memory_order_relaxed);
 }
 
+// Adds the other contacts of the pairs whose first ones are listed.
+void add_followers(const ContactRows& contacts, Column<std::int32_t>& list) {
+  const std::size_t pairs = list.size();
+  for (std::size_t i = 0; i < pairs; ++i) {
+    for (std::int32_t next = next_contact(contacts, list[i]); next >= 0;
+         next = next_contact(contacts, next)) {
+      list.push_back(next);
+    }
+  }
+}
+
 // Makes the new list `pairs` and the last one `pairs_before`. Contacts stay in their rows: their pairs keep
 // the numbers, and rows of pairs that are gone become free.
 void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
@@ -77,6 +88,7 @@ void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
       crew, before.contact.size(), broad_phase.places, broad_phase.lost,
       [&](std::int32_t row) { return before.contact[row] >= 0; },
       [&](std::int32_t row) { return before.contact[row]; });
+  add_followers(contacts.now, broad_phase.lost);
   crew.run_ranges(static_cast<int>(broad_phase.lost.size()), kPairsPerChunk, [&](int begin, int end, int) {
     for (int i = begin; i < end; ++i) contacts.now.points[broad_phase.lost[i]] = 0;
   });
@@ -99,9 +111,12 @@ void gather_rows(const PairRows& from, const Column<std::int32_t>& places, PairR
   });
 }
 
-std::int64_t count_contacts(const PairRows& rows) {
-  return std::count_if(rows.contact.begin(), rows.contact.end(),
-                       [](std::int32_t contact) { return contact >= 0; });
+std::int64_t count_contacts(const Contacts& contacts, const PairRows& rows) {
+  std::int64_t count = 0;
+  for (const std::int32_t first : rows.contact) {
+    for_each_contact(contacts, first, [&](std::int32_t) { ++count; });
+  }
+  return count;
 }
 
 // Lists the rows of `resting` that cannot stay there, ascending: their shapes have left the frozen trees, or
@@ -144,7 +159,7 @@ bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   gather_rows(contacts.resting, broad_phase.by_pair, pulled, crew);
   move_touching(data, broad_phase.by_pair);
   remove_resting(data, broad_phase.frozen_pairs);
-  contacts.resting_contacts -= count_contacts(pulled);
+  contacts.resting_contacts -= count_contacts(contacts, pulled);
   PairRows& all = contacts.pairs_before;
   const PairRows* const lists[] = {&contacts.pairs, &pulled};
   const std::size_t count = lists[0]->pair.size() + lists[1]->pair.size();
@@ -177,7 +192,7 @@ void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   gather_rows(contacts.pairs, broad_phase.moving_pairs, contacts.pairs_before, crew);
   std::swap(contacts.pairs, contacts.pairs_before);
   add_resting(data, broad_phase.pulled);
-  contacts.resting_contacts += count_contacts(broad_phase.pulled);
+  contacts.resting_contacts += count_contacts(contacts, broad_phase.pulled);
   const Column<std::int32_t>& moving = broad_phase.moving_pairs;
   broad_phase.moving_last_place.resize_discarding(moving.size());
   crew.run_ranges(static_cast<int>(moving.size()), kPairsPerChunk, [&](int begin, int end, int) {

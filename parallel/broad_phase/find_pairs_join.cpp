@@ -101,7 +101,7 @@ bool are_held_apart(const WorldData& data, std::int32_t body_a, std::int32_t bod
 bool may_collide(const WorldData& data, std::int32_t shape_a, std::int32_t shape_b) {
   const std::int32_t body_a = data.shapes.body[shape_a];
   const std::int32_t body_b = data.shapes.body[shape_b];
-  if (body_a == body_b) return false;
+  if (body_a == body_b || is_sensor(data.shapes, shape_a) || is_sensor(data.shapes, shape_b)) return false;
   if (data.bodies.type[body_a] != BodyType::dynamic && data.bodies.type[body_b] != BodyType::dynamic)
     return false;
   if (same_or_never(data.shapes.filter[shape_a], data.shapes.filter[shape_b])) return false;

@@ -151,33 +151,13 @@ CurveGrid lay_grid(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   return grid;
 }
 
-// Sizes the levels for the blocks of `order` and empties the places behind the last block of each level.
-void lay_out(PairTree& tree) {
-  std::size_t blocks = tree.order.size() / simd::kBlock;
-  tree.leaves.resize(blocks);
-  tree.levels = 0;
-  if (blocks == 0) return;
-  do {
-    const std::size_t parents = (blocks + simd::kBlock - 1) / simd::kBlock;
-    Column<simd::NodeBlock>& nodes = tree.nodes[tree.levels++];
-    nodes.resize(parents);
-    for (std::size_t child = blocks; child < parents * simd::kBlock; ++child) {
-      for (int axis = 0; axis < 3; ++axis) {
-        nodes.back().bounds[axis][child % simd::kBlock] = kLargestFloat;
-        nodes.back().bounds[axis + 3][child % simd::kBlock] = -kLargestFloat;
-      }
-    }
-    blocks = parents;
-  } while (blocks > 1);
-}
-
 bool is_special(const WorldData& data, std::int32_t shape) {
   const Filter& filter = data.shapes.filter[shape];
   const Filter plain;
   const bool alone = data.shapes.next[shape] < 0 && data.bodies.first_shape[data.shapes.body[shape]] == shape;
   const bool jointed = data.bodies.first_joint[data.shapes.body[shape]] >= 0;
-  return !alone || jointed || filter.category != plain.category || filter.mask != plain.mask ||
-         filter.group != plain.group;
+  return !alone || jointed || is_sensor(data.shapes, shape) || filter.category != plain.category ||
+         filter.mask != plain.mask || filter.group != plain.group;
 }
 
 void mark_special(const WorldData& data, const PairTree& tree, simd::LeafBlock& leaf, std::int32_t block) {
@@ -226,6 +206,25 @@ void write_order(PairTree& tree, int count, Crew& crew, ShapeAt&& shape_at) {
 
 }  // namespace
 
+int lay_out_levels(std::size_t blocks, Column<simd::LeafBlock>& leaves, TreeLevels& nodes) {
+  leaves.resize(blocks);
+  int levels = 0;
+  if (blocks == 0) return levels;
+  do {
+    const std::size_t parents = (blocks + simd::kBlock - 1) / simd::kBlock;
+    Column<simd::NodeBlock>& level = nodes[levels++];
+    level.resize(parents);
+    for (std::size_t child = blocks; child < parents * simd::kBlock; ++child) {
+      for (int axis = 0; axis < 3; ++axis) {
+        level.back().bounds[axis][child % simd::kBlock] = kLargestFloat;
+        level.back().bounds[axis + 3][child % simd::kBlock] = -kLargestFloat;
+      }
+    }
+    blocks = parents;
+  } while (blocks > 1);
+  return levels;
+}
+
 void sort_gathered(const WorldData& data, BroadPhase& broad_phase, PairTree& tree, Crew& crew) {
   const CurveGrid grid = lay_grid(data, broad_phase, crew);
   const auto count = static_cast<int>(broad_phase.gathered.size());
@@ -248,7 +247,7 @@ void take_gathered(const BroadPhase& broad_phase, PairTree& tree, Crew& crew) {
 }
 
 void refit_tree(const WorldData& data, PairTree& tree, Crew& crew) {
-  lay_out(tree);
+  tree.levels = lay_out_levels(tree.order.size() / simd::kBlock, tree.leaves, tree.nodes);
   const simd::RefitTask task{tree.order.data(), data.shapes.fat_bounds.data(), tree.leaves.data(),
                              tree.nodes[0].data()};
   const simd::PairKernels& kernels = crew.kernels().pair;

@@ -19,6 +19,7 @@ constexpr int kShapesPerChunk = 256;  // 5 to 10 microseconds
 static_assert(static_cast<int>(ShapeType::sphere) == simd::kBoundsSphere);
 static_assert(static_cast<int>(ShapeType::capsule) == simd::kBoundsCapsule);
 static_assert(static_cast<int>(ShapeType::hull) == simd::kBoundsHull);
+static_assert(static_cast<int>(ShapeType::mesh) == simd::kBoundsMesh);
 static_assert(static_cast<int>(BodyType::fixed) == simd::kBoundsFixedBody);
 static_assert(sizeof(ShapeType) == 1 && sizeof(BodyType) == 1);
 static_assert(sizeof(PoseRow) == 32 && sizeof(VelocityRow) == 32 && sizeof(BoundsRow) == 32 &&

@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace scree {
@@ -48,11 +49,45 @@ bool is_on_awake_dynamic(const WorldData& data, std::int32_t shape) {
   return is_awake_dynamic(data.bodies, data.shapes.body[shape]);
 }
 
+// Contacts of one pair, taken together.
+template <class Value>
+float largest_of(const Contacts& contacts, std::int32_t first, Value&& value) {
+  float largest = -std::numeric_limits<float>::max();
+  for_each_contact(contacts, first,
+                   [&](std::int32_t contact) { largest = std::max(largest, value(contact)); });
+  return largest;
+}
+float nearest_of(const Contacts& contacts, std::int32_t first) {
+  return -largest_of(contacts, first,
+                     [&](std::int32_t contact) { return -nearest_of(contacts.now.manifold[contact]); });
+}
+float impulse_of(const WorldData& data, std::int32_t first) {
+  float sum = 0.0f;
+  for_each_contact(data.contacts, first, [&](std::int32_t contact) { sum += data.events.impulse[contact]; });
+  return sum;
+}
+// The contact with the nearest point.
+std::int32_t nearest_contact(const Contacts& contacts, std::int32_t first) {
+  std::int32_t nearest = first;
+  for_each_contact(contacts, first, [&](std::int32_t contact) {
+    if (nearest_of(contacts.now.manifold[contact]) < nearest_of(contacts.now.manifold[nearest]))
+      nearest = contact;
+  });
+  return nearest;
+}
+
 bool was_pressed(const Manifold& manifold) {
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
     if (manifold.normal_impulse[k] > 0.0f) return true;
   }
   return false;
+}
+bool was_pressed(const Contacts& contacts, std::int32_t first) {
+  bool pressed = false;
+  for_each_contact(contacts, first, [&](std::int32_t contact) {
+    pressed = pressed || was_pressed(contacts.now.manifold[contact]);
+  });
+  return pressed;
 }
 
 // The pairs that may have events, and their contacts, -1 if they have none. `resting_row` is empty if all of
@@ -120,15 +155,15 @@ std::uint8_t judge(const WorldData& data, const PairList& list, std::int32_t row
   const std::int32_t contact = list.contact[row];
   const ShapePair pair = list.pair[row];
   const ContactEvents asked = asked_about(data, pair);
-  const Manifold& manifold = data.contacts.now.manifold[contact];
   if (asked == ContactEvents::none) return 0;
+  const float nearest = nearest_of(data.contacts, contact);
   const auto verdict = static_cast<std::uint8_t>(asked);
   if (!is_on_awake_dynamic(data, pair.a) && !is_on_awake_dynamic(data, pair.b)) {
-    const bool touches = known || nearest_of(manifold) <= 0.0f;
+    const bool touches = known || nearest <= 0.0f;
     return touches ? static_cast<std::uint8_t>(verdict | kResting) : std::uint8_t{0};
   }
-  const bool pressed = solved ? data.events.impulse[contact] > 0.0f : was_pressed(manifold);
-  const bool touches = pressed || nearest_of(manifold) <= (known ? kLinearSlop : 0.0f);
+  const bool pressed = solved ? impulse_of(data, contact) > 0.0f : was_pressed(data.contacts, contact);
+  const bool touches = pressed || nearest <= (known ? kLinearSlop : 0.0f);
   return touches ? verdict : std::uint8_t{0};
 }
 
@@ -208,9 +243,9 @@ void place_events(Events& events) {
 }
 
 ContactEvent make_event(const WorldData& data, const PairList& list, std::int32_t row, bool solved) {
-  const std::int32_t contact = list.contact[row];
+  const std::int32_t first = list.contact[row];
   const ShapePair pair = list.pair[row];
-  const Manifold& manifold = data.contacts.now.manifold[contact];
+  const Manifold& manifold = data.contacts.now.manifold[nearest_contact(data.contacts, first)];
   const ContactEnd handles = handles_of(data, names_of(data, pair));
   ContactEvent event{handles.shape_a, handles.shape_b, handles.body_a, handles.body_b, {}, 0.0f, 0.0f, 0, {}};
   const Vec3 normal = to_vec3(manifold.normal);
@@ -227,9 +262,10 @@ ContactEvent make_event(const WorldData& data, const PairList& list, std::int32_
         center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2, manifold.separation[k]};
   }
   if (!is_on_awake_dynamic(data, pair.a) && !is_on_awake_dynamic(data, pair.b)) return event;
-  event.approach_speed = data.events.approach[contact];
-  if (solved && std::isfinite(data.events.impulse[contact]))
-    event.normal_impulse = data.events.impulse[contact];
+  event.approach_speed =
+      largest_of(data.contacts, first, [&](std::int32_t contact) { return data.events.approach[contact]; });
+  const float impulse = solved ? impulse_of(data, first) : 0.0f;
+  if (std::isfinite(impulse)) event.normal_impulse = impulse;
   return event;
 }
 

@@ -93,6 +93,16 @@ void wake_listed(WorldData& data, Islands& islands, Crew& crew) {
   sort_by_pair(broad_phase_of(data), contacts.resting.pair, contacts.roused, crew);
 }
 
+// Islands::remaining has the first contact of each pair: puts the others behind it.
+void follow_contacts_of_pairs(const Contacts& contacts, Islands& islands) {
+  Column<std::int32_t>& all = islands.waking_contacts;  // no longer needed
+  all.clear();
+  for (const std::int32_t first : islands.remaining) {
+    for_each_contact(contacts, first, [&](std::int32_t contact) { all.push_back(contact); });
+  }
+  all.swap(islands.remaining);
+}
+
 // Lists the contacts that take part now, in the order of their pairs. Their pairs stay at rest until the next
 // list of pairs; their contacts take part at once.
 void list_active_contacts(WorldData& data, Islands& islands, Crew& crew) {
@@ -104,9 +114,12 @@ void list_active_contacts(WorldData& data, Islands& islands, Crew& crew) {
         return contact_of[pair] >= 0 && takes_part(data, contact_ends(data, contact_of[pair]));
       },
       [&](std::int32_t pair) { return contact_of[pair]; });
-  islands.waking_contacts.resize_discarding(contacts.roused.size());
-  std::transform(contacts.roused.begin(), contacts.roused.end(), islands.waking_contacts.begin(),
-                 [&](std::int32_t row) { return contacts.resting.contact[row]; });
+  if (!data.meshes.data.empty()) follow_contacts_of_pairs(contacts, islands);
+  islands.waking_contacts.clear();
+  for (const std::int32_t row : contacts.roused) {
+    for_each_contact(contacts, contacts.resting.contact[row],
+                     [&](std::int32_t contact) { islands.waking_contacts.push_back(contact); });
+  }
   contacts.active.resize_discarding(islands.remaining.size() + islands.waking_contacts.size());
   const ShapePair* const pair = contacts.now.pair.data();
   std::merge(islands.remaining.begin(), islands.remaining.end(), islands.waking_contacts.begin(),

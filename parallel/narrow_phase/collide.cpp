@@ -21,15 +21,10 @@ namespace {
 
 using simd::CollideItem;
 
-// Values of NarrowPhase::kind beside simd::CollideType: the row is left alone, or its pair cannot collide.
-static_assert(simd::kCollideTypes <= 14);
-constexpr std::uint8_t kSkipped = 14;  // no body is awake: the contact, if it is one, stays as it is
-constexpr std::uint8_t kNever = 15;    // no dynamic body
-
 bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
 
 simd::CollideType collide_type(ShapeType a, ShapeType b) {
-  constexpr simd::CollideType kTypes[kShapeTypeCount][kShapeTypeCount] = {
+  constexpr simd::CollideType kTypes[kConvexTypeCount][kConvexTypeCount] = {
       {simd::kSphereSphere, simd::kSphereCapsule, simd::kSphereBox, simd::kSphereHull},
       {simd::kSphereCapsule, simd::kCapsuleCapsule, simd::kCapsuleBox, simd::kCapsuleHull},
       {simd::kSphereBox, simd::kCapsuleBox, simd::kBoxBox, simd::kBoxHull},
@@ -58,37 +53,15 @@ std::uint8_t classify(const WorldData& data, std::int32_t row) {
   const std::int32_t body_b = data.shapes.body[pair.b];
   if (!is_dynamic(data.bodies.type[body_a]) && !is_dynamic(data.bodies.type[body_b])) return kNever;
   if (!may_push(data, body_a) && !may_push(data, body_b) && !is_new(data.contacts, row)) return kSkipped;
-  return static_cast<std::uint8_t>(collide_type(data.shapes.type[pair.a], data.shapes.type[pair.b]));
-}
-
-CollideItem make_item(const WorldData& data, std::int32_t place) {
-  const ShapePair pair = data.contacts.pairs.pair[place];
-  CollideItem item{};
-  item.shape_1 = pair.a;
-  item.shape_2 = pair.b;
-  if (data.shapes.type[pair.a] > data.shapes.type[pair.b]) {
-    std::swap(item.shape_1, item.shape_2);
-  }
-  item.body_1 = data.shapes.body[item.shape_1];
-  item.body_2 = data.shapes.body[item.shape_2];
-  item.row = data.contacts.pairs.contact[place];
-  item.pair = place;
-  const BodyType type_1 = data.bodies.type[item.body_1];
-  const BodyType type_2 = data.bodies.type[item.body_2];
-  SCREE_ASSERT(item.body_1 != item.body_2);
-  SCREE_ASSERT(is_dynamic(type_1) || is_dynamic(type_2));
-  const BodyType type_a = is_dynamic(type_2) ? type_1 : type_2;
-  if (!is_dynamic(type_2)) item.flags |= simd::kItemFlip;
-  if (!is_dynamic(type_a)) item.flags |= simd::kItemStatic;
-  if (type_a == BodyType::fixed) item.flags |= simd::kItemFixed;
-  if (item.row >= 0) item.flags |= simd::kItemKnown;
-  return item;
+  const ShapeType a = data.shapes.type[pair.a], b = data.shapes.type[pair.b];
+  if (a == ShapeType::mesh || b == ShapeType::mesh) return kMeshPair;
+  return static_cast<std::uint8_t>(collide_type(a, b));
 }
 
 // Of a pair that cannot collide.
 void clear_pair(Contacts& contacts, std::int32_t row) {
-  const std::int32_t contact = contacts.pairs.contact[row];
-  if (contact >= 0) contacts.now.points[contact] = 0;
+  for_each_contact(contacts, contacts.pairs.contact[row],
+                   [&](std::int32_t contact) { contacts.now.points[contact] = 0; });
   if (!contacts.pairs.axis.empty()) contacts.pairs.axis[row] = {};
 }
 
@@ -136,26 +109,6 @@ void sort_by_group(const WorldData& data, NarrowPhase& phase, Crew& crew) {
       phase.order[place[group_of(data.contacts, i, type)]++] = i;
     }
   });
-}
-
-simd::CollideColumns collide_columns(WorldData& data) {
-  Contacts& contacts = data.contacts;
-  return {
-      .shape_pose = data.shapes.pose.data(),
-      .shape_extent = data.shapes.extent.data(),
-      .shape_material = data.shapes.material.data(),
-      .shape_hull = data.shapes.hull.data(),
-      .hulls = data.hulls.data.data(),
-      .body_pose = data.bodies.pose.data(),
-      .body_velocity = data.bodies.velocity.data(),
-      .dt = data.last_dt,
-      .manifold = contacts.now.manifold.data(),
-      .features = contacts.now.features.data(),
-      .surface = contacts.now.surface.data(),
-      .anchor = contacts.now.anchor.data(),
-      .axis = contacts.pairs.axis.data(),
-      .points = contacts.now.points.data(),
-  };
 }
 
 // The groups [first_group, first_group + kCollideTypes) in chunks of one type each. Smaller chunks of hulls
@@ -224,32 +177,6 @@ void collide_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   });
 }
 
-// Makes sure that there are `count` free rows. Where that takes more memory, `expected` further ones get
-// some, too, as far as that does not double it: a million contacts that come at once would be copied nine
-// times while columns grow by an eighth.
-void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected, bool with_forces) {
-  if (contacts.free_rows.size() >= count) return;
-  const std::size_t first = contacts.now.pair.size();
-  const std::size_t size = first + (count - contacts.free_rows.size());
-  contacts.free_rows.reserve(count);
-  const bool grows = size * sizeof(Manifold) > contacts.now.manifold.capacity_bytes();
-  const std::size_t reserved = grows ? std::max(size, std::min(size + expected, 2 * first)) : size;
-  contacts.now.for_each_column([&](ColumnKind, const char*, auto& column) { column.reserve(reserved); });
-  // To zero, because not every contact writes all of its row, and state must not depend on old bytes.
-  contacts.now.resize(size);
-  if (with_forces) contacts.forces.resize(size);
-  for (std::size_t row = first; row < size; ++row) {
-    contacts.free_rows.push_back(static_cast<std::int32_t>(row));
-  }
-}
-
-// Clears what a new contact's kernel has not written: state must not depend on the contact that had the row
-// before.
-void clear_unwritten(ContactRows& rows, std::int32_t row, bool has_anchor) {
-  if (!has_anchor) rows.anchor[row] = {};
-  if ((rows.manifold[row].info & kManifoldRich) == 0) rows.surface[row] = {};
-}
-
 // Collides the pairs that are no contacts. Each pair of a round has one of the last free rows, and keeps it
 // if the pair touches.
 void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
@@ -286,6 +213,7 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
         contacts.pairs.contact[pair] = items[k].row;
         contacts.now.pair[row] = contacts.pairs.pair[pair];
         contacts.now.color[row] = kNoColor;
+        contacts.now.next[row] = 0;
         if (!contacts.forces.empty()) contacts.forces[row] = {};
       }
     });
@@ -302,19 +230,31 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
   }
 }
 
-// Decides about the contacts of the pairs [begin, end). Calls touches(contact), rests() or loses(pair).
+// Decides about the contacts of the pairs [begin, end). Calls touches(contact), rests() or loses(contact).
+// What loses() returns true for is taken out of the pair's list.
 template <class Touches, class Rests, class Loses>
-void judge_contacts(const Contacts& contacts, const NarrowPhase& phase, int begin, int end, Touches&& touches,
+void judge_contacts(Contacts& contacts, const NarrowPhase& phase, int begin, int end, Touches&& touches,
                     Rests&& rests, Loses&& loses) {
   for (int i = begin; i < end; ++i) {
-    const std::int32_t contact = contacts.pairs.contact[i];
-    if (contact < 0) continue;
-    if (phase.kind[i] == kSkipped) {
-      rests();
-    } else if (contacts.now.points[contact] == 0) {
-      loses(i);
-    } else {
-      touches(contact);
+    std::int32_t before = -1;
+    for (std::int32_t contact = contacts.pairs.contact[i]; contact >= 0;) {
+      const std::int32_t next = next_contact(contacts.now, contact);
+      bool stays = true;
+      if (phase.kind[i] == kSkipped) {
+        rests();
+      } else if (contacts.now.points[contact] != 0) {
+        touches(contact);
+      } else {
+        stays = !loses(contact);
+      }
+      if (stays) {
+        before = contact;
+      } else if (before >= 0) {
+        contacts.now.next[before] = next + 1;
+      } else {
+        contacts.pairs.contact[i] = next;
+      }
+      contact = next;
     }
   }
 }
@@ -326,7 +266,10 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
     PairOutcome outcome{};
     judge_contacts(
         contacts, phase, begin, end, [&](std::int32_t) { ++outcome.active; }, [&] { ++outcome.resting; },
-        [&](std::int32_t) { ++outcome.lost; });
+        [&](std::int32_t) {
+          ++outcome.lost;
+          return false;
+        });
     phase.outcomes[begin / kPairChunk] = outcome;
   });
   PairOutcome all{};
@@ -346,14 +289,82 @@ void list_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
     judge_contacts(
         contacts, phase, begin, end, [&](std::int32_t contact) { contacts.active[to.active++] = contact; },
         [] {},
-        [&](std::int32_t pair) {
-          contacts.free_rows[to.lost++] = std::exchange(contacts.pairs.contact[pair], -1);
+        [&](std::int32_t contact) {
+          contacts.free_rows[to.lost++] = contact;
+          return true;
         });
   });
   for (std::size_t i = free; i < contacts.free_rows.size(); ++i) contacts.marks.mark(contacts.free_rows[i]);
 }
 
 }  // namespace
+
+CollideItem make_item(const WorldData& data, std::int32_t place) {
+  const ShapePair pair = data.contacts.pairs.pair[place];
+  CollideItem item{};
+  item.shape_1 = pair.a;
+  item.shape_2 = pair.b;
+  if (data.shapes.type[pair.a] > data.shapes.type[pair.b]) {
+    std::swap(item.shape_1, item.shape_2);
+  }
+  item.body_1 = data.shapes.body[item.shape_1];
+  item.body_2 = data.shapes.body[item.shape_2];
+  item.row = data.contacts.pairs.contact[place];
+  item.pair = place;
+  const BodyType type_1 = data.bodies.type[item.body_1];
+  const BodyType type_2 = data.bodies.type[item.body_2];
+  SCREE_ASSERT(item.body_1 != item.body_2);
+  SCREE_ASSERT(is_dynamic(type_1) || is_dynamic(type_2));
+  const BodyType type_a = is_dynamic(type_2) ? type_1 : type_2;
+  if (!is_dynamic(type_2)) item.flags |= simd::kItemFlip;
+  if (!is_dynamic(type_a)) item.flags |= simd::kItemStatic;
+  if (type_a == BodyType::fixed) item.flags |= simd::kItemFixed;
+  if (item.row >= 0) item.flags |= simd::kItemKnown;
+  return item;
+}
+
+simd::CollideColumns collide_columns(WorldData& data) {
+  Contacts& contacts = data.contacts;
+  return {
+      .shape_pose = data.shapes.pose.data(),
+      .shape_extent = data.shapes.extent.data(),
+      .shape_material = data.shapes.material.data(),
+      .shape_hull = data.shapes.hull.data(),
+      .hulls = data.hulls.data.data(),
+      .shape_mesh = data.shapes.mesh.data(),
+      .meshes = data.meshes.data.data(),
+      .body_pose = data.bodies.pose.data(),
+      .body_velocity = data.bodies.velocity.data(),
+      .dt = data.last_dt,
+      .manifold = contacts.now.manifold.data(),
+      .features = contacts.now.features.data(),
+      .surface = contacts.now.surface.data(),
+      .anchor = contacts.now.anchor.data(),
+      .axis = contacts.pairs.axis.data(),
+      .points = contacts.now.points.data(),
+  };
+}
+
+void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected, bool with_forces) {
+  if (contacts.free_rows.size() >= count) return;
+  const std::size_t first = contacts.now.pair.size();
+  const std::size_t size = first + (count - contacts.free_rows.size());
+  contacts.free_rows.reserve(count);
+  const bool grows = size * sizeof(Manifold) > contacts.now.manifold.capacity_bytes();
+  const std::size_t reserved = grows ? std::max(size, std::min(size + expected, 2 * first)) : size;
+  contacts.now.for_each_column([&](ColumnKind, const char*, auto& column) { column.reserve(reserved); });
+  // To zero, because not every contact writes all of its row, and state must not depend on old bytes.
+  contacts.now.resize(size);
+  if (with_forces) contacts.forces.resize(size);
+  for (std::size_t row = first; row < size; ++row) {
+    contacts.free_rows.push_back(static_cast<std::int32_t>(row));
+  }
+}
+
+void clear_unwritten(ContactRows& rows, std::int32_t row, bool has_anchor) {
+  if (!has_anchor) rows.anchor[row] = {};
+  if ((rows.manifold[row].info & kManifoldRich) == 0) rows.surface[row] = {};
+}
 
 void collide(WorldData& data, Crew& crew) {
   if (!data.narrow_phase) data.narrow_phase = std::make_unique<NarrowPhase>();
@@ -363,6 +374,7 @@ void collide(WorldData& data, Crew& crew) {
   sort_by_group(data, phase, crew);
   collide_contacts(data, phase, crew);
   collide_others(data, phase, crew);
+  collide_meshes(data, phase, crew);
   list_contacts(data, phase, crew);
   data.contacts.manifolds_stale = false;
 }

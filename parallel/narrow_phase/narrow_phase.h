@@ -4,10 +4,14 @@
 
 #include <core/world/column.h>
 #include <core/world/world_data.h>
+#include <parallel/crew/crew.h>
+#include <parallel/crew/list_where.h>
+#include <parallel/narrow_phase/mesh_manifolds.h>
 #include <simd/collide/collide_kernels.h>
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 namespace scree {
 
@@ -19,6 +23,17 @@ inline constexpr int kRoundChunks = 64;
 inline constexpr std::size_t kPairGroups = 2 * simd::kCollideTypes;
 using GroupCounts = TableArray<std::int32_t, kPairGroups>;
 using GroupBegins = TableArray<std::int32_t, kPairGroups + 1>;
+
+// Values of NarrowPhase::kind beside simd::CollideType.
+static_assert(simd::kCollideTypes <= 13);
+inline constexpr std::uint8_t kMeshPair = 13;  // one of its shapes is a mesh
+inline constexpr std::uint8_t kSkipped = 14;   // no body is awake: the contact, if it is one, stays as it is
+inline constexpr std::uint8_t kNever = 15;     // no dynamic body
+
+// Of each chunk of pairs with meshes, or of each thread.
+using FoundManifolds = std::vector<Column<simd::MeshManifold>>;
+using TriangleContacts = std::vector<Column<simd::TriangleContact>>;
+using ContactNumbers = std::vector<Column<std::int32_t>>;
 
 struct PairOutcome {     // of one chunk of pairs
   std::int32_t active;   // contacts of an awake dynamic body, then where they go
@@ -34,8 +49,28 @@ struct PairOutcome {     // of one chunk of pairs
   LIST (scratch, std::int32_t, order)           /* the pairs by group, ascending */                             \
   LIST (scratch, std::int32_t, unused)          /* rows that a round took in vain */                            \
   LIST (scratch, std::int32_t, places)          /* of list_where */                                             \
+  LIST (scratch, std::int32_t, mesh_pairs)      /* pairs with a mesh that are collided, ascending */            \
+  TABLE(scratch, FoundManifolds, mesh_found, "narrow_phase") /* per chunk of mesh_pairs */                      \
+  LIST (scratch, std::int32_t, mesh_fresh)      /* per chunk of mesh_pairs: new contacts, then where they go */ \
+  TABLE(scratch, TriangleContacts, mesh_contacts, "narrow_phase") /* per worker: see MeshScratch */             \
+  TABLE(scratch, ContactNumbers, mesh_order, "narrow_phase")                                                    \
+  TABLE(scratch, ContactNumbers, mesh_cluster, "narrow_phase")                                                  \
   VALUE(scratch, GroupBegins,  group_begin, {}) /* first pair of each group in `order` */
 // clang-format on
 SCREE_PART(NarrowPhase, SCREE_NARROW_PHASE_MEMBERS)
+
+// In collide.cpp.
+simd::CollideItem make_item(const WorldData& data, std::int32_t place);
+simd::CollideColumns collide_columns(WorldData& data);
+// Makes sure that there are `count` free rows. Where that takes more memory, `expected` further ones get
+// some, too, as far as that does not double it: a million contacts that come at once would be copied nine
+// times while columns grow by an eighth.
+void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected, bool with_forces);
+// Clears what a new contact's kernel has not written: state must not depend on the contact that had the row
+// before.
+void clear_unwritten(ContactRows& rows, std::int32_t row, bool has_anchor);
+
+// Collides the pairs of kMeshPair: updates their contacts, ends and adds some.
+void collide_meshes(WorldData& data, NarrowPhase& phase, Crew& crew);
 
 }  // namespace scree

@@ -54,7 +54,7 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
       writer.add(first_step + steps, [&](RecordingBatch& batch) {
         CallWriter out(batch.bytes, solids);
         write_call(call, out);
-        append_new_solids(batch.hulls);
+        append_new_solids(batch.solids);
         ++batch.calls;
       });
       calls_follow = true;
@@ -121,9 +121,10 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
     end(false);
   }
 
-  void append_new_solids(std::vector<SolidPointer>& to) {
-    const std::vector<SolidPointer>& all = solids.solids();
-    for (; solids_told < all.size(); ++solids_told) to.push_back(all[solids_told]);
+  void append_new_solids(SolidVectors& to) {
+    const SolidViews all = solids.solids();
+    for (; hulls_told < all.hulls.size(); ++hulls_told) to.hulls.push_back(all.hulls[hulls_told]);
+    for (; meshes_told < all.meshes.size(); ++meshes_told) to.meshes.push_back(all.meshes[meshes_told]);
   }
 
   void add_state(const WorldData& world, ChunkKind kind) {
@@ -131,8 +132,8 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
     if (state == nullptr) state = std::make_unique<StateToRecord>();
     save_world(world, state->snapshot, false);
     state->kind = kind;
-    state->hulls = solids.numbers_of(state->snapshot.hulls);
-    std::vector<SolidPointer> new_solids;
+    state->solids = solids.numbers_of(state->snapshot.hulls, state->snapshot.meshes);
+    SolidVectors new_solids;
     append_new_solids(new_solids);
     writer.add_state(first_step + steps, std::move(state), std::move(new_solids));
     if (kind == ChunkKind::keyframe) last_keyframe = steps;
@@ -145,7 +146,7 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
   std::uint64_t last_keyframe = 0;                    // steps before it
   bool calls_follow = false;                          // since the last step
   SolidList solids;                                   // of the whole recording
-  std::size_t solids_told = 0;                        // of them, how many the writer knows
+  std::size_t hulls_told = 0, meshes_told = 0;        // of them, how many the writer knows
   bool finished = false;                              // finish() has been called
   const int exceptions = std::uncaught_exceptions();  // on their way when the recording began
   RecordingWriter writer;

@@ -1,5 +1,7 @@
 // See recording_file.h.
 #include <core/state/recording_format/recorded_state.h>
+#include <core/state/snapshot/snapshot_hulls.h>
+#include <core/state/snapshot/snapshot_meshes.h>
 #include <parallel/recording/recording_file.h>
 
 #include <algorithm>
@@ -21,11 +23,14 @@ const char* name_of(ChunkKind kind) {
       return "calls";
     case ChunkKind::end:
       return "the end";
+    case ChunkKind::meshes:
+      return "meshes";
   }
   return "an unknown kind";
 }
 
-bool is_known(ChunkKind kind) { return kind >= ChunkKind::hulls && kind <= ChunkKind::end; }
+bool is_known(ChunkKind kind) { return kind >= ChunkKind::hulls && kind <= ChunkKind::meshes; }
+bool has_solids(ChunkKind kind) { return kind == ChunkKind::hulls || kind == ChunkKind::meshes; }
 
 }  // namespace
 
@@ -106,7 +111,7 @@ bool RecordingFile::scan_chunk(std::uint64_t& offset) {
   if (info_.finished) refuse_recording(offset, "something follows the end of the recording");
   info_.lost_bytes = left;  // unless it turns out to be whole
   if (left < kChunkHeadBytes) return false;
-  RecordedChunk chunk{{}, offset, info_.hulls};
+  RecordedChunk chunk{{}, offset, info_.hulls, info_.meshes};
   try {
     chunk.head = read_chunk_head(bytes_at(offset, kChunkHeadBytes));
   } catch (const RefusedBytes& refused) {
@@ -134,12 +139,12 @@ void RecordingFile::list_chunk(const RecordedChunk& chunk) {
     return;
   }
   const bool has_steps = head.kind == ChunkKind::calls;
-  const bool has_count = has_steps || head.kind == ChunkKind::hulls;
+  const bool has_count = has_steps || has_solids(head.kind);
   require(has_steps ? head.steps <= head.content_bytes / kStepRecordBytes : head.steps == 0,
           "the chunk has a wrong number of steps");
   require(has_count ? head.count <= head.content_bytes : head.count == 0, "the chunk has a wrong count");
   if (keyframes_.empty()) {
-    require(head.kind == ChunkKind::hulls || head.kind == ChunkKind::keyframe,
+    require(has_solids(head.kind) || head.kind == ChunkKind::keyframe,
             "the recording does not begin with a state");
     info_.first_step = info_.last_step = head.step;
   }
@@ -147,6 +152,9 @@ void RecordingFile::list_chunk(const RecordedChunk& chunk) {
   switch (head.kind) {
     case ChunkKind::hulls:
       info_.hulls += head.count;
+      break;
+    case ChunkKind::meshes:
+      info_.meshes += head.count;
       break;
     case ChunkKind::keyframe:
       require(keyframes_.empty() || keyframe_steps_.back() < head.step, "two keyframes of one step");
@@ -188,30 +196,39 @@ std::vector<std::byte> RecordingFile::content(std::size_t chunk) {
   }
 }
 
-std::span<const SolidPointer> RecordingFile::solids_before(std::size_t chunk) {
-  for (; solids_until_ < chunk; ++solids_until_) {
-    if (chunks_[solids_until_].head.kind != ChunkKind::hulls) continue;
-    const std::vector<std::byte> bytes = content(solids_until_);
-    const std::size_t before = solids_.size();
-    try {
-      read_content(solids_until_, bytes, [&](std::span<const std::byte> content) {
-        ByteReader reader(content, "the chunk");
-        read_solids(reader, solids_);
-        if (reader.left() > 0) refuse_bytes(reader.at(), "something follows the last hull");
-        if (solids_.size() - before != chunks_[solids_until_].head.count) {
-          refuse_bytes(0, "the chunk's head says another number of hulls");
-        }
-      });
-    } catch (...) {
-      solids_.resize(before);
-      throw;
-    }
+// Reads the solids of a chunk behind those that are known; if it throws, these stay.
+template <class Pointer, class Read>
+void RecordingFile::append_solids(std::size_t chunk, std::vector<Pointer>& known, Read&& read) {
+  const std::vector<std::byte> bytes = content(chunk);
+  const std::size_t before = known.size();
+  try {
+    read_content(chunk, bytes, [&](std::span<const std::byte> content) {
+      ByteReader reader(content, "the chunk");
+      read(reader, known);
+      const std::string kind = name_of(chunks_[chunk].head.kind);
+      if (reader.left() > 0) refuse_bytes(reader.at(), "something follows the last of the " + kind);
+      if (known.size() - before != chunks_[chunk].head.count)
+        refuse_bytes(0, "the chunk's head says another number of " + kind);
+    });
+  } catch (...) {
+    known.resize(before);
+    throw;
   }
-  return std::span<const SolidPointer>(solids_).first(static_cast<std::size_t>(chunks_[chunk].hulls_before));
+}
+
+SolidViews RecordingFile::solids_before(std::size_t chunk) {
+  for (; solids_until_ < chunk; ++solids_until_) {
+    const ChunkKind kind = chunks_[solids_until_].head.kind;
+    if (kind == ChunkKind::hulls) append_solids(solids_until_, solids_.hulls, read_solids);
+    if (kind == ChunkKind::meshes) append_solids(solids_until_, solids_.meshes, read_mesh_solids);
+  }
+  const RecordedChunk& next = chunks_[chunk];
+  return {std::span<const SolidPointer>(solids_.hulls).first(static_cast<std::size_t>(next.hulls_before)),
+          std::span<const MeshPointer>(solids_.meshes).first(static_cast<std::size_t>(next.meshes_before))};
 }
 
 Snapshot RecordingFile::state(std::size_t chunk) {
-  const std::span<const SolidPointer> solids = solids_before(chunk);
+  const SolidViews solids = solids_before(chunk);
   return read_content(chunk, content(chunk),
                       [&](std::span<const std::byte> bytes) { return read_state(bytes, solids); });
 }
@@ -250,7 +267,7 @@ void RecordStream::open_next_chunk(World* world) {
 }
 
 bool RecordStream::take_record(World* world, Step& step) {
-  std::optional<std::span<const SolidPointer>> solids;
+  std::optional<SolidViews> solids;
   if (world != nullptr) solids = file_.solids_before(chunk_);
   CallReader reader(std::span<const std::byte>(content_).subspan(at_), solids);
   bool is_step = false;

@@ -22,6 +22,7 @@ struct RecordedChunk {
   ChunkHead head;
   std::uint64_t offset = 0;        // of its head in the file
   std::uint64_t hulls_before = 0;  // in the chunks before it
+  std::uint64_t meshes_before = 0;
 };
 
 class RecordingFile {
@@ -34,8 +35,8 @@ class RecordingFile {
   const std::vector<std::size_t>& keyframes() const { return keyframes_; }  // their places among the chunks
   std::span<const std::uint64_t> keyframe_steps() const { return keyframe_steps_; }
   std::vector<std::byte> content(std::size_t chunk);
-  // All hulls of the chunks before one.
-  std::span<const SolidPointer> solids_before(std::size_t chunk);
+  // All hulls and meshes of the chunks before one.
+  SolidViews solids_before(std::size_t chunk);
   Snapshot state(std::size_t chunk);               // of a keyframe, or what was restored
   std::uint64_t hash_of_state(std::size_t chunk);  // as it was recorded
   // Calls work(content) with the content of a chunk, and adds its place to errors.
@@ -56,6 +57,8 @@ class RecordingFile {
   std::uint64_t find_end_of_data();
   bool is_intact(const RecordedChunk& chunk);
   void list_chunk(const RecordedChunk& chunk);
+  template <class Pointer, class Read>
+  void append_solids(std::size_t chunk, std::vector<Pointer>& known, Read&& read);
   std::vector<std::byte> bytes_at(std::uint64_t offset, std::size_t count);
 
   std::ifstream stream_;  // or else
@@ -66,7 +69,7 @@ class RecordingFile {
   std::vector<RecordedChunk> chunks_;
   std::vector<std::size_t> keyframes_;
   std::vector<std::uint64_t> keyframe_steps_;  // of each keyframe, ascending
-  std::vector<SolidPointer> solids_;
+  SolidVectors solids_;
   std::size_t solids_until_ = 0;  // chunks before it have been looked into for solids
 };
 

@@ -1,5 +1,7 @@
 // See recording_writer.h.
 #include <core/state/recording_format/recorded_state.h>
+#include <core/state/snapshot/snapshot_hulls.h>
+#include <core/state/snapshot/snapshot_meshes.h>
 #include <parallel/recording/recording_writer.h>
 
 #include <fcntl.h>
@@ -65,7 +67,8 @@ class BlockedSignals {
 };
 
 std::size_t bytes_of(const StateToRecord& state) {
-  return state.snapshot.pages->sheets.bytes() + state.hulls.size() * sizeof state.hulls[0];
+  return state.snapshot.pages->sheets.bytes() +
+         (state.solids.hulls.size() + state.solids.meshes.size()) * sizeof(std::int32_t);
 }
 
 bool is_regular(int descriptor) {
@@ -163,12 +166,12 @@ void RecordingWriter::hurry_if_much() {
 }
 
 void RecordingWriter::add_state(std::uint64_t step, std::unique_ptr<StateToRecord> state,
-                                std::vector<SolidPointer> new_hulls) {
+                                SolidVectors new_solids) {
   const std::unique_lock lock = lock_with_room();
   const std::size_t bytes = bytes_of(*state);
   RecordingBatch& batch = pending_.emplace_back();
   batch.step = step;
-  batch.hulls = std::move(new_hulls);
+  batch.solids = std::move(new_solids);
   batch.state = std::move(state);
   pending_bytes_ += bytes;
   hurry_if_much();
@@ -296,10 +299,15 @@ void RecordingWriter::write_all(std::vector<RecordingBatch>& batches) {
 }
 
 void RecordingWriter::write_batch(RecordingBatch& batch) {
-  if (!batch.hulls.empty()) {
+  if (const auto& hulls = batch.solids.hulls; !hulls.empty()) {
     ByteWriter content;
-    write_solids(batch.hulls, content);
-    write_chunk({.kind = ChunkKind::hulls, .step = batch.step, .count = batch.hulls.size()}, content.bytes());
+    write_solids(hulls, content);
+    write_chunk({.kind = ChunkKind::hulls, .step = batch.step, .count = hulls.size()}, content.bytes());
+  }
+  if (const auto& meshes = batch.solids.meshes; !meshes.empty()) {
+    ByteWriter content;
+    write_mesh_solids(meshes, content);
+    write_chunk({.kind = ChunkKind::meshes, .step = batch.step, .count = meshes.size()}, content.bytes());
   }
   last_step_ = batch.step + batch.steps;
   if (batch.state == nullptr) {
@@ -308,7 +316,7 @@ void RecordingWriter::write_batch(RecordingBatch& batch) {
     return;
   }
   ByteWriter content;
-  write_state(batch.state->snapshot, batch.state->hulls, content);
+  write_state(batch.state->snapshot, batch.state->solids, content);
   write_chunk({.kind = batch.state->kind, .step = batch.step}, content.bytes());
 }
 

@@ -25,14 +25,14 @@ namespace scree {
 struct StateToRecord {
   ChunkKind kind = ChunkKind::keyframe;
   SnapshotData snapshot;
-  std::vector<std::int32_t> hulls;  // numbers, as from SolidList::numbers_of
+  SlotNumbers solids;  // as from SolidList::numbers_of
 };
 
 // What becomes a chunk: steps and calls, or a state.
 struct RecordingBatch {
   std::uint64_t step = 0;              // before it
   std::uint64_t steps = 0, calls = 0;  // in it
-  std::vector<SolidPointer> hulls;     // that occur in it for the first time
+  SolidVectors solids;                 // that occur in it for the first time
   ByteWriter bytes;
   std::unique_ptr<StateToRecord> state;
 };
@@ -62,8 +62,7 @@ class RecordingWriter {
     pending_bytes_ += batch.bytes.size() - before;
     hurry_if_much();
   }
-  void add_state(std::uint64_t step, std::unique_ptr<StateToRecord> state,
-                 std::vector<SolidPointer> new_hulls);
+  void add_state(std::uint64_t step, std::unique_ptr<StateToRecord> state, SolidVectors new_solids);
   // Returns a used one, if there is one, for its memory.
   std::unique_ptr<StateToRecord> take_spare_state();
 

@@ -32,7 +32,7 @@ void validate_bodies_of(const WorldData& data, const ShapePair& pair, const Mani
 void validate_active_contacts(const WorldData& data) {
   const Contacts& contacts = data.contacts;
   SCREE_ASSERT(ascends(contacts.active, [&](std::int32_t x, std::int32_t y) {
-    return comes_before(contacts.now.pair[x], contacts.now.pair[y]);
+    return comes_before(contacts.now.pair[x], contacts.now.pair[y]) || next_contact(contacts.now, x) == y;
   }));
   for (const std::int32_t contact : contacts.active) {
     SCREE_ASSERT(contacts.now.points[contact] > 0);
@@ -43,7 +43,8 @@ void validate_active_contacts(const WorldData& data) {
 std::size_t count_parts(const WorldData& data, const PairRows& pairs) {
   std::size_t count = 0;
   for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
-    count += pairs.contact[row] >= 0 && pair_takes_part(data, pairs.pair[row]) ? 1 : 0;
+    if (!pair_takes_part(data, pairs.pair[row])) continue;
+    for_each_contact(data.contacts, pairs.contact[row], [&](std::int32_t) { ++count; });
   }
   return count;
 }

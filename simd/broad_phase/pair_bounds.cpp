@@ -19,6 +19,8 @@ constexpr float kStepsInMargin = 4.0f;
 // m; the bounds of a shape that travels farther in a step cover its path. Collide then makes points ahead of
 // time (reach_of_fast), so that the shape hits at the surface and not inside.
 constexpr float kFastTravel = 0.5f * kSpeculativeDistance;
+// rad; the bounds of a shape that turns farther in a step cover its turn.
+constexpr float kWhirl = 0.5f;
 // Relative to the largest coordinate: eight units in the last place, more than the sum of the rounding errors
 // of a box's corners, of its center and of the comparison of spheres.
 constexpr float kRounding = 1e-6f;
@@ -99,13 +101,13 @@ std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count
   store_rows(floats(task.shape_pose) + 4, 8, lanes.shape, count, rotation.x, rotation.y, rotation.z,
              rotation.w);
 
-  // Every shape is a box, perhaps flat, with a round skin; a hull is a box within a ball.
+  // Every shape is a box, perhaps flat, with a round skin; a hull or mesh is a box within a ball.
   V3 half;
   F skin;
   load_rows(floats(task.extent), 4, lanes.shape, half.x, half.y, half.z, skin);
   const M sphere = load(lanes.type) == I(kBoundsSphere);
   const M capsule = load(lanes.type) == I(kBoundsCapsule);
-  const M hull = load(lanes.type) == I(kBoundsHull);
+  const M in_ball = (load(lanes.type) == I(kBoundsHull)) | (load(lanes.type) == I(kBoundsMesh));
   const F ball = skin;
   half.x = select(sphere | capsule, F(0.0f), half.x);
   half.y = select(sphere, F(0.0f), half.y);
@@ -113,14 +115,23 @@ std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count
   skin = select(sphere | capsule, skin, F(0.0f));
   const M3 axes = to_matrix(rotation);
   const V3 box_reach = abs(axes.x) * half.x + abs(axes.y) * half.y + abs(axes.z) * half.z;
-  const V3 reach = select(hull, min(box_reach, spread(ball)), box_reach);
-  const F radius = select(hull, ball, length(half) + skin);
+  const V3 reach = select(in_ball, min(box_reach, spread(ball)), box_reach);
+  const F radius = select(in_ball, ball, length(half) + skin);
 
-  const F pad = F(0.5f * kSpeculativeDistance) + F(kRounding) * (largest(abs(position)) + radius);
-  const V3 extent = reach + spread(skin + pad);
+  // A shape that turns far lies in a ball about its place, which grows by its arc, and in one about its
+  // body's center.
+  const F arm = radius + length(local.position);
+  const F turn = length(motion.angular) * F(task.dt);
+  const M whirls = (turn > F(kWhirl)) & (turn * arm > F(kFastTravel)) & (arm <= F(kFarthest));
+  const M circles = whirls & (turn > F(1.0f));
+  const F outer = select(circles, arm, select(whirls, radius + turn * length(local.position), radius));
+  const V3 center = select(circles, body.position, position);
+
+  const F pad = F(0.5f * kSpeculativeDistance) + F(kRounding) * (largest(abs(center)) + outer);
+  const V3 extent = select(whirls, spread(outer), reach + spread(skin)) + spread(pad);
   const V3 half_way = select(fast, way * F(0.5f), spread(F(0.0f)));
-  const F sphere_radius = radius + pad + select(fast, F(0.5f) * travel, F(0.0f));
-  const V3 middle = position + half_way;
+  const F sphere_radius = outer + pad + select(fast, F(0.5f) * travel, F(0.0f));
+  const V3 middle = center + half_way;
   const V3 swept_extent = extent + abs(half_way);
   const V3 lower = middle - swept_extent, upper = middle + swept_extent;
 
@@ -143,7 +154,6 @@ std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count
   const std::uint32_t left = (task.force ? ~0u : ~bits(stays)) & valid;
   if (left == 0) return 0;
 
-  const F arm = radius + length(local.position);
   const F farthest_travel = (length(motion.linear) + length(motion.angular) * arm) * F(task.dt);
   const M slow =
       (farthest_travel * F(kStepsInMargin) <= F(kMargin)) & !(load(lanes.body_type) == I(kBoundsFixedBody));

@@ -5,20 +5,15 @@
 #pragma once
 
 #include <core/plain/rows.h>
+#include <core/plain/tree.h>
 
 #include <cstdint>
 
 namespace scree::simd {
 
-// Blocks have 16 members for every instruction set: one register for AVX-512, four for SSE2.
-inline constexpr int kBlock = 16;
-// 16^8 leaves are more than a 32-bit index can name.
-inline constexpr int kMaxTreeLevels = 8;
-
-// The boxes of 16 children: lower x y z, upper x y z. Absent children have empty boxes.
-struct alignas(64) NodeBlock {
-  float bounds[6][kBlock];
-};
+inline constexpr int kBlock = kTreeBlock;
+using scree::kMaxTreeLevels;
+using scree::NodeBlock;
 
 // 16 shapes.
 struct alignas(64) LeafBlock {
@@ -41,6 +36,7 @@ struct TreeView {
 inline constexpr std::int32_t kBoundsSphere = 0;
 inline constexpr std::int32_t kBoundsCapsule = 1;
 inline constexpr std::int32_t kBoundsHull = 3;
+inline constexpr std::int32_t kBoundsMesh = 4;
 inline constexpr std::int32_t kBoundsFixedBody = 0;
 
 // update_bounds: lane = shape, for the shapes list[begin] to list[end - 1].

@@ -17,6 +17,9 @@ void collide_hull_hull(const CollideColumns& columns, const CollideItem* items, 
 int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 int recycle_hulls(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 int recycle_capsules(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
+bool collide_mesh(const MeshTask& task, MeshState& state);
+void store_mesh_manifolds(const CollideColumns& columns, const CollideItem* items, const MeshManifold* found,
+                          int count, std::int32_t first_type);
 
 CollideKernels make_collide_kernels() {
   CollideKernels kernels{};
@@ -33,6 +36,8 @@ CollideKernels make_collide_kernels() {
   kernels.recycle_boxes = recycle_boxes;
   kernels.recycle_hulls = recycle_hulls;
   kernels.recycle_capsules = recycle_capsules;
+  kernels.collide_mesh = collide_mesh;
+  kernels.store_mesh_manifolds = store_mesh_manifolds;
   return kernels;
 }
 

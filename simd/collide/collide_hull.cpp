@@ -85,36 +85,6 @@ void clear_far_row(const CollideColumns& columns, std::int32_t row, std::int32_t
   if (columns.axis[pair].feature != 0) remember(columns, pair, {0.0f, 0.0f, 0.0f}, 0);
 }
 
-// Writes both hulls' frames and the reach of each lane into the pair of its slot.
-void store_frames(const WidePair& wide_pair, HullPair* pairs, const std::int32_t* slot) {
-  const M3 r = to_matrix(conjugate(wide_pair.first.rotation) * wide_pair.second.rotation);
-  const V3 c = rotate_back(wide_pair.first.rotation, wide_pair.offset);
-  float* rows = reinterpret_cast<float*>(pairs);
-  constexpr std::ptrdiff_t kStride = sizeof(HullPair) / sizeof(float);
-  const auto write = [&](int group, F x, F y, F z, F w) {
-    store_rows(rows + 4 * group, kStride, slot, kLanes, x, y, z, w);
-  };
-  write(0, r.x.x, r.y.x, r.z.x, c.x);
-  write(1, r.x.y, r.y.y, r.z.y, c.y);
-  write(2, r.x.z, r.y.z, r.z.z, c.z);
-  write(3, r.x.x, r.x.y, r.x.z, -dot(r.x, c));
-  write(4, r.y.x, r.y.y, r.y.z, -dot(r.y, c));
-  write(5, r.z.x, r.z.y, r.z.z, -dot(r.z, c));
-  const F zero(0.0f);
-  write(6, wide_pair.reach, zero, zero, zero);
-}
-
-void set_tolerances(HullPair& pair) {
-  const HullData &first = *pair.hull[0], &second = *pair.hull[1];
-  const float outer = smaller(first.outer_radius, second.outer_radius);
-  const float inner = smaller(first.inner_radius, second.inner_radius);
-  pair.tolerance = smaller(kFeatureTolerance, kAxisShare * outer);
-  pair.border = smaller(kFeatureTolerance, kFeatureShare * inner);
-  const Vec c = pair.frame[0].center();
-  pair.rounding =
-      kRoundingShare * (first.outer_radius + second.outer_radius + size(c.x) + size(c.y) + size(c.z));
-}
-
 template <bool kBoxFirst>
 void pass_spheres(const CollideColumns& columns, const CollideItem* items, int count, Survivors& out) {
   for (int begin = 0; begin < count; begin += kLanes) {
@@ -324,6 +294,35 @@ void collide_hulls(const CollideColumns& columns, const CollideItem* items, int 
 }
 
 }  // namespace
+
+void store_frames(const WidePair& wide_pair, HullPair* pairs, const std::int32_t* slot) {
+  const M3 r = to_matrix(conjugate(wide_pair.first.rotation) * wide_pair.second.rotation);
+  const V3 c = rotate_back(wide_pair.first.rotation, wide_pair.offset);
+  float* rows = reinterpret_cast<float*>(pairs);
+  constexpr std::ptrdiff_t kStride = sizeof(HullPair) / sizeof(float);
+  const auto write = [&](int group, F x, F y, F z, F w) {
+    store_rows(rows + 4 * group, kStride, slot, kLanes, x, y, z, w);
+  };
+  write(0, r.x.x, r.y.x, r.z.x, c.x);
+  write(1, r.x.y, r.y.y, r.z.y, c.y);
+  write(2, r.x.z, r.y.z, r.z.z, c.z);
+  write(3, r.x.x, r.x.y, r.x.z, -dot(r.x, c));
+  write(4, r.y.x, r.y.y, r.y.z, -dot(r.y, c));
+  write(5, r.z.x, r.z.y, r.z.z, -dot(r.z, c));
+  const F zero(0.0f);
+  write(6, wide_pair.reach, zero, zero, zero);
+}
+
+void set_tolerances(HullPair& pair) {
+  const HullData &first = *pair.hull[0], &second = *pair.hull[1];
+  const float outer = smaller(first.outer_radius, second.outer_radius);
+  const float inner = smaller(first.inner_radius, second.inner_radius);
+  pair.tolerance = smaller(kFeatureTolerance, kAxisShare * outer);
+  pair.border = smaller(kFeatureTolerance, kFeatureShare * inner);
+  const Vec c = pair.frame[0].center();
+  pair.rounding =
+      kRoundingShare * (first.outer_radius + second.outer_radius + size(c.x) + size(c.y) + size(c.z));
+}
 
 void collide_hull_hull(const CollideColumns& columns, const CollideItem* items, int count) {
   collide_hulls<false>(columns, items, count);

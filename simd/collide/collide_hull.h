@@ -60,6 +60,11 @@ struct alignas(64) HullPair {
   const HullData* hull[2];
 };
 
+// Writes the frames and the reach of each lane's pair into the pair of its slot. In collide_hull.cpp, as
+// set_tolerances, which needs the hulls.
+void store_frames(const WidePair& wide_pair, HullPair* pairs, const std::int32_t* slot);
+void set_tolerances(HullPair& pair);
+
 // A box as a hull: topology that all boxes share, and columns of its half extents.
 struct BoxHull {
   HullData hull;

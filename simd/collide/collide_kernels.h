@@ -5,6 +5,7 @@
 
 #include <core/plain/hull.h>
 #include <core/plain/manifold.h>
+#include <core/plain/mesh.h>
 #include <core/plain/rows.h>
 
 #include <cstdint>
@@ -57,6 +58,8 @@ struct CollideColumns {
   const MaterialRow* shape_material;
   const std::int32_t* shape_hull = nullptr;  // slot in `hulls`, -1: no hull
   const HullData* const* hulls = nullptr;
+  const std::int32_t* shape_mesh = nullptr;  // slot in `meshes`, -1: no mesh
+  const MeshData* const* meshes = nullptr;
   const PoseRow* body_pose;
   const VelocityRow* body_velocity;
   float dt;  // s; how far ahead points are made for fast bodies
@@ -67,6 +70,47 @@ struct CollideColumns {
   ContactAnchor* anchor;        // written where no sphere touches
   ContactAxis* axis = nullptr;  // by CollideItem::pair; read and written for hulls against hulls and boxes
   std::uint8_t* points;         // number of points of the row
+};
+
+// Convex shapes that touch meshes, by the values of ShapeType.
+enum MeshFirstType : std::int32_t { kMeshSphere, kMeshCapsule, kMeshBox, kMeshHull };
+
+// What a convex shape, the first of a pair, touches a triangle of the second one with, in the frame of the
+// first.
+struct TriangleContact {
+  float normal[3];  // unit, from the shape to the mesh
+  std::int32_t triangle;
+  float point[kMaxManifoldPoints][3];  // halfway between the surfaces
+  float separation[kMaxManifoldPoints];
+  std::uint32_t id[kMaxManifoldPoints];  // 0: absent; absent ones come last, but of capsules
+};
+
+// TriangleContact::id of what is no corner of a box or hull begins here.
+inline constexpr std::uint32_t kFirstMixedName = 0x40000000u;
+
+// collide_mesh: one pair. Contacts come in the order of the triangles.
+struct MeshTask {
+  const CollideColumns& columns;
+  CollideItem item;
+  std::int32_t first_type;  // MeshFirstType
+  TriangleContact* contacts;
+  int capacity;  // at least kLeastMeshCapacity
+};
+inline constexpr int kLeastMeshCapacity = 64;
+
+// Progress of collide_mesh. It stops, and returns false, where another leaf's contacts may not fit.
+struct MeshState {
+  std::int32_t next_leaf = 0;
+  int count = 0;  // in, out: contacts written
+};
+
+// A manifold of a pair with a mesh, as merged from contacts with triangles.
+struct MeshManifold {
+  TriangleContact contact;
+  std::int32_t place;     // of the pair in its list
+  std::int32_t row;       // of contacts; -1: not yet known
+  std::int32_t material;  // MeshData::material of its triangles
+  std::int32_t is_known;  // 1: the row holds the last step's manifold
 };
 
 struct CollideKernels {
@@ -81,6 +125,11 @@ struct CollideKernels {
   Recycle recycle_boxes;
   Recycle recycle_hulls;     // and boxes against hulls
   Recycle recycle_capsules;  // against all but spheres
+  bool (*collide_mesh)(const MeshTask& task, MeshState& state);
+  // Writes up to kCollideChunk manifolds into their rows. items[i] is that of found[i], with its row; all
+  // first shapes are of one type.
+  void (*store_mesh_manifolds)(const CollideColumns& columns, const CollideItem* items,
+                               const MeshManifold* found, int count, std::int32_t first_type);
 };
 
 }  // namespace scree::simd

@@ -7,13 +7,17 @@ namespace scree::simd {
 namespace scalar {
 Kernels make_kernels();
 }
-#if SCREE_X86
+#if SCREE_HAS_SSE2
 namespace sse2 {
 Kernels make_kernels();
 }
+#endif
+#if SCREE_HAS_AVX2
 namespace avx2 {
 Kernels make_kernels();
 }
+#endif
+#if SCREE_HAS_AVX512
 namespace avx512 {
 Kernels make_kernels();
 }
@@ -22,7 +26,7 @@ Kernels make_kernels();
 namespace {
 
 bool runs_here(InstructionSet set) {
-#if SCREE_X86
+#if SCREE_HAS_SSE2 || SCREE_HAS_AVX2 || SCREE_HAS_AVX512
   // __builtin_cpu_supports also asks whether the operating system saves the registers.
   __builtin_cpu_init();
   switch (set) {
@@ -52,15 +56,19 @@ const Kernels* find_kernels(InstructionSet set) {
       static const Kernels kKernels = scalar::make_kernels();
       return &kKernels;
     }
-#if SCREE_X86
+#if SCREE_HAS_SSE2
     case InstructionSet::sse2: {
       static const Kernels kKernels = sse2::make_kernels();
       return &kKernels;
     }
+#endif
+#if SCREE_HAS_AVX2
     case InstructionSet::avx2: {
       static const Kernels kKernels = avx2::make_kernels();
       return &kKernels;
     }
+#endif
+#if SCREE_HAS_AVX512
     case InstructionSet::avx512: {
       static const Kernels kKernels = avx512::make_kernels();
       return &kKernels;

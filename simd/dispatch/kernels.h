@@ -9,6 +9,7 @@
 #include <simd/collide/collide_kernels.h>
 #include <simd/constraints/contact/contact_kernels.h>
 #include <simd/constraints/joints/joint_kernels.h>
+#include <simd/queries/query_kernels.h>
 
 namespace scree::simd {
 
@@ -24,6 +25,7 @@ struct Kernels {
   CollideKernels collide;
   ContactKernels contact;
   JointKernels joint;
+  QueryKernels query;
 };
 
 // Null where this build lacks the set or the processor lacks one of the features that its flags allow.

@@ -11,6 +11,7 @@ PairKernels make_pair_kernels();
 CollideKernels make_collide_kernels();
 ContactKernels make_contact_kernels();
 JointKernels make_joint_kernels();
+QueryKernels make_query_kernels();
 
 Kernels make_kernels() {
   return {InstructionSet::SCREE_SIMD_NAMESPACE,
@@ -20,7 +21,8 @@ Kernels make_kernels() {
           make_pair_kernels(),
           make_collide_kernels(),
           make_contact_kernels(),
-          make_joint_kernels()};
+          make_joint_kernels(),
+          make_query_kernels()};
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -106,6 +106,9 @@ int main(int, char** arguments) {
   expect(hull.vertices().size() == 8 && hull.face_count() == 6, "the hull of a lattice is a box");
   const scree::ShapeId shape = world.add_shape(world.create_body({}), scree::ConvexHull{hull, {1, 2, 3}});
   expect(std::get<scree::ConvexHull>(world.geometry(shape)).hull == hull, "a hull comes back from its shape");
+  const float heights[4] = {0, 0, 0, 1};
+  const scree::TriangleMesh land = scree::height_field_mesh({.columns = 2, .rows = 2, .heights = heights});
+  expect(land.triangle_count() == 2, "a cell of a height field has two triangles");
   const scree::Pose quarter{{1, 0, 0}, scree::from_axis_angle({0, 0, 1}, 1.5707963f)};
   expect(scree::distance(scree::transform(quarter, {1, 0, 0}), {1, 1, 0}) < 1e-6f, "a quarter turn is one");
   static_assert(scree::Vec3{1, 2, 3} + 2.0f * scree::cross({1, 0, 0}, {0, 1, 0}) == scree::Vec3{1, 2, 5});

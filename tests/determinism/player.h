@@ -87,6 +87,7 @@ class Player {
   // empty.
   Slot* occupied(std::uint32_t slot);
   void empty_slot(Slot& slot);
+  bool has_mesh(const Slot& slot) const;
 
   void create(const Call& call);
   void create_empty(const Call& call);
@@ -95,6 +96,7 @@ class Player {
   void change_body(const Call& call, Slot& slot);
   void change_motion(const Call& call, Slot& slot);
   void change_shape(const Call& call, Slot& slot);
+  void add_mesh(const Call& call, Slot& slot);
   void change_settings(const Call& call);
   std::pair<JointDef, Joint> random_joining(Random& random, const Call& call);
   void keep_joint(JointId joint, const JointDef& def);

@@ -4,6 +4,7 @@
 #include <core/world/math.h>
 #include <tests/determinism/player_values.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <vector>
 
@@ -100,6 +101,18 @@ Geometry random_geometry(Random& random) {
   }
 }
 
+// One of a few grounds with bumps, of which some have a hole, and of which some shapes share one.
+TriangleMesh random_mesh(Random& random) {
+  const std::uint32_t which = random.below(5);
+  Random bumps(which);
+  const std::uint32_t columns = 3 + which, rows = 4;
+  std::vector<float> heights(columns * rows);
+  for (float& height : heights) height = bumps.between(-0.3f, 0.3f);
+  std::vector<std::uint8_t> holes((columns - 1) * (rows - 1), 0);
+  if (which > 1) holes[which] = 1;
+  return height_field_mesh({.columns = columns, .rows = rows, .heights = heights, .holes = holes});
+}
+
 Material random_material(Random& random) {
   Material material;
   constexpr MixRule kRules[] = {MixRule::minimum, MixRule::average, MixRule::product, MixRule::geometric_mean,
@@ -134,6 +147,7 @@ ShapeOptions random_options(Random& random) {
   options.filter = random_filter(random);
   options.user_data = random.next();
   options.contact_events = static_cast<ContactEvents>(random.below(4));
+  options.sensor = options.user_data % 8 == 0;
   return options;
 }
 
@@ -331,8 +345,12 @@ Joint random_kind(Random& random) {
 }
 
 Pose local_pose(const Pose& body, Vec3 anchor, Quat rotation) {
+  constexpr float kFarthest =
+      1e5f;  // m, that a joint may be from its body's origin; some bodies fly farther apart
   const Quat back = conjugate(body.rotation);
-  return {rotate(back, anchor - body.position), normalize(back * rotation)};
+  const Vec3 arm = rotate(back, anchor - body.position);
+  const auto within = [&](float x) { return std::clamp(x, -kFarthest, kFarthest); };
+  return {{within(arm.x), within(arm.y), within(arm.z)}, normalize(back * rotation)};
 }
 
 // Where an anchor between two bodies lies.
@@ -450,6 +468,9 @@ void print(std::ostream& out, const Geometry& value) {
     out << "ConvexHull{.points = ";
     for (const Vec3& vertex : convex->hull.vertices()) print(out, vertex);
     field(out, "scale", convex->scale);
+  } else if (const auto* mesh = std::get_if<TriangleMesh>(&value)) {
+    out << "TriangleMesh{.vertices = ";
+    for (const Vec3& vertex : mesh->vertices()) print(out, vertex);
   } else {
     out << "Box";
     field(out, "half_extents", std::get<Box>(value).half_extents, true);

@@ -19,6 +19,7 @@ class Random : public scenes::Random {
 Vec3 random_vector(Random& random, float limit);
 Pose random_pose(Random& random);  // somewhere in the pit
 Geometry random_geometry(Random& random);
+TriangleMesh random_mesh(Random& random);
 Material random_material(Random& random);
 Filter random_filter(Random& random);
 ShapeOptions random_options(Random& random);

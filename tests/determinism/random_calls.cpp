@@ -58,6 +58,7 @@ constexpr KindRule kRules[kCallKindCount] = {
     {"branch", 2},
     {"move_world", 1},
     {"wrong_call", 4},
+    {"add_mesh", 0},
 };
 
 CallKind random_kind(scenes::Random& random) {
@@ -116,6 +117,17 @@ Sequence random_sequence(std::uint64_t seed, int calls, int bodies) {
     sequence.push_back(call);
   }
   return sequence;
+}
+
+Sequence with_meshes(const Sequence& sequence) {
+  constexpr std::size_t kSpacing = 7;
+  Sequence result;
+  for (const Call& call : sequence) {
+    result.push_back(call);
+    if (result.size() % kSpacing == 0)
+      result.push_back({CallKind::add_mesh, call.slot % kBulkSlots, ~call.seed});
+  }
+  return result;
 }
 
 Played play(const Sequence& sequence, const Schedule& schedule, bool checks, std::ostream* log) {

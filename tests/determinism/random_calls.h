@@ -59,8 +59,9 @@ enum class CallKind : std::uint8_t {
   branch,        // clones step on their own
   move_world,
   wrong_call,  // must throw Error and change nothing
+  add_mesh,    // to a body that may have one; not drawn, see with_meshes
 };
-inline constexpr int kCallKindCount = 42;
+inline constexpr int kCallKindCount = 43;
 const char* name_of(CallKind kind);
 
 struct Call {
@@ -78,6 +79,8 @@ std::uint64_t wish(const char* variable, std::uint64_t otherwise);
 
 // `bodies` is about the number of bodies that the bulk calls keep alive.
 Sequence random_sequence(std::uint64_t seed, int calls, int bodies);
+// The same with calls between the others that add meshes.
+Sequence with_meshes(const Sequence& sequence);
 
 struct Played {
   std::vector<std::uint64_t> hashes;  // after each step; one call may take several

@@ -55,7 +55,7 @@ class RandomCalls : public ManyThreads, public ::testing::WithParamInterface<Dra
 TEST_P(RandomCalls, KeepTheirPromisesWithTheSameBitsOnEveryBackend) {
   const Draw& draw = GetParam();
   report_unsupported_isas();
-  const Sequence sequence = random_sequence(draw.seed, draw.calls, draw.bodies);
+  const Sequence sequence = with_meshes(random_sequence(draw.seed, draw.calls, draw.bodies));
   const std::optional<Failure> failure = find_failure(sequence, compared_schedules());
   if (!failure) return;
   const std::vector<Schedule> suspect{failure->schedule};
@@ -77,7 +77,7 @@ TEST_P(RecordedRandomCalls, VerifyOnEveryBackend) {
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() /
       ("scree_random_" + std::to_string(GetParam()) + "_" + std::to_string(getpid()) + ".recording");
-  const Sequence sequence = random_sequence(GetParam(), 250, 24);
+  const Sequence sequence = with_meshes(random_sequence(GetParam(), 250, 24));
   const auto find = [&](const Sequence& calls) {
     return find_recording_failure(calls, schedules(false).back(), compared_schedules(), file.string());
   };
@@ -117,7 +117,8 @@ TEST(RandomCallsThemselves, AreTheSameForTheSameSeed) {
 
 TEST(RandomCallsThemselves, ContainEveryKindOfCall) {
   std::vector<int> drawn(kCallKindCount);
-  for (const Call& call : random_sequence(1, 5000, 20)) ++drawn[static_cast<std::size_t>(call.kind)];
+  for (const Call& call : with_meshes(random_sequence(1, 5000, 20)))
+    ++drawn[static_cast<std::size_t>(call.kind)];
   for (int kind = 0; kind < kCallKindCount; ++kind) {
     EXPECT_GT(drawn[static_cast<std::size_t>(kind)], 0) << name_of(static_cast<CallKind>(kind));
   }

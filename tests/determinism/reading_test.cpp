@@ -30,6 +30,7 @@ class ReadingDigest {
     }
   }
   void put_hull(const Hull& hull) { put(hull.vertices().size()); }
+  void put_mesh(const TriangleMesh& mesh) { put(mesh.triangle_count()); }
   std::uint64_t value() const { return value_; }
 
  private:
@@ -57,6 +58,7 @@ class Reader {
     for (const JointId joint : names_.joints) read(joint);
     read_world();
     read_events();
+    ask_queries();
   }
   std::uint64_t value() const { return digest_.value(); }
   const std::set<std::string>& called() const { return called_; }
@@ -79,6 +81,10 @@ class Reader {
     say(call, event.normal_impulse);
   }
   void say(const char* call, const ContactEnd& end) { say(call, end.shape_a); }
+  void say(const char* call, const SensorEvent& event) {
+    say(call, event.sensor);
+    say(call, event.visitor_body);
+  }
   void say(const char* call, const Velocity& velocity) { say(call, velocity.linear); }
   template <class Rows>
   void say_all(const char* call, const Rows& rows) {
@@ -123,6 +129,12 @@ class Reader {
     say("material", world_.material(shape));
     say("filter", world_.filter(shape));
     say("contact_events", world_.contact_events(shape));
+    say("is_sensor", world_.is_sensor(shape));
+    if (world_.is_sensor(shape)) {
+      std::vector<ShapeId> visitors(world_.visitors_of(shape, {}));
+      world_.visitors_of(shape, visitors);
+      say_all("visitors_of", visitors);
+    }
     say("local_pose", world_.local_pose(shape));
     say("user_data", world_.user_data(shape));
     std::vector<ContactForces> forces(world_.contact_forces_of(shape, {}));
@@ -166,6 +178,8 @@ class Reader {
     say_all("contact_begins", world_.contact_begins());
     say_all("contact_persists", world_.contact_persists());
     say_all("contact_ends", world_.contact_ends());
+    say_all("sensor_begins", world_.sensor_begins());
+    say_all("sensor_ends", world_.sensor_ends());
     say_all("restored_bodies", world_.restored_bodies());
     say_all("quarantined_bodies", world_.quarantined_bodies());
     say_all("sleep_begins", world_.sleep_begins());
@@ -173,6 +187,21 @@ class Reader {
     say_all("broken_joints", world_.broken_joints());
     say_all("frozen_joints", world_.frozen_joints());
     say_all("destroyed_joints", world_.destroyed_joints());
+  }
+
+  // These are no functions of World, and the lists that they make are no part of the state.
+  void ask_queries() {
+    for (int i = 0; i < 8; ++i) {
+      const float x = 4.0f * static_cast<float>(i) - 12.0f;
+      for (const CastHit& hit : cast_ray_all(world_, {{x, 12, 0.1f}, {1, -20, 0.5f}})) {
+        digest_.put(hit.shape.index);
+        digest_.put(hit.fraction);
+      }
+      for (const NearHit& hit : near_point(world_, {x, 1, 0}, 2.0f)) {
+        digest_.put(hit.shape.index);
+        digest_.put(hit.distance);
+      }
+    }
   }
 
   const World& world_;
@@ -215,6 +244,7 @@ struct Yard {
       names.shapes.push_back(
           world.add_shape(post, Sphere{0.1f}, {}, {.local_pose = {{30, static_cast<float>(i), 0}, {}}}));
     }
+    names.shapes.push_back(world.add_shape(post, Sphere{3.0f}, {}, {.sensor = true}));
   }
   BodyId add(const BodyDef& def, const Geometry& geometry) {
     names.bodies.push_back(world.create_body(def));

@@ -47,6 +47,10 @@ std::uint64_t mixed_ends(std::uint64_t sum, const Contact& contact) {
   sum = mixed_event(mixed_event(sum, contact.shape_a), contact.shape_b);
   return mixed_event(mixed_event(sum, contact.body_a), contact.body_b);
 }
+std::uint64_t mixed_event(std::uint64_t sum, const SensorEvent& event) {
+  sum = mixed_event(mixed_event(sum, event.sensor), event.visitor);
+  return mixed_event(mixed_event(sum, event.sensor_body), event.visitor_body);
+}
 std::uint64_t mixed_event(std::uint64_t sum, const ContactEnd& contact) { return mixed_ends(sum, contact); }
 std::uint64_t mixed_event(std::uint64_t sum, const ContactEvent& contact) {
   constexpr std::size_t kEnds = offsetof(ContactEvent, normal);
@@ -70,6 +74,8 @@ std::uint64_t digest_of_events(const World& world) {
   if (!world.quarantined_bodies().empty()) add(world.quarantined_bodies());
   add(world.sleep_begins());
   add(world.sleep_ends());
+  if (!world.sensor_begins().empty()) add(world.sensor_begins());
+  if (!world.sensor_ends().empty()) add(world.sensor_ends());
   if (!world.broken_joints().empty()) add(world.broken_joints());
   if (!world.destroyed_joints().empty()) add(world.destroyed_joints());
   return sum;

@@ -128,7 +128,7 @@ class SavedAgain : public ManyThreads, public ::testing::WithParamInterface<Habi
 
 TEST_P(SavedAgain, HoldsTheWorldAfterEveryCallAndStep) {
   const Habit& habit = GetParam();
-  const Sequence sequence = random_sequence(habit.seed, habit.calls, habit.bodies);
+  const Sequence sequence = with_meshes(random_sequence(habit.seed, habit.calls, habit.bodies));
   Shift shift(schedules(false).back());
   Player player(shift, false, nullptr);
   Ring ring(habit.ring);

@@ -135,7 +135,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Snapshots, ::testing::ValuesIn(scene_goldens())
 class RandomSnapshots : public ManyThreads, public ::testing::WithParamInterface<std::uint64_t> {};
 
 TEST_P(RandomSnapshots, CallsCannotDistinguishAWorldRestoredBeforeEachStep) {
-  const Sequence sequence = random_sequence(GetParam(), 200, 24);
+  const Sequence sequence = with_meshes(random_sequence(GetParam(), 200, 24));
   const Played expected = play(sequence, {kReference}, false);
   ASSERT_EQ(expected.broken_promise, "");
   Shift shift(schedules(false).back());

@@ -91,6 +91,36 @@ World hulls() {
   return world;
 }
 
+// Two triangles, one of them with a material of its own, and a box of meshes that two shapes share.
+TriangleMesh slope() {
+  const std::vector<Vec3> vertices{
+      {-2.0f, 0.0f, -2.0f}, {-2.0f, 0.2f, 2.0f}, {2.0f, 0.0f, -2.0f}, {2.0f, 0.3f, 2.0f}};
+  const std::vector<MeshTriangle> triangles{{0, 1, 2}, {1, 3, 2}};
+  const std::uint8_t surface[2] = {0, 255};
+  const Material ice{.friction = 0.02f};
+  return TriangleMesh(vertices, triangles, {surface, std::span(&ice, 1)});
+}
+TriangleMesh pyramid() {
+  const std::vector<Vec3> vertices{
+      {-1.0f, 0.0f, -1.0f}, {1.0f, 0.0f, -1.0f}, {1.0f, 0.0f, 1.0f}, {-1.0f, 0.0f, 1.0f}, {0.0f, 1.0f, 0.0f}};
+  const std::vector<MeshTriangle> triangles{{0, 4, 1}, {1, 4, 2}, {2, 4, 3}, {3, 4, 0}, {0, 1, 2}, {0, 2, 3}};
+  return TriangleMesh(vertices, triangles);
+}
+
+World meshes() {
+  World world;
+  const BodyId ground = world.create_body({.type = BodyType::fixed});
+  world.add_shape(ground, slope());
+  world.add_shape(ground, pyramid(), {}, {.local_pose = {{5.0f, 0.0f, 0.0f}, {}}});
+  world.add_shape(ground, pyramid(), {}, {.local_pose = {{-5.0f, 0.0f, 0.0f}, {}}});
+  const BodyId cart = world.create_body({.type = BodyType::kinematic, .linear_velocity = {1.0f, 0.0f, 0.0f}});
+  const ShapeId gone = world.add_shape(cart, slope(), {}, {.local_pose = {{0.0f, 9.0f, 0.0f}, {}}});
+  add(world, {0.0f, 0.7f, 0.0f}, Box{});
+  run(world, 5);
+  world.set_geometry(gone, Sphere{});
+  return world;
+}
+
 World kinematic_and_materials() {
   World world;
   const BodyId belt =
@@ -246,7 +276,11 @@ void calls_of_shapes(World& world) {
   world.set_contact_events(hull, ContactEvents::all);
   world.set_local_pose(hull, {{0.1f, 0.0f, 0.0f}, {}});
   world.set_user_data(hull, 8);
+  const BodyId ground = world.create_body({.type = BodyType::fixed, .position = {0.0f, -9.0f, 0.0f}});
+  const ShapeId land = world.add_shape(ground, slope());
+  world.add_shape(ground, pyramid());
   run(world, 1);
+  world.set_geometry(land, pyramid());
   world.destroy_shape(hull);
   WorldSettings settings;
   settings.substeps = 2;
@@ -305,6 +339,7 @@ const std::vector<Seed>& seeds() {
                                         {"sleeping_pair", sleeping_pair},
                                         {"rounds", rounds},
                                         {"hulls", hulls},
+                                        {"meshes", meshes},
                                         {"kinematic_and_materials", kinematic_and_materials},
                                         {"between_steps", between_steps},
                                         {"joints", jointed},

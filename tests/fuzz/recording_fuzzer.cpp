@@ -2,6 +2,8 @@
 // of compressed and sealed bytes would hardly get past the checksums.
 #include <core/state/recording_format/recorded_state.h>
 #include <core/state/recording_format/recording_chunks.h>
+#include <core/state/snapshot/snapshot_hulls.h>
+#include <core/state/snapshot/snapshot_meshes.h>
 #include <tests/fuzz/mutation.h>
 
 #include <algorithm>
@@ -53,13 +55,14 @@ Buffer pack(const Recording& recording) {
 }
 
 // Gives a changed state the hash that belongs to it, as far as the state can be read.
-void seal_state(Buffer& content, const std::vector<SolidPointer>& solids) {
+void seal_state(Buffer& content, const SolidVectors& solids) {
   try {
     ByteReader reader(content, "the state");
     reader.take<std::uint64_t>();
     SnapshotData data;
     read_world(reader, data.world);
-    data.hulls = read_slots(reader, solids);
+    data.hulls = read_slots(reader, solids.hulls);
+    data.meshes = read_mesh_slots(reader, solids.meshes);
     read_columns(reader, data);
     const std::uint64_t hash = hash_of_state(data);
     std::memcpy(content.data(), &hash, sizeof hash);
@@ -68,13 +71,13 @@ void seal_state(Buffer& content, const std::vector<SolidPointer>& solids) {
   }
 }
 
-std::vector<SolidPointer> solids_of(const Recording& recording) {
-  std::vector<SolidPointer> solids;
+SolidVectors solids_of(const Recording& recording) {
+  SolidVectors solids;
   for (const Chunk& chunk : recording.chunks) {
-    if (chunk.head.kind != ChunkKind::hulls) continue;
     try {
       ByteReader reader(chunk.content, "the chunk");
-      read_solids(reader, solids);
+      if (chunk.head.kind == ChunkKind::hulls) read_solids(reader, solids.hulls);
+      if (chunk.head.kind == ChunkKind::meshes) read_mesh_solids(reader, solids.meshes);
     } catch (const Error&) {
       break;
     }

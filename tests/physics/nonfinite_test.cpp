@@ -77,6 +77,7 @@ class Poke {
     auto& [hull, scale] = convex;
     change(scale);
   }
+  void change(TriangleMesh&) {}
   void change(Geometry& geometry) {
     std::visit([this](auto& solid) { change(solid); }, geometry);
   }
@@ -88,7 +89,7 @@ class Poke {
     change(surface_velocity);
   }
   void change(ShapeOptions& options) {
-    auto& [local_pose, filter, user_data, contact_events] = options;
+    auto& [local_pose, filter, user_data, contact_events, sensor] = options;
     change(local_pose);
   }
   // A number that may be infinite with one sign: the test replaces it by the other infinity.

@@ -35,7 +35,8 @@ TEST(Slender, AHeapNeverGainsEnergyAndComesToRest) {
     const double now = potential_energy(heap) + heap.lab.world.stats().kinetic_energy;
     // Pushing overlaps apart lifts bodies: by less than a thousandth of the energy.
     ASSERT_LT(now, energy * 1.001) << "step " << step;
-    ASSERT_LT(fastest(heap), 1.5 * free_fall) << "step " << step;
+    // A heavy body gives a light one at most twice its speed.
+    ASSERT_LT(fastest(heap), 2.0 * free_fall) << "step " << step;
     energy = now;
   }
   EXPECT_LT(heap.lab.world.stats().kinetic_energy, 2e-4 * energy);

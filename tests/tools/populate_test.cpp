@@ -16,6 +16,8 @@ TEST(Populate, EveryBodyGetsItsPoseItsShapesAndAHandle) {
     if (info.parameters.contains("layers")) parameters["layers"] = 2;
     if (info.parameters.contains("worlds")) parameters["worlds"] = 2;
     if (info.parameters.contains("ragdolls")) parameters["ragdolls"] = 3;
+    if (info.parameters.contains("triangles")) parameters["triangles"] = 500;
+    if (info.parameters.contains("wheels")) parameters["wheels"] = 3;
     for (const Scene& scene : build(info.name, parameters)) {
       World world(scene.settings);
       const std::vector<BodyId> ids = populate(world, scene);
@@ -33,7 +35,7 @@ TEST(Populate, EveryBodyGetsItsPoseItsShapesAndAHandle) {
         EXPECT_EQ(world.body_type(ids[i]), body.def.type);
         EXPECT_NEAR(world.pose(ids[i]).position.x, body.def.position.x, 1e-4f);
         EXPECT_NEAR(world.pose(ids[i]).position.y, body.def.position.y, 1e-4f);
-        std::array<ShapeId, 8> shapes{};
+        std::array<ShapeId, 64> shapes{};
         ASSERT_EQ(world.shapes_of(ids[i], shapes), body.shape_count);
         for (std::uint32_t k = 0; k < body.shape_count; ++k) {
           const SceneShape& expected = scene.shapes[body.first_shape + k];
@@ -51,6 +53,8 @@ TEST(Populate, EveryJointJoinsItsBodiesAsTheSceneSays) {
     if (info.parameters.contains("columns")) parameters["columns"] = 6;
     if (info.parameters.contains("bodies")) parameters["bodies"] = 10;
     if (info.parameters.contains("ragdolls")) parameters["ragdolls"] = 3;
+    if (info.parameters.contains("triangles")) parameters["triangles"] = 500;
+    if (info.parameters.contains("wheels")) parameters["wheels"] = 3;
     if (info.parameters.contains("worlds")) parameters["worlds"] = 1;
     const Scene scene = build(info.name, parameters).front();
     World world(scene.settings);

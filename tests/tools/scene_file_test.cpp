@@ -44,7 +44,7 @@ TEST(SceneFile, SaysEverythingThatASceneHolds) {
        "shapes": ["ball",
                   {"type": "capsule", "half_height": 1, "radius": 0.5, "position": [0, 1, 0],
                    "rotation": {"axis": [0, 0, 2], "degrees": 90},
-                   "filter": {"category": 2, "mask": 4294967295, "group": -3}, "user_data": 5},
+                   "filter": {"category": 2, "mask": 4294967295, "group": -3}, "user_data": 5, "sensor": true},
                   {"type": "box", "half_extents": [1, 2, 3], "material": {"friction": 1}}]}
     ]
   })",
@@ -88,6 +88,8 @@ TEST(SceneFile, SaysEverythingThatASceneHolds) {
   EXPECT_EQ(scene.shapes[1].options.filter.group, -3);
   EXPECT_EQ(scene.shapes[1].options.filter.mask, 0xffffffffu);
   EXPECT_EQ(scene.shapes[1].options.user_data, 5u);
+  EXPECT_TRUE(scene.shapes[1].options.sensor);
+  EXPECT_FALSE(scene.shapes[0].options.sensor);
   EXPECT_EQ(scene.shapes[2].material.friction, 1.0f);
 }
 
@@ -213,13 +215,13 @@ TEST(SceneFile, EveryMistakeIsReportedWithItsPlaceAndReason) {
        "scene.json: /bodies/0/shapes/0: no shape \"ball\" in /shapes; none is defined"},
       {with_shape("{}"), "scene.json: /bodies/0/shapes/0: the key \"type\" is missing"},
       {with_shape(R"({"type": "cone"})"),
-       "scene.json: /bodies/0/shapes/0/type: \"cone\" is none of: sphere, capsule, box, hull"},
+       "scene.json: /bodies/0/shapes/0/type: \"cone\" is none of: sphere, capsule, box, hull, mesh"},
       {with_shape(R"({"type": "sphere", "radius": 0})"),
        "scene.json: /bodies/0/shapes/0/radius: 0 must be from 0.0001 to 100000"},
       {with_shape(R"({"type": "sphere", "radius": 1, "half_height": 1})"),
        "scene.json: /bodies/0/shapes/0/half_height: unknown key; known here: type, radius, material, "
        "position, "
-       "rotation, filter, user_data"},
+       "rotation, filter, user_data, sensor"},
       {with_shape(ball + R"(, "material": "wood"})"),
        "scene.json: /bodies/0/shapes/0/material: no material \"wood\" in /materials; none is defined"},
       {with_shape(ball + R"(, "filter": {"mask": -1}})"),

@@ -2,11 +2,13 @@
 // recordings differ, 2 bad input.
 #include <tools/command/accuracy.h>
 #include <tools/command/compare.h>
+#include <tools/command/decompose.h>
 #include <tools/command/fclib.h>
 #include <tools/command/options.h>
 #include <tools/command/replay.h>
 #include <tools/command/report.h>
 #include <tools/command/run.h>
+#include <tools/command/shape_files.h>
 #include <tools/files/output_file.h>
 #include <unistd.h>
 
@@ -51,6 +53,9 @@ struct Arguments {
   scree::command::AccuracyArguments accuracy;
   scree::command::CompareArguments compare;
   scree::command::FclibArguments fclib;
+  scree::command::DecomposeArguments decompose;
+  scree::command::HullArguments hull;
+  scree::command::MassArguments mass;
   std::string info_file;
   std::vector<std::string> settings;
   std::string isa = "auto";
@@ -63,6 +68,9 @@ void check_files(const Arguments& arguments, const std::vector<NamedFile>& input
   if (!arguments.json.empty() && !arguments.json_to_standard_output())
     outputs.push_back({"--json", arguments.json});
   if (!arguments.fclib.file.empty()) outputs.push_back({"FILE", arguments.fclib.file});
+  if (!arguments.hull.output.empty()) outputs.push_back({"--output", arguments.hull.output});
+  if (!arguments.decompose.output.empty()) outputs.push_back({"--output", arguments.decompose.output});
+  if (!arguments.decompose.scene.empty()) outputs.push_back({"--scene", arguments.decompose.scene});
   if (const std::string& record = arguments.options.record; !record.empty()) {
     outputs.push_back({"--record", record});
     for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
@@ -198,6 +206,70 @@ void declare_fclib(CLI::App& fclib, Arguments& arguments) {
   declare_json(fclib, arguments);
 }
 
+void declare_shape_file(CLI::App& app, scree::command::ShapeFileArguments& options, Arguments& arguments) {
+  app.add_option("FILE", options.file, "An OBJ or STL file, in meters")->required();
+  app.add_option("--scale", options.scale, "Multiplies all coordinates: 0.001 for millimeters (default: 1)");
+  declare_json(app, arguments);
+}
+
+void declare_hull(CLI::App& hull, Arguments& arguments) {
+  declare_shape_file(hull, arguments.hull, arguments);
+  hull.add_option("--max-vertices", arguments.hull.max_vertices, "4 to 256 (default: 256)");
+  hull.add_option("--output", arguments.hull.output, "Write the hull as an OBJ file")
+      ->type_name("FILE")
+      ->check(kNotEmpty);
+}
+
+void declare_decompose(CLI::App& app, Arguments& arguments) {
+  scree::command::DecomposeArguments& decompose = arguments.decompose;
+  scree::DecomposeOptions& options = decompose.options;
+  declare_shape_file(app, decompose, arguments);
+  app.add_option("--concavity", options.concavity, "How far a hull may reach out of the mesh, in meters");
+  app.add_option("--concavity-share", options.concavity_share,
+                 "The same as a share of the mesh's largest extent, 0.001 to 1 (default: 0.02)");
+  app.add_option("--max-parts", options.max_parts, "1 to 1024 (default: 64)");
+  app.add_option("--max-vertices", options.max_vertices, "Of each hull, 4 to 256 (default: 64)");
+  app.add_option("--resolution", options.resolution,
+                 "Cells along the largest extent, 16 to 256, in which hulls are searched (default: 64)");
+  app.add_option("--output", decompose.output, "Write the hulls as an OBJ file, an object each")
+      ->type_name("FILE")
+      ->check(kNotEmpty);
+  app.add_option("--scene", decompose.scene, "Write a scene file with a body of the hulls")
+      ->type_name("FILE")
+      ->check(kNotEmpty);
+}
+
+void declare_mass(CLI::App& mass, Arguments& arguments) {
+  declare_shape_file(mass, arguments.mass, arguments);
+  mass.add_option("--density", arguments.mass.density, "kg/m^3 (default: 1000)");
+  mass.add_flag("--hull", arguments.mass.of_hull, "Of the convex hull, for meshes that are not closed");
+}
+
+int build_hull(Arguments& arguments) {
+  const scree::command::HullArguments& options = arguments.hull;
+  check_files(arguments, {{"FILE", options.file}});
+  const scree::command::HullFigures figures = scree::command::build_hull(options);
+  if (!options.output.empty()) scree::files::write_file({"--output", options.output}, figures.obj);
+  print(figures, arguments);
+  return 0;
+}
+
+int decompose_file(Arguments& arguments) {
+  const scree::command::DecomposeArguments& options = arguments.decompose;
+  check_files(arguments, {{"FILE", options.file}});
+  const scree::command::DecomposeFigures figures = scree::command::decompose_file(options);
+  if (!options.output.empty()) scree::files::write_file({"--output", options.output}, to_obj(figures));
+  if (!options.scene.empty()) scree::files::write_file({"--scene", options.scene}, to_scene(figures));
+  print(figures, arguments);
+  return 0;
+}
+
+int measure_mass(Arguments& arguments) {
+  check_files(arguments, {{"FILE", arguments.mass.file}});
+  print(scree::command::measure_mass(arguments.mass), arguments);
+  return 0;
+}
+
 int write_fclib(Arguments& arguments) {
   scree::command::FclibArguments& options = arguments.fclib;
   options.parameters = scree::command::read_parameters(arguments.settings);
@@ -274,10 +346,16 @@ int run_command(int argc, char** argv) {
   CLI::App* diff_command = app.add_subcommand("diff", "Find the first step at which two recordings diverge");
   CLI::App* compare_command = app.add_subcommand("compare", "Run a scene under every solver");
   CLI::App* fclib_command = app.add_subcommand("fclib", "Write a step's contact problem in the FCLIB format");
+  CLI::App* decompose_command = app.add_subcommand("decompose", "Divide a closed mesh into convex hulls");
+  CLI::App* hull_command = app.add_subcommand("hull", "Build the convex hull of a file's points");
+  CLI::App* mass_command = app.add_subcommand("mass", "Measure mass, center and inertia of a closed mesh");
   CLI::App* accuracy_command = app.add_subcommand("accuracy", "Measure errors against known truth");
   Arguments arguments;
   declare_compare(*compare_command, arguments);
+  declare_decompose(*decompose_command, arguments);
   declare_fclib(*fclib_command, arguments);
+  declare_hull(*hull_command, arguments);
+  declare_mass(*mass_command, arguments);
   declare_accuracy(*accuracy_command, arguments.accuracy, false);
   declare_run(*run, arguments);
   declare_replay(*replay_command, arguments);
@@ -302,6 +380,9 @@ int run_command(int argc, char** argv) {
   }
   if (compare_command->parsed()) return compare_solvers(arguments);
   if (fclib_command->parsed()) return write_fclib(arguments);
+  if (decompose_command->parsed()) return decompose_file(arguments);
+  if (hull_command->parsed()) return build_hull(arguments);
+  if (mass_command->parsed()) return measure_mass(arguments);
   throw scree::Error("nothing to do; say `scree scenes`, `scree run SCENE` or `scree --help`");
 }
 

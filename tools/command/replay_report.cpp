@@ -102,6 +102,7 @@ std::string to_table(const InfoFigures& figures) {
   table += row("calls", grouped(info.calls));
   table += row("keyframes", grouped(info.keyframes));
   table += row("hulls", grouped(info.hulls));
+  table += row("meshes", grouped(info.meshes));
   const auto counts = [](std::uint64_t bodies, std::uint64_t shapes) {
     return grouped(bodies) + " bodies, " + grouped(shapes) + " shapes";
   };
@@ -133,6 +134,7 @@ std::string to_json(const InfoFigures& figures) {
   json["keyframes"] = info.keyframes;
   json["keyframe_steps"] = figures.keyframe_steps;
   json["hulls"] = info.hulls;
+  json["meshes"] = info.meshes;
   json["first_state"] = {{"bodies", figures.first_bodies}, {"shapes", figures.first_shapes}};
   json["last_keyframe"] = {{"bodies", figures.last_bodies}, {"shapes", figures.last_shapes}};
   json["file_bytes"] = info.file_bytes;

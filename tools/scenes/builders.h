@@ -1,6 +1,7 @@
 // The built-in scenes, one function each; catalog.cpp lists them and checks their parameters.
 #pragma once
 
+#include <tools/scenes/random.h>
 #include <tools/scenes/scene.h>
 
 #include <cstdint>
@@ -35,6 +36,10 @@ Scene spawning(const Parameters& parameters);
 Scene heavy_stack(const Parameters& parameters);
 Scene arch(const Parameters& parameters);
 Scene solver_sampler(const Parameters& parameters);
+Scene wheel_pile(const Parameters& parameters);
+Scene drum(const Parameters& parameters);
+Scene terrain(const Parameters& parameters);
+Scene ragdoll_rain(const Parameters& parameters);
 
 // --- what they are made of ---
 
@@ -56,6 +61,16 @@ void add_joint_at(Scene& scene, std::uint32_t body_a, std::uint32_t body_b, cons
                   const Joint& joint, JointDef def = {});
 /// A fixed floor at y = 0 with four walls around the square |x|, |z| < half_width, closed above if asked.
 void add_pit(Scene& scene, float half_width, float height, bool lid = false);
+
+/// Adds the hulls of mixed bodies; returns the first one's index.
+std::uint32_t add_pile_hulls(Scene& scene);
+/// Draws a box, sphere, capsule or one of those hulls, none of which reaches farther than 0.607 m from its
+/// center. Returns the shape's index.
+std::uint32_t add_mixed_shape(Scene& scene, std::uint32_t first_hull, Random& random);
+/// Hills in a square |x|, |z| < half_width with a rim around it, of about so many triangles.
+TriangleMesh hills(int triangles, float half_width);
+/// A fixed body of them.
+void add_hills(Scene& scene, int triangles, float half_width);
 
 /// The parameter as a whole number.
 int whole(const Parameters& parameters, const char* name);

@@ -144,6 +144,22 @@ const std::vector<Entry>& entries() {
        "a heavy stack, a small arch, a chain and balls, solved by a method by its number",
        {{"solver", 0, 0, kSolverCount - 1}},
        one_world<solver_sampler>},
+      {"wheel_pile",
+       "wheels of 37 hulls each, dropped into a pit",
+       {{"seed", 1, 0, kMostSeed}, {"wheels", 300, 1, 100000}},
+       one_world<wheel_pile>},
+      {"drum",
+       "small boxes in a drum with paddles that turns slowly",
+       {{"bodies", 8000, 1, kMostBodies}},
+       one_world<drum>},
+      {"terrain",
+       "mixed bodies rain on hills, a mesh of 200,000 triangles",
+       {{"bodies", 5000, 1, kMostBodies}, {"seed", 1, 0, kMostSeed}, {"triangles", 200000, 2, 1e7}},
+       one_world<terrain>},
+      {"ragdoll_rain",
+       "humans of 14 capsules rain on hills, a mesh of 20,000 triangles",
+       {{"ragdolls", 200, 1, 100000}, {"seed", 1, 0, kMostSeed}, {"triangles", 20000, 2, 1e7}},
+       one_world<ragdoll_rain>},
   };
   return kEntries;
 }

@@ -124,15 +124,9 @@ void pour(Scene& scene, int bodies, Random& random, const NextShape& next_shape)
 
 Scene mixed_pile(const char* name, int bodies, std::uint64_t seed) {
   Scene scene = start_scene(name, 400);
-  const std::vector<ConvexHull>& hulls = pile_hulls();
-  const std::uint32_t first_hull = add_hulls(scene, hulls);
+  const std::uint32_t first_hull = add_pile_hulls(scene);
   Random random(seed);
-  pour(scene, bodies, random, [&] {
-    if (random.below(4) == 0) {
-      return first_hull + random.below(static_cast<std::uint32_t>(hulls.size()));
-    }
-    return add_shape(scene, random_round_or_box(random));
-  });
+  pour(scene, bodies, random, [&] { return add_mixed_shape(scene, first_hull, random); });
   return scene;
 }
 
@@ -141,6 +135,15 @@ std::uint64_t seed_of(const Parameters& parameters) {
 }
 
 }  // namespace
+
+std::uint32_t add_pile_hulls(Scene& scene) { return add_hulls(scene, pile_hulls()); }
+
+std::uint32_t add_mixed_shape(Scene& scene, std::uint32_t first_hull, Random& random) {
+  if (random.below(4) == 0) {
+    return first_hull + random.below(static_cast<std::uint32_t>(pile_hulls().size()));
+  }
+  return add_shape(scene, random_round_or_box(random));
+}
 
 Scene pile(const Parameters& parameters) {
   return mixed_pile("pile", whole(parameters, "bodies"), seed_of(parameters));

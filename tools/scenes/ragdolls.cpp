@@ -3,6 +3,7 @@
 #include <tools/scenes/frames.h>
 #include <tools/scenes/random.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -130,6 +131,13 @@ void add_human(Scene& scene, const Pose& middle, const std::vector<Link>& links,
   for (const Link& link : links) add_joint(scene, first + link.a, first + link.b, link.joint, link.def);
 }
 
+std::uint32_t add_bones(Scene& scene) {
+  const auto first = static_cast<std::uint32_t>(scene.shapes.size());
+  for (const Bone& bone : kSkeleton)
+    add_shape(scene, Capsule{.half_height = bone.half_height, .radius = bone.radius});
+  return first;
+}
+
 }  // namespace
 
 Scene ragdolls(const Parameters& parameters) {
@@ -142,9 +150,7 @@ Scene ragdolls(const Parameters& parameters) {
   Scene scene = start_scene("ragdolls", 400);
   scene.bodies.reserve(1 + kBones * static_cast<std::size_t>(count));
   add_pit(scene, 0.5f * kCell * static_cast<float>(side), kCell * static_cast<float>(layers + 1));
-  const auto first_shape = static_cast<std::uint32_t>(scene.shapes.size());
-  for (const Bone& bone : kSkeleton)
-    add_shape(scene, Capsule{.half_height = bone.half_height, .radius = bone.radius});
+  const std::uint32_t first_shape = add_bones(scene);
   const std::vector<Link> links = make_links();
   scene.joints.reserve(links.size() * static_cast<std::size_t>(count));
   Random random(static_cast<std::uint64_t>(parameters.at("seed")));
@@ -152,6 +158,27 @@ Scene ragdolls(const Parameters& parameters) {
   const auto place = [&](int cell) { return kCell * (static_cast<float>(cell) + 0.5f); };
   for (int i = 0; i < count; ++i) {
     const Vec3 middle{corner + place(i % side), place(i / (side * side)), corner + place(i / side % side)};
+    add_human(scene, {middle, random.rotation()}, links, first_shape);
+  }
+  return scene;
+}
+
+Scene ragdoll_rain(const Parameters& parameters) {
+  constexpr float kCell = 2.0f * kReach;
+  constexpr int kLayers = 4;
+  const int count = whole(parameters, "ragdolls");
+  int side = 1;
+  while (std::int64_t{side} * side * kLayers < count) ++side;
+  Scene scene = start_scene("ragdoll_rain", 600);
+  add_hills(scene, whole(parameters, "triangles"), std::max(10.0f, 1.4f * kCell * static_cast<float>(side)));
+  const std::uint32_t first_shape = add_bones(scene);
+  const std::vector<Link> links = make_links();
+  Random random(static_cast<std::uint64_t>(parameters.at("seed")));
+  const float corner = -0.5f * kCell * static_cast<float>(side - 1);
+  const auto place = [&](int cell) { return kCell * static_cast<float>(cell); };
+  for (int i = 0; i < count; ++i) {
+    const Vec3 middle{corner + place(i % side), 5.0f + place(i / (side * side)),
+                      corner + place(i / side % side)};
     add_human(scene, {middle, random.rotation()}, links, first_shape);
   }
   return scene;

@@ -78,6 +78,7 @@ struct Named {
   Materials materials;
   NamedHulls hulls;
   NamedShapes shapes;
+  MeshReader& meshes;
 };
 
 void read_mix(Members& members, const char* key, MixRule& out) {
@@ -149,8 +150,8 @@ ConvexHull read_convex_hull(Members& members, const NamedHulls& named) {
   return convex;
 }
 
-Geometry read_geometry(Members& members, const NamedHulls& hulls) {
-  constexpr const char* kTypes[] = {"sphere", "capsule", "box", "hull"};
+Geometry read_geometry(Members& members, const Named& named) {
+  constexpr const char* kTypes[] = {"sphere", "capsule", "box", "hull", "mesh"};
   switch (members.require("type").choice(kTypes)) {
     case 0:
       return Sphere{members.require("radius").number(kLength)};
@@ -159,7 +160,9 @@ Geometry read_geometry(Members& members, const NamedHulls& hulls) {
       return Capsule{half_height, members.require("radius").number(kLength)};
     }
     case 3:
-      return read_convex_hull(members, hulls);
+      return read_convex_hull(members, named.hulls);
+    case 4:
+      return named.meshes.read(members);
     default:
       return Box{members.require("half_extents").vector(kLength)};
   }
@@ -176,7 +179,7 @@ SceneShape read_shape(const Node& node, const Named& named) {
   if (!node.is_object()) node.fail("expected the name of a shape or an object");
   SceneShape shape;
   Members members(node);
-  shape.geometry = read_geometry(members, named.hulls);
+  shape.geometry = read_geometry(members, named);
   if (const Node* material = members.find("material")) {
     if (material->is_string()) {
       const auto found = named.materials.find(material->string());
@@ -195,6 +198,7 @@ SceneShape read_shape(const Node& node, const Named& named) {
   read_rotation(members, shape.options.local_pose.rotation);
   if (const Node* filter = members.find("filter")) shape.options.filter = read_filter(*filter);
   if (const Node* data = members.find("user_data")) shape.options.user_data = data->bits64();
+  if (const Node* sensor = members.find("sensor")) shape.options.sensor = sensor->boolean();
   members.finish();
   return shape;
 }
@@ -381,7 +385,8 @@ void read_settings(const Node& node, WorldSettings& settings) {
 
 }  // namespace
 
-Scene parse_scene(const std::string& source, const std::string& file, std::int64_t most_bodies) {
+Scene parse_scene(const std::string& source, const std::string& file, std::int64_t most_bodies,
+                  const std::optional<std::string>& folder) {
   const nlohmann::json document = parse_json(source, file);
   const Node root(document, file);
   Members members(root);
@@ -394,7 +399,8 @@ Scene parse_scene(const std::string& source, const std::string& file, std::int64
     scene.steps = static_cast<int>(steps->integer(1, kMostSteps));
   }
   members.read("dt", scene.dt, {0.0, 1.0});
-  Named named;
+  MeshReader meshes(folder);
+  Named named{{}, {}, {}, meshes};
   if (const Node* list = members.find("materials")) {
     for (const auto& [name, node] : list->members()) named.materials[name] = read_material(node);
   }
@@ -426,7 +432,7 @@ Scene read_scene_file(const std::string& path) {
   if (!stream || std::filesystem::is_directory(path) || !(text << stream.rdbuf())) {
     throw Error(path + ": cannot be read, or is empty");
   }
-  return parse_scene(text.str(), path);
+  return parse_scene(text.str(), path, kMostBodies, std::filesystem::path(path).parent_path().string());
 }
 
 }  // namespace scree::scenes

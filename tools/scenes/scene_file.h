@@ -4,6 +4,7 @@
 #include <tools/scenes/scene.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace scree::scenes {
@@ -16,7 +17,9 @@ inline constexpr std::int64_t kMostBodies = 10'000'000;
 /// column where the text is not JSON) and the reason.
 Scene read_scene_file(const std::string& path);
 
-/// Reads a scene from a text; `file` is the name that errors and a scene without a name carry.
-Scene parse_scene(const std::string& text, const std::string& file, std::int64_t most_bodies = kMostBodies);
+/// Reads a scene from a text; `file` is the name that errors and a scene without a name carry. Files of
+/// meshes are relative to `folder`; without one the text must not name any.
+Scene parse_scene(const std::string& text, const std::string& file, std::int64_t most_bodies = kMostBodies,
+                  const std::optional<std::string>& folder = std::nullopt);
 
 }  // namespace scree::scenes

@@ -1,5 +1,5 @@
-// Shared by the readers of a scene file's bodies and joints. Used only by scene_file.cpp and
-// scene_file_joints.cpp.
+// Shared by the readers of a scene file's bodies, meshes and joints. Used only by scene_file.cpp,
+// scene_file_meshes.cpp and scene_file_joints.cpp.
 #pragma once
 
 #include <core/world/limits.h>
@@ -8,7 +8,9 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 
 namespace scree::scenes {
 
@@ -27,6 +29,20 @@ std::string known_names(const auto& named) {
   for (const auto& [name, unused] : named) list += (list.empty() ? "" : ", ") + name;
   return list.empty() ? "none is defined" : "defined are: " + list;
 }
+
+// Reads the meshes of shapes; what several shapes read from one file is one mesh.
+class MeshReader {
+ public:
+  // Files are relative to the folder; without one there are none.
+  explicit MeshReader(std::optional<std::string> folder) : folder_(std::move(folder)) {}
+  TriangleMesh read(Members& shape);
+
+ private:
+  const TriangleMesh& read_file(const Node& file, float scale);
+
+  std::optional<std::string> folder_;
+  std::map<std::pair<std::string, float>, TriangleMesh> known_;  // by path and scale
+};
 
 // Bodies that a file has named: a single body, or the run that a repeat makes.
 struct NamedBodies {

@@ -59,6 +59,10 @@ const std::vector<Sizes>& all_sizes() {
       {"heavy_stack", {{"bodies", 1, 12}, {"ratio", 1, 1000, false}}},
       {"arch", {{"stones", 3, 40}, {"thickness", 0.05, 0.4, false}}},
       {"solver_sampler", {{"solver", 0, 6}}},
+      {"wheel_pile", {{"seed", 0, 1e9}, {"wheels", 1, 60}}},
+      {"drum", {{"bodies", 1, 8000}}},
+      {"terrain", {{"bodies", 1, 5000}, {"seed", 0, 1e9}, {"triangles", 2, 100000}}},
+      {"ragdoll_rain", {{"ragdolls", 1, 200}, {"seed", 0, 1e9}, {"triangles", 2, 20000}}},
   };
   return kSizes;
 }

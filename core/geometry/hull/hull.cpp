@@ -8,15 +8,11 @@
 
 namespace scree {
 
-namespace {
-
 bool equal(const HullSolid& a, const HullSolid& b) {
   return a.content_hash == b.content_hash && a.points == b.points &&
          a.topology.vertices == b.topology.vertices && a.topology.begin == b.topology.begin &&
          a.topology.loops == b.topology.loops && std::equal(a.origin, a.origin + 3, b.origin);
 }
-
-}  // namespace
 
 Hull::Hull() noexcept = default;
 Hull::Hull(std::span<const Vec3> points, const HullOptions& options)

@@ -33,6 +33,8 @@ struct HullSolid {
   std::size_t bytes() const;  // of memory
 };
 
+bool equal(const HullSolid& a, const HullSolid& b);
+
 // Throws Error "<who>: <problem>", see Hull, and std::bad_alloc.
 std::shared_ptr<const HullSolid> build_hull(const std::string& who, std::span<const Vec3> points,
                                             const HullOptions& options);

@@ -11,13 +11,8 @@ namespace scree {
 
 // Counts one more shape for the slot of a hull, and makes the slot if there is none. Returns the slot, or -1
 // for other geometries. Throws if the scaled hull exceeds a limit, and then changes nothing. The geometry
-// must have been checked.
+// must have been checked. content_slots.h releases slots.
 std::int32_t acquire_hull(Call call, Hulls& hulls, const Geometry& geometry);
-// Counts one shape fewer; -1 does nothing. A slot without shapes is free.
-void release_hull(Hulls& hulls, std::int32_t slot);
-// Undoes acquire_hull, the latest call first: removes the slots from `old_slots` on.
-void undo_hull(Hulls& hulls, std::int32_t slot, std::size_t old_slots);
-
 // Hash of hull and scale, never 0.
 std::uint64_t hull_content(const ConvexHull& geometry);
 ExtentRow extent_of(const HullSolid& solid);

@@ -9,6 +9,11 @@
 // none is pressed: what rests and trembles would begin and end all the time otherwise. So every begin is
 // followed by one end, and the impact of a ball that leaves in the same step is a begin with its impulse.
 // Pairs whose bodies fall asleep do not end.
+//
+// Sensor events come for all sensors, see ShapeOptions::sensor. A sensor sees the shapes of other bodies of
+// any type, awake or asleep, that its filter lets it collide with, but no sensors. It sees what touches or
+// overlaps it as the step ends, by exact distances. What moves so fast that it enters and leaves within one
+// step begins and ends in that step.
 #pragma once
 
 #include <scree/ids.h>
@@ -46,6 +51,17 @@ struct ContactEnd {
   BodyId body_b;    ///< the body of shape_b
 
   friend bool operator==(const ContactEnd&, const ContactEnd&) = default;
+};
+
+/// A shape that entered or left a sensor. Where one of them was destroyed, its handles and those of its body
+/// are not alive.
+struct SensorEvent {
+  ShapeId sensor;       ///< that saw it
+  ShapeId visitor;      ///< the shape that entered or left
+  BodyId sensor_body;   ///< the body of the sensor
+  BodyId visitor_body;  ///< the body of the visitor
+
+  friend bool operator==(const SensorEvent&, const SensorEvent&) = default;
 };
 
 }  // namespace scree

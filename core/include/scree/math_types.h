@@ -45,7 +45,7 @@ struct Pose {
 struct alignas(32) Velocity {
   Vec3 linear;                      ///< of the center of mass, m/s
   Vec3 angular;                     ///< rad/s, in world axes
-  float padding[2] = {0.0f, 0.0f};  ///< unused
+  float padding[2] = {0.0f, 0.0f};  ///< used by the step
 };
 
 }  // namespace scree

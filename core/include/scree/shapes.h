@@ -89,6 +89,9 @@ struct ShapeOptions {
   Filter filter{};    ///< which shapes it collides with
   std::uint64_t user_data = 0;  ///< any number of the caller's; the library never reads it
   ContactEvents contact_events = ContactEvents::none;  ///< the events that this shape asks for
+  /// Whether the shape is a sensor: it has no mass and no contacts, and the world lists which shapes enter
+  /// and leave it, see events.h. Stays as it is for the life of the shape.
+  bool sensor = false;
 
   friend bool operator==(const ShapeOptions&, const ShapeOptions&) = default;
 };

@@ -18,7 +18,7 @@ namespace scree {
 struct SnapshotData;
 struct SnapshotChangesData;
 
-/// The state of a world at one time. It shares the geometry of hulls with the world, and with all other
+/// The state of a world at one time. It shares hulls and meshes with the world, and with all other
 /// snapshots of it; with these it shares the memory of all that they have in common, too. Any thread may read
 /// it while no thread saves into it, whatever becomes of the others meanwhile.
 class SCREE_API Snapshot {
@@ -29,7 +29,7 @@ class SCREE_API Snapshot {
   Snapshot& operator=(Snapshot&&) noexcept;  ///< the other one becomes empty
 
   bool is_empty() const noexcept;       ///< of no world
-  std::size_t bytes() const noexcept;   ///< of memory, as if nothing were shared; without hulls
+  std::size_t bytes() const noexcept;   ///< of memory, as if nothing were shared; without hulls and meshes
   std::uint64_t step() const noexcept;  ///< steps that the world had taken; 0 if empty
 
  private:
@@ -69,7 +69,7 @@ using TakeBytes = void (*)(void* context, std::span<const std::byte> part, std::
 SCREE_API void write_snapshot(const Snapshot& snapshot, TakeBytes take, void* context);
 }  // namespace detail
 
-/// The snapshot as bytes, the same for equal states on every machine. Each hull is written once. Throws Error
+/// The snapshot as bytes, the same for equal states on every machine; each hull or mesh once. Throws Error
 /// for an empty snapshot and where bytes are not in little-endian order, and std::bad_alloc.
 ///
 /// A template, so that each program gets a copy for its own std::vector: with _GLIBCXX_DEBUG that is not the
@@ -105,7 +105,7 @@ class SCREE_API SnapshotChanges {
   SnapshotChanges& operator=(SnapshotChanges&&) noexcept;  ///< the other one becomes empty
 
   bool is_empty() const noexcept;      ///< of no snapshots
-  std::size_t bytes() const noexcept;  ///< of memory, as if it shared none with the snapshots; without hulls
+  std::size_t bytes() const noexcept;  ///< of memory, as if it shared no pages; without hulls and meshes
 
  private:
   friend struct SnapshotAccess;

@@ -19,6 +19,7 @@
 #include <scree/shapes.h>
 #include <scree/solver.h>
 #include <scree/stats.h>
+#include <scree/triangle_mesh.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -48,10 +49,10 @@ struct WorldSettings {
   float restitution_threshold = 1.0f;  ///< m/s, approach speeds below do not rebound, in [0, 1e6]
   float max_linear_speed = 400.0f;     ///< m/s, speeds are clamped in each substep, in [1e-3, 1e6]
   float max_angular_speed = 400.0f;    ///< rad/s, in [1e-3, 1e6]
-  /// Fast bodies do not pass through fixed and sleeping ones: the step of a body ends where a ball about the
-  /// center of one of its shapes, or one that fits into a corner or an end, meets them, and the body keeps
-  /// its velocity. Moving bodies still pass through one another, and what is thinner than the gaps between
-  /// those balls, such as a wire or the edge of a wall, through a long or flat shape.
+  /// Fast bodies do not pass through others: the step of a body ends where a ball about the center of one of
+  /// its shapes, or one that fits into a corner or end of it, would go through, and the next step's contact
+  /// takes it with its velocity. Where it rebounds, it makes up for the rest of its step at the end of the
+  /// next one. What is thinner than the gaps between these balls may still be passed.
   bool continuous = true;
   bool warm_start = true;            ///< begin each step with the impulses of the last one
   bool sleeping = true;              ///< bodies at rest may sleep; turning it off wakes all
@@ -74,8 +75,9 @@ struct MemoryUse {
   std::size_t scratch = 0;  ///< bytes that live within one step
 };
 
-/// The form of a shape.
-using Geometry = std::variant<Sphere, Capsule, Box, ConvexHull>;
+/// The form of a shape. A TriangleMesh belongs to fixed and kinematic bodies only and is no sensor: calls
+/// that would put it elsewhere throw.
+using Geometry = std::variant<Sphere, Capsule, Box, ConvexHull, TriangleMesh>;
 
 /// A shape of a list, see World::add_shapes.
 struct ShapeDef {
@@ -213,7 +215,7 @@ class SCREE_API World {
   bool is_alive(ShapeId shape) const noexcept;                 ///< false for a handle of another world, too
   std::size_t shape_count() const noexcept;                    ///< living shapes of all bodies
   BodyId body_of(ShapeId shape) const;                         ///< the body that has the shape
-  Geometry geometry(ShapeId shape) const;                      ///< as given, with its hull shared
+  Geometry geometry(ShapeId shape) const;                      ///< as given, with its hull or mesh shared
   void set_geometry(ShapeId shape, const Geometry& geometry);  ///< the mass follows as in add_shape
   Material material(ShapeId shape) const;                      ///< surface and density
   void set_material(ShapeId shape, const Material& material);  ///< the mass follows as in add_shape
@@ -224,6 +226,7 @@ class SCREE_API World {
   /// Takes effect in the next step. A contact that began ends when no side asks for its end any more, and
   /// begins when a side asks for the first time.
   void set_contact_events(ShapeId shape, ContactEvents events);
+  bool is_sensor(ShapeId shape) const;                    ///< as given by ShapeOptions
   Pose local_pose(ShapeId shape) const;                   ///< in the body's frame
   void set_local_pose(ShapeId shape, const Pose& pose);   ///< the mass follows as in add_shape
   std::uint64_t user_data(ShapeId shape) const;           ///< as given by ShapeOptions or set_user_data
@@ -314,6 +317,14 @@ class SCREE_API World {
   std::span<const ContactEvent> contact_persists() const noexcept;
   /// Contacts that ended in the step or by calls before it. Ascending as contact_begins.
   std::span<const ContactEnd> contact_ends() const noexcept;
+  /// Shapes that entered sensors. Ascending by the indices of the sensor, then of the visitor.
+  std::span<const SensorEvent> sensor_begins() const noexcept;
+  /// Shapes that left sensors, in the step or by calls before it. Ascending as sensor_begins.
+  std::span<const SensorEvent> sensor_ends() const noexcept;
+  /// The shapes that the sensor saw at the end of the last step, ascending by index, some of which calls may
+  /// have destroyed since; at most `out.size()` are written. Returns how many there are. Throws for a shape
+  /// that is no sensor.
+  std::size_t visitors_of(ShapeId sensor, std::span<ShapeId> out) const;
   /// Bodies whose state became non-finite in the step: they were put back to where the step found them, at
   /// rest. Also those that are quarantined because they made only others non-finite: these rest where the
   /// step has brought them. Ascending by index.

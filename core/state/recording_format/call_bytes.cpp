@@ -70,15 +70,32 @@ SCREE_RECORDED_CALLS(SCREE_INSTANTIATE_CALL)
 #undef SCREE_INSTANTIATE_CALL
 
 void CallWriter::put_hull(const Hull& hull) { put(solids_.number_of(HullAccess::solid(hull))); }
+void CallWriter::put_mesh(const TriangleMesh& mesh) { put(solids_.number_of(MeshAccess::solid(mesh))); }
+
+namespace {
+
+// The solid of the number that follows.
+template <class Pointer>
+const Pointer& take_solid(CallReader& reader, std::span<const Pointer> known, const char* what) {
+  const std::size_t offset = reader.at();
+  const auto number = reader.take<std::int32_t>();
+  if (number < 0 || std::cmp_greater_equal(number, known.size()))
+    refuse_bytes(offset, std::string("there is no ") + what + " " + std::to_string(number) + " so far");
+  return known[static_cast<std::size_t>(number)];
+}
+
+}  // namespace
 
 Hull CallReader::take_hull() {
-  const std::size_t offset = at();
-  const auto number = take<std::int32_t>();
-  if (!solids_) return {};
-  if (number < 0 || std::cmp_greater_equal(number, solids_->size())) {
-    refuse_bytes(offset, "there is no hull " + std::to_string(number) + " so far");
-  }
-  return HullAccess::hull((*solids_)[static_cast<std::size_t>(number)]);
+  if (solids_) return HullAccess::hull(take_solid(*this, solids_->hulls, "hull"));
+  take<std::int32_t>();
+  return {};
+}
+
+TriangleMesh CallReader::take_mesh() {
+  if (solids_) return MeshAccess::mesh(take_solid(*this, solids_->meshes, "mesh"));
+  take<std::int32_t>();
+  return {};
 }
 
 void write_call(const MadeCall& call, CallWriter& writer) {

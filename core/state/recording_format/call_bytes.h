@@ -1,10 +1,10 @@
 // Calls as bytes: the number of the call, then its arguments; see value_bytes.h. A hull is the number that
-// its solid has among those of the recording.
+// its solid has among those of the recording, and so is a mesh.
 #pragma once
 
 #include <core/state/recording_format/recorded_calls.h>
 #include <core/state/snapshot/snapshot_bytes.h>
-#include <core/state/snapshot/snapshot_hulls.h>
+#include <core/state/snapshot/snapshot_solids.h>
 
 #include <cstdint>
 #include <optional>
@@ -21,6 +21,7 @@ class CallWriter {
     bytes_.put(number);
   }
   void put_hull(const Hull& hull);
+  void put_mesh(const TriangleMesh& mesh);
 
  private:
   ByteWriter& bytes_;
@@ -29,13 +30,14 @@ class CallWriter {
 
 class CallReader : public ByteReader {
  public:
-  // Without solids all hulls are empty.
-  CallReader(std::span<const std::byte> bytes, std::optional<std::span<const SolidPointer>> solids)
+  // Without solids all hulls and meshes are empty.
+  CallReader(std::span<const std::byte> bytes, std::optional<SolidViews> solids)
       : ByteReader(bytes, "the chunk"), solids_(solids) {}
   Hull take_hull();
+  TriangleMesh take_mesh();
 
  private:
-  std::optional<std::span<const SolidPointer>> solids_;
+  std::optional<SolidViews> solids_;
 };
 
 void write_call(const MadeCall& call, CallWriter& writer);

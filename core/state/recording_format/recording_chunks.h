@@ -15,7 +15,7 @@
 //   u16      0
 //   u64      step: steps of the recording so far, from the step counter of its first state
 //   u64      steps in the chunk
-//   u64      count: of hulls or calls in the chunk
+//   u64      count: of hulls, meshes or calls in the chunk
 //   u64 x 2  bytes of the content, and as they are stored
 //   u64      xxHash64 of the stored bytes
 //   u64      xxHash64 of the chunk's head so far
@@ -33,7 +33,7 @@
 
 namespace scree {
 
-inline constexpr std::uint32_t kRecordingVersion = 4;
+inline constexpr std::uint32_t kRecordingVersion = 6;
 inline constexpr std::uint32_t kRecordingMinor = 0;
 inline constexpr std::size_t kMostWriterBytes = 256;
 
@@ -43,6 +43,7 @@ enum class ChunkKind : std::uint8_t {
   restored,   // the state that a snapshot has just put into the world
   calls,      // steps and calls, see call_bytes.h; a step is 0, its dt as f32 and the world's hash after it
   end,        // nothing; the recording was ended by its recorder
+  meshes,     // write_mesh_solids; numbered as hulls are, but apart from them
 };
 enum ChunkFlag : std::uint8_t {
   kChunkCompressed = 1,
@@ -64,13 +65,13 @@ inline constexpr std::size_t kChunkHeadBytes = 64;
 inline constexpr std::size_t kStepRecordBytes = 1 + sizeof(float) + sizeof(std::uint64_t);
 
 // What a reader takes from stored bytes at most: `times` as much and `free` bytes. Less for what costs more
-// than its bytes: a hull is built anew, rows of a state that are all alike are packed. Writers fill up what
-// is smaller.
+// than its bytes: a hull or mesh is built anew, rows of a state that are all alike are packed. Writers fill
+// up what is smaller.
 struct Expansion {
   std::uint64_t times, free;
 };
 constexpr Expansion most_expansion(ChunkKind kind) {
-  if (kind == ChunkKind::hulls) return {16, 4096};
+  if (kind == ChunkKind::hulls || kind == ChunkKind::meshes) return {16, 4096};
   if (kind == ChunkKind::calls) return {64, 4096};
   return {32, 4096};
 }

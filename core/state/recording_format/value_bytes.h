@@ -101,6 +101,7 @@ void fields(Of<ShapeOptions> auto& options, auto&& visit) {
   visit(options.filter);
   visit(options.user_data);
   visit(options.contact_events);
+  visit(options.sensor);
 }
 void fields(Of<ShapeDef> auto& def, auto&& visit) {
   visit(def.geometry);
@@ -265,6 +266,8 @@ void write_value(Writer& writer, const Value& value) {
     writer.put(value);
   } else if constexpr (std::is_same_v<Value, Hull>) {
     writer.put_hull(value);
+  } else if constexpr (std::is_same_v<Value, TriangleMesh>) {
+    writer.put_mesh(value);
   } else {
     fields(value, [&writer](const auto& field) { write_value(writer, field); });
   }
@@ -309,6 +312,8 @@ void read_value(Reader& reader, Value& value) {
     value = reader.template take<Value>();
   } else if constexpr (std::is_same_v<Value, Hull>) {
     value = reader.take_hull();
+  } else if constexpr (std::is_same_v<Value, TriangleMesh>) {
+    value = reader.take_mesh();
   } else {
     fields(value, [&reader](auto& field) { read_value(reader, field); });
   }
@@ -348,6 +353,7 @@ struct ByteCounter {
     bytes += sizeof(Number);
   }
   void put_hull(const Hull&) { bytes += sizeof(std::int32_t); }
+  void put_mesh(const TriangleMesh&) { bytes += sizeof(std::int32_t); }
 };
 // Bytes of the shortest value of a type.
 template <class Value>

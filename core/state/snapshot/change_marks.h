@@ -66,6 +66,8 @@ struct ListMark {
   COMPARED(dirty_shapes)                                                                           \
   COMPARED(hulls)                                                                                  \
   COMPARED(free_hulls)                                                                             \
+  COMPARED(meshes)                                                                                 \
+  COMPARED(free_meshes)                                                                            \
   COMPARED(pairs)                                                                                  \
   COMPARED(pair_axes)             /* of which there may be none */                                 \
   MARKED  (resting,         contacts.resting_marks,  kPageMoved | kPageChanged)                    \
@@ -81,7 +83,8 @@ struct ListMark {
   COMPARED(events_touching)                                                                        \
   MARKED  (events_resting,  contacts.resting_marks,  kPageMoved | kPageChanged)                    \
   COMPARED(events_woken)                                                                           \
-  COMPARED(events_lost)
+  COMPARED(events_lost)                                                                            \
+  COMPARED(events_sensed)
 // clang-format on
 
 #define SCREE_NAME_SHEET(name, ...) name,

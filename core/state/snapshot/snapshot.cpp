@@ -1,5 +1,6 @@
 // Saving, restoring and cloning worlds.
 #include <core/geometry/hull/hull_build.h>
+#include <core/geometry/mesh/mesh_build.h>
 #include <core/state/snapshot/snapshot.h>
 #include <core/validate/validate.h>
 #include <core/world/edit.h>
@@ -22,18 +23,38 @@ bool same_hull(const SharedHull& a, const SharedHull& b) {
          a.geometry.scale == b.geometry.scale;
 }
 
-// What Hulls holds besides its columns.
-struct HullIndex {
-  std::vector<SharedHull> shared;
-  std::unordered_multimap<std::uint64_t, std::int32_t> slot_of;
+bool same_mesh(const SharedMesh& a, const SharedMesh& b) { return a.solid == b.solid; }
 
-  explicit HullIndex(const std::vector<SharedHull>& hulls) : shared(hulls) {
+std::uint64_t content_of(const SharedHull& shared) { return hull_content(shared.geometry); }
+std::uint64_t content_of(const SharedMesh& shared) { return mesh_content(*shared.solid); }
+
+// What Hulls and Meshes hold besides their columns.
+template <class Shared>
+struct SlotIndex {
+  std::vector<Shared> shared;
+  ContentSlots slot_of;
+
+  explicit SlotIndex(const std::vector<Shared>& slots) : shared(slots) {
     for (std::size_t slot = 0; slot < shared.size(); ++slot) {
       if (shared[slot].solid == nullptr) continue;
-      slot_of.emplace(hull_content(shared[slot].geometry), static_cast<std::int32_t>(slot));
+      slot_of.emplace(content_of(shared[slot]), static_cast<std::int32_t>(slot));
     }
   }
+  template <class Store>
+  void swap_into(Store& store) noexcept {
+    store.shared.swap(shared);
+    store.slot_of.swap(slot_of);
+  }
 };
+
+const HullData* data_of(const SharedHull& shared) { return shared.solid->columns.data; }
+const MeshData* data_of(const SharedMesh& shared) { return &shared.solid->data; }
+
+template <class Store>
+void derive_slots(Store& store) {
+  for (std::size_t slot = 0; slot < store.shared.size(); ++slot)
+    store.data[slot] = store.shared[slot].solid != nullptr ? data_of(store.shared[slot]) : nullptr;
+}
 
 // What follows makes what is derived of rows, and counts. Lists and values that are not state have been
 // forgotten.
@@ -51,15 +72,18 @@ void derive_bodies(Bodies& bodies) {
 void derive_shapes(WorldData& data) {
   Shapes& shapes = data.shapes;
   shapes.waking_made.forget();
+  shapes.queries_made.forget();
   for (std::int32_t& before : shapes.previous) before = -1;
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
     shapes.is_changed[row] = 0;
+    shapes.is_noted[row] = 0;
     if ((shapes.flags[row] & kShapeWakes) != 0) shapes.wakers.push_back(static_cast<std::int32_t>(row));
     if ((shapes.flags[row] & kShapeAlive) == 0) continue;
     ++shapes.alive;
     const std::int32_t behind = shapes.next[row];
     if (behind >= 0) shapes.previous[behind] = static_cast<std::int32_t>(row);
     if (shapes.events[row] != ContactEvents::none) ++shapes.asking;
+    if ((shapes.flags[row] & kShapeSensor) != 0) ++shapes.sensors;
     place_shape_in_body(data, static_cast<std::int32_t>(row));
   }
 }
@@ -68,10 +92,10 @@ void derive_shapes(WorldData& data) {
 std::int64_t name_pairs(const PairRows& pairs, ContactRows& contacts) {
   std::int64_t count = 0;
   for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
-    const std::int32_t contact = pairs.contact[row];
-    if (contact < 0) continue;
-    contacts.pair[contact] = pairs.pair[row];
-    ++count;
+    for (std::int32_t contact = pairs.contact[row]; contact >= 0; contact = next_contact(contacts, contact)) {
+      contacts.pair[contact] = pairs.pair[row];
+      ++count;
+    }
   }
   return count;
 }
@@ -111,8 +135,11 @@ void derive_events(Events& events) {
 
 }  // namespace
 
-bool same_hulls(const std::vector<SharedHull>& a, const std::vector<SharedHull>& b) {
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), same_hull);
+bool same_slots(const std::vector<SharedHull>& a, const std::vector<SharedHull>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), same_hull);
+}
+bool same_slots(const std::vector<SharedMesh>& a, const std::vector<SharedMesh>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), same_mesh);
 }
 
 std::uint64_t next_snapshot_id() {
@@ -134,8 +161,7 @@ bool Snapshot::is_empty() const noexcept { return data_ == nullptr || !data_->is
 
 std::size_t Snapshot::bytes() const noexcept {
   if (is_empty()) return 0;
-  return sizeof *data_ + sizeof *data_->pages + data_->pages->sheets.bytes() +
-         data_->hulls.size() * sizeof(SharedHull);
+  return sizeof *data_ + sizeof *data_->pages + data_->pages->sheets.bytes() + bytes_of_slots(*data_);
 }
 
 std::uint64_t Snapshot::step() const noexcept { return is_empty() ? 0 : data_->world.step_count; }
@@ -151,7 +177,7 @@ void save_world(const WorldData& data, SnapshotData& snapshot, bool remember) {
   snapshot.handle_tag = data.handle_tags.given;
   data.save_values(snapshot.world);
   try {
-    if (!same_hulls(snapshot.hulls, data.hulls.shared)) snapshot.hulls = data.hulls.shared;
+    copy_slots(data.hulls.shared, data.meshes.shared, snapshot);
     save_sheets(const_cast<WorldData&>(data), snapshot, remember);  // of which it writes the marks only
   } catch (...) {
     drop_pages(snapshot);
@@ -181,11 +207,13 @@ void restore(World& world, const Snapshot& snapshot) {
   WorldData& data = internals(world, kName);
   const Sheets& sheets = from.pages->sheets;
   reserve_columns(sheets, data);
-  if (!same_hulls(from.hulls, data.hulls.shared)) {
-    HullIndex index(from.hulls);
-    data.hulls.shared.swap(index.shared);
-    data.hulls.slot_of.swap(index.slot_of);
-  }
+  // Both are made before either is put into the world: what can fail comes first.
+  const bool same_hulls = same_slots(from.hulls, data.hulls.shared);
+  const bool same_meshes = same_slots(from.meshes, data.meshes.shared);
+  SlotIndex<SharedHull> hulls(same_hulls ? SharedHulls{} : from.hulls);
+  SlotIndex<SharedMesh> meshes(same_meshes ? SharedMeshes{} : from.meshes);
+  if (!same_hulls) hulls.swap_into(data.hulls);
+  if (!same_meshes) meshes.swap_into(data.meshes);
   // Nothing can fail from here on.
   const FpEnvironment environment;
   data.forget(ColumnKind::state);
@@ -193,10 +221,8 @@ void restore(World& world, const Snapshot& snapshot) {
   load_sheets(sheets, data);
   data.load_values(from.world);
   data.stats.step = data.step_count;
-  for (std::size_t slot = 0; slot < data.hulls.shared.size(); ++slot) {
-    const SharedHull& shared = data.hulls.shared[slot];
-    data.hulls.data[slot] = shared.solid != nullptr ? shared.solid->columns.data : nullptr;
-  }
+  derive_slots(data.hulls);
+  derive_slots(data.meshes);
   derive_shapes(data);
   derive_bodies(data.bodies);
   derive_contacts(data);

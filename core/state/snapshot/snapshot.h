@@ -27,6 +27,7 @@ struct SnapshotData {
   std::shared_ptr<SavedPages> pages = std::make_shared<SavedPages>();
   Sheets used;                    // scratch: what the pages were before
   std::vector<SharedHull> hulls;  // by slot
+  std::vector<SharedMesh> meshes;
 
   SnapshotData() = default;
   SnapshotData(const SnapshotData&) = delete;
@@ -50,6 +51,7 @@ struct SnapshotChangesData {
   std::vector<KeptPage> pages;  // that are not those of the base; by sheet, ascending
   std::size_t page_bytes = 0;
   std::vector<SharedHull> hulls;
+  std::vector<SharedMesh> meshes;
 };
 
 std::uint64_t next_snapshot_id();
@@ -62,7 +64,19 @@ struct SnapshotAccess {
   static const SnapshotData* data(const Snapshot& snapshot) { return snapshot.data_.get(); }
 };
 
-bool same_hulls(const std::vector<SharedHull>& a, const std::vector<SharedHull>& b);  // of one geometry
+// Whether all slots have the same solids.
+bool same_slots(const std::vector<SharedHull>& a, const std::vector<SharedHull>& b);
+bool same_slots(const std::vector<SharedMesh>& a, const std::vector<SharedMesh>& b);
+// What a snapshot or its changes hold of hulls and meshes, copied where it differs.
+template <class To>
+void copy_slots(const std::vector<SharedHull>& hulls, const std::vector<SharedMesh>& meshes, To& to) {
+  if (!same_slots(to.hulls, hulls)) to.hulls = hulls;
+  if (!same_slots(to.meshes, meshes)) to.meshes = meshes;
+}
+template <class Owner>
+std::size_t bytes_of_slots(const Owner& owner) {
+  return owner.hulls.size() * sizeof(SharedHull) + owner.meshes.size() * sizeof(SharedMesh);
+}
 
 // save() for code that has the data of a world only. Call place_matter() first: cores are saved. With
 // `remember` false the world still measures changes from the save that it remembers.

@@ -5,6 +5,7 @@
 #include <core/state/snapshot/snapshot_check.h>
 #include <core/state/snapshot/snapshot_columns.h>
 #include <core/state/snapshot/snapshot_hulls.h>
+#include <core/state/snapshot/snapshot_meshes.h>
 #include <core/state/snapshot/snapshot_refusal.h>
 #include <core/world/check.h>
 #include <core/world/fp_environment.h>
@@ -117,7 +118,7 @@ void read_columns(ByteReader& reader, SnapshotData& snapshot) {
   PackedColumns packed;
   packed.bytes.resize_for_overwrite(count);
   if (count > 0) std::memcpy(packed.bytes.data(), reader.take_bytes(count), count);
-  const SavedColumns saved = check_columns(packed, snapshot.hulls, offset);
+  const SavedColumns saved = check_columns(packed, snapshot, offset);
   snapshot.id = next_snapshot_id();
   begin_pages(snapshot, nullptr, 0);
   unpack_columns(packed, saved, snapshot.pages->sheets);
@@ -157,6 +158,7 @@ void detail::write_snapshot(const Snapshot& snapshot, const TakeBytes take, void
   writer.put(std::uint64_t{0});
   write_world(data.world, writer);
   write_hulls(data.hulls, writer);
+  write_meshes(data.meshes, writer);
   writer.put(std::uint64_t{packed.size()});
   std::vector<std::byte> begin = writer.take();
   const std::span<const std::byte> columns = std::as_const(packed).span();
@@ -175,6 +177,7 @@ Snapshot read_snapshot(std::span<const std::byte> bytes) {
   SnapshotData& data = *SnapshotAccess::data(snapshot);
   read_world(reader, data.world);
   data.hulls = read_hulls(reader);
+  data.meshes = read_meshes(reader);
   read_columns(reader, data);
   data.is_full = true;
   return snapshot;

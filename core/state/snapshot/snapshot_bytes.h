@@ -9,6 +9,7 @@
 //   u64      xxHash64 of what follows
 //   ...      settings and the like: the fields of SavedWorld, see value_bytes.h
 //   ...      hulls: snapshot_hulls.h
+//   ...      meshes: snapshot_meshes.h
 //   u64      number of the bytes that follow, to the end: snapshot_columns.h
 #pragma once
 
@@ -25,7 +26,7 @@
 
 namespace scree {
 
-inline constexpr std::uint32_t kSnapshotVersion = 3;
+inline constexpr std::uint32_t kSnapshotVersion = 5;
 inline constexpr std::uint32_t kByteOrderMark = 0x01020304;
 
 // What is wrong with bytes from outside, and where: "read_snapshot: byte <offset>: <reason>".

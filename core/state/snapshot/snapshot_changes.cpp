@@ -68,8 +68,7 @@ bool SnapshotChanges::is_empty() const noexcept { return data_ == nullptr || !da
 
 std::size_t SnapshotChanges::bytes() const noexcept {
   if (is_empty()) return 0;
-  return sizeof *data_ + data_->pages.size() * sizeof(KeptPage) + data_->page_bytes +
-         data_->hulls.size() * sizeof(SharedHull);
+  return sizeof *data_ + data_->pages.size() * sizeof(KeptPage) + data_->page_bytes + bytes_of_slots(*data_);
 }
 
 void keep_changes(const Snapshot& base, const Snapshot& later, SnapshotChanges& changes) {
@@ -81,7 +80,7 @@ void keep_changes(const Snapshot& base, const Snapshot& later, SnapshotChanges& 
   to->base = from.id;
   to->handle_tag = data.handle_tag;
   to->world = data.world;
-  if (!same_hulls(to->hulls, data.hulls)) to->hulls = data.hulls;
+  copy_slots(data.hulls, data.meshes, *to);
   to->pages.clear();
   to->page_bytes = 0;
   for (std::size_t i = 0; i < kSheetCount; ++i) {
@@ -109,7 +108,7 @@ void apply_changes(const Snapshot& base, const SnapshotChanges& changes, Snapsho
   to->handle_tag = data.handle_tag;
   to->world = data.world;
   try {
-    if (!same_hulls(to->hulls, data.hulls)) to->hulls = data.hulls;
+    copy_slots(data.hulls, data.meshes, *to);
     to->id = next_snapshot_id();
     begin_pages(*to, from.pages, from.id);
     const KeptPage *kept = data.pages.data(), *const end = kept + data.pages.size();

@@ -7,8 +7,9 @@
 // The state table has a rule for most columns (snapshot_rules.cpp). What stands here is what no rule of one
 // column can tell:
 //   bodies    the world's own rows; flags by type; motion by locks and joints; local_mass by type; core
-//   shapes    body, which lives; flags; hull, extent, given_pose and pose by type; material; tree by body
-//   hulls     content and shapes
+//   shapes    body, which lives; flags; hull, mesh, extent, given_pose and pose by type; material; tree by
+//             body; what meshes may belong to
+//   hulls     content and shapes; of meshes, too
 //   pairs     that they ascend, stand in one list only, and have their contacts to themselves; manifolds
 //   joints    what create_joint checks (snapshot_check_joints.cpp)
 //   events    by pair
@@ -16,6 +17,8 @@
 #include <core/geometry/balls.h>
 #include <core/geometry/hull/hull_build.h>
 #include <core/geometry/hull/hull_store.h>
+#include <core/geometry/mesh/mesh_build.h>
+#include <core/geometry/mesh/mesh_store.h>
 #include <core/plain/rows.h>
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <core/state/snapshot/snapshot_check.h>
@@ -130,16 +133,20 @@ bool is_extent(const WorldData& data, std::size_t row) {
     case ShapeType::box:
       return is_finite_row(extent) && fits(extent.half[0]) && fits(extent.half[1]) && fits(extent.half[2]);
     case ShapeType::hull:
+    case ShapeType::mesh:
       break;
   }
-  const ExtentRow right = extent_of(*data.hulls.shared[at(data.shapes.hull[row])].solid);
+  const ExtentRow right = data.shapes.type[row] == ShapeType::hull
+                              ? extent_of(*data.hulls.shared[at(data.shapes.hull[row])].solid)
+                              : data.meshes.shared[at(data.shapes.mesh[row])].solid->extent;
   return std::memcmp(&extent, &right, sizeof right) == 0;
 }
 
-bool is_hull_slot(const WorldData& data, std::size_t row) {
-  const std::int32_t hull = data.shapes.hull[row];
-  if (data.shapes.type[row] != ShapeType::hull) return hull == -1;
-  return hull >= 0 && at(hull) < data.hulls.shared.size() && data.hulls.shared[at(hull)].solid != nullptr;
+// Of a shape that has one, or else none.
+template <class Store>
+bool is_slot(const Store& store, std::int32_t slot, bool has_one) {
+  if (!has_one) return slot == -1;
+  return slot >= 0 && at(slot) < store.shared.size() && store.shared[at(slot)].solid != nullptr;
 }
 
 void check_living_shape(const WorldData& data, std::size_t row, const Refusal& refusal) {
@@ -150,7 +157,13 @@ void check_living_shape(const WorldData& data, std::size_t row, const Refusal& r
   require((data.bodies.flags[shapes.body[row]] & kBodyAlive) != 0, "body", "is dead");
   require((shapes.flags[row] & kShapeNew) == 0 || (shapes.flags[row] & kShapeDirty) != 0, "flags",
           "a new shape is dirty, too");
-  require(is_hull_slot(data, row), "hull", "is not that of such a shape");
+  require(is_slot(data.hulls, shapes.hull[row], shapes.type[row] == ShapeType::hull), "hull",
+          "is not that of such a shape");
+  const bool is_mesh = shapes.type[row] == ShapeType::mesh;
+  require(is_slot(data.meshes, shapes.mesh[row], is_mesh), "mesh", "is not that of such a shape");
+  require(!is_mesh || (given_type(data.bodies, shapes.body[row]) != BodyType::dynamic &&
+                       (shapes.flags[row] & kShapeSensor) == 0),
+          "mesh", "belongs to a dynamic body, or to a sensor");
   require(is_extent(data, row), "extent", "is not that of such a shape");
   const Pose& given = shapes.given_pose[row];
   const auto near = [](float x) { return within(x, -kMaxLocalPosition, kMaxLocalPosition); };
@@ -198,21 +211,26 @@ void check_shapes(const WorldData& data, const Refusal& refusal) {
   refusal.require(shapes.dirty.size() == dirty, "shapes", "dirty", 0, "does not list all dirty shapes");
 }
 
-void check_hulls(const WorldData& data, const Refusal& refusal) {
-  const Hulls& hulls = data.hulls;
-  std::vector<std::int32_t> shapes(hulls.shared.size());
-  for (const std::int32_t hull : data.shapes.hull) {
-    if (hull >= 0) ++shapes[at(hull)];
+std::uint64_t content_of(const SharedHull& shared) { return hull_content(shared.geometry); }
+std::uint64_t content_of(const SharedMesh& shared) { return mesh_content(*shared.solid); }
+
+// Of hulls or meshes; the column has the slots of shapes.
+template <class Store>
+void check_slots(const Store& store, const Column<std::int32_t>& of_shapes, const char* name,
+                 const Refusal& refusal) {
+  std::vector<std::int32_t> shapes(store.shared.size());
+  for (const std::int32_t slot : of_shapes) {
+    if (slot >= 0) ++shapes[at(slot)];
   }
   for (std::size_t slot = 0; slot < shapes.size(); ++slot) {
-    const SharedHull& shared = hulls.shared[slot];
+    const auto& shared = store.shared[slot];
     const bool used = shared.solid != nullptr;
-    refusal.require(hulls.content[slot] == (used ? hull_content(shared.geometry) : 0), "hulls", "content",
-                    slot, "is another hull's");
-    refusal.require(hulls.shapes[slot] == shapes[slot] && used == (shapes[slot] > 0), "hulls", "shapes", slot,
-                    "is not the number of shapes that have the hull");
+    refusal.require(store.content[slot] == (used ? content_of(shared) : 0), name, "content", slot,
+                    "is that of another slot");
+    refusal.require(store.shapes[slot] == shapes[slot] && used == (shapes[slot] > 0), name, "shapes", slot,
+                    "is not the number of shapes that have what is in the slot");
   }
-  check_listed(hulls.free_slots, "hulls", "free_slots", refusal,
+  check_listed(store.free_slots, name, "free_slots", refusal,
                [&](std::size_t slot) { return shapes[slot] == 0; });
 }
 
@@ -266,6 +284,18 @@ void check_contact(const WorldData& data, const SavedColumns& saved, const Packe
                   "is not between the bodies of its pair");
 }
 
+// The contact behind another one of the same pair.
+std::int32_t saved_next(const SavedColumns& saved, const PackedColumns& packed, std::int32_t contact) {
+  const std::byte* rows = packed.bytes.data() + saved.find("contacts.now", "next").begin;
+  std::uint32_t next = 0;
+  std::memcpy(&next, rows + place_of_contact(packed, at(contact)) * sizeof next, sizeof next);
+  return static_cast<std::int32_t>(next - 1u);
+}
+
+bool may_have_several(const WorldData& data, const ShapePair& pair) {
+  return data.shapes.type[pair.a] == ShapeType::mesh || data.shapes.type[pair.b] == ShapeType::mesh;
+}
+
 // One of the two lists, of which only that of `pairs` ascends. `taken` has the contacts that belong to pairs.
 void check_list_of_pairs(const WorldData& data, const PairRows& pairs, const char* store,
                          const SavedColumns& saved, const PackedColumns& packed, const Refusal& refusal,
@@ -282,13 +312,17 @@ void check_list_of_pairs(const WorldData& data, const PairRows& pairs, const cha
     const bool is_new = ((data.shapes.flags[pair.a] | data.shapes.flags[pair.b]) & kShapeNew) != 0;
     refusal.require(!pairs.axis.empty() || !has_hull || is_new, store, "axis", 0,
                     "a pair with a hull has none");
-    const std::int32_t contact = pairs.contact[row];
-    if (contact == -1) continue;
-    const bool fits =
-        contact >= 0 && at(contact) < points.size() && !taken[at(contact)] && points[contact] != 0;
-    refusal.require(fits, store, "contact", row, "is no contact, or another pair's");
-    taken[at(contact)] = true;
-    check_contact(data, saved, packed, refusal, pair, contact);
+    for (std::int32_t contact = pairs.contact[row]; contact != -1;) {
+      const bool fits =
+          contact >= 0 && at(contact) < points.size() && !taken[at(contact)] && points[contact] != 0;
+      refusal.require(fits, store, "contact", row, "is no contact, or another pair's");
+      taken[at(contact)] = true;
+      check_contact(data, saved, packed, refusal, pair, contact);
+      const std::int32_t next = saved_next(saved, packed, contact);
+      refusal.require(next == -1 || is_new || may_have_several(data, pair), "contacts.now", "next",
+                      at(contact), "follows the contact of a pair without a mesh");
+      contact = next;
+    }
   }
 }
 
@@ -351,23 +385,25 @@ void refuse_number(const void* context, std::size_t offset, const char* reason) 
 
 }  // namespace
 
-SavedColumns check_columns(PackedColumns& packed, const std::vector<SharedHull>& hulls, std::size_t offset) {
+SavedColumns check_columns(PackedColumns& packed, const SnapshotData& snapshot, std::size_t offset) {
   const Offset context{offset};
   const SavedColumns saved = find_columns(packed.bytes, refuse_number, &context);
   const SavedColumn& points = saved.find("contacts.now", "points");
   list_contacts(reinterpret_cast<const std::uint8_t*>(packed.bytes.data() + points.begin), points.rows,
                 packed.contacts);
   const Refusal refusal(packed, saved, offset);
-  check_counts(packed, hulls.size(), saved, refusal);
+  check_counts(packed, snapshot.hulls.size(), snapshot.meshes.size(), saved, refusal);
   check_least_counts(saved, refusal);
   WorldData data;
   load_columns(packed, saved, data);
-  data.hulls.shared = hulls;
+  data.hulls.shared = snapshot.hulls;
+  data.meshes.shared = snapshot.meshes;
   check_reserved_bodies(data.bodies, refusal);
   check_rules(data, refusal);
   check_bodies(data.bodies, refusal);
   check_shapes(data, refusal);
-  check_hulls(data, refusal);
+  check_slots(data.hulls, data.shapes.hull, "hulls", refusal);
+  check_slots(data.meshes, data.shapes.mesh, "meshes", refusal);
   check_cores(data, refusal);
   check_pairs(data, saved, packed, refusal);
   check_joints(data, refusal);

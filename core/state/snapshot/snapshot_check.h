@@ -10,6 +10,6 @@ namespace scree {
 
 // Refuses columns that a world could not step with, lists the contacts and finds the columns. `offset` is
 // that of the columns among the bytes that were read.
-SavedColumns check_columns(PackedColumns& packed, const std::vector<SharedHull>& hulls, std::size_t offset);
+SavedColumns check_columns(PackedColumns& packed, const SnapshotData& snapshot, std::size_t offset);
 
 }  // namespace scree

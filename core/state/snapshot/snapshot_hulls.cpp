@@ -153,28 +153,6 @@ SharedHull read_slot(ByteReader& reader, std::span<const SolidPointer> solids) {
 
 }  // namespace
 
-std::int32_t SolidList::number_of(const SolidPointer& solid) {
-  if (solid == nullptr) return -1;
-  const auto [first, last] = numbers_.equal_range(solid->content_hash);
-  for (auto known = first; known != last; ++known) {
-    const SolidPointer& other = solids_[static_cast<std::size_t>(known->second)];
-    if (HullAccess::hull(other) == HullAccess::hull(solid)) return known->second;
-  }
-  const auto number = static_cast<std::int32_t>(solids_.size());
-  numbers_.emplace(solid->content_hash, number);
-  solids_.push_back(solid);
-  return number;
-}
-
-std::vector<std::int32_t> SolidList::numbers_of(const std::vector<SharedHull>& hulls) {
-  std::vector<std::int32_t> numbers;
-  for (const SharedHull& hull : hulls) {
-    numbers.push_back(number_of(HullAccess::solid(hull.geometry.hull)));
-    numbers.push_back(number_of(hull.solid));
-  }
-  return numbers;
-}
-
 namespace {
 
 void write_solid(const HullSolid& solid, ByteWriter& writer) {
@@ -252,8 +230,8 @@ std::vector<SharedHull> read_slots(ByteReader& reader, std::span<const SolidPoin
 
 void write_hulls(const std::vector<SharedHull>& hulls, ByteWriter& writer) {
   SolidList list;
-  const std::vector<std::int32_t> numbers = list.numbers_of(hulls);
-  write_solids(list.solids(), writer);
+  const std::vector<std::int32_t> numbers = list.numbers_of(hulls, {}).hulls;
+  write_solids(list.solids().hulls, writer);
   write_slots(hulls, numbers, writer);
 }
 

@@ -15,29 +15,13 @@
 #pragma once
 
 #include <core/state/snapshot/snapshot_bytes.h>
+#include <core/state/snapshot/snapshot_solids.h>
 
 #include <cstdint>
-#include <memory>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 namespace scree {
-
-using SolidPointer = std::shared_ptr<const HullSolid>;
-
-// Numbers solids of different content in the order in which they are met.
-class SolidList {
- public:
-  std::int32_t number_of(const SolidPointer& solid);  // -1: of none
-  // Of each slot the unscaled solid's and the scaled one's.
-  std::vector<std::int32_t> numbers_of(const std::vector<SharedHull>& hulls);
-  const std::vector<SolidPointer>& solids() const { return solids_; }
-
- private:
-  std::vector<SolidPointer> solids_;
-  std::unordered_multimap<std::uint64_t, std::int32_t> numbers_;
-};
 
 // Hulls as bytes; reading refuses what is no convex polyhedron within the limits of Hull.
 void write_hulls(const std::vector<SharedHull>& hulls, ByteWriter& writer);

@@ -124,8 +124,8 @@ void check_free_slots(const Store& store, std::size_t first, const char* name, c
 
 // The rules of the state table: numbers of rows, then the rows themselves, except those of contacts, which
 // have none. The values of a snapshot throw Error, which names the call.
-void check_counts(const PackedColumns& packed, std::size_t hulls, const SavedColumns& saved,
-                  const Refusal& refusal);
+void check_counts(const PackedColumns& packed, std::size_t hulls, std::size_t meshes,
+                  const SavedColumns& saved, const Refusal& refusal);
 void check_rules(const WorldData& data, const Refusal& refusal);
 void check_values(const Call& call, const SavedWorld& world);
 

@@ -135,10 +135,11 @@ void check_rows(const Member& member, const Column<Row>& column, const Stores& s
 
 }  // namespace
 
-void check_counts(const PackedColumns& packed, std::size_t hulls, const SavedColumns& saved,
-                  const Refusal& refusal) {
+void check_counts(const PackedColumns& packed, std::size_t hulls, std::size_t meshes,
+                  const SavedColumns& saved, const Refusal& refusal) {
   RowsOfSheets rows{};
-  rows[static_cast<std::size_t>(SheetId::hulls)] = hulls;  // which are no column
+  rows[static_cast<std::size_t>(SheetId::hulls)] = hulls;  // which are no columns
+  rows[static_cast<std::size_t>(SheetId::meshes)] = meshes;
   const SavedColumn* column = saved.column.data();
   for_each_saved_column(empty_table(), [&](const Member& member, const auto&) {
     if (member.is.counts) rows[static_cast<std::size_t>(member.rows)] = column->rows;
@@ -154,6 +155,7 @@ void check_counts(const PackedColumns& packed, std::size_t hulls, const SavedCol
 void check_rules(const WorldData& data, const Refusal& refusal) {
   Stores stores(data);
   stores.rows[static_cast<std::size_t>(SheetId::hulls)] = data.hulls.shared.size();
+  stores.rows[static_cast<std::size_t>(SheetId::meshes)] = data.meshes.shared.size();
   for_each_column_member(data, [&](const Member& member, const auto& column) {
     if (member.sheet == SheetId::none) return;
     check_rows(member, column, stores, refusal);

@@ -72,6 +72,7 @@ struct RecordingInfo {
   std::uint64_t calls = 0;       ///< that changed the world, restored snapshots among them, but no steps
   std::uint64_t keyframes = 0;   ///< the first snapshot among them
   std::uint64_t hulls = 0;       ///< geometries, each stored once
+  std::uint64_t meshes = 0;      ///< triangle meshes, each stored once
   std::uint64_t file_bytes = 0;  ///< bytes of the file
   std::uint64_t raw_bytes = 0;   ///< of all chunks before compression
   std::uint64_t lost_bytes = 0;  ///< at the end of the file, of a chunk that was not written whole

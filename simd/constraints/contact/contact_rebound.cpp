@@ -1,12 +1,12 @@
 // Impacts of contacts with restitution, before a substep moves its bodies; run by
 // parallel/solvers/rebound.cpp.
 //
-// The points of a manifold that meet within the substep, the fastest of them above the threshold, leave with
-// e times the speed at which they come (Newton's law), with friction by Coulomb's law under the impulses of
-// the impact. Each body has its earliest impacts first: find_impacts() notes when contacts meet, and those
-// act that no other of their bodies' contacts precedes. Contacts that act at one moment share their bodies'
-// impulses: sweeps go on until all of them leave as they should. So for the impulses P >= 0, with the normal
-// speeds u before and v after them,
+// The points of a manifold that come in and meet within the substep, the fastest of them above the threshold,
+// leave with e times the speed at which they come (Newton's law), with friction by Coulomb's law under the
+// impulses of the impact. Each body has its earliest impacts first: find_impacts() notes when contacts meet,
+// and those act that no other of their bodies' contacts precedes. Contacts that act at one moment share their
+// bodies' impulses: sweeps go on until all of them leave as they should. So for the impulses P >= 0, with the
+// normal speeds u before and v after them,
 //   v >= -e u,   P (v + e u) = 0     for all contacts that act, each with u < 0
 // and the energy changes by P (u + v) / 2 = -P (1 - e) |u| / 2: it never grows, and with e = 1 it stays. The
 // result does not depend on the order of the contacts, and keeps the symmetry of the scene. What then comes
@@ -186,8 +186,11 @@ inline bool find_impact(const ContactArgs& args, Block& block, const Axes& axes)
   store(block.impact_time, select(happens, time, F(kNoImpact)));
   store(block.impact_speed, select(happens, -fastest, zero));
   for (int k = 0; k < kPoints; ++k) {
-    store(block.impact_bias[k], fall + restitution * min(speed[k] + fall, zero));
-    store(block.impact_mass[k], select(meets[k] & happens, load(block.effective_mass[k]), zero));
+    // A point that overlaps but parts already takes no part: P (u + v) / 2 with u > 0 would be a gain.
+    const F speed_there = speed[k] + fall;
+    const M acts = happens & meets[k] & (speed_there <= zero);
+    store(block.impact_bias[k], fall + restitution * min(speed_there, zero));
+    store(block.impact_mass[k], select(acts, load(block.effective_mass[k]), zero));
     store(block.impact_impulse[k], zero);
   }
   for (int i = 0; i < 2; ++i) store(block.impact_tangent[i], zero);

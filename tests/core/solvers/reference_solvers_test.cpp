@@ -328,6 +328,45 @@ TEST(ReferenceSolvers, RowsThatContradictEachOtherAreReportedAndStayFinite) {
   }
 }
 
+// Held rows beside contacts, and a box that is pressed between the ground and a lid that comes down.
+TEST(ReferenceSolvers, ContradictionsAreReportedBesideContactsAndOfContacts) {
+  Bodies held = stack({1, 2}), pressed = stack({1, 2});
+  const std::int32_t ball = held.add_body(1, 1);
+  for (const float speed : {1.0f, -1.0f}) {
+    ConstraintRow& row = held.add(0, ball).rows.row[0];
+    row.kind = kRowHeld;
+    row.linear_b[0] = 1;
+    row.target_speed = speed;
+  }
+  const std::int32_t box = pressed.add_body(1, 1.0 / 6);
+  pressed.bodies.push_back({});
+  const auto lid = static_cast<std::int32_t>(pressed.bodies.size()) - 1;
+  pressed.bodies.back().velocity.linear[1] = -1;
+  pressed.add_contact(0, box, corners(0.5f), 0.5f, 0.6f);
+  pressed.add_contact(box, lid, corners(0.5f), 0.5f, 0.6f);
+  for (const Bodies* world : {&held, &pressed}) {
+    const ConstraintSystem system = world->system();
+    const ReferenceSolution solution = direct(system);
+    EXPECT_TRUE(solution.is_singular);
+    EXPECT_GT(solution.residual, 0.1);
+    ASSERT_TRUE(solution.impulses.allFinite());
+    // The stack stands.
+    const Eigen::VectorXd v = velocities(system, world->bodies, solution.impulses);
+    EXPECT_LT(v.segment(6, 12).cwiseAbs().maxCoeff(), 1e-6);
+  }
+}
+
+TEST(ReferenceSolvers, WhatIsNotSolvedYetIsNoContradiction) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    const ConstraintSystem system = random_world(seed).system();
+    const ReferenceSolution solution = solve(
+        system,
+        {.method = ReferenceMethod::direct, .max_iterations = static_cast<int>(seed % 3), .tolerance = 0});
+    EXPECT_GT(solution.residual, 0) << "seed " << seed;
+    EXPECT_FALSE(solution.is_singular) << "seed " << seed;
+  }
+}
+
 TEST(ReferenceSolvers, RowsBetweenBodiesThatCannotBePushedChangeNothing) {
   Bodies world = stack({1});
   world.add_contact(0, 0, {{0, 0, 0}}, 0, 0.5f);

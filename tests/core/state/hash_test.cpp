@@ -12,9 +12,9 @@ namespace scree::test {
 namespace {
 
 // The same for all instruction sets, compilers and build types. Compute it again only if the hash's
-// definition changes: index, pose of the center of mass and velocities of the living bodies, xxHash64, seed
-// 0.
-constexpr std::uint64_t kGoldenHash = 0xde07cd30f6f1cfcfu;
+// definition changes: index, pose of the center of mass and velocities of the living bodies, and by how much
+// they lag; xxHash64, seed 0.
+constexpr std::uint64_t kGoldenHash = 2488360219567692529u;
 constexpr std::uint64_t kEmptyHash = 0xef46db3751d8e999u;  // xxHash64 of nothing
 
 World make_world() {
@@ -94,10 +94,17 @@ TEST(Hash, IgnoresPaddingDeadRowsAndUserData) {
   const auto dead = static_cast<std::size_t>(kFirstBody) + 1, live = dead + 1;
   bodies.pose[dead].position[0] = 9.0f;
   bodies.pose[live].padding = 9.0f;
-  bodies.velocity[live].padding[0] = 9.0f;
+  bodies.velocity[live].padding = 9.0f;
   bodies.velocity[0].linear[0] = 9.0f;
   world.set_user_data(world.body_at(static_cast<std::uint32_t>(live)), 9);
   EXPECT_EQ(world.hash(), hash);
+}
+
+TEST(Hash, DependsOnTheLag) {
+  World world = make_world();
+  const std::uint64_t hash = world.hash();
+  internals(world).bodies.velocity[static_cast<std::size_t>(kFirstBody) + 2].lag = 0.01f;
+  EXPECT_NE(world.hash(), hash);
 }
 
 TEST(Hash, DependsOnTheIndex) {

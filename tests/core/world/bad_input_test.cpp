@@ -212,6 +212,8 @@ TEST_F(BadInput, DeadHandlesAreRefused) {
       {"set_material", [&] { world.set_material(dead_shape, {}); }},
       {"filter", [&] { world.filter(dead_shape); }},
       {"set_filter", [&] { world.set_filter(dead_shape, {}); }},
+      {"is_sensor", [&] { world.is_sensor(dead_shape); }},
+      {"visitors_of", [&] { world.visitors_of(dead_shape, {}); }},
       {"local_pose", [&] { world.local_pose(dead_shape); }},
       {"set_local_pose", [&] { world.set_local_pose(dead_shape, {}); }},
       {"user_data", [&] { world.user_data(dead_shape); }},

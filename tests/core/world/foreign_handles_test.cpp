@@ -145,6 +145,8 @@ Calls reading_calls() {
   SCREE_READ(material, shape)
   SCREE_READ(filter, shape)
   SCREE_READ(contact_events, shape)
+  SCREE_READ(is_sensor, shape)
+  SCREE_READ(visitors_of, shape, std::span<ShapeId>{})
   SCREE_READ(local_pose, shape)
   SCREE_READ(joint_type, joint)
   SCREE_READ(joint, joint)

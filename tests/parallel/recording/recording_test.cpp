@@ -1,5 +1,7 @@
 // Laws of recordings: replaying one repeats the history of its world.
+#include <core/state/world_difference.h>
 #include <sys/stat.h>
+#include <tests/core/geometry/mesh/meshes.h>
 #include <tests/parallel/recording/recording_fixture.h>
 
 #include <fcntl.h>
@@ -56,6 +58,11 @@ void call_everything(Heap& heap) {
                    std::vector<ShapeDef>{{ConvexHull{wedge()}}, {Box{}, {.density = 2.0f}, {.user_data = 4}}},
                    shapes);
   world.set_geometry(shape, ConvexHull{wedge(), {0.5f, 0.5f, 0.5f}});
+  const BodyId land = world.create_body({.type = BodyType::fixed, .position = {0, -50, 0}});
+  const testing::TestMesh ring = testing::torus_mesh(5, 2, 9, 6), block = testing::box_mesh({1, 2, 3});
+  const ShapeId hills = world.add_shape(land, TriangleMesh(ring.vertices, ring.triangles));
+  world.add_shape(land, TriangleMesh(ring.vertices, ring.triangles));
+  world.set_geometry(hills, TriangleMesh(block.vertices, block.triangles));
   world.set_material(shape, {.friction = 0.9f, .density = 500.0f});
   world.set_filter(shape, {.category = 3, .mask = 0xff, .group = 1});
   world.set_contact_events(shape, ContactEvents::all);
@@ -363,6 +370,32 @@ TEST(Recording, WritesEachHullOnce) {
   Player player(file.path());
   EXPECT_EQ(player.info().hulls, 2u) << "the hull, and the scaled one";
   EXPECT_EQ(verified(player, heap.workers), "");
+}
+
+TEST(Recording, WritesEachMeshOnce) {
+  const TemporaryFile file;
+  Heap heap(0);
+  const testing::TestMesh ring = testing::torus_mesh(5, 2, 9, 6), block = testing::box_mesh({1, 2, 3});
+  const TriangleMesh before(block.vertices, block.triangles);
+  heap.add({.type = BodyType::fixed, .position = {0, -100, 0}}, before);
+  Recorder recorder(heap.world, file.path(), {.keyframe_spacing = 5});
+  for (int i = 0; i < 20; ++i) {
+    const Vec3 place{0, -200.0f - 20.0f * static_cast<float>(i), 0};
+    heap.add({.type = BodyType::fixed, .position = place}, TriangleMesh(ring.vertices, ring.triangles));
+    heap.add({.type = BodyType::fixed, .position = place}, before);
+    heap.run(1);
+  }
+  Snapshot snapshot;
+  save(heap.world, snapshot);
+  heap.run(1);
+  restore(heap.world, snapshot);
+  heap.run(1);
+  recorder.finish();
+  Player player(file.path());
+  EXPECT_EQ(player.info().meshes, 2u);
+  EXPECT_EQ(verified(player, heap.workers), "");
+  player.seek(player.info().last_step, heap.workers);
+  EXPECT_EQ(first_state_difference(player.world(), heap.world), "");
 }
 
 TEST(Recording, TakesCallsOfAnySize) {

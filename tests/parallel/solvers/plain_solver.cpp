@@ -85,7 +85,8 @@ class PlainSolver {
   void set_motion(std::size_t body, const Motion& motion) {
     data_.bodies.velocity[body] = {{motion.linear.x, motion.linear.y, motion.linear.z},
                                    {motion.angular.x, motion.angular.y, motion.angular.z},
-                                   {0, 0}};
+                                   0,
+                                   0};
   }
   Quat delta_rotation(std::size_t body) const {
     const float* q = data_.bodies.delta[body].rotation;

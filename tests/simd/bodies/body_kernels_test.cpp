@@ -120,7 +120,7 @@ struct BodyRows {
     pose.push_back({{at.x, at.y, at.z}, 0, {q.x, q.y, q.z, q.w}});
     const float speed = numbers.pick(2) == 0 ? 0.05f : 80;
     const Vec3 v = vector(speed), w = vector(speed), f = vector(20), t = vector(5), way = vector(0.01f);
-    velocity.push_back({{v.x, v.y, v.z}, {w.x, w.y, w.z}, {}});
+    velocity.push_back({{v.x, v.y, v.z}, {w.x, w.y, w.z}, 0, 0});
     force.push_back({{f.x, f.y, f.z}, {t.x, t.y, t.z}, {}});
     drift.push_back({{way.x, way.y, way.z}, {way.z, way.x, way.y}, {}});
     for (const float number : {center_now.x, center_now.y, center_now.z}) center.push_back(number);

@@ -19,9 +19,13 @@ constexpr int kRows = 16;
 
 std::vector<WideCases> wide_sets() {
   std::vector<WideCases> sets;
-#if SCREE_X86
+#if SCREE_HAS_SSE2
   if (find_kernels(InstructionSet::sse2) != nullptr) sets.push_back(sse2::wide_cases());
+#endif
+#if SCREE_HAS_AVX2
   if (find_kernels(InstructionSet::avx2) != nullptr) sets.push_back(avx2::wide_cases());
+#endif
+#if SCREE_HAS_AVX512
   if (find_kernels(InstructionSet::avx512) != nullptr) sets.push_back(avx512::wide_cases());
 #endif
   return sets;
@@ -126,8 +130,11 @@ TEST(Wide, EveryOperationGivesTheScalarBitsOnEveryInstructionSet) {
 
 TEST(Wide, LanesAreWhatTheKernelsSay) {
   EXPECT_EQ(scalar::wide_cases().lanes, find_kernels(InstructionSet::scalar)->lanes);
-#if SCREE_X86
+#if SCREE_HAS_SSE2
   EXPECT_EQ(sse2::wide_cases().lanes, 4);
+#endif
+#if SCREE_HAS_AVX2
+  EXPECT_EQ(avx2::wide_cases().lanes, 8);
 #endif
 }
 

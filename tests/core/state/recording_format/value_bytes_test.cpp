@@ -51,6 +51,11 @@ Hull tetrahedron(float size) {
   return Hull(std::vector<Vec3>{{0, 0, 0}, {size, 0, 0}, {0, size, 0}, {0, 0, size}});
 }
 
+TriangleMesh triangle(float size) {
+  return TriangleMesh(std::vector<Vec3>{{0, 0, 0}, {size, 0, 0}, {0, size, 0}},
+                      std::vector<MeshTriangle>{{0, 1, 2}});
+}
+
 // The members of values that cannot be compared by themselves. A new member does not compile until it is
 // here.
 auto members(const Sphere& sphere) { return std::tuple(sphere.radius); }
@@ -163,8 +168,13 @@ const JointDef kJoint{.body_a = {5, 77},
                       .user_data = 0x0011223344556677u};
 
 std::vector<Geometry> geometries() {
-  return {Sphere{1.5f}, Capsule{2.5f, 3.5f}, Box{{4, 5, 6}}, ConvexHull{tetrahedron(1.0f), {2, 3, 4}},
-          ConvexHull{tetrahedron(2.0f), {1, 1, 1}}};
+  return {Sphere{1.5f},
+          Capsule{2.5f, 3.5f},
+          Box{{4, 5, 6}},
+          ConvexHull{tetrahedron(1.0f), {2, 3, 4}},
+          ConvexHull{tetrahedron(2.0f), {1, 1, 1}},
+          triangle(1.0f),
+          triangle(2.0f)};
 }
 std::vector<ShapeDef> shapes() {
   std::vector<ShapeDef> defs;
@@ -365,11 +375,21 @@ TEST_F(ValueBytes, WhatIsNoValueIsRefusedAtItsByte) {
 
 TEST_F(ValueBytes, AHullThatIsNotKnownIsRefused) {
   Bytes bytes = solids.bytes_of(Geometry{ConvexHull{tetrahedron(1.0f), {1, 1, 1}}});
-  ASSERT_EQ(solids.list.solids().size(), 1u);
+  ASSERT_EQ(solids.list.solids().hulls.size(), 1u);
   for (const std::int32_t number : {-1, 1, std::numeric_limits<std::int32_t>::min()}) {
     const auto wrong = std::bit_cast<std::array<std::byte, sizeof number>>(number);
     std::copy(wrong.begin(), wrong.end(), bytes.begin() + 1);
     expect_refused<Geometry>(bytes, 1, "there is no hull " + std::to_string(number) + " so far");
+  }
+}
+
+TEST_F(ValueBytes, AMeshThatIsNotKnownIsRefused) {
+  Bytes bytes = solids.bytes_of(Geometry{triangle(1.0f)});
+  ASSERT_EQ(solids.list.solids().meshes.size(), 1u);
+  for (const std::int32_t number : {-1, 1, std::numeric_limits<std::int32_t>::min()}) {
+    const auto wrong = std::bit_cast<std::array<std::byte, sizeof number>>(number);
+    std::copy(wrong.begin(), wrong.end(), bytes.begin() + 1);
+    expect_refused<Geometry>(bytes, 1, "there is no mesh " + std::to_string(number) + " so far");
   }
 }
 

@@ -7,6 +7,7 @@
 #include <core/world/state_table.h>
 #include <scree/scree.h>
 #include <tests/core/constraints/joint_samples.h>
+#include <tests/core/geometry/mesh/meshes.h>
 #include <tests/core/world/world_fixture.h>
 
 #include <cstring>
@@ -52,6 +53,7 @@ struct Zoo {
     add({.type = BodyType::fixed, .position = {0, -1, 0}}, Box{{20, 1, 20}});
     add({.type = BodyType::kinematic, .position = {2, 0.2f, 0}, .linear_velocity = {0.1f, 0, 0}},
         Box{{0.5f, 0.2f, 0.5f}});
+    add_meshes();
     const Hull hulls[] = {tetrahedron(), block()};
     Random random(5);
     for (int i = 0; i < size; ++i) {
@@ -85,6 +87,22 @@ struct Zoo {
     world.destroy_body(bodies[4]);
     world.add_force(bodies[5], {3, 4, 5});
     world.set_pose(bodies[6], {{0, 7, 0}, {}});
+  }
+  // One of two surfaces, one of two shapes, and one whose slot is free again. They are far away.
+  void add_meshes() {
+    const BodyId land = world.create_body({.type = BodyType::fixed, .position = {0, 0, 500}});
+    testing::TestMesh ring = testing::torus_mesh(5, 2, 9, 6);
+    ring.triangles.push_back(ring.triangles[7]);
+    std::vector<std::uint8_t> surface(ring.triangles.size(), 255);
+    surface[3] = 0;
+    const Material ice{.friction = 0.01f};
+    const TriangleMesh mesh(ring.vertices, ring.triangles, {surface, std::span(&ice, 1)});
+    const testing::TestMesh box = testing::box_mesh({1, 2, 3}), ball = testing::ball_mesh(1, 1);
+    const ShapeId gone = world.add_shape(land, TriangleMesh(ball.vertices, ball.triangles));
+    world.add_shape(land, mesh);
+    world.add_shape(land, mesh, {}, {.local_pose = {{30, 0, 0}, {}}});
+    world.add_shape(land, TriangleMesh(box.vertices, box.triangles), {}, {.local_pose = {{60, 0, 0}, {}}});
+    world.destroy_shape(gone);
   }
   // Of all kinds, each between a body and the next but one, or the world; some keep their bodies apart.
   void add_joints() {
@@ -566,7 +584,7 @@ TEST(SnapshotBytes, AreRefusedWithTheReason) {
     return error_of([&] { read_snapshot(wrong); });
   };
   EXPECT_EQ(refusal(0, 0), "read_snapshot: byte 0: this is no snapshot");
-  EXPECT_EQ(refusal(8, 7), "read_snapshot: byte 8: the snapshot has version 7, this is version 3");
+  EXPECT_EQ(refusal(8, 7), "read_snapshot: byte 8: the snapshot has version 7, this is version 5");
   EXPECT_EQ(refusal(12, 0x04030201), "read_snapshot: byte 12: the bytes are not in little-endian order");
   EXPECT_EQ(refusal(16, 0), "read_snapshot: byte 16: a version of Scree with other columns has written this");
   EXPECT_EQ(refusal(32, 0), "read_snapshot: byte 32: the checksum is wrong");

@@ -44,7 +44,7 @@ struct ContactWorld {
       body = {{diagonal(), other(), other(), diagonal(), other(), diagonal()}, random.uniform(0.2f, 2), 0};
     }
     const Vec3 v = random.vector(2), w = random.vector(3);
-    velocity.push_back(moves ? VelocityRow{{v.x, v.y, v.z}, {w.x, w.y, w.z}, {0, 0}} : VelocityRow{});
+    velocity.push_back(moves ? VelocityRow{{v.x, v.y, v.z}, {w.x, w.y, w.z}, 0, 0} : VelocityRow{});
     delta.push_back({{0, 0, 0}, {0, 0, 0, 1}, 0});
     inertia.push_back(body);
     step_notes.push_back(0);

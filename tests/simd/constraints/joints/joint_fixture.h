@@ -255,7 +255,7 @@ struct Bench {
  private:
   std::int32_t add_row(const InertiaRow& inverse, Vec3 p, Quat q, Vec3 v, Vec3 w) {
     pose.push_back({{p.x, p.y, p.z}, 0, {q.x, q.y, q.z, q.w}});
-    velocity.push_back({{v.x, v.y, v.z}, {w.x, w.y, w.z}, {0, 0}});
+    velocity.push_back({{v.x, v.y, v.z}, {w.x, w.y, w.z}, 0, 0});
     free_velocity.push_back({});
     delta.push_back({{0, 0, 0}, {0, 0, 0, 1}, 0});
     inertia.push_back({});

@@ -1,0 +1,15 @@
+// Sweeps of balls against meshes; sweep_fast_bodies.cpp tells what a sweep is.
+#pragma once
+
+#include <core/plain/mesh.h>
+#include <parallel/continuous/sweep_path.h>
+#include <simd/queries/query_kernels.h>
+
+namespace scree::sweeps {
+
+// The first meeting of a ball with a triangle of a mesh, which each is an obstacle of its own: where the
+// ball's center comes from the front and moves against it.
+Meeting meeting_with_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
+                          const Sweep& sweep, std::int32_t shape);
+
+}  // namespace scree::sweeps

@@ -1,0 +1,35 @@
+// Distances of solids, and when a moving solid comes to touch another one, in double precision.
+//
+// A solid is a core (a point, a segment or a polytope) and a radius about it. Distances of cores come from
+// the algorithm of E. G. Gilbert, D. W. Johnson and S. S. Keerthi, "A fast procedure for computing the
+// distance between complex objects in three-dimensional space", 1988. Cores are polytopes, so it ends after
+// finitely many steps; it also ends where rounding lets it come no nearer.
+#pragma once
+
+#include <parallel/queries/query_solid.h>
+
+namespace scree::queries {
+
+// Of two solids that are apart.
+struct Gap {
+  double distance = 0.0;  // m; not above zero where they overlap, and nothing else is set then
+  Vector on_a, on_b;  // the points of the surfaces that are nearest to each other, relative to b's position
+  Vector normal;      // of unit length, from a to b
+  std::int32_t triangle = -1;  // of b, if that is a mesh: see NearHit
+};
+
+// With `a` moved by `shift`. Neither is a mesh; those are in query_mesh.h.
+Gap gap_between(const Solid& a, const Solid& b, Vector shift = {});
+
+// Where a solid on its way meets another one.
+struct Contact {
+  double fraction = 0.0;
+  Vector point, normal;        // on b's surface, in the world; outward. Not where `inside`
+  std::int32_t triangle = -1;  // of b, if that is a mesh: see CastHit
+  bool inside = false;         // they overlap at first
+};
+
+// Whether `a`, moved along `way`, meets `b` at a fraction of at most `most`. Neither is a mesh.
+bool meet(const Solid& a, Vector way, const Solid& b, double most, Contact& contact);
+
+}  // namespace scree::queries
