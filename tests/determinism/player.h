@@ -148,6 +148,7 @@ class Player {
   bool somebody_slept_ = false;
   std::size_t events_ = 0;
   std::int64_t sweep_hits_ = 0;
+  std::int64_t most_manifolds_ = 1;  // of a pair: a mesh may have one a triangle
 };
 
 template <class... Values>

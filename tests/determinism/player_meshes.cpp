@@ -22,6 +22,7 @@ void Player::add_mesh(const Call& call, Slot& slot) {
        static_cast<int>(options.contact_events));
   slot.shapes.push_back(world_.add_shape(slot.body, mesh, material, options));
   ++model_.shapes;
+  most_manifolds_ = std::max(most_manifolds_, static_cast<std::int64_t>(mesh.triangle_count()));
 }
 
 }  // namespace scree::determinism

@@ -4,11 +4,15 @@
 #include <tools/scenes/random.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <sstream>
 
 namespace scree::determinism {
 namespace {
+
+constexpr std::chrono::minutes kMostShrinking{
+    1};  // each try plays the whole sequence, slowly under sanitizers
 
 struct KindRule {
   const char* name;
@@ -166,9 +170,11 @@ std::optional<Failure> find_failure(const Sequence& sequence, const std::vector<
 }
 
 Sequence shrunk(Sequence sequence, const std::function<bool(const Sequence&)>& fails) {
-  for (std::size_t drop = sequence.size() / 2; drop > 0;) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto may_go_on = [&] { return std::chrono::steady_clock::now() - start < kMostShrinking; };
+  for (std::size_t drop = sequence.size() / 2; drop > 0 && may_go_on();) {
     bool dropped = false;
-    for (std::size_t at = 0; at < sequence.size();) {
+    for (std::size_t at = 0; at < sequence.size() && may_go_on();) {
       Sequence shorter = sequence;
       const auto first = shorter.begin() + static_cast<std::ptrdiff_t>(at);
       shorter.erase(first, first + static_cast<std::ptrdiff_t>(std::min(drop, shorter.size() - at)));

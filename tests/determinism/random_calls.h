@@ -107,7 +107,8 @@ std::optional<Failure> find_recording_failure(const Sequence& sequence, const Sc
                                               const std::vector<Schedule>& schedules,
                                               const std::string& file);
 
-// Drops calls, first many at once and then fewer, as long as the remaining sequence fails.
+// Drops calls, first many at once and then fewer, as long as the remaining sequence fails, for
+// a minute at most.
 Sequence shrunk(Sequence sequence, const std::function<bool(const Sequence&)>& fails);
 
 // A readable report of the failure with the calls of the shrunk sequence.
