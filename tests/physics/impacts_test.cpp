@@ -183,7 +183,7 @@ TEST(Impacts, OfRandomClustersKeepMomentumAndNeverAddEnergy) {
 }
 
 // Cubes that lie face to face overlap by what rounding makes of it, so that points meet which part already.
-TEST(Impacts, OfCubesFaceToFaceAddNoEnergy) {
+TEST(Impacts, OfCubesFaceToFaceKeepTheEnergy) {
   for (std::uint64_t seed = 0; seed < 24; ++seed) {
     for (const int substeps : {1, 4}) {
       Random random(seed);
@@ -206,8 +206,9 @@ TEST(Impacts, OfCubesFaceToFaceAddNoEnergy) {
       const double before = energy_of(lab, bodies);
       for (int step = 0; step < 240; ++step) {
         lab.run(1, 1.0f / 240);
-        ASSERT_LT(energy_of(lab, bodies), 1.002 * before)
-            << "seed " << seed << ", " << substeps << " substeps, step " << step;
+        const double energy = energy_of(lab, bodies);
+        ASSERT_TRUE(energy > 0.99 * before && energy < 1.002 * before)
+            << energy / before << ", seed " << seed << ", " << substeps << " substeps, step " << step;
       }
     }
   }

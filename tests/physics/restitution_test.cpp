@@ -110,7 +110,30 @@ TEST(Restitution, SlowImpactsDoNotRebound) {
   EXPECT_LT(first_bounce(Sphere{0.5f}, 0.5, 0.01, 0.9f), 1e-3);
 }
 
-WorldSettings empty_space(int substeps) {
+TEST(Restitution, TheSpeedOfTheImpactDecidesWhetherThereIsARebound) {
+  WorldSettings settings = without_sleep();
+  settings.substeps = 1;
+  for (int percent = 80; percent <= 130; ++percent) {
+    if (percent == 100) continue;
+    const double speed = 0.01 * percent, height = 0.5 * speed * speed / 9.81;
+    Lab lab(settings);
+    lab.add_ground();
+    const BodyId ball =
+        lab.add({.position = {0, 0.5f + static_cast<float>(height), 0}}, Sphere{0.5f}, {.restitution = 1.0f});
+    double fastest = 0.0;
+    for (int step = 0; step < 30; ++step) {
+      lab.run(1, 1.0f / 60);
+      fastest = std::max(fastest, lab.velocity(ball).y());
+    }
+    if (percent > 100) {
+      EXPECT_GT(fastest, speed - 9.81 / 60 - 0.01) << speed << " m/s";
+    } else {
+      EXPECT_LT(fastest, 0.05) << speed << " m/s";
+    }
+  }
+}
+
+WorldSettings space_of_bounces(int substeps) {
   WorldSettings settings = without_gravity();
   settings.substeps = substeps;
   return settings;
@@ -119,7 +142,7 @@ WorldSettings empty_space(int substeps) {
 // Two equal bodies meet at 2 m/s each, `gap` apart; returns the speed at which they part.
 double parting_speed(const Geometry& geometry, float reach, float gap, const Material& material,
                      int substeps) {
-  Lab lab(empty_space(substeps));
+  Lab lab(space_of_bounces(substeps));
   const float start = reach + 0.5f * gap;
   const BodyId a = lab.add({.position = {-start, 0, 0}, .linear_velocity = {2, 0, 0}}, geometry, material);
   const BodyId b = lab.add({.position = {start, 0, 0}, .linear_velocity = {-2, 0, 0}}, geometry, material);
@@ -150,7 +173,7 @@ TEST(Restitution, ACradleOfFreeBallsPassesTheWholeSpeedOn) {
   const Material elastic{.friction = 0.0f, .restitution = 1.0f};
   for (const float gap : {0.0f, 1e-4f, 1e-3f, 0.01f, 0.1f}) {
     for (const int substeps : {1, 4, 16}) {
-      Lab lab(empty_space(substeps));
+      Lab lab(space_of_bounces(substeps));
       BodyId balls[kBalls];
       for (int i = 0; i < kBalls; ++i) {
         const float x = i == 0 ? -0.6f : (0.2f + gap) * static_cast<float>(i);
@@ -168,7 +191,7 @@ TEST(Restitution, ACradleOfFreeBallsPassesTheWholeSpeedOn) {
 
 TEST(Restitution, ALongRowOfBallsPassesTheWholeSpeedOnWithinAStep) {
   const Material elastic{.friction = 0.0f, .restitution = 1.0f};
-  Lab lab(empty_space(4));
+  Lab lab(space_of_bounces(4));
   std::vector<BodyId> balls;
   for (int i = 0; i < 60; ++i) {
     const float x = i == 0 ? -0.5f : 0.04f * static_cast<float>(i);

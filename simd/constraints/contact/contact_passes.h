@@ -62,11 +62,23 @@ inline NormalImpulses solve_points(Block& block, F (&speed)[kPoints], F (&impuls
   }
 }
 
-// A free point that comes in fast enough to rebound is not braked while it is apart: rebound() has it.
+// A free point that comes in fast enough to rebound is not braked while it is apart: rebound() has it, by the
+// speed V with which it meets, V^2 = v^2 - 2 a s for the speed v at the separation s. `pull`: the
+// acceleration a, along the normal and of gravity; `speed` is that without gravity in this substep.
 template <class Block>
-inline M is_left_to_rebound(const ContactArgs& args, const Block& block, F speed, F impulse) {
-  const F zero(0.0f);
-  return (load(block.restitution) > zero) & (speed < F(-args.restitution_threshold)) & !(impulse > zero);
+inline M is_left_to_rebound(const ContactArgs& args, const Block& block, F speed, F pull, F separation,
+                            F impulse) {
+  const F zero(0.0f), threshold(args.restitution_threshold);
+  const F square = speed * speed - F(2.0f) * (pull * max(separation, zero));
+  return (load(block.restitution) > zero) & (speed < zero) & (square > threshold * threshold) &
+         !(impulse > zero);
+}
+
+// Of what falls freely onto a body that cannot be pushed; two free bodies fall alike.
+template <bool kStatic>
+inline F pull_of(const ContactArgs& args, V3 normal) {
+  if constexpr (!kStatic) return F(0.0f);
+  return dot(normal, V3{F(args.gravity[0]), F(args.gravity[1]), F(args.gravity[2])});
 }
 
 // Normals only, with soft bias. The separations are those of the last relax sweep: no pose has moved since.
@@ -97,7 +109,9 @@ inline void solve_blocks(const ContactArgs& args, const ConstraintChunk& chunk) 
           const F target = effective_mass * (select(apart, one, mass_scale) * point_speed + bias) +
                            select(apart, zero, impulse_scale) * old_impulse;
           if constexpr (kRich) {
-            return select(apart & is_left_to_rebound(args, block, point_speed, old_impulse), zero, target);
+            const F pull = pull_of<kStatic>(args, normal), before = point_speed - pull * F(args.substep);
+            const M is_left = is_left_to_rebound(args, block, before, pull, separation, old_impulse);
+            return select(apart & is_left, zero, target);
           }
           return target;
         });
@@ -202,7 +216,9 @@ inline void relax_blocks(const ContactArgs& args, const ConstraintChunk& chunk) 
           F error = point_speed + max(separation[k], zero) * inverse_substep;
           if constexpr (kRich) {
             // Nor where it has touched just now: the next substep begins with rebounds.
-            error = select(is_left_to_rebound(args, block, point_speed, old_impulse), zero, error);
+            const F pull = pull_of<kStatic>(args, normal);
+            error = select(is_left_to_rebound(args, block, point_speed, pull, separation[k], old_impulse),
+                           zero, error);
           }
           if constexpr (kMeasured) {
             // A pressed point should not move, a free one not approach.

@@ -32,6 +32,10 @@ constexpr float kSameMoment = 1.0f / 256.0f;
 // loses no more energy by staying than an impact at the threshold does by its rebound. At least this part.
 constexpr float kLeastThreshold = 1.0f / 64.0f;
 
+// Gravity speeds bodies up until their impact, by this many times itself at most before an impact above the
+// threshold may be missed.
+constexpr float kMostGravityFactor = 4.0f;
+
 // Speeds are right within this part of that of the impact, and of the speeds of the bodies, whose sums round.
 constexpr float kAccuracy = 4e-6f;
 constexpr float kRounding = 5e-7f;
@@ -159,7 +163,9 @@ inline bool find_impact(const ContactArgs& args, Block& block, const Axes& axes)
   const F chain_threshold =
       first_pass ? threshold
                  : threshold * max(sqrt(max(one - restitution * restitution, zero)), F(kLeastThreshold));
-  if (bits((restitution > zero) & (least < chain_threshold)) == 0) return false;
+  const F gravity = abs(F(args.gravity[0])) + abs(F(args.gravity[1])) + abs(F(args.gravity[2]));
+  const F gain = F(kMostGravityFactor) * gravity * substep;  // of speed until an impact
+  if (bits((restitution > zero) & (least - gain < chain_threshold)) == 0) return false;
   const PairMotion motion = load_motion_of<kStatic>(args, block, bodies, axes.normal);
   const F acceleration = select(motion.flies, motion.pull, zero);
   const F change = motion.pull * substep * select(motion.flies, half, one);
@@ -171,9 +177,9 @@ inline bool find_impact(const ContactArgs& args, Block& block, const Axes& axes)
   M meets[kPoints];
   for (int k = 0; k < kPoints; ++k) {
     meets[k] = separation[k] + (speed[k] + change) * substep < zero;
-    fastest = select(meets[k], min(speed[k], fastest), fastest);
     const M comes = meets[k] & (separation[k] > zero) & (speed[k] < zero);
     const F root = sqrt(max(speed[k] * speed[k] - two * (acceleration * separation[k]), zero));
+    fastest = select(meets[k], min(select(comes, -root, speed[k]), fastest), fastest);
     const F meeting = select(comes, two * separation[k] / select(comes, root - speed[k], one), zero);
     time = select(meets[k], min(meeting, time), time);
   }
