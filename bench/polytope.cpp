@@ -14,7 +14,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // Squared sine between two directions below which their cross product is no axis of its own.
-constexpr double kParallel = 1e-12;
+constexpr double kParallelEdges = 1e-12;
 
 // Volume, centroid and inertia from the tetrahedra between the origin and fans over the faces: with corners
 // a, b, c their second moments are det/120 (a a' + b b' + c c' + s s'), s = a + b + c.
@@ -139,7 +139,7 @@ double edge_gap(const Polytope& a, const Polytope& b, const Eigen::Isometry3d& p
       if (!arcs_cross(edge_a, edge_b)) continue;
       Vector3d axis = edge_a.arc.cross(edge_b.arc);
       const double squared = axis.squaredNorm();
-      if (squared <= kParallel * edge_a.arc.squaredNorm() * edge_b.arc.squaredNorm()) continue;
+      if (squared <= kParallelEdges * edge_a.arc.squaredNorm() * edge_b.arc.squaredNorm()) continue;
       axis /= std::sqrt(squared);
       if (axis.dot(edge_a.point) < 0.0) axis = -axis;  // away from a's centroid, its origin
       best = std::max(best, axis.dot(edge_b.point - edge_a.point));
@@ -222,7 +222,7 @@ double segment_distance(const Vector3d& center_a, const Vector3d& half_a, const 
   const double bo = half_b.dot(offset);
   const auto on_segment = [](double value) { return std::clamp(value, -1.0, 1.0); };
   const double determinant = aa * bb - ab * ab;
-  double s = determinant > kParallel * aa * bb ? on_segment((ao * bb - ab * bo) / determinant) : 0.0;
+  double s = determinant > kParallelEdges * aa * bb ? on_segment((ao * bb - ab * bo) / determinant) : 0.0;
   const double t = bb > 0.0 ? on_segment((s * ab - bo) / bb) : 0.0;
   s = aa > 0.0 ? on_segment((ao + t * ab) / aa) : 0.0;
   const double t_again = bb > 0.0 ? on_segment((s * ab - bo) / bb) : 0.0;
@@ -240,7 +240,8 @@ double segment_gap(const Polytope& polytope, const Vector3d& center, const Vecto
   for (const Polytope::Edge& edge : polytope.edges) {
     const Vector3d axis = edge.arc.cross(half_segment);
     const double squared = axis.squaredNorm();
-    if (length_squared == 0.0 || squared <= kParallel * length_squared * edge.arc.squaredNorm()) continue;
+    if (length_squared == 0.0 || squared <= kParallelEdges * length_squared * edge.arc.squaredNorm())
+      continue;
     const Vector3d unit = axis / std::sqrt(squared);  // along it the segment is a point
     const double along = unit.dot(center);
     separation = std::max(

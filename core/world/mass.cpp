@@ -9,19 +9,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 
 namespace scree {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kIsotropyTolerance = 1e-6;  // relative; below it the gyroscopic term drowns in rounding
 constexpr double kTriangleTolerance = 1e-3;  // relative; a flat plate meets the inequality with equality
 constexpr float kMinInertia = 1e-30f;        // kg m^2, keeps the inverse finite
 constexpr float kMaxInertia = 1e35f;         // kg m^2
-
-enum { XX, XY, XZ, YY, YZ, ZZ };
 
 double trace(const Symmetric& s) { return s.m[XX] + s.m[YY] + s.m[ZZ]; }
 
@@ -30,7 +28,7 @@ Symmetric diagonal(double xx, double yy, double zz) { return {{xx, 0.0, 0.0, yy,
 // Mass and inertia about the geometry's own center and axes.
 double solid(const Sphere& sphere, double density, Symmetric* inertia) {
   const double r = sphere.radius;
-  const double mass = density * (4.0 / 3.0) * kPi * r * r * r;
+  const double mass = density * (4.0 / 3.0) * std::numbers::pi * r * r * r;
   const double i = 0.4 * mass * r * r;
   *inertia = diagonal(i, i, i);
   return mass;
@@ -39,8 +37,8 @@ double solid(const Sphere& sphere, double density, Symmetric* inertia) {
 // A cylinder of height h and two half balls, whose centroids lie 3/8 r beyond the cylinder's ends.
 double solid(const Capsule& capsule, double density, Symmetric* inertia) {
   const double r = capsule.radius, h = 2.0 * capsule.half_height;
-  const double cylinder = density * kPi * r * r * h;
-  const double ball = density * (4.0 / 3.0) * kPi * r * r * r;
+  const double cylinder = density * std::numbers::pi * r * r * h;
+  const double ball = density * (4.0 / 3.0) * std::numbers::pi * r * r * r;
   const double along = cylinder * 0.5 * r * r + ball * 0.4 * r * r;
   const double across =
       cylinder * (h * h / 12.0 + 0.25 * r * r) + ball * (0.4 * r * r + 0.25 * h * h + 0.375 * h * r);

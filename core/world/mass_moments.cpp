@@ -9,8 +9,6 @@ namespace scree {
 
 namespace {
 
-enum { XX, XY, XZ, YY, YZ, ZZ };
-
 Twofold sum_of(double a, double b) {
   const double sum = a + b;
   const double from_b = sum - a;

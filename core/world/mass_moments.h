@@ -9,7 +9,9 @@
 
 namespace scree {
 
-// A symmetric matrix: xx xy xz yy yz zz, the order of InertiaRow.
+// Entries of a symmetric matrix, in the order of InertiaRow.
+enum { XX, XY, XZ, YY, YZ, ZZ };
+
 struct Symmetric {
   double m[6]{};
 };

@@ -14,7 +14,7 @@ namespace scree {
 
 namespace {
 
-constexpr int kShapesPerChunk = 256;  // 5 to 10 microseconds
+constexpr int kBoundsPerChunk = 256;  // 5 to 10 microseconds
 
 static_assert(static_cast<int>(ShapeType::sphere) == simd::kBoundsSphere);
 static_assert(static_cast<int>(ShapeType::capsule) == simd::kBoundsCapsule);
@@ -45,13 +45,13 @@ void update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::
       .force = force,
   };
   const auto update = crew.kernels().pair.update_bounds;
-  const int count = static_cast<int>(list.size()), first = hashes && count > kShapesPerChunk ? 1 : 0;
-  crew.run((count + kShapesPerChunk - 1) / kShapesPerChunk + first, [&](int chunk, int) {
+  const int count = static_cast<int>(list.size()), first = hashes && count > kBoundsPerChunk ? 1 : 0;
+  crew.run((count + kBoundsPerChunk - 1) / kBoundsPerChunk + first, [&](int chunk, int) {
     if (chunk < first) {
       data.recording.hash = hash_of(data.bodies);
       return;
     }
-    const int begin = (chunk - first) * kShapesPerChunk, end = std::min(begin + kShapesPerChunk, count);
+    const int begin = (chunk - first) * kBoundsPerChunk, end = std::min(begin + kBoundsPerChunk, count);
     if (update(task, begin, end) > 0) broad_phase.bounds_left.store(true, std::memory_order_relaxed);
   });
 }

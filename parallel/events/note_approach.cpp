@@ -8,7 +8,7 @@ namespace scree {
 
 namespace {
 
-constexpr int kRowsPerChunk = 1024;
+constexpr int kContactsPerChunk = 1024;
 
 float approach_speed(const WorldData& data, const Manifold& manifold) {
   const VelocityRow& a = data.bodies.velocity[manifold.row_a];
@@ -37,7 +37,7 @@ void note_approach(WorldData& data, Crew& crew) {
   if (!asks_for_events(data)) return;
   const Contacts& contacts = data.contacts;
   data.events.approach.resize_discarding(contacts.now.pair.size());
-  crew.run_ranges(static_cast<int>(contacts.active.size()), kRowsPerChunk, [&](int begin, int end, int) {
+  crew.run_ranges(static_cast<int>(contacts.active.size()), kContactsPerChunk, [&](int begin, int end, int) {
     for (int i = begin; i < end; ++i) {
       const std::int32_t row = contacts.active[i];
       if (asked_about(data, contacts.now.pair[row]) == ContactEvents::none) continue;

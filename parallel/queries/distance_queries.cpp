@@ -21,7 +21,7 @@ struct Near {
   std::int32_t shape = -1;
   Gap gap;
 };
-bool comes_first(const Near& a, const Near& b) {
+bool is_nearer(const Near& a, const Near& b) {
   return a.gap.distance != b.gap.distance ? a.gap.distance < b.gap.distance : a.shape < b.shape;
 }
 
@@ -58,7 +58,7 @@ std::optional<NearHit> closest(const Scope& scope, const Solid& solid, double mo
                 [&](std::int32_t shape, float limit) {
                   const Near near = near_of(scope, solid, shape, most);
                   if (near.gap.distance > most) return limit;
-                  if (first.shape >= 0 && !comes_first(near, first)) return limit;
+                  if (first.shape >= 0 && !is_nearer(near, first)) return limit;
                   first = near;
                   most = near.gap.distance;
                   return std::min(limit, square_of(most));
@@ -75,7 +75,7 @@ void list_near(const Scope& scope, const Solid& solid, double most, std::vector<
                   if (!(near.gap.distance > most)) all.push_back(near);
                   return limit;
                 });
-  std::sort(all.begin(), all.end(), comes_first);
+  std::sort(all.begin(), all.end(), is_nearer);
   for (const Near& near : all) hits.push_back(describe(scope, solid, near));
 }
 

@@ -80,20 +80,22 @@ void list_hits(const Scope& scope, Vec3 point, std::vector<OverlapHit>& hits) {
   });
 }
 
-void check(Call call, const PlacedShape& shape) { queries::check_placed(call, shape.geometry, shape.pose); }
+void check_query(Call call, const PlacedShape& shape) {
+  queries::check_placed(call, shape.geometry, shape.pose);
+}
 
-void check(Call call, const AxisBox& box) {
+void check_query(Call call, const AxisBox& box) {
   queries::check_point(call, "lower", box.lower);
   for (int axis = 0; axis < 3; ++axis) {
     check_range(call, "upper", box.upper[axis], box.lower[axis], kMaxPosition);
   }
 }
 
-void check(Call call, Vec3 point) { queries::check_point(call, "point", point); }
+void check_query(Call call, Vec3 point) { queries::check_point(call, "point", point); }
 
 template <class Query>
 std::vector<OverlapHit> ask(Call call, const World& world, const Query& query, const QueryOptions& options) {
-  check(call, query);
+  check_query(call, query);
   std::vector<OverlapHit> hits;
   list_hits(queries::OwnScope(call, world, options).scope, query, hits);
   return hits;
@@ -102,7 +104,7 @@ std::vector<OverlapHit> ask(Call call, const World& world, const Query& query, c
 template <class Query>
 AnswerLists<OverlapHit> ask_each(Call call, const World& world, std::span<const Query> all, Workers& workers,
                                  const QueryOptions& options) {
-  for (std::size_t i = 0; i < all.size(); ++i) check(item_of(call, all.size(), i), all[i]);
+  for (std::size_t i = 0; i < all.size(); ++i) check_query(item_of(call, all.size(), i), all[i]);
   return queries::list_all<OverlapHit>(
       call, world, all.size(), workers, options,
       [&](const Scope& scope, std::size_t i, auto& hits) { list_hits(scope, all[i], hits); });

@@ -17,7 +17,7 @@ namespace scree::queries {
 
 namespace {
 
-constexpr double kRounding = 1e-6;  // of coordinates: more than floats are rounded by, a few times over
+constexpr double kMeshRounding = 1e-6;  // of coordinates: more than floats are rounded by, a few times over
 constexpr double kDoubleRounding = 1e-15;  // the same of double precision
 
 Vector corner_of(const MeshData& mesh, std::int32_t triangle, int corner) {
@@ -63,7 +63,7 @@ struct Passage {
 bool find_passage(const Solid& mesh, const Line& line, Vector reach, Passage& passage) {
   const double size = largest(mesh.half) + largest(reach);
   passage.exact_rounding = kDoubleRounding * (largest(line.origin) + largest(line.translation) + size);
-  passage.rounding = kRounding * size + passage.exact_rounding;
+  passage.rounding = kMeshRounding * size + passage.exact_rounding;
   for (int axis = 0; axis < 3; ++axis) {
     const double half = mesh.half[axis] + reach[axis] + passage.rounding;
     const double at = line.origin[axis], way = line.translation[axis];
@@ -78,7 +78,7 @@ bool find_passage(const Solid& mesh, const Line& line, Vector reach, Passage& pa
   if (!(passage.begin <= passage.end)) return false;
   passage.line.origin = line.origin + passage.begin * line.translation;
   passage.line.translation = (passage.end - passage.begin) * line.translation;
-  passage.rounding += kRounding * (largest(passage.line.origin) + largest(passage.line.translation));
+  passage.rounding += kMeshRounding * (largest(passage.line.origin) + largest(passage.line.translation));
   return true;
 }
 

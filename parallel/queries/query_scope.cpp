@@ -62,7 +62,7 @@ void check_placed(Call call, const Geometry& geometry, const Pose& pose) {
 
 namespace {
 
-constexpr double kRounding = 1e-6;  // of coordinates: more than boxes and places are rounded by
+constexpr double kBoxRounding = 1e-6;  // of coordinates: more than boxes and places are rounded by
 
 }  // namespace
 
@@ -71,7 +71,7 @@ simd::MeetTask task_of(const Solid& solid) {
   simd::MeetTask task{};
   for (int axis = 0; axis < 3; ++axis) {
     const double middle = solid.position[axis];
-    const double half = reach[axis] + kRounding * (std::abs(middle) + reach[axis]);
+    const double half = reach[axis] + kBoxRounding * (std::abs(middle) + reach[axis]);
     task.lower[axis] = static_cast<float>(middle - half);
     task.upper[axis] = static_cast<float>(middle + half);
   }
@@ -88,10 +88,10 @@ simd::CrossTask task_of(const Solid& solid, Vec3 translation) {
     const float way = translation[axis];
     task.origin[axis] = static_cast<float>(origin);
     task.inverse[axis] = std::abs(way) > kLeast ? 1.0f / way : std::copysign(simd::kLargestInverse, way);
-    task.half[axis] =
-        is_point ? 0.0f
-                 : static_cast<float>(reach[axis] +
-                                      kRounding * (std::abs(origin) + reach[axis] + std::abs(double{way})));
+    task.half[axis] = is_point
+                          ? 0.0f
+                          : static_cast<float>(reach[axis] + kBoxRounding * (std::abs(origin) + reach[axis] +
+                                                                             std::abs(double{way})));
   }
   return task;
 }

@@ -28,11 +28,11 @@ simd::CrossTask task_of(const Ray& ray) {
 }
 
 // A shape that is met.
-struct Met {
+struct RayMeets {
   std::int32_t shape = -1;
   Entry entry;
 };
-bool comes_first(const Met& a, const Met& b) {
+bool is_met_first(const RayMeets& a, const RayMeets& b) {
   return a.entry.fraction != b.entry.fraction ? a.entry.fraction < b.entry.fraction : a.shape < b.shape;
 }
 
@@ -48,7 +48,7 @@ bool meets(const Scope& scope, const Line& line, std::int32_t shape, double most
   return !entry.inside || scope.options.start_inside == StartInside::hit;
 }
 
-CastHit describe(const WorldData& data, const Line& line, const Met& met) {
+CastHit describe(const WorldData& data, const Line& line, const RayMeets& met) {
   CastHit hit;
   hit.shape = shape_handle(data, met.shape);
   hit.body = body_handle(data, data.shapes.body[met.shape]);
@@ -64,12 +64,12 @@ CastHit describe(const WorldData& data, const Line& line, const Met& met) {
 
 std::optional<CastHit> first_hit(const Scope& scope, const Ray& ray) {
   const Line line = line_of(ray);
-  Met first;
+  RayMeets first;
   double most = 1.0;
   queries::walk(scope, scope.kernels.query.cross, task_of(ray), 1.0f, [&](std::int32_t shape, float limit) {
-    Met met{shape, {}};
+    RayMeets met{shape, {}};
     if (!meets(scope, line, shape, most, false, met.entry)) return limit;
-    if (first.shape >= 0 && !comes_first(met, first)) return limit;
+    if (first.shape >= 0 && !is_met_first(met, first)) return limit;
     first = met;
     most = met.entry.fraction;
     return std::min(limit, queries::limit_of(most));
@@ -91,14 +91,14 @@ bool meets_any(const Scope& scope, const Ray& ray) {
 
 void list_hits(const Scope& scope, const Ray& ray, std::vector<CastHit>& hits) {
   const Line line = line_of(ray);
-  std::vector<Met> all;
+  std::vector<RayMeets> all;
   queries::walk(scope, scope.kernels.query.cross, task_of(ray), 1.0f, [&](std::int32_t shape, float limit) {
-    Met met{shape, {}};
+    RayMeets met{shape, {}};
     if (meets(scope, line, shape, 1.0, false, met.entry)) all.push_back(met);
     return limit;
   });
-  std::sort(all.begin(), all.end(), comes_first);
-  for (const Met& met : all) hits.push_back(describe(scope.data, line, met));
+  std::sort(all.begin(), all.end(), is_met_first);
+  for (const RayMeets& met : all) hits.push_back(describe(scope.data, line, met));
 }
 
 void check_rays(Call call, std::span<const Ray> rays) {

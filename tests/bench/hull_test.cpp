@@ -14,13 +14,13 @@ namespace {
 using Eigen::Vector3d;
 using scenes::Scene;
 
-constexpr double kExact = 2e-6;  // m: scenes hold floats
+constexpr double kExactHull = 2e-6;  // m: scenes hold floats
 
 Geometry hull_of(const std::vector<Vec3>& points, Vec3 scale = {1.0f, 1.0f, 1.0f}) {
   return ConvexHull{Hull(points), scale};
 }
 
-double gap(const Geometry& a, const Pose& pose_a, const Geometry& b, const Pose& pose_b) {
+double hull_gap(const Geometry& a, const Pose& pose_a, const Geometry& b, const Pose& pose_b) {
   const double there = signed_gap(place(a, {}, pose_a), place(b, {}, pose_b));
   const double back = signed_gap(place(b, {}, pose_b), place(a, {}, pose_a));
   EXPECT_NEAR(there, back, 1e-9);
@@ -87,9 +87,9 @@ TEST(HullGap, OfABoxsCornersIsThatOfTheBox) {
   for (int i = 0; i < 600; ++i) {
     const Geometry& other = others[i % 3];
     const Pose pose = random_pose(random, 1.3f);
-    const double expected = gap(box, {}, other, pose);
-    const double actual = gap(hull, {}, other, pose);
-    EXPECT_NEAR(actual, expected, kExact) << i;
+    const double expected = hull_gap(box, {}, other, pose);
+    const double actual = hull_gap(hull, {}, other, pose);
+    EXPECT_NEAR(actual, expected, kExactHull) << i;
     overlaps += expected < 0.0 ? 1 : 0;
   }
   EXPECT_GT(overlaps, 100);
@@ -126,12 +126,12 @@ TEST(HullGap, OfASphereIsToTheClosestFaceEdgeOrCorner) {
   const float third = 1.0f / 3.0f;
   const double beyond_face = std::sqrt(3.0) * 0.2;
   const Vec3 over_face{third + 0.2f, third + 0.2f, third + 0.2f};
-  EXPECT_NEAR(gap(octahedron, {}, Sphere{0.1f}, {over_face, {}}), beyond_face - 0.1, kExact);
-  EXPECT_NEAR(gap(octahedron, {}, Sphere{0.1f}, {{0.8f, 0.8f, 0.0f}, {}}), 0.3 * std::sqrt(2.0) - 0.1,
-              kExact);
-  EXPECT_NEAR(gap(octahedron, {}, Sphere{0.1f}, {{0.0f, 1.5f, 0.0f}, {}}), 0.4, kExact);
-  EXPECT_NEAR(gap(octahedron, {}, Sphere{0.1f}, {{0.0f, 0.0f, 0.0f}, {}}), -1.0 / std::sqrt(3.0) - 0.1,
-              kExact);
+  EXPECT_NEAR(hull_gap(octahedron, {}, Sphere{0.1f}, {over_face, {}}), beyond_face - 0.1, kExactHull);
+  EXPECT_NEAR(hull_gap(octahedron, {}, Sphere{0.1f}, {{0.8f, 0.8f, 0.0f}, {}}), 0.3 * std::sqrt(2.0) - 0.1,
+              kExactHull);
+  EXPECT_NEAR(hull_gap(octahedron, {}, Sphere{0.1f}, {{0.0f, 1.5f, 0.0f}, {}}), 0.4, kExactHull);
+  EXPECT_NEAR(hull_gap(octahedron, {}, Sphere{0.1f}, {{0.0f, 0.0f, 0.0f}, {}}), -1.0 / std::sqrt(3.0) - 0.1,
+              kExactHull);
 }
 
 TEST(HullGap, StopsEarlyOnlyIfTheGapIsWiderThanTheLimit) {
@@ -156,12 +156,12 @@ TEST(HullGap, HonorsScaleAndTheShapesPlaceInItsBody) {
   const Geometry hull = hull_of(scenes::box_points({1.0f, 1.0f, 1.0f}), {0.5f, 2.0f, 1.0f});
   const Pose local{{0.0f, 3.0f, 0.0f}, {}};
   EXPECT_NEAR(signed_gap(place(hull, local, {}), place(Sphere{0.5f}, {}, {{0.0f, 5.4f, 0.0f}, {}})), -0.1,
-              kExact);
+              kExactHull);
   EXPECT_NEAR(signed_gap(place(hull, local, {}), place(Sphere{0.5f}, {}, {{1.2f, 3.0f, 0.0f}, {}})), 0.2,
-              kExact);
+              kExactHull);
 }
 
-void add_body(Scene& scene, const Geometry& geometry, const Pose& pose) {
+void add_hull_body(Scene& scene, const Geometry& geometry, const Pose& pose) {
   scenes::SceneBody body;
   body.def.position = pose.position;
   body.def.rotation = pose.rotation;
@@ -173,9 +173,10 @@ void add_body(Scene& scene, const Geometry& geometry, const Pose& pose) {
 
 TEST(HullMass, OfABoxsCornersIsThatOfTheBox) {
   Scene scene;
-  add_body(scene, Box{{0.5f, 1.0f, 1.5f}}, {});
-  add_body(scene, hull_of(scenes::box_points({0.5f, 0.5f, 0.5f}), {1.0f, 2.0f, 3.0f}), {});
-  add_body(scene, hull_of(scenes::moved(scenes::box_points({0.5f, 1.0f, 1.5f}), {4.0f, -1.0f, 2.0f})), {});
+  add_hull_body(scene, Box{{0.5f, 1.0f, 1.5f}}, {});
+  add_hull_body(scene, hull_of(scenes::box_points({0.5f, 0.5f, 0.5f}), {1.0f, 2.0f, 3.0f}), {});
+  add_hull_body(scene, hull_of(scenes::moved(scenes::box_points({0.5f, 1.0f, 1.5f}), {4.0f, -1.0f, 2.0f})),
+                {});
   const BodyMass box = body_mass(scene, scene.bodies[0]);
   for (const std::size_t i : {1u, 2u}) {
     const BodyMass hull = body_mass(scene, scene.bodies[i]);
@@ -188,7 +189,7 @@ TEST(HullMass, OfABoxsCornersIsThatOfTheBox) {
 TEST(HullMass, OfATetrahedronIsAnalytic) {
   // Corners at the origin and one unit along each axis: volume 1/6, center (1/4, 1/4, 1/4).
   Scene scene;
-  add_body(scene, hull_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}), {});
+  add_hull_body(scene, hull_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}), {});
   const BodyMass mass = body_mass(scene, scene.bodies[0]);
   EXPECT_NEAR(mass.mass, 1000.0 / 6.0, 1e-6);
   EXPECT_NEAR((mass.center - Vector3d::Constant(0.25)).norm(), 0.0, 1e-7);
@@ -199,8 +200,8 @@ TEST(HullMass, OfATetrahedronIsAnalytic) {
 
 TEST(PrincipalFrame, HasADiagonalInertiaAndEqualsTheBodyFrameIfThatIsPrincipal) {
   Scene scene;
-  add_body(scene, Box{{0.5f, 1.0f, 1.5f}}, {});
-  add_body(scene, hull_of({{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 3}}), {});
+  add_hull_body(scene, Box{{0.5f, 1.0f, 1.5f}}, {});
+  add_hull_body(scene, hull_of({{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 3}}), {});
   const PrincipalFrame box = principal_frame(body_mass(scene, scene.bodies[0]));
   EXPECT_EQ(box.center, Vector3d::Zero());
   EXPECT_EQ(box.rotation.coeffs(), Eigen::Quaterniond::Identity().coeffs());
@@ -219,9 +220,9 @@ TEST(Evaluator, CountsTouchesOfHullsLikeAllPairsTriedOneByOne) {
   for (int i = 0; i < 200; ++i) {
     const Pose pose = random_pose(random, 3.0f);
     if (i % 4 == 3) {
-      add_body(scene, Box{{0.4f, 0.3f, 0.2f}}, pose);
+      add_hull_body(scene, Box{{0.4f, 0.3f, 0.2f}}, pose);
     } else {
-      add_body(scene, hulls[i % 2], pose);
+      add_hull_body(scene, hulls[i % 2], pose);
     }
   }
   std::vector<BodyState> states;
@@ -248,7 +249,8 @@ TEST(Evaluator, CountsTouchesOfHullsLikeAllPairsTriedOneByOne) {
 
 TEST(BodyFigures, KineticEnergyOfAHullIsAboutItsCenterOfMass) {
   Scene scene;
-  add_body(scene, hull_of(scenes::moved(scenes::box_points({0.5f, 1.0f, 1.5f}), {4.0f, 0.0f, 0.0f})), {});
+  add_hull_body(scene, hull_of(scenes::moved(scenes::box_points({0.5f, 1.0f, 1.5f}), {4.0f, 0.0f, 0.0f})),
+                {});
   std::vector<BodyState> states{{{}, {1.0f, 2.0f, 2.0f}, {3.0f, 0.0f, 0.0f}}};
   EXPECT_NEAR(Evaluator(scene).body_figures(states).kinetic_energy, 0.5 * 6000 * 9 + 0.5 * 6500 * 9, 0.1);
 }

@@ -13,11 +13,13 @@
 namespace scree::determinism {
 namespace {
 
-constexpr int kSteps = 90;
+constexpr int kStepsOfCallers = 90;
 constexpr int kWorlds = 6;
 
 // Worlds of different sizes, so that their steps interleave in varying ways.
-SceneCase case_of(int index) { return {"pile", {{"bodies", 60 + 90 * index}, {"seed", 1 + index}}, kSteps}; }
+SceneCase case_of(int index) {
+  return {"pile", {{"bodies", 60 + 90 * index}, {"seed", 1 + index}}, kStepsOfCallers};
+}
 
 std::uint64_t hash_alone(int index) { return play(case_of(index), {kReference}).back(); }
 
@@ -28,7 +30,7 @@ class ManyCallers : public ManyThreads {
     for (int i = 0; i < kWorlds; ++i) expected_.push_back(hash_alone(i));
   }
   static void play_all(Playback& playback, Workers& workers) {
-    for (int i = 0; i < kSteps; ++i) playback.advance(workers);
+    for (int i = 0; i < kStepsOfCallers; ++i) playback.advance(workers);
   }
   static std::vector<Playback> all_worlds() {
     std::vector<Playback> playbacks;
@@ -76,7 +78,7 @@ TEST_F(ManyCallers, StepsInsideACallersTasksGiveTheSameResults) {
 TEST_F(ManyCallers, StepsThatMoveFromTaskToTaskGiveTheSameResults) {
   std::vector<Playback> playbacks = all_worlds();
   Workers workers(4);
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kStepsOfCallers; ++step) {
     play_in_tasks(playbacks, [&](Playback& playback) { playback.advance(workers); });
   }
   expect_the_same(playbacks);
@@ -85,7 +87,7 @@ TEST_F(ManyCallers, StepsThatMoveFromTaskToTaskGiveTheSameResults) {
 TEST_F(ManyCallers, OneThreadMayStepManyWorldsInTurn) {
   std::vector<Playback> playbacks = all_worlds();
   Workers workers(3);
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kStepsOfCallers; ++step) {
     for (Playback& playback : playbacks) playback.advance(workers);
   }
   expect_the_same(playbacks);
@@ -100,7 +102,7 @@ TEST_F(ManyCallers, WorldsOfOneListGiveTheSameResults) {
     scenes.push_back(scenes::build("pile", case_of(i).parameters).front());
   }
   for (const int threads : {1, 2, 4, kWorlds + 2}) {
-    Playback list(scenes, kSteps);
+    Playback list(scenes, kStepsOfCallers);
     Workers workers(threads);
     play_all(list, workers);
     for (std::size_t i = 0; i < alone.size(); ++i) {

@@ -8,9 +8,9 @@
 namespace scree::determinism {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 
-bool is_finite(Vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool is_finite_vector(Vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 }  // namespace
 
@@ -135,7 +135,7 @@ void Player::change_user_rows(JointId joint, Random& random) {
   tell("set_user_rows", joint, rows[0].target.error);
   if (random.below(2) == 0) return world_.set_user_rows(joint, rows);
   const bool sound = random.below(4) != 0;
-  if (!sound) rows.back().target.error = kNan;
+  if (!sound) rows.back().target.error = kNoNumber;
   world_.refresh_user_rows({&joint, 1}, rows);
   if (world_.is_frozen(joint) == sound)
     fail("a user joint acts with unsound numbers, or not with sound ones");
@@ -148,7 +148,7 @@ void Player::make_wrong_call_of_joints(std::uint32_t which, BodyId body) {
       world_.create_joint({.body_a = body, .body_b = body}, HingeJoint{});
       return;
     case 1:
-      world_.create_joint({.body_a = kWorld, .body_b = body, .frame_b = {{0.0f, kNan, 0.0f}, {}}},
+      world_.create_joint({.body_a = kWorld, .body_b = body, .frame_b = {{0.0f, kNoNumber, 0.0f}, {}}},
                           BallJoint{});
       return;
     case 2: {
@@ -162,7 +162,7 @@ void Player::make_wrong_call_of_joints(std::uint32_t which, BodyId body) {
       world_.set_joint(joint, SliderJoint{{.lower = 1.0f, .upper = -1.0f}});
       return;
     case 4:
-      world_.set_joint_stiffness(joint, kNan, 1.0f);
+      world_.set_joint_stiffness(joint, kNoNumber, 1.0f);
       return;
     case 5:
       world_.set_joint_frames(joint, {{}, {0.0f, 0.0f, 0.0f, 0.5f}}, {});
@@ -205,9 +205,10 @@ void Player::check_joints() {
     if (def.body_a != joined.a || def.body_b != joined.b) fail(name + " has changed its bodies");
     if (def.enabled != joined.enabled) fail(name + " was enabled or disabled without a call");
     const Pose pose = world_.joint_pose(joint);
-    if (!is_finite(pose.position) || !std::isfinite(pose.rotation.w)) fail(name + ": its pose is not finite");
+    if (!is_finite_vector(pose.position) || !std::isfinite(pose.rotation.w))
+      fail(name + ": its pose is not finite");
     const JointReaction reaction = world_.joint_reaction(joint);
-    if (!is_finite(reaction.force) || !is_finite(reaction.torque))
+    if (!is_finite_vector(reaction.force) || !is_finite_vector(reaction.torque))
       fail(name + ": its reaction is not finite");
     for (const BodyId body : {joined.a, joined.b}) ++counts[body];
   }

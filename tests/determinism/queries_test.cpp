@@ -9,7 +9,7 @@
 namespace scree::determinism {
 namespace {
 
-constexpr float kStep = 1.0f / 60.0f;  // s
+constexpr float kQueryStep = 1.0f / 60.0f;  // s
 
 struct Answers {
   std::vector<std::optional<CastHit>> rays, casts;
@@ -35,7 +35,7 @@ std::vector<Answers> play(const WorkersOptions& options, bool asks) {
   Workers workers(options);
   std::vector<Answers> all;
   for (int round = 0; round < 12; ++round) {
-    for (int i = 0; i < 4; ++i) step(mixed.world, kStep, workers);
+    for (int i = 0; i < 4; ++i) step(mixed.world, kQueryStep, workers);
     mixed.change_something();
     Answers answers;
     answers.hash = mixed.world.hash();

@@ -16,12 +16,14 @@
 namespace scree::determinism {
 namespace {
 
-struct Draw {
+struct DrawnSequence {
   std::uint64_t seed;
   int calls;
   int bodies;
 
-  friend std::ostream& operator<<(std::ostream& out, const Draw& draw) { return out << "seed " << draw.seed; }
+  friend std::ostream& operator<<(std::ostream& out, const DrawnSequence& draw) {
+    return out << "seed " << draw.seed;
+  }
 };
 
 // The number of small worlds, and the number of calls in the longest sequence. A quarter of the calls are
@@ -29,9 +31,9 @@ struct Draw {
 std::uint64_t small_draws() { return wish("SCREE_RANDOM_SEQUENCES", wants_all_sequences() ? 40 : 10); }
 int most_calls() { return static_cast<int>(wish("SCREE_RANDOM_CALLS", wants_all_sequences() ? 4000 : 2000)); }
 
-std::vector<Draw> draws() {
+std::vector<DrawnSequence> draws() {
   // Failures in small worlds take fewer calls. Large worlds give several threads work at once.
-  std::vector<Draw> all;
+  std::vector<DrawnSequence> all;
   const std::uint64_t few = small_draws();
   for (std::uint64_t seed = 1; seed <= few; ++seed) all.push_back({seed, 250, 24});
   all.push_back({few + 1, most_calls(), 24});
@@ -50,10 +52,10 @@ std::vector<Schedule> compared_schedules() {
   return all;
 }
 
-class RandomCalls : public ManyThreads, public ::testing::WithParamInterface<Draw> {};
+class RandomCalls : public ManyThreads, public ::testing::WithParamInterface<DrawnSequence> {};
 
 TEST_P(RandomCalls, KeepTheirPromisesWithTheSameBitsOnEveryBackend) {
-  const Draw& draw = GetParam();
+  const DrawnSequence& draw = GetParam();
   report_unsupported_isas();
   const Sequence sequence = with_meshes(random_sequence(draw.seed, draw.calls, draw.bodies));
   const std::optional<Failure> failure = find_failure(sequence, compared_schedules());
@@ -66,7 +68,7 @@ TEST_P(RandomCalls, KeepTheirPromisesWithTheSameBitsOnEveryBackend) {
          << "\nshrunk: " << (rest ? describe(shortest, *rest) : "results change from run to run\n");
 }
 
-std::string seed_name(const ::testing::TestParamInfo<Draw>& info) {
+std::string seed_name(const ::testing::TestParamInfo<DrawnSequence>& info) {
   return "seed_" + std::to_string(info.param.seed);
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomCalls, ::testing::ValuesIn(draws()), seed_name);

@@ -41,7 +41,7 @@ class ReadingDigest {
 namespace determinism {
 namespace {
 
-constexpr float kStep = 1.0f / 60.0f;  // s
+constexpr float kReadStep = 1.0f / 60.0f;  // s
 
 struct Names {
   std::vector<BodyId> bodies;
@@ -252,7 +252,7 @@ struct Yard {
     return names.bodies.back();
   }
   void run(int steps) {
-    for (int i = 0; i < steps; ++i) step(world, kStep, workers);
+    for (int i = 0; i < steps; ++i) step(world, kReadStep, workers);
   }
   // Changes the world, for the `round`th time.
   void make_calls(int round) {

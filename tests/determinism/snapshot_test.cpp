@@ -177,8 +177,8 @@ TEST_P(RandomSnapshots, EventsCannotDistinguishAWorldRestoredBeforeEachStep) {
   EXPECT_EQ(events_of(true), events_of(false));
 }
 
-std::uint64_t seeds() { return wish("SCREE_RANDOM_SEQUENCES", wants_all_sequences() ? 20 : 4); }
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomSnapshots, ::testing::Range(std::uint64_t{1}, seeds() + 1),
+std::uint64_t snapshot_seeds() { return wish("SCREE_RANDOM_SEQUENCES", wants_all_sequences() ? 20 : 4); }
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomSnapshots, ::testing::Range(std::uint64_t{1}, snapshot_seeds() + 1),
                          ::testing::PrintToStringParamName());
 
 }  // namespace

@@ -8,8 +8,8 @@
 namespace scree::physics {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kHalfDegree = 0.5 / 180 * kPi;
+constexpr double kHingePi = std::numbers::pi;
+constexpr double kHalfDegree = 0.5 / 180 * kHingePi;
 
 // A rotation that takes the x axis to the given one.
 Quat x_to(Vec3 axis) {
@@ -134,7 +134,7 @@ TEST(Ball, KeepsWithinItsConeAndTwist) {
       const Quat q = lab.world.joint_pose(joint).rotation;
       const Eigen::Vector3d x = to_eigen(q) * Eigen::Vector3d::UnitX();
       widest = std::max(widest, std::atan2(std::hypot(x.y(), x.z()), x.x()));
-      const double twist = std::remainder(2 * std::atan2(q.x, q.w), 2 * kPi);
+      const double twist = std::remainder(2 * std::atan2(q.x, q.w), 2 * kHingePi);
       least = std::min(least, twist);
       most = std::max(most, twist);
     }

@@ -9,9 +9,9 @@
 namespace scree::physics {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kLoopPi = std::numbers::pi;
 // The z axis of frames whose x axis is the world's z axis: everything turns in the plane of x and y.
-const Quat kAboutZ = rotation_about({0, 1, 0}, -0.5 * kPi);
+const Quat kLoopsAboutZ = rotation_about({0, 1, 0}, -0.5 * kLoopPi);
 
 Vec3 to_vec(const Eigen::Vector3d& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
@@ -31,7 +31,7 @@ JointId add_hinge(Lab& lab, BodyId a, BodyId b, const Eigen::Vector3d& at, const
     const Eigen::Quaterniond turn =
         body == kWorld ? Eigen::Quaterniond::Identity() : to_eigen(lab.world.pose(body).rotation);
     const Eigen::Vector3d center = body == kWorld ? Eigen::Vector3d(0, 0, 0) : lab.position(body);
-    const Eigen::Quaterniond q = turn.conjugate() * to_eigen(kAboutZ);
+    const Eigen::Quaterniond q = turn.conjugate() * to_eigen(kLoopsAboutZ);
     return Pose{to_vec(turn.conjugate() * (at - center)),
                 {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
                  static_cast<float>(q.w())}};
@@ -54,7 +54,7 @@ TEST(JointLoop, AParallelogramSwingsAsThePendulumThatItIs) {
   add_hinge(lab, coupler, other, right + hang);
   const double rod = lab.mass(crank), bar = lab.mass(coupler), half = 0.5 * kLength;
   const double inertia = 2 * (lab.inertia(crank)(2, 2) + rod * half * half) + bar * kLength * kLength;
-  const double expected = 2 * kPi * std::sqrt(inertia / ((2 * rod * half + bar * kLength) * kGravity)) *
+  const double expected = 2 * kLoopPi * std::sqrt(inertia / ((2 * rod * half + bar * kLength) * kGravity)) *
                           (1 + kAngle * kAngle / 16);
   std::vector<double> crossings;
   double last = kAngle;
@@ -95,7 +95,7 @@ TEST(JointLoop, ACrankRockerKeepsToItsGeometry) {
     lab.run(1);
     const Eigen::Vector3d now = 2.0 * lab.position(crank);
     const double angle = std::atan2(now.y(), now.x());
-    turned += std::remainder(angle - last, 2 * kPi);
+    turned += std::remainder(angle - last, 2 * kLoopPi);
     last = angle;
     const Eigen::Vector3d tip = at_rocker + 2.0 * (lab.position(rocker) - at_rocker);
     // The unbounded motor starts with a shock.
@@ -113,7 +113,7 @@ TEST(JointLoop, AFlyingNecklaceKeepsItsMomentumAndGainsNoEnergy) {
   Random random(11);
   std::vector<BodyId> beads;
   const auto at = [&](double place) {
-    const double turn = 2 * kPi * place / kBeads;
+    const double turn = 2 * kLoopPi * place / kBeads;
     return Eigen::Vector3d(kRadius * std::cos(turn), kRadius * std::sin(turn), 0);
   };
   for (int i = 0; i < kBeads; ++i) {

@@ -9,7 +9,7 @@
 namespace scree::physics {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kRowsPi = std::numbers::pi;
 
 // A hinge with the world through the body's center, as a bearing would hold it.
 JointId add_bearing(Lab& lab, BodyId body, Quat axes, const JointAxis& angle = {}) {
@@ -34,7 +34,7 @@ struct Car {
     const float height = 0.65f;
     chassis = lab.world.create_body({.position = {0, height, 0}});
     lab.world.add_shape(chassis, Box{{1.8f, 0.2f, 0.6f}}, {.density = 700.0f});
-    const Quat up = rotation_about({0, 0, 1}, 0.5 * kPi);  // x of the frames is y of the world
+    const Quat up = rotation_about({0, 0, 1}, 0.5 * kRowsPi);  // x of the frames is y of the world
     for (int i = 0; i < 4; ++i) {
       const Vec3 at{i < 2 ? kAxles / 2 : -kAxles / 2, kWheelRadius - height,
                     i % 2 == 0 ? kTrack / 2 : -kTrack / 2};
@@ -67,7 +67,7 @@ TEST(Car, StandsOnItsSuspension) {
   const double pitch = std::pow(static_cast<double>(Car::kAxles) / 2, 2) / inertia(2, 2);
   const double roll = std::pow(static_cast<double>(Car::kTrack) / 2, 2) / inertia(0, 0);
   const double corner = 1 / (1 / mass + pitch + roll);
-  const double expected = mass / 4 * kGravity / (corner * std::pow(2 * kPi * 2, 2));
+  const double expected = mass / 4 * kGravity / (corner * std::pow(2 * kRowsPi * 2, 2));
   for (const JointId joint : car.joint) {
     EXPECT_NEAR(static_cast<double>(car.lab.world.joint_pose(joint).position.x), expected, 0.02 * expected);
   }
@@ -96,7 +96,7 @@ TEST(Car, TurnsWhenSteered) {
     double turned = 0.0, last = car.heading();
     for (int i = 0; i < 240; ++i) {
       car.lab.run(1);
-      turned += std::remainder(car.heading() - last, 2 * kPi);
+      turned += std::remainder(car.heading() - last, 2 * kRowsPi);
       last = car.heading();
     }
     // The turning radius is that of a bicycle of the same length.
@@ -117,7 +117,7 @@ class TurnCounter {
   double turn() {
     const Eigen::Vector3d mark = to_eigen(lab_->world.pose(body_).rotation) * zero_;
     const double angle = std::atan2(mark.dot(quarter_), mark.dot(zero_));
-    turn_ += std::remainder(angle - last_, 2 * kPi);
+    turn_ += std::remainder(angle - last_, 2 * kRowsPi);
     last_ = angle;
     return turn_;
   }
@@ -138,12 +138,12 @@ TEST(Gears, KeepTheirRatioOverAThousandTurns) {
   lab.world.create_joint({.body_a = driver, .body_b = driven}, GearJoint{.ratio = 2.5f});
   TurnCounter a(lab, driver, {0, 1, 0}, {0, 0, 1}), b(lab, driven, {0, 1, 0}, {0, 0, 1});
   double worst = 0.0, turn = 0.0;
-  for (int i = 0; i < 20000 && turn < 2000 * kPi; ++i) {
+  for (int i = 0; i < 20000 && turn < 2000 * kRowsPi; ++i) {
     lab.run(1);
     turn = a.turn();
     worst = std::max(worst, std::abs(turn + 2.5 * b.turn()));
   }
-  EXPECT_GE(turn, 2000 * kPi);
+  EXPECT_GE(turn, 2000 * kRowsPi);
   EXPECT_NEAR(lab.spin(driver).x(), 40.0, 0.1);
   EXPECT_LT(worst, 0.02);
 }
@@ -154,9 +154,9 @@ TEST(Gears, SteerAWayByARack) {
   const BodyId rack = lab.add({.position = {0, -0.1f, 0}}, Box{{0.05f, 0.05f, 0.5f}});
   add_bearing(lab, pinion, {}, {.drive = Drive::spring, .target = 2.0f, .hertz = 2.0f});
   const JointAxis held{.lower = 0, .upper = 0};
-  const Quat along_z = rotation_about({0, 1, 0}, -0.5 * kPi);  // x of the frames is z of the world
+  const Quat along_z = rotation_about({0, 1, 0}, -0.5 * kRowsPi);  // x of the frames is z of the world
   // In the plane of y and z of the frames, and there only along z of the world.
-  const Quat plane = rotation_about({0, 0, 1}, 0.5 * kPi);
+  const Quat plane = rotation_about({0, 0, 1}, 0.5 * kRowsPi);
   lab.world.create_joint(
       {.body_a = kWorld, .body_b = rack, .frame_a = {{0, -0.1f, 0}, plane}, .frame_b = {{}, plane}},
       PlanarJoint{.offset_y = held, .angle = held});
@@ -184,8 +184,8 @@ TEST(UniversalJoint, TurnsByCardansLaw) {
   // The pins are the y axis of a and the z axis of b: as the x axis of one frame and the y axis of the other.
   lab.world.create_joint({.body_a = a,
                           .body_b = b,
-                          .frame_a = {{1, 0, 0}, rotation_about({0, 0, 1}, 0.5 * kPi)},
-                          .frame_b = {{-1, 0, 0}, rotation_about({1, 0, 0}, 0.5 * kPi)}},
+                          .frame_a = {{1, 0, 0}, rotation_about({0, 0, 1}, 0.5 * kRowsPi)},
+                          .frame_b = {{-1, 0, 0}, rotation_about({1, 0, 0}, 0.5 * kRowsPi)}},
                          UniversalJoint{});
   lab.run(30);
   double worst = 0.0, fastest = 0.0, slowest = 100.0;
@@ -197,7 +197,7 @@ TEST(UniversalJoint, TurnsByCardansLaw) {
     const Eigen::Vector3d side(-std::sin(bend), std::cos(bend), 0);
     const double angle_b = std::atan2(-pin_b.dot(side), pin_b.z());
     const double expected = std::atan2(std::sin(angle_a), std::cos(bend) * std::cos(angle_a));
-    worst = std::max(worst, std::abs(std::remainder(angle_b - expected, 2 * kPi)));
+    worst = std::max(worst, std::abs(std::remainder(angle_b - expected, 2 * kRowsPi)));
     const double ratio = lab.spin(b).dot(axis_b) / lab.spin(a).x();
     fastest = std::max(fastest, ratio);
     slowest = std::min(slowest, ratio);
@@ -211,7 +211,7 @@ TEST(PlanarJoint, KeepsABodyInItsPlane) {
   Lab lab;
   lab.add_ground();
   // The plane of x and y: the frames' x axis is z of the world.
-  const Quat axes = rotation_about({0, 1, 0}, -0.5 * kPi);
+  const Quat axes = rotation_about({0, 1, 0}, -0.5 * kRowsPi);
   std::vector<BodyId> boxes;
   for (int i = 0; i < 6; ++i) {
     const Vec3 at{0.1f * static_cast<float>(i), 0.6f + 1.1f * static_cast<float>(i), 0};
@@ -281,7 +281,7 @@ TEST(MotorJoint, ReachesItsPoseAgainstGravity) {
       {.body_a = kWorld, .body_b = box},
       MotorJoint{.rotation = {.drive = Drive::spring, .target = target}, .target = {1, 2, 3}, .hertz = 4.0f});
   lab.run(300);
-  const double sag = kGravity / std::pow(2 * kPi * 4, 2);
+  const double sag = kGravity / std::pow(2 * kRowsPi * 4, 2);
   EXPECT_LT((lab.position(box) - Eigen::Vector3d(1, 2 - sag, 3)).norm(), 2e-3);
   EXPECT_LT(to_eigen(lab.world.pose(box).rotation).angularDistance(to_eigen(target)), 2e-3);
 }

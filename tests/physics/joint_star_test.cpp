@@ -7,7 +7,7 @@
 namespace scree::physics {
 namespace {
 
-constexpr float kRadius = 0.5f;  // m, of all bodies
+constexpr float kStarRadius = 0.5f;  // m, of all bodies
 
 struct StarPlan {
   int leaves = 16;
@@ -36,9 +36,11 @@ Vec3 to_vec3(const Eigen::Vector3d& v) {
 
 // Shapes that touch nothing.
 BodyId add_loose(Lab& lab, const Eigen::Vector3d& at, float mass, bool box = false) {
-  const float volume = box ? 8.0f * kRadius * kRadius * kRadius : 4.18879f * kRadius * kRadius * kRadius;
+  const float volume = box ? 8.0f * kStarRadius * kStarRadius * kStarRadius
+                           : 4.18879f * kStarRadius * kStarRadius * kStarRadius;
   const BodyId body = lab.world.create_body({.position = to_vec3(at)});
-  const Geometry geometry = box ? Geometry(Box{{kRadius, kRadius, kRadius}}) : Geometry(Sphere{kRadius});
+  const Geometry geometry =
+      box ? Geometry(Box{{kStarRadius, kStarRadius, kStarRadius}}) : Geometry(Sphere{kStarRadius});
   lab.world.add_shape(body, geometry, {.density = mass / volume}, {.filter = {.category = 0, .mask = 0}});
   return body;
 }

@@ -12,8 +12,6 @@
 namespace scree::physics {
 namespace {
 
-using scenes::Random;
-
 struct Surface {
   std::vector<Vec3> vertices;
   std::vector<MeshTriangle> triangles;
@@ -24,7 +22,7 @@ struct Surface {
 // A flat square of cells with corners moved at random within it, and diagonals drawn at random.
 Surface flat_surface(int cells, float half_width, std::uint64_t seed) {
   Surface surface;
-  Random random(seed);
+  scenes::Random random(seed);
   const auto side = static_cast<std::uint32_t>(cells) + 1;
   const float cell = 2.0f * half_width / static_cast<float>(cells);
   for (std::uint32_t row = 0; row < side; ++row) {
@@ -169,7 +167,7 @@ TEST(Mesh, WhatIsThrownIntoARoomOfMeshStaysInIt) {
   WorldSettings settings;
   Lab lab(settings);
   add_mesh(lab, box_surface(half, true).mesh());
-  Random random(17);
+  scenes::Random random(17);
   std::vector<BodyId> bodies;
   for (int i = 0; i < 150; ++i) {
     const Vec3 at{random.between(-3.0f, 3.0f), random.between(-2.0f, 2.0f), random.between(-3.0f, 3.0f)};

@@ -14,8 +14,8 @@
 namespace scree::physics {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinite = std::numeric_limits<float>::infinity();
+constexpr float kNotANumber = std::numeric_limits<float>::quiet_NaN();
 
 // Replaces one number among the arguments of a call. Bindings name all members, so that a new member does not
 // compile before it is covered here.
@@ -30,7 +30,7 @@ class Poke {
     return value;
   }
   float bound(float value) {  // which may be infinite
-    change_bound(value, kInfinity);
+    change_bound(value, kInfinite);
     return value;
   }
 
@@ -98,18 +98,18 @@ class Poke {
   }
   void change(JointAxis& axis) {
     auto& [lower, upper, drive, target, speed, hertz, damping_ratio, max_force] = axis;
-    change_bound(lower, -kInfinity), change_bound(upper, kInfinity), change(target), change(speed);
-    change(hertz), change(damping_ratio), change_bound(max_force, kInfinity);
+    change_bound(lower, -kInfinite), change_bound(upper, kInfinite), change(target), change(speed);
+    change(hertz), change(damping_ratio), change_bound(max_force, kInfinite);
   }
   void change(RotationDrive& rotation) {
     auto& [drive, target, velocity, hertz, damping_ratio, max_torque] = rotation;
     change(target), change(velocity), change(hertz), change(damping_ratio);
-    change_bound(max_torque, kInfinity);
+    change_bound(max_torque, kInfinite);
   }
   void change(BallJoint& ball) {
     auto& [cone_limit, twist_lower, twist_upper, drive] = ball;
-    change_bound(cone_limit, kInfinity), change_bound(twist_lower, -kInfinity);
-    change_bound(twist_upper, kInfinity), change(drive);
+    change_bound(cone_limit, kInfinite), change_bound(twist_lower, -kInfinite);
+    change_bound(twist_upper, kInfinite), change(drive);
   }
   void change(HingeJoint& hinge) {
     auto& [angle] = hinge;
@@ -159,11 +159,11 @@ class Poke {
   void change(MotorJoint& motor) {
     auto& [rotation, drive, target, velocity, hertz, damping_ratio, max_force] = motor;
     change(rotation), change(target), change(velocity), change(hertz), change(damping_ratio);
-    change_bound(max_force, kInfinity);
+    change_bound(max_force, kInfinite);
   }
   void change(MouseJoint& mouse) {
     auto& [target, hertz, damping_ratio, max_force] = mouse;
-    change(target), change(hertz), change(damping_ratio), change_bound(max_force, kInfinity);
+    change(target), change(hertz), change(damping_ratio), change_bound(max_force, kInfinite);
   }
   void change(UserJoint& user) {  // which has kinds of rows only, no numbers
     auto& [rows] = user;
@@ -176,7 +176,7 @@ class Poke {
     auto& [error, speed, hertz, damping_ratio] = target;
     change(error), change(speed), change(hertz), change(damping_ratio);
     auto& [lower, upper] = bounds;
-    change_bound(lower, -kInfinity), change_bound(upper, kInfinity);
+    change_bound(lower, -kInfinite), change_bound(upper, kInfinite);
   }
   void change(Joint& joint) {
     std::visit([this](auto& kind) { change(kind); }, joint);
@@ -185,7 +185,7 @@ class Poke {
     auto& [body_a, body_b, frame_a, frame_b, collide_connected, enabled, hertz, damping_ratio, break_force,
            break_torque, user_data] = def;
     change(frame_a), change(frame_b), change(hertz), change(damping_ratio);
-    change_bound(break_force, kInfinity), change_bound(break_torque, kInfinity);
+    change_bound(break_force, kInfinite), change_bound(break_torque, kInfinite);
   }
   void change(WorldSettings& settings) {
     auto& [gravity, substeps, contact_hertz, contact_damping_ratio, push_speed, restitution_threshold,
@@ -377,7 +377,7 @@ TEST(NonFinite, EveryCallRefusesNonFiniteNumbersAndChangesNothing) {
     EXPECT_EQ(error_of([&] { call.make(copy, stage, none); }), "") << call.name << " with sound arguments";
     EXPECT_GT(none.count(), 0) << call.name;
     for (int number = 0; number < none.count(); ++number) {
-      for (const float bad : {kNan, kInfinity, -kInfinity}) {
+      for (const float bad : {kNotANumber, kInfinite, -kInfinite}) {
         Poke poke(number, bad);
         const std::string error = error_of([&] { call.make(world, stage, poke); });
         SCOPED_TRACE(call.name + (", number " + std::to_string(number)) + ": " + error);

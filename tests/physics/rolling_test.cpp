@@ -8,7 +8,7 @@
 namespace scree::physics {
 namespace {
 
-constexpr float kRadius = 0.1f;  // m
+constexpr float kRollingRadius = 0.1f;  // m
 
 // The heights that a body passes through, and its largest vertical speed.
 struct Ride {
@@ -28,10 +28,10 @@ Ride roll(const WorldSettings& settings, const Geometry& geometry, float speed) 
   Lab lab(settings);
   const Material material{.friction = 1.0f, .patch_radius = 0.0f};
   lab.add_ground(material, {}, 500.0f);
-  const BodyId body = lab.add({.position = {0, kRadius, 0},
+  const BodyId body = lab.add({.position = {0, kRollingRadius, 0},
                                .rotation = rotation_about({1, 0, 0}, 1.5707963267948966),
                                .linear_velocity = {speed, 0, 0},
-                               .angular_velocity = {0, 0, -speed / kRadius}},
+                               .angular_velocity = {0, 0, -speed / kRollingRadius}},
                               geometry, material);
   lab.run(60);
   Ride ride{lab.height(body), lab.height(body), 0};
@@ -50,10 +50,10 @@ TEST(Rolling, ABallRollsAsHighAsItRestsHoweverFast) {
   for (const Solver solver : {Solver::soft_step, Solver::sequential_impulse}) {
     for (const int substeps : {1, 4}) {
       const WorldSettings settings = settings_for(solver, substeps);
-      const Ride rest = roll(settings, Sphere{kRadius}, 0);
-      EXPECT_NEAR(rest.lowest, kRadius, substeps == 1 ? 1.2e-3 : 1e-4);
+      const Ride rest = roll(settings, Sphere{kRollingRadius}, 0);
+      EXPECT_NEAR(rest.lowest, kRollingRadius, substeps == 1 ? 1.2e-3 : 1e-4);
       for (const float speed : {1.0f, 5.0f, 20.0f, 50.0f, -50.0f}) {
-        const Ride ride = roll(settings, Sphere{kRadius}, speed);
+        const Ride ride = roll(settings, Sphere{kRollingRadius}, speed);
         const std::string where = std::to_string(speed) + " m/s, " + std::to_string(substeps) + " substeps";
         EXPECT_NEAR(ride.lowest, rest.lowest, 1e-6) << where;
         EXPECT_NEAR(ride.highest, rest.lowest, 1e-6) << where;
@@ -65,7 +65,7 @@ TEST(Rolling, ABallRollsAsHighAsItRestsHoweverFast) {
 
 TEST(Rolling, ACapsuleRollsAsHighAsItRests) {
   const WorldSettings settings = settings_for(Solver::soft_step, 4);
-  const Capsule capsule{.half_height = 0.3f, .radius = kRadius};
+  const Capsule capsule{.half_height = 0.3f, .radius = kRollingRadius};
   const Ride rest = roll(settings, capsule, 0);
   for (const float speed : {1.0f, 5.0f, 20.0f}) {
     const Ride ride = roll(settings, capsule, speed);
@@ -83,9 +83,9 @@ TEST(Rolling, APlateRestsAsHighOnFastRollersAsOnStillOnes) {
     const Material smooth{.friction = 0.0f, .patch_radius = 0.0f};
     for (const float x : {-1.0f, 1.0f}) {
       for (const float z : {-1.0f, 1.0f}) {
-        BodyDef def{.type = type, .position = {x, -kRadius, z}, .angular_velocity = {0, 0, spin}};
+        BodyDef def{.type = type, .position = {x, -kRollingRadius, z}, .angular_velocity = {0, 0, spin}};
         if (type == BodyType::dynamic) def.mass = 1e3f, def.gravity_factor = 0;
-        lab.add(def, Sphere{kRadius}, smooth);
+        lab.add(def, Sphere{kRollingRadius}, smooth);
       }
     }
     const BodyId plate = lab.add({.position = {0, 0.1f, 0}, .mass = 1}, Box{{2, 0.1f, 2}}, smooth);
@@ -128,12 +128,13 @@ TEST(Rolling, ABallOnATurntableGoesRoundInACircle) {
                         .angular_velocity = {0, static_cast<float>(kRate), 0}};
     lab.add(table, Box{{5, 0.5f, 5}}, material);
     const Eigen::Vector3d up(0, 1, 0), place(0.7, 0, 0), velocity(0, 0, 0.25);
-    const Eigen::Vector3d spin = up.cross(velocity - kRate * up.cross(place)) / static_cast<double>(kRadius);
+    const Eigen::Vector3d spin =
+        up.cross(velocity - kRate * up.cross(place)) / static_cast<double>(kRollingRadius);
     const BodyId ball =
-        lab.add({.position = {0.7f, kRadius, 0},
+        lab.add({.position = {0.7f, kRollingRadius, 0},
                  .linear_velocity = {0, 0, 0.25f},
                  .angular_velocity = {static_cast<float>(spin.x()), 0, static_cast<float>(spin.z())}},
-                Sphere{kRadius}, material);
+                Sphere{kRollingRadius}, material);
     const double circle = 2 * 3.14159265358979 / (2.0 / 7.0 * kRate);
     const int steps = static_cast<int>(std::lround(2 * circle / static_cast<double>(kStep)));
     lab.run(steps);
@@ -169,17 +170,20 @@ TEST(Rolling, AWeightedBallLeavesTheGroundByNoMoreThanItsLeverTurns) {
   Lab lab(settings_for(Solver::soft_step, 4));
   const Material material{.friction = 1.0f, .patch_radius = 0.0f};
   lab.add_ground(material);
-  const BodyId body = lab.world.create_body({.position = {0, kRadius, 0},
-                                             .linear_velocity = {static_cast<float>(-kSpin) * kRadius, 0, 0},
-                                             .angular_velocity = {0, 0, static_cast<float>(kSpin)}});
-  lab.world.add_shape(body, Sphere{kRadius}, material);
-  lab.world.add_shape(body, Sphere{0.5f * kRadius}, material, {.local_pose = {{0, -0.4f * kRadius, 0}, {}}});
-  const double lever = std::abs(lab.height(body) - static_cast<double>(kRadius));
-  EXPECT_GT(lever, 0.04 * static_cast<double>(kRadius));
+  const BodyId body =
+      lab.world.create_body({.position = {0, kRollingRadius, 0},
+                             .linear_velocity = {static_cast<float>(-kSpin) * kRollingRadius, 0, 0},
+                             .angular_velocity = {0, 0, static_cast<float>(kSpin)}});
+  lab.world.add_shape(body, Sphere{kRollingRadius}, material);
+  lab.world.add_shape(body, Sphere{0.5f * kRollingRadius}, material,
+                      {.local_pose = {{0, -0.4f * kRollingRadius, 0}, {}}});
+  const double lever = std::abs(lab.height(body) - static_cast<double>(kRollingRadius));
+  EXPECT_GT(lever, 0.04 * static_cast<double>(kRollingRadius));
   const double step = static_cast<double>(kStep), most = lever * kSpin * kSpin * step * step;
   for (int i = 0; i < 240; ++i) {
     lab.run(1);
-    EXPECT_NEAR(static_cast<double>(lab.world.pose(body).position.y), static_cast<double>(kRadius), most);
+    EXPECT_NEAR(static_cast<double>(lab.world.pose(body).position.y), static_cast<double>(kRollingRadius),
+                most);
   }
 }
 

@@ -7,14 +7,14 @@
 namespace scree::physics {
 namespace {
 
-WorldSettings measured() {
+WorldSettings measured_settings() {
   WorldSettings settings = without_sleep();
   settings.measure_penetration = true;
   return settings;
 }
 
 TEST(Stats, ThePercentileOfFewPenetrationsIsTheLargest) {
-  Lab lab(measured());
+  Lab lab(measured_settings());
   lab.add_ground();
   for (int i = 0; i < 5; ++i) {  // the heavier lie deeper
     lab.add(
@@ -30,7 +30,7 @@ TEST(Stats, ThePercentileOfFewPenetrationsIsTheLargest) {
 }
 
 TEST(Stats, ContactsThatDoNotOverlapAreLeftOutOfThePenetration) {
-  WorldSettings settings = measured();
+  WorldSettings settings = measured_settings();
   settings.gravity = {};
   Lab lab(settings);
   lab.add_ground();
@@ -78,7 +78,7 @@ TEST(Stats, TheKineticEnergyIsThatOfAllDynamicBodies) {
 }
 
 TEST(Stats, AStepOfNoLengthSolvesNothing) {
-  WorldSettings settings = measured();
+  WorldSettings settings = measured_settings();
   settings.measure_residual = true;
   Lab lab(settings);
   lab.add_ground();
@@ -106,7 +106,7 @@ TEST(Stats, AStepOfNoLengthSolvesNothing) {
 }
 
 TEST(Stats, FiguresAreEmptyOnceTheyAreNoLongerRequested) {
-  WorldSettings settings = measured();
+  WorldSettings settings = measured_settings();
   settings.measure_residual = true;
   Lab lab(settings);
   lab.add_ground();

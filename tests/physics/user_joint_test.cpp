@@ -7,7 +7,7 @@
 namespace scree::physics {
 namespace {
 
-constexpr RowKind kHeld = RowKind::held;
+constexpr RowKind kHeldRow = RowKind::held;
 constexpr Quat kXToZ{0, -0.70710678f, 0, 0.70710678f};  // takes the x axis to the z axis
 
 enum class By { joint, rows };
@@ -50,12 +50,16 @@ struct Rig {
 };
 
 Link ball(const Stated& at) {
-  return {at, BallJoint{}, {}, {{kHeld, kHeld, kHeld}}, [at](const World& w) { return ball_rows(w, at); }};
+  return {at, BallJoint{}, {}, {{kHeldRow, kHeldRow, kHeldRow}}, [at](const World& w) {
+            return ball_rows(w, at);
+          }};
 }
 Link hinge(const Stated& at, const JointAxis& angle = {}) {
-  return {at, HingeJoint{angle}, kXToZ, {{kHeld, kHeld, kHeld, kHeld, kHeld}}, [at](const World& w) {
-            return hinge_rows(w, at);
-          }};
+  return {at,
+          HingeJoint{angle},
+          kXToZ,
+          {{kHeldRow, kHeldRow, kHeldRow, kHeldRow, kHeldRow}},
+          [at](const World& w) { return hinge_rows(w, at); }};
 }
 
 using Build = std::function<void(Rig&)>;
@@ -116,7 +120,7 @@ TEST(UserJoint, WithTheRowOfARodOrASpringMovesAsADistanceJointDoes) {
   const JointAxis rod{.lower = 1, .upper = 1};
   const JointAxis spring{
       .lower = 0, .drive = Drive::spring, .target = 0.5f, .hertz = 2, .damping_ratio = 0.3f};
-  const Build held = on_a_rod(rod, kHeld, 1), sprung = on_a_rod(spring, RowKind::spring, 0.5f);
+  const Build held = on_a_rod(rod, kHeldRow, 1), sprung = on_a_rod(spring, RowKind::spring, 0.5f);
   EXPECT_LT(largest_gap(without_sleep(), held, 60), 0.06);
   EXPECT_LT(largest_gap(without_sleep(), held, 960, 1.0f / 960.0f), 0.004);
   EXPECT_LT(largest_gap(without_sleep(), sprung, 60), 0.09);
@@ -132,7 +136,7 @@ TEST(UserJoint, IsOfSecondOrderWhereItsTargetFollowsTheTurnOfTheRow) {
     const Build build = [=](Rig& rig) {
       const BodyId weight = rig.add_box({1, 0, 0}, {0.1f, 0.1f, 0.1f});
       const Stated ends{kWorld, weight, {0, 0, 0}, {0, 0, 0}};
-      rig.join({ends, DistanceJoint{{.lower = 1, .upper = 1}}, {}, {{kHeld}}, [=](const World& world) {
+      rig.join({ends, DistanceJoint{{.lower = 1, .upper = 1}}, {}, {{kHeldRow}}, [=](const World& world) {
                   std::vector<UserRow> rows = distance_row(world, ends, 1);
                   const Vec3 v = world.linear_velocity(weight), out = rows[0].jacobian.linear_b;
                   const Vec3 across = v - dot(v, out) * out;
@@ -281,7 +285,7 @@ TEST(UserJoint, RowsOfZerosChangeNoBit) {
     const JointDef def{.body_a = a, .body_b = b};
     const UserRow zero[4]{};
     if (with_joint) {
-      const UserJoint all{{kHeld, RowKind::limit, RowKind::motor, RowKind::spring}};
+      const UserJoint all{{kHeldRow, RowKind::limit, RowKind::motor, RowKind::spring}};
       lab.world.set_user_rows(lab.world.create_joint(def, all), zero);
     } else {
       lab.world.create_joint(def, UserJoint{});  // as it is before it has numbers
@@ -298,7 +302,7 @@ TEST(UserJoint, RowsThatAreStatedTwiceOrWithTheOtherSignHoldAsOnce) {
     const BodyId body = rig.add_box({0.5f, 0, 0}, {0.5f, 0.1f, 0.1f});
     const Stated at{kWorld, body, {0, 0, 0}, {-0.5f, 0, 0}};
     Link link = ball(at);
-    link.user = {{kHeld, kHeld, kHeld, kHeld, kHeld, kHeld}};
+    link.user = {{kHeldRow, kHeldRow, kHeldRow, kHeldRow, kHeldRow, kHeldRow}};
     link.rows = [=](const World& world) {
       std::vector<UserRow> rows = ball_rows(world, at);
       for (std::size_t i = 0; i < 3; ++i) {
@@ -324,7 +328,7 @@ TEST(UserJoint, RowsThatAreStatedTwiceOrWithTheOtherSignHoldAsOnce) {
 TEST(UserJoint, NumbersAtTheEndsOfTheirRangesLeaveAllBodiesFinite) {
   for (const float size : {1e-45f, 1e-39f, 1e-30f, 1e-20f, 1e-10f, 1.0f, 1e6f}) {
     for (const float error : {0.0f, 1e-45f, 1.0f, 1e6f}) {
-      for (const RowKind kind : {kHeld, RowKind::limit, RowKind::motor, RowKind::spring}) {
+      for (const RowKind kind : {kHeldRow, RowKind::limit, RowKind::motor, RowKind::spring}) {
         Lab lab;
         const BodyId a = lab.add({}, Box{}), b = lab.add({.position = {3, 0, 0}}, Box{});
         const BodyId apart = lab.add({.position = {0, 50, 0}}, Box{});

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using scree::Vec3;
 using scree::meshes::Mesh;
 using scree::meshes::read_mesh;
-using scree::testing::TestMesh;
+using scree::test_solids::TestMesh;
 
 class MeshFile : public scree::testing::ProgramTest {
  protected:
@@ -95,7 +95,7 @@ void expect_torus(const Mesh& mesh, float scale = 1.0f) {
   EXPECT_NEAR(report.upper.x, 2.5f * scale, 1e-5f * scale);
 }
 
-TestMesh torus() { return scree::testing::torus_mesh(2.0, 0.5, 10, 6); }
+TestMesh torus() { return scree::test_solids::torus_mesh(2.0, 0.5, 10, 6); }
 
 TEST_F(MeshFile, AllKindsOfFilesHoldTheSameMesh) {
   TestMesh mesh = torus();
@@ -126,7 +126,7 @@ TEST_F(MeshFile, PointsAloneAreEnoughForAHull) {
 }
 
 TEST_F(MeshFile, HullsAreWrittenAndReadAgain) {
-  const TestMesh ball = scree::testing::ball_mesh(1.5f, 2);
+  const TestMesh ball = scree::test_solids::ball_mesh(1.5f, 2);
   const scree::Hull hull(ball.vertices);
   const Mesh mesh = read_mesh(write("hull.obj", scree::meshes::to_obj(hull)));
   EXPECT_EQ(mesh.vertices.size(), hull.vertices().size());
@@ -136,7 +136,7 @@ TEST_F(MeshFile, HullsAreWrittenAndReadAgain) {
 }
 
 TEST_F(MeshFile, SeveralHullsAreOneFile) {
-  const TestMesh ball = scree::testing::ball_mesh(1.5f, 2), box = scree::testing::box_mesh({1, 2, 3});
+  const TestMesh ball = scree::test_solids::ball_mesh(1.5f, 2), box = scree::test_solids::box_mesh({1, 2, 3});
   const scree::Hull hulls[] = {scree::Hull(ball.vertices), scree::Hull(box.vertices)};
   const std::string text = scree::meshes::to_obj(hulls);
   EXPECT_NE(text.find("o part_1\n"), std::string::npos);

@@ -26,7 +26,7 @@ class SceneFileMeshes : public scree::testing::ProgramTest {
   }
 };
 
-std::string obj_of(const scree::testing::TestMesh& mesh) {
+std::string obj_of(const scree::test_solids::TestMesh& mesh) {
   std::ostringstream text;
   for (const Vec3& v : mesh.vertices) text << "v " << v.x << " " << v.y << " " << v.z << "\n";
   for (const MeshTriangle& t : mesh.triangles)
@@ -64,7 +64,7 @@ TEST_F(SceneFileMeshes, MayBeWrittenOut) {
 }
 
 TEST_F(SceneFileMeshes, MayStandInFilesRelativeToTheScene) {
-  const scree::testing::TestMesh ring = scree::testing::torus_mesh(2, 1, 8, 6);
+  const scree::test_solids::TestMesh ring = scree::test_solids::torus_mesh(2, 1, 8, 6);
   write("land/ring.obj", obj_of(ring));
   const std::string scene_file =
       write("scene.json", R"({"shapes": {"ring": {"type": "mesh", "file": "land/ring.obj"}},

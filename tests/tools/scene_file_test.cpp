@@ -9,7 +9,7 @@
 namespace scree::scenes {
 namespace {
 
-std::string error_of(const std::string& text) {
+std::string scene_error_of(const std::string& text) {
   try {
     parse_scene(text, "scene.json");
   } catch (const Error& error) {
@@ -152,16 +152,17 @@ TEST(SceneFile, MistakesInHullsAreReportedWithTheirPlace) {
       {with_hull("{" + tetrahedron + R"(}, "scale": [1, 0, 1])"),
        "/bodies/0/shapes/0/scale/1: 0 must be from 1e-09 to 1e+09"},
   };
-  for (const auto& [text, message] : mistakes) EXPECT_EQ(error_of(text), "scene.json: " + message) << text;
-  const std::string thin = error_of(with_hull("{" + tetrahedron + R"(}, "scale": [1, 1e-5, 1])"));
+  for (const auto& [text, message] : mistakes)
+    EXPECT_EQ(scene_error_of(text), "scene.json: " + message) << text;
+  const std::string thin = scene_error_of(with_hull("{" + tetrahedron + R"(}, "scale": [1, 1e-5, 1])"));
   EXPECT_EQ(thin.rfind("scene.json: /bodies/0: World::add_shape: the scaled hull: ", 0), 0u) << thin;
 }
 
 TEST(SceneFile, SyntaxErrorsCarryLineAndColumn) {
-  EXPECT_EQ(error_of("{\n  \"bodies\": [}\n").rfind("scene.json:2:14: not JSON: ", 0), 0u)
-      << error_of("{\n  \"bodies\": [}\n");
-  EXPECT_EQ(error_of("").rfind("scene.json:1:1: not JSON: ", 0), 0u) << error_of("");
-  EXPECT_EQ(error_of("{\"bodies\": []} x").rfind("scene.json:1:16: not JSON: ", 0), 0u);
+  EXPECT_EQ(scene_error_of("{\n  \"bodies\": [}\n").rfind("scene.json:2:14: not JSON: ", 0), 0u)
+      << scene_error_of("{\n  \"bodies\": [}\n");
+  EXPECT_EQ(scene_error_of("").rfind("scene.json:1:1: not JSON: ", 0), 0u) << scene_error_of("");
+  EXPECT_EQ(scene_error_of("{\"bodies\": []} x").rfind("scene.json:1:16: not JSON: ", 0), 0u);
 }
 
 TEST(SceneFile, EveryMistakeIsReportedWithItsPlaceAndReason) {
@@ -227,7 +228,7 @@ TEST(SceneFile, EveryMistakeIsReportedWithItsPlaceAndReason) {
       {with_shape(ball + R"(, "filter": {"mask": -1}})"),
        "scene.json: /bodies/0/shapes/0/filter/mask: -1 must be a whole number from 0 to 4294967295"},
   };
-  for (const auto& [text, error] : mistakes) EXPECT_EQ(error_of(text), error) << text;
+  for (const auto& [text, error] : mistakes) EXPECT_EQ(scene_error_of(text), error) << text;
 }
 
 TEST(SceneFile, LimitsAreTheLibrarysOwnAndReportedWithTheirPlace) {
@@ -267,23 +268,25 @@ TEST(SceneFile, LimitsAreTheLibrarysOwnAndReportedWithTheirPlace) {
       {setting(R"("sleep_time": 2e6)"), "/settings/sleep_time: "},
   };
   for (const auto& [text, place] : mistakes) {
-    EXPECT_EQ(error_of(text).rfind("scene.json: " + place, 0), 0u) << text << "\n" << error_of(text);
+    EXPECT_EQ(scene_error_of(text).rfind("scene.json: " + place, 0), 0u) << text << "\n"
+                                                                         << scene_error_of(text);
   }
 }
 
 TEST(SceneFile, ABodyThatNoWorldTakesIsReportedWithItsPlace) {
   // Each value is allowed, but their total inertia is not.
-  const std::string error =
-      error_of(with_body(R"({"mass": 1e30, "shapes": [{"type": "box", "half_extents": [1e5, 1e5, 1e5]}]})"));
+  const std::string error = scene_error_of(
+      with_body(R"({"mass": 1e30, "shapes": [{"type": "box", "half_extents": [1e5, 1e5, 1e5]}]})"));
   EXPECT_EQ(error.rfind("scene.json: /bodies/0: ", 0), 0u) << error;
   EXPECT_NE(error.find("the body's moment of inertia"), std::string::npos) << error;
 }
 
 TEST(SceneFile, NumbersOutsideTheRangeOfFloatsAreErrors) {
-  EXPECT_EQ(error_of(R"({"bodies": [], "gravity": [0, 1e999, 0]})").rfind("scene.json: /gravity/1: ", 0), 0u);
-  EXPECT_EQ(error_of("1e999").rfind("scene.json: the document: ", 0), 0u) << error_of("1e999");
-  EXPECT_NE(error_of(R"({"bodies": [], "gravity": [0, 1e300, 0]})"), "no error");
-  EXPECT_NE(error_of(with_body(R"({"linear_velocity": [1e39, 0, 0]})")), "no error");
+  EXPECT_EQ(
+      scene_error_of(R"({"bodies": [], "gravity": [0, 1e999, 0]})").rfind("scene.json: /gravity/1: ", 0), 0u);
+  EXPECT_EQ(scene_error_of("1e999").rfind("scene.json: the document: ", 0), 0u) << scene_error_of("1e999");
+  EXPECT_NE(scene_error_of(R"({"bodies": [], "gravity": [0, 1e300, 0]})"), "no error");
+  EXPECT_NE(scene_error_of(with_body(R"({"linear_velocity": [1e39, 0, 0]})")), "no error");
 }
 
 TEST(SceneFile, MissingFilesDirectoriesAndEmptyFilesAreErrors) {
@@ -311,7 +314,8 @@ TEST(SceneFile, WhatTheParserFindsWrongIsReportedWithItsPlaceHoweverDeepItLies) 
       {"1e999", "the document: number overflow parsing '1e999'"},
       {"[[1e999]]", "/0/0: number overflow parsing '1e999'"},
   };
-  for (const auto& [text, message] : mistakes) EXPECT_EQ(error_of(text), "scene.json: " + message) << text;
+  for (const auto& [text, message] : mistakes)
+    EXPECT_EQ(scene_error_of(text), "scene.json: " + message) << text;
 }
 
 // Reading an entry must not scan all earlier entries: that would take most of an hour here.

@@ -17,7 +17,7 @@
 namespace scree::scenes {
 namespace {
 
-Scene build_one(const std::string& name, const Parameters& parameters = {}) {
+Scene build_scene(const std::string& name, const Parameters& parameters = {}) {
   std::vector<Scene> worlds = build(name, parameters);
   EXPECT_EQ(worlds.size(), 1u);
   return std::move(worlds.front());
@@ -154,7 +154,7 @@ TEST(Catalog, RefusalsNameWhatTheyRefuseAndTheLimit) {
 }
 
 TEST(LargePyramid, EqualsThePublishedScene) {
-  const Scene scene = build_one("large_pyramid");
+  const Scene scene = build_scene("large_pyramid");
   ASSERT_EQ(scene.bodies.size(), 5051u);
   EXPECT_EQ(scene.steps, 200);
   EXPECT_FALSE(scene.settings.sleeping);
@@ -173,7 +173,7 @@ TEST(LargePyramid, EqualsThePublishedScene) {
 }
 
 TEST(ManyPyramids, EqualThePublishedScene) {
-  const Scene scene = build_one("many_pyramids");
+  const Scene scene = build_scene("many_pyramids");
   ASSERT_EQ(scene.bodies.size(), 10781u);
   EXPECT_EQ(scene.steps, 100);
   EXPECT_FALSE(scene.settings.sleeping);
@@ -188,7 +188,7 @@ TEST(ManyPyramids, EqualThePublishedScene) {
 
 TEST(Pile, HasTheBodiesThatWereAskedForInsideItsWallsAndNoneOverlap) {
   for (const int count : {10, 11, 100, 2000}) {
-    const Scene scene = build_one("pile", {{"bodies", count}});
+    const Scene scene = build_scene("pile", {{"bodies", count}});
     ASSERT_EQ(scene.bodies.size(), static_cast<std::size_t>(count) + 1);
     const Vec3 floor = std::get<Box>(geometry_of(scene, scene.bodies[0])).half_extents;
     const float inside = floor.x - 2.0f;
@@ -207,7 +207,7 @@ TEST(Pile, HasTheBodiesThatWereAskedForInsideItsWallsAndNoneOverlap) {
 }
 
 TEST(Pile, MixesAllShapesAndSharesItsHulls) {
-  const Scene scene = build_one("pile", {{"bodies", 2000}});
+  const Scene scene = build_scene("pile", {{"bodies", 2000}});
   std::map<std::size_t, int> of_type;
   std::map<std::uint32_t, int> of_hull;
   std::set<std::size_t> vertices;
@@ -226,7 +226,7 @@ TEST(Pile, MixesAllShapesAndSharesItsHulls) {
 }
 
 TEST(HullZoo, HoldsHullsFromTheTetrahedronTo256VerticesAndThinOnes) {
-  const Scene scene = build_one("hull_zoo");
+  const Scene scene = build_scene("hull_zoo");
   ASSERT_EQ(scene.bodies.size(), 2001u);
   std::set<std::size_t> vertices;
   float thinnest = 1.0f, most_slender = 1.0f;
@@ -249,14 +249,14 @@ TEST(HullZoo, HoldsHullsFromTheTetrahedronTo256VerticesAndThinOnes) {
     EXPECT_TRUE(vertices.contains(count)) << count;
   EXPECT_LE(thinnest, 0.06f);      // plates and slivers
   EXPECT_LE(most_slender, 0.08f);  // needles
-  const Scene few = build_one("hull_zoo", {{"max_vertices", 8}, {"bodies", 200}});
+  const Scene few = build_scene("hull_zoo", {{"max_vertices", 8}, {"bodies", 200}});
   for (std::size_t i = 1; i < few.bodies.size(); ++i) {
     EXPECT_LE(std::get<ConvexHull>(geometry_of(few, few.bodies[i])).hull.vertices().size(), 8u);
   }
 }
 
 TEST(ConvexPile, EqualsThePublishedScene) {
-  const Scene scene = build_one("convex_pile");
+  const Scene scene = build_scene("convex_pile");
   ASSERT_EQ(scene.bodies.size(), 5121u);
   EXPECT_EQ(scene.steps, 500);
   EXPECT_TRUE(scene.settings.sleeping);
@@ -297,7 +297,7 @@ TEST(RandomSpherePoints, FollowThePublishedGenerator) {
 }
 
 TEST(Junkyard, EqualsThePublishedScene) {
-  const Scene scene = build_one("junkyard");
+  const Scene scene = build_scene("junkyard");
   ASSERT_EQ(scene.bodies.size(), 10586u);
   EXPECT_EQ(scene.steps, 500);
   EXPECT_TRUE(scene.settings.sleeping);
@@ -323,7 +323,7 @@ TEST(Junkyard, EqualsThePublishedScene) {
 }
 
 TEST(Junkyard, ThePusherGoesRoundAtSixDegreesASecondAndDoesNotTurn) {
-  const Scene scene = build_one("junkyard", {{"columns", 1}, {"layers", 1}});
+  const Scene scene = build_scene("junkyard", {{"columns", 1}, {"layers", 1}});
   ASSERT_EQ(scene.drives.size(), 1u);
   EXPECT_EQ(scene.drives[0].body, 2u);
   EXPECT_EQ(drive_target(scene.drives[0], 0.0).position, (Vec3{35, 0, 0}));
@@ -353,7 +353,7 @@ TEST(DriveTarget, TurnsABodyAboutAnyAxis) {
 }
 
 TEST(Drive, BringsABodyToItsTargetStepByStep) {
-  const Scene scene = build_one("junkyard", {{"columns", 1}, {"layers", 1}});
+  const Scene scene = build_scene("junkyard", {{"columns", 1}, {"layers", 1}});
   World world(scene.settings);
   const std::vector<BodyId> bodies = populate(world, scene);
   Workers workers{1};
@@ -366,14 +366,16 @@ TEST(Drive, BringsABodyToItsTargetStepByStep) {
 }
 
 TEST(Builders, GiveTheSameBitsOnEveryMachine) {
-  EXPECT_EQ(bits_of(build_one("pile", {{"bodies", 1000}})), 0x6069e7979ed91664u);
-  EXPECT_EQ(bits_of(build_one("card_house")), 0x82e01bb17a1468f1u);
-  EXPECT_EQ(bits_of(build_one("kapla")), 0x63f96077e77c7c1du);
-  EXPECT_EQ(bits_of(build_one("slope")), 0xd14b72763c57cc79u);
+  EXPECT_EQ(bits_of(build_scene("pile", {{"bodies", 1000}})), 0x6069e7979ed91664u);
+  EXPECT_EQ(bits_of(build_scene("card_house")), 0x82e01bb17a1468f1u);
+  EXPECT_EQ(bits_of(build_scene("kapla")), 0x63f96077e77c7c1du);
+  EXPECT_EQ(bits_of(build_scene("slope")), 0xd14b72763c57cc79u);
 }
 
 TEST(Pile, SeedsChangeItAndNothingElseDoes) {
-  const auto bits = [](double seed) { return bits_of(build_one("pile", {{"bodies", 50}, {"seed", seed}})); };
+  const auto bits = [](double seed) {
+    return bits_of(build_scene("pile", {{"bodies", 50}, {"seed", seed}}));
+  };
   EXPECT_EQ(bits(3), bits(3));
   EXPECT_NE(bits(3), bits(4));
 }
@@ -384,12 +386,12 @@ TEST(ManyWorlds, AreIndependentPiles) {
   for (std::size_t i = 0; i < worlds.size(); ++i) {
     EXPECT_EQ(worlds[i].bodies.size(), 101u);
     EXPECT_EQ(bits_of(worlds[i]),
-              bits_of(build_one("pile", {{"bodies", 100}, {"seed", 9.0 + static_cast<double>(i)}})));
+              bits_of(build_scene("pile", {{"bodies", 100}, {"seed", 9.0 + static_cast<double>(i)}})));
   }
 }
 
 TEST(Wall, BricksFillEveryRowWithoutOverlap) {
-  const Scene scene = build_one("wall", {{"columns", 7}, {"rows", 4}});
+  const Scene scene = build_scene("wall", {{"columns", 7}, {"rows", 4}});
   for (int row = 0; row < 4; ++row) {
     float filled = 0.0f;
     for (const SceneBody& body : scene.bodies) {
@@ -402,7 +404,7 @@ TEST(Wall, BricksFillEveryRowWithoutOverlap) {
 }
 
 TEST(CardHouse, LeaningPairsTouchTheGroundAndEachOther) {
-  const Scene scene = build_one("card_house", {{"stories", 4}});
+  const Scene scene = build_scene("card_house", {{"stories", 4}});
   for (int i = 0; i < 4; ++i) {
     const SceneBody& left = scene.bodies[static_cast<std::size_t>(1 + 2 * i)];
     const SceneBody& right = scene.bodies[static_cast<std::size_t>(2 + 2 * i)];
@@ -417,7 +419,7 @@ TEST(CardHouse, LeaningPairsTouchTheGroundAndEachOther) {
 }
 
 TEST(CardHouse, EveryCardRestsOnCardsBelowAndIsOneCentimeterThick) {
-  const Scene scene = build_one("card_house", {{"stories", 5}});
+  const Scene scene = build_scene("card_house", {{"stories", 5}});
   std::vector<float> tops{0.0f};  // of the ground and the cards
   for (std::size_t i = 1; i < scene.bodies.size(); ++i) tops.push_back(highest(scene, scene.bodies[i]));
   for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
@@ -433,7 +435,7 @@ TEST(CardHouse, EveryCardRestsOnCardsBelowAndIsOneCentimeterThick) {
 }
 
 TEST(Slope, BoxesLieOnTheRampAndHaveRisingFriction) {
-  const Scene scene = build_one("slope", {{"boxes", 5}, {"angle", 30}});
+  const Scene scene = build_scene("slope", {{"boxes", 5}, {"angle", 30}});
   ASSERT_EQ(scene.bodies.size(), 7u);
   const BodyDef& ramp = scene.bodies[1].def;
   for (std::size_t i = 2; i < 7; ++i) {
@@ -447,7 +449,7 @@ TEST(Slope, BoxesLieOnTheRampAndHaveRisingFriction) {
 }
 
 TEST(SpheresInBox, AreAllInsideTheBox) {
-  const Scene scene = build_one("spheres_in_box", {{"bodies", 500}});
+  const Scene scene = build_scene("spheres_in_box", {{"bodies", 500}});
   ASSERT_EQ(scene.bodies.size(), 501u);
   EXPECT_EQ(scene.bodies[0].shape_count, 6u);
   const float inside = std::get<Box>(scene.shapes[0].geometry).half_extents.x - 2.0f;

@@ -7,11 +7,16 @@
 
 #include <tools/accuracy/simulation.h>
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace scree::accuracy {
+
+inline constexpr double kGravity = 9.81;  ///< m/s^2
+inline constexpr double kNone =
+    std::numeric_limits<double>::quiet_NaN();  ///< a figure that a run did not give
 
 /// What a case measures: the smaller, the better; 0 is the truth.
 struct Measure {

@@ -12,8 +12,6 @@ namespace {
 
 using scenes::Scene;
 
-constexpr double kGravity = 9.81;  // m/s^2
-
 Scene start(const char* name) {
   Scene scene;
   scene.name = name;

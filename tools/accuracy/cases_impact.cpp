@@ -17,12 +17,12 @@ namespace {
 
 using scenes::Scene;
 
-constexpr float kGravity = 9.81f;
+constexpr float kSceneGravity = 9.81f;
 
-Scene start(const char* name) {
+Scene impact_scene(const char* name) {
   Scene scene;
   scene.name = name;
-  scene.settings.gravity = {0.0f, -kGravity, 0.0f};
+  scene.settings.gravity = {0.0f, -kSceneGravity, 0.0f};
   return scene;
 }
 
@@ -30,7 +30,7 @@ double ball_energy(const BodyMotion& ball, double mass, double radius) {
   const Vector v = to_vector(ball.linear_velocity);
   const Vector w = to_vector(ball.angular_velocity);
   return mass * (0.5 * dot(v, v) + 0.2 * radius * radius * dot(w, w) +
-                 double{kGravity} * double{ball.pose.position.y});
+                 double{kSceneGravity} * double{ball.pose.position.y});
 }
 
 double energy_of_balls(const Trial& trial, double mass, double radius) {
@@ -63,7 +63,7 @@ Scene cube_of_balls(const char* name, float height, float restitution) {
   constexpr float kGap = 0.21f;            // m, from center to center
   constexpr float kPerturbation = 0.001f;  // m
   constexpr float kThreshold = 0.01f;      // m/s, the default of RaiSim, whose figures are cited
-  Scene scene = start(name);
+  Scene scene = impact_scene(name);
   scene.settings.restitution_threshold = kThreshold;
   const Material smooth{.friction = 0.0f, .restitution = restitution, .patch_radius = 0.0f};
   scenes::add_ground(scene, 500.0f, smooth);
@@ -89,7 +89,7 @@ Scene cube_of_balls(const char* name, float height, float restitution) {
 // bounce that does not come has the height 0.
 std::vector<double> bounce_heights(Run& run, double height, double restitution, int bounces) {
   constexpr float kRadius = 0.1f;
-  Scene scene = start("bounce");
+  Scene scene = impact_scene("bounce");
   const Material material{
       .friction = 0.0f, .restitution = static_cast<float>(restitution), .patch_radius = 0.0f};
   scenes::add_ground(scene, 10.0f, material);
@@ -99,7 +99,7 @@ std::vector<double> bounce_heights(Run& run, double height, double restitution, 
   const std::uint32_t ball = scenes::add_body(scene, def, shape);
   Trial trial(run, scene);
   std::vector<double> heights{height};
-  const double fall = std::sqrt(2.0 * height / double{kGravity});
+  const double fall = std::sqrt(2.0 * height / double{kSceneGravity});
   const int most = trial.steps_in(fall * (2.0 * bounces + 2.0) * 1.5);
   const auto wanted = static_cast<std::size_t>(bounces) + 1;
   float last_speed = 0.0f;
@@ -109,7 +109,7 @@ std::vector<double> bounce_heights(Run& run, double height, double restitution, 
     const double y = double{trial.body(ball).pose.position.y} - double{kRadius};
     if (last_speed > 0.0f && speed <= 0.0f) {
       // The speed is small here: what is left of it counts as height.
-      heights.push_back(y + 0.5 * double{speed} * double{speed} / double{kGravity});
+      heights.push_back(y + 0.5 * double{speed} * double{speed} / double{kSceneGravity});
     }
     last_speed = speed;
   }
@@ -128,7 +128,7 @@ CradleResult run_cradle(Run& run, double gap, int incoming, bool on_plane) {
   constexpr float kRadius = 0.125f;
   constexpr double kSpeed = 2.0;   // m/s, above every engine's threshold of restitution
   constexpr double kBefore = 0.2;  // m
-  Scene scene = start("cradle");
+  Scene scene = impact_scene("cradle");
   if (!on_plane) scene.settings.gravity = {};
   const Material elastic{.friction = 0.0f, .restitution = 1.0f, .patch_radius = 0.0f};
   const std::uint32_t shape = scenes::add_shape(scene, Sphere{kRadius}, elastic);
@@ -162,7 +162,7 @@ CradleResult run_cradle(Run& run, double gap, int incoming, bool on_plane) {
 }  // namespace
 
 std::vector<double> measure_bouncing(Run& run) {
-  Scene scene = start("bouncing");
+  Scene scene = impact_scene("bouncing");
   const Material elastic{.friction = 0.0f, .restitution = 1.0f, .patch_radius = 0.0f};
   scenes::add_ground(scene, 100.0f, elastic);
   const std::uint32_t shape = scenes::add_shape(scene, Sphere{kBallRadius}, elastic);
@@ -186,8 +186,8 @@ std::vector<double> measure_height(Run& run) {
 }
 
 std::vector<double> measure_rebound(Run& run) {
-  constexpr double kHeight = 2.0;                           // m
-  const double threshold = 1.0 / (2.0 * double{kGravity});  // m, from which a ball comes with 1 m/s
+  constexpr double kHeight = 2.0;                                // m
+  const double threshold = 1.0 / (2.0 * double{kSceneGravity});  // m, from which a ball comes with 1 m/s
   std::vector<double> errors;
   for (const double e : {0.3, 0.6, 0.8, 0.9}) {
     int bounces = 0;

@@ -14,10 +14,7 @@ namespace {
 
 using scenes::Scene;
 
-constexpr double kGravity = 9.81;  // m/s^2
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-Scene start(const char* name) {
+Scene rotation_scene(const char* name) {
   Scene scene;
   scene.name = name;
   scene.settings.gravity = {0.0f, static_cast<float>(-kGravity), 0.0f};
@@ -93,7 +90,7 @@ Top top_of_scene() {
 }
 
 Scene top_scene(double precession) {
-  Scene scene = start("top");
+  Scene scene = rotation_scene("top");
   const std::uint32_t shape = scenes::add_shape(
       scene, Box{{static_cast<float>(kWide), static_cast<float>(kHigh), static_cast<float>(kWide)}});
   const Vector axis{std::sin(kLean), std::cos(kLean), 0.0};
@@ -176,7 +173,7 @@ Handle t_handle() {
   const double bar_x = -apart * rod_mass / (bar_mass + rod_mass);
   const double rod_x = bar_x + apart;
   Handle handle;
-  handle.scene = start("t_handle");
+  handle.scene = rotation_scene("t_handle");
   handle.scene.settings.gravity = {};
   const auto add = [&](Vector half, double x) {
     return scenes::add_shape(handle.scene, Box{to_float(half)}, {},
@@ -259,7 +256,7 @@ PendulumErrors swing(Run& run, double degrees) {
   constexpr double kThin = 0.05;  // m, half
   constexpr int kSwings = 20;
   const double amplitude = degrees * kPi / 180.0;
-  Scene scene = start("pendulum");
+  Scene scene = rotation_scene("pendulum");
   const auto half = static_cast<float>(kHalf);
   const auto thin = static_cast<float>(kThin);
   const std::uint32_t shape = scenes::add_shape(scene, Box{{thin, half, thin}});

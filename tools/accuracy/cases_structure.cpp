@@ -16,10 +16,7 @@ namespace {
 
 using scenes::Scene;
 
-constexpr double kGravity = 9.81;  // m/s^2
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-Scene start(const char* name) {
+Scene structure_scene(const char* name) {
   Scene scene;
   scene.name = name;
   scene.settings.gravity = {0.0f, static_cast<float>(-kGravity), 0.0f};
@@ -32,7 +29,7 @@ constexpr int kDominoes = 32;
 
 Scene domino_scene(const Dominoes& dominoes) {
   constexpr float kWide = 0.12f;  // m, half
-  Scene scene = start("dominoes");
+  Scene scene = structure_scene("dominoes");
   const Vector half{double{kWide}, 0.5 * dominoes.height, 0.5 * dominoes.thickness};
   const Material smooth{.friction = 0.0f, .restitution = 0.0f};
   const std::uint32_t shape = scenes::add_shape(scene, Box{to_float(half)}, smooth);
@@ -92,11 +89,11 @@ namespace {
 constexpr int kVoussoirs = 17;
 constexpr double kRadius = 5.0;  // m, of the middle line
 constexpr double kDeep = 0.5;    // m, half
-constexpr double kDensity = 2000.0;
+constexpr double kBlockDensity = 2000.0;
 
 Scene arch_scene(double thickness) {
-  Scene scene = start("arch");
-  const Material stone{.friction = 0.9f, .density = static_cast<float>(kDensity)};
+  Scene scene = structure_scene("arch");
+  const Material stone{.friction = 0.9f, .density = static_cast<float>(kBlockDensity)};
   scenes::add_ground(scene, 20.0f, stone);
   const double inner = kRadius * (1.0 - 0.5 * thickness);
   const double outer = kRadius * (1.0 + 0.5 * thickness);
@@ -152,7 +149,7 @@ ThrustErrors thrust_errors(Run& run, double thickness) {
   const std::optional<Vec3> force = trial.contact_force(kGround, kFoot);
   if (!force) return {};
   const double volume = double{std::get<ConvexHull>(trial.scene().shapes[1].geometry).hull.volume()};
-  const double half_weight = 0.5 * kVoussoirs * volume * kDensity * kGravity;
+  const double half_weight = 0.5 * kVoussoirs * volume * kBlockDensity * kGravity;
   const ThrustRange range = arch_thrust(kVoussoirs, thickness);
   const double thrust = std::abs(double{force->x}) / half_weight;
   const double outside = std::max({0.0, range.least - thrust, thrust - range.most});

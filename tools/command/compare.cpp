@@ -8,9 +8,7 @@
 namespace scree::command {
 namespace {
 
-constexpr int kMostSteps = 1'000'000;
-constexpr int kMostIterations = 1'000'000;  // SolverOptions' limit
-constexpr int kMostSubsteps = 64;           // WorldSettings' limit
+constexpr int kMostComparedSteps = 1'000'000;
 constexpr int kUsualSteps = 600;
 constexpr int kUsualMostCount = 1024;
 constexpr int kUsualAt = 10;  // steps: bodies that were placed without pressure have found it
@@ -20,7 +18,7 @@ constexpr int kUsualAt = 10;  // steps: bodies that were placed without pressure
 comparison::CompareFigures compare_solvers(const CompareArguments& arguments) {
   check_backend(arguments.threads, arguments.isa);
   check_range("--iterations", arguments.iterations, 1, kMostIterations);
-  if (arguments.steps) check_range("--steps", *arguments.steps, 1, kMostSteps);
+  if (arguments.steps) check_range("--steps", *arguments.steps, 1, kMostComparedSteps);
   comparison::CompareOptions options;
   for (const std::string& name : arguments.solvers) options.solvers.push_back(read_solver(name));
   for (int i = 0; arguments.solvers.empty() && i < kSolverCount; ++i)

@@ -7,14 +7,14 @@ namespace scree::command {
 
 namespace {
 
-constexpr int kMostSteps = 1'000'000;
+constexpr int kMostFclibSteps = 1'000'000;
 
 }  // namespace
 
 fclib::FclibFigures write_fclib(const FclibArguments& arguments) {
   fclib::check_available();
   check_backend(arguments.threads, arguments.isa);
-  check_range("--at", arguments.at, 0, kMostSteps);
+  check_range("--at", arguments.at, 0, kMostFclibSteps);
   const std::vector<scenes::Scene> worlds = find_scene(arguments.scene, arguments.parameters);
   fclib::FclibOptions options;
   options.file = arguments.file;

@@ -10,6 +10,9 @@
 
 namespace scree::command {
 
+inline constexpr int kMostSubsteps = 64;           // WorldSettings' limit
+inline constexpr int kMostIterations = 1'000'000;  // SolverOptions' limit
+
 // "key=value" each; otherwise CLI11 would take them as its own positional arguments.
 scenes::Parameters read_parameters(const std::vector<std::string>& settings);
 Isa read_isa(const std::string& name);

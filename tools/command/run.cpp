@@ -28,8 +28,6 @@ std::vector<scenes::Scene> find_scene(const std::string& name, const scenes::Par
 namespace {
 
 constexpr int kMostSteps = 1'000'000'000;
-constexpr int kMostSubsteps = 64;              // WorldSettings' limit
-constexpr int kMostIterations = 1'000'000;     // SolverOptions' limit
 constexpr int kMostKeyframes = 1'000'000'000;  // RecorderOptions' limit
 
 // The worlds and settings of a run, after its scene and options are checked.

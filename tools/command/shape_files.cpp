@@ -28,7 +28,7 @@ MassProperties hull_mass(const meshes::Mesh& mesh, float density) {
 }
 
 std::string text_of(Vec3 v) { return format("%.6g, %.6g, %.6g", v.x, v.y, v.z); }
-Json list_of(Vec3 v) { return {v.x, v.y, v.z}; }
+Json listed(Vec3 v) { return {v.x, v.y, v.z}; }
 
 Vec3 axis_of(const PrincipalAxes& axes, int i) {
   Vec3 unit{};
@@ -96,7 +96,7 @@ std::string to_json(const HullFigures& figures) {
                   {"edges", figures.edges},
                   {"faces", figures.faces},
                   {"volume", figures.volume},
-                  {"centroid", list_of(figures.centroid)}};
+                  {"centroid", listed(figures.centroid)}};
   return json.dump(2) + "\n";
 }
 
@@ -143,13 +143,13 @@ std::string to_json(const MassFigures& figures) {
                   {"repeated_corners", report.repeated_corners},
                   {"no_area", report.no_area},
                   {"duplicates", report.duplicates},
-                  {"lower", list_of(report.lower)},
-                  {"upper", list_of(report.upper)},
+                  {"lower", listed(report.lower)},
+                  {"upper", listed(report.upper)},
                   {"density", figures.density},
                   {"mass", mass.mass},
-                  {"center", list_of(mass.center)},
+                  {"center", listed(mass.center)},
                   {"inertia", mass.inertia},
-                  {"principal_moments", list_of(figures.axes.moments)},
+                  {"principal_moments", listed(figures.axes.moments)},
                   {"principal_rotation", {rotation.x, rotation.y, rotation.z, rotation.w}}};
   return json.dump(2) + "\n";
 }

@@ -31,7 +31,7 @@ std::vector<Scene> one_world(const Parameters& parameters) {
   return worlds;
 }
 
-constexpr double kMostBodies = 1e7;       // about 5 GB of world; more is surely a typing error
+constexpr double kMostOfScene = 1e7;      // about 5 GB of world; more is surely a typing error
 constexpr double kMostSeed = 0x1p53 - 1;  // whole numbers that a double holds exactly
 
 const std::vector<Entry>& entries() {
@@ -54,11 +54,11 @@ const std::vector<Entry>& entries() {
        one_world<junkyard>},
       {"pile",
        "mixed boxes, spheres, capsules and hulls poured into a walled pit",
-       {{"bodies", 20000, 10, kMostBodies}, {"seed", 1, 0, kMostSeed}},
+       {{"bodies", 20000, 10, kMostOfScene}, {"seed", 1, 0, kMostSeed}},
        one_world<pile>},
       {"hull_zoo",
        "hulls of 4 to 256 corners, slivers, plates and needles in one pile",
-       {{"bodies", 2000, 10, kMostBodies}, {"max_vertices", 256, 4, 256}, {"seed", 1, 0, kMostSeed}},
+       {{"bodies", 2000, 10, kMostOfScene}, {"max_vertices", 256, 4, 256}, {"seed", 1, 0, kMostSeed}},
        one_world<hull_zoo>},
       {"stack", "boxes of 1 m, one on top of the other", {{"bodies", 100, 1, 10000}}, one_world<stack>},
       {"wall",
@@ -67,7 +67,7 @@ const std::vector<Entry>& entries() {
        one_world<wall>},
       {"kapla",
        "a tower of crossed planks",
-       {{"planks", 102, 1, kMostBodies}, {"base", 4, 2, 5}},
+       {{"planks", 102, 1, kMostOfScene}, {"base", 4, 2, 5}},
        one_world<kapla>},
       {"card_house",
        "a house of cards 1 cm thick, leaning pairs under flat ones",
@@ -82,7 +82,7 @@ const std::vector<Entry>& entries() {
        one_world<slope>},
       {"spheres_in_box",
        "equal spheres dropped into a closed box",
-       {{"bodies", 1000, 1, kMostBodies}, {"seed", 1, 0, kMostSeed}},
+       {{"bodies", 1000, 1, kMostOfScene}, {"seed", 1, 0, kMostSeed}},
        one_world<spheres_in_box>},
       {"many_worlds",
        "independent small piles, each a world of its own",
@@ -122,7 +122,7 @@ const std::vector<Entry>& entries() {
        one_world<card_catapult>},
       {"large_world",
        "a plain of 1,000,000 fixed boxes onto which balls drop one at a time and fall asleep",
-       {{"bodies", 1000000, 10, kMostBodies}, {"interval", 10, 1, 1000}, {"seed", 1, 0, kMostSeed}},
+       {{"bodies", 1000000, 10, kMostOfScene}, {"interval", 10, 1, 1000}, {"seed", 1, 0, kMostSeed}},
        one_world<large_world>},
       {"streaming",
        "blocks of fixed boxes that come ahead of a camera and go behind it, once a second",
@@ -150,11 +150,11 @@ const std::vector<Entry>& entries() {
        one_world<wheel_pile>},
       {"drum",
        "small boxes in a drum with paddles that turns slowly",
-       {{"bodies", 8000, 1, kMostBodies}},
+       {{"bodies", 8000, 1, kMostOfScene}},
        one_world<drum>},
       {"terrain",
        "mixed bodies rain on hills, a mesh of 200,000 triangles",
-       {{"bodies", 5000, 1, kMostBodies}, {"seed", 1, 0, kMostSeed}, {"triangles", 200000, 2, 1e7}},
+       {{"bodies", 5000, 1, kMostOfScene}, {"seed", 1, 0, kMostSeed}, {"triangles", 200000, 2, 1e7}},
        one_world<terrain>},
       {"ragdoll_rain",
        "humans of 14 capsules rain on hills, a mesh of 20,000 triangles",

@@ -5,8 +5,11 @@
 #include <scree/math.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace scree::scenes {
+
+constexpr float radians(double degrees) { return static_cast<float>(degrees * (std::numbers::pi / 180.0)); }
 
 /// The rotation by `second` after `first`, both of unit length; so is the result.
 inline Quat turned(Quat second, Quat first) {

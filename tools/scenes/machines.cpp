@@ -5,7 +5,6 @@
 #include <tools/scenes/hulls.h>
 
 #include <cstdint>
-#include <numbers>
 #include <vector>
 
 namespace scree::scenes {
@@ -17,8 +16,6 @@ constexpr Vec3 kZ{0.0f, 0.0f, 1.0f};
 
 // For parts that would block each other as drawn, such as gears.
 constexpr Filter kTouchesNothing{.category = 1, .mask = 0};
-
-constexpr float radians(double degrees) { return static_cast<float>(degrees * (std::numbers::pi / 180.0)); }
 
 Vec3 sum(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 

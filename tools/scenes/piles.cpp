@@ -11,9 +11,9 @@ namespace {
 
 // Poured bodies: no dimension reaches further than 0.607 m from the center, so that neighbors in a grid of
 // cells of 1.3 m, moved by 0.04 m at most, overlap in no orientation.
-constexpr float kReach = 0.607f;  // m
-constexpr float kCell = 1.3f;     // m
-constexpr float kJitter = 0.04f;  // m
+constexpr float kReach = 0.607f;   // m
+constexpr float kPileCell = 1.3f;  // m
+constexpr float kJitter = 0.04f;   // m
 constexpr int kLayers = 24;  // in the column of bodies; they settle to about 2.5 m and arrive within 2.5 s
 
 Geometry random_round_or_box(Random& random) {
@@ -105,18 +105,18 @@ Vec3 jittered_cell(int index, int side, float cell, float jitter, Random& random
 // Bodies fall from a column of cells into a pit as wide; `next_shape` gives each of them its shape.
 template <class NextShape>
 void pour(Scene& scene, int bodies, Random& random, const NextShape& next_shape) {
-  static_assert(kCell - 2.0f * kJitter >= 2.0f * kReach);
+  static_assert(kPileCell - 2.0f * kJitter >= 2.0f * kReach);
   // At least 2 x 2, so that a pile of ten is a pile and not a tower.
   const int side = std::max(2, cells_per_side(bodies, kLayers));
   const int layers = (bodies + side * side - 1) / (side * side);
   scene.shapes.reserve(scene.shapes.size() + static_cast<std::size_t>(bodies) + 5);
   scene.bodies.reserve(static_cast<std::size_t>(bodies) + 1);
   // Walls as high as the column: nothing that bounces off the pile can leave.
-  add_pit(scene, 0.5f * kCell * static_cast<float>(side), kCell * static_cast<float>(layers + 1));
+  add_pit(scene, 0.5f * kPileCell * static_cast<float>(side), kPileCell * static_cast<float>(layers + 1));
   for (int i = 0; i < bodies; ++i) {
     const std::uint32_t shape = next_shape();
     BodyDef def;
-    def.position = jittered_cell(i, side, kCell, kJitter, random);
+    def.position = jittered_cell(i, side, kPileCell, kJitter, random);
     def.rotation = random.rotation();
     add_body(scene, def, shape);
   }

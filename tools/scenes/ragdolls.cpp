@@ -7,7 +7,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 
 namespace scree::scenes {
 namespace {
@@ -16,8 +15,6 @@ constexpr Vec3 kRight{1.0f, 0.0f, 0.0f};
 constexpr Vec3 kUp{0.0f, 1.0f, 0.0f};
 constexpr Vec3 kDown{0.0f, -1.0f, 0.0f};
 constexpr Vec3 kFront{0.0f, 0.0f, 1.0f};
-
-constexpr float radians(double degrees) { return static_cast<float>(degrees * (std::numbers::pi / 180.0)); }
 
 // A human of 1.77 m and about 70 kg who stands upright with hanging arms and looks along z. The origin lies
 // between the feet.
@@ -56,7 +53,7 @@ constexpr std::array<Bone, kBones> kSkeleton = {{
     {{-0.09f, 0.05f, 0.05f}, kFront, 0.07f, 0.045f},
 }};
 constexpr Vec3 kMiddle{0.0f, 0.885f, 0.0f};
-constexpr float kReach = 0.91f;  // m, from there to the farthest point
+constexpr float kRagdollReach = 0.91f;  // m, from there to the farthest point
 
 Pose pose_of(const Bone& bone) { return {bone.center, turn_between(kUp, bone.direction)}; }
 
@@ -141,7 +138,7 @@ std::uint32_t add_bones(Scene& scene) {
 }  // namespace
 
 Scene ragdolls(const Parameters& parameters) {
-  constexpr float kCell = 2.0f * kReach;  // m: they touch in no orientation
+  constexpr float kCell = 2.0f * kRagdollReach;  // m: they touch in no orientation
   constexpr int kLayers = 8;
   const int count = whole(parameters, "ragdolls");
   int side = 1;
@@ -164,7 +161,7 @@ Scene ragdolls(const Parameters& parameters) {
 }
 
 Scene ragdoll_rain(const Parameters& parameters) {
-  constexpr float kCell = 2.0f * kReach;
+  constexpr float kCell = 2.0f * kRagdollReach;
   constexpr int kLayers = 4;
   const int count = whole(parameters, "ragdolls");
   int side = 1;

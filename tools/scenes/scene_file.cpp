@@ -65,7 +65,7 @@ const Range kMass = between(kMinMass, kMaxMass);  // kg
 const Range kFriction = up_to(kMaxFriction);
 const Range kPatchRadius = up_to(kMaxPatchRadius);              // m
 const Range kRollingResistance = up_to(kMaxRollingResistance);  // m
-const Range kDensity = between(kMinDensity, kMaxDensity);       // kg/m^3
+const Range kDensityRange = between(kMinDensity, kMaxDensity);  // kg/m^3
 const Range kSurfaceVelocity = within(kMaxSurfaceSpeed);        // m/s
 constexpr std::int64_t kMostSteps = 1'000'000'000;
 
@@ -95,7 +95,7 @@ Material read_material(const Node& node) {
   if (const Node* radius = members.find("patch_radius")) {
     material.patch_radius = radius->number(kPatchRadius);
   }
-  members.read("density", material.density, kDensity);
+  members.read("density", material.density, kDensityRange);
   members.read("surface_velocity", material.surface_velocity, kSurfaceVelocity);
   read_mix(members, "friction_mix", material.friction_mix);
   read_mix(members, "restitution_mix", material.restitution_mix);

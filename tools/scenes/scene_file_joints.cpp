@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 namespace scree::scenes {
@@ -15,8 +14,6 @@ const Range kAngle{-180.0, 180.0};            // degrees
 const Range kSteering{-90.0, 90.0};           // degrees
 const Range kHertz = between(kMinHertz, kMaxHertz);
 const Range kStrength{0.0};  // N, N m
-
-float radians(double degrees) { return static_cast<float>(degrees * (std::numbers::pi / 180.0)); }
 
 void read_angle(Members& members, const char* key, float& out, Range degrees) {
   if (const Node* node = members.find(key)) out = radians(node->precise_number(degrees));
@@ -259,9 +256,9 @@ void read_def(Members& members, JointDef& def) {
 }
 
 // Some limits can only be checked by a world: one world with two bodies to join.
-class Trial {
+class JointTrial {
  public:
-  Trial() : bodies_{world_.create_body({}), world_.create_body({})} {}
+  JointTrial() : bodies_{world_.create_body({}), world_.create_body({})} {}
 
   void run(const Node& node, const SceneJoint& joint) {
     JointDef def = joint.def;
@@ -378,7 +375,7 @@ class Reader {
   const BodyNames& names_;
   std::int64_t most_;
   Scene& scene_;
-  Trial trial_;
+  JointTrial trial_;
 };
 
 }  // namespace

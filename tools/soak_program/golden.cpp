@@ -12,7 +12,7 @@
 namespace scree::soak {
 namespace {
 
-constexpr int kThreadCounts[] = {1, 2, 3, 8};
+constexpr int kGoldenThreadCounts[] = {1, 2, 3, 8};
 constexpr Vec3 kThrow{0.0f, 5.0f, 0.0f};  // m/s
 
 // The hash after each step. At two thirds of the steps bodies are thrown up, which wakes sleeping bodies.
@@ -47,7 +47,7 @@ std::vector<Backend> matrix() {
       std::printf("%s is not supported here, and NOT compared\n", isa_name(isa));
       continue;
     }
-    for (const int threads : kThreadCounts) backends.push_back({isa, threads});
+    for (const int threads : kGoldenThreadCounts) backends.push_back({isa, threads});
   }
   return backends;
 }

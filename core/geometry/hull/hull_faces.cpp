@@ -17,8 +17,8 @@ namespace {
 
 using Loop = std::vector<std::int32_t>;
 
-constexpr int kToleranceTries = 4;  // the last one at zero
-constexpr double kSmallerTolerance = 0.25;
+constexpr int kFaceToleranceTries = 4;  // the last one at zero
+constexpr double kSmallerFaceTolerance = 0.25;
 
 using Position = std::array<double, 3>;
 
@@ -278,10 +278,10 @@ HullTopology::Plane plane_of_face(const std::vector<Vec3>& corners, const Loop& 
 HullPolygons find_polygons(const std::string& who, std::span<const GridPoint> points, const GridSteps& steps,
                            const TriangleHull& hull, double tolerance) {
   const Places places{points, steps};
-  for (int attempt = 0; attempt < kToleranceTries; ++attempt) {
-    const bool last = attempt + 1 == kToleranceTries;
+  for (int attempt = 0; attempt < kFaceToleranceTries; ++attempt) {
+    const bool last = attempt + 1 == kFaceToleranceTries;
     if (auto polygons = merge(places, hull, last ? 0.0 : tolerance)) return std::move(*polygons);
-    tolerance *= kSmallerTolerance;
+    tolerance *= kSmallerFaceTolerance;
   }
   throw Error(who + ": the points' hull is too degenerate to make faces of");
 }

@@ -12,16 +12,16 @@ namespace scree {
 
 namespace {
 
-constexpr const char* kCall = "mesh_mass: ";
+constexpr const char* kMassCall = "mesh_mass: ";
 
-std::string text_of(double value) { return number_text(value, 9); }
+std::string digits_of(double value) { return number_text(value, 9); }
 
 void check_closed(const MeshReport& report) {
   if (report.is_closed()) return;
-  if (report.triangles == 0) throw Error(std::string(kCall) + "the mesh has no triangles");
-  throw Error(std::string(kCall) + "the mesh is not closed: of " + std::to_string(report.edges) + " edges " +
-              std::to_string(report.open_edges) + " are open and " + std::to_string(report.flipped_edges) +
-              " are between triangles that look to different sides");
+  if (report.triangles == 0) throw Error(std::string(kMassCall) + "the mesh has no triangles");
+  throw Error(std::string(kMassCall) + "the mesh is not closed: of " + std::to_string(report.edges) +
+              " edges " + std::to_string(report.open_edges) + " are open and " +
+              std::to_string(report.flipped_edges) + " are between triangles that look to different sides");
 }
 
 // About a point within the mesh's bounds: far from the origin nothing would be left of a small solid.
@@ -53,8 +53,8 @@ MassProperties mesh_mass(std::span<const Vec3> vertices, std::span<const MeshTri
                          float density) {
   check_mesh("mesh_mass", vertices, triangles);
   if (!(density >= kMinDensity && density <= kMaxDensity)) {
-    throw Error(std::string(kCall) + "density is " + text_of(density) + ", must lie in [" +
-                text_of(kMinDensity) + ", " + text_of(kMaxDensity) + "]");
+    throw Error(std::string(kMassCall) + "density is " + digits_of(density) + ", must lie in [" +
+                digits_of(kMinDensity) + ", " + digits_of(kMaxDensity) + "]");
   }
   const MeshReport report = report_mesh(vertices, triangles);
   check_closed(report);
@@ -63,14 +63,14 @@ MassProperties mesh_mass(std::span<const Vec3> vertices, std::span<const MeshTri
   // Tetrahedra that cancel leave what their sum has rounded.
   constexpr double kRounding = 1e-12;
   if (!(std::abs(sums.volume) > kRounding * integrals.sizes)) {
-    throw Error(std::string(kCall) + "the mesh encloses no volume");
+    throw Error(std::string(kMassCall) + "the mesh encloses no volume");
   }
   // A mesh that is inside out has all integrals with the opposite sign; the quotients have not.
   const double filling = sums.volume > 0.0 ? density : -static_cast<double>(density);
   const double mass = filling * sums.volume;
   if (!(mass >= kMinMass && mass <= kMaxMass)) {
-    throw Error(std::string(kCall) + "the mass is " + text_of(mass) + " kg, must lie in [" +
-                text_of(kMinMass) + ", " + text_of(kMaxMass) + "]");
+    throw Error(std::string(kMassCall) + "the mass is " + digits_of(mass) + " kg, must lie in [" +
+                digits_of(kMinMass) + ", " + digits_of(kMaxMass) + "]");
   }
   double center[3], moment[6];
   for (int i = 0; i < 3; ++i) center[i] = sums.first[i] / sums.volume;

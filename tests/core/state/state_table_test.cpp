@@ -33,7 +33,7 @@ World make_busy_world() {
   world.add_shape(ground, Box{{50, 1, 50}}, {}, {.local_pose = {{0, 1.5f, 0}, {}}, .sensor = true});
   ShapeId meshes[3];
   for (int i = 0; i < 3; ++i) {
-    testing::TestMesh mesh = testing::box_mesh({1, 1, 1 + static_cast<float>(i)});
+    test_solids::TestMesh mesh = test_solids::box_mesh({1, 1, 1 + static_cast<float>(i)});
     meshes[i] = world.add_shape(ground, TriangleMesh(mesh.vertices, mesh.triangles), {},
                                 {.local_pose = {{0, 0, 100}, {}}});
   }

@@ -12,7 +12,7 @@ namespace {
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-class BadInput : public testing::Test {
+class BadInput : public ::testing::Test {
  protected:
   World world;
   BodyId body = world.create_body({.position = {1, 2, 3}, .linear_velocity = {1, 0, 0}});

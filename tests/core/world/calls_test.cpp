@@ -230,7 +230,7 @@ TEST(Calls, SettingsAreReadBack) {
 
 // --- marks that calls leave for the broad phase ---
 
-class Marks : public testing::Test {
+class Marks : public ::testing::Test {
  protected:
   World world;
   BodyId body = world.create_body({});

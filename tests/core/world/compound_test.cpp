@@ -13,9 +13,7 @@
 namespace scree::test {
 namespace {
 
-using testing::Random;
-
-ShapeDef random_def(Random& random) {
+ShapeDef random_def(testing::Random& random) {
   ShapeDef def;
   const float size = random.uniform(0.1f, 1.0f);
   switch (random.below(3)) {
@@ -34,7 +32,7 @@ ShapeDef random_def(Random& random) {
 }
 
 std::vector<ShapeDef> random_defs(std::size_t count, std::uint64_t seed) {
-  Random random(seed);
+  testing::Random random(seed);
   std::vector<ShapeDef> defs(count);
   for (ShapeDef& def : defs) def = random_def(random);
   return defs;
@@ -49,7 +47,7 @@ std::vector<ShapeId> add_each(World& world, BodyId body, const std::vector<Shape
 
 // A fixed order of numbers, independent of their size.
 std::vector<std::size_t> shuffled(std::size_t count, std::uint64_t seed) {
-  Random random(seed);
+  testing::Random random(seed);
   std::vector<std::size_t> order(count);
   for (std::size_t i = 0; i < count; ++i) {
     order[i] = i;
@@ -123,7 +121,7 @@ TEST(Compound, SumsOfMomentsKeepNothingOfDestroyedShapes) {
 TEST(Compound, LosesNoDigitsFarFromTheOriginOfItsBody) {
   const float far = 65536.0f;
   MassMoments moments, near;
-  Random random(4);
+  testing::Random random(4);
   for (int i = 0; i < 50; ++i) {
     const Vec3 place = {0.5f * static_cast<float>(random.below(8)),
                         0.25f * static_cast<float>(random.below(8)), static_cast<float>(random.below(8))};
@@ -138,7 +136,7 @@ TEST(Compound, LosesNoDigitsFarFromTheOriginOfItsBody) {
 
 // Compares the sums kept of a body with those computed anew, after every kind of change.
 TEST(Compound, HasTheMassOfItsShapesAfterEveryChange) {
-  Random random(3);
+  testing::Random random(3);
   World world;
   const BodyId body = world.create_body({.angular_velocity = {0.3f, 0.2f, 0.1f}});
   std::vector<ShapeId> shapes = add_each(world, body, random_defs(6, 4));
@@ -183,7 +181,7 @@ TEST(Compound, HasTheMassOfItsShapesAfterEveryChange) {
 TEST(Compound, IsTheSameWhetherOrNotItIsReadInBetween) {
   World world, watched;
   watched.share_handles(world);
-  Random random(9);
+  testing::Random random(9);
   std::vector<ShapeId> shapes;
   const BodyId body = world.create_body({.angular_velocity = {1, 2, 3}}), other = world.create_body({});
   watched.create_body({.angular_velocity = {1, 2, 3}}), watched.create_body({});

@@ -10,7 +10,7 @@
 namespace scree::test {
 namespace {
 
-class Waking : public testing::Test {
+class Waking : public ::testing::Test {
  protected:
   World world;
   BodyId ground = world.create_body({.type = BodyType::fixed});

@@ -17,7 +17,7 @@ using testing::HandMadeWorld;
 using testing::Random;
 using Pair = std::pair<std::int32_t, std::int32_t>;
 
-constexpr float kDt = 1.0f / 60.0f;
+constexpr float kPairStep = 1.0f / 60.0f;
 
 bool fat_bounds_meet(const BoundsRow& x, const BoundsRow& y) {
   float distance = 0.0f;
@@ -153,8 +153,8 @@ void step(HandMadeWorld& world, Workers& workers) {
   Crew crew(workers);
   world.refresh();
   find_pairs(world.data, crew);
-  world.integrate(kDt);
-  update_bounds(world.data, kDt, crew);
+  world.integrate(kPairStep);
+  update_bounds(world.data, kPairStep, crew);
 }
 
 std::int32_t add_random_body(HandMadeWorld& world, Random& random, BodyType type, Vec3 half, float speed,
@@ -209,9 +209,9 @@ TEST(FindPairs, ListEqualsBruteForceForEveryInstructionSet) {
             << list.size() << " " << expected.size();
         EXPECT_EQ(world.data.stats.pairs, static_cast<std::int64_t>(list.size()));
         follower.check_and_move(world.data);
-        world.integrate(kDt);
+        world.integrate(kPairStep);
         Crew crew(workers);
-        update_bounds(world.data, kDt, crew);
+        update_bounds(world.data, kPairStep, crew);
       }
     }
   }
@@ -327,9 +327,9 @@ TEST(FindPairs, NoPairWithinTheSpeculativeDistanceIsMissed) {
           }
         }
       }
-      world.integrate(kDt);
+      world.integrate(kPairStep);
       Crew crew(workers);
-      update_bounds(world.data, kDt, crew);
+      update_bounds(world.data, kPairStep, crew);
     }
     if (speed < 0.5f) {
       EXPECT_GT(kept, 0);

@@ -15,7 +15,7 @@ namespace {
 
 using testing::Field;
 
-constexpr float kDt = 1.0f / 60.0f;
+constexpr float kTreeStep = 1.0f / 60.0f;
 
 std::size_t at(std::int32_t row) { return static_cast<std::size_t>(row); }
 
@@ -61,7 +61,7 @@ TEST(FrozenTrees, HoldEveryFrozenShapeOnceUnderRandomCalls) {
     Field field(seed, 3000);
     for (int i = 0; i < 400; ++i) {
       for (int k = i % 7; k > 0; --k) field.change_something();
-      step(field.world, kDt, workers);
+      step(field.world, kTreeStep, workers);
       expect_sound_trees(internals(field.world));
       if (HasFailure()) return;
     }
@@ -83,8 +83,8 @@ TEST(FrozenTrees, RebuildingThemChangesNeitherBitsNorPairs) {
       field.hulls = i > 100;
       save(field.world, snapshot);
       restore(restored, snapshot);
-      step(field.world, kDt, workers);
-      step(restored, kDt, others);
+      step(field.world, kTreeStep, workers);
+      step(restored, kTreeStep, others);
       ASSERT_EQ(field.world.hash(), restored.hash()) << "step " << i;
       const Contacts &old = internals(field.world).contacts, &fresh = internals(restored).contacts;
       hulls_rested = hulls_rested || !old.resting.axis.empty();
@@ -109,7 +109,7 @@ TEST(FrozenTrees, ListsOfMovingBodiesAndShapesEqualThoseOfARestoredWorld) {
   World restored;
   for (int i = 0; i < 200; ++i) {
     for (int k = i % 4; k > 0; --k) field.change_something();
-    step(field.world, kDt, workers);
+    step(field.world, kTreeStep, workers);
     save(field.world, snapshot);
     restore(restored, snapshot);
     WorldData &old = internals(field.world), &fresh = internals(restored);
@@ -146,11 +146,11 @@ TEST(FrozenTrees, ShapesThatFallAsleepTogetherKeepTheirOrder) {
     world.add_shape(world.create_body({.position = {x, 0.5f, z}}), Box{});
   }
   WorldData& data = internals(world);
-  for (int i = 0; i < 120 && world.sleep_begins().empty(); ++i) step(world, kDt, workers);
+  for (int i = 0; i < 120 && world.sleep_begins().empty(); ++i) step(world, kTreeStep, workers);
   ASSERT_EQ(world.sleep_begins().size(), static_cast<std::size_t>(kBoxes));
   const std::vector<std::int32_t> awake = members_of(broad_phase_of(data).trees[kAwakeTree]);
   ASSERT_EQ(awake.size(), static_cast<std::size_t>(kBoxes));
-  step(world, kDt, workers);
+  step(world, kTreeStep, workers);
   const auto trees = frozen_trees(broad_phase_of(data));
   const auto largest = std::max_element(
       trees.begin(), trees.end(), [](const PairTree& x, const PairTree& y) { return x.members < y.members; });
@@ -160,7 +160,7 @@ TEST(FrozenTrees, ShapesThatFallAsleepTogetherKeepTheirOrder) {
 
 // Number of leaf blocks of frozen trees that a step rebuilds.
 std::int64_t refitted(World& world, Workers& workers) {
-  step(world, kDt, workers);
+  step(world, kTreeStep, workers);
   return broad_phase_of(internals(world)).refitted;
 }
 
@@ -211,7 +211,7 @@ TEST(FrozenTrees, AStepThatFreezesAndReleasesNoShapeDoesNotChangeThem) {
   Workers workers(1);
   Field field(4, 2000);
   for (int i = 0; i < 20; ++i) field.add_ball();
-  for (int i = 0; i < 600; ++i) step(field.world, kDt, workers);
+  for (int i = 0; i < 600; ++i) step(field.world, kTreeStep, workers);
   ASSERT_EQ(field.world.stats().awake_bodies, 0);
   EXPECT_EQ(refitted(field.world, workers), 0);
   const BodyId ball = field.world.create_body({.position = {0, 1000, 0}});

@@ -15,7 +15,7 @@ namespace {
 
 using scenes::Random;
 
-constexpr float kStep = 1.0f / 60.0f;  // s
+constexpr float kMeshStep = 1.0f / 60.0f;  // s
 
 Vec3 random_point(Random& random, Vec3 size) {
   const float x = random.between(-size.x, size.x), y = random.between(-size.y, size.y);
@@ -23,7 +23,7 @@ Vec3 random_point(Random& random, Vec3 size) {
 }
 
 // Meshes of all shapes and places, some of them flat, fixed and kinematic.
-World make_world() {
+World make_mesh_world() {
   Random random(9);
   World world;
   for (int i = 0; i < 200; ++i) {
@@ -47,9 +47,9 @@ World make_world() {
 TEST(MeshBounds, HoldEveryCornerAndHaveTheSameBitsEverywhere) {
   std::vector<BoundsRow> expected;
   for (const WorkersOptions& options : all_workers()) {
-    World world = make_world();
+    World world = make_mesh_world();
     Workers workers(options);
-    for (int k = 0; k < 3; ++k) step(world, kStep, workers);
+    for (int k = 0; k < 3; ++k) step(world, kMeshStep, workers);
     const WorldData& data = internals(world);
     const Shapes& shapes = data.shapes;
     for (std::size_t s = 0; s < shapes.flags.size(); ++s) {
@@ -70,7 +70,7 @@ TEST(MeshBounds, HoldEveryCornerAndHaveTheSameBitsEverywhere) {
       }
       const VelocityRow& v = data.bodies.velocity[shapes.body[s]];
       const float most = shapes.extent[s].radius + 0.5f * kSpeculativeDistance + 0.05f +
-                         0.5f * kStep * length(to_vec3(v.linear)) + 2e-3f;
+                         0.5f * kMeshStep * length(to_vec3(v.linear)) + 2e-3f;
       EXPECT_LE(bounds.sphere_radius, most) << s;
       for (int k = 0; k < 3; ++k) EXPECT_LE(0.5f * (bounds.upper[k] - bounds.lower[k]), most) << s;
     }

@@ -24,14 +24,14 @@ namespace {
 using testing::Field;
 using testing::Random;
 
-constexpr float kDt = 1.0f / 60.0f;
+constexpr float kRestingStep = 1.0f / 60.0f;
 
-std::size_t at(std::int32_t row) { return static_cast<std::size_t>(row); }
+std::size_t body_at(std::int32_t row) { return static_cast<std::size_t>(row); }
 
 std::vector<std::int32_t> rows_of(WorldData& data, std::int32_t shape) {
   std::vector<std::int32_t> rows;
   for_each_resting(data, shape, [&](std::int32_t row, std::int32_t other) {
-    const ShapePair pair = data.contacts.resting.pair[at(row)];
+    const ShapePair pair = data.contacts.resting.pair[body_at(row)];
     EXPECT_EQ(pair.a == shape ? pair.b : pair.a, other);
     rows.push_back(row);
   });
@@ -46,8 +46,8 @@ void expect_sound_lists(WorldData& data) {
   std::set<std::uint64_t> keys;
   for (std::size_t row = 0; row < contacts.resting.pair.size(); ++row) {
     const ShapePair pair = contacts.resting.pair[row];
-    expected[at(pair.a)].push_back(static_cast<std::int32_t>(row));
-    expected[at(pair.b)].push_back(static_cast<std::int32_t>(row));
+    expected[body_at(pair.a)].push_back(static_cast<std::int32_t>(row));
+    expected[body_at(pair.b)].push_back(static_cast<std::int32_t>(row));
     keys.insert(key_of(pair));
   }
   EXPECT_EQ(keys.size(), contacts.resting.pair.size()) << "a pair stands there twice";
@@ -64,14 +64,14 @@ TEST(RestingPairs, AreFoundFromBothShapesUnderRandomCalls) {
   std::size_t most = 0;
   for (int i = 0; i < 500; ++i) {
     for (int k = i % 5; k > 0; --k) field.change_something();
-    step(field.world, kDt, workers);
+    step(field.world, kRestingStep, workers);
     WorldData& data = internals(field.world);
     expect_sound_lists(data);
     if (HasFatalFailure()) return;
     // All pairs of two frozen shapes are there, or rest in the next step.
     for (const ShapePair& pair : data.contacts.resting.pair) {
-      ASSERT_TRUE(is_frozen_tree(broad_phase_of(data).tree_of[at(pair.a)]) &&
-                  is_frozen_tree(broad_phase_of(data).tree_of[at(pair.b)]));
+      ASSERT_TRUE(is_frozen_tree(broad_phase_of(data).tree_of[body_at(pair.a)]) &&
+                  is_frozen_tree(broad_phase_of(data).tree_of[body_at(pair.b)]));
     }
     most = std::max(most, data.contacts.resting.pair.size());
   }
@@ -87,7 +87,7 @@ TEST(RestingPairs, ReportTheirForcesInTheOrderOfThePairs) {
   std::size_t most = 0, unordered = 0;
   for (int i = 0; i < 400; ++i) {
     for (int k = i % 3; k > 0; --k) field.change_something();
-    step(field.world, kDt, workers);
+    step(field.world, kRestingStep, workers);
     const WorldData& data = internals(field.world);
     const Column<ShapePair>& resting = data.contacts.resting.pair;
     unordered += std::is_sorted(resting.begin(), resting.end(), comes_before) ? 0 : 1;
@@ -240,7 +240,7 @@ class Rows {
   }
   std::int64_t looks_of_step() {
     const std::int64_t before = internals(world).contacts.resting_looks;
-    step(world, kDt, workers_);
+    step(world, kRestingStep, workers_);
     return internals(world).contacts.resting_looks - before;
   }
 
@@ -313,13 +313,14 @@ std::set<BodyId> island_of(World& world, BodyId body) {
   std::vector<std::int32_t> root(data.bodies.flags.size());
   std::iota(root.begin(), root.end(), 0);
   const auto unite = [&](std::int32_t a, std::int32_t b) {
-    if ((data.bodies.flags[at(a)] & data.bodies.flags[at(b)] & kBodyAsleep) == 0) return;
-    const std::int32_t from = root[at(a)], to = root[at(b)];
+    if ((data.bodies.flags[body_at(a)] & data.bodies.flags[body_at(b)] & kBodyAsleep) == 0) return;
+    const std::int32_t from = root[body_at(a)], to = root[body_at(b)];
     std::replace(root.begin(), root.end(), from, to);
   };
   for (std::size_t row = 0; row < data.contacts.now.pair.size(); ++row) {
     const ShapePair pair = data.contacts.now.pair[row];
-    if (data.contacts.now.points[row] != 0) unite(data.shapes.body[at(pair.a)], data.shapes.body[at(pair.b)]);
+    if (data.contacts.now.points[row] != 0)
+      unite(data.shapes.body[body_at(pair.a)], data.shapes.body[body_at(pair.b)]);
   }
   for (std::size_t row = 0; row < data.joints.flags.size(); ++row) {
     constexpr std::uint8_t kWhole = kJointAlive | kJointEnabled;
@@ -337,7 +338,7 @@ std::set<BodyId> island_of(World& world, BodyId body) {
 std::vector<std::uint64_t> listed_contacts(const WorldData& data) {
   std::vector<std::uint64_t> keys;
   for (const std::int32_t contact : data.contacts.active)
-    keys.push_back(key_of(data.contacts.now.pair[at(contact)]));
+    keys.push_back(key_of(data.contacts.now.pair[body_at(contact)]));
   return keys;
 }
 
@@ -347,8 +348,8 @@ std::vector<std::uint64_t> awake_contacts(const WorldData& data) {
   for (std::size_t row = 0; row < data.contacts.now.pair.size(); ++row) {
     const ShapePair pair = data.contacts.now.pair[row];
     if (data.contacts.now.points[row] == 0) continue;
-    if (is_awake_dynamic(data.bodies, data.shapes.body[at(pair.a)]) ||
-        is_awake_dynamic(data.bodies, data.shapes.body[at(pair.b)])) {
+    if (is_awake_dynamic(data.bodies, data.shapes.body[body_at(pair.a)]) ||
+        is_awake_dynamic(data.bodies, data.shapes.body[body_at(pair.b)])) {
       keys.push_back(key_of(pair));
     }
   }
@@ -379,13 +380,14 @@ TEST(RousedIslands, AreWhatContactsAndJointsConnect) {
       world.create_joint({.body_a = a, .body_b = b, .enabled = random.below(4) != 0},
                          DistanceJoint{.length = {.lower = 0.0f, .upper = apart + 1.0f}});
     }
-    for (int i = 0; i < 600 && (i < 3 || world.stats().awake_bodies > 0); ++i) step(world, kDt, workers);
+    for (int i = 0; i < 600 && (i < 3 || world.stats().awake_bodies > 0); ++i)
+      step(world, kRestingStep, workers);
     ASSERT_EQ(world.stats().awake_bodies, 0) << trial;
-    step(world, kDt, workers);
+    step(world, kRestingStep, workers);
     const BodyId first = boxes[random.below(150)];
     const std::set<BodyId> expected = island_of(world, first);
     world.wake(first);
-    step(world, kDt, workers);
+    step(world, kRestingStep, workers);
     const std::set<BodyId> woken(world.sleep_ends().begin(), world.sleep_ends().end());
     EXPECT_EQ(woken, expected) << trial;
     EXPECT_EQ(listed_contacts(internals(world)), awake_contacts(internals(world))) << trial;
@@ -426,7 +428,7 @@ TEST(RestingPairs, ListTheSameEventsAsASearchOfAllPairs) {
       }
       save(field.world, snapshot);
       restore(restored, snapshot);
-      const float dt = random.below(10) == 0 ? 0.0f : kDt;
+      const float dt = random.below(10) == 0 ? 0.0f : kRestingStep;
       const std::int64_t looks = data.contacts.resting_looks;
       step(field.world, dt, workers);
       step(restored, dt, others);
@@ -460,8 +462,8 @@ std::string refusal_of(Damage&& damage) {
     World other;
     restore(other, read_snapshot(write_snapshot(snapshot)));
     Workers workers(1);
-    step(other, kDt, workers);
-    step(rows.world, kDt, workers);
+    step(other, kRestingStep, workers);
+    step(rows.world, kRestingStep, workers);
     EXPECT_EQ(other.hash(), rows.world.hash());
   } catch (const Error& error) {
     return error.what();

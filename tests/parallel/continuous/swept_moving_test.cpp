@@ -7,7 +7,7 @@
 namespace scree::physics {
 namespace {
 
-constexpr float kBullet = 1000.0f;  // m/s: 16.7 m a step
+constexpr float kMovingBullet = 1000.0f;  // m/s: 16.7 m a step
 constexpr Material kElastic{.friction = 0, .restitution = 1};
 
 WorldSettings for_bullets() {
@@ -17,27 +17,27 @@ WorldSettings for_bullets() {
   return settings;
 }
 
-const Geometry kBullets[] = {Sphere{0.01f}, Capsule{0.02f, 0.01f}, Box{{0.01f, 0.015f, 0.012f}},
-                             Sphere{0.5f}};
+const Geometry kMovingBullets[] = {Sphere{0.01f}, Capsule{0.02f, 0.01f}, Box{{0.01f, 0.015f, 0.012f}},
+                                   Sphere{0.5f}};
 
 TEST(SweptMoving, BulletsThatFlyAtEachOtherChangeTheirVelocities) {
   for (const float distance : {1.0f, 5.0f, 16.0f, 40.0f}) {
     Lab lab(for_bullets());
-    const BodyId a =
-        lab.add({.position = {-distance, 0, 0}, .linear_velocity = {kBullet, 0, 0}}, Sphere{0.01f}, kElastic);
-    const BodyId b = lab.add({.position = {distance, 0, 0}, .linear_velocity = {-0.5f * kBullet, 0, 0}},
+    const BodyId a = lab.add({.position = {-distance, 0, 0}, .linear_velocity = {kMovingBullet, 0, 0}},
+                             Sphere{0.01f}, kElastic);
+    const BodyId b = lab.add({.position = {distance, 0, 0}, .linear_velocity = {-0.5f * kMovingBullet, 0, 0}},
                              Sphere{0.01f}, kElastic);
     for (int i = 0; i < 12; ++i) {
       lab.run(1);
       ASSERT_LT(lab.position(a).x(), lab.position(b).x()) << distance << ", step " << i;
     }
-    EXPECT_NEAR(lab.velocity(a).x(), -0.5 * double{kBullet}, 1e-4 * double{kBullet}) << distance;
-    EXPECT_NEAR(lab.velocity(b).x(), double{kBullet}, 1e-4 * double{kBullet}) << distance;
+    EXPECT_NEAR(lab.velocity(a).x(), -0.5 * double{kMovingBullet}, 1e-4 * double{kMovingBullet}) << distance;
+    EXPECT_NEAR(lab.velocity(b).x(), double{kMovingBullet}, 1e-4 * double{kMovingBullet}) << distance;
   }
 }
 
 TEST(SweptMoving, NoBulletPassesAThinPlateThatFloats) {
-  for (const Geometry& bullet : kBullets) {
+  for (const Geometry& bullet : kMovingBullets) {
     Random random(5);
     for (int shot = 0; shot < 20; ++shot) {
       Lab lab(for_bullets());
@@ -48,7 +48,7 @@ TEST(SweptMoving, NoBulletPassesAThinPlateThatFloats) {
                                    Box{{0.005f, 3, 3}}, {.density = 1e6f});
       const BodyId body = lab.add({.position = {0, random.uniform(-1, 1), random.uniform(-1, 1)},
                                    .rotation = random.rotation(),
-                                   .linear_velocity = {kBullet, 0, 0},
+                                   .linear_velocity = {kMovingBullet, 0, 0},
                                    .angular_velocity = random.vector(20)},
                                   bullet);
       for (int i = 0; i < 6; ++i) {
@@ -73,7 +73,7 @@ TEST(SweptMoving, MomentumIsConserved) {
       return Vec3{static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
     };
     bodies.push_back(lab.add({.position = to_vec3(place), .linear_velocity = to_vec3(velocity)},
-                             kBullets[i % 3], {.friction = 0, .restitution = 0.5f}));
+                             kMovingBullets[i % 3], {.friction = 0, .restitution = 0.5f}));
   }
   const auto momentum = [&] {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -106,27 +106,27 @@ TEST(SweptMoving, ASpinningRodHitsABallInItsWay) {
 TEST(SweptMoving, AFastPaddleTakesABallAlong) {
   Lab lab(for_bullets());
   const BodyId paddle = lab.add(
-      {.type = BodyType::kinematic, .position = {-5, 0, 0}, .linear_velocity = {0.5f * kBullet, 0, 0}},
+      {.type = BodyType::kinematic, .position = {-5, 0, 0}, .linear_velocity = {0.5f * kMovingBullet, 0, 0}},
       Box{{0.01f, 1, 1}});
   const BodyId ball = lab.add({.linear_velocity = {0, 0.1f, 0}}, Sphere{0.1f}, {.friction = 0});
   for (int i = 0; i < 5; ++i) {
     lab.run(1);
     ASSERT_GT(lab.position(ball).x(), lab.position(paddle).x()) << i;
   }
-  EXPECT_NEAR(lab.velocity(ball).x(), 0.5 * double{kBullet}, 0.01 * double{kBullet});
+  EXPECT_NEAR(lab.velocity(ball).x(), 0.5 * double{kMovingBullet}, 0.01 * double{kMovingBullet});
 }
 
 TEST(SweptMoving, AStoppedBodyMakesUpForTheTimeThatItHasNotMoved) {
   for (const float wall : {3.0f, 8.0f, 12.0f, 15.0f}) {
     Lab lab(for_bullets());
     lab.add({.type = BodyType::fixed, .position = {wall + 0.5f, 0, 0}}, Box{{0.5f, 20, 20}}, kElastic);
-    const BodyId ball =
-        lab.add({.linear_velocity = {kBullet, 3, 0}, .angular_velocity = {7, 0, 0}}, Sphere{0.1f}, kElastic);
+    const BodyId ball = lab.add({.linear_velocity = {kMovingBullet, 3, 0}, .angular_velocity = {7, 0, 0}},
+                                Sphere{0.1f}, kElastic);
     lab.run(2);
-    const double way = 2.0 * double{kBullet} / 60.0, there = double{wall} - 0.1;
+    const double way = 2.0 * double{kMovingBullet} / 60.0, there = double{wall} - 0.1;
     EXPECT_NEAR(lab.position(ball).x(), there - (way - there), 2e-3 * way) << wall;
     EXPECT_NEAR(lab.position(ball).y(), 3.0 * 2.0 / 60.0, 1e-4) << wall;
-    EXPECT_NEAR(lab.velocity(ball).x(), -double{kBullet}, 1e-3) << wall;
+    EXPECT_NEAR(lab.velocity(ball).x(), -double{kMovingBullet}, 1e-3) << wall;
     const double turn = 2.0 * std::acos(std::abs(double{lab.world.pose(ball).rotation.w}));
     EXPECT_NEAR(turn, 7.0 * 2.0 / 60.0, 1e-3) << wall;
   }
@@ -167,7 +167,7 @@ struct Stopped {
 
   Stopped() {
     lab.add({.type = BodyType::fixed, .position = {3, 0, 0}}, Box{{0.5f, 20, 20}}, kElastic);
-    ball = lab.add({.linear_velocity = {kBullet, 0, 0}}, Sphere{0.1f}, kElastic);
+    ball = lab.add({.linear_velocity = {kMovingBullet, 0, 0}}, Sphere{0.1f}, kElastic);
     lab.run(1);
   }
 };
@@ -177,7 +177,7 @@ TEST(SweptMoving, APlaceOrAVelocityEndsTheLag) {
   Stopped placed;
   placed.lab.world.set_pose(placed.ball, {{-50, 0, 0}, {}});
   placed.lab.run(1);
-  EXPECT_NEAR(placed.lab.position(placed.ball).x(), -50 + double{kBullet} / 60.0, 1e-3);
+  EXPECT_NEAR(placed.lab.position(placed.ball).x(), -50 + double{kMovingBullet} / 60.0, 1e-3);
   Stopped pushed;
   const double start = pushed.lab.position(pushed.ball).x();
   pushed.lab.world.set_linear_velocity(pushed.ball, {-60, 0, 0});
@@ -200,7 +200,8 @@ TEST(SweptMoving, ABodyThatTurnsOffSweepsOrChangesItsTypeLosesItsLag) {
       stopped.lab.world.set_body_type(stopped.ball, BodyType::dynamic);
     }
     stopped.lab.run(1);
-    EXPECT_NEAR(stopped.lab.position(stopped.ball).x(), start - double{kBullet} / 60.0, 1e-2) << by_settings;
+    EXPECT_NEAR(stopped.lab.position(stopped.ball).x(), start - double{kMovingBullet} / 60.0, 1e-2)
+        << by_settings;
   }
 }
 
@@ -211,7 +212,7 @@ TEST(SweptMoving, WhatIsMadeUpForKeepsLockedAxes) {
              .position = {8, 0, 0},
              .rotation = {0, std::sin(0.5f * tilt), 0, std::cos(0.5f * tilt)}},
             Box{{0.5f, 50, 50}}, kElastic);
-    BodyDef def{.linear_velocity = {kBullet, 0, 0}};
+    BodyDef def{.linear_velocity = {kMovingBullet, 0, 0}};
     def.locks = AxisLocks::translation_z;
     const BodyId ball = lab.add(def, Sphere{0.1f}, kElastic);
     for (int i = 0; i < 4; ++i) {
@@ -255,7 +256,7 @@ TEST(SweptMoving, BulletsDoNotPassAKinematicMesh) {
     const std::vector<MeshTriangle> triangles{{0, 2, 1}, {0, 3, 2}};  // its front looks against the bullet
     lab.add({.type = BodyType::kinematic, .position = {8, 0, 0}, .linear_velocity = {0, 0, speed}},
             TriangleMesh(points, triangles), kElastic);
-    const BodyId bullet = lab.add({.linear_velocity = {kBullet, 0, 0}}, Sphere{0.05f}, kElastic);
+    const BodyId bullet = lab.add({.linear_velocity = {kMovingBullet, 0, 0}}, Sphere{0.05f}, kElastic);
     lab.run(3);
     EXPECT_LT(lab.position(bullet).x(), 8.0) << speed;
     EXPECT_LT(lab.velocity(bullet).x(), 0.0) << speed;
@@ -288,7 +289,7 @@ TEST(SweptMoving, DoTheSameForEveryInstructionSetAndThreadCount) {
                                                .rotation = random.rotation(),
                                                .linear_velocity = random.vector(300),
                                                .angular_velocity = random.vector(100)});
-        world.add_shape(body, kBullets[i % 3], {.restitution = 0.5f});
+        world.add_shape(body, kMovingBullets[i % 3], {.restitution = 0.5f});
       }
       std::int64_t hits = 0;
       for (int i = 0; i < 30; ++i) {

@@ -10,7 +10,7 @@
 namespace scree::physics {
 namespace {
 
-constexpr float kBullet = 400.0f;  // m/s: 6.7 m a step
+constexpr float kSpeed = 400.0f;  // m/s: 6.7 m a step
 
 Hull ball_of_points(int count, Vec3 size, std::uint64_t seed) {
   Random random(seed);
@@ -76,11 +76,11 @@ double nearest_way(Lab& lab, const std::vector<BodyId>& bodies, ShapeId obstacle
   return nearest;
 }
 
-const Geometry kBullets[] = {Sphere{0.05f}, Capsule{0.1f, 0.05f}, Box{{0.05f, 0.07f, 0.06f}},
-                             Box{{0.3f, 0.05f, 0.3f}}};
+const Geometry kShapes[] = {Sphere{0.05f}, Capsule{0.1f, 0.05f}, Box{{0.05f, 0.07f, 0.06f}},
+                            Box{{0.3f, 0.05f, 0.3f}}};
 
 TEST(Swept, NoBulletPassesAThinWall) {
-  for (const Geometry& bullet : kBullets) {
+  for (const Geometry& bullet : kShapes) {
     Lab lab(without_gravity());
     const BodyId wall = lab.add({.type = BodyType::fixed, .position = {10, 0, 0}}, Box{{0.005f, 300, 300}});
     Random random(3);
@@ -90,7 +90,7 @@ TEST(Swept, NoBulletPassesAThinWall) {
       bullets.push_back(lab.add(
           {.position = {random.uniform(-5, 5), 0.8f * static_cast<float>(i % 20) - 8, i < 20 ? -2.0f : 2.0f},
            .rotation = random.rotation(),
-           .linear_velocity = {kBullet, slant * kBullet, 0},
+           .linear_velocity = {kSpeed, slant * kSpeed, 0},
            .angular_velocity = random.vector(20)},
           bullet));
     }
@@ -104,7 +104,7 @@ TEST(Swept, WithoutSweepsBulletsPass) {
   settings.continuous = false;
   Lab lab(settings);
   lab.add({.type = BodyType::fixed, .position = {10, 0, 0}}, Box{{0.005f, 300, 300}});
-  const BodyId bullet = lab.add({.linear_velocity = {kBullet, 0, 0}}, Sphere{0.05f});
+  const BodyId bullet = lab.add({.linear_velocity = {kSpeed, 0, 0}}, Sphere{0.05f});
   lab.run(5);
   EXPECT_GT(lab.position(bullet).x(), 20.0);
   EXPECT_EQ(lab.world.stats().swept_bodies, 0);
@@ -118,7 +118,7 @@ TEST(Swept, FastBodiesMeetEveryKindOfShape) {
                                 ConvexHull{ball_of_points(4, {0.5f, 0.5f, 0.5f}, 1)},
                                 ConvexHull{ball_of_points(40, {0.5f, 0.4f, 0.6f}, 2)},
                                 ConvexHull{ball_of_points(40, {2, 0.02f, 2}, 3)}};
-  std::vector<Geometry> bullets(std::begin(kBullets), std::end(kBullets));
+  std::vector<Geometry> bullets(std::begin(kShapes), std::end(kShapes));
   bullets.push_back(ConvexHull{ball_of_points(20, {0.1f, 0.1f, 0.1f}, 4)});
   bullets.push_back(ConvexHull{ball_of_points(20, {0.3f, 0.03f, 0.1f}, 5)});
   Random random(11);
@@ -130,7 +130,7 @@ TEST(Swept, FastBodiesMeetEveryKindOfShape) {
       const ShapeId shape = shape_of(lab.world, obstacle);
       for (int shot = 0; shot < 12; ++shot) {
         const Eigen::Vector3d from = to_eigen(random.vector(1)).normalized() * 4.0;
-        const Eigen::Vector3d velocity = -from.normalized() * static_cast<double>(kBullet);
+        const Eigen::Vector3d velocity = -from.normalized() * static_cast<double>(kSpeed);
         const auto to_vec3 = [](const Eigen::Vector3d& v) {
           return Vec3{static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
         };
@@ -151,15 +151,15 @@ TEST(Swept, ABodyThatHitsStopsAtTheSurfaceAndKeepsItsVelocity) {
   Lab lab(without_gravity());
   lab.add({.type = BodyType::fixed, .position = {5.01f, 0, 0}}, Box{{0.01f, 5, 5}});
   const BodyId ball =
-      lab.add({.linear_velocity = {kBullet, 0, 0}, .angular_velocity = {0, 0, 30}}, Sphere{0.1f});
+      lab.add({.linear_velocity = {kSpeed, 0, 0}, .angular_velocity = {0, 0, 30}}, Sphere{0.1f});
   lab.run(1);
   EXPECT_EQ(lab.world.stats().swept_bodies, 1);
   EXPECT_EQ(lab.world.stats().sweep_hits, 1);
   EXPECT_NEAR(lab.position(ball).x(), 4.9, 1e-3);
-  EXPECT_EQ(lab.velocity(ball).x(), static_cast<double>(kBullet));
+  EXPECT_EQ(lab.velocity(ball).x(), static_cast<double>(kSpeed));
   // Rotation and translation stop at the same share of the step.
   const double turn = 2.0 * std::acos(static_cast<double>(lab.world.pose(ball).rotation.w));
-  EXPECT_NEAR(turn, 30.0 * 4.9 / static_cast<double>(kBullet), 1e-3);
+  EXPECT_NEAR(turn, 30.0 * 4.9 / static_cast<double>(kSpeed), 1e-3);
   lab.run(1);
   EXPECT_EQ(lab.world.stats().contacts, 1);
   EXPECT_NEAR(lab.velocity(ball).x(), 0.0, 0.1);
@@ -170,9 +170,9 @@ TEST(Swept, ABulletReboundsByItsRestitution) {
   Lab lab(without_gravity());
   lab.add({.type = BodyType::fixed, .position = {5.01f, 0, 0}}, Box{{0.01f, 5, 5}});
   const BodyId ball =
-      lab.add({.linear_velocity = {kBullet, 0, 0}}, Sphere{0.1f}, {.friction = 0, .restitution = 0.5f});
+      lab.add({.linear_velocity = {kSpeed, 0, 0}}, Sphere{0.1f}, {.friction = 0, .restitution = 0.5f});
   lab.run(5);
-  EXPECT_NEAR(lab.velocity(ball).x(), -0.5 * static_cast<double>(kBullet), 0.01 * kBullet);
+  EXPECT_NEAR(lab.velocity(ball).x(), -0.5 * static_cast<double>(kSpeed), 0.01 * kSpeed);
 }
 
 TEST(Swept, BodiesThatPassByAreNotStopped) {
@@ -183,15 +183,15 @@ TEST(Swept, BodiesThatPassByAreNotStopped) {
   // radius, one is far away.
   lab.add({.type = BodyType::fixed, .position = {10, 5, 0}}, Box{{0.5f, 0.5f, 0.5f}}, smooth);
   const BodyId low =
-      lab.add({.position = {-20, 0.2505f, 5}, .linear_velocity = {kBullet, 0, 0}}, Sphere{0.25f}, smooth);
+      lab.add({.position = {-20, 0.2505f, 5}, .linear_velocity = {kSpeed, 0, 0}}, Sphere{0.25f}, smooth);
   const BodyId corner =
-      lab.add({.position = {0, 5.5f + 0.2f, 0}, .linear_velocity = {kBullet, 0, 0}}, Sphere{0.3f}, smooth);
+      lab.add({.position = {0, 5.5f + 0.2f, 0}, .linear_velocity = {kSpeed, 0, 0}}, Sphere{0.3f}, smooth);
   for (int i = 0; i < 5; ++i) {
     lab.run(1);
     EXPECT_EQ(lab.world.stats().swept_bodies, 2);
     EXPECT_EQ(lab.world.stats().sweep_hits, 0);
   }
-  const double way = 5.0 * static_cast<double>(kStep * kBullet);
+  const double way = 5.0 * static_cast<double>(kStep * kSpeed);
   EXPECT_NEAR(lab.position(low).x(), -20.0 + way, 1e-3 * way);
   EXPECT_NEAR(lab.position(corner).x(), way, 1e-3 * way);
 }
@@ -390,14 +390,14 @@ TEST(Swept, AHullStopsBodiesAtItsFacesForAnyCentroid) {
   {
     Lab lab(without_gravity());
     lab.add({.type = BodyType::fixed, .position = {-4, 0, 0}}, slab);
-    const BodyId ball = lab.add({.linear_velocity = {kBullet, 0, 0}}, Sphere{0.1f});
+    const BodyId ball = lab.add({.linear_velocity = {kSpeed, 0, 0}}, Sphere{0.1f});
     lab.run(1);
     EXPECT_EQ(lab.world.stats().sweep_hits, 1);
     EXPECT_NEAR(lab.position(ball).x(), 2.9, 1e-3);
   }
   Lab lab(without_gravity());
   lab.add({.type = BodyType::fixed, .position = {3.01f, 0, 0}}, Box{{0.01f, 2, 2}});
-  const BodyId bullet = lab.add({.position = {-8, 0, 0}, .linear_velocity = {kBullet, 0, 0}}, slab);
+  const BodyId bullet = lab.add({.position = {-8, 0, 0}, .linear_velocity = {kSpeed, 0, 0}}, slab);
   lab.run(1);
   EXPECT_EQ(lab.world.stats().sweep_hits, 1);
   EXPECT_NEAR(lab.position(bullet).x(), 2.5, 1e-3);
@@ -407,7 +407,7 @@ TEST(Swept, ShapesFarFromTheCenterOfMassAreSweptToo) {
   // A dumbbell that flies past a post with its middle and whose end would pass through the post.
   Lab lab(without_gravity());
   const BodyId wall = lab.add({.type = BodyType::fixed, .position = {4, 3, 0}}, Box{{0.005f, 1, 5}});
-  const BodyId bell = lab.world.create_body({.linear_velocity = {kBullet, 0, 0}});
+  const BodyId bell = lab.world.create_body({.linear_velocity = {kSpeed, 0, 0}});
   for (const float side : {-1.0f, 1.0f})
     lab.world.add_shape(bell, Sphere{0.2f}, {}, {.local_pose = {{0, 3 * side, 0}, {}}});
   lab.run(1);
@@ -425,7 +425,7 @@ TEST(Swept, ASleepingCrateIsHitAndWakes) {
   lab.run(120);
   ASSERT_FALSE(lab.world.is_awake(crate));
   const BodyId bullet =
-      lab.add({.position = {3, 0.5f, 0}, .linear_velocity = {kBullet, 0, 0}, .mass = 10.0f}, Sphere{0.05f});
+      lab.add({.position = {3, 0.5f, 0}, .linear_velocity = {kSpeed, 0, 0}, .mass = 10.0f}, Sphere{0.05f});
   lab.run(4);
   EXPECT_TRUE(lab.world.is_awake(crate));
   EXPECT_LT(lab.position(bullet).x(), lab.position(crate).x());
@@ -438,12 +438,12 @@ TEST(Swept, AWallJustCreatedOrMovedStopsBodies) {
     settings.sleeping = sleeping;
     Lab lab(settings);
     const BodyId wall = lab.add({.type = BodyType::fixed, .position = {3, 0, 0}}, Box{{0.005f, 2, 2}});
-    const BodyId bullet = lab.add({.linear_velocity = {kBullet, 0, 0}}, Sphere{0.05f});
+    const BodyId bullet = lab.add({.linear_velocity = {kSpeed, 0, 0}}, Sphere{0.05f});
     lab.run(1);
     EXPECT_NEAR(lab.position(bullet).x(), 2.945, 2e-3);
     lab.world.set_pose(wall, {{3, 8, 0}, {}});
     lab.world.set_pose(bullet, {{0, 8, 0}, {}});
-    lab.world.set_linear_velocity(bullet, {kBullet, 0, 0});
+    lab.world.set_linear_velocity(bullet, {kSpeed, 0, 0});
     lab.run(1);
     EXPECT_NEAR(lab.position(bullet).x(), 2.945, 2e-3);
     EXPECT_NEAR(lab.height(bullet), 8.0, 1e-3);
@@ -454,11 +454,11 @@ TEST(Swept, BodiesThatDoNotCollideDoNotStop) {
   Lab lab(without_gravity());
   const BodyId wall = lab.world.create_body({.type = BodyType::fixed, .position = {3, 0, 0}});
   lab.world.add_shape(wall, Box{{0.005f, 2, 2}}, {}, {.filter = {.category = 2}});
-  const BodyId ghost = lab.world.create_body({.linear_velocity = {kBullet, 0, 0}});
+  const BodyId ghost = lab.world.create_body({.linear_velocity = {kSpeed, 0, 0}});
   lab.world.add_shape(ghost, Sphere{0.05f}, {}, {.filter = {.mask = 1}});
   lab.run(1);
   EXPECT_EQ(lab.world.stats().swept_bodies, 1);
-  EXPECT_NEAR(lab.position(ghost).x(), static_cast<double>(kBullet * kStep), 1e-3);
+  EXPECT_NEAR(lab.position(ghost).x(), static_cast<double>(kSpeed * kStep), 1e-3);
 }
 
 TEST(Swept, SlowBodiesAndBodiesWithoutShapesAreNotSwept) {
@@ -466,7 +466,7 @@ TEST(Swept, SlowBodiesAndBodiesWithoutShapesAreNotSwept) {
   lab.add_ground();
   for (int i = 0; i < 20; ++i) lab.add({.position = {2.0f * static_cast<float>(i), 1, 0}}, Box{});
   lab.add({.position = {0, 3, 0}, .angular_velocity = {300, 0, 0}, .gravity_factor = 0}, Sphere{0.1f});
-  lab.world.create_body({.position = {0, 100, 0}, .linear_velocity = {0, -kBullet, 0}});
+  lab.world.create_body({.position = {0, 100, 0}, .linear_velocity = {0, -kSpeed, 0}});
   for (int i = 0; i < 60; ++i) {
     lab.run(1);
     ASSERT_EQ(lab.world.stats().swept_bodies, 0);

@@ -13,7 +13,7 @@
 namespace scree {
 namespace {
 
-constexpr float kStep = 1.0f / 60.0f;  // s
+constexpr float kSensorStep = 1.0f / 60.0f;  // s
 constexpr ShapeOptions kSensor{.sensor = true};
 
 using Sight = std::pair<ShapeId, ShapeId>;  // sensor and visitor
@@ -41,7 +41,7 @@ class SensorEvents : public ::testing::Test {
   ShapeId visitor(Vec3 position, Vec3 velocity = {}, float radius = 0.1f) {
     return world.add_shape(body(BodyType::dynamic, position, velocity), Sphere{radius});
   }
-  void run(int steps = 1, float dt = kStep) {
+  void run(int steps = 1, float dt = kSensorStep) {
     for (int i = 0; i < steps; ++i) step(world, dt, workers);
   }
   Sights begins() const { return sights_of(world.sensor_begins()); }
@@ -151,14 +151,14 @@ TEST_F(SensorEvents, WhatCrossesWithinOneStepBeginsAndEndsInIt) {
         {.type = BodyType::kinematic, .position = {}, .linear_velocity = {0, sensor_speed, 0}});
     const ShapeId eye = own.add_shape(gate, Box{{0.005f, 1, 1}}, {}, kSensor);
     const float speed = random.between(100.0f, 1000.0f);
-    const float start = -random.between(0.2f, 0.8f) * speed * kStep;
+    const float start = -random.between(0.2f, 0.8f) * speed * kSensorStep;
     const float lateral = trial % 2 == 0 ? 0.0f : random.between(-500.0f, 500.0f);
     const float height = random.between(-2.0f, 2.0f);
     const float radius = 0.05f;
     const ShapeId bullet = own.add_shape(
         own.create_body({.position = {start, height, 0}, .linear_velocity = {speed, lateral, 0}}),
         Sphere{radius});
-    step(own, kStep, workers);
+    step(own, kSensorStep, workers);
     // Relative to the gate the ball comes to its plane at this height.
     const float crossing = height + (lateral - sensor_speed) * (-start / speed);
     // Where the way is oblique, it touches beside that point, too.
@@ -303,7 +303,7 @@ TEST_F(SensorEvents, AgreeWithOverlapsInRandomWorlds) {
   Sights seen;
   int passes = 0;
   for (int i = 0; i < 150; ++i) {
-    step(crowd.world, kStep, workers);
+    step(crowd.world, kSensorStep, workers);
     Sights expected;
     for (const ShapeId shape : crowd.shapes()) {
       if (!crowd.world.is_sensor(shape)) continue;
@@ -333,7 +333,7 @@ TEST_F(SensorEvents, AgreeWithOverlapsInRandomWorlds) {
 
 TEST_F(SensorEvents, GoOnInRestoredWorlds) {
   Crowd crowd(5);
-  for (int i = 0; i < 3; ++i) step(crowd.world, kStep, workers);
+  for (int i = 0; i < 3; ++i) step(crowd.world, kSensorStep, workers);
   Snapshot saved;
   save(crowd.world, saved);
   const auto bytes = write_snapshot<std::vector<std::byte>>(saved);
@@ -342,9 +342,9 @@ TEST_F(SensorEvents, GoOnInRestoredWorlds) {
   restore(from_bytes, read_snapshot(bytes));
   std::size_t changes = 0;
   for (int i = 0; i < 30; ++i) {
-    step(crowd.world, kStep, workers);
-    step(other, kStep, workers);
-    step(from_bytes, kStep, workers);
+    step(crowd.world, kSensorStep, workers);
+    step(other, kSensorStep, workers);
+    step(from_bytes, kSensorStep, workers);
     const auto rows = [](std::span<const SensorEvent> events) {
       std::vector<std::pair<std::uint32_t, std::uint32_t>> names;
       for (const SensorEvent& event : events) names.push_back({event.sensor.index, event.visitor.index});

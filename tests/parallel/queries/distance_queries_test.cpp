@@ -16,7 +16,7 @@ using testing::Placed;
 using testing::Point;
 using testing::to_point;
 
-constexpr double kError = 2e-5;  // m, of floats and of poses in single precision
+constexpr double kDistanceError = 2e-5;  // m, of floats and of poses in single precision
 
 Placed asking_of(const PlacedShape& shape) { return testing::placed_of(shape.geometry, shape.pose); }
 
@@ -45,10 +45,10 @@ bool nearly_share_a_point(const Placed& a, const Placed& b, double most) {
 void expect_nearest_points(const Placed& asking, const Placed& shape, const NearHit& hit) {
   const Point normal = to_point(hit.normal), from = to_point(hit.from), point = to_point(hit.point);
   EXPECT_NEAR(testing::norm(normal), 1.0, 1e-5);
-  EXPECT_NEAR(testing::norm(from - point), hit.distance, kError);
-  EXPECT_LT(beyond(asking, from), kError);
-  EXPECT_LT(beyond(shape, point), kError);
-  EXPECT_GT(apart_along(asking, shape, -1.0 * normal), hit.distance - 5 * kError);
+  EXPECT_NEAR(testing::norm(from - point), hit.distance, kDistanceError);
+  EXPECT_LT(beyond(asking, from), kDistanceError);
+  EXPECT_LT(beyond(shape, point), kDistanceError);
+  EXPECT_GT(apart_along(asking, shape, -1.0 * normal), hit.distance - 5 * kDistanceError);
 }
 
 TEST(DistanceQueries, AreProvedByNearestPointsAndAPlaneBetween) {
@@ -163,7 +163,7 @@ TEST(OverlapQueries, PointsLieInTheShapesThatHoldThem) {
     held += found.size();
     for (const ShapeId shape : shapes) {
       const double outside = beyond(testing::placed_of(mixed.world, shape), to_point(point));
-      if (std::abs(outside) < kError) continue;
+      if (std::abs(outside) < kDistanceError) continue;
       EXPECT_EQ(found.count(shape), outside < 0.0 ? 1u : 0u);
     }
   }

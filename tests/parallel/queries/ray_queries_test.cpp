@@ -12,8 +12,8 @@ using testing::MixedWorld;
 using testing::Placed;
 using testing::RayAnswer;
 
-constexpr double kGraze = 2e-5;       // m; a ray that goes less deep may miss
-constexpr double kPlaceError = 2e-5;  // m, of a hit's place, where the ray does not graze
+constexpr double kGraze = 2e-5;     // m; a ray that goes less deep may miss
+constexpr double kRayError = 2e-5;  // m, of a hit's place, where the ray does not graze
 
 // Compares all hits of a ray with those of brute force.
 void expect_right_hits(const World& world, const std::vector<ShapeId>& shapes, const Ray& ray) {
@@ -39,7 +39,7 @@ void expect_right_hits(const World& world, const std::vector<ShapeId>& shapes, c
     const CastHit& hit = found->second;
     EXPECT_EQ(hit.body, world.body_of(shape));
     EXPECT_LT(std::abs(testing::beyond(placed, testing::to_point(hit.point))),
-              answer->fraction > 0.0 ? kPlaceError : 1e9);
+              answer->fraction > 0.0 ? kRayError : 1e9);
     EXPECT_NEAR(hit.distance, hit.fraction * size, 1e-5);
     if (answer->depth > 0.01) {
       EXPECT_NEAR(hit.distance, answer->fraction * size, 5e-4) << shape.index;

@@ -59,7 +59,8 @@ void call_everything(Heap& heap) {
                    shapes);
   world.set_geometry(shape, ConvexHull{wedge(), {0.5f, 0.5f, 0.5f}});
   const BodyId land = world.create_body({.type = BodyType::fixed, .position = {0, -50, 0}});
-  const testing::TestMesh ring = testing::torus_mesh(5, 2, 9, 6), block = testing::box_mesh({1, 2, 3});
+  const test_solids::TestMesh ring = test_solids::torus_mesh(5, 2, 9, 6),
+                              block = test_solids::box_mesh({1, 2, 3});
   const ShapeId hills = world.add_shape(land, TriangleMesh(ring.vertices, ring.triangles));
   world.add_shape(land, TriangleMesh(ring.vertices, ring.triangles));
   world.set_geometry(hills, TriangleMesh(block.vertices, block.triangles));
@@ -375,7 +376,8 @@ TEST(Recording, WritesEachHullOnce) {
 TEST(Recording, WritesEachMeshOnce) {
   const TemporaryFile file;
   Heap heap(0);
-  const testing::TestMesh ring = testing::torus_mesh(5, 2, 9, 6), block = testing::box_mesh({1, 2, 3});
+  const test_solids::TestMesh ring = test_solids::torus_mesh(5, 2, 9, 6),
+                              block = test_solids::box_mesh({1, 2, 3});
   const TriangleMesh before(block.vertices, block.triangles);
   heap.add({.type = BodyType::fixed, .position = {0, -100, 0}}, before);
   Recorder recorder(heap.world, file.path(), {.keyframe_spacing = 5});

@@ -21,16 +21,16 @@ namespace {
 
 using simd::kBlock;
 
-constexpr float kLargest = std::numeric_limits<float>::max();
+constexpr float kLargestFloat = std::numeric_limits<float>::max();
 constexpr float kFarthest = 1e18f;  // m; bounds reach no farther than this
 constexpr ShapePair kUnwritten{-7, -7};
 
 // Shape counts around the width of a block, and trees of one, two and three levels.
 constexpr int kCounts[] = {1, 2, 15, 16, 17, 31, 33, 255, 256, 257, 700, 4200};
 
-struct Numbers {
+struct PairNumbers {
   std::mt19937 engine;
-  explicit Numbers(unsigned seed) : engine(seed) {}
+  explicit PairNumbers(unsigned seed) : engine(seed) {}
   int pick(int count) { return std::uniform_int_distribution<int>(0, count - 1)(engine); }
   float between(float low, float high) { return std::uniform_real_distribution<float>(low, high)(engine); }
 };
@@ -49,13 +49,16 @@ BoundsRow box_of(const float (&center)[3], const float (&half)[3], float radius)
 
 // As update_bounds makes them of shapes without finite bounds.
 BoundsRow empty_box() {
-  return {{kLargest, kLargest, kLargest}, 0.0f, {-kLargest, -kLargest, -kLargest}, 0.0f};
+  return {{kLargestFloat, kLargestFloat, kLargestFloat},
+          0.0f,
+          {-kLargestFloat, -kLargestFloat, -kLargestFloat},
+          0.0f};
 }
 
 // Small boxes in space that a shape shares with about ten others; on a grid of whole numbers many touch
 // without overlapping. One of forty is empty, huge, or as wide as all others together.
 std::vector<BoundsRow> random_boxes(int count, bool on_grid, unsigned seed) {
-  Numbers numbers(seed);
+  PairNumbers numbers(seed);
   const float reach = 1.0f + std::cbrt(static_cast<float>(count));
   std::vector<BoundsRow> rows;
   for (int i = 0; i < count; ++i) {
@@ -126,8 +129,8 @@ Tree make_tree(const std::vector<std::int32_t>& members, bool gaps, const std::v
   tree.leaves.resize(tree.order.size() / kBlock);
   simd::NodeBlock empty{};
   for (int axis = 0; axis < 3; ++axis) {
-    std::fill(empty.bounds[axis], empty.bounds[axis] + kBlock, kLargest);
-    std::fill(empty.bounds[axis + 3], empty.bounds[axis + 3] + kBlock, -kLargest);
+    std::fill(empty.bounds[axis], empty.bounds[axis] + kBlock, kLargestFloat);
+    std::fill(empty.bounds[axis + 3], empty.bounds[axis + 3] + kBlock, -kLargestFloat);
   }
   std::size_t blocks = tree.leaves.size();
   do {
@@ -151,7 +154,7 @@ Tree make_tree(const std::vector<std::int32_t>& members, bool gaps, const std::v
   return tree;
 }
 
-std::vector<std::int32_t> numbered(int first, int last) {
+std::vector<std::int32_t> numbered_pairs(int first, int last) {
   std::vector<std::int32_t> shapes(static_cast<std::size_t>(last - first));
   std::iota(shapes.begin(), shapes.end(), first);
   return shapes;
@@ -162,7 +165,7 @@ TEST(PairKernels, LeavesHoldTheBoundsOfTheirShapesAndNodesTheBoxesOfTheirChildre
     for (const int count : kCounts) {
       const std::vector<BoundsRow> rows = random_boxes(count, false, 1);
       const std::vector<std::uint8_t> special(rows.size());
-      const Tree tree = make_tree(numbered(0, count), true, rows, special, kernels->pair);
+      const Tree tree = make_tree(numbered_pairs(0, count), true, rows, special, kernels->pair);
       for (std::size_t i = 0; i < tree.order.size(); ++i) {
         const simd::LeafBlock& leaf = tree.leaves[i / kBlock];
         const std::size_t lane = i % kBlock;
@@ -205,7 +208,7 @@ TEST(PairKernels, LeavesHoldTheBoundsOfTheirShapesAndNodesTheBoxesOfTheirChildre
 TEST(PairKernels, RefitWritesOnlyTheBlocksOfItsRange) {
   constexpr int kShapes = 5 * kBlock;
   const std::vector<BoundsRow> rows = random_boxes(kShapes, false, 2);
-  const std::vector<std::int32_t> order = numbered(0, kShapes);
+  const std::vector<std::int32_t> order = numbered_pairs(0, kShapes);
   for (const simd::Kernels* kernels : all_kernels()) {
     std::vector<simd::LeafBlock> leaves(5);
     std::vector<simd::NodeBlock> nodes(1), parents(1);
@@ -296,7 +299,7 @@ Found all_pairs(const std::vector<std::int32_t>& query, const std::vector<std::i
 
 // A tenth of a percent of the shapes, so that many joins have none.
 std::vector<std::uint8_t> few_special(int count, unsigned seed) {
-  Numbers numbers(seed);
+  PairNumbers numbers(seed);
   std::vector<std::uint8_t> special(static_cast<std::size_t>(count));
   for (std::uint8_t& it : special) it = numbers.pick(1000) == 0;
   return special;
@@ -304,7 +307,7 @@ std::vector<std::uint8_t> few_special(int count, unsigned seed) {
 
 // Members in random order, so that blocks spread over all of the space: most descents find more leaf blocks
 // than they can collect, and each shape descends by itself.
-std::vector<std::int32_t> shuffled(std::vector<std::int32_t> members, unsigned seed) {
+std::vector<std::int32_t> shuffled_pairs(std::vector<std::int32_t> members, unsigned seed) {
   std::mt19937 engine(seed);
   std::shuffle(members.begin(), members.end(), engine);
   return members;
@@ -328,7 +331,7 @@ TEST(PairKernels, AJoinWithItselfFindsEveryPairOnce) {
       const std::vector<BoundsRow> rows = random_boxes(count, on_grid, seed);
       const std::vector<std::uint8_t> special = few_special(count, seed);
       for (const auto& members :
-           {shuffled(numbered(0, count), seed), sorted_along_x(numbered(0, count), rows)}) {
+           {shuffled_pairs(numbered_pairs(0, count), seed), sorted_along_x(numbered_pairs(0, count), rows)}) {
         const Found expected = all_pairs(members, members, rows, special);
         for (const simd::Kernels* kernels : all_kernels()) {
           const Tree tree = make_tree(members, on_grid, rows, special, kernels->pair);
@@ -351,7 +354,7 @@ TEST(PairKernels, AJoinOfTwoTreesFindsThePairsOfTheirShapes) {
       const auto seed = static_cast<unsigned>(count);
       const std::vector<BoundsRow> rows = random_boxes(count, target_count % 2 == 0, seed);
       const std::vector<std::uint8_t> special = few_special(count, seed);
-      const std::vector<std::int32_t> mixed = shuffled(numbered(0, count), seed);
+      const std::vector<std::int32_t> mixed = shuffled_pairs(numbered_pairs(0, count), seed);
       const std::vector<std::int32_t> query(mixed.begin(), mixed.begin() + query_count);
       const auto target = sorted_along_x({mixed.begin() + query_count, mixed.end()}, rows);
       const Found expected = all_pairs(query, target, rows, special);
@@ -377,14 +380,14 @@ TEST(PairKernels, BoundsThatTouchMakeAPairAndOnesBarelyApartDoNot) {
         center[axis] = 2.0f;
         rows.push_back(box_of(center, half, 0.75f));
         if (gap > 0.0f) rows[1].lower[axis] = std::nextafter(rows[1].lower[axis], 9.0f);
-        const Tree tree = make_tree(numbered(0, 2), false, rows, {0, 0}, kernels->pair);
+        const Tree tree = make_tree(numbered_pairs(0, 2), false, rows, {0, 0}, kernels->pair);
         EXPECT_EQ(join(tree, tree, kernels->pair, 512).pairs.size(), gap > 0.0f ? 0u : 1u) << kernels->name;
         // The same of spheres.
         rows = {box_of({0, 0, 0}, {9, 9, 9}, 2.0f), box_of({0, 0, 0}, {9, 9, 9}, 3.0f)};
         rows[1].lower[axis] += 5.0f;
         rows[1].upper[axis] += 5.0f;
         if (gap > 0.0f) rows[0].sphere_radius = 2.0f - 0x1p-20f;
-        const Tree other = make_tree(numbered(0, 2), false, rows, {0, 0}, kernels->pair);
+        const Tree other = make_tree(numbered_pairs(0, 2), false, rows, {0, 0}, kernels->pair);
         EXPECT_EQ(join(other, other, kernels->pair, 512).pairs.size(), gap > 0.0f ? 0u : 1u) << kernels->name;
       }
     }
@@ -396,7 +399,7 @@ TEST(PairKernels, EmptyPlacesAndShapesWithoutBoundsMeetNothing) {
   for (const simd::Kernels* kernels : all_kernels()) {
     const std::vector<BoundsRow> rows{huge, empty_box(), empty_box(), huge};
     const std::vector<std::uint8_t> special{0, 1, 1, 0};
-    const Tree tree = make_tree(numbered(0, 4), true, rows, special, kernels->pair);
+    const Tree tree = make_tree(numbered_pairs(0, 4), true, rows, special, kernels->pair);
     const Found found = join(tree, tree, kernels->pair, 512);
     const std::vector<std::pair<std::int32_t, std::int32_t>> expected{{0, 3}};
     EXPECT_EQ(found.pairs, expected) << kernels->name;
@@ -412,7 +415,7 @@ TEST(PairKernels, AJoinGoesOnWhereItsRoomEnded) {
   constexpr int kShapes = 1200;
   const std::vector<BoundsRow> rows = random_boxes(kShapes, false, 9);
   const std::vector<std::uint8_t> special(rows.size());
-  const std::vector<std::int32_t> members = sorted_along_x(numbered(0, kShapes), rows);
+  const std::vector<std::int32_t> members = sorted_along_x(numbered_pairs(0, kShapes), rows);
   const Found expected = all_pairs(members, members, rows, special);
   ASSERT_GT(expected.pairs.size(), 2000u);
   for (const simd::Kernels* kernels : all_kernels()) {
@@ -429,12 +432,13 @@ TEST(PairKernels, AJoinGoesOnWhereItsRoomEnded) {
 
 TEST(PairKernels, RankingSortsEveryRowUpToTheLongestAndLeavesLongerOnes) {
   constexpr std::int32_t kFirstOwner = 1000;
-  Numbers numbers(4);
+  PairNumbers numbers(4);
   std::vector<std::int32_t> lengths = {0, 1, 2, 255, 256, 257, 300, 0, 3};
   for (std::int32_t length = 0; length < 70; ++length) lengths.push_back(length);
   std::vector<std::int32_t> others, ends;
   for (const std::int32_t length : lengths) {
-    std::vector<std::int32_t> row = shuffled(numbered(0, 3 * length + 1), static_cast<unsigned>(length));
+    std::vector<std::int32_t> row =
+        shuffled_pairs(numbered_pairs(0, 3 * length + 1), static_cast<unsigned>(length));
     row.resize(static_cast<std::size_t>(length));
     for (std::int32_t& other : row) other = 5000 + 7 * other;
     others.insert(others.end(), row.begin(), row.end());

@@ -107,12 +107,12 @@ TEST_P(CollideHullOracle, KeptAxesChangeNoTouchingContact) {
   }
 }
 
-std::string name_of(const testing::TestParamInfo<Kind>& test) {
+std::string kind_name(const testing::TestParamInfo<Kind>& test) {
   constexpr const char* kNames[] = {"Hulls", "LargeHulls", "Boxes"};
   return kNames[static_cast<int>(test.param)];
 }
 INSTANTIATE_TEST_SUITE_P(Kinds, CollideHullOracle,
-                         testing::Values(Kind::hulls, Kind::large_hulls, Kind::boxes), name_of);
+                         testing::Values(Kind::hulls, Kind::large_hulls, Kind::boxes), kind_name);
 
 TEST(CollideHull, SwappedPairsGiveTheMirroredContact) {
   const HullPairs pairs = pairs_of(Kind::hulls, 600, 6, -0.05f, -0.001f);

@@ -10,7 +10,7 @@ namespace scree::collide_tests {
 namespace {
 
 // Touching and apart, hulls and boxes, with aligned and coincident ones among them.
-HullPairs mixed_pairs() {
+HullPairs mixed_hull_pairs() {
   HullPairs pairs = random_hull_pairs(small_zoo(), 300, 11, -0.3f, 0.1f, false);
   const auto append = [&](const HullPairs& from) {
     for (std::size_t s = 0; s < from.pose.size(); s += 2) {
@@ -54,7 +54,7 @@ void expect_same_bits(const HullRows& a, const HullRows& b, const char* name) {
 }
 
 TEST(CollideHullBits, EveryInstructionSetGivesTheBitsOfScalar) {
-  const HullPairs first = mixed_pairs(), second = jittered(first);
+  const HullPairs first = mixed_hull_pairs(), second = jittered(first);
   const HullRows before = first.run(scalar_kernels());
   for (const bool recycle : {false, true}) {
     const HullRows after = second.run(scalar_kernels(), &before, recycle);
@@ -67,7 +67,7 @@ TEST(CollideHullBits, EveryInstructionSetGivesTheBitsOfScalar) {
 }
 
 TEST(CollideHullBits, NeighborsInAChunkChangeNothing) {
-  HullPairs pairs = mixed_pairs();
+  HullPairs pairs = mixed_hull_pairs();
   const HullRows expected = pairs.run(scalar_kernels());
   std::mt19937 engine(15);
   std::shuffle(pairs.items.begin(), pairs.items.end(), engine);
@@ -94,7 +94,7 @@ TEST(CollideHullBits, NeighborsInAChunkChangeNothing) {
 }
 
 TEST(CollideHullBits, NonFiniteShapesDoNotTouchAndChangeNoOtherLane) {
-  HullPairs pairs = mixed_pairs();
+  HullPairs pairs = mixed_hull_pairs();
   const HullRows expected = pairs.run(scalar_kernels());
   for (std::size_t row = 0; row < pairs.items.size(); row += kSpoiledStride) {
     spoil(pairs.pose[static_cast<std::size_t>(pairs.items[row].shape_2)], row);

@@ -364,14 +364,14 @@ TEST_P(CollideMesh, NonFinitePosesTouchNothing) {
   }
 }
 
-std::string name_of(const testing::TestParamInfo<ShapeType>& info) {
+std::string mesh_case_name(const testing::TestParamInfo<ShapeType>& info) {
   constexpr const char* kNames[] = {"spheres", "capsules", "boxes", "hulls"};
   return kNames[static_cast<int>(info.param)];
 }
 INSTANTIATE_TEST_SUITE_P(Of, CollideMesh,
                          testing::Values(ShapeType::sphere, ShapeType::capsule, ShapeType::box,
                                          ShapeType::hull),
-                         name_of);
+                         mesh_case_name);
 
 }  // namespace
 }  // namespace scree::collide_tests

@@ -301,7 +301,7 @@ RoundHullPairs mixed_round_pairs(const std::deque<NamedHull>& hulls) {
   return pairs;
 }
 
-constexpr int kLeastTouching = 1501;  // of the mixed pairs
+constexpr int kLeastTouchingHulls = 1501;  // of the mixed pairs
 
 TEST(CollideRoundHull, EveryInstructionSetGivesTheBitsOfScalar) {
   const std::deque<NamedHull> hulls = all_hulls(1.0f);
@@ -312,8 +312,8 @@ TEST(CollideRoundHull, EveryInstructionSetGivesTheBitsOfScalar) {
   for (const simd::Kernels* kernels : all_kernels()) {
     Rows wide = pairs.run(*kernels);
     fill_impulses(wide);
-    expect_same_bits(before, wide, kernels->name, kLeastTouching);
-    expect_same_bits(after, pairs.run(*kernels, &wide), kernels->name, kLeastTouching);
+    expect_same_bits(before, wide, kernels->name, kLeastTouchingHulls);
+    expect_same_bits(after, pairs.run(*kernels, &wide), kernels->name, kLeastTouchingHulls);
   }
 }
 
@@ -326,7 +326,8 @@ TEST(CollideRoundHull, NeighborsInAChunkChangeNothing) {
   std::shuffle(order.begin(), order.end(), std::mt19937(7));
   for (const simd::Kernels* kernels : all_kernels()) {
     for (const int chunk : {1, 7, simd::kCollideChunk}) {
-      expect_same_bits(expected, pairs.run(*kernels, nullptr, order, chunk), kernels->name, kLeastTouching);
+      expect_same_bits(expected, pairs.run(*kernels, nullptr, order, chunk), kernels->name,
+                       kLeastTouchingHulls);
     }
   }
 }

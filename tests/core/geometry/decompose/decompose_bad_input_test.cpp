@@ -10,7 +10,7 @@
 namespace scree {
 namespace {
 
-using namespace testing;
+using namespace test_solids;
 
 std::string refusal(const TestMesh& mesh, const DecomposeOptions& options = {}) {
   try {

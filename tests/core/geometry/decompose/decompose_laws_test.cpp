@@ -14,7 +14,7 @@
 namespace scree {
 namespace {
 
-using namespace testing;
+using namespace test_solids;
 
 Decomposition decompose(const TestMesh& mesh, const DecomposeOptions& options = {}) {
   return scree::decompose(mesh.vertices, mesh.triangles, options);

@@ -9,9 +9,9 @@
 namespace scree {
 namespace {
 
-using namespace testing;
+using namespace test_solids;
 
-Decomposition decompose(const TestMesh& mesh, const DecomposeOptions& options = {}) {
+Decomposition decomposed(const TestMesh& mesh, const DecomposeOptions& options = {}) {
   return scree::decompose(mesh.vertices, mesh.triangles, options);
 }
 
@@ -44,31 +44,31 @@ void expect_exact(const Decomposition& all, std::size_t parts, double volume) {
 }
 
 TEST(Decompose, LeavesABoxWhole) {
-  const Decomposition all = decompose(box_mesh({1, 2, 3}));
+  const Decomposition all = decomposed(box_mesh({1, 2, 3}));
   expect_exact(all, 1, 48);
   EXPECT_EQ(all.hulls[0].face_count(), 6u);
   EXPECT_EQ(all.report.cuts, 0u);
 }
 
 TEST(Decompose, MakesTwoBoxesOfAnL) {
-  const Decomposition all = decompose(l_mesh());
+  const Decomposition all = decomposed(l_mesh());
   expect_exact(all, 2, kVolumeOfL);
   for (const Hull& hull : all.hulls) EXPECT_EQ(hull.face_count(), 6u);
 }
 
 TEST(Decompose, MakesThreeBoxesOfAU) {
-  const Decomposition all = decompose(u_mesh());
+  const Decomposition all = decomposed(u_mesh());
   expect_exact(all, 3, kVolumeOfU);
   for (const Hull& hull : all.hulls) EXPECT_EQ(hull.face_count(), 6u);
 }
 
 TEST(Decompose, FindsTheFacesOfTurnedShapes) {
-  expect_exact(decompose(moved(l_mesh(), odd_rotation(), {3, 1, 2})), 2, kVolumeOfL);
-  expect_exact(decompose(moved(u_mesh(), odd_rotation(), {-5, 0, 2})), 3, kVolumeOfU);
+  expect_exact(decomposed(moved(l_mesh(), odd_rotation(), {3, 1, 2})), 2, kVolumeOfL);
+  expect_exact(decomposed(moved(u_mesh(), odd_rotation(), {-5, 0, 2})), 3, kVolumeOfU);
 }
 
 TEST(Decompose, KeepsTheHoleOfATorus) {
-  const Decomposition all = decompose(torus_mesh(1.0, 0.3, 64, 32), {.max_vertices = 128});
+  const Decomposition all = decomposed(torus_mesh(1.0, 0.3, 64, 32), {.max_vertices = 128});
   EXPECT_GE(all.hulls.size(), 8u);
   EXPECT_LE(all.hulls.size(), 20u);
   EXPECT_NEAR(all.report.hull_volume, all.report.mesh_volume, 0.04 * all.report.mesh_volume);
@@ -77,7 +77,7 @@ TEST(Decompose, KeepsTheHoleOfATorus) {
 }
 
 TEST(Decompose, KeepsTheCavityOfACup) {
-  const Decomposition all = decompose(cup_mesh());
+  const Decomposition all = decomposed(cup_mesh());
   EXPECT_LE(all.hulls.size(), 32u);
   // A ball of radius 0.8 lies in it, where 0.9 is the most.
   EXPECT_GT(height_above(all, {0, 1.1f, 0}), 0.8);
@@ -86,7 +86,7 @@ TEST(Decompose, KeepsTheCavityOfACup) {
 }
 
 TEST(Decompose, KeepsTheBumpsOfAStar) {
-  const Decomposition all = decompose(star_mesh(4));
+  const Decomposition all = decomposed(star_mesh(4));
   EXPECT_LE(all.hulls.size(), 32u);
   EXPECT_LE(all.report.hulls_from_mesh, 1.1 * all.report.concavity);
   EXPECT_LT(all.report.mesh_from_hulls, all.report.concavity);
@@ -96,7 +96,7 @@ TEST(Decompose, KeepsTheBumpsOfAStar) {
 TEST(Decompose, MakesTwoPartsOfTwoBalls) {
   TestMesh mesh = ball_mesh(1.0f, 3);
   mesh.append(moved(ball_mesh(1.0f, 3), odd_rotation(), {1.2f, 1.3f, 1.4f}));  // their bounds overlap
-  const Decomposition all = decompose(mesh, {.max_vertices = 256});
+  const Decomposition all = decomposed(mesh, {.max_vertices = 256});
   EXPECT_EQ(all.hulls.size(), 2u);
   EXPECT_EQ(all.report.cuts, 0u);
   EXPECT_NEAR(all.report.hull_volume, all.report.mesh_volume, 0.02 * all.report.mesh_volume);
@@ -106,7 +106,7 @@ TEST(Decompose, KeepsOverlappingPiecesApart) {
   TestMesh cross = box_mesh({3, 0.5f, 0.5f});
   cross.append(box_mesh({0.5f, 3, 0.5f}));
   cross.append(box_mesh({0.5f, 0.5f, 3}));
-  const Decomposition all = decompose(cross);
+  const Decomposition all = decomposed(cross);
   EXPECT_EQ(all.hulls.size(), 3u);
   EXPECT_LT(all.report.distance(), 1e-6);
   EXPECT_NEAR(all.report.hull_volume, 18.0, 1e-4);
@@ -116,7 +116,7 @@ TEST(Decompose, KeepsAHollowEmpty) {
   TestMesh shell = box_mesh({2, 2, 2}), hollow = box_mesh({1.5f, 1.5f, 1.5f});
   hollow.flip();
   shell.append(hollow);
-  const Decomposition all = decompose(shell);
+  const Decomposition all = decomposed(shell);
   EXPECT_EQ(all.hulls.size(), 6u);
   EXPECT_NEAR(all.report.hull_volume, 64.0 - 27.0, 1e-3);
   EXPECT_GT(height_above(all, {0, 0, 0}), 1.499);
@@ -126,7 +126,7 @@ TEST(Decompose, GivesTheMassOfTheMesh) {
   const TestMesh mesh = moved(l_mesh(), odd_rotation(), {1, 0, 0});
   double volume = 0.0;
   Vec3 moment{};
-  for (const Hull& hull : decompose(mesh).hulls) {
+  for (const Hull& hull : decomposed(mesh).hulls) {
     volume += static_cast<double>(hull.volume());
     moment = moment + hull.volume() * hull.centroid();
   }

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace scree::testing {
+namespace scree::test_solids {
 
 using Outline = std::vector<std::array<float, 2>>;
 
@@ -96,4 +96,4 @@ inline TestMesh moved(TestMesh mesh, Quat rotation, Vec3 offset) {
 // A rotation about no axis in particular.
 inline Quat odd_rotation() { return normalize(Quat{0.3f, 0.5f, -0.2f, 0.7f}); }
 
-}  // namespace scree::testing
+}  // namespace scree::test_solids

@@ -25,7 +25,7 @@ std::vector<float> random_heights(std::size_t count, unsigned seed) {
   return heights;
 }
 
-std::string refusal(const HeightField& field, const MeshMaterials& materials = {}) {
+std::string field_refusal(const HeightField& field, const MeshMaterials& materials = {}) {
   try {
     height_field_mesh(field, materials);
   } catch (const Error& error) {
@@ -153,7 +153,7 @@ TEST(HeightField, RefusesWithTheValueAndTheLimit) {
   const auto refused = [&](auto&& change) {
     HeightField field = sound;
     change(field);
-    return refusal(field);
+    return field_refusal(field);
   };
   EXPECT_EQ(refused([](HeightField&) {}), "");
   EXPECT_EQ(refused([](HeightField& f) { f.columns = 1; }),
@@ -183,7 +183,7 @@ TEST(HeightField, RefusesWithTheValueAndTheLimit) {
   const std::vector<std::uint8_t> all(6, 1);
   EXPECT_EQ(refused([&](HeightField& f) { f.holes = all; }), "height_field_mesh: all 6 cells are holes");
   const std::vector<std::uint8_t> surface(11, 255);
-  EXPECT_EQ(refusal(sound, {surface, {}}),
+  EXPECT_EQ(field_refusal(sound, {surface, {}}),
             "height_field_mesh: of_triangle names the materials of 11 triangles, but there are 12");
 }
 

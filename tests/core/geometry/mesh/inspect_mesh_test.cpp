@@ -10,11 +10,11 @@
 namespace scree {
 namespace {
 
-using testing::TestMesh;
+using test_solids::TestMesh;
 
 MeshReport inspect(const TestMesh& mesh) { return inspect_mesh(mesh.vertices, mesh.triangles); }
 
-std::string refusal(const TestMesh& mesh) {
+std::string inspection_refusal(const TestMesh& mesh) {
   try {
     inspect(mesh);
   } catch (const Error& error) {
@@ -31,8 +31,8 @@ long long euler(const MeshReport& report) {
 
 TEST(InspectMesh, ClosedSurfacesHaveTheirEulerCharacteristic) {
   for (const auto& [mesh, characteristic] :
-       {std::pair{testing::box_mesh({1, 2, 3}), 2ll}, std::pair{testing::ball_mesh(2.0f, 3), 2ll},
-        std::pair{testing::torus_mesh(2.0, 0.5, 12, 7), 0ll}}) {
+       {std::pair{test_solids::box_mesh({1, 2, 3}), 2ll}, std::pair{test_solids::ball_mesh(2.0f, 3), 2ll},
+        std::pair{test_solids::torus_mesh(2.0, 0.5, 12, 7), 0ll}}) {
     const MeshReport report = inspect(mesh);
     EXPECT_TRUE(report.is_closed());
     EXPECT_EQ(euler(report), characteristic);
@@ -44,7 +44,7 @@ TEST(InspectMesh, ClosedSurfacesHaveTheirEulerCharacteristic) {
 }
 
 TEST(InspectMesh, AHoleOpensTheEdgesAroundIt) {
-  TestMesh mesh = testing::ball_mesh(1.0f, 2);
+  TestMesh mesh = test_solids::ball_mesh(1.0f, 2);
   mesh.triangles.erase(mesh.triangles.begin() + 17);
   const MeshReport report = inspect(mesh);
   EXPECT_EQ(report.open_edges, 3u);
@@ -52,7 +52,7 @@ TEST(InspectMesh, AHoleOpensTheEdgesAroundIt) {
 }
 
 TEST(InspectMesh, ATurnedTriangleFlipsItsThreeEdges) {
-  TestMesh mesh = testing::box_mesh({1, 1, 1});
+  TestMesh mesh = test_solids::box_mesh({1, 1, 1});
   std::swap(mesh.triangles[5].b, mesh.triangles[5].c);
   const MeshReport report = inspect(mesh);
   EXPECT_EQ(report.flipped_edges, 3u);
@@ -61,7 +61,7 @@ TEST(InspectMesh, ATurnedTriangleFlipsItsThreeEdges) {
 }
 
 TEST(InspectMesh, VerticesInOnePlaceAreOne) {
-  const TestMesh box = testing::box_mesh({1, 2, 3});
+  const TestMesh box = test_solids::box_mesh({1, 2, 3});
   TestMesh soup;  // three corners of its own for each triangle
   for (const MeshTriangle& t : box.triangles) {
     const auto first = static_cast<std::uint32_t>(soup.vertices.size());
@@ -79,7 +79,7 @@ TEST(InspectMesh, VerticesInOnePlaceAreOne) {
 }
 
 TEST(InspectMesh, CountsTrianglesThatAreNone) {
-  TestMesh mesh = testing::box_mesh({1, 1, 1});
+  TestMesh mesh = test_solids::box_mesh({1, 1, 1});
   mesh.triangles.push_back({0, 0, 5});
   mesh.vertices.push_back({-1, -1, 0});  // on the edge from 0 to 1
   mesh.triangles.push_back({0, 8, 1});
@@ -94,7 +94,7 @@ TEST(InspectMesh, CountsTrianglesThatAreNone) {
 }
 
 TEST(InspectMesh, TwoBoxesAtOneEdgeAreClosedAndCrowded) {
-  TestMesh mesh = testing::box_mesh({1, 1, 1}), other = mesh;
+  TestMesh mesh = test_solids::box_mesh({1, 1, 1}), other = mesh;
   other.map([](Vec3 v) { return v + Vec3{2, 2, 0}; });
   mesh.append(other);
   const MeshReport report = inspect(mesh);
@@ -104,7 +104,7 @@ TEST(InspectMesh, TwoBoxesAtOneEdgeAreClosedAndCrowded) {
 }
 
 TEST(InspectMesh, CountsPartsAndBounds) {
-  TestMesh mesh = testing::ball_mesh(1.0f, 1), far = testing::box_mesh({1, 2, 3});
+  TestMesh mesh = test_solids::ball_mesh(1.0f, 1), far = test_solids::box_mesh({1, 2, 3});
   far.map([](Vec3 v) { return v + Vec3{10, 0, 0}; });
   mesh.append(far);
   const MeshReport report = inspect(mesh);
@@ -117,7 +117,7 @@ TEST(InspectMesh, CountsPartsAndBounds) {
 }
 
 TEST(InspectMesh, TheOrderOfTrianglesDoesNotMatter) {
-  TestMesh mesh = testing::torus_mesh(3.0, 1.0, 9, 5);
+  TestMesh mesh = test_solids::torus_mesh(3.0, 1.0, 9, 5);
   mesh.triangles.push_back({0, 1, 7});
   mesh.triangles.push_back({4, 4, 7});
   std::mt19937 random(7);
@@ -134,16 +134,17 @@ TEST(InspectMesh, TheOrderOfTrianglesDoesNotMatter) {
 }
 
 TEST(InspectMesh, RefusesWithTheNumberAndTheLimit) {
-  TestMesh mesh = testing::box_mesh({1, 1, 1});
+  TestMesh mesh = test_solids::box_mesh({1, 1, 1});
   mesh.vertices[3].y = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_NE(refusal(mesh).find("coordinate y of vertex 3 is nan, must lie in [-100000, 100000]"),
+  EXPECT_NE(inspection_refusal(mesh).find("coordinate y of vertex 3 is nan, must lie in [-100000, 100000]"),
             std::string::npos)
-      << refusal(mesh);
+      << inspection_refusal(mesh);
   mesh.vertices[3].y = 2e5f;
-  EXPECT_NE(refusal(mesh).find("coordinate y of vertex 3 is 200000"), std::string::npos) << refusal(mesh);
+  EXPECT_NE(inspection_refusal(mesh).find("coordinate y of vertex 3 is 200000"), std::string::npos)
+      << inspection_refusal(mesh);
   mesh.vertices[3].y = 1.0f;
   mesh.triangles[4].c = 8;
-  EXPECT_EQ(refusal(mesh), "inspect_mesh: triangle 4 has a corner at vertex 8, but there are 8");
+  EXPECT_EQ(inspection_refusal(mesh), "inspect_mesh: triangle 4 has a corner at vertex 8, but there are 8");
 }
 
 }  // namespace

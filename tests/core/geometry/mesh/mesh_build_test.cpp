@@ -17,7 +17,7 @@
 namespace scree {
 namespace {
 
-using testing::TestMesh;
+using test_solids::TestMesh;
 
 TriangleMesh build(const TestMesh& mesh) { return TriangleMesh(mesh.vertices, mesh.triangles); }
 const MeshSolid& solid_of(const TriangleMesh& mesh) { return *MeshAccess::solid(mesh); }
@@ -105,11 +105,11 @@ TEST(TriangleMeshTree, EveryBoxHoldsWhatIsBelowIt) {
     check_tree(solid_of(mesh).data);
   }
   check_tree(solid_of(build(random_mesh(5000, 1))).data);
-  check_tree(solid_of(build(testing::torus_mesh(3, 1, 40, 20))).data);
+  check_tree(solid_of(build(test_solids::torus_mesh(3, 1, 40, 20))).data);
 }
 
 TEST(TriangleMeshTree, ColumnsEndWithCopiesOfTheLastTriangle) {
-  const TriangleMesh mesh = build(testing::box_mesh({1, 2, 3}));
+  const TriangleMesh mesh = build(test_solids::box_mesh({1, 2, 3}));
   const MeshColumns& columns = solid_of(mesh).columns;
   EXPECT_EQ(mesh.triangle_count(), 12u);
   ASSERT_EQ(columns.corners.size(), 16u);
@@ -136,7 +136,7 @@ TEST(TriangleMeshTree, LeavesAreListedByGivenNumbers) {
 
 // The boxes of leaves of a fine grid are small: 16 triangles of it lie close together.
 TEST(TriangleMeshTree, LeavesOfAGridAreCompact) {
-  TestMesh mesh = testing::torus_mesh(3, 1, 128, 64);
+  TestMesh mesh = test_solids::torus_mesh(3, 1, 128, 64);
   std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), std::mt19937(1));
   const TriangleMesh built = build(mesh);
   const MeshData& data = solid_of(built).data;
@@ -150,7 +150,7 @@ TEST(TriangleMeshTree, LeavesOfAGridAreCompact) {
 }
 
 TEST(TriangleMesh, KeepsVerticesAndTrianglesAsGiven) {
-  const TestMesh given = testing::torus_mesh(2, 0.5, 20, 10);
+  const TestMesh given = test_solids::torus_mesh(2, 0.5, 20, 10);
   const TriangleMesh mesh = build(given);
   ASSERT_EQ(mesh.vertices().size(), given.vertices.size());
   EXPECT_TRUE(std::equal(given.vertices.begin(), given.vertices.end(), mesh.vertices().begin()));
@@ -297,7 +297,7 @@ TEST(TriangleMesh, EqualMeshesAreEqual) {
 }
 
 TEST(TriangleMesh, MovedFromAndDefaultMeshesAreEmpty) {
-  TriangleMesh mesh = build(testing::box_mesh({1, 1, 1}));
+  TriangleMesh mesh = build(test_solids::box_mesh({1, 1, 1}));
   const TriangleMesh taken = std::move(mesh);
   for (const TriangleMesh& empty : {mesh, TriangleMesh()}) {  // NOLINT: moved from on purpose
     EXPECT_TRUE(empty.is_empty());
@@ -312,7 +312,7 @@ TEST(TriangleMesh, MovedFromAndDefaultMeshesAreEmpty) {
 }
 
 TEST(TriangleMesh, MaterialsFollowTheirTriangles) {
-  const TestMesh given = testing::torus_mesh(2, 0.5, 30, 10);
+  const TestMesh given = test_solids::torus_mesh(2, 0.5, 30, 10);
   const Material materials[2]{{.friction = 0.1f, .density = 5, .surface_velocity = {1, 0, 0}},
                               {.restitution = 0.5f, .patch_radius = 0.25f}};
   std::vector<std::uint8_t> surface(given.triangles.size());
@@ -330,7 +330,7 @@ TEST(TriangleMesh, MaterialsFollowTheirTriangles) {
 }
 
 TEST(TriangleMesh, TakesFewBytesATriangle) {
-  const TriangleMesh mesh = build(testing::torus_mesh(30, 10, 400, 250));  // 200,000 triangles
+  const TriangleMesh mesh = build(test_solids::torus_mesh(30, 10, 400, 250));  // 200,000 triangles
   EXPECT_LT(static_cast<double>(mesh.memory()) / static_cast<double>(mesh.triangle_count()), 60.0);
 }
 
@@ -354,7 +354,7 @@ TEST(TriangleMesh, MadeOfItsPartsIsTheSame) {
 }
 
 TEST(TriangleMesh, PartsWithDefectsAreFound) {
-  const TriangleMesh mesh = build(testing::torus_mesh(2, 0.5, 10, 6));
+  const TriangleMesh mesh = build(test_solids::torus_mesh(2, 0.5, 10, 6));
   const MeshParts sound = parts_of(solid_of(mesh));
   const auto defect = [&](auto&& change) {
     MeshParts parts = sound;

@@ -12,7 +12,7 @@
 namespace scree {
 namespace {
 
-using testing::TestMesh;
+using test_solids::TestMesh;
 
 constexpr double kPi = 3.14159265358979323846;
 
@@ -20,7 +20,7 @@ MassProperties mass_of(const TestMesh& mesh, float density = 1000.0f) {
   return mesh_mass(mesh.vertices, mesh.triangles, density);
 }
 
-std::string refusal(const TestMesh& mesh, float density = 1000.0f) {
+std::string mass_refusal(const TestMesh& mesh, float density = 1000.0f) {
   try {
     mass_of(mesh, density);
   } catch (const Error& error) {
@@ -44,7 +44,7 @@ float uniform(std::mt19937& random, float low, float high) {
 }
 
 TEST(MeshMass, OfABoxIsThatOfTheFormula) {
-  const MassProperties mass = mass_of(testing::box_mesh({1, 2, 3}), 2.0f);
+  const MassProperties mass = mass_of(test_solids::box_mesh({1, 2, 3}), 2.0f);
   EXPECT_EQ(mass.mass, 96.0f);
   EXPECT_EQ(mass.center, Vec3{});
   const float truth[6] = {32 * 13, 32 * 10, 32 * 5, 0, 0, 0};
@@ -59,7 +59,7 @@ TEST(MeshMass, OfATorusApproachesTheFormula) {
   const double across = truth * (0.5 * ring * ring + 0.625 * tube * tube);
   double last[3]{};
   for (const std::uint32_t n : {32u, 64u, 128u}) {
-    const MassProperties mass = mass_of(testing::torus_mesh(ring, tube, n, n), 1.0f);
+    const MassProperties mass = mass_of(test_solids::torus_mesh(ring, tube, n, n), 1.0f);
     const double errors[3] = {truth - mass.mass, axial - mass.inertia[1], across - mass.inertia[0]};
     for (int i = 0; i < 3; ++i) {
       EXPECT_GT(errors[i], 0.0);
@@ -74,13 +74,13 @@ TEST(MeshMass, OfATorusApproachesTheFormula) {
 
 TEST(MeshMass, OfABallApproachesTheFormula) {
   const double truth = 4.0 / 3.0 * kPi * 8.0;
-  const MassProperties mass = mass_of(testing::ball_mesh(2.0f, 5), 1.0f);
+  const MassProperties mass = mass_of(test_solids::ball_mesh(2.0f, 5), 1.0f);
   EXPECT_NEAR(mass.mass / truth, 1.0, 1.5e-3);
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(mass.inertia[i] / (0.4 * 4.0 * truth), 1.0, 2.5e-3);
 }
 
 TEST(MeshMass, FarFromTheOriginIsTheSame) {
-  TestMesh mesh = testing::torus_mesh(2.0, 0.5, 24, 12);
+  TestMesh mesh = test_solids::torus_mesh(2.0, 0.5, 24, 12);
   mesh.map([](Vec3 v) {
     return Vec3{std::round(v.x * 64) / 64, std::round(v.y * 64) / 64, std::round(v.z * 64) / 64};
   });
@@ -97,7 +97,7 @@ TEST(MeshMass, FarFromTheOriginIsTheSame) {
 TEST(MeshMass, TurnsWithTheMesh) {
   std::mt19937 random(3);
   for (int trial = 0; trial < 20; ++trial) {
-    TestMesh mesh = testing::box_mesh({1, 2, 3});
+    TestMesh mesh = test_solids::box_mesh({1, 2, 3});
     const MassProperties mass = mass_of(mesh);
     const float x = uniform(random, -1, 1), y = uniform(random, -1, 1);
     const float z = uniform(random, -1, 1), angle = uniform(random, -3, 3);
@@ -112,7 +112,7 @@ TEST(MeshMass, TurnsWithTheMesh) {
 }
 
 TEST(MeshMass, AHollowIsTakenOff) {
-  TestMesh shell = testing::box_mesh({2, 2, 2}), hollow = testing::box_mesh({1, 1, 1});
+  TestMesh shell = test_solids::box_mesh({2, 2, 2}), hollow = test_solids::box_mesh({1, 1, 1});
   hollow.flip();
   hollow.map([](Vec3 v) { return v + Vec3{0.5f, 0, 0}; });
   shell.append(hollow);
@@ -122,7 +122,7 @@ TEST(MeshMass, AHollowIsTakenOff) {
 }
 
 TEST(MeshMass, InsideOutIsTheSame) {
-  TestMesh mesh = testing::torus_mesh(2.0, 0.5, 16, 16);
+  TestMesh mesh = test_solids::torus_mesh(2.0, 0.5, 16, 16);
   mesh.map([](Vec3 v) { return v + Vec3{0.3f, 1.0f, -2.0f}; });
   const MassProperties mass = mass_of(mesh);
   mesh.flip();
@@ -156,7 +156,7 @@ TEST(MeshMass, AgreesWithHullsOfRandomPoints) {
 }
 
 TEST(MeshMass, IsTakenByBodies) {
-  const MassProperties mass = mass_of(testing::torus_mesh(0.5, 0.1, 24, 12));
+  const MassProperties mass = mass_of(test_solids::torus_mesh(0.5, 0.1, 24, 12));
   World world;
   const BodyId body = world.create_body({});
   world.set_mass_properties(body, mass);
@@ -164,24 +164,24 @@ TEST(MeshMass, IsTakenByBodies) {
 }
 
 TEST(MeshMass, RefusesWhatEnclosesNothing) {
-  TestMesh open = testing::box_mesh({1, 1, 1});
+  TestMesh open = test_solids::box_mesh({1, 1, 1});
   open.triangles.pop_back();
-  EXPECT_EQ(refusal(open),
+  EXPECT_EQ(mass_refusal(open),
             "mesh_mass: the mesh is not closed: of 18 edges 3 are open and 0 are between triangles that look "
             "to different sides");
   TestMesh leaf{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}}};
-  EXPECT_EQ(refusal(leaf), "mesh_mass: the mesh encloses no volume");
+  EXPECT_EQ(mass_refusal(leaf), "mesh_mass: the mesh encloses no volume");
   TestMesh far_leaf = leaf;
   far_leaf.map([](Vec3 v) { return v + Vec3{1e5f - 1, 1e5f - 1, 7}; });
-  EXPECT_EQ(refusal(far_leaf), "mesh_mass: the mesh encloses no volume");
-  EXPECT_EQ(refusal({}), "mesh_mass: the mesh has no triangles");
+  EXPECT_EQ(mass_refusal(far_leaf), "mesh_mass: the mesh encloses no volume");
+  EXPECT_EQ(mass_refusal({}), "mesh_mass: the mesh has no triangles");
 }
 
 TEST(MeshMass, RefusesMassesBeyondTheLimits) {
-  const TestMesh box = testing::box_mesh({1, 1, 1});
-  EXPECT_EQ(refusal(box, 0.0f), "mesh_mass: density is 0, must lie in [9.99999997e-07, 1e+09]");
-  EXPECT_NE(refusal(box, std::nanf("")).find("density is nan"), std::string::npos);
-  EXPECT_NE(refusal(testing::box_mesh({1e-6f, 1e-6f, 1e-6f}), 1e-6f).find("the mass is 7.99"),
+  const TestMesh box = test_solids::box_mesh({1, 1, 1});
+  EXPECT_EQ(mass_refusal(box, 0.0f), "mesh_mass: density is 0, must lie in [9.99999997e-07, 1e+09]");
+  EXPECT_NE(mass_refusal(box, std::nanf("")).find("density is nan"), std::string::npos);
+  EXPECT_NE(mass_refusal(test_solids::box_mesh({1e-6f, 1e-6f, 1e-6f}), 1e-6f).find("the mass is 7.99"),
             std::string::npos);
 }
 

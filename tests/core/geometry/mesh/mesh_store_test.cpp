@@ -14,9 +14,11 @@
 namespace scree {
 namespace {
 
-TriangleMesh mesh_of(const testing::TestMesh& mesh) { return TriangleMesh(mesh.vertices, mesh.triangles); }
+TriangleMesh mesh_of(const test_solids::TestMesh& mesh) {
+  return TriangleMesh(mesh.vertices, mesh.triangles);
+}
 TriangleMesh box(float size, Vec3 shift = {}) {
-  testing::TestMesh mesh = testing::box_mesh({size, size, size});
+  test_solids::TestMesh mesh = test_solids::box_mesh({size, size, size});
   mesh.map([shift](Vec3 v) { return v + shift; });
   return mesh_of(mesh);
 }
@@ -83,7 +85,7 @@ TEST(MeshStore, FreedSlotsAreUsedAgainLatestFirst) {
 
 TEST(MeshStore, AMeshComesBackFromItsShape) {
   World world;
-  const TriangleMesh mesh = mesh_of(testing::torus_mesh(2, 1, 10, 8));
+  const TriangleMesh mesh = mesh_of(test_solids::torus_mesh(2, 1, 10, 8));
   const ShapeId shape = world.add_shape(world.create_body({.type = BodyType::fixed}), mesh);
   EXPECT_EQ(std::get<TriangleMesh>(world.geometry(shape)), mesh);
   EXPECT_EQ(MeshAccess::solid(std::get<TriangleMesh>(world.geometry(shape))), MeshAccess::solid(mesh));

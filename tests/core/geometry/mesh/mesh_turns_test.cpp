@@ -10,9 +10,9 @@
 namespace scree {
 namespace {
 
-using testing::TestMesh;
+using test_solids::TestMesh;
 
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kHalfTurn = 3.14159265358979323846;
 
 struct Built {
   explicit Built(const TestMesh& given) : mesh(given.vertices, given.triangles) {}
@@ -50,7 +50,7 @@ TEST(EdgeTurns, AreTheAnglesByWhichNeighborsTurnDown) {
 
 TEST(EdgeTurns, AreAnUnitLong) {
   std::mt19937 random(3);
-  std::uniform_real_distribution<double> any(-kPi, kPi);
+  std::uniform_real_distribution<double> any(-kHalfTurn, kHalfTurn);
   for (int trial = 0; trial < 200; ++trial) {
     const EdgeTurn turn = Built(fan({any(random)})).turn(0, 0);
     EXPECT_NEAR(std::hypot(turn.cosine, turn.sine), kTurnUnit, 1.0);
@@ -68,7 +68,7 @@ TEST(EdgeTurns, TheNeighborThatRisesHighestCounts) {
 }
 
 TEST(EdgeTurns, OfABoxAreRidgesOf90Degrees) {
-  const Built built(testing::box_mesh({1, 2, 3}));
+  const Built built(test_solids::box_mesh({1, 2, 3}));
   int flat = 0, ridges = 0;
   for (std::int32_t i = 0; i < 12; ++i) {
     for (int edge = 0; edge < 3; ++edge) {
@@ -82,7 +82,7 @@ TEST(EdgeTurns, OfABoxAreRidgesOf90Degrees) {
 }
 
 TEST(EdgeTurns, OfABallAreRidgesAndOfABowlValleys) {
-  TestMesh ball = testing::ball_mesh(2.0f, 3);
+  TestMesh ball = test_solids::ball_mesh(2.0f, 3);
   for (const bool is_bowl : {false, true}) {
     if (is_bowl) ball.flip();
     const Built built(ball);

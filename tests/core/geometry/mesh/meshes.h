@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace scree::testing {
+namespace scree::test_solids {
 
 struct TestMesh {
   std::vector<Vec3> vertices;
@@ -96,4 +96,4 @@ inline TestMesh ball_mesh(float radius, int times) {
   return mesh;
 }
 
-}  // namespace scree::testing
+}  // namespace scree::test_solids

@@ -16,7 +16,7 @@ namespace {
 using Bytes = std::vector<std::byte>;
 
 MeshPointer make_mesh() {
-  testing::TestMesh ring = testing::torus_mesh(5, 2, 9, 6);
+  test_solids::TestMesh ring = test_solids::torus_mesh(5, 2, 9, 6);
   ring.triangles.insert(ring.triangles.begin() + 3, {1, 1, 2});
   std::vector<std::uint8_t> surface(ring.triangles.size(), 255);
   surface[5] = 1;
@@ -47,7 +47,7 @@ std::string refusal(const Bytes& bytes) {
 
 TEST(SnapshotMeshes, ComeBackAsTheyWere) {
   const MeshPointer ring = make_mesh();
-  const testing::TestMesh box = testing::box_mesh({1, 2, 3});
+  const test_solids::TestMesh box = test_solids::box_mesh({1, 2, 3});
   const TriangleMesh plain(box.vertices, box.triangles);
   const std::vector<SharedMesh> meshes{{ring}, {nullptr}, {MeshAccess::solid(plain)}, {ring}};
   const Bytes bytes = bytes_of(meshes);

@@ -19,7 +19,7 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-constexpr float kDt = 1.0f / 60.0f;
+constexpr float kStep = 1.0f / 60.0f;
 
 Hull tetrahedron() {
   const Vec3 points[] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
@@ -91,13 +91,13 @@ struct Zoo {
   // One of two surfaces, one of two shapes, and one whose slot is free again. They are far away.
   void add_meshes() {
     const BodyId land = world.create_body({.type = BodyType::fixed, .position = {0, 0, 500}});
-    testing::TestMesh ring = testing::torus_mesh(5, 2, 9, 6);
+    test_solids::TestMesh ring = test_solids::torus_mesh(5, 2, 9, 6);
     ring.triangles.push_back(ring.triangles[7]);
     std::vector<std::uint8_t> surface(ring.triangles.size(), 255);
     surface[3] = 0;
     const Material ice{.friction = 0.01f};
     const TriangleMesh mesh(ring.vertices, ring.triangles, {surface, std::span(&ice, 1)});
-    const testing::TestMesh box = testing::box_mesh({1, 2, 3}), ball = testing::ball_mesh(1, 1);
+    const test_solids::TestMesh box = test_solids::box_mesh({1, 2, 3}), ball = test_solids::ball_mesh(1, 1);
     const ShapeId gone = world.add_shape(land, TriangleMesh(ball.vertices, ball.triangles));
     world.add_shape(land, mesh);
     world.add_shape(land, mesh, {}, {.local_pose = {{30, 0, 0}, {}}});
@@ -122,11 +122,11 @@ struct Zoo {
   }
   void run(int steps) {
     Workers workers(1);
-    for (int i = 0; i < steps; ++i) step(world, kDt, workers);
+    for (int i = 0; i < steps; ++i) step(world, kStep, workers);
   }
 };
 
-Bytes bytes_of(const World& world) {
+Bytes saved_bytes(const World& world) {
   Snapshot snapshot;
   save(world, snapshot);
   return write_snapshot(snapshot);
@@ -134,7 +134,7 @@ Bytes bytes_of(const World& world) {
 
 void run(World& world, int steps) {
   Workers workers(1);
-  for (int i = 0; i < steps; ++i) step(world, kDt, workers);
+  for (int i = 0; i < steps; ++i) step(world, kStep, workers);
 }
 
 TEST(Snapshot, HoldsTheSameBytesAfterEveryWay) {
@@ -148,9 +148,9 @@ TEST(Snapshot, HoldsTheSameBytesAfterEveryWay) {
   EXPECT_EQ(write_snapshot(read_snapshot(bytes)), bytes);
   World other;
   restore(other, snapshot);
-  EXPECT_EQ(bytes_of(other), bytes);
-  EXPECT_EQ(bytes_of(clone(zoo.world)), bytes);
-  EXPECT_EQ(bytes_of(zoo.world), bytes);
+  EXPECT_EQ(saved_bytes(other), bytes);
+  EXPECT_EQ(saved_bytes(clone(zoo.world)), bytes);
+  EXPECT_EQ(saved_bytes(zoo.world), bytes);
 }
 
 TEST(Snapshot, OfANewWorldHoldsItsSettings) {
@@ -160,8 +160,8 @@ TEST(Snapshot, OfANewWorldHoldsItsSettings) {
   EXPECT_EQ(copy.settings().substeps, 7);
   EXPECT_FALSE(copy.settings().continuous);
   EXPECT_EQ(copy.body_count(), 0u);
-  EXPECT_EQ(bytes_of(copy), bytes_of(world));
-  EXPECT_EQ(write_snapshot(read_snapshot(bytes_of(world))), bytes_of(world));
+  EXPECT_EQ(saved_bytes(copy), saved_bytes(world));
+  EXPECT_EQ(write_snapshot(read_snapshot(saved_bytes(world))), saved_bytes(world));
 }
 
 TEST(Snapshot, RestoresWhatCallsReturn) {
@@ -206,10 +206,10 @@ TEST(Snapshot, IsUnchangedByWhatHappensAfterwards) {
   zoo.add({.position = {1, 5, 1}}, ConvexHull{block(), {0.5f, 0.6f, 0.7f}});
   zoo.run(20);
   EXPECT_EQ(write_snapshot(snapshot), bytes);
-  const Bytes changed = bytes_of(zoo.world);
+  const Bytes changed = saved_bytes(zoo.world);
   EXPECT_NE(changed, bytes);
   restore(zoo.world, snapshot);
-  EXPECT_EQ(bytes_of(zoo.world), bytes);
+  EXPECT_EQ(saved_bytes(zoo.world), bytes);
 }
 
 TEST(Snapshot, GoesOnAsTheWorldDid) {
@@ -222,8 +222,8 @@ TEST(Snapshot, GoesOnAsTheWorldDid) {
     zoo.run(1);
     other.run(1);
     run(fresh, 1);
-    ASSERT_EQ(bytes_of(other.world), bytes_of(zoo.world)) << i;
-    ASSERT_EQ(bytes_of(fresh), bytes_of(zoo.world)) << i;
+    ASSERT_EQ(saved_bytes(other.world), saved_bytes(zoo.world)) << i;
+    ASSERT_EQ(saved_bytes(fresh), saved_bytes(zoo.world)) << i;
   }
 }
 
@@ -235,7 +235,7 @@ TEST(Snapshot, LaterCallsGiveTheSameResults) {
     const ShapeId shape = world.add_shape(body, ConvexHull{block(), {1.0f, 2.0f, 1.0f}});
     world.set_geometry(zoo.shapes[8], ConvexHull{tetrahedron()});
     world.set_body_type(zoo.bodies[9], BodyType::kinematic);
-    world.set_kinematic_target(zoo.bodies[1], {{1, 0.3f, 0}, {}}, kDt);
+    world.set_kinematic_target(zoo.bodies[1], {{1, 0.3f, 0}, {}}, kStep);
     world.destroy_body(zoo.bodies[10]);
     run(world, 10);
     world.destroy_shape(shape);
@@ -243,7 +243,7 @@ TEST(Snapshot, LaterCallsGiveTheSameResults) {
     return body;
   };
   EXPECT_EQ(change(zoo.world), change(copy));
-  EXPECT_EQ(bytes_of(copy), bytes_of(zoo.world));
+  EXPECT_EQ(saved_bytes(copy), saved_bytes(zoo.world));
 }
 
 TEST(Snapshot, MakesExactlyTheHandlesOfItsMomentValid) {
@@ -293,7 +293,7 @@ TEST(Snapshot, WritesEachHullOnce) {
       world.add_shape(world.create_body({.position = {3.0f * static_cast<float>(i), 0, 0}}),
                       ConvexHull{hull});
     }
-    return bytes_of(world).size();
+    return saved_bytes(world).size();
   };
   EXPECT_LT(size_with(60) - size_with(10), 50 * 320u);
 }
@@ -331,7 +331,7 @@ TEST(SnapshotChanges, ReproduceTheLaterSnapshot) {
     ASSERT_EQ(write_snapshot(again), write_snapshot(later)) << i;
     World copy;
     restore(copy, again);
-    ASSERT_EQ(bytes_of(copy), bytes_of(zoo.world)) << i;
+    ASSERT_EQ(saved_bytes(copy), saved_bytes(zoo.world)) << i;
   }
   keep_changes(later, later, changes);
   apply_changes(later, changes, again);
@@ -371,7 +371,7 @@ TEST(SnapshotChanges, AreRefusedWithAnotherBase) {
   keep_changes(base, later, changes);
   EXPECT_NE(error_of([&] { apply_changes(later, changes, other); }), "");
   EXPECT_NE(error_of([&] { apply_changes(base, changes, base); }), "");
-  EXPECT_EQ(write_snapshot(later), bytes_of(zoo.world)) << "a call that throws has changed nothing";
+  EXPECT_EQ(write_snapshot(later), saved_bytes(zoo.world)) << "a call that throws has changed nothing";
   save(zoo.world, base);
   EXPECT_NE(error_of([&] { apply_changes(base, changes, other); }), "");
 }
@@ -412,7 +412,7 @@ bool loads(const Bytes& bytes) {
 }
 
 TEST(SnapshotBytes, AreRefusedAtEveryLengthButTheirOwn) {
-  const Bytes bytes = bytes_of(Zoo(10, 6).world);
+  const Bytes bytes = saved_bytes(Zoo(10, 6).world);
   ASSERT_TRUE(loads(bytes));
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     ASSERT_FALSE(loads(Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length)))) << length;
@@ -423,7 +423,7 @@ TEST(SnapshotBytes, AreRefusedAtEveryLengthButTheirOwn) {
 }
 
 TEST(SnapshotBytes, AreRefusedAtEveryOtherLengthEvenWithAValidChecksum) {
-  const Bytes bytes = bytes_of(Zoo(10, 6).world);
+  const Bytes bytes = saved_bytes(Zoo(10, 6).world);
   constexpr std::size_t kSizeEnd = 32, kHashEnd = 40;  // where the head has them
   for (std::size_t length = kSizeEnd; length < bytes.size(); ++length) {
     Bytes cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length));
@@ -438,7 +438,7 @@ TEST(SnapshotBytes, AreRefusedAtEveryOtherLengthEvenWithAValidChecksum) {
 }
 
 TEST(SnapshotBytes, AreRefusedIfABitIsWrong) {
-  const Bytes bytes = bytes_of(Zoo(10, 6).world);
+  const Bytes bytes = saved_bytes(Zoo(10, 6).world);
   Random random(3);
   for (int i = 0; i < 2000; ++i) {
     Bytes wrong = bytes;
@@ -448,7 +448,7 @@ TEST(SnapshotBytes, AreRefusedIfABitIsWrong) {
 }
 
 TEST(SnapshotBytes, NeverCorruptAWorld) {
-  const Bytes bytes = bytes_of(Zoo(30, 8).world);
+  const Bytes bytes = saved_bytes(Zoo(30, 8).world);
   Random random(4);
   int loaded = 0;
   for (int i = 0; i < 10000; ++i) {
@@ -466,7 +466,7 @@ TEST(SnapshotBytes, NeverCorruptAWorld) {
 
 TEST(SnapshotBytes, NeverCorruptAWorldWithArbitraryNumbers) {
   // Changes whole words instead of bits, to reach indices and counts.
-  const Bytes bytes = bytes_of(Zoo(30, 8).world);
+  const Bytes bytes = saved_bytes(Zoo(30, 8).world);
   constexpr std::uint32_t kWords[] = {0,          1,          2,          0x7fffffff, 0xffffffff,
                                       0x80000000, 0x7fc00000, 0x7f800000, 64};
   Random random(5);
@@ -482,7 +482,7 @@ TEST(SnapshotBytes, NeverCorruptAWorldWithArbitraryNumbers) {
 TEST(SnapshotBytes, ListAllFreeRowsOfContacts) {
   Zoo zoo;
   internals(zoo.world).contacts.now.resize(internals(zoo.world).contacts.now.points.size() + 1000);
-  EXPECT_NE(error_of([&] { read_snapshot(bytes_of(zoo.world)); }).find("some free row is not listed"),
+  EXPECT_NE(error_of([&] { read_snapshot(saved_bytes(zoo.world)); }).find("some free row is not listed"),
             std::string::npos);
 }
 
@@ -497,22 +497,24 @@ TEST(SnapshotBytes, RefuseManifoldsOfRowsThatNoBodyHas) {
   for (const std::int32_t row : {0, 1, kFirstBody - 1}) {
     manifold.row_a = kFixedRow;
     manifold.row_b = row;
-    EXPECT_NE(error_of([&] { read_snapshot(bytes_of(world)); }).find("is not between the bodies of its pair"),
-              std::string::npos)
+    EXPECT_NE(
+        error_of([&] { read_snapshot(saved_bytes(world)); }).find("is not between the bodies of its pair"),
+        std::string::npos)
         << row;
   }
   manifold.row_b = kFirstBody;
-  EXPECT_EQ(error_of([&] { read_snapshot(bytes_of(world)); }), "");
+  EXPECT_EQ(error_of([&] { read_snapshot(saved_bytes(world)); }), "");
   manifold.row_a = 1;
-  EXPECT_NE(error_of([&] { read_snapshot(bytes_of(world)); }).find("is not between the bodies of its pair"),
-            std::string::npos);
+  EXPECT_NE(
+      error_of([&] { read_snapshot(saved_bytes(world)); }).find("is not between the bodies of its pair"),
+      std::string::npos);
 }
 
 TEST(SnapshotBytes, ListAllFreeSlots) {
   const auto refusal_without_one = [](auto&& slots_of) {
     Zoo zoo;
     slots_of(zoo.world).pop_back();
-    return error_of([&] { read_snapshot(bytes_of(zoo.world)); });
+    return error_of([&] { read_snapshot(saved_bytes(zoo.world)); });
   };
   const std::string body =
       refusal_without_one([](World & world) -> auto& { return internals(world).bodies.free_slots; });
@@ -531,8 +533,8 @@ TEST(SnapshotBytes, HoldSlotsWhoseGenerationsAreUsedUp) {
   zoo.world.destroy_body(body);
   zoo.world.destroy_shape(shape);
   World other;
-  restore(other, read_snapshot(bytes_of(zoo.world)));
-  EXPECT_EQ(bytes_of(other), bytes_of(zoo.world));
+  restore(other, read_snapshot(saved_bytes(zoo.world)));
+  EXPECT_EQ(saved_bytes(other), saved_bytes(zoo.world));
 }
 
 // The bytes of a tetrahedron, one face of which goes from its first corner to a point in its middle and back.
@@ -577,7 +579,7 @@ TEST(SnapshotBytes, RefuseAFaceThatVisitsACornerTwice) {
 }
 
 TEST(SnapshotBytes, AreRefusedWithTheReason) {
-  Bytes bytes = bytes_of(Zoo(10, 6).world);
+  Bytes bytes = saved_bytes(Zoo(10, 6).world);
   const auto refusal = [&bytes](std::size_t at, std::uint32_t word) {
     Bytes wrong = bytes;
     std::memcpy(wrong.data() + at, &word, sizeof word);

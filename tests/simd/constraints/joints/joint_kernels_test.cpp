@@ -5,11 +5,11 @@ namespace scree::joint_tests {
 namespace {
 
 constexpr int kPlainBall = simd::joint_variant(JointType::ball, false),
-              kRichBall = simd::joint_variant(JointType::ball, true);
+              kDrivenBall = simd::joint_variant(JointType::ball, true);
 constexpr int kPlainHinge = simd::joint_variant(JointType::hinge, false),
-              kRichHinge = simd::joint_variant(JointType::hinge, true);
-constexpr int kWeld = simd::joint_variant(JointType::weld, false);
-constexpr int kVariants[] = {kPlainBall, kRichBall, kPlainHinge, kRichHinge, kWeld};
+              kDrivenHinge = simd::joint_variant(JointType::hinge, true);
+constexpr int kRigidWeld = simd::joint_variant(JointType::weld, false);
+constexpr int kBlockVariants[] = {kPlainBall, kDrivenBall, kPlainHinge, kDrivenHinge, kRigidWeld};
 
 JointParameters random_parameters(Random& random) {
   JointParameters p = free_rotation();
@@ -75,7 +75,7 @@ void expect_same(const Column<Row>& a, const Column<Row>& b, const std::string& 
 }
 
 TEST(JointKernels, EveryInstructionSetGivesTheBitsOfScalar) {
-  for (const int variant : kVariants) {
+  for (const int variant : kBlockVariants) {
     JointWorld expected = random_pairs(67, 1, 0.3f);
     for (int step = 0; step < 5; ++step) expected.step(scalar_kernels(), variant);
     for (const simd::Kernels* kernels : all_kernels()) {
@@ -93,7 +93,7 @@ TEST(JointKernels, EveryInstructionSetGivesTheBitsOfScalar) {
 
 // The largest reactions of a step's substeps, of joints that may break.
 TEST(JointKernels, KeepTheLargestReactionsWhereTheyAreAskedFor) {
-  for (const int variant : kVariants) {
+  for (const int variant : kBlockVariants) {
     const auto run = [&](const simd::Kernels& kernels, bool breaks) {
       JointWorld world = random_pairs(67, 1, 0.3f);
       world.breaks = breaks;
@@ -120,7 +120,7 @@ TEST(JointKernels, KeepTheLargestReactionsWhereTheyAreAskedFor) {
 }
 
 TEST(JointKernels, NonFiniteJointsChangeNoOtherLaneAndForgetTheirImpulses) {
-  for (const int variant : kVariants) {
+  for (const int variant : kBlockVariants) {
     const auto run = [&](const simd::Kernels& kernels, bool spoiled) {
       JointWorld world = random_pairs(32, 2, 0.1f);
       world.step(kernels, variant);
@@ -146,7 +146,7 @@ TEST(JointKernels, NonFiniteJointsChangeNoOtherLaneAndForgetTheirImpulses) {
 
 // One pass over a joint is exact: its held rows are solved as one.
 TEST(JointKernels, HeldRowsOfALoneJointHaveNoSpeedLeft) {
-  for (const int variant : kVariants) {
+  for (const int variant : kBlockVariants) {
     JointWorld world = random_pairs(200, 3, 0.0f);
     bound_drives(world);
     for (JointParameters& p : world.parameters) p.hertz = p.angular_hertz = 0.0f;  // no springs
@@ -156,10 +156,10 @@ TEST(JointKernels, HeldRowsOfALoneJointHaveNoSpeedLeft) {
       const Vec3 turning =
           world.angular(world.frames[joint].row_b) - world.angular(world.frames[joint].row_a);
       const Vec3 x = rotate(world.frame_a(joint).rotation, {1, 0, 0});
-      if (variant == kPlainHinge || variant == kRichHinge) {
+      if (variant == kPlainHinge || variant == kDrivenHinge) {
         EXPECT_LT(length(cross(x, turning)), 4e-5f) << variant << " joint " << joint;
       }
-      if (variant == kWeld) {
+      if (variant == kRigidWeld) {
         EXPECT_LT(length(turning), 4e-5f) << joint;
       }
     }
@@ -168,7 +168,7 @@ TEST(JointKernels, HeldRowsOfALoneJointHaveNoSpeedLeft) {
 
 // Limits and drives beside springs of any softness, some of them against each other.
 TEST(JointKernels, NothingGainsSpeedWithoutBounds) {
-  for (const int variant : kVariants) {
+  for (const int variant : kBlockVariants) {
     JointWorld world = random_pairs(200, 5, 0.1f);
     bound_drives(world);
     for (int step = 0; step < 120; ++step) world.step(scalar_kernels(), variant);
@@ -180,7 +180,7 @@ TEST(JointKernels, NothingGainsSpeedWithoutBounds) {
 
 // Small bodies on long arms: what a difference of responses would lose all digits of.
 TEST(JointKernels, HeldRowsOfASmallBodyOnALongArmHaveNoSpeedLeft) {
-  for (const int variant : {kPlainHinge, kWeld}) {
+  for (const int variant : {kPlainHinge, kRigidWeld}) {
     JointWorld world;
     world.gravity = kWeight;
     for (int i = 0; i < 5; ++i) {
@@ -201,7 +201,7 @@ TEST(JointKernels, HeldRowsOfASmallBodyOnALongArmHaveNoSpeedLeft) {
 }
 
 TEST(JointKernels, ImpulsesConserveMomentum) {
-  for (const int variant : kVariants) {
+  for (const int variant : kBlockVariants) {
     JointWorld world = random_pairs(100, 4, 0.0f);
     bound_drives(world);
     world.gravity = {0, 0, 0};
@@ -234,7 +234,7 @@ TEST(JointKernels, ImpulsesConserveMomentum) {
 // A door with its hinge along the vertical edge: nothing but the hinge carries it.
 TEST(JointKernels, AHingeHoldsADoorUnderItsWeight) {
   for (const simd::Kernels* kernels : all_kernels()) {
-    for (const int variant : {kPlainHinge, kRichHinge}) {
+    for (const int variant : {kPlainHinge, kDrivenHinge}) {
       JointWorld world;
       world.gravity = kWeight;
       const float m = 40.0f;

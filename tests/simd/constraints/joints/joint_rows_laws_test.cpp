@@ -5,7 +5,7 @@ namespace scree::joint_tests {
 namespace {
 
 constexpr float kGravity = 9.81f;
-const simd::Kernels& widest() { return simd::widest_kernels(); }
+const simd::Kernels& widest_set() { return simd::widest_kernels(); }
 
 // Sums up the turns of a body about the x axis of the world.
 struct TurnCounter {
@@ -36,7 +36,7 @@ TEST(GearJoint, KeepsItsRatioOverAThousandTurns) {
     for (; std::abs(turn_a.turn) < 2000 * std::numbers::pi && steps < 40000; ++steps) {
       // Loads that come and go must not make it slip.
       world.force[static_cast<std::size_t>(b)].torque[0] = steps % 200 < 100 ? 3.0f : -3.0f;
-      world.step(widest(), JointType::gear);
+      world.step(widest_set(), JointType::gear);
       turn_a.note(world, a);
       turn_b.note(world, b);
       ASSERT_NEAR(turn_a.turn + double{ratio} * turn_b.turn, 0, 2e-3) << "step " << steps;
@@ -54,7 +54,7 @@ TEST(GearJoint, CountsFastTurns) {
   p.axis[0].target = 12;
   world.add_joint(a, {}, b, {}, p);
   world.dt = 1.0f / 15.0f;
-  for (int step = 0; step < 300; ++step) world.step(widest(), JointType::gear);
+  for (int step = 0; step < 300; ++step) world.step(widest_set(), JointType::gear);
   EXPECT_GT(std::abs(world.angular(a).x), 10.0f);
   EXPECT_NEAR(world.angular(a).x + 12 * world.angular(b).x, 0, 1e-3f);
   // Cayley's formula turns a little less than the speed tells, so the faster shaft falls behind and is taken
@@ -74,7 +74,7 @@ TEST(RackAndPinionJoint, KeepsWayAndTurnTogether) {
   double path = 0.0, last = 0.0;
   for (int step = 0; step < 3000; ++step) {
     world.force[static_cast<std::size_t>(pinion)].torque[0] = step % 200 < 100 ? 0.4f : -0.4f;
-    world.step(widest(), JointType::rack_and_pinion);
+    world.step(widest_set(), JointType::rack_and_pinion);
     turned.note(world, pinion);
     path += std::abs(turned.turn - last);
     last = turned.turn;
@@ -108,7 +108,7 @@ TEST(PulleyJoint, RaisesTheLighterWeight) {
     world.add_joint(a, {}, b, {}, p);
     // The rope pulls a with T and b with ratio T, and (speed of a) + ratio (speed of b) is 0.
     const float pull = (1 + c.ratio) * kGravity / (1 / c.mass_a + c.ratio * c.ratio / c.mass_b);
-    for (int step = 0; step < 30; ++step) world.step(widest(), JointType::pulley);
+    for (int step = 0; step < 30; ++step) world.step(widest_set(), JointType::pulley);
     EXPECT_NEAR(world.linear(a).y, (pull / c.mass_a - kGravity) * 0.5f, 2e-3f);
     EXPECT_NEAR(world.linear(b).y, (c.ratio * pull / c.mass_b - kGravity) * 0.5f, 2e-3f);
     EXPECT_NEAR(world.position_of(a).y + c.ratio * world.position_of(b).y, 0, 1e-3f);
@@ -127,7 +127,7 @@ TEST(PulleyJoint, HangsSlack) {
   p.axis[1] = {-1, 5, 0, 0, 0, 0, 0, kDriveNone};
   p.axis[2] = {1, 5, 0, 0, 0, 0, 0, kDriveNone};
   world.add_joint(a, {}, b, {}, p);
-  for (int step = 0; step < 30; ++step) world.step(widest(), JointType::pulley);
+  for (int step = 0; step < 30; ++step) world.step(widest_set(), JointType::pulley);
   EXPECT_NEAR(world.linear(a).y, -kGravity * 0.5f, 1e-4f);
   EXPECT_NEAR(world.linear(b).y, -kGravity * 0.5f, 1e-4f);
 }
@@ -141,7 +141,7 @@ TEST(MouseJoint, DragsAPointToItsTarget) {
   p.axis[0] = {0, 0, 0, 0, 5, 0.7f, kNoLimit, kDriveSpring};
   p.axis[1] = {3, 1, -2, 0, 0, 0, 0, kDriveNone};
   const std::size_t joint = world.add_joint(0, {}, body, anchor, p);
-  for (int step = 0; step < 600; ++step) world.step(widest(), JointType::mouse);
+  for (int step = 0; step < 600; ++step) world.step(widest_set(), JointType::mouse);
   EXPECT_LT(length(world.frame_b(joint).position - Vec3{3, 1, -2}), 1e-3f);
 }
 
@@ -153,7 +153,7 @@ TEST(MouseJoint, PullsNoHarderThanAllowed) {
   p.axis[0] = {0, 0, 0, 0, 5, 0.7f, 5.0f, kDriveSpring};
   p.axis[1] = {0, 100, 0, 0, 0, 0, 0, kDriveNone};
   world.add_joint(0, {}, body, {}, p);
-  for (int step = 0; step < 60; ++step) world.step(widest(), JointType::mouse);
+  for (int step = 0; step < 60; ++step) world.step(widest_set(), JointType::mouse);
   EXPECT_NEAR(world.linear(body).y, 5.0f / 2 - kGravity, 1e-3f);
   EXPECT_NEAR(world.reactions[0].force[1], 5.0f, 1e-4f);
 }
@@ -187,7 +187,7 @@ TEST(MotorJoint, ReachesItsPose) {
     const std::size_t joint =
         world.add_joint(a, {{0.1f, 0.2f, 0.3f}, about(kY, 0.4f)}, b, {{0, 0.2f, 0}, about(kX, 0.3f)},
                         motor_parameters(kDriveSpring, target.position, target.rotation, {}, {}));
-    for (int step = 0; step < 600; ++step) world.step(widest(), JointType::motor);
+    for (int step = 0; step < 600; ++step) world.step(widest_set(), JointType::motor);
     const Pose from = world.frame_a(joint), to = world.frame_b(joint);
     EXPECT_LT(length(rotate_back(from.rotation, to.position - from.position) - target.position), 1e-3f);
     EXPECT_LT(apart(conjugate(from.rotation) * to.rotation, target.rotation), 1e-3f);
@@ -200,7 +200,7 @@ TEST(MotorJoint, KeepsItsSpeedsAgainstALoad) {
   const Quat axes = about(kZ, 0.5f);
   world.add_joint(0, {{0, 0, 0}, axes}, b, {},
                   motor_parameters(kDriveMotor, {}, {}, {1, 2, 3}, {0.5f, 1, 2}));
-  for (int step = 0; step < 30; ++step) world.step(widest(), JointType::motor);
+  for (int step = 0; step < 30; ++step) world.step(widest_set(), JointType::motor);
   EXPECT_LT(length(world.linear(b) - rotate(axes, {1, 2, 3})), 1e-4f);
   EXPECT_LT(length(world.angular(b) - rotate(axes, {0.5f, 1, 2})), 1e-4f);
 }
@@ -215,7 +215,7 @@ TEST(MotorJoint, FollowsATargetThatMoves) {
     const float now = static_cast<float>(step) * world.dt;
     const Quat rotation = about(kY, 0.7f * now);
     world.parameters[joint] = motor_parameters(kDriveSpring, velocity * now, rotation, velocity, angular);
-    world.step(widest(), JointType::motor);
+    world.step(widest_set(), JointType::motor);
   }
   EXPECT_LT(length(world.position_of(b) - velocity * 3.0f), 5e-3f);
   EXPECT_LT(apart(world.rotation_of(b), about(kY, 2.1f)), 5e-3f);
@@ -249,7 +249,7 @@ TEST(RowAxes, GoToTheirTargets) {
       }
       if (c.type == JointType::wheel) p.axis[2] = {-kNoLimit, kNoLimit, 0, 0, 1, 1, kNoLimit, kDriveMotor};
       const std::size_t joint = world.add_joint(a, {}, b, {}, p);
-      for (int step = 0; step < 240; ++step) world.step(widest(), c.type);
+      for (int step = 0; step < 240; ++step) world.step(widest_set(), c.type);
       const Pose from = world.frame_a(joint), to = world.frame_b(joint);
       EXPECT_LT(length(rotate_back(from.rotation, to.position - from.position) - c.pose.position), 2e-3f);
       const Quat turned = conjugate(from.rotation) * to.rotation;
@@ -274,7 +274,7 @@ TEST(RowAxes, StayWithinTheirLimits) {
       p.axis[i] = {end > 0 ? -kNoLimit : end, end > 0 ? end : kNoLimit, 0, 5 * way, 1, 1, 2, kDriveMotor};
     }
     const std::size_t joint = world.add_joint(a, {}, b, {}, p);
-    for (int step = 0; step < 240; ++step) world.step(widest(), c.type);
+    for (int step = 0; step < 240; ++step) world.step(widest_set(), c.type);
     const Pose from = world.frame_a(joint), to = world.frame_b(joint);
     const Vec3 offset = rotate_back(from.rotation, to.position - from.position);
     const Quat turned = conjugate(from.rotation) * to.rotation;
@@ -307,7 +307,7 @@ TEST(RowAxes, HoldALoadAtHalfATurn) {
         // The weight turns it to the side: past the end, or away from it.
         const bool falls = limits.x != limits.y && (side > 0) != (end > 0);
         for (int step = 0; step < 60; ++step) {
-          world.step(widest(), type);
+          world.step(widest_set(), type);
           if (falls) break;
           EXPECT_LT(apart(world.rotation_of(body), about(kX, kPi)), 5e-3f)
               << static_cast<int>(type) << " " << side << " " << limits.x << " step " << step;
@@ -334,7 +334,7 @@ TEST(RowAxes, OfASoftJointSwingWhereTheirLimitsAreEqual) {
     int crossings = 0;
     float before = 0.1f;
     for (int step = 0; step < 300; ++step) {
-      world.step(widest(), type);
+      world.step(widest_set(), type);
       const float now = world.position_of(body).y;
       if ((now > 0) != (before > 0)) ++crossings;
       before = now;
@@ -347,7 +347,7 @@ TEST(PlanarJoint, TurnsBackFromOpposedPlanes) {
   JointWorld world;
   const std::int32_t body = world.add_body(2, {0.2f, 0.3f, 0.4f}, {0, 0, 0}, about(kY, kPi));
   const std::size_t joint = world.add_joint(0, {}, body, {}, free_parameters());
-  for (int step = 0; step < 240; ++step) world.step(widest(), JointType::planar);
+  for (int step = 0; step < 240; ++step) world.step(widest_set(), JointType::planar);
   EXPECT_GT(rotate(world.frame_b(joint).rotation, kX).x, 0.9999f);
 }
 
@@ -362,7 +362,7 @@ TEST(WheelJoint, SinksAsItsHertzTell) {
     p.axis[1].lower = p.axis[1].upper = 0;
     const Quat up = about(kZ, kPi / 2);  // x of the frames is y of the world
     world.add_joint(chassis, {{0, 0, 0}, up}, 0, {{0, 1, 0}, up}, p);
-    for (int step = 0; step < 180; ++step) world.step(widest(), JointType::wheel);
+    for (int step = 0; step < 180; ++step) world.step(widest_set(), JointType::wheel);
     const float rate = 2 * kPi * 2;
     EXPECT_NEAR(1 - world.position_of(chassis).y, kGravity / (rate * rate), 1e-3f);
   }
@@ -375,9 +375,9 @@ TEST(WheelJoint, SpinsUpToItsMotorsSpeedWithTheMotorsTorque) {
   p.axis[0].lower = p.axis[0].upper = p.axis[1].lower = p.axis[1].upper = 0;
   p.axis[2] = {-kNoLimit, kNoLimit, 0, 10, 1, 1, 6, kDriveMotor};
   world.add_joint(0, {}, wheel, {}, p);
-  for (int step = 0; step < 60; ++step) world.step(widest(), JointType::wheel);
+  for (int step = 0; step < 60; ++step) world.step(widest_set(), JointType::wheel);
   EXPECT_NEAR(world.angular(wheel).z, 6.0f / 1.2f, 1e-3f);
-  for (int step = 0; step < 120; ++step) world.step(widest(), JointType::wheel);
+  for (int step = 0; step < 120; ++step) world.step(widest_set(), JointType::wheel);
   EXPECT_NEAR(world.angular(wheel).z, 10.0f, 1e-3f);
   EXPECT_LT(length(world.position_of(wheel)), 1e-4f);
 }

@@ -7,7 +7,7 @@ namespace {
 
 constexpr int type_of(JointType type) { return static_cast<int>(type); }
 constexpr JointType kFramed[] = {JointType::wheel, JointType::universal, JointType::planar};
-constexpr JointType kKinds[] = {
+constexpr JointType kRowKinds[] = {
     JointType::wheel,           JointType::universal, JointType::planar, JointType::gear,
     JointType::rack_and_pinion, JointType::pulley,    JointType::motor,  JointType::mouse};
 
@@ -115,7 +115,7 @@ void expect_same(const Rows& expected, const Rows& rows, const std::string& what
 
 TEST(RowJoints, HaveTheSameBitsOnEveryInstructionSet) {
   const std::vector<const simd::Kernels*> sets = all_kernels();
-  for (const JointType type : kKinds) {
+  for (const JointType type : kRowKinds) {
     for (const bool rich : {false, true}) {
       const auto run = [&](const simd::Kernels& kernels) {
         JointWorld world = random_world(type, rich, 37, 5, false);
@@ -142,13 +142,13 @@ TEST(RowJoints, HaveTheSameBitsOnEveryInstructionSet) {
   }
 }
 
-struct Momentum {
+struct PairMomentum {
   double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
 };
 
 // Of a joint's two bodies, about the origin; bodies are round.
-Momentum momentum_of(const JointWorld& world, std::size_t joint) {
-  Momentum sum;
+PairMomentum momentum_of(const JointWorld& world, std::size_t joint) {
+  PairMomentum sum;
   for (const std::int32_t body : {world.frames[joint].row_a, world.frames[joint].row_b}) {
     const auto row = static_cast<std::size_t>(body);
     const float mass = world.mass[row], moment = world.local_inertia[row].inertia[0];
@@ -165,7 +165,7 @@ Momentum momentum_of(const JointWorld& world, std::size_t joint) {
 
 // Soft joints with limits and drives: springs give back what was in them, no more.
 TEST(RowJoints, GainNoSpeedWithoutBounds) {
-  for (const JointType type : kKinds) {
+  for (const JointType type : kRowKinds) {
     JointWorld world = random_world(type, true, 500, 5, false);
     Random random(3);
     for (JointParameters& p : world.parameters) {
@@ -186,11 +186,11 @@ TEST(RowJoints, KeepTheMomentumOfTwoBodies) {
                                JointType::rack_and_pinion, JointType::gear}) {
     for (const bool rich : {false, true}) {
       JointWorld world = random_world(type, rich, 20, 0, true);
-      std::vector<Momentum> before;
+      std::vector<PairMomentum> before;
       for (std::size_t joint = 0; joint < 20; ++joint) before.push_back(momentum_of(world, joint));
       for (int step = 0; step < 10; ++step) world.step(kernels, type, rich);
       for (std::size_t joint = 0; joint < 20; ++joint) {
-        const Momentum after = momentum_of(world, joint);
+        const PairMomentum after = momentum_of(world, joint);
         for (int i = 0; i < 3; ++i) {
           EXPECT_NEAR(after.linear[i], before[joint].linear[i], 2e-4) << type_of(type) << " joint " << joint;
           // Gears and pinions leave it to the bearings to carry what is missing.
@@ -295,7 +295,7 @@ TEST(RowJoints, TakeErrorsBack) {
 // One number of a joint's bodies, impulses or parameters is no number: the others must not notice.
 TEST(RowJoints, KeepNonFiniteNumbersInTheirLanes) {
   const simd::Kernels& kernels = simd::widest_kernels();
-  for (const JointType type : kKinds) {
+  for (const JointType type : kRowKinds) {
     JointWorld expected = random_world(type, true, 16, 0, false),
                world = random_world(type, true, 16, 0, false);
     const auto non_finite = static_cast<std::size_t>(world.frames[3].row_b);

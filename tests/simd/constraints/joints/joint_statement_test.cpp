@@ -17,7 +17,7 @@ constexpr JointType kAllKinds[] = {
 };
 
 // Frame b in frame a, somewhere among what the kind leaves free.
-Pose free_pose(JointType type, Random& random) {
+Pose stated_pose(JointType type, Random& random) {
   const float angle = random.uniform(-1, 1), other = random.uniform(-1, 1);
   const Quat any = about(random.vector(1) + 0.1f * kX, 2 * angle);
   switch (type) {
@@ -40,7 +40,7 @@ Pose free_pose(JointType type, Random& random) {
   }
 }
 
-JointAxisRow random_axis(Random& random) {
+JointAxisRow stated_axis(Random& random) {
   JointAxisRow axis{-kNoLimit,
                     kNoLimit,
                     random.uniform(-1, 1),
@@ -61,7 +61,7 @@ JointAxisRow random_axis(Random& random) {
 void put_rotation_drive(JointParameters& p, Random& random) {
   const Quat target = random.rotation();
   for (int i = 0; i < 3; ++i) p.axis[i].speed = random.uniform(-2, 2);
-  const JointAxisRow drive = random_axis(random);
+  const JointAxisRow drive = stated_axis(random);
   p.axis[2].hertz = drive.hertz;
   p.axis[2].damping_ratio = drive.damping_ratio;
   p.axis[2].max_force = drive.max_force;
@@ -84,10 +84,10 @@ void put_rich(JointType type, Random& random, JointParameters& p) {
       if (random.uniform(0, 1) < 0.7f) p.axis[1].upper = random.uniform(0, 2);
       break;
     case JointType::six_degree:
-      for (JointAxisRow& axis : p.axis) axis = random_axis(random);
+      for (JointAxisRow& axis : p.axis) axis = stated_axis(random);
       break;
     case JointType::distance:
-      p.axis[0] = random_axis(random);
+      p.axis[0] = stated_axis(random);
       p.axis[0].target = random.uniform(0, 2);
       if (p.axis[0].lower > -kNoLimit)
         p.axis[0].lower = random.uniform(0, 1) < 0.3f ? 0 : random.uniform(0, 1);
@@ -97,7 +97,7 @@ void put_rich(JointType type, Random& random, JointParameters& p) {
       }
       break;
     default:
-      for (int i = 0; i < 3; ++i) p.axis[i] = random_axis(random);
+      for (int i = 0; i < 3; ++i) p.axis[i] = stated_axis(random);
       if (type == JointType::wheel && p.axis[2].drive == kDriveSpring) p.axis[2].drive = kDriveMotor;
       if (type == JointType::wheel) p.axis[2].lower = -kNoLimit, p.axis[2].upper = kNoLimit;
   }
@@ -154,12 +154,12 @@ JointParameters random_parameters(JointType type, bool rich, Random& random) {
       break;
     case JointType::motor:
       put_rotation_drive(p, random);
-      p.axis[4] = random_axis(random);
+      p.axis[4] = stated_axis(random);
       put_point(p.axis[4], random.vector(1));
       put_point(p.axis[5], random.vector(1));
       break;
     case JointType::mouse:
-      p.axis[0] = random_axis(random);
+      p.axis[0] = stated_axis(random);
       p.axis[0].drive = kDriveSpring;
       put_point(p.axis[1], random.vector(3));
       break;
@@ -187,7 +187,7 @@ JointWorld random_world(JointType type, bool rich, int joints) {
     const float slip = i % 2 == 0 ? 0.02f : 0.2f;
     add_random_joint(
         world, random, type == JointType::mouse || i % 5 == 0, slip, moments,
-        [&] { return free_pose(type, random); }, [&] { return random_parameters(type, rich, random); });
+        [&] { return stated_pose(type, random); }, [&] { return random_parameters(type, rich, random); });
     if (type == JointType::user) put_user_numbers(world, world.frames.size() - 1, random);
     const std::int32_t a = world.frames.back().row_a;
     if (i % 3 != 0 || a == kFixedRow) continue;
