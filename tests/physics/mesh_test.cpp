@@ -262,5 +262,21 @@ TEST(Mesh, BodiesOnHillsComeToRestAndSleep) {
   EXPECT_LE(world.stats().awake_bodies, 12);  // balls and capsules roll on for long
 }
 
+TEST(Mesh, BodiesFallThroughTheHolesOfAHeightField) {
+  const scenes::Scene scene = scenes::build("height_field", {{"bodies", 400}, {"cells", 4000}}).front();
+  World world(scene.settings);
+  const std::vector<BodyId> bodies = populate(world, scene);
+  Workers workers{1};
+  for (int i = 0; i < 900; ++i) step(world, scene.dt, workers);
+  int on_ground = 0, on_floor = 0;
+  for (std::size_t i = 6; i < bodies.size(); ++i) {  // after the hills, the floor and its walls
+    const float y = world.pose(bodies[i]).position.y;
+    EXPECT_GT(y, -6.0f) << "body " << i << " left the floor";
+    (y > -2.5f ? on_ground : on_floor) += 1;
+  }
+  EXPECT_GT(on_floor, 5);
+  EXPECT_GT(on_ground, 100);
+}
+
 }  // namespace
 }  // namespace scree::physics

@@ -40,6 +40,8 @@ Scene wheel_pile(const Parameters& parameters);
 Scene drum(const Parameters& parameters);
 Scene terrain(const Parameters& parameters);
 Scene ragdoll_rain(const Parameters& parameters);
+Scene height_field(const Parameters& parameters);
+Scene bullets(const Parameters& parameters);
 
 // --- what they are made of ---
 

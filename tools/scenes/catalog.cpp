@@ -160,6 +160,18 @@ const std::vector<Entry>& entries() {
        "humans of 14 capsules rain on hills, a mesh of 20,000 triangles",
        {{"ragdolls", 200, 1, 100000}, {"seed", 1, 0, kMostSeed}, {"triangles", 20000, 2, 1e7}},
        one_world<ragdoll_rain>},
+      {"height_field",
+       "mixed bodies rain on hills with holes, a height field of 100,000 cells",
+       {{"bodies", 5000, 1, kMostOfScene}, {"cells", 100000, 1, 5e6}, {"seed", 1, 0, kMostSeed}},
+       one_world<height_field>},
+      {"bullets",
+       "bullets on a wall of bricks, on a plate of 1 cm, and on each other",
+       {{"bullets", 400, 1, kMostOfScene},
+        {"columns", 16, 1, 1000},
+        {"rows", 10, 1, 1000},
+        {"seed", 1, 0, kMostSeed},
+        {"speed", 1000, 1, 1e4, false}},
+       one_world<bullets>},
   };
   return kEntries;
 }

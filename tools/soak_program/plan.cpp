@@ -63,6 +63,13 @@ const std::vector<Sizes>& all_sizes() {
       {"drum", {{"bodies", 1, 8000}}},
       {"terrain", {{"bodies", 1, 5000}, {"seed", 0, 1e9}, {"triangles", 2, 100000}}},
       {"ragdoll_rain", {{"ragdolls", 1, 200}, {"seed", 0, 1e9}, {"triangles", 2, 20000}}},
+      {"height_field", {{"bodies", 1, 3000}, {"cells", 1, 50000}, {"seed", 0, 1e9}}},
+      {"bullets",
+       {{"bullets", 1, 1000},
+        {"columns", 1, 40},
+        {"rows", 1, 20},
+        {"seed", 0, 1e9},
+        {"speed", 1, 2000, false}}},
   };
   return kSizes;
 }
