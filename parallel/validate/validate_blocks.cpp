@@ -106,17 +106,17 @@ class Writers {
   std::int32_t first_number_ = 0;
 };
 
-struct Ends {
+struct BlockEnds {
   std::int32_t a, b;
   bool a_moves, b_moves;
 };
 
-Ends ends_of_contact(const WorldData& data, std::int32_t row, const simd::ConstraintChunk&) {
+BlockEnds ends_of_contact(const WorldData& data, std::int32_t row, const simd::ConstraintChunk&) {
   const Manifold& manifold = data.contacts.now.manifold[row];
   return {manifold.row_a, manifold.row_b, (manifold.info & kManifoldStatic) == 0, true};
 }
 
-Ends ends_of_joint(const WorldData& data, std::int32_t row, const simd::ConstraintChunk& chunk) {
+BlockEnds ends_of_joint(const WorldData& data, std::int32_t row, const simd::ConstraintChunk& chunk) {
   const JointBodies ends = data.joints.bodies[row];
   return {ends.a, ends.b, chunk.fixed != simd::BodySide::a, chunk.fixed != simd::BodySide::b};
 }
@@ -126,7 +126,7 @@ void validate_chunk(const WorldData& data, const simd::ConstraintChunk& chunk,
                     const Column<std::int32_t>& rows, Writers& writers, bool is_serial, EndsOf&& ends_of) {
   std::int32_t hub = -1;
   for (std::int32_t lane = chunk.first_lane; lane < chunk.first_lane + chunk.lanes; ++lane) {
-    const Ends ends = ends_of(data, rows[lane], chunk);
+    const BlockEnds ends = ends_of(data, rows[lane], chunk);
     for (const simd::BodySide side : {simd::BodySide::a, simd::BodySide::b}) {
       const bool is_a = side == simd::BodySide::a;
       const std::int32_t body = is_a ? ends.a : ends.b;
