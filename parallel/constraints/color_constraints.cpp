@@ -24,8 +24,8 @@ Constraints& constraints_of(WorldData& data) {
 
 namespace {
 
-constexpr int kContactsPerTask = 4096;  // contacts of one task
-constexpr int kBodiesPerTask = 8192;    // bodies of one task
+constexpr int kEdgesPerTask = 4096;   // contacts and joints of one task
+constexpr int kBodiesPerTask = 8192;  // bodies of one task
 
 // From this many contacts on, threads share the coloring: 0.05 ms of serial work. Atomic operations cost
 // twice as much as plain ones.
@@ -148,8 +148,8 @@ EdgeKind kind_of(const Column<BodyColors>& bodies, const Edge& edge) {
 template <bool kShared>
 bool keep_colors(Constraints& constraints, int part) {
   Column<BodyColors>& bodies = constraints.body_colors;
-  const int begin = part * kContactsPerTask;
-  const int end = std::min(begin + kContactsPerTask, static_cast<int>(constraints.edges.size()));
+  const int begin = part * kEdgesPerTask;
+  const int end = std::min(begin + kEdgesPerTask, static_cast<int>(constraints.edges.size()));
   std::int32_t* uncolored = constraints.uncolored.data() + begin;
   std::int32_t count = 0;
   bool sound = true;
@@ -182,7 +182,7 @@ void join_lists(Constraints& constraints, int parts) {
   std::int32_t* list = constraints.uncolored.data();
   std::int32_t size = 0;
   for (int part = 0; part < parts; ++part) {
-    const std::int32_t* from = list + static_cast<std::ptrdiff_t>(part) * kContactsPerTask;
+    const std::int32_t* from = list + static_cast<std::ptrdiff_t>(part) * kEdgesPerTask;
     const std::int32_t count = constraints.part_counts[part];
     std::copy(from, from + count, list + size);
     size += count;
@@ -198,7 +198,7 @@ void keep_all_colors(const WorldData& data, Constraints& constraints, Crew& crew
   clear_masks(data, constraints, crew, true);
   std::atomic<bool> sound{true};
   if (shared) {
-    crew.run_ranges(count, kContactsPerTask, [&](int begin, int end, int) {
+    crew.run_ranges(count, kEdgesPerTask, [&](int begin, int end, int) {
       count_degrees<true>(constraints, first_joint, begin, end);
     });
     crew.run(parts, [&](int part, int) {
@@ -220,12 +220,12 @@ void color_constraints(WorldData& data, Crew& crew) {
   Constraints& constraints = constraints_of(data);
   const int contacts = static_cast<int>(data.contacts.active.size());
   const int count = contacts + static_cast<int>(data.joints.active.size());
-  const int parts = (count + kContactsPerTask - 1) / kContactsPerTask;
+  const int parts = (count + kEdgesPerTask - 1) / kEdgesPerTask;
   constraints.body_colors.resize(data.bodies.pose.size());
   constraints.joint_count.resize(data.bodies.pose.size());
   std::atomic<bool> same{constraints.is_colored && std::cmp_equal(constraints.edges.size(), count)};
   constraints.edges.resize(count);
-  crew.run_ranges(count, kContactsPerTask, [&](int begin, int end, int) {
+  crew.run_ranges(count, kEdgesPerTask, [&](int begin, int end, int) {
     if (!list_edges(data, constraints, begin, end)) same.store(false, std::memory_order_relaxed);
   });
   if (same.load(std::memory_order_relaxed)) {

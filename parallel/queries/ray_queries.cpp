@@ -28,11 +28,11 @@ simd::CrossTask task_of(const Ray& ray) {
 }
 
 // A shape that is met.
-struct RayMeets {
+struct RayMeeting {
   std::int32_t shape = -1;
   Entry entry;
 };
-bool is_met_first(const RayMeets& a, const RayMeets& b) {
+bool is_met_first(const RayMeeting& a, const RayMeeting& b) {
   return a.entry.fraction != b.entry.fraction ? a.entry.fraction < b.entry.fraction : a.shape < b.shape;
 }
 
@@ -48,7 +48,7 @@ bool meets(const Scope& scope, const Line& line, std::int32_t shape, double most
   return !entry.inside || scope.options.start_inside == StartInside::hit;
 }
 
-CastHit describe(const WorldData& data, const Line& line, const RayMeets& met) {
+CastHit describe(const WorldData& data, const Line& line, const RayMeeting& met) {
   CastHit hit;
   hit.shape = shape_handle(data, met.shape);
   hit.body = body_handle(data, data.shapes.body[met.shape]);
@@ -64,10 +64,10 @@ CastHit describe(const WorldData& data, const Line& line, const RayMeets& met) {
 
 std::optional<CastHit> first_hit(const Scope& scope, const Ray& ray) {
   const Line line = line_of(ray);
-  RayMeets first;
+  RayMeeting first;
   double most = 1.0;
   queries::walk(scope, scope.kernels.query.cross, task_of(ray), 1.0f, [&](std::int32_t shape, float limit) {
-    RayMeets met{shape, {}};
+    RayMeeting met{shape, {}};
     if (!meets(scope, line, shape, most, false, met.entry)) return limit;
     if (first.shape >= 0 && !is_met_first(met, first)) return limit;
     first = met;
@@ -91,14 +91,14 @@ bool meets_any(const Scope& scope, const Ray& ray) {
 
 void list_hits(const Scope& scope, const Ray& ray, std::vector<CastHit>& hits) {
   const Line line = line_of(ray);
-  std::vector<RayMeets> all;
+  std::vector<RayMeeting> all;
   queries::walk(scope, scope.kernels.query.cross, task_of(ray), 1.0f, [&](std::int32_t shape, float limit) {
-    RayMeets met{shape, {}};
+    RayMeeting met{shape, {}};
     if (meets(scope, line, shape, 1.0, false, met.entry)) all.push_back(met);
     return limit;
   });
   std::sort(all.begin(), all.end(), is_met_first);
-  for (const RayMeets& met : all) hits.push_back(describe(scope.data, line, met));
+  for (const RayMeeting& met : all) hits.push_back(describe(scope.data, line, met));
 }
 
 void check_rays(Call call, std::span<const Ray> rays) {

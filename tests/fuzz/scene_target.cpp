@@ -14,7 +14,7 @@ constexpr char kFile[] = "fuzz.json";
 // A short text can repeat a body ten million times; the target limits repeats.
 constexpr std::int64_t kMostBodies = 2000;
 // Larger worlds are only populated: a step of many bodies in one place takes seconds with sanitizers.
-constexpr std::size_t kMostSteppedBodies = 40, kMostShapesOfScene = 80, kMostSteppedJoints = 80;
+constexpr std::size_t kMostSteppedBodies = 40, kMostSteppedShapesOfScene = 80, kMostSteppedJoints = 80;
 constexpr int kSteps = 3;
 
 // "fuzz.json:LINE:COLUMN: not JSON: ..." or "fuzz.json: PLACE: ...", where the place is a JSON pointer or the
@@ -77,7 +77,7 @@ void scene_target(Input input) {
   }
   require(world.body_count() == scene->bodies.size(), "bodies are missing");
   require(world.joint_count() == scene->joints.size(), "joints are missing");
-  if (scene->bodies.size() > kMostSteppedBodies || shapes_of(*scene) > kMostShapesOfScene ||
+  if (scene->bodies.size() > kMostSteppedBodies || shapes_of(*scene) > kMostSteppedShapesOfScene ||
       scene->joints.size() > kMostSteppedJoints)
     return;
   require_laws_of_steps(world, scene->dt, kSteps);

@@ -12,7 +12,7 @@ namespace {
 constexpr float kDt = 1.0f / 60.0f;
 constexpr int kStepsOfSnapshot = 3;
 // Larger worlds are only restored: a step of many shapes in one place takes seconds with sanitizers.
-constexpr std::size_t kMostShapesOfSnapshot = 64;
+constexpr std::size_t kMostSteppedShapesOfSnapshot = 64;
 
 std::optional<Snapshot> read(std::span<const std::byte> bytes) {
   const MemoryWatch memory;
@@ -42,7 +42,8 @@ void snapshot_target(Input input) {
   memory.require_within(kRestoreBound, input.size(), "restore");
   require(world.stats().step == snapshot->step(), "the step counter is another");
   require_laws_of_snapshots(world);
-  if (world.shape_count() <= kMostShapesOfSnapshot) require_laws_of_steps(world, kDt, kStepsOfSnapshot);
+  if (world.shape_count() <= kMostSteppedShapesOfSnapshot)
+    require_laws_of_steps(world, kDt, kStepsOfSnapshot);
 }
 
 }  // namespace scree::fuzz

@@ -133,6 +133,21 @@ TEST(Restitution, TheSpeedOfTheImpactDecidesWhetherThereIsARebound) {
   }
 }
 
+TEST(Restitution, WhatGravityDoesNotPullReboundsFromACeiling) {
+  WorldSettings settings = without_sleep();
+  settings.substeps = 1;
+  for (int millimeters = 1; millimeters < 40; millimeters += 2) {
+    Lab lab(settings);
+    lab.add({.type = BodyType::fixed, .position = {0, 2, 0}}, Box{{5, 0.5f, 5}}, {.restitution = 1.0f});
+    const float gap = 0.001f * static_cast<float>(millimeters);
+    const BodyId ball =
+        lab.add({.position = {0, 1.0f - gap, 0}, .linear_velocity = {0, 1.05f, 0}, .gravity_factor = 0},
+                Sphere{0.5f}, {.restitution = 1.0f});
+    lab.run(6, 1.0f / 60);
+    EXPECT_NEAR(lab.velocity(ball).y(), -1.05, 1e-3) << gap << " m";
+  }
+}
+
 WorldSettings space_of_bounces(int substeps) {
   WorldSettings settings = without_gravity();
   settings.substeps = substeps;

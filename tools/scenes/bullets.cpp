@@ -13,7 +13,7 @@ constexpr float kPlateHalf = 3.0f;        // m, half the side of the plate
 constexpr float kPlateThin = 0.005f;      // m, half of its thickness
 constexpr float kBeside = 4.0f;           // m, from the wall to the middle of the plate, and of the crossfire
 constexpr float kSeconds = 4.0f;          // in which all arrive
-constexpr float kWallThickness = 0.25f;   // m, half of it
+constexpr float kWallHalf = 0.25f;        // m, half of it
 
 }  // namespace
 
@@ -37,7 +37,7 @@ Scene bullets(const Parameters& parameters) {
   for (int i = 0; i < count; ++i) {
     const int turn = i % 4;
     if (turn == 0)
-      target = {random.between(-half_width, half_width), random.between(0.1f, height), -kWallThickness};
+      target = {random.between(-half_width, half_width), random.between(0.1f, height), -kWallHalf};
     if (turn == 1)
       target = {aside + random.between(-0.9f, 0.9f) * kPlateHalf, random.between(0.1f, 5.9f), -kPlateThin};
     if (turn == 2) target = {-aside + random.between(-0.5f, 0.5f), random.between(0.5f, 5.5f), 0};

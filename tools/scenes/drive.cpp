@@ -20,7 +20,7 @@ double dot(Vector a, Vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 Vector to_double(Vec3 v) { return {double{v.x}, double{v.y}, double{v.z}}; }
 
 // The rotation by `degrees` about the unit axis after `start`, of length 1.
-Quat turn_on(Vector axis, double degrees, Quat start) {
+Quat turned_about(Vector axis, double degrees, Quat start) {
   const auto [sine, cosine] = sine_cosine(0.5 * degrees);
   const Vector u{axis.x * sine, axis.y * sine, axis.z * sine};
   const Vector v{double{start.x}, double{start.y}, double{start.z}};
@@ -55,7 +55,8 @@ Pose drive_target(const SceneDrive& drive, double seconds) {
   const Vec3 position{coordinate(center.x, arm.x, across.x, axis.x),
                       coordinate(center.y, arm.y, across.y, axis.y),
                       coordinate(center.z, arm.z, across.z, axis.z)};
-  return {position, drive.turns_body ? turn_on(axis, degrees, drive.start.rotation) : drive.start.rotation};
+  return {position,
+          drive.turns_body ? turned_about(axis, degrees, drive.start.rotation) : drive.start.rotation};
 }
 
 void drive(World& world, std::span<const SceneDrive> drives, std::span<const BodyId> bodies,

@@ -31,18 +31,18 @@ std::string escape(const std::string& key) {
   return escaped;
 }
 
-std::string utf8_text(double value) {
+std::string printed(double value) {
   std::ostringstream out;
   out.precision(9);
   out << value;
   return out.str();
 }
 
-std::string utf8_text(Range range) {
+std::string printed(Range range) {
   if (std::isinf(range.low) && std::isinf(range.high)) return "finite";
-  if (std::isinf(range.high)) return "at least " + utf8_text(range.low);
-  if (std::isinf(range.low)) return "at most " + utf8_text(range.high);
-  return "from " + utf8_text(range.low) + " to " + utf8_text(range.high);
+  if (std::isinf(range.high)) return "at least " + printed(range.low);
+  if (std::isinf(range.low)) return "at most " + printed(range.high);
+  return "from " + printed(range.low) + " to " + printed(range.high);
 }
 
 // Builds the document while the parser reads its text, and reports duplicate keys. With a callback for keys,
@@ -188,7 +188,7 @@ double Node::precise_number(Range range) const {
   if (!value_->is_number()) fail(std::string("expected a number, found ") + kind());
   const double number = value_->get<double>();
   if (!(number >= range.low && number <= range.high)) {
-    fail(utf8_text(number) + " must be " + utf8_text(range));
+    fail(printed(number) + " must be " + printed(range));
   }
   return number;
 }
@@ -196,7 +196,7 @@ double Node::precise_number(Range range) const {
 float Node::number(Range range) const {
   const double precise = precise_number(range);
   const float number = static_cast<float>(precise);
-  if (!std::isfinite(number)) fail(utf8_text(precise) + " is too large for single precision");
+  if (!std::isfinite(number)) fail(printed(precise) + " is too large for single precision");
   return number;
 }
 

@@ -87,7 +87,7 @@ void add_rain(Scene& scene, const Rain& rain, double seed) {
   }
 }
 
-// A floor 6 m below, with walls up to the hills.
+// A floor 6 m below, with walls up to y = 0.
 void add_cellar(Scene& scene, float half_width) {
   const std::uint32_t floor = add_shape(scene, Box{{half_width, 1.0f, half_width}});
   add_body(scene, {.type = BodyType::fixed, .position = {0, -7, 0}}, floor);

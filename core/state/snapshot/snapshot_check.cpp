@@ -211,8 +211,8 @@ void check_shapes(const WorldData& data, const Refusal& refusal) {
   refusal.require(shapes.dirty.size() == dirty, "shapes", "dirty", 0, "does not list all dirty shapes");
 }
 
-std::uint64_t checked_content(const SharedHull& shared) { return hull_content(shared.geometry); }
-std::uint64_t checked_content(const SharedMesh& shared) { return mesh_content(*shared.solid); }
+std::uint64_t recomputed_content(const SharedHull& shared) { return hull_content(shared.geometry); }
+std::uint64_t recomputed_content(const SharedMesh& shared) { return mesh_content(*shared.solid); }
 
 // Of hulls or meshes; the column has the slots of shapes.
 template <class Store>
@@ -225,7 +225,7 @@ void check_slots(const Store& store, const Column<std::int32_t>& of_shapes, cons
   for (std::size_t slot = 0; slot < shapes.size(); ++slot) {
     const auto& shared = store.shared[slot];
     const bool used = shared.solid != nullptr;
-    refusal.require(store.content[slot] == (used ? checked_content(shared) : 0), name, "content", slot,
+    refusal.require(store.content[slot] == (used ? recomputed_content(shared) : 0), name, "content", slot,
                     "is that of another slot");
     refusal.require(store.shapes[slot] == shapes[slot] && used == (shapes[slot] > 0), name, "shapes", slot,
                     "is not the number of shapes that have what is in the slot");

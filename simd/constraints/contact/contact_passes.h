@@ -74,7 +74,9 @@ inline M is_left_to_rebound(const ContactArgs& args, const Block& block, F speed
          !(impulse > zero);
 }
 
-// Of what falls freely onto a body that cannot be pushed; two free bodies fall alike.
+// Of what falls freely onto a body that cannot be pushed, by all of gravity. That of other pairs, of joined
+// and locked bodies and under other gravity factors is not known here: those within the threshold by it are
+// braked.
 template <bool kStatic>
 inline F pull_of(const ContactArgs& args, V3 normal) {
   if constexpr (!kStatic) return F(0.0f);
@@ -216,7 +218,8 @@ inline void relax_blocks(const ContactArgs& args, const ConstraintChunk& chunk) 
           F error = point_speed + max(separation[k], zero) * inverse_substep;
           if constexpr (kRich) {
             // Nor where it has touched just now: the next substep begins with rebounds.
-            const F pull = pull_of<kStatic>(args, normal);
+            // What is fast enough already is left even where gravity slows it, which may not act on it.
+            const F pull = min(pull_of<kStatic>(args, normal), zero);
             error = select(is_left_to_rebound(args, block, point_speed, pull, separation[k], old_impulse),
                            zero, error);
           }

@@ -34,7 +34,7 @@ constexpr float kLeastThreshold = 1.0f / 64.0f;
 
 // Gravity speeds bodies up until their impact, by this many times itself at most before an impact above the
 // threshold may be missed.
-constexpr float kMostGravityFactor = 4.0f;
+constexpr float kForeseenGravityFactor = 4.0f;
 
 // Speeds are right within this part of that of the impact, and of the speeds of the bodies, whose sums round.
 constexpr float kAccuracy = 4e-6f;
@@ -164,7 +164,7 @@ inline bool find_impact(const ContactArgs& args, Block& block, const Axes& axes)
       first_pass ? threshold
                  : threshold * max(sqrt(max(one - restitution * restitution, zero)), F(kLeastThreshold));
   const F gravity = abs(F(args.gravity[0])) + abs(F(args.gravity[1])) + abs(F(args.gravity[2]));
-  const F gain = F(kMostGravityFactor) * gravity * substep;  // of speed until an impact
+  const F gain = F(kForeseenGravityFactor) * gravity * substep;  // of speed until an impact
   if (bits((restitution > zero) & (least - gain < chain_threshold)) == 0) return false;
   const PairMotion motion = load_motion_of<kStatic>(args, block, bodies, axes.normal);
   const F acceleration = select(motion.flies, motion.pull, zero);

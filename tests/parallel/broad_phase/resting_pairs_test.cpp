@@ -26,12 +26,12 @@ using testing::Random;
 
 constexpr float kRestingStep = 1.0f / 60.0f;
 
-std::size_t body_at(std::int32_t row) { return static_cast<std::size_t>(row); }
+std::size_t index_of(std::int32_t row) { return static_cast<std::size_t>(row); }
 
 std::vector<std::int32_t> rows_of(WorldData& data, std::int32_t shape) {
   std::vector<std::int32_t> rows;
   for_each_resting(data, shape, [&](std::int32_t row, std::int32_t other) {
-    const ShapePair pair = data.contacts.resting.pair[body_at(row)];
+    const ShapePair pair = data.contacts.resting.pair[index_of(row)];
     EXPECT_EQ(pair.a == shape ? pair.b : pair.a, other);
     rows.push_back(row);
   });
@@ -46,8 +46,8 @@ void expect_sound_lists(WorldData& data) {
   std::set<std::uint64_t> keys;
   for (std::size_t row = 0; row < contacts.resting.pair.size(); ++row) {
     const ShapePair pair = contacts.resting.pair[row];
-    expected[body_at(pair.a)].push_back(static_cast<std::int32_t>(row));
-    expected[body_at(pair.b)].push_back(static_cast<std::int32_t>(row));
+    expected[index_of(pair.a)].push_back(static_cast<std::int32_t>(row));
+    expected[index_of(pair.b)].push_back(static_cast<std::int32_t>(row));
     keys.insert(key_of(pair));
   }
   EXPECT_EQ(keys.size(), contacts.resting.pair.size()) << "a pair stands there twice";
@@ -70,8 +70,8 @@ TEST(RestingPairs, AreFoundFromBothShapesUnderRandomCalls) {
     if (HasFatalFailure()) return;
     // All pairs of two frozen shapes are there, or rest in the next step.
     for (const ShapePair& pair : data.contacts.resting.pair) {
-      ASSERT_TRUE(is_frozen_tree(broad_phase_of(data).tree_of[body_at(pair.a)]) &&
-                  is_frozen_tree(broad_phase_of(data).tree_of[body_at(pair.b)]));
+      ASSERT_TRUE(is_frozen_tree(broad_phase_of(data).tree_of[index_of(pair.a)]) &&
+                  is_frozen_tree(broad_phase_of(data).tree_of[index_of(pair.b)]));
     }
     most = std::max(most, data.contacts.resting.pair.size());
   }
@@ -313,14 +313,14 @@ std::set<BodyId> island_of(World& world, BodyId body) {
   std::vector<std::int32_t> root(data.bodies.flags.size());
   std::iota(root.begin(), root.end(), 0);
   const auto unite = [&](std::int32_t a, std::int32_t b) {
-    if ((data.bodies.flags[body_at(a)] & data.bodies.flags[body_at(b)] & kBodyAsleep) == 0) return;
-    const std::int32_t from = root[body_at(a)], to = root[body_at(b)];
+    if ((data.bodies.flags[index_of(a)] & data.bodies.flags[index_of(b)] & kBodyAsleep) == 0) return;
+    const std::int32_t from = root[index_of(a)], to = root[index_of(b)];
     std::replace(root.begin(), root.end(), from, to);
   };
   for (std::size_t row = 0; row < data.contacts.now.pair.size(); ++row) {
     const ShapePair pair = data.contacts.now.pair[row];
     if (data.contacts.now.points[row] != 0)
-      unite(data.shapes.body[body_at(pair.a)], data.shapes.body[body_at(pair.b)]);
+      unite(data.shapes.body[index_of(pair.a)], data.shapes.body[index_of(pair.b)]);
   }
   for (std::size_t row = 0; row < data.joints.flags.size(); ++row) {
     constexpr std::uint8_t kWhole = kJointAlive | kJointEnabled;
@@ -338,7 +338,7 @@ std::set<BodyId> island_of(World& world, BodyId body) {
 std::vector<std::uint64_t> listed_contacts(const WorldData& data) {
   std::vector<std::uint64_t> keys;
   for (const std::int32_t contact : data.contacts.active)
-    keys.push_back(key_of(data.contacts.now.pair[body_at(contact)]));
+    keys.push_back(key_of(data.contacts.now.pair[index_of(contact)]));
   return keys;
 }
 
@@ -348,8 +348,8 @@ std::vector<std::uint64_t> awake_contacts(const WorldData& data) {
   for (std::size_t row = 0; row < data.contacts.now.pair.size(); ++row) {
     const ShapePair pair = data.contacts.now.pair[row];
     if (data.contacts.now.points[row] == 0) continue;
-    if (is_awake_dynamic(data.bodies, data.shapes.body[body_at(pair.a)]) ||
-        is_awake_dynamic(data.bodies, data.shapes.body[body_at(pair.b)])) {
+    if (is_awake_dynamic(data.bodies, data.shapes.body[index_of(pair.a)]) ||
+        is_awake_dynamic(data.bodies, data.shapes.body[index_of(pair.b)])) {
       keys.push_back(key_of(pair));
     }
   }

@@ -154,7 +154,7 @@ Tree make_tree(const std::vector<std::int32_t>& members, bool gaps, const std::v
   return tree;
 }
 
-std::vector<std::int32_t> numbered_pairs(int first, int last) {
+std::vector<std::int32_t> numbered_shapes(int first, int last) {
   std::vector<std::int32_t> shapes(static_cast<std::size_t>(last - first));
   std::iota(shapes.begin(), shapes.end(), first);
   return shapes;
@@ -165,7 +165,7 @@ TEST(PairKernels, LeavesHoldTheBoundsOfTheirShapesAndNodesTheBoxesOfTheirChildre
     for (const int count : kCounts) {
       const std::vector<BoundsRow> rows = random_boxes(count, false, 1);
       const std::vector<std::uint8_t> special(rows.size());
-      const Tree tree = make_tree(numbered_pairs(0, count), true, rows, special, kernels->pair);
+      const Tree tree = make_tree(numbered_shapes(0, count), true, rows, special, kernels->pair);
       for (std::size_t i = 0; i < tree.order.size(); ++i) {
         const simd::LeafBlock& leaf = tree.leaves[i / kBlock];
         const std::size_t lane = i % kBlock;
@@ -208,7 +208,7 @@ TEST(PairKernels, LeavesHoldTheBoundsOfTheirShapesAndNodesTheBoxesOfTheirChildre
 TEST(PairKernels, RefitWritesOnlyTheBlocksOfItsRange) {
   constexpr int kShapes = 5 * kBlock;
   const std::vector<BoundsRow> rows = random_boxes(kShapes, false, 2);
-  const std::vector<std::int32_t> order = numbered_pairs(0, kShapes);
+  const std::vector<std::int32_t> order = numbered_shapes(0, kShapes);
   for (const simd::Kernels* kernels : all_kernels()) {
     std::vector<simd::LeafBlock> leaves(5);
     std::vector<simd::NodeBlock> nodes(1), parents(1);
@@ -307,7 +307,7 @@ std::vector<std::uint8_t> few_special(int count, unsigned seed) {
 
 // Members in random order, so that blocks spread over all of the space: most descents find more leaf blocks
 // than they can collect, and each shape descends by itself.
-std::vector<std::int32_t> shuffled_pairs(std::vector<std::int32_t> members, unsigned seed) {
+std::vector<std::int32_t> shuffled_shapes(std::vector<std::int32_t> members, unsigned seed) {
   std::mt19937 engine(seed);
   std::shuffle(members.begin(), members.end(), engine);
   return members;
@@ -330,8 +330,8 @@ TEST(PairKernels, AJoinWithItselfFindsEveryPairOnce) {
       const auto seed = static_cast<unsigned>(2 * count + on_grid);
       const std::vector<BoundsRow> rows = random_boxes(count, on_grid, seed);
       const std::vector<std::uint8_t> special = few_special(count, seed);
-      for (const auto& members :
-           {shuffled_pairs(numbered_pairs(0, count), seed), sorted_along_x(numbered_pairs(0, count), rows)}) {
+      for (const auto& members : {shuffled_shapes(numbered_shapes(0, count), seed),
+                                  sorted_along_x(numbered_shapes(0, count), rows)}) {
         const Found expected = all_pairs(members, members, rows, special);
         for (const simd::Kernels* kernels : all_kernels()) {
           const Tree tree = make_tree(members, on_grid, rows, special, kernels->pair);
@@ -354,7 +354,7 @@ TEST(PairKernels, AJoinOfTwoTreesFindsThePairsOfTheirShapes) {
       const auto seed = static_cast<unsigned>(count);
       const std::vector<BoundsRow> rows = random_boxes(count, target_count % 2 == 0, seed);
       const std::vector<std::uint8_t> special = few_special(count, seed);
-      const std::vector<std::int32_t> mixed = shuffled_pairs(numbered_pairs(0, count), seed);
+      const std::vector<std::int32_t> mixed = shuffled_shapes(numbered_shapes(0, count), seed);
       const std::vector<std::int32_t> query(mixed.begin(), mixed.begin() + query_count);
       const auto target = sorted_along_x({mixed.begin() + query_count, mixed.end()}, rows);
       const Found expected = all_pairs(query, target, rows, special);
@@ -380,14 +380,14 @@ TEST(PairKernels, BoundsThatTouchMakeAPairAndOnesBarelyApartDoNot) {
         center[axis] = 2.0f;
         rows.push_back(box_of(center, half, 0.75f));
         if (gap > 0.0f) rows[1].lower[axis] = std::nextafter(rows[1].lower[axis], 9.0f);
-        const Tree tree = make_tree(numbered_pairs(0, 2), false, rows, {0, 0}, kernels->pair);
+        const Tree tree = make_tree(numbered_shapes(0, 2), false, rows, {0, 0}, kernels->pair);
         EXPECT_EQ(join(tree, tree, kernels->pair, 512).pairs.size(), gap > 0.0f ? 0u : 1u) << kernels->name;
         // The same of spheres.
         rows = {box_of({0, 0, 0}, {9, 9, 9}, 2.0f), box_of({0, 0, 0}, {9, 9, 9}, 3.0f)};
         rows[1].lower[axis] += 5.0f;
         rows[1].upper[axis] += 5.0f;
         if (gap > 0.0f) rows[0].sphere_radius = 2.0f - 0x1p-20f;
-        const Tree other = make_tree(numbered_pairs(0, 2), false, rows, {0, 0}, kernels->pair);
+        const Tree other = make_tree(numbered_shapes(0, 2), false, rows, {0, 0}, kernels->pair);
         EXPECT_EQ(join(other, other, kernels->pair, 512).pairs.size(), gap > 0.0f ? 0u : 1u) << kernels->name;
       }
     }
@@ -399,7 +399,7 @@ TEST(PairKernels, EmptyPlacesAndShapesWithoutBoundsMeetNothing) {
   for (const simd::Kernels* kernels : all_kernels()) {
     const std::vector<BoundsRow> rows{huge, empty_box(), empty_box(), huge};
     const std::vector<std::uint8_t> special{0, 1, 1, 0};
-    const Tree tree = make_tree(numbered_pairs(0, 4), true, rows, special, kernels->pair);
+    const Tree tree = make_tree(numbered_shapes(0, 4), true, rows, special, kernels->pair);
     const Found found = join(tree, tree, kernels->pair, 512);
     const std::vector<std::pair<std::int32_t, std::int32_t>> expected{{0, 3}};
     EXPECT_EQ(found.pairs, expected) << kernels->name;
@@ -415,7 +415,7 @@ TEST(PairKernels, AJoinGoesOnWhereItsRoomEnded) {
   constexpr int kShapes = 1200;
   const std::vector<BoundsRow> rows = random_boxes(kShapes, false, 9);
   const std::vector<std::uint8_t> special(rows.size());
-  const std::vector<std::int32_t> members = sorted_along_x(numbered_pairs(0, kShapes), rows);
+  const std::vector<std::int32_t> members = sorted_along_x(numbered_shapes(0, kShapes), rows);
   const Found expected = all_pairs(members, members, rows, special);
   ASSERT_GT(expected.pairs.size(), 2000u);
   for (const simd::Kernels* kernels : all_kernels()) {
@@ -438,7 +438,7 @@ TEST(PairKernels, RankingSortsEveryRowUpToTheLongestAndLeavesLongerOnes) {
   std::vector<std::int32_t> others, ends;
   for (const std::int32_t length : lengths) {
     std::vector<std::int32_t> row =
-        shuffled_pairs(numbered_pairs(0, 3 * length + 1), static_cast<unsigned>(length));
+        shuffled_shapes(numbered_shapes(0, 3 * length + 1), static_cast<unsigned>(length));
     row.resize(static_cast<std::size_t>(length));
     for (std::int32_t& other : row) other = 5000 + 7 * other;
     others.insert(others.end(), row.begin(), row.end());
