@@ -183,9 +183,10 @@ TEST_F(Command, ListsEverySceneOnALineOfItsOwn) {
   const Outcome outcome = scree("scenes");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 33);
-  for (const char* name : {"large_pyramid", "many_pyramids", "convex_pile", "junkyard", "pile", "hull_zoo",
-                           "stack", "wall", "card_house", "slope", "spheres_in_box", "many_worlds",
-                           "large_world", "streaming", "spawning", "terrain", "drum", "height_field", "bullets"}) {
+  for (const char* name :
+       {"large_pyramid", "many_pyramids", "convex_pile", "junkyard", "pile", "hull_zoo", "stack", "wall",
+        "card_house", "slope", "spheres_in_box", "many_worlds", "large_world", "streaming", "spawning",
+        "terrain", "drum", "height_field", "bullets"}) {
     EXPECT_TRUE(outcome.out.find(std::string("\n") + name + " ") != std::string::npos ||
                 outcome.out.rfind(std::string(name) + " ", 0) == 0)
         << name;
