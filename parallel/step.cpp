@@ -148,12 +148,29 @@ void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) 
   data.stats.stages = crew.stages();
 }
 
+// What hooks may read while a step runs.
+class HooksReady {
+ public:
+  HooksReady(Hooks& hooks, const World& world, float dt) : hooks_(hooks) {
+    hooks_.world = &world;
+    hooks_.dt = dt;
+    hooks_.thrown = nullptr;
+  }
+  ~HooksReady() { hooks_.world = nullptr; }
+  HooksReady(const HooksReady&) = delete;
+  HooksReady& operator=(const HooksReady&) = delete;
+
+ private:
+  Hooks& hooks_;
+};
+
 void step(World& world, float dt, Crew& crew) {
   WorldData& data = internals(world, "step");
   const Clock::time_point begin = Clock::now();
   // Before anything else: it may throw, and the world is as it was then.
   if (data.user_joints.callback && dt > 0.0f) refresh_user_rows(world, data, dt, crew);
   data.recording.hash.reset();  // a step that threw may have left one
+  const HooksReady ready(data.hooks, world, dt);
   try {
     run_phases(data, dt, crew, begin);
   } catch (...) {
@@ -165,6 +182,7 @@ void step(World& world, float dt, Crew& crew) {
     const std::uint64_t hash = data.recording.hash ? *data.recording.hash : hash_of(data.bodies);
     data.recording.sink->stepped(data, dt, hash);
   }
+  if (data.hooks.thrown != nullptr) std::rethrow_exception(std::exchange(data.hooks.thrown, nullptr));
 }
 
 }  // namespace

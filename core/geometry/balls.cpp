@@ -78,6 +78,7 @@ Balls balls_of(const WorldData& data, std::int32_t shape) {
       balls = data.hulls.shared[static_cast<std::size_t>(data.shapes.hull[shape])].solid->balls;
       break;
     case ShapeType::mesh:
+    case ShapeType::half_space:
       break;
   }
   return balls;

@@ -107,6 +107,12 @@ struct alignas(16) ExtentRow {
   float radius;
 };
 
+// Of a half-space: a box about its origin in which all that it may touch lies. Positions that calls give are
+// at most 1e7 m along each axis.
+inline constexpr float kHalfSpaceReach = 1e8f;  // m
+inline constexpr ExtentRow kHalfSpaceExtent{{kHalfSpaceReach, kHalfSpaceReach, kHalfSpaceReach},
+                                            2.0f * kHalfSpaceReach};
+
 // Surface of a shape as the narrow phase mixes it.
 struct alignas(32) MaterialRow {
   float friction;

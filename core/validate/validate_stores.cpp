@@ -48,6 +48,8 @@ void validate_bodies(const Bodies& bodies) {
     SCREE_ASSERT(!is_alive || row >= kFirstBody);
     SCREE_ASSERT(!is_asleep || (is_alive && bodies.type[row] == BodyType::dynamic));
     SCREE_ASSERT((bodies.flags[row] & kBodyMarked) == 0);
+    const bool is_half_space = is_alive && shapes.type[row] == ShapeType::half_space;
+    SCREE_ASSERT(!is_half_space || given_type(data.bodies, shapes.body[row]) != BodyType::dynamic);
     alive += is_alive ? 1 : 0;
     asleep += is_asleep ? 1 : 0;
   }
@@ -82,7 +84,7 @@ void validate_shape_lists(const WorldData& data) {
 void validate_shapes(const WorldData& data) {
   const Shapes& shapes = data.shapes;
   std::size_t alive = 0;
-  std::int32_t asking = 0, sensors = 0;
+  std::int32_t asking = 0, hooked = 0, sensors = 0;
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
     const bool is_alive = (shapes.flags[row] & kShapeAlive) != 0;
     const bool is_hull = is_alive && shapes.type[row] == ShapeType::hull;
@@ -95,11 +97,13 @@ void validate_shapes(const WorldData& data) {
     SCREE_ASSERT(!is_mesh || given_type(data.bodies, shapes.body[row]) != BodyType::dynamic);
     alive += is_alive ? 1 : 0;
     asking += is_alive && shapes.events[row] != ContactEvents::none ? 1 : 0;
+    hooked += is_alive && shapes.hooks[row] != ContactHooks::none ? 1 : 0;
     SCREE_ASSERT(is_alive || (shapes.flags[row] & kShapeSensor) == 0);
     sensors += (shapes.flags[row] & kShapeSensor) != 0 ? 1 : 0;
   }
   SCREE_ASSERT(shapes.alive == alive);
   SCREE_ASSERT(shapes.asking == asking);
+  SCREE_ASSERT(shapes.hooked == hooked);
   SCREE_ASSERT(shapes.sensors == sensors);
   const auto lists = [&](const Column<std::int32_t>& list, ShapeFlag flag) {
     return lists_exactly(list, shapes.flags.size(),

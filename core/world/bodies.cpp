@@ -1,5 +1,4 @@
 // Calls that change and read one body.
-#include <core/geometry/mesh/mesh_store.h>
 #include <core/state/recording_format/recorded_calls.h>
 #include <core/world/check.h>
 #include <core/world/edit.h>
@@ -152,7 +151,7 @@ void World::set_body_type(BodyId body, BodyType type) {
   const CallRecord<RecordedCall::set_body_type> call_record(b.data, body, type);
   check_body_type(call, type);
   if (b.given_type() == type) return end_quarantine(b.data, b.body);
-  if (type == BodyType::dynamic) check_no_mesh(call, b.data, b.body);
+  if (type == BodyType::dynamic) check_may_be_dynamic(call, b.data, b.body);
   const BodyMass mass = mass_after(call, b.data, b.body, type, b.bodies.flags[b.body]);
   disturb(b.data, b.body);
   b.bodies.flags[b.body] = static_cast<std::uint8_t>(b.bodies.flags[b.body] & ~kBodyQuarantined);

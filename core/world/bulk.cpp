@@ -1,6 +1,5 @@
 // Creating and destroying bodies, one or a million at a time.
 #include <core/geometry/balls.h>
-#include <core/geometry/mesh/mesh_store.h>
 #include <core/state/recording_format/recorded_calls.h>
 #include <core/world/check.h>
 #include <core/world/edit.h>
@@ -74,7 +73,7 @@ void check_item(Call item, const BodyDef& def, const ShapeTemplate* shape, std::
   check_body_def(item, def);
   if (shape == nullptr) return;
   check_geometry(item, shape->geometries[i]);
-  check_mesh_place(item, shape->geometries[i], def.type, shape->options->sensor);
+  check_place(item, shape->geometries[i], def.type, shape->options->sensor);
 }
 
 // Throws for bad definitions before anything is written: reused rows keep their old content, which shows in

@@ -111,8 +111,36 @@ void check_geometry(Call call, const Geometry& geometry) {
     check_range(call, "hull scale.z", convex->scale.z, kMinHullScale, kMaxHullScale);
   } else if (const auto* mesh = std::get_if<TriangleMesh>(&geometry)) {
     if (mesh->is_empty()) fail(call, "the mesh is empty: it was made of no triangles, or moved from");
-  } else {
+  } else if (!std::holds_alternative<HalfSpace>(geometry)) {
     fail(call, "geometry holds no value");
+  }
+}
+
+bool may_be_dynamic(const Geometry& geometry) {
+  return !std::holds_alternative<TriangleMesh>(geometry) && !std::holds_alternative<HalfSpace>(geometry);
+}
+
+void check_place(Call call, const Geometry& geometry, BodyType body, bool sensor) {
+  if (may_be_dynamic(geometry)) return;
+  const std::string name =
+      std::holds_alternative<TriangleMesh>(geometry) ? "a triangle mesh" : "a half-space";
+  if (body == BodyType::dynamic) {
+    fail(call, name + " belongs to fixed and kinematic bodies only, but the body is dynamic",
+         ErrorCode::wrong_state);
+  }
+  if (sensor) fail(call, name + " is no sensor, but the shape is one");
+}
+
+void check_may_be_dynamic(Call call, const WorldData& data, std::int32_t body) {
+  const Shapes& shapes = data.shapes;
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = shapes.next[shape]) {
+    const bool is_mesh = shapes.type[shape] == ShapeType::mesh;
+    if (!is_mesh && shapes.type[shape] != ShapeType::half_space) continue;
+    fail(call,
+         "shape " + std::to_string(shape) + " of the body is " +
+             (is_mesh ? "a triangle mesh" : "a half-space") +
+             ", which belongs to fixed and kinematic bodies only",
+         ErrorCode::wrong_state);
   }
 }
 
@@ -135,8 +163,13 @@ void check_events(Call call, ContactEvents events) {
   if (events > ContactEvents::all) fail_range(call, "contact_events", static_cast<int>(events), 0, 3);
 }
 
+void check_hooks(Call call, ContactHooks hooks) {
+  if (hooks > ContactHooks::all) fail_range(call, "contact_hooks", static_cast<int>(hooks), 0, 3);
+}
+
 void check_options(Call call, const ShapeOptions& options) {
   check_events(call, options.contact_events);
+  check_hooks(call, options.contact_hooks);
   check_pose(call, "local_pose.position", "local_pose.rotation", options.local_pose, kMaxLocalPosition);
 }
 

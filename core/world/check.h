@@ -51,8 +51,15 @@ void check_body_type(Call call, BodyType type);
 void check_locks(Call call, AxisLocks locks);
 void check_body_def(Call call, const BodyDef& def);
 void check_geometry(Call call, const Geometry& geometry);
+// False for meshes and half-spaces.
+bool may_be_dynamic(const Geometry& geometry);
+// Throws where the geometry may not be dynamic and the shape would be, or would be a sensor.
+void check_place(Call call, const Geometry& geometry, BodyType body, bool sensor);
+// Throws where a shape of the body may not be dynamic: nor may the body.
+void check_may_be_dynamic(Call call, const WorldData& data, std::int32_t body);
 void check_material(Call call, const Material& material);
 void check_events(Call call, ContactEvents events);
+void check_hooks(Call call, ContactHooks hooks);
 void check_options(Call call, const ShapeOptions& options);
 void check_settings(Call call, const WorldSettings& settings);
 void check_joint(Call call, const Joint& joint);

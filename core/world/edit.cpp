@@ -132,6 +132,9 @@ void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry,
   } else if (const auto* box = std::get_if<Box>(&geometry)) {
     shapes.type[shape] = ShapeType::box;
     store(extent.half, box->half_extents);
+  } else if (std::holds_alternative<HalfSpace>(geometry)) {
+    shapes.type[shape] = ShapeType::half_space;
+    extent = kHalfSpaceExtent;
   } else if (slots.hull >= 0) {
     shapes.type[shape] = ShapeType::hull;
     extent = extent_of(*data.hulls.shared[static_cast<std::size_t>(slots.hull)].solid);
@@ -165,6 +168,7 @@ void write_shape(WorldData& data, std::int32_t shape, const Geometry& geometry, 
   shapes.tree[shape] = TreeKind::none;
   put(shapes.user_data, shape, options.user_data);
   put(shapes.events, shape, options.contact_events);
+  put(shapes.hooks, shape, options.contact_hooks);
   shapes.pose[shape] = {};
 }
 
@@ -176,6 +180,7 @@ ShapeId commit_shape(WorldData& data, std::int32_t shape, bool sensor) {
   ++shapes.alive;
   if (sensor) ++shapes.sensors;
   if (shapes.events[shape] != ContactEvents::none) ++shapes.asking;
+  if (shapes.hooks[shape] != ContactHooks::none) ++shapes.hooked;
   return shape_handle(data, shape);
 }
 
@@ -226,6 +231,7 @@ void remove_shape(WorldData& data, std::int32_t shape) {
   if (++shapes.generation[shape] != 0) shapes.free_slots.push_back(shape);
   --shapes.alive;
   if (shapes.events[shape] != ContactEvents::none) --shapes.asking;
+  if (shapes.hooks[shape] != ContactHooks::none) --shapes.hooked;
   data.contacts.pairs_stale = true;
 }
 

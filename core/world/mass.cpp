@@ -4,6 +4,7 @@
 // every compiler.
 #include <core/geometry/hull/hull_build.h>
 #include <core/geometry/mesh/mesh_build.h>
+#include <core/world/check.h>
 #include <core/world/mass.h>
 
 #include <algorithm>
@@ -67,8 +68,12 @@ double solid(const ConvexHull& convex, double density, Symmetric* inertia) {
   return stretch * integrals.volume;
 }
 
-// A surface has no mass.
+// A surface has no mass, and what has no end gets none.
 double solid(const TriangleMesh&, double, Symmetric* inertia) {
+  *inertia = {};
+  return 0.0;
+}
+double solid(const HalfSpace&, double, Symmetric* inertia) {
   *inertia = {};
   return 0.0;
 }
@@ -220,7 +225,7 @@ Symmetric inverse(const Symmetric& s) {
 MassSum part_of(const Geometry& geometry, double density, const Pose& local_pose) {
   MassSum part;
   part.mass = std::visit([&](const auto& shape) { return solid(shape, density, &part.inertia); }, geometry);
-  if (std::holds_alternative<TriangleMesh>(geometry)) return part;
+  if (!may_be_dynamic(geometry)) return part;
   if (local_pose.rotation != Quat{}) part.inertia = rotated(local_pose.rotation, part.inertia);
   part.center[0] = local_pose.position.x;
   part.center[1] = local_pose.position.y;
@@ -251,6 +256,8 @@ Geometry geometry_of(const WorldData& data, std::int32_t shape) {
       return data.hulls.shared[static_cast<std::size_t>(shapes.hull[shape])].geometry;
     case ShapeType::mesh:
       return MeshAccess::mesh(data.meshes.shared[static_cast<std::size_t>(shapes.mesh[shape])].solid);
+    case ShapeType::half_space:
+      return HalfSpace{};
     case ShapeType::box:
       break;
   }

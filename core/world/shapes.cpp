@@ -1,6 +1,5 @@
 // Calls that create, change, read and destroy one shape.
 #include <core/geometry/balls.h>
-#include <core/geometry/mesh/mesh_store.h>
 #include <core/state/recording_format/recorded_calls.h>
 #include <core/world/check.h>
 #include <core/world/edit.h>
@@ -72,7 +71,7 @@ NewShapes check_new(Call call, WorldData& data, std::int32_t body, std::span<con
       check_geometry(item, defs[i].geometry);
       check_material(item, defs[i].material);
       check_options(item, defs[i].options);
-      check_mesh_place(item, defs[i].geometry, given_type(data.bodies, body), defs[i].options.sensor);
+      check_place(item, defs[i].geometry, given_type(data.bodies, body), defs[i].options.sensor);
       const Pose& pose = defs[i].options.local_pose;
       made.forms.push_back({defs[i].geometry,
                             defs[i].options.sensor ? 0.0f : defs[i].material.density,
@@ -186,7 +185,7 @@ void World::set_geometry(ShapeId shape, const Geometry& geometry) {
   const ShapeRow s = at(call, data_, shape);
   const CallRecord<RecordedCall::set_geometry> call_record(s.data, shape, geometry);
   check_geometry(call, geometry);
-  check_mesh_place(call, geometry, given_type(s.data.bodies, s.body), scree::is_sensor(s.shapes, s.shape));
+  check_place(call, geometry, given_type(s.data.bodies, s.body), scree::is_sensor(s.shapes, s.shape));
   ShapeForm form = form_of(s);
   form.geometry = geometry;
   const BodyMass mass = mass_after_change(call, s, {&form, 1});

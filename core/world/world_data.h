@@ -23,6 +23,7 @@
 #include <scree/world.h>
 
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -109,7 +110,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   std::uint32_t,   generation,      /* calls */                                                  \
         not_zero("a living shape has none"))                                                                    \
   ROWS (state,   ShapeType,       type,            /* calls */                                                  \
-        at_most(ShapeType::mesh, "is no type of shapes"))                                                       \
+        at_most(ShapeType::half_space, "is no type of shapes"))                                                       \
   ROWS (state,   std::uint8_t,    flags,           /* calls, update_bounds; ShapeFlag */                        \
         kTellsLife, known_flags(kKnownShapeFlags, kShapeDirty | kShapeWakes))                                   \
   ROWS (state,   std::int32_t,    body,            /* calls */                                                  \
@@ -135,6 +136,8 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   std::uint64_t,   user_data)       /* calls */                                                  \
   ROWS (state,   ContactEvents,   events,          /* calls; asked for */                                       \
         at_most(ContactEvents::all, "are unknown"))                                                             \
+  ROWS (state,   ContactHooks,    hooks,           /* calls; asked for */                                       \
+        at_most(ContactHooks::all, "are unknown"))                                                              \
   ROWS (derived, std::uint8_t,    is_changed)      /* calls, islands; 1: stands in `changed` */                 \
   ROWS (derived, std::uint32_t,   first_resting)   /* find_pairs; its end of a pair at rest, see RestingLinks.  \
                                                       Pairs outlive their shapes until the next list, so by     \
@@ -170,6 +173,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   VALUE(state,   bool,            wake_requested, false) /* calls: some shape has kShapeWakes; cleared by       \
                                                       wake_neighbors */                                         \
   VALUE(derived, std::int32_t,    asking, 0)       /* calls: living shapes with events */                       \
+  VALUE(derived, std::int32_t,    hooked, 0)       /* calls: living shapes with hooks */                        \
   VALUE(derived, std::int32_t,    sensors, 0)      /* calls: living sensors */
 
 // Slots of hulls, each shared by all shapes of the same hull and scale.
@@ -362,6 +366,18 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   LIST (scratch, std::uint8_t,     verdicts)       /* list_contact_events; by pair */                           \
   LIST (scratch, EventCounts,      counts)         /* list_contact_events; by chunk of pairs */
 
+// Hooks of contacts, see contact_hooks.h.
+#define SCREE_HOOK_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                     \
+  LIST (state,   HookAnswer,       answers,        /* calls; for the next step, ascending by the indices of the \
+                                                      shapes and by contact; cleared by collide */              \
+        saved_in(SheetId::hook_answers), kVaried)                                                               \
+  LIST (scratch, ShapePair,        refused)        /* collide; pairs that do not collide in this step, ascending */ \
+  OTHER(scratch, ContactFilter,    filter)         /* calls; no part of the state: stays in restore */          \
+  OTHER(scratch, ContactRule,      rule)           /* calls; as filter */                                       \
+  VALUE(scratch, const World*,     world, nullptr) /* step: what hooks may read; null: they are not called */   \
+  VALUE(scratch, float,            dt, 0.0f)       /* step; s */                                                \
+  OTHER(scratch, std::exception_ptr, thrown)       /* collide: by a hook; thrown again as the step ends */
+
 #define SCREE_WORLD_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                    \
   VALUE(state,   WorldSettings,    settings, {})   /* calls */                                                  \
   VALUE(state,   std::uint64_t,    step_count, 0)  /* step */                                                   \
@@ -377,6 +393,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   TABLE(state,   Joints,           joints, "joints", SheetId::joints, SheetId::joints_moving)                   \
   TABLE(state,   UserJoints,       user_joints, "user_joints", SheetId::user_joints)                            \
   TABLE(state,   Events,           events, "events")                                                            \
+  TABLE(state,   Hooks,            hooks, "hooks")                                                              \
   OTHER(derived, LastSave,         last_save)      /* save, restore; what `marks` and the like are about */     \
   OTHER(scratch, mutable OwnMutex, saving)         /* save; held while it places matter and writes marks */     \
   VALUE(derived, StepStats,        stats, {})      /* every phase */                                            \
@@ -401,6 +418,7 @@ SCREE_STORE(Contacts, SCREE_CONTACTS_MEMBERS)
 SCREE_STORE(Joints, SCREE_JOINT_MEMBERS)
 SCREE_STORE(UserJoints, SCREE_USER_JOINT_MEMBERS)
 SCREE_STORE(Events, SCREE_EVENT_MEMBERS)
+SCREE_STORE(Hooks, SCREE_HOOK_MEMBERS)
 
 // Data that only one stage looks into; defined beside that stage by a list of its own, see SCREE_PART, and
 // made at its first run.

@@ -26,8 +26,8 @@ enum BodyFlag : std::uint8_t {
   kBodyQuarantined = kBodyQuarantinedDynamic | kBodyQuarantinedKinematic,
 };
 
-enum class ShapeType : std::uint8_t { sphere, capsule, box, hull, mesh };
-inline constexpr int kShapeTypeCount = 5;
+enum class ShapeType : std::uint8_t { sphere, capsule, box, hull, mesh, half_space };
+inline constexpr int kShapeTypeCount = 6;
 inline constexpr int kConvexTypeCount = 4;  // the types before mesh
 
 enum ShapeFlag : std::uint8_t {
@@ -125,6 +125,15 @@ struct TouchingPair {
 struct TouchRow {
   TouchingPair pair;     // names outlive their shapes
   std::uint32_t events;  // ContactEvents
+};
+
+// A ContactAnswer. The names outlive their shapes.
+struct HookAnswer {
+  SlotName shape_a, shape_b;
+  std::int32_t contact;  // of the pair, -1: the pair does not collide
+  std::uint32_t acts;    // 1 or 0
+  float friction, restitution, rolling_resistance;
+  float surface_velocity[3];
 };
 
 // Of one chunk of pairs: how many there are of each, then where they go.

@@ -50,6 +50,8 @@ Distance ConvexObstacle::distance_at(const Path& path, float t) const {
       const float along = std::clamp(point.y, -extent.half[1], extent.half[1]);
       return from_core(point - Vec3{0.0f, along, 0.0f}, path.motion, extent.radius);
     }
+    case ShapeType::half_space:
+      return {point.y, path.motion.y, {0.0f, 1.0f, 0.0f}};
     case ShapeType::hull:
       return from_hull(point, path.motion, hull_of(data, shape), extent);
     default:

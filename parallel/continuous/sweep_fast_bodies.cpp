@@ -14,6 +14,7 @@
 //
 // A body that rests on an obstacle or slides along it never meets it with a core, at any speed.
 #include <core/geometry/balls.h>
+#include <core/world/contact_hooks.h>
 #include <core/world/edit.h>
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/continuous/sweep_convex.h>
@@ -23,6 +24,7 @@
 #include <parallel/crew/list_where.h>
 #include <parallel/stages.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace scree {
@@ -56,6 +58,7 @@ Meeting meeting_with(const Obstacles& obstacles, const Sweep& sweep, std::int32_
   const bool rests =
       data.bodies.type[body] == BodyType::fixed || (data.bodies.flags[body] & kBodyAsleep) != 0;
   if (!rests || !may_collide(data, sweep.shape, obstacle)) return {};
+  if (is_refused(data.hooks, {std::min(sweep.shape, obstacle), std::max(sweep.shape, obstacle)})) return {};
   const PoseRow& pose = data.shapes.pose[obstacle];
   if (data.shapes.type[obstacle] == ShapeType::mesh) {
     const MeshData& mesh = *data.meshes.data[data.shapes.mesh[obstacle]];

@@ -9,6 +9,7 @@
 // bodies that have yet to meet one of them meet it where it stands. A slow or kinematic body moves on, and
 // carries what it has stopped. What touches when the step begins is the contact's business.
 #include <core/geometry/balls.h>
+#include <core/world/contact_hooks.h>
 #include <core/world/edit.h>
 #include <parallel/continuous/sweep_convex.h>
 #include <parallel/continuous/sweep_mesh.h>
@@ -417,7 +418,8 @@ void hold_at_moving(WorldData& data, BroadPhase& broad_phase, float dt, Crew& cr
   list_where(
       crew, all.size(), broad_phase.places, broad_phase.meeting_pairs,
       [&](std::int32_t i) {
-        return may_pass(data, data.shapes.body[all[i].a], data.shapes.body[all[i].b], dt);
+        return may_pass(data, data.shapes.body[all[i].a], data.shapes.body[all[i].b], dt) &&
+               !is_refused(data.hooks, all[i]);
       },
       [&](std::int32_t i) {
         const ShapePair pair = all[i];

@@ -6,6 +6,8 @@
 // a round at a time, so that few more rows than contacts are needed. Then lists the active ones. Every pass
 // runs in parallel over fixed chunks, and nothing depends on their order.
 //
+// Hooks decide before that which pairs collide, and after it how contacts act: see ask_hooks.cpp.
+//
 // A contact's row is 250 bytes, a pair's 28, and most pairs do not touch.
 #include <core/world/wake.h>
 #include <parallel/crew/list_where.h>
@@ -23,7 +25,12 @@ using simd::CollideItem;
 
 bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
 
+// The types of convex shapes in any order, or a convex shape and a half-space.
 simd::CollideType collide_type(ShapeType a, ShapeType b) {
+  constexpr simd::CollideType kOnHalfSpace[kConvexTypeCount] = {
+      simd::kSphereHalfSpace, simd::kCapsuleHalfSpace, simd::kBoxHalfSpace, simd::kHullHalfSpace};
+  if (a == ShapeType::half_space || b == ShapeType::half_space)
+    return kOnHalfSpace[static_cast<int>(std::min(a, b))];
   constexpr simd::CollideType kTypes[kConvexTypeCount][kConvexTypeCount] = {
       {simd::kSphereSphere, simd::kSphereCapsule, simd::kSphereBox, simd::kSphereHull},
       {simd::kSphereCapsule, simd::kCapsuleCapsule, simd::kCapsuleBox, simd::kCapsuleHull},
@@ -69,16 +76,31 @@ std::size_t group_of(const Contacts& contacts, std::int32_t row, int type) {
   return static_cast<std::size_t>(type + (contacts.pairs.contact[row] < 0 ? simd::kCollideTypes : 0));
 }
 
-void count_groups(WorldData& data, NarrowPhase& phase, Crew& crew) {
+// Classifies the pairs before they are counted, and lets the hook refuse some. Returns whether that was asked
+// for.
+bool filter(WorldData& data, NarrowPhase& phase, Crew& crew) {
+  data.hooks.refused.clear();
+  if (!has_filter(data)) return false;
+  const int rows = static_cast<int>(data.contacts.pairs.pair.size());
+  phase.kind.resize_discarding(rows);
+  crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
+    for (int i = begin; i < end; ++i) phase.kind[i] = classify(data, i);
+  });
+  filter_pairs(data, phase, crew);
+  return true;
+}
+
+// `classified`: the kinds of the pairs are there.
+void count_groups(WorldData& data, NarrowPhase& phase, bool classified, Crew& crew) {
   const int rows = static_cast<int>(data.contacts.pairs.pair.size());
   const int chunks = (rows + kPairChunk - 1) / kPairChunk;
-  phase.kind.resize_discarding(rows);
+  if (!classified) phase.kind.resize_discarding(rows);
   phase.chunk_counts.resize_discarding(chunks);
   phase.outcomes.resize_discarding(chunks);
   crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
     GroupCounts counts{};
     for (int i = begin; i < end; ++i) {
-      const std::uint8_t type = classify(data, i);
+      const std::uint8_t type = classified ? phase.kind[i] : classify(data, i);
       phase.kind[i] = type;
       if (type < simd::kCollideTypes) ++counts[group_of(data.contacts, i, type)];
       if (type == kNever) clear_pair(data.contacts, i);
@@ -140,7 +162,7 @@ class TypeChunks {
   std::array<int, simd::kCollideTypes + 1> chunk_begin_{};
 };
 
-// Null where manifolds of the type are not recycled.
+// Null where manifolds of the type are not recycled: making them takes as long.
 simd::CollideKernels::Recycle recycle_of(const simd::CollideKernels& kernels, std::size_t type) {
   switch (type) {
     case simd::kBoxBox:
@@ -154,6 +176,20 @@ simd::CollideKernels::Recycle recycle_of(const simd::CollideKernels& kernels, st
       return kernels.recycle_capsules;
     default:
       return nullptr;
+  }
+}
+
+// Whether the kernel writes ContactRows::anchor: those of spheres do not.
+bool writes_anchor(std::size_t type) {
+  switch (type) {
+    case simd::kSphereSphere:
+    case simd::kSphereCapsule:
+    case simd::kSphereBox:
+    case simd::kSphereHull:
+    case simd::kSphereHalfSpace:
+      return false;
+    default:
+      return true;
   }
 }
 
@@ -204,7 +240,7 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
       }
       const std::size_t type = chunks.type_of(chunk);
       kernels.collide[type](columns, items, count);
-      const bool has_anchor = recycle_of(kernels, type) != nullptr;
+      const bool has_anchor = writes_anchor(type);
       for (int k = 0; k < count; ++k) {
         const std::int32_t row = items[k].row;
         if (contacts.now.points[row] == 0) continue;
@@ -370,11 +406,12 @@ void collide(WorldData& data, Crew& crew) {
   if (!data.narrow_phase) data.narrow_phase = std::make_unique<NarrowPhase>();
   NarrowPhase& phase = static_cast<NarrowPhase&>(*data.narrow_phase);
   data.contacts.forces.resize(data.settings.contact_forces ? data.contacts.now.pair.size() : 0);
-  count_groups(data, phase, crew);
+  count_groups(data, phase, filter(data, phase, crew), crew);
   sort_by_group(data, phase, crew);
   collide_contacts(data, phase, crew);
   collide_others(data, phase, crew);
   collide_meshes(data, phase, crew);
+  rule_contacts(data, phase, crew);
   list_contacts(data, phase, crew);
   data.contacts.manifolds_stale = false;
 }

@@ -25,10 +25,12 @@ using GroupCounts = TableArray<std::int32_t, kPairGroups>;
 using GroupBegins = TableArray<std::int32_t, kPairGroups + 1>;
 
 // Values of NarrowPhase::kind beside simd::CollideType.
-static_assert(simd::kCollideTypes <= 13);
-inline constexpr std::uint8_t kMeshPair = 13;  // one of its shapes is a mesh
-inline constexpr std::uint8_t kSkipped = 14;   // no body is awake: the contact, if it is one, stays as it is
-inline constexpr std::uint8_t kNever = 15;     // no dynamic body
+inline constexpr std::uint8_t kMeshPair = simd::kCollideTypes;  // one of its shapes is a mesh
+inline constexpr std::uint8_t kSkipped =
+    kMeshPair + 1;  // no body is awake: the contact, if it is one, stays as it is
+inline constexpr std::uint8_t kNever = kMeshPair + 2;  // no dynamic body, or a hook took the pair out
+
+enum RuleVerdict : std::uint8_t { kSameRules, kOtherRules, kUnsoundRules };
 
 // Of each chunk of pairs with meshes, or of each thread.
 using FoundManifolds = std::vector<Column<simd::MeshManifold>>;
@@ -55,6 +57,14 @@ struct PairOutcome {     // of one chunk of pairs
   TABLE(scratch, TriangleContacts, mesh_contacts, "narrow_phase") /* per worker: see MeshScratch */             \
   TABLE(scratch, ContactNumbers, mesh_order, "narrow_phase")                                                    \
   TABLE(scratch, ContactNumbers, mesh_cluster, "narrow_phase")                                                  \
+  LIST (scratch, std::int32_t, asked)           /* pairs that a hook is asked about, ascending */                \
+  LIST (scratch, std::int32_t, asked_contacts)  /* their contacts that touch, in the order of the pairs */       \
+  LIST (scratch, HookedPair,   asked_pairs)     /* as hooks get them: of pairs, then of contacts */              \
+  LIST (scratch, HookedContact, asked_shown)    /* per contact */                                                \
+  LIST (scratch, std::int32_t, asked_number)    /* per contact: which of its pair it is */                       \
+  LIST (scratch, std::uint8_t, may_collide)     /* answers of the filter, per pair */                            \
+  LIST (scratch, ContactRules, rules)           /* answers of the rule, per contact */                           \
+  LIST (scratch, std::uint8_t, verdicts)        /* what becomes of these: RuleVerdict */                         \
   VALUE(scratch, GroupBegins,  group_begin, {}) /* first pair of each group in `order` */
 // clang-format on
 SCREE_PART(NarrowPhase, SCREE_NARROW_PHASE_MEMBERS)
@@ -69,6 +79,17 @@ void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected, b
 // Clears what a new contact's kernel has not written: state must not depend on the contact that had the row
 // before.
 void clear_unwritten(ContactRows& rows, std::int32_t row, bool has_anchor);
+
+// --- hooks, see ask_hooks.cpp ---
+
+// Asks the filter, or the answers in its place, for pairs that have their kinds: those that it refuses become
+// kNever.
+void filter_pairs(WorldData& data, NarrowPhase& phase, Crew& crew);
+// Whether it has to be asked.
+bool has_filter(const WorldData& data);
+// Asks the rule, or the answers in its place: changes contacts, and takes out those that do not act. Tells
+// the recorder, if there is one, what both hooks have changed. The answers for this step are over then.
+void rule_contacts(WorldData& data, NarrowPhase& phase, Crew& crew);
 
 // Collides the pairs of kMeshPair: updates their contacts, ends and adds some.
 void collide_meshes(WorldData& data, NarrowPhase& phase, Crew& crew);

@@ -16,6 +16,7 @@ Vector farthest(const Solid& solid, Vector along) {
   switch (solid.type) {
     case ShapeType::sphere:
     case ShapeType::mesh:  // has no core
+    case ShapeType::half_space:
       return {};
     case ShapeType::capsule:
       return (local.y > 0.0 ? solid.half.y : -solid.half.y) * solid.axes.y;
@@ -139,6 +140,19 @@ bool reduce(Simplex& simplex, Vector& point) {
   return true;
 }
 
+// A half-space has no core: what is nearest to it is the other solid's lowest point.
+Gap gap_to_half_space(const Solid& a, const Solid& half_space, Vector place) {
+  const Vector up = half_space.axes.y;
+  const Vector lowest = place + farthest(a, -up) - a.radius * up;
+  Gap gap;
+  gap.distance = dot(up, lowest);
+  if (!(gap.distance > 0.0)) return gap;
+  gap.normal = -up;
+  gap.on_a = lowest;
+  gap.on_b = lowest - gap.distance * up;
+  return gap;
+}
+
 bool same(Vector a, Vector b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 bool has(const Simplex& simplex, const Corner& corner) {
@@ -183,6 +197,7 @@ bool separate(const Solid& a, const Solid& b, Vector place, Simplex& simplex, Ve
 
 Gap gap_between(const Solid& a, const Solid& b, Vector shift) {
   const Vector place = (a.position - b.position) + shift;
+  if (b.type == ShapeType::half_space) return gap_to_half_space(a, b, place);
   Simplex simplex;
   Vector nearest;
   Gap gap;

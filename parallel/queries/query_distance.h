@@ -18,7 +18,7 @@ struct Gap {
   std::int32_t triangle = -1;  // of b, if that is a mesh: see NearHit
 };
 
-// With `a` moved by `shift`. Neither is a mesh; those are in query_mesh.h.
+// With `a` moved by `shift`. Neither is a mesh; those are in query_mesh.h. `a` is no half-space.
 Gap gap_between(const Solid& a, const Solid& b, Vector shift = {});
 
 // Where a solid on its way meets another one.
@@ -29,7 +29,8 @@ struct Contact {
   bool inside = false;         // they overlap at first
 };
 
-// Whether `a`, moved along `way`, meets `b` at a fraction of at most `most`. Neither is a mesh.
+// Whether `a`, moved along `way`, meets `b` at a fraction of at most `most`. Neither is a mesh, and
+// `a` is no half-space.
 bool meet(const Solid& a, Vector way, const Solid& b, double most, Contact& contact);
 
 }  // namespace scree::queries

@@ -161,6 +161,16 @@ bool clip_to_ball(const Line& line, double radius, double& begin, double& end) {
   return true;
 }
 
+bool meet_half_space(const Line& line, Entry& entry) {
+  const double height = line.origin.y, fall = -line.translation.y;
+  entry.inside = !(height > 0.0);
+  if (entry.inside) return true;
+  if (!(fall >= height)) return false;
+  entry.fraction = height / fall;
+  entry.normal = {0.0, 1.0, 0.0};
+  return true;
+}
+
 bool meet_hull(const HullData& hull, const Line& line, Entry& entry) {
   constexpr double kBallRoom = 1.0 + 1e-5;
   constexpr double kPlaneError = 2e-6;  // of the ball's radius: more than columns are rounded by
@@ -219,6 +229,9 @@ bool meet(const Solid& solid, const Line& line, Entry& entry) {
       break;
     case ShapeType::hull:
       meets = meet_hull(*solid.hull, local, entry);
+      break;
+    case ShapeType::half_space:
+      meets = meet_half_space(local, entry);
       break;
     case ShapeType::mesh:  // query_mesh.h
       break;

@@ -51,6 +51,7 @@ void check_placed(Call call, const Geometry& geometry, const Pose& pose) {
   check_geometry(call, geometry);
   check_pose(call, "position", "rotation", pose, kMaxPosition);
   if (std::holds_alternative<TriangleMesh>(geometry)) fail(call, "a triangle mesh cannot be cast or placed");
+  if (std::holds_alternative<HalfSpace>(geometry)) fail(call, "a half-space cannot be cast or placed");
   const auto* convex = std::get_if<ConvexHull>(&geometry);
   if (convex == nullptr) return;
   for (const Vec3& corner : convex->hull.vertices()) {

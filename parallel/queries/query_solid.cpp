@@ -47,6 +47,8 @@ Solid solid_of(const WorldData& data, std::int32_t shape) {
       for (int axis = 0; axis < 3; ++axis) solid.corner[axis] = solid.hull->vertex[axis];
       solid.corners = solid.hull->vertex_count;
       break;
+    case ShapeType::half_space:  // has no size
+      break;
     case ShapeType::mesh:
       solid.half = to_vector(extent.half);
       solid.mesh = data.meshes.data[shapes.mesh[shape]];
@@ -93,6 +95,7 @@ QueryShape::QueryShape(const Geometry& geometry, const Pose& pose) {
 }
 
 Vector reach_of(const Solid& solid) {
+  if (solid.type == ShapeType::half_space) return {kHalfSpaceReach, kHalfSpaceReach, kHalfSpaceReach};
   const auto along = [&solid](int axis) {
     return std::abs(solid.axes.x[axis]) * solid.half.x + std::abs(solid.axes.y[axis]) * solid.half.y +
            std::abs(solid.axes.z[axis]) * solid.half.z + solid.radius;

@@ -14,6 +14,10 @@ void collide_sphere_hull(const CollideColumns& columns, const CollideItem* items
 void collide_capsule_hull(const CollideColumns& columns, const CollideItem* items, int count);
 void collide_box_hull(const CollideColumns& columns, const CollideItem* items, int count);
 void collide_hull_hull(const CollideColumns& columns, const CollideItem* items, int count);
+void collide_sphere_half_space(const CollideColumns& columns, const CollideItem* items, int count);
+void collide_capsule_half_space(const CollideColumns& columns, const CollideItem* items, int count);
+void collide_box_half_space(const CollideColumns& columns, const CollideItem* items, int count);
+void collide_hull_half_space(const CollideColumns& columns, const CollideItem* items, int count);
 int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 int recycle_hulls(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 int recycle_capsules(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
@@ -33,6 +37,10 @@ CollideKernels make_collide_kernels() {
   kernels.collide[kCapsuleHull] = collide_capsule_hull;
   kernels.collide[kBoxHull] = collide_box_hull;
   kernels.collide[kHullHull] = collide_hull_hull;
+  kernels.collide[kSphereHalfSpace] = collide_sphere_half_space;
+  kernels.collide[kCapsuleHalfSpace] = collide_capsule_half_space;
+  kernels.collide[kBoxHalfSpace] = collide_box_half_space;
+  kernels.collide[kHullHalfSpace] = collide_hull_half_space;
   kernels.recycle_boxes = recycle_boxes;
   kernels.recycle_hulls = recycle_hulls;
   kernels.recycle_capsules = recycle_capsules;

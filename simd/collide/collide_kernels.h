@@ -25,6 +25,10 @@ enum CollideType : int {
   kCapsuleHull,
   kBoxHull,
   kHullHull,
+  kSphereHalfSpace,
+  kCapsuleHalfSpace,
+  kBoxHalfSpace,
+  kHullHalfSpace,
   kCollideTypes,
 };
 

@@ -50,6 +50,7 @@ World extreme_world(std::uint64_t seed) {
     const Material material{.restitution = draw.one_in(3) ? 0.5f : 0.0f,
                             .rolling_resistance = draw.one_in(3) ? 0.1f : 0.0f};
     const float size = 0.5f + 0.4f * draw.within(1);
+    if (i == 0) world.add_shape(body, HalfSpace{}, material);
     switch (draw.random.below(3)) {
       case 0:
         world.add_shape(body, Sphere{size}, material);

@@ -34,6 +34,7 @@ void build_pit(World& world) {
   }
 }
 constexpr std::size_t kPitBodies = 1;
+constexpr std::size_t kDirectlySolved = 10;  // bodies at most while the direct solver solves
 constexpr std::size_t kPitShapes = 5;
 
 }  // namespace
@@ -135,7 +136,7 @@ void Player::create(const Call& call) {
     const Material material = random_material(random);
     const ShapeOptions options = random_options(random);
     tell("add_shape", slot.body, geometry, material, options.local_pose, options.filter,
-         static_cast<int>(options.contact_events));
+         static_cast<int>(options.contact_events), static_cast<int>(options.contact_hooks));
     slot.shapes.push_back(world_.add_shape(slot.body, geometry, material, options));
     ++model_.shapes;
   }
@@ -267,7 +268,8 @@ void Player::change_shape(const Call& call, Slot& slot) {
     }
     for (const ShapeDef& def : defs) {
       tell(bulk ? "add_shapes" : "add_shape", slot.body, def.geometry, def.material, def.options.local_pose,
-           def.options.filter, static_cast<int>(def.options.contact_events));
+           def.options.filter, static_cast<int>(def.options.contact_events),
+           static_cast<int>(def.options.contact_hooks));
     }
     std::vector<ShapeId> ids(defs.size());
     if (bulk) {
@@ -320,16 +322,31 @@ void Player::change_shape(const Call& call, Slot& slot) {
     case CallKind::set_contact_events: {
       const auto events = static_cast<ContactEvents>(random.below(4));
       tell("set_contact_events", shape, static_cast<int>(events));
-      return world_.set_contact_events(shape, events);
+      world_.set_contact_events(shape, events);
+      if (random.below(2) == 0) return;
+      const auto hooks = static_cast<ContactHooks>(random.below(4));
+      tell("set_contact_hooks", shape, static_cast<int>(hooks));
+      return world_.set_contact_hooks(shape, hooks);
     }
     default:
       return;
   }
 }
 
+// The direct solver would take minutes for heaps.
+void Player::spare_direct_solver() {
+  WorldSettings settings = world_.settings();
+  if (settings.solver != Solver::direct || model_.bodies <= kDirectlySolved) return;
+  settings.solver = Solver::soft_step;
+  tell("set_settings", settings);
+  world_.set_settings(settings);
+}
+
 void Player::change_settings(const Call& call) {
   Random random(call.seed);
-  const WorldSettings settings = random_settings(random);
+  WorldSettings settings = random_settings(random);
+  if (settings.solver != Solver::soft_step && model_.bodies <= kDirectlySolved && call.seed % 2 == 0)
+    settings.solver = Solver::direct;
   tell("set_settings", settings);
   world_.set_settings(settings);
 }
@@ -427,11 +444,13 @@ void Player::make_wrong_call(const Call& call) {
 
 void Player::run_steps(const Call& call) {
   Random random(call.seed);
+  spare_direct_solver();
   for (std::uint32_t count = 1 + random.below(kMostStepsPerCall); count > 0; --count) {
     const float dt = random_time_step(random);
     tell(call.kind == CallKind::step ? "step" : "step worlds", dt);
     if (checks_) check_before_step();
     if (before_step_) before_step_(world_);
+    hook_up(world_), hook_up(used_);
     Workers& workers = shift_.at(static_cast<int>(hashes_.size()));
     if (call.kind == CallKind::step) {
       step(world_, dt, workers);

@@ -175,8 +175,10 @@ void Player::go_round(const Call& call) {
 void Player::branch_off(const Call& call) {
   Random random(call.seed);
   const std::uint32_t steps = 1 + random.below(kMostAside);
+  spare_direct_solver();
   tell("clone, step aside", steps);
   World alone = clone(world_), listed = clone(world_);
+  hook_up(alone), hook_up(listed), hook_up(used_);
   const std::uint64_t before = world_.hash();
   const int now = static_cast<int>(hashes_.size());
   for (std::uint32_t i = 0; i < steps; ++i) {

@@ -148,7 +148,29 @@ ShapeOptions random_options(Random& random) {
   options.user_data = random.next();
   options.contact_events = static_cast<ContactEvents>(random.below(4));
   options.sensor = options.user_data % 8 == 0;
+  if (options.user_data / 8 % 4 == 0)
+    options.contact_hooks = static_cast<ContactHooks>(options.user_data / 32 % 4);
   return options;
+}
+
+void hook_up(World& world) {
+  const auto number = [](const HookedPair& pair) { return 5 * pair.shape_a.index + 3 * pair.shape_b.index; };
+  world.set_contact_filter([number](const ContactFilterBatch& batch) {
+    for (std::size_t i = 0; i < batch.pairs.size(); ++i) batch.collide[i] = number(batch.pairs[i]) % 4 != 0;
+  });
+  world.set_contact_rule([number](const ContactRuleBatch& batch) {
+    for (std::size_t i = 0; i < batch.pairs.size(); ++i) {
+      ContactRules& rules = batch.rules[i];
+      const std::uint32_t kind = number(batch.pairs[i]) % 9;
+      if (kind == 0) rules.acts = batch.contacts[i].normal.y > 0.0f;
+      if (kind == 1) rules.friction *= 0.5f;
+      if (kind == 2) rules.restitution = 0.9f;
+      if (kind == 3) rules.surface_velocity = 2.0f * batch.contacts[i].normal + Vec3{0.5f, 0.0f, 1.0f};
+      if (kind == 4) rules.rolling_resistance = 0.1f;
+      if (kind == 5) rules = {};
+      if (kind == 6) rules.restitution = -1.0f;
+    }
+  });
 }
 
 AxisLocks random_locks(Random& random) {
@@ -224,7 +246,7 @@ WorldSettings random_settings(Random& random) {
   settings.measure_residual = once_in(random, 2);
   settings.measure_penetration = once_in(random, 2);
   settings.contact_forces = settings.measure_residual != settings.measure_penetration;
-  // The direct solver would take minutes for heaps.
+  // Without the direct one: see Player::change_settings.
   if (once_in(random, 4)) settings.solver = static_cast<Solver>(random.below(kSolverCount - 1));
   if (once_in(random, 2)) settings.solver_options.baumgarte = random.between(0.0f, 1.0f);
   if (once_in(random, 2)) settings.solver_options.slop = random.between(0.0f, 0.02f);

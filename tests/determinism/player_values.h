@@ -23,6 +23,8 @@ TriangleMesh random_mesh(Random& random);
 Material random_material(Random& random);
 Filter random_filter(Random& random);
 ShapeOptions random_options(Random& random);
+// Sets hooks whose answers depend on the pair and the contact alone; some are out of range.
+void hook_up(World& world);
 AxisLocks random_locks(Random& random);
 BodyDef random_body_def(Random& random);
 MassProperties random_mass_properties(Random& random);

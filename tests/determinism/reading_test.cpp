@@ -129,6 +129,7 @@ class Reader {
     say("material", world_.material(shape));
     say("filter", world_.filter(shape));
     say("contact_events", world_.contact_events(shape));
+    say("contact_hooks", world_.contact_hooks(shape));
     say("is_sensor", world_.is_sensor(shape));
     if (world_.is_sensor(shape)) {
       std::vector<ShapeId> visitors(world_.visitors_of(shape, {}));
@@ -163,6 +164,8 @@ class Reader {
     say("shape_count", world_.shape_count());
     say("joint_count", world_.joint_count());
     say("has_user_row_callback", world_.has_user_row_callback());
+    say("has_contact_filter", world_.has_contact_filter());
+    say("has_contact_rule", world_.has_contact_rule());
     say_all("poses", world_.poses());
     say_all("velocities", world_.velocities());
     say("settings", world_.settings());

@@ -278,6 +278,9 @@ void calls_of_shapes(World& world) {
   world.set_user_data(hull, 8);
   const BodyId ground = world.create_body({.type = BodyType::fixed, .position = {0.0f, -9.0f, 0.0f}});
   const ShapeId land = world.add_shape(ground, slope());
+  world.set_contact_hooks(hull, ContactHooks::all);
+  const ContactAnswer answers[] = {{hull, land, -1, {}}, {hull, land, 1, {.friction = 0.2f}}};
+  world.answer_contact_hooks(answers);
   world.add_shape(ground, pyramid());
   run(world, 1);
   world.set_geometry(land, pyramid());

@@ -191,6 +191,27 @@ TEST(Allocation, NeverHappensInAStepWhoseCallbackMakesTheRowsOfUserJoints) {
   }
 }
 
+TEST(Allocation, NeverHappensInAStepWithHooksOfContacts) {
+  for (const int threads : {1, 2}) {
+    Lab lab;
+    lab.workers = Workers(threads);
+    const BodyId ground = lab.add_ground();
+    ShapeId shape;
+    lab.world.shapes_of(ground, {&shape, 1});
+    lab.world.set_contact_hooks(shape, ContactHooks::all);
+    for (int i = 0; i < 300; ++i) lab.add({.position = {1.1f * static_cast<float>(i), 0.5f, 0}}, Box{});
+    lab.world.set_contact_filter([](const ContactFilterBatch& batch) {
+      for (std::size_t i = 0; i < batch.pairs.size(); ++i)
+        batch.collide[i] = batch.pairs[i].shape_b.index % 7 != 0;
+    });
+    lab.world.set_contact_rule([](const ContactRuleBatch& batch) {
+      for (ContactRules& rules : batch.rules) rules.friction = 0.3f;
+    });
+    lab.run(240);  // until those that fall are fast
+    EXPECT_EQ(allocations_of(lab, 60), 0) << threads << " threads";
+  }
+}
+
 TEST(Allocation, NeverHappensInAStepOfSleepers) {
   Lab lab{WorldSettings{}};
   lab.add_ground();

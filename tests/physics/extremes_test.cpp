@@ -226,8 +226,9 @@ TEST(Extremes, AnAccelerationBeyondTheSpeedLimitIsLimitedOrQuarantinesTheBody) {
 // Applies extreme input to a body in a heap. Expects in the steps that follow that all stays finite, that no
 // other body is quarantined, and that the events list this body if it is. Returns the number of restored
 // bodies.
-std::size_t suffer(const std::function<void(World&, BodyId, ShapeId)>& make) {
+std::size_t suffer(const std::function<void(World&, BodyId, ShapeId)>& make, bool half_space = false) {
   Lab lab;
+  if (half_space) lab.add({.type = BodyType::fixed, .position = {0, -0.5f, 0}}, HalfSpace{});
   const std::vector<BodyId> heap = add_heap(lab, 12, 3);
   lab.run(40);
   const BodyId body = heap[4];
@@ -267,6 +268,14 @@ TEST(Extremes, EachAloneStaysFinite) {
   for (const Extreme& extreme : extremes()) {
     SCOPED_TRACE(extreme.name);
     suffer(extreme.make);
+    if (HasFailure()) return;
+  }
+}
+
+TEST(Extremes, EachAloneStaysFiniteOverAHalfSpace) {
+  for (const Extreme& extreme : extremes()) {
+    SCOPED_TRACE(extreme.name);
+    suffer(extreme.make, true);
     if (HasFailure()) return;
   }
 }

@@ -78,6 +78,7 @@ class Poke {
     change(scale);
   }
   void change(TriangleMesh&) {}
+  void change(HalfSpace&) {}
   void change(Geometry& geometry) {
     std::visit([this](auto& solid) { change(solid); }, geometry);
   }
@@ -89,7 +90,7 @@ class Poke {
     change(surface_velocity);
   }
   void change(ShapeOptions& options) {
-    auto& [local_pose, filter, user_data, contact_events, sensor] = options;
+    auto& [local_pose, filter, user_data, contact_events, sensor, contact_hooks] = options;
     change(local_pose);
   }
   // A number that may be infinite with one sign: the test replaces it by the other infinity.
@@ -178,6 +179,11 @@ class Poke {
     auto& [lower, upper] = bounds;
     change_bound(lower, -kInfinite), change_bound(upper, kInfinite);
   }
+  void change(ContactAnswer& answer) {
+    auto& [shape_a, shape_b, contact, rules] = answer;
+    auto& [acts, friction, restitution, rolling_resistance, surface_velocity] = rules;
+    change(friction), change(restitution), change(rolling_resistance), change(surface_velocity);
+  }
   void change(Joint& joint) {
     std::visit([this](auto& kind) { change(kind); }, joint);
   }
@@ -207,7 +213,7 @@ class Poke {
 // A crate on the ground beside a kinematic capsule, and a disabled joint of each kind.
 struct Stage {
   Stage() {
-    lab.add_ground();
+    EXPECT_EQ(lab.world.shapes_of(lab.add_ground(), {&ground, 1}), 1u);
     crate = lab.add({.position = {0, 0.5f, 0}}, Box{});
     roller = lab.add({.type = BodyType::kinematic, .position = {5, 1, 0}}, Capsule{});
     EXPECT_EQ(lab.world.shapes_of(crate, {&shape, 1}), 1u);
@@ -218,7 +224,7 @@ struct Stage {
   }
   Lab lab;
   BodyId crate, roller;
-  ShapeId shape;
+  ShapeId ground, shape;
   std::vector<JointId> joints;
 };
 
@@ -307,6 +313,11 @@ std::vector<NumberCall> number_calls() {
        [=](World& world, const Stage& s, Poke& poke) { world.add_angular_impulse(s.crate, poke(v)); }},
       {"set_material", [](World& world, const Stage& s,
                           Poke& poke) { world.set_material(s.shape, poke(Material{.patch_radius = 0.1f})); }},
+      {"answer_contact_hooks",
+       [](World& world, const Stage& s, Poke& poke) {
+         const ContactAnswer answer = poke(ContactAnswer{s.ground, s.shape, 0, {}});
+         world.answer_contact_hooks({&answer, 1});
+       }},
       {"set_local_pose",
        [](World& world, const Stage& s, Poke& poke) { world.set_local_pose(s.shape, poke(Pose{})); }},
       {"set_settings",
@@ -405,7 +416,7 @@ std::set<std::string> calls_with_numbers() {
   const std::regex number(
       "\\b(float|double|Vec3|Quat|Pose|BodyDef|MassProperties|Geometry|Sphere|Capsule|Box|ConvexHull|"
       "Material|"
-      "ShapeOptions|WorldSettings|JointDef|Joint|UserRow)\\b");
+      "ShapeOptions|WorldSettings|JointDef|Joint|UserRow|ContactAnswer)\\b");
   std::set<std::string> names;
   for (std::sregex_iterator it(bare.begin(), bare.end(), call), last; it != last; ++it) {
     if (std::regex_search((*it)[2].str(), number)) names.insert((*it)[1].str());

@@ -151,7 +151,7 @@ ConvexHull read_convex_hull(Members& members, const NamedHulls& named) {
 }
 
 Geometry read_geometry(Members& members, const Named& named) {
-  constexpr const char* kTypes[] = {"sphere", "capsule", "box", "hull", "mesh"};
+  constexpr const char* kTypes[] = {"sphere", "capsule", "box", "hull", "mesh", "half_space"};
   switch (members.require("type").choice(kTypes)) {
     case 0:
       return Sphere{members.require("radius").number(kLength)};
@@ -163,6 +163,8 @@ Geometry read_geometry(Members& members, const Named& named) {
       return read_convex_hull(members, named.hulls);
     case 4:
       return named.meshes.read(members);
+    case 5:
+      return HalfSpace{};
     default:
       return Box{members.require("half_extents").vector(kLength)};
   }

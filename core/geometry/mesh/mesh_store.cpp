@@ -28,24 +28,4 @@ std::size_t mesh_bytes(const SharedMeshes& meshes) {
   return bytes;
 }
 
-void check_mesh_place(Call call, const Geometry& geometry, BodyType body, bool sensor) {
-  if (!std::holds_alternative<TriangleMesh>(geometry)) return;
-  if (body == BodyType::dynamic) {
-    fail(call, "a triangle mesh belongs to fixed and kinematic bodies only, but the body is dynamic",
-         ErrorCode::wrong_state);
-  }
-  if (sensor) fail(call, "a triangle mesh is no sensor, but the shape is one");
-}
-
-void check_no_mesh(Call call, const WorldData& data, std::int32_t body) {
-  const Shapes& shapes = data.shapes;
-  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = shapes.next[shape]) {
-    if (shapes.mesh[shape] < 0) continue;
-    fail(call,
-         "shape " + std::to_string(shape) +
-             " of the body is a triangle mesh, which belongs to fixed and kinematic bodies only",
-         ErrorCode::wrong_state);
-  }
-}
-
 }  // namespace scree

@@ -16,9 +16,4 @@ std::int32_t acquire_mesh(Meshes& meshes, const Geometry& geometry);
 std::uint64_t mesh_content(const MeshSolid& solid);  // its hash, never 0
 std::size_t mesh_bytes(const SharedMeshes& meshes);  // of the geometry in the slots
 
-// Throws where the geometry is a mesh and the shape cannot have it.
-void check_mesh_place(Call call, const Geometry& geometry, BodyType body, bool sensor);
-// Throws where a shape of the body is a mesh: it cannot become dynamic.
-void check_no_mesh(Call call, const WorldData& data, std::int32_t body);
-
 }  // namespace scree

@@ -1,6 +1,7 @@
 // Shapes, their surface, and which of them collide.
 #pragma once
 
+#include <scree/contact_hooks.h>
 #include <scree/math_types.h>
 
 #include <cstdint>
@@ -23,6 +24,11 @@ struct Capsule {
 struct Box {
   Vec3 half_extents{0.5f, 0.5f, 0.5f};  ///< m, each in [1e-4, 1e5]
 };
+
+/// All that lies below the plane y = 0 of the shape's frame, without end: a ground, or a wall, that nothing
+/// gets to the other side of. A plane that is tilted against the axes of the world is as exact as float
+/// numbers: within 1e-7 of the distance from the shape's origin.
+struct HalfSpace {};
 
 /// How the values of two touching surfaces become one. Where the two surfaces ask for different rules, the
 /// one that stands later in this list is taken.
@@ -92,6 +98,7 @@ struct ShapeOptions {
   /// Whether the shape is a sensor: it has no mass and no contacts, and the world lists which shapes enter
   /// and leave it, see events.h. Stays as it is for the life of the shape.
   bool sensor = false;
+  ContactHooks contact_hooks = ContactHooks::none;  ///< the hooks that are asked about its contacts
 
   friend bool operator==(const ShapeOptions&, const ShapeOptions&) = default;
 };

@@ -52,6 +52,7 @@ struct StepStats {
       0;           ///< islands examined for sleep in this step; 0 where no body was slow for long enough
   int colors = 0;  ///< independent batches, those against fixed bodies included
   int stages = 0;  ///< parallel stages of the whole step
+  std::int64_t unsound_rules = 0;  ///< contacts for which a hook gave rules out of range: they kept their own
   double lane_fill = 1.0;        ///< used lanes over all lanes of the constraint blocks; depends on the width
   double kinetic_energy = 0.0;   ///< J, at the end of the step
   double residual = 0.0;         ///< m/s, only with WorldSettings::measure_residual: the largest velocity

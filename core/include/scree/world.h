@@ -10,6 +10,7 @@
 
 #include <scree/body.h>
 #include <scree/contact_forces.h>
+#include <scree/contact_hooks.h>
 #include <scree/error.h>
 #include <scree/events.h>
 #include <scree/export.h>
@@ -75,9 +76,9 @@ struct MemoryUse {
   std::size_t scratch = 0;  ///< bytes that live within one step
 };
 
-/// The form of a shape. A TriangleMesh belongs to fixed and kinematic bodies only and is no sensor: calls
-/// that would put it elsewhere throw.
-using Geometry = std::variant<Sphere, Capsule, Box, ConvexHull, TriangleMesh>;
+/// The form of a shape. A TriangleMesh or a HalfSpace belongs to fixed and kinematic bodies only and is no
+/// sensor: calls that would put it elsewhere throw.
+using Geometry = std::variant<Sphere, Capsule, Box, ConvexHull, TriangleMesh, HalfSpace>;
 
 /// A shape of a list, see World::add_shapes.
 struct ShapeDef {
@@ -226,6 +227,9 @@ class SCREE_API World {
   /// Takes effect in the next step. A contact that began ends when no side asks for its end any more, and
   /// begins when a side asks for the first time.
   void set_contact_events(ShapeId shape, ContactEvents events);
+  ContactHooks contact_hooks(ShapeId shape) const;  ///< the hooks that the shape itself asks for
+  /// From the next step on; wakes nothing.
+  void set_contact_hooks(ShapeId shape, ContactHooks hooks);
   bool is_sensor(ShapeId shape) const;                    ///< as given by ShapeOptions
   Pose local_pose(ShapeId shape) const;                   ///< in the body's frame
   void set_local_pose(ShapeId shape, const Pose& pose);   ///< the mass follows as in add_shape
@@ -347,6 +351,24 @@ class SCREE_API World {
   std::span<const JointId> frozen_joints() const noexcept;
   /// Joints that were destroyed with their bodies before the step, in the order of the calls.
   std::span<const JointId> destroyed_joints() const noexcept;
+
+  // --- hooks, see contact_hooks.h. They are no part of the state: snapshots, clones and recordings are
+  // without them, and restore() leaves those of the world which it writes to ---
+
+  /// From now on each step calls this for the candidate pairs whose shapes ask; a default-constructed
+  /// function ends that.
+  void set_contact_filter(ContactFilter filter);
+  bool has_contact_filter() const noexcept;  ///< whether one is set
+  /// From now on each step calls this for the contacts whose shapes ask; a default-constructed function ends
+  /// that.
+  void set_contact_rule(ContactRule rule);
+  bool has_contact_rule() const noexcept;  ///< whether one is set
+  /// Decides for the next step in place of both hooks, which are not called in it: all pairs that are not
+  /// listed act as they are. Recorders record what hooks have changed as such a call, so playing it needs no
+  /// hooks. The answers ascend strictly by shape_a, shape_b and contact. Those of pairs that no shape asks
+  /// for, or that do not touch in the step, have no effect. They replace what an earlier call gave for that
+  /// step; without any, hooks are called again. Throws for dead shapes, a wrong order and rules out of range.
+  void answer_contact_hooks(std::span<const ContactAnswer> answers);
 
   // --- forces of contacts, see contact_forces.h: while WorldSettings::contact_forces is on, else these throw
   // Error. They list the contacts of the last step that bore something, or were at most 5 mm apart when it

@@ -75,6 +75,7 @@ void fields(Of<Capsule> auto& capsule, auto&& visit) {
   visit(capsule.radius);
 }
 void fields(Of<Box> auto& box, auto&& visit) { visit(box.half_extents); }
+void fields(Of<HalfSpace> auto&, auto&&) {}
 void fields(Of<ConvexHull> auto& convex, auto&& visit) {
   visit(convex.hull);
   visit(convex.scale);
@@ -102,6 +103,7 @@ void fields(Of<ShapeOptions> auto& options, auto&& visit) {
   visit(options.user_data);
   visit(options.contact_events);
   visit(options.sensor);
+  visit(options.contact_hooks);
 }
 void fields(Of<ShapeDef> auto& def, auto&& visit) {
   visit(def.geometry);
@@ -250,6 +252,17 @@ void fields(Of<UserRow> auto& row, auto&& visit) {
   visit(row.target.damping_ratio);
   visit(row.bounds.lower);
   visit(row.bounds.upper);
+}
+void fields(Of<ContactAnswer> auto& answer, auto&& visit) {
+  static_assert(sizeof(ContactAnswer) == 56, "a new field goes here, too");
+  visit(answer.shape_a);
+  visit(answer.shape_b);
+  visit(answer.contact);
+  visit(answer.rules.acts);
+  visit(answer.rules.friction);
+  visit(answer.rules.restitution);
+  visit(answer.rules.rolling_resistance);
+  visit(answer.rules.surface_velocity);
 }
 void fields(Of<SavedWorld> auto& world, auto&& visit) {
   SavedWorld::visit_members(world, TablePlace{"world"},

@@ -84,7 +84,8 @@ struct ListMark {
   MARKED  (events_resting,  contacts.resting_marks,  kPageMoved | kPageChanged)                    \
   COMPARED(events_woken)                                                                           \
   COMPARED(events_lost)                                                                            \
-  COMPARED(events_sensed)
+  COMPARED(events_sensed)                                                                          \
+  COMPARED(hook_answers)
 // clang-format on
 
 #define SCREE_NAME_SHEET(name, ...) name,

@@ -83,6 +83,7 @@ void derive_shapes(WorldData& data) {
     const std::int32_t behind = shapes.next[row];
     if (behind >= 0) shapes.previous[behind] = static_cast<std::int32_t>(row);
     if (shapes.events[row] != ContactEvents::none) ++shapes.asking;
+    if (shapes.hooks[row] != ContactHooks::none) ++shapes.hooked;
     if ((shapes.flags[row] & kShapeSensor) != 0) ++shapes.sensors;
     place_shape_in_body(data, static_cast<std::int32_t>(row));
   }

@@ -132,6 +132,8 @@ bool is_extent(const WorldData& data, std::size_t row) {
       return is_finite_row(extent) && fits(extent.half[1]) && fits(extent.radius);
     case ShapeType::box:
       return is_finite_row(extent) && fits(extent.half[0]) && fits(extent.half[1]) && fits(extent.half[2]);
+    case ShapeType::half_space:
+      return std::memcmp(&extent, &kHalfSpaceExtent, sizeof extent) == 0;
     case ShapeType::hull:
     case ShapeType::mesh:
       break;
@@ -164,6 +166,10 @@ void check_living_shape(const WorldData& data, std::size_t row, const Refusal& r
   require(!is_mesh || (given_type(data.bodies, shapes.body[row]) != BodyType::dynamic &&
                        (shapes.flags[row] & kShapeSensor) == 0),
           "mesh", "belongs to a dynamic body, or to a sensor");
+  require(shapes.type[row] != ShapeType::half_space ||
+              (given_type(data.bodies, shapes.body[row]) != BodyType::dynamic &&
+               (shapes.flags[row] & kShapeSensor) == 0),
+          "type", "belongs to a dynamic body, or to a sensor");
   require(is_extent(data, row), "extent", "is not that of such a shape");
   const Pose& given = shapes.given_pose[row];
   const auto near = [](float x) { return within(x, -kMaxLocalPosition, kMaxLocalPosition); };

@@ -3,6 +3,7 @@
 
 #include <scree/body.h>
 #include <scree/contact_forces.h>
+#include <scree/contact_hooks.h>
 #include <scree/decompose.h>
 #include <scree/error.h>
 #include <scree/events.h>

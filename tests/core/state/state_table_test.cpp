@@ -31,6 +31,7 @@ World make_busy_world() {
   const BodyId ground = world.create_body({.type = BodyType::fixed, .position = {0, -1, 0}});
   world.add_shape(ground, Box{{50, 1, 50}});
   world.add_shape(ground, Box{{50, 1, 50}}, {}, {.local_pose = {{0, 1.5f, 0}, {}}, .sensor = true});
+  world.add_shape(ground, HalfSpace{}, {}, {.local_pose = {{0, -20, 0}, {}}});
   ShapeId meshes[3];
   for (int i = 0; i < 3; ++i) {
     test_solids::TestMesh mesh = test_solids::box_mesh({1, 1, 1 + static_cast<float>(i)});
@@ -64,6 +65,10 @@ World make_busy_world() {
   world.add_shape(kept, ConvexHull{Hull(cube_cloud(14, 6))});
   world.destroy_body(gone);
   world.wake(bodies[6]);
+  ShapeId first;
+  world.shapes_of(bodies[0], {&first, 1});
+  const ContactAnswer answer{meshes[1], first, -1, {}};
+  world.answer_contact_hooks({&answer, 1});
   return world;
 }
 

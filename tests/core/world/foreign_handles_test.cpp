@@ -97,6 +97,16 @@ Calls changing_calls() {
   calls.push_back({"refresh_user_rows", [](World& world, const Twin& twin) {
                      world.refresh_user_rows({&twin.joint, 1}, {});
                    }});
+  for (const bool second : {false, true}) {
+    calls.push_back(
+        {"answer_contact_hooks", [=](World& world, const Twin& twin) {
+           ShapeId own;
+           world.shapes_of(world.body_at(second ? twin.floor.index : twin.other.index), {&own, 1});
+           const ContactAnswer answer =
+               second ? ContactAnswer{own, twin.shape, -1, {}} : ContactAnswer{twin.shape, own, -1, {}};
+           world.answer_contact_hooks({&answer, 1});
+         }});
+  }
   calls.push_back({"create_joint", [](World& world, const Twin& twin) {
                      world.create_joint({.body_a = twin.body, .body_b = kWorld}, BallJoint{});
                    }});
@@ -145,6 +155,7 @@ Calls reading_calls() {
   SCREE_READ(material, shape)
   SCREE_READ(filter, shape)
   SCREE_READ(contact_events, shape)
+  SCREE_READ(contact_hooks, shape)
   SCREE_READ(is_sensor, shape)
   SCREE_READ(visitors_of, shape, std::span<ShapeId>{})
   SCREE_READ(local_pose, shape)

@@ -94,6 +94,13 @@ void call_everything(Heap& heap) {
   world.set_user_rows(stated, {&row, 1});
   row.target.speed = 0.5f;
   world.refresh_user_rows({&stated, 1}, {&row, 1});
+  world.set_contact_hooks(shape, ContactHooks::all);
+  std::vector<ShapeId> named = {shapes[0], shapes[1], hills};
+  std::sort(named.begin(), named.end());
+  const ContactAnswer answers[] = {
+      {named[0], named[1], -1, {}},
+      {named[0], named[2], 1, {.friction = 0.5f, .surface_velocity = {1, 2, 3}}}};
+  world.answer_contact_hooks(answers);
 }
 
 TEST(Recording, HoldsEveryCallThatChangesAWorld) {

@@ -93,6 +93,7 @@ bool same(const Value& a, const Value& b) {
     return a == b;
   }
 }
+bool same(const HalfSpace&, const HalfSpace&) { return true; }
 bool same(const Geometry& a, const Geometry& b) {
   if (a.index() != b.index()) return false;
   return std::visit(
@@ -115,7 +116,8 @@ const Filter kFilter{.category = 6, .mask = 0x80000001u, .group = -3};
 const ShapeOptions kOptions{.local_pose = kPose,
                             .filter = kFilter,
                             .user_data = 0xfedcba9876543210u,
-                            .contact_events = ContactEvents::persist};
+                            .contact_events = ContactEvents::persist,
+                            .contact_hooks = ContactHooks::rule};
 const MassProperties kMass{.mass = 2.0f, .center = {1, 2, 3}, .inertia = {4, 5, 6, 7, 8, 9}};
 const BodyDef kBody{.type = BodyType::kinematic,
                     .position = {1, 2, 3},
@@ -173,6 +175,7 @@ std::vector<Geometry> geometries() {
           Box{{4, 5, 6}},
           ConvexHull{tetrahedron(1.0f), {2, 3, 4}},
           ConvexHull{tetrahedron(2.0f), {1, 1, 1}},
+          HalfSpace{},
           triangle(1.0f),
           triangle(2.0f)};
 }
