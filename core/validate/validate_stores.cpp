@@ -142,8 +142,13 @@ void validate_joint_lists(const WorldData& data) {
 void validate_joints(const WorldData& data) {
   const Joints& joints = data.joints;
   std::size_t alive = 0;
-  for (const std::uint8_t flags : joints.flags) alive += (flags & kJointAlive) != 0 ? 1 : 0;
+  std::int32_t reporting = 0;
+  for (const std::uint8_t flags : joints.flags) {
+    alive += (flags & kJointAlive) != 0 ? 1 : 0;
+    reporting += (flags & kJointReports) != 0 ? 1 : 0;
+  }
   SCREE_ASSERT(joints.alive == alive);
+  SCREE_ASSERT(joints.reporting == reporting);
   const Column<std::int32_t>& users = data.user_joints.joint;
   for (std::size_t row = 0; row < users.size(); ++row) {
     SCREE_ASSERT((joints.flags[users[row]] & kJointAlive) != 0);

@@ -194,7 +194,8 @@ World jointed() {
                                          .body_b = bodies.back(),
                                          .frame_a = {{before == kWorld ? x - 0.7f : 0.8f, 0.0f, 0.0f}, {}},
                                          .frame_b = {{-0.7f, 0.0f, 0.0f}, {}},
-                                         .break_force = 1e6f},
+                                         .break_force = 1e6f,
+                                         .event_torque = 10.0f},
                                         joint));
   }
   world.create_joint({.body_a = kWorld, .body_b = bodies[3]},
@@ -308,6 +309,7 @@ void calls_of_joints(World& world) {
   world.set_joint_frames(ids[0], {{0.7f, 0.0f, 0.0f}, {}}, {{-0.7f, 0.0f, 0.0f}, {}});
   world.set_joint_stiffness(ids[0], 4.0f, 0.5f);
   world.set_joint_strength(ids[0], 1000.0f, 50.0f);
+  world.set_joint_event_thresholds(ids[0], 100.0f, 5.0f);
   world.set_collide_connected(ids[0], true);
   world.set_user_data(ids[0], 6);
   run(world, 1);

@@ -71,7 +71,9 @@ enum class ContactEvents : std::uint8_t {
   none = 0,       ///< no events
   begin_end = 1,  ///< World::contact_begins, World::contact_ends
   persist = 2,    ///< World::contact_persists: in every step that goes on with a contact
-  all = 3,        ///< both
+  /// World::contact_hits: in every step in which the shapes meet at WorldSettings::hit_event_speed or faster.
+  hit = 4,
+  all = 7,  ///< all of these
 };
 
 /// The events of both.

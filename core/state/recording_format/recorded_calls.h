@@ -65,7 +65,8 @@ namespace scree {
   X(set_joint_user_data, set_user_data, JointId, std::uint64_t)                                              \
   X(add_shapes, add_shapes, BodyId, std::span<const ShapeDef>)                                               \
   X(set_user_rows, set_user_rows, JointId, std::span<const UserRow>)                                         \
-  X(refresh_user_rows, refresh_user_rows, std::span<const JointId>, std::span<const UserRow>)
+  X(refresh_user_rows, refresh_user_rows, std::span<const JointId>, std::span<const UserRow>)                \
+  X(set_joint_event_thresholds, set_joint_event_thresholds, JointId, float, float)
 
 #define SCREE_NAME_CALL(call, function, ...) call,
 // 0 stands for a step.

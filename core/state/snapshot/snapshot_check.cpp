@@ -357,7 +357,7 @@ void check_pairs(const WorldData& data, const SavedColumns& saved, const PackedC
 void check_events(const WorldData& data, const Refusal& refusal) {
   const Column<TouchRow>& touching = data.events.touching;
   for (std::size_t row = 0; row < touching.size(); ++row) {
-    const bool fits = touching[row].events >= 1 && touching[row].events <= 3 &&
+    const bool fits = touching[row].events >= 1 && touching[row].events <= kTouchEvents &&
                       (row == 0 || key_of(touching[row - 1]) < key_of(touching[row]));
     refusal.require(fits, "events", "touching", row, "asks for nothing, or does not ascend");
   }
@@ -365,8 +365,8 @@ void check_events(const WorldData& data, const Refusal& refusal) {
   for (std::size_t row = 0; row < data.events.resting.size(); ++row) {
     const TouchRow& rests = data.events.resting[row];
     if (is_zero_row(rests)) continue;
-    const bool fits = rests.events >= 1 && rests.events <= 3 && key_of(rests) == key_of(pairs.pair[row]) &&
-                      pairs.contact[row] >= 0;
+    const bool fits = rests.events >= 1 && rests.events <= kTouchEvents &&
+                      key_of(rests) == key_of(pairs.pair[row]) && pairs.contact[row] >= 0;
     refusal.require(fits, "events", "resting", row, "asks for nothing, or is another pair's");
     const bool moves =
         std::binary_search(touching.begin(), touching.end(), rests,
