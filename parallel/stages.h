@@ -23,9 +23,10 @@ void pack_blocks(WorldData& data, Crew& crew);           // manifolds -> layout 
 void solve(WorldData& data, float dt, Crew& crew);       // blocks -> velocities, motion since the step began
 void store_impulses(WorldData& data, float dt, Crew& crew);  // blocks -> manifolds, for the next warm start
 void break_joints(WorldData& data, Crew& crew);              // reactions -> joints that break
+void list_joint_events(WorldData& data, Crew& crew);         // reactions -> joints that bore more than asked
 void note_approach(WorldData& data, Crew& crew);  // velocities -> approach speeds, where events are asked for
 void list_body_events(WorldData& data);           // sleep, waking and lost joints -> their events
-void list_contact_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begins, persists and ends
+void list_contact_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begins, persists, ends, hits
 void list_sensor_events(WorldData& data, float dt, Crew& crew);   // poses -> what sensors see, begins, ends
 // Moves the touch rows of these resting pairs, given in the order of the pairs, to those of moving pairs.
 void move_touching(WorldData& data, const Column<std::int32_t>& rows);

@@ -127,11 +127,13 @@ void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) 
       break_joints(data, crew);  // reactions -> broken joints
     });
     validate_impulses(data);
+    clock.run(Phase::list_events, [&] { list_joint_events(data, crew); });  // reactions -> strained joints
   } else {
     forget_forces(data);
     data.stats.awake_bodies = static_cast<std::int64_t>(data.bodies.awake.size());
   }
-  clock.run(Phase::list_events, [&] { list_contact_events(data, dt, crew); });  // manifolds -> begins, ends
+  clock.run(Phase::list_events,
+            [&] { list_contact_events(data, dt, crew); });  // manifolds -> begins, ends, hits
   validate_events(data);
   if (dt > 0.0f) {
     clock.run(Phase::sweep_fast_bodies,

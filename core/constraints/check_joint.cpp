@@ -33,6 +33,11 @@ void check_strength(Call call, const char* what, float value) {
   fail(call, std::string(what) + " is " + text_of(value) + ", must be above 0");
 }
 
+void check_event_threshold(Call call, const char* what, float value) {
+  if (value >= 0.0f) return;
+  fail(call, std::string(what) + " is " + text_of(value) + ", must be at least 0");
+}
+
 void check_joint_frames(Call call, bool world_a, const Pose& frame_a, bool world_b, const Pose& frame_b) {
   check_pose(call, "frame_a.position", "frame_a.rotation", frame_a,
              world_a ? kMaxPosition : kMaxLocalPosition);
@@ -66,6 +71,8 @@ JointBodies check_joint_def(Call call, const WorldData& data, const JointDef& de
   check_stiffness(call, "hertz", def.hertz, "damping_ratio", def.damping_ratio);
   check_strength(call, "break_force", def.break_force);
   check_strength(call, "break_torque", def.break_torque);
+  check_event_threshold(call, "event_force", def.event_force);
+  check_event_threshold(call, "event_torque", def.event_torque);
   check_joint(call, joint);
   return ends;
 }

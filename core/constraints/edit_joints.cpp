@@ -98,6 +98,7 @@ void remove_joint(WorldData& data, std::int32_t joint) {
   leave_list(data, joint, ends.b);
   joints.marks.mark(joint);
   if (joints.type[row] == JointType::user) leave_user_joint(data, joint);
+  if ((joints.flags[row] & kJointReports) != 0) --joints.reporting;
   joints.flags[row] = 0;
   joints.next[row] = {-1, -1};
   joints.previous[row] = {-1, -1};

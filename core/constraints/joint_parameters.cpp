@@ -57,12 +57,17 @@ bool is_rich(const Joint& joint) {
 
 bool breaks(JointStrength strength) { return strength.force < kNoLimit || strength.torque < kNoLimit; }
 
+bool reports(JointThresholds thresholds) {
+  return thresholds.force < kNoLimit || thresholds.torque < kNoLimit;
+}
+
 std::uint8_t flags_of(const JointDef& def, const Joint& joint) {
   unsigned flags = kJointAlive;
   if (def.enabled) flags |= kJointEnabled;
   if (def.collide_connected) flags |= kJointCollides;
   if (breaks({def.break_force, def.break_torque})) flags |= kJointBreaks;
   if (is_rich(joint)) flags |= kJointRich;
+  if (reports({def.event_force, def.event_torque})) flags |= kJointReports;
   return static_cast<std::uint8_t>(flags);
 }
 
@@ -84,6 +89,8 @@ JointDef def_of(const WorldData& data, std::int32_t joint) {
           .damping_ratio = joints.parameters[row].damping_ratio,
           .break_force = joints.strength[row].force,
           .break_torque = joints.strength[row].torque,
+          .event_force = joints.thresholds[row].force,
+          .event_torque = joints.thresholds[row].torque,
           .user_data = joints.user_data[row]};
 }
 

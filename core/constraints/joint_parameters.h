@@ -22,6 +22,7 @@ Joint normalized(Joint joint);
 bool is_rich(const Joint& joint);
 
 bool breaks(JointStrength strength);
+bool reports(JointThresholds thresholds);
 std::uint8_t flags_of(const JointDef& def, const Joint& joint);  // JointFlag
 JointDef def_of(const WorldData& data, std::int32_t joint);      // as it is now
 

@@ -53,6 +53,7 @@ JointId make(WorldData& data, std::int32_t joint, const JointDef& def, const Joi
   joints.parameters[row] = parameters_of(normalized(given), def.hertz, def.damping_ratio);
   joints.impulses[row] = {};
   joints.strength[row] = {def.break_force, def.break_torque};
+  joints.thresholds[row] = {def.event_force, def.event_torque};
   joints.color[row] = kNoColor;
   joints.user_data[row] = def.user_data;
   joints.reaction[row] = {};
@@ -60,6 +61,7 @@ JointId make(WorldData& data, std::int32_t joint, const JointDef& def, const Joi
   link_joint(data, joint);
   place_joint(data, joint);
   ++joints.alive;
+  if ((joints.flags[row] & kJointReports) != 0) ++joints.reporting;
   wake_ends(data, joint);
   joints_changed(data, joint, !def.collide_connected);
   return joint_handle(data, joint);
@@ -190,6 +192,19 @@ void World::set_joint_strength(JointId joint, float break_force, float break_tor
   check_strength(call, "break_torque", break_torque);
   j.joints.strength[j.row] = {break_force, break_torque};
   j.set(kJointBreaks, breaks({break_force, break_torque}));
+}
+
+void World::set_joint_event_thresholds(JointId joint, float event_force, float event_torque) {
+  constexpr Call call{"set_joint_event_thresholds"};
+  const JointRow j = at(call, data_, joint);
+  const CallRecord<RecordedCall::set_joint_event_thresholds> call_record(j.data, joint, event_force,
+                                                                         event_torque);
+  check_event_threshold(call, "event_force", event_force);
+  check_event_threshold(call, "event_torque", event_torque);
+  j.joints.thresholds[j.row] = {event_force, event_torque};
+  const bool reported = j.has(kJointReports), reports_now = reports({event_force, event_torque});
+  j.joints.reporting += (reports_now ? 1 : 0) - (reported ? 1 : 0);
+  j.set(kJointReports, reports_now);
 }
 
 bool World::is_enabled(JointId joint) const { return at({"is_enabled"}, data_, joint).has(kJointEnabled); }

@@ -32,7 +32,7 @@ struct Balls {
 };
 
 Balls balls_of(const HullData& hull);
-Balls balls_of(const WorldData& data, std::int32_t shape);  // none of a mesh, which nothing moves
+Balls balls_of(const WorldData& data, std::int32_t shape);  // none of meshes and half-spaces
 
 // Makes the core of a body that of one more shape, wherever that is.
 void extend_core(WorldData& data, std::int32_t body, std::int32_t shape);

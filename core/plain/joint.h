@@ -173,7 +173,7 @@ struct alignas(64) JointImpulses {
 struct alignas(32) JointReactionRow {
   float force[3];             // N, at anchor b
   float torque[3];            // N m, about anchor b
-  float force_peak_squared;   // N^2, the largest of all substeps; of joints that may break, else 0
+  float force_peak_squared;   // N^2, the largest of all substeps; where ConstraintChunk::peaks, else 0
   float torque_peak_squared;  // N^2 m^2, as above
 };
 

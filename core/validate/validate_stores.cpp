@@ -48,8 +48,6 @@ void validate_bodies(const Bodies& bodies) {
     SCREE_ASSERT(!is_alive || row >= kFirstBody);
     SCREE_ASSERT(!is_asleep || (is_alive && bodies.type[row] == BodyType::dynamic));
     SCREE_ASSERT((bodies.flags[row] & kBodyMarked) == 0);
-    const bool is_half_space = is_alive && shapes.type[row] == ShapeType::half_space;
-    SCREE_ASSERT(!is_half_space || given_type(data.bodies, shapes.body[row]) != BodyType::dynamic);
     alive += is_alive ? 1 : 0;
     asleep += is_asleep ? 1 : 0;
   }
@@ -95,6 +93,8 @@ void validate_shapes(const WorldData& data) {
     SCREE_ASSERT((shapes.mesh[row] >= 0) == is_mesh);
     SCREE_ASSERT(!is_mesh || data.meshes.data[shapes.mesh[row]] != nullptr);
     SCREE_ASSERT(!is_mesh || given_type(data.bodies, shapes.body[row]) != BodyType::dynamic);
+    const bool is_half_space = is_alive && shapes.type[row] == ShapeType::half_space;
+    SCREE_ASSERT(!is_half_space || given_type(data.bodies, shapes.body[row]) != BodyType::dynamic);
     alive += is_alive ? 1 : 0;
     asking += is_alive && shapes.events[row] != ContactEvents::none ? 1 : 0;
     hooked += is_alive && shapes.hooks[row] != ContactHooks::none ? 1 : 0;
@@ -146,8 +146,13 @@ void validate_joint_lists(const WorldData& data) {
 void validate_joints(const WorldData& data) {
   const Joints& joints = data.joints;
   std::size_t alive = 0;
-  for (const std::uint8_t flags : joints.flags) alive += (flags & kJointAlive) != 0 ? 1 : 0;
+  std::int32_t reporting = 0;
+  for (const std::uint8_t flags : joints.flags) {
+    alive += (flags & kJointAlive) != 0 ? 1 : 0;
+    reporting += (flags & kJointReports) != 0 ? 1 : 0;
+  }
   SCREE_ASSERT(joints.alive == alive);
+  SCREE_ASSERT(joints.reporting == reporting);
   const Column<std::int32_t>& users = data.user_joints.joint;
   for (std::size_t row = 0; row < users.size(); ++row) {
     SCREE_ASSERT((joints.flags[users[row]] & kJointAlive) != 0);

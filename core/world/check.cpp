@@ -160,7 +160,9 @@ void check_material(Call call, const Material& material) {
 }
 
 void check_events(Call call, ContactEvents events) {
-  if (events > ContactEvents::all) fail_range(call, "contact_events", static_cast<int>(events), 0, 3);
+  if (events > ContactEvents::all) {
+    fail_range(call, "contact_events", static_cast<int>(events), 0, static_cast<int>(ContactEvents::all));
+  }
 }
 
 void check_hooks(Call call, ContactHooks hooks) {
@@ -198,6 +200,7 @@ void check_settings(Call call, const WorldSettings& settings) {
   check_range(call, "contact_damping_ratio", settings.contact_damping_ratio, 0.0f, kMaxDampingRatio);
   check_range(call, "push_speed", settings.push_speed, 0.0f, kMaxRate);
   check_range(call, "restitution_threshold", settings.restitution_threshold, 0.0f, kMaxThreshold);
+  check_range(call, "hit_event_speed", settings.hit_event_speed, 0.0f, kMaxThreshold);
   check_range(call, "max_linear_speed", settings.max_linear_speed, kMinSpeedLimit, kMaxSpeedLimit);
   check_range(call, "max_angular_speed", settings.max_angular_speed, kMinSpeedLimit, kMaxSpeedLimit);
   check_range(call, "sleep_linear_speed", settings.sleep_linear_speed, 0.0f, kMaxThreshold);

@@ -66,6 +66,7 @@ void check_joint(Call call, const Joint& joint);
 // Of what is held; `hertz` may be 0.
 void check_stiffness(Call call, const char* hertz, float hertz_value, const char* ratio, float ratio_value);
 void check_strength(Call call, const char* what, float value);
+void check_event_threshold(Call call, const char* what, float value);
 // Frames of a joint; those in the world may lie farther off.
 void check_joint_frames(Call call, bool world_a, const Pose& frame_a, bool world_b, const Pose& frame_b);
 // Returns the rows of the joint's bodies, the world's for its handle.

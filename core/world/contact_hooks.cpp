@@ -64,6 +64,11 @@ bool is_sound(const ContactRules& rules) {
          within(v.z, -kMaxBeltSpeed, kMaxBeltSpeed);
 }
 
+ContactRules rules_of(const HookAnswer& answer) {
+  return {answer.acts != 0, answer.friction, answer.restitution, answer.rolling_resistance,
+          to_vec3(answer.surface_velocity)};
+}
+
 ContactHooks World::contact_hooks(ShapeId shape) const {
   constexpr Call call{"contact_hooks"};
   const WorldData& data = opened(call, data_);

@@ -10,6 +10,7 @@ namespace scree {
 
 // Within the ranges of scree/contact_hooks.h.
 bool is_sound(const ContactRules& rules);
+ContactRules rules_of(const HookAnswer& answer);
 
 inline std::uint64_t key_of(const HookAnswer& answer) {
   return pair_key(answer.shape_a.index, answer.shape_b.index);

@@ -138,6 +138,11 @@ std::span<const ContactEnd> World::contact_ends() const noexcept {
   return std::as_const(data_->events.ends).span();
 }
 
+std::span<const ContactEvent> World::contact_hits() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.hits).span();
+}
+
 std::span<const SensorEvent> World::sensor_begins() const noexcept {
   if (data_ == nullptr) return {};
   return std::as_const(data_->events.sensor_begins).span();
@@ -171,6 +176,11 @@ std::span<const BodyId> World::sleep_ends() const noexcept {
 std::span<const JointId> World::broken_joints() const noexcept {
   if (data_ == nullptr) return {};
   return std::as_const(data_->events.broken).span();
+}
+
+std::span<const JointEvent> World::joint_events() const noexcept {
+  if (data_ == nullptr) return {};
+  return std::as_const(data_->events.strained).span();
 }
 
 std::span<const JointId> World::destroyed_joints() const noexcept {

@@ -37,7 +37,7 @@ inline constexpr unsigned kKnownBodyFlags =
 inline constexpr unsigned kKnownShapeFlags =
     kShapeAlive | kShapeDirty | kShapeNew | kShapeWakes | kShapeSensor;
 inline constexpr unsigned kKnownJointFlags =
-    kJointAlive | kJointEnabled | kJointCollides | kJointBreaks | kJointRich;
+    kJointAlive | kJointEnabled | kJointCollides | kJointBreaks | kJointRich | kJointReports;
 // So that tells_life has one meaning.
 static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
 
@@ -286,6 +286,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   JointImpulses,    impulses,       /* calls, store_impulses */                                  \
         kApart, kVaried)                                                                                        \
   ROWS (state,   JointStrength,    strength)       /* calls */                                                  \
+  ROWS (state,   JointThresholds,  thresholds)     /* calls */                                                  \
   ROWS (state,   std::uint8_t,     color,          /* color_constraints; kNoColor before that */                \
         kApart)                                                                                                 \
   ROWS (state,   std::uint64_t,    user_data)      /* calls */                                                  \
@@ -303,6 +304,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
                                                       leave `active` */                                         \
         each_once(SheetId::joints))                                                                             \
   VALUE(derived, std::size_t,      alive, 0)       /* calls */                                                  \
+  VALUE(derived, std::int32_t,     reporting, 0)   /* calls: living joints with kJointReports */                \
   VALUE(derived, bool,             all_changed, true) /* restore, refresh_lists: `changed` does not list all */
 
 // The numbers of user joints, a row for each that lives, without gaps: a new one takes the last row, and the
@@ -335,6 +337,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   LIST (scratch, ContactEvent,     begins, kEvent)  /* list_contact_events */                                   \
   LIST (scratch, ContactEvent,     persists, kEvent) /* list_contact_events */                                  \
   LIST (scratch, ContactEnd,       ends, kEvent)    /* list_contact_events */                                   \
+  LIST (scratch, ContactEvent,     hits, kEvent)    /* list_contact_events */                                   \
   LIST (state,   TouchingPair,     sensed,         /* list_sensor_events; sensors and what they see, ascending by \
                                                       the indices of the sensor, then of the visitor */         \
         saved_in(SheetId::events_sensed), kVaried)                                                              \
@@ -351,6 +354,8 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
                                                       step */                                                   \
         saved_in(SheetId::events_lost), handle_of(SheetId::joints, "names no joint"))                           \
   LIST (scratch, JointId,          broken, kEvent)  /* break_joints */                                          \
+  LIST (scratch, JointEvent,       strained, kEvent) /* list_joint_events */                                    \
+  LIST (scratch, std::int32_t,     strained_places) /* list_joint_events; for list_where */                     \
   LIST (scratch, JointId,          frozen, kEvent)  /* list_body_events */                                      \
   LIST (scratch, JointId,          destroyed, kEvent) /* list_body_events; `lost` of the last step */           \
   LIST (scratch, BodyId,           sleep_ends, kEvent) /* list_body_events */                                   \

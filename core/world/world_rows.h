@@ -50,6 +50,7 @@ enum JointFlag : std::uint8_t {
   kJointCollides = 4,  // the shapes of its bodies collide with each other
   kJointBreaks = 8,    // has a limit in JointStrength
   kJointRich = 16,     // has limits or drives; see simd::joint_variant
+  kJointReports = 32,  // has a limit in JointThresholds
 };
 
 // Of the bodies of a joint, one number each.
@@ -65,6 +66,12 @@ struct RestingLinks {
 
 // What a joint bears.
 struct JointStrength {
+  float force;   // N
+  float torque;  // N m
+};
+
+// Above which reactions a joint is listed.
+struct JointThresholds {
   float force;   // N
   float torque;  // N m
 };
@@ -121,10 +128,14 @@ struct TouchingPair {
   friend bool operator==(const TouchingPair&, const TouchingPair&) = default;
 };
 
-// A pair of which contact events were asked for when it last touched.
+// The ContactEvents that are about touching, and so must be remembered of a pair that touches.
+inline constexpr auto kTouchEvents =
+    static_cast<std::uint8_t>(ContactEvents::begin_end | ContactEvents::persist);
+
+// A pair of which such events were asked for when it last touched.
 struct TouchRow {
   TouchingPair pair;     // names outlive their shapes
-  std::uint32_t events;  // ContactEvents
+  std::uint32_t events;  // ContactEvents, of kTouchEvents
 };
 
 // A ContactAnswer. The names outlive their shapes.
@@ -138,7 +149,7 @@ struct HookAnswer {
 
 // Of one chunk of pairs: how many there are of each, then where they go.
 struct EventCounts {
-  std::int32_t touching, resting, begins, persists, ends;
+  std::int32_t touching, resting, begins, persists, ends, hits;
 };
 
 }  // namespace scree

@@ -3,6 +3,7 @@
 #include <core/world/edit.h>
 #include <parallel/constraints/constraints.h>
 #include <parallel/crew/crew.h>
+#include <parallel/events/joint_questions.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -12,10 +13,7 @@ namespace scree {
 namespace {
 
 bool has_broken(const Joints& joints, std::int32_t joint) {
-  const JointReactionRow& reaction = joints.reaction[joint];
-  const JointStrength strength = joints.strength[joint];
-  return reaction.force_peak_squared > strength.force * strength.force ||
-         reaction.torque_peak_squared > strength.torque * strength.torque;
+  return is_above(peak_of(joints.reaction[joint]), joints.strength[joint]);
 }
 
 std::span<const std::int32_t> joints_of(const Constraints& constraints, std::int32_t chunk) {
@@ -32,7 +30,7 @@ void break_joints(WorldData& data, Crew& crew) {
   Column<std::int32_t>& chunks = constraints.breaking_chunks;
   chunks.clear();
   for (std::size_t chunk = 0; chunk < constraints.joint_chunks.size(); ++chunk) {
-    if (constraints.joint_chunks[chunk].breaks) chunks.push_back(static_cast<std::int32_t>(chunk));
+    if (constraints.joint_chunks[chunk].peaks) chunks.push_back(static_cast<std::int32_t>(chunk));
   }
   crew.run(static_cast<int>(chunks.size()), [&](int i, int) {
     std::int32_t& chunk = chunks[i];

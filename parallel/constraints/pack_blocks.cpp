@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <span>
 #include <utility>
 
 namespace scree {
@@ -170,13 +171,24 @@ class Layout {
       family.rows[pad] = family.rows[lane + count - 1];
     }
     const int blocks = (end - lane) / lanes;
+    const bool peaks = kind.breaks || (&family == &joints &&
+                                       reports({family.rows.data() + lane, static_cast<std::size_t>(count)}));
     family.chunks.push_back(
-        {kind.variant, blocks, count, lane, offset_, chunk_count_++, hub, kind.fixed, kind.breaks});
+        {kind.variant, blocks, count, lane, offset_, chunk_count_++, hub, kind.fixed, peaks});
     offset_ += static_cast<std::size_t>(blocks) * kind.bytes;
     used_blocks_ += blocks;
     ColorStage& stage = constraints_.stages.back();
     stage.rich = stage.rich || kind.rich;
     ++(stage.*family.chunk_count);
+  }
+
+  // Whether some of the joints do. Kinds of blocks do not tell these apart, as then asking for events would
+  // change the order in which joints are solved.
+  bool reports(std::span<const std::int32_t> rows) const {
+    const Joints& all = data_.joints;
+    return all.reporting > 0 && std::any_of(rows.begin(), rows.end(), [&](std::int32_t joint) {
+             return (all.flags[joint] & kJointReports) != 0;
+           });
   }
 
   int padded(int rows) const { return (rows + kernels_.lanes - 1) / kernels_.lanes * kernels_.lanes; }

@@ -1,5 +1,5 @@
 // Lists the events of contacts: merges the pairs that touch now with those that touched after the last step
-// into begins, persists and ends.
+// into begins, persists and ends, and picks those that hit.
 //
 // Both lists are sorted, so a chunk of pairs finds its part of the old list by bisection; counts then place
 // what the chunks have found in their order. Costs nothing while no events are asked for. A pair that rested
@@ -24,9 +24,9 @@ namespace {
 
 constexpr int kRowsPerChunk = 1024;
 
-// Bits of Events::verdicts: the ContactEvents that a touching pair is asked about, 0 if it does not touch.
-constexpr std::uint8_t kAskedMask = 3;
-constexpr std::uint8_t kResting = 4;  // both bodies rest: nothing was solved
+// Bits of Events::verdicts: kTouchEvents that a touching pair is asked about, none if it does not touch.
+constexpr std::uint8_t kHits = 4;
+constexpr std::uint8_t kResting = 8;  // both bodies rest: nothing was solved
 
 TouchingPair names_of(const WorldData& data, const ShapePair& pair) {
   const auto shape = [&](std::int32_t index) {
@@ -65,6 +65,10 @@ float impulse_of(const WorldData& data, std::int32_t first) {
   float sum = 0.0f;
   for_each_contact(data.contacts, first, [&](std::int32_t contact) { sum += data.events.impulse[contact]; });
   return sum;
+}
+float approach_of(const WorldData& data, std::int32_t first) {
+  return largest_of(data.contacts, first,
+                    [&](std::int32_t contact) { return data.events.approach[contact]; });
 }
 // The contact with the nearest point.
 std::int32_t nearest_contact(const Contacts& contacts, std::int32_t first) {
@@ -149,6 +153,14 @@ PairList list_pairs(WorldData& data, Crew& crew) {
   return {events.pairs, events.contacts, events.rows};
 }
 
+// Of a contact that was solved. An impulse that is not finite tells nothing: its bodies are about to be
+// restored.
+bool hits(const WorldData& data, std::int32_t contact) {
+  if (!(approach_of(data, contact) >= data.settings.hit_event_speed)) return false;
+  const float impulse = impulse_of(data, contact);
+  return impulse > 0.0f && std::isfinite(impulse);
+}
+
 // `known`: the pair touched after the last step.
 std::uint8_t judge(const WorldData& data, const PairList& list, std::int32_t row, bool known, bool solved) {
   if (list.contact[row] < 0) return 0;
@@ -156,15 +168,19 @@ std::uint8_t judge(const WorldData& data, const PairList& list, std::int32_t row
   const ShapePair pair = list.pair[row];
   const ContactEvents asked = asked_about(data, pair);
   if (asked == ContactEvents::none) return 0;
+  const auto verdict = static_cast<std::uint8_t>(static_cast<std::uint8_t>(asked) & kTouchEvents);
+  const bool rests = !is_on_awake_dynamic(data, pair.a) && !is_on_awake_dynamic(data, pair.b);
+  const bool asked_for_hit = contains(asked, ContactEvents::hit) && !rests && solved;
+  const std::uint8_t hit = asked_for_hit && hits(data, contact) ? kHits : std::uint8_t{0};
+  if (verdict == 0) return hit;
   const float nearest = nearest_of(data.contacts, contact);
-  const auto verdict = static_cast<std::uint8_t>(asked);
-  if (!is_on_awake_dynamic(data, pair.a) && !is_on_awake_dynamic(data, pair.b)) {
+  if (rests) {
     const bool touches = known || nearest <= 0.0f;
     return touches ? static_cast<std::uint8_t>(verdict | kResting) : std::uint8_t{0};
   }
   const bool pressed = solved ? impulse_of(data, contact) > 0.0f : was_pressed(data.contacts, contact);
   const bool touches = pressed || nearest <= (known ? kLinearSlop : 0.0f);
-  return touches ? verdict : std::uint8_t{0};
+  return static_cast<std::uint8_t>((touches ? verdict : 0) | hit);
 }
 
 const TouchRow* first_at(const Column<TouchRow>& rows, std::uint64_t key) {
@@ -173,8 +189,8 @@ const TouchRow* first_at(const Column<TouchRow>& rows, std::uint64_t key) {
 }
 
 // Goes over the pairs [begin, end) and the part of the old list between them and the next chunk's.
-// Calls visit(row, known, verdict) for the pairs that touch or touched: `row` is the pair's or -1, `known`
-// points into the old list or is null. `verdict_of(row, known)` says what holds now.
+// Calls visit(row, known, verdict) for the pairs that touch, hit or touched: `row` is the pair's or -1,
+// `known` points into the old list or is null. `verdict_of(row, known)` says what holds now.
 template <class Verdict, class Visit>
 void walk(const WorldData& data, const Column<ShapePair>& pairs, int begin, int end, Verdict&& verdict_of,
           Visit&& visit) {
@@ -203,7 +219,7 @@ void walk(const WorldData& data, const Column<ShapePair>& pairs, int begin, int 
 }
 
 struct Outcome {
-  bool touches, begins, persists, ends;
+  bool touches, begins, persists, ends, hits;
 };
 
 // Whether the touch row of the pair is kept beside its resting row.
@@ -217,7 +233,8 @@ Outcome outcome_of(const TouchRow* known, std::uint8_t verdict) {
   const bool had_begun = known != nullptr && (known->events & kBeginEnd) != 0;
   const bool touches = (verdict & kBeginEnd) != 0;
   const bool persists = known != nullptr && (verdict & kPersist) != 0 && (verdict & kResting) == 0;
-  return {(verdict & kAskedMask) != 0, touches && !had_begun, persists, had_begun && !touches};
+  return {(verdict & kTouchEvents) != 0, touches && !had_begun, persists, had_begun && !touches,
+          (verdict & kHits) != 0};
 }
 
 // Counts become places; the lists get their sizes.
@@ -234,12 +251,14 @@ void place_events(Events& events) {
     take(counts.begins, place.begins);
     take(counts.persists, place.persists);
     take(counts.ends, place.ends);
+    take(counts.hits, place.hits);
   }
   events.touching.resize_discarding(place.touching);
   events.resting_touches += place.resting;
   events.begins.resize_discarding(place.begins);
   events.persists.resize_discarding(place.persists);
   events.ends.resize_discarding(place.ends);
+  events.hits.resize_discarding(place.hits);
 }
 
 ContactEvent make_event(const WorldData& data, const PairList& list, std::int32_t row, bool solved) {
@@ -262,8 +281,7 @@ ContactEvent make_event(const WorldData& data, const PairList& list, std::int32_
         center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2, manifold.separation[k]};
   }
   if (!is_on_awake_dynamic(data, pair.a) && !is_on_awake_dynamic(data, pair.b)) return event;
-  event.approach_speed =
-      largest_of(data.contacts, first, [&](std::int32_t contact) { return data.events.approach[contact]; });
+  event.approach_speed = approach_of(data, first);
   const float impulse = solved ? impulse_of(data, first) : 0.0f;
   if (std::isfinite(impulse)) event.normal_impulse = impulse;
   return event;
@@ -322,6 +340,7 @@ void list_contact_events(WorldData& data, float dt, Crew& crew) {
           counts.begins += outcome.begins ? 1 : 0;
           counts.persists += outcome.persists ? 1 : 0;
           counts.ends += outcome.ends ? 1 : 0;
+          counts.hits += outcome.hits ? 1 : 0;
         });
     events.counts[chunk] = counts;
   });
@@ -338,11 +357,12 @@ void list_contact_events(WorldData& data, float dt, Crew& crew) {
             const bool rests = is_kept_at_rest(all, row, verdict);
             TouchRow& to =
                 rests ? events.resting[all.resting_row[row]] : next(events.touching, place.touching);
-            to = {names_of(data, all.pair[row]), std::uint32_t{verdict} & kAskedMask};
+            to = {names_of(data, all.pair[row]), std::uint32_t{verdict} & kTouchEvents};
           }
           if (outcome.begins) next(events.begins, place.begins) = make_event(data, all, row, solved);
           if (outcome.persists) next(events.persists, place.persists) = make_event(data, all, row, solved);
           if (outcome.ends) next(events.ends, place.ends) = handles_of(data, known->pair);
+          if (outcome.hits) next(events.hits, place.hits) = make_event(data, all, row, solved);
         });
   });
 }

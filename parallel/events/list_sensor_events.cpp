@@ -129,6 +129,10 @@ bool comes_past(const Scope& scope, Solid sensor, Solid visitor, Vector way) {
     sensor.position = sensor.position + way;
     return queries::meet_mesh(scope.kernels.query, sensor, -way, visitor, 1.0, kAnyTriangle, contact);
   }
+  if (visitor.type == ShapeType::half_space) {  // which cannot be moved against something
+    sensor.position = sensor.position + way;
+    return queries::meet(sensor, -way, visitor, 1.0, contact);
+  }
   visitor.position = visitor.position - way;
   return queries::meet(visitor, way, sensor, 1.0, contact);
 }

@@ -16,7 +16,7 @@
 
 #include <algorithm>
 #include <tuple>
-#include <vector>
+#include <utility>
 
 namespace scree {
 
@@ -110,11 +110,6 @@ ContactRules rules_of(const WorldData& data, std::int32_t contact) {
   return rules;
 }
 
-ContactRules rules_of(const HookAnswer& answer) {
-  return {answer.acts != 0, answer.friction, answer.restitution, answer.rolling_resistance,
-          to_vec3(answer.surface_velocity)};
-}
-
 void take_rules(WorldData& data, std::int32_t contact, const ContactRules& rules) {
   ContactRows& rows = data.contacts.now;
   if (!rules.acts) {
@@ -199,8 +194,9 @@ ContactAnswer answer_of(const WorldData& data, const NarrowPhase& phase, std::si
 }
 
 // What both hooks have changed, as the call that does the same.
-void record_answers(WorldData& data, const NarrowPhase& phase) {
-  std::vector<ContactAnswer> answers;
+void record_answers(WorldData& data, NarrowPhase& phase) {
+  Column<ContactAnswer>& answers = phase.recorded;
+  answers.clear();
   for (const ShapePair& pair : data.hooks.refused) {
     answers.push_back({shape_handle(data, pair.a), shape_handle(data, pair.b), -1, {}});
   }
@@ -213,19 +209,25 @@ void record_answers(WorldData& data, const NarrowPhase& phase) {
   };
   std::sort(answers.begin(), answers.end(),
             [&](const ContactAnswer& x, const ContactAnswer& y) { return place(x) < place(y); });
-  const std::span<const ContactAnswer> all(answers);
+  const std::span<const ContactAnswer> all = std::as_const(answers).span();
   const CallRecord<RecordedCall::answer_contact_hooks> call_record(data, all);
 }
 
-// Pairs without any contact that acts count as refused, beside those that the filter refused.
-void note_refused(WorldData& data, const NarrowPhase& phase) {
-  const Contacts& contacts = data.contacts;
+// Pairs of which the rule has taken out all contacts count as refused, beside those that the filter refused.
+// Where it has taken out some, the next step must find these again: it recycles all contacts of a pair or
+// none. Nothing else may depend on who was asked: steps that are played ask nobody.
+void note_taken_out(WorldData& data, const NarrowPhase& phase) {
+  Contacts& contacts = data.contacts;
   Column<ShapePair>& refused = data.hooks.refused;
-  for (const std::int32_t pair : phase.asked) {
-    bool acts = false;
-    for_each_contact(contacts, contacts.pairs.contact[pair],
-                     [&](std::int32_t contact) { acts = acts || contacts.now.points[contact] != 0; });
-    if (!acts) refused.push_back(contacts.pairs.pair[pair]);
+  for (std::size_t begin = 0, end = 0; begin < phase.asked_contacts.size(); begin = end) {
+    bool acts = false, misses = false;
+    do {
+      (contacts.now.points[phase.asked_contacts[end]] != 0 ? acts : misses) = true;
+      ++end;
+    } while (end < phase.asked_contacts.size() && phase.asked_number[end] != 0);
+    if (!misses) continue;
+    if (!acts) refused.push_back(contacts.now.pair[phase.asked_contacts[begin]]);
+    for (std::size_t i = begin; i < end; ++i) contacts.now.anchor[phase.asked_contacts[i]].is_set = 0.0f;
   }
   std::sort(refused.begin(), refused.end(), comes_before);  // two ascending lists; merging them takes memory
 }
@@ -277,7 +279,7 @@ void rule_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
     data.stats.unsound_rules += phase.verdicts[i] == kUnsoundRules ? 1 : 0;
     if (phase.verdicts[i] == kOtherRules) take_rules(data, phase.asked_contacts[i], phase.rules[i]);
   }
-  if (!phase.asked_contacts.empty()) note_refused(data, phase);
+  if (!phase.asked_contacts.empty()) note_taken_out(data, phase);
   data.hooks.answers.clear();
 }
 

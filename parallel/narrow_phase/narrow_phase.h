@@ -64,6 +64,7 @@ struct PairOutcome {     // of one chunk of pairs
   LIST (scratch, std::int32_t, asked_number)    /* per contact: which of its pair it is */                       \
   LIST (scratch, std::uint8_t, may_collide)     /* answers of the filter, per pair */                            \
   LIST (scratch, ContactRules, rules)           /* answers of the rule, per contact */                           \
+  LIST (scratch, ContactAnswer, recorded)       /* what both hooks have changed, where that is recorded */       \
   LIST (scratch, std::uint8_t, verdicts)        /* what becomes of these: RuleVerdict */                         \
   VALUE(scratch, GroupBegins,  group_begin, {}) /* first pair of each group in `order` */
 // clang-format on

@@ -38,7 +38,7 @@ void solve_sequential_impulses(SolveStep& step) {
     over_colors(step, sweep, &ByJoint::solve);
   }
   over_blocks(step.constraints, step.crew, nothing, [&](const simd::ConstraintChunk& chunk) {
-    if (chunk.breaks) kernels.joint.variant[chunk.variant].note_peaks(step.joint, chunk);
+    if (chunk.peaks) kernels.joint.variant[chunk.variant].note_peaks(step.joint, chunk);
   });
   if (settings.measure_residual) step.data.stats.residual = residual_of_rows(step);
   over_bodies(step, step.moving_count, kernels.body.integrate_poses);

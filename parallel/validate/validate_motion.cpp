@@ -60,13 +60,17 @@ void validate_events(const WorldData& data) {
   SCREE_ASSERT(ascends(events.touching, [](const TouchRow& x, const TouchRow& y) {
     return scree::key_of(x) < scree::key_of(y);
   }));
-  for (const TouchRow& row : events.touching) SCREE_ASSERT(row.events != 0);
+  for (const TouchRow& row : events.touching) SCREE_ASSERT(row.events != 0 && row.events <= kTouchEvents);
   SCREE_ASSERT(ascends(events.sleep_begins));
   SCREE_ASSERT(ascends(events.sleep_ends));
   SCREE_ASSERT(events.woken.empty() && events.lost.empty());
   SCREE_ASSERT(ascends_by_pair(events.begins));
   SCREE_ASSERT(ascends_by_pair(events.persists));
   SCREE_ASSERT(ascends_by_pair(events.ends));
+  SCREE_ASSERT(ascends_by_pair(events.hits));
+  SCREE_ASSERT(ascends(events.strained, [](const JointEvent& x, const JointEvent& y) {
+    return x.joint.index < y.joint.index;
+  }));
   SCREE_ASSERT(asks_for_events(data) || events.resting.empty());
   validate_pairs(data);
 }

@@ -22,7 +22,7 @@ struct ConstraintChunk {
   std::int32_t number;      // of this chunk, for its figures
   BodySide hub;             // which body of the constraints is a hub, if any: one body for all lanes
   BodySide fixed;           // of joints: which body cannot be pushed, if any; its rows are not written
-  bool breaks;              // of joints: that they may break, so the largest of their reactions counts
+  bool peaks;               // of joints: the largest of their reactions counts, for some of them at least
 };
 
 }  // namespace scree::simd

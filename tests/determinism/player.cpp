@@ -320,7 +320,7 @@ void Player::change_shape(const Call& call, Slot& slot) {
       return;
     }
     case CallKind::set_contact_events: {
-      const auto events = static_cast<ContactEvents>(random.below(4));
+      const auto events = static_cast<ContactEvents>(random.below(8));
       tell("set_contact_events", shape, static_cast<int>(events));
       world_.set_contact_events(shape, events);
       if (random.below(2) == 0) return;
@@ -357,7 +357,7 @@ void Player::make_wrong_call(const Call& call) {
   const ShapeId shape = slot != nullptr && !slot->shapes.empty() ? slot->shapes.front() : ShapeId{};
   const std::uint64_t before = world_.hash();
   const std::vector<std::byte> state = checks_ ? bytes_of(world_) : std::vector<std::byte>{};
-  const std::uint32_t which = Random(call.seed).below(25);
+  const std::uint32_t which = Random(call.seed).below(26);
   tell("wrong_call", which, body);
   bool thrown = false;
   try {
@@ -403,7 +403,7 @@ void Player::make_wrong_call(const Call& call) {
         world_.set_kinematic_target(body, {{kNan, 0.0f, 0.0f}, {}}, 0.1f);
         break;
       case 11:
-        world_.set_contact_events(shape, static_cast<ContactEvents>(7));
+        world_.set_contact_events(shape, static_cast<ContactEvents>(8));
         break;
       case 12:
         world_.add_impulse(body, {kNan, 0.0f, 0.0f});
@@ -526,6 +526,16 @@ void Player::check_events() {
     }
     if (!std::isfinite(event.normal_impulse) || event.point_count < 1) fail("a contact makes no sense");
   }
+  const bool all_hit = contains(world_.settings().contact_events, ContactEvents::hit);
+  for (const ContactEvent& event : world_.contact_hits()) {
+    const bool asked = all_hit || contains(world_.contact_events(event.shape_a), ContactEvents::hit) ||
+                       contains(world_.contact_events(event.shape_b), ContactEvents::hit);
+    if (!asked || !(event.approach_speed >= world_.settings().hit_event_speed) ||
+        !(event.normal_impulse > 0.0f)) {
+      fail("a contact hits that is not asked for, too slow or not pressed");
+    }
+  }
+  hits_ += world_.contact_hits().size();
   for (const auto& [a, b] : model_.begun) {
     if (!world_.is_alive(a) || !world_.is_alive(b)) fail("a contact outlives its shapes");
   }

@@ -78,6 +78,8 @@ class Player {
   std::int64_t most_contacts() const { return most_contacts_; }
   bool somebody_slept() const { return somebody_slept_; }
   std::size_t events() const { return events_; }
+  std::size_t hits() const { return hits_; }
+  std::size_t joint_events() const { return joint_events_; }
   std::int64_t sweep_hits() const { return sweep_hits_; }
 
  private:
@@ -111,6 +113,7 @@ class Player {
   JointId some_joint(std::uint32_t which) const;  // no joint if there is none
   void lose_joints(BodyId body);
   void check_lost_joints();
+  void check_joint_events();
   void check_joints();
   void make_wrong_call(const Call& call);
   void save_somewhere(const Call& call);
@@ -147,7 +150,7 @@ class Player {
   std::vector<std::uint64_t> hashes_;
   std::int64_t most_contacts_ = 0;
   bool somebody_slept_ = false;
-  std::size_t events_ = 0;
+  std::size_t events_ = 0, hits_ = 0, joint_events_ = 0;
   std::int64_t sweep_hits_ = 0;
   std::int64_t most_manifolds_ = 1;  // of a pair: a mesh may have one a triangle
 };

@@ -91,7 +91,7 @@ void Player::change_joint(const Call& call) {
   if (world_.joint_type(joint) == JointType::user && random.below(2) == 0) {
     return change_user_rows(joint, random);
   }
-  switch (random.below(6)) {
+  switch (random.below(7)) {
     case 0: {
       const Pose a{random_vector(random, 0.5f), random.rotation()}, b{random_vector(random, 0.5f), {}};
       tell("set_joint_frames", joint, a, b);
@@ -117,6 +117,11 @@ void Player::change_joint(const Call& call) {
       const bool collide = random.below(2) == 0;
       tell("set_collide_connected", joint, collide);
       return world_.set_collide_connected(joint, collide);
+    }
+    case 5: {
+      const float force = random.between(0.0f, 20000.0f), torque = random.between(0.0f, 20000.0f);
+      tell("set_joint_event_thresholds", joint, force, torque);
+      return world_.set_joint_event_thresholds(joint, force, torque);
     }
     default: {
       const std::uint64_t data = random.next();
@@ -167,6 +172,9 @@ void Player::make_wrong_call_of_joints(std::uint32_t which, BodyId body) {
     case 5:
       world_.set_joint_frames(joint, {{}, {0.0f, 0.0f, 0.0f, 0.5f}}, {});
       return;
+    case 6:
+      world_.set_joint_event_thresholds(joint, 1.0f, -1.0f);
+      return;
     default:
       world_.destroy_joint({joint.index, joint.generation + 1});
       return;
@@ -195,7 +203,20 @@ void Player::check_lost_joints() {
   }
 }
 
+void Player::check_joint_events() {
+  for (const JointEvent& event : world_.joint_events()) {
+    const auto found = model_.joints.find(event.joint);
+    if (found == model_.joints.end()) fail("a joint that is not there bears too much");
+    const JointDef def = world_.joint_def(event.joint);
+    if (!(event.force > def.event_force || event.torque > def.event_torque))
+      fail("a joint is told of that bears what it may");
+    if (!std::isfinite(event.force) || !std::isfinite(event.torque)) fail("what a joint bears is not finite");
+  }
+  joint_events_ += world_.joint_events().size();
+}
+
 void Player::check_joints() {
+  check_joint_events();
   if (world_.joint_count() != model_.joints.size()) fail("joint_count is wrong");
   std::map<BodyId, std::size_t> counts;
   for (const auto& [joint, joined] : model_.joints) {

@@ -146,7 +146,7 @@ ShapeOptions random_options(Random& random) {
   }
   options.filter = random_filter(random);
   options.user_data = random.next();
-  options.contact_events = static_cast<ContactEvents>(random.below(4));
+  options.contact_events = static_cast<ContactEvents>(random.below(8));
   options.sensor = options.user_data % 8 == 0;
   if (options.user_data / 8 % 4 == 0)
     options.contact_hooks = static_cast<ContactHooks>(options.user_data / 32 % 4);
@@ -242,7 +242,8 @@ WorldSettings random_settings(Random& random) {
   if (once_in(random, 4)) settings.sleep_linear_speed = random.between(0.0f, 0.5f);
   if (once_in(random, 4)) settings.sleep_angular_speed = random.between(0.0f, 1.0f);
   if (once_in(random, 2)) settings.sleep_time = random.between(0.0f, 0.3f);
-  if (once_in(random, 2)) settings.contact_events = static_cast<ContactEvents>(random.below(4));
+  if (once_in(random, 2)) settings.contact_events = static_cast<ContactEvents>(random.below(8));
+  if (once_in(random, 2)) settings.hit_event_speed = random.between(0.0f, 4.0f);
   settings.measure_residual = once_in(random, 2);
   settings.measure_penetration = once_in(random, 2);
   settings.contact_forces = settings.measure_residual != settings.measure_penetration;
@@ -425,6 +426,8 @@ JointDef random_joint_def(Random& random, const Pose& at_a, const Pose& at_b) {
   }
   if (once_in(random, 6)) def.break_force = random.between(10.0f, 50000.0f);
   if (once_in(random, 6)) def.break_torque = random.between(10.0f, 50000.0f);
+  if (once_in(random, 3)) def.event_force = random.between(0.0f, 20000.0f);
+  if (once_in(random, 3)) def.event_torque = random.between(0.0f, 20000.0f);
   def.user_data = random.next();
   return def;
 }
@@ -557,6 +560,7 @@ void print(std::ostream& out, const WorldSettings& value) {
   field(out, "sleep_angular_speed", value.sleep_angular_speed);
   field(out, "sleep_time", value.sleep_time);
   field(out, "contact_events", static_cast<int>(value.contact_events));
+  field(out, "hit_event_speed", value.hit_event_speed);
   field(out, "contact_forces", value.contact_forces);
   field(out, "measure_residual", value.measure_residual);
   field(out, "measure_penetration", value.measure_penetration);

@@ -149,6 +149,8 @@ Played play(const Sequence& sequence, const Schedule& schedule, bool checks, std
   played.most_contacts = player.most_contacts();
   played.somebody_slept = player.somebody_slept();
   played.events = player.events();
+  played.hits = player.hits();
+  played.joint_events = player.joint_events();
   played.sweep_hits = player.sweep_hits();
   return played;
 }

@@ -88,6 +88,8 @@ struct Played {
   bool somebody_slept = false;        // seen only by a run with checks
   std::int64_t sweep_hits = 0;        // in all steps
   std::size_t events = 0;             // begins of contacts, in all steps
+  std::size_t hits = 0;               // of contacts, as seen by a run with checks
+  std::size_t joint_events = 0;       // likewise
   std::string broken_promise;         // why playing ended early, if it did
 };
 // Plays on one schedule. With `checks` reads and checks all bodies around every step. Writes each call to

@@ -162,17 +162,21 @@ TEST(RandomCallsThemselves, MakeEveryCallThatChangesAWorld) {
 
 TEST(RandomCallsThemselves, PileBodiesUpAndLetThemSleep) {
   bool somebody_slept = false;
-  std::size_t events = 0;
+  std::size_t events = 0, hits = 0, joint_events = 0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Played played = play(random_sequence(seed, 250, 30), {kReference}, true);
     EXPECT_GT(played.most_contacts, 10) << seed;
     EXPECT_GT(played.hashes.size(), 100u) << seed;
     EXPECT_GT(played.events, 0u) << seed;
     events += played.events;
+    hits += played.hits;
+    joint_events += played.joint_events;
     EXPECT_GT(played.sweep_hits, 0) << seed;
     somebody_slept = somebody_slept || played.somebody_slept;
   }
   EXPECT_GT(events, 100u);
+  EXPECT_GT(hits, 20u);
+  EXPECT_GT(joint_events, 20u);
   EXPECT_TRUE(somebody_slept);
   const Played large = play(random_sequence(1, 60, 600), {kReference}, true);
   EXPECT_GT(large.most_contacts, 512) << "several chunks are needed to share work among threads";

@@ -85,6 +85,10 @@ class Reader {
     say(call, event.sensor);
     say(call, event.visitor_body);
   }
+  void say(const char* call, const JointEvent& event) {
+    say(call, event.joint);
+    say(call, event.force);
+  }
   void say(const char* call, const Velocity& velocity) { say(call, velocity.linear); }
   template <class Rows>
   void say_all(const char* call, const Rows& rows) {
@@ -181,6 +185,7 @@ class Reader {
     say_all("contact_begins", world_.contact_begins());
     say_all("contact_persists", world_.contact_persists());
     say_all("contact_ends", world_.contact_ends());
+    say_all("contact_hits", world_.contact_hits());
     say_all("sensor_begins", world_.sensor_begins());
     say_all("sensor_ends", world_.sensor_ends());
     say_all("restored_bodies", world_.restored_bodies());
@@ -188,6 +193,7 @@ class Reader {
     say_all("sleep_begins", world_.sleep_begins());
     say_all("sleep_ends", world_.sleep_ends());
     say_all("broken_joints", world_.broken_joints());
+    say_all("joint_events", world_.joint_events());
     say_all("frozen_joints", world_.frozen_joints());
     say_all("destroyed_joints", world_.destroyed_joints());
   }

@@ -51,6 +51,11 @@ std::uint64_t mixed_event(std::uint64_t sum, const SensorEvent& event) {
   sum = mixed_event(mixed_event(sum, event.sensor), event.visitor);
   return mixed_event(mixed_event(sum, event.sensor_body), event.visitor_body);
 }
+std::uint64_t mixed_event(std::uint64_t sum, const JointEvent& event) {
+  sum = mixed_event(sum, event.joint);
+  return mixed(mixed(sum, std::bit_cast<std::uint32_t>(event.force)),
+               std::bit_cast<std::uint32_t>(event.torque));
+}
 std::uint64_t mixed_event(std::uint64_t sum, const ContactEnd& contact) { return mixed_ends(sum, contact); }
 std::uint64_t mixed_event(std::uint64_t sum, const ContactEvent& contact) {
   constexpr std::size_t kEnds = offsetof(ContactEvent, normal);
@@ -70,6 +75,7 @@ std::uint64_t digest_of_events(const World& world) {
   add(world.contact_begins());
   add(world.contact_persists());
   add(world.contact_ends());
+  if (!world.contact_hits().empty()) add(world.contact_hits());
   add(world.restored_bodies());
   if (!world.quarantined_bodies().empty()) add(world.quarantined_bodies());
   add(world.sleep_begins());
@@ -77,6 +83,7 @@ std::uint64_t digest_of_events(const World& world) {
   if (!world.sensor_begins().empty()) add(world.sensor_begins());
   if (!world.sensor_ends().empty()) add(world.sensor_ends());
   if (!world.broken_joints().empty()) add(world.broken_joints());
+  if (!world.joint_events().empty()) add(world.joint_events());
   if (!world.destroyed_joints().empty()) add(world.destroyed_joints());
   return sum;
 }

@@ -121,6 +121,20 @@ World meshes() {
   return world;
 }
 
+// With answers for hooks that are still to be taken.
+World half_space() {
+  World world;
+  const BodyId ground = world.create_body({.type = BodyType::fixed, .rotation = {0.0f, 0.0f, 0.6f, 0.8f}});
+  const ShapeId plane = world.add_shape(ground, HalfSpace{}, {}, {.contact_hooks = ContactHooks::all});
+  const BodyId ball = add(world, {-1.0f, 0.6f, 0.0f}, Sphere{});
+  ShapeId shape;
+  world.shapes_of(ball, {&shape, 1});
+  run(world, 3);
+  const ContactAnswer answers[] = {{plane, shape, -1, {}}, {plane, shape, 0, {.friction = 0.1f}}};
+  world.answer_contact_hooks(answers);
+  return world;
+}
+
 World kinematic_and_materials() {
   World world;
   const BodyId belt =
@@ -194,7 +208,8 @@ World jointed() {
                                          .body_b = bodies.back(),
                                          .frame_a = {{before == kWorld ? x - 0.7f : 0.8f, 0.0f, 0.0f}, {}},
                                          .frame_b = {{-0.7f, 0.0f, 0.0f}, {}},
-                                         .break_force = 1e6f},
+                                         .break_force = 1e6f,
+                                         .event_torque = 10.0f},
                                         joint));
   }
   world.create_joint({.body_a = kWorld, .body_b = bodies[3]},
@@ -311,6 +326,7 @@ void calls_of_joints(World& world) {
   world.set_joint_frames(ids[0], {{0.7f, 0.0f, 0.0f}, {}}, {{-0.7f, 0.0f, 0.0f}, {}});
   world.set_joint_stiffness(ids[0], 4.0f, 0.5f);
   world.set_joint_strength(ids[0], 1000.0f, 50.0f);
+  world.set_joint_event_thresholds(ids[0], 100.0f, 5.0f);
   world.set_collide_connected(ids[0], true);
   world.set_user_data(ids[0], 6);
   run(world, 1);
@@ -343,6 +359,7 @@ const std::vector<Seed>& seeds() {
                                         {"rounds", rounds},
                                         {"hulls", hulls},
                                         {"meshes", meshes},
+                                        {"half_space", half_space},
                                         {"kinematic_and_materials", kinematic_and_materials},
                                         {"between_steps", between_steps},
                                         {"joints", jointed},

@@ -189,18 +189,19 @@ class Poke {
   }
   void change(JointDef& def) {
     auto& [body_a, body_b, frame_a, frame_b, collide_connected, enabled, hertz, damping_ratio, break_force,
-           break_torque, user_data] = def;
+           break_torque, event_force, event_torque, user_data] = def;
     change(frame_a), change(frame_b), change(hertz), change(damping_ratio);
     change_bound(break_force, kInfinite), change_bound(break_torque, kInfinite);
+    change_bound(event_force, kInfinite), change_bound(event_torque, kInfinite);
   }
   void change(WorldSettings& settings) {
     auto& [gravity, substeps, contact_hertz, contact_damping_ratio, push_speed, restitution_threshold,
            max_linear_speed, max_angular_speed, continuous, warm_start, sleeping, sleep_linear_speed,
-           sleep_angular_speed, sleep_time, contact_events, contact_forces, measure_residual,
+           sleep_angular_speed, sleep_time, contact_events, hit_event_speed, contact_forces, measure_residual,
            measure_penetration, solver, solver_options] = settings;
     change(gravity), change(contact_hertz), change(contact_damping_ratio), change(push_speed);
     change(restitution_threshold), change(max_linear_speed), change(max_angular_speed);
-    change(sleep_linear_speed), change(sleep_angular_speed), change(sleep_time);
+    change(sleep_linear_speed), change(sleep_angular_speed), change(sleep_time), change(hit_event_speed);
     change(solver_options.tolerance), change(solver_options.relaxation), change(solver_options.baumgarte);
     change(solver_options.slop);
   }
@@ -340,6 +341,11 @@ std::vector<NumberCall> number_calls() {
        [](World& world, const Stage& s, Poke& poke) {
          const float force = poke.bound(1.0f);
          world.set_joint_strength(s.joints[0], force, poke.bound(1.0f));
+       }},
+      {"set_joint_event_thresholds",
+       [](World& world, const Stage& s, Poke& poke) {
+         const float force = poke.bound(1.0f);
+         world.set_joint_event_thresholds(s.joints[0], force, poke.bound(1.0f));
        }},
   };
   add_joint_calls(calls);

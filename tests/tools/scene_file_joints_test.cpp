@@ -160,6 +160,7 @@ TEST(SceneFileJoints, EveryMistakeIsReportedWithItsPlaceAndReason) {
       {ball(R"("cone_limit": 181)"), "/joints/0/cone_limit: 181 must be from 0 to 180"},
       {ball(R"("hertz": 1e-4)"), "/joints/0/hertz: 0.0001 must be from 0.001 to 10000"},
       {ball(R"("break_force": 0)"), "/joints/0/break_force: must be above 0"},
+      {ball(R"("event_force": -1)"), "/joints/0/event_force: -1 must be at least 0"},
       {ball(R"("drive": {"max_torque": -1})"), "/joints/0/drive/max_torque: -1 must be at least 0"},
       {ball(R"("drive": {"drive": "engine"})"),
        "/joints/0/drive/drive: \"engine\" is none of: none, motor, spring"},
@@ -178,8 +179,8 @@ TEST(SceneFileJoints, EveryMistakeIsReportedWithItsPlaceAndReason) {
        "/joints/0/angle: lower must be at most upper"},
       {with_joint(R"("type": "hinge", "cone_limit": 20)"),
        "/joints/0/cone_limit: unknown key; known here: type, body_a, body_b, frame, frame_a, frame_b, "
-       "collide_connected, enabled, hertz, damping_ratio, break_force, break_torque, user_data, angle, "
-       "repeat"},
+       "collide_connected, enabled, hertz, damping_ratio, break_force, break_torque, event_force, "
+       "event_torque, user_data, angle, repeat"},
       {with_joint(R"("type": "wheel", "steering": {"upper": 91})"),
        "/joints/0/steering/upper: 91 must be from -90 to 90"},
       {with_joint(R"("type": "distance", "length": {"lower": -1})"),

@@ -252,6 +252,8 @@ void read_def(Members& members, JointDef& def) {
   };
   read_strength("break_force", def.break_force);
   read_strength("break_torque", def.break_torque);
+  if (const Node* force = members.find("event_force")) def.event_force = force->number(kStrength);
+  if (const Node* torque = members.find("event_torque")) def.event_torque = torque->number(kStrength);
   if (const Node* data = members.find("user_data")) def.user_data = data->bits64();
 }
 

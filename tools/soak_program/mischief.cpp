@@ -201,7 +201,7 @@ void Mischief::change_shape(World& world, BodyId body) {
     case 3:
       return world.set_local_pose(shape, {random_vector(0.3f), random_.rotation()});
     case 4:
-      return world.set_contact_events(shape, static_cast<ContactEvents>(random_.below(4)));
+      return world.set_contact_events(shape, static_cast<ContactEvents>(random_.below(8)));
     default:
       return world.destroy_shape(shape);
   }
@@ -223,7 +223,8 @@ void Mischief::change_settings(World& world) {
       settings.continuous = !settings.continuous;
       break;
     default:
-      settings.contact_events = static_cast<ContactEvents>(random_.below(4));
+      settings.contact_events = static_cast<ContactEvents>(random_.below(8));
+      settings.hit_event_speed = random_.between(0.0f, 4.0f);
   }
   world.set_settings(settings);
 }

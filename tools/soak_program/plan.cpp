@@ -81,7 +81,7 @@ void vary(WorldSettings& settings, scenes::Random& random) {
   settings.warm_start = random.below(8) != 0;
   settings.sleeping = random.below(4) != 0;
   settings.sleep_time = random.between(0.05f, 1.0f);
-  if (random.below(2) == 0) settings.contact_events = static_cast<ContactEvents>(random.below(4));
+  if (random.below(2) == 0) settings.contact_events = static_cast<ContactEvents>(random.below(8));
 }
 
 }  // namespace

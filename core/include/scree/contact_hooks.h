@@ -1,9 +1,9 @@
 // Hooks: functions of the caller that decide about contacts while a step runs, before its solver.
 //
 // A step calls the hooks for pairs of shapes of which one asks by ShapeOptions::contact_hooks, and of which a
-// body is awake: the filter for candidate pairs, before they are collided; the rule for what touches or
-// nearly does, before it is solved. Each decides for this step alone and is asked anew in the next one.
-// World's set_contact_filter and set_contact_rule set them.
+// body is awake as the step begins: the filter for candidate pairs, before they are collided; the rule for
+// what touches or nearly does, before it is solved. Each decides for this step alone and is asked anew in the
+// next one. World's set_contact_filter and set_contact_rule set them.
 //
 // A call gets some of the pairs, as columns, ascending by the indices of their shapes. Several calls run at
 // once, on the threads of the step, each for pairs of its own; which pairs come together depends on the scene
@@ -13,7 +13,8 @@
 // or forces.
 //
 // If a hook throws, the step ignores all of its answers, goes on to its end, and then throws the same; of
-// several exceptions that of the first pairs, and of two hooks that of the filter.
+// several exceptions that of the first pairs, and of two hooks that of the filter. A hook had better not
+// throw std::bad_alloc: from a step it means that the world is lost.
 #pragma once
 
 #include <scree/events.h>
@@ -77,8 +78,9 @@ struct ContactRules {
   friend bool operator==(const ContactRules&, const ContactRules&) = default;
 };
 
-/// Candidate pairs, which may be far enough apart not to touch in this step. `collide` is 1 for each; a hook
-/// writes 0 for those that do not collide in this step, not by the sweep of fast bodies either.
+/// Candidate pairs: those that come near each other in this step by the velocities with which it begins.
+/// `collide` is 1 for each; a hook writes 0 for those that do not collide in this step, not by the sweep of
+/// fast bodies either.
 struct ContactFilterBatch {
   const World& world;  ///< as the step begins; see above for what may be called
   float dt;            ///< s, of the step

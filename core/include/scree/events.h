@@ -10,6 +10,13 @@
 // followed by one end, and the impact of a ball that leaves in the same step is a begin with its impulse.
 // Pairs whose bodies fall asleep do not end.
 //
+// A pair hits in a step if the solver pressed it and its surfaces came closer at no less than
+// WorldSettings::hit_event_speed as the step began. What rests, rolls or slides does not; what leaves within
+// the same step does, and so does what touched elsewhere before, as a box that tumbles. A blow that bodies
+// pass on to each other within a step is a hit where it came in. A threshold of 0 lists every contact that is
+// pressed. Pairs that ask for hits alone have no other events. Solver::soft_step stops an impact within a
+// step; others may leave part of it to the next one, which is another hit if that is fast enough.
+//
 // Sensor events come for all sensors, see ShapeOptions::sensor. A sensor sees the shapes of other bodies of
 // any type, awake or asleep, that its filter lets it collide with, but no sensors. It sees what touches or
 // overlaps it as the step ends, by exact distances. What moves so fast that it enters and leaves within one
@@ -29,7 +36,7 @@ struct ContactPoint {
   float separation = 0.0f;  ///< m; negative where the shapes overlap
 };
 
-/// Two shapes that touch: an entry of World::contact_begins or World::contact_persists.
+/// Two shapes that touch: an entry of World::contact_begins, World::contact_persists or World::contact_hits.
 struct ContactEvent {
   ShapeId shape_a;              ///< the one with the lower index
   ShapeId shape_b;              ///< the one with the higher index
@@ -51,6 +58,15 @@ struct ContactEnd {
   BodyId body_b;    ///< the body of shape_b
 
   friend bool operator==(const ContactEnd&, const ContactEnd&) = default;
+};
+
+/// A joint that bore more than JointDef::event_force or event_torque: an entry of World::joint_events.
+struct JointEvent {
+  JointId joint;        ///< dead if a call has destroyed it since
+  float force = 0.0f;   ///< N, the largest that acted on body b in a substep, see JointReaction
+  float torque = 0.0f;  ///< N m, likewise, about anchor b; maybe of another substep
+
+  friend bool operator==(const JointEvent&, const JointEvent&) = default;
 };
 
 /// A shape that entered or left a sensor. Where one of them was destroyed, its handles and those of its body

@@ -227,6 +227,10 @@ struct JointDef {
   /// N, N m: a joint whose reaction in a substep is above is disabled, see World::broken_joints. Above 0.
   float break_force = kNoLimit;
   float break_torque = kNoLimit;  ///< N m, as break_force
+  /// N, N m: World::joint_events lists the joint after each step in a substep of which its reaction was above
+  /// one of them. At least 0; infinite thresholds cost nothing.
+  float event_force = kNoLimit;
+  float event_torque = kNoLimit;  ///< N m, as event_force
   std::uint64_t user_data = 0;    ///< any number of the caller's; the library never reads it
 
   friend bool operator==(const JointDef&, const JointDef&) = default;

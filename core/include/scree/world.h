@@ -62,11 +62,12 @@ struct WorldSettings {
   /// s, ... for this long, in [0, 1e6]. What may sleep, touches something and turns as slowly is damped.
   float sleep_time = 0.5f;
   ContactEvents contact_events = ContactEvents::none;  ///< asked for of all shapes, besides their own
-  bool contact_forces = false;                         ///< measure what World::contact_forces lists
-  bool measure_residual = false;                       ///< fill StepStats::residual
-  bool measure_penetration = false;                    ///< fill StepStats::penetration_*
-  Solver solver = Solver::soft_step;                   ///< of constraints
-  SolverOptions solver_options{};                      ///< its tuning
+  float hit_event_speed = 1.0f;       ///< m/s, slowest approach that World::contact_hits lists, in [0, 1e6]
+  bool contact_forces = false;        ///< measure what World::contact_forces lists
+  bool measure_residual = false;      ///< fill StepStats::residual
+  bool measure_penetration = false;   ///< fill StepStats::penetration_*
+  Solver solver = Solver::soft_step;  ///< of constraints
+  SolverOptions solver_options{};     ///< its tuning
 };
 
 /// Memory of a world by column, as generated from its state table.
@@ -259,6 +260,8 @@ class SCREE_API World {
   void set_joint_stiffness(JointId joint, float hertz, float damping_ratio);  ///< as in JointDef; wakes them
   /// N and N m, as in JointDef.
   void set_joint_strength(JointId joint, float break_force, float break_torque);
+  /// N and N m, as in JointDef, from the next step on. Changes no motion and wakes nothing.
+  void set_joint_event_thresholds(JointId joint, float event_force, float event_torque);
   bool is_enabled(JointId joint) const;  ///< false after set_joint_enabled and once it broke
   /// Wakes its bodies. A joint that is enabled begins without impulses.
   void set_joint_enabled(JointId joint, bool enabled);
@@ -321,6 +324,9 @@ class SCREE_API World {
   std::span<const ContactEvent> contact_persists() const noexcept;
   /// Contacts that ended in the step or by calls before it. Ascending as contact_begins.
   std::span<const ContactEnd> contact_ends() const noexcept;
+  /// Contacts that hit: pressed in the step, with an approach_speed of at least
+  /// WorldSettings::hit_event_speed, whether they touched before or not. Ascending as contact_begins.
+  std::span<const ContactEvent> contact_hits() const noexcept;
   /// Shapes that entered sensors. Ascending by the indices of the sensor, then of the visitor.
   std::span<const SensorEvent> sensor_begins() const noexcept;
   /// Shapes that left sensors, in the step or by calls before it. Ascending as sensor_begins.
@@ -347,6 +353,9 @@ class SCREE_API World {
 
   /// Joints whose reaction was above their strength and that are disabled now. Ascending by index.
   std::span<const JointId> broken_joints() const noexcept;
+  /// Joints whose reaction was above JointDef::event_force or event_torque, those that broke included.
+  /// Ascending by index.
+  std::span<const JointEvent> joint_events() const noexcept;
   /// User joints that were frozen by the numbers for this step, see is_frozen. Ascending by index.
   std::span<const JointId> frozen_joints() const noexcept;
   /// Joints that were destroyed with their bodies before the step, in the order of the calls.

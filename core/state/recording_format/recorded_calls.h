@@ -67,7 +67,8 @@ namespace scree {
   X(set_user_rows, set_user_rows, JointId, std::span<const UserRow>)                                         \
   X(refresh_user_rows, refresh_user_rows, std::span<const JointId>, std::span<const UserRow>)                \
   X(set_contact_hooks, set_contact_hooks, ShapeId, ContactHooks)                                             \
-  X(answer_contact_hooks, answer_contact_hooks, std::span<const ContactAnswer>)
+  X(answer_contact_hooks, answer_contact_hooks, std::span<const ContactAnswer>)                              \
+  X(set_joint_event_thresholds, set_joint_event_thresholds, JointId, float, float)
 
 #define SCREE_NAME_CALL(call, function, ...) call,
 // 0 stands for a step.

@@ -121,7 +121,7 @@ void fields(Of<SolverOptions> auto& options, auto&& visit) {
   visit(options.points_together);
 }
 void fields(Of<WorldSettings> auto& settings, auto&& visit) {
-  static_assert(sizeof(WorldSettings) == 92, "a new field goes here, too");
+  static_assert(sizeof(WorldSettings) == 96, "a new field goes here, too");
   visit(settings.gravity);
   visit(settings.substeps);
   visit(settings.contact_hertz);
@@ -137,6 +137,7 @@ void fields(Of<WorldSettings> auto& settings, auto&& visit) {
   visit(settings.sleep_angular_speed);
   visit(settings.sleep_time);
   visit(settings.contact_events);
+  visit(settings.hit_event_speed);
   visit(settings.contact_forces);
   visit(settings.measure_residual);
   visit(settings.measure_penetration);
@@ -144,7 +145,7 @@ void fields(Of<WorldSettings> auto& settings, auto&& visit) {
   visit(settings.solver_options);
 }
 void fields(Of<JointDef> auto& def, auto&& visit) {
-  static_assert(sizeof(JointDef) == 112, "a new field goes here, too");
+  static_assert(sizeof(JointDef) == 120, "a new field goes here, too");
   visit(def.body_a);
   visit(def.body_b);
   visit(def.frame_a);
@@ -155,6 +156,8 @@ void fields(Of<JointDef> auto& def, auto&& visit) {
   visit(def.damping_ratio);
   visit(def.break_force);
   visit(def.break_torque);
+  visit(def.event_force);
+  visit(def.event_torque);
   visit(def.user_data);
 }
 void fields(Of<JointAxis> auto& axis, auto&& visit) {

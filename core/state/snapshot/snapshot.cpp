@@ -121,6 +121,7 @@ void derive_joints(WorldData& data) {
   for (std::size_t row = 0; row < joints.flags.size(); ++row) {
     if ((joints.flags[row] & kJointAlive) == 0) continue;
     ++joints.alive;
+    if ((joints.flags[row] & kJointReports) != 0) ++joints.reporting;
     place_joint(data, static_cast<std::int32_t>(row));
     link_back(data, static_cast<std::int32_t>(row));
   }

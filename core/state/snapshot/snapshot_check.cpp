@@ -25,6 +25,7 @@
 #include <core/state/snapshot/snapshot_columns.h>
 #include <core/state/snapshot/snapshot_refusal.h>
 #include <core/world/check.h>
+#include <core/world/contact_hooks.h>
 #include <core/world/edit.h>
 #include <core/world/pair_key.h>
 
@@ -33,6 +34,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <utility>
 
 namespace scree {
 
@@ -363,7 +365,7 @@ void check_pairs(const WorldData& data, const SavedColumns& saved, const PackedC
 void check_events(const WorldData& data, const Refusal& refusal) {
   const Column<TouchRow>& touching = data.events.touching;
   for (std::size_t row = 0; row < touching.size(); ++row) {
-    const bool fits = touching[row].events >= 1 && touching[row].events <= 3 &&
+    const bool fits = touching[row].events >= 1 && touching[row].events <= kTouchEvents &&
                       (row == 0 || key_of(touching[row - 1]) < key_of(touching[row]));
     refusal.require(fits, "events", "touching", row, "asks for nothing, or does not ascend");
   }
@@ -371,13 +373,25 @@ void check_events(const WorldData& data, const Refusal& refusal) {
   for (std::size_t row = 0; row < data.events.resting.size(); ++row) {
     const TouchRow& rests = data.events.resting[row];
     if (is_zero_row(rests)) continue;
-    const bool fits = rests.events >= 1 && rests.events <= 3 && key_of(rests) == key_of(pairs.pair[row]) &&
-                      pairs.contact[row] >= 0;
+    const bool fits = rests.events >= 1 && rests.events <= kTouchEvents &&
+                      key_of(rests) == key_of(pairs.pair[row]) && pairs.contact[row] >= 0;
     refusal.require(fits, "events", "resting", row, "asks for nothing, or is another pair's");
     const bool moves =
         std::binary_search(touching.begin(), touching.end(), rests,
                            [](const TouchRow& x, const TouchRow& y) { return key_of(x) < key_of(y); });
     refusal.require(!moves, "events", "resting", row, "stands among those that move, too");
+  }
+}
+
+void check_hooks(const WorldData& data, const Refusal& refusal) {
+  const Column<HookAnswer>& answers = data.hooks.answers;
+  const auto place = [](const HookAnswer& answer) { return std::pair(key_of(answer), answer.contact); };
+  for (std::size_t row = 0; row < answers.size(); ++row) {
+    const HookAnswer& answer = answers[row];
+    const bool fits = answer.shape_a.index < answer.shape_b.index && answer.contact >= -1 &&
+                      answer.acts <= 1 && is_sound(rules_of(answer)) &&
+                      (row == 0 || place(answers[row - 1]) < place(answer));
+    refusal.require(fits, "hooks", "answers", row, "is no answer, or does not ascend");
   }
 }
 
@@ -414,6 +428,7 @@ SavedColumns check_columns(PackedColumns& packed, const SnapshotData& snapshot, 
   check_pairs(data, saved, packed, refusal);
   check_joints(data, refusal);
   check_events(data, refusal);
+  check_hooks(data, refusal);
   return saved;
 }
 

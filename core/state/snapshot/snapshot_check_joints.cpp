@@ -26,7 +26,7 @@ void check_living_joint(const WorldData& data, std::size_t row, const Refusal& r
   }
   const JointParameters right = parameters_of(joint, parameters.hertz, parameters.damping_ratio);
   require(std::memcmp(&right, &parameters, sizeof right) == 0, "parameters", "is not that of such a joint");
-  const unsigned derived = kJointBreaks | kJointRich;
+  const unsigned derived = kJointBreaks | kJointRich | kJointReports;
   require((joints.flags[row] & derived) == (flags_of(def, joint) & derived), "flags",
           "are not those of the joint");
 }

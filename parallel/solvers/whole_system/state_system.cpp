@@ -34,7 +34,7 @@ Gathered gather_joints(const WorldData& data, const Constraints& constraints, co
       const std::int32_t joint = constraints.joint_lanes[lane];
       const JointFrames& frames = data.joints.frames[joint];
       StatedLane at = lane_of(chunk, lane, crew.kernels());
-      at.breaks = chunk.breaks;
+      at.peaks = chunk.peaks;
       at.remembers = crew.kernels().joint.variant[chunk.variant].remembers;
       gathered.push_back({joint, frames.row_a, frames.row_b, at, rows[static_cast<std::size_t>(lane)]});
     }

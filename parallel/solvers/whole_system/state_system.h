@@ -13,7 +13,7 @@ namespace scree {
 struct StatedLane {
   std::int32_t lane, first_lane;  // its own, and the first one of its block
   std::int32_t lanes;             // of a block
-  bool breaks;                    // the joint may break
+  bool peaks;                     // the largest of the joint's reactions counts
   bool remembers;                 // see simd::JointVariantKernels
 };
 

@@ -120,7 +120,7 @@ void add_stated_impulses(SolveStep& step, const StatedWorld& stated) {
     const ConstraintRows& rows = stated.constraints[i].rows;
     if (stated.is_contact[i]) {
       add_contact(step, rows, stated.lane[i]);
-    } else if (stated.lane[i].breaks) {
+    } else if (stated.lane[i].peaks) {
       const std::int32_t joint = stated.item[i];
       note_peak(reaction_of(step, joint, rows), step.data.joints.reaction[joint]);
     }

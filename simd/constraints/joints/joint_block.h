@@ -217,7 +217,7 @@ inline void store_reaction(const JointArgs& args, const ConstraintChunk& chunk, 
   const V3 force = impulse.linear * rate, torque = impulse.angular * rate;
   F torque_y, torque_z, force_peak(0.0f), torque_peak(0.0f);
   float* base = args.reactions->force;
-  if (chunk.breaks) load_rows(base + 4, kStride, joint, torque_y, torque_z, force_peak, torque_peak);
+  if (chunk.peaks) load_rows(base + 4, kStride, joint, torque_y, torque_z, force_peak, torque_peak);
   store_rows(base, kStride, joint, count, force.x, force.y, force.z, torque.x);
   store_rows(base + 4, kStride, joint, count, torque.y, torque.z, force_peak, torque_peak);
 }

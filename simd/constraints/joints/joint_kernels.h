@@ -75,7 +75,7 @@ struct JointVariantKernels {
   void (*relax)(const JointArgs& args, const ConstraintChunk& chunk);
   void (*relax_measured)(const JointArgs& args, const ConstraintChunk& chunk);
   void (*store)(const JointArgs& args, const ConstraintChunk& chunk);  // blocks -> impulses, reactions
-  // Of chunks that `breaks`, after solve: relax does it by itself.
+  // Of chunks with `peaks`, after solve: relax does it by itself.
   void (*note_peaks)(const JointArgs& args, const ConstraintChunk& chunk);
   // What the joints are, for solvers of any kind: rows at the present poses, by lane; needs no blocks. Of the
   // arguments it reads `rows`, `frames`, `parameters`, the columns of user joints, `impulses`, `elapsed` and

@@ -31,7 +31,7 @@ SCREE_SWEEP void prepare_joints(const JointArgs& args, const ConstraintChunk& ch
     if (divide_bodies<Kind>(args, chunk, block.row_a, block.row_b, first_lane, placement, bodies))
       shared = true;
     Kind::prepare(args, joint, bodies, placement, block);
-    if (chunk.breaks) clear_peaks(args, joint, count);
+    if (chunk.peaks) clear_peaks(args, joint, count);
   });
   args.shared[chunk.number] = shared ? 1 : 0;
 }
@@ -75,7 +75,7 @@ inline void relax_blocks(const JointArgs& args, const ConstraintChunk& chunk) {
     JointBodyLanes bodies = load_parts(args, shared, block.row_a, block.row_b, first_lane);
     const F error = Kind::relax(args, block, delta_a, delta_b, bodies);
     if constexpr (kMeasured) worst = max(error, worst);
-    if (chunk.breaks) note_peak(args, args.rows + first_lane, count, Kind::acting(block));
+    if (chunk.peaks) note_peak(args, args.rows + first_lane, count, Kind::acting(block));
     store_bodies(args, chunk, shared, block.row_a, block.row_b, count, first_lane, bodies, hub);
   });
   if constexpr (kMeasured) args.residual[chunk.number] = reduce_max(worst);
@@ -91,7 +91,7 @@ SCREE_SWEEP void relax_measured_joints(const JointArgs& args, const ConstraintCh
   relax_blocks<Kind, true>(args, chunk);
 }
 
-// Of joints that may break: what acts now counts for their strength. relax() does it by itself.
+// Of joints whose largest reactions count: what acts now is one of them. relax() does it by itself.
 template <class Kind>
 void note_peaks_joints(const JointArgs& args, const ConstraintChunk& chunk) {
   using Block = typename Kind::Block;

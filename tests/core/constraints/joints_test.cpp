@@ -72,6 +72,8 @@ TEST(Joints, ReturnWhatTheyWereCreatedWith) {
                    .damping_ratio = 0.25f,
                    .break_force = 10.0f,
                    .break_torque = 20.0f,
+                   .event_force = 0.0f,
+                   .event_torque = 15.0f,
                    .user_data = 77};
       if (type_of(joint) == JointType::mouse) def.body_a = kWorld;
       const JointId id = world.create_joint(def, joint);
@@ -106,6 +108,7 @@ TEST(Joints, ReturnWhatTheyWereSetTo) {
     EXPECT_TRUE(world.joint(id) == second[i]);
     EXPECT_FALSE(world.joint(id) == first[i]);
     world.set_joint_strength(id, 2.0f, kNoLimit);
+    world.set_joint_event_thresholds(id, 1.0f, 0.0f);
     const Pose frame_a{{9, 8, 7}, {1, 0, 0, 0}}, frame_b{{6, 5, 4}, {0, 0, 1, 0}};
     world.set_joint_frames(id, frame_a, frame_b);
     world.set_collide_connected(id, true);
@@ -120,6 +123,8 @@ TEST(Joints, ReturnWhatTheyWereSetTo) {
                                                  .hertz = 5.0f,
                                                  .damping_ratio = 0.5f,
                                                  .break_force = 2.0f,
+                                                 .event_force = 1.0f,
+                                                 .event_torque = 0.0f,
                                                  .user_data = 5}));
     world.set_joint_enabled(id, true);
     EXPECT_TRUE(world.is_enabled(id));
@@ -139,12 +144,13 @@ TEST(Joints, RotationsAreRenormalized) {
   EXPECT_EQ(std::get<BallJoint>(world.joint(id)).drive.target, unit);
 }
 
-TEST(Joints, FlagsFollowLimitsDrivesAndStrength) {
+TEST(Joints, FlagsFollowLimitsDrivesStrengthAndThresholds) {
   World world;
   const BodyId body = add_bodies(world, 1)[0];
   const JointId id = world.create_joint({.body_a = kWorld, .body_b = body}, HingeJoint{});
   const auto has = [&](JointFlag flag) { return (internals(world).joints.flags[id.index] & flag) != 0; };
-  EXPECT_FALSE(has(kJointRich) || has(kJointBreaks));
+  const auto reporting = [&] { return internals(world).joints.reporting; };
+  EXPECT_FALSE(has(kJointRich) || has(kJointBreaks) || has(kJointReports));
   world.set_joint(id, HingeJoint{{.lower = -1.0f, .upper = 1.0f}});
   EXPECT_TRUE(has(kJointRich));
   world.set_joint(id, HingeJoint{});
@@ -153,6 +159,21 @@ TEST(Joints, FlagsFollowLimitsDrivesAndStrength) {
   EXPECT_TRUE(has(kJointBreaks));
   world.set_joint_strength(id, kNoLimit, kNoLimit);
   EXPECT_FALSE(has(kJointBreaks));
+  for (int time = 0; time < 2; ++time) {
+    world.set_joint_event_thresholds(id, kNoLimit, 0.0f);
+    EXPECT_TRUE(has(kJointReports) && !has(kJointBreaks));
+    EXPECT_EQ(reporting(), 1);
+  }
+  const World other = clone(world);
+  EXPECT_EQ(internals(other).joints.reporting, 1);
+  world.set_joint_event_thresholds(id, kNoLimit, kNoLimit);
+  EXPECT_FALSE(has(kJointReports));
+  EXPECT_EQ(reporting(), 0);
+  const JointId second =
+      world.create_joint({.body_a = kWorld, .body_b = body, .event_force = 5.0f}, HingeJoint{});
+  EXPECT_EQ(reporting(), 1);
+  world.destroy_joint(second);
+  EXPECT_EQ(reporting(), 0);
 }
 
 TEST(Joints, GoWithTheirBodies) {
@@ -324,6 +345,7 @@ TEST(JointWaking, CallsThatChangeNothingWakeNoBody) {
   world.set_joint(ball, world.joint(ball));
   world.set_collide_connected(s.joint, false);
   world.set_joint_strength(s.joint, 1.0f, 1.0f);
+  world.set_joint_event_thresholds(s.joint, 1.0f, 1.0f);
   world.set_user_data(s.joint, 3);
   EXPECT_EQ(s.awake(), "");
   EXPECT_EQ(s.changed(), "");

@@ -49,6 +49,7 @@ TEST_F(ValidateDeathTest, AShapeOrJointThatIsCountedWronglyIsFound) {
   EXPECT_DEATH((++data.shapes.alive, validate_stores(data)), "shapes.alive == alive");
   EXPECT_DEATH((++data.shapes.asking, validate_stores(data)), "shapes.asking == asking");
   EXPECT_DEATH((++data.joints.alive, validate_stores(data)), "joints.alive == alive");
+  EXPECT_DEATH((++data.joints.reporting, validate_stores(data)), "joints.reporting == reporting");
 }
 
 TEST_F(ValidateDeathTest, AMarkThatACallLeavesIsFound) {

@@ -299,6 +299,7 @@ TEST_F(BadInput, IsRefusedInSettings) {
     reject("contact_damping_ratio", [&](WorldSettings& s) { s.contact_damping_ratio = bad; });
     reject("push_speed", [&](WorldSettings& s) { s.push_speed = bad; });
     reject("restitution_threshold", [&](WorldSettings& s) { s.restitution_threshold = bad; });
+    reject("hit_event_speed", [&](WorldSettings& s) { s.hit_event_speed = bad; });
     reject("max_linear_speed", [&](WorldSettings& s) { s.max_linear_speed = bad; });
     reject("max_angular_speed", [&](WorldSettings& s) { s.max_angular_speed = bad; });
     reject("sleep_linear_speed", [&](WorldSettings& s) { s.sleep_linear_speed = bad; });
@@ -310,6 +311,8 @@ TEST_F(BadInput, IsRefusedInSettings) {
     reject("solver_options.slop", [&](WorldSettings& s) { s.solver_options.slop = bad; });
   }
   reject("gravity", [](WorldSettings& s) { s.gravity.y = kNan; });
+  reject("hit_event_speed is 2000000", [](WorldSettings& s) { s.hit_event_speed = 2e6f; });
+  reject("contact_events is 8", [](WorldSettings& s) { s.contact_events = static_cast<ContactEvents>(8); });
   reject("substeps is 0", [](WorldSettings& s) { s.substeps = 0; });
   reject("substeps is 65", [](WorldSettings& s) { s.substeps = 65; });
   reject("contact_hertz is 0", [](WorldSettings& s) { s.contact_hertz = 0; });

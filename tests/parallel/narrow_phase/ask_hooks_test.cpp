@@ -1,101 +1,20 @@
 // Hooks of contacts: which pairs and contacts they are asked about, what their answers bring about, and what
 // happens when they throw or answer nonsense.
 #include <gtest/gtest.h>
-#include <scree/scree.h>
-#include <tests/parallel/recording/recording_fixture.h>
+#include <tests/parallel/narrow_phase/hooks_fixture.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+#include <functional>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
-namespace scree {
+namespace scree::hooks_test {
 namespace {
 
 using test::TemporaryFile;
-
-constexpr float kStep = 1.0f / 60.0f;
-constexpr float kGravity = 9.81f;
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
-struct Hooked {
-  explicit Hooked(const WorldSettings& settings = {.sleeping = false}, int threads = 1,
-                  Isa isa = Isa::automatic)
-      : world(settings), workers({threads, isa}) {}
-  BodyId add(const BodyDef& def, const Geometry& geometry, const Material& material = {},
-             ContactHooks hooks = ContactHooks::none) {
-    const BodyId body = world.create_body(def);
-    shapes.push_back(world.add_shape(body, geometry, material, {.contact_hooks = hooks}));
-    return body;
-  }
-  BodyId add_floor(ContactHooks hooks, const Material& material = {}) {
-    return add({.type = BodyType::fixed, .position = {0, -1, 0}}, Box{{50, 1, 50}}, material, hooks);
-  }
-  void run(int steps) {
-    for (int i = 0; i < steps; ++i) step(world, kStep, workers);
-  }
-
-  World world;
-  Workers workers;
-  std::vector<ShapeId> shapes;
-};
-
-ContactFilter refuse_all() {
-  return [](const ContactFilterBatch& batch) {
-    std::fill(batch.collide.begin(), batch.collide.end(), std::uint8_t{0});
-  };
-}
-
-// A rule that changes each contact by itself.
-template <class Change>
-ContactRule changing(Change change) {
-  return [change](const ContactRuleBatch& batch) {
-    for (ContactRules& rules : batch.rules) change(rules);
-  };
-}
-
-// Boxes, balls, capsules and hulls that fall into a heap on a floor and a mesh that ask for both hooks.
-struct Pile : Hooked {
-  explicit Pile(int threads = 1, Isa isa = Isa::automatic) : Hooked({}, threads, isa) {
-    add_floor(ContactHooks::all);
-    const std::vector<Vec3> corners = {{-6, 1, -6}, {6, 1, -6}, {6, 1.5f, 6}, {-6, 0.2f, 6}};
-    const std::vector<MeshTriangle> triangles = {{0, 2, 1}, {0, 3, 2}};
-    add({.type = BodyType::fixed}, TriangleMesh(corners, triangles), {}, ContactHooks::all);
-    for (int i = 0; i < 160; ++i) {
-      const auto at = [i](int each) { return 1.1f * static_cast<float>(i / each % 5) - 2.2f; };
-      const Vec3 position{at(1), 2.5f + 1.1f * static_cast<float>(i / 25), at(5)};
-      const Geometry forms[] = {Box{{0.5f, 0.3f, 0.4f}}, Sphere{0.4f}, Capsule{0.3f, 0.25f},
-                                ConvexHull{test::wedge()}};
-      add({.position = position}, forms[i % 4], {.restitution = i % 3 == 0 ? 0.5f : 0.0f},
-          i % 5 == 0 ? ContactHooks::all : ContactHooks::none);
-    }
-  }
-};
-
-// Answers that depend on the batch alone.
-void set_lively_hooks(World& world) {
-  const auto number = [](const HookedPair& pair) { return pair.shape_a.index + 3 * pair.shape_b.index; };
-  world.set_contact_filter([number](const ContactFilterBatch& batch) {
-    for (std::size_t i = 0; i < batch.pairs.size(); ++i)
-      batch.collide[i] = number(batch.pairs[i]) % 11 == 0 ? 0 : 1;
-  });
-  world.set_contact_rule([number](const ContactRuleBatch& batch) {
-    for (std::size_t i = 0; i < batch.pairs.size(); ++i) {
-      ContactRules& rules = batch.rules[i];
-      const std::uint32_t kind = number(batch.pairs[i]) % 7;
-      if (kind == 0) rules.acts = batch.contacts[i].points[0].separation > -0.05f;
-      if (kind == 1) rules.friction = 0.1f;
-      if (kind == 2) rules.restitution = 0.7f;
-      if (kind == 3) rules.surface_velocity = {1, 0, 0.5f};
-      if (kind == 4) rules.rolling_resistance = 0.05f;
-      if (kind == 5) rules.friction = kNan;
-    }
-  });
-}
 
 TEST(ContactFilter, LetsRefusedPairsPassAsIfTheyWereAlone) {
   Hooked alone, hooked;
@@ -285,17 +204,38 @@ TEST(ContactRule, SeesPairsAscendingEachOnceWithUnitNormalsFromAToB) {
   EXPECT_GT(seen.size(), 20u);
 }
 
-TEST(ContactRule, ReachesEachContactOfAMeshByItself) {
-  // A ball in the corner of a floor and a wall, which are one mesh.
-  Hooked hooked;
+// A floor and a wall at x = 0, which are one mesh.
+TriangleMesh corner_mesh() {
   const std::vector<Vec3> corners = {{0, 0, -9}, {0, 0, 9}, {9, 0, 9}, {9, 0, -9}, {0, 9, -9}, {0, 9, 9}};
   const std::vector<MeshTriangle> triangles = {{0, 1, 2}, {0, 2, 3}, {0, 4, 1}, {1, 4, 5}};
-  hooked.add({.type = BodyType::fixed}, TriangleMesh(corners, triangles), {}, ContactHooks::rule);
-  const BodyId ball = hooked.add({.position = {0.5f, 0.5f, 0}, .linear_velocity = {-1, 0, 0}}, Sphere{0.5f});
-  hooked.world.set_contact_rule([](const ContactRuleBatch& batch) {
+  return TriangleMesh(corners, triangles);
+}
+
+// The rule by which the wall does nothing.
+ContactRule open_wall() {
+  return [](const ContactRuleBatch& batch) {
     for (std::size_t i = 0; i < batch.pairs.size(); ++i)
       batch.rules[i].acts = std::abs(batch.contacts[i].normal.y) > 0.5f;
-  });
+  };
+}
+
+TEST(ContactRule, ThatTookAContactOfAMeshOutGivesItBack) {
+  Hooked hooked;
+  hooked.add({.type = BodyType::fixed}, corner_mesh(), {.friction = 0}, ContactHooks::rule);
+  const BodyId box = hooked.add({.position = {0.485f, 0.5f, 0}}, Box{}, {.friction = 0});
+  hooked.world.set_contact_rule(open_wall());
+  hooked.run(30);
+  EXPECT_NEAR(hooked.world.pose(box).position.x, 0.485f, 1e-5f);
+  hooked.world.set_contact_rule({});
+  hooked.run(60);
+  EXPECT_GT(hooked.world.pose(box).position.x, 0.49f);
+}
+
+TEST(ContactRule, ReachesEachContactOfAMeshByItself) {
+  Hooked hooked;
+  hooked.add({.type = BodyType::fixed}, corner_mesh(), {}, ContactHooks::rule);
+  const BodyId ball = hooked.add({.position = {0.5f, 0.5f, 0}, .linear_velocity = {-1, 0, 0}}, Sphere{0.5f});
+  hooked.world.set_contact_rule(open_wall());
   hooked.run(10);
   EXPECT_LT(hooked.world.pose(ball).position.x, 0.45f);          // into the wall
   EXPECT_NEAR(hooked.world.pose(ball).position.y, 0.5f, 0.01f);  // but not into the floor
@@ -550,104 +490,5 @@ TEST(ContactHooks, AreNoPartOfTheState) {
   EXPECT_EQ(copy.hash(), pile.world.hash());
 }
 
-// --- answers without hooks ---
-
-TEST(ContactAnswers, StandForTheHooksInOneStep) {
-  Hooked hooked;
-  hooked.add_floor(ContactHooks::all);
-  const BodyId body = hooked.add({.position = {0, 0.5f, 0}}, Box{});
-  hooked.run(5);
-  int asked = 0;
-  hooked.world.set_contact_filter([&](const ContactFilterBatch&) { ++asked; });
-  hooked.world.set_contact_rule([&](const ContactRuleBatch&) { ++asked; });
-  const ContactAnswer refusal{hooked.shapes[0], hooked.shapes[1], -1, {}};
-  hooked.world.answer_contact_hooks({&refusal, 1});
-  const float before = hooked.world.linear_velocity(body).y;
-  hooked.run(1);
-  EXPECT_EQ(asked, 0);
-  EXPECT_NEAR(hooked.world.linear_velocity(body).y, before - kGravity * kStep, 1e-5f);
-  hooked.run(1);
-  EXPECT_EQ(asked, 2);
-  EXPECT_GT(hooked.world.linear_velocity(body).y, before - kGravity * kStep);
-  const ContactAnswer belt{
-      hooked.shapes[0], hooked.shapes[1], 0, {.friction = 1e6f, .surface_velocity = {-1, 0, 0}}};
-  for (int i = 0; i < 30; ++i) {
-    hooked.world.answer_contact_hooks({&belt, 1});
-    hooked.run(1);
-  }
-  EXPECT_NEAR(hooked.world.linear_velocity(body).x, 1.0f, 1e-3f);
-}
-
-TEST(ContactAnswers, ArePartOfTheState) {
-  Hooked hooked;
-  hooked.add_floor(ContactHooks::all);
-  hooked.add({.position = {0, 0.5f, 0}}, Box{});
-  hooked.run(5);
-  const ContactAnswer refusal{hooked.shapes[0], hooked.shapes[1], -1, {}};
-  World unanswered = clone(hooked.world);
-  hooked.world.answer_contact_hooks({&refusal, 1});
-  World copy = clone(hooked.world);
-  Snapshot snapshot;
-  save(hooked.world, snapshot);
-  World restored;
-  restore(restored, read_snapshot(write_snapshot(snapshot)));
-  for (World* world : {&hooked.world, &copy, &restored, &unanswered}) step(*world, kStep, hooked.workers);
-  EXPECT_EQ(copy.hash(), hooked.world.hash());
-  EXPECT_EQ(restored.hash(), hooked.world.hash());
-  EXPECT_NE(unanswered.hash(), hooked.world.hash());
-}
-
-TEST(ContactAnswers, AboutShapesThatAreReplacedHaveNoEffect) {
-  Hooked hooked;
-  hooked.add_floor(ContactHooks::all);
-  const BodyId body = hooked.add({.position = {0, 0.5f, 0}}, Box{});
-  hooked.run(5);
-  const ContactAnswer refusal{hooked.shapes[0], hooked.shapes[1], -1, {}};
-  hooked.world.answer_contact_hooks({&refusal, 1});
-  hooked.world.destroy_shape(hooked.shapes[1]);
-  const ShapeId next = hooked.world.add_shape(body, Box{});
-  ASSERT_EQ(next.index, hooked.shapes[1].index);
-  hooked.run(1);
-  EXPECT_NEAR(hooked.world.linear_velocity(body).y, 0.0f, 1e-2f);
-}
-
-TEST(ContactAnswers, ThatAreWrongAreRefusedByNameAndChangeNothing) {
-  Hooked hooked;
-  hooked.add_floor(ContactHooks::all);
-  for (int i = 0; i < 3; ++i) hooked.add({.position = {2.0f * static_cast<float>(i), 0.5f, 0}}, Box{});
-  hooked.run(5);
-  const auto& s = hooked.shapes;
-  const ContactAnswer sound[] = {{s[0], s[1], -1, {}}, {s[0], s[2], 0, {.friction = 1}}};
-  hooked.world.answer_contact_hooks(sound);
-  Snapshot before;
-  save(hooked.world, before);
-  const auto refuse = [&](std::vector<ContactAnswer> answers, const std::string& message) {
-    try {
-      hooked.world.answer_contact_hooks(answers);
-      ADD_FAILURE() << "not refused: " << message;
-    } catch (const Error& error) {
-      EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
-    }
-    Snapshot after;
-    save(hooked.world, after);
-    EXPECT_EQ(write_snapshot(after), write_snapshot(before));
-  };
-  refuse({{s[1], s[0], -1, {}}},
-         "answer_contact_hooks: shape_a has the index 1, which must be below shape_b's, 0");
-  refuse({{s[1], s[1], -1, {}}}, "must be below");
-  refuse({{s[0], s[1], -2, {}}}, "contact is -2; it must be -1 or more");
-  refuse({{s[0], s[1], 0, {}}, {s[0], s[1], 0, {}}}, "answer 1: it must come before the answer ahead of it");
-  refuse({{s[0], s[2], 0, {}}, {s[0], s[1], 0, {}}}, "answer 1: it must come before");
-  refuse({{s[0], {s[1].index, s[1].generation + 1, s[1].world}, 0, {}}}, "shape");
-  refuse({{s[0], s[1], 0, {.friction = kNan}}}, "friction");
-  refuse({{s[0], s[1], 0, {.restitution = 1.5f}}}, "restitution is 1.5");
-  refuse({{s[0], s[1], 0, {.rolling_resistance = -1}}}, "rolling_resistance");
-  refuse({{s[0], s[1], 0, {.surface_velocity = {0, 3e6f, 0}}}}, "surface_velocity");
-  EXPECT_THROW(hooked.world.set_contact_hooks(s[1], static_cast<ContactHooks>(4)), Error);
-  EXPECT_THROW(hooked.world.add_shape(hooked.world.body_of(s[1]), Box{}, {},
-                                      {.contact_hooks = static_cast<ContactHooks>(9)}),
-               Error);
-}
-
 }  // namespace
-}  // namespace scree
+}  // namespace scree::hooks_test

@@ -85,6 +85,7 @@ void call_everything(Heap& heap) {
   world.set_joint_frames(joint, {{0, 1.1f, 0}, {}}, {{0, -0.9f, 0}, {}});
   world.set_joint_stiffness(joint, 5.0f, 0.5f);
   world.set_joint_strength(joint, 1e6f, 1e6f);
+  world.set_joint_event_thresholds(joint, 1.0f, 0.5f);
   world.set_joint_enabled(joint, false);
   world.set_joint_enabled(joint, true);
   world.set_collide_connected(joint, true);

@@ -195,6 +195,13 @@ TEST_F(ValidateStagesDeathTest, EventsThatDoNotAscendAreFound) {
   };
   EXPECT_DEATH(list_backward(data.events.sleep_begins), "ascends.events.sleep_begins");
   EXPECT_DEATH(list_backward(data.events.sleep_ends), "ascends.events.sleep_ends");
+  const auto list_joints_backward = [&] {
+    data.events.strained.push_back({JointId{2, 1}, 1.0f, 1.0f});
+    data.events.strained.push_back({JointId{1, 1}, 1.0f, 1.0f});
+    validate_events(data);
+  };
+  EXPECT_DEATH(list_joints_backward(), "ascends.events.strained");
+  EXPECT_DEATH((touching[0].events = 4, validate_events(data)), "kTouchEvents");
   EXPECT_DEATH((data.events.lost.push_back({}), validate_events(data)), "lost.empty");
 }
 

@@ -135,6 +135,15 @@ TEST(JointBadInput, IsRefusedInStiffnessAndStrength) {
              {"World::set_joint_strength: break_force is ", "must be above 0"});
     w.refuse([&] { w.world.set_joint_strength(w.joints[0], 1.0f, strength); }, {"break_torque is "});
   }
+  for (const float threshold : {-1e-30f, -kNoLimit, kNan}) {
+    w.refuse_def({.body_a = kWorld, .body_b = w.b, .event_force = threshold},
+                 {"event_force is ", "must be at least 0"});
+    w.refuse_def({.body_a = kWorld, .body_b = w.b, .event_torque = threshold},
+                 {"event_torque is ", "must be at least 0"});
+    w.refuse([&] { w.world.set_joint_event_thresholds(w.joints[0], threshold, 1.0f); },
+             {"World::set_joint_event_thresholds: event_force is ", "must be at least 0"});
+    w.refuse([&] { w.world.set_joint_event_thresholds(w.joints[0], 1.0f, threshold); }, {"event_torque is "});
+  }
 }
 
 // An invalid axis, and the text of its error.
@@ -312,6 +321,7 @@ TEST(JointBadInput, EveryCallRefusesDeadHandles) {
       {"set_joint_frames", [&] { world.set_joint_frames(dead, {}, {}); }},
       {"set_joint_stiffness", [&] { world.set_joint_stiffness(dead, 1.0f, 1.0f); }},
       {"set_joint_strength", [&] { world.set_joint_strength(dead, 1.0f, 1.0f); }},
+      {"set_joint_event_thresholds", [&] { world.set_joint_event_thresholds(dead, 1.0f, 1.0f); }},
       {"is_enabled", [&] { world.is_enabled(dead); }},
       {"set_joint_enabled", [&] { world.set_joint_enabled(dead, true); }},
       {"collides_connected", [&] { world.collides_connected(dead); }},

@@ -77,12 +77,13 @@ auto members(const BodyDef& def) {
 auto members(const WorldSettings& settings) {
   const auto& [gravity, substeps, contact_hertz, contact_damping_ratio, push_speed, restitution_threshold,
                max_linear_speed, max_angular_speed, continuous, warm_start, sleeping, sleep_linear_speed,
-               sleep_angular_speed, sleep_time, contact_events, contact_forces, measure_residual,
-               measure_penetration, solver, solver_options] = settings;
+               sleep_angular_speed, sleep_time, contact_events, hit_event_speed, contact_forces,
+               measure_residual, measure_penetration, solver, solver_options] = settings;
   return std::tuple(gravity, substeps, contact_hertz, contact_damping_ratio, push_speed,
                     restitution_threshold, max_linear_speed, max_angular_speed, continuous, warm_start,
                     sleeping, sleep_linear_speed, sleep_angular_speed, sleep_time, contact_events,
-                    contact_forces, measure_residual, measure_penetration, solver, solver_options);
+                    hit_event_speed, contact_forces, measure_residual, measure_penetration, solver,
+                    solver_options);
 }
 
 template <class Value>
@@ -146,6 +147,7 @@ const WorldSettings kSettings{.gravity = {1, 2, 3},
                               .sleep_angular_speed = 13.0f,
                               .sleep_time = 14.0f,
                               .contact_events = ContactEvents::all,
+                              .hit_event_speed = 14.5f,
                               .contact_forces = true,
                               .measure_residual = true,
                               .measure_penetration = true,
@@ -167,6 +169,8 @@ const JointDef kJoint{.body_a = {5, 77},
                       .damping_ratio = 11.0f,
                       .break_force = 12.0f,
                       .break_torque = 13.0f,
+                      .event_force = 14.0f,
+                      .event_torque = 15.0f,
                       .user_data = 0x0011223344556677u};
 
 std::vector<Geometry> geometries() {

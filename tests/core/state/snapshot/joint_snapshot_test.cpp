@@ -41,6 +41,7 @@ struct Workshop {
                                            .enabled = next % 3 != 0,
                                            .hertz = next % 2 == 0 ? 0.0f : 3.0f,
                                            .break_force = next % 4 == 0 ? 5.0f : kNoLimit,
+                                           .event_torque = next % 3 == 1 ? 2.0f : kNoLimit,
                                            .user_data = next},
                                           joint));
       ++next;
@@ -170,6 +171,8 @@ const std::vector<Wrong>& wrongs() {
        [](auto&, auto& j, auto&, auto row) { j.flags[row] ^= kJointRich; }},
       {"breaks", "joints.flags, row 1: are not those of the joint",
        [](auto&, auto& j, auto&, auto row) { j.flags[row] ^= kJointBreaks; }},
+      {"reports", "joints.flags, row 1: are not those of the joint",
+       [](auto&, auto& j, auto&, auto row) { j.flags[row] ^= kJointReports; }},
       {"flags of the dead", "joints.flags, row 3: cannot be set",
        [](auto&, auto& j, auto&, auto) { j.flags[3] = kJointEnabled; }},
       {"type", "joints.type, row 1: is no type of joints",
@@ -219,6 +222,8 @@ const std::vector<Wrong>& wrongs() {
       {"stiffness", "hertz is -1", [](auto&, auto& j, auto&, auto row) { j.parameters[row].hertz = -1.0f; }},
       {"strength", "break_torque is 0",
        [](auto&, auto& j, auto&, auto row) { j.strength[row].torque = 0.0f; }},
+      {"threshold", "event_force is nan",
+       [](auto&, auto& j, auto&, auto row) { j.thresholds[row].force = kNan; }},
       {"circle", "stands in its list twice",
        [](auto&, auto& j, auto&, auto row) { j.next[row].b = static_cast<std::int32_t>(row); }},
       {"list out of range", "joints.next, row 1: is no joint of the body",

@@ -73,7 +73,7 @@ struct Bench {
   bool bare = false;  // neither bias nor warm start
   simd::BodySide fixed = simd::BodySide::none;
   simd::BodySide hub = simd::BodySide::none;  // that body is the same one in all joints
-  bool breaks = false;                        // largest reactions are kept
+  bool peaks = false;                         // largest reactions are kept
 
   Bench() {
     for (int row = 0; row < kFirstBody; ++row) add_row({}, {0, 0, 0}, {}, {0, 0, 0}, {0, 0, 0});
@@ -234,7 +234,7 @@ struct Bench {
     simd::BodyArgs body = body_args();
     simd::JointArgs joint = joint_args();
     const simd::ConstraintChunk chunk{
-        simd::joint_variant(type, rich), block_count, count, 0, 0, 0, hub, fixed, breaks};
+        simd::joint_variant(type, rich), block_count, count, 0, 0, 0, hub, fixed, peaks};
     kernels.body.prepare(body, 0, moved);
     joints.prepare(joint, chunk);
     for (int substep = 0; substep < substeps; ++substep) {

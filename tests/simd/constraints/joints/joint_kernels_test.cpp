@@ -91,12 +91,12 @@ TEST(JointKernels, EveryInstructionSetGivesTheBitsOfScalar) {
   }
 }
 
-// The largest reactions of a step's substeps, of joints that may break.
+// The largest reactions of a step's substeps.
 TEST(JointKernels, KeepTheLargestReactionsWhereTheyAreAskedFor) {
   for (const int variant : kBlockVariants) {
-    const auto run = [&](const simd::Kernels& kernels, bool breaks) {
+    const auto run = [&](const simd::Kernels& kernels, bool peaks) {
       JointWorld world = random_pairs(67, 1, 0.3f);
-      world.breaks = breaks;
+      world.peaks = peaks;
       for (int step = 0; step < 3; ++step) world.step(kernels, variant);
       return world;
     };
