@@ -33,7 +33,9 @@ inline constexpr std::uint8_t kNever = 15;     // no dynamic body
 // Of each chunk of pairs with meshes, or of each thread.
 using FoundManifolds = std::vector<Column<simd::MeshManifold>>;
 using TriangleContacts = std::vector<Column<simd::TriangleContact>>;
+using MeshDepths = std::vector<Column<MeshDepth>>;
 using ContactNumbers = std::vector<Column<std::int32_t>>;
+using MeshPoints = std::vector<Column<MeshPoint>>;
 
 struct PairOutcome {     // of one chunk of pairs
   std::int32_t active;   // contacts of an awake dynamic body, then where they go
@@ -53,8 +55,9 @@ struct PairOutcome {     // of one chunk of pairs
   TABLE(scratch, FoundManifolds, mesh_found, "narrow_phase") /* per chunk of mesh_pairs */                      \
   LIST (scratch, std::int32_t, mesh_fresh)      /* per chunk of mesh_pairs: new contacts, then where they go */ \
   TABLE(scratch, TriangleContacts, mesh_contacts, "narrow_phase") /* per worker: see MeshScratch */             \
-  TABLE(scratch, ContactNumbers, mesh_order, "narrow_phase")                                                    \
+  TABLE(scratch, MeshDepths, mesh_order, "narrow_phase")                                                        \
   TABLE(scratch, ContactNumbers, mesh_cluster, "narrow_phase")                                                  \
+  TABLE(scratch, MeshPoints, mesh_points, "narrow_phase")                                                       \
   VALUE(scratch, GroupBegins,  group_begin, {}) /* first pair of each group in `order` */
 // clang-format on
 SCREE_PART(NarrowPhase, SCREE_NARROW_PHASE_MEMBERS)
