@@ -185,7 +185,8 @@ void fill_up(TriangleBatch& batch) {
   }
 }
 
-// What a visit of the leaf reads: meshes are larger than the caches, and pairs jump about in them.
+// What a visit of the leaf reads: meshes are larger than the caches, and pairs jump about in them. Fetching
+// the leaves of the next pair, too, gained nothing.
 void fetch_leaf(const MeshData& mesh, std::int32_t leaf) {
   const auto fetch = [&](const auto* rows) {
     const char* const begin = reinterpret_cast<const char*>(rows + std::ptrdiff_t{leaf} * kTreeBlock);
