@@ -1,9 +1,10 @@
 // The narrow phase of pairs with a mesh: a pair may have several contacts, one for each direction in which
 // the mesh pushes. They are linked by ContactRows::next, from PairRows::contact on.
 //
-// Each pair is collided anew in every step, merged to few manifolds (mesh_manifolds.cpp), and these are
-// matched with its contacts by their normals: those that match go on in their rows, the others end. New ones
-// take free rows in the order of the pairs. All passes run over fixed chunks of pairs.
+// While the shape has hardly moved since all of these were made, they are recycled (collide_recycle.cpp).
+// Else the pair is collided anew, merged to few manifolds (mesh_manifolds.cpp), and these are matched with
+// its contacts by their normals: those that match go on in their rows, the others end. New ones take free
+// rows in the order of the pairs. All passes run over fixed chunks of pairs.
 #include <core/world/edit.h>
 #include <core/world/math.h>
 #include <parallel/narrow_phase/mesh_manifolds.h>
@@ -11,6 +12,8 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
+#include <utility>
 
 namespace scree {
 
@@ -19,7 +22,6 @@ namespace {
 using simd::CollideItem;
 using simd::MeshManifold;
 
-constexpr int kMeshPairChunk = 16;  // some microseconds each
 // Cosine of the turn of a normal within a step by which it is still that of the same contact.
 constexpr float kSameContact = 0.9f;
 // The least distance of two points, as a share of the smaller shape.
@@ -31,7 +33,7 @@ struct PairRange {
 };
 PairRange pairs_of(const NarrowPhase& phase, int chunk) {
   const int count = static_cast<int>(phase.mesh_pairs.size());
-  return {chunk * kMeshPairChunk, std::min((chunk + 1) * kMeshPairChunk, count)};
+  return {chunk * simd::kMeshChunk, std::min((chunk + 1) * simd::kMeshChunk, count)};
 }
 
 simd::MeshFirstType first_type_of(const WorldData& data, const CollideItem& item) {
@@ -43,21 +45,29 @@ float spread_of(const ExtentRow& extent) {
   return std::min(kSpreadShare * size, kMostSpread);
 }
 
-// Finds the pair's manifolds, and appends them to `found`.
-void find_manifolds(const WorldData& data, const simd::CollideColumns& columns,
-                    const simd::CollideKernels& kernels, const CollideItem& item, const MeshScratch& scratch,
-                    Column<MeshManifold>& found) {
-  Column<simd::TriangleContact>& contacts = scratch.contacts;
-  const simd::MeshFirstType type = first_type_of(data, item);
-  simd::MeshState state;
-  do {
-    contacts.resize_for_overwrite(std::max<std::size_t>(simd::kLeastMeshCapacity, 2 * contacts.size()));
-  } while (!kernels.collide_mesh({columns, item, type, contacts.data(), static_cast<int>(contacts.size())},
-                                 state));
-  contacts.resize_for_overwrite(static_cast<std::size_t>(state.count));
-  if (contacts.empty()) return;
-  const MeshData& mesh = *data.meshes.data[data.shapes.mesh[item.shape_2]];
-  merge_contacts(mesh, type, item.pair, spread_of(data.shapes.extent[item.shape_1]), scratch, found);
+// Pairs of one chunk, as kernels take them.
+struct MeshPairs {
+  int count = 0;
+
+  void add(const CollideItem& item, simd::MeshFirstType type) {
+    const auto k = static_cast<std::size_t>(count++);
+    items[k] = item;
+    types[k] = type;
+  }
+
+  std::array<CollideItem, simd::kMeshChunk> items;
+  std::array<simd::MeshFirstType, simd::kMeshChunk> types;
+  std::array<int, simd::kMeshChunk> ends;  // of their contacts with triangles
+};
+
+void find_contacts(const simd::CollideColumns& columns, const simd::CollideKernels& kernels, MeshPairs& pairs,
+                   Column<simd::TriangleContact>& contacts) {
+  constexpr std::size_t kAtFirst = std::size_t{8} * simd::kLeastMeshCapacity;
+  if (contacts.empty()) contacts.resize_for_overwrite(kAtFirst);
+  while (!kernels.collide_meshes({columns, pairs.items.data(), pairs.types.data(), pairs.count,
+                                  contacts.data(), static_cast<int>(contacts.size()), pairs.ends.data()})) {
+    contacts.resize_for_overwrite(2 * contacts.size());
+  }
 }
 
 // Gives the manifolds from `first` on the rows of the pair's contacts whose normals they continue, each to
@@ -85,15 +95,69 @@ void match_contacts(const WorldData& data, ContactRows& now, std::int32_t contac
   }
 }
 
+// Lists the contacts of a pair behind the first `count` items. Returns the number of items then, or `count`
+// if the pair has no contacts, too many of them, or such as are never recycled.
+int list_contacts_of(const ContactRows& now, const CollideItem& item, simd::MeshFirstType type, int count,
+                     std::array<CollideItem, simd::kCollideChunk>& items) {
+  if (type == simd::kMeshSphere) return count;
+  int end = count;
+  for (std::int32_t contact = item.row; contact >= 0; contact = next_contact(now, contact)) {
+    if (end == simd::kCollideChunk) return count;
+    items[static_cast<std::size_t>(end)] = item;
+    items[static_cast<std::size_t>(end++)].row = contact;
+  }
+  return end;
+}
+
+// Recycles the contacts of pairs whose shapes have hardly moved since; the other pairs go to `left`.
+void recycle_pairs(WorldData& data, const simd::CollideColumns& columns, const simd::CollideKernels& kernels,
+                   const MeshPairs& pairs, MeshPairs& left) {
+  std::array<CollideItem, simd::kCollideChunk> items;
+  std::array<simd::FollowedManifold, simd::kCollideChunk> followed;
+  std::array<int, simd::kMeshChunk> ends{};
+  int count = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(pairs.count); ++k) {
+    if (!data.contacts.manifolds_stale) {
+      count = list_contacts_of(data.contacts.now, pairs.items[k], pairs.types[k], count, items);
+    }
+    ends[k] = count;
+  }
+  if (count > 0) kernels.follow_mesh_manifolds(columns, items.data(), count, followed.data());
+  int begin = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(pairs.count); ++k) {
+    const auto first = followed.begin() + std::exchange(begin, ends[k]), end = followed.begin() + ends[k];
+    const bool stays = first != end && std::all_of(first, end, [](const auto& f) { return f.keeps != 0; });
+    if (!stays) left.add(pairs.items[k], pairs.types[k]);
+    for (auto f = first; stays && f != end; ++f) {
+      const std::int32_t row = items[static_cast<std::size_t>(f - followed.begin())].row;
+      std::copy(std::begin(f->separation), std::end(f->separation), columns.manifold[row].separation);
+    }
+  }
+}
+
 void find_in_chunk(WorldData& data, NarrowPhase& phase, const simd::CollideColumns& columns,
                    const simd::CollideKernels& kernels, int chunk, const MeshScratch& scratch) {
   Column<MeshManifold>& found = phase.mesh_found[static_cast<std::size_t>(chunk)];
   found.clear();
   const PairRange range = pairs_of(phase, chunk);
+  MeshPairs all, pairs;
   for (int i = range.begin; i < range.end; ++i) {
     const CollideItem item = make_item(data, phase.mesh_pairs[i]);
+    all.add(item, first_type_of(data, item));
+  }
+  recycle_pairs(data, columns, kernels, all, pairs);
+  find_contacts(columns, kernels, pairs, scratch.contacts);
+  int begin = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(pairs.count); ++k) {
+    const CollideItem& item = pairs.items[k];
     const std::size_t first = found.size();
-    find_manifolds(data, columns, kernels, item, scratch, found);
+    const auto count = static_cast<std::size_t>(pairs.ends[k] - std::exchange(begin, pairs.ends[k]));
+    if (count > 0) {
+      const MeshData& mesh = *data.meshes.data[data.shapes.mesh[item.shape_2]];
+      const std::span<const simd::TriangleContact> own(scratch.contacts.data() + begin - count, count);
+      merge_contacts(mesh, own, pairs.types[k], item.pair, spread_of(data.shapes.extent[item.shape_1]),
+                     scratch, found);
+    }
     match_contacts(data, data.contacts.now, data.contacts.pairs.contact[item.pair], item, first, found);
   }
   phase.mesh_fresh[chunk] = static_cast<std::int32_t>(
@@ -171,7 +235,7 @@ void collide_meshes(WorldData& data, NarrowPhase& phase, Crew& crew) {
   list_where(crew, contacts.pairs.pair.size(), phase.places, phase.mesh_pairs,
              [&](std::int32_t i) { return phase.kind[i] == kMeshPair; });
   if (phase.mesh_pairs.empty()) return;
-  const int chunks = (static_cast<int>(phase.mesh_pairs.size()) + kMeshPairChunk - 1) / kMeshPairChunk;
+  const int chunks = (static_cast<int>(phase.mesh_pairs.size()) + simd::kMeshChunk - 1) / simd::kMeshChunk;
   if (phase.mesh_found.size() < static_cast<std::size_t>(chunks)) {
     phase.mesh_found.resize(static_cast<std::size_t>(chunks));
   }
@@ -179,12 +243,14 @@ void collide_meshes(WorldData& data, NarrowPhase& phase, Crew& crew) {
   phase.mesh_contacts.resize(threads);
   phase.mesh_order.resize(threads);
   phase.mesh_cluster.resize(threads);
+  phase.mesh_points.resize(threads);
   phase.mesh_fresh.resize_discarding(chunks);
   const simd::CollideKernels& kernels = crew.kernels().collide;
   const simd::CollideColumns before = collide_columns(data);
   crew.run(chunks, [&](int chunk, int worker) {
     const auto own = static_cast<std::size_t>(worker);
-    const MeshScratch scratch{phase.mesh_contacts[own], phase.mesh_order[own], phase.mesh_cluster[own]};
+    const MeshScratch scratch{phase.mesh_contacts[own], phase.mesh_order[own], phase.mesh_cluster[own],
+                              phase.mesh_points[own]};
     find_in_chunk(data, phase, before, kernels, chunk, scratch);
   });
   std::int32_t fresh = 0;

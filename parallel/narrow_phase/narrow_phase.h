@@ -35,7 +35,9 @@ enum RuleVerdict : std::uint8_t { kSameRules, kOtherRules, kUnsoundRules };
 // Of each chunk of pairs with meshes, or of each thread.
 using FoundManifolds = std::vector<Column<simd::MeshManifold>>;
 using TriangleContacts = std::vector<Column<simd::TriangleContact>>;
+using MeshDepths = std::vector<Column<MeshDepth>>;
 using ContactNumbers = std::vector<Column<std::int32_t>>;
+using MeshPoints = std::vector<Column<MeshPoint>>;
 
 struct PairOutcome {     // of one chunk of pairs
   std::int32_t active;   // contacts of an awake dynamic body, then where they go
@@ -55,8 +57,9 @@ struct PairOutcome {     // of one chunk of pairs
   TABLE(scratch, FoundManifolds, mesh_found, "narrow_phase") /* per chunk of mesh_pairs */                      \
   LIST (scratch, std::int32_t, mesh_fresh)      /* per chunk of mesh_pairs: new contacts, then where they go */ \
   TABLE(scratch, TriangleContacts, mesh_contacts, "narrow_phase") /* per worker: see MeshScratch */             \
-  TABLE(scratch, ContactNumbers, mesh_order, "narrow_phase")                                                    \
+  TABLE(scratch, MeshDepths, mesh_order, "narrow_phase")                                                        \
   TABLE(scratch, ContactNumbers, mesh_cluster, "narrow_phase")                                                  \
+  TABLE(scratch, MeshPoints, mesh_points, "narrow_phase")                                                       \
   LIST (scratch, std::int32_t, asked)           /* pairs that a hook is asked about, ascending */                \
   LIST (scratch, std::int32_t, asked_contacts)  /* their contacts that touch, in the order of the pairs */       \
   LIST (scratch, HookedPair,   asked_pairs)     /* as hooks get them: of pairs, then of contacts */              \

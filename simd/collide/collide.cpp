@@ -21,7 +21,9 @@ void collide_hull_half_space(const CollideColumns& columns, const CollideItem* i
 int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 int recycle_hulls(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 int recycle_capsules(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
-bool collide_mesh(const MeshTask& task, MeshState& state);
+void follow_mesh_manifolds(const CollideColumns& columns, const CollideItem* items, int count,
+                           FollowedManifold* followed);
+bool collide_meshes(const MeshTask& task);
 void store_mesh_manifolds(const CollideColumns& columns, const CollideItem* items, const MeshManifold* found,
                           int count, std::int32_t first_type);
 
@@ -44,7 +46,8 @@ CollideKernels make_collide_kernels() {
   kernels.recycle_boxes = recycle_boxes;
   kernels.recycle_hulls = recycle_hulls;
   kernels.recycle_capsules = recycle_capsules;
-  kernels.collide_mesh = collide_mesh;
+  kernels.follow_mesh_manifolds = follow_mesh_manifolds;
+  kernels.collide_meshes = collide_meshes;
   kernels.store_mesh_manifolds = store_mesh_manifolds;
   return kernels;
 }

@@ -86,27 +86,25 @@ struct TriangleContact {
   std::int32_t triangle;
   float point[kMaxManifoldPoints][3];  // halfway between the surfaces
   float separation[kMaxManifoldPoints];
-  std::uint32_t id[kMaxManifoldPoints];  // 0: absent; absent ones come last, but of capsules
+  std::uint32_t id[kMaxManifoldPoints];  // 0: absent; absent ones come last
 };
 
 // TriangleContact::id of what is no corner of a box or hull begins here.
 inline constexpr std::uint32_t kFirstMixedName = 0x40000000u;
 
-// collide_mesh: one pair. Contacts come in the order of the triangles.
+// collide_meshes: up to kMeshChunk pairs, one after the other. The contacts of a pair come in the order of
+// the triangles.
+inline constexpr int kMeshChunk = 16;  // some microseconds each
 struct MeshTask {
   const CollideColumns& columns;
-  CollideItem item;
-  std::int32_t first_type;  // MeshFirstType
+  const CollideItem* items;
+  const MeshFirstType* first_types;  // of each item
+  int count;
   TriangleContact* contacts;
   int capacity;  // at least kLeastMeshCapacity
+  int* ends;     // out: where the contacts of each item end
 };
 inline constexpr int kLeastMeshCapacity = 64;
-
-// Progress of collide_mesh. It stops, and returns false, where another leaf's contacts may not fit.
-struct MeshState {
-  std::int32_t next_leaf = 0;
-  int count = 0;  // in, out: contacts written
-};
 
 // A manifold of a pair with a mesh, as merged from contacts with triangles.
 struct MeshManifold {
@@ -115,6 +113,12 @@ struct MeshManifold {
   std::int32_t row;       // of contacts; -1: not yet known
   std::int32_t material;  // MeshData::material of its triangles
   std::int32_t is_known;  // 1: the row holds the last step's manifold
+};
+
+// Where a manifold with a mesh has gone since it was made.
+struct FollowedManifold {
+  float separation[kMaxManifoldPoints];
+  std::int32_t keeps;  // 1: the shape has hardly moved, so that it may be recycled
 };
 
 struct CollideKernels {
@@ -129,7 +133,12 @@ struct CollideKernels {
   Recycle recycle_boxes;
   Recycle recycle_hulls;     // and boxes against hulls
   Recycle recycle_capsules;  // against all but spheres
-  bool (*collide_mesh)(const MeshTask& task, MeshState& state);
+  // Follows manifolds of up to kCollideChunk contacts of capsules, boxes and hulls with meshes. Writes no
+  // row: a pair has several contacts, of which either all are recycled or none.
+  void (*follow_mesh_manifolds)(const CollideColumns& columns, const CollideItem* items, int count,
+                                FollowedManifold* followed);
+  // False: there may be more contacts than the capacity, and what was written is void.
+  bool (*collide_meshes)(const MeshTask& task);
   // Writes up to kCollideChunk manifolds into their rows. items[i] is that of found[i], with its row; all
   // first shapes are of one type.
   void (*store_mesh_manifolds)(const CollideColumns& columns, const CollideItem* items,

@@ -1,10 +1,11 @@
 // Convex shapes against triangle meshes: finds the triangles near the shape, and has them tested in lanes.
 //
 // The mesh's tree is walked with the box around the shape, 16 children at once. Of the triangles of a leaf,
-// again 16 at once, those are left out whose boxes or planes are out of reach, and those that the shape's
-// origin lies behind. The others fill the lanes. Contacts come in the order of the triangles, whatever the
-// number of lanes. Merging them to few manifolds is done by parallel/narrow_phase/mesh_manifolds.cpp;
-// store_mesh_manifolds then writes these into the rows of contacts.
+// again 16 at once, those are left out that the shape's own box does not reach along the axes of both frames
+// and the triangle's normal, and those that the shape's origin lies behind. The others fill the lanes.
+// Contacts come in the order of the triangles, whatever the number of lanes. Merging them to few manifolds is
+// done by parallel/narrow_phase/mesh_manifolds.cpp; store_mesh_manifolds then writes these into the rows of
+// contacts.
 #include <simd/collide/collide_mesh.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -14,27 +15,38 @@ namespace {
 // Of boxes: they are made with a few roundings.
 constexpr float kBoxSlack = 1e-6f;
 
-int touch(std::int32_t type, const MeshPair& pair, const TriangleBatch& batch, TriangleContact* out) {
+int touch(MeshFirstType type, const MeshPair& pair, const TriangleBatch& batch, MeshClips& clips,
+          TriangleContact* out) {
   switch (type) {
     case kMeshSphere:
       return touch_sphere(pair, batch, out);
     case kMeshCapsule:
       return touch_capsule(pair, batch, out);
     default:
-      return touch_polytope(pair, batch, out);
+      return touch_polytope(pair, batch, clips, out);
   }
 }
 
-// Of `type` MeshFirstType. A box's hull is `box`, made here.
-void make_pair(const CollideColumns& columns, const CollideItem& item, std::int32_t type, BoxHull& box,
-               MeshPair& pair) {
-  alignas(64) std::int32_t which[kLanes]{}, slot[kLanes];
-  for (int lane = 0; lane < kLanes; ++lane) slot[lane] = lane == 0 ? 0 : 1;
-  Block block;
-  load_block(&item, which, 1, block);
-  HullPair frames[2];
-  store_frames(load_pair(columns, block), frames, slot);
-  pair.hulls = frames[0];
+// Frames and reaches of the items; the last pair is for unused lanes.
+void load_frames(const CollideColumns& columns, const CollideItem* items, int count,
+                 HullPair (&pairs)[kMeshChunk + 1]) {
+  for (int begin = 0; begin < count; begin += kLanes) {
+    const int lanes = count - begin < kLanes ? count - begin : kLanes;
+    alignas(64) std::int32_t which[kLanes], slot[kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) {
+      which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+      slot[lane] = lane < lanes ? which[lane] : kMeshChunk;
+    }
+    Block block;
+    load_block(items, which, lanes, block);
+    store_frames(load_pair(columns, block), pairs, slot);
+  }
+}
+
+// A box's hull is `box`, made here.
+void make_pair(const CollideColumns& columns, const CollideItem& item, MeshFirstType type,
+               const HullPair& frames, BoxHull& box, MeshPair& pair) {
+  pair.hulls = frames;
   pair.mesh = columns.meshes[columns.shape_mesh[item.shape_2]];
   const ExtentRow& extent = columns.shape_extent[item.shape_1];
   for (int axis = 0; axis < 3; ++axis) pair.extent[axis] = extent.half[axis];
@@ -60,16 +72,24 @@ void make_pair(const CollideColumns& columns, const CollideItem& item, std::int3
       pair.outer_radius = pair.hulls.hull[0]->outer_radius;
       break;
   }
+  pair.half[0] = half.x;
+  pair.half[1] = half.y;
+  pair.half[2] = half.z;
+  pair.round_reach = 0.0f;
+  pair.is_ball = type == kMeshSphere;
   const bool is_round = type == kMeshSphere || type == kMeshCapsule;
   const HullFrame& frame = pair.hulls.frame[1];
   for (int axis = 0; axis < 3; ++axis) {
     const HullFrame::Row& row = frame.row[axis];
     float reach = size(row.axis.x) * half.x + size(row.axis.y) * half.y + size(row.axis.z) * half.z;
     if (is_round) reach += extent.radius;
-    reach += pair.hulls.reach + kBoxSlack * (reach + size(row.center));
+    const float slack = kBoxSlack * (reach + size(row.center));
+    reach += pair.hulls.reach + slack;
     pair.lower[axis] = row.center - reach;
     pair.upper[axis] = row.center + reach;
+    pair.round_reach = larger(slack, pair.round_reach);
   }
+  pair.round_reach += pair.hulls.reach + (is_round ? extent.radius : 0.0f);
 }
 
 // Lanes: children of a block, from `first` on.
@@ -89,38 +109,53 @@ std::uint32_t children_met(const MeshPair& pair, const NodeBlock& node) {
   return met;
 }
 
-// The triangles of a leaf, in columns.
-struct Leaf {
-  alignas(64) float corner[3][3][kTreeBlock];
-};
-void load_leaf(const MeshData& mesh, std::int32_t leaf, Leaf& to) {
-  const MeshCorners* const corners = mesh.corners + std::ptrdiff_t{leaf} * kTreeBlock;
-  for (int lane = 0; lane < kTreeBlock; ++lane) {
-    for (int k = 0; k < 3; ++k) {
-      const float* vertex = mesh.vertex + std::ptrdiff_t{3} * corners[lane].vertex[k];
-      for (int axis = 0; axis < 3; ++axis) to.corner[k][axis][lane] = vertex[axis];
-    }
+// Lanes: triangles of the leaf, from `first` on.
+void load_corners(const MeshData& mesh, std::int32_t leaf, int first, V3 (&corner)[3]) {
+  const MeshCorners* const corners = mesh.corners + (std::ptrdiff_t{leaf} * kTreeBlock + first);
+  for (int k = 0; k < 3; ++k) {
+    load_triples(mesh.vertex, corners->vertex + k, 3, corner[k].x, corner[k].y, corner[k].z);
   }
 }
 
-// Lanes: triangles of the leaf, from `first` on, whose boxes and planes are within reach, and that face the
-// shape's origin.
-std::uint32_t triangles_met(const MeshPair& pair, const Leaf& leaf, int first) {
-  V3 corner[3];
-  for (int k = 0; k < 3; ++k) {
-    corner[k] = {load(&leaf.corner[k][0][first]), load(&leaf.corner[k][1][first]),
-                 load(&leaf.corner[k][2][first])};
+// The corners of a leaf's triangles.
+struct Leaf {
+  alignas(64) float corner[3][3][kTreeBlock];
+
+  void put(const V3 (&corners)[3], int first) {
+    for (int k = 0; k < 3; ++k) {
+      store(&corner[k][0][first], corners[k].x);
+      store(&corner[k][1][first], corners[k].y);
+      store(&corner[k][2][first], corners[k].z);
+    }
   }
-  const auto meets = [&](F a, F b, F c, int axis) {
-    return (F(pair.lower[axis]) <= max(a, max(b, c))) & (min(a, min(b, c)) <= F(pair.upper[axis]));
+};
+
+// Triangles that the shape's box may reach, along the axes of both frames and the triangles' normals, and
+// that face the shape's origin.
+std::uint32_t triangles_met(const MeshPair& pair, const V3 (&corner)[3]) {
+  const auto meets = [&](F a, F b, F c, F lower, F upper) {
+    return (lower <= max(a, max(b, c))) & (min(a, min(b, c)) <= upper);
   };
-  const M met = meets(corner[0].x, corner[1].x, corner[2].x, 0) &
-                meets(corner[0].y, corner[1].y, corner[2].y, 1) &
-                meets(corner[0].z, corner[1].z, corner[2].z, 2);
+  M met = meets(corner[0].x, corner[1].x, corner[2].x, F(pair.lower[0]), F(pair.upper[0])) &
+          meets(corner[0].y, corner[1].y, corner[2].y, F(pair.lower[1]), F(pair.upper[1])) &
+          meets(corner[0].z, corner[1].z, corner[2].z, F(pair.lower[2]), F(pair.upper[2]));
+  if (!any(met)) return 0;
   const V3 across = cross(corner[1] - corner[0], corner[2] - corner[0]);
   const F height = dot(across, wide(pair.hulls.frame[1].center()) - corner[0]);
-  const F limit = F(pair.outer_radius + pair.hulls.reach) * length(across);
-  return bits(met & (height >= F(0.0f)) & (height <= limit));
+  const F size = length(across), ball = F(pair.outer_radius + pair.hulls.reach) * size;
+  F limit = F(pair.round_reach) * size;
+  met = met & (height >= F(0.0f));
+  if (pair.is_ball) return bits(met & (height <= ball));  // no other axes tell more
+  for (int axis = 0; axis < 3; ++axis) {
+    // Column `axis` of the shape's turn: its axis in the mesh's frame.
+    const HullFrame::Row& row = pair.hulls.frame[0].row[axis];
+    const V3 way = wide(row.axis);
+    const F half(pair.half[axis]), reach = half + F(pair.round_reach), center(row.center);
+    limit = limit + half * abs(dot(across, way));
+    met = met & meets(dot(way, corner[0]) + center, dot(way, corner[1]) + center,
+                      dot(way, corner[2]) + center, -reach, reach);
+  }
+  return bits(met & (height <= min(limit, ball)));
 }
 
 void put_triangle(const MeshData& mesh, const Leaf& leaf, int lane, std::int32_t triangle,
@@ -150,18 +185,31 @@ void fill_up(TriangleBatch& batch) {
   }
 }
 
-// A walk through the tree that may be stopped behind a leaf, and goes on there later.
+// What a visit of the leaf reads: meshes are larger than the caches, and pairs jump about in them. Fetching
+// the leaves of the next pair, too, gained nothing.
+void fetch_leaf(const MeshData& mesh, std::int32_t leaf) {
+  const auto fetch = [&](const auto* rows) {
+    const char* const begin = reinterpret_cast<const char*>(rows + std::ptrdiff_t{leaf} * kTreeBlock);
+    for (std::size_t at = 0; at < sizeof(*rows) * kTreeBlock; at += 64) __builtin_prefetch(begin + at);
+  };
+  fetch(mesh.corners);
+  fetch(mesh.turns);
+}
+
+// A walk through the tree with one shape.
 class Walk {
  public:
-  Walk(const MeshPair& pair, std::int32_t type, const MeshTask& task, MeshState& state)
-      : pair_(pair), type_(type), task_(task), state_(state) {}
+  Walk(const MeshPair& pair, MeshFirstType type, const MeshTask& task, MeshClips& clips, int& count)
+      : pair_(pair), type_(type), task_(task), clips_(clips), count_(count) {}
 
   // False: stopped for lack of room.
   bool visit(int level, std::int32_t block) {
-    const int shift = 4 * level;  // a child spans 16^level leaves
-    for (std::uint32_t met = children_met(pair_, pair_.mesh->nodes[level][block]); met != 0; met &= met - 1) {
+    const std::uint32_t all = children_met(pair_, pair_.mesh->nodes[level][block]);
+    for (std::uint32_t met = level == 0 ? all : 0; met != 0; met &= met - 1) {
+      fetch_leaf(*pair_.mesh, block * kTreeBlock + __builtin_ctz(met));
+    }
+    for (std::uint32_t met = all; met != 0; met &= met - 1) {
       const std::int32_t child = block * kTreeBlock + __builtin_ctz(met);
-      if (((child + std::int64_t{1}) << shift) <= state_.next_leaf) continue;
       if (level > 0 ? !visit(level - 1, child) : !visit_leaf(child)) return false;
     }
     return true;
@@ -169,24 +217,24 @@ class Walk {
   void flush() {
     if (batch_.count == 0) return;
     fill_up(batch_);
-    state_.count += touch(type_, pair_, batch_, task_.contacts + state_.count);
+    count_ += touch(type_, pair_, batch_, clips_, task_.contacts + count_);
     batch_.count = 0;
   }
 
  private:
   bool visit_leaf(std::int32_t leaf) {
-    // Room for what waits and for all of the leaf.
-    if (state_.count + kLanes + kTreeBlock > task_.capacity) {
-      flush();
-      if (state_.count + kLanes + kTreeBlock > task_.capacity) return false;
-    }
+    if (count_ + kLanes + kTreeBlock > task_.capacity) return false;  // for what waits and all of the leaf
     Leaf columns;
-    load_leaf(*pair_.mesh, leaf, columns);
     const std::int32_t begin = leaf * kTreeBlock;
     const std::int32_t left = pair_.mesh->triangle_count - begin;
     std::uint32_t met = 0;
     for (int first = 0; first < kTreeBlock; first += kLanes) {
-      met |= triangles_met(pair_, columns, first) << first;
+      V3 corner[3];
+      load_corners(*pair_.mesh, leaf, first, corner);
+      const std::uint32_t here = triangles_met(pair_, corner);
+      if (here == 0) continue;
+      columns.put(corner, first);
+      met |= here << first;
     }
     if (left < kTreeBlock) met &= (1u << left) - 1u;
     for (; met != 0; met &= met - 1) {
@@ -194,16 +242,29 @@ class Walk {
       put_triangle(*pair_.mesh, columns, lane, begin + lane, batch_);
       if (batch_.count == kLanes) flush();
     }
-    state_.next_leaf = leaf + 1;
     return true;
   }
 
   const MeshPair& pair_;
-  std::int32_t type_;
+  MeshFirstType type_;
   const MeshTask& task_;
-  MeshState& state_;
+  MeshClips& clips_;
+  int& count_;
   TriangleBatch batch_;
 };
+
+// Takes out contacts of which no point was left.
+void close_gaps(const MeshTask& task) {
+  int count = 0, from = 0;
+  for (int item = 0; item < task.count; ++item) {
+    for (; from < task.ends[item]; ++from) {
+      if (task.contacts[from].triangle < 0) continue;
+      if (count < from) task.contacts[count] = task.contacts[from];
+      ++count;
+    }
+    task.ends[item] = count;
+  }
+}
 
 }  // namespace
 
@@ -256,25 +317,37 @@ int put_touches(const TriangleBatch& batch, const WideTouch& touch, TriangleCont
     contact = {};
     contact.triangle = batch.triangle[lane];
     for (int axis = 0; axis < 3; ++axis) contact.normal[axis] = normal[axis][lane];
-    for (int k = 0; k < kMaxManifoldPoints; ++k) {
-      contact.separation[k] = kAbsentSeparation;
-      if (k >= 2 || id[k][lane] == 0) continue;
-      for (int axis = 0; axis < 3; ++axis) contact.point[k][axis] = point[k][axis][lane];
-      contact.separation[k] = separation[k][lane];
-      contact.id[k] = static_cast<std::uint32_t>(id[k][lane]);
+    for (float& each : contact.separation) each = kAbsentSeparation;
+    int points = 0;
+    for (int k = 0; k < 2; ++k) {
+      if (id[k][lane] == 0) continue;
+      for (int axis = 0; axis < 3; ++axis) contact.point[points][axis] = point[k][axis][lane];
+      contact.separation[points] = separation[k][lane];
+      contact.id[points++] = static_cast<std::uint32_t>(id[k][lane]);
     }
   }
   return count;
 }
 
-bool collide_mesh(const MeshTask& task, MeshState& state) {
+bool collide_meshes(const MeshTask& task) {
+  HullPair frames[kMeshChunk + 1];
+  load_frames(task.columns, task.items, task.count, frames);
   BoxHull box;
-  MeshPair pair;
-  make_pair(task.columns, task.item, task.first_type, box, pair);
-  Walk walk(pair, task.first_type, task, state);
-  const bool finished = walk.visit(pair.mesh->levels - 1, 0);
-  walk.flush();
-  return finished;
+  MeshClips clips;
+  int count = 0;
+  for (int item = 0; item < task.count; ++item) {
+    const MeshFirstType type = task.first_types[item];
+    MeshPair pair;
+    make_pair(task.columns, task.items[item], type, frames[item], box, pair);
+    if (pair.hulls.hull[0] != nullptr) clips.set_pair(pair);
+    Walk walk(pair, type, task, clips, count);
+    if (!walk.visit(pair.mesh->levels - 1, 0)) return false;
+    walk.flush();
+    task.ends[item] = count;
+  }
+  clips.flush();
+  close_gaps(task);
+  return true;
 }
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -24,7 +24,10 @@ struct MeshPair {
   const MeshData* mesh;
   float extent[3];  // of the shape, ExtentRow::half
   float radius;
-  float outer_radius;        // m, of a ball about the shape's origin around it
+  float outer_radius;  // m, of a ball about the shape's origin around it
+  float half[3];       // m, of the box around the shape without its radius, in the shape's frame
+  bool is_ball;
+  float round_reach;         // m, from that box on, with the rounding of the tests
   float lower[3], upper[3];  // m, around all points within reach of the shape, in the mesh's frame
 };
 
@@ -86,11 +89,70 @@ inline M supports(const WideTriangles& t, V3 d, const WideEdgeSet& edges) {
   return supported;
 }
 
+// What decides a box or hull against a triangle: along whose direction they overlap least.
+enum Decider : std::int32_t { kTriangleDecides, kFaceDecides, kEdgesDecide };
+// One triangle that a box or hull touches, in the shape's frame.
+struct TriangleDecision {
+  Vec corner[3];
+  Vec normal;
+  Vec axis;  // from the mesh to the shape
+  float separation;
+  float largest;  // gap along any axis, whether the mesh supports it or not
+  std::int32_t decider;
+  std::int32_t feature;  // the hull's face, or its edge << 2 | the triangle's edge
+  std::int32_t support;  // the hull's vertex that is deepest behind the triangle
+  std::int32_t triangle;
+};
+
+// A triangle as a hull of two faces, the front first, in the shape's frame. As far as clipping reads it:
+// there is no padding of the columns.
+struct TriangleHull {
+  HullData hull;
+  float vertex[3][3], normal[3][2], offset[2];
+  HullEdge edge[3];
+
+  TriangleHull();
+  void set(const Vec (&corner)[3], Vec front);
+};
+
+// Clips the faces of boxes and hulls against triangles, whose points are the contacts'. Faces of few corners
+// wait until they fill the lanes, whatever pairs they are of.
+class MeshClips {
+ public:
+  MeshClips();
+  void set_pair(const MeshPair& pair);  // in whose frame decisions are, from now on
+  void touch(const TriangleDecision& decision, TriangleContact& to);
+  void flush();
+
+ private:
+  // What the points of a pair of faces need to become those of a contact.
+  struct Waiting {
+    TriangleContact* to;
+    Vec axis;
+    float largest, reach;
+    float at_corner;  // m, how close to a corner of the hull points have its name
+    int hull_side;    // of the queue's faces
+    int corners;
+    std::uint8_t corner[kSmallFace];
+  };
+
+  void touch_edges(const TriangleDecision& decision, Decision& own, TriangleContact& to);
+  void clip(const TriangleDecision& decision, const Decision& own, const FacePair& faces,
+            TriangleContact& to);
+
+  HullPair pair_;
+  float at_corner_;
+  TriangleHull triangle_;
+  FaceQueue queue_;
+  Waiting waiting_[kLanes];
+};
+
 // Contacts of the shape with the batch's triangles, appended to `out` in the order of the lanes. Returns how
-// many there are; a triangle has one at most.
+// many there are; a triangle has one at most. Those of polytopes are written when `clips` is flushed at the
+// latest; where no point is left the contact's triangle is -1.
 int touch_sphere(const MeshPair& pair, const TriangleBatch& batch, TriangleContact* out);
 int touch_capsule(const MeshPair& pair, const TriangleBatch& batch, TriangleContact* out);
-int touch_polytope(const MeshPair& pair, const TriangleBatch& batch, TriangleContact* out);
+int touch_polytope(const MeshPair& pair, const TriangleBatch& batch, MeshClips& clips, TriangleContact* out);
 
 // Writes lane after lane of what touches.
 struct WideTouch {

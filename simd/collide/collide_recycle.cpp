@@ -1,8 +1,9 @@
-// Recycles manifolds: while two boxes, hulls or capsules have hardly moved relative to each other, their
-// manifold stays, and only its separations follow the bodies. This lets a tall stack stand. Points computed
-// from slightly different poses jump between corners and cause jitter. A wedged capsule would jump from one
-// of its ends to the other, or from one point to two, and tremble at 0.1 m/s for ever. (Box3D's contact
-// recycling, v0.1, after the persistent manifolds of PhysX; it also saves most of the narrow phase at rest.)
+// Recycles manifolds: while two boxes, hulls or capsules, or one of these and a mesh, have hardly moved
+// relative to each other, their manifold stays, and only its separations follow the bodies. This lets a tall
+// stack stand. Points computed from slightly different poses jump between corners and cause jitter. A wedged
+// capsule would jump from one of its ends to the other, or from one point to two, and tremble at 0.1 m/s for
+// ever. (Box3D's contact recycling, v0.1, after the persistent manifolds of PhysX; it also saves most of the
+// narrow phase at rest.)
 #include "collide_contact.h"
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -19,6 +20,9 @@ constexpr float kPressWeight = 0.5f;
 // If a manifold has room for more points, an absent point was farther than the speculative distance: the
 // boxes may not move farther than that.
 constexpr float kRecycleDistancePartial = kSpeculativeDistance;
+// On a mesh, triangles that were farther than the speculative distance may come close, too, and half of that
+// leaves the other half to a step.
+constexpr float kRecycleDistanceMesh = 0.5f * kSpeculativeDistance;
 // The normal stays fixed in the world, so neither body may turn by more than 2 degrees: the squared cosine of
 // half of that.
 constexpr float kTurnLimit = 0.99969541f;
@@ -33,21 +37,28 @@ struct Motion {
 };
 
 // The types of shapes that the pairs of a call may have.
-enum class Solids { boxes, boxes_and_hulls, all };  // all: the first shape is a capsule
+enum class Solids {
+  boxes,
+  boxes_and_hulls,
+  all,     // the first shape is a capsule
+  meshes,  // the first shape is a capsule, box or hull, the second one a mesh, whose size does not matter
+};
 
 // Half the thickness of a shape, and its largest distance from its center.
 struct Measure {
   F thinness, size;
+  M is_capsule = never();  // meaningful where capsules may be
 };
 inline Measure measure(const CollideColumns& columns, const std::int32_t* shape, const WideExtent& extent,
                        Solids solids) {
   const V3 half = extent.half;
   Measure m{min(min(half.x, half.y), half.z), length(half)};
   if (solids == Solids::boxes) return m;
-  if (solids == Solids::all) {
+  if (solids == Solids::all || solids == Solids::meshes) {
     const M is_capsule = half.x == F(0.0f);
     m.thinness = select(is_capsule, extent.radius, m.thinness);
     m.size = select(is_capsule, half.y + extent.radius, m.size);
+    m.is_capsule = is_capsule;
   }
   m.thinness = thinness(columns, shape, m.thinness);
   return m;
@@ -122,7 +133,9 @@ Kept follow_separations(const CollideColumns& columns, const Block& block, I poi
   const Measure shape_1 =
       measure(columns, block.shape_1, load_extent(columns.shape_extent, block.shape_1), solids);
   const Measure shape_2 =
-      measure(columns, block.shape_2, load_extent(columns.shape_extent, block.shape_2), solids);
+      solids == Solids::meshes
+          ? Measure{F(1e30f), F(0.0f)}
+          : measure(columns, block.shape_2, load_extent(columns.shape_extent, block.shape_2), solids);
   const M flip = (block.flags & I(kItemFlip)) == I(kItemFlip);
   const M fixed = (block.flags & I(kItemFixed)) == I(kItemFixed);
   const V3 tangent_1 = tangent_of(normal), tangent_2 = cross(normal, tangent_1);
@@ -135,17 +148,19 @@ Kept follow_separations(const CollideColumns& columns, const Block& block, I poi
   const F share = F(kRecycleShare) * min(shape_1.thinness, shape_2.thinness);
   // Far points of hulls count. With near ones only, convex_pile sinks 1.5 % less deep and junkyard 2.4 %
   // deeper, and piles at rest keep two to four times the energy.
-  const M full = points == I(kMaxManifoldPoints);
-  const F limit = select(full, F(kRecycleDistance), F(kRecycleDistancePartial));
+  const M full = (points == I(kMaxManifoldPoints)) & (solids == Solids::meshes ? never() : !never());
+  const F room = F(solids == Solids::meshes ? kRecycleDistanceMesh : kRecycleDistancePartial);
+  const F limit = select(full, F(kRecycleDistance), room);
   const F press_weight = select(full, F(kPressWeight), F(1.0f));
   const Motion motion = motion_since(columns, block, flip, reach, normal, press_weight);
 
   // As the solver updates separations within a step: the normal turns with each body.
   const V3 change_a = rotate_back(motion.turn_a, normal) - normal;
   const V3 change_b = rotate_back(motion.turn_b, normal) - normal;
-  if (solids == Solids::all) {
-    arm_a = arm_a - normal * u[kCoreA];
-    arm_b = arm_b + normal * u[kCoreB];
+  if (solids == Solids::all || solids == Solids::meshes) {
+    const M is_round = solids == Solids::all ? !never() : shape_1.is_capsule;
+    arm_a = arm_a - normal * select(is_round, u[kCoreA], F(0.0f));
+    arm_b = arm_b + normal * select(is_round, u[kCoreB], F(0.0f));
   }
   const F center = dot(normal, motion.offset_change) + dot(arm_b, change_b) - dot(arm_a, change_a);
   const V3 tilt = change_b - change_a;
@@ -161,13 +176,22 @@ Kept follow_separations(const CollideColumns& columns, const Block& block, I poi
   return kept;
 }
 
-// Recycles manifolds of a block; returns the lanes that it has kept.
-std::uint32_t recycle_block(const CollideColumns& columns, const Block& block, Solids solids) {
+// The number of points of a block's manifolds, and which of these may be kept.
+struct Candidates {
+  I points;
+  M are;
+};
+Candidates candidates_of(const CollideColumns& columns, const Block& block) {
   F friction_1, friction_2, twist, info_bits;
   load_rows(reinterpret_cast<const float*>(columns.manifold) + 28, sizeof(Manifold) / sizeof(float),
             block.row, friction_1, friction_2, twist, info_bits);
   const I info = as_int(info_bits), points = info & I(kManifoldPointMask);
-  const M candidates = block.is_known & (points > I(0)) & ((info & I(kManifoldRich)) == I(0));
+  return {points, block.is_known & (points > I(0)) & ((info & I(kManifoldRich)) == I(0))};
+}
+
+// Recycles manifolds of a block; returns the lanes that it has kept.
+std::uint32_t recycle_block(const CollideColumns& columns, const Block& block, Solids solids) {
+  const auto [points, candidates] = candidates_of(columns, block);
   if (!any(candidates)) return 0;
   const Kept kept = follow_separations(columns, block, points, candidates, solids);
   const std::uint32_t recycled = bits(kept.keeps);
@@ -204,6 +228,27 @@ int recycle_items(const CollideColumns& columns, const CollideItem* items, int c
 }
 
 }  // namespace
+
+void follow_mesh_manifolds(const CollideColumns& columns, const CollideItem* items, int count,
+                           FollowedManifold* followed) {
+  for (int begin = 0; begin < count; begin += kLanes) {
+    const int lanes = count - begin < kLanes ? count - begin : kLanes;
+    alignas(64) std::int32_t which[kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    Block block;
+    load_block(items, which, lanes, block);
+    const Candidates candidates = candidates_of(columns, block);
+    const Kept kept = follow_separations(columns, block, candidates.points, candidates.are, Solids::meshes);
+    const std::uint32_t keeps = bits(kept.keeps);
+    alignas(64) float separations[kMaxManifoldPoints][kLanes];
+    for (int k = 0; k < kMaxManifoldPoints; ++k) store(separations[k], kept.separation[k]);
+    for (int lane = 0; lane < lanes; ++lane) {
+      FollowedManifold& to = followed[begin + lane];
+      for (int k = 0; k < kMaxManifoldPoints; ++k) to.separation[k] = separations[k][lane];
+      to.keeps = static_cast<std::int32_t>(keeps >> lane & 1u);
+    }
+  }
+}
 
 int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left) {
   return recycle_items(columns, items, count, Solids::boxes, left);

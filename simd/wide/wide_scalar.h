@@ -109,7 +109,14 @@ inline void load_rows(const float* base, int stride, const std::int32_t* index, 
   z = row[2];
   w = row[3];
 }
-// The reverse, for lanes 0 to count - 1; later lanes write nothing.
+// Three consecutive floats per lane, at base + 3 * index[step * lane]; becomes three wide numbers.
+inline void load_triples(const float* base, const std::int32_t* index, int, F& x, F& y, F& z) {
+  const float* row = base + std::ptrdiff_t{3} * index[0];
+  x = row[0];
+  y = row[1];
+  z = row[2];
+}
+// The reverse of load_rows, for lanes 0 to count - 1; later lanes write nothing.
 inline void store_rows(float* base, int stride, const std::int32_t* index, int count, F x, F y, F z, F w) {
   if (count < 1) return;
   float* row = base + static_cast<std::ptrdiff_t>(stride) * index[0];

@@ -307,7 +307,32 @@ inline void load_rows(const float* base, int stride, const std::int32_t* index, 
   w = F(FloatBatch(r3));
 }
 
-// The reverse, for lanes 0 to count - 1; later lanes write nothing.
+// Three consecutive floats per lane, at base + 3 * index[step * lane]; becomes three wide numbers. Reads a
+// fourth float behind each.
+inline void load_triples(const float* base, const std::int32_t* index, int step, F& x, F& y, F& z) {
+  const auto row = [=](int lane) { return _mm_loadu_ps(base + std::ptrdiff_t{3} * index[step * lane]); };
+  Register r[4];
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC unroll 4
+#endif
+  for (int i = 0; i < 4; ++i) {
+#if SCREE_SIMD_LANES == 4
+    r[i] = row(i);
+#elif SCREE_SIMD_LANES == 8
+    r[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(row(i)), row(i + 4), 1);
+#else
+    const __m256 low = _mm256_insertf128_ps(_mm256_castps128_ps256(row(i)), row(i + 4), 1);
+    const __m256 high = _mm256_insertf128_ps(_mm256_castps128_ps256(row(i + 8)), row(i + 12), 1);
+    r[i] = _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
+#endif
+  }
+  transpose(r[0], r[1], r[2], r[3]);
+  x = F(FloatBatch(r[0]));
+  y = F(FloatBatch(r[1]));
+  z = F(FloatBatch(r[2]));
+}
+
+// The reverse of load_rows, for lanes 0 to count - 1; later lanes write nothing.
 inline void store_rows(float* base, std::ptrdiff_t stride, const std::int32_t* index, int count, F x, F y,
                        F z, F w) {
   Register r[4] = {x.v, y.v, z.v, w.v};

@@ -124,25 +124,45 @@ struct World {
   }
 };
 
-std::vector<simd::TriangleContact> collide(const simd::Kernels& kernels, const World& world,
-                                           const Encounter& encounter, int capacity = 4096) {
-  const PoseRow poses[2] = {encounter.pose, world.mesh_pose};
-  const VelocityRow velocities[2]{};
-  ExtentRow extents[2] = {encounter.shape.extent, world.hills.solid->extent};
-  MaterialRow materials[2]{};
-  const bool is_hull = encounter.shape.type == ShapeType::hull;
-  const HullData* hulls[1] = {is_hull ? HullAccess::solid(encounter.hull)->columns.data : nullptr};
+// Contacts of each encounter, all found by one call.
+using Contacts = std::vector<simd::TriangleContact>;
+std::vector<Contacts> collide_all(const simd::Kernels& kernels, const World& world,
+                                  const std::vector<Encounter>& encounters, int capacity = 4096) {
+  const std::size_t count = encounters.size();
+  std::vector<PoseRow> poses;
+  std::vector<ExtentRow> extents;
+  std::vector<const HullData*> hulls(count);
+  std::vector<std::int32_t> shape_hull, shape_mesh(count, -1);
+  std::vector<simd::CollideItem> items;
+  std::vector<simd::MeshFirstType> types;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Encounter& encounter = encounters[i];
+    const auto number = static_cast<std::int32_t>(i), mesh = static_cast<std::int32_t>(count);
+    const bool is_hull = encounter.shape.type == ShapeType::hull;
+    poses.push_back(encounter.pose);
+    extents.push_back(encounter.shape.extent);
+    hulls[i] = is_hull ? HullAccess::solid(encounter.hull)->columns.data : nullptr;
+    shape_hull.push_back(is_hull ? number : -1);
+    items.push_back(
+        {number, mesh, number, mesh, 0, simd::kItemFlip | simd::kItemStatic | simd::kItemFixed, 0});
+    types.push_back(static_cast<simd::MeshFirstType>(encounter.shape.type));
+  }
+  poses.push_back(world.mesh_pose);
+  extents.push_back(world.hills.solid->extent);
+  shape_hull.push_back(-1);
+  shape_mesh.push_back(0);
+  const std::vector<VelocityRow> velocities(count + 1);
+  const std::vector<MaterialRow> materials(count + 1);
   const MeshData* meshes[1] = {&world.hills.solid->data};
-  const std::int32_t shape_hull[2] = {is_hull ? 0 : -1, -1}, shape_mesh[2] = {-1, 0};
-  const simd::CollideColumns columns{.shape_pose = poses,
-                                     .shape_extent = extents,
-                                     .shape_material = materials,
-                                     .shape_hull = shape_hull,
-                                     .hulls = hulls,
-                                     .shape_mesh = shape_mesh,
+  const simd::CollideColumns columns{.shape_pose = poses.data(),
+                                     .shape_extent = extents.data(),
+                                     .shape_material = materials.data(),
+                                     .shape_hull = shape_hull.data(),
+                                     .hulls = hulls.data(),
+                                     .shape_mesh = shape_mesh.data(),
                                      .meshes = meshes,
-                                     .body_pose = poses,
-                                     .body_velocity = velocities,
+                                     .body_pose = poses.data(),
+                                     .body_velocity = velocities.data(),
                                      .dt = 0.0f,
                                      .manifold = nullptr,
                                      .features = nullptr,
@@ -150,16 +170,22 @@ std::vector<simd::TriangleContact> collide(const simd::Kernels& kernels, const W
                                      .anchor = nullptr,
                                      .axis = nullptr,
                                      .points = nullptr};
-  const simd::CollideItem item{0, 1, 0, 1, 0, simd::kItemFlip | simd::kItemStatic | simd::kItemFixed, 0};
-  std::vector<simd::TriangleContact> contacts(static_cast<std::size_t>(capacity));
-  simd::MeshState state;
-  while (!kernels.collide.collide_mesh({columns, item, static_cast<std::int32_t>(encounter.shape.type),
-                                        contacts.data(), static_cast<int>(contacts.size())},
-                                       state)) {
-    contacts.resize(2 * contacts.size());
+  Contacts found(static_cast<std::size_t>(capacity));
+  std::vector<int> ends(count);
+  while (!kernels.collide.collide_meshes({columns, items.data(), types.data(), static_cast<int>(count),
+                                          found.data(), static_cast<int>(found.size()), ends.data()})) {
+    found.resize(2 * found.size());
   }
-  contacts.resize(static_cast<std::size_t>(state.count));
-  return contacts;
+  std::vector<Contacts> all;
+  for (std::size_t i = 0; i < count; ++i) {
+    all.emplace_back(found.begin() + (i == 0 ? 0 : ends[i - 1]), found.begin() + ends[i]);
+  }
+  return all;
+}
+
+Contacts collide(const simd::Kernels& kernels, const World& world, const Encounter& encounter,
+                 int capacity = 4096) {
+  return collide_all(kernels, world, {encounter}, capacity).front();
 }
 
 // The shape's surface without its radius: a point, a segment or triangles.
@@ -320,6 +346,39 @@ TEST_P(CollideMesh, EveryInstructionSetAndAnyRoomGiveTheSameContacts) {
         ASSERT_EQ(found.size(), expected.size()) << kernels->name << " case " << i;
         ASSERT_EQ(std::memcmp(found.data(), expected.data(), found.size() * sizeof found[0]), 0)
             << kernels->name << " case " << i;
+      }
+    }
+  }
+  EXPECT_GT(contacts, 400u);
+}
+
+// Triangles of several pairs are clipped together.
+TEST_P(CollideMesh, ManyPairsAtOnceHaveTheContactsOfEach) {
+  const std::vector<ZooHull> zoo = whole_zoo();
+  Random random(static_cast<unsigned>(GetParam()) + 70);
+  const Hills hills = make_hills(30, 0.2f, 0.15f, 8);
+  std::size_t contacts = 0;
+  for (int i = 0; i < 20; ++i) {
+    const World world = random_world(hills, random);
+    std::vector<Encounter> encounters;
+    for (int k = 0; k < simd::kMeshChunk; ++k) {
+      Encounter encounter = random_encounter(world, GetParam(), 1.0f, random, zoo);
+      const Vector at = world.place(
+          {double(random.uniform(-2, 2)), double(random.uniform(0, 1)), double(random.uniform(-2, 2))});
+      for (int axis = 0; axis < 3; ++axis) encounter.pose.position[axis] = static_cast<float>(at[axis]);
+      encounters.push_back(encounter);
+    }
+    for (const simd::Kernels* kernels : all_kernels()) {
+      for (const int capacity : {simd::kLeastMeshCapacity, 4096}) {
+        const std::vector<Contacts> found = collide_all(*kernels, world, encounters, capacity);
+        for (std::size_t k = 0; k < encounters.size(); ++k) {
+          const Contacts alone = collide(*kernels, world, encounters[k]);
+          contacts += alone.size();
+          ASSERT_EQ(found[k].size(), alone.size()) << kernels->name << " case " << i << " pair " << k;
+          ASSERT_TRUE(alone.empty() ||
+                      std::memcmp(found[k].data(), alone.data(), alone.size() * sizeof alone[0]) == 0)
+              << kernels->name << " case " << i << " pair " << k;
+        }
       }
     }
   }

@@ -203,6 +203,19 @@ void load_sixteen(const float* base, int stride, const std::int32_t* index, floa
   }
 }
 
+// Row i has its index in the second of three columns.
+void load_sixteen_triples(const float* base, const std::int32_t* index, float* const* out) {
+  std::int32_t table[kRows][3]{};
+  for (int i = 0; i < kRows; ++i) table[i][1] = index[i];
+  for (int at = 0; at < kRows; at += kLanes) {
+    F x, y, z;
+    load_triples(base, &table[at][1], 3, x, y, z);
+    store_unaligned(out[0] + at, x);
+    store_unaligned(out[1] + at, y);
+    store_unaligned(out[2] + at, z);
+  }
+}
+
 void store_sixteen(float* base, int stride, const std::int32_t* index, int count, const float* const* in) {
   for (int at = 0; at < kRows; at += kLanes) {
     store_rows(base, stride, index + at, count_here(count, at), load_unaligned(in[0] + at),
@@ -241,6 +254,7 @@ WideCases wide_cases() {
           static_cast<int>(sizeof(kCases) / sizeof(kCases[0])),
           kCases,
           load_sixteen,
+          load_sixteen_triples,
           store_sixteen,
           store_sixteen_pairs,
           load_sixteen_long,

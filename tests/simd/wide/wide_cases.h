@@ -25,6 +25,7 @@ struct WideCases {
   const WideCase* cases;
   // Sixteen rows of four floats each, in as many goes as it takes.
   void (*load_rows)(const float* base, int stride, const std::int32_t* index, float* const* out);
+  void (*load_triples)(const float* base, const std::int32_t* index, float* const* out);
   // Rows 0 to count - 1 of sixteen.
   void (*store_rows)(float* base, int stride, const std::int32_t* index, int count, const float* const* in);
   void (*store_row_pairs)(float* base, int stride, const std::int32_t* index, int count,

@@ -211,6 +211,25 @@ TEST(Wide, RowsAreLoadedLaneByLane) {
   }
 }
 
+TEST(Wide, TriplesAreLoadedLaneByLaneFromAnywhere) {
+  std::vector<WideCases> sets = wide_sets();
+  sets.push_back(scalar::wide_cases());
+  for (const WideCases& set : sets) {
+    const std::vector<float> table = table_of(kTableRows * 3 + 4);
+    std::array<std::array<float, kRows>, 3> results{};
+    float* const out[] = {results[0].data(), results[1].data(), results[2].data()};
+    for (const int from : {0, 1}) {
+      set.load_triples(table.data() + from, kIndex, out);
+      for (int lane = 0; lane < kRows; ++lane) {
+        for (int k = 0; k < 3; ++k) {
+          EXPECT_EQ(out[k][lane], table[static_cast<std::size_t>(kIndex[lane] * 3 + k + from)])
+              << set.lanes << " lanes";
+        }
+      }
+    }
+  }
+}
+
 TEST(Wide, RowsAreStoredForTheFirstLanesAndNothingElseIsTouched) {
   std::vector<WideCases> sets = wide_sets();
   sets.push_back(scalar::wide_cases());
