@@ -3,6 +3,7 @@
 #include <core/world/check.h>
 #include <core/world/contact_hooks.h>
 #include <core/world/edit.h>
+#include <core/world/fp_environment.h>
 
 #include <string>
 #include <tuple>

@@ -20,21 +20,22 @@ bool is_finite(Vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std:
 // Equal bits: a zero whose sign changed counts as moved.
 bool same_bits(const Pose& left, const Pose& right) { return std::memcmp(&left, &right, sizeof(Pose)) == 0; }
 
-// A fixed floor with four walls around it.
+// A half-space with four walls on it.
 void build_pit(World& world) {
   const BodyId pit = world.create_body({.type = BodyType::fixed});
   const float outer = kPitHalfWidth + 2.0f;
   const auto wall = [&](Vec3 half_extents, Vec3 position) {
     world.add_shape(pit, Box{half_extents}, {}, {.local_pose = {position, {}}});
   };
-  wall({outer, 1.0f, outer}, {0.0f, -1.0f, 0.0f});
+  world.add_shape(pit, HalfSpace{});
   for (const float side : {-1.0f, 1.0f}) {
     wall({1.0f, 0.5f * kPitHeight, outer}, {side * (kPitHalfWidth + 1.0f), 0.5f * kPitHeight, 0.0f});
     wall({outer, 0.5f * kPitHeight, 1.0f}, {0.0f, 0.5f * kPitHeight, side * (kPitHalfWidth + 1.0f)});
   }
 }
 constexpr std::size_t kPitBodies = 1;
-constexpr std::size_t kDirectlySolved = 10;  // bodies at most while the direct solver solves
+constexpr std::size_t kDirectlySolved = 10;  // bodies at most that the direct solver solves ...
+constexpr std::size_t kSolvedWhole = 12;     // ... and other methods over the whole system
 constexpr std::size_t kPitShapes = 5;
 
 }  // namespace
@@ -333,10 +334,12 @@ void Player::change_shape(const Call& call, Slot& slot) {
   }
 }
 
-// The direct solver would take minutes for heaps.
-void Player::spare_direct_solver() {
+// Methods over the whole system take seconds for heaps, and the direct one minutes.
+void Player::spare_slow_solvers() {
   WorldSettings settings = world_.settings();
-  if (settings.solver != Solver::direct || model_.bodies <= kDirectlySolved) return;
+  const bool is_wide = settings.solver == Solver::soft_step || settings.solver == Solver::sequential_impulse;
+  const std::size_t most = settings.solver == Solver::direct ? kDirectlySolved : kSolvedWhole;
+  if (is_wide || model_.bodies <= most) return;
   settings.solver = Solver::soft_step;
   tell("set_settings", settings);
   world_.set_settings(settings);
@@ -444,7 +447,7 @@ void Player::make_wrong_call(const Call& call) {
 
 void Player::run_steps(const Call& call) {
   Random random(call.seed);
-  spare_direct_solver();
+  spare_slow_solvers();
   for (std::uint32_t count = 1 + random.below(kMostStepsPerCall); count > 0; --count) {
     const float dt = random_time_step(random);
     tell(call.kind == CallKind::step ? "step" : "step worlds", dt);

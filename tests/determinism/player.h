@@ -100,7 +100,7 @@ class Player {
   void change_shape(const Call& call, Slot& slot);
   void add_mesh(const Call& call, Slot& slot);
   void change_settings(const Call& call);
-  void spare_direct_solver();
+  void spare_slow_solvers();
   std::pair<JointDef, Joint> random_joining(Random& random, const Call& call);
   void keep_joint(JointId joint, const JointDef& def);
   void create_joint(const Call& call);

@@ -1,4 +1,4 @@
-// The player's calls about meshes and half-spaces, which only bodies may have that nothing pushes.
+// The player's calls about meshes, which only bodies may have that nothing pushes.
 #include <tests/determinism/player.h>
 
 #include <algorithm>
@@ -7,8 +7,7 @@ namespace scree::determinism {
 
 bool Player::has_mesh(const Slot& slot) const {
   return std::any_of(slot.shapes.begin(), slot.shapes.end(), [&](ShapeId shape) {
-    const Geometry geometry = world_.geometry(shape);
-    return std::holds_alternative<TriangleMesh>(geometry) || std::holds_alternative<HalfSpace>(geometry);
+    return std::holds_alternative<TriangleMesh>(world_.geometry(shape));
   });
 }
 
@@ -16,13 +15,12 @@ void Player::add_mesh(const Call& call, Slot& slot) {
   Random random(call.seed);
   if (world_.body_type(slot.body) == BodyType::dynamic) return;
   const TriangleMesh mesh = random_mesh(random);
-  const Geometry geometry = call.seed % 5 == 0 ? Geometry{HalfSpace{}} : Geometry{mesh};
   const Material material = random_material(random);
   ShapeOptions options = random_options(random);
   options.sensor = false;
-  tell("add_shape", slot.body, geometry, material, options.local_pose, options.filter,
+  tell("add_shape", slot.body, Geometry{mesh}, material, options.local_pose, options.filter,
        static_cast<int>(options.contact_events), static_cast<int>(options.contact_hooks));
-  slot.shapes.push_back(world_.add_shape(slot.body, geometry, material, options));
+  slot.shapes.push_back(world_.add_shape(slot.body, mesh, material, options));
   ++model_.shapes;
   most_manifolds_ = std::max(most_manifolds_, static_cast<std::int64_t>(mesh.triangle_count()));
 }

@@ -175,7 +175,7 @@ void Player::go_round(const Call& call) {
 void Player::branch_off(const Call& call) {
   Random random(call.seed);
   const std::uint32_t steps = 1 + random.below(kMostAside);
-  spare_direct_solver();
+  spare_slow_solvers();
   tell("clone, step aside", steps);
   World alone = clone(world_), listed = clone(world_);
   hook_up(alone), hook_up(listed), hook_up(used_);

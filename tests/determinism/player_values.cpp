@@ -164,7 +164,8 @@ void hook_up(World& world) {
       const std::uint32_t kind = number(batch.pairs[i]) % 9;
       if (kind == 0) rules.acts = batch.contacts[i].normal.y > 0.0f;
       if (kind == 1) rules.friction *= 0.5f;
-      if (kind == 2) rules.restitution = 0.9f;
+      // Heaps of what rebounds take thousands of sweeps a step.
+      if (number(batch.pairs[i]) % 63 == 2) rules.restitution = 0.5f;
       if (kind == 3) rules.surface_velocity = 2.0f * batch.contacts[i].normal + Vec3{0.5f, 0.0f, 1.0f};
       if (kind == 4) rules.rolling_resistance = 0.1f;
       if (kind == 5) rules = {};

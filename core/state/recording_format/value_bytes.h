@@ -384,6 +384,11 @@ template <class... Kinds>
 struct LeastBytes<std::variant<Kinds...>> {
   static std::size_t count() { return 1 + std::min({LeastBytes<Kinds>::count()...}); }
 };
+// Also within another value, whose own default may be of a longer kind.
+template <class... Kinds>
+void write_value(ByteCounter& counter, const std::variant<Kinds...>&) {
+  counter.bytes += LeastBytes<std::variant<Kinds...>>::count();
+}
 template <class Reader, class Value>
 void read_value(Reader& reader, std::vector<Value>& values) {
   const std::size_t at = reader.at();

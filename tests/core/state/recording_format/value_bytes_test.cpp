@@ -436,8 +436,8 @@ TEST_F(ValueBytes, AListLongerThanWhatFollowsIsRefusedBeforeItTakesMemory) {
   expect_limit(std::vector<BodyId>(3));
   expect_limit(std::vector<BodyDef>(3));
   expect_limit(std::vector<JointDef>(3));
-  expect_limit(std::vector<Geometry>(3));
-  expect_limit(std::vector<ShapeDef>(3));
+  expect_limit(std::vector<Geometry>(3, HalfSpace{}));
+  expect_limit(std::vector<ShapeDef>(3, {HalfSpace{}}));
   expect_limit(std::vector<Joint>(3, GearJoint{}));
 }
 
