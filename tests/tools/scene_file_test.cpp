@@ -93,6 +93,12 @@ TEST(SceneFile, SaysEverythingThatASceneHolds) {
   EXPECT_EQ(scene.shapes[2].material.friction, 1.0f);
 }
 
+TEST(SceneFile, MayHaveHalfSpaces) {
+  const Scene scene = parse_scene(with_shape(R"({"type": "half_space"})"), "ground.json");
+  ASSERT_EQ(scene.shapes.size(), 1u);
+  EXPECT_TRUE(std::holds_alternative<HalfSpace>(scene.shapes[0].geometry));
+}
+
 TEST(SceneFile, MissingKeysTakeTheLibrarysDefaults) {
   const Scene scene = parse_scene(with_shape(R"({"type": "sphere", "radius": 1})"), "dir/tower.json");
   EXPECT_EQ(scene.name, "tower");
@@ -216,7 +222,8 @@ TEST(SceneFile, EveryMistakeIsReportedWithItsPlaceAndReason) {
        "scene.json: /bodies/0/shapes/0: no shape \"ball\" in /shapes; none is defined"},
       {with_shape("{}"), "scene.json: /bodies/0/shapes/0: the key \"type\" is missing"},
       {with_shape(R"({"type": "cone"})"),
-       "scene.json: /bodies/0/shapes/0/type: \"cone\" is none of: sphere, capsule, box, hull, mesh"},
+       "scene.json: /bodies/0/shapes/0/type: \"cone\" is none of: sphere, capsule, box, hull, mesh, "
+       "half_space"},
       {with_shape(R"({"type": "sphere", "radius": 0})"),
        "scene.json: /bodies/0/shapes/0/radius: 0 must be from 0.0001 to 100000"},
       {with_shape(R"({"type": "sphere", "radius": 1, "half_height": 1})"),
