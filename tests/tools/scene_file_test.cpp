@@ -93,10 +93,14 @@ TEST(SceneFile, SaysEverythingThatASceneHolds) {
   EXPECT_EQ(scene.shapes[2].material.friction, 1.0f);
 }
 
-TEST(SceneFile, MayHaveHalfSpaces) {
-  const Scene scene = parse_scene(with_shape(R"({"type": "half_space"})"), "ground.json");
+TEST(SceneFile, MayHaveHalfSpacesWhereBodiesMay) {
+  const Scene scene =
+      parse_scene(with_body(R"({"type": "fixed", "shapes": [{"type": "half_space"}]})"), "a.json");
   ASSERT_EQ(scene.shapes.size(), 1u);
   EXPECT_TRUE(std::holds_alternative<HalfSpace>(scene.shapes[0].geometry));
+  EXPECT_EQ(scene_error_of(with_shape(R"({"type": "half_space"})")),
+            "scene.json: /bodies/0: World::add_shape: a half-space belongs to fixed and kinematic bodies "
+            "only, but the body is dynamic");
 }
 
 TEST(SceneFile, MissingKeysTakeTheLibrarysDefaults) {
