@@ -344,7 +344,8 @@ TEST_P(CollideMesh, EveryInstructionSetAndAnyRoomGiveTheSameContacts) {
       for (const int capacity : {simd::kLeastMeshCapacity, 4096}) {
         const auto found = collide(*kernels, world, encounter, capacity);
         ASSERT_EQ(found.size(), expected.size()) << kernels->name << " case " << i;
-        ASSERT_EQ(std::memcmp(found.data(), expected.data(), found.size() * sizeof found[0]), 0)
+        ASSERT_TRUE(found.empty() ||
+                    std::memcmp(found.data(), expected.data(), found.size() * sizeof found[0]) == 0)
             << kernels->name << " case " << i;
       }
     }
