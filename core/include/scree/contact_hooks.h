@@ -82,21 +82,21 @@ struct ContactRules {
 /// `collide` is 1 for each; a hook writes 0 for those that do not collide in this step, not by the sweep of
 /// fast bodies either.
 struct ContactFilterBatch {
-  const World& world;  ///< as the step begins; see above for what may be called
-  float dt;            ///< s, of the step
-  std::span<const HookedPair> pairs;
-  std::span<std::uint8_t> collide;  ///< to be written, by pair
+  const World& world;                 ///< as the step begins; see above for what may be called
+  float dt;                           ///< s, of the step
+  std::span<const HookedPair> pairs;  ///< that may collide
+  std::span<std::uint8_t> collide;    ///< to be written, by pair
 };
 
 /// Contacts, one entry each: pairs[i] has contacts[i], which acts by rules[i]. The rules come as the
 /// materials of the shapes give them. Rules out of range, or not finite, change nothing;
 /// StepStats::unsound_rules counts them.
 struct ContactRuleBatch {
-  const World& world;  ///< as the step begins; see above for what may be called
-  float dt;            ///< s, of the step
-  std::span<const HookedPair> pairs;
-  std::span<const HookedContact> contacts;
-  std::span<ContactRules> rules;  ///< to be written
+  const World& world;                       ///< as the step begins; see above for what may be called
+  float dt;                                 ///< s, of the step
+  std::span<const HookedPair> pairs;        ///< whose shapes touch, by contact
+  std::span<const HookedContact> contacts;  ///< where they do
+  std::span<ContactRules> rules;            ///< to be written, by contact
 };
 
 /// Decides which pairs collide in a step, see World::set_contact_filter.
