@@ -38,6 +38,11 @@ struct Block {
   int count;
 };
 
+// Numbers `lanes` rows from `begin` on; lanes beyond them repeat the last one.
+inline void number_lanes(int begin, int lanes, std::int32_t (&which)[kLanes]) {
+  for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+}
+
 inline void load_block(const CollideItem* items, const std::int32_t* which, int count, Block& block) {
   const float* rows = reinterpret_cast<const float*>(items);
   constexpr int kStride = sizeof(CollideItem) / sizeof(float);
@@ -521,7 +526,7 @@ void collide_pairs(const CollideColumns& columns, const CollideItem* items, int 
   for (int begin = 0; begin < count; begin += kLanes) {
     const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    number_lanes(begin, lanes, which);
     Block block;
     load_block(items, which, lanes, block);
     I hint(0);

@@ -210,7 +210,7 @@ void choose_corners(const CollideColumns& columns, const CollideItem* items, int
   for (int begin = 0; begin < count; begin += kLanes) {
     const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    number_lanes(begin, lanes, which);
     Block block;
     load_block(items, which, lanes, block);
     const WidePair pair = load_pair(columns, block);

@@ -90,7 +90,7 @@ void pass_spheres(const CollideColumns& columns, const CollideItem* items, int c
   for (int begin = 0; begin < count; begin += kLanes) {
     const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    number_lanes(begin, lanes, which);
     Block block;
     load_block(items, which, lanes, block);
     const WidePair pair = load_pair(columns, block);

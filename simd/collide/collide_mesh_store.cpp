@@ -83,7 +83,7 @@ void store_mesh_manifolds(const CollideColumns& columns, const CollideItem* item
   for (int begin = 0; begin < count; begin += kLanes) {
     const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    number_lanes(begin, lanes, which);
     if (first_type == kMeshSphere) {
       store_block<1>(own, shapes.item, found, which, lanes);
     } else if (first_type == kMeshCapsule) {

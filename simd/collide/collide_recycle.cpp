@@ -216,7 +216,7 @@ int recycle_items(const CollideColumns& columns, const CollideItem* items, int c
   for (int begin = 0; begin < count; begin += kLanes) {
     const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    number_lanes(begin, lanes, which);
     Block block;
     load_block(items, which, lanes, block);
     const std::uint32_t recycled = recycle_block(columns, block, solids);
@@ -234,7 +234,7 @@ void follow_mesh_manifolds(const CollideColumns& columns, const CollideItem* ite
   for (int begin = 0; begin < count; begin += kLanes) {
     const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    number_lanes(begin, lanes, which);
     Block block;
     load_block(items, which, lanes, block);
     const Candidates candidates = candidates_of(columns, block);

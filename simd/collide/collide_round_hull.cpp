@@ -335,7 +335,7 @@ void collide_with_hulls(const CollideColumns& columns, const CollideItem* items,
   for (int begin = 0; begin < count; begin += kLanes) {
     const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    number_lanes(begin, lanes, which);
     Block block;
     load_block(items, which, lanes, block);
     search_block<Pair>(columns, block, which, touching);
@@ -349,7 +349,7 @@ void collide_with_hulls(const CollideColumns& columns, const CollideItem* items,
     load_block(items, touching.item + begin, lanes, block);
     const WidePair pair = load_pair(columns, block);
     alignas(64) std::int32_t which[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) which[lane] = begin + (lane < lanes ? lane : lanes - 1);
+    number_lanes(begin, lanes, which);
     typename Pair::Contact contact;
     Pair::complete(pair, touching.found, which, contact);
     store_contacts(columns, items, touching.item + begin, block, pair.first.position, pair.reach, contact);
