@@ -173,6 +173,13 @@ Kept follow_separations(const CollideColumns& columns, const Block& block, I poi
     nearest = min(kept.separation[k], nearest);
   }
   kept.keeps = candidates & (motion.distance < min(share, limit)) & (nearest <= F(kSpeculativeDistance));
+  if (solids == Solids::meshes) {
+    // What is fast needs points ahead, and those of a mesh may have other normals than it has had so far.
+    F travel_1, travel_2;
+    load_pose(columns.shape_pose, block.shape_1, travel_1);
+    load_pose(columns.shape_pose, block.shape_2, travel_2);
+    kept.keeps = kept.keeps & !(max(travel_1, travel_2) > F(0.0f));
+  }
   return kept;
 }
 

@@ -105,5 +105,18 @@ TEST(MeshRecycling, AThinShapeMayMoveByLess) {
     EXPECT_EQ(contact.anchor.offset[2], 0.003f);
 }
 
+// It must look ahead, for other parts of the mesh, too.
+TEST(MeshRecycling, NothingIsRecycledThatIsFast) {
+  for (const Lying& each : lying()) {
+    Gutter gutter(each.shape, each.rotation);
+    step(gutter.world, 1.0f / 60.0f, gutter.workers);  // so that steps have a length to look ahead
+    ASSERT_FALSE(gutter.collide_at({0, each.height, 0}).empty()) << each.name;
+    gutter.world.set_linear_velocity(gutter.body, {0, 0, 10});
+    const auto moved = gutter.collide_at({0, each.height, 0.003f});
+    ASSERT_FALSE(moved.empty()) << each.name;
+    for (const auto& contact : moved) EXPECT_EQ(contact.anchor.offset[2], 0.003f) << each.name;
+  }
+}
+
 }  // namespace
 }  // namespace scree
