@@ -195,6 +195,10 @@ bool separate(const Solid& a, const Solid& b, Vector place, Simplex& simplex, Ve
 
 }  // namespace
 
+double reach_along(const Solid& solid, Vector along) {
+  return dot(farthest(solid, along), along) + solid.radius;
+}
+
 Gap gap_between(const Solid& a, const Solid& b, Vector shift) {
   const Vector place = (a.position - b.position) + shift;
   if (b.type == ShapeType::half_space) return gap_to_half_space(a, b, place);

@@ -21,6 +21,10 @@ struct Gap {
 // With `a` moved by `shift`. Neither is a mesh; those are in query_mesh.h. `a` is no half-space.
 Gap gap_between(const Solid& a, const Solid& b, Vector shift = {});
 
+// m, how far a solid reaches from its position along a unit direction. It is no mesh; a half-space is asked
+// along its normal.
+double reach_along(const Solid& solid, Vector along);
+
 // Where a solid on its way meets another one.
 struct Contact {
   double fraction = 0.0;

@@ -158,38 +158,26 @@ simd::AskShape asking(Ask&) {
   };
 }
 
-// Triangles as convex solids of three corners.
-class TriangleSolid {
- public:
-  explicit TriangleSolid(const MeshData& mesh) : mesh_(mesh) {
-    solid_.type = ShapeType::hull;
-    solid_.corners = 3;
-    for (int axis = 0; axis < 3; ++axis) solid_.corner[axis] = column_[axis];
-  }
-  TriangleSolid(const TriangleSolid&) = delete;  // points into itself
-  TriangleSolid& operator=(const TriangleSolid&) = delete;
-
-  const Solid& take(std::int32_t triangle) {
-    double half[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int corner = 0; corner < 3; ++corner) {
-        column_[axis][corner] =
-            mesh_.vertex[std::ptrdiff_t{3} * mesh_.corners[triangle].vertex[corner] + axis];
-      }
-      const auto [lower, upper] = std::minmax({column_[axis][0], column_[axis][1], column_[axis][2]});
-      half[axis] = 0.5 * (double{upper} - lower);
-    }
-    solid_.half = {half[0], half[1], half[2]};
-    return solid_;
-  }
-
- private:
-  const MeshData& mesh_;
-  Solid solid_;
-  float column_[3][3];
-};
-
 }  // namespace
+
+TriangleSolid::TriangleSolid(const MeshData& mesh) : mesh_(mesh) {
+  solid_.type = ShapeType::hull;
+  solid_.corners = 3;
+  for (int axis = 0; axis < 3; ++axis) solid_.corner[axis] = column_[axis];
+}
+
+const Solid& TriangleSolid::take(std::int32_t triangle) {
+  double half[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int corner = 0; corner < 3; ++corner) {
+      column_[axis][corner] = mesh_.vertex[std::ptrdiff_t{3} * mesh_.corners[triangle].vertex[corner] + axis];
+    }
+    const auto [lower, upper] = std::minmax({column_[axis][0], column_[axis][1], column_[axis][2]});
+    half[axis] = 0.5 * (double{upper} - lower);
+  }
+  solid_.half = {half[0], half[1], half[2]};
+  return solid_;
+}
 
 bool meet_mesh(const simd::QueryKernels& kernels, const Solid& mesh, const Line& line, double most,
                const MeshLook& look, Entry& entry) {

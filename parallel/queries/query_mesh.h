@@ -18,6 +18,22 @@ struct MeshLook {
   bool any = false;               // ends at the first meeting that is found, which need not be the first one
 };
 
+// Triangles as convex solids of three corners, in the mesh's frame.
+class TriangleSolid {
+ public:
+  explicit TriangleSolid(const MeshData& mesh);
+  TriangleSolid(const TriangleSolid&) = delete;  // points into itself
+  TriangleSolid& operator=(const TriangleSolid&) = delete;
+
+  // Holds until the next one is taken.
+  const Solid& take(std::int32_t triangle);
+
+ private:
+  const MeshData& mesh_;
+  Solid solid_;
+  float column_[3][3];
+};
+
 // Whether the ray meets a triangle at a fraction of at most `most`, and where first. It meets the front of a
 // triangle if it comes from there; a ray without length, or in the plane of a triangle, meets none. Through
 // an edge or a vertex that triangles share, it meets one of them.

@@ -101,18 +101,25 @@ inline float limit_of(double value) {
 
 constexpr int kQueriesPerChunk = 32;  // 10 to 100 microseconds
 
-// Runs ask(scope, i) for all queries of many, on all threads.
-template <class Ask>
+// Queries of many in the order in which they were given.
+struct AsGiven {
+  std::vector<std::int32_t> operator()(const Scope&, Crew&) const { return {}; }
+};
+
+// Runs ask(scope, i) for all queries of many, on all threads, in the order that arrange(scope, crew) returns.
+template <class Ask, class Arrange = AsGiven>
 void ask_all(Call call, const World& world, std::size_t queries, Workers& workers,
-             const QueryOptions& options, Ask&& ask) {
+             const QueryOptions& options, Ask&& ask, const Arrange& arrange = {}) {
   const WorldData& data = internals(world, call.name);
   check_options(call, data, options);
   check_room(call, "queries", 0, queries);
   if (queries == 0) return;
   Crew crew(workers);
   const Scope scope(data, crew.kernels(), options);
+  const std::vector<std::int32_t> order = arrange(scope, crew);
   crew.run_ranges(static_cast<int>(queries), kQueriesPerChunk, [&](int begin, int end, int) {
-    for (int i = begin; i < end; ++i) ask(scope, static_cast<std::size_t>(i));
+    for (int i = begin; i < end; ++i)
+      ask(scope, static_cast<std::size_t>(order.empty() ? i : order[static_cast<std::size_t>(i)]));
   });
 }
 

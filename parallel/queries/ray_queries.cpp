@@ -2,6 +2,7 @@
 #include <parallel/queries/query_mesh.h>
 #include <parallel/queries/query_ray.h>
 #include <parallel/queries/query_scope.h>
+#include <parallel/queries/ray_order.h>
 
 #include <algorithm>
 
@@ -101,6 +102,10 @@ void list_hits(const Scope& scope, const Ray& ray, std::vector<CastHit>& hits) {
   for (const RayMeeting& met : all) hits.push_back(describe(scope.data, line, met));
 }
 
+auto ordered(std::span<const Ray> rays) {
+  return [rays](const Scope& scope, Crew& crew) { return queries::order_rays(scope, rays, crew); };
+}
+
 void check_rays(Call call, std::span<const Ray> rays) {
   for (std::size_t i = 0; i < rays.size(); ++i) check_ray(item_of(call, rays.size(), i), rays[i]);
 }
@@ -132,8 +137,9 @@ void cast_rays(const World& world, std::span<const Ray> rays, std::span<std::opt
   constexpr Call call = queries::call_of("cast_rays", "ray");
   queries::check_length(call, "hits", hits.size(), rays.size());
   check_rays(call, rays);
-  queries::ask_all(call, world, rays.size(), workers, options,
-                   [&](const Scope& scope, std::size_t i) { hits[i] = first_hit(scope, rays[i]); });
+  queries::ask_all(
+      call, world, rays.size(), workers, options,
+      [&](const Scope& scope, std::size_t i) { hits[i] = first_hit(scope, rays[i]); }, ordered(rays));
 }
 
 void are_blocked(const World& world, std::span<const Ray> rays, std::span<std::uint8_t> blocked,
@@ -141,9 +147,10 @@ void are_blocked(const World& world, std::span<const Ray> rays, std::span<std::u
   constexpr Call call = queries::call_of("are_blocked", "ray");
   queries::check_length(call, "blocked", blocked.size(), rays.size());
   check_rays(call, rays);
-  queries::ask_all(call, world, rays.size(), workers, options, [&](const Scope& scope, std::size_t i) {
-    blocked[i] = meets_any(scope, rays[i]) ? 1 : 0;
-  });
+  queries::ask_all(
+      call, world, rays.size(), workers, options,
+      [&](const Scope& scope, std::size_t i) { blocked[i] = meets_any(scope, rays[i]) ? 1 : 0; },
+      ordered(rays));
 }
 
 AnswerLists<CastHit> cast_rays_all(const World& world, std::span<const Ray> rays, Workers& workers,

@@ -49,6 +49,7 @@ struct MeshColumns {
   Column<MaterialRow> materials;
   Column<NodeBlock> nodes;             // level after level
   Column<std::int32_t> row_of_number;  // rows of triangles by ascending `given`
+  Column<std::int32_t> given_vertex;   // by row of `vertex`: its place in MeshSolid::vertices
 };
 
 // The data of a TriangleMesh. Never changes.
@@ -71,6 +72,8 @@ std::shared_ptr<const MeshSolid> build_mesh(const char* who, std::span<const Vec
                                             const MeshMaterials& materials);
 // Of parts without defect.
 std::shared_ptr<const MeshSolid> complete_mesh(MeshParts parts);
+// The vertices of the triangle in a row, as handed in.
+MeshTriangle given_corners(const MeshColumns& columns, std::int32_t row);
 // The parts of a mesh that complete_mesh made.
 MeshParts parts_of(const MeshSolid& solid);
 

@@ -30,12 +30,31 @@ void fill_ordered(Column<Row>& column, std::span<const std::int32_t> order, At&&
     column[i] = at(static_cast<std::size_t>(order[std::min(i, order.size() - 1)]));
 }
 
+// Rows of vertices in the order in which the triangles of the tree need them, so that those of a leaf lie
+// side by side; those that no triangle has come last. Returns the row of each vertex.
+std::vector<std::int32_t> order_vertices(const MeshParts& parts, std::span<const std::int32_t> order,
+                                         MeshColumns& columns) {
+  std::vector<std::int32_t> rows(parts.vertices.size(), -1);
+  columns.given_vertex.reserve(rows.size());
+  const auto take = [&](std::size_t vertex) {
+    if (rows[vertex] >= 0) return;
+    rows[vertex] = static_cast<std::int32_t>(columns.given_vertex.size());
+    columns.given_vertex.push_back(static_cast<std::int32_t>(vertex));
+  };
+  for (const std::int32_t i : order) {
+    const MeshTriangle& t = parts.triangles[static_cast<std::size_t>(i)];
+    for (const std::uint32_t vertex : {t.a, t.b, t.c}) take(vertex);
+  }
+  for (std::size_t vertex = 0; vertex < rows.size(); ++vertex) take(vertex);
+  return rows;
+}
+
 void fill_triangles(const MeshParts& parts, std::span<const MeshTurns> turns,
                     std::span<const std::int32_t> order, MeshColumns& columns) {
+  const std::vector<std::int32_t> rows = order_vertices(parts, order, columns);
   fill_ordered(columns.corners, order, [&](std::size_t i) {
     const MeshTriangle& t = parts.triangles[i];
-    return MeshCorners{static_cast<std::int32_t>(t.a), static_cast<std::int32_t>(t.b),
-                       static_cast<std::int32_t>(t.c)};
+    return MeshCorners{rows[t.a], rows[t.b], rows[t.c]};
   });
   fill_ordered(columns.turns, order, [&](std::size_t i) { return turns[i]; });
   fill_ordered(columns.given, order, [&](std::size_t i) { return parts.given[i]; });
@@ -65,12 +84,13 @@ void fill_points(std::span<const Vec3> points, MeshSolid& solid) {
   double square = 0.0;
   solid.columns.vertex.resize_for_overwrite(3 * points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3 place = points[static_cast<std::size_t>(solid.columns.given_vertex[i])];
     for (int axis = 0; axis < 3; ++axis) {
-      const float coordinate = points[i][axis];
+      const float coordinate = place[axis];
       solid.columns.vertex[3 * i + static_cast<std::size_t>(axis)] = coordinate;
       solid.extent.half[axis] = std::max(solid.extent.half[axis], std::abs(coordinate));
     }
-    const Vector point = to_vector(points[i]);
+    const Vector point = to_vector(place);
     square = std::max(square, dot(point, point));
   }
   solid.extent.radius = round_up(std::sqrt(square));
@@ -120,6 +140,13 @@ std::shared_ptr<const MeshSolid> complete_mesh(MeshParts parts) {
   return solid;
 }
 
+MeshTriangle given_corners(const MeshColumns& columns, std::int32_t row) {
+  const auto vertex = [&](int corner) {
+    return static_cast<std::uint32_t>(columns.given_vertex[columns.corners[row].vertex[corner]]);
+  };
+  return {vertex(0), vertex(1), vertex(2)};
+}
+
 MeshParts parts_of(const MeshSolid& solid) {
   MeshParts parts;
   parts.vertices = solid.vertices;
@@ -128,9 +155,7 @@ MeshParts parts_of(const MeshSolid& solid) {
   parts.report = solid.report;
   const MeshColumns& columns = solid.columns;
   for (const std::int32_t row : columns.row_of_number) {
-    const auto& corner = columns.corners[row].vertex;
-    parts.triangles.push_back({static_cast<std::uint32_t>(corner[0]), static_cast<std::uint32_t>(corner[1]),
-                               static_cast<std::uint32_t>(corner[2])});
+    parts.triangles.push_back(given_corners(columns, row));
     parts.given.push_back(columns.given[row]);
     if (!columns.material.empty()) parts.surface.push_back(columns.material[row]);
   }
@@ -146,6 +171,7 @@ std::shared_ptr<const MeshSolid> build_mesh(const char* who, std::span<const Vec
 bool equal(const MeshSolid& a, const MeshSolid& b) {
   return a.content_hash == b.content_hash && a.vertices == b.vertices &&
          std::equal(a.origin, a.origin + 3, b.origin) && equal_rows(a.columns.corners, b.columns.corners) &&
+         equal_rows(a.columns.given_vertex, b.columns.given_vertex) &&
          equal_rows(a.columns.given, b.columns.given) && equal_rows(a.columns.material, b.columns.material) &&
          equal_rows(a.columns.materials, b.columns.materials);
 }
@@ -163,7 +189,7 @@ std::size_t MeshSolid::bytes() const {
          columns.vertex.capacity_bytes() + columns.corners.capacity_bytes() + columns.turns.capacity_bytes() +
          columns.given.capacity_bytes() + columns.material.capacity_bytes() +
          columns.materials.capacity_bytes() + columns.nodes.capacity_bytes() +
-         columns.row_of_number.capacity_bytes();
+         columns.row_of_number.capacity_bytes() + columns.given_vertex.capacity_bytes();
 }
 
 }  // namespace scree

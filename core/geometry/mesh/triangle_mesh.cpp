@@ -38,9 +38,7 @@ MeshTriangle TriangleMesh::triangle(std::size_t given_number) const {
     throw Error("TriangleMesh::triangle: triangle " + std::to_string(given_number) +
                 " was dropped: it has no area, or the corners of an earlier one");
   }
-  const auto& corner = solid_->columns.corners[row].vertex;
-  return {static_cast<std::uint32_t>(corner[0]), static_cast<std::uint32_t>(corner[1]),
-          static_cast<std::uint32_t>(corner[2])};
+  return given_corners(solid_->columns, row);
 }
 
 const TriangleMeshReport& TriangleMesh::report() const noexcept {

@@ -147,6 +147,36 @@ TEST(RayQueries, BatchedRaysEqualSingleOnesForEveryInstructionSetAndThreadCount)
   }
 }
 
+// Many are asked in an order of their own, which grounds without end and bodies far away must not spoil.
+TEST(RayQueries, OfAnyNumberAreAnsweredInTheirPlaces) {
+  for (const bool is_empty : {false, true}) {
+    MixedWorld mixed(11, is_empty ? 0 : 100, 10.0f);
+    if (!is_empty) {
+      mixed.world.add_shape(mixed.world.create_body({.type = BodyType::fixed, .position = {0, -9, 0}}),
+                            HalfSpace{});
+      mixed.world.add_shape(mixed.world.create_body({.position = {8e6f, 9e6f, -9e6f}}), Sphere{0.5f});
+    }
+    mixed.step(2);
+    for (const int count : {0, 1, 511, 512, 513, 3000}) {
+      std::vector<Ray> rays = random_rays(mixed.dice, 12.0f, count);
+      if (count > 10) {
+        rays[3].translation = {};
+        rays[4] = {{0, 0, 0}, {1e7f, 0, 0}};
+        rays[5] = {{-9e6f, 3, 4}, {0, -1e-30f, 0}};
+        rays[6] = rays[7];
+      }
+      std::vector<std::optional<CastHit>> hits(rays.size());
+      std::vector<std::uint8_t> blocked(rays.size());
+      cast_rays(mixed.world, rays, hits, mixed.workers);
+      are_blocked(mixed.world, rays, blocked, mixed.workers);
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        ASSERT_EQ(hits[i], cast_ray(mixed.world, rays[i])) << count << ", ray " << i;
+        ASSERT_EQ(blocked[i] != 0, hits[i].has_value()) << count << ", ray " << i;
+      }
+    }
+  }
+}
+
 TEST(RayQueries, RaysHitWhatTheyDidBeforeTheEditUndone) {
   MixedWorld mixed(6);
   mixed.step(10);

@@ -169,7 +169,8 @@ TEST(TriangleMesh, PositionsAreRoundedOnceAboutTheCenter) {
   float radius = 0.0f;
   Vec3 half{};
   for (std::int32_t i = 0; i < solid.data.vertex_count; ++i) {
-    const Vec3 given_point = mesh.vertices()[static_cast<std::size_t>(i)], p = point(solid.data, i);
+    const auto given_vertex = static_cast<std::size_t>(solid.columns.given_vertex[i]);
+    const Vec3 given_point = mesh.vertices()[given_vertex], p = point(solid.data, i);
     for (int axis = 0; axis < 3; ++axis) {
       EXPECT_EQ(p[axis], static_cast<float>(double{given_point[axis]} - solid.origin[axis]));
       half[axis] = std::max(half[axis], std::abs(p[axis]));
