@@ -24,7 +24,8 @@ void solve(WorldData& data, float dt, Crew& crew);       // blocks -> velocities
 void store_impulses(WorldData& data, float dt, Crew& crew);  // blocks -> manifolds, for the next warm start
 void break_joints(WorldData& data, Crew& crew);              // reactions -> joints that break
 void list_joint_events(WorldData& data, Crew& crew);         // reactions -> joints that bore more than asked
-void note_approach(WorldData& data, Crew& crew);  // velocities -> approach speeds, where events are asked for
+// velocities -> approach speeds, where events are asked for
+void note_approach(WorldData& data, float dt, Crew& crew);
 void list_body_events(WorldData& data);           // sleep, waking and lost joints -> their events
 void list_contact_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begins, persists, ends, hits
 void list_sensor_events(WorldData& data, float dt, Crew& crew);   // poses -> what sensors see, begins, ends

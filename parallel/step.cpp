@@ -113,8 +113,8 @@ void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) 
   validate_members(data);
   validate_islands(data);
   clock.run(Phase::list_events, [&] {
-    list_body_events(data);     // sleep, waking and lost joints -> their events
-    note_approach(data, crew);  // velocities -> approach speeds
+    list_body_events(data);         // sleep, waking and lost joints -> their events
+    note_approach(data, dt, crew);  // velocities -> approach speeds
   });
   if (dt > 0.0f) {
     clock.run(Phase::color_constraints, [&] { color_constraints(data, crew); });  // contacts  -> batches

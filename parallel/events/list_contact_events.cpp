@@ -66,9 +66,14 @@ float impulse_of(const WorldData& data, std::int32_t first) {
   for_each_contact(data.contacts, first, [&](std::int32_t contact) { sum += data.events.impulse[contact]; });
   return sum;
 }
-float approach_of(const WorldData& data, std::int32_t first) {
-  return largest_of(data.contacts, first,
-                    [&](std::int32_t contact) { return data.events.approach[contact]; });
+// Of the contacts that were pressed, if there are any: what slides on a mesh toward a wall of it does not hit
+// before it gets there.
+float approach_of(const WorldData& data, std::int32_t first, bool solved) {
+  const Events& events = data.events;
+  const bool pressed = solved && impulse_of(data, first) > 0.0f;
+  return largest_of(data.contacts, first, [&](std::int32_t contact) {
+    return !pressed || events.impulse[contact] > 0.0f ? events.approach[contact] : 0.0f;
+  });
 }
 // The contact with the nearest point.
 std::int32_t nearest_contact(const Contacts& contacts, std::int32_t first) {
@@ -156,7 +161,7 @@ PairList list_pairs(WorldData& data, Crew& crew) {
 // Of a contact that was solved. An impulse that is not finite tells nothing: its bodies are about to be
 // restored.
 bool hits(const WorldData& data, std::int32_t contact) {
-  if (!(approach_of(data, contact) >= data.settings.hit_event_speed)) return false;
+  if (!(approach_of(data, contact, true) >= data.settings.hit_event_speed)) return false;
   const float impulse = impulse_of(data, contact);
   return impulse > 0.0f && std::isfinite(impulse);
 }
@@ -281,7 +286,7 @@ ContactEvent make_event(const WorldData& data, const PairList& list, std::int32_
         center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2, manifold.separation[k]};
   }
   if (!is_on_awake_dynamic(data, pair.a) && !is_on_awake_dynamic(data, pair.b)) return event;
-  event.approach_speed = approach_of(data, first);
+  event.approach_speed = approach_of(data, first, solved);
   const float impulse = solved ? impulse_of(data, first) : 0.0f;
   if (std::isfinite(impulse)) event.normal_impulse = impulse;
   return event;

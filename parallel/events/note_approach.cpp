@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kContactsPerChunk = 1024;
 
-float approach_speed(const WorldData& data, const Manifold& manifold) {
+float approach_speed(const WorldData& data, const Manifold& manifold, float dt) {
   const VelocityRow& a = data.bodies.velocity[manifold.row_a];
   const VelocityRow& b = data.bodies.velocity[manifold.row_b];
   const Vec3 normal = to_vec3(manifold.normal);
@@ -20,12 +20,12 @@ float approach_speed(const WorldData& data, const Manifold& manifold) {
                         to_vec3(a.linear) - cross(to_vec3(a.angular), to_vec3(manifold.arm_a));
   const float at_center = dot(relative, normal);
   const float spin_1 = dot(spin, tangent_1), spin_2 = dot(spin, tangent_2);
-  const float near = near_of(manifold);
+  // The nearest point, and those that have met or will within the step.
+  const float near = std::max(nearest_of(manifold), kLinearSlop);
   float fastest = 0.0f;
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
     const float approach = -(at_center + manifold.point_v[k] * spin_1 - manifold.point_u[k] * spin_2);
-    const float met = std::max(near, approach * data.last_dt);  // now or within the step
-    if (!(manifold.separation[k] <= met)) continue;
+    if (!(manifold.separation[k] <= std::max(near, approach * dt))) continue;
     fastest = approach > fastest ? approach : fastest;
   }
   return fastest;
@@ -33,7 +33,7 @@ float approach_speed(const WorldData& data, const Manifold& manifold) {
 
 }  // namespace
 
-void note_approach(WorldData& data, Crew& crew) {
+void note_approach(WorldData& data, float dt, Crew& crew) {
   if (!asks_for_events(data)) return;
   const Contacts& contacts = data.contacts;
   data.events.approach.resize_discarding(contacts.now.pair.size());
@@ -41,7 +41,7 @@ void note_approach(WorldData& data, Crew& crew) {
     for (int i = begin; i < end; ++i) {
       const std::int32_t row = contacts.active[i];
       if (asked_about(data, contacts.now.pair[row]) == ContactEvents::none) continue;
-      data.events.approach[row] = approach_speed(data, contacts.now.manifold[row]);
+      data.events.approach[row] = approach_speed(data, contacts.now.manifold[row], dt);
     }
   });
 }

@@ -44,7 +44,9 @@ struct ContactEvent {
   BodyId body_b;                ///< the body of shape_b
   Vec3 normal;                  ///< unit, from a to b
   float normal_impulse = 0.0f;  ///< N s, of all points over the whole step; 0 after a step of no length
-  float approach_speed = 0.0f;  ///< m/s, the largest of the points when the step began; 0 if none came closer
+  /// m/s when the step began, the largest of the points that are in touch or meet within the step; 0 if none
+  /// came closer. Where shapes touch in several places, those places count that were pressed, if any was.
+  float approach_speed = 0.0f;
   std::int32_t point_count = 0;  ///< the nearest point, those less than 2 cm apart, and those pressed
   ContactPoint points[4];        ///< the first `point_count` count, the others are zero
 };

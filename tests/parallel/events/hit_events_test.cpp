@@ -242,6 +242,55 @@ TEST(HitEvents, OfAPairWithSeveralManifoldsAreOne) {
   EXPECT_NEAR(hits[0].normal_impulse, impulse, 1e-4 * impulse);
 }
 
+// The floor and the wall are one mesh: the ball presses on the one while it comes closer to the other.
+TEST(HitEvents, AreNoneBeforeTheBallReachesAWallOfTheMeshThatItSlidesOn) {
+  const std::vector<Vec3> vertices{{-9, 0, -5}, {-9, 0, 5}, {0, 0, -5}, {0, 0, 5}, {0, 5, -5}, {0, 5, 5}};
+  const std::vector<MeshTriangle> triangles{{0, 1, 2}, {2, 1, 3}, {2, 3, 4}, {4, 3, 5}};
+  for (int i = 0; i < 50; ++i) {
+    Lab lab(hitting(without_sleep(), 0.5f));
+    lab.add({.type = BodyType::fixed}, TriangleMesh(vertices, triangles), {.friction = 0.0f});
+    const BodyId ball = lab.add(
+        {.position = {-1.5f - 0.0007f * static_cast<float>(i), 0.5f, 0}, .linear_velocity = {1.1f, 0, 0}},
+        Sphere{0.5f}, {.friction = 0.0f});
+    Hits hits;
+    double before = 0.0;
+    for (int step = 0; step < 120 && hits.empty(); ++step) {
+      before = lab.velocity(ball).x();
+      hits = hits_over(lab, 1);
+    }
+    ASSERT_EQ(hits.size(), 1u) << i;
+    EXPECT_NEAR(hits[0].approach_speed, before, 1e-3) << i;
+    EXPECT_LT(lab.velocity(ball).x(), 0.999 * before) << i << ": nothing but the wall slows it down";
+  }
+}
+
+TEST(HitEvents, OfABoxThatTipsOverIsOneWhenItsFaceLands) {
+  constexpr float kFineStep = 1.0f / 240.0f;
+  Lab lab(hitting(without_sleep(), 0.5f));
+  lab.add_ground({.friction = 10.0f});
+  // On its lower edge, its center a little beyond it.
+  const float lean = 0.9f;
+  const double reach = std::sqrt(0.5), angle = 0.25 * 3.14159265358979 + static_cast<double>(lean);
+  const BodyId box = lab.add({.position = {static_cast<float>(reach * std::cos(angle)),
+                                           static_cast<float>(reach * std::sin(angle)), 0},
+                              .rotation = from_axis_angle({0, 0, 1}, lean)},
+                             Box{}, {.friction = 10.0f});
+  Hits hits;
+  double spin = 0.0;
+  for (int step = 0; step < 600 && hits.empty(); ++step) {
+    spin = std::abs(static_cast<double>(lab.world.angular_velocity(box).z));
+    hits.clear();
+    lab.run(1, kFineStep);
+    hits = hits_of(lab.world);
+  }
+  ASSERT_EQ(hits.size(), 1u);
+  EXPECT_GT(spin, 1.0);
+  EXPECT_NEAR(hits[0].approach_speed, spin, 0.05 * spin)
+      << "its free edge is 1 m from the one that it turns on";
+  EXPECT_LT(std::abs(static_cast<double>(lab.world.angular_velocity(box).z)), 0.9 * spin)
+      << "the face landed in this step";
+}
+
 TEST(HitEvents, OfABulletThatASweepStopsTellItsSpeed) {
   for (int i = 0; i < 40; ++i) {
     Lab lab(hitting(without_gravity()));
