@@ -87,9 +87,10 @@ struct alignas(32) LocalInertiaRow {
 };
 
 enum MotionFlag : std::uint32_t {
-  kMotionLocksMask = 0x3f,     // AxisLocks
-  kMotionGyroscopic = 1 << 8,  // inertia is not isotropic: integrate the gyroscopic term
-  kMotionJointed = 1 << 9,     // has joints: its inertia in world axes is kept up to date within the step
+  kMotionLocksMask = 0x3f,      // AxisLocks
+  kMotionGyroscopic = 1 << 8,   // inertia is not isotropic: integrate the gyroscopic term
+  kMotionJointed = 1 << 9,      // has joints: its inertia in world axes is kept up to date within the step
+  kMotionSweptWhole = 1 << 10,  // its shapes are swept as they are, not by balls within them
 };
 
 // What a step notes about a body.

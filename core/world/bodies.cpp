@@ -61,6 +61,22 @@ void add_load(Call call, const BodyRow& at_row, Vec3 force, Vec3 torque) {
   wake_body(at_row.data, at_row.body);
 }
 
+// The bounds of shapes cover the way of the next step, and the narrow phase makes points ahead of what is
+// fast. Both were made for the velocity that the last step ended with; where this one leads elsewhere, they
+// are made anew.
+void look_ahead(const BodyRow& at_row, const VelocityRow& before) {
+  constexpr float kWay = 0.5f * kSpeculativeDistance;  // as the bounds' kernel
+  constexpr float kTurn = 0.5f;                        // rad
+  const VelocityRow& now = at_row.bodies.velocity[at_row.body];
+  const float dt = at_row.data.last_dt;
+  const auto differ = [dt](const float(&from)[3], const float(&to)[3], float most) {
+    const Vec3 change = to_vec3(to) - to_vec3(from);
+    return length(to_vec3(to)) * dt > most && length(change) * dt > most;
+  };
+  if (differ(before.linear, now.linear, kWay) || differ(before.angular, now.angular, kTurn))
+    mark_shapes_dirty(at_row.data, at_row.body);
+}
+
 // Changes the velocities at once.
 void kick(Call call, const BodyRow& at_row, Vec3 impulse, Vec3 angular_impulse) {
   if (!at_row.is_dynamic()) return;
@@ -71,8 +87,10 @@ void kick(Call call, const BodyRow& at_row, Vec3 impulse, Vec3 angular_impulse) 
   const Vec3 angular = to_vec3(velocity.angular) + angular_response(at_row, angular_impulse);
   check_vector(call, "the linear velocity after the impulse", linear, kMaxSpeed);
   check_vector(call, "the angular velocity after the impulse", angular, kMaxSpeed);
+  const VelocityRow before = velocity;
   store(velocity.linear, linear);
   store(velocity.angular, angular);
+  look_ahead(at_row, before);
   wake_body(at_row.data, at_row.body);
 }
 
@@ -89,9 +107,11 @@ void change_velocity(const BodyRow& at_row, Vec3 linear, Vec3 angular) {
   const bool stays = to_vec3(velocity.linear) == linear && to_vec3(velocity.angular) == angular;
   if (stays && !at_row.is_dynamic()) return;
   const bool moved = !is_still(velocity);
+  const VelocityRow before = velocity;
   velocity.lag = 0.0f;
   store(velocity.linear, linear);
   store(velocity.angular, angular);
+  look_ahead(at_row, before);
   if (at_row.is_dynamic()) {
     wake_body(at_row.data, at_row.body);
     return;
@@ -353,6 +373,18 @@ void World::set_can_sleep(BodyId body, bool can_sleep) {
     b.bodies.flags[b.body] = static_cast<std::uint8_t>(b.bodies.flags[b.body] & ~kBodyCanSleep);
     wake_body(b.data, b.body);
   }
+}
+
+bool World::full_sweep(BodyId body) const {
+  const BodyRow b = at({"full_sweep"}, data_, body);
+  return (b.bodies.motion[b.body].flags & std::uint32_t{kMotionSweptWhole}) != 0;
+}
+
+void World::set_full_sweep(BodyId body, bool full) {
+  const BodyRow b = at({"set_full_sweep"}, data_, body);
+  const CallRecord<RecordedCall::set_full_sweep> call_record(b.data, body, full);
+  std::uint32_t& flags = b.bodies.motion[b.body].flags;
+  flags = (flags & ~std::uint32_t{kMotionSweptWhole}) | (full ? std::uint32_t{kMotionSweptWhole} : 0u);
 }
 
 bool World::is_awake(BodyId body) const {

@@ -29,7 +29,8 @@ void write_body(Bodies& bodies, std::int32_t body, const BodyDef& def, const Bod
   bodies.pose[body] = pose;
   bodies.transform[body] = transform_of(pose, mass.center);
   bodies.motion[body] = {def.linear_damping, def.angular_damping, def.gravity_factor,
-                         mass.gyroscopic ? static_cast<std::uint32_t>(kMotionGyroscopic) : 0u};
+                         (mass.gyroscopic ? std::uint32_t{kMotionGyroscopic} : 0u) |
+                             (def.full_sweep ? std::uint32_t{kMotionSweptWhole} : 0u)};
   put(bodies.locks, body, def.locks);
   VelocityRow velocity{};
   if (def.type != BodyType::fixed) {

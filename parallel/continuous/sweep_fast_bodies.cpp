@@ -13,6 +13,8 @@
 // and turns.
 //
 // A body that rests on an obstacle or slides along it never meets it with a core, at any speed.
+//
+// Of bodies that ask for it, the shapes themselves are swept, too: see sweep_whole.cpp.
 #include <core/geometry/balls.h>
 #include <core/world/contact_hooks.h>
 #include <core/world/edit.h>
@@ -21,6 +23,7 @@
 #include <parallel/continuous/sweep_mesh.h>
 #include <parallel/continuous/sweep_motion.h>
 #include <parallel/continuous/sweep_moving.h>
+#include <parallel/continuous/sweep_whole.h>
 #include <parallel/crew/list_where.h>
 #include <parallel/stages.h>
 
@@ -52,13 +55,18 @@ bool meets(const Swept& box, const float (&bounds)[6][simd::kBlock], std::size_t
   return true;
 }
 
-Meeting meeting_with(const Obstacles& obstacles, const Sweep& sweep, std::int32_t obstacle) {
-  const WorldData& data = obstacles.data;
+// Whether the shape may be stopped by the other one, which rests.
+bool may_stop(const WorldData& data, std::int32_t shape, std::int32_t obstacle) {
   const std::int32_t body = data.shapes.body[obstacle];
   const bool rests =
       data.bodies.type[body] == BodyType::fixed || (data.bodies.flags[body] & kBodyAsleep) != 0;
-  if (!rests || !may_collide(data, sweep.shape, obstacle)) return {};
-  if (is_refused(data.hooks, {std::min(sweep.shape, obstacle), std::max(sweep.shape, obstacle)})) return {};
+  return rests && may_collide(data, shape, obstacle) &&
+         !is_refused(data.hooks, {std::min(shape, obstacle), std::max(shape, obstacle)});
+}
+
+Meeting meeting_with(const Obstacles& obstacles, const Sweep& sweep, std::int32_t obstacle) {
+  const WorldData& data = obstacles.data;
+  if (!may_stop(data, sweep.shape, obstacle)) return {};
   const PoseRow& pose = data.shapes.pose[obstacle];
   if (data.shapes.type[obstacle] == ShapeType::mesh) {
     const MeshData& mesh = *data.meshes.data[data.shapes.mesh[obstacle]];
@@ -106,6 +114,40 @@ Meeting first_meeting(const Obstacles& obstacles, const PairTree& tree, const Sw
   for (std::size_t lane = 0; lane < simd::kBlock; ++lane) {
     if (!meets(sweep.core, node.bounds, lane)) continue;
     first = earlier(first, first_meeting(obstacles, tree, sweep, level - 1, block * simd::kBlock + lane));
+  }
+  return first;
+}
+
+// Calls call(shape) for the shapes of the tree that are near.
+template <class Call>
+void for_each_near(const PairTree& tree, const Swept& box, int level, std::size_t block, Call&& call) {
+  for (std::size_t lane = 0; lane < simd::kBlock; ++lane) {
+    if (level < 0) {
+      const std::int32_t shape = tree.leaves[block].shape[lane];
+      if (shape >= 0 && meets(box, tree.leaves[block].bounds, lane)) call(shape);
+    } else if (meets(box, tree.nodes[level][block].bounds, lane)) {
+      for_each_near(tree, box, level - 1, block * simd::kBlock + lane, call);
+    }
+  }
+}
+
+// The first meeting of a body whose shapes are swept as they are.
+Meeting first_whole_meeting(const Obstacles& obstacles, std::int32_t body) {
+  const WorldData& data = obstacles.data;
+  const Mover mover = mover_of(data, body, kNever);
+  const Swept box(mover.start, mover.start + mover.motion.way, reach_of(data, body));
+  Meeting first;
+  const auto meet = [&](std::int32_t obstacle) {
+    const std::int32_t other = data.shapes.body[obstacle];
+    const Mover still{to_vec3(data.bodies.pose[other].position), {}, 0.0f};
+    for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
+      if (!may_stop(data, shape, obstacle)) continue;
+      const float met = whole_meeting(data, obstacles.kernels, {shape, obstacle}, {mover, still}, 0.0f);
+      first = earlier(first, {met, obstacle, {}});
+    }
+  };
+  for (const PairTree& tree : obstacle_trees(obstacles.broad_phase)) {
+    if (tree.levels > 0) for_each_near(tree, box, tree.levels - 1, 0, meet);
   }
   return first;
 }
@@ -256,7 +298,10 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
   DeltaRow& delta = data.bodies.delta[body];
   if (!has_finite_motion(delta)) return;  // finish_step restores it
   const Vec3 start = to_vec3(data.bodies.pose[body].position);
-  const Swept box(start, start + to_vec3(delta.position), data.bodies.core[body].size);
+  const bool is_whole = is_swept_whole(data, body) && moves_far(data, body);
+  const float size = data.bodies.core[body].size;
+  const Swept box(start, start + to_vec3(delta.position),
+                  is_whole ? std::max(size, reach_of(data, body)) : size);
   const auto trees = obstacle_trees(obstacles.broad_phase);
   if (std::none_of(trees.begin(), trees.end(), [&](const PairTree& tree) {
         return tree.levels > 0 && is_near(tree, box, tree.levels - 1, 0);
@@ -284,6 +329,11 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
     }
     from = to;
   }
+  if (!is_whole) return;
+  const Meeting first = first_whole_meeting(obstacles, body);
+  if (!(first.time < end.time)) return;
+  end.time = first.time;
+  end.rebounds = may_rebound(data, body, first.obstacle);
 }
 
 // Puts the body back to where its step ends. What carries it on does so as far as nothing at rest is in the
@@ -324,7 +374,8 @@ void sweep_fast_bodies(WorldData& data, float dt, Crew& crew) {
       [&](std::int32_t place) {
         const std::int32_t body = bodies.awake[place];
         return (bodies.step_notes[body] & (kIsFast | kLags)) != 0 ||
-               is_fast(bodies.core[body], bodies.delta[body]);
+               is_fast(bodies.core[body], bodies.delta[body]) ||
+               (is_swept_whole(data, body) && moves_far(data, body));
       },
       [&](std::int32_t place) { return bodies.awake[place]; });
   const Column<std::int32_t>& fast = broad_phase.fast;

@@ -71,6 +71,12 @@ Arms arms_of(const WorldData& data, std::int32_t body) {
   return arms;
 }
 
+Mover mover_of(const WorldData& data, std::int32_t body, float stop) {
+  const bool turns = data.bodies.type[body] == BodyType::dynamic;
+  return {to_vec3(data.bodies.pose[body].position),
+          motion_of(data.bodies.delta[body], turns ? long_axis_of(data, body) : Vec3{}), stop};
+}
+
 float farthest_way(const CoreRow& core, const DeltaRow& delta) {
   const float way = length(to_vec3(delta.position));
   if (!(core.reach > 0.0f)) return way;

@@ -3,6 +3,8 @@
 
 #include <core/world/world_data.h>
 
+#include <algorithm>
+
 namespace scree::sweeps {
 
 // A body's motion in the step: along a straight way, while its long axis swings by the shorter way and the
@@ -33,6 +35,17 @@ struct Arms {
 };
 
 Arms arms_of(const WorldData& data, std::int32_t body);
+
+// A body on its way through the step.
+struct Mover {
+  Vec3 start;     // center of mass as the step begins
+  Motion motion;  // of the whole step
+  float stop;     // time after which it stands still
+
+  bool stands_at(float t) const { return t >= stop; }
+  DeltaRow delta_at(float t) const { return part_of(motion, std::min(t, stop)); }
+};
+Mover mover_of(const WorldData& data, std::int32_t body, float stop);
 
 // m, by which no ball's center moves farther in the step.
 float farthest_way(const CoreRow& core, const DeltaRow& delta);

@@ -14,6 +14,7 @@
 #include <parallel/continuous/sweep_convex.h>
 #include <parallel/continuous/sweep_mesh.h>
 #include <parallel/continuous/sweep_moving.h>
+#include <parallel/continuous/sweep_whole.h>
 #include <parallel/crew/list_where.h>
 
 #include <algorithm>
@@ -33,22 +34,6 @@ constexpr int kPairsPerChunk = 4;
 // halved so often at most.
 constexpr float kBend = 0.05f, kMostBend = 0.2f * kLinearSlop;
 constexpr int kMostHalvings = 20;
-
-// A body on its way through the step.
-struct Mover {
-  Vec3 start;     // center of mass as the step begins
-  Motion motion;  // of the whole step
-  float stop;     // time after which it stands still
-
-  bool stands_at(float t) const { return t >= stop; }
-  DeltaRow delta_at(float t) const { return part_of(motion, std::min(t, stop)); }
-};
-
-Mover mover_of(const WorldData& data, std::int32_t body, float stop) {
-  const bool turns = data.bodies.type[body] == BodyType::dynamic;
-  return {to_vec3(data.bodies.pose[body].position),
-          motion_of(data.bodies.delta[body], turns ? long_axis_of(data, body) : Vec3{}), stop};
-}
 
 // The point of a body that is at `point` at the time of `delta`, as the step begins.
 Vec3 place_back(const Mover& mover, const DeltaRow& delta, Vec3 point) {
@@ -189,6 +174,8 @@ float meeting_of(const WorldData& data, const simd::QueryKernels& kernels, const
   for (int side = 0; side < 2; ++side) {
     meet_from_side(data, kernels, pair, side, movers, from, first);
   }
+  if (is_swept_whole(data, bodies[0]) || is_swept_whole(data, bodies[1]))
+    first = std::min(first, whole_meeting(data, kernels, pair.shape, movers, from));
   return first;
 }
 
@@ -219,6 +206,8 @@ bool may_pass(const WorldData& data, std::int32_t a, std::int32_t b, float dt) {
     return farthest_way(bodies.core[body], bodies.delta[body]) - length(to_vec3(bodies.delta[body].position));
   };
   const Vec3 way = to_vec3(bodies.delta[a].position) - to_vec3(bodies.delta[b].position);
+  if ((is_swept_whole(data, a) && moves_far(data, a)) || (is_swept_whole(data, b) && moves_far(data, b)))
+    return true;
   return length(way) + turn(a) + turn(b) > inner_radius_of(bodies.core[a]) + inner_radius_of(bodies.core[b]);
 }
 

@@ -130,8 +130,15 @@ Kept follow_separations(const CollideColumns& columns, const Block& block, I poi
   load_rows(rows + 16, kStride, block.row, v[0], v[1], v[2], v[3]);
   load_rows(reinterpret_cast<const float*>(columns.anchor) + 12, sizeof(ContactAnchor) / sizeof(float),
             block.row, base[0], base[1], base[2], base[3]);
-  const Measure shape_1 =
+  Measure shape_1 =
       measure(columns, block.shape_1, load_extent(columns.shape_extent, block.shape_1), solids);
+  F travel_1(0.0f), travel_2(0.0f);
+  if (solids == Solids::meshes) {
+    // What is far from the body's center of mass moves farther by a turn, and may meet other triangles.
+    const V3 place = load_pose(columns.shape_pose, block.shape_1, travel_1).position;
+    load_pose(columns.shape_pose, block.shape_2, travel_2);
+    shape_1.size = shape_1.size + length(place - load_pose(columns.body_pose, block.body_1).position);
+  }
   const Measure shape_2 =
       solids == Solids::meshes
           ? Measure{F(1e30f), F(0.0f)}
@@ -175,9 +182,6 @@ Kept follow_separations(const CollideColumns& columns, const Block& block, I poi
   kept.keeps = candidates & (motion.distance < min(share, limit)) & (nearest <= F(kSpeculativeDistance));
   if (solids == Solids::meshes) {
     // What is fast needs points ahead, and those of a mesh may have other normals than it has had so far.
-    F travel_1, travel_2;
-    load_pose(columns.shape_pose, block.shape_1, travel_1);
-    load_pose(columns.shape_pose, block.shape_2, travel_2);
     kept.keeps = kept.keeps & !(max(travel_1, travel_2) > F(0.0f));
   }
   return kept;

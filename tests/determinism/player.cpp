@@ -186,6 +186,11 @@ void Player::change_body(const Call& call, Slot& slot) {
       tell("set_can_sleep", body, can_sleep);
       return world_.set_can_sleep(body, can_sleep);
     }
+    case CallKind::set_full_sweep: {
+      const bool full = random.below(2) == 0;
+      tell("set_full_sweep", body, full);
+      return world_.set_full_sweep(body, full);
+    }
     case CallKind::wake:
       tell("wake", body);
       return world_.wake(body);

@@ -203,6 +203,7 @@ BodyDef random_body_def(Random& random) {
   if (once_in(random, 4)) def.locks = random_locks(random);
   if (once_in(random, 5)) def.mass = random.between(0.1f, 1000.0f);
   def.can_sleep = !once_in(random, 6);
+  def.full_sweep = once_in(random, 4);
   def.user_data = random.next();
   return def;
 }
@@ -535,6 +536,7 @@ void print(std::ostream& out, const BodyDef& value) {
   field(out, "locks", static_cast<int>(value.locks));
   if (value.mass) field(out, "mass", *value.mass);
   field(out, "can_sleep", value.can_sleep);
+  field(out, "full_sweep", value.full_sweep);
   out << "}";
 }
 

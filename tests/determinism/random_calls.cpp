@@ -48,6 +48,7 @@ constexpr KindRule kRules[kCallKindCount] = {
     {"set_gravity_factor", 2},
     {"set_locks", 3},
     {"set_can_sleep", 2},
+    {"set_full_sweep", 2},
     {"wake", 2},
     {"set_user_data", 2},
     {"set_settings", 3},

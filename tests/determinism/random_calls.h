@@ -45,6 +45,7 @@ enum class CallKind : std::uint8_t {
   set_gravity_factor,
   set_locks,
   set_can_sleep,
+  set_full_sweep,
   wake,
   set_user_data,
   set_settings,

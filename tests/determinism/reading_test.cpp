@@ -112,6 +112,7 @@ class Reader {
     say("gravity_factor", world_.gravity_factor(body));
     say("locks", world_.locks(body));
     say("can_sleep", world_.can_sleep(body));
+    say("full_sweep", world_.full_sweep(body));
     say("is_awake", world_.is_awake(body));
     say("is_quarantined", world_.is_quarantined(body));
     say("user_data", world_.user_data(body));

@@ -282,5 +282,37 @@ TEST(Mesh, BodiesFallThroughTheHolesOfAHeightField) {
   EXPECT_GT(on_ground, 100);
 }
 
+// The narrow phase makes points ahead for the speed that a step begins with, though bounds knew another.
+TEST(Meshes, StopWhatACallHasMadeFastAtTheirSurface) {
+  const std::vector<Vec3> vertices{{0, -9, -9}, {0, -9, 9}, {0, 9, -9}, {0, 9, 9}};
+  const std::vector<MeshTriangle> triangles{{0, 1, 2}, {2, 1, 3}};
+  const Geometry shapes[] = {Sphere{0.5f}, Capsule{0.5f, 0.5f}, Box{},
+                             ConvexHull{.hull = Hull(scenes::box_points({0.5f, 0.5f, 0.5f}))}};
+  for (const Geometry& shape : shapes) {
+    for (const bool by_impulse : {false, true}) {
+      for (const float speed : {2.0f, 5.0f, 10.0f, 20.0f}) {
+        for (const float gap : {0.03f, 0.06f}) {  // less than 2 cm and a tenth of the size
+          Lab lab(without_gravity());
+          lab.add({.type = BodyType::fixed}, TriangleMesh(vertices, triangles));
+          const BodyId body = lab.add({.position = {-0.5f - gap, 0, 0}}, shape);
+          lab.run(3);
+          if (by_impulse) {
+            lab.world.add_impulse(body, {speed * lab.world.mass_properties(body).mass, 0, 0});
+          } else {
+            lab.world.set_linear_velocity(body, {speed, 0, 0});
+          }
+          double deepest = 0.0;
+          for (int step = 0; step < 10; ++step) {
+            lab.run(1);
+            deepest = std::max(deepest, lab.position(body).x() + 0.5);
+          }
+          EXPECT_LT(deepest, 0.01) << shape.index() << ", " << speed << " m/s, " << gap << " m, impulse "
+                                   << by_impulse;
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace scree::physics

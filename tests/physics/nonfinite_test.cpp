@@ -52,7 +52,7 @@ class Poke {
   }
   void change(BodyDef& def) {
     auto& [type, position, rotation, linear_velocity, angular_velocity, linear_damping, angular_damping,
-           gravity_factor, locks, mass, can_sleep, user_data] = def;
+           gravity_factor, locks, mass, can_sleep, full_sweep, user_data] = def;
     change(position), change(rotation), change(linear_velocity), change(angular_velocity);
     change(linear_damping), change(angular_damping), change(gravity_factor), change(*mass);
   }

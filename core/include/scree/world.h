@@ -53,7 +53,8 @@ struct WorldSettings {
   /// Fast bodies do not pass through others: the step of a body ends where a ball about the center of one of
   /// its shapes, or one that fits into a corner or end of it, would go through, and the next step's contact
   /// takes it with its velocity. Where it rebounds, it makes up for the rest of its step at the end of the
-  /// next one. What is thinner than the gaps between these balls may still be passed.
+  /// next one. What is thinner than the gaps between these balls may still be passed, but not by bodies with
+  /// BodyDef::full_sweep.
   bool continuous = true;
   bool warm_start = true;            ///< begin each step with the impulses of the last one
   bool sleeping = true;              ///< bodies at rest may sleep; turning it off wakes all
@@ -175,6 +176,8 @@ class SCREE_API World {
   void set_locks(BodyId body, AxisLocks locks);
   bool can_sleep(BodyId body) const;                ///< whether the body may sleep
   void set_can_sleep(BodyId body, bool can_sleep);  ///< forbidding it wakes the body
+  bool full_sweep(BodyId body) const;               ///< whether its shapes are swept as they are
+  void set_full_sweep(BodyId body, bool full);      ///< see BodyDef::full_sweep
   /// Kinematic bodies are always awake, fixed and quarantined ones never. A sleeper whose neighbor a call has
   /// changed counts as awake if the next step would wake it.
   bool is_awake(BodyId body) const;

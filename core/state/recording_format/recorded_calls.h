@@ -36,6 +36,7 @@ namespace scree {
   X(set_gravity_factor, set_gravity_factor, BodyId, float)                                                   \
   X(set_locks, set_locks, BodyId, AxisLocks)                                                                 \
   X(set_can_sleep, set_can_sleep, BodyId, bool)                                                              \
+  X(set_full_sweep, set_full_sweep, BodyId, bool)                                                            \
   X(wake, wake, BodyId)                                                                                      \
   X(set_body_user_data, set_user_data, BodyId, std::uint64_t)                                                \
   X(add_force, add_force, BodyId, Vec3)                                                                      \

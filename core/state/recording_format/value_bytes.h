@@ -61,6 +61,7 @@ void fields(Of<BodyDef> auto& def, auto&& visit) {
   visit(def.locks);
   visit(def.mass);
   visit(def.can_sleep);
+  visit(def.full_sweep);
   visit(def.user_data);
 }
 void fields(Of<MassProperties> auto& properties, auto&& visit) {

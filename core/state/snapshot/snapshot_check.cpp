@@ -75,7 +75,8 @@ void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& ref
               within(motion.gravity_factor, -kMaxGravityFactor, kMaxGravityFactor),
           "motion", "is out of range");
   const std::uint32_t jointed = bodies.first_joint[row] != -1 ? std::uint32_t{kMotionJointed} : 0u;
-  require((motion.flags & ~std::uint32_t{kMotionGyroscopic}) == ((dynamic ? locks : 0u) | jointed), "motion",
+  constexpr std::uint32_t kAsIs = std::uint32_t{kMotionGyroscopic} | std::uint32_t{kMotionSweptWhole};
+  require((motion.flags & ~kAsIs) == ((dynamic ? locks : 0u) | jointed), "motion",
           "has other locks than the body, or the wrong flag for joints");
   const InertiaRow& inverse = bodies.local_mass[row];
   require(dynamic ? is_finite_row(inverse) && inverse.inverse_mass > 0.0f : is_zero_row(inverse),

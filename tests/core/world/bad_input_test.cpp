@@ -192,6 +192,8 @@ TEST_F(BadInput, DeadHandlesAreRefused) {
       {"set_locks", [&] { world.set_locks(dead, AxisLocks::none); }},
       {"can_sleep", [&] { world.can_sleep(dead); }},
       {"set_can_sleep", [&] { world.set_can_sleep(dead, true); }},
+      {"full_sweep", [&] { world.full_sweep(dead); }},
+      {"set_full_sweep", [&] { world.set_full_sweep(dead, true); }},
       {"is_awake", [&] { world.is_awake(dead); }},
       {"wake", [&] { world.wake(dead); }},
       {"user_data", [&] { world.user_data(dead); }},

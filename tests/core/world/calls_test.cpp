@@ -83,6 +83,7 @@ TEST(Calls, SettersAreReadBack) {
   world.set_angular_damping(body, 4);
   world.set_gravity_factor(body, 5);
   world.set_can_sleep(body, false);
+  world.set_full_sweep(body, true);
   world.set_user_data(body, 6);
   EXPECT_EQ(world.pose(body), (Pose{{3, 2, 1}, {1, 0, 0, 0}}));
   EXPECT_EQ(world.linear_velocity(body), (Vec3{1, 1, 1}));
@@ -90,6 +91,7 @@ TEST(Calls, SettersAreReadBack) {
   EXPECT_EQ(world.linear_damping(body), 3.0f);
   EXPECT_EQ(world.angular_damping(body), 4.0f);
   EXPECT_EQ(world.gravity_factor(body), 5.0f);
+  EXPECT_TRUE(world.full_sweep(body));
   EXPECT_FALSE(world.can_sleep(body));
   EXPECT_EQ(world.user_data(body), 6u);
 }

@@ -41,6 +41,7 @@ void call_everything(Heap& heap) {
   world.set_gravity_factor(body(8), 0.9f);
   world.set_locks(body(9), AxisLocks::rotation_x | AxisLocks::translation_z);
   world.set_can_sleep(body(9), false);
+  world.set_full_sweep(body(9), true);
   world.wake(body(10));
   world.set_user_data(body(10), 11);
   world.add_force(body(11), {1, 1, 1});

@@ -70,9 +70,9 @@ auto members(const MassProperties& properties) {
 }
 auto members(const BodyDef& def) {
   const auto& [type, position, rotation, linear_velocity, angular_velocity, linear_damping, angular_damping,
-               gravity_factor, locks, mass, can_sleep, user_data] = def;
+               gravity_factor, locks, mass, can_sleep, full_sweep, user_data] = def;
   return std::tuple(type, position, rotation, linear_velocity, angular_velocity, linear_damping,
-                    angular_damping, gravity_factor, locks, mass, can_sleep, user_data);
+                    angular_damping, gravity_factor, locks, mass, can_sleep, full_sweep, user_data);
 }
 auto members(const WorldSettings& settings) {
   const auto& [gravity, substeps, contact_hertz, contact_damping_ratio, push_speed, restitution_threshold,
@@ -131,6 +131,7 @@ const BodyDef kBody{.type = BodyType::kinematic,
                     .locks = AxisLocks::rotation_z | AxisLocks::translation_x,
                     .mass = 13.0f,
                     .can_sleep = false,
+                    .full_sweep = true,
                     .user_data = 0x0123456789abcdefu};
 const WorldSettings kSettings{.gravity = {1, 2, 3},
                               .substeps = 5,

@@ -1,0 +1,203 @@
+// Sweeps of whole shapes; see sweep_whole.h.
+//
+// Conservative advancement (B. Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996): no
+// point of a body comes closer to the other one, along the line of their smallest distance, than the bodies'
+// ways and turns let its farthest point. Both are moved on for as long as that takes to use up the distance,
+// and the distance is measured anew, until they touch or the step ends.
+#include <core/world/edit.h>
+#include <parallel/continuous/sweep_convex.h>
+#include <parallel/continuous/sweep_path.h>
+#include <parallel/continuous/sweep_whole.h>
+#include <parallel/queries/query_mesh.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace scree::sweeps {
+
+namespace {
+
+using queries::Axes;
+using queries::Gap;
+using queries::Solid;
+using queries::Vector;
+
+// m; a motion that is shorter in a step is that of contacts: half of what they look ahead.
+constexpr float kFar = 0.5f * kSpeculativeDistance;
+// m; shapes this near to each other touch, and are left so far apart.
+constexpr double kTouching = 0.2 * double{kLinearSlop};
+// Five to ten are usual; a turn about a far center needs more.
+constexpr int kMostAdvances = 100;
+
+// Rad per step, at most, of what turns as part_of() says: at the chord's middle, which is nearest to the
+// center.
+double turn_rate(Quat turn) {
+  const double x = turn.x, y = turn.y, z = turn.z, w = turn.w;
+  return 4.0 * std::sqrt(x * x + y * y + z * z) / (1.0 + w);
+}
+
+// A solid on its way through the step.
+struct Traveler {
+  Solid start;
+  const Mover& mover;
+  Vector center;  // of mass as the step begins
+  double reach;   // m, from there around the solid
+  double turn;    // rad per step, at most
+
+  Traveler(Solid solid, const Mover& body, double radius)
+      : start(solid),
+        mover(body),
+        center(queries::to_vector(body.start)),
+        reach(queries::length(solid.position - center) + radius),
+        turn(turn_rate(body.motion.swing) + turn_rate(body.motion.twist)) {}
+
+  Solid at(float t) const {
+    const DeltaRow delta = mover.delta_at(t);
+    const Axes rotation = queries::to_axes(to_quat(delta.rotation));
+    Solid solid = start;
+    solid.axes = {rotation * start.axes.x, rotation * start.axes.y, rotation * start.axes.z};
+    solid.position = center + queries::to_vector(delta.position) + rotation * (start.position - center);
+    return solid;
+  }
+  // m per step, at most, by which it comes nearer along a direction after t.
+  double speed_along(Vector direction, float t) const {
+    if (mover.stands_at(t)) return 0.0;
+    return dot(queries::to_vector(mover.motion.way), direction) + turn * reach;
+  }
+};
+
+// m, negative where they overlap as seen along a direction from a to b.
+double separation_along(const Solid& a, const Solid& b, Vector direction) {
+  return dot(b.position - a.position, direction) - queries::reach_along(a, direction) -
+         queries::reach_along(b, -direction);
+}
+
+// When they touch after `from`, and how they are then; kNever if they do not, or do so at `from`.
+float touching(const Traveler& a, const Traveler& b, float from, Gap& gap) {
+  float t = from;
+  for (int i = 0; i < kMostAdvances; ++i) {
+    gap = queries::gap_between(a.at(t), b.at(t));
+    if (t == from && !(gap.distance > double{kLinearSlop})) return kNever;
+    if (!(gap.distance > 0.0)) return t;  // by rounding
+    if (gap.distance <= 1.5 * kTouching) return t;
+    const double speed = a.speed_along(gap.normal, t) + b.speed_along(-gap.normal, t);
+    if (!(speed > 0.0)) return kNever;
+    const auto next = static_cast<float>(double{t} + (gap.distance - kTouching) / speed);
+    if (!(next <= 1.0f)) return kNever;
+    if (!(next > t)) return t;
+    t = next;
+  }
+  return t;
+}
+
+// As they touched, so deep are they at the end, or less.
+bool stays_out(const Traveler& a, const Traveler& b, const Gap& gap) {
+  return separation_along(a.at(1.0f), b.at(1.0f), gap.normal) >= -double{kLinearSlop};
+}
+
+float meeting_of_convex(const Traveler& a, const Traveler& b, float from) {
+  Gap gap;
+  const float met = touching(a, b, from, gap);
+  return met <= 1.0f && !(gap.distance > 0.0 && stays_out(a, b, gap)) ? met : kNever;
+}
+
+// A shape against a triangle of a mesh.
+float meeting_with_triangle(const Traveler& a, const Mover& mesh_mover, Solid triangle, float from) {
+  const Vector local[3] = {{triangle.corner[0][0], triangle.corner[1][0], triangle.corner[2][0]},
+                           {triangle.corner[0][1], triangle.corner[1][1], triangle.corner[2][1]},
+                           {triangle.corner[0][2], triangle.corner[1][2], triangle.corner[2][2]}};
+  const Vector front = cross(local[1] - local[0], local[2] - local[0]);
+  double radius = 0.0;
+  for (const Vector corner : local) radius = std::max(radius, queries::length(corner));
+  const Traveler b(triangle, mesh_mover, radius);
+  const Solid shape = a.at(from), then = b.at(from);
+  if (!(dot(then.axes * front, shape.position - then.position - then.axes * local[0]) > 0.0)) return kNever;
+  Gap gap;
+  const float met = touching(a, b, from, gap);
+  if (!(met <= 1.0f)) return kNever;
+  if (!(gap.distance > 0.0)) return met;
+  return dot(b.at(met).axes * front, gap.normal) < 0.0 && !stays_out(a, b, gap) ? met : kNever;
+}
+
+// A box, in the mesh's frame as the step begins, around all that the shape comes to in it.
+simd::MeetTask task_of(const Traveler& a, const Solid& mesh, const Mover& mesh_mover) {
+  constexpr double kRounding = 1e-6;  // of coordinates: more than floats are off by
+  const Vector way = queries::to_vector(a.mover.motion.way) - queries::to_vector(mesh_mover.motion.way);
+  const double mesh_turn = turn_rate(mesh_mover.motion.swing) + turn_rate(mesh_mover.motion.twist);
+  const double far = queries::length(a.center - queries::to_vector(mesh_mover.start)) + queries::length(way);
+  const double room = a.reach + mesh_turn * (far + a.reach);
+  const Vector start = turn_back(mesh.axes, a.center - mesh.position), local_way = turn_back(mesh.axes, way);
+  simd::MeetTask task{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double from = start[axis], to = from + local_way[axis];
+    const double wide = room + kRounding * (std::abs(from) + std::abs(to) + room);
+    task.lower[axis] = static_cast<float>(std::min(from, to) - wide);
+    task.upper[axis] = static_cast<float>(std::max(from, to) + wide);
+  }
+  return task;
+}
+
+float meeting_with_mesh(const simd::QueryKernels& kernels, const Traveler& a, const Solid& mesh,
+                        const Mover& mesh_mover, float from) {
+  struct First {
+    const Traveler& a;
+    const Solid& mesh;
+    const Mover& mover;
+    float from;
+    queries::TriangleSolid triangle;
+    float met = kNever;
+  } first{a, mesh, mesh_mover, from, queries::TriangleSolid(*mesh.mesh)};
+  const simd::AskShape ask = [](void* context, std::int32_t triangle, float limit) -> float {
+    First& f = *static_cast<First*>(context);
+    Solid solid = f.triangle.take(triangle);
+    solid.position = f.mesh.position;
+    solid.axes = f.mesh.axes;
+    f.met = std::min(f.met, meeting_with_triangle(f.a, f.mover, solid, f.from));
+    return limit;
+  };
+  kernels.meet_mesh(*mesh.mesh, task_of(a, mesh, mesh_mover), 0.0f, ask, &first);
+  return first.met;
+}
+
+}  // namespace
+
+bool is_swept_whole(const WorldData& data, std::int32_t body) {
+  return (data.bodies.motion[body].flags & std::uint32_t{kMotionSweptWhole}) != 0 &&
+         data.bodies.type[body] == BodyType::dynamic;
+}
+
+float reach_of(const WorldData& data, std::int32_t body) {
+  float reach = 0.0f;
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
+    reach = std::max(reach,
+                     length(to_vec3(data.shapes.local_pose[shape].position)) + outer_radius_of(data, shape));
+  }
+  return reach;
+}
+
+bool moves_far(const WorldData& data, std::int32_t body) {
+  const DeltaRow& delta = data.bodies.delta[body];
+  const float way = length(to_vec3(delta.position));
+  if (way > kFar) return true;
+  const float turn = 2.0f * length(Vec3{delta.rotation[0], delta.rotation[1], delta.rotation[2]});
+  return turn > 0.0f && way + turn * reach_of(data, body) > kFar;
+}
+
+float whole_meeting(const WorldData& data, const simd::QueryKernels& kernels, const std::int32_t (&shapes)[2],
+                    const Mover (&movers)[2], float from) {
+  const int other =
+      data.shapes.type[shapes[0]] == ShapeType::mesh || data.shapes.type[shapes[0]] == ShapeType::half_space
+          ? 0
+          : 1;
+  const std::int32_t shape = shapes[1 - other], obstacle = shapes[other];
+  const Traveler a(queries::solid_of(data, shape), movers[1 - other], double{outer_radius_of(data, shape)});
+  const Solid solid = queries::solid_of(data, obstacle);
+  if (solid.mesh != nullptr) return meeting_with_mesh(kernels, a, solid, movers[other], from);
+  // A half-space has no end: of it counts what comes near the shape.
+  const double radius = solid.type == ShapeType::half_space
+                            ? queries::length(a.start.position - solid.position) + a.reach
+                            : double{outer_radius_of(data, obstacle)};
+  return meeting_of_convex(a, Traveler(solid, movers[other], radius), from);
+}
+
+}  // namespace scree::sweeps
