@@ -50,7 +50,8 @@ std::string threads_cell(const Entry& entry) {
 
 std::vector<std::string> quality_cells(const Measurement& m) {
   return {millimeters(m.penetration_mean),  millimeters(m.penetration_p999), millimeters(m.penetration_max),
-          number("%.4g", m.kinetic_energy), number("%.4f", m.top_drop),      std::to_string(m.bodies_left)};
+          number("%.4g", m.kinetic_energy), number("%.4f", m.top_drop),      std::to_string(m.bodies_left),
+          std::to_string(m.awake)};
 }
 
 // Columns that only some tables have.
@@ -129,9 +130,10 @@ StepTimes step_times(const Entry& entry) {
 
 Table comparison(const std::vector<Entry>& entries, const std::string& baseline) {
   const Extra extra = extra_columns(entries);
-  Table table{{"scene", "threads", "engine", "continuous", "ms/step", "range", "median", "p99.9", "worst",
-               "ratio", "scaling", "touching", "ns/touching", "pen mean mm", "pen p99.9 mm", "pen max mm",
-               "energy J", "top drop m", "left"}};
+  Table table{{"scene",      "threads",  "engine",      "continuous",  "ms/step",
+               "range",      "median",   "p99.9",       "worst",       "ratio",
+               "scaling",    "touching", "ns/touching", "pen mean mm", "pen p99.9 mm",
+               "pen max mm", "energy J", "top drop m",  "left",        "awake"}};
   const auto add_columns = [&table](std::initializer_list<const char*> names) {
     table.front().insert(table.front().end(), names.begin(), names.end());
   };
