@@ -145,6 +145,8 @@ class World {
     dGeomTriMeshDataBuildSingle(kept.data, kept.vertices.data(), 3 * sizeof(float),
                                 static_cast<int>(kept.vertices.size() / 3), kept.indices.data(),
                                 static_cast<int>(kept.indices.size()), 3 * sizeof(dTriIndex));
+    // Its hulls need the angles between triangles.
+    dGeomTriMeshDataPreprocess2(kept.data, 1u << dTRIDATAPREPROCESS_BUILD_FACE_ANGLES, nullptr);
     return dCreateTriMesh(space_, kept.data, nullptr, nullptr, nullptr);
   }
 

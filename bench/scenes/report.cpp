@@ -83,7 +83,7 @@ std::vector<std::string> comparison_row(const std::vector<Entry>& entries, const
   row.push_back(time_cell(m->ms_per_step));
   row.push_back(time_cell(sorted.front()->ms_per_step) + " to " + time_cell(sorted.back()->ms_per_step));
   const StepTimes times = step_times(entry);
-  for (const double ms : {times.median, times.p999, times.worst}) row.push_back(time_cell(ms));
+  for (const double ms : {times.mean, times.median, times.p999, times.worst}) row.push_back(time_cell(ms));
   const Measurement* base = find_median(entries, entry.scene, baseline, entry.threads);
   row.push_back(base != nullptr ? number("%.2f", m->ms_per_step / base->ms_per_step) : "");
   const Measurement* single = find_median(entries, entry.scene, entry.engine, 1);
@@ -130,10 +130,10 @@ StepTimes step_times(const Entry& entry) {
 
 Table comparison(const std::vector<Entry>& entries, const std::string& baseline) {
   const Extra extra = extra_columns(entries);
-  Table table{{"scene",      "threads",  "engine",      "continuous",  "ms/step",
-               "range",      "median",   "p99.9",       "worst",       "ratio",
-               "scaling",    "touching", "ns/touching", "pen mean mm", "pen p99.9 mm",
-               "pen max mm", "energy J", "top drop m",  "left",        "awake"}};
+  Table table{{"scene",      "threads",     "engine",      "continuous",   "ms/step",    "range",
+               "mean",       "median",      "p99.9",       "worst",        "ratio",      "scaling",
+               "touching",   "ns/touching", "pen mean mm", "pen p99.9 mm", "pen max mm", "energy J",
+               "top drop m", "left",        "awake"}};
   const auto add_columns = [&table](std::initializer_list<const char*> names) {
     table.front().insert(table.front().end(), names.begin(), names.end());
   };

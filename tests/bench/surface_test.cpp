@@ -34,7 +34,8 @@ Pose at(float x, float y, float z, Quat rotation = {}) { return {{x, y, z}, rota
 double surface_pair_gap(const Geometry& a, const Pose& pose_a, const Geometry& b, const Pose& pose_b,
                         double enough = std::numeric_limits<double>::infinity()) {
   const double there = signed_gap(place(a, {}, pose_a), place(b, {}, pose_b), enough);
-  EXPECT_EQ(there, signed_gap(place(b, {}, pose_b), place(a, {}, pose_a), enough));
+  const double back = signed_gap(place(b, {}, pose_b), place(a, {}, pose_a), enough);
+  EXPECT_TRUE(there == back || std::abs(there - back) < 1e-12) << there << " and " << back;
   return there;
 }
 
@@ -117,15 +118,15 @@ TEST(SurfaceGap, InTheMiddleOfALargeTriangleIsThatOfItsPlane) {
 }
 
 TEST(SurfaceGap, OnAFlatGridIsNeverDeeperThanThePlaneAndAsDeepForWhatCoversTriangles) {
-  const Geometry mesh = grid(40, 0.2f);
+  const Geometry mesh = grid(24, 0.2f);
   scenes::Random random(5);
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < 100; ++i) {
     const std::vector<Geometry> shapes = convex_samples();
     const Geometry& shape = shapes[static_cast<std::size_t>(i) % shapes.size()];
     Pose pose = at(random.between(-1, 1), 0, random.between(-1, 1), random.rotation());
     const double depth = double{random.between(0.001f, 0.03f)};
     pose.position.y = static_cast<float>(-surface_pair_gap(HalfSpace{}, {}, shape, pose) - depth);
-    const double found = surface_pair_gap(mesh, {}, shape, pose);
+    const double found = surface_pair_gap(mesh, {}, shape, pose, kTouchGap);
     EXPECT_GE(found, -depth - kExactSurface) << i;
     EXPECT_LT(found, -0.5 * depth) << i;
   }
@@ -173,8 +174,9 @@ TEST(SurfaceGap, IsOneSidedAndInfiniteFarAway) {
             std::numeric_limits<double>::infinity());
   EXPECT_GT(surface_pair_gap(mesh, {}, Sphere{0.5f}, at(0, 0.6f, 0), 1e-3), 1e-3);
   EXPECT_EQ(surface_pair_gap(mesh, {}, Sphere{0.5f}, at(0, 90, 0)), std::numeric_limits<double>::infinity());
-  // Deep, but still cut: the way to the front.
-  EXPECT_NEAR(surface_pair_gap(mesh, {}, Sphere{0.5f}, at(0.05f, -0.3f, 0)), -0.8, kExactSurface);
+  // Deep, but still cut: the way to the front, which is longer than the one to the back.
+  EXPECT_NEAR(surface_pair_gap(one_triangle(20.0f), {}, Sphere{0.5f}, at(0.05f, -0.3f, 0)), -0.8,
+              kExactSurface);
 }
 
 TEST(SurfaceGap, DoesNotChangeWhenBothMoveTogether) {
