@@ -45,8 +45,13 @@ class Forms {
  public:
   Forms() = default;
   ~Forms() {
-    for (const auto& [shape, hull] : hulls_) b3DestroyHull(hull);
-    for (const auto& [shape, mesh] : meshes_) b3DestroyMesh(mesh);
+    // Null where one was refused.
+    for (const auto& [shape, hull] : hulls_) {
+      if (hull != nullptr) b3DestroyHull(hull);
+    }
+    for (const auto& [shape, mesh] : meshes_) {
+      if (mesh != nullptr) b3DestroyMesh(mesh);
+    }
   }
   Forms(const Forms&) = delete;
   Forms& operator=(const Forms&) = delete;
