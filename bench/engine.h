@@ -40,6 +40,8 @@ class Engine {
   virtual void make_change(std::size_t world, const scenes::SceneChange& change);
   /// The bodies of one world in the scene's order.
   virtual void read(std::size_t world, std::vector<BodyState>& states) const = 0;
+  /// Dynamic bodies that are not asleep, as the engine has it.
+  virtual std::int64_t awake() const = 0;
   /// Contacts as the engine itself counts them, or -1. Definitions differ: comparisons use the evaluator's
   /// count.
   virtual std::int64_t contacts() const { return -1; }
@@ -68,6 +70,20 @@ const std::vector<EngineInfo>& engines();
 
 /// Throws scree::Error: `what` stops the adapter of `engine` from building the scene.
 [[noreturn]] void unsupported(const std::string& engine, const std::string& what);
+
+/// Throws if triangles of the mesh have materials of their own: that they count is not in any adapter but
+/// Scree's.
+void refuse_mesh_materials(const std::string& engine, const TriangleMesh& mesh);
+
+/// A material's rules of mixing as a number that engines keep with their bodies or shapes.
+std::uint32_t mix_code(const Material& material);
+/// That of a material that asks for no other rules than those that the engines have as well.
+std::uint32_t default_mix_code();
+/// Whether any shape of the scene asks for other rules.
+bool mixes_otherwise(const scenes::Scene& scene);
+/// The values of two surfaces made one as their codes say.
+float mixed_friction(float a, std::uint32_t code_a, float b, std::uint32_t code_b);
+float mixed_restitution(float a, std::uint32_t code_a, float b, std::uint32_t code_b);
 
 EngineInfo scree_engine();
 EngineInfo box3d_engine();

@@ -23,6 +23,7 @@ using scenes::SceneShape;
 constexpr double kBin = 1e-6;                 // m
 constexpr std::size_t kBins = 1'000'001;      // up to 1 m, and the rest
 constexpr double kLeftMargin = 1.0;           // m beyond the start bounds: a body may roll along the rim
+constexpr double kSquare = 1.0 - 1e-12;       // cosine of a plane's normal and the axis that it is along
 constexpr double kTopTolerance = 1e-3;        // m, bodies this close to the highest one are on top too
 constexpr double kLargeShape = 4.0;           // times the median size: larger shapes are tested against all
 constexpr std::int64_t kCellLimit = 1 << 20;  // cells per axis and side that fit the packed key
@@ -176,6 +177,19 @@ std::vector<std::shared_ptr<const Polytope>> make_polytopes(const Scene& scene) 
   return polytopes;
 }
 
+std::vector<std::shared_ptr<const Surface>> make_surfaces(const Scene& scene) {
+  std::vector<std::shared_ptr<const Surface>> surfaces(scene.shapes.size());
+  std::map<const Vec3*, std::shared_ptr<const Surface>> known;
+  for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
+    const auto* mesh = std::get_if<TriangleMesh>(&scene.shapes[i].geometry);
+    if (mesh == nullptr) continue;
+    auto& surface = known[mesh->vertices().data()];
+    if (!surface) surface = make_surface(*mesh);
+    surfaces[i] = surface;
+  }
+  return surfaces;
+}
+
 BodyMass body_mass(const Scene& scene, const SceneBody& body,
                    std::span<const std::shared_ptr<const Polytope>> polytopes) {
   BodyMass result;
@@ -272,7 +286,8 @@ void DriftStatistics::add(double distance) {
   max_ = std::max(max_, distance);
 }
 
-Evaluator::Evaluator(const Scene& scene) : scene_(scene), polytopes_(make_polytopes(scene)) {
+Evaluator::Evaluator(const Scene& scene)
+    : scene_(scene), polytopes_(make_polytopes(scene)), surfaces_(make_surfaces(scene)) {
   double top = -std::numeric_limits<double>::infinity();
   lower_ = Vector3d::Constant(std::numeric_limits<double>::infinity());
   upper_ = -lower_;
@@ -282,10 +297,9 @@ Evaluator::Evaluator(const Scene& scene) : scene_(scene), polytopes_(make_polyto
     if (is_dynamic && !body.comes_later) top = std::max(top, double{body.def.position.y});
     const Pose pose{body.def.position, body.def.rotation};
     for (std::uint32_t s = body.first_shape; s < body.first_shape + body.shape_count; ++s) {
-      const SceneShape& shape = scene.shapes[s];
-      const PlacedShape placed = place(shape.geometry, shape.options.local_pose, pose, polytopes_[s]);
-      lower_ = lower_.cwiseMin(placed.lower);
-      upper_ = upper_.cwiseMax(placed.upper);
+      const PlacedShape shape = placed(s, pose);
+      bound(shape);
+      if (shape.is_half_space && body.def.type == BodyType::fixed) walls_.push_back(shape);
     }
   }
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -301,18 +315,40 @@ Evaluator::Evaluator(const Scene& scene) : scene_(scene), polytopes_(make_polyto
   std::sort(apart_.begin(), apart_.end());
 }
 
+PlacedShape Evaluator::placed(std::uint32_t shape, const Pose& body_pose) const {
+  const SceneShape& own = scene_.shapes[shape];
+  return place(own.geometry, own.options.local_pose, body_pose, polytopes_[shape], surfaces_[shape]);
+}
+
+// Bodies may be anywhere on a half-space: only across its plane, where that is square to an axis, it bounds
+// the scene.
+void Evaluator::bound(const PlacedShape& shape) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const bool bounds = shape.is_half_space && std::abs(shape.axes(axis, 1)) > kSquare;
+    lower_[axis] = std::min(lower_[axis], bounds ? shape.center[axis] : shape.lower[axis]);
+    upper_[axis] = std::max(upper_[axis], bounds ? shape.center[axis] : shape.upper[axis]);
+  }
+}
+
+bool Evaluator::has_left(const BodyState& state) const {
+  const Vector3d position = to_double(state.pose.position);
+  if (!is_finite(state) || position.x() < lower_.x() - kLeftMargin ||
+      position.x() > upper_.x() + kLeftMargin || position.z() < lower_.z() - kLeftMargin ||
+      position.z() > upper_.z() + kLeftMargin || position.y() < lower_.y() - kLeftMargin) {
+    return true;
+  }
+  return std::any_of(walls_.begin(), walls_.end(), [&](const PlacedShape& wall) {
+    return wall.axes.col(1).dot(position - wall.center) < -kLeftMargin;
+  });
+}
+
 BodyFigures Evaluator::body_figures(std::span<const BodyState> states) const {
   BodyFigures result;
   for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
     if (scene_.bodies[i].def.type != BodyType::dynamic || !states[i].exists) continue;
     const BodyState& state = states[i];
-    const Vector3d position = to_double(state.pose.position);
-    if (!is_finite(state) || position.x() < lower_.x() - kLeftMargin ||
-        position.x() > upper_.x() + kLeftMargin || position.z() < lower_.z() - kLeftMargin ||
-        position.z() > upper_.z() + kLeftMargin || position.y() < lower_.y() - kLeftMargin) {
-      ++result.bodies_left;
-      if (!is_finite(state)) continue;
-    }
+    if (has_left(state)) ++result.bodies_left;
+    if (!is_finite(state)) continue;
     const Vector3d spin = to_double(state.pose.rotation).conjugate() * to_double(state.angular_velocity);
     result.kinetic_energy += 0.5 * masses_[i].mass * to_double(state.linear_velocity).squaredNorm() +
                              0.5 * spin.dot(masses_[i].inertia * spin);
@@ -335,9 +371,7 @@ void Evaluator::add_touching_pairs(std::span<const BodyState> states,
     if (!is_finite(states[i])) continue;
     const SceneBody& body = scene_.bodies[i];
     for (std::uint32_t s = body.first_shape; s < body.first_shape + body.shape_count; ++s) {
-      const SceneShape& shape = scene_.shapes[s];
-      shapes.push_back({place(shape.geometry, shape.options.local_pose, states[i].pose, polytopes_[s]),
-                        static_cast<std::uint32_t>(i), s});
+      shapes.push_back({placed(s, states[i].pose), static_cast<std::uint32_t>(i), s});
     }
   }
   for_each_close_pair(shapes, [&](const WorldShape& a, const WorldShape& b) {

@@ -28,6 +28,9 @@ struct BodyState {
 /// The polytopes of a scene's hulls, one where shapes share a hull and its scale; an entry per shape, empty
 /// for other shapes.
 std::vector<std::shared_ptr<const Polytope>> make_polytopes(const scenes::Scene& scene);
+/// The surfaces of a scene's meshes, one where shapes share a mesh; an entry per shape, empty for other
+/// shapes.
+std::vector<std::shared_ptr<const Surface>> make_surfaces(const scenes::Scene& scene);
 
 /// Mass, center of mass and inertia about it (body axes) as the scene's shapes and definitions give them.
 struct BodyMass {
@@ -48,7 +51,7 @@ struct PrincipalFrame {
 /// The body's own frame if it is principal already, within a millionth.
 PrincipalFrame principal_frame(const BodyMass& mass);
 
-/// The radius of the largest ball about its center that lies within the shape.
+/// The radius of the largest ball about its center that lies within a convex shape.
 double inner_radius(const Geometry& geometry, const Polytope* polytope);
 
 /// A pair of shapes touches when its gap is below this, in meters: resting contacts of a soft solver
@@ -93,7 +96,8 @@ struct BodyFigures {
   double kinetic_energy = 0.0;   ///< J
   double top_drop = 0.0;         ///< m, largest drop of the bodies that were on top at the start
   double top_height = 1.0;       ///< lowest height of those bodies over their height at the start
-  std::int64_t bodies_left = 0;  ///< dynamic bodies outside the scene's start bounds or not finite
+  std::int64_t bodies_left = 0;  ///< dynamic bodies outside the scene's start bounds, behind a
+                                 ///< half-space that stands still, or not finite
 };
 
 /// Evaluates one scene repeatedly. `states` always holds the scene's bodies in the scene's order. Bodies that
@@ -111,8 +115,14 @@ class Evaluator {
   void add_joint_drift(std::span<const BodyState> states, DriftStatistics& statistics) const;
 
  private:
+  PlacedShape placed(std::uint32_t shape, const Pose& body_pose) const;
+  bool has_left(const BodyState& state) const;
+  void bound(const PlacedShape& shape);
+
   const scenes::Scene& scene_;
   std::vector<std::shared_ptr<const Polytope>> polytopes_;  // by shape of the scene; null unless it is a hull
+  std::vector<std::shared_ptr<const Surface>> surfaces_;    // the same of meshes
+  std::vector<PlacedShape> walls_;                          // half-spaces of fixed bodies
   std::vector<BodyMass> masses_;
   std::vector<std::uint32_t> top_bodies_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> apart_;  // bodies that joints keep from colliding

@@ -1,4 +1,5 @@
-// Geometry of the evaluator: separating axes for boxes and hulls, closest points for balls and capsules.
+// Geometry of the evaluator: separating axes for boxes and hulls, closest points for balls and capsules,
+// lowest points for half-spaces.
 #include "bench/geometry.h"
 
 #include <algorithm>
@@ -117,6 +118,28 @@ double hull_gap(const PlacedShape& hull, const PlacedShape& other, double enough
   return segment_gap(*hull.polytope, pose.translation(), half_segment) - other.radius;
 }
 
+// Of a mesh and a convex shape.
+double mesh_gap(const PlacedShape& mesh, const PlacedShape& other, double enough) {
+  const Eigen::Isometry3d pose = relative_pose(mesh, other);
+  if (other.polytope) return surface_gap(*mesh.surface, *other.polytope, pose, enough);
+  if (other.is_box) return surface_gap(*mesh.surface, make_box_polytope(other.half_extents), pose, enough);
+  return surface_gap(*mesh.surface, pose.translation(), mesh.axes.transpose() * other.half_segment,
+                     other.radius, enough);
+}
+
+double half_space_gap(const PlacedShape& half_space, const PlacedShape& other) {
+  const Vector3d normal = half_space.axes.col(1);
+  return lowest_along(other, normal) - normal.dot(half_space.center);
+}
+
+// Bounds of a box of the shape's frame.
+void set_bounds(PlacedShape& shape, const Eigen::AlignedBox3d& box) {
+  const Vector3d middle = shape.center + shape.axes * box.center();
+  const Vector3d reach = shape.axes.cwiseAbs() * (0.5 * box.sizes());
+  shape.lower = middle - reach;
+  shape.upper = middle + reach;
+}
+
 // Half of the size of the shape's bounds.
 Vector3d reach_of(const PlacedShape& shape) {
   if (shape.is_box) return shape.axes.cwiseAbs() * shape.half_extents;
@@ -133,7 +156,7 @@ Eigen::Quaterniond to_double(Quat rotation) {
 }
 
 PlacedShape place(const Geometry& geometry, const Pose& local_pose, const Pose& body_pose,
-                  std::shared_ptr<const Polytope> polytope) {
+                  std::shared_ptr<const Polytope> polytope, std::shared_ptr<const Surface> surface) {
   PlacedShape shape;
   const Eigen::Quaterniond body_rotation = to_double(body_pose.rotation);
   shape.center = to_double(body_pose.position) + body_rotation * to_double(local_pose.position);
@@ -147,6 +170,17 @@ PlacedShape place(const Geometry& geometry, const Pose& local_pose, const Pose& 
       shape.lower = shape.lower.cwiseMin(corner);
       shape.upper = shape.upper.cwiseMax(corner);
     }
+    return shape;
+  }
+  if (const auto* mesh = std::get_if<TriangleMesh>(&geometry)) {
+    shape.surface = surface ? std::move(surface) : make_surface(*mesh);
+    set_bounds(shape, shape.surface->nodes.front().bounds);
+    return shape;
+  }
+  if (std::holds_alternative<HalfSpace>(geometry)) {
+    shape.is_half_space = true;
+    shape.upper.setConstant(std::numeric_limits<double>::infinity());
+    shape.lower = -shape.upper;
     return shape;
   }
   if (const auto* box = std::get_if<Box>(&geometry)) {
@@ -164,7 +198,21 @@ PlacedShape place(const Geometry& geometry, const Pose& local_pose, const Pose& 
   return shape;
 }
 
+double lowest_along(const PlacedShape& shape, const Vector3d& direction) {
+  const double middle = direction.dot(shape.center);
+  if (shape.is_box) return middle - box_reach(shape, direction);
+  if (!shape.polytope) return middle - std::abs(direction.dot(shape.half_segment)) - shape.radius;
+  double least = std::numeric_limits<double>::infinity();
+  const Vector3d seen = shape.axes.transpose() * direction;
+  for (const Vector3d& vertex : shape.polytope->vertices) least = std::min(least, seen.dot(vertex));
+  return middle + least;
+}
+
 double signed_gap(const PlacedShape& a, const PlacedShape& b, double enough) {
+  if (!a.is_convex() && !b.is_convex()) return std::numeric_limits<double>::infinity();
+  if (!a.is_convex()) return signed_gap(b, a, enough);
+  if (b.is_half_space) return half_space_gap(b, a);
+  if (b.surface) return mesh_gap(b, a, enough);
   if (a.polytope) return hull_gap(a, b, enough);
   if (b.polytope) return hull_gap(b, a, enough);
   if (a.is_box && b.is_box) return box_box_gap(a, b);

@@ -188,6 +188,15 @@ Polytope make_box_polytope(const Eigen::Vector3d& half_extents) {
   return polytope;
 }
 
+Polytope make_prism_polytope(const std::array<Vector3d, 3>& corners, const Vector3d& offset) {
+  Polytope polytope;
+  for (const Vector3d& corner : corners) polytope.vertices.push_back(corner);
+  for (const Vector3d& corner : corners) polytope.vertices.push_back(corner + offset);
+  polytope.loops = {{0, 1, 2}, {5, 4, 3}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}};
+  finish(polytope);
+  return polytope;
+}
+
 double polytope_gap(const Polytope& a, const Polytope& b, const Eigen::Isometry3d& pose, double enough) {
   const Vector3d center = pose.translation();
   const double apart = center.norm() - a.outer_radius - b.outer_radius;

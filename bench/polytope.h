@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -35,6 +36,8 @@ struct Polytope {
 /// skewed face makes overlaps look deeper, never shallower.
 std::shared_ptr<const Polytope> make_polytope(const ConvexHull& hull);
 Polytope make_box_polytope(const Eigen::Vector3d& half_extents);
+/// The prism between a triangle, counterclockwise seen from outside, and its copy at `offset` behind it.
+Polytope make_prism_polytope(const std::array<Eigen::Vector3d, 3>& corners, const Eigen::Vector3d& offset);
 
 /// The largest gap along the normals of faces and the cross products of edges that are normals of the
 /// Minkowski difference. `pose` brings b's frame to a's. Exact for overlapping polytopes; a lower bound for

@@ -35,17 +35,57 @@ b3MotionLocks to_box3d(AxisLocks locks) {
   return result;
 }
 
-// Built once for each shape of the scene; the worlds keep copies.
-class Hulls {
- public:
-  Hulls() = default;
-  ~Hulls() {
-    for (const auto& [shape, hull] : hulls_) b3DestroyHull(hull);
-  }
-  Hulls(const Hulls&) = delete;
-  Hulls& operator=(const Hulls&) = delete;
+// Box3D has no half-spaces. Instead of one its users take a box of this size (m, half) below the plane.
+constexpr float kGroundHalfWidth = 500.0f;
+constexpr float kGroundHalfHeight = 10.0f;
 
-  const b3HullData* of(const scenes::SceneShape& shape) {
+// Hulls and meshes, built once for each shape of the scene. The worlds keep copies of hulls, but not of
+// meshes: destroy it after them.
+class Forms {
+ public:
+  Forms() = default;
+  ~Forms() {
+    // Null where one was refused.
+    for (const auto& [shape, hull] : hulls_) {
+      if (hull != nullptr) b3DestroyHull(hull);
+    }
+    for (const auto& [shape, mesh] : meshes_) {
+      if (mesh != nullptr) b3DestroyMesh(mesh);
+    }
+  }
+  Forms(const Forms&) = delete;
+  Forms& operator=(const Forms&) = delete;
+
+  // In the body's frame, as shapes of meshes have no place of their own.
+  const b3MeshData* mesh_of(const scenes::SceneShape& shape) {
+    b3MeshData*& data = meshes_[&shape];
+    if (data != nullptr) return data;
+    const auto& mesh = std::get<TriangleMesh>(shape.geometry);
+    refuse_mesh_materials("Box3D", mesh);
+    const Pose& local = shape.options.local_pose;
+    std::vector<b3Vec3> vertices;
+    for (const Vec3 v : mesh.vertices()) {
+      vertices.push_back(
+          b3Add(to_box3d(local.position), b3RotateVector(to_box3d(local.rotation), to_box3d(v))));
+    }
+    std::vector<std::int32_t> indices;
+    for (const MeshTriangle& t : triangles_of(mesh)) {
+      for (const std::uint32_t corner : {t.a, t.b, t.c}) indices.push_back(static_cast<std::int32_t>(corner));
+    }
+    b3MeshDef def{};
+    def.vertices = vertices.data();
+    def.vertexCount = static_cast<int>(vertices.size());
+    def.indices = indices.data();
+    def.triangleCount = static_cast<int>(indices.size() / 3);
+    def.identifyEdges = true;  // against ghost collisions, as its own samples have it
+    data = b3CreateMesh(&def, nullptr, 0);
+    if (data == nullptr) {
+      unsupported("Box3D", "a mesh of " + std::to_string(def.triangleCount) + " triangles as it is");
+    }
+    return data;
+  }
+
+  const b3HullData* hull_of(const scenes::SceneShape& shape) {
     b3HullData*& hull = hulls_[&shape];
     if (hull != nullptr) return hull;
     const auto& convex = std::get<ConvexHull>(shape.geometry);
@@ -65,13 +105,15 @@ class Hulls {
 
  private:
   std::map<const scenes::SceneShape*, b3HullData*> hulls_;
+  std::map<const scenes::SceneShape*, b3MeshData*> meshes_;
 };
 
-void add_shape(b3BodyId body, const scenes::SceneShape& shape, Hulls& hulls) {
+void add_shape(b3BodyId body, const scenes::SceneShape& shape, Forms& forms) {
   b3ShapeDef def = b3DefaultShapeDef();
   def.baseMaterial.friction = shape.material.friction;
   def.baseMaterial.restitution = shape.material.restitution;
   def.baseMaterial.tangentVelocity = to_box3d(shape.material.surface_velocity);
+  def.baseMaterial.userMaterialId = mix_code(shape.material);
   def.density = shape.material.density;
   def.filter.categoryBits = shape.options.filter.category;
   def.filter.maskBits = shape.options.filter.mask;
@@ -81,10 +123,21 @@ void add_shape(b3BodyId body, const scenes::SceneShape& shape, Hulls& hulls) {
   const b3Quat rotation = to_box3d(local.rotation);
   if (std::holds_alternative<ConvexHull>(shape.geometry)) {
     if (local == Pose{}) {
-      b3CreateHullShape(body, &def, hulls.of(shape));
+      b3CreateHullShape(body, &def, forms.hull_of(shape));
     } else {
-      b3CreateTransformedHullShape(body, &def, hulls.of(shape), {position, rotation}, {1.0f, 1.0f, 1.0f});
+      b3CreateTransformedHullShape(body, &def, forms.hull_of(shape), {position, rotation},
+                                   {1.0f, 1.0f, 1.0f});
     }
+  } else if (std::holds_alternative<TriangleMesh>(shape.geometry)) {
+    if (b3Body_GetType(body) != b3_staticBody) {
+      unsupported("Box3D", "meshes of kinematic bodies: it collides those of fixed ones only");
+    }
+    b3CreateMeshShape(body, &def, forms.mesh_of(shape), {1.0f, 1.0f, 1.0f});
+  } else if (std::holds_alternative<HalfSpace>(shape.geometry)) {
+    const b3Vec3 center = b3Add(position, b3RotateVector(rotation, {0.0f, -kGroundHalfHeight, 0.0f}));
+    const b3BoxHull hull =
+        b3MakeTransformedBoxHull(kGroundHalfWidth, kGroundHalfHeight, kGroundHalfWidth, {center, rotation});
+    b3CreateHullShape(body, &def, &hull.base);
   } else if (const auto* box = std::get_if<Box>(&shape.geometry)) {
     const Vec3 h = box->half_extents;
     const b3BoxHull hull = b3MakeTransformedBoxHull(h.x, h.y, h.z, {position, rotation});
@@ -103,7 +156,7 @@ void add_shape(b3BodyId body, const scenes::SceneShape& shape, Hulls& hulls) {
   }
 }
 
-b3BodyId add_body(b3WorldId world, const scenes::Scene& scene, const scenes::SceneBody& body, Hulls& hulls) {
+b3BodyId add_body(b3WorldId world, const scenes::Scene& scene, const scenes::SceneBody& body, Forms& forms) {
   b3BodyDef def = b3DefaultBodyDef();
   def.type = to_box3d(body.def.type);
   def.position = {body.def.position.x, body.def.position.y, body.def.position.z};
@@ -117,7 +170,7 @@ b3BodyId add_body(b3WorldId world, const scenes::Scene& scene, const scenes::Sce
   def.enableSleep = body.def.can_sleep;
   const b3BodyId id = b3CreateBody(world, &def);
   for (std::uint32_t s = 0; s < body.shape_count; ++s) {
-    add_shape(id, scene.shapes[body.first_shape + s], hulls);
+    add_shape(id, scene.shapes[body.first_shape + s], forms);
   }
   if (body.def.mass && body.def.type == BodyType::dynamic) {
     b3MassData data = b3Body_GetMassData(id);
@@ -236,10 +289,20 @@ class Box3dEngine final : public Engine {
       def.enableSleep = scene.settings.sleeping;
       def.enableContinuous = options.continuous;
       def.workerCount = static_cast<std::uint32_t>(options.threads);
-      World world{b3CreateWorld(&def), scene.settings.substeps, {}, &scene, std::make_unique<Hulls>()};
+      def.maximumLinearSpeed = scene.settings.max_linear_speed;
+      if (mixes_otherwise(scene)) {
+        def.frictionCallback = [](float a, std::uint64_t code_a, float b, std::uint64_t code_b) {
+          return mixed_friction(a, static_cast<std::uint32_t>(code_a), b, static_cast<std::uint32_t>(code_b));
+        };
+        def.restitutionCallback = [](float a, std::uint64_t code_a, float b, std::uint64_t code_b) {
+          return mixed_restitution(a, static_cast<std::uint32_t>(code_a), b,
+                                   static_cast<std::uint32_t>(code_b));
+        };
+      }
+      World world{b3CreateWorld(&def), scene.settings.substeps, {}, &scene, std::make_unique<Forms>()};
       for (const scenes::SceneBody& body : scene.bodies) {
         world.bodies.push_back(body.comes_later ? b3_nullBodyId
-                                                : add_body(world.id, scene, body, *world.hulls));
+                                                : add_body(world.id, scene, body, *world.forms));
       }
       Joints joints(world.id, world.bodies);
       for (const scenes::SceneJoint& joint : scene.joints) joints.add(joint);
@@ -269,7 +332,7 @@ class Box3dEngine final : public Engine {
     World& to = worlds_[world];
     for (std::uint32_t i = change.first; i < change.first + change.count; ++i) {
       if (change.creates) {
-        to.bodies[i] = add_body(to.id, *to.scene, to.scene->bodies[i], *to.hulls);
+        to.bodies[i] = add_body(to.id, *to.scene, to.scene->bodies[i], *to.forms);
       } else {
         b3DestroyBody(to.bodies[i]);
         to.bodies[i] = b3_nullBodyId;
@@ -291,6 +354,16 @@ class Box3dEngine final : public Engine {
                         from_box3d(b3Body_GetLinearVelocity(body)),
                         from_box3d(b3Body_GetAngularVelocity(body))});
     }
+  }
+
+  std::int64_t awake() const override {
+    std::int64_t count = 0;
+    for (const World& world : worlds_) {
+      for (const b3BodyId body : world.bodies) {
+        if (B3_IS_NON_NULL(body) && b3Body_GetType(body) == b3_dynamicBody && b3Body_IsAwake(body)) ++count;
+      }
+    }
+    return count;
   }
 
   std::int64_t contacts() const override {
@@ -320,7 +393,7 @@ class Box3dEngine final : public Engine {
     int substeps;
     std::vector<b3BodyId> bodies;
     const scenes::Scene* scene;
-    std::unique_ptr<Hulls> hulls;
+    std::unique_ptr<Forms> forms;
   };
   std::vector<World> worlds_;
 };

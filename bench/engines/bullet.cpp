@@ -1,8 +1,10 @@
 // Bullet behind the engine interface: sequential impulses with its default 10 iterations on one thread, the
 // scene's mixing rules, exact inertia instead of its box approximation. A margin rounds its hulls; the
-// adapter shrinks them by the same amount before, so that their faces lie where the scene has them.
+// adapter shrinks them by the same amount before, so that their faces lie where the scene has them. Meshes
+// are as Bullet makes them by default, without its correction of contacts with inner edges.
 #include "bench/engine.h"
 
+#include <BulletDynamics/ConstraintSolver/btGeneric6DofSpring2Constraint.h>
 #include <LinearMath/btConvexHullComputer.h>
 #include <btBulletDynamicsCommon.h>
 
@@ -13,6 +15,7 @@
 #include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 namespace scree::bench {
 namespace {
@@ -41,12 +44,18 @@ constexpr btScalar kMostShrink = btScalar(0.5);
 // floors.
 constexpr double kSweptShare = 0.5;
 
+std::uint32_t code_of(const btCollisionObject* object) {
+  return static_cast<std::uint32_t>(object->getUserIndex());
+}
+
 btScalar mix_friction(const btCollisionObject* a, const btCollisionObject* b) {
-  return std::sqrt(a->getFriction() * b->getFriction());
+  return btScalar{mixed_friction(static_cast<float>(a->getFriction()), code_of(a),
+                                 static_cast<float>(b->getFriction()), code_of(b))};
 }
 
 btScalar mix_restitution(const btCollisionObject* a, const btCollisionObject* b) {
-  return a->getRestitution() > b->getRestitution() ? a->getRestitution() : b->getRestitution();
+  return btScalar{mixed_restitution(static_cast<float>(a->getRestitution()), code_of(a),
+                                    static_cast<float>(b->getRestitution()), code_of(b))};
 }
 
 class World {
@@ -56,8 +65,10 @@ class World {
     world_.setGravity(to_bullet(scene.settings.gravity));
     world_.getSolverInfo().m_restitutionVelocityThreshold = btScalar{scene.settings.restitution_threshold};
     for (const scenes::SceneBody& body : scene.bodies) add_body(scene, body);
+    for (const scenes::SceneJoint& joint : scene.joints) add_joint(joint, scene.dt);
   }
   ~World() {
+    for (const auto& joint : joints_) world_.removeConstraint(joint.get());
     for (const Body& body : bodies_) world_.removeRigidBody(body.object.get());
   }
   World(const World&) = delete;
@@ -92,6 +103,12 @@ class World {
     }
   }
 
+  std::int64_t awake() const {
+    return std::count_if(bodies_.begin(), bodies_.end(), [](const Body& body) {
+      return !body.object->isStaticOrKinematicObject() && body.object->isActive();
+    });
+  }
+
   std::int64_t contacts() const {
     std::int64_t count = 0;
     for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
@@ -104,6 +121,12 @@ class World {
   struct Body {
     std::unique_ptr<btRigidBody> object;
     Eigen::Isometry3d frame;  // Bullet's in the body's
+  };
+  // What Bullet keeps pointers to.
+  struct Mesh {
+    std::vector<int> indices;
+    std::vector<btScalar> vertices;
+    std::unique_ptr<btTriangleIndexVertexArray> arrays;
   };
   // Data that bodies with the same shapes share.
   struct Shared {
@@ -121,7 +144,8 @@ class World {
       unsupported("Bullet", "filters");
     if (material.rolling_resistance != 0.0f) unsupported("Bullet", "rolling resistance");
     if (material.surface_velocity != Vec3{}) unsupported("Bullet", "surface velocity");
-    if (material.friction != first.friction || material.restitution != first.restitution) {
+    if (material.friction != first.friction || material.restitution != first.restitution ||
+        mix_code(material) != mix_code(first)) {
       unsupported("Bullet", "several materials on one body");
     }
   }
@@ -145,11 +169,29 @@ class World {
     return hull;
   }
 
+  std::unique_ptr<btCollisionShape> make_mesh(const TriangleMesh& mesh) {
+    refuse_mesh_materials("Bullet", mesh);
+    Mesh& kept = *meshes_.emplace_back(std::make_unique<Mesh>());
+    for (const Vec3 v : mesh.vertices()) kept.vertices.insert(kept.vertices.end(), {v.x, v.y, v.z});
+    for (const MeshTriangle& t : triangles_of(mesh)) {
+      for (const std::uint32_t corner : {t.a, t.b, t.c}) kept.indices.push_back(static_cast<int>(corner));
+    }
+    kept.arrays = std::make_unique<btTriangleIndexVertexArray>(
+        static_cast<int>(kept.indices.size() / 3), kept.indices.data(), static_cast<int>(3 * sizeof(int)),
+        static_cast<int>(kept.vertices.size() / 3), kept.vertices.data(),
+        static_cast<int>(3 * sizeof(btScalar)));
+    return std::make_unique<btBvhTriangleMeshShape>(kept.arrays.get(), true);
+  }
+
   // In the frame at `pose`; all but hulls must stand upright there.
   btCollisionShape* make_shape(const scenes::SceneShape& shape, const Polytope* polytope,
                                const Eigen::Isometry3d& pose) {
     if (polytope != nullptr) {
       shapes_.push_back(make_hull(*polytope, pose));
+    } else if (const auto* mesh = std::get_if<TriangleMesh>(&shape.geometry)) {
+      shapes_.push_back(make_mesh(*mesh));
+    } else if (std::holds_alternative<HalfSpace>(shape.geometry)) {
+      shapes_.push_back(std::make_unique<btStaticPlaneShape>(btVector3(0, 1, 0), btScalar(0)));
     } else if (const auto* box = std::get_if<Box>(&shape.geometry)) {
       shapes_.push_back(std::make_unique<btBoxShape>(to_bullet(box->half_extents)));
     } else if (const auto* capsule = std::get_if<Capsule>(&shape.geometry)) {
@@ -199,6 +241,7 @@ class World {
       shared.mass = mass.mass;
     }
     shared.shape = make_body_shape(scene, body, shared.frame);
+    if (!is_dynamic) return shared;
     shared.inner_radius = std::numeric_limits<double>::infinity();
     for (std::uint32_t s = body.first_shape; s < body.first_shape + body.shape_count; ++s) {
       shared.inner_radius =
@@ -222,6 +265,7 @@ class World {
     info.m_linearDamping = btScalar{def.linear_damping};
     info.m_angularDamping = btScalar{def.angular_damping};
     auto object = std::make_unique<btRigidBody>(info);
+    object->setUserIndex(static_cast<int>(mix_code(scene.shapes[body.first_shape].material)));
     object->setLinearVelocity(to_bullet(def.linear_velocity));
     object->setAngularVelocity(to_bullet(def.angular_velocity));
     if (def.type == BodyType::kinematic) {
@@ -248,6 +292,89 @@ class World {
     bodies_.push_back({std::move(object), shared.frame});
   }
 
+  // The end of a joint: a body, or Bullet's for the world, and the frame in it.
+  struct End {
+    btRigidBody& body;
+    Eigen::Isometry3d frame;
+  };
+  End end_of(std::uint32_t body, const Pose& frame) {
+    if (body == scenes::kWorldItself) return {btTypedConstraint::getFixedBody(), to_isometry(frame)};
+    return {*bodies_[body].object, bodies_[body].frame.inverse() * to_isometry(frame)};
+  }
+
+  // The torque of a drive that does nothing but brake; refuses others.
+  static float friction_of(Drive drive, bool stands, float max_torque) {
+    if (drive == Drive::none) return 0.0f;
+    if (drive == Drive::spring || !stands || max_torque == kNoLimit) {
+      unsupported("Bullet", "drives of joints other than friction");
+    }
+    return max_torque;
+  }
+
+  // Bullet's cone has no dry friction. Its general joint has, on every axis by itself, and limits the angles
+  // of Euler about z, y and x: a pyramid around the cone. It counts angles the other way.
+  static std::unique_ptr<btTypedConstraint> make_ball(const BallJoint& ball, const End& a, const End& b) {
+    if (ball == BallJoint{}) {
+      return std::make_unique<btPoint2PointConstraint>(a.body, b.body,
+                                                       to_bullet(Eigen::Vector3d(a.frame.translation())),
+                                                       to_bullet(Eigen::Vector3d(b.frame.translation())));
+    }
+    auto joint = std::make_unique<btGeneric6DofSpring2Constraint>(a.body, b.body, to_bullet(a.frame),
+                                                                  to_bullet(b.frame));
+    constexpr int kTwist = 3, kSwing = 4;  // the axis x of the angles, and y with z behind it
+    for (int axis = 0; axis < kTwist; ++axis) joint->setLimit(axis, 0, 0);
+    const bool twists = ball.twist_lower == -kNoLimit && ball.twist_upper == kNoLimit;
+    if (!twists && (ball.twist_lower == -kNoLimit || ball.twist_upper == kNoLimit)) {
+      unsupported("Bullet", "balls with one limit of twist");
+    }
+    const btScalar cone{ball.cone_limit}, low{ball.twist_lower}, high{ball.twist_upper};
+    joint->setLimit(kTwist, twists ? 1 : -high, twists ? -1 : -low);
+    for (const int axis : {kSwing, kSwing + 1}) {
+      const bool swings = ball.cone_limit == kNoLimit;
+      joint->setLimit(axis, swings ? 1 : -cone, swings ? -1 : cone);
+    }
+    const float friction =
+        friction_of(ball.drive.drive, ball.drive.velocity == Vec3{}, ball.drive.max_torque);
+    for (int axis = kTwist; axis < kTwist + 3 && friction > 0.0f; ++axis) {
+      joint->enableMotor(axis, true);
+      joint->setTargetVelocity(axis, 0);
+      joint->setMaxMotorForce(axis, btScalar{friction});
+    }
+    return joint;
+  }
+
+  // Bullet's hinge turns about z, and counts its angle the other way.
+  static std::unique_ptr<btTypedConstraint> make_hinge(const HingeJoint& hinge, const End& a, const End& b,
+                                                       float dt) {
+    const Eigen::Quaterniond z_to_x(0.5, 0.5, 0.5, 0.5);
+    auto joint = std::make_unique<btHingeConstraint>(a.body, b.body, to_bullet(a.frame * z_to_x),
+                                                     to_bullet(b.frame * z_to_x));
+    const JointAxis& angle = hinge.angle;
+    if (angle.lower != -kNoLimit || angle.upper != kNoLimit) {
+      if (angle.lower == -kNoLimit || angle.upper == kNoLimit) unsupported("Bullet", "hinges with one limit");
+      joint->setLimit(-btScalar{angle.upper}, -btScalar{angle.lower});
+    }
+    const float friction = friction_of(angle.drive, angle.speed == 0.0f, angle.max_force);
+    if (friction > 0.0f) joint->enableAngularMotor(true, 0, btScalar{friction * dt});  // N m s a step
+    return joint;
+  }
+
+  void add_joint(const scenes::SceneJoint& joint, float dt) {
+    const JointDef& def = joint.def;
+    const bool plain =
+        def.enabled && def.hertz == 0.0f && def.break_force == kNoLimit && def.break_torque == kNoLimit;
+    if (!plain) unsupported("Bullet", "joints that are soft, break or are disabled");
+    const End a = end_of(joint.body_a, def.frame_a), b = end_of(joint.body_b, def.frame_b);
+    if (const auto* ball = std::get_if<BallJoint>(&joint.joint)) {
+      joints_.push_back(make_ball(*ball, a, b));
+    } else if (const auto* hinge = std::get_if<HingeJoint>(&joint.joint)) {
+      joints_.push_back(make_hinge(*hinge, a, b, dt));
+    } else {
+      unsupported("Bullet", "joints that are neither balls nor hinges");
+    }
+    world_.addConstraint(joints_.back().get(), !def.collide_connected);
+  }
+
   const std::vector<std::shared_ptr<const Polytope>> polytopes_;
   const bool continuous_;
   btDefaultCollisionConfiguration configuration_;
@@ -257,7 +384,9 @@ class World {
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::map<std::tuple<std::uint32_t, std::uint32_t, bool>, Shared> shared_;
+  std::vector<std::unique_ptr<Mesh>> meshes_;
   std::vector<Body> bodies_;
+  std::vector<std::unique_ptr<btTypedConstraint>> joints_;
 };
 
 class BulletEngine final : public Engine {
@@ -278,6 +407,11 @@ class BulletEngine final : public Engine {
   void push(std::size_t world, std::uint32_t body, Vec3 force) override { worlds_[world]->push(body, force); }
   void read(std::size_t world, std::vector<BodyState>& states) const override {
     worlds_[world]->read(states);
+  }
+  std::int64_t awake() const override {
+    std::int64_t sum = 0;
+    for (const auto& world : worlds_) sum += world->awake();
+    return sum;
   }
   std::int64_t contacts() const override {
     std::int64_t sum = 0;
@@ -301,6 +435,7 @@ EngineInfo bullet_engine() {
               "a ball of half the inner radius is swept for every dynamic body that moves by more than "
               "that radius",
           .multithreaded = false,
+          .joints = true,
           .create = [](std::span<const scenes::Scene> scenes, const EngineOptions& options)
               -> std::unique_ptr<Engine> { return std::make_unique<BulletEngine>(scenes, options); }};
 }

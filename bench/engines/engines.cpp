@@ -1,7 +1,31 @@
-// The list of the engines that CMake found.
+// The list of the engines that CMake found, and what their adapters share.
 #include "bench/engine.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace scree::bench {
+namespace {
+
+constexpr std::uint32_t kRules = 8;  // room for them in a code
+
+float mixed(MixRule rule, float a, float b) {
+  switch (rule) {
+    case MixRule::minimum:
+      return std::min(a, b);
+    case MixRule::average:
+      return 0.5f * (a + b);
+    case MixRule::product:
+      return a * b;
+    case MixRule::geometric_mean:
+      return std::sqrt(a * b);
+    case MixRule::maximum:
+      break;
+  }
+  return std::max(a, b);
+}
+
+}  // namespace
 
 const std::vector<EngineInfo>& engines() {
   static const std::vector<EngineInfo> kEngines = {
@@ -30,6 +54,32 @@ void Engine::push(std::size_t, std::uint32_t, Vec3) { unsupported("this engine",
 
 void unsupported(const std::string& engine, const std::string& what) {
   throw Error("the adapter of " + engine + " does not support " + what);
+}
+
+void refuse_mesh_materials(const std::string& engine, const TriangleMesh& mesh) {
+  if (has_materials(mesh)) unsupported(engine, "triangles with materials of their own");
+}
+
+std::uint32_t mix_code(const Material& material) {
+  return kRules * static_cast<std::uint32_t>(material.friction_mix) +
+         static_cast<std::uint32_t>(material.restitution_mix);
+}
+
+std::uint32_t default_mix_code() { return mix_code({}); }
+
+bool mixes_otherwise(const scenes::Scene& scene) {
+  return std::any_of(scene.shapes.begin(), scene.shapes.end(), [](const scenes::SceneShape& shape) {
+    return mix_code(shape.material) != default_mix_code();
+  });
+}
+
+// Of two rules the later one counts.
+float mixed_friction(float a, std::uint32_t code_a, float b, std::uint32_t code_b) {
+  return mixed(static_cast<MixRule>(std::max(code_a / kRules, code_b / kRules)), a, b);
+}
+
+float mixed_restitution(float a, std::uint32_t code_a, float b, std::uint32_t code_b) {
+  return mixed(static_cast<MixRule>(std::max(code_a % kRules, code_b % kRules)), a, b);
 }
 
 }  // namespace scree::bench

@@ -6,13 +6,17 @@
 #include <Jolt/Core/JobSystemThreadPool.h>
 #include <Jolt/Core/TempAllocator.h>
 #include <Jolt/Physics/Body/BodyCreationSettings.h>
+#include <Jolt/Physics/Collision/GroupFilterTable.h>
 #include <Jolt/Physics/Collision/Shape/BoxShape.h>
 #include <Jolt/Physics/Collision/Shape/CapsuleShape.h>
 #include <Jolt/Physics/Collision/Shape/ConvexHullShape.h>
+#include <Jolt/Physics/Collision/Shape/MeshShape.h>
+#include <Jolt/Physics/Collision/Shape/PlaneShape.h>
 #include <Jolt/Physics/Collision/Shape/SphereShape.h>
 #include <Jolt/Physics/Collision/Shape/StaticCompoundShape.h>
 #include <Jolt/Physics/Constraints/HingeConstraint.h>
 #include <Jolt/Physics/Constraints/PointConstraint.h>
+#include <Jolt/Physics/Constraints/SwingTwistConstraint.h>
 #include <Jolt/Physics/PhysicsSettings.h>
 #include <Jolt/Physics/PhysicsSystem.h>
 #include <Jolt/RegisterTypes.h>
@@ -21,7 +25,9 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <string>
+#include <utility>
 
 namespace scree::bench {
 namespace {
@@ -62,12 +68,15 @@ JPH::Vec3 to_jolt(Vec3 v) { return {v.x, v.y, v.z}; }
 JPH::Quat to_jolt(Quat q) { return {q.x, q.y, q.z, q.w}; }
 Vec3 from_jolt(JPH::Vec3Arg v) { return {v.GetX(), v.GetY(), v.GetZ()}; }
 
+std::uint32_t code_of(const JPH::Body& body) { return static_cast<std::uint32_t>(body.GetUserData()); }
+
 void check_material(const scenes::SceneShape& shape, const Material& first) {
   const Filter& filter = shape.options.filter;
   if (filter.category != 1 || filter.mask != 0xffffffffu || filter.group != 0) unsupported("Jolt", "filters");
   if (shape.material.rolling_resistance != 0.0f) unsupported("Jolt", "rolling resistance");
   if (shape.material.surface_velocity != Vec3{}) unsupported("Jolt", "surface velocity");
-  if (shape.material.friction != first.friction || shape.material.restitution != first.restitution) {
+  if (shape.material.friction != first.friction || shape.material.restitution != first.restitution ||
+      mix_code(shape.material) != mix_code(first)) {
     unsupported("Jolt", "several materials on one body");
   }
 }
@@ -89,7 +98,23 @@ JPH::Ref<JPH::Shape> make_hull(const scenes::SceneShape& shape) {
   return result.Get();
 }
 
+// With Jolt's defaults: its quality of the tree, and edges active from 5 degrees on.
+JPH::Ref<JPH::Shape> make_mesh(const TriangleMesh& mesh) {
+  refuse_mesh_materials("Jolt", mesh);
+  JPH::VertexList vertices;
+  for (const Vec3 v : mesh.vertices()) vertices.emplace_back(v.x, v.y, v.z);
+  JPH::IndexedTriangleList triangles;
+  for (const MeshTriangle& t : triangles_of(mesh)) triangles.emplace_back(t.a, t.b, t.c);
+  const JPH::ShapeSettings::ShapeResult result =
+      JPH::MeshShapeSettings(std::move(vertices), std::move(triangles)).Create();
+  if (result.HasError()) unsupported("Jolt", std::string("a mesh as it is: ") + result.GetError().c_str());
+  return result.Get();
+}
+
 JPH::Ref<JPH::Shape> make_shape(const scenes::SceneShape& shape) {
+  if (const auto* mesh = std::get_if<TriangleMesh>(&shape.geometry)) return make_mesh(*mesh);
+  if (std::holds_alternative<HalfSpace>(shape.geometry))
+    return new JPH::PlaneShape(JPH::Plane(JPH::Vec3::sAxisY(), 0.0f));  // ends at Jolt's default 1000 m
   if (std::holds_alternative<ConvexHull>(shape.geometry)) return make_hull(shape);
   JPH::Ref<JPH::ConvexShape> result;
   if (const auto* box = std::get_if<Box>(&shape.geometry)) {
@@ -105,17 +130,18 @@ JPH::Ref<JPH::Shape> make_shape(const scenes::SceneShape& shape) {
   return result.GetPtr();
 }
 
-// Shapes of the scene that exist already, by their place.
-using Shapes = std::map<std::uint32_t, JPH::Ref<JPH::Shape>>;
+// Shapes of bodies that exist already, by the run of the scene's shapes: its first one and their number.
+using Shapes = std::map<std::pair<std::uint32_t, std::uint32_t>, JPH::Ref<JPH::Shape>>;
 
 JPH::Ref<JPH::Shape> make_body_shape(const scenes::Scene& scene, const scenes::SceneBody& body,
                                      Shapes& shapes) {
   if (body.shape_count == 0) unsupported("Jolt", "bodies without shapes");
+  JPH::Ref<JPH::Shape>& shared = shapes[{body.first_shape, body.shape_count}];
+  if (shared != nullptr) return shared;
   const scenes::SceneShape& first = scene.shapes[body.first_shape];
   if (body.shape_count == 1 && first.options.local_pose == Pose{}) {
     check_material(first, first.material);
-    JPH::Ref<JPH::Shape>& shared = shapes[body.first_shape];
-    if (shared == nullptr) shared = make_shape(first);
+    shared = make_shape(first);
     return shared;
   }
   JPH::StaticCompoundShapeSettings settings;
@@ -125,7 +151,10 @@ JPH::Ref<JPH::Shape> make_body_shape(const scenes::Scene& scene, const scenes::S
     const Pose& local = shape.options.local_pose;
     settings.AddShape(to_jolt(local.position), to_jolt(local.rotation), make_shape(shape).GetPtr());
   }
-  return settings.Create().Get();
+  const JPH::ShapeSettings::ShapeResult result = settings.Create();
+  if (result.HasError()) unsupported("Jolt", std::string("a compound: ") + result.GetError().c_str());
+  shared = result.Get();
+  return shared;
 }
 
 JPH::BodyCreationSettings make_body(const scenes::Scene& scene, const scenes::SceneBody& body,
@@ -140,6 +169,8 @@ JPH::BodyCreationSettings make_body(const scenes::Scene& scene, const scenes::Sc
   const scenes::SceneShape& first = scene.shapes[body.first_shape];
   settings.mFriction = first.material.friction;  // mixed as sqrt(a b), restitution as max: Jolt's defaults
   settings.mRestitution = first.material.restitution;
+  settings.mUserData = mix_code(first.material);
+  settings.mMaxLinearVelocity = std::max(settings.mMaxLinearVelocity, scene.settings.max_linear_speed);
   settings.mLinearVelocity = to_jolt(def.linear_velocity);
   settings.mAngularVelocity = to_jolt(def.angular_velocity);
   settings.mLinearDamping = def.linear_damping;
@@ -155,42 +186,124 @@ JPH::BodyCreationSettings make_body(const scenes::Scene& scene, const scenes::Sc
   return settings;
 }
 
-// Balls, and hinges with limits, that hold a body to the world. Bodies that two joined bodies may not touch
-// would need a group filter.
-JPH::Ref<JPH::TwoBodyConstraint> make_joint(const scenes::Scene& scene, const scenes::SceneJoint& joint,
-                                            JPH::Body& body) {
-  if (joint.body_a != scenes::kWorldItself || joint.body_b == scenes::kWorldItself) {
-    unsupported("Jolt", "joints between two bodies");
+// Which joined bodies may not touch: a table of pairs for each group of bodies that joints connect.
+class Groups {
+ public:
+  explicit Groups(const scenes::Scene& scene) : root_(scene.bodies.size()), member_(scene.bodies.size()) {
+    std::iota(root_.begin(), root_.end(), 0u);
+    for (const scenes::SceneJoint& joint : scene.joints) {
+      if (parts(joint)) root_[find(joint.body_a)] = find(joint.body_b);
+    }
+    std::vector<unsigned> sizes(scene.bodies.size());
+    for (std::uint32_t body = 0; body < root_.size(); ++body) member_[body] = sizes[find(body)]++;
+    tables_.resize(sizes.size());
+    for (std::size_t i = 0; i < sizes.size(); ++i) {
+      if (sizes[i] > 1) tables_[i] = new JPH::GroupFilterTable(sizes[i]);
+    }
+    for (const scenes::SceneJoint& joint : scene.joints) {
+      if (!parts(joint) || member_[joint.body_a] == member_[joint.body_b]) continue;
+      tables_[find(joint.body_a)]->DisableCollision(member_[joint.body_a], member_[joint.body_b]);
+    }
   }
+
+  JPH::CollisionGroup of(std::uint32_t body) {
+    const std::uint32_t root = find(body);
+    if (tables_[root] == nullptr) return {};
+    return {tables_[root], root, member_[body]};
+  }
+
+ private:
+  static bool parts(const scenes::SceneJoint& joint) {
+    return !joint.def.collide_connected && joint.body_a != scenes::kWorldItself &&
+           joint.body_b != scenes::kWorldItself;
+  }
+
+  std::uint32_t find(std::uint32_t body) {
+    while (root_[body] != body) body = root_[body] = root_[root_[body]];
+    return body;
+  }
+
+  std::vector<std::uint32_t> root_;  // a forest
+  std::vector<unsigned> member_;     // the body's number in its group
+  std::vector<JPH::Ref<JPH::GroupFilterTable>> tables_;
+};
+
+// A joint's frame in the world, where the scene starts.
+struct Frame {
+  JPH::RVec3 anchor;
+  JPH::Quat axes;
+};
+
+Frame start_frame(const scenes::Scene& scene, std::uint32_t body, const Pose& local) {
+  const JPH::Quat axes = to_jolt(local.rotation).Normalized();
+  if (body == scenes::kWorldItself) return {JPH::RVec3(to_jolt(local.position)), axes};
+  const BodyDef& place = scene.bodies[body].def;
+  const JPH::Quat turn = to_jolt(place.rotation).Normalized();
+  return {JPH::RVec3(to_jolt(place.position) + turn * to_jolt(local.position)), turn * axes};
+}
+
+// The torque of a drive that does nothing but brake; refuses others.
+float friction_of(Drive drive, bool stands, float max_torque) {
+  if (drive == Drive::none) return 0.0f;
+  if (drive == Drive::spring || !stands || max_torque == kNoLimit) {
+    unsupported("Jolt", "drives of joints other than friction");
+  }
+  return max_torque;
+}
+
+JPH::Ref<JPH::TwoBodyConstraint> make_ball(const BallJoint& ball, const Frame& a, const Frame& b,
+                                           JPH::Body& body_a, JPH::Body& body_b) {
+  if (ball == BallJoint{}) {
+    JPH::PointConstraintSettings settings;
+    settings.mPoint1 = a.anchor;
+    settings.mPoint2 = b.anchor;
+    return settings.Create(body_a, body_b);
+  }
+  JPH::SwingTwistConstraintSettings settings;
+  settings.mPosition1 = a.anchor;
+  settings.mPosition2 = b.anchor;
+  settings.mTwistAxis1 = a.axes.RotateAxisX();
+  settings.mPlaneAxis1 = a.axes.RotateAxisY();
+  settings.mTwistAxis2 = b.axes.RotateAxisX();
+  settings.mPlaneAxis2 = b.axes.RotateAxisY();
+  settings.mNormalHalfConeAngle = std::min(ball.cone_limit, JPH::JPH_PI);
+  settings.mPlaneHalfConeAngle = settings.mNormalHalfConeAngle;
+  settings.mTwistMinAngle = std::max(ball.twist_lower, -JPH::JPH_PI);
+  settings.mTwistMaxAngle = std::min(ball.twist_upper, JPH::JPH_PI);
+  settings.mMaxFrictionTorque =
+      friction_of(ball.drive.drive, ball.drive.velocity == Vec3{}, ball.drive.max_torque);
+  return settings.Create(body_a, body_b);
+}
+
+JPH::Ref<JPH::TwoBodyConstraint> make_hinge(const HingeJoint& hinge, const Frame& a, const Frame& b,
+                                            JPH::Body& body_a, JPH::Body& body_b) {
+  JPH::HingeConstraintSettings settings;
+  settings.mPoint1 = a.anchor;
+  settings.mPoint2 = b.anchor;
+  settings.mHingeAxis1 = a.axes.RotateAxisX();
+  settings.mNormalAxis1 = a.axes.RotateAxisY();
+  settings.mHingeAxis2 = b.axes.RotateAxisX();
+  settings.mNormalAxis2 = b.axes.RotateAxisY();
+  settings.mLimitsMin = std::max(hinge.angle.lower, -JPH::JPH_PI);
+  settings.mLimitsMax = std::min(hinge.angle.upper, JPH::JPH_PI);
+  settings.mMaxFrictionTorque =
+      friction_of(hinge.angle.drive, hinge.angle.speed == 0.0f, hinge.angle.max_force);
+  return settings.Create(body_a, body_b);
+}
+
+// Balls and hinges with limits and friction.
+JPH::Ref<JPH::TwoBodyConstraint> make_joint(const scenes::Scene& scene, const scenes::SceneJoint& joint,
+                                            JPH::Body& body_a, JPH::Body& body_b) {
   const JointDef& def = joint.def;
-  const BodyDef& place = scene.bodies[joint.body_b].def;
   const bool plain =
       def.enabled && def.hertz == 0.0f && def.break_force == kNoLimit && def.break_torque == kNoLimit;
   if (!plain) unsupported("Jolt", "joints that are soft, break or are disabled");
-  const JPH::Vec3 anchor_b =
-      to_jolt(place.position) + to_jolt(place.rotation).Normalized() * to_jolt(def.frame_b.position);
-  const JPH::Quat frame_a = to_jolt(def.frame_a.rotation).Normalized();
-  const JPH::Quat frame_b = (to_jolt(place.rotation) * to_jolt(def.frame_b.rotation)).Normalized();
-  if (const auto* ball = std::get_if<BallJoint>(&joint.joint); ball != nullptr && *ball == BallJoint{}) {
-    JPH::PointConstraintSettings settings;
-    settings.mPoint1 = JPH::RVec3(to_jolt(def.frame_a.position));
-    settings.mPoint2 = JPH::RVec3(anchor_b);
-    return settings.Create(JPH::Body::sFixedToWorld, body);
-  }
+  const Frame a = start_frame(scene, joint.body_a, def.frame_a);
+  const Frame b = start_frame(scene, joint.body_b, def.frame_b);
+  if (const auto* ball = std::get_if<BallJoint>(&joint.joint)) return make_ball(*ball, a, b, body_a, body_b);
   const auto* hinge = std::get_if<HingeJoint>(&joint.joint);
-  if (hinge == nullptr || hinge->angle.drive != Drive::none) {
-    unsupported("Jolt", "joints other than plain balls and hinges without drives");
-  }
-  JPH::HingeConstraintSettings settings;
-  settings.mPoint1 = JPH::RVec3(to_jolt(def.frame_a.position));
-  settings.mPoint2 = JPH::RVec3(anchor_b);
-  settings.mHingeAxis1 = frame_a.RotateAxisX();
-  settings.mNormalAxis1 = frame_a.RotateAxisY();
-  settings.mHingeAxis2 = frame_b.RotateAxisX();
-  settings.mNormalAxis2 = frame_b.RotateAxisY();
-  settings.mLimitsMin = std::max(hinge->angle.lower, -JPH::JPH_PI);
-  settings.mLimitsMax = std::min(hinge->angle.upper, JPH::JPH_PI);
-  return settings.Create(JPH::Body::sFixedToWorld, body);
+  if (hinge == nullptr) unsupported("Jolt", "joints that are neither balls nor hinges");
+  return make_hinge(*hinge, a, b, body_a, body_b);
 }
 
 // Data that Jolt keeps once per process.
@@ -250,6 +363,17 @@ class JoltEngine final : public Engine {
     }
   }
 
+  std::int64_t awake() const override {
+    std::int64_t count = 0;
+    for (const World& world : worlds_) {
+      const JPH::BodyInterface& bodies = world.system->GetBodyInterfaceNoLock();
+      count += std::count_if(world.bodies.begin(), world.bodies.end(), [&](const JPH::BodyID& body) {
+        return bodies.GetMotionType(body) == JPH::EMotionType::Dynamic && bodies.IsActive(body);
+      });
+    }
+    return count;
+  }
+
   std::string complaint() const override {
     return errors_ == 0 ? std::string{}
                         : "dropped contacts: a capacity was full (flags " + std::to_string(errors_) + ")";
@@ -270,20 +394,37 @@ class JoltEngine final : public Engine {
     JPH::PhysicsSettings settings = world.system->GetPhysicsSettings();
     settings.mMinVelocityForRestitution = scene.settings.restitution_threshold;
     world.system->SetPhysicsSettings(settings);
+    if (mixes_otherwise(scene)) set_mixing(*world.system);
     JPH::BodyInterface& bodies = world.system->GetBodyInterfaceNoLock();
     Shapes shapes;
-    for (const scenes::SceneBody& body : scene.bodies) {
-      const JPH::EActivation activation =
-          body.def.type == BodyType::fixed ? JPH::EActivation::DontActivate : JPH::EActivation::Activate;
-      world.bodies.push_back(bodies.CreateAndAddBody(make_body(scene, body, continuous, shapes), activation));
+    Groups groups(scene);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const bool is_fixed = scene.bodies[i].def.type == BodyType::fixed;
+      JPH::BodyCreationSettings body = make_body(scene, scene.bodies[i], continuous, shapes);
+      body.mCollisionGroup = groups.of(i);
+      world.bodies.push_back(bodies.CreateAndAddBody(
+          body, is_fixed ? JPH::EActivation::DontActivate : JPH::EActivation::Activate));
     }
+    const auto body_of = [&](std::uint32_t index) -> JPH::Body& {
+      if (index == scenes::kWorldItself) return JPH::Body::sFixedToWorld;
+      return *world.system->GetBodyLockInterfaceNoLock().TryGetBody(world.bodies[index]);
+    };
     for (const scenes::SceneJoint& joint : scene.joints) {
-      if (joint.body_b == scenes::kWorldItself) unsupported("Jolt", "joints of the world with a body");
-      world.system->AddConstraint(make_joint(
-          scene, joint, *world.system->GetBodyLockInterfaceNoLock().TryGetBody(world.bodies[joint.body_b])));
+      world.system->AddConstraint(make_joint(scene, joint, body_of(joint.body_a), body_of(joint.body_b)));
     }
     world.system->OptimizeBroadPhase();
     worlds_.push_back(std::move(world));
+  }
+
+  static void set_mixing(JPH::PhysicsSystem& system) {
+    system.SetCombineFriction(
+        [](const JPH::Body& a, const JPH::SubShapeID&, const JPH::Body& b, const JPH::SubShapeID&) {
+          return mixed_friction(a.GetFriction(), code_of(a), b.GetFriction(), code_of(b));
+        });
+    system.SetCombineRestitution(
+        [](const JPH::Body& a, const JPH::SubShapeID&, const JPH::Body& b, const JPH::SubShapeID&) {
+          return mixed_restitution(a.GetRestitution(), code_of(a), b.GetRestitution(), code_of(b));
+        });
   }
 
   Process process_;  // first: everything below needs it

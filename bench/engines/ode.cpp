@@ -4,6 +4,7 @@
 
 #include <ode/ode.h>
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <map>
@@ -20,9 +21,10 @@ Vec3 from_ode(const dReal* v) {
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
-struct Surface {
+struct Finish {  // of a shape's surface
   float friction;
   float restitution;
+  std::uint32_t mix;
 };
 
 class World {
@@ -40,6 +42,7 @@ class World {
   ~World() {
     dJointGroupDestroy(contact_joints_);
     dSpaceDestroy(space_);
+    for (const Mesh& mesh : meshes_) dGeomTriMeshDataDestroy(mesh.data);
     dWorldDestroy(world_);
   }
   World(const World&) = delete;
@@ -84,6 +87,11 @@ class World {
     }
   }
 
+  std::int64_t awake() const {
+    return std::count_if(bodies_.begin(), bodies_.end(), [](const Body& body) {
+      return body.id != nullptr && dBodyIsKinematic(body.id) == 0 && dBodyIsEnabled(body.id) != 0;
+    });
+  }
   std::int64_t contacts() const { return contacts_; }
 
  private:
@@ -97,6 +105,12 @@ class World {
     std::vector<dReal> planes;
     std::vector<dReal> points;
     std::vector<unsigned> polygons;
+  };
+
+  struct Mesh {
+    std::vector<float> vertices;
+    std::vector<dTriIndex> indices;
+    dTriMeshDataID data;
   };
 
   static Eigen::Quaterniond rotation_of(dBodyID id) {
@@ -123,6 +137,19 @@ class World {
                          convex.polygons.data());
   }
 
+  dGeomID make_mesh(const TriangleMesh& mesh) {
+    refuse_mesh_materials("ODE", mesh);
+    Mesh& kept = meshes_.emplace_back(Mesh{{}, {}, dGeomTriMeshDataCreate()});
+    for (const Vec3 v : mesh.vertices()) kept.vertices.insert(kept.vertices.end(), {v.x, v.y, v.z});
+    for (const MeshTriangle& t : triangles_of(mesh)) kept.indices.insert(kept.indices.end(), {t.a, t.b, t.c});
+    dGeomTriMeshDataBuildSingle(kept.data, kept.vertices.data(), 3 * sizeof(float),
+                                static_cast<int>(kept.vertices.size() / 3), kept.indices.data(),
+                                static_cast<int>(kept.indices.size()), 3 * sizeof(dTriIndex));
+    // Its hulls need the angles between triangles.
+    dGeomTriMeshDataPreprocess2(kept.data, 1u << dTRIDATAPREPROCESS_BUILD_FACE_ANGLES, nullptr);
+    return dCreateTriMesh(space_, kept.data, nullptr, nullptr, nullptr);
+  }
+
   void collide(dGeomID a, dGeomID b) {
     const dBodyID body_a = dGeomGetBody(a);
     const dBodyID body_b = dGeomGetBody(b);
@@ -130,26 +157,33 @@ class World {
     dContact contacts[kContactsPerPair];
     const int count = dCollide(a, b, kContactsPerPair, &contacts[0].geom, sizeof(dContact));
     if (count > 0) ++contacts_;
-    const auto& surface_a = *static_cast<const Surface*>(dGeomGetData(a));
-    const auto& surface_b = *static_cast<const Surface*>(dGeomGetData(b));
+    const auto& finish_a = *static_cast<const Finish*>(dGeomGetData(a));
+    const auto& finish_b = *static_cast<const Finish*>(dGeomGetData(b));
     for (int i = 0; i < count; ++i) {
       contacts[i].surface.mode = dContactApprox1 | dContactBounce;
-      contacts[i].surface.mu = std::sqrt(dReal{surface_a.friction} * dReal{surface_b.friction});
-      contacts[i].surface.bounce = dReal{std::max(surface_a.restitution, surface_b.restitution)};
+      contacts[i].surface.mu =
+          dReal{mixed_friction(finish_a.friction, finish_a.mix, finish_b.friction, finish_b.mix)};
+      contacts[i].surface.bounce =
+          dReal{mixed_restitution(finish_a.restitution, finish_a.mix, finish_b.restitution, finish_b.mix)};
       contacts[i].surface.bounce_vel = 1.0;
       dJointAttach(dJointCreateContact(world_, contact_joints_, &contacts[i]), body_a, body_b);
     }
   }
 
-  dGeomID make_geom(const scenes::SceneShape& shape, const Polytope* polytope) {
+  static void check(const scenes::SceneShape& shape) {
     const Filter& filter = shape.options.filter;
     if (filter.category != 1 || filter.mask != 0xffffffffu || filter.group != 0)
       unsupported("ODE", "filters");
     if (shape.material.rolling_resistance != 0.0f) unsupported("ODE", "rolling resistance");
     if (shape.material.surface_velocity != Vec3{}) unsupported("ODE", "surface velocity");
+  }
+
+  dGeomID make_geom(const scenes::SceneShape& shape, const Polytope* polytope) {
     dGeomID geom = nullptr;
     if (polytope != nullptr) {
       geom = make_convex(*polytope);
+    } else if (const auto* mesh = std::get_if<TriangleMesh>(&shape.geometry)) {
+      geom = make_mesh(*mesh);
     } else if (const auto* box = std::get_if<Box>(&shape.geometry)) {
       const Vec3 h = box->half_extents;
       geom = dCreateBox(space_, 2 * dReal{h.x}, 2 * dReal{h.y}, 2 * dReal{h.z});
@@ -158,9 +192,22 @@ class World {
     } else {
       geom = dCreateSphere(space_, dReal{std::get<Sphere>(shape.geometry).radius});
     }
-    surfaces_.push_back({shape.material.friction, shape.material.restitution});
-    dGeomSetData(geom, &surfaces_.back());
+    keep(geom, shape);
     return geom;
+  }
+
+  void keep(dGeomID geom, const scenes::SceneShape& shape) {
+    finishes_.push_back({shape.material.friction, shape.material.restitution, mix_code(shape.material)});
+    dGeomSetData(geom, &finishes_.back());
+  }
+
+  // ODE's planes have no pose.
+  void add_plane(const scenes::SceneShape& shape, const Eigen::Vector3d& position,
+                 const Eigen::Quaterniond& rotation) {
+    const Eigen::Vector3d normal =
+        rotation * to_double(shape.options.local_pose.rotation) * Eigen::Vector3d::UnitY();
+    const Eigen::Vector3d place = position + rotation * to_double(shape.options.local_pose.position);
+    keep(dCreatePlane(space_, normal.x(), normal.y(), normal.z(), normal.dot(place)), shape);
   }
 
   // The geom's pose in the body; ODE's capsules lie along z, the scene's along y, and a hull's origin is its
@@ -187,6 +234,12 @@ class World {
     for (std::uint32_t s = 0; s < body.shape_count; ++s) {
       const scenes::SceneShape& shape = scene.shapes[body.first_shape + s];
       const Polytope* polytope = polytopes_[body.first_shape + s].get();
+      check(shape);
+      if (std::holds_alternative<HalfSpace>(shape.geometry)) {
+        if (id != nullptr) unsupported("ODE", "half-spaces of kinematic bodies");
+        add_plane(shape, position, rotation);
+        continue;
+      }
       const dGeomID geom = make_geom(shape, polytope);
       Eigen::Vector3d p;
       Eigen::Quaterniond q;
@@ -248,7 +301,8 @@ class World {
   dWorldID world_;
   dSpaceID space_;
   dJointGroupID contact_joints_;
-  std::deque<Surface> surfaces_;  // geoms point into it
+  std::deque<Finish> finishes_;  // geoms point into it
+  std::deque<Mesh> meshes_;      // and into it
   std::vector<Body> bodies_;
   std::int64_t contacts_ = 0;
 };
@@ -274,6 +328,11 @@ class OdeEngine final : public Engine {
   }
   void read(std::size_t world, std::vector<BodyState>& states) const override {
     worlds_[world]->read(states);
+  }
+  std::int64_t awake() const override {
+    std::int64_t sum = 0;
+    for (const auto& world : worlds_) sum += world->awake();
+    return sum;
   }
   std::int64_t contacts() const override {
     std::int64_t sum = 0;

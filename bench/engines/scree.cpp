@@ -46,6 +46,12 @@ class ScreeEngine final : public Engine {
     }
   }
 
+  std::int64_t awake() const override {
+    std::int64_t sum = 0;
+    for (const World& world : worlds_) sum += world.stats().awake_bodies;
+    return sum;
+  }
+
   std::int64_t contacts() const override {
     std::int64_t sum = 0;
     for (const World& world : worlds_) sum += world.stats().contacts;

@@ -28,7 +28,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Request, scene, parameters, engine, isa, cont
                                    warmup, evaluate_every, stand_steps)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Measurement, error, complaint, variant, continuous, bodies, timed_steps,
                                    ms_per_step, ms_median, ms_min, ms_max, step_ms, cpu_ms_per_step,
-                                   create_ms, phases, engine_contacts, touching, penetration_mean,
+                                   create_ms, phases, engine_contacts, awake, touching, penetration_mean,
                                    penetration_p999, penetration_max, kinetic_energy, top_drop, bodies_left,
                                    drift_joints, drift_mean, drift_max, pooled_pairs, pooled_mean,
                                    pooled_p999, pooled_max, pooled_drift_mean, pooled_drift_max,
@@ -256,6 +256,7 @@ Measurement measure(const Request& request) {
   result.drift_mean = last_drift.mean();
   result.drift_max = last_drift.max();
   result.engine_contacts = run.engine().contacts();
+  result.awake = run.engine().awake();
   result.variant = run.engine().variant();
   result.complaint = run.engine().complaint();
   return result;

@@ -44,6 +44,7 @@ struct Measurement {
   double create_ms = 0.0;                ///< building the worlds, the first step not included
   std::map<std::string, double> phases;  ///< mean over the timed steps, by the engine's own names
   std::int64_t engine_contacts = -1;     ///< as the engine counts them
+  std::int64_t awake = 0;                ///< dynamic bodies that do not sleep at the end
   std::int64_t touching = 0;             ///< pairs of shapes at the end, as the evaluator counts them
   double penetration_mean = 0.0;
   double penetration_p999 = 0.0;

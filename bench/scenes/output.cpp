@@ -98,7 +98,8 @@ void write_json(const Options& options, const std::vector<Entry>& entries, std::
       item["bodies"] = m->bodies;
       item["phases"] = m->phases;
       const StepTimes times = step_times(entry);
-      item["step_ms"] = {{"median", times.median}, {"p999", times.p999}, {"worst", times.worst}};
+      item["step_ms"] = {
+          {"mean", times.mean}, {"median", times.median}, {"p999", times.p999}, {"worst", times.worst}};
     }
     item["repeats"] = nlohmann::ordered_json::array();
     for (const Measurement& m : entry.repeats) item["repeats"].push_back(json_of(m));

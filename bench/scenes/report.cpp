@@ -50,7 +50,8 @@ std::string threads_cell(const Entry& entry) {
 
 std::vector<std::string> quality_cells(const Measurement& m) {
   return {millimeters(m.penetration_mean),  millimeters(m.penetration_p999), millimeters(m.penetration_max),
-          number("%.4g", m.kinetic_energy), number("%.4f", m.top_drop),      std::to_string(m.bodies_left)};
+          number("%.4g", m.kinetic_energy), number("%.4f", m.top_drop),      std::to_string(m.bodies_left),
+          std::to_string(m.awake)};
 }
 
 // Columns that only some tables have.
@@ -82,7 +83,7 @@ std::vector<std::string> comparison_row(const std::vector<Entry>& entries, const
   row.push_back(time_cell(m->ms_per_step));
   row.push_back(time_cell(sorted.front()->ms_per_step) + " to " + time_cell(sorted.back()->ms_per_step));
   const StepTimes times = step_times(entry);
-  for (const double ms : {times.median, times.p999, times.worst}) row.push_back(time_cell(ms));
+  for (const double ms : {times.mean, times.median, times.p999, times.worst}) row.push_back(time_cell(ms));
   const Measurement* base = find_median(entries, entry.scene, baseline, entry.threads);
   row.push_back(base != nullptr ? number("%.2f", m->ms_per_step / base->ms_per_step) : "");
   const Measurement* single = find_median(entries, entry.scene, entry.engine, 1);
@@ -129,9 +130,10 @@ StepTimes step_times(const Entry& entry) {
 
 Table comparison(const std::vector<Entry>& entries, const std::string& baseline) {
   const Extra extra = extra_columns(entries);
-  Table table{{"scene", "threads", "engine", "continuous", "ms/step", "range", "median", "p99.9", "worst",
-               "ratio", "scaling", "touching", "ns/touching", "pen mean mm", "pen p99.9 mm", "pen max mm",
-               "energy J", "top drop m", "left"}};
+  Table table{{"scene",      "threads",     "engine",      "continuous",   "ms/step",    "range",
+               "mean",       "median",      "p99.9",       "worst",        "ratio",      "scaling",
+               "touching",   "ns/touching", "pen mean mm", "pen p99.9 mm", "pen max mm", "energy J",
+               "top drop m", "left",        "awake"}};
   const auto add_columns = [&table](std::initializer_list<const char*> names) {
     table.front().insert(table.front().end(), names.begin(), names.end());
   };

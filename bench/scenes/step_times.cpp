@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 namespace scree::bench {
 
@@ -15,8 +16,10 @@ StepTimes step_times(const std::vector<std::vector<double>>& repeats) {
   }
   if (least.empty()) return {};
   std::sort(least.begin(), least.end());
+  const double sum = std::accumulate(least.begin(), least.end(), 0.0);
   const double last = static_cast<double>(least.size() - 1);
-  return {least[least.size() / 2], least[static_cast<std::size_t>(std::floor(0.999 * last))], least.back()};
+  return {sum / static_cast<double>(least.size()), least[least.size() / 2],
+          least[static_cast<std::size_t>(std::floor(0.999 * last))], least.back()};
 }
 
 }  // namespace scree::bench

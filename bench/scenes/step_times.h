@@ -8,6 +8,7 @@ namespace scree::bench {
 /// Times of steps, ms. A step's own time is the shortest that any repeat took for it: engines do the same
 /// work in the same step of every repeat, and nothing makes it faster than it is.
 struct StepTimes {
+  double mean = 0.0;  ///< the time per step without interruptions
   double median = 0.0;
   double p999 = 0.0;  ///< 99.9th percentile: 1 step in 1000 takes longer
   double worst = 0.0;

@@ -101,6 +101,40 @@ TEST_F(BenchProgram, DrivesBodiesLikeTheCommandDoes) {
   EXPECT_EQ(first.at("bodies"), 4);
 }
 
+TEST_F(BenchProgram, EveryEngineRunsScenesOfMeshesJointsAndCompoundsOrSaysWhyNot) {
+  const fs::path file = folder_ / "figures.json";
+  const Outcome outcome =
+      run("'" SCREE_BENCH_PROGRAM
+          "' --scenes terrain:bodies=12:triangles=800,height_field:bodies=12:cells=400,"
+          "ragdoll_rain:ragdolls=1:triangles=200,wheel_pile:wheels=2,drum:bodies=30,"
+          "bullets:bullets=8:columns=3:rows=2 --steps 90 --threads 1 --repeats 1 --json '" +
+          file.string() + "'");
+  const nlohmann::json json = nlohmann::json::parse(read_file(file));
+  EXPECT_EQ(outcome.err.find("killed"), std::string::npos) << outcome.err;
+  std::set<std::string> engines;
+  for (const nlohmann::json& entry : json.at("entries")) {
+    const std::string who = entry.at("engine").get<std::string>() + " on " + entry.at("scene").dump();
+    const nlohmann::json& one = entry.at("repeats").at(0);
+    engines.insert(entry.at("engine"));
+    const std::string error = one.at("error");
+    if (!error.empty()) {
+      EXPECT_NE(entry.at("engine"), "scree") << error;
+      EXPECT_NE(error.find("does not support "), std::string::npos) << who << ": " << error;
+      continue;
+    }
+    EXPECT_EQ(one.at("complaint"), "") << who;
+    EXPECT_GE(one.at("awake").get<int>(), 0) << who;
+    EXPECT_LE(one.at("awake").get<int>(), one.at("bodies").get<int>()) << who;
+    if (entry.at("scene").get<std::string>().rfind("bullets", 0) == 0) continue;  // they are to fly off
+    EXPECT_EQ(one.at("bodies_left"), 0) << who;
+    EXPECT_LT(one.at("penetration_mean").get<double>(), 0.05) << who;
+    if (one.at("drift_joints").get<int>() > 0) {
+      EXPECT_LT(one.at("drift_mean").get<double>(), 0.05) << who;
+    }
+  }
+  EXPECT_EQ(engines.count("scree"), 1u);
+}
+
 TEST_F(BenchProgram, PatienceLimitsTheRepeatsOfSlowEntries) {
   const auto runs = [&](const std::string& arguments) {
     return figures("--scenes stack:bodies=3 --steps 5 --threads 1 " + arguments, 3)

@@ -12,12 +12,14 @@ using scree::bench::StepTimes;
 
 TEST(StepTimes, AnInterruptionOfOneRepeatDoesNotCount) {
   const StepTimes times = step_times({{1.0, 90.0, 3.0}, {1.5, 2.0, 3.5}, {70.0, 2.5, 80.0}});
+  EXPECT_EQ(times.mean, 2.0);
   EXPECT_EQ(times.median, 2.0);
   EXPECT_EQ(times.worst, 3.0);
 }
 
 TEST(StepTimes, AStepThatIsSlowInAllRepeatsCounts) {
   const StepTimes times = step_times({{1.0, 9.0, 1.0}, {1.0, 8.0, 1.0}});
+  EXPECT_EQ(times.mean, 10.0 / 3.0);
   EXPECT_EQ(times.median, 1.0);
   EXPECT_EQ(times.worst, 8.0);
 }
@@ -33,6 +35,7 @@ TEST(StepTimes, OneStepInAThousandIsBeyondTheLastPercentile) {
 
 TEST(StepTimes, AreZeroWithoutAnyRun) {
   const StepTimes times = step_times({});
+  EXPECT_EQ(times.mean, 0.0);
   EXPECT_EQ(times.median, 0.0);
   EXPECT_EQ(times.worst, 0.0);
 }
