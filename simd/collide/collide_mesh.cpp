@@ -343,6 +343,7 @@ bool collide_meshes(const MeshTask& task) {
     Walk walk(pair, type, task, clips, count);
     if (!walk.visit(pair.mesh->levels - 1, 0)) return false;
     walk.flush();
+    if (pair.hulls.hull[0] != nullptr) count += clips.touch_beside(task.contacts + count);
     task.ends[item] = count;
   }
   clips.flush();

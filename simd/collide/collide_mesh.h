@@ -122,6 +122,13 @@ class MeshClips {
   MeshClips();
   void set_pair(const MeshPair& pair);  // in whose frame decisions are, from now on
   void touch(const TriangleDecision& decision, TriangleContact& to);
+  // A triangle that overlaps the pair's shape holds it.
+  void note_held() { is_held_ = true; }
+  // A triangle that overlaps the shape lies beside it.
+  void note_beside(const TriangleDecision& decision);
+  // Where nothing holds the shape, of the triangles beside it the one touches that has to push it least.
+  // Returns the number of contacts.
+  int touch_beside(TriangleContact* out);
   void flush();
 
  private:
@@ -145,6 +152,8 @@ class MeshClips {
   TriangleHull triangle_;
   FaceQueue queue_;
   Waiting waiting_[kLanes];
+  TriangleDecision beside_;
+  bool is_held_ = false, has_beside_ = false;
 };
 
 // Contacts of the shape with the batch's triangles, appended to `out` in the order of the lanes. Returns how

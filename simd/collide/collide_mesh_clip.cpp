@@ -114,6 +114,19 @@ void MeshClips::set_pair(const MeshPair& pair) {
   set_tolerances(pair_);
   pair_.border = smaller(kFeatureTolerance, kFeatureShare * pair_.hull[0]->inner_radius);
   at_corner_ = kAtCorner * pair_.hull[0]->outer_radius;
+  is_held_ = has_beside_ = false;
+}
+
+void MeshClips::note_beside(const TriangleDecision& decision) {
+  if (has_beside_ && !(decision.separation > beside_.separation)) return;
+  beside_ = decision;
+  has_beside_ = true;
+}
+
+int MeshClips::touch_beside(TriangleContact* out) {
+  if (is_held_ || !has_beside_) return 0;
+  touch(beside_, *out);
+  return 1;
 }
 
 void MeshClips::touch(const TriangleDecision& decision, TriangleContact& to) {

@@ -4,8 +4,9 @@
 // Separating axes of the two (Gottschalk, Lin and Manocha, "OBBTree", 1996; for edges see
 // collide_hull_edges.cpp), but along those alone that the mesh supports (collide_mesh.h) may a triangle push.
 // The axis along which the shape overlaps least is supported or not. If not, and it is much less than along
-// the best supported one, the triangle lies beside the shape, and others hold that. Points are those of two
-// faces clipped against each other, as of two hulls.
+// the best supported one, the triangle lies beside the shape, and others hold that. Where none does, because
+// a fast shape has come in deep, the one with the least depth along a supported axis holds it. Points are
+// those of two faces clipped against each other, as of two hulls.
 #include <simd/collide/collide_mesh.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -209,9 +210,16 @@ int touch_polytope(const MeshPair& pair, const TriangleBatch& batch, MeshClips& 
   if (!any(decision.largest <= reach)) return 0;
   try_edges(hull, t, tolerance, reach, table, decision);
   const M touches = (decision.largest <= reach) & (decision.largest <= decision.separation + F(kBeside));
-  std::uint32_t touching = bits(touches) & ((1u << batch.count) - 1u);
-  if (touching == 0) return 0;
+  const std::uint32_t there = (1u << batch.count) - 1u;
+  std::uint32_t touching = bits(touches) & there;
+  const std::uint32_t overlapping = bits(decision.largest <= F(0.0f)) & there;
+  if ((touching | overlapping) == 0) return 0;
   const Lanes lanes(decision, t);
+  if ((touching & overlapping) != 0) clips.note_held();
+  for (std::uint32_t beside = overlapping & ~touching; beside != 0; beside &= beside - 1) {
+    const int lane = __builtin_ctz(beside);
+    clips.note_beside(lanes.get(lane, batch.triangle[lane]));
+  }
   int count = 0;
   for (; touching != 0; touching &= touching - 1) {
     const int lane = __builtin_ctz(touching);
