@@ -9,6 +9,11 @@ namespace scree::queries {
 
 namespace {
 
+// Whether along a direction a cone's apex is farther than its base.
+bool is_apex_farthest(Vector half, Vector along) {
+  return 2.0 * half.y * along.y > half.x * std::sqrt(along.x * along.x + along.z * along.z);
+}
+
 // The point of the core that is farthest along a direction, relative to the solid's position.
 Vector farthest(const Solid& solid, Vector along) {
   const Vector local = turn_back(solid.axes, along);
@@ -20,11 +25,22 @@ Vector farthest(const Solid& solid, Vector along) {
       return {};
     case ShapeType::capsule:
       return (local.y > 0.0 ? solid.half.y : -solid.half.y) * solid.axes.y;
+    case ShapeType::cylinder:
+    case ShapeType::cone: {
+      const bool up = solid.type == ShapeType::cone ? is_apex_farthest(solid.half, local) : local.y > 0.0;
+      if (up && solid.type == ShapeType::cone) return solid.half.y * solid.axes.y;
+      const double across = std::sqrt(local.x * local.x + local.z * local.z);
+      const double scale = across > 0.0 ? solid.half.x / across : 0.0;
+      corner = {scale * local.x, up ? solid.half.y : -solid.half.y, scale * local.z};
+      break;
+    }
     case ShapeType::box:
+    case ShapeType::rounded_box:
       corner = {local.x > 0.0 ? solid.half.x : -solid.half.x, local.y > 0.0 ? solid.half.y : -solid.half.y,
                 local.z > 0.0 ? solid.half.z : -solid.half.z};
       break;
-    case ShapeType::hull: {
+    case ShapeType::hull:
+    case ShapeType::rounded_hull: {
       double most = -std::numeric_limits<double>::infinity();
       std::int32_t best = 0;
       for (std::int32_t i = 0; i < solid.corners; ++i) {

@@ -230,6 +230,11 @@ bool meet(const Solid& solid, const Line& line, Entry& entry) {
     case ShapeType::hull:
       meets = meet_hull(*solid.hull, local, entry);
       break;
+    case ShapeType::rounded_box:
+    case ShapeType::rounded_hull:
+    case ShapeType::cylinder:
+    case ShapeType::cone:
+      break;
     case ShapeType::half_space:
       meets = meet_half_space(local, entry);
       break;
