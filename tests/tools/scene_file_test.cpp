@@ -225,9 +225,9 @@ TEST(SceneFile, EveryMistakeIsReportedWithItsPlaceAndReason) {
       {with_shape("\"ball\""),
        "scene.json: /bodies/0/shapes/0: no shape \"ball\" in /shapes; none is defined"},
       {with_shape("{}"), "scene.json: /bodies/0/shapes/0: the key \"type\" is missing"},
-      {with_shape(R"({"type": "cone"})"),
-       "scene.json: /bodies/0/shapes/0/type: \"cone\" is none of: sphere, capsule, box, hull, mesh, "
-       "half_space"},
+      {with_shape(R"({"type": "torus"})"),
+       "scene.json: /bodies/0/shapes/0/type: \"torus\" is none of: sphere, capsule, box, hull, mesh, "
+       "half_space, cylinder, cone"},
       {with_shape(R"({"type": "sphere", "radius": 0})"),
        "scene.json: /bodies/0/shapes/0/radius: 0 must be from 0.0001 to 100000"},
       {with_shape(R"({"type": "sphere", "radius": 1, "half_height": 1})"),

@@ -95,6 +95,10 @@ bool same(const Value& a, const Value& b) {
   }
 }
 bool same(const HalfSpace&, const HalfSpace&) { return true; }
+bool same(const Cylinder& a, const Cylinder& b) {
+  return a.half_height == b.half_height && a.radius == b.radius;
+}
+bool same(const Cone& a, const Cone& b) { return a.half_height == b.half_height && a.radius == b.radius; }
 bool same(const Geometry& a, const Geometry& b) {
   if (a.index() != b.index()) return false;
   return std::visit(
@@ -180,6 +184,10 @@ std::vector<Geometry> geometries() {
           ConvexHull{tetrahedron(1.0f), {2, 3, 4}},
           ConvexHull{tetrahedron(2.0f), {1, 1, 1}},
           HalfSpace{},
+          Box{{4, 5, 6}, 0.25f},
+          ConvexHull{tetrahedron(2.0f), {1, 1, 1}, 0.125f},
+          Cylinder{6.5f, 7.5f},
+          Cone{8.5f, 9.5f},
           triangle(1.0f),
           triangle(2.0f)};
 }
