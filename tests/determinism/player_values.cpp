@@ -494,12 +494,22 @@ void print(std::ostream& out, const Geometry& value) {
     out << "ConvexHull{.points = ";
     for (const Vec3& vertex : convex->hull.vertices()) print(out, vertex);
     field(out, "scale", convex->scale);
+    field(out, "rounding", convex->rounding);
   } else if (const auto* mesh = std::get_if<TriangleMesh>(&value)) {
     out << "TriangleMesh{.vertices = ";
     for (const Vec3& vertex : mesh->vertices()) print(out, vertex);
+  } else if (const auto* cylinder = std::get_if<Cylinder>(&value)) {
+    out << "Cylinder";
+    field(out, "half_height", cylinder->half_height, true);
+    field(out, "radius", cylinder->radius);
+  } else if (const auto* cone = std::get_if<Cone>(&value)) {
+    out << "Cone";
+    field(out, "half_height", cone->half_height, true);
+    field(out, "radius", cone->radius);
   } else {
     out << "Box";
     field(out, "half_extents", std::get<Box>(value).half_extents, true);
+    field(out, "rounding", std::get<Box>(value).rounding);
   }
   out << "}";
 }
