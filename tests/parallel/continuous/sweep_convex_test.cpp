@@ -93,5 +93,53 @@ TEST(SweepConvex, SlenderAndFlatShapesKeepTheirDistances) {
   }
 }
 
+// In one step, from outside: there its contact takes over.
+TEST(SweepConvex, AFastBallStopsAtTheSurfaceOfEveryShape) {
+  Dice dice(53);
+  for (std::uint32_t kind = 0; kind < 8; ++kind) {
+    for (int shot = 0; shot < 20; ++shot) {
+      World world({.gravity = {}});
+      Workers workers(1);
+      const BodyId fixed = world.create_body({.type = BodyType::fixed, .rotation = dice.rotation()});
+      const ShapeId obstacle = world.add_shape(fixed, dice.geometry(1.0f, kind));
+      step(world, 0.01f, workers);
+      // Aimed at a point within the shape.
+      const Vec3 middle = to_vec3(internals(world).shapes.pose[obstacle.index].position);
+      const Vec3 from = 4.0f * normalize(dice.within({1, 1, 1}) + Vec3{0, 1.2f, 0});
+      const BodyId ball = world.create_body({.position = middle + from, .linear_velocity = -100.0f * from});
+      world.add_shape(ball, Sphere{0.05f});
+      step(world, 1.0f / 60.0f, workers);
+      EXPECT_EQ(world.stats().sweep_hits, 1) << kind;
+      const double gap = true_distance(internals(world), static_cast<std::int32_t>(obstacle.index),
+                                       world.pose(ball).position);
+      EXPECT_GT(gap, 0.049) << kind;
+      // At sharp corners of hulls the bound is not the distance.
+      if (kind != 3) {
+        EXPECT_LT(gap, kind == 7 ? 0.3 : 0.052) << kind;
+      }
+    }
+  }
+}
+
+TEST(SweepConvex, FastShapesOfEveryKindStopAtAThinWall) {
+  Dice dice(54);
+  for (std::uint32_t kind = 4; kind < 8; ++kind) {
+    for (int shot = 0; shot < 20; ++shot) {
+      World world({.gravity = {}});
+      Workers workers(1);
+      world.add_shape(world.create_body({.type = BodyType::fixed, .position = {10, 0, 0}}),
+                      Box{{0.005f, 50, 50}});
+      const BodyId bullet = world.create_body({.position = {0, shot % 5 * 1.0f, 0},
+                                               .rotation = dice.rotation(),
+                                               .linear_velocity = {1000, 0, 0},
+                                               .angular_velocity = dice.within({20, 20, 20})});
+      world.add_shape(bullet, dice.geometry(0.2f, kind));
+      step(world, 1.0f / 60.0f, workers);
+      EXPECT_EQ(world.stats().sweep_hits, 1) << kind;
+      EXPECT_LT(world.center_of_mass(bullet).x, 10.0f) << kind;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace scree::testing
