@@ -15,12 +15,12 @@
 namespace scree::testing {
 namespace {
 
-constexpr float kStep = 1.0f / 60.0f;  // s
+constexpr float kBoundsStep = 1.0f / 60.0f;  // s
 
 Geometry round_geometry(Dice& dice, float size) { return dice.geometry(size, 4 + dice.below(4)); }
 
 // Slow, fast and spinning shapes of all sizes.
-World make_world(float spin) {
+World make_round_world(float spin) {
   Dice dice(41);
   World world({.gravity = {}});
   for (int i = 0; i < 400; ++i) {
@@ -52,7 +52,7 @@ void expect_held(const World& world, ShapeId shape, float spin) {
   for (int k = 0; k < 3; ++k) {
     const Point axis{k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0};
     const double upper = reach_along(placed, axis), lower = -reach_along(placed, -1.0 * axis);
-    const double way = std::abs(double{v[k]}) * double{kStep};
+    const double way = std::abs(double{v[k]}) * double{kBoundsStep};
     const double most = 0.5 * double{kSpeculativeDistance} + std::max(0.05, way) + 1e-3;
     EXPECT_GE(bounds.upper[k], upper + 0.4 * double{kSpeculativeDistance}) << shape.index;
     EXPECT_LE(bounds.lower[k], lower - 0.4 * double{kSpeculativeDistance}) << shape.index;
@@ -75,9 +75,9 @@ TEST(RoundBounds, HoldEveryPointTightlyAndHaveTheSameBitsEverywhere) {
   for (const float spin : {0.01f, 20.0f, 300.0f}) {
     std::vector<BoundsRow> expected;
     for (const WorkersOptions& options : all_workers()) {
-      World world = make_world(spin);
+      World world = make_round_world(spin);
       Workers workers(options);
-      for (int k = 0; k < 3; ++k) step(world, kStep, workers);
+      for (int k = 0; k < 3; ++k) step(world, kBoundsStep, workers);
       const Shapes& shapes = internals(world).shapes;
       const auto rows = shapes.fat_bounds.span();
       if (expected.empty()) {
@@ -97,7 +97,7 @@ TEST(RoundBounds, OfAConeAreThoseOfApexAndBase) {
       world.create_body({.type = BodyType::fixed, .rotation = from_axis_angle({0, 0, 1}, -0.5f)});
   const ShapeId shape = world.add_shape(body, Cone{2.0f, 0.5f});
   Workers workers(1);
-  step(world, kStep, workers);
+  step(world, kBoundsStep, workers);
   const BoundsRow& bounds = internals(world).shapes.fat_bounds[shape.index];
   const double sine = std::sin(0.5), cosine = std::cos(0.5), pad = 0.5 * double{kSpeculativeDistance};
   EXPECT_NEAR(bounds.upper[0], 2.0 * sine + pad, 1e-5);

@@ -129,7 +129,7 @@ TEST(SweepConvex, FastShapesOfEveryKindStopAtAThinWall) {
       Workers workers(1);
       world.add_shape(world.create_body({.type = BodyType::fixed, .position = {10, 0, 0}}),
                       Box{{0.005f, 50, 50}});
-      const BodyId bullet = world.create_body({.position = {0, shot % 5 * 1.0f, 0},
+      const BodyId bullet = world.create_body({.position = {0, static_cast<float>(shot % 5), 0},
                                                .rotation = dice.rotation(),
                                                .linear_velocity = {1000, 0, 0},
                                                .angular_velocity = dice.within({20, 20, 20})});
