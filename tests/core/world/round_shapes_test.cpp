@@ -151,7 +151,8 @@ TEST(RoundShapes, OutOfRangeAreRefusedWithValueAndLimit) {
     EXPECT_EQ(error_of([&] { world.set_geometry(shape, geometry); }), "World::set_geometry: " + message);
     EXPECT_EQ(world.shape_count(), 1u);
   };
-  const std::string extents = ", must lie in [0.0001, 100000]", roundings = ", must lie in [0, 100000]";
+  const std::string extents = ", must lie in [9.99999975e-05, 100000]",
+                    roundings = ", must lie in [0, 100000]";
   refuse(Cylinder{0.0f, 1.0f}, "cylinder half_height is 0" + extents);
   refuse(Cylinder{1.0f, -1.0f}, "cylinder radius is -1" + extents);
   refuse(Cylinder{1.0f, kNoNumber}, "cylinder radius is nan" + extents);
