@@ -4,6 +4,7 @@
 #include <core/world/edit.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace scree {
 
@@ -19,6 +20,50 @@ void add_corners(const float (&half)[3], float radius, Balls& balls) {
                           ((corner & 4u) != 0 && !(inset.z > 0.0f));
     if (!repeated) balls.add({along(0, inset.x), along(1, inset.y), along(2, inset.z)}, radius);
   }
+}
+
+// Eight balls about the y axis.
+void add_ring(float height, float distance, float radius, Balls& balls) {
+  constexpr float kDiagonal = 0.70710677f;
+  const float aside = kDiagonal * distance;
+  const float places[8][2] = {{distance, 0.0f},  {aside, aside},   {0.0f, distance},  {-aside, aside},
+                              {-distance, 0.0f}, {-aside, -aside}, {0.0f, -distance}, {aside, -aside}};
+  for (const auto& [x, z] : places) balls.add({x, height, z}, radius);
+}
+
+// The ball about the center, and where the cylinder is long two at its ends, or where it is flat eight along
+// its rim.
+Balls balls_of_cylinder(float radius, float half_height) {
+  const float size = std::min(radius, half_height);
+  Balls balls;
+  balls.add({}, size);
+  if (half_height > radius) {
+    for (const float end : {half_height - size, size - half_height}) balls.add({0.0f, end, 0.0f}, size);
+  } else if (radius > half_height) {
+    add_ring(0.0f, radius - size, size, balls);
+  }
+  return balls;
+}
+
+// The largest ball within, and between it and the apex and the rim smaller ones: a cone holds what lies
+// between a ball of its own and one of its points.
+Balls balls_of_cone(float radius, float half_height) {
+  constexpr float kOut = 0.75f;  // of the way there
+  const float height = 2.0f * half_height;
+  const float share = radius / std::sqrt(radius * radius + height * height);  // sine of half the apex's angle
+  const float inner = height * share / (1.0f + share), place = inner - half_height;
+  const float least = (1.0f - kOut) * inner;
+  Balls balls;
+  balls.add({0.0f, place, 0.0f}, inner);
+  balls.add({0.0f, place + kOut * (half_height - place), 0.0f}, least);
+  add_ring(place - kOut * (half_height + place), kOut * radius, least, balls);
+  return balls;
+}
+
+// A rounding makes all that is within a shape larger by as much.
+Balls rounded(Balls balls, float rounding) {
+  for (int i = 0; i < balls.count; ++i) balls.ball[i].radius += rounding;
+  return balls;
 }
 
 Vec3 vertex_of(const HullData& hull, int vertex) {
@@ -67,11 +112,24 @@ Balls balls_of(const WorldData& data, std::int32_t shape) {
       for (const float end : {0.0f, extent.half[1], -extent.half[1]})
         balls.add({0.0f, end, 0.0f}, extent.radius);
       break;
-    case ShapeType::box: {
+    case ShapeType::box:
+    case ShapeType::rounded_box: {
       const float radius = std::min(extent.half[0], std::min(extent.half[1], extent.half[2]));
       balls.add({}, radius);
       if (std::max(extent.half[0], std::max(extent.half[1], extent.half[2])) > radius)
         add_corners(extent.half, radius, balls);
+      balls = rounded(balls, extent.radius);
+      break;
+    }
+    case ShapeType::cylinder:
+      balls = balls_of_cylinder(extent.half[0], extent.half[1]);
+      break;
+    case ShapeType::cone:
+      balls = balls_of_cone(extent.half[0], extent.half[1]);
+      break;
+    case ShapeType::rounded_hull: {
+      const SharedHull& hull = data.hulls.shared[static_cast<std::size_t>(data.shapes.hull[shape])];
+      balls = rounded(hull.solid->balls, hull.data->rounding);
       break;
     }
     case ShapeType::hull:

@@ -52,6 +52,9 @@ struct alignas(64) HullEdge {
 // The arc of an edge: the directions in which it is the farthest of the hull, from the normal of one face to
 // that of the other. Along any of them a point x lies at most max(m . d, cosine m . d) + |t . d| beyond the
 // edge, where d = x - p, p a point of the edge, m the middle of the arc, and t half the normals' difference.
+//
+// All but `rounding` is of the polyhedron within. Solids have no rounding; slots of hulls have: see
+// SharedHull.
 struct HullData {
   std::int32_t vertex_count;
   std::int32_t edge_count;
@@ -61,6 +64,7 @@ struct HullData {
   std::int32_t padded_faces;
   float inner_radius;  // m, of the largest ball about the centroid within the hull
   float outer_radius;  // m, of the smallest ball about the centroid around it
+  float rounding;      // m, of the shape: all points within this distance of the polyhedron belong to it
   const float* vertex[3];
   const float* normal[3];
   const float* offset;

@@ -102,7 +102,8 @@ enum StepNote : std::uint8_t {
 };
 
 // Extents of a shape: sphere (radius), capsule (half[1], radius), box (half), hull (the box and the ball
-// about its centroid that hold it).
+// about its centroid that hold it; of a rounded hull, too), rounded box (half of the box within, and radius:
+// the rounding), cylinder and cone (half: radius, half height, radius).
 struct alignas(16) ExtentRow {
   float half[3];
   float radius;

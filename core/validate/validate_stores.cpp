@@ -85,7 +85,7 @@ void validate_shapes(const WorldData& data) {
   std::int32_t asking = 0, hooked = 0, sensors = 0;
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
     const bool is_alive = (shapes.flags[row] & kShapeAlive) != 0;
-    const bool is_hull = is_alive && shapes.type[row] == ShapeType::hull;
+    const bool is_hull = is_alive && has_hull(shapes.type[row]);
     SCREE_ASSERT(shapes.tree[row] == (is_alive ? tree_of(data.bodies, shapes.body[row]) : TreeKind::none));
     SCREE_ASSERT((shapes.hull[row] >= 0) == is_hull);
     SCREE_ASSERT(!is_hull || data.hulls.data[shapes.hull[row]] != nullptr);

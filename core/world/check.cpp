@@ -104,11 +104,19 @@ void check_geometry(Call call, const Geometry& geometry) {
     check_range(call, "box half_extents.x", box->half_extents.x, kMinExtent, kMaxExtent);
     check_range(call, "box half_extents.y", box->half_extents.y, kMinExtent, kMaxExtent);
     check_range(call, "box half_extents.z", box->half_extents.z, kMinExtent, kMaxExtent);
+    check_range(call, "box rounding", box->rounding, 0.0f, kMaxExtent);
+  } else if (const auto* cylinder = std::get_if<Cylinder>(&geometry)) {
+    check_range(call, "cylinder half_height", cylinder->half_height, kMinExtent, kMaxExtent);
+    check_range(call, "cylinder radius", cylinder->radius, kMinExtent, kMaxExtent);
+  } else if (const auto* cone = std::get_if<Cone>(&geometry)) {
+    check_range(call, "cone half_height", cone->half_height, kMinExtent, kMaxExtent);
+    check_range(call, "cone radius", cone->radius, kMinExtent, kMaxExtent);
   } else if (const auto* convex = std::get_if<ConvexHull>(&geometry)) {
     if (convex->hull.is_empty()) fail(call, "the hull is empty: it was made of no points, or moved from");
     check_range(call, "hull scale.x", convex->scale.x, kMinHullScale, kMaxHullScale);
     check_range(call, "hull scale.y", convex->scale.y, kMinHullScale, kMaxHullScale);
     check_range(call, "hull scale.z", convex->scale.z, kMinHullScale, kMaxHullScale);
+    check_range(call, "hull rounding", convex->rounding, 0.0f, kMaxExtent);
   } else if (const auto* mesh = std::get_if<TriangleMesh>(&geometry)) {
     if (mesh->is_empty()) fail(call, "the mesh is empty: it was made of no triangles, or moved from");
   } else if (!std::holds_alternative<HalfSpace>(geometry)) {

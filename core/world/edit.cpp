@@ -130,14 +130,22 @@ void write_extent(WorldData& data, std::int32_t shape, const Geometry& geometry,
     extent.half[1] = capsule->half_height;
     extent.radius = capsule->radius;
   } else if (const auto* box = std::get_if<Box>(&geometry)) {
-    shapes.type[shape] = ShapeType::box;
+    shapes.type[shape] = box->rounding > 0.0f ? ShapeType::rounded_box : ShapeType::box;
     store(extent.half, box->half_extents);
+    extent.radius = box->rounding + 0.0f;  // of one sign where it is zero
+  } else if (const auto* cylinder = std::get_if<Cylinder>(&geometry)) {
+    shapes.type[shape] = ShapeType::cylinder;
+    store(extent.half, {cylinder->radius, cylinder->half_height, cylinder->radius});
+  } else if (const auto* cone = std::get_if<Cone>(&geometry)) {
+    shapes.type[shape] = ShapeType::cone;
+    store(extent.half, {cone->radius, cone->half_height, cone->radius});
   } else if (std::holds_alternative<HalfSpace>(geometry)) {
     shapes.type[shape] = ShapeType::half_space;
     extent = kHalfSpaceExtent;
   } else if (slots.hull >= 0) {
-    shapes.type[shape] = ShapeType::hull;
-    extent = extent_of(*data.hulls.shared[static_cast<std::size_t>(slots.hull)].solid);
+    const SharedHull& hull = data.hulls.shared[static_cast<std::size_t>(slots.hull)];
+    shapes.type[shape] = hull.data->rounding > 0.0f ? ShapeType::rounded_hull : ShapeType::hull;
+    extent = extent_of(hull);
   } else if (slots.mesh >= 0) {
     shapes.type[shape] = ShapeType::mesh;
     extent = data.meshes.shared[static_cast<std::size_t>(slots.mesh)].solid->extent;

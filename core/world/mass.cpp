@@ -47,16 +47,74 @@ double solid(const Capsule& capsule, double density, Symmetric* inertia) {
   return cylinder + ball;
 }
 
+// What rounds a box: a slab on each face, a quarter of a cylinder along each edge and an eighth of a ball at
+// each corner. Adds to the masses; moment[i] is the integral of x_i^2.
+void add_rounding(const double (&half)[3], double r, double density, double& mass, double (&moment)[3]) {
+  constexpr double kPi = std::numbers::pi;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int others[] = {(axis + 1) % 3, (axis + 2) % 3};
+    const double a = half[axis], b = half[others[0]], c = half[others[1]];
+    const double slabs = density * 8.0 * r * b * c;           // both that face along the axis
+    const double cylinder = density * 2.0 * kPi * r * r * a;  // in four quarters, along the axis
+    mass += slabs + cylinder;
+    moment[axis] += slabs * (a * a + a * r + r * r / 3.0) + cylinder * a * a / 3.0;
+    for (const int other : others) {
+      const double d = half[other];
+      moment[other] += slabs * d * d / 3.0;
+      moment[other] += cylinder * (d * d + d * r * (8.0 / (3.0 * kPi)) + 0.25 * r * r);
+    }
+  }
+  const double ball = density * (4.0 / 3.0) * kPi * r * r * r;
+  mass += ball;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double d = half[axis];
+    moment[axis] += ball * (d * d + 0.75 * d * r + 0.2 * r * r);
+  }
+}
+
 double solid(const Box& box, double density, Symmetric* inertia) {
   const double x = box.half_extents.x, y = box.half_extents.y, z = box.half_extents.z;
-  const double mass = density * 8.0 * x * y * z;
+  double mass = density * 8.0 * x * y * z;
   const double third = mass / 3.0;
   *inertia = diagonal(third * (y * y + z * z), third * (x * x + z * z), third * (x * x + y * y));
+  if (!(box.rounding > 0.0f)) return mass;
+  double moment[3] = {third * x * x, third * y * y, third * z * z};
+  add_rounding({x, y, z}, box.rounding, density, mass, moment);
+  *inertia = diagonal(moment[1] + moment[2], moment[0] + moment[2], moment[0] + moment[1]);
   return mass;
+}
+
+double solid(const Cylinder& cylinder, double density, Symmetric* inertia) {
+  const double r = cylinder.radius, h = 2.0 * cylinder.half_height;
+  const double mass = density * std::numbers::pi * r * r * h;
+  const double across = mass * (h * h / 12.0 + 0.25 * r * r);
+  *inertia = diagonal(across, 0.5 * mass * r * r, across);
+  return mass;
+}
+
+double solid(const Cone& cone, double density, Symmetric* inertia) {
+  const double r = cone.radius, h = 2.0 * cone.half_height;
+  const double mass = density * std::numbers::pi * r * r * h / 3.0;
+  const double across = mass * (0.0375 * h * h + 0.15 * r * r);
+  *inertia = diagonal(across, 0.3 * mass * r * r, across);
+  return mass;
+}
+
+HullIntegrals rounded_integrals(const ConvexHull& convex) {
+  const HullSolid& hull = *HullAccess::solid(convex.hull);
+  return integrate_rounded(hull.topology, hull.integrals, {convex.scale.x, convex.scale.y, convex.scale.z},
+                           convex.rounding);
 }
 
 // The hull's own integrals, stretched.
 double solid(const ConvexHull& convex, double density, Symmetric* inertia) {
+  if (convex.rounding > 0.0f) {
+    const HullIntegrals rounded = rounded_integrals(convex);
+    const double* m = rounded.moment;
+    *inertia = {{density * (m[YY] + m[ZZ]), -density * m[XY], -density * m[XZ], density * (m[XX] + m[ZZ]),
+                 -density * m[YZ], density * (m[XX] + m[YY])}};
+    return density * rounded.volume;
+  }
   const HullIntegrals& integrals = HullAccess::solid(convex.hull)->integrals;
   const double s[3] = {convex.scale.x, convex.scale.y, convex.scale.z};
   const double stretch = density * s[0] * s[1] * s[2];
@@ -222,6 +280,29 @@ Symmetric inverse(const Symmetric& s) {
   return {{cxx * d, cxy * d, cxz * d, cyy * d, cyz * d, czz * d}};
 }
 
+namespace {
+
+// False where it is the shape's origin.
+bool find_centroid(const Geometry& geometry, double (&centroid)[3]) {
+  if (const auto* cone = std::get_if<Cone>(&geometry)) {
+    centroid[0] = centroid[2] = 0.0;
+    centroid[1] = -0.5 * double{cone->half_height};
+    return true;
+  }
+  const auto* convex = std::get_if<ConvexHull>(&geometry);
+  if (convex == nullptr) return false;
+  const HullSolid& hull = *HullAccess::solid(convex->hull);
+  const float scale[3] = {convex->scale.x, convex->scale.y, convex->scale.z};
+  for (int i = 0; i < 3; ++i) centroid[i] = scale[i] * (hull.origin[i] + hull.integrals.center[i]);
+  if (convex->rounding > 0.0f) {
+    const HullIntegrals rounded = rounded_integrals(*convex);
+    for (int i = 0; i < 3; ++i) centroid[i] = scale[i] * hull.origin[i] + rounded.center[i];
+  }
+  return true;
+}
+
+}  // namespace
+
 MassSum part_of(const Geometry& geometry, double density, const Pose& local_pose) {
   MassSum part;
   part.mass = std::visit([&](const auto& shape) { return solid(shape, density, &part.inertia); }, geometry);
@@ -230,11 +311,9 @@ MassSum part_of(const Geometry& geometry, double density, const Pose& local_pose
   part.center[0] = local_pose.position.x;
   part.center[1] = local_pose.position.y;
   part.center[2] = local_pose.position.z;
-  if (const auto* convex = std::get_if<ConvexHull>(&geometry)) {
-    const HullSolid& hull = *HullAccess::solid(convex->hull);
-    const float scale[3] = {convex->scale.x, convex->scale.y, convex->scale.z};
-    double centroid[3], offset[3];
-    for (int i = 0; i < 3; ++i) centroid[i] = scale[i] * (hull.origin[i] + hull.integrals.center[i]);
+  double centroid[3];
+  if (find_centroid(geometry, centroid)) {
+    double offset[3];
     rotate(local_pose.rotation, centroid, offset);
     for (int i = 0; i < 3; ++i) part.center[i] += offset[i];
   }
@@ -252,16 +331,22 @@ Geometry geometry_of(const WorldData& data, std::int32_t shape) {
       return Sphere{extent.radius};
     case ShapeType::capsule:
       return Capsule{extent.half[1], extent.radius};
+    case ShapeType::cylinder:
+      return Cylinder{extent.half[1], extent.half[0]};
+    case ShapeType::cone:
+      return Cone{extent.half[1], extent.half[0]};
     case ShapeType::hull:
+    case ShapeType::rounded_hull:
       return data.hulls.shared[static_cast<std::size_t>(shapes.hull[shape])].geometry;
     case ShapeType::mesh:
       return MeshAccess::mesh(data.meshes.shared[static_cast<std::size_t>(shapes.mesh[shape])].solid);
     case ShapeType::half_space:
       return HalfSpace{};
     case ShapeType::box:
+    case ShapeType::rounded_box:
       break;
   }
-  return Box{{extent.half[0], extent.half[1], extent.half[2]}};
+  return Box{{extent.half[0], extent.half[1], extent.half[2]}, extent.radius};
 }
 
 namespace {

@@ -110,7 +110,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   std::uint32_t,   generation,      /* calls */                                                  \
         not_zero("a living shape has none"))                                                                    \
   ROWS (state,   ShapeType,       type,            /* calls */                                                  \
-        at_most(ShapeType::half_space, "is no type of shapes"))                                                       \
+        at_most(ShapeType::cone, "is no type of shapes"))                                                       \
   ROWS (state,   std::uint8_t,    flags,           /* calls, update_bounds; ShapeFlag */                        \
         kTellsLife, known_flags(kKnownShapeFlags, kShapeDirty | kShapeWakes))                                   \
   ROWS (state,   std::int32_t,    body,            /* calls */                                                  \

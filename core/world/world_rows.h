@@ -26,9 +26,24 @@ enum BodyFlag : std::uint8_t {
   kBodyQuarantined = kBodyQuarantinedDynamic | kBodyQuarantinedKinematic,
 };
 
-enum class ShapeType : std::uint8_t { sphere, capsule, box, hull, mesh, half_space };
-inline constexpr int kShapeTypeCount = 6;
-inline constexpr int kConvexTypeCount = 4;  // the types before mesh
+// Boxes and hulls without rounding are `box` and `hull`.
+enum class ShapeType : std::uint8_t {
+  sphere,
+  capsule,
+  box,
+  hull,
+  mesh,
+  half_space,
+  rounded_box,
+  rounded_hull,
+  cylinder,
+  cone,
+};
+inline constexpr int kShapeTypeCount = 10;
+inline constexpr int kFastTypeCount = 4;  // the types before mesh: each pair of them has a kernel of its own
+// The convex types that share their kernels, by where each is farthest along a direction.
+constexpr bool is_smooth(ShapeType type) { return type >= ShapeType::rounded_box; }
+constexpr bool has_hull(ShapeType type) { return type == ShapeType::hull || type == ShapeType::rounded_hull; }
 
 enum ShapeFlag : std::uint8_t {
   kShapeAlive = 1,
@@ -96,6 +111,9 @@ enum UnplacedFlag : std::uint8_t {
 struct SharedHull {
   ConvexHull geometry;                     // as given
   std::shared_ptr<const HullSolid> solid;  // with the scale in it
+  // What kernels read, with the rounding in it: the solid's own, or of a rounded hull a copy. Points into the
+  // solid's columns.
+  std::shared_ptr<const HullData> data{};
 };
 
 struct SharedMesh {

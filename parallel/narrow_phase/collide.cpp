@@ -25,13 +25,16 @@ using simd::CollideItem;
 
 bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
 
+// Of a pair of which one shape is smooth, and the other one any.
+std::uint8_t smooth_kind(ShapeType, ShapeType) { return kNever; }
+
 // The types of convex shapes in any order, or a convex shape and a half-space.
 simd::CollideType collide_type(ShapeType a, ShapeType b) {
-  constexpr simd::CollideType kOnHalfSpace[kConvexTypeCount] = {
-      simd::kSphereHalfSpace, simd::kCapsuleHalfSpace, simd::kBoxHalfSpace, simd::kHullHalfSpace};
+  constexpr simd::CollideType kOnHalfSpace[kFastTypeCount] = {simd::kSphereHalfSpace, simd::kCapsuleHalfSpace,
+                                                              simd::kBoxHalfSpace, simd::kHullHalfSpace};
   if (a == ShapeType::half_space || b == ShapeType::half_space)
     return kOnHalfSpace[static_cast<int>(std::min(a, b))];
-  constexpr simd::CollideType kTypes[kConvexTypeCount][kConvexTypeCount] = {
+  constexpr simd::CollideType kTypes[kFastTypeCount][kFastTypeCount] = {
       {simd::kSphereSphere, simd::kSphereCapsule, simd::kSphereBox, simd::kSphereHull},
       {simd::kSphereCapsule, simd::kCapsuleCapsule, simd::kCapsuleBox, simd::kCapsuleHull},
       {simd::kSphereBox, simd::kCapsuleBox, simd::kBoxBox, simd::kBoxHull},
@@ -61,6 +64,7 @@ std::uint8_t classify(const WorldData& data, std::int32_t row) {
   if (!is_dynamic(data.bodies.type[body_a]) && !is_dynamic(data.bodies.type[body_b])) return kNever;
   if (!may_push(data, body_a) && !may_push(data, body_b) && !is_new(data.contacts, row)) return kSkipped;
   const ShapeType a = data.shapes.type[pair.a], b = data.shapes.type[pair.b];
+  if (is_smooth(a) || is_smooth(b)) return smooth_kind(a, b);
   if (a == ShapeType::mesh || b == ShapeType::mesh) return kMeshPair;
   return static_cast<std::uint8_t>(collide_type(a, b));
 }

@@ -9,6 +9,11 @@ namespace scree::queries {
 
 namespace {
 
+// Whether along a direction a cone's apex is farther than its base.
+bool is_apex_farthest(Vector half, Vector along) {
+  return 2.0 * half.y * along.y > half.x * std::sqrt(along.x * along.x + along.z * along.z);
+}
+
 // The point of the core that is farthest along a direction, relative to the solid's position.
 Vector farthest(const Solid& solid, Vector along) {
   const Vector local = turn_back(solid.axes, along);
@@ -20,11 +25,22 @@ Vector farthest(const Solid& solid, Vector along) {
       return {};
     case ShapeType::capsule:
       return (local.y > 0.0 ? solid.half.y : -solid.half.y) * solid.axes.y;
+    case ShapeType::cylinder:
+    case ShapeType::cone: {
+      const bool up = solid.type == ShapeType::cone ? is_apex_farthest(solid.half, local) : local.y > 0.0;
+      if (up && solid.type == ShapeType::cone) return solid.half.y * solid.axes.y;
+      const double across = std::sqrt(local.x * local.x + local.z * local.z);
+      const double scale = across > 0.0 ? solid.half.x / across : 0.0;
+      corner = {scale * local.x, up ? solid.half.y : -solid.half.y, scale * local.z};
+      break;
+    }
     case ShapeType::box:
+    case ShapeType::rounded_box:
       corner = {local.x > 0.0 ? solid.half.x : -solid.half.x, local.y > 0.0 ? solid.half.y : -solid.half.y,
                 local.z > 0.0 ? solid.half.z : -solid.half.z};
       break;
-    case ShapeType::hull: {
+    case ShapeType::hull:
+    case ShapeType::rounded_hull: {
       double most = -std::numeric_limits<double>::infinity();
       std::int32_t best = 0;
       for (std::int32_t i = 0; i < solid.corners; ++i) {
@@ -175,17 +191,22 @@ bool separate(const Solid& a, const Solid& b, Vector place, Simplex& simplex, Ve
   simplex.count = 1;
   nearest = simplex.corner[0].difference;
   double largest = dot(nearest, nearest);
+  bool apart = false;  // a plane between the cores has been found
   for (int step = 0; step < kMostSteps; ++step) {
     const double size = dot(nearest, nearest);
     if (!(size > kRounding * kRounding * largest)) return false;
     const Corner corner = corner_along(-nearest);
     largest = std::max(largest, dot(corner.difference, corner.difference));
-    const double still = size - dot(nearest, corner.difference);
+    const double reached = dot(nearest, corner.difference), still = size - reached;
+    apart = apart || reached > kRounding * std::sqrt(size * largest);
     if (still <= kNoNearer * size + kRounding * std::sqrt(size * largest) || has(simplex, corner)) break;
     Simplex grown = simplex;
     grown.corner[grown.count++] = corner;
     Vector point;
-    if (!reduce(grown, point)) return false;
+    if (!reduce(grown, point)) {
+      if (apart) break;  // what holds the origin is so flat that rounding decides
+      return false;
+    }
     if (!(dot(point, point) < size)) break;
     simplex = grown;
     nearest = point;

@@ -39,13 +39,25 @@ Solid solid_of(const WorldData& data, std::int32_t shape) {
       solid.radius = extent.radius;
       break;
     case ShapeType::box:
+    case ShapeType::cylinder:
+    case ShapeType::cone:
       solid.half = to_vector(extent.half);
       break;
+    case ShapeType::rounded_box:
+      solid.half = to_vector(extent.half);
+      solid.radius = extent.radius;
+      break;
     case ShapeType::hull:
+    case ShapeType::rounded_hull:
       solid.half = to_vector(extent.half);
       solid.hull = data.hulls.data[shapes.hull[shape]];
       for (int axis = 0; axis < 3; ++axis) solid.corner[axis] = solid.hull->vertex[axis];
       solid.corners = solid.hull->vertex_count;
+      solid.radius = solid.hull->rounding;
+      if (solid.radius > 0.0) {
+        const double rounding = solid.radius;
+        solid.half = {solid.half.x - rounding, solid.half.y - rounding, solid.half.z - rounding};
+      }
       break;
     case ShapeType::half_space:  // has no size
       break;
@@ -68,13 +80,21 @@ QueryShape::QueryShape(const Geometry& geometry, const Pose& pose) {
     solid.half.y = capsule->half_height;
     solid.radius = capsule->radius;
   } else if (const auto* box = std::get_if<Box>(&geometry)) {
-    solid.type = ShapeType::box;
+    solid.type = box->rounding > 0.0f ? ShapeType::rounded_box : ShapeType::box;
     solid.half = to_vector(box->half_extents);
+    solid.radius = box->rounding;
+  } else if (const auto* cylinder = std::get_if<Cylinder>(&geometry)) {
+    solid.type = ShapeType::cylinder;
+    solid.half = {cylinder->radius, cylinder->half_height, cylinder->radius};
+  } else if (const auto* cone = std::get_if<Cone>(&geometry)) {
+    solid.type = ShapeType::cone;
+    solid.half = {cone->radius, cone->half_height, cone->radius};
   } else {
     const auto& convex = std::get<ConvexHull>(geometry);
     const HullSolid& hull = *HullAccess::solid(convex.hull);
     const std::size_t count = hull.topology.vertices.size();
-    solid.type = ShapeType::hull;
+    solid.type = convex.rounding > 0.0f ? ShapeType::rounded_hull : ShapeType::hull;
+    solid.radius = convex.rounding;
     solid.corners = static_cast<std::int32_t>(count);
     columns.resize(3 * count);
     for (std::size_t i = 0; i < count; ++i) {
@@ -96,6 +116,13 @@ QueryShape::QueryShape(const Geometry& geometry, const Pose& pose) {
 
 Vector reach_of(const Solid& solid) {
   if (solid.type == ShapeType::half_space) return {kHalfSpaceReach, kHalfSpaceReach, kHalfSpaceReach};
+  if (solid.type == ShapeType::cylinder || solid.type == ShapeType::cone) {
+    const auto reach = [&solid](int axis) {
+      const double x = solid.axes.x[axis], z = solid.axes.z[axis];
+      return std::abs(solid.axes.y[axis]) * solid.half.y + std::sqrt(x * x + z * z) * solid.half.x;
+    };
+    return {reach(0), reach(1), reach(2)};
+  }
   const auto along = [&solid](int axis) {
     return std::abs(solid.axes.x[axis]) * solid.half.x + std::abs(solid.axes.y[axis]) * solid.half.y +
            std::abs(solid.axes.z[axis]) * solid.half.z + solid.radius;

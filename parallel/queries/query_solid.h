@@ -16,8 +16,10 @@ struct Solid {
   ShapeType type = ShapeType::sphere;
   Vector position;
   Axes axes;
-  Vector half;          // m, of a box, and of the box around a hull or a mesh; of a capsule only y
-  double radius = 0.0;  // m, of spheres and capsules
+  // m, of a box, and of the box around a hull or a mesh; of a capsule only y. Of rounded ones: of the core.
+  // Of cylinders and cones: radius, half height, radius.
+  Vector half;
+  double radius = 0.0;  // m, around the core: of spheres and capsules, and what rounds boxes and hulls
   const HullData* hull = nullptr;
   // Of a hull: its corners in the solid's frame, as three columns.
   const float* corner[3] = {nullptr, nullptr, nullptr};

@@ -68,10 +68,12 @@ class SCREE_API Hull {
   std::shared_ptr<const HullSolid> solid_;
 };
 
-/// A hull as a shape, stretched along the hull's own axes about the origin of its points.
+/// A hull as a shape, stretched along the hull's own axes about the origin of its points. With a rounding:
+/// all points within that distance of the stretched hull.
 struct ConvexHull {
   Hull hull;                     ///< the geometry; must not be empty
   Vec3 scale{1.0f, 1.0f, 1.0f};  ///< each above zero; the scaled hull keeps the limits of Hull
+  float rounding = 0.0f;         ///< m, in [0, 1e5]; not scaled
 
   friend bool operator==(const ConvexHull&, const ConvexHull&) = default;
 };

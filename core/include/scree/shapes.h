@@ -20,9 +20,25 @@ struct Capsule {
   float radius = 0.25f;      ///< m, in [1e-4, 1e5]
 };
 
-/// A box centered on the shape's origin, its edges along the shape's axes.
+/// A box centered on the shape's origin, its edges along the shape's axes. With a rounding: all points within
+/// that distance of the box of `half_extents`, so that its edges and corners are round and its faces lie
+/// farther out.
 struct Box {
   Vec3 half_extents{0.5f, 0.5f, 0.5f};  ///< m, each in [1e-4, 1e5]
+  float rounding = 0.0f;                ///< m, in [0, 1e5]
+};
+
+/// A cylinder about the y axis, from y = -half_height to y = half_height.
+struct Cylinder {
+  float half_height = 0.5f;  ///< m, in [1e-4, 1e5]
+  float radius = 0.5f;       ///< m, in [1e-4, 1e5]
+};
+
+/// A cone about the y axis: its apex is (0, half_height, 0), its base the disk of `radius` about
+/// (0, -half_height, 0). Its center of mass lies at y = -half_height / 2.
+struct Cone {
+  float half_height = 0.5f;  ///< m, half the distance from base to apex, in [1e-4, 1e5]
+  float radius = 0.5f;       ///< m, of the base, in [1e-4, 1e5]
 };
 
 /// All that lies below the plane y = 0 of the shape's frame, without end: a ground, or a wall, that nothing

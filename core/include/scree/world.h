@@ -80,7 +80,7 @@ struct MemoryUse {
 
 /// The form of a shape. A TriangleMesh or a HalfSpace belongs to fixed and kinematic bodies only and is no
 /// sensor: calls that would put it elsewhere throw.
-using Geometry = std::variant<Sphere, Capsule, Box, ConvexHull, TriangleMesh, HalfSpace>;
+using Geometry = std::variant<Sphere, Capsule, Box, ConvexHull, TriangleMesh, HalfSpace, Cylinder, Cone>;
 
 /// A shape of a list, see World::add_shapes.
 struct ShapeDef {

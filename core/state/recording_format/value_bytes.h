@@ -75,11 +75,24 @@ void fields(Of<Capsule> auto& capsule, auto&& visit) {
   visit(capsule.half_height);
   visit(capsule.radius);
 }
-void fields(Of<Box> auto& box, auto&& visit) { visit(box.half_extents); }
+void fields(Of<Box> auto& box, auto&& visit) {
+  static_assert(sizeof(Box) == 16, "a new field goes here, too");
+  visit(box.half_extents);
+  visit(box.rounding);
+}
+void fields(Of<Cylinder> auto& cylinder, auto&& visit) {
+  visit(cylinder.half_height);
+  visit(cylinder.radius);
+}
+void fields(Of<Cone> auto& cone, auto&& visit) {
+  visit(cone.half_height);
+  visit(cone.radius);
+}
 void fields(Of<HalfSpace> auto&, auto&&) {}
 void fields(Of<ConvexHull> auto& convex, auto&& visit) {
   visit(convex.hull);
   visit(convex.scale);
+  visit(convex.rounding);
 }
 void fields(Of<Material> auto& material, auto&& visit) {
   static_assert(sizeof(Material) == 40, "a new field goes here, too");

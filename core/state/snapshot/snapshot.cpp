@@ -20,7 +20,7 @@ namespace {
 
 bool same_hull(const SharedHull& a, const SharedHull& b) {
   return a.solid == b.solid && HullAccess::solid(a.geometry.hull) == HullAccess::solid(b.geometry.hull) &&
-         a.geometry.scale == b.geometry.scale;
+         a.geometry.scale == b.geometry.scale && a.geometry.rounding == b.geometry.rounding;
 }
 
 bool same_mesh(const SharedMesh& a, const SharedMesh& b) { return a.solid == b.solid; }
@@ -47,7 +47,7 @@ struct SlotIndex {
   }
 };
 
-const HullData* data_of(const SharedHull& shared) { return shared.solid->columns.data; }
+const HullData* data_of(const SharedHull& shared) { return shared.data.get(); }
 const MeshData* data_of(const SharedMesh& shared) { return &shared.solid->data; }
 
 template <class Store>

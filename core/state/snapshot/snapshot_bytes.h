@@ -26,7 +26,7 @@
 
 namespace scree {
 
-inline constexpr std::uint32_t kSnapshotVersion = 6;
+inline constexpr std::uint32_t kSnapshotVersion = 7;
 inline constexpr std::uint32_t kByteOrderMark = 0x01020304;
 
 // What is wrong with bytes from outside, and where: "read_snapshot: byte <offset>: <reason>".

@@ -135,14 +135,22 @@ bool is_extent(const WorldData& data, std::size_t row) {
       return is_finite_row(extent) && fits(extent.half[1]) && fits(extent.radius);
     case ShapeType::box:
       return is_finite_row(extent) && fits(extent.half[0]) && fits(extent.half[1]) && fits(extent.half[2]);
+    case ShapeType::rounded_box:
+      return fits(extent.half[0]) && fits(extent.half[1]) && fits(extent.half[2]) && extent.radius > 0.0f &&
+             extent.radius <= kMaxExtent;
+    case ShapeType::cylinder:
+    case ShapeType::cone:
+      return fits(extent.half[0]) && fits(extent.half[1]) && extent.half[2] == extent.half[0] &&
+             extent.radius == 0.0f;
     case ShapeType::half_space:
       return std::memcmp(&extent, &kHalfSpaceExtent, sizeof extent) == 0;
     case ShapeType::hull:
+    case ShapeType::rounded_hull:
     case ShapeType::mesh:
       break;
   }
-  const ExtentRow right = data.shapes.type[row] == ShapeType::hull
-                              ? extent_of(*data.hulls.shared[at(data.shapes.hull[row])].solid)
+  const ExtentRow right = has_hull(data.shapes.type[row])
+                              ? extent_of(data.hulls.shared[at(data.shapes.hull[row])])
                               : data.meshes.shared[at(data.shapes.mesh[row])].solid->extent;
   return std::memcmp(&extent, &right, sizeof right) == 0;
 }
@@ -162,8 +170,11 @@ void check_living_shape(const WorldData& data, std::size_t row, const Refusal& r
   require((data.bodies.flags[shapes.body[row]] & kBodyAlive) != 0, "body", "is dead");
   require((shapes.flags[row] & kShapeNew) == 0 || (shapes.flags[row] & kShapeDirty) != 0, "flags",
           "a new shape is dirty, too");
-  require(is_slot(data.hulls, shapes.hull[row], shapes.type[row] == ShapeType::hull), "hull",
-          "is not that of such a shape");
+  const bool is_hull = has_hull(shapes.type[row]);
+  require(is_slot(data.hulls, shapes.hull[row], is_hull), "hull", "is not that of such a shape");
+  require(!is_hull || (data.hulls.shared[at(shapes.hull[row])].geometry.rounding > 0.0f) ==
+                          (shapes.type[row] == ShapeType::rounded_hull),
+          "hull", "is not that of such a shape");
   const bool is_mesh = shapes.type[row] == ShapeType::mesh;
   require(is_slot(data.meshes, shapes.mesh[row], is_mesh), "mesh", "is not that of such a shape");
   require(!is_mesh || (given_type(data.bodies, shapes.body[row]) != BodyType::dynamic &&

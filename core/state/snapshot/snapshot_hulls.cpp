@@ -1,6 +1,7 @@
 // Hulls of snapshots as bytes; see snapshot_hulls.h.
 #include <core/geometry/hull/hull_build.h>
 #include <core/geometry/hull/hull_stages.h>
+#include <core/geometry/hull/hull_store.h>
 #include <core/state/snapshot/snapshot_hulls.h>
 #include <core/world/limits.h>
 
@@ -142,13 +143,17 @@ SharedHull read_slot(ByteReader& reader, std::span<const SolidPointer> solids) {
     if (!(*axis >= kMinHullScale && *axis <= kMaxHullScale))
       refuse_bytes(at, "a hull's scale is out of range");
   }
+  const std::size_t rounding_at = reader.at();
+  const auto rounding = reader.take<float>();
+  if (!(rounding >= 0.0f && rounding <= kMaxExtent))
+    refuse_bytes(rounding_at, "a hull's rounding is out of range");
   const bool is_unit = scale == Vec3{1.0f, 1.0f, 1.0f};
-  if (base == -1 && scaled == -1 && is_unit) return {};
+  if (base == -1 && scaled == -1 && is_unit && rounding == 0.0f) return {};
   const auto count = static_cast<std::int32_t>(solids.size());
   const bool known = base >= 0 && base < count && scaled >= 0 && scaled < count;
   if (!known || (is_unit && base != scaled)) refuse_bytes(begin, "a slot of hulls names no solid");
-  return {{HullAccess::hull(solids[static_cast<std::size_t>(base)]), scale},
-          solids[static_cast<std::size_t>(scaled)]};
+  return shared_hull({HullAccess::hull(solids[static_cast<std::size_t>(base)]), scale, rounding},
+                     solids[static_cast<std::size_t>(scaled)]);
 }
 
 }  // namespace
@@ -219,6 +224,7 @@ void write_slots(const std::vector<SharedHull>& hulls, const std::vector<std::in
     writer.put(numbers[2 * slot + 1]);
     const Vec3& scale = hulls[slot].geometry.scale;
     for (const float axis : {scale.x, scale.y, scale.z}) writer.put(axis);
+    writer.put(hulls[slot].geometry.rounding);
   }
 }
 

@@ -12,6 +12,7 @@
 //   u32      number of slots; of each
 //     i32 x 2  the unscaled solid and the scaled one, -1: the slot is free
 //     f32 x 3  scale
+//     f32      rounding, m
 #pragma once
 
 #include <core/state/snapshot/snapshot_bytes.h>

@@ -195,7 +195,7 @@ TEST(StateTable, TheByteFormOfSnapshotsIsThatOfTheirVersion) {
       "world.settings:96 world.step_count:8 world.last_dt:4 world.last_substep:4 shapes.wake_requested:1 "
       "contacts.manifolds_stale:1 contacts.pairs_stale:1 ");
   EXPECT_EQ(layout_of_columns(), 0x264bf823df542534u);
-  EXPECT_EQ(kSnapshotVersion, 6u);
+  EXPECT_EQ(kSnapshotVersion, 7u);
 }
 
 TEST(StateTable, ForgettingEmptiesAllListsThatAreNotStateAndKeepsTheRest) {
