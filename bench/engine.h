@@ -75,6 +75,9 @@ const std::vector<EngineInfo>& engines();
 /// Scree's.
 void refuse_mesh_materials(const std::string& engine, const TriangleMesh& mesh);
 
+/// Throws for cylinders, cones and roundings: neither the adapters nor the evaluator have them.
+void refuse_smooth_shapes(const Geometry& geometry);
+
 /// A material's rules of mixing as a number that engines keep with their bodies or shapes.
 std::uint32_t mix_code(const Material& material);
 /// That of a material that asks for no other rules than those that the engines have as well.

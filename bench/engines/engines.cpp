@@ -60,6 +60,15 @@ void refuse_mesh_materials(const std::string& engine, const TriangleMesh& mesh) 
   if (has_materials(mesh)) unsupported(engine, "triangles with materials of their own");
 }
 
+void refuse_smooth_shapes(const Geometry& geometry) {
+  const auto* const box = std::get_if<Box>(&geometry);
+  const auto* const convex = std::get_if<ConvexHull>(&geometry);
+  if (std::holds_alternative<Cylinder>(geometry) || std::holds_alternative<Cone>(geometry) ||
+      (box != nullptr && box->rounding > 0.0f) || (convex != nullptr && convex->rounding > 0.0f)) {
+    throw Error("the evaluation supports no cylinders, cones and roundings");
+  }
+}
+
 std::uint32_t mix_code(const Material& material) {
   return kRules * static_cast<std::uint32_t>(material.friction_mix) +
          static_cast<std::uint32_t>(material.restitution_mix);

@@ -84,6 +84,7 @@ class Run {
     if (info == all.end()) throw Error("unknown engine " + request.engine);
     for (const scenes::Scene& scene : scenes_) {
       if (!info->joints && !scene.joints.empty()) unsupported(info->title, "joints");
+      for (const scenes::SceneShape& shape : scene.shapes) refuse_smooth_shapes(shape.geometry);
       if (!info->changes && !scene.changes.empty()) unsupported(info->title, "bodies that come and go");
     }
     const bool continuous =
