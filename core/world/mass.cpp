@@ -100,8 +100,21 @@ double solid(const Cone& cone, double density, Symmetric* inertia) {
   return mass;
 }
 
+HullIntegrals rounded_integrals(const ConvexHull& convex) {
+  const HullSolid& hull = *HullAccess::solid(convex.hull);
+  return integrate_rounded(hull.topology, hull.integrals, {convex.scale.x, convex.scale.y, convex.scale.z},
+                           convex.rounding);
+}
+
 // The hull's own integrals, stretched.
 double solid(const ConvexHull& convex, double density, Symmetric* inertia) {
+  if (convex.rounding > 0.0f) {
+    const HullIntegrals rounded = rounded_integrals(convex);
+    const double* m = rounded.moment;
+    *inertia = {{density * (m[YY] + m[ZZ]), -density * m[XY], -density * m[XZ], density * (m[XX] + m[ZZ]),
+                 -density * m[YZ], density * (m[XX] + m[YY])}};
+    return density * rounded.volume;
+  }
   const HullIntegrals& integrals = HullAccess::solid(convex.hull)->integrals;
   const double s[3] = {convex.scale.x, convex.scale.y, convex.scale.z};
   const double stretch = density * s[0] * s[1] * s[2];
@@ -281,6 +294,10 @@ bool find_centroid(const Geometry& geometry, double (&centroid)[3]) {
   const HullSolid& hull = *HullAccess::solid(convex->hull);
   const float scale[3] = {convex->scale.x, convex->scale.y, convex->scale.z};
   for (int i = 0; i < 3; ++i) centroid[i] = scale[i] * (hull.origin[i] + hull.integrals.center[i]);
+  if (convex->rounding > 0.0f) {
+    const HullIntegrals rounded = rounded_integrals(*convex);
+    for (int i = 0; i < 3; ++i) centroid[i] = scale[i] * hull.origin[i] + rounded.center[i];
+  }
   return true;
 }
 

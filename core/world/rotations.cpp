@@ -1,6 +1,7 @@
 // Makes rotations from angles. Sines and arcs are sums of our own in double precision, because results of the
 // platforms' functions differ: a program that places bodies by them gets the same scene everywhere.
 #include <core/world/fp_environment.h>
+#include <core/world/math.h>
 #include <scree/math.h>
 
 #include <cmath>
@@ -42,19 +43,6 @@ SineCosine sine_cosine(double angle) {
   }
 }
 
-// The angle of (x, y), both at least 0 and not both 0: in [0, pi / 2], within 1e-10.
-double angle_of(double y, double x) {
-  const bool steep = y > x;
-  if (steep) std::swap(x, y);
-  // Turned by pi / 8, what is left is within that: tan(pi / 8) = sqrt(2) - 1.
-  const double tangent = std::numbers::sqrt2 - 1.0;
-  const double t = (y - tangent * x) / (x + tangent * y), s = t * t;
-  double sum = 0.0;
-  for (int k = 12; k >= 0; --k) sum = 1.0 / (2 * k + 1) - s * sum;
-  const double angle = kPi / 8.0 + t * sum;
-  return steep ? kPi / 2.0 - angle : angle;
-}
-
 struct Numbers {
   double x, y, z, w;
 };
@@ -74,6 +62,18 @@ double sine_of_half(const Numbers& n) { return std::sqrt(n.x * n.x + n.y * n.y +
 
 }  // namespace
 
+double arc_of(double y, double x) {
+  const bool steep = y > x;
+  if (steep) std::swap(x, y);
+  // Turned by pi / 8, what is left is within that: tan(pi / 8) = sqrt(2) - 1.
+  const double tangent = std::numbers::sqrt2 - 1.0;
+  const double t = (y - tangent * x) / (x + tangent * y), s = t * t;
+  double sum = 0.0;
+  for (int k = 12; k >= 0; --k) sum = 1.0 / (2 * k + 1) - s * sum;
+  const double angle = kPi / 8.0 + t * sum;
+  return steep ? kPi / 2.0 - angle : angle;
+}
+
 Quat from_axis_angle(Vec3 axis, float angle) {
   const FpEnvironment environment;
   const double x = static_cast<double>(axis.x), y = static_cast<double>(axis.y),
@@ -92,14 +92,14 @@ AxisAngle to_axis_angle(Quat q) {
   if (!(sine > 0.0)) return {};
   const double scale = (n.w < 0.0 ? -1.0 : 1.0) / sine;
   return {{static_cast<float>(n.x * scale), static_cast<float>(n.y * scale), static_cast<float>(n.z * scale)},
-          static_cast<float>(2.0 * angle_of(sine, std::abs(n.w)))};
+          static_cast<float>(2.0 * arc_of(sine, std::abs(n.w)))};
 }
 
 float angle_of(Quat q) {
   const FpEnvironment environment;
   const Numbers n = in_double(q);
   const double sine = sine_of_half(n);
-  return sine > 0.0 ? static_cast<float>(2.0 * angle_of(sine, std::abs(n.w))) : 0.0f;
+  return sine > 0.0 ? static_cast<float>(2.0 * arc_of(sine, std::abs(n.w))) : 0.0f;
 }
 
 Quat slerp(Quat a, Quat b, float t) {
@@ -109,7 +109,7 @@ Quat slerp(Quat a, Quat b, float t) {
   if (p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w < 0.0) q = {-q.x, -q.y, -q.z, -q.w};
   const Numbers way{q.x - p.x, q.y - p.y, q.z - p.z, q.w - p.w};
   const Numbers sum{q.x + p.x, q.y + p.y, q.z + p.z, q.w + p.w};
-  const double angle = 2.0 * angle_of(std::sqrt(sine_of_half(way) * sine_of_half(way) + way.w * way.w),
+  const double angle = 2.0 * arc_of(std::sqrt(sine_of_half(way) * sine_of_half(way) + way.w * way.w),
                                       std::sqrt(sine_of_half(sum) * sine_of_half(sum) + sum.w * sum.w));
   double from = 1.0 - static_cast<double>(t), to = static_cast<double>(t);
   if (angle > 1e-6) {  // below, the arc is its chord to the last bit

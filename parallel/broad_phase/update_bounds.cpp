@@ -20,6 +20,10 @@ static_assert(static_cast<int>(ShapeType::sphere) == simd::kBoundsSphere);
 static_assert(static_cast<int>(ShapeType::capsule) == simd::kBoundsCapsule);
 static_assert(static_cast<int>(ShapeType::hull) == simd::kBoundsHull);
 static_assert(static_cast<int>(ShapeType::mesh) == simd::kBoundsMesh);
+static_assert(static_cast<int>(ShapeType::rounded_box) == simd::kBoundsRoundedBox);
+static_assert(static_cast<int>(ShapeType::rounded_hull) == simd::kBoundsRoundedHull);
+static_assert(static_cast<int>(ShapeType::cylinder) == simd::kBoundsCylinder);
+static_assert(static_cast<int>(ShapeType::cone) == simd::kBoundsCone);
 static_assert(static_cast<int>(BodyType::fixed) == simd::kBoundsFixedBody);
 static_assert(sizeof(ShapeType) == 1 && sizeof(BodyType) == 1);
 static_assert(sizeof(PoseRow) == 32 && sizeof(VelocityRow) == 32 && sizeof(BoundsRow) == 32 &&

@@ -3,7 +3,9 @@
 // Rays may be far longer than solids are large, and begin far away. So roots are found about the point of the
 // ray that is nearest to the middle, where the numbers are as small as the solid, instead of from a
 // discriminant of large ones.
+#include <parallel/queries/query_distance.h>
 #include <parallel/queries/query_ray.h>
+#include <parallel/queries/query_ray_smooth.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,11 +13,6 @@
 
 namespace scree::queries {
 
-namespace {
-
-constexpr double kNever = std::numeric_limits<double>::infinity();
-
-// The fraction at which a ray that begins outside enters a ball about the origin; kNever if it does not.
 double enter_ball(Vector origin, Vector way, double radius) {
   const double size = dot(way, way), slope = dot(origin, way);
   if (!(slope < 0.0)) return kNever;
@@ -25,6 +22,8 @@ double enter_ball(Vector origin, Vector way, double radius) {
   if (!(inside >= 0.0)) return kNever;
   return std::max(nearest - std::sqrt(inside / size), 0.0);
 }
+
+namespace {
 
 bool meet_sphere(double radius, const Line& line, Entry& entry) {
   if (dot(line.origin, line.origin) <= radius * radius) {
@@ -36,6 +35,8 @@ bool meet_sphere(double radius, const Line& line, Entry& entry) {
   entry.normal = normalize(line.origin + entry.fraction * line.translation);
   return true;
 }
+
+}  // namespace
 
 bool meet_capsule(double half, double radius, const Line& line, Entry& entry) {
   const Vector origin = line.origin, way = line.translation;
@@ -94,6 +95,8 @@ bool meet_box(Vector half, const Line& line, Entry& entry) {
   entry.face = 2 * axis_entered + (upper ? 1 : 0);
   return true;
 }
+
+namespace {
 
 struct Plane {
   Vector normal;
@@ -171,6 +174,22 @@ bool meet_half_space(const Line& line, Entry& entry) {
   return true;
 }
 
+// By the distance along the way, as casts do. What lies within the hull but for its rounding is rare.
+bool meet_rounded_hull(const Solid& solid, const Line& local, const Line& line, Entry& entry) {
+  constexpr double kBallRoom = 1.0 + 1e-5;
+  double from = 0.0, to = 1.0;
+  const double radius = (double{solid.hull->outer_radius} + solid.radius) * kBallRoom;
+  if (!clip_to_ball(local, radius, from, to)) return false;
+  Solid point;
+  point.position = line.origin + from * line.translation;
+  Contact contact;
+  if (!meet(point, (to - from) * line.translation, solid, 1.0, contact)) return false;
+  entry.inside = contact.inside;
+  entry.fraction = contact.inside ? 0.0 : from + contact.fraction * (to - from);
+  entry.normal = turn_back(solid.axes, contact.normal);
+  return true;
+}
+
 bool meet_hull(const HullData& hull, const Line& line, Entry& entry) {
   constexpr double kBallRoom = 1.0 + 1e-5;
   constexpr double kPlaneError = 2e-6;  // of the ball's radius: more than columns are rounded by
@@ -231,9 +250,16 @@ bool meet(const Solid& solid, const Line& line, Entry& entry) {
       meets = meet_hull(*solid.hull, local, entry);
       break;
     case ShapeType::rounded_box:
+      meets = meet_rounded_box(solid.half, solid.radius, local, entry);
+      break;
     case ShapeType::rounded_hull:
+      meets = meet_rounded_hull(solid, local, line, entry);
+      break;
     case ShapeType::cylinder:
+      meets = meet_cylinder(solid.half.y, solid.half.x, local, entry);
+      break;
     case ShapeType::cone:
+      meets = meet_cone(solid.half.y, solid.half.x, local, entry);
       break;
     case ShapeType::half_space:
       meets = meet_half_space(local, entry);

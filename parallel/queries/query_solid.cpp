@@ -116,6 +116,13 @@ QueryShape::QueryShape(const Geometry& geometry, const Pose& pose) {
 
 Vector reach_of(const Solid& solid) {
   if (solid.type == ShapeType::half_space) return {kHalfSpaceReach, kHalfSpaceReach, kHalfSpaceReach};
+  if (solid.type == ShapeType::cylinder || solid.type == ShapeType::cone) {
+    const auto reach = [&solid](int axis) {
+      const double x = solid.axes.x[axis], z = solid.axes.z[axis];
+      return std::abs(solid.axes.y[axis]) * solid.half.y + std::sqrt(x * x + z * z) * solid.half.x;
+    };
+    return {reach(0), reach(1), reach(2)};
+  }
   const auto along = [&solid](int axis) {
     return std::abs(solid.axes.x[axis]) * solid.half.x + std::abs(solid.axes.y[axis]) * solid.half.y +
            std::abs(solid.axes.z[axis]) * solid.half.z + solid.radius;

@@ -66,6 +66,7 @@ V3 abs(V3 v) { return {abs(v.x), abs(v.y), abs(v.z)}; }
 M no_farther(V3 a, V3 b) { return (a.x <= b.x) & (a.y <= b.y) & (a.z <= b.z); }
 V3 spread(F a) { return {a, a, a}; }
 V3 min(V3 a, V3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
+V3 max(V3 a, V3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
 
 struct BodyMotion {
   V3 linear, angular;
@@ -85,6 +86,58 @@ void make_empty(M where, V3& lower, V3& upper, F& radius) {
   radius = select(where, F(0.0f), radius);
 }
 
+// A box about a shape's place in the world, and balls that hold it: one about that place, which the shape may
+// turn about, and one about the box's center.
+struct Extent {
+  V3 reach;
+  V3 middle;  // of the box, relative to the shape's place
+  F radius, radius_about_middle;
+};
+
+// Of a cylinder or a cone, whose axis is the second one. Along each axis of the world a disk reaches as far
+// as its radius times the sine between that and its own axis.
+void take_round(M cylinder, M cone, M3 axes, V3 half, Extent& extent) {
+  const V3 rim{sqrt(axes.x.x * axes.x.x + axes.z.x * axes.z.x) * half.x,
+               sqrt(axes.x.y * axes.x.y + axes.z.y * axes.z.y) * half.x,
+               sqrt(axes.x.z * axes.x.z + axes.z.z * axes.z.z) * half.x};
+  const V3 top = axes.y * half.y;
+  const V3 upper = max(top, rim - top), lower = min(top, spread(F(0.0f)) - rim - top);
+  const V3 middle = (upper + lower) * F(0.5f), reach = (upper - lower) * F(0.5f);
+  const M round = cylinder | cone;
+  extent.reach = select(cone, reach, select(cylinder, abs(top) + rim, extent.reach));
+  extent.middle = select(cone, middle, extent.middle);
+  extent.radius = select(round, sqrt(half.x * half.x + half.y * half.y), extent.radius);
+  extent.radius_about_middle = select(cone, min(length(reach), extent.radius + length(middle)),
+                                      select(cylinder, extent.radius, extent.radius_about_middle));
+}
+
+// Every other shape is a box, perhaps flat, with a round skin; a hull or mesh is a box within a ball.
+Extent extent_of(const BoundsTask& task, const Lanes& lanes, Q4 rotation) {
+  V3 half;
+  F skin;
+  load_rows(floats(task.extent), 4, lanes.shape, half.x, half.y, half.z, skin);
+  const I type = load(lanes.type);
+  const M sphere = type == I(kBoundsSphere);
+  const M capsule = type == I(kBoundsCapsule);
+  const M skinned = sphere | capsule | (type == I(kBoundsRoundedBox));
+  const M in_ball = (type == I(kBoundsHull)) | (type == I(kBoundsMesh)) | (type == I(kBoundsRoundedHull));
+  const M cylinder = type == I(kBoundsCylinder), cone = type == I(kBoundsCone);
+  const F ball = skin;
+  half.x = select(sphere | capsule, F(0.0f), half.x);
+  half.y = select(sphere, F(0.0f), half.y);
+  half.z = select(sphere | capsule, F(0.0f), half.z);
+  skin = select(skinned, skin, F(0.0f));
+  const M3 axes = to_matrix(rotation);
+  const V3 box_reach = abs(axes.x) * half.x + abs(axes.y) * half.y + abs(axes.z) * half.z;
+  Extent extent;
+  extent.reach = select(in_ball, min(box_reach, spread(ball)), box_reach) + spread(skin);
+  extent.middle = spread(F(0.0f));
+  extent.radius = select(in_ball, ball, length(half) + skin);
+  extent.radius_about_middle = extent.radius;
+  if (bits(cylinder | cone) != 0) take_round(cylinder, cone, axes, half, extent);
+  return extent;
+}
+
 // Returns a bit for each lane with new fat bounds.
 std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count) {
   const Placement body = load_placement(task.body_pose, lanes.body);
@@ -101,34 +154,19 @@ std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count
   store_rows(floats(task.shape_pose) + 4, 8, lanes.shape, count, rotation.x, rotation.y, rotation.z,
              rotation.w);
 
-  // Every shape is a box, perhaps flat, with a round skin; a hull or mesh is a box within a ball.
-  V3 half;
-  F skin;
-  load_rows(floats(task.extent), 4, lanes.shape, half.x, half.y, half.z, skin);
-  const M sphere = load(lanes.type) == I(kBoundsSphere);
-  const M capsule = load(lanes.type) == I(kBoundsCapsule);
-  const M in_ball = (load(lanes.type) == I(kBoundsHull)) | (load(lanes.type) == I(kBoundsMesh));
-  const F ball = skin;
-  half.x = select(sphere | capsule, F(0.0f), half.x);
-  half.y = select(sphere, F(0.0f), half.y);
-  half.z = select(sphere | capsule, F(0.0f), half.z);
-  skin = select(sphere | capsule, skin, F(0.0f));
-  const M3 axes = to_matrix(rotation);
-  const V3 box_reach = abs(axes.x) * half.x + abs(axes.y) * half.y + abs(axes.z) * half.z;
-  const V3 reach = select(in_ball, min(box_reach, spread(ball)), box_reach);
-  const F radius = select(in_ball, ball, length(half) + skin);
-
+  const Extent own = extent_of(task, lanes, rotation);
   // A shape that turns far lies in a ball about its place, which grows by its arc, and in one about its
   // body's center.
-  const F arm = radius + length(local.position);
+  const F arm = own.radius + length(local.position);
   const F turn = length(motion.angular) * F(task.dt);
   const M whirls = (turn > F(kWhirl)) & (turn * arm > F(kFastTravel)) & (arm <= F(kFarthest));
   const M circles = whirls & (turn > F(1.0f));
-  const F outer = select(circles, arm, select(whirls, radius + turn * length(local.position), radius));
-  const V3 center = select(circles, body.position, position);
+  const F outer = select(circles, arm,
+                         select(whirls, own.radius + turn * length(local.position), own.radius_about_middle));
+  const V3 center = select(circles, body.position, select(whirls, position, position + own.middle));
 
   const F pad = F(0.5f * kSpeculativeDistance) + F(kRounding) * (largest(abs(center)) + outer);
-  const V3 extent = select(whirls, spread(outer), reach + spread(skin)) + spread(pad);
+  const V3 extent = select(whirls, spread(outer), own.reach) + spread(pad);
   const V3 half_way = select(fast, way * F(0.5f), spread(F(0.0f)));
   const F sphere_radius = outer + pad + select(fast, F(0.5f) * travel, F(0.0f));
   const V3 middle = center + half_way;

@@ -37,6 +37,10 @@ inline constexpr std::int32_t kBoundsSphere = 0;
 inline constexpr std::int32_t kBoundsCapsule = 1;
 inline constexpr std::int32_t kBoundsHull = 3;
 inline constexpr std::int32_t kBoundsMesh = 4;
+inline constexpr std::int32_t kBoundsRoundedBox = 6;
+inline constexpr std::int32_t kBoundsRoundedHull = 7;
+inline constexpr std::int32_t kBoundsCylinder = 8;
+inline constexpr std::int32_t kBoundsCone = 9;
 inline constexpr std::int32_t kBoundsFixedBody = 0;
 
 // update_bounds: lane = shape, for the shapes list[begin] to list[end - 1].

@@ -41,6 +41,10 @@ struct HullIntegrals {
 };
 
 HullIntegrals integrate(const HullTopology& topology);
+// Of all points within `rounding` (hull_rounding.cpp; m, above zero) of the hull stretched by `scale`. Exact,
+// too. `within`: integrate(topology).
+HullIntegrals integrate_rounded(const HullTopology& topology, const HullIntegrals& within,
+                                const double (&scale)[3], double rounding);
 
 // Largest distance to the hull of the points that lie above one of its planes; 0 if no point does. Points are
 // in the topology's frame, whose origin lies within the hull.
