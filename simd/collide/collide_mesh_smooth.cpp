@@ -149,19 +149,16 @@ void store_smooth_mesh_manifolds(const CollideColumns& columns, const CollideIte
     SmoothContact contact;
     contact.normal = core.turn(to_d3(from.normal));
     contact.count = 0;
-    D3 middle{0.0, 0.0, 0.0};
     for (int k = 0; k < kMaxManifoldPoints && from.id[k] != 0; ++k) {
       contact.point[k] = core.turn(to_d3(from.point[k]));
       contact.separation[k] = double{from.separation[k]};
       contact.id[k] = from.id[k];
-      middle = middle + contact.point[k];
       ++contact.count;
     }
     Feature feature;
     find_feature(core, contact.normal, feature);
     const D3 spin = to_d3(columns.body_velocity[items[i].body_1].angular);
-    const Roundness round =
-        find_roundness(core, feature, contact.normal, (1.0 / contact.count) * middle, spin);
+    const Roundness round = find_roundness(core, feature, contact, 1.0, spin);
     contact.core_1 = round.core;
     contact.core_2 = 0.0;
     contact.curvature_radius = round.curvature;

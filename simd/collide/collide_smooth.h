@@ -154,12 +154,14 @@ void choose_points(const SmoothCandidates& candidates, D3 normal, double toleran
 // Drops candidates that neither are as deep as `nearest` nor come below the limit within the step.
 void drop_far(const PairMotion& motion, D3 normal, const Tangents& tangents, double limit, double nearest,
               SmoothCandidates& candidates);
-// The curvature at the contact's points; `feature` of the shape toward the other one, `along` the direction
-// to it. Zero: none. `spin`: of the shape's body.
+// How a shape's surface rolls at the contact's points. `feature`: of the shape along the normal; `side`: 1
+// for the first shape, -1 for the second; `spin`: of the shape's body.
 struct Roundness {
-  double core, curvature;
+  double core;       // m, from the surface to what turns with the body; 0: the surface itself
+  double curvature;  // m, a radius; 0: none that a patch would form on
 };
-Roundness find_roundness(const Core& core, const Feature& feature, D3 along, D3 point, D3 spin);
+Roundness find_roundness(const Core& core, const Feature& feature, const SmoothContact& contact, double side,
+                         D3 spin);
 
 // By which points count as equally deep, as features of other shapes.
 inline double tolerance_of(const Core& a, const Core& b) {

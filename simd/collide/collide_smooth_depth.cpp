@@ -50,7 +50,9 @@ void refine(const Core& a, const Core& b, Gap& gap) {
     const D3 shift = (depth * (1.0 + kBeyondDepth) + beyond_by) * gap.normal;
     Core moved = b;
     moved.center = b.center + shift;
-    for (D3& corner : moved.corner) corner = corner + shift;
+    if (b.kind == CoreKind::triangle) {
+      for (D3& corner : moved.corner) corner = corner + shift;
+    }
     Gap beyond;
     if (find_distance(a, moved, gap.normal, 1e300, beyond) != Nearness::apart) return;
     Gap next{0.0, beyond.normal, {}, {}};

@@ -49,9 +49,7 @@ bool collide_pair(const CollideColumns& columns, const CollideItem& item, double
     drop_far(motion, normal, tangents_of(normal), feature.is_rim ? nearest : reach, nearest, candidates);
   }
   choose_points(candidates, normal, tolerance, tolerance, contact);
-  D3 middle{0.0, 0.0, 0.0};
-  for (int k = 0; k < contact.count; ++k) middle = middle + (1.0 / contact.count) * contact.point[k];
-  const Roundness round = find_roundness(core, feature, normal, middle, motion.body[0].whole_angular);
+  const Roundness round = find_roundness(core, feature, contact, 1.0, motion.body[0].whole_angular);
   contact.core_1 = round.core;
   contact.core_2 = 0.0;
   contact.curvature_radius = round.curvature;

@@ -259,19 +259,6 @@ D3 without_spin(const Core& core, D3 angular) {
   }
 }
 
-void find_round(const Core& a, const Core& b, const Feature (&feature)[2], const PairMotion& motion,
-                SmoothContact& contact) {
-  D3 middle{0.0, 0.0, 0.0};
-  for (int k = 0; k < contact.count; ++k) middle = middle + (1.0 / contact.count) * contact.point[k];
-  const Roundness one = find_roundness(a, feature[0], contact.normal, middle, motion.body[0].whole_angular);
-  const Roundness two = find_roundness(b, feature[1], -contact.normal, middle, motion.body[1].whole_angular);
-  contact.core_1 = one.core;
-  contact.core_2 = two.core;
-  const double sum = one.curvature + two.curvature;
-  contact.curvature_radius =
-      one.curvature > 0.0 && two.curvature > 0.0 ? one.curvature * (two.curvature / sum) : sum;
-}
-
 }  // namespace
 
 PairMotion motion_of(const CollideColumns& columns, std::int32_t body_1, std::int32_t body_2,
@@ -326,7 +313,13 @@ void find_points(const Core& a, const Core& b, const Gap& gap, double reach, con
   drop_far(motion, gap.normal, clip.view.tangents, is_rim ? deepest + tolerance : reach, deepest + tolerance,
            candidates);
   choose_points(candidates, gap.normal, tolerance, tolerance, contact);
-  find_round(a, b, feature, motion, contact);
+  const Roundness one = find_roundness(a, feature[0], contact, 1.0, motion.body[0].whole_angular);
+  const Roundness two = find_roundness(b, feature[1], contact, -1.0, motion.body[1].whole_angular);
+  contact.core_1 = one.core;
+  contact.core_2 = two.core;
+  const double sum = one.curvature + two.curvature;
+  contact.curvature_radius =
+      one.curvature > 0.0 && two.curvature > 0.0 ? one.curvature * (two.curvature / sum) : sum;
   contact.at_edges = !feature[0].is_flat && !feature[1].is_flat;
 }
 
@@ -347,13 +340,22 @@ void drop_far(const PairMotion& motion, D3 normal, const Tangents& tangents, dou
   candidates.count = kept;
 }
 
-Roundness find_roundness(const Core& core, const Feature& feature, D3 along, D3 point, D3 spin) {
+Roundness find_roundness(const Core& core, const Feature& feature, const SmoothContact& contact, double side,
+                         D3 spin) {
   const bool is_ball = core.kind == CoreKind::point || core.kind == CoreKind::segment;
   if (is_ball || (core.margin > 0.0 && !feature.is_flat)) return {core.margin, core.margin};
   if (!feature.is_rolling && !feature.is_rim) return {0.0, 0.0};
   // The radius in which the surface rolls is that of its circle there over the cosine of the circle's plane
   // to the normal (Meusnier).
   constexpr double kLeastCosine = 0.05;
+  const D3 along = side * contact.normal;
+  D3 point{0.0, 0.0, 0.0};
+  double separation = 0.0;
+  for (int k = 0; k < contact.count; ++k) {
+    point = point + (1.0 / contact.count) * contact.point[k];
+    separation += (1.0 / contact.count) * contact.separation[k];
+  }
+  point = point - (0.5 * separation) * along;  // on the shape's surface
   const D3 local = core.turn_back(point - core.center), way = core.turn_back(along);
   const double across = root(way.x * way.x + way.z * way.z);
   const double circle = root(local.x * local.x + local.z * local.z);

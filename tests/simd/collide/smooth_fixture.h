@@ -232,7 +232,7 @@ inline Solid random_solid(int kind, Random& random, const std::vector<ZooHull>& 
 inline SmoothPairs random_smooth_pairs(int kind_a, int kind_b, int count, unsigned seed, float least_gap,
                                        float largest_gap) {
   Random random(seed);
-  const std::vector<ZooHull> zoo = small_zoo();
+  static const std::vector<ZooHull> zoo = small_zoo();
   SmoothPairs pairs;
   for (int k = 0; k < count; ++k) {
     const Solid a = random_solid(kind_a, random, zoo), b = random_solid(kind_b, random, zoo);
