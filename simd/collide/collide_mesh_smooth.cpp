@@ -156,7 +156,7 @@ void store_smooth_mesh_manifolds(const CollideColumns& columns, const CollideIte
       ++contact.count;
     }
     Feature feature;
-    find_feature(core, contact.normal, feature);
+    find_feature(core, contact.normal, {lean_of(core, contact.normal), false, contact.normal}, feature);
     const D3 spin = to_d3(columns.body_velocity[items[i].body_1].angular);
     const Roundness round = find_roundness(core, feature, contact, 1.0, spin);
     contact.core_1 = round.core;

@@ -98,10 +98,20 @@ struct Feature {
   std::uint8_t name[kMostCorners];  // of a corner, and of the side that begins there
   D3 normal;                        // unit, of a polygon; looks away from the core
   bool is_flat;                     // the direction is the polygon's normal, but for rounding
-  bool is_rolling;  // a side of a cylinder or cone, or a single point of a rim, at which it may roll
-  bool is_rim;      // point 0 of a tilted disk is the lowest, and the others are much higher
+  bool is_rolling;                  // a side of a cylinder or cone
+  bool is_disk;                     // of which every fourth corner stays in place on the shape
+  bool is_rim;                      // a disk that is so tilted that only its lowest point is near
+  D3 start;                         // unit, from the middle of a disk to its first corner
 };
-void find_feature(const Core& core, D3 along, Feature& feature);
+// Where the corners of disks lie. Where one disk stands on another both have corners in the same directions.
+struct DiskFrame {
+  D3 lean;         // in the plane of contact: where the shapes come closest, times the sine of their tilt
+  bool has_start;  // else a disk begins at an axis of its own
+  D3 start;
+};
+// How a disk that looks along a direction is tilted toward it; zero for other features.
+D3 lean_of(const Core& core, D3 along);
+void find_feature(const Core& core, D3 along, const DiskFrame& frame, Feature& feature);
 
 // How the surface of a shape moves: that of its center, which lies at `center` in the frame of the pair, and
 // its turn about that without the spin about its own axis of symmetry, which moves no surface.
@@ -126,8 +136,10 @@ struct SmoothContact {
 inline constexpr std::uint32_t kOfFirst = 1u << 16, kOfSecond = 2u << 16, kOfBoth = 3u << 16,
                                kOfSearch = 4u << 16;
 inline bool is_first_corner(std::uint32_t id) { return (id >> 16) == (kOfFirst >> 16); }
+inline bool is_second_corner(std::uint32_t id) { return (id >> 16) == (kOfSecond >> 16); }
 inline bool is_of_search(std::uint32_t id) { return id == kOfSearch; }
 inline std::uint32_t first_name(std::uint32_t id) { return id >> 8 & 0xffu; }
+inline std::uint32_t second_name(std::uint32_t id) { return id & 0xffu; }
 
 // A contact point that may be taken.
 struct SmoothCandidate {
@@ -151,6 +163,11 @@ void find_points(const Core& a, const Core& b, const Gap& gap, double reach, con
 // Takes at most four: the deepest up to a tolerance, and those that spread most, no two nearer than `spread`.
 void choose_points(const SmoothCandidates& candidates, D3 normal, double tolerance, double spread,
                    SmoothContact& contact);
+// Takes corners of the shapes before other points, because they stay while seams of a mesh pass below, or
+// while a disk rocks; of a disk every fourth.
+inline constexpr int kDiskQuarter = 4;  // corners
+void choose_steady(const SmoothCandidates& candidates, bool is_disk_1, bool is_disk_2, bool on_triangle,
+                   D3 normal, double tolerance, SmoothContact& contact);
 // Drops candidates that neither are as deep as `nearest` nor come below the limit within the step.
 void drop_far(const PairMotion& motion, D3 normal, const Tangents& tangents, double limit, double nearest,
               SmoothCandidates& candidates);

@@ -1,9 +1,8 @@
 // Smooth shapes: cores, the points that are farthest along a direction, and the features that lie there.
 //
 // A direction has a feature of a core as large as can be: a face of a box or hull, a disk or a side of a
-// cylinder, a disk or a generating line of a cone. A disk is a polygon whose first corner is the one that is
-// farthest along the direction, so that the lowest point of a tilted rim is exact; a disk that is not tilted
-// begins at an axis of its own, so that its corners stay while it jitters.
+// cylinder, a disk or a generating line of a cone. A disk is a polygon that hardly moves on the shape but for
+// one corner, which follows the lowest point of a tilted rim.
 #include <simd/collide/collide_smooth.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -21,10 +20,7 @@ constexpr double kFlat = 0.9999;
 // Below this share of the unit, a direction's part across an axis is rounding.
 constexpr double kNoDirection = 1e-12;
 
-// Of k / 16 of a turn.
-constexpr double kEighth = 0.92387953251128674, kQuarter = 0.70710678118654752, kRest = 0.38268343236508977;
-constexpr double kCosine[kDisk] = {1,  kEighth,  kQuarter,  kRest,  0, -kRest, -kQuarter, -kEighth,
-                                   -1, -kEighth, -kQuarter, -kRest, 0, kRest,  kQuarter,  kEighth};
+constexpr double kQuarterTurn = 0.7;  // cosine up to which another disk's direction counts
 
 bool is_finite_and_turned(const PoseRow& pose, D3 center) {
   const float* q = pose.rotation;
@@ -172,19 +168,54 @@ void put_triangle(const Core& core, D3 along, Feature& feature) {
   for (const int end : ends) put(feature, core.corner[end], end);
 }
 
+// Four directions around a disk, counterclockwise seen from outside. One of them moves toward the lean, so
+// that the lowest point of the rim is among the corners. It does so by degrees, so that it hardly moves while
+// a disk that lies flat jitters.
+void set_quarters(const Core& core, const DiskFrame& frame, double sign, D3 (&quarter)[5]) {
+  D3 first{1.0, 0.0, 0.0};
+  if (frame.has_start) {
+    const D3 start = core.turn_back(frame.start);
+    const double across = root(start.x * start.x + start.z * start.z);
+    if (across > kQuarterTurn) first = {start.x / across, 0.0, start.z / across};
+  }
+  quarter[0] = first;
+  quarter[1] = {sign * first.z, 0.0, -sign * first.x};
+  quarter[2] = -quarter[0];
+  quarter[3] = -quarter[1];
+  const D3 lean = core.turn_back(frame.lean);
+  const double size = root(lean.x * lean.x + lean.z * lean.z);
+  const double tolerance = lesser_of(double{kFeatureTolerance}, double{kFeatureShare} * core.thinness);
+  constexpr double kFade = 3.0;  // times the tolerance
+  const double share = lesser_of((size * core.half[0] - tolerance) / (kFade * tolerance), 1.0);
+  if (share > 0.0 && size > kNoDirection) {
+    const D3 lowest{lean.x / size, 0.0, lean.z / size};
+    int nearest = 0;
+    for (int k = 1; k < 4; ++k) {
+      if (dot(quarter[k], lowest) > dot(quarter[nearest], lowest)) nearest = k;
+    }
+    const D3 moved = (1.0 - share) * quarter[nearest] + share * lowest;
+    quarter[nearest] = (1.0 / length(moved)) * moved;
+  }
+  quarter[4] = quarter[0];
+}
+
 // The disk at a height; `local` is of unit length.
-void put_disk(const Core& core, D3 local, double height, int names, Feature& feature) {
+void put_disk(const Core& core, D3 local, double height, int names, const DiskFrame& frame,
+              Feature& feature) {
   const double radius = core.half[0], tilt = root(local.x * local.x + local.z * local.z);
   const double sign = height < 0.0 ? -1.0 : 1.0;
-  D3 first{1.0, 0.0, 0.0};
-  const double tolerance = lesser_of(double{kFeatureTolerance}, double{kFeatureShare} * core.thinness);
-  if (tilt * radius > tolerance && tilt > kNoDirection) first = {local.x / tilt, 0.0, local.z / tilt};
+  D3 quarter[5];
+  set_quarters(core, frame, sign, quarter);
   for (int k = 0; k < kDisk; ++k) {
-    const double c = radius * kCosine[k], s = sign * radius * kCosine[(k + 3 * kDisk / 4) % kDisk];
-    // Counterclockwise seen from outside: about y the turn from z to x.
-    put(feature, core.place({c * first.x + s * first.z, height, c * first.z - s * first.x}), names + k);
+    const int part = k % kDiskQuarter;
+    const D3 &from = quarter[k / kDiskQuarter], &to = quarter[k / kDiskQuarter + 1];
+    const D3 between = double(kDiskQuarter - part) * from + double(part) * to;
+    const double scale = radius / length(between);
+    put(feature, core.place({scale * between.x, height, scale * between.z}), names + k);
   }
+  feature.start = core.turn(quarter[0]);
   feature.normal = sign * core.axis[1];
+  feature.is_disk = true;
   feature.is_flat = absolute(local.y) > kFlat;
   feature.is_rim = 2.0 * radius * tilt > double{kSpeculativeDistance};
 }
@@ -198,12 +229,12 @@ void put_side(const Core& core, D3 local, double upper_radius, Feature& feature)
   feature.is_rolling = true;
 }
 
-void put_cone(const Core& core, D3 local, Feature& feature) {
+void put_cone(const Core& core, D3 local, const DiskFrame& frame, Feature& feature) {
   const double radius = core.half[0], height = 2.0 * core.half[1];
   const double tilt = root(local.x * local.x + local.z * local.z);
   const double side = (height * tilt + radius * local.y) / root(height * height + radius * radius);
   if (-local.y >= side) {
-    put_disk(core, local, -core.half[1], 0, feature);
+    put_disk(core, local, -core.half[1], 0, frame, feature);
   } else if (side > kSteep) {
     put_side(core, local, 0.0, feature);
   } else {
@@ -294,10 +325,17 @@ D3 farthest_point(const Core& core, D3 along) {
   return core.place(farthest_local(core, core.turn_back(along)));
 }
 
-void find_feature(const Core& core, D3 along, Feature& feature) {
+D3 lean_of(const Core& core, D3 along) {
+  if (core.kind != CoreKind::cylinder && core.kind != CoreKind::cone) return {0.0, 0.0, 0.0};
+  const D3 lean = along - dot(along, core.axis[1]) * core.axis[1];
+  return dot(lean, lean) < 0.5 ? lean : D3{0.0, 0.0, 0.0};
+}
+
+void find_feature(const Core& core, D3 along, const DiskFrame& frame, Feature& feature) {
   feature.count = 0;
   feature.normal = along;
-  feature.is_flat = feature.is_rolling = feature.is_rim = false;
+  feature.is_flat = feature.is_rolling = feature.is_disk = feature.is_rim = false;
+  feature.start = along;
   const D3 local = core.turn_back(along);
   switch (core.kind) {
     case CoreKind::point:
@@ -321,12 +359,12 @@ void find_feature(const Core& core, D3 along, Feature& feature) {
       if (absolute(local.y) < tilt) {
         put_side(core, local, core.half[0], feature);
       } else {
-        put_disk(core, local, upper ? core.half[1] : -core.half[1], upper ? kUpperDisk : 0, feature);
+        put_disk(core, local, upper ? core.half[1] : -core.half[1], upper ? kUpperDisk : 0, frame, feature);
       }
       break;
     }
     case CoreKind::cone:
-      put_cone(core, local, feature);
+      put_cone(core, local, frame, feature);
       break;
   }
 }

@@ -38,7 +38,7 @@ bool collide_pair(const CollideColumns& columns, const CollideItem& item, double
   const double lowest = dot(normal, farthest_point(core, normal)) + core.margin;
   if (!(plane - lowest <= reach)) return false;
   Feature feature;
-  find_feature(core, normal, feature);
+  find_feature(core, normal, {lean_of(core, normal), false, normal}, feature);
   const double tolerance = lesser_of(double{kFeatureTolerance}, double{kFeatureShare} * core.thinness);
   SmoothCandidates candidates;
   list_candidates(core, feature, normal, plane, tolerance, candidates);
@@ -48,7 +48,11 @@ bool collide_pair(const CollideColumns& columns, const CollideItem& item, double
   if (!keeps_all) {
     drop_far(motion, normal, tangents_of(normal), feature.is_rim ? nearest : reach, nearest, candidates);
   }
-  choose_points(candidates, normal, tolerance, tolerance, contact);
+  if (feature.is_disk) {
+    choose_steady(candidates, true, false, false, normal, tolerance, contact);
+  } else {
+    choose_points(candidates, normal, tolerance, tolerance, contact);
+  }
   const Roundness round = find_roundness(core, feature, contact, 1.0, motion.body[0].whole_angular);
   contact.core_1 = round.core;
   contact.core_2 = 0.0;

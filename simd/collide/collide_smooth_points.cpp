@@ -282,8 +282,11 @@ PairMotion motion_of(const CollideColumns& columns, std::int32_t body_1, std::in
 void find_points(const Core& a, const Core& b, const Gap& gap, double reach, const PairMotion& motion,
                  SmoothContact& contact) {
   Feature feature[2];
-  find_feature(a, gap.normal, feature[0]);
-  find_feature(b, -gap.normal, feature[1]);
+  DiskFrame disks{lean_of(a, gap.normal) + lean_of(b, -gap.normal), false, gap.normal};
+  find_feature(a, gap.normal, disks, feature[0]);
+  disks.has_start = feature[0].is_disk;
+  disks.start = feature[0].start;
+  find_feature(b, -gap.normal, disks, feature[1]);
   const double tolerance = tolerance_of(a, b), margins = a.margin + b.margin;
   const double deepest = gap.separation - margins;
   SmoothCandidates candidates;
@@ -312,7 +315,13 @@ void find_points(const Core& a, const Core& b, const Gap& gap, double reach, con
   const bool is_rim = feature[0].is_rim || feature[1].is_rim;
   drop_far(motion, gap.normal, clip.view.tangents, is_rim ? deepest + tolerance : reach, deepest + tolerance,
            candidates);
-  choose_points(candidates, gap.normal, tolerance, tolerance, contact);
+  const bool on_triangle = b.kind == CoreKind::triangle;
+  if (on_triangle || feature[0].is_disk || feature[1].is_disk) {
+    choose_steady(candidates, feature[0].is_disk, feature[1].is_disk, on_triangle, gap.normal, tolerance,
+                  contact);
+  } else {
+    choose_points(candidates, gap.normal, tolerance, tolerance, contact);
+  }
   const Roundness one = find_roundness(a, feature[0], contact, 1.0, motion.body[0].whole_angular);
   const Roundness two = find_roundness(b, feature[1], contact, -1.0, motion.body[1].whole_angular);
   contact.core_1 = one.core;
@@ -395,6 +404,17 @@ double area(const SmoothCandidate& a, const SmoothCandidate& b, const SmoothCand
 
 }  // namespace
 
+namespace {
+
+void put_point(const SmoothCandidate& c, const Tangents& tangents, SmoothContact& contact) {
+  const int k = contact.count++;
+  contact.point[k] = c.u * tangents.u + c.v * tangents.v + c.height * contact.normal;
+  contact.separation[k] = c.separation;
+  contact.id[k] = c.id;
+}
+
+}  // namespace
+
 void choose_points(const SmoothCandidates& candidates, D3 normal, double tolerance, double spread,
                    SmoothContact& contact) {
   const auto& of = candidates.of;
@@ -423,12 +443,49 @@ void choose_points(const SmoothCandidates& candidates, D3 normal, double toleran
   }
   const Tangents tangents = tangents_of(normal);
   contact.normal = normal;
-  contact.count = count;
-  for (int k = 0; k < count; ++k) {
-    const SmoothCandidate& c = of[chosen[k]];
-    contact.point[k] = c.u * tangents.u + c.v * tangents.v + c.height * normal;
-    contact.separation[k] = c.separation;
-    contact.id[k] = c.id;
+  contact.count = 0;
+  for (int k = 0; k < count; ++k) put_point(of[chosen[k]], tangents, contact);
+}
+
+void choose_steady(const SmoothCandidates& candidates, bool is_disk_1, bool is_disk_2, bool on_triangle,
+                   D3 normal, double tolerance, SmoothContact& contact) {
+  SmoothCandidates corners, others;
+  for (int k = 0; k < candidates.count; ++k) {
+    const SmoothCandidate& c = candidates.of[k];
+    const bool of_first = is_first_corner(c.id), of_second = is_second_corner(c.id) && !on_triangle;
+    const bool is_disk = of_first ? is_disk_1 : is_disk_2;
+    const std::uint32_t name = of_first ? first_name(c.id) : second_name(c.id);
+    const bool is_corner = (of_first || of_second) && (!is_disk || name % kDiskQuarter == 0);
+    if (of_first && on_triangle && !is_corner) continue;
+    SmoothCandidates& to = is_corner ? corners : others;
+    to.of[to.count++] = c;
+  }
+  if (corners.count == 0) {
+    choose_points(others.count > 0 ? others : candidates, normal, tolerance, tolerance, contact);
+    return;
+  }
+  choose_points(corners, normal, tolerance, tolerance, contact);
+  // Each further point is the farthest from all that are taken, and the deepest is among them.
+  const Tangents tangents = tangents_of(normal);
+  const auto apart = [&](const SmoothCandidate& c) {
+    double least = 1e300;
+    for (int k = 0; k < contact.count; ++k) {
+      const double u = dot(tangents.u, contact.point[k]) - c.u, v = dot(tangents.v, contact.point[k]) - c.v;
+      least = lesser_of(u * u + v * v, least);
+    }
+    return least;
+  };
+  const int deepest = best_of(others, -1e300, 0.0, [](const auto& c) { return -c.separation; });
+  double so_far = 1e300;
+  for (int k = 0; k < contact.count; ++k) so_far = lesser_of(contact.separation[k], so_far);
+  if (deepest >= 0 && others.of[deepest].separation < so_far - tolerance) {
+    if (contact.count == kMaxManifoldPoints) --contact.count;
+    put_point(others.of[deepest], tangents, contact);
+  }
+  while (contact.count < kMaxManifoldPoints) {
+    const int next = best_of(others, tolerance * tolerance, 0.0, apart);
+    if (next < 0) return;
+    put_point(others.of[next], tangents, contact);
   }
 }
 
