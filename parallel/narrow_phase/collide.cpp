@@ -188,6 +188,7 @@ simd::CollideKernels::Recycle recycle_of(const simd::CollideKernels& kernels, st
       return kernels.recycle_boxes;
     case simd::kBoxHull:
     case simd::kHullHull:
+    case simd::kSmooth:
       return kernels.recycle_hulls;
     case simd::kCapsuleCapsule:
     case simd::kCapsuleBox:

@@ -508,7 +508,9 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
              block.count, id[0], id[1], id[2], id[3]);
 
   if constexpr (kPoints > 1) {
-    store_anchor(columns, block, flip, select(rich, F(0.0f), F(1.0f)), separation);
+    // Where smooth shapes roll their manifold is new in every step.
+    const M rolls = kRound && kPoints == kMaxManifoldPoints ? count < I(kTwistArm) : never();
+    store_anchor(columns, block, flip, select(rich | rolls, F(0.0f), F(1.0f)), separation);
   }
   alignas(64) std::int32_t counts[kLanes];
   store(counts, count);
