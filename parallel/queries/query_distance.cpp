@@ -191,17 +191,22 @@ bool separate(const Solid& a, const Solid& b, Vector place, Simplex& simplex, Ve
   simplex.count = 1;
   nearest = simplex.corner[0].difference;
   double largest = dot(nearest, nearest);
+  bool apart = false;  // a plane between the cores has been found
   for (int step = 0; step < kMostSteps; ++step) {
     const double size = dot(nearest, nearest);
     if (!(size > kRounding * kRounding * largest)) return false;
     const Corner corner = corner_along(-nearest);
     largest = std::max(largest, dot(corner.difference, corner.difference));
-    const double still = size - dot(nearest, corner.difference);
+    const double reached = dot(nearest, corner.difference), still = size - reached;
+    apart = apart || reached > kRounding * std::sqrt(size * largest);
     if (still <= kNoNearer * size + kRounding * std::sqrt(size * largest) || has(simplex, corner)) break;
     Simplex grown = simplex;
     grown.corner[grown.count++] = corner;
     Vector point;
-    if (!reduce(grown, point)) return false;
+    if (!reduce(grown, point)) {
+      if (apart) break;  // what holds the origin is so flat that rounding decides
+      return false;
+    }
     if (!(dot(point, point) < size)) break;
     simplex = grown;
     nearest = point;

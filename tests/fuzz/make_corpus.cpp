@@ -121,6 +121,21 @@ World meshes() {
   return world;
 }
 
+// So far apart that they meet nothing.
+World round_shapes() {
+  World world;
+  const ConvexHull rock{tetrahedron(), {0.5f, 1.0f, 0.5f}, 0.25f};
+  for (const Geometry& geometry : {Geometry{Cylinder{0.5f, 0.25f}}, Geometry{Cone{0.5f, 0.25f}},
+                                   Geometry{Box{{0.5f, 0.25f, 0.5f}, 0.125f}}, Geometry{rock}}) {
+    add(world, {4.0f * static_cast<float>(world.body_count()), 1.0f, 0.0f}, geometry);
+  }
+  const BodyId ground = world.create_body({.type = BodyType::fixed, .position = {0.0f, -9.0f, 0.0f}});
+  world.add_shape(ground, Cylinder{1.0f, 50.0f});
+  world.add_shape(ground, ConvexHull{tetrahedron(), {0.5f, 1.0f, 0.5f}}, {}, {.sensor = true});
+  run(world, 3);
+  return world;
+}
+
 // With answers for hooks that are still to be taken.
 World half_space() {
   World world;
@@ -299,6 +314,10 @@ void calls_of_shapes(World& world) {
   world.add_shape(ground, pyramid());
   run(world, 1);
   world.set_geometry(land, pyramid());
+  world.set_geometry(hull, ConvexHull{tetrahedron(), {1.0f, 1.0f, 1.0f}, 0.25f});
+  world.set_geometry(hull, Cylinder{});
+  world.set_geometry(hull, Cone{});
+  world.set_geometry(hull, Box{{0.5f, 0.5f, 0.5f}, 0.125f});
   world.destroy_shape(hull);
   WorldSettings settings;
   settings.substeps = 2;
@@ -360,6 +379,7 @@ const std::vector<Seed>& seeds() {
                                         {"hulls", hulls},
                                         {"meshes", meshes},
                                         {"half_space", half_space},
+                                        {"round_shapes", round_shapes},
                                         {"kinematic_and_materials", kinematic_and_materials},
                                         {"between_steps", between_steps},
                                         {"joints", jointed},

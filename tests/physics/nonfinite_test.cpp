@@ -70,12 +70,20 @@ class Poke {
     change(half_height), change(radius);
   }
   void change(Box& box) {
-    auto& [half_extents] = box;
-    change(half_extents);
+    auto& [half_extents, rounding] = box;
+    change(half_extents), change(rounding);
+  }
+  void change(Cylinder& cylinder) {
+    auto& [half_height, radius] = cylinder;
+    change(half_height), change(radius);
+  }
+  void change(Cone& cone) {
+    auto& [half_height, radius] = cone;
+    change(half_height), change(radius);
   }
   void change(ConvexHull& convex) {
-    auto& [hull, scale] = convex;
-    change(scale);
+    auto& [hull, scale, rounding] = convex;
+    change(scale), change(rounding);
   }
   void change(TriangleMesh&) {}
   void change(HalfSpace&) {}

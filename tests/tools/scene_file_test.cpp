@@ -103,6 +103,30 @@ TEST(SceneFile, MayHaveHalfSpacesWhereBodiesMay) {
             "only, but the body is dynamic");
 }
 
+TEST(SceneFile, MayHaveCylindersConesAndRoundings) {
+  const auto shape = [](const std::string& text) {
+    return parse_scene(with_shape(text), "a.json").shapes[0];
+  };
+  const Geometry cylinder = shape(R"({"type": "cylinder", "half_height": 2, "radius": 0.5})").geometry;
+  EXPECT_EQ(std::get<Cylinder>(cylinder).half_height, 2.0f);
+  EXPECT_EQ(std::get<Cylinder>(cylinder).radius, 0.5f);
+  const Geometry cone = shape(R"({"type": "cone", "half_height": 3, "radius": 0.25})").geometry;
+  EXPECT_EQ(std::get<Cone>(cone).half_height, 3.0f);
+  EXPECT_EQ(std::get<Cone>(cone).radius, 0.25f);
+  const Geometry box = shape(R"({"type": "box", "half_extents": [1, 2, 3], "rounding": 0.5})").geometry;
+  EXPECT_EQ(std::get<Box>(box).rounding, 0.5f);
+  const std::string points = R"({"points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]})";
+  const Geometry hull = shape(R"({"type": "hull", "rounding": 0.125, "hull": )" + points + "}").geometry;
+  EXPECT_EQ(std::get<ConvexHull>(hull).rounding, 0.125f);
+  const std::string where = "scene.json: /bodies/0/shapes/0/";
+  EXPECT_EQ(scene_error_of(with_shape(R"({"type": "box", "half_extents": [1, 2, 3], "rounding": -1})")),
+            where + "rounding: -1 must be from 0 to 100000");
+  EXPECT_EQ(scene_error_of(with_shape(R"({"type": "cone", "half_height": 1})")),
+            where.substr(0, where.size() - 1) + ": the key \"radius\" is missing");
+  EXPECT_EQ(scene_error_of(with_shape(R"({"type": "cylinder", "half_height": 0, "radius": 1})")),
+            where + "half_height: 0 must be from 0.0001 to 100000");
+}
+
 TEST(SceneFile, MissingKeysTakeTheLibrarysDefaults) {
   const Scene scene = parse_scene(with_shape(R"({"type": "sphere", "radius": 1})"), "dir/tower.json");
   EXPECT_EQ(scene.name, "tower");
@@ -225,9 +249,9 @@ TEST(SceneFile, EveryMistakeIsReportedWithItsPlaceAndReason) {
       {with_shape("\"ball\""),
        "scene.json: /bodies/0/shapes/0: no shape \"ball\" in /shapes; none is defined"},
       {with_shape("{}"), "scene.json: /bodies/0/shapes/0: the key \"type\" is missing"},
-      {with_shape(R"({"type": "cone"})"),
-       "scene.json: /bodies/0/shapes/0/type: \"cone\" is none of: sphere, capsule, box, hull, mesh, "
-       "half_space"},
+      {with_shape(R"({"type": "torus"})"),
+       "scene.json: /bodies/0/shapes/0/type: \"torus\" is none of: sphere, capsule, box, hull, mesh, "
+       "half_space, cylinder, cone"},
       {with_shape(R"({"type": "sphere", "radius": 0})"),
        "scene.json: /bodies/0/shapes/0/radius: 0 must be from 0.0001 to 100000"},
       {with_shape(R"({"type": "sphere", "radius": 1, "half_height": 1})"),

@@ -54,6 +54,7 @@ namespace {
 
 // The library's own limits. Checking them here lets errors name the place.
 const Range kLength = between(kMinExtent, kMaxExtent);  // m, of shapes
+const Range kRounding = between(0.0f, kMaxExtent);      // m, of boxes and hulls
 const Range kHullPoint = within(kMaxExtent);            // m
 const Range kHullScale = between(kMinHullScale, kMaxHullScale);
 const Range kPosition = within(kMaxPosition);            // m
@@ -147,11 +148,13 @@ ConvexHull read_convex_hull(Members& members, const NamedHulls& named) {
     hull.fail("expected the name of a hull or an object");
   }
   members.read("scale", convex.scale, kHullScale);
+  members.read("rounding", convex.rounding, kRounding);
   return convex;
 }
 
 Geometry read_geometry(Members& members, const Named& named) {
-  constexpr const char* kTypes[] = {"sphere", "capsule", "box", "hull", "mesh", "half_space"};
+  constexpr const char* kTypes[] = {"sphere", "capsule",    "box",      "hull",
+                                    "mesh",   "half_space", "cylinder", "cone"};
   switch (members.require("type").choice(kTypes)) {
     case 0:
       return Sphere{members.require("radius").number(kLength)};
@@ -165,8 +168,19 @@ Geometry read_geometry(Members& members, const Named& named) {
       return named.meshes.read(members);
     case 5:
       return HalfSpace{};
-    default:
-      return Box{members.require("half_extents").vector(kLength)};
+    case 6: {
+      const float half_height = members.require("half_height").number(kLength);
+      return Cylinder{half_height, members.require("radius").number(kLength)};
+    }
+    case 7: {
+      const float half_height = members.require("half_height").number(kLength);
+      return Cone{half_height, members.require("radius").number(kLength)};
+    }
+    default: {
+      Box box{members.require("half_extents").vector(kLength)};
+      members.read("rounding", box.rounding, kRounding);
+      return box;
+    }
   }
 }
 

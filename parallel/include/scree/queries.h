@@ -106,7 +106,8 @@ struct CastHit {
   Vec3 point{};            ///< m, where they meet, on the shape's surface
   Vec3 normal{};           ///< of the shape's surface, outward, of unit length; zero if starts_inside
   std::int32_t face = -1;  ///< for rays: the hull's, as Hull::face counts them, or the box's: 0 to 5 for -x,
-                           ///< +x, -y, +y, -z, +z; -1 on round surfaces, for casts and if starts_inside
+                           ///< +x, -y, +y, -z, +z; -1 on round surfaces, rounded hulls, cylinders and
+                           ///< cones, for casts and if starts_inside
   std::int32_t triangle = -1;  ///< of a mesh, as it was handed in, counted from 0; -1 for other shapes
   bool starts_inside = false;  ///< the beginning lies in the shape already, or overlaps the triangle of a
                                ///< mesh; `point` is the beginning then

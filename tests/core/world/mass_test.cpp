@@ -74,6 +74,105 @@ TEST(Mass, ACapsuleIsTheSolidOfRevolutionOfItsProfile) {
   expect_near(matrix(sum.inertia), scale * Eigen::Vector3d(across, along, across).asDiagonal(), 1e-14);
 }
 
+// As above; the integrands of a cylinder and a cone are polynomials of degree 4 at most.
+MassSum solid_of_revolution(double low, double high, double (*squared_radius)(double)) {
+  const double node = std::sqrt(0.6), nodes[] = {-node, 0.0, node}, weights[] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+  double mass = 0.0, first = 0.0, second = 0.0, along = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const double y = 0.5 * (low + high) + 0.5 * (high - low) * nodes[i];
+    const double area = kPi * squared_radius(y), weight = 0.5 * (high - low) * weights[i] * area;
+    mass += weight;
+    first += weight * y;
+    second += weight * y * y;
+    along += weight * squared_radius(y) / 2;
+  }
+  MassSum sum;
+  sum.mass = mass;
+  sum.center[1] = first / mass;
+  const double across = along / 2 + second - first * first / mass;
+  sum.inertia = {{across, 0, 0, along, 0, across}};
+  return sum;
+}
+
+void expect_near(const MassSum& found, const MassSum& expected) {
+  EXPECT_NEAR(found.mass, expected.mass, 1e-12 * expected.mass);
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(found.center[i], expected.center[i], 1e-12);
+  expect_near(matrix(found.inertia), matrix(expected.inertia), 1e-12);
+}
+
+TEST(Mass, ACylinderAndAConeAreTheSolidsOfRevolutionOfTheirProfiles) {
+  expect_near(sum_of(Cylinder{1.25f, 0.75f}, 1.0),
+              solid_of_revolution(-1.25, 1.25, [](double) { return 0.75 * 0.75; }));
+  expect_near(sum_of(Cone{1.25f, 0.75f}, 1.0), solid_of_revolution(-1.25, 1.25, [](double y) {
+                const double radius = 0.75 * (1.25 - y) / 2.5;
+                return radius * radius;
+              }));
+  EXPECT_EQ(sum_of(Cone{1.25f, 0.75f}, 3.0).center[1], -0.625);
+}
+
+TEST(Mass, AConesCenterTurnsWithIt) {
+  World world;
+  const BodyId body = world.create_body({.position = {1, 2, 3}});
+  world.add_shape(body, Cone{2.0f, 1.0f}, {}, {.local_pose = {{5, 0, 0}, turn({0, 0, 1}, kPi / 2)}});
+  const MassProperties mass = world.mass_properties(body);
+  EXPECT_NEAR(mass.center.x, 5.0f + 1.0f, 1e-6f);  // its axis points to -x
+  EXPECT_NEAR(mass.center.y, 0.0f, 1e-6f);
+  EXPECT_NEAR(world.pose(body).position.x, 1.0f, 1e-6f);
+}
+
+// The sum over a grid of the points whose distance from the box within is at most the rounding, with the
+// surface smoothed over a cell. By symmetry one eighth is enough.
+TEST(Mass, ARoundedBoxIsTheSumOfItsPoints) {
+  const Vec3 half{0.5f, 1.0f, 0.3f};
+  const float rounding = 0.4f;
+  constexpr int kCells = 96;
+  const double step = 1.6 / kCells;
+  double mass = 0.0, moment[3]{};
+  for (int i = 0; i < kCells * kCells * kCells; ++i) {
+    const double p[3] = {step * (0.5 + i % kCells), step * (0.5 + i / kCells % kCells),
+                         step * (0.5 + i / (kCells * kCells))};
+    const double x = std::max(p[0] - half.x, 0.0), y = std::max(p[1] - half.y, 0.0),
+                 z = std::max(p[2] - half.z, 0.0);
+    const double cell = 8 * step * step * step *
+                        std::clamp(0.5 + (rounding - std::sqrt(x * x + y * y + z * z)) / step, 0.0, 1.0);
+    mass += cell;
+    for (int k = 0; k < 3; ++k) moment[k] += cell * p[k] * p[k];
+  }
+  const MassSum sum = sum_of(Box{half, rounding}, 1.0);
+  EXPECT_NEAR(sum.mass, mass, 1e-3 * mass);
+  expect_near(
+      matrix(sum.inertia),
+      Eigen::Vector3d(moment[1] + moment[2], moment[0] + moment[2], moment[0] + moment[1]).asDiagonal(),
+      2e-3);
+}
+
+TEST(Mass, ARoundingIsContinuousAtNoneAndABallWhereTheBoxIsSmall) {
+  const Box sharp{{0.5f, 1.0f, 1.5f}};
+  const MassSum almost = sum_of(Box{sharp.half_extents, 1e-9f}, 3.0), exact = sum_of(sharp, 3.0);
+  EXPECT_NEAR(almost.mass, exact.mass, 1e-8 * exact.mass);
+  expect_near(matrix(almost.inertia), matrix(exact.inertia), 1e-8);
+  const MassSum round = sum_of(Box{{1e-4f, 1e-4f, 1e-4f}, 10.0f}, 1.0), ball = sum_of(Sphere{10.0f}, 1.0);
+  EXPECT_NEAR(round.mass, ball.mass, 1e-4 * ball.mass);
+  expect_near(matrix(round.inertia), matrix(ball.inertia), 1e-4);
+}
+
+TEST(Mass, NewShapesOfAllSizesHaveAFiniteInertia) {
+  for (const float a : {1e-4f, 1.0f, 1e5f}) {
+    for (const float b : {1e-4f, 1.0f, 1e5f}) {
+      for (const Geometry& geometry : {Geometry{Cylinder{a, b}}, Geometry{Cone{a, b}},
+                                       Geometry{Box{{a, b, a}, b}}, Geometry{Box{{a, b, a}, 1e5f}}}) {
+        World world;
+        const BodyId body = world.create_body({.rotation = turn({1, 2, 3}, 1.0)});
+        world.add_shape(body, geometry, {.density = a < 1.0f && b < 1.0f ? 1e3f : 1.0f},
+                        {.local_pose = {{1, 1, 1}, turn({3, 1, 2}, 2.0)}});
+        const InertiaRow& row = internals(world).bodies.local_mass[body.index];
+        EXPECT_TRUE(std::isfinite(row.inverse_mass) && row.inverse_mass > 0.0f);
+        for (const float entry : row.inverse_inertia) EXPECT_TRUE(std::isfinite(entry));
+      }
+    }
+  }
+}
+
 TEST(Mass, AShapeAwayFromTheOriginObeysTheParallelAxisTheorem) {
   const Quat rotation = turn({1, 2, -1}, 0.8);
   const Pose pose{{3, -2, 5}, rotation};

@@ -46,7 +46,7 @@ TEST(CastQueries, AreProvedByAPlaneBetween) {
   MixedWorld mixed(31, 100, 6.0f);
   mixed.step(4);
   int contacts = 0, passed = 0;
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < 80; ++round) {
     if (round % 4 == 0) mixed.change_something();
     const ShapeCast cast = random_cast(mixed);
     std::set<ShapeId> met;

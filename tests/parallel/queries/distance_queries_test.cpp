@@ -30,13 +30,13 @@ bool nearly_share_a_point(const Placed& a, const Placed& b, double most) {
     if (depth(start) < depth(best)) best = start;
   }
   double step = 2.0;
-  for (int i = 0; i < 6000 && depth(best) > most; ++i) {
+  for (int i = 0; i < 20000 && depth(best) > most; ++i) {
     const Point next = best + step * to_point(dice.within({1, 1, 1}));
     if (depth(next) < depth(best)) {
       best = next;
       step *= 1.5;
     } else {
-      step = std::max(0.97 * step, 1e-6);
+      step = std::max(0.99 * step, 1e-6);
     }
   }
   return depth(best) <= most;

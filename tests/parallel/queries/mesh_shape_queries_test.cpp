@@ -55,7 +55,7 @@ TEST(MeshCasts, FindWhatBruteForceFinds) {
     const Ground ground = random_ground(dice, round);
     const Vec3 middle = ground.world.pose(ground.body).position;
     for (int i = 0; i < 20; ++i) {
-      const Geometry geometry = dice.geometry(0.7f);
+      const Geometry geometry = dice.plain_geometry(0.7f);
       // Some begin at a corner, where they overlap triangles.
       const Point corner = ground.triangles[dice.below(60)].corner[0];
       const Vec3 at_corner{static_cast<float>(corner.x), static_cast<float>(corner.y),
@@ -168,7 +168,7 @@ TEST(MeshOverlaps, FindWhatBruteForceFinds) {
     const Ground ground = random_ground(dice, round);
     const Vec3 middle = ground.world.pose(ground.body).position;
     for (int i = 0; i < 60; ++i) {
-      const Geometry geometry = dice.geometry(i % 2 == 0 ? 0.4f : 1.5f);
+      const Geometry geometry = dice.plain_geometry(i % 2 == 0 ? 0.4f : 1.5f);
       const PlacedShape placed{geometry, {middle + dice.within({5, 5, 5}), dice.rotation()}};
       const Brute brute = testing::brute_of(placed.geometry, placed.pose);
       const std::vector<OverlapHit> hits = overlap_shape(ground.world, placed);
@@ -216,7 +216,7 @@ TEST(MeshDistances, FindWhatBruteForceFinds) {
     const Ground ground = random_ground(dice, round);
     const Vec3 middle = ground.world.pose(ground.body).position;
     for (int i = 0; i < 60; ++i) {
-      const Geometry geometry = dice.geometry(0.5f);
+      const Geometry geometry = dice.plain_geometry(0.5f);
       const Vec3 place = middle + dice.within({9, 9, 9});
       const PlacedShape placed{geometry, {place, dice.rotation()}};
       const bool is_point = i % 2 == 0;

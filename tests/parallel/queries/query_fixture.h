@@ -71,6 +71,32 @@ inline double beyond_planes(const ConvexHull& convex, Point p) {
   return most;
 }
 
+inline double to_triangle(Point p, Point a, Point b, Point c) {
+  const Point normal = cross(b - a, c - a);
+  const auto to_edge = [&p](Point from, Point to) {
+    const double t = dot(p - from, to - from) / std::max(dot(to - from, to - from), 1e-300);
+    return norm(p - (from + std::clamp(t, 0.0, 1.0) * (to - from)));
+  };
+  const bool within = dot(cross(normal, b - a), p - a) >= 0.0 && dot(cross(normal, c - b), p - b) >= 0.0 &&
+                      dot(cross(normal, a - c), p - c) >= 0.0;
+  if (within && norm(normal) > 0.0) return std::abs(dot(normal, p - a)) / norm(normal);
+  return std::min({to_edge(a, b), to_edge(b, c), to_edge(c, a)});
+}
+
+// The distance from a hull without its rounding; within it, minus that to the nearest plane.
+inline double beyond_core(const ConvexHull& convex, Point p) {
+  const double planes = beyond_planes(convex, p);
+  if (planes <= 0.0) return planes;
+  const std::vector<Point> corners = hull_corners(convex);
+  double least = 1e300;
+  for (std::size_t f = 0; f < convex.hull.face_count(); ++f) {
+    const auto loop = convex.hull.face(f);
+    for (std::size_t i = 1; i + 1 < loop.size(); ++i)
+      least = std::min(least, to_triangle(p, corners[loop[0]], corners[loop[i]], corners[loop[i + 1]]));
+  }
+  return least;
+}
+
 // A convex function that is zero on the shape's surface, below zero within and above it outside; near the
 // surface of round shapes and beside faces it is the distance.
 inline double beyond(const Placed& placed, Point world_point) {
@@ -82,9 +108,21 @@ inline double beyond(const Placed& placed, Point world_point) {
   }
   if (const auto* box = std::get_if<Box>(&placed.geometry)) {
     const Vec3 h = box->half_extents;
-    return std::max({std::abs(p.x) - h.x, std::abs(p.y) - h.y, std::abs(p.z) - h.z});
+    const Point out{std::abs(p.x) - h.x, std::abs(p.y) - h.y, std::abs(p.z) - h.z};
+    const double most = std::max({out.x, out.y, out.z});
+    if (box->rounding == 0.0f || most <= 0.0) return most - box->rounding;
+    return norm({std::max(out.x, 0.0), std::max(out.y, 0.0), std::max(out.z, 0.0)}) - box->rounding;
   }
-  return beyond_planes(std::get<ConvexHull>(placed.geometry), p);
+  const double across = std::sqrt(p.x * p.x + p.z * p.z);
+  if (const auto* cylinder = std::get_if<Cylinder>(&placed.geometry))
+    return std::max(across - cylinder->radius, std::abs(p.y) - cylinder->half_height);
+  if (const auto* cone = std::get_if<Cone>(&placed.geometry)) {
+    const double half = cone->half_height, height = 2.0 * half, radius = cone->radius;
+    const double side = (height * across - radius * (half - p.y)) / std::hypot(height, radius);
+    return std::max(side, -half - p.y);
+  }
+  const ConvexHull& convex = std::get<ConvexHull>(placed.geometry);
+  return convex.rounding > 0.0f ? beyond_core(convex, p) - convex.rounding : beyond_planes(convex, p);
 }
 
 // How far the shape reaches along a unit vector.
@@ -97,12 +135,18 @@ inline double reach_along(const Placed& placed, Point along) {
     reach = double{capsule->half_height} * std::abs(local.y) + capsule->radius;
   } else if (const auto* box = std::get_if<Box>(&placed.geometry)) {
     const Vec3 half = box->half_extents;
-    reach = half.x * std::abs(local.x) + half.y * std::abs(local.y) + half.z * std::abs(local.z);
+    reach =
+        half.x * std::abs(local.x) + half.y * std::abs(local.y) + half.z * std::abs(local.z) + box->rounding;
+  } else if (const auto* cylinder = std::get_if<Cylinder>(&placed.geometry)) {
+    reach = cylinder->half_height * std::abs(local.y) + cylinder->radius * std::hypot(local.x, local.z);
+  } else if (const auto* cone = std::get_if<Cone>(&placed.geometry)) {
+    const double top = cone->half_height * local.y;
+    reach = std::max(top, cone->radius * std::hypot(local.x, local.z) - top);
   } else {
+    const ConvexHull& convex = std::get<ConvexHull>(placed.geometry);
     reach = -1e300;
-    for (const Point& corner : hull_corners(std::get<ConvexHull>(placed.geometry))) {
-      reach = std::max(reach, dot(corner, local));
-    }
+    for (const Point& corner : hull_corners(convex)) reach = std::max(reach, dot(corner, local));
+    reach += convex.rounding;
   }
   return dot(placed.position, along) + reach;
 }
@@ -174,8 +218,12 @@ class Dice {
     const float angle = uniform(-3.0f, 3.0f);
     return length(axis) > 0.01f ? from_axis_angle(axis, angle) : Quat{};
   }
-  Geometry geometry(float size) {
-    switch (below(4)) {
+  Geometry geometry(float size) { return geometry(size, below(8)); }
+  // A ball, or the sum of a ball and a segment, or a polytope.
+  Geometry plain_geometry(float size) { return geometry(size, below(4)); }
+  Geometry geometry(float size, std::uint32_t kind) {
+    const Vec3 cube = Vec3{size, size, size};
+    switch (kind) {
       case 0:
         return Sphere{size * uniform(0.2f, 1.0f)};
       case 1: {
@@ -183,14 +231,30 @@ class Dice {
         return Capsule{half, size * uniform(0.05f, 0.5f)};
       }
       case 2:
-        return Box{Vec3{size, size, size} * 0.55f + within({size / 2, size / 2, size / 2})};
-      default:
-        return ConvexHull{hull(below(3)),
-                          Vec3{size, size, size} * 0.6f + within({size / 2, size / 2, size / 2})};
+        return Box{0.55f * cube + within(0.5f * cube)};
+      case 3:
+        return ConvexHull{hull(below(3)), 0.6f * cube + within(0.5f * cube)};
+      case 4: {
+        const Vec3 half = 0.4f * cube + within(0.35f * cube);
+        return Box{half, size * uniform(0.01f, 0.4f)};
+      }
+      case 5: {
+        const float half = size * uniform(0.1f, 1.0f);
+        return Cylinder{half, size * uniform(0.1f, 1.0f)};
+      }
+      case 6: {
+        const float half = size * uniform(0.1f, 1.0f);
+        return Cone{half, size * uniform(0.1f, 1.0f)};
+      }
+      default: {
+        const Hull& which = hull(below(3));
+        const Vec3 scale = 0.6f * cube + within(0.5f * cube);
+        return ConvexHull{which, scale, size * uniform(0.01f, 0.3f)};
+      }
     }
   }
   // Of 3 hulls, one of them with its points far from their origin, and one a needle.
-  static Hull hull(std::uint32_t which) {
+  static const Hull& hull(std::uint32_t which) {
     static const std::vector<Hull> kHulls = [] {
       std::vector<Hull> hulls;
       Dice dice(7);

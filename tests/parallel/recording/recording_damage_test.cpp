@@ -79,7 +79,7 @@ TEST(RecordingDamage, OfAnyBitIsRefusedWithItsPlace) {
   wrong = bytes;
   wrong[8] = std::byte{9};
   EXPECT_EQ(error_of_playing(wrong, workers),
-            "Player: byte 8: the recording has version 9, this is version 7");
+            "Player: byte 8: the recording has version 9, this is version 8");
   wrong = bytes;
   wrong.push_back({});
   EXPECT_NE(error_of_playing(wrong, workers), "") << "something follows the end";

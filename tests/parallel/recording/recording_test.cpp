@@ -381,6 +381,33 @@ TEST(Recording, WritesEachHullOnce) {
   EXPECT_EQ(verified(player, heap.workers), "");
 }
 
+TEST(Recording, HoldsCylindersConesAndRoundings) {
+  const TemporaryFile file;
+  Heap heap(0);
+  Recorder recorder(heap.world, file.path(), {.keyframe_spacing = 3});
+  const ConvexHull rock{wedge(), {1.0f, 1.5f, 1.0f}, 0.25f};
+  const std::vector<Geometry> given{Cylinder{0.5f, 0.25f}, Cone{0.75f, 0.5f}, Box{{0.5f, 1, 1}, 0.125f}, rock,
+                                    ConvexHull{wedge(), {1.0f, 1.5f, 1.0f}}};
+  std::vector<ShapeId> shapes;
+  for (const Geometry& geometry : given) {
+    const BodyId body =
+        heap.world.create_body({.position = {4.0f * static_cast<float>(shapes.size()), 9, 0}});
+    shapes.push_back(heap.world.add_shape(body, Sphere{}));
+    heap.run(2);
+    heap.world.set_geometry(shapes.back(), geometry);
+    heap.run(2);
+  }
+  recorder.finish();
+  Player player(file.path());
+  EXPECT_EQ(player.info().hulls, 2u) << "the hull, and the scaled one; roundings have none of their own";
+  EXPECT_EQ(verified(player, heap.workers), "");
+  EXPECT_EQ(first_difference(heap.world, player.world()), "");
+  const Shapes& played = internals(player.world()).shapes;
+  const ShapeType types[] = {ShapeType::cylinder, ShapeType::cone, ShapeType::rounded_box,
+                             ShapeType::rounded_hull, ShapeType::hull};
+  for (std::size_t i = 0; i < given.size(); ++i) EXPECT_EQ(played.type[shapes[i].index], types[i]);
+}
+
 TEST(Recording, WritesEachMeshOnce) {
   const TemporaryFile file;
   Heap heap(0);

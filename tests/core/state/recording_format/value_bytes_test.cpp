@@ -63,7 +63,18 @@ auto members(const Capsule& capsule) {
   const auto& [half_height, radius] = capsule;
   return std::tuple(half_height, radius);
 }
-auto members(const Box& box) { return std::tuple(box.half_extents); }
+auto members(const Box& box) {
+  const auto& [half_extents, rounding] = box;
+  return std::tuple(half_extents, rounding);
+}
+auto members(const Cylinder& cylinder) {
+  const auto& [half_height, radius] = cylinder;
+  return std::tuple(half_height, radius);
+}
+auto members(const Cone& cone) {
+  const auto& [half_height, radius] = cone;
+  return std::tuple(half_height, radius);
+}
 auto members(const MassProperties& properties) {
   const auto& [mass, center, inertia] = properties;
   return std::tuple(mass, center, std::to_array(inertia));
@@ -180,6 +191,10 @@ std::vector<Geometry> geometries() {
           ConvexHull{tetrahedron(1.0f), {2, 3, 4}},
           ConvexHull{tetrahedron(2.0f), {1, 1, 1}},
           HalfSpace{},
+          Box{{4, 5, 6}, 0.25f},
+          ConvexHull{tetrahedron(2.0f), {1, 1, 1}, 0.125f},
+          Cylinder{6.5f, 7.5f},
+          Cone{8.5f, 9.5f},
           triangle(1.0f),
           triangle(2.0f)};
 }
@@ -298,7 +313,9 @@ TEST_F(ValueBytes, NoMemberIsLeftOut) {
   expect_all_of_it_written(kPose);
   expect_all_of_it_written(Sphere{2.0f});
   expect_all_of_it_written(Capsule{2.0f, 3.0f});
-  expect_all_of_it_written(Box{{2, 3, 4}});
+  expect_all_of_it_written(Box{{2, 3, 4}, 5.0f});
+  expect_all_of_it_written(Cylinder{2.0f, 3.0f});
+  expect_all_of_it_written(Cone{2.0f, 3.0f});
   expect_all_of_it_written(kMass);
   expect_all_of_it_written(kFilter);
   expect_all_of_it_written(kMaterial);

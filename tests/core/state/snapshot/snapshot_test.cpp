@@ -586,7 +586,7 @@ TEST(SnapshotBytes, AreRefusedWithTheReason) {
     return error_of([&] { read_snapshot(wrong); });
   };
   EXPECT_EQ(refusal(0, 0), "read_snapshot: byte 0: this is no snapshot");
-  EXPECT_EQ(refusal(8, 7), "read_snapshot: byte 8: the snapshot has version 7, this is version 6");
+  EXPECT_EQ(refusal(8, 8), "read_snapshot: byte 8: the snapshot has version 8, this is version 7");
   EXPECT_EQ(refusal(12, 0x04030201), "read_snapshot: byte 12: the bytes are not in little-endian order");
   EXPECT_EQ(refusal(16, 0), "read_snapshot: byte 16: a version of Scree with other columns has written this");
   EXPECT_EQ(refusal(32, 0), "read_snapshot: byte 32: the checksum is wrong");
