@@ -87,7 +87,10 @@ Nearness find_distance(const Core& a, const Core& b, D3 start, double limit, Gap
 // The direction along which two overlapping cores are separated by the shortest way. `known`: the normal of
 // the last step, or null; a shallow overlap keeps to it, and a deep one where it is about as good as any.
 void find_depth(const Core& a, const Core& b, const D3* known, Gap& gap);
-// Both. The gap is that of the cores; the limit that of the shapes. False: the shapes are farther apart.
+// Whether the cores overlap a little along about the normal of the last step; then the gap is written.
+bool is_shallow_overlap(const Core& a, const Core& b, D3 known, Gap& gap);
+// All of these. The gap is that of the cores; the limit that of the shapes. False: the shapes are farther
+// apart.
 bool find_gap(const Core& a, const Core& b, const D3* known, double limit, Gap& gap);
 
 // What a core touches with along a direction: a point, a segment, or a flat polygon.

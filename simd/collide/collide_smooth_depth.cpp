@@ -279,6 +279,17 @@ void search_all(const Core& a, const Core& b, Gap& gap) {
 
 }  // namespace
 
+// Cores that reach beyond each other along a direction of least depth by a small share of their thickness do
+// overlap.
+bool is_shallow_overlap(const Core& a, const Core& b, D3 known, Gap& gap) {
+  const double most = lesser_of(kShallowDepth, kShallowShare * lesser_of(a.thinness, b.thinness));
+  gap.normal = known;
+  measure_along(a, b, gap);
+  if (!(gap.separation < 0.0 && -gap.separation <= most)) return false;
+  refine(a, b, gap);
+  return gap.separation < 0.0;
+}
+
 void find_depth(const Core& a, const Core& b, const D3* known, Gap& gap) {
   const double thin = lesser_of(a.thinness, b.thinness);
   if (known == nullptr) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kMostSteps = 64;
 // The distance is right to this share of its square.
-constexpr double kEnough = 1e-12;
+constexpr double kEnough = 1e-10;
 // Below this share of the shapes' sizes and their distance, a gap is rounding: the cores overlap.
 constexpr double kTouching = 1e-9;
 // Of squared sines and volumes: below it, a simplex is flat.
@@ -101,14 +101,13 @@ bool nearest_of(const Simplex& s, Nearest& nearest) {
   }
 }
 
+// Corners move down only: those of the nearest ones ascend.
 void keep(const Nearest& nearest, Simplex& s) {
-  Simplex kept;
-  kept.count = nearest.count;
   for (int k = 0; k < nearest.count; ++k) {
-    kept.corner[k] = s.corner[nearest.corner[k]];
-    kept.weight[k] = nearest.weight[k];
+    if (nearest.corner[k] != k) s.corner[k] = s.corner[nearest.corner[k]];
+    s.weight[k] = nearest.weight[k];
   }
-  s = kept;
+  s.count = nearest.count;
 }
 
 bool has(const Simplex& s, D3 w) {
@@ -132,14 +131,15 @@ Nearness find_distance(const Core& a, const Core& b, D3 start, double limit, Gap
     const double bound = dot(way, w);
     if (bound > 0.0 && bound * bound > limit * limit * dot(way, way)) return Nearness::far;
     if (s.count > 0 && (squared - bound <= kEnough * squared || has(s, w))) break;
-    Simplex grown = s;
-    grown.corner[grown.count++] = {w, on_1, on_2};
+    s.corner[s.count++] = {w, on_1, on_2};
     Nearest nearest;
-    if (!nearest_of(grown, nearest)) return Nearness::overlap;
+    if (!nearest_of(s, nearest)) return Nearness::overlap;
     const double next = dot(nearest.point, nearest.point);
     if (next <= touching * touching) return Nearness::overlap;
-    if (!(next < squared)) break;
-    s = grown;
+    if (!(next < squared)) {  // for rounding: the last corner brings nothing
+      --s.count;
+      break;
+    }
     keep(nearest, s);
     way = nearest.point;
     squared = next;
@@ -163,6 +163,7 @@ void measure_along(const Core& a, const Core& b, Gap& gap) {
 
 bool find_gap(const Core& a, const Core& b, const D3* known, double limit, Gap& gap) {
   const double margins = a.margin + b.margin;
+  if (known != nullptr && is_shallow_overlap(a, b, *known, gap)) return true;
   D3 start = known != nullptr ? *known : b.center - a.center;
   if (!(dot(start, start) > 0.0)) start = {0.0, 1.0, 0.0};
   switch (find_distance(a, b, start, limit + margins, gap)) {
