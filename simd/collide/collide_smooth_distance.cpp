@@ -27,8 +27,8 @@ struct Corner {
 };
 struct Simplex {
   int count = 0;
-  Corner corner[4];
-  double weight[4];
+  Corner corner[4]{};
+  double weight[4]{};
 };
 
 // Weights of up to three corners by number; others are dropped.

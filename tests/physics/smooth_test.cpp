@@ -1,4 +1,5 @@
 // Cylinders, cones, rounded boxes and rounded hulls in whole worlds: rolling, resting, stacking, spinning.
+#include <scree/height_field.h>
 #include <tests/physics/lab.h>
 #include <tools/scenes/random.h>
 
@@ -324,6 +325,39 @@ TEST(Smooth, AHeapComesToRest) {
   }
   EXPECT_LT(kinetic, 1e-4 * first);
   EXPECT_LT(lab.world.stats().penetration_mean, 0.01);
+}
+
+// Ridges, valleys and slopes: what rolls about there stays above the ground.
+TEST(Smooth, NothingFallsThroughHills) {
+  Lab lab;
+  constexpr std::uint32_t kSide = 16;
+  std::vector<float> heights;
+  for (std::uint32_t row = 0; row < kSide; ++row) {
+    for (std::uint32_t column = 0; column < kSide; ++column) {
+      const bool rim = row == 0 || column == 0 || row + 1 == kSide || column + 1 == kSide;
+      heights.push_back(rim ? 6.0f : 0.5f * static_cast<float>((row * 5 + column * 3) % 4));
+    }
+  }
+  const Material material{.friction = 0.5f};
+  const TriangleMesh hills = height_field_mesh({.columns = kSide, .rows = kSide, .heights = heights});
+  lab.add({.type = BodyType::fixed}, hills, material);
+  Random random(8);
+  const Hull rock(
+      std::vector<Vec3>{{1, 0, 0}, {-1, 0.2f, 0}, {0, 1, 0}, {0, -1, 0.1f}, {0, 0, 1}, {0.1f, 0, -1}});
+  std::vector<BodyId> bodies;
+  for (int i = 0; i < 60; ++i) {
+    const Vec3 place{random.uniform(3.0f, 12.0f), random.uniform(3.0f, 6.0f), random.uniform(3.0f, 12.0f)};
+    const Quat rotation = random.rotation();
+    bodies.push_back(
+        lab.add({.position = place, .rotation = rotation}, mixed_shape(i, random, rock), material));
+  }
+  for (int i = 0; i < 600; ++i) {
+    lab.run(1);
+    for (const BodyId body : bodies) {
+      ASSERT_GT(lab.height(body), 0.0) << i;
+      ASSERT_LT(lab.velocity(body).norm(), 15.0) << i;
+    }
+  }
 }
 
 TEST(Smooth, CollidingPairsKeepTheirMomentum) {
