@@ -46,7 +46,7 @@ bool collide_pair(const CollideColumns& columns, const CollideItem& item, double
   const PairMotion motion = motion_of(columns, item.body_1, item.body_2, shape.position, core, plane_frame);
   const bool keeps_all = feature.count > 2 && !feature.is_rim;
   if (!keeps_all) {
-    drop_far(motion, normal, tangents_of(normal), feature.is_rim ? nearest : reach, nearest, candidates);
+    drop_far(motion, normal, tangents_of(normal), feature.is_rim ? 0.0 : reach, nearest, candidates);
   }
   if (feature.is_disk) {
     choose_steady(candidates, true, false, false, normal, tolerance, contact);

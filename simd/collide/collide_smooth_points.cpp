@@ -313,8 +313,7 @@ void find_points(const Core& a, const Core& b, const Gap& gap, double reach, con
   }
   put_deepest(clip, gap, tolerance);
   const bool is_rim = feature[0].is_rim || feature[1].is_rim;
-  drop_far(motion, gap.normal, clip.view.tangents, is_rim ? deepest + tolerance : reach, deepest + tolerance,
-           candidates);
+  drop_far(motion, gap.normal, clip.view.tangents, is_rim ? 0.0 : reach, deepest + tolerance, candidates);
   const bool on_triangle = b.kind == CoreKind::triangle;
   if (on_triangle || feature[0].is_disk || feature[1].is_disk) {
     choose_steady(candidates, feature[0].is_disk, feature[1].is_disk, on_triangle, gap.normal, tolerance,

@@ -1,7 +1,7 @@
 // The kernel of smooth shapes against brute force: the largest gap along any direction.
 #include <tests/simd/collide/smooth_fixture.h>
 
-namespace scree::collide_tests {
+namespace scree::collide_tests::smooth {
 namespace {
 
 struct Kinds {
@@ -65,4 +65,4 @@ INSTANTIATE_TEST_SUITE_P(Kinds, SmoothOracle, testing::ValuesIn(all_kinds()), []
 });
 
 }  // namespace
-}  // namespace scree::collide_tests
+}  // namespace scree::collide_tests::smooth

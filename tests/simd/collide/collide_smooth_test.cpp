@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace scree::collide_tests {
+namespace scree::collide_tests::smooth {
 namespace {
 
 constexpr double kPi = 3.14159265358979;
@@ -386,4 +386,4 @@ TEST(CollideSmooth, DeepContactsDoNotFlicker) {
 }
 
 }  // namespace
-}  // namespace scree::collide_tests
+}  // namespace scree::collide_tests::smooth

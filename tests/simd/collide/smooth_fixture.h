@@ -9,7 +9,7 @@
 #include <memory>
 #include <optional>
 
-namespace scree::collide_tests {
+namespace scree::collide_tests::smooth {
 
 using Eigen::Vector3d;
 
@@ -268,4 +268,4 @@ inline Vector3d normal_of(const Manifold& manifold) {
   return {manifold.normal[0], manifold.normal[1], manifold.normal[2]};
 }
 
-}  // namespace scree::collide_tests
+}  // namespace scree::collide_tests::smooth
