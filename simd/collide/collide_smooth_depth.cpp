@@ -19,7 +19,7 @@ namespace scree::simd::SCREE_SIMD_NAMESPACE {
 namespace {
 
 // The shares of the shapes' sizes by which the depth may be off, at the end and before it is refined.
-constexpr double kEnough = 1e-7, kRoughly = 1e-4;
+constexpr double kEnough = 1e-7, kRoughly = 1e-3;
 constexpr int kMostRefinements = 12;
 // How far a core is moved beyond the other one, as shares of the thinner one's half thickness and of the
 // depth; and of their sizes, for the sake of rounding.
