@@ -7,7 +7,7 @@
 
 #include <vector>
 
-namespace scree::determinism {
+namespace scree::determinism::smooth {
 namespace {
 
 constexpr int kSteps = 150;
@@ -92,4 +92,4 @@ TEST_F(SmoothShapes, AWorldThatGoesBackRepeatsItself) {
 }
 
 }  // namespace
-}  // namespace scree::determinism
+}  // namespace scree::determinism::smooth

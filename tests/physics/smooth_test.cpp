@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace scree::physics {
+namespace scree::physics::smooth {
 namespace {
 
 constexpr double kPi = 3.14159265358979;
@@ -401,4 +401,4 @@ TEST(Smooth, CollidingPairsKeepTheirMomentum) {
 }
 
 }  // namespace
-}  // namespace scree::physics
+}  // namespace scree::physics::smooth

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace scree {
+namespace scree::smooth_shapes {
 namespace {
 
 struct Named {
@@ -95,4 +95,4 @@ TEST(CollideSmoothShapes, MeshesAndHalfSpacesAreCollidedInBothOrders) {
 }
 
 }  // namespace
-}  // namespace scree
+}  // namespace scree::smooth_shapes
