@@ -309,7 +309,7 @@ TEST(Smooth, AHeapComesToRest) {
   };
   double before = energy(), gain = 0.0;
   const double first = before;
-  for (int i = 0; i < 900; ++i) {
+  for (int i = 0; i < 600; ++i) {
     lab.run(1);
     const double now = energy();
     gain = std::max(gain, now - before);
