@@ -29,7 +29,7 @@ struct Twofold {
 };
 
 // A sum of doubles, exact to 2^-280, as a whole number of 512 bits. Terms and sums stay below 2^168: those of
-// the heaviest world, 2^31 shapes of 1e25 kg at 1e5 m, stay below 2^150.
+// the heaviest world, 2^31 shapes of 1e26 kg at 1e5 m, stay below 2^152.
 class ExactSum {
  public:
   void add(double value);

@@ -19,7 +19,8 @@ inline Vec3 tangent_of(Vec3 n) {
 
 inline bool is_finite(Vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-// The angle of (x, y), both at least 0 and not both 0: in [0, pi / 2], within 1e-10. The same bits everywhere.
+// The angle of (x, y), both at least 0 and not both 0: in [0, pi / 2], within 1e-10. The same bits
+// everywhere.
 double arc_of(double y, double x);
 
 }  // namespace scree

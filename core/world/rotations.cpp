@@ -110,7 +110,7 @@ Quat slerp(Quat a, Quat b, float t) {
   const Numbers way{q.x - p.x, q.y - p.y, q.z - p.z, q.w - p.w};
   const Numbers sum{q.x + p.x, q.y + p.y, q.z + p.z, q.w + p.w};
   const double angle = 2.0 * arc_of(std::sqrt(sine_of_half(way) * sine_of_half(way) + way.w * way.w),
-                                      std::sqrt(sine_of_half(sum) * sine_of_half(sum) + sum.w * sum.w));
+                                    std::sqrt(sine_of_half(sum) * sine_of_half(sum) + sum.w * sum.w));
   double from = 1.0 - static_cast<double>(t), to = static_cast<double>(t);
   if (angle > 1e-6) {  // below, the arc is its chord to the last bit
     const double sine = sine_cosine(angle).sine;

@@ -83,7 +83,7 @@ bool meet_cone(double half, double radius, const Line& line, Entry& entry) {
   } else if (!(both.begin > 0.0)) {  // by rounding
     entry.inside = true;
     return true;
-  } else if (slab.begin > tube.begin) {  // through the base, from below
+  } else if (slab.begin > tube.begin && line.translation.y > 0.0) {  // through the base
     entry.fraction = both.begin;
     entry.normal = {0.0, -1.0, 0.0};
     return true;

@@ -51,12 +51,21 @@ World extreme_world(std::uint64_t seed) {
                             .rolling_resistance = draw.one_in(3) ? 0.1f : 0.0f};
     const float size = 0.5f + 0.4f * draw.within(1);
     if (i == 0) world.add_shape(body, HalfSpace{}, material);
-    switch (draw.random.below(3)) {
+    switch (draw.random.below(6)) {
       case 0:
         world.add_shape(body, Sphere{size}, material);
         break;
       case 1:
         world.add_shape(body, Capsule{size, 0.5f * size}, material);
+        break;
+      case 2:
+        world.add_shape(body, Cylinder{size, 0.5f * size}, material);
+        break;
+      case 3:
+        world.add_shape(body, Cone{size, 0.7f}, material);
+        break;
+      case 4:
+        world.add_shape(body, Box{{size, 0.5f * size, 0.4f}, 0.3f}, material);
         break;
       default:
         world.add_shape(body, Box{{size, 0.5f * size, 0.7f}}, material);

@@ -81,15 +81,30 @@ ConvexHull random_convex_hull(Random& random) {
 }  // namespace
 
 Geometry random_geometry(Random& random) {
-  switch (random.below(4)) {
-    case 0: {
+  const std::uint32_t kind = random.below(8);
+  switch (kind) {
+    case 0:
+    case 4: {
       const float x = random.between(0.1f, 0.8f);
       const float y = random.between(0.1f, 0.8f);
       const float z = random.between(0.1f, 0.8f);
-      return Box{{x, y, z}};
+      return Box{{x, y, z}, kind == 4 ? random.between(0.01f, 0.3f) : 0.0f};
     }
     case 2:
       return random_convex_hull(random);
+    case 5: {
+      ConvexHull convex = random_convex_hull(random);
+      convex.rounding = once_in(random, 2) ? 0.125f : 0.25f;  // few, so that shapes share slots
+      return convex;
+    }
+    case 6: {
+      const float half_height = random.between(0.05f, 0.8f);
+      return Cylinder{half_height, random.between(0.1f, 0.6f)};
+    }
+    case 7: {
+      const float half_height = random.between(0.05f, 0.8f);
+      return Cone{half_height, random.between(0.1f, 0.6f)};
+    }
     case 1:
       return Sphere{random.between(0.1f, 0.7f)};
     default: {

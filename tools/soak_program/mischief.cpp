@@ -55,7 +55,7 @@ Vec3 Mischief::random_vector(float reach) {
 }
 
 Geometry Mischief::random_geometry() {
-  switch (random_.below(4)) {
+  switch (random_.below(8)) {
     case 0:
       return Sphere{random_.between(0.05f, 0.6f)};
     case 1: {
@@ -66,6 +66,22 @@ Geometry Mischief::random_geometry() {
       const float x = random_.between(0.03f, 0.8f), y = random_.between(0.03f, 0.8f);
       return Box{{x, y, random_.between(0.03f, 0.8f)}};
     }
+    case 3: {
+      const float x = random_.between(0.03f, 0.6f), y = random_.between(0.03f, 0.6f);
+      const float z = random_.between(0.03f, 0.6f);
+      return Box{{x, y, z}, random_.between(0.01f, 0.2f)};
+    }
+    case 4: {
+      const float half_height = random_.between(0.03f, 0.8f);
+      return Cylinder{half_height, random_.between(0.05f, 0.6f)};
+    }
+    case 5: {
+      const float half_height = random_.between(0.03f, 0.8f);
+      return Cone{half_height, random_.between(0.05f, 0.6f)};
+    }
+    case 6:
+      return ConvexHull{
+          hulls()[random_.below(static_cast<std::uint32_t>(hulls().size()))], {1.0f, 1.0f, 1.0f}, 0.125f};
     default: {
       const float scale = random_.between(0.5f, 2.0f);
       return ConvexHull{hulls()[random_.below(static_cast<std::uint32_t>(hulls().size()))],

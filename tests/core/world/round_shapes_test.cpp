@@ -12,19 +12,19 @@
 namespace scree::test {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNoEnd = std::numeric_limits<float>::infinity();
 
-Hull pyramid() {
+Hull pyramid_hull() {
   const std::vector<Vec3> points{{-1, 0, -1}, {1, 0, -1}, {1, 0, 1}, {-1, 0, 1}, {0, 1.5f, 0}};
   return Hull(points);
 }
 
 std::vector<Geometry> round_shapes() {
   return {Cylinder{0.75f, 0.25f},         Cone{1.25f, 0.5f},
-          Box{{1, 2, 3}, 0.125f},         ConvexHull{pyramid(), {1, 2, 0.5f}, 0.375f},
+          Box{{1, 2, 3}, 0.125f},         ConvexHull{pyramid_hull(), {1, 2, 0.5f}, 0.375f},
           Cylinder{1e-4f, 1e3f},          Cone{1e3f, 1e-4f},
-          Box{{1e-4f, 1e5f, 1e5f}, 1e5f}, ConvexHull{pyramid(), {1, 1, 1}, 1e5f}};
+          Box{{1e-4f, 1e5f, 1e5f}, 1e5f}, ConvexHull{pyramid_hull(), {1, 1, 1}, 1e5f}};
 }
 
 void expect_same(const Geometry& found, const Geometry& given) {
@@ -43,12 +43,12 @@ void expect_same(const Geometry& found, const Geometry& given) {
   }
 }
 
-struct Zoo {
+struct RoundZoo {
   World world;
   std::vector<Geometry> given = round_shapes();
   std::vector<ShapeId> shapes;
 
-  Zoo() {
+  RoundZoo() {
     for (const Geometry& geometry : given) {
       const BodyId body = world.create_body({.position = {static_cast<float>(shapes.size()), 0, 0}});
       shapes.push_back(world.add_shape(body, geometry, {.density = 1e-3f}));
@@ -60,7 +60,7 @@ struct Zoo {
 };
 
 TEST(RoundShapes, ComeBackAsTheyWereGiven) {
-  const Zoo zoo;
+  const RoundZoo zoo;
   zoo.expect_given(zoo.world);
 }
 
@@ -68,7 +68,7 @@ TEST(RoundShapes, WithoutARoundingAreTheSharpOnes) {
   World world;
   const BodyId body = world.create_body({});
   const ShapeId box = world.add_shape(body, Box{{1, 1, 1}, -0.0f});
-  const ShapeId hull = world.add_shape(body, ConvexHull{pyramid(), {1, 1, 1}, 0.0f});
+  const ShapeId hull = world.add_shape(body, ConvexHull{pyramid_hull(), {1, 1, 1}, 0.0f});
   EXPECT_EQ(internals(world).shapes.type[box.index], ShapeType::box);
   EXPECT_EQ(internals(world).shapes.type[hull.index], ShapeType::hull);
   world.set_geometry(box, Box{{1, 1, 1}, 1e-6f});
@@ -79,7 +79,7 @@ TEST(RoundShapes, WithoutARoundingAreTheSharpOnes) {
 }
 
 TEST(RoundShapes, GoThroughSnapshotsAndClones) {
-  Zoo zoo;
+  RoundZoo zoo;
   zoo.expect_given(clone(zoo.world));
   Snapshot snapshot;
   save(zoo.world, snapshot);
@@ -99,8 +99,8 @@ TEST(RoundShapes, GoThroughSnapshotsAndClones) {
 }
 
 TEST(RoundShapes, ThatAreDamagedInASnapshotAreRefused) {
-  const auto refused = [](const std::function<void(WorldData&, const Zoo&)>& damage) {
-    Zoo zoo;
+  const auto refused = [](const std::function<void(WorldData&, const RoundZoo&)>& damage) {
+    RoundZoo zoo;
     damage(internals(zoo.world), zoo);
     Snapshot snapshot;
     save(zoo.world, snapshot);
@@ -112,14 +112,14 @@ TEST(RoundShapes, ThatAreDamagedInASnapshotAreRefused) {
     return std::string("not refused");
   };
   const auto extent = [&](std::size_t shape, auto change) {
-    const std::string error = refused([&](WorldData& data, const Zoo& zoo) {
+    const std::string error = refused([&](WorldData& data, const RoundZoo& zoo) {
       change(data.shapes.extent[zoo.shapes[shape].index]);
       data.shapes.marks.mark(static_cast<std::int32_t>(zoo.shapes[shape].index));
     });
     EXPECT_NE(error.find("shapes.extent"), std::string::npos) << error;
   };
-  EXPECT_EQ(refused([](WorldData&, const Zoo&) {}), "not refused");
-  for (const float bad : {kNan, kInf, 0.0f, -1.0f, 2e5f}) {
+  EXPECT_EQ(refused([](WorldData&, const RoundZoo&) {}), "not refused");
+  for (const float bad : {kNoNumber, kNoEnd, 0.0f, -1.0f, 2e5f}) {
     for (const std::size_t shape : {std::size_t{0}, std::size_t{1}}) {
       extent(shape, [bad](ExtentRow& row) { row.half[0] = row.half[2] = bad; });
       extent(shape, [bad](ExtentRow& row) { row.half[1] = bad; });
@@ -132,7 +132,7 @@ TEST(RoundShapes, ThatAreDamagedInASnapshotAreRefused) {
   extent(3, [](ExtentRow& row) { row.half[0] *= 0.5f; });
   extent(3, [](ExtentRow& row) { row.radius *= 0.5f; });
   const auto type = [&](std::size_t shape, ShapeType other) {
-    return refused([&](WorldData& data, const Zoo& zoo) {
+    return refused([&](WorldData& data, const RoundZoo& zoo) {
       data.shapes.type[zoo.shapes[shape].index] = other;
       data.shapes.marks.mark(static_cast<std::int32_t>(zoo.shapes[shape].index));
     });
@@ -151,18 +151,19 @@ TEST(RoundShapes, OutOfRangeAreRefusedWithValueAndLimit) {
     EXPECT_EQ(error_of([&] { world.set_geometry(shape, geometry); }), "World::set_geometry: " + message);
     EXPECT_EQ(world.shape_count(), 1u);
   };
-  const std::string extents = ", must lie in [0.0001, 100000]", roundings = ", must lie in [0, 100000]";
+  const std::string extents = ", must lie in [9.99999975e-05, 100000]",
+                    roundings = ", must lie in [0, 100000]";
   refuse(Cylinder{0.0f, 1.0f}, "cylinder half_height is 0" + extents);
   refuse(Cylinder{1.0f, -1.0f}, "cylinder radius is -1" + extents);
-  refuse(Cylinder{1.0f, kNan}, "cylinder radius is nan" + extents);
-  refuse(Cone{kInf, 1.0f}, "cone half_height is inf" + extents);
+  refuse(Cylinder{1.0f, kNoNumber}, "cylinder radius is nan" + extents);
+  refuse(Cone{kNoEnd, 1.0f}, "cone half_height is inf" + extents);
   refuse(Cone{1.0f, 0.0f}, "cone radius is 0" + extents);
   refuse(Cone{1.0f, 2e5f}, "cone radius is 200000" + extents);
   refuse(Box{{1, 1, 1}, -0.5f}, "box rounding is -0.5" + roundings);
-  refuse(Box{{1, 1, 1}, kNan}, "box rounding is nan" + roundings);
+  refuse(Box{{1, 1, 1}, kNoNumber}, "box rounding is nan" + roundings);
   refuse(Box{{0, 1, 1}, 0.5f}, "box half_extents.x is 0" + extents);
-  refuse(ConvexHull{pyramid(), {1, 1, 1}, -1e-9f}, "hull rounding is -9.99999972e-10" + roundings);
-  refuse(ConvexHull{pyramid(), {1, 1, 1}, kInf}, "hull rounding is inf" + roundings);
+  refuse(ConvexHull{pyramid_hull(), {1, 1, 1}, -1e-9f}, "hull rounding is -9.99999972e-10" + roundings);
+  refuse(ConvexHull{pyramid_hull(), {1, 1, 1}, kNoEnd}, "hull rounding is inf" + roundings);
 }
 
 }  // namespace

@@ -12,6 +12,13 @@ namespace {
 using queries::Gap;
 
 // What queries find, in double precision.
+double distance_in_world(const WorldData& data, std::int32_t shape, Vec3 point) {
+  queries::Solid asking;
+  asking.position = queries::to_vector(point);
+  return queries::gap_between(asking, queries::solid_of(data, shape)).distance;
+}
+
+// In the shape's frame.
 double true_distance(const WorldData& data, std::int32_t shape, Vec3 point) {
   queries::Solid other = queries::solid_of(data, shape), asking;
   other.position = {};
@@ -39,7 +46,8 @@ TEST(SweepConvex, DistancesAreTrueOrLowerBounds) {
   Dice dice(51);
   for (std::uint32_t kind = 0; kind < 8; ++kind) {
     for (int round = 0; round < 25; ++round) {
-      const float size = round % 3 == 0 ? 0.01f : round % 3 == 1 ? 1.0f : 100.0f;
+      const bool is_needle = kind % 4 == 3;  // perhaps, and thinner than hulls may be if it is small
+      const float size = round % 3 == 0 ? (is_needle ? 0.5f : 0.01f) : round % 3 == 1 ? 1.0f : 100.0f;
       const Obstacle obstacle(dice.geometry(size, kind));
       const bool is_hull = has_hull(obstacle.data().shapes.type[obstacle.shape]);
       const float outer = sweeps::outer_radius_of(obstacle.data(), obstacle.shape);
@@ -110,8 +118,8 @@ TEST(SweepConvex, AFastBallStopsAtTheSurfaceOfEveryShape) {
       world.add_shape(ball, Sphere{0.05f});
       step(world, 1.0f / 60.0f, workers);
       EXPECT_EQ(world.stats().sweep_hits, 1) << kind;
-      const double gap = true_distance(internals(world), static_cast<std::int32_t>(obstacle.index),
-                                       world.pose(ball).position);
+      const double gap = distance_in_world(internals(world), static_cast<std::int32_t>(obstacle.index),
+                                           world.pose(ball).position);
       EXPECT_GT(gap, 0.049) << kind;
       // At sharp corners of hulls the bound is not the distance.
       if (kind != 3) {
@@ -127,16 +135,16 @@ TEST(SweepConvex, FastShapesOfEveryKindStopAtAThinWall) {
     for (int shot = 0; shot < 20; ++shot) {
       World world({.gravity = {}});
       Workers workers(1);
-      world.add_shape(world.create_body({.type = BodyType::fixed, .position = {10, 0, 0}}),
+      world.add_shape(world.create_body({.type = BodyType::fixed, .position = {5, 0, 0}}),
                       Box{{0.005f, 50, 50}});
-      const BodyId bullet = world.create_body({.position = {0, shot % 5 * 1.0f, 0},
+      const BodyId bullet = world.create_body({.position = {0, static_cast<float>(shot % 5), 0},
                                                .rotation = dice.rotation(),
-                                               .linear_velocity = {1000, 0, 0},
+                                               .linear_velocity = {400, 0, 0},
                                                .angular_velocity = dice.within({20, 20, 20})});
       world.add_shape(bullet, dice.geometry(0.2f, kind));
       step(world, 1.0f / 60.0f, workers);
       EXPECT_EQ(world.stats().sweep_hits, 1) << kind;
-      EXPECT_LT(world.center_of_mass(bullet).x, 10.0f) << kind;
+      EXPECT_LT(world.center_of_mass(bullet).x, 5.0f) << kind;
     }
   }
 }

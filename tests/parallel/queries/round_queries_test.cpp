@@ -16,8 +16,8 @@ using testing::RayAnswer;
 using testing::to_point;
 
 // One shape in a world of its own.
-struct Lone {
-  explicit Lone(const Geometry& geometry, const Pose& pose = {}) {
+struct LoneShape {
+  explicit LoneShape(const Geometry& geometry, const Pose& pose = {}) {
     body = world.create_body({.type = BodyType::fixed, .position = pose.position, .rotation = pose.rotation});
     shape = world.add_shape(body, geometry);
   }
@@ -29,14 +29,14 @@ struct Lone {
   ShapeId shape;
 };
 
-Hull cube(float half) {
+Hull cube_hull(float half) {
   std::vector<Vec3> points;
   for (int i = 0; i < 8; ++i)
     points.push_back({(i & 1) != 0 ? half : -half, (i & 2) != 0 ? half : -half, (i & 4) != 0 ? half : -half});
   return Hull(points);
 }
 
-void expect_hit(const std::optional<CastHit>& hit, float distance, Vec3 normal) {
+void expect_entry(const std::optional<CastHit>& hit, float distance, Vec3 normal) {
   ASSERT_TRUE(hit);
   EXPECT_FALSE(hit->starts_inside);
   EXPECT_NEAR(hit->distance, distance, 2e-6f * (1.0f + distance));
@@ -44,13 +44,13 @@ void expect_hit(const std::optional<CastHit>& hit, float distance, Vec3 normal) 
 }
 
 TEST(RoundQueries, RaysMeetACylindersEndsAndSide) {
-  const Lone lone(Cylinder{2.0f, 0.5f});
-  expect_hit(lone.cast({0.3f, 10, 0.2f}, {0, -20, 0}), 8, {0, 1, 0});
-  expect_hit(lone.cast({0.3f, -10, 0.2f}, {0, 20, 0}), 8, {0, -1, 0});
-  expect_hit(lone.cast({5, 1.9f, 0}, {-9, 0, 0}), 4.5f, {1, 0, 0});
-  expect_hit(lone.cast({-0.3f, 0, -5}, {0, 0, 20}), 4.6f, {-0.6f, 0, -0.8f});
-  expect_hit(lone.cast({3, 4, 0}, {-6, -6, 0}), std::sqrt(2.0f) * 2.5f, {1, 0, 0});
-  expect_hit(lone.cast({2.3f, 4, 0}, {-6, -6, 0}), std::sqrt(2.0f) * 2.0f, {0, 1, 0});
+  const LoneShape lone(Cylinder{2.0f, 0.5f});
+  expect_entry(lone.cast({0.3f, 10, 0.2f}, {0, -20, 0}), 8, {0, 1, 0});
+  expect_entry(lone.cast({0.3f, -10, 0.2f}, {0, 20, 0}), 8, {0, -1, 0});
+  expect_entry(lone.cast({5, 1.9f, 0}, {-9, 0, 0}), 4.5f, {1, 0, 0});
+  expect_entry(lone.cast({-0.3f, 0, -5}, {0, 0, 20}), 4.6f, {-0.6f, 0, -0.8f});
+  expect_entry(lone.cast({3, 4, 0}, {-6, -6, 0}), std::sqrt(2.0f) * 2.5f, {1, 0, 0});
+  expect_entry(lone.cast({2.3f, 4, 0}, {-6, -6, 0}), std::sqrt(2.0f) * 2.0f, {0, 1, 0});
   EXPECT_EQ(lone.cast({0, 10, 0}, {0, -20, 0})->face, -1);
   EXPECT_FALSE(lone.cast({0.51f, 10, 0}, {0, -20, 0}));
   EXPECT_FALSE(lone.cast({0.4f, 10, 0.4f}, {0, -20, 0}));  // within the box around it
@@ -66,12 +66,12 @@ TEST(RoundQueries, RaysMeetACylindersEndsAndSide) {
 
 TEST(RoundQueries, RaysMeetAConesBaseAndSide) {
   // Its side falls 4 m over 3 m.
-  const Lone lone(Cone{2.0f, 3.0f});
-  expect_hit(lone.cast({1, -10, 1}, {0, 20, 0}), 8, {0, -1, 0});
-  expect_hit(lone.cast({10, 0, 0}, {-20, 0, 0}), 8.5f, {0.8f, 0.6f, 0});
-  expect_hit(lone.cast({0, 0, -10}, {0, 0, 20}), 8.5f, {0, 0.6f, -0.8f});
-  expect_hit(lone.cast({1.5f, 10, 0}, {0, -20, 0}), 10, {0.8f, 0.6f, 0});
-  expect_hit(lone.cast({0, 10, 0}, {0, -20, 0}), 8, {0, 1, 0});
+  const LoneShape lone(Cone{2.0f, 3.0f});
+  expect_entry(lone.cast({1, -10, 1}, {0, 20, 0}), 8, {0, -1, 0});
+  expect_entry(lone.cast({10, 0, 0}, {-20, 0, 0}), 8.5f, {0.8f, 0.6f, 0});
+  expect_entry(lone.cast({0, 0, -10}, {0, 0, 20}), 8.5f, {0, 0.6f, -0.8f});
+  expect_entry(lone.cast({1.5f, 10, 0}, {0, -20, 0}), 10, {0.8f, 0.6f, 0});
+  expect_entry(lone.cast({0, 10, 0}, {0, -20, 0}), 8, {0, 1, 0});
   EXPECT_FALSE(lone.cast({3.01f, 10, 0}, {0, -20, 0}));
   EXPECT_FALSE(lone.cast({1, 2.5f, 0}, {-20, 0, 0}));
   EXPECT_FALSE(lone.cast({10, 1, 1.0f}, {-20, 0, 0}));  // beside it: at this height its radius is 0.75
@@ -84,21 +84,21 @@ TEST(RoundQueries, RaysMeetAConesBaseAndSide) {
 
 TEST(RoundQueries, RaysMeetARoundedBoxsFacesEdgesAndCorners) {
   for (const Geometry& geometry :
-       {Geometry{Box{{1, 1, 1}, 0.5f}}, Geometry{ConvexHull{cube(1.0f), {1, 1, 1}, 0.5f}}}) {
-    const Lone lone(geometry);
-    expect_hit(lone.cast({0.9f, 10, -0.9f}, {0, -20, 0}), 8.5f, {0, 1, 0});
-    expect_hit(lone.cast({1.3f, 10, 0}, {0, -20, 0}), 8.6f, {0.6f, 0.8f, 0});
-    expect_hit(lone.cast({0, -1.3f, 10}, {0, 0, -20}), 8.6f, {0, -0.6f, 0.8f});
+       {Geometry{Box{{1, 1, 1}, 0.5f}}, Geometry{ConvexHull{cube_hull(1.0f), {1, 1, 1}, 0.5f}}}) {
+    const LoneShape lone(geometry);
+    expect_entry(lone.cast({0.9f, 10, -0.9f}, {0, -20, 0}), 8.5f, {0, 1, 0});
+    expect_entry(lone.cast({1.3f, 10, 0}, {0, -20, 0}), 8.6f, {0.6f, 0.8f, 0});
+    expect_entry(lone.cast({0, -1.3f, 10}, {0, 0, -20}), 8.6f, {0, -0.6f, 0.8f});
     const float third = std::sqrt(1.0f / 3.0f);
-    expect_hit(lone.cast({11, 11, 11}, {-20, -20, -20}), (10.0f - 0.5f * third) / third,
-               {third, third, third});
+    expect_entry(lone.cast({11, 11, 11}, {-20, -20, -20}), (10.0f - 0.5f * third) / third,
+                 {third, third, third});
     EXPECT_FALSE(lone.cast({1.4f, 10, 1.4f}, {0, -20, 0}));  // past the corner
     EXPECT_FALSE(lone.cast({1.45f, 1.45f, 10}, {0, 0, -20}));
     EXPECT_TRUE(lone.cast({1.3f, 1.3f, 0}, {})->starts_inside);
     EXPECT_FALSE(lone.cast({1.4f, 1.4f, 0}, {}));
   }
-  EXPECT_EQ(Lone(Box{{1, 1, 1}, 0.5f}).cast({0, 10, 0}, {0, -20, 0})->face, 3);
-  EXPECT_EQ(Lone(Box{{1, 1, 1}, 0.5f}).cast({1.2f, 10, 0}, {0, -20, 0})->face, -1);
+  EXPECT_EQ(LoneShape(Box{{1, 1, 1}, 0.5f}).cast({0, 10, 0}, {0, -20, 0})->face, 3);
+  EXPECT_EQ(LoneShape(Box{{1, 1, 1}, 0.5f}).cast({1.2f, 10, 0}, {0, -20, 0})->face, -1);
 }
 
 // From up to 1e6 m away, onto shapes of all proportions, aimed at their middle.
@@ -110,9 +110,9 @@ TEST(RoundQueries, RaysKeepTheirPrecisionForSlenderFlatTinyAndHugeShapes) {
         Geometry{Cone{1e3f, 1e-4f}}, Geometry{Cylinder{1e-4f, 1e-4f}}, Geometry{Cone{1e-4f, 1e-4f}},
         Geometry{Cylinder{1e5f, 1e5f}}, Geometry{Cone{1e5f, 1e5f}},
         Geometry{Box{{1e-4f, 1e-4f, 1e-4f}, 1e-4f}}, Geometry{Box{{1e5f, 1e-4f, 1.0f}, 1e-3f}},
-        Geometry{ConvexHull{cube(0.5f), {1, 1, 1}, 1e-4f}},
-        Geometry{ConvexHull{cube(0.5f), {1, 1, 1}, 1e5f}}}) {
-    const Lone lone(geometry);
+        Geometry{ConvexHull{cube_hull(0.5f), {1, 1, 1}, 1e-4f}},
+        Geometry{ConvexHull{cube_hull(0.5f), {1, 1, 1}, 1e5f}}}) {
+    const LoneShape lone(geometry);
     const Placed placed = testing::placed_of(lone.world, lone.shape);
     for (const float far : {1.0f, 1e3f, 1e6f}) {
       for (int i = 0; i < 40; ++i) {
@@ -138,43 +138,43 @@ TEST(RoundQueries, RaysKeepTheirPrecisionForSlenderFlatTinyAndHugeShapes) {
 }
 
 TEST(RoundQueries, PointsAreAsFarAsGeometrySays) {
-  const auto distance = [](const Lone& lone, Vec3 point) {
+  const auto distance = [](const LoneShape& lone, Vec3 point) {
     return closest_to_point(lone.world, point, 1e3f)->distance;
   };
-  const Lone cylinder(Cylinder{2.0f, 0.5f});
+  const LoneShape cylinder(Cylinder{2.0f, 0.5f});
   EXPECT_FLOAT_EQ(distance(cylinder, {0.3f, 5, 0.3f}), 3.0f);
   EXPECT_FLOAT_EQ(distance(cylinder, {3, 1, 4}), 4.5f);
   EXPECT_FLOAT_EQ(distance(cylinder, {3.5f, 6, 0}), 5.0f);
   EXPECT_EQ(distance(cylinder, {0.3f, 1.9f, 0.3f}), 0.0f);
-  EXPECT_EQ(overlap_point(cylinder.world, {0.3f, 2, 0.4f}).size(), 1u);
+  EXPECT_EQ(overlap_point(cylinder.world, {0.5f, 2, 0}).size(), 1u);
   EXPECT_EQ(overlap_point(cylinder.world, {0.4f, 2, 0.4f}).size(), 0u);
-  const Lone cone(Cone{2.0f, 3.0f});
+  const LoneShape cone(Cone{2.0f, 3.0f});
   EXPECT_FLOAT_EQ(distance(cone, {0, 5, 0}), 3.0f);
   EXPECT_FLOAT_EQ(distance(cone, {1, -6, 1}), 4.0f);
   EXPECT_FLOAT_EQ(distance(cone, {6, -6, 0}), 5.0f);
   EXPECT_FLOAT_EQ(distance(cone, {1.5f + 0.8f, 0.6f, 0}), 1.0f);
   EXPECT_EQ(distance(cone, {0, 0, 1.49f}), 0.0f);
-  const Lone box(Box{{1, 1, 1}, 0.5f});
+  const LoneShape box(Box{{1, 1, 1}, 0.5f});
   EXPECT_FLOAT_EQ(distance(box, {4, 0, 0}), 2.5f);
   EXPECT_FLOAT_EQ(distance(box, {4, 5, 1}), 4.5f);
   EXPECT_FLOAT_EQ(distance(box, {3, 3, 2}), 2.5f);
 }
 
 TEST(RoundQueries, CastsMeetDisksFlatAndOnTheirRims) {
-  const Lone lone(Cylinder{1.0f, 2.0f});
+  const LoneShape lone(Cylinder{1.0f, 2.0f});
   const auto cast = [&](const Geometry& geometry, const Pose& pose, Vec3 way) {
     return cast_shape(lone.world, {geometry, pose, way});
   };
-  expect_hit(cast(Cylinder{0.5f, 1.0f}, {{1, 10, 0}, {}}, {0, -20, 0}), 8.5f, {0, 1, 0});
-  expect_hit(cast(Cone{0.5f, 1.0f}, {{1, 10, 0}, {}}, {0, -20, 0}), 8.5f, {0, 1, 0});
-  expect_hit(cast(Cone{0.5f, 1.0f}, {{1, 10, 0}, from_axis_angle({1, 0, 0}, 3.14159265f)}, {0, -20, 0}), 8.5f,
-             {0, 1, 0});
-  expect_hit(cast(Cylinder{0.5f, 1.0f}, {{-10, 0, 0}, {}}, {20, 0, 0}), 7.0f, {-1, 0, 0});
-  expect_hit(cast(Box{{1, 1, 1}, 0.25f}, {{-10, 0.5f, 0}, {}}, {20, 0, 0}), 6.75f, {-1, 0, 0});
+  expect_entry(cast(Cylinder{0.5f, 1.0f}, {{1, 10, 0}, {}}, {0, -20, 0}), 8.5f, {0, 1, 0});
+  expect_entry(cast(Cone{0.5f, 1.0f}, {{1, 10, 0}, {}}, {0, -20, 0}), 8.5f, {0, 1, 0});
+  expect_entry(cast(Cone{0.5f, 1.0f}, {{1, 10, 0}, from_axis_angle({1, 0, 0}, 3.14159265f)}, {0, -20, 0}),
+               8.5f, {0, 1, 0});
+  expect_entry(cast(Cylinder{0.5f, 1.0f}, {{-10, 0, 0}, {}}, {20, 0, 0}), 7.0f, {-1, 0, 0});
+  expect_entry(cast(Box{{1, 1, 1}, 0.25f}, {{-10, 0.5f, 0}, {}}, {20, 0, 0}), 6.75f, {-1, 0, 0});
   // On its edge, standing on end.
   const float root = std::sqrt(0.5f);
-  expect_hit(cast(Cylinder{0.5f, 0.5f}, {{0, 10, 0}, from_axis_angle({0, 0, 1}, 0.78539816f)}, {0, -20, 0}),
-             9.0f - root, {0, 1, 0});
+  expect_entry(cast(Cylinder{0.5f, 0.5f}, {{0, 10, 0}, from_axis_angle({0, 0, 1}, 0.78539816f)}, {0, -20, 0}),
+               9.0f - root, {0, 1, 0});
   EXPECT_FALSE(cast(Cylinder{0.5f, 1.0f}, {{3.01f, 10, 0}, {}}, {0, -20, 0}));
   EXPECT_FALSE(cast(Cylinder{0.5f, 1.0f}, {{2.2f, 10, 2.2f}, {}}, {0, -20, 0}));
   EXPECT_TRUE(cast(Cylinder{0.5f, 1.0f}, {{2.1f, 10, 2.1f}, {}}, {0, -20, 0}));
@@ -186,7 +186,7 @@ TEST(RoundQueries, MeshesAreMetWhereTheirBoxIs) {
                                   {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
   const std::vector<MeshTriangle> triangles{{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}, {0, 1, 5}, {0, 5, 4},
                                             {3, 7, 6}, {3, 6, 2}, {0, 4, 7}, {0, 7, 3}, {1, 2, 6}, {1, 6, 5}};
-  const Lone box(Box{{1, 1, 1}}), mesh(TriangleMesh(corners, triangles));
+  const LoneShape box(Box{{1, 1, 1}}), mesh(TriangleMesh(corners, triangles));
   Dice dice(62);
   int met = 0, apart = 0;
   for (int i = 0; i < 400; ++i) {
@@ -213,7 +213,7 @@ TEST(RoundQueries, MeshesAreMetWhereTheirBoxIs) {
 TEST(RoundQueries, SensorsSeeAndAreSeenByRoundShapes) {
   for (const Geometry& geometry :
        {Geometry{Cylinder{0.5f, 0.5f}}, Geometry{Cone{0.5f, 0.5f}}, Geometry{Box{{0.4f, 0.4f, 0.4f}, 0.1f}},
-        Geometry{ConvexHull{cube(0.4f), {1, 1, 1}, 0.1f}}}) {
+        Geometry{ConvexHull{cube_hull(0.4f), {1, 1, 1}, 0.1f}}}) {
     for (const bool is_sensor : {true, false}) {
       World world({.gravity = {}});
       Workers workers(1);

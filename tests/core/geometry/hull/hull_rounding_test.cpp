@@ -1,29 +1,13 @@
 // Mass properties of rounded hulls: against closed forms, Steiner's formula and sums over a fine grid.
-#include <core/world/edit.h>
-#include <core/world/mass.h>
 #include <scree/snapshot.h>
-#include <tests/core/geometry/hull/hull_clouds.h>
+#include <tests/core/geometry/hull/hull_masses.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <vector>
 
 namespace scree::test {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
-
-MassSum sum_of(const Geometry& geometry, double density = 1.0, const Pose& pose = {}) {
-  return part_of(geometry, density, pose);
-}
-
-void expect_near(const MassSum& found, const MassSum& expected, double relative) {
-  EXPECT_NEAR(found.mass, expected.mass, relative * expected.mass);
-  const double trace = expected.inertia.m[0] + expected.inertia.m[3] + expected.inertia.m[5];
-  const double size = std::sqrt(trace / expected.mass);
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(found.center[i], expected.center[i], relative * size) << i;
-  for (int i = 0; i < 6; ++i) EXPECT_NEAR(found.inertia.m[i], expected.inertia.m[i], relative * trace) << i;
-}
 
 TEST(HullRounding, ARoundedBoxOfPointsWeighsWhatARoundedBoxWeighs) {
   for (const Vec3& half : {Vec3{0.5f, 1.0f, 1.5f}, Vec3{0.1f, 0.2f, 0.3f}, Vec3{10.0f, 0.01f, 1.0f}}) {
