@@ -8,8 +8,8 @@
 //
 //   find_gap     distance and normal: collide_smooth_distance.cpp, or, where cores overlap,
 //                collide_smooth_depth.cpp
-//   find_points  contact points: features of both along the normal, clipped against each other
-//   find_round   how the surfaces at the points roll
+//   find_points  contact points: features of both along the normal, clipped against each other, and how the
+//                surfaces roll there
 #pragma once
 
 #include <core/plain/hull.h>
