@@ -19,11 +19,12 @@ inline constexpr int kMaxManifoldPoints = 4;
 // t1 + point_v t2 (+ an offset along the normal that does not matter), C the friction center: the average of
 // the points, weighted by closeness, continuous in separation. t1 = tangent_of(normal), t2 = normal x t1.
 // Points that do not exist have separation kAbsentSeparation, u = v = 0 and no impulse; but where a sphere or
-// a capsule touches, which has two points at most, point_v[kTwistArm] is the mean arm at which friction acts
-// against spin about the normal in the patch around a point, in meters. There point_u[kCoreA] and
-// point_u[kCoreB] are distances from C, against the normal and along it, to what turns with A and B: the core
-// of a round shape (a sphere's center, a capsule's axis), the surface of any other. The surface of a round
-// shape lies a radius from its core along the normal, however the body turns.
+// a capsule touches, which has two points at most, or a smooth shape does with as few, point_v[kTwistArm] is
+// the mean arm at which friction acts against spin about the normal in the patch around a point, in meters.
+// There point_u[kCoreA] and point_u[kCoreB] are distances from C, against the normal and along it, to what
+// turns with A and B: the core of a round shape (a sphere's center, the axis of a capsule or of a lying
+// cylinder), the surface of any other. The surface of a round shape lies a radius from its core along the
+// normal, however the body turns.
 struct alignas(64) Manifold {
   float normal[3];
   float friction;

@@ -25,8 +25,23 @@ using simd::CollideItem;
 
 bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
 
+static_assert(static_cast<int>(ShapeType::hull) == simd::kSolidHull);
+static_assert(static_cast<int>(ShapeType::rounded_box) == simd::kSolidRoundedBox);
+static_assert(static_cast<int>(ShapeType::cone) == simd::kSolidCone);
+static_assert(sizeof(ShapeType) == sizeof(std::uint8_t));
+
 // Of a pair of which one shape is smooth, and the other one any.
-std::uint8_t smooth_kind(ShapeType, ShapeType) { return kNever; }
+std::uint8_t smooth_kind(ShapeType a, ShapeType b) {
+  if (a == ShapeType::mesh || b == ShapeType::mesh) return kMeshPair;
+  const bool has_plane = a == ShapeType::half_space || b == ShapeType::half_space;
+  return has_plane ? simd::kSmoothHalfSpace : simd::kSmooth;
+}
+
+// The first shape of a pair has the lower rank: convex shapes come before what has no end or no inside.
+int rank_of(ShapeType type) {
+  const bool is_convex = type != ShapeType::mesh && type != ShapeType::half_space;
+  return static_cast<int>(type) + (is_convex ? 0 : kShapeTypeCount);
+}
 
 // The types of convex shapes in any order, or a convex shape and a half-space.
 simd::CollideType collide_type(ShapeType a, ShapeType b) {
@@ -173,6 +188,7 @@ simd::CollideKernels::Recycle recycle_of(const simd::CollideKernels& kernels, st
       return kernels.recycle_boxes;
     case simd::kBoxHull:
     case simd::kHullHull:
+    case simd::kSmooth:
       return kernels.recycle_hulls;
     case simd::kCapsuleCapsule:
     case simd::kCapsuleBox:
@@ -344,7 +360,7 @@ CollideItem make_item(const WorldData& data, std::int32_t place) {
   CollideItem item{};
   item.shape_1 = pair.a;
   item.shape_2 = pair.b;
-  if (data.shapes.type[pair.a] > data.shapes.type[pair.b]) {
+  if (rank_of(data.shapes.type[pair.a]) > rank_of(data.shapes.type[pair.b])) {
     std::swap(item.shape_1, item.shape_2);
   }
   item.body_1 = data.shapes.body[item.shape_1];
@@ -373,6 +389,7 @@ simd::CollideColumns collide_columns(WorldData& data) {
       .hulls = data.hulls.data.data(),
       .shape_mesh = data.shapes.mesh.data(),
       .meshes = data.meshes.data.data(),
+      .shape_type = reinterpret_cast<const std::uint8_t*>(data.shapes.type.data()),
       .body_pose = data.bodies.pose.data(),
       .body_velocity = data.bodies.velocity.data(),
       .dt = data.last_dt,

@@ -37,7 +37,8 @@ PairRange pairs_of(const NarrowPhase& phase, int chunk) {
 }
 
 simd::MeshFirstType first_type_of(const WorldData& data, const CollideItem& item) {
-  return static_cast<simd::MeshFirstType>(data.shapes.type[item.shape_1]);
+  const ShapeType type = data.shapes.type[item.shape_1];
+  return is_smooth(type) ? simd::kMeshSmooth : static_cast<simd::MeshFirstType>(type);
 }
 
 float spread_of(const ExtentRow& extent) {
@@ -99,7 +100,7 @@ void match_contacts(const WorldData& data, ContactRows& now, std::int32_t contac
 // if the pair has no contacts, too many of them, or such as are never recycled.
 int list_contacts_of(const ContactRows& now, const CollideItem& item, simd::MeshFirstType type, int count,
                      std::array<CollideItem, simd::kCollideChunk>& items) {
-  if (type == simd::kMeshSphere) return count;
+  if (type == simd::kMeshSphere || type == simd::kMeshSmooth) return count;
   int end = count;
   for (std::int32_t contact = item.row; contact >= 0; contact = next_contact(now, contact)) {
     if (end == simd::kCollideChunk) return count;
@@ -192,8 +193,9 @@ struct StoreQueue {
   }
 };
 
-// 0: spheres, 1: capsules, 2: boxes and hulls.
+// 0: spheres, 1: capsules, 2: boxes and hulls, 3: smooth shapes.
 std::size_t store_group(std::int32_t first_type) {
+  if (first_type == simd::kMeshSmooth) return 3;
   return static_cast<std::size_t>(std::min<std::int32_t>(first_type, simd::kMeshBox));
 }
 
@@ -202,7 +204,7 @@ void store_chunk(WorldData& data, NarrowPhase& phase, const simd::CollideColumns
                  const simd::CollideKernels& kernels, int chunk, const std::int32_t* rows) {
   Contacts& contacts = data.contacts;
   Column<MeshManifold>& found = phase.mesh_found[static_cast<std::size_t>(chunk)];
-  std::array<StoreQueue, 3> queues;
+  std::array<StoreQueue, 4> queues;
   for (MeshManifold& manifold : found) {
     if (manifold.is_known == 0) {
       manifold.row = *rows++;

@@ -148,6 +148,16 @@ void merge_contacts(const MeshData& mesh, std::span<const TriangleContact> conta
     if (std::count(scratch.cluster.begin(), scratch.cluster.end(), number) == 1) continue;
     TriangleContact& to = manifolds[i].contact;
     list_points(contacts, number, to_vec3(to.normal), scratch);
+    // A rim has many corners. Of equal ones those of the lowest names count, whatever triangles they are on.
+    if (first_type == simd::kMeshSmooth) {
+      std::sort(scratch.points.begin(), scratch.points.end(), [&](const MeshPoint& x, const MeshPoint& y) {
+        const auto id_of = [&](const MeshPoint& p) {
+          return contacts[static_cast<std::size_t>(p.contact)].id[p.number];
+        };
+        const std::uint32_t a = id_of(x), b = id_of(y);
+        return a != b ? a < b : x.contact != y.contact ? x.contact < y.contact : x.number < y.number;
+      });
+    }
     MeshPoint chosen[kMaxManifoldPoints];
     const Choice choice(std::as_const(scratch.points).span(), spread);
     const int count = choice.choose(most_points(first_type), chosen);

@@ -18,6 +18,8 @@ void collide_sphere_half_space(const CollideColumns& columns, const CollideItem*
 void collide_capsule_half_space(const CollideColumns& columns, const CollideItem* items, int count);
 void collide_box_half_space(const CollideColumns& columns, const CollideItem* items, int count);
 void collide_hull_half_space(const CollideColumns& columns, const CollideItem* items, int count);
+void collide_smooth(const CollideColumns& columns, const CollideItem* items, int count);
+void collide_smooth_half_space(const CollideColumns& columns, const CollideItem* items, int count);
 int recycle_boxes(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 int recycle_hulls(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
 int recycle_capsules(const CollideColumns& columns, const CollideItem* items, int count, CollideItem* left);
@@ -43,6 +45,8 @@ CollideKernels make_collide_kernels() {
   kernels.collide[kCapsuleHalfSpace] = collide_capsule_half_space;
   kernels.collide[kBoxHalfSpace] = collide_box_half_space;
   kernels.collide[kHullHalfSpace] = collide_hull_half_space;
+  kernels.collide[kSmooth] = collide_smooth;
+  kernels.collide[kSmoothHalfSpace] = collide_smooth_half_space;
   kernels.recycle_boxes = recycle_boxes;
   kernels.recycle_hulls = recycle_hulls;
   kernels.recycle_capsules = recycle_capsules;

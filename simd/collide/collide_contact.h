@@ -126,7 +126,7 @@ struct WideContact {
   V3 point[kPoints];  // halfway between the surfaces, relative to the first shape's position
   F separation[kPoints];
   I id[kPoints];
-  // Where a round shape touches:
+  // Where a round shape touches, or a smooth one with two points at most:
   F curvature_radius;    // of both surfaces together
   F radius_1, radius_2;  // of round surfaces about their cores, else 0
   // Polytopes, for grazes_ahead; set where the pair looks ahead.
@@ -359,7 +359,7 @@ FrictionCenter friction_center(const WideContact<kPoints>& contact, F reach) {
       const F weight = select(contact.id[k] > I(0), closeness, F(0.0f));
       total += weight;
       sum = sum + weight * contact.point[k];
-      if constexpr (kPoints < kMaxManifoldPoints) separation += weight * contact.separation[k];
+      separation += weight * contact.separation[k];
     }
     const F share = F(1.0f) / max(total, F(kLeastWeight));
     return {sum * share, separation * share};
@@ -433,8 +433,9 @@ inline void store_anchor(const CollideColumns& columns, const Block& block, M fl
              separation[3]);
 }
 
-// Completes contacts and writes their rows.
-template <int kPoints>
+// Completes contacts and writes their rows. `kRound`: the surfaces are round where there are two points at
+// most.
+template <int kPoints, bool kRound = (kPoints < kMaxManifoldPoints)>
 void store_contacts(const CollideColumns& columns, const CollideItem* items, const std::int32_t* which,
                     const Block& block, V3 position_1, F reach, const WideContact<kPoints>& contact) {
   const F zero(0.0f);
@@ -472,12 +473,14 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
     count = count + count_if(present);
   }
 
-  if constexpr (kPoints < kMaxManifoldPoints) {
-    v[kTwistArm] = twist_arm(columns.shape_material, block, surface.has_patch, contact.curvature_radius);
+  if constexpr (kRound) {
+    const M is_round = kPoints < kMaxManifoldPoints ? !never() : count < I(kTwistArm);
+    const F arm = twist_arm(columns.shape_material, block, surface.has_patch, contact.curvature_radius);
     const F half_gap = F(0.5f) * friction.separation;
     const F core_1 = contact.radius_1 + half_gap, core_2 = contact.radius_2 + half_gap;
-    u[kCoreA] = select(flip, core_2, core_1);
-    u[kCoreB] = select(flip, core_1, core_2);
+    v[kTwistArm] = select(is_round, arm, v[kTwistArm]);
+    u[kCoreA] = select(is_round, select(flip, core_2, core_1), u[kCoreA]);
+    u[kCoreB] = select(is_round, select(flip, core_1, core_2), u[kCoreB]);
   }
 
   const WideImpulses impulses = match_impulses(columns, block, contact, normal, tangent_1, tangent_2);
@@ -505,7 +508,9 @@ void store_contacts(const CollideColumns& columns, const CollideItem* items, con
              block.count, id[0], id[1], id[2], id[3]);
 
   if constexpr (kPoints > 1) {
-    store_anchor(columns, block, flip, select(rich, F(0.0f), F(1.0f)), separation);
+    // Where smooth shapes roll their manifold is new in every step.
+    const M rolls = kRound && kPoints == kMaxManifoldPoints ? count < I(kTwistArm) : never();
+    store_anchor(columns, block, flip, select(rich | rolls, F(0.0f), F(1.0f)), separation);
   }
   alignas(64) std::int32_t counts[kLanes];
   store(counts, count);

@@ -12,6 +12,18 @@
 
 namespace scree::simd {
 
+// Convex shapes by the values of ShapeType. Those from kSolidRoundedBox on are smooth.
+enum SolidType : std::uint8_t {
+  kSolidSphere,
+  kSolidCapsule,
+  kSolidBox,
+  kSolidHull,
+  kSolidRoundedBox = 6,
+  kSolidRoundedHull,
+  kSolidCylinder,
+  kSolidCone,
+};
+
 // Pairs of shape types, each with a kernel of its own. "First" is the shape of the lower type; for two shapes
 // of one type, the shape of the lower index.
 enum CollideType : int {
@@ -29,6 +41,8 @@ enum CollideType : int {
   kCapsuleHalfSpace,
   kBoxHalfSpace,
   kHullHalfSpace,
+  kSmooth,  // a smooth shape and any convex one, in any order
+  kSmoothHalfSpace,
   kCollideTypes,
 };
 
@@ -64,6 +78,7 @@ struct CollideColumns {
   const HullData* const* hulls = nullptr;
   const std::int32_t* shape_mesh = nullptr;  // slot in `meshes`, -1: no mesh
   const MeshData* const* meshes = nullptr;
+  const std::uint8_t* shape_type = nullptr;  // SolidType of convex shapes; read where a shape is smooth
   const PoseRow* body_pose;
   const VelocityRow* body_velocity;
   float dt;  // s; how far ahead points are made for fast bodies
@@ -76,8 +91,8 @@ struct CollideColumns {
   std::uint8_t* points;         // number of points of the row
 };
 
-// Convex shapes that touch meshes, by the values of ShapeType.
-enum MeshFirstType : std::int32_t { kMeshSphere, kMeshCapsule, kMeshBox, kMeshHull };
+// Convex shapes that touch meshes, by the values of ShapeType; all smooth ones are one.
+enum MeshFirstType : std::int32_t { kMeshSphere, kMeshCapsule, kMeshBox, kMeshHull, kMeshSmooth };
 
 // What a convex shape, the first of a pair, touches a triangle of the second one with, in the frame of the
 // first.

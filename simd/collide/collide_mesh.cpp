@@ -22,6 +22,8 @@ int touch(MeshFirstType type, const MeshPair& pair, const TriangleBatch& batch, 
       return touch_sphere(pair, batch, out);
     case kMeshCapsule:
       return touch_capsule(pair, batch, out);
+    case kMeshSmooth:
+      return touch_smooth(pair, batch, out);
     default:
       return touch_polytope(pair, batch, clips, out);
   }
@@ -66,6 +68,13 @@ void make_pair(const CollideColumns& columns, const CollideItem& item, MeshFirst
       box.set_edges();
       pair.hulls.hull[0] = &box.hull;
       pair.outer_radius = box.hull.outer_radius;
+      break;
+    case kMeshSmooth:
+      if (!set_smooth(columns, item, pair)) pair.smooth.size = -1.0;
+      if (pair.smooth.kind == CoreKind::box) {
+        half = {half.x + extent.radius, half.y + extent.radius, half.z + extent.radius};
+      }
+      pair.outer_radius = static_cast<float>(pair.smooth.size);
       break;
     default:
       pair.hulls.hull[0] = columns.hulls[columns.shape_hull[item.shape_1]];

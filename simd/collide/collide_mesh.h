@@ -9,6 +9,7 @@
 
 #include <core/plain/mesh.h>
 #include <simd/collide/collide_hull.h>
+#include <simd/collide/collide_smooth.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
 
@@ -29,6 +30,8 @@ struct MeshPair {
   bool is_ball;
   float round_reach;         // m, from that box on, with the rounding of the tests
   float lower[3], upper[3];  // m, around all points within reach of the shape, in the mesh's frame
+  Core smooth;               // of a smooth shape, in its own frame; and how it and the mesh move
+  PairMotion motion;
 };
 
 // Triangles in lanes. Lanes from `count` on repeat the last one.
@@ -80,6 +83,15 @@ inline WideEdgeSet edges_farthest(const WideTriangles& t, V3 d, F tolerance) {
   };
   return {{counts(0), counts(1), counts(2)}};
 }
+
+// Any mixture that seldom gives two points of a manifold the same name.
+inline std::uint32_t mixed_name(std::int32_t triangle, std::uint32_t id) {
+  const std::uint32_t mixed = (static_cast<std::uint32_t>(triangle) * 0x9e3779b9u) ^ (id * 0x85ebca6bu);
+  return (mixed & (kFirstMixedName - 1)) | kFirstMixedName;
+}
+// How much deeper than along its least axis a triangle may push, in meters: more than the overlap that
+// contacts leave.
+inline constexpr float kBeside = 2.0f * kLinearSlop;
 
 // True where the triangle supports the unit direction d by what has these edges.
 inline M supports(const WideTriangles& t, V3 d, const WideEdgeSet& edges) {
@@ -161,6 +173,7 @@ class MeshClips {
 // latest; where no point is left the contact's triangle is -1.
 int touch_sphere(const MeshPair& pair, const TriangleBatch& batch, TriangleContact* out);
 int touch_capsule(const MeshPair& pair, const TriangleBatch& batch, TriangleContact* out);
+int touch_smooth(const MeshPair& pair, const TriangleBatch& batch, TriangleContact* out);
 int touch_polytope(const MeshPair& pair, const TriangleBatch& batch, MeshClips& clips, TriangleContact* out);
 
 // Writes lane after lane of what touches.
@@ -172,5 +185,12 @@ struct WideTouch {
   I id[2];  // 0: absent
 };
 int put_touches(const TriangleBatch& batch, const WideTouch& touch, TriangleContact* out);
+
+// Writes the manifolds of smooth shapes. `own`: rows of the manifolds' shapes, as `own_items` number them.
+void store_smooth_mesh_manifolds(const CollideColumns& columns, const CollideItem* items,
+                                 const MeshManifold* found, int count, const CollideColumns& own,
+                                 const CollideItem* own_items);
+// Of a smooth shape against a mesh: MeshPair::smooth and its motion. False: a pose is not finite.
+bool set_smooth(const CollideColumns& columns, const CollideItem& item, MeshPair& pair);
 
 }  // namespace scree::simd::SCREE_SIMD_NAMESPACE

@@ -14,12 +14,6 @@ constexpr float kAtCorner = 1e-4f;
 
 constexpr HullFrame kSameFrame{{{{1, 0, 0}, 0}, {{0, 1, 0}, 0}, {{0, 0, 1}, 0}}};
 
-// Any mixture that seldom gives two points of a manifold the same name.
-std::uint32_t mixed_name(std::int32_t triangle, std::uint32_t id) {
-  const std::uint32_t mixed = (static_cast<std::uint32_t>(triangle) * 0x9e3779b9u) ^ (id * 0x85ebca6bu);
-  return (mixed & (kFirstMixedName - 1)) | kFirstMixedName;
-}
-
 float distance_2(Vec a, Vec b) {
   const Vec apart = a - b;
   return dot(apart, apart);

@@ -17,10 +17,6 @@ namespace {
 constexpr float kParallelEdges = 1e-8f;
 // Of the cosine that bounds a hull edge's arc.
 constexpr float kArcSlack = 1e-4f;
-// How much deeper than along its least axis a triangle may push, in meters: more than the overlap that
-// contacts leave.
-constexpr float kBeside = 2.0f * kLinearSlop;
-
 // Cosine: axes this close to the triangle's normal measure the same overlap as that, at other points. They
 // only tell that there is none, by more than rounding and jitter.
 constexpr float kSameAxis = 0.98f;

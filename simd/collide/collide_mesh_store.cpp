@@ -80,6 +80,10 @@ void store_mesh_manifolds(const CollideColumns& columns, const CollideItem* item
   own.shape_extent = shapes.extent;
   own.shape_material = shapes.material;
   own.shape_hull = nullptr;
+  if (first_type == kMeshSmooth) {
+    store_smooth_mesh_manifolds(columns, items, found, count, own, shapes.item);
+    return;
+  }
   for (int begin = 0; begin < count; begin += kLanes) {
     const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
