@@ -26,7 +26,7 @@ void break_joints(WorldData& data, Crew& crew);              // reactions -> joi
 void list_joint_events(WorldData& data, Crew& crew);         // reactions -> joints that bore more than asked
 // velocities -> approach speeds, where events are asked for
 void note_approach(WorldData& data, float dt, Crew& crew);
-void list_body_events(WorldData& data);           // sleep, waking and lost joints -> their events
+void list_body_events(WorldData& data);  // sleep, waking and lost joints -> their events
 void list_contact_events(WorldData& data, float dt, Crew& crew);  // manifolds -> begins, persists, ends, hits
 void list_sensor_events(WorldData& data, float dt, Crew& crew);   // poses -> what sensors see, begins, ends
 // Moves the touch rows of these resting pairs, given in the order of the pairs, to those of moving pairs.

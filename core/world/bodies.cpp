@@ -69,9 +69,9 @@ void look_ahead(const BodyRow& at_row, const VelocityRow& before) {
   constexpr float kTurn = 0.5f;                        // rad
   const VelocityRow& now = at_row.bodies.velocity[at_row.body];
   const float dt = at_row.data.last_dt;
+  // However little each call changes: many of them add up.
   const auto differ = [dt](const float(&from)[3], const float(&to)[3], float most) {
-    const Vec3 change = to_vec3(to) - to_vec3(from);
-    return length(to_vec3(to)) * dt > most && length(change) * dt > most;
+    return to_vec3(from) != to_vec3(to) && length(to_vec3(to)) * dt > most;
   };
   if (differ(before.linear, now.linear, kWay) || differ(before.angular, now.angular, kTurn))
     mark_shapes_dirty(at_row.data, at_row.body);

@@ -90,15 +90,55 @@ float touching(const Traveler& a, const Traveler& b, float from, Gap& gap) {
   return t;
 }
 
-// As they touched, so deep are they at the end, or less.
-bool stays_out(const Traveler& a, const Traveler& b, const Gap& gap) {
-  return separation_along(a.at(1.0f), b.at(1.0f), gap.normal) >= -double{kLinearSlop};
+// A step of a traveler.
+struct Way {
+  Solid start, end;
+  double bulge;  // m, more than any of its points leaves the chord of its way by: twice R turn^2 / 8
+
+  Way(const Traveler& traveler, float from)
+      : start(traveler.at(from)),
+        end(traveler.at(1.0f)),
+        bulge(traveler.mover.stands_at(from) ? 0.0 : 0.25 * traveler.reach * traveler.turn * traveler.turn) {}
+};
+
+// Whether the shapes are apart along a direction from a to b on all of their ways, but for what contacts
+// leave: then neither is deep in the other at the end, nor has passed it.
+bool stay_apart(const Way& a, const Way& b, Vector direction) {
+  constexpr double kDeep = 2.0 * double{kLinearSlop};  // m; also where a load presses what rests
+  const double least = a.bulge + b.bulge - kDeep;
+  return separation_along(a.end, b.end, direction) >= least &&
+         separation_along(a.start, b.start, direction) >= least;
 }
 
+// Whether is_met(outward normal) holds for any of a solid's faces; of round ones, for any of its axes.
+template <class IsMet>
+bool any_face(const Solid& solid, IsMet&& is_met) {
+  if (solid.hull == nullptr) {
+    for (const Vector axis : {solid.axes.x, solid.axes.y, solid.axes.z}) {
+      if (is_met(axis) || is_met(-axis)) return true;
+    }
+    return false;
+  }
+  const HullData& hull = *solid.hull;
+  for (int face = 0; face < hull.face_count; ++face) {
+    const Vector normal{hull.normal[0][face], hull.normal[1][face], hull.normal[2][face]};
+    if (is_met(solid.axes * normalize(normal))) return true;
+  }
+  return false;
+}
+
+// What slides over an edge of its ground meets the ground's next part there, and stays above it.
 float meeting_of_convex(const Traveler& a, const Traveler& b, float from) {
   Gap gap;
   const float met = touching(a, b, from, gap);
-  return met <= 1.0f && !(gap.distance > 0.0 && stays_out(a, b, gap)) ? met : kNever;
+  if (!(met <= 1.0f)) return kNever;
+  const Way way_a(a, from), way_b(b, from);
+  if (gap.distance > 0.0 && stay_apart(way_a, way_b, gap.normal)) return kNever;
+  if (b.start.type == ShapeType::half_space) return met;  // which has no end along other directions
+  const bool stays_beside =
+      any_face(way_b.start, [&](Vector out) { return stay_apart(way_a, way_b, -out); }) ||
+      any_face(way_a.start, [&](Vector out) { return stay_apart(way_a, way_b, out); });
+  return stays_beside ? kNever : met;
 }
 
 // A shape against a triangle of a mesh.
@@ -110,13 +150,20 @@ float meeting_with_triangle(const Traveler& a, const Mover& mesh_mover, Solid tr
   double radius = 0.0;
   for (const Vector corner : local) radius = std::max(radius, queries::length(corner));
   const Traveler b(triangle, mesh_mover, radius);
-  const Solid shape = a.at(from), then = b.at(from);
-  if (!(dot(then.axes * front, shape.position - then.position - then.axes * local[0]) > 0.0)) return kNever;
+  const Way way_a(a, from), way_b(b, from);
+  const Solid &shape = way_a.start, &then = way_b.start;
+  const Vector out = then.axes * normalize(front);
+  if (!(dot(out, shape.position - then.position - then.axes * local[0]) > 0.0)) return kNever;
+  // What does not come below its plane does not pass it.
+  const double nearer = (1.0 - double{from}) * (a.speed_along(-out, from) + b.speed_along(out, from));
+  if (separation_along(shape, then, -out) - nearer >= -double{kLinearSlop}) return kNever;
+  if (stay_apart(way_a, way_b, -out)) return kNever;
   Gap gap;
   const float met = touching(a, b, from, gap);
   if (!(met <= 1.0f)) return kNever;
   if (!(gap.distance > 0.0)) return met;
-  return dot(b.at(met).axes * front, gap.normal) < 0.0 && !stays_out(a, b, gap) ? met : kNever;
+  const bool from_front = dot(b.at(met).axes * front, gap.normal) < 0.0;
+  return from_front && !stay_apart(way_a, way_b, gap.normal) ? met : kNever;
 }
 
 // A box, in the mesh's frame as the step begins, around all that the shape comes to in it.
@@ -125,14 +172,22 @@ simd::MeetTask task_of(const Traveler& a, const Solid& mesh, const Mover& mesh_m
   const Vector way = queries::to_vector(a.mover.motion.way) - queries::to_vector(mesh_mover.motion.way);
   const double mesh_turn = turn_rate(mesh_mover.motion.swing) + turn_rate(mesh_mover.motion.twist);
   const double far = queries::length(a.center - queries::to_vector(mesh_mover.start)) + queries::length(way);
-  const double room = a.reach + mesh_turn * (far + a.reach);
-  const Vector start = turn_back(mesh.axes, a.center - mesh.position), local_way = turn_back(mesh.axes, way);
+  const double mesh_room = mesh_turn * (far + a.reach), turn_room = a.turn * a.reach;
+  Solid placed = a.start;
+  placed.axes = {turn_back(mesh.axes, a.start.axes.x), turn_back(mesh.axes, a.start.axes.y),
+                 turn_back(mesh.axes, a.start.axes.z)};
+  const Vector half = queries::reach_of(placed), local_way = turn_back(mesh.axes, way);
+  const Vector place = turn_back(mesh.axes, a.start.position - mesh.position);
+  const Vector center = turn_back(mesh.axes, a.center - mesh.position);
   simd::MeetTask task{};
   for (int axis = 0; axis < 3; ++axis) {
-    const double from = start[axis], to = from + local_way[axis];
-    const double wide = room + kRounding * (std::abs(from) + std::abs(to) + room);
-    task.lower[axis] = static_cast<float>(std::min(from, to) - wide);
-    task.upper[axis] = static_cast<float>(std::max(from, to) + wide);
+    // In the box that it has at first, widened by its turn, and in the ball about its center of mass.
+    const double ahead = std::max(local_way[axis], 0.0), behind = std::min(local_way[axis], 0.0);
+    const double lower = std::max(place[axis] - half[axis] - turn_room, center[axis] - a.reach) + behind;
+    const double upper = std::min(place[axis] + half[axis] + turn_room, center[axis] + a.reach) + ahead;
+    const double wide = mesh_room + kRounding * (std::abs(lower) + std::abs(upper));
+    task.lower[axis] = static_cast<float>(lower - wide);
+    task.upper[axis] = static_cast<float>(upper + wide);
   }
   return task;
 }

@@ -1,9 +1,10 @@
 // Distances of solids, and when a moving solid comes to touch another one, in double precision.
 //
-// A solid is a core (a point, a segment, a polytope, a cylinder or a cone) and a radius about it. Distances of cores come from
-// the algorithm of E. G. Gilbert, D. W. Johnson and S. S. Keerthi, "A fast procedure for computing the
-// distance between complex objects in three-dimensional space", 1988. On polytopes it ends after finitely many
-// steps; on disks each step divides what is left by 4, until rounding lets it come no nearer.
+// A solid is a core (a point, a segment, a polytope, a cylinder or a cone) and a radius about it. Distances
+// of cores come from the algorithm of E. G. Gilbert, D. W. Johnson and S. S. Keerthi, "A fast procedure for
+// computing the distance between complex objects in three-dimensional space", 1988. On polytopes it ends
+// after finitely many steps; on disks each step divides what is left by 4, until rounding lets it come no
+// nearer.
 #pragma once
 
 #include <parallel/queries/query_solid.h>

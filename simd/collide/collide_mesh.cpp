@@ -16,14 +16,14 @@ namespace {
 constexpr float kBoxSlack = 1e-6f;
 
 int touch(MeshFirstType type, const MeshPair& pair, const TriangleBatch& batch, MeshClips& clips,
-          TriangleContact* out) {
+          MeshBeside& beside, TriangleContact* out) {
   switch (type) {
     case kMeshSphere:
       return touch_sphere(pair, batch, out);
     case kMeshCapsule:
       return touch_capsule(pair, batch, out);
     case kMeshSmooth:
-      return touch_smooth(pair, batch, out);
+      return touch_smooth(pair, batch, beside, out);
     default:
       return touch_polytope(pair, batch, clips, out);
   }
@@ -226,8 +226,16 @@ class Walk {
   void flush() {
     if (batch_.count == 0) return;
     fill_up(batch_);
-    count_ += touch(type_, pair_, batch_, clips_, task_.contacts + count_);
+    count_ += touch(type_, pair_, batch_, clips_, beside_, task_.contacts + count_);
     batch_.count = 0;
+  }
+  // After all: there is room for one more.
+  void touch_beside() {
+    if (pair_.hulls.hull[0] != nullptr) {
+      count_ += clips_.touch_beside(task_.contacts + count_);
+    } else if (!beside_.is_held && beside_.triangle >= 0) {
+      task_.contacts[count_++] = beside_.contact;
+    }
   }
 
  private:
@@ -260,6 +268,7 @@ class Walk {
   MeshClips& clips_;
   int& count_;
   TriangleBatch batch_;
+  MeshBeside beside_;
 };
 
 // Takes out contacts of which no point was left.
@@ -352,7 +361,7 @@ bool collide_meshes(const MeshTask& task) {
     Walk walk(pair, type, task, clips, count);
     if (!walk.visit(pair.mesh->levels - 1, 0)) return false;
     walk.flush();
-    if (pair.hulls.hull[0] != nullptr) count += clips.touch_beside(task.contacts + count);
+    walk.touch_beside();
     task.ends[item] = count;
   }
   clips.flush();

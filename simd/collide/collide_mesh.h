@@ -168,12 +168,21 @@ class MeshClips {
   bool is_held_ = false, has_beside_ = false;
 };
 
+// Of a smooth shape: whether a triangle that overlaps it holds it, and if not, the one beside it that has to
+// push it least.
+struct MeshBeside {
+  bool is_held = false;
+  std::int32_t triangle = -1;
+  double separation = 0.0;  // m
+  TriangleContact contact;
+};
+
 // Contacts of the shape with the batch's triangles, appended to `out` in the order of the lanes. Returns how
 // many there are; a triangle has one at most. Those of polytopes are written when `clips` is flushed at the
 // latest; where no point is left the contact's triangle is -1.
 int touch_sphere(const MeshPair& pair, const TriangleBatch& batch, TriangleContact* out);
 int touch_capsule(const MeshPair& pair, const TriangleBatch& batch, TriangleContact* out);
-int touch_smooth(const MeshPair& pair, const TriangleBatch& batch, TriangleContact* out);
+int touch_smooth(const MeshPair& pair, const TriangleBatch& batch, MeshBeside& beside, TriangleContact* out);
 int touch_polytope(const MeshPair& pair, const TriangleBatch& batch, MeshClips& clips, TriangleContact* out);
 
 // Writes lane after lane of what touches.

@@ -3,8 +3,8 @@
 //
 // The normal is that of the closest points, or that of the least depth, if the mesh supports it. Else the
 // triangle pushes along its own normal, and no deeper than along the least axis; or not at all, if it is much
-// deeper along its own: then it lies beside the shape, and others hold that. These are the rules of boxes and
-// hulls (collide_mesh_polytope.cpp).
+// deeper along its own: then it lies beside the shape, and others hold that; where none does, the one that is
+// the least deep. These are the rules of boxes and hulls (collide_mesh_polytope.cpp).
 #include <simd/collide/collide_mesh.h>
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -68,31 +68,29 @@ std::uint32_t name_of(std::uint32_t id, std::int32_t triangle) {
   return is_first_corner(id) ? 1u + first_name(id) : mixed_name(triangle, id);
 }
 
-bool touch(const MeshPair& pair, const Triangle& t, std::int32_t triangle, TriangleContact& to) {
+// How the shape touches a triangle.
+struct Push {
+  Gap gap;         // along the direction in which the triangle pushes
+  bool is_own;     // the direction of the closest points, or of the least depth
+  double largest;  // m, gap along any direction, whether the mesh supports it or not
+};
+
+// False: no point is within reach.
+bool put_contact(const MeshPair& pair, const Core& core, const Push& push, std::int32_t triangle,
+                 TriangleContact& to) {
   const double reach{pair.hulls.reach};
-  const Core core = triangle_core(t.corner[0], t.corner[1], t.corner[2]);
-  const D3 down = -t.normal;
-  Gap gap;
-  if (!find_gap(pair.smooth, core, &down, reach, gap)) return false;
-  const double largest = gap.separation - pair.smooth.margin;
-  const bool is_own = is_supported(t, -gap.normal, tolerance_of(pair.smooth, core));
-  if (!is_own) {
-    gap.normal = down;
-    measure_along(pair.smooth, core, gap);
-    if (largest > gap.separation - pair.smooth.margin + double{kBeside}) return false;
-  }
   SmoothContact contact;
-  find_points(pair.smooth, core, gap, reach, pair.motion, contact);
+  find_points(pair.smooth, core, push.gap, reach, pair.motion, contact);
   to = {};
   to.triangle = triangle;
-  to.normal[0] = static_cast<float>(gap.normal.x);
-  to.normal[1] = static_cast<float>(gap.normal.y);
-  to.normal[2] = static_cast<float>(gap.normal.z);
+  to.normal[0] = static_cast<float>(push.gap.normal.x);
+  to.normal[1] = static_cast<float>(push.gap.normal.y);
+  to.normal[2] = static_cast<float>(push.gap.normal.z);
   for (float& separation : to.separation) separation = kAbsentSeparation;
   int count = 0;
   for (int k = 0; k < contact.count; ++k) {
-    const double separation = greater_of(contact.separation[k], largest);
-    if ((!is_own && is_of_search(contact.id[k])) || separation > reach) continue;
+    const double separation = greater_of(contact.separation[k], push.largest);
+    if ((!push.is_own && is_of_search(contact.id[k])) || separation > reach) continue;
     const D3 p = contact.point[k];
     to.point[count][0] = static_cast<float>(p.x);
     to.point[count][1] = static_cast<float>(p.y);
@@ -101,6 +99,33 @@ bool touch(const MeshPair& pair, const Triangle& t, std::int32_t triangle, Trian
     to.id[count++] = name_of(contact.id[k], triangle);
   }
   return count > 0;
+}
+
+bool touch(const MeshPair& pair, const Triangle& t, std::int32_t triangle, MeshBeside& beside,
+           TriangleContact& to) {
+  const double reach{pair.hulls.reach};
+  const Core core = triangle_core(t.corner[0], t.corner[1], t.corner[2]);
+  const D3 down = -t.normal;
+  Push push;
+  Gap& gap = push.gap;
+  if (!find_gap(pair.smooth, core, &down, reach, gap)) return false;
+  push.largest = gap.separation - pair.smooth.margin;
+  push.is_own = is_supported(t, -gap.normal, tolerance_of(pair.smooth, core));
+  if (!push.is_own) {
+    gap.normal = down;
+    measure_along(pair.smooth, core, gap);
+    const double separation = gap.separation - pair.smooth.margin;
+    if (push.largest > separation + double{kBeside}) {
+      if (push.largest > 0.0 || (beside.triangle >= 0 && !(separation > beside.separation))) return false;
+      if (!put_contact(pair, core, push, triangle, beside.contact)) return false;
+      beside.triangle = triangle;
+      beside.separation = separation;
+      return false;
+    }
+  }
+  if (!put_contact(pair, core, push, triangle, to)) return false;
+  beside.is_held = beside.is_held || push.largest <= 0.0;
+  return true;
 }
 
 // Vectors of the world in the shape's frame.
@@ -128,12 +153,12 @@ bool set_smooth(const CollideColumns& columns, const CollideItem& item, MeshPair
   return true;
 }
 
-int touch_smooth(const MeshPair& pair, const TriangleBatch& batch, TriangleContact* out) {
+int touch_smooth(const MeshPair& pair, const TriangleBatch& batch, MeshBeside& beside, TriangleContact* out) {
   if (pair.smooth.size < 0.0) return 0;
   const Lanes lanes(place_triangles(pair, batch));
   int count = 0;
   for (int lane = 0; lane < batch.count; ++lane) {
-    if (touch(pair, lanes.get(lane), batch.triangle[lane], out[count])) ++count;
+    if (touch(pair, lanes.get(lane), batch.triangle[lane], beside, out[count])) ++count;
   }
   return count;
 }
@@ -162,7 +187,7 @@ void store_smooth_mesh_manifolds(const CollideColumns& columns, const CollideIte
     contact.core_1 = round.core;
     contact.core_2 = 0.0;
     contact.curvature_radius = round.curvature;
-    contact.at_edges = false;
+    contact.at_edges = contact.in_strip = false;
     contacts.put(i, contact);
   }
   contacts.flush();

@@ -130,8 +130,7 @@ Kept follow_separations(const CollideColumns& columns, const Block& block, I poi
   load_rows(rows + 16, kStride, block.row, v[0], v[1], v[2], v[3]);
   load_rows(reinterpret_cast<const float*>(columns.anchor) + 12, sizeof(ContactAnchor) / sizeof(float),
             block.row, base[0], base[1], base[2], base[3]);
-  Measure shape_1 =
-      measure(columns, block.shape_1, load_extent(columns.shape_extent, block.shape_1), solids);
+  Measure shape_1 = measure(columns, block.shape_1, load_extent(columns.shape_extent, block.shape_1), solids);
   F travel_1(0.0f), travel_2(0.0f);
   if (solids == Solids::meshes) {
     // What is far from the body's center of mass moves farther by a turn, and may meet other triangles.

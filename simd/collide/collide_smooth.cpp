@@ -48,7 +48,8 @@ void SmoothStore::flush() {
   if (count_ == 0) return;
   alignas(64) std::int32_t which[kLanes];
   alignas(64) float normal[3][kLanes], point[kMaxManifoldPoints][3][kLanes];
-  alignas(64) float separation[kMaxManifoldPoints][kLanes], radius[3][kLanes], at_edges[kLanes];
+  alignas(64) float separation[kMaxManifoldPoints][kLanes], radius[3][kLanes], at_edges[kLanes],
+      in_strip[kLanes];
   alignas(64) std::int32_t id[kMaxManifoldPoints][kLanes];
   const auto put3 = [](float(&to)[3][kLanes], int lane, D3 v) {
     to[0][lane] = static_cast<float>(v.x);
@@ -70,6 +71,7 @@ void SmoothStore::flush() {
     radius[1][lane] = static_cast<float>(contact.core_2);
     radius[2][lane] = static_cast<float>(contact.curvature_radius);
     at_edges[lane] = contact.at_edges ? 1.0f : 0.0f;
+    in_strip[lane] = contact.in_strip ? 1.0f : 0.0f;
   }
   Block block;
   load_block(items_, which, count_, block);
@@ -87,7 +89,7 @@ void SmoothStore::flush() {
   contact.radius_1 = load(radius[0]);
   contact.radius_2 = load(radius[1]);
   contact.curvature_radius = load(radius[2]);
-  contact.in_strip = never();
+  contact.in_strip = load(in_strip) > F(0.0f);
   contact.at_edges = load(at_edges) > F(0.0f);
   store_contacts<kMaxManifoldPoints, true>(columns_, items_, which, block, pair.first.position, pair.reach,
                                            contact);

@@ -131,7 +131,7 @@ struct SmoothContact {
   std::uint32_t id[kMaxManifoldPoints];
   // See WideContact.
   double core_1, core_2, curvature_radius;
-  bool at_edges;
+  bool at_edges, in_strip;
 };
 
 // SmoothContact::id: what a point is, and names of features of the first and of the second shape: a corner of
@@ -153,7 +153,7 @@ struct SmoothCandidate {
 };
 struct SmoothCandidates {
   int count = 0;
-  SmoothCandidate of[2 * kMostCorners];
+  SmoothCandidate of[2 * kMostCorners + 1];  // a clipped polygon's corners, and the deepest point
 };
 
 struct PairMotion {

@@ -57,7 +57,7 @@ bool collide_pair(const CollideColumns& columns, const CollideItem& item, double
   contact.core_1 = round.core;
   contact.core_2 = 0.0;
   contact.curvature_radius = round.curvature;
-  contact.at_edges = false;
+  contact.at_edges = contact.in_strip = false;
   return contact.count > 0;
 }
 

@@ -279,6 +279,32 @@ PairMotion motion_of(const CollideColumns& columns, std::int32_t body_1, std::in
   return motion;
 }
 
+// Whether two faces, seen along the normal, have no more than a thin strip in common.
+bool share_a_strip(const SmoothCandidates& common, double thinnest) {
+  double from_u = 0.0, from_v = 0.0, to_u = 0.0, to_v = 0.0;
+  const auto take_farthest = [&](double u, double v, double& far_u, double& far_v) {
+    double most = -1.0;
+    for (int k = 0; k < common.count; ++k) {
+      const SmoothCandidate& c = common.of[k];
+      const double square = (c.u - u) * (c.u - u) + (c.v - v) * (c.v - v);
+      if (!(square > most)) continue;
+      most = square;
+      far_u = c.u;
+      far_v = c.v;
+    }
+  };
+  if (common.count == 0) return true;
+  take_farthest(common.of[0].u, common.of[0].v, from_u, from_v);
+  take_farthest(from_u, from_v, to_u, to_v);
+  const double way_u = to_u - from_u, way_v = to_v - from_v, way = root(way_u * way_u + way_v * way_v);
+  double area = 0.0;
+  for (int k = 0; k < common.count; ++k) {
+    const double side = way_u * (common.of[k].v - from_v) - way_v * (common.of[k].u - from_u);
+    area = greater_of(area, side < 0.0 ? -side : side);
+  }
+  return area < lesser_of(double{kStrip}, thinnest) * way || !(way > 0.0);
+}
+
 void find_points(const Core& a, const Core& b, const Gap& gap, double reach, const PairMotion& motion,
                  SmoothContact& contact) {
   Feature feature[2];
@@ -298,8 +324,10 @@ void find_points(const Core& a, const Core& b, const Gap& gap, double reach, con
                   tolerance,
                   &candidates};
   const int counts[2] = {feature[0].count, feature[1].count};
+  contact.in_strip = false;
   if (counts[0] > 2 && counts[1] > 2) {
     clip_polygons(clip);
+    contact.in_strip = share_a_strip(candidates, lesser_of(a.thinness, b.thinness));
   } else if (counts[0] == 2 && counts[1] == 2) {
     const double radius_1 = radius_of(a, feature[0]), radius_2 = radius_of(b, feature[1]);
     const double smaller =

@@ -314,5 +314,59 @@ TEST(Meshes, StopWhatACallHasMadeFastAtTheirSurface) {
   }
 }
 
+// Bounds look ahead however the velocity came about: a bullet hits what stands on its way in the same step.
+TEST(Meshes, ManySmallImpulsesAreOneLargeOne) {
+  double speeds[2];
+  for (const int parts : {1, 1000}) {
+    Lab lab(without_gravity());
+    const BodyId target = lab.add({.position = {3, 0, 0}}, Sphere{0.1f});
+    const BodyId bullet = lab.add({}, Sphere{0.1f});
+    lab.run(2);
+    const float impulse = 300.0f * lab.world.mass_properties(bullet).mass / static_cast<float>(parts);
+    for (int i = 0; i < parts; ++i) lab.world.add_impulse(bullet, {impulse, 0, 0});
+    lab.run(3);
+    speeds[parts == 1 ? 0 : 1] = lab.velocity(target).x();
+  }
+  EXPECT_GT(speeds[0], 100.0);
+  EXPECT_NEAR(speeds[1], speeds[0], 0.1);
+}
+
+// Steps in a row in which sweeps alone hold a body that falls on hills of `terrain`, at 13 to 17 m/s.
+int steps_without_contact(const scenes::Scene& scene, std::size_t number, const Geometry& geometry) {
+  Lab lab(scene.settings);
+  const scenes::SceneBody& hills = scene.bodies[0];
+  lab.add(hills.def, scene.shapes[static_cast<std::size_t>(hills.first_shape)].geometry);
+  BodyDef def = scene.bodies[number].def;
+  def.position.y += 3.0f;
+  lab.add(def, geometry);
+  int now = 0, most = 0;
+  for (int i = 0; i < 130; ++i) {
+    lab.run(1, scene.dt);
+    const StepStats& stats = lab.world.stats();
+    now = stats.sweep_hits > 0 && stats.contacts == 0 ? now + 1 : 0;
+    most = std::max(most, now);
+  }
+  return most;
+}
+
+// Some triangle holds what has come in so deep that each leaves it to the others.
+TEST(Meshes, HoldWhatCameInDeepByContacts) {
+  const scenes::Scene scene = scenes::build("terrain", {}).front();
+  const std::vector<Vec3> corners = scenes::box_points({0.3f, 0.25f, 0.3f});
+  const Geometry shapes[] = {
+      Box{{0.3f, 0.2f, 0.25f}},
+      ConvexHull{.hull = Hull(corners)},
+      ConvexHull{.hull = Hull(std::vector<Vec3>{
+                     {-0.3f, -0.2f, -0.2f}, {0.3f, -0.2f, -0.2f}, {0, -0.2f, 0.3f}, {0, 0.3f, 0}})},
+      Cylinder{0.25f, 0.25f},
+      Cone{0.3f, 0.3f},
+      Box{{0.2f, 0.15f, 0.2f}, 0.05f},
+      ConvexHull{.hull = Hull(corners), .rounding = 0.05f}};
+  for (const Geometry& shape : shapes) {
+    for (std::size_t body = 1; body < scene.bodies.size(); body += 97)
+      EXPECT_LE(steps_without_contact(scene, body, shape), 8) << shape.index() << ", body " << body;
+  }
+}
+
 }  // namespace
 }  // namespace scree::physics

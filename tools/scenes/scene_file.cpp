@@ -243,6 +243,7 @@ BodyDef read_body_def(Members& members) {
   if (const Node* locks = members.find("locks")) def.locks = read_locks(*locks);
   if (const Node* mass = members.find("mass")) def.mass = mass->number(kMass);
   members.read("can_sleep", def.can_sleep);
+  members.read("full_sweep", def.full_sweep);
   if (const Node* data = members.find("user_data")) def.user_data = data->bits64();
   return def;
 }

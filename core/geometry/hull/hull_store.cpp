@@ -45,7 +45,7 @@ std::int32_t acquire_hull(Call call, Hulls& hulls, const Geometry& geometry) {
 
 std::uint64_t hull_content(const ConvexHull& geometry) {
   std::uint64_t hash = HullAccess::solid(geometry.hull)->content_hash;
-  for (const float value : {geometry.scale.x, geometry.scale.y, geometry.scale.z, geometry.rounding}) {
+  for (const float value : {geometry.scale.x, geometry.scale.y, geometry.scale.z, geometry.rounding + 0.0f}) {
     hash = (hash ^ std::bit_cast<std::uint32_t>(value)) * 0x9e3779b97f4a7c15u;  // 2^64 over the golden ratio
     hash ^= hash >> 32;
   }
