@@ -168,6 +168,21 @@ Sweep sweep_of(const PoseRow& pose, std::int32_t shape, Vec3 arm, float radius, 
           radius, static_cast<float>(stretch.left), stretch.against, {start, end, kCoreShare * radius}};
 }
 
+// Whether anything is near the way of a shape's balls, which a ball about its center holds.
+bool is_any_near(const Obstacles& obstacles, std::int32_t body, std::int32_t shape, const Stretch& stretch) {
+  constexpr float kRounding = 4e-6f;  // of coordinates: more than places in floats are off by
+  const WorldData& data = obstacles.data;
+  const float radius = outer_radius_of(data, shape);
+  const Sweep sweep = sweep_of(data.bodies.pose[body], shape, arm_of(data, body, shape, {}), radius, stretch);
+  const auto size = [](Vec3 v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
+  const float room = size(sweep.origin) + size(sweep.start) + size(sweep.end) + radius;
+  const Swept box(sweep.start, sweep.end, radius + kRounding * room);
+  const auto trees = obstacle_trees(obstacles.broad_phase);
+  return std::any_of(trees.begin(), trees.end(), [&](const PairTree& tree) {
+    return tree.levels > 0 && is_near(tree, box, tree.levels - 1, 0);
+  });
+}
+
 // The first meeting of one of the body's balls on a stretch of its motion, 0 to 1 along the stretch. `most`:
 // balls of a shape that are looked at.
 Meeting first_meeting_of(const Obstacles& obstacles, std::int32_t body, const Stretch& stretch,
@@ -176,6 +191,7 @@ Meeting first_meeting_of(const Obstacles& obstacles, std::int32_t body, const St
   const PoseRow& pose = data.bodies.pose[body];
   Meeting first;
   for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
+    if (most > 1 && !is_any_near(obstacles, body, shape, stretch)) continue;
     const Balls balls = balls_of(data, shape);
     for (int i = 0; i < std::min(balls.count, most); ++i) {
       const Vec3 arm = arm_of(data, body, shape, balls.ball[i].center);

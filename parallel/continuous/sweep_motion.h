@@ -47,6 +47,21 @@ struct Mover {
 };
 Mover mover_of(const WorldData& data, std::int32_t body, float stop);
 
+// What a body's pairs share when it is followed.
+struct Course {
+  Mover mover;          // that nothing stops
+  DeltaRow begin, end;  // at the times 0 and 1
+  float turn;           // rad, at most
+  float bow;            // m for an arm of 1 m; see bow_of()
+};
+Course course_of(const WorldData& data, std::int32_t body);
+
+// m, by which the end of an arm of 1 m leaves, as the body turns, the straight line between where it is at
+// the step's beginning and end, at any time; see sweep_clear.cpp.
+float bow_of(const Motion& motion);
+// rad, in the whole motion.
+float turn_of(const Motion& motion);
+
 // m, by which no ball's center moves farther in the step.
 float farthest_way(const CoreRow& core, const DeltaRow& delta);
 // Whether the body's motion may bring a core into something that its ball did not touch.
