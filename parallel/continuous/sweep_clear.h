@@ -2,6 +2,7 @@
 // balls of the others.
 #pragma once
 
+#include <core/geometry/balls.h>
 #include <core/world/world_data.h>
 #include <parallel/continuous/sweep_motion.h>
 
@@ -22,10 +23,21 @@ struct Leg {
 // `stop`: the time after which the body stands still.
 Leg leg_of(const Course& course, float stop, float from);
 
-// Whether no chord of a ball of the shape's, in the frame of the obstacle's body, comes as near as contacts
-// look to the ball around the obstacle. May miss that, but is never wrong.
+// A shape's way in the frame of an obstacle that a box holds.
+struct Passage {
+  Vec3 place[2];    // of the shape's origin, at the beginning of the leg and at its end
+  Vec3 axes[2][3];  // of the shape
+  Vec3 half;        // m, of the obstacle's box, and by how much more chords of the balls' ways may reach it
+  bool is_boxed;    // else all else is empty
+};
+
+// Whether no chord of the way of any ball of the shape, in the frame of the obstacle's body, comes as near to
+// what holds the obstacle as contacts look. May miss that, but is never wrong. `passage`: for what may come
+// near.
 bool stays_clear(const WorldData& data, std::int32_t shape, const Leg& leg, std::int32_t obstacle,
-                 const Leg& other);
+                 const Leg& other, Passage& passage);
+// The same of one of the balls, which is in the shape's frame.
+bool stays_clear(const Passage& passage, const Ball& ball);
 
 // Whether no ball of one of two shapes touches the other one as the step begins; the same.
 bool starts_clear(const WorldData& data, std::int32_t a, std::int32_t b);

@@ -112,16 +112,11 @@ float meeting_on_chord(const BallAgainst& ball, Vec3 from, Vec3 to, float bend) 
   return first_within(obstacle, path, ball.radius + bend + tolerance, tolerance, 0.0f, distance);
 }
 
-// Whether the ball stays away from the one around the obstacle, on a way that bends so far off its chord.
-bool passes_by(const BallAgainst& ball, Vec3 a, Vec3 b, float bend) {
-  const Vec3 origin = to_vec3(ball.data.shapes.pose[ball.obstacle].position);
-  return distance_to_chord(origin, a, b) > ball.reach + ball.radius + kLinearSlop + bend;
-}
-
 // When the ball touches the obstacle between two moments, at which it is at `a` and `b`.
 float meeting_between(const BallAgainst& ball, float from, float to, Vec3 a, Vec3 b, int halvings) {
   const float bend = bend_of(ball, from, to, a, b);
-  if (passes_by(ball, a, b, bend)) return kNever;
+  const Vec3 origin = to_vec3(ball.data.shapes.pose[ball.obstacle].position);
+  if (distance_to_chord(origin, a, b) > ball.reach + ball.radius + kLinearSlop + bend) return kNever;
   if (bend <= std::min(kBend * ball.radius, kMostBend) || halvings == 0) {
     const float met = meeting_on_chord(ball, a, b, bend);
     return met <= 1.0f ? from + met * (to - from) : kNever;
@@ -159,7 +154,8 @@ void meet_from_side(const Chase& chase, int side, float& first) {
   const WorldData& data = chase.data;
   const std::int32_t shape = chase.shape[side], obstacle = chase.shape[1 - side];
   const Leg &leg = chase.leg[side], &other = chase.leg[1 - side];
-  if (stays_clear(data, shape, leg, obstacle, other)) return;
+  Passage passage;
+  if (stays_clear(data, shape, leg, obstacle, other, passage)) return;
   const Balls balls = balls_of(data, shape);
   const float reach = outer_radius_of(data, obstacle), from = chase.from;
   float to = 1.0f;
@@ -171,6 +167,7 @@ void meet_from_side(const Chase& chase, int side, float& first) {
       other_there = chase.mover[1 - side].delta_at(to);
     }
     if (!(from < to)) return;
+    if (stays_clear(passage, balls.ball[i])) continue;
     const BallAgainst ball{data,
                            chase.kernels,
                            chase.mover[side],
@@ -182,10 +179,8 @@ void meet_from_side(const Chase& chase, int side, float& first) {
                            reach,
                            leg.turn,
                            other.turn};
-    const Vec3 a = ball.center_after(leg.from, other.from), b = ball.center_after(there, other_there);
-    // Most do, and it is cheaper than the distance.
-    if (passes_by(ball, a, b, bend_of(ball, from, to, a, b))) continue;
     if (distance_at_start(ball) - ball.radius <= kLinearSlop) continue;
+    const Vec3 a = ball.center_after(leg.from, other.from), b = ball.center_after(there, other_there);
     first = std::min(first, meeting_between(ball, from, to, a, b, kMostHalvings));
   }
 }
