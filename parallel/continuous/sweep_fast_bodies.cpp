@@ -86,16 +86,40 @@ Meeting meeting_with(const Obstacles& obstacles, const Sweep& sweep, std::int32_
   return met;
 }
 
-// Whether any shape of the tree is near.
-bool is_near(const PairTree& tree, const Swept& box, int level, std::size_t block) {
+// A ball on a straight way that holds all that moves in it.
+struct Reach {
+  Vec3 start, end;
+  float radius;
+  Swept box;
+  Reach(Vec3 from, Vec3 to, float size) : start(from), end(to), radius(size), box(from, to, size) {}
+};
+
+// Whether any shape of the tree is near, or triangle of a mesh.
+bool is_near(const Obstacles& obstacles, const PairTree& tree, const Reach& reach, int level,
+             std::size_t block) {
+  const WorldData& data = obstacles.data;
   for (std::size_t lane = 0; lane < simd::kBlock; ++lane) {
-    if (level < 0) {
-      if (tree.leaves[block].shape[lane] >= 0 && meets(box, tree.leaves[block].bounds, lane)) return true;
-    } else if (meets(box, tree.nodes[level][block].bounds, lane)) {
-      if (is_near(tree, box, level - 1, block * simd::kBlock + lane)) return true;
+    if (level >= 0) {
+      if (meets(reach.box, tree.nodes[level][block].bounds, lane) &&
+          is_near(obstacles, tree, reach, level - 1, block * simd::kBlock + lane))
+        return true;
+      continue;
     }
+    const std::int32_t shape = tree.leaves[block].shape[lane];
+    if (shape < 0 || !meets(reach.box, tree.leaves[block].bounds, lane)) continue;
+    if (data.shapes.type[shape] != ShapeType::mesh) return true;
+    const MeshData& mesh = *data.meshes.data[data.shapes.mesh[shape]];
+    if (is_near_mesh(obstacles.kernels, mesh, data.shapes.pose[shape], reach.start, reach.end, reach.radius))
+      return true;
   }
   return false;
+}
+
+bool is_any_near(const Obstacles& obstacles, const Reach& reach) {
+  const auto trees = obstacle_trees(obstacles.broad_phase);
+  return std::any_of(trees.begin(), trees.end(), [&](const PairTree& tree) {
+    return tree.levels > 0 && is_near(obstacles, tree, reach, tree.levels - 1, 0);
+  });
 }
 
 // The first meeting with a shape of the tree. It is a minimum, so the order of the tree does not matter.
@@ -169,18 +193,15 @@ Sweep sweep_of(const PoseRow& pose, std::int32_t shape, Vec3 arm, float radius, 
 }
 
 // Whether anything is near the way of a shape's balls, which a ball about its center holds.
-bool is_any_near(const Obstacles& obstacles, std::int32_t body, std::int32_t shape, const Stretch& stretch) {
+bool is_shape_near(const Obstacles& obstacles, std::int32_t body, std::int32_t shape,
+                   const Stretch& stretch) {
   constexpr float kRounding = 4e-6f;  // of coordinates: more than places in floats are off by
   const WorldData& data = obstacles.data;
   const float radius = outer_radius_of(data, shape);
   const Sweep sweep = sweep_of(data.bodies.pose[body], shape, arm_of(data, body, shape, {}), radius, stretch);
   const auto size = [](Vec3 v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
   const float room = size(sweep.origin) + size(sweep.start) + size(sweep.end) + radius;
-  const Swept box(sweep.start, sweep.end, radius + kRounding * room);
-  const auto trees = obstacle_trees(obstacles.broad_phase);
-  return std::any_of(trees.begin(), trees.end(), [&](const PairTree& tree) {
-    return tree.levels > 0 && is_near(tree, box, tree.levels - 1, 0);
-  });
+  return is_any_near(obstacles, Reach(sweep.start, sweep.end, radius + kRounding * room));
 }
 
 // The first meeting of one of the body's balls on a stretch of its motion, 0 to 1 along the stretch. `most`:
@@ -190,9 +211,12 @@ Meeting first_meeting_of(const Obstacles& obstacles, std::int32_t body, const St
   const WorldData& data = obstacles.data;
   const PoseRow& pose = data.bodies.pose[body];
   Meeting first;
-  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
-    if (most > 1 && !is_any_near(obstacles, body, shape, stretch)) continue;
-    const Balls balls = balls_of(data, shape);
+  const std::int32_t first_shape = data.bodies.first_shape[body];
+  const bool is_compound = first_shape >= 0 && data.shapes.next[first_shape] >= 0;
+  for (std::int32_t shape = first_shape; shape >= 0; shape = data.shapes.next[shape]) {
+    if (is_compound && most > 1 && !is_shape_near(obstacles, body, shape, stretch)) continue;
+    Balls made;
+    const Balls& balls = balls_at(data, shape, made);
     for (int i = 0; i < std::min(balls.count, most); ++i) {
       const Vec3 arm = arm_of(data, body, shape, balls.ball[i].center);
       const Sweep sweep = sweep_of(pose, shape, arm, balls.ball[i].radius, stretch);
@@ -316,14 +340,9 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
   const Vec3 start = to_vec3(data.bodies.pose[body].position);
   const bool is_whole = is_swept_whole(data, body) && moves_far(data, body);
   const float size = data.bodies.core[body].size;
-  const Swept box(start, start + to_vec3(delta.position),
-                  is_whole ? std::max(size, reach_of(data, body)) : size);
-  const auto trees = obstacle_trees(obstacles.broad_phase);
-  if (std::none_of(trees.begin(), trees.end(), [&](const PairTree& tree) {
-        return tree.levels > 0 && is_near(tree, box, tree.levels - 1, 0);
-      })) {
-    return;
-  }
+  const Reach reach(start, start + to_vec3(delta.position),
+                    is_whole ? std::max(size, reach_of(data, body)) : size);
+  if (!is_any_near(obstacles, reach)) return;
   const Arms arms = arms_of(data, body);
   Motion motion = motion_of(delta, arms.axis);
   const int stretches = stretches_of(motion, arms);

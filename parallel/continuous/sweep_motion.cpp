@@ -1,5 +1,6 @@
 // See sweep_motion.h.
 #include <core/geometry/balls.h>
+#include <core/geometry/hull/hull_build.h>
 #include <core/world/edit.h>
 #include <parallel/continuous/sweep_motion.h>
 #include <parallel/continuous/sweep_path.h>
@@ -43,6 +44,12 @@ Vec3 arm_of(const WorldData& data, std::int32_t body, std::int32_t shape, Vec3 i
   return rotate(to_quat(data.bodies.pose[body].rotation), in_body);
 }
 
+const Balls& balls_at(const WorldData& data, std::int32_t shape, Balls& made) {
+  if (data.shapes.type[shape] == ShapeType::hull)
+    return data.hulls.shared[static_cast<std::size_t>(data.shapes.hull[shape])].solid->balls;
+  return made = balls_of(data, shape);
+}
+
 Vec3 long_axis_of(const WorldData& data, std::int32_t body) {
   constexpr int kIterations = 4;  // for a stick, each leaves less than a tenth of the error
   const float* m = data.bodies.local_mass[body].inverse_inertia;  // xx, xy, xz, yy, yz, zz
@@ -63,7 +70,8 @@ Arms arms_of(const WorldData& data, std::int32_t body) {
   Arms arms{long_axis_of(data, body)};
   float reach = 0.0f, beside = 0.0f;  // squares
   for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
-    const Balls balls = balls_of(data, shape);
+    Balls made;
+    const Balls& balls = balls_at(data, shape, made);
     for (int i = 0; i < balls.count; ++i) {
       const Vec3 arm = arm_of(data, body, shape, balls.ball[i].center);
       const Vec3 aside = arm - dot(arm, arms.axis) * arms.axis;

@@ -1,6 +1,7 @@
 // How a fast body moves within a step, for what is swept along its way; see sweep_fast_bodies.cpp.
 #pragma once
 
+#include <core/geometry/balls.h>
 #include <core/world/world_data.h>
 
 #include <algorithm>
@@ -23,6 +24,9 @@ Quat part_of(Quat turn, float t);
 
 // From a body's center of mass to a point of one of its shapes, as the step begins.
 Vec3 arm_of(const WorldData& data, std::int32_t body, std::int32_t shape, Vec3 in_shape);
+
+// balls_of() without copying those that hulls keep; `made` is for the others.
+const Balls& balls_at(const WorldData& data, std::int32_t shape, Balls& made);
 
 // The axis of a body's least inertia as the step begins, which is that of a stick; zero where it has none.
 Vec3 long_axis_of(const WorldData& data, std::int32_t body);

@@ -156,7 +156,8 @@ void meet_from_side(const Chase& chase, int side, float& first) {
   const Leg &leg = chase.leg[side], &other = chase.leg[1 - side];
   Passage passage;
   if (stays_clear(data, shape, leg, obstacle, other, passage)) return;
-  const Balls balls = balls_of(data, shape);
+  Balls made;
+  const Balls& balls = balls_at(data, shape, made);
   const float reach = outer_radius_of(data, obstacle), from = chase.from;
   float to = 1.0f;
   DeltaRow there = leg.to, other_there = other.to;  // at that time
@@ -241,6 +242,30 @@ bool is_later(const Meet& a, const Meet& b) {
   return std::tie(a.time, a.pair, a.place) > std::tie(b.time, b.pair, b.place);
 }
 
+// Lists the pairs of each body, in their order.
+void list_by_place(BroadPhase& broad_phase) {
+  const Column<MovingPair>& pairs = broad_phase.meeting_pairs;
+  Column<std::int32_t>&begins = broad_phase.meets_begin, &of = broad_phase.meets_of;
+  begins.resize_discarding(broad_phase.fast.size() + 1);
+  std::fill(begins.begin(), begins.end(), 0);
+  for (const MovingPair& pair : pairs) {
+    for (const std::int32_t place : pair.place) {
+      if (place >= 0) ++begins[place];
+    }
+  }
+  std::int32_t total = 0;
+  for (std::int32_t& begin : begins) {
+    total += begin;
+    begin = total;
+  }
+  of.resize_discarding(total);
+  for (std::int32_t k = static_cast<std::int32_t>(pairs.size()); k-- > 0;) {
+    for (const std::int32_t place : pairs[k].place) {
+      if (place >= 0) of[--begins[place]] = k;
+    }
+  }
+}
+
 // Takes meetings in the order of time.
 class Agenda {
  public:
@@ -257,7 +282,6 @@ class Agenda {
         meets_(broad_phase.meets) {
     stop_.resize_discarding(fast_.size());
     std::fill(stop_.begin(), stop_.end(), kNever);
-    list_pairs();
     meets_.clear();
     for (std::int32_t k = 0; std::cmp_less(k, pairs_.size()); ++k) {
       if (broad_phase.meeting_times[k] <= 1.0f) push({broad_phase.meeting_times[k], k, -1, 0});
@@ -286,30 +310,6 @@ class Agenda {
   void push(const Meet& meet) {
     meets_.push_back(meet);
     std::push_heap(meets_.begin(), meets_.end(), is_later);
-  }
-  // The pairs of each body, in their order.
-  void list_pairs() {
-    begin_.resize_discarding(fast_.size() + 1);
-    std::fill(begin_.begin(), begin_.end(), 0);
-    const auto for_each_place = [this](auto&& call) {
-      for (std::int32_t k = 0; std::cmp_less(k, pairs_.size()); ++k) {
-        for (const std::int32_t place : pairs_[k].place) {
-          if (place >= 0) call(place, k);
-        }
-      }
-    };
-    for_each_place([this](std::int32_t place, std::int32_t) { ++begin_[place]; });
-    std::int32_t total = 0;
-    for (std::int32_t& begin : begin_) {
-      total += begin;
-      begin = total;
-    }
-    of_.resize_discarding(total);
-    for (std::int32_t k = static_cast<std::int32_t>(pairs_.size()); k-- > 0;) {
-      for (const std::int32_t place : pairs_[k].place) {
-        if (place >= 0) of_[--begin_[place]] = k;
-      }
-    }
   }
   bool has_stopped(std::int32_t place) const { return place >= 0 && stop_[place] <= 1.0f; }
   int stopped_of(const MovingPair& pair) const {
@@ -360,8 +360,8 @@ class Agenda {
   const Column<Course>& courses_;
   Column<StepEnd>& ends_;
   Column<float>& stop_;  // by place; kNever: not yet
-  Column<std::int32_t>& begin_;
-  Column<std::int32_t>& of_;
+  const Column<std::int32_t>& begin_;
+  const Column<std::int32_t>& of_;
   Column<Meet>& meets_;
 };
 
@@ -451,11 +451,14 @@ void end_at_moving(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const Column<MovingPair>& pairs = broad_phase.meeting_pairs;
   const auto count = static_cast<int>(pairs.size());
   if (count == 0) return;
-  const Column<std::int32_t>& fast = broad_phase.fast;
+  list_by_place(broad_phase);
+  const Column<std::int32_t>&fast = broad_phase.fast, &begins = broad_phase.meets_begin;
   Column<Course>& courses = broad_phase.courses;
   courses.resize_discarding(fast.size());
   crew.run_ranges(static_cast<int>(fast.size()), kCoursesPerChunk, [&](int begin, int end, int) {
-    for (int place = begin; place < end; ++place) courses[place] = course_of(data, fast[place]);
+    for (int place = begin; place < end; ++place) {
+      if (begins[place] < begins[place + 1]) courses[place] = course_of(data, fast[place]);
+    }
   });
   Column<float>& times = broad_phase.meeting_times;
   times.resize_discarding(count);
