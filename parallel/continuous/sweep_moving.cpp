@@ -233,7 +233,8 @@ bool may_pass(const WorldData& data, std::int32_t a, std::int32_t b, float dt) {
   const Vec3 way = to_vec3(bodies.delta[a].position) - to_vec3(bodies.delta[b].position);
   if ((is_swept_whole(data, a) && moves_far(data, a)) || (is_swept_whole(data, b) && moves_far(data, b)))
     return true;
-  return length(way) + turn(a) + turn(b) > inner_radius_of(bodies.core[a]) + inner_radius_of(bodies.core[b]);
+  const float far = length(way), inner = inner_radius_of(bodies.core[a]) + inner_radius_of(bodies.core[b]);
+  return far > inner || far + turn(a) + turn(b) > inner;
 }
 
 // Whether `a` comes after `b`. Of what happens at one time, ends at rest come first, then pairs in their

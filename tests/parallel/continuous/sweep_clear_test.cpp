@@ -85,7 +85,7 @@ TEST(SweepClear, NoChordOfWhatIsClearComesNear) {
   Dice dice(71);
   int clear = 0, clear_balls = 0, plain = 0, missed = 0;
   for (int round = 0; round < 600; ++round) {
-    const float size = round % 3 == 0 ? 0.05f : 0.5f, far = round % 4 == 0 ? 20.0f : 3.0f * size;
+    const float size = round % 3 == 0 ? 0.2f : 1.0f, far = round % 4 == 0 ? 20.0f : 3.0f * size;
     TwoMovers two(dice, size, far);
     const float most = round % 2 == 0 ? 0.3f : 3.1f;  // rad
     const auto course = [&](int i) {
@@ -155,7 +155,7 @@ TEST(SweepClear, BowsHoldAndAreTight) {
 
 TEST(SweepClear, NothingIsKnownOfWhatIsNotFinite) {
   Dice dice(73);
-  TwoMovers two(dice, 0.1f, 50.0f);
+  TwoMovers two(dice, 0.3f, 50.0f);
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   for (const float bad : {nan, inf, -inf, 1e30f, 3e38f}) {
     const Leg a = sweeps::leg_of(two.course(0, {bad, 0, 0}, {}), sweeps::kNever, 0.0f);
