@@ -262,8 +262,10 @@ Meeting first_meeting_of(const Obstacles& obstacles, const NearShapes* near, std
 }
 
 // So many that each ball's arc is nearly straight in each.
-int stretches_of(const Motion& motion, const Arms& arms) {
-  return 1 + static_cast<int>(turn_of(motion, arms) / kStraightTurn);
+int stretches_of(const WorldData& data, std::int32_t body, const Motion& motion) {
+  constexpr float kSurely = 0.999f;  // as no ball turns by more than the body, but for rounding
+  if (turn_of(motion) < kSurely * kStraightTurn) return 1;
+  return 1 + static_cast<int>(turn_of(motion, arms_of(data, body)) / kStraightTurn);
 }
 
 // Takes from a body's way what would bring a shape's core into what the shape touches; whether there was
@@ -289,13 +291,14 @@ bool hold_centers(const Obstacles& obstacles, const NearShapes* near, std::int32
 // the same in the body's axes: what a stick has about itself would not be along it otherwise, and a share of
 // it would throw the stick about. That of a stick stays as it is about itself, however far it has turned so.
 // (What has contacts is turned by finish_step, by as much as is left.)
-void turn_spin_back(WorldData& data, std::int32_t body, const Motion& motion, const Arms& arms, float time) {
+void turn_spin_back(WorldData& data, std::int32_t body, const Motion& motion, float time) {
   constexpr float kSlender = 0.25f;
   const std::uint32_t flags = data.bodies.motion[body].flags;
   const bool turned_freely = (flags & std::uint32_t{kMotionGyroscopic}) != 0 &&
                              (flags & std::uint32_t{kMotionLocksMask}) == 0 &&
                              (data.bodies.step_notes[body] & kHasContacts) == 0;
   if (!turned_freely) return;
+  const Arms arms = arms_of(data, body);
   const bool slender = arms.beside < kSlender * arms.reach;
   const Quat whole = slender ? motion.swing : motion.swing * motion.twist;
   const Quat part = part_of(motion.swing, time) * (slender ? Quat{} : part_of(motion.twist, time));
@@ -379,9 +382,8 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
   list_near(obstacles, Reach(start, there, radius + rounding_of(start, there, radius)), listed);
   if (listed.count == 0) return;
   const NearShapes* near = listed.too_many ? nullptr : &listed;
-  const Arms arms = arms_of(data, body);
-  Motion motion = motion_of(delta, arms.axis);
-  const int stretches = stretches_of(motion, arms);
+  Motion motion = motion_of(delta, long_axis_of(data, body));
+  const int stretches = stretches_of(data, body, motion);
   const auto time_of = [&](int stretch) {
     return static_cast<float>(stretch) / static_cast<float>(stretches);
   };
@@ -411,10 +413,9 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
 // Puts the body back to where its step ends. What carries it on does so as far as nothing at rest is in the
 // way.
 void stop_body(WorldData& data, const Obstacles& obstacles, std::int32_t body, const StepEnd& end, float dt) {
-  const Arms arms = arms_of(data, body);
   DeltaRow& delta = data.bodies.delta[body];
-  const Motion motion = motion_of(delta, arms.axis);
-  turn_spin_back(data, body, motion, arms, end.time);
+  const Motion motion = motion_of(delta, long_axis_of(data, body));
+  turn_spin_back(data, body, motion, end.time);
   delta = part_of(motion, end.time);
   const Vec3 carried = free_linear(data.bodies.motion[body], end.carried);
   if (carried != Vec3{}) {

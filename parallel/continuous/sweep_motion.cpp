@@ -66,28 +66,15 @@ Vec3 long_axis_of(const WorldData& data, std::int32_t body) {
   return rotate(to_quat(data.bodies.pose[body].rotation), axis);
 }
 
+// Passing over balls that are plainly not the farthest, by their arms in the body's frame, saved nothing.
 Arms arms_of(const WorldData& data, std::int32_t body) {
-  // Of the squares of both sizes: more than arms in the body's frame are off by.
-  constexpr float kRounding = 1e-5f;
   Arms arms{long_axis_of(data, body)};
-  const Vec3 axis = rotate_back(to_quat(data.bodies.pose[body].rotation), arms.axis);
   float reach = 0.0f, beside = 0.0f;  // squares
   for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
-    const PoseRow& local = data.shapes.local_pose[shape];
-    const Vec3 origin = to_vec3(local.position);
-    const Quat turn = to_quat(local.rotation);
-    const Vec3 x = rotate(turn, {1.0f, 0.0f, 0.0f}), y = rotate(turn, {0.0f, 1.0f, 0.0f}),
-               z = rotate(turn, {0.0f, 0.0f, 1.0f});
     Balls made;
     const Balls& balls = balls_at(data, shape, made);
     for (int i = 0; i < balls.count; ++i) {
-      // Most are plainly not the farthest: their arms need not have all bits.
-      const Vec3 center = balls.ball[i].center;
-      const Vec3 about = origin + center.x * x + center.y * y + center.z * z;
-      const float square = dot(about, about), along = dot(about, axis);
-      const float off = kRounding * (dot(origin, origin) + dot(center, center));
-      if (square + off <= reach && square - along * along + off <= beside) continue;
-      const Vec3 arm = arm_of(data, body, shape, center);
+      const Vec3 arm = arm_of(data, body, shape, balls.ball[i].center);
       const Vec3 aside = arm - dot(arm, arms.axis) * arms.axis;
       reach = std::max(reach, dot(arm, arm));
       beside = std::max(beside, dot(aside, aside));
