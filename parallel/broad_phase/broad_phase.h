@@ -102,6 +102,7 @@ using FoundPairs = std::vector<Column<ShapePair>>;
                                                    dirty */                                                     \
   LIST (scratch, std::int32_t,  fast)           /* sweep_fast_bodies; bodies that are swept, ascending */       \
   LIST (scratch, sweeps::StepEnd, step_ends)    /* sweep_fast_bodies; by place in `fast` */                     \
+  LIST (scratch, sweeps::Course, courses)       /* sweep_fast_bodies; by place in `fast` */                     \
   LIST (scratch, sweeps::MovingPair, meeting_pairs) /* sweep_fast_bodies; of bodies that move, one of them fast */ \
   LIST (scratch, float,         meeting_times)  /* by `meeting_pairs`; of the first meeting */                   \
   LIST (scratch, std::int32_t,  meets_begin)    /* by place in `fast`, one more: where its pairs begin in ... */ \

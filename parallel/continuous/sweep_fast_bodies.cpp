@@ -86,16 +86,67 @@ Meeting meeting_with(const Obstacles& obstacles, const Sweep& sweep, std::int32_
   return met;
 }
 
-// Whether any shape of the tree is near.
-bool is_near(const PairTree& tree, const Swept& box, int level, std::size_t block) {
+// A ball on a straight way that holds all that moves in it.
+struct Reach {
+  Vec3 start, end;
+  float radius;
+  Swept box;
+  Reach(Vec3 from, Vec3 to, float size) : start(from), end(to), radius(size), box(from, to, size) {}
+};
+
+// Calls call(leaf, lane) for the shapes of the tree that are near.
+template <class Call>
+void for_each_near(const PairTree& tree, const Swept& box, int level, std::size_t block, Call&& call) {
   for (std::size_t lane = 0; lane < simd::kBlock; ++lane) {
     if (level < 0) {
-      if (tree.leaves[block].shape[lane] >= 0 && meets(box, tree.leaves[block].bounds, lane)) return true;
+      const simd::LeafBlock& leaf = tree.leaves[block];
+      if (leaf.shape[lane] >= 0 && meets(box, leaf.bounds, lane)) call(leaf, lane);
     } else if (meets(box, tree.nodes[level][block].bounds, lane)) {
-      if (is_near(tree, box, level - 1, block * simd::kBlock + lane)) return true;
+      for_each_near(tree, box, level - 1, block * simd::kBlock + lane, call);
     }
   }
-  return false;
+}
+
+// What is near a body's way, so that its many balls need not ask the trees.
+struct NearShapes {
+  static constexpr int kMost = 16;
+  struct Row {
+    std::int32_t shape;
+    Swept bounds;
+  } row[kMost];
+  int count = 0;
+  bool too_many = false;
+};
+
+bool overlap(const Swept& a, const Swept& b) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(a.lower[axis] <= b.upper[axis] && b.lower[axis] <= a.upper[axis])) return false;
+  }
+  return true;
+}
+
+// Of meshes, only those with a triangle that is near.
+bool is_near(const Obstacles& obstacles, std::int32_t shape, const Reach& reach) {
+  const WorldData& data = obstacles.data;
+  if (data.shapes.type[shape] != ShapeType::mesh) return true;
+  return is_near_mesh(obstacles.kernels, *data.meshes.data[data.shapes.mesh[shape]], data.shapes.pose[shape],
+                      reach.start, reach.end, reach.radius);
+}
+
+void list_near(const Obstacles& obstacles, const Reach& reach, NearShapes& near) {
+  const auto add = [&](const simd::LeafBlock& leaf, std::size_t lane) {
+    if (near.count == NearShapes::kMost) {
+      near.too_many = true;
+    } else if (is_near(obstacles, leaf.shape[lane], reach)) {
+      const auto& bounds = leaf.bounds;
+      near.row[near.count++] = {leaf.shape[lane],
+                                {{bounds[0][lane], bounds[1][lane], bounds[2][lane]},
+                                 {bounds[3][lane], bounds[4][lane], bounds[5][lane]}}};
+    }
+  };
+  for (const PairTree& tree : obstacle_trees(obstacles.broad_phase)) {
+    if (tree.levels > 0) for_each_near(tree, reach.box, tree.levels - 1, 0, add);
+  }
 }
 
 // The first meeting with a shape of the tree. It is a minimum, so the order of the tree does not matter.
@@ -118,26 +169,14 @@ Meeting first_meeting(const Obstacles& obstacles, const PairTree& tree, const Sw
   return first;
 }
 
-// Calls call(shape) for the shapes of the tree that are near.
-template <class Call>
-void for_each_near(const PairTree& tree, const Swept& box, int level, std::size_t block, Call&& call) {
-  for (std::size_t lane = 0; lane < simd::kBlock; ++lane) {
-    if (level < 0) {
-      const std::int32_t shape = tree.leaves[block].shape[lane];
-      if (shape >= 0 && meets(box, tree.leaves[block].bounds, lane)) call(shape);
-    } else if (meets(box, tree.nodes[level][block].bounds, lane)) {
-      for_each_near(tree, box, level - 1, block * simd::kBlock + lane, call);
-    }
-  }
-}
-
 // The first meeting of a body whose shapes are swept as they are.
 Meeting first_whole_meeting(const Obstacles& obstacles, std::int32_t body) {
   const WorldData& data = obstacles.data;
   const Mover mover = mover_of(data, body, kNever);
   const Swept box(mover.start, mover.start + mover.motion.way, reach_of(data, body));
   Meeting first;
-  const auto meet = [&](std::int32_t obstacle) {
+  const auto meet = [&](const simd::LeafBlock& leaf, std::size_t lane) {
+    const std::int32_t obstacle = leaf.shape[lane];
     const std::int32_t other = data.shapes.body[obstacle];
     const Mover still{to_vec3(data.bodies.pose[other].position), {}, 0.0f};
     for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
@@ -168,18 +207,51 @@ Sweep sweep_of(const PoseRow& pose, std::int32_t shape, Vec3 arm, float radius, 
           radius, static_cast<float>(stretch.left), stretch.against, {start, end, kCoreShare * radius}};
 }
 
-// The first meeting of one of the body's balls on a stretch of its motion, 0 to 1 along the stretch. `most`:
-// balls of a shape that are looked at.
-Meeting first_meeting_of(const Obstacles& obstacles, std::int32_t body, const Stretch& stretch,
-                         int most = kMostBalls) {
+// m, by which places in floats are off at most.
+float rounding_of(Vec3 a, Vec3 b, float size) {
+  constexpr float kRounding = 4e-6f;  // of coordinates
+  const auto sum = [](Vec3 v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
+  return kRounding * (sum(a) + sum(b) + size);
+}
+
+// Whether any of what is near the body is near the way of the shape's balls, which one about its center
+// holds.
+bool is_any_near(const Obstacles& obstacles, const NearShapes& near, std::int32_t body, std::int32_t shape,
+                 const Stretch& stretch) {
+  const WorldData& data = obstacles.data;
+  const float radius = outer_radius_of(data, shape);
+  const Vec3 arm = arm_of(data, body, shape, {});
+  const Sweep sweep = sweep_of(data.bodies.pose[body], shape, arm, radius, stretch);
+  const float room = rounding_of(sweep.start, sweep.end, length(arm) + radius);
+  const Reach reach(sweep.start, sweep.end, radius + room);
+  return std::any_of(near.row, near.row + near.count, [&](const NearShapes::Row& row) {
+    return overlap(reach.box, row.bounds) && is_near(obstacles, row.shape, reach);
+  });
+}
+
+// The first meeting of one of the body's balls on a stretch of its motion, 0 to 1 along the stretch. `near`:
+// all that is, or null where that is not known. `most`: balls of a shape that are looked at.
+Meeting first_meeting_of(const Obstacles& obstacles, const NearShapes* near, std::int32_t body,
+                         const Stretch& stretch, int most = kMostBalls) {
   const WorldData& data = obstacles.data;
   const PoseRow& pose = data.bodies.pose[body];
+  const std::int32_t first_shape = data.bodies.first_shape[body];
+  const bool is_compound = first_shape >= 0 && data.shapes.next[first_shape] >= 0;
   Meeting first;
-  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
-    const Balls balls = balls_of(data, shape);
+  for (std::int32_t shape = first_shape; shape >= 0; shape = data.shapes.next[shape]) {
+    if (near != nullptr && is_compound && !is_any_near(obstacles, *near, body, shape, stretch)) continue;
+    Balls made;
+    const Balls& balls = balls_at(data, shape, made);
     for (int i = 0; i < std::min(balls.count, most); ++i) {
       const Vec3 arm = arm_of(data, body, shape, balls.ball[i].center);
       const Sweep sweep = sweep_of(pose, shape, arm, balls.ball[i].radius, stretch);
+      if (near != nullptr) {
+        for (int k = 0; k < near->count; ++k) {
+          if (overlap(sweep.core, near->row[k].bounds))
+            first = earlier(first, meeting_with(obstacles, sweep, near->row[k].shape));
+        }
+        continue;
+      }
       for (const PairTree& tree : obstacle_trees(obstacles.broad_phase)) {
         if (tree.levels == 0) continue;
         first = earlier(first, first_meeting(obstacles, tree, sweep, tree.levels - 1, 0));
@@ -190,20 +262,23 @@ Meeting first_meeting_of(const Obstacles& obstacles, std::int32_t body, const St
 }
 
 // So many that each ball's arc is nearly straight in each.
-int stretches_of(const Motion& motion, const Arms& arms) {
-  return 1 + static_cast<int>(turn_of(motion, arms) / kStraightTurn);
+int stretches_of(const WorldData& data, std::int32_t body, const Motion& motion) {
+  constexpr float kSurely = 0.999f;  // as no ball turns by more than the body, but for rounding
+  if (turn_of(motion) < kSurely * kStraightTurn) return 1;
+  return 1 + static_cast<int>(turn_of(motion, arms_of(data, body)) / kStraightTurn);
 }
 
 // Takes from a body's way what would bring a shape's core into what the shape touches; whether there was
 // such.
-bool hold_centers(const Obstacles& obstacles, std::int32_t body, Vec3& way) {
+bool hold_centers(const Obstacles& obstacles, const NearShapes* near, std::int32_t body, Vec3& way) {
   constexpr int kWalls = 3;
   Stretch straight{};
   straight.from.rotation[3] = straight.to.rotation[3] = 1.0f;
   straight.against = Against::touched;
   for (int wall = 0; wall <= kWalls; ++wall) {
     store(straight.to.position, way);
-    const Meeting met = first_meeting_of(obstacles, body, straight, 1);
+    // What has been held may leave the box.
+    const Meeting met = first_meeting_of(obstacles, wall == 0 ? near : nullptr, body, straight, 1);
     if (met.time == kNever) return wall > 0;
     // A body that three walls still stop stays there.
     const float inward = wall < kWalls ? std::min(dot(way, met.normal), 0.0f) : 0.0f;
@@ -216,13 +291,14 @@ bool hold_centers(const Obstacles& obstacles, std::int32_t body, Vec3& way) {
 // the same in the body's axes: what a stick has about itself would not be along it otherwise, and a share of
 // it would throw the stick about. That of a stick stays as it is about itself, however far it has turned so.
 // (What has contacts is turned by finish_step, by as much as is left.)
-void turn_spin_back(WorldData& data, std::int32_t body, const Motion& motion, const Arms& arms, float time) {
+void turn_spin_back(WorldData& data, std::int32_t body, const Motion& motion, float time) {
   constexpr float kSlender = 0.25f;
   const std::uint32_t flags = data.bodies.motion[body].flags;
   const bool turned_freely = (flags & std::uint32_t{kMotionGyroscopic}) != 0 &&
                              (flags & std::uint32_t{kMotionLocksMask}) == 0 &&
                              (data.bodies.step_notes[body] & kHasContacts) == 0;
   if (!turned_freely) return;
+  const Arms arms = arms_of(data, body);
   const bool slender = arms.beside < kSlender * arms.reach;
   const Quat whole = slender ? motion.swing : motion.swing * motion.twist;
   const Quat part = part_of(motion.swing, time) * (slender ? Quat{} : part_of(motion.twist, time));
@@ -300,21 +376,19 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
   const Vec3 start = to_vec3(data.bodies.pose[body].position);
   const bool is_whole = is_swept_whole(data, body) && moves_far(data, body);
   const float size = data.bodies.core[body].size;
-  const Swept box(start, start + to_vec3(delta.position),
-                  is_whole ? std::max(size, reach_of(data, body)) : size);
-  const auto trees = obstacle_trees(obstacles.broad_phase);
-  if (std::none_of(trees.begin(), trees.end(), [&](const PairTree& tree) {
-        return tree.levels > 0 && is_near(tree, box, tree.levels - 1, 0);
-      })) {
-    return;
-  }
-  const Arms arms = arms_of(data, body);
-  Motion motion = motion_of(delta, arms.axis);
-  const int stretches = stretches_of(motion, arms);
+  const Vec3 there = start + to_vec3(delta.position);
+  const float radius = is_whole ? std::max(size, reach_of(data, body)) : size;
+  NearShapes listed;
+  list_near(obstacles, Reach(start, there, radius + rounding_of(start, there, radius)), listed);
+  if (listed.count == 0) return;
+  const NearShapes* near = listed.too_many ? nullptr : &listed;
+  Motion motion = motion_of(delta, long_axis_of(data, body));
+  const int stretches = stretches_of(data, body, motion);
   const auto time_of = [&](int stretch) {
     return static_cast<float>(stretch) / static_cast<float>(stretches);
   };
-  if (hold_centers(obstacles, body, motion.way)) {
+  if (hold_centers(obstacles, near, body, motion.way)) {
+    near = nullptr;
     end.held = true;
     store(delta.position, motion.way);
   }
@@ -322,7 +396,7 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
   for (int i = 0; i < stretches && end.time == kNever; ++i) {
     const DeltaRow to = part_of(motion, time_of(i + 1));
     const Against against = i == 0 ? Against::others : Against::all;
-    const Meeting first = first_meeting_of(obstacles, body, {from, to, stretches - 1 - i, against});
+    const Meeting first = first_meeting_of(obstacles, near, body, {from, to, stretches - 1 - i, against});
     if (first.time <= 1.0f) {
       end.time = time_of(i) + first.time * (time_of(i + 1) - time_of(i));
       end.rebounds = may_rebound(data, body, first.obstacle);
@@ -339,16 +413,15 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
 // Puts the body back to where its step ends. What carries it on does so as far as nothing at rest is in the
 // way.
 void stop_body(WorldData& data, const Obstacles& obstacles, std::int32_t body, const StepEnd& end, float dt) {
-  const Arms arms = arms_of(data, body);
   DeltaRow& delta = data.bodies.delta[body];
-  const Motion motion = motion_of(delta, arms.axis);
-  turn_spin_back(data, body, motion, arms, end.time);
+  const Motion motion = motion_of(delta, long_axis_of(data, body));
+  turn_spin_back(data, body, motion, end.time);
   delta = part_of(motion, end.time);
   const Vec3 carried = free_linear(data.bodies.motion[body], end.carried);
   if (carried != Vec3{}) {
     DeltaRow there = delta;
     store(there.position, to_vec3(delta.position) + carried);
-    const float met = first_meeting_of(obstacles, body, {delta, there, 0, Against::all}).time;
+    const float met = first_meeting_of(obstacles, nullptr, body, {delta, there, 0, Against::all}).time;
     store(delta.position, to_vec3(delta.position) + std::min(met, 1.0f) * carried);
   }
   VelocityRow& velocity = data.bodies.velocity[body];

@@ -130,4 +130,27 @@ Meeting meeting_with_mesh(const simd::QueryKernels& kernels, const MeshData& mes
   return first.met;
 }
 
+bool is_near_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose, Vec3 start,
+                  Vec3 end, float radius) {
+  constexpr double kRounding = 4e-6;  // of coordinates: more than places of balls in floats are off by
+  const Axes axes = queries::to_axes(to_quat(pose.rotation));
+  const Vector position = queries::to_vector(pose.position);
+  const Vector a = queries::to_vector(start), b = queries::to_vector(end);
+  const Vector from = turn_back(axes, a - position), to = turn_back(axes, b - position);
+  const double scale = queries::length(a) + queries::length(b) + queries::length(from) + queries::length(to);
+  const double room = double{radius} + kRounding * (scale + double{radius});
+  simd::MeetTask task{};
+  for (int axis = 0; axis < 3; ++axis) {
+    task.lower[axis] = static_cast<float>(std::min(from[axis], to[axis]) - room);
+    task.upper[axis] = static_cast<float>(std::max(from[axis], to[axis]) + room);
+  }
+  bool any = false;
+  const simd::AskShape ask = [](void* context, std::int32_t, float) -> float {
+    *static_cast<bool*>(context) = true;
+    return -1.0f;  // one will do
+  };
+  kernels.meet_mesh(mesh, task, 0.0f, ask, &any);
+  return any;
+}
+
 }  // namespace scree::sweeps

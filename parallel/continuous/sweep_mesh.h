@@ -12,4 +12,9 @@ namespace scree::sweeps {
 Meeting meeting_with_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
                           const Sweep& sweep, std::int32_t shape);
 
+// Whether the box of any triangle is near a ball's straight way: those of all balls within it, on chords of
+// ways within its own, meet no other triangle.
+bool is_near_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose, Vec3 start,
+                  Vec3 end, float radius);
+
 }  // namespace scree::sweeps

@@ -1,7 +1,9 @@
 // See sweep_motion.h.
 #include <core/geometry/balls.h>
+#include <core/geometry/hull/hull_build.h>
 #include <core/world/edit.h>
 #include <parallel/continuous/sweep_motion.h>
+#include <parallel/continuous/sweep_path.h>
 
 #include <algorithm>
 #include <cmath>
@@ -42,6 +44,12 @@ Vec3 arm_of(const WorldData& data, std::int32_t body, std::int32_t shape, Vec3 i
   return rotate(to_quat(data.bodies.pose[body].rotation), in_body);
 }
 
+const Balls& balls_at(const WorldData& data, std::int32_t shape, Balls& made) {
+  if (data.shapes.type[shape] == ShapeType::hull)
+    return data.hulls.shared[static_cast<std::size_t>(data.shapes.hull[shape])].solid->balls;
+  return made = balls_of(data, shape);
+}
+
 Vec3 long_axis_of(const WorldData& data, std::int32_t body) {
   constexpr int kIterations = 4;  // for a stick, each leaves less than a tenth of the error
   const float* m = data.bodies.local_mass[body].inverse_inertia;  // xx, xy, xz, yy, yz, zz
@@ -58,16 +66,22 @@ Vec3 long_axis_of(const WorldData& data, std::int32_t body) {
   return rotate(to_quat(data.bodies.pose[body].rotation), axis);
 }
 
+// Passing over balls that are plainly not the farthest, by their arms in the body's frame, saved nothing.
 Arms arms_of(const WorldData& data, std::int32_t body) {
   Arms arms{long_axis_of(data, body)};
+  float reach = 0.0f, beside = 0.0f;  // squares
   for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
-    const Balls balls = balls_of(data, shape);
+    Balls made;
+    const Balls& balls = balls_at(data, shape, made);
     for (int i = 0; i < balls.count; ++i) {
       const Vec3 arm = arm_of(data, body, shape, balls.ball[i].center);
-      arms.reach = std::max(arms.reach, length(arm));
-      arms.beside = std::max(arms.beside, length(arm - dot(arm, arms.axis) * arms.axis));
+      const Vec3 aside = arm - dot(arm, arms.axis) * arms.axis;
+      reach = std::max(reach, dot(arm, arm));
+      beside = std::max(beside, dot(aside, aside));
     }
   }
+  arms.reach = std::sqrt(reach);
+  arms.beside = std::sqrt(beside);
   return arms;
 }
 
@@ -75,6 +89,17 @@ Mover mover_of(const WorldData& data, std::int32_t body, float stop) {
   const bool turns = data.bodies.type[body] == BodyType::dynamic;
   return {to_vec3(data.bodies.pose[body].position),
           motion_of(data.bodies.delta[body], turns ? long_axis_of(data, body) : Vec3{}), stop};
+}
+
+float turn_of(const Motion& motion) {
+  const auto sine = [](Quat q) { return length(Vec3{q.x, q.y, q.z}); };
+  return 2.0f * (sine(motion.swing) + sine(motion.twist));
+}
+
+Course course_of(const WorldData& data, std::int32_t body) {
+  const Mover mover = mover_of(data, body, kNever);
+  return {mover, part_of(mover.motion, 0.0f), part_of(mover.motion, 1.0f), turn_of(mover.motion),
+          bow_of(mover.motion)};
 }
 
 float farthest_way(const CoreRow& core, const DeltaRow& delta) {

@@ -1,6 +1,7 @@
 // How a fast body moves within a step, for what is swept along its way; see sweep_fast_bodies.cpp.
 #pragma once
 
+#include <core/geometry/balls.h>
 #include <core/world/world_data.h>
 
 #include <algorithm>
@@ -24,6 +25,9 @@ Quat part_of(Quat turn, float t);
 // From a body's center of mass to a point of one of its shapes, as the step begins.
 Vec3 arm_of(const WorldData& data, std::int32_t body, std::int32_t shape, Vec3 in_shape);
 
+// balls_of() without copying those that hulls keep; `made` is for the others.
+const Balls& balls_at(const WorldData& data, std::int32_t shape, Balls& made);
+
 // The axis of a body's least inertia as the step begins, which is that of a stick; zero where it has none.
 Vec3 long_axis_of(const WorldData& data, std::int32_t body);
 
@@ -46,6 +50,21 @@ struct Mover {
   DeltaRow delta_at(float t) const { return part_of(motion, std::min(t, stop)); }
 };
 Mover mover_of(const WorldData& data, std::int32_t body, float stop);
+
+// What a body's pairs share when it is followed.
+struct Course {
+  Mover mover;          // that nothing stops
+  DeltaRow begin, end;  // at the times 0 and 1
+  float turn;           // rad, at most
+  float bow;            // m for an arm of 1 m; see bow_of()
+};
+Course course_of(const WorldData& data, std::int32_t body);
+
+// m, by which the end of an arm of 1 m leaves, as the body turns, the straight line between where it is at
+// the step's beginning and end, at any time; see sweep_clear.cpp.
+float bow_of(const Motion& motion);
+// rad, in the whole motion.
+float turn_of(const Motion& motion);
 
 // m, by which no ball's center moves farther in the step.
 float farthest_way(const CoreRow& core, const DeltaRow& delta);

@@ -11,6 +11,7 @@
 #include <core/geometry/balls.h>
 #include <core/world/contact_hooks.h>
 #include <core/world/edit.h>
+#include <parallel/continuous/sweep_clear.h>
 #include <parallel/continuous/sweep_convex.h>
 #include <parallel/continuous/sweep_mesh.h>
 #include <parallel/continuous/sweep_moving.h>
@@ -27,12 +28,12 @@ namespace scree::sweeps {
 
 namespace {
 
-constexpr int kPairsPerChunk = 4;
+constexpr int kPairsPerChunk = 16, kCoursesPerChunk = 64;
 
-// Of a ball's radius, and m, by which its way may leave the chord that is swept. The ball stops so much ahead
-// of the obstacle: where it overlapped, its contact would be soft, and let 4 % of its speed through. A way is
-// halved so often at most.
-constexpr float kBend = 0.05f, kMostBend = 0.2f * kLinearSlop;
+// Of a ball's radius, and m (kMostBend), by which its way may leave the chord that is swept. The ball stops
+// so much ahead of the obstacle: where it overlapped, its contact would be soft, and let 4 % of its speed
+// through. A way is halved so often at most.
+constexpr float kBend = 0.05f;
 constexpr int kMostHalvings = 20;
 
 // The point of a body that is at `point` at the time of `delta`, as the step begins.
@@ -51,29 +52,27 @@ struct BallAgainst {
   const Mover& mover;
   const Mover& other;
   std::int32_t shape, obstacle;
-  Vec3 arm;             // from the mover's center to the ball's, as the step begins
-  float radius, reach;  // m, of the ball, and of the obstacle about its origin
+  Vec3 arm;                // from the mover's center to the ball's, as the step begins
+  float radius, reach;     // m, of the ball, and of the obstacle about its origin
+  float turn, other_turn;  // rad, of the bodies in the whole step
 
-  // Where the ball is at time t, in the frame in which the obstacle stays where the step begins.
-  Vec3 center_at(float t) const {
-    const DeltaRow delta = mover.delta_at(t);
+  // Where the ball is when the bodies have moved so far, in the frame in which the obstacle stays where the
+  // step begins.
+  Vec3 center_after(const DeltaRow& delta, const DeltaRow& other_delta) const {
     const Vec3 center = mover.start + to_vec3(delta.position) + rotate(to_quat(delta.rotation), arm);
-    return place_back(other, other.delta_at(t), center);
+    return place_back(other, other_delta, center);
   }
+  Vec3 center_at(float t) const { return center_after(mover.delta_at(t), other.delta_at(t)); }
 };
-
-float turn_of(const Motion& motion) {
-  const auto sine = [](Quat q) { return length(Vec3{q.x, q.y, q.z}); };
-  return 2.0f * (sine(motion.swing) + sine(motion.twist));
-}
 
 // m, by which the ball's way leaves the chord between two moments: an eighth of the largest acceleration
 // times the squared time. In the obstacle's frame, which turns by w, a ball at x that moves by v, while its
-// arm r turns by u, has at most the acceleration u^2 r + 2 w (v + u r) + w^2 x.
-float bend_of(const BallAgainst& ball, float from, float to, float farthest) {
+// arm r turns by u, has at most the acceleration u^2 r + 2 w (v + u r) + w^2 x. It is at `a` and `b` then.
+float bend_of(const BallAgainst& ball, float from, float to, Vec3 a, Vec3 b) {
+  const float farthest = std::max(length(a - ball.other.start), length(b - ball.other.start));
   const bool stands = ball.mover.stands_at(from), other_stands = ball.other.stands_at(from);
-  const float u = stands ? 0.0f : turn_of(ball.mover.motion),
-              w = other_stands ? 0.0f : turn_of(ball.other.motion), arm = length(ball.arm);
+  const float u = stands ? 0.0f : ball.turn, w = other_stands ? 0.0f : ball.other_turn,
+              arm = length(ball.arm);
   const Vec3 way =
       (stands ? Vec3{} : ball.mover.motion.way) - (other_stands ? Vec3{} : ball.other.motion.way);
   const float acceleration = u * u * arm + 2.0f * w * (length(way) + u * arm) + w * w * farthest;
@@ -115,9 +114,8 @@ float meeting_on_chord(const BallAgainst& ball, Vec3 from, Vec3 to, float bend) 
 
 // When the ball touches the obstacle between two moments, at which it is at `a` and `b`.
 float meeting_between(const BallAgainst& ball, float from, float to, Vec3 a, Vec3 b, int halvings) {
+  const float bend = bend_of(ball, from, to, a, b);
   const Vec3 origin = to_vec3(ball.data.shapes.pose[ball.obstacle].position);
-  const float farthest = std::max(length(a - ball.other.start), length(b - ball.other.start));
-  const float bend = bend_of(ball, from, to, farthest);
   if (distance_to_chord(origin, a, b) > ball.reach + ball.radius + kLinearSlop + bend) return kNever;
   if (bend <= std::min(kBend * ball.radius, kMostBend) || halvings == 0) {
     const float met = meeting_on_chord(ball, a, b, bend);
@@ -140,42 +138,69 @@ float distance_at_start(const BallAgainst& ball) {
   return ConvexObstacle{data, ball.obstacle}.distance_at({center, {}}, 0.0f).value;
 }
 
+// Two shapes on their way from a moment to the end of the step.
+struct Chase {
+  const WorldData& data;
+  const simd::QueryKernels& kernels;
+  std::int32_t shape[2];
+  Mover mover[2];
+  Leg leg[2];
+  float from;
+};
+
 // The first meeting of balls of one shape with the other one between `from` and the end of the step.
 // `side`: whose balls. What touches as the step begins is its contact's business, and hold_at_moving's.
-void meet_from_side(const WorldData& data, const simd::QueryKernels& kernels, const MovingPair& pair,
-                    int side, const Mover (&movers)[2], float from, float& first) {
-  const std::int32_t shape = pair.shape[side], obstacle = pair.shape[1 - side];
-  const Balls balls = balls_of(data, shape);
+void meet_from_side(const Chase& chase, int side, float& first) {
+  const WorldData& data = chase.data;
+  const std::int32_t shape = chase.shape[side], obstacle = chase.shape[1 - side];
+  const Leg &leg = chase.leg[side], &other = chase.leg[1 - side];
+  Passage passage;
+  if (stays_clear(data, shape, leg, obstacle, other, passage)) return;
+  Balls made;
+  const Balls& balls = balls_at(data, shape, made);
+  const float reach = outer_radius_of(data, obstacle), from = chase.from;
+  float to = 1.0f;
+  DeltaRow there = leg.to, other_there = other.to;  // at that time
   for (int i = 0; i < balls.count; ++i) {
+    if (first < to) {
+      to = first;
+      there = chase.mover[side].delta_at(to);
+      other_there = chase.mover[1 - side].delta_at(to);
+    }
+    if (!(from < to)) return;
+    if (stays_clear(passage, balls.ball[i])) continue;
     const BallAgainst ball{data,
-                           kernels,
-                           movers[side],
-                           movers[1 - side],
+                           chase.kernels,
+                           chase.mover[side],
+                           chase.mover[1 - side],
                            shape,
                            obstacle,
                            arm_of(data, data.shapes.body[shape], shape, balls.ball[i].center),
                            balls.ball[i].radius,
-                           outer_radius_of(data, obstacle)};
+                           reach,
+                           leg.turn,
+                           other.turn};
     if (distance_at_start(ball) - ball.radius <= kLinearSlop) continue;
-    const float to = std::min(1.0f, first);
-    if (!(from < to)) continue;
-    const float met =
-        meeting_between(ball, from, to, ball.center_at(from), ball.center_at(to), kMostHalvings);
-    first = std::min(first, met);
+    const Vec3 a = ball.center_after(leg.from, other.from), b = ball.center_after(there, other_there);
+    first = std::min(first, meeting_between(ball, from, to, a, b, kMostHalvings));
   }
 }
 
 // When the shapes of the pair meet after `from`. `stops`: when their bodies stop.
-float meeting_of(const WorldData& data, const simd::QueryKernels& kernels, const MovingPair& pair, float from,
-                 const float (&stops)[2]) {
-  const std::int32_t bodies[2] = {data.shapes.body[pair.shape[0]], data.shapes.body[pair.shape[1]]};
-  const Mover movers[2] = {mover_of(data, bodies[0], stops[0]), mover_of(data, bodies[1], stops[1])};
+float meeting_of(const WorldData& data, const simd::QueryKernels& kernels, const MovingPair& pair,
+                 const Course& a, const Course& b, float from, const float (&stops)[2]) {
+  Chase chase{data,
+              kernels,
+              {pair.shape[0], pair.shape[1]},
+              {a.mover, b.mover},
+              {leg_of(a, stops[0], from), leg_of(b, stops[1], from)},
+              from};
+  for (int side = 0; side < 2; ++side) chase.mover[side].stop = stops[side];
   float first = kNever;
-  for (int side = 0; side < 2; ++side) {
-    meet_from_side(data, kernels, pair, side, movers, from, first);
-  }
-  if (is_swept_whole(data, bodies[0]) || is_swept_whole(data, bodies[1]))
-    first = std::min(first, whole_meeting(data, kernels, pair.shape, movers, from));
+  for (int side = 0; side < 2; ++side) meet_from_side(chase, side, first);
+  if (is_swept_whole(data, data.shapes.body[pair.shape[0]]) ||
+      is_swept_whole(data, data.shapes.body[pair.shape[1]]))
+    first = std::min(first, whole_meeting(data, kernels, pair.shape, chase.mover, from));
   return first;
 }
 
@@ -208,13 +233,38 @@ bool may_pass(const WorldData& data, std::int32_t a, std::int32_t b, float dt) {
   const Vec3 way = to_vec3(bodies.delta[a].position) - to_vec3(bodies.delta[b].position);
   if ((is_swept_whole(data, a) && moves_far(data, a)) || (is_swept_whole(data, b) && moves_far(data, b)))
     return true;
-  return length(way) + turn(a) + turn(b) > inner_radius_of(bodies.core[a]) + inner_radius_of(bodies.core[b]);
+  const float far = length(way), inner = inner_radius_of(bodies.core[a]) + inner_radius_of(bodies.core[b]);
+  return far > inner || far + turn(a) + turn(b) > inner;
 }
 
 // Whether `a` comes after `b`. Of what happens at one time, ends at rest come first, then pairs in their
 // order.
 bool is_later(const Meet& a, const Meet& b) {
   return std::tie(a.time, a.pair, a.place) > std::tie(b.time, b.pair, b.place);
+}
+
+// Lists the pairs of each body, in their order.
+void list_by_place(BroadPhase& broad_phase) {
+  const Column<MovingPair>& pairs = broad_phase.meeting_pairs;
+  Column<std::int32_t>&begins = broad_phase.meets_begin, &of = broad_phase.meets_of;
+  begins.resize_discarding(broad_phase.fast.size() + 1);
+  std::fill(begins.begin(), begins.end(), 0);
+  for (const MovingPair& pair : pairs) {
+    for (const std::int32_t place : pair.place) {
+      if (place >= 0) ++begins[place];
+    }
+  }
+  std::int32_t total = 0;
+  for (std::int32_t& begin : begins) {
+    total += begin;
+    begin = total;
+  }
+  of.resize_discarding(total);
+  for (std::int32_t k = static_cast<std::int32_t>(pairs.size()); k-- > 0;) {
+    for (const std::int32_t place : pairs[k].place) {
+      if (place >= 0) of[--begins[place]] = k;
+    }
+  }
 }
 
 // Takes meetings in the order of time.
@@ -225,6 +275,7 @@ class Agenda {
         kernels_(kernels),
         fast_(broad_phase.fast),
         pairs_(broad_phase.meeting_pairs),
+        courses_(broad_phase.courses),
         ends_(broad_phase.step_ends),
         stop_(broad_phase.stop_times),
         begin_(broad_phase.meets_begin),
@@ -232,7 +283,6 @@ class Agenda {
         meets_(broad_phase.meets) {
     stop_.resize_discarding(fast_.size());
     std::fill(stop_.begin(), stop_.end(), kNever);
-    list_pairs();
     meets_.clear();
     for (std::int32_t k = 0; std::cmp_less(k, pairs_.size()); ++k) {
       if (broad_phase.meeting_times[k] <= 1.0f) push({broad_phase.meeting_times[k], k, -1, 0});
@@ -261,30 +311,6 @@ class Agenda {
   void push(const Meet& meet) {
     meets_.push_back(meet);
     std::push_heap(meets_.begin(), meets_.end(), is_later);
-  }
-  // The pairs of each body, in their order.
-  void list_pairs() {
-    begin_.resize_discarding(fast_.size() + 1);
-    std::fill(begin_.begin(), begin_.end(), 0);
-    const auto for_each_place = [this](auto&& call) {
-      for (std::int32_t k = 0; std::cmp_less(k, pairs_.size()); ++k) {
-        for (const std::int32_t place : pairs_[k].place) {
-          if (place >= 0) call(place, k);
-        }
-      }
-    };
-    for_each_place([this](std::int32_t place, std::int32_t) { ++begin_[place]; });
-    std::int32_t total = 0;
-    for (std::int32_t& begin : begin_) {
-      total += begin;
-      begin = total;
-    }
-    of_.resize_discarding(total);
-    for (std::int32_t k = static_cast<std::int32_t>(pairs_.size()); k-- > 0;) {
-      for (const std::int32_t place : pairs_[k].place) {
-        if (place >= 0) of_[--begin_[place]] = k;
-      }
-    }
   }
   bool has_stopped(std::int32_t place) const { return place >= 0 && stop_[place] <= 1.0f; }
   int stopped_of(const MovingPair& pair) const {
@@ -322,7 +348,8 @@ class Agenda {
       const MovingPair& pair = pairs_[k];
       if (pair.place[0] < 0 || pair.place[1] < 0 || stopped_of(pair) == 2) continue;
       const float stops[2] = {stop_[pair.place[0]], stop_[pair.place[1]]};
-      const float again = meeting_of(data_, kernels_, pair, time, stops);
+      const float again =
+          meeting_of(data_, kernels_, pair, courses_[pair.place[0]], courses_[pair.place[1]], time, stops);
       if (again <= 1.0f) push({again, k, -1, 1});
     }
   }
@@ -331,10 +358,11 @@ class Agenda {
   const simd::QueryKernels& kernels_;
   const Column<std::int32_t>& fast_;
   const Column<MovingPair>& pairs_;
+  const Column<Course>& courses_;
   Column<StepEnd>& ends_;
   Column<float>& stop_;  // by place; kNever: not yet
-  Column<std::int32_t>& begin_;
-  Column<std::int32_t>& of_;
+  const Column<std::int32_t>& begin_;
+  const Column<std::int32_t>& of_;
   Column<Meet>& meets_;
 };
 
@@ -346,6 +374,7 @@ std::int32_t place_of(const Column<std::int32_t>& fast, std::int32_t body) {
 // Takes from a body's way what would bring its shape's center to the other side of a shape that the shape
 // touches and that moves, too; see hold_centers() in sweep_fast_bodies.cpp.
 void hold_pair(WorldData& data, const MovingPair& pair, Column<StepEnd>& ends) {
+  if (starts_clear(data, pair.shape[0], pair.shape[1])) return;
   for (int side = 0; side < 2; ++side) {
     const std::int32_t shape = pair.shape[side], obstacle = pair.shape[1 - side];
     if (data.shapes.type[obstacle] == ShapeType::mesh) continue;  // from behind, all pass
@@ -423,12 +452,33 @@ void end_at_moving(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const Column<MovingPair>& pairs = broad_phase.meeting_pairs;
   const auto count = static_cast<int>(pairs.size());
   if (count == 0) return;
+  list_by_place(broad_phase);
+  const Column<std::int32_t>&fast = broad_phase.fast, &begins = broad_phase.meets_begin;
+  Column<Course>& courses = broad_phase.courses;
+  courses.resize_discarding(fast.size());
+  crew.run_ranges(static_cast<int>(fast.size()), kCoursesPerChunk, [&](int begin, int end, int) {
+    for (int place = begin; place < end; ++place) {
+      if (begins[place] < begins[place + 1]) courses[place] = course_of(data, fast[place]);
+    }
+  });
   Column<float>& times = broad_phase.meeting_times;
   times.resize_discarding(count);
   const simd::QueryKernels& kernels = crew.kernels().query;
   crew.run_ranges(count, kPairsPerChunk, [&](int begin, int end, int) {
+    // The pairs of a body that is not swept are often next to each other.
+    struct Unswept {
+      std::int32_t body = -1;
+      Course course{};
+    } unswept[2];
+    const auto course_at = [&](const MovingPair& pair, int side) -> const Course& {
+      if (pair.place[side] >= 0) return courses[pair.place[side]];
+      const std::int32_t body = data.shapes.body[pair.shape[side]];
+      if (unswept[side].body != body) unswept[side] = {body, course_of(data, body)};
+      return unswept[side].course;
+    };
     for (int i = begin; i < end; ++i) {
-      times[i] = meeting_of(data, kernels, pairs[i], 0.0f, {kNever, kNever});
+      times[i] = meeting_of(data, kernels, pairs[i], course_at(pairs[i], 0), course_at(pairs[i], 1), 0.0f,
+                            {kNever, kNever});
     }
   });
   Agenda(data, broad_phase, kernels).run();

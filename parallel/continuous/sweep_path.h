@@ -111,6 +111,9 @@ Meeting core_meeting(const Obstacle& obstacle, const Path& path, float radius, f
 struct Swept {
   float lower[3], upper[3];
 
+  Swept() = default;
+  Swept(const float (&low)[3], const float (&high)[3])
+      : lower{low[0], low[1], low[2]}, upper{high[0], high[1], high[2]} {}
   Swept(Vec3 start, Vec3 end, float radius)
       : lower{std::min(start.x, end.x) - radius, std::min(start.y, end.y) - radius,
               std::min(start.z, end.z) - radius},

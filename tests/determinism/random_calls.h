@@ -62,7 +62,7 @@ enum class CallKind : std::uint8_t {
   wrong_call,  // must throw Error and change nothing
   add_mesh,    // to a body that may have one; not drawn, see with_meshes
 };
-inline constexpr int kCallKindCount = 43;
+inline constexpr int kCallKindCount = 44;
 const char* name_of(CallKind kind);
 
 struct Call {

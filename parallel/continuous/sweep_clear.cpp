@@ -1,0 +1,190 @@
+// Proofs that shapes stay clear of each other; see sweep_clear.h.
+//
+// Seen from the obstacle's body, a ball's center is at
+//   z(t) = R(t)^T y(t) - o,  y(t) = c + t w + S(t) r,
+// with the turns R and S of both bodies, the arms r and o of the ball and the obstacle, and c + t w between
+// the bodies' centers. Between two moments that are 0 and 1, let L x(t) = (1 - t) x(0) + t x(1). Where
+//   |S(t) r - L(S r)(t)| <= s |r|  and  |R(t) - LR(t)| <= b  (the bows),
+// it follows, because LR Ly = L(R^T y) - t (1 - t) (R(0) - R(1))^T (y(0) - y(1)), that
+//   |z(t) - Lz(t)| <= s |r| + b max(|y(0)|, |y(1)|) + |R(0) - R(1)| |y(0) - y(1)| / 4.
+// So all of the way, and with it every chord between two of its points, is within this of one line.
+//
+// The bow of a turn q by an angle of at most pi along part_of(q, t), where |q| = 1: in the complex plane
+// normal to the axis, with v = exp(i angle / 2) and N = |1 - t + t v|^2, the place is (1 - t + t v)^2 / N,
+// and
+//   (1 - t + t v)^2 - (1 - t + t v^2) = -t (1 - t) (1 - v)^2,  |1 - N| = t (1 - t) |1 - v|^2,
+// so that the bow is at most 2 t (1 - t) |1 - v|^2 <= 1 - q.w. Two turns one after the other have both bows
+// and t (1 - t) |1 - v^2| |1 - u^2|, the product of their sines at most. Between moments within the step it
+// is twice that of the step at most, as both ends are near its line.
+//
+// What stays so far from a ball around the obstacle is left by meeting_between() at each chord, and what
+// stays so far from a box around it by first_within(), whose distances are not below that from the box.
+#include <core/world/edit.h>
+#include <parallel/continuous/sweep_clear.h>
+#include <parallel/continuous/sweep_convex.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace scree::sweeps {
+
+namespace {
+
+// Of coordinates: more than the sums in floats of places and their ways are off by, here and where the balls
+// are followed.
+constexpr float kPlaceRounding = 4e-6f;
+
+// m; beyond this, halvings may end before a way is straight.
+constexpr float kFarthest = 1e5f;
+
+float size_of(Vec3 v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
+
+float square_to_chord(Vec3 from, Vec3 to) {
+  const Vec3 chord = to - from;
+  const float square = dot(chord, chord);
+  const float part = square > 0.0f ? std::clamp(-dot(from, chord) / square, 0.0f, 1.0f) : 0.0f;
+  const Vec3 nearest = from + part * chord;
+  return dot(nearest, nearest);
+}
+
+// Whether a box about the shape's origin holds it.
+bool has_box(const WorldData& data, std::int32_t shape) {
+  const ShapeType type = data.shapes.type[shape];
+  return type != ShapeType::mesh && type != ShapeType::half_space;
+}
+
+// m, half; no distance of a sweep from the shape is below that from this box; see sweep_convex.cpp.
+Vec3 box_of(const WorldData& data, std::int32_t shape) {
+  const ExtentRow& extent = data.shapes.extent[shape];
+  const Vec3 half = to_vec3(extent.half);
+  const float radius = extent.radius;
+  switch (data.shapes.type[shape]) {
+    case ShapeType::sphere:
+      return {radius, radius, radius};
+    case ShapeType::capsule:
+      return {radius, std::abs(half.y) + radius, radius};
+    case ShapeType::box:
+    case ShapeType::rounded_box:
+      return half + Vec3{radius, radius, radius};
+    case ShapeType::cylinder:
+    case ShapeType::cone:
+      return {half.x, half.y, half.x};
+    default:  // hulls have their rounding in it
+      return half;
+  }
+}
+
+float reach_along(Vec3 half, float x, float y, float z) {
+  return std::abs(x) * half.x + std::abs(y) * half.y + std::abs(z) * half.z;
+}
+
+// Whether a line between two points has no point in a box about the origin: as seen along an axis of the box,
+// or normal to one and to the line (S. Gottschalk, M. Lin, D. Manocha, "OBBTree", 1996).
+bool is_beside(Vec3 from, Vec3 to, Vec3 half) {
+  const Vec3 c = 0.5f * (from + to), d = 0.5f * (to - from);
+  const auto size = [](float x) { return std::abs(x); };
+  const Vec3 e{size(d.x), size(d.y), size(d.z)};
+  return size(c.x) > half.x + e.x || size(c.y) > half.y + e.y || size(c.z) > half.z + e.z ||
+         size(d.y * c.z - d.z * c.y) > half.y * e.z + half.z * e.y ||
+         size(d.z * c.x - d.x * c.z) > half.z * e.x + half.x * e.z ||
+         size(d.x * c.y - d.y * c.x) > half.x * e.y + half.y * e.x;
+}
+
+}  // namespace
+
+float bow_of(const Motion& motion) {
+  // Quaternions are of unit length but for rounding.
+  constexpr float kOff = 1e-4f;
+  float sine[2], bow = 0.0f;
+  int i = 0;
+  for (const Quat q : {motion.swing, motion.twist}) {
+    const float square = q.x * q.x + q.y * q.y + q.z * q.z;
+    if (!(std::abs(square + q.w * q.w - 1.0f) < kOff)) return std::numeric_limits<float>::infinity();
+    bow += square / (1.0f + q.w);  // 1 - w
+    sine[i++] = std::sqrt(square);
+  }
+  return bow + sine[0] * sine[1] + 3.0f * kOff * (sine[0] + sine[1]) + 1e-6f;
+}
+
+Leg leg_of(const Course& course, float stop, float from) {
+  const Mover& mover = course.mover;
+  if (stop <= from) {
+    const DeltaRow there = part_of(mover.motion, stop);
+    return {mover.start, there, there, 0.0f, 0.0f};
+  }
+  const DeltaRow begin = from > 0.0f ? part_of(mover.motion, from) : course.begin;
+  // What stops on the way has no straight one.
+  if (stop < 1.0f)
+    return {mover.start, begin, part_of(mover.motion, stop), course.turn,
+            std::numeric_limits<float>::infinity()};
+  return {mover.start, begin, course.end, course.turn, 2.0f * course.bow};
+}
+
+bool stays_clear(const WorldData& data, std::int32_t shape, const Leg& leg, std::int32_t obstacle,
+                 const Leg& other, Passage& passage) {
+  passage.is_boxed = false;
+  const float radius = outer_radius_of(data, shape);  // all balls are within
+  const Vec3 arm = to_vec3(data.shapes.pose[shape].position) - leg.start;
+  const Vec3 other_arm = to_vec3(data.shapes.pose[obstacle].position) - other.start;
+  const Vec3 apart = leg.start - other.start;
+  const auto place = [&](const DeltaRow& delta, const DeltaRow& other_delta) {
+    return apart + (to_vec3(delta.position) - to_vec3(other_delta.position)) +
+           rotate(to_quat(delta.rotation), arm);
+  };
+  const Vec3 y[2] = {place(leg.from, other.from), place(leg.to, other.to)};
+  const Vec3 z[2] = {rotate_back(to_quat(other.from.rotation), y[0]) - other_arm,
+                     rotate_back(to_quat(other.to.rotation), y[1]) - other_arm};
+  const float far = std::max(size_of(y[0]), size_of(y[1])) + radius;
+  const float scale = size_of(leg.start) + size_of(other.start) + size_of(arm) + size_of(other_arm) + far;
+  if (!(scale < kFarthest)) return false;
+  const float leaves = leg.bow * (length(arm) + radius) +
+                       other.bow * (std::sqrt(std::max(dot(y[0], y[0]), dot(y[1], y[1]))) + radius) +
+                       0.25f * other.turn * (length(y[1] - y[0]) + leg.turn * radius);
+  const float room = kLinearSlop + kMostBend + leaves + kPlaceRounding * scale;
+  const float most = radius + outer_radius_of(data, obstacle) + room;
+  if (square_to_chord(z[0], z[1]) > most * most) return true;
+  if (!has_box(data, obstacle)) return false;
+  passage.is_boxed = true;
+  const Quat turn = to_quat(data.shapes.pose[shape].rotation),
+             back = conjugate(to_quat(data.shapes.pose[obstacle].rotation));
+  Vec3 reach{};  // of the shape along the obstacle's axes
+  const Vec3 half = box_of(data, shape);
+  for (int i = 0; i < 2; ++i) {
+    const Quat there = to_quat((i == 0 ? leg.from : leg.to).rotation),
+               other_there = to_quat((i == 0 ? other.from : other.to).rotation);
+    const Quat whole = back * conjugate(other_there) * there * turn;
+    passage.place[i] = rotate(back, z[i]);
+    auto& axes = passage.axes[i];
+    axes[0] = rotate(whole, {1.0f, 0.0f, 0.0f});
+    axes[1] = rotate(whole, {0.0f, 1.0f, 0.0f});
+    axes[2] = rotate(whole, {0.0f, 0.0f, 1.0f});
+    reach.x = std::max(reach.x, reach_along(half, axes[0].x, axes[1].x, axes[2].x));
+    reach.y = std::max(reach.y, reach_along(half, axes[0].y, axes[1].y, axes[2].y));
+    reach.z = std::max(reach.z, reach_along(half, axes[0].z, axes[1].z, axes[2].z));
+  }
+  passage.half = box_of(data, obstacle) + Vec3{room, room, room};
+  return has_box(data, shape) && is_beside(passage.place[0], passage.place[1], passage.half + reach);
+}
+
+bool stays_clear(const Passage& passage, const Ball& ball) {
+  if (!passage.is_boxed) return false;
+  const auto place = [&](int i) {
+    const auto& axes = passage.axes[i];
+    return passage.place[i] + ball.center.x * axes[0] + ball.center.y * axes[1] + ball.center.z * axes[2];
+  };
+  return is_beside(place(0), place(1), passage.half + Vec3{ball.radius, ball.radius, ball.radius});
+}
+
+bool starts_clear(const WorldData& data, std::int32_t a, std::int32_t b) {
+  for (const std::int32_t shape : {a, b}) {
+    const ShapeType type = data.shapes.type[shape];
+    if (type == ShapeType::half_space || type == ShapeType::mesh) return false;  // no ball holds them
+  }
+  const Vec3 from = to_vec3(data.shapes.pose[a].position), to = to_vec3(data.shapes.pose[b].position);
+  const float room = outer_radius_of(data, a) + outer_radius_of(data, b) + kLinearSlop +
+                     kPlaceRounding * (size_of(from) + size_of(to));
+  return dot(to - from, to - from) > room * room;
+}
+
+}  // namespace scree::sweeps
