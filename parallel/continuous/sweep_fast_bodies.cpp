@@ -116,6 +116,7 @@ struct NearShapes {
   } row[kMost];
   int count = 0;
   bool too_many = false;
+  bool any = false;  // as seen without room for rounding
 };
 
 bool overlap(const Swept& a, const Swept& b) {
@@ -133,8 +134,10 @@ bool is_near(const Obstacles& obstacles, std::int32_t shape, const Reach& reach)
                       reach.start, reach.end, reach.radius);
 }
 
-void list_near(const Obstacles& obstacles, const Reach& reach, NearShapes& near) {
+// `box`: that of `reach` without its room for rounding.
+void list_near(const Obstacles& obstacles, const Reach& reach, const Swept& box, NearShapes& near) {
   const auto add = [&](const simd::LeafBlock& leaf, std::size_t lane) {
+    near.any = near.any || meets(box, leaf.bounds, lane);
     if (near.count == NearShapes::kMost) {
       near.too_many = true;
     } else if (is_near(obstacles, leaf.shape[lane], reach)) {
@@ -379,8 +382,9 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
   const Vec3 there = start + to_vec3(delta.position);
   const float radius = is_whole ? std::max(size, reach_of(data, body)) : size;
   NearShapes listed;
-  list_near(obstacles, Reach(start, there, radius + rounding_of(start, there, radius)), listed);
-  if (listed.count == 0) return;
+  const Reach reach(start, there, radius + rounding_of(start, there, radius));
+  list_near(obstacles, reach, Swept(start, there, radius), listed);
+  if (!listed.any || listed.count == 0) return;
   const NearShapes* near = listed.too_many ? nullptr : &listed;
   Motion motion = motion_of(delta, long_axis_of(data, body));
   const int stretches = stretches_of(data, body, motion);
