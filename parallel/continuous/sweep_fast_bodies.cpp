@@ -94,17 +94,19 @@ struct Reach {
   Reach(Vec3 from, Vec3 to, float size) : start(from), end(to), radius(size), box(from, to, size) {}
 };
 
-// Calls call(leaf, lane) for the shapes of the tree that are near.
+// Calls call(leaf, lane) for the shapes of the tree that are near, until it returns false; whether it did
+// not.
 template <class Call>
-void for_each_near(const PairTree& tree, const Swept& box, int level, std::size_t block, Call&& call) {
+bool for_each_near(const PairTree& tree, const Swept& box, int level, std::size_t block, Call&& call) {
   for (std::size_t lane = 0; lane < simd::kBlock; ++lane) {
     if (level < 0) {
       const simd::LeafBlock& leaf = tree.leaves[block];
-      if (leaf.shape[lane] >= 0 && meets(box, leaf.bounds, lane)) call(leaf, lane);
+      if (leaf.shape[lane] >= 0 && meets(box, leaf.bounds, lane) && !call(leaf, lane)) return false;
     } else if (meets(box, tree.nodes[level][block].bounds, lane)) {
-      for_each_near(tree, box, level - 1, block * simd::kBlock + lane, call);
+      if (!for_each_near(tree, box, level - 1, block * simd::kBlock + lane, call)) return false;
     }
   }
+  return true;
 }
 
 // What is near a body's way, so that its many balls need not ask the trees.
@@ -116,6 +118,7 @@ struct NearShapes {
   } row[kMost];
   int count = 0;
   bool too_many = false;
+  bool any = false;  // as seen without room for rounding
 };
 
 bool overlap(const Swept& a, const Swept& b) {
@@ -133,19 +136,22 @@ bool is_near(const Obstacles& obstacles, std::int32_t shape, const Reach& reach)
                       reach.start, reach.end, reach.radius);
 }
 
-void list_near(const Obstacles& obstacles, const Reach& reach, NearShapes& near) {
+// `box`: that of `reach` without its room for rounding.
+void list_near(const Obstacles& obstacles, const Reach& reach, const Swept& box, NearShapes& near) {
   const auto add = [&](const simd::LeafBlock& leaf, std::size_t lane) {
-    if (near.count == NearShapes::kMost) {
-      near.too_many = true;
-    } else if (is_near(obstacles, leaf.shape[lane], reach)) {
+    near.any = near.any || meets(box, leaf.bounds, lane);
+    near.too_many = near.count == NearShapes::kMost;
+    if (near.too_many) return !near.any;
+    if (is_near(obstacles, leaf.shape[lane], reach)) {
       const auto& bounds = leaf.bounds;
       near.row[near.count++] = {leaf.shape[lane],
                                 {{bounds[0][lane], bounds[1][lane], bounds[2][lane]},
                                  {bounds[3][lane], bounds[4][lane], bounds[5][lane]}}};
     }
+    return true;
   };
   for (const PairTree& tree : obstacle_trees(obstacles.broad_phase)) {
-    if (tree.levels > 0) for_each_near(tree, reach.box, tree.levels - 1, 0, add);
+    if (tree.levels > 0 && !for_each_near(tree, reach.box, tree.levels - 1, 0, add)) return;
   }
 }
 
@@ -184,6 +190,7 @@ Meeting first_whole_meeting(const Obstacles& obstacles, std::int32_t body) {
       const float met = whole_meeting(data, obstacles.kernels, {shape, obstacle}, {mover, still}, 0.0f);
       first = earlier(first, {met, obstacle, {}});
     }
+    return true;
   };
   for (const PairTree& tree : obstacle_trees(obstacles.broad_phase)) {
     if (tree.levels > 0) for_each_near(tree, box, tree.levels - 1, 0, meet);
@@ -379,8 +386,9 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
   const Vec3 there = start + to_vec3(delta.position);
   const float radius = is_whole ? std::max(size, reach_of(data, body)) : size;
   NearShapes listed;
-  list_near(obstacles, Reach(start, there, radius + rounding_of(start, there, radius)), listed);
-  if (listed.count == 0) return;
+  const Reach reach(start, there, radius + rounding_of(start, there, radius));
+  list_near(obstacles, reach, Swept(start, there, radius), listed);
+  if (!listed.any || listed.count == 0) return;
   const NearShapes* near = listed.too_many ? nullptr : &listed;
   Motion motion = motion_of(delta, long_axis_of(data, body));
   const int stretches = stretches_of(data, body, motion);

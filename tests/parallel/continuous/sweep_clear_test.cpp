@@ -84,13 +84,20 @@ TEST(SweepClear, NoChordOfWhatIsClearComesNear) {
   constexpr float kLook = sweeps::kMostBend + 2.0f * 0.1f * kLinearSlop;
   Dice dice(71);
   int clear = 0, clear_balls = 0, plain = 0, missed = 0;
-  for (int round = 0; round < 600; ++round) {
-    const float size = round % 3 == 0 ? 0.2f : 1.0f, far = round % 4 == 0 ? 20.0f : 3.0f * size;
+  for (int round = 0; round < 5000; ++round) {
+    const float size = round % 3 == 0 ? 0.2f : 1.0f, far = round % 4 == 0 ? 20.0f : 2.0f * size;
+    const float way = round % 4 == 1 ? 0.1f * size : far;
     TwoMovers two(dice, size, far);
     const float most = round % 2 == 0 ? 0.3f : 3.1f;  // rad
+    const auto place = [&](int i) { return to_vec3(two.data().bodies.pose[two.body[i]].position); };
     const auto course = [&](int i) {
       const Vec3 axis = Vec3{0, 0, 1e-3f} + dice.within({1, 1, 1});
-      return two.course(i, dice.within({far, far, far}), from_axis_angle(axis, dice.uniform(-most, most)));
+      Vec3 moved = dice.within({way, way, way});
+      if (round % 4 == 0) {  // the first one flies past the other one in the middle of the step
+        moved = dice.within({2.0f * size, 2.0f * size, 2.0f * size});
+        if (i == 0) moved += 2.0f * (place(1) - place(0));
+      }
+      return two.course(i, moved, from_axis_angle(axis, dice.uniform(-most, most)));
     };
     const Course courses[2] = {course(0), course(1)};
     const float from = round % 5 < 3 ? 0.0f : dice.uniform(0.0f, 0.9f);
@@ -120,9 +127,9 @@ TEST(SweepClear, NoChordOfWhatIsClearComesNear) {
       missed += is_clear ? 0 : 1;
     }
   }
-  EXPECT_GT(clear, 200);
-  EXPECT_GT(clear_balls, 50);
-  EXPECT_GT(plain, 20);
+  EXPECT_GT(clear, 1500);
+  EXPECT_GT(clear_balls, 500);
+  EXPECT_GT(plain, 30);
   EXPECT_EQ(missed, 0);
 }
 
