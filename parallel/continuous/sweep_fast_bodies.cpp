@@ -461,7 +461,12 @@ void sweep_fast_bodies(WorldData& data, float dt, Crew& crew) {
       [&](std::int32_t place) { return bodies.awake[place]; });
   const Column<std::int32_t>& fast = broad_phase.fast;
   const int count = static_cast<int>(fast.size());
-  if (count == 0) return;
+  if (count == 0) {
+    // A pile that has settled keeps no memory for the time when all of it fell.
+    constexpr std::size_t kFew = 65536;  // bytes
+    if (broad_phase.courses.capacity_bytes() > kFew) broad_phase.courses = {};
+    return;
+  }
   Column<StepEnd>& ends = broad_phase.step_ends;
   ends.resize_discarding(count);
   const Obstacles obstacles{data, broad_phase, crew.kernels().query};

@@ -141,6 +141,7 @@ Calls reading_calls() {
   SCREE_READ(gravity_factor, body)
   SCREE_READ(locks, body)
   SCREE_READ(can_sleep, body)
+  SCREE_READ(full_sweep, body)
   SCREE_READ(is_awake, body)
   SCREE_READ(is_quarantined, body)
   SCREE_READ(user_data, body)
