@@ -127,8 +127,18 @@ bool any_face(const Solid& solid, IsMet&& is_met) {
   return false;
 }
 
+// Whether balls about the bodies' centers that hold the solids do not touch on their straight ways. A body
+// that stops earlier goes a part of its way, so both are taken to stand or to move.
+bool stay_far(const Traveler& a, const Traveler& b) {
+  const Vector between = b.center - a.center;
+  const double ways = queries::length(queries::to_vector(a.mover.motion.way)) +
+                      queries::length(queries::to_vector(b.mover.motion.way));
+  return queries::length(between) > a.reach + b.reach + ways;
+}
+
 // What slides over an edge of its ground meets the ground's next part there, and stays above it.
 float meeting_of_convex(const Traveler& a, const Traveler& b, float from) {
+  if (stay_far(a, b)) return kNever;
   Gap gap;
   const float met = touching(a, b, from, gap);
   if (!(met <= 1.0f)) return kNever;

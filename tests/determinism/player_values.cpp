@@ -217,7 +217,7 @@ BodyDef random_body_def(Random& random) {
   if (once_in(random, 4)) def.locks = random_locks(random);
   if (once_in(random, 5)) def.mass = random.between(0.1f, 1000.0f);
   def.can_sleep = !once_in(random, 6);
-  def.full_sweep = once_in(random, 4);
+  def.full_sweep = once_in(random, 12);
   def.user_data = random.next();
   return def;
 }

@@ -150,7 +150,7 @@ TEST(RandomCallsThemselves, MakeEveryCallThatChangesAWorld) {
   Player player(shift, true, nullptr);
   player.stay_in_one_world();
   internals(player.world()).recording.sink = &sink;
-  for (const Call& call : random_sequence(3, 1500, 20)) player.make(call);
+  for (const Call& call : random_sequence(3, 4000, 20)) player.make(call);
   internals(player.world()).recording.sink = nullptr;
   for (int number = 1; number < static_cast<int>(RecordedCall::count); ++number) {
     const auto call = static_cast<RecordedCall>(number);
