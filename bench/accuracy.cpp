@@ -17,7 +17,7 @@ class EngineSimulation final : public accuracy::Simulation {
  public:
   EngineSimulation(const EngineInfo& info, const scenes::Scene& scene, const accuracy::Backend& backend)
       : scene_(scene) {
-    if (!info.joints && !scene.joints.empty()) unsupported(info.title, "joints");
+    check_scene(info, scene);
     const EngineOptions options{
         .threads = info.multithreaded ? Workers(backend.threads).threads() : 1,
         .isa = backend.isa,

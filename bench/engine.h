@@ -75,8 +75,9 @@ const std::vector<EngineInfo>& engines();
 /// Scree's.
 void refuse_mesh_materials(const std::string& engine, const TriangleMesh& mesh);
 
-/// Throws for cylinders, cones and roundings: neither the adapters nor the evaluator have them.
-void refuse_smooth_shapes(const Geometry& geometry);
+/// Throws scree::Error if the scene has joints or changes that the engine has not, or cylinders, cones or
+/// roundings, which neither the adapters nor the evaluator have.
+void check_scene(const EngineInfo& info, const scenes::Scene& scene);
 
 /// A material's rules of mixing as a number that engines keep with their bodies or shapes.
 std::uint32_t mix_code(const Material& material);

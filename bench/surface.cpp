@@ -106,33 +106,19 @@ double gap_of(const Surface& surface, const Body& body, double enough, const Ran
   return least;
 }
 
-// A triangle that a mesh drops again.
-constexpr MeshTriangle kNone{};
+}  // namespace
 
-// As many as were given, with kNone where building the mesh dropped one.
-std::vector<MeshTriangle> given_triangles(const TriangleMesh& mesh) {
-  std::vector<MeshTriangle> triangles(mesh.report().given.triangles, kNone);
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
+std::vector<MeshTriangle> triangles_of(const TriangleMesh& mesh) {
+  std::vector<MeshTriangle> triangles;
+  triangles.reserve(mesh.triangle_count());
+  for (std::size_t i = 0; i < mesh.report().given.triangles; ++i) {
     try {
-      triangles[i] = mesh.triangle(i);
+      triangles.push_back(mesh.triangle(i));
     } catch (const Error&) {
       // It was dropped.
     }
   }
   return triangles;
-}
-
-}  // namespace
-
-std::vector<MeshTriangle> triangles_of(const TriangleMesh& mesh) {
-  std::vector<MeshTriangle> triangles = given_triangles(mesh);
-  std::erase(triangles, kNone);
-  return triangles;
-}
-
-// The materials cannot be read, but they count when meshes are compared.
-bool has_materials(const TriangleMesh& mesh) {
-  return !(TriangleMesh(mesh.vertices(), given_triangles(mesh)) == mesh);
 }
 
 std::shared_ptr<const Surface> make_surface(const TriangleMesh& mesh) {

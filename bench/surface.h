@@ -36,9 +36,6 @@ struct Surface {
 /// The triangles that a mesh has left, in the order in which they were given.
 std::vector<MeshTriangle> triangles_of(const TriangleMesh& mesh);
 
-/// Whether triangles of a mesh have materials of their own.
-bool has_materials(const TriangleMesh& mesh);
-
 std::shared_ptr<const Surface> make_surface(const TriangleMesh& mesh);
 
 /// Minus the depth of a convex body in a surface: over the triangles that it cuts, the largest of the

@@ -1,8 +1,11 @@
 // The list of the engines that CMake found, and what their adapters share.
 #include "bench/engine.h"
 
+#include <core/geometry/mesh/mesh_build.h>
+
 #include <algorithm>
 #include <cmath>
+#include <variant>
 
 namespace scree::bench {
 namespace {
@@ -57,15 +60,19 @@ void unsupported(const std::string& engine, const std::string& what) {
 }
 
 void refuse_mesh_materials(const std::string& engine, const TriangleMesh& mesh) {
-  if (has_materials(mesh)) unsupported(engine, "triangles with materials of their own");
+  if (!MeshAccess::solid(mesh)->columns.material.empty())
+    unsupported(engine, "triangles with materials of their own");
 }
 
-void refuse_smooth_shapes(const Geometry& geometry) {
-  const auto* const box = std::get_if<Box>(&geometry);
-  const auto* const convex = std::get_if<ConvexHull>(&geometry);
-  if (std::holds_alternative<Cylinder>(geometry) || std::holds_alternative<Cone>(geometry) ||
-      (box != nullptr && box->rounding > 0.0f) || (convex != nullptr && convex->rounding > 0.0f)) {
-    throw Error("the evaluation supports no cylinders, cones and roundings");
+void check_scene(const EngineInfo& info, const scenes::Scene& scene) {
+  if (!info.joints && !scene.joints.empty()) unsupported(info.title, "joints");
+  if (!info.changes && !scene.changes.empty()) unsupported(info.title, "bodies that come and go");
+  for (const scenes::SceneShape& shape : scene.shapes) {
+    const auto* const box = std::get_if<Box>(&shape.geometry);
+    const auto* const convex = std::get_if<ConvexHull>(&shape.geometry);
+    if (std::holds_alternative<Cylinder>(shape.geometry) || std::holds_alternative<Cone>(shape.geometry) ||
+        (box != nullptr && box->rounding > 0.0f) || (convex != nullptr && convex->rounding > 0.0f))
+      unsupported(info.title, "cylinders, cones and roundings");
   }
 }
 

@@ -82,11 +82,7 @@ class Run {
     const auto info =
         std::find_if(all.begin(), all.end(), [&](const EngineInfo& e) { return e.name == request.engine; });
     if (info == all.end()) throw Error("unknown engine " + request.engine);
-    for (const scenes::Scene& scene : scenes_) {
-      if (!info->joints && !scene.joints.empty()) unsupported(info->title, "joints");
-      for (const scenes::SceneShape& shape : scene.shapes) refuse_smooth_shapes(shape.geometry);
-      if (!info->changes && !scene.changes.empty()) unsupported(info->title, "bodies that come and go");
-    }
+    for (const scenes::Scene& scene : scenes_) check_scene(*info, scene);
     const bool continuous =
         request.continuous == "scene" ? scenes_.front().settings.continuous : request.continuous == "on";
     continuous_ = info->continuous.empty() ? "none" : continuous ? "on" : "off";

@@ -235,10 +235,6 @@ TEST(Surface, KeepsWhatTheMeshKeeps) {
   const TriangleMesh mesh(vertices, given);
   EXPECT_EQ(triangles_of(mesh).size(), mesh.triangle_count());
   EXPECT_EQ(make_surface(mesh)->triangles.size(), 2u);
-  EXPECT_FALSE(has_materials(mesh));
-  const std::array<Material, 1> ice = {Material{.friction = 0.01f}};
-  const std::vector<std::uint8_t> of_triangle = {255, 255, 255, 0};
-  EXPECT_TRUE(has_materials(TriangleMesh(vertices, given, {.of_triangle = of_triangle, .materials = ice})));
 }
 
 void add_placed_body(Scene& scene, const Geometry& geometry, const Pose& pose,
