@@ -18,6 +18,9 @@ inline constexpr std::int32_t kFirstBody = 4;
 // Lengths, in meters.
 inline constexpr float kLinearSlop = 0.005f;  // overlap that contacts leave to stay in touch
 inline constexpr float kSpeculativeDistance = 4 * kLinearSlop;  // gap below which a pair has contact points
+// What moves or turns farther in a step is fast: bounds cover its way, and contacts look ahead along it.
+inline constexpr float kFastTravel = 0.5f * kSpeculativeDistance;
+inline constexpr float kFastTurn = 0.5f;  // rad
 
 // Placement of a center of mass (bodies) or of a shape's origin (shapes).
 struct alignas(32) PoseRow {
@@ -99,6 +102,7 @@ enum StepNote : std::uint8_t {
   kNonFiniteAlone = 2,  // became non-finite by its own motion, before any contact acted
   kIsFast = 4,          // may pass through others in this step: it is swept
   kLags = 8,            // its last step ended early: it is swept
+  kMovesWhole = 16,     // it is swept as it is, and moves so far that contacts cannot take it
 };
 
 // Extents of a shape: sphere (radius), capsule (half[1], radius), box (half), hull (the box and the ball

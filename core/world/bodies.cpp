@@ -65,15 +65,13 @@ void add_load(Call call, const BodyRow& at_row, Vec3 force, Vec3 torque) {
 // fast. Both were made for the velocity that the last step ended with; where this one leads elsewhere, they
 // are made anew.
 void look_ahead(const BodyRow& at_row, const VelocityRow& before) {
-  constexpr float kWay = 0.5f * kSpeculativeDistance;  // as the bounds' kernel
-  constexpr float kTurn = 0.5f;                        // rad
   const VelocityRow& now = at_row.bodies.velocity[at_row.body];
   const float dt = at_row.data.last_dt;
   // However little each call changes: many of them add up.
   const auto differ = [dt](const float(&from)[3], const float(&to)[3], float most) {
     return to_vec3(from) != to_vec3(to) && length(to_vec3(to)) * dt > most;
   };
-  if (differ(before.linear, now.linear, kWay) || differ(before.angular, now.angular, kTurn))
+  if (differ(before.linear, now.linear, kFastTravel) || differ(before.angular, now.angular, kFastTurn))
     mark_shapes_dirty(at_row.data, at_row.body);
 }
 

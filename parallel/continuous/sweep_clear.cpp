@@ -111,14 +111,14 @@ Leg leg_of(const Course& course, float stop, float from) {
   const Mover& mover = course.mover;
   if (stop <= from) {
     const DeltaRow there = part_of(mover.motion, stop);
-    return {mover.start, there, there, 0.0f, 0.0f};
+    return {mover.start, there, there, 0.0f, 0.0f, 0.0f};
   }
   const DeltaRow begin = from > 0.0f ? part_of(mover.motion, from) : course.begin;
   // What stops on the way has no straight one.
   if (stop < 1.0f)
-    return {mover.start, begin, part_of(mover.motion, stop), course.turn,
-            std::numeric_limits<float>::infinity()};
-  return {mover.start, begin, course.end, course.turn, 2.0f * course.bow};
+    return {mover.start, begin,       part_of(mover.motion, stop),
+            course.turn, course.rate, std::numeric_limits<float>::infinity()};
+  return {mover.start, begin, course.end, course.turn, course.rate, 2.0f * course.bow};
 }
 
 bool stays_clear(const WorldData& data, std::int32_t shape, const Leg& leg, std::int32_t obstacle,

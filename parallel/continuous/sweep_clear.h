@@ -15,9 +15,9 @@ inline constexpr float kMostBend = 0.2f * kLinearSlop;
 
 // A body from a moment to the end of the step.
 struct Leg {
-  Vec3 start;         // center of mass as the step begins
-  DeltaRow from, to;  // at that moment and at the end
-  float turn, bow;    // as in Course; infinite bow: nothing is known
+  Vec3 start;             // center of mass as the step begins
+  DeltaRow from, to;      // at that moment and at the end
+  float turn, rate, bow;  // as in Course; infinite bow: nothing is known
 };
 
 // `stop`: the time after which the body stands still.

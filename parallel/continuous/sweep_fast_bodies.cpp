@@ -175,14 +175,15 @@ Meeting first_meeting(const Obstacles& obstacles, const PairTree& tree, const Sw
   return first;
 }
 
-// The first meeting of a body whose shapes are swept as they are.
-Meeting first_whole_meeting(const Obstacles& obstacles, std::int32_t body) {
+// The first meeting of a body whose shapes are swept as they are. `near`: as first_meeting_of(); `radius`: m,
+// about the center of mass around all of it.
+Meeting first_whole_meeting(const Obstacles& obstacles, const NearShapes* near, std::int32_t body,
+                            float radius) {
   const WorldData& data = obstacles.data;
   const Mover mover = mover_of(data, body, kNever);
-  const Swept box(mover.start, mover.start + mover.motion.way, reach_of(data, body));
+  const Swept box(mover.start, mover.start + mover.motion.way, radius);
   Meeting first;
-  const auto meet = [&](const simd::LeafBlock& leaf, std::size_t lane) {
-    const std::int32_t obstacle = leaf.shape[lane];
+  const auto meet = [&](std::int32_t obstacle) {
     const std::int32_t other = data.shapes.body[obstacle];
     const Mover still{to_vec3(data.bodies.pose[other].position), {}, 0.0f};
     for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
@@ -190,10 +191,17 @@ Meeting first_whole_meeting(const Obstacles& obstacles, std::int32_t body) {
       const float met = whole_meeting(data, obstacles.kernels, {shape, obstacle}, {mover, still}, 0.0f);
       first = earlier(first, {met, obstacle, {}});
     }
+  };
+  if (near != nullptr) {
+    for (int k = 0; k < near->count; ++k) meet(near->row[k].shape);
+    return first;
+  }
+  const auto meet_leaf = [&](const simd::LeafBlock& leaf, std::size_t lane) {
+    meet(leaf.shape[lane]);
     return true;
   };
   for (const PairTree& tree : obstacle_trees(obstacles.broad_phase)) {
-    if (tree.levels > 0) for_each_near(tree, box, tree.levels - 1, 0, meet);
+    if (tree.levels > 0) for_each_near(tree, box, tree.levels - 1, 0, meet_leaf);
   }
   return first;
 }
@@ -271,7 +279,7 @@ Meeting first_meeting_of(const Obstacles& obstacles, const NearShapes* near, std
 // So many that each ball's arc is nearly straight in each.
 int stretches_of(const WorldData& data, std::int32_t body, const Motion& motion) {
   constexpr float kSurely = 0.999f;  // as no ball turns by more than the body, but for rounding
-  if (turn_of(motion) < kSurely * kStraightTurn) return 1;
+  if (chord_of(motion) < kSurely * kStraightTurn) return 1;
   return 1 + static_cast<int>(turn_of(motion, arms_of(data, body)) / kStraightTurn);
 }
 
@@ -381,7 +389,7 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
   DeltaRow& delta = data.bodies.delta[body];
   if (!has_finite_motion(delta)) return;  // finish_step restores it
   const Vec3 start = to_vec3(data.bodies.pose[body].position);
-  const bool is_whole = is_swept_whole(data, body) && moves_far(data, body);
+  const bool is_whole = (data.bodies.step_notes[body] & kMovesWhole) != 0;
   const float size = data.bodies.core[body].size;
   const Vec3 there = start + to_vec3(delta.position);
   const float radius = is_whole ? std::max(size, reach_of(data, body)) : size;
@@ -412,7 +420,7 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
     from = to;
   }
   if (!is_whole) return;
-  const Meeting first = first_whole_meeting(obstacles, body);
+  const Meeting first = first_whole_meeting(obstacles, near, body, radius);
   if (!(first.time < end.time)) return;
   end.time = first.time;
   end.rebounds = may_rebound(data, body, first.obstacle);
@@ -471,7 +479,12 @@ void sweep_fast_bodies(WorldData& data, float dt, Crew& crew) {
   ends.resize_discarding(count);
   const Obstacles obstacles{data, broad_phase, crew.kernels().query};
   crew.run_ranges(count, kFastPerChunk, [&](int begin, int end, int) {
-    for (int i = begin; i < end; ++i) ends[i] = {.lag = make_up(data, fast[i], dt)};
+    for (int i = begin; i < end; ++i) {
+      const std::int32_t body = fast[i];
+      ends[i] = {.lag = make_up(data, body, dt)};
+      if (is_swept_whole(data, body) && moves_far(data, body))
+        data.bodies.step_notes[body] |= std::uint8_t{kMovesWhole};
+    }
   });
   hold_at_moving(data, broad_phase, dt, crew);
   crew.run_ranges(count, kFastPerChunk, [&](int begin, int end, int) {

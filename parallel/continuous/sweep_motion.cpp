@@ -91,14 +91,24 @@ Mover mover_of(const WorldData& data, std::int32_t body, float stop) {
           motion_of(data.bodies.delta[body], turns ? long_axis_of(data, body) : Vec3{}), stop};
 }
 
-float turn_of(const Motion& motion) {
+float chord_of(const Motion& motion) {
   const auto sine = [](Quat q) { return length(Vec3{q.x, q.y, q.z}); };
   return 2.0f * (sine(motion.swing) + sine(motion.twist));
 }
 
+float rate_of(const Motion& motion) {
+  // Of part_of(), at the middle of the turn's chord, which is nearest to the center.
+  const auto rate = [](Quat q) { return 4.0f * length(Vec3{q.x, q.y, q.z}) / (1.0f + q.w); };
+  return rate(motion.swing) + rate(motion.twist);
+}
+
 Course course_of(const WorldData& data, std::int32_t body) {
   const Mover mover = mover_of(data, body, kNever);
-  return {mover, part_of(mover.motion, 0.0f), part_of(mover.motion, 1.0f), turn_of(mover.motion),
+  return {mover,
+          part_of(mover.motion, 0.0f),
+          part_of(mover.motion, 1.0f),
+          chord_of(mover.motion),
+          rate_of(mover.motion),
           bow_of(mover.motion)};
 }
 

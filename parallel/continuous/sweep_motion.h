@@ -55,7 +55,8 @@ Mover mover_of(const WorldData& data, std::int32_t body, float stop);
 struct Course {
   Mover mover;          // that nothing stops
   DeltaRow begin, end;  // at the times 0 and 1
-  float turn;           // rad, at most
+  float turn;           // chord_of()
+  float rate;           // rate_of()
   float bow;            // m for an arm of 1 m; see bow_of()
 };
 Course course_of(const WorldData& data, std::int32_t body);
@@ -63,8 +64,10 @@ Course course_of(const WorldData& data, std::int32_t body);
 // m, by which the end of an arm of 1 m leaves, as the body turns, the straight line between where it is at
 // the step's beginning and end, at any time; see sweep_clear.cpp.
 float bow_of(const Motion& motion);
-// rad, in the whole motion.
-float turn_of(const Motion& motion);
+// m, by which the turn of the whole motion moves the end of an arm of 1 m, at most.
+float chord_of(const Motion& motion);
+// rad per step, at most, at any time of the motion.
+float rate_of(const Motion& motion);
 
 // m, by which no ball's center moves farther in the step.
 float farthest_way(const CoreRow& core, const DeltaRow& delta);

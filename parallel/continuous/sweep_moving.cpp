@@ -54,7 +54,7 @@ struct BallAgainst {
   std::int32_t shape, obstacle;
   Vec3 arm;                // from the mover's center to the ball's, as the step begins
   float radius, reach;     // m, of the ball, and of the obstacle about its origin
-  float turn, other_turn;  // rad, of the bodies in the whole step
+  float rate, other_rate;  // rad per step, of the bodies, at most
 
   // Where the ball is when the bodies have moved so far, in the frame in which the obstacle stays where the
   // step begins.
@@ -71,7 +71,7 @@ struct BallAgainst {
 float bend_of(const BallAgainst& ball, float from, float to, Vec3 a, Vec3 b) {
   const float farthest = std::max(length(a - ball.other.start), length(b - ball.other.start));
   const bool stands = ball.mover.stands_at(from), other_stands = ball.other.stands_at(from);
-  const float u = stands ? 0.0f : ball.turn, w = other_stands ? 0.0f : ball.other_turn,
+  const float u = stands ? 0.0f : ball.rate, w = other_stands ? 0.0f : ball.other_rate,
               arm = length(ball.arm);
   const Vec3 way =
       (stands ? Vec3{} : ball.mover.motion.way) - (other_stands ? Vec3{} : ball.other.motion.way);
@@ -178,8 +178,8 @@ void meet_from_side(const Chase& chase, int side, float& first) {
                            arm_of(data, data.shapes.body[shape], shape, balls.ball[i].center),
                            balls.ball[i].radius,
                            reach,
-                           leg.turn,
-                           other.turn};
+                           leg.rate,
+                           other.rate};
     if (distance_at_start(ball) - ball.radius <= kLinearSlop) continue;
     const Vec3 a = ball.center_after(leg.from, other.from), b = ball.center_after(there, other_there);
     first = std::min(first, meeting_between(ball, from, to, a, b, kMostHalvings));
@@ -231,8 +231,7 @@ bool may_pass(const WorldData& data, std::int32_t a, std::int32_t b, float dt) {
     return farthest_way(bodies.core[body], bodies.delta[body]) - length(to_vec3(bodies.delta[body].position));
   };
   const Vec3 way = to_vec3(bodies.delta[a].position) - to_vec3(bodies.delta[b].position);
-  if ((is_swept_whole(data, a) && moves_far(data, a)) || (is_swept_whole(data, b) && moves_far(data, b)))
-    return true;
+  if (((bodies.step_notes[a] | bodies.step_notes[b]) & kMovesWhole) != 0) return true;
   const float far = length(way), inner = inner_radius_of(bodies.core[a]) + inner_radius_of(bodies.core[b]);
   return far > inner || far + turn(a) + turn(b) > inner;
 }
@@ -379,7 +378,8 @@ void hold_pair(WorldData& data, const MovingPair& pair, Column<StepEnd>& ends) {
     const std::int32_t shape = pair.shape[side], obstacle = pair.shape[1 - side];
     if (data.shapes.type[obstacle] == ShapeType::mesh) continue;  // from behind, all pass
     const std::int32_t body = data.shapes.body[shape], other = data.shapes.body[obstacle];
-    const Balls balls = balls_of(data, shape);
+    Balls made;
+    const Balls& balls = balls_at(data, shape, made);
     if (balls.count == 0) continue;
     const float radius = balls.ball[0].radius;
     DeltaRow& delta = data.bodies.delta[body];

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace scree::sweeps {
 
@@ -22,19 +23,10 @@ using queries::Gap;
 using queries::Solid;
 using queries::Vector;
 
-// m; a motion that is shorter in a step is that of contacts: half of what they look ahead.
-constexpr float kFar = 0.5f * kSpeculativeDistance;
 // m; shapes this near to each other touch, and are left so far apart.
 constexpr double kTouching = 0.2 * double{kLinearSlop};
 // Five to ten are usual; a turn about a far center needs more.
 constexpr int kMostAdvances = 100;
-
-// Rad per step, at most, of what turns as part_of() says: at the chord's middle, which is nearest to the
-// center.
-double turn_rate(Quat turn) {
-  const double x = turn.x, y = turn.y, z = turn.z, w = turn.w;
-  return 4.0 * std::sqrt(x * x + y * y + z * z) / (1.0 + w);
-}
 
 // A solid on its way through the step.
 struct Traveler {
@@ -49,7 +41,7 @@ struct Traveler {
         mover(body),
         center(queries::to_vector(body.start)),
         reach(queries::length(solid.position - center) + radius),
-        turn(turn_rate(body.motion.swing) + turn_rate(body.motion.twist)) {}
+        turn(rate_of(body.motion)) {}
 
   Solid at(float t) const {
     const DeltaRow delta = mover.delta_at(t);
@@ -72,12 +64,18 @@ double separation_along(const Solid& a, const Solid& b, Vector direction) {
          queries::reach_along(b, -direction);
 }
 
-// When they touch after `from`, and how they are then; kNever if they do not, or do so at `from`.
+// Whether they touch as the step begins: then they are their contact's business.
+bool touch_at_first(const Traveler& a, const Traveler& b) {
+  return !(queries::gap_between(a.at(0.0f), b.at(0.0f)).distance > double{kLinearSlop});
+}
+
+// When they touch from `from` on, and how they are then; kNever if they do not, or do so as the step begins.
 float touching(const Traveler& a, const Traveler& b, float from, Gap& gap) {
   float t = from;
   for (int i = 0; i < kMostAdvances; ++i) {
     gap = queries::gap_between(a.at(t), b.at(t));
-    if (t == from && !(gap.distance > double{kLinearSlop})) return kNever;
+    if (i == 0 && !(gap.distance > double{kLinearSlop}))
+      return from <= 0.0f || touch_at_first(a, b) ? kNever : from;
     if (!(gap.distance > 0.0)) return t;  // by rounding
     if (gap.distance <= 1.5 * kTouching) return t;
     const double speed = a.speed_along(gap.normal, t) + b.speed_along(-gap.normal, t);
@@ -101,11 +99,20 @@ struct Way {
         bulge(traveler.mover.stands_at(from) ? 0.0 : 0.25 * traveler.reach * traveler.turn * traveler.turn) {}
 };
 
+// m, from one end to the other along a direction; of what has no end or no inside nothing that counts.
+double width_along(const Solid& solid, Vector direction) {
+  const bool is_triangle = solid.type == ShapeType::hull && solid.hull == nullptr;
+  if (is_triangle || solid.type == ShapeType::half_space) return std::numeric_limits<double>::infinity();
+  return queries::reach_along(solid, direction) + queries::reach_along(solid, -direction);
+}
+
 // Whether the shapes are apart along a direction from a to b on all of their ways, but for what contacts
 // leave: then neither is deep in the other at the end, nor has passed it.
 bool stay_apart(const Way& a, const Way& b, Vector direction) {
   constexpr double kDeep = 2.0 * double{kLinearSlop};  // m; also where a load presses what rests
-  const double least = a.bulge + b.bulge - kDeep;
+  constexpr double kShare = 0.25;                      // of the thinner one, whose middle stays on its side
+  const double thinner = std::min(width_along(a.end, direction), width_along(b.end, direction));
+  const double least = a.bulge + b.bulge - std::min(kDeep, kShare * thinner);
   return separation_along(a.end, b.end, direction) >= least &&
          separation_along(a.start, b.start, direction) >= least;
 }
@@ -152,7 +159,8 @@ float meeting_of_convex(const Traveler& a, const Traveler& b, float from) {
 }
 
 // A shape against a triangle of a mesh.
-float meeting_with_triangle(const Traveler& a, const Mover& mesh_mover, Solid triangle, float from) {
+float meeting_with_triangle(const Traveler& a, const Way& way_a, const Mover& mesh_mover, Solid triangle,
+                            float from) {
   const Vector local[3] = {{triangle.corner[0][0], triangle.corner[1][0], triangle.corner[2][0]},
                            {triangle.corner[0][1], triangle.corner[1][1], triangle.corner[2][1]},
                            {triangle.corner[0][2], triangle.corner[1][2], triangle.corner[2][2]}};
@@ -160,7 +168,7 @@ float meeting_with_triangle(const Traveler& a, const Mover& mesh_mover, Solid tr
   double radius = 0.0;
   for (const Vector corner : local) radius = std::max(radius, queries::length(corner));
   const Traveler b(triangle, mesh_mover, radius);
-  const Way way_a(a, from), way_b(b, from);
+  const Way way_b(b, from);
   const Solid &shape = way_a.start, &then = way_b.start;
   const Vector out = then.axes * normalize(front);
   if (!(dot(out, shape.position - then.position - then.axes * local[0]) > 0.0)) return kNever;
@@ -180,7 +188,7 @@ float meeting_with_triangle(const Traveler& a, const Mover& mesh_mover, Solid tr
 simd::MeetTask task_of(const Traveler& a, const Solid& mesh, const Mover& mesh_mover) {
   constexpr double kRounding = 1e-6;  // of coordinates: more than floats are off by
   const Vector way = queries::to_vector(a.mover.motion.way) - queries::to_vector(mesh_mover.motion.way);
-  const double mesh_turn = turn_rate(mesh_mover.motion.swing) + turn_rate(mesh_mover.motion.twist);
+  const double mesh_turn = rate_of(mesh_mover.motion);
   const double far = queries::length(a.center - queries::to_vector(mesh_mover.start)) + queries::length(way);
   const double mesh_room = mesh_turn * (far + a.reach), turn_room = a.turn * a.reach;
   Solid placed = a.start;
@@ -206,18 +214,19 @@ float meeting_with_mesh(const simd::QueryKernels& kernels, const Traveler& a, co
                         const Mover& mesh_mover, float from) {
   struct First {
     const Traveler& a;
+    const Way way;
     const Solid& mesh;
     const Mover& mover;
     float from;
     queries::TriangleSolid triangle;
     float met = kNever;
-  } first{a, mesh, mesh_mover, from, queries::TriangleSolid(*mesh.mesh)};
+  } first{a, Way(a, from), mesh, mesh_mover, from, queries::TriangleSolid(*mesh.mesh)};
   const simd::AskShape ask = [](void* context, std::int32_t triangle, float limit) -> float {
     First& f = *static_cast<First*>(context);
     Solid solid = f.triangle.take(triangle);
     solid.position = f.mesh.position;
     solid.axes = f.mesh.axes;
-    f.met = std::min(f.met, meeting_with_triangle(f.a, f.mover, solid, f.from));
+    f.met = std::min(f.met, meeting_with_triangle(f.a, f.way, f.mover, solid, f.from));
     return limit;
   };
   kernels.meet_mesh(*mesh.mesh, task_of(a, mesh, mesh_mover), 0.0f, ask, &first);
@@ -243,9 +252,9 @@ float reach_of(const WorldData& data, std::int32_t body) {
 bool moves_far(const WorldData& data, std::int32_t body) {
   const DeltaRow& delta = data.bodies.delta[body];
   const float way = length(to_vec3(delta.position));
-  if (way > kFar) return true;
+  if (way > kFastTravel) return true;
   const float turn = 2.0f * length(Vec3{delta.rotation[0], delta.rotation[1], delta.rotation[2]});
-  return turn > 0.0f && way + turn * reach_of(data, body) > kFar;
+  return turn > 0.0f && way + turn * reach_of(data, body) > kFastTravel;
 }
 
 float whole_meeting(const WorldData& data, const simd::QueryKernels& kernels, const std::int32_t (&shapes)[2],

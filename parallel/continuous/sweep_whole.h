@@ -18,7 +18,7 @@ float reach_of(const WorldData& data, std::int32_t body);
 bool moves_far(const WorldData& data, std::int32_t body);
 
 // When shapes of two bodies meet after `from`, so that one would be deeper in the other when the step ends
-// than a contact leaves it; kNever if they do not. What touches at `from` is its contact's business.
+// than a contact leaves it; kNever if they do not. What touches as the step begins is its contact's business.
 // Triangles of a mesh stop what comes from their front. The first one is no half-space, and at most one is a
 // mesh.
 float whole_meeting(const WorldData& data, const simd::QueryKernels& kernels, const std::int32_t (&shapes)[2],

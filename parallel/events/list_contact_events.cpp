@@ -68,9 +68,8 @@ float impulse_of(const WorldData& data, std::int32_t first) {
 }
 // Of the contacts that were pressed, if there are any: what slides on a mesh toward a wall of it does not hit
 // before it gets there.
-float approach_of(const WorldData& data, std::int32_t first, bool solved) {
+float approach_of(const WorldData& data, std::int32_t first, bool pressed) {
   const Events& events = data.events;
-  const bool pressed = solved && impulse_of(data, first) > 0.0f;
   return largest_of(data.contacts, first, [&](std::int32_t contact) {
     return !pressed || events.impulse[contact] > 0.0f ? events.approach[contact] : 0.0f;
   });
@@ -160,10 +159,9 @@ PairList list_pairs(WorldData& data, Crew& crew) {
 
 // Of a contact that was solved. An impulse that is not finite tells nothing: its bodies are about to be
 // restored.
-bool hits(const WorldData& data, std::int32_t contact) {
-  if (!(approach_of(data, contact, true) >= data.settings.hit_event_speed)) return false;
-  const float impulse = impulse_of(data, contact);
-  return impulse > 0.0f && std::isfinite(impulse);
+bool hits(const WorldData& data, std::int32_t contact, float impulse) {
+  return impulse > 0.0f && std::isfinite(impulse) &&
+         approach_of(data, contact, true) >= data.settings.hit_event_speed;
 }
 
 // `known`: the pair touched after the last step.
@@ -176,14 +174,15 @@ std::uint8_t judge(const WorldData& data, const PairList& list, std::int32_t row
   const auto verdict = static_cast<std::uint8_t>(static_cast<std::uint8_t>(asked) & kTouchEvents);
   const bool rests = !is_on_awake_dynamic(data, pair.a) && !is_on_awake_dynamic(data, pair.b);
   const bool asked_for_hit = contains(asked, ContactEvents::hit) && !rests && solved;
-  const std::uint8_t hit = asked_for_hit && hits(data, contact) ? kHits : std::uint8_t{0};
+  const float impulse = solved ? impulse_of(data, contact) : 0.0f;
+  const std::uint8_t hit = asked_for_hit && hits(data, contact, impulse) ? kHits : std::uint8_t{0};
   if (verdict == 0) return hit;
   const float nearest = nearest_of(data.contacts, contact);
   if (rests) {
     const bool touches = known || nearest <= 0.0f;
     return touches ? static_cast<std::uint8_t>(verdict | kResting) : std::uint8_t{0};
   }
-  const bool pressed = solved ? impulse_of(data, contact) > 0.0f : was_pressed(data.contacts, contact);
+  const bool pressed = solved ? impulse > 0.0f : was_pressed(data.contacts, contact);
   const bool touches = pressed || nearest <= (known ? kLinearSlop : 0.0f);
   return static_cast<std::uint8_t>((touches ? verdict : 0) | hit);
 }
@@ -286,8 +285,8 @@ ContactEvent make_event(const WorldData& data, const PairList& list, std::int32_
         center + manifold.point_u[k] * tangent_1 + manifold.point_v[k] * tangent_2, manifold.separation[k]};
   }
   if (!is_on_awake_dynamic(data, pair.a) && !is_on_awake_dynamic(data, pair.b)) return event;
-  event.approach_speed = approach_of(data, first, solved);
   const float impulse = solved ? impulse_of(data, first) : 0.0f;
+  event.approach_speed = approach_of(data, first, impulse > 0.0f);
   if (std::isfinite(impulse)) event.normal_impulse = impulse;
   return event;
 }

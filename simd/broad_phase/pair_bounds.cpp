@@ -16,11 +16,6 @@ constexpr float kMargin = 0.05f;
 // A body gets the margin if this many of its steps fit into it. Faster bodies cause a new list anyway, and
 // the margin would only add pairs that never touch.
 constexpr float kStepsInMargin = 4.0f;
-// m; the bounds of a shape that travels farther in a step cover its path. Collide then makes points ahead of
-// time (reach_of_fast), so that the shape hits at the surface and not inside.
-constexpr float kFastTravel = 0.5f * kSpeculativeDistance;
-// rad; the bounds of a shape that turns farther in a step cover its turn.
-constexpr float kWhirl = 0.5f;
 // Relative to the largest coordinate: eight units in the last place, more than the sum of the rounding errors
 // of a box's corners, of its center and of the comparison of spheres.
 constexpr float kRounding = 1e-6f;
@@ -159,7 +154,7 @@ std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count
   // body's center.
   const F arm = own.radius + length(local.position);
   const F turn = length(motion.angular) * F(task.dt);
-  const M whirls = (turn > F(kWhirl)) & (turn * arm > F(kFastTravel)) & (arm <= F(kFarthest));
+  const M whirls = (turn > F(kFastTurn)) & (turn * arm > F(kFastTravel)) & (arm <= F(kFarthest));
   const M circles = whirls & (turn > F(1.0f));
   const F outer = select(circles, arm,
                          select(whirls, own.radius + turn * length(local.position), own.radius_about_middle));

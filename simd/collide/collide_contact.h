@@ -59,6 +59,15 @@ inline void load_block(const CollideItem* items, const std::int32_t* which, int 
   block.count = count;
 }
 
+// The items from `begin` on, as many as there are lanes, and their numbers. Returns how many there are.
+inline int take_block(const CollideItem* items, int count, int begin, std::int32_t (&which)[kLanes],
+                      Block& block) {
+  const int lanes = count - begin < kLanes ? count - begin : kLanes;
+  number_lanes(begin, lanes, which);
+  load_block(items, which, lanes, block);
+  return lanes;
+}
+
 struct WidePose {
   V3 position;
   Q4 rotation;
@@ -529,11 +538,9 @@ void collide_pairs(const CollideColumns& columns, const CollideItem* items, int 
   alignas(64) std::int32_t kept_hint[kCollideChunk + kLanes];
   int kept_count = 0;
   for (int begin = 0; begin < count; begin += kLanes) {
-    const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    number_lanes(begin, lanes, which);
     Block block;
-    load_block(items, which, lanes, block);
+    const int lanes = take_block(items, count, begin, which, block);
     I hint(0);
     const std::uint32_t near = bits(Pair::may_touch(load_pair(columns, block), hint));
     alignas(64) std::int32_t hints[kLanes];

@@ -208,11 +208,9 @@ struct HullPoints {
 // Chooses corners, and drops the pairs that are apart.
 void choose_corners(const CollideColumns& columns, const CollideItem* items, int count, HullPoints& points) {
   for (int begin = 0; begin < count; begin += kLanes) {
-    const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    number_lanes(begin, lanes, which);
     Block block;
-    load_block(items, which, lanes, block);
+    const int lanes = take_block(items, count, begin, which, block);
     const WidePair pair = load_pair(columns, block);
     const WidePlane plane = plane_of(pair);
     const std::uint32_t near = bits(is_near(pair, plane.height - pair.extent_1.radius));

@@ -88,11 +88,9 @@ void clear_far_row(const CollideColumns& columns, std::int32_t row, std::int32_t
 template <bool kBoxFirst>
 void pass_spheres(const CollideColumns& columns, const CollideItem* items, int count, Survivors& out) {
   for (int begin = 0; begin < count; begin += kLanes) {
-    const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    number_lanes(begin, lanes, which);
     Block block;
-    load_block(items, which, lanes, block);
+    const int lanes = take_block(items, count, begin, which, block);
     const WidePair pair = load_pair(columns, block);
     const std::uint32_t near = bits(spheres_touch(pair, radius_1<kBoxFirst>(pair), pair.extent_2.radius) &
                                     is_rotation(pair.first.rotation) & is_rotation(pair.second.rotation));

@@ -33,14 +33,10 @@ int touch(MeshFirstType type, const MeshPair& pair, const TriangleBatch& batch, 
 void load_frames(const CollideColumns& columns, const CollideItem* items, int count,
                  HullPair (&pairs)[kMeshChunk + 1]) {
   for (int begin = 0; begin < count; begin += kLanes) {
-    const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes], slot[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) {
-      which[lane] = begin + (lane < lanes ? lane : lanes - 1);
-      slot[lane] = lane < lanes ? which[lane] : kMeshChunk;
-    }
     Block block;
-    load_block(items, which, lanes, block);
+    const int lanes = take_block(items, count, begin, which, block);
+    for (int lane = 0; lane < kLanes; ++lane) slot[lane] = lane < lanes ? which[lane] : kMeshChunk;
     store_frames(load_pair(columns, block), pairs, slot);
   }
 }

@@ -117,7 +117,9 @@ bool touch(const MeshPair& pair, const Triangle& t, std::int32_t triangle, MeshB
     const double separation = gap.separation - pair.smooth.margin;
     if (push.largest > separation + double{kBeside}) {
       if (push.largest > 0.0 || (beside.triangle >= 0 && !(separation > beside.separation))) return false;
-      if (!put_contact(pair, core, push, triangle, beside.contact)) return false;
+      TriangleContact made;
+      if (!put_contact(pair, core, push, triangle, made)) return false;
+      beside.contact = made;
       beside.triangle = triangle;
       beside.separation = separation;
       return false;

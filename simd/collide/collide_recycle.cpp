@@ -224,11 +224,9 @@ int recycle_items(const CollideColumns& columns, const CollideItem* items, int c
                   CollideItem* left) {
   int left_count = 0;
   for (int begin = 0; begin < count; begin += kLanes) {
-    const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    number_lanes(begin, lanes, which);
     Block block;
-    load_block(items, which, lanes, block);
+    const int lanes = take_block(items, count, begin, which, block);
     const std::uint32_t recycled = recycle_block(columns, block, solids);
     for (int lane = 0; lane < lanes; ++lane) {
       if ((recycled >> lane & 1u) == 0) left[left_count++] = items[which[lane]];
@@ -242,11 +240,9 @@ int recycle_items(const CollideColumns& columns, const CollideItem* items, int c
 void follow_mesh_manifolds(const CollideColumns& columns, const CollideItem* items, int count,
                            FollowedManifold* followed) {
   for (int begin = 0; begin < count; begin += kLanes) {
-    const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    number_lanes(begin, lanes, which);
     Block block;
-    load_block(items, which, lanes, block);
+    const int lanes = take_block(items, count, begin, which, block);
     const Candidates candidates = candidates_of(columns, block);
     const Kept kept = follow_separations(columns, block, candidates.points, candidates.are, Solids::meshes);
     const std::uint32_t keeps = bits(kept.keeps);

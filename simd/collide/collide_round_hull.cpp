@@ -333,11 +333,9 @@ template <class Pair>
 void collide_with_hulls(const CollideColumns& columns, const CollideItem* items, int count) {
   Touching touching;
   for (int begin = 0; begin < count; begin += kLanes) {
-    const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    number_lanes(begin, lanes, which);
     Block block;
-    load_block(items, which, lanes, block);
+    take_block(items, count, begin, which, block);
     search_block<Pair>(columns, block, which, touching);
   }
   for (int lane = 0; lane < kLanes && touching.count > 0; ++lane) {

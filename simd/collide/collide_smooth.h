@@ -212,11 +212,9 @@ void collide_smooth_pairs(const CollideColumns& columns, const CollideItem* item
                           CollidePair&& collide_pair) {
   SmoothStore contacts(columns, items);
   for (int begin = 0; begin < count; begin += kLanes) {
-    const int lanes = count - begin < kLanes ? count - begin : kLanes;
     alignas(64) std::int32_t which[kLanes];
-    number_lanes(begin, lanes, which);
     Block block;
-    load_block(items, which, lanes, block);
+    const int lanes = take_block(items, count, begin, which, block);
     alignas(64) float reach[kLanes];
     store(reach, load_pair(columns, block).reach);
     for (int lane = 0; lane < lanes; ++lane) {

@@ -21,8 +21,6 @@ const MeshCorners* leaf_corners(const MeshData& mesh, std::int32_t leaf) {
 void load_corners(const MeshData& mesh, std::int32_t leaf, Corners& corners) {
   const MeshCorners* triangles = leaf_corners(mesh, leaf);
   for (int lane = 0; lane < kBlock; ++lane) {
-  }
-  for (int lane = 0; lane < kBlock; ++lane) {
     for (int corner = 0; corner < 3; ++corner) {
       const float* vertex = mesh.vertex + std::ptrdiff_t{3} * triangles[lane].vertex[corner];
       for (int axis = 0; axis < 3; ++axis) corners.at[corner][axis][lane] = vertex[axis];

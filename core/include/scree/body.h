@@ -59,7 +59,8 @@ struct BodyDef {
   bool can_sleep = true;              ///< false: the body never falls asleep
   /// Of a dynamic body: whether, with WorldSettings::continuous, its shapes are swept as they are, while they
   /// move and turn, where those of others are swept by balls within them. For what is long, flat or spins
-  /// fast among what is thin: nothing is passed, unless the body turns by more than half a turn in a step.
+  /// fast among what is thin. It may still pass meshes from behind, what it comes to by more than half a turn
+  /// in a step, and what moves if one of the two got its speed in the same step.
   /// Costs some microseconds for each shape and each triangle near its way, and nothing while it moves less
   /// than 1 cm in a step.
   bool full_sweep = false;

@@ -47,27 +47,32 @@ TEST(SweptWhole, WithoutItSuchAPlateMayPass) {
 }
 
 // Two rods that cross each other's way in the air, each thinner than its way in a step is long.
-TEST(SweptWhole, RodsThatCrossMeet) {
+void expect_rods_meet(float thin, float speed, int spreads) {
   int passed_without = 0;
   for (const bool full_sweep : {false, true}) {
-    for (int spread = 0; spread < 20; ++spread) {
+    for (int spread = 0; spread < spreads; ++spread) {
       Lab lab(without_gravity());
       const float shift = 0.021f * static_cast<float>(spread);
-      BodyDef left{.position = {-2.0f - shift, 0.31f, 0.43f}, .linear_velocity = {90, 0, 0}};
-      BodyDef right{.position = {2, 0, 0}, .linear_velocity = {-90, 0, 0}};
+      BodyDef left{.position = {-2.0f - shift, 0.31f, 0.43f}, .linear_velocity = {speed, 0, 0}};
+      BodyDef right{.position = {2, 0, 0}, .linear_velocity = {-speed, 0, 0}};
       left.full_sweep = right.full_sweep = full_sweep;
-      const BodyId a = lab.add(left, Box{{kThin, 1.0f, kThin}});
-      const BodyId b = lab.add(right, Box{{kThin, kThin, 1.0f}});
-      lab.run(20);
-      const bool met = lab.velocity(a).x() < 80.0 && lab.velocity(b).x() > -80.0;
+      const BodyId a = lab.add(left, Box{{thin, 1.0f, thin}});
+      const BodyId b = lab.add(right, Box{{thin, thin, 1.0f}});
+      lab.run(20 + static_cast<int>(5.0f / speed / kStep));
+      const bool met = lab.velocity(a).x() < 0.9 * speed && lab.velocity(b).x() > -0.9 * speed;
       if (full_sweep) {
-        EXPECT_TRUE(met) << spread << ": " << lab.velocity(a).x();
+        EXPECT_TRUE(met) << thin << " m, " << speed << " m/s, " << spread << ": " << lab.velocity(a).x();
       } else {
         passed_without += met ? 0 : 1;
       }
     }
   }
-  EXPECT_GT(passed_without, 0);
+  EXPECT_TRUE(speed < 80.0f || passed_without > 0) << "else the law is none of full sweeps";
+}
+
+TEST(SweptWhole, RodsThatCrossMeet) {
+  expect_rods_meet(kThin, 90.0f, 20);
+  for (const float speed : {2.0f, 5.0f, 10.0f, 20.0f, 90.0f}) expect_rods_meet(0.002f, speed, 10);
 }
 
 // A rod that spins in place beside a post that its ends would sweep.
@@ -97,6 +102,7 @@ TEST(SweptWhole, NoTumblingSlabGetsBehindAMesh) {
   Random random(5);
   for (float& height : heights) height = random.uniform(0.0f, 0.8f);
   const TriangleMesh mesh = height_field_mesh({.columns = kColumns, .rows = kRows, .heights = heights});
+  int judged = 0;
   for (int i = 0; i < 40; ++i) {
     Lab lab;
     lab.add({.type = BodyType::fixed, .position = {-12, 0, -12}}, mesh);
@@ -108,9 +114,11 @@ TEST(SweptWhole, NoTumblingSlabGetsBehindAMesh) {
     lab.run(90);
     const Eigen::Vector3d place = lab.position(slab);
     if (std::abs(place.x()) < 11.0 && std::abs(place.z()) < 11.0) {
+      ++judged;
       EXPECT_GT(place.y(), -0.05) << i;
     }
   }
+  EXPECT_GT(judged, 10);
 }
 
 TEST(SweptWhole, AHalfSpaceStopsIt) {
@@ -157,7 +165,7 @@ TEST(SweptWhole, WhatSlidesFastIsNotHeld) {
   }
 }
 
-// Where nothing is in the way, and where balls stop the body in time, a full sweep changes nothing.
+// Where nothing is in the way, a full sweep changes nothing.
 TEST(SweptWhole, InFreeFlightItChangesNothing) {
   std::uint64_t hashes[2];
   for (const bool full_sweep : {false, true}) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <scree/scree.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -49,7 +50,7 @@ void add(World& world, BodyType type, const Geometry& geometry, float height) {
 void expect_contact(const Geometry& lower, BodyType lower_type, const Named& upper, float gap,
                     bool upper_first, const std::string& where) {
   WorldSettings settings;
-  settings.contact_forces = true;
+  settings.contact_events = ContactEvents::all;
   settings.sleeping = false;
   World world(settings);
   const float height = 0.5f + upper.below + gap;
@@ -59,6 +60,8 @@ void expect_contact(const Geometry& lower, BodyType lower_type, const Named& upp
   Workers workers{1};
   step(world, 1.0f / 60.0f, workers);
   EXPECT_EQ(world.stats().contacts, gap < 0.05f ? 1 : 0) << where;
+  for (const ContactEvent& event : world.contact_begins())
+    EXPECT_NEAR(std::abs(event.normal.y), 1.0f, 1e-3f) << where;
 }
 
 TEST(CollideSmoothShapes, EveryPairOfTypesIsCollidedInBothOrders) {

@@ -1,8 +1,13 @@
 // Laws of rays: against brute force, between the kinds of calls, and where rays are extreme.
+#include <parallel/crew/crew.h>
+#include <parallel/queries/ray_order.h>
 #include <tests/parallel/queries/query_fixture.h>
 
+#include <algorithm>
 #include <limits>
 #include <map>
+#include <numeric>
+#include <span>
 
 namespace scree {
 namespace {
@@ -147,7 +152,45 @@ TEST(RayQueries, BatchedRaysEqualSingleOnesForEveryInstructionSetAndThreadCount)
   }
 }
 
-// Many are asked in an order of their own, which grounds without end and bodies far away must not spoil.
+// m, on the mean, between where a ray and the one that is asked next enter a box of half the size.
+double mean_leap(std::span<const Ray> rays, std::span<const std::int32_t> order, float half) {
+  const auto entry = [&](std::size_t i) {
+    const Ray& ray = rays[static_cast<std::size_t>(order[i])];
+    float begin = 0.0f;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float way = ray.translation[axis];
+      if (way != 0.0f) begin = std::max(begin, ((way > 0.0f ? -half : half) - ray.origin[axis]) / way);
+    }
+    return ray.origin + std::min(begin, 1.0f) * ray.translation;
+  };
+  double sum = 0.0;
+  for (std::size_t i = 1; i < order.size(); ++i) sum += static_cast<double>(distance(entry(i - 1), entry(i)));
+  return sum / static_cast<double>(order.size() - 1);
+}
+
+// Grounds without end and bodies far away do not spoil that.
+TEST(RayQueries, ManyAreAskedSideBySide) {
+  for (const bool is_odd : {false, true}) {
+    MixedWorld mixed(17, 300, 10.0f);
+    if (is_odd) {
+      mixed.world.add_shape(mixed.world.create_body({.type = BodyType::fixed, .position = {0, -90, 0}}),
+                            HalfSpace{});
+      mixed.world.add_shape(mixed.world.create_body({.position = {8e6f, 9e6f, -9e6f}}), Sphere{0.5f});
+    }
+    mixed.step(2);
+    const std::vector<Ray> rays = random_rays(mixed.dice, 12.0f, 4000);
+    Crew crew(mixed.workers);
+    const QueryOptions options;
+    const queries::Scope scope(internals(mixed.world), crew.kernels(), options);
+    const std::vector<std::int32_t> order = queries::order_rays(scope, rays, crew);
+    std::vector<std::int32_t> as_given(rays.size());
+    std::iota(as_given.begin(), as_given.end(), 0);
+    EXPECT_TRUE(std::is_permutation(order.begin(), order.end(), as_given.begin(), as_given.end()));
+    EXPECT_LT(mean_leap(rays, order, 10.0f), 0.4 * mean_leap(rays, as_given, 10.0f)) << is_odd;
+    EXPECT_TRUE(queries::order_rays(scope, std::span(rays).first(511), crew).empty());
+  }
+}
+
 TEST(RayQueries, OfAnyNumberAreAnsweredInTheirPlaces) {
   for (const bool is_empty : {false, true}) {
     MixedWorld mixed(11, is_empty ? 0 : 100, 10.0f);
