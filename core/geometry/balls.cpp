@@ -142,6 +142,13 @@ Balls balls_of(const WorldData& data, std::int32_t shape) {
   return balls;
 }
 
+float inner_radius_of(const WorldData& data, std::int32_t shape) {
+  if (data.shapes.type[shape] == ShapeType::hull)
+    return data.hulls.data[data.shapes.hull[shape]]->inner_radius;
+  const Balls balls = balls_of(data, shape);
+  return balls.count > 0 ? balls.ball[0].radius : 0.0f;
+}
+
 void extend_core(WorldData& data, std::int32_t body, std::int32_t shape) {
   CoreRow& core = data.bodies.core[body];
   data.bodies.marks.mark(body);

@@ -29,6 +29,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace scree {
 
@@ -235,7 +236,7 @@ bool is_any_near(const Obstacles& obstacles, const NearShapes& near, std::int32_
                  const Stretch& stretch) {
   const WorldData& data = obstacles.data;
   const float radius = outer_radius_of(data, shape);
-  const Vec3 arm = arm_of(data, body, shape, {});
+  const Vec3 arm = to_vec3(data.shapes.pose[shape].position) - to_vec3(data.bodies.pose[body].position);
   const Sweep sweep = sweep_of(data.bodies.pose[body], shape, arm, radius, stretch);
   const float room = rounding_of(sweep.start, sweep.end, length(arm) + radius);
   const Reach reach(sweep.start, sweep.end, radius + room);
@@ -245,15 +246,18 @@ bool is_any_near(const Obstacles& obstacles, const NearShapes& near, std::int32_
 }
 
 // The first meeting of one of the body's balls on a stretch of its motion, 0 to 1 along the stretch. `near`:
-// all that is, or null where that is not known. `most`: balls of a shape that are looked at.
+// all that is, or null where that is not known. `way`: m, by which no ball moves farther in the step. `most`:
+// balls of a shape that are looked at.
 Meeting first_meeting_of(const Obstacles& obstacles, const NearShapes* near, std::int32_t body,
-                         const Stretch& stretch, int most = kMostBalls) {
+                         const Stretch& stretch, float way, int most = kMostBalls) {
   const WorldData& data = obstacles.data;
   const PoseRow& pose = data.bodies.pose[body];
   const std::int32_t first_shape = data.bodies.first_shape[body];
   const bool is_compound = first_shape >= 0 && data.shapes.next[first_shape] >= 0;
   Meeting first;
   for (std::int32_t shape = first_shape; shape >= 0; shape = data.shapes.next[shape]) {
+    // The thicker parts of a compound need no sweep while they move little.
+    if (is_compound && way <= kCoreShare * inner_radius_of(data, shape)) continue;
     if (near != nullptr && is_compound && !is_any_near(obstacles, *near, body, shape, stretch)) continue;
     Balls made;
     const Balls& balls = balls_at(data, shape, made);
@@ -284,8 +288,9 @@ int stretches_of(const WorldData& data, std::int32_t body, const Motion& motion)
 }
 
 // Takes from a body's way what would bring a shape's core into what the shape touches; whether there was
-// such.
-bool hold_centers(const Obstacles& obstacles, const NearShapes* near, std::int32_t body, Vec3& way) {
+// such. `farthest`: m, as first_meeting_of().
+bool hold_centers(const Obstacles& obstacles, const NearShapes* near, std::int32_t body, float farthest,
+                  Vec3& way) {
   constexpr int kWalls = 3;
   Stretch straight{};
   straight.from.rotation[3] = straight.to.rotation[3] = 1.0f;
@@ -293,7 +298,7 @@ bool hold_centers(const Obstacles& obstacles, const NearShapes* near, std::int32
   for (int wall = 0; wall <= kWalls; ++wall) {
     store(straight.to.position, way);
     // What has been held may leave the box.
-    const Meeting met = first_meeting_of(obstacles, wall == 0 ? near : nullptr, body, straight, 1);
+    const Meeting met = first_meeting_of(obstacles, wall == 0 ? near : nullptr, body, straight, farthest, 1);
     if (met.time == kNever) return wall > 0;
     // A body that three walls still stop stays there.
     const float inward = wall < kWalls ? std::min(dot(way, met.normal), 0.0f) : 0.0f;
@@ -403,7 +408,8 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
   const auto time_of = [&](int stretch) {
     return static_cast<float>(stretch) / static_cast<float>(stretches);
   };
-  if (hold_centers(obstacles, near, body, motion.way)) {
+  const float farthest = farthest_way(data.bodies.core[body], delta);
+  if (hold_centers(obstacles, near, body, farthest, motion.way)) {
     near = nullptr;
     end.held = true;
     store(delta.position, motion.way);
@@ -412,7 +418,8 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
   for (int i = 0; i < stretches && end.time == kNever; ++i) {
     const DeltaRow to = part_of(motion, time_of(i + 1));
     const Against against = i == 0 ? Against::others : Against::all;
-    const Meeting first = first_meeting_of(obstacles, near, body, {from, to, stretches - 1 - i, against});
+    const Meeting first =
+        first_meeting_of(obstacles, near, body, {from, to, stretches - 1 - i, against}, farthest);
     if (first.time <= 1.0f) {
       end.time = time_of(i) + first.time * (time_of(i + 1) - time_of(i));
       end.rebounds = may_rebound(data, body, first.obstacle);
@@ -437,7 +444,9 @@ void stop_body(WorldData& data, const Obstacles& obstacles, std::int32_t body, c
   if (carried != Vec3{}) {
     DeltaRow there = delta;
     store(there.position, to_vec3(delta.position) + carried);
-    const float met = first_meeting_of(obstacles, nullptr, body, {delta, there, 0, Against::all}).time;
+    constexpr float kAnyWay = std::numeric_limits<float>::infinity();
+    const float met =
+        first_meeting_of(obstacles, nullptr, body, {delta, there, 0, Against::all}, kAnyWay).time;
     store(delta.position, to_vec3(delta.position) + std::min(met, 1.0f) * carried);
   }
   VelocityRow& velocity = data.bodies.velocity[body];

@@ -204,12 +204,6 @@ float meeting_of(const WorldData& data, const simd::QueryKernels& kernels, const
   return first;
 }
 
-// m, twice the core's: a way that is longer may take a body's center through what it meets. Meshes have no
-// inside.
-float inner_radius_of(const CoreRow& core) {
-  return std::isfinite(core.radius) ? core.radius / kCoreShare : 0.0f;
-}
-
 // Whether a kinematic body goes farther than the world's limit lets any that it would take along.
 bool leaps(const WorldData& data, std::int32_t body, float dt) {
   const Bodies& bodies = data.bodies;
@@ -217,23 +211,32 @@ bool leaps(const WorldData& data, std::int32_t body, float dt) {
          !(length(to_vec3(bodies.delta[body].position)) <= data.settings.max_linear_speed * dt);
 }
 
-// Whether one of two bodies may pass through the other in this step: the way is longer than the sum of their
-// inner radii. After a shorter one their centers are still on their sides, as a contact needs them. Such ways
-// are common in a collapsing pile: sweeping those that are half as long took half of the step.
-bool may_pass(const WorldData& data, std::int32_t a, std::int32_t b, float dt) {
+// Whether the bodies of a pair both move, and one of them so far that it is swept.
+bool is_chase(const WorldData& data, std::int32_t a, std::int32_t b, float dt) {
   const Bodies& bodies = data.bodies;
   if (((bodies.step_notes[a] | bodies.step_notes[b]) & kIsFast) == 0) return false;
   for (const std::int32_t body : {a, b}) {
     if (bodies.type[body] == BodyType::fixed || (bodies.flags[body] & kBodyAsleep) != 0) return false;
     if (!has_finite_motion(bodies.delta[body]) || leaps(data, body, dt)) return false;
   }
+  return true;
+}
+
+// Whether one of two shapes may pass through the other in this step: the way is longer than the sum of their
+// inner radii. After a shorter one their centers are still on their sides, as a contact needs them. Such ways
+// are common in a collapsing pile: sweeping those that are half as long took half of the step. With the inner
+// radii of the bodies, which are those of the thinnest parts, sweeps of a pile of wheels took twice as long.
+bool may_pass(const WorldData& data, ShapePair pair, float dt) {
+  const Bodies& bodies = data.bodies;
+  const std::int32_t a = data.shapes.body[pair.a], b = data.shapes.body[pair.b];
+  if (!is_chase(data, a, b, dt)) return false;
+  if (((bodies.step_notes[a] | bodies.step_notes[b]) & kMovesWhole) != 0) return true;
   const auto turn = [&](std::int32_t body) {
     return farthest_way(bodies.core[body], bodies.delta[body]) - length(to_vec3(bodies.delta[body].position));
   };
   const Vec3 way = to_vec3(bodies.delta[a].position) - to_vec3(bodies.delta[b].position);
-  if (((bodies.step_notes[a] | bodies.step_notes[b]) & kMovesWhole) != 0) return true;
-  const float far = length(way), inner = inner_radius_of(bodies.core[a]) + inner_radius_of(bodies.core[b]);
-  return far > inner || far + turn(a) + turn(b) > inner;
+  const float inner = inner_radius_of(data, pair.a) + inner_radius_of(data, pair.b);
+  return length(way) + std::max(turn(a) + turn(b), 0.0f) > inner;
 }
 
 // Whether `a` comes after `b`. Of what happens at one time, ends at rest come first, then pairs in their
@@ -435,10 +438,7 @@ void hold_at_moving(WorldData& data, BroadPhase& broad_phase, float dt, Crew& cr
   const Column<ShapePair>& all = data.contacts.pairs.pair;
   list_where(
       crew, all.size(), broad_phase.places, broad_phase.meeting_pairs,
-      [&](std::int32_t i) {
-        return may_pass(data, data.shapes.body[all[i].a], data.shapes.body[all[i].b], dt) &&
-               !is_refused(data.hooks, all[i]);
-      },
+      [&](std::int32_t i) { return may_pass(data, all[i], dt) && !is_refused(data.hooks, all[i]); },
       [&](std::int32_t i) {
         const ShapePair pair = all[i];
         return MovingPair{{pair.a, pair.b},
