@@ -33,7 +33,7 @@ using TreeLevels = TableArray<Column<simd::NodeBlock>, simd::kMaxTreeLevels>;
   VALUE(derived, int,             refits, 0)      /* since the last sort */                                     \
   VALUE(derived, bool,            unsorted, true) /* must be sorted before the next join */                     \
   VALUE(derived, bool,            lost_members, false) /* `order` still names shapes that have left */          \
-  VALUE(derived, bool,            special_changed, true) /* LeafBlock::special must be made anew */
+  VALUE(derived, bool,            marks_changed, true) /* LeafBlock's marks must be made anew  */
 // clang-format on
 SCREE_STORE(PairTree, SCREE_PAIR_TREE_MEMBERS)
 
@@ -82,6 +82,14 @@ using FoundPairs = std::vector<Column<ShapePair>>;
   VALUE(derived, std::atomic<bool>, bounds_left, true) /* update_bounds: a shape has new fat bounds. Where it is \
                                                    not known, true is as good: the list of pairs is made anew   \
                                                    then, and comes out the same */                              \
+  LIST (scratch, std::uint8_t,  has_left)       /* by place in Shapes::moving: whether it has new fat bounds */  \
+  LIST (derived, std::int32_t,  left)           /* update_bounds; the shapes with new fat bounds since the last \
+                                                   list, ... */                                                 \
+  VALUE(derived, bool,          left_is_known, false) /* ... if these are all, and few, and no call has changed \
+                                                   any shape */                                                 \
+  VALUE(derived, bool,          few_moved, false) /* the last list of pairs kept those of the one before, but for \
+                                                   those of `left` */                                           \
+  LIST (scratch, std::uint8_t,  is_moved)       /* per shape: is in `left`; all zero outside find_pairs */      \
   LIST (derived, std::uint8_t,  tree_of)        /* TreeIndex of each shape, kNoTree if dead */                  \
   LIST (derived, std::int32_t,  slot_of)        /* of shapes in frozen trees: their place in PairTree::order */ \
   TABLE(derived, PairTrees,     trees, "broad_phase.trees") /* by TreeIndex; kNoTree stays empty */             \
@@ -119,9 +127,10 @@ using FoundPairs = std::vector<Column<ShapePair>>;
   LIST (scratch, std::int64_t,  bucket_begins)  /* one more than buckets */                                     \
   LIST (scratch, std::uint8_t,  bucket_is_heavy) /* a row too long for one thread */                            \
   LIST (scratch, std::int32_t,  owner_begins)   /* per worker, for the bucket at hand */                        \
-  LIST (scratch, ShapePair,     bucketed)       /* grouped by bucket */                                         \
+  LIST (scratch, ShapePair,     bucketed)       /* grouped by bucket; later, pairs of the last list that stay */ \
   LIST (scratch, std::int32_t,  others)         /* larger shapes of the pairs, grouped by owner */              \
   LIST (scratch, ShapePair,     sorted)         /* the new list */                                              \
+  LIST (scratch, ShapePair,     merged)         /* the new list and pairs of the last one */                    \
   LIST (scratch, std::int32_t,  lost)           /* contacts whose pairs are not in the new list */              \
   LIST (scratch, std::int32_t,  moving_pairs)   /* places in a list: pairs not of two frozen shapes ... */      \
   LIST (scratch, std::int32_t,  frozen_pairs)   /* ... and of two */                                            \
@@ -165,9 +174,20 @@ void take_gathered(const BroadPhase& broad_phase, PairTree& tree, Crew& crew);
 void refit_tree(const WorldData& data, PairTree& tree, Crew& crew);
 // Computes the boxes of one leaf and of all nodes above it.
 void refit_leaf(const WorldData& data, PairTree& tree, std::int32_t block, Crew& crew);
-// trees -> found; with `carry` also the pairs of the last list whose shapes are both still frozen. Returns
-// the number of pairs.
-std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Crew& crew);
+// Which pairs a join finds.
+enum class JoinScope {
+  all,
+  all_and_carried,  // and the pairs of the last list whose shapes are both still frozen
+  moved,            // those with a shape of BroadPhase::left
+};
+// trees -> found. Returns the number of pairs.
+std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, JoinScope scope, Crew& crew);
+// Whether only shapes of BroadPhase::left can have pairs that the last list does not have. Marks them then.
+bool mark_few_moved(WorldData& data, BroadPhase& broad_phase, Crew& crew);
+// Adds the other pairs of the last list to `sorted`.
+void keep_other_pairs(WorldData& data, BroadPhase& broad_phase, Crew& crew);
+// The new list is made: empties `left`, and clears the marks.
+void forget_left(BroadPhase& broad_phase);
 // found -> sorted.
 void sort_pairs(BroadPhase& broad_phase, std::size_t shapes, std::int64_t pairs, Crew& crew);
 

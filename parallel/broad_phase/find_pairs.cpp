@@ -2,7 +2,8 @@
 // last list.
 //
 // Keeps the list while no shape leaves its fat bounds and no call changes anything. Else joins the trees of
-// awake, kinematic and frozen shapes into a new list. It depends on the bounds alone, never on the order in
+// awake, kinematic and frozen shapes into a new list, or where few shapes have left their bounds, joins these
+// and keeps the other pairs (find_pairs_moved.cpp). It depends on the bounds alone, never on the order in
 // the trees or on how the work was split.
 //
 // Pairs of two frozen shapes rest in rows of their own. These cost nothing until one of their shapes wakes or
@@ -240,8 +241,13 @@ void find_pairs(WorldData& data, Crew& crew) {
     // Some pairs of the last list may come to rest now.
     const bool parts = pulled || (data.bodies.asleep > 0 && !contacts.pairs.pair.empty() &&
                                   (members_changed || contacts.pairs_stale || !broad_phase.dirty.empty()));
-    const std::int64_t pairs = join_trees(data, broad_phase, parts, crew);
+    broad_phase.few_moved = !pulled && mark_few_moved(data, broad_phase, crew);
+    const JoinScope scope = broad_phase.few_moved ? JoinScope::moved
+                            : parts               ? JoinScope::all_and_carried
+                                                  : JoinScope::all;
+    const std::int64_t pairs = join_trees(data, broad_phase, scope, crew);
     sort_pairs(broad_phase, data.shapes.flags.size(), pairs, crew);
+    if (broad_phase.few_moved) keep_other_pairs(data, broad_phase, crew);
     contacts.list_kept = match_rows(data, broad_phase, crew) && !parts;
     if (!contacts.list_kept) swap_lists(data, broad_phase, crew);
     if (parts) part_lists(data, broad_phase, crew);
@@ -252,6 +258,7 @@ void find_pairs(WorldData& data, Crew& crew) {
       data.shapes.marks.mark(shape);
     }
     broad_phase.dirty.clear();
+    forget_left(broad_phase);
     broad_phase.bounds_left.store(false, std::memory_order_relaxed);
     contacts.pairs_stale = false;
   }

@@ -24,7 +24,8 @@ bool same_or_never(const Filter& x, const Filter& y) {
 // Appends the pairs of the query blocks [begin, end) with one tree to `pairs`. `pairs` keeps its whole
 // capacity as its size; returns the number of rows that count.
 std::int64_t join_blocks(const WorldData& data, const PairTree& query, const PairTree& target, int begin,
-                         int end, bool filter_all, std::int64_t count, Column<ShapePair>& pairs, Crew& crew) {
+                         int end, bool filter_all, bool moved_only, std::int64_t count,
+                         Column<ShapePair>& pairs, Crew& crew) {
   if (target.levels == 0) return count;
   simd::JoinTask task{};
   task.query = query.leaves.data();
@@ -33,6 +34,7 @@ std::int64_t join_blocks(const WorldData& data, const PairTree& query, const Pai
   for (int level = 0; level < target.levels; ++level) task.target.nodes[level] = target.nodes[level].data();
   task.target.levels = target.levels;
   task.self = &query == &target;
+  task.moved_only = moved_only;
   simd::JoinState state{begin, count, 0, false};
   while (true) {
     task.pairs = pairs.data();
@@ -108,11 +110,13 @@ bool may_collide(const WorldData& data, std::int32_t shape_a, std::int32_t shape
   return !are_held_apart(data, data.shapes.body[shape_a], data.shapes.body[shape_b]);
 }
 
-std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Crew& crew) {
+std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, JoinScope scope, Crew& crew) {
+  const bool carry = scope == JoinScope::all_and_carried, moved_only = scope == JoinScope::moved;
   const PairTree& awake = broad_phase.trees[kAwakeTree];
   const PairTree& kinematic = broad_phase.trees[kKinematicTree];
   const int awake_chunks = chunks_of(leaf_blocks(awake), kBlocksPerChunk);
-  const int kinematic_chunks = chunks_of(leaf_blocks(kinematic), kBlocksPerChunk);
+  // None of `left` is kinematic.
+  const int kinematic_chunks = moved_only ? 0 : chunks_of(leaf_blocks(kinematic), kBlocksPerChunk);
   const auto rows = static_cast<int>(data.contacts.pairs.pair.size());
   const int chunks = awake_chunks + kinematic_chunks + (carry ? chunks_of(rows, kRowsPerChunk) : 0);
   std::vector<Column<ShapePair>>& found = broad_phase.found;
@@ -134,13 +138,13 @@ std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, bool carry, Cr
       const int begin = chunk * kBlocksPerChunk;
       const int end = std::min(begin + kBlocksPerChunk, leaf_blocks(awake));
       for (const PairTree& target : std::span(broad_phase.trees).subspan(kAwakeTree)) {
-        count = join_blocks(data, awake, target, begin, end, false, count, pairs, crew);
+        count = join_blocks(data, awake, target, begin, end, false, moved_only, count, pairs, crew);
       }
     } else {  // kinematic bodies wake sleeping ones; against fixed ones they have nothing to do
       const int begin = (chunk - awake_chunks) * kBlocksPerChunk;
       const int end = std::min(begin + kBlocksPerChunk, leaf_blocks(kinematic));
       for (const PairTree& frozen : frozen_trees(broad_phase)) {
-        count = join_blocks(data, kinematic, frozen, begin, end, true, count, pairs, crew);
+        count = join_blocks(data, kinematic, frozen, begin, end, true, false, count, pairs, crew);
       }
     }
     pairs.resize(count);

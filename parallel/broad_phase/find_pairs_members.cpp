@@ -95,7 +95,7 @@ void append_members(PairTree& tree, const Column<std::int32_t>& joined) {
   while (tree.order.size() % simd::kBlock != 0) tree.order.push_back(-1);
   tree.members += static_cast<std::int32_t>(joined.size());
   tree.appended += static_cast<std::int32_t>(tree.order.size() - begin);
-  tree.special_changed = true;
+  tree.marks_changed = true;
   // Shapes behind the sorted ones may be anywhere, so there may be only few.
   if (tree.appended * std::int64_t{8} > tree.members) tree.unsorted = true;
 }
@@ -135,7 +135,7 @@ void fill_smallest(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
     broad_phase.slot_of[row] = static_cast<std::int32_t>(slot);
   }
   tree.members += static_cast<std::int32_t>(broad_phase.arrivals.size());
-  tree.special_changed = true;
+  tree.marks_changed = true;
   refit_tree(data, tree, crew);
   broad_phase.refitted += leaf_blocks(tree);
 }

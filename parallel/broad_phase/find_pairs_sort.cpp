@@ -110,15 +110,33 @@ void scatter_pairs(BroadPhase& broad_phase, const Buckets& buckets, Crew& crew) 
   });
 }
 
-// Sorts the rows that the kernel has left.
-void sort_long_rows(const simd::RankTask& task) {
+// Radix sort of the larger shapes of a row, which are not negative. Comparing sorts of a ground's 2,800 pairs
+// took 8 % of the time to find all pairs.
+void sort_long_row(std::int32_t* row, std::int32_t count) {
+  constexpr int kBits = 11, kDigits = 1 << kBits;
+  std::int32_t buffer[kHeavyRow], *from = row, *to = buffer;
+  std::uint32_t varying = 0;
+  for (std::int32_t i = 0; i < count; ++i) varying |= static_cast<std::uint32_t>(row[i] ^ row[0]);
+  for (int shift = 0; shift < 32; shift += kBits) {
+    if ((varying >> shift & (kDigits - 1)) == 0) continue;
+    std::int32_t places[kDigits] = {};
+    for (std::int32_t i = 0; i < count; ++i) ++places[from[i] >> shift & (kDigits - 1)];
+    std::int32_t place = 0;
+    for (std::int32_t& it : places) place += std::exchange(it, place);
+    for (std::int32_t i = 0; i < count; ++i) to[places[from[i] >> shift & (kDigits - 1)]++] = from[i];
+    std::swap(from, to);
+  }
+  if (from != row) std::copy(from, from + count, row);
+}
+
+// Sorts the rows that the kernel has left. `others` are those of the task.
+void sort_long_rows(const simd::RankTask& task, std::int32_t* others) {
   std::int32_t begin = 0;
   for (std::int32_t owner = 0; owner < task.owners; ++owner) {
     const std::int32_t end = task.row_ends[owner];
     if (end - begin > simd::kRankedRow) {
-      for (std::int32_t i = begin; i < end; ++i) task.pairs[i] = {task.first_owner + owner, task.others[i]};
-      std::sort(task.pairs + begin, task.pairs + end,
-                [](const ShapePair& x, const ShapePair& y) { return x.b < y.b; });
+      sort_long_row(others + begin, end - begin);
+      for (std::int32_t i = begin; i < end; ++i) task.pairs[i] = {task.first_owner + owner, others[i]};
     }
     begin = end;
   }
@@ -153,7 +171,7 @@ void sort_bucket(BroadPhase& broad_phase, const Buckets& buckets, std::size_t bu
   // Each owner's place has moved to its row's end.
   const simd::RankTask task{others, begins, first_owner, static_cast<std::int32_t>(width), to};
   kernels.rank_rows(task);
-  if (longest > simd::kRankedRow) sort_long_rows(task);
+  if (longest > simd::kRankedRow) sort_long_rows(task, others);
 }
 
 // Sorts by keys alone: for lists with few pairs for the number of shapes, where most owners have none.

@@ -154,16 +154,17 @@ CurveGrid lay_grid(const WorldData& data, BroadPhase& broad_phase, Crew& crew) {
 bool is_special(const WorldData& data, std::int32_t shape) {
   const Filter& filter = data.shapes.filter[shape];
   const Filter plain;
-  const bool alone = data.shapes.next[shape] < 0 && data.bodies.first_shape[data.shapes.body[shape]] == shape;
   const bool jointed = data.bodies.first_joint[data.shapes.body[shape]] >= 0;
-  return !alone || jointed || is_sensor(data.shapes, shape) || filter.category != plain.category ||
+  return jointed || is_sensor(data.shapes, shape) || filter.category != plain.category ||
          filter.mask != plain.mask || filter.group != plain.group;
 }
 
-void mark_special(const WorldData& data, const PairTree& tree, simd::LeafBlock& leaf, std::int32_t block) {
+// Writes what the leaf's shapes have besides their bounds.
+void mark_leaf(const WorldData& data, const PairTree& tree, simd::LeafBlock& leaf, std::int32_t block) {
   leaf.special = 0;
   for (int slot = 0; slot < simd::kBlock; ++slot) {
     const std::int32_t shape = tree.order[block * simd::kBlock + slot];
+    leaf.body[slot] = shape < 0 ? -1 : data.shapes.body[shape];
     if (shape >= 0 && is_special(data, shape)) leaf.special |= 1u << slot;
   }
 }
@@ -201,7 +202,7 @@ void write_order(PairTree& tree, int count, Crew& crew, ShapeAt&& shape_at) {
   tree.refits = 0;
   tree.unsorted = false;
   tree.lost_members = false;
-  tree.special_changed = true;
+  tree.marks_changed = true;
 }
 
 }  // namespace
@@ -253,9 +254,9 @@ void refit_tree(const WorldData& data, PairTree& tree, Crew& crew) {
   const simd::PairKernels& kernels = crew.kernels().pair;
   crew.run_ranges(leaf_blocks(tree), simd::kBlock, [&](int begin, int end, int) {
     kernels.refit_leaves(task, begin, end);
-    if (!tree.special_changed) return;
+    if (!tree.marks_changed) return;
     for (int block = begin; block < end; ++block) {
-      mark_special(data, tree, tree.leaves[block], block);
+      mark_leaf(data, tree, tree.leaves[block], block);
     }
   });
   for (int level = 1; level < tree.levels; ++level) {
@@ -264,7 +265,7 @@ void refit_tree(const WorldData& data, PairTree& tree, Crew& crew) {
                       kernels.refit_nodes(tree.nodes[level - 1].data(), tree.nodes[level].data(), begin, end);
                     });
   }
-  tree.special_changed = false;
+  tree.marks_changed = false;
   ++tree.refits;
 }
 
@@ -273,7 +274,7 @@ void refit_leaf(const WorldData& data, PairTree& tree, std::int32_t block, Crew&
   const simd::RefitTask task{tree.order.data(), data.shapes.fat_bounds.data(), tree.leaves.data(),
                              tree.nodes[0].data()};
   kernels.refit_leaves(task, block, block + 1);
-  mark_special(data, tree, tree.leaves[block], block);
+  mark_leaf(data, tree, tree.leaves[block], block);
   for (int level = 1; level < tree.levels; ++level) {
     block /= simd::kBlock;
     kernels.refit_nodes(tree.nodes[level - 1].data(), tree.nodes[level].data(), block, block + 1);
@@ -284,7 +285,7 @@ void refit_trees(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   for (const std::uint8_t index : {kAwakeTree, kKinematicTree}) {
     PairTree& tree = broad_phase.trees[index];
     if (tree.order.empty() && tree.levels == 0) continue;
-    if (data.contacts.pairs_stale) tree.special_changed = true;
+    if (data.contacts.pairs_stale) tree.marks_changed = true;
     if (tree.unsorted || tree.refits >= kRefitsPerSort) {
       gather_members(broad_phase, index, crew);
       sort_gathered(data, broad_phase, tree, crew);

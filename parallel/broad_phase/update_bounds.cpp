@@ -1,10 +1,11 @@
 // Updates bounds: poses of bodies -> poses and fat bounds of shapes, and whether any shape left its fat
-// bounds.
+// bounds, and which if these are few.
 //
 // Runs at the end of each step for the shapes that may have moved, and before find_pairs for the shapes that
 // calls have changed. find_pairs keeps its list while no shape leaves its fat bounds.
 #include <core/state/hash.h>
 #include <parallel/broad_phase/broad_phase.h>
+#include <parallel/crew/list_where.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -15,6 +16,9 @@ namespace scree {
 namespace {
 
 constexpr int kBoundsPerChunk = 256;  // 5 to 10 microseconds
+// Of what moves, as many must have kept their bounds for each that has left them, or pairs are found anew for
+// all.
+constexpr std::size_t kMovingPerLeft = 2;
 
 static_assert(static_cast<int>(ShapeType::sphere) == simd::kBoundsSphere);
 static_assert(static_cast<int>(ShapeType::capsule) == simd::kBoundsCapsule);
@@ -31,9 +35,10 @@ static_assert(sizeof(PoseRow) == 32 && sizeof(VelocityRow) == 32 && sizeof(Bound
 
 // With `hashes`, an additional task computes the hash of a recorded world: poses and velocities are final
 // here, and two threads share the work. Not with a single chunk of shapes: such worlds step without helpers.
-void update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::int32_t> list, float dt,
-                 bool force, bool hashes, Crew& crew) {
-  if (list.empty()) return;
+// `has_left`: by place in the list, or null. Returns the number of shapes that left their bounds.
+int update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::int32_t> list, float dt,
+                std::uint8_t* has_left, bool force, bool hashes, Crew& crew) {
+  if (list.empty()) return 0;
   const simd::BoundsTask task{
       .list = list.data(),
       .shape_body = data.shapes.body.data(),
@@ -45,19 +50,25 @@ void update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::
       .body_velocity = data.bodies.velocity.data(),
       .shape_pose = data.shapes.pose.data(),
       .fat_bounds = data.shapes.fat_bounds.data(),
+      .left = has_left,
       .dt = dt,
       .force = force,
   };
   const auto update = crew.kernels().pair.update_bounds;
   const int count = static_cast<int>(list.size()), first = hashes && count > kBoundsPerChunk ? 1 : 0;
+  std::atomic<int> left{0};
   crew.run((count + kBoundsPerChunk - 1) / kBoundsPerChunk + first, [&](int chunk, int) {
     if (chunk < first) {
       data.recording.hash = hash_of(data.bodies);
       return;
     }
     const int begin = (chunk - first) * kBoundsPerChunk, end = std::min(begin + kBoundsPerChunk, count);
-    if (update(task, begin, end) > 0) broad_phase.bounds_left.store(true, std::memory_order_relaxed);
+    const int here = update(task, begin, end);
+    if (here > 0) left.fetch_add(here, std::memory_order_relaxed);
   });
+  const int all = left.load(std::memory_order_relaxed);
+  if (all > 0) broad_phase.bounds_left.store(true, std::memory_order_relaxed);
+  return all;
 }
 
 }  // namespace
@@ -76,14 +87,26 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
     broad_phase.dirty.push_back(shape);
   }
   shapes.dirty.clear();
+  broad_phase.left_is_known = false;
   broad_phase.bounds_left.store(true, std::memory_order_relaxed);
-  update_list(data, broad_phase, broad_phase.dirty.span().subspan(first), dt, true, false, crew);
+  update_list(data, broad_phase, broad_phase.dirty.span().subspan(first), dt, nullptr, true, false, crew);
 }
 
 void update_bounds(WorldData& data, float dt, Crew& crew) {
   BroadPhase& broad_phase = broad_phase_of(data);
   const bool hashes = data.recording.sink != nullptr;
-  update_list(data, broad_phase, data.shapes.moving.span(), dt, false, hashes, crew);
+  const Column<std::int32_t>& moving = data.shapes.moving;
+  broad_phase.has_left.resize_discarding(moving.size());
+  const int left =
+      update_list(data, broad_phase, moving.span(), dt, broad_phase.has_left.data(), false, hashes, crew);
+  const bool is_few = kMovingPerLeft * static_cast<std::size_t>(left) <= moving.size();
+  broad_phase.left_is_known = broad_phase.left_is_known && broad_phase.left.empty() && is_few;
+  if (left > 0 && broad_phase.left_is_known) {
+    list_where(
+        crew, moving.size(), broad_phase.places, broad_phase.left,
+        [&](std::int32_t i) { return broad_phase.has_left[i] != 0; },
+        [&](std::int32_t i) { return moving[i]; });
+  }
   update_dirty_bounds(data, broad_phase, dt, crew);
 }
 

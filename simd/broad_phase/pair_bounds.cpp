@@ -212,7 +212,12 @@ int update_bounds(const BoundsTask& task, int begin, int end) {
   for (int first = begin; first < end; first += kLanes) {
     read_lanes(task, first, end, lanes);
     const int count = end - first < kLanes ? end - first : kLanes;
-    left += __builtin_popcount(update_lanes(task, lanes, count));
+    const std::uint32_t bits = update_lanes(task, lanes, count);
+    left += __builtin_popcount(bits);
+    if (task.left == nullptr) continue;
+    for (int lane = 0; lane < count; ++lane) {
+      task.left[first + lane] = static_cast<std::uint8_t>(bits >> lane & 1u);
+    }
   }
   return left;
 }

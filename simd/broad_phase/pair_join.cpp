@@ -2,8 +2,8 @@
 //
 // One descent serves a leaf block of 16 shapes: it collects the leaf blocks of the other tree whose boxes
 // overlap the block's box. Only if there are very many does each shape descend by itself. Each of the 16
-// shapes then selects its own leaf blocks, and tests its box and bounding sphere against their 16 shapes at
-// once.
+// shapes then selects its own leaf blocks, and tests its box, bounding sphere and body against their 16
+// shapes at once.
 #include <simd/broad_phase/pair_kernels.h>
 #include <simd/wide/wide.h>
 
@@ -50,22 +50,24 @@ Box broadcast_box(const float (&bounds)[6][kBlock], int lane) {
           {F(bounds[3][lane]), F(bounds[4][lane]), F(bounds[5][lane])}};
 }
 
-// One shape of the query block: its box and bounding sphere.
+// One shape of the query block: its box, bounding sphere and body.
 struct Asker {
   Box box;
   F center[3];
   F radius;
+  I body;
 };
 
 Asker broadcast_asker(const LeafBlock& query, int slot) {
   return {broadcast_box(query.bounds, slot),
           {F(query.center[0][slot]), F(query.center[1][slot]), F(query.center[2][slot])},
-          F(query.radius[slot])};
+          F(query.radius[slot]),
+          I(query.body[slot])};
 }
 
-// Appends the shapes of the block whose boxes and bounding spheres overlap the query's and whose bits are set
-// in `asked`. Returns their bits. Does not branch on lanes, because branches would be mispredicted; only with
-// few lanes does skipping pay.
+// Appends the shapes of the block whose boxes and bounding spheres overlap the query's, which belong to other
+// bodies, and whose bits are set in `asked`. Returns their bits. Does not branch on lanes, because branches
+// would be mispredicted; only with few lanes does skipping pay.
 std::uint32_t meet(const Asker& asker, const LeafBlock& block, std::uint32_t asked, std::int32_t* others,
                    int& count) {
   std::uint32_t result = 0;
@@ -79,7 +81,8 @@ std::uint32_t meet(const Asker& asker, const LeafBlock& block, std::uint32_t ask
     const F y = load(&block.center[1][lane]) - asker.center[1];
     const F z = load(&block.center[2][lane]) - asker.center[2];
     const F sum = load(&block.radius[lane]) + asker.radius;
-    const M both = boxes & (x * x + y * y + z * z <= sum * sum);
+    const M others_body = !(load(&block.body[lane]) == asker.body);
+    const M both = boxes & others_body & (x * x + y * y + z * z <= sum * sum);
     count += compress_store(others + count, both, load(&block.shape[lane]));
     result |= bits(both) << lane;
   }
@@ -98,12 +101,19 @@ void write_pairs(std::int32_t shape, const std::int32_t* others, int count, Shap
   } while (i < count);
 }
 
+// The shapes of the target's leaf block `number` whose pairs with this shape are this one's to find. Of two
+// that ask, it is the earlier one.
+std::uint32_t asked_of(const JoinTask& task, int query_block, int slot, std::int32_t number) {
+  if (!task.self || number > query_block) return ~0u;
+  const std::uint32_t later = number == query_block ? ~((2u << slot) - 1u) : 0u;
+  return task.moved_only ? later | ~task.target.leaves[number].moved : later;
+}
+
 // Pairs of one shape of the query block with the candidates.
 void test_shape(const JoinTask& task, int query_block, int slot, const Candidates& candidates,
                 JoinState& state) {
   const LeafBlock& query = task.query[query_block];
   const Asker asker = broadcast_asker(query, slot);
-  const std::uint32_t later = ~((2u << slot) - 1u);
   alignas(64) std::int32_t others[(kMaxCandidates + 1) * kBlock];
   int count = 0;
   std::uint32_t special = 0;
@@ -112,7 +122,7 @@ void test_shape(const JoinTask& task, int query_block, int slot, const Candidate
     for (; met != 0; met &= met - 1) {
       const std::int32_t number = candidates.block[first + __builtin_ctz(met)];
       const LeafBlock& block = task.target.leaves[number];
-      const std::uint32_t asked = task.self && number == query_block ? later : ~0u;
+      const std::uint32_t asked = asked_of(task, query_block, slot, number);
       special |= block.special & meet(asker, block, asked, others, count);
     }
   }
@@ -122,6 +132,10 @@ void test_shape(const JoinTask& task, int query_block, int slot, const Candidate
   }
   state.count += count;
   state.special = state.special || special != 0 || (count > 0 && (query.special >> slot & 1u) != 0);
+}
+
+bool asks(const JoinTask& task, const LeafBlock& query, int slot) {
+  return query.shape[slot] >= 0 && (!task.moved_only || (query.moved >> slot & 1u) != 0);
 }
 
 // Writes the pairs of the candidates with the shapes in slots [begin, end) of the query block, and clears the
@@ -136,7 +150,7 @@ void work_off(const JoinTask& task, int query_block, int begin, int end, Candida
     }
   }
   for (int slot = begin; slot < end; ++slot) {
-    if (task.query[query_block].shape[slot] >= 0) test_shape(task, query_block, slot, candidates, state);
+    if (asks(task, task.query[query_block], slot)) test_shape(task, query_block, slot, candidates, state);
   }
   candidates.count = 0;
 }
@@ -159,7 +173,8 @@ bool descend(const JoinTask& task, int query_block, const Box& box, Candidates& 
     const NodeBlock& node = task.target.nodes[step.level][step.block];
     std::uint32_t met = overlap_bits(box, node.bounds);
     const std::int32_t first_child = step.block * kBlock;
-    if (task.self) {  // children that end before the query block have been queries themselves
+    if (task.self &&
+        !task.moved_only) {  // children that end before the query block have been queries themselves
       const std::int32_t skipped = (query_block >> (4 * step.level)) - first_child;
       if (skipped > 0) met &= ~((1u << skipped) - 1u);
     }
@@ -178,8 +193,27 @@ bool descend(const JoinTask& task, int query_block, const Box& box, Candidates& 
   return true;
 }
 
+// Around those that ask.
+Box box_of_moved(const LeafBlock& query) {
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    F lower(kLargestFloat), upper(-kLargestFloat);
+    for (int lane = 0; lane < kBlock; lane += kLanes) {
+      const M moved = mask_from_bits(query.moved >> lane);
+      lower = min(lower, select(moved, load(&query.bounds[axis][lane]), F(kLargestFloat)));
+      upper = max(upper, select(moved, load(&query.bounds[axis + 3][lane]), F(-kLargestFloat)));
+    }
+    box.lower[axis] = F(reduce_min(lower));
+    box.upper[axis] = F(reduce_max(upper));
+  }
+  return box;
+}
+
 void join_block(const JoinTask& task, int query_block, Candidates& candidates, JoinState& state) {
-  const Box box = broadcast_box(task.query_boxes[query_block / kBlock].bounds, query_block % kBlock);
+  if (task.moved_only && task.query[query_block].moved == 0) return;
+  const Box box = task.moved_only
+                      ? box_of_moved(task.query[query_block])
+                      : broadcast_box(task.query_boxes[query_block / kBlock].bounds, query_block % kBlock);
   if (descend(task, query_block, box, candidates, [] { return false; })) {
     work_off(task, query_block, 0, kBlock, candidates, state);
     return;
@@ -187,7 +221,7 @@ void join_block(const JoinTask& task, int query_block, Candidates& candidates, J
   // The shapes lie far apart: the common box of a few awake shapes in a large world would overlap all of it.
   const LeafBlock& query = task.query[query_block];
   for (int slot = 0; slot < kBlock; ++slot) {
-    if (query.shape[slot] < 0) continue;
+    if (!asks(task, query, slot)) continue;
     const auto work = [&] {
       work_off(task, query_block, slot, slot + 1, candidates, state);
       return true;

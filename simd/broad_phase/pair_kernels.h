@@ -21,8 +21,10 @@ struct alignas(64) LeafBlock {
   float center[3][kBlock];  // of the bounding spheres
   float radius[kBlock];
   std::int32_t shape[kBlock];  // -1: empty
-  std::uint32_t special;       // bit per shape: its pairs must be checked for filters and equal bodies
-  std::uint32_t padding[15];
+  std::int32_t body[kBlock];   // of the shapes; two of one body make no pair
+  std::uint32_t special;       // bit per shape: its pairs must be checked for filters and joints
+  std::uint32_t moved;         // bit per shape: it has new bounds; meaningful where JoinTask::moved_only
+  std::uint32_t padding[14];
 };
 
 // An implicit 16-ary tree: child c of block b is block b * 16 + c of the level below.
@@ -55,6 +57,7 @@ struct BoundsTask {
   const VelocityRow* body_velocity;
   PoseRow* shape_pose;    // written
   BoundsRow* fat_bounds;  // written where the shape left it, or everywhere if `force`
+  std::uint8_t* left;     // by place in the list: whether the shape left them; not written where null
   float dt;
   bool force;
 };
@@ -73,6 +76,7 @@ struct JoinTask {
   const NodeBlock* query_boxes;
   TreeView target;
   bool self;         // target is the query's own tree: each pair is found once, by the earlier shape
+  bool moved_only;   // only pairs with a shape of the query that has moved; see LeafBlock::moved
   ShapePair* pairs;  // out; a < b
   std::int64_t capacity;
 };

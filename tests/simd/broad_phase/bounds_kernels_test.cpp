@@ -98,10 +98,40 @@ struct Placed {
 
   int update(const simd::PairKernels& kernels, const std::vector<std::int32_t>& list, int begin, int end,
              bool force) {
-    const simd::BoundsTask task{list.data(),       body.data(),       type.data(),      body_type.data(),
-                                extent.data(),     local_pose.data(), body_pose.data(), velocity.data(),
-                                shape_pose.data(), fat.data(),        1.0f / 60.0f,     force};
-    return kernels.update_bounds(task, begin, end);
+    std::vector<std::uint8_t> left(list.size(), 2);
+    const std::vector<BoundsRow> before(fat.begin(), fat.end());
+    const simd::BoundsTask task{list.data(),
+                                body.data(),
+                                type.data(),
+                                body_type.data(),
+                                extent.data(),
+                                local_pose.data(),
+                                body_pose.data(),
+                                velocity.data(),
+                                shape_pose.data(),
+                                fat.data(),
+                                left.data(),
+                                1.0f / 60.0f,
+                                force};
+    const int count = kernels.update_bounds(task, begin, end);
+    expect_marks(list, left, before, begin, end, count);
+    return count;
+  }
+  // Whoever has new bounds is marked, and nothing is written for others than [begin, end).
+  void expect_marks(const std::vector<std::int32_t>& list, const std::vector<std::uint8_t>& left,
+                    const std::vector<BoundsRow>& before, int begin, int end, int count) const {
+    int marked = 0;
+    for (int i = 0; i < static_cast<int>(list.size()); ++i) {
+      const auto place = static_cast<std::size_t>(i);
+      const auto shape = static_cast<std::size_t>(list[place]);
+      const bool listed = i >= begin && i < end;
+      EXPECT_EQ(left[place] < 2, listed);
+      marked += left[place] == 1 ? 1 : 0;
+      if (left[place] != 1) {
+        EXPECT_EQ(std::memcmp(&before[shape], &fat[shape], sizeof(BoundsRow)), 0);
+      }
+    }
+    EXPECT_EQ(marked, count);
   }
 };
 

@@ -117,6 +117,12 @@ struct Tree {
   }
 };
 
+// About one in seven.
+bool is_moved(std::int32_t shape) { return shape * 5 % 7 == 3; }
+
+// Every fourth three shapes in a row are of one body.
+std::int32_t body_of(std::int32_t shape) { return shape / 3 % 4 == 2 ? shape / 3 : 1'000'000 + shape; }
+
 // Blocks of `members`, with some empty places among them if `gaps`.
 Tree make_tree(const std::vector<std::int32_t>& members, bool gaps, const std::vector<BoundsRow>& rows,
                const std::vector<std::uint8_t>& special, const simd::PairKernels& kernels) {
@@ -145,6 +151,9 @@ Tree make_tree(const std::vector<std::int32_t>& members, bool gaps, const std::v
     simd::LeafBlock& leaf = tree.leaves[i / kBlock];
     if (i % kBlock == 0) leaf.special = 0;
     const std::int32_t shape = tree.order[i];
+    if (i % kBlock == 0) leaf.moved = 0;
+    if (shape >= 0 && is_moved(shape)) leaf.moved |= 1u << (i % kBlock);
+    leaf.body[i % kBlock] = shape < 0 ? -1 : body_of(shape);
     if (shape >= 0 && special[static_cast<std::size_t>(shape)] != 0) leaf.special |= 1u << (i % kBlock);
   }
   for (std::size_t level = 1; level < tree.nodes.size(); ++level) {
@@ -237,14 +246,17 @@ TEST(PairKernels, RefitWritesOnlyTheBlocksOfItsRange) {
 struct Found {
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;  // sorted
   bool special = false;
+  int of_one_body = 0;  // that overlap; counted by brute force
 
-  bool operator==(const Found&) const = default;
+  bool operator==(const Found& other) const { return pairs == other.pairs && special == other.special; }
 };
 
 // Joins as find_pairs does, with room for so many pairs at first, and checks that no row behind it is
 // written.
-Found join(const Tree& query, const Tree& target, const simd::PairKernels& kernels, std::int64_t room) {
+Found join(const Tree& query, const Tree& target, const simd::PairKernels& kernels, std::int64_t room,
+           bool moved_only = false) {
   simd::JoinTask task{};
+  task.moved_only = moved_only;
   task.query = query.leaves.data();
   task.query_boxes = query.nodes[0].data();
   task.target = target.view();
@@ -289,6 +301,10 @@ Found all_pairs(const std::vector<std::int32_t>& query, const std::vector<std::i
     for (std::size_t k = self ? i + 1 : 0; k < target.size(); ++k) {
       const auto a = static_cast<std::size_t>(query[i]), b = static_cast<std::size_t>(target[k]);
       if (!boxes_overlap(rows[a], rows[b]) || !spheres_overlap(rows[a], rows[b])) continue;
+      if (body_of(query[i]) == body_of(target[k])) {
+        ++found.of_one_body;
+        continue;
+      }
       found.pairs.push_back(std::minmax({query[i], target[k]}));
       found.special = found.special || special[a] != 0 || special[b] != 0;
     }
@@ -324,7 +340,7 @@ std::vector<std::int32_t> sorted_along_x(std::vector<std::int32_t> members,
 
 TEST(PairKernels, AJoinWithItselfFindsEveryPairOnce) {
   std::size_t pairs = 0;
-  int specials[2] = {};
+  int specials[2] = {}, of_one_body = 0;
   for (const int count : kCounts) {
     for (const bool on_grid : {false, true}) {
       const auto seed = static_cast<unsigned>(2 * count + on_grid);
@@ -338,11 +354,13 @@ TEST(PairKernels, AJoinWithItselfFindsEveryPairOnce) {
           EXPECT_TRUE(join(tree, tree, kernels->pair, 512) == expected) << kernels->name << ' ' << count;
         }
         pairs += expected.pairs.size();
+        of_one_body += expected.of_one_body;
         ++specials[expected.special ? 1 : 0];
       }
     }
   }
   EXPECT_GT(pairs, 50'000u);
+  EXPECT_GT(of_one_body, 100);
   EXPECT_GT(std::min(specials[0], specials[1]), 3);
 }
 
@@ -368,6 +386,42 @@ TEST(PairKernels, AJoinOfTwoTreesFindsThePairsOfTheirShapes) {
     }
   }
   EXPECT_GT(pairs, 10'000u);
+}
+
+// Also where each shape descends by itself.
+TEST(PairKernels, AJoinOfMovedShapesFindsEachOfTheirPairsOnce) {
+  std::size_t pairs = 0;
+  const auto without_others = [](Found found, auto&& counts) {
+    std::erase_if(found.pairs, [&](const auto& pair) { return !counts(pair); });
+    return found.pairs;
+  };
+  for (const int count : {5, 16, 60, 700, 4200}) {
+    const auto seed = static_cast<unsigned>(count);
+    const std::vector<BoundsRow> rows = random_boxes(count, count % 2 == 0, seed);
+    const std::vector<std::uint8_t> none(rows.size());
+    for (const auto& members : {shuffled_shapes(numbered_shapes(0, count), seed),
+                                sorted_along_x(numbered_shapes(0, count), rows)}) {
+      const auto middle = members.begin() + count / 3;
+      const std::vector<std::int32_t> query(members.begin(), middle), target(middle, members.end());
+      const auto expected = without_others(all_pairs(members, members, rows, none), [](const auto& pair) {
+        return is_moved(pair.first) || is_moved(pair.second);
+      });
+      const auto expected_of_two =
+          without_others(all_pairs(query, target, rows, none), [&](const auto& pair) {
+            const bool first_asks = std::find(query.begin(), query.end(), pair.first) != query.end();
+            return is_moved(first_asks ? pair.first : pair.second);
+          });
+      for (const simd::Kernels* kernels : all_kernels()) {
+        const Tree tree = make_tree(members, true, rows, none, kernels->pair);
+        EXPECT_TRUE(join(tree, tree, kernels->pair, 512, true).pairs == expected) << kernels->name;
+        const Tree a = make_tree(query, false, rows, none, kernels->pair);
+        const Tree b = make_tree(target, true, rows, none, kernels->pair);
+        EXPECT_TRUE(join(a, b, kernels->pair, 512, true).pairs == expected_of_two) << kernels->name;
+      }
+      pairs += expected.size();
+    }
+  }
+  EXPECT_GT(pairs, 5'000u);
 }
 
 TEST(PairKernels, BoundsThatTouchMakeAPairAndOnesBarelyApartDoNot) {
