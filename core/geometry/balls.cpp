@@ -143,10 +143,21 @@ Balls balls_of(const WorldData& data, std::int32_t shape) {
 }
 
 float inner_radius_of(const WorldData& data, std::int32_t shape) {
-  if (data.shapes.type[shape] == ShapeType::hull)
-    return data.hulls.data[data.shapes.hull[shape]]->inner_radius;
-  const Balls balls = balls_of(data, shape);
-  return balls.count > 0 ? balls.ball[0].radius : 0.0f;
+  const ExtentRow& extent = data.shapes.extent[shape];
+  switch (data.shapes.type[shape]) {  // the commonest, without their other balls
+    case ShapeType::sphere:
+    case ShapeType::capsule:
+      return extent.radius;
+    case ShapeType::box:
+    case ShapeType::rounded_box:
+      return std::min(extent.half[0], std::min(extent.half[1], extent.half[2])) + extent.radius;
+    case ShapeType::hull:
+      return data.hulls.data[data.shapes.hull[shape]]->inner_radius;
+    default: {
+      const Balls balls = balls_of(data, shape);
+      return balls.count > 0 ? balls.ball[0].radius : 0.0f;
+    }
+  }
 }
 
 void extend_core(WorldData& data, std::int32_t body, std::int32_t shape) {

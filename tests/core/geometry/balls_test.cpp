@@ -63,6 +63,22 @@ TEST(Balls, LieWithinCylindersConesAndRoundedBoxes) {
   }
 }
 
+TEST(Balls, TheInnerRadiusIsThatOfTheFirst) {
+  const Hull hull(std::vector<Vec3>{{-3, 0, -1}, {3, 0, -1}, {3, 0, 1}, {-3, 0, 1}, {0, 0.5f, 0}});
+  World world;
+  const BodyId body = world.create_body({.type = BodyType::fixed});
+  for (const Geometry& geometry :
+       {Geometry{Sphere{0.3f}}, Geometry{Capsule{2.0f, 0.2f}}, Geometry{Box{{3, 0.1f, 2}}},
+        Geometry{Box{{3, 1, 0.5f}, 0.25f}}, Geometry{Cylinder{1, 0.2f}}, Geometry{Cone{1, 2}},
+        Geometry{ConvexHull{hull}}, Geometry{ConvexHull{hull, {2, 1, 1}, 0.5f}}}) {
+    const auto shape = static_cast<std::int32_t>(world.add_shape(body, geometry).index);
+    EXPECT_EQ(inner_radius_of(internals(world), shape), balls_of(internals(world), shape).ball[0].radius)
+        << geometry.index();
+  }
+  const auto plane = static_cast<std::int32_t>(world.add_shape(body, HalfSpace{}).index);
+  EXPECT_EQ(inner_radius_of(internals(world), plane), 0.0f);
+}
+
 TEST(Balls, OfARoundedHullAreThoseOfTheHullMadeLarger) {
   const std::vector<Vec3> points{{-3, 0, -1}, {3, 0, -1}, {3, 0, 1}, {-3, 0, 1}, {0, 0.5f, 0}};
   const Hull hull(points);
