@@ -1,5 +1,5 @@
 // Laws of find_pairs: the list against brute force, its order, its memory of the last list, and kept rows.
-#include <tests/parallel/hand_made_world.h>
+#include <tests/parallel/broad_phase/pair_lists.h>
 
 #include <gtest/gtest.h>
 #include <parallel/broad_phase/broad_phase.h>
@@ -13,171 +13,17 @@
 namespace scree {
 namespace {
 
+using testing::add_random_body;
+using testing::brute_force;
+using testing::expect_canonical;
+using testing::Follower;
 using testing::HandMadeWorld;
+using testing::kPairStep;
+using testing::listed;
+using testing::Pair;
 using testing::Random;
-using Pair = std::pair<std::int32_t, std::int32_t>;
-
-constexpr float kPairStep = 1.0f / 60.0f;
-
-bool fat_bounds_meet(const BoundsRow& x, const BoundsRow& y) {
-  float distance = 0.0f;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (x.lower[axis] > y.upper[axis] || y.lower[axis] > x.upper[axis]) return false;
-    const float offset = (x.lower[axis] + x.upper[axis]) * 0.5f - (y.lower[axis] + y.upper[axis]) * 0.5f;
-    distance += offset * offset;
-  }
-  const float sum = x.sphere_radius + y.sphere_radius;
-  return distance <= sum * sum;
-}
-
-// The definition: every pair of living shapes whose bounds meet and that may collide, unless both are frozen.
-std::set<Pair> brute_force(const WorldData& data) {
-  std::set<Pair> result;
-  const Shapes& shapes = data.shapes;
-  const auto count = static_cast<std::int32_t>(shapes.type.size());
-  for (std::int32_t a = 0; a < count; ++a) {
-    const auto index_a = static_cast<std::size_t>(a);
-    if ((shapes.flags[index_a] & kShapeAlive) == 0) continue;
-    for (std::int32_t b = a + 1; b < count; ++b) {
-      const auto index_b = static_cast<std::size_t>(b);
-      if ((shapes.flags[index_b] & kShapeAlive) == 0) continue;
-      if (shapes.tree[index_a] == TreeKind::frozen && shapes.tree[index_b] == TreeKind::frozen) continue;
-      if (fat_bounds_meet(shapes.fat_bounds[index_a], shapes.fat_bounds[index_b]) &&
-          may_collide(data, a, b)) {
-        result.insert({a, b});
-      }
-    }
-  }
-  return result;
-}
-
-bool is_frozen(const WorldData& data, std::int32_t shape) {
-  return data.shapes.tree[static_cast<std::size_t>(shape)] == TreeKind::frozen;
-}
-
-// Both lists as one.
-std::vector<Pair> listed(const WorldData& data) {
-  std::vector<Pair> result;
-  for (const ShapePair& pair : data.contacts.pairs.pair) result.emplace_back(pair.a, pair.b);
-  for (const ShapePair& pair : data.contacts.resting.pair) {
-    EXPECT_TRUE(is_frozen(data, pair.a) && is_frozen(data, pair.b)) << pair.a << " " << pair.b;
-    result.emplace_back(pair.a, pair.b);
-  }
-  const auto resting = result.begin() + static_cast<std::ptrdiff_t>(data.contacts.pairs.pair.size());
-  EXPECT_TRUE(std::is_sorted(result.begin(), resting));
-  std::sort(result.begin(), result.end());
-  return result;
-}
-
-void expect_canonical(const std::vector<Pair>& list) {
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    EXPECT_LT(list[i].first, list[i].second);
-    if (i > 0) {
-      EXPECT_LT(list[i - 1], list[i]);
-    }
-  }
-}
-
-// Makes three of four pairs contacts, as collide would, so that histories can be followed.
-class Follower {
- public:
-  // After find_pairs; returns the number of pairs with a history.
-  int check_and_move(WorldData& data) {
-    Contacts& contacts = data.contacts;
-    int kept = 0;
-    std::int64_t resting_contacts = 0;
-    std::map<Pair, std::int32_t> contact_of;
-    for (PairRows* rows : {&contacts.pairs, &contacts.resting}) {
-      EXPECT_EQ(rows->contact.size(), rows->pair.size());
-      for (std::size_t row = 0; row < rows->pair.size(); ++row) {
-        const Pair pair{rows->pair[row].a, rows->pair[row].b};
-        const auto known = contact_of_.find(pair);
-        if (rows == &contacts.pairs && !contacts.list_kept) {
-          EXPECT_EQ(contacts.last_place[row] >= 0, known != contact_of_.end())
-              << pair.first << " " << pair.second;
-        }
-        std::int32_t& contact = rows->contact[row];
-        if (known != contact_of_.end()) {
-          EXPECT_EQ(contact, known->second);
-          ++kept;
-        } else {
-          EXPECT_TRUE(rows == &contacts.pairs) << "a new pair is never a resting pair";
-          EXPECT_EQ(contact, -1);
-          if ((pair.first + pair.second) % 4 != 0) contact = take_row(contacts);
-        }
-        if (rows == &contacts.resting && contact >= 0) ++resting_contacts;
-        contact_of[pair] = contact;
-      }
-    }
-    EXPECT_EQ(contacts.resting_contacts, resting_contacts);
-    contact_of_ = std::move(contact_of);
-    expect_rows_once(contacts);
-    return kept;
-  }
-  void forget(std::int32_t shape) {
-    std::erase_if(contact_of_, [&](const auto& entry) {
-      return entry.first.first == shape || entry.first.second == shape;
-    });
-  }
-
- private:
-  static std::int32_t take_row(Contacts& contacts) {
-    if (contacts.free_rows.empty()) {
-      contacts.free_rows.push_back(static_cast<std::int32_t>(contacts.now.pair.size()));
-      contacts.now.resize(contacts.now.pair.size() + 1);
-    }
-    const std::int32_t row = contacts.free_rows.back();
-    contacts.free_rows.pop_back();
-    contacts.now.points[static_cast<std::size_t>(row)] = 1;
-    return row;
-  }
-  // Each row is free or the contact of one pair.
-  void expect_rows_once(const Contacts& contacts) const {
-    std::vector<int> users(contacts.now.pair.size());
-    for (const auto& [pair, contact] : contact_of_) {
-      if (contact < 0) continue;
-      ++users[static_cast<std::size_t>(contact)];
-      EXPECT_EQ(contacts.now.points[static_cast<std::size_t>(contact)], 1);
-    }
-    for (const std::int32_t row : contacts.free_rows) {
-      ++users[static_cast<std::size_t>(row)];
-      EXPECT_EQ(contacts.now.points[static_cast<std::size_t>(row)], 0);
-    }
-    EXPECT_EQ(users, std::vector<int>(users.size(), 1));
-  }
-
-  std::map<Pair, std::int32_t> contact_of_;  // -1: does not touch
-};
-
-void step(HandMadeWorld& world, Workers& workers) {
-  Crew crew(workers);
-  world.refresh();
-  find_pairs(world.data, crew);
-  world.integrate(kPairStep);
-  update_bounds(world.data, kPairStep, crew);
-}
-
-std::int32_t add_random_body(HandMadeWorld& world, Random& random, BodyType type, Vec3 half, float speed,
-                             int shapes = 1, Filter filter = {}) {
-  const std::int32_t body = world.add_body(type, random.point(half), random.rotation());
-  VelocityRow& velocity = world.data.bodies.velocity[static_cast<std::size_t>(body)];
-  if (type != BodyType::fixed) {
-    for (int axis = 0; axis < 3; ++axis) {
-      velocity.linear[axis] = random.uniform(-speed, speed);
-      velocity.angular[axis] = random.uniform(-speed, speed);
-    }
-  }
-  for (int i = 0; i < shapes; ++i) {
-    const Pose local = shapes == 1 ? Pose{} : Pose{random.point({0.5f, 0.5f, 0.5f}), random.rotation()};
-    world.add_random_shape(body, random, local, filter);
-  }
-  return body;
-}
-
-Filter random_filter(Random& random) {
-  if (random.below(2) == 0) return {};
-  return {random.below(8), random.below(8), static_cast<std::int32_t>(random.below(5)) - 2};
-}
+using testing::random_filter;
+using testing::step;
 
 TEST(FindPairs, ListEqualsBruteForceForEveryInstructionSet) {
   for (const WorkersOptions& options : testing::all_workers()) {
@@ -213,66 +59,6 @@ TEST(FindPairs, ListEqualsBruteForceForEveryInstructionSet) {
         Crew crew(workers);
         update_bounds(world.data, kPairStep, crew);
       }
-    }
-  }
-}
-
-// Most bodies rest or move slowly, and some fall asleep: most lists keep the pairs of the one before but for
-// those of the shapes that have left their bounds. `spread`: m, of the boxes that bodies start in.
-void expect_lists_of_few_moved(const WorkersOptions& options, std::uint64_t seed, Vec3 spread) {
-  Workers workers(options);
-  HandMadeWorld world;
-  Random random(seed);
-  BroadPhase& broad_phase = broad_phase_of(world.data);
-  world.add_box(BodyType::fixed, {0, -5, 0}, {100, 1, 100});
-  std::vector<std::int32_t> bodies;
-  for (int i = 0; i < 300; ++i) {
-    const BodyType type = random.below(8) == 0 ? BodyType::fixed : BodyType::dynamic;
-    const float speed = random.below(12) == 0 ? 6.0f : 0.05f;
-    bodies.push_back(add_random_body(world, random, type, spread, speed,
-                                     1 + static_cast<int>(random.below(3)), random_filter(random)));
-  }
-  bodies.push_back(add_random_body(world, random, BodyType::kinematic, spread, 0.0f));
-  Follower follower;
-  int kept = 0, slept = 0;
-  for (int i = 0; i < 60; ++i) {
-    world.refresh();
-    if (i > 0) world.data.shapes.trees_changed = false;  // as refresh_lists, which notes what changes
-    if (i % 3 == 1) {
-      const std::int32_t body = bodies[random.below(static_cast<std::uint32_t>(bodies.size()))];
-      if (world.data.bodies.type[static_cast<std::size_t>(body)] == BodyType::dynamic) {
-        world.set_asleep(body, i % 12 != 10);
-        for (std::int32_t shape = world.data.bodies.first_shape[static_cast<std::size_t>(body)]; shape >= 0;
-             shape = world.data.shapes.next[static_cast<std::size_t>(shape)])
-          broad_phase.changed.push_back(shape);
-      }
-    }
-    if (i % 20 == 15) world.move_by_call(bodies[random.below(300)], random.point(spread));
-    Crew crew(workers);
-    find_pairs(world.data, crew);
-    const std::vector<Pair> list = listed(world.data);
-    const std::set<Pair> expected = brute_force(world.data);
-    std::vector<Pair> found;  // resting pairs are not in the definition
-    for (const ShapePair& pair : world.data.contacts.pairs.pair) found.emplace_back(pair.a, pair.b);
-    expect_canonical(list);
-    ASSERT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), expected.end()))
-        << "step " << i << ": " << found.size() << " " << expected.size();
-    follower.check_and_move(world.data);
-    kept += broad_phase.few_moved ? 1 : 0;
-    slept += broad_phase.few_moved && world.data.bodies.asleep > 0 ? 1 : 0;
-    world.refresh();
-    world.integrate(kPairStep);
-    update_bounds(world.data, kPairStep, crew);
-  }
-  EXPECT_GT(kept, 30);
-  EXPECT_GT(slept, 20);
-}
-
-TEST(FindPairs, ListEqualsBruteForceWhereFewShapesLeaveTheirBounds) {
-  for (const WorkersOptions& options : testing::all_workers()) {
-    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-      expect_lists_of_few_moved(options, seed, {4, 4, 4});
-      expect_lists_of_few_moved(options, seed, {80, 4, 80});
     }
   }
 }
