@@ -33,7 +33,7 @@ struct Balls {
 
 Balls balls_of(const HullData& hull);
 Balls balls_of(const WorldData& data, std::int32_t shape);  // none of meshes and half-spaces
-// m, of the ball about the shape's center; 0 of meshes and half-spaces, which have no inside or no center.
+// m, of the first ball; 0 of meshes and half-spaces, which have none.
 float inner_radius_of(const WorldData& data, std::int32_t shape);
 
 // Makes the core of a body that of one more shape, wherever that is.

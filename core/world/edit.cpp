@@ -203,7 +203,6 @@ void link_shape(WorldData& data, std::int32_t shape, std::int32_t body) {
   data.shapes.marks.mark(shape);
   data.shapes.tree[shape] = tree_of(data.bodies, body);
   if (data.shapes.tree[shape] != TreeKind::frozen) note_change(data.shapes, shape);
-  if (sibling >= 0) note_change(data.shapes, sibling);  // was alone perhaps
   place_shape_in_body(data, shape);
 }
 

@@ -33,7 +33,7 @@ using TreeLevels = TableArray<Column<simd::NodeBlock>, simd::kMaxTreeLevels>;
   VALUE(derived, int,             refits, 0)      /* since the last sort */                                     \
   VALUE(derived, bool,            unsorted, true) /* must be sorted before the next join */                     \
   VALUE(derived, bool,            lost_members, false) /* `order` still names shapes that have left */          \
-  VALUE(derived, bool,            marks_changed, true) /* LeafBlock's marks must be made anew  */
+  VALUE(derived, bool,            marks_changed, true) /* the marks of LeafBlock must be made anew */
 // clang-format on
 SCREE_STORE(PairTree, SCREE_PAIR_TREE_MEMBERS)
 
@@ -87,8 +87,8 @@ using FoundPairs = std::vector<Column<ShapePair>>;
                                                    list, ... */                                                 \
   VALUE(derived, bool,          left_is_known, false) /* ... if these are all, and few, and no call has changed \
                                                    any shape */                                                 \
-  VALUE(derived, bool,          few_moved, false) /* the last list of pairs kept those of the one before, but for \
-                                                   those of `left` */                                           \
+  VALUE(derived, bool,          few_moved, false) /* the last list kept the pairs of shapes that had not left   \
+                                                   their bounds */                                              \
   LIST (scratch, std::uint8_t,  is_moved)       /* per shape: is in `left`; all zero outside find_pairs */      \
   LIST (derived, std::uint8_t,  tree_of)        /* TreeIndex of each shape, kNoTree if dead */                  \
   LIST (derived, std::int32_t,  slot_of)        /* of shapes in frozen trees: their place in PairTree::order */ \
@@ -182,7 +182,8 @@ enum class JoinScope {
 };
 // trees -> found. Returns the number of pairs.
 std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, JoinScope scope, Crew& crew);
-// Whether only shapes of BroadPhase::left can have pairs that the last list does not have. Marks them then.
+// Whether the new list can differ from the last one only by pairs with shapes of BroadPhase::left. Marks
+// these then.
 bool mark_few_moved(WorldData& data, BroadPhase& broad_phase, Crew& crew);
 // Adds the other pairs of the last list to `sorted`.
 void keep_other_pairs(WorldData& data, BroadPhase& broad_phase, Crew& crew);

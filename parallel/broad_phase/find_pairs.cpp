@@ -231,6 +231,7 @@ void find_pairs(WorldData& data, Crew& crew) {
       data.bodies.asleep > 0 && lend_arrivals(data, broad_phase, TreeKind::frozen, TreeKind::kinematic);
   const bool members_changed = update_members(data, broad_phase, crew);
   contacts.list_kept = true;
+  broad_phase.few_moved = false;
   contacts.resting_kept = contacts.resting.pair.size();
   if (members_changed || contacts.pairs_stale || broad_phase.bounds_left.load(std::memory_order_relaxed)) {
     broad_phase.is_dirty.resize(data.shapes.flags.size());

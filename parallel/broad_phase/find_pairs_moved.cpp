@@ -2,8 +2,8 @@
 // can be new or gone, so these are found, and the others are kept. The list is the same as if all were found.
 //
 // Shapes that fall asleep change their tree and keep their bounds: their pairs with what is awake stay in the
-// list, and those with what is frozen are parted from it as ever. What wakes, and what calls change, makes a
-// whole new list.
+// list, and those with what is frozen are parted from it as ever. What wakes, what calls change, and
+// kinematic shapes that leave their bounds make a whole new list.
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/broad_phase/merge_pairs.h>
 #include <parallel/crew/list_where.h>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kLeavesPerChunk = 64;
 
-void mark_leaves(BroadPhase& broad_phase, Crew& crew) {
+void note_moved(BroadPhase& broad_phase, Crew& crew) {
   PairTree& tree = broad_phase.trees[kAwakeTree];
   crew.run_ranges(leaf_blocks(tree), kLeavesPerChunk, [&](int begin, int end, int) {
     for (int block = begin; block < end; ++block) {
@@ -41,7 +41,7 @@ bool mark_few_moved(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   if (!std::all_of(left.begin(), left.end(), is_awake)) return false;
   broad_phase.is_moved.resize(data.shapes.flags.size());
   for (const std::int32_t shape : left) broad_phase.is_moved[shape] = 1;
-  mark_leaves(broad_phase, crew);
+  note_moved(broad_phase, crew);
   return true;
 }
 

@@ -160,7 +160,7 @@ bool is_special(const WorldData& data, std::int32_t shape) {
 }
 
 // Writes what the leaf's shapes have besides their bounds.
-void mark_leaf(const WorldData& data, const PairTree& tree, simd::LeafBlock& leaf, std::int32_t block) {
+void describe_leaf(const WorldData& data, const PairTree& tree, simd::LeafBlock& leaf, std::int32_t block) {
   leaf.special = 0;
   for (int slot = 0; slot < simd::kBlock; ++slot) {
     const std::int32_t shape = tree.order[block * simd::kBlock + slot];
@@ -256,7 +256,7 @@ void refit_tree(const WorldData& data, PairTree& tree, Crew& crew) {
     kernels.refit_leaves(task, begin, end);
     if (!tree.marks_changed) return;
     for (int block = begin; block < end; ++block) {
-      mark_leaf(data, tree, tree.leaves[block], block);
+      describe_leaf(data, tree, tree.leaves[block], block);
     }
   });
   for (int level = 1; level < tree.levels; ++level) {
@@ -274,7 +274,7 @@ void refit_leaf(const WorldData& data, PairTree& tree, std::int32_t block, Crew&
   const simd::RefitTask task{tree.order.data(), data.shapes.fat_bounds.data(), tree.leaves.data(),
                              tree.nodes[0].data()};
   kernels.refit_leaves(task, block, block + 1);
-  mark_leaf(data, tree, tree.leaves[block], block);
+  describe_leaf(data, tree, tree.leaves[block], block);
   for (int level = 1; level < tree.levels; ++level) {
     block /= simd::kBlock;
     kernels.refit_nodes(tree.nodes[level - 1].data(), tree.nodes[level].data(), block, block + 1);

@@ -16,8 +16,7 @@ namespace scree {
 namespace {
 
 constexpr int kBoundsPerChunk = 256;  // 5 to 10 microseconds
-// Of what moves, as many must have kept their bounds for each that has left them, or pairs are found anew for
-// all.
+// Where more than one of so many moving shapes has left its bounds, pairs are found anew for all.
 constexpr std::size_t kMovingPerLeft = 2;
 
 static_assert(static_cast<int>(ShapeType::sphere) == simd::kBoundsSphere);
@@ -100,13 +99,15 @@ void update_bounds(WorldData& data, float dt, Crew& crew) {
   const int left =
       update_list(data, broad_phase, moving.span(), dt, broad_phase.has_left.data(), false, hashes, crew);
   const bool is_few = kMovingPerLeft * static_cast<std::size_t>(left) <= moving.size();
-  broad_phase.left_is_known = broad_phase.left_is_known && broad_phase.left.empty() && is_few;
-  if (left > 0 && broad_phase.left_is_known) {
+  const bool is_known = broad_phase.left_is_known && broad_phase.left.empty() && is_few;
+  broad_phase.left_is_known = false;
+  if (left > 0 && is_known) {
     list_where(
         crew, moving.size(), broad_phase.places, broad_phase.left,
         [&](std::int32_t i) { return broad_phase.has_left[i] != 0; },
         [&](std::int32_t i) { return moving[i]; });
   }
+  broad_phase.left_is_known = is_known;
   update_dirty_bounds(data, broad_phase, dt, crew);
 }
 

@@ -1,7 +1,8 @@
 // Sweeps fast bodies, so that they do not pass through fixed and sleeping shapes in one step.
 //
 // Runs after the solver. A body is swept if it moved by more than a share of its inner radius, which is that
-// of the largest ball about a shape's center within the shape. Balls within a shape stand for it
+// of the largest ball about a shape's center within the shape, and of a compound, that of its thinnest part;
+// then each part is swept if it moved by more than that share of its own. Balls within a shape stand for it
 // (core/geometry/balls.h). The core of each ball, which is half as large, is cast from the beginning of the
 // step to its end against the frozen trees. Where it meets a fixed or sleeping shape, the body is put back to
 // where the whole ball meets it. It keeps the velocity that it has there for the contact of the next step,
@@ -246,7 +247,7 @@ bool is_any_near(const Obstacles& obstacles, const NearShapes& near, std::int32_
 }
 
 // The first meeting of one of the body's balls on a stretch of its motion, 0 to 1 along the stretch. `near`:
-// all that is, or null where that is not known. `way`: m, by which no ball moves farther in the step. `most`:
+// all that is, or null where that is not known. `way`: m, the most that any ball moves in the step. `most`:
 // balls of a shape that are looked at.
 Meeting first_meeting_of(const Obstacles& obstacles, const NearShapes* near, std::int32_t body,
                          const Stretch& stretch, float way, int most = kMostBalls) {
@@ -257,7 +258,8 @@ Meeting first_meeting_of(const Obstacles& obstacles, const NearShapes* near, std
   Meeting first;
   for (std::int32_t shape = first_shape; shape >= 0; shape = data.shapes.next[shape]) {
     // The thicker parts of a compound need no sweep while they move little.
-    if (is_compound && way <= kCoreShare * inner_radius_of(data, shape)) continue;
+    const bool is_slow = way <= kCoreShare * inner_radius_of(data, shape);
+    if (is_compound && is_slow && stretch.against != Against::touched) continue;
     if (near != nullptr && is_compound && !is_any_near(obstacles, *near, body, shape, stretch)) continue;
     Balls made;
     const Balls& balls = balls_at(data, shape, made);

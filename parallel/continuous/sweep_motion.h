@@ -69,7 +69,7 @@ float chord_of(const Motion& motion);
 // rad per step, at most, at any time of the motion.
 float rate_of(const Motion& motion);
 
-// m, by which no ball's center moves farther in the step.
+// m, the most that the center of any ball moves in the step; an upper bound.
 float farthest_way(const CoreRow& core, const DeltaRow& delta);
 // Whether the body's motion may bring a core into something that its ball did not touch.
 bool is_fast(const CoreRow& core, const DeltaRow& delta);

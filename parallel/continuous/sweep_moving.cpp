@@ -211,7 +211,7 @@ bool leaps(const WorldData& data, std::int32_t body, float dt) {
          !(length(to_vec3(bodies.delta[body].position)) <= data.settings.max_linear_speed * dt);
 }
 
-// Whether the bodies of a pair both move, and one of them so far that it is swept.
+// Whether both bodies of a pair move, and one of them is fast.
 bool is_chase(const WorldData& data, std::int32_t a, std::int32_t b, float dt) {
   const Bodies& bodies = data.bodies;
   if (((bodies.step_notes[a] | bodies.step_notes[b]) & kIsFast) == 0) return false;
@@ -224,8 +224,9 @@ bool is_chase(const WorldData& data, std::int32_t a, std::int32_t b, float dt) {
 
 // Whether one of two shapes may pass through the other in this step: the way is longer than the sum of their
 // inner radii. After a shorter one their centers are still on their sides, as a contact needs them. Such ways
-// are common in a collapsing pile: sweeping those that are half as long took half of the step. With the inner
-// radii of the bodies, which are those of the thinnest parts, sweeps of a pile of wheels took twice as long.
+// are common in a collapsing pile: sweeping those that are half as long took half of the step. Not by
+// the inner radii of the bodies, which are those of the thinnest parts: sweeps of a pile of wheels took twice
+// as long so.
 bool may_pass(const WorldData& data, ShapePair pair, float dt) {
   const Bodies& bodies = data.bodies;
   const std::int32_t a = data.shapes.body[pair.a], b = data.shapes.body[pair.b];
@@ -236,7 +237,7 @@ bool may_pass(const WorldData& data, ShapePair pair, float dt) {
   };
   const Vec3 way = to_vec3(bodies.delta[a].position) - to_vec3(bodies.delta[b].position);
   const float inner = inner_radius_of(data, pair.a) + inner_radius_of(data, pair.b);
-  return length(way) + std::max(turn(a) + turn(b), 0.0f) > inner;
+  return length(way) + std::max(0.0f, turn(a) + turn(b)) > inner;
 }
 
 // Whether `a` comes after `b`. Of what happens at one time, ends at rest come first, then pairs in their

@@ -48,6 +48,7 @@ void validate_leaves(const WorldData& data, const BroadPhase& broad_phase, std::
     const std::size_t slot = place % simd::kBlock;
     SCREE_ASSERT(leaf.shape[slot] == shape);
     if (shape < 0) continue;
+    SCREE_ASSERT(leaf.body[slot] == data.shapes.body[shape]);
     SCREE_ASSERT(broad_phase.tree_of[shape] == index);
     SCREE_ASSERT(!is_frozen_tree(index) || broad_phase.slot_of[shape] == static_cast<std::int32_t>(place));
     SCREE_ASSERT(holds(box_of(leaf, slot), box_of(data.shapes.fat_bounds[shape])));

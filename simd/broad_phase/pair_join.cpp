@@ -173,8 +173,8 @@ bool descend(const JoinTask& task, int query_block, const Box& box, Candidates& 
     const NodeBlock& node = task.target.nodes[step.level][step.block];
     std::uint32_t met = overlap_bits(box, node.bounds);
     const std::int32_t first_child = step.block * kBlock;
-    if (task.self &&
-        !task.moved_only) {  // children that end before the query block have been queries themselves
+    // Children that end before the query block have been queries themselves.
+    if (task.self && !task.moved_only) {
       const std::int32_t skipped = (query_block >> (4 * step.level)) - first_child;
       if (skipped > 0) met &= ~((1u << skipped) - 1u);
     }
