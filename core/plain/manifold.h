@@ -58,12 +58,14 @@ struct alignas(16) ManifoldFeatures {
 };
 
 // Where both bodies were when a manifold was made. While they have hardly moved relative to each other since,
-// the manifold is recycled: its points keep their places and only the separations follow.
+// the manifold is recycled: its points keep their places and only the separations follow. Where both have
+// turned together, it is carried along with A.
 struct alignas(64) ContactAnchor {
   float rotation_a[4];  // of the body A of the manifold
   float rotation_b[4];
   float offset[3];  // from the center of mass of A to that of B
-  float is_set;     // 1: may be recycled, 0: not
+  float is_set;     // 0: must not be recycled; else 1 and m, by which the bodies have moved relative to each
+                    // other before the manifold was carried along
   float separation[kMaxManifoldPoints];
 };
 

@@ -21,11 +21,16 @@ bool same_or_never(const Filter& x, const Filter& y) {
   return (x.mask & y.category) == 0 || (y.mask & x.category) == 0;
 }
 
+struct JoinRules {
+  bool filter_all;    // all pairs, not just those of special shapes
+  bool moved_only;    // as JoinTask has it
+  bool spares_moved;  // as JoinTask has it
+};
+
 // Appends the pairs of the query blocks [begin, end) with one tree to `pairs`. `pairs` keeps its whole
 // capacity as its size; returns the number of rows that count.
 std::int64_t join_blocks(const WorldData& data, const PairTree& query, const PairTree& target, int begin,
-                         int end, bool filter_all, bool moved_only, std::int64_t count,
-                         Column<ShapePair>& pairs, Crew& crew) {
+                         int end, JoinRules rules, std::int64_t count, Column<ShapePair>& pairs, Crew& crew) {
   if (target.levels == 0) return count;
   simd::JoinTask task{};
   task.query = query.leaves.data();
@@ -34,7 +39,8 @@ std::int64_t join_blocks(const WorldData& data, const PairTree& query, const Pai
   for (int level = 0; level < target.levels; ++level) task.target.nodes[level] = target.nodes[level].data();
   task.target.levels = target.levels;
   task.self = &query == &target;
-  task.moved_only = moved_only;
+  task.moved_only = rules.moved_only;
+  task.spares_moved = rules.spares_moved;
   simd::JoinState state{begin, count, 0, false};
   while (true) {
     task.pairs = pairs.data();
@@ -43,7 +49,7 @@ std::int64_t join_blocks(const WorldData& data, const PairTree& query, const Pai
     if (state.block == end) break;
     pairs.resize(state.needed + state.needed / 2);
   }
-  if (!state.special && !filter_all) return state.count;
+  if (!state.special && !rules.filter_all) return state.count;
   ShapePair* const first = pairs.data() + count;
   ShapePair* const last = pairs.data() + state.count;
   return std::remove_if(first, last, [&](const ShapePair& p) { return !may_collide(data, p.a, p.b); }) -
@@ -115,8 +121,7 @@ std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, JoinScope scop
   const PairTree& awake = broad_phase.trees[kAwakeTree];
   const PairTree& kinematic = broad_phase.trees[kKinematicTree];
   const int awake_chunks = chunks_of(leaf_blocks(awake), kBlocksPerChunk);
-  // None of `left` is kinematic.
-  const int kinematic_chunks = moved_only ? 0 : chunks_of(leaf_blocks(kinematic), kBlocksPerChunk);
+  const int kinematic_chunks = chunks_of(leaf_blocks(kinematic), kBlocksPerChunk);
   const auto rows = static_cast<int>(data.contacts.pairs.pair.size());
   const int chunks = awake_chunks + kinematic_chunks + (carry ? chunks_of(rows, kRowsPerChunk) : 0);
   std::vector<Column<ShapePair>>& found = broad_phase.found;
@@ -138,14 +143,18 @@ std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, JoinScope scop
       const int begin = chunk * kBlocksPerChunk;
       const int end = std::min(begin + kBlocksPerChunk, leaf_blocks(awake));
       for (const PairTree& target : std::span(broad_phase.trees).subspan(kAwakeTree)) {
-        count = join_blocks(data, awake, target, begin, end, false, moved_only, count, pairs, crew);
+        count = join_blocks(data, awake, target, begin, end, {false, moved_only, false}, count, pairs, crew);
       }
     } else {  // kinematic bodies wake sleeping ones; against fixed ones they have nothing to do
       const int begin = (chunk - awake_chunks) * kBlocksPerChunk;
       const int end = std::min(begin + kBlocksPerChunk, leaf_blocks(kinematic));
       for (const PairTree& frozen : frozen_trees(broad_phase)) {
-        count = join_blocks(data, kinematic, frozen, begin, end, true, false, count, pairs, crew);
+        count =
+            join_blocks(data, kinematic, frozen, begin, end, {true, moved_only, false}, count, pairs, crew);
       }
+      // Awake shapes ask kinematic ones; but if only what has moved asks, these must ask those that have not.
+      if (moved_only)
+        count = join_blocks(data, kinematic, awake, begin, end, {false, true, true}, count, pairs, crew);
     }
     pairs.resize(count);
   });

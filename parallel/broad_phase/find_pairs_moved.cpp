@@ -2,8 +2,8 @@
 // can be new or gone, so these are found, and the others are kept. The list is the same as if all were found.
 //
 // Shapes that fall asleep change their tree and keep their bounds: their pairs with what is awake stay in the
-// list, and those with what is frozen are parted from it as ever. What wakes, what calls change, and
-// kinematic shapes that leave their bounds make a whole new list.
+// list, and those with what is frozen are parted from it as ever. What wakes and what calls change make a
+// whole new list.
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/broad_phase/merge_pairs.h>
 #include <parallel/crew/list_where.h>
@@ -17,8 +17,7 @@ namespace {
 
 constexpr int kLeavesPerChunk = 64;
 
-void note_moved(BroadPhase& broad_phase, Crew& crew) {
-  PairTree& tree = broad_phase.trees[kAwakeTree];
+void note_moved(PairTree& tree, const BroadPhase& broad_phase, Crew& crew) {
   crew.run_ranges(leaf_blocks(tree), kLeavesPerChunk, [&](int begin, int end, int) {
     for (int block = begin; block < end; ++block) {
       simd::LeafBlock& leaf = tree.leaves[block];
@@ -37,11 +36,15 @@ bool mark_few_moved(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   const Column<std::int32_t>& left = broad_phase.left;
   if (!broad_phase.left_is_known || data.contacts.pairs_stale || !broad_phase.dirty.empty()) return false;
   if (!broad_phase.leavers.empty() || broad_phase.all_left) return false;
-  const auto is_awake = [&](std::int32_t shape) { return broad_phase.tree_of[shape] == kAwakeTree; };
-  if (!std::all_of(left.begin(), left.end(), is_awake)) return false;
+  const auto moves = [&](std::int32_t shape) {
+    return broad_phase.tree_of[shape] == kAwakeTree || broad_phase.tree_of[shape] == kKinematicTree;
+  };
+  if (!std::all_of(left.begin(), left.end(), moves)) return false;
   broad_phase.is_moved.resize(data.shapes.flags.size());
   for (const std::int32_t shape : left) broad_phase.is_moved[shape] = 1;
-  note_moved(broad_phase, crew);
+  for (const std::uint8_t tree : {kAwakeTree, kKinematicTree}) {
+    note_moved(broad_phase.trees[tree], broad_phase, crew);
+  }
   return true;
 }
 

@@ -213,6 +213,14 @@ bool writes_anchor(std::size_t type) {
   }
 }
 
+// Brings a contact's row nearer: rows are in no order, and each is read only once.
+void fetch_contact(const simd::CollideColumns& columns, std::int32_t row) {
+  const char* const manifold = reinterpret_cast<const char*>(columns.manifold + row);
+  __builtin_prefetch(manifold);
+  __builtin_prefetch(manifold + 64);
+  __builtin_prefetch(columns.anchor + row);
+}
+
 // Collides the pairs that are contacts, in their rows.
 void collide_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   const simd::CollideColumns columns = collide_columns(data);
@@ -222,7 +230,10 @@ void collide_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
     const std::size_t type = chunks.type_of(chunk);
     const int begin = chunks.begin(chunk), count = chunks.begin(chunk + 1) - begin;
     CollideItem items[simd::kCollideChunk], left[simd::kCollideChunk];
-    for (int k = 0; k < count; ++k) items[k] = make_item(data, phase.order[begin + k]);
+    for (int k = 0; k < count; ++k) {
+      items[k] = make_item(data, phase.order[begin + k]);
+      fetch_contact(columns, items[k].row);
+    }
     const simd::CollideKernels::Recycle recycle = recycle_of(kernels, type);
     if (recycle == nullptr || data.contacts.manifolds_stale) {
       kernels.collide[type](columns, items, count);

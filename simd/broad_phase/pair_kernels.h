@@ -75,9 +75,10 @@ struct JoinTask {
   const LeafBlock* query;
   const NodeBlock* query_boxes;
   TreeView target;
-  bool self;         // target is the query's own tree: each pair is found once, by the earlier shape
-  bool moved_only;   // only pairs with a shape of the query that has moved; see LeafBlock::moved
-  ShapePair* pairs;  // out; a < b
+  bool self;          // target is the query's own tree: each pair is found once, by the earlier shape
+  bool moved_only;    // only pairs with a shape of the query that has moved; see LeafBlock::moved
+  bool spares_moved;  // and not with a shape of another tree that has moved: its own query finds these
+  ShapePair* pairs;   // out; a < b
   std::int64_t capacity;
 };
 

@@ -375,7 +375,13 @@ std::string history(Isa isa, int threads, bool restores) {
 
 TEST(Quarantine, HasTheSameBitsOnEveryInstructionSetAndThreadCount) {
   const std::string expected = history(Isa::scalar, 1, false);
-  EXPECT_NE(expected.find(" of 2"), std::string::npos) << "some bodies make others non-finite:\n" << expected;
+  const auto restored_several = [&] {
+    for (std::size_t at = expected.find("of "); at != std::string::npos; at = expected.find("of ", at + 1)) {
+      if (std::stoi(expected.substr(at + 3)) > 1) return true;
+    }
+    return false;
+  };
+  EXPECT_TRUE(restored_several()) << "some bodies make others non-finite:\n" << expected;
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
     if (!is_supported(isa)) continue;
     for (const int threads : {1, 2, 4}) {

@@ -34,7 +34,9 @@ void expect_lists_of_few_moved(const WorkersOptions& options, std::uint64_t seed
     bodies.push_back(add_random_body(world, random, type, spread, speed,
                                      1 + static_cast<int>(random.below(3)), random_filter(random)));
   }
-  bodies.push_back(add_random_body(world, random, BodyType::kinematic, spread, 0.0f));
+  for (const float speed : {0.0f, 0.2f, 5.0f}) {
+    bodies.push_back(add_random_body(world, random, BodyType::kinematic, spread, speed, 3));
+  }
   Follower follower;
   int kept = 0, slept = 0;
   for (int i = 0; i < 60; ++i) {

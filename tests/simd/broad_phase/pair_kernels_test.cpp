@@ -254,9 +254,10 @@ struct Found {
 // Joins as find_pairs does, with room for so many pairs at first, and checks that no row behind it is
 // written.
 Found join(const Tree& query, const Tree& target, const simd::PairKernels& kernels, std::int64_t room,
-           bool moved_only = false) {
+           bool moved_only = false, bool spares_moved = false) {
   simd::JoinTask task{};
   task.moved_only = moved_only;
+  task.spares_moved = spares_moved;
   task.query = query.leaves.data();
   task.query_boxes = query.nodes[0].data();
   task.target = target.view();
@@ -411,12 +412,16 @@ TEST(PairKernels, AJoinOfMovedShapesFindsEachOfTheirPairsOnce) {
             const bool first_asks = std::find(query.begin(), query.end(), pair.first) != query.end();
             return is_moved(first_asks ? pair.first : pair.second);
           });
+      auto expected_of_unmoved = expected_of_two;
+      std::erase_if(expected_of_unmoved,
+                    [](const auto& pair) { return is_moved(pair.first) && is_moved(pair.second); });
       for (const simd::Kernels* kernels : all_kernels()) {
         const Tree tree = make_tree(members, true, rows, none, kernels->pair);
         EXPECT_TRUE(join(tree, tree, kernels->pair, 512, true).pairs == expected) << kernels->name;
         const Tree a = make_tree(query, false, rows, none, kernels->pair);
         const Tree b = make_tree(target, true, rows, none, kernels->pair);
         EXPECT_TRUE(join(a, b, kernels->pair, 512, true).pairs == expected_of_two) << kernels->name;
+        EXPECT_TRUE(join(a, b, kernels->pair, 512, true, true).pairs == expected_of_unmoved) << kernels->name;
       }
       pairs += expected.size();
     }
