@@ -123,6 +123,7 @@ struct Manifolds {
   V3 normal, tangent_1, tangent_2, arm_a, arm_b;
   F u[kMaxManifoldPoints], v[kMaxManifoldPoints];
   F base[kMaxManifoldPoints];  // separations when they were made or carried along
+  F friction, row_a, row_b;    // as they stand in the rows
   Motion motion;
   M near;     // the bodies have moved little enough to keep the manifold
   M is_fast;  // meshes only: needs points ahead, which may have other normals than the mesh has had so far
@@ -133,10 +134,9 @@ inline Manifolds load_manifolds(const CollideColumns& columns, const Block& bloc
   const float* rows = reinterpret_cast<const float*>(columns.manifold);
   constexpr int kStride = sizeof(Manifold) / sizeof(float);
   Manifolds m;
-  F friction, row_a, row_b;
-  load_rows(rows, kStride, block.row, m.normal.x, m.normal.y, m.normal.z, friction);
-  load_rows(rows + 4, kStride, block.row, m.arm_a.x, m.arm_a.y, m.arm_a.z, row_a);
-  load_rows(rows + 8, kStride, block.row, m.arm_b.x, m.arm_b.y, m.arm_b.z, row_b);
+  load_rows(rows, kStride, block.row, m.normal.x, m.normal.y, m.normal.z, m.friction);
+  load_rows(rows + 4, kStride, block.row, m.arm_a.x, m.arm_a.y, m.arm_a.z, m.row_a);
+  load_rows(rows + 8, kStride, block.row, m.arm_b.x, m.arm_b.y, m.arm_b.z, m.row_b);
   load_rows(rows + 12, kStride, block.row, m.u[0], m.u[1], m.u[2], m.u[3]);
   load_rows(rows + 16, kStride, block.row, m.v[0], m.v[1], m.v[2], m.v[3]);
   load_rows(reinterpret_cast<const float*>(columns.anchor) + 12, sizeof(ContactAnchor) / sizeof(float),
@@ -273,11 +273,7 @@ std::uint32_t carry_block(const CollideColumns& columns, const Block& block, Sol
   const F cosine = dot(along, tangent_1), sine = dot(along, cross(normal, tangent_1));
   float* rows = reinterpret_cast<float*>(columns.manifold);
   constexpr int kStride = sizeof(Manifold) / sizeof(float);
-  V3 unused;
-  F friction, row_a, row_b, friction_1, friction_2, twist, info;
-  load_rows(rows, kStride, block.row, unused.x, unused.y, unused.z, friction);
-  load_rows(rows + 4, kStride, block.row, unused.x, unused.y, unused.z, row_a);
-  load_rows(rows + 8, kStride, block.row, unused.x, unused.y, unused.z, row_b);
+  F friction_1, friction_2, twist, info;
   load_rows(rows + 28, kStride, block.row, friction_1, friction_2, twist, info);
   const auto write = [&](int group, F x, F y, F z, F w) {
     store_rows(rows + 4 * group, kStride, block.row, block.count, x, y, z, w);
@@ -287,9 +283,9 @@ std::uint32_t carry_block(const CollideColumns& columns, const Block& block, Sol
     u[k] = cosine * m.u[k] - sine * m.v[k];
     v[k] = sine * m.u[k] + cosine * m.v[k];
   }
-  write(0, normal.x, normal.y, normal.z, friction);
-  write(1, arm_a.x, arm_a.y, arm_a.z, row_a);
-  write(2, arm_b.x, arm_b.y, arm_b.z, row_b);
+  write(0, normal.x, normal.y, normal.z, m.friction);
+  write(1, arm_a.x, arm_a.y, arm_a.z, m.row_a);
+  write(2, arm_b.x, arm_b.y, arm_b.z, m.row_b);
   write(3, u[0], u[1], u[2], u[3]);
   write(4, v[0], v[1], v[2], v[3]);
   write(5, separation[0], separation[1], separation[2], separation[3]);
