@@ -58,8 +58,8 @@ struct alignas(16) ManifoldFeatures {
 };
 
 // Where both bodies were when a manifold was made. While they have hardly moved relative to each other since,
-// the manifold is recycled: its points keep their places and only the separations follow. Where both have
-// turned together, it is carried along with A.
+// the manifold is recycled: its points keep their places and only the separations follow. Where one has
+// turned, it is carried along with A.
 struct alignas(64) ContactAnchor {
   float rotation_a[4];  // of the body A of the manifold
   float rotation_b[4];

@@ -22,9 +22,9 @@ bool same_or_never(const Filter& x, const Filter& y) {
 }
 
 struct JoinRules {
-  bool filter_all;    // all pairs, not just those of special shapes
-  bool moved_only;    // as JoinTask has it
-  bool spares_moved;  // as JoinTask has it
+  bool filter_all = false;    // all pairs, not just those of special shapes
+  bool moved_only = false;    // as JoinTask has it
+  bool spares_moved = false;  // as JoinTask has it
 };
 
 // Appends the pairs of the query blocks [begin, end) with one tree to `pairs`. `pairs` keeps its whole
@@ -143,18 +143,19 @@ std::int64_t join_trees(WorldData& data, BroadPhase& broad_phase, JoinScope scop
       const int begin = chunk * kBlocksPerChunk;
       const int end = std::min(begin + kBlocksPerChunk, leaf_blocks(awake));
       for (const PairTree& target : std::span(broad_phase.trees).subspan(kAwakeTree)) {
-        count = join_blocks(data, awake, target, begin, end, {false, moved_only, false}, count, pairs, crew);
+        count = join_blocks(data, awake, target, begin, end, {.moved_only = moved_only}, count, pairs, crew);
       }
     } else {  // kinematic bodies wake sleeping ones; against fixed ones they have nothing to do
       const int begin = (chunk - awake_chunks) * kBlocksPerChunk;
       const int end = std::min(begin + kBlocksPerChunk, leaf_blocks(kinematic));
       for (const PairTree& frozen : frozen_trees(broad_phase)) {
-        count =
-            join_blocks(data, kinematic, frozen, begin, end, {true, moved_only, false}, count, pairs, crew);
+        count = join_blocks(data, kinematic, frozen, begin, end,
+                            {.filter_all = true, .moved_only = moved_only}, count, pairs, crew);
       }
       // Awake shapes ask kinematic ones; but if only what has moved asks, these must ask those that have not.
       if (moved_only)
-        count = join_blocks(data, kinematic, awake, begin, end, {false, true, true}, count, pairs, crew);
+        count = join_blocks(data, kinematic, awake, begin, end, {.moved_only = true, .spares_moved = true},
+                            count, pairs, crew);
     }
     pairs.resize(count);
   });

@@ -213,7 +213,7 @@ bool writes_anchor(std::size_t type) {
   }
 }
 
-// Brings a contact's row nearer: rows are in no order, and each is read only once.
+// Brings a contact's row nearer: rows are in no order, and no other chunk reads this one.
 void fetch_contact(const simd::CollideColumns& columns, std::int32_t row) {
   const char* const manifold = reinterpret_cast<const char*>(columns.manifold + row);
   __builtin_prefetch(manifold);

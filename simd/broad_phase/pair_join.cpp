@@ -102,7 +102,7 @@ void write_pairs(std::int32_t shape, const std::int32_t* others, int count, Shap
 }
 
 // The shapes of the target's leaf block `number` whose pairs with this shape are this one's to find. Of two
-// that ask, it is the earlier one.
+// of one tree that ask, it is the earlier one; of two trees, with `spares_moved`, the target's.
 std::uint32_t asked_of(const JoinTask& task, int query_block, int slot, std::int32_t number) {
   if (task.spares_moved) return ~task.target.leaves[number].moved;
   if (!task.self || number > query_block) return ~0u;

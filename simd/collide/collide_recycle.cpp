@@ -5,8 +5,9 @@
 // ever. (Box3D's contact recycling, v0.1, after the persistent manifolds of PhysX; it also saves most of the
 // narrow phase at rest.)
 //
-// Where both bodies turn together, as in a drum or on a turntable, the manifold of boxes and hulls is carried
-// along with body A, and what they have moved relative to each other by then counts against the limit.
+// Where a body has turned, the manifold of boxes and hulls is carried along with body A, so that only the
+// relative motion counts, over all carries: bodies in a drum or on a turntable turn together. (What turns
+// alone on a body at rest keeps its manifold within the same limit.)
 #include "collide_contact.h"
 
 namespace scree::simd::SCREE_SIMD_NAMESPACE {
@@ -29,8 +30,8 @@ constexpr float kRecycleDistanceMesh = 0.5f * kSpeculativeDistance;
 // The normal stays fixed in the world, so neither body may turn by more than 2 degrees, unless the manifold
 // is carried along: the squared cosine of half of that.
 constexpr float kTurnLimit = 0.99969541f;
-// rad. The arms stay fixed, too: a turn about the normal leaves them behind, and a body on a turntable would
-// be driven outward by that angle.
+// rad. The arms stay fixed, too, unless the manifold is carried along: a turn about the normal leaves them
+// behind, and a body on a turntable would be driven outward by that angle.
 constexpr float kTwistLimit = 0.004f;
 
 struct Motion {

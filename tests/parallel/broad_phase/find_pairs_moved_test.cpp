@@ -38,7 +38,7 @@ void expect_lists_of_few_moved(const WorkersOptions& options, std::uint64_t seed
     bodies.push_back(add_random_body(world, random, BodyType::kinematic, spread, speed, 3));
   }
   Follower follower;
-  int kept = 0, slept = 0;
+  int kept = 0, slept = 0, kinematic = 0;
   for (int i = 0; i < 60; ++i) {
     world.refresh();
     if (i > 0) world.data.shapes.trees_changed = false;  // as refresh_lists, which notes what changes
@@ -53,6 +53,10 @@ void expect_lists_of_few_moved(const WorkersOptions& options, std::uint64_t seed
     }
     if (i % 20 == 15) world.move_by_call(bodies[random.below(300)], random.point(spread));
     Crew crew(workers);
+    const bool a_kinematic_one_left =
+        std::any_of(broad_phase.left.begin(), broad_phase.left.end(), [&](std::int32_t shape) {
+          return world.data.shapes.tree[static_cast<std::size_t>(shape)] == TreeKind::kinematic;
+        });
     find_pairs(world.data, crew);
     const std::vector<Pair> list = listed(world.data);
     const std::set<Pair> expected = brute_force(world.data);
@@ -63,6 +67,7 @@ void expect_lists_of_few_moved(const WorkersOptions& options, std::uint64_t seed
         << "step " << i << ": " << found.size() << " " << expected.size();
     follower.check_and_move(world.data);
     kept += broad_phase.few_moved ? 1 : 0;
+    kinematic += broad_phase.few_moved && a_kinematic_one_left ? 1 : 0;
     slept += broad_phase.few_moved && world.data.bodies.asleep > 0 ? 1 : 0;
     world.refresh();
     world.integrate(kPairStep);
@@ -70,6 +75,7 @@ void expect_lists_of_few_moved(const WorkersOptions& options, std::uint64_t seed
   }
   EXPECT_GT(kept, 30);
   EXPECT_GT(slept, 20);
+  EXPECT_GT(kinematic, 20);
 }
 
 TEST(FindPairsMoved, ListEqualsBruteForceWhereFewShapesLeaveTheirBounds) {

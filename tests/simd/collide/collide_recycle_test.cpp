@@ -1,4 +1,5 @@
-// Manifolds that are carried along where both bodies turn together, as in a drum or on a turntable.
+// Manifolds that are carried along with body A: where both bodies turn together, as in a drum or on a
+// turntable, and where one turns on the other.
 #include <core/world/edit.h>
 #include <tests/simd/same_bits.h>
 #include "hull_fixture.h"
@@ -20,10 +21,10 @@ void turn_all(HullPairs& pairs, Quat by) {
 Vector turned(Quat by, Vector v) { return Eigen::Quaterniond(by.w, by.x, by.y, by.z).normalized() * v; }
 
 // Recycles the only pair in its row; whether its manifold was kept.
-bool is_kept(const HullPairs& pairs, HullRows& rows, const simd::Kernels& kernels = scalar_kernels()) {
+bool is_kept(const HullPairs& pairs, HullRows& rows) {
   simd::CollideItem item = pairs.items[0], left;
   item.flags |= simd::kItemKnown;
-  return kernels.collide.recycle_hulls(pairs.columns(rows), &item, 1, &left) == 0;
+  return scalar_kernels().collide.recycle_hulls(pairs.columns(rows), &item, 1, &left) == 0;
 }
 
 // A small cube, pressed slightly askew into a larger one.
@@ -124,6 +125,87 @@ HullPairs some_pairs() {
     if (row % 3 == 1) pairs.items[row].flags = simd::kItemFlip | simd::kItemStatic | simd::kItemFixed;
   }
   return pairs;
+}
+
+// The arms are made to fit at every carry, so that no point lags behind by more than what moves may.
+TEST(CollideRecycle, WhatTurnsOnABodyAtRestKeepsItsManifoldUntilItsCornersHaveMovedAsFarAsTheyMay) {
+  HullPairs pairs = two_cubes(simd::kItemStatic | simd::kItemFixed);
+  HullRows rows = pairs.run(scalar_kernels());
+  const Manifold made = rows.manifold[0];
+  const Vec3 normal{made.normal[0], made.normal[1], made.normal[2]};
+  constexpr float kStep = 1e-3f, kCorner = 0.52f;  // rad, m
+  int steps = 0;
+  for (; steps < 1000; ++steps) {
+    PoseRow& pose = pairs.pose[1];
+    pose = pose_row(to_vec3(pose.position), normalize(turn(normal, kStep) * to_quat(pose.rotation)));
+    if (!is_kept(pairs, rows)) break;
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(rows.manifold[0].normal[axis], made.normal[axis], 1e-6f);
+      EXPECT_NEAR(rows.manifold[0].arm_b[axis], made.arm_b[axis], 1e-5f);
+    }
+  }
+  EXPECT_GT(steps, 10);
+  EXPECT_LT(static_cast<float>(steps) * kStep * kCorner, 0.05f);
+}
+
+TEST(CollideRecycle, RichManifoldsAndThoseThatAHookHasChangedAreNotCarriedAlong) {
+  for (const bool is_rich : {false, true}) {
+    HullPairs pairs = two_cubes(0);
+    HullRows rows = pairs.run(scalar_kernels());
+    if (is_rich) {
+      rows.manifold[0].info |= kManifoldRich;
+    } else {
+      rows.anchor[0].is_set = 0.0f;
+    }
+    turn_all(pairs, turn({1, 2, -1}, 0.3f));
+    EXPECT_FALSE(is_kept(pairs, rows));
+  }
+}
+
+// B has come too far away: the manifold is made anew, and only then is it gone.
+TEST(CollideRecycle, WhatNoLongerTouchesIsNotCarriedAlong) {
+  HullPairs pairs = two_cubes(0);
+  HullRows rows = pairs.run(scalar_kernels());
+  const Vec3 normal{rows.manifold[0].normal[0], rows.manifold[0].normal[1], rows.manifold[0].normal[2]};
+  const Vec3 lift = (0.045f - deepest(rows.manifold[0])) * normal;
+  pairs.pose[1] = pose_row(to_vec3(pairs.pose[1].position) + lift, to_quat(pairs.pose[1].rotation));
+  turn_all(pairs, turn({1, 2, -1}, 0.3f));
+  EXPECT_FALSE(is_kept(pairs, rows));
+  EXPECT_EQ(pairs.run(scalar_kernels(), &rows, true).points[0], 0);
+}
+
+TEST(CollideRecycle, ManifoldsOfBoxesAreCarriedAlongAsThoseOfHulls) {
+  const auto place = [](int i) {
+    return i == 0 ? pose_row({3, 1, -2}) : pose_row({3.05f, 1.793f, -1.9f}, turn({0.02f, 1, 0}, 0.2f));
+  };
+  Pairs pairs;
+  pairs.add(box(0.5f, 0.5f, 0.5f), place(0), box(0.3f, 0.3f, 0.3f), place(1));
+  Rows rows = pairs.run(scalar_kernels());
+  const Manifold made = rows.manifold[0];
+  const Frame before = frame_of(made, pairs.pose[0]);
+  const Quat by = turn({1, 2, -1}, 0.3f);
+  for (PoseRow& pose : pairs.pose) {
+    pose = pose_row(rotate(by, to_vec3(pose.position)), normalize(by * to_quat(pose.rotation)));
+  }
+  const simd::CollideColumns columns{.shape_pose = pairs.pose.data(),
+                                     .shape_extent = pairs.extent.data(),
+                                     .shape_material = pairs.material.data(),
+                                     .body_pose = pairs.pose.data(),
+                                     .body_velocity = pairs.velocity.data(),
+                                     .dt = 0.0f,
+                                     .manifold = rows.manifold.data(),
+                                     .features = rows.features.data(),
+                                     .surface = rows.surface.data(),
+                                     .anchor = rows.anchor.data(),
+                                     .points = rows.points.data()};
+  simd::CollideItem item = pairs.items[0], left;
+  item.flags |= simd::kItemKnown;
+  EXPECT_EQ(scalar_kernels().collide.recycle_boxes(columns, &item, 1, &left), 0);
+  const Frame now = frame_of(rows.manifold[0], pairs.pose[0]);
+  ASSERT_EQ(points_of(rows.manifold[0]), 4);
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_LT((point_of(rows.manifold[0], now, k) - turned(by, point_of(made, before, k))).norm(), 1e-5);
+  }
 }
 
 TEST(CollideRecycle, CarriedManifoldsHaveTheSameBitsOnEveryInstructionSet) {
