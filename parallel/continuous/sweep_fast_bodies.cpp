@@ -66,13 +66,15 @@ bool may_stop(const WorldData& data, std::int32_t shape, std::int32_t obstacle) 
          !is_refused(data.hooks, {std::min(shape, obstacle), std::max(shape, obstacle)});
 }
 
-Meeting meeting_with(const Obstacles& obstacles, const Sweep& sweep, std::int32_t obstacle) {
+// `near`: as meeting_with_mesh().
+Meeting meeting_with(const Obstacles& obstacles, const Sweep& sweep, std::int32_t obstacle,
+                     const NearTriangles* near) {
   const WorldData& data = obstacles.data;
   if (!may_stop(data, sweep.shape, obstacle)) return {};
   const PoseRow& pose = data.shapes.pose[obstacle];
   if (data.shapes.type[obstacle] == ShapeType::mesh) {
     const MeshData& mesh = *data.meshes.data[data.shapes.mesh[obstacle]];
-    return meeting_with_mesh(obstacles.kernels, mesh, pose, sweep, obstacle);
+    return meeting_with_mesh(obstacles.kernels, mesh, pose, sweep, obstacle, near);
   }
   const Quat rotation = to_quat(pose.rotation);
   const auto place = [&](Vec3 point) { return rotate_back(rotation, point - to_vec3(pose.position)); };
@@ -113,14 +115,20 @@ bool for_each_near(const PairTree& tree, const Swept& box, int level, std::size_
 
 // What is near a body's way, so that its many balls need not ask the trees.
 struct NearShapes {
-  static constexpr int kMost = 16;
+  static constexpr int kMost = 16, kMostMeshes = 2;
   struct Row {
     std::int32_t shape;
     Swept bounds;
+    int mesh;  // in `triangles`; -1: is none, or its triangles are not listed
   } row[kMost];
-  int count = 0;
+  NearTriangles triangles[kMostMeshes];
+  int count = 0, meshes = 0;
   bool too_many = false;
   bool any = false;  // as seen without room for rounding
+
+  const NearTriangles* triangles_of(const Row& near) const {
+    return near.mesh >= 0 ? &triangles[near.mesh] : nullptr;
+  }
 };
 
 bool overlap(const Swept& a, const Swept& b) {
@@ -130,12 +138,29 @@ bool overlap(const Swept& a, const Swept& b) {
   return true;
 }
 
-// Of meshes, only those with a triangle that is near.
-bool is_near(const Obstacles& obstacles, std::int32_t shape, const Reach& reach) {
-  const WorldData& data = obstacles.data;
-  if (data.shapes.type[shape] != ShapeType::mesh) return true;
-  return is_near_mesh(obstacles.kernels, *data.meshes.data[data.shapes.mesh[shape]], data.shapes.pose[shape],
-                      reach.start, reach.end, reach.radius);
+const MeshData* mesh_of(const WorldData& data, std::int32_t shape) {
+  if (data.shapes.type[shape] != ShapeType::mesh) return nullptr;
+  return data.meshes.data[data.shapes.mesh[shape]];
+}
+
+// Adds a shape, if it is no mesh without a triangle that is near.
+void add_near(const Obstacles& obstacles, std::int32_t shape, const Swept& bounds, const Reach& reach,
+              NearShapes& near) {
+  const MeshData* mesh = mesh_of(obstacles.data, shape);
+  int listed = -1;
+  if (mesh != nullptr) {
+    const PoseRow& pose = obstacles.data.shapes.pose[shape];
+    const MeshReach way{reach.start, reach.end, reach.radius};
+    if (near.meshes < NearShapes::kMostMeshes) {
+      NearTriangles& triangles = near.triangles[near.meshes];
+      list_near_triangles(obstacles.kernels, *mesh, pose, way, triangles);
+      if (triangles.count == 0) return;
+      listed = near.meshes++;
+    } else if (!is_near_mesh(obstacles.kernels, *mesh, pose, way, nullptr)) {
+      return;
+    }
+  }
+  near.row[near.count++] = {shape, bounds, listed};
 }
 
 // `box`: that of `reach` without its room for rounding.
@@ -144,12 +169,11 @@ void list_near(const Obstacles& obstacles, const Reach& reach, const Swept& box,
     near.any = near.any || meets(box, leaf.bounds, lane);
     near.too_many = near.count == NearShapes::kMost;
     if (near.too_many) return !near.any;
-    if (is_near(obstacles, leaf.shape[lane], reach)) {
-      const auto& bounds = leaf.bounds;
-      near.row[near.count++] = {leaf.shape[lane],
-                                {{bounds[0][lane], bounds[1][lane], bounds[2][lane]},
-                                 {bounds[3][lane], bounds[4][lane], bounds[5][lane]}}};
-    }
+    const auto& bounds = leaf.bounds;
+    add_near(obstacles, leaf.shape[lane],
+             {{bounds[0][lane], bounds[1][lane], bounds[2][lane]},
+              {bounds[3][lane], bounds[4][lane], bounds[5][lane]}},
+             reach, near);
     return true;
   };
   for (const PairTree& tree : obstacle_trees(obstacles.broad_phase)) {
@@ -165,7 +189,7 @@ Meeting first_meeting(const Obstacles& obstacles, const PairTree& tree, const Sw
     const simd::LeafBlock& leaf = tree.leaves[block];
     for (std::size_t lane = 0; lane < simd::kBlock; ++lane) {
       if (leaf.shape[lane] < 0 || !meets(sweep.core, leaf.bounds, lane)) continue;
-      first = earlier(first, meeting_with(obstacles, sweep, leaf.shape[lane]));
+      first = earlier(first, meeting_with(obstacles, sweep, leaf.shape[lane], nullptr));
     }
     return first;
   }
@@ -242,7 +266,10 @@ bool is_any_near(const Obstacles& obstacles, const NearShapes& near, std::int32_
   const float room = rounding_of(sweep.start, sweep.end, length(arm) + radius);
   const Reach reach(sweep.start, sweep.end, radius + room);
   return std::any_of(near.row, near.row + near.count, [&](const NearShapes::Row& row) {
-    return overlap(reach.box, row.bounds) && is_near(obstacles, row.shape, reach);
+    if (!overlap(reach.box, row.bounds)) return false;
+    const MeshData* mesh = mesh_of(data, row.shape);
+    return mesh == nullptr || is_near_mesh(obstacles.kernels, *mesh, data.shapes.pose[row.shape],
+                                           {reach.start, reach.end, reach.radius}, near.triangles_of(row));
   });
 }
 
@@ -268,8 +295,9 @@ Meeting first_meeting_of(const Obstacles& obstacles, const NearShapes* near, std
       const Sweep sweep = sweep_of(pose, shape, arm, balls.ball[i].radius, stretch);
       if (near != nullptr) {
         for (int k = 0; k < near->count; ++k) {
-          if (overlap(sweep.core, near->row[k].bounds))
-            first = earlier(first, meeting_with(obstacles, sweep, near->row[k].shape));
+          const NearShapes::Row& row = near->row[k];
+          if (!overlap(sweep.core, row.bounds)) continue;
+          first = earlier(first, meeting_with(obstacles, sweep, row.shape, near->triangles_of(row)));
         }
         continue;
       }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace scree::sweeps {
 
@@ -98,58 +99,92 @@ simd::MeetTask task_of(const LocalSweep& local, float radius) {
   return task;
 }
 
-}  // namespace
-
-Meeting meeting_with_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
-                          const Sweep& sweep, std::int32_t shape) {
+// A box about a way of a ball, with room for what places of balls in floats are off by.
+simd::MeetTask task_of(const PoseRow& pose, const MeshReach& reach) {
+  constexpr double kRounding = 4e-6;  // of coordinates: more than that
   const Axes axes = queries::to_axes(to_quat(pose.rotation));
   const Vector position = queries::to_vector(pose.position);
-  const auto place = [&](Vec3 point) { return turn_back(axes, queries::to_vector(point) - position); };
-  LocalSweep local{place(sweep.origin), place(sweep.start), {}};
-  local.motion = place(sweep.end) - local.start;
-  struct First {
-    const MeshData& mesh;
-    const Sweep& sweep;
-    const LocalSweep& local;
-    std::int32_t shape;
-    Meeting met{};
-    std::int32_t given = -1;
-  } first{mesh, sweep, local, shape};
-  const simd::AskShape ask = [](void* context, std::int32_t triangle, float limit) -> float {
-    First& f = *static_cast<First*>(context);
-    const Meeting met = meeting_with_triangle(f.mesh, triangle, f.sweep, f.local, f.shape);
-    const std::int32_t given = f.mesh.given[triangle];
-    if (met.time < f.met.time || (met.time == f.met.time && met.time < kNever && given < f.given)) {
-      f.met = met;
-      f.given = given;
-    }
-    return limit;
-  };
-  kernels.meet_mesh(mesh, task_of(local, sweep.radius), 0.0f, ask, &first);
-  first.met.normal = queries::to_vec3(axes * queries::to_vector(first.met.normal));
-  return first.met;
-}
-
-bool is_near_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose, Vec3 start,
-                  Vec3 end, float radius) {
-  constexpr double kRounding = 4e-6;  // of coordinates: more than places of balls in floats are off by
-  const Axes axes = queries::to_axes(to_quat(pose.rotation));
-  const Vector position = queries::to_vector(pose.position);
-  const Vector a = queries::to_vector(start), b = queries::to_vector(end);
+  const Vector a = queries::to_vector(reach.start), b = queries::to_vector(reach.end);
   const Vector from = turn_back(axes, a - position), to = turn_back(axes, b - position);
   const double scale = queries::length(a) + queries::length(b) + queries::length(from) + queries::length(to);
-  const double room = double{radius} + kRounding * (scale + double{radius});
+  const double room = double{reach.radius} + kRounding * (scale + double{reach.radius});
   simd::MeetTask task{};
   for (int axis = 0; axis < 3; ++axis) {
     task.lower[axis] = static_cast<float>(std::min(from[axis], to[axis]) - room);
     task.upper[axis] = static_cast<float>(std::max(from[axis], to[axis]) + room);
   }
-  bool any = false;
-  const simd::AskShape ask = [](void* context, std::int32_t, float) -> float {
-    *static_cast<bool*>(context) = true;
-    return -1.0f;  // one will do
+  return task;
+}
+
+bool meets(const MeshData& mesh, std::int32_t triangle, const simd::MeetTask& task) {
+  const float* corner[3];
+  for (int i = 0; i < 3; ++i) corner[i] = mesh.vertex + std::ptrdiff_t{3} * mesh.corners[triangle].vertex[i];
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [lower, upper] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
+    if (!(lower <= task.upper[axis] && task.lower[axis] <= upper)) return false;
+  }
+  return true;
+}
+
+// Calls call(triangle) for those whose boxes meet the task's, until it returns false.
+template <class Call>
+void for_each_near(const simd::QueryKernels& kernels, const MeshData& mesh, const simd::MeetTask& task,
+                   const NearTriangles* near, Call&& call) {
+  if (near != nullptr && !near->too_many) {
+    for (int i = 0; i < near->count; ++i) {
+      if (meets(mesh, near->row[i], task) && !call(near->row[i])) return;
+    }
+    return;
+  }
+  const simd::AskShape ask = [](void* context, std::int32_t triangle, float limit) -> float {
+    constexpr float kEnd = -1.0f;
+    return (*static_cast<std::remove_reference_t<Call>*>(context))(triangle) ? limit : kEnd;
   };
-  kernels.meet_mesh(mesh, task, 0.0f, ask, &any);
+  kernels.meet_mesh(mesh, task, 0.0f, ask, &call);
+}
+
+}  // namespace
+
+Meeting meeting_with_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
+                          const Sweep& sweep, std::int32_t shape, const NearTriangles* near) {
+  const Axes axes = queries::to_axes(to_quat(pose.rotation));
+  const Vector position = queries::to_vector(pose.position);
+  const auto place = [&](Vec3 point) { return turn_back(axes, queries::to_vector(point) - position); };
+  LocalSweep local{place(sweep.origin), place(sweep.start), {}};
+  local.motion = place(sweep.end) - local.start;
+  Meeting first;
+  std::int32_t first_given = -1;
+  for_each_near(kernels, mesh, task_of(local, sweep.radius), near, [&](std::int32_t triangle) {
+    const Meeting met = meeting_with_triangle(mesh, triangle, sweep, local, shape);
+    const std::int32_t given = mesh.given[triangle];
+    if (met.time < first.time || (met.time == first.time && met.time < kNever && given < first_given)) {
+      first = met;
+      first_given = given;
+    }
+    return true;
+  });
+  first.normal = queries::to_vec3(axes * queries::to_vector(first.normal));
+  return first;
+}
+
+void list_near_triangles(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
+                         const MeshReach& reach, NearTriangles& near) {
+  near.count = 0;
+  near.too_many = false;
+  for_each_near(kernels, mesh, task_of(pose, reach), nullptr, [&](std::int32_t triangle) {
+    near.too_many = near.count == NearTriangles::kMost;
+    if (!near.too_many) near.row[near.count++] = triangle;
+    return !near.too_many;
+  });
+}
+
+bool is_near_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
+                  const MeshReach& reach, const NearTriangles* near) {
+  bool any = false;
+  for_each_near(kernels, mesh, task_of(pose, reach), near, [&](std::int32_t) {
+    any = true;
+    return false;
+  });
   return any;
 }
 

@@ -7,14 +7,32 @@
 
 namespace scree::sweeps {
 
-// The first meeting of a ball with a triangle of a mesh, which each is an obstacle of its own: where the
-// ball's center comes from the front and moves against it.
-Meeting meeting_with_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
-                          const Sweep& sweep, std::int32_t shape);
+// Triangles of one mesh that may be near what moves in a step.
+struct NearTriangles {
+  static constexpr int kMost = 32;
+  std::int32_t row[kMost];
+  int count = 0;
+  bool too_many = false;  // there are more than are listed
+};
 
-// Whether the box of any triangle is near a ball's straight way: those of all balls within it, on chords of
-// ways within its own, meet no other triangle.
-bool is_near_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose, Vec3 start,
-                  Vec3 end, float radius);
+// A ball's straight way that is asked for near triangles.
+struct MeshReach {
+  Vec3 start, end;
+  float radius;
+};
+
+// The first meeting of a ball with a triangle of a mesh, which each is an obstacle of its own: where the
+// ball's center comes from the front and moves against it. `near`: all that are near, or null where that is
+// not known.
+Meeting meeting_with_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
+                          const Sweep& sweep, std::int32_t shape, const NearTriangles* near);
+
+// Lists the triangles whose boxes are near the way: all balls within the ball, on chords of ways within its
+// own, meet no other triangle.
+void list_near_triangles(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
+                         const MeshReach& reach, NearTriangles& near);
+// Whether there is any of these, of those in `near` if that is not null.
+bool is_near_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
+                  const MeshReach& reach, const NearTriangles* near);
 
 }  // namespace scree::sweeps

@@ -101,7 +101,7 @@ float meeting_on_chord(const BallAgainst& ball, Vec3 from, Vec3 to, float bend) 
                       0.0f,
                       Against::others,
                       {from, to, kCoreShare * ball.radius}};
-    return meeting_with_mesh(ball.kernels, mesh, pose, sweep, ball.obstacle).time;
+    return meeting_with_mesh(ball.kernels, mesh, pose, sweep, ball.obstacle, nullptr).time;
   }
   const Quat rotation = to_quat(pose.rotation);
   const Path path{rotate_back(rotation, from - to_vec3(pose.position)), rotate_back(rotation, to - from)};

@@ -7,7 +7,7 @@
 
 #include <core/geometry/balls.h>
 #include <core/plain/rows.h>
-#include <scree/math_types.h>
+#include <core/world/math.h>
 
 #include <algorithm>
 #include <cstdint>

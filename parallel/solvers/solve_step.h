@@ -35,7 +35,7 @@ double residual_of_rows(SolveStep& step);
 void begin_rebounds(SolveStep& step);
 void rebound(SolveStep& step);
 
-inline constexpr int kSolveBodyChunk = 512;  // bodies of one task
+inline constexpr int kSolveBodyChunk = 256;  // bodies of one task
 
 template <class Kernel>
 void over_bodies(const SolveStep& step, int count, Kernel kernel) {
