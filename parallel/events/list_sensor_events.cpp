@@ -46,7 +46,7 @@ bool touch(const Scope& scope, const Solid& sensor, const Solid& visitor) {
   if (visitor.mesh != nullptr) return queries::touched_triangle(scope.kernels.query, sensor, visitor) >= 0;
   queries::Entry entry;
   // A shape's position lies within it. For most of what a large sensor sees, this is all.
-  if (queries::meet(sensor, {visitor.position, {}}, entry)) return true;
+  if (queries::meet(scope.kernels.query, sensor, {visitor.position, {}}, entry)) return true;
   return !(queries::gap_between(sensor, visitor).distance > 0.0);
 }
 

@@ -76,7 +76,7 @@ void list_hits(const Scope& scope, Vec3 point, std::vector<OverlapHit>& hits) {
   list_those(scope, solid, hits, [&](const Touched& touched) {
     queries::Entry entry;
     const Solid other = queries::solid_of(scope.data, touched.shape);
-    return other.mesh == nullptr && queries::meet(other, {solid.position, {}}, entry);
+    return other.mesh == nullptr && queries::meet(scope.kernels.query, other, {solid.position, {}}, entry);
   });
 }
 

@@ -60,8 +60,9 @@ SCREE_PART(QueryIndex, SCREE_QUERY_INDEX_MEMBERS)
 const QueryIndex& query_index_of(const WorldData& data, const simd::Kernels& kernels);
 
 // Calls walk(TreeView) for every tree that holds shapes.
-inline simd::TreeView view_of(const Column<simd::LeafBlock>& leaves, const TreeLevels& nodes, int levels) {
-  simd::TreeView view{leaves.data(), {}, levels};
+inline simd::TreeView view_of(const Shapes& shapes, const Column<simd::LeafBlock>& leaves,
+                              const TreeLevels& nodes, int levels) {
+  simd::TreeView view{leaves.data(), {}, levels, shapes.pose.data(), shapes.extent.data()};
   for (int level = 0; level < levels; ++level) view.nodes[level] = nodes[level].data();
   return view;
 }
@@ -73,17 +74,17 @@ void for_each_base_tree(const WorldData& data, const QueryIndex& index, Walk&& w
   for (std::uint8_t tree = kAwakeTree; tree < kPairTrees; ++tree) {
     if (index.has_moving && !is_frozen_tree(tree)) {
       const QueryTree& moving = index.moving[tree];
-      if (moving.levels > 0) walk(view_of(moving.leaves, moving.nodes, moving.levels));
+      if (moving.levels > 0) walk(view_of(data.shapes, moving.leaves, moving.nodes, moving.levels));
     } else {
       const PairTree& from = broad_phase.trees[tree];
-      if (from.levels > 0) walk(view_of(from.leaves, from.nodes, from.levels));
+      if (from.levels > 0) walk(view_of(data.shapes, from.leaves, from.nodes, from.levels));
     }
   }
 }
 template <class Walk>
-void for_each_loose_tree(const QueryIndex& index, Walk&& walk) {
+void for_each_loose_tree(const WorldData& data, const QueryIndex& index, Walk&& walk) {
   for (const QueryTree& tree : index.trees) {
-    if (tree.members > 0) walk(view_of(tree.leaves, tree.nodes, tree.levels));
+    if (tree.members > 0) walk(view_of(data.shapes, tree.leaves, tree.nodes, tree.levels));
   }
 }
 

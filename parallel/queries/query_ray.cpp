@@ -190,33 +190,26 @@ bool meet_rounded_hull(const Solid& solid, const Line& local, const Line& line, 
   return true;
 }
 
-bool meet_hull(const HullData& hull, const Line& line, Entry& entry) {
+bool meet_hull(const simd::QueryKernels& kernels, const HullData& hull, const Line& line, Entry& entry) {
   constexpr double kBallRoom = 1.0 + 1e-5;
-  constexpr double kPlaneError = 2e-6;  // of the ball's radius: more than columns are rounded by
-  const double radius = hull.outer_radius * kBallRoom, margin = kPlaneError * radius;
+  constexpr float kPlaneError = 4e-6f;  // of the ball's radius: more than columns and kernels are rounded by
   double from = 0.0, to = 1.0;
-  if (!clip_to_ball(line, radius, from, to)) return false;
+  if (!clip_to_ball(line, hull.outer_radius * kBallRoom, from, to)) return false;
   const Vector base = line.origin + from * line.translation, way = line.translation;
-  const auto distance_of = [&](int face) {
-    return hull.normal[0][face] * base.x + hull.normal[1][face] * base.y + hull.normal[2][face] * base.z -
-           static_cast<double>(hull.offset[face]);
-  };
-  const auto speed_of = [&](int face) {
-    return hull.normal[0][face] * way.x + hull.normal[1][face] * way.y + hull.normal[2][face] * way.z;
-  };
-  Stretch rough{0.0, to - from, -1, {}};
-  for (int face = 0; face < hull.face_count; ++face) {
-    rough.cut(distance_of(face) - margin, speed_of(face), face);
-    if (!(rough.begin <= rough.end)) return false;
+  simd::HullStretch stretch{};
+  for (int axis = 0; axis < 3; ++axis) {
+    stretch.base[axis] = static_cast<float>(base[axis]);
+    stretch.way[axis] = static_cast<float>((to - from) * way[axis]);
   }
-  // Exactly, by the planes that some of it may lie before.
+  stretch.margin = kPlaneError * hull.outer_radius;
+  std::int32_t faces[kMaxHullFaces + kHullPadding];
+  const int count = kernels.cut_hull(hull, stretch, faces);
+  if (count < 0) return false;
   Stretch exact{-kNever, to - from, -1, {}};
-  for (int face = 0; face < hull.face_count; ++face) {
-    const double distance = distance_of(face), speed = speed_of(face);
-    if (std::max(distance + rough.begin * speed, distance + rough.end * speed) < -margin) continue;
-    const Plane plane = plane_of(hull, face);
-    exact.cut(dot(plane.normal, base) - plane.offset, dot(plane.normal, way), face);
-    if (exact.face == face) exact.normal = plane.normal;
+  for (int i = 0; i < count; ++i) {
+    const Plane plane = plane_of(hull, faces[i]);
+    exact.cut(dot(plane.normal, base) - plane.offset, dot(plane.normal, way), faces[i]);
+    if (exact.face == faces[i]) exact.normal = plane.normal;
   }
   if (!(exact.begin <= exact.end) || exact.end < 0.0) return false;
   if (!(exact.begin > 0.0)) {
@@ -231,7 +224,7 @@ bool meet_hull(const HullData& hull, const Line& line, Entry& entry) {
 
 }  // namespace
 
-bool meet(const Solid& solid, const Line& line, Entry& entry) {
+bool meet(const simd::QueryKernels& kernels, const Solid& solid, const Line& line, Entry& entry) {
   const Line local{turn_back(solid.axes, line.origin - solid.position),
                    turn_back(solid.axes, line.translation)};
   entry = {};
@@ -247,7 +240,7 @@ bool meet(const Solid& solid, const Line& line, Entry& entry) {
       meets = meet_box(solid.half, local, entry);
       break;
     case ShapeType::hull:
-      meets = meet_hull(*solid.hull, local, entry);
+      meets = meet_hull(kernels, *solid.hull, local, entry);
       break;
     case ShapeType::rounded_box:
       meets = meet_rounded_box(solid.half, solid.radius, local, entry);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <parallel/queries/query_solid.h>
+#include <simd/queries/query_kernels.h>
 
 namespace scree::queries {
 
@@ -20,6 +21,6 @@ struct Entry {
 
 // Whether the ray meets the solid, which is no mesh, and where first. A ray that begins on the surface begins
 // inside.
-bool meet(const Solid& solid, const Line& line, Entry& entry);
+bool meet(const simd::QueryKernels& kernels, const Solid& solid, const Line& line, Entry& entry);
 
 }  // namespace scree::queries

@@ -88,7 +88,7 @@ float walk(const Scope& scope,
   };
   for_each_base_tree(scope.data, scope.index, through);
   asking.is_base = false;
-  for_each_loose_tree(scope.index, through);
+  for_each_loose_tree(scope.data, scope.index, through);
   if (asking.thrown != nullptr) std::rethrow_exception(asking.thrown);
   return limit;
 }

@@ -38,7 +38,7 @@ Region region_of(const Scope& scope) {
     if (tree.levels > 0) take(tree.nodes[tree.levels - 1][0].bounds);
   };
   for_each_base_tree(scope.data, scope.index, take_root);
-  for_each_loose_tree(scope.index, take_root);
+  for_each_loose_tree(scope.data, scope.index, take_root);
   Region region{};
   for (int axis = 0; axis < 3; ++axis) {
     if (lower[axis].empty()) continue;

@@ -45,7 +45,7 @@ bool meets(const Scope& scope, const Line& line, std::int32_t shape, double most
     const queries::MeshLook look{.back_sides = scope.options.back_sides, .any = any};
     return queries::meet_mesh(scope.kernels.query, solid, line, most, look, entry);
   }
-  if (!queries::meet(solid, line, entry)) return false;
+  if (!queries::meet(scope.kernels.query, solid, line, entry)) return false;
   return !entry.inside || scope.options.start_inside == StartInside::hit;
 }
 

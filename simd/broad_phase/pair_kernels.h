@@ -32,6 +32,8 @@ struct TreeView {
   const LeafBlock* leaves;
   const NodeBlock* nodes[kMaxTreeLevels];  // nodes[0]: boxes of the leaf blocks
   int levels;                              // of nodes; 0: the tree is empty
+  const PoseRow* pose;                     // by shape, may be null: queries fetch rows of shapes ...
+  const ExtentRow* extent;                 // ... that they are about to ask ahead
 };
 
 // The values of ShapeType and BodyType that the bounds kernel distinguishes.

@@ -6,6 +6,7 @@
 // in which order, depends on the tree.
 #pragma once
 
+#include <core/plain/hull.h>
 #include <core/plain/mesh.h>
 #include <simd/broad_phase/pair_kernels.h>
 
@@ -47,6 +48,12 @@ struct MeshRayTask {
   std::uint32_t sides;  // MeshSide, set of
 };
 
+// A straight way in the frame of a hull, which is in or near the ball around that, whole.
+struct HullStretch {
+  float base[3], way[3];  // m, where it begins and to where it ends
+  float margin;           // m, more than single precision takes from distances to planes
+};
+
 struct QueryKernels {
   // Asks the shapes whose boxes the moving box enters at a fraction of at most the limit, about in the order
   // of entering. A limit is a fraction of at most 1.
@@ -64,6 +71,9 @@ struct QueryKernels {
   float (*meet_mesh)(const MeshData& mesh, const MeetTask& task, float limit, AskShape ask, void* context);
   float (*approach_mesh)(const MeshData& mesh, const MeetTask& task, float limit, AskShape ask,
                          void* context);
+  // Lists the faces that may cut what may lie in the hull of the stretch, ascending, and returns their
+  // number; -1 if none of it does. `faces` has room for the hull's padded_faces.
+  int (*cut_hull)(const HullData& hull, const HullStretch& stretch, std::int32_t* faces);
 };
 
 }  // namespace scree::simd

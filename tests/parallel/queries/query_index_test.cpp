@@ -97,7 +97,7 @@ TEST(QueryIndex, NamesEachLivingShapeOnceAmongThoseThatCount) {
       for (const std::int32_t shape : named) times[shape] += loose || index.is_loose[shape] == 0 ? 1 : 0;
     };
     for_each_base_tree(data, index, [&](const simd::TreeView& tree) { count(tree, false); });
-    for_each_loose_tree(index, [&](const simd::TreeView& tree) { count(tree, true); });
+    for_each_loose_tree(data, index, [&](const simd::TreeView& tree) { count(tree, true); });
     std::size_t living = 0;
     for (const auto& [shape, number] : times) {
       const bool lives = (data.shapes.flags[shape] & kShapeAlive) != 0;
