@@ -3,6 +3,7 @@
 #include <core/state/hash.h>
 #include <core/world/edit.h>
 #include <core/world/wake.h>
+#include <parallel/crew/zone_scope.h>
 #include <parallel/stages.h>
 #include <parallel/validate/validate_stages.h>
 #include <scree/step.h>
@@ -26,10 +27,18 @@ double milliseconds(Clock::duration duration) {
 // Runs the phases in their order and keeps the time of each.
 class PhaseClock {
  public:
-  PhaseClock(StepStats& stats, Clock::time_point begin) : stats_(stats), begin_(begin), last_(begin) {}
+  PhaseClock(StepStats& stats, Clock::time_point begin, const ZoneHooks* zones)
+      : stats_(stats), begin_(begin), last_(begin), zones_(zones) {}
   template <class Work>
   void run(Phase phase, Work&& work) {
-    work();
+    {
+      const ZoneScope zone(zones_, {ZoneKind::phase, phase_name(phase), static_cast<int>(phase)});
+      work();
+    }
+    lap(phase);
+  }
+  // The phase has taken the time since the last one.
+  void lap(Phase phase) {
     const Clock::time_point now = Clock::now();
     stats_.phase_ms[static_cast<int>(phase)] += milliseconds(now - last_);
     last_ = now;
@@ -40,6 +49,7 @@ class PhaseClock {
   StepStats& stats_;
   Clock::time_point begin_;
   Clock::time_point last_;
+  const ZoneHooks* zones_;
 };
 
 // A step of no length solves nothing, but its bodies keep their energy.
@@ -87,16 +97,18 @@ void check_worlds(std::span<World* const> worlds) {
 void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) {
   clear_figures(data.stats);
   clear_events(data.events);
-  PhaseClock clock(data.stats, begin);
-  clock.run(Phase::refresh_user_rows, [] {});
+  PhaseClock clock(data.stats, begin, crew.zones());
+  clock.lap(Phase::refresh_user_rows);
   data.shapes.waking_made.forget();
   data.shapes.queries_made.forget();
   data.contacts.by_shape_made.forget();
   if (data.last_dt == 0.0f) data.last_dt = dt;  // the first step looks ahead, too
-  place_matter(data);
-  wake_neighbors(data);
-  refresh_lists(data, crew);
-  if (wake_pulled_bodies(data)) refresh_lists(data, crew);
+  clock.run(Phase::find_pairs, [&] {            // calls since the last step -> lists of what moves
+    place_matter(data);
+    wake_neighbors(data);
+    refresh_lists(data, crew);
+    if (wake_pulled_bodies(data)) refresh_lists(data, crew);
+  });
   validate_stores(data);
   validate_members(data);
   clock.run(Phase::find_pairs, [&] { find_pairs(data, crew); });  // bounds    -> candidate pairs
@@ -168,9 +180,14 @@ class HooksReady {
 
 void step(World& world, float dt, Crew& crew) {
   WorldData& data = internals(world, "step");
+  const ZoneScope zone(crew.zones(), {ZoneKind::step, "step", static_cast<std::int64_t>(data.step_count)});
   const Clock::time_point begin = Clock::now();
   // Before anything else: it may throw, and the world is as it was then.
-  if (data.user_joints.callback && dt > 0.0f) refresh_user_rows(world, data, dt, crew);
+  if (data.user_joints.callback && dt > 0.0f) {
+    constexpr Phase kPhase = Phase::refresh_user_rows;
+    const ZoneScope phase(crew.zones(), {ZoneKind::phase, phase_name(kPhase), static_cast<int>(kPhase)});
+    refresh_user_rows(world, data, dt, crew);
+  }
   data.recording.hash.reset();  // a step that threw may have left one
   const HooksReady ready(data.hooks, world, dt);
   try {

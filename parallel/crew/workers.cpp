@@ -83,6 +83,12 @@ const simd::Kernels& checked_kernels(Isa asked) {
               ErrorCode::not_supported);
 }
 
+const ZoneHooks& checked_zones(const ZoneHooks& zones) {
+  if ((zones.begin == nullptr) == (zones.end == nullptr)) return zones;
+  throw Error(std::string("WorkersOptions::zones has no ") + (zones.begin == nullptr ? "begin" : "end") +
+              "; set both or none");
+}
+
 }  // namespace
 
 const char* isa_name(Isa isa) {
@@ -142,8 +148,12 @@ int helper_sets() {
   return left.in_all;
 }
 
-Workers::Impl::Impl(int thread_count, const simd::Kernels& chosen)
-    : threads(thread_count), kernels(&chosen), helpers(take_helper_set(thread_count)), pool(helpers->pool) {
+Workers::Impl::Impl(int thread_count, const simd::Kernels& chosen, const ZoneHooks& hooks)
+    : threads(thread_count),
+      kernels(&chosen),
+      helpers(take_helper_set(thread_count)),
+      pool(helpers->pool),
+      zones(hooks) {
   bring_in(chosen);
 }
 
@@ -168,7 +178,8 @@ void Workers::Impl::send_helpers(int count) {
 Workers::Workers() : Workers(WorkersOptions{}) {}
 Workers::Workers(int threads) : Workers(WorkersOptions{.threads = threads}) {}
 Workers::Workers(const WorkersOptions& options)
-    : impl_(std::make_shared<Impl>(checked_threads(options.threads), checked_kernels(options.isa))) {}
+    : impl_(std::make_shared<Impl>(checked_threads(options.threads), checked_kernels(options.isa),
+                                   checked_zones(options.zones))) {}
 Workers::~Workers() = default;
 Workers::Workers(Workers&&) noexcept = default;
 Workers& Workers::operator=(Workers&&) noexcept = default;

@@ -33,7 +33,7 @@ void leave_helper_set(HelperSet* set) noexcept;
 int helper_sets();
 
 struct SCREE_HIDDEN Workers::Impl {
-  Impl(int thread_count, const simd::Kernels& chosen);
+  Impl(int thread_count, const simd::Kernels& chosen, const ZoneHooks& hooks);
   ~Impl() { leave_helper_set(helpers); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
@@ -48,6 +48,7 @@ struct SCREE_HIDDEN Workers::Impl {
   const simd::Kernels* const kernels;
   HelperSet* const helpers;
   HelperPool* const pool;  // of `helpers`
+  const ZoneHooks zones;
 };
 
 }  // namespace scree

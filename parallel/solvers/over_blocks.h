@@ -10,15 +10,18 @@ namespace scree {
 // Calls the works for all chunks, which do not touch what others do.
 template <class ContactWork, class JointWork>
 void over_blocks(const Constraints& constraints, Crew& crew, ContactWork&& contact_work,
-                 JointWork&& joint_work) {
+                 JointWork&& joint_work, const char* name = __builtin_FUNCTION()) {
   const int joints = static_cast<int>(constraints.joint_chunks.size());
-  crew.run(joints + static_cast<int>(constraints.contact_chunks.size()), [&](int chunk, int) {
-    if (chunk < joints) {
-      joint_work(constraints.joint_chunks[chunk]);
-    } else {
-      contact_work(constraints.contact_chunks[chunk - joints]);
-    }
-  });
+  crew.run(
+      joints + static_cast<int>(constraints.contact_chunks.size()),
+      [&](int chunk, int) {
+        if (chunk < joints) {
+          joint_work(constraints.joint_chunks[chunk]);
+        } else {
+          contact_work(constraints.contact_chunks[chunk - joints]);
+        }
+      },
+      name);
 }
 
 }  // namespace scree

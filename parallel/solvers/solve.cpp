@@ -221,16 +221,16 @@ void solve_soft_step(SolveStep& step) {
     step.joint.elapsed = static_cast<float>(substep) * step.joint.substep;
     const bool measured = settings.measure_residual && substep == settings.substeps - 1;
     rebound(step);
-    over_bodies(step, step.dynamic_count, kernels.body.integrate_velocities);
+    over_bodies(step, step.dynamic_count, kernels.body.integrate_velocities, "integrate_velocities");
     if (substep == 0 && step.contact.warm_start_scale > 0.0f)
-      over_colors(step, &ByContact::warm_start, &ByJoint::warm_start);
-    over_colors(step, solve, &ByJoint::solve);
-    over_bodies(step, step.moving_count, kernels.body.integrate_poses);
+      over_colors(step, &ByContact::warm_start, &ByJoint::warm_start, "warm_start");
+    over_colors(step, solve, &ByJoint::solve, "solve_softly");
+    over_bodies(step, step.moving_count, kernels.body.integrate_poses, "integrate_poses");
     step.joint.elapsed = static_cast<float>(substep + 1) * step.joint.substep;
     if (measured) {
-      over_colors(step, relax_measured, &ByJoint::relax_measured);
+      over_colors(step, relax_measured, &ByJoint::relax_measured, "relax");
     } else {
-      over_colors(step, relax, &ByJoint::relax);
+      over_colors(step, relax, &ByJoint::relax, "relax");
     }
   }
   if (!settings.measure_residual) return;
@@ -250,7 +250,7 @@ SolveStep prepare_solve(WorldData& data, float dt, Crew& crew) {
                  body_args(data, dt),
                  contact_args(data, constraints, dt),
                  joint_args(data, constraints, dt)};
-  over_bodies(step, step.moving_count, kernels.body.prepare);
+  over_bodies(step, step.moving_count, kernels.body.prepare, "prepare_bodies");
   over_blocks(
       constraints, crew,
       [&](const simd::ConstraintChunk& chunk) { kernels.contact.prepare(step.contact, chunk); },

@@ -3,6 +3,7 @@
 
 #include <parallel/constraints/constraints.h>
 #include <parallel/crew/crew.h>
+#include <parallel/crew/zone_scope.h>
 
 #include <span>
 
@@ -37,17 +38,18 @@ void rebound(SolveStep& step);
 
 inline constexpr int kSolveBodyChunk = 256;  // bodies of one task
 
+// `name`: of the zones, see scree/zones.h.
 template <class Kernel>
-void over_bodies(const SolveStep& step, int count, Kernel kernel) {
-  step.crew.run_ranges(count, kSolveBodyChunk,
-                       [&](int begin, int end, int) { kernel(step.body, begin, end); });
+void over_bodies(const SolveStep& step, int count, Kernel kernel, const char* name) {
+  step.crew.run_ranges(
+      count, kSolveBodyChunk, [&](int begin, int end, int) { kernel(step.body, begin, end); }, name);
 }
 
 // One stage after the other. Within a color joints come first, so that contacts have the last word where one
 // thread runs both.
 template <class ContactWork, class JointWork>
 void over_stage(const SolveStep& step, const ColorStage& stage, ContactWork&& contact_work,
-                JointWork&& joint_work) {
+                JointWork&& joint_work, const char* name = __builtin_FUNCTION()) {
   const simd::ConstraintChunk* contacts = step.constraints.contact_chunks.data() + stage.first_contact_chunk;
   const simd::ConstraintChunk* joints = step.constraints.joint_chunks.data() + stage.first_joint_chunk;
   const auto run_chunk = [&](int chunk) {
@@ -59,9 +61,11 @@ void over_stage(const SolveStep& step, const ColorStage& stage, ContactWork&& co
   };
   const int chunks = stage.joint_chunk_count + stage.contact_chunk_count;
   if (stage.serial) {
+    const ZoneScope zone(step.crew.zones(), {ZoneKind::stage, name, 0});
     for (int chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
   } else {
-    step.crew.run(chunks, [&](int chunk, int) { run_chunk(chunk); });
+    step.crew.run(
+        chunks, [&](int chunk, int) { run_chunk(chunk); }, name);
   }
 }
 
@@ -69,18 +73,21 @@ using ContactPass = void (*simd::ContactKernels::*)(const simd::ContactArgs&, co
 using JointPass = void (*simd::JointVariantKernels::*)(const simd::JointArgs&, const simd::ConstraintChunk&);
 
 inline void over_stage(const SolveStep& step, const ColorStage& stage, ContactPass contact_pass,
-                       JointPass joint_pass) {
+                       JointPass joint_pass, const char* name) {
   const simd::Kernels& kernels = step.crew.kernels();
   over_stage(
       step, stage,
       [&](const simd::ConstraintChunk& chunk) { (kernels.contact.*contact_pass)(step.contact, chunk); },
       [&](const simd::ConstraintChunk& chunk) {
         (kernels.joint.variant[chunk.variant].*joint_pass)(step.joint, chunk);
-      });
+      },
+      name);
 }
 
-inline void over_colors(const SolveStep& step, ContactPass contact_pass, JointPass joint_pass) {
-  for (const ColorStage& stage : step.constraints.stages) over_stage(step, stage, contact_pass, joint_pass);
+inline void over_colors(const SolveStep& step, ContactPass contact_pass, JointPass joint_pass,
+                        const char* name) {
+  for (const ColorStage& stage : step.constraints.stages)
+    over_stage(step, stage, contact_pass, joint_pass, name);
 }
 
 }  // namespace scree

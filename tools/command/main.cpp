@@ -79,6 +79,9 @@ void check_files(const Arguments& arguments, const std::vector<NamedFile>& input
                          (stream == STDOUT_FILENO ? "output" : "error") + " goes");
     }
   }
+  for (const std::string& trace : {arguments.options.trace, arguments.replay.trace}) {
+    if (!trace.empty()) outputs.push_back({"--trace", trace});
+  }
   scree::files::check_outputs(inputs, outputs);
 }
 
@@ -104,6 +107,10 @@ void print(const Figures& figures, const Arguments& arguments) {
       attempt([&] { scree::files::write_file({"--json", arguments.json}, to_json(figures)); });
     }
   }
+  if constexpr (requires { figures.trace; }) {
+    if (figures.trace)
+      attempt([&] { scree::files::write_file({"--trace", figures.trace->file}, figures.trace->json); });
+  }
   if (failure != nullptr) std::rethrow_exception(failure);
 }
 
@@ -119,6 +126,12 @@ void declare_backend(CLI::App& app, int& threads, Arguments& arguments) {
 
 void declare_json(CLI::App& app, Arguments& arguments) {
   app.add_option("--json", arguments.json, "Write the figures to FILE; - is standard output")
+      ->type_name("FILE")
+      ->check(kNotEmpty);
+}
+
+void declare_trace(CLI::App& app, std::string& file) {
+  app.add_option("--trace", file, "Write a timeline of phases, stages and chunks, for Perfetto's viewer")
       ->type_name("FILE")
       ->check(kNotEmpty);
 }
@@ -145,6 +158,7 @@ void declare_run(CLI::App& run, Arguments& arguments) {
       ->type_name("FILE")
       ->check(kNotEmpty);
   run.add_option("--keyframes", options.keyframes, "Steps between the recording's keyframes (default: 300)");
+  declare_trace(run, options.trace);
   declare_json(run, arguments);
   run.add_flag("--quiet", options.quiet, "No progress");
 }
@@ -156,6 +170,7 @@ void declare_replay(CLI::App& replay, Arguments& arguments) {
   declare_backend(replay, options.threads, arguments);
   replay.add_option("--from", options.from, "The step to begin after (default: the recording's first)");
   replay.add_option("--to", options.to, "The last step (default: the recording's last)");
+  declare_trace(replay, options.trace);
   declare_json(replay, arguments);
   replay.add_flag("--quiet", options.quiet, "No progress");
 }

@@ -64,12 +64,13 @@ void add_times(std::vector<double> times, ReplayFigures& figures) {
   figures.ms_max = times.back();
 }
 
-void play(Player& player, Workers& workers, Progress& progress, ReplayFigures& figures) {
+void play(Player& player, Workers& workers, Trace* trace, Progress& progress, ReplayFigures& figures) {
   std::vector<double> times;
   while (player.position() < figures.to) {
     const auto start = Clock::now();
     if (!player.step(workers)) break;
     times.push_back(milliseconds_since(start));
+    if (trace != nullptr) trace->count({&player.world().stats()});
     progress.show(progress_count(player.position() - figures.from));
   }
   figures.steps = player.position() - figures.from;
@@ -102,7 +103,10 @@ ReplayFigures replay(const ReplayOptions& options) {
   check_backend(options.threads, options.isa);
   Player player = open_recording(options.file);
   if (!options.quiet) tell_of_idle_threads(options.threads);
-  Workers workers(WorkersOptions{.threads = options.threads, .isa = options.isa});
+  std::optional<Trace> trace;
+  if (!options.trace.empty()) trace.emplace();
+  Workers workers(WorkersOptions{
+      .threads = options.threads, .isa = options.isa, .zones = trace ? trace->hooks() : ZoneHooks{}});
   ReplayFigures figures;
   figures.file = options.file;
   figures.verified = options.verify;
@@ -118,8 +122,13 @@ ReplayFigures replay(const ReplayOptions& options) {
                     !options.quiet);
   naming(options.file, [&] {
     player.seek(figures.from, workers);
-    (options.verify ? verify : play)(player, workers, progress, figures);
+    if (options.verify) {
+      verify(player, workers, progress, figures);
+    } else {
+      play(player, workers, trace ? &*trace : nullptr, progress, figures);
+    }
   });
+  if (trace) figures.trace = trace->finish(options.trace);
   progress.finish();
   figures.hash = player.world().hash();
   figures.recorded_hash = player.recorded_hash();

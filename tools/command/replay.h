@@ -4,6 +4,7 @@
 
 #include <scree/recording.h>
 #include <scree/scree.h>
+#include <tools/command/trace.h>
 
 #include <cstdint>
 #include <optional>
@@ -20,6 +21,7 @@ struct ReplayOptions {
   std::optional<std::uint64_t> from;  // step counters; default: the recording's first and last
   std::optional<std::uint64_t> to;
   bool quiet = false;  // no progress
+  std::string trace;   // file for a timeline; empty: none
 };
 
 struct ReplayFigures {
@@ -38,6 +40,7 @@ struct ReplayFigures {
   std::uint64_t hash = 0;                      // where it ended
   std::optional<std::uint64_t> recorded_hash;  // of that step
   std::optional<Divergence> divergence;
+  std::optional<TraceFigures> trace;
 };
 
 // Throws scree::Error for bad options and for files that are no recordings.

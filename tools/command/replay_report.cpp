@@ -47,6 +47,7 @@ std::string to_table(const ReplayFigures& figures) {
     table += row("ms per step", format("%.3f mean, %.3f median, %.3f min, %.3f max", figures.ms_mean,
                                        figures.ms_median, figures.ms_min, figures.ms_max));
   }
+  if (figures.trace) table += trace_row(*figures.trace);
   table += row("instruction set", isa_name(figures.isa));
   table += row("threads", std::to_string(figures.threads));
   table += row("hash", hash_digits(figures.hash));

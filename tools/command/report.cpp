@@ -49,6 +49,7 @@ std::string to_table(const RunFigures& figures) {
     table += row("recording", recording->file + ", " + mebibytes(recording->bytes) + " of " +
                                   grouped(recording->steps) + " steps");
   }
+  if (figures.trace) table += trace_row(*figures.trace);
   table += row("instruction set", isa_name(figures.isa));
   table += row("threads", std::to_string(figures.threads));
   table += row("hash", hash_digits(figures.hash));

@@ -156,15 +156,20 @@ class Recording {
 
 // Measures quality in the last step. This step is excluded from the times unless it is the only one.
 Timing simulate(std::vector<World>& worlds, std::vector<Cast>& casts, const Plan& plan,
-                const Recording& recording, Workers& workers, Progress& progress) {
+                const Recording& recording, Trace* trace, Workers& workers, Progress& progress) {
   Timing timing;
   std::vector<World*> pointers;
-  for (World& world : worlds) pointers.push_back(&world);
+  std::vector<const StepStats*> stats;
+  for (World& world : worlds) {
+    pointers.push_back(&world);
+    stats.push_back(&world.stats());
+  }
   for (int i = 0; i < plan.steps; ++i) {
     const bool last = i + 1 == plan.steps;
     if (last) measure_quality(worlds);
     direct_all(worlds, casts, i, plan.dt);
     const double milliseconds = step_all(pointers, plan.dt, workers);
+    if (trace != nullptr) trace->count(stats);
     progress.show(i + 1);
     recording.check();
     for (const World& world : worlds) timing.restored_bodies += world.stats().restored_bodies;
@@ -238,7 +243,10 @@ bool is_scene_file(const std::string& name) {
 RunFigures run(const RunOptions& options) {
   Plan plan = make_plan(options);
   if (!options.quiet) tell_of_idle_threads(options.threads);
-  Workers workers(WorkersOptions{.threads = options.threads, .isa = options.isa});
+  std::optional<Trace> trace;
+  if (!options.trace.empty()) trace.emplace();
+  Workers workers(WorkersOptions{
+      .threads = options.threads, .isa = options.isa, .zones = trace ? trace->hooks() : ZoneHooks{}});
   RunFigures figures;
   figures.scene = plan.worlds.front().name;
   figures.isa = workers.isa();
@@ -264,7 +272,9 @@ RunFigures run(const RunOptions& options) {
   }
   Recording recording;
   recording.begin(worlds.front(), options);
-  add_times(simulate(worlds, casts, plan, recording, workers, progress), figures);
+  Trace* const tracing = trace ? &*trace : nullptr;
+  add_times(simulate(worlds, casts, plan, recording, tracing, workers, progress), figures);
+  if (trace) figures.trace = trace->finish(options.trace);
   figures.recording = recording.finish();
   add_quality(worlds, figures);
   figures.hash = scenes::hash_of(worlds);

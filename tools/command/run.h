@@ -2,6 +2,7 @@
 #pragma once
 
 #include <scree/scree.h>
+#include <tools/command/trace.h>
 #include <tools/scenes/scene.h>
 
 #include <array>
@@ -27,6 +28,7 @@ struct RunOptions {
   bool quiet = false;            // no progress
   std::string record;            // file for a recording; empty: none
   std::optional<int> keyframes;  // steps from one keyframe of the recording to the next
+  std::string trace;             // file for a timeline; empty: none
 };
 
 // The recording that a run made.
@@ -70,6 +72,7 @@ struct RunFigures {
   std::int64_t stages = 0;
   std::uint64_t hash = 0;
   std::optional<RecordingFigures> recording;
+  std::optional<TraceFigures> trace;
 
   double steps_per_second() const { return ms_mean > 0.0 ? 1000.0 / ms_mean : 0.0; }
 };

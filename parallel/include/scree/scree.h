@@ -24,6 +24,7 @@
 #include <scree/triangle_mesh.h>
 #include <scree/workers.h>
 #include <scree/world.h>
+#include <scree/zones.h>
 
 /// Everything that Scree offers to a program.
 namespace scree {}

@@ -3,6 +3,7 @@
 
 #include <scree/error.h>
 #include <scree/export.h>
+#include <scree/zones.h>
 
 #include <cstdint>
 #include <memory>
@@ -28,6 +29,7 @@ SCREE_API bool is_supported(Isa isa);
 struct WorkersOptions {
   int threads = 0;           ///< threads that share a step, the caller's included; 0: one per core; <= 1024
   Isa isa = Isa::automatic;  ///< throws scree::Error if it is not supported
+  ZoneHooks zones{};         ///< reports what steps do, for profilers; default: nothing, which costs nothing
 };
 
 class Crew;
@@ -42,8 +44,8 @@ class SCREE_API Workers {
   Workers();
   /// As WorkersOptions{.threads = threads}.
   explicit Workers(int threads);
-  /// Throws Error for more than 1024 or fewer than 0 threads, and for an instruction set that is not
-  /// supported.
+  /// Throws Error for more than 1024 or fewer than 0 threads, for an instruction set that is not supported,
+  /// and for hooks of zones of which one is null and the other is not.
   explicit Workers(const WorkersOptions& options);
   ~Workers();
   Workers(Workers&&) noexcept;             ///< the other one can only be assigned to or destroyed

@@ -143,7 +143,8 @@ double residual_of_rows(SolveStep& step) {
 
 StatedWorld begin_substep(SolveStep& step, const StatedWorld& last) {
   rebound(step);
-  over_bodies(step, step.dynamic_count, step.crew.kernels().body.integrate_velocities);
+  over_bodies(step, step.dynamic_count, step.crew.kernels().body.integrate_velocities,
+              "integrate_velocities");
   StatedWorld stated = state_world(step.data, step.contact, step.joint, step.crew);
   guess(step, last, stated);
   if (step.may_rebound) leave_to_rebound(step, stated);
@@ -173,7 +174,7 @@ void solve_whole_system(SolveStep& step) {
     data.stats.solver_iterations = std::max(data.stats.solver_iterations, solution.iterations);
     data.stats.solver_singular = data.stats.solver_singular || solution.is_singular;
     if (substep == substeps - 1) store_stated_impulses(step, stated);
-    over_bodies(step, step.moving_count, kernels.body.integrate_poses);
+    over_bodies(step, step.moving_count, kernels.body.integrate_poses, "integrate_poses");
     last = std::move(stated);
   }
   if (!data.settings.measure_penetration) return;
