@@ -17,7 +17,7 @@ enum class ZoneKind : std::uint8_t {
 
 /// A stretch of time on the thread that is in it.
 struct Zone {
-  ZoneKind kind = ZoneKind::step;
+  ZoneKind kind = ZoneKind::step;  ///< what it spans
   /// "step", scree::phase_name(), or the name of the function that shares out the stage, which its chunks
   /// have, too; stays valid as long as the program runs.
   const char* name = "";
