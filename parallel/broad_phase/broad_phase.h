@@ -117,7 +117,7 @@ using FoundPairs = std::vector<Column<ShapePair>>;
   LIST (scratch, std::int32_t,  meets_of)       /* ... this list of places in `meeting_pairs` */                 \
   LIST (scratch, float,         stop_times)     /* by place in `fast` */                                        \
   LIST (scratch, sweeps::Meet,  meets)          /* a heap, the next one first */                                \
-  LIST (scratch, std::int32_t,  fast_counts)    /* sweep_fast_bodies; by chunk of awake bodies, then where they go */ \
+  LIST (scratch, std::int32_t,  fast_counts)    /* of list_where */                                           \
   LIST (scratch, CenterSpread,  spreads)                                                                        \
   LIST (scratch, SortKey,       sort_keys)                                                                      \
   LIST (scratch, SortKey,       sort_keys_other)                                                                \

@@ -18,6 +18,7 @@ namespace {
 // finer, so that threads end together: on 2 threads ragdoll_rain solves 2 to 5 % faster so, but drum, whose
 // stages are long, loses 1 % with short chunks throughout.
 constexpr int kChunkRows = 128, kShortChunkRows = 64, kFewRows = 1024;
+static_assert(kShortChunkRows % simd::kBlock == 0);
 constexpr int kTailRows = 64;  // a color of so many or fewer is run by one thread, without a barrier
 constexpr int kContactKinds = simd::kPointBuckets * 2;
 

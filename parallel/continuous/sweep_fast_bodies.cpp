@@ -155,7 +155,7 @@ void add_near(const Obstacles& obstacles, std::int32_t shape, const Swept& bound
       NearTriangles& triangles = near.triangles[near.meshes];
       list_near_triangles(obstacles.kernels, *mesh, pose, way, triangles);
       if (triangles.count == 0) return;
-      listed = near.meshes++;
+      if (!triangles.too_many) listed = near.meshes++;
     } else if (!is_near_mesh(obstacles.kernels, *mesh, pose, way, nullptr)) {
       return;
     }

@@ -7,8 +7,8 @@
 #pragma once
 
 #include <core/world/fp_environment.h>
+#include <parallel/crew/zone_scope.h>
 #include <scree/workers.h>
-#include <scree/zones.h>
 #include <simd/dispatch/kernels.h>
 
 #include <algorithm>
@@ -45,6 +45,13 @@ class Crew {
     run_stage(
         chunks, [](void* context, int chunk, int worker) { (*static_cast<Work*>(context))(chunk, worker); },
         const_cast<void*>(static_cast<const void*>(&work)), name);
+  }
+
+  // The same on the calling thread alone, for what is too little to share.
+  template <class Work>
+  void run_alone(int chunks, Work&& work, const char* name = __builtin_FUNCTION()) {
+    const ZoneScope zone(zones_, {ZoneKind::stage, name, 0});
+    for (int chunk = 0; chunk < chunks; ++chunk) work(chunk);
   }
 
   // Cuts [0, count) into chunks of `chunk_size` and calls work(begin, end, worker) for each.

@@ -23,7 +23,7 @@ namespace scree {
   LIST (scratch, std::int32_t, fixed_ends)    /* refresh_joints; of the active joints, a body as often as it has \
                                                  some */                                                        \
   VALUE(derived, std::int64_t, joints_judged, 0) /* refresh_joints; joints that this step examined */           \
-  LIST (scratch, std::int32_t, places)        /* all of this folder; by chunk: where its part begins */
+  LIST (scratch, std::int32_t, places)        /* of list_where, in all of this folder */
 // clang-format on
 SCREE_PART(Islands, SCREE_ISLAND_MEMBERS)
 

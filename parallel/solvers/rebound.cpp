@@ -44,7 +44,7 @@ int over_impacts(const SolveStep& step, ContactKernel kernel, bool all, simd::Im
       if (is_asked(chunks[chunk])) kernel(step.contact, chunks[chunk]);
     };
     if (stage.serial || (!all && asked < kFewChunks)) {
-      for (int chunk = 0; chunk < stage.contact_chunk_count; ++chunk) run_chunk(chunk);
+      step.crew.run_alone(stage.contact_chunk_count, run_chunk);
     } else {
       step.crew.run(stage.contact_chunk_count, [&](int chunk, int) { run_chunk(chunk); });
     }

@@ -3,7 +3,6 @@
 
 #include <parallel/constraints/constraints.h>
 #include <parallel/crew/crew.h>
-#include <parallel/crew/zone_scope.h>
 
 #include <span>
 
@@ -49,7 +48,7 @@ void over_bodies(const SolveStep& step, int count, Kernel kernel, const char* na
 // thread runs both.
 template <class ContactWork, class JointWork>
 void over_stage(const SolveStep& step, const ColorStage& stage, ContactWork&& contact_work,
-                JointWork&& joint_work, const char* name = __builtin_FUNCTION()) {
+                JointWork&& joint_work, const char* name) {
   const simd::ConstraintChunk* contacts = step.constraints.contact_chunks.data() + stage.first_contact_chunk;
   const simd::ConstraintChunk* joints = step.constraints.joint_chunks.data() + stage.first_joint_chunk;
   const auto run_chunk = [&](int chunk) {
@@ -61,8 +60,7 @@ void over_stage(const SolveStep& step, const ColorStage& stage, ContactWork&& co
   };
   const int chunks = stage.joint_chunk_count + stage.contact_chunk_count;
   if (stage.serial) {
-    const ZoneScope zone(step.crew.zones(), {ZoneKind::stage, name, 0});
-    for (int chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
+    step.crew.run_alone(chunks, run_chunk, name);
   } else {
     step.crew.run(
         chunks, [&](int chunk, int) { run_chunk(chunk); }, name);

@@ -28,7 +28,8 @@ int cut_hull(const HullData& hull, const HullStretch& stretch, std::int32_t* fac
   F enters = zero, leaves = one;
   for (int face = 0; face < hull.face_count; face += kLanes) {
     const F distance = distances(face) - margin, rise = rises(face);
-    const M falls = rise<zero, climbs = rise> zero;
+    const M falls = (rise < zero);
+    const M climbs = (rise > zero);
     const F crosses = select(falls | climbs, (zero - distance) / select(falls | climbs, rise, one), zero);
     enters = max(enters, select(falls, crosses, zero));
     // What stays before a plane never enters.

@@ -29,7 +29,7 @@ SCREE_API bool is_supported(Isa isa);
 struct WorkersOptions {
   int threads = 0;           ///< threads that share a step, the caller's included; 0: one per core; <= 1024
   Isa isa = Isa::automatic;  ///< throws scree::Error if it is not supported
-  ZoneHooks zones{};         ///< reports what steps do, for profilers; default: nothing, which costs nothing
+  ZoneHooks zones{};         ///< reports what steps do, for profilers; default: nothing
 };
 
 class Crew;

@@ -5,12 +5,13 @@
 
 namespace scree {
 
-/// What a zone spans, from the largest to the smallest. Each lies within one of the kind before; a chunk may
-/// be on another thread than its stage. A step of many worlds is a stage of its own, and its chunks hold the
-/// steps of the worlds.
+/// What a zone spans. A step holds phases, a phase holds stages, and a stage holds its chunks, which may be
+/// on other threads. Where the threads share many worlds instead of one, a stage comes first, and its chunks
+/// hold the steps of the worlds. Queries of many, and what else is shared between steps, have stages of their
+/// own outside of any step.
 enum class ZoneKind : std::uint8_t {
   step,   ///< one step of one world
-  phase,  ///< scree::Phase; list_events comes several times
+  phase,  ///< scree::Phase; find_pairs comes twice and list_events several times
   stage,  ///< work that threads share, with a barrier at its end
   chunk,  ///< a part of a stage, on one thread
 };
@@ -26,15 +27,15 @@ struct Zone {
   std::int64_t number = 0;
 };
 
-/// Functions that steps call when zones begin and end, so that a profiler can draw them. Both are called on
-/// the thread that is in the zone, on several threads at once. On each thread zones nest, and each that
-/// begins ends, also where an exception leaves it. The functions must not touch the worlds, and add their own
-/// time to what they measure: a step of 10,000 bodies has about 150 stages and 3,000 chunks. Results do not
-/// depend on them.
+/// Functions that are called when zones begin and end, so that a profiler can draw them, on the thread that
+/// is in the zone and on several threads at once. On each thread zones nest, and each that begins ends, also
+/// where an exception leaves it. The functions must not touch the worlds, and add their own time to what they
+/// measure: a step of 10,000 bodies has about 150 stages and 3,000 chunks. Results do not depend on them.
+/// None is called after the steps and queries with the Workers have returned.
 struct ZoneHooks {
   void (*begin)(void* context, const Zone& zone) noexcept = nullptr;  ///< null: zones are not reported
   void (*end)(void* context, const Zone& zone) noexcept = nullptr;    ///< null as `begin` is
-  void* context = nullptr;                                            ///< handed to both
+  void* context = nullptr;  ///< handed to both; must live as long as anything runs with the Workers
 };
 
 }  // namespace scree

@@ -4,7 +4,7 @@
 #include <core/world/math.h>
 #include <parallel/continuous/sweep_mesh.h>
 #include <scree/height_field.h>
-#include <simd/dispatch/kernels.h>
+#include <tests/simd/all_kernels.h>
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,6 @@ class SweepMesh : public ::testing::Test {
   std::mt19937 random{1};
   const TriangleMesh mesh = hills();
   const MeshData& data = MeshAccess::solid(mesh)->data;
-  const simd::QueryKernels& kernels = simd::widest_kernels().query;
 
   float between(float low, float high) { return std::uniform_real_distribution<float>(low, high)(random); }
   Vec3 point(float reach, float height) {
@@ -45,7 +44,9 @@ class SweepMesh : public ::testing::Test {
 
 TEST_F(SweepMesh, BallsMeetListedTrianglesAsTheyMeetTheMesh) {
   int met = 0, listed = 0, crowded = 0, empty = 0;
+  const std::vector<const simd::Kernels*> sets = kernel_tests::all_kernels();
   for (int body = 0; body < 400; ++body) {
+    const simd::QueryKernels& kernels = sets[static_cast<std::size_t>(body) % sets.size()]->query;
     const PoseRow at = pose();
     const Quat rotation{at.rotation[0], at.rotation[1], at.rotation[2], at.rotation[3]};
     const Vec3 origin{at.position[0], at.position[1], at.position[2]};

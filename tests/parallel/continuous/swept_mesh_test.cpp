@@ -96,6 +96,37 @@ TEST(SweptMeshes, NoBulletPassesAFloor) {
   }
 }
 
+TEST(SweptMeshes, NoBulletPassesTheFirstOfManyFloors) {
+  // More meshes than have lists of triangles, coarse and fine, and more shapes than are listed at all.
+  Dice dice(37);
+  constexpr int kFloors = 5;
+  for (int round = 0; round < kFloors; ++round) {
+    for (const int posts : {0, 30}) {
+      Lab lab(without_limits());
+      for (int i = 0; i < kFloors; ++i) {
+        const int floor = (i + round) % kFloors;  // every one comes first in the list once
+        const float size = floor % 2 == 0 ? 0.1f : 4.0f;
+        TriangleSoup flat = testing::whole_meters(dice, floor % 2 == 0 ? 40 : 2, 2);
+        const float half = floor % 2 == 0 ? 20.0f : 1.0f;
+        for (Vec3& v : flat.vertices)
+          v = {size * (v.x - half), -static_cast<float>(floor), size * (v.z - half)};
+        lab.world.add_shape(lab.world.create_body({.type = BodyType::fixed}), flat.mesh());
+      }
+      for (int i = 0; i < posts; ++i) {
+        const Vec3 place{0.6f * static_cast<float>(i % 6) - 1.5f, -0.4f,
+                         0.6f * static_cast<float>(i / 6) - 1.5f};
+        lab.add({.type = BodyType::fixed, .position = place}, Sphere{0.05f});
+      }
+      const BodyId bullet = lab.world.create_body(
+          {.position = {0.11f, 4.0f, 0.07f}, .linear_velocity = {0.0f, -0.9f * kBullet, 0.0f}});
+      for (const float x : {-0.2f, 0.0f, 0.2f})
+        lab.world.add_shape(bullet, Sphere{0.05f}, {}, {.local_pose = {{x, 0.0f, 0.0f}, {}}});
+      lab.run(3);
+      EXPECT_GT(lab.world.center_of_mass(bullet).y, 0.0f) << round << " " << posts;
+    }
+  }
+}
+
 TEST(SweptMeshes, WithoutSweepsBulletsPass) {
   Dice dice(32);
   WorldSettings settings = without_limits();

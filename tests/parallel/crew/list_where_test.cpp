@@ -1,6 +1,7 @@
 // Laws of lists made in parallel: they hold what is kept, in order, and each is asked about once.
 #include <gtest/gtest.h>
 #include <parallel/crew/list_where.h>
+#include <tbb/global_control.h>
 
 #include <atomic>
 #include <random>
@@ -10,6 +11,8 @@ namespace scree {
 namespace {
 
 TEST(ListWhere, ListsWhatIsKeptInOrderAndAsksOnce) {
+  // TBB lends one thread per core unless told otherwise.
+  const tbb::global_control more_threads(tbb::global_control::max_allowed_parallelism, 4);
   std::mt19937 random(1);
   for (const int threads : {1, 3}) {
     Workers workers(threads);

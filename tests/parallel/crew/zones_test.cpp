@@ -9,6 +9,7 @@
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -27,7 +28,8 @@ struct Report {
   std::mutex mutex;
   std::vector<Entry> entries;  // those of one thread in its order
   std::map<std::thread::id, std::vector<Zone>> open;
-  bool nests = true;
+  bool ends_match = true;  // each end is that of the zone that began last
+  bool kinds_rise = true;  // a zone lies in one of a kind before its own
 
   ZoneHooks hooks() {
     return {[](void* report, const Zone& zone) noexcept { static_cast<Report*>(report)->note(zone, true); },
@@ -39,12 +41,12 @@ struct Report {
     entries.push_back({zone, begins});
     std::vector<Zone>& stack = open[std::this_thread::get_id()];
     if (begins) {
-      nests = nests && (stack.empty() || stack.back().kind < zone.kind);
+      kinds_rise = kinds_rise && (stack.empty() || stack.back().kind < zone.kind);
       stack.push_back(zone);
       return;
     }
-    nests = nests && !stack.empty() && stack.back().kind == zone.kind && stack.back().number == zone.number &&
-            stack.back().name == zone.name;
+    ends_match = ends_match && !stack.empty() && stack.back().kind == zone.kind &&
+                 stack.back().number == zone.number && stack.back().name == zone.name;
     if (!stack.empty()) stack.pop_back();
   }
   bool all_ended() const {
@@ -83,10 +85,10 @@ TEST_F(Zones, OfStepsNestAndEnd) {
       step(world, 1.0f / 60.0f, workers);
       stages += world.stats().stages;
     }
-    EXPECT_TRUE(report.nests);
+    EXPECT_TRUE(report.ends_match && report.kinds_rise);
     EXPECT_TRUE(report.all_ended());
     EXPECT_EQ(report.count(ZoneKind::step), 40);
-    std::set<std::string> phases;
+    std::set<std::string> phases, stage_names, chunk_names;
     std::int64_t chunks = 0, shared = 0, steps = 0;
     for (const Report::Entry& entry : report.entries) {
       if (!entry.begins) continue;
@@ -97,7 +99,11 @@ TEST_F(Zones, OfStepsNestAndEnd) {
       if (entry.zone.kind == ZoneKind::stage) {
         chunks += entry.zone.number;
         shared += entry.zone.number > 0 ? 1 : 0;
+        stage_names.insert(entry.zone.name);
+        EXPECT_STRNE(entry.zone.name, "");
+        EXPECT_NE(std::string(entry.zone.name).find("operator"), 0u);  // as in a lambda
       }
+      if (entry.zone.kind == ZoneKind::chunk) chunk_names.insert(entry.zone.name);
       if (entry.zone.kind == ZoneKind::step) {
         EXPECT_EQ(entry.zone.number, steps++);
       }
@@ -105,6 +111,8 @@ TEST_F(Zones, OfStepsNestAndEnd) {
     EXPECT_EQ(phases.size(), kPhaseCount - 1);  // no user joints
     EXPECT_EQ(report.count(ZoneKind::chunk), chunks);
     EXPECT_EQ(shared, stages);
+    EXPECT_TRUE(
+        std::includes(stage_names.begin(), stage_names.end(), chunk_names.begin(), chunk_names.end()));
   }
 }
 
@@ -165,21 +173,36 @@ TEST_F(Zones, EndWhereAnExceptionLeavesThem) {
                             if (chunk % 5 == 3) throw std::runtime_error("dirty");
                           }),
                  std::runtime_error);
-    EXPECT_TRUE(report.nests);
+    EXPECT_TRUE(report.ends_match && report.kinds_rise);
     EXPECT_TRUE(report.all_ended());
   }
 }
 
 TEST_F(Zones, OfManyWorldsAreThoseOfEach) {
+  for (const int threads : {1, 2, 4}) {  // more worlds than threads, and fewer
+    Report report;
+    Workers workers({.threads = threads, .zones = report.hooks()});
+    std::vector<World> worlds;
+    for (int i = 0; i < 3; ++i) worlds.push_back(pile());
+    std::vector<World*> pointers;
+    for (World& world : worlds) pointers.push_back(&world);
+    for (int i = 0; i < 5; ++i) step(pointers, 1.0f / 60.0f, workers);
+    EXPECT_EQ(report.count(ZoneKind::step), 15);
+    EXPECT_TRUE(report.ends_match);
+    EXPECT_TRUE(report.all_ended());
+  }
+}
+
+TEST_F(Zones, OfQueriesAreStages) {
   Report report;
   Workers workers({.threads = 2, .zones = report.hooks()});
-  std::vector<World> worlds;
-  for (int i = 0; i < 3; ++i) worlds.push_back(pile());
-  std::vector<World*> pointers;
-  for (World& world : worlds) pointers.push_back(&world);
-  for (int i = 0; i < 5; ++i) step(pointers, 1.0f / 60.0f, workers);
-  EXPECT_EQ(report.count(ZoneKind::step), 15);
-  EXPECT_TRUE(report.all_ended());
+  const World world = pile();
+  const std::vector<Ray> rays(1000, Ray{{0.0f, 20.0f, 0.0f}, {0.0f, -30.0f, 0.0f}});
+  std::vector<std::optional<CastHit>> hits(rays.size());
+  cast_rays(world, rays, hits, workers);
+  EXPECT_GT(report.count(ZoneKind::stage), 0);
+  EXPECT_EQ(report.count(ZoneKind::step) + report.count(ZoneKind::phase), 0);
+  EXPECT_TRUE(report.ends_match && report.all_ended());
 }
 
 TEST_F(Zones, NeedBothHooksOrNone) {
