@@ -5,6 +5,7 @@
 #include <tools/command/decompose.h>
 #include <tools/command/fclib.h>
 #include <tools/command/options.h>
+#include <tools/command/render.h>
 #include <tools/command/replay.h>
 #include <tools/command/report.h>
 #include <tools/command/run.h>
@@ -14,6 +15,7 @@
 
 #include <CLI/CLI.hpp>
 #include <exception>
+#include <filesystem>
 #include <iomanip>
 #include <iostream>
 #include <sstream>
@@ -56,11 +58,20 @@ struct Arguments {
   scree::command::DecomposeArguments decompose;
   scree::command::HullArguments hull;
   scree::command::MassArguments mass;
+  scree::command::RenderOptions render;
   std::string info_file;
   std::vector<std::string> settings;
   std::string isa = "auto";
   std::string json;  // empty: none
 };
+
+void refuse_standard_streams(const NamedFile& output) {
+  for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
+    if (!scree::files::is_standard_stream(output.path, stream)) continue;
+    throw scree::Error(output.argument + " " + output.path + ": is where standard " +
+                       (stream == STDOUT_FILENO ? "output" : "error") + " goes");
+  }
+}
 
 // An output that cannot be written, or would overwrite another, must be reported before hours of work.
 void check_files(const Arguments& arguments, const std::vector<NamedFile>& inputs) {
@@ -73,14 +84,17 @@ void check_files(const Arguments& arguments, const std::vector<NamedFile>& input
   if (!arguments.decompose.scene.empty()) outputs.push_back({"--scene", arguments.decompose.scene});
   if (const std::string& record = arguments.options.record; !record.empty()) {
     outputs.push_back({"--record", record});
-    for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
-      if (!scree::files::is_standard_stream(record, stream)) continue;
-      throw scree::Error("--record " + record + ": is where standard " +
-                         (stream == STDOUT_FILENO ? "output" : "error") + " goes");
-    }
+    refuse_standard_streams(outputs.back());
   }
   for (const std::string& trace : {arguments.options.trace, arguments.replay.trace}) {
-    if (!trace.empty()) outputs.push_back({"--trace", trace});
+    if (trace.empty()) continue;
+    outputs.push_back({"--trace", trace});
+    refuse_standard_streams(outputs.back());
+  }
+  for (const std::string& picture : {arguments.options.picture_file, arguments.render.file}) {
+    if (picture.empty()) continue;
+    outputs.push_back({arguments.render.file.empty() ? "--picture" : "--out", picture});
+    refuse_standard_streams(outputs.back());
   }
   scree::files::check_outputs(inputs, outputs);
 }
@@ -111,6 +125,10 @@ void print(const Figures& figures, const Arguments& arguments) {
     if (figures.trace)
       attempt([&] { scree::files::write_file({"--trace", figures.trace->file}, figures.trace->json); });
   }
+  if constexpr (requires { figures.picture; }) {
+    if (figures.picture)
+      attempt([&] { scree::files::write_file({"--picture", figures.picture->file}, figures.picture->png); });
+  }
   if (failure != nullptr) std::rethrow_exception(failure);
 }
 
@@ -136,6 +154,48 @@ void declare_trace(CLI::App& app, std::string& file) {
       ->check(kNotEmpty);
 }
 
+// What `scree render` says of all of its pictures, and `scree run` of the one that --picture names.
+void declare_picture(CLI::App& app, scree::command::PictureOptions& options, CLI::Option* needed) {
+  CLI::Option* const all[] = {
+      app.add_option("--size", options.size, "WIDTHxHEIGHT in pixels (default: 1280x720)")
+          ->type_name("WIDTHxHEIGHT"),
+      app.add_option("--camera", options.camera,
+                     "corner, front, side, top, or the eye and what it looks at as X,Y,Z or X,Y,Z,X,Y,Z "
+                     "in meters (default: corner)"),
+      app.add_option("--view", options.view,
+                     "Degrees from the lower to the upper edge, 1 to 170 (default: 40)"),
+      app.add_option("--color-by", options.color_by, "body, part, speed, sleep or type (default: body)"),
+      app.add_flag("--rough", options.rough, "One ray a pixel: edges are not smooth, a third of the time"),
+      app.add_flag("--walls", options.walls, "Draw fixed shapes that hide what moves, too")};
+  for (CLI::Option* option : all) {
+    if (needed != nullptr) option->needs(needed);
+  }
+}
+
+void declare_render(CLI::App& render, Arguments& arguments) {
+  scree::command::RenderOptions& options = arguments.render;
+  render.add_option("SOURCE", options.source, "A recording, a built-in scene or a JSON scene file")
+      ->required();
+  render.add_option("--out", options.file, "The picture, FILE.png; those of a series are FILE-STEP.png")
+      ->type_name("FILE.png")
+      ->required()
+      ->check(kNotEmpty);
+  render.add_option("--at", options.at, "The step that it shows (default: the last)");
+  render.add_option(
+      "--every", options.every,
+      "A series: steps from one picture to the next; and the film FILE.mp4 where ffmpeg is installed");
+  render.add_option("--from", options.from, "The first step of a series (default: the first)");
+  render.add_option("--to", options.to, "The last step of a series (default: the last)");
+  render.add_option("--rate", options.rate, "Pictures a second of the film, 1 to 1000 (default: 30)");
+  declare_picture(render, options.picture, nullptr);
+  render.add_option("--set", arguments.settings, "key=value: a parameter of the scene; may be repeated")
+      ->allow_extra_args(true)
+      ->type_name("KEY=VALUE");
+  declare_backend(render, options.threads, arguments);
+  declare_json(render, arguments);
+  render.add_flag("--quiet", options.quiet, "No progress");
+}
+
 void declare_run(CLI::App& run, Arguments& arguments) {
   scree::command::RunOptions& options = arguments.options;
   run.add_option("SCENE", options.scene, "A built-in scene (see `scree scenes`) or a JSON scene file")
@@ -159,6 +219,10 @@ void declare_run(CLI::App& run, Arguments& arguments) {
       ->check(kNotEmpty);
   run.add_option("--keyframes", options.keyframes, "Steps between the recording's keyframes (default: 300)");
   declare_trace(run, options.trace);
+  declare_picture(run, options.picture,
+                  run.add_option("--picture", options.picture_file, "Draw the end into FILE.png")
+                      ->type_name("FILE.png")
+                      ->check(kNotEmpty));
   declare_json(run, arguments);
   run.add_flag("--quiet", options.quiet, "No progress");
 }
@@ -318,6 +382,18 @@ int run_scene(Arguments& arguments) {
   return 0;
 }
 
+int render(Arguments& arguments) {
+  scree::command::RenderOptions& options = arguments.render;
+  options.parameters = scree::command::read_parameters(arguments.settings);
+  options.isa = scree::command::read_isa(arguments.isa);
+  if (std::filesystem::exists(options.source)) options.taken.push_back({"SOURCE", options.source});
+  check_files(arguments, options.taken);
+  if (!arguments.json.empty() && !arguments.json_to_standard_output())
+    options.taken.push_back({"--json", arguments.json});
+  print(scree::command::render_pictures(options), arguments);
+  return 0;
+}
+
 int replay(Arguments& arguments) {
   arguments.replay.isa = scree::command::read_isa(arguments.isa);
   check_files(arguments, {{"FILE", arguments.replay.file}});
@@ -357,6 +433,7 @@ int run_command(int argc, char** argv) {
   const CLI::App* scenes = app.add_subcommand("scenes", "List the built-in scenes");
   CLI::App* run = app.add_subcommand("run", "Run a scene and print its figures");
   CLI::App* replay_command = app.add_subcommand("replay", "Play a recording, or verify it");
+  CLI::App* render_command = app.add_subcommand("render", "Draw pictures of a scene or a recording");
   CLI::App* info_command = app.add_subcommand("info", "Print the content of a recording");
   CLI::App* diff_command = app.add_subcommand("diff", "Find the first step at which two recordings diverge");
   CLI::App* compare_command = app.add_subcommand("compare", "Run a scene under every solver");
@@ -372,6 +449,7 @@ int run_command(int argc, char** argv) {
   declare_hull(*hull_command, arguments);
   declare_mass(*mass_command, arguments);
   declare_accuracy(*accuracy_command, arguments.accuracy, false);
+  declare_render(*render_command, arguments);
   declare_run(*run, arguments);
   declare_replay(*replay_command, arguments);
   declare_info(*info_command, arguments);
@@ -387,6 +465,7 @@ int run_command(int argc, char** argv) {
   }
   if (run->parsed()) return run_scene(arguments);
   if (replay_command->parsed()) return replay(arguments);
+  if (render_command->parsed()) return render(arguments);
   if (info_command->parsed()) return show_info(arguments);
   if (diff_command->parsed()) return diff(arguments);
   if (accuracy_command->parsed()) {

@@ -1,21 +1,17 @@
 // Plays, verifies, inspects and compares recordings; see replay.h.
+#include <tools/command/clock.h>
 #include <tools/command/options.h>
 #include <tools/command/progress.h>
 #include <tools/command/replay.h>
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
 #include <vector>
 
 namespace scree::command {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double milliseconds_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
+double milliseconds_since(Clock::time_point start) { return 1000.0 * seconds_since(start); }
 
 // The library's messages describe bytes and values; with several files the user must know which file is
 // meant. Files are checked only as far as they are played.
@@ -104,9 +100,7 @@ ReplayFigures replay(const ReplayOptions& options) {
   Player player = open_recording(options.file);
   if (!options.quiet) tell_of_idle_threads(options.threads);
   std::optional<Trace> trace;
-  if (!options.trace.empty()) trace.emplace();
-  Workers workers(WorkersOptions{
-      .threads = options.threads, .isa = options.isa, .zones = trace ? trace->hooks() : ZoneHooks{}});
+  Workers workers = make_workers(options.threads, options.isa, options.trace, trace);
   ReplayFigures figures;
   figures.file = options.file;
   figures.verified = options.verify;
@@ -121,7 +115,9 @@ ReplayFigures replay(const ReplayOptions& options) {
   Progress progress(options.file, progress_count(std::max<std::uint64_t>(figures.to - figures.from, 1)),
                     !options.quiet);
   naming(options.file, [&] {
-    player.seek(figures.from, workers);
+    // The timeline is of the steps that were asked for, not of those that lead there.
+    Workers untraced({.threads = options.threads, .isa = options.isa});
+    player.seek(figures.from, untraced);
     if (options.verify) {
       verify(player, workers, progress, figures);
     } else {

@@ -87,6 +87,9 @@ std::string to_json(const ReplayFigures& figures) {
   json["recorded_hash"] = figures.recorded_hash ? Json(hash_digits(*figures.recorded_hash)) : Json();
   json["verified"] = figures.verified && !figures.divergence;
   json["keyframes"] = figures.keyframes;
+  if (const auto& trace = figures.trace) {
+    json["trace"] = {{"file", trace->file}, {"zones", trace->zones}, {"left_out", trace->left_out}};
+  }
   json["divergence"] =
       figures.divergence ? to_json(*figures.divergence, "expected_hash", "actual_hash") : Json();
   return text_of(json);

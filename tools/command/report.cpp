@@ -50,6 +50,7 @@ std::string to_table(const RunFigures& figures) {
                                   grouped(recording->steps) + " steps");
   }
   if (figures.trace) table += trace_row(*figures.trace);
+  if (figures.picture) table += picture_row(*figures.picture);
   table += row("instruction set", isa_name(figures.isa));
   table += row("threads", std::to_string(figures.threads));
   table += row("hash", hash_digits(figures.hash));
@@ -94,6 +95,12 @@ std::string to_json(const RunFigures& figures) {
   json["stages"] = figures.stages;
   if (const auto& recording = figures.recording) {
     json["recording"] = {{"file", recording->file}, {"bytes", recording->bytes}, {"steps", recording->steps}};
+  }
+  if (const auto& trace = figures.trace) {
+    json["trace"] = {{"file", trace->file}, {"zones", trace->zones}, {"left_out", trace->left_out}};
+  }
+  if (const auto& picture = figures.picture) {
+    json["picture"] = {{"file", picture->file}, {"rays", picture->rays}, {"seconds", picture->seconds}};
   }
   json["hash"] = hash_digits(figures.hash);
   // A file's name may hold any bytes.

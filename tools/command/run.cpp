@@ -62,6 +62,7 @@ void check_options(const RunOptions& options) {
     throw Error("--dt " + std::to_string(*options.dt) + " must be from 0 to 1 seconds");
   }
   check_backend(options.threads, options.isa);
+  if (!options.picture_file.empty()) read_picture(options.picture);
 }
 
 Plan make_plan(const RunOptions& options) {
@@ -225,6 +226,12 @@ void add_quality(const std::vector<World>& worlds, RunFigures& figures) {
   figures.lane_fill = fill_sum / static_cast<double>(worlds.size());
 }
 
+PictureFigures take_picture(const World& world, const RunOptions& options, Workers& workers) {
+  const PicturePlan plan = read_picture(options.picture);
+  const render::Subject subject = render::subject_of(world);
+  return take_picture(world, plan, camera_for(plan, subject), subject, options.picture_file, workers);
+}
+
 std::uint64_t peak_memory_bytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -244,9 +251,7 @@ RunFigures run(const RunOptions& options) {
   Plan plan = make_plan(options);
   if (!options.quiet) tell_of_idle_threads(options.threads);
   std::optional<Trace> trace;
-  if (!options.trace.empty()) trace.emplace();
-  Workers workers(WorkersOptions{
-      .threads = options.threads, .isa = options.isa, .zones = trace ? trace->hooks() : ZoneHooks{}});
+  Workers workers = make_workers(options.threads, options.isa, options.trace, trace);
   RunFigures figures;
   figures.scene = plan.worlds.front().name;
   figures.isa = workers.isa();
@@ -279,6 +284,7 @@ RunFigures run(const RunOptions& options) {
   add_quality(worlds, figures);
   figures.hash = scenes::hash_of(worlds);
   figures.peak_memory_bytes = peak_memory_bytes();
+  if (!options.picture_file.empty()) figures.picture = take_picture(worlds.front(), options, workers);
   return figures;
 }
 

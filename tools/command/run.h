@@ -2,6 +2,7 @@
 #pragma once
 
 #include <scree/scree.h>
+#include <tools/command/picture.h>
 #include <tools/command/trace.h>
 #include <tools/scenes/scene.h>
 
@@ -29,6 +30,8 @@ struct RunOptions {
   std::string record;            // file for a recording; empty: none
   std::optional<int> keyframes;  // steps from one keyframe of the recording to the next
   std::string trace;             // file for a timeline; empty: none
+  std::string picture_file;      // for a picture of the end, of the first world; empty: none
+  PictureOptions picture;
 };
 
 // The recording that a run made.
@@ -73,6 +76,7 @@ struct RunFigures {
   std::uint64_t hash = 0;
   std::optional<RecordingFigures> recording;
   std::optional<TraceFigures> trace;
+  std::optional<PictureFigures> picture;
 
   double steps_per_second() const { return ms_mean > 0.0 ? 1000.0 / ms_mean : 0.0; }
 };

@@ -3,6 +3,7 @@
 #include <tools/command/trace.h>
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 namespace scree::command {
@@ -41,7 +42,7 @@ Trace::~Trace() = default;
 
 ZoneHooks Trace::hooks() {
   return {[](void* trace, const Zone& zone) noexcept { static_cast<Trace*>(trace)->begin(zone); },
-          [](void* trace, const Zone& zone) noexcept { static_cast<Trace*>(trace)->end(zone); }, this};
+          [](void* trace, const Zone&) noexcept { static_cast<Trace*>(trace)->end(); }, this};
 }
 
 Trace::Lane& Trace::lane() {
@@ -61,26 +62,35 @@ Trace::Lane& Trace::lane() {
   return *own.second;
 }
 
-void Trace::begin(const Zone& zone) {
-  const Clock::time_point now = Clock::now();
-  lane().open.push_back({zone.name, zone.kind, zone.number, now, now});
+void Trace::begin(const Zone& zone) noexcept {
+  try {
+    Lane& own = lane();
+    const int depth = own.depth++;
+    if (depth >= Lane::kDeepest) return;
+    const Clock::time_point now = Clock::now();
+    own.open[static_cast<std::size_t>(depth)] = {zone.name, zone.kind, zone.number, now, now};
+  } catch (const std::bad_alloc&) {  // of a lane; the thread's zones are left out until there is one
+  }
 }
 
-void Trace::end(const Zone&) {
-  Lane& own = lane();
-  Event event = own.open.back();
-  own.open.pop_back();
-  event.end = Clock::now();
-  const bool is_small = event.kind == ZoneKind::stage || event.kind == ZoneKind::chunk;
-  if (is_small && recorded_.load(std::memory_order_relaxed) >= most_) {
-    left_out_.fetch_add(1, std::memory_order_relaxed);
-    return;
+void Trace::end() noexcept {
+  bool recorded = false;
+  try {
+    Lane& own = lane();
+    const int depth = own.depth > 0 ? --own.depth : Lane::kDeepest;  // it began when there was no lane
+    if (depth < Lane::kDeepest && !is_full()) {
+      Event event = own.open[static_cast<std::size_t>(depth)];
+      event.end = Clock::now();
+      own.closed.push_back(event);
+      recorded = true;
+    }
+  } catch (const std::bad_alloc&) {
   }
-  recorded_.fetch_add(1, std::memory_order_relaxed);
-  own.closed.push_back(event);
+  (recorded ? recorded_ : left_out_).fetch_add(1, std::memory_order_relaxed);
 }
 
 void Trace::count(const std::vector<const StepStats*>& worlds) {
+  if (is_full()) return;
   Counts counts{Clock::now(), 0, 0, 0, 0, 0.0};
   for (const StepStats* stats : worlds) {
     counts.contacts += stats->contacts;
@@ -92,7 +102,7 @@ void Trace::count(const std::vector<const StepStats*>& worlds) {
   counts_.push_back(counts);
 }
 
-std::string Trace::to_json() const {
+std::string Trace::to_json() {
   std::string text = "{\"displayTimeUnit\": \"ms\", \"traceEvents\": [\n";
   text += R"({"name": "process_name", "ph": "M", "pid": 1, "args": {"name": "scree"}})";
   for (std::size_t thread = 0; thread < lanes_.size(); ++thread) {
@@ -101,17 +111,18 @@ std::string Trace::to_json() const {
         ",\n"
         R"({"name": "thread_name", "ph": "M", "pid": 1, "tid": %d, "args": {"name": "%s %d"}})",
         number, thread == 0 ? "calling thread" : "helper", number);
-    std::vector<Event> events = lanes_[thread]->closed;
-    // Zones end before those around them; viewers want them as they begin.
-    std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) {
-      return a.begin != b.begin ? a.begin < b.begin : a.kind < b.kind;
-    });
+    // Zones end before those around them. Viewers want them as they begin, and the outer one first where two
+    // begin in the same tick of the clock.
+    std::vector<Event>& events = lanes_[thread]->closed;
+    std::reverse(events.begin(), events.end());
+    std::stable_sort(events.begin(), events.end(),
+                     [](const Event& a, const Event& b) { return a.begin < b.begin; });
     for (const Event& event : events) {
-      text += format(
-          ",\n"
-          R"({"name": "%s", "cat": "%s", "ph": "X", "pid": 1, "tid": %d, "ts": %.3f, "dur": %.3f)",
-          short_name(event.name).c_str(), name_of(event.kind), number, microseconds(event.begin - start_),
-          microseconds(event.end - event.begin));
+      text += R"(,
+{"name": ")" + short_name(event.name);
+      text += format(R"(", "cat": "%s", "ph": "X", "pid": 1, "tid": %d, "ts": %.3f, "dur": %.3f)",
+                     name_of(event.kind), number, microseconds(event.begin - start_),
+                     microseconds(event.end - event.begin));
       if (const char* name = number_name(event.kind))
         text += format(R"(, "args": {"%s": %lld})", name, static_cast<long long>(event.number));
       text += "}";
@@ -134,15 +145,20 @@ std::string Trace::to_json() const {
   return text;
 }
 
-TraceFigures Trace::finish(const std::string& file) const {
+TraceFigures Trace::finish(const std::string& file) {
   const std::lock_guard lock(mutex_);
-  return {file, to_json(), recorded_.load(), left_out_.load(), static_cast<int>(lanes_.size())};
+  return {file, to_json(), recorded_.load(), left_out_.load()};
 }
 
 std::string trace_row(const TraceFigures& figures) {
   std::string zones = figures.file + ", " + grouped(figures.zones) + " zones";
-  if (figures.left_out > 0) zones += ", and " + grouped(figures.left_out) + " stages and chunks left out";
+  if (figures.left_out > 0) zones += ", the " + grouped(figures.left_out) + " after them left out";
   return row("trace", zones);
+}
+
+Workers make_workers(int threads, Isa isa, const std::string& file, std::optional<Trace>& trace) {
+  if (!file.empty()) trace.emplace();
+  return Workers({.threads = threads, .isa = isa, .zones = trace ? trace->hooks() : ZoneHooks{}});
 }
 
 }  // namespace scree::command

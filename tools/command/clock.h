@@ -1,0 +1,14 @@
+// Elapsed time, for figures.
+#pragma once
+
+#include <chrono>
+
+namespace scree::command {
+
+using Clock = std::chrono::steady_clock;
+
+inline double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+}  // namespace scree::command
