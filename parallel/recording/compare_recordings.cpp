@@ -66,6 +66,8 @@ std::optional<Divergence> first_step_that_differs(RecordingFile& left, std::size
 
 std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   Player::Impl &left = *a.impl_, &right = *b.impl_;
+  left.measure({});
+  right.measure({});
   const RecordingInfo &left_info = a.info(), &right_info = b.info();
   const std::uint64_t first = std::max(left_info.first_step, right_info.first_step);
   const std::uint64_t last = std::min(left_info.last_step, right_info.last_step);

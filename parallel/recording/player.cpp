@@ -18,10 +18,33 @@ void Player::Impl::restore_keyframe(std::size_t keyframe) {
     world = std::move(fresh);
   }
   restore(world, state);
+  is_measured = false;
   stream.go_behind(chunk);
   position = keyframe_step(keyframe);
   hash.reset();
+  dt.reset();
   is_lost = false;
+}
+
+void Player::Impl::turn_measures_on() {
+  const WorldSettings& now = world.settings();
+  WorldSettings settings = now;
+  settings.contact_forces |= measures.contact_forces;
+  settings.measure_residual |= measures.residual;
+  settings.measure_penetration |= measures.penetration;
+  settings.contact_events = settings.contact_events | measures.contact_events;
+  if (settings.contact_forces != now.contact_forces || settings.measure_residual != now.measure_residual ||
+      settings.measure_penetration != now.measure_penetration ||
+      settings.contact_events != now.contact_events) {
+    world.set_settings(settings);
+    is_measured = true;
+  }
+}
+
+void Player::Impl::measure(const PlayerMeasures& to) {
+  measures = to;
+  is_lost |= is_measured;  // the world's settings are no longer those of the recording
+  is_measured = false;
 }
 
 bool Player::Impl::step(Workers& workers) {
@@ -29,8 +52,10 @@ bool Player::Impl::step(Workers& workers) {
   if (is_lost) seek(position, workers, "Player::step");
   try {
     const RecordStream::Step next = stream.next_step(&world);
+    turn_measures_on();
     scree::step(world, next.dt, workers);
     hash = next.hash;
+    dt = next.dt;
     ++position;
   } catch (...) {
     is_lost = true;
@@ -126,6 +151,8 @@ std::uint64_t Player::position() const noexcept { return impl_->position; }
 bool Player::step(Workers& workers) { return impl_->step(workers); }
 void Player::seek(std::uint64_t step, Workers& workers) { impl_->seek(step, workers, "Player::seek"); }
 std::optional<std::uint64_t> Player::recorded_hash() const noexcept { return impl_->hash; }
+std::optional<float> Player::recorded_dt() const noexcept { return impl_->dt; }
+void Player::measure(const PlayerMeasures& measures) { impl_->measure(measures); }
 World Player::branch() const { return clone(impl_->world); }
 
 std::optional<Divergence> Player::verify(std::uint64_t from, std::uint64_t to, Workers& workers) {
@@ -135,6 +162,7 @@ std::optional<Divergence> Player::verify(std::uint64_t from, std::uint64_t to, W
     throw Error(std::string(kName) + ": step " + std::to_string(from) + " comes after step " +
                 std::to_string(to));
   }
+  impl_->measure({});
   impl_->seek(from, workers, kName);
   std::optional<Divergence> divergence = impl_->compare_state();
   while (!divergence && impl_->position < to) {

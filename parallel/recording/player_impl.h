@@ -20,6 +20,9 @@ struct SCREE_HIDDEN Player::Impl {
   // Puts the world into the state of a keyframe.
   void restore_keyframe(std::size_t keyframe);
   bool step(Workers& workers);
+  // Settings that the recorded calls have brought, with what is measured besides.
+  void turn_measures_on();
+  void measure(const PlayerMeasures& to);
   void seek(std::uint64_t step, Workers& workers, const char* call);
   void check_step(std::uint64_t step, const char* call) const;
   // The last keyframe at or before a step, and the first one at or after it, which may be the number of them.
@@ -40,6 +43,9 @@ struct SCREE_HIDDEN Player::Impl {
   Snapshot scratch;  // of the world, to compare with keyframes
   std::uint64_t position = 0;
   std::optional<std::uint64_t> hash;  // recorded after the last step
+  std::optional<float> dt;            // s, of the last step
+  PlayerMeasures measures;
+  bool is_measured = false;  // the world's settings ask for more than the recorded ones
   bool is_lost = false;               // the world is not the recorded one: only a keyframe helps
 };
 

@@ -91,6 +91,15 @@ struct Divergence {
   std::string difference{};
 };
 
+/// What a player's world measures although the recorded one did not. It changes no pose, velocity or hash.
+struct PlayerMeasures {
+  bool contact_forces = false;  ///< as WorldSettings::contact_forces: those of sleepers begin when they wake
+  bool residual = false;        ///< as WorldSettings::measure_residual
+  bool penetration = false;     ///< as WorldSettings::measure_penetration
+  /// Besides those that WorldSettings and shapes ask for. Contacts that exist already begin in the next step.
+  ContactEvents contact_events = ContactEvents::none;
+};
+
 /// Plays a recording.
 class SCREE_API Player {
  public:
@@ -118,6 +127,12 @@ class SCREE_API Player {
   /// Goes to any step from info().first_step to last_step: from the last keyframe before it, or on from here
   /// if that is nearer. Throws Error outside.
   void seek(std::uint64_t step, Workers& workers);
+  /// Measures from the next step on, also after seeks, until the next such call or verify(). Worlds that
+  /// branch() makes go on measuring.
+  void measure(const PlayerMeasures& measures);
+  /// s, the time step of the last step played; nothing where the beginning or a seek to a keyframe has brought
+  /// the world without a step.
+  std::optional<float> recorded_dt() const noexcept;
   /// The hash that was recorded after the last step played; nothing where the beginning or a seek to a
   /// keyframe has brought the world without a step.
   std::optional<std::uint64_t> recorded_hash() const noexcept;
@@ -127,7 +142,7 @@ class SCREE_API Player {
   /// Plays from step `from` to step `to` and compares every hash, and the whole state at every keyframe.
   /// Returns nothing if all agree. Where a hash differs it plays on to the next keyframe, if there is one, to
   /// find body and field. Where a state differs at a keyframe although poses and velocities agree, it returns
-  /// the hashes of the whole state. Throws as seek.
+  /// the hashes of the whole state. Ends measure(). Throws as seek.
   std::optional<Divergence> verify(std::uint64_t from, std::uint64_t to, Workers& workers);
 
  private:
@@ -139,8 +154,8 @@ class SCREE_API Player {
 /// Finds the first step at which two recordings part, by their hashes, and then plays both to it to find body
 /// and field. Where the replays agree although the hashes do not, it compares the keyframes that follow.
 /// Where all hashes agree, it compares the states at the keyframes of the same steps, and returns the hashes
-/// of the whole state if these differ. Returns nothing if all that both have agrees. Throws Error where they
-/// have no step in common.
+/// of the whole state if these differ. Returns nothing if all that both have agrees. Ends Player::measure of
+/// both. Throws Error where they have no step in common.
 SCREE_API std::optional<Divergence> compare(Player& a, Player& b, Workers& workers);
 
 /// The first body and field in which two worlds differ by a bit, such as "body 7, position.y is 1.5
