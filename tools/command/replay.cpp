@@ -29,20 +29,6 @@ Player open_recording(const std::string& file) {
   return naming(file, [&] { return Player(file); });
 }
 
-void check_span(const RecordingInfo& info, std::uint64_t from, std::uint64_t to) {
-  const auto check_step = [&](const char* option, std::uint64_t step) {
-    if (step >= info.first_step && step <= info.last_step) return;
-    throw Error(std::string(option) + " " + std::to_string(step) + " must be from " +
-                std::to_string(info.first_step) + " to " + std::to_string(info.last_step) +
-                ", the steps of the recording");
-  };
-  check_step("--from", from);
-  check_step("--to", to);
-  if (from > to) {
-    throw Error("--from " + std::to_string(from) + " must not be beyond --to " + std::to_string(to));
-  }
-}
-
 // Progress counts in int; it stops at the largest int.
 int progress_count(std::uint64_t steps) {
   return static_cast<int>(std::min<std::uint64_t>(steps, std::numeric_limits<int>::max()));
@@ -94,6 +80,20 @@ void verify(Player& player, Workers& workers, Progress& progress, ReplayFigures&
 }
 
 }  // namespace
+
+void check_span(const RecordingInfo& info, std::uint64_t from, std::uint64_t to) {
+  const auto check_step = [&](const char* option, std::uint64_t step) {
+    if (step >= info.first_step && step <= info.last_step) return;
+    throw Error(std::string(option) + " " + std::to_string(step) + " must be from " +
+                std::to_string(info.first_step) + " to " + std::to_string(info.last_step) +
+                ", the steps of the recording");
+  };
+  check_step("--from", from);
+  check_step("--to", to);
+  if (from > to) {
+    throw Error("--from " + std::to_string(from) + " must not be beyond --to " + std::to_string(to));
+  }
+}
 
 ReplayFigures replay(const ReplayOptions& options) {
   check_backend(options.threads, options.isa);

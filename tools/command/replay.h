@@ -46,6 +46,10 @@ struct ReplayFigures {
 // Throws scree::Error for bad options and for files that are no recordings.
 ReplayFigures replay(const ReplayOptions& options);
 
+// Throws scree::Error, which names the option, where `from` or `to` is no step of the recording or `from`
+// lies beyond `to`.
+void check_span(const RecordingInfo& info, std::uint64_t from, std::uint64_t to);
+
 struct InfoFigures {
   std::string file;
   RecordingInfo info;

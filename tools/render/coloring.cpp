@@ -12,9 +12,9 @@ namespace {
 constexpr const char* kNames[] = {"body", "part", "speed", "sleep", "type"};
 
 // The hue of each differs from those of its neighbors.
-constexpr std::uint8_t kPalette[][3] = {{226, 138, 66}, {86, 140, 196},  {206, 96, 86},   {112, 168, 92},
-                                        {232, 190, 84}, {124, 112, 176}, {84, 168, 164},  {214, 140, 160},
-                                        {160, 122, 92}, {150, 186, 210}, {178, 196, 110}, {222, 168, 132}};
+constexpr std::uint8_t kPalette[kPaletteSize][3] = {
+    {226, 138, 66}, {86, 140, 196},  {206, 96, 86},  {112, 168, 92},  {232, 190, 84},  {124, 112, 176},
+    {84, 168, 164}, {214, 140, 160}, {160, 122, 92}, {150, 186, 210}, {178, 196, 110}, {222, 168, 132}};
 
 // Matplotlib's viridis at 0, 1/4, 1/2, 3/4 and 1.
 constexpr std::uint8_t kViridis[][3] = {
@@ -67,7 +67,7 @@ std::vector<Color> color_bodies(const World& world, ColorBy by) {
 Color palette_color(std::uint32_t number) {
   constexpr std::uint32_t kStride =
       5;  // prime to the size of the palette: neighbors never have the same color
-  const auto& [red, green, blue] = kPalette[kStride * (number % std::size(kPalette)) % std::size(kPalette)];
+  const auto& [red, green, blue] = kPalette[kStride * (number % kPaletteSize) % kPaletteSize];
   // The shade scatters by the golden section of 2^32 (Knuth, The Art of Computer Programming 3, 6.4).
   const std::uint32_t scattered = number * 2654435769u;
   const float shade = 0.82f + 0.18f * static_cast<float>(scattered >> 24) / 255.0f;

@@ -1,0 +1,92 @@
+// See export.h.
+#include <tools/command/clock.h>
+#include <tools/command/export.h>
+#include <tools/command/options.h>
+#include <tools/command/progress.h>
+#include <tools/command/replay.h>
+#include <tools/command/text.h>
+#include <tools/export/gltf.h>
+#include <tools/export/mcap_show.h>
+#include <tools/export/show.h>
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+namespace scree::command {
+namespace {
+
+using Format = std::string (*)(const exports::Show&);
+
+Format format_of(const std::string& file) {
+  if (file.ends_with(".gltf")) return exports::to_gltf;
+  if (file.ends_with(".glb")) return exports::to_glb;
+  if (file.ends_with(".mcap")) return exports::to_mcap;
+  throw Error("--out " + file + ": the name of the file must end in .gltf, .glb or .mcap");
+}
+
+}  // namespace
+
+ExportFigures export_show(const ExportOptions& options) {
+  check_backend(options.threads, options.isa);
+  const Format format = format_of(options.output);
+  if (options.every == 0) throw Error("--every 0 must be at least 1");
+  const RecordingInfo info = inspect(options.file).info;
+  ExportFigures figures;
+  figures.file = options.file;
+  figures.output = options.output;
+  figures.from = options.from.value_or(info.first_step);
+  figures.to = options.to.value_or(info.last_step);
+  check_span(info, figures.from, figures.to);
+  if (!options.quiet) tell_of_idle_threads(options.threads);
+  Workers workers({.threads = options.threads, .isa = options.isa});
+  const auto start = Clock::now();
+  constexpr std::uint64_t kMostTicks = std::numeric_limits<int>::max();
+  Progress progress(options.file,
+                    static_cast<int>(std::clamp<std::uint64_t>(figures.to - figures.from, 1, kMostTicks)),
+                    !options.quiet);
+  Player player(options.file);
+  const exports::Show show = exports::play(player, figures.from, figures.to, options.every, workers,
+                                           [&](std::uint64_t done, std::uint64_t) {
+                                             progress.show(static_cast<int>(std::min(done, kMostTicks)));
+                                           });
+  progress.finish();
+  figures.bytes = format(show);
+  figures.samples = show.times.size();
+  figures.bodies = show.actors.size();
+  figures.seconds = show.times.back();
+  figures.seconds_taken = seconds_since(start);
+  figures.isa = workers.isa();
+  figures.threads = workers.threads();
+  return figures;
+}
+
+std::string to_table(const ExportFigures& figures) {
+  std::string table = figures.file + "\n";
+  table += row("output", figures.output + ", " + mebibytes(figures.bytes.size()));
+  table += row("steps", grouped(figures.from) + " to " + grouped(figures.to));
+  table += row("samples", grouped(figures.samples) + format(" of %.2f s", figures.seconds));
+  table += row("bodies", grouped(figures.bodies));
+  table += row("seconds", format("%.2f", figures.seconds_taken));
+  table += row("instruction set", isa_name(figures.isa));
+  table += row("threads", std::to_string(figures.threads));
+  return table;
+}
+
+std::string to_json(const ExportFigures& figures) {
+  nlohmann::ordered_json json;
+  json["file"] = figures.file;
+  json["output"] = {{"file", figures.output}, {"bytes", figures.bytes.size()}};
+  json["from"] = figures.from;
+  json["to"] = figures.to;
+  json["samples"] = figures.samples;
+  json["duration"] = figures.seconds;
+  json["bodies"] = figures.bodies;
+  json["seconds"] = figures.seconds_taken;
+  json["isa"] = isa_name(figures.isa);
+  json["threads"] = figures.threads;
+  // A file's name may hold any bytes.
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace scree::command
