@@ -130,8 +130,8 @@ class SCREE_API Player {
   /// Measures from the next step on, also after seeks, until the next such call or verify(). Worlds that
   /// branch() makes go on measuring.
   void measure(const PlayerMeasures& measures);
-  /// s, the time step of the last step played; nothing where the beginning or a seek to a keyframe has brought
-  /// the world without a step.
+  /// s, the time step of the last step played; nothing where the beginning or a seek to a keyframe has
+  /// brought the world without a step.
   std::optional<float> recorded_dt() const noexcept;
   /// The hash that was recorded after the last step played; nothing where the beginning or a seek to a
   /// keyframe has brought the world without a step.
