@@ -192,9 +192,9 @@ bool meet_rounded_hull(const Solid& solid, const Line& local, const Line& line, 
 
 bool meet_hull(const simd::QueryKernels& kernels, const HullData& hull, const Line& line, Entry& entry) {
   constexpr double kBallRoom = 1.0 + 1e-5;
-  // Of the ball's radius: more than what normals are rounded by, 1e-6, what the kernel's arithmetic takes, 3e-6,
-  // and by how much planes lie beyond the corners of their own faces: 1.2e-7 over 36,000 hulls of faces that are
-  // nearly flat.
+  // Of the ball's radius: more than what normals are rounded by, 1e-6, what the kernel's arithmetic takes,
+  // 3e-6, and by how much planes lie beyond the corners of their own faces: 1.2e-7 over 36,000 hulls of faces
+  // that are nearly flat.
   constexpr float kPlaneError = 6e-6f;
   double from = 0.0, to = 1.0;
   if (!clip_to_ball(line, hull.outer_radius * kBallRoom, from, to)) return false;

@@ -19,6 +19,7 @@ void Player::Impl::restore_keyframe(std::size_t keyframe) {
   }
   restore(world, state);
   is_measured = false;
+  next.reset();
   stream.go_behind(chunk);
   position = keyframe_step(keyframe);
   hash.reset();
@@ -47,15 +48,21 @@ void Player::Impl::measure(const PlayerMeasures& to) {
   is_measured = false;
 }
 
+const RecordStream::Step& Player::Impl::make_calls() {
+  if (!next) next = stream.next_step(&world);
+  return *next;
+}
+
 bool Player::Impl::step(Workers& workers) {
   if (position == file.info().last_step) return false;
   if (is_lost) seek(position, workers, "Player::step");
   try {
-    const RecordStream::Step next = stream.next_step(&world);
+    const RecordStream::Step step = make_calls();
     turn_measures_on();
-    scree::step(world, next.dt, workers);
-    hash = next.hash;
-    dt = next.dt;
+    scree::step(world, step.dt, workers);
+    next.reset();
+    hash = step.hash;
+    dt = step.dt;
     ++position;
   } catch (...) {
     is_lost = true;
@@ -84,6 +91,7 @@ std::size_t Player::Impl::keyframe_after(std::uint64_t step) const {
 void Player::Impl::seek(std::uint64_t step, Workers& workers, const char* call) {
   check_step(step, call);
   const std::size_t keyframe = keyframe_before(step);
+  is_lost |= next.has_value();  // a step's world is that before the calls of the next one
   if (is_lost || position > step || keyframe_step(keyframe) > position) restore_keyframe(keyframe);
   while (position < step) this->step(workers);
   // It must not show whether steps were played to get here.
@@ -149,6 +157,15 @@ std::span<const std::uint64_t> Player::keyframe_steps() const noexcept {
 const World& Player::world() const noexcept { return impl_->world; }
 std::uint64_t Player::position() const noexcept { return impl_->position; }
 bool Player::step(Workers& workers) { return impl_->step(workers); }
+void Player::make_calls() {
+  if (impl_->position == impl_->file.info().last_step || impl_->is_lost) return;
+  try {
+    impl_->make_calls();
+  } catch (...) {
+    impl_->is_lost = true;
+    throw;
+  }
+}
 void Player::seek(std::uint64_t step, Workers& workers) { impl_->seek(step, workers, "Player::seek"); }
 std::optional<std::uint64_t> Player::recorded_hash() const noexcept { return impl_->hash; }
 std::optional<float> Player::recorded_dt() const noexcept { return impl_->dt; }

@@ -20,6 +20,8 @@ struct SCREE_HIDDEN Player::Impl {
   // Puts the world into the state of a keyframe.
   void restore_keyframe(std::size_t keyframe);
   bool step(Workers& workers);
+  // The recorded calls up to the next step, and what that step is.
+  const RecordStream::Step& make_calls();
   // Settings that the recorded calls have brought, with what is measured besides.
   void turn_measures_on();
   void measure(const PlayerMeasures& to);
@@ -42,11 +44,12 @@ struct SCREE_HIDDEN Player::Impl {
   World world;
   Snapshot scratch;  // of the world, to compare with keyframes
   std::uint64_t position = 0;
-  std::optional<std::uint64_t> hash;  // recorded after the last step
-  std::optional<float> dt;            // s, of the last step
+  std::optional<std::uint64_t> hash;       // recorded after the last step
+  std::optional<float> dt;                 // s, of the last step
+  std::optional<RecordStream::Step> next;  // where the calls before it have been made already
   PlayerMeasures measures;
   bool is_measured = false;  // the world's settings ask for more than the recorded ones
-  bool is_lost = false;               // the world is not the recorded one: only a keyframe helps
+  bool is_lost = false;      // the world is not the recorded one: only a keyframe helps
 };
 
 }  // namespace scree

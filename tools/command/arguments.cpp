@@ -1,6 +1,9 @@
 // See arguments.h.
 #include <tools/command/arguments.h>
 
+#include <cstdint>
+#include <optional>
+
 namespace scree::command {
 namespace {
 
@@ -8,6 +11,23 @@ namespace {
 const CLI::Validator kNotEmpty(
     [](std::string& name) { return name.empty() ? std::string("the name of the file is empty") : ""; }, "",
     "not empty");
+
+// CLI11 reads -1 as the largest count.
+const CLI::Validator kCount(
+    [](std::string& count) { return count.starts_with('-') ? count + " must be at least 0" : ""; }, "",
+    "count");
+
+void declare_count(CLI::App& app, const char* name, std::optional<std::uint64_t>& count, const char* help) {
+  app.add_option(name, count, help)->check(kCount);
+}
+
+// Of what samples a recording.
+void declare_samples(CLI::App& app, std::uint64_t& every, std::optional<std::uint64_t>& from,
+                     std::optional<std::uint64_t>& to) {
+  app.add_option("--every", every, "Steps from one sample to the next (default: 1)")->check(kCount);
+  declare_count(app, "--from", from, "The step of the first sample (default: the recording's first)");
+  declare_count(app, "--to", to, "The last step (default: the recording's last)");
+}
 
 void declare_backend(CLI::App& app, int& threads, Arguments& arguments) {
   app.add_option("--threads", threads, "Threads (default 0: one per core)");
@@ -60,12 +80,12 @@ void declare_render(CLI::App& render, Arguments& arguments) {
       ->type_name("FILE.png")
       ->required()
       ->check(kNotEmpty);
-  render.add_option("--at", options.at, "The step that it shows (default: the last)");
-  render.add_option(
-      "--every", options.every,
+  declare_count(render, "--at", options.at, "The step that it shows (default: the last)");
+  declare_count(
+      render, "--every", options.every,
       "A series: steps from one picture to the next; and the film FILE.mp4 where ffmpeg is installed");
-  render.add_option("--from", options.from, "The first step of a series (default: the first)");
-  render.add_option("--to", options.to, "The last step of a series (default: the last)");
+  declare_count(render, "--from", options.from, "The first step of a series (default: the first)");
+  declare_count(render, "--to", options.to, "The last step of a series (default: the last)");
   render.add_option("--rate", options.rate, "Pictures a second of the film, 1 to 1000 (default: 30)");
   declare_picture(render, options.picture, nullptr);
   render.add_option("--set", arguments.settings, "key=value: a parameter of the scene; may be repeated")
@@ -87,9 +107,7 @@ void declare_extract(CLI::App& app, Arguments& arguments) {
       ->required()
       ->check(kNotEmpty);
   app.add_option("--bodies", options.bodies, "Indices and spans of them, such as 3,7-12 (default: all)");
-  app.add_option("--every", options.every, "Steps from one sample to the next (default: 1)");
-  app.add_option("--from", options.from, "The step of the first sample (default: the recording's first)");
-  app.add_option("--to", options.to, "The last step (default: the recording's last)");
+  declare_samples(app, options.every, options.from, options.to);
   declare_backend(app, options.threads, arguments);
   declare_json(app, arguments);
   app.add_flag("--quiet", options.quiet, "No progress");
@@ -131,8 +149,8 @@ void declare_replay(CLI::App& replay, Arguments& arguments) {
   replay.add_option("FILE", options.file, "A recording")->required();
   replay.add_flag("--verify", options.verify, "Compare every hash and the state at every keyframe");
   declare_backend(replay, options.threads, arguments);
-  replay.add_option("--from", options.from, "The step to begin after (default: the recording's first)");
-  replay.add_option("--to", options.to, "The last step (default: the recording's last)");
+  declare_count(replay, "--from", options.from, "The step to begin after (default: the recording's first)");
+  declare_count(replay, "--to", options.to, "The last step (default: the recording's last)");
   declare_trace(replay, options.trace);
   declare_json(replay, arguments);
   replay.add_flag("--quiet", options.quiet, "No progress");
@@ -222,13 +240,12 @@ void declare_export(CLI::App& app, Arguments& arguments) {
   app.add_option("FILE", options.file, "A recording")->required();
   app.add_option(
          "--out", options.output,
-         "FILE.gltf or FILE.glb, an animation for Blender and others, or FILE.mcap, for viewers of robotics")
+         "FILE.html, a page that plays in a browser; FILE.gltf or FILE.glb, for Blender and others; or "
+         "FILE.mcap, for viewers of robotics")
       ->type_name("FILE")
       ->required()
       ->check(kNotEmpty);
-  app.add_option("--every", options.every, "Steps from one sample to the next (default: 1)");
-  app.add_option("--from", options.from, "The step of the first sample (default: the recording's first)");
-  app.add_option("--to", options.to, "The last step (default: the recording's last)");
+  declare_samples(app, options.every, options.from, options.to);
   declare_backend(app, options.threads, arguments);
   declare_json(app, arguments);
   app.add_flag("--quiet", options.quiet, "No progress");

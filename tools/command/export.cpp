@@ -8,30 +8,40 @@
 #include <tools/export/gltf.h>
 #include <tools/export/mcap_show.h>
 #include <tools/export/show.h>
+#include <tools/files/recordings.h>
+#include <tools/view/page.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 namespace scree::command {
 namespace {
 
-using Format = std::string (*)(const exports::Show&);
+using Format = std::function<std::string(const exports::Show&)>;
 
-Format format_of(const std::string& file) {
+Format format_of(const ExportOptions& options) {
+  const std::string& file = options.output;
   if (file.ends_with(".gltf")) return exports::to_gltf;
   if (file.ends_with(".glb")) return exports::to_glb;
   if (file.ends_with(".mcap")) return exports::to_mcap;
-  throw Error("--out " + file + ": the name of the file must end in .gltf, .glb or .mcap");
+  if (!file.ends_with(".html"))
+    throw Error("--out " + file + ": the name of the file must end in .html, .gltf, .glb or .mcap");
+  if (!view::has_page()) throw Error("--out " + file + ": " + view::kNoPage);
+  const std::string title = std::filesystem::path(options.file).filename().string();
+  return [title](const exports::Show& show) { return view::make_page(show, title); };
 }
 
 }  // namespace
 
 ExportFigures export_show(const ExportOptions& options) {
   check_backend(options.threads, options.isa);
-  const Format format = format_of(options.output);
+  const Format format = format_of(options);
   if (options.every == 0) throw Error("--every 0 must be at least 1");
-  const RecordingInfo info = inspect(options.file).info;
+  Player player = files::open_recording(options.file);
+  const RecordingInfo info = player.info();
   ExportFigures figures;
   figures.file = options.file;
   figures.output = options.output;
@@ -45,11 +55,13 @@ ExportFigures export_show(const ExportOptions& options) {
   Progress progress(options.file,
                     static_cast<int>(std::clamp<std::uint64_t>(figures.to - figures.from, 1, kMostTicks)),
                     !options.quiet);
-  Player player(options.file);
-  const exports::Show show = exports::play(player, figures.from, figures.to, options.every, workers,
-                                           [&](std::uint64_t done, std::uint64_t) {
-                                             progress.show(static_cast<int>(std::min(done, kMostTicks)));
-                                           });
+  const exports::Show show = files::naming(options.file, [&] {
+    return exports::play(player, figures.from, figures.to, options.every, workers,
+                         [&](std::uint64_t done, std::uint64_t) {
+                           progress.show(static_cast<int>(std::min(done, kMostTicks)));
+                         });
+  });
+  files::check_repeats(player, options.file);
   progress.finish();
   figures.bytes = format(show);
   figures.samples = show.times.size();

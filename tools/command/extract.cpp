@@ -7,6 +7,7 @@
 #include <tools/command/text.h>
 #include <tools/extract/extract.h>
 #include <tools/extract/tables.h>
+#include <tools/files/recordings.h>
 
 #include <algorithm>
 #include <charconv>
@@ -69,7 +70,7 @@ extract::Plan make_plan(const ExtractOptions& options) {
   plan.every = options.every;
   plan.threads = options.threads;
   plan.isa = options.isa;
-  const RecordingInfo info = inspect(options.file).info;
+  const RecordingInfo info = files::open_recording(options.file).info();
   plan.from = options.from.value_or(info.first_step);
   plan.to = options.to.value_or(info.last_step);
   check_span(info, plan.from, plan.to);

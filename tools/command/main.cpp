@@ -5,7 +5,6 @@
 #include <tools/command/report.h>
 
 #include <exception>
-#include <filesystem>
 #include <iomanip>
 #include <iostream>
 #include <sstream>
@@ -103,6 +102,9 @@ void print(const Figures& figures, const Arguments& arguments) {
     if (figures.picture)
       attempt([&] { scree::files::write_file({"--picture", figures.picture->file}, figures.picture->png); });
   }
+  if constexpr (requires { figures.failure; }) {
+    if (failure == nullptr) failure = figures.failure;
+  }
   if (failure != nullptr) std::rethrow_exception(failure);
 }
 
@@ -168,7 +170,7 @@ int render(Arguments& arguments) {
   scree::command::RenderOptions& options = arguments.render;
   options.parameters = scree::command::read_parameters(arguments.settings);
   options.isa = scree::command::read_isa(arguments.isa);
-  if (std::filesystem::exists(options.source)) options.taken.push_back({"SOURCE", options.source});
+  if (scree::command::is_scene_file(options.source)) options.taken.push_back({"SOURCE", options.source});
   check_files(arguments, options.taken);
   if (!arguments.json.empty() && !arguments.json_to_standard_output())
     options.taken.push_back({"--json", arguments.json});

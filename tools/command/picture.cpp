@@ -16,7 +16,7 @@ namespace scree::command {
 namespace {
 
 constexpr double kLeastView = 1.0, kMostView = 170.0;  // degrees
-constexpr float kFarthestEye = 1e6f;  // m, so that what rays reach lies within a world's limits
+constexpr float kFarthestEye = 1e7f;                   // m, as far as queries go
 
 constexpr const char* kSides[] = {"corner", "front", "side", "top"};  // in the order of Side
 
@@ -81,12 +81,13 @@ void read_camera(const std::string& text, PicturePlan& plan) {
   }
   for (const float value : values) {
     if (!(std::abs(value) <= kFarthestEye))
-      throw Error("--camera " + text + ": each number must be within +-1e6 m");
+      throw Error("--camera " + text + ": each number must be within +-1e7 m");
   }
   plan.eye = {values[0], values[1], values[2]};
   if (parts.size() == 3) return;
   plan.target = Vec3{values[3], values[4], values[5]};
-  if (*plan.target == plan.eye) throw Error("--camera " + text + ": the eye is where its target is");
+  if (normalize(plan.eye - *plan.target) == Vec3{})
+    throw Error("--camera " + text + ": the eye is where its target is");
 }
 
 }  // namespace
@@ -108,10 +109,23 @@ PicturePlan read_picture(const PictureOptions& options) {
 
 render::Camera camera_for(const PicturePlan& plan, const render::Subject& subject) {
   const double aspect = static_cast<double>(plan.draw.width) / plan.draw.height;
-  if (plan.side) return render::look_from(*plan.side, subject, plan.view, aspect);
+  if (plan.side) {
+    const render::Camera camera = render::look_from(*plan.side, subject, plan.view, aspect);
+    for (int axis = 0; axis < 3; ++axis) {
+      if (std::abs(camera.eye[axis]) > kFarthestEye)
+        throw Error("--camera: from where all that moves is in the picture is beyond 1e7 m; name a place");
+    }
+    return camera;
+  }
   render::Camera camera{plan.eye, plan.target.value_or(subject.middle), subject.up, plan.view};
-  if (camera.target == camera.eye) camera.target = camera.eye - render::axes_of({}).backward;
+  if (normalize(camera.eye - camera.target) == Vec3{})
+    throw Error("--camera: the eye is in the middle of what moves; name a target");
   return camera;
+}
+
+void check_picture_name(const char* option, const std::string& file) {
+  if (!file.ends_with(".png") || file == ".png" || file.ends_with("/.png"))
+    throw Error(std::string(option) + " " + file + ": the name of the file must end in .png");
 }
 
 PictureFigures take_picture(const World& world, const PicturePlan& plan, const render::Camera& camera,

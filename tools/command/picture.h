@@ -33,6 +33,10 @@ struct PicturePlan {
 // Throws scree::Error, which names the option.
 PicturePlan read_picture(const PictureOptions& options);
 
+// Throws scree::Error for a name that does not end in .png.
+void check_picture_name(const char* option, const std::string& file);
+
+// Throws scree::Error where there is no such camera.
 render::Camera camera_for(const PicturePlan& plan, const render::Subject& subject);
 
 // A picture, as it goes into a file.

@@ -8,6 +8,7 @@
 #include <tools/command/text.h>
 #include <tools/render/film.h>
 
+#include <charconv>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -28,8 +29,7 @@ void check_options(const RenderOptions& options) {
   }
   if (options.every && *options.every == 0) throw Error("--every 0 must be at least 1");
   if (options.rate) check_range("--rate", *options.rate, 1, kMostRate);
-  if (!options.file.ends_with(".png") || options.file.ends_with("/.png"))
-    throw Error("--out " + options.file + ": the name of the file must end in .png");
+  check_picture_name("--out", options.file);
 }
 
 void check_step(const Source& source, const char* option, std::uint64_t step) {
@@ -68,8 +68,10 @@ std::vector<Shot> plan_shots(const RenderOptions& options, const Source& source)
                 std::to_string(kMostPictures) + " pictures");
   }
   std::vector<Shot> shots;
-  for (std::uint64_t step = from; step <= to; step += *options.every)
+  for (std::uint64_t i = 0; i <= (to - from) / *options.every; ++i) {
+    const std::uint64_t step = from + i * *options.every;
     shots.push_back({step, series_file(options.file, step)});
+  }
   return shots;
 }
 
@@ -87,8 +89,8 @@ void check_files(const RenderOptions& options, const std::vector<Shot>& shots) {
 // simulation, what moves in the end.
 render::Subject find_subject(Source& source, const std::vector<Shot>& shots, Workers& workers) {
   std::optional<render::Subject> late;
-  const std::uint64_t keyframe = source.last_keyframe();
-  if (keyframe > shots.front().step && keyframe <= shots.back().step) {
+  const std::uint64_t keyframe = source.keyframe_before(shots.back().step);
+  if (keyframe > shots.front().step) {
     source.go_to(keyframe, workers);
     late = render::subject_of(source.world());
   }
@@ -130,6 +132,17 @@ void take_pictures(const RenderOptions& options, const std::vector<Shot>& shots,
   figures.height = plan.draw.height;
 }
 
+// As --camera takes it, and reads the same place.
+std::string exact(Vec3 v) {
+  std::string text;
+  for (int axis = 0; axis < 3; ++axis) {
+    char digits[40];
+    if (axis > 0) text += ',';
+    text.append(digits, std::to_chars(digits, digits + sizeof digits, v[axis]).ptr);
+  }
+  return text;
+}
+
 nlohmann::ordered_json json_of(Vec3 v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
@@ -169,10 +182,8 @@ std::string to_table(const RenderFigures& figures) {
                                        : grouped(figures.first_step));
   table += row("size", format("%d x %d pixels", figures.width, figures.height));
   table += row("bodies", grouped(figures.bodies));
-  const render::Camera& camera = figures.camera;
-  table +=
-      row("camera", format("%g,%g,%g,%g,%g,%g, view %g degrees", camera.eye.x, camera.eye.y, camera.eye.z,
-                           camera.target.x, camera.target.y, camera.target.z, camera.view));
+  table += row("camera", exact(figures.camera.eye) + "," + exact(figures.camera.target) +
+                             format(", view %g degrees", figures.camera.view));
   table += row("rays", grouped(figures.rays));
   table += row("seconds", format("%.2f to play, %.2f to draw, %.2f to write", figures.seconds_playing,
                                  figures.seconds_drawing, figures.seconds_writing));

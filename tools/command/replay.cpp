@@ -3,6 +3,7 @@
 #include <tools/command/options.h>
 #include <tools/command/progress.h>
 #include <tools/command/replay.h>
+#include <tools/files/recordings.h>
 
 #include <algorithm>
 #include <limits>
@@ -11,23 +12,10 @@
 namespace scree::command {
 namespace {
 
+using files::naming;
+using files::open_recording;
+
 double milliseconds_since(Clock::time_point start) { return 1000.0 * seconds_since(start); }
-
-// The library's messages describe bytes and values; with several files the user must know which file is
-// meant. Files are checked only as far as they are played.
-template <class Work>
-auto naming(const std::string& files, const Work& work) {
-  try {
-    return work();
-  } catch (const Error& error) {
-    const std::string reason = error.what();
-    throw Error(reason.find(files) != std::string::npos ? reason : files + ": " + reason);
-  }
-}
-
-Player open_recording(const std::string& file) {
-  return naming(file, [&] { return Player(file); });
-}
 
 // Progress counts in int; it stops at the largest int.
 int progress_count(std::uint64_t steps) {

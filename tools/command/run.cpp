@@ -62,7 +62,9 @@ void check_options(const RunOptions& options) {
     throw Error("--dt " + std::to_string(*options.dt) + " must be from 0 to 1 seconds");
   }
   check_backend(options.threads, options.isa);
-  if (!options.picture_file.empty()) read_picture(options.picture);
+  if (options.picture_file.empty()) return;
+  check_picture_name("--picture", options.picture_file);
+  read_picture(options.picture);
 }
 
 Plan make_plan(const RunOptions& options) {
@@ -284,7 +286,11 @@ RunFigures run(const RunOptions& options) {
   add_quality(worlds, figures);
   figures.hash = scenes::hash_of(worlds);
   figures.peak_memory_bytes = peak_memory_bytes();
-  if (!options.picture_file.empty()) figures.picture = take_picture(worlds.front(), options, workers);
+  try {
+    if (!options.picture_file.empty()) figures.picture = take_picture(worlds.front(), options, workers);
+  } catch (...) {
+    figures.failure = std::current_exception();  // the figures of a long run are worth more
+  }
   return figures;
 }
 

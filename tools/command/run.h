@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <exception>
 #include <optional>
 #include <string>
 #include <vector>
@@ -77,6 +78,7 @@ struct RunFigures {
   std::optional<RecordingFigures> recording;
   std::optional<TraceFigures> trace;
   std::optional<PictureFigures> picture;
+  std::exception_ptr failure;  // of the picture; to be thrown when all else is written
 
   double steps_per_second() const { return ms_mean > 0.0 ? 1000.0 / ms_mean : 0.0; }
 };

@@ -1,8 +1,12 @@
 // See source.h.
 #include <tools/command/run.h>
 #include <tools/command/source.h>
+#include <tools/files/recordings.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <fstream>
+#include <span>
 #include <stdexcept>
 #include <string_view>
 #include <vector>
@@ -14,6 +18,9 @@ bool is_recording_file(const std::string& file) {
   if (!is_scene_file(file)) return false;  // but a built-in scene, or nothing
   if (file.ends_with(".scree")) return true;
   constexpr std::string_view kMark = "SCREEREC";  // see the format in core/README.md
+  std::error_code problem;
+  if (!std::filesystem::is_regular_file(file, problem))
+    return false;  // reading a pipe would take the mark out
   char bytes[kMark.size()] = {};
   std::ifstream(file, std::ios::binary).read(bytes, sizeof bytes);
   return std::string_view(bytes, sizeof bytes) == kMark;
@@ -25,12 +32,7 @@ Source::Source(const std::string& name, const scenes::Parameters& parameters) : 
   if (is_recording_file(name)) {
     if (!parameters.empty())
       throw Error("--set " + parameters.begin()->first + ": a recording has no parameters");
-    try {
-      player_.emplace(name);
-    } catch (const Error& error) {
-      const std::string reason = error.what();
-      throw Error(reason.find(name) != std::string::npos ? reason : name + ": " + reason);
-    }
+    player_.emplace(files::open_recording(name));
     return;
   }
   std::vector<scenes::Scene> worlds = find_scene(name, parameters);
@@ -50,13 +52,19 @@ std::uint64_t Source::position() const {
   return player_ ? player_->position() : static_cast<std::uint64_t>(stage_->steps());
 }
 
-std::uint64_t Source::last_keyframe() const { return player_ ? player_->keyframe_steps().back() : 0; }
+std::uint64_t Source::keyframe_before(std::uint64_t step) const {
+  if (!player_) return position();
+  const std::span<const std::uint64_t> steps = player_->keyframe_steps();
+  const auto after = std::upper_bound(steps.begin(), steps.end(), step);
+  return after == steps.begin() ? steps.front() : after[-1];
+}
 
 const World& Source::world() const { return player_ ? player_->world() : stage_->worlds().front(); }
 
 void Source::go_to(std::uint64_t step, Workers& workers) {
   if (player_) {
-    player_->seek(step, workers);
+    files::naming(name_, [&] { player_->seek(step, workers); });
+    files::check_repeats(*player_, name_);
     return;
   }
   if (step < position())

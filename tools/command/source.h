@@ -29,8 +29,8 @@ class Source {
   // Throws Error for a step outside of a recording, or before the position of a scene.
   void go_to(std::uint64_t step, Workers& workers);
 
-  // The latest step that takes no simulation.
-  std::uint64_t last_keyframe() const;
+  // The latest step up to this one that takes no simulation.
+  std::uint64_t keyframe_before(std::uint64_t step) const;
 
  private:
   std::string name_;

@@ -152,7 +152,7 @@ TraceFigures Trace::finish(const std::string& file) {
 
 std::string trace_row(const TraceFigures& figures) {
   std::string zones = figures.file + ", " + grouped(figures.zones) + " zones";
-  if (figures.left_out > 0) zones += ", the " + grouped(figures.left_out) + " after them left out";
+  if (figures.left_out > 0) zones += ", " + grouped(figures.left_out) + " more left out";
   return row("trace", zones);
 }
 

@@ -22,7 +22,7 @@ struct TraceFigures {
   std::string file;  // to which `json` goes
   std::string json;
   std::uint64_t zones = 0;
-  std::uint64_t left_out = 0;  // zones that came when the trace or the memory was full
+  std::uint64_t left_out = 0;  // zones that came when the trace or the memory was full, or lay too deep
 };
 
 // The row of a table.

@@ -2,6 +2,7 @@
 // shapes that differ by their scale alone, once a color. Section numbers are those of the glTF 2.0
 // specification.
 #include <scree/error.h>
+#include <tools/export/base64.h>
 #include <tools/export/gltf.h>
 #include <tools/export/shape_mesh.h>
 #include <tools/render/coloring.h>
@@ -29,6 +30,11 @@ constexpr int kVertexBuffer = 34962, kIndexBuffer = 34963;
 Json json_of(Vec3 v) { return {v.x, v.y, v.z}; }
 Json json_of(Quat q) { return {q.x, q.y, q.z, q.w}; }
 
+[[noreturn]] void refuse_size(std::size_t bytes) {
+  throw Error("export: the animation takes " + std::to_string(bytes >> 20) +
+              " MiB, glTF holds 4096; ask for fewer steps");
+}
+
 class Writer {
  public:
   explicit Writer(const Show& show) : show_(show) {}
@@ -50,9 +56,7 @@ class Writer {
     if (!materials_.empty()) json_["materials"] = materials_;
     if (!channels_.empty())
       json_["animations"] = {{{"name", "recording"}, {"channels", channels_}, {"samplers", samplers_}}};
-    if (buffer_.size() > std::numeric_limits<std::uint32_t>::max() - 1024)
-      throw Error("export: the animation takes " + std::to_string(buffer_.size() >> 20) +
-                  " MiB, glTF holds 4096; ask for fewer steps");
+    if (buffer_.size() > std::numeric_limits<std::uint32_t>::max()) refuse_size(buffer_.size());
     if (!buffer_.empty()) {
       json_["accessors"] = accessors_;
       json_["bufferViews"] = views_;
@@ -107,7 +111,7 @@ class Writer {
 
   std::size_t material_of(const Actor& actor) {
     const render::Color color = actor.type == BodyType::fixed
-                                    ? render::color_of(168, 170, 172)
+                                    ? render::fixed_color()
                                     : render::palette_color(actor.body.index % render::kPaletteSize);
     const auto [known, is_new] =
         material_by_color_.try_emplace({color.x, color.y, color.z}, materials_.size());
@@ -228,21 +232,6 @@ class Writer {
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> times_by_span_;
 };
 
-// RFC 4648, section 4.
-std::string base64(const std::string& bytes) {
-  constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve(bytes.size() * 4 / 3 + 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      bits = bits << 8 | (k < count ? static_cast<std::uint8_t>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
-  }
-  return text;
-}
-
 void put_number(std::uint32_t number, std::string& bytes) {
   bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
 }
@@ -272,6 +261,7 @@ std::string to_glb(const Show& show) {
   put_chunk("JSON", json, ' ', chunks);
   if (!writer.buffer().empty()) put_chunk("BIN\0", writer.buffer(), '\0', chunks);
   constexpr std::uint32_t kVersion = 2, kHead = 12;
+  if (chunks.size() > std::numeric_limits<std::uint32_t>::max() - kHead) refuse_size(chunks.size());
   std::string bytes = "glTF";
   put_number(kVersion, bytes);
   put_number(static_cast<std::uint32_t>(kHead + chunks.size()), bytes);

@@ -4,12 +4,15 @@
 #include <tools/export/shape_mesh.h>
 #include <tools/render/coloring.h>
 
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <initializer_list>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <variant>
+#include <vector>
 
 namespace scree::exports {
 namespace {
@@ -45,63 +48,122 @@ std::string frame_of(const Actor& actor) {
 // Colors of messages are those of files, not light.
 Json color_of(const Actor& actor) {
   const render::Color light = actor.type == BodyType::fixed
-                                  ? render::color_of(168, 170, 172)
+                                  ? render::fixed_color()
                                   : render::palette_color(actor.body.index % render::kPaletteSize);
   return {{"r", std::sqrt(light.x)}, {"g", std::sqrt(light.y)}, {"b", std::sqrt(light.z)}, {"a", 1.0}};
 }
 
-Json triangles_of(const ActorShape& shape, const Json& color) {
-  const ShapeMesh mesh = mesh_of(shape.geometry);
-  Json points = Json::array();
-  for (const Vec3& position : mesh.positions) points.push_back(message_of(position));
-  return {{"pose", message_of(shape.pose)},
-          {"points", points},
-          {"color", color},
-          {"colors", Json::array()},
-          {"indices", mesh.indices}};
-}
-
-Json entity_of(const Actor& actor, std::uint64_t time) {
-  Json entity = {{"timestamp", time_of(time)},
-                 {"frame_id", frame_of(actor)},
-                 {"id", frame_of(actor)},
-                 {"lifetime", time_of(0)},
-                 {"frame_locked", true}};
-  for (const char* name :
-       {"metadata", "arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models"})
-    entity[name] = Json::array();
-  const Json color = color_of(actor);
-  for (const ActorShape& shape : actor.shapes) {
-    Json primitive = {{"pose", message_of(shape.pose)}, {"color", color}};
-    if (const auto* sphere = std::get_if<Sphere>(&shape.geometry)) {
-      const float size = 2.0f * sphere->radius;
-      primitive["size"] = message_of(Vec3{size, size, size});
-      entity["spheres"].push_back(primitive);
-    } else if (const auto* box = std::get_if<Box>(&shape.geometry); box != nullptr && box->rounding == 0.0f) {
-      primitive["size"] = message_of(2.0f * box->half_extents);
-      entity["cubes"].push_back(primitive);
-    } else {
-      entity["triangles"].push_back(triangles_of(shape, color));
+// Bodies as entities of the scene, in text. Shapes of triangles are long, and many bodies have the same.
+class Entities {
+ public:
+  std::string text_of(const Actor& actor, std::uint64_t time) {
+    Json entity = {{"timestamp", time_of(time)},
+                   {"frame_id", frame_of(actor)},
+                   {"id", frame_of(actor)},
+                   {"lifetime", time_of(0)},
+                   {"frame_locked", true}};
+    for (const char* name :
+         {"metadata", "arrows", "cubes", "spheres", "cylinders", "lines", "texts", "models"})
+      entity[name] = Json::array();
+    std::string triangles;
+    for (const ActorShape& shape : actor.shapes) {
+      Json primitive = {{"pose", message_of(shape.pose)}, {"color", color_of(actor)}};
+      if (const auto* sphere = std::get_if<Sphere>(&shape.geometry)) {
+        const float size = 2.0f * sphere->radius;
+        primitive["size"] = message_of(Vec3{size, size, size});
+        entity["spheres"].push_back(primitive);
+      } else if (const auto* box = std::get_if<Box>(&shape.geometry);
+                 box != nullptr && box->rounding == 0.0f) {
+        primitive["size"] = message_of(2.0f * box->half_extents);
+        entity["cubes"].push_back(primitive);
+      } else {
+        primitive["colors"] = Json::array();
+        if (!triangles.empty()) triangles += ',';
+        triangles += joined(primitive, triangles_of(shape.geometry));
+      }
     }
+    return joined(entity, "\"triangles\":[" + triangles + "]");
   }
-  return entity;
-}
+
+ private:
+  // An object with more members.
+  static std::string joined(const Json& object, const std::string& members) {
+    std::string text = object.dump();
+    text.back() = ',';
+    return text + members + "}";
+  }
+  const std::string& triangles_of(const Geometry& geometry) {
+    std::string key = exports::key_of(geometry);
+    const Vec3 scale = scale_of(geometry);
+    for (int axis = 0; axis < 3; ++axis) {
+      key += ',';
+      key += std::to_string(std::bit_cast<std::uint32_t>(scale[axis]));
+    }
+    std::string& text = triangles_[key];
+    if (!text.empty()) return text;
+    const ShapeMesh mesh = mesh_of(geometry);
+    Json points = Json::array();
+    for (const Vec3& position : mesh.positions) points.push_back(message_of(position));
+    text = "\"points\":" + points.dump() + ",\"indices\":" + Json(mesh.indices).dump();
+    return text;
+  }
+
+  std::map<std::string, std::string> triangles_;
+};
 
 bool lives(const Actor& actor, std::size_t sample) {
   return sample >= actor.first && sample < actor.first + actor.poses.size();
 }
 
-// All that live. A viewer that jumps into the middle looks at the latest message alone.
-std::string scene_at(const Show& show, std::size_t sample, std::uint64_t time) {
-  constexpr int kAll = 1;  // of the types of deletions
-  Json deletions = {{{"timestamp", time_of(time)}, {"type", kAll}, {"id", ""}}};
-  if (sample == 0) deletions = Json::array();
-  Json entities = Json::array();
-  for (const Actor& actor : show.actors) {
-    if (lives(actor, sample) && !actor.shapes.empty()) entities.push_back(entity_of(actor, time));
+// What appears and goes. A viewer that jumps into the middle looks at the latest message alone, so now and
+// then one has all that live.
+class SceneMessages {
+ public:
+  explicit SceneMessages(const Show& show)
+      : show_(show), comes_(show.times.size()), goes_(show.times.size() + 1) {
+    for (const Actor& actor : show.actors) {
+      if (actor.shapes.empty()) continue;
+      comes_[actor.first].push_back(&actor);
+      goes_[actor.first + actor.poses.size()].push_back(&actor);
+    }
   }
-  return Json{{"deletions", deletions}, {"entities", entities}}.dump();
-}
+  // Empty where nothing is to be said.
+  std::string at(std::size_t sample, std::uint64_t time) {
+    constexpr std::size_t kSpacing = 64;  // samples from one whole scene to the next, at least
+    constexpr int kById = 0, kAll = 1;    // types of deletions
+    has_changed_ = has_changed_ || !comes_[sample].empty() || !goes_[sample].empty();
+    if (sample == 0 || (has_changed_ && sample - last_whole_ >= kSpacing)) {
+      has_changed_ = false;
+      last_whole_ = sample;
+      std::vector<const Actor*> living;
+      for (const Actor& actor : show_.actors) {
+        if (lives(actor, sample) && !actor.shapes.empty()) living.push_back(&actor);
+      }
+      return text_of({{{"timestamp", time_of(time)}, {"type", kAll}, {"id", ""}}}, living, time);
+    }
+    if (comes_[sample].empty() && goes_[sample].empty()) return {};
+    Json deletions = Json::array();
+    for (const Actor* actor : goes_[sample])
+      deletions.push_back({{"timestamp", time_of(time)}, {"type", kById}, {"id", frame_of(*actor)}});
+    return text_of(deletions, comes_[sample], time);
+  }
+
+ private:
+  std::string text_of(const Json& deletions, const std::vector<const Actor*>& actors, std::uint64_t time) {
+    std::string text = "{\"deletions\":" + deletions.dump() + ",\"entities\":[";
+    for (const Actor* actor : actors) {
+      if (text.back() != '[') text += ',';
+      text += entities_.text_of(*actor, time);
+    }
+    return text + "]}";
+  }
+
+  const Show& show_;
+  Entities entities_;
+  std::vector<std::vector<const Actor*>> comes_, goes_;  // by sample
+  std::size_t last_whole_ = 0;
+  bool has_changed_ = false;  // since the last whole scene
+};
 
 // Written by hand: there are as many of these as poses.
 class Transforms {
@@ -165,13 +227,12 @@ std::string to_mcap(const Show& show) {
   const std::uint16_t scene = writer.add_channel("/scene", "foxglove.SceneUpdate", kSceneSchema);
   const std::uint16_t transforms = writer.add_channel("/tf", "foxglove.FrameTransforms", kTransformsSchema);
   const std::uint16_t stats = writer.add_channel("/stats", "scree.Stats", kStatsSchema);
+  SceneMessages messages(show);
   for (std::size_t sample = 0; sample < show.times.size(); ++sample) {
     const std::uint64_t time = nanoseconds(show.times[sample]);
-    bool has_changed = sample == 0;
-    for (const Actor& actor : show.actors)
-      has_changed = has_changed || actor.first == sample || actor.first + actor.poses.size() == sample;
     writer.add_message(transforms, time, transforms_at(show, sample, time));
-    if (has_changed) writer.add_message(scene, time, scene_at(show, sample, time));
+    const std::string changes = messages.at(sample, time);
+    if (!changes.empty()) writer.add_message(scene, time, changes);
     writer.add_message(stats, time, stats_at(show, sample));
   }
   return writer.finish();

@@ -38,6 +38,7 @@ Show play(Player& player, std::uint64_t from, std::uint64_t to, std::uint64_t ev
           const std::function<void(std::uint64_t, std::uint64_t)>& show_progress) {
   Show show;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> known;
+  player.measure({.residual = true});
   player.seek(from, workers);
   if (const Vec3 down = normalize(player.world().settings().gravity); down != Vec3{}) show.up = -down;
   double time = 0.0;

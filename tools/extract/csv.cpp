@@ -3,6 +3,7 @@
 #include <scree/error.h>
 #include <tools/extract/tables.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <vector>
@@ -62,13 +63,23 @@ std::string head_of(const Extract& extract, Owner owner) {
 }  // namespace
 
 void check_fits_csv(const Wanted& wanted) {
-  const int kinds = (wanted.has(Owner::body) ? 1 : 0) + (wanted.has(Owner::joint) ? 1 : 0) +
-                    (wanted.has(Owner::world) ? 1 : 0) + (wanted.events ? 1 : 0);
-  if (kinds > 1) {
-    throw Error(
-        "--signal: signals of bodies, of joints and of the world, and events do not fit into one table; "
-        "write "
-        "an .npz file, or a .csv file for each");
+  constexpr const char* kOwners[] = {"bodies", "joints", "the world"};
+  std::string kinds;
+  int count = 0;
+  for (const Owner owner : {Owner::body, Owner::joint, Owner::world}) {
+    if (!wanted.has(owner)) continue;
+    const auto first = std::find_if(wanted.signals.begin(), wanted.signals.end(),
+                                    [owner](Signal signal) { return info_of(signal).owner == owner; });
+    if (count++ > 0) kinds += ", ";
+    kinds += info_of(*first).name;
+    kinds += " (of ";
+    kinds += kOwners[static_cast<int>(owner)];
+    kinds += ")";
+  }
+  if (wanted.events) kinds += count++ > 0 ? ", events" : "events";
+  if (count > 1) {
+    throw Error("--signal: " + kinds +
+                " do not fit into one table; write an .npz file, or a .csv file for each");
   }
 }
 

@@ -1,5 +1,6 @@
 // See extract.h.
 #include <tools/extract/extract.h>
+#include <tools/files/recordings.h>
 
 #include <algorithm>
 #include <atomic>
@@ -7,7 +8,7 @@
 #include <limits>
 #include <mutex>
 #include <optional>
-#include <stdexcept>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -30,7 +31,11 @@ std::vector<Part> divide(const Plan& plan, std::span<const std::uint64_t> keyfra
     parts.push_back({keyframes.front(), plan.to, true, 0.0, {}, {}});
     return parts;
   }
-  const auto after = std::upper_bound(keyframes.begin(), keyframes.end(), plan.from);
+  // What is of a step is known at `from` only if that step is played.
+  const bool needs_step = std::any_of(plan.wanted.signals.begin(), plan.wanted.signals.end(),
+                                      [](Signal signal) { return info_of(signal).of_steps; });
+  auto after = std::upper_bound(keyframes.begin(), keyframes.end(), plan.from);
+  if (needs_step && after - 1 != keyframes.begin() && after[-1] == plan.from) --after;
   for (auto begin = after - 1; begin != keyframes.end() && (parts.empty() || *begin < plan.to); ++begin) {
     const std::uint64_t end = begin + 1 != keyframes.end() ? std::min(plan.to, begin[1]) : plan.to;
     parts.push_back({*begin, end, parts.empty(), 0.0, {}, {}});
@@ -44,16 +49,22 @@ bool is_sample(const Plan& plan, std::uint64_t step) {
 
 void play(const Plan& plan, Player& player, Workers& workers, Part& part,
           const std::function<void(std::uint64_t)>& show) {
+  // From the keyframe itself: a damaged one is found, whoever has played up to it.
+  player.seek(player.info().first_step, workers);
   player.seek(part.begin, workers);
   const bool needs_centers = plan.wanted.has(Signal::contact_torque);
+  const bool needs_contacts = needs_centers || plan.wanted.has(Signal::contact_force);
+  PlayedStep played;
   if (part.has_begin && is_sample(plan, part.begin))
     add_sample(player.world(), plan.wanted, plan.choice, part.begin, 0.0, {}, part.samples);
   while (player.position() < part.end) {
-    PlayedStep played;
-    if (needs_centers && is_sample(plan, player.position() + 1))
+    if (needs_centers && is_sample(plan, player.position() + 1)) {
+      player.make_calls();  // which may have put bodies elsewhere
       played.centers = centers_of_mass(player.world());
+    }
     if (!player.step(workers)) break;
     played.dt = *player.recorded_dt();
+    if (needs_contacts) note_awake(player.world(), played);
     const std::uint64_t step = player.position();
     if (step > plan.from) part.duration += double{played.dt};
     if (plan.wanted.events && step > plan.from)
@@ -62,10 +73,7 @@ void play(const Plan& plan, Player& player, Workers& workers, Part& part,
       add_sample(player.world(), plan.wanted, plan.choice, step, part.duration, played, part.samples);
     show(1);
   }
-  if (const auto hash = player.recorded_hash(); hash && *hash != player.world().hash()) {
-    throw std::runtime_error(plan.file + ": at step " + std::to_string(player.position()) +
-                             " the replay differs from the recording; `scree replay --verify` says where");
-  }
+  files::check_repeats(player, plan.file);
 }
 
 PlayerMeasures measures_for(const Wanted& wanted) {
@@ -86,7 +94,10 @@ class Crowd {
 
   void run(int threads) {
     std::vector<std::thread> others;
-    for (int i = 1; i < threads; ++i) others.emplace_back([this] { work(1); });
+    try {
+      for (int i = 1; i < threads; ++i) others.emplace_back([this] { work(1); });
+    } catch (const std::system_error&) {  // the system gives no more threads: those that there are do it all
+    }
     // Alone it has all threads for itself.
     work(parts_.size() == 1 ? plan_.threads : 1);
     for (std::thread& other : others) other.join();
@@ -96,11 +107,13 @@ class Crowd {
  private:
   void work(int threads) {
     try {
-      Player player(plan_.file);
+      Player player = files::open_recording(plan_.file);
       player.measure(measures_for(plan_.wanted));
       Workers workers({.threads = threads, .isa = plan_.isa});
       for (std::size_t i = next_++; i < parts_.size() && !has_failed_; i = next_++)
-        play(plan_, player, workers, parts_[i], [this](std::uint64_t steps) { count(steps); });
+        files::naming(plan_.file, [&] {
+          play(plan_, player, workers, parts_[i], [this](std::uint64_t steps) { count(steps); });
+        });
     } catch (...) {
       const std::lock_guard lock(mutex_);
       has_failed_ = true;
@@ -124,9 +137,8 @@ class Crowd {
   std::exception_ptr failure_;
 };
 
-// The rows that ever existed, ascending; of chosen bodies all.
-std::vector<std::uint32_t> rows_seen(const std::vector<Part>& parts, const Choice& choice, int kind) {
-  if (kind == 0 && !choice.all) return choice.indices;
+// The rows whose owners ever existed, ascending.
+std::vector<std::uint32_t> rows_seen(const std::vector<Part>& parts, int kind) {
   std::vector<std::uint32_t> rows;
   std::size_t most = 0;
   for (const Part& part : parts) most = std::max(most, part.samples.seen[kind].size());
@@ -139,9 +151,8 @@ std::vector<std::uint32_t> rows_seen(const std::vector<Part>& parts, const Choic
   return rows;
 }
 
-// Appends a part's values of a signal: of the rows in `rows`, whose number is the same in all samples.
-void append(const Samples& samples, Signal signal, const std::vector<std::uint32_t>& rows, bool are_indices,
-            Values& to) {
+// Appends a part's values of a signal, of these rows alone.
+void append(const Samples& samples, Signal signal, const std::vector<std::uint32_t>& rows, Values& to) {
   const SignalInfo& info = info_of(signal);
   const Values& from = samples.values[static_cast<std::size_t>(signal)];
   const auto width = static_cast<std::size_t>(info.width);
@@ -151,7 +162,7 @@ void append(const Samples& samples, Signal signal, const std::vector<std::uint32
     const std::size_t count = info.owner == Owner::world ? 1 : sample.rows[info.owner == Owner::body ? 0 : 1];
     const std::size_t wanted = info.owner == Owner::world ? 1 : rows.size();
     for (std::size_t i = 0; i < wanted; ++i) {
-      const std::size_t row = are_indices ? rows[i] : i;
+      const std::size_t row = info.owner == Owner::world ? 0 : rows[i];
       for (std::size_t k = 0; k < width; ++k)
         to.add(row < count ? from[begin + row * width + k] : std::numeric_limits<double>::quiet_NaN());
     }
@@ -162,8 +173,10 @@ void append(const Samples& samples, Signal signal, const std::vector<std::uint32
 Extract join(const Plan& plan, std::vector<Part>& parts) {
   Extract all;
   all.wanted = plan.wanted;
-  if (plan.wanted.has(Owner::body)) all.bodies = rows_seen(parts, plan.choice, 0);
-  if (plan.wanted.has(Owner::joint)) all.joints = rows_seen(parts, plan.choice, 1);
+  const std::vector<std::uint32_t> bodies = rows_seen(parts, 0);
+  all.joints = rows_seen(parts, 1);
+  for (const std::uint32_t row : bodies)
+    all.bodies.push_back(plan.choice.all ? row : plan.choice.indices[row]);
   double time = 0.0;
   for (Part& part : parts) {
     for (const Samples::Sample& sample : part.samples.samples) {
@@ -171,9 +184,7 @@ Extract join(const Plan& plan, std::vector<Part>& parts) {
       all.times.push_back(time + sample.time);
     }
     for (const Signal signal : plan.wanted.signals) {
-      const Owner owner = info_of(signal).owner;
-      const bool are_indices = owner == Owner::joint || (owner == Owner::body && plan.choice.all);
-      append(part.samples, signal, owner == Owner::joint ? all.joints : all.bodies, are_indices,
+      append(part.samples, signal, info_of(signal).owner == Owner::joint ? all.joints : bodies,
              all.values[static_cast<std::size_t>(signal)]);
     }
     for (EventRow& event : part.events) {
@@ -195,7 +206,7 @@ bool is_parallel(const Wanted& wanted) {
 Extract extract(const Plan& plan, const std::function<void(std::uint64_t, std::uint64_t)>& show) {
   std::vector<Part> parts;
   {
-    const Player player(plan.file);
+    const Player player = files::open_recording(plan.file);
     parts = divide(plan, player.keyframe_steps());
   }
   const int cores = Workers(plan.threads).threads();

@@ -18,7 +18,10 @@ bool has(const Choice& choice, BodyId body) {
 std::vector<BodyId> bodies_of(const World& world, const Choice& choice) {
   std::vector<BodyId> bodies;
   if (!choice.all) {
-    for (const std::uint32_t index : choice.indices) bodies.push_back(world.body_at(index));
+    for (const std::uint32_t index : choice.indices) {
+      if (index >= world.poses().size()) break;
+      bodies.push_back(world.body_at(index));
+    }
     return bodies;
   }
   bodies.resize(world.poses().size());
@@ -44,20 +47,23 @@ std::vector<JointId> joints_of(const World& world, const Choice& choice) {
 
 // What contacts did to each body in the step, by BodyId::index.
 struct ContactSums {
-  std::vector<Vec3> impulses;  // N s
-  std::vector<Vec3> moments;   // N m s, about the center of mass as the step began
+  std::vector<Vec3> forces;   // N, means over the step
+  std::vector<Vec3> torques;  // N m, about the center of mass as the step began
 };
 
-ContactSums sum_contacts(const World& world, const std::vector<Vec3>& centers) {
+ContactSums sum_contacts(const World& world, const PlayedStep& played) {
   ContactSums sums{std::vector<Vec3>(world.poses().size()), std::vector<Vec3>(world.poses().size())};
   std::vector<ContactForces> contacts(world.contact_forces(std::span<ContactForces>{}));
   world.contact_forces(contacts);
   for (const ContactForces& contact : contacts) {
+    const bool is_a_dynamic =
+        world.is_alive(contact.body_a) && world.body_type(contact.body_a) == BodyType::dynamic;
+    const float dt = played.awake_dt[is_a_dynamic ? contact.body_a.index : contact.body_b.index];
     const auto add = [&](BodyId body, float sign) {
       if (!world.is_alive(body)) return;
-      sums.impulses[body.index] += sign * impulse_on_b(contact);
-      if (body.index < centers.size())
-        sums.moments[body.index] += sign * moment_on_b(contact, centers[body.index]);
+      sums.forces[body.index] += sign / dt * impulse_on_b(contact);
+      if (body.index < played.centers.size())
+        sums.torques[body.index] += sign / dt * moment_on_b(contact, played.centers[body.index]);
     };
     add(contact.body_a, -1.0f);
     add(contact.body_b, 1.0f);
@@ -126,10 +132,10 @@ struct Reader {
         values.add(potential_energy(world, body));
         break;
       case Signal::contact_force:
-        add(contacts.impulses[body.index] / dt, values);
+        add(contacts.forces[body.index], values);
         break;
       case Signal::contact_torque:
-        add(contacts.moments[body.index] / dt, values);
+        add(contacts.torques[body.index], values);
         break;
       default:
         break;
@@ -208,6 +214,17 @@ std::int64_t number(std::uint32_t index) { return std::int64_t{index}; }
 
 }  // namespace
 
+void note_awake(const World& world, PlayedStep& played) {
+  // Those that slept already when the recording began have no impulses to be divided.
+  played.awake_dt.resize(world.poses().size(), played.dt);
+  for (std::uint32_t i = 0; i < played.awake_dt.size(); ++i) {
+    const BodyId body = world.body_at(i);
+    if (world.is_alive(body) && world.is_awake(body)) played.awake_dt[i] = played.dt;
+  }
+  // The step in which a body falls asleep is the last whose impulses it has.
+  for (const BodyId body : world.sleep_begins()) played.awake_dt[body.index] = played.dt;
+}
+
 std::vector<Vec3> centers_of_mass(const World& world) {
   std::vector<Vec3> centers(world.poses().size());
   for (std::uint32_t i = 0; i < centers.size(); ++i) {
@@ -223,7 +240,7 @@ void add_sample(const World& world, const Wanted& wanted, const Choice& choice, 
   if (wanted.has(Owner::body)) reader.bodies = bodies_of(world, choice);
   if (wanted.has(Owner::joint)) reader.joints = joints_of(world, choice);
   const bool needs_contacts = wanted.has(Signal::contact_force) || wanted.has(Signal::contact_torque);
-  if (needs_contacts && played.dt > 0.0f) reader.contacts = sum_contacts(world, played.centers);
+  if (needs_contacts && played.dt > 0.0f) reader.contacts = sum_contacts(world, played);
   for (const Signal signal : wanted.signals) {
     Values& values = samples.values[static_cast<std::size_t>(signal)];
     values.is_wide = info_of(signal).is_wide;

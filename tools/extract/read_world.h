@@ -10,7 +10,7 @@
 
 namespace scree::extract {
 
-// Which bodies have rows.
+// Which bodies have rows: those that ever existed among these.
 struct Choice {
   bool all = true;
   std::vector<std::uint32_t> indices;  // else: ascending
@@ -33,7 +33,13 @@ struct Samples {
 struct PlayedStep {
   float dt = 0.0f;            // s; 0: none was
   std::vector<Vec3> centers;  // m, of mass as it began, by BodyId::index; for contact_torque
+  // s, by BodyId::index: the time step in which a body was awake last, whose impulses its contacts keep while
+  // it sleeps; for contact_force and contact_torque.
+  std::vector<float> awake_dt;
 };
+
+// After each step that was played.
+void note_awake(const World& world, PlayedStep& played);
 
 std::vector<Vec3> centers_of_mass(const World& world);
 

@@ -114,7 +114,9 @@ void add_bodies(const World& world, BodyType type, Subject& subject) {
 void measure(Subject& subject) {
   const LocalBox box = around(subject.corners);
   subject.middle = 0.5f * box.lower + 0.5f * box.upper;
-  subject.reach = 1e-4f;
+  // At least some units in the last place of where it is.
+  const Vec3 far = subject.middle;
+  subject.reach = std::max(1e-4f, 4e-6f * std::max({std::abs(far.x), std::abs(far.y), std::abs(far.z)}));
   for (const Vec3& corner : subject.corners)
     subject.reach = std::max(subject.reach, distance(corner, subject.middle));
 }
@@ -215,8 +217,6 @@ Camera look_from(Side side, const Subject& subject, double view, double aspect) 
   camera.eye = subject.middle + static_cast<float>(across.beside) * axes.right +
                static_cast<float>(upright.beside) * axes.up + static_cast<float>(ahead) * forward;
   camera.target = camera.eye - static_cast<float>(ahead) * forward;
-  constexpr float kFarthest = 9.9e6f;  // m: queries take no place beyond 1e7
-  for (int axis = 0; axis < 3; ++axis) camera.eye[axis] = std::clamp(camera.eye[axis], -kFarthest, kFarthest);
   return camera;
 }
 

@@ -20,7 +20,6 @@ constexpr std::uint8_t kPalette[kPaletteSize][3] = {
 constexpr std::uint8_t kViridis[][3] = {
     {68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}};
 
-Color fixed_color() { return color_of(168, 170, 172); }
 Color orange() { return color_of(226, 138, 66); }
 Color blue() { return color_of(86, 140, 196); }
 
@@ -52,6 +51,8 @@ Color color_body(const World& world, BodyId body, ColorBy by) {
 }
 
 }  // namespace
+
+Color fixed_color() { return color_of(168, 170, 172); }
 
 std::span<const char* const> color_names() { return kNames; }
 

@@ -26,6 +26,8 @@ using Color = Vec3;
 
 // As BodyId::index counts; of bodies that do not live, any.
 std::vector<Color> color_bodies(const World& world, ColorBy by);
+Color fixed_color();
+
 // By a number, so that neighbors differ. Beyond kPaletteSize colors come again in other shades.
 inline constexpr std::uint32_t kPaletteSize = 12;
 Color palette_color(std::uint32_t number);

@@ -124,6 +124,9 @@ class SCREE_API Player {
 
   /// Plays on: the calls up to the next step, and that step. False, and nothing happens, at the end.
   bool step(Workers& workers);
+  /// Makes the recorded calls that come before the next step, without the step, so that world() is what the
+  /// step begins with. Nothing happens the second time, and at the end.
+  void make_calls();
   /// Goes to any step from info().first_step to last_step: from the last keyframe before it, or on from here
   /// if that is nearer. Throws Error outside.
   void seek(std::uint64_t step, Workers& workers);

@@ -41,7 +41,7 @@ TEST_F(ExportCommand, RefusesWhatMakesNoSense) {
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
     EXPECT_NE(outcome.err.find(reason), std::string::npos) << arguments << "\n" << outcome.err;
   };
-  expect_refusal(path("stack.scree") + " --out " + path("a.obj"), "must end in .gltf, .glb or .mcap");
+  expect_refusal(path("stack.scree") + " --out " + path("a.obj"), "must end in .html, .gltf, .glb or .mcap");
   expect_refusal(path("stack.scree") + " --every 0 --out " + path("a.glb"), "--every 0 must be at least 1");
   expect_refusal(path("stack.scree") + " --to 51 --out " + path("a.glb"), "--to 51 must be from 0 to 50");
   expect_refusal(path("none.scree") + " --out " + path("a.glb"), "none.scree");

@@ -329,8 +329,57 @@ TEST(Mcap, HoldsTheSceneTheTransformsAndTheFigures) {
   for (const nlohmann::json& entity : first.at("entities"))
     primitives += entity.at("cubes").size() + entity.at("spheres").size() + entity.at("triangles").size();
   EXPECT_GE(primitives, first.at("entities").size());
-  EXPECT_EQ(by_topic["/scene"][1]->json.at("entities").size() + 1, first.at("entities").size());
-  EXPECT_EQ(by_topic["/scene"][2]->json.at("deletions").at(0).at("type"), 1);
+  const nlohmann::json& second = by_topic["/scene"][1]->json;
+  EXPECT_TRUE(second.at("entities").empty());
+  EXPECT_EQ(second.at("deletions").size(), 1u);
+  EXPECT_EQ(second.at("deletions").at(0).at("id"), "body_" + std::to_string(recorded.leaves.index) + "_" +
+                                                       std::to_string(recorded.leaves.generation));
+  const nlohmann::json& third = by_topic["/scene"][2]->json;
+  EXPECT_TRUE(third.at("deletions").empty());
+  EXPECT_EQ(third.at("entities").size(), 1u);
+  EXPECT_EQ(third.at("entities").at(0).at("triangles").size(), 1u);
+}
+
+TEST(Mcap, TellsTheWholeSceneAgainNowAndThenWhereItChanges) {
+  TemporaryFile file;
+  World world({.gravity = {}});
+  Workers workers(1);
+  {
+    Recorder recorder(world, file.path());
+    BodyId last;
+    for (int i = 0; i < 200; ++i) {
+      if (i >= 20 && i % 2 == 0) {
+        if (last != BodyId{}) world.destroy_body(last);
+        last = world.create_body({.position = {static_cast<float>(i), 0.0f, 0.0f}});
+        world.add_shape(last, Cone{});
+      }
+      step(world, kDt, workers);
+    }
+    recorder.finish();
+  }
+  Player player(file.path());
+  const Show show = play(player, 0, 200, 1, workers, [](std::uint64_t, std::uint64_t) {});
+  const Contents contents = read_mcap(to_mcap(show));
+  std::set<std::string> living;
+  std::size_t whole = 0, messages = 0;
+  for (const Message& message : contents.messages) {
+    if (contents.topics.at(message.channel) != "/scene") continue;
+    ++messages;
+    for (const nlohmann::json& deletion : message.json.at("deletions")) {
+      if (deletion.at("type") == 1) {
+        ++whole;
+        living.clear();
+      } else {
+        EXPECT_EQ(living.erase(deletion.at("id")), 1u);
+      }
+    }
+    for (const nlohmann::json& entity : message.json.at("entities")) living.insert(entity.at("id"));
+    EXPECT_LE(living.size(), 1u);
+  }
+  EXPECT_EQ(living.size(), 1u);
+  EXPECT_GE(messages, 90u);
+  EXPECT_GE(whole, 3u);
+  EXPECT_LE(whole, 4u);
 }
 
 TEST(Mcap, OfManyMessagesHasManyChunks) {

@@ -73,7 +73,9 @@ TEST_F(ExtractCommand, RefusesWhatMakesNoSense) {
   expect_refusal("--signal pose --bodies 7-3" + output, "--bodies 7-3: expected");
   expect_refusal("--signal pose --bodies 3,,4" + output, "--bodies 3,,4: expected");
   expect_refusal("--signal pose --bodies 99999999999" + output, "--bodies 99999999999: expected");
-  expect_refusal("--signal pose,contacts --out " + path("x.csv"), "do not fit into one table");
+  expect_refusal("--signal pose,contacts --out " + path("x.csv"),
+                 "position (of bodies), contacts (of the world) do not fit into one table");
+  expect_refusal("--signal pose --every -1" + output, "--every: -1 must be at least 0");
   expect_refusal("--signal pose --out " + path("x.txt"), "must end in .npz or .csv");
   expect_refusal("--signal pose --out " + recording(), "stack.scree");
   expect_refusal("--out " + path("x.npz"), "--signal is required");

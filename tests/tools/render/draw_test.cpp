@@ -213,14 +213,22 @@ TEST(Draw, WorldsOfNothingAndOfAnySizeAreDrawn) {
 }
 
 TEST(Draw, WorldsAtTheirEndsAreDrawn) {
-  World world;
-  for (const float x : {-1e7f, 1e7f}) add(world, BodyType::dynamic, {x, 1e7f, -x}, Box{{1e5f, 1e5f, 1e5f}});
-  for (const Side side : {Side::corner, Side::front, Side::side, Side::top}) {
-    const Subject subject = subject_of(world);
-    Workers workers(1);
-    DrawOptions options{.width = kWidth, .height = kHeight, .reach = subject.reach};
-    EXPECT_NO_THROW(draw(world, look_from(side, subject, kDefaultView, 1.5), options, workers));
+  for (const Vec3 place : {Vec3{9e6f, 0.0f, 0.0f}, Vec3{-9e6f, 9e6f, -9e6f}}) {
+    for (const float size : {10.0f, 1e5f}) {
+      World world;
+      add(world, BodyType::dynamic, place, Box{{size, size, size}});
+      const Subject subject = subject_of(world);
+      for (const Side side : {Side::corner, Side::front, Side::side, Side::top}) {
+        const Camera camera = look_from(side, subject, kDefaultView, 4.0 / 3.0);
+        const int pixels = count_different(draw_at(world, camera), draw_at(World(), camera));
+        EXPECT_GT(pixels, kWidth * kHeight / 60) << place.x << " " << size;
+      }
+    }
   }
+  World wide;
+  for (const float x : {-3e6f, 0.0f, 3e6f}) add(wide, BodyType::dynamic, {x, 0.0f, 0.0f}, Sphere{1e5f});
+  const Camera camera = look_from(Side::front, subject_of(wide), kDefaultView, 4.0 / 3.0);
+  EXPECT_GT(count_different(draw_at(wide, camera), draw_at(World(), camera)), 60);
 }
 
 TEST(Walls, AreWhatHidesTheSubjectAndNothingElse) {

@@ -98,6 +98,35 @@ TEST_F(RenderCommand, SeriesAreNumberedByStep) {
   EXPECT_EQ(picture("t.png"), picture("s-000010.png"));
 }
 
+TEST_F(RenderCommand, SeriesHaveNoPictureBeyondTheirEnd) {
+  ASSERT_EQ(
+      scree("render stack --set bodies=3 --every 18446744073709551615 --from 5 --quiet --size 64x48 --out " +
+            path("s.png"))
+          .exit_code,
+      0);
+  EXPECT_TRUE(is_png(picture("s-000005.png")));
+  EXPECT_FALSE(fs::exists(folder_ / "s-000004.png"));
+}
+
+TEST_F(RenderCommand, TakesTheCameraThatItTells) {
+  const std::string options = "render stack --set bodies=3 --at 5 --quiet --size 64x48 --view 33 --out ";
+  const Outcome outcome = scree(options + path("a.png"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::size_t row = outcome.out.find("camera"), end = outcome.out.find(", view", row);
+  const std::size_t begin = outcome.out.find_first_of("-0123456789", row);
+  ASSERT_EQ(scree(options + path("b.png") + " --camera=" + outcome.out.substr(begin, end - begin)).exit_code,
+            0);
+  EXPECT_EQ(picture("a.png"), picture("b.png"));
+}
+
+TEST_F(RenderCommand, ReadsScenesFromPipes) {
+  const std::string scene = SCREE_EXAMPLES "/dominoes.json";
+  const Outcome outcome =
+      run("cat '" + scene + "' | '" SCREE_COMMAND "' render /dev/fd/3 --at 1 --quiet --size 64x48 --out " +
+          path("p.png") + " 3<&0");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+}
+
 TEST_F(RenderCommand, FilmsHaveThePicturesInOrder) {
   install_ffmpeg("for last; do :; done\nexec cat > \"${last#file:}\"\n");
   ASSERT_EQ(scree("render stack --set bodies=3 --every 5 --to 10 --quiet --size 64x48 --out " + path("s.png"))
@@ -128,8 +157,16 @@ TEST_F(RenderCommand, RefusesWhatItCannotDraw) {
   expect_refusal(stack + " --size 64x-48", "--size 64x-48: -48 must be from 16 to 16384");
   expect_refusal(stack + " --size 16384x16384", "at most 33554432 pixels");
   expect_refusal(stack + " --camera 1,2", "--camera 1,2: expected corner, front, side, top");
-  expect_refusal(stack + " --camera nan,0,0", "must be within +-1e6 m");
+  expect_refusal(stack + " --camera nan,0,0", "must be within +-1e7 m");
   expect_refusal(stack + " --camera 1,2,3,1,2,3", "the eye is where its target is");
+  expect_refusal(stack + " --camera 0,0,0,1e-30,0,0", "the eye is where its target is");
+  expect_refusal(stack + " --camera 2e7,0,0", "must be within +-1e7 m");
+  expect_refusal(stack + " --every -1", "--every: -1 must be at least 0");
+  expect_refusal(stack + " --at -5", "--at: -5 must be at least 0");
+  expect_refusal("render stack --out " + path(".png"), "must end in .png");
+  expect_refusal("run stack --picture " + path("p.jpg"),
+                 "--picture " + path("p.jpg") + ": the name of the file must");
+  expect_refusal("render " + std::string(300, 'x') + " --out " + path("p.png"), "unknown scene");
   expect_refusal(stack + " --view 180", "--view 180 must be from 1 to 170 degrees");
   expect_refusal(stack + " --color-by charm", "unknown quantity; there are: body, part, speed, sleep, type");
   expect_refusal(stack + " --at 5 --every 2", "--at is for one picture");

@@ -1,0 +1,208 @@
+// Laws of pages that play recordings, in a browser: they draw the bodies, play and go back to the same picture, know
+// the body under the cursor, work by keys alone, and say in words what is wrong.
+//
+// node pages.mjs MODULES CHROMIUM COMMAND FOLDER: where npm has put playwright-core, the browser, the command scree,
+// and a folder for files.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { join, resolve } from "node:path";
+
+const [modules, chromium, command, folder] = process.argv.slice(2);
+const playwright = createRequire(join(resolve(modules), "package.json"))("playwright-core");
+const kDrawWithoutCard = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+
+function makePage(name, scene, steps, ...options) {
+  const recording = join(folder, `${name}.scree`);
+  const page = join(folder, `${name}.html`);
+  execFileSync(command, ["run", scene, "--steps", String(steps), "--quiet", "--record", recording, ...options]);
+  execFileSync(command, ["export", recording, "--quiet", "--out", page]);
+  return page;
+}
+
+async function open(browser, file, state = "ready") {
+  const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
+  page.errors = [];
+  page.on("pageerror", (error) => page.errors.push(error.message));
+  await page.goto(`file://${resolve(file)}`);
+  await page.waitForFunction(() => document.body.dataset.state !== "loading");
+  assert.equal(await page.evaluate(() => document.body.dataset.state), state);
+  await settle(page);
+  return page;
+}
+
+// Until what was asked for is on the screen.
+const settle = (page) => page.evaluate(() => new Promise((done) =>
+  requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done)))));
+
+// Pixels of the canvas by color, in steps of 16.
+const colors = (page) => page.evaluate(() => {
+  const canvas = document.createElement("canvas");
+  const view = document.getElementById("view");
+  [canvas.width, canvas.height] = [320, 180];
+  const context = canvas.getContext("2d");
+  context.drawImage(view, 0, 0, 320, 180);
+  const counts = {};
+  const data = context.getImageData(0, 0, 320, 180).data;
+  for (let i = 0; i < data.length; i += 4) {
+    const key = [data[i] >> 4, data[i + 1] >> 4, data[i + 2] >> 4].join();
+    counts[key] = (counts[key] ?? 0) + 1;
+  }
+  return counts;
+});
+
+const picture = async (page) => {
+  await settle(page);
+  return page.evaluate(() => document.getElementById("view").toDataURL());
+};
+
+async function drawsPlaysAndGoesBack(browser) {
+  const page = await open(browser, makePage("pile", "pile", 60, "--set", "bodies=150"));
+  const counts = await colors(page);
+  const background = Math.max(...Object.values(counts));
+  assert.ok(Object.keys(counts).length > 30, "bodies have colors");
+  assert.ok(background < 0.9 * 320 * 180, "the picture is not empty");
+  const first = await picture(page);
+  const time = () => page.evaluate(() => window.screePage.time);
+  await page.click("#play");
+  await page.waitForFunction(() => window.screePage.time > 0.2);
+  await page.click("#play");
+  const stopped = await time();
+  await page.waitForTimeout(100);
+  assert.equal(await time(), stopped, "it stands still after Pause");
+  assert.ok((await picture(page)) !== first);
+  await page.evaluate(() => { document.getElementById("view").focus(); });
+  await page.keyboard.press("Home");
+  assert.ok((await picture(page)) === first, "the first step looks as it did");
+  await page.keyboard.press("End");
+  const last = await picture(page);
+  assert.ok(last !== first);
+  assert.match(await page.textContent("#clock"), /^step 60, 1\.00 s$/);
+  await page.keyboard.press("ArrowLeft");
+  assert.match(await page.textContent("#clock"), /^step 60|^step 59/);
+  await settle(page);
+  assert.match(await page.textContent("#clock"), /^step 59,/);
+  await page.keyboard.press("ArrowRight");
+  assert.ok((await picture(page)) === last, "a step back and on looks the same");
+  await page.locator("#time").fill("0.5");
+  await settle(page);
+  assert.match(await page.textContent("#clock"), /^step (29|30),/);
+  assert.match(await page.textContent("#world"), /bodies151/);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+}
+
+async function knowsTheBodyUnderTheCursor(browser) {
+  const page = await open(browser, makePage("stack", "stack", 30, "--set", "bodies=5"));
+  const places = await page.evaluate(() => {
+    const { scene, clip } = window.screePage;
+    return clip.bodies.map((body, number) => {
+      const place = scene.centerOf(number, 0).project(scene.camera);
+      return { index: body.index, type: body.type, x: (place.x + 1) / 2 * innerWidth, y: (1 - place.y) / 2 * innerHeight };
+    }).filter((body) => body.type === "dynamic");
+  });
+  assert.equal(places.length, 5);
+  for (const { index, x, y } of places) {
+    await page.mouse.click(x, y);
+    await settle(page);
+    assert.equal(await page.textContent("#chosen-name"), `Body ${index}`);
+    assert.match(await page.textContent("#chosen-figures"), /typedynamic/);
+  }
+  await page.mouse.click(5, 300);
+  assert.equal(await page.isHidden("#chosen"), true, "the sky is no body");
+  await page.keyboard.press("n");
+  await settle(page);
+  assert.equal(await page.textContent("#chosen-name"), `Body ${places[0].index}`);
+  const before = await picture(page);
+  for (const key of ["a", "w", "e", "c"]) {
+    await page.keyboard.press(key);
+    assert.ok((await picture(page)) !== before, key);
+  }
+  await page.keyboard.press("r");
+  await page.keyboard.press("c");
+  await page.keyboard.press("c");
+  assert.ok((await picture(page)) === before, "the first view is back");
+  await page.keyboard.press(" ");
+  await page.waitForFunction(() => window.screePage.time > 0);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+}
+
+async function agreesWithTheRecording(browser) {
+  const page = await open(browser, makePage("ragdolls", "ragdolls", 40, "--set", "ragdolls=3"));
+  execFileSync(command, ["extract", join(folder, "ragdolls.scree"), "--quiet", "--signal", "position", "--out",
+    join(folder, "ragdolls.csv")]);
+  const rows = readFileSync(join(folder, "ragdolls.csv"), "utf8").trim().split("\n").slice(1)
+    .map((line) => line.split(",").map(Number));
+  const poses = await page.evaluate(() => {
+    const { clip } = window.screePage;
+    const pose = new Float32Array(7);
+    return clip.bodies.flatMap((body) => clip.steps.map((step, sample) => {
+      clip.poseAt(body, sample, 0, pose);
+      return [step, body.index, ...pose];
+    }));
+  });
+  const known = new Map(rows.map(([step, , body, x, y, z]) => [`${step} ${body}`, [x, y, z]]));
+  assert.equal(poses.length, rows.length);
+  for (const [step, body, x, y, z, qx, qy, qz, qw] of poses) {
+    const [rx, ry, rz] = known.get(`${step} ${body}`);
+    assert.ok(Math.hypot(x - rx, y - ry, z - rz) < 2e-3, `step ${step}, body ${body}`);
+    assert.ok(Math.abs(Math.hypot(qx, qy, qz, qw) - 1) < 1e-3);
+  }
+  await page.close();
+}
+
+async function saysWhatIsWrong(browser) {
+  const good = readFileSync(makePage("still", "stack", 2, "--set", "bodies=2"), "utf8");
+  const at = good.indexOf('id="clip">') + 200;
+  const damaged = join(folder, "damaged.html");
+  writeFileSync(damaged, good.slice(0, at) + (good[at] === "A" ? "B" : "A") + good.slice(at + 1, at + 40) + good.slice(at + 44));
+  const page = await open(browser, damaged, "error");
+  assert.match(await page.textContent("#message"), /The animation in this page is damaged: /);
+  await page.close();
+  const plain = await playwright.chromium.launch({ executablePath: chromium,
+    args: ["--no-sandbox", "--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis"] });
+  const without = await open(plain, join(folder, "still.html"), "error");
+  assert.match(await without.textContent("#message"), /This browser cannot draw the page, which takes WebGL 2: /);
+  await plain.close();
+}
+
+async function isLegible(browser) {
+  const page = await open(browser, join(folder, "stack.html"));
+  // WCAG 2.1, 1.4.3: text on its panel.
+  const contrasts = await page.evaluate(() => {
+    const channel = (value) => (value <= 0.03928 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4);
+    const light = ([r, g, b]) => 0.2126 * channel(r / 255) + 0.7152 * channel(g / 255) + 0.0722 * channel(b / 255);
+    const numbers = (color) => color.match(/[\d.]+/g).map(Number);
+    return [...document.querySelectorAll("#panel dt, #panel dd, #panel label, #panel h1, .note, #clock, button")].map((each) => {
+      const color = light(numbers(getComputedStyle(each).color));
+      const own = getComputedStyle(each).backgroundColor;
+      const behind = light(numbers(own === "rgba(0, 0, 0, 0)" ? "rgb(38, 43, 49)" : own));
+      return (Math.max(color, behind) + 0.05) / (Math.min(color, behind) + 0.05);
+    });
+  });
+  assert.ok(contrasts.length > 20);
+  assert.ok(Math.min(...contrasts) >= 4.5, `contrast ${Math.min(...contrasts)}`);
+  for (const size of [{ width: 1280, height: 720 }, { width: 2560, height: 1080 }]) {
+    await page.setViewportSize(size);
+    await settle(page);
+    for (const id of ["panel", "transport", "view"]) {
+      const box = await page.locator(`#${id}`).boundingBox();
+      assert.ok(box.x >= 0 && box.y >= 0 && box.x + box.width <= size.width && box.y + box.height <= size.height, id);
+    }
+  }
+  await page.close();
+}
+
+mkdirSync(folder, { recursive: true });
+const browser = await playwright.chromium.launch({ executablePath: chromium, args: kDrawWithoutCard });
+try {
+  for (const law of [drawsPlaysAndGoesBack, knowsTheBodyUnderTheCursor, agreesWithTheRecording, saysWhatIsWrong, isLegible]) {
+    const start = Date.now();
+    await law(browser);
+    console.log(`${law.name}: ${Date.now() - start} ms`);
+  }
+} finally {
+  await browser.close();
+}

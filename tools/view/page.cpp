@@ -1,0 +1,66 @@
+// See page.h. The page's files are in page/; here they become one.
+#include <scree/error.h>
+#include <tools/export/base64.h>
+#include <tools/view/clip.h>
+#include <tools/view/page.h>
+#include <tools/view/resources.h>
+
+#include <string_view>
+
+namespace scree::view {
+namespace {
+
+void replace(std::string& text, std::string_view mark, std::string_view by) {
+  for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos; at += by.size())
+    text.replace(at, mark.size(), by);
+}
+
+// Text between tags.
+std::string escape(std::string_view text) {
+  std::string escaped;
+  for (const char letter : text) {
+    switch (letter) {
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      default:
+        escaped += static_cast<unsigned char>(letter) < ' ' ? '?' : letter;
+    }
+  }
+  return escaped;
+}
+
+// The page's modules import each other by these names.
+std::string import_map() {
+  std::string map = "{\"imports\": {";
+  for (const Resource& module : modules()) {
+    map += &module == modules().data() ? "" : ",";
+    map += "\n\"";
+    map += module.name;
+    map += "\": \"data:text/javascript;base64," + exports::base64(module.text) + "\"";
+  }
+  return map + "}}";
+}
+
+}  // namespace
+
+bool has_page() { return !modules().empty(); }
+
+std::string make_page(const exports::Show& show, const std::string& title) {
+  if (!has_page()) throw Error(kNoPage);
+  std::string page(page_text());
+  replace(page, "@STYLE@", style_text());
+  replace(page, "@TITLE@", escape(title));
+  replace(page, "@IMPORTS@", import_map());
+  replace(page, "@CLIP@",
+          "<script type=\"text/plain\" id=\"clip\">" + exports::base64(make_clip(show, title)) + "</script>");
+  return page;
+}
+
+}  // namespace scree::view

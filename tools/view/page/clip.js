@@ -1,0 +1,102 @@
+// The animation that a page carries: a header in JSON and numbers, packed by gzip and written in base 64. See
+// ../clip.h for what is in it.
+
+const kLength = 7;  // numbers of a pose: position x, y, z, rotation x, y, z, w
+
+async function unpack(text) {
+  const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).arrayBuffer();
+}
+
+// A body's poses, one behind the other. The numbers are differences of 16 bits, the low bytes of a component before
+// its high bytes.
+function readTrack(bytes, track, count) {
+  const poses = new Float32Array(kLength * count);
+  for (let part = 0; part < kLength; ++part) {
+    const low = track.offset + part * 2 * count;
+    const scale = part < 3 ? (track.upper[part] - track.lower[part]) / 65535 : 1 / 32767;
+    let code = 0;
+    for (let i = 0; i < count; ++i) {
+      code = (code + bytes[low + i] + 256 * bytes[low + count + i]) & 0xffff;
+      poses[kLength * i + part] =
+        part < 3 ? track.lower[part] + scale * code : scale * (code < 0x8000 ? code : code - 0x10000);
+    }
+  }
+  return poses;
+}
+
+export class Clip {
+  constructor(buffer) {
+    const bytes = new Uint8Array(buffer);
+    const headLength = new DataView(buffer).getUint32(0, true);
+    const head = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + headLength)));
+    const numbers = bytes.slice(4 + headLength);
+    this.title = head.title;
+    this.size = head.size;
+    this.up = head.up;
+    this.times = head.times;
+    this.steps = head.steps;
+    this.stats = head.stats;
+    this.meshes = head.meshes.map((mesh) => ({
+      positions: new Float32Array(numbers.buffer, mesh.positions, 3 * mesh.vertices),
+      normals: new Float32Array(numbers.buffer, mesh.normals, 3 * mesh.vertices),
+      indices: new Uint32Array(numbers.buffer, mesh.indices, mesh.corners),
+      isSurface: mesh.surface,
+    }));
+    this.bodies = head.bodies.map((body) => ({
+      ...body,
+      poses: body.track ? readTrack(numbers, body.track, body.count) : Float32Array.from(body.pose),
+    }));
+  }
+
+  static async fromPage(document) {
+    return new Clip(await unpack(document.getElementById("clip").textContent.trim()));
+  }
+
+  get duration() {
+    return this.times[this.times.length - 1];
+  }
+
+  // The last sample that is not after the time.
+  sampleAt(time) {
+    let low = 0;
+    let high = this.times.length - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.times[middle] <= time) low = middle;
+      else high = middle - 1;
+    }
+    return low;
+  }
+
+  // Writes where a body is between a sample and the next one. False: it is not there.
+  poseAt(body, sample, share, pose) {
+    const at = sample - body.first;
+    if (at < 0 || at >= body.count) return false;
+    if (!body.track) {
+      pose.set(body.poses);
+      return true;
+    }
+    const a = kLength * at;
+    const b = at + 1 < body.count ? a + kLength : a;
+    let length = 0;
+    for (let i = 0; i < kLength; ++i) {
+      pose[i] = body.poses[a + i] + share * (body.poses[b + i] - body.poses[a + i]);
+      if (i >= 3) length += pose[i] * pose[i];
+    }
+    length = Math.sqrt(length) || 1;
+    for (let i = 3; i < kLength; ++i) pose[i] /= length;
+    return true;
+  }
+
+  // m/s, of the body's origin, from a sample to the next one, or from the one before at the end.
+  speedAt(body, sample) {
+    const at = Math.min(sample - body.first, body.count - 2);
+    if (!body.track || at < 0 || sample - body.first >= body.count) return 0;
+    const a = kLength * at;
+    const p = body.poses;
+    const way = Math.hypot(p[a + 7] - p[a], p[a + 8] - p[a + 1], p[a + 9] - p[a + 2]);
+    return way / (this.times[body.first + at + 1] - this.times[body.first + at]);
+  }
+}

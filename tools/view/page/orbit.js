@@ -1,0 +1,87 @@
+// A camera that goes round a target: by dragging, by the wheel, by touch and by keys.
+import * as THREE from "three";
+
+export class Orbit {
+  constructor(camera, canvas, middle, reach) {
+    this.camera = camera;
+    this.canvas = canvas;
+    this.home = { target: middle.clone(), distance: 3.1 * reach, azimuth: 0.5, elevation: 0.37 };
+    this.reach = reach;
+    this.reset();
+    this.pointers = new Map();
+    canvas.addEventListener("pointerdown", (event) => this.press(event));
+    canvas.addEventListener("pointermove", (event) => this.move(event));
+    canvas.addEventListener("pointerup", (event) => this.release(event));
+    canvas.addEventListener("pointercancel", (event) => this.release(event));
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.zoom(Math.exp(0.001 * event.deltaY));
+    }, { passive: false });
+  }
+
+  reset() {
+    Object.assign(this, this.home, { target: this.home.target.clone() });
+    this.update();
+  }
+
+  press(event) {
+    this.canvas.setPointerCapture(event.pointerId);
+    this.pointers.set(event.pointerId, [event.clientX, event.clientY]);
+  }
+
+  release(event) {
+    this.pointers.delete(event.pointerId);
+  }
+
+  move(event) {
+    const last = this.pointers.get(event.pointerId);
+    if (!last) return;
+    const dx = event.clientX - last[0];
+    const dy = event.clientY - last[1];
+    if (this.pointers.size === 2) {  // two fingers: nearer and farther
+      const [other] = [...this.pointers].filter(([id]) => id !== event.pointerId).map(([, place]) => place);
+      const before = Math.hypot(last[0] - other[0], last[1] - other[1]);
+      const after = Math.hypot(event.clientX - other[0], event.clientY - other[1]);
+      if (before > 0 && after > 0) this.zoom(before / after);
+    } else if (event.shiftKey || event.buttons & 6) {
+      this.pan(dx, dy);
+    } else {
+      this.turn(-0.006 * dx, 0.006 * dy);
+    }
+    this.pointers.set(event.pointerId, [event.clientX, event.clientY]);
+  }
+
+  turn(around, above) {
+    this.azimuth += around;
+    this.elevation = Math.min(1.55, Math.max(-1.55, this.elevation + above));
+    this.update();
+  }
+
+  zoom(factor) {
+    this.distance = Math.min(50 * this.reach, Math.max(0.02 * this.reach, factor * this.distance));
+    this.update();
+  }
+
+  pan(dx, dy) {
+    const scale = (2 * this.distance * Math.tan((this.camera.fov * Math.PI) / 360)) / this.canvas.clientHeight;
+    const right = new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, 0);
+    const up = new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, 1);
+    this.target.addScaledVector(right, -scale * dx).addScaledVector(up, scale * dy);
+    this.update();
+  }
+
+  lookAt(target) {
+    this.target.copy(target);
+    this.update();
+  }
+
+  update() {
+    const flat = Math.cos(this.elevation);
+    this.camera.position.set(Math.sin(this.azimuth) * flat, Math.sin(this.elevation), Math.cos(this.azimuth) * flat)
+      .multiplyScalar(this.distance).add(this.target);
+    this.camera.lookAt(this.target);
+    this.camera.updateMatrix();
+    this.camera.updateMatrixWorld();
+  }
+}
