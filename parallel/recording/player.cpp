@@ -91,7 +91,7 @@ std::size_t Player::Impl::keyframe_after(std::uint64_t step) const {
 void Player::Impl::seek(std::uint64_t step, Workers& workers, const char* call) {
   check_step(step, call);
   const std::size_t keyframe = keyframe_before(step);
-  is_lost |= next.has_value();  // a step's world is that before the calls of the next one
+  is_lost |= next.has_value() && step == position;  // its world is that before the calls of the next step
   if (is_lost || position > step || keyframe_step(keyframe) > position) restore_keyframe(keyframe);
   while (position < step) this->step(workers);
   // It must not show whether steps were played to get here.
@@ -157,8 +157,9 @@ std::span<const std::uint64_t> Player::keyframe_steps() const noexcept {
 const World& Player::world() const noexcept { return impl_->world; }
 std::uint64_t Player::position() const noexcept { return impl_->position; }
 bool Player::step(Workers& workers) { return impl_->step(workers); }
-void Player::make_calls() {
-  if (impl_->position == impl_->file.info().last_step || impl_->is_lost) return;
+void Player::make_calls(Workers& workers) {
+  if (impl_->position == impl_->file.info().last_step) return;
+  if (impl_->is_lost) impl_->seek(impl_->position, workers, "Player::make_calls");
   try {
     impl_->make_calls();
   } catch (...) {

@@ -211,13 +211,14 @@ std::string stats_at(const Show& show, std::size_t sample) {
   const StepStats& stats = show.stats[sample];
   std::size_t bodies = 0;
   for (const Actor& actor : show.actors) bodies += lives(actor, sample) ? 1 : 0;
-  return Json{{"step", show.steps[sample]},
-              {"bodies", bodies},
-              {"contacts", stats.contacts},
-              {"awake_bodies", stats.awake_bodies},
-              {"kinetic_energy", stats.kinetic_energy},
-              {"residual", stats.residual}}
-      .dump();
+  Json json = {{"step", show.steps[sample]}, {"bodies", bodies}};
+  if (sample > 0) {  // no step was played for the first one
+    json["contacts"] = stats.contacts;
+    json["awake_bodies"] = stats.awake_bodies;
+    json["kinetic_energy"] = stats.kinetic_energy;
+    json["residual"] = stats.residual;
+  }
+  return json.dump();
 }
 
 }  // namespace

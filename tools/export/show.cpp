@@ -20,15 +20,25 @@ std::vector<ActorShape> shapes_of(const World& world, BodyId body) {
   return shapes;
 }
 
-void sample(const World& world, Show& show,
-            std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t>& known) {
+// The actor of a body, and the last sample that had it. A body that a restored snapshot brings back is
+// another actor.
+struct Known {
+  std::size_t actor = 0, last = 0;
+};
+
+void sample(const World& world, Show& show, std::map<std::pair<std::uint32_t, std::uint32_t>, Known>& known) {
   const std::size_t now = show.times.size() - 1;
   for (std::uint32_t i = 0; i < world.poses().size(); ++i) {
     const BodyId body = world.body_at(i);
     if (!world.is_alive(body)) continue;
-    const auto [place, is_new] = known.try_emplace({body.index, body.generation}, show.actors.size());
-    if (is_new) show.actors.push_back({body, world.body_type(body), shapes_of(world, body), now, {}});
-    show.actors[place->second].poses.push_back(world.pose(body));
+    const auto [place, is_new] = known.try_emplace({body.index, body.generation});
+    Known& mine = place->second;
+    if (is_new || mine.last + 1 < now) {
+      mine.actor = show.actors.size();
+      show.actors.push_back({body, world.body_type(body), shapes_of(world, body), now, {}});
+    }
+    mine.last = now;
+    show.actors[mine.actor].poses.push_back(world.pose(body));
   }
 }
 
@@ -37,7 +47,7 @@ void sample(const World& world, Show& show,
 Show play(Player& player, std::uint64_t from, std::uint64_t to, std::uint64_t every, Workers& workers,
           const std::function<void(std::uint64_t, std::uint64_t)>& show_progress) {
   Show show;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> known;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Known> known;
   player.measure({.residual = true});
   player.seek(from, workers);
   if (const Vec3 down = normalize(player.world().settings().gravity); down != Vec3{}) show.up = -down;

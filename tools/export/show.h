@@ -30,9 +30,9 @@ struct Show {
   std::vector<double> times;         // s, of the samples, since the first; ascending, as steps of no length
                                      // are left out
   std::vector<std::uint64_t> steps;  // their step counters
-  std::vector<StepStats> stats;      // of those steps; of the first one where no step was played: of none
-  std::vector<Actor> actors;         // by the sample at which they appear, then by BodyId::index
-  Vec3 up{0.0f, 1.0f, 0.0f};         // unit, against the gravity at first; y where there is none
+  std::vector<StepStats> stats;  // of those steps; of the first sample, for which none was played, of no step
+  std::vector<Actor> actors;     // by the sample at which they appear, then by BodyId::index
+  Vec3 up{0.0f, 1.0f, 0.0f};     // unit, against the gravity at first; y where there is none
 };
 
 // Plays the steps `from` to `to` and samples every `every` of them. `show_progress(done, all)` counts steps.

@@ -59,7 +59,7 @@ void play(const Plan& plan, Player& player, Workers& workers, Part& part,
     add_sample(player.world(), plan.wanted, plan.choice, part.begin, 0.0, {}, part.samples);
   while (player.position() < part.end) {
     if (needs_centers && is_sample(plan, player.position() + 1)) {
-      player.make_calls();  // which may have put bodies elsewhere
+      player.make_calls(workers);  // which may have put bodies elsewhere
       played.centers = centers_of_mass(player.world());
     }
     if (!player.step(workers)) break;

@@ -215,7 +215,8 @@ std::int64_t number(std::uint32_t index) { return std::int64_t{index}; }
 }  // namespace
 
 void note_awake(const World& world, PlayedStep& played) {
-  // Those that slept already when the recording began have no impulses to be divided.
+  if (!(played.dt > 0.0f)) return;
+  // Of those that slept already when the recording began nobody knows: as if with this step.
   played.awake_dt.resize(world.poses().size(), played.dt);
   for (std::uint32_t i = 0; i < played.awake_dt.size(); ++i) {
     const BodyId body = world.body_at(i);

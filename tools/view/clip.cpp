@@ -36,26 +36,68 @@ std::vector<float> flat(const std::vector<Vec3>& vectors) {
   return numbers;
 }
 
+// The triangles all of whose corners pass.
+template <class Passes>
+exports::ShapeMesh part_of(const exports::ShapeMesh& whole, const Passes& passes) {
+  exports::ShapeMesh part = whole;
+  part.indices.clear();
+  for (std::size_t i = 0; i < whole.indices.size(); i += 3) {
+    const auto first = whole.indices.begin() + static_cast<std::ptrdiff_t>(i);
+    if (std::all_of(first, first + 3, passes)) part.indices.insert(part.indices.end(), first, first + 3);
+  }
+  return part;
+}
+
+// A shape as a page draws it: a mesh, where it is in the body's frame, and how it is stretched.
+struct Piece {
+  std::size_t mesh;
+  Pose pose;
+  Vec3 scale;
+};
+
 // Meshes, each once, and where they are in the numbers.
 class Meshes {
  public:
   explicit Meshes(std::string& numbers) : numbers_(numbers) {}
 
-  std::size_t number_of(const Geometry& geometry) {
-    const auto [known, is_new] = known_.try_emplace(exports::key_of(geometry), list_.size());
-    if (is_new) add(geometry);
-    return known->second;
+  std::vector<Piece> pieces_of(const exports::ActorShape& shape) {
+    if (const auto* capsule = std::get_if<Capsule>(&shape.geometry)) return pieces_of(*capsule, shape.pose);
+    const std::size_t mesh = number_of(exports::key_of(shape.geometry),
+                                       [&] { return exports::mesh_of(exports::unit_of(shape.geometry)); });
+    list_[mesh]["surface"] = std::holds_alternative<TriangleMesh>(shape.geometry) ||
+                             std::holds_alternative<HalfSpace>(shape.geometry);
+    return {{mesh, shape.pose, exports::scale_of(shape.geometry)}};
   }
-  // m, from the origin of the shape to its farthest point.
-  float reach_of(const Geometry& geometry) {
-    const Vec3 scale = exports::scale_of(geometry), bound = bounds_[number_of(geometry)];
-    return length(Vec3{scale.x * bound.x, scale.y * bound.y, scale.z * bound.z});
+  // m, from the body's origin to the farthest point, or some more.
+  float reach_of(const Piece& piece) const {
+    const Vec3 bound = bounds_[piece.mesh];
+    return length(piece.pose.position) +
+           length(Vec3{piece.scale.x * bound.x, piece.scale.y * bound.y, piece.scale.z * bound.z});
   }
   const Json& list() const { return list_; }
 
  private:
-  void add(const Geometry& geometry) {
-    const exports::ShapeMesh mesh = exports::mesh_of(exports::unit_of(geometry));
+  std::vector<Piece> pieces_of(const Capsule& capsule, const Pose& pose) {
+    const exports::ShapeMesh ball = exports::mesh_of(Sphere{1.0f}),
+                             drum = exports::mesh_of(Cylinder{1.0f, 1.0f});
+    const std::size_t half = number_of("half ball", [&] {
+      return part_of(ball, [&](std::uint32_t i) { return ball.positions[i].y >= -1e-6f; });
+    });
+    const std::size_t tube = number_of(
+        "tube", [&] { return part_of(drum, [&](std::uint32_t i) { return drum.normals[i].y == 0.0f; }); });
+    constexpr Quat kTurned{1.0f, 0.0f, 0.0f, 0.0f};  // by half a turn about x
+    const float h = capsule.half_height, r = capsule.radius;
+    return {{half, pose * Pose{{0.0f, h, 0.0f}, {}}, {r, r, r}},
+            {half, pose * Pose{{0.0f, -h, 0.0f}, kTurned}, {r, r, r}},
+            {tube, pose, {r, h, r}}};
+  }
+  template <class Make>
+  std::size_t number_of(const std::string& key, const Make& make) {
+    const auto [known, is_new] = known_.try_emplace(key, list_.size());
+    if (is_new) add(make());
+    return known->second;
+  }
+  void add(const exports::ShapeMesh& mesh) {
     Vec3 bound;
     for (const Vec3& position : mesh.positions) {
       for (int axis = 0; axis < 3; ++axis) bound[axis] = std::max(bound[axis], std::abs(position[axis]));
@@ -69,8 +111,7 @@ class Meshes {
                      {"vertices", mesh.positions.size()},
                      {"indices", indices},
                      {"corners", mesh.indices.size()},
-                     {"surface", std::holds_alternative<TriangleMesh>(geometry) ||
-                                     std::holds_alternative<HalfSpace>(geometry)}});
+                     {"surface", false}});
   }
 
   std::string& numbers_;
@@ -91,22 +132,25 @@ const char* name_of(BodyType type) {
   return "dynamic";
 }
 
-void append_differences(const std::vector<std::uint16_t>& codes, std::string& bytes) {
-  std::string low, high;
-  std::uint16_t last = 0;
-  for (const std::uint16_t code : codes) {
-    const auto difference = static_cast<std::uint16_t>(code - last);
-    low += static_cast<char>(difference & 0xff);
-    high += static_cast<char>(difference >> 8);
+// Of numbers below 256^bytes.
+void append_differences(const std::vector<std::uint32_t>& codes, int bytes, std::string& to) {
+  std::vector<std::string> planes(static_cast<std::size_t>(bytes));
+  std::uint32_t last = 0;
+  for (const std::uint32_t code : codes) {
+    const std::uint32_t difference = code - last;  // modulo 2^32, and so modulo each smaller power of 256
+    for (int k = 0; k < bytes; ++k)
+      planes[static_cast<std::size_t>(k)] += static_cast<char>(difference >> 8 * k & 0xff);
     last = code;
   }
-  bytes += low + high;
+  for (const std::string& plane : planes) to += plane;
 }
 
 Json json_of(Vec3 v) { return {v.x, v.y, v.z}; }
 
-Json append_track(const Actor& actor, std::string& bytes) {
-  constexpr double kParts = 65535.0, kUnit = 32767.0;
+// `size`: m, of the body.
+Json append_track(const Actor& actor, float size, std::string& to) {
+  constexpr double kUnit = 32767.0, kShare = 1.0 / 500.0;
+  constexpr int kRotationBytes = 2;
   Vec3 lower = actor.poses.front().position, upper = lower;
   for (const Pose& pose : actor.poses) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -114,16 +158,21 @@ Json append_track(const Actor& actor, std::string& bytes) {
       upper[axis] = std::max(upper[axis], pose.position[axis]);
     }
   }
-  const Json track = {{"offset", bytes.size()}, {"lower", json_of(lower)}, {"upper", json_of(upper)}};
-  std::vector<std::uint16_t> codes(actor.poses.size());
+  const auto side = [&](int axis) { return double{upper[axis]} - double{lower[axis]}; };
+  const double largest = std::max({side(0), side(1), side(2)});
+  const auto parts = [](int bytes) { return std::ldexp(1.0, 8 * bytes) - 1.0; };
+  int bytes = 2;
+  while (bytes < 4 && largest / parts(bytes) > kShare * double{size}) ++bytes;
+  const Json track = {
+      {"offset", to.size()}, {"bytes", bytes}, {"lower", json_of(lower)}, {"upper", json_of(upper)}};
+  std::vector<std::uint32_t> codes(actor.poses.size());
   for (int axis = 0; axis < 3; ++axis) {
-    const double size = double{upper[axis]} - double{lower[axis]};
     for (std::size_t i = 0; i < codes.size(); ++i) {
-      const double share =
-          size > 0.0 ? (double{actor.poses[i].position[axis]} - double{lower[axis]}) / size : 0.0;
-      codes[i] = static_cast<std::uint16_t>(std::lround(kParts * share));
+      const double from = double{actor.poses[i].position[axis]} - double{lower[axis]};
+      codes[i] =
+          static_cast<std::uint32_t>(std::llround(side(axis) > 0.0 ? parts(bytes) * from / side(axis) : 0.0));
     }
-    append_differences(codes, bytes);
+    append_differences(codes, bytes, to);
   }
   std::vector<Quat> rotations;
   for (const Pose& pose : actor.poses) {
@@ -135,41 +184,47 @@ Json append_track(const Actor& actor, std::string& bytes) {
   }
   for (float Quat::*part : {&Quat::x, &Quat::y, &Quat::z, &Quat::w}) {
     for (std::size_t i = 0; i < codes.size(); ++i)
-      codes[i] = static_cast<std::uint16_t>(std::lround(kUnit * double{rotations[i].*part}));
-    append_differences(codes, bytes);
+      codes[i] = static_cast<std::uint32_t>(std::lround(kUnit * double{rotations[i].*part}));
+    append_differences(codes, kRotationBytes, to);
   }
   return track;
 }
 
-Json body_of(const Actor& actor, Meshes& meshes) {
-  Json body = {{"index", actor.body.index},
+// A body as pages know it, and how far it reaches from its origin, m.
+struct PageBody {
+  Json json;
+  float reach = 0.0f;
+};
+
+PageBody body_of(const Actor& actor, Meshes& meshes) {
+  PageBody body;
+  body.json = {{"index", actor.body.index},
                {"type", name_of(actor.type)},
                {"first", actor.first},
                {"count", actor.poses.size()}};
   const Pose& pose = actor.poses.front();
-  body["pose"] = {pose.position.x, pose.position.y, pose.position.z, pose.rotation.x,
-                  pose.rotation.y, pose.rotation.z, pose.rotation.w};
-  body["shapes"] = Json::array();
+  body.json["pose"] = {pose.position.x, pose.position.y, pose.position.z, pose.rotation.x,
+                       pose.rotation.y, pose.rotation.z, pose.rotation.w};
+  body.json["shape_count"] = actor.shapes.size();  // a shape may be several pieces
+  body.json["shapes"] = Json::array();
   for (const exports::ActorShape& shape : actor.shapes) {
-    const Vec3 p = shape.pose.position, s = exports::scale_of(shape.geometry);
-    const Quat q = shape.pose.rotation;
-    body["shapes"].push_back(
-        {meshes.number_of(shape.geometry), p.x, p.y, p.z, q.x, q.y, q.z, q.w, s.x, s.y, s.z});
+    for (const Piece& piece : meshes.pieces_of(shape)) {
+      const Vec3 p = piece.pose.position, s = piece.scale;
+      const Quat q = piece.pose.rotation;
+      body.json["shapes"].push_back({piece.mesh, p.x, p.y, p.z, q.x, q.y, q.z, q.w, s.x, s.y, s.z});
+      if (!std::holds_alternative<HalfSpace>(shape.geometry))
+        body.reach = std::max(body.reach, meshes.reach_of(piece));
+    }
   }
   return body;
 }
 
-// m: how far the largest dynamic bodies reach from their origins; where there are none, kinematic or fixed
-// ones.
-float size_of(const Show& show, Meshes& meshes) {
+// m, of the largest dynamic body; where there are none, of kinematic or fixed ones.
+float size_of(const Show& show, const std::vector<PageBody>& bodies) {
   for (const BodyType type : {BodyType::dynamic, BodyType::kinematic, BodyType::fixed}) {
     float largest = 0.0f;
-    for (const Actor& actor : show.actors) {
-      if (actor.type != type) continue;
-      for (const exports::ActorShape& shape : actor.shapes) {
-        if (std::holds_alternative<HalfSpace>(shape.geometry)) continue;
-        largest = std::max(largest, length(shape.pose.position) + meshes.reach_of(shape.geometry));
-      }
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (show.actors[i].type == type) largest = std::max(largest, bodies[i].reach);
     }
     if (largest > 0.0f) return largest;
   }
@@ -187,9 +242,11 @@ Json stats_of(const Show& show) {
   for (std::size_t sample = 0; sample < show.times.size(); ++sample) {
     living += changes[sample];
     bodies.push_back(living);
-    awake.push_back(show.stats[sample].awake_bodies);
-    contacts.push_back(show.stats[sample].contacts);
-    energy.push_back(show.stats[sample].kinetic_energy);
+    const StepStats& stats = show.stats[sample];
+    const bool is_known = sample > 0;  // no step was played for the first one
+    awake.push_back(is_known ? Json(stats.awake_bodies) : Json());
+    contacts.push_back(is_known ? Json(stats.contacts) : Json());
+    energy.push_back(is_known ? Json(stats.kinetic_energy) : Json());
   }
   return {{"bodies", bodies}, {"awake", awake}, {"contacts", contacts}, {"energy", energy}};
 }
@@ -225,15 +282,19 @@ std::string pack(const std::string& bytes) {
 std::string make_clip(const Show& show, const std::string& title) {
   std::string numbers;
   Meshes meshes(numbers);
-  Json bodies = Json::array();
+  std::vector<PageBody> bodies;
   for (const Actor& actor : show.actors) bodies.push_back(body_of(actor, meshes));
-  const float size = size_of(show, meshes);
-  for (std::size_t i = 0; i < show.actors.size(); ++i) {
-    if (!exports::stands_still(show.actors[i])) bodies[i]["track"] = append_track(show.actors[i], numbers);
+  const float size = size_of(show, bodies);
+  Json list = Json::array();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const float reach = bodies[i].reach > 0.0f ? bodies[i].reach : size;
+    if (!exports::stands_still(show.actors[i]))
+      bodies[i].json["track"] = append_track(show.actors[i], reach, numbers);
+    list.push_back(std::move(bodies[i].json));
   }
-  const Json head = {{"title", title},          {"up", json_of(show.up)},     {"size", size},
-                     {"times", show.times},     {"steps", show.steps},        {"stats", stats_of(show)},
-                     {"meshes", meshes.list()}, {"bodies", std::move(bodies)}};
+  const Json head = {{"title", title},          {"up", json_of(show.up)},   {"size", size},
+                     {"times", show.times},     {"steps", show.steps},      {"stats", stats_of(show)},
+                     {"meshes", meshes.list()}, {"bodies", std::move(list)}};
   const std::string text = head.dump(-1, ' ', false, Json::error_handler_t::replace);
   std::string bytes(sizeof(std::uint32_t), '\0');
   const auto length = static_cast<std::uint32_t>(text.size());

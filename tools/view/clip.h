@@ -6,10 +6,13 @@
 //   float and
 //          u32, then tracks
 //
-// A track has the poses of a body that moves, in 14 bytes each: the position in 65,535 parts of the box that
-// the body's origin stays in, and the rotation in parts of 1/32,767. For each of the seven components come
-// the differences from sample to sample, modulo 2^16, their low bytes and then their high bytes. All of it is
-// packed by gzip, which makes little of what rests or moves evenly.
+// A track has the poses of a body that moves. Positions are in equal parts of the box that the body's origin
+// stays in: 2^16 - 1 of them, or where these would be larger than 1/500 of the body's size, 2^24 - 1 or
+// 2^32 - 1. Rotations are in parts of 1/32,767. For each of the seven components come the differences from
+// sample to sample, modulo a power of 256, all their lowest bytes first. All of it is packed by gzip, which
+// makes little of what rests or moves evenly.
+//
+// Capsules are two half balls and a tube, so that a page has few meshes.
 #pragma once
 
 #include <tools/export/show.h>

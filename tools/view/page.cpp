@@ -10,6 +10,8 @@
 namespace scree::view {
 namespace {
 
+constexpr std::size_t kMostBytes = 300 << 20;  // strings of browsers end at 512 MiB
+
 void replace(std::string& text, std::string_view mark, std::string_view by) {
   for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos; at += by.size())
     text.replace(at, mark.size(), by);
@@ -56,10 +58,14 @@ std::string make_page(const exports::Show& show, const std::string& title) {
   if (!has_page()) throw Error(kNoPage);
   std::string page(page_text());
   replace(page, "@STYLE@", style_text());
-  replace(page, "@TITLE@", escape(title));
   replace(page, "@IMPORTS@", import_map());
   replace(page, "@CLIP@",
           "<script type=\"text/plain\" id=\"clip\">" + exports::base64(make_clip(show, title)) + "</script>");
+  replace(page, "@TITLE@", escape(title));  // the last: a file may be called like a mark
+  if (page.size() > kMostBytes) {
+    throw Error("the page would have " + std::to_string(page.size() >> 20) + " MiB, more than the " +
+                std::to_string(kMostBytes >> 20) + " MiB that browsers read; ask for fewer steps");
+  }
   return page;
 }
 

@@ -117,16 +117,17 @@ class SCREE_API Player {
   const RecordingInfo& info() const noexcept;  ///< what the recording holds
   /// Where the keyframes are, ascending, the first snapshot among them; as long as the player lives.
   std::span<const std::uint64_t> keyframe_steps() const noexcept;
-  /// The world after `position()` steps: calls that were made after that step come with the next one. Its
-  /// events and stats are those of the step; after a seek there are none.
+  /// The world after `position()` steps: calls that were made after that step come with the next one, or with
+  /// make_calls(). Its events and stats are those of the step; after a seek there are none.
   const World& world() const noexcept;
   std::uint64_t position() const noexcept;  ///< info().first_step and the steps since
 
   /// Plays on: the calls up to the next step, and that step. False, and nothing happens, at the end.
   bool step(Workers& workers);
   /// Makes the recorded calls that come before the next step, without the step, so that world() is what the
-  /// step begins with. Nothing happens the second time, and at the end.
-  void make_calls();
+  /// step begins with; position() and recorded_hash() stay those of the step before. Nothing happens the
+  /// second time, and at the end.
+  void make_calls(Workers& workers);
   /// Goes to any step from info().first_step to last_step: from the last keyframe before it, or on from here
   /// if that is nearer. Throws Error outside.
   void seek(std::uint64_t step, Workers& workers);

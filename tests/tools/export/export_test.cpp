@@ -77,6 +77,31 @@ TEST(Show, HasEachBodyWhileItLives) {
   }
 }
 
+TEST(Show, ABodyThatComesBackIsAnotherActor) {
+  TemporaryFile file;
+  World world({.gravity = {}});
+  const BodyId body = world.create_body({.position = {1.0f, 0.0f, 0.0f}});
+  world.add_shape(body, Sphere{});
+  Workers workers(1);
+  {
+    Recorder recorder(world, file.path());
+    Snapshot before;
+    save(world, before);
+    for (int i = 0; i < 30; ++i) {
+      if (i == 10) world.destroy_body(body);
+      if (i == 20) restore(world, before);
+      step(world, kDt, workers);
+    }
+    recorder.finish();
+  }
+  Player player(file.path());
+  const Show show = play(player, 0, 30, 1, workers, [](std::uint64_t, std::uint64_t) {});
+  ASSERT_EQ(show.actors.size(), 2u);
+  EXPECT_EQ(show.actors[0].poses.size(), 11u);
+  EXPECT_EQ(show.actors[1].first, 21u);
+  EXPECT_EQ(show.actors[1].poses.size(), 10u);
+}
+
 // By name, where a node is and how large.
 aiMatrix4x4 place_of(const aiNode& node) {
   aiMatrix4x4 place = node.mTransformation;
@@ -321,6 +346,7 @@ TEST(Mcap, HoldsTheSceneTheTransformsAndTheFigures) {
       EXPECT_EQ(transform.at("rotation").at("w").get<float>(), pose.rotation.w);
     }
     EXPECT_EQ(by_topic["/stats"][sample]->json.at("step"), show.steps[sample]);
+    EXPECT_EQ(by_topic["/stats"][sample]->json.contains("residual"), sample > 0);
     EXPECT_EQ(by_topic["/stats"][sample]->json.at("bodies"), transforms.size() - 1);
   }
   const nlohmann::json& first = by_topic["/scene"][0]->json;

@@ -9,19 +9,23 @@ async function unpack(text) {
   return new Response(stream).arrayBuffer();
 }
 
-// A body's poses, one behind the other. The numbers are differences of 16 bits, the low bytes of a component before
-// its high bytes.
+// A body's poses, one behind the other. The numbers are differences, the lowest bytes of a component before the
+// others.
 function readTrack(bytes, track, count) {
   const poses = new Float32Array(kLength * count);
+  let plane = track.offset;
   for (let part = 0; part < kLength; ++part) {
-    const low = track.offset + part * 2 * count;
-    const scale = part < 3 ? (track.upper[part] - track.lower[part]) / 65535 : 1 / 32767;
+    const length = part < 3 ? track.bytes : 2;
+    const end = 256 ** length;
+    const scale = part < 3 ? (track.upper[part] - track.lower[part]) / (end - 1) : 1 / 32767;
     let code = 0;
     for (let i = 0; i < count; ++i) {
-      code = (code + bytes[low + i] + 256 * bytes[low + count + i]) & 0xffff;
-      poses[kLength * i + part] =
-        part < 3 ? track.lower[part] + scale * code : scale * (code < 0x8000 ? code : code - 0x10000);
+      for (let k = 0, weight = 1; k < length; ++k, weight *= 256) code += weight * bytes[plane + k * count + i];
+      code %= end;
+      const turned = code < end / 2 ? code : code - end;
+      poses[kLength * i + part] = part < 3 ? track.lower[part] + scale * code : scale * turned;
     }
+    plane += length * count;
   }
   return poses;
 }
@@ -56,6 +60,14 @@ export class Clip {
 
   get duration() {
     return this.times[this.times.length - 1];
+  }
+
+  // The last sample that is not after the time, and how far the time is on the way to the next one, 0 to 1.
+  stateAt(time) {
+    const sample = this.sampleAt(time);
+    const next = Math.min(sample + 1, this.times.length - 1);
+    const length = this.times[next] - this.times[sample];
+    return [sample, length > 0 ? Math.min(1, (time - this.times[sample]) / length) : 0];
   }
 
   // The last sample that is not after the time.

@@ -1,7 +1,7 @@
 // The page: loads the clip, shows it, and follows what the user does.
 import { Clip } from "scree/clip";
 import { Orbit } from "scree/orbit";
-import { plot } from "scree/plot";
+import { Plot } from "scree/plot";
 import { Scene } from "scree/scene";
 
 const element = (id) => document.getElementById(id);
@@ -37,6 +37,8 @@ class Page {
     this.lastFrame = undefined;
     this.drawn = undefined;  // the state that is on the screen
     this.slowFrames = 0;
+    this.graph = new Plot(element("graph"));
+    this.chosenPlot = new Plot(element("chosen-plot"));
     element("time").max = clip.duration;
     this.listen();
     this.resize();
@@ -68,10 +70,9 @@ class Page {
 
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const isField = ["SELECT", "INPUT"].includes(event.target.tagName);
-    if (isField && event.key !== " ") return;
-    if (event.key === " " && ["BUTTON", "SUMMARY"].includes(event.target.tagName)) return;
-    if (isField && event.target.type !== "range") return;
+    // Controls keep what they use themselves; the arrows of the time are steps.
+    if (event.target.tagName === "SELECT") return;
+    if (event.key === " " && event.target !== this.canvas && event.target.id !== "time" && event.target !== document.body) return;
     const actions = {
       " ": () => this.play(!this.isPlaying),
       ArrowLeft: () => this.step(-1),
@@ -80,10 +81,10 @@ class Page {
       End: () => this.goTo(this.clip.duration),
       "[": () => this.changeRate(-1),
       "]": () => this.changeRate(1),
-      w: () => this.orbit.turn(0, 0.08),
-      s: () => this.orbit.turn(0, -0.08),
-      a: () => this.orbit.turn(-0.08, 0),
-      d: () => this.orbit.turn(0.08, 0),
+      w: () => (event.shiftKey ? this.orbit.pan(0, 40) : this.orbit.turn(0, 0.08)),
+      s: () => (event.shiftKey ? this.orbit.pan(0, -40) : this.orbit.turn(0, -0.08)),
+      a: () => (event.shiftKey ? this.orbit.pan(40, 0) : this.orbit.turn(-0.08, 0)),
+      d: () => (event.shiftKey ? this.orbit.pan(-40, 0) : this.orbit.turn(0.08, 0)),
       q: () => this.orbit.zoom(1 / 1.1),
       e: () => this.orbit.zoom(1.1),
       n: () => this.chooseNext(1),
@@ -137,7 +138,9 @@ class Page {
   }
 
   chooseNext(by) {
-    const movable = this.clip.bodies.map((body, i) => (body.type === "fixed" ? -1 : i)).filter((i) => i >= 0);
+    const sample = this.clip.sampleAt(this.time);
+    const isThere = (body) => sample >= body.first && sample < body.first + body.count;
+    const movable = this.clip.bodies.map((body, i) => (body.type !== "fixed" && isThere(body) ? i : -1)).filter((i) => i >= 0);
     if (movable.length === 0) return;
     const at = movable.indexOf(this.scene.chosen);
     const next = at < 0 ? (by > 0 ? 0 : movable.length - 1) : (at + by + movable.length) % movable.length;
@@ -167,7 +170,8 @@ class Page {
 
   frame(now) {
     if (this.isPlaying && this.lastFrame !== undefined) {
-      this.goTo(this.time + (this.rate * (now - this.lastFrame)) / 1000);
+      const longest = 250;  // ms: a page that was hidden goes on where it was
+      this.goTo(this.time + (this.rate * Math.min(longest, now - this.lastFrame)) / 1000);
       if (this.time >= this.clip.duration) this.play(false);
     }
     this.lastFrame = now;
@@ -198,6 +202,7 @@ class Page {
     this.hasSpared = true;
     shadows.checked = false;
     this.scene.setShadows(false);
+    this.drawn = undefined;
   }
 
   // All that is written on the page.
@@ -207,6 +212,7 @@ class Page {
     const text = `step ${this.clip.steps[sample].toLocaleString("en-US")}, ${this.time.toFixed(2)} s`;
     if (element("clock").textContent !== text) element("clock").textContent = text;
     element("time").value = this.time;
+    element("time").setAttribute("aria-valuetext", text);
     const state = [sample, share, this.scene.chosen, window.innerWidth].join();
     if (this.told === state) return;
     this.told = state;
@@ -218,18 +224,18 @@ class Page {
       ["kinetic energy", `${number(stats.energy[sample])} J`],
       ["lines of the grid", `${number(this.scene.spacing)} m`],
     ]);
-    plot(element("graph"), [{ values: stats.contacts, color: "#7fb2e5" }, { values: stats.energy, color: "#f0a45a" }], share);
+    this.graph.draw(this.clip.times, [{ values: stats.contacts, color: "#7fb2e5" }, { values: stats.energy, color: "#f0a45a" }], share);
     if (this.scene.chosen < 0) return;
     const body = this.clip.bodies[this.scene.chosen];
     const pose = new Float32Array(7);
     const isThere = this.clip.poseAt(body, sample, 0, pose);
     list(element("chosen-figures"), [
       ["type", body.type],
-      ["shapes", String(body.shapes.length)],
+      ["shapes", String(body.shape_count)],
       ["position", isThere ? [...pose.subarray(0, 3)].map((x) => x.toFixed(3)).join(", ") + " m" : "not there"],
       ["speed", isThere ? `${number(this.clip.speedAt(body, sample), 3)} m/s` : "–"],
     ]);
-    plot(element("chosen-plot"), [{ values: this.speeds, color: "#f0a45a" }], share);
+    this.chosenPlot.draw(this.clip.times, [{ values: this.speeds, color: "#f0a45a" }], share);
   }
 }
 
@@ -241,10 +247,14 @@ async function begin() {
     fail(`The animation in this page is damaged: ${error.message}`);
     return;
   }
+  if (!document.createElement("canvas").getContext("webgl2")) {
+    fail("This browser cannot draw the page: it has no WebGL 2, or it is turned off.");
+    return;
+  }
   try {
     window.screePage = new Page(clip);  // for scripts that drive the page
   } catch (error) {
-    fail(`This browser cannot draw the page, which takes WebGL 2: ${error.message}`);
+    fail(`The page cannot be drawn: ${error.message}`);
     return;
   }
   document.body.dataset.state = "ready";

@@ -44,6 +44,7 @@ export class Orbit {
       const before = Math.hypot(last[0] - other[0], last[1] - other[1]);
       const after = Math.hypot(event.clientX - other[0], event.clientY - other[1]);
       if (before > 0 && after > 0) this.zoom(before / after);
+      this.pan(dx / 2, dy / 2);
     } else if (event.shiftKey || event.buttons & 6) {
       this.pan(dx, dy);
     } else {

@@ -1,31 +1,52 @@
 // Lines over time on a small canvas.
 
-// `series`: {values, color} each, drawn from its least to its largest value; values that are no numbers are left
-// out. `at`: where the time stands, from 0 to 1.
-export function plot(canvas, series, at) {
-  const ratio = window.devicePixelRatio || 1;
-  const width = canvas.clientWidth || canvas.width;
-  const height = canvas.clientHeight || canvas.height;
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
-  const context = canvas.getContext("2d");
-  context.scale(ratio, ratio);
-  context.clearRect(0, 0, width, height);
-  for (const { values, color } of series) {
-    const known = values.filter(Number.isFinite);
-    const least = Math.min(0, ...[known.reduce((a, b) => Math.min(a, b), 0)]);
-    const most = known.reduce((a, b) => Math.max(a, b), least);
-    context.strokeStyle = color;
-    context.lineWidth = 1.5;
-    context.beginPath();
-    values.forEach((value, i) => {
-      if (!Number.isFinite(value)) return;
-      const x = (width * i) / Math.max(1, values.length - 1);
-      const y = height - 3 - ((height - 6) * (value - least)) / (most - least || 1);
-      context.lineTo(x, y);
-    });
-    context.stroke();
+// Keeps the lines, which are the same as long as the series are, and draws where the time stands anew.
+export class Plot {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.lines = document.createElement("canvas");
+    this.drawn = undefined;
   }
-  context.fillStyle = "#ffffff";
-  context.fillRect(Math.round(width * at) - 1, 0, 2, height);
+
+  // `series`: {values, color} each, drawn from its least to its largest value; values that are no numbers are left
+  // out. `times`: s, ascending, of all values. `at`: where the time stands, from 0 to 1.
+  draw(times, series, at) {
+    const ratio = window.devicePixelRatio || 1;
+    const width = this.canvas.clientWidth || this.canvas.width;
+    const height = this.canvas.clientHeight || this.canvas.height;
+    const state = [width, height, ratio, ...series.map(({ values }) => values)];
+    if (!this.drawn || this.drawn.some((each, i) => each !== state[i])) {
+      this.drawn = state;
+      for (const canvas of [this.canvas, this.lines]) {
+        canvas.width = Math.round(width * ratio);
+        canvas.height = Math.round(height * ratio);
+      }
+      this.drawLines(times, series, width, height, ratio);
+    }
+    const context = this.canvas.getContext("2d");
+    context.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    context.drawImage(this.lines, 0, 0);
+    context.fillStyle = "#ffffff";
+    context.fillRect(Math.round((width * at - 1) * ratio), 0, 2 * ratio, this.canvas.height);
+  }
+
+  drawLines(times, series, width, height, ratio) {
+    const context = this.lines.getContext("2d");
+    context.scale(ratio, ratio);
+    const duration = times[times.length - 1] || 1;
+    for (const { values, color } of series) {
+      const known = values.filter(Number.isFinite);
+      const least = known.reduce((a, b) => Math.min(a, b), 0);
+      const most = known.reduce((a, b) => Math.max(a, b), least);
+      context.strokeStyle = color;
+      context.lineWidth = 1.5;
+      context.beginPath();
+      values.forEach((value, i) => {
+        if (!Number.isFinite(value)) return;
+        const y = height - 3 - ((height - 6) * (value - least)) / (most - least || 1);
+        context.lineTo((width * times[i]) / duration, y);
+      });
+      context.stroke();
+    }
+  }
 }

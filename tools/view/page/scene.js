@@ -1,4 +1,5 @@
-// Draws the bodies of a clip: one instanced mesh for all shapes that differ by place, size and color alone.
+// Draws the bodies of a clip: one instanced mesh for all shapes that differ by place, size and color alone. Rounded
+// boxes and hulls have meshes of their own.
 import { Walls } from "scree/walls";
 import * as THREE from "three";
 
@@ -38,6 +39,34 @@ function writeRotation(qx, qy, qz, qw, sx, sy, sz, m) {
   m[8] = sz * (1 - 2 * (qx * qx + qy * qy));
 }
 
+// To a point. The last number stays 1: three.js divides by it.
+export function hide(mesh, place) {
+  const m = mesh.instanceMatrix.array;
+  m.fill(0, 16 * place, 16 * place + 15);
+  m[16 * place + 15] = 1;
+}
+
+// Places of a mesh's instances, handed out for spans of samples whose beginnings ascend.
+class Places {
+  constructor() {
+    this.count = 0;
+    this.free = [];
+    this.ending = new Map();  // by sample: the places that are free from then on
+    this.sample = 0;
+  }
+
+  take(first, end) {
+    while (this.sample < first) {
+      this.sample += 1;
+      this.free.push(...(this.ending.get(this.sample) ?? []));
+    }
+    const place = this.free.pop() ?? this.count++;
+    if (!this.ending.has(end)) this.ending.set(end, []);
+    this.ending.get(end).push(place);
+    return place;
+  }
+}
+
 export class Scene {
   // Throws where there is no WebGL.
   constructor(canvas, clip) {
@@ -64,53 +93,68 @@ export class Scene {
     this.addGrid();
   }
 
+  // Bodies whose lives do not overlap share the places of their shapes.
   addInstances() {
-    const counts = this.clip.meshes.map(() => 0);
-    for (const body of this.clip.bodies) {
-      for (const shape of body.shapes) ++counts[shape[0]];
-    }
-    const material = new THREE.MeshLambertMaterial();
-    this.meshes = this.clip.meshes.map((mesh, i) => {
-      const instances = new THREE.InstancedMesh(geometryOf(mesh), material, Math.max(1, counts[i]));
-      instances.instanceColor = new THREE.InstancedBufferAttribute(new Float32Array(3 * Math.max(1, counts[i])), 3);
-      instances.count = counts[i];
-      instances.frustumCulled = false;
-      instances.castShadow = instances.receiveShadow = true;
-      instances.userData.bodies = [];
-      this.root.add(instances);
-      return instances;
-    });
-    // By body its instances: where each is, and its shape in the body's frame as columns.
-    this.instances = this.clip.bodies.map((body, number) => body.shapes.map((shape) => {
+    const places = this.clip.meshes.map(() => new Places());
+    this.instances = this.clip.bodies.map((body) => body.shapes.map((shape) => {
       const [mesh, px, py, pz, qx, qy, qz, qw, sx, sy, sz] = shape;
       const columns = new Float32Array(9);
       writeRotation(qx, qy, qz, qw, sx, sy, sz, columns);
-      const place = this.meshes[mesh].userData.bodies.push(number) - 1;
-      const isSurface = this.clip.meshes[mesh].isSurface;
-      return { mesh: this.meshes[mesh], place, offset: [px, py, pz], columns, isSurface };
+      const place = places[mesh].take(body.first, body.first + body.count);
+      return { meshNumber: mesh, place, offset: [px, py, pz], columns, isSurface: this.clip.meshes[mesh].isSurface };
     }));
+    const material = new THREE.MeshLambertMaterial();
+    this.meshes = this.clip.meshes.map((mesh, i) => {
+      const { count } = places[i];
+      const instances = new THREE.InstancedMesh(geometryOf(mesh), material, Math.max(1, count));
+      instances.instanceColor = new THREE.InstancedBufferAttribute(new Float32Array(3 * Math.max(1, count)), 3);
+      instances.count = count;
+      instances.frustumCulled = false;
+      instances.castShadow = instances.receiveShadow = true;
+      instances.userData.bodies = new Int32Array(count).fill(-1);  // who is at a place now
+      this.root.add(instances);
+      return instances;
+    });
+    for (const shapes of this.instances) {
+      for (const instance of shapes) instance.mesh = this.meshes[instance.meshNumber];
+    }
   }
 
-  // What moves: its middle, and how far it reaches. Bodies that fall far off do not count.
-  measure() {
+  // Where bodies are at a sample.
+  centersAt(sample, isWanted) {
     const centers = [];
-    const pose = new Float32Array(7);
-    const last = this.clip.times.length - 1;
     for (const body of this.clip.bodies) {
-      if (body.type === "fixed" || body.shapes.length === 0) continue;
-      for (const sample of [0, last >> 1, last]) {
-        if (this.clip.poseAt(body, sample, 0, pose)) centers.push(new THREE.Vector3(pose[0], pose[1], pose[2]));
+      if (!isWanted(body) || body.shapes.length === 0) continue;
+      if (this.clip.poseAt(body, sample, 0, this.pose)) centers.push(new THREE.Vector3(...this.pose.subarray(0, 3)));
+    }
+    return centers;
+  }
+
+  // What the first view is about: what moves as it is first seen, without what is far from all the rest, and
+  // where it goes, unless that is far off. Where nothing moves, all bodies.
+  measure() {
+    const last = this.clip.times.length - 1;
+    const samples = [0, last >> 2, last >> 1, last];
+    const isMoving = (body) => body.type !== "fixed";
+    let isWanted = isMoving;
+    let first = [];
+    for (const sample of samples) {
+      if (first.length === 0) first = this.centersAt(sample, isMoving);
+    }
+    if (first.length === 0) {
+      isWanted = () => true;
+      first = this.centersAt(0, isWanted);
+    }
+    const sorted = [0, 1, 2].map((axis) => first.map((c) => c.getComponent(axis)).sort((a, b) => a - b));
+    const middle = new THREE.Vector3(...sorted.map((values) => values[values.length >> 1] ?? 0));
+    const distances = first.map((c) => c.distanceTo(middle)).sort((a, b) => a - b);
+    const limit = 3 * Math.max(distances[Math.floor(0.9 * distances.length)] ?? 0, this.clip.size);
+    const box = new THREE.Box3().expandByPoint(middle);
+    for (const sample of samples) {
+      for (const center of this.centersAt(sample, isWanted)) {
+        if (center.distanceTo(middle) <= limit) box.expandByPoint(center);
       }
     }
-    const sorted = [0, 1, 2].map((axis) => centers.map((c) => c.getComponent(axis)).sort((a, b) => a - b));
-    const middle = new THREE.Vector3(...sorted.map((values) => values[values.length >> 1] ?? 0));
-    const distances = centers.map((c) => c.distanceTo(middle)).sort((a, b) => a - b);
-    const limit = 3 * (distances[Math.floor(0.9 * distances.length)] ?? 0);
-    const box = new THREE.Box3();
-    for (const center of centers) {
-      if (center.distanceTo(middle) <= limit) box.expandByPoint(center);
-    }
-    if (box.isEmpty()) box.expandByPoint(middle);
     box.expandByScalar(this.clip.size);
     box.applyMatrix4(this.root.matrixWorld);
     this.middle = box.getCenter(new THREE.Vector3());
@@ -165,16 +209,19 @@ export class Scene {
 
   // Puts all bodies where they are at a time.
   show(time) {
-    const sample = this.clip.sampleAt(time);
-    const next = Math.min(sample + 1, this.clip.times.length - 1);
-    const length = this.clip.times[next] - this.clip.times[sample];
-    const share = length > 0 ? Math.min(1, (time - this.clip.times[sample]) / length) : 0;
+    const [sample, share] = this.clip.stateAt(time);
     const color = new THREE.Color();
+    for (const mesh of this.meshes) mesh.userData.bodies.fill(-1);
     for (let number = 0; number < this.clip.bodies.length; ++number) {
-      const isThere = this.clip.poseAt(this.clip.bodies[number], sample, share, this.pose);
+      if (!this.clip.poseAt(this.clip.bodies[number], sample, share, this.pose)) continue;
       const [r, g, b] = this.colorOf(number, sample);
       color.setRGB(r / 255, g / 255, b / 255, THREE.SRGBColorSpace);
-      for (const instance of this.instances[number]) this.place(instance, isThere, color);
+      for (const instance of this.instances[number]) this.place(instance, number, color);
+    }
+    for (const mesh of this.meshes) {
+      mesh.userData.bodies.forEach((body, place) => {
+        if (body < 0) hide(mesh, place);
+      });
     }
     if (!this.keepsWalls) {
       const eye = this.root.worldToLocal(this.camera.position.clone());
@@ -187,13 +234,9 @@ export class Scene {
     }
   }
 
-  place(instance, isThere, color) {
+  place(instance, number, color) {
     const m = instance.mesh.instanceMatrix.array;
     const at = 16 * instance.place;
-    if (!isThere) {
-      m.fill(0, at, at + 16);
-      return;
-    }
     const [px, py, pz, qx, qy, qz, qw] = this.pose;
     const r = this.rotation;
     const s = instance.columns;
@@ -210,23 +253,22 @@ export class Scene {
     m[at + 14] = pz + r[2] * o[0] + r[5] * o[1] + r[8] * o[2];
     m[at + 15] = 1;
     instance.mesh.instanceColor.setXYZ(instance.place, color.r, color.g, color.b);
+    instance.mesh.userData.bodies[instance.place] = number;
   }
 
-  // The number of the body at a place of the picture, -1 to 1 to the right and up; -1: none.
+  // The number of the body at a place of the picture, -1 to 1 to the right and up; -1: none, or a fixed one.
   pick(x, y) {
     const ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2(x, y), this.camera);
-    const hit = ray.intersectObjects(this.meshes, false).find((each) => {
-      const instance = each.object.userData.bodies[each.instanceId];
-      return instance !== undefined && this.clip.bodies[instance].type !== "fixed";
-    });
-    return hit ? hit.object.userData.bodies[hit.instanceId] : -1;
+    const [hit] = ray.intersectObjects(this.meshes, false);
+    const body = hit ? hit.object.userData.bodies[hit.instanceId] : -1;
+    return body >= 0 && this.clip.bodies[body].type !== "fixed" ? body : -1;
   }
 
   // Where a body is, in the scene's frame; nothing where it is not there.
   centerOf(number, time) {
-    const sample = this.clip.sampleAt(time);
-    if (!this.clip.poseAt(this.clip.bodies[number], sample, 0, this.pose)) return undefined;
+    const [sample, share] = this.clip.stateAt(time);
+    if (!this.clip.poseAt(this.clip.bodies[number], sample, share, this.pose)) return undefined;
     return new THREE.Vector3(this.pose[0], this.pose[1], this.pose[2]).applyMatrix4(this.root.matrixWorld);
   }
 

@@ -1,6 +1,7 @@
 // Walls that hide what moves: fixed and kinematic shapes that stand between the eye and more than a tenth of it,
 // unless they are the ground below it. Shapes are taken for the boxes around them; surfaces are left alone, as
 // they are seen from their fronts only.
+import { hide } from "scree/scene";
 import * as THREE from "three";
 
 const kMostSamples = 48;
@@ -63,9 +64,9 @@ export class Walls {
     const place = new THREE.Vector3();
     const below = new THREE.Vector3();
     const localEye = new THREE.Vector3();
-    for (const { instance, box } of this.walls) {
+    for (const { instance, number, box } of this.walls) {
+      if (instance.mesh.userData.bodies[instance.place] !== number) continue;  // it is not there
       instance.mesh.getMatrixAt(instance.place, matrix);
-      if (matrix.determinant() === 0) continue;
       matrix.invert();
       localEye.copy(eye).applyMatrix4(matrix);
       let hidden = 0;
@@ -77,7 +78,7 @@ export class Walls {
         if (meets(box, place, below)) ++carried;
       }
       if (hidden > kShare * places.length && carried <= kShare * places.length) {
-        instance.mesh.instanceMatrix.array.fill(0, 16 * instance.place, 16 * instance.place + 16);
+        hide(instance.mesh, instance.place);
       }
     }
   }
