@@ -21,14 +21,6 @@ void declare_count(CLI::App& app, const char* name, std::optional<std::uint64_t>
   app.add_option(name, count, help)->check(kCount);
 }
 
-// Of what samples a recording.
-void declare_samples(CLI::App& app, std::uint64_t& every, std::optional<std::uint64_t>& from,
-                     std::optional<std::uint64_t>& to) {
-  app.add_option("--every", every, "Steps from one sample to the next (default: 1)")->check(kCount);
-  declare_count(app, "--from", from, "The step of the first sample (default: the recording's first)");
-  declare_count(app, "--to", to, "The last step (default: the recording's last)");
-}
-
 void declare_backend(CLI::App& app, int& threads, Arguments& arguments) {
   app.add_option("--threads", threads, "Threads (default 0: one per core)");
   app.add_option("--isa", arguments.isa, "auto, scalar, sse2, avx2 or avx512 (default: auto)");
@@ -44,6 +36,18 @@ void declare_trace(CLI::App& app, std::string& file) {
   app.add_option("--trace", file, "Write a timeline of phases, stages and chunks, for Perfetto's viewer")
       ->type_name("FILE")
       ->check(kNotEmpty);
+}
+
+// `formats`: what the output's name may end in.
+void declare_samples(CLI::App& app, SampledOptions& options, const char* formats, Arguments& arguments) {
+  app.add_option("FILE", options.file, "A recording")->required();
+  app.add_option("--out", options.output, formats)->type_name("FILE")->required()->check(kNotEmpty);
+  app.add_option("--every", options.every, "Steps from one sample to the next (default: 1)")->check(kCount);
+  declare_count(app, "--from", options.from, "The step of the first sample (default: the recording's first)");
+  declare_count(app, "--to", options.to, "The last step (default: the recording's last)");
+  declare_backend(app, options.threads, arguments);
+  declare_json(app, arguments);
+  app.add_flag("--quiet", options.quiet, "No progress");
 }
 
 // What `scree render` says of all of its pictures, and `scree run` of the one that --picture names.
@@ -98,19 +102,11 @@ void declare_render(CLI::App& render, Arguments& arguments) {
 
 void declare_extract(CLI::App& app, Arguments& arguments) {
   ExtractOptions& options = arguments.extract;
-  app.add_option("FILE", options.file, "A recording")->required();
   app.add_option("--signal", options.signals, "One or more, separated by commas: pose, velocity, energy, ...")
       ->delimiter(',')
       ->required();
-  app.add_option("--out", options.output, "FILE.npz for NumPy, or FILE.csv")
-      ->type_name("FILE")
-      ->required()
-      ->check(kNotEmpty);
   app.add_option("--bodies", options.bodies, "Indices and spans of them, such as 3,7-12 (default: all)");
-  declare_samples(app, options.every, options.from, options.to);
-  declare_backend(app, options.threads, arguments);
-  declare_json(app, arguments);
-  app.add_flag("--quiet", options.quiet, "No progress");
+  declare_samples(app, options, "FILE.npz for NumPy, or FILE.csv", arguments);
 }
 
 void declare_run(CLI::App& run, Arguments& arguments) {
@@ -236,19 +232,11 @@ void declare_mass(CLI::App& mass, Arguments& arguments) {
 }
 
 void declare_export(CLI::App& app, Arguments& arguments) {
-  ExportOptions& options = arguments.exported;
-  app.add_option("FILE", options.file, "A recording")->required();
-  app.add_option(
-         "--out", options.output,
-         "FILE.html, a page that plays in a browser; FILE.gltf or FILE.glb, for Blender and others; or "
-         "FILE.mcap, for viewers of robotics")
-      ->type_name("FILE")
-      ->required()
-      ->check(kNotEmpty);
-  declare_samples(app, options.every, options.from, options.to);
-  declare_backend(app, options.threads, arguments);
-  declare_json(app, arguments);
-  app.add_flag("--quiet", options.quiet, "No progress");
+  declare_samples(
+      app, arguments.exported,
+      "FILE.html, a page that plays in a browser; FILE.gltf or FILE.glb, for Blender and others; or "
+      "FILE.mcap, for viewers of robotics",
+      arguments);
 }
 
 }  // namespace scree::command

@@ -15,7 +15,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
-#include <nlohmann/json.hpp>
+#include <utility>
 
 namespace scree::command {
 namespace {
@@ -66,39 +66,23 @@ ExportFigures export_show(const ExportOptions& options) {
   figures.bytes = format(show);
   figures.samples = show.times.size();
   figures.bodies = show.actors.size();
-  figures.seconds = show.times.back();
-  figures.seconds_taken = seconds_since(start);
+  figures.duration = show.times.back();
+  figures.seconds = seconds_since(start);
   figures.isa = workers.isa();
   figures.threads = workers.threads();
   return figures;
 }
 
 std::string to_table(const ExportFigures& figures) {
-  std::string table = figures.file + "\n";
-  table += row("output", figures.output + ", " + mebibytes(figures.bytes.size()));
-  table += row("steps", grouped(figures.from) + " to " + grouped(figures.to));
-  table += row("samples", grouped(figures.samples) + format(" of %.2f s", figures.seconds));
-  table += row("bodies", grouped(figures.bodies));
-  table += row("seconds", format("%.2f", figures.seconds_taken));
-  table += row("instruction set", isa_name(figures.isa));
-  table += row("threads", std::to_string(figures.threads));
-  return table;
+  return table_head(figures) +
+         row("samples", grouped(figures.samples) + format(" of %.2f s", figures.duration)) +
+         row("bodies", grouped(figures.bodies)) + table_tail(figures);
 }
 
 std::string to_json(const ExportFigures& figures) {
-  nlohmann::ordered_json json;
-  json["file"] = figures.file;
-  json["output"] = {{"file", figures.output}, {"bytes", figures.bytes.size()}};
-  json["from"] = figures.from;
-  json["to"] = figures.to;
-  json["samples"] = figures.samples;
-  json["duration"] = figures.seconds;
-  json["bodies"] = figures.bodies;
-  json["seconds"] = figures.seconds_taken;
-  json["isa"] = isa_name(figures.isa);
-  json["threads"] = figures.threads;
-  // A file's name may hold any bytes.
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  nlohmann::ordered_json json = json_head(figures);
+  json["duration"] = figures.duration;
+  return finish_json(std::move(json), figures);
 }
 
 }  // namespace scree::command

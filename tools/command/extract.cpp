@@ -11,8 +11,8 @@
 
 #include <algorithm>
 #include <charconv>
-#include <nlohmann/json.hpp>
 #include <string_view>
+#include <utility>
 
 namespace scree::command {
 namespace {
@@ -111,34 +111,18 @@ ExtractFigures extract_signals(const ExtractOptions& options) {
 }
 
 std::string to_table(const ExtractFigures& figures) {
-  std::string table = figures.file + "\n";
-  table += row("output", figures.output + ", " + mebibytes(figures.bytes.size()));
-  table += row("steps", grouped(figures.from) + " to " + grouped(figures.to));
-  table += row("samples", grouped(figures.samples));
+  std::string table = table_head(figures) + row("samples", grouped(figures.samples));
   if (figures.bodies > 0) table += row("bodies", grouped(figures.bodies));
   if (figures.joints > 0) table += row("joints", grouped(figures.joints));
   if (figures.events > 0) table += row("events", grouped(figures.events));
-  table += row("seconds", format("%.2f", figures.seconds));
-  table += row("instruction set", isa_name(figures.isa));
-  table += row("threads", std::to_string(figures.threads));
-  return table;
+  return table + table_tail(figures);
 }
 
 std::string to_json(const ExtractFigures& figures) {
-  nlohmann::ordered_json json;
-  json["file"] = figures.file;
-  json["output"] = {{"file", figures.output}, {"bytes", figures.bytes.size()}};
-  json["from"] = figures.from;
-  json["to"] = figures.to;
-  json["samples"] = figures.samples;
-  json["bodies"] = figures.bodies;
+  nlohmann::ordered_json json = json_head(figures);
   json["joints"] = figures.joints;
   json["events"] = figures.events;
-  json["seconds"] = figures.seconds;
-  json["isa"] = isa_name(figures.isa);
-  json["threads"] = figures.threads;
-  // A file's name may hold any bytes.
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return finish_json(std::move(json), figures);
 }
 
 }  // namespace scree::command

@@ -12,7 +12,7 @@
 namespace scree::render {
 namespace {
 
-constexpr std::size_t kBand = 1 << 16;  // rays: what a band keeps, 10 MB, suits the caches of large machines
+constexpr std::size_t kBand = 1 << 16;  // rays: a band keeps 10 MB
 constexpr float kFarthest = 1.9e7f;     // m, that a ray goes
 
 // A place in a picture, in pixels from its left and upper edge.
