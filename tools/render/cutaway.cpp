@@ -33,10 +33,8 @@ Samples sample(const Subject& subject) {
   return samples;
 }
 
-bool is_before(ShapeId a, ShapeId b) { return a.index < b.index; }
-
 bool has(const std::vector<ShapeId>& shapes, ShapeId shape) {
-  return std::binary_search(shapes.begin(), shapes.end(), shape, is_before);
+  return std::binary_search(shapes.begin(), shapes.end(), shape);
 }
 
 // Shapes that more than a tenth of the rays meet first, one of each sample; ascending.
@@ -44,7 +42,7 @@ std::vector<ShapeId> often_met(const World& world, const std::vector<Ray>& rays,
                                const QueryOptions& options, Workers& workers) {
   std::vector<std::optional<CastHit>> hits(rays.size());
   cast_rays(world, rays, hits, workers, options);
-  std::map<ShapeId, std::size_t, decltype(&is_before)> counts(&is_before);
+  std::map<ShapeId, std::size_t> counts;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (hits[i] && hits[i]->body != samples.owners[i]) ++counts[hits[i]->shape];
   }
@@ -73,7 +71,7 @@ std::vector<ShapeId> find_walls(const World& world, Vec3 eye, const Subject& sub
     std::erase_if(found, [&](ShapeId shape) { return has(ground, shape); });
     if (found.empty()) break;
     walls.insert(walls.end(), found.begin(), found.end());
-    std::sort(walls.begin(), walls.end(), is_before);
+    std::sort(walls.begin(), walls.end());
   }
   return walls;
 }

@@ -151,8 +151,7 @@ QueryOptions what_is_seen(const Look& look) {
   const std::vector<ShapeId>& left_out = look.options.left_out;
   if (left_out.empty()) return seen;
   seen.predicate = [&left_out](ShapeId shape, BodyId) {
-    return !std::binary_search(left_out.begin(), left_out.end(), shape,
-                               [](ShapeId a, ShapeId b) { return a.index < b.index; });
+    return !std::binary_search(left_out.begin(), left_out.end(), shape);
   };
   return seen;
 }

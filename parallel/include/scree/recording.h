@@ -125,8 +125,9 @@ class SCREE_API Player {
   /// Plays on: the calls up to the next step, and that step. False, and nothing happens, at the end.
   bool step(Workers& workers);
   /// Makes the recorded calls that come before the next step, without the step, so that world() is what the
-  /// step begins with; position() and recorded_hash() stay those of the step before. Nothing happens the
-  /// second time, and at the end.
+  /// step begins with; position() and recorded_hash() stay those of the step before, unless the world must be
+  /// sought again first, as after measure() or an error: then as after a seek. Nothing happens the second
+  /// time, and at the end.
   void make_calls(Workers& workers);
   /// Goes to any step from info().first_step to last_step: from the last keyframe before it, or on from here
   /// if that is nearer. Throws Error outside.

@@ -175,7 +175,12 @@ class Page {
       if (this.time >= this.clip.duration) this.play(false);
     }
     this.lastFrame = now;
-    this.draw();
+    try {
+      this.draw();
+    } catch (error) {
+      fail(`The page cannot go on drawing: ${error.message}`);
+      return;
+    }
     requestAnimationFrame((next) => this.frame(next));
   }
 
@@ -240,6 +245,7 @@ class Page {
 }
 
 async function begin() {
+  if (document.body.dataset.state === "error") return;  // the browser is too old
   let clip;
   try {
     clip = await Clip.fromPage(document);

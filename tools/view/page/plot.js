@@ -8,7 +8,7 @@ export class Plot {
     this.drawn = undefined;
   }
 
-  // `series`: {values, color} each, drawn from its least to its largest value; values that are no numbers are left
+  // `series`: {values, color} each, drawn from 0, or its least value below, to its largest; values that are no numbers are left
   // out. `times`: s, ascending, of all values. `at`: where the time stands, from 0 to 1.
   draw(times, series, at) {
     const ratio = window.devicePixelRatio || 1;

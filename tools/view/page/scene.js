@@ -131,7 +131,7 @@ export class Scene {
   }
 
   // What the first view is about: what moves as it is first seen, without what is far from all the rest, and
-  // where it goes, unless that is far off. Where nothing moves, all bodies.
+  // where it goes, unless that is far off and not where half of it goes. Where nothing moves, all bodies.
   measure() {
     const last = this.clip.times.length - 1;
     const samples = [0, last >> 2, last >> 1, last];
@@ -147,13 +147,15 @@ export class Scene {
     }
     const sorted = [0, 1, 2].map((axis) => first.map((c) => c.getComponent(axis)).sort((a, b) => a - b));
     const middle = new THREE.Vector3(...sorted.map((values) => values[values.length >> 1] ?? 0));
-    const distances = first.map((c) => c.distanceTo(middle)).sort((a, b) => a - b);
-    const limit = 3 * Math.max(distances[Math.floor(0.9 * distances.length)] ?? 0, this.clip.size);
+    const all = samples.flatMap((sample) => this.centersAt(sample, isWanted));
+    const distanceOf = (centers, share) => {
+      const distances = centers.map((c) => c.distanceTo(middle)).sort((a, b) => a - b);
+      return distances[Math.floor(share * distances.length)] ?? 0;
+    };
+    const limit = 4 * Math.max(distanceOf(first, 0.9), distanceOf(all, 0.5), this.clip.size);
     const box = new THREE.Box3().expandByPoint(middle);
-    for (const sample of samples) {
-      for (const center of this.centersAt(sample, isWanted)) {
-        if (center.distanceTo(middle) <= limit) box.expandByPoint(center);
-      }
+    for (const center of all) {
+      if (center.distanceTo(middle) <= limit) box.expandByPoint(center);
     }
     box.expandByScalar(this.clip.size);
     box.applyMatrix4(this.root.matrixWorld);
