@@ -76,6 +76,8 @@ ContactForces describe(const WorldData& data, std::int32_t contact) {
       side * (forces.friction_impulse[0] * tangent_1 + forces.friction_impulse[1] * tangent_2);
   found.twist_impulse = forces.twist_impulse;  // about a normal that is turned round as the body is
   found.rolling_impulse = side * to_vec3(forces.rolling_impulse);
+  const std::uint8_t color = data.contacts.now.color[contact];
+  if (color != kNoColor) found.color = color;
   const float near = std::max(nearest_of(manifold), kSpeculativeDistance);
   for (unsigned k = 0; k < (manifold.info & kManifoldPointMask); ++k) {
     if (!(manifold.separation[k] <= near || bore(manifold, forces, k))) continue;

@@ -73,6 +73,7 @@ class Reader {
     say(call, forces.shape_a);
     say(call, forces.body_b);
     say(call, impulse_on_b(forces));
+    say(call, forces.color);
     for (const ContactForcePoint& point : forces.points) say(call, point.normal_impulse);
   }
   void say(const char* call, const ContactEvent& event) {

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <numbers>
+#include <set>
+#include <tuple>
 #include <utility>
 
 namespace scree::physics {
@@ -303,6 +305,7 @@ TEST(ContactForces, HaveTheSameBitsOnEveryInstructionSetAndThreadCount) {
         const ContactForces &x = found[i], &y = expected[i];
         ASSERT_TRUE(x.shape_a.index == y.shape_a.index && x.shape_b.index == y.shape_b.index);
         ASSERT_EQ(x.point_count, y.point_count);
+        ASSERT_EQ(x.color, y.color);
         ASSERT_EQ(x.friction_center, y.friction_center);
         ASSERT_EQ(x.friction_impulse, y.friction_impulse) << isa_name(isa) << " " << threads;
         ASSERT_EQ(x.rolling_impulse, y.rolling_impulse);
@@ -314,6 +317,26 @@ TEST(ContactForces, HaveTheSameBitsOnEveryInstructionSetAndThreadCount) {
       }
     }
   }
+}
+
+TEST(ContactForces, OfOneColorShareNoBodyThatCanBePushed) {
+  SceneLab pile("pile", {{"bodies", 200}, {"seed", 6}});
+  pile.lab.world.set_settings(measured(pile.lab.world.settings()));
+  pile.lab.run(60);
+  const World& world = pile.lab.world;
+  std::set<std::tuple<bool, std::int32_t, std::uint32_t>> taken;
+  for (const ContactForces& contact : all_contacts(world)) {
+    ASSERT_GE(contact.color, 0);
+    ASSERT_LT(contact.color, 64);
+    const auto is_pushed = [&](BodyId body) { return world.body_type(body) == BodyType::dynamic; };
+    const bool both = is_pushed(contact.body_a) && is_pushed(contact.body_b);
+    for (const BodyId body : {contact.body_a, contact.body_b}) {
+      if (!is_pushed(body)) continue;
+      ASSERT_TRUE(taken.insert({both, contact.color, body.index}).second)
+          << "color " << contact.color << ", body " << body.index;
+    }
+  }
+  EXPECT_GT(taken.size(), 300u);
 }
 
 TEST(ContactForces, OfAReboundDoNotDependOnNeighboringContacts) {

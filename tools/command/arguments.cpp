@@ -239,4 +239,22 @@ void declare_export(CLI::App& app, Arguments& arguments) {
       arguments);
 }
 
+void declare_view(CLI::App& app, Arguments& arguments) {
+  ViewOptions& options = arguments.view;
+  app.add_option("SOURCE", options.sources,
+                 "A recording, a built-in scene or a JSON scene file; two of them are compared")
+      ->required()
+      ->expected(1, 2);
+  app.add_option("--set", arguments.settings, "key=value: a parameter of the scene; may be repeated")
+      ->allow_extra_args(true)
+      ->type_name("KEY=VALUE");
+  app.add_option("--port", options.port, "0 to 65535; 0: any free one (default: 7707)");
+  app.add_option("--address", options.address, "Where to listen (default: 127.0.0.1, this machine alone)");
+  app.add_flag("--open", options.open, "Open the page in a browser");
+  app.add_option("--save", options.save, "Write a page that plays the recording without a server, and end")
+      ->type_name("FILE.html")
+      ->check(kNotEmpty);
+  declare_backend(app, options.threads, arguments);
+}
+
 }  // namespace scree::command

@@ -11,6 +11,7 @@
 #include <tools/command/replay.h>
 #include <tools/command/run.h>
 #include <tools/command/shape_files.h>
+#include <tools/command/view.h>
 #include <tools/files/output_file.h>
 #include <unistd.h>
 
@@ -38,6 +39,7 @@ struct Arguments {
   RenderOptions render;
   ExtractOptions extract;
   ExportOptions exported;
+  ViewOptions view;
   std::string info_file;
   std::vector<std::string> settings;
   std::string isa = "auto";
@@ -57,5 +59,6 @@ void declare_hull(CLI::App& app, Arguments& arguments);
 void declare_decompose(CLI::App& app, Arguments& arguments);
 void declare_mass(CLI::App& app, Arguments& arguments);
 void declare_export(CLI::App& app, Arguments& arguments);
+void declare_view(CLI::App& app, Arguments& arguments);
 
 }  // namespace scree::command

@@ -3,6 +3,7 @@
 #include <tools/command/arguments.h>
 #include <tools/command/options.h>
 #include <tools/command/report.h>
+#include <tools/command/source.h>
 
 #include <exception>
 #include <iomanip>
@@ -66,7 +67,7 @@ void check_files(const Arguments& arguments, const std::vector<NamedFile>& input
   }
   for (const std::string& output : {arguments.extract.output, arguments.exported.output}) {
     if (output.empty()) continue;
-    outputs.push_back({"--out", output});
+    outputs.push_back({arguments.view.save.empty() ? "--out" : "--save", output});
     refuse_standard_streams(outputs.back());
   }
   scree::files::check_outputs(inputs, outputs);
@@ -198,6 +199,24 @@ int export_recording(Arguments& arguments) {
   return 0;
 }
 
+int view(Arguments& arguments) {
+  scree::command::ViewOptions& options = arguments.view;
+  options.parameters = scree::command::read_parameters(arguments.settings);
+  options.isa = scree::command::read_isa(arguments.isa);
+  if (options.save.empty()) {
+    view_sources(options);
+    return 0;
+  }
+  if (!options.save.ends_with(".html"))
+    throw scree::Error("--save " + options.save + ": the name of the file must end in .html");
+  if (options.sources.size() != 1 || !scree::command::is_recording_file(options.sources.front()))
+    throw scree::Error("--save " + options.save + ": takes one recording");
+  arguments.exported.file = options.sources.front();
+  arguments.exported.output = options.save;
+  arguments.exported.threads = options.threads;
+  return export_recording(arguments);
+}
+
 int replay(Arguments& arguments) {
   arguments.replay.isa = scree::command::read_isa(arguments.isa);
   check_files(arguments, {{"FILE", arguments.replay.file}});
@@ -241,6 +260,8 @@ int run_command(int argc, char** argv) {
   CLI::App* export_command =
       app.add_subcommand("export", "Turn a recording into an animation for other viewers");
   CLI::App* extract_command = app.add_subcommand("extract", "Read signals off a recording into a file");
+  CLI::App* view_command =
+      app.add_subcommand("view", "Look at a scene or a recording in a browser, and play with it");
   CLI::App* info_command = app.add_subcommand("info", "Print the content of a recording");
   CLI::App* diff_command = app.add_subcommand("diff", "Find the first step at which two recordings diverge");
   CLI::App* compare_command = app.add_subcommand("compare", "Run a scene under every solver");
@@ -259,6 +280,7 @@ int run_command(int argc, char** argv) {
   declare_export(*export_command, arguments);
   declare_extract(*extract_command, arguments);
   declare_render(*render_command, arguments);
+  declare_view(*view_command, arguments);
   declare_run(*run, arguments);
   declare_replay(*replay_command, arguments);
   declare_info(*info_command, arguments);
@@ -277,6 +299,7 @@ int run_command(int argc, char** argv) {
   if (export_command->parsed()) return export_recording(arguments);
   if (extract_command->parsed()) return extract(arguments);
   if (render_command->parsed()) return render(arguments);
+  if (view_command->parsed()) return view(arguments);
   if (info_command->parsed()) return show_info(arguments);
   if (diff_command->parsed()) return diff(arguments);
   if (accuracy_command->parsed()) {

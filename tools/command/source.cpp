@@ -12,8 +12,6 @@
 #include <vector>
 
 namespace scree::command {
-namespace {
-
 bool is_recording_file(const std::string& file) {
   if (!is_scene_file(file)) return false;  // but a built-in scene, or nothing
   if (file.ends_with(".scree")) return true;
@@ -25,8 +23,6 @@ bool is_recording_file(const std::string& file) {
   std::ifstream(file, std::ios::binary).read(bytes, sizeof bytes);
   return std::string_view(bytes, sizeof bytes) == kMark;
 }
-
-}  // namespace
 
 Source::Source(const std::string& name, const scenes::Parameters& parameters) : name_(name) {
   if (is_recording_file(name)) {

@@ -12,11 +12,13 @@
 
 namespace scree::command {
 
+// A file that begins as recordings do, or is called *.scree.
+bool is_recording_file(const std::string& file);
+
 class Source {
  public:
-  // A file that begins as recordings do, or is called *.scree, is one. All else is the name of a scene, as
-  // for `scree run`; of a scene of many worlds the first is taken. Throws Error for what is neither, and for
-  // parameters of recordings.
+  // What is no recording is the name of a scene, as for `scree run`; of a scene of many worlds the first is
+  // taken. Throws Error for what is neither, and for parameters of recordings.
   Source(const std::string& name, const scenes::Parameters& parameters);
 
   bool is_recording() const { return player_.has_value(); }

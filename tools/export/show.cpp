@@ -10,16 +10,6 @@
 namespace scree::exports {
 namespace {
 
-std::vector<ActorShape> shapes_of(const World& world, BodyId body) {
-  std::vector<ShapeId> ids(world.shapes_of(body, {}));
-  world.shapes_of(body, ids);
-  std::vector<ActorShape> shapes;
-  for (const ShapeId id : ids) {
-    if (!world.is_sensor(id)) shapes.push_back({world.geometry(id), world.local_pose(id)});
-  }
-  return shapes;
-}
-
 // The actor of a body, and the last sample that had it. A body that a restored snapshot brings back is
 // another actor.
 struct Known {
@@ -43,6 +33,16 @@ void sample(const World& world, Show& show, std::map<std::pair<std::uint32_t, st
 }
 
 }  // namespace
+
+std::vector<ActorShape> shapes_of(const World& world, BodyId body) {
+  std::vector<ShapeId> ids(world.shapes_of(body, {}));
+  world.shapes_of(body, ids);
+  std::vector<ActorShape> shapes;
+  for (const ShapeId id : ids) {
+    if (!world.is_sensor(id)) shapes.push_back({world.geometry(id), world.local_pose(id)});
+  }
+  return shapes;
+}
 
 Show play(Player& player, std::uint64_t from, std::uint64_t to, std::uint64_t every, Workers& workers,
           const std::function<void(std::uint64_t, std::uint64_t)>& show_progress) {

@@ -39,6 +39,9 @@ struct Show {
 Show play(Player& player, std::uint64_t from, std::uint64_t to, std::uint64_t every, Workers& workers,
           const std::function<void(std::uint64_t, std::uint64_t)>& show_progress);
 
+// Of a body, but for sensors.
+std::vector<ActorShape> shapes_of(const World& world, BodyId body);
+
 // The turn that takes `up` to `to`; both unit.
 Quat turn_to(Vec3 up, Vec3 to);
 

@@ -1,136 +1,20 @@
 // See clip.h.
-#include <tools/export/shape_mesh.h>
 #include <tools/view/clip.h>
+#include <tools/view/pieces.h>
 #include <zlib.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <map>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <variant>
 #include <vector>
 
 namespace scree::view {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using exports::Actor;
 using exports::Show;
-
-static_assert(std::endian::native == std::endian::little);
-
-template <class Number>
-std::size_t append(const std::vector<Number>& numbers, std::string& bytes) {
-  const std::size_t offset = bytes.size();
-  bytes.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number));
-  return offset;
-}
-
-std::vector<float> flat(const std::vector<Vec3>& vectors) {
-  std::vector<float> numbers;
-  for (const Vec3& vector : vectors) numbers.insert(numbers.end(), {vector.x, vector.y, vector.z});
-  return numbers;
-}
-
-// The triangles all of whose corners pass.
-template <class Passes>
-exports::ShapeMesh part_of(const exports::ShapeMesh& whole, const Passes& passes) {
-  exports::ShapeMesh part = whole;
-  part.indices.clear();
-  for (std::size_t i = 0; i < whole.indices.size(); i += 3) {
-    const auto first = whole.indices.begin() + static_cast<std::ptrdiff_t>(i);
-    if (std::all_of(first, first + 3, passes)) part.indices.insert(part.indices.end(), first, first + 3);
-  }
-  return part;
-}
-
-// A shape as a page draws it: a mesh, where it is in the body's frame, and how it is stretched.
-struct Piece {
-  std::size_t mesh;
-  Pose pose;
-  Vec3 scale;
-};
-
-// Meshes, each once, and where they are in the numbers.
-class Meshes {
- public:
-  explicit Meshes(std::string& numbers) : numbers_(numbers) {}
-
-  std::vector<Piece> pieces_of(const exports::ActorShape& shape) {
-    if (const auto* capsule = std::get_if<Capsule>(&shape.geometry)) return pieces_of(*capsule, shape.pose);
-    const std::size_t mesh = number_of(exports::key_of(shape.geometry),
-                                       [&] { return exports::mesh_of(exports::unit_of(shape.geometry)); });
-    list_[mesh]["surface"] = std::holds_alternative<TriangleMesh>(shape.geometry) ||
-                             std::holds_alternative<HalfSpace>(shape.geometry);
-    return {{mesh, shape.pose, exports::scale_of(shape.geometry)}};
-  }
-  // m, from the body's origin to the farthest point, or some more.
-  float reach_of(const Piece& piece) const {
-    const Vec3 bound = bounds_[piece.mesh];
-    return length(piece.pose.position) +
-           length(Vec3{piece.scale.x * bound.x, piece.scale.y * bound.y, piece.scale.z * bound.z});
-  }
-  const Json& list() const { return list_; }
-
- private:
-  std::vector<Piece> pieces_of(const Capsule& capsule, const Pose& pose) {
-    const exports::ShapeMesh ball = exports::mesh_of(Sphere{1.0f}),
-                             drum = exports::mesh_of(Cylinder{1.0f, 1.0f});
-    const std::size_t half = number_of("half ball", [&] {
-      return part_of(ball, [&](std::uint32_t i) { return ball.positions[i].y >= -1e-6f; });
-    });
-    const std::size_t tube = number_of(
-        "tube", [&] { return part_of(drum, [&](std::uint32_t i) { return drum.normals[i].y == 0.0f; }); });
-    constexpr Quat kTurned{1.0f, 0.0f, 0.0f, 0.0f};  // by half a turn about x
-    const float h = capsule.half_height, r = capsule.radius;
-    return {{half, pose * Pose{{0.0f, h, 0.0f}, {}}, {r, r, r}},
-            {half, pose * Pose{{0.0f, -h, 0.0f}, kTurned}, {r, r, r}},
-            {tube, pose, {r, h, r}}};
-  }
-  template <class Make>
-  std::size_t number_of(const std::string& key, const Make& make) {
-    const auto [known, is_new] = known_.try_emplace(key, list_.size());
-    if (is_new) add(make());
-    return known->second;
-  }
-  void add(const exports::ShapeMesh& mesh) {
-    Vec3 bound;
-    for (const Vec3& position : mesh.positions) {
-      for (int axis = 0; axis < 3; ++axis) bound[axis] = std::max(bound[axis], std::abs(position[axis]));
-    }
-    bounds_.push_back(bound);
-    const std::size_t positions = append(flat(mesh.positions), numbers_);
-    const std::size_t normals = append(flat(mesh.normals), numbers_);
-    const std::size_t indices = append(mesh.indices, numbers_);
-    list_.push_back({{"positions", positions},
-                     {"normals", normals},
-                     {"vertices", mesh.positions.size()},
-                     {"indices", indices},
-                     {"corners", mesh.indices.size()},
-                     {"surface", false}});
-  }
-
-  std::string& numbers_;
-  std::map<std::string, std::size_t> known_;
-  std::vector<Vec3> bounds_;
-  Json list_ = Json::array();
-};
-
-const char* name_of(BodyType type) {
-  switch (type) {
-    case BodyType::fixed:
-      return "fixed";
-    case BodyType::kinematic:
-      return "kinematic";
-    case BodyType::dynamic:
-      break;
-  }
-  return "dynamic";
-}
 
 // Of numbers below 256^bytes.
 void append_differences(const std::vector<std::uint32_t>& codes, int bytes, std::string& to) {
@@ -144,8 +28,6 @@ void append_differences(const std::vector<std::uint32_t>& codes, int bytes, std:
   }
   for (const std::string& plane : planes) to += plane;
 }
-
-Json json_of(Vec3 v) { return {v.x, v.y, v.z}; }
 
 // `size`: m, of the body.
 Json append_track(const Actor& actor, float size, std::string& to) {
@@ -188,35 +70,6 @@ Json append_track(const Actor& actor, float size, std::string& to) {
     append_differences(codes, kRotationBytes, to);
   }
   return track;
-}
-
-// A body as pages know it, and how far it reaches from its origin, m.
-struct PageBody {
-  Json json;
-  float reach = 0.0f;
-};
-
-PageBody body_of(const Actor& actor, Meshes& meshes) {
-  PageBody body;
-  body.json = {{"index", actor.body.index},
-               {"type", name_of(actor.type)},
-               {"first", actor.first},
-               {"count", actor.poses.size()}};
-  const Pose& pose = actor.poses.front();
-  body.json["pose"] = {pose.position.x, pose.position.y, pose.position.z, pose.rotation.x,
-                       pose.rotation.y, pose.rotation.z, pose.rotation.w};
-  body.json["shape_count"] = actor.shapes.size();  // a shape may be several pieces
-  body.json["shapes"] = Json::array();
-  for (const exports::ActorShape& shape : actor.shapes) {
-    for (const Piece& piece : meshes.pieces_of(shape)) {
-      const Vec3 p = piece.pose.position, s = piece.scale;
-      const Quat q = piece.pose.rotation;
-      body.json["shapes"].push_back({piece.mesh, p.x, p.y, p.z, q.x, q.y, q.z, q.w, s.x, s.y, s.z});
-      if (!std::holds_alternative<HalfSpace>(shape.geometry))
-        body.reach = std::max(body.reach, meshes.reach_of(piece));
-    }
-  }
-  return body;
 }
 
 // m, of the largest dynamic body; where there are none, of kinematic or fixed ones.
@@ -292,9 +145,14 @@ std::string make_clip(const Show& show, const std::string& title) {
       bodies[i].json["track"] = append_track(show.actors[i], reach, numbers);
     list.push_back(std::move(bodies[i].json));
   }
-  const Json head = {{"title", title},          {"up", json_of(show.up)},   {"size", size},
-                     {"times", show.times},     {"steps", show.steps},      {"stats", stats_of(show)},
-                     {"meshes", meshes.list()}, {"bodies", std::move(list)}};
+  const Json head = {{"title", title},
+                     {"up", json_of(show.up)},
+                     {"size", size},
+                     {"times", show.times},
+                     {"steps", show.steps},
+                     {"stats", stats_of(show)},
+                     {"meshes", meshes.take_list()},
+                     {"bodies", std::move(list)}};
   const std::string text = head.dump(-1, ' ', false, Json::error_handler_t::replace);
   std::string bytes(sizeof(std::uint32_t), '\0');
   const auto length = static_cast<std::uint32_t>(text.size());

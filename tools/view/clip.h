@@ -11,8 +11,6 @@
 // 2^32 - 1. Rotations are in parts of 1/32,767. For each of the seven components come the differences from
 // sample to sample, modulo a power of 256, all their lowest bytes first. All of it is packed by gzip, which
 // makes little of what rests or moves evenly.
-//
-// Capsules are two half balls and a tube, so that a page has few meshes.
 #pragma once
 
 #include <tools/export/show.h>

@@ -39,29 +39,46 @@ std::string escape(std::string_view text) {
 }
 
 // The page's modules import each other by these names.
-std::string import_map() {
+template <class Place>
+std::string import_map(const Place& place_of) {
   std::string map = "{\"imports\": {";
   for (const Resource& module : modules()) {
-    map += &module == modules().data() ? "" : ",";
+    if (&module != modules().data()) map += ",";
     map += "\n\"";
     map += module.name;
-    map += "\": \"data:text/javascript;base64," + exports::base64(module.text) + "\"";
+    map += "\": \"" + place_of(module) + "\"";
   }
   return map + "}}";
 }
 
+std::string fill(const std::string& imports, const std::string& clip, const std::string& title) {
+  if (!has_page()) throw Error(kNoPage);
+  std::string page(page_text());
+  replace(page, "@STYLE@", style_text());
+  replace(page, "@IMPORTS@", imports);
+  replace(page, "@CLIP@", clip);
+  replace(page, "@TITLE@", escape(title));  // the last: a file may be called like a mark
+  return page;
+}
+
 }  // namespace
+
+std::string make_live_page(const std::string& title) {
+  return fill(import_map([](const Resource& module) { return "/module/" + std::string(module.name); }), "",
+              title);
+}
 
 bool has_page() { return !modules().empty(); }
 
 std::string make_page(const exports::Show& show, const std::string& title) {
   if (!has_page()) throw Error(kNoPage);
-  std::string page(page_text());
-  replace(page, "@STYLE@", style_text());
-  replace(page, "@IMPORTS@", import_map());
-  replace(page, "@CLIP@",
-          "<script type=\"text/plain\" id=\"clip\">" + exports::base64(make_clip(show, title)) + "</script>");
-  replace(page, "@TITLE@", escape(title));  // the last: a file may be called like a mark
+  const auto inside = [](const Resource& module) {
+    return "data:text/javascript;base64," + exports::base64(module.text);
+  };
+  std::string page =
+      fill(import_map(inside),
+           "<script type=\"text/plain\" id=\"clip\">" + exports::base64(make_clip(show, title)) + "</script>",
+           title);
   if (page.size() > kMostBytes) {
     throw Error("the page would have " + std::to_string(page.size() >> 20) + " MiB, more than the " +
                 std::to_string(kMostBytes >> 20) + " MiB that browsers read; ask for fewer steps");

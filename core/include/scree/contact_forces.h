@@ -37,6 +37,10 @@ struct ContactForces {
   Vec3 rolling_impulse;          ///< N m s, of rolling resistance
   std::int32_t point_count = 0;  ///< the nearest point, those less than 2 cm apart, and those that bore
   ContactForcePoint points[4];   ///< the first `point_count` count, the others are zero
+  /// The batch of independent constraints that it is solved in, from 0; -1 while no step has solved it.
+  /// Contacts with what cannot be pushed, and those with bodies of more than 32 contacts, count batches of
+  /// their own. 64 and 65: no batch was free, and it is solved with a few others after them.
+  std::int32_t color = -1;
 };
 
 /// N s, all points together, along the normal.

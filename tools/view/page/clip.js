@@ -54,14 +54,69 @@ export class Clip {
       ...body,
       poses: body.track ? readTrack(numbers, body.track, body.count) : Float32Array.from(body.pose),
     }));
+    this.isStanding = (body) => body.type === "fixed" && !body.track;
+    this.isLive = false;
+    this.version = 0;  // the series stay as they are
+    this.series = { times: this.times, ...this.stats };
   }
 
   static async fromPage(document) {
     return new Clip(await unpack(document.getElementById("clip").textContent.trim()));
   }
 
+  get samples() {
+    return this.times.length;
+  }
+
   get duration() {
     return this.times[this.times.length - 1];
+  }
+
+  timeOf(sample) {
+    return this.times[sample];
+  }
+
+  stepOf(sample) {
+    return this.steps[sample];
+  }
+
+  // The farthest time on the way from one to a later one that can be shown at once.
+  reachable(from, to) {
+    return to;
+  }
+
+  figures(sample) {
+    const { bodies, awake, contacts, energy } = this.stats;
+    return { bodies: bodies[sample], awake: awake[sample], contacts: contacts[sample], energy: energy[sample] };
+  }
+
+  // Who is where at a time: `numbers` of bodies that move and `poses`, seven numbers each, `speeds` in m/s, and
+  // the numbers of bodies that stand still, which are the same as long as `standingKey` is.
+  state(time) {
+    const [sample, share] = this.stateAt(time);
+    const isThere = (body) => sample >= body.first && sample < body.first + body.count;
+    const numbers = [];
+    const standing = [];
+    let standingKey = "";
+    this.bodies.forEach((body, number) => {
+      if (!isThere(body)) return;
+      if (!this.isStanding(body)) return numbers.push(number);
+      if (body.first > 0 || body.count < this.samples) standingKey += `${number} `;
+      return standing.push(number);
+    });
+    const poses = new Float32Array(kLength * numbers.length);
+    numbers.forEach((number, i) => {
+      this.poseAt(this.bodies[number], sample, share, poses.subarray(kLength * i, kLength * i + kLength));
+    });
+    const speeds = numbers.map((number) => this.speedAt(this.bodies[number], sample));
+    return { numbers, poses, speeds, awake: [], standing, standingKey };
+  }
+
+  // m/s over all samples; NaN where the body is not there.
+  speedsOf(number) {
+    const body = this.bodies[number];
+    return this.times.map((_, sample) =>
+      (sample >= body.first && sample < body.first + body.count ? this.speedAt(body, sample) : NaN));
   }
 
   // The last sample that is not after the time, and how far the time is on the way to the next one, 0 to 1.

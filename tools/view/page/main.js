@@ -1,35 +1,25 @@
-// The page: loads the clip, shows it, and follows what the user does.
+// The page: loads what it is to show, shows it, and follows what the user does.
 import { Clip } from "scree/clip";
+import { Live } from "scree/live";
+import { LiveControls } from "scree/controls";
+import { Marks } from "scree/marks";
 import { Orbit } from "scree/orbit";
 import { Plot } from "scree/plot";
 import { Scene } from "scree/scene";
-
-const element = (id) => document.getElementById(id);
+import { element, list, number } from "scree/text";
 
 function fail(text) {
   document.body.dataset.state = "error";
   element("message").textContent = text;
 }
 
-function number(value, digits = 4) {
-  return Number.isFinite(value) ? Number(value.toPrecision(digits)).toLocaleString("en-US", { maximumFractionDigits: 6 }) : "–";
-}
-
-function list(target, rows) {
-  target.replaceChildren(...rows.flatMap(([name, value]) => {
-    const dt = document.createElement("dt");
-    const dd = document.createElement("dd");
-    dt.textContent = name;
-    dd.textContent = value;
-    return [dt, dd];
-  }));
-}
-
 class Page {
-  constructor(clip) {
-    this.clip = clip;
+  // `states`: what the first view is about.
+  constructor(model, states) {
+    this.model = model;
     this.canvas = element("view");
-    this.scene = new Scene(this.canvas, clip);
+    this.scene = new Scene(this.canvas, model, states);
+    this.scene.marks = new Marks(this.scene, model);
     this.orbit = new Orbit(this.scene.camera, this.canvas, this.scene.middle, this.scene.reach);
     this.time = 0;
     this.isPlaying = false;
@@ -39,7 +29,7 @@ class Page {
     this.slowFrames = 0;
     this.graph = new Plot(element("graph"));
     this.chosenPlot = new Plot(element("chosen-plot"));
-    element("time").max = clip.duration;
+    this.live = model.isLive ? new LiveControls(this, model) : undefined;
     this.listen();
     this.resize();
     requestAnimationFrame((now) => this.frame(now));
@@ -51,10 +41,15 @@ class Page {
     element("on").addEventListener("click", () => this.step(1));
     element("time").addEventListener("input", (event) => this.goTo(Number(event.target.value)));
     element("rate").addEventListener("change", (event) => { this.rate = Number(event.target.value); });
-    element("colors").addEventListener("change", (event) => { this.scene.colorBy = event.target.value; });
+    element("colors").addEventListener("change", (event) => this.setColors(event.target.value));
     element("shadows").addEventListener("change", (event) => this.scene.setShadows(event.target.checked));
     element("grid").addEventListener("change", (event) => { this.scene.grid.visible = event.target.checked; });
     element("walls").addEventListener("change", (event) => { this.scene.keepsWalls = event.target.checked; });
+    element("fly").addEventListener("change", (event) => { this.orbit.isFlying = event.target.checked; });
+    element("marks").addEventListener("change", () => {
+      const boxes = element("marks").querySelectorAll("input:checked");
+      this.scene.marks.shown = new Set([...boxes].map(({ value }) => value));
+    });
     element("panel").addEventListener("change", () => { this.drawn = undefined; });
     element("follow").addEventListener("change", () => this.followChosen());
     window.addEventListener("resize", () => this.resize());
@@ -63,7 +58,7 @@ class Page {
     this.canvas.addEventListener("pointerdown", (event) => { pressed = [event.clientX, event.clientY]; });
     this.canvas.addEventListener("click", (event) => {
       const hasDragged = pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 4;
-      if (!hasDragged) this.pick(event.clientX, event.clientY);
+      if (!hasDragged && (!this.live || this.live.touch.tool === "look")) this.pick(event.clientX, event.clientY);
     });
     this.canvas.addEventListener("webglcontextlost", () => fail("The browser has lost the picture. Load the page again."));
   }
@@ -71,27 +66,30 @@ class Page {
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     // Controls keep what they use themselves; the arrows of the time are steps.
-    if (event.target.tagName === "SELECT") return;
+    if (event.target.tagName === "SELECT" || ["text", "number"].includes(event.target.type)) return;
     if (event.key === " " && event.target !== this.canvas && event.target.id !== "time" && event.target !== document.body) return;
+    const turnOr = (x, y) => (event.shiftKey ? this.orbit.pan(-40 * x, 40 * y) : this.orbit.turn(0.08 * x, 0.08 * y));
     const actions = {
       " ": () => this.play(!this.isPlaying),
       ArrowLeft: () => this.step(-1),
       ArrowRight: () => this.step(1),
       Home: () => this.goTo(0),
-      End: () => this.goTo(this.clip.duration),
+      End: () => this.goTo(this.live ? this.model.timeOf(this.model.last - this.model.first) : this.model.duration),
       "[": () => this.changeRate(-1),
       "]": () => this.changeRate(1),
-      w: () => (event.shiftKey ? this.orbit.pan(0, 40) : this.orbit.turn(0, 0.08)),
-      s: () => (event.shiftKey ? this.orbit.pan(0, -40) : this.orbit.turn(0, -0.08)),
-      a: () => (event.shiftKey ? this.orbit.pan(40, 0) : this.orbit.turn(-0.08, 0)),
-      d: () => (event.shiftKey ? this.orbit.pan(-40, 0) : this.orbit.turn(0.08, 0)),
+      w: () => turnOr(0, 1),
+      s: () => turnOr(0, -1),
+      a: () => turnOr(-1, 0),
+      d: () => turnOr(1, 0),
       q: () => this.orbit.zoom(1 / 1.1),
       e: () => this.orbit.zoom(1.1),
+      v: () => element("fly").click(),
       n: () => this.chooseNext(1),
       p: () => this.chooseNext(-1),
       f: () => element("follow").click(),
       c: () => this.changeColors(),
       r: () => this.orbit.reset(),
+      ...this.live?.keys,
     };
     const action = actions[event.key] ?? actions[event.key.toLowerCase()];
     if (!action) return;
@@ -99,25 +97,38 @@ class Page {
     action();
   }
 
+  get sample() {
+    return this.model.sampleAt(this.time);
+  }
+
+  get stepNumber() {
+    return this.model.stepOf(this.sample);
+  }
+
   play(on) {
-    if (on && this.time >= this.clip.duration) this.time = 0;
-    this.isPlaying = on;
+    if (on && this.time >= this.model.duration && !this.live?.goesOn) this.time = 0;
+    this.isPlaying = this.model.isPlaying = on;
     this.lastFrame = undefined;
     element("play").textContent = on ? "Pause" : "Play";
     element("play").setAttribute("aria-label", on ? "Pause" : "Play");
+    if (!on) this.live?.settle();
   }
 
   goTo(time) {
-    this.time = Math.min(this.clip.duration, Math.max(0, time));
+    this.time = Math.min(this.model.duration, Math.max(0, time));
+  }
+
+  goToSample(sample) {
+    this.goTo(this.model.timeOf(Math.min(this.model.samples - 1, Math.max(0, sample))));
   }
 
   // To the sample after or before the present one.
   step(by) {
     this.play(false);
-    const sample = this.clip.sampleAt(this.time);
-    const isBetween = this.time > this.clip.times[sample];
-    const to = by < 0 && isBetween ? sample : sample + by;
-    this.goTo(this.clip.times[Math.min(this.clip.times.length - 1, Math.max(0, to))]);
+    const { sample } = this;
+    const isBetween = this.time > this.model.timeOf(sample) + 1e-9;
+    if (by > 0 && this.live?.stepOn(sample)) return;
+    this.goToSample(by < 0 && isBetween ? sample : sample + by);
   }
 
   changeRate(by) {
@@ -127,9 +138,16 @@ class Page {
   }
 
   changeColors() {
-    const field = element("colors");
-    field.selectedIndex = (field.selectedIndex + 1) % field.options.length;
-    this.scene.colorBy = field.value;
+    const options = [...element("colors").options].filter((option) => this.live || !option.classList.contains("live"));
+    const at = options.findIndex(({ value }) => value === this.scene.colorBy);
+    element("colors").value = options[(at + 1) % options.length].value;
+    this.setColors(element("colors").value);
+  }
+
+  setColors(by) {
+    this.scene.colorBy = by;
+    this.live?.setColors(by);
+    this.drawn = undefined;
   }
 
   pick(x, y) {
@@ -138,9 +156,7 @@ class Page {
   }
 
   chooseNext(by) {
-    const sample = this.clip.sampleAt(this.time);
-    const isThere = (body) => sample >= body.first && sample < body.first + body.count;
-    const movable = this.clip.bodies.map((body, i) => (body.type !== "fixed" && isThere(body) ? i : -1)).filter((i) => i >= 0);
+    const movable = [...this.scene.state.numbers].filter((each) => this.model.bodies[each].type !== "fixed");
     if (movable.length === 0) return;
     const at = movable.indexOf(this.scene.chosen);
     const next = at < 0 ? (by > 0 ? 0 : movable.length - 1) : (at + by + movable.length) % movable.length;
@@ -150,16 +166,15 @@ class Page {
   choose(body) {
     this.scene.chosen = body;
     element("chosen").hidden = body < 0;
+    this.live?.choose();
     if (body < 0) return;
-    const { index, first, count } = this.clip.bodies[body];
-    element("chosen-name").textContent = `Body ${index}`;
-    this.speeds = this.clip.times.map((_, sample) =>
-      sample >= first && sample < first + count ? this.clip.speedAt(this.clip.bodies[body], sample) : NaN);
+    element("chosen-name").textContent = `Body ${this.model.bodies[body].index}`;
+    this.speeds = this.model.speedsOf(body);
   }
 
   followChosen() {
     if (!element("follow").checked || this.scene.chosen < 0) return;
-    const center = this.scene.centerOf(this.scene.chosen, this.time);
+    const center = this.scene.centerOf(this.scene.chosen);
     if (center) this.orbit.lookAt(center);
   }
 
@@ -169,33 +184,42 @@ class Page {
   }
 
   frame(now) {
+    this.pace = 0;
     if (this.isPlaying && this.lastFrame !== undefined) {
       const longest = 250;  // ms: a page that was hidden goes on where it was
-      this.goTo(this.time + (this.rate * Math.min(longest, now - this.lastFrame)) / 1000);
-      if (this.time >= this.clip.duration) this.play(false);
+      this.pace = (this.rate * Math.min(longest, now - this.lastFrame)) / 1000;
+      const next = this.time + this.pace;
+      this.live?.extend(next);
+      this.goTo(this.model.reachable(this.time, next));
+      if (this.time >= this.model.duration && !this.live?.goesOn) this.play(false);
     }
     this.lastFrame = now;
     try {
+      this.live?.update();
       this.draw();
     } catch (error) {
       fail(`The page cannot go on drawing: ${error.message}`);
-      return;
+      throw error;
     }
     requestAnimationFrame((next) => this.frame(next));
   }
 
   // Draws if anything has changed since the last time.
   draw() {
-    this.followChosen();
+    const state = this.model.state(this.time);
+    if (!state) return;
     const eye = this.scene.camera.position;
-    const state = [this.time, this.scene.chosen, this.scene.colorBy, eye.x, eye.y, eye.z, ...this.orbit.target,
-      window.innerWidth, window.innerHeight].join();
-    if (this.drawn === state) return;
-    this.drawn = state;
+    const seen = [this.time, this.scene.chosen, this.scene.colorBy, eye.x, eye.y, eye.z, ...this.orbit.target,
+      window.innerWidth, window.innerHeight, this.model.version, this.live?.seen].join();
+    if (this.drawn === seen) return;
+    this.drawn = seen;
     const start = performance.now();
-    this.scene.show(this.time);
+    this.scene.show(state, this.live?.secondState());
+    this.followChosen();
+    this.live?.touch.showHold(state);
+    this.scene.marks.draw(state);
     this.scene.draw();
-    this.tell();
+    this.tell(state);
     this.spare(performance.now() - start);
   }
 
@@ -211,54 +235,56 @@ class Page {
   }
 
   // All that is written on the page.
-  tell() {
-    const sample = this.clip.sampleAt(this.time);
-    const share = this.clip.duration > 0 ? this.time / this.clip.duration : 0;
-    const text = `step ${this.clip.steps[sample].toLocaleString("en-US")}, ${this.time.toFixed(2)} s`;
+  tell(state) {
+    const { sample } = this;
+    const share = this.model.duration > 0 ? this.time / this.model.duration : 0;
+    const waits = this.model.isWaiting ? " …" : "";
+    const text = `step ${this.model.stepOf(sample).toLocaleString("en-US")}, ${this.time.toFixed(2)} s${waits}`;
     if (element("clock").textContent !== text) element("clock").textContent = text;
+    element("time").max = this.model.duration;
     element("time").value = this.time;
-    element("time").setAttribute("aria-valuetext", text);
-    const state = [sample, share, this.scene.chosen, window.innerWidth].join();
-    if (this.told === state) return;
-    this.told = state;
-    const stats = this.clip.stats;
+    const figures = this.model.figures(sample) ?? {};
     list(element("world"), [
-      ["bodies", number(stats.bodies[sample], 9)],
-      ["awake", number(stats.awake[sample], 9)],
-      ["contacts", number(stats.contacts[sample], 9)],
-      ["kinetic energy", `${number(stats.energy[sample])} J`],
+      ["bodies", number(figures.bodies, 9)],
+      ["awake", number(figures.awake, 9)],
+      ["contacts", number(figures.contacts, 9)],
+      ["kinetic energy", `${number(figures.energy)} J`],
+      ...(this.live?.worldRows(figures) ?? []),
       ["lines of the grid", `${number(this.scene.spacing)} m`],
     ]);
-    this.graph.draw(this.clip.times, [{ values: stats.contacts, color: "#7fb2e5" }, { values: stats.energy, color: "#f0a45a" }], share);
-    if (this.scene.chosen < 0) return;
-    const body = this.clip.bodies[this.scene.chosen];
-    const pose = new Float32Array(7);
-    const isThere = this.clip.poseAt(body, sample, 0, pose);
+    if (this.live) {
+      this.live.drawTimeline(this.graph, share);
+    } else {
+      const { series } = this.model;
+      this.graph.draw(series.times, [{ values: series.contacts, color: "#7fb2e5" }, { values: series.energy, color: "#f0a45a" }], share);
+    }
+    if (this.scene.chosen >= 0) this.tellChosen(state, share);
+  }
+
+  tellChosen(state, share) {
+    const body = this.model.bodies[this.scene.chosen];
+    const at = state.numbers.indexOf(this.scene.chosen);
+    const isThere = at >= 0;
     list(element("chosen-figures"), [
       ["type", body.type],
       ["shapes", String(body.shape_count)],
-      ["position", isThere ? [...pose.subarray(0, 3)].map((x) => x.toFixed(3)).join(", ") + " m" : "not there"],
-      ["speed", isThere ? `${number(this.clip.speedAt(body, sample), 3)} m/s` : "–"],
+      ["position", isThere ? [...state.poses.slice(7 * at, 7 * at + 3)].map((x) => x.toFixed(3)).join(", ") + " m" : "not there"],
+      ["speed", isThere ? `${number(state.speeds[at], 3)} m/s` : "–"],
+      ...(this.live?.chosenRows(state, at) ?? []),
     ]);
-    this.chosenPlot.draw(this.clip.times, [{ values: this.speeds, color: "#f0a45a" }], share);
+    const { series } = this.model;
+    if (this.live) this.live.drawChosen(this.chosenPlot, share);
+    else this.chosenPlot.draw(series.times, [{ values: this.speeds, color: "#f0a45a" }], share);
   }
 }
 
-async function begin() {
-  if (document.body.dataset.state === "error") return;  // the browser is too old
-  let clip;
-  try {
-    clip = await Clip.fromPage(document);
-  } catch (error) {
-    fail(`The animation in this page is damaged: ${error.message}`);
-    return;
-  }
+function start(model, states) {
   if (!document.createElement("canvas").getContext("webgl2")) {
     fail("This browser cannot draw the page: it has no WebGL 2, or it is turned off.");
     return;
   }
   try {
-    window.screePage = new Page(clip);  // for scripts that drive the page
+    window.screePage = new Page(model, states);  // for scripts that drive the page
   } catch (error) {
     fail(`The page cannot be drawn: ${error.message}`);
     return;
@@ -266,4 +292,38 @@ async function begin() {
   document.body.dataset.state = "ready";
 }
 
-begin();
+async function beginClip() {
+  let clip;
+  try {
+    clip = await Clip.fromPage(document);
+  } catch (error) {
+    fail(`The animation in this page is damaged: ${error.message}`);
+    return;
+  }
+  const last = clip.samples - 1;
+  start(clip, [0, last >> 2, last >> 1, last].map((sample) => clip.state(clip.timeOf(sample))));
+}
+
+// Begins when the server has told of its tracks and the first state is there.
+function beginLive() {
+  document.body.dataset.live = "";
+  const wait = () => {
+    if (window.screePage || document.body.dataset.state === "error") return;
+    live.want(0);
+    const state = live.state(0);
+    if (state) start(live, [state]);
+    else requestAnimationFrame(wait);
+  };
+  const live = new Live(`ws://${window.location.host}/socket`, (kind, message) => {
+    if (kind === "hello") wait();
+    else if (window.screePage) window.screePage.live.hear(kind, message);
+    else if (kind === "lost") element("message").textContent = "The server does not answer. Trying again.";
+    else if (kind === "error") fail(message.text);
+    return undefined;
+  });
+}
+
+if (document.body.dataset.state !== "error") {  // the browser is not too old
+  if (document.getElementById("clip")) beginClip();
+  else beginLive();
+}

@@ -1,4 +1,5 @@
-// A camera that goes round a target: by dragging, by the wheel, by touch and by keys.
+// A camera that goes round a target, or flies: by dragging, by the wheel, by touch and by keys. Flying turns about
+// the eye, and the wheel moves it.
 import * as THREE from "three";
 
 export class Orbit {
@@ -7,6 +8,7 @@ export class Orbit {
     this.canvas = canvas;
     this.home = { target: middle.clone(), distance: 3.1 * reach, azimuth: 0.5, elevation: 0.37 };
     this.reach = reach;
+    this.isFlying = false;
     this.reset();
     this.pointers = new Map();
     canvas.addEventListener("pointerdown", (event) => this.press(event));
@@ -54,14 +56,27 @@ export class Orbit {
   }
 
   turn(around, above) {
-    this.azimuth += around;
-    this.elevation = Math.min(1.55, Math.max(-1.55, this.elevation + above));
+    const eye = this.camera.position.clone();
+    this.azimuth += this.isFlying ? -around : around;
+    this.elevation = Math.min(1.55, Math.max(-1.55, this.elevation + (this.isFlying ? -above : above)));
+    this.update();
+    if (!this.isFlying) return;
+    this.target.add(eye.sub(this.camera.position));
+    this.update();
+  }
+
+  // Forward by a share of the reach.
+  advance(share) {
+    const ahead = new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, 2);
+    this.target.addScaledVector(ahead, -share * this.reach);
     this.update();
   }
 
   zoom(factor) {
+    if (this.isFlying) return this.advance(-Math.log(factor));
     this.distance = Math.min(50 * this.reach, Math.max(0.02 * this.reach, factor * this.distance));
     this.update();
+    return undefined;
   }
 
   pan(dx, dy) {

@@ -1,76 +1,17 @@
-// Draws the bodies of a clip: one instanced mesh for all shapes that differ by place, size and color alone. Rounded
-// boxes and hulls have meshes of their own.
+// Draws what a model shows: bodies that stand still, bodies that move, and pale ones of a second track.
+//
+// A model has `bodies` and `meshes`, which may become more, `up` and `size`; and gives states, see clip.js.
+import { kBlue, kChosen, kFixed, kOrange, paletteColor, speedColor } from "scree/colors";
+import { Layer, kPoseLength } from "scree/layer";
 import { Walls } from "scree/walls";
 import * as THREE from "three";
 
-const kPalette = [[226, 138, 66], [86, 140, 196], [206, 96, 86], [112, 168, 92], [232, 190, 84], [124, 112, 176],
-  [84, 168, 164], [214, 140, 160], [160, 122, 92], [150, 186, 210], [178, 196, 110], [222, 168, 132]];
-const kFixed = [168, 170, 172];
-const kOrange = [226, 138, 66];
-const kBlue = [86, 140, 196];
-const kChosen = [255, 255, 120];
-// Matplotlib's viridis at 0, 1/4, 1/2, 3/4 and 1.
-const kViridis = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
-
-function speedColor(speed) {
-  const share = 4 * Math.min(1, (speed / (speed + 3)) * (23 / 20));
-  const low = Math.min(3, Math.floor(share));
-  return [0, 1, 2].map((i) => kViridis[low][i] + (share - low) * (kViridis[low + 1][i] - kViridis[low][i]));
-}
-
-function geometryOf(mesh) {
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(mesh.positions, 3));
-  geometry.setAttribute("normal", new THREE.BufferAttribute(mesh.normals, 3));
-  geometry.setIndex(new THREE.BufferAttribute(mesh.indices, 1));
-  return geometry;
-}
-
-// Columns of the matrix of a rotation, times a number each.
-function writeRotation(qx, qy, qz, qw, sx, sy, sz, m) {
-  m[0] = sx * (1 - 2 * (qy * qy + qz * qz));
-  m[1] = sx * 2 * (qx * qy + qz * qw);
-  m[2] = sx * 2 * (qx * qz - qy * qw);
-  m[3] = sy * 2 * (qx * qy - qz * qw);
-  m[4] = sy * (1 - 2 * (qx * qx + qz * qz));
-  m[5] = sy * 2 * (qy * qz + qx * qw);
-  m[6] = sz * 2 * (qx * qz + qy * qw);
-  m[7] = sz * 2 * (qy * qz - qx * qw);
-  m[8] = sz * (1 - 2 * (qx * qx + qy * qy));
-}
-
-// To a point. The last number stays 1: three.js divides by it.
-export function hide(mesh, place) {
-  const m = mesh.instanceMatrix.array;
-  m.fill(0, 16 * place, 16 * place + 15);
-  m[16 * place + 15] = 1;
-}
-
-// Places of a mesh's instances, handed out for spans of samples whose beginnings ascend.
-class Places {
-  constructor() {
-    this.count = 0;
-    this.free = [];
-    this.ending = new Map();  // by sample: the places that are free from then on
-    this.sample = 0;
-  }
-
-  take(first, end) {
-    while (this.sample < first) {
-      this.sample += 1;
-      this.free.push(...(this.ending.get(this.sample) ?? []));
-    }
-    const place = this.free.pop() ?? this.count++;
-    if (!this.ending.has(end)) this.ending.set(end, []);
-    this.ending.get(end).push(place);
-    return place;
-  }
-}
+const kPale = [250, 250, 255];
 
 export class Scene {
-  // Throws where there is no WebGL.
-  constructor(canvas, clip) {
-    this.clip = clip;
+  // Throws where there is no WebGL. `states`: what the first view is about, at most four, the first one first.
+  constructor(canvas, model, states) {
+    this.model = model;
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
@@ -78,86 +19,70 @@ export class Scene {
     this.scene.background = new THREE.Color(0xbfc7ce);
     this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 1000);
     this.root = new THREE.Group();  // as the recorded world, whatever its up is
-    this.root.quaternion.setFromUnitVectors(new THREE.Vector3(...clip.up), new THREE.Vector3(0, 1, 0));
+    this.root.quaternion.setFromUnitVectors(new THREE.Vector3(...model.up), new THREE.Vector3(0, 1, 0));
     this.root.updateMatrixWorld(true);
     this.scene.add(this.root);
     this.colorBy = "body";
     this.chosen = -1;
-    this.pose = new Float32Array(7);
-    this.rotation = new Float32Array(9);
-    this.addInstances();
-    this.measure();
-    this.walls = new Walls(this, clip);
     this.keepsWalls = false;
+    const solid = new THREE.MeshLambertMaterial();
+    const pale = new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.35, depthWrite: false });
+    this.standing = new Layer(this.root, model, solid, true);
+    this.moving = new Layer(this.root, model, solid, true);
+    this.beside = new THREE.Group();  // of the second track
+    this.root.add(this.beside);
+    this.isSideBySide = false;
+    this.pale = new Layer(this.beside, model, pale, false);
+    this.second = new Layer(this.beside, model, solid, true);
+    this.secondStanding = new Layer(this.beside, model, solid, true);
+    this.layers = [this.standing, this.moving, this.pale, this.second, this.secondStanding];
+    this.standingKey = undefined;
+    this.measure(states);
     this.addLights();
     this.addGrid();
   }
 
-  // Bodies whose lives do not overlap share the places of their shapes.
-  addInstances() {
-    const places = this.clip.meshes.map(() => new Places());
-    this.instances = this.clip.bodies.map((body) => body.shapes.map((shape) => {
-      const [mesh, px, py, pz, qx, qy, qz, qw, sx, sy, sz] = shape;
-      const columns = new Float32Array(9);
-      writeRotation(qx, qy, qz, qw, sx, sy, sz, columns);
-      const place = places[mesh].take(body.first, body.first + body.count);
-      return { meshNumber: mesh, place, offset: [px, py, pz], columns, isSurface: this.clip.meshes[mesh].isSurface };
-    }));
-    const material = new THREE.MeshLambertMaterial();
-    this.meshes = this.clip.meshes.map((mesh, i) => {
-      const { count } = places[i];
-      const instances = new THREE.InstancedMesh(geometryOf(mesh), material, Math.max(1, count));
-      instances.instanceColor = new THREE.InstancedBufferAttribute(new Float32Array(3 * Math.max(1, count)), 3);
-      instances.count = count;
-      instances.frustumCulled = false;
-      instances.castShadow = instances.receiveShadow = true;
-      instances.userData.bodies = new Int32Array(count).fill(-1);  // who is at a place now
-      this.root.add(instances);
-      return instances;
-    });
-    for (const shapes of this.instances) {
-      for (const instance of shapes) instance.mesh = this.meshes[instance.meshNumber];
-    }
-  }
-
-  // Where bodies are at a sample.
-  centersAt(sample, isWanted) {
+  // Where bodies are in a state.
+  centersIn(state, isWanted) {
     const centers = [];
-    for (const body of this.clip.bodies) {
+    for (let i = 0; i < state.numbers.length; ++i) {
+      const body = this.model.bodies[state.numbers[i]];
       if (!isWanted(body) || body.shapes.length === 0) continue;
-      if (this.clip.poseAt(body, sample, 0, this.pose)) centers.push(new THREE.Vector3(...this.pose.subarray(0, 3)));
+      centers.push(new THREE.Vector3().fromArray(state.poses, kPoseLength * i));
+    }
+    for (const number of state.standing) {
+      const body = this.model.bodies[number];
+      if (isWanted(body) && body.shapes.length > 0) centers.push(new THREE.Vector3(...body.pose.slice(0, 3)));
     }
     return centers;
   }
 
   // What the first view is about: what moves as it is first seen, without what is far from all the rest, and
   // where it goes, unless that is far off and not where half of it goes. Where nothing moves, all bodies.
-  measure() {
-    const last = this.clip.times.length - 1;
-    const samples = [0, last >> 2, last >> 1, last];
+  measure(states) {
     const isMoving = (body) => body.type !== "fixed";
     let isWanted = isMoving;
     let first = [];
-    for (const sample of samples) {
-      if (first.length === 0) first = this.centersAt(sample, isMoving);
+    for (const state of states) {
+      if (first.length === 0) first = this.centersIn(state, isMoving);
     }
     if (first.length === 0) {
       isWanted = () => true;
-      first = this.centersAt(0, isWanted);
+      first = this.centersIn(states[0], isWanted);
     }
     const sorted = [0, 1, 2].map((axis) => first.map((c) => c.getComponent(axis)).sort((a, b) => a - b));
     const middle = new THREE.Vector3(...sorted.map((values) => values[values.length >> 1] ?? 0));
-    const all = samples.flatMap((sample) => this.centersAt(sample, isWanted));
+    const all = states.flatMap((state) => this.centersIn(state, isWanted));
     const distanceOf = (centers, share) => {
       const distances = centers.map((c) => c.distanceTo(middle)).sort((a, b) => a - b);
       return distances[Math.floor(share * distances.length)] ?? 0;
     };
-    const limit = 4 * Math.max(distanceOf(first, 0.9), distanceOf(all, 0.5), this.clip.size);
+    const limit = 4 * Math.max(distanceOf(first, 0.9), distanceOf(all, 0.5), this.model.size);
     const box = new THREE.Box3().expandByPoint(middle);
     for (const center of all) {
       if (center.distanceTo(middle) <= limit) box.expandByPoint(center);
     }
-    box.expandByScalar(this.clip.size);
+    box.expandByScalar(this.model.size);
     box.applyMatrix4(this.root.matrixWorld);
     this.middle = box.getCenter(new THREE.Vector3());
     this.reach = box.getSize(new THREE.Vector3()).length() / 2;
@@ -200,78 +125,126 @@ export class Scene {
     this.camera.setViewOffset(width, height, 0, transport / 2, width, height);
   }
 
-  colorOf(number, sample) {
+  // Of what may move, in the i-th place of a state.
+  colorOf(state, i) {
+    const number = state.numbers[i];
     if (number === this.chosen) return kChosen;
-    const body = this.clip.bodies[number];
+    const body = this.model.bodies[number];
     if (body.type === "fixed") return kFixed;
-    if (this.colorBy === "speed") return speedColor(this.clip.speedAt(body, sample));
-    if (this.colorBy === "type") return body.type === "dynamic" ? kOrange : kBlue;
-    return kPalette[(5 * body.index) % kPalette.length];
-  }
-
-  // Puts all bodies where they are at a time.
-  show(time) {
-    const [sample, share] = this.clip.stateAt(time);
-    const color = new THREE.Color();
-    for (const mesh of this.meshes) mesh.userData.bodies.fill(-1);
-    for (let number = 0; number < this.clip.bodies.length; ++number) {
-      if (!this.clip.poseAt(this.clip.bodies[number], sample, share, this.pose)) continue;
-      const [r, g, b] = this.colorOf(number, sample);
-      color.setRGB(r / 255, g / 255, b / 255, THREE.SRGBColorSpace);
-      for (const instance of this.instances[number]) this.place(instance, number, color);
-    }
-    for (const mesh of this.meshes) {
-      mesh.userData.bodies.forEach((body, place) => {
-        if (body < 0) hide(mesh, place);
-      });
-    }
-    if (!this.keepsWalls) {
-      const eye = this.root.worldToLocal(this.camera.position.clone());
-      this.walls.hide(eye, sample);
-    }
-    for (const mesh of this.meshes) {
-      mesh.instanceMatrix.needsUpdate = true;
-      mesh.instanceColor.needsUpdate = true;
-      mesh.boundingSphere = null;  // picking asks for it
+    switch (this.colorBy) {
+      case "body":
+        return paletteColor(body.index);
+      case "speed":
+        return speedColor(state.speeds[i]);
+      case "type":
+        return body.type === "dynamic" ? kOrange : kBlue;
+      case "sleep":
+        return state.awake[i] ? kOrange : kBlue;
+      default:
+        return this.shade ? this.shade(state, i, body) : paletteColor(body.index);
     }
   }
 
-  place(instance, number, color) {
-    const m = instance.mesh.instanceMatrix.array;
-    const at = 16 * instance.place;
-    const [px, py, pz, qx, qy, qz, qw] = this.pose;
-    const r = this.rotation;
-    const s = instance.columns;
-    const o = instance.offset;
-    writeRotation(qx, qy, qz, qw, 1, 1, 1, r);
-    for (let column = 0; column < 3; ++column) {
-      for (let row = 0; row < 3; ++row) {
-        m[at + 4 * column + row] = r[row] * s[3 * column] + r[3 + row] * s[3 * column + 1] + r[6 + row] * s[3 * column + 2];
+  // Puts all bodies where they are in a state; `second`: the same of a track to compare with, or nothing.
+  show(state, second) {
+    this.state = state;
+    if (this.standingKey !== state.standingKey) this.fillStanding(state);
+    this.moving.begin();
+    for (let i = 0; i < state.numbers.length; ++i)
+      this.moving.add(state.numbers[i], state.poses, kPoseLength * i, this.colorOf(state, i));
+    this.moving.end();
+    this.showSecond(state, second);
+    this.hideWalls(state);
+  }
+
+  // Side by side it looks like the first one; over that it is pale where it is elsewhere.
+  showSecond(state, second) {
+    for (const layer of [this.pale, this.second, this.secondStanding]) layer.begin();
+    if (second && this.isSideBySide) {
+      for (let i = 0; i < second.numbers.length; ++i)
+        this.second.add(second.numbers[i], second.poses, kPoseLength * i, this.colorOf(second, i));
+      for (const number of second.standing) this.secondStanding.add(number, this.model.bodies[number].pose, 0, kFixed);
+    } else if (second) {
+      for (let i = 0; i < second.numbers.length; ++i) {
+        if (!this.isElsewhere(state, second, i)) continue;
+        this.pale.add(second.numbers[i], second.poses, kPoseLength * i, kPale);
       }
-      m[at + 4 * column + 3] = 0;
     }
-    m[at + 12] = px + r[0] * o[0] + r[3] * o[1] + r[6] * o[2];
-    m[at + 13] = py + r[1] * o[0] + r[4] * o[1] + r[7] * o[2];
-    m[at + 14] = pz + r[2] * o[0] + r[5] * o[1] + r[8] * o[2];
-    m[at + 15] = 1;
-    instance.mesh.instanceColor.setXYZ(instance.place, color.r, color.g, color.b);
-    instance.mesh.userData.bodies[instance.place] = number;
+    for (const layer of [this.pale, this.second, this.secondStanding]) layer.end();
   }
 
-  // The number of the body at a place of the picture, -1 to 1 to the right and up; -1: none, or a fixed one.
-  pick(x, y) {
+  // Whether the i-th body of the second state can be told from the same one of the first.
+  isElsewhere(state, second, i) {
+    if (state.numbers[i] !== second.numbers[i]) return true;
+    let apart = 0;
+    let turned = 0;
+    for (let k = 0; k < kPoseLength; ++k) {
+      const difference = Math.abs(state.poses[kPoseLength * i + k] - second.poses[kPoseLength * i + k]);
+      if (k < 3) apart = Math.max(apart, difference);
+      else turned = Math.max(turned, difference);
+    }
+    return apart > 0.02 * this.model.size || turned > 0.02;
+  }
+
+  // Moves the second track to the right of the first one, and the view so that both are in it; or back.
+  setSideBySide(on) {
+    if (on === this.isSideBySide) return;
+    this.isSideBySide = on;
+    const right = new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, 0);
+    right.applyQuaternion(this.root.quaternion.clone().invert()).projectOnPlane(new THREE.Vector3(...this.model.up));
+    this.beside.position.copy(right.normalize().multiplyScalar(on ? 2 * this.reach : 0));
+    this.beside.updateMatrixWorld(true);
+  }
+
+  fillStanding(state) {
+    this.standingKey = state.standingKey;
+    this.standing.begin();
+    for (const number of state.standing) this.standing.add(number, this.model.bodies[number].pose, 0, kFixed);
+    this.standing.end();
+    this.walls = new Walls(this.standing, () => true);
+  }
+
+  hideWalls(state) {
+    if (this.keepsWalls) return this.walls.showAll();
+    const isDynamic = (body) => body.type === "dynamic";
+    const places = this.centersIn({ ...state, standing: [] }, isDynamic);
+    if (places.length === 0) return this.walls.showAll();
+    const eye = this.root.worldToLocal(this.camera.position.clone());
+    const down = new THREE.Vector3(...this.model.up).multiplyScalar(-4 * this.reach);
+    this.walls.hide(eye, places, down);
+    new Walls(this.moving, (number) => this.model.bodies[number].type === "kinematic").hide(eye, places, down);
+    return undefined;
+  }
+
+  // What is seen at a place of the picture, -1 to 1 to the right and up: the number of a body and the point, in
+  // the world's frame. Nothing: no body.
+  hit(x, y) {
     const ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2(x, y), this.camera);
-    const [hit] = ray.intersectObjects(this.meshes, false);
-    const body = hit ? hit.object.userData.bodies[hit.instanceId] : -1;
-    return body >= 0 && this.clip.bodies[body].type !== "fixed" ? body : -1;
+    const [hit] = ray.intersectObjects([...this.moving.meshes, ...this.standing.meshes], false);
+    if (!hit) return undefined;
+    return { body: hit.object.userData.bodies[hit.instanceId], point: this.root.worldToLocal(hit.point.clone()) };
   }
 
-  // Where a body is, in the scene's frame; nothing where it is not there.
-  centerOf(number, time) {
-    const [sample, share] = this.clip.stateAt(time);
-    if (!this.clip.poseAt(this.clip.bodies[number], sample, share, this.pose)) return undefined;
-    return new THREE.Vector3(this.pose[0], this.pose[1], this.pose[2]).applyMatrix4(this.root.matrixWorld);
+  // The number of the body there; -1: none, or a fixed one.
+  pick(x, y) {
+    const body = this.hit(x, y)?.body ?? -1;
+    return body >= 0 && this.model.bodies[body].type !== "fixed" ? body : -1;
+  }
+
+  // The eye and the direction of a place of the picture, in the world's frame.
+  rayAt(x, y) {
+    const ray = new THREE.Raycaster();
+    ray.setFromCamera(new THREE.Vector2(x, y), this.camera);
+    const turn = this.root.quaternion.clone().invert();
+    return { from: this.root.worldToLocal(ray.ray.origin.clone()), toward: ray.ray.direction.clone().applyQuaternion(turn) };
+  }
+
+  // Where a body of the state that is shown is, in the scene's frame; nothing where it is not there.
+  centerOf(number) {
+    const at = this.state ? this.state.numbers.indexOf(number) : -1;
+    if (at < 0) return undefined;
+    return new THREE.Vector3().fromArray(this.state.poses, kPoseLength * at).applyMatrix4(this.root.matrixWorld);
   }
 
   setShadows(on) {

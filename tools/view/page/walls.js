@@ -1,13 +1,14 @@
 // Walls that hide what moves: fixed and kinematic shapes that stand between the eye and more than a tenth of it,
 // unless they are the ground below it. Shapes are taken for the boxes around them; surfaces are left alone, as
 // they are seen from their fronts only.
-import { hide } from "scree/scene";
 import * as THREE from "three";
 
 const kMostSamples = 48;
 const kMostWalls = 2000;
 const kShare = 0.1;
 const kBefore = 0.98;  // of the way to a body: what is farther off is what it lies on
+// A point. The last number stays 1: three.js divides by it.
+const kNothing = new THREE.Matrix4().set(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1);
 
 // Whether the segment from a to b meets the box, both in the box's frame.
 function meets(box, a, b) {
@@ -28,58 +29,53 @@ function meets(box, a, b) {
   return enters <= leaves;
 }
 
+// The shapes of a layer that may be walls; `isWall` tells by the body. Make them anew when the layer is filled.
 export class Walls {
-  constructor(scene, clip) {
-    this.scene = scene;
-    this.clip = clip;
+  constructor(layer, isWall) {
     this.walls = [];
-    this.movers = [];
-    clip.bodies.forEach((body, number) => {
-      if (body.type === "dynamic") this.movers.push(number);
-      else scene.instances[number].forEach((instance) => this.add(instance, number));
-    });
+    for (const mesh of layer.meshes) {
+      if (mesh.userData.isSurface) continue;
+      if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
+      for (let place = 0; place < mesh.count && this.walls.length <= kMostWalls; ++place) {
+        if (!isWall(mesh.userData.bodies[place])) continue;
+        const matrix = new THREE.Matrix4();
+        mesh.getMatrixAt(place, matrix);
+        this.walls.push({ mesh, place, matrix, inverse: matrix.clone().invert(), isHidden: false });
+      }
+    }
     if (this.walls.length > kMostWalls) this.walls = [];
   }
 
-  add(instance, number) {
-    if (instance.isSurface) return;
-    const geometry = instance.mesh.geometry;
-    if (!geometry.boundingBox) geometry.computeBoundingBox();
-    this.walls.push({ instance, number, box: geometry.boundingBox });
-  }
-
-  // Takes away the walls for an eye, in the frame of the recorded world. Call it when all instances have their
-  // places.
-  hide(eye, sample) {
-    const stride = Math.max(1, Math.floor(this.movers.length / kMostSamples));
-    const pose = new Float32Array(7);
-    const places = [];
-    for (let i = 0; i < this.movers.length; i += stride) {
-      const body = this.clip.bodies[this.movers[i]];
-      if (this.clip.poseAt(body, sample, 0, pose)) places.push(new THREE.Vector3(pose[0], pose[1], pose[2]));
-    }
-    if (places.length === 0) return;
-    const down = new THREE.Vector3(...this.clip.up).multiplyScalar(-4 * this.scene.reach);
-    const matrix = new THREE.Matrix4();
-    const place = new THREE.Vector3();
-    const below = new THREE.Vector3();
-    const localEye = new THREE.Vector3();
-    for (const { instance, number, box } of this.walls) {
-      if (instance.mesh.userData.bodies[instance.place] !== number) continue;  // it is not there
-      instance.mesh.getMatrixAt(instance.place, matrix);
-      matrix.invert();
-      localEye.copy(eye).applyMatrix4(matrix);
+  // Hides walls for an eye, and shows the others. `places`: some of the bodies that move; `down`: far below
+  // them. All in the frame of the world.
+  hide(eye, places, down) {
+    const samples = [];
+    const stride = Math.max(1, Math.floor(places.length / kMostSamples));
+    for (let i = 0; i < places.length; i += stride) samples.push(places[i]);
+    const [place, below, localEye] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
+    for (const wall of this.walls) {
+      const box = wall.mesh.geometry.boundingBox;
+      localEye.copy(eye).applyMatrix4(wall.inverse);
       let hidden = 0;
       let carried = 0;
-      for (const each of places) {
-        place.copy(each).applyMatrix4(matrix);
-        below.copy(each).add(down).applyMatrix4(matrix);
+      for (const each of samples) {
+        place.copy(each).applyMatrix4(wall.inverse);
+        below.copy(each).add(down).applyMatrix4(wall.inverse);
         if (meets(box, localEye, place)) ++hidden;
         if (meets(box, place, below)) ++carried;
       }
-      if (hidden > kShare * places.length && carried <= kShare * places.length) {
-        hide(instance.mesh, instance.place);
-      }
+      this.set(wall, hidden > kShare * samples.length && carried <= kShare * samples.length);
     }
+  }
+
+  set(wall, isHidden) {
+    if (wall.isHidden === isHidden) return;
+    wall.isHidden = isHidden;
+    wall.mesh.setMatrixAt(wall.place, isHidden ? kNothing : wall.matrix);
+    wall.mesh.instanceMatrix.needsUpdate = true;
+  }
+
+  showAll() {
+    for (const wall of this.walls) this.set(wall, false);
   }
 }

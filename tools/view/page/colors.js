@@ -1,0 +1,28 @@
+// Colors of bodies, red, green and blue from 0 to 255.
+
+const kPalette = [[226, 138, 66], [86, 140, 196], [206, 96, 86], [112, 168, 92], [232, 190, 84], [124, 112, 176],
+  [84, 168, 164], [214, 140, 160], [160, 122, 92], [150, 186, 210], [178, 196, 110], [222, 168, 132]];
+// Matplotlib's viridis at 0, 1/4, 1/2, 3/4 and 1.
+const kViridis = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
+
+export const kFixed = [168, 170, 172];
+export const kOrange = [226, 138, 66];
+export const kBlue = [86, 140, 196];
+export const kChosen = [255, 255, 120];
+export const kDiffers = [232, 48, 48];
+
+export const paletteColor = (number) => kPalette[(((5 * number) % kPalette.length) + kPalette.length) % kPalette.length];
+
+// From 0 to 1.
+export function shareColor(share) {
+  const place = 4 * Math.min(1, Math.max(0, share));
+  const low = Math.min(3, Math.floor(place));
+  return [0, 1, 2].map((i) => kViridis[low][i] + (place - low) * (kViridis[low + 1][i] - kViridis[low][i]));
+}
+
+// m/s: half of the way at 2.3, all of it at 20.
+export const speedColor = (speed) => shareColor((speed / (speed + 3)) * (23 / 20));
+
+// By decades between two numbers above 0.
+export const decadeColor = (value, low, high) =>
+  shareColor(value > 0 ? Math.log(value / low) / Math.log(high / low) : 0);

@@ -1,0 +1,151 @@
+// Two tracks beside each other: how far their bodies are apart, step by step, as a line and as a map over all bodies.
+import { decadeColor } from "scree/colors";
+
+const kRows = 64;  // of the map: bodies by index
+export const kLeast = 1e-7;  // m: half of a unit in the last place at 1 m
+const kMost = 1;
+
+export class Comparison {
+  constructor(model) {
+    this.model = model;
+    this.clear();
+    model.alsoWanted = () => this.missing();
+  }
+
+  clear() {
+    this.steps = new Map();  // by step: the largest distance, the body, and a row of the map
+    this.pair = undefined;
+    this.parting = undefined;
+    this.askedTo = undefined;
+    this.isAsked = false;
+    this.version = 0;
+  }
+
+  get isOn() {
+    return this.model.second >= 0 && this.model.second !== this.model.track;
+  }
+
+  // Begins anew when other tracks are compared.
+  check() {
+    const pair = this.isOn ? `${this.model.track} ${this.model.second}` : undefined;
+    if (this.pair !== pair) {
+      this.clear();
+      this.pair = pair;
+      this.askForParting();
+      return true;
+    }
+    this.askForParting();
+    return false;
+  }
+
+  // Again when there are more steps, as long as the two have not parted.
+  askForParting() {
+    if (!this.isOn || this.isAsked || (this.parting && this.parting.step !== null)) return;
+    const common = Math.min(this.model.last, this.model.tracks[this.model.second].last);
+    if (this.askedTo === common) return;
+    this.askedTo = common;
+    this.isAsked = true;
+    this.model.ask({ ask: "parted", a: this.model.track, b: this.model.second });
+    setTimeout(() => { this.isAsked = false; }, 1000);
+  }
+
+  // Steps that both have, and that have not been compared; a few.
+  missing() {
+    if (!this.isOn) return [];
+    const { model } = this;
+    const last = Math.min(model.last, model.tracks[model.second].last);
+    const frames = [];
+    for (let step = model.first; step <= last && frames.length < 16; ++step) {
+      if (this.steps.has(step)) continue;
+      let isShared = true;
+      for (const track of [model.track, model.second]) {
+        if (model.frameOf(track, step)) continue;
+        frames.push([model.owner(track, step), step]);
+        isShared = false;
+      }
+      if (isShared) this.compare(step);
+    }
+    return frames;
+  }
+
+  // Of all bodies of the first frame: the distance to the one of the same index in the second, in m.
+  distances(a, b) {
+    if (a === b) return new Float32Array(a.numbers.length);
+    const { bodies } = this.model;
+    const isSame = a.numbers.length === b.numbers.length && a.numbers.every((number, i) => number === b.numbers[i]);
+    const places = isSame ? undefined : new Map([...b.numbers].map((number, i) => [bodies[number].index, i]));
+    return Float32Array.from(a.numbers, (number, i) => {
+      const place = places ? places.get(bodies[number].index) : i;
+      if (place === undefined) return kMost;
+      const [p, q] = [3 * i, 3 * place];
+      return Math.hypot(a.positions[p] - b.positions[q], a.positions[p + 1] - b.positions[q + 1],
+        a.positions[p + 2] - b.positions[q + 2]);
+    });
+  }
+
+  compare(step) {
+    const [a, b] = [this.model.frameOf(this.model.track, step), this.model.frameOf(this.model.second, step)];
+    if (!a || !b) return;
+    const distances = this.distances(a, b);
+    const rows = new Float32Array(kRows);
+    let largest = 0;
+    let body = -1;
+    distances.forEach((distance, i) => {
+      const row = Math.floor((kRows * i) / distances.length);
+      rows[row] = Math.max(rows[row], distance);
+      if (distance > largest) [largest, body] = [distance, a.numbers[i]];
+    });
+    this.steps.set(step, { largest, body, rows });
+    this.version += 1;
+  }
+
+  at(step) {
+    if (!this.steps.has(step)) this.compare(step);
+    return this.steps.get(step);
+  }
+
+  // Decades above the least distance, over the samples.
+  get series() {
+    if (this.seriesVersion !== this.version) {
+      this.seriesVersion = this.version;
+      this.kept = [];
+      for (let step = this.model.first; step <= this.model.last; ++step) {
+        const known = this.steps.get(step);
+        this.kept.push(known ? Math.max(0, Math.log10(known.largest / kLeast)) : null);
+      }
+    }
+    return this.kept;
+  }
+
+  // The color of the i-th body of a state.
+  shade(state, i) {
+    const step = state.frame?.step;
+    if (this.shaded?.step !== step || this.shaded.pair !== this.pair) {
+      const b = this.isOn ? this.model.frameOf(this.model.second, step) : undefined;
+      this.shaded = { step, pair: this.pair, distances: b ? this.distances(state.frame, b) : undefined };
+    }
+    const { distances } = this.shaded;
+    return decadeColor(distances ? distances[i] : 0, kLeast, kMost);
+  }
+
+  // Steps to the right, bodies down.
+  drawMap(canvas) {
+    const state = `${this.pair} ${this.version}`;
+    if (this.drawn === state) return;
+    this.drawn = state;
+    const { first, last } = this.model;
+    const columns = Math.max(1, Math.min(1024, last - first + 1));
+    canvas.width = columns;
+    canvas.height = kRows;
+    const context = canvas.getContext("2d");
+    const image = context.createImageData(columns, kRows);
+    for (let column = 0; column < columns; ++column) {
+      const known = this.steps.get(first + Math.floor((column * (last - first + 1)) / columns));
+      for (let row = 0; row < kRows; ++row) {
+        const color = known ? decadeColor(known.rows[row], kLeast, kMost) : [60, 66, 72];
+        image.data.set([...color, 255], 4 * (columns * row + column));
+      }
+    }
+    context.putImageData(image, 0, 0);
+  }
+}

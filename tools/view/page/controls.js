@@ -1,0 +1,296 @@
+// What the page can do while a server plays: tracks and branches, touch, comparison, what is drawn over the bodies.
+import { decadeColor, kDiffers, paletteColor } from "scree/colors";
+import { Comparison, kLeast } from "scree/compare";
+import { element, number } from "scree/text";
+import { Touch } from "scree/touch";
+import { TrackList } from "scree/tracks";
+
+const kTicks = { sleep: "#6f9fe0", wake: "#e8be54", hit: "#e9edf1", break: "#ff7b5c", restore: "#ff50c8" };
+const kPhaseColors = ["#f0a45a", "#7fb2e5", "#8fd08a", "#e8be54", "#c49bea", "#e77f7f", "#7fd6d0", "#d8d8d8", "#b58a5a", "#f29ac0", "#9fb36b"];
+const kScales = {
+  island: "bodies that contacts and joints connect have one color",
+  color: "the highest color of a body's contacts; gray: none",
+  residual: "speed at which surfaces still come together: 1 µm/s dark, 1 m/s yellow",
+  force: "force of all contacts: 1 N dark, 1 MN yellow",
+  speed: "0 dark, 2.3 m/s green, 20 m/s yellow",
+  sleep: "awake orange, asleep blue",
+  distance: "0.1 µm dark, 1 m yellow",
+};
+
+export class LiveControls {
+  constructor(page, model) {
+    this.page = page;
+    this.model = model;
+    this.comparison = new Comparison(model);
+    this.touch = new Touch(page, model);
+    this.list = new TrackList(page, model);
+    page.trackHere = () => model.owner(model.track, page.stepNumber);
+    page.goToStep = (step) => page.goToSample(step - model.first);
+    Object.defineProperty(page, "touch", { value: this.touch });
+    page.say = (text) => this.say(text);
+    page.scene.shade = (state, i, body) => this.shade(state, i, body);
+    element("title").textContent = document.title = model.title;
+    element("solver").replaceChildren(...model.solvers.map((name) => new Option(name.replaceAll("_", " "), name)));
+    element("gravity").value = model.settings.gravity.map((x) => Number(x.toPrecision(6))).join(", ");
+    element("substeps").value = model.settings.substeps;
+    element("solver").value = model.settings.solver;
+    this.listen();
+    this.list.show();
+    this.keys = {
+      ",": () => this.list.jump(-1),
+      ".": () => this.list.jump(1),
+      b: () => this.list.branch(),
+      g: () => this.touch.shoot(0, 0),
+      Delete: () => this.touch.deleteChosen(),
+    };
+  }
+
+  listen() {
+    element("tools").addEventListener("change", (event) => { this.touch.tool = event.target.value; });
+    element("marks").addEventListener("change", () => this.updateWants());
+    element("run").addEventListener("click", () => {
+      const to = Math.floor(Number(element("run-to").value));
+      this.model.ask({ ask: "run", track: this.model.track, to: to > 0 ? to : 0 });
+    });
+    element("side-by-side").addEventListener("change", (event) => {
+      this.page.scene.setSideBySide(event.target.checked);
+      this.page.orbit.update();
+    });
+    element("apply").addEventListener("click", () => this.apply());
+    element("to-parting").addEventListener("click", () => {
+      const { parting } = this.comparison;
+      if (parting?.step !== null) this.page.goToStep(parting.step);
+      const body = this.model.bodies.findIndex(({ index, type }) => index === parting.body && type !== "fixed");
+      if (body >= 0) this.page.choose(body);
+    });
+    element("map").addEventListener("click", (event) => {
+      const box = element("map").getBoundingClientRect();
+      this.page.goToSample(Math.floor(((event.clientX - box.left) / box.width) * this.model.series.times.length));
+    });
+  }
+
+  hear(kind, message) {
+    if (kind === "tracks") this.list.show();
+    else if (kind === "branched") this.list.enter(message.track);
+    else if (kind === "changed") this.page.drawn = undefined;
+    else if (kind === "parted") this.showParting(message);
+    else if (kind === "error") this.say(message.text);
+    else if (kind === "lost") this.say("The server does not answer: it has ended, or the connection is lost. Trying again.", true);
+    else if (kind === "found") this.found();
+    else if (kind === "replaced") window.location.reload();
+  }
+
+  // Back after a lost connection, to the same worlds.
+  found() {
+    element("notice").hidden = true;
+    for (const layer of this.page.scene.layers) layer.begin();
+    this.page.scene.standingKey = undefined;
+    this.page.drawn = undefined;
+  }
+
+  say(text, stays = false) {
+    element("notice").textContent = text;
+    element("notice").hidden = false;
+    clearTimeout(this.silence);
+    if (!stays) this.silence = setTimeout(() => { element("notice").hidden = true; }, 8000);
+  }
+
+  // Whether playing may go on behind the last step.
+  get goesOn() {
+    const { live, error } = this.model.tracks[this.model.track];
+    return live && !error;
+  }
+
+  // A live track grows as it is played.
+  extend(time) {
+    if (!this.goesOn) return;
+    const about = this.model.tracks[this.model.track];
+    if (time >= this.model.duration) about.planned = Math.max(about.planned, about.last) + 1;
+  }
+
+  // A step on from the end of a live track.
+  stepOn(sample) {
+    if (!this.goesOn || sample + 1 < this.model.samples) return false;
+    this.model.tracks[this.model.track].planned = this.model.first + sample + 1;
+    this.page.goToSample(sample + 1);
+    return true;
+  }
+
+  // Pauses where the live world is, not the few steps behind it that were on their way.
+  settle() {
+    const behind = this.model.last - this.page.stepNumber;
+    if (this.goesOn && behind > 0 && behind <= 8) this.page.goToStep(this.model.last);
+    else this.page.goToStep(this.page.stepNumber);
+  }
+
+  setColors(by) {
+    element("scale").textContent = kScales[by] ?? "";
+    this.model.setShade(by);
+    this.model.asked = "";
+  }
+
+  choose() {
+    this.updateWants();
+  }
+
+  updateWants() {
+    const { shown } = this.page.scene.marks;
+    this.model.wantsDetails = shown.has("contacts") || shown.has("joints") || this.page.scene.chosen >= 0;
+    this.model.asked = "";
+  }
+
+  // Before each picture.
+  update() {
+    this.model.want(this.page.time, this.page.pace);
+    if (this.comparison.check()) this.page.drawn = undefined;
+    element("comparison").hidden = !this.comparison.isOn;
+    if (this.comparison.isOn) this.comparison.drawMap(element("map"));
+    this.list.showEvents();
+  }
+
+  get seen() {
+    return [this.model.track, this.model.second, this.comparison.version, this.model.isWaiting, element("graphed").value].join();
+  }
+
+  secondState() {
+    if (!this.comparison.isOn) return undefined;
+    return this.model.stateIn(this.model.second, Math.min(this.page.time, this.model.timeOf(this.model.tracks[this.model.second].last - this.model.first)));
+  }
+
+  shade(state, i, body) {
+    const value = state.values?.[i] ?? 0;
+    switch (this.page.scene.colorBy) {
+      case "island":
+        return paletteColor(value);
+      case "color":
+        return value < 0 ? [150, 150, 150] : paletteColor(value);
+      case "residual":
+        return decadeColor(value, 1e-6, 1);
+      case "force":
+        return decadeColor(value, 1, 1e6);
+      case "distance": {
+        const { parting } = this.comparison;
+        if (this.comparison.isOn && parting?.step === state.frame?.step && parting.body === body.index) return kDiffers;
+        return this.comparison.shade(state, i);
+      }
+      default:
+        return paletteColor(body.index);
+    }
+  }
+
+  showParting(message) {
+    if (message.a !== this.model.track || message.b !== this.model.second) return;
+    this.comparison.parting = message;
+    element("parting").textContent = message.step === null ? "The two have the same bits as far as both go."
+      : `They part at step ${message.step}${message.text ? `: ${message.text}` : ""}.`;
+    element("to-parting").hidden = message.step === null;
+    this.page.drawn = undefined;
+  }
+
+  worldRows(figures) {
+    const rows = [["residual", `${number(figures.residual)} m/s`], ["step", `${number(figures.milliseconds, 3)} ms`]];
+    if (this.comparison.isOn) {
+      const apart = this.comparison.at(this.page.stepNumber);
+      rows.push(["largest distance", apart ? `${number(apart.largest)} m` : "–"]);
+    }
+    return rows;
+  }
+
+  // What only the server knows of the chosen body.
+  chosenRows(state, at) {
+    const body = this.model.bodies[this.page.scene.chosen];
+    const rows = [["mass", body.mass > 0 ? `${number(body.mass)} kg` : "–"],
+      ["awake", at >= 0 ? (state.awake[at] ? "yes" : "no") : "–"]];
+    const items = [];
+    const { frame } = state;
+    if (frame?.hasDetails) {
+      let force = 0;
+      for (let i = 0; i < frame.contacts.length; i += 12) {
+        const [a, b] = [frame.contactBodies[i], frame.contactBodies[i + 1]];
+        if (a !== body.index && b !== body.index) continue;
+        force += frame.contacts[i + 8];
+        const item = document.createElement("li");
+        item.textContent = `touches body ${a === body.index ? b : a} with ${number(frame.contacts[i + 8], 3)} N, color ${frame.contacts[i + 9]}`;
+        items.push(item);
+      }
+      rows.push(["contact points", String(items.length)], ["contact force", `${number(force, 3)} N`]);
+    }
+    element("chosen-contacts").replaceChildren(...items);
+    return rows;
+  }
+
+  // Speed and energy of the chosen body where its frames are known.
+  drawChosen(plot, share) {
+    const { model } = this;
+    const chosen = this.page.scene.chosen;
+    const key = `${chosen} ${model.version}`;
+    if (this.history?.key !== key) {
+      const body = model.bodies[chosen];
+      const up = model.up;
+      const gravity = Math.hypot(...model.settings.gravity);
+      const list = { key, speeds: [], energies: [] };
+      for (let sample = 0; sample <= model.last - model.first; ++sample) {
+        const frame = model.frameOf(model.track, model.first + sample);
+        const at = frame ? frame.numbers.indexOf(chosen) : -1;
+        list.speeds.push(at < 0 ? NaN : frame.speeds[at]);
+        const height = at < 0 ? NaN : up.reduce((sum, each, axis) => sum + each * frame.positions[3 * at + axis], 0);
+        list.energies.push(at < 0 ? NaN : body.mass * (0.5 * frame.speeds[at] ** 2 + gravity * height));
+      }
+      this.history = list;
+    }
+    plot.draw(model.series.times, [{ values: this.history.energies, color: "#7fb2e5" },
+      { values: this.history.speeds, color: "#f0a45a" }], share);
+  }
+
+  drawTimeline(graph, share) {
+    const { series } = this.model;
+    const kind = element("graphed").value;
+    const legend = element("legend");
+    const duration = this.model.duration;
+    let lines;
+    if (kind === "milliseconds") {
+      lines = series.phases.map((values, i) => ({ values, color: kPhaseColors[i] }));
+      legend.replaceChildren(...this.model.phases.map((name, i) => {
+        const each = document.createElement("span");
+        each.textContent = `${name.replaceAll("_", " ")} `;
+        each.style.color = kPhaseColors[i];
+        return each;
+      }));
+    } else if (kind === "distance") {
+      lines = [{ values: this.comparison.series, color: "#ff7b5c" }];
+      legend.textContent = `decades of the largest distance above ${kLeast} m`;
+    } else {
+      lines = [{ values: series.contacts, color: "#7fb2e5" }, { values: series.energy, color: "#f0a45a" }];
+      legend.innerHTML = '<span class="contacts">contacts</span> <span class="energy">kinetic energy</span>';
+    }
+    graph.draw(series.times, lines, share, duration, kind === "milliseconds");
+    this.drawTicks(duration);
+  }
+
+  drawTicks(duration) {
+    const canvas = element("ticks");
+    const events = this.list.events;
+    const state = `${this.model.track} ${events.length} ${duration} ${canvas.clientWidth}`;
+    if (this.ticked === state) return;
+    this.ticked = state;
+    canvas.width = canvas.clientWidth;
+    canvas.height = 8;
+    const context = canvas.getContext("2d");
+    for (const { step, kind } of events) {
+      context.fillStyle = kTicks[kind];
+      const height = kind === "hit" ? 4 : 8;
+      context.fillRect((canvas.width * this.model.timeOf(step - this.model.first)) / (duration || 1), 8 - height, 1, height);
+    }
+  }
+
+  apply() {
+    const gravity = element("gravity").value.split(",").map(Number);
+    if (gravity.length !== 3 || !gravity.every(Number.isFinite)) {
+      this.say(`Gravity takes three numbers, such as 0, -9.81, 0; "${element("gravity").value}" are not.`);
+      return;
+    }
+    const what = { kind: "settings", gravity, substeps: Number(element("substeps").value), solver: element("solver").value };
+    if (element("friction").value !== "") what.friction = Number(element("friction").value);
+    this.touch.send(what);
+  }
+}

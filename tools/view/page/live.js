@@ -1,0 +1,402 @@
+// A world that is played elsewhere: what the server of `scree view` tells of its tracks, kept in parts. See
+// ../frame.h and ../engine.h for what is sent.
+//
+// Samples are steps since the first one of the track's root. A branch shares its past with its parent: what is
+// before its beginning is asked of that.
+import { kPoseLength } from "scree/layer";
+
+const kMostBytes = 400 * 2 ** 20;
+const kAhead = 30;    // steps
+const kAround = 12;   // steps, while it stands still
+const kFigures = ["time", "bodies", "awake", "contacts", "energy", "residual", "milliseconds", "played"];
+const kShades = { island: 1, color: 2, residual: 3, force: 4 };
+
+class Frame {
+  constructor(buffer) {
+    const view = new DataView(buffer);
+    const word = (i) => view.getUint32(4 * i, true);
+    this.track = word(1);
+    this.step = view.getFloat64(8, true);
+    this.roster = word(4);
+    const [n, contacts, joints] = [word(5), word(6), word(7)];
+    this.shade = word(8);
+    this.hasDetails = word(9) === 1;
+    this.bytes = buffer.byteLength;
+    let at = 40;
+    const take = (Type, count) => {
+      const array = new Type(buffer, at, count);
+      at += array.byteLength;
+      return array;
+    };
+    this.numbers = take(Uint32Array, n);
+    this.positions = take(Float32Array, 3 * n);
+    this.speeds = take(Float32Array, n);
+    this.values = take(Float32Array, n);
+    this.rotations = take(Int16Array, 4 * n);
+    this.awake = take(Uint8Array, n);
+    at = 4 * Math.ceil(at / 4);
+    this.contactBodies = new Uint32Array(buffer, at, 12 * contacts);
+    this.contacts = take(Float32Array, 12 * contacts);
+    this.joints = take(Float32Array, 6 * joints);
+  }
+
+  poses() {
+    const n = this.numbers.length;
+    const poses = new Float32Array(kPoseLength * n);
+    for (let i = 0; i < n; ++i) {
+      for (let k = 0; k < 3; ++k) poses[7 * i + k] = this.positions[3 * i + k];
+      for (let k = 0; k < 4; ++k) poses[7 * i + 3 + k] = this.rotations[4 * i + k] / 32767;
+    }
+    return poses;
+  }
+}
+
+// Between two poses that begin at places of an array, into the first.
+function blend(poses, at, others, from, share) {
+  let sign = 0;
+  for (let k = 3; k < 7; ++k) sign += poses[at + k] * others[from + k];
+  sign = sign < 0 ? -1 : 1;
+  let length = 0;
+  for (let k = 0; k < 7; ++k) {
+    const other = k < 3 ? others[from + k] : sign * others[from + k];
+    poses[at + k] += share * (other - poses[at + k]);
+    if (k >= 3) length += poses[at + k] ** 2;
+  }
+  length = Math.sqrt(length) || 1;
+  for (let k = 3; k < 7; ++k) poses[at + k] /= length;
+}
+
+export class Live {
+  // `tell(kind, message)`: of hello, tracks, branched, changed, parted, error, lost and found.
+  constructor(address, tell) {
+    this.address = address;
+    this.tell = tell;
+    this.isLive = true;
+    this.bodies = [];
+    this.meshes = [];
+    this.rosters = new Map();
+    this.frames = new Map();  // by "track step"
+    this.bytes = 0;
+    this.tracks = [];
+    this.rows = [];    // by track: figures by step since its first
+    this.events = [];  // by track
+    this.track = 0;
+    this.second = -1;  // the track that is shown beside it
+    this.shade = 0;
+    this.wantsDetails = false;
+    this.isPlaying = false;
+    this.version = 0;  // of the series
+    this.asked = "";
+    this.wanted = [0, 0];
+    this.connect();
+  }
+
+  connect() {
+    this.socket = new WebSocket(this.address);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.addEventListener("message", ({ data }) => {
+      if (typeof data === "string") this.hear(JSON.parse(data));
+      else this.take(data);
+    });
+    this.socket.addEventListener("close", () => {
+      this.asked = "";
+      if (!this.isLost) this.tell("lost");
+      this.isLost = true;
+      setTimeout(() => this.connect(), 1000);
+    });
+  }
+
+  hear(message) {
+    if (message.kind === "hello") {
+      if (this.session && this.session !== message.session) return this.tell("replaced");
+      const isBack = this.session === message.session;
+      Object.assign(this, { session: message.session, title: message.title, up: message.up, size: message.size,
+        phases: message.phases, solvers: message.solvers, settings: message.settings, compares: message.compares });
+      this.hear(message.tracks);
+      if (!isBack && message.compares) this.second = 1;
+      if (isBack) {  // all of it comes again
+        this.bodies.length = this.meshes.length = 0;
+        this.frames.clear();
+        this.bytes = 0;
+      }
+      this.isLost = false;
+      return this.tell(isBack ? "found" : "hello", message);
+    }
+    if (message.kind === "tracks") {
+      this.tracks = message.tracks;
+      this.version += 1;
+    } else if (message.kind === "past") {
+      this.learn(message);
+      return undefined;
+    } else if (message.kind === "changed") {
+      this.forget(`${message.track} ${message.step}`);
+      this.asked = "";
+    }
+    return this.tell(message.kind, message);
+  }
+
+  learn({ track, from, dt, rows, events }) {
+    const known = (this.rows[track] ??= []);
+    const first = this.tracks[track].first;
+    rows.forEach((row, i) => { known[from - first + i] = row; });
+    (this.events[track] ??= []).push(...events.map(([step, kind, body, count, value]) => ({ step, kind, body, count, value })));
+    const about = this.tracks[track];
+    about.last = Math.max(about.last, from + rows.length - 1);
+    about.dt = dt;
+    this.version += 1;
+  }
+
+  take(buffer) {
+    const kind = new DataView(buffer).getUint32(0, true);
+    if (kind === 1) this.takeNews(buffer);
+    else if (kind === 2) this.rosters.set(new DataView(buffer).getUint32(4, true), new Uint32Array(buffer, 12));
+    else this.takeFrame(new Frame(buffer));
+  }
+
+  takeNews(buffer) {
+    const length = new DataView(buffer).getUint32(4, true);
+    const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, length)));
+    const numbers = buffer.slice(8 + length);
+    for (const mesh of head.meshes) {
+      this.meshes.push({
+        positions: new Float32Array(numbers, mesh.positions, 3 * mesh.vertices),
+        normals: new Float32Array(numbers, mesh.normals, 3 * mesh.vertices),
+        indices: new Uint32Array(numbers, mesh.indices, mesh.corners),
+        isSurface: mesh.surface,
+      });
+    }
+    for (const body of head.bodies) this.bodies.push(body);
+  }
+
+  takeFrame(frame) {
+    const key = `${frame.track} ${frame.step}`;
+    this.forget(key);
+    this.frames.set(key, frame);
+    this.bytes += frame.bytes;
+    while (this.bytes > kMostBytes) this.forgetFarthest();
+    const about = this.tracks[frame.track];
+    if (about && frame.step > about.last) about.last = frame.step;
+    this.version += 1;
+  }
+
+  forget(key) {
+    const frame = this.frames.get(key);
+    if (!frame) return;
+    this.bytes -= frame.bytes;
+    this.frames.delete(key);
+  }
+
+  // A tenth of the frames: those far from where the page looks.
+  forgetFarthest() {
+    const here = this.stepOf(this.wanted[0]);
+    const keys = [...this.frames.values()].sort((a, b) => Math.abs(b.step - here) - Math.abs(a.step - here))
+      .slice(0, Math.ceil(this.frames.size / 10)).map((frame) => `${frame.track} ${frame.step}`);
+    for (const key of keys) this.forget(key);
+  }
+
+  ask(message) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  // Which track has a step, the track itself or what it branched off.
+  owner(track, step) {
+    while (this.tracks[track].parent !== null && step < this.tracks[track].first) track = this.tracks[track].parent;
+    return track;
+  }
+
+  root(track) {
+    while (this.tracks[track].parent !== null) track = this.tracks[track].parent;
+    return track;
+  }
+
+  get first() {
+    return this.tracks[this.root(this.track)].first;
+  }
+
+  get last() {
+    return this.tracks[this.track].last;
+  }
+
+  // The last step that can be gone to: a live track runs on to what its scene has planned.
+  get end() {
+    const { last, planned, live } = this.tracks[this.track];
+    return live ? Math.max(last, planned) : last;
+  }
+
+  get samples() {
+    return this.end - this.first + 1;
+  }
+
+  stepOf(sample) {
+    return this.first + sample;
+  }
+
+  // s; nominal where the step has not been played yet.
+  timeOf(sample) {
+    return this.timeIn(this.track, this.first + sample);
+  }
+
+  timeIn(track, step) {
+    const about = this.tracks[track];
+    if (about.parent !== null && step < about.first) return this.timeIn(about.parent, step);
+    const before = about.parent !== null ? this.timeIn(about.parent, about.first) : 0;
+    const rows = this.rows[track] ?? [];
+    const row = rows[step - about.first];
+    if (row) return before + row[0];
+    const known = rows.length > 0 ? rows.length - 1 : 0;
+    return before + (rows[known]?.[0] ?? 0) + (step - about.first - known) * (about.dt || 1 / 60);
+  }
+
+  get duration() {
+    return this.timeOf(this.samples - 1);
+  }
+
+  sampleAt(time) {
+    let low = 0;
+    let high = this.samples - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.timeOf(middle) <= time + 1e-9) low = middle;
+      else high = middle - 1;
+    }
+    return low;
+  }
+
+  figures(sample) {
+    const step = this.first + sample;
+    const track = this.owner(this.track, step);
+    const row = this.rows[track]?.[step - this.tracks[track].first];
+    if (!row) return undefined;
+    const figures = Object.fromEntries(kFigures.map((name, i) => [name, row[i]]));
+    if (!figures.played) figures.awake = figures.contacts = figures.energy = figures.residual = null;
+    figures.phases = row.slice(kFigures.length);
+    return figures;
+  }
+
+  // Lists over the samples that are known; new ones when they have changed.
+  get series() {
+    if (this.seriesVersion !== this.version) {
+      this.seriesVersion = this.version;
+      const list = { times: [], contacts: [], energy: [], milliseconds: [], residual: [], phases: this.phases.map(() => []) };
+      for (let sample = 0; sample <= this.last - this.first; ++sample) {
+        const figures = this.figures(sample);
+        list.times.push(this.timeOf(sample));
+        for (const name of ["contacts", "energy", "milliseconds", "residual"]) list[name].push(figures ? figures[name] : null);
+        list.phases.forEach((each, i) => each.push(figures?.played ? figures.phases[i] : null));
+      }
+      this.kept = list;
+    }
+    return this.kept;
+  }
+
+  // What happened in the track and before it, by step.
+  get happened() {
+    const list = [];
+    for (let track = this.track, end = Infinity; track !== null; track = this.tracks[track].parent) {
+      const before = (this.events[track] ?? []).filter(({ step }) => step <= end);
+      list.unshift(...before);
+      end = this.tracks[track].first;
+    }
+    return list;
+  }
+
+  frameOf(track, step) {
+    return this.frames.get(`${this.owner(track, step)} ${step}`);
+  }
+
+  isFresh(frame) {
+    return frame && (this.shade === 0 || frame.shade === this.shade) && (!this.wantsDetails || frame.hasDetails);
+  }
+
+  reachable(from, to) {
+    let sample = this.sampleAt(from);
+    const goal = this.sampleAt(to) + 1;
+    while (sample < goal && sample + 1 < this.samples && this.frameOf(this.track, this.first + sample + 1)) sample += 1;
+    return Math.max(from, Math.min(to, this.timeOf(sample)));
+  }
+
+  setShade(name) {
+    this.shade = kShades[name] ?? 0;
+  }
+
+  // Asks for the frames that are needed soon, the nearest first. `pace`: s of the world's time to the next picture;
+  // the end of a live track runs ahead that far.
+  want(time, pace = 0) {
+    const sample = this.sampleAt(time);
+    this.wanted = [sample, time];
+    const step = this.first + sample;
+    const steps = [step];
+    const { live, last } = this.tracks[this.track];
+    const limit = live ? last : Math.min(last, this.end);
+    if (time > this.timeOf(sample) || this.isPlaying) steps.push(step + 1);
+    if (this.isPlaying) {
+      const beyond = live ? Math.ceil(pace / (this.tracks[this.track].dt || 1 / 60)) + 1 : 0;
+      for (let i = 2; i <= kAhead && step + i <= Math.max(limit, step + beyond); ++i) steps.push(step + i);
+    } else {
+      for (let i = 1; i <= kAround; ++i) {
+        if (step + i <= limit) steps.push(step + i);
+        if (step - i >= this.first) steps.push(step - i);
+      }
+    }
+    const frames = [];
+    for (const track of this.second >= 0 ? [this.track, this.second] : [this.track]) {
+      const about = this.tracks[track];
+      for (const each of steps) {
+        if (each > about.last && (!about.live || (!this.isPlaying && each > step))) continue;
+        if (each < this.tracks[this.root(track)].first) continue;
+        const owner = this.owner(track, each);
+        if (!this.isFresh(this.frames.get(`${owner} ${each}`))) frames.push([owner, each]);
+      }
+    }
+    if (this.alsoWanted && frames.length < 8) frames.push(...this.alsoWanted());
+    if (frames.length === 0) return;
+    frames.sort((a, b) => Math.abs(a[1] - step) - Math.abs(b[1] - step));
+    const message = { ask: "frames", frames, shade: this.shade, details: this.wantsDetails };
+    const text = JSON.stringify(message);
+    if (text === this.asked) return;
+    this.asked = text;
+    this.ask(message);
+  }
+
+  // As Clip.state. While the frame is on its way: the last state, or nothing if there is none.
+  state(time) {
+    const state = this.stateIn(this.track, time);
+    this.isWaiting = !state;
+    if (state) this.lastState = state;
+    return state ?? this.lastState;
+  }
+
+  stateIn(track, time) {
+    const sample = this.sampleAt(time);
+    const step = this.first + sample;
+    if (step > this.tracks[track].last) return undefined;
+    const frame = this.frameOf(track, step);
+    if (!frame) return undefined;
+    const poses = frame.poses();
+    const start = this.timeOf(sample);
+    const next = time > start && sample + 1 < this.samples ? this.frameOf(track, step + 1) : undefined;
+    if (next) {
+      const share = Math.min(1, (time - start) / (this.timeOf(sample + 1) - start || 1));
+      const others = next.poses();
+      const places = next.numbers.every((number, i) => number === frame.numbers[i]) ? undefined
+        : new Map([...next.numbers].map((number, i) => [number, i]));
+      frame.numbers.forEach((number, i) => {
+        const place = places ? places.get(number) : i;
+        if (place !== undefined && place < next.numbers.length) blend(poses, kPoseLength * i, others, kPoseLength * place, share);
+      });
+    }
+    return { numbers: frame.numbers, poses, speeds: frame.speeds, values: frame.values, awake: frame.awake,
+      standing: this.rosters.get(frame.roster) ?? [], standingKey: String(frame.roster), frame };
+  }
+
+  // m/s, of the steps whose frames are there.
+  speedsOf(number) {
+    const speeds = [];
+    for (let sample = 0; sample <= this.last - this.first; ++sample) {
+      const frame = this.frameOf(this.track, this.first + sample);
+      const at = frame ? frame.numbers.indexOf(number) : -1;
+      speeds.push(at < 0 ? NaN : frame.speeds[at]);
+    }
+    return speeds;
+  }
+}
