@@ -260,7 +260,7 @@ void Engine::take_touch(PageId id, const Json& message) {
     return touch(track_at(page.held_track).end(), what, page.held);
   }
   // What touches the end of a live track changes it. Pages are a few steps behind the end while it runs.
-  const std::uint64_t most_behind = message.value("running", false) ? 8 : 0;
+  const std::uint64_t most_behind = message.value("running", false) ? 32 : 0;
   const bool is_end = track_at(number).is_live() && step + most_behind >= track_at(number).last();
   const bool makes_branch = !is_end || kind == "nudge";
   if (kind == "drag") let_go(page);
@@ -351,7 +351,8 @@ bool Engine::serve(PageId id, Page& page) {
   Bytes frame = track.frames.find(ask.step, page.options);
   bool is_there = frame != nullptr;
   if (!is_there) {
-    if (ask.step < track.first() || !track.error.empty() || (!track.is_live() && ask.step > track.last())) {
+    const bool is_beyond = ask.step > track.last() && (!track.is_live() || !track.error.empty());
+    if (ask.step < track.first() || is_beyond) {
       page.asks.pop_front();
       return true;
     }
@@ -361,7 +362,7 @@ bool Engine::serve(PageId id, Page& page) {
       track.frames.keep(track.shown_step(), page.options, frame, ask.step);
     } catch (const std::exception& error) {
       page.asks.clear();
-      end_with(ask.track, error.what());
+      if (ask.step > track.last()) end_with(ask.track, error.what());
       answer(id, {{"kind", "error"}, {"text", error.what()}});
       return true;
     }
@@ -389,9 +390,8 @@ bool Engine::run_on() {
 bool Engine::look_ahead() {
   for (std::uint32_t number = 0; number < openings_; ++number) {
     Track& track = *tracks_[number];
-    if (!track.error.empty()) continue;
     try {
-      if (!track.look_ahead(workers_)) continue;
+      if (!track.error.empty() || !track.look_ahead(workers_)) continue;
       track.frames.keep(track.shown_step(), {}, make_frame(number, {}), track.first());
     } catch (const std::exception& error) {
       end_with(number, error.what());

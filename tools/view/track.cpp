@@ -152,6 +152,10 @@ bool Track::approach(std::uint64_t step, Workers& workers) {
 }
 
 bool Track::approach_past(std::uint64_t step, Workers& workers) {
+  return files::naming(file_, [&] { return play_towards(step, workers); });
+}
+
+bool Track::play_towards(std::uint64_t step, Workers& workers) {
   if (!player_ || step > player_->info().last_step) player_.emplace(open());
   const std::uint64_t here = player_->position();
   if (here != step) {

@@ -109,6 +109,7 @@ class Track {
   void advance(Workers& workers);
   void note(const World& world, double time, bool was_played);
   bool approach_past(std::uint64_t step, Workers& workers);
+  bool play_towards(std::uint64_t step, Workers& workers);
   void show(const World& world, std::uint64_t step, float dt);
 
   std::string file_;

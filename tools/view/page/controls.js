@@ -7,6 +7,7 @@ import { TrackList } from "scree/tracks";
 
 const kTicks = { sleep: "#6f9fe0", wake: "#e8be54", hit: "#e9edf1", break: "#ff7b5c", restore: "#ff50c8" };
 const kPhaseColors = ["#f0a45a", "#7fb2e5", "#8fd08a", "#e8be54", "#c49bea", "#e77f7f", "#7fd6d0", "#d8d8d8", "#b58a5a", "#f29ac0", "#9fb36b"];
+const kMostBehind = 32;  // steps: the server takes a touch so far behind for one of the end while it runs
 const kScales = {
   island: "bodies that contacts and joints connect have one color",
   color: "the highest color of a body's contacts; gray: none",
@@ -22,6 +23,7 @@ export class LiveControls {
     this.page = page;
     this.model = model;
     this.comparison = new Comparison(model);
+    this.isSettling = false;
     this.touch = new Touch(page, model);
     this.list = new TrackList(page, model);
     page.trackHere = () => model.owner(model.track, page.stepNumber);
@@ -116,11 +118,18 @@ export class LiveControls {
     return true;
   }
 
-  // Pauses where the live world is, not the few steps behind it that were on their way.
+  // Pauses where the live world is, not the few steps behind it that are still on their way; until the user goes
+  // elsewhere.
   settle() {
-    const behind = this.model.last - this.page.stepNumber;
-    if (this.goesOn && behind > 0 && behind <= 8) this.page.goToStep(this.model.last);
-    else this.page.goToStep(this.page.stepNumber);
+    this.page.goToStep(this.page.stepNumber);
+    this.isSettling = this.goesOn && this.model.last - this.page.stepNumber <= kMostBehind;
+  }
+
+  keepToEnd() {
+    if (!this.isSettling || this.page.isPlaying) return;
+    if (this.page.stepNumber === this.model.last) return;
+    this.page.goToStep(this.model.last);
+    this.isSettling = true;
   }
 
   setColors(by) {
@@ -141,6 +150,7 @@ export class LiveControls {
 
   // Before each picture.
   update() {
+    this.keepToEnd();
     this.model.want(this.page.time, this.page.pace);
     if (this.comparison.check()) this.page.drawn = undefined;
     element("comparison").hidden = !this.comparison.isOn;

@@ -116,6 +116,7 @@ class Page {
 
   goTo(time) {
     this.time = Math.min(this.model.duration, Math.max(0, time));
+    if (this.live) this.live.isSettling = false;
   }
 
   goToSample(sample) {

@@ -22,7 +22,7 @@ export class Touch {
   }
 
   send(what) {
-    this.model.ask({ ask: "touch", track: this.page.trackHere(), step: this.page.stepNumber, running: this.model.isPlaying, what });
+    this.model.ask({ ask: "touch", track: this.page.trackHere(), step: this.page.stepNumber, running: this.model.isPlaying || this.page.live.isSettling, what });
   }
 
   press(event) {
