@@ -1,5 +1,6 @@
 // Draws many bodies: one instanced mesh for all pieces that differ by place, size and color alone. Places are handed
 // out anew each time that a layer is filled, so bodies come and go as they like.
+import { geometryOf, kFine } from "scree/detail";
 import * as THREE from "three";
 
 export const kPoseLength = 7;  // numbers: position x, y, z, rotation x, y, z, w
@@ -17,15 +18,8 @@ export function writeRotation(qx, qy, qz, qw, sx, sy, sz, m) {
   m[8] = sz * (1 - 2 * (qx * qx + qy * qy));
 }
 
-export function geometryOf(mesh) {
-  if (!mesh.geometry) {
-    mesh.geometry = new THREE.BufferGeometry();
-    mesh.geometry.setAttribute("position", new THREE.BufferAttribute(mesh.positions, 3));
-    mesh.geometry.setAttribute("normal", new THREE.BufferAttribute(mesh.normals, 3));
-    mesh.geometry.setIndex(new THREE.BufferAttribute(mesh.indices, 1));
-  }
-  return mesh.geometry;
-}
+// What a color of 0 to 255 is in linear light.
+const kLight = Float32Array.from({ length: 256 }, (_, i) => new THREE.Color().setRGB(i / 255, 0, 0, THREE.SRGBColorSpace).r);
 
 // A body's pieces: of each the mesh, its place in the body's frame, and the columns of its rotation and scale.
 function piecesOf(body) {
@@ -48,7 +42,12 @@ export class Layer {
     this.castsShadows = castsShadows;
     this.instances = [];  // by mesh number
     this.rotation = new Float32Array(9);
-    this.color = new THREE.Color();
+    this.detail = kFine;
+  }
+
+  setDetail(detail) {
+    this.detail = detail;
+    this.instances.forEach((mesh, number) => { mesh.geometry = geometryOf(this.model.meshes[number], detail); });
   }
 
   begin() {
@@ -59,7 +58,7 @@ export class Layer {
   grow(number) {
     const old = this.instances[number];
     const capacity = old ? 2 * old.userData.capacity : 16;
-    const mesh = new THREE.InstancedMesh(geometryOf(this.model.meshes[number]), this.material, capacity);
+    const mesh = new THREE.InstancedMesh(geometryOf(this.model.meshes[number], this.detail), this.material, capacity);
     mesh.instanceColor = new THREE.InstancedBufferAttribute(new Float32Array(3 * capacity), 3);
     mesh.userData = { capacity, bodies: new Int32Array(capacity), isSurface: this.model.meshes[number].isSurface };
     mesh.frustumCulled = false;
@@ -83,7 +82,7 @@ export class Layer {
     const r = this.rotation;
     const px = poses[at], py = poses[at + 1], pz = poses[at + 2];
     writeRotation(poses[at + 3], poses[at + 4], poses[at + 5], poses[at + 6], 1, 1, 1, r);
-    this.color.setRGB(red / 255, green / 255, blue / 255, THREE.SRGBColorSpace);
+    const [r1, g1, b1] = [kLight[red | 0], kLight[green | 0], kLight[blue | 0]];
     for (const { mesh: meshNumber, offset: o, columns: s } of piecesOf(this.model.bodies[number])) {
       let mesh = this.instances[meshNumber];
       if (!mesh || mesh.count === mesh.userData.capacity) mesh = this.grow(meshNumber);
@@ -100,9 +99,9 @@ export class Layer {
       m[to + 14] = pz + r[2] * o[0] + r[5] * o[1] + r[8] * o[2];
       m[to + 15] = 1;
       const c = mesh.instanceColor.array;
-      c[3 * place] = this.color.r;
-      c[3 * place + 1] = this.color.g;
-      c[3 * place + 2] = this.color.b;
+      c[3 * place] = r1;
+      c[3 * place + 1] = g1;
+      c[3 * place + 2] = b1;
       mesh.userData.bodies[place] = number;
     }
   }

@@ -1,5 +1,6 @@
 // The page: loads what it is to show, shows it, and follows what the user does.
 import { Clip } from "scree/clip";
+import { kBoxes, kFine } from "scree/detail";
 import { Live } from "scree/live";
 import { LiveControls } from "scree/controls";
 import { Marks } from "scree/marks";
@@ -26,12 +27,13 @@ class Page {
     this.rate = 1;
     this.lastFrame = undefined;
     this.drawn = undefined;  // the state that is on the screen
-    this.slowFrames = 0;
+    this.pictures = this.pictureTime = 0;  // since it was last known how long they take
     this.graph = new Plot(element("graph"));
     this.chosenPlot = new Plot(element("chosen-plot"));
     this.live = model.isLive ? new LiveControls(this, model) : undefined;
     this.listen();
     this.resize();
+    this.spareAtFirst(states[0].numbers.length);
     requestAnimationFrame((now) => this.frame(now));
   }
 
@@ -45,6 +47,9 @@ class Page {
     element("shadows").addEventListener("change", (event) => this.scene.setShadows(event.target.checked));
     element("grid").addEventListener("change", (event) => { this.scene.grid.visible = event.target.checked; });
     element("walls").addEventListener("change", (event) => { this.scene.keepsWalls = event.target.checked; });
+    element("fine").addEventListener("change", (event) => {
+      if (event.target.checked) this.drawFinely();
+    });
     element("fly").addEventListener("change", (event) => { this.orbit.isFlying = event.target.checked; });
     element("marks").addEventListener("change", () => {
       const boxes = element("marks").querySelectorAll("input:checked");
@@ -194,7 +199,9 @@ class Page {
       this.goTo(this.model.reachable(this.time, next));
       if (this.time >= this.model.duration && !this.live?.goesOn) this.play(false);
     }
+    if (this.hasDrawn && this.lastFrame !== undefined) this.spare(now - this.lastFrame);
     this.lastFrame = now;
+    this.hasDrawn = false;
     try {
       this.live?.update();
       this.draw();
@@ -214,25 +221,60 @@ class Page {
       window.innerWidth, window.innerHeight, this.model.version, this.live?.seen].join();
     if (this.drawn === seen) return;
     this.drawn = seen;
-    const start = performance.now();
+    this.hasDrawn = true;
     this.scene.show(state, this.live?.secondState());
     this.followChosen();
     this.live?.touch.showHold(state);
     this.scene.marks.draw(state);
     this.scene.draw();
     this.tell(state);
-    this.spare(performance.now() - start);
   }
 
-  // Without a graphics card shadows cost more than half of the time.
+  // Draws less where it is slow, as without a graphics card: no shadows, which cost more than half of the time, then
+  // fewer pixels and coarser bodies. What the user turns on again stays on.
+  //
+  // Pictures are made behind the page's back, some at once: the mean of several tells how long one takes.
   spare(milliseconds) {
-    this.slowFrames = milliseconds > 150 ? this.slowFrames + 1 : 0;
-    const shadows = element("shadows");
-    if (this.slowFrames < 3 || !shadows.checked || this.hasSpared) return;
-    this.hasSpared = true;
-    shadows.checked = false;
+    const kSlow = 150;
+    const kVerySlow = 1000;  // as 50,000 bodies without a card
+    if (element("fine").checked) return;
+    this.pictures += 1;
+    this.pictureTime += milliseconds;
+    if (this.pictures < 6 && this.pictureTime < 3000) return;
+    const mean = this.pictureTime / this.pictures;
+    this.pictures = this.pictureTime = 0;
+    if (mean < kSlow) return;
+    this.dropShadows();
+    if (mean > 2 * kSlow && this.scene.detail < kBoxes) this.drawCoarsely(mean > kVerySlow ? kBoxes : this.scene.detail + 1);
+  }
+
+  dropShadows() {
+    if (!element("shadows").checked || this.hasSpared) return;
+    element("shadows").checked = false;
     this.scene.setShadows(false);
+    this.hasSpared = true;
+  }
+
+  drawCoarsely(detail) {
+    this.scene.setDetail(detail);
+    if (detail === kBoxes) this.scene.setFewPixels(true);
+    element("detail").hidden = false;
     this.drawn = undefined;
+  }
+
+  drawFinely() {
+    this.scene.setDetail(kFine);
+    this.scene.setFewPixels(false);
+    element("shadows").checked = true;
+    this.scene.setShadows(true);
+    element("detail").hidden = true;
+    this.hasSpared = false;
+  }
+
+  // Without a card what will be slow is known before.
+  spareAtFirst(bodies) {
+    if (!this.scene.hasCard && bodies > 1500) this.dropShadows();
+    if (!this.scene.hasCard && bodies > 6000) this.drawCoarsely(kBoxes);
   }
 
   // All that is written on the page.

@@ -2,11 +2,13 @@
 //
 // A model has `bodies` and `meshes`, which may become more, `up` and `size`; and gives states, see clip.js.
 import { kBlue, kChosen, kFixed, kOrange, paletteColor, speedColor } from "scree/colors";
+import { kCoarse, kFine } from "scree/detail";
 import { Layer, kPoseLength } from "scree/layer";
 import { Walls } from "scree/walls";
 import * as THREE from "three";
 
 const kPale = [250, 250, 255];
+const kMany = 10000;  // bodies: drawn coarsely
 
 export class Scene {
   // Throws where there is no WebGL. `states`: what the first view is about, at most four, the first one first.
@@ -37,9 +39,11 @@ export class Scene {
     this.secondStanding = new Layer(this.beside, model, solid, true);
     this.layers = [this.standing, this.moving, this.pale, this.second, this.secondStanding];
     this.standingKey = undefined;
+    this.detail = kFine;
     this.measure(states);
     this.addLights();
     this.addGrid();
+    if (states[0].numbers.length > kMany) this.setDetail(kCoarse);
   }
 
   // Where bodies are in a state.
@@ -118,11 +122,24 @@ export class Scene {
   }
 
   resize(width, height) {
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setPixelRatio(this.hasFewPixels ? 0.5 : Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     const transport = 96;  // pixels at the bottom, which the controls of time cover
     this.camera.setViewOffset(width, height, 0, transport / 2, width, height);
+  }
+
+  setFewPixels(on) {
+    this.hasFewPixels = on;
+    this.resize(window.innerWidth, window.innerHeight);
+  }
+
+  // False where the processor draws.
+  get hasCard() {
+    const context = this.renderer.getContext();
+    const about = context.getExtension("WEBGL_debug_renderer_info");
+    const name = about ? String(context.getParameter(about.UNMASKED_RENDERER_WEBGL)) : "";
+    return !/swiftshader|llvmpipe|software|basic render/i.test(name);
   }
 
   // Of what may move, in the i-th place of a state.
@@ -205,15 +222,43 @@ export class Scene {
   }
 
   hideWalls(state) {
-    if (this.keepsWalls) return this.walls.showAll();
-    const isDynamic = (body) => body.type === "dynamic";
-    const places = this.centersIn({ ...state, standing: [] }, isDynamic);
-    if (places.length === 0) return this.walls.showAll();
+    const places = this.keepsWalls ? [] : this.someMoving(state);
+    if (places.length === 0) {
+      this.walls.showAll();
+      return;
+    }
     const eye = this.root.worldToLocal(this.camera.position.clone());
     const down = new THREE.Vector3(...this.model.up).multiplyScalar(-4 * this.reach);
     this.walls.hide(eye, places, down);
-    new Walls(this.moving, (number) => this.model.bodies[number].type === "kinematic").hide(eye, places, down);
-    return undefined;
+    if (this.hasKinematic(state))
+      new Walls(this.moving, (number) => this.model.bodies[number].type === "kinematic").hide(eye, places, down);
+  }
+
+  hasKinematic({ numbers }) {
+    if (this.numbers !== numbers) {  // the list of a frame stays the same
+      this.numbers = numbers;
+      this.isKinematicThere = numbers.some((number) => this.model.bodies[number].type === "kinematic");
+    }
+    return this.isKinematicThere;
+  }
+
+  // Where some of the dynamic bodies are.
+  someMoving({ numbers, poses }) {
+    const kSome = 64;
+    const places = [];
+    const stride = Math.max(1, Math.floor(numbers.length / kSome));
+    for (let i = 0; i < numbers.length; i += stride) {
+      const body = this.model.bodies[numbers[i]];
+      if (body.type === "dynamic" && body.shapes.length > 0) places.push(new THREE.Vector3().fromArray(poses, kPoseLength * i));
+    }
+    return places;
+  }
+
+  // How fine bodies are drawn, see detail.js; boxes without shadows.
+  setDetail(detail) {
+    this.detail = detail;
+    for (const layer of this.layers) layer.setDetail(detail);
+    this.walls = new Walls(this.standing, () => true);
   }
 
   // What is seen at a place of the picture, -1 to 1 to the right and up: the number of a body and the point, in

@@ -3,7 +3,6 @@
 // they are seen from their fronts only.
 import * as THREE from "three";
 
-const kMostSamples = 48;
 const kMostWalls = 2000;
 const kShare = 0.1;
 const kBefore = 0.98;  // of the way to a body: what is farther off is what it lies on
@@ -49,22 +48,19 @@ export class Walls {
   // Hides walls for an eye, and shows the others. `places`: some of the bodies that move; `down`: far below
   // them. All in the frame of the world.
   hide(eye, places, down) {
-    const samples = [];
-    const stride = Math.max(1, Math.floor(places.length / kMostSamples));
-    for (let i = 0; i < places.length; i += stride) samples.push(places[i]);
     const [place, below, localEye] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
     for (const wall of this.walls) {
       const box = wall.mesh.geometry.boundingBox;
       localEye.copy(eye).applyMatrix4(wall.inverse);
       let hidden = 0;
       let carried = 0;
-      for (const each of samples) {
+      for (const each of places) {
         place.copy(each).applyMatrix4(wall.inverse);
         below.copy(each).add(down).applyMatrix4(wall.inverse);
         if (meets(box, localEye, place)) ++hidden;
         if (meets(box, place, below)) ++carried;
       }
-      this.set(wall, hidden > kShare * samples.length && carried <= kShare * samples.length);
+      this.set(wall, hidden > kShare * places.length && carried <= kShare * places.length);
     }
   }
 
