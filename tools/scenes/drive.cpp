@@ -63,8 +63,10 @@ void drive(World& world, std::span<const SceneDrive> drives, std::span<const Bod
            std::int64_t steps_done, float dt) {
   const double end = static_cast<double>(steps_done + 1) * double{dt};
   if (dt == 0.0f) return;  // nothing moves in such a step
-  for (const SceneDrive& one : drives)
-    world.set_kinematic_target(bodies[one.body], drive_target(one, end), dt);
+  for (const SceneDrive& one : drives) {
+    const BodyId body = bodies[one.body];
+    if (world.is_alive(body)) world.set_kinematic_target(body, drive_target(one, end), dt);
+  }
 }
 
 }  // namespace scree::scenes

@@ -118,6 +118,10 @@ void Engine::guard(PageId page, const Work& work) {
   answer(page, {{"kind", "error"}, {"text", text}});
 }
 
+void Engine::answer_all(const Json& message) {
+  for (const auto& [page, state] : pages_) answer(page, message);
+}
+
 void Engine::answer(PageId page, const Json& message) {
   send_(page,
         std::make_shared<const std::string>(message.dump(-1, ' ', false, Json::error_handler_t::replace)),
@@ -169,7 +173,7 @@ void Engine::leave(PageId page) {
   post([this, page] {
     const auto known = pages_.find(page);
     if (known == pages_.end()) return;
-    guard(kAllPages, [&] { let_go(known->second); });
+    guard(page, [&] { let_go(known->second); });
     pages_.erase(known);
   });
 }
@@ -200,7 +204,7 @@ void Engine::take_ask(PageId page, const Json& message) {
     answer(page, {{"kind", "branched"}, {"track", tracks_.size() - 1}});
   } else if (ask == "name") {
     track.name = message.at("name").get<std::string>().substr(0, 80);
-    answer(kAllPages, tracks());
+    answer_all(tracks());
   } else if (ask == "run") {
     if (!track.is_live()) throw Error(track.name + " is a recording, which ends where it ends");
     run_to_[number] = message.at("to").get<std::uint64_t>();
@@ -244,7 +248,7 @@ std::uint32_t Engine::make_branch(std::uint32_t number, std::uint64_t step) {
   tracks_.push_back(std::move(branch));
   told_.emplace_back();
   make_frame(static_cast<std::uint32_t>(tracks_.size() - 1), {});
-  answer(kAllPages, tracks());
+  answer_all(tracks());
   return static_cast<std::uint32_t>(tracks_.size() - 1);
 }
 
@@ -270,7 +274,7 @@ void Engine::take_touch(PageId id, const Json& message) {
   touch(track.end(), what, page.held);
   track.frames.forget(track.last());
   if (makes_branch) answer(id, {{"kind", "branched"}, {"track", number}});
-  answer(kAllPages, {{"kind", "changed"}, {"track", number}, {"step", track.last()}});
+  answer_all({{"kind", "changed"}, {"track", number}, {"step", track.last()}});
 }
 
 // The number that follows "body " in the words of a divergence.
@@ -321,14 +325,16 @@ void Engine::end_with(std::uint32_t number, const std::string& error) {
   Track& track = *tracks_[number];
   if (track.error.empty()) track.error = error;
   run_to_.erase(number);
-  answer(kAllPages, tracks());
+  answer_all(tracks());
 }
 
 Bytes Engine::make_frame(std::uint32_t number, const FrameOptions& options) {
   Track& track = *tracks_[number];
   auto frame = std::make_shared<const std::string>(view::make_frame(
       track.shown(), number, track.shown_step(), track.shown_dt(), options, cast_, track.memory));
-  for (const Bytes& news : cast_.take_news()) send_(kAllPages, news, false);
+  for (const Bytes& news : cast_.take_news()) {
+    for (const auto& [page, state] : pages_) send_(page, news, false);
+  }
   return frame;
 }
 
@@ -395,7 +401,7 @@ bool Engine::look_ahead() {
       track.frames.keep(track.shown_step(), {}, make_frame(number, {}), track.first());
     } catch (const std::exception& error) {
       end_with(number, error.what());
-      answer(kAllPages, {{"kind", "error"}, {"text", error.what()}});
+      answer_all({{"kind", "error"}, {"text", error.what()}});
     }
     return true;
   }
@@ -414,6 +420,7 @@ Json Engine::tracks() const {
                     {"planned", track.planned()},
                     {"dt", track.dt()},
                     {"live", track.is_live()},
+                    {"keyframes", track.keyframes()},
                     {"error", track.error}});
   }
   return {{"kind", "tracks"}, {"tracks", list}};
@@ -440,7 +447,7 @@ void Engine::tell_past() {
     Told& told = told_[number];
     const Track& track = *tracks_[number];
     while (told.rows < track.past().size()) {
-      answer(kAllPages, past_of(number, told.rows, told.events));
+      answer_all(past_of(number, told.rows, told.events));
       told.rows = std::min(told.rows + kPastAtOnce, track.past().size());
       while (told.events < track.events().size() &&
              track.events()[told.events].step < track.first() + told.rows)
@@ -449,7 +456,7 @@ void Engine::tell_past() {
   }
 }
 
-void Engine::copy_recording(std::uint32_t number, Take take) {
+void Engine::copy_recording(std::uint64_t number, Take take) {
   post([this, number, take = std::move(take)] {
     std::string bytes, problem;
     try {
@@ -465,7 +472,7 @@ void Engine::copy_recording(std::uint32_t number, Take take) {
   });
 }
 
-void Engine::make_page(std::uint32_t number, std::uint64_t from, std::uint64_t to, std::uint64_t every,
+void Engine::make_page(std::uint64_t number, std::uint64_t from, std::uint64_t to, std::uint64_t every,
                        Take take) {
   post([this, number, from, to, every, take = std::move(take)] {
     std::string bytes, problem;

@@ -46,11 +46,10 @@ struct EngineOptions {
 };
 
 using PageId = std::uint32_t;
-inline constexpr PageId kAllPages = 0xffffffffu;
 
 class Engine {
  public:
-  // Takes a message to a page, or to all; called on the engine's thread.
+  // Takes a message to a page that has joined; called on the engine's thread.
   using Send = std::function<void(PageId page, Bytes message, bool is_text)>;
   // Takes a file that was asked for, or what went wrong.
   using Take = std::function<void(std::string bytes, std::string error)>;
@@ -66,8 +65,8 @@ class Engine {
   void leave(PageId page);
   void ask(PageId page, std::string text);
   // Of a track: its recording so far, and a page of some of its steps.
-  void copy_recording(std::uint32_t track, Take take);
-  void make_page(std::uint32_t track, std::uint64_t from, std::uint64_t to, std::uint64_t every, Take take);
+  void copy_recording(std::uint64_t track, Take take);
+  void make_page(std::uint64_t track, std::uint64_t from, std::uint64_t to, std::uint64_t every, Take take);
 
  private:
   struct Ask {
@@ -86,6 +85,7 @@ class Engine {
   template <class Work>
   void guard(PageId page, const Work& work);
   void answer(PageId page, const Json& message);
+  void answer_all(const Json& message);
   void take_ask(PageId page, const Json& message);
   void take_frames(Page& page, const Json& message);
   void take_touch(PageId page, const Json& message);

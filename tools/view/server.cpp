@@ -144,17 +144,9 @@ class Socket : public std::enable_shared_from_this<Socket> {
 };
 
 void Shared::send(PageId page, const Bytes& message, bool is_text) {
-  if (page != kAllPages) {
-    const auto socket = sockets.find(page);
-    if (socket == sockets.end()) return;
-    if (const auto alive = socket->second.lock()) alive->send(message, is_text);
-    return;
-  }
-  std::vector<std::shared_ptr<Socket>> all;  // sending may end one
-  for (const auto& [number, socket] : sockets) {
-    if (const auto alive = socket.lock()) all.push_back(alive);
-  }
-  for (const auto& socket : all) socket->send(message, is_text);
+  const auto socket = sockets.find(page);
+  if (socket == sockets.end()) return;
+  if (const auto alive = socket->second.lock()) alive->send(message, is_text);
 }
 
 // A connection that asks for files, or becomes a page's socket.
@@ -204,7 +196,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void give_recording(std::string_view text) {
     const std::optional<std::uint64_t> track = number_in(text);
-    if (!track || *track > kAllPages) return say(http::status::not_found, "There is no such track.\n");
+    if (!track) return say(http::status::not_found, "There is no such track.\n");
     shared_.engine->copy_recording(
         static_cast<std::uint32_t>(*track),
         taker("application/octet-stream", "track-" + std::string(text) + ".scree"));
@@ -213,9 +205,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void give_page(std::string_view text, std::string_view query) {
     const std::optional<std::uint64_t> track = number_in(text), from = parameter(query, "from"),
                                        to = parameter(query, "to"), every = parameter(query, "every");
-    if (!track || *track > kAllPages || !from || !to)
-      return say(http::status::bad_request, "A page takes a track, from and to.\n");
-    shared_.engine->make_page(static_cast<std::uint32_t>(*track), *from, *to, every.value_or(1),
+    if (!track || !from || !to) return say(http::status::bad_request, "A page takes a track, from and to.\n");
+    shared_.engine->make_page(*track, *from, *to, every.value_or(1),
                               taker("text/html; charset=utf-8", "track-" + std::string(text) + ".html"));
   }
 

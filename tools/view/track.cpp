@@ -144,6 +144,13 @@ void Track::advance(Workers& workers) {
   note(*live_, past_.back().figures[0] + double{dt_}, true);
 }
 
+std::vector<std::uint64_t> Track::keyframes() const {
+  if (!is_live()) return {player_->keyframe_steps().begin(), player_->keyframe_steps().end()};
+  std::vector<std::uint64_t> steps;
+  for (std::uint64_t step = first_; step <= last_; step += kKeyframeSpacing) steps.push_back(step);
+  return steps;
+}
+
 bool Track::approach(std::uint64_t step, Workers& workers) {
   if (!is_live() || step < last_) return approach_past(std::min(step, last_), workers);
   if (step > last_) advance(workers);

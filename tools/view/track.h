@@ -74,6 +74,8 @@ class Track {
   std::uint64_t planned() const { return planned_; }
   float dt() const { return dt_; }  // s, nominal; of a recording known once a step was played
   const std::string& file() const { return file_; }
+  // Where looking back begins, ascending: of a recording its own keyframes.
+  std::vector<std::uint64_t> keyframes() const;
   const std::vector<PastStep>& past() const { return past_; }
   const std::vector<PastEvent>& events() const { return events_; }
 

@@ -35,7 +35,7 @@ class Theater {
   Json next(const std::string& kind, PageId page = 1) {
     Json found;
     EXPECT_TRUE(wait([&](const Told& told) {
-      if (!told.is_text || (told.page != page && told.page != kAllPages)) return false;
+      if (!told.is_text || told.page != page) return false;
       found = Json::parse(*told.message);
       return found.at("kind") == kind;
     })) << "nothing of the kind "

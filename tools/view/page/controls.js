@@ -284,13 +284,14 @@ export class LiveControls {
     if (this.ticked === state) return;
     this.ticked = state;
     canvas.width = canvas.clientWidth;
-    canvas.height = 8;
+    canvas.height = 10;
     const context = canvas.getContext("2d");
-    for (const { step, kind } of events) {
-      context.fillStyle = kTicks[kind];
-      const height = kind === "hit" ? 4 : 8;
-      context.fillRect((canvas.width * this.model.timeOf(step - this.model.first)) / (duration || 1), 8 - height, 1, height);
-    }
+    const mark = (step, color, from, to) => {
+      context.fillStyle = color;
+      context.fillRect((canvas.width * this.model.timeOf(step - this.model.first)) / (duration || 1), from, 1, to - from);
+    };
+    for (const step of this.model.tracks[this.model.track].keyframes) mark(step, "#8a949e", 0, 3);
+    for (const { step, kind } of events) mark(step, kTicks[kind], kind === "hit" ? 6 : 3, 10);
   }
 
   apply() {
