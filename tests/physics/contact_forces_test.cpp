@@ -322,7 +322,7 @@ TEST(ContactForces, HaveTheSameBitsOnEveryInstructionSetAndThreadCount) {
 TEST(ContactForces, OfOneColorShareNoBodyThatCanBePushed) {
   SceneLab pile("pile", {{"bodies", 200}, {"seed", 6}});
   pile.lab.world.set_settings(measured(pile.lab.world.settings()));
-  pile.lab.run(60);
+  pile.lab.run(120);
   const World& world = pile.lab.world;
   std::set<std::tuple<bool, std::int32_t, std::uint32_t>> taken;
   for (const ContactForces& contact : all_contacts(world)) {

@@ -55,8 +55,9 @@ export class LiveControls {
       this.model.ask({ ask: "run", track: this.model.track, to: to > 0 ? to : 0 });
     });
     element("side-by-side").addEventListener("change", (event) => {
-      this.page.scene.setSideBySide(event.target.checked);
-      this.page.orbit.update();
+      const { orbit, scene } = this.page;
+      orbit.lookAt(orbit.target.clone().add(scene.setSideBySide(event.target.checked)));
+      orbit.zoom(event.target.checked ? 1.3 : 1 / 1.3);
     });
     element("apply").addEventListener("click", () => this.apply());
     element("to-parting").addEventListener("click", () => {
@@ -85,8 +86,7 @@ export class LiveControls {
   // Back after a lost connection, to the same worlds.
   found() {
     element("notice").hidden = true;
-    for (const layer of this.page.scene.layers) layer.begin();
-    this.page.scene.standingKey = undefined;
+    this.page.scene.standingKey = this.page.scene.secondKey = undefined;
     this.page.drawn = undefined;
   }
 

@@ -165,7 +165,10 @@ export class Scene {
   // Puts all bodies where they are in a state; `second`: the same of a track to compare with, or nothing.
   show(state, second) {
     this.state = state;
-    if (this.standingKey !== state.standingKey) this.fillStanding(state);
+    if (this.standingKey !== state.standingKey) {
+      this.standingKey = state.standingKey;
+      this.walls = this.fill(this.standing, state.standing);
+    }
     this.moving.begin();
     for (let i = 0; i < state.numbers.length; ++i)
       this.moving.add(state.numbers[i], state.poses, kPoseLength * i, this.colorOf(state, i));
@@ -176,18 +179,21 @@ export class Scene {
 
   // Side by side it looks like the first one; over that it is pale where it is elsewhere.
   showSecond(state, second) {
-    for (const layer of [this.pale, this.second, this.secondStanding]) layer.begin();
+    for (const layer of [this.pale, this.second]) layer.begin();
     if (second && this.isSideBySide) {
       for (let i = 0; i < second.numbers.length; ++i)
         this.second.add(second.numbers[i], second.poses, kPoseLength * i, this.colorOf(second, i));
-      for (const number of second.standing) this.secondStanding.add(number, this.model.bodies[number].pose, 0, kFixed);
     } else if (second) {
       for (let i = 0; i < second.numbers.length; ++i) {
         if (!this.isElsewhere(state, second, i)) continue;
         this.pale.add(second.numbers[i], second.poses, kPoseLength * i, kPale);
       }
     }
-    for (const layer of [this.pale, this.second, this.secondStanding]) layer.end();
+    for (const layer of [this.pale, this.second]) layer.end();
+    const key = second && this.isSideBySide ? second.standingKey : "";
+    if (this.secondKey === key) return;
+    this.secondKey = key;
+    this.secondWalls = this.fill(this.secondStanding, key ? second.standing : []);
   }
 
   // Whether the i-th body of the second state can be told from the same one of the first.
@@ -203,33 +209,36 @@ export class Scene {
     return apart > 0.02 * this.model.size || turned > 0.02;
   }
 
-  // Moves the second track to the right of the first one, and the view so that both are in it; or back.
+  // Moves the second track to the right of the first one, or back. Returns half of the way, in the scene's frame.
   setSideBySide(on) {
-    if (on === this.isSideBySide) return;
     this.isSideBySide = on;
     const right = new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, 0);
     right.applyQuaternion(this.root.quaternion.clone().invert()).projectOnPlane(new THREE.Vector3(...this.model.up));
-    this.beside.position.copy(right.normalize().multiplyScalar(on ? 2 * this.reach : 0));
+    const before = this.beside.position.clone();
+    this.beside.position.copy(right.normalize().multiplyScalar(on ? 1.2 * this.reach : 0));
     this.beside.updateMatrixWorld(true);
+    return this.beside.position.clone().sub(before).multiplyScalar(0.5).applyQuaternion(this.root.quaternion);
   }
 
-  fillStanding(state) {
-    this.standingKey = state.standingKey;
-    this.standing.begin();
-    for (const number of state.standing) this.standing.add(number, this.model.bodies[number].pose, 0, kFixed);
-    this.standing.end();
-    this.walls = new Walls(this.standing, () => true);
+  // Fills a layer with bodies that stand still, which may be walls.
+  fill(layer, numbers) {
+    layer.begin();
+    for (const number of numbers) layer.add(number, this.model.bodies[number].pose, 0, kFixed);
+    layer.end();
+    return new Walls(layer, () => true);
   }
 
   hideWalls(state) {
     const places = this.keepsWalls ? [] : this.someMoving(state);
     if (places.length === 0) {
       this.walls.showAll();
+      this.secondWalls?.showAll();
       return;
     }
     const eye = this.root.worldToLocal(this.camera.position.clone());
     const down = new THREE.Vector3(...this.model.up).multiplyScalar(-4 * this.reach);
     this.walls.hide(eye, places, down);
+    this.secondWalls?.hide(eye.clone().sub(this.beside.position), places, down);
     if (this.hasKinematic(state))
       new Walls(this.moving, (number) => this.model.bodies[number].type === "kinematic").hide(eye, places, down);
   }
@@ -258,7 +267,7 @@ export class Scene {
   setDetail(detail) {
     this.detail = detail;
     for (const layer of this.layers) layer.setDetail(detail);
-    this.walls = new Walls(this.standing, () => true);
+    this.standingKey = this.secondKey = undefined;  // they are filled anew, with all walls
   }
 
   // What is seen at a place of the picture, -1 to 1 to the right and up: the number of a body and the point, in
