@@ -15,6 +15,7 @@ export class Comparison {
   clear() {
     this.steps = new Map();  // by step: the largest distance, the body, and a row of the map
     this.pair = undefined;
+    this.doneTo = this.model.tracks.length > 0 ? this.model.first - 1 : -1;  // all steps up to it are compared
     this.parting = undefined;
     this.askedTo = undefined;
     this.isAsked = false;
@@ -55,7 +56,8 @@ export class Comparison {
     const { model } = this;
     const last = Math.min(model.last, model.tracks[model.second].last);
     const frames = [];
-    for (let step = model.first; step <= last && frames.length < 16; ++step) {
+    while (this.doneTo < last && this.steps.has(this.doneTo + 1)) this.doneTo += 1;
+    for (let step = this.doneTo + 1; step <= last && frames.length < 16; ++step) {
       if (this.steps.has(step)) continue;
       let isShared = true;
       for (const track of [model.track, model.second]) {

@@ -23,6 +23,7 @@ export class LiveControls {
     this.page = page;
     this.model = model;
     this.comparison = new Comparison(model);
+    model.hearFrame = (frame) => this.remember(frame);
     this.isSettling = false;
     this.touch = new Touch(page, model);
     this.list = new TrackList(page, model);
@@ -229,27 +230,32 @@ export class LiveControls {
     return rows;
   }
 
-  // Speed and energy of the chosen body where its frames are known.
+  // What a frame tells of the chosen body, for its plot.
+  remember(frame) {
+    const { history, model } = this;
+    if (!history || model.owner(model.track, frame.step) !== frame.track) return;
+    const at = frame.numbers[history.at] === history.body ? history.at : frame.numbers.indexOf(history.body);
+    if (at < 0) return;
+    history.at = at;
+    const { mass } = model.bodies[history.body];
+    const height = model.up.reduce((sum, each, axis) => sum + each * frame.positions[3 * at + axis], 0);
+    const sample = frame.step - model.first;
+    history.speeds[sample] = frame.speeds[at];
+    history.energies[sample] = mass * (0.5 * frame.speeds[at] ** 2 + Math.hypot(...model.settings.gravity) * height);
+    history.version += 1;
+  }
+
+  // Speed and energy of the chosen body where its frames have been here.
   drawChosen(plot, share) {
     const { model } = this;
-    const chosen = this.page.scene.chosen;
-    const key = `${chosen} ${model.version}`;
-    if (this.history?.key !== key) {
-      const body = model.bodies[chosen];
-      const up = model.up;
-      const gravity = Math.hypot(...model.settings.gravity);
-      const list = { key, speeds: [], energies: [] };
-      for (let sample = 0; sample <= model.last - model.first; ++sample) {
-        const frame = model.frameOf(model.track, model.first + sample);
-        const at = frame ? frame.numbers.indexOf(chosen) : -1;
-        list.speeds.push(at < 0 ? NaN : frame.speeds[at]);
-        const height = at < 0 ? NaN : up.reduce((sum, each, axis) => sum + each * frame.positions[3 * at + axis], 0);
-        list.energies.push(at < 0 ? NaN : body.mass * (0.5 * frame.speeds[at] ** 2 + gravity * height));
-      }
-      this.history = list;
+    const body = this.page.scene.chosen;
+    if (this.history?.body !== body || this.history.track !== model.track) {
+      this.history = { body, track: model.track, at: 0, version: 0, speeds: [], energies: [] };
+      for (const frame of model.frames.values()) this.remember(frame);
     }
-    plot.draw(model.series.times, [{ values: this.history.energies, color: "#7fb2e5" },
-      { values: this.history.speeds, color: "#f0a45a" }], share);
+    const { speeds, energies, version } = this.history;
+    plot.draw(model.series.times, [{ values: energies, color: "#7fb2e5" }, { values: speeds, color: "#f0a45a" }], share,
+      { duration: model.duration, version });
   }
 
   drawTimeline(graph, share) {
@@ -273,7 +279,7 @@ export class LiveControls {
       lines = [{ values: series.contacts, color: "#7fb2e5" }, { values: series.energy, color: "#f0a45a" }];
       legend.innerHTML = '<span class="contacts">contacts</span> <span class="energy">kinetic energy</span>';
     }
-    graph.draw(series.times, lines, share, duration, kind === "milliseconds");
+    graph.draw(series.times, lines, share, { duration, isShared: kind === "milliseconds", version: `${kind} ${series.version} ${this.comparison.version}` });
     this.drawTicks(duration);
   }
 

@@ -85,7 +85,8 @@ export class Live {
     this.shade = 0;
     this.wantsDetails = false;
     this.isPlaying = false;
-    this.version = 0;  // of the series
+    this.version = 0;      // of all that is shown
+    this.pastVersion = 0;  // of figures and events
     this.asked = "";
     this.wanted = [0, 0];
     this.connect();
@@ -144,6 +145,7 @@ export class Live {
     about.last = Math.max(about.last, from + rows.length - 1);
     about.dt = dt;
     this.version += 1;
+    this.pastVersion += 1;
   }
 
   take(buffer) {
@@ -177,6 +179,7 @@ export class Live {
     const about = this.tracks[frame.track];
     if (about && frame.step > about.last) about.last = frame.step;
     this.version += 1;
+    this.hearFrame?.(frame);
   }
 
   forget(key) {
@@ -273,31 +276,33 @@ export class Live {
     return figures;
   }
 
-  // Lists over the samples that are known; new ones when they have changed.
+  // Lists over the samples whose figures are known; they grow, and `version` with them.
   get series() {
-    if (this.seriesVersion !== this.version) {
-      this.seriesVersion = this.version;
-      const list = { times: [], contacts: [], energy: [], milliseconds: [], residual: [], phases: this.phases.map(() => []) };
-      for (let sample = 0; sample <= this.last - this.first; ++sample) {
-        const figures = this.figures(sample);
-        list.times.push(this.timeOf(sample));
-        for (const name of ["contacts", "energy", "milliseconds", "residual"]) list[name].push(figures ? figures[name] : null);
-        list.phases.forEach((each, i) => each.push(figures?.played ? figures.phases[i] : null));
-      }
-      this.kept = list;
+    if (this.kept?.track !== this.track) {
+      this.kept = { track: this.track, version: 0, times: [], contacts: [], energy: [], milliseconds: [], residual: [],
+        phases: this.phases.map(() => []) };
     }
-    return this.kept;
+    const list = this.kept;
+    for (let figures; list.times.length < this.samples && (figures = this.figures(list.times.length)); list.version += 1) {
+      list.times.push(this.timeOf(list.times.length));
+      for (const name of ["contacts", "energy", "milliseconds", "residual"]) list[name].push(figures[name]);
+      list.phases.forEach((each, i) => each.push(figures.played ? figures.phases[i] : null));
+    }
+    return list;
   }
 
   // What happened in the track and before it, by step.
   get happened() {
-    const list = [];
-    for (let track = this.track, end = Infinity; track !== null; track = this.tracks[track].parent) {
-      const before = (this.events[track] ?? []).filter(({ step }) => step <= end);
-      list.unshift(...before);
-      end = this.tracks[track].first;
+    const key = `${this.track} ${this.pastVersion}`;
+    if (this.happenedKey !== key) {
+      this.happenedKey = key;
+      this.happenedList = [];
+      for (let track = this.track, end = Infinity; track !== null; track = this.tracks[track].parent) {
+        this.happenedList.unshift(...(this.events[track] ?? []).filter(({ step }) => step <= end));
+        end = this.tracks[track].first;
+      }
     }
-    return list;
+    return this.happenedList;
   }
 
   frameOf(track, step) {
@@ -387,16 +392,5 @@ export class Live {
     }
     return { numbers: frame.numbers, poses, speeds: frame.speeds, values: frame.values, awake: frame.awake,
       standing: this.rosters.get(frame.roster) ?? [], standingKey: String(frame.roster), frame };
-  }
-
-  // m/s, of the steps whose frames are there.
-  speedsOf(number) {
-    const speeds = [];
-    for (let sample = 0; sample <= this.last - this.first; ++sample) {
-      const frame = this.frameOf(this.track, this.first + sample);
-      const at = frame ? frame.numbers.indexOf(number) : -1;
-      speeds.push(at < 0 ? NaN : frame.speeds[at]);
-    }
-    return speeds;
   }
 }

@@ -175,7 +175,7 @@ class Page {
     this.live?.choose();
     if (body < 0) return;
     element("chosen-name").textContent = `Body ${this.model.bodies[body].index}`;
-    this.speeds = this.model.speedsOf(body);
+    if (!this.live) this.speeds = this.model.speedsOf(body);
   }
 
   followChosen() {

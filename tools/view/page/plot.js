@@ -10,19 +10,19 @@ export class Plot {
 
   // `series`: {values, color} each, drawn from 0, or its least value below, to its largest; values that are no numbers are left
   // out. `times`: s, ascending, of all values. `at`: where the time stands, from 0 to 1. `duration`: s, of the
-  // whole width. `shared`: all have the scale of the largest.
-  draw(times, series, at, duration = times[times.length - 1], shared = false) {
+  // whole width. `isShared`: all have the scale of the largest. `version`: another one when values have been added.
+  draw(times, series, at, { duration = times[times.length - 1], isShared = false, version = 0 } = {}) {
     const ratio = window.devicePixelRatio || 1;
     const width = this.canvas.clientWidth || this.canvas.width;
     const height = this.canvas.clientHeight || this.canvas.height;
-    const state = [width, height, ratio, duration, ...series.map(({ values }) => values)];
+    const state = [width, height, ratio, duration, version, ...series.map(({ values }) => values)];
     if (!this.drawn || this.drawn.some((each, i) => each !== state[i])) {
       this.drawn = state;
       for (const canvas of [this.canvas, this.lines]) {
         canvas.width = Math.round(width * ratio);
         canvas.height = Math.round(height * ratio);
       }
-      this.drawLines(times, series, width, height, ratio, duration || 1, shared);
+      this.drawLines(times, series, width, height, ratio, duration || 1, isShared);
     }
     const context = this.canvas.getContext("2d");
     context.clearRect(0, 0, this.canvas.width, this.canvas.height);
@@ -31,10 +31,10 @@ export class Plot {
     context.fillRect(Math.round((width * at - 1) * ratio), 0, 2 * ratio, this.canvas.height);
   }
 
-  drawLines(times, series, width, height, ratio, duration, shared) {
+  drawLines(times, series, width, height, ratio, duration, isShared) {
     const context = this.lines.getContext("2d");
     context.scale(ratio, ratio);
-    const all = shared ? series.flatMap(({ values }) => values).filter(Number.isFinite) : undefined;
+    const all = isShared ? series.flatMap(({ values }) => values).filter(Number.isFinite) : undefined;
     for (const { values, color } of series) {
       const known = all ?? values.filter(Number.isFinite);
       const least = known.reduce((a, b) => Math.min(a, b), 0);
