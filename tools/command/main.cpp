@@ -194,7 +194,7 @@ int export_recording(Arguments& arguments) {
   options.isa = scree::command::read_isa(arguments.isa);
   check_files(arguments, {{"FILE", options.file}});
   const scree::command::ExportFigures figures = scree::command::export_show(options);
-  scree::files::write_file({"--out", options.output}, figures.bytes);
+  scree::files::write_file({arguments.view.save.empty() ? "--out" : "--save", options.output}, figures.bytes);
   print(figures, arguments);
   return 0;
 }
@@ -211,6 +211,8 @@ int view(Arguments& arguments) {
     throw scree::Error("--save " + options.save + ": the name of the file must end in .html");
   if (options.sources.size() != 1 || !scree::command::is_recording_file(options.sources.front()))
     throw scree::Error("--save " + options.save + ": takes one recording");
+  if (!options.parameters.empty())
+    throw scree::Error("--set " + options.parameters.begin()->first + ": a recording has no parameters");
   arguments.exported.file = options.sources.front();
   arguments.exported.output = options.save;
   arguments.exported.threads = options.threads;

@@ -12,6 +12,7 @@
 #include <vector>
 
 namespace scree::command {
+
 bool is_recording_file(const std::string& file) {
   if (!is_scene_file(file)) return false;  // but a built-in scene, or nothing
   if (file.ends_with(".scree")) return true;

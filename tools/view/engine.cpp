@@ -10,7 +10,6 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <new>
 #include <random>
 #include <sstream>
@@ -24,9 +23,11 @@ constexpr std::size_t kMostTracks = 200;   // a live one is a world with a recor
 constexpr std::size_t kPastAtOnce = 2000;  // steps
 
 std::string temporary_folder() {
-  std::string folder = (std::filesystem::temp_directory_path() / "scree-view-XXXXXX").string();
-  if (mkdtemp(folder.data()) == nullptr)
-    throw Error(folder + ": cannot make a folder for the recordings of branches");
+  std::error_code problem;
+  const std::filesystem::path parent = std::filesystem::temp_directory_path(problem);
+  std::string folder = (parent / "scree-view-XXXXXX").string();
+  if (problem || mkdtemp(folder.data()) == nullptr)
+    throw Error(folder + ": cannot make a folder for recordings there; TMPDIR names another place");
   return folder;
 }
 
@@ -35,6 +36,18 @@ std::string new_session() {
   std::ostringstream text;
   text << std::hex << random() << random();
   return text.str();
+}
+
+// Whether the recorded hashes of a step differ.
+bool moves_otherwise(Player& a, Player& b, std::uint64_t step, Workers& workers) {
+  std::optional<std::uint64_t> hashes[2];
+  for (const auto& [player, hash] : {std::pair(&a, &hashes[0]), std::pair(&b, &hashes[1])}) {
+    if (step <= player->info().first_step) return true;
+    player->seek(step - 1, workers);
+    player->step(workers);
+    *hash = player->recorded_hash();
+  }
+  return hashes[0] != hashes[1];
 }
 
 }  // namespace
@@ -52,6 +65,8 @@ Engine::Engine(const EngineOptions& options, Send send)
       told_.emplace_back();
       make_frame(static_cast<std::uint32_t>(tracks_.size() - 1), {});
     }
+    share_memory();
+    if (const Vec3 down = normalize(tracks_[0]->shown().settings().gravity); down != Vec3{}) up_ = -down;
     thread_ = std::thread([this] { work(); });
   } catch (...) {
     tracks_.clear();
@@ -91,7 +106,12 @@ void Engine::work() {
       if (is_ending_) return;
       jobs.swap(jobs_);
     }
-    for (const auto& job : jobs) job();
+    for (const auto& job : jobs) {
+      try {
+        job();
+      } catch (const std::exception&) {  // of memory: jobs tell of all else themselves
+      }
+    }
     is_idle = !serve() && !run_on() && !look_ahead();
     const auto now = std::chrono::steady_clock::now();
     if (is_idle || now - told > std::chrono::milliseconds(50)) {
@@ -141,17 +161,18 @@ std::string Engine::title() const {
 
 void Engine::join(PageId page) {
   post([this, page] {
+    tell_past();  // to the others: it gets all of it below
     pages_[page];
-    const Vec3 down = normalize(tracks_[0]->shown().settings().gravity);
     Json phases = Json::array();
     for (int i = 0; i < kPhaseCount; ++i) phases.push_back(phase_name(static_cast<Phase>(i)));
     Json solvers = Json::array();
     for (int i = 0; i < kSolverCount; ++i) solvers.push_back(solver_name(static_cast<Solver>(i)));
-    const WorldSettings& settings = tracks_[0]->shown().settings();
+    const Track& first = *tracks_[0];
+    const WorldSettings& settings = (first.is_live() ? first.end() : first.shown()).settings();
     answer(page, {{"kind", "hello"},
                   {"session", session_},
                   {"title", title()},
-                  {"up", json_of(down == Vec3{} ? Vec3{0.0f, 1.0f, 0.0f} : -down)},
+                  {"up", json_of(up_)},
                   {"size", cast_.size() > 0.0f ? cast_.size() : 1.0f},
                   {"phases", phases},
                   {"solvers", solvers},
@@ -207,6 +228,7 @@ void Engine::take_ask(PageId page, const Json& message) {
     answer_all(tracks());
   } else if (ask == "run") {
     if (!track.is_live()) throw Error(track.name + " is a recording, which ends where it ends");
+    if (!track.error.empty()) throw Error(track.error);
     run_to_[number] = message.at("to").get<std::uint64_t>();
   } else {
     throw Error("a page asks for " + ask + ", which is not known");
@@ -233,8 +255,22 @@ void Engine::go_to(Track& track, std::uint64_t step) {
     throw Error(track.name + ": step " + std::to_string(step) + " is not among " +
                 std::to_string(track.first()) + " to " + std::to_string(track.last()));
   }
-  while (!track.approach(step, workers_)) {
-  }
+  while (!track.approach(step, workers_)) stop_if_ending();
+}
+
+void Engine::stop_if_ending() const {
+  if (is_ending_) throw std::runtime_error("the server ends");
+}
+
+// Each track may keep as much as the others.
+void Engine::share_memory() {
+  for (const auto& track : tracks_) track->frames.set_limit(FrameCache::kMostBytes / tracks_.size());
+}
+
+void Engine::drop_last_track() {
+  tracks_.pop_back();
+  told_.pop_back();
+  answer_all(tracks());
 }
 
 std::uint32_t Engine::make_branch(std::uint32_t number, std::uint64_t step) {
@@ -242,11 +278,20 @@ std::uint32_t Engine::make_branch(std::uint32_t number, std::uint64_t step) {
     throw Error("there are " + std::to_string(kMostTracks) + " tracks, as many as can be");
   Track& parent = track_at(number);
   go_to(parent, step);
+  World world = parent.branch();
+  if (world.stats().step != step) {
+    throw Error(parent.name + ": a snapshot was restored before step " + std::to_string(step) +
+                ", so the world counts that step as " + std::to_string(world.stats().step) +
+                ": no branch can begin there");
+  }
+  release_all(world);
   const std::string name = "branch " + std::to_string(tracks_.size() + 1 - openings_);
-  auto branch = std::make_unique<Track>(name, parent.branch(), parent.dt(), new_file());
+  const float dt = parent.shown_dt() > 0.0f ? parent.shown_dt() : parent.dt();
+  auto branch = std::make_unique<Track>(name, std::move(world), dt, new_file());
   branch->parent = number;
   tracks_.push_back(std::move(branch));
   told_.emplace_back();
+  share_memory();
   make_frame(static_cast<std::uint32_t>(tracks_.size() - 1), {});
   answer_all(tracks());
   return static_cast<std::uint32_t>(tracks_.size() - 1);
@@ -270,9 +315,16 @@ void Engine::take_touch(PageId id, const Json& message) {
   if (kind == "drag") let_go(page);
   if (makes_branch) number = make_branch(number, is_end ? track_at(number).last() : step);
   Track& track = *tracks_[number];
+  if (!track.error.empty()) throw Error(track.error);
   if (kind == "drag") page.held_track = number;
-  touch(track.end(), what, page.held);
+  try {
+    touch(track.end(), what, page.held);
+  } catch (...) {
+    if (makes_branch) drop_last_track();
+    throw;
+  }
   track.frames.forget(track.last());
+  track.was_touched = true;
   if (makes_branch) answer(id, {{"kind", "branched"}, {"track", number}});
   answer_all({{"kind", "changed"}, {"track", number}, {"step", track.last()}});
 }
@@ -295,15 +347,19 @@ std::uint32_t Engine::owner(std::uint32_t track, std::uint64_t step) const {
 std::optional<Divergence> Engine::find_parting(std::uint32_t a, std::uint32_t b) {
   const std::uint64_t last = std::min(track_at(a).last(), track_at(b).last());
   const auto root = [&](std::uint32_t track) { return owner(track, 0); };
-  for (std::uint64_t step = std::max(tracks_[root(a)]->first(), tracks_[root(b)]->first()) + 1;
-       step <= last;) {
+  const std::uint64_t first = std::max(tracks_[root(a)]->first(), tracks_[root(b)]->first()) + 1;
+  for (std::uint64_t step = first; step <= last;) {
     const std::uint32_t owner_a = owner(a, step), owner_b = owner(b, step);
     std::uint64_t end = step;
     while (end < last && owner(a, end + 1) == owner_a && owner(b, end + 1) == owner_b) ++end;
     if (owner_a != owner_b) {
-      Player first = tracks_[owner_a]->open(), second = tracks_[owner_b]->open();
-      const std::optional<Divergence> parting = compare(first, second, workers_);
-      if (parting && parting->step >= step && parting->step <= end) return parting;
+      Player one = tracks_[owner_a]->open(), other = tracks_[owner_b]->open();
+      const std::optional<Divergence> parting = compare(one, other, workers_);
+      const bool is_in_run = parting && parting->step <= end && (parting->step >= step || step == first);
+      // Live tracks measure contacts, which is a part of the whole state: between one of them and a recording
+      // only motion counts.
+      const bool is_alike = tracks_[owner_a]->is_live() == tracks_[owner_b]->is_live();
+      if (is_in_run && (is_alike || moves_otherwise(one, other, parting->step, workers_))) return parting;
     }
     step = end + 1;
   }
@@ -340,12 +396,18 @@ Bytes Engine::make_frame(std::uint32_t number, const FrameOptions& options) {
 
 bool Engine::serve() {
   if (pages_.empty()) return false;
-  auto turn = pages_.upper_bound(next_page_);
+  // Two pages that look at different steps of a track must not take it from each other: a page keeps its turn
+  // until it has a frame, or for as many steps as lie between keyframes mostly.
+  constexpr int kMostSteps = 600;
+  auto turn =
+      turn_steps_ > 0 && turn_steps_ < kMostSteps ? pages_.lower_bound(turn_) : pages_.upper_bound(turn_);
   for (std::size_t i = 0; i < pages_.size(); ++i, ++turn) {
     if (turn == pages_.end()) turn = pages_.begin();
-    next_page_ = turn->first;
+    if (turn->first != turn_) turn_steps_ = 0;
+    turn_ = turn->first;
     if (serve(turn->first, turn->second)) return true;
   }
+  turn_steps_ = 0;
   return false;
 }
 
@@ -354,6 +416,7 @@ bool Engine::serve(PageId id, Page& page) {
   if (page.asks.empty()) return false;
   const Ask ask = page.asks.front();
   Track& track = *tracks_[ask.track];
+  track.near = ask.step;
   Bytes frame = track.frames.find(ask.step, page.options);
   bool is_there = frame != nullptr;
   if (!is_there) {
@@ -364,9 +427,13 @@ bool Engine::serve(PageId id, Page& page) {
     }
     try {
       is_there = track.approach(ask.step, workers_);
-      frame = make_frame(ask.track, page.options);
-      track.frames.keep(track.shown_step(), page.options, frame, ask.step);
+      ++turn_steps_;
+      if (track.is_whole()) {
+        frame = make_frame(ask.track, page.options);
+        track.frames.keep(track.shown_step(), page.options, frame, ask.step);
+      }
     } catch (const std::exception& error) {
+      turn_steps_ = 0;
       page.asks.clear();
       if (ask.step > track.last()) end_with(ask.track, error.what());
       answer(id, {{"kind", "error"}, {"text", error.what()}});
@@ -374,6 +441,7 @@ bool Engine::serve(PageId id, Page& page) {
     }
   }
   if (!is_there) return true;
+  turn_steps_ = 0;
   page.asks.pop_front();
   send_(id, std::move(frame), false);
   return true;
@@ -382,7 +450,7 @@ bool Engine::serve(PageId id, Page& page) {
 bool Engine::run_on() {
   for (const auto& [number, step] : run_to_) {
     Track& track = *tracks_[number];
-    if (step <= track.last()) continue;
+    if (step <= track.last() || !track.error.empty()) continue;
     try {
       track.approach(track.last() + 1, workers_);
     } catch (const std::exception& error) {
@@ -398,7 +466,8 @@ bool Engine::look_ahead() {
     Track& track = *tracks_[number];
     try {
       if (!track.error.empty() || !track.look_ahead(workers_)) continue;
-      track.frames.keep(track.shown_step(), {}, make_frame(number, {}), track.first());
+      if (!track.frames.has(track.shown_step()))
+        track.frames.keep(track.shown_step(), {}, make_frame(number, {}), track.near);
     } catch (const std::exception& error) {
       end_with(number, error.what());
       answer_all({{"kind", "error"}, {"text", error.what()}});
@@ -462,8 +531,9 @@ void Engine::copy_recording(std::uint64_t number, Take take) {
     try {
       const Track& track = track_at(number);
       track.open();  // waits until all is in the file
+      bytes.resize(std::filesystem::file_size(track.file()));
       std::ifstream file(track.file(), std::ios::binary);
-      bytes.assign(std::istreambuf_iterator<char>(file), {});
+      file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
       if (!file) throw Error(track.file() + ": cannot be read");
     } catch (const std::exception& error) {
       problem = error.what();
@@ -485,8 +555,8 @@ void Engine::make_page(std::uint64_t number, std::uint64_t from, std::uint64_t t
                     std::to_string(track.last()));
       }
       Player player = track.open();
-      const exports::Show show =
-          exports::play(player, from, to, every, workers_, [](std::uint64_t, std::uint64_t) {});
+      const exports::Show show = exports::play(player, from, to, every, workers_,
+                                               [this](std::uint64_t, std::uint64_t) { stop_if_ending(); });
       bytes = view::make_page(show, track.name);
     } catch (const std::exception& error) {
       problem = error.what();

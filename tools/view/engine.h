@@ -19,6 +19,7 @@
 #include <tools/view/touch.h>
 #include <tools/view/track.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -90,6 +91,9 @@ class Engine {
   void take_frames(Page& page, const Json& message);
   void take_touch(PageId page, const Json& message);
   std::uint32_t make_branch(std::uint32_t track, std::uint64_t step);
+  void drop_last_track();
+  void share_memory();
+  void stop_if_ending() const;
   std::uint32_t owner(std::uint32_t track, std::uint64_t step) const;
   std::optional<Divergence> find_parting(std::uint32_t a, std::uint32_t b);
   void tell_parting(PageId page, std::uint32_t a, std::uint32_t b);
@@ -116,6 +120,7 @@ class Engine {
   Workers workers_;
   std::vector<std::unique_ptr<Track>> tracks_;
   std::size_t openings_ = 0;
+  Vec3 up_{0.0f, 1.0f, 0.0f};  // of the first track, as it was opened
   Cast cast_;
   std::map<PageId, Page> pages_;
   std::map<std::uint32_t, std::uint64_t> run_to_;  // by track
@@ -124,12 +129,13 @@ class Engine {
   };
   std::vector<Told> told_;  // by track
   std::uint64_t files_ = 0;
-  PageId next_page_ = 0;  // whose turn it is
+  PageId turn_ = 0;     // the page that is served
+  int turn_steps_ = 0;  // played for it so far
 
   std::mutex mutex_;
   std::condition_variable wake_;
   std::vector<std::function<void()>> jobs_;
-  bool is_ending_ = false;
+  std::atomic<bool> is_ending_ = false;
   std::thread thread_;
 };
 

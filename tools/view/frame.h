@@ -10,9 +10,11 @@
 //   3 frame    u32 kind, u32 track, f64 step,
 //              u32 roster, u32 n, u32 contacts, u32 joints, u32 shade, u32 has-details,
 //              n u32 numbers of bodies that move, 3n float positions, m, n float speeds, m/s, n float values,
-//              4n i16 rotations in parts of 1/32,767, n u8 awake, filled up to a multiple of four bytes,
-//              contacts of 12 words: 2 u32 bodies, 3 float place, 3 float normal, float force in N, float
-//              color, float separation in m, u32 0 joints of 6 floats: the two anchors, m
+//              4n i16 rotations in parts of 1/32,767, n u8 awake, filled up to a multiple of four bytes;
+//              then the contacts, and the joints
+//
+// A contact is 12 words: 2 u32 bodies by index, 3 float place, 3 float normal, float force in N, float color,
+// float separation in m, u32 0. A joint is 6 floats: its two anchors, m.
 #pragma once
 
 #include <scree/scree.h>
@@ -57,7 +59,8 @@ class Cast {
       std::uint32_t generation = 0, number = 0;
       BodyType type = BodyType::dynamic;
       std::size_t shapes = 0;
-      Pose pose;  // of fixed bodies
+      Pose pose;               // of fixed bodies, as pages know it
+      bool has_moved = false;  // a fixed body that was put elsewhere comes with those that move
     };
     std::vector<Known> known;  // by BodyId::index
     std::vector<std::uint32_t> standing;
@@ -80,8 +83,8 @@ class Cast {
   std::vector<Bytes> take_news();
   // All messages so far, for a page that is new.
   const std::vector<Bytes>& all_news() const { return all_news_; }
-  // m, of the largest body that may move; 0: none has been seen.
-  float size() const { return size_; }
+  // m, of the largest body that may move, or where none has been seen, of the largest one; 0: no shapes.
+  float size() const { return size_ > 0.0f ? size_ : fixed_size_; }
 
  private:
   std::uint32_t number_of(const World& world, BodyId body);
@@ -90,11 +93,11 @@ class Cast {
 
   std::string numbers_;
   Meshes meshes_;
-  Json bodies_ = Json::array();  // that no message has had yet
+  std::string bodies_;  // in JSON, those that no message has had yet
   std::unordered_map<std::string, std::uint32_t> by_content_;
   std::map<std::vector<std::uint32_t>, std::uint32_t> rosters_;
   std::vector<Bytes> news_, all_news_;
-  float size_ = 0.0f;
+  float size_ = 0.0f, fixed_size_ = 0.0f;
 };
 
 // `dt`: s, of the step that has brought the world, or 0.

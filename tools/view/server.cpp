@@ -7,6 +7,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -181,6 +182,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
     const std::string_view query = path.size() < target.size() ? target.substr(path.size() + 1) : "";
     if (path == "/") return give(make_live_page("scree view"), "text/html; charset=utf-8");
     constexpr std::string_view kModule = "/module/", kRecording = "/recording/", kPage = "/page/";
+    // What takes work is for the user alone, not for pages from elsewhere that name it.
+    const std::string_view site = text_of(request_["Sec-Fetch-Site"]);
+    const bool is_foreign = !site.empty() && site != "same-origin" && site != "none";
+    if (is_foreign && !path.starts_with(kModule))
+      return say(http::status::forbidden, "This server is asked by a page that is not its own.\n");
     if (path.starts_with(kModule)) return give_module(path.substr(kModule.size()));
     if (path.starts_with(kRecording)) return give_recording(path.substr(kRecording.size()));
     if (path.starts_with(kPage)) return give_page(path.substr(kPage.size()), query);
@@ -214,9 +220,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Engine::Take taker(const std::string& type, const std::string& file) {
     stream_.expires_never();
     return [self = shared_from_this(), type, file](std::string bytes, std::string error) {
-      asio::post(self->shared_.context, [self, type, file, bytes = std::move(bytes), error] {
+      asio::post(self->shared_.context, [self, type, file, bytes = std::move(bytes), error]() mutable {
         if (!error.empty()) return self->say(http::status::bad_request, error + "\n");
-        self->give(bytes, type, "attachment; filename=\"" + file + "\"");
+        self->give(std::move(bytes), type, "attachment; filename=\"" + file + "\"");
       });
     };
   }
@@ -253,10 +259,20 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Request request_;
 };
 
-void accept(Shared& shared, asio::ip::tcp::acceptor& acceptor) {
-  acceptor.async_accept([&](Problem problem, asio::ip::tcp::socket socket) {
-    if (!problem) std::make_shared<Connection>(shared, std::move(socket))->read();
-    accept(shared, acceptor);
+struct Door {
+  asio::ip::tcp::acceptor acceptor;
+  asio::steady_timer rest;
+};
+
+void accept(Shared& shared, Door& door) {
+  door.acceptor.async_accept([&](Problem problem, asio::ip::tcp::socket socket) {
+    if (!problem) {
+      std::make_shared<Connection>(shared, std::move(socket))->read();
+      return accept(shared, door);
+    }
+    // As when no more files can be opened, which lasts.
+    door.rest.expires_after(std::chrono::milliseconds(100));
+    door.rest.async_wait([&](Problem) { accept(shared, door); });
   });
 }
 
@@ -285,16 +301,20 @@ void serve(const ServerOptions& options, const std::function<void(const std::str
   if (!has_page()) throw Error(kNoPage);
   Shared shared;
   shared.address = options.address;
-  asio::ip::tcp::acceptor acceptor = listen(shared.context, options);
+  Door door{listen(shared.context, options), asio::steady_timer(shared.context)};
+  // From here on a signal ends the server in order, which takes its files away; a second one ends it at once.
+  asio::signal_set signals(shared.context, SIGINT, SIGTERM, SIGHUP);
+  signals.async_wait([&](Problem, int) {
+    signals.clear();
+    shared.context.stop();
+  });
   shared.engine = std::make_unique<Engine>(options.engine, [&](PageId page, Bytes message, bool is_text) {
     asio::post(shared.context, [&shared, page, message = std::move(message), is_text] {
       shared.send(page, message, is_text);
     });
   });
-  asio::signal_set signals(shared.context, SIGINT, SIGTERM);
-  signals.async_wait([&](Problem, int) { shared.context.stop(); });
-  accept(shared, acceptor);
-  const asio::ip::tcp::endpoint end = acceptor.local_endpoint();
+  accept(shared, door);
+  const asio::ip::tcp::endpoint end = door.acceptor.local_endpoint();
   const std::string host =
       end.address().is_v6() ? "[" + end.address().to_string() + "]" : end.address().to_string();
   ready("http://" + host + ":" + std::to_string(end.port()) + "/");

@@ -21,6 +21,8 @@ BodyId body_of(const World& world, const Json& what) {
   return body;
 }
 
+constexpr std::uint64_t kHeld = 0x7363726565766965;  // JointDef::user_data of what a page holds
+
 void release(World& world, JointId& held) {
   if (world.is_alive(held)) world.destroy_joint(held);
   held = {};
@@ -31,15 +33,17 @@ void drag(World& world, const Json& what, JointId& held) {
   if (world.body_type(body) != BodyType::dynamic)
     throw Error("body " + std::to_string(body.index) + " is not dynamic and cannot be dragged");
   const Vec3 point = vector_of(what, "point");
-  release(world, held);
   // Strong enough to lift the body and some of what lies on it.
   constexpr float kAcceleration = 300.0f;  // m/s^2
   const MouseJoint mouse{.target = point, .max_force = kAcceleration * world.mass_properties(body).mass};
-  held = world.create_joint({.body_a = kWorld,
-                             .body_b = body,
-                             .frame_a = {point, {}},
-                             .frame_b = {transform_back(world.pose(body), point), {}}},
-                            mouse);
+  const JointId joint = world.create_joint({.body_a = kWorld,
+                                            .body_b = body,
+                                            .frame_a = {point, {}},
+                                            .frame_b = {transform_back(world.pose(body), point), {}},
+                                            .user_data = kHeld},
+                                           mouse);
+  release(world, held);
+  held = joint;
 }
 
 void move(World& world, const Json& what, JointId held) {
@@ -79,7 +83,7 @@ void change_materials(World& world, const Change& change) {
       change(material);
       world.set_material(shape, material);
     }
-    if (world.body_type(body) == BodyType::dynamic) world.wake(body);
+    if (world.body_type(body) == BodyType::dynamic && !world.is_quarantined(body)) world.wake(body);
   }
 }
 
@@ -113,6 +117,20 @@ void nudge(World& world, const Json& what) {
 }
 
 }  // namespace
+
+void release_all(World& world) {
+  std::vector<JointId> joints;
+  for (std::uint32_t i = 0; i < world.poses().size(); ++i) {
+    const BodyId body = world.body_at(i);
+    if (!world.is_alive(body)) continue;
+    joints.resize(world.joints_of(body, {}));
+    world.joints_of(body, joints);
+    for (const JointId joint : joints) {
+      if (world.joint_type(joint) == JointType::mouse && world.user_data(joint) == kHeld)
+        world.destroy_joint(joint);
+    }
+  }
+}
 
 void touch(World& world, const Json& what, JointId& held) {
   const auto kind = what.at("kind").get<std::string>();

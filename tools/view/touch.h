@@ -13,13 +13,15 @@ namespace scree::view {
 //   release   lets go
 //   shoot     from, toward: a ball, 0.25 m and 500 kg/m^3 unless radius and density say otherwise, at `speed`
 //   delete    body
-//   settings  of gravity, substeps, solver, iterations, friction and restitution those that are there; the
-//   last
-//             two are given to all shapes
+//   settings  gravity, substeps, solver, iterations, and friction and restitution of all shapes: those of
+//             them that are there
 //   nudge     body: moves it by one unit in the last place along x
 //
 // Bodies are named by BodyId::index. `held` is the joint of the drag, which lasts from call to call. Throws
 // Error for what cannot be done, and has changed nothing then.
 void touch(World& world, const Json& what, JointId& held);
+
+// Lets go of what any page holds: a world that branches off shall not hang on.
+void release_all(World& world);
 
 }  // namespace scree::view

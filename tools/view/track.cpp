@@ -55,7 +55,11 @@ void note_events(const World& world, std::uint64_t step, std::vector<PastEvent>&
 
 Bytes FrameCache::find(std::uint64_t step, const FrameOptions& options) const {
   const auto entry = frames_.find(step);
-  return entry != frames_.end() && entry->second.options == options ? entry->second.bytes : nullptr;
+  if (entry == frames_.end()) return nullptr;
+  const FrameOptions& has = entry->second.options;
+  const bool fits =
+      (has.shade == options.shade || options.shade == Shade::none) && (has.details || !options.details);
+  return fits ? entry->second.bytes : nullptr;
 }
 
 void FrameCache::erase(Frames::iterator entry) {
@@ -69,7 +73,7 @@ void FrameCache::keep(std::uint64_t step, const FrameOptions& options, Bytes fra
   bytes_ += frame->size();
   frames_[step] = {options, std::move(frame)};
   const auto distance = [&](std::uint64_t from) { return from < near ? near - from : from - near; };
-  while (bytes_ > kMostBytes && frames_.size() > 1) {
+  while (bytes_ > most_bytes_ && frames_.size() > 1) {
     const auto last = std::prev(frames_.end());
     erase(distance(frames_.begin()->first) > distance(last->first) ? frames_.begin() : last);
   }
@@ -80,7 +84,7 @@ Track::Track(std::string called, const std::string& file) : name(std::move(calle
   scout_.emplace(measuring_player(file));
   first_ = player_->info().first_step;
   last_ = planned_ = player_->info().last_step;
-  show(player_->world(), first_, 0.0f);
+  show(player_->world(), first_, std::nullopt);
   note(player_->world(), 0.0, false);
 }
 
@@ -105,14 +109,15 @@ void Track::begin_live(World& world, const std::string& file) {
   recorder_.emplace(world, file,
                     RecorderOptions{.keyframe_spacing = kKeyframeSpacing, .flush_interval = kFlushInterval});
   first_ = last_ = world.stats().step;
-  show(world, first_, 0.0f);
+  show(world, first_, std::nullopt);
   note(world, 0.0, false);
 }
 
-void Track::show(const World& world, std::uint64_t step, float dt) {
+void Track::show(const World& world, std::uint64_t step, std::optional<float> dt) {
   shown_ = &world;
   shown_step_ = step;
-  shown_dt_ = dt;
+  shown_dt_ = dt.value_or(0.0f);
+  is_whole_ = dt.has_value() || step == first_;
 }
 
 void Track::note(const World& world, double time, bool was_played) {
@@ -135,6 +140,8 @@ void Track::note(const World& world, double time, bool was_played) {
 }
 
 void Track::advance(Workers& workers) {
+  if (!error.empty()) throw Error(error);
+  if (std::exchange(was_touched, false)) frames.forget(last_);
   if (stage_) {
     stage_->advance(dt_, workers);
   } else {
@@ -142,6 +149,9 @@ void Track::advance(Workers& workers) {
   }
   ++last_;
   note(*live_, past_.back().figures[0] + double{dt_}, true);
+  if (const std::string problem = recorder_->error(); !problem.empty())  // one could not look back any more
+    throw Error(name + ": it ends at step " + std::to_string(last_) +
+                ", because it cannot be recorded: " + problem);
 }
 
 std::vector<std::uint64_t> Track::keyframes() const {
@@ -154,7 +164,7 @@ std::vector<std::uint64_t> Track::keyframes() const {
 bool Track::approach(std::uint64_t step, Workers& workers) {
   if (!is_live() || step < last_) return approach_past(std::min(step, last_), workers);
   if (step > last_) advance(workers);
-  show(*live_, last_, past_.back().figures.at(7) > 0.0 ? dt_ : 0.0f);
+  show(*live_, last_, past_.back().figures.at(7) > 0.0 ? std::optional(dt_) : std::nullopt);
   return last_ >= step;
 }
 
@@ -163,14 +173,18 @@ bool Track::approach_past(std::uint64_t step, Workers& workers) {
 }
 
 bool Track::play_towards(std::uint64_t step, Workers& workers) {
-  if (!player_ || step > player_->info().last_step) player_.emplace(open());
+  if (!player_ || step > player_->info().last_step) {
+    player_.emplace(open(step));
+    show(player_->world(), player_->position(), std::nullopt);  // what was shown has gone
+  }
   const std::uint64_t here = player_->position();
-  if (here != step) {
+  const bool is_from_seek = here != first_ && !player_->recorded_dt();
+  if (here != step || is_from_seek) {
     // A step is played to each state, so that it has its contacts, unless it is the first one.
     const std::span<const std::uint64_t> keyframes = player_->keyframe_steps();
     const auto after = std::lower_bound(keyframes.begin(), keyframes.end(), step);
     const std::uint64_t keyframe = after == keyframes.begin() ? keyframes.front() : after[-1];
-    if (step < here || keyframe > here) {
+    if (step < here || keyframe > here || (here == step && is_from_seek)) {
       player_->seek(keyframe, workers);
     } else {
       player_->step(workers);
@@ -178,15 +192,15 @@ bool Track::play_towards(std::uint64_t step, Workers& workers) {
   }
   const std::optional<float> dt = player_->recorded_dt();
   if (dt_ == 0.0f && dt) dt_ = *dt;
-  show(player_->world(), player_->position(), dt.value_or(0.0f));
-  return player_->position() == step;
+  show(player_->world(), player_->position(), dt);
+  return player_->position() == step && is_whole_;
 }
 
 bool Track::look_ahead(Workers& workers) {
   if (!scout_) return false;
   if (!scout_->step(workers)) {
     scout_.reset();
-    if (player_) show(player_->world(), player_->position(), player_->recorded_dt().value_or(0.0f));
+    show(player_->world(), player_->position(), player_->recorded_dt());
     return false;
   }
   const float dt = *scout_->recorded_dt();
@@ -199,11 +213,11 @@ bool Track::look_ahead(Workers& workers) {
 
 World Track::branch() const { return clone(*shown_); }
 
-Player Track::open() const {
+Player Track::open(std::uint64_t step) const {
   constexpr int kTries = 250;  // 5 s: a disk may be slow
   for (int i = 0; i < kTries; ++i) {
     Player player = measuring_player(file_);
-    if (player.info().last_step >= last_) return player;
+    if (player.info().last_step >= step) return player;
     if (recorder_ && !recorder_->error().empty()) throw Error(name + ": " + recorder_->error());
     std::this_thread::sleep_for(std::chrono::duration<float>(kFlushInterval));
   }

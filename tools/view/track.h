@@ -40,11 +40,14 @@ struct PastEvent {
 // Frames that have been made, within a budget; those far from where the user is are forgotten first.
 class FrameCache {
  public:
-  static constexpr std::size_t kMostBytes = std::size_t{512} << 20;
+  static constexpr std::size_t kMostBytes = std::size_t{512} << 20;  // of all tracks of a server
 
+  // A frame that has what is asked for, and maybe more.
   Bytes find(std::uint64_t step, const FrameOptions& options) const;
+  bool has(std::uint64_t step) const { return frames_.contains(step); }
   void keep(std::uint64_t step, const FrameOptions& options, Bytes frame, std::uint64_t near);
   void forget(std::uint64_t step) { erase(frames_.find(step)); }
+  void set_limit(std::size_t bytes) { most_bytes_ = bytes; }
 
  private:
   struct Entry {
@@ -55,7 +58,7 @@ class FrameCache {
   void erase(Frames::iterator entry);
 
   Frames frames_;
-  std::size_t bytes_ = 0;
+  std::size_t bytes_ = 0, most_bytes_ = kMostBytes;
 };
 
 class Track {
@@ -64,7 +67,7 @@ class Track {
   Track(std::string name, const std::string& file);
   // Of a scene's first world, which records itself into `file`.
   Track(std::string name, const scenes::Scene& scene, const std::string& file);
-  // Of a world that goes on from `parent`, which must live on; `parent` may be none.
+  // Of a world of its own, which records itself into `file`. `dt`: s, or 0: the usual one.
   Track(std::string name, World world, float dt, const std::string& file);
 
   bool is_live() const { return live_ != nullptr; }
@@ -87,22 +90,28 @@ class Track {
   const World& shown() const { return *shown_; }
   std::uint64_t shown_step() const { return shown_step_; }
   float shown_dt() const { return shown_dt_; }
+  // False where a seek to a keyframe has brought the state: it has no contact forces then, and no figures.
+  bool is_whole() const { return is_whole_; }
 
   // Of a recording: plays on by a step behind the user's back, and notes its figures. False: all is known.
   bool look_ahead(Workers& workers);
 
   // Of a live track: the world at its end, to be changed.
   World& end() { return *live_; }
+  const World& end() const { return *live_; }
   // A world of its own in the state that is shown.
   World branch() const;
-  // A player of all steps so far. Waits for the file of a live track.
-  Player open() const;
+  // A player of the steps so far, up to this one at least. Waits for the file of a live track.
+  Player open(std::uint64_t step) const;
+  Player open() const { return open(last_); }
 
   std::string name;
   std::uint32_t parent = kNoParent;
   std::string error;  // what ended it
   FrameCache frames;
   Cast::Memory memory;
+  std::uint64_t near = 0;    // the step that a page has asked for last
+  bool was_touched = false;  // at its end: the state there is what it was before, once it has gone on
 
   static constexpr std::uint32_t kNoParent = 0xffffffffu;
 
@@ -112,7 +121,7 @@ class Track {
   void note(const World& world, double time, bool was_played);
   bool approach_past(std::uint64_t step, Workers& workers);
   bool play_towards(std::uint64_t step, Workers& workers);
-  void show(const World& world, std::uint64_t step, float dt);
+  void show(const World& world, std::uint64_t step, std::optional<float> dt);
 
   std::string file_;
   std::uint64_t first_ = 0, last_ = 0, planned_ = 0;
@@ -129,6 +138,7 @@ class Track {
   const World* shown_ = nullptr;
   std::uint64_t shown_step_ = 0;
   float shown_dt_ = 0.0f;
+  bool is_whole_ = true;
 };
 
 }  // namespace scree::view

@@ -174,6 +174,149 @@ TEST(ViewEngine, FindsWhatDiffFinds) {
   EXPECT_EQ(parted.at("text"), expected->difference);
 }
 
+TEST(ViewEngine, GivesPagesThatLookAtDifferentStepsOfATrackTheirFrames) {
+  TemporaryFile file;
+  testing::record_stack(file.path(), 200);
+  Theater theater({recording_of(file.path())});
+  theater.engine().join(1);
+  theater.engine().join(2);
+  const auto ask = [&](PageId page, std::uint64_t step) {
+    theater.ask(page, {{"ask", "frames"}, {"frames", {{0, step}}}, {"details", true}, {"shade", 4}});
+  };
+  for (int i = 0; i < 5; ++i) {
+    ask(1, 15);
+    ask(2, 195);
+    EXPECT_EQ(theater.next_frame(1).step, 15.0);
+    EXPECT_EQ(theater.next_frame(2).step, 195.0);
+  }
+}
+
+TEST(ViewEngine, ShowsTheForcesOfKeyframesHoweverTheyWereGoneTo) {
+  TemporaryFile file;
+  testing::record_stack(file.path(), 100);  // keyframes at 20, 40 ...
+  Theater theater({recording_of(file.path())});
+  theater.engine().join(1);
+  double sums[2] = {};
+  for (const int turn : {0, 1}) {
+    Json wanted = {{"ask", "frames"}, {"frames", {{0, 60}}}, {"details", true}, {"shade", 4}};
+    if (turn == 0) wanted["frames"] = {{0, 63}, {0, 60}};  // past the keyframe first
+    theater.ask(1, wanted);
+    ReadFrame frame = theater.next_frame();
+    if (turn == 0) frame = theater.next_frame();
+    EXPECT_EQ(frame.step, 60.0);
+    for (const float force : frame.values) sums[turn] += static_cast<double>(force);
+  }
+  EXPECT_GT(sums[0], 1000.0);
+  EXPECT_EQ(sums[0], sums[1]);
+}
+
+TEST(ViewEngine, TellsANewPageOfTheSettingsAtTheEnd) {
+  Theater theater({scene_of("stack", {{"bodies", 2}})});
+  theater.engine().join(1);
+  theater.ask(1, frames({30}));
+  theater.next_frame();
+  theater.ask(1, {{"ask", "touch"},
+                  {"track", 0},
+                  {"step", 30},
+                  {"what", {{"kind", "settings"}, {"gravity", {0, -1, 0}}}}});
+  theater.next("changed");
+  theater.ask(1, frames({40, 5}));
+  theater.next_frame();
+  theater.next_frame();
+  theater.engine().join(2);
+  EXPECT_EQ(theater.next("hello", 2).at("settings").at("gravity").at(1), -1.0);
+}
+
+TEST(ViewEngine, LeavesNoBranchOfATouchThatCannotBe) {
+  Theater theater({scene_of("stack", {{"bodies", 2}})});
+  theater.engine().join(1);
+  theater.ask(1, frames({30}));
+  theater.next_frame();
+  const Json wrong = {{"kind", "delete"}, {"body", 99999}};
+  theater.ask(1, {{"ask", "touch"}, {"track", 0}, {"step", 10}, {"what", wrong}});
+  theater.next("error");
+  theater.ask(1, {{"ask", "branch"}, {"track", 0}, {"step", 10}});
+  EXPECT_EQ(theater.next("branched").at("track"), 1) << "the first one";
+}
+
+TEST(ViewEngine, DoesNotHoldBodiesInBranches) {
+  Theater theater({scene_of("pile", {{"bodies", 10}})});
+  theater.engine().join(1);
+  theater.ask(1, {{"ask", "frames"}, {"frames", {{0, 0}}}});
+  theater.next_frame();
+  std::uint32_t body = 0;
+  const scenes::Stage stage({scenes::build("pile", {{"bodies", 10}}).front()});
+  const World& world = stage.worlds().front();
+  for (std::uint32_t i = 0; i < world.poses().size(); ++i) {
+    if (world.is_alive(world.body_at(i)) && world.body_type(world.body_at(i)) == BodyType::dynamic) body = i;
+  }
+  const Json hold = {{"kind", "drag"}, {"body", body}, {"point", {0, 30, 0}}};
+  theater.ask(1, {{"ask", "touch"}, {"track", 0}, {"step", 0}, {"what", hold}});
+  theater.next("changed");
+  theater.ask(1, {{"ask", "frames"}, {"frames", {{0, 20}}}, {"details", true}});
+  EXPECT_EQ(theater.next_frame().joints.size(), 6u);
+  theater.ask(1, {{"ask", "branch"}, {"track", 0}, {"step", 15}});
+  theater.next("branched");
+  theater.ask(1, {{"ask", "frames"}, {"frames", {{1, 18}}}, {"details", true}});
+  EXPECT_TRUE(theater.next_frame().joints.empty());
+}
+
+TEST(ViewEngine, FindsNoPartingInABranchOfARecordingThatWasNotChanged) {
+  TemporaryFile file;
+  testing::record_stack(file.path(), 100);  // whose keyframes have no measures of contacts
+  Theater theater({recording_of(file.path())});
+  theater.engine().join(1);
+  theater.ask(1, {{"ask", "branch"}, {"track", 0}, {"step", 30}});
+  theater.next("branched");
+  theater.ask(1, frames({100}, 1));
+  theater.next_frame();
+  theater.ask(1, {{"ask", "parted"}, {"a", 1}, {"b", 0}});
+  EXPECT_TRUE(theater.next("parted").at("step").is_null());
+}
+
+TEST(ViewEngine, BranchesWithTheTimeStepOfTheStep) {
+  TemporaryFile file;
+  {
+    World world;
+    world.add_shape(world.create_body({.position = {0.0f, 50.0f, 0.0f}}), Sphere{});
+    Workers workers(1);
+    Recorder recorder(world, file.path());
+    for (int i = 0; i < 40; ++i) step(world, i < 10 ? 1.0f / 60.0f : 1.0f / 240.0f, workers);
+    recorder.finish();
+  }
+  Theater theater({recording_of(file.path())});
+  theater.engine().join(1);
+  theater.ask(1, {{"ask", "branch"}, {"track", 0}, {"step", 20}});
+  theater.next("branched");
+  theater.ask(1, frames({40}, 1));
+  theater.next_frame();
+  theater.ask(1, {{"ask", "parted"}, {"a", 0}, {"b", 1}});
+  EXPECT_TRUE(theater.next("parted").at("step").is_null());
+}
+
+TEST(ViewEngine, RefusesToBranchWhereStepsWereCountedAnew) {
+  TemporaryFile file;
+  {
+    World world;
+    world.add_shape(world.create_body({.position = {0.0f, 50.0f, 0.0f}}), Sphere{});
+    Workers workers(1);
+    Recorder recorder(world, file.path());
+    Snapshot snapshot;
+    for (int i = 0; i < 40; ++i) {
+      if (i == 10) save(world, snapshot);
+      if (i == 30) restore(world, snapshot);
+      step(world, 1.0f / 60.0f, workers);
+    }
+    recorder.finish();
+  }
+  Theater theater({recording_of(file.path())});
+  theater.engine().join(1);
+  theater.ask(1, {{"ask", "branch"}, {"track", 0}, {"step", 35}});
+  EXPECT_NE(theater.next("error").at("text").get<std::string>().find("restored"), std::string::npos);
+  theater.ask(1, {{"ask", "branch"}, {"track", 0}, {"step", 25}});
+  theater.next("branched");
+}
+
 TEST(ViewEngine, TellsAPageOfItsMistakesAndGoesOn) {
   Theater theater({scene_of("stack", {{"bodies", 3}})});
   theater.engine().join(1);
