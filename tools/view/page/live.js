@@ -7,6 +7,7 @@ import { kPoseLength } from "scree/layer";
 
 const kMostBytes = 400 * 2 ** 20;
 const kAhead = 30;    // steps
+const kMostWaiting = 128 * 2 ** 20;  // bytes, asked for at once
 const kAround = 12;   // steps, while it stands still
 const kFigures = ["time", "bodies", "awake", "contacts", "energy", "residual", "milliseconds", "played"];
 const kShades = { island: 1, color: 2, residual: 3, force: 4 };
@@ -175,6 +176,7 @@ export class Live {
     this.forget(key);
     this.frames.set(key, frame);
     this.bytes += frame.bytes;
+    this.frameBytes = frame.bytes;
     while (this.bytes > kMostBytes) this.forgetFarthest();
     const about = this.tracks[frame.track];
     if (about && frame.step > about.last) about.last = frame.step;
@@ -332,13 +334,14 @@ export class Live {
     const step = this.first + sample;
     const steps = [step];
     const { live, last } = this.tracks[this.track];
+    const ahead = Math.max(2, Math.min(kAhead, Math.floor(kMostWaiting / (this.frameBytes || 1))));
     const limit = live ? last : Math.min(last, this.end);
     if (time > this.timeOf(sample) || this.isPlaying) steps.push(step + 1);
     if (this.isPlaying) {
       const beyond = live ? Math.ceil(pace / (this.tracks[this.track].dt || 1 / 60)) + 1 : 0;
-      for (let i = 2; i <= kAhead && step + i <= Math.max(limit, step + beyond); ++i) steps.push(step + i);
+      for (let i = 2; i <= ahead && step + i <= Math.max(limit, step + beyond); ++i) steps.push(step + i);
     } else {
-      for (let i = 1; i <= kAround; ++i) {
+      for (let i = 1; i <= Math.min(kAround, ahead); ++i) {
         if (step + i <= limit) steps.push(step + i);
         if (step - i >= this.first) steps.push(step - i);
       }
