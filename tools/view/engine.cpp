@@ -165,7 +165,10 @@ void Engine::join(PageId page) {
     pages_[page];
     Json phases = Json::array();
     for (int i = 0; i < kPhaseCount; ++i) phases.push_back(phase_name(static_cast<Phase>(i)));
-    Json solvers = Json::array();
+    Json solvers = Json::array(), joints = Json::array();
+#define SCREE_NAME_JOINT(kind, Struct) joints.push_back(#kind);
+    SCREE_FOR_EACH_JOINT_TYPE(SCREE_NAME_JOINT)
+#undef SCREE_NAME_JOINT
     for (int i = 0; i < kSolverCount; ++i) solvers.push_back(solver_name(static_cast<Solver>(i)));
     const Track& first = *tracks_[0];
     const WorldSettings& settings = (first.is_live() ? first.end() : first.shown()).settings();
@@ -176,6 +179,7 @@ void Engine::join(PageId page) {
                   {"size", cast_.size() > 0.0f ? cast_.size() : 1.0f},
                   {"phases", phases},
                   {"solvers", solvers},
+                  {"joints", joints},
                   {"settings",
                    {{"gravity", json_of(settings.gravity)},
                     {"substeps", settings.substeps},

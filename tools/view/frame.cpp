@@ -158,6 +158,13 @@ std::uint32_t append_joints(const World& world, const std::vector<BodyId>& bodie
       const auto* mouse = std::get_if<MouseJoint>(&now);
       put_vector(to, mouse != nullptr ? mouse->target : anchor_of(world, def.body_a, def.frame_a));
       put_vector(to, anchor_of(world, def.body_b, def.frame_b));
+      const JointReaction reaction = world.joint_reaction(joint);
+      put(to, length(reaction.force));
+      put(to, length(reaction.torque));
+      constexpr std::uint32_t kTheWorld = 0xffffffffu;
+      for (const BodyId end : {def.body_a, def.body_b}) put(to, end == kWorld ? kTheWorld : end.index);
+      put(to, joint.index);
+      put(to, static_cast<std::uint32_t>(world.joint_type(joint)));
       ++count;
     }
   }

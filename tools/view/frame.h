@@ -14,7 +14,9 @@
 //              then the contacts, and the joints
 //
 // A contact is 12 words: 2 u32 bodies by index, 3 float place, 3 float normal, float force in N, float color,
-// float separation in m, u32 0. A joint is 6 floats: its two anchors, m.
+// float separation in m, u32 0. A joint is 12 words: its two anchors in m, the force in N
+// and the torque in N m that it bears (8 floats), 2 u32 bodies by index (2^32 - 1: the world), u32 index, u32
+// kind.
 #pragma once
 
 #include <scree/scree.h>

@@ -254,7 +254,7 @@ TEST(ViewEngine, DoesNotHoldBodiesInBranches) {
   theater.ask(1, {{"ask", "touch"}, {"track", 0}, {"step", 0}, {"what", hold}});
   theater.next("changed");
   theater.ask(1, {{"ask", "frames"}, {"frames", {{0, 20}}}, {"details", true}});
-  EXPECT_EQ(theater.next_frame().joints.size(), 6u);
+  EXPECT_EQ(theater.next_frame().joints.size(), 12u);
   theater.ask(1, {{"ask", "branch"}, {"track", 0}, {"step", 15}});
   theater.next("branched");
   theater.ask(1, {{"ask", "frames"}, {"frames", {{1, 18}}}, {"details", true}});
@@ -366,7 +366,7 @@ TEST(ViewEngine, LetsGoOfWhatAPageHeldWhenItLeaves) {
                   {"what", {{"kind", "drag"}, {"body", body}, {"point", {0, 1, 0}}}}});
   theater.next("changed");
   theater.ask(2, {{"ask", "frames"}, {"frames", {{0, 1}}}, {"details", true}});
-  EXPECT_EQ(theater.next_frame(2).joints.size(), 6u);
+  EXPECT_EQ(theater.next_frame(2).joints.size(), 12u);
   theater.engine().leave(1);
   theater.ask(2, {{"ask", "frames"}, {"frames", {{0, 2}}}, {"details", true}});
   EXPECT_TRUE(theater.next_frame(2).joints.empty());

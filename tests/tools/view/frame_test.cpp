@@ -127,11 +127,15 @@ TEST(Frames, ListTheContactsWithTheirForces) {
 TEST(Frames, DrawJointsBetweenTheirAnchors) {
   Filmed dolls("ragdolls", {{"ragdolls", 2}}, 20);
   const ReadFrame frame = dolls.frame({.details = true});
-  ASSERT_EQ(frame.joints.size(), 6 * dolls.world().joint_count());
-  for (std::size_t i = 0; i < frame.joints.size(); i += 6) {
+  ASSERT_EQ(frame.joints.size(), 12 * dolls.world().joint_count());
+  for (std::size_t i = 0; i < frame.joints.size(); i += 12) {
     const Vec3 a{frame.joints[i], frame.joints[i + 1], frame.joints[i + 2]};
     const Vec3 b{frame.joints[i + 3], frame.joints[i + 4], frame.joints[i + 5]};
     EXPECT_LT(length(a - b), 0.05f);
+    EXPECT_GE(frame.joints[i + 6], 0.0f);
+    std::uint32_t body = 0;
+    std::memcpy(&body, &frame.joints[i + 8], sizeof body);
+    EXPECT_TRUE(dolls.world().is_alive(dolls.world().body_at(body)));
   }
 }
 

@@ -49,7 +49,7 @@ struct ReadFrame {
     awake = take<std::uint8_t>(bytes, offset, n);
     offset = (offset + 3) / 4 * 4;
     contacts = take<float>(bytes, offset, 12 * contact_count);
-    joints = take<float>(bytes, offset, 6 * joint_count);
+    joints = take<float>(bytes, offset, 12 * joint_count);
     EXPECT_EQ(offset, bytes.size());
   }
 

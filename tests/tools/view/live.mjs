@@ -139,6 +139,22 @@ async function tellsOfTheBodyUnderTheCursor(browser) {
   await server.end();
 }
 
+async function tellsOfJoints(browser) {
+  const server = await serve("ragdolls", "--set", "ragdolls=1", "--port", "0");
+  const page = await open(browser, server);
+  await playTo(page, 10);
+  await page.evaluate(() => document.getElementById("view").focus());
+  await page.keyboard.press("n");
+  await page.waitForFunction(() => /joint \d+, [a-z ]+, with body \d+: [\d.,]+ N, [\d.,]+ N m/.test(document.getElementById("chosen-contacts").textContent));
+  const before = await page.evaluate(() => window.screePage.scene.marks.count);
+  await page.check('#marks input[value="joints"]');
+  await settle(page);
+  assert.ok((await page.evaluate(() => window.screePage.scene.marks.count)) > before);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+  await server.end();
+}
+
 async function touchesTheWorld(browser) {
   const server = await serve("stack", "--set", "bodies=3", "--port", "0");
   const page = await open(browser, server);
@@ -379,7 +395,7 @@ async function keepsTextLegible(browser) {
 
 const browser = await launch();
 try {
-  await check(browser, [playsASceneAndScrubsBack, showsARecordingBitByBit, tellsOfTheBodyUnderTheCursor, touchesTheWorld,
+  await check(browser, [playsASceneAndScrubsBack, showsARecordingBitByBit, tellsOfTheBodyUnderTheCursor, tellsOfJoints, touchesTheWorld,
     branchesAndSavesBranches, drawsChaos, findsWhatDiffFinds, runsOnWhenNobodyLooks, saysWhatIsWrong, answersNobodyElse,
     keepsTextLegible]);
 } finally {

@@ -225,6 +225,7 @@ export class LiveControls {
         items.push(item);
       }
       rows.push(["contact points", String(items.length)], ["contact force", `${number(force, 3)} N`]);
+      items.push(...this.jointItems(frame, body.index));
     }
     element("chosen-contacts").replaceChildren(...items);
     return rows;
@@ -243,6 +244,21 @@ export class LiveControls {
     history.speeds[sample] = frame.speeds[at];
     history.energies[sample] = mass * (0.5 * frame.speeds[at] ** 2 + Math.hypot(...model.settings.gravity) * height);
     history.version += 1;
+  }
+
+  // The joints of a body, in words.
+  jointItems({ joints, jointNumbers }, index) {
+    const items = [];
+    for (let i = 0; i < joints.length; i += 12) {
+      const [a, b, joint, kind] = jointNumbers.subarray(i + 8, i + 12);
+      if (a !== index && b !== index) continue;
+      const other = a === index ? b : a;
+      const item = document.createElement("li");
+      item.textContent = `joint ${joint}, ${this.model.kindsOfJoints[kind].replaceAll("_", " ")}, with ` +
+        `${other === 0xffffffff ? "the world" : `body ${other}`}: ${number(joints[i + 6], 3)} N, ${number(joints[i + 7], 3)} N m`;
+      items.push(item);
+    }
+    return items;
   }
 
   // Speed and energy of the chosen body where its frames have been here.

@@ -38,7 +38,8 @@ class Frame {
     at = 4 * Math.ceil(at / 4);
     this.contactBodies = new Uint32Array(buffer, at, 12 * contacts);
     this.contacts = take(Float32Array, 12 * contacts);
-    this.joints = take(Float32Array, 6 * joints);
+    this.jointNumbers = new Uint32Array(buffer, at, 12 * joints);
+    this.joints = take(Float32Array, 12 * joints);
   }
 
   poses() {
@@ -113,7 +114,7 @@ export class Live {
       if (this.session && this.session !== message.session) return this.tell("replaced");
       const isBack = this.session === message.session;
       Object.assign(this, { session: message.session, title: message.title, up: message.up, size: message.size,
-        phases: message.phases, solvers: message.solvers, settings: message.settings, compares: message.compares });
+        phases: message.phases, solvers: message.solvers, kindsOfJoints: message.joints, settings: message.settings, compares: message.compares });
       this.hear(message.tracks);
       if (!isBack && message.compares) this.second = 1;
       if (isBack) {  // all of it comes again

@@ -3,7 +3,7 @@ import { paletteColor } from "scree/colors";
 import { kPoseLength } from "scree/layer";
 import * as THREE from "three";
 
-const kWords = 12;  // of a contact, see ../frame.h
+const kWords = 12;  // of a contact and of a joint, see ../frame.h
 const kJointColor = [255, 80, 200];
 const kBoundColor = [40, 60, 80];
 const kCenterColor = [20, 20, 20];
@@ -86,7 +86,7 @@ export class Marks {
 
   addJoints({ joints }) {
     const cross = 0.08 * this.model.size;
-    for (let i = 0; i < joints.length; i += 6) {
+    for (let i = 0; i < joints.length; i += kWords) {
       const [a, b] = [[...joints.subarray(i, i + 3)], [...joints.subarray(i + 3, i + 6)]];
       this.lines.add(a, b, kJointColor);
       for (let axis = 0; axis < 3; ++axis) {
