@@ -210,7 +210,7 @@ std::uint32_t Cast::number_of(const World& world, BodyId body) {
   page.json["mass"] = type == BodyType::dynamic ? world.mass_properties(body).mass : 0.0f;
   if (!bodies_.empty()) bodies_ += ',';
   bodies_ += page.json.dump();  // as text it takes a tenth of the memory
-  float& size = type == BodyType::fixed ? fixed_size_ : size_;
+  float& size = type == BodyType::dynamic ? size_ : other_size_;
   size = std::max(size, page.reach);
   return known->second;
 }

@@ -85,8 +85,8 @@ class Cast {
   std::vector<Bytes> take_news();
   // All messages so far, for a page that is new.
   const std::vector<Bytes>& all_news() const { return all_news_; }
-  // m, of the largest body that may move, or where none has been seen, of the largest one; 0: no shapes.
-  float size() const { return size_ > 0.0f ? size_ : fixed_size_; }
+  // m, of the largest dynamic body, or where none has been seen, of the largest one; 0: no shapes.
+  float size() const { return size_ > 0.0f ? size_ : other_size_; }
 
  private:
   std::uint32_t number_of(const World& world, BodyId body);
@@ -99,7 +99,7 @@ class Cast {
   std::unordered_map<std::string, std::uint32_t> by_content_;
   std::map<std::vector<std::uint32_t>, std::uint32_t> rosters_;
   std::vector<Bytes> news_, all_news_;
-  float size_ = 0.0f, fixed_size_ = 0.0f;
+  float size_ = 0.0f, other_size_ = 0.0f;
 };
 
 // `dt`: s, of the step that has brought the world, or 0.
