@@ -73,7 +73,7 @@ Json append_track(const Actor& actor, float size, std::string& to) {
 }
 
 // m, of the largest dynamic body; where there are none, of kinematic or fixed ones.
-float size_of(const Show& show, const std::vector<PageBody>& bodies) {
+float size_of(const Show& show, const std::vector<BodyPieces>& bodies) {
   for (const BodyType type : {BodyType::dynamic, BodyType::kinematic, BodyType::fixed}) {
     float largest = 0.0f;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -135,15 +135,15 @@ std::string pack(const std::string& bytes) {
 std::string make_clip(const Show& show, const std::string& title) {
   std::string numbers;
   Meshes meshes(numbers);
-  std::vector<PageBody> bodies;
-  for (const Actor& actor : show.actors) bodies.push_back(body_of(actor, meshes));
+  std::vector<BodyPieces> bodies;
+  for (const Actor& actor : show.actors) bodies.push_back(pieces_of(actor.shapes, meshes));
   const float size = size_of(show, bodies);
   Json list = Json::array();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const float reach = bodies[i].reach > 0.0f ? bodies[i].reach : size;
+    list.push_back(json_of(show.actors[i], bodies[i].pieces));
     if (!exports::stands_still(show.actors[i]))
-      bodies[i].json["track"] = append_track(show.actors[i], reach, numbers);
-    list.push_back(std::move(bodies[i].json));
+      list.back()["track"] = append_track(show.actors[i], reach, numbers);
   }
   const Json head = {{"title", title},
                      {"up", json_of(show.up)},

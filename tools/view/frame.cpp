@@ -1,6 +1,9 @@
 // See frame.h.
 #include <tools/view/frame.h>
 
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -20,6 +23,12 @@ void put(std::string& to, Number number) {
 template <class Number>
 void put_all(std::string& to, const std::vector<Number>& numbers) {
   to.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number));
+}
+
+void put_pose(std::vector<float>& to, const Pose& pose) {
+  const Vec3 p = pose.position;
+  const Quat q = pose.rotation;
+  to.insert(to.end(), {p.x, p.y, p.z, q.x, q.y, q.z, q.w});
 }
 
 void put_vector(std::string& to, Vec3 vector) {
@@ -199,20 +208,60 @@ std::string content_of(const World& world, BodyId body, const std::vector<export
 
 std::uint32_t Cast::number_of(const World& world, BodyId body) {
   const std::vector<exports::ActorShape> shapes = exports::shapes_of(world, body);
-  const auto [known, is_new] = by_content_.try_emplace(content_of(world, body, shapes),
-                                                       static_cast<std::uint32_t>(by_content_.size()));
-  if (!is_new) return known->second;
+  const std::string content = content_of(world, body, shapes);
+  const XXH128_hash_t hash = XXH3_128bits(content.data(), content.size());
+  const auto [known, is_new] =
+      by_content_.try_emplace({hash.low64, hash.high64}, static_cast<std::uint32_t>(by_content_.size()));
+  if (is_new) add(world, body, shapes);
+  return known->second;
+}
+
+void Cast::add(const World& world, BodyId body, const std::vector<exports::ActorShape>& shapes) {
   const BodyType type = world.body_type(body);
-  PageBody page = body_of({body, type, shapes, 0, {world.pose(body)}}, meshes_);
   const Pose pose = world.pose(body);
-  page.json["generation"] = body.generation;
-  page.json["center"] = json_of(transform_back(pose, world.center_of_mass(body)));
-  page.json["mass"] = type == BodyType::dynamic ? world.mass_properties(body).mass : 0.0f;
-  if (!bodies_.empty()) bodies_ += ',';
-  bodies_ += page.json.dump();  // as text it takes a tenth of the memory
+  const Vec3 center = transform_back(pose, world.center_of_mass(body));
+  const BodyPieces page = pieces_of(shapes, meshes_);
+  Columns& to = new_bodies_;
+  to.indices.push_back(body.index);
+  to.shape_counts.push_back(static_cast<std::uint32_t>(shapes.size()));
+  to.piece_counts.push_back(static_cast<std::uint32_t>(page.pieces.size()));
+  to.masses.push_back(type == BodyType::dynamic ? world.mass_properties(body).mass : 0.0f);
+  put_pose(to.poses, pose);
+  to.centers.insert(to.centers.end(), {center.x, center.y, center.z});
+  to.types.push_back(static_cast<std::uint8_t>(type));
+  for (const Piece& piece : page.pieces) {
+    to.meshes.push_back(static_cast<std::uint32_t>(piece.mesh));
+    put_pose(to.piece_poses, piece.pose);
+    to.scales.insert(to.scales.end(), {piece.scale.x, piece.scale.y, piece.scale.z});
+  }
   float& size = type == BodyType::dynamic ? size_ : other_size_;
   size = std::max(size, page.reach);
-  return known->second;
+}
+
+// The message of the bodies and meshes that are new.
+std::string Cast::take_new_bodies() {
+  const Columns bodies = std::exchange(new_bodies_, {});
+  const Json head = {{"meshes", meshes_.take_list()},
+                     {"bodies", bodies.indices.size()},
+                     {"pieces", bodies.meshes.size()},
+                     {"columns", numbers_.size()}};
+  const std::string text = head.dump();
+  std::string message;
+  put(message, Kind::news);
+  put(message, static_cast<std::uint32_t>(text.size()));
+  message += text;
+  message += std::exchange(numbers_, {});
+  put_all(message, bodies.indices);
+  put_all(message, bodies.shape_counts);
+  put_all(message, bodies.piece_counts);
+  put_all(message, bodies.masses);
+  put_all(message, bodies.poses);
+  put_all(message, bodies.centers);
+  put_all(message, bodies.meshes);
+  put_all(message, bodies.piece_poses);
+  put_all(message, bodies.scales);
+  put_all(message, bodies.types);
+  return message;
 }
 
 Cast::Present Cast::find(const World& world, Memory& memory) {
@@ -236,14 +285,7 @@ Cast::Present Cast::find(const World& world, Memory& memory) {
       present.numbers.push_back(known.number);
     }
   }
-  if (!bodies_.empty()) {
-    const std::string head =
-        "{\"meshes\":" + meshes_.take_list().dump() + ",\"bodies\":[" + std::exchange(bodies_, {}) + "]}";
-    std::string message;
-    put(message, Kind::news);
-    put(message, static_cast<std::uint32_t>(head.size()));
-    say(message + head + std::exchange(numbers_, {}));
-  }
+  if (!new_bodies_.indices.empty()) say(take_new_bodies());
   if (memory.roster == 0 || standing != memory.standing) {
     memory.standing = standing;
     memory.roster = roster_of(std::move(standing));

@@ -5,7 +5,12 @@
 // and recordings are compared. Three kinds of binary messages, of little-endian numbers; each begins with its
 // kind:
 //
-//   1 news     u32 kind, u32 length of the head, the head in JSON (meshes, bodies; see pieces.h), numbers
+//   1 news     u32 kind, u32 length of the head, the head in JSON (meshes, see pieces.h; how many bodies n
+//              and pieces m there are, and where their columns begin in the numbers), then the numbers of
+//              the meshes and the columns: n u32 bodies by index, n u32 how many shapes, n u32 how many
+//              pieces, n float masses, kg, 7n float poses, 3n float centers of mass in the body's frame, m;
+//              of all pieces, one body's behind the other's, m u32 meshes, 7m float poses in the body's
+//              frame, 3m float scales; n u8 types (0 fixed, 1 kinematic, 2 dynamic)
 //   2 roster   u32 kind, u32 roster, u32 count, then as many u32: bodies that stand still, by number
 //   3 frame    u32 kind, u32 track, f64 step,
 //              u32 roster, u32 n, u32 contacts, u32 joints, u32 shade, u32 has-details,
@@ -22,6 +27,7 @@
 #include <scree/scree.h>
 #include <tools/view/pieces.h>
 
+#include <array>
 #include <compare>
 #include <cstdint>
 #include <map>
@@ -89,14 +95,28 @@ class Cast {
   float size() const { return size_ > 0.0f ? size_ : other_size_; }
 
  private:
+  // Bodies that no message has had yet, in the columns of a message.
+  struct Columns {
+    std::vector<std::uint32_t> indices, shape_counts, piece_counts, meshes;
+    std::vector<float> masses, poses, centers, piece_poses, scales;
+    std::vector<std::uint8_t> types;
+  };
+  // A hash of what tells a body from all others, of 128 bits: it takes a tenth of the memory.
+  using Content = std::array<std::uint64_t, 2>;
+  struct Low {
+    std::size_t operator()(const Content& content) const { return static_cast<std::size_t>(content[0]); }
+  };
+
   std::uint32_t number_of(const World& world, BodyId body);
+  void add(const World& world, BodyId body, const std::vector<exports::ActorShape>& shapes);
+  std::string take_new_bodies();
   std::uint32_t roster_of(std::vector<std::uint32_t> standing);
   void say(std::string message);
 
   std::string numbers_;
   Meshes meshes_;
-  std::string bodies_;  // in JSON, those that no message has had yet
-  std::unordered_map<std::string, std::uint32_t> by_content_;
+  Columns new_bodies_;
+  std::unordered_map<Content, std::uint32_t, Low> by_content_;
   std::map<std::vector<std::uint32_t>, std::uint32_t> rosters_;
   std::vector<Bytes> news_, all_news_;
   float size_ = 0.0f, other_size_ = 0.0f;

@@ -116,25 +116,32 @@ void Meshes::add(const exports::ShapeMesh& mesh) {
 
 Json json_of(Vec3 v) { return {v.x, v.y, v.z}; }
 
-PageBody body_of(const Actor& actor, Meshes& meshes) {
-  PageBody body;
-  body.json = {{"index", actor.body.index},
+BodyPieces pieces_of(const std::vector<exports::ActorShape>& shapes, Meshes& meshes) {
+  BodyPieces body;
+  for (const exports::ActorShape& shape : shapes) {
+    for (const Piece& piece : meshes.pieces_of(shape)) {
+      body.pieces.push_back(piece);
+      if (!std::holds_alternative<HalfSpace>(shape.geometry))
+        body.reach = std::max(body.reach, meshes.reach_of(piece));
+    }
+  }
+  return body;
+}
+
+Json json_of(const Actor& actor, const std::vector<Piece>& pieces) {
+  Json body = {{"index", actor.body.index},
                {"type", type_name(actor.type)},
                {"first", actor.first},
                {"count", actor.poses.size()}};
   const Pose& pose = actor.poses.front();
-  body.json["pose"] = {pose.position.x, pose.position.y, pose.position.z, pose.rotation.x,
-                       pose.rotation.y, pose.rotation.z, pose.rotation.w};
-  body.json["shape_count"] = actor.shapes.size();  // a shape may be several pieces
-  body.json["shapes"] = Json::array();
-  for (const exports::ActorShape& shape : actor.shapes) {
-    for (const Piece& piece : meshes.pieces_of(shape)) {
-      const Vec3 p = piece.pose.position, s = piece.scale;
-      const Quat q = piece.pose.rotation;
-      body.json["shapes"].push_back({piece.mesh, p.x, p.y, p.z, q.x, q.y, q.z, q.w, s.x, s.y, s.z});
-      if (!std::holds_alternative<HalfSpace>(shape.geometry))
-        body.reach = std::max(body.reach, meshes.reach_of(piece));
-    }
+  body["pose"] = {pose.position.x, pose.position.y, pose.position.z, pose.rotation.x,
+                  pose.rotation.y, pose.rotation.z, pose.rotation.w};
+  body["shape_count"] = actor.shapes.size();  // a shape may be several pieces
+  body["shapes"] = Json::array();
+  for (const Piece& piece : pieces) {
+    const Vec3 p = piece.pose.position, s = piece.scale;
+    const Quat q = piece.pose.rotation;
+    body["shapes"].push_back({piece.mesh, p.x, p.y, p.z, q.x, q.y, q.z, q.w, s.x, s.y, s.z});
   }
   return body;
 }

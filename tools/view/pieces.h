@@ -46,13 +46,16 @@ class Meshes {
   Json list_ = Json::array();
 };
 
-// A body in the JSON of a page, and how far it reaches from its origin, m.
-struct PageBody {
-  Json json;
+// The pieces of a body, and how far it reaches from its origin, m, but for half-spaces.
+struct BodyPieces {
+  std::vector<Piece> pieces;
   float reach = 0.0f;
 };
 
-PageBody body_of(const exports::Actor& actor, Meshes& meshes);
+BodyPieces pieces_of(const std::vector<exports::ActorShape>& shapes, Meshes& meshes);
+
+// A body in the JSON of a page, with its pieces.
+Json json_of(const exports::Actor& actor, const std::vector<Piece>& pieces);
 
 Json json_of(Vec3 v);
 

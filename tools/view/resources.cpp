@@ -29,6 +29,7 @@ SCREE_INCLUDE_FILE(file_colors, SCREE_VIEW_PAGE "/colors.js")
 SCREE_INCLUDE_FILE(file_compare, SCREE_VIEW_PAGE "/compare.js")
 SCREE_INCLUDE_FILE(file_controls, SCREE_VIEW_PAGE "/controls.js")
 SCREE_INCLUDE_FILE(file_detail, SCREE_VIEW_PAGE "/detail.js")
+SCREE_INCLUDE_FILE(file_field, SCREE_VIEW_PAGE "/field.js")
 SCREE_INCLUDE_FILE(file_layer, SCREE_VIEW_PAGE "/layer.js")
 SCREE_INCLUDE_FILE(file_live, SCREE_VIEW_PAGE "/live.js")
 SCREE_INCLUDE_FILE(file_main, SCREE_VIEW_PAGE "/main.js")
@@ -48,12 +49,13 @@ std::string_view page_text() { return file_page(); }
 std::string_view style_text() { return file_style(); }
 
 std::span<const Resource> modules() {
-  static const std::array<Resource, 17> all = {{{"three", file_three()},
+  static const std::array<Resource, 18> all = {{{"three", file_three()},
                                                 {"scree/clip", file_clip()},
                                                 {"scree/colors", file_colors()},
                                                 {"scree/compare", file_compare()},
                                                 {"scree/controls", file_controls()},
                                                 {"scree/detail", file_detail()},
+                                                {"scree/field", file_field()},
                                                 {"scree/layer", file_layer()},
                                                 {"scree/live", file_live()},
                                                 {"scree/main", file_main()},

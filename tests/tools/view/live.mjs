@@ -295,6 +295,34 @@ async function findsWhatDiffFinds(browser) {
   await server.end();
 }
 
+// More fixed bodies than are drawn at once are drawn by cells, those far away as boxes: the ground looks nearly the same.
+async function drawsManyFixedBodies(browser) {
+  const server = await serve("large_world", "--set", "bodies=30000", "--port", "0");
+  const page = await open(browser, server);
+  const share = async () => {
+    const counts = await colors(page);
+    const sky = counts["11,12,12"] ?? 0;
+    return 1 - sky / (320 * 180);
+  };
+  const drawn = () => page.evaluate(() => window.screePage.scene.standing.meshes.filter(({ visible }) => visible)
+    .reduce((sum, { count }) => sum + count, 0));
+  assert.equal(await drawn(), 30000);
+  assert.ok((await page.evaluate(() => window.screePage.scene.standing.layers.length)) > 5, "cells");
+  const all = await share();
+  assert.ok(all > 0.1, `the ground is seen: ${all}`);
+  await page.uncheck("#fine");
+  await page.evaluate(() => window.screePage.drawCoarsely(2));
+  await settle(page);
+  const near = await drawn();
+  assert.ok(near > 0 && near <= 5000, `drawn one by one: ${near}`);
+  const some = await share();
+  // Boxes around the others cover the same ground, and the gaps of a fifth between the bodies.
+  assert.ok(some > 0.98 * all && some < 1.4 * all, `${some} of ${all}`);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+  await server.end();
+}
+
 async function runsOnWhenNobodyLooks(browser) {
   const server = await serve("stack", "--set", "bodies=3", "--port", "0");
   const page = await open(browser, server);
@@ -396,8 +424,8 @@ async function keepsTextLegible(browser) {
 const browser = await launch();
 try {
   await check(browser, [playsASceneAndScrubsBack, showsARecordingBitByBit, tellsOfTheBodyUnderTheCursor, tellsOfJoints, touchesTheWorld,
-    branchesAndSavesBranches, drawsChaos, findsWhatDiffFinds, runsOnWhenNobodyLooks, saysWhatIsWrong, answersNobodyElse,
-    keepsTextLegible]);
+    branchesAndSavesBranches, drawsChaos, findsWhatDiffFinds, drawsManyFixedBodies, runsOnWhenNobodyLooks, saysWhatIsWrong,
+    answersNobodyElse, keepsTextLegible]);
 } finally {
   await browser.close();
   for (const server of servers) server.kill();

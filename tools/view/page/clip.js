@@ -52,6 +52,7 @@ export class Clip {
     }));
     this.bodies = head.bodies.map((body) => ({
       ...body,
+      pieceCount: body.shapes.length,
       poses: body.track ? readTrack(numbers, body.track, body.count) : Float32Array.from(body.pose),
     }));
     this.isStanding = (body) => body.type === "fixed" && !body.track;

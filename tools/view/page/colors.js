@@ -13,12 +13,13 @@ export const kDiffers = [232, 48, 48];
 
 export const paletteColor = (number) => kPalette[(((5 * number) % kPalette.length) + kPalette.length) % kPalette.length];
 
+const kScale = Array.from({ length: 1025 }, (_, i) => {
+  const low = Math.min(3, i >> 8);
+  return [0, 1, 2].map((part) => kViridis[low][part] + (i / 256 - low) * (kViridis[low + 1][part] - kViridis[low][part]));
+});
+
 // From 0 to 1.
-export function shareColor(share) {
-  const place = 4 * Math.min(1, Math.max(0, share));
-  const low = Math.min(3, Math.floor(place));
-  return [0, 1, 2].map((i) => kViridis[low][i] + (place - low) * (kViridis[low + 1][i] - kViridis[low][i]));
-}
+export const shareColor = (share) => kScale[Math.round(1024 * Math.min(1, Math.max(0, share || 0)))];
 
 // m/s: half of the way at 2.3, all of it at 20.
 export const speedColor = (speed) => shareColor((speed / (speed + 3)) * (23 / 20));

@@ -6,7 +6,7 @@ export const kFine = 0;
 export const kCoarse = 1;
 export const kBoxes = 2;
 
-const kCells = 5;          // along each axis of a coarse mesh
+const kCells = 4;          // along each axis of a coarse mesh
 const kFewTriangles = 80;  // these stay as they are
 
 function made(positions, normals, indices) {

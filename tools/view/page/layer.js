@@ -4,6 +4,7 @@ import { geometryOf, kFine } from "scree/detail";
 import * as THREE from "three";
 
 export const kPoseLength = 7;  // numbers: position x, y, z, rotation x, y, z, w
+const kPieceLength = 12;       // numbers: three columns of three, position x, y, z
 
 // Columns of the matrix of a rotation, times a number each.
 export function writeRotation(qx, qy, qz, qw, sx, sy, sz, m) {
@@ -18,19 +19,63 @@ export function writeRotation(qx, qy, qz, qw, sx, sy, sz, m) {
   m[8] = sz * (1 - 2 * (qx * qx + qy * qy));
 }
 
-// What a color of 0 to 255 is in linear light.
-const kLight = Float32Array.from({ length: 256 }, (_, i) => new THREE.Color().setRGB(i / 255, 0, 0, THREE.SRGBColorSpace).r);
-
-// A body's pieces: of each the mesh, its place in the body's frame, and the columns of its rotation and scale.
-function piecesOf(body) {
-  if (!body.pieces) {
-    body.pieces = body.shapes.map(([mesh, px, py, pz, qx, qy, qz, qw, sx, sy, sz]) => {
-      const columns = new Float32Array(9);
-      writeRotation(qx, qy, qz, qw, sx, sy, sz, columns);
-      return { mesh, offset: [px, py, pz], columns };
-    });
+// Writes the matrix of a piece to a place of an array: four columns of four. `r`: the columns of its body's rotation.
+function writeMatrix(r, px, py, pz, numbers, at, m, to) {
+  const r0 = r[0], r1 = r[1], r2 = r[2], r3 = r[3], r4 = r[4], r5 = r[5], r6 = r[6], r7 = r[7], r8 = r[8];
+  for (let column = 0; column < 4; ++column, at += 3, to += 4) {
+    const x = numbers[at], y = numbers[at + 1], z = numbers[at + 2];
+    m[to] = r0 * x + r3 * y + r6 * z;
+    m[to + 1] = r1 * x + r4 * y + r7 * z;
+    m[to + 2] = r2 * x + r5 * y + r8 * z;
+    m[to + 3] = 0;
   }
-  return body.pieces;
+  m[to - 4] += px;
+  m[to - 3] += py;
+  m[to - 2] += pz;
+  m[to - 1] = 1;
+}
+
+// What a color of 0 to 255 is in linear light.
+export const kLight = Float32Array.from({ length: 256 }, (_, i) => new THREE.Color().setRGB(i / 255, 0, 0, THREE.SRGBColorSpace).r);
+
+// The pieces of all bodies, one behind the other as bodies come: of each its mesh, and its place in the body's frame
+// with the columns of its rotation and scale.
+class Pieces {
+  constructor(bodies) {
+    this.bodies = bodies;
+    this.count = 0;
+    this.known = 0;  // bodies
+    this.first = new Uint32Array(1);  // by body; the next one's is behind its last
+    this.meshes = new Uint32Array(0);
+    this.numbers = new Float32Array(0);
+  }
+
+  // Takes the bodies that have come since the last time.
+  update() {
+    if (this.known >= this.bodies.length) return;
+    let count = this.count;
+    for (let i = this.known; i < this.bodies.length; ++i) count += this.bodies[i].pieceCount;
+    this.first = grown(this.first, this.bodies.length + 1);
+    this.meshes = grown(this.meshes, count);
+    this.numbers = grown(this.numbers, kPieceLength * count);
+    for (; this.known < this.bodies.length; ++this.known) {
+      for (const [mesh, px, py, pz, qx, qy, qz, qw, sx, sy, sz] of this.bodies[this.known].shapes) {
+        this.meshes[this.count] = mesh;
+        const to = kPieceLength * this.count++;
+        writeRotation(qx, qy, qz, qw, sx, sy, sz, this.numbers.subarray(to, to + 9));
+        this.numbers.set([px, py, pz], to + 9);
+      }
+      this.first[this.known + 1] = this.count;
+    }
+  }
+}
+
+// An array with room for as many numbers, and for more to come.
+function grown(array, length) {
+  if (array.length >= length) return array;
+  const larger = new array.constructor(Math.max(length, 2 * array.length));
+  larger.set(array);
+  return larger;
 }
 
 export class Layer {
@@ -40,9 +85,11 @@ export class Layer {
     this.model = model;
     this.material = material;
     this.castsShadows = castsShadows;
+    this.pieces = (model.pieces ??= new Pieces(model.bodies));
     this.instances = [];  // by mesh number
     this.rotation = new Float32Array(9);
     this.detail = kFine;
+    this.isCulled = false;  // whether meshes out of sight are left out: those that stay as they are
   }
 
   setDetail(detail) {
@@ -51,6 +98,7 @@ export class Layer {
   }
 
   begin() {
+    this.pieces.update();
     for (const mesh of this.instances) if (mesh) mesh.count = 0;
   }
 
@@ -60,15 +108,15 @@ export class Layer {
     const capacity = old ? 2 * old.userData.capacity : 16;
     const mesh = new THREE.InstancedMesh(geometryOf(this.model.meshes[number], this.detail), this.material, capacity);
     mesh.instanceColor = new THREE.InstancedBufferAttribute(new Float32Array(3 * capacity), 3);
-    mesh.userData = { capacity, bodies: new Int32Array(capacity), isSurface: this.model.meshes[number].isSurface };
-    mesh.frustumCulled = false;
+    for (const list of [mesh.instanceMatrix, mesh.instanceColor]) list.setUsage(THREE.DynamicDrawUsage);
+    mesh.userData = { capacity, matrices: mesh.instanceMatrix.array, colors: mesh.instanceColor.array,
+      bodies: new Int32Array(capacity), isSurface: this.model.meshes[number].isSurface };
+    mesh.frustumCulled = this.isCulled;
     mesh.castShadow = mesh.receiveShadow = this.castsShadows;
     mesh.count = 0;
     if (old) {
       mesh.count = old.count;
-      mesh.instanceMatrix.array.set(old.instanceMatrix.array);
-      mesh.instanceColor.array.set(old.instanceColor.array);
-      mesh.userData.bodies.set(old.userData.bodies);
+      for (const list of ["matrices", "colors", "bodies"]) mesh.userData[list].set(old.userData[list]);
       this.parent.remove(old);
       old.dispose();
     }
@@ -78,40 +126,35 @@ export class Layer {
   }
 
   // Adds a body whose pose begins at a place of an array.
-  add(number, poses, at, [red, green, blue]) {
-    const r = this.rotation;
+  add(number, poses, at, color) {
+    const { rotation } = this;
+    const { first, meshes, numbers } = this.pieces;
     const px = poses[at], py = poses[at + 1], pz = poses[at + 2];
-    writeRotation(poses[at + 3], poses[at + 4], poses[at + 5], poses[at + 6], 1, 1, 1, r);
-    const [r1, g1, b1] = [kLight[red | 0], kLight[green | 0], kLight[blue | 0]];
-    for (const { mesh: meshNumber, offset: o, columns: s } of piecesOf(this.model.bodies[number])) {
-      let mesh = this.instances[meshNumber];
-      if (!mesh || mesh.count === mesh.userData.capacity) mesh = this.grow(meshNumber);
+    writeRotation(poses[at + 3], poses[at + 4], poses[at + 5], poses[at + 6], 1, 1, 1, rotation);
+    const end = first[number + 1];
+    for (let piece = first[number]; piece < end; ++piece) {
+      let mesh = this.instances[meshes[piece]];
+      if (!mesh || mesh.count === mesh.userData.capacity) mesh = this.grow(meshes[piece]);
       const place = mesh.count++;
-      const m = mesh.instanceMatrix.array;
-      const to = 16 * place;
-      for (let column = 0; column < 3; ++column) {
-        const x = s[3 * column], y = s[3 * column + 1], z = s[3 * column + 2];
-        for (let row = 0; row < 3; ++row) m[to + 4 * column + row] = r[row] * x + r[3 + row] * y + r[6 + row] * z;
-        m[to + 4 * column + 3] = 0;
-      }
-      m[to + 12] = px + r[0] * o[0] + r[3] * o[1] + r[6] * o[2];
-      m[to + 13] = py + r[1] * o[0] + r[4] * o[1] + r[7] * o[2];
-      m[to + 14] = pz + r[2] * o[0] + r[5] * o[1] + r[8] * o[2];
-      m[to + 15] = 1;
-      const c = mesh.instanceColor.array;
-      c[3 * place] = r1;
-      c[3 * place + 1] = g1;
-      c[3 * place + 2] = b1;
-      mesh.userData.bodies[place] = number;
+      const { matrices, colors, bodies } = mesh.userData;
+      writeMatrix(rotation, px, py, pz, numbers, kPieceLength * piece, matrices, 16 * place);
+      colors[3 * place] = kLight[color[0] | 0];
+      colors[3 * place + 1] = kLight[color[1] | 0];
+      colors[3 * place + 2] = kLight[color[2] | 0];
+      bodies[place] = number;
     }
   }
 
   end() {
     for (const mesh of this.instances) {
       if (!mesh) continue;
-      mesh.instanceMatrix.needsUpdate = true;
-      mesh.instanceColor.needsUpdate = true;
-      mesh.boundingSphere = null;  // picking asks for it
+      for (const list of [mesh.instanceMatrix, mesh.instanceColor]) {  // without the room that is left
+        list.clearUpdateRanges();
+        list.addUpdateRange(0, list.itemSize * mesh.count);
+        list.needsUpdate = mesh.count > 0;
+      }
+      mesh.boundingSphere = null;  // who picks or culls makes it anew
+      mesh.frustumCulled = this.isCulled;
       mesh.visible = mesh.count > 0;
     }
   }

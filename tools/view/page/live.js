@@ -10,6 +10,7 @@ const kAhead = 30;    // steps
 const kMostWaiting = 128 * 2 ** 20;  // bytes, asked for at once
 const kAround = 12;   // steps, while it stands still
 const kFigures = ["time", "bodies", "awake", "contacts", "energy", "residual", "milliseconds", "played"];
+const kTypes = ["fixed", "kinematic", "dynamic"];
 const kShades = { island: 1, color: 2, residual: 3, force: 4 };
 
 class Frame {
@@ -45,27 +46,127 @@ class Frame {
   poses() {
     const n = this.numbers.length;
     const poses = new Float32Array(kPoseLength * n);
-    for (let i = 0; i < n; ++i) {
-      for (let k = 0; k < 3; ++k) poses[7 * i + k] = this.positions[3 * i + k];
-      for (let k = 0; k < 4; ++k) poses[7 * i + 3 + k] = this.rotations[4 * i + k] / 32767;
+    const { positions: p, rotations: q } = this;
+    const unit = 1 / 32767;
+    for (let i = 0, at = 0; i < n; ++i, at += kPoseLength) {
+      poses[at] = p[3 * i];
+      poses[at + 1] = p[3 * i + 1];
+      poses[at + 2] = p[3 * i + 2];
+      poses[at + 3] = unit * q[4 * i];
+      poses[at + 4] = unit * q[4 * i + 1];
+      poses[at + 5] = unit * q[4 * i + 2];
+      poses[at + 6] = unit * q[4 * i + 3];
     }
     return poses;
   }
 }
 
+// Bodies as a message brings them.
+class Columns {
+  constructor(numbers, { bodies, pieces, columns }) {
+    let at = columns;
+    const take = (Type, count) => {
+      const array = new Type(numbers, at, count);
+      at += array.byteLength;
+      return array;
+    };
+    this.indices = take(Uint32Array, bodies);
+    this.shapeCounts = take(Uint32Array, bodies);
+    this.ends = take(Uint32Array, bodies);
+    this.masses = take(Float32Array, bodies);
+    this.poses = take(Float32Array, kPoseLength * bodies);
+    this.centers = take(Float32Array, 3 * bodies);
+    this.meshes = take(Uint32Array, pieces);
+    this.piecePoses = take(Float32Array, kPoseLength * pieces);
+    this.scales = take(Float32Array, 3 * pieces);
+    this.types = take(Uint8Array, bodies);
+    for (let row = 1; row < bodies; ++row) this.ends[row] += this.ends[row - 1];  // from counts
+  }
+}
+
+// One of them. There may be a million: they take two words each.
+class Body {
+  constructor(columns, row) {
+    this.columns = columns;
+    this.row = row;
+  }
+
+  get index() {
+    return this.columns.indices[this.row];
+  }
+
+  get type() {
+    return kTypes[this.columns.types[this.row]];
+  }
+
+  get shape_count() {
+    return this.columns.shapeCounts[this.row];
+  }
+
+  get mass() {
+    return this.columns.masses[this.row];
+  }
+
+  get pose() {
+    return this.columns.poses.subarray(kPoseLength * this.row, kPoseLength * (this.row + 1));
+  }
+
+  get center() {
+    return this.columns.centers.subarray(3 * this.row, 3 * (this.row + 1));
+  }
+
+  get pieceCount() {
+    return this.columns.ends[this.row] - this.firstPiece;
+  }
+
+  get firstPiece() {
+    return this.row > 0 ? this.columns.ends[this.row - 1] : 0;
+  }
+
+  // As a page has them: the mesh, then the place in the body's frame and the scale.
+  get shapes() {
+    const { meshes, piecePoses, scales } = this.columns;
+    return Array.from({ length: this.pieceCount }, (_, i) => {
+      const piece = this.firstPiece + i;
+      return [meshes[piece], ...piecePoses.subarray(kPoseLength * piece, kPoseLength * (piece + 1)),
+        ...scales.subarray(3 * piece, 3 * (piece + 1))];
+    });
+  }
+}
+
 // Between two poses that begin at places of an array, into the first.
 function blend(poses, at, others, from, share) {
-  let sign = 0;
-  for (let k = 3; k < 7; ++k) sign += poses[at + k] * others[from + k];
-  sign = sign < 0 ? -1 : 1;
-  let length = 0;
-  for (let k = 0; k < 7; ++k) {
-    const other = k < 3 ? others[from + k] : sign * others[from + k];
-    poses[at + k] += share * (other - poses[at + k]);
-    if (k >= 3) length += poses[at + k] ** 2;
+  for (let k = 0; k < 3; ++k) poses[at + k] += share * (others[from + k] - poses[at + k]);
+  const x = poses[at + 3], y = poses[at + 4], z = poses[at + 5], w = poses[at + 6];
+  const dot = x * others[from + 3] + y * others[from + 4] + z * others[from + 5] + w * others[from + 6];
+  const other = dot < 0 ? -share : share;
+  const own = 1 - share;
+  const qx = own * x + other * others[from + 3], qy = own * y + other * others[from + 4];
+  const qz = own * z + other * others[from + 5], qw = own * w + other * others[from + 6];
+  const scale = 1 / (Math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw) || 1);
+  poses[at + 3] = scale * qx;
+  poses[at + 4] = scale * qy;
+  poses[at + 5] = scale * qz;
+  poses[at + 6] = scale * qw;
+}
+
+function areSame(a, b) {
+  if (a.length !== b.length) return false;
+  for (let i = 0; i < a.length; ++i) if (a[i] !== b[i]) return false;
+  return true;
+}
+
+// The poses of the first frame, moved towards those of the second.
+function posesBetween(frame, next, share) {
+  const poses = frame.poses();
+  const others = next.poses();
+  const { numbers } = frame;
+  const places = areSame(numbers, next.numbers) ? undefined : new Map([...next.numbers].map((number, i) => [number, i]));
+  for (let i = 0; i < numbers.length; ++i) {
+    const place = places ? places.get(numbers[i]) : i;
+    if (place !== undefined) blend(poses, kPoseLength * i, others, kPoseLength * place, share);
   }
-  length = Math.sqrt(length) || 1;
-  for (let k = 3; k < 7; ++k) poses[at + k] /= length;
+  return poses;
 }
 
 export class Live {
@@ -169,7 +270,8 @@ export class Live {
         isSurface: mesh.surface,
       });
     }
-    for (const body of head.bodies) this.bodies.push(body);
+    const columns = new Columns(numbers, head);
+    for (let row = 0; row < head.bodies; ++row) this.bodies.push(new Body(columns, row));
   }
 
   takeFrame(frame) {
@@ -381,19 +483,10 @@ export class Live {
     if (step > this.tracks[track].last) return undefined;
     const frame = this.frameOf(track, step);
     if (!frame) return undefined;
-    const poses = frame.poses();
     const start = this.timeOf(sample);
     const next = time > start && sample + 1 < this.samples ? this.frameOf(track, step + 1) : undefined;
-    if (next) {
-      const share = Math.min(1, (time - start) / (this.timeOf(sample + 1) - start || 1));
-      const others = next.poses();
-      const places = next.numbers.every((number, i) => number === frame.numbers[i]) ? undefined
-        : new Map([...next.numbers].map((number, i) => [number, i]));
-      frame.numbers.forEach((number, i) => {
-        const place = places ? places.get(number) : i;
-        if (place !== undefined && place < next.numbers.length) blend(poses, kPoseLength * i, others, kPoseLength * place, share);
-      });
-    }
+    const poses = next ? posesBetween(frame, next, Math.min(1, (time - start) / (this.timeOf(sample + 1) - start || 1)))
+      : frame.poses();
     return { numbers: frame.numbers, poses, speeds: frame.speeds, values: frame.values, awake: frame.awake,
       standing: this.rosters.get(frame.roster) ?? [], standingKey: String(frame.roster), frame };
   }

@@ -33,7 +33,7 @@ class Page {
     this.live = model.isLive ? new LiveControls(this, model) : undefined;
     this.listen();
     this.resize();
-    this.spareAtFirst(states[0].numbers.length);
+    this.spareAtFirst(states[0].numbers.length + states[0].standing.length);
     requestAnimationFrame((now) => this.frame(now));
   }
 
@@ -235,7 +235,7 @@ class Page {
   //
   // Pictures are made behind the page's back, some at once: the mean of several tells how long one takes.
   spare(milliseconds) {
-    const kSlow = 150;
+    const kSlow = this.scene.hasCard ? 50 : 150;
     const kVerySlow = 1000;  // as 50,000 bodies without a card
     if (element("fine").checked) return;
     this.pictures += 1;
@@ -264,17 +264,20 @@ class Page {
 
   drawFinely() {
     this.scene.setDetail(kFine);
+    this.scene.drawsAll = true;
     this.scene.setFewPixels(false);
     element("shadows").checked = true;
     this.scene.setShadows(true);
     element("detail").hidden = true;
     this.hasSpared = false;
+    this.drawn = undefined;
   }
 
   // Without a card what will be slow is known before.
   spareAtFirst(bodies) {
-    if (!this.scene.hasCard && bodies > 1500) this.dropShadows();
-    if (!this.scene.hasCard && bodies > 6000) this.drawCoarsely(kBoxes);
+    if (this.scene.hasCard) return;
+    if (bodies > 1500) this.dropShadows();
+    if (bodies > 6000) this.drawCoarsely(kBoxes);
   }
 
   // All that is written on the page.

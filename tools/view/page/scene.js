@@ -3,18 +3,22 @@
 // A model has `bodies` and `meshes`, which may become more, `up` and `size`; and gives states, see clip.js.
 import { kBlue, kChosen, kFixed, kOrange, paletteColor, speedColor } from "scree/colors";
 import { kCoarse, kFine } from "scree/detail";
+import { Field } from "scree/field";
 import { Layer, kPoseLength } from "scree/layer";
 import { Walls } from "scree/walls";
 import * as THREE from "three";
 
 const kPale = [250, 250, 255];
 const kMany = 10000;  // bodies: drawn coarsely
+const kMostStanding = 2e6;
+const kMostStandingWithoutCard = 5000;
 
 export class Scene {
   // Throws where there is no WebGL. `states`: what the first view is about, at most four, the first one first.
   constructor(canvas, model, states) {
     this.model = model;
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.hasCard = this.findCard();
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
     this.scene = new THREE.Scene();
@@ -29,14 +33,14 @@ export class Scene {
     this.keepsWalls = false;
     const solid = new THREE.MeshLambertMaterial();
     const pale = new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.35, depthWrite: false });
-    this.standing = new Layer(this.root, model, solid, true);
+    this.standing = new Field(this.root, model, solid);
     this.moving = new Layer(this.root, model, solid, true);
     this.beside = new THREE.Group();  // of the second track
     this.root.add(this.beside);
     this.isSideBySide = false;
     this.pale = new Layer(this.beside, model, pale, false);
     this.second = new Layer(this.beside, model, solid, true);
-    this.secondStanding = new Layer(this.beside, model, solid, true);
+    this.secondStanding = new Field(this.beside, model, solid);
     this.layers = [this.standing, this.moving, this.pale, this.second, this.secondStanding];
     this.standingKey = undefined;
     this.detail = kFine;
@@ -51,12 +55,12 @@ export class Scene {
     const centers = [];
     for (let i = 0; i < state.numbers.length; ++i) {
       const body = this.model.bodies[state.numbers[i]];
-      if (!isWanted(body) || body.shapes.length === 0) continue;
+      if (!isWanted(body) || body.pieceCount === 0) continue;
       centers.push(new THREE.Vector3().fromArray(state.poses, kPoseLength * i));
     }
     for (const number of state.standing) {
       const body = this.model.bodies[number];
-      if (isWanted(body) && body.shapes.length > 0) centers.push(new THREE.Vector3(...body.pose.slice(0, 3)));
+      if (isWanted(body) && body.pieceCount > 0) centers.push(new THREE.Vector3(...body.pose.slice(0, 3)));
     }
     return centers;
   }
@@ -134,8 +138,8 @@ export class Scene {
     this.resize(window.innerWidth, window.innerHeight);
   }
 
-  // False where the processor draws.
-  get hasCard() {
+  // Whether the processor does not draw itself.
+  findCard() {
     const context = this.renderer.getContext();
     const about = context.getExtension("WEBGL_debug_renderer_info");
     const name = about ? String(context.getParameter(about.UNMASKED_RENDERER_WEBGL)) : "";
@@ -175,6 +179,14 @@ export class Scene {
     this.moving.end();
     this.showSecond(state, second);
     this.hideWalls(state);
+    this.spareStanding();
+  }
+
+  spareStanding() {
+    const most = this.drawsAll ? Infinity : this.hasCard ? kMostStanding : kMostStandingWithoutCard;
+    const eye = this.root.worldToLocal(this.camera.position.clone());
+    this.standing.spare(eye, most);
+    this.secondStanding.spare(eye.sub(this.beside.position), most);
   }
 
   // Side by side it looks like the first one; over that it is pale where it is elsewhere.
@@ -220,12 +232,10 @@ export class Scene {
     return this.beside.position.clone().sub(before).multiplyScalar(0.5).applyQuaternion(this.root.quaternion);
   }
 
-  // Fills a layer with bodies that stand still, which may be walls.
-  fill(layer, numbers) {
-    layer.begin();
-    for (const number of numbers) layer.add(number, this.model.bodies[number].pose, 0, kFixed);
-    layer.end();
-    return new Walls(layer, () => true);
+  // Fills a field with bodies that stand still, which may be walls.
+  fill(field, numbers) {
+    field.fill(numbers);
+    return new Walls(field, () => true);
   }
 
   hideWalls(state) {
@@ -251,14 +261,16 @@ export class Scene {
     return this.isKinematicThere;
   }
 
-  // Where some of the dynamic bodies are.
+  // Where some of the dynamic bodies are: at equal strides they might all be of one column of a grid.
   someMoving({ numbers, poses }) {
     const kSome = 64;
+    const kGolden = 0.6180339887498949;
     const places = [];
-    const stride = Math.max(1, Math.floor(numbers.length / kSome));
-    for (let i = 0; i < numbers.length; i += stride) {
+    const count = Math.min(kSome, numbers.length);
+    for (let k = 0; k < count; ++k) {
+      const i = numbers.length <= kSome ? k : Math.floor(((k * kGolden) % 1) * numbers.length);
       const body = this.model.bodies[numbers[i]];
-      if (body.type === "dynamic" && body.shapes.length > 0) places.push(new THREE.Vector3().fromArray(poses, kPoseLength * i));
+      if (body.type === "dynamic" && body.pieceCount > 0) places.push(new THREE.Vector3().fromArray(poses, kPoseLength * i));
     }
     return places;
   }
@@ -266,6 +278,7 @@ export class Scene {
   // How fine bodies are drawn, see detail.js; boxes without shadows.
   setDetail(detail) {
     this.detail = detail;
+    this.drawsAll = false;
     for (const layer of this.layers) layer.setDetail(detail);
     this.standingKey = this.secondKey = undefined;  // they are filled anew, with all walls
   }
