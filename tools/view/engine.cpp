@@ -170,8 +170,6 @@ void Engine::join(PageId page) {
     SCREE_FOR_EACH_JOINT_TYPE(SCREE_NAME_JOINT)
 #undef SCREE_NAME_JOINT
     for (int i = 0; i < kSolverCount; ++i) solvers.push_back(solver_name(static_cast<Solver>(i)));
-    const Track& first = *tracks_[0];
-    const WorldSettings& settings = (first.is_live() ? first.end() : first.shown()).settings();
     answer(page, {{"kind", "hello"},
                   {"session", session_},
                   {"title", title()},
@@ -180,10 +178,6 @@ void Engine::join(PageId page) {
                   {"phases", phases},
                   {"solvers", solvers},
                   {"joints", joints},
-                  {"settings",
-                   {{"gravity", json_of(settings.gravity)},
-                    {"substeps", settings.substeps},
-                    {"solver", solver_name(settings.solver)}}},
                   {"compares", openings_ > 1},
                   {"tracks", tracks()}});
     for (const Bytes& news : cast_.all_news()) send_(page, news, false);
@@ -330,6 +324,7 @@ void Engine::take_touch(PageId id, const Json& message) {
   track.frames.forget(track.last());
   track.was_touched = true;
   if (makes_branch) answer(id, {{"kind", "branched"}, {"track", number}});
+  if (kind == "settings") answer_all(tracks());
   answer_all({{"kind", "changed"}, {"track", number}, {"step", track.last()}});
 }
 
@@ -485,6 +480,7 @@ Json Engine::tracks() const {
   Json list = Json::array();
   for (std::uint32_t i = 0; i < tracks_.size(); ++i) {
     const Track& track = *tracks_[i];
+    const WorldSettings& settings = (track.is_live() ? track.end() : track.shown()).settings();
     list.push_back({{"track", i},
                     {"name", track.name},
                     {"parent", track.parent == Track::kNoParent ? Json() : Json(track.parent)},
@@ -494,6 +490,10 @@ Json Engine::tracks() const {
                     {"dt", track.dt()},
                     {"live", track.is_live()},
                     {"keyframes", track.keyframes()},
+                    {"settings",
+                     {{"gravity", json_of(settings.gravity)},
+                      {"substeps", settings.substeps},
+                      {"solver", solver_name(settings.solver)}}},
                     {"error", track.error}});
   }
   return {{"kind", "tracks"}, {"tracks", list}};
@@ -511,8 +511,8 @@ Json Engine::past_of(std::uint32_t number, std::size_t row, std::size_t event) c
     if (each.step < track.first() + row || each.step >= track.first() + end) continue;
     events.push_back({each.step, kNames[static_cast<int>(each.kind)], each.index, each.count, each.value});
   }
-  return {{"kind", "past"},   {"track", number}, {"from", track.first() + row},
-          {"dt", track.dt()}, {"rows", rows},    {"events", events}};
+  return {{"kind", "past"}, {"track", number},  {"from", track.first() + row},   {"dt", track.dt()},
+          {"rows", rows},   {"events", events}, {"keyframes", track.keyframes()}};
 }
 
 void Engine::tell_past() {

@@ -1,4 +1,5 @@
 // See frame.h.
+#include <tools/extract/body_energy.h>
 #include <tools/view/frame.h>
 
 #define XXH_INLINE_ALL
@@ -180,6 +181,12 @@ std::uint32_t append_joints(const World& world, const std::vector<BodyId>& bodie
   return count;
 }
 
+void append_energies(const World& world, const std::vector<BodyId>& bodies, std::string& to) {
+  for (const BodyId body : bodies)
+    put(to,
+        static_cast<float>(extract::kinetic_energy(world, body) + extract::potential_energy(world, body)));
+}
+
 std::int16_t part_of(float share) {
   return static_cast<std::int16_t>(std::lround(32767.0 * std::clamp(double{share}, -1.0, 1.0)));
 }
@@ -325,6 +332,7 @@ std::string make_frame(const World& world, std::uint32_t track, std::uint64_t st
   std::string details;
   const std::uint32_t contact_count = options.details ? append_contacts(world, dt, contacts, details) : 0;
   const std::uint32_t joint_count = options.details ? append_joints(world, bodies, details) : 0;
+  if (options.details) append_energies(world, bodies, details);
   std::string frame;
   frame.reserve(48 + 33 * bodies.size() + details.size());
   put(frame, Kind::frame);

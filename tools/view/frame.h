@@ -16,7 +16,8 @@
 //              u32 roster, u32 n, u32 contacts, u32 joints, u32 shade, u32 has-details,
 //              n u32 numbers of bodies that move, 3n float positions, m, n float speeds, m/s, n float values,
 //              4n i16 rotations in parts of 1/32,767, n u8 awake, filled up to a multiple of four bytes;
-//              then the contacts, and the joints
+//              then the contacts, the joints, and where there are details n float energies of the bodies, J,
+//              kinetic and potential
 //
 // A contact is 12 words: 2 u32 bodies by index, 3 float place, 3 float normal, float force in N, float color,
 // float separation in m, u32 0. A joint is 12 words: its two anchors in m, the force in N

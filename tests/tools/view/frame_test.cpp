@@ -124,6 +124,25 @@ TEST(Frames, ListTheContactsWithTheirForces) {
   EXPECT_NEAR(up / weight, 1.0, 0.01);
 }
 
+// A ball at a height of 3 m that moves at 2 m/s and turns at 5 rad/s: m (v^2 / 2 + g h) + 2/5 m r^2 w^2 / 2.
+TEST(Frames, TellTheEnergiesOfBodiesWithDetails) {
+  World world;
+  const BodyId ball = world.create_body({.position = {1.0f, 3.0f, 0.0f},
+                                         .linear_velocity = {2.0f, 0.0f, 0.0f},
+                                         .angular_velocity = {0.0f, 0.0f, 5.0f}});
+  world.add_shape(ball, Sphere{0.5f});
+  const BodyId floor = world.create_body({.type = BodyType::kinematic});
+  world.add_shape(floor, Box{{1.0f, 0.1f, 1.0f}});
+  Cast cast;
+  Cast::Memory memory;
+  const ReadFrame frame(make_frame(world, 0, 0, 0.0f, {.details = true}, cast, memory));
+  const float mass = world.mass_properties(ball).mass, g = -world.settings().gravity.y;
+  ASSERT_EQ(frame.energies.size(), 2u);
+  EXPECT_NEAR(frame.energies[0] / (mass * (2.0f + 3.0f * g + 0.2f * 0.25f * 25.0f)), 1.0f, 1e-5f);
+  EXPECT_EQ(frame.energies[1], 0.0f);
+  EXPECT_TRUE(ReadFrame(make_frame(world, 0, 0, 0.0f, {}, cast, memory)).energies.empty());
+}
+
 TEST(Frames, DrawJointsBetweenTheirAnchors) {
   Filmed dolls("ragdolls", {{"ragdolls", 2}}, 20);
   const ReadFrame frame = dolls.frame({.details = true});

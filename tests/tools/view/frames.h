@@ -50,13 +50,14 @@ struct ReadFrame {
     offset = (offset + 3) / 4 * 4;
     contacts = take<float>(bytes, offset, 12 * contact_count);
     joints = take<float>(bytes, offset, 12 * joint_count);
+    if (read_at<std::uint32_t>(bytes, 36) != 0) energies = take<float>(bytes, offset, n);
     EXPECT_EQ(offset, bytes.size());
   }
 
   std::uint32_t track = 0, roster = 0, shade = 0;
   double step = 0.0;
   std::vector<std::uint32_t> numbers;
-  std::vector<float> positions, speeds, values, contacts, joints;
+  std::vector<float> positions, speeds, values, contacts, joints, energies;
   std::vector<std::int16_t> rotations;
   std::vector<std::uint8_t> awake;
 };

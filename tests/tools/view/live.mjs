@@ -127,7 +127,7 @@ async function tellsOfTheBodyUnderTheCursor(browser) {
     else assert.ok(after > before, kind);
   }
   let last = await picture(page);
-  for (const color of ["sleep", "speed", "island", "color", "residual", "force", "type"]) {
+  for (const color of ["sleep", "speed", "island", "color", "residual", "force", "island", "color", "type"]) {
     await page.selectOption("#colors", color);
     await page.waitForFunction(() => window.screePage.model.isFresh(window.screePage.scene.state.frame));
     const next = await picture(page);
@@ -239,11 +239,23 @@ async function branchesAndSavesBranches(browser) {
   execFileSync(command, ["replay", saved, "--verify", "--quiet"]);
   const info = execFileSync(command, ["info", saved, "--json", "-"], { stdio: ["ignore", "pipe", "ignore"] });
   assert.equal(JSON.parse(info).first_step, 50);
+  // A recording that begins later is compared from there on.
+  const both = await serve(join(folder, "fork.scree"), saved, "--port", "0");
+  const pair = await open(browser, both);
+  const { last } = (await tracks(page))[2];
+  await pair.waitForFunction((count) => window.screePage.live.comparison.steps.size === count, last - 50 + 1);
+  await pair.close();
+  await both.end();
+  await page.fill("#page-every", "2");
   const [html] = await Promise.all([page.waitForEvent("download"), page.click("#tracks li:nth-child(3) a:last-child")]);
   const animation = join(folder, "branch.html");
   await html.saveAs(animation);
   const played = await openAt(browser, `file://${animation}`, "ready", (url) => /^(file|data|blob):/.test(url));
   assert.match(await played.textContent("#clock"), /^step 50,/);
+  assert.deepEqual(await played.evaluate(() => window.screePage.model.steps.slice(0, 3)), [50, 52, 54]);
+  await page.fill("#page-to", "20");
+  await page.click("#tracks li:nth-child(3) a:last-child");
+  await page.waitForFunction(() => /cannot be saved: .*20/.test(document.getElementById("notice").textContent));
   assert.deepEqual([...page.errors, ...watcher.errors, ...played.errors], []);
   for (const each of [page, watcher, played]) await each.close();
   await server.end();
@@ -318,6 +330,87 @@ async function drawsManyFixedBodies(browser) {
   const some = await share();
   // Boxes around the others cover the same ground, and the gaps of a fifth between the bodies.
   assert.ok(some > 0.98 * all && some < 1.4 * all, `${some} of ${all}`);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+  await server.end();
+}
+
+async function goesOnAfterALostConnection(browser) {
+  const server = await serve(record("lost", "stack", 60, "--set", "bodies=8"), "--port", "0");
+  const page = await open(browser, server);
+  const known = () => page.evaluate(() => {
+    const { model } = window.screePage;
+    return [model.bodies.length, model.meshes.length, model.happened.length, model.series.times.length];
+  });
+  await page.waitForFunction(() => window.screePage.model.series.contacts.filter(Number.isFinite).length === 60);
+  await goTo(page, 40);
+  const before = await picture(page);
+  const all = await known();
+  assert.ok(all[2] > 0, "blocks that are let go hit each other");
+  await page.evaluate(() => window.screePage.model.socket.close());
+  await page.waitForFunction(() => !document.getElementById("notice").hidden);
+  await page.waitForFunction(() => document.getElementById("notice").hidden);
+  await goTo(page, 20);
+  await goTo(page, 40);
+  assert.ok((await picture(page)) === before, "the same step looks the same");
+  await page.waitForFunction(() => window.screePage.model.series.contacts.filter(Number.isFinite).length === 60);
+  assert.deepEqual(await known(), all);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+  await server.end();
+}
+
+// Keys play, go back and forth, choose, color and branch; and Tab comes to all that can be used, in sight.
+async function worksWithoutAMouse(browser) {
+  const server = await serve("stack", "--set", "bodies=5", "--port", "0");
+  const page = await open(browser, server);
+  const press = async (...keys) => {
+    for (const key of keys) await page.keyboard.press(key);
+    await settle(page);
+  };
+  await page.evaluate(() => document.activeElement.blur());
+  await press("Space");
+  await page.waitForFunction(() => window.screePage.stepNumber >= 20);
+  await press("Space");
+  await page.waitForFunction(() => !window.screePage.isPlaying && window.screePage.stepNumber === window.screePage.model.last);
+  await press("Home");
+  await shows(page, 0);
+  await press("ArrowRight", "ArrowRight", "ArrowLeft");
+  await shows(page, 1);
+  await press("n", "n", "p");
+  assert.equal(await page.evaluate(() => window.screePage.scene.chosen >= 0 && !document.getElementById("chosen").hidden), true);
+  await press("c", "]");
+  assert.deepEqual(await page.evaluate(() => [window.screePage.scene.colorBy, window.screePage.rate]), ["type", 2]);
+  await press("b");
+  await page.waitForFunction(() => window.screePage.model.track === 1);
+  for (const id of ["settings", "events-box"]) {
+    await page.focus(`#${id} summary`);
+    await press("Enter");
+  }
+  const usable = await page.evaluate(() => [...document.querySelectorAll("canvas[tabindex], button, select, input, a, summary")]
+    .filter((each) => each.checkVisibility()).filter(({ type, checked }) => type !== "radio" || checked)
+    .map((each, i) => { each.dataset.place = i; return each.id || each.textContent; }));
+  assert.ok(usable.includes("apply"), "what Enter opens");
+  const seen = new Set();
+  for (let i = 0; i < 2 * usable.length; ++i) {
+    await page.keyboard.press("Tab");
+    const [place, isInSight] = await page.evaluate(() => {
+      const each = document.activeElement;
+      const box = each.getBoundingClientRect();
+      return [each.dataset.place, getComputedStyle(each).outlineStyle !== "none" && box.top >= 0 && box.bottom <= innerHeight];
+    });
+    if (place === undefined) continue;
+    assert.ok(isInSight, `${usable[place]} has the focus and is seen`);
+    seen.add(Number(place));
+  }
+  assert.deepEqual(usable.filter((_, i) => !seen.has(i)), [], "what Tab does not come to");
+  // In a field, keys write.
+  await page.focus("#track-name");
+  await page.keyboard.press("Control+A");
+  await page.keyboard.type("bend c");
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => window.screePage.model.tracks[1].name === "bend c");
+  assert.equal((await tracks(page)).length, 2, "a letter in a name starts no branch");
   assert.deepEqual(page.errors, []);
   await page.close();
   await server.end();
@@ -424,8 +517,8 @@ async function keepsTextLegible(browser) {
 const browser = await launch();
 try {
   await check(browser, [playsASceneAndScrubsBack, showsARecordingBitByBit, tellsOfTheBodyUnderTheCursor, tellsOfJoints, touchesTheWorld,
-    branchesAndSavesBranches, drawsChaos, findsWhatDiffFinds, drawsManyFixedBodies, runsOnWhenNobodyLooks, saysWhatIsWrong,
-    answersNobodyElse, keepsTextLegible]);
+    branchesAndSavesBranches, drawsChaos, findsWhatDiffFinds, drawsManyFixedBodies, goesOnAfterALostConnection, worksWithoutAMouse,
+    runsOnWhenNobodyLooks, saysWhatIsWrong, answersNobodyElse, keepsTextLegible]);
 } finally {
   await browser.close();
   for (const server of servers) server.kill();

@@ -1,7 +1,6 @@
 // The animation that a page carries: a header in JSON and numbers, packed by gzip and written in base 64. See
 // ../clip.h for what is in it.
-
-const kLength = 7;  // numbers of a pose: position x, y, z, rotation x, y, z, w
+import { kPoseLength } from "scree/layer";
 
 async function unpack(text) {
   const letters = atob(text);
@@ -14,9 +13,9 @@ async function unpack(text) {
 // A body's poses, one behind the other. The numbers are differences, the lowest bytes of a component before the
 // others.
 function readTrack(bytes, track, count) {
-  const poses = new Float32Array(kLength * count);
+  const poses = new Float32Array(kPoseLength * count);
   let plane = track.offset;
-  for (let part = 0; part < kLength; ++part) {
+  for (let part = 0; part < kPoseLength; ++part) {
     const length = part < 3 ? track.bytes : 2;
     const end = 256 ** length;
     const scale = part < 3 ? (track.upper[part] - track.lower[part]) / (end - 1) : 1 / 32767;
@@ -25,7 +24,7 @@ function readTrack(bytes, track, count) {
       for (let k = 0, weight = 1; k < length; ++k, weight *= 256) code += weight * bytes[plane + k * count + i];
       code %= end;
       const turned = code < end / 2 ? code : code - end;
-      poses[kLength * i + part] = part < 3 ? track.lower[part] + scale * code : scale * turned;
+      poses[kPoseLength * i + part] = part < 3 ? track.lower[part] + scale * code : scale * turned;
     }
     plane += length * count;
   }
@@ -105,9 +104,9 @@ export class Clip {
       if (body.first > 0 || body.count < this.samples) standingKey += `${number} `;
       return standing.push(number);
     });
-    const poses = new Float32Array(kLength * numbers.length);
+    const poses = new Float32Array(kPoseLength * numbers.length);
     numbers.forEach((number, i) => {
-      this.poseAt(this.bodies[number], sample, share, poses.subarray(kLength * i, kLength * i + kLength));
+      this.poseAt(this.bodies[number], sample, share, poses.subarray(kPoseLength * i, kPoseLength * i + kPoseLength));
     });
     const speeds = numbers.map((number) => this.speedAt(this.bodies[number], sample));
     return { numbers, poses, speeds, awake: [], standing, standingKey };
@@ -148,15 +147,15 @@ export class Clip {
       pose.set(body.poses);
       return true;
     }
-    const a = kLength * at;
-    const b = at + 1 < body.count ? a + kLength : a;
+    const a = kPoseLength * at;
+    const b = at + 1 < body.count ? a + kPoseLength : a;
     let length = 0;
-    for (let i = 0; i < kLength; ++i) {
+    for (let i = 0; i < kPoseLength; ++i) {
       pose[i] = body.poses[a + i] + share * (body.poses[b + i] - body.poses[a + i]);
       if (i >= 3) length += pose[i] * pose[i];
     }
     length = Math.sqrt(length) || 1;
-    for (let i = 3; i < kLength; ++i) pose[i] /= length;
+    for (let i = 3; i < kPoseLength; ++i) pose[i] /= length;
     return true;
   }
 
@@ -164,7 +163,7 @@ export class Clip {
   speedAt(body, sample) {
     const at = Math.min(sample - body.first, body.count - 2);
     if (!body.track || at < 0 || sample - body.first >= body.count) return 0;
-    const a = kLength * at;
+    const a = kPoseLength * at;
     const p = body.poses;
     const way = Math.hypot(p[a + 7] - p[a], p[a + 8] - p[a + 1], p[a + 9] - p[a + 2]);
     return way / (this.times[body.first + at + 1] - this.times[body.first + at]);

@@ -11,7 +11,21 @@ export const kBlue = [86, 140, 196];
 export const kChosen = [255, 255, 120];
 export const kDiffers = [232, 48, 48];
 
-export const paletteColor = (number) => kPalette[(((5 * number) % kPalette.length) + kPalette.length) % kPalette.length];
+export const paletteColor = (number) => {
+  const place = (5 * Math.round(number)) % kPalette.length;
+  return kPalette[place < 0 ? place + kPalette.length : place];
+};
+
+// What the colors mean, where they are no names.
+export const kScales = {
+  island: "bodies that contacts and joints connect have one color",
+  color: "the highest color of a body's contacts, which is when in a pass the solver comes to them; gray: none",
+  residual: "speed at which surfaces still come together: 1 µm/s dark, 1 m/s yellow",
+  force: "force of all contacts: 1 N dark, 1 MN yellow",
+  speed: "0 dark, 2.3 m/s green, 20 m/s yellow",
+  sleep: "awake orange, asleep blue",
+  distance: "0.1 µm dark, 1 m yellow",
+};
 
 const kScale = Array.from({ length: 1025 }, (_, i) => {
   const low = Math.min(3, i >> 8);

@@ -1,25 +1,46 @@
 // Two tracks beside each other: how far their bodies are apart, step by step, as a line and as a map over all bodies.
 import { decadeColor } from "scree/colors";
 
-const kRows = 64;  // of the map: bodies by index
+const kMostRows = 64;  // of the map: bodies by index
+const kMostAsked = 16;
 export const kLeast = 1e-7;  // m: half of a unit in the last place at 1 m
 const kMost = 1;
 
 export class Comparison {
   constructor(model) {
     this.model = model;
+    this.version = 0;
     this.clear();
     model.alsoWanted = () => this.missing();
+    model.isAwaited = (step) => this.isOn && step > this.doneTo && step <= this.doneTo + kMostAsked && !this.steps.has(step);
   }
 
   clear() {
-    this.steps = new Map();  // by step: the largest distance, the body, and a row of the map
+    this.steps = new Map();  // by step: the largest distance, the body, and a column of the map
     this.pair = undefined;
-    this.doneTo = this.model.tracks.length > 0 ? this.model.first - 1 : -1;  // all steps up to it are compared
+    this.doneTo = this.firstOfBoth - 1;  // all steps up to it are compared
     this.parting = undefined;
+    this.forgetAsked();
+    this.version += 1;
+  }
+
+  // What was asked for may have been lost.
+  forgetAsked() {
     this.askedTo = undefined;
     this.isAsked = false;
-    this.version = 0;
+  }
+
+  // What was compared of a step does not hold any more.
+  drop(step) {
+    if (!this.steps.delete(step)) return;
+    this.doneTo = Math.min(this.doneTo, step - 1);
+    this.version += 1;
+  }
+
+  get firstOfBoth() {
+    const { model } = this;
+    if (!this.isOn) return 0;
+    return Math.max(model.first, model.tracks[model.root(model.second)].first);
   }
 
   get isOn() {
@@ -47,6 +68,11 @@ export class Comparison {
     this.askedTo = common;
     this.isAsked = true;
     this.model.ask({ ask: "parted", a: this.model.track, b: this.model.second });
+  }
+
+  takeParting(message) {
+    this.parting = message;
+    // Of tracks that go on, later.
     setTimeout(() => { this.isAsked = false; }, 1000);
   }
 
@@ -57,7 +83,8 @@ export class Comparison {
     const last = Math.min(model.last, model.tracks[model.second].last);
     const frames = [];
     while (this.doneTo < last && this.steps.has(this.doneTo + 1)) this.doneTo += 1;
-    for (let step = this.doneTo + 1; step <= last && frames.length < 16; ++step) {
+    const most = Math.min(kMostAsked, model.mostAtOnce);
+    for (let step = this.doneTo + 1; step <= last && frames.length < most; ++step) {
       if (this.steps.has(step)) continue;
       let isShared = true;
       for (const track of [model.track, model.second]) {
@@ -89,11 +116,11 @@ export class Comparison {
     const [a, b] = [this.model.frameOf(this.model.track, step), this.model.frameOf(this.model.second, step)];
     if (!a || !b) return;
     const distances = this.distances(a, b);
-    const rows = new Float32Array(kRows);
+    const rows = new Float32Array(Math.max(1, Math.min(kMostRows, distances.length)));
     let largest = 0;
     let body = -1;
     distances.forEach((distance, i) => {
-      const row = Math.floor((kRows * i) / distances.length);
+      const row = Math.floor((rows.length * i) / distances.length);
       rows[row] = Math.max(rows[row], distance);
       if (distance > largest) [largest, body] = [distance, a.numbers[i]];
     });
@@ -121,11 +148,9 @@ export class Comparison {
 
   // The color of the i-th body of a state.
   shade(state, i) {
-    const step = state.frame?.step;
-    if (this.shaded?.step !== step || this.shaded.pair !== this.pair) {
-      const b = this.isOn ? this.model.frameOf(this.model.second, step) : undefined;
-      this.shaded = { step, pair: this.pair, distances: b ? this.distances(state.frame, b) : undefined };
-    }
+    const a = state.frame;
+    const b = this.isOn && a ? this.model.frameOf(this.model.second, a.step) : undefined;
+    if (this.shaded?.a !== a || this.shaded.b !== b) this.shaded = { a, b, distances: b ? this.distances(a, b) : undefined };
     const { distances } = this.shaded;
     return decadeColor(distances ? distances[i] : 0, kLeast, kMost);
   }
@@ -137,14 +162,15 @@ export class Comparison {
     this.drawn = state;
     const { first, last } = this.model;
     const columns = Math.max(1, Math.min(1024, last - first + 1));
+    const rows = Math.max(1, ...[...this.steps.values()].slice(0, 1).map((each) => each.rows.length));
     canvas.width = columns;
-    canvas.height = kRows;
+    canvas.height = rows;
     const context = canvas.getContext("2d");
-    const image = context.createImageData(columns, kRows);
+    const image = context.createImageData(columns, rows);
     for (let column = 0; column < columns; ++column) {
       const known = this.steps.get(first + Math.floor((column * (last - first + 1)) / columns));
-      for (let row = 0; row < kRows; ++row) {
-        const color = known ? decadeColor(known.rows[row], kLeast, kMost) : [60, 66, 72];
+      for (let row = 0; row < rows; ++row) {
+        const color = known ? decadeColor(known.rows[Math.floor((row * known.rows.length) / rows)], kLeast, kMost) : [60, 66, 72];
         image.data.set([...color, 255], 4 * (columns * row + column));
       }
     }

@@ -1,22 +1,15 @@
 // What the page can do while a server plays: tracks and branches, touch, comparison, what is drawn over the bodies.
 import { decadeColor, kDiffers, paletteColor } from "scree/colors";
 import { Comparison, kLeast } from "scree/compare";
+import { kWords } from "scree/live";
 import { element, number } from "scree/text";
 import { Touch } from "scree/touch";
 import { TrackList } from "scree/tracks";
 
 const kTicks = { sleep: "#6f9fe0", wake: "#e8be54", hit: "#e9edf1", break: "#ff7b5c", restore: "#ff50c8" };
 const kPhaseColors = ["#f0a45a", "#7fb2e5", "#8fd08a", "#e8be54", "#c49bea", "#e77f7f", "#7fd6d0", "#d8d8d8", "#b58a5a", "#f29ac0", "#9fb36b"];
+const kUnknown = [150, 150, 150];
 const kMostBehind = 32;  // steps: the server takes a touch so far behind for one of the end while it runs
-const kScales = {
-  island: "bodies that contacts and joints connect have one color",
-  color: "the highest color of a body's contacts; gray: none",
-  residual: "speed at which surfaces still come together: 1 µm/s dark, 1 m/s yellow",
-  force: "force of all contacts: 1 N dark, 1 MN yellow",
-  speed: "0 dark, 2.3 m/s green, 20 m/s yellow",
-  sleep: "awake orange, asleep blue",
-  distance: "0.1 µm dark, 1 m yellow",
-};
 
 export class LiveControls {
   constructor(page, model) {
@@ -29,14 +22,13 @@ export class LiveControls {
     this.list = new TrackList(page, model);
     page.trackHere = () => model.owner(model.track, page.stepNumber);
     page.goToStep = (step) => page.goToSample(step - model.first);
-    Object.defineProperty(page, "touch", { value: this.touch });
+    page.touch = this.touch;
     page.say = (text) => this.say(text);
     page.scene.shade = (state, i, body) => this.shade(state, i, body);
     element("title").textContent = document.title = model.title;
     element("solver").replaceChildren(...model.solvers.map((name) => new Option(name.replaceAll("_", " "), name)));
-    element("gravity").value = model.settings.gravity.map((x) => Number(x.toPrecision(6))).join(", ");
-    element("substeps").value = model.settings.substeps;
-    element("solver").value = model.settings.solver;
+    this.edited = new Set();  // fields of settings that the user has changed and not sent
+    this.fillSettings();
     this.listen();
     this.list.show();
     this.keys = {
@@ -45,16 +37,24 @@ export class LiveControls {
       b: () => this.list.branch(),
       g: () => this.touch.shoot(0, 0),
       Delete: () => this.touch.deleteChosen(),
+      Backspace: () => this.touch.deleteChosen(),  // what keyboards of Macs have
     };
+  }
+
+  // With those of the track that is shown.
+  fillSettings() {
+    const { gravity, substeps, solver } = this.model.tracks[this.model.track].settings;
+    const values = { gravity: gravity.map((x) => Number(x.toPrecision(6))).join(", "), friction: "", substeps, solver };
+    for (const [name, value] of Object.entries(values)) if (!this.edited.has(name)) element(name).value = value;
   }
 
   listen() {
     element("tools").addEventListener("change", (event) => { this.touch.tool = event.target.value; });
     element("marks").addEventListener("change", () => this.updateWants());
-    element("run").addEventListener("click", () => {
-      const to = Math.floor(Number(element("run-to").value));
-      this.model.ask({ ask: "run", track: this.model.track, to: to > 0 ? to : 0 });
-    });
+    element("run").addEventListener("click", () => this.run());
+    for (const name of ["gravity", "friction", "substeps", "solver"]) {
+      element(name).addEventListener("input", () => this.edited.add(name));
+    }
     element("side-by-side").addEventListener("change", (event) => {
       const { orbit, scene } = this.page;
       orbit.lookAt(orbit.target.clone().add(scene.setSideBySide(event.target.checked)));
@@ -63,35 +63,73 @@ export class LiveControls {
     element("apply").addEventListener("click", () => this.apply());
     element("to-parting").addEventListener("click", () => {
       const { parting } = this.comparison;
-      if (parting?.step !== null) this.page.goToStep(parting.step);
+      if (parting?.step === undefined || parting.step === null) return;
+      this.page.goToStep(parting.step);
       const body = this.model.bodies.findIndex(({ index, type }) => index === parting.body && type !== "fixed");
       if (body >= 0) this.page.choose(body);
     });
     element("map").addEventListener("click", (event) => {
       const box = element("map").getBoundingClientRect();
-      this.page.goToSample(Math.floor(((event.clientX - box.left) / box.width) * this.model.series.times.length));
+      const { first, last } = this.model;
+      this.page.goToSample(Math.floor(((event.clientX - box.left) / box.width) * (last - first + 1)));
     });
   }
 
   hear(kind, message) {
-    if (kind === "tracks") this.list.show();
-    else if (kind === "branched") this.list.enter(message.track);
-    else if (kind === "changed") this.page.drawn = undefined;
+    if (kind === "tracks") {
+      this.list.show();
+      this.fillSettings();
+    } else if (kind === "branched") this.list.enter(message.track);
+    else if (kind === "changed") this.change(message);
     else if (kind === "parted") this.showParting(message);
-    else if (kind === "error") this.say(message.text);
-    else if (kind === "lost") this.say("The server does not answer: it has ended, or the connection is lost. Trying again.", true);
+    else if (kind === "error") this.refuse(message.text);
+    else if (kind === "lost") this.lose();
     else if (kind === "found") this.found();
-    else if (kind === "replaced") window.location.reload();
+  }
+
+  refuse(text) {
+    this.list.afterBranch = undefined;
+    this.say(text);
   }
 
   // Back after a lost connection, to the same worlds.
   found() {
+    this.isLost = false;
     element("notice").hidden = true;
+    this.comparison.forgetAsked();
     this.page.scene.standingKey = this.page.scene.secondKey = undefined;
     this.page.drawn = undefined;
   }
 
+  lose() {
+    this.isLost = false;
+    this.say("The server does not answer: it has ended, or the connection is lost. Trying again.", true);
+    this.isLost = true;
+  }
+
+  change({ step }) {
+    this.comparison.drop(step);
+    this.page.drawn = undefined;
+  }
+
+  // The server runs on to a step whether or not a page looks; to no step beyond the last one ends that.
+  run() {
+    const field = element("run-to");
+    const to = Number(field.value);
+    if (field.value === "" || !Number.isInteger(to) || to < 0) {
+      this.say("Write the number of the step to run to; 0 ends a run.");
+      return;
+    }
+    this.ask({ ask: "run", track: this.model.track, to });
+  }
+
+  // What the user wants of the server.
+  ask(message) {
+    if (!this.model.ask(message)) this.say("The server does not answer: nothing was changed.");
+  }
+
   say(text, stays = false) {
+    if (this.isLost) return;  // that stays until the server is back
     element("notice").textContent = text;
     element("notice").hidden = false;
     clearTimeout(this.silence);
@@ -124,17 +162,18 @@ export class LiveControls {
   settle() {
     this.page.goToStep(this.page.stepNumber);
     this.isSettling = this.goesOn && this.model.last - this.page.stepNumber <= kMostBehind;
+    this.settlesTo = this.page.stepNumber + kMostBehind;
   }
 
   keepToEnd() {
     if (!this.isSettling || this.page.isPlaying) return;
-    if (this.page.stepNumber === this.model.last) return;
-    this.page.goToStep(this.model.last);
+    const goal = Math.min(this.model.last, this.settlesTo);
+    if (this.page.stepNumber === goal) return;
+    this.page.goToStep(goal);
     this.isSettling = true;
   }
 
   setColors(by) {
-    element("scale").textContent = kScales[by] ?? "";
     this.model.setShade(by);
     this.model.asked = "";
   }
@@ -153,7 +192,11 @@ export class LiveControls {
   update() {
     this.keepToEnd();
     this.model.want(this.page.time, this.page.pace);
-    if (this.comparison.check()) this.page.drawn = undefined;
+    if (this.comparison.check()) {
+      this.page.drawn = undefined;
+      element("parting").textContent = "";
+      element("to-parting").hidden = true;
+    }
     element("comparison").hidden = !this.comparison.isOn;
     if (this.comparison.isOn) this.comparison.drawMap(element("map"));
     this.list.showEvents();
@@ -169,12 +212,15 @@ export class LiveControls {
   }
 
   shade(state, i, body) {
-    const value = state.values?.[i] ?? 0;
-    switch (this.page.scene.colorBy) {
+    // Frames that came before the color was chosen tell of something else.
+    const value = state.frame?.shade === this.model.shade ? state.values[i] : undefined;
+    const { colorBy } = this.page.scene;
+    if (value === undefined && colorBy !== "distance") return kUnknown;
+    switch (colorBy) {
       case "island":
         return paletteColor(value);
       case "color":
-        return value < 0 ? [150, 150, 150] : paletteColor(value);
+        return value < 0 ? kUnknown : paletteColor(value);
       case "residual":
         return decadeColor(value, 1e-6, 1);
       case "force":
@@ -191,7 +237,7 @@ export class LiveControls {
 
   showParting(message) {
     if (message.a !== this.model.track || message.b !== this.model.second) return;
-    this.comparison.parting = message;
+    this.comparison.takeParting(message);
     element("parting").textContent = message.step === null ? "The two have the same bits as far as both go."
       : `They part at step ${message.step}${message.text ? `: ${message.text}` : ""}.`;
     element("to-parting").hidden = message.step === null;
@@ -214,9 +260,9 @@ export class LiveControls {
       ["awake", at >= 0 ? (state.awake[at] ? "yes" : "no") : "–"]];
     const items = [];
     const { frame } = state;
-    if (frame?.hasDetails) {
+    if (frame?.hasDetails && at >= 0) {
       let force = 0;
-      for (let i = 0; i < frame.contacts.length; i += 12) {
+      for (let i = 0; i < frame.contacts.length; i += kWords) {
         const [a, b] = [frame.contactBodies[i], frame.contactBodies[i + 1]];
         if (a !== body.index && b !== body.index) continue;
         force += frame.contacts[i + 8];
@@ -238,19 +284,17 @@ export class LiveControls {
     const at = frame.numbers[history.at] === history.body ? history.at : frame.numbers.indexOf(history.body);
     if (at < 0) return;
     history.at = at;
-    const { mass } = model.bodies[history.body];
-    const height = model.up.reduce((sum, each, axis) => sum + each * frame.positions[3 * at + axis], 0);
     const sample = frame.step - model.first;
     history.speeds[sample] = frame.speeds[at];
-    history.energies[sample] = mass * (0.5 * frame.speeds[at] ** 2 + Math.hypot(...model.settings.gravity) * height);
+    if (frame.energies) history.energies[sample] = frame.energies[at];
     history.version += 1;
   }
 
   // The joints of a body, in words.
   jointItems({ joints, jointNumbers }, index) {
     const items = [];
-    for (let i = 0; i < joints.length; i += 12) {
-      const [a, b, joint, kind] = jointNumbers.subarray(i + 8, i + 12);
+    for (let i = 0; i < joints.length; i += kWords) {
+      const [a, b, joint, kind] = jointNumbers.subarray(i + 8, i + kWords);
       if (a !== index && b !== index) continue;
       const other = a === index ? b : a;
       const item = document.createElement("li");
@@ -302,7 +346,8 @@ export class LiveControls {
   drawTicks(duration) {
     const canvas = element("ticks");
     const events = this.list.events;
-    const state = `${this.model.track} ${events.length} ${duration} ${canvas.clientWidth}`;
+    const { keyframes } = this.model.tracks[this.model.track];
+    const state = `${this.model.track} ${events.length} ${keyframes.length} ${duration} ${canvas.clientWidth}`;
     if (this.ticked === state) return;
     this.ticked = state;
     canvas.width = canvas.clientWidth;
@@ -312,18 +357,29 @@ export class LiveControls {
       context.fillStyle = color;
       context.fillRect((canvas.width * this.model.timeOf(step - this.model.first)) / (duration || 1), from, 1, to - from);
     };
-    for (const step of this.model.tracks[this.model.track].keyframes) mark(step, "#8a949e", 0, 3);
+    for (const step of keyframes) mark(step, "#8a949e", 0, 3);
     for (const { step, kind } of events) mark(step, kTicks[kind], kind === "hit" ? 6 : 3, 10);
   }
 
   apply() {
-    const gravity = element("gravity").value.split(",").map(Number);
-    if (gravity.length !== 3 || !gravity.every(Number.isFinite)) {
-      this.say(`Gravity takes three numbers, such as 0, -9.81, 0; "${element("gravity").value}" are not.`);
+    const what = { kind: "settings" };
+    for (const name of this.edited) {
+      const { value } = element(name);
+      if (value === "") continue;
+      what[name] = name === "solver" ? value : Number(value);
+      if (name !== "gravity") continue;
+      const parts = value.split(",").map((part) => (part.trim() === "" ? NaN : Number(part)));
+      if (parts.length !== 3 || !parts.every(Number.isFinite)) {
+        this.say(`Gravity takes three numbers, such as 0, -9.81, 0; "${value}" are not.`);
+        return;
+      }
+      what.gravity = parts;
+    }
+    if (Object.keys(what).length === 1) {
+      this.say("Write another gravity, friction, number of substeps or solver first.");
       return;
     }
-    const what = { kind: "settings", gravity, substeps: Number(element("substeps").value), solver: element("solver").value };
-    if (element("friction").value !== "") what.friction = Number(element("friction").value);
+    this.edited.clear();
     this.touch.send(what);
   }
 }

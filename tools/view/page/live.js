@@ -5,6 +5,8 @@
 // before its beginning is asked of that.
 import { kPoseLength } from "scree/layer";
 
+export const kWords = 12;  // of a contact and of a joint, see ../frame.h
+
 const kMostBytes = 400 * 2 ** 20;
 const kAhead = 30;    // steps
 const kMostWaiting = 128 * 2 ** 20;  // bytes, asked for at once
@@ -37,10 +39,11 @@ class Frame {
     this.rotations = take(Int16Array, 4 * n);
     this.awake = take(Uint8Array, n);
     at = 4 * Math.ceil(at / 4);
-    this.contactBodies = new Uint32Array(buffer, at, 12 * contacts);
-    this.contacts = take(Float32Array, 12 * contacts);
-    this.jointNumbers = new Uint32Array(buffer, at, 12 * joints);
-    this.joints = take(Float32Array, 12 * joints);
+    this.contactBodies = new Uint32Array(buffer, at, kWords * contacts);
+    this.contacts = take(Float32Array, kWords * contacts);
+    this.jointNumbers = new Uint32Array(buffer, at, kWords * joints);
+    this.joints = take(Float32Array, kWords * joints);
+    this.energies = this.hasDetails ? take(Float32Array, n) : undefined;
   }
 
   poses() {
@@ -192,6 +195,7 @@ export class Live {
     this.pastVersion = 0;  // of figures and events
     this.asked = "";
     this.wanted = [0, 0];
+    this.comesAgain = { bodies: 0, meshes: 0 };  // how many are known already
     this.connect();
   }
 
@@ -215,11 +219,15 @@ export class Live {
       if (this.session && this.session !== message.session) return this.tell("replaced");
       const isBack = this.session === message.session;
       Object.assign(this, { session: message.session, title: message.title, up: message.up, size: message.size,
-        phases: message.phases, solvers: message.solvers, kindsOfJoints: message.joints, settings: message.settings, compares: message.compares });
+        phases: message.phases, solvers: message.solvers, kindsOfJoints: message.joints, compares: message.compares });
       this.hear(message.tracks);
       if (!isBack && message.compares) this.second = 1;
       if (isBack) {  // all of it comes again
-        this.bodies.length = this.meshes.length = 0;
+        this.comesAgain = { bodies: this.bodies.length, meshes: this.meshes.length };
+        this.rows = [];
+        this.events = [];
+        this.kept = undefined;
+        this.pastVersion += 1;
         this.frames.clear();
         this.bytes = 0;
       }
@@ -239,14 +247,14 @@ export class Live {
     return this.tell(message.kind, message);
   }
 
-  learn({ track, from, dt, rows, events }) {
+  learn({ track, from, dt, rows, events, keyframes }) {
     const known = (this.rows[track] ??= []);
     const first = this.tracks[track].first;
     rows.forEach((row, i) => { known[from - first + i] = row; });
     (this.events[track] ??= []).push(...events.map(([step, kind, body, count, value]) => ({ step, kind, body, count, value })));
     const about = this.tracks[track];
     about.last = Math.max(about.last, from + rows.length - 1);
-    about.dt = dt;
+    Object.assign(about, { dt, keyframes });
     this.version += 1;
     this.pastVersion += 1;
   }
@@ -262,7 +270,8 @@ export class Live {
     const length = new DataView(buffer).getUint32(4, true);
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, length)));
     const numbers = buffer.slice(8 + length);
-    for (const mesh of head.meshes) {
+    const again = this.comesAgain;
+    for (const mesh of head.meshes.slice(again.meshes)) {
       this.meshes.push({
         positions: new Float32Array(numbers, mesh.positions, 3 * mesh.vertices),
         normals: new Float32Array(numbers, mesh.normals, 3 * mesh.vertices),
@@ -271,7 +280,9 @@ export class Live {
       });
     }
     const columns = new Columns(numbers, head);
-    for (let row = 0; row < head.bodies; ++row) this.bodies.push(new Body(columns, row));
+    for (let row = again.bodies; row < head.bodies; ++row) this.bodies.push(new Body(columns, row));
+    again.meshes = Math.max(0, again.meshes - head.meshes.length);
+    again.bodies = Math.max(0, again.bodies - head.bodies);
   }
 
   takeFrame(frame) {
@@ -294,16 +305,25 @@ export class Live {
     this.frames.delete(key);
   }
 
-  // A tenth of the frames: those far from where the page looks.
+  // A tenth of the frames: those far from where the page looks, that nobody waits for.
   forgetFarthest() {
     const here = this.stepOf(this.wanted[0]);
-    const keys = [...this.frames.values()].sort((a, b) => Math.abs(b.step - here) - Math.abs(a.step - here))
-      .slice(0, Math.ceil(this.frames.size / 10)).map((frame) => `${frame.track} ${frame.step}`);
-    for (const key of keys) this.forget(key);
+    let list = [...this.frames.values()].filter(({ step }) => !this.isAwaited?.(step));
+    if (list.length === 0) list = [...this.frames.values()];
+    list.sort((a, b) => Math.abs(b.step - here) - Math.abs(a.step - here));
+    for (const { track, step } of list.slice(0, Math.ceil(list.length / 10))) this.forget(`${track} ${step}`);
   }
 
+  // How many frames may be asked for at once.
+  get mostAtOnce() {
+    return Math.max(2, Math.floor(kMostWaiting / (this.frameBytes || 1)));
+  }
+
+  // False: it cannot be asked for now.
   ask(message) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    if (this.socket.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify(message));
+    return true;
   }
 
   // Which track has a step, the track itself or what it branched off.
@@ -327,8 +347,8 @@ export class Live {
 
   // The last step that can be gone to: a live track runs on to what its scene has planned.
   get end() {
-    const { last, planned, live } = this.tracks[this.track];
-    return live ? Math.max(last, planned) : last;
+    const { last, planned, live, error } = this.tracks[this.track];
+    return live && !error ? Math.max(last, planned) : last;
   }
 
   get samples() {
@@ -401,11 +421,13 @@ export class Live {
     const key = `${this.track} ${this.pastVersion}`;
     if (this.happenedKey !== key) {
       this.happenedKey = key;
-      this.happenedList = [];
+      const lists = [];
       for (let track = this.track, end = Infinity; track !== null; track = this.tracks[track].parent) {
-        this.happenedList.unshift(...(this.events[track] ?? []).filter(({ step }) => step <= end));
+        const until = end;
+        lists.push((this.events[track] ?? []).filter(({ step }) => step <= until));
         end = this.tracks[track].first;
       }
+      this.happenedList = lists.reverse().flat();
     }
     return this.happenedList;
   }
@@ -437,7 +459,7 @@ export class Live {
     const step = this.first + sample;
     const steps = [step];
     const { live, last } = this.tracks[this.track];
-    const ahead = Math.max(2, Math.min(kAhead, Math.floor(kMostWaiting / (this.frameBytes || 1))));
+    const ahead = Math.min(kAhead, this.mostAtOnce);
     const limit = live ? last : Math.min(last, this.end);
     if (time > this.timeOf(sample) || this.isPlaying) steps.push(step + 1);
     if (this.isPlaying) {
@@ -450,13 +472,19 @@ export class Live {
       }
     }
     const frames = [];
+    const keys = new Set();
     for (const track of this.second >= 0 ? [this.track, this.second] : [this.track]) {
       const about = this.tracks[track];
-      for (const each of steps) {
+      for (const wanted of steps) {
+        // The end of the second one stays, where the first one goes on.
+        const each = track === this.track || about.live ? wanted : Math.min(wanted, about.last);
         if (each > about.last && (!about.live || (!this.isPlaying && each > step))) continue;
         if (each < this.tracks[this.root(track)].first) continue;
         const owner = this.owner(track, each);
-        if (!this.isFresh(this.frames.get(`${owner} ${each}`))) frames.push([owner, each]);
+        const key = `${owner} ${each}`;
+        if (keys.has(key) || this.isFresh(this.frames.get(key))) continue;
+        keys.add(key);
+        frames.push([owner, each]);
       }
     }
     if (this.alsoWanted && frames.length < 8) frames.push(...this.alsoWanted());

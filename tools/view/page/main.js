@@ -1,6 +1,7 @@
 // The page: loads what it is to show, shows it, and follows what the user does.
 import { Clip } from "scree/clip";
-import { kBoxes, kFine } from "scree/detail";
+import { kScales } from "scree/colors";
+import { kBoxes, kCoarse, kFine } from "scree/detail";
 import { Live } from "scree/live";
 import { LiveControls } from "scree/controls";
 import { Marks } from "scree/marks";
@@ -13,6 +14,9 @@ function fail(text) {
   document.body.dataset.state = "error";
   element("message").textContent = text;
 }
+
+// Keys that go on as long as they are held.
+const kRepeated = ["arrowleft", "arrowright", "w", "a", "s", "d", "q", "e", "n", "p", "[", "]", ",", "."];
 
 class Page {
   // `states`: what the first view is about.
@@ -72,6 +76,8 @@ class Page {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     // Controls keep what they use themselves; the arrows of the time are steps.
     if (event.target.tagName === "SELECT" || ["text", "number"].includes(event.target.type)) return;
+    if (event.target.type === "radio" && event.key.startsWith("Arrow")) return;
+    if (event.repeat && !kRepeated.includes(event.key.toLowerCase())) return;
     if (event.key === " " && event.target !== this.canvas && event.target.id !== "time" && event.target !== document.body) return;
     const turnOr = (x, y) => (event.shiftKey ? this.orbit.pan(-40 * x, 40 * y) : this.orbit.turn(0.08 * x, 0.08 * y));
     const actions = {
@@ -152,6 +158,7 @@ class Page {
 
   setColors(by) {
     this.scene.colorBy = by;
+    element("scale").textContent = kScales[by] ?? "";
     this.live?.setColors(by);
     this.drawn = undefined;
   }
@@ -277,7 +284,7 @@ class Page {
   spareAtFirst(bodies) {
     if (this.scene.hasCard) return;
     if (bodies > 1500) this.dropShadows();
-    if (bodies > 6000) this.drawCoarsely(kBoxes);
+    if (bodies > 2000) this.drawCoarsely(bodies > 6000 ? kBoxes : kCoarse);
   }
 
   // All that is written on the page.
@@ -289,6 +296,7 @@ class Page {
     if (element("clock").textContent !== text) element("clock").textContent = text;
     element("time").max = this.model.duration;
     element("time").value = this.time;
+    element("time").setAttribute("aria-valuetext", text);
     const figures = this.model.figures(sample) ?? {};
     list(element("world"), [
       ["bodies", number(figures.bodies, 9)],
@@ -362,6 +370,7 @@ function beginLive() {
   };
   const live = new Live(`ws://${window.location.host}/socket`, (kind, message) => {
     if (kind === "hello") wait();
+    else if (kind === "replaced") window.location.reload();
     else if (window.screePage) window.screePage.live.hear(kind, message);
     else if (kind === "lost") element("message").textContent = "The server does not answer. Trying again.";
     else if (kind === "error") fail(message.text);

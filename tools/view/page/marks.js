@@ -1,9 +1,9 @@
 // Lines and points over the bodies: contacts with their forces, joints, bounds, axes, centers of mass.
 import { paletteColor } from "scree/colors";
 import { kPoseLength } from "scree/layer";
+import { kWords } from "scree/live";
 import * as THREE from "three";
 
-const kWords = 12;  // of a contact and of a joint, see ../frame.h
 const kJointColor = [255, 80, 200];
 const kBoundColor = [40, 60, 80];
 const kCenterColor = [20, 20, 20];

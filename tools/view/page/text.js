@@ -3,7 +3,9 @@
 export const element = (id) => document.getElementById(id);
 
 export function number(value, digits = 4) {
-  return Number.isFinite(value) ? Number(value.toPrecision(digits)).toLocaleString("en-US", { maximumFractionDigits: 6 }) : "–";
+  if (!Number.isFinite(value)) return "–";
+  const isSmall = value !== 0 && Math.abs(value) < 1e-4;
+  return isSmall ? value.toExponential(2) : Number(value.toPrecision(digits)).toLocaleString("en-US", { maximumFractionDigits: 8 });
 }
 
 // Names and values, as a list of definitions.

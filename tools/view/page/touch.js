@@ -22,7 +22,7 @@ export class Touch {
   }
 
   send(what) {
-    this.model.ask({ ask: "touch", track: this.page.trackHere(), step: this.page.stepNumber, running: this.model.isPlaying || this.page.live.isSettling, what });
+    this.page.live.ask({ ask: "touch", track: this.page.trackHere(), step: this.page.stepNumber, running: this.model.isPlaying || this.page.live.isSettling, what });
   }
 
   press(event) {
@@ -40,6 +40,7 @@ export class Touch {
       this.send({ kind: "delete", body: body.index });
       return;
     }
+    if (body.type !== "dynamic") return;
     this.page.choose(hit.body);
     const { scene } = this.page;
     const normal = new THREE.Vector3();
@@ -98,7 +99,9 @@ export class Touch {
   }
 
   deleteChosen() {
-    const body = this.model.bodies[this.page.scene.chosen];
+    const { chosen, state } = this.page.scene;
+    // Another body may have the index of one that is gone.
+    const body = state.numbers.includes(chosen) ? this.model.bodies[chosen] : undefined;
     if (body) this.send({ kind: "delete", body: body.index });
   }
 }
