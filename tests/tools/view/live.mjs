@@ -1,7 +1,7 @@
 // Laws of `scree view`, in a browser: the page draws what the engine plays, goes back and forth to the same picture,
 // knows the body under the cursor, changes the world, branches, compares, says in words what is wrong, and answers
 // nobody else.
-import { check, colors, command, folder, isLegible, launch, openAt, picture, record, settle } from "./browser.mjs";
+import { check, colors, command, folder, hues, isLegible, launch, openAt, picture, record, settle } from "./browser.mjs";
 import assert from "node:assert/strict";
 import { execFileSync, spawn, spawnSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
@@ -13,14 +13,15 @@ const servers = [];
 async function serve(...options) {
   const server = spawn(command, ["view", ...options, "--threads", "2"], { stdio: ["ignore", "pipe", "inherit"] });
   servers.push(server);
+  const exited = new Promise((done) => server.once("exit", done));
   const url = await new Promise((done, fail) => {
     server.stdout.once("data", (text) => done(String(text).trim()));
     server.once("exit", (code) => fail(new Error(`scree view ended with ${code}`)));
   });
-  const end = () => new Promise((done) => {
-    server.once("exit", done);
+  const end = async () => {
     server.kill();
-  });
+    assert.equal(await exited, 0, "the server ends as it should");
+  };
   return { url, end, port: new URL(url).port };
 }
 
@@ -60,7 +61,7 @@ async function playsASceneAndScrubsBack(browser) {
   const server = await serve("pile", "--set", "bodies=150", "--port", "0");
   const page = await open(browser, server);
   const counts = await colors(page);
-  assert.ok(Object.keys(counts).length > 30, "bodies have colors");
+  assert.ok((await hues(page)) >= 5, "bodies have colors");
   assert.ok(Math.max(...Object.values(counts)) < 0.9 * 320 * 180, "the picture is not empty");
   const first = await picture(page);
   await playTo(page, 40);
@@ -114,6 +115,7 @@ async function tellsOfTheBodyUnderTheCursor(browser) {
   await playTo(page, 30);
   for (const { index, x, y } of await bodies(page)) {
     await page.mouse.click(x, y);
+    await settle(page);
     await page.waitForFunction(() => /contact force/.test(document.getElementById("chosen-figures").textContent));
     assert.equal(await page.textContent("#chosen-name"), `Body ${index}`);
     assert.match(await page.textContent("#chosen-contacts"), /touches body \d+ with [\d.,]+ N, color \d/);
@@ -320,6 +322,7 @@ async function drawsManyFixedBodies(browser) {
     .reduce((sum, { count }) => sum + count, 0));
   assert.equal(await drawn(), 30000);
   assert.ok((await page.evaluate(() => window.screePage.scene.standing.layers.length)) > 5, "cells");
+  const whole = await picture(page);
   const all = await share();
   assert.ok(all > 0.1, `the ground is seen: ${all}`);
   await page.uncheck("#fine");
@@ -330,6 +333,29 @@ async function drawsManyFixedBodies(browser) {
   const some = await share();
   // Boxes around the others cover the same ground, and the gaps of a fifth between the bodies.
   assert.ok(some > 0.98 * all && some < 1.4 * all, `${some} of ${all}`);
+  const inMemory = () => page.evaluate(() => window.screePage.scene.renderer.info.memory.geometries);
+  const before = await inMemory();
+  await page.check("#fine");
+  assert.ok((await picture(page)) === whole, "no box is left of those far away");
+  await page.evaluate(() => window.screePage.drawCoarsely(2));
+  await settle(page);
+  assert.equal(await inMemory(), before);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+  await server.end();
+}
+
+// A wall among bullets that come from kilometers away: it is seen at first, and can be come close to.
+async function looksAtWhatIsCloseTogether(browser) {
+  const server = await serve("bullets", "--port", "0");
+  const page = await open(browser, server);
+  assert.ok((await hues(page)) >= 1, "the bricks are seen");
+  for (let i = 0; i < 200; ++i) await page.keyboard.press("q");
+  const [distance, size, near] = await page.evaluate(() => {
+    const { orbit, model, scene } = window.screePage;
+    return [orbit.distance, model.size, scene.camera.near];
+  });
+  assert.ok(distance <= 2 * size && near < 0.1 * size, `${distance} m from the target, ${near} m from the eye: bodies of ${size} m`);
   assert.deepEqual(page.errors, []);
   await page.close();
   await server.end();
@@ -423,10 +449,13 @@ async function runsOnWhenNobodyLooks(browser) {
   await page.fill("#run-to", "200");
   await page.click("#run");
   await page.close();
-  await new Promise((done) => setTimeout(done, 500));
-  const again = await open(browser, server);
-  await again.waitForFunction(() => window.screePage.model.last === 200);
-  await again.close();
+  const file = join(folder, "alone.scree");
+  for (let last = 0, i = 0; last !== 200; ++i) {
+    assert.ok(i < 100, `it has come to step ${last} only`);
+    await new Promise((done) => setTimeout(done, 100));
+    writeFileSync(file, Buffer.from(await (await fetch(`${server.url}recording/0`)).arrayBuffer()));
+    last = JSON.parse(execFileSync(command, ["info", file, "--json", "-"], { stdio: ["ignore", "pipe", "ignore"] })).last_step;
+  }
   await server.end();
 }
 
@@ -509,17 +538,22 @@ async function answersNobodyElse() {
 async function keepsTextLegible(browser) {
   const server = await serve("stack", "--port", "0");
   const page = await open(browser, server);
+  await page.selectOption("#graphed", "milliseconds");
+  await page.evaluate(() => window.screePage.say("said"));
+  for (const id of ["settings", "events-box"]) await page.click(`#${id} summary`);
+  await page.keyboard.press("n");
   await isLegible(page);
   await page.close();
   await server.end();
 }
 
+process.on("exit", () => servers.forEach((server) => server.kill()));
 const browser = await launch();
 try {
   await check(browser, [playsASceneAndScrubsBack, showsARecordingBitByBit, tellsOfTheBodyUnderTheCursor, tellsOfJoints, touchesTheWorld,
-    branchesAndSavesBranches, drawsChaos, findsWhatDiffFinds, drawsManyFixedBodies, goesOnAfterALostConnection, worksWithoutAMouse,
+    branchesAndSavesBranches, drawsChaos, findsWhatDiffFinds, drawsManyFixedBodies, looksAtWhatIsCloseTogether,
+    goesOnAfterALostConnection, worksWithoutAMouse,
     runsOnWhenNobodyLooks, saysWhatIsWrong, answersNobodyElse, keepsTextLegible]);
 } finally {
   await browser.close();
-  for (const server of servers) server.kill();
 }

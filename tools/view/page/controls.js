@@ -7,7 +7,7 @@ import { Touch } from "scree/touch";
 import { TrackList } from "scree/tracks";
 
 const kTicks = { sleep: "#6f9fe0", wake: "#e8be54", hit: "#e9edf1", break: "#ff7b5c", restore: "#ff50c8" };
-const kPhaseColors = ["#f0a45a", "#7fb2e5", "#8fd08a", "#e8be54", "#c49bea", "#e77f7f", "#7fd6d0", "#d8d8d8", "#b58a5a", "#f29ac0", "#9fb36b"];
+const kPhaseColors = ["#f0a45a", "#7fb2e5", "#8fd08a", "#e8be54", "#c49bea", "#e77f7f", "#7fd6d0", "#d8d8d8", "#cfa676", "#f29ac0", "#9fb36b"];
 const kUnknown = [150, 150, 150];
 const kMostBehind = 32;  // steps: the server takes a touch so far behind for one of the end while it runs
 
@@ -203,7 +203,7 @@ export class LiveControls {
   }
 
   get seen() {
-    return [this.model.track, this.model.second, this.comparison.version, this.model.isWaiting, element("graphed").value].join();
+    return [this.model.track, this.model.second, this.comparison.version, element("graphed").value].join();
   }
 
   secondState() {

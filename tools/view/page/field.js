@@ -34,7 +34,11 @@ export class Field {
       for (const number of cells[i] ?? []) layer.add(number, this.model.bodies[number].pose, 0, kFixed);
       layer.end();
     });
-    if (this.boxes) this.parent.remove(this.boxes.dispose());
+    if (this.boxes) {
+      this.parent.remove(this.boxes);
+      this.boxes.geometry.dispose();
+      this.boxes.dispose();
+    }
     this.boxes = cells.length > 1 ? this.boxesOfCells() : undefined;
   }
 

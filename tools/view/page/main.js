@@ -25,7 +25,7 @@ class Page {
     this.canvas = element("view");
     this.scene = new Scene(this.canvas, model, states);
     this.scene.marks = new Marks(this.scene, model);
-    this.orbit = new Orbit(this.scene.camera, this.canvas, this.scene.middle, this.scene.reach);
+    this.orbit = new Orbit(this.scene.camera, this.canvas, this.scene.middle, this.scene.reach, model.size);
     this.time = 0;
     this.isPlaying = false;
     this.rate = 1;
@@ -185,9 +185,9 @@ class Page {
     if (!this.live) this.speeds = this.model.speedsOf(body);
   }
 
-  followChosen() {
+  followChosen(state) {
     if (!element("follow").checked || this.scene.chosen < 0) return;
-    const center = this.scene.centerOf(this.scene.chosen);
+    const center = this.scene.centerOf(this.scene.chosen, state);
     if (center) this.orbit.lookAt(center);
   }
 
@@ -221,16 +221,17 @@ class Page {
 
   // Draws if anything has changed since the last time.
   draw() {
-    const state = this.model.state(this.time);
-    if (!state) return;
     const eye = this.scene.camera.position;
     const seen = [this.time, this.scene.chosen, this.scene.colorBy, eye.x, eye.y, eye.z, ...this.orbit.target,
       window.innerWidth, window.innerHeight, this.model.version, this.live?.seen].join();
     if (this.drawn === seen) return;
+    const state = this.model.state(this.time);
+    if (!state) return;
     this.drawn = seen;
     this.hasDrawn = true;
+    this.followChosen(state);
+    this.scene.aimSun(this.orbit.target, this.orbit.distance);
     this.scene.show(state, this.live?.secondState());
-    this.followChosen();
     this.live?.touch.showHold(state);
     this.scene.marks.draw(state);
     this.scene.draw();

@@ -3,10 +3,12 @@
 import * as THREE from "three";
 
 export class Orbit {
-  constructor(camera, canvas, middle, reach) {
+  // `reach`: m, of all that is of interest; `size`: m, of a body.
+  constructor(camera, canvas, middle, reach, size) {
     this.camera = camera;
     this.canvas = canvas;
-    this.home = { target: middle.clone(), distance: 3.1 * reach, azimuth: 0.5, elevation: 0.37 };
+    this.size = size;
+    this.home = { target: middle.clone(), distance: 3.4 * reach, azimuth: 0.5, elevation: 0.37 };
     this.reach = reach;
     this.isFlying = false;
     this.reset();
@@ -74,7 +76,7 @@ export class Orbit {
 
   zoom(factor) {
     if (this.isFlying) return this.advance(-Math.log(factor));
-    this.distance = Math.min(50 * this.reach, Math.max(0.02 * this.reach, factor * this.distance));
+    this.distance = Math.min(50 * this.reach, Math.max(Math.min(0.02 * this.reach, 2 * this.size), factor * this.distance));
     this.update();
     return undefined;
   }
@@ -93,6 +95,10 @@ export class Orbit {
   }
 
   update() {
+    // Nearer things are not drawn: as far off as the depths of far ones can still be told.
+    const away = this.isFlying ? 0.1 * this.reach : this.distance;
+    this.camera.near = Math.max(Math.min(away / 500, this.reach / 500), this.size / 500);
+    this.camera.updateProjectionMatrix();
     const flat = Math.cos(this.elevation);
     this.camera.position.set(Math.sin(this.azimuth) * flat, Math.sin(this.elevation), Math.cos(this.azimuth) * flat)
       .multiplyScalar(this.distance).add(this.target);

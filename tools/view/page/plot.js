@@ -13,8 +13,9 @@ export class Plot {
   // whole width. `isShared`: all have the scale of the largest. `version`: another one when values have been added.
   draw(times, series, at, { duration = times[times.length - 1], isShared = false, version = 0 } = {}) {
     const ratio = window.devicePixelRatio || 1;
-    const width = this.canvas.clientWidth || this.canvas.width;
-    const height = this.canvas.clientHeight || this.canvas.height;
+    const width = this.canvas.clientWidth;
+    const height = this.canvas.clientHeight;
+    if (!width) return;
     const state = [width, height, ratio, duration, version, ...series.map(({ values }) => values)];
     if (!this.drawn || this.drawn.some((each, i) => each !== state[i])) {
       this.drawn = state;
@@ -34,20 +35,55 @@ export class Plot {
   drawLines(times, series, width, height, ratio, duration, isShared) {
     const context = this.lines.getContext("2d");
     context.scale(ratio, ratio);
-    const all = isShared ? series.flatMap(({ values }) => values).filter(Number.isFinite) : undefined;
-    for (const { values, color } of series) {
-      const known = all ?? values.filter(Number.isFinite);
-      const least = known.reduce((a, b) => Math.min(a, b), 0);
-      const most = known.reduce((a, b) => Math.max(a, b), least);
+    const ranges = series.map(({ values }) => rangeOf(values));
+    const shared = ranges.reduce((all, [low, high]) => [Math.min(all[0], low), Math.max(all[1], high)], [0, 0]);
+    series.forEach(({ values, color }, k) => {
+      const [least, most] = isShared ? shared : ranges[k];
+      const heightOf = (value) => height - 3 - ((height - 6) * (value - least)) / (most - least || 1);
       context.strokeStyle = color;
       context.lineWidth = 1.5;
       context.beginPath();
-      values.forEach((value, i) => {
-        if (!Number.isFinite(value)) return;
-        const y = height - 3 - ((height - 6) * (value - least)) / (most - least || 1);
-        context.lineTo((width * times[i]) / duration, y);
-      });
+      strokeValues(context, times, values, width / duration, heightOf);
       context.stroke();
+    });
+  }
+}
+
+// The least and the largest value, and 0.
+function rangeOf(values) {
+  let [least, most] = [0, 0];
+  for (let i = 0; i < values.length; ++i) {
+    if (!Number.isFinite(values[i])) continue;
+    least = Math.min(least, values[i]);
+    most = Math.max(most, values[i]);
+  }
+  return [least, most];
+}
+
+// The way of the line: of all values in a column of pixels the least and the largest, so that long histories cost no
+// more than short ones. Where values are missing it is interrupted.
+function strokeValues(context, times, values, scale, heightOf) {
+  let isGoingOn = false;
+  for (let i = 0; i < values.length; ) {
+    if (!Number.isFinite(values[i])) {
+      isGoingOn = false;
+      ++i;
+      continue;
     }
+    const x = scale * times[i];
+    let [least, most] = [values[i], values[i]];
+    let isFalling = false;
+    const column = Math.floor(x);
+    for (++i; i < values.length && Number.isFinite(values[i]) && Math.floor(scale * times[i]) === column; ++i) {
+      if (values[i] < least) isFalling = true;
+      if (values[i] > most) isFalling = false;
+      least = Math.min(least, values[i]);
+      most = Math.max(most, values[i]);
+    }
+    const [first, second] = isFalling ? [most, least] : [least, most];
+    if (isGoingOn) context.lineTo(x, heightOf(first));
+    else context.moveTo(x, heightOf(first));
+    context.lineTo(x, heightOf(second));
+    isGoingOn = true;
   }
 }

@@ -9,14 +9,40 @@ import { Walls } from "scree/walls";
 import * as THREE from "three";
 
 const kPale = [250, 250, 255];
+const kShadowPixels = 2048;
 const kMany = 10000;  // bodies: drawn coarsely
 const kMostStanding = 2e6;
 const kMostStandingWithoutCard = 5000;
+
+// The middle of the shortest interval that holds a quarter of the values.
+function densestOf(values) {
+  const sorted = Float64Array.from(values).sort();
+  if (sorted.length === 0) return 0;
+  const count = Math.max(1, sorted.length >> 2);
+  let best = 0;
+  for (let i = 0; i + count < sorted.length; ++i) {
+    if (sorted[i + count] - sorted[i] < sorted[best + count] - sorted[best]) best = i;
+  }
+  return sorted[best + (count >> 1)];
+}
+
+// How far most of the points are from the middle: where their number over the root of the distance is largest. Two
+// heaps that are alike belong together up to four times their size apart.
+function reachOf(points, middle, least) {
+  const distances = Float64Array.from(points, (point) => Math.max(least, point.distanceTo(middle))).sort();
+  let [best, reach] = [0, least];
+  distances.forEach((distance, i) => {
+    const share = (i + 1) / Math.sqrt(distance);
+    if (share >= best) [best, reach] = [share, distance];
+  });
+  return reach;
+}
 
 export class Scene {
   // Throws where there is no WebGL. `states`: what the first view is about, at most four, the first one first.
   constructor(canvas, model, states) {
     this.model = model;
+    // What is drawn stays, so that scripts can take pictures of it at any time.
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
     this.hasCard = this.findCard();
     this.renderer.shadowMap.enabled = true;
@@ -65,8 +91,8 @@ export class Scene {
     return centers;
   }
 
-  // What the first view is about: what moves as it is first seen, without what is far from all the rest, and
-  // where it goes, unless that is far off and not where half of it goes. Where nothing moves, all bodies.
+  // What the first view is about: what moves as it is first seen and where it goes, without what is far from where
+  // most of it is. Where nothing moves, all bodies.
   measure(states) {
     const isMoving = (body) => body.type !== "fixed";
     let isWanted = isMoving;
@@ -78,14 +104,9 @@ export class Scene {
       isWanted = () => true;
       first = this.centersIn(states[0], isWanted);
     }
-    const sorted = [0, 1, 2].map((axis) => first.map((c) => c.getComponent(axis)).sort((a, b) => a - b));
-    const middle = new THREE.Vector3(...sorted.map((values) => values[values.length >> 1] ?? 0));
+    const middle = new THREE.Vector3(...[0, 1, 2].map((axis) => densestOf(first.map((c) => c.getComponent(axis)))));
     const all = states.flatMap((state) => this.centersIn(state, isWanted));
-    const distanceOf = (centers, share) => {
-      const distances = centers.map((c) => c.distanceTo(middle)).sort((a, b) => a - b);
-      return distances[Math.floor(share * distances.length)] ?? 0;
-    };
-    const limit = 4 * Math.max(distanceOf(first, 0.9), distanceOf(all, 0.5), this.model.size);
+    const limit = 2 * Math.max(reachOf(first, middle, this.model.size), reachOf(all, middle, this.model.size));
     const box = new THREE.Box3().expandByPoint(middle);
     for (const center of all) {
       if (center.distanceTo(middle) <= limit) box.expandByPoint(center);
@@ -95,23 +116,42 @@ export class Scene {
     this.middle = box.getCenter(new THREE.Vector3());
     this.reach = box.getSize(new THREE.Vector3()).length() / 2;
     this.floor = box.min.y;
-    this.camera.near = this.reach / 500;
     this.camera.far = this.reach * 200;
   }
 
   addLights() {
     this.scene.add(new THREE.HemisphereLight(0xe6eef8, 0x8a8680, 1.9));
     const sun = new THREE.DirectionalLight(0xfff4e0, 2.4);
-    sun.position.copy(this.middle).add(new THREE.Vector3(-0.55, 0.9, 0.6).multiplyScalar(3 * this.reach));
-    sun.target.position.copy(this.middle);
     sun.castShadow = true;
-    sun.shadow.mapSize.set(2048, 2048);
-    Object.assign(sun.shadow.camera, { left: -1.4 * this.reach, right: 1.4 * this.reach, top: 1.4 * this.reach,
-      bottom: -1.4 * this.reach, near: 0.1 * this.reach, far: 8 * this.reach });
-    sun.shadow.normalBias = this.reach / 200;
+    sun.shadow.mapSize.set(kShadowPixels, kShadowPixels);
     sun.shadow.bias = -0.0005;
     this.scene.add(sun, sun.target);
     this.sun = sun;
+    this.aimSun(this.middle, 3.4 * this.reach);
+  }
+
+  // Shadows are cast around what the camera looks at, as far as is seen from its distance. They go on by whole
+  // pixels and in steps of a factor, so that their edges stay where they are.
+  aimSun(target, distance) {
+    const { sun } = this;
+    const most = (this.isSideBySide ? 2.2 : 1.4) * this.reach;
+    const wanted = Math.min(most, Math.max(0.7 * distance, 10 * this.model.size));
+    const half = most * Math.SQRT2 ** -Math.floor((2 * Math.log(most / wanted)) / Math.LN2 + 1e-6);
+    const pixel = (2 * half) / kShadowPixels;
+    const forward = new THREE.Vector3(-0.55, 0.9, 0.6).normalize();
+    const right = new THREE.Vector3(0, 1, 0).cross(forward).normalize();
+    const up = forward.clone().cross(right);
+    const place = new THREE.Vector3();
+    for (const axis of [right, up, forward]) place.addScaledVector(axis, pixel * Math.round(target.dot(axis) / pixel));
+    const away = 2 * this.reach + half;
+    sun.target.position.copy(place);
+    sun.position.copy(place).addScaledVector(forward, away);
+    sun.target.updateMatrixWorld();
+    if (this.shadowHalf === half) return;
+    this.shadowHalf = half;
+    Object.assign(sun.shadow.camera, { left: -half, right: half, top: half, bottom: -half, near: 0.01 * half, far: 2 * away });
+    sun.shadow.camera.updateProjectionMatrix();
+    sun.shadow.normalBias = 5 * pixel;
   }
 
   // Lines 0.1, 1, 10 ... m apart, at the height of the lowest body.
@@ -128,7 +168,6 @@ export class Scene {
   resize(width, height) {
     this.renderer.setPixelRatio(this.hasFewPixels ? 0.5 : Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
-    this.camera.aspect = width / height;
     const transport = 96;  // pixels at the bottom, which the controls of time cover
     this.camera.setViewOffset(width, height, 0, transport / 2, width, height);
   }
@@ -285,17 +324,17 @@ export class Scene {
 
   // What is seen at a place of the picture, -1 to 1 to the right and up: the number of a body and the point, in
   // the world's frame. Nothing: no body.
-  hit(x, y) {
+  hit(x, y, others = []) {
     const ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2(x, y), this.camera);
-    const [hit] = ray.intersectObjects([...this.moving.meshes, ...this.standing.meshes], false);
+    const [hit] = ray.intersectObjects([...this.moving.meshes, ...this.standing.meshes, ...others], false);
     if (!hit) return undefined;
     return { body: hit.object.userData.bodies[hit.instanceId], point: this.root.worldToLocal(hit.point.clone()) };
   }
 
-  // The number of the body there; -1: none, or a fixed one.
+  // The number of the body there, of either track; -1: none, or a fixed one.
   pick(x, y) {
-    const body = this.hit(x, y)?.body ?? -1;
+    const body = this.hit(x, y, [...this.second.meshes, ...this.secondStanding.meshes])?.body ?? -1;
     return body >= 0 && this.model.bodies[body].type !== "fixed" ? body : -1;
   }
 
@@ -307,11 +346,11 @@ export class Scene {
     return { from: this.root.worldToLocal(ray.ray.origin.clone()), toward: ray.ray.direction.clone().applyQuaternion(turn) };
   }
 
-  // Where a body of the state that is shown is, in the scene's frame; nothing where it is not there.
-  centerOf(number) {
-    const at = this.state ? this.state.numbers.indexOf(number) : -1;
+  // Where a body of a state is, in the scene's frame; nothing where it is not there.
+  centerOf(number, state = this.state) {
+    const at = state ? state.numbers.indexOf(number) : -1;
     if (at < 0) return undefined;
-    return new THREE.Vector3().fromArray(this.state.poses, kPoseLength * at).applyMatrix4(this.root.matrixWorld);
+    return new THREE.Vector3().fromArray(state.poses, kPoseLength * at).applyMatrix4(this.root.matrixWorld);
   }
 
   setShadows(on) {

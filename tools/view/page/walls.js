@@ -69,6 +69,7 @@ export class Walls {
     wall.isHidden = isHidden;
     wall.mesh.setMatrixAt(wall.place, isHidden ? kNothing : wall.matrix);
     wall.mesh.instanceMatrix.needsUpdate = true;
+    wall.mesh.boundingSphere = null;  // it may be of those that were seen
   }
 
   showAll() {
