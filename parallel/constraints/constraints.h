@@ -59,6 +59,12 @@ struct ColorStage {
   bool rich;  // has chunks of a rich variant
 };
 
+// A chunk, and a number to order it by.
+struct ChunkPlace {
+  std::int32_t place;
+  std::int32_t chunk;
+};
+
 // Of one chunk of moving bodies.
 struct FinishSum {
   double kinetic_energy;  // J, of the dynamic ones
@@ -141,6 +147,12 @@ struct JointBlockKindSet {
   LIST (scratch, std::int32_t, hub_rows)        /* pack_blocks; rows of one hub color, sorted by hub */         \
   LIST (scratch, char,         blocks)          /* prepare and the sweeps */                                    \
   LIST (scratch, simd::ConstraintChunk, contact_chunks) /* pack_blocks */                                       \
+  LIST (scratch, std::int32_t, chunk_order)     /* order_chunks; stage by stage its chunks as threads take them, \
+                                                   by their numbers within it, those of joints first */         \
+  LIST (scratch, std::int32_t, share_order)     /* order_chunks; all chunks, those of joints first, by the share \
+                                                   of their stage */                                            \
+  LIST (scratch, ChunkPlace,   chunk_places)    /* order_chunks; of a stage, by body */                         \
+  LIST (scratch, ChunkPlace,   chunk_shares)    /* order_chunks */                                              \
   LIST (scratch, ColorStage,   stages)          /* pack_blocks; in the order in which they are solved */        \
   LIST (scratch, float,        parts_a)         /* solve; of joints; JointArgs::parts_a */                      \
   LIST (scratch, float,        parts_b)         /* solve; of joints; JointArgs::parts_b */                      \

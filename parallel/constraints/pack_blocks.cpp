@@ -1,6 +1,7 @@
 // Packs blocks: sorts the active contacts and the active joints by color and block variant, lays out the
 // blocks, and groups constraints with hubs by hub.
 #include <parallel/constraints/level_overflow.h>
+#include <parallel/constraints/order_chunks.h>
 #include <parallel/constraints/sort_constraints.h>
 #include <parallel/stages.h>
 
@@ -351,6 +352,7 @@ void pack_blocks(WorldData& data, Crew& crew) {
     for (int kind = 0; kind < numbers.count; ++kind) layout.add_kind(layout.joints, place, kind, serial);
     for (int kind = 0; kind < kContactKinds; ++kind) layout.add_kind(layout.contacts, place, kind, serial);
   }
+  order_chunks(data, constraints);
   constraints.blocks.resize_discarding(layout.bytes());
   data.stats.colors = colors;
   const auto rows = static_cast<double>(contacts.size() + joints.size());

@@ -14,7 +14,8 @@ void over_blocks(const Constraints& constraints, Crew& crew, ContactWork&& conta
   const int joints = static_cast<int>(constraints.joint_chunks.size());
   crew.run(
       joints + static_cast<int>(constraints.contact_chunks.size()),
-      [&](int chunk, int) {
+      [&](int place, int) {
+        const int chunk = constraints.share_order[place];
         if (chunk < joints) {
           joint_work(constraints.joint_chunks[chunk]);
         } else {

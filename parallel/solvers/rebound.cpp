@@ -40,13 +40,14 @@ int over_impacts(const SolveStep& step, ContactKernel kernel, bool all, simd::Im
     const auto chunks_end = chunks + stage.contact_chunk_count;
     const auto asked = std::count_if(chunks, chunks_end, is_asked);
     if (asked == 0) continue;
-    const auto run_chunk = [&](int chunk) {
-      if (is_asked(chunks[chunk])) kernel(step.contact, chunks[chunk]);
+    const auto run_chunk = [&](const simd::ConstraintChunk& chunk) {
+      if (is_asked(chunk)) kernel(step.contact, chunk);
     };
     if (stage.serial || (!all && asked < kFewChunks)) {
-      step.crew.run_alone(stage.contact_chunk_count, run_chunk);
+      step.crew.run_alone(stage.contact_chunk_count, [&](int chunk) { run_chunk(chunks[chunk]); });
     } else {
-      step.crew.run(stage.contact_chunk_count, [&](int chunk, int) { run_chunk(chunk); });
+      over_stage(
+          step, stage, run_chunk, [](const simd::ConstraintChunk&) {}, __func__);
     }
     count += static_cast<int>(std::count_if(chunks, chunks_end, [&](const simd::ConstraintChunk& chunk) {
       return simd::is_rich(chunk.variant) && constraints.impacts[chunk.number] == state;

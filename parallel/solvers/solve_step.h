@@ -44,8 +44,7 @@ void over_bodies(const SolveStep& step, int count, Kernel kernel, const char* na
       count, kSolveBodyChunk, [&](int begin, int end, int) { kernel(step.body, begin, end); }, name);
 }
 
-// One stage after the other. Within a color joints come first, so that contacts have the last word where one
-// thread runs both.
+// One stage. Where one thread runs it, joints come first, so that contacts have the last word.
 template <class ContactWork, class JointWork>
 void over_stage(const SolveStep& step, const ColorStage& stage, ContactWork&& contact_work,
                 JointWork&& joint_work, const char* name) {
@@ -62,8 +61,10 @@ void over_stage(const SolveStep& step, const ColorStage& stage, ContactWork&& co
   if (stage.serial) {
     step.crew.run_alone(chunks, run_chunk, name);
   } else {
+    const std::int32_t* order =
+        step.constraints.chunk_order.data() + stage.first_joint_chunk + stage.first_contact_chunk;
     step.crew.run(
-        chunks, [&](int chunk, int) { run_chunk(chunk); }, name);
+        chunks, [&](int chunk, int) { run_chunk(order[chunk]); }, name);
   }
 }
 

@@ -4,6 +4,8 @@
 #include <parallel/constraints/coloring.h>
 #include <parallel/validate/validate_stages.h>
 
+#include <algorithm>
+#include <span>
 #include <utility>
 
 namespace scree {
@@ -160,6 +162,31 @@ void validate_stages_of(const WorldData& data, const Constraints& constraints) {
   SCREE_ASSERT(joint == constraints.joint_chunks.size());
 }
 
+// Whether each of [0, numbers.size()) comes once.
+bool is_permutation(std::span<const std::int32_t> numbers) {
+  thread_local Column<std::uint8_t> seen;
+  seen.resize_discarding(numbers.size());
+  std::fill(seen.begin(), seen.end(), std::uint8_t{0});
+  return std::all_of(numbers.begin(), numbers.end(), [&](std::int32_t number) {
+    return number >= 0 && std::cmp_less(number, numbers.size()) &&
+           std::exchange(seen[number], std::uint8_t{1}) == 0;
+  });
+}
+
+void validate_chunk_orders(const Constraints& constraints) {
+  std::span<const std::int32_t> order = constraints.chunk_order.span();
+  for (const ColorStage& stage : constraints.stages) {
+    const auto count = static_cast<std::size_t>(stage.joint_chunk_count + stage.contact_chunk_count);
+    SCREE_ASSERT(order.size() >= count);
+    SCREE_ASSERT(is_permutation(order.first(count)));
+    order = order.subspan(count);
+  }
+  SCREE_ASSERT(order.empty());
+  SCREE_ASSERT(constraints.share_order.size() ==
+               constraints.contact_chunks.size() + constraints.joint_chunks.size());
+  SCREE_ASSERT(is_permutation(constraints.share_order.span()));
+}
+
 }  // namespace
 
 void validate_colors(const WorldData& data) {
@@ -195,6 +222,7 @@ void validate_blocks(const WorldData& data, const Crew& crew) {
       lanes);
   validate_places(constraints, crew.kernels());
   validate_stages_of(data, constraints);
+  validate_chunk_orders(constraints);
 }
 
 }  // namespace scree

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 #include <span>
+#include <vector>
 
 namespace scree {
 namespace {
@@ -122,6 +123,42 @@ void expect_sound(const WorldData& data) {
   for (const std::int32_t joint : data.joints.active) EXPECT_EQ(joints.count(joint), 1u);
 }
 
+// A body that the chunk's constraint in the middle pushes.
+template <class BodiesOf>
+std::int32_t body_of_chunk(const WorldData& data, const simd::ConstraintChunk& chunk,
+                           const Column<std::int32_t>& rows, BodiesOf&& bodies_of_lane) {
+  const LaneBodies lane = bodies_of_lane(data, rows[chunk.first_lane + chunk.lanes / 2], chunk);
+  return lane.writes_a && lane.writes_b ? std::min(lane.a, lane.b) : lane.writes_a ? lane.a : lane.b;
+}
+
+// Expects that threads take each chunk of a stage once, and those of lower bodies first.
+void expect_order(const WorldData& data) {
+  const Constraints& constraints = static_cast<const Constraints&>(*data.constraints);
+  std::size_t first = 0;
+  for (const ColorStage& stage : constraints.stages) {
+    const auto count = static_cast<std::size_t>(stage.joint_chunk_count + stage.contact_chunk_count);
+    std::set<std::int32_t> taken;
+    std::vector<std::int32_t> bodies;
+    for (std::size_t i = first; i < first + count; ++i) {
+      const std::int32_t chunk = constraints.chunk_order[i], contact = chunk - stage.joint_chunk_count;
+      taken.insert(chunk);
+      bodies.push_back(
+          contact < 0 ? body_of_chunk(data, constraints.joint_chunks[stage.first_joint_chunk + chunk],
+                                      constraints.joint_lanes, joined_bodies_of)
+                      : body_of_chunk(data, constraints.contact_chunks[stage.first_contact_chunk + contact],
+                                      constraints.contact_lanes, bodies_of));
+    }
+    EXPECT_EQ(taken.size(), count);
+    EXPECT_TRUE(taken.empty() || (*taken.begin() == 0 && *taken.rbegin() == static_cast<int>(count) - 1));
+    EXPECT_TRUE(stage.serial || std::is_sorted(bodies.begin(), bodies.end()));
+    first += count;
+  }
+  EXPECT_EQ(constraints.chunk_order.size(), first);
+  const std::set<std::int32_t> all(constraints.share_order.begin(), constraints.share_order.end());
+  EXPECT_EQ(all.size(), first);
+  EXPECT_EQ(constraints.share_order.size(), first);
+}
+
 template <class Check>
 void with_every_set(Check&& check) {
   for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
@@ -144,6 +181,7 @@ TEST(Coloring, NoColorSharesADynamicBody) {
     }
     graph.color(crew);
     expect_sound(graph.data);
+    expect_order(graph.data);
   });
 }
 
