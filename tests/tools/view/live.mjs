@@ -244,8 +244,10 @@ async function branchesAndSavesBranches(browser) {
   // A recording that begins later is compared from there on.
   const both = await serve(join(folder, "fork.scree"), saved, "--port", "0");
   const pair = await open(browser, both);
-  const { last } = (await tracks(page))[2];
-  await pair.waitForFunction((count) => window.screePage.live.comparison.steps.size === count, last - 50 + 1);
+  await pair.waitForFunction(() => {
+    const { model, live } = window.screePage;
+    return live.comparison.steps.size === Math.min(...model.tracks.map(({ last }) => last)) - 50 + 1;
+  });
   await pair.close();
   await both.end();
   await page.fill("#page-every", "2");
