@@ -6,11 +6,13 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <future>
 #include <mutex>
 #include <optional>
+#include <string>
 
 namespace scree::view {
 namespace {
@@ -397,7 +399,32 @@ TEST(ViewEngine, GivesRecordingsThatPlay) {
   EXPECT_NE(refused.get_future().get(), "");
 }
 
+// A place for temporary files, where no other program puts any.
+class OwnTemporaryFolder {
+ public:
+  OwnTemporaryFolder() : path_(std::filesystem::path(::testing::TempDir()) / "scree_leaves_no_files") {
+    if (const char* before = std::getenv("TMPDIR")) before_ = before;
+    std::filesystem::create_directories(path_);
+    setenv("TMPDIR", path_.c_str(), 1);
+  }
+  ~OwnTemporaryFolder() {
+    if (before_) {
+      setenv("TMPDIR", before_->c_str(), 1);
+    } else {
+      unsetenv("TMPDIR");
+    }
+    std::filesystem::remove_all(path_);
+  }
+  OwnTemporaryFolder(const OwnTemporaryFolder&) = delete;
+  OwnTemporaryFolder& operator=(const OwnTemporaryFolder&) = delete;
+
+ private:
+  std::filesystem::path path_;
+  std::optional<std::string> before_;
+};
+
 TEST(ViewEngine, LeavesNoFilesBehind) {
+  const OwnTemporaryFolder own;
   const auto count = [] {
     int folders = 0;
     for (const auto& each : std::filesystem::directory_iterator(std::filesystem::temp_directory_path()))
