@@ -89,6 +89,7 @@ export class LiveControls {
 
   refuse(text) {
     this.list.afterBranch = undefined;
+    setTimeout(() => this.comparison.forgetAsked(), 1000);  // it may have been that
     this.say(text);
   }
 
@@ -96,7 +97,8 @@ export class LiveControls {
   found() {
     this.isLost = false;
     element("notice").hidden = true;
-    this.comparison.forgetAsked();
+    this.comparison.clear();  // others may have changed the worlds meanwhile
+    this.history = undefined;
     this.page.scene.standingKey = this.page.scene.secondKey = undefined;
     this.page.drawn = undefined;
   }

@@ -228,6 +228,7 @@ export class Live {
         this.events = [];
         this.kept = undefined;
         this.pastVersion += 1;
+        this.asked = "";
         this.frames.clear();
         this.bytes = 0;
       }
@@ -493,8 +494,7 @@ export class Live {
     const message = { ask: "frames", frames, shade: this.shade, details: this.wantsDetails };
     const text = JSON.stringify(message);
     if (text === this.asked) return;
-    this.asked = text;
-    this.ask(message);
+    if (this.ask(message)) this.asked = text;
   }
 
   // As Clip.state. While the frame is on its way: the last state, or nothing if there is none.
