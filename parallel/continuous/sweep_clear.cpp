@@ -176,6 +176,21 @@ bool stays_clear(const Passage& passage, const Ball& ball) {
   return is_beside(place(0), place(1), passage.half + Vec3{ball.radius, ball.radius, ball.radius});
 }
 
+ObstacleBox box_about(const WorldData& data, std::int32_t obstacle) {
+  const PoseRow& pose = data.shapes.pose[obstacle];
+  const bool is_there = has_box(data, obstacle);
+  return {to_vec3(pose.position), conjugate(to_quat(pose.rotation)),
+          is_there ? box_of(data, obstacle) : Vec3{}, is_there};
+}
+
+bool stays_beside(const ObstacleBox& box, Vec3 from, Vec3 to, float room) {
+  if (!box.is_there) return false;
+  const float rounding = kPlaceRounding * (size_of(from) + size_of(to) + size_of(box.origin)),
+              most = room + kLinearSlop + rounding;
+  return is_beside(rotate(box.back, from - box.origin), rotate(box.back, to - box.origin),
+                   box.half + Vec3{most, most, most});
+}
+
 bool starts_clear(const WorldData& data, std::int32_t a, std::int32_t b) {
   for (const std::int32_t shape : {a, b}) {
     const ShapeType type = data.shapes.type[shape];

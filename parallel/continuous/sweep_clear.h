@@ -39,6 +39,17 @@ bool stays_clear(const WorldData& data, std::int32_t shape, const Leg& leg, std:
 // The same of one of the balls, which is in the shape's frame.
 bool stays_clear(const Passage& passage, const Ball& ball);
 
+// A box that holds an obstacle where the step begins; of meshes and half-spaces there is none.
+struct ObstacleBox {
+  Vec3 origin;
+  Quat back;  // into the obstacle's axes
+  Vec3 half;  // m
+  bool is_there;
+};
+ObstacleBox box_about(const WorldData& data, std::int32_t obstacle);
+// Whether no point between two stays within `room`, m, of the box; as above.
+bool stays_beside(const ObstacleBox& box, Vec3 from, Vec3 to, float room);
+
 // Whether no ball of one of two shapes touches the other one as the step begins; the same.
 bool starts_clear(const WorldData& data, std::int32_t a, std::int32_t b);
 

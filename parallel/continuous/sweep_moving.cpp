@@ -52,6 +52,7 @@ struct BallAgainst {
   const Mover& mover;
   const Mover& other;
   std::int32_t shape, obstacle;
+  const ObstacleBox& box;
   Vec3 arm;                // from the mover's center to the ball's, as the step begins
   float radius, reach;     // m, of the ball, and of the obstacle about its origin
   float rate, other_rate;  // rad per step, of the bodies, at most
@@ -117,6 +118,7 @@ float meeting_between(const BallAgainst& ball, float from, float to, Vec3 a, Vec
   const float bend = bend_of(ball, from, to, a, b);
   const Vec3 origin = to_vec3(ball.data.shapes.pose[ball.obstacle].position);
   if (distance_to_chord(origin, a, b) > ball.reach + ball.radius + kLinearSlop + bend) return kNever;
+  if (stays_beside(ball.box, a, b, ball.radius + bend)) return kNever;
   if (bend <= std::min(kBend * ball.radius, kMostBend) || halvings == 0) {
     const float met = meeting_on_chord(ball, a, b, bend);
     return met <= 1.0f ? from + met * (to - from) : kNever;
@@ -158,6 +160,7 @@ void meet_from_side(const Chase& chase, int side, float& first) {
   if (stays_clear(data, shape, leg, obstacle, other, passage)) return;
   Balls made;
   const Balls& balls = balls_at(data, shape, made);
+  const ObstacleBox box = box_about(data, obstacle);
   const float reach = outer_radius_of(data, obstacle), from = chase.from;
   float to = 1.0f;
   DeltaRow there = leg.to, other_there = other.to;  // at that time
@@ -175,14 +178,15 @@ void meet_from_side(const Chase& chase, int side, float& first) {
                            chase.mover[1 - side],
                            shape,
                            obstacle,
+                           box,
                            arm_of(data, data.shapes.body[shape], shape, balls.ball[i].center),
                            balls.ball[i].radius,
                            reach,
                            leg.rate,
                            other.rate};
-    if (distance_at_start(ball) - ball.radius <= kLinearSlop) continue;
     const Vec3 a = ball.center_after(leg.from, other.from), b = ball.center_after(there, other_there);
-    first = std::min(first, meeting_between(ball, from, to, a, b, kMostHalvings));
+    const float met = meeting_between(ball, from, to, a, b, kMostHalvings);
+    if (met < first && distance_at_start(ball) - ball.radius > kLinearSlop) first = met;
   }
 }
 
