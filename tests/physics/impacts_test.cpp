@@ -121,8 +121,8 @@ TEST(Impacts, OfABreakAreSymmetricAndKeepTheEnergy) {
           for (int i = 0; i <= row; ++i) {
             const Eigen::Vector3d one = lab.velocity(bodies[static_cast<std::size_t>(first + i)]);
             const Eigen::Vector3d other = lab.velocity(bodies[static_cast<std::size_t>(first + row - i)]);
-            EXPECT_NEAR(one.x(), other.x(), 1e-3) << "row " << row;
-            EXPECT_NEAR(one.y(), -other.y(), 1e-3) << "row " << row;
+            EXPECT_NEAR(one.x(), other.x(), 1e-4) << "row " << row;
+            EXPECT_NEAR(one.y(), -other.y(), 1e-4) << "row " << row;
           }
         }
       }
