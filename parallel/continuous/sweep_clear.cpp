@@ -17,8 +17,8 @@
 // and t (1 - t) |1 - v^2| |1 - u^2|, the product of their sines at most. Between moments within the step it
 // is twice that of the step at most, as both ends are near its line.
 //
-// What stays so far from a ball around the obstacle is left by meeting_between() at each chord, and what
-// stays so far from a box around it by first_within(), whose distances are not below that from the box.
+// What stays so far from a ball or a box around the obstacle is left by meeting_between() at each chord, and
+// what stays so far from the box by first_within(), whose distances are not below that from the box.
 #include <core/world/edit.h>
 #include <parallel/continuous/sweep_clear.h>
 #include <parallel/continuous/sweep_convex.h>
@@ -176,17 +176,19 @@ bool stays_clear(const Passage& passage, const Ball& ball) {
   return is_beside(place(0), place(1), passage.half + Vec3{ball.radius, ball.radius, ball.radius});
 }
 
-ObstacleBox box_about(const WorldData& data, std::int32_t obstacle) {
+ObstacleBox box_about(const WorldData& data, std::int32_t obstacle, Vec3 start, Vec3 other) {
   const PoseRow& pose = data.shapes.pose[obstacle];
-  const bool is_there = has_box(data, obstacle);
-  return {to_vec3(pose.position), conjugate(to_quat(pose.rotation)),
-          is_there ? box_of(data, obstacle) : Vec3{}, is_there};
+  const Vec3 origin = to_vec3(pose.position);
+  const float scale = size_of(origin) + size_of(start) + size_of(other);
+  const bool is_there = has_box(data, obstacle) && scale < kFarthest;
+  return {origin, conjugate(to_quat(pose.rotation)), is_there ? box_of(data, obstacle) : Vec3{}, scale,
+          is_there};
 }
 
 bool stays_beside(const ObstacleBox& box, Vec3 from, Vec3 to, float room) {
   if (!box.is_there) return false;
-  const float rounding = kPlaceRounding * (size_of(from) + size_of(to) + size_of(box.origin)),
-              most = room + kLinearSlop + rounding;
+  const float scale = size_of(from) + size_of(to) + box.scale,
+              most = room + kLinearSlop + kPlaceRounding * scale;
   return is_beside(rotate(box.back, from - box.origin), rotate(box.back, to - box.origin),
                    box.half + Vec3{most, most, most});
 }

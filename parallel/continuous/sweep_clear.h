@@ -42,12 +42,15 @@ bool stays_clear(const Passage& passage, const Ball& ball);
 // A box that holds an obstacle where the step begins; of meshes and half-spaces there is none.
 struct ObstacleBox {
   Vec3 origin;
-  Quat back;  // into the obstacle's axes
-  Vec3 half;  // m
+  Quat back;    // into the obstacle's axes
+  Vec3 half;    // m
+  float scale;  // m, of the coordinates that places of balls come from
   bool is_there;
 };
-ObstacleBox box_about(const WorldData& data, std::int32_t obstacle);
-// Whether no point between two stays within `room`, m, of the box; as above.
+// `start`, `other`: centers of mass of the ball's body and of the obstacle's, as the step begins.
+ObstacleBox box_about(const WorldData& data, std::int32_t obstacle, Vec3 start, Vec3 other);
+// Whether no point of the line between two comes within `room`, m, and the slop of the box. May miss that,
+// but is never wrong.
 bool stays_beside(const ObstacleBox& box, Vec3 from, Vec3 to, float room);
 
 // Whether no ball of one of two shapes touches the other one as the step begins; the same.

@@ -376,20 +376,6 @@ Vec3 fall_of(const WorldData& data, std::int32_t body) {
   return is_free ? acceleration_of(data, body) : Vec3{};
 }
 
-// Takes from the velocity of a body with contacts, along gravity, the energy of what the body has been put
-// back by. Else it would gain that: slender bodies that bounced without loss gained 6 % in ten seconds.
-void raise(WorldData& data, std::int32_t body, Vec3 back) {
-  const Vec3 acceleration = acceleration_of(data, body);
-  const float size = length(acceleration);
-  if (is_jointed(data, body) || !(size > 0.0f)) return;
-  float(&linear)[3] = data.bodies.velocity[body].linear;
-  const Vec3 down = (1.0f / size) * acceleration;
-  const float speed = dot(to_vec3(linear), down), drop = dot(acceleration, back);
-  if (speed == 0.0f || !std::isfinite(speed) || !(drop > 0.0f)) return;
-  const float left = std::sqrt(std::max(1.0f - 2.0f * (drop / speed) / speed, 0.0f));  // of the speed
-  store(linear, to_vec3(linear) - (1.0f - left) * speed * down);
-}
-
 // A body whose last step ended early goes on for that time. It flies then, unless what it met still bears it:
 // after an impact it rises. Returns the time, s, of a step at most.
 float make_up(WorldData& data, std::int32_t body, float dt) {
@@ -458,7 +444,7 @@ void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body,
     near = nullptr;
     end.held = true;
     store(delta.position, motion.way);
-    raise(data, body, way - motion.way);
+    pay_for_height(data, body, way - motion.way);
   }
   DeltaRow from = part_of(motion, 0.0f);
   for (int i = 0; i < stretches && end.time == kNever; ++i) {
@@ -501,7 +487,7 @@ void stop_body(WorldData& data, const Obstacles& obstacles, std::int32_t body, c
   const float left = (1.0f - time_at(end.time, motion.way, fall, step)) * step;
   // Its velocity is that of the end of the step.
   store(velocity.linear, to_vec3(velocity.linear) - left * fall);
-  if ((data.bodies.step_notes[body] & kHasContacts) != 0) raise(data, body, (1.0f - end.time) * motion.way);
+  pay_for_height(data, body, (1.0f - end.time) * motion.way);
   // What is carried far is where it would be if it had been taken along from its impact.
   const bool is_carried = dot(carried, carried) > kLinearSlop * kLinearSlop;
   if (end.rebounds && !is_carried && !is_jointed(data, body)) velocity.lag = left;

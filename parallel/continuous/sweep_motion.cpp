@@ -141,6 +141,22 @@ bool may_rebound(const WorldData& data, std::int32_t body, std::int32_t obstacle
   return false;
 }
 
+void pay_for_height(WorldData& data, std::int32_t body, Vec3 back) {
+  const MotionRow& motion = data.bodies.motion[body];
+  if ((motion.flags & std::uint32_t{kMotionJointed}) != 0 ||
+      (data.bodies.step_notes[body] & kHasContacts) == 0)
+    return;
+  const Vec3 gravity = free_linear(motion, motion.gravity_factor * data.settings.gravity);
+  const float size = length(gravity);
+  if (!(size > 0.0f)) return;
+  float(&linear)[3] = data.bodies.velocity[body].linear;
+  const Vec3 down = (1.0f / size) * gravity;
+  const float speed = dot(to_vec3(linear), down), height = dot(gravity, back);  // m^2/s^2
+  if (!(height > 0.0f) || speed == 0.0f || !std::isfinite(speed)) return;
+  const float left = std::sqrt(std::max(1.0f - 2.0f * (height / speed) / speed, 0.0f));  // of the speed
+  store(linear, to_vec3(linear) - (1.0f - left) * speed * down);
+}
+
 float turn_of(const Motion& motion, const Arms& arms) {
   if (!(arms.reach > 0.0f)) return 0.0f;
   const auto sine = [](Quat q) { return length(Vec3{q.x, q.y, q.z}); };

@@ -68,8 +68,12 @@ struct BallAgainst {
 
 // m, by which the ball's way leaves the chord between two moments: an eighth of the largest acceleration
 // times the squared time. In the obstacle's frame, which turns by w, a ball at x that moves by v, while its
-// arm r turns by u, has at most the acceleration u^2 r + 2 w (v + u r) + w^2 x. It is at `a` and `b` then.
-float bend_of(const BallAgainst& ball, float from, float to, Vec3 a, Vec3 b) {
+// arm r turns by u, has at most the acceleration u^2 r + 2 w (v + u r) + w^2 x. It is at `a` and `b` then,
+// and between them farther out by the bend itself at most: `most` is the bend with that.
+struct Bend {
+  float usual, most;  // m
+};
+Bend bend_of(const BallAgainst& ball, float from, float to, Vec3 a, Vec3 b) {
   const float farthest = std::max(length(a - ball.other.start), length(b - ball.other.start));
   const bool stands = ball.mover.stands_at(from), other_stands = ball.other.stands_at(from);
   const float u = stands ? 0.0f : ball.rate, w = other_stands ? 0.0f : ball.other_rate,
@@ -77,8 +81,8 @@ float bend_of(const BallAgainst& ball, float from, float to, Vec3 a, Vec3 b) {
   const Vec3 way =
       (stands ? Vec3{} : ball.mover.motion.way) - (other_stands ? Vec3{} : ball.other.motion.way);
   const float acceleration = u * u * arm + 2.0f * w * (length(way) + u * arm) + w * w * farthest;
-  const float time = to - from;
-  return 0.125f * acceleration * time * time;
+  const float time = to - from, bend = 0.125f * acceleration * time * time;
+  return {bend, bend * (1.0f + 0.125f * w * w * time * time)};
 }
 
 float distance_to_chord(Vec3 point, Vec3 from, Vec3 to) {
@@ -115,10 +119,10 @@ float meeting_on_chord(const BallAgainst& ball, Vec3 from, Vec3 to, float bend) 
 
 // When the ball touches the obstacle between two moments, at which it is at `a` and `b`.
 float meeting_between(const BallAgainst& ball, float from, float to, Vec3 a, Vec3 b, int halvings) {
-  const float bend = bend_of(ball, from, to, a, b);
+  const auto [bend, most_bend] = bend_of(ball, from, to, a, b);
   const Vec3 origin = to_vec3(ball.data.shapes.pose[ball.obstacle].position);
   if (distance_to_chord(origin, a, b) > ball.reach + ball.radius + kLinearSlop + bend) return kNever;
-  if (stays_beside(ball.box, a, b, ball.radius + bend)) return kNever;
+  if (stays_beside(ball.box, a, b, ball.radius + most_bend)) return kNever;
   if (bend <= std::min(kBend * ball.radius, kMostBend) || halvings == 0) {
     const float met = meeting_on_chord(ball, a, b, bend);
     return met <= 1.0f ? from + met * (to - from) : kNever;
@@ -129,15 +133,16 @@ float meeting_between(const BallAgainst& ball, float from, float to, Vec3 a, Vec
   return first <= 1.0f ? first : meeting_between(ball, middle, to, center, b, halvings - 1);
 }
 
-// m, from the ball's center to the obstacle as the step begins; of meshes, whose triangles are asked one by
-// one, as if it were far.
-float distance_at_start(const BallAgainst& ball) {
+// Whether the ball touches the obstacle as the step begins; meshes, whose triangles are asked one by one, it
+// never does.
+bool touches_at_start(const BallAgainst& ball) {
   const WorldData& data = ball.data;
-  if (data.shapes.type[ball.obstacle] == ShapeType::mesh) return std::numeric_limits<float>::max();
+  if (data.shapes.type[ball.obstacle] == ShapeType::mesh) return false;
   const PoseRow& pose = data.shapes.pose[ball.obstacle];
   const Vec3 center =
       rotate_back(to_quat(pose.rotation), ball.mover.start + ball.arm - to_vec3(pose.position));
-  return ConvexObstacle{data, ball.obstacle}.distance_at({center, {}}, 0.0f).value;
+  return ConvexObstacle{data, ball.obstacle}.distance_at({center, {}}, 0.0f).value - ball.radius <=
+         kLinearSlop;
 }
 
 // Two shapes on their way from a moment to the end of the step.
@@ -160,7 +165,7 @@ void meet_from_side(const Chase& chase, int side, float& first) {
   if (stays_clear(data, shape, leg, obstacle, other, passage)) return;
   Balls made;
   const Balls& balls = balls_at(data, shape, made);
-  const ObstacleBox box = box_about(data, obstacle);
+  const ObstacleBox box = box_about(data, obstacle, leg.start, other.start);
   const float reach = outer_radius_of(data, obstacle), from = chase.from;
   float to = 1.0f;
   DeltaRow there = leg.to, other_there = other.to;  // at that time
@@ -185,8 +190,12 @@ void meet_from_side(const Chase& chase, int side, float& first) {
                            leg.rate,
                            other.rate};
     const Vec3 a = ball.center_after(leg.from, other.from), b = ball.center_after(there, other_there);
+    // The distance is asked for before the halvings only where it may be that of a touch.
+    const Vec3 center = ball.mover.start + ball.arm;
+    const bool may_touch = !stays_beside(box, center, center, ball.radius);
+    if (may_touch && touches_at_start(ball)) continue;
     const float met = meeting_between(ball, from, to, a, b, kMostHalvings);
-    if (met < first && distance_at_start(ball) - ball.radius > kLinearSlop) first = met;
+    if (met < first) first = met;
   }
 }
 
@@ -408,6 +417,7 @@ void hold_pair(WorldData& data, const MovingPair& pair, Column<StepEnd>& ends) {
                                   ((1.0f - met.time) * std::max(-dot(way, normal), 0.0f)) * normal);
     DeltaRow& held = is_swept ? delta : other_delta;
     store(held.position, is_swept ? to_vec3(held.position) + back : to_vec3(held.position) - back);
+    pay_for_height(data, is_swept ? body : other, is_swept ? -back : back);
     ends[pair.place[is_swept ? side : 1 - side]].held = true;
   }
 }

@@ -133,6 +133,36 @@ TEST(SweepClear, NoChordOfWhatIsClearComesNear) {
   EXPECT_EQ(missed, 0);
 }
 
+TEST(SweepClear, NoPointOfALineBesideTheBoxIsNear) {
+  Dice dice(73);
+  int beside = 0, near = 0;
+  for (int round = 0; round < 3000; ++round) {
+    const float size = round % 3 == 0 ? 0.2f : 1.0f;
+    TwoMovers two(dice, size, round % 4 == 0 ? 1000.0f : size);
+    const WorldData& data = two.data();
+    const PoseRow& pose = data.shapes.pose[two.shape[1]];
+    const auto start = [&](int i) { return to_vec3(data.bodies.pose[two.body[i]].position); };
+    const sweeps::ObstacleBox box = sweeps::box_about(data, two.shape[1], start(0), start(1));
+    ASSERT_TRUE(box.is_there);
+    const float wide = 3.0f * size, room = dice.uniform(0.0f, 0.2f) * size;
+    const Vec3 from = box.origin + dice.within({wide, wide, wide}),
+               to = box.origin + dice.within({wide, wide, wide});
+    float least = std::numeric_limits<float>::infinity();
+    for (int i = 0; i <= 32; ++i) {
+      const Vec3 point = from + static_cast<float>(i) / 32.0f * (to - from);
+      const Vec3 there = rotate_back(to_quat(pose.rotation), point - to_vec3(pose.position));
+      least =
+          std::min(least, sweeps::ConvexObstacle{data, two.shape[1]}.distance_at({there, {}}, 0.0f).value);
+    }
+    const bool is_beside = sweeps::stays_beside(box, from, to, room);
+    beside += is_beside ? 1 : 0;
+    near += least <= room ? 1 : 0;
+    ASSERT_TRUE(!is_beside || least > room) << "round " << round;
+  }
+  EXPECT_GT(beside, 300);
+  EXPECT_GT(near, 200);
+}
+
 TEST(SweepClear, BowsHoldAndAreTight) {
   Dice dice(72);
   for (int round = 0; round < 2000; ++round) {
