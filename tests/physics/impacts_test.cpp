@@ -23,10 +23,10 @@ struct Disk {
 };
 
 // A rack of fifteen balls with gaps between them, and the ball that breaks it as the first.
-constexpr double kRadius = 0.0285;  // m
+constexpr double kBallRadius = 0.0285;  // m
 std::vector<Disk> rack(double gap, double offset, double speed) {
   std::vector<Disk> balls{{{-0.3, offset}, {speed, 0}}};
-  const double distance = 2 * kRadius + gap;
+  const double distance = 2 * kBallRadius + gap;
   for (int row = 0; row < 5; ++row) {
     for (int i = 0; i <= row; ++i)
       balls.push_back({{row * distance * std::sqrt(0.75), (i - 0.5 * row) * distance}, {0, 0}});
@@ -39,7 +39,7 @@ std::vector<BodyId> add_balls(Lab& lab, const std::vector<Disk>& balls, const Ma
   for (const Disk& ball : balls) {
     const Eigen::Vector2f at = ball.position.cast<float>(), v = ball.velocity.cast<float>();
     bodies.push_back(lab.add({.position = {at.x(), at.y(), 0}, .linear_velocity = {v.x(), v.y(), 0}},
-                             Sphere{static_cast<float>(kRadius)}, material));
+                             Sphere{static_cast<float>(kBallRadius)}, material));
   }
   return bodies;
 }
@@ -48,7 +48,7 @@ std::vector<BodyId> add_balls(Lab& lab, const std::vector<Disk>& balls, const Ma
 double meeting(const Disk& a, const Disk& b) {
   const Eigen::Vector2d apart = b.position - a.position, speed = b.velocity - a.velocity;
   const double closing = apart.dot(speed);
-  const double gap = apart.squaredNorm() - 4 * kRadius * kRadius;
+  const double gap = apart.squaredNorm() - 4 * kBallRadius * kBallRadius;
   const double square = closing * closing - speed.squaredNorm() * gap;
   if (closing > -1e-9 || square < 0) return std::numeric_limits<double>::infinity();
   return std::max(gap, 0.0) / (std::sqrt(square) - closing);
@@ -87,11 +87,11 @@ TEST(Impacts, OfABallOnTwoAtOnceAreThoseOfTheEquations) {
   for (const float e : {0.3f, 0.7f, 1.0f}) {
     for (const int substeps : {1, 4}) {
       Lab lab(empty_space(substeps));
-      const double u = 5, cosine = std::sqrt(0.75), touching = 1.000001 * kRadius;
+      const double u = 5, cosine = std::sqrt(0.75), touching = 1.000001 * kBallRadius;
       const std::vector<BodyId> bodies = add_balls(lab,
                                                    {{{-1e-4, 0}, {u, 0}},
-                                                    {{2 * cosine * kRadius, touching}, {0, 0}},
-                                                    {{2 * cosine * kRadius, -touching}, {0, 0}}},
+                                                    {{2 * cosine * kBallRadius, touching}, {0, 0}},
+                                                    {{2 * cosine * kBallRadius, -touching}, {0, 0}}},
                                                    smooth(e));
       lab.run(30);
       const double after = (1 + static_cast<double>(e)) * u * cosine / 2.5;

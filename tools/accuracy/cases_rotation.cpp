@@ -76,23 +76,24 @@ class Crossings {
 
 // --- the top: a flat box on a thin stem without mass, its tip at the world's origin ---
 
-constexpr double kWide = 0.2;   // m, half
-constexpr double kHigh = 0.05;  // m, half
-constexpr double kStem = 0.15;  // m, from the tip to the center
+constexpr double kTopWide = 0.2;   // m, half
+constexpr double kTopHigh = 0.05;  // m, half
+constexpr double kStem = 0.15;     // m, from the tip to the center
 constexpr double kDensity = 1000.0;
 constexpr double kSpin = 40.0;  // rad/s
 constexpr double kLean = 30.0 * kPi / 180.0;
 
 Top top_of_scene() {
-  const double mass = 8.0 * kWide * kHigh * kWide * kDensity;
-  const double across = mass / 3.0 * (kWide * kWide + kHigh * kHigh);
-  return {across + mass * kStem * kStem, mass / 3.0 * 2.0 * kWide * kWide, mass * kGravity * kStem, kSpin};
+  const double mass = 8.0 * kTopWide * kTopHigh * kTopWide * kDensity;
+  const double across = mass / 3.0 * (kTopWide * kTopWide + kTopHigh * kTopHigh);
+  return {across + mass * kStem * kStem, mass / 3.0 * 2.0 * kTopWide * kTopWide, mass * kGravity * kStem,
+          kSpin};
 }
 
 Scene top_scene(double precession) {
   Scene scene = rotation_scene("top");
   const std::uint32_t shape = scenes::add_shape(
-      scene, Box{{static_cast<float>(kWide), static_cast<float>(kHigh), static_cast<float>(kWide)}});
+      scene, Box{{static_cast<float>(kTopWide), static_cast<float>(kTopHigh), static_cast<float>(kTopWide)}});
   const Vector axis{std::sin(kLean), std::cos(kLean), 0.0};
   const Vector up{0.0, 1.0, 0.0};
   // The spin is the whole angular velocity along the axis, so that what the precession has along it comes

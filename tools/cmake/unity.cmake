@@ -1,7 +1,7 @@
 # Compiles the sources of one folder as one, in all libraries and programs; the kernels are few and large, and
-# sources with options of their own stay apart. Three
-# quarters of the time to compile most sources go to the headers that they share. Names in unnamed namespaces
-# must therefore be unique in their folder; those of a function may hide them, so that -Wshadow is for other builds.
+# sources with options of their own stay apart. Three quarters of the time to compile most sources go to the headers
+# that they share. Names in unnamed namespaces must therefore be unique in their folder. Those of a function may hide
+# functions among them, but no variables: g++'s -Wshadow tells of both, and is for other builds, clang++'s of variables.
 function(scree_unite_directory directory)
   get_property(targets DIRECTORY ${directory} PROPERTY BUILDSYSTEM_TARGETS)
   foreach(target IN LISTS targets)

@@ -8,7 +8,7 @@
 namespace scree::scenes {
 namespace {
 
-constexpr float kCell = 1.0f;                                   // m, of plains of boxes
+constexpr float kPlainCell = 1.0f;                              // m, of plains of boxes
 constexpr float kUneven = 0.05f;                                // m, by which their tops differ
 constexpr float kBallRadius = 0.4f;                             // m
 constexpr Material kBallMaterial{.rolling_resistance = 0.02f};  // so that they come to rest
@@ -16,7 +16,7 @@ constexpr Material kBallMaterial{.rolling_resistance = 0.02f};  // so that they 
 // A box of a plain, whose top is about y = 0.
 void add_tile(Scene& scene, std::uint32_t shape, float x, float z, Random& random, bool later) {
   const float top = random.between(-kUneven, kUneven);
-  add_body(scene, {.type = BodyType::fixed, .position = {x, top - 0.5f * kCell, z}}, shape);
+  add_body(scene, {.type = BodyType::fixed, .position = {x, top - 0.5f * kPlainCell, z}}, shape);
   scene.bodies.back().comes_later = later;
 }
 
@@ -29,13 +29,15 @@ Scene large_world(const Parameters& parameters) {
   const int boxes = whole(parameters, "bodies"), interval = whole(parameters, "interval");
   const auto side = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(boxes))));
   Random random(static_cast<std::uint64_t>(parameters.at("seed")));
-  const std::uint32_t tile = add_shape(scene, Box{{0.5f * kCell, 0.5f * kCell, 0.5f * kCell}});
+  const std::uint32_t tile = add_shape(scene, Box{{0.5f * kPlainCell, 0.5f * kPlainCell, 0.5f * kPlainCell}});
   const std::uint32_t ball = add_shape(scene, Sphere{kBallRadius}, kBallMaterial);
   scene.bodies.reserve(static_cast<std::size_t>(boxes + scene.steps / interval));
-  const auto along = [&](int i) { return kCell * (static_cast<float>(i) - 0.5f * static_cast<float>(side)); };
+  const auto along = [&](int i) {
+    return kPlainCell * (static_cast<float>(i) - 0.5f * static_cast<float>(side));
+  };
   for (int i = 0; i < boxes; ++i) add_tile(scene, tile, along(i % side), along(i / side), random, false);
   // Not near the rim, so that they stay.
-  const float reach = 0.4f * kCell * static_cast<float>(side - 1);
+  const float reach = 0.4f * kPlainCell * static_cast<float>(side - 1);
   for (int step = 0; step < scene.steps; step += interval) {
     const float x = random.between(-reach, reach), z = random.between(-reach, reach);
     scene.changes.push_back({step, count_of(scene), 1, true});
@@ -53,14 +55,14 @@ Scene streaming(const Parameters& parameters) {
   const int blocks = whole(parameters, "blocks"), boxes = whole(parameters, "bodies");
   const int seconds = scene.steps / kStepsPerSecond;
   Random random(static_cast<std::uint64_t>(parameters.at("seed")));
-  const std::uint32_t tile = add_shape(scene, Box{{0.5f * kCell, 0.5f * kCell, 0.5f * kCell}});
+  const std::uint32_t tile = add_shape(scene, Box{{0.5f * kPlainCell, 0.5f * kPlainCell, 0.5f * kPlainCell}});
   const std::uint32_t ball = add_shape(scene, Sphere{kBallRadius}, kBallMaterial);
   const int rows = (boxes + kColumns - 1) / kColumns;
-  const float half_width = 0.5f * kCell * static_cast<float>(rows);
+  const float half_width = 0.5f * kPlainCell * static_cast<float>(rows);
   for (int block = 0; block < blocks + seconds; ++block) {
     for (int i = 0; i < boxes; ++i) {
-      const float x = kCell * static_cast<float>(block * kColumns + i % kColumns);
-      const float z = kCell * static_cast<float>(i / kColumns) - half_width;
+      const float x = kPlainCell * static_cast<float>(block * kColumns + i % kColumns);
+      const float z = kPlainCell * static_cast<float>(i / kColumns) - half_width;
       add_tile(scene, tile, x, z, random, block >= blocks);
     }
   }
@@ -73,8 +75,8 @@ Scene streaming(const Parameters& parameters) {
       scene.changes.push_back({step, first_of(blocks + second), size, true});
     }
     if (step % kStepsPerBall != 0) continue;
-    const float camera =
-        kCell * kColumns * (static_cast<float>(step) / kStepsPerSecond + 0.5f * static_cast<float>(blocks));
+    const float camera = kPlainCell * kColumns *
+                         (static_cast<float>(step) / kStepsPerSecond + 0.5f * static_cast<float>(blocks));
     scene.changes.push_back({step, count_of(scene), 1, true});
     const float x = camera + random.between(-5.0f, 5.0f), z = random.between(-0.4f, 0.4f) * half_width;
     add_body(scene, {.position = {x, 2.0f, z}}, ball);

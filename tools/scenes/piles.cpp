@@ -14,7 +14,8 @@ namespace {
 constexpr float kReach = 0.607f;   // m
 constexpr float kPileCell = 1.3f;  // m
 constexpr float kJitter = 0.04f;   // m
-constexpr int kLayers = 24;  // in the column of bodies; they settle to about 2.5 m and arrive within 2.5 s
+constexpr int kColumnLayers =
+    24;  // in the column of bodies; they settle to about 2.5 m and arrive within 2.5 s
 
 Geometry random_round_or_box(Random& random) {
   switch (random.below(3)) {
@@ -107,7 +108,7 @@ template <class NextShape>
 void pour(Scene& scene, int bodies, Random& random, const NextShape& next_shape) {
   static_assert(kPileCell - 2.0f * kJitter >= 2.0f * kReach);
   // At least 2 x 2, so that a pile of ten is a pile and not a tower.
-  const int side = std::max(2, cells_per_side(bodies, kLayers));
+  const int side = std::max(2, cells_per_side(bodies, kColumnLayers));
   const int layers = (bodies + side * side - 1) / (side * side);
   scene.shapes.reserve(scene.shapes.size() + static_cast<std::size_t>(bodies) + 5);
   scene.bodies.reserve(static_cast<std::size_t>(bodies) + 1);

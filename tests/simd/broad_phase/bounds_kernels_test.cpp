@@ -38,7 +38,7 @@ std::vector<std::int32_t> shuffled(std::vector<std::int32_t> members, unsigned s
   return members;
 }
 
-constexpr int kShapes = 256;
+constexpr int kBoundedShapes = 256;
 
 struct Placed {
   std::vector<std::int32_t> body;
@@ -58,7 +58,7 @@ struct Placed {
       }
       for (float& part : q) part /= std::sqrt(size);
     };
-    for (int i = 0; i < kShapes; ++i) {
+    for (int i = 0; i < kBoundedShapes; ++i) {
       body.push_back(i);
       type.push_back(static_cast<std::uint8_t>(numbers.pick(4)));
       body_type.push_back(static_cast<std::uint8_t>(numbers.pick(3)));
@@ -87,8 +87,8 @@ struct Placed {
       body_pose.push_back(pose);
       velocity.push_back(speed);
     }
-    shape_pose.resize(kShapes);
-    fat.resize(kShapes);
+    shape_pose.resize(kBoundedShapes);
+    fat.resize(kBoundedShapes);
     for (PoseRow& row : shape_pose) std::memset(&row, 0x55, sizeof row);
     // Empty, as those of new shapes.
     for (BoundsRow& row : fat) {
@@ -141,21 +141,23 @@ bool same_bits(const Row& a, const Row& b) {
 }
 
 TEST(BoundsKernels, BoundsHaveTheSameBitsForAnySetAndAnyPartOfTheList) {
-  const std::vector<std::int32_t> list = shuffled(numbered(0, kShapes), 5);
+  const std::vector<std::int32_t> list = shuffled(numbered(0, kBoundedShapes), 5);
   for (const bool force : {true, false}) {
     Placed expected(6);
     int left = 0;
-    for (int i = 0; i < kShapes; ++i) left += expected.update(scalar_kernels().pair, list, i, i + 1, force);
-    EXPECT_GT(left, kShapes / 2);
+    for (int i = 0; i < kBoundedShapes; ++i)
+      left += expected.update(scalar_kernels().pair, list, i, i + 1, force);
+    EXPECT_GT(left, kBoundedShapes / 2);
     for (const simd::Kernels* kernels : all_kernels()) {
       for (int part = 1; part <= 40; ++part) {
         Placed placed(6);
         int left_here = 0;
-        for (int begin = 0; begin < kShapes; begin += part) {
-          left_here += placed.update(kernels->pair, list, begin, std::min(begin + part, kShapes), force);
+        for (int begin = 0; begin < kBoundedShapes; begin += part) {
+          left_here +=
+              placed.update(kernels->pair, list, begin, std::min(begin + part, kBoundedShapes), force);
         }
         EXPECT_EQ(left_here, left) << kernels->name;
-        for (std::size_t shape = 0; shape < kShapes; ++shape) {
+        for (std::size_t shape = 0; shape < kBoundedShapes; ++shape) {
           ASSERT_TRUE(same_bits(placed.fat[shape], expected.fat[shape])) << kernels->name << ' ' << shape;
           // A pose that is not a number may be one of several.
           for (int k = 0; k < 3; ++k) {
@@ -170,14 +172,14 @@ TEST(BoundsKernels, BoundsHaveTheSameBitsForAnySetAndAnyPartOfTheList) {
 }
 
 TEST(BoundsKernels, BoundsOfShapesOutsideThePartOfTheListStayAsTheyAre) {
-  const std::vector<std::int32_t> list = shuffled(numbered(0, kShapes), 5);
+  const std::vector<std::int32_t> list = shuffled(numbered(0, kBoundedShapes), 5);
   for (const simd::Kernels* kernels : all_kernels()) {
     for (int count = 0; count <= 40; ++count) {
       constexpr int kBegin = 7;
       Placed placed(6);
       const Placed before(6);
       placed.update(kernels->pair, list, kBegin, kBegin + count, true);
-      for (int i = 0; i < kShapes; ++i) {
+      for (int i = 0; i < kBoundedShapes; ++i) {
         const auto shape = static_cast<std::size_t>(list[static_cast<std::size_t>(i)]);
         const bool listed = i >= kBegin && i < kBegin + count;
         EXPECT_EQ(same_bits(placed.shape_pose[shape], before.shape_pose[shape]), !listed) << kernels->name;
@@ -192,7 +194,7 @@ TEST(BoundsKernels, BoundsOfShapesOutsideThePartOfTheListStayAsTheyAre) {
 // Of bodies at rest near the origin: bounds without a margin, or whose margin is less than an ulp, are given
 // up for the rounding of their center alone.
 TEST(BoundsKernels, OnlyShapesThatLeaveTheirFatBoundsAreCountedAndGetNewOnes) {
-  const std::vector<std::int32_t> list = numbered(0, kShapes);
+  const std::vector<std::int32_t> list = numbered(0, kBoundedShapes);
   for (const simd::Kernels* kernels : all_kernels()) {
     Placed placed(6);
     for (VelocityRow& row : placed.velocity) row = {};
@@ -204,17 +206,17 @@ TEST(BoundsKernels, OnlyShapesThatLeaveTheirFatBoundsAreCountedAndGetNewOnes) {
         if (place == 1e17f) place = 0.0f;
       }
     }
-    placed.update(kernels->pair, list, 0, kShapes, true);
+    placed.update(kernels->pair, list, 0, kBoundedShapes, true);
     const Placed& now = placed;
     std::vector<BoundsRow> fat(now.fat.begin(), now.fat.end());
-    EXPECT_EQ(placed.update(kernels->pair, list, 0, kShapes, false), 0) << kernels->name;
-    for (std::size_t shape = 0; shape < kShapes; ++shape) {
+    EXPECT_EQ(placed.update(kernels->pair, list, 0, kBoundedShapes, false), 0) << kernels->name;
+    for (std::size_t shape = 0; shape < kBoundedShapes; ++shape) {
       EXPECT_TRUE(same_bits(placed.fat[shape], fat[shape]));
       if (shape % 3 == 0) placed.body_pose[shape].position[1] += 3.0f;
     }
     int changed = 0;
-    const int left = placed.update(kernels->pair, list, 0, kShapes, false);
-    for (std::size_t shape = 0; shape < kShapes; ++shape) {
+    const int left = placed.update(kernels->pair, list, 0, kBoundedShapes, false);
+    for (std::size_t shape = 0; shape < kBoundedShapes; ++shape) {
       const bool moved = !same_bits(placed.fat[shape], fat[shape]);
       changed += moved ? 1 : 0;
       if (moved) {
@@ -222,7 +224,7 @@ TEST(BoundsKernels, OnlyShapesThatLeaveTheirFatBoundsAreCountedAndGetNewOnes) {
       }
     }
     EXPECT_EQ(left, changed) << kernels->name;
-    EXPECT_GT(left, kShapes / 4);
+    EXPECT_GT(left, kBoundedShapes / 4);
   }
 }
 

@@ -23,7 +23,7 @@ export function record(name, scene, steps, ...options) {
 
 // `isAllowed`: whether the page may ask for an address.
 export async function openAt(browser, address, state, isAllowed) {
-  const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
+  const page = await browser.newPage({ viewport: { width: 1024, height: 640 } });
   page.errors = [];
   page.on("pageerror", (error) => page.errors.push(error.message));
   page.on("request", (request) => {

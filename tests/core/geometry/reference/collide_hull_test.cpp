@@ -10,7 +10,7 @@ namespace scree::reference_tests {
 namespace {
 
 constexpr double kClose = 1e-5;  // m; poses and corners of hulls are floats
-constexpr int kPairs = 300;
+constexpr int kHullPairs = 300;
 
 // A box as a solid and as hulls.
 struct HullBox {
@@ -55,7 +55,7 @@ void expect_same(const Gap& gap, const Gap& expected) {
 TEST(ReferenceHulls, OfBoxesHaveTheGapOfTheBoxes) {
   Random random(1);
   int apart = 0;
-  for (int i = 0; i < kPairs; ++i) {
+  for (int i = 0; i < kHullPairs; ++i) {
     const HullBox a(random), b(random);
     const Gap expected = reference::find_gap(a.solid, b.solid);
     // The boxes' reference looks at all pairs of edges; of boxes that are apart, pairs that do not touch may
@@ -65,14 +65,14 @@ TEST(ReferenceHulls, OfBoxesHaveTheGapOfTheBoxes) {
     if (expected.separation > 0.0) continue;
     expect_same(reference::polyhedra_gap(a.polyhedron, b.polyhedron), expected);
   }
-  EXPECT_GT(apart, kPairs / 10);
-  EXPECT_LT(apart, kPairs - kPairs / 10);
+  EXPECT_GT(apart, kHullPairs / 10);
+  EXPECT_LT(apart, kHullPairs - kHullPairs / 10);
 }
 
 TEST(ReferenceHulls, SiftingKeepsEveryPairOfEdgesThatIsBestWhereHullsOverlap) {
   Random random(2);
   int by_edges = 0;
-  for (int i = 0; i < kPairs; ++i) {
+  for (int i = 0; i < kHullPairs; ++i) {
     const HullBox a(random), b(random);
     const Gap all = reference::polyhedra_gap(a.polyhedron, b.polyhedron, false);
     if (all.separation > 0.0) continue;
@@ -94,7 +94,7 @@ TEST(ReferenceHulls, RoundSolidsHaveTheGapThatTheyHaveToTheBox) {
   Random random(3);
   for (const ShapeType type : {ShapeType::sphere, ShapeType::capsule}) {
     int apart = 0, within = 0;
-    for (int i = 0; i < kPairs; ++i) {
+    for (int i = 0; i < kHullPairs; ++i) {
       const HullBox hull(random);
       const Solid round = random.solid(type);
       double core = -1.0;
@@ -105,14 +105,14 @@ TEST(ReferenceHulls, RoundSolidsHaveTheGapThatTheyHaveToTheBox) {
       apart += gap.separation > 0.0 ? 1 : 0;
       within += core == 0.0 ? 1 : 0;
     }
-    EXPECT_GT(apart, kPairs / 20);
-    EXPECT_GT(within, kPairs / 20);
+    EXPECT_GT(apart, kHullPairs / 20);
+    EXPECT_GT(within, kHullPairs / 20);
   }
 }
 
 TEST(ReferenceHulls, DistancesOfPointsAreThoseOfTheBox) {
   Random random(4);
-  for (int i = 0; i < kPairs; ++i) {
+  for (int i = 0; i < kHullPairs; ++i) {
     const HullBox hull(random);
     const Vector point = random.vector(2.5);
     const double distance = reference::distance_to_surface(hull.solid, point);
