@@ -365,11 +365,6 @@ Vec3 acceleration_of(const WorldData& data, std::int32_t body) {
                          inverse_mass * to_vec3(data.bodies.force[body].force));
 }
 
-// Joints would not hold what goes on without them.
-bool is_jointed(const WorldData& data, std::int32_t body) {
-  return (data.bodies.motion[body].flags & std::uint32_t{kMotionJointed}) != 0;
-}
-
 // The same of a body that has fallen freely in this step; zero for others.
 Vec3 fall_of(const WorldData& data, std::int32_t body) {
   const bool is_free = !is_jointed(data, body) && (data.bodies.step_notes[body] & kHasContacts) == 0;

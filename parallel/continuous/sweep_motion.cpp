@@ -143,9 +143,7 @@ bool may_rebound(const WorldData& data, std::int32_t body, std::int32_t obstacle
 
 void pay_for_height(WorldData& data, std::int32_t body, Vec3 back) {
   const MotionRow& motion = data.bodies.motion[body];
-  if ((motion.flags & std::uint32_t{kMotionJointed}) != 0 ||
-      (data.bodies.step_notes[body] & kHasContacts) == 0)
-    return;
+  if (is_jointed(data, body) || (data.bodies.step_notes[body] & kHasContacts) == 0) return;
   const Vec3 gravity = free_linear(motion, motion.gravity_factor * data.settings.gravity);
   const float size = length(gravity);
   if (!(size > 0.0f)) return;

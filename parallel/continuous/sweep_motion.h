@@ -77,11 +77,15 @@ bool has_finite_motion(const DeltaRow& delta);
 // Whether the body may rebound from the shape.
 bool may_rebound(const WorldData& data, std::int32_t body, std::int32_t obstacle);
 
-// A body with contacts is put back by a part of its way, of which its velocity knows nothing. For the height
-// that it gains it pays with its speed along gravity, as far as that goes. Otherwise slender bodies that
-// bounce without loss gained up to 7 % of their energy in ten seconds. What falls freely goes back along its
-// parabola instead, and what is jointed is left to its joints. (Paying back what is lost again where the body
-// makes up for its time changed nothing.)
+// Joints would not hold what goes on without them.
+inline bool is_jointed(const WorldData& data, std::int32_t body) {
+  return (data.bodies.motion[body].flags & std::uint32_t{kMotionJointed}) != 0;
+}
+
+// A sweep that puts a body back may raise it without slowing it. A body with contacts gives that energy up:
+// its speed along gravity, downward or upward, is cut, to 0 at most. What falls freely goes back along its
+// parabola instead, and what is jointed does neither. (Giving the energy back where the body makes up for its
+// time changed nothing.)
 void pay_for_height(WorldData& data, std::int32_t body, Vec3 back);
 
 // Where the step of a swept body ends.

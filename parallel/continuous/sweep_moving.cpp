@@ -68,8 +68,9 @@ struct BallAgainst {
 
 // m, by which the ball's way leaves the chord between two moments: an eighth of the largest acceleration
 // times the squared time. In the obstacle's frame, which turns by w, a ball at x that moves by v, while its
-// arm r turns by u, has at most the acceleration u^2 r + 2 w (v + u r) + w^2 x. It is at `a` and `b` then,
-// and between them farther out by the bend itself at most: `most` is the bend with that.
+// arm r turns by u, has at most the acceleration u^2 r + 2 w (v + u r) + w^2 x. It is at `a` and `b` then.
+// In between, x exceeds what it is there by the bend of the arm r at most. `most` is the bend with that. The
+// usual one is without: the slop about the ball around the obstacle is larger, and chords are short.
 struct Bend {
   float usual, most;  // m
 };
@@ -194,8 +195,7 @@ void meet_from_side(const Chase& chase, int side, float& first) {
     const Vec3 center = ball.mover.start + ball.arm;
     const bool may_touch = !stays_beside(box, center, center, ball.radius);
     if (may_touch && touches_at_start(ball)) continue;
-    const float met = meeting_between(ball, from, to, a, b, kMostHalvings);
-    if (met < first) first = met;
+    first = std::min(first, meeting_between(ball, from, to, a, b, kMostHalvings));
   }
 }
 

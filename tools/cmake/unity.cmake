@@ -1,7 +1,8 @@
 # Compiles the sources of one folder as one, in all libraries and programs; the kernels are few and large, and
 # sources with options of their own stay apart. Three quarters of the time to compile most sources go to the headers
 # that they share. Names in unnamed namespaces must therefore be unique in their folder. Those of a function may hide
-# functions among them, but no variables: g++'s -Wshadow tells of both, and is for other builds, clang++'s of variables.
+# functions among them, but no variables: g++'s -Wshadow warns of both and is for other builds, clang++'s of variables
+# only.
 function(scree_unite_directory directory)
   get_property(targets DIRECTORY ${directory} PROPERTY BUILDSYSTEM_TARGETS)
   foreach(target IN LISTS targets)
