@@ -76,6 +76,13 @@ struct alignas(16) ContactAxis {
   std::uint32_t feature;  // what decided the contact, 0: the pair did not touch. See collide_hull.h
 };
 
+// How much two shapes that do not touch may move before they can. It only spares work: without it the same
+// pairs touch.
+struct PairClearance {
+  float gap;    // along an axis that is fixed in the frame of one of them, m; 0: not known
+  float lever;  // of the points that turns bring nearer, m
+};
+
 // The rare part of a contact's surface; meaningful where kManifoldRich is set.
 struct alignas(16) ContactSurface {
   float restitution;

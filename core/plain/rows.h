@@ -144,6 +144,12 @@ struct alignas(32) BoundsRow {
   float padding;
 };
 
+// How far a shape has moved between two narrow phases. A bound where that is not known: infinite.
+struct alignas(16) StepMotion {
+  float offset[3];  // of its place, m
+  float turn;       // by which a point 1 m away has moved at most beside that, m
+};
+
 // A candidate pair of shapes, a < b.
 struct ShapePair {
   std::int32_t a;

@@ -145,6 +145,8 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   PoseRow,         pose,            /* update_bounds; in the world; the padding tells how far    \
                                                       the shape travels in a step, by the velocity it had then */ \
         kApart, kVaried)                                                                                        \
+  ROWS (scratch, StepMotion,      motion)          /* update_bounds; since the last narrow phase. Old where a    \
+                                                      shape has come to rest */                                 \
   TABLE(derived, PageMarks,       marks, "shapes") /* as those of bodies */                                     \
   VALUE(derived, ListMark,        free_mark, {})   /* calls; of free_slots */                                   \
   LIST (state,   std::int32_t,    free_slots,      /* calls */                                                  \
@@ -250,6 +252,8 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   LIST (state,   std::int32_t,     free_rows,      /* find_pairs, collide; of `now`, taken from the back */     \
         saved_in(SheetId::free_contacts), each_once(SheetId::contacts))                                         \
   VALUE(scratch, bool,             list_kept, false) /* find_pairs: the list of pairs is the last one */        \
+  VALUE(scratch, std::uint64_t,    list_number, 0) /* find_pairs: of `pairs`, another one for each new list ... */ \
+  VALUE(scratch, std::uint64_t,    last_number, 0) /* ... and of the list that `last_place` means */            \
   LIST (scratch, std::int32_t,     last_place)     /* find_pairs; per pair: its place in the last list, or -1.  \
                                                       Meaningless while list_kept */                            \
   LIST (state,   ContactForceRow,  forces,         /* collide, store_impulses; by row of `now`; none unless     \

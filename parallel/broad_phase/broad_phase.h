@@ -106,6 +106,8 @@ using FoundPairs = std::vector<Column<ShapePair>>;
   VALUE(derived, std::int64_t,  refitted, 0)    /* leaf blocks of frozen trees that the last list of pairs made \
                                                    anew */                                                      \
   LIST (scratch, std::int32_t,  dirty)          /* shapes that calls changed since the last list */             \
+  LIST (scratch, std::int32_t,  displaced)      /* update_bounds; shapes that calls changed since the last narrow \
+                                                   phase */                                                     \
   LIST (scratch, std::uint8_t,  is_dirty)       /* per shape; all zero outside find_pairs and while nothing was \
                                                    dirty */                                                     \
   LIST (scratch, std::int32_t,  fast)           /* sweep_fast_bodies; bodies that are swept, ascending */       \

@@ -31,6 +31,7 @@ bool match_rows(WorldData& data, const BroadPhase& broad_phase, Crew& crew) {
   const Column<ShapePair>& list = broad_phase.sorted;
   Column<std::int32_t>& previous = data.contacts.last_place;
   previous.resize_discarding(list.size());
+  data.contacts.last_number = data.contacts.list_number;
   const bool some_new = !broad_phase.dirty.empty();
   std::atomic<bool> same{list.size() == last.size()};
   crew.run_ranges(static_cast<int>(list.size()), kPairsPerChunk, [&](int begin, int end, int) {
@@ -65,11 +66,16 @@ void add_followers(const ContactRows& contacts, Column<std::int32_t>& list) {
   }
 }
 
+void swap_pairs(Contacts& contacts) {
+  std::swap(contacts.pairs, contacts.pairs_before);
+  ++contacts.list_number;
+}
+
 // Makes the new list `pairs` and the last one `pairs_before`. Contacts stay in their rows: their pairs keep
 // the numbers, and rows of pairs that are gone become free.
 void swap_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
-  std::swap(contacts.pairs, contacts.pairs_before);
+  swap_pairs(contacts);
   PairRows& pairs = contacts.pairs;
   PairRows& before = contacts.pairs_before;
   pairs.pair.swap(broad_phase.sorted);
@@ -174,7 +180,7 @@ bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
     all.contact[place] = from.contact[row];
     if (hulls) all.axis[place] = from.axis.empty() ? ContactAxis{} : from.axis[row];
   });
-  std::swap(contacts.pairs, contacts.pairs_before);
+  swap_pairs(contacts);
   return true;
 }
 
@@ -191,7 +197,7 @@ void part_lists(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
              [&](std::int32_t row) { return !rests(row); });
   gather_rows(contacts.pairs, broad_phase.frozen_pairs, broad_phase.pulled, crew);
   gather_rows(contacts.pairs, broad_phase.moving_pairs, contacts.pairs_before, crew);
-  std::swap(contacts.pairs, contacts.pairs_before);
+  swap_pairs(contacts);
   add_resting(data, broad_phase.pulled);
   contacts.resting_contacts += count_contacts(contacts, broad_phase.pulled);
   const Column<std::int32_t>& moving = broad_phase.moving_pairs;

@@ -49,6 +49,7 @@ int update_list(WorldData& data, BroadPhase& broad_phase, std::span<const std::i
       .body_velocity = data.bodies.velocity.data(),
       .shape_pose = data.shapes.pose.data(),
       .fat_bounds = data.shapes.fat_bounds.data(),
+      .motion = data.shapes.motion.data(),
       .left = has_left,
       .dt = dt,
       .force = force,
@@ -88,13 +89,17 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
   shapes.dirty.clear();
   broad_phase.left_is_known = false;
   broad_phase.bounds_left.store(true, std::memory_order_relaxed);
-  update_list(data, broad_phase, broad_phase.dirty.span().subspan(first), dt, nullptr, true, false, crew);
+  const auto changed = broad_phase.dirty.span().subspan(first);
+  broad_phase.displaced.append(changed);
+  update_list(data, broad_phase, changed, dt, nullptr, true, false, crew);
 }
 
 void update_bounds(WorldData& data, float dt, Crew& crew) {
   BroadPhase& broad_phase = broad_phase_of(data);
   const bool hashes = data.recording.sink != nullptr;
   const Column<std::int32_t>& moving = data.shapes.moving;
+  for (const std::int32_t shape : broad_phase.displaced) data.shapes.motion[shape] = {};
+  broad_phase.displaced.clear();
   broad_phase.has_left.resize_discarding(moving.size());
   const int left =
       update_list(data, broad_phase, moving.span(), dt, broad_phase.has_left.data(), false, hashes, crew);

@@ -2,13 +2,14 @@
 // contacts.active. Read by the island phases, color_constraints and pack_blocks.
 //
 // Groups pairs by the types of their shapes, and by whether they are contacts already, with a counting sort.
-// Each group runs through its kernel in chunks. Contacts are updated in their rows; new ones take free rows,
-// a round at a time, so that few more rows than contacts are needed. Then lists the active ones. Every pass
+// Each group runs through its kernel in chunks. Contacts are updated in their rows; the other pairs have rows
+// of a round, from which those that touch are copied into free rows. Then lists the active ones. Every pass
 // runs in parallel over fixed chunks, and nothing depends on their order.
 //
 // Hooks decide before that which pairs collide, and after it how contacts act: see ask_hooks.cpp.
 //
 // A contact's row is 250 bytes, a pair's 28, and most pairs do not touch.
+#include <core/world/edit.h>
 #include <core/world/wake.h>
 #include <parallel/crew/list_where.h>
 #include <parallel/narrow_phase/narrow_phase.h>
@@ -22,6 +23,9 @@ namespace scree {
 namespace {
 
 using simd::CollideItem;
+
+// Relative; more than the rounding of the sum and the difference that it stands beside.
+constexpr float kMotionRounding = 1e-6f;
 
 bool is_dynamic(BodyType type) { return type == BodyType::dynamic; }
 
@@ -109,6 +113,47 @@ bool filter(WorldData& data, NarrowPhase& phase, Crew& crew) {
   return true;
 }
 
+// Of pairs that were in the last list. If it cannot be told where, nothing is known of any.
+void carry_clearance(const WorldData& data, NarrowPhase& phase, Crew& crew) {
+  const Contacts& contacts = data.contacts;
+  const std::size_t rows = data.hulls.data.empty() ? 0 : contacts.pairs.pair.size();
+  if (phase.list_number == contacts.list_number && phase.clearance.size() == rows) return;
+  const bool is_known =
+      !phase.clearance.empty() && !contacts.list_kept && contacts.last_number == phase.list_number;
+  phase.clearance.swap(phase.last_clearance);
+  phase.clearance.resize_discarding(rows);
+  crew.run_ranges(static_cast<int>(rows), kPairChunk, [&](int begin, int end, int) {
+    for (int i = begin; i < end; ++i) {
+      const std::int32_t last = is_known ? contacts.last_place[i] : -1;
+      phase.clearance[i] = last >= 0 ? phase.last_clearance[last] : PairClearance{};
+    }
+  });
+  phase.list_number = contacts.list_number;
+}
+
+// Whether the pair is still too far apart to touch. Its clearance shrinks by what both shapes have moved
+// since the last narrow phase. The kernels would find it separated along the same axis as before, so that
+// nothing else depends on whether they are asked.
+bool is_clear(const WorldData& data, PairClearance& clearance, std::int32_t row) {
+  if (!(clearance.gap > kSpeculativeDistance)) return false;
+  const ShapePair pair = data.contacts.pairs.pair[row];
+  const StepMotion &a = data.shapes.motion[pair.a], &b = data.shapes.motion[pair.b];
+  const Vec3 way = to_vec3(b.offset) - to_vec3(a.offset);
+  const float nearer = length(way) + (a.turn + b.turn) * clearance.lever;
+  clearance.gap -= nearer + kMotionRounding * (nearer + clearance.gap);
+  return clearance.gap > kSpeculativeDistance;
+}
+
+// Pairs that are clear are skipped. `classified`: the kinds of the pairs are there.
+std::uint8_t kind_of(const WorldData& data, NarrowPhase& phase, bool classified, std::int32_t row) {
+  const bool clear = !phase.clearance.empty() && is_clear(data, phase.clearance[row], row);
+  if (clear && !classified) return kSkipped;
+  const std::uint8_t kind = classified ? phase.kind[row] : classify(data, row);
+  if (clear && kind != kNever) return kSkipped;
+  if (!phase.clearance.empty()) phase.clearance[row] = {};
+  return kind;
+}
+
 // `classified`: the kinds of the pairs are there.
 void count_groups(WorldData& data, NarrowPhase& phase, bool classified, Crew& crew) {
   const int rows = static_cast<int>(data.contacts.pairs.pair.size());
@@ -119,7 +164,7 @@ void count_groups(WorldData& data, NarrowPhase& phase, bool classified, Crew& cr
   crew.run_ranges(rows, kPairChunk, [&](int begin, int end, int) {
     GroupCounts counts{};
     for (int i = begin; i < end; ++i) {
-      const std::uint8_t type = classified ? phase.kind[i] : classify(data, i);
+      const std::uint8_t type = kind_of(data, phase, classified, i);
       phase.kind[i] = type;
       if (type < simd::kCollideTypes) ++counts[group_of(data.contacts, i, type)];
       if (type == kNever) clear_pair(data.contacts, i);
@@ -244,56 +289,80 @@ void collide_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
   });
 }
 
-// Collides the pairs that are no contacts. Each pair of a round has one of the last free rows, and keeps it
-// if the pair touches.
+// Where kernels write the contacts of pairs that were none: of one round, by the pair's place in it.
+simd::CollideColumns fresh_columns(WorldData& data, NarrowPhase& phase, std::size_t rows) {
+  phase.fresh_manifold.resize_discarding(rows);
+  phase.fresh_features.resize_discarding(rows);
+  phase.fresh_surface.resize_discarding(rows);
+  phase.fresh_anchor.resize_discarding(rows);
+  phase.fresh_points.resize_discarding(rows);
+  simd::CollideColumns columns = collide_columns(data);
+  columns.manifold = phase.fresh_manifold.data();
+  columns.features = phase.fresh_features.data();
+  columns.surface = phase.fresh_surface.data();
+  columns.anchor = phase.fresh_anchor.data();
+  columns.points = phase.fresh_points.data();
+  return columns;
+}
+
+// Makes the pair's contact at `place` of the round one of the world's.
+void add_contact(Contacts& contacts, const NarrowPhase& phase, std::int32_t place, std::int32_t pair,
+                 std::int32_t row, bool has_anchor) {
+  ContactRows& now = contacts.now;
+  now.manifold[row] = phase.fresh_manifold[place];
+  now.features[row] = phase.fresh_features[place];
+  now.surface[row] = phase.fresh_surface[place];
+  now.anchor[row] = phase.fresh_anchor[place];
+  now.points[row] = phase.fresh_points[place];
+  clear_unwritten(now, row, has_anchor);
+  now.pair[row] = contacts.pairs.pair[pair];
+  now.color[row] = kNoColor;
+  now.next[row] = 0;
+  contacts.pairs.contact[pair] = row;
+  if (!contacts.forces.empty()) contacts.forces[row] = {};
+}
+
+// Collides the pairs that are no contacts, a round at a time. Those that touch take the last free rows, in
+// the order of their groups.
 void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const simd::CollideKernels& kernels = crew.kernels().collide;
   const TypeChunks chunks(phase, simd::kCollideTypes);
-  double share = 0.0;  // of the pairs so far that touch; of no consequence but how memory grows
-  std::size_t collided = 0, touching = 0;
+  std::size_t collided = 0, touching = 0;  // so far; of no consequence but how memory grows
   for (int round = 0; round < chunks.count(); round += kRoundChunks) {
     const int round_end = std::min(round + kRoundChunks, chunks.count());
     const int first = chunks.begin(round);
     const auto size = static_cast<std::size_t>(chunks.begin(round_end) - first);
-    const double left = static_cast<double>(chunks.begin(chunks.count()) - first) - static_cast<double>(size);
-    provide_rows(contacts, size, static_cast<std::size_t>(share * left), data.settings.contact_forces);
-    SCREE_ASSERT(contacts.free_rows.size() >= size);
-    const std::int32_t* const rows = contacts.free_rows.end() - size;
-    const simd::CollideColumns columns = collide_columns(data);
+    const simd::CollideColumns columns = fresh_columns(data, phase, size);
     crew.run(round_end - round, [&](int place, int) {
       const int chunk = round + place;
       const int begin = chunks.begin(chunk), count = chunks.begin(chunk + 1) - begin;
       CollideItem items[simd::kCollideChunk]{};
       for (int k = 0; k < count; ++k) {
         items[k] = make_item(data, phase.order[begin + k]);
-        items[k].row = rows[begin - first + k];
+        items[k].row = begin - first + k;
       }
-      const std::size_t type = chunks.type_of(chunk);
-      kernels.collide[type](columns, items, count);
-      const bool has_anchor = writes_anchor(type);
-      for (int k = 0; k < count; ++k) {
-        const std::int32_t row = items[k].row;
-        if (contacts.now.points[row] == 0) continue;
-        const std::int32_t pair = items[k].pair;
-        clear_unwritten(contacts.now, row, has_anchor);
-        contacts.pairs.contact[pair] = items[k].row;
-        contacts.now.pair[row] = contacts.pairs.pair[pair];
-        contacts.now.color[row] = kNoColor;
-        contacts.now.next[row] = 0;
-        if (!contacts.forces.empty()) contacts.forces[row] = {};
+      kernels.collide[chunks.type_of(chunk)](columns, items, count);
+    });
+    list_where(crew, size, phase.places, phase.fresh,
+               [&](std::int32_t i) { return phase.fresh_points[i] != 0; });
+    const std::size_t count = phase.fresh.size();
+    collided += size;
+    touching += count;
+    if (count == 0) continue;
+    const auto left = static_cast<std::size_t>(chunks.begin(chunks.count()) - chunks.begin(round_end));
+    const double share = static_cast<double>(touching) / static_cast<double>(collided);
+    const auto expected = static_cast<std::size_t>(share * static_cast<double>(left));
+    provide_rows(contacts, count, expected, data.settings.contact_forces);
+    const std::int32_t* const behind = contacts.free_rows.end();
+    crew.run_ranges(static_cast<int>(count), simd::kCollideChunk, [&](int begin, int end, int) {
+      for (int i = begin; i < end; ++i) {
+        const std::int32_t place = phase.fresh[i], pair = phase.order[first + place];
+        add_contact(contacts, phase, place, pair, behind[-1 - i], writes_anchor(phase.kind[pair]));
       }
     });
-    const auto row_of = [&](std::int32_t i) { return rows[i]; };
-    list_where(
-        crew, size, phase.places, phase.unused,
-        [&](std::int32_t i) { return contacts.now.points[rows[i]] == 0; }, row_of);
-    contacts.free_rows.drop_back(size);
+    contacts.free_rows.drop_back(count);
     contacts.free_mark.cut(contacts.free_rows.size());
-    contacts.free_rows.append(std::as_const(phase.unused).span());
-    collided += size;
-    touching += size - phase.unused.size();
-    share = static_cast<double>(touching) / static_cast<double>(collided);
   }
 }
 
@@ -392,6 +461,7 @@ CollideItem make_item(const WorldData& data, std::int32_t place) {
 
 simd::CollideColumns collide_columns(WorldData& data) {
   Contacts& contacts = data.contacts;
+  NarrowPhase& phase = static_cast<NarrowPhase&>(*data.narrow_phase);
   return {
       .shape_pose = data.shapes.pose.data(),
       .shape_extent = data.shapes.extent.data(),
@@ -410,6 +480,7 @@ simd::CollideColumns collide_columns(WorldData& data) {
       .anchor = contacts.now.anchor.data(),
       .axis = contacts.pairs.axis.data(),
       .points = contacts.now.points.data(),
+      .clearance = phase.clearance.empty() ? nullptr : phase.clearance.data(),
   };
 }
 
@@ -438,6 +509,7 @@ void collide(WorldData& data, Crew& crew) {
   if (!data.narrow_phase) data.narrow_phase = std::make_unique<NarrowPhase>();
   NarrowPhase& phase = static_cast<NarrowPhase&>(*data.narrow_phase);
   data.contacts.forces.resize(data.settings.contact_forces ? data.contacts.now.pair.size() : 0);
+  carry_clearance(data, phase, crew);
   count_groups(data, phase, filter(data, phase, crew), crew);
   sort_by_group(data, phase, crew);
   collide_contacts(data, phase, crew);

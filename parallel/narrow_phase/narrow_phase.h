@@ -26,8 +26,8 @@ using GroupBegins = TableArray<std::int32_t, kPairGroups + 1>;
 
 // Values of NarrowPhase::kind beside simd::CollideType.
 inline constexpr std::uint8_t kMeshPair = simd::kCollideTypes;  // one of its shapes is a mesh
-inline constexpr std::uint8_t kSkipped =
-    kMeshPair + 1;  // no body is awake: the contact, if it is one, stays as it is
+// No body is awake: the contact, if it is one, stays as it is. Or the shapes are clear of each other.
+inline constexpr std::uint8_t kSkipped = kMeshPair + 1;
 inline constexpr std::uint8_t kNever = kMeshPair + 2;  // no dynamic body, or a hook took the pair out
 
 enum RuleVerdict : std::uint8_t { kSameRules, kOtherRules, kUnsoundRules };
@@ -48,10 +48,18 @@ struct PairOutcome {     // of one chunk of pairs
 // clang-format off
 #define SCREE_NARROW_PHASE_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                             \
   LIST (scratch, std::uint8_t, kind)            /* per pair: collide type, kSkipped or kNever */                \
+  LIST (scratch, PairClearance, clearance)      /* per pair, while there are hulls; see is_clear */               \
+  LIST (scratch, PairClearance, last_clearance) /* per pair of the last list */                                 \
+  VALUE(scratch, std::uint64_t, list_number, 0) /* Contacts::list_number of the last list */                    \
   LIST (scratch, GroupCounts,  chunk_counts)    /* per chunk of pairs: how many of each group, then where they go */ \
   LIST (scratch, PairOutcome,  outcomes)        /* per chunk of pairs */                                        \
   LIST (scratch, std::int32_t, order)           /* the pairs by group, ascending */                             \
-  LIST (scratch, std::int32_t, unused)          /* rows that a round took in vain */                            \
+  LIST (scratch, std::int32_t, fresh)           /* places of a round whose pairs touch, ascending */            \
+  LIST (scratch, Manifold,     fresh_manifold)  /* by place in a round: rows of pairs that were no contacts */  \
+  LIST (scratch, ManifoldFeatures, fresh_features)                                                              \
+  LIST (scratch, ContactSurface, fresh_surface)                                                                 \
+  LIST (scratch, ContactAnchor, fresh_anchor)                                                                   \
+  LIST (scratch, std::uint8_t, fresh_points)    /* 0: does not touch */                                         \
   LIST (scratch, std::int32_t, places)          /* of list_where */                                             \
   LIST (scratch, std::int32_t, mesh_pairs)      /* pairs with a mesh that are collided, ascending */            \
   TABLE(scratch, FoundManifolds, mesh_found, "narrow_phase") /* per chunk of mesh_pairs */                      \

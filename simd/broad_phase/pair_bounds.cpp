@@ -16,6 +16,8 @@ constexpr float kMargin = 0.05f;
 // A body gets the margin if this many of its steps fit into it. Faster bodies cause a new list anyway, and
 // the margin would only add pairs that never touch.
 constexpr float kStepsInMargin = 4.0f;
+// Of StepMotion::turn: more than the error of a product of two rotations.
+constexpr float kTurnRounding = 1e-6f;
 // Relative to the largest coordinate: eight units in the last place, more than the sum of the rounding errors
 // of a box's corners, of its center and of the comparison of spheres.
 constexpr float kRounding = 1e-6f;
@@ -133,6 +135,18 @@ Extent extent_of(const BoundsTask& task, const Lanes& lanes, Q4 rotation) {
   return extent;
 }
 
+// From the place that the narrow phase has last seen. Fast shapes have points far ahead, so that no distance
+// keeps them from being looked at.
+void store_motion(const BoundsTask& task, const Lanes& lanes, int count, const Placement& now, M fast) {
+  const Placement before = load_placement(task.shape_pose, lanes.shape);
+  const V3 offset = now.position - before.position;
+  const Q4 turn = conjugate(before.rotation) * now.rotation;
+  const F chord = F(2.0f) * length({turn.x, turn.y, turn.z}) + F(kTurnRounding);
+  constexpr float kInfinity = __builtin_huge_valf();
+  const F bound = task.force ? F(kInfinity) : select(fast, F(kInfinity), chord);
+  store_rows(floats(task.motion), 4, lanes.shape, count, offset.x, offset.y, offset.z, bound);
+}
+
 // Returns a bit for each lane with new fat bounds.
 std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count) {
   const Placement body = load_placement(task.body_pose, lanes.body);
@@ -144,6 +158,7 @@ std::uint32_t update_lanes(const BoundsTask& task, const Lanes& lanes, int count
   const F travel = length(way);
   // Also false if the velocity is not finite.
   const M fast = (travel > F(kFastTravel)) & (travel <= F(kFarthest));
+  store_motion(task, lanes, count, {position, rotation}, fast);
   store_rows(floats(task.shape_pose), 8, lanes.shape, count, position.x, position.y, position.z,
              select(fast, travel, F(0.0f)));
   store_rows(floats(task.shape_pose) + 4, 8, lanes.shape, count, rotation.x, rotation.y, rotation.z,

@@ -59,6 +59,7 @@ struct BoundsTask {
   const VelocityRow* body_velocity;
   PoseRow* shape_pose;    // written
   BoundsRow* fat_bounds;  // written where the shape left it, or everywhere if `force`
+  StepMotion* motion;     // written; infinite for fast shapes, or all if `force`
   std::uint8_t* left;     // by place in the list: whether the shape left them; not written where null
   float dt;
   bool force;

@@ -85,6 +85,11 @@ void clear_far_row(const CollideColumns& columns, std::int32_t row, std::int32_t
   if (columns.axis[pair].feature != 0) remember(columns, pair, {0.0f, 0.0f, 0.0f}, 0);
 }
 
+// Of a pair that is apart along an axis that the first hull carries along.
+void keep_clear(const CollideColumns& columns, std::int32_t pair, float gap, float lever) {
+  if (columns.clearance != nullptr) columns.clearance[pair] = {gap, lever};
+}
+
 template <bool kBoxFirst>
 void pass_spheres(const CollideColumns& columns, const CollideItem* items, int count, Survivors& out) {
   for (int begin = 0; begin < count; begin += kLanes) {
@@ -92,14 +97,19 @@ void pass_spheres(const CollideColumns& columns, const CollideItem* items, int c
     Block block;
     const int lanes = take_block(items, count, begin, which, block);
     const WidePair pair = load_pair(columns, block);
+    const F radii = radius_1<kBoxFirst>(pair) + pair.extent_2.radius;
     const std::uint32_t near = bits(spheres_touch(pair, radius_1<kBoxFirst>(pair), pair.extent_2.radius) &
                                     is_rotation(pair.first.rotation) & is_rotation(pair.second.rotation));
+    const F distance = length(pair.offset);
+    alignas(64) float gap[kLanes];
+    store(gap, distance - radii - F(kRoundingShare) * (distance + radii));
     alignas(64) std::int32_t slot[kLanes];
     for (int lane = 0; lane < kLanes; ++lane) slot[lane] = kCollideChunk;
     for (int lane = 0; lane < lanes; ++lane) {
       const std::int32_t row = block.row[lane];
       if ((near >> lane & 1u) == 0) {
         clear_far_row(columns, row, items[which[lane]].pair);
+        keep_clear(columns, items[which[lane]].pair, gap[lane], 0.0f);
         continue;
       }
       slot[lane] = out.count;
@@ -112,17 +122,30 @@ void pass_spheres(const CollideColumns& columns, const CollideItem* items, int c
   }
 }
 
-// Whether the last axis or the axis between the centers separates a pair that did not touch.
-bool is_separated(const HullPair& pair, const ContactAxis& last, Vec& axis) {
+// Returns the gap along the last axis or the one between the centers, if it separates a pair that did not
+// touch, or else 0.
+float separation_of(const HullPair& pair, const ContactAxis& last, Vec& axis) {
   axis = vec(last.axis);
   const float length_2 = dot(axis, axis);
-  if (length_2 > 0.99f && length_2 < 1.01f && gap_along(pair, axis) > pair.reach) return true;
+  if (length_2 > 0.99f && length_2 < 1.01f) {
+    const float gap = gap_along(pair, axis);
+    if (gap > pair.reach) return gap;
+  }
   const Vec center = pair.frame[0].center();
   const float distance = square_root(dot(center, center));
   const float inner = pair.hull[0]->inner_radius + pair.hull[1]->inner_radius;
-  if (!(distance > inner + pair.reach)) return false;
+  if (!(distance > inner + pair.reach)) return 0.0f;
   axis = (1.0f / distance) * center;
-  return gap_along(pair, axis) > pair.reach;
+  const float gap = gap_along(pair, axis);
+  return gap > pair.reach ? gap : 0.0f;
+}
+
+// The axis turns with the first hull, and so moves against the points of the second one, however far they
+// come while the gap lasts.
+void keep_clear_along(const CollideColumns& columns, std::int32_t place, const HullPair& pair, float gap) {
+  const Vec center = pair.frame[0].center();
+  const float farthest = square_root(dot(center, center)) + pair.hull[1]->outer_radius;
+  keep_clear(columns, place, gap - pair.rounding, farthest + gap);
 }
 
 // Returns false if the pair is separated along the decision's axis.
@@ -220,9 +243,13 @@ void pass_pairs(const CollideColumns& columns, const CollideItem* items, Survivo
     set_tolerances(pair);
     const ContactAxis last = columns.axis[item.pair];
     Decision decision;
-    if (last.feature == 0 && is_separated(pair, last, decision.axis)) {
-      clear_row(columns, item.row, item.pair, decision.axis);
-      continue;
+    if (last.feature == 0) {
+      const float gap = separation_of(pair, last, decision.axis);
+      if (gap > 0.0f) {
+        clear_row(columns, item.row, item.pair, decision.axis);
+        keep_clear_along(columns, item.pair, pair, gap);
+        continue;
+      }
     }
     if constexpr (kBoxFirst) box.set_edges();
     if (find_axis(pair, last, decision)) {

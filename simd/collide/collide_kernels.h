@@ -89,6 +89,8 @@ struct CollideColumns {
   ContactAnchor* anchor;        // written where no sphere touches
   ContactAxis* axis = nullptr;  // by CollideItem::pair; read and written for hulls against hulls and boxes
   std::uint8_t* points;         // number of points of the row
+  // By CollideItem::pair, if not null: written for some pairs that do not touch.
+  PairClearance* clearance = nullptr;
 };
 
 // Convex shapes that touch meshes, by the values of ShapeType; all smooth ones are one.

@@ -20,8 +20,18 @@ StatedLane lane_of(const simd::ConstraintChunk& chunk, std::int32_t lane, const 
   return {lane, first, lanes, false, false};
 }
 
-void sort_by_item(Gathered& list) {
+void sort_joints(Gathered& list) {
   std::sort(list.begin(), list.end(), [](const auto& x, const auto& y) { return x.item < y.item; });
+}
+
+// In the order of their pairs: which row a contact has depends on the contacts before it.
+void sort_contacts(const Contacts& contacts, Gathered& list) {
+  std::vector<std::int32_t> place(contacts.now.pair.size());
+  std::int32_t next = 0;
+  for (const std::int32_t contact : contacts.active) place[static_cast<std::size_t>(contact)] = next++;
+  std::sort(list.begin(), list.end(), [&](const auto& x, const auto& y) {
+    return place[static_cast<std::size_t>(x.item)] < place[static_cast<std::size_t>(y.item)];
+  });
 }
 
 Gathered gather_joints(const WorldData& data, const Constraints& constraints, const simd::JointArgs& args,
@@ -39,7 +49,7 @@ Gathered gather_joints(const WorldData& data, const Constraints& constraints, co
       gathered.push_back({joint, frames.row_a, frames.row_b, at, rows[static_cast<std::size_t>(lane)]});
     }
   }
-  sort_by_item(gathered);
+  sort_joints(gathered);
   return gathered;
 }
 
@@ -56,7 +66,7 @@ Gathered gather_contacts(const WorldData& data, const Constraints& constraints, 
                           rows[static_cast<std::size_t>(lane)]});
     }
   }
-  sort_by_item(gathered);
+  sort_contacts(data.contacts, gathered);
   return gathered;
 }
 

@@ -1,6 +1,7 @@
 // The kernel of bounds by itself: the parts of a list that threads hand to it, and what it writes.
 // tests/parallel/broad_phase/bounds_test.cpp has the laws of the bounds.
 #include <core/world/column.h>
+#include <core/world/edit.h>
 #include <simd/dispatch/kernels.h>
 #include <tests/simd/all_kernels.h>
 
@@ -47,6 +48,7 @@ struct Placed {
   Column<PoseRow> local_pose, body_pose, shape_pose;
   Column<VelocityRow> velocity;
   Column<BoundsRow> fat;
+  Column<StepMotion> motion;
 
   explicit Placed(unsigned seed) {
     Numbers numbers(seed);
@@ -89,6 +91,7 @@ struct Placed {
     }
     shape_pose.resize(kBoundedShapes);
     fat.resize(kBoundedShapes);
+    motion.resize(kBoundedShapes);
     for (PoseRow& row : shape_pose) std::memset(&row, 0x55, sizeof row);
     // Empty, as those of new shapes.
     for (BoundsRow& row : fat) {
@@ -100,19 +103,13 @@ struct Placed {
              bool force) {
     std::vector<std::uint8_t> left(list.size(), 2);
     const std::vector<BoundsRow> before(fat.begin(), fat.end());
-    const simd::BoundsTask task{list.data(),
-                                body.data(),
-                                type.data(),
-                                body_type.data(),
-                                extent.data(),
-                                local_pose.data(),
-                                body_pose.data(),
-                                velocity.data(),
-                                shape_pose.data(),
-                                fat.data(),
-                                left.data(),
-                                1.0f / 60.0f,
-                                force};
+    const simd::BoundsTask task{list.data(),       body.data(),
+                                type.data(),       body_type.data(),
+                                extent.data(),     local_pose.data(),
+                                body_pose.data(),  velocity.data(),
+                                shape_pose.data(), fat.data(),
+                                motion.data(),     left.data(),
+                                1.0f / 60.0f,      force};
     const int count = kernels.update_bounds(task, begin, end);
     expect_marks(list, left, before, begin, end, count);
     return count;
@@ -225,6 +222,61 @@ TEST(BoundsKernels, OnlyShapesThatLeaveTheirFatBoundsAreCountedAndGetNewOnes) {
     }
     EXPECT_EQ(left, changed) << kernels->name;
     EXPECT_GT(left, kBoundedShapes / 4);
+  }
+}
+
+Vec3 place(const PoseRow& pose, Vec3 point) {
+  return to_vec3(pose.position) + rotate(to_quat(pose.rotation), point);
+}
+
+TEST(BoundsKernels, PointsMoveAtMostAsFarAsTheMotionOfTheirShapeTells) {
+  const std::vector<std::int32_t> list = numbered(0, kBoundedShapes);
+  for (const simd::Kernels* kernels : all_kernels()) {
+    Placed placed(7);
+    Numbers numbers(8);
+    for (PoseRow& pose : placed.body_pose) {
+      for (float& x : pose.position) x = numbers.between(-5, 5);
+    }
+    placed.update(kernels->pair, list, 0, kBoundedShapes, true);
+    for (const StepMotion& motion : placed.motion) EXPECT_TRUE(std::isinf(motion.turn)) << kernels->name;
+    for (VelocityRow& row : placed.velocity) row = {};
+    const std::vector<PoseRow> before(placed.shape_pose.begin(), placed.shape_pose.end());
+    for (PoseRow& pose : placed.body_pose) {
+      for (float& x : pose.position) x += numbers.between(-0.1f, 0.1f);
+      Quat turned = to_quat(pose.rotation);
+      for (float* part : {&turned.x, &turned.y, &turned.z, &turned.w}) *part += numbers.between(-0.1f, 0.1f);
+      turned = normalize(turned);
+      const float q[4] = {turned.x, turned.y, turned.z, turned.w};
+      std::copy(std::begin(q), std::end(q), pose.rotation);
+    }
+    placed.update(kernels->pair, list, 0, kBoundedShapes, false);
+    float tightest = 0.0f;
+    for (std::size_t shape = 0; shape < kBoundedShapes; ++shape) {
+      const StepMotion& motion = placed.motion[shape];
+      for (int k = 0; k < 32; ++k) {
+        const Vec3 point{numbers.between(-1, 1), numbers.between(-1, 1), numbers.between(-1, 1)};
+        const Vec3 way = place(placed.shape_pose[shape], point) - place(before[shape], point);
+        const float beside = length(way - to_vec3(motion.offset)), most = motion.turn * length(point);
+        EXPECT_LE(beside, most + 4e-6f) << kernels->name;
+        tightest = std::max(tightest, beside / most);
+      }
+    }
+    EXPECT_GT(tightest, 0.99f);
+  }
+}
+
+TEST(BoundsKernels, NoMotionBoundsFastShapes) {
+  const std::vector<std::int32_t> list = numbered(0, kBoundedShapes);
+  for (const simd::Kernels* kernels : all_kernels()) {
+    Placed placed(9);
+    for (int k = 0; k < 2; ++k) placed.update(kernels->pair, list, 0, kBoundedShapes, k == 0);
+    int fast = 0;
+    for (std::size_t shape = 0; shape < kBoundedShapes; ++shape) {
+      const bool is_fast = placed.shape_pose[shape].padding > 0.0f;
+      EXPECT_EQ(std::isinf(placed.motion[shape].turn), is_fast) << kernels->name;
+      fast += is_fast ? 1 : 0;
+    }
+    EXPECT_GT(fast, kBoundedShapes / 8);
   }
 }
 

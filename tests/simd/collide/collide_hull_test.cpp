@@ -1,4 +1,5 @@
 // Hulls on hulls and boxes: equal bits everywhere, contacts at rest, recycling, degenerate placements.
+#include <core/world/edit.h>
 #include <tests/simd/same_bits.h>
 #include "hull_fixture.h"
 
@@ -285,6 +286,13 @@ TEST(CollideHull, ManifoldsAtRestAreRecycled) {
   }
 }
 
+double gap_along_last_axis(const HullPairs& pairs, const HullRows& rows, std::size_t row) {
+  const float* q = pairs.pose[2 * row].rotation;
+  const reference::Vector axis =
+      Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized() * to_vector(rows.axis[row].axis);
+  return gap_of_axis(pairs.solid(row, 0), pairs.solid(row, 1), axis);
+}
+
 TEST(CollideHull, SeparatedPairsKeepASeparatingAxis) {
   const HullPairs pairs = random_hull_pairs(small_zoo(), 300, 23, 0.03f, 0.3f, false);
   const HullRows rows = pairs.run(scalar_kernels());
@@ -292,10 +300,73 @@ TEST(CollideHull, SeparatedPairsKeepASeparatingAxis) {
     const ContactAxis& last = rows.axis[row];
     if (rows.points[row] != 0 || to_vector(last.axis).norm() < 0.5) continue;
     EXPECT_EQ(last.feature, 0u);
-    const float* q = pairs.pose[2 * row].rotation;
-    const reference::Vector axis =
-        Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized() * to_vector(last.axis);
-    EXPECT_GT(gap_of_axis(pairs.solid(row, 0), pairs.solid(row, 1), axis), 0.99 * kSpeculativeDistance);
+    EXPECT_GT(gap_along_last_axis(pairs, rows, row), 0.99 * kSpeculativeDistance);
+  }
+}
+
+// As update_bounds measures it, in single precision.
+float approach(const PoseRow (&before)[2], const PoseRow (&after)[2], float lever) {
+  const auto moved = [&](int i) { return to_vec3(after[i].position) - to_vec3(before[i].position); };
+  const auto turned = [&](int i) {
+    const Quat q = conjugate(to_quat(before[i].rotation)) * to_quat(after[i].rotation);
+    return 2.0f * length(Vec3{q.x, q.y, q.z});
+  };
+  return length(moved(1) - moved(0)) + (turned(0) + turned(1)) * lever;
+}
+
+// Moves each pair that is clear by a random share of what its clearance allows.
+TEST(CollideHull, PairsStayApartAlongTheSameAxisWhileTheyMoveLessThanTheirClearance) {
+  for (const bool boxes : {false, true}) {
+    HullPairs pairs = random_hull_pairs(small_zoo(), 600, 29, 0.03f, 1.0f, boxes);
+    const HullRows found = pairs.run(scalar_kernels());
+    const HullRows before = pairs.run(scalar_kernels(), &found);  // by the remembered axes
+    const std::vector<PoseRow> start(pairs.pose.begin(), pairs.pose.end());
+    Random random(31);
+    int clear = 0, turned = 0;
+    for (std::size_t row = 0; row < pairs.items.size(); ++row) {
+      const PairClearance clearance = before.clearance[row];
+      if (!(clearance.gap > kSpeculativeDistance)) continue;
+      ++clear;
+      turned += clearance.lever > 0.0f ? 1 : 0;
+      if (clearance.lever > 0.0f) {
+        EXPECT_LT(clearance.gap, gap_along_last_axis(pairs, before, row));
+      }
+      const float allowed = 0.999f * (clearance.gap - kSpeculativeDistance);
+      const PoseRow from[2] = {start[2 * row], start[2 * row + 1]};
+      PoseRow to[2];
+      float share = 1.0f;
+      do {
+        for (int side = 0; side < 2; ++side) {
+          const float angle = clearance.lever > 0.0f ? random.uniform(0.0f, share * allowed) / clearance.lever
+                                                     : random.uniform(0.0f, 3.0f);
+          to[side] =
+              pose_row(to_vec3(from[side].position) + random.uniform(0.0f, share * allowed) * random.unit(),
+                       to_quat(from[side].rotation) * turn(random.unit(), angle));
+        }
+        share *= 0.8f;
+      } while (clearance.lever > 0.0f ? approach(from, to, clearance.lever) > allowed
+                                      : approach(from, to, 0.0f) > allowed);
+      pairs.pose[2 * row] = to[0];
+      pairs.pose[2 * row + 1] = to[1];
+    }
+    EXPECT_GT(clear, 300);
+    EXPECT_GT(turned, 100);
+    for (const simd::Kernels* kernels : all_kernels()) {
+      const HullRows after = pairs.run(*kernels, &before);
+      for (std::size_t row = 0; row < pairs.items.size(); ++row) {
+        if (!(before.clearance[row].gap > kSpeculativeDistance)) continue;
+        EXPECT_EQ(after.points[row], 0) << row;
+        EXPECT_EQ(std::memcmp(&after.axis[row], &before.axis[row], sizeof(ContactAxis)), 0) << row;
+      }
+    }
+  }
+}
+
+TEST(CollideHull, PairsThatTouchHaveNoClearance) {
+  const HullPairs pairs = random_hull_pairs(small_zoo(), 300, 37, -0.1f, 0.019f, false);
+  const HullRows first = pairs.run(scalar_kernels()), rows = pairs.run(scalar_kernels(), &first);
+  for (std::size_t row = 0; row < pairs.items.size(); ++row) {
+    EXPECT_LE(rows.clearance[row].gap, kSpeculativeDistance) << row;
   }
 }
 

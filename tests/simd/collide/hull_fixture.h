@@ -66,6 +66,7 @@ inline const HullTopology& topology_of(const Hull& hull) { return HullAccess::so
 
 struct HullRows : Rows {
   Column<ContactAxis> axis;
+  Column<PairClearance> clearance;
 };
 
 // A hull, or a box if there is no hull. The reference uses `solid`.
@@ -139,7 +140,8 @@ struct HullPairs {
             .surface = rows.surface.data(),
             .anchor = rows.anchor.data(),
             .axis = rows.axis.data(),
-            .points = rows.points.data()};
+            .points = rows.points.data(),
+            .clearance = rows.clearance.data()};
   }
   // Collides all pairs; with `previous`, their impulses and axes carry over. `recycle` also recycles
   // manifolds.
@@ -147,6 +149,7 @@ struct HullPairs {
     HullRows rows;
     rows.resize(items.size());
     rows.axis.resize(items.size());
+    rows.clearance.resize(items.size());
     if (previous != nullptr) {
       rows.take(*previous);
       std::copy(previous->axis.begin(), previous->axis.end(), rows.axis.begin());
