@@ -66,6 +66,17 @@ struct LocalSweep {
   Vector origin, start, motion;
 };
 
+// Whether the core of a ball that comes down ends its way clear of the triangle's plane, so that it meets no
+// triangle in it. Most balls of bodies that roll or tumble over a mesh do.
+bool ends_above(const TriangleObstacle& obstacle, Vector normal, const Sweep& sweep,
+                const LocalSweep& local) {
+  constexpr double kShare = double{kCoreShare} + 0.03;  // more than the tolerance of core_of()
+  constexpr double kRounding = 4e-6;                    // of the way, which is in floats there
+  const double most = kShare * double{sweep.radius} + kRounding * queries::length(local.motion);
+  const double height = dot(normal, local.motion - obstacle.corner[0]);  // times the normal's length
+  return height > 0.0 && height * height > most * most * dot(normal, normal);
+}
+
 // The meeting with one triangle, its normal in the mesh's frame.
 Meeting meeting_with_triangle(const MeshData& mesh, std::int32_t triangle, const Sweep& sweep,
                               const LocalSweep& local, std::int32_t shape) {
@@ -76,6 +87,7 @@ Meeting meeting_with_triangle(const MeshData& mesh, std::int32_t triangle, const
   }
   const Vector normal = obstacle.normal();
   if (!(dot(normal, obstacle.corner[0]) < 0.0 && dot(normal, local.motion) < 0.0)) return {};
+  if (ends_above(obstacle, normal, sweep, local)) return {};
   const Vector begin = local.origin - local.start;
   const double gap = queries::length(begin - obstacle.nearest_to(begin)) - double{sweep.radius};
   const bool touched = gap <= double{kLinearSlop};
