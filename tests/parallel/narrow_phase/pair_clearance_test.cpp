@@ -106,6 +106,24 @@ TEST(PairClearance, NoBitDependsOnWhatIsKnownOfPairsThatAreApart) {
   }
 }
 
+// Restoring in place keeps the memory, but nothing of what was known.
+TEST(PairClearance, IsForgottenWhenAWorldIsRestoredInPlace) {
+  World world = std::move(make_heap(false).world);
+  Workers workers(2);
+  Snapshot early, late, again;
+  for (int k = 0; k < 150; ++k) step(world, kStep, workers);
+  save(world, early);
+  for (int k = 0; k < 5; ++k) step(world, kStep, workers);
+  save(world, late);
+  EXPECT_GT(looks_of(world).skipped, 0);
+  restore(world, early);
+  step(world, kStep, workers);
+  EXPECT_EQ(looks_of(world).skipped, 0);
+  for (int k = 0; k < 4; ++k) step(world, kStep, workers);
+  save(world, again);
+  EXPECT_EQ(write_snapshot(again), write_snapshot(late));
+}
+
 TEST(PairClearance, CallsBetweenStepsAreSeen) {
   Heap heap = make_heap(true);
   World& world = heap.world;
