@@ -79,8 +79,8 @@ struct alignas(16) ContactAxis {
 // How much two shapes that do not touch may move before they can. It only spares work: without it the same
 // pairs touch.
 struct PairClearance {
-  float gap;    // along an axis that is fixed in the frame of one of them, m; 0: not known
-  float lever;  // of the points that turns bring nearer, m
+  float gap;    // between the balls about them, or along an axis fixed in one of them, m; 0: not known
+  float lever;  // of the points that turns bring nearer, m; 0 between balls
 };
 
 // The rare part of a contact's surface; meaningful where kManifoldRich is set.

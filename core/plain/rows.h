@@ -144,10 +144,11 @@ struct alignas(32) BoundsRow {
   float padding;
 };
 
-// How far a shape has moved between two narrow phases. A bound where that is not known: infinite.
+// How far a shape has moved since the last narrow phase.
 struct alignas(16) StepMotion {
   float offset[3];  // of its place, m
-  float turn;       // by which a point 1 m away has moved at most beside that, m
+  float turn;  // m, how far a point 1 m from its place can have moved beyond that; infinite where that is
+               // not known, or the shape is fast
 };
 
 // A candidate pair of shapes, a < b.

@@ -11,6 +11,7 @@
 #include <concepts>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 
 namespace scree {
@@ -127,6 +128,12 @@ inline Vec3 masked(Vec3 v, Vec3 mask) {
 }
 inline Vec3 free_linear(const MotionRow& motion, Vec3 v) { return masked(v, free_axes(motion.flags)); }
 inline Vec3 free_angular(const MotionRow& motion, Vec3 v) { return masked(v, free_axes(motion.flags >> 3)); }
+
+// Of a shape that stays where it is. The narrow phase looks far ahead of one that was fast when its pose was
+// written, so that nothing keeps its pairs from being looked at.
+inline StepMotion motion_at_rest(const PoseRow& pose) {
+  return {{0.0f, 0.0f, 0.0f}, pose.padding > 0.0f ? std::numeric_limits<float>::infinity() : 0.0f};
+}
 
 inline Vec3 to_vec3(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
 inline Quat to_quat(const float (&q)[4]) { return {q[0], q[1], q[2], q[3]}; }

@@ -145,8 +145,9 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   PoseRow,         pose,            /* update_bounds; in the world; the padding tells how far    \
                                                       the shape travels in a step, by the velocity it had then */ \
         kApart, kVaried)                                                                                        \
-  ROWS (scratch, StepMotion,      motion)          /* update_bounds; since the last narrow phase. Old where a    \
-                                                      shape has come to rest */                                 \
+  ROWS (scratch, StepMotion,      motion)          /* update_bounds, forget_displaced, islands; since the last  \
+                                                      narrow phase. At rest, and in a restored world, it is     \
+                                                      motion_at_rest() */                                       \
   TABLE(derived, PageMarks,       marks, "shapes") /* as those of bodies */                                     \
   VALUE(derived, ListMark,        free_mark, {})   /* calls; of free_slots */                                   \
   LIST (state,   std::int32_t,    free_slots,      /* calls */                                                  \

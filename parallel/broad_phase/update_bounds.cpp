@@ -4,6 +4,7 @@
 // Runs at the end of each step for the shapes that may have moved, and before find_pairs for the shapes that
 // calls have changed. find_pairs keeps its list while no shape leaves its fat bounds.
 #include <core/state/hash.h>
+#include <core/world/edit.h>
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/crew/list_where.h>
 #include <parallel/stages.h>
@@ -94,12 +95,18 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
   update_list(data, broad_phase, changed, dt, nullptr, true, false, crew);
 }
 
+void forget_displaced(WorldData& data) {
+  Column<std::int32_t>& displaced = broad_phase_of(data).displaced;
+  for (const std::int32_t shape : displaced) {
+    data.shapes.motion[shape] = motion_at_rest(data.shapes.pose[shape]);
+  }
+  displaced.clear();
+}
+
 void update_bounds(WorldData& data, float dt, Crew& crew) {
   BroadPhase& broad_phase = broad_phase_of(data);
   const bool hashes = data.recording.sink != nullptr;
   const Column<std::int32_t>& moving = data.shapes.moving;
-  for (const std::int32_t shape : broad_phase.displaced) data.shapes.motion[shape] = {};
-  broad_phase.displaced.clear();
   broad_phase.has_left.resize_discarding(moving.size());
   const int left =
       update_list(data, broad_phase, moving.span(), dt, broad_phase.has_left.data(), false, hashes, crew);

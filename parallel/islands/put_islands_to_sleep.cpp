@@ -5,6 +5,7 @@
 // union-find without locks (Anderson and Woll, "Wait-free parallel algorithms for the union-find problem",
 // 1991). A root is linked under smaller roots only, so that the final root of an island is its smallest body
 // in every order of contacts. Roots are read once all contacts are entered.
+#include <core/world/edit.h>
 #include <parallel/crew/list_where.h>
 #include <parallel/islands/islands.h>
 #include <parallel/stages.h>
@@ -120,6 +121,7 @@ void put_to_sleep(WorldData& data, std::int32_t body) {
   bodies.drift[body] = DriftRow{};  // rows that are equal take no room in snapshots
   for (std::int32_t shape = bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     data.shapes.tree[shape] = TreeKind::frozen;
+    data.shapes.motion[shape] = motion_at_rest(data.shapes.pose[shape]);
   }
 }
 

@@ -8,9 +8,10 @@
 //
 // Hooks decide before that which pairs collide, and after it how contacts act: see ask_hooks.cpp.
 //
-// A contact's row is 250 bytes, a pair's 28, and most pairs do not touch.
+// A contact's row is 250 bytes, a pair's 28 and 16 for its clearance, and most pairs do not touch.
 #include <core/world/edit.h>
 #include <core/world/wake.h>
+#include <parallel/broad_phase/broad_phase.h>
 #include <parallel/crew/list_where.h>
 #include <parallel/narrow_phase/narrow_phase.h>
 #include <parallel/stages.h>
@@ -305,6 +306,19 @@ simd::CollideColumns fresh_columns(WorldData& data, NarrowPhase& phase, std::siz
   return columns;
 }
 
+// Adds rows behind all others; see provide_rows().
+void add_rows(Contacts& contacts, std::size_t count, std::size_t expected, bool with_forces) {
+  if (count == 0) return;
+  const std::size_t first = contacts.now.pair.size();
+  const std::size_t size = first + count;
+  const bool grows = size * sizeof(Manifold) > contacts.now.manifold.capacity_bytes();
+  const std::size_t reserved = grows ? std::max(size, std::min(size + expected, 2 * first)) : size;
+  contacts.now.for_each_column([&](ColumnKind, const char*, auto& column) { column.reserve(reserved); });
+  // To zero, because not every contact writes all of its row, and state must not depend on old bytes.
+  contacts.now.resize(size);
+  if (with_forces) contacts.forces.resize(size);
+}
+
 // Makes the pair's contact at `place` of the round one of the world's.
 void add_contact(Contacts& contacts, const NarrowPhase& phase, std::int32_t place, std::int32_t pair,
                  std::int32_t row, bool has_anchor) {
@@ -322,8 +336,9 @@ void add_contact(Contacts& contacts, const NarrowPhase& phase, std::int32_t plac
   if (!contacts.forces.empty()) contacts.forces[row] = {};
 }
 
-// Collides the pairs that are no contacts, a round at a time. Those that touch take the last free rows, in
-// the order of their groups.
+// Collides the pairs that are no contacts, a round at a time. Those that touch take the last free rows, then
+// new ones, in the order of their groups: where rounds end, which depends on the pairs that are clear, must
+// not be seen in the rows.
 void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   const simd::CollideKernels& kernels = crew.kernels().collide;
@@ -353,15 +368,21 @@ void collide_others(WorldData& data, NarrowPhase& phase, Crew& crew) {
     const auto left = static_cast<std::size_t>(chunks.begin(chunks.count()) - chunks.begin(round_end));
     const double share = static_cast<double>(touching) / static_cast<double>(collided);
     const auto expected = static_cast<std::size_t>(share * static_cast<double>(left));
-    provide_rows(contacts, count, expected, data.settings.contact_forces);
+    const std::size_t from_free = std::min(count, contacts.free_rows.size());
+    const std::size_t first_new = contacts.now.pair.size();
+    add_rows(contacts, count - from_free, expected, data.settings.contact_forces);
     const std::int32_t* const behind = contacts.free_rows.end();
+    const auto row_of = [&](std::size_t i) {
+      return i < from_free ? *(behind - 1 - i) : static_cast<std::int32_t>(first_new + (i - from_free));
+    };
     crew.run_ranges(static_cast<int>(count), simd::kCollideChunk, [&](int begin, int end, int) {
       for (int i = begin; i < end; ++i) {
         const std::int32_t place = phase.fresh[i], pair = phase.order[first + place];
-        add_contact(contacts, phase, place, pair, behind[-1 - i], writes_anchor(phase.kind[pair]));
+        add_contact(contacts, phase, place, pair, row_of(static_cast<std::size_t>(i)),
+                    writes_anchor(phase.kind[pair]));
       }
     });
-    contacts.free_rows.drop_back(count);
+    contacts.free_rows.drop_back(from_free);
     contacts.free_mark.cut(contacts.free_rows.size());
   }
 }
@@ -487,15 +508,9 @@ simd::CollideColumns collide_columns(WorldData& data) {
 void provide_rows(Contacts& contacts, std::size_t count, std::size_t expected, bool with_forces) {
   if (contacts.free_rows.size() >= count) return;
   const std::size_t first = contacts.now.pair.size();
-  const std::size_t size = first + (count - contacts.free_rows.size());
   contacts.free_rows.reserve(count);
-  const bool grows = size * sizeof(Manifold) > contacts.now.manifold.capacity_bytes();
-  const std::size_t reserved = grows ? std::max(size, std::min(size + expected, 2 * first)) : size;
-  contacts.now.for_each_column([&](ColumnKind, const char*, auto& column) { column.reserve(reserved); });
-  // To zero, because not every contact writes all of its row, and state must not depend on old bytes.
-  contacts.now.resize(size);
-  if (with_forces) contacts.forces.resize(size);
-  for (std::size_t row = first; row < size; ++row) {
+  add_rows(contacts, count - contacts.free_rows.size(), expected, with_forces);
+  for (std::size_t row = first; row < contacts.now.pair.size(); ++row) {
     contacts.free_rows.push_back(static_cast<std::int32_t>(row));
   }
 }
@@ -518,6 +533,7 @@ void collide(WorldData& data, Crew& crew) {
   rule_contacts(data, phase, crew);
   list_contacts(data, phase, crew);
   data.contacts.manifolds_stale = false;
+  forget_displaced(data);
 }
 
 }  // namespace scree

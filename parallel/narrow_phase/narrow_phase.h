@@ -50,7 +50,7 @@ struct PairOutcome {     // of one chunk of pairs
   LIST (scratch, std::uint8_t, kind)            /* per pair: collide type, kSkipped or kNever */                \
   LIST (scratch, PairClearance, clearance)      /* per pair, while there are hulls; see is_clear */               \
   LIST (scratch, PairClearance, last_clearance) /* per pair of the last list */                                 \
-  VALUE(scratch, std::uint64_t, list_number, 0) /* Contacts::list_number of the last list */                    \
+  VALUE(scratch, std::uint64_t, list_number, 0) /* Contacts::list_number of the list that `clearance` is of */ \
   LIST (scratch, GroupCounts,  chunk_counts)    /* per chunk of pairs: how many of each group, then where they go */ \
   LIST (scratch, PairOutcome,  outcomes)        /* per chunk of pairs */                                        \
   LIST (scratch, std::int32_t, order)           /* the pairs by group, ascending */                             \

@@ -135,8 +135,9 @@ Extent extent_of(const BoundsTask& task, const Lanes& lanes, Q4 rotation) {
   return extent;
 }
 
-// From the place that the narrow phase has last seen. Fast shapes have points far ahead, so that no distance
-// keeps them from being looked at.
+// From the place in its last pose, which the narrow phase has seen: where calls have changed a shape since,
+// nothing is known (`force`). Fast shapes have points far ahead, so that no distance keeps them from being
+// looked at.
 void store_motion(const BoundsTask& task, const Lanes& lanes, int count, const Placement& now, M fast) {
   const Placement before = load_placement(task.shape_pose, lanes.shape);
   const V3 offset = now.position - before.position;

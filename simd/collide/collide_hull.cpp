@@ -85,7 +85,7 @@ void clear_far_row(const CollideColumns& columns, std::int32_t row, std::int32_t
   if (columns.axis[pair].feature != 0) remember(columns, pair, {0.0f, 0.0f, 0.0f}, 0);
 }
 
-// Of a pair that is apart along an axis that the first hull carries along.
+// `lever`: 0 where the balls about both shapes are apart, which turns do not change.
 void keep_clear(const CollideColumns& columns, std::int32_t pair, float gap, float lever) {
   if (columns.clearance != nullptr) columns.clearance[pair] = {gap, lever};
 }
@@ -141,8 +141,11 @@ float separation_of(const HullPair& pair, const ContactAxis& last, Vec& axis) {
 }
 
 // The axis turns with the first hull, and so moves against the points of the second one, however far they
-// come while the gap lasts.
-void keep_clear_along(const CollideColumns& columns, std::int32_t place, const HullPair& pair, float gap) {
+// come while the gap lasts. One that came from a snapshot may be of another length than 1.
+void keep_clear_along(const CollideColumns& columns, std::int32_t place, const HullPair& pair, Vec axis,
+                      float gap) {
+  constexpr float kUnit = 1e-5f;
+  if (!(size(dot(axis, axis) - 1.0f) < kUnit)) return;
   const Vec center = pair.frame[0].center();
   const float farthest = square_root(dot(center, center)) + pair.hull[1]->outer_radius;
   keep_clear(columns, place, gap - pair.rounding, farthest + gap);
@@ -247,7 +250,7 @@ void pass_pairs(const CollideColumns& columns, const CollideItem* items, Survivo
       const float gap = separation_of(pair, last, decision.axis);
       if (gap > 0.0f) {
         clear_row(columns, item.row, item.pair, decision.axis);
-        keep_clear_along(columns, item.pair, pair, gap);
+        keep_clear_along(columns, item.pair, pair, decision.axis, gap);
         continue;
       }
     }

@@ -63,7 +63,7 @@ struct alignas(32) CollideItem {
   std::int32_t shape_2;
   std::int32_t body_1;
   std::int32_t body_2;
-  std::int32_t row;    // the contact's own row, also if it only becomes one
+  std::int32_t row;    // of the contact's columns: its own, or a place in a round if it is none yet
   std::int32_t flags;  // CollideItemFlag
   std::int32_t pair;   // row of its axis
   std::int32_t padding = 0;

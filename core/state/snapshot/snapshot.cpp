@@ -77,6 +77,7 @@ void derive_shapes(WorldData& data) {
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
     shapes.is_changed[row] = 0;
     shapes.is_noted[row] = 0;
+    shapes.motion[row] = motion_at_rest(shapes.pose[row]);
     if ((shapes.flags[row] & kShapeWakes) != 0) shapes.wakers.push_back(static_cast<std::int32_t>(row));
     if ((shapes.flags[row] & kShapeAlive) == 0) continue;
     ++shapes.alive;

@@ -64,6 +64,7 @@ struct Scene {
       contacts.free_rows.push_back(contact);
     }
     contacts.list_kept = false;
+    contacts.last_number = contacts.list_number++;
   }
   void step() {
     Crew crew(workers);

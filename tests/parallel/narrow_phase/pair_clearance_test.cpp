@@ -5,8 +5,10 @@
 #include <parallel/narrow_phase/narrow_phase.h>
 #include <scree/scree.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <random>
 #include <utility>
 #include <vector>
@@ -80,15 +82,16 @@ Looks looks_of(const World& world) {
 }
 
 // A world that was restored knows no clearance, and collides every pair anew.
-void expect_same_step(World& world, Workers& workers, const ContactFilter& filter, int number) {
+void expect_same_step(World& world, Workers& workers, const ContactFilter& filter, int number,
+                      float dt = kStep) {
   Snapshot before, after, expected;
   save(world, before);
-  step(world, kStep, workers);
+  step(world, dt, workers);
   save(world, after);
   World fresh;
   restore(fresh, before);
   if (filter) fresh.set_contact_filter(filter);
-  step(fresh, kStep, workers);
+  step(fresh, dt, workers);
   save(fresh, expected);
   ASSERT_EQ(write_snapshot(after), write_snapshot(expected)) << "step " << number;
 }
@@ -124,6 +127,110 @@ TEST(PairClearance, IsForgottenWhenAWorldIsRestoredInPlace) {
   EXPECT_EQ(write_snapshot(again), write_snapshot(late));
 }
 
+// At 15 Hz, bodies of 0.15 m/s are fast; some fall asleep while they are.
+TEST(PairClearance, StepsOfAnyLengthGiveTheSameBits) {
+  World world = std::move(make_heap(true).world);
+  Workers workers(2);
+  const float lengths[] = {kStep, 0.0f, 2.0f * kStep, 4.0f * kStep, 0.0f, 0.0f, 0.25f * kStep};
+  for (int k = 0; k < 210; ++k) expect_same_step(world, workers, {}, k, lengths[k % 7]);
+}
+
+// A world goes on beside one that was restored from it, which learns its clearances later.
+TEST(PairClearance, RestoredWorldsKeepStep) {
+  World world = std::move(make_heap(true).world);
+  Workers workers(2);
+  for (int k = 0; k < 60; ++k) step(world, kStep, workers);
+  World other = clone(world);
+  for (int k = 0; k < 240; ++k) {
+    Snapshot a, b;
+    save(world, a);
+    save(other, b);
+    ASSERT_EQ(write_snapshot(a), write_snapshot(b)) << k;
+    step(world, kStep, workers);
+    step(other, kStep, workers);
+  }
+}
+
+// A hull that drifts alone falls asleep. One that comes behind at the same speed must still find it.
+TEST(PairClearance, WhatFollowsASleeperMeetsIt) {
+  constexpr float kSpeed = 0.04f, kGap = 0.04f;
+  World world({.gravity = {}});
+  const auto add = [&](BodyType type, float x) {
+    const BodyId body =
+        world.create_body({.type = type, .position = {x, 0, 0}, .linear_velocity = {kSpeed, 0, 0}});
+    std::vector<Vec3> corners;
+    for (int k = 0; k < 8; ++k) {
+      corners.push_back({k & 1 ? 0.5f : -0.5f, k & 2 ? 0.5f : -0.5f, k & 4 ? 0.5f : -0.5f});
+    }
+    world.add_shape(body, ConvexHull{.hull = Hull(corners)});
+    return body;
+  };
+  const BodyId sleeper = add(BodyType::dynamic, 0.0f), follower = add(BodyType::kinematic, -1.0f - kGap);
+  Workers workers(1);
+  bool slept = false;
+  for (int k = 0; k < 300; ++k) {
+    step(world, kStep, workers);
+    slept = slept || !world.is_awake(sleeper);
+    const float way = world.pose(sleeper).position.x - world.pose(follower).position.x;
+    ASSERT_GT(way, 0.99f) << k;
+  }
+  EXPECT_TRUE(slept);
+}
+
+// The same with a snapshot of the sleeper, into a world in which it moves.
+TEST(PairClearance, MotionIsForgottenWhenAWorldIsRestoredInPlace) {
+  World world({.gravity = {}});
+  const Hull hull = wedge(0.5f, 0.5f, 8);
+  const BodyId fixed = world.create_body({.type = BodyType::fixed});
+  world.add_shape(fixed, ConvexHull{.hull = hull});
+  const BodyId body = world.create_body({.position = {-1.2f, 0, 0}});
+  world.add_shape(body, ConvexHull{.hull = hull});
+  Snapshot at_rest;
+  save(world, at_rest);
+  Workers workers(1);
+  world.set_body_type(fixed, BodyType::kinematic);
+  world.set_linear_velocity(fixed, {0.5f, 0, 0});
+  for (int k = 0; k < 5; ++k) step(world, kStep, workers);
+  restore(world, at_rest);
+  world.set_linear_velocity(body, {0.5f, 0, 0});
+  for (int k = 0; k < 60; ++k) expect_same_step(world, workers, {}, k);
+  EXPECT_LT(world.pose(body).position.x, -0.8f);
+}
+
+// Needles across a grid, and as many between them, which come nearer: all bounds overlap, and one more round
+// of pairs is collided where nothing is known.
+TEST(PairClearance, RowsOfNewContactsDoNotDependOnRounds) {
+  constexpr int kSide = 10;
+  constexpr float kSpacing = 0.1f, kHalf = 0.005f;
+  World world({.gravity = {}, .sleeping = false});
+  const Vec3 along = (1.0f / std::sqrt(3.0f)) * Vec3{1, 1, 1};
+  const Vec3 right = (1.0f / std::sqrt(2.0f)) * Vec3{1, -1, 0}, up = cross(along, right);
+  std::vector<Vec3> corners;
+  for (int k = 0; k < 8; ++k) {
+    corners.push_back((k & 1 ? 0.8f : -0.8f) * along + (k & 2 ? kHalf : -kHalf) * right +
+                      (k & 4 ? kHalf : -kHalf) * up);
+  }
+  const Hull needle(corners);
+  for (const float side : {0.0f, 1.0f}) {
+    const BodyId body = world.create_body({.position = (0.5f * kSpacing * side) * (right + up),
+                                           .linear_velocity = (-0.3f * side) * (right + up)});
+    for (int k = 0; k < kSide * kSide; ++k) {
+      const Vec3 place = (kSpacing * float(k / kSide)) * right + (kSpacing * float(k % kSide)) * up;
+      world.add_shape(body, ConvexHull{.hull = needle}, {},
+                      {.local_pose = {.position = place, .rotation = {}}});
+    }
+  }
+  Workers workers(2);
+  std::int64_t most = 0, contacts = 0;
+  for (int k = 0; k < 20; ++k) {
+    expect_same_step(world, workers, {}, k);
+    most = std::max(most, world.stats().pairs);
+    contacts = std::max(contacts, world.stats().contacts);
+  }
+  EXPECT_GT(most, std::int64_t{kRoundChunks} * simd::kCollideChunk);
+  EXPECT_GT(contacts, 50);
+}
+
 TEST(PairClearance, CallsBetweenStepsAreSeen) {
   Heap heap = make_heap(true);
   World& world = heap.world;
@@ -140,8 +247,8 @@ TEST(PairClearance, CallsBetweenStepsAreSeen) {
     if (call == 2) world.set_body_type(body, pick(2) == 0 ? BodyType::dynamic : BodyType::kinematic);
     if (call == 3) world.set_body_type(body, BodyType::fixed);
     if (call == 4) world.wake(body);
-    if (call == 6) world.set_geometry(heap.shapes.back(), ConvexHull{.hull = wedge(0.4f, 0.2f, 4 + pick(4))});
     if (call == 5) world.set_angular_velocity(body, 100.0f * Vec3{some(), some(), some()});
+    if (call == 6) world.set_geometry(heap.shapes.back(), ConvexHull{.hull = wedge(0.4f, 0.2f, 4 + pick(4))});
     expect_same_step(world, workers, {}, k);
   }
 }
