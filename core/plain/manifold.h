@@ -79,7 +79,8 @@ struct alignas(16) ContactAxis {
 // How much two shapes that do not touch may move before they can. It only spares work: without it the same
 // pairs touch.
 struct PairClearance {
-  float gap;    // between the balls about them, or along an axis fixed in one of them, m; 0: not known
+  float gap;    // between the balls about them, or along an axis fixed in one of them, m. Known above
+                // kSpeculativeDistance
   float lever;  // of the points that turns bring nearer, m; 0 between balls
 };
 

@@ -155,9 +155,9 @@ inline std::span<const PairTree> frozen_trees(const BroadPhase& broad_phase) {
 // The world's broad phase, made at first use.
 BroadPhase& broad_phase_of(WorldData& data);
 // Fat bounds of the shapes that calls changed.
+void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Crew& crew);
 // The narrow phase has seen where calls have put shapes: they are at rest again.
 void forget_displaced(WorldData& data);
-void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Crew& crew);
 
 // Whether filters, bodies and their types let two shapes collide.
 bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b);

@@ -71,7 +71,7 @@ struct LocalSweep {
 bool ends_above(const TriangleObstacle& obstacle, Vector normal, const Sweep& sweep,
                 const LocalSweep& local) {
   constexpr double kShare = double{kCoreShare} + 0.03;  // more than the tolerance of core_of()
-  constexpr double kRounding = 4e-6;                    // of the way, which is in floats there
+  constexpr double kRounding = 4e-6;                    // of the way, which first_within() has in floats
   const double most = kShare * double{sweep.radius} + kRounding * queries::length(local.motion);
   const double height = dot(normal, local.motion - obstacle.corner[0]);  // times the normal's length
   return height > 0.0 && height * height > most * most * dot(normal, normal);

@@ -8,7 +8,8 @@
 //
 // Hooks decide before that which pairs collide, and after it how contacts act: see ask_hooks.cpp.
 //
-// A contact's row is 250 bytes, a pair's 28 and 16 for its clearance, and most pairs do not touch.
+// A contact's row is 250 bytes, a pair's 28 and in two lists 8 for its clearance, and most pairs do not
+// touch.
 #include <core/world/edit.h>
 #include <core/world/wake.h>
 #include <parallel/broad_phase/broad_phase.h>
@@ -140,6 +141,7 @@ bool is_clear(const WorldData& data, PairClearance& clearance, std::int32_t row)
   const ShapePair pair = data.contacts.pairs.pair[row];
   const StepMotion &a = data.shapes.motion[pair.a], &b = data.shapes.motion[pair.b];
   const Vec3 way = to_vec3(b.offset) - to_vec3(a.offset);
+  // What comes of an infinite turn, which is no number where the lever is 0, is not clear.
   const float nearer = length(way) + (a.turn + b.turn) * clearance.lever;
   clearance.gap -= nearer + kMotionRounding * (nearer + clearance.gap);
   return clearance.gap > kSpeculativeDistance;

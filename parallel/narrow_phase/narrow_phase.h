@@ -26,7 +26,8 @@ using GroupBegins = TableArray<std::int32_t, kPairGroups + 1>;
 
 // Values of NarrowPhase::kind beside simd::CollideType.
 inline constexpr std::uint8_t kMeshPair = simd::kCollideTypes;  // one of its shapes is a mesh
-// No body is awake: the contact, if it is one, stays as it is. Or the shapes are clear of each other.
+// No body is awake: the contact, if it is one, stays as it is. Or there is none, and the shapes are clear of
+// each other.
 inline constexpr std::uint8_t kSkipped = kMeshPair + 1;
 inline constexpr std::uint8_t kNever = kMeshPair + 2;  // no dynamic body, or a hook took the pair out
 

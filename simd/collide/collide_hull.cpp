@@ -102,7 +102,7 @@ void pass_spheres(const CollideColumns& columns, const CollideItem* items, int c
                                     is_rotation(pair.first.rotation) & is_rotation(pair.second.rotation));
     const F distance = length(pair.offset);
     alignas(64) float gap[kLanes];
-    store(gap, distance - radii - F(kRoundingShare) * (distance + radii));
+    store(gap, distance - radii - F(2.0f * kRoundingShare) * (distance + radii));
     alignas(64) std::int32_t slot[kLanes];
     for (int lane = 0; lane < kLanes; ++lane) slot[lane] = kCollideChunk;
     for (int lane = 0; lane < lanes; ++lane) {
@@ -141,14 +141,15 @@ float separation_of(const HullPair& pair, const ContactAxis& last, Vec& axis) {
 }
 
 // The axis turns with the first hull, and so moves against the points of the second one, however far they
-// come while the gap lasts. One that came from a snapshot may be of another length than 1.
+// come while the gap lasts. One that came from a snapshot may be of another length than 1. Twice the
+// rounding: of this gap, and of the one that a later look would find.
 void keep_clear_along(const CollideColumns& columns, std::int32_t place, const HullPair& pair, Vec axis,
                       float gap) {
   constexpr float kUnit = 1e-5f;
   if (!(size(dot(axis, axis) - 1.0f) < kUnit)) return;
   const Vec center = pair.frame[0].center();
   const float farthest = square_root(dot(center, center)) + pair.hull[1]->outer_radius;
-  keep_clear(columns, place, gap - pair.rounding, farthest + gap);
+  keep_clear(columns, place, gap - 2.0f * pair.rounding - kUnit * gap, farthest + gap);
 }
 
 // Returns false if the pair is separated along the decision's axis.

@@ -177,7 +177,7 @@ TEST(PairClearance, WhatFollowsASleeperMeetsIt) {
   EXPECT_TRUE(slept);
 }
 
-// The same with a snapshot of the sleeper, into a world in which it moves.
+// A snapshot in which the body rests, into a world in which it moves.
 TEST(PairClearance, MotionIsForgottenWhenAWorldIsRestoredInPlace) {
   World world({.gravity = {}});
   const Hull hull = wedge(0.5f, 0.5f, 8);
