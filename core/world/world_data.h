@@ -146,8 +146,8 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
                                                       the shape travels in a step, by the velocity it had then */ \
         kApart, kVaried)                                                                                        \
   ROWS (scratch, StepMotion,      motion)          /* update_bounds, forget_displaced, islands; since the last  \
-                                                      narrow phase. Outside of `moving`, and in a restored world, \
-                                                      it is motion_at_rest() */                                       \
+                                                      narrow phase. Outside of `moving`, and in a restored       \
+                                                      world, it is motion_at_rest() */                          \
   TABLE(derived, PageMarks,       marks, "shapes") /* as those of bodies */                                     \
   VALUE(derived, ListMark,        free_mark, {})   /* calls; of free_slots */                                   \
   LIST (state,   std::int32_t,    free_slots,      /* calls */                                                  \
