@@ -2,8 +2,9 @@
 // one color share a dynamic body.
 //
 // A contact keeps its color while it touches, so that one new contact does not reshuffle the Gauss-Seidel
-// order of a resting pile. New ones take the lowest free color in the order of their pairs. Contacts against
-// bodies that cannot be pushed have colors of their own and are solved last.
+// order of a resting pile. New ones take the lowest free color in the order of a hash of their pairs
+// (color_rounds.cpp): a color depends on what is near, and on no list and no count of the whole world.
+// Contacts against bodies that cannot be pushed have colors of their own and are solved last.
 //
 // Hubs, which are bodies with many contacts, block no colors: their contacts are colored by the other body
 // alone, and are solved in groups (see simd/constraints/constraint_block.h). A body with more contacts
@@ -30,9 +31,8 @@ constexpr int kBodiesPerTask = 8192;  // bodies of one task
 // From this many contacts on, threads share the coloring: 0.05 ms of serial work. Atomic operations cost
 // twice as much as plain ones.
 constexpr int kSharedContacts = 20000;
-// From this many new contacts on, they are colored cell by cell. Decides colors, so it must not depend on
-// threads.
-constexpr std::size_t kCellContacts = 20000;
+// From this many new ones on, threads share them, too: the same colors.
+constexpr std::size_t kSharedNewContacts = 20000;
 
 // Adds, or sets bits, where other threads may do so too. Returns the value before.
 template <bool kShared>
@@ -50,14 +50,22 @@ std::uint64_t set_bits(std::uint64_t& mask, std::uint64_t bits) {
   return before;
 }
 
-void clear_masks(const WorldData& data, Constraints& constraints, Crew& crew, bool degrees) {
+template <bool kShared>
+void clear_bits(std::uint64_t& mask, std::uint64_t bits) {
+  if constexpr (kShared) {
+    std::atomic_ref(mask).fetch_and(~bits, std::memory_order_relaxed);
+  } else {
+    mask &= ~bits;
+  }
+}
+
+void clear_masks(const WorldData& data, Constraints& constraints, Crew& crew) {
   const Column<std::int32_t>& awake = data.bodies.awake;
   crew.run_ranges(static_cast<int>(awake.size()), kBodiesPerTask, [&](int begin, int end, int) {
     for (int i = begin; i < end; ++i) {
       const std::int32_t body = awake[i];
-      BodyColors& colors = constraints.body_colors[body];
-      colors = {0, 0, 0, degrees ? 0 : colors.degree, -1};
-      if (degrees) constraints.joint_count[body] = 0;
+      constraints.body_colors[body] = {0, 0, 0, 0, -1};
+      constraints.joint_count[body] = 0;
     }
   });
 }
@@ -142,52 +150,89 @@ EdgeKind kind_of(const Column<BodyColors>& bodies, const Edge& edge) {
                         : EdgeKind::dynamic;
 }
 
-// Enters the kept colors of a part into its bodies' masks and lists the contacts that need one. False if a
-// kept color clashed with another, which happens after a body has changed its type or has become or ceased to
-// be a hub. Serially, the first of two keeps it and the other is listed.
+struct Part {
+  int begin, end;
+  std::int32_t* uncolored;  // where its list goes
+};
+
+Part part_of(Constraints& constraints, int number) {
+  const int begin = number * kEdgesPerTask;
+  return {begin, std::min(begin + kEdgesPerTask, static_cast<int>(constraints.edges.size())),
+          constraints.uncolored.data() + begin};
+}
+
+// Enters the kept colors of a part into its bodies' masks and lists the contacts that need one. Notes which
+// colors clash, as happens after a body has changed its type or has become or ceased to be a hub; false if
+// some do.
 template <bool kShared>
-bool keep_colors(Constraints& constraints, int part) {
+bool keep_colors(Constraints& constraints, int number) {
   Column<BodyColors>& bodies = constraints.body_colors;
-  const int begin = part * kEdgesPerTask;
-  const int end = std::min(begin + kEdgesPerTask, static_cast<int>(constraints.edges.size()));
-  std::int32_t* uncolored = constraints.uncolored.data() + begin;
+  const Part part = part_of(constraints, number);
   std::int32_t count = 0;
   bool sound = true;
-  for (int i = begin; i < end; ++i) {
+  for (int i = part.begin; i < part.end; ++i) {
     Edge& edge = constraints.edges[i];
     edge.kind = kind_of(bodies, edge);
     if (edge.color >= color_limit(edge.kind)) {
-      uncolored[count++] = i;
+      part.uncolored[count++] = i;
       continue;
     }
     const Masks masks = masks_of(bodies, edge);
     const std::uint64_t bit = std::uint64_t{1} << edge.color;
-    if constexpr (kShared) {
-      std::uint64_t before = set_bits<true>(masks.a, bit);
-      if (&masks.a != &masks.b) before |= set_bits<true>(masks.b, bit);
-      sound = sound && (before & bit) == 0;
-    } else if (((masks.a | masks.b) & bit) == 0) {
-      masks.a |= bit;
-      masks.b |= bit;
-    } else {
-      uncolored[count++] = i;
-    }
+    const std::uint64_t twice_a = set_bits<kShared>(masks.a, bit) & bit;
+    const std::uint64_t twice_b = &masks.a != &masks.b ? set_bits<kShared>(masks.b, bit) & bit : 0;
+    if ((twice_a | twice_b) == 0) continue;
+    const Masks clashes = masks_of(constraints.clashes, edge);
+    set_bits<kShared>(clashes.a, twice_a);
+    set_bits<kShared>(clashes.b, twice_b);
+    sound = false;
   }
-  constraints.part_counts[part] = count;
+  constraints.part_counts[number] = count;
   return sound;
 }
 
-// Parts' lists of uncolored contacts -> one list in the order of the edges.
-void join_lists(Constraints& constraints, int parts) {
-  std::int32_t* list = constraints.uncolored.data();
-  std::int32_t size = 0;
-  for (int part = 0; part < parts; ++part) {
-    const std::int32_t* from = list + static_cast<std::ptrdiff_t>(part) * kEdgesPerTask;
-    const std::int32_t count = constraints.part_counts[part];
-    std::copy(from, from + count, list + size);
-    size += count;
+// Takes their colors from all that clash, and lists the contacts of a part that need one. That neither of two
+// keeps its color makes what happens to a constraint depend on those at its own bodies alone.
+template <bool kShared>
+void drop_clashing_colors(Constraints& constraints, int number) {
+  const Part part = part_of(constraints, number);
+  std::int32_t count = 0;
+  for (int i = part.begin; i < part.end; ++i) {
+    Edge& edge = constraints.edges[i];
+    if (edge.color < color_limit(edge.kind)) {
+      const std::uint64_t bit = std::uint64_t{1} << edge.color;
+      const Masks clashes = masks_of(constraints.clashes, edge);
+      if (((clashes.a | clashes.b) & bit) == 0) continue;
+      const Masks masks = masks_of(constraints.body_colors, edge);
+      clear_bits<kShared>(masks.a, bit);
+      clear_bits<kShared>(masks.b, bit);
+      edge.color = kNoColor;
+    }
+    part.uncolored[count++] = i;
   }
-  constraints.uncolored.resize(size);
+  constraints.part_counts[number] = count;
+}
+
+// Enters the kept colors into the bodies' masks, without those that clash, and lists what needs a color part
+// by part.
+template <bool kShared>
+void keep_sound_colors(const WorldData& data, Constraints& constraints, Crew& crew, int parts) {
+  std::atomic<bool> sound{true};
+  const auto keep = [&](int part) {
+    if (!keep_colors<kShared>(constraints, part)) sound.store(false, std::memory_order_relaxed);
+  };
+  const auto drop = [&](int part) { drop_clashing_colors<kShared>(constraints, part); };
+  const auto run = [&](auto& work) {
+    if constexpr (kShared) {
+      crew.run(parts, [&](int part, int) { work(part); });
+    } else {
+      for (int part = 0; part < parts; ++part) work(part);
+    }
+  };
+  run(keep);
+  if (sound.load(std::memory_order_relaxed)) return;
+  run(drop);
+  for (const std::int32_t body : data.bodies.awake) constraints.clashes[body] = {};
 }
 
 // Enters the kept colors into the masks of all bodies and lists the contacts that need one.
@@ -195,23 +240,18 @@ void keep_all_colors(const WorldData& data, Constraints& constraints, Crew& crew
   const int count = static_cast<int>(constraints.edges.size());
   const int first_joint = static_cast<int>(data.contacts.active.size());
   const bool shared = count >= kSharedContacts && crew.threads() > 1;
-  clear_masks(data, constraints, crew, true);
-  std::atomic<bool> sound{true};
+  clear_masks(data, constraints, crew);
   if (shared) {
     crew.run_ranges(count, kEdgesPerTask, [&](int begin, int end, int) {
       count_degrees<true>(constraints, first_joint, begin, end);
     });
-    crew.run(parts, [&](int part, int) {
-      if (!keep_colors<true>(constraints, part)) sound.store(false, std::memory_order_relaxed);
-    });
-    if (!sound.load(std::memory_order_relaxed)) clear_masks(data, constraints, crew, false);
+    keep_sound_colors<true>(data, constraints, crew, parts);
   } else {
     count_degrees<false>(constraints, first_joint, 0, count);
+    keep_sound_colors<false>(data, constraints, crew, parts);
   }
-  if (!shared || !sound.load(std::memory_order_relaxed)) {
-    for (int part = 0; part < parts; ++part) keep_colors<false>(constraints, part);
-  }
-  join_lists(constraints, parts);
+  constraints.uncolored.resize(
+      join_parts(constraints.uncolored.data(), constraints.part_counts, kEdgesPerTask));
 }
 
 }  // namespace
@@ -223,6 +263,7 @@ void color_constraints(WorldData& data, Crew& crew) {
   const int parts = (count + kEdgesPerTask - 1) / kEdgesPerTask;
   constraints.body_colors.resize(data.bodies.pose.size());
   constraints.joint_count.resize(data.bodies.pose.size());
+  constraints.clashes.resize(data.bodies.pose.size());
   std::atomic<bool> same{constraints.is_colored && std::cmp_equal(constraints.edges.size(), count)};
   constraints.edges.resize(count);
   crew.run_ranges(count, kEdgesPerTask, [&](int begin, int end, int) {
@@ -237,12 +278,10 @@ void color_constraints(WorldData& data, Crew& crew) {
   constraints.part_counts.resize_discarding(parts);
   keep_all_colors(data, constraints, crew, parts);
 
-  if (constraints.uncolored.size() >= kCellContacts) {
-    color_by_cells(data, constraints, crew);
+  if (constraints.uncolored.size() >= kSharedNewContacts && crew.threads() > 1) {
+    color_in_rounds(data, constraints, crew);
   } else {
-    for (const std::int32_t i : constraints.uncolored) {
-      take_lowest_color(constraints.body_colors, constraints.edges[i]);
-    }
+    color_in_order(constraints, constraints.uncolored.span());
   }
   for (const std::int32_t i : constraints.uncolored) {
     const std::uint8_t color = constraints.edges[i].color;

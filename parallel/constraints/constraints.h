@@ -48,6 +48,13 @@ struct BodyColors {
   std::int32_t number;  // pack_blocks; of a hub among those of a key, else -1
 };
 
+// Colors that two kept constraints of a body have.
+struct BodyClashes {
+  std::uint64_t dynamic_colors;
+  std::uint64_t static_colors;
+  std::uint64_t hub_colors;
+};
+
 // One stage of the solver. Its chunks, some of contacts and some of joints, have no dynamic body in common,
 // or one thread runs them in order. Within a chunk only a hub comes twice.
 struct ColorStage {
@@ -126,11 +133,10 @@ struct JointBlockKindSet {
                                                    pushed */                                                    \
   LIST (scratch, std::int32_t, uncolored)       /* color_constraints; edges that need a color */                \
   LIST (scratch, std::int32_t, part_counts)     /* color_constraints; of them, by part of the edges */          \
-  LIST (scratch, BoundsRow,    cell_bounds)     /* color_by_cells; of the bodies, by part of the awake ones */  \
-  LIST (scratch, std::int32_t, cells)           /* color_by_cells; by place in `uncolored` */                   \
-  LIST (scratch, std::int32_t, cell_rows)       /* color_by_cells; `uncolored`, sorted by cell */               \
-  LIST (scratch, std::int32_t, cell_begins)     /* color_by_cells; first place in `cell_rows` by cell */        \
-  LIST (scratch, std::int32_t, histogram)       /* color_by_cells; by part and key */                           \
+  LIST (scratch, std::int32_t, windowed)        /* color_in_rounds; `uncolored` by parts of the order */          \
+  LIST (scratch, std::uint64_t, claims)         /* color_in_rounds; by body */                                  \
+  LIST (scratch, std::int32_t, ordered)         /* color_in_order */                                            \
+  LIST (scratch, BodyClashes,  clashes)         /* color_constraints; by body; none but while it drops colors */          \
   LIST (scratch, std::uint16_t, keys)           /* pack_blocks; by edge */                                      \
   LIST (scratch, std::int32_t, overflow_begins) /* pack_blocks; first place in `overflow_edges` by kind */      \
   LIST (scratch, std::int32_t, overflow_edges)  /* pack_blocks; edges without a color, kind by kind */          \

@@ -1,5 +1,6 @@
 // Packs blocks: sorts the active contacts and the active joints by color and block variant, lays out the
 // blocks, and groups constraints with hubs by hub.
+#include <core/world/mix.h>
 #include <parallel/constraints/level_overflow.h>
 #include <parallel/constraints/order_chunks.h>
 #include <parallel/constraints/sort_constraints.h>
@@ -284,14 +285,8 @@ int list_places(const InColor& in_color_at, int (&places)[kColorPlaces]) {
   return count;
 }
 
-// Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014.
-std::uint64_t split_mix(std::uint64_t& state) {
-  state += 0x9e3779b97f4a7c15u;
-  std::uint64_t z = state;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
-}
+// SplitMix64, see core/world/mix.h.
+std::uint64_t split_mix(std::uint64_t& state) { return mixed(state += 0x9e3779b97f4a7c15u); }
 
 // SolverOptions::shuffle_seed (Fisher and Yates).
 void shuffle_places(const WorldData& data, int count, int (&places)[kColorPlaces]) {

@@ -1,6 +1,7 @@
 // The random numbers of scenes: the same bits on every machine, compiler and standard library.
 #pragma once
 
+#include <core/world/mix.h>
 #include <scree/math_types.h>
 
 #include <cmath>
@@ -14,13 +15,7 @@ class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
 
-  std::uint64_t next() {
-    state_ += 0x9e3779b97f4a7c15u;
-    std::uint64_t bits = state_;
-    bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9u;
-    bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebu;
-    return bits ^ (bits >> 31);
-  }
+  std::uint64_t next() { return mixed(state_ += 0x9e3779b97f4a7c15u); }
 
   /// In [0, 1): the upper 24 bits, which a float holds exactly.
   float unit() { return static_cast<float>(next() >> 40) * 0x1p-24f; }

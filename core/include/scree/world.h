@@ -404,8 +404,8 @@ class SCREE_API World {
   void set_settings(const WorldSettings& settings);  ///< a change of gravity wakes all bodies
   const StepStats& stats() const;                    ///< figures of the last step
   MemoryUse memory_use() const;                      ///< bytes reserved by all columns
-  /// xxHash64 over index, pose and velocity of the living bodies in index order: equal for equal histories,
-  /// whatever the instruction set, the thread count, the compiler or the build type.
+  /// Sum of the hashes (XXH3, 64 bits) of index, pose and velocity of each living body: equal for equal
+  /// histories, whatever the instruction set, the thread count, the compiler or the build type.
   std::uint64_t hash() const;
 
  private:

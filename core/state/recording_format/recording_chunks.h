@@ -33,7 +33,7 @@
 
 namespace scree {
 
-inline constexpr std::uint32_t kRecordingVersion = 8;
+inline constexpr std::uint32_t kRecordingVersion = 9;
 inline constexpr std::uint32_t kRecordingMinor = 0;
 inline constexpr std::size_t kMostWriterBytes = 256;
 

@@ -77,9 +77,9 @@ TEST(RecordingDamage, OfAnyBitIsRefusedWithItsPlace) {
   wrong[0] = {};
   EXPECT_EQ(error_of_playing(wrong, workers), "Player: byte 0: this is no recording");
   wrong = bytes;
-  wrong[8] = std::byte{9};
+  wrong[8] = std::byte{10};
   EXPECT_EQ(error_of_playing(wrong, workers),
-            "Player: byte 8: the recording has version 9, this is version 8");
+            "Player: byte 8: the recording has version 10, this is version 9");
   wrong = bytes;
   wrong.push_back({});
   EXPECT_NE(error_of_playing(wrong, workers), "") << "something follows the end";
