@@ -4,6 +4,7 @@
 #include <core/world/edit.h>
 #include <core/world/wake.h>
 #include <parallel/crew/zone_scope.h>
+#include <parallel/distributed/border.h>
 #include <parallel/stages.h>
 #include <parallel/validate/validate_stages.h>
 #include <scree/step.h>
@@ -148,6 +149,9 @@ void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) 
             [&] { list_contact_events(data, dt, crew); });  // manifolds -> begins, ends, hits
   validate_events(data);
   if (dt > 0.0f) {
+    if (Border* const border = border_of(data)) {
+      clock.run(Phase::solve, [&] { share_motion(*border, data.bodies); });  // owners' motion -> all ranks
+    }
     clock.run(Phase::sweep_fast_bodies,
               [&] { sweep_fast_bodies(data, dt, crew); });                // motion -> shorter motion
     clock.run(Phase::finish_step, [&] { finish_step(data, dt, crew); });  // motion -> poses, bounds

@@ -415,6 +415,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   OTHER(derived, PartOwner,        constraints)    /* parallel/color_constraints, pack_blocks, solve */         \
   OTHER(derived, PartOwner,        islands)        /* parallel/islands */                                       \
   OTHER(scratch, PartOwner,        queries)        /* parallel/queries; made by reading calls */                \
+  OTHER(scratch, PartOwner,        border)         /* parallel/distributed; null where the world is no part */   \
   OTHER(scratch, SinkLink,         recording)      /* parallel/recorder; last, see there */
 // clang-format on
 

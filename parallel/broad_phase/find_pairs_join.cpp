@@ -3,6 +3,7 @@
 #include <core/constraints/joint_parameters.h>
 #include <core/world/pair_key.h>
 #include <parallel/broad_phase/broad_phase.h>
+#include <parallel/distributed/border.h>
 
 #include <algorithm>
 #include <limits>
@@ -49,11 +50,15 @@ std::int64_t join_blocks(const WorldData& data, const PairTree& query, const Pai
     if (state.block == end) break;
     pairs.resize(state.needed + state.needed / 2);
   }
-  if (!state.special && !rules.filter_all) return state.count;
+  const Border* const border = border_of(data);
+  if (!state.special && !rules.filter_all && border == nullptr) return state.count;
   ShapePair* const first = pairs.data() + count;
   ShapePair* const last = pairs.data() + state.count;
-  return std::remove_if(first, last, [&](const ShapePair& p) { return !may_collide(data, p.a, p.b); }) -
-         pairs.data();
+  const auto is_none = [&](const ShapePair& pair) {
+    return !may_collide(data, pair.a, pair.b) ||
+           !knows(border, data.shapes.body[pair.a], data.shapes.body[pair.b]);
+  };
+  return std::remove_if(first, last, is_none) - pairs.data();
 }
 
 bool bounds_meet(const BoundsRow& x, const BoundsRow& y) {

@@ -10,6 +10,7 @@
 // alone, and are solved in groups (see simd/constraints/constraint_block.h). A body with more contacts
 // against bodies that cannot be pushed than there are colors has the rest of them solved in groups, too.
 #include <parallel/constraints/coloring.h>
+#include <parallel/distributed/border.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -230,7 +231,11 @@ void keep_sound_colors(const WorldData& data, Constraints& constraints, Crew& cr
     }
   };
   run(keep);
-  if (sound.load(std::memory_order_relaxed)) return;
+  if (Border* const border = border_of(data)) {
+    share_clashes(constraints, *border);  // others may have found some
+  } else if (sound.load(std::memory_order_relaxed)) {
+    return;
+  }
   run(drop);
   for (const std::int32_t body : data.bodies.awake) constraints.clashes[body] = {};
 }
@@ -245,9 +250,14 @@ void keep_all_colors(const WorldData& data, Constraints& constraints, Crew& crew
     crew.run_ranges(count, kEdgesPerTask, [&](int begin, int end, int) {
       count_degrees<true>(constraints, first_joint, begin, end);
     });
-    keep_sound_colors<true>(data, constraints, crew, parts);
   } else {
     count_degrees<false>(constraints, first_joint, 0, count);
+  }
+  if (Border* const border = border_of(data))
+    meet_neighbors(constraints, *border, data.contacts.active.size());
+  if (shared) {
+    keep_sound_colors<true>(data, constraints, crew, parts);
+  } else {
     keep_sound_colors<false>(data, constraints, crew, parts);
   }
   constraints.uncolored.resize(
@@ -264,7 +274,9 @@ void color_constraints(WorldData& data, Crew& crew) {
   constraints.body_colors.resize(data.bodies.pose.size());
   constraints.joint_count.resize(data.bodies.pose.size());
   constraints.clashes.resize(data.bodies.pose.size());
-  std::atomic<bool> same{constraints.is_colored && std::cmp_equal(constraints.edges.size(), count)};
+  Border* const border = border_of(data);
+  std::atomic<bool> same{border == nullptr && constraints.is_colored &&
+                         std::cmp_equal(constraints.edges.size(), count)};
   constraints.edges.resize(count);
   crew.run_ranges(count, kEdgesPerTask, [&](int begin, int end, int) {
     if (!list_edges(data, constraints, begin, end)) same.store(false, std::memory_order_relaxed);
@@ -278,7 +290,9 @@ void color_constraints(WorldData& data, Crew& crew) {
   constraints.part_counts.resize_discarding(parts);
   keep_all_colors(data, constraints, crew, parts);
 
-  if (constraints.uncolored.size() >= kSharedNewContacts && crew.threads() > 1) {
+  if (border != nullptr) {
+    color_across(constraints, *border);
+  } else if (constraints.uncolored.size() >= kSharedNewContacts && crew.threads() > 1) {
     color_in_rounds(data, constraints, crew);
   } else {
     color_in_order(constraints, constraints.uncolored.span());

@@ -119,8 +119,11 @@ std::size_t run_round(Constraints& constraints, std::span<std::int32_t> places, 
   return join_parts(places.data(), constraints.part_counts, kPartEdges);
 }
 
-// Sorts `places` by the edges' order, those of one order as they stand: the first of Constraints::ordered.
+}  // namespace
+
 void sort_by_order(Constraints& constraints, std::span<const std::int32_t> places) {
+  // As long as the list of edges, which settles: a step with more new ones than any before allocates nothing.
+  constraints.ordered.resize_discarding(constraints.edges.size());
   const auto order_at = [&](std::int32_t place) { return order_of(constraints.edges[place]); };
   if (places.size() <= kFewEdges) {
     std::uint64_t keys[kFewEdges];
@@ -139,11 +142,7 @@ void sort_by_order(Constraints& constraints, std::span<const std::int32_t> place
   for (const std::int32_t place : places) constraints.ordered[counts[order_at(place)]++] = place;
 }
 
-}  // namespace
-
 void color_in_order(Constraints& constraints, std::span<const std::int32_t> places) {
-  // As long as the list of edges, which settles: a step with more new ones than any before allocates nothing.
-  constraints.ordered.resize_discarding(constraints.edges.size());
   sort_by_order(constraints, places);
   for (std::size_t i = 0; i < places.size(); ++i) {
     take_lowest_color(constraints.body_colors, constraints.edges[constraints.ordered[i]]);

@@ -82,6 +82,9 @@ inline std::uint32_t order_of(const Edge& edge) {
   return static_cast<std::uint32_t>(mixed(std::uint64_t{a} << 32 | b) >> (64 - kOrderBits));
 }
 
+// Sorts `places`, which ascend, by the edges' order: the first of Constraints::ordered.
+void sort_by_order(Constraints& constraints, std::span<const std::int32_t> places);
+
 // Gives the edges of `places`, which ascend, their colors in that order.
 void color_in_order(Constraints& constraints, std::span<const std::int32_t> places);
 

@@ -62,6 +62,7 @@ struct ColorStage {
   std::int32_t contact_chunk_count;
   std::int32_t first_joint_chunk;
   std::int32_t joint_chunk_count;
+  std::int32_t turn;  // which of the colors in use, in the order of solving
   bool serial;
   bool rich;  // has chunks of a rich variant
 };

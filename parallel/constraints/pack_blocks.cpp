@@ -4,6 +4,7 @@
 #include <parallel/constraints/level_overflow.h>
 #include <parallel/constraints/order_chunks.h>
 #include <parallel/constraints/sort_constraints.h>
+#include <parallel/distributed/border.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -109,12 +110,18 @@ class Layout {
 
   const Family contacts, joints;
 
-  // Merges a stage that one thread runs with such a stage before it: neither needs a barrier.
+  // Stages that begin from here on belong to this turn.
+  void begin_turn(std::int32_t turn) { turn_ = turn; }
+
+  // Merges a stage that one thread runs with such a stage before it: neither needs a barrier. Not where ranks
+  // exchange velocities between turns.
   void begin_stage(bool serial) {
     Column<ColorStage>& stages = constraints_.stages;
-    if (!stages.empty() && serial && stages.back().serial) return;
+    if (!stages.empty() && serial && stages.back().serial &&
+        (data_.border == nullptr || stages.back().turn == turn_))
+      return;
     stages.push_back({static_cast<std::int32_t>(constraints_.contact_chunks.size()), 0,
-                      static_cast<std::int32_t>(constraints_.joint_chunks.size()), 0, serial, false});
+                      static_cast<std::int32_t>(constraints_.joint_chunks.size()), 0, turn_, serial, false});
   }
 
   // Lays out the constraints without a color, level by level.
@@ -255,6 +262,7 @@ class Layout {
   const JointBlockKindNumbers& block_kinds_;
   const simd::Kernels& kernels_;
   std::size_t offset_ = 0;
+  std::int32_t turn_ = 0;
   std::int32_t used_blocks_ = 0;
   std::int32_t chunk_count_ = 0;
 };
@@ -265,7 +273,7 @@ class Layout {
 // the golden section a pyramid of 100 rows falls.)
 int turn_of_color(int color) { return (color % 2) * kColorLimit + color / 2; }
 
-bool is_serial(std::int32_t in_color) { return in_color <= kTailRows; }
+bool is_serial(std::int64_t in_color) { return in_color <= kTailRows; }
 
 // The places that have constraints, in the order of solving; returns their number.
 template <class InColor>
@@ -299,6 +307,63 @@ void shuffle_places(const WorldData& data, int count, int (&places)[kColorPlaces
   }
 }
 
+void add_joints(Layout& layout, const JointBlockKindNumbers& numbers, int place, bool serial) {
+  for (int kind = 0; kind < numbers.count; ++kind) layout.add_kind(layout.joints, place, kind, serial);
+}
+void add_contacts(Layout& layout, int place, bool serial) {
+  for (int kind = 0; kind < kContactKinds; ++kind) layout.add_kind(layout.contacts, place, kind, serial);
+}
+
+void lay_out_places(Layout& layout, const JointBlockKindNumbers& numbers, std::span<const int> places,
+                    std::span<const std::int64_t> in_color) {
+  for (const int place : places) {
+    if (place == 0) {
+      layout.add_overflow(layout.joints);
+      layout.add_overflow(layout.contacts);
+      continue;
+    }
+    const bool serial = is_serial(in_color[static_cast<std::size_t>(place)]);
+    if (!is_hub_place(place)) layout.begin_stage(serial);
+    add_joints(layout, numbers, place, serial);
+    add_contacts(layout, place, serial);
+  }
+}
+
+// The same where ranks exchange velocities between turns. Places that one thread runs make one stage in a
+// single process, in which all joints come before all contacts: so do their turns here.
+Turns lay_out_turns(Layout& layout, const JointBlockKindNumbers& numbers, std::span<const int> places,
+                    std::span<const std::int64_t> in_color) {
+  Turns turns;
+  const auto serial_at = [&](std::size_t i) {
+    return is_serial(in_color[static_cast<std::size_t>(places[i])]);
+  };
+  const auto begin_turn = [&](std::size_t i, bool serial) {
+    layout.begin_turn(turns.count);
+    if (!is_hub_place(places[i])) layout.begin_stage(serial);
+    return turns.count++;
+  };
+  for (std::size_t i = 0; i < places.size();) {
+    if (!serial_at(i)) {
+      turns.of_joints[places[i]] = turns.of_contacts[places[i]] = begin_turn(i, false);
+      add_joints(layout, numbers, places[i], false);
+      add_contacts(layout, places[i], false);
+      ++i;
+      continue;
+    }
+    std::size_t end = i;
+    while (end < places.size() && serial_at(end)) ++end;
+    for (std::size_t k = i; k < end; ++k) {
+      turns.of_joints[places[k]] = begin_turn(k, true);
+      add_joints(layout, numbers, places[k], true);
+    }
+    for (; i < end; ++i) {
+      turns.of_contacts[places[i]] = begin_turn(i, true);
+      add_contacts(layout, places[i], true);
+    }
+  }
+  return turns;
+}
+
 }  // namespace
 
 void pack_blocks(WorldData& data, Crew& crew) {
@@ -314,11 +379,15 @@ void pack_blocks(WorldData& data, Crew& crew) {
   contact_keys.kinds = kContactKinds;
   joint_keys.kinds = numbers.count;
   constraints.keys.resize_discarding(constraints.edges.size());
+  Border* const border = border_of(data);
+  const auto is_here = [&](const Edge& edge) { return border == nullptr || computes(*border, edge); };
   data.stats.contact_points =  // those that are only watched included
-      count_keys(constraints, 0, contacts, kManifoldPointMask, contact_keys, crew,
-                 [](const Edge& edge) { return contact_kind(edge); });
-  count_keys(constraints, first_joint, joints, 0, joint_keys, crew,
-             [&](const Edge& edge) { return int{numbers.number[edge.info]}; });
+      count_keys(
+          constraints, 0, contacts, kManifoldPointMask, contact_keys, crew,
+          [](const Edge& edge) { return contact_kind(edge); }, is_here);
+  count_keys(
+      constraints, first_joint, joints, 0, joint_keys, crew,
+      [&](const Edge& edge) { return int{numbers.number[edge.info]}; }, is_here);
   // A body that is a hub because of its contacts may have a single joint, and the other way round.
   const std::int32_t hubs = most_hubs(contact_keys, joint_keys);
   level_overflow(constraints, 0, contacts.size(), lanes, contact_keys, crew);
@@ -328,24 +397,21 @@ void pack_blocks(WorldData& data, Crew& crew) {
   scatter_rows(constraints, 0, contacts, contact_keys, constraints.contact_lanes, crew);
   scatter_rows(constraints, first_joint, joints, joint_keys, constraints.joint_lanes, crew);
 
-  const auto in_color_at = [&](int place) {
-    return contact_keys.in_place[place] + joint_keys.in_place[place];
-  };
+  std::int64_t in_color[kColorPlaces];
+  for (int place = 0; place < kColorPlaces; ++place) {
+    in_color[place] = contact_keys.in_place[place] + joint_keys.in_place[place];
+  }
+  if (border != nullptr) count_everywhere(constraints, *border, in_color);
+  const auto in_color_at = [&](int place) { return in_color[place]; };
   int places[kColorPlaces];
   const int colors = list_places(in_color_at, places);
   shuffle_places(data, colors, places);
   Layout layout(data, constraints, numbers, crew.kernels());
-  for (int i = 0; i < colors; ++i) {
-    const int place = places[i];
-    if (place == 0) {
-      layout.add_overflow(layout.joints);
-      layout.add_overflow(layout.contacts);
-      continue;
-    }
-    const bool serial = is_serial(in_color_at(place));
-    if (!is_hub_place(place)) layout.begin_stage(serial);
-    for (int kind = 0; kind < numbers.count; ++kind) layout.add_kind(layout.joints, place, kind, serial);
-    for (int kind = 0; kind < kContactKinds; ++kind) layout.add_kind(layout.contacts, place, kind, serial);
+  const std::span<const int> used(places, static_cast<std::size_t>(colors));
+  if (border != nullptr) {
+    plan_refreshes(constraints, *border, first_joint, lay_out_turns(layout, numbers, used, in_color));
+  } else {
+    lay_out_places(layout, numbers, used, in_color);
   }
   order_chunks(data, constraints);
   constraints.blocks.resize_discarding(layout.bytes());

@@ -42,15 +42,19 @@ inline int place_of(const Edge& edge) {
   }
 }
 
+// The key of an edge that another rank computes, see parallel/distributed/border.h.
+inline constexpr std::uint16_t kNotHere = std::numeric_limits<std::uint16_t>::max();
+
 // Edges of `list`, which are [first, first + list.size()), -> their keys and how many there are of each.
-// `kind_of` gives an edge's kind, less than table.kinds. Returns the sum of `info & mask` of the edges.
-template <class KindOf>
+// `kind_of` gives an edge's kind, less than table.kinds, and `is_here`
+// whether it is solved here. Returns the sum of `info & mask` of the edges.
+template <class KindOf, class IsHere>
 std::int64_t count_keys(Constraints& constraints, std::int32_t first, const Column<std::int32_t>& list,
-                        std::uint32_t mask, KeyTable& table, Crew& crew, KindOf&& kind_of) {
+                        std::uint32_t mask, KeyTable& table, Crew& crew, KindOf&& kind_of, IsHere&& is_here) {
   const int count = static_cast<int>(list.size()), parts = (count + kSortRows - 1) / kSortRows;
   const int kinds = table.kinds;  // a copy: the compiler cannot know that counts do not change it
   const auto keys = static_cast<std::size_t>(kColorPlaces * kinds);
-  SCREE_ASSERT(keys <= std::numeric_limits<std::uint16_t>::max());
+  SCREE_ASSERT(keys <= kNotHere);
   table.counts.resize_discarding(static_cast<std::size_t>(parts) * keys);
   table.sums.resize_discarding(parts);
   crew.run_ranges(count, kSortRows, [&](int begin, int end, int) {
@@ -60,6 +64,10 @@ std::int64_t count_keys(Constraints& constraints, std::int32_t first, const Colu
     const int last = first + end;  // a copy, as well
     for (int i = first + begin; i < last; ++i) {
       const Edge& edge = constraints.edges[i];
+      if (!is_here(edge)) {
+        constraints.keys[i] = kNotHere;
+        continue;
+      }
       const int key = place_of(edge) * kinds + kind_of(edge);
       constraints.keys[i] = static_cast<std::uint16_t>(key);
       ++counts[key];
@@ -153,7 +161,7 @@ inline void scatter_rows(const Constraints& constraints, std::int32_t first, con
     const std::uint16_t* const key_at = constraints.keys.data() + first;
     for (int i = begin; i < end; ++i) {
       const int key = key_at[i];
-      if (key >= kinds) to[first_lane[key] + places[key]++] = list[i];
+      if (key >= kinds && key != kNotHere) to[first_lane[key] + places[key]++] = list[i];
     }
   });
 }

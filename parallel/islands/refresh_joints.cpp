@@ -5,6 +5,7 @@
 #include <core/constraints/joint_parameters.h>
 #include <core/world/wake.h>
 #include <parallel/crew/list_where.h>
+#include <parallel/distributed/border.h>
 #include <parallel/islands/islands.h>
 #include <parallel/islands/take_up.h>
 
@@ -18,7 +19,9 @@ namespace {
 constexpr std::size_t kCostOfActive = 4, kCostOfChanged = 16;
 
 bool is_active(const WorldData& data, std::int32_t joint) {
-  return is_enabled(data.joints, joint) && takes_part(data, joint_ends(data, joint));
+  const JointBodies bodies = data.joints.bodies[joint];
+  return is_enabled(data.joints, joint) && takes_part(data, joint_ends(data, joint)) &&
+         knows(border_of(data), bodies.a, bodies.b);
 }
 
 bool is_fixed(const Bodies& bodies, std::int32_t body) { return bodies.type[body] == BodyType::fixed; }

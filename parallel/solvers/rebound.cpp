@@ -26,12 +26,21 @@ constexpr int kFewChunks = 4;
 
 using ContactKernel = void (*)(const simd::ContactArgs&, const simd::ConstraintChunk&);
 
+// Of all ranks, if the world is divided.
+std::int64_t add_up_ranks(const SolveStep& step, std::int64_t count) {
+  if (const Border* const border = border_of(step.data)) add_up(*border->transport, {&count, 1});
+  return count;
+}
+
 // Calls the kernel for all chunks with impacts, or for all that might have any, and returns the number of
-// chunks whose state is `state` then.
-int over_impacts(const SolveStep& step, ContactKernel kernel, bool all, simd::ImpactState state) {
+// chunks whose state is `state` then. `changed`: what it changes of bodies.
+std::int64_t over_impacts(const SolveStep& step, ContactKernel kernel, bool all, simd::ImpactState state,
+                          Refreshed changed) {
   const Constraints& constraints = step.constraints;
-  int count = 0;
+  std::int64_t count = 0;
+  RefreshedPass pass(border_of(step.data), step.data.bodies, changed);
   for (const ColorStage& stage : constraints.stages) {
+    pass.before(stage.turn);
     if (!stage.rich) continue;
     const simd::ConstraintChunk* chunks = constraints.contact_chunks.data() + stage.first_contact_chunk;
     const auto is_asked = [&](const simd::ConstraintChunk& chunk) {
@@ -49,18 +58,28 @@ int over_impacts(const SolveStep& step, ContactKernel kernel, bool all, simd::Im
       over_stage(
           step, stage, run_chunk, [](const simd::ConstraintChunk&) {}, __func__);
     }
-    count += static_cast<int>(std::count_if(chunks, chunks_end, [&](const simd::ConstraintChunk& chunk) {
+    count += std::count_if(chunks, chunks_end, [&](const simd::ConstraintChunk& chunk) {
       return simd::is_rich(chunk.variant) && constraints.impacts[chunk.number] == state;
-    }));
+    });
   }
-  return count;
+  pass.finish();
+  return add_up_ranks(step, count);
+}
+
+// Finds the earliest impacts of all bodies; returns the number of chunks that have any.
+std::int64_t find_impacts(const SolveStep& step) {
+  const std::int64_t found = over_impacts(step, step.crew.kernels().contact.find_impacts, true,
+                                          simd::kImpactsFound, Refreshed::velocity);
+  Border* const border = border_of(step.data);
+  if (found > 0 && border != nullptr) share_impact_times(step.constraints, *border);
+  return found;
 }
 
 // Contacts that act at one moment push each other until none changes any more. Returns the number of sweeps.
 int sweep_impacts(SolveStep& step, ContactKernel kernel) {
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     step.contact.first_sweep = sweep == 0;
-    if (over_impacts(step, kernel, false, simd::kImpactsChange) == 0) return sweep + 1;
+    if (over_impacts(step, kernel, false, simd::kImpactsChange, Refreshed::velocity) == 0) return sweep + 1;
   }
   return kMostSweeps;
 }
@@ -89,8 +108,9 @@ void keep_velocities(SolveStep& step) {
 
 void begin_rebounds(SolveStep& step) {
   Constraints& constraints = step.constraints;
-  step.may_rebound = std::any_of(constraints.stages.begin(), constraints.stages.end(),
-                                 [](const ColorStage& stage) { return stage.rich; });
+  const bool may_rebound = std::any_of(constraints.stages.begin(), constraints.stages.end(),
+                                       [](const ColorStage& stage) { return stage.rich; });
+  step.may_rebound = add_up_ranks(step, may_rebound ? 1 : 0) > 0;
   if (!step.may_rebound) return;
   constraints.impacts.resize_discarding(constraints.contact_chunks.size() + constraints.joint_chunks.size());
   constraints.impact_times.resize_discarding(step.data.bodies.velocity.size());
@@ -107,13 +127,13 @@ void rebound(SolveStep& step) {
   int unsettled = 0, sweeps = 0;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     if (unsettled >= kMostUnsettled || sweeps >= kMostSweepsInAll) return;
-    if (over_impacts(step, kernels.find_impacts, true, simd::kImpactsFound) == 0) return;
+    if (find_impacts(step) == 0) return;
     if (pass == 0) keep_velocities(step);
     const int pushes = sweep_impacts(step, kernels.push_impacts);
     const int rubs = sweep_impacts(step, kernels.rub_impacts);
     unsettled += std::max(pushes, rubs) < kMostSweeps ? 0 : 1;
     sweeps += pushes + rubs;
-    over_impacts(step, kernels.finish_impacts, false, simd::kImpactsFound);
+    over_impacts(step, kernels.finish_impacts, false, simd::kImpactsFound, Refreshed::delta);
     forget_times(step);
   }
 }

@@ -257,6 +257,9 @@ SolveStep prepare_solve(WorldData& data, float dt, Crew& crew) {
       [&](const simd::ConstraintChunk& chunk) {
         kernels.joint.variant[chunk.variant].prepare(step.joint, chunk);
       });
+  if (Border* const border = border_of(data)) {
+    share_notes(constraints, *border, static_cast<std::int32_t>(data.contacts.active.size()), data.bodies);
+  }
   begin_rebounds(step);
   return step;
 }

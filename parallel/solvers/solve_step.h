@@ -3,6 +3,7 @@
 
 #include <parallel/constraints/constraints.h>
 #include <parallel/crew/crew.h>
+#include <parallel/distributed/border.h>
 
 #include <span>
 
@@ -85,8 +86,12 @@ inline void over_stage(const SolveStep& step, const ColorStage& stage, ContactPa
 
 inline void over_colors(const SolveStep& step, ContactPass contact_pass, JointPass joint_pass,
                         const char* name) {
-  for (const ColorStage& stage : step.constraints.stages)
+  RefreshedPass pass(border_of(step.data), step.data.bodies, Refreshed::velocity);
+  for (const ColorStage& stage : step.constraints.stages) {
+    pass.before(stage.turn);
     over_stage(step, stage, contact_pass, joint_pass, name);
+  }
+  pass.finish();
 }
 
 }  // namespace scree

@@ -2,6 +2,7 @@
 #ifdef SCREE_ASSERTIONS
 
 #include <parallel/constraints/coloring.h>
+#include <parallel/constraints/sort_constraints.h>
 #include <parallel/validate/validate_stages.h>
 
 #include <algorithm>
@@ -40,8 +41,10 @@ struct Family {
   const Column<std::int32_t>& rows;  // in lane order
   const Column<simd::ConstraintChunk>& chunks;
   std::size_t store_rows;
+  std::span<const std::uint16_t> keys;  // by place in the list
 };
 
+// Each has one lane, but those that another rank solves have none.
 void validate_lanes(const Family& family, int lanes) {
   std::vector<std::uint8_t>& has_lane = validation_marks(family.store_rows);
   std::size_t count = 0;
@@ -61,8 +64,13 @@ void validate_lanes(const Family& family, int lanes) {
       SCREE_ASSERT(family.rows[pad] == family.rows[chunk.first_lane + chunk.lanes - 1]);
     }
   }
-  SCREE_ASSERT(count == family.list.size());
-  for (const std::int32_t row : family.list) SCREE_ASSERT(has_lane[static_cast<std::size_t>(row)] != 0);
+  SCREE_ASSERT(family.keys.size() == family.list.size());
+  for (std::size_t i = 0; i < family.list.size(); ++i) {
+    const bool is_here = family.keys[i] != kNotHere;
+    SCREE_ASSERT((has_lane[static_cast<std::size_t>(family.list[i])] != 0) == is_here);
+    count -= is_here ? 1 : 0;
+  }
+  SCREE_ASSERT(count == 0);
 }
 
 // Chunks of both families by their numbers, one behind the other in the blocks.
@@ -214,12 +222,14 @@ void validate_blocks(const WorldData& data, const Crew& crew) {
   if (!is_validated(data)) return;
   const Constraints& constraints = constraints_of(data);
   const int lanes = crew.kernels().lanes;
+  const std::span<const std::uint16_t> keys = constraints.keys.span();
+  const std::size_t contacts = data.contacts.active.size();
   validate_lanes({data.contacts.active, constraints.contact_lanes, constraints.contact_chunks,
-                  data.contacts.now.pair.size()},
+                  data.contacts.now.pair.size(), keys.first(contacts)},
                  lanes);
-  validate_lanes(
-      {data.joints.active, constraints.joint_lanes, constraints.joint_chunks, data.joints.flags.size()},
-      lanes);
+  validate_lanes({data.joints.active, constraints.joint_lanes, constraints.joint_chunks,
+                  data.joints.flags.size(), keys.subspan(contacts)},
+                 lanes);
   validate_places(constraints, crew.kernels());
   validate_stages_of(data, constraints);
   validate_chunk_orders(constraints);

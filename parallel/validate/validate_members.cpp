@@ -3,6 +3,7 @@
 
 #include <core/constraints/joint_parameters.h>
 #include <core/world/wake.h>
+#include <parallel/distributed/border.h>
 #include <parallel/validate/validate_stages.h>
 
 #include <utility>
@@ -61,7 +62,8 @@ void validate_members(const WorldData& data) {
         const JointBodies ends = joints.bodies[joint];
         constexpr std::uint8_t kWhole = kJointAlive | kJointEnabled;
         return (joints.flags[joint] & kWhole) == kWhole &&
-               (is_awake_dynamic(bodies, ends.a) || is_awake_dynamic(bodies, ends.b));
+               (is_awake_dynamic(bodies, ends.a) || is_awake_dynamic(bodies, ends.b)) &&
+               knows(border_of(data), ends.a, ends.b);
       },
       [&](std::size_t joint) {
         const JointBodies ends = joints.bodies[joint];

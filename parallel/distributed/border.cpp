@@ -1,0 +1,137 @@
+// Who has constraints in common with whom; see border.h.
+#include <parallel/distributed/border.h>
+#include <parallel/distributed/messages.h>
+#include <scree/error.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) { throw Error("divide_world: " + what); }
+
+void check(const WorldData& data, const Transport& transport, const std::vector<std::int32_t>& owner) {
+  if (data.settings.sleeping) refuse("bodies that sleep are not supported yet");
+  if (data.settings.continuous) refuse("continuous motion is not supported yet");
+  for (std::size_t joint = 0; joint < data.joints.flags.size(); ++joint) {
+    if ((data.joints.flags[joint] & (kJointAlive | kJointBreaks)) == (kJointAlive | kJointBreaks))
+      refuse("joint " + std::to_string(joint) + " may break, which is not supported yet");
+  }
+  if (data.settings.solver != Solver::soft_step) refuse("only the soft-step solver is supported yet");
+  if (owner.size() != data.bodies.flags.size()) {
+    refuse(std::to_string(owner.size()) + " owners were given for " +
+           std::to_string(data.bodies.flags.size()) + " rows of bodies");
+  }
+  for (std::size_t body = 0; body < owner.size(); ++body) {
+    if (data.bodies.type[body] != BodyType::dynamic || (data.bodies.flags[body] & kBodyAlive) == 0) continue;
+    if (owner[body] >= 0 && owner[body] < transport.ranks()) continue;
+    refuse("body " + std::to_string(body) + " is given to rank " + std::to_string(owner[body]) + " of " +
+           std::to_string(transport.ranks()));
+  }
+}
+
+// Of the two bodies of a constraint, that of this rank and that of another; none where both are alike.
+struct Sides {
+  std::int32_t own = -1, other = -1;
+};
+
+Sides sides_of(const Border& border, const Edge& edge) {
+  if (edge.kind == EdgeKind::pushed_b) return {};
+  const bool own_a = border.owns(edge.body_a), own_b = border.owns(edge.body_b);
+  if (own_a == own_b) return {};
+  return own_a ? Sides{edge.body_a, edge.body_b} : Sides{edge.body_b, edge.body_a};
+}
+
+void keep_each_once(std::vector<std::int32_t>& bodies) {
+  std::sort(bodies.begin(), bodies.end());
+  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+}
+
+// A hub's owner alone finds when its contacts meet, and the other body's owner would have to know.
+void refuse_rebounds_of_hubs(const Constraints& constraints, const Border& border, std::size_t contacts) {
+  for (const Neighbor& with : border.neighbors) {
+    for (const std::int32_t place : with.edges) {
+      const Edge& edge = constraints.edges[place];
+      if (std::cmp_greater_equal(place, contacts) || (edge.info & kManifoldRich) == 0) continue;
+      for (const std::int32_t body : {edge.body_a, edge.body_b}) {
+        const std::int32_t degree = constraints.body_colors[body].degree;
+        if (degree <= kHubDegree) continue;
+        throw Error("step: body " + std::to_string(body) + " has " + std::to_string(degree) +
+                    " contacts and joints, some across the border of ranks and with restitution, rolling "
+                    "resistance or a surface velocity; that is not supported yet for more than " +
+                    std::to_string(kHubDegree));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void Border::report(const char* store, const Visit& visit) const {
+  const auto bytes = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
+  std::size_t lists = 0;
+  for (const Neighbor& with : neighbors) {
+    lists += bytes(with.edges) + bytes(with.uncolored) + bytes(with.own) + bytes(with.other);
+    for (const BodiesByTurn* way : {&with.sent, &with.received, &with.returned, &with.taken})
+      lists += bytes(way->bodies) + bytes(way->ends);
+  }
+  const std::size_t all = bytes(owner) + bytes(waits) + bytes(message) + lists;
+  static const Attributes kPlain{};
+  visit(Member{ColumnKind::scratch, MemberForm::list, store, "border", kPlain}, this, 1, all, all);
+}
+
+void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner) {
+  check(data, transport, owner);
+  for (std::size_t body = 0; body < owner.size(); ++body) {
+    if (data.bodies.type[body] != BodyType::dynamic) owner[body] = kEveryRank;
+  }
+  data.border = std::make_unique<Border>(transport, std::move(owner));
+  data.contacts.pairs_stale = true;
+  data.joints.all_changed = true;
+}
+
+void meet_neighbors(Constraints& constraints, Border& border, std::size_t contacts) {
+  std::vector<Neighbor>& neighbors = border.neighbors;
+  std::vector<std::int32_t> place_of(static_cast<std::size_t>(border.transport->ranks()), -1);
+  neighbors.clear();
+  border.sent_messages = border.sent_bytes = 0;
+  for (std::size_t i = 0; i < constraints.edges.size(); ++i) {
+    const Sides sides = sides_of(border, constraints.edges[i]);
+    if (sides.own < 0) continue;
+    std::int32_t& place = place_of[static_cast<std::size_t>(border.owner_of(sides.other))];
+    if (place < 0) {
+      place = static_cast<std::int32_t>(neighbors.size());
+      neighbors.push_back({.rank = border.owner_of(sides.other)});
+    }
+    Neighbor& with = neighbors[static_cast<std::size_t>(place)];
+    with.edges.push_back(static_cast<std::int32_t>(i));
+    with.own.push_back(sides.own);
+    with.other.push_back(sides.other);
+  }
+  // Messages go to neighbors in the order of their ranks.
+  std::sort(neighbors.begin(), neighbors.end(),
+            [](const Neighbor& one, const Neighbor& other) { return one.rank < other.rank; });
+  struct Degree {
+    std::int32_t constraints, joints;
+  };
+  for (Neighbor& with : neighbors) {
+    keep_each_once(with.own);
+    keep_each_once(with.other);
+    send_rows<Degree>(border, with.rank, with.own, [&](std::int32_t body) {
+      return Degree{constraints.body_colors[body].degree, constraints.joint_count[body]};
+    });
+  }
+  for (const Neighbor& with : neighbors) {
+    receive_rows<Degree>(border, with.rank, with.other, [&](std::int32_t body, const Degree& degree) {
+      constraints.body_colors[body].degree = degree.constraints;
+      constraints.joint_count[body] = degree.joints;
+    });
+  }
+  refuse_rebounds_of_hubs(constraints, border, contacts);
+}
+
+}  // namespace scree

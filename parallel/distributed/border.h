@@ -1,0 +1,150 @@
+// The border of a rank: what its step shares with the steps of other ranks, so that all of them together
+// compute what a single process does, bit for bit.
+//
+// Bodies that are not fixed belong to one rank each. A rank collides and solves the pairs and joints in which
+// one of its bodies takes part. So those across a border are computed on both sides, from the same numbers,
+// and no impulse travels. What must agree is exchanged: colors while they are chosen, velocities before each
+// color that needs one, poses at the end of a step.
+//
+// So far each rank knows all bodies and moves those of others by what their owners send. Rows are the same on
+// all ranks, so all orders by row are. Bodies stay awake and are not swept, no two hubs touch, and joints do
+// not break.
+#pragma once
+
+#include <core/world/world_data.h>
+#include <parallel/constraints/sort_constraints.h>
+#include <parallel/distributed/transport.h>
+
+#include <span>
+#include <vector>
+
+namespace scree {
+
+inline constexpr std::int32_t kEveryRank = -1;  // owns what no constraint pushes
+
+// Bodies whose rows go one way, turn by turn; the last turn is the end of a pass.
+struct BodiesByTurn {
+  std::vector<std::int32_t> bodies = {};
+  std::vector<std::int32_t> ends = {};  // by turn
+
+  std::span<const std::int32_t> at(std::int32_t turn) const {
+    const auto place = static_cast<std::size_t>(turn);
+    const auto begin = static_cast<std::size_t>(turn == 0 ? 0 : ends[place - 1]);
+    return std::span(bodies).subspan(begin, static_cast<std::size_t>(ends[place]) - begin);
+  }
+};
+
+// A rank with which this one has constraints in common, in this step.
+struct Neighbor {
+  std::int32_t rank;
+  // Both sides list these in the same order.
+  std::vector<std::int32_t> edges = {};      // places of the constraints
+  std::vector<std::int32_t> uncolored = {};  // of these, those that need a color still
+  std::vector<std::int32_t> own = {};        // bodies of this rank in them, ascending
+  std::vector<std::int32_t> other = {};      // bodies of that rank
+  // What constraints have changed since, before those of a turn: own bodies, bodies of that rank.
+  BodiesByTurn sent = {}, received = {};
+  // What the constraints of a turn with hubs have changed: bodies of that rank, own bodies.
+  BodiesByTurn returned = {}, taken = {};
+};
+
+// Written by divide_world and the functions below.
+struct Border final : Part {
+  Border(Transport& messages, std::vector<std::int32_t> owners)
+      : transport(&messages), owner(std::move(owners)) {}
+  void report(const char* store, const Visit& visit) const override;
+
+  bool owns(std::int32_t body) const { return owner_of(body) == transport->rank(); }
+  std::int32_t owner_of(std::int32_t body) const { return owner[static_cast<std::size_t>(body)]; }
+
+  Transport* transport;
+  std::vector<std::int32_t> owner;  // by body: rank, or kEveryRank
+  std::vector<Neighbor> neighbors;  // ascending
+  std::vector<std::uint8_t> waits;  // by body, while colors are chosen: an earlier constraint has none yet
+  std::int32_t turns = 0;           // of this step: colors in use, in the order in which they are solved
+  std::vector<std::byte> message;   // the last one received
+  std::int64_t sent_messages = 0, sent_bytes = 0;  // of the last step
+};
+
+inline Border* border_of(const WorldData& data) { return static_cast<Border*>(data.border.get()); }
+
+// Makes a world the part of a rank: it solves what one of its bodies takes part in. `owner`: the rank of each
+// row of bodies that is a dynamic body. All ranks give worlds of the same state, and call step together.
+// Throws Error for settings that are not supported yet.
+void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner);
+
+// Whether a rank knows what these bodies share. True without a border.
+inline bool knows(const Border* border, std::int32_t body_a, std::int32_t body_b) {
+  return border == nullptr || border->owns(body_a) || border->owns(body_b);
+}
+
+// Whether a rank computes a constraint that it knows. Those of a hub are solved together, so the hub's owner
+// computes them alone, and returns what they do to the other bodies.
+inline bool computes(const Border& border, const Edge& edge) {
+  switch (edge.kind) {
+    case EdgeKind::hub_a:
+      return border.owns(edge.body_a);
+    case EdgeKind::hub_b:
+      return border.owns(edge.body_b);
+    default:
+      return true;
+  }
+}
+
+// Lists the neighbors and the constraints across their borders; gives bodies of others the numbers of
+// constraints that they have. `contacts`: how many of the edges are contacts.
+void meet_neighbors(Constraints& constraints, Border& border, std::size_t contacts);
+// Tells which kept colors of bodies at the border clash.
+void share_clashes(Constraints& constraints, Border& border);
+// Colors Constraints::uncolored in the order of their hashes, together with the neighbors.
+void color_across(Constraints& constraints, Border& border);
+// Numbers of constraints by place -> those of the whole world.
+void count_everywhere(const Constraints& constraints, Border& border, std::span<std::int64_t> in_place);
+// When the constraints of a place are solved.
+struct Turns {
+  std::int32_t count = 0;
+  std::int32_t of_joints[kColorPlaces] = {};
+  std::int32_t of_contacts[kColorPlaces] = {};
+};
+
+// Decides which velocities are sent when. `first_joint`: of the edges.
+void plan_refreshes(const Constraints& constraints, Border& border, std::int32_t first_joint,
+                    const Turns& turns);
+// Tells what the step has noted of bodies at the border: a body flies free only if no rank knows a contact.
+// `contacts`: how many of the edges are contacts.
+void share_notes(const Constraints& constraints, Border& border, std::int32_t contacts, Bodies& bodies);
+// Tells the times of impacts of bodies at the border.
+void share_impact_times(Constraints& constraints, Border& border);
+
+// What constraints change of bodies: velocities, and in impacts where the body is.
+enum class Refreshed : std::uint8_t { velocity, delta };
+
+// A pass over the colors, before each of which ranks exchange what constraints of other ranks have changed.
+// Does nothing in a world that is not divided.
+class RefreshedPass {
+ public:
+  RefreshedPass(Border* border, Bodies& bodies, Refreshed what)
+      : border_(border), bodies_(bodies), what_(what) {}
+  // Before the constraints of this turn; turns ascend.
+  void before(std::int32_t turn) {
+    while (border_ != nullptr && next_turn_ <= turn) refresh(next_turn_++);
+  }
+  // After all constraints.
+  void finish() {
+    if (border_ != nullptr) before(border_->turns);
+  }
+
+ private:
+  void refresh(std::int32_t turn);
+  template <class Row>
+  void exchange(std::int32_t turn, Column<Row>& rows);
+  Border* border_;
+  Bodies& bodies_;
+  Refreshed what_;
+  std::int32_t next_turn_ = 0;
+};
+
+// The end of the solver: all ranks get the motion of all bodies.
+void share_motion(Border& border, Bodies& bodies);
+
+}  // namespace scree

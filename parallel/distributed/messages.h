@@ -1,0 +1,65 @@
+// Messages of a row for each of some bodies. Both sides know which, in the same order, so that rows are all
+// there is to send.
+#pragma once
+
+#include <parallel/distributed/border.h>
+#include <scree/error.h>
+
+#include <cstring>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+namespace scree {
+
+// Sends a list of rows; nothing if it is empty, as the other side knows.
+template <class Row>
+void send_list(Border& border, std::int32_t to, std::span<const Row> rows) {
+  static_assert(std::is_trivially_copyable_v<Row>);
+  border.transport->send(to, std::as_bytes(rows));
+  ++border.sent_messages;
+  border.sent_bytes += static_cast<std::int64_t>(rows.size_bytes());
+}
+
+template <class Row>
+std::vector<Row> receive_list(Border& border, std::int32_t from) {
+  border.transport->receive(from, border.message);
+  std::vector<Row> rows(border.message.size() / sizeof(Row));
+  if (!rows.empty()) std::memcpy(rows.data(), border.message.data(), rows.size() * sizeof(Row));
+  return rows;
+}
+
+// row_of(item) for each.
+template <class Row, class RowOf>
+void send_rows(Border& border, std::int32_t to, std::span<const std::int32_t> items, RowOf&& row_of) {
+  std::vector<Row> rows;
+  rows.reserve(items.size());
+  for (const std::int32_t item : items) rows.push_back(row_of(item));
+  send_list<Row>(border, to, rows);
+}
+
+// take(item, row) for each.
+template <class Row, class Take>
+void receive_rows(Border& border, std::int32_t from, std::span<const std::int32_t> items, Take&& take) {
+  const std::vector<Row> rows = receive_list<Row>(border, from);
+  if (rows.size() != items.size()) {
+    throw Error("rank " + std::to_string(from) + " has sent " + std::to_string(rows.size()) +
+                " rows instead of " + std::to_string(items.size()) + ": its world is another one");
+  }
+  for (std::size_t i = 0; i < items.size(); ++i) take(items[i], rows[i]);
+}
+
+// The owners' rows of all bodies at the border -> both sides.
+template <class Row>
+void share_rows(Border& border, Column<Row>& rows) {
+  for (const Neighbor& with : border.neighbors) {
+    send_rows<Row>(border, with.rank, with.own, [&](std::int32_t body) { return rows[body]; });
+  }
+  for (const Neighbor& with : border.neighbors) {
+    receive_rows<Row>(border, with.rank, with.other,
+                      [&](std::int32_t body, const Row& row) { rows[body] = row; });
+  }
+}
+
+}  // namespace scree

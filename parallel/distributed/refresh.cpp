@@ -1,0 +1,219 @@
+// Which velocities are sent before which colors, and what else ranks tell each other during a step; see
+// border.h.
+#include <parallel/distributed/border.h>
+#include <parallel/distributed/messages.h>
+
+#include <algorithm>
+#include <array>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace scree {
+
+namespace {
+
+// A constraint of a body at the border: when it is solved, and which other rank computes it; this one if no
+// other does.
+struct Use {
+  std::int32_t body, turn, rank;
+};
+
+// What is sent when.
+struct Refresh {
+  std::int32_t turn, body;
+};
+
+// One body's uses -> when this neighbor needs its velocity: before a constraint that both compute, and at the
+// end of a pass, if one that the neighbor does not know has changed it since.
+void plan_for(std::span<const Use> uses, const Neighbor& with, std::int32_t turns,
+              std::vector<Refresh>& plan) {
+  bool stale = false;
+  for (const Use& use : uses) {
+    if (use.rank != with.rank) {
+      stale = true;
+    } else if (std::exchange(stale, false)) {
+      plan.push_back({use.turn, use.body});
+    }
+  }
+  if (stale) plan.push_back({turns, uses.front().body});
+}
+
+// `plan` ascends by turn.
+BodiesByTurn lay_out(std::span<const Refresh> plan, std::int32_t turns) {
+  BodiesByTurn way;
+  way.ends.assign(static_cast<std::size_t>(turns) + 1, 0);
+  for (const Refresh& refresh : plan) {
+    way.bodies.push_back(refresh.body);
+    ++way.ends[static_cast<std::size_t>(refresh.turn)];
+  }
+  for (std::size_t turn = 1; turn < way.ends.size(); ++turn) way.ends[turn] += way.ends[turn - 1];
+  return way;
+}
+
+void sort_by_turn(std::vector<Refresh>& plan) {
+  std::sort(plan.begin(), plan.end(), [](const Refresh& one, const Refresh& other) {
+    return std::tie(one.turn, one.body) < std::tie(other.turn, other.body);
+  });
+}
+
+struct TurnOf {
+  const Constraints& constraints;
+  std::int32_t first_joint;
+  const Turns& turns;
+  std::int32_t operator()(std::int32_t edge) const {
+    const int place = place_of(constraints.edges[edge]);
+    return edge >= first_joint ? turns.of_joints[place] : turns.of_contacts[place];
+  }
+};
+
+// What hubs do to bodies of other ranks. Both sides know these constraints.
+void plan_returns(const Border& border, Neighbor& with, const TurnOf& turn_of, std::int32_t turns) {
+  std::vector<Refresh> returned, taken;
+  for (const std::int32_t place : with.edges) {
+    const Edge& edge = turn_of.constraints.edges[place];
+    if (edge.kind != EdgeKind::hub_a && edge.kind != EdgeKind::hub_b) continue;
+    const std::int32_t body = edge.kind == EdgeKind::hub_a ? edge.body_b : edge.body_a;
+    (border.owns(body) ? taken : returned).push_back({turn_of(place), body});
+  }
+  sort_by_turn(returned);
+  sort_by_turn(taken);
+  with.returned = lay_out(returned, turns);
+  with.taken = lay_out(taken, turns);
+}
+
+std::vector<Use> uses_at_border(const Border& border, const TurnOf& turn_of) {
+  std::vector<std::uint8_t> at_border(border.owner.size(), 0);
+  for (const Neighbor& with : border.neighbors) {
+    for (const std::int32_t body : with.own) at_border[static_cast<std::size_t>(body)] = 1;
+  }
+  const std::int32_t here = border.transport->rank();
+  std::vector<Use> uses;
+  const auto count = static_cast<std::int32_t>(turn_of.constraints.edges.size());
+  for (std::int32_t i = 0; i < count; ++i) {
+    const Edge& edge = turn_of.constraints.edges[i];
+    const std::int32_t turn = turn_of(i);
+    const auto add = [&](std::int32_t body, std::int32_t other, bool alone) {
+      if (!border.owns(body) || at_border[static_cast<std::size_t>(body)] == 0) return;
+      const std::int32_t rank = border.owner_of(other);
+      uses.push_back({body, turn, alone || rank == kEveryRank ? here : rank});
+    };
+    if (edge.kind != EdgeKind::pushed_b) add(edge.body_a, edge.body_b, edge.kind == EdgeKind::hub_a);
+    add(edge.body_b, edge.body_a, edge.kind == EdgeKind::hub_b);
+  }
+  std::sort(uses.begin(), uses.end(), [](const Use& one, const Use& other) {
+    return std::tie(one.body, one.turn, one.rank) < std::tie(other.body, other.turn, other.rank);
+  });
+  return uses;
+}
+
+}  // namespace
+
+void count_everywhere(const Constraints& constraints, Border& border, std::span<std::int64_t> in_place) {
+  std::fill(in_place.begin(), in_place.end(), 0);
+  for (const Edge& edge : constraints.edges) {
+    const std::int32_t counts = edge.kind == EdgeKind::pushed_b ? edge.body_b : edge.body_a;
+    if (border.owns(counts)) ++in_place[static_cast<std::size_t>(place_of(edge))];
+  }
+  add_up(*border.transport, in_place);
+  if (in_place[0] > 0) {
+    throw Error("step: " + std::to_string(in_place[0]) + " constraints join two bodies of more than " +
+                std::to_string(kHubDegree) + " each, which is not supported across ranks yet");
+  }
+}
+
+void plan_refreshes(const Constraints& constraints, Border& border, std::int32_t first_joint,
+                    const Turns& turns) {
+  border.turns = turns.count;
+  const TurnOf turn_of{constraints, first_joint, turns};
+  const std::vector<Use> uses = uses_at_border(border, turn_of);
+  for (Neighbor& with : border.neighbors) {
+    std::vector<Refresh> plan;
+    auto begin = uses.begin();
+    for (const std::int32_t body : with.own) {
+      begin = std::find_if(begin, uses.end(), [&](const Use& use) { return use.body == body; });
+      const auto end = std::find_if(begin, uses.end(), [&](const Use& use) { return use.body != body; });
+      plan_for({begin, end}, with, turns.count, plan);
+      begin = end;
+    }
+    sort_by_turn(plan);
+    with.sent = lay_out(plan, turns.count);
+    send_list<Refresh>(border, with.rank, plan);
+    plan_returns(border, with, turn_of, turns.count);
+  }
+  for (Neighbor& with : border.neighbors) {
+    with.received = lay_out(receive_list<Refresh>(border, with.rank), turns.count);
+  }
+}
+
+template <class Row>
+void RefreshedPass::exchange(std::int32_t turn, Column<Row>& rows) {
+  const auto both_ways = [&](const BodiesByTurn Neighbor::*from, const BodiesByTurn Neighbor::*to,
+                             std::int32_t at) {
+    for (const Neighbor& with : border_->neighbors) {
+      const auto sent = (with.*from).at(at);
+      if (!sent.empty())
+        send_rows<Row>(*border_, with.rank, sent, [&](std::int32_t body) { return rows[body]; });
+    }
+    for (const Neighbor& with : border_->neighbors) {
+      const auto received = (with.*to).at(at);
+      if (received.empty()) continue;
+      receive_rows<Row>(*border_, with.rank, received,
+                        [&](std::int32_t body, const Row& row) { rows[body] = row; });
+    }
+  };
+  // First what hubs have done in the turn before: owners may have to send it on.
+  if (turn > 0) both_ways(&Neighbor::returned, &Neighbor::taken, turn - 1);
+  both_ways(&Neighbor::sent, &Neighbor::received, turn);
+}
+
+void RefreshedPass::refresh(std::int32_t turn) {
+  if (what_ == Refreshed::velocity) {
+    exchange(turn, bodies_.velocity);
+  } else {
+    exchange(turn, bodies_.delta);
+  }
+}
+
+void share_notes(const Constraints& constraints, Border& border, std::int32_t contacts, Bodies& bodies) {
+  for (const Neighbor& with : border.neighbors) {  // contacts that the owners of hubs alone prepare
+    for (const std::int32_t place : with.edges) {
+      const Edge& edge = constraints.edges[place];
+      if (place >= contacts || computes(border, edge)) continue;
+      bodies.step_notes[border.owns(edge.body_a) ? edge.body_a : edge.body_b] |= std::uint8_t{kHasContacts};
+    }
+  }
+  share_rows<std::uint8_t>(border, bodies.step_notes);
+}
+
+void share_impact_times(Constraints& constraints, Border& border) {
+  share_rows<simd::ImpactTimes>(border, constraints.impact_times);
+}
+
+void share_motion(Border& border, Bodies& bodies) {
+  struct Motion {
+    VelocityRow velocity;
+    DeltaRow delta;
+    std::int32_t body;
+    std::int32_t notes;
+  };
+  std::vector<Motion> own;
+  for (const std::int32_t body : bodies.awake) {
+    if (border.owns(body))
+      own.push_back({bodies.velocity[body], bodies.delta[body], body, bodies.step_notes[body]});
+  }
+  const int here = border.transport->rank(), ranks = border.transport->ranks();
+  for (int to = 0; to < ranks; ++to) {
+    if (to != here) send_list<Motion>(border, to, own);
+  }
+  for (int from = 0; from < ranks; ++from) {
+    if (from == here) continue;
+    for (const Motion& motion : receive_list<Motion>(border, from)) {
+      bodies.velocity[motion.body] = motion.velocity;
+      bodies.delta[motion.body] = motion.delta;
+      bodies.step_notes[motion.body] = static_cast<std::uint8_t>(motion.notes);
+    }
+  }
+}
+
+}  // namespace scree

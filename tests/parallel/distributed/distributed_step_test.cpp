@@ -1,0 +1,250 @@
+// Laws of a world that is divided among ranks: its bits are those of a single world, whoever owns which body.
+#include <core/world/edit.h>
+#include <parallel/distributed/border.h>
+#include <tests/physics/lab.h>
+
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace scree {
+namespace {
+
+using physics::kStep;
+using physics::Lab;
+using Fill = std::function<void(Lab&)>;
+using Owners = std::function<std::int32_t(std::int32_t body, int ranks)>;
+
+WorldSettings settings_for_ranks() {
+  WorldSettings settings = physics::without_sleep();
+  settings.continuous = false;
+  return settings;
+}
+
+struct Run {
+  int ranks = 2;
+  int steps = 60;
+  int threads = 1;                           // of each rank
+  std::vector<Isa> sets = {Isa::automatic};  // rank by rank, over and over
+};
+
+std::vector<std::uint64_t> hashes_of_one_world(const Fill& fill, int steps) {
+  Lab lab(settings_for_ranks());
+  fill(lab);
+  std::vector<std::uint64_t> hashes;
+  for (int i = 0; i < steps; ++i) {
+    lab.run(1);
+    hashes.push_back(lab.world.hash());
+  }
+  return hashes;
+}
+
+// Each rank on a thread of its own. What a rank throws ends all of them, and is returned.
+std::string step_ranks(const Fill& fill, const Owners& owner_of, const Run& run,
+                       std::vector<std::vector<std::uint64_t>>& hashes) {
+  Meeting meeting(run.ranks);
+  std::vector<std::string> errors(static_cast<std::size_t>(run.ranks));
+  hashes.assign(static_cast<std::size_t>(run.ranks), {});
+  const auto step_rank = [&](int rank) {
+    const auto place = static_cast<std::size_t>(rank);
+    try {
+      Lab lab(settings_for_ranks());
+      lab.workers = Workers(WorkersOptions{.threads = run.threads, .isa = run.sets[place % run.sets.size()]});
+      fill(lab);
+      WorldData& data = internals(lab.world);
+      std::vector<std::int32_t> owners(data.bodies.flags.size());
+      for (std::size_t body = 0; body < owners.size(); ++body)
+        owners[body] = owner_of(static_cast<std::int32_t>(body), run.ranks);
+      divide_world(data, meeting.at(rank), owners);
+      for (int i = 0; i < run.steps; ++i) {
+        lab.run(1);
+        hashes[place].push_back(lab.world.hash());
+      }
+    } catch (const std::exception& error) {
+      errors[place] = error.what();
+    }
+    meeting.leave(rank);
+  };
+  std::vector<std::thread> threads;
+  for (int rank = 1; rank < run.ranks; ++rank) threads.emplace_back(step_rank, rank);
+  step_rank(0);
+  for (std::thread& thread : threads) thread.join();
+  std::string all;
+  for (const std::string& error : errors) all += error;
+  return all;
+}
+
+void expect_same_bits(const Fill& fill, const Owners& owner_of, const Run& run) {
+  const std::vector<std::uint64_t> expected = hashes_of_one_world(fill, run.steps);
+  std::vector<std::vector<std::uint64_t>> hashes;
+  ASSERT_EQ(step_ranks(fill, owner_of, run, hashes), "");
+  for (std::size_t rank = 0; rank < hashes.size(); ++rank) {
+    ASSERT_EQ(hashes[rank].size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i)
+      ASSERT_EQ(hashes[rank][i], expected[i]) << "rank " << rank << " of " << run.ranks << ", step " << i;
+  }
+}
+
+// Drawn for each body.
+std::int32_t random_owner(std::int32_t body, int ranks) {
+  physics::Random random(static_cast<std::uint64_t>(body) + 77);
+  return static_cast<std::int32_t>(random.uniform(0, static_cast<float>(ranks) - 1e-4f));
+}
+std::int32_t owner_by_blocks(std::int32_t body, int ranks) { return body / 10 % ranks; }
+
+void fill_with_heap(Lab& lab) { physics::add_heap(lab, 120, 4); }
+
+TEST(DistributedStep, AHeapHasTheBitsOfOneProcess) {
+  for (const int ranks : {1, 2, 3, 4}) {
+    for (const Owners& owners : {Owners(random_owner), Owners(owner_by_blocks)})
+      expect_same_bits(fill_with_heap, owners, {.ranks = ranks, .steps = 120});
+  }
+}
+
+// A scene of the catalog, of the motion that it has without drives and changes.
+Fill scene(const std::string& name, const scenes::Parameters& parameters) {
+  return [=](Lab& lab) { populate(lab.world, scenes::build(name, parameters).front()); };
+}
+
+TEST(DistributedStep, PilesHaveTheBitsOfOneProcess) {
+  expect_same_bits(scene("pile", {{"bodies", 300}}), random_owner, {.ranks = 3, .steps = 100});
+  expect_same_bits(scene("large_pyramid", {{"base", 14}}), random_owner, {.ranks = 4, .steps = 60});
+  expect_same_bits(scene("convex_pile", {{"columns", 2}, {"layers", 10}}), owner_by_blocks, {.ranks = 3});
+  expect_same_bits(scene("terrain", {{"bodies", 150}, {"triangles", 5000}}), random_owner, {.ranks = 2});
+}
+
+TEST(DistributedStep, JointsHaveTheBitsOfOneProcess) {
+  expect_same_bits(scene("bridge", {{"planks", 20}, {"loads", 6}}), random_owner, {.ranks = 3, .steps = 100});
+  expect_same_bits(scene("joint_grid", {{"columns", 12}, {"rows", 12}}), owner_by_blocks, {.ranks = 4});
+  expect_same_bits(scene("ragdolls", {{"ragdolls", 12}}), random_owner, {.ranks = 4, .steps = 100});
+  expect_same_bits(scene("motors", {{"machines", 2}}), random_owner, {.ranks = 3});
+  expect_same_bits(scene("vehicles", {{"cars", 4}}), random_owner, {.ranks = 2});
+}
+
+// Newton's cradle and a heap of balls that bounce.
+TEST(DistributedStep, ImpactsHaveTheBitsOfOneProcess) {
+  const auto cradle = [](Lab& lab) {
+    const Material elastic{.friction = 0.1f, .restitution = 1.0f};
+    for (int i = 0; i < 9; ++i) {
+      const float x = static_cast<float>(i) + (i == 0 ? -1.5f : 0.0f);
+      lab.add({.position = {x, 3, 0}, .linear_velocity = {i == 0 ? 8.0f : 0.0f, 0, 0}}, Sphere{0.5f},
+              elastic);
+    }
+    lab.add_ground(elastic);
+  };
+  const auto heap = [](Lab& lab) { physics::add_heap(lab, 60, 9, {.friction = 0.5f, .restitution = 0.6f}); };
+  for (const int ranks : {2, 3, 9}) {
+    expect_same_bits(cradle, random_owner, {.ranks = ranks});
+    expect_same_bits(heap, random_owner, {.ranks = ranks, .steps = 90});
+  }
+}
+
+TEST(DistributedStep, PlatformsOfEveryRankMoveAlike) {
+  const auto fill = [](Lab& lab) {
+    const BodyId table = lab.world.create_body(
+        {.type = BodyType::kinematic, .linear_velocity = {0.4f, 0, 0}, .angular_velocity = {0, 1.5f, 0}});
+    lab.world.add_shape(table, Box{{4, 0.5f, 4}});
+    for (int i = 0; i < 30; ++i) {
+      const float x = static_cast<float>(i % 5) - 2.0f, z = static_cast<float>(i / 5 % 3) - 1.0f;
+      lab.add({.position = {x, 1.0f + static_cast<float>(i / 15), z}}, Box{{0.4f, 0.3f, 0.4f}});
+    }
+  };
+  expect_same_bits(fill, random_owner, {.ranks = 3, .steps = 120});
+}
+
+TEST(DistributedStep, RanksMayHaveDifferentThreadsAndInstructionSets) {
+  std::vector<Isa> sets;
+  for (const Isa isa : {Isa::scalar, Isa::sse2, Isa::avx2, Isa::avx512}) {
+    if (is_supported(isa)) sets.push_back(isa);
+  }
+  for (const int threads : {1, 2})
+    expect_same_bits(fill_with_heap, random_owner, {.ranks = 4, .threads = threads, .sets = sets});
+}
+
+// Each rank colors and solves what its own bodies take part in, and no more.
+TEST(DistributedStep, RanksDivideTheContacts) {
+  constexpr int kRanks = 2;
+  Lab whole(settings_for_ranks());
+  const auto fill = scene("large_pyramid", {{"base", 30}});
+  fill(whole);
+  whole.run(2);
+  const std::size_t all = internals(whole.world).contacts.active.size();
+  Meeting meeting(kRanks);
+  std::vector<std::size_t> contacts(kRanks);
+  const auto step_rank = [&](int rank) {
+    Lab lab(settings_for_ranks());
+    fill(lab);
+    WorldData& data = internals(lab.world);
+    const auto rows = static_cast<std::int32_t>(data.bodies.flags.size());
+    std::vector<std::int32_t> owners;
+    for (std::int32_t body = 0; body < rows; ++body) owners.push_back(body < rows / 2 ? 0 : 1);
+    divide_world(data, meeting.at(rank), owners);
+    lab.run(2);
+    contacts[static_cast<std::size_t>(rank)] = data.contacts.active.size();
+    EXPECT_GT(border_of(data)->sent_bytes, 0);
+    meeting.leave(rank);
+  };
+  std::thread other(step_rank, 1);
+  step_rank(0);
+  other.join();
+  EXPECT_GT(contacts[0] + contacts[1], all) << "those across the border on both sides";
+  EXPECT_LT(contacts[0] + contacts[1], all + all / 10);
+  EXPECT_LT(std::max(contacts[0], contacts[1]), all * 6 / 10);
+}
+
+// A plate that carries 49 balls and hangs from as many as it takes joints to be a hub of these, too.
+void fill_with_hub(Lab& lab, const Material& material) {
+  lab.add_ground();
+  const BodyId plate = lab.add({.position = {0, 3, 0}}, Box{{10, 0.5f, 10}}, material);
+  for (int i = 0; i < 49; ++i) {
+    const float x = 2.0f * static_cast<float>(i % 7) - 6.0f, z = 2.0f * static_cast<float>(i / 7) - 6.0f;
+    lab.add({.position = {x, 4.05f + 0.01f * static_cast<float>(i), z}}, Sphere{0.5f}, material);
+    if (i % 3 != 0) continue;
+    const BodyId pendulum = lab.add({.position = {x, 1.5f, z}}, Box{{0.2f, 0.4f, 0.2f}});
+    lab.world.create_joint(
+        {.body_a = plate, .body_b = pendulum, .frame_a = {{x, -0.5f, z}, {}}, .frame_b = {{0, 1, 0}, {}}},
+        BallJoint{});
+  }
+}
+
+TEST(DistributedStep, HubsHaveTheBitsOfOneProcess) {
+  Lab lab(settings_for_ranks());
+  fill_with_hub(lab, {});
+  lab.run(60);
+  const Column<BodyColors>& bodies = constraints_of(internals(lab.world)).body_colors;
+  EXPECT_TRUE(std::any_of(bodies.begin(), bodies.end(),
+                          [](const BodyColors& colors) { return colors.degree > kHubDegree; }));
+  for (const int ranks : {2, 3, 8})
+    expect_same_bits([](Lab& one) { fill_with_hub(one, {}); }, random_owner, {.ranks = ranks, .steps = 120});
+}
+
+TEST(DistributedStep, RefusesWhatItDoesNotSupport) {
+  std::vector<std::vector<std::uint64_t>> hashes;
+  const auto hub = [](Lab& lab) { fill_with_hub(lab, {.restitution = 0.5f}); };
+  const std::string error = step_ranks(hub, random_owner, {.ranks = 2, .steps = 120}, hashes);
+  EXPECT_NE(error.find("not supported yet for more than 32"), std::string::npos) << error;
+  const auto owner_of_nobody = [](std::int32_t, int ranks) { return ranks; };
+  const std::string wrong = step_ranks(fill_with_heap, owner_of_nobody, {.ranks = 2}, hashes);
+  EXPECT_NE(wrong.find("is given to rank 2 of 2"), std::string::npos) << wrong;
+}
+
+TEST(DistributedStep, WhoWaitsForARankThatHasLeftGetsAnError) {
+  Meeting meeting(2);
+  meeting.leave(1);
+  std::vector<std::byte> message;
+  try {
+    meeting.at(0).receive(1, message);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "rank 1 has left");
+  }
+}
+
+TEST(DistributedStep, SixtyFourRanksHaveTheBitsOfOneProcess) {
+  expect_same_bits(fill_with_heap, random_owner, {.ranks = 64, .steps = 80});
+}
+
+}  // namespace
+}  // namespace scree
