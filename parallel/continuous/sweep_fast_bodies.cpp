@@ -21,14 +21,15 @@
 #include <core/world/edit.h>
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/continuous/sweep_convex.h>
-#include <parallel/continuous/sweep_mesh.h>
 #include <parallel/continuous/sweep_motion.h>
 #include <parallel/continuous/sweep_moving.h>
+#include <parallel/continuous/sweep_near.h>
 #include <parallel/continuous/sweep_whole.h>
 #include <parallel/crew/list_where.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -42,20 +43,6 @@ constexpr int kFastPerChunk = 8;
 
 // rad; a ball's arc counts as straight over this turn: it leaves its chord by 0.8 % of its arm at most.
 constexpr float kStraightTurn = 0.25f;
-
-// Where a sweep finds what is in the way.
-struct Obstacles {
-  const WorldData& data;
-  const BroadPhase& broad_phase;
-  const simd::QueryKernels& kernels;
-};
-
-bool meets(const Swept& box, const float (&bounds)[6][simd::kBlock], std::size_t lane) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!(box.lower[axis] <= bounds[axis + 3][lane] && bounds[axis][lane] <= box.upper[axis])) return false;
-  }
-  return true;
-}
 
 // Whether the shape may be stopped by the other one, which rests.
 bool may_stop(const WorldData& data, std::int32_t shape, std::int32_t obstacle) {
@@ -90,112 +77,22 @@ Meeting meeting_with(const Obstacles& obstacles, const Sweep& sweep, std::int32_
   return met;
 }
 
-// A ball on a straight way that holds all that moves in it.
-struct Reach {
-  Vec3 start, end;
-  float radius;
-  Swept box;
-  Reach(Vec3 from, Vec3 to, float size) : start(from), end(to), radius(size), box(from, to, size) {}
-};
-
-// Calls call(leaf, lane) for the shapes of the tree that are near, until it returns false; whether it did
-// not.
-template <class Call>
-bool for_each_near(const PairTree& tree, const Swept& box, int level, std::size_t block, Call&& call) {
-  for (std::size_t lane = 0; lane < simd::kBlock; ++lane) {
-    if (level < 0) {
-      const simd::LeafBlock& leaf = tree.leaves[block];
-      if (leaf.shape[lane] >= 0 && meets(box, leaf.bounds, lane) && !call(leaf, lane)) return false;
-    } else if (meets(box, tree.nodes[level][block].bounds, lane)) {
-      if (!for_each_near(tree, box, level - 1, block * simd::kBlock + lane, call)) return false;
-    }
-  }
-  return true;
-}
-
-// What is near a body's way, so that its many balls need not ask the trees.
-struct NearShapes {
-  static constexpr int kMost = 16, kMostMeshes = 2;
-  struct Row {
-    std::int32_t shape;
-    Swept bounds;
-    int mesh;  // in `triangles`; -1: is none, or its triangles are not listed
-  } row[kMost];
-  NearTriangles triangles[kMostMeshes];
-  int count = 0, meshes = 0;
-  bool too_many = false;
-  bool any = false;  // as seen without room for rounding
-
-  const NearTriangles* triangles_of(const Row& near) const {
-    return near.mesh >= 0 ? &triangles[near.mesh] : nullptr;
-  }
-};
-
-bool overlap(const Swept& a, const Swept& b) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(a.lower[axis] <= b.upper[axis] && b.lower[axis] <= a.upper[axis])) return false;
-  }
-  return true;
-}
-
-const MeshData* mesh_of(const WorldData& data, std::int32_t shape) {
-  if (data.shapes.type[shape] != ShapeType::mesh) return nullptr;
-  return data.meshes.data[data.shapes.mesh[shape]];
-}
-
-// Adds a shape, if it is no mesh without a triangle that is near.
-void add_near(const Obstacles& obstacles, std::int32_t shape, const Swept& bounds, const Reach& reach,
-              NearShapes& near) {
-  const MeshData* mesh = mesh_of(obstacles.data, shape);
-  int listed = -1;
-  if (mesh != nullptr) {
-    const PoseRow& pose = obstacles.data.shapes.pose[shape];
-    const MeshReach way{reach.start, reach.end, reach.radius};
-    if (near.meshes < NearShapes::kMostMeshes) {
-      NearTriangles& triangles = near.triangles[near.meshes];
-      list_near_triangles(obstacles.kernels, *mesh, pose, way, triangles);
-      if (triangles.count == 0) return;
-      if (!triangles.too_many) listed = near.meshes++;
-    } else if (!is_near_mesh(obstacles.kernels, *mesh, pose, way, nullptr)) {
-      return;
-    }
-  }
-  near.row[near.count++] = {shape, bounds, listed};
-}
-
-// `box`: that of `reach` without its room for rounding.
-void list_near(const Obstacles& obstacles, const Reach& reach, const Swept& box, NearShapes& near) {
-  const auto add = [&](const simd::LeafBlock& leaf, std::size_t lane) {
-    near.any = near.any || meets(box, leaf.bounds, lane);
-    near.too_many = near.count == NearShapes::kMost;
-    if (near.too_many) return !near.any;
-    const auto& bounds = leaf.bounds;
-    add_near(obstacles, leaf.shape[lane],
-             {{bounds[0][lane], bounds[1][lane], bounds[2][lane]},
-              {bounds[3][lane], bounds[4][lane], bounds[5][lane]}},
-             reach, near);
-    return true;
-  };
-  for (const PairTree& tree : obstacle_trees(obstacles.broad_phase)) {
-    if (tree.levels > 0 && !for_each_near(tree, reach.box, tree.levels - 1, 0, add)) return;
-  }
-}
-
 // The first meeting with a shape of the tree. It is a minimum, so the order of the tree does not matter.
 Meeting first_meeting(const Obstacles& obstacles, const PairTree& tree, const Sweep& sweep, int level,
                       std::size_t block) {
   Meeting first;
   if (level < 0) {
     const simd::LeafBlock& leaf = tree.leaves[block];
-    for (std::size_t lane = 0; lane < simd::kBlock; ++lane) {
-      if (leaf.shape[lane] < 0 || !meets(sweep.core, leaf.bounds, lane)) continue;
+    for (std::uint32_t met = lanes_met(sweep.core, leaf.bounds); met != 0; met &= met - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(met));
+      if (leaf.shape[lane] < 0) continue;
       first = earlier(first, meeting_with(obstacles, sweep, leaf.shape[lane], nullptr));
     }
     return first;
   }
   const simd::NodeBlock& node = tree.nodes[level][block];
-  for (std::size_t lane = 0; lane < simd::kBlock; ++lane) {
-    if (!meets(sweep.core, node.bounds, lane)) continue;
+  for (std::uint32_t met = lanes_met(sweep.core, node.bounds); met != 0; met &= met - 1) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(met));
     first = earlier(first, first_meeting(obstacles, tree, sweep, level - 1, block * simd::kBlock + lane));
   }
   return first;
@@ -227,7 +124,7 @@ Meeting first_whole_meeting(const Obstacles& obstacles, const NearShapes* near, 
     return true;
   };
   for (const PairTree& tree : obstacle_trees(obstacles.broad_phase)) {
-    if (tree.levels > 0) for_each_near(tree, box, tree.levels - 1, 0, meet_leaf);
+    if (tree.levels > 0) for_each_shape_near(tree, box, tree.levels - 1, 0, meet_leaf);
   }
   return first;
 }
@@ -246,13 +143,6 @@ Sweep sweep_of(const PoseRow& pose, std::int32_t shape, Vec3 arm, float radius, 
   const Vec3 start = place(stretch.from), end = place(stretch.to);
   return {shape,  to_vec3(pose.position) + arm,     start,           end,
           radius, static_cast<float>(stretch.left), stretch.against, {start, end, kCoreShare * radius}};
-}
-
-// m, by which places in floats are off at most.
-float rounding_of(Vec3 a, Vec3 b, float size) {
-  constexpr float kRounding = 4e-6f;  // of coordinates
-  const auto sum = [](Vec3 v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
-  return kRounding * (sum(a) + sum(b) + size);
 }
 
 // Whether any of what is near the body is near the way of the shape's balls, which one about its center
@@ -418,18 +308,18 @@ float time_at(float share, Vec3 way, Vec3 acceleration, float step) {
 void end_at_rest(WorldData& data, const Obstacles& obstacles, std::int32_t body, StepEnd& end) {
   DeltaRow& delta = data.bodies.delta[body];
   if (!has_finite_motion(delta)) return;  // finish_step restores it
-  const Vec3 start = to_vec3(data.bodies.pose[body].position);
-  const bool is_whole = (data.bodies.step_notes[body] & kMovesWhole) != 0;
-  const float size = data.bodies.core[body].size;
-  const Vec3 there = start + to_vec3(delta.position);
-  const float radius = is_whole ? std::max(size, reach_of(data, body)) : size;
+  const bool is_whole = moves_whole(data, body);
+  const float radius = swept_radius(data, body);
+  const Reach reach = reach_of_way(data, body);
+  const Vec3 start = reach.start, there = reach.end;
   NearShapes listed;
-  const Reach reach(start, there, radius + rounding_of(start, there, radius));
   list_near(obstacles, reach, Swept(start, there, radius), listed);
   if (!listed.any || listed.count == 0) return;
-  const NearShapes* near = listed.too_many ? nullptr : &listed;
   Motion motion = motion_of(delta, long_axis_of(data, body));
   const int stretches = stretches_of(data, body, motion);
+  if (!is_whole) drop_far_triangles(data, body, motion, stretches, reach, listed);
+  if (listed.count == 0) return;
+  const NearShapes* near = listed.too_many ? nullptr : &listed;
   const auto time_of = [&](int stretch) {
     return static_cast<float>(stretch) / static_cast<float>(stretches);
   };
@@ -525,6 +415,10 @@ void sweep_fast_bodies(WorldData& data, float dt, Crew& crew) {
   });
   hold_at_moving(data, broad_phase, dt, crew);
   crew.run_ranges(count, kFastPerChunk, [&](int begin, int end, int) {
+    // Bodies that were made together, as those of a ragdoll, are often near each other.
+    if (are_free(obstacles,
+                 fast.span().subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin))))
+      return;
     for (int i = begin; i < end; ++i) end_at_rest(data, obstacles, fast[i], ends[i]);
   });
   end_at_moving(data, broad_phase, crew);

@@ -66,13 +66,15 @@ struct LocalSweep {
   Vector origin, start, motion;
 };
 
+// Of a ball's radius: more than its core's, with the tolerance of core_of().
+constexpr double kClearShare = double{kCoreShare} + 0.03;
+
 // Whether the core of a ball that comes down ends its way clear of the triangle's plane, so that it meets no
 // triangle in it. Most balls of bodies that roll or tumble over a mesh do.
 bool ends_above(const TriangleObstacle& obstacle, Vector normal, const Sweep& sweep,
                 const LocalSweep& local) {
-  constexpr double kShare = double{kCoreShare} + 0.03;  // more than the tolerance of core_of()
-  constexpr double kRounding = 4e-6;                    // of the way, which first_within() has in floats
-  const double most = kShare * double{sweep.radius} + kRounding * queries::length(local.motion);
+  constexpr double kRounding = 4e-6;  // of the way, which first_within() has in floats
+  const double most = kClearShare * double{sweep.radius} + kRounding * queries::length(local.motion);
   const double height = dot(normal, local.motion - obstacle.corner[0]);  // times the normal's length
   return height > 0.0 && height * height > most * most * dot(normal, normal);
 }
@@ -124,6 +126,28 @@ simd::MeetTask task_of(const PoseRow& pose, const MeshReach& reach) {
   for (int axis = 0; axis < 3; ++axis) {
     task.lower[axis] = static_cast<float>(std::min(from[axis], to[axis]) - room);
     task.upper[axis] = static_cast<float>(std::max(from[axis], to[axis]) + room);
+  }
+  return task;
+}
+
+// A box about those of all ways within a box.
+simd::MeetTask task_of(const PoseRow& pose, const Swept& box) {
+  constexpr double kRounding = 5e-6;  // of coordinates: more than of each way, and than boxes in floats lose
+  const Axes axes = queries::to_axes(to_quat(pose.rotation));
+  const Vector lower{box.lower[0], box.lower[1], box.lower[2]},
+      upper{box.upper[0], box.upper[1], box.upper[2]};
+  const Vector middle = 0.5 * (lower + upper), half = 0.5 * (upper - lower);
+  const Vector center = turn_back(axes, middle - queries::to_vector(pose.position));
+  const double far = queries::length(middle) + queries::length(center);
+  const double rounding = kRounding * (2.0 * far + 5.0 * queries::length(half));
+  simd::MeetTask task{};
+  int axis = 0;
+  for (const Vector& along : {axes.x, axes.y, axes.z}) {
+    const double room =
+        std::abs(along.x) * half.x + std::abs(along.y) * half.y + std::abs(along.z) * half.z + rounding;
+    task.lower[axis] = static_cast<float>(center[axis] - room);
+    task.upper[axis] = static_cast<float>(center[axis] + room);
+    ++axis;
   }
   return task;
 }
@@ -190,10 +214,49 @@ void list_near_triangles(const simd::QueryKernels& kernels, const MeshData& mesh
   });
 }
 
+void drop_triangles_below(const MeshData& mesh, const PoseRow& pose, std::span<const Ball> ends, float room,
+                          NearTriangles& near) {
+  const Axes axes = queries::to_axes(to_quat(pose.rotation));
+  const Vector position = queries::to_vector(pose.position);
+  Vector place[kMostEnds];
+  double most[kMostEnds];
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    place[i] = turn_back(axes, queries::to_vector(ends[i].center) - position);
+    most[i] = kClearShare * double{ends[i].radius} + double{room};
+  }
+  int left = 0;
+  for (int k = 0; k < near.count; ++k) {
+    Vector corner[3];
+    for (int i = 0; i < 3; ++i) {
+      const float* vertex = mesh.vertex + std::ptrdiff_t{3} * mesh.corners[near.row[k]].vertex[i];
+      corner[i] = {vertex[0], vertex[1], vertex[2]};
+    }
+    const Vector normal = cross(corner[1] - corner[0], corner[2] - corner[0]);
+    const double size = dot(normal, normal), start = dot(normal, corner[0]);
+    bool are_above = true;
+    for (std::size_t i = 0; i < ends.size() && are_above; ++i) {
+      const double height = dot(normal, place[i]) - start;
+      are_above = height > 0.0 && height * height > most[i] * most[i] * size;
+    }
+    if (!are_above) near.row[left++] = near.row[k];
+  }
+  near.count = left;
+}
+
 bool is_near_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
                   const MeshReach& reach, const NearTriangles* near) {
   bool any = false;
   for_each_near(kernels, mesh, task_of(pose, reach), near, [&](std::int32_t) {
+    any = true;
+    return false;
+  });
+  return any;
+}
+
+bool is_near_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
+                  const Swept& box) {
+  bool any = false;
+  for_each_near(kernels, mesh, task_of(pose, box), nullptr, [&](std::int32_t) {
     any = true;
     return false;
   });

@@ -127,6 +127,42 @@ TEST(SweptMeshes, NoBulletPassesTheFirstOfManyFloors) {
   }
 }
 
+// Ways of some bodies are asked for what is near together.
+TEST(SweptMeshes, ABodyMovesAmongOthersAsItMovesAlone) {
+  constexpr int kBodies = 60, kSteps = 25;
+  const auto fall = [](int only, std::vector<Vec3>& places) {
+    Dice dice(38);
+    Floor floor(hills(dice, 60, 1.0f), {{3, 1, 2}, from_axis_angle({1, 0, 1}, 0.2f)}, WorldSettings{});
+    for (int i = 0; i < kBodies; ++i) {
+      const float column = static_cast<float>(i % 8) - 3.5f, row = static_cast<float>(i / 8) - 3.5f;
+      const Vec3 from{3.0f + 4.0f * column, dice.uniform(5.0f, 10.0f), 2.0f + 4.0f * row};
+      const Vec3 velocity{0, dice.uniform(-30.0f, -10.0f), dice.uniform(-1.0f, 1.0f)};
+      const Quat rotation = dice.rotation();
+      const Geometry bullet = dice.geometry(0.2f);
+      if (only < 0 || only == i) floor.shoot(bullet, from, velocity, rotation);
+    }
+    std::int64_t hits = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      floor.lab.run(1);
+      hits += floor.lab.world.stats().sweep_hits;
+      for (const BodyId body : floor.bullets) places.push_back(floor.lab.world.pose(body).position);
+    }
+    return hits;
+  };
+  std::vector<Vec3> together;
+  EXPECT_GT(fall(-1, together), 20);
+  int same = 0;
+  for (int i = 0; i < kBodies; ++i) {
+    std::vector<Vec3> alone;
+    fall(i, alone);
+    for (int k = 0; k < kSteps; ++k) {
+      const auto place = static_cast<std::size_t>(k);
+      same += alone[place] == together[kBodies * place + static_cast<std::size_t>(i)] ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(same, kBodies * kSteps);
+}
+
 TEST(SweptMeshes, WithoutSweepsBulletsPass) {
   Dice dice(32);
   WorldSettings settings = without_limits();
