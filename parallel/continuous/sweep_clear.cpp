@@ -17,6 +17,13 @@
 // and t (1 - t) |1 - v^2| |1 - u^2|, the product of their sines at most. Between moments within the step it
 // is twice that of the step at most, as both ends are near its line.
 //
+// Where the turns of the other body matter, this is much. Seen from the world, with its bow b and its arm o,
+// what is between a ball and a point of the obstacle,
+//   c + t w + S(t) r - R(t) o,
+// is within s |r| + b |o| of its own line: a plane that parts all such points of two shapes by more than that
+// at both ends parts them all the time (stay_parted()). Ways come no nearer than that, and chords that are
+// swept by no more than two bends.
+//
 // What stays so far from a ball or a box around the obstacle is left by meeting_between() at each chord, and
 // what stays so far from the box by first_within(), whose distances are not below that from the box.
 #include <core/world/edit.h>
@@ -91,6 +98,29 @@ bool is_beside(Vec3 from, Vec3 to, Vec3 half) {
          size(d.x * c.y - d.y * c.x) > half.x * e.y + half.y * e.x;
 }
 
+bool is_round(const WorldData& data, std::int32_t shape) {
+  const ShapeType type = data.shapes.type[shape];
+  return type == ShapeType::sphere || type == ShapeType::capsule;
+}
+
+// m, from a round shape's center to the end of the segment that all of it is within its radius of.
+Vec3 half_segment_of(const WorldData& data, std::int32_t shape, Quat turn) {
+  if (data.shapes.type[shape] == ShapeType::sphere) return {};
+  const Vec3 half{0.0f, data.shapes.extent[shape].half[1], 0.0f};
+  return rotate(turn * to_quat(data.shapes.pose[shape].rotation), half);
+}
+
+// The shortest way to a segment about `center` from one about the origin, or about that.
+Vec3 way_between(Vec3 center, Vec3 half, Vec3 from_half) {
+  const float a = dot(half, half), b = dot(from_half, from_half), c = dot(half, from_half);
+  const float d = dot(center, half), e = dot(center, from_half), area = a * b - c * c;
+  const auto part = [](float x, float size) {
+    return size > 0.0f ? std::clamp(x / size, -1.0f, 1.0f) : 0.0f;
+  };
+  const float first = part(c * e - b * d, area), from = part(e + c * first, b), to = part(c * from - d, a);
+  return center + to * half - from * from_half;
+}
+
 }  // namespace
 
 float bow_of(const Motion& motion) {
@@ -118,7 +148,44 @@ Leg leg_of(const Course& course, float stop, float from) {
   if (stop < 1.0f)
     return {mover.start, begin,       part_of(mover.motion, stop),
             course.turn, course.rate, std::numeric_limits<float>::infinity()};
-  return {mover.start, begin, course.end, course.turn, course.rate, 2.0f * course.bow};
+  const float bow = from > 0.0f ? 2.0f * course.bow : course.bow;
+  return {mover.start, begin, course.end, course.turn, course.rate, bow};
+}
+
+// Looks along the shortest ways between the segments that the shapes are about, at both ends. Of pairs of
+// capsules that may pass each other, three quarters are parted so.
+bool stay_parted(const WorldData& data, const std::int32_t (&shape)[2], const Leg (&leg)[2]) {
+  if (!is_round(data, shape[0]) || !is_round(data, shape[1])) return false;
+  Vec3 apart[2] = {leg[0].start - leg[1].start, leg[0].start - leg[1].start};  // at both ends
+  Vec3 half[2][2];                                                             // by shape, at both ends
+  float leaves = 0.0f, radii = 0.0f, scale = size_of(leg[0].start) + size_of(leg[1].start);
+  for (int side = 0; side < 2; ++side) {
+    const Vec3 arm = to_vec3(data.shapes.pose[shape[side]].position) - leg[side].start;
+    const float sign = side == 0 ? 1.0f : -1.0f;
+    for (int i = 0; i < 2; ++i) {
+      const DeltaRow& delta = i == 0 ? leg[side].from : leg[side].to;
+      const Quat turn = to_quat(delta.rotation);
+      apart[i] = apart[i] + sign * (to_vec3(delta.position) + rotate(turn, arm));
+      half[side][i] = half_segment_of(data, shape[side], turn);
+      scale += size_of(to_vec3(delta.position));
+    }
+    const float size = size_of(arm) + outer_radius_of(data, shape[side]);
+    leaves += leg[side].bow * size;
+    radii += data.shapes.extent[shape[side]].radius;
+    scale += size;
+  }
+  if (!(scale < kFarthest)) return false;
+  const float room = radii + kLinearSlop + 2.0f * kMostBend + leaves + kPlaceRounding * scale;
+  for (int seen = 0; seen < 2; ++seen) {
+    const Vec3 normal = way_between(apart[seen], half[0][seen], half[1][seen]);
+    const float most = room * length(normal);
+    const auto is_beyond = [&](int i) {
+      return dot(normal, apart[i]) - std::abs(dot(normal, half[0][i])) - std::abs(dot(normal, half[1][i])) >
+             most;
+    };
+    if (is_beyond(0) && is_beyond(1)) return true;
+  }
+  return false;
 }
 
 bool stays_clear(const WorldData& data, std::int32_t shape, const Leg& leg, std::int32_t obstacle,

@@ -31,6 +31,9 @@ struct Passage {
   bool is_boxed;    // else all else is empty
 };
 
+// Whether one plane, fixed in the world, parts two balls or capsules by more than contacts look, from a
+// moment to the end of the step. May miss that, but is never wrong.
+bool stay_parted(const WorldData& data, const std::int32_t (&shape)[2], const Leg (&leg)[2]);
 // Whether no chord of the way of any ball of the shape, in the frame of the obstacle's body, comes as near to
 // what holds the obstacle as contacts look. May miss that, but is never wrong. `passage`: for what may come
 // near.

@@ -210,7 +210,9 @@ float meeting_of(const WorldData& data, const simd::QueryKernels& kernels, const
               from};
   for (int side = 0; side < 2; ++side) chase.mover[side].stop = stops[side];
   float first = kNever;
-  for (int side = 0; side < 2; ++side) meet_from_side(chase, side, first);
+  if (!stay_parted(data, pair.shape, chase.leg)) {
+    for (int side = 0; side < 2; ++side) meet_from_side(chase, side, first);
+  }
   if (is_swept_whole(data, data.shapes.body[pair.shape[0]]) ||
       is_swept_whole(data, data.shapes.body[pair.shape[1]]))
     first = std::min(first, whole_meeting(data, kernels, pair.shape, chase.mover, from));

@@ -23,13 +23,14 @@ struct TwoMovers {
   World world;
   std::int32_t body[2] = {}, shape[2] = {};
 
-  TwoMovers(Dice& dice, float size, float apart) {
+  // `kinds`: of shapes, as Dice::geometry() numbers them.
+  TwoMovers(Dice& dice, float size, float apart, std::uint32_t kinds = 8) {
     for (int i = 0; i < 2; ++i) {
       const Vec3 place = dice.within({apart, apart, apart});
       const BodyId id = world.create_body({.position = place, .rotation = dice.rotation()});
       const Vec3 aside = dice.within({size, size, size});
-      const ShapeId first =
-          world.add_shape(id, dice.geometry(size), {}, {.local_pose = {aside, dice.rotation()}});
+      const ShapeId first = world.add_shape(id, dice.geometry(size, dice.below(kinds)), {},
+                                            {.local_pose = {aside, dice.rotation()}});
       world.add_shape(id, Sphere{size}, {}, {.local_pose = {-1.0f * aside, {}}});
       body[i] = static_cast<std::int32_t>(id.index);
       shape[i] = static_cast<std::int32_t>(first.index);
@@ -46,10 +47,11 @@ struct TwoMovers {
   }
 };
 
-// m, that chords of a ball's way leave between the ball and the obstacle at least, as sweeps measure it.
-float least_room(const TwoMovers& two, const WorldData& data, int side, const Ball& ball,
-                 const sweeps::Mover (&movers)[2], float from) {
-  constexpr std::size_t kMoments = 12;
+constexpr std::size_t kMoments = 12;
+
+// Where a ball's center is at moments of its way, in the obstacle's frame.
+std::array<Point, kMoments + 1> way_of(const TwoMovers& two, const WorldData& data, int side,
+                                       const Ball& ball, const sweeps::Mover (&movers)[2], float from) {
   const std::int32_t shape = two.shape[side], obstacle = two.shape[1 - side];
   const sweeps::Mover &mover = movers[side], &other = movers[1 - side];
   const Point arm = to_point(sweeps::arm_of(data, two.body[side], shape, ball.center));
@@ -65,14 +67,34 @@ float least_room(const TwoMovers& two, const WorldData& data, int side, const Ba
                                      there - to_point(other.start) - to_point(to_vec3(other_delta.position)));
     way[i] = turn(back(to_quat(pose.rotation)), seen - to_point(to_vec3(pose.position)));
   }
-  const sweeps::ConvexObstacle convex{data, obstacle};
+  return way;
+}
+
+float distance_of(const WorldData& data, std::int32_t obstacle, Point p) {
+  const Vec3 point{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+  return sweeps::ConvexObstacle{data, obstacle}.distance_at({point, {}}, 0.0f).value;
+}
+
+// m, that a ball's way leaves between the ball and the obstacle at least.
+float least_way(const TwoMovers& two, const WorldData& data, int side, const Ball& ball,
+                const sweeps::Mover (&movers)[2], float from) {
+  float least = std::numeric_limits<float>::infinity();
+  for (const Point& p : way_of(two, data, side, ball, movers, from)) {
+    least = std::min(least, distance_of(data, two.shape[1 - side], p));
+  }
+  return least - ball.radius;
+}
+
+// The same of chords of its way, as sweeps measure it.
+float least_room(const TwoMovers& two, const WorldData& data, int side, const Ball& ball,
+                 const sweeps::Mover (&movers)[2], float from) {
+  const std::array<Point, kMoments + 1> way = way_of(two, data, side, ball, movers, from);
   float least = std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i <= kMoments; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
       for (const double share : {0.0, 0.25, 0.5, 0.75}) {
         const Point p = way[i] + share * (way[j] - way[i]);
-        const Vec3 point{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
-        least = std::min(least, convex.distance_at({point, {}}, 0.0f).value);
+        least = std::min(least, distance_of(data, two.shape[1 - side], p));
       }
     }
   }
@@ -131,6 +153,71 @@ TEST(SweepClear, NoChordOfWhatIsClearComesNear) {
   EXPECT_GT(clear_balls, 500);
   EXPECT_GT(plain, 30);
   EXPECT_EQ(missed, 0);
+}
+
+// Balls and capsules that pass close by each other.
+TEST(SweepClear, NoChordOfWhatIsPartedComesNear) {
+  constexpr float kLook = sweeps::kMostBend + 2.0f * 0.1f * kLinearSlop;
+  constexpr std::uint32_t kRound = 2;
+  Dice dice(75);
+  int parted = 0, only_parted = 0, near = 0;
+  for (int round = 0; round < 6000; ++round) {
+    const float size = round % 3 == 0 ? 0.1f : 1.0f, far = (round % 2 == 0 ? 0.5f : 1.5f) * size;
+    TwoMovers two(dice, size, far, kRound);
+    const float most = round % 4 == 0 ? 3.1f : round % 4 == 1 ? 0.5f : 0.1f;  // rad
+    const Vec3 shared = dice.within({size, size, size});
+    const auto course = [&](int i) {
+      const Vec3 axis = Vec3{0, 0, 1e-3f} + dice.within({1, 1, 1});
+      const Vec3 own = dice.within({far, far, far});
+      return two.course(i, shared + own, from_axis_angle(axis, dice.uniform(-most, most)));
+    };
+    const Course courses[2] = {course(0), course(1)};
+    const float from = round % 5 < 3 ? 0.0f : dice.uniform(0.0f, 0.9f);
+    sweeps::Mover movers[2] = {courses[0].mover, courses[1].mover};
+    if (round % 5 == 4) movers[dice.below(2)].stop = dice.uniform(0.5f, 1.0f) * from;
+    const Leg legs[2] = {sweeps::leg_of(courses[0], movers[0].stop, from),
+                         sweeps::leg_of(courses[1], movers[1].stop, from)};
+    const WorldData& data = two.data();
+    const bool is_parted = sweeps::stay_parted(data, two.shape, legs);
+    parted += is_parted ? 1 : 0;
+    for (int side = 0; side < 2; ++side) {
+      const std::int32_t shape = two.shape[side], obstacle = two.shape[1 - side];
+      sweeps::Passage passage;
+      const bool is_clear = sweeps::stays_clear(data, shape, legs[side], obstacle, legs[1 - side], passage);
+      only_parted += is_parted && !is_clear ? 1 : 0;
+      const Balls balls = balls_of(data, shape);
+      for (int b = 0; b < balls.count; ++b) {
+        const float room = least_way(two, data, side, balls.ball[b], movers, from);
+        near += room < 0.02f * size ? 1 : 0;
+        ASSERT_TRUE(!is_parted || room > kLook + sweeps::kMostBend)
+            << "round " << round << ", side " << side << ", ball " << b << ": " << room;
+      }
+    }
+  }
+  EXPECT_GT(parted, 1000);
+  EXPECT_GT(only_parted, 500);
+  EXPECT_GT(near, 500);
+}
+
+TEST(SweepClear, OnlyRoundShapesThatMoveToTheEndAreParted) {
+  Dice dice(76);
+  for (int round = 0; round < 100; ++round) {
+    TwoMovers two(dice, 0.1f, 50.0f);
+    const Leg legs[2] = {sweeps::leg_of(two.course(0, {}, {}), sweeps::kNever, 0.0f),
+                         sweeps::leg_of(two.course(1, {}, {}), sweeps::kNever, 0.0f)};
+    const auto is_round = [&](int i) {
+      const ShapeType type = two.data().shapes.type[two.shape[i]];
+      return type == ShapeType::sphere || type == ShapeType::capsule;
+    };
+    EXPECT_EQ(sweeps::stay_parted(two.data(), two.shape, legs), is_round(0) && is_round(1));
+    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+    for (const float bad : {nan, inf, -inf, 1e30f, 3e38f}) {
+      const Leg lost[2] = {sweeps::leg_of(two.course(0, {bad, 0, 0}, {}), sweeps::kNever, 0.0f), legs[1]};
+      EXPECT_FALSE(sweeps::stay_parted(two.data(), two.shape, lost)) << bad;
+    }
+    const Leg halting[2] = {legs[0], sweeps::leg_of(two.course(1, {}, {}), 0.5f, 0.0f)};
+    EXPECT_FALSE(sweeps::stay_parted(two.data(), two.shape, halting));
+  }
 }
 
 TEST(SweepClear, NoPointOfALineBesideTheBoxIsNear) {
