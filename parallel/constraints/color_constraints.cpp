@@ -2,8 +2,8 @@
 // one color share a dynamic body.
 //
 // A contact keeps its color while it touches, so that one new contact does not reshuffle the Gauss-Seidel
-// order of a resting pile. New ones take the lowest free color in the order of a hash of their pairs
-// (color_rounds.cpp): a color depends on what is near, and on no list and no count of the whole world.
+// order of a resting pile. New ones take the lowest free color in the order of a hash of their bodies
+// (coloring.h): a color depends on what is near, and on no list and no count of the whole world.
 // Contacts against bodies that cannot be pushed have colors of their own and are solved last.
 //
 // Hubs, which are bodies with many contacts, block no colors: their contacts are colored by the other body
@@ -32,8 +32,10 @@ constexpr int kBodiesPerTask = 8192;  // bodies of one task
 // From this many contacts on, threads share the coloring: 0.05 ms of serial work. Atomic operations cost
 // twice as much as plain ones.
 constexpr int kSharedContacts = 20000;
-// From this many new ones on, threads share them, too: the same colors.
+// From this many new ones on, so many threads or more share them, too, with the same colors. Two gain
+// nothing: claims cost as much as colors do.
 constexpr std::size_t kSharedNewContacts = 20000;
+constexpr int kSharingThreads = 3;
 
 // Adds, or sets bits, where other threads may do so too. Returns the value before.
 template <bool kShared>
@@ -292,8 +294,8 @@ void color_constraints(WorldData& data, Crew& crew) {
 
   if (border != nullptr) {
     color_across(constraints, *border);
-  } else if (constraints.uncolored.size() >= kSharedNewContacts && crew.threads() > 1) {
-    color_in_rounds(data, constraints, crew);
+  } else if (constraints.uncolored.size() >= kSharedNewContacts && crew.threads() >= kSharingThreads) {
+    color_in_rounds(constraints, crew);
   } else {
     color_in_order(constraints, constraints.uncolored.span());
   }

@@ -1,10 +1,10 @@
-// Colors constraints in the order of their pairs' hashes: one by one, or in rounds with all threads. Both
-// give the same colors, so it does not matter which is used when.
+// Colors constraints in their order (coloring.h): one by one, or in rounds with all threads. Both give the
+// same colors, so it does not matter which is used when.
 //
-// In a round, each constraint claims its bodies, and one that comes first at all of them takes its color:
-// what could still change it has one already (Blelloch, Fineman, Gibbons and Shun, "Internally deterministic
-// parallel algorithms can be fast", 2012). Rounds run over a part of the order at a time, in which few
-// constraints share a body.
+// For rounds the order is cut into parts. In a round, each part claims the bodies of its constraints, and the
+// first one of a body has it. Then each goes through its constraints in order, and colors those whose bodies
+// it has and that wait for no earlier one: what could still change their colors has one already (Blelloch,
+// Fineman, Gibbons and Shun, "Internally deterministic parallel algorithms can be fast", 2012).
 #include <parallel/constraints/coloring.h>
 
 #include <algorithm>
@@ -16,36 +16,14 @@ namespace scree {
 
 namespace {
 
-constexpr int kPartEdges = 2048;      // of one task
-constexpr int kClaimsPerTask = 8192;  // bodies of one task
+constexpr int kPartEdges = 2048;
 constexpr int kOrders = 1 << kOrderBits;
-
-// Parts of the order that have rounds of their own. A body of seven new contacts has one in each then.
-constexpr int kWindowBits = 3, kWindows = 1 << kWindowBits;
-static_assert(kWindowBits <= kOrderBits);
 
 // So many edges or fewer are sorted by comparing them.
 constexpr std::size_t kFewEdges = 128;
-// What rounds leave to one thread: so many edges, or all, once a round colors less than a part of them.
-constexpr std::size_t kLastEdges = 512;
-constexpr std::size_t kSlowRound = 16;
-
-// A claim is the lower the later its round and the earlier its edge in the order, so those of earlier rounds
-// need not be removed.
-constexpr std::uint64_t kNoClaim = std::numeric_limits<std::uint64_t>::max();
-constexpr int kRoundShift = 32 + kOrderBits;
-
-std::uint64_t claim_of(const Edge& edge, std::int32_t place, std::uint64_t round) {
-  const std::uint64_t later = (kNoClaim >> kRoundShift) - 1 - round;
-  return later << kRoundShift | std::uint64_t{order_of(edge)} << 32 | static_cast<std::uint32_t>(place);
-}
-
-void claim(std::uint64_t& body, std::uint64_t value) {
-  const std::atomic_ref<std::uint64_t> lowest(body);
-  std::uint64_t before = lowest.load(std::memory_order_relaxed);
-  while (value < before && !lowest.compare_exchange_weak(before, value, std::memory_order_relaxed)) {
-  }
-}
+// What rounds leave to one thread: all, once a round colors less than this part of what was left, as along a
+// chain of bodies.
+constexpr std::int64_t kSlowRound = 8;
 
 // Calls work(body) for the bodies in whose masks the edge's color must be free.
 template <class Work>
@@ -54,69 +32,64 @@ void for_each_masked_body(const Edge& edge, Work&& work) {
   if (edge.kind != EdgeKind::hub_b && edge.kind != EdgeKind::two_hubs) work(edge.body_b);
 }
 
-// Constraints::uncolored -> Constraints::windowed, window by window; ascending within each. Writes where they
-// begin.
-void cut_into_windows(Constraints& constraints, std::int32_t (&begins)[kWindows + 1], Crew& crew) {
-  const auto window_of = [&](std::int32_t edge) {
-    return order_of(constraints.edges[edge]) >> (kOrderBits - kWindowBits);
-  };
-  const int count = static_cast<int>(constraints.uncolored.size());
-  const int parts = (count + kPartEdges - 1) / kPartEdges;
-  Column<std::int32_t>& counts = constraints.part_counts;  // by part and window
-  counts.resize_discarding(static_cast<std::size_t>(parts) * kWindows);
-  constraints.windowed.resize_discarding(constraints.uncolored.size());
-  crew.run_ranges(count, kPartEdges, [&](int begin, int end, int) {
-    std::int32_t* const here = counts.data() + static_cast<std::ptrdiff_t>(begin / kPartEdges) * kWindows;
-    std::fill(here, here + kWindows, 0);
-    for (int i = begin; i < end; ++i) ++here[window_of(constraints.uncolored[i])];
+// Calls work(part, places) for all parts of Constraints::ordered, with what they have left.
+template <class Work>
+void for_each_part(Constraints& constraints, Crew& crew, Work&& work) {
+  crew.run(static_cast<int>(constraints.part_counts.size()), [&](int part, int) {
+    std::int32_t* const first = constraints.ordered.data() + static_cast<std::ptrdiff_t>(part) * kPartEdges;
+    work(part, std::span(first, static_cast<std::size_t>(constraints.part_counts[part])));
   });
-  std::int32_t before = 0;
-  for (int window = 0; window < kWindows; ++window) {
-    begins[window] = before;
-    for (int part = 0; part < parts; ++part) {
-      before += std::exchange(counts[static_cast<std::ptrdiff_t>(part) * kWindows + window], before);
+}
+
+void claim_bodies(Constraints& constraints, Crew& crew) {
+  Column<BodyClaim>& claims = constraints.claims;
+  for_each_part(constraints, crew, [&](int, std::span<const std::int32_t> places) {
+    for (const std::int32_t place : places) {
+      for_each_masked_body(constraints.edges[place], [&](std::int32_t body) {
+        std::atomic_ref(claims[body].part)
+            .store(std::numeric_limits<std::int32_t>::max(), std::memory_order_relaxed);
+        std::atomic_ref(claims[body].waits).store(0, std::memory_order_relaxed);
+      });
     }
-  }
-  begins[kWindows] = before;
-  crew.run_ranges(count, kPartEdges, [&](int begin, int end, int) {
-    std::int32_t* const to = counts.data() + static_cast<std::ptrdiff_t>(begin / kPartEdges) * kWindows;
-    for (int i = begin; i < end; ++i) {
-      const std::int32_t edge = constraints.uncolored[i];
-      constraints.windowed[to[window_of(edge)]++] = edge;
+  });
+  for_each_part(constraints, crew, [&](int part, std::span<const std::int32_t> places) {
+    for (const std::int32_t place : places) {
+      for_each_masked_body(constraints.edges[place], [&](std::int32_t body) {
+        const std::atomic_ref<std::int32_t> lowest(claims[body].part);
+        std::int32_t before = lowest.load(std::memory_order_relaxed);
+        while (part < before && !lowest.compare_exchange_weak(before, part, std::memory_order_relaxed)) {
+        }
+      });
     }
   });
 }
 
-// One round over `places`. Those that get no color are moved to the front and counted.
-std::size_t run_round(Constraints& constraints, std::span<std::int32_t> places, std::uint64_t round,
-                      Crew& crew) {
-  const int count = static_cast<int>(places.size()), parts = (count + kPartEdges - 1) / kPartEdges;
-  Column<std::uint64_t>& claims = constraints.claims;
-  crew.run_ranges(count, kPartEdges, [&](int begin, int end, int) {
-    for (int i = begin; i < end; ++i) {
-      const Edge& edge = constraints.edges[places[static_cast<std::size_t>(i)]];
-      const std::uint64_t own = claim_of(edge, places[static_cast<std::size_t>(i)], round);
-      for_each_masked_body(edge, [&](std::int32_t body) { claim(claims[body], own); });
-    }
-  });
-  constraints.part_counts.resize_discarding(parts);
-  crew.run_ranges(count, kPartEdges, [&](int begin, int end, int) {
-    int left = begin;
-    for (int i = begin; i < end; ++i) {
-      const std::int32_t place = places[static_cast<std::size_t>(i)];
+// Colors what it can; returns how much is left.
+std::int64_t run_round(Constraints& constraints, Crew& crew) {
+  claim_bodies(constraints, crew);
+  Column<BodyClaim>& claims = constraints.claims;
+  for_each_part(constraints, crew, [&](int part, std::span<std::int32_t> places) {
+    std::int32_t left = 0;
+    for (const std::int32_t place : places) {
       Edge& edge = constraints.edges[place];
-      const std::uint64_t own = claim_of(edge, place, round);
-      bool first = true;
-      for_each_masked_body(edge, [&](std::int32_t body) { first = first && claims[body] == own; });
-      if (first) {
+      bool waits = false;
+      for_each_masked_body(edge, [&](std::int32_t body) {
+        waits = waits || claims[body].part != part || claims[body].waits != 0;
+      });
+      if (!waits) {
         take_lowest_color(constraints.body_colors, edge);
-      } else {
-        places[static_cast<std::size_t>(left++)] = place;
+        continue;
       }
+      for_each_masked_body(edge, [&](std::int32_t body) {
+        if (claims[body].part == part) claims[body].waits = 1;
+      });
+      places[static_cast<std::size_t>(left++)] = place;
     }
-    constraints.part_counts[begin / kPartEdges] = left - begin;
+    constraints.part_counts[part] = left;
   });
-  return join_parts(places.data(), constraints.part_counts, kPartEdges);
+  std::int64_t left = 0;
+  for (const std::int32_t count : constraints.part_counts) left += count;
+  return left;
 }
 
 }  // namespace
@@ -149,25 +122,26 @@ void color_in_order(Constraints& constraints, std::span<const std::int32_t> plac
   }
 }
 
-void color_in_rounds(const WorldData& data, Constraints& constraints, Crew& crew) {
-  std::int32_t begins[kWindows + 1];
-  cut_into_windows(constraints, begins, crew);
-  const Column<std::int32_t>& awake = data.bodies.awake;
+void color_in_rounds(Constraints& constraints, Crew& crew) {
+  sort_by_order(constraints, constraints.uncolored.span());
+  const auto count = static_cast<std::int64_t>(constraints.uncolored.size());
   constraints.claims.resize_discarding(constraints.body_colors.size());
-  crew.run_ranges(static_cast<int>(awake.size()), kClaimsPerTask, [&](int begin, int end, int) {
-    for (int i = begin; i < end; ++i) constraints.claims[awake[i]] = kNoClaim;
-  });
-  std::uint64_t round = 0;
-  for (int window = 0; window < kWindows; ++window) {
-    std::span<std::int32_t> left =
-        constraints.windowed.span().subspan(static_cast<std::size_t>(begins[window]),
-                                            static_cast<std::size_t>(begins[window + 1] - begins[window]));
-    for (bool slow = false; left.size() > kLastEdges && !slow;) {
-      const std::size_t rest = run_round(constraints, left, round++, crew);
-      slow = left.size() - rest < left.size() / kSlowRound;
-      left = left.first(rest);
+  constraints.part_counts.resize_discarding((count + kPartEdges - 1) / kPartEdges);
+  for (std::size_t part = 0; part < constraints.part_counts.size(); ++part) {
+    const auto begin = static_cast<std::int64_t>(part) * kPartEdges;
+    constraints.part_counts[part] =
+        static_cast<std::int32_t>(std::min<std::int64_t>(kPartEdges, count - begin));
+  }
+  std::int64_t left = count;
+  for (bool slow = false; left > 0 && !slow;) {
+    const std::int64_t before = std::exchange(left, run_round(constraints, crew));
+    slow = before - left < before / kSlowRound;
+  }
+  for (std::size_t part = 0; part < constraints.part_counts.size(); ++part) {
+    for (std::int32_t i = 0; i < constraints.part_counts[part]; ++i) {
+      const std::int32_t place = constraints.ordered[part * kPartEdges + static_cast<std::size_t>(i)];
+      take_lowest_color(constraints.body_colors, constraints.edges[place]);
     }
-    color_in_order(constraints, left);
   }
 }
 

@@ -48,6 +48,13 @@ struct BodyColors {
   std::int32_t number;  // pack_blocks; of a hub among those of a key, else -1
 };
 
+// Of a body with constraints that need a color: the first part of the order with any of them, and whether one
+// of these waits in this round.
+struct BodyClaim {
+  std::int32_t part;
+  std::int32_t waits;
+};
+
 // Colors that two kept constraints of a body have.
 struct BodyClashes {
   std::uint64_t dynamic_colors;
@@ -134,8 +141,7 @@ struct JointBlockKindSet {
                                                    pushed */                                                    \
   LIST (scratch, std::int32_t, uncolored)       /* color_constraints; edges that need a color */                \
   LIST (scratch, std::int32_t, part_counts)     /* color_constraints; of them, by part of the edges */          \
-  LIST (scratch, std::int32_t, windowed)        /* color_in_rounds; `uncolored` by parts of the order */          \
-  LIST (scratch, std::uint64_t, claims)         /* color_in_rounds; by body */                                  \
+  LIST (scratch, BodyClaim,    claims)          /* color_in_rounds; by body */                                  \
   LIST (scratch, std::int32_t, ordered)         /* color_in_order */                                            \
   LIST (scratch, BodyClashes,  clashes)         /* color_constraints; by body; none but while it drops colors */          \
   LIST (scratch, std::uint16_t, keys)           /* pack_blocks; by edge */                                      \

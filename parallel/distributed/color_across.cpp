@@ -1,6 +1,6 @@
 // Colors new constraints where some of them lie across the borders of ranks; see border.h.
 //
-// The rule is that of color_rounds.cpp: each takes the lowest free color in the order of a hash. A rank goes
+// The rule is that of coloring.h: each takes the lowest free color in the order of a hash. A rank goes
 // through its constraints in this order and colors those whose bodies are its own and wait for no earlier
 // one. For those across a border it tells the neighbor whether its own body waits, and which colors that has;
 // if neither waits, both ranks take the same color. Then they begin again with what is left. A constraint

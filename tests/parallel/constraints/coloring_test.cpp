@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <set>
 #include <span>
 #include <vector>
@@ -348,6 +349,21 @@ Graph make_lattice(int seed) {
   return graph;
 }
 
+// Colors all anew, in rounds, whatever the number of threads.
+std::vector<int> colors_in_rounds(Graph& graph, Crew& crew) {
+  Constraints& constraints = constraints_of(graph.data);
+  for (BodyColors& body : constraints.body_colors) {
+    body.dynamic_colors = body.static_colors = body.hub_colors = 0;
+  }
+  constraints.uncolored.resize(constraints.edges.size());
+  std::iota(constraints.uncolored.begin(), constraints.uncolored.end(), 0);
+  for (Edge& edge : constraints.edges) edge.color = kNoColor;
+  color_in_rounds(constraints, crew);
+  std::vector<int> colors;
+  for (const Edge& edge : constraints.edges) colors.push_back(edge.color);
+  return colors;
+}
+
 TEST(Coloring, ManyContactsGetTheSameColorsFromEveryThreadCount) {
   std::vector<std::uint8_t> expected;
   for (const int threads : {1, 2, 3, 8}) {
@@ -359,6 +375,11 @@ TEST(Coloring, ManyContactsGetTheSameColorsFromEveryThreadCount) {
     expect_sound(graph.data);
     EXPECT_LE(count_overflow(graph), 28) << "pairs of hubs only";
     EXPECT_LE(graph.data.stats.colors, 40);
+    std::vector<int> in_order;
+    for (const Edge& edge : constraints_of(graph.data).edges) in_order.push_back(edge.color);
+    Graph other = make_lattice(3);
+    other.color(crew);
+    EXPECT_EQ(colors_in_rounds(other, crew), in_order) << threads << " threads";
     // A second time with kept colors, some of which clash.
     Column<std::uint8_t>& color = graph.data.contacts.now.color;
     for (std::size_t row = 0; row < color.size(); row += 997) color[row] = 0;
@@ -409,6 +430,8 @@ TEST(Coloring, ColorsAreTheLowestFreeOnesInTheOrderOfAHash) {
       const std::vector<int> expected = colors_by_definition(graph);
       for (std::size_t i = 0; i < expected.size(); ++i)
         ASSERT_EQ(graph.data.contacts.now.color[i], expected[i]) << contacts << " contacts, contact " << i;
+      EXPECT_EQ(colors_in_rounds(graph, crew), expected)
+          << contacts << " contacts, " << threads << " threads";
     }
   }
 }
@@ -437,7 +460,6 @@ TEST(Coloring, AColorDependsOnWhatIsConnectedAlone) {
   const std::vector<std::uint8_t> alone = color_twice(1, 1);
   EXPECT_EQ(color_twice(2, 1), alone);
   EXPECT_EQ(color_twice(6, 1), alone);
-  EXPECT_EQ(color_twice(6, 2), alone) << "in rounds";
 }
 
 // Rounds in which each body colors one of its many contacts would not end soon.
@@ -454,6 +476,7 @@ TEST(Coloring, BodiesOfThousandsOfNewContactsGetTheSameColorsFromEveryThreadCoun
     const std::vector<std::uint8_t> colors(color.begin(), color.end());
     if (expected.empty()) expected = colors;
     EXPECT_EQ(colors, expected);
+    EXPECT_EQ(colors_in_rounds(graph, crew), std::vector<int>(expected.begin(), expected.end()));
   }
 }
 
