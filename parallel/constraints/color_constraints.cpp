@@ -2,7 +2,7 @@
 // one color share a dynamic body.
 //
 // A contact keeps its color while it touches, so that one new contact does not reshuffle the Gauss-Seidel
-// order of a resting pile. New ones take the lowest free color in the order of a hash of their bodies
+// order of a resting pile. New ones take the lowest free color in the order of a hash of groups of bodies
 // (coloring.h): a color depends on what is near, and on no list and no count of the whole world.
 // Contacts against bodies that cannot be pushed have colors of their own and are solved last.
 //
@@ -63,11 +63,13 @@ void clear_bits(std::uint64_t& mask, std::uint64_t bits) {
 }
 
 void clear_masks(const WorldData& data, Constraints& constraints, Crew& crew) {
+  const bool border = data.border != nullptr;
   const Column<std::int32_t>& awake = data.bodies.awake;
   crew.run_ranges(static_cast<int>(awake.size()), kBodiesPerTask, [&](int begin, int end, int) {
     for (int i = begin; i < end; ++i) {
       const std::int32_t body = awake[i];
       constraints.body_colors[body] = {0, 0, 0, 0, -1};
+      if (border) constraints.clashes[body] = {};  // a step that lost a rank may have left some
       constraints.joint_count[body] = 0;
     }
   });

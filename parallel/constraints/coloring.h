@@ -1,5 +1,5 @@
 // What the sources of the coloring share: the masks in which a constraint's color must be free, how it takes
-// a color, and which of two comes first. Private to this folder.
+// a color, and which of two comes first. For this folder and distributed/.
 #pragma once
 
 #include <core/world/mix.h>

@@ -1,5 +1,6 @@
 // Sorts constraints by color and block variant: a counting sort in parts of fixed size, which keeps the order
-// of the list within a color and does not depend on threads. Private to pack_blocks.cpp.
+// of the list within a color and does not depend on threads. For pack_blocks.cpp; the places for
+// distributed/, too.
 #pragma once
 
 #include <parallel/constraints/constraints.h>

@@ -179,6 +179,7 @@ bool stay_parted(const WorldData& data, const std::int32_t (&shape)[2], const Le
   for (int seen = 0; seen < 2; ++seen) {
     const Vec3 normal = way_between(apart[seen], half[0][seen], half[1][seen]);
     const float most = room * length(normal);
+    if (!(most > 0.0f)) continue;  // too short a normal for floats
     const auto is_beyond = [&](int i) {
       return dot(normal, apart[i]) - std::abs(dot(normal, half[0][i])) - std::abs(dot(normal, half[1][i])) >
              most;

@@ -9,6 +9,10 @@
 
 namespace scree::sweeps {
 
+// The most ends of ways that drop_triangles_below() is asked about: of all balls of a shape in so many
+// stretches of its motion, and of the way of its center.
+inline constexpr int kMostStretches = 4, kMostEnds = kMostBalls * kMostStretches + 1;
+
 // Triangles of one mesh that may be near what moves in a step.
 struct NearTriangles {
   static constexpr int kMost = 32;
@@ -33,14 +37,11 @@ Meeting meeting_with_mesh(const simd::QueryKernels& kernels, const MeshData& mes
 // own, meet no other triangle.
 void list_near_triangles(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
                          const MeshReach& reach, NearTriangles& near);
-// Of the balls of a shape in some stretches, and of one more.
-inline constexpr int kMostStretches = 4, kMostEnds = kMostBalls * kMostStretches + 1;
-
 // Takes out those above whose planes the cores of all these balls end, and that hence none of them meets.
 // `ends`: where the balls' ways end; `room`: m, by which that may be wrong, and more than a way's rounding.
 void drop_triangles_below(const MeshData& mesh, const PoseRow& pose, std::span<const Ball> ends, float room,
                           NearTriangles& near);
-// Whether there is any of these, of those in `near` if that is not null.
+// Whether any triangle is near such a way, of those in `near` if that is not null.
 bool is_near_mesh(const simd::QueryKernels& kernels, const MeshData& mesh, const PoseRow& pose,
                   const MeshReach& reach, const NearTriangles* near);
 // Whether the box of any is near the box, in which ways lie.

@@ -91,6 +91,7 @@ inline bool overlap(const Swept& a, const Swept& b) {
   }
   return true;
 }
+
 // Null where the shape is none.
 inline const MeshData* mesh_of(const WorldData& data, std::int32_t shape) {
   if (data.shapes.type[shape] != ShapeType::mesh) return nullptr;

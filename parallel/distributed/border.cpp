@@ -84,6 +84,11 @@ void Border::report(const char* store, const Visit& visit) const {
   visit(Member{ColumnKind::scratch, MemberForm::list, store, "border", kPlain}, this, 1, all, all);
 }
 
+void check_border(const WorldData& data) {
+  const Border& border = *border_of(data);
+  check(data, *border.transport, border.owner);
+}
+
 void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner) {
   check(data, transport, owner);
   for (std::size_t body = 0; body < owner.size(); ++body) {

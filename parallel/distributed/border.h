@@ -1,10 +1,10 @@
 // The border of a rank: what its step shares with the steps of other ranks, so that all of them together
 // compute what a single process does, bit for bit.
 //
-// Bodies that are not fixed belong to one rank each. A rank collides and solves the pairs and joints in which
-// one of its bodies takes part. So those across a border are computed on both sides, from the same numbers,
-// and no impulse travels. What must agree is exchanged: colors while they are chosen, velocities before each
-// color that needs one, poses at the end of a step.
+// Dynamic bodies belong to one rank each, the others to all. A rank collides and solves the pairs and joints
+// in which one of its bodies takes part. So those across a border are computed on both sides, from the same
+// numbers, and no impulse travels. What must agree is exchanged: colors while they are chosen, velocities
+// before each color that needs one, motion at the end of a step.
 //
 // So far each rank knows all bodies and moves those of others by what their owners send. Rows are the same on
 // all ranks, so all orders by row are. Bodies stay awake and are not swept, no two hubs touch, and joints do
@@ -70,8 +70,11 @@ inline Border* border_of(const WorldData& data) { return static_cast<Border*>(da
 
 // Makes a world the part of a rank: it solves what one of its bodies takes part in. `owner`: the rank of each
 // row of bodies that is a dynamic body. All ranks give worlds of the same state, and call step together.
-// Throws Error for settings that are not supported yet.
+// No body may be created or made dynamic afterwards. Throws Error for settings that are not supported yet.
 void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner);
+
+// At the begin of a step: throws the same Error if calls have changed what divide_world() has checked.
+void check_border(const WorldData& data);
 
 // Whether a rank knows what these bodies share. True without a border.
 inline bool knows(const Border* border, std::int32_t body_a, std::int32_t body_b) {
@@ -96,7 +99,7 @@ inline bool computes(const Border& border, const Edge& edge) {
 void meet_neighbors(Constraints& constraints, Border& border, std::size_t contacts);
 // Tells which kept colors of bodies at the border clash.
 void share_clashes(Constraints& constraints, Border& border);
-// Colors Constraints::uncolored in the order of their hashes, together with the neighbors.
+// Colors Constraints::uncolored in their order (coloring.h), together with the neighbors.
 void color_across(Constraints& constraints, Border& border);
 // Numbers of constraints by place -> those of the whole world.
 void count_everywhere(const Constraints& constraints, Border& border, std::span<std::int64_t> in_place);
@@ -144,6 +147,8 @@ class RefreshedPass {
   std::int32_t next_turn_ = 0;
 };
 
+// Tells the impulses of hubs' constraints, for the other rank's warm start once the hub is none any more.
+void share_impulses(const Constraints& constraints, Border& border, WorldData& data);
 // The end of the solver: all ranks get the motion of all bodies.
 void share_motion(Border& border, Bodies& bodies);
 

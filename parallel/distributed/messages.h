@@ -13,7 +13,7 @@
 
 namespace scree {
 
-// Sends a list of rows; nothing if it is empty, as the other side knows.
+// Sends a list of rows, even an empty one.
 template <class Row>
 void send_list(Border& border, std::int32_t to, std::span<const Row> rows) {
   static_assert(std::is_trivially_copyable_v<Row>);

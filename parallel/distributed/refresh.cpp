@@ -4,7 +4,7 @@
 #include <parallel/distributed/messages.h>
 
 #include <algorithm>
-#include <array>
+#include <iterator>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -188,6 +188,46 @@ void share_notes(const Constraints& constraints, Border& border, std::int32_t co
 
 void share_impact_times(Constraints& constraints, Border& border) {
   share_rows<simd::ImpactTimes>(border, constraints.impact_times);
+}
+
+void share_impulses(const Constraints& constraints, Border& border, WorldData& data) {
+  const auto contacts = static_cast<std::int32_t>(data.contacts.active.size());
+  const auto is_of_hub = [&](std::int32_t place, bool joint) {
+    const EdgeKind kind = constraints.edges[place].kind;
+    return (kind == EdgeKind::hub_a || kind == EdgeKind::hub_b) && (place >= contacts) == joint;
+  };
+  // `row_at`: where an edge has its impulses.
+  const auto share = [&]<class Row>(bool joint, auto&& row_at, const Row&) {
+    const auto list = [&](const Neighbor& with, bool here) {
+      std::vector<std::int32_t> places;
+      std::copy_if(with.edges.begin(), with.edges.end(), std::back_inserter(places), [&](std::int32_t place) {
+        return is_of_hub(place, joint) && computes(border, constraints.edges[place]) == here;
+      });
+      return places;
+    };
+    for (const Neighbor& with : border.neighbors) {
+      const std::vector<std::int32_t> given = list(with, true);
+      if (!given.empty()) send_rows<Row>(border, with.rank, given, row_at);
+    }
+    for (const Neighbor& with : border.neighbors) {
+      const std::vector<std::int32_t> taken = list(with, false);
+      if (taken.empty()) continue;
+      receive_rows<Row>(border, with.rank, taken,
+                        [&](std::int32_t place, const Row& row) { row_at(place) = row; });
+    }
+  };
+  share(
+      false,
+      [&](std::int32_t place) -> Manifold& {
+        return data.contacts.now.manifold[data.contacts.active[place]];
+      },
+      Manifold{});
+  share(
+      true,
+      [&](std::int32_t place) -> JointImpulses& {
+        return data.joints.impulses[data.joints.active[place - contacts]];
+      },
+      JointImpulses{});
 }
 
 void share_motion(Border& border, Bodies& bodies) {

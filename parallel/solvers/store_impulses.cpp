@@ -1,6 +1,7 @@
 // After the substeps: impulses go back to manifolds and joints, for the warm start of the next step, and to
 // code that asks for them.
 #include <parallel/constraints/constraints.h>
+#include <parallel/distributed/border.h>
 #include <parallel/solvers/over_blocks.h>
 #include <parallel/stages.h>
 
@@ -72,6 +73,7 @@ void store_impulses(WorldData& data, float dt, Crew& crew) {
       [&](const simd::ConstraintChunk& chunk) {
         if (in_blocks) crew.kernels().joint.variant[chunk.variant].store(joint, chunk);
       });
+  if (Border* const border = border_of(data)) share_impulses(constraints, *border, data);
   if (asks_for_events(data)) store_impulse_sums(data, crew);
   if (data.settings.measure_penetration) measure_penetration(data, contact, crew);
 }

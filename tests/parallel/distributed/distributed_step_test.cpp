@@ -220,6 +220,33 @@ TEST(DistributedStep, HubsHaveTheBitsOfOneProcess) {
     expect_same_bits([](Lab& one) { fill_with_hub(one, {}); }, random_owner, {.ranks = ranks, .steps = 120});
 }
 
+// The other rank goes on with the impulses that the hub's owner has stored.
+TEST(DistributedStep, BodiesThatCeaseToBeHubsHaveTheBitsOfOneProcess) {
+  const auto fill = [](Lab& lab) {
+    lab.add_ground();
+    lab.add({.position = {0, 2, 0}, .rotation = physics::rotation_about({1, 0, 1}, 0.2)}, Box{{7, 0.5f, 7}});
+    for (int i = 0; i < 49; ++i) {
+      const float x = 1.8f * static_cast<float>(i % 7) - 5.4f, z = 1.8f * static_cast<float>(i / 7) - 5.4f;
+      lab.add({.position = {x, 3.2f + 0.2f * (z - x), z}}, Sphere{0.5f}, {.friction = 0.4f});
+    }
+  };
+  Lab lab(settings_for_ranks());
+  fill(lab);
+  const auto has_hub = [&] {
+    const Column<BodyColors>& bodies = constraints_of(internals(lab.world)).body_colors;
+    return std::any_of(bodies.begin(), bodies.end(),
+                       [](const BodyColors& colors) { return colors.degree > kHubDegree; });
+  };
+  int with_hub = 0;
+  for (int i = 0; i < 240; ++i) {
+    lab.run(1);
+    with_hub += has_hub() ? 1 : 0;
+  }
+  EXPECT_GT(with_hub, 0);
+  EXPECT_FALSE(has_hub());
+  for (const int ranks : {2, 3}) expect_same_bits(fill, random_owner, {.ranks = ranks, .steps = 240});
+}
+
 TEST(DistributedStep, RefusesWhatItDoesNotSupport) {
   std::vector<std::vector<std::uint64_t>> hashes;
   const auto hub = [](Lab& lab) { fill_with_hub(lab, {.restitution = 0.5f}); };
