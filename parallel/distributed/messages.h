@@ -9,9 +9,20 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace scree {
+
+[[noreturn]] inline void refuse_world_of(std::int32_t rank) {
+  throw Error("rank " + std::to_string(rank) + " has sent what does not fit: its world is another one");
+}
+
+// A rank tells of bodies of its own alone.
+inline void check_owner(const Border& border, std::int32_t rank, std::int32_t body) {
+  if (body < 0 || std::cmp_greater_equal(body, border.owner.size()) || border.owner_of(body) != rank)
+    refuse_world_of(rank);
+}
 
 // Sends a list of rows, even an empty one.
 template <class Row>
@@ -25,6 +36,7 @@ void send_list(Border& border, std::int32_t to, std::span<const Row> rows) {
 template <class Row>
 std::vector<Row> receive_list(Border& border, std::int32_t from) {
   border.transport->receive(from, border.message);
+  if (border.message.size() % sizeof(Row) != 0) refuse_world_of(from);
   std::vector<Row> rows(border.message.size() / sizeof(Row));
   if (!rows.empty()) std::memcpy(rows.data(), border.message.data(), rows.size() * sizeof(Row));
   return rows;

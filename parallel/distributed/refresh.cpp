@@ -142,7 +142,12 @@ void plan_refreshes(const Constraints& constraints, Border& border, std::int32_t
     plan_returns(border, with, turn_of, turns.count);
   }
   for (Neighbor& with : border.neighbors) {
-    with.received = lay_out(receive_list<Refresh>(border, with.rank), turns.count);
+    const std::vector<Refresh> plan = receive_list<Refresh>(border, with.rank);
+    for (const Refresh& refresh : plan) {
+      if (refresh.turn < 0 || refresh.turn > turns.count) refuse_world_of(with.rank);
+      check_owner(border, with.rank, refresh.body);
+    }
+    with.received = lay_out(plan, turns.count);
   }
 }
 
@@ -249,6 +254,7 @@ void share_motion(Border& border, Bodies& bodies) {
   for (int from = 0; from < ranks; ++from) {
     if (from == here) continue;
     for (const Motion& motion : receive_list<Motion>(border, from)) {
+      check_owner(border, from, motion.body);
       bodies.velocity[motion.body] = motion.velocity;
       bodies.delta[motion.body] = motion.delta;
       bodies.step_notes[motion.body] = static_cast<std::uint8_t>(motion.notes);

@@ -10,19 +10,31 @@
 
 namespace scree {
 
+namespace {
+
+// Receives as many values as there are, and no others.
+void receive_values(Transport& transport, int from, std::span<std::int64_t> values) {
+  std::vector<std::byte> message;
+  transport.receive(from, message);
+  if (message.size() != values.size_bytes()) {
+    throw Error("rank " + std::to_string(from) + " has sent " + std::to_string(message.size()) +
+                " bytes instead of " + std::to_string(values.size_bytes()) + ": its world is another one");
+  }
+  std::memcpy(values.data(), message.data(), message.size());
+}
+
+}  // namespace
+
 void add_up(Transport& transport, std::span<std::int64_t> values) {
   const int ranks = transport.ranks();
-  std::vector<std::byte> message;
   if (transport.rank() != 0) {
     transport.send(0, std::as_bytes(values));
-    transport.receive(0, message);
-    std::memcpy(values.data(), message.data(), values.size_bytes());
+    receive_values(transport, 0, values);
     return;
   }
   std::vector<std::int64_t> part(values.size());
   for (int from = 1; from < ranks; ++from) {
-    transport.receive(from, message);
-    std::memcpy(part.data(), message.data(), values.size_bytes());
+    receive_values(transport, from, part);
     for (std::size_t i = 0; i < values.size(); ++i) values[i] += part[i];
   }
   for (int to = 1; to < ranks; ++to) transport.send(to, std::as_bytes(values));

@@ -4,6 +4,7 @@
 #include <tests/physics/lab.h>
 
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <string>
 #include <thread>
@@ -255,6 +256,22 @@ TEST(DistributedStep, RefusesWhatItDoesNotSupport) {
   const auto owner_of_nobody = [](std::int32_t, int ranks) { return ranks; };
   const std::string wrong = step_ranks(fill_with_heap, owner_of_nobody, {.ranks = 2}, hashes);
   EXPECT_NE(wrong.find("is given to rank 2 of 2"), std::string::npos) << wrong;
+}
+
+TEST(DistributedStep, MessagesOfAnotherWorldAreRefused) {
+  Meeting meeting(2);
+  const std::int64_t one = 1;
+  meeting.at(1).send(0, std::as_bytes(std::span(&one, 1)));
+  std::int64_t two[2] = {};
+  EXPECT_THROW(add_up(meeting.at(0), two), Error);
+  // Worlds that differ by some bodies.
+  std::vector<std::vector<std::uint64_t>> hashes;
+  std::atomic<int> filled{0};
+  const auto differs = [&](Lab& lab) {
+    physics::add_heap(lab, 120, 4 + static_cast<std::uint64_t>(filled++));
+  };
+  const std::string error = step_ranks(differs, random_owner, {.ranks = 2, .steps = 200}, hashes);
+  EXPECT_NE(error.find("its world is another one"), std::string::npos) << error;
 }
 
 TEST(DistributedStep, WhoWaitsForARankThatHasLeftGetsAnError) {
