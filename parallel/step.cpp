@@ -110,6 +110,10 @@ void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) 
     wake_neighbors(data);
     refresh_lists(data, crew);
     if (wake_pulled_bodies(data)) refresh_lists(data, crew);
+    if (data.border != nullptr) {  // bodies of other ranks -> those that this one may meet
+      share_ghosts(data, crew);
+      refresh_lists(data, crew);
+    }
   });
   validate_stores(data);
   validate_members(data);

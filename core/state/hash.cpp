@@ -50,18 +50,21 @@ void append_if_hashed(std::uint32_t*& out, const Row& row) {
 
 }  // namespace
 
+std::uint64_t hash_of(const Bodies& bodies, std::size_t body) {
+  std::uint32_t words[kWordsPerBody];
+  std::uint32_t* out = words;
+  *out++ = static_cast<std::uint32_t>(body);
+#define SCREE_APPEND_HASHED(kind, Row, name, ...) \
+  append_if_hashed<attributes(__VA_ARGS__).hashed>(out, bodies.name[body]);
+  SCREE_BODY_MEMBERS(SCREE_APPEND_HASHED, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING)
+#undef SCREE_APPEND_HASHED
+  return XXH3_64bits(words, sizeof words);
+}
+
 std::uint64_t hash_of(const Bodies& bodies) {
   std::uint64_t sum = 0;
-  std::uint32_t words[kWordsPerBody];
-  for (std::size_t row = 0; row < bodies.flags.size(); ++row) {
-    if ((bodies.flags[row] & kBodyAlive) == 0) continue;
-    std::uint32_t* out = words;
-    *out++ = static_cast<std::uint32_t>(row);
-#define SCREE_APPEND_HASHED(kind, Row, name, ...) \
-  append_if_hashed<attributes(__VA_ARGS__).hashed>(out, bodies.name[row]);
-    SCREE_BODY_MEMBERS(SCREE_APPEND_HASHED, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING, SCREE_NOTHING)
-#undef SCREE_APPEND_HASHED
-    sum += XXH3_64bits(words, sizeof words);
+  for (std::size_t body = 0; body < bodies.flags.size(); ++body) {
+    if ((bodies.flags[body] & kBodyAlive) != 0) sum += hash_of(bodies, body);
   }
   return sum;
 }

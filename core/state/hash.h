@@ -8,5 +8,7 @@
 namespace scree {
 
 std::uint64_t hash_of(const Bodies& bodies);
+// What a living body adds to it.
+std::uint64_t hash_of(const Bodies& bodies, std::size_t body);
 
 }  // namespace scree

@@ -86,7 +86,8 @@ void validate_shapes(const WorldData& data) {
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
     const bool is_alive = (shapes.flags[row] & kShapeAlive) != 0;
     const bool is_hull = is_alive && has_hull(shapes.type[row]);
-    SCREE_ASSERT(shapes.tree[row] == (is_alive ? tree_of(data.bodies, shapes.body[row]) : TreeKind::none));
+    const bool is_here = is_alive && data.bodies.is_absent[shapes.body[row]] == 0;
+    SCREE_ASSERT(shapes.tree[row] == (is_here ? tree_of(data.bodies, shapes.body[row]) : TreeKind::none));
     SCREE_ASSERT((shapes.hull[row] >= 0) == is_hull);
     SCREE_ASSERT(!is_hull || data.hulls.data[shapes.hull[row]] != nullptr);
     const bool is_mesh = is_alive && shapes.type[row] == ShapeType::mesh;

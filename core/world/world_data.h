@@ -85,6 +85,8 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (derived, std::uint8_t,    is_changed)      /* calls, islands; 1: stands in `changed` */                 \
   ROWS (scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */     \
   ROWS (scratch, std::uint8_t,    step_notes)      /* solve; StepNote */                                        \
+  ROWS (scratch, std::uint8_t,    is_absent)       /* parallel/distributed; 1: another rank moves the body, it is \
+                                                      neither awake nor asleep here, and its rows say nothing */ \
   ROWS (scratch, DeltaRow,        delta)           /* solve; motion since the step began */                     \
   ROWS (scratch, VelocityRow,     free_velocity)   /* solve; after forces, before this step's impulses */       \
   TABLE(derived, PageMarks,       marks, "bodies") /* all that write state; not in each step of what moves */   \

@@ -178,6 +178,8 @@ void take_gathered(const BroadPhase& broad_phase, PairTree& tree, Crew& crew);
 void refit_tree(const WorldData& data, PairTree& tree, Crew& crew);
 // Computes the boxes of one leaf and of all nodes above it.
 void refit_leaf(const WorldData& data, PairTree& tree, std::int32_t block, Crew& crew);
+// Adds rows in the order of their pairs, none of which is in the list, to Contacts::pairs.
+void add_pairs(WorldData& data, const PairRows& added, Crew& crew);
 // Which pairs a join finds.
 enum class JoinScope {
   all,

@@ -167,20 +167,7 @@ bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   move_touching(data, broad_phase.by_pair);
   remove_resting(data, broad_phase.frozen_pairs);
   contacts.resting_contacts -= count_contacts(contacts, pulled);
-  PairRows& all = contacts.pairs_before;
-  const PairRows* const lists[] = {&contacts.pairs, &pulled};
-  const std::size_t count = lists[0]->pair.size() + lists[1]->pair.size();
-  const bool hulls = !lists[0]->axis.empty() || !lists[1]->axis.empty();
-  all.pair.resize_discarding(count);
-  all.contact.resize_discarding(count);
-  all.axis.resize_discarding(hulls ? count : 0);
-  merge_pairs(lists[0]->pair, lists[1]->pair, crew, [&](std::size_t place, bool rests, std::size_t row) {
-    const PairRows& from = *lists[rests ? 1 : 0];
-    all.pair[place] = from.pair[row];
-    all.contact[place] = from.contact[row];
-    if (hulls) all.axis[place] = from.axis.empty() ? ContactAxis{} : from.axis[row];
-  });
-  swap_pairs(contacts);
+  add_pairs(data, pulled, crew);
   return true;
 }
 
@@ -227,6 +214,24 @@ bool lend_arrivals(WorldData& data, BroadPhase& broad_phase, TreeKind from, Tree
 BroadPhase& broad_phase_of(WorldData& data) {
   if (data.broad_phase == nullptr) data.broad_phase = std::make_unique<BroadPhase>();
   return static_cast<BroadPhase&>(*data.broad_phase);
+}
+
+void add_pairs(WorldData& data, const PairRows& added, Crew& crew) {
+  Contacts& contacts = data.contacts;
+  PairRows& all = contacts.pairs_before;
+  const PairRows& kept = contacts.pairs;
+  const std::size_t count = kept.pair.size() + added.pair.size();
+  const bool hulls = !kept.axis.empty() || !added.axis.empty();
+  all.pair.resize_discarding(count);
+  all.contact.resize_discarding(count);
+  all.axis.resize_discarding(hulls ? count : 0);
+  merge_pairs(kept.pair, added.pair, crew, [&](std::size_t place, bool is_added, std::size_t row) {
+    const PairRows& from = is_added ? added : kept;
+    all.pair[place] = from.pair[row];
+    all.contact[place] = from.contact[row];
+    if (hulls) all.axis[place] = from.axis.empty() ? ContactAxis{} : from.axis[row];
+  });
+  swap_pairs(contacts);
 }
 
 void find_pairs(WorldData& data, Crew& crew) {

@@ -1,4 +1,5 @@
 // Who has constraints in common with whom; see border.h.
+#include <core/state/hash.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/messages.h>
 #include <scree/error.h>
@@ -79,13 +80,21 @@ void Border::report(const char* store, const Visit& visit) const {
     for (const BodiesByTurn* way : {&with.sent, &with.received, &with.returned, &with.taken})
       lists += bytes(way->bodies) + bytes(way->ends);
   }
-  const std::size_t all = bytes(owner) + bytes(waits) + bytes(message) + lists;
+  for (const Halo& halo : halos) lists += bytes(halo.lent) + bytes(halo.borrowed) + bytes(halo.tied);
+  lists += places.capacity_bytes() + found.capacity_bytes();
+  const std::size_t all = bytes(owner) + bytes(ghosts) + bytes(boxes) + bytes(waits) + bytes(message) + lists;
   static const Attributes kPlain{};
   visit(Member{ColumnKind::scratch, MemberForm::list, store, "border", kPlain}, this, 1, all, all);
 }
 
 void check_border(const WorldData& data) {
   const Border& border = *border_of(data);
+  const Joints& joints = data.joints;
+  const bool same = !data.bodies.lists_dirty && joints.changed.empty() && !joints.all_changed;
+  if (same && border.owner.size() == data.bodies.flags.size() && !data.settings.sleeping &&
+      !data.settings.continuous && data.settings.solver == Solver::soft_step) {
+    return;
+  }
   check(data, *border.transport, border.owner);
 }
 
@@ -95,15 +104,38 @@ void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_
     if (data.bodies.type[body] != BodyType::dynamic) owner[body] = kEveryRank;
   }
   data.border = std::make_unique<Border>(transport, std::move(owner));
+  forget_halos(data, *border_of(data));
+}
+
+void forget_halos(WorldData& data, Border& border) {
+  border.ghosts.clear();
+  for (std::size_t row = 0; row < border.owner.size(); ++row) {
+    const auto body = static_cast<std::int32_t>(row);
+    const bool is_here = (data.bodies.flags[row] & kBodyAlive) != 0 && data.bodies.is_absent[row] == 0;
+    if (is_here && !border.owns(body) && border.owner_of(body) != kEveryRank) border.ghosts.push_back(body);
+  }
+  border.halos_stale = border.ties_stale = true;
   data.contacts.pairs_stale = true;
   data.joints.all_changed = true;
+}
+
+std::uint64_t hash_of_part(const WorldData& data) {
+  const Border& border = *border_of(data);
+  const bool is_first = border.transport->rank() == 0;  // which adds what all ranks have
+  std::uint64_t sum = 0;
+  for (std::size_t body = 0; body < border.owner.size(); ++body) {
+    if ((data.bodies.flags[body] & kBodyAlive) == 0) continue;
+    const std::int32_t owner = border.owner[body];
+    if (owner == border.transport->rank() || (owner == kEveryRank && is_first))
+      sum += hash_of(data.bodies, body);
+  }
+  return sum;
 }
 
 void meet_neighbors(Constraints& constraints, Border& border, std::size_t contacts) {
   std::vector<Neighbor>& neighbors = border.neighbors;
   std::vector<std::int32_t> place_of(static_cast<std::size_t>(border.transport->ranks()), -1);
   neighbors.clear();
-  border.sent_messages = border.sent_bytes = 0;
   for (std::size_t i = 0; i < constraints.edges.size(); ++i) {
     const Sides sides = sides_of(border, constraints.edges[i]);
     if (sides.own < 0) continue;

@@ -3,16 +3,18 @@
 //
 // Dynamic bodies belong to one rank each, the others to all. A rank collides and solves the pairs and joints
 // in which one of its bodies takes part. So those across a border are computed on both sides, from the same
-// numbers, and no impulse travels. What must agree is exchanged: colors while they are chosen, velocities
-// before each color that needs one, motion at the end of a step.
+// numbers, and no impulse travels. What must agree is exchanged: bodies that come near, colors while they are
+// chosen, velocities before each color that needs one, motion at the end of a step.
 //
-// So far each rank knows all bodies and moves those of others by what their owners send. Rows are the same on
-// all ranks, so all orders by row are. Bodies stay awake and are not swept, no two hubs touch, and joints do
-// not break.
+// Of the bodies of others a rank has those that its own ones may touch or are jointed to: ghosts. All further
+// ones are absent. Yet each rank has rows for all bodies, with what does not change in a step, and rows are
+// the same on all ranks, so all orders by row are. Bodies stay awake and are not swept, no two hubs touch,
+// and joints do not break.
 #pragma once
 
 #include <core/world/world_data.h>
 #include <parallel/constraints/sort_constraints.h>
+#include <parallel/crew/crew.h>
 #include <parallel/distributed/transport.h>
 
 #include <span>
@@ -48,21 +50,34 @@ struct Neighbor {
   BodiesByTurn returned = {}, taken = {};
 };
 
+// Which bodies are where, of this rank and another one. Both sides have the same lists, which ascend.
+struct Halo {
+  std::vector<std::int32_t> lent = {};      // own bodies that are ghosts there
+  std::vector<std::int32_t> borrowed = {};  // its bodies that are ghosts here
+  std::vector<std::int32_t> tied = {};      // own bodies with joints to bodies there; may repeat
+};
+
 // Written by divide_world and the functions below.
 struct Border final : Part {
   Border(Transport& messages, std::vector<std::int32_t> owners)
-      : transport(&messages), owner(std::move(owners)) {}
+      : transport(&messages), owner(std::move(owners)), halos(static_cast<std::size_t>(messages.ranks())) {}
   void report(const char* store, const Visit& visit) const override;
 
   bool owns(std::int32_t body) const { return owner_of(body) == transport->rank(); }
   std::int32_t owner_of(std::int32_t body) const { return owner[static_cast<std::size_t>(body)]; }
 
   Transport* transport;
-  std::vector<std::int32_t> owner;  // by body: rank, or kEveryRank
-  std::vector<Neighbor> neighbors;  // ascending
-  std::vector<std::uint8_t> waits;  // by body, while colors are chosen: an earlier constraint has none yet
-  std::int32_t turns = 0;           // of this step: colors in use, in the order in which they are solved
-  std::vector<std::byte> message;   // the last one received
+  std::vector<std::int32_t> owner;     // by body: rank, or kEveryRank
+  std::vector<Halo> halos;             // by rank
+  bool halos_stale = true;             // owners have changed: what is lent must be sent anew
+  bool ties_stale = true;              // owners or joints have changed
+  std::vector<std::int32_t> ghosts;    // all bodies of others that are here, ascending
+  std::vector<BoundsRow> boxes;        // around own shapes, some in each
+  Column<std::int32_t> places, found;  // of list_where
+  std::vector<Neighbor> neighbors;     // of this step, ascending
+  std::vector<std::uint8_t> waits;     // by body, while colors are chosen: an earlier constraint has none yet
+  std::int32_t turns = 0;              // of this step: colors in use, in the order in which they are solved
+  std::vector<std::byte> message;      // the last one received
   std::int64_t sent_messages = 0, sent_bytes = 0;  // of the last step
 };
 
@@ -73,8 +88,25 @@ inline Border* border_of(const WorldData& data) { return static_cast<Border*>(da
 // No body may be created or made dynamic afterwards. Throws Error for settings that are not supported yet.
 void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner);
 
+// Gives bodies of this rank to others, with all that is known of their pairs and joints. All ranks call it
+// together, between two steps, each for its own bodies. Throws Error for what is not this rank's to give.
+struct GivenBody {
+  std::int32_t body, to;
+};
+void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew);
+
+// Owners have changed: what is here of others stays until its owner does not lend it in the next step.
+void forget_halos(WorldData& data, Border& border);
+
+// The part of World::hash that is this rank's to add: the parts of all ranks sum up to it.
+std::uint64_t hash_of_part(const WorldData& data);
+
 // At the begin of a step: throws the same Error if calls have changed what divide_world() has checked.
 void check_border(const WorldData& data);
+
+// Before pairs are found: brings the ghosts that own bodies may meet in this step, and sends others away. The
+// lists of what moves are stale then.
+void share_ghosts(WorldData& data, Crew& crew);
 
 // Whether a rank knows what these bodies share. True without a border.
 inline bool knows(const Border* border, std::int32_t body_a, std::int32_t body_b) {
@@ -149,7 +181,7 @@ class RefreshedPass {
 
 // Tells the impulses of hubs' constraints, for the other rank's warm start once the hub is none any more.
 void share_impulses(const Constraints& constraints, Border& border, WorldData& data);
-// The end of the solver: all ranks get the motion of all bodies.
+// The end of the solver: ghosts move as their owners say.
 void share_motion(Border& border, Bodies& bodies);
 
 }  // namespace scree

@@ -239,26 +239,24 @@ void share_motion(Border& border, Bodies& bodies) {
   struct Motion {
     VelocityRow velocity;
     DeltaRow delta;
-    std::int32_t body;
     std::int32_t notes;
   };
-  std::vector<Motion> own;
-  for (const std::int32_t body : bodies.awake) {
-    if (border.owns(body))
-      own.push_back({bodies.velocity[body], bodies.delta[body], body, bodies.step_notes[body]});
+  const auto ranks = static_cast<std::int32_t>(border.halos.size());
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    const Halo& halo = border.halos[static_cast<std::size_t>(to)];
+    if (halo.lent.empty()) continue;
+    send_rows<Motion>(border, to, halo.lent, [&](std::int32_t body) {
+      return Motion{bodies.velocity[body], bodies.delta[body], bodies.step_notes[body]};
+    });
   }
-  const int here = border.transport->rank(), ranks = border.transport->ranks();
-  for (int to = 0; to < ranks; ++to) {
-    if (to != here) send_list<Motion>(border, to, own);
-  }
-  for (int from = 0; from < ranks; ++from) {
-    if (from == here) continue;
-    for (const Motion& motion : receive_list<Motion>(border, from)) {
-      check_owner(border, from, motion.body);
-      bodies.velocity[motion.body] = motion.velocity;
-      bodies.delta[motion.body] = motion.delta;
-      bodies.step_notes[motion.body] = static_cast<std::uint8_t>(motion.notes);
-    }
+  for (std::int32_t from = 0; from < ranks; ++from) {
+    const Halo& halo = border.halos[static_cast<std::size_t>(from)];
+    if (halo.borrowed.empty()) continue;
+    receive_rows<Motion>(border, from, halo.borrowed, [&](std::int32_t body, const Motion& motion) {
+      bodies.velocity[body] = motion.velocity;
+      bodies.delta[body] = motion.delta;
+      bodies.step_notes[body] = static_cast<std::uint8_t>(motion.notes);
+    });
   }
 }
 

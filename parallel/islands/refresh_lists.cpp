@@ -17,7 +17,7 @@ namespace {
 
 bool is_awake(const Bodies& bodies, std::int32_t body) {
   return (bodies.flags[body] & (kBodyAlive | kBodyAsleep)) == kBodyAlive &&
-         bodies.type[body] == BodyType::dynamic;
+         bodies.type[body] == BodyType::dynamic && bodies.is_absent[body] == 0;
 }
 bool is_kinematic(const Bodies& bodies, std::int32_t body) {
   return (bodies.flags[body] & kBodyAlive) != 0 && bodies.type[body] == BodyType::kinematic;

@@ -39,7 +39,8 @@ void validate_members(const WorldData& data) {
   const Shapes& shapes = data.shapes;
   const Joints& joints = data.joints;
   const auto is_of = [&](std::size_t body, BodyType type) {
-    return (bodies.flags[body] & (kBodyAlive | kBodyAsleep)) == kBodyAlive && bodies.type[body] == type;
+    return (bodies.flags[body] & (kBodyAlive | kBodyAsleep)) == kBodyAlive && bodies.type[body] == type &&
+           bodies.is_absent[body] == 0;
   };
   const auto body_changed = [&](std::size_t body) {
     return is_changed(bodies, static_cast<std::int32_t>(body));

@@ -80,7 +80,7 @@ void validate_nodes(const PairTree& tree) {
 void validate_trees(const WorldData& data) {
   if (!is_validated(data)) return;
   const auto& broad_phase = static_cast<const BroadPhase&>(*data.broad_phase);
-  std::size_t members = 0, alive = 0;
+  std::size_t members = 0, present = 0;
   for (std::uint8_t index = kAwakeTree; index < kPairTrees; ++index) {
     validate_leaves(data, broad_phase, index);
     validate_nodes(broad_phase.trees[index]);
@@ -92,9 +92,10 @@ void validate_trees(const WorldData& data) {
     const std::uint8_t tree = broad_phase.tree_of[shape];
     const auto kind = is_frozen_tree(tree) ? TreeKind::frozen : static_cast<TreeKind>(tree);
     SCREE_ASSERT(kind == data.shapes.tree[shape] || will_move[shape] != 0);
-    alive += (data.shapes.flags[shape] & kShapeAlive) != 0 ? 1 : 0;
+    const bool is_alive = (data.shapes.flags[shape] & kShapeAlive) != 0;
+    present += is_alive && data.bodies.is_absent[data.shapes.body[shape]] == 0 ? 1 : 0;
   }
-  SCREE_ASSERT(members == alive);
+  SCREE_ASSERT(members == present);
   const auto rests = [&](const ShapePair& pair) {
     return is_frozen_tree(broad_phase.tree_of[pair.a]) && is_frozen_tree(broad_phase.tree_of[pair.b]);
   };

@@ -1,0 +1,87 @@
+// What moves of a body and of its shapes: the rows that travel when a rank comes to have it. All else is on
+// every rank. Used by ghosts.cpp and give_bodies.cpp.
+#pragma once
+
+#include <core/world/edit.h>
+#include <core/world/wake.h>
+#include <parallel/distributed/messages.h>
+
+#include <span>
+#include <vector>
+
+namespace scree {
+
+struct BodyMotion {
+  PoseRow pose;
+  VelocityRow velocity;
+  ForceRow force;
+  DriftRow drift;
+  Pose transform;
+  float sleep_time;
+};
+
+struct ShapeMotion {
+  PoseRow pose;
+  BoundsRow fat_bounds;  // what they are depends on where the shape has been
+  StepMotion motion;
+};
+
+inline std::vector<std::int32_t> shapes_of(const WorldData& data, std::span<const std::int32_t> bodies) {
+  std::vector<std::int32_t> shapes;
+  for (const std::int32_t body : bodies) {
+    for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape])
+      shapes.push_back(shape);
+  }
+  return shapes;
+}
+
+inline void send_bodies(Border& border, std::int32_t to, const WorldData& data,
+                        std::span<const std::int32_t> sent) {
+  const Bodies& bodies = data.bodies;
+  const Shapes& shapes = data.shapes;
+  send_rows<BodyMotion>(border, to, sent, [&](std::int32_t body) {
+    return BodyMotion{bodies.pose[body],  bodies.velocity[body],  bodies.force[body],
+                      bodies.drift[body], bodies.transform[body], bodies.sleep_time[body]};
+  });
+  send_rows<ShapeMotion>(border, to, shapes_of(data, sent), [&](std::int32_t shape) {
+    return ShapeMotion{shapes.pose[shape], shapes.fat_bounds[shape], shapes.motion[shape]};
+  });
+}
+
+// Notes for refresh_lists that the body comes or goes; the trees of its shapes follow.
+inline void set_absent(WorldData& data, std::int32_t body, bool absent) {
+  data.bodies.is_absent[body] = absent ? 1 : 0;
+  note_change(data.bodies, body);
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
+    data.shapes.tree[shape] = absent ? TreeKind::none : tree_of(data.bodies, body);
+    if (absent) data.shapes.motion[shape] = motion_at_rest(data.shapes.pose[shape]);
+    note_change(data.shapes, shape);
+  }
+}
+
+inline void receive_bodies(Border& border, std::int32_t from, WorldData& data,
+                           std::span<const std::int32_t> received) {
+  Bodies& bodies = data.bodies;
+  Shapes& shapes = data.shapes;
+  receive_rows<BodyMotion>(border, from, received, [&](std::int32_t body, const BodyMotion& motion) {
+    bodies.pose[body] = motion.pose;
+    bodies.velocity[body] = motion.velocity;
+    bodies.force[body] = motion.force;
+    bodies.drift[body] = motion.drift;
+    bodies.transform[body] = motion.transform;
+    bodies.sleep_time[body] = motion.sleep_time;
+    bodies.marks.mark(body);
+  });
+  receive_rows<ShapeMotion>(border, from, shapes_of(data, received),
+                            [&](std::int32_t shape, const ShapeMotion& motion) {
+                              shapes.pose[shape] = motion.pose;
+                              shapes.fat_bounds[shape] = motion.fat_bounds;
+                              shapes.motion[shape] = motion.motion;
+                              shapes.marks.mark(shape);
+                            });
+  for (const std::int32_t body : received) {
+    if (bodies.is_absent[body] != 0) set_absent(data, body, false);
+  }
+}
+
+}  // namespace scree

@@ -1,0 +1,259 @@
+// Gives bodies to other ranks: owners change, and what only the old owner knows of their pairs and joints
+// travels with them. See border.h.
+//
+// A rank knows a pair if one of its bodies takes part. So the new owner of a body needs the body's pairs, but
+// those with bodies that it had already. The bodies on the other side of these pairs come as ghosts before
+// the next pairs are found.
+#include <core/world/pair_key.h>
+#include <parallel/broad_phase/broad_phase.h>
+#include <parallel/distributed/body_motion.h>
+#include <parallel/distributed/border.h>
+#include <parallel/distributed/messages.h>
+#include <parallel/narrow_phase/narrow_phase.h>
+
+#include <algorithm>
+#include <iterator>
+#include <string>
+#include <vector>
+
+namespace scree {
+
+namespace {
+
+struct SentPair {
+  ShapePair pair;
+  std::int32_t contacts;
+  ContactAxis axis;
+};
+
+struct SentContact {
+  std::uint8_t points, color;
+  Manifold manifold;
+  ManifoldFeatures features;
+  ContactAnchor anchor;
+  ContactSurface surface;
+};
+
+struct SentJoint {
+  std::int32_t joint;
+  std::uint8_t color;
+  JointImpulses impulses;
+};
+
+// A pair on its way in, and where its contacts begin in the list of all.
+struct FoundPair {
+  SentPair sent;
+  std::size_t first_contact;
+};
+
+void check_given(const WorldData& data, const Border& border, std::span<const GivenBody> given) {
+  std::vector<std::uint8_t> is_given(border.owner.size(), 0);
+  for (const auto& [body, to] : given) {
+    const std::string name = "give_bodies: body " + std::to_string(body);
+    if (body < 0 || std::cmp_greater_equal(body, border.owner.size()) || !border.owns(body))
+      throw Error(name + " is not of rank " + std::to_string(border.transport->rank()));
+    if (to < 0 || to >= border.transport->ranks()) {
+      throw Error(name + " is given to rank " + std::to_string(to) + " of " +
+                  std::to_string(border.transport->ranks()));
+    }
+    if (is_given[static_cast<std::size_t>(body)]++ != 0) throw Error(name + " is given twice");
+  }
+  if (std::cmp_not_equal(data.bodies.flags.size(), border.owner.size()))
+    throw Error("give_bodies: bodies were created since divide_world");
+}
+
+// Who receives a constraint of two bodies: those that get one of them from here and have had neither.
+struct Receivers {
+  std::int32_t ranks[2];
+  int count;
+};
+Receivers receivers_of(const Border& border, const std::vector<std::int32_t>& next_owner, std::int32_t body_a,
+                       std::int32_t body_b) {
+  Receivers to{{-1, -1}, 0};
+  for (const std::int32_t body : {body_a, body_b}) {
+    if (!border.owns(body)) continue;
+    const std::int32_t rank = next_owner[static_cast<std::size_t>(body)];
+    if (rank == border.owner_of(body_a) || rank == border.owner_of(body_b)) continue;
+    if (to.count == 0 || to.ranks[0] != rank) to.ranks[to.count++] = rank;
+  }
+  return to;
+}
+
+// What goes to one rank.
+struct Parcel {
+  std::vector<std::int32_t> bodies;
+  std::vector<SentPair> pairs;
+  std::vector<SentContact> contacts;
+  std::vector<SentJoint> joints;
+};
+
+void pack_pairs(const WorldData& data, const Border& border, const std::vector<std::int32_t>& next_owner,
+                std::vector<Parcel>& parcels) {
+  const PairRows& pairs = data.contacts.pairs;
+  const ContactRows& now = data.contacts.now;
+  for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
+    const ShapePair pair = pairs.pair[row];
+    const Receivers to = receivers_of(border, next_owner, data.shapes.body[pair.a], data.shapes.body[pair.b]);
+    for (int i = 0; i < to.count; ++i) {
+      Parcel& parcel = parcels[static_cast<std::size_t>(to.ranks[i])];
+      SentPair sent{pair, 0, pairs.axis.empty() ? ContactAxis{} : pairs.axis[row]};
+      for_each_contact(data.contacts, pairs.contact[row], [&](std::int32_t contact) {
+        parcel.contacts.push_back({now.points[contact], now.color[contact], now.manifold[contact],
+                                   now.features[contact], now.anchor[contact], now.surface[contact]});
+        ++sent.contacts;
+      });
+      parcel.pairs.push_back(sent);
+    }
+  }
+}
+
+void pack_joints(const WorldData& data, const Border& border, const std::vector<std::int32_t>& next_owner,
+                 std::vector<Parcel>& parcels) {
+  const Joints& joints = data.joints;
+  for (std::size_t joint = 0; joint < joints.flags.size(); ++joint) {
+    if ((joints.flags[joint] & kJointAlive) == 0) continue;
+    const JointBodies ends = joints.bodies[joint];
+    const Receivers to = receivers_of(border, next_owner, ends.a, ends.b);
+    for (int i = 0; i < to.count; ++i) {
+      parcels[static_cast<std::size_t>(to.ranks[i])].joints.push_back(
+          {static_cast<std::int32_t>(joint), joints.color[joint], joints.impulses[joint]});
+    }
+  }
+}
+
+bool is_sound(const WorldData& data, const Border& border, const SentPair& sent) {
+  const auto is_alive = [&](std::int32_t shape) {
+    return shape >= 0 && std::cmp_less(shape, data.shapes.flags.size()) &&
+           (data.shapes.flags[shape] & kShapeAlive) != 0;
+  };
+  return sent.contacts >= 0 && is_alive(sent.pair.a) && is_alive(sent.pair.b) &&
+         knows(&border, data.shapes.body[sent.pair.a], data.shapes.body[sent.pair.b]);
+}
+
+// Adds pairs that ranks have sent to the list. Two ranks may have sent the same one.
+void take_pairs(WorldData& data, std::vector<FoundPair>& found, const std::vector<SentContact>& sent,
+                Crew& crew) {
+  std::stable_sort(found.begin(), found.end(), [](const FoundPair& one, const FoundPair& other) {
+    return comes_before(one.sent.pair, other.sent.pair);
+  });
+  found.erase(std::unique(found.begin(), found.end(),
+                          [](const FoundPair& one, const FoundPair& other) {
+                            return key_of(one.sent.pair) == key_of(other.sent.pair);
+                          }),
+              found.end());
+  Contacts& contacts = data.contacts;
+  std::size_t needed = 0;
+  for (const FoundPair& pair : found) needed += static_cast<std::size_t>(pair.sent.contacts);
+  provide_rows(contacts, needed, 0, data.settings.contact_forces);
+  PairRows added;
+  for (const FoundPair& pair : found) {
+    std::int32_t next = 0;
+    for (std::int32_t i = pair.sent.contacts; i-- > 0;) {  // the last one first: others link to it
+      const SentContact& from = sent[pair.first_contact + static_cast<std::size_t>(i)];
+      const std::int32_t row = contacts.free_rows.back();
+      contacts.free_rows.drop_back(1);
+      ContactRows& now = contacts.now;
+      now.pair[row] = pair.sent.pair;
+      now.points[row] = from.points;
+      now.next[row] = next;
+      now.manifold[row] = from.manifold;
+      now.features[row] = from.features;
+      now.anchor[row] = from.anchor;
+      now.surface[row] = from.surface;
+      now.color[row] = from.color;
+      if (!contacts.forces.empty()) contacts.forces[row] = {};
+      contacts.marks.mark(row);
+      next = row + 1;
+    }
+    added.pair.push_back(pair.sent.pair);
+    added.contact.push_back(next - 1);
+    if (!data.hulls.data.empty()) added.axis.push_back(pair.sent.axis);
+  }
+  contacts.free_mark.cut(contacts.free_rows.size());
+  add_pairs(data, added, crew);
+}
+
+void take_joints(WorldData& data, const Border& border, std::int32_t from,
+                 const std::vector<SentJoint>& sent) {
+  Joints& joints = data.joints;
+  for (const SentJoint& joint : sent) {
+    if (joint.joint < 0 || std::cmp_greater_equal(joint.joint, joints.flags.size())) refuse_world_of(from);
+    const JointBodies ends = joints.bodies[joint.joint];
+    if (!knows(&border, ends.a, ends.b)) refuse_world_of(from);
+    joints.color[joint.joint] = joint.color;
+    joints.impulses[joint.joint] = joint.impulses;
+    joints.marks.mark(joint.joint);
+  }
+}
+
+// All ranks tell what they give: owners after that, and whether any has changed.
+bool share_owners(Border& border, std::span<const GivenBody> given, std::vector<std::int32_t>& next_owner) {
+  const int here = border.transport->rank(), ranks = border.transport->ranks();
+  for (int to = 0; to < ranks; ++to) {
+    if (to != here) send_list<GivenBody>(border, to, given);
+  }
+  bool any = false;
+  const auto note = [&](const GivenBody& one, std::int32_t from) {
+    check_owner(border, from, one.body);
+    if (one.to < 0 || one.to >= ranks) refuse_world_of(from);
+    any = any || one.to != from;
+    next_owner[static_cast<std::size_t>(one.body)] = one.to;
+  };
+  for (const GivenBody& one : given) note(one, here);
+  for (int from = 0; from < ranks; ++from) {
+    if (from == here) continue;
+    for (const GivenBody& one : receive_list<GivenBody>(border, from)) note(one, from);
+  }
+  return any;
+}
+
+}  // namespace
+
+void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) {
+  Border& border = *border_of(data);
+  check_given(data, border, given);
+  std::vector<std::int32_t> next_owner = border.owner;
+  if (!share_owners(border, given, next_owner)) return;
+  const std::int32_t here = border.transport->rank(), ranks = border.transport->ranks();
+  std::vector<Parcel> parcels(static_cast<std::size_t>(ranks));
+  std::vector<std::vector<std::int32_t>> taken(parcels.size());  // by rank: the bodies that it gives this one
+  for (std::size_t body = 0; body < next_owner.size(); ++body) {
+    const std::int32_t from = border.owner[body], to = next_owner[body];
+    if (from == to) continue;
+    const auto row = static_cast<std::int32_t>(body);
+    if (from == here) parcels[static_cast<std::size_t>(to)].bodies.push_back(row);
+    if (to == here) taken[static_cast<std::size_t>(from)].push_back(row);
+  }
+  pack_pairs(data, border, next_owner, parcels);
+  pack_joints(data, border, next_owner, parcels);
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    const Parcel& parcel = parcels[static_cast<std::size_t>(to)];
+    if (parcel.bodies.empty()) continue;
+    send_bodies(border, to, data, parcel.bodies);
+    send_list<SentPair>(border, to, parcel.pairs);
+    send_list<SentContact>(border, to, parcel.contacts);
+    send_list<SentJoint>(border, to, parcel.joints);
+  }
+  border.owner = std::move(next_owner);
+  std::vector<FoundPair> found;
+  std::vector<SentContact> contacts;
+  for (std::int32_t from = 0; from < ranks; ++from) {
+    const std::vector<std::int32_t>& bodies = taken[static_cast<std::size_t>(from)];
+    if (bodies.empty()) continue;
+    receive_bodies(border, from, data, bodies);
+    std::size_t next_contact = contacts.size();
+    for (const SentPair& pair : receive_list<SentPair>(border, from)) {
+      if (!is_sound(data, border, pair)) refuse_world_of(from);
+      found.push_back({pair, next_contact});
+      next_contact += static_cast<std::size_t>(pair.contacts);
+    }
+    const std::vector<SentContact> sent = receive_list<SentContact>(border, from);
+    contacts.insert(contacts.end(), sent.begin(), sent.end());
+    if (contacts.size() != next_contact) refuse_world_of(from);
+    take_joints(data, border, from, receive_list<SentJoint>(border, from));
+  }
+  if (!found.empty()) take_pairs(data, found, contacts, crew);
+  forget_halos(data, border);
+}
+
+}  // namespace scree
