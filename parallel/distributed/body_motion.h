@@ -39,11 +39,11 @@ inline void send_bodies(Border& border, std::int32_t to, const WorldData& data,
                         std::span<const std::int32_t> sent) {
   const Bodies& bodies = data.bodies;
   const Shapes& shapes = data.shapes;
-  send_rows<BodyMotion>(border, to, sent, [&](std::int32_t body) {
+  send_rows<BodyMotion>(border.transport, to, sent, [&](std::int32_t body) {
     return BodyMotion{bodies.pose[body],  bodies.velocity[body],  bodies.force[body],
                       bodies.drift[body], bodies.transform[body], bodies.sleep_time[body]};
   });
-  send_rows<ShapeMotion>(border, to, shapes_of(data, sent), [&](std::int32_t shape) {
+  send_rows<ShapeMotion>(border.transport, to, shapes_of(data, sent), [&](std::int32_t shape) {
     return ShapeMotion{shapes.pose[shape], shapes.fat_bounds[shape], shapes.motion[shape]};
   });
 }
@@ -63,16 +63,17 @@ inline void receive_bodies(Border& border, std::int32_t from, WorldData& data,
                            std::span<const std::int32_t> received) {
   Bodies& bodies = data.bodies;
   Shapes& shapes = data.shapes;
-  receive_rows<BodyMotion>(border, from, received, [&](std::int32_t body, const BodyMotion& motion) {
-    bodies.pose[body] = motion.pose;
-    bodies.velocity[body] = motion.velocity;
-    bodies.force[body] = motion.force;
-    bodies.drift[body] = motion.drift;
-    bodies.transform[body] = motion.transform;
-    bodies.sleep_time[body] = motion.sleep_time;
-    bodies.marks.mark(body);
-  });
-  receive_rows<ShapeMotion>(border, from, shapes_of(data, received),
+  receive_rows<BodyMotion>(border.transport, from, received,
+                           [&](std::int32_t body, const BodyMotion& motion) {
+                             bodies.pose[body] = motion.pose;
+                             bodies.velocity[body] = motion.velocity;
+                             bodies.force[body] = motion.force;
+                             bodies.drift[body] = motion.drift;
+                             bodies.transform[body] = motion.transform;
+                             bodies.sleep_time[body] = motion.sleep_time;
+                             bodies.marks.mark(body);
+                           });
+  receive_rows<ShapeMotion>(border.transport, from, shapes_of(data, received),
                             [&](std::int32_t shape, const ShapeMotion& motion) {
                               shapes.pose[shape] = motion.pose;
                               shapes.fat_bounds[shape] = motion.fat_bounds;

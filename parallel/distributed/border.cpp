@@ -82,7 +82,7 @@ void Border::report(const char* store, const Visit& visit) const {
   }
   for (const Halo& halo : halos) lists += bytes(halo.lent) + bytes(halo.borrowed) + bytes(halo.tied);
   lists += places.capacity_bytes() + found.capacity_bytes();
-  const std::size_t all = bytes(owner) + bytes(ghosts) + bytes(boxes) + bytes(waits) + bytes(message) + lists;
+  const std::size_t all = bytes(owner) + bytes(ghosts) + bytes(boxes) + bytes(waits) + lists;
   static const Attributes kPlain{};
   visit(Member{ColumnKind::scratch, MemberForm::list, store, "border", kPlain}, this, 1, all, all);
 }
@@ -95,7 +95,7 @@ void check_border(const WorldData& data) {
       !data.settings.continuous && data.settings.solver == Solver::soft_step) {
     return;
   }
-  check(data, *border.transport, border.owner);
+  check(data, border.transport, border.owner);
 }
 
 void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner) {
@@ -121,12 +121,12 @@ void forget_halos(WorldData& data, Border& border) {
 
 std::uint64_t hash_of_part(const WorldData& data) {
   const Border& border = *border_of(data);
-  const bool is_first = border.transport->rank() == 0;  // which adds what all ranks have
+  const bool is_first = border.transport.rank() == 0;  // which adds what all ranks have
   std::uint64_t sum = 0;
   for (std::size_t body = 0; body < border.owner.size(); ++body) {
     if ((data.bodies.flags[body] & kBodyAlive) == 0) continue;
     const std::int32_t owner = border.owner[body];
-    if (owner == border.transport->rank() || (owner == kEveryRank && is_first))
+    if (owner == border.transport.rank() || (owner == kEveryRank && is_first))
       sum += hash_of(data.bodies, body);
   }
   return sum;
@@ -134,7 +134,7 @@ std::uint64_t hash_of_part(const WorldData& data) {
 
 void meet_neighbors(Constraints& constraints, Border& border, std::size_t contacts) {
   std::vector<Neighbor>& neighbors = border.neighbors;
-  std::vector<std::int32_t> place_of(static_cast<std::size_t>(border.transport->ranks()), -1);
+  std::vector<std::int32_t> place_of(static_cast<std::size_t>(border.transport.ranks()), -1);
   neighbors.clear();
   for (std::size_t i = 0; i < constraints.edges.size(); ++i) {
     const Sides sides = sides_of(border, constraints.edges[i]);
@@ -158,15 +158,16 @@ void meet_neighbors(Constraints& constraints, Border& border, std::size_t contac
   for (Neighbor& with : neighbors) {
     keep_each_once(with.own);
     keep_each_once(with.other);
-    send_rows<Degree>(border, with.rank, with.own, [&](std::int32_t body) {
+    send_rows<Degree>(border.transport, with.rank, with.own, [&](std::int32_t body) {
       return Degree{constraints.body_colors[body].degree, constraints.joint_count[body]};
     });
   }
   for (const Neighbor& with : neighbors) {
-    receive_rows<Degree>(border, with.rank, with.other, [&](std::int32_t body, const Degree& degree) {
-      constraints.body_colors[body].degree = degree.constraints;
-      constraints.joint_count[body] = degree.joints;
-    });
+    receive_rows<Degree>(border.transport, with.rank, with.other,
+                         [&](std::int32_t body, const Degree& degree) {
+                           constraints.body_colors[body].degree = degree.constraints;
+                           constraints.joint_count[body] = degree.joints;
+                         });
   }
   refuse_rebounds_of_hubs(constraints, border, contacts);
 }

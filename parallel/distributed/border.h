@@ -15,7 +15,7 @@
 #include <core/world/world_data.h>
 #include <parallel/constraints/sort_constraints.h>
 #include <parallel/crew/crew.h>
-#include <parallel/distributed/transport.h>
+#include <parallel/distributed/counted_transport.h>
 
 #include <span>
 #include <vector>
@@ -60,13 +60,13 @@ struct Halo {
 // Written by divide_world and the functions below.
 struct Border final : Part {
   Border(Transport& messages, std::vector<std::int32_t> owners)
-      : transport(&messages), owner(std::move(owners)), halos(static_cast<std::size_t>(messages.ranks())) {}
+      : transport(messages), owner(std::move(owners)), halos(static_cast<std::size_t>(messages.ranks())) {}
   void report(const char* store, const Visit& visit) const override;
 
-  bool owns(std::int32_t body) const { return owner_of(body) == transport->rank(); }
+  bool owns(std::int32_t body) const { return owner_of(body) == transport.rank(); }
   std::int32_t owner_of(std::int32_t body) const { return owner[static_cast<std::size_t>(body)]; }
 
-  Transport* transport;
+  CountedTransport transport;
   std::vector<std::int32_t> owner;     // by body: rank, or kEveryRank
   std::vector<Halo> halos;             // by rank
   bool halos_stale = true;             // owners have changed: what is lent must be sent anew
@@ -77,8 +77,6 @@ struct Border final : Part {
   std::vector<Neighbor> neighbors;     // of this step, ascending
   std::vector<std::uint8_t> waits;     // by body, while colors are chosen: an earlier constraint has none yet
   std::int32_t turns = 0;              // of this step: colors in use, in the order in which they are solved
-  std::vector<std::byte> message;      // the last one received
-  std::int64_t sent_messages = 0, sent_bytes = 0;  // of the last step
 };
 
 inline Border* border_of(const WorldData& data) { return static_cast<Border*>(data.border.get()); }

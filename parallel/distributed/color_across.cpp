@@ -70,7 +70,7 @@ std::vector<std::int32_t> color_within(Constraints& constraints, Border& border,
 void color_common(Constraints& constraints, Border& border, const std::vector<std::uint8_t>& waited) {
   for (const Neighbor& with : border.neighbors) {
     if (with.uncolored.empty()) continue;
-    send_rows<Side>(border, with.rank, with.uncolored, [&](std::int32_t place) {
+    send_rows<Side>(border.transport, with.rank, with.uncolored, [&](std::int32_t place) {
       Side side{0, waited[static_cast<std::size_t>(place)]};
       for_each_mask(constraints, constraints.edges[place], [&](std::int32_t body, const std::uint64_t& mask) {
         if (border.owns(body)) side.colors = mask;
@@ -80,14 +80,15 @@ void color_common(Constraints& constraints, Border& border, const std::vector<st
   }
   for (Neighbor& with : border.neighbors) {
     if (with.uncolored.empty()) continue;
-    receive_rows<Side>(border, with.rank, with.uncolored, [&](std::int32_t place, const Side& side) {
-      Edge& edge = constraints.edges[place];
-      if ((waited[static_cast<std::size_t>(place)] | side.waits) != 0) return;
-      for_each_mask(constraints, edge, [&](std::int32_t body, std::uint64_t& mask) {
-        if (!border.owns(body)) mask = side.colors;
-      });
-      take_lowest_color(constraints.body_colors, edge);
-    });
+    receive_rows<Side>(border.transport, with.rank, with.uncolored,
+                       [&](std::int32_t place, const Side& side) {
+                         Edge& edge = constraints.edges[place];
+                         if ((waited[static_cast<std::size_t>(place)] | side.waits) != 0) return;
+                         for_each_mask(constraints, edge, [&](std::int32_t body, std::uint64_t& mask) {
+                           if (!border.owns(body)) mask = side.colors;
+                         });
+                         take_lowest_color(constraints.body_colors, edge);
+                       });
     std::erase_if(with.uncolored,
                   [&](std::int32_t place) { return constraints.edges[place].color != kNoColor; });
   }

@@ -136,22 +136,6 @@ void find_ties(const WorldData& data, Border& border) {
   }
 }
 
-// Tells this rank's box; gets those of all.
-std::vector<BoundsRow> share_box(Border& border, const BoundsRow& own) {
-  const int here = border.transport->rank(), ranks = border.transport->ranks();
-  std::vector<BoundsRow> boxes(static_cast<std::size_t>(ranks), own);
-  for (int to = 0; to < ranks; ++to) {
-    if (to != here) send_list<BoundsRow>(border, to, std::span(&own, 1));
-  }
-  for (int from = 0; from < ranks; ++from) {
-    if (from == here) continue;
-    const std::vector<BoundsRow> one = receive_list<BoundsRow>(border, from);
-    if (one.size() != 1) refuse_world_of(from);
-    boxes[static_cast<std::size_t>(from)] = one[0];
-  }
-  return boxes;
-}
-
 // Own bodies that meet the boxes of another rank, or are tied to its bodies.
 std::vector<std::int32_t> list_lent(const WorldData& data, Border& border, const Halo& halo,
                                     const BoundsRow& around, const BoxIndex& boxes, Crew& crew) {
@@ -183,15 +167,15 @@ constexpr std::int32_t kSameList = -1;
 
 void send_halo(const WorldData& data, Border& border, std::int32_t to, std::vector<std::int32_t> lent) {
   Halo& halo = border.halos[static_cast<std::size_t>(to)];
-  if (lent == halo.lent) return send_list<std::int32_t>(border, to, std::span(&kSameList, 1));
-  send_list<std::int32_t>(border, to, lent);
+  if (lent == halo.lent) return send_list<std::int32_t>(border.transport, to, std::span(&kSameList, 1));
+  send_list<std::int32_t>(border.transport, to, lent);
   send_bodies(border, to, data, arrivals_of(lent, halo.lent));
   halo.lent = std::move(lent);
 }
 
 void receive_halo(WorldData& data, Border& border, std::int32_t from) {
   Halo& halo = border.halos[static_cast<std::size_t>(from)];
-  std::vector<std::int32_t> borrowed = receive_list<std::int32_t>(border, from);
+  std::vector<std::int32_t> borrowed = receive_list<std::int32_t>(border.transport, from);
   if (borrowed.size() == 1 && borrowed[0] == kSameList) return;
   for (std::size_t i = 0; i < borrowed.size(); ++i) {
     check_owner(border, from, borrowed[i]);
@@ -219,18 +203,18 @@ void share_ghosts(WorldData& data, Crew& crew) {
   Border& border = *border_of(data);
   BroadPhase& broad_phase = broad_phase_of(data);
   const auto ranks = static_cast<std::int32_t>(border.halos.size());
-  border.sent_messages = border.sent_bytes = 0;
+  border.transport.begin_step();
   update_dirty_bounds(data, broad_phase, data.last_dt, crew);
   find_ties(data, border);
   if (border.halos_stale) {
     for (Halo& halo : border.halos) halo.lent.clear(), halo.borrowed.clear();
   }
-  const std::vector<BoundsRow> around = share_box(border, box_own_shapes(data, border, crew));
-  const BoundsRow& own = around[static_cast<std::size_t>(border.transport->rank())];
+  const std::vector<BoundsRow> around = gather_rows(border.transport, box_own_shapes(data, border, crew));
+  const BoundsRow& own = around[static_cast<std::size_t>(border.transport.rank())];
   std::vector<std::int32_t> near;
   for (std::int32_t rank = 0; rank < ranks; ++rank) {
     Halo& halo = border.halos[static_cast<std::size_t>(rank)];
-    if (rank == border.transport->rank()) continue;
+    if (rank == border.transport.rank()) continue;
     if (!halo.tied.empty() || boxes_meet(own, around[static_cast<std::size_t>(rank)])) {
       near.push_back(rank);
     } else {
@@ -241,10 +225,10 @@ void share_ghosts(WorldData& data, Crew& crew) {
     std::vector<BoundsRow> boxes;
     std::copy_if(border.boxes.begin(), border.boxes.end(), std::back_inserter(boxes),
                  [&](const BoundsRow& box) { return boxes_meet(box, around[static_cast<std::size_t>(to)]); });
-    send_list<BoundsRow>(border, to, boxes);
+    send_list<BoundsRow>(border.transport, to, boxes);
   }
   for (const std::int32_t to : near) {
-    const BoxIndex boxes(receive_list<BoundsRow>(border, to));
+    const BoxIndex boxes(receive_list<BoundsRow>(border.transport, to));
     const auto place = static_cast<std::size_t>(to);
     send_halo(data, border, to, list_lent(data, border, border.halos[place], around[place], boxes, crew));
   }

@@ -51,10 +51,10 @@ void check_given(const WorldData& data, const Border& border, std::span<const Gi
   for (const auto& [body, to] : given) {
     const std::string name = "give_bodies: body " + std::to_string(body);
     if (body < 0 || std::cmp_greater_equal(body, border.owner.size()) || !border.owns(body))
-      throw Error(name + " is not of rank " + std::to_string(border.transport->rank()));
-    if (to < 0 || to >= border.transport->ranks()) {
+      throw Error(name + " is not of rank " + std::to_string(border.transport.rank()));
+    if (to < 0 || to >= border.transport.ranks()) {
       throw Error(name + " is given to rank " + std::to_string(to) + " of " +
-                  std::to_string(border.transport->ranks()));
+                  std::to_string(border.transport.ranks()));
     }
     if (is_given[static_cast<std::size_t>(body)]++ != 0) throw Error(name + " is given twice");
   }
@@ -188,9 +188,9 @@ void take_joints(WorldData& data, const Border& border, std::int32_t from,
 
 // All ranks tell what they give: owners after that, and whether any has changed.
 bool share_owners(Border& border, std::span<const GivenBody> given, std::vector<std::int32_t>& next_owner) {
-  const int here = border.transport->rank(), ranks = border.transport->ranks();
+  const int here = border.transport.rank(), ranks = border.transport.ranks();
   for (int to = 0; to < ranks; ++to) {
-    if (to != here) send_list<GivenBody>(border, to, given);
+    if (to != here) send_list<GivenBody>(border.transport, to, given);
   }
   bool any = false;
   const auto note = [&](const GivenBody& one, std::int32_t from) {
@@ -202,7 +202,7 @@ bool share_owners(Border& border, std::span<const GivenBody> given, std::vector<
   for (const GivenBody& one : given) note(one, here);
   for (int from = 0; from < ranks; ++from) {
     if (from == here) continue;
-    for (const GivenBody& one : receive_list<GivenBody>(border, from)) note(one, from);
+    for (const GivenBody& one : receive_list<GivenBody>(border.transport, from)) note(one, from);
   }
   return any;
 }
@@ -214,7 +214,7 @@ void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) 
   check_given(data, border, given);
   std::vector<std::int32_t> next_owner = border.owner;
   if (!share_owners(border, given, next_owner)) return;
-  const std::int32_t here = border.transport->rank(), ranks = border.transport->ranks();
+  const std::int32_t here = border.transport.rank(), ranks = border.transport.ranks();
   std::vector<Parcel> parcels(static_cast<std::size_t>(ranks));
   std::vector<std::vector<std::int32_t>> taken(parcels.size());  // by rank: the bodies that it gives this one
   for (std::size_t body = 0; body < next_owner.size(); ++body) {
@@ -230,9 +230,9 @@ void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) 
     const Parcel& parcel = parcels[static_cast<std::size_t>(to)];
     if (parcel.bodies.empty()) continue;
     send_bodies(border, to, data, parcel.bodies);
-    send_list<SentPair>(border, to, parcel.pairs);
-    send_list<SentContact>(border, to, parcel.contacts);
-    send_list<SentJoint>(border, to, parcel.joints);
+    send_list<SentPair>(border.transport, to, parcel.pairs);
+    send_list<SentContact>(border.transport, to, parcel.contacts);
+    send_list<SentJoint>(border.transport, to, parcel.joints);
   }
   border.owner = std::move(next_owner);
   std::vector<FoundPair> found;
@@ -242,15 +242,15 @@ void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) 
     if (bodies.empty()) continue;
     receive_bodies(border, from, data, bodies);
     std::size_t next_contact = contacts.size();
-    for (const SentPair& pair : receive_list<SentPair>(border, from)) {
+    for (const SentPair& pair : receive_list<SentPair>(border.transport, from)) {
       if (!is_sound(data, border, pair)) refuse_world_of(from);
       found.push_back({pair, next_contact});
       next_contact += static_cast<std::size_t>(pair.contacts);
     }
-    const std::vector<SentContact> sent = receive_list<SentContact>(border, from);
+    const std::vector<SentContact> sent = receive_list<SentContact>(border.transport, from);
     contacts.insert(contacts.end(), sent.begin(), sent.end());
     if (contacts.size() != next_contact) refuse_world_of(from);
-    take_joints(data, border, from, receive_list<SentJoint>(border, from));
+    take_joints(data, border, from, receive_list<SentJoint>(border.transport, from));
   }
   if (!found.empty()) take_pairs(data, found, contacts, crew);
   forget_halos(data, border);

@@ -26,35 +26,33 @@ inline void check_owner(const Border& border, std::int32_t rank, std::int32_t bo
 
 // Sends a list of rows, even an empty one.
 template <class Row>
-void send_list(Border& border, std::int32_t to, std::span<const Row> rows) {
+void send_list(Transport& transport, std::int32_t to, std::span<const Row> rows) {
   static_assert(std::is_trivially_copyable_v<Row>);
-  border.transport->send(to, std::as_bytes(rows));
-  ++border.sent_messages;
-  border.sent_bytes += static_cast<std::int64_t>(rows.size_bytes());
+  transport.send(to, std::as_bytes(rows));
 }
 
 template <class Row>
-std::vector<Row> receive_list(Border& border, std::int32_t from) {
-  border.transport->receive(from, border.message);
-  if (border.message.size() % sizeof(Row) != 0) refuse_world_of(from);
-  std::vector<Row> rows(border.message.size() / sizeof(Row));
-  if (!rows.empty()) std::memcpy(rows.data(), border.message.data(), rows.size() * sizeof(Row));
+std::vector<Row> receive_list(Transport& transport, std::int32_t from) {
+  const std::span<const std::byte> message = transport.receive(from);
+  if (message.size() % sizeof(Row) != 0) refuse_world_of(from);
+  std::vector<Row> rows(message.size() / sizeof(Row));
+  if (!rows.empty()) std::memcpy(rows.data(), message.data(), rows.size() * sizeof(Row));
   return rows;
 }
 
 // row_of(item) for each.
 template <class Row, class RowOf>
-void send_rows(Border& border, std::int32_t to, std::span<const std::int32_t> items, RowOf&& row_of) {
+void send_rows(Transport& transport, std::int32_t to, std::span<const std::int32_t> items, RowOf&& row_of) {
   std::vector<Row> rows;
   rows.reserve(items.size());
   for (const std::int32_t item : items) rows.push_back(row_of(item));
-  send_list<Row>(border, to, rows);
+  send_list<Row>(transport, to, rows);
 }
 
 // take(item, row) for each.
 template <class Row, class Take>
-void receive_rows(Border& border, std::int32_t from, std::span<const std::int32_t> items, Take&& take) {
-  const std::vector<Row> rows = receive_list<Row>(border, from);
+void receive_rows(Transport& transport, std::int32_t from, std::span<const std::int32_t> items, Take&& take) {
+  const std::vector<Row> rows = receive_list<Row>(transport, from);
   if (rows.size() != items.size()) {
     throw Error("rank " + std::to_string(from) + " has sent " + std::to_string(rows.size()) +
                 " rows instead of " + std::to_string(items.size()) + ": its world is another one");
@@ -66,12 +64,29 @@ void receive_rows(Border& border, std::int32_t from, std::span<const std::int32_
 template <class Row>
 void share_rows(Border& border, Column<Row>& rows) {
   for (const Neighbor& with : border.neighbors) {
-    send_rows<Row>(border, with.rank, with.own, [&](std::int32_t body) { return rows[body]; });
+    send_rows<Row>(border.transport, with.rank, with.own, [&](std::int32_t body) { return rows[body]; });
   }
   for (const Neighbor& with : border.neighbors) {
-    receive_rows<Row>(border, with.rank, with.other,
+    receive_rows<Row>(border.transport, with.rank, with.other,
                       [&](std::int32_t body, const Row& row) { rows[body] = row; });
   }
+}
+
+// Each rank tells the others a row of its own. By rank; all ranks call it.
+template <class Row>
+std::vector<Row> gather_rows(Transport& transport, const Row& own) {
+  const int here = transport.rank(), ranks = transport.ranks();
+  std::vector<Row> rows(static_cast<std::size_t>(ranks), own);
+  for (int to = 0; to < ranks; ++to) {
+    if (to != here) send_list<Row>(transport, to, std::span(&own, 1));
+  }
+  for (int from = 0; from < ranks; ++from) {
+    if (from == here) continue;
+    const std::vector<Row> one = receive_list<Row>(transport, from);
+    if (one.size() != 1) refuse_world_of(from);
+    rows[static_cast<std::size_t>(from)] = one[0];
+  }
+  return rows;
 }
 
 }  // namespace scree

@@ -87,7 +87,7 @@ std::vector<Use> uses_at_border(const Border& border, const TurnOf& turn_of) {
   for (const Neighbor& with : border.neighbors) {
     for (const std::int32_t body : with.own) at_border[static_cast<std::size_t>(body)] = 1;
   }
-  const std::int32_t here = border.transport->rank();
+  const std::int32_t here = border.transport.rank();
   std::vector<Use> uses;
   const auto count = static_cast<std::int32_t>(turn_of.constraints.edges.size());
   for (std::int32_t i = 0; i < count; ++i) {
@@ -115,7 +115,7 @@ void count_everywhere(const Constraints& constraints, Border& border, std::span<
     const std::int32_t counts = edge.kind == EdgeKind::pushed_b ? edge.body_b : edge.body_a;
     if (border.owns(counts)) ++in_place[static_cast<std::size_t>(place_of(edge))];
   }
-  add_up(*border.transport, in_place);
+  border.transport.add_up(in_place);
   if (in_place[0] > 0) {
     throw Error("step: " + std::to_string(in_place[0]) + " constraints join two bodies of more than " +
                 std::to_string(kHubDegree) + " each, which is not supported across ranks yet");
@@ -138,11 +138,11 @@ void plan_refreshes(const Constraints& constraints, Border& border, std::int32_t
     }
     sort_by_turn(plan);
     with.sent = lay_out(plan, turns.count);
-    send_list<Refresh>(border, with.rank, plan);
+    send_list<Refresh>(border.transport, with.rank, plan);
     plan_returns(border, with, turn_of, turns.count);
   }
   for (Neighbor& with : border.neighbors) {
-    const std::vector<Refresh> plan = receive_list<Refresh>(border, with.rank);
+    const std::vector<Refresh> plan = receive_list<Refresh>(border.transport, with.rank);
     for (const Refresh& refresh : plan) {
       if (refresh.turn < 0 || refresh.turn > turns.count) refuse_world_of(with.rank);
       check_owner(border, with.rank, refresh.body);
@@ -158,12 +158,12 @@ void RefreshedPass::exchange(std::int32_t turn, Column<Row>& rows) {
     for (const Neighbor& with : border_->neighbors) {
       const auto sent = (with.*from).at(at);
       if (!sent.empty())
-        send_rows<Row>(*border_, with.rank, sent, [&](std::int32_t body) { return rows[body]; });
+        send_rows<Row>(border_->transport, with.rank, sent, [&](std::int32_t body) { return rows[body]; });
     }
     for (const Neighbor& with : border_->neighbors) {
       const auto received = (with.*to).at(at);
       if (received.empty()) continue;
-      receive_rows<Row>(*border_, with.rank, received,
+      receive_rows<Row>(border_->transport, with.rank, received,
                         [&](std::int32_t body, const Row& row) { rows[body] = row; });
     }
   };
@@ -212,12 +212,12 @@ void share_impulses(const Constraints& constraints, Border& border, WorldData& d
     };
     for (const Neighbor& with : border.neighbors) {
       const std::vector<std::int32_t> given = list(with, true);
-      if (!given.empty()) send_rows<Row>(border, with.rank, given, row_at);
+      if (!given.empty()) send_rows<Row>(border.transport, with.rank, given, row_at);
     }
     for (const Neighbor& with : border.neighbors) {
       const std::vector<std::int32_t> taken = list(with, false);
       if (taken.empty()) continue;
-      receive_rows<Row>(border, with.rank, taken,
+      receive_rows<Row>(border.transport, with.rank, taken,
                         [&](std::int32_t place, const Row& row) { row_at(place) = row; });
     }
   };
@@ -245,14 +245,14 @@ void share_motion(Border& border, Bodies& bodies) {
   for (std::int32_t to = 0; to < ranks; ++to) {
     const Halo& halo = border.halos[static_cast<std::size_t>(to)];
     if (halo.lent.empty()) continue;
-    send_rows<Motion>(border, to, halo.lent, [&](std::int32_t body) {
+    send_rows<Motion>(border.transport, to, halo.lent, [&](std::int32_t body) {
       return Motion{bodies.velocity[body], bodies.delta[body], bodies.step_notes[body]};
     });
   }
   for (std::int32_t from = 0; from < ranks; ++from) {
     const Halo& halo = border.halos[static_cast<std::size_t>(from)];
     if (halo.borrowed.empty()) continue;
-    receive_rows<Motion>(border, from, halo.borrowed, [&](std::int32_t body, const Motion& motion) {
+    receive_rows<Motion>(border.transport, from, halo.borrowed, [&](std::int32_t body, const Motion& motion) {
       bodies.velocity[body] = motion.velocity;
       bodies.delta[body] = motion.delta;
       bodies.step_notes[body] = static_cast<std::uint8_t>(motion.notes);

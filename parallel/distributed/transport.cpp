@@ -1,21 +1,23 @@
-// See transport.h.
-#include <parallel/distributed/transport.h>
+// See scree/transport.h.
 #include <scree/error.h>
+#include <scree/transport.h>
 
 #include <condition_variable>
 #include <cstring>
 #include <deque>
 #include <mutex>
 #include <string>
+#include <vector>
 
 namespace scree {
 
 namespace {
 
+constexpr int kMostLocalRanks = 4096;
+
 // Receives as many values as there are, and no others.
 void receive_values(Transport& transport, int from, std::span<std::int64_t> values) {
-  std::vector<std::byte> message;
-  transport.receive(from, message);
+  const std::span<const std::byte> message = transport.receive(from);
   if (message.size() != values.size_bytes()) {
     throw Error("rank " + std::to_string(from) + " has sent " + std::to_string(message.size()) +
                 " bytes instead of " + std::to_string(values.size_bytes()) + ": its world is another one");
@@ -25,19 +27,21 @@ void receive_values(Transport& transport, int from, std::span<std::int64_t> valu
 
 }  // namespace
 
-void add_up(Transport& transport, std::span<std::int64_t> values) {
-  const int ranks = transport.ranks();
-  if (transport.rank() != 0) {
-    transport.send(0, std::as_bytes(values));
-    receive_values(transport, 0, values);
+Transport::~Transport() = default;
+
+void Transport::add_up(std::span<std::int64_t> values) {
+  const int all = ranks();
+  if (rank() != 0) {
+    send(0, std::as_bytes(values));
+    receive_values(*this, 0, values);
     return;
   }
   std::vector<std::int64_t> part(values.size());
-  for (int from = 1; from < ranks; ++from) {
-    receive_values(transport, from, part);
+  for (int from = 1; from < all; ++from) {
+    receive_values(*this, from, part);
     for (std::size_t i = 0; i < values.size(); ++i) values[i] += part[i];
   }
-  for (int to = 1; to < ranks; ++to) transport.send(to, std::as_bytes(values));
+  for (int to = 1; to < all; ++to) send(to, std::as_bytes(values));
 }
 
 // The messages from one rank to another, and who waits for them.
@@ -48,7 +52,7 @@ struct Lane {
   bool closed = false;
 };
 
-struct Meeting::State {
+struct LocalRanks::State {
   class End final : public Transport {
    public:
     End(State& state, int rank) : state_(state), rank_(rank) {}
@@ -62,18 +66,20 @@ struct Meeting::State {
       }
       lane.arrived.notify_one();
     }
-    void receive(int from, std::vector<std::byte>& message) override {
+    std::span<const std::byte> receive(int from) override {
       Lane& lane = state_.lane(from, rank_);
       std::unique_lock lock(lane.mutex);
       lane.arrived.wait(lock, [&] { return lane.closed || !lane.messages.empty(); });
       if (lane.messages.empty()) throw Error("rank " + std::to_string(from) + " has left");
-      message = std::move(lane.messages.front());
+      last_ = std::move(lane.messages.front());
       lane.messages.pop_front();
+      return last_;
     }
 
    private:
     State& state_;
     int rank_;
+    std::vector<std::byte> last_;
   };
 
   explicit State(int count)
@@ -90,11 +96,17 @@ struct Meeting::State {
   std::vector<std::unique_ptr<End>> ends;
 };
 
-Meeting::Meeting(int ranks) : state_(std::make_unique<State>(ranks)) {}
-Meeting::~Meeting() = default;
-Transport& Meeting::at(int rank) { return *state_->ends[static_cast<std::size_t>(rank)]; }
+LocalRanks::LocalRanks(int ranks) {
+  if (ranks < 1 || ranks > kMostLocalRanks) {
+    throw Error("LocalRanks: " + std::to_string(ranks) + " ranks were asked for; there may be 1 to " +
+                std::to_string(kMostLocalRanks));
+  }
+  state_ = std::make_unique<State>(ranks);
+}
+LocalRanks::~LocalRanks() = default;
+Transport& LocalRanks::at(int rank) { return *state_->ends[static_cast<std::size_t>(rank)]; }
 
-void Meeting::leave(int rank) {
+void LocalRanks::leave(int rank) {
   for (int to = 0; to < state_->ranks; ++to) {
     Lane& lane = state_->lane(rank, to);
     {

@@ -28,7 +28,7 @@ using ContactKernel = void (*)(const simd::ContactArgs&, const simd::ConstraintC
 
 // Of all ranks, if the world is divided.
 std::int64_t add_up_ranks(const SolveStep& step, std::int64_t count) {
-  if (const Border* const border = border_of(step.data)) add_up(*border->transport, {&count, 1});
+  if (Border* const border = border_of(step.data)) border->transport.add_up({&count, 1});
   return count;
 }
 

@@ -127,6 +127,9 @@ void declare_run(CLI::App& run, Arguments& arguments) {
   declare_backend(run, options.threads, arguments);
   run.add_option("--warmup", options.warmup, "Untimed steps at the start (default: 1)");
   run.add_flag("--no-sleep", options.no_sleep, "Keep resting bodies awake");
+  run.add_flag("--no-continuous", options.no_continuous, "Do not sweep fast bodies");
+  run.add_flag("--distributed", options.distributed,
+               "Share the world out among the processes of mpirun, with the same hash");
   run.add_option("--record", options.record, "Record the world into FILE, for replay, info and diff")
       ->type_name("FILE")
       ->check(kNotEmpty);

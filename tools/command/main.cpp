@@ -8,6 +8,7 @@
 #include <exception>
 #include <iomanip>
 #include <iostream>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -163,7 +164,19 @@ int run_scene(Arguments& arguments) {
   std::vector<NamedFile> inputs;
   if (scree::command::is_scene_file(options.scene)) inputs.push_back({"SCENE", options.scene});
   check_files(arguments, inputs);
-  print(scree::command::run(options), arguments);
+  if (!options.distributed) {
+    print(scree::command::run(options, nullptr), arguments);
+    return 0;
+  }
+  const std::unique_ptr<scree::command::Team> team = scree::command::make_team();
+  try {
+    const scree::command::RunFigures figures = scree::command::run(options, team.get());
+    if (team->leads()) print(figures, arguments);
+  } catch (const scree::Error& error) {
+    team->fail(error, kBadInput);
+  } catch (const std::exception& error) {
+    team->fail(error, kFailed);
+  }
   return 0;
 }
 

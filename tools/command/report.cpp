@@ -13,6 +13,35 @@ std::uint64_t whole(std::int64_t count) { return static_cast<std::uint64_t>(coun
 
 std::string millimeters(double meters) { return format("%.4f mm", 1000.0 * meters); }
 
+// The rest of the table of a distributed run; what a rank measures of its part alone says little.
+std::string rank_rows(const RunFigures& figures) {
+  std::string table = row("ranks", std::to_string(figures.ranks.size()));
+  table +=
+      row("  of the last step", "  bodies   ghosts contacts  messages      KiB  step ms  waiting   load");
+  for (std::size_t rank = 0; rank < figures.ranks.size(); ++rank) {
+    const RankStats& stats = figures.ranks[rank];
+    table +=
+        row("  rank " + std::to_string(rank),
+            format("%8lld %8lld %8lld %9lld %8.1f %8.3f %8.3f %6.2f", static_cast<long long>(stats.bodies),
+                   static_cast<long long>(stats.ghosts), static_cast<long long>(stats.contacts),
+                   static_cast<long long>(stats.messages), static_cast<double>(stats.bytes) / 1024.0,
+                   stats.step_ms, stats.waiting_ms, stats.load));
+  }
+  table += row("peak memory", mebibytes(figures.peak_memory_bytes) + " of rank 0");
+  table += row("instruction set", isa_name(figures.isa));
+  table += row("threads", std::to_string(figures.threads) + " a rank");
+  table += row("hash", hash_digits(figures.hash));
+  return table;
+}
+
+nlohmann::ordered_json rank_json(const RankStats& stats) {
+  return {{"bodies", stats.bodies},     {"ghosts", stats.ghosts},
+          {"contacts", stats.contacts}, {"border_contacts", stats.border_contacts},
+          {"messages", stats.messages}, {"bytes", stats.bytes},
+          {"step_ms", stats.step_ms},   {"waiting_ms", stats.waiting_ms},
+          {"load", stats.load}};
+}
+
 }  // namespace
 
 std::string to_table(const RunFigures& figures) {
@@ -37,6 +66,7 @@ std::string to_table(const RunFigures& figures) {
     table += row(format("  %s", phase_name(static_cast<Phase>(phase))),
                  format("%9.3f ms %5.1f %%", figures.phase_ms[phase], share));
   }
+  if (!figures.ranks.empty()) return table + rank_rows(figures);
   table += row("penetration", millimeters(figures.penetration_mean) + " mean, " +
                                   millimeters(figures.penetration_p999) + " p999, " +
                                   millimeters(figures.penetration_max) + " max");
@@ -89,6 +119,7 @@ std::string to_json(const RunFigures& figures) {
                          {"p999", figures.penetration_p999},
                          {"max", figures.penetration_max}};
   json["residual"] = figures.residual;
+  for (const RankStats& rank : figures.ranks) json["ranks"].push_back(rank_json(rank));
   json["kinetic_energy"] = figures.kinetic_energy;
   json["peak_memory_bytes"] = figures.peak_memory_bytes;
   json["lane_fill"] = figures.lane_fill;

@@ -50,6 +50,15 @@ bool is_built_in(const std::string& name) {
                      [&](const scenes::SceneInfo& info) { return info.name == name; });
 }
 
+// What a process would do with its part of the world alone.
+void refuse_beside_distributed(const RunOptions& options) {
+  const std::pair<const char*, const std::string&> files[] = {
+      {"--record", options.record}, {"--trace", options.trace}, {"--picture", options.picture_file}};
+  for (const auto& [name, file] : files) {
+    if (!file.empty()) throw Error(std::string(name) + " " + file + ": not with --distributed yet");
+  }
+}
+
 void check_options(const RunOptions& options) {
   if (options.steps) check_range("--steps", *options.steps, 1, kMostSteps);
   if (options.substeps) check_range("--substeps", *options.substeps, 1, kMostSubsteps);
@@ -62,6 +71,7 @@ void check_options(const RunOptions& options) {
     throw Error("--dt " + std::to_string(*options.dt) + " must be from 0 to 1 seconds");
   }
   check_backend(options.threads, options.isa);
+  if (options.distributed) refuse_beside_distributed(options);
   if (options.picture_file.empty()) return;
   check_picture_name("--picture", options.picture_file);
   read_picture(options.picture);
@@ -89,16 +99,17 @@ Plan make_plan(const RunOptions& options) {
     if (options.solver) scene.settings.solver = read_solver(*options.solver);
     if (options.iterations) scene.settings.solver_options.iterations = *options.iterations;
     if (options.no_sleep) scene.settings.sleeping = false;
+    if (options.no_continuous) scene.settings.continuous = false;
   }
   return plan;
 }
 
-void measure_quality(std::vector<World>& worlds) {
-  for (World& world : worlds) {
-    WorldSettings settings = world.settings();
+void measure_quality(std::span<World* const> worlds) {
+  for (World* const world : worlds) {
+    WorldSettings settings = world->settings();
     settings.measure_residual = true;
     settings.measure_penetration = true;
-    world.set_settings(settings);
+    world->set_settings(settings);
   }
 }
 
@@ -108,16 +119,20 @@ struct Cast {
   std::vector<BodyId> bodies;  // of the whole scene; empty if no body is driven, arrives or leaves
 };
 
-void direct_all(std::vector<World>& worlds, std::vector<Cast>& casts, int steps_done, float dt) {
+void direct_all(std::span<World* const> worlds, std::vector<Cast>& casts, int steps_done, float dt) {
   for (std::size_t i = 0; i < worlds.size(); ++i) {
-    scenes::direct(worlds[i], casts[i].script, casts[i].bodies, steps_done, dt);
+    scenes::direct(*worlds[i], casts[i].script, casts[i].bodies, steps_done, dt);
   }
 }
 
-// Steps all worlds once; milliseconds.
-double step_all(std::span<World* const> worlds, float dt, Workers& workers) {
+// Steps all worlds once, or the one of the team; milliseconds.
+double step_all(std::span<World* const> worlds, Team* team, float dt, Workers& workers) {
   const auto start = std::chrono::steady_clock::now();
-  step(worlds, dt, workers);
+  if (team != nullptr) {
+    team->world().step(dt, workers);
+  } else {
+    step(worlds, dt, workers);
+  }
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -158,29 +173,25 @@ class Recording {
 };
 
 // Measures quality in the last step. This step is excluded from the times unless it is the only one.
-Timing simulate(std::vector<World>& worlds, std::vector<Cast>& casts, const Plan& plan,
+Timing simulate(std::span<World* const> worlds, Team* team, std::vector<Cast>& casts, const Plan& plan,
                 const Recording& recording, Trace* trace, Workers& workers, Progress& progress) {
   Timing timing;
-  std::vector<World*> pointers;
   std::vector<const StepStats*> stats;
-  for (World& world : worlds) {
-    pointers.push_back(&world);
-    stats.push_back(&world.stats());
-  }
+  for (const World* const world : worlds) stats.push_back(&world->stats());
   for (int i = 0; i < plan.steps; ++i) {
     const bool last = i + 1 == plan.steps;
-    if (last) measure_quality(worlds);
+    if (last && team == nullptr) measure_quality(worlds);
     direct_all(worlds, casts, i, plan.dt);
-    const double milliseconds = step_all(pointers, plan.dt, workers);
+    const double milliseconds = step_all(worlds, team, plan.dt, workers);
     if (trace != nullptr) trace->count(stats);
     progress.show(i + 1);
     recording.check();
-    for (const World& world : worlds) timing.restored_bodies += world.stats().restored_bodies;
+    for (const StepStats* const of_world : stats) timing.restored_bodies += of_world->restored_bodies;
     if (i < plan.warmup || (last && !timing.step_ms.empty())) continue;
     timing.step_ms.push_back(milliseconds);
-    for (const World& world : worlds) {
+    for (const StepStats* const of_world : stats) {
       for (std::size_t phase = 0; phase < kPhaseCount; ++phase) {
-        timing.phase_ms[phase] += world.stats().phase_ms[phase];
+        timing.phase_ms[phase] += of_world->phase_ms[phase];
       }
     }
   }
@@ -228,6 +239,20 @@ void add_quality(const std::vector<World>& worlds, RunFigures& figures) {
   figures.lane_fill = fill_sum / static_cast<double>(worlds.size());
 }
 
+// What only all ranks together know. Contacts across borders are known twice.
+void add_ranks(Team& team, RunFigures& figures) {
+  figures.ranks.resize(static_cast<std::size_t>(team.world().ranks()));
+  team.world().stats(figures.ranks);
+  std::int64_t border_contacts = 0;
+  for (const RankStats& rank : figures.ranks) {
+    figures.awake_bodies += rank.bodies;
+    figures.contacts += rank.contacts;
+    border_contacts += rank.border_contacts;
+  }
+  figures.contacts -= border_contacts / 2;
+  figures.hash = team.world().hash();
+}
+
 PictureFigures take_picture(const World& world, const RunOptions& options, Workers& workers) {
   const PicturePlan plan = read_picture(options.picture);
   const render::Subject subject = render::subject_of(world);
@@ -249,11 +274,13 @@ bool is_scene_file(const std::string& name) {
          std::filesystem::is_regular_file(name, problem);
 }
 
-RunFigures run(const RunOptions& options) {
+RunFigures run(const RunOptions& options, Team* team) {
   Plan plan = make_plan(options);
-  if (!options.quiet) tell_of_idle_threads(options.threads);
+  const bool quiet = options.quiet || (team != nullptr && !team->leads());
+  const int threads = team == nullptr ? options.threads : team->threads_each(options.threads);
+  if (!quiet) tell_of_idle_threads(threads);
   std::optional<Trace> trace;
-  Workers workers = make_workers(options.threads, options.isa, options.trace, trace);
+  Workers workers = make_workers(threads, options.isa, options.trace, trace);
   RunFigures figures;
   figures.scene = plan.worlds.front().name;
   figures.isa = workers.isa();
@@ -263,7 +290,7 @@ RunFigures run(const RunOptions& options) {
   figures.warmup = plan.warmup;
   figures.dt = static_cast<double>(plan.dt);
   figures.substeps = plan.worlds.front().settings.substeps;
-  Progress progress(figures.scene, plan.steps, !options.quiet);
+  Progress progress(figures.scene, plan.steps, !quiet);
   std::vector<World> worlds;
   std::vector<Cast> casts;
   worlds.reserve(plan.worlds.size());
@@ -277,14 +304,24 @@ RunFigures run(const RunOptions& options) {
     figures.joints += static_cast<std::int64_t>(scene.joints.size());
     scene = {};  // avoids holding a million bodies twice
   }
+  if (team != nullptr) {
+    if (worlds.size() > 1) throw Error("--distributed: is for one world; say --set worlds=1");
+    team->take(std::move(worlds.front()));
+  }
+  std::vector<World*> pointers;
+  for (World& world : worlds) pointers.push_back(team != nullptr ? &team->world().world() : &world);
   Recording recording;
-  recording.begin(worlds.front(), options);
+  recording.begin(*pointers.front(), options);
   Trace* const tracing = trace ? &*trace : nullptr;
-  add_times(simulate(worlds, casts, plan, recording, tracing, workers, progress), figures);
+  add_times(simulate(pointers, team, casts, plan, recording, tracing, workers, progress), figures);
   if (trace) figures.trace = trace->finish(options.trace);
   figures.recording = recording.finish();
-  add_quality(worlds, figures);
-  figures.hash = scenes::hash_of(worlds);
+  if (team != nullptr) {
+    add_ranks(*team, figures);
+  } else {
+    add_quality(worlds, figures);
+    figures.hash = scenes::hash_of(worlds);
+  }
   figures.peak_memory_bytes = peak_memory_bytes();
   try {
     if (!options.picture_file.empty()) figures.picture = take_picture(worlds.front(), options, workers);

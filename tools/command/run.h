@@ -3,6 +3,7 @@
 
 #include <scree/scree.h>
 #include <tools/command/picture.h>
+#include <tools/command/team.h>
 #include <tools/command/trace.h>
 #include <tools/scenes/scene.h>
 
@@ -27,6 +28,8 @@ struct RunOptions {
   std::optional<std::string> solver;  // default: the scene's
   std::optional<int> iterations;      // the same
   bool no_sleep = false;
+  bool no_continuous = false;
+  bool distributed = false;      // needs a team
   bool quiet = false;            // no progress
   std::string record;            // file for a recording; empty: none
   std::optional<int> keyframes;  // steps from one keyframe of the recording to the next
@@ -75,6 +78,7 @@ struct RunFigures {
   double lane_fill = 1.0;
   std::int64_t stages = 0;
   std::uint64_t hash = 0;
+  std::vector<RankStats> ranks;  // of the last step, if the run is distributed
   std::optional<RecordingFigures> recording;
   std::optional<TraceFigures> trace;
   std::optional<PictureFigures> picture;
@@ -90,7 +94,7 @@ bool is_scene_file(const std::string& name);
 std::vector<scenes::Scene> find_scene(const std::string& name, const scenes::Parameters& parameters);
 
 // Checks the options, builds the scene, runs it, and shows progress on standard error. Throws scree::Error
-// for bad options.
-RunFigures run(const RunOptions& options);
+// for bad options. With a team, which is otherwise null, all of its processes run it together.
+RunFigures run(const RunOptions& options, Team* team);
 
 }  // namespace scree::command

@@ -5,6 +5,7 @@
 #include <scree/contact_forces.h>
 #include <scree/contact_hooks.h>
 #include <scree/decompose.h>
+#include <scree/distributed_world.h>
 #include <scree/error.h>
 #include <scree/events.h>
 #include <scree/height_field.h>
@@ -21,6 +22,7 @@
 #include <scree/solver.h>
 #include <scree/stats.h>
 #include <scree/step.h>
+#include <scree/transport.h>
 #include <scree/triangle_mesh.h>
 #include <scree/workers.h>
 #include <scree/world.h>

@@ -65,7 +65,7 @@ void redraw_owners(Lab& lab, int draw, int ranks) {
 // rank throws ends all of them, and is returned.
 std::string step_ranks(const Fill& fill, const Owners& owner_of, const Run& run,
                        std::vector<std::vector<std::uint64_t>>& hashes) {
-  Meeting meeting(run.ranks);
+  LocalRanks local(run.ranks);
   std::vector<std::string> errors(static_cast<std::size_t>(run.ranks));
   hashes.assign(static_cast<std::size_t>(run.ranks), {});
   const auto step_rank = [&](int rank) {
@@ -78,7 +78,7 @@ std::string step_ranks(const Fill& fill, const Owners& owner_of, const Run& run,
       std::vector<std::int32_t> owners(data.bodies.flags.size());
       for (std::size_t body = 0; body < owners.size(); ++body)
         owners[body] = owner_of(static_cast<std::int32_t>(body), run.ranks);
-      divide_world(data, meeting.at(rank), owners);
+      divide_world(data, local.at(rank), owners);
       for (int i = 0; i < run.steps; ++i) {
         if (run.steps_per_draw > 0 && i % run.steps_per_draw == 0) redraw_owners(lab, i + 1, run.ranks);
         lab.run(1);
@@ -87,7 +87,7 @@ std::string step_ranks(const Fill& fill, const Owners& owner_of, const Run& run,
     } catch (const std::exception& error) {
       errors[place] = error.what();
     }
-    meeting.leave(rank);
+    local.leave(rank);
   };
   std::vector<std::thread> threads;
   for (int rank = 1; rank < run.ranks; ++rank) threads.emplace_back(step_rank, rank);
@@ -161,7 +161,7 @@ TEST(DistributedStep, RanksHaveTheBodiesNearTheirOwnAlone) {
       lab.add({.position = {x, 0.5f + static_cast<float>(i % 2), 0}}, Box{{0.5f, 0.5f, 0.5f}});
     }
   };
-  Meeting meeting(kRanks);
+  LocalRanks local(kRanks);
   std::vector<std::size_t> awake(kRanks), ghosts(kRanks);
   const auto step_rank = [&](int rank) {
     Lab lab(settings_for_ranks());
@@ -170,11 +170,11 @@ TEST(DistributedStep, RanksHaveTheBodiesNearTheirOwnAlone) {
     std::vector<std::int32_t> owners;
     for (std::size_t body = 0; body < data.bodies.flags.size(); ++body)
       owners.push_back(static_cast<std::int32_t>(body) * kRanks / static_cast<std::int32_t>(kBodies + 10));
-    divide_world(data, meeting.at(rank), owners);
+    divide_world(data, local.at(rank), owners);
     lab.run(3);
     awake[static_cast<std::size_t>(rank)] = data.bodies.awake.size();
     ghosts[static_cast<std::size_t>(rank)] = border_of(data)->ghosts.size();
-    meeting.leave(rank);
+    local.leave(rank);
   };
   std::vector<std::thread> threads;
   for (int rank = 1; rank < kRanks; ++rank) threads.emplace_back(step_rank, rank);
@@ -239,7 +239,7 @@ TEST(DistributedStep, RanksDivideTheContacts) {
   fill(whole);
   whole.run(2);
   const std::size_t all = internals(whole.world).contacts.active.size();
-  Meeting meeting(kRanks);
+  LocalRanks local(kRanks);
   std::vector<std::size_t> contacts(kRanks);
   const auto step_rank = [&](int rank) {
     Lab lab(settings_for_ranks());
@@ -248,11 +248,11 @@ TEST(DistributedStep, RanksDivideTheContacts) {
     const auto rows = static_cast<std::int32_t>(data.bodies.flags.size());
     std::vector<std::int32_t> owners;
     for (std::int32_t body = 0; body < rows; ++body) owners.push_back(body < rows / 2 ? 0 : 1);
-    divide_world(data, meeting.at(rank), owners);
+    divide_world(data, local.at(rank), owners);
     lab.run(2);
     contacts[static_cast<std::size_t>(rank)] = data.contacts.active.size();
-    EXPECT_GT(border_of(data)->sent_bytes, 0);
-    meeting.leave(rank);
+    EXPECT_GT(border_of(data)->transport.sent().bytes, 0);
+    local.leave(rank);
   };
   std::thread other(step_rank, 1);
   step_rank(0);
@@ -326,11 +326,11 @@ TEST(DistributedStep, RefusesWhatItDoesNotSupport) {
 }
 
 TEST(DistributedStep, MessagesOfAnotherWorldAreRefused) {
-  Meeting meeting(2);
+  LocalRanks local(2);
   const std::int64_t one = 1;
-  meeting.at(1).send(0, std::as_bytes(std::span(&one, 1)));
+  local.at(1).send(0, std::as_bytes(std::span(&one, 1)));
   std::int64_t two[2] = {};
-  EXPECT_THROW(add_up(meeting.at(0), two), Error);
+  EXPECT_THROW(local.at(0).add_up(two), Error);
   // Worlds that differ by some bodies.
   std::vector<std::vector<std::uint64_t>> hashes;
   std::atomic<int> filled{0};
@@ -342,11 +342,10 @@ TEST(DistributedStep, MessagesOfAnotherWorldAreRefused) {
 }
 
 TEST(DistributedStep, WhoWaitsForARankThatHasLeftGetsAnError) {
-  Meeting meeting(2);
-  meeting.leave(1);
-  std::vector<std::byte> message;
+  LocalRanks local(2);
+  local.leave(1);
   try {
-    meeting.at(0).receive(1, message);
+    local.at(0).receive(1);
     FAIL();
   } catch (const Error& error) {
     EXPECT_STREQ(error.what(), "rank 1 has left");

@@ -1,0 +1,260 @@
+// See scree/distributed_world.h: shares a world out, and shares it out anew as bodies move.
+#define XXH_INLINE_ALL
+#include <core/state/snapshot/snapshot_columns.h>
+#include <core/world/edit.h>
+#include <parallel/constraints/constraints.h>
+#include <parallel/crew/crew.h>
+#include <parallel/distributed/border.h>
+#include <parallel/distributed/messages.h>
+#include <parallel/distributed/partition.h>
+#include <scree/distributed_world.h>
+#include <scree/error.h>
+#include <scree/step.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+constexpr int kMostStepsPerLook = 1'000'000;
+constexpr std::int32_t kBodyLoad = 4;  // of a body without constraints, relative to a constraint
+
+bool is_shared_out(const Bodies& bodies, std::size_t body) {
+  return (bodies.flags[body] & kBodyAlive) != 0 && bodies.type[body] == BodyType::dynamic;
+}
+
+WeightedPoint weigh(const WorldData& data, std::int32_t body) {
+  const PoseRow& pose = data.bodies.pose[body];
+  WeightedPoint point{{pose.position[0], pose.position[1], pose.position[2]}, kBodyLoad};
+  if (data.constraints == nullptr) return point;
+  const auto& colors = static_cast<const Constraints&>(*data.constraints).body_colors;
+  if (std::cmp_less(body, colors.size())) point.weight += colors[body].degree;
+  return point;
+}
+
+std::uint64_t digest_of(std::span<const std::byte> bytes, std::uint64_t before) {
+  return XXH3_64bits_withSeed(bytes.data(), bytes.size(), before);
+}
+
+// Of the state of the whole world.
+std::uint64_t digest_of(const World& world) {
+  Snapshot snapshot;
+  save(world, snapshot);
+  std::uint64_t digest = 0;
+  detail::write_snapshot(
+      snapshot,
+      [](void* context, std::span<const std::byte> part, std::size_t) {
+        auto& all = *static_cast<std::uint64_t*>(context);
+        all = digest_of(part, all);
+      },
+      &digest);
+  return digest;
+}
+
+// Throws on all ranks unless all of them hold the same world and were built alike.
+void check_alike(const World& world, Transport& transport) {
+  struct Digest {
+    std::uint64_t build, state;
+  };
+  const std::string_view version = SCREE_VERSION;
+  const Digest own{digest_of(std::as_bytes(std::span(version)), layout_of_columns()), digest_of(world)};
+  const std::vector<Digest> digests = gather_rows<Digest>(transport, own);
+  for (std::size_t rank = 1; rank < digests.size(); ++rank) {
+    const bool build = digests[rank].build != digests[0].build;
+    if (!build && digests[rank].state == digests[0].state) continue;
+    throw Error("DistributedWorld: the " + std::string(build ? "build" : "world") + " of rank " +
+                std::to_string(rank) + " is not that of rank 0");
+  }
+}
+
+void check_options(const DistributedOptions& options) {
+  if (options.steps_per_look < 0 || options.steps_per_look > kMostStepsPerLook) {
+    throw Error("DistributedOptions: steps_per_look is " + std::to_string(options.steps_per_look) +
+                "; it must be in [0, " + std::to_string(kMostStepsPerLook) + "]");
+  }
+  if (!(options.imbalance >= 1.0f)) {
+    throw Error("DistributedOptions: imbalance is " + std::to_string(options.imbalance) +
+                "; it must be at least 1");
+  }
+}
+
+// Of bodies that nobody owns yet, each rank weighs as many as the others.
+Partition first_partition(const WorldData& data, Transport& transport) {
+  const std::size_t rows = data.bodies.flags.size();
+  const auto rank = static_cast<std::size_t>(transport.rank()),
+             ranks = static_cast<std::size_t>(transport.ranks());
+  std::vector<WeightedPoint> points;
+  for (std::size_t body = rows * rank / ranks; body < rows * (rank + 1) / ranks; ++body) {
+    if (is_shared_out(data.bodies, body)) points.push_back(weigh(data, static_cast<std::int32_t>(body)));
+  }
+  return cut_space(transport, points);
+}
+
+// Half of the body's extent, so that one which lies across a cut stays where it is.
+float margin_of(const WorldData& data, std::int32_t body) {
+  const std::int32_t shape = data.bodies.first_shape[body];
+  if (shape < 0) return 0.0f;
+  const BoundsRow& bounds = data.shapes.fat_bounds[shape];
+  float extent = 0.0f;
+  for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, bounds.upper[axis] - bounds.lower[axis]);
+  return std::isfinite(extent) ? 0.5f * extent : 0.0f;
+}
+
+bool is_outside(const PartitionBox& box, const float (&point)[3], float margin) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (point[axis] < box.lower[axis] - margin || point[axis] >= box.upper[axis] + margin) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+struct DistributedWorld::Impl {
+  World world;
+  Transport& transport;
+  DistributedOptions options;
+  Partition partition = {};
+  std::int64_t steps = 0;  // since the world was shared out
+  double load = 1.0;       // when it was weighed last
+  RankStats stats = {};
+
+  WorldData& data() { return internals(world); }
+  Border& border() { return *border_of(data()); }
+
+  // Looks whether bodies should change owners. All ranks decide alike.
+  void look(Workers& workers) {
+    std::vector<WeightedPoint> points;
+    std::vector<std::int64_t> loads(static_cast<std::size_t>(transport.ranks()), 0);
+    std::int64_t& own = loads[static_cast<std::size_t>(transport.rank())];
+    for_each_own([&](std::int32_t body) {
+      points.push_back(weigh(data(), body));
+      own += points.back().weight;
+    });
+    const std::int64_t own_load = own;
+    transport.add_up(loads);
+    std::int64_t all = 0;
+    for (const std::int64_t one : loads) all += one;
+    const double mean = static_cast<double>(all) / static_cast<double>(loads.size());
+    const auto most = static_cast<double>(*std::max_element(loads.begin(), loads.end()));
+    load = mean > 0.0 ? static_cast<double>(own_load) / mean : 1.0;
+    if (most > static_cast<double>(options.imbalance) * mean) partition = cut_space(transport, points);
+    give_strays(workers);
+  }
+
+  void give_strays(Workers& workers) {
+    const PartitionBox box = box_of(partition, transport.rank());
+    std::vector<GivenBody> given;
+    for_each_own([&](std::int32_t body) {
+      const float(&position)[3] = data().bodies.pose[body].position;
+      if (is_outside(box, position, margin_of(data(), body)))
+        given.push_back({body, partition.rank_of(position)});
+    });
+    Crew crew(workers);
+    give_bodies(data(), given, crew);
+  }
+
+  template <class Work>
+  void for_each_own(Work&& work) {
+    for (std::size_t body = 0; body < border().owner.size(); ++body) {
+      const auto row = static_cast<std::int32_t>(body);
+      if (border().owns(row) && is_shared_out(data().bodies, body)) work(row);
+    }
+  }
+};
+
+DistributedWorld::DistributedWorld(World world, Transport& transport, const DistributedOptions& options) {
+  check_options(options);
+  check_alike(world, transport);
+  impl_.reset(new Impl{std::move(world), transport, options});
+  WorldData& data = internals(impl_->world, "DistributedWorld");
+  impl_->partition = first_partition(data, transport);
+  std::vector<std::int32_t> owners(data.bodies.flags.size(), 0);
+  for (std::size_t body = 0; body < owners.size(); ++body) {
+    if (is_shared_out(data.bodies, body))
+      owners[body] = impl_->partition.rank_of(data.bodies.pose[body].position);
+  }
+  divide_world(data, transport, std::move(owners));
+}
+
+DistributedWorld::~DistributedWorld() = default;
+DistributedWorld::DistributedWorld(DistributedWorld&&) noexcept = default;
+DistributedWorld& DistributedWorld::operator=(DistributedWorld&&) noexcept = default;
+
+int DistributedWorld::rank() const noexcept { return impl_->transport.rank(); }
+int DistributedWorld::ranks() const noexcept { return impl_->transport.ranks(); }
+World& DistributedWorld::world() noexcept { return impl_->world; }
+const World& DistributedWorld::world() const noexcept { return impl_->world; }
+
+bool DistributedWorld::owns(BodyId body) const {
+  const Border& border = impl_->border();
+  return impl_->world.is_alive(body) && body.index < border.owner.size() &&
+         border.owns(static_cast<std::int32_t>(body.index));
+}
+
+void DistributedWorld::step(float dt, Workers& workers) {
+  Impl& impl = *impl_;
+  const auto begin = std::chrono::steady_clock::now();
+  const int spacing = impl.options.steps_per_look;
+  if (spacing > 0 && impl.steps > 0 && impl.steps % spacing == 0) impl.look(workers);
+  scree::step(impl.world, dt, workers);
+  ++impl.steps;
+  const Border& border = impl.border();
+  const CountedTransport::Sent& sent = border.transport.sent();
+  std::int64_t border_contacts = 0;
+  for (const Neighbor& with : border.neighbors) {
+    border_contacts += std::count_if(with.edges.begin(), with.edges.end(), [&](std::int32_t edge) {
+      return std::cmp_less(edge, impl.data().contacts.active.size());
+    });
+  }
+  const auto ghosts = static_cast<std::int64_t>(border.ghosts.size());
+  impl.stats = {
+      .bodies = static_cast<std::int64_t>(impl.data().bodies.awake.size()) - ghosts,
+      .ghosts = ghosts,
+      .contacts = impl.world.stats().contacts,
+      .border_contacts = border_contacts,
+      .messages = sent.messages,
+      .bytes = sent.bytes,
+      .step_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count(),
+      .waiting_ms = sent.waiting_ms,
+      .load = impl.load,
+  };
+}
+
+std::uint64_t DistributedWorld::hash() {
+  auto part = static_cast<std::int64_t>(hash_of_part(impl_->data()));
+  impl_->transport.add_up({&part, 1});
+  return static_cast<std::uint64_t>(part);
+}
+
+void DistributedWorld::stats(std::span<RankStats> by_rank) {
+  if (std::cmp_not_equal(by_rank.size(), ranks())) {
+    throw Error("DistributedWorld::stats: there are " + std::to_string(ranks()) + " ranks, and room for " +
+                std::to_string(by_rank.size()));
+  }
+  const std::vector<RankStats> rows = gather_rows<RankStats>(impl_->transport, impl_->stats);
+  std::copy(rows.begin(), rows.end(), by_rank.begin());
+}
+
+void DistributedWorld::save(Snapshot& snapshot, Workers& workers) {
+  Impl& impl = *impl_;
+  const std::vector<std::int32_t> owners = impl.border().owner;
+  std::vector<GivenBody> given;
+  impl.for_each_own([&](std::int32_t body) { given.push_back({body, 0}); });
+  Crew crew(workers);
+  give_bodies(impl.data(), given, crew);
+  if (rank() == 0) scree::save(impl.world, snapshot);
+  given.clear();
+  impl.for_each_own([&](std::int32_t body) {
+    given.push_back({body, owners[static_cast<std::size_t>(body)]});
+  });
+  give_bodies(impl.data(), given, crew);
+}
+
+}  // namespace scree

@@ -1,0 +1,164 @@
+// See partition.h. All groups of ranks are cut at once, level by level. A cut is found as the ranks add up
+// histograms of weight along its axis, each round of a finer one within the bin that the cut is in.
+#include <parallel/distributed/messages.h>
+#include <parallel/distributed/partition.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+constexpr int kBins = 32, kRounds = 5;  // 2^25 places, as many as a float has digits
+
+// Ranks that have not been parted yet.
+struct Group {
+  std::int32_t begin, end;   // ranks
+  float lower[3], upper[3];  // around its points
+  std::int32_t axis = 0;     // of the cut that is sought
+  float from = 0, to = 0;    // which is in here
+  std::int64_t below = 0;    // weight before `from`
+  std::int64_t wanted = 0;   // weight for the lower half of the ranks
+};
+
+bool is_parted(const Group& group) { return group.end - group.begin < 2; }
+std::int32_t middle_of(const Group& group) { return group.begin + (group.end - group.begin) / 2; }
+
+Group group_of_all(Transport& transport, std::span<const WeightedPoint> points) {
+  struct Reach {
+    float lower[3], upper[3];
+  };
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  Reach own{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+  for (const WeightedPoint& point : points) {
+    for (int axis = 0; axis < 3; ++axis) {
+      own.lower[axis] = std::min(own.lower[axis], point.position[axis]);
+      own.upper[axis] = std::max(own.upper[axis], point.position[axis]);
+    }
+  }
+  Group all{0, transport.ranks(), {}, {}};
+  std::copy(std::begin(own.lower), std::end(own.lower), all.lower);
+  std::copy(std::begin(own.upper), std::end(own.upper), all.upper);
+  for (const Reach& reach : gather_rows<Reach>(transport, own)) {
+    for (int axis = 0; axis < 3; ++axis) {
+      all.lower[axis] = std::min(all.lower[axis], reach.lower[axis]);
+      all.upper[axis] = std::max(all.upper[axis], reach.upper[axis]);
+    }
+  }
+  return all;
+}
+
+// The place of a point in the histogram of its group: 0 before `from`, kBins + 1 from `to` on.
+int bin_of(const Group& group, const WeightedPoint& point) {
+  const float at = point.position[group.axis];
+  if (!(at >= group.from)) return 0;
+  if (at >= group.to) return kBins + 1;
+  const float share = (at - group.from) / (group.to - group.from);
+  return 1 + std::min(kBins - 1, static_cast<int>(share * kBins));
+}
+
+// Where a bin begins. Rounded as it may be, it only moves a cut.
+float begin_of(const Group& group, int bin) {
+  return group.from + (group.to - group.from) * (static_cast<float>(bin) / kBins);
+}
+
+void choose_axes(std::vector<Group>& groups) {
+  for (Group& group : groups) {
+    const auto reach = [&](int axis) { return group.upper[axis] - group.lower[axis]; };
+    group.axis = 0;
+    for (const int axis : {1, 2}) {
+      if (reach(axis) > reach(group.axis)) group.axis = axis;
+    }
+    group.from = group.lower[group.axis];
+    group.to = std::nextafter(group.upper[group.axis], std::numeric_limits<float>::infinity());
+    group.below = 0;
+  }
+}
+
+// Narrows the place of each group's cut to one bin. `group_of`: of each point.
+void narrow(Transport& transport, std::span<const WeightedPoint> points,
+            std::span<const std::int32_t> group_of, std::vector<Group>& groups, bool first) {
+  std::vector<std::int64_t> weights(groups.size() * kBins, 0);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto group = static_cast<std::size_t>(group_of[i]);
+    const int bin = bin_of(groups[group], points[i]);
+    if (bin >= 1 && bin <= kBins)
+      weights[group * kBins + static_cast<std::size_t>(bin - 1)] += points[i].weight;
+  }
+  transport.add_up(weights);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    Group& group = groups[i];
+    const std::span<const std::int64_t> bins = std::span(weights).subspan(i * kBins, kBins);
+    if (first) {
+      std::int64_t all = 0;
+      for (const std::int64_t weight : bins) all += weight;
+      group.wanted = all * (middle_of(group) - group.begin) / std::max(group.end - group.begin, 1);
+    }
+    int bin = 0;
+    while (bin < kBins - 1 && group.below + bins[static_cast<std::size_t>(bin)] <= group.wanted)
+      group.below += bins[static_cast<std::size_t>(bin++)];
+    const float from = begin_of(group, bin), to = begin_of(group, bin + 1);
+    group.from = from;
+    group.to = to;
+  }
+}
+
+// Each group that has a cut becomes two.
+void part(std::vector<Group>& groups, Partition& partition, std::span<const WeightedPoint> points,
+          std::span<std::int32_t> group_of) {
+  std::vector<Group> parts;
+  std::vector<std::int32_t> lower_part(groups.size());
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const Group& group = groups[i];
+    lower_part[i] = static_cast<std::int32_t>(parts.size());
+    if (is_parted(group)) {
+      parts.push_back(group);
+      continue;
+    }
+    const std::int32_t middle = middle_of(group);
+    partition.cuts[static_cast<std::size_t>(middle)] = {group.axis, group.from};
+    Group lower = group, upper = group;
+    lower.end = upper.begin = middle;
+    lower.upper[group.axis] = upper.lower[group.axis] = group.from;
+    parts.push_back(lower);
+    parts.push_back(upper);
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Group& group = groups[static_cast<std::size_t>(group_of[i])];
+    const bool is_upper = !is_parted(group) && !(points[i].position[group.axis] < group.from);
+    group_of[i] = lower_part[static_cast<std::size_t>(group_of[i])] + (is_upper ? 1 : 0);
+  }
+  groups = std::move(parts);
+}
+
+}  // namespace
+
+PartitionBox box_of(const Partition& partition, std::int32_t rank) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  PartitionBox box{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+  std::int32_t begin = 0, end = static_cast<std::int32_t>(partition.cuts.size());
+  while (end - begin > 1) {
+    const std::int32_t middle = begin + (end - begin) / 2;
+    const Cut& cut = partition.cuts[static_cast<std::size_t>(middle)];
+    (rank < middle ? box.upper : box.lower)[cut.axis] = cut.at;
+    (rank < middle ? end : begin) = middle;
+  }
+  return box;
+}
+
+Partition cut_space(Transport& transport, std::span<const WeightedPoint> points) {
+  Partition partition;
+  partition.cuts.resize(static_cast<std::size_t>(transport.ranks()));
+  std::vector<Group> groups{group_of_all(transport, points)};
+  std::vector<std::int32_t> group_of(points.size(), 0);
+  while (!std::all_of(groups.begin(), groups.end(), is_parted)) {
+    choose_axes(groups);
+    for (int round = 0; round < kRounds; ++round) narrow(transport, points, group_of, groups, round == 0);
+    part(groups, partition, points, group_of);
+  }
+  return partition;
+}
+
+}  // namespace scree

@@ -1,0 +1,81 @@
+// DistributedWorld: one world that many ranks step together, with the bits of a single process for every
+// number of ranks.
+#pragma once
+
+#include <scree/snapshot.h>
+#include <scree/transport.h>
+#include <scree/workers.h>
+#include <scree/world.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace scree {
+
+/// How bodies are shared out among ranks. No result depends on it.
+struct DistributedOptions {
+  /// Steps from one look at the shares to the next, at which bodies that have left their rank's part of the
+  /// space go to another rank; 0: never, else up to 1e6.
+  int steps_per_look = 16;
+  /// From which load on, relative to the mean of all ranks, the space is cut anew; at least 1.
+  float imbalance = 1.1f;
+};
+
+/// What a rank had in the last step.
+struct RankStats {
+  std::int64_t bodies = 0;    ///< dynamic ones that it owns
+  std::int64_t ghosts = 0;    ///< bodies of others that its own ones may meet
+  std::int64_t contacts = 0;  ///< touching manifolds that it computes; those across borders on both sides
+  std::int64_t border_contacts = 0;  ///< of these, those of bodies of two ranks
+  std::int64_t messages = 0;         ///< that it has sent
+  std::int64_t bytes = 0;            ///< in these
+  double step_ms = 0.0;              ///< of the whole step on this rank
+  double waiting_ms = 0.0;           ///< of this, for messages of others
+  double load = 0.0;                 ///< of the bodies and their contacts, relative to the mean of all ranks
+};
+
+/// A part of a world on each rank. All ranks hold the rows of all bodies, and each moves those that it owns
+/// and those near them; pose() and the like of other bodies say nothing. Kinematic and fixed bodies are on
+/// every rank. Calls that change the world are made on all ranks alike, between two steps.
+///
+/// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
+///
+/// Not supported yet, and refused by an Error: bodies that sleep, continuous motion, solvers other than the
+/// soft step, joints that may break, bodies that are created later, contacts of two bodies of more than 32
+/// constraints each. Events are those of the contacts that a rank knows.
+class SCREE_API DistributedWorld {
+ public:
+  /// Takes a world that all ranks have filled alike. `transport` must outlive this. All ranks call it
+  /// together. Throws Error on all ranks where the worlds or the builds differ, and for what is not
+  /// supported.
+  DistributedWorld(World world, Transport& transport, const DistributedOptions& options = {});
+  ~DistributedWorld();
+  DistributedWorld(DistributedWorld&&) noexcept;  ///< the other one can only be assigned to or destroyed
+  DistributedWorld& operator=(
+      DistributedWorld&&) noexcept;  ///< the other one can only be assigned to or destroyed
+
+  int rank() const noexcept;            ///< this one, from 0
+  int ranks() const noexcept;           ///< how many there are
+  World& world() noexcept;              ///< this rank's part
+  const World& world() const noexcept;  ///< as the other one
+  /// Whether the body is this rank's to move. False for kinematic and fixed bodies, which are everybody's,
+  /// and for dead ones.
+  bool owns(BodyId body) const;
+
+  /// As scree::step. All ranks call it together, with the same time step.
+  void step(float dt, Workers& workers);
+  /// World::hash of the whole world. All ranks call it together and get the same.
+  std::uint64_t hash();
+  /// By rank, of which there are ranks(); throws Error for another length. All ranks call it together.
+  void stats(std::span<RankStats> by_rank);
+  /// Saves the whole world on rank 0; any number of ranks, or a single process, goes on from there with the
+  /// same bits. On other ranks `snapshot` stays as it is. All ranks call it together.
+  void save(Snapshot& snapshot, Workers& workers);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace scree

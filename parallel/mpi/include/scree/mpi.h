@@ -1,0 +1,37 @@
+// MpiTransport: messages between the processes of an MPI program, for a distributed world. Of the target
+// scree::mpi, which builds with -DSCREE_MPI=ON; the library itself knows no MPI.
+#pragma once
+
+#include <mpi.h>
+#include <scree/export.h>
+#include <scree/transport.h>
+
+#include <memory>
+
+namespace scree {
+
+/// The ranks of a communicator. MPI must have been initialized, with at least MPI_THREAD_FUNNELED where steps
+/// have helpers, and must be finalized after the transport has ended.
+class SCREE_API MpiTransport final : public Transport {
+ public:
+  /// All ranks of the communicator call it together. Messages are apart from those of the caller.
+  /// Throws Error where MPI reports a failure.
+  explicit MpiTransport(MPI_Comm communicator);
+  /// All ranks end theirs together.
+  ~MpiTransport() override;
+  MpiTransport(const MpiTransport&) = delete;
+  MpiTransport& operator=(const MpiTransport&) = delete;
+
+  int rank() const override;
+  int ranks() const override;
+  /// Throws Error for a message of 2 GiB or more, and where MPI reports a failure.
+  void send(int to, std::span<const std::byte> message) override;
+  std::span<const std::byte> receive(int from) override;
+  void add_up(std::span<std::int64_t> values) override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace scree

@@ -1,0 +1,234 @@
+// Laws of DistributedWorld: the bits of one process while bodies change owners, and saving and going on with
+// another number of ranks.
+#include <gtest/gtest.h>
+#include <scree/distributed_world.h>
+#include <scree/error.h>
+#include <scree/step.h>
+#include <tests/parallel/distributed/local_ranks.h>
+#include <tests/physics/lab.h>
+#include <tools/scenes/scene.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace scree {
+namespace {
+
+using distributed_tests::all_of;
+using distributed_tests::run_ranks;
+using physics::kStep;
+
+// What all ranks do alike before each step.
+using Direct = std::function<void(World&, const std::vector<BodyId>&, int step)>;
+
+struct Start {
+  World world;
+  std::vector<BodyId> bodies;
+};
+
+Start start_of(const std::string& name, const scenes::Parameters& parameters) {
+  scenes::Scene scene = scenes::build(name, parameters).front();
+  scene.settings.sleeping = false;
+  scene.settings.continuous = false;
+  Start start{World(scene.settings), {}};
+  start.bodies = scenes::populate(start.world, scene);
+  return start;
+}
+
+Start falling_column() { return start_of("pile", {{"bodies", 240}}); }
+
+std::vector<std::uint64_t> hashes_of_one(const std::function<Start()>& make, int steps,
+                                         const Direct& direct) {
+  Start start = make();
+  Workers workers(1);
+  std::vector<std::uint64_t> hashes;
+  for (int i = 0; i < steps; ++i) {
+    if (direct) direct(start.world, start.bodies, i);
+    step(start.world, kStep, workers);
+    hashes.push_back(start.world.hash());
+  }
+  return hashes;
+}
+
+void expect_bits_of_one(const std::function<Start()>& make, int ranks, int steps,
+                        const DistributedOptions& options, const Direct& direct = {}) {
+  const std::vector<std::uint64_t> expected = hashes_of_one(make, steps, direct);
+  std::vector<std::vector<std::uint64_t>> hashes(static_cast<std::size_t>(ranks));
+  const auto errors = run_ranks(ranks, [&](int rank, Transport& transport) {
+    Start start = make();
+    Workers workers(1);
+    DistributedWorld world(std::move(start.world), transport, options);
+    for (int i = 0; i < steps; ++i) {
+      if (direct) direct(world.world(), start.bodies, i);
+      world.step(kStep, workers);
+      hashes[static_cast<std::size_t>(rank)].push_back(world.hash());
+    }
+  });
+  EXPECT_EQ(all_of(errors), "");
+  for (const std::vector<std::uint64_t>& of_rank : hashes) EXPECT_EQ(of_rank, expected) << ranks << " ranks";
+}
+
+TEST(DistributedWorld, HasTheBitsOfOneProcessWhileBodiesChangeOwners) {
+  for (const int ranks : {1, 2, 3, 4})
+    expect_bits_of_one(falling_column, ranks, 120, {.steps_per_look = 3, .imbalance = 1.0f});
+  expect_bits_of_one([] { return start_of("ragdolls", {{"ragdolls", 12}}); }, 3, 120, {.steps_per_look = 5});
+}
+
+TEST(DistributedWorld, CallsOfAllRanksHaveTheBitsOfOneProcess) {
+  const Direct direct = [](World& world, const std::vector<BodyId>& bodies, int step) {
+    physics::Random random(static_cast<std::uint64_t>(step) + 5);
+    for (int i = 0; i < 6; ++i) {
+      const auto place =
+          static_cast<std::size_t>(random.uniform(0, static_cast<float>(bodies.size()) - 0.5f));
+      const BodyId body = bodies[place];
+      if (world.body_type(body) != BodyType::dynamic) continue;
+      if (i % 3 == 0) world.set_linear_velocity(body, {random.uniform(-3, 3), 4, random.uniform(-3, 3)});
+      if (i % 3 == 1) world.add_force(body, {0, 500.0f * random.uniform(0, 1), 0});
+      if (i % 3 == 2 && step % 10 == 0) {
+        world.set_pose(body,
+                       {{random.uniform(-4, 4), 8.0f + random.uniform(0, 4), random.uniform(-4, 4)}, {}});
+        world.set_angular_velocity(body, {0, 1, 0});
+      }
+    }
+  };
+  expect_bits_of_one(falling_column, 3, 100, {.steps_per_look = 4}, direct);
+}
+
+TEST(DistributedWorld, GoesOnFromASnapshotWithAnyNumberOfRanks) {
+  constexpr int kSaved = 50, kSteps = 90;
+  const std::vector<std::uint64_t> expected = hashes_of_one(falling_column, kSteps, {});
+  Snapshot snapshot;
+  const auto errors = run_ranks(4, [&](int rank, Transport& transport) {
+    Workers workers(1);
+    DistributedWorld world(falling_column().world, transport, {.steps_per_look = 8});
+    for (int i = 0; i < kSaved; ++i) world.step(kStep, workers);
+    Snapshot own;
+    world.save(own, workers);
+    EXPECT_EQ(own.is_empty(), rank != 0);
+    if (rank == 0) snapshot = std::move(own);
+    for (int i = kSaved; i < kSteps; ++i) {
+      world.step(kStep, workers);
+      EXPECT_EQ(world.hash(), expected[static_cast<std::size_t>(i)]) << "after it was saved, step " << i;
+    }
+  });
+  ASSERT_EQ(all_of(errors), "");
+  World alone;
+  restore(alone, snapshot);
+  Workers workers(1);
+  for (int i = kSaved; i < kSteps; ++i) {
+    step(alone, kStep, workers);
+    ASSERT_EQ(alone.hash(), expected[static_cast<std::size_t>(i)]) << "one process, step " << i;
+  }
+  const auto errors_of_three = run_ranks(3, [&](int, Transport& transport) {
+    World restored;
+    restore(restored, snapshot);
+    Workers own_workers(1);
+    DistributedWorld world(std::move(restored), transport);
+    for (int i = kSaved; i < kSteps; ++i) {
+      world.step(kStep, own_workers);
+      EXPECT_EQ(world.hash(), expected[static_cast<std::size_t>(i)]) << "three ranks, step " << i;
+    }
+  });
+  EXPECT_EQ(all_of(errors_of_three), "");
+}
+
+TEST(DistributedWorld, SharesTheLoadWhileAPileSpreads) {
+  constexpr int kRanks = 4;
+  std::vector<RankStats> stats;
+  std::size_t bodies = 0;
+  const auto errors = run_ranks(kRanks, [&](int rank, Transport& transport) {
+    Start start = falling_column();
+    Workers workers(1);
+    DistributedWorld world(std::move(start.world), transport, {.steps_per_look = 4});
+    for (int i = 0; i < 150; ++i) world.step(kStep, workers);
+    std::vector<RankStats> all(kRanks);
+    world.stats(all);
+    EXPECT_THROW(world.stats(std::span(all).first(1)), Error);
+    if (rank == 0) stats = all;
+    std::int64_t owned = 0;
+    for (const BodyId body : start.bodies) owned += world.owns(body) ? 1 : 0;
+    EXPECT_EQ(owned, all[static_cast<std::size_t>(rank)].bodies);
+    if (rank == 0) {
+      bodies =
+          static_cast<std::size_t>(std::count_if(start.bodies.begin(), start.bodies.end(), [&](BodyId body) {
+            return world.world().body_type(body) == BodyType::dynamic;
+          }));
+    }
+  });
+  ASSERT_EQ(all_of(errors), "");
+  ASSERT_EQ(stats.size(), std::size_t{kRanks});
+  std::int64_t all = 0;
+  for (const RankStats& one : stats) {
+    all += one.bodies;
+    EXPECT_GT(one.contacts, 0);
+    EXPECT_GT(one.ghosts, 0);
+    EXPECT_LT(one.load, 1.3);
+    EXPECT_GT(one.bytes, one.messages);
+    EXPECT_LE(one.waiting_ms, one.step_ms);
+  }
+  EXPECT_EQ(all, static_cast<std::int64_t>(bodies));
+}
+
+TEST(DistributedWorld, WorldsThatDifferAreRefusedByAllRanks) {
+  const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
+    Start start = falling_column();
+    if (rank == 2) start.world.set_user_data(start.bodies.back(), 7);
+    DistributedWorld world(std::move(start.world), transport);
+  });
+  for (const std::string& error : errors)
+    EXPECT_EQ(error, "DistributedWorld: the world of rank 2 is not that of rank 0");
+}
+
+TEST(DistributedWorld, RefusesBadOptions) {
+  const auto refused = [](const DistributedOptions& options) {
+    return run_ranks(1, [&](int, Transport& transport) {
+      DistributedWorld world(falling_column().world, transport, options);
+    })[0];
+  };
+  EXPECT_NE(refused({.steps_per_look = -1}).find("steps_per_look is -1"), std::string::npos);
+  EXPECT_NE(refused({.imbalance = 0.5f}).find("imbalance is 0.5"), std::string::npos);
+  EXPECT_NE(refused({.imbalance = std::nanf("")}).find("at least 1"), std::string::npos);
+  EXPECT_EQ(refused({.steps_per_look = 0}), "");
+  EXPECT_THROW(LocalRanks(0), Error);
+  EXPECT_THROW(LocalRanks(5000), Error);
+}
+
+TEST(DistributedWorld, RefusesWhatIsNotSupported) {
+  const auto refused = [](const std::function<void(World&)>& change) {
+    return run_ranks(1, [&](int, Transport& transport) {
+      World world = falling_column().world;
+      change(world);
+      DistributedWorld distributed(std::move(world), transport);
+    })[0];
+  };
+  const auto with = [](auto&& change) {
+    return [=](World& world) {
+      WorldSettings settings = world.settings();
+      change(settings);
+      world.set_settings(settings);
+    };
+  };
+  EXPECT_NE(refused(with([](WorldSettings& s) { s.sleeping = true; })).find("sleep"), std::string::npos);
+  EXPECT_NE(refused(with([](WorldSettings& s) { s.continuous = true; })).find("continuous"),
+            std::string::npos);
+  EXPECT_NE(refused(with([](WorldSettings& s) { s.solver = Solver::sequential_impulse; })).find("soft-step"),
+            std::string::npos);
+}
+
+TEST(DistributedWorld, RefusesBodiesThatAreCreatedLater) {
+  const auto errors = run_ranks(2, [&](int, Transport& transport) {
+    Workers workers(1);
+    DistributedWorld world(falling_column().world, transport);
+    world.step(kStep, workers);
+    world.world().add_shape(world.world().create_body({.position = {0, 40, 0}}), Sphere{0.5f});
+    world.step(kStep, workers);
+  });
+  for (const std::string& error : errors)
+    EXPECT_NE(error.find("owners were given for"), std::string::npos) << error;
+}
+
+}  // namespace
+}  // namespace scree

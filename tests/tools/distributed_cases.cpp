@@ -1,0 +1,59 @@
+// Laws of `mpirun scree run --distributed`: the hash of a single process, and what it prints.
+#include <tests/run_program.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace {
+
+using scree::testing::Outcome;
+
+class DistributedCommand : public scree::testing::ProgramTest {
+ protected:
+  Outcome scree(const std::string& arguments) { return run("'" SCREE_COMMAND "' run " + arguments); }
+  // More ranks than cores take turns.
+  Outcome mpirun(int ranks, const std::string& arguments) {
+    return run("OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 '" SCREE_MPIRUN
+               "' --oversubscribe --mca mpi_yield_when_idle 1 -np " +
+               std::to_string(ranks) + " '" SCREE_COMMAND "' run --distributed --threads 1 " + arguments);
+  }
+};
+
+const std::string kScene = "pile --set bodies=300 --steps 60 --no-continuous --quiet --json - ";
+
+TEST_F(DistributedCommand, HasTheHashOfOneProcess) {
+  const Outcome one = scree(kScene + "--no-sleep --isa scalar");
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  const nlohmann::json expected = nlohmann::json::parse(one.out);
+  for (const int ranks : {1, 2, 4}) {
+    const Outcome outcome = mpirun(ranks, kScene + "--no-sleep");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const nlohmann::json figures = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(figures["hash"], expected["hash"]) << ranks << " ranks";
+    EXPECT_EQ(figures["contacts"], expected["contacts"]) << ranks << " ranks";
+    EXPECT_EQ(figures["awake_bodies"], expected["awake_bodies"]) << ranks << " ranks";
+    ASSERT_EQ(figures["ranks"].size(), static_cast<std::size_t>(ranks));
+    for (const nlohmann::json& rank : figures["ranks"]) EXPECT_LT(rank["load"], 1.5);
+  }
+}
+
+TEST_F(DistributedCommand, PrintsARowForEachRank) {
+  const Outcome outcome = mpirun(3, "pile --set bodies=100 --steps 5 --no-continuous --no-sleep --quiet");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* const name : {"ranks", "rank 0", "rank 2", "waiting", "load", "hash"})
+    EXPECT_NE(outcome.out.find(name), std::string::npos) << name << "\n" << outcome.out;
+}
+
+TEST_F(DistributedCommand, EndsAllProcessesWithTheReason) {
+  const auto refused = [&](const std::string& arguments, const std::string& reason) {
+    const Outcome outcome = mpirun(2, arguments);
+    EXPECT_NE(outcome.exit_code, 0) << arguments;
+    EXPECT_NE(outcome.err.find(reason), std::string::npos) << arguments << "\n" << outcome.err;
+  };
+  refused("no_such_scene", "no_such_scene");
+  refused("pile --steps 0", "--steps");
+  refused("pile --picture x.png", "not with --distributed");
+  refused("many_worlds --set worlds=2 --set bodies=10", "--set worlds=1");
+}
+
+}  // namespace

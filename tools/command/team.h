@@ -1,0 +1,28 @@
+// The processes of a distributed run.
+#pragma once
+
+#include <scree/scree.h>
+
+#include <exception>
+#include <memory>
+#include <vector>
+
+namespace scree::command {
+
+// In a build without MPI there is none.
+class Team {
+ public:
+  virtual ~Team() = default;
+  virtual bool leads() const = 0;                 // one of them, which prints
+  virtual int threads_each(int asked) const = 0;  // 0: the cores of this machine are shared out
+  // The world becomes this process's part of it.
+  virtual void take(World world) = 0;
+  virtual DistributedWorld& world() = 0;
+  // Ends all processes with the message. Before the world is taken all of them fail alike: then one tells.
+  [[noreturn]] virtual void fail(const std::exception& error, int exit_code) = 0;
+};
+
+// Throws Error in a build without MPI.
+std::unique_ptr<Team> make_team();
+
+}  // namespace scree::command
