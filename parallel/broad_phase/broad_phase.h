@@ -180,6 +180,8 @@ void refit_tree(const WorldData& data, PairTree& tree, Crew& crew);
 void refit_leaf(const WorldData& data, PairTree& tree, std::int32_t block, Crew& crew);
 // Adds rows in the order of their pairs, none of which is in the list, to Contacts::pairs.
 void add_pairs(WorldData& data, const PairRows& added, Crew& crew);
+// Moves all pairs at rest there, until the next list of pairs.
+void pull_all_pairs(WorldData& data, Crew& crew);
 // Which pairs a join finds.
 enum class JoinScope {
   all,

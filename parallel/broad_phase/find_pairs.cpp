@@ -152,14 +152,10 @@ void list_leaving(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   std::sort(leaving.begin(), leaving.end());
 }
 
-// Moves the pairs of which a shape has left its tree or was changed by a call from `resting` back into the
-// last list. Returns whether there are any.
-bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
+// Moves the rows BroadPhase::frozen_pairs, which ascend, from `resting` back into the last list.
+void take_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   Contacts& contacts = data.contacts;
   PairRows& pulled = broad_phase.pulled;
-  if (contacts.resting.pair.empty() || (broad_phase.leavers.empty() && !broad_phase.all_left)) return false;
-  list_leaving(data, broad_phase, crew);
-  if (broad_phase.frozen_pairs.empty()) return false;
   broad_phase.by_pair.resize_discarding(broad_phase.frozen_pairs.size());
   std::copy(broad_phase.frozen_pairs.begin(), broad_phase.frozen_pairs.end(), broad_phase.by_pair.begin());
   sort_by_pair(broad_phase, contacts.resting.pair, broad_phase.by_pair, crew);
@@ -168,6 +164,16 @@ bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
   remove_resting(data, broad_phase.frozen_pairs);
   contacts.resting_contacts -= count_contacts(contacts, pulled);
   add_pairs(data, pulled, crew);
+}
+
+// Moves the pairs of which a shape has left its tree or was changed by a call from `resting` back into the
+// last list. Returns whether there are any.
+bool pull_rows(WorldData& data, BroadPhase& broad_phase, Crew& crew) {
+  if (data.contacts.resting.pair.empty()) return false;
+  if (broad_phase.leavers.empty() && !broad_phase.all_left) return false;
+  list_leaving(data, broad_phase, crew);
+  if (broad_phase.frozen_pairs.empty()) return false;
+  take_rows(data, broad_phase, crew);
   return true;
 }
 
@@ -232,6 +238,14 @@ void add_pairs(WorldData& data, const PairRows& added, Crew& crew) {
     if (hulls) all.axis[place] = from.axis.empty() ? ContactAxis{} : from.axis[row];
   });
   swap_pairs(contacts);
+}
+
+void pull_all_pairs(WorldData& data, Crew& crew) {
+  BroadPhase& broad_phase = broad_phase_of(data);
+  const std::size_t rows = data.contacts.resting.pair.size();
+  if (rows == 0) return;
+  list_where(crew, rows, broad_phase.places, broad_phase.frozen_pairs, [](std::int32_t) { return true; });
+  take_rows(data, broad_phase, crew);
 }
 
 void find_pairs(WorldData& data, Crew& crew) {

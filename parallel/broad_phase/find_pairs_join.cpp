@@ -73,6 +73,7 @@ bool bounds_meet(const BoundsRow& x, const BoundsRow& y) {
 void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin, int end,
                 Column<ShapePair>& pairs) {
   const bool changed = data.contacts.pairs_stale || !broad_phase.dirty.empty();
+  const Border* const border = border_of(data);
   for (int row = begin; row < end; ++row) {
     const ShapePair pair = data.contacts.pairs.pair[row];
     const std::int32_t a = pair.a, b = pair.b;
@@ -80,6 +81,7 @@ void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin,
     if (changed) {
       if (((data.shapes.flags[a] | data.shapes.flags[b]) & kShapeNew) != 0) continue;
       if (!may_collide(data, pair.a, pair.b)) continue;
+      if (!knows(border, data.shapes.body[pair.a], data.shapes.body[pair.b])) continue;
       const bool either_dirty = (broad_phase.is_dirty[a] | broad_phase.is_dirty[b]) != 0;
       if (either_dirty && !bounds_meet(data.shapes.fat_bounds[a], data.shapes.fat_bounds[b])) continue;
     }

@@ -5,6 +5,7 @@
 #include <core/world/edit.h>
 #include <core/world/wake.h>
 #include <parallel/distributed/messages.h>
+#include <parallel/islands/islands.h>
 
 #include <span>
 #include <vector>
@@ -18,6 +19,7 @@ struct BodyMotion {
   DriftRow drift;
   Pose transform;
   float sleep_time;
+  std::int32_t is_asleep;
 };
 
 struct ShapeMotion {
@@ -40,18 +42,28 @@ inline void send_bodies(Border& border, std::int32_t to, const WorldData& data,
   const Bodies& bodies = data.bodies;
   const Shapes& shapes = data.shapes;
   send_rows<BodyMotion>(border.transport, to, sent, [&](std::int32_t body) {
-    return BodyMotion{bodies.pose[body],  bodies.velocity[body],  bodies.force[body],
-                      bodies.drift[body], bodies.transform[body], bodies.sleep_time[body]};
+    return BodyMotion{bodies.pose[body],
+                      bodies.velocity[body],
+                      bodies.force[body],
+                      bodies.drift[body],
+                      bodies.transform[body],
+                      bodies.sleep_time[body],
+                      is_asleep(bodies, body) ? 1 : 0};
   });
   send_rows<ShapeMotion>(border.transport, to, shapes_of(data, sent), [&](std::int32_t shape) {
     return ShapeMotion{shapes.pose[shape], shapes.fat_bounds[shape], shapes.motion[shape]};
   });
 }
 
-// Notes for refresh_lists that the body comes or goes; the trees of its shapes follow.
-inline void set_absent(WorldData& data, std::int32_t body, bool absent) {
-  data.bodies.is_absent[body] = absent ? 1 : 0;
-  note_change(data.bodies, body);
+// Notes for refresh_lists that the body comes or goes; the trees of its shapes follow. A body that is absent
+// does not count as asleep.
+inline void set_absent(WorldData& data, std::int32_t body, bool absent, bool asleep = false) {
+  Bodies& bodies = data.bodies;
+  bodies.asleep += (asleep ? 1 : 0) - (is_asleep(bodies, body) ? 1 : 0);
+  bodies.flags[body] = static_cast<std::uint8_t>(bodies.flags[body] & ~kBodyAsleep);
+  if (asleep) bodies.flags[body] |= std::uint8_t{kBodyAsleep};
+  bodies.is_absent[body] = absent ? 1 : 0;
+  note_change(bodies, body);
   for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
     data.shapes.tree[shape] = absent ? TreeKind::none : tree_of(data.bodies, body);
     if (absent) data.shapes.motion[shape] = motion_at_rest(data.shapes.pose[shape]);
@@ -65,6 +77,11 @@ inline void receive_bodies(Border& border, std::int32_t from, WorldData& data,
   Shapes& shapes = data.shapes;
   receive_rows<BodyMotion>(border.transport, from, received,
                            [&](std::int32_t body, const BodyMotion& motion) {
+                             if (bodies.is_absent[body] != 0) {
+                               set_absent(data, body, false, motion.is_asleep != 0);
+                             } else if (motion.is_asleep == 0) {
+                               wake_body(data, body);
+                             }
                              bodies.pose[body] = motion.pose;
                              bodies.velocity[body] = motion.velocity;
                              bodies.force[body] = motion.force;
@@ -80,9 +97,6 @@ inline void receive_bodies(Border& border, std::int32_t from, WorldData& data,
                               shapes.motion[shape] = motion.motion;
                               shapes.marks.mark(shape);
                             });
-  for (const std::int32_t body : received) {
-    if (bodies.is_absent[body] != 0) set_absent(data, body, false);
-  }
 }
 
 }  // namespace scree

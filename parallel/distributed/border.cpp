@@ -16,7 +16,6 @@ namespace {
 [[noreturn]] void refuse(const std::string& what) { throw Error("divide_world: " + what); }
 
 void check(const WorldData& data, const Transport& transport, const std::vector<std::int32_t>& owner) {
-  if (data.settings.sleeping) refuse("bodies that sleep are not supported yet");
   if (data.settings.continuous) refuse("continuous motion is not supported yet");
   for (std::size_t joint = 0; joint < data.joints.flags.size(); ++joint) {
     if ((data.joints.flags[joint] & (kJointAlive | kJointBreaks)) == (kJointAlive | kJointBreaks))
@@ -81,7 +80,7 @@ void Border::report(const char* store, const Visit& visit) const {
       lists += bytes(way->bodies) + bytes(way->ends);
   }
   for (const Halo& halo : halos) lists += bytes(halo.lent) + bytes(halo.borrowed) + bytes(halo.tied);
-  lists += places.capacity_bytes() + found.capacity_bytes();
+  lists += places.capacity_bytes() + found.capacity_bytes() + own_shapes.capacity_bytes();
   const std::size_t all = bytes(owner) + bytes(ghosts) + bytes(boxes) + bytes(waits) + lists;
   static const Attributes kPlain{};
   visit(Member{ColumnKind::scratch, MemberForm::list, store, "border", kPlain}, this, 1, all, all);
@@ -91,8 +90,8 @@ void check_border(const WorldData& data) {
   const Border& border = *border_of(data);
   const Joints& joints = data.joints;
   const bool same = !data.bodies.lists_dirty && joints.changed.empty() && !joints.all_changed;
-  if (same && border.owner.size() == data.bodies.flags.size() && !data.settings.sleeping &&
-      !data.settings.continuous && data.settings.solver == Solver::soft_step) {
+  if (same && border.owner.size() == data.bodies.flags.size() && !data.settings.continuous &&
+      data.settings.solver == Solver::soft_step) {
     return;
   }
   check(data, border.transport, border.owner);

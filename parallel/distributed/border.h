@@ -8,8 +8,8 @@
 //
 // Of the bodies of others a rank has those that its own ones may touch or are jointed to: ghosts. All further
 // ones are absent. Yet each rank has rows for all bodies, with what does not change in a step, and rows are
-// the same on all ranks, so all orders by row are. Bodies stay awake and are not swept, no two hubs touch,
-// and joints do not break.
+// the same on all ranks, so all orders by row are. Ghosts sleep and wake as their owners say. Bodies are not
+// swept, no two hubs touch, and joints do not break.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -72,6 +72,7 @@ struct Border final : Part {
   bool halos_stale = true;             // owners have changed: what is lent must be sent anew
   bool ties_stale = true;              // owners or joints have changed
   std::vector<std::int32_t> ghosts;    // all bodies of others that are here, ascending
+  Column<std::int32_t> own_shapes;     // that are there, of dynamic bodies
   std::vector<BoundsRow> boxes;        // around own shapes, some in each
   Column<std::int32_t> places, found;  // of list_where
   std::vector<Neighbor> neighbors;     // of this step, ascending

@@ -160,6 +160,30 @@ struct DistributedWorld::Impl {
     give_bodies(data(), given, crew);
   }
 
+  // What it takes a search to know.
+  void count(RankStats& of_rank) {
+    const Bodies& bodies = data().bodies;
+    for_each_own([&](std::int32_t body) {
+      ++of_rank.bodies;
+      of_rank.awake_bodies += (bodies.flags[body] & kBodyAsleep) == 0 ? 1 : 0;
+    });
+    of_rank.ghosts = static_cast<std::int64_t>(border().ghosts.size());
+    const Contacts& contacts = data().contacts;
+    for (const PairRows* const pairs : {&contacts.pairs, &contacts.resting}) {
+      for (std::size_t row = 0; row < pairs->pair.size(); ++row) {
+        const std::int32_t owner_a = border().owner_of(data().shapes.body[pairs->pair[row].a]);
+        const std::int32_t owner_b = border().owner_of(data().shapes.body[pairs->pair[row].b]);
+        if (owner_a != here() && owner_b != here()) continue;
+        const bool across = owner_a != owner_b && owner_a != kEveryRank && owner_b != kEveryRank;
+        for_each_contact(contacts, pairs->contact[row], [&](std::int32_t) {
+          ++of_rank.contacts;
+          of_rank.border_contacts += across ? 1 : 0;
+        });
+      }
+    }
+  }
+  std::int32_t here() const { return transport.rank(); }
+
   template <class Work>
   void for_each_own(Work&& work) {
     for (std::size_t body = 0; body < border().owner.size(); ++body) {
@@ -207,18 +231,7 @@ void DistributedWorld::step(float dt, Workers& workers) {
   ++impl.steps;
   const Border& border = impl.border();
   const CountedTransport::Sent& sent = border.transport.sent();
-  std::int64_t border_contacts = 0;
-  for (const Neighbor& with : border.neighbors) {
-    border_contacts += std::count_if(with.edges.begin(), with.edges.end(), [&](std::int32_t edge) {
-      return std::cmp_less(edge, impl.data().contacts.active.size());
-    });
-  }
-  const auto ghosts = static_cast<std::int64_t>(border.ghosts.size());
   impl.stats = {
-      .bodies = static_cast<std::int64_t>(impl.data().bodies.awake.size()) - ghosts,
-      .ghosts = ghosts,
-      .contacts = impl.world.stats().contacts,
-      .border_contacts = border_contacts,
       .messages = sent.messages,
       .bytes = sent.bytes,
       .step_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count(),
@@ -238,7 +251,9 @@ void DistributedWorld::stats(std::span<RankStats> by_rank) {
     throw Error("DistributedWorld::stats: there are " + std::to_string(ranks()) + " ranks, and room for " +
                 std::to_string(by_rank.size()));
   }
-  const std::vector<RankStats> rows = gather_rows<RankStats>(impl_->transport, impl_->stats);
+  RankStats own = impl_->stats;
+  impl_->count(own);
+  const std::vector<RankStats> rows = gather_rows<RankStats>(impl_->transport, own);
   std::copy(rows.begin(), rows.end(), by_rank.begin());
 }
 

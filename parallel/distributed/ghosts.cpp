@@ -47,39 +47,54 @@ bool boxes_meet(const BoundsRow& x, const BoundsRow& y) {
   return true;
 }
 
-// Writes Border::boxes, around groups of own shapes that are neighbors in the last tree, and returns the box
-// around all of them.
-BoundsRow box_own_shapes(const WorldData& data, Border& border, Crew& crew) {
-  const BroadPhase& broad_phase = static_cast<const BroadPhase&>(*data.broad_phase);
+// Lists own bodies' shapes that are there, awake or asleep.
+void list_own_shapes(const WorldData& data, Border& border, Crew& crew) {
   const Shapes& shapes = data.shapes;
-  const Column<std::int32_t>& order = broad_phase.trees[kAwakeTree].order;
-  const auto is_own = [&](std::int32_t shape) {
-    return shapes.tree[shape] == TreeKind::awake && border.owns(shapes.body[shape]);
-  };
-  const auto is_in_tree = [&](std::int32_t shape) {
-    return std::cmp_less(shape, broad_phase.tree_of.size()) && broad_phase.tree_of[shape] == kAwakeTree;
-  };
-  list_where(
-      crew, shapes.moving.size(), border.places, border.found,
-      [&](std::int32_t i) { return is_own(shapes.moving[i]) && !is_in_tree(shapes.moving[i]); },
-      [&](std::int32_t i) { return shapes.moving[i]; });
-  const auto in_tree = static_cast<int>(order.size()) / kShapesPerBox;
-  const auto others = static_cast<int>(border.found.size());
-  const int count = in_tree + (others + kShapesPerBox - 1) / kShapesPerBox;
-  border.boxes.resize(static_cast<std::size_t>(count));
+  if (data.bodies.asleep == 0) {
+    list_where(
+        crew, shapes.moving.size(), border.places, border.own_shapes,
+        [&](std::int32_t i) { return border.owns(shapes.body[shapes.moving[i]]); },
+        [&](std::int32_t i) { return shapes.moving[i]; });
+  } else {
+    list_where(crew, shapes.flags.size(), border.places, border.own_shapes, [&](std::int32_t shape) {
+      return shapes.tree[shape] != TreeKind::none && border.owns(shapes.body[shape]);
+    });
+  }
+}
+
+// Appends to Border::boxes those around groups of own shapes that are neighbors in the list.
+void box_groups(const WorldData& data, Border& border, const Column<std::int32_t>& list, Crew& crew) {
+  const Shapes& shapes = data.shapes;
+  const auto first_box = static_cast<int>(border.boxes.size()), size = static_cast<int>(list.size());
+  const int count = (size + kShapesPerBox - 1) / kShapesPerBox;
+  border.boxes.resize(static_cast<std::size_t>(first_box + count));
   crew.run_ranges(count, kBoxesPerTask, [&](int begin, int end, int) {
     for (int place = begin; place < end; ++place) {
       BoundsRow box = empty_box();
-      const bool tree = place < in_tree;
-      const Column<std::int32_t>& list = tree ? order : border.found;
-      const int first = (tree ? place : place - in_tree) * kShapesPerBox;
-      const int last = std::min(first + kShapesPerBox, static_cast<int>(list.size()));
-      for (int i = first; i < last; ++i) {
-        if (list[i] >= 0 && is_own(list[i])) include(box, shapes.fat_bounds[list[i]]);
+      for (int i = place * kShapesPerBox; i < std::min((place + 1) * kShapesPerBox, size); ++i) {
+        const std::int32_t shape = list[i];
+        if (shape >= 0 && shapes.tree[shape] != TreeKind::none && border.owns(shapes.body[shape]))
+          include(box, shapes.fat_bounds[shape]);
       }
-      border.boxes[static_cast<std::size_t>(place)] = box;
+      border.boxes[static_cast<std::size_t>(first_box + place)] = box;
     }
   });
+}
+
+// Writes Border::boxes, and returns the box around all of them. Shapes that are in a tree already come in its
+// order, so that boxes are small.
+BoundsRow box_own_shapes(const WorldData& data, Border& border, Crew& crew) {
+  const BroadPhase& broad_phase = static_cast<const BroadPhase&>(*data.broad_phase);
+  border.boxes.clear();
+  for (const PairTree& tree : broad_phase.trees) box_groups(data, border, tree.order, crew);
+  const auto is_in_tree = [&](std::int32_t shape) {
+    return std::cmp_less(shape, broad_phase.tree_of.size()) && broad_phase.tree_of[shape] != kNoTree;
+  };
+  list_where(
+      crew, border.own_shapes.size(), border.places, border.found,
+      [&](std::int32_t i) { return !is_in_tree(border.own_shapes[i]); },
+      [&](std::int32_t i) { return border.own_shapes[i]; });
+  box_groups(data, border, border.found, crew);
   BoundsRow all = empty_box();
   for (const BoundsRow& box : border.boxes) include(all, box);
   return all;
@@ -141,13 +156,12 @@ std::vector<std::int32_t> list_lent(const WorldData& data, Border& border, const
                                     const BoundsRow& around, const BoxIndex& boxes, Crew& crew) {
   const Shapes& shapes = data.shapes;
   list_where(
-      crew, shapes.moving.size(), border.places, border.found,
+      crew, border.own_shapes.size(), border.places, border.found,
       [&](std::int32_t i) {
-        const std::int32_t shape = shapes.moving[i];
-        return border.owns(shapes.body[shape]) && boxes_meet(shapes.fat_bounds[shape], around) &&
-               boxes.meets(shapes.fat_bounds[shape]);
+        const BoundsRow& bounds = shapes.fat_bounds[border.own_shapes[i]];
+        return boxes_meet(bounds, around) && boxes.meets(bounds);
       },
-      [&](std::int32_t i) { return shapes.body[shapes.moving[i]]; });
+      [&](std::int32_t i) { return shapes.body[border.own_shapes[i]]; });
   std::vector<std::int32_t> lent(border.found.begin(), border.found.end());
   lent.insert(lent.end(), halo.tied.begin(), halo.tied.end());
   std::sort(lent.begin(), lent.end());
@@ -185,6 +199,33 @@ void receive_halo(WorldData& data, Border& border, std::int32_t from) {
   halo.borrowed = std::move(borrowed);
 }
 
+// Calls wake bodies by what touches them, which their owners know. What touches none of a rank's own bodies
+// may have woken its ghosts.
+void share_rest(WorldData& data, Border& border) {
+  struct Rest {
+    float sleep_time;
+    std::int32_t is_asleep;
+  };
+  Bodies& bodies = data.bodies;
+  const auto ranks = static_cast<std::int32_t>(border.halos.size());
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    const Halo& halo = border.halos[static_cast<std::size_t>(to)];
+    if (halo.lent.empty()) continue;
+    send_rows<Rest>(border.transport, to, halo.lent, [&](std::int32_t body) {
+      return Rest{bodies.sleep_time[body], is_asleep(bodies, body) ? 1 : 0};
+    });
+  }
+  for (std::int32_t from = 0; from < ranks; ++from) {
+    const Halo& halo = border.halos[static_cast<std::size_t>(from)];
+    if (halo.borrowed.empty()) continue;
+    receive_rows<Rest>(border.transport, from, halo.borrowed, [&](std::int32_t body, const Rest& rest) {
+      if (rest.is_asleep != 0 && !is_asleep(bodies, body)) refuse_world_of(from);
+      if (rest.is_asleep == 0 && is_asleep(bodies, body)) wake_body(data, body);
+      bodies.sleep_time[body] = rest.sleep_time;
+    });
+  }
+}
+
 // Bodies of others that nobody lends any more go. Returns whether any has come or gone.
 bool replace_ghosts(WorldData& data, Border& border) {
   std::vector<std::int32_t> ghosts;
@@ -209,6 +250,7 @@ void share_ghosts(WorldData& data, Crew& crew) {
   if (border.halos_stale) {
     for (Halo& halo : border.halos) halo.lent.clear(), halo.borrowed.clear();
   }
+  list_own_shapes(data, border, crew);
   const std::vector<BoundsRow> around = gather_rows(border.transport, box_own_shapes(data, border, crew));
   const BoundsRow& own = around[static_cast<std::size_t>(border.transport.rank())];
   std::vector<std::int32_t> near;
@@ -233,6 +275,7 @@ void share_ghosts(WorldData& data, Crew& crew) {
     send_halo(data, border, to, list_lent(data, border, border.halos[place], around[place], boxes, crew));
   }
   for (const std::int32_t from : near) receive_halo(data, border, from);
+  if (data.settings.sleeping) share_rest(data, border);
   border.halos_stale = false;
   // A whole new list of pairs is made, as if calls had created or destroyed the ghosts.
   if (replace_ghosts(data, border)) broad_phase.left_is_known = false;

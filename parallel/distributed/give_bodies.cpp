@@ -141,6 +141,11 @@ void take_pairs(WorldData& data, std::vector<FoundPair>& found, const std::vecto
                             return key_of(one.sent.pair) == key_of(other.sent.pair);
                           }),
               found.end());
+  // Of a pair at rest a rank may know, even if both bodies are others'.
+  const Column<ShapePair>& known = data.contacts.pairs.pair;
+  std::erase_if(found, [&](const FoundPair& pair) {
+    return std::binary_search(known.begin(), known.end(), pair.sent.pair, comes_before);
+  });
   Contacts& contacts = data.contacts;
   std::size_t needed = 0;
   for (const FoundPair& pair : found) needed += static_cast<std::size_t>(pair.sent.contacts);
@@ -224,6 +229,7 @@ void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) 
     if (from == here) parcels[static_cast<std::size_t>(to)].bodies.push_back(row);
     if (to == here) taken[static_cast<std::size_t>(from)].push_back(row);
   }
+  pull_all_pairs(data, crew);  // pairs at rest travel like others
   pack_pairs(data, border, next_owner, parcels);
   pack_joints(data, border, next_owner, parcels);
   for (std::int32_t to = 0; to < ranks; ++to) {

@@ -7,6 +7,7 @@
 // in every order of contacts. Roots are read once all contacts are entered.
 #include <core/world/edit.h>
 #include <parallel/crew/list_where.h>
+#include <parallel/distributed/spread.h>
 #include <parallel/islands/islands.h>
 #include <parallel/stages.h>
 
@@ -85,6 +86,21 @@ bool list_tired(WorldData& data, Islands& islands, Crew& crew) {
     islands.tired[body] = 1;
   });
   return true;
+}
+
+// An island may go on with bodies of other ranks, which know what touches it there.
+void share_kept_awake(Border& border, Islands& islands, bool any_tired) {
+  const auto is_candidate = [&](std::int32_t body) { return any_tired && islands.tired[body] != 0; };
+  spread(
+      border, any_tired,
+      [&](std::int32_t body) {
+        return is_candidate(body) && islands.kept_awake[find_root(islands.parent, body)] != 0;
+      },
+      [&](std::int32_t body) {
+        if (!is_candidate(body)) return false;
+        return std::exchange(islands.kept_awake[find_root(islands.parent, body)], std::uint8_t{1}) == 0;
+      },
+      [] {});
 }
 
 // Unites tired bodies that touch or are jointed, and marks the islands that a moving body touches.
@@ -172,8 +188,11 @@ void drop_resting_contacts(WorldData& data, Islands& islands, Crew& crew) {
 void put_islands_to_sleep(WorldData& data, Crew& crew) {
   Islands& islands = islands_of(data);
   islands.fallen_asleep.clear();
-  if (!data.settings.sleeping || !list_tired(data, islands, crew)) return;
-  find_islands(data, islands, crew);
+  if (!data.settings.sleeping) return;
+  const bool any_tired = list_tired(data, islands, crew);
+  if (any_tired) find_islands(data, islands, crew);
+  if (Border* const border = border_of(data)) share_kept_awake(*border, islands, any_tired);
+  if (!any_tired) return;
   put_found_to_sleep(data, islands, crew);
   if (islands.fallen_asleep.empty()) return;
   refresh_lists(data, crew);

@@ -8,6 +8,7 @@
 #include <core/world/resting_pairs.h>
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/crew/list_where.h>
+#include <parallel/distributed/spread.h>
 #include <parallel/islands/islands.h>
 #include <parallel/stages.h>
 
@@ -82,10 +83,24 @@ void wake_listed(WorldData& data, Islands& islands, Crew& crew) {
     const Ends ends = joint_ends(data, joint);
     for (const std::int32_t body : {ends.a, ends.b}) reach(data, islands, body);
   }
-  for (std::size_t i = 0; i < islands.candidates.size(); ++i) {  // which grows meanwhile
-    const std::int32_t body = islands.candidates[i];
-    follow_contacts(data, islands, body);
-    follow_joints(data, islands, body);
+  std::size_t followed = 0;
+  const auto follow = [&] {
+    for (; followed < islands.candidates.size(); ++followed) {  // which grows meanwhile
+      const std::int32_t body = islands.candidates[followed];
+      follow_contacts(data, islands, body);
+      follow_joints(data, islands, body);
+    }
+  };
+  follow();
+  if (Border* const border = border_of(data)) {
+    spread(
+        *border, true, [&](std::int32_t body) { return islands.reached[body] != 0; },
+        [&](std::int32_t body) {
+          const std::size_t before = islands.candidates.size();
+          reach(data, islands, body);
+          return islands.candidates.size() > before;
+        },
+        follow);
   }
   for (const std::int32_t body : islands.candidates) islands.reached[body] = 0;
   std::sort(islands.candidates.begin(), islands.candidates.end());
@@ -133,7 +148,10 @@ void wake_touched_islands(WorldData& data, Crew& crew) {
   Islands& islands = islands_of(data);
   islands.joints_judged = 0;
   data.contacts.roused.clear();
-  if (!data.settings.sleeping || !list_touched(data, islands, crew)) return;
+  if (!data.settings.sleeping) return;
+  std::int64_t touched = list_touched(data, islands, crew) ? 1 : 0;
+  if (Border* const border = border_of(data)) border->transport.add_up({&touched, 1});
+  if (touched == 0) return;
   wake_listed(data, islands, crew);
   refresh_lists(data, crew);
   list_active_contacts(data, islands, crew);

@@ -37,6 +37,18 @@ TEST_F(DistributedCommand, HasTheHashOfOneProcess) {
   }
 }
 
+// The pile falls asleep.
+TEST_F(DistributedCommand, CountsWhatSleepsAsOneProcessDoes) {
+  const std::string scene = "pile --set bodies=200 --steps 500 --no-continuous --quiet --json - ";
+  const Outcome one = scree(scene), three = mpirun(3, scene);
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  ASSERT_EQ(three.exit_code, 0) << three.err;
+  const nlohmann::json expected = nlohmann::json::parse(one.out), figures = nlohmann::json::parse(three.out);
+  EXPECT_EQ(expected["awake_bodies"], 0);
+  for (const char* const name : {"awake_bodies", "contacts", "hash"})
+    EXPECT_EQ(figures[name], expected[name]);
+}
+
 TEST_F(DistributedCommand, PrintsARowForEachRank) {
   const Outcome outcome = mpirun(3, "pile --set bodies=100 --steps 5 --no-continuous --no-sleep --quiet");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -35,10 +35,15 @@ std::string rank_rows(const RunFigures& figures) {
 }
 
 nlohmann::ordered_json rank_json(const RankStats& stats) {
-  return {{"bodies", stats.bodies},     {"ghosts", stats.ghosts},
-          {"contacts", stats.contacts}, {"border_contacts", stats.border_contacts},
-          {"messages", stats.messages}, {"bytes", stats.bytes},
-          {"step_ms", stats.step_ms},   {"waiting_ms", stats.waiting_ms},
+  return {{"bodies", stats.bodies},
+          {"awake_bodies", stats.awake_bodies},
+          {"ghosts", stats.ghosts},
+          {"contacts", stats.contacts},
+          {"border_contacts", stats.border_contacts},
+          {"messages", stats.messages},
+          {"bytes", stats.bytes},
+          {"step_ms", stats.step_ms},
+          {"waiting_ms", stats.waiting_ms},
           {"load", stats.load}};
 }
 

@@ -245,7 +245,7 @@ void add_ranks(Team& team, RunFigures& figures) {
   team.world().stats(figures.ranks);
   std::int64_t border_contacts = 0;
   for (const RankStats& rank : figures.ranks) {
-    figures.awake_bodies += rank.bodies;
+    figures.awake_bodies += rank.awake_bodies;
     figures.contacts += rank.contacts;
     border_contacts += rank.border_contacts;
   }

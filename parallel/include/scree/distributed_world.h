@@ -22,12 +22,13 @@ struct DistributedOptions {
   float imbalance = 1.1f;
 };
 
-/// What a rank had in the last step.
+/// What a rank has, and what the last step took.
 struct RankStats {
-  std::int64_t bodies = 0;    ///< dynamic ones that it owns
-  std::int64_t ghosts = 0;    ///< bodies of others that its own ones may meet
-  std::int64_t contacts = 0;  ///< touching manifolds that it computes; those across borders on both sides
-  std::int64_t border_contacts = 0;  ///< of these, those of bodies of two ranks
+  std::int64_t bodies = 0;           ///< dynamic ones that it owns
+  std::int64_t awake_bodies = 0;     ///< of these
+  std::int64_t ghosts = 0;           ///< bodies of others that its own ones may meet
+  std::int64_t contacts = 0;         ///< touching manifolds of its bodies
+  std::int64_t border_contacts = 0;  ///< of these, those with bodies of other ranks, which have them, too
   std::int64_t messages = 0;         ///< that it has sent
   std::int64_t bytes = 0;            ///< in these
   double step_ms = 0.0;              ///< of the whole step on this rank
@@ -41,7 +42,7 @@ struct RankStats {
 ///
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///
-/// Not supported yet, and refused by an Error: bodies that sleep, continuous motion, solvers other than the
+/// Not supported yet, and refused by an Error: continuous motion, solvers other than the
 /// soft step, joints that may break, bodies that are created later, contacts of two bodies of more than 32
 /// constraints each. Events are those of the contacts that a rank knows.
 class SCREE_API DistributedWorld {

@@ -18,25 +18,27 @@ using physics::Lab;
 using Fill = std::function<void(Lab&)>;
 using Owners = std::function<std::int32_t(std::int32_t body, int ranks)>;
 
-WorldSettings settings_for_ranks() {
+WorldSettings settings_for_ranks(bool sleeping = false) {
   WorldSettings settings = physics::without_sleep();
+  settings.sleeping = sleeping;
   settings.continuous = false;
   return settings;
 }
 
-struct Run {
+struct RunPlan {
   int ranks = 2;
   int steps = 60;
   int threads = 1;                           // of each rank
   std::vector<Isa> sets = {Isa::automatic};  // rank by rank, over and over
-  int steps_per_draw = 0;                    // how often all bodies get new owners, drawn at random; 0: never
+  bool sleeping = false;
+  int steps_per_draw = 0;  // how often all bodies get new owners, drawn at random; 0: never
 };
 
-std::vector<std::uint64_t> hashes_of_one_world(const Fill& fill, int steps) {
-  Lab lab(settings_for_ranks());
+std::vector<std::uint64_t> hashes_of_one_world(const Fill& fill, const RunPlan& run) {
+  Lab lab(settings_for_ranks(run.sleeping));
   fill(lab);
   std::vector<std::uint64_t> hashes;
-  for (int i = 0; i < steps; ++i) {
+  for (int i = 0; i < run.steps; ++i) {
     lab.run(1);
     hashes.push_back(lab.world.hash());
   }
@@ -63,7 +65,7 @@ void redraw_owners(Lab& lab, int draw, int ranks) {
 
 // Each rank on a thread of its own. `hashes`: what each adds to that of the whole world, step by step. What a
 // rank throws ends all of them, and is returned.
-std::string step_ranks(const Fill& fill, const Owners& owner_of, const Run& run,
+std::string step_ranks(const Fill& fill, const Owners& owner_of, const RunPlan& run,
                        std::vector<std::vector<std::uint64_t>>& hashes) {
   LocalRanks local(run.ranks);
   std::vector<std::string> errors(static_cast<std::size_t>(run.ranks));
@@ -71,7 +73,7 @@ std::string step_ranks(const Fill& fill, const Owners& owner_of, const Run& run,
   const auto step_rank = [&](int rank) {
     const auto place = static_cast<std::size_t>(rank);
     try {
-      Lab lab(settings_for_ranks());
+      Lab lab(settings_for_ranks(run.sleeping));
       lab.workers = Workers(WorkersOptions{.threads = run.threads, .isa = run.sets[place % run.sets.size()]});
       fill(lab);
       WorldData& data = internals(lab.world);
@@ -98,8 +100,8 @@ std::string step_ranks(const Fill& fill, const Owners& owner_of, const Run& run,
   return all;
 }
 
-void expect_same_bits(const Fill& fill, const Owners& owner_of, const Run& run) {
-  const std::vector<std::uint64_t> expected = hashes_of_one_world(fill, run.steps);
+void expect_same_bits(const Fill& fill, const Owners& owner_of, const RunPlan& run) {
+  const std::vector<std::uint64_t> expected = hashes_of_one_world(fill, run);
   std::vector<std::vector<std::uint64_t>> hashes;
   ASSERT_EQ(step_ranks(fill, owner_of, run, hashes), "");
   for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -149,6 +151,51 @@ TEST(DistributedStep, OwnersMayBeRedrawnBeforeEachStep) {
   expect_same_bits(scene("ragdolls", {{"ragdolls", 8}}), random_owner,
                    {.ranks = 4, .steps = 80, .steps_per_draw = 1});
   expect_same_bits(scene("motors", {{"machines", 2}}), random_owner, {.ranks = 3, .steps_per_draw = 1});
+}
+
+// Two heaps fall asleep, a ball that comes late wakes one of them, and a plate on a joint pulls at a row.
+void fill_with_sleepers(Lab& lab) {
+  lab.add_ground();
+  for (int i = 0; i < 48; ++i) {
+    const float x = (i % 2 == 0 ? -6.0f : 6.0f) + 0.9f * static_cast<float>(i / 2 % 4);
+    lab.add({.position = {x, 0.5f + 1.01f * static_cast<float>(i / 8), 0.1f * static_cast<float>(i % 3)}},
+            Box{{0.4f, 0.5f, 0.4f}});
+  }
+  BodyId last = lab.add({.position = {0, 0.5f, 8}}, Box{{0.4f, 0.5f, 0.4f}});
+  for (int i = 1; i < 8; ++i) {
+    const BodyId next = lab.add({.position = {static_cast<float>(i), 0.5f, 8}}, Box{{0.4f, 0.5f, 0.4f}});
+    lab.world.create_joint(
+        {.body_a = last, .body_b = next, .frame_a = {{0.5f, 0, 0}, {}}, .frame_b = {{-0.5f, 0, 0}, {}}},
+        BallJoint{});
+    last = next;
+  }
+  for (const float x : {-5.0f, 7.5f})
+    lab.add({.position = {x, 90, 0}, .linear_velocity = {0, x, 0}}, Sphere{0.6f});
+}
+
+TEST(DistributedStep, SleepHasTheBitsOfOneProcess) {
+  const RunPlan run{.steps = 420, .sleeping = true};
+  Lab lab(settings_for_ranks(true));
+  fill_with_sleepers(lab);
+  std::int32_t most_asleep = 0;
+  int wakes = 0;
+  for (int i = 0; i < run.steps; ++i) {
+    const std::int32_t before = internals(lab.world).bodies.asleep;
+    lab.run(1);
+    most_asleep = std::max(most_asleep, internals(lab.world).bodies.asleep);
+    wakes += internals(lab.world).bodies.asleep < before ? 1 : 0;
+  }
+  EXPECT_GE(most_asleep, 40);
+  EXPECT_GE(wakes, 1);
+  for (const int ranks : {2, 5}) {
+    for (const int steps_per_draw : {0, 1, 40}) {
+      expect_same_bits(
+          fill_with_sleepers, random_owner,
+          {.ranks = ranks, .steps = run.steps, .sleeping = true, .steps_per_draw = steps_per_draw});
+    }
+  }
+  expect_same_bits(scene("ragdolls", {{"ragdolls", 6}}), random_owner,
+                   {.ranks = 3, .steps = 400, .sleeping = true, .steps_per_draw = 9});
 }
 
 // Bodies of others that are far from a rank's own ones cost it nothing.

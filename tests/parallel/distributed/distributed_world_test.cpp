@@ -29,9 +29,9 @@ struct Start {
   std::vector<BodyId> bodies;
 };
 
-Start start_of(const std::string& name, const scenes::Parameters& parameters) {
+Start start_of(const std::string& name, const scenes::Parameters& parameters, bool sleeping = false) {
   scenes::Scene scene = scenes::build(name, parameters).front();
-  scene.settings.sleeping = false;
+  scene.settings.sleeping = sleeping;
   scene.settings.continuous = false;
   Start start{World(scene.settings), {}};
   start.bodies = scenes::populate(start.world, scene);
@@ -95,6 +95,25 @@ TEST(DistributedWorld, CallsOfAllRanksHaveTheBitsOfOneProcess) {
     }
   };
   expect_bits_of_one(falling_column, 3, 100, {.steps_per_look = 4}, direct);
+}
+
+// Calls wake what sleeps, on ranks that know nothing of what it touches, too.
+TEST(DistributedWorld, WakesWhatSleepsAsOneProcessDoes) {
+  const auto make = [] { return start_of("pile", {{"bodies", 120}}, true); };
+  const Direct direct = [](World& world, const std::vector<BodyId>& bodies, int step) {
+    if (step < 400 || step % 50 != 0) return;
+    const BodyId body = bodies[bodies.size() - 1 - static_cast<std::size_t>(step / 50)];
+    world.set_linear_velocity(body, {0.5f, 3, 0});
+  };
+  Start one = make();
+  Workers workers(1);
+  bool have_slept = false;
+  for (int i = 0; i < 400; ++i) {
+    step(one.world, kStep, workers);
+    have_slept = have_slept || one.world.stats().awake_bodies == 0;
+  }
+  EXPECT_TRUE(have_slept);
+  for (const int ranks : {2, 4}) expect_bits_of_one(make, ranks, 520, {.steps_per_look = 8}, direct);
 }
 
 TEST(DistributedWorld, GoesOnFromASnapshotWithAnyNumberOfRanks) {
@@ -211,7 +230,6 @@ TEST(DistributedWorld, RefusesWhatIsNotSupported) {
       world.set_settings(settings);
     };
   };
-  EXPECT_NE(refused(with([](WorldSettings& s) { s.sleeping = true; })).find("sleep"), std::string::npos);
   EXPECT_NE(refused(with([](WorldSettings& s) { s.continuous = true; })).find("continuous"),
             std::string::npos);
   EXPECT_NE(refused(with([](WorldSettings& s) { s.solver = Solver::sequential_impulse; })).find("soft-step"),
