@@ -26,6 +26,7 @@
 #include <parallel/continuous/sweep_near.h>
 #include <parallel/continuous/sweep_whole.h>
 #include <parallel/crew/list_where.h>
+#include <parallel/distributed/sweep_across.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -385,27 +386,33 @@ void sweep_fast_bodies(WorldData& data, float dt, Crew& crew) {
   BroadPhase& broad_phase = broad_phase_of(data);
   note_fast_kinematic_bodies(data, dt);
   const Bodies& bodies = data.bodies;
+  const Border* const border = border_of(data);
   list_where(
       crew, bodies.awake.size(), broad_phase.fast_counts, broad_phase.fast,
       [&](std::int32_t place) {
         const std::int32_t body = bodies.awake[place];
+        if (border != nullptr && !border->owns(body)) return false;
         return (bodies.step_notes[body] & (kIsFast | kLags)) != 0 ||
                is_fast(bodies.core[body], bodies.delta[body]) ||
                (is_swept_whole(data, body) && moves_far(data, body));
       },
       [&](std::int32_t place) { return bodies.awake[place]; });
   const Column<std::int32_t>& fast = broad_phase.fast;
-  const int count = static_cast<int>(fast.size());
-  if (count == 0) {
+  SweepAcross across(data, broad_phase, crew);
+  if (!across.share_fast()) {
     // A pile that has settled keeps no memory for the time when all of it fell.
     constexpr std::size_t kFew = 65536;  // bytes
     if (broad_phase.courses.capacity_bytes() > kFew) broad_phase.courses = {};
     return;
   }
   Column<StepEnd>& ends = broad_phase.step_ends;
-  ends.resize_discarding(count);
+  ends.resize_discarding(fast.size());
   const Obstacles obstacles{data, broad_phase, crew.kernels().query};
-  crew.run_ranges(count, kFastPerChunk, [&](int begin, int end, int) {
+  const auto run = [&](auto&& work) {
+    crew.run_ranges(static_cast<int>(fast.size()), kFastPerChunk,
+                    [&](int begin, int end, int) { work(begin, end); });
+  };
+  run([&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const std::int32_t body = fast[i];
       ends[i] = {.lag = make_up(data, body, dt)};
@@ -413,23 +420,35 @@ void sweep_fast_bodies(WorldData& data, float dt, Crew& crew) {
         data.bodies.step_notes[body] |= std::uint8_t{kMovesWhole};
     }
   });
-  hold_at_moving(data, broad_phase, dt, crew);
-  crew.run_ranges(count, kFastPerChunk, [&](int begin, int end, int) {
+  list_chases(data, broad_phase, dt, crew);
+  across.bring_chains();
+  hold_at_moving(data, broad_phase);
+  across.return_ways();
+  across.bring_sleepers();
+  const auto is_own = [&](std::int32_t body) { return border == nullptr || border->owns(body); };
+  run([&](int begin, int end) {
     // Bodies that were made together, as those of a ragdoll, are often near each other.
     if (are_free(obstacles,
                  fast.span().subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin))))
       return;
-    for (int i = begin; i < end; ++i) end_at_rest(data, obstacles, fast[i], ends[i]);
-  });
-  end_at_moving(data, broad_phase, crew);
-  crew.run_ranges(count, kFastPerChunk, [&](int begin, int end, int) {
     for (int i = begin; i < end; ++i) {
-      if (ends[i].time <= 1.0f) stop_body(data, obstacles, fast[i], ends[i], dt);
+      if (is_own(fast[i])) end_at_rest(data, obstacles, fast[i], ends[i]);
     }
   });
-  data.stats.swept_bodies = count;
-  data.stats.sweep_hits = std::count_if(ends.begin(), ends.end(),
-                                        [](const StepEnd& end) { return end.time <= 1.0f || end.held; });
+  across.send_ends();
+  end_at_moving(data, broad_phase, crew);
+  across.return_ends();
+  run([&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      if (is_own(fast[i]) && ends[i].time <= 1.0f) stop_body(data, obstacles, fast[i], ends[i], dt);
+    }
+  });
+  across.share_ends();
+  for (std::size_t i = 0; i < fast.size(); ++i) {
+    if (!is_own(fast[i])) continue;
+    ++data.stats.swept_bodies;
+    data.stats.sweep_hits += ends[i].time <= 1.0f || ends[i].held ? 1 : 0;
+  }
 }
 
 }  // namespace scree

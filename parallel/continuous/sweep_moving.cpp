@@ -450,7 +450,7 @@ void note_fast_kinematic_bodies(WorldData& data, float dt) {
   }
 }
 
-void hold_at_moving(WorldData& data, BroadPhase& broad_phase, float dt, Crew& crew) {
+void list_chases(WorldData& data, BroadPhase& broad_phase, float dt, Crew& crew) {
   for (const std::int32_t body : broad_phase.fast) data.bodies.step_notes[body] |= std::uint8_t{kIsFast};
   const Column<ShapePair>& all = data.contacts.pairs.pair;
   list_where(
@@ -462,6 +462,9 @@ void hold_at_moving(WorldData& data, BroadPhase& broad_phase, float dt, Crew& cr
                           {place_of(broad_phase.fast, data.shapes.body[pair.a]),
                            place_of(broad_phase.fast, data.shapes.body[pair.b])}};
       });
+}
+
+void hold_at_moving(WorldData& data, BroadPhase& broad_phase) {
   for (const MovingPair& pair : broad_phase.meeting_pairs) hold_pair(data, pair, broad_phase.step_ends);
 }
 

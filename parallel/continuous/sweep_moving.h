@@ -8,9 +8,10 @@ namespace scree::sweeps {
 // Notes the fast kinematic bodies, which nothing stops, and dynamic ones that they may meet: these are swept.
 void note_fast_kinematic_bodies(WorldData& data, float dt);
 
-// Lists the pairs of fast bodies with others that move, and keeps the centers of shapes that touch on their
-// sides.
-void hold_at_moving(WorldData& data, BroadPhase& broad_phase, float dt, Crew& crew);
+// Lists the pairs of fast bodies with others that move, which one may pass.
+void list_chases(WorldData& data, BroadPhase& broad_phase, float dt, Crew& crew);
+// Keeps the centers of shapes of these that touch on their sides.
+void hold_at_moving(WorldData& data, BroadPhase& broad_phase);
 
 // Ends the steps of fast bodies where they meet each other or what moves slowly. `step_ends` are known as far
 // as what rests is concerned.

@@ -16,7 +16,6 @@ namespace {
 [[noreturn]] void refuse(const std::string& what) { throw Error("divide_world: " + what); }
 
 void check(const WorldData& data, const Transport& transport, const std::vector<std::int32_t>& owner) {
-  if (data.settings.continuous) refuse("continuous motion is not supported yet");
   for (std::size_t joint = 0; joint < data.joints.flags.size(); ++joint) {
     if ((data.joints.flags[joint] & (kJointAlive | kJointBreaks)) == (kJointAlive | kJointBreaks))
       refuse("joint " + std::to_string(joint) + " may break, which is not supported yet");

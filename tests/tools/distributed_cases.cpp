@@ -19,7 +19,7 @@ class DistributedCommand : public scree::testing::ProgramTest {
   }
 };
 
-const std::string kScene = "pile --set bodies=300 --steps 60 --no-continuous --quiet --json - ";
+const std::string kScene = "pile --set bodies=300 --steps 60 --quiet --json - ";
 
 TEST_F(DistributedCommand, HasTheHashOfOneProcess) {
   const Outcome one = scree(kScene + "--no-sleep --isa scalar");
@@ -39,7 +39,7 @@ TEST_F(DistributedCommand, HasTheHashOfOneProcess) {
 
 // The pile falls asleep.
 TEST_F(DistributedCommand, CountsWhatSleepsAsOneProcessDoes) {
-  const std::string scene = "pile --set bodies=200 --steps 500 --no-continuous --quiet --json - ";
+  const std::string scene = "pile --set bodies=200 --steps 500 --quiet --json - ";
   const Outcome one = scree(scene), three = mpirun(3, scene);
   ASSERT_EQ(one.exit_code, 0) << one.err;
   ASSERT_EQ(three.exit_code, 0) << three.err;
@@ -50,7 +50,7 @@ TEST_F(DistributedCommand, CountsWhatSleepsAsOneProcessDoes) {
 }
 
 TEST_F(DistributedCommand, PrintsARowForEachRank) {
-  const Outcome outcome = mpirun(3, "pile --set bodies=100 --steps 5 --no-continuous --no-sleep --quiet");
+  const Outcome outcome = mpirun(3, "pile --set bodies=100 --steps 5 --no-sleep --quiet");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   for (const char* const name : {"ranks", "rank 0", "rank 2", "waiting", "load", "hash"})
     EXPECT_NE(outcome.out.find(name), std::string::npos) << name << "\n" << outcome.out;

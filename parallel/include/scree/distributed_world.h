@@ -42,7 +42,7 @@ struct RankStats {
 ///
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///
-/// Not supported yet, and refused by an Error: continuous motion, solvers other than the
+/// Not supported yet, and refused by an Error: solvers other than the
 /// soft step, joints that may break, bodies that are created later, contacts of two bodies of more than 32
 /// constraints each. Events are those of the contacts that a rank knows.
 class SCREE_API DistributedWorld {

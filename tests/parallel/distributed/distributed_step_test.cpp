@@ -18,10 +18,10 @@ using physics::Lab;
 using Fill = std::function<void(Lab&)>;
 using Owners = std::function<std::int32_t(std::int32_t body, int ranks)>;
 
-WorldSettings settings_for_ranks(bool sleeping = false) {
+WorldSettings settings_for_ranks(bool sleeping = false, bool continuous = true) {
   WorldSettings settings = physics::without_sleep();
   settings.sleeping = sleeping;
-  settings.continuous = false;
+  settings.continuous = continuous;
   return settings;
 }
 
@@ -196,6 +196,82 @@ TEST(DistributedStep, SleepHasTheBitsOfOneProcess) {
   }
   expect_same_bits(scene("ragdolls", {{"ragdolls", 6}}), random_owner,
                    {.ranks = 3, .steps = 400, .sleeping = true, .steps_per_draw = 9});
+}
+
+// Bullets through a plate and against each other, sticks that spin, a paddle, balls that lose a part of a
+// step.
+void fill_with_fast_bodies(Lab& lab) {
+  lab.add_ground();
+  lab.add({.position = {0, 2, 0}}, Box{{3, 2, 0.005f}});
+  for (int i = 0; i < 12; ++i) {
+    const float x = 0.45f * static_cast<float>(i) - 2.5f;
+    const Vec3 way = {0.0f, 0.5f * static_cast<float>(i % 3), i % 2 == 0 ? 700.0f : -900.0f};
+    lab.add({.position = {x, 1 + 0.2f * static_cast<float>(i % 4), i % 2 == 0 ? -20.0f : 24.0f},
+             .linear_velocity = way},
+            Sphere{0.05f}, {.restitution = 0.4f});
+    lab.add({.position = {x, 6 + static_cast<float>(i), 3},
+             .linear_velocity = {0, -60, 0},
+             .angular_velocity = {0, 0, 40.0f - 7.0f * static_cast<float>(i)}},
+            Capsule{0.6f, 0.04f});
+    // In one line, so that they meet one after the other in the same step.
+    lab.add({.position = {-30.0f + 2.0f * static_cast<float>(i), 0.8f, -6},
+             .linear_velocity = {i < 6 ? 300.0f - 20.0f * static_cast<float>(i) : -200.0f, 0, 0}},
+            Sphere{0.1f});
+  }
+  const BodyId paddle = lab.world.create_body(
+      {.type = BodyType::kinematic, .position = {0, 1.5f, 6}, .angular_velocity = {0, 25, 0}});
+  lab.world.add_shape(paddle, Box{{3, 1, 0.05f}});
+  for (int i = 0; i < 10; ++i)
+    lab.add({.position = {0.5f * static_cast<float>(i) - 2, 1 + 0.3f * static_cast<float>(i % 2), 6.5f}},
+            Box{{0.15f, 0.15f, 0.15f}});
+}
+
+TEST(DistributedStep, FastBodiesHaveTheBitsOfOneProcess) {
+  Lab lab(settings_for_ranks());
+  fill_with_fast_bodies(lab);
+  std::int64_t hits = 0;
+  for (int i = 0; i < 60; ++i) {
+    lab.run(1);
+    hits += lab.world.stats().sweep_hits;
+  }
+  EXPECT_GE(hits, 20);
+  for (const int ranks : {1, 2, 3, 7}) {
+    for (const int steps_per_draw : {0, 1})
+      expect_same_bits(fill_with_fast_bodies, random_owner,
+                       {.ranks = ranks, .steps_per_draw = steps_per_draw});
+  }
+  expect_same_bits(scene("bullets", {{"bullets", 40}}), random_owner, {.ranks = 3, .steps_per_draw = 4});
+  expect_same_bits(scene("ragdoll_rain", {{"ragdolls", 6}}), random_owner, {.ranks = 3, .steps = 90});
+}
+
+// A ball that a bullet strikes goes, in the same step, to a wall that sleeps on another rank and that nothing
+// of its own rank was near.
+TEST(DistributedStep, WhatIsStruckMeetsSleepersOfOtherRanksInTheSameStep) {
+  const auto fill = [](Lab& lab) {
+    lab.add_ground();
+    for (int i = 0; i < 30; ++i) {
+      const float x = 1.01f * static_cast<float>(i % 10);
+      lab.add({.position = {x, 0.5f + static_cast<float>(i / 10), 1.3f}}, Box{{0.5f, 0.5f, 0.25f}});
+    }
+    lab.add({.position = {0, 0.3f, 0}}, Sphere{0.3f});
+    // Beside the ball, so that this one does not go where the bullet would have gone.
+    lab.add({.position = {-700.7f, 0.35f, -0.42f}, .linear_velocity = {390, 0, 0}, .gravity_factor = 0},
+            Sphere{0.3f});
+  };
+  const auto by_place = [](std::int32_t body, int) { return body < kFirstBody + 31 ? 1 : 0; };
+  Lab lab(settings_for_ranks(true));
+  fill(lab);
+  int woken_at = 0;
+  std::int32_t most_asleep = 0;
+  for (int i = 0; i < 160; ++i) {
+    const std::int32_t before = internals(lab.world).bodies.asleep;
+    lab.run(1);
+    most_asleep = std::max(most_asleep, internals(lab.world).bodies.asleep);
+    if (woken_at == 0 && internals(lab.world).bodies.asleep < before) woken_at = i;
+  }
+  EXPECT_GE(most_asleep, 30);
+  EXPECT_GT(woken_at, 0);
+  expect_same_bits(fill, by_place, {.ranks = 2, .steps = 160, .sleeping = true});
 }
 
 // Bodies of others that are far from a rank's own ones cost it nothing.

@@ -32,7 +32,6 @@ struct Start {
 Start start_of(const std::string& name, const scenes::Parameters& parameters, bool sleeping = false) {
   scenes::Scene scene = scenes::build(name, parameters).front();
   scene.settings.sleeping = sleeping;
-  scene.settings.continuous = false;
   Start start{World(scene.settings), {}};
   start.bodies = scenes::populate(start.world, scene);
   return start;
@@ -230,8 +229,6 @@ TEST(DistributedWorld, RefusesWhatIsNotSupported) {
       world.set_settings(settings);
     };
   };
-  EXPECT_NE(refused(with([](WorldSettings& s) { s.continuous = true; })).find("continuous"),
-            std::string::npos);
   EXPECT_NE(refused(with([](WorldSettings& s) { s.solver = Solver::sequential_impulse; })).find("soft-step"),
             std::string::npos);
 }

@@ -1,0 +1,467 @@
+// See sweep_across.h.
+#include <parallel/continuous/sweep_near.h>
+#include <parallel/distributed/body_motion.h>
+#include <parallel/distributed/messages.h>
+#include <parallel/distributed/sweep_across.h>
+#include <parallel/stages.h>
+
+#include <algorithm>
+#include <iterator>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+using sweeps::MovingPair;
+using sweeps::StepEnd;
+
+// What the sweeps read of a body that moves; and of its shapes, where they are as the step begins.
+struct SweptBody {
+  PoseRow pose;
+  VelocityRow velocity;
+  DeltaRow delta;
+  std::int32_t body, notes;
+};
+
+// What becomes of a body's step.
+struct SweptStep {
+  VelocityRow velocity;
+  DeltaRow delta;
+  StepEnd end;
+};
+
+struct ReachRow {
+  float lower[3], upper[3];
+};
+
+bool is_fast_note(const Bodies& bodies, std::int32_t body) {
+  return (bodies.step_notes[body] & kIsFast) != 0 && !is_asleep(bodies, body);
+}
+
+std::vector<std::int32_t> where(const std::vector<std::int32_t>& list, auto&& holds) {
+  std::vector<std::int32_t> some;
+  std::copy_if(list.begin(), list.end(), std::back_inserter(some), holds);
+  return some;
+}
+
+std::int32_t place_in(const Column<std::int32_t>& fast, std::int32_t body) {
+  const auto* const found = std::lower_bound(fast.begin(), fast.end(), body);
+  return found != fast.end() && *found == body ? static_cast<std::int32_t>(found - fast.begin()) : -1;
+}
+
+void append_sorted(Column<std::int32_t>& fast, std::vector<std::int32_t> more) {
+  std::copy(fast.begin(), fast.end(), std::back_inserter(more));
+  std::sort(more.begin(), more.end());
+  more.erase(std::unique(more.begin(), more.end()), more.end());
+  fast.resize_discarding(more.size());
+  std::copy(more.begin(), more.end(), fast.begin());
+}
+
+ReachRow reach_of(const WorldData& data, std::int32_t body) {
+  const sweeps::Swept box = sweeps::reach_of_way(data, body).box;
+  ReachRow reach{};
+  for (int axis = 0; axis < 3; ++axis) {
+    reach.lower[axis] = box.lower[axis];
+    reach.upper[axis] = box.upper[axis];
+  }
+  return reach;
+}
+
+bool meets(const ReachRow& reach, const BoundsRow& bounds) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(reach.lower[axis] <= bounds.upper[axis] && bounds.lower[axis] <= reach.upper[axis])) return false;
+  }
+  return true;
+}
+
+// Whether the body's way leaves the bounds that ghosts were found by.
+bool strays(const WorldData& data, std::int32_t body) {
+  const ReachRow reach = reach_of(data, body);
+  float lower[3], upper[3];
+  bool any = false;
+  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
+    const BoundsRow& bounds = data.shapes.fat_bounds[shape];
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = any ? std::min(lower[axis], bounds.lower[axis]) : bounds.lower[axis];
+      upper[axis] = any ? std::max(upper[axis], bounds.upper[axis]) : bounds.upper[axis];
+    }
+    any = true;
+  }
+  for (int axis = 0; any && axis < 3; ++axis) {
+    if (!(lower[axis] <= reach.lower[axis] && reach.upper[axis] <= upper[axis])) return true;
+  }
+  // Parts of a compound have bounds of their own, with room between them.
+  return any && data.shapes.next[data.bodies.first_shape[body]] >= 0;
+}
+
+std::int32_t body_of(const WorldData& data, const MovingPair& pair, int side) {
+  return data.shapes.body[pair.shape[side]];
+}
+
+SweptBody swept_body(const WorldData& data, std::int32_t body) {
+  const Bodies& bodies = data.bodies;
+  return {bodies.pose[body], bodies.velocity[body], bodies.delta[body], body, bodies.step_notes[body]};
+}
+
+}  // namespace
+
+bool SweepAcross::is_own_fast(std::int32_t place) const {
+  return place >= 0 && border_->owns(broad_phase_.fast[place]);
+}
+
+bool SweepAcross::share_fast() {
+  Bodies& bodies = data_.bodies;
+  Column<std::int32_t>& fast = broad_phase_.fast;
+  if (border_ == nullptr) return !fast.empty();
+  auto count = static_cast<std::int64_t>(fast.size());
+  border_->transport.add_up({&count, 1});
+  if (count == 0) return false;
+  for (const std::int32_t body : fast) bodies.step_notes[body] |= std::uint8_t{kIsFast};
+  const auto is_awake = [&](std::int32_t body) { return !is_asleep(bodies, body); };
+  const auto ranks = static_cast<std::int32_t>(border_->halos.size());
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    const auto lent = where(border_->halos[static_cast<std::size_t>(to)].lent, is_awake);
+    if (lent.empty()) continue;
+    send_rows<std::uint8_t>(border_->transport, to, lent,
+                            [&](std::int32_t body) { return std::uint8_t{place_in(fast, body) >= 0}; });
+  }
+  std::vector<std::int32_t> ghosts;
+  for (std::int32_t from = 0; from < ranks; ++from) {
+    const auto borrowed = where(border_->halos[static_cast<std::size_t>(from)].borrowed, is_awake);
+    if (borrowed.empty()) continue;
+    receive_rows<std::uint8_t>(border_->transport, from, borrowed, [&](std::int32_t body, std::uint8_t is) {
+      std::uint8_t& notes = bodies.step_notes[body];
+      notes = static_cast<std::uint8_t>(is != 0 ? notes | kIsFast : notes & ~kIsFast);
+      if (is != 0) ghosts.push_back(body);
+    });
+  }
+  append_sorted(fast, std::move(ghosts));
+  return true;
+}
+
+void SweepAcross::bring_sleepers() {
+  if (border_ == nullptr) return;
+  std::vector<ReachRow> ways;
+  for (const std::int32_t body : broad_phase_.fast) {
+    if (border_->owns(body) && sweeps::has_finite_motion(data_.bodies.delta[body]) && strays(data_, body))
+      ways.push_back(reach_of(data_, body));
+  }
+  std::int64_t counts[2] = {static_cast<std::int64_t>(ways.size()), data_.bodies.asleep};
+  border_->transport.add_up(counts);
+  if (counts[0] == 0 || counts[1] == 0) return;
+  const std::int32_t here = border_->transport.rank(), ranks = border_->transport.ranks();
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    if (to != here) send_list<ReachRow>(border_->transport, to, ways);
+  }
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    if (to == here) continue;
+    const std::vector<ReachRow> reaches = receive_list<ReachRow>(border_->transport, to);
+    const std::vector<std::int32_t>& lent = border_->halos[static_cast<std::size_t>(to)].lent;
+    std::vector<std::int32_t> met;
+    for (const std::int32_t shape : border_->own_shapes) {
+      if (reaches.empty()) break;
+      const std::int32_t body = data_.shapes.body[shape];
+      const auto is_met = [&](const ReachRow& reach) { return meets(reach, data_.shapes.fat_bounds[shape]); };
+      if (is_asleep(data_.bodies, body) && !std::binary_search(lent.begin(), lent.end(), body) &&
+          std::any_of(reaches.begin(), reaches.end(), is_met))
+        met.push_back(body);
+    }
+    std::sort(met.begin(), met.end());
+    met.erase(std::unique(met.begin(), met.end()), met.end());
+    send_list<std::int32_t>(border_->transport, to, met);
+    send_bodies(*border_, to, data_, met);
+  }
+  std::vector<std::int32_t> come;
+  for (std::int32_t from = 0; from < ranks; ++from) {
+    if (from == here) continue;
+    const std::vector<std::int32_t> bodies = receive_list<std::int32_t>(border_->transport, from);
+    for (const std::int32_t body : bodies) check_owner(*border_, from, body);
+    receive_bodies(*border_, from, data_, bodies);
+    come.insert(come.end(), bodies.begin(), bodies.end());
+  }
+  if (come.empty()) return;
+  border_->ghosts.insert(border_->ghosts.end(), come.begin(), come.end());
+  std::sort(border_->ghosts.begin(), border_->ghosts.end());
+  refresh_lists(data_, crew_);
+  update_members(data_, broad_phase_, crew_);
+  broad_phase_.bounds_left.store(true, std::memory_order_relaxed);
+  broad_phase_.left_is_known = false;
+}
+
+// Keeps the pairs of which this rank has a fast body. Returns for each place in `fast` the place of its
+// chain's smallest body, as far as this rank knows, and whether there are bodies of two ranks in any chain.
+std::vector<std::int32_t> SweepAcross::link_chains() {
+  Column<MovingPair>& pairs = broad_phase_.meeting_pairs;
+  const auto is_known = [&](const MovingPair& pair) {
+    return is_own_fast(pair.place[0]) || is_own_fast(pair.place[1]);
+  };
+  auto* const end =
+      std::remove_if(pairs.begin(), pairs.end(), [&](const MovingPair& pair) { return !is_known(pair); });
+  pairs.resize(static_cast<std::size_t>(end - pairs.begin()));
+  std::vector<std::int32_t> parent(broad_phase_.fast.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root_of = [&](std::int32_t place) {
+    while (parent[static_cast<std::size_t>(place)] != place)
+      place = parent[static_cast<std::size_t>(place)] =
+          parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(place)])];
+    return place;
+  };
+  for (const MovingPair& pair : pairs) {
+    if (pair.place[0] < 0 || pair.place[1] < 0) continue;
+    const auto [low, high] = std::minmax({root_of(pair.place[0]), root_of(pair.place[1])});
+    parent[static_cast<std::size_t>(high)] = low;
+    has_chains_ = has_chains_ || is_own_fast(pair.place[0]) != is_own_fast(pair.place[1]);
+  }
+  for (std::size_t place = 0; place < parent.size(); ++place)
+    parent[place] = root_of(static_cast<std::int32_t>(place));
+  return parent;
+}
+
+// Makes of the places of roots the smallest body of each chain that reaches over ranks; -1 for others.
+void SweepAcross::spread_chains(std::vector<std::int32_t>& chain_of) {
+  struct Chain {
+    std::int32_t smallest, is_shared;
+  };
+  const Column<std::int32_t>& fast = broad_phase_.fast;
+  std::vector<Chain> chains;
+  for (const std::int32_t body : fast) chains.push_back({body, 0});
+  const auto chain_at = [&](std::int32_t place) -> Chain& {
+    return chains[static_cast<std::size_t>(chain_of[static_cast<std::size_t>(place)])];
+  };
+  for (const MovingPair& pair : broad_phase_.meeting_pairs) {
+    if (pair.place[0] >= 0 && pair.place[1] >= 0 && is_own_fast(pair.place[0]) != is_own_fast(pair.place[1]))
+      chain_at(pair.place[0]).is_shared = 1;
+  }
+  const auto is_listed = [&](std::int32_t body) { return is_fast_note(data_.bodies, body); };
+  const auto ranks = static_cast<std::int32_t>(border_->halos.size());
+  std::int64_t news = 1;
+  while (news > 0) {
+    for (std::int32_t to = 0; to < ranks; ++to) {
+      const auto lent = where(border_->halos[static_cast<std::size_t>(to)].lent, is_listed);
+      if (lent.empty()) continue;
+      send_rows<Chain>(border_->transport, to, lent,
+                       [&](std::int32_t body) { return chain_at(place_in(fast, body)); });
+    }
+    news = 0;
+    for (std::int32_t from = 0; from < ranks; ++from) {
+      const auto borrowed = where(border_->halos[static_cast<std::size_t>(from)].borrowed, is_listed);
+      if (borrowed.empty()) continue;
+      receive_rows<Chain>(border_->transport, from, borrowed, [&](std::int32_t body, const Chain& told) {
+        Chain& chain = chain_at(place_in(fast, body));
+        if (told.smallest < 0 || std::cmp_greater_equal(told.smallest, border_->owner.size()))
+          refuse_world_of(from);
+        if (told.smallest >= chain.smallest && told.is_shared <= chain.is_shared) return;
+        chain.smallest = std::min(chain.smallest, told.smallest);
+        chain.is_shared = std::max(chain.is_shared, told.is_shared);
+        news = 1;
+      });
+    }
+    border_->transport.add_up({&news, 1});
+  }
+  for (std::size_t place = 0; place < chain_of.size(); ++place) {
+    // Roots are read before they are overwritten: a root's place is the smallest of its chain.
+    const Chain& chain = chains[static_cast<std::size_t>(chain_of[place])];
+    chain_of[place] = chain.is_shared != 0 ? chain.smallest : -1;
+  }
+}
+
+// Sends the chains that others decide about, and takes those that this rank does.
+void SweepAcross::send_chains(const std::vector<std::int32_t>& chain_of) {
+  struct Parcel {
+    std::vector<std::int32_t> bodies, companions;
+    std::vector<ShapePair> pairs;
+  };
+  const std::int32_t here = border_->transport.rank(), ranks = border_->transport.ranks();
+  const Column<std::int32_t>& fast = broad_phase_.fast;
+  std::vector<Parcel> parcels(static_cast<std::size_t>(ranks));
+  const auto decider_of = [&](std::int32_t place) {
+    const std::int32_t chain = chain_of[static_cast<std::size_t>(place)];
+    return chain < 0 ? here : border_->owner_of(chain);
+  };
+  for (std::int32_t place = 0; std::cmp_less(place, fast.size()); ++place) {
+    if (is_own_fast(place) && decider_of(place) != here)
+      parcels[static_cast<std::size_t>(decider_of(place))].bodies.push_back(fast[place]);
+  }
+  std::vector<MovingPair> kept;
+  for (const MovingPair& pair : broad_phase_.meeting_pairs) {
+    // Of a pair that two ranks know, the owner of the first body tells.
+    const int told_by = pair.place[0] >= 0 ? 0 : 1;
+    if (!is_own_fast(pair.place[told_by])) continue;
+    const std::int32_t decider = decider_of(pair.place[told_by]);
+    if (decider == here) {
+      kept.push_back(pair);
+      continue;
+    }
+    Parcel& parcel = parcels[static_cast<std::size_t>(decider)];
+    parcel.pairs.push_back({pair.shape[0], pair.shape[1]});
+    for (int side = 0; side < 2; ++side) {
+      const std::int32_t body = body_of(data_, pair, side);
+      if (pair.place[side] < 0 && data_.bodies.type[body] == BodyType::dynamic)
+        parcel.companions.push_back(body);
+    }
+  }
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    if (to == here) continue;
+    Parcel& parcel = parcels[static_cast<std::size_t>(to)];
+    send_list<std::int32_t>(border_->transport, to, parcel.bodies);
+    std::vector<std::int32_t> all = parcel.bodies;
+    all.insert(all.end(), parcel.companions.begin(), parcel.companions.end());
+    send_rows<SweptBody>(border_->transport, to, all,
+                         [&](std::int32_t body) { return swept_body(data_, body); });
+    send_rows<PoseRow>(border_->transport, to, shapes_of(data_, all),
+                       [&](std::int32_t shape) { return data_.shapes.pose[shape]; });
+    send_list<ShapePair>(border_->transport, to, parcel.pairs);
+    visits_[static_cast<std::size_t>(to)].sent = std::move(parcel.bodies);
+  }
+  std::vector<std::int32_t> visitors;
+  for (std::int32_t from = 0; from < ranks; ++from) {
+    if (from == here) continue;
+    Visit& visit = visits_[static_cast<std::size_t>(from)];
+    visit.received = receive_list<std::int32_t>(border_->transport, from);
+    for (const std::int32_t body : visit.received) check_owner(*border_, from, body);
+    std::vector<std::int32_t> all;
+    for (const SweptBody& row : receive_list<SweptBody>(border_->transport, from)) {
+      if (row.body < 0 || std::cmp_greater_equal(row.body, border_->owner.size())) refuse_world_of(from);
+      all.push_back(row.body);
+      if (border_->owns(row.body)) continue;  // a companion, which is here as it is there
+      data_.bodies.pose[row.body] = row.pose;
+      data_.bodies.velocity[row.body] = row.velocity;
+      data_.bodies.delta[row.body] = row.delta;
+      data_.bodies.step_notes[row.body] = static_cast<std::uint8_t>(row.notes);
+    }
+    receive_rows<PoseRow>(border_->transport, from, shapes_of(data_, all),
+                          [&](std::int32_t shape, const PoseRow& pose) { data_.shapes.pose[shape] = pose; });
+    for (const ShapePair& pair : receive_list<ShapePair>(border_->transport, from)) {
+      const auto shapes = static_cast<std::int64_t>(data_.shapes.flags.size());
+      if (pair.a < 0 || pair.b < 0 || pair.a >= shapes || pair.b >= shapes) refuse_world_of(from);
+      kept.push_back({{pair.a, pair.b}, {-1, -1}});
+    }
+    visitors.insert(visitors.end(), visit.received.begin(), visit.received.end());
+  }
+  admit(std::move(visitors), kept);
+}
+
+void SweepAcross::admit(std::vector<std::int32_t> visitors, const std::vector<MovingPair>& pairs) {
+  Column<std::int32_t>& fast = broad_phase_.fast;
+  const std::vector<std::int32_t> before(fast.begin(), fast.end());
+  const std::vector<StepEnd> ends(broad_phase_.step_ends.begin(), broad_phase_.step_ends.end());
+  append_sorted(fast, std::move(visitors));
+  broad_phase_.step_ends.resize_discarding(fast.size());
+  std::fill(broad_phase_.step_ends.begin(), broad_phase_.step_ends.end(), StepEnd{});
+  for (std::size_t i = 0; i < before.size(); ++i) broad_phase_.step_ends[place_in(fast, before[i])] = ends[i];
+  Column<MovingPair>& all = broad_phase_.meeting_pairs;
+  all.resize_discarding(pairs.size());
+  std::copy(pairs.begin(), pairs.end(), all.begin());
+  for (MovingPair& pair : all) {
+    for (int side = 0; side < 2; ++side) pair.place[side] = place_in(fast, body_of(data_, pair, side));
+  }
+  std::sort(all.begin(), all.end(), [](const MovingPair& one, const MovingPair& other) {
+    return std::tie(one.shape[0], one.shape[1]) < std::tie(other.shape[0], other.shape[1]);
+  });
+}
+
+void SweepAcross::bring_chains() {
+  if (border_ == nullptr) return;
+  std::vector<std::int32_t> chain_of = link_chains();
+  std::int64_t any = has_chains_ ? 1 : 0;
+  border_->transport.add_up({&any, 1});
+  has_chains_ = any > 0;
+  if (!has_chains_) return;
+  visits_.assign(border_->halos.size(), {});
+  spread_chains(chain_of);
+  send_chains(chain_of);
+}
+
+void SweepAcross::return_ways() {
+  if (!has_chains_) return;
+  const auto ranks = static_cast<std::int32_t>(visits_.size());
+  const auto row_at = [&](std::int32_t body) {
+    return SweptStep{data_.bodies.velocity[body], data_.bodies.delta[body],
+                     broad_phase_.step_ends[place_in(broad_phase_.fast, body)]};
+  };
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(to)].received;
+    if (!bodies.empty()) send_rows<SweptStep>(border_->transport, to, bodies, row_at);
+  }
+  for (std::int32_t from = 0; from < ranks; ++from) {
+    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(from)].sent;
+    if (bodies.empty()) continue;
+    receive_rows<SweptStep>(border_->transport, from, bodies, [&](std::int32_t body, const SweptStep& step) {
+      data_.bodies.velocity[body] = step.velocity;
+      data_.bodies.delta[body] = step.delta;
+      StepEnd& end = broad_phase_.step_ends[place_in(broad_phase_.fast, body)];
+      end.held = end.held || step.end.held;
+    });
+  }
+}
+
+void SweepAcross::send_ends() {
+  if (!has_chains_) return;
+  const auto ranks = static_cast<std::int32_t>(visits_.size());
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(to)].sent;
+    if (bodies.empty()) continue;
+    send_rows<SweptStep>(border_->transport, to, bodies, [&](std::int32_t body) {
+      return SweptStep{data_.bodies.velocity[body], data_.bodies.delta[body],
+                       broad_phase_.step_ends[place_in(broad_phase_.fast, body)]};
+    });
+  }
+  for (std::int32_t from = 0; from < ranks; ++from) {
+    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(from)].received;
+    if (bodies.empty()) continue;
+    receive_rows<SweptStep>(border_->transport, from, bodies, [&](std::int32_t body, const SweptStep& step) {
+      data_.bodies.velocity[body] = step.velocity;
+      data_.bodies.delta[body] = step.delta;
+      broad_phase_.step_ends[place_in(broad_phase_.fast, body)] = step.end;
+    });
+  }
+}
+
+void SweepAcross::return_ends() {
+  if (!has_chains_) return;
+  const auto ranks = static_cast<std::int32_t>(visits_.size());
+  const auto end_at = [&](std::int32_t body) -> StepEnd& {
+    return broad_phase_.step_ends[place_in(broad_phase_.fast, body)];
+  };
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(to)].received;
+    if (!bodies.empty()) send_rows<StepEnd>(border_->transport, to, bodies, end_at);
+  }
+  for (std::int32_t from = 0; from < ranks; ++from) {
+    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(from)].sent;
+    if (bodies.empty()) continue;
+    receive_rows<StepEnd>(border_->transport, from, bodies,
+                          [&](std::int32_t body, const StepEnd& end) { end_at(body) = end; });
+  }
+}
+
+void SweepAcross::share_ends() {
+  if (border_ == nullptr) return;
+  struct Motion {
+    VelocityRow velocity;
+    DeltaRow delta;
+  };
+  Bodies& bodies = data_.bodies;
+  const auto is_listed = [&](std::int32_t body) { return is_fast_note(bodies, body); };
+  const auto ranks = static_cast<std::int32_t>(border_->halos.size());
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    const auto lent = where(border_->halos[static_cast<std::size_t>(to)].lent, is_listed);
+    if (lent.empty()) continue;
+    send_rows<Motion>(border_->transport, to, lent, [&](std::int32_t body) {
+      return Motion{bodies.velocity[body], bodies.delta[body]};
+    });
+  }
+  for (std::int32_t from = 0; from < ranks; ++from) {
+    const auto borrowed = where(border_->halos[static_cast<std::size_t>(from)].borrowed, is_listed);
+    if (borrowed.empty()) continue;
+    receive_rows<Motion>(border_->transport, from, borrowed, [&](std::int32_t body, const Motion& motion) {
+      bodies.velocity[body] = motion.velocity;
+      bodies.delta[body] = motion.delta;
+    });
+  }
+}
+
+}  // namespace scree
