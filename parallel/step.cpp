@@ -96,7 +96,10 @@ void check_worlds(std::span<World* const> worlds) {
 
 // `begin`: of the step, whose numbers of user joints are there.
 void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) {
-  if (data.border != nullptr) check_border(data);
+  if (Border* const border = border_of(data)) {
+    check_border(data);
+    adopt_calls(data, *border);
+  }
   clear_figures(data.stats);
   clear_events(data.events);
   PhaseClock clock(data.stats, begin, crew.zones());

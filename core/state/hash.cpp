@@ -69,6 +69,10 @@ std::uint64_t hash_of(const Bodies& bodies) {
   return sum;
 }
 
-std::uint64_t World::hash() const { return hash_of(opened({"hash"}, data_).bodies); }
+std::uint64_t World::hash() const {
+  const WorldData& data = opened({"hash"}, data_);
+  check_whole(data, "hash");
+  return hash_of(data.bodies);
+}
 
 }  // namespace scree

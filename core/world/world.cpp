@@ -50,6 +50,12 @@ const WorldData& internals(const World& world, const char* call) {
   return internals(const_cast<World&>(world), call);
 }
 
+void check_whole(const WorldData& data, const char* call) {
+  if (data.border == nullptr) return;
+  throw Error(std::string(call) + ": the world is a part of a distributed one; ask its DistributedWorld",
+              ErrorCode::wrong_state);
+}
+
 World::World(const WorldSettings& settings) {
   check_settings({"World"}, settings);
   data_ = std::make_unique<WorldData>();

@@ -523,5 +523,7 @@ bool is_own(const WorldData& data, const Handle& handle) {
 // What is inside a world. Throws Error, which names the call, where the world has been moved from.
 WorldData& internals(World& world, const char* call = "internals");
 const WorldData& internals(const World& world, const char* call = "internals");
+// Throws Error where the world is a part of a distributed one, whose rows of other parts say nothing.
+void check_whole(const WorldData& data, const char* call);
 
 }  // namespace scree

@@ -2,6 +2,9 @@
 // transforms for the caller, bounds for the next pairs, sleep timers, energy.
 #include <parallel/constraints/constraints.h>
 #include <parallel/stages.h>
+#include <scree/error.h>
+
+#include <string>
 
 namespace scree {
 
@@ -45,6 +48,10 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   data.stats.awake_bodies = dynamic_count;
   update_bounds(data, dt, crew);
   if (data.stats.restored_bodies > 0) {
+    if (data.border != nullptr) {
+      throw Error("step: the state of " + std::to_string(data.stats.restored_bodies) +
+                  " bodies is not finite any more; that is not supported across ranks yet");
+    }
     quarantine_bodies(data);
     data.recording.hash.reset();
   }

@@ -3,6 +3,7 @@
 #include <core/world/edit.h>
 #include <parallel/constraints/constraints.h>
 #include <parallel/crew/crew.h>
+#include <parallel/distributed/border.h>
 #include <parallel/events/joint_questions.h>
 #include <parallel/stages.h>
 
@@ -46,6 +47,7 @@ void break_joints(WorldData& data, Crew& crew) {
     }
   }
   std::sort(broken.begin(), broken.end(), [](JointId a, JointId b) { return a.index < b.index; });
+  if (Border* const border = border_of(data)) share_broken(*border, data, broken);
   for (const JointId id : broken) {
     const auto joint = static_cast<std::int32_t>(id.index);
     std::uint8_t& flags = joints.flags[id.index];

@@ -438,6 +438,7 @@ void sweep_fast_bodies(WorldData& data, float dt, Crew& crew) {
   across.send_ends();
   end_at_moving(data, broad_phase, crew);
   across.return_ends();
+  across.bring_sleepers_to_carried();
   run([&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       if (is_own(fast[i]) && ends[i].time <= 1.0f) stop_body(data, obstacles, fast[i], ends[i], dt);

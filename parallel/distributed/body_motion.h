@@ -81,6 +81,8 @@ inline void receive_bodies(Border& border, std::int32_t from, WorldData& data,
                                set_absent(data, body, false, motion.is_asleep != 0);
                              } else if (motion.is_asleep == 0) {
                                wake_body(data, body);
+                             } else if (!is_asleep(bodies, body)) {
+                               refuse_world_of(from);  // owners do not put bodies to sleep by themselves
                              }
                              bodies.pose[body] = motion.pose;
                              bodies.velocity[body] = motion.velocity;

@@ -15,12 +15,7 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& what) { throw Error("divide_world: " + what); }
 
-void check(const WorldData& data, const Transport& transport, const std::vector<std::int32_t>& owner) {
-  for (std::size_t joint = 0; joint < data.joints.flags.size(); ++joint) {
-    if ((data.joints.flags[joint] & (kJointAlive | kJointBreaks)) == (kJointAlive | kJointBreaks))
-      refuse("joint " + std::to_string(joint) + " may break, which is not supported yet");
-  }
-  if (data.settings.solver != Solver::soft_step) refuse("only the soft-step solver is supported yet");
+void check_owners(const WorldData& data, const Transport& transport, const std::vector<std::int32_t>& owner) {
   if (owner.size() != data.bodies.flags.size()) {
     refuse(std::to_string(owner.size()) + " owners were given for " +
            std::to_string(data.bodies.flags.size()) + " rows of bodies");
@@ -80,28 +75,27 @@ void Border::report(const char* store, const Visit& visit) const {
   }
   for (const Halo& halo : halos) lists += bytes(halo.lent) + bytes(halo.borrowed) + bytes(halo.tied);
   lists += places.capacity_bytes() + found.capacity_bytes() + own_shapes.capacity_bytes();
-  const std::size_t all = bytes(owner) + bytes(ghosts) + bytes(boxes) + bytes(waits) + lists;
+  const std::size_t all =
+      bytes(owner) + bytes(generation) + bytes(ghosts) + bytes(boxes) + bytes(waits) + lists;
   static const Attributes kPlain{};
   visit(Member{ColumnKind::scratch, MemberForm::list, store, "border", kPlain}, this, 1, all, all);
 }
 
 void check_border(const WorldData& data) {
-  const Border& border = *border_of(data);
-  const Joints& joints = data.joints;
-  const bool same = !data.bodies.lists_dirty && joints.changed.empty() && !joints.all_changed;
-  if (same && border.owner.size() == data.bodies.flags.size() && !data.settings.continuous &&
-      data.settings.solver == Solver::soft_step) {
-    return;
-  }
-  check(data, border.transport, border.owner);
+  if (data.settings.solver != Solver::soft_step) refuse("only the soft-step solver is supported yet");
+  if (data.user_joints.callback) refuse("user joints whose numbers a callback makes are not supported yet");
 }
 
 void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner) {
-  check(data, transport, owner);
+  check_border(data);
+  if (data.recording.sink != nullptr) refuse("a recorder records the world, which is not supported yet");
+  check_owners(data, transport, owner);
   for (std::size_t body = 0; body < owner.size(); ++body) {
     if (data.bodies.type[body] != BodyType::dynamic) owner[body] = kEveryRank;
   }
-  data.border = std::make_unique<Border>(transport, std::move(owner));
+  auto border = std::make_unique<Border>(transport, std::move(owner));
+  border->generation.assign(data.bodies.generation.begin(), data.bodies.generation.end());
+  data.border = std::move(border);
   forget_halos(data, *border_of(data));
 }
 

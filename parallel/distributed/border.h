@@ -17,6 +17,7 @@
 #include <parallel/crew/crew.h>
 #include <parallel/distributed/counted_transport.h>
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -67,12 +68,15 @@ struct Border final : Part {
   std::int32_t owner_of(std::int32_t body) const { return owner[static_cast<std::size_t>(body)]; }
 
   CountedTransport transport;
-  std::vector<std::int32_t> owner;     // by body: rank, or kEveryRank
-  std::vector<Halo> halos;             // by rank
+  std::vector<std::int32_t> owner;                              // by body: rank, or kEveryRank
+  std::vector<std::uint32_t> generation;                        // by body: whose owner that is
+  std::function<std::int32_t(std::int32_t body)> owner_of_new;  // of bodies that calls create
+  std::vector<Halo> halos;                                      // by rank
   bool halos_stale = true;             // owners have changed: what is lent must be sent anew
   bool ties_stale = true;              // owners or joints have changed
   std::vector<std::int32_t> ghosts;    // all bodies of others that are here, ascending
   Column<std::int32_t> own_shapes;     // that are there, of dynamic bodies
+  std::vector<BoundsRow> around;       // of this step, by rank: all its shapes
   std::vector<BoundsRow> boxes;        // around own shapes, some in each
   Column<std::int32_t> places, found;  // of list_where
   std::vector<Neighbor> neighbors;     // of this step, ascending
@@ -84,11 +88,12 @@ inline Border* border_of(const WorldData& data) { return static_cast<Border*>(da
 
 // Makes a world the part of a rank: it solves what one of its bodies takes part in. `owner`: the rank of each
 // row of bodies that is a dynamic body. All ranks give worlds of the same state, and call step together.
-// No body may be created or made dynamic afterwards. Throws Error for settings that are not supported yet.
+// Throws Error for settings that are not supported yet.
 void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner);
 
 // Gives bodies of this rank to others, with all that is known of their pairs and joints. All ranks call it
-// together, between two steps, each for its own bodies. Throws Error for what is not this rank's to give.
+// together, between two steps, each for its own bodies. Throws Error for what is not this rank's to give,
+// which leaves the other ranks waiting.
 struct GivenBody {
   std::int32_t body, to;
 };
@@ -102,6 +107,8 @@ std::uint64_t hash_of_part(const WorldData& data);
 
 // At the begin of a step: throws the same Error if calls have changed what divide_world() has checked.
 void check_border(const WorldData& data);
+// Takes up what calls have done to bodies since the last step. May be called before that, too.
+void adopt_calls(WorldData& data, Border& border);
 
 // Before pairs are found: brings the ghosts that own bodies may meet in this step, and sends others away. The
 // lists of what moves are stale then.
@@ -180,6 +187,8 @@ class RefreshedPass {
 
 // Tells the impulses of hubs' constraints, for the other rank's warm start once the hub is none any more.
 void share_impulses(const Constraints& constraints, Border& border, WorldData& data);
+// Joints that have broken on any rank: all ranks disable them.
+void share_broken(Border& border, const WorldData& data, Column<JointId>& broken);
 // The end of the solver: ghosts move as their owners say.
 void share_motion(Border& border, Bodies& bodies);
 

@@ -13,6 +13,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <string>
@@ -33,6 +34,8 @@ bool is_shared_out(const Bodies& bodies, std::size_t body) {
 WeightedPoint weigh(const WorldData& data, std::int32_t body) {
   const PoseRow& pose = data.bodies.pose[body];
   WeightedPoint point{{pose.position[0], pose.position[1], pose.position[2]}, kBodyLoad};
+  if ((data.bodies.flags[body] & kBodyAsleep) != 0)
+    return {{point.position[0], point.position[1], point.position[2]}, 1};
   if (data.constraints == nullptr) return point;
   const auto& colors = static_cast<const Constraints&>(*data.constraints).body_colors;
   if (std::cmp_less(body, colors.size())) point.weight += colors[body].degree;
@@ -59,18 +62,26 @@ std::uint64_t digest_of(const World& world) {
 }
 
 // Throws on all ranks unless all of them hold the same world and were built alike.
-void check_alike(const World& world, Transport& transport) {
+void check_alike(const World& world, Transport& transport, const DistributedOptions& options) {
   struct Digest {
     std::uint64_t build, state;
+    std::int64_t steps_per_look;
+    std::uint64_t imbalance;
   };
   const std::string_view version = SCREE_VERSION;
-  const Digest own{digest_of(std::as_bytes(std::span(version)), layout_of_columns()), digest_of(world)};
+  const Digest own{digest_of(std::as_bytes(std::span(version)), layout_of_columns()), digest_of(world),
+                   options.steps_per_look, std::bit_cast<std::uint32_t>(options.imbalance)};
   const std::vector<Digest> digests = gather_rows<Digest>(transport, own);
   for (std::size_t rank = 1; rank < digests.size(); ++rank) {
-    const bool build = digests[rank].build != digests[0].build;
-    if (!build && digests[rank].state == digests[0].state) continue;
-    throw Error("DistributedWorld: the " + std::string(build ? "build" : "world") + " of rank " +
-                std::to_string(rank) + " is not that of rank 0");
+    const Digest &one = digests[rank], &first = digests[0];
+    const char* other = one.build != first.build                     ? "build"
+                        : one.state != first.state                   ? "world"
+                        : one.steps_per_look != first.steps_per_look ? "option steps_per_look"
+                        : one.imbalance != first.imbalance           ? "option imbalance"
+                                                                     : nullptr;
+    if (other == nullptr) continue;
+    throw Error("DistributedWorld: the " + std::string(other) + " of rank " + std::to_string(rank) +
+                " is not that of rank 0");
   }
 }
 
@@ -107,6 +118,12 @@ float margin_of(const WorldData& data, std::int32_t body) {
   return std::isfinite(extent) ? 0.5f * extent : 0.0f;
 }
 
+double mean_of(const std::vector<std::int64_t>& loads) {
+  std::int64_t all = 0;
+  for (const std::int64_t load : loads) all += load;
+  return static_cast<double>(all) / static_cast<double>(loads.size());
+}
+
 bool is_outside(const PartitionBox& box, const float (&point)[3], float margin) {
   for (int axis = 0; axis < 3; ++axis) {
     if (point[axis] < box.lower[axis] - margin || point[axis] >= box.upper[axis] + margin) return true;
@@ -122,7 +139,6 @@ struct DistributedWorld::Impl {
   DistributedOptions options;
   Partition partition = {};
   std::int64_t steps = 0;  // since the world was shared out
-  double load = 1.0;       // when it was weighed last
   RankStats stats = {};
 
   WorldData& data() { return internals(world); }
@@ -137,14 +153,10 @@ struct DistributedWorld::Impl {
       points.push_back(weigh(data(), body));
       own += points.back().weight;
     });
-    const std::int64_t own_load = own;
-    transport.add_up(loads);
-    std::int64_t all = 0;
-    for (const std::int64_t one : loads) all += one;
-    const double mean = static_cast<double>(all) / static_cast<double>(loads.size());
+    border().transport.add_up(loads);
     const auto most = static_cast<double>(*std::max_element(loads.begin(), loads.end()));
-    load = mean > 0.0 ? static_cast<double>(own_load) / mean : 1.0;
-    if (most > static_cast<double>(options.imbalance) * mean) partition = cut_space(transport, points);
+    if (most > static_cast<double>(options.imbalance) * mean_of(loads))
+      partition = cut_space(border().transport, points);
     give_strays(workers);
   }
 
@@ -194,8 +206,8 @@ struct DistributedWorld::Impl {
 };
 
 DistributedWorld::DistributedWorld(World world, Transport& transport, const DistributedOptions& options) {
+  check_alike(world, transport, options);
   check_options(options);
-  check_alike(world, transport);
   impl_.reset(new Impl{std::move(world), transport, options});
   WorldData& data = internals(impl_->world, "DistributedWorld");
   impl_->partition = first_partition(data, transport);
@@ -205,6 +217,10 @@ DistributedWorld::DistributedWorld(World world, Transport& transport, const Dist
       owners[body] = impl_->partition.rank_of(data.bodies.pose[body].position);
   }
   divide_world(data, transport, std::move(owners));
+  Impl* const impl = impl_.get();  // which stays where it is
+  impl->border().owner_of_new = [impl](std::int32_t body) {
+    return impl->partition.rank_of(impl->data().bodies.pose[body].position);
+  };
 }
 
 DistributedWorld::~DistributedWorld() = default;
@@ -225,10 +241,12 @@ bool DistributedWorld::owns(BodyId body) const {
 void DistributedWorld::step(float dt, Workers& workers) {
   Impl& impl = *impl_;
   const auto begin = std::chrono::steady_clock::now();
+  impl.border().transport.begin_step();
+  adopt_calls(impl.data(), impl.border());
   const int spacing = impl.options.steps_per_look;
-  if (spacing > 0 && impl.steps > 0 && impl.steps % spacing == 0) impl.look(workers);
+  const std::int64_t steps = impl.steps++;  // on all ranks, even where a hook throws in this step
+  if (spacing > 0 && steps > 0 && steps % spacing == 0) impl.look(workers);
   scree::step(impl.world, dt, workers);
-  ++impl.steps;
   const Border& border = impl.border();
   const CountedTransport::Sent& sent = border.transport.sent();
   impl.stats = {
@@ -236,11 +254,11 @@ void DistributedWorld::step(float dt, Workers& workers) {
       .bytes = sent.bytes,
       .step_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count(),
       .waiting_ms = sent.waiting_ms,
-      .load = impl.load,
   };
 }
 
 std::uint64_t DistributedWorld::hash() {
+  adopt_calls(impl_->data(), impl_->border());
   auto part = static_cast<std::int64_t>(hash_of_part(impl_->data()));
   impl_->transport.add_up({&part, 1});
   return static_cast<std::uint64_t>(part);
@@ -253,18 +271,36 @@ void DistributedWorld::stats(std::span<RankStats> by_rank) {
   }
   RankStats own = impl_->stats;
   impl_->count(own);
+  std::vector<std::int64_t> loads(by_rank.size(), 0);
+  impl_->for_each_own([&](std::int32_t body) {
+    loads[static_cast<std::size_t>(rank())] += weigh(impl_->data(), body).weight;
+  });
+  const auto own_load = static_cast<double>(loads[static_cast<std::size_t>(rank())]);
+  impl_->transport.add_up(loads);
+  own.load = mean_of(loads) > 0.0 ? own_load / mean_of(loads) : 1.0;
   const std::vector<RankStats> rows = gather_rows<RankStats>(impl_->transport, own);
   std::copy(rows.begin(), rows.end(), by_rank.begin());
 }
 
 void DistributedWorld::save(Snapshot& snapshot, Workers& workers) {
   Impl& impl = *impl_;
+  adopt_calls(impl.data(), impl.border());
   const std::vector<std::int32_t> owners = impl.border().owner;
   std::vector<GivenBody> given;
   impl.for_each_own([&](std::int32_t body) { given.push_back({body, 0}); });
   Crew crew(workers);
   give_bodies(impl.data(), given, crew);
-  if (rank() == 0) scree::save(impl.world, snapshot);
+  if (rank() == 0) {  // which has the whole world now
+    PartOwner part = std::move(impl.data().border);
+    const auto take_back = [&] { impl.data().border = std::move(part); };
+    try {
+      scree::save(impl.world, snapshot);
+    } catch (...) {
+      take_back();
+      throw;
+    }
+    take_back();
+  }
   given.clear();
   impl.for_each_own([&](std::int32_t body) {
     given.push_back({body, owners[static_cast<std::size_t>(body)]});

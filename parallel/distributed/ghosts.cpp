@@ -9,6 +9,7 @@
 #include <parallel/crew/list_where.h>
 #include <parallel/distributed/body_motion.h>
 #include <parallel/distributed/border.h>
+#include <parallel/distributed/box_index.h>
 #include <parallel/distributed/messages.h>
 
 #include <algorithm>
@@ -22,30 +23,6 @@ namespace {
 
 constexpr int kShapesPerBox = simd::kBlock;
 constexpr int kBoxesPerTask = 64;
-
-BoundsRow empty_box() {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  BoundsRow box{};
-  for (int axis = 0; axis < 3; ++axis) {
-    box.lower[axis] = kInfinity;
-    box.upper[axis] = -kInfinity;
-  }
-  return box;
-}
-
-void include(BoundsRow& box, const BoundsRow& other) {
-  for (int axis = 0; axis < 3; ++axis) {
-    box.lower[axis] = std::min(box.lower[axis], other.lower[axis]);
-    box.upper[axis] = std::max(box.upper[axis], other.upper[axis]);
-  }
-}
-
-bool boxes_meet(const BoundsRow& x, const BoundsRow& y) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(x.lower[axis] <= y.upper[axis] && y.lower[axis] <= x.upper[axis])) return false;
-  }
-  return true;
-}
 
 // Lists own bodies' shapes that are there, awake or asleep.
 void list_own_shapes(const WorldData& data, Border& border, Crew& crew) {
@@ -99,39 +76,6 @@ BoundsRow box_own_shapes(const WorldData& data, Border& border, Crew& crew) {
   for (const BoundsRow& box : border.boxes) include(all, box);
   return all;
 }
-
-// The boxes of another rank, along the axis on which they reach farthest.
-class BoxIndex {
- public:
-  explicit BoxIndex(std::vector<BoundsRow> boxes) : boxes_(std::move(boxes)) {
-    BoundsRow all = empty_box();
-    for (const BoundsRow& box : boxes_) include(all, box);
-    const auto reach = [&](int axis) { return all.upper[axis] - all.lower[axis]; };
-    for (const int axis : {1, 2}) {
-      if (reach(axis) > reach(axis_)) axis_ = axis;
-    }
-    std::sort(boxes_.begin(), boxes_.end(), [&](const BoundsRow& one, const BoundsRow& other) {
-      return one.lower[axis_] < other.lower[axis_];
-    });
-    float farthest = -std::numeric_limits<float>::infinity();
-    for (const BoundsRow& box : boxes_) reaches_.push_back(farthest = std::max(farthest, box.upper[axis_]));
-  }
-  bool meets(const BoundsRow& bounds) const {
-    auto place = static_cast<std::size_t>(
-        std::upper_bound(boxes_.begin(), boxes_.end(), bounds.upper[axis_],
-                         [&](float upper, const BoundsRow& box) { return upper < box.lower[axis_]; }) -
-        boxes_.begin());
-    while (place > 0 && reaches_[--place] >= bounds.lower[axis_]) {
-      if (boxes_meet(boxes_[place], bounds)) return true;
-    }
-    return false;
-  }
-
- private:
-  int axis_ = 0;
-  std::vector<BoundsRow> boxes_;
-  std::vector<float> reaches_;  // how far the boxes up to one of them reach
-};
 
 // Joints to bodies of other ranks.
 void find_ties(const WorldData& data, Border& border) {
@@ -244,14 +188,15 @@ void share_ghosts(WorldData& data, Crew& crew) {
   Border& border = *border_of(data);
   BroadPhase& broad_phase = broad_phase_of(data);
   const auto ranks = static_cast<std::int32_t>(border.halos.size());
-  border.transport.begin_step();
   update_dirty_bounds(data, broad_phase, data.last_dt, crew);
   find_ties(data, border);
   if (border.halos_stale) {
+    pull_all_pairs(data, crew);  // pairs at rest of others' bodies are not for this rank to know
     for (Halo& halo : border.halos) halo.lent.clear(), halo.borrowed.clear();
   }
   list_own_shapes(data, border, crew);
-  const std::vector<BoundsRow> around = gather_rows(border.transport, box_own_shapes(data, border, crew));
+  border.around = gather_rows(border.transport, box_own_shapes(data, border, crew));
+  const std::vector<BoundsRow>& around = border.around;
   const BoundsRow& own = around[static_cast<std::size_t>(border.transport.rank())];
   std::vector<std::int32_t> near;
   for (std::int32_t rank = 0; rank < ranks; ++rank) {

@@ -87,12 +87,18 @@ struct Parcel {
   std::vector<SentJoint> joints;
 };
 
+// Whether calls have destroyed the shape or made another one in its slot, since pairs were listed.
+bool has_changed(const Shapes& shapes, std::int32_t shape) {
+  return (shapes.flags[shape] & (kShapeAlive | kShapeNew)) != kShapeAlive;
+}
+
 void pack_pairs(const WorldData& data, const Border& border, const std::vector<std::int32_t>& next_owner,
                 std::vector<Parcel>& parcels) {
   const PairRows& pairs = data.contacts.pairs;
   const ContactRows& now = data.contacts.now;
   for (std::size_t row = 0; row < pairs.pair.size(); ++row) {
     const ShapePair pair = pairs.pair[row];
+    if (has_changed(data.shapes, pair.a) || has_changed(data.shapes, pair.b)) continue;
     const Receivers to = receivers_of(border, next_owner, data.shapes.body[pair.a], data.shapes.body[pair.b]);
     for (int i = 0; i < to.count; ++i) {
       Parcel& parcel = parcels[static_cast<std::size_t>(to.ranks[i])];

@@ -117,8 +117,10 @@ void count_everywhere(const Constraints& constraints, Border& border, std::span<
   }
   border.transport.add_up(in_place);
   if (in_place[0] > 0) {
-    throw Error("step: " + std::to_string(in_place[0]) + " constraints join two bodies of more than " +
-                std::to_string(kHubDegree) + " each, which is not supported across ranks yet");
+    throw Error("step: " + std::to_string(in_place[0]) +
+                " constraints have no color: they join two bodies of " + "more than " +
+                std::to_string(kHubDegree) + " each, or one that touches more than " +
+                std::to_string(kHubColorLimit) + " such bodies; that is not supported across ranks yet");
   }
 }
 
@@ -143,7 +145,9 @@ void plan_refreshes(const Constraints& constraints, Border& border, std::int32_t
   }
   for (Neighbor& with : border.neighbors) {
     const std::vector<Refresh> plan = receive_list<Refresh>(border.transport, with.rank);
-    for (const Refresh& refresh : plan) {
+    for (std::size_t i = 0; i < plan.size(); ++i) {
+      const Refresh& refresh = plan[i];
+      if (i > 0 && refresh.turn < plan[i - 1].turn) refuse_world_of(with.rank);
       if (refresh.turn < 0 || refresh.turn > turns.count) refuse_world_of(with.rank);
       check_owner(border, with.rank, refresh.body);
     }
@@ -266,6 +270,33 @@ void share_motion(Border& border, Bodies& bodies) {
       bodies.step_notes[body] = static_cast<std::uint8_t>(motion.notes);
     });
   }
+}
+
+void share_broken(Border& border, const WorldData& data, Column<JointId>& broken) {
+  if (data.joints.flags.empty()) return;
+  auto any = static_cast<std::int64_t>(broken.size());
+  border.transport.add_up({&any, 1});
+  if (any == 0) return;
+  const std::int32_t here = border.transport.rank(), ranks = border.transport.ranks();
+  std::vector<std::uint32_t> all;
+  for (const JointId id : broken) all.push_back(id.index);
+  const std::vector<std::uint32_t> own = all;
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    if (to != here) send_list<std::uint32_t>(border.transport, to, own);
+  }
+  for (std::int32_t from = 0; from < ranks; ++from) {
+    if (from == here) continue;
+    for (const std::uint32_t joint : receive_list<std::uint32_t>(border.transport, from)) {
+      if (joint >= data.joints.flags.size() || (data.joints.flags[joint] & kJointAlive) == 0)
+        refuse_world_of(from);
+      all.push_back(joint);
+    }
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  broken.clear();
+  for (const std::uint32_t joint : all)
+    broken.push_back(joint_handle(data, static_cast<std::int32_t>(joint)));
 }
 
 }  // namespace scree

@@ -1,9 +1,11 @@
 // See sweep_across.h.
 #include <parallel/continuous/sweep_near.h>
 #include <parallel/distributed/body_motion.h>
+#include <parallel/distributed/box_index.h>
 #include <parallel/distributed/messages.h>
 #include <parallel/distributed/sweep_across.h>
 #include <parallel/stages.h>
+#include <scree/error.h>
 
 #include <algorithm>
 #include <iterator>
@@ -33,10 +35,6 @@ struct SweptStep {
   StepEnd end;
 };
 
-struct ReachRow {
-  float lower[3], upper[3];
-};
-
 bool is_fast_note(const Bodies& bodies, std::int32_t body) {
   return (bodies.step_notes[body] & kIsFast) != 0 && !is_asleep(bodies, body);
 }
@@ -60,9 +58,12 @@ void append_sorted(Column<std::int32_t>& fast, std::vector<std::int32_t> more) {
   std::copy(more.begin(), more.end(), fast.begin());
 }
 
-ReachRow reach_of(const WorldData& data, std::int32_t body) {
-  const sweeps::Swept box = sweeps::reach_of_way(data, body).box;
-  ReachRow reach{};
+// Around all that the body may come to in this step: what holds it may turn its way aside, but not make it
+// longer. `carried`: m, beyond that.
+BoundsRow reach_of(const WorldData& data, std::int32_t body, float carried) {
+  const sweeps::Reach way = sweeps::reach_of_way(data, body);
+  const sweeps::Swept box(way.start, way.start, way.radius + length(way.end - way.start) + carried);
+  BoundsRow reach{};
   for (int axis = 0; axis < 3; ++axis) {
     reach.lower[axis] = box.lower[axis];
     reach.upper[axis] = box.upper[axis];
@@ -70,31 +71,17 @@ ReachRow reach_of(const WorldData& data, std::int32_t body) {
   return reach;
 }
 
-bool meets(const ReachRow& reach, const BoundsRow& bounds) {
+// Whether that leaves the bounds that ghosts were found by. Parts of a compound have bounds of their own,
+// with room between them.
+bool strays(const WorldData& data, std::int32_t body, const BoundsRow& reach) {
+  const std::int32_t shape = data.bodies.first_shape[body];
+  if (shape < 0) return false;
+  if (data.shapes.next[shape] >= 0) return true;
+  const BoundsRow& bounds = data.shapes.fat_bounds[shape];
   for (int axis = 0; axis < 3; ++axis) {
-    if (!(reach.lower[axis] <= bounds.upper[axis] && bounds.lower[axis] <= reach.upper[axis])) return false;
+    if (!(bounds.lower[axis] <= reach.lower[axis] && reach.upper[axis] <= bounds.upper[axis])) return true;
   }
-  return true;
-}
-
-// Whether the body's way leaves the bounds that ghosts were found by.
-bool strays(const WorldData& data, std::int32_t body) {
-  const ReachRow reach = reach_of(data, body);
-  float lower[3], upper[3];
-  bool any = false;
-  for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
-    const BoundsRow& bounds = data.shapes.fat_bounds[shape];
-    for (int axis = 0; axis < 3; ++axis) {
-      lower[axis] = any ? std::min(lower[axis], bounds.lower[axis]) : bounds.lower[axis];
-      upper[axis] = any ? std::max(upper[axis], bounds.upper[axis]) : bounds.upper[axis];
-    }
-    any = true;
-  }
-  for (int axis = 0; any && axis < 3; ++axis) {
-    if (!(lower[axis] <= reach.lower[axis] && reach.upper[axis] <= upper[axis])) return true;
-  }
-  // Parts of a compound have bounds of their own, with room between them.
-  return any && data.shapes.next[data.bodies.first_shape[body]] >= 0;
+  return false;
 }
 
 std::int32_t body_of(const WorldData& data, const MovingPair& pair, int side) {
@@ -144,33 +131,60 @@ bool SweepAcross::share_fast() {
 
 void SweepAcross::bring_sleepers() {
   if (border_ == nullptr) return;
-  std::vector<ReachRow> ways;
+  std::vector<BoundsRow> ways;
   for (const std::int32_t body : broad_phase_.fast) {
-    if (border_->owns(body) && sweeps::has_finite_motion(data_.bodies.delta[body]) && strays(data_, body))
-      ways.push_back(reach_of(data_, body));
+    if (!border_->owns(body) || !sweeps::has_finite_motion(data_.bodies.delta[body])) continue;
+    const BoundsRow reach = reach_of(data_, body, 0.0f);
+    if (strays(data_, body, reach)) ways.push_back(reach);
   }
+  bring_sleepers(ways);
+}
+
+void SweepAcross::bring_sleepers_to_carried() {
+  if (border_ == nullptr) return;
+  std::vector<BoundsRow> ways;
+  for (std::size_t place = 0; place < broad_phase_.fast.size(); ++place) {
+    const std::int32_t body = broad_phase_.fast[place];
+    const float carried = length(broad_phase_.step_ends[place].carried);
+    if (border_->owns(body) && carried > 0.0f) ways.push_back(reach_of(data_, body, carried));
+  }
+  bring_sleepers(ways);
+}
+
+// Own sleeping bodies that another rank's bodies may come to, and that are not lent to it.
+std::vector<std::int32_t> SweepAcross::sleepers_on(const BoxIndex& ways, std::int32_t rank) const {
+  const std::vector<std::int32_t>& lent = border_->halos[static_cast<std::size_t>(rank)].lent;
+  std::vector<std::int32_t> met;
+  for (const std::int32_t shape : border_->own_shapes) {
+    const std::int32_t body = data_.shapes.body[shape];
+    // What has fallen asleep in this step is in no frozen tree yet, and in nobody's way.
+    if (is_frozen_tree(broad_phase_.tree_of[shape]) && is_asleep(data_.bodies, body) &&
+        !std::binary_search(lent.begin(), lent.end(), body) && ways.meets(data_.shapes.fat_bounds[shape]))
+      met.push_back(body);
+  }
+  std::sort(met.begin(), met.end());
+  met.erase(std::unique(met.begin(), met.end()), met.end());
+  return met;
+}
+
+void SweepAcross::bring_sleepers(const std::vector<BoundsRow>& ways) {
   std::int64_t counts[2] = {static_cast<std::int64_t>(ways.size()), data_.bodies.asleep};
   border_->transport.add_up(counts);
   if (counts[0] == 0 || counts[1] == 0) return;
   const std::int32_t here = border_->transport.rank(), ranks = border_->transport.ranks();
   for (std::int32_t to = 0; to < ranks; ++to) {
-    if (to != here) send_list<ReachRow>(border_->transport, to, ways);
+    if (to == here) continue;
+    std::vector<BoundsRow> near;
+    std::copy_if(ways.begin(), ways.end(), std::back_inserter(near), [&](const BoundsRow& way) {
+      return boxes_meet(way, border_->around[static_cast<std::size_t>(to)]);
+    });
+    send_list<BoundsRow>(border_->transport, to, near);
   }
   for (std::int32_t to = 0; to < ranks; ++to) {
     if (to == here) continue;
-    const std::vector<ReachRow> reaches = receive_list<ReachRow>(border_->transport, to);
-    const std::vector<std::int32_t>& lent = border_->halos[static_cast<std::size_t>(to)].lent;
-    std::vector<std::int32_t> met;
-    for (const std::int32_t shape : border_->own_shapes) {
-      if (reaches.empty()) break;
-      const std::int32_t body = data_.shapes.body[shape];
-      const auto is_met = [&](const ReachRow& reach) { return meets(reach, data_.shapes.fat_bounds[shape]); };
-      if (is_asleep(data_.bodies, body) && !std::binary_search(lent.begin(), lent.end(), body) &&
-          std::any_of(reaches.begin(), reaches.end(), is_met))
-        met.push_back(body);
-    }
-    std::sort(met.begin(), met.end());
-    met.erase(std::unique(met.begin(), met.end()), met.end());
+    std::vector<BoundsRow> near = receive_list<BoundsRow>(border_->transport, to);
+    const std::vector<std::int32_t> met =
+        near.empty() ? std::vector<std::int32_t>() : sleepers_on(BoxIndex(std::move(near)), to);
     send_list<std::int32_t>(border_->transport, to, met);
     send_bodies(*border_, to, data_, met);
   }
@@ -182,13 +196,23 @@ void SweepAcross::bring_sleepers() {
     receive_bodies(*border_, from, data_, bodies);
     come.insert(come.end(), bodies.begin(), bodies.end());
   }
-  if (come.empty()) return;
-  border_->ghosts.insert(border_->ghosts.end(), come.begin(), come.end());
+  if (!come.empty()) enter(come);
+}
+
+// Puts sleepers into the trees. What else has changed in this step must not enter its tree before the next
+// pairs are found: in one process it does not, either.
+void SweepAcross::enter(const std::vector<std::int32_t>& come) {
+  std::copy(come.begin(), come.end(), std::back_inserter(border_->ghosts));
   std::sort(border_->ghosts.begin(), border_->ghosts.end());
+  border_->ghosts.erase(std::unique(border_->ghosts.begin(), border_->ghosts.end()), border_->ghosts.end());
+  Column<std::int32_t> later;
+  later.swap(broad_phase_.changed);
   refresh_lists(data_, crew_);
   update_members(data_, broad_phase_, crew_);
+  broad_phase_.changed.append(std::as_const(later).span());
   broad_phase_.bounds_left.store(true, std::memory_order_relaxed);
   broad_phase_.left_is_known = false;
+  data_.contacts.pairs_stale = true;
 }
 
 // Keeps the pairs of which this rank has a fast body. Returns for each place in `fast` the place of its
@@ -357,6 +381,8 @@ void SweepAcross::admit(std::vector<std::int32_t> visitors, const std::vector<Mo
   std::copy(pairs.begin(), pairs.end(), all.begin());
   for (MovingPair& pair : all) {
     for (int side = 0; side < 2; ++side) pair.place[side] = place_in(fast, body_of(data_, pair, side));
+    if (pair.place[0] < 0 && pair.place[1] < 0)
+      throw Error("sweep_fast_bodies: another rank has sent a pair of which no body is fast");
   }
   std::sort(all.begin(), all.end(), [](const MovingPair& one, const MovingPair& other) {
     return std::tie(one.shape[0], one.shape[1]) < std::tie(other.shape[0], other.shape[1]);

@@ -15,6 +15,8 @@
 
 namespace scree {
 
+class BoxIndex;
+
 // The stages of a step's sweeps between which ranks talk. Does nothing in a world that is not divided.
 class SweepAcross {
  public:
@@ -25,8 +27,10 @@ class SweepAcross {
   // whether there are any in the whole world; else there is nothing to sweep on any rank.
   bool share_fast();
   // Brings sleeping bodies of other ranks that lie on the ways of fast ones, which forces of this step may
-  // have led out of the bounds that ghosts were found by.
+  // have led out of the bounds that ghosts were found by ...
   void bring_sleepers();
+  // ... and on those of bodies that others carry on, which is known when ends are.
+  void bring_sleepers_to_carried();
   // BroadPhase::meeting_pairs has the pairs that may meet, and step_ends the time that bodies make up for:
   // keeps the pairs that this rank decides about, and brings their bodies. Both lists of bodies grow by
   // these.
@@ -45,6 +49,9 @@ class SweepAcross {
   struct Visit {
     std::vector<std::int32_t> sent, received;
   };
+  void bring_sleepers(const std::vector<BoundsRow>& ways);
+  std::vector<std::int32_t> sleepers_on(const BoxIndex& ways, std::int32_t rank) const;
+  void enter(const std::vector<std::int32_t>& come);
   bool is_own_fast(std::int32_t place) const;
   std::vector<std::int32_t> link_chains();
   void spread_chains(std::vector<std::int32_t>& chain_of);

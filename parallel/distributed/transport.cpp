@@ -13,7 +13,17 @@ namespace scree {
 
 namespace {
 
-constexpr int kMostLocalRanks = 4096;
+constexpr int kMostLocalRanks = 256;
+
+// Values may be hashes, whose sums wrap around.
+std::int64_t sum_of(std::int64_t one, std::int64_t other) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(one) + static_cast<std::uint64_t>(other));
+}
+
+void check_rank(int rank, int ranks) {
+  if (rank >= 0 && rank < ranks) return;
+  throw Error("LocalRanks: there is no rank " + std::to_string(rank) + " of " + std::to_string(ranks));
+}
 
 // Receives as many values as there are, and no others.
 void receive_values(Transport& transport, int from, std::span<std::int64_t> values) {
@@ -39,7 +49,7 @@ void Transport::add_up(std::span<std::int64_t> values) {
   std::vector<std::int64_t> part(values.size());
   for (int from = 1; from < all; ++from) {
     receive_values(*this, from, part);
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] += part[i];
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = sum_of(values[i], part[i]);
   }
   for (int to = 1; to < all; ++to) send(to, std::as_bytes(values));
 }
@@ -104,9 +114,13 @@ LocalRanks::LocalRanks(int ranks) {
   state_ = std::make_unique<State>(ranks);
 }
 LocalRanks::~LocalRanks() = default;
-Transport& LocalRanks::at(int rank) { return *state_->ends[static_cast<std::size_t>(rank)]; }
+Transport& LocalRanks::at(int rank) {
+  check_rank(rank, state_->ranks);
+  return *state_->ends[static_cast<std::size_t>(rank)];
+}
 
 void LocalRanks::leave(int rank) {
+  check_rank(rank, state_->ranks);
   for (int to = 0; to < state_->ranks; ++to) {
     Lane& lane = state_->lane(rank, to);
     {

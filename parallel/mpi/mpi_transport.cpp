@@ -4,6 +4,7 @@
 #include <scree/mpi.h>
 
 #include <deque>
+#include <exception>
 #include <limits>
 #include <string>
 #include <utility>
@@ -41,6 +42,7 @@ struct MpiTransport::Impl {
   };
   MPI_Comm communicator = MPI_COMM_NULL;
   int rank = 0, ranks = 1;
+  int exceptions = std::uncaught_exceptions();  // when this was made
   std::deque<Sending> sendings;
   std::vector<std::byte> received;  // the last message
 
@@ -63,6 +65,11 @@ MpiTransport::MpiTransport(MPI_Comm communicator) : impl_(std::make_unique<Impl>
 }
 
 MpiTransport::~MpiTransport() {
+  // What is on its way to a rank that waits for this one would never leave: MPI_Abort comes next.
+  if (std::uncaught_exceptions() > impl_->exceptions) {
+    impl_.release();
+    return;
+  }
   for (Impl::Sending& sending : impl_->sendings) MPI_Wait(&sending.request, MPI_STATUS_IGNORE);
   MPI_Comm_free(&impl_->communicator);
 }
@@ -103,7 +110,7 @@ void MpiTransport::add_up(std::span<std::int64_t> values) {
                 std::to_string(sizes[0]) + " values: their worlds differ");
   }
   const int count = checked_size(values.size(), "values to add up");
-  check(MPI_Allreduce(MPI_IN_PLACE, values.data(), count, MPI_INT64_T, MPI_SUM, impl_->communicator),
+  check(MPI_Allreduce(MPI_IN_PLACE, values.data(), count, MPI_UINT64_T, MPI_SUM, impl_->communicator),
         "add_up");
 }
 

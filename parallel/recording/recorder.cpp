@@ -156,6 +156,7 @@ Recorder::Recorder(World& world, const std::string& file, const RecorderOptions&
   check_options(options);
   check_byte_order("Recorder");
   WorldData& data = internals(world, "Recorder");
+  check_whole(data, "Recorder");
   if (data.recording.sink != nullptr) {
     throw Error("Recorder: the world is being recorded already", ErrorCode::already_recording);
   }

@@ -11,11 +11,14 @@ using scree::testing::Outcome;
 class DistributedCommand : public scree::testing::ProgramTest {
  protected:
   Outcome scree(const std::string& arguments) { return run("'" SCREE_COMMAND "' run " + arguments); }
-  // More ranks than cores take turns.
-  Outcome mpirun(int ranks, const std::string& arguments) {
-    return run("OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 '" SCREE_MPIRUN
+  // More ranks than cores take turns. Ranks that wait for one another for ever end as a failure.
+  Outcome launch(int ranks, const std::string& program) {
+    return run("OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 120 '" SCREE_MPIRUN
                "' --oversubscribe --mca mpi_yield_when_idle 1 -np " +
-               std::to_string(ranks) + " '" SCREE_COMMAND "' run --distributed --threads 1 " + arguments);
+               std::to_string(ranks) + " " + program);
+  }
+  Outcome mpirun(int ranks, const std::string& arguments) {
+    return launch(ranks, "'" SCREE_COMMAND "' run --distributed --threads 1 " + arguments);
   }
 };
 
@@ -66,6 +69,13 @@ TEST_F(DistributedCommand, EndsAllProcessesWithTheReason) {
   refused("pile --steps 0", "--steps");
   refused("pile --picture x.png", "not with --distributed");
   refused("many_worlds --set worlds=2 --set bodies=10", "--set worlds=1");
+}
+
+TEST_F(DistributedCommand, ReadmeProgramPrintsTheSameHashForEachNumberOfRanks) {
+  const Outcome one = launch(1, "'" SCREE_MPI_PROGRAM "'");
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  EXPECT_EQ(one.out.find("hash "), 0u) << one.out;
+  EXPECT_EQ(launch(3, "'" SCREE_MPI_PROGRAM "'").out, one.out);
 }
 
 }  // namespace

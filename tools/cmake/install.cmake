@@ -5,7 +5,9 @@ install(TARGETS scree EXPORT scree-targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 if(SCREE_MPI)
-  install(TARGETS scree_mpi EXPORT scree-targets
+  # Apart from the others: programs that use no MPI find the package where there is none.
+  install(EXPORT scree-mpi-targets NAMESPACE scree:: DESTINATION ${SCREE_PACKAGE_DIR})
+  install(TARGETS scree_mpi EXPORT scree-mpi-targets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
   install(DIRECTORY parallel/mpi/include/scree DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")

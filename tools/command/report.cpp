@@ -34,6 +34,18 @@ std::string rank_rows(const RunFigures& figures) {
   return table;
 }
 
+// What is measured over the whole world.
+void add_quality(const RunFigures& figures, nlohmann::ordered_json& json) {
+  json["overlaps"] = figures.overlaps;
+  json["penetration"] = {{"mean", figures.penetration_mean},
+                         {"p999", figures.penetration_p999},
+                         {"max", figures.penetration_max}};
+  json["residual"] = figures.residual;
+  json["kinetic_energy"] = figures.kinetic_energy;
+  json["lane_fill"] = figures.lane_fill;
+  json["stages"] = figures.stages;
+}
+
 nlohmann::ordered_json rank_json(const RankStats& stats) {
   return {{"bodies", stats.bodies},
           {"awake_bodies", stats.awake_bodies},
@@ -109,7 +121,6 @@ std::string to_json(const RunFigures& figures) {
   json["awake_bodies"] = figures.awake_bodies;
   json["restored_bodies"] = figures.restored_bodies;
   json["contacts"] = figures.contacts;
-  json["overlaps"] = figures.overlaps;
   json["steps_per_second"] = figures.steps_per_second();
   json["ms_per_step"] = {{"mean", figures.ms_mean},
                          {"median", figures.ms_median},
@@ -120,15 +131,9 @@ std::string to_json(const RunFigures& figures) {
     phases[phase_name(static_cast<Phase>(phase))] = figures.phase_ms[phase];
   }
   json["phases"] = phases;
-  json["penetration"] = {{"mean", figures.penetration_mean},
-                         {"p999", figures.penetration_p999},
-                         {"max", figures.penetration_max}};
-  json["residual"] = figures.residual;
+  if (figures.ranks.empty()) add_quality(figures, json);
   for (const RankStats& rank : figures.ranks) json["ranks"].push_back(rank_json(rank));
-  json["kinetic_energy"] = figures.kinetic_energy;
   json["peak_memory_bytes"] = figures.peak_memory_bytes;
-  json["lane_fill"] = figures.lane_fill;
-  json["stages"] = figures.stages;
   if (const auto& recording = figures.recording) {
     json["recording"] = {{"file", recording->file}, {"bytes", recording->bytes}, {"steps", recording->steps}};
   }

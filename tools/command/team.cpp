@@ -1,4 +1,5 @@
 // A team of MPI's processes; see team.h.
+#include <sched.h>
 #include <scree/mpi.h>
 #include <tools/command/team.h>
 
@@ -16,8 +17,9 @@ class MpiTeam final : public Team {
  public:
   MpiTeam() {
     int provided = 0;
-    if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS)
-      throw Error("--distributed: MPI cannot be initialized");
+    if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS ||
+        provided < MPI_THREAD_FUNNELED)
+      throw Error("--distributed: MPI cannot be initialized for programs of many threads");
     transport_.emplace(MPI_COMM_WORLD);
   }
   ~MpiTeam() override {
@@ -36,10 +38,16 @@ class MpiTeam final : public Team {
     int here = 1;
     MPI_Comm_size(neighbors, &here);
     MPI_Comm_free(&neighbors);
-    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / here);
+    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / here);
+    cpu_set_t bound;  // mpirun may have bound this process to some of them
+    const bool is_known = sched_getaffinity(0, sizeof bound, &bound) == 0;
+    return is_known ? std::min(cores, std::max(1, CPU_COUNT(&bound))) : cores;
   }
   void take(World world) override {
+    std::int64_t failed = 0;
+    transport_->add_up({&failed, 1});
     has_begun_ = true;
+    if (failed > 0) throw Error("--distributed: another rank has failed");
     world_.emplace(std::move(world), *transport_);
   }
   DistributedWorld& world() override { return *world_; }
@@ -48,7 +56,11 @@ class MpiTeam final : public Team {
       std::cerr << "scree: rank " << transport_->rank() << ": " << error.what() << std::endl;
       MPI_Abort(MPI_COMM_WORLD, exit_code);
     }
-    if (leads()) std::cerr << "scree: " << error.what() << std::endl;
+    // Others wait as they take the world, or fail alike: then one of them tells.
+    std::int64_t failed = 1;
+    transport_->add_up({&failed, 1});
+    if (leads() || failed < transport_->ranks())
+      std::cerr << "scree: rank " << transport_->rank() << ": " << error.what() << std::endl;
     transport_.reset();
     MPI_Finalize();
     std::_Exit(exit_code);

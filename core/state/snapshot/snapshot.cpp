@@ -193,6 +193,7 @@ namespace {
 
 void save(const World& world, Snapshot& snapshot, bool remember) {
   WorldData& data = internals(const_cast<World&>(world), "save");
+  check_whole(data, "save");
   const std::lock_guard lock(data.saving);
   place_matter(data);  // changes nothing that the caller or another reading call could see
   std::unique_ptr<SnapshotData>& to = SnapshotAccess::data(snapshot);
@@ -208,6 +209,7 @@ void restore(World& world, const Snapshot& snapshot) {
   constexpr const char* kName = "restore";
   const SnapshotData& from = filled(snapshot, kName);
   WorldData& data = internals(world, kName);
+  check_whole(data, kName);
   const Sheets& sheets = from.pages->sheets;
   reserve_columns(sheets, data);
   // Both are made before either is put into the world: what can fail comes first.

@@ -42,9 +42,9 @@ struct RankStats {
 ///
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///
-/// Not supported yet, and refused by an Error: solvers other than the
-/// soft step, joints that may break, bodies that are created later, contacts of two bodies of more than 32
-/// constraints each. Events are those of the contacts that a rank knows.
+/// Not supported yet, and refused by an Error: solvers other than the soft step, contacts of two bodies of
+/// more than 32 constraints each, and contacts of such a body with one of another rank that rebound or roll.
+/// Events are those of the contacts that a rank knows.
 class SCREE_API DistributedWorld {
  public:
   /// Takes a world that all ranks have filled alike. `transport` must outlive this. All ranks call it

@@ -21,22 +21,22 @@ class SCREE_API Transport {
   virtual void send(int to, std::span<const std::byte> message) = 0;
   /// Waits for the next message of another rank; those of one rank arrive in the order in which it sent them.
   /// It stays valid until the next call of receive() or add_up(). Throws Error, which names the rank, if that
-  /// one has left.
+  /// one has left and the transport can tell: MPI cannot, and ends all ranks instead where one dies.
   virtual std::span<const std::byte> receive(int from) = 0;
-  /// Adds up, place by place, what all ranks give. All ranks call it, with as many values. Throws Error where
-  /// another rank has given another number of them. As it is here, rank 0 adds and sends.
+  /// Adds up, place by place, what all ranks give. All ranks call it, with as many values; throws Error where
+  /// ranks give different numbers of them. As it is here, rank 0 adds and sends, and it alone can tell.
   virtual void add_up(std::span<std::int64_t> values);
 };
 
 /// Ranks that are threads of one process: for tests, which reach any number of them without a launcher.
 class SCREE_API LocalRanks {
  public:
-  /// Throws Error for less than 1 or more than 4096.
+  /// Throws Error for less than 1 or more than 256.
   explicit LocalRanks(int ranks);
   ~LocalRanks();
   LocalRanks(const LocalRanks&) = delete;
   LocalRanks& operator=(const LocalRanks&) = delete;
-  Transport& at(int rank);  ///< for the thread of this rank
+  Transport& at(int rank);  ///< for the thread of this rank; throws Error if there is no such rank
   /// The rank sends nothing any more: who waits for it gets an error instead of waiting for ever.
   void leave(int rank);
 

@@ -240,6 +240,10 @@ TEST(DistributedStep, FastBodiesHaveTheBitsOfOneProcess) {
       expect_same_bits(fill_with_fast_bodies, random_owner,
                        {.ranks = ranks, .steps_per_draw = steps_per_draw});
   }
+  for (const int steps_per_draw : {0, 7}) {
+    expect_same_bits(fill_with_fast_bodies, random_owner,
+                     {.ranks = 3, .steps = 200, .sleeping = true, .steps_per_draw = steps_per_draw});
+  }
   expect_same_bits(scene("bullets", {{"bullets", 40}}), random_owner, {.ranks = 3, .steps_per_draw = 4});
   expect_same_bits(scene("ragdoll_rain", {{"ragdolls", 6}}), random_owner, {.ranks = 3, .steps = 90});
 }

@@ -17,7 +17,7 @@ class SCREE_API MpiTransport final : public Transport {
   /// All ranks of the communicator call it together. Messages are apart from those of the caller.
   /// Throws Error where MPI reports a failure.
   explicit MpiTransport(MPI_Comm communicator);
-  /// All ranks end theirs together.
+  /// All ranks end theirs together, but where an exception ends one: then MPI_Abort must follow.
   ~MpiTransport() override;
   MpiTransport(const MpiTransport&) = delete;
   MpiTransport& operator=(const MpiTransport&) = delete;
