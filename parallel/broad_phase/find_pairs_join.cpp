@@ -51,11 +51,12 @@ std::int64_t join_blocks(const WorldData& data, const PairTree& query, const Pai
     pairs.resize(state.needed + state.needed / 2);
   }
   const Border* const border = border_of(data);
-  if (!state.special && !rules.filter_all && border == nullptr) return state.count;
+  const bool filters = state.special || rules.filter_all;
+  if (!filters && border == nullptr) return state.count;
   ShapePair* const first = pairs.data() + count;
   ShapePair* const last = pairs.data() + state.count;
   const auto is_none = [&](const ShapePair& pair) {
-    return !may_collide(data, pair.a, pair.b) ||
+    return (filters && !may_collide(data, pair.a, pair.b)) ||
            !knows(border, data.shapes.body[pair.a], data.shapes.body[pair.b]);
   };
   return std::remove_if(first, last, is_none) - pairs.data();

@@ -73,10 +73,11 @@ void Border::report(const char* store, const Visit& visit) const {
     for (const BodiesByTurn* way : {&with.sent, &with.received, &with.returned, &with.taken})
       lists += bytes(way->bodies) + bytes(way->ends);
   }
-  for (const Halo& halo : halos) lists += bytes(halo.lent) + bytes(halo.borrowed) + bytes(halo.tied);
+  for (const Halo& halo : halos)
+    lists += bytes(halo.lent) + bytes(halo.borrowed) + bytes(halo.near) + bytes(halo.tied);
   lists += places.capacity_bytes() + found.capacity_bytes() + own_shapes.capacity_bytes();
   const std::size_t all =
-      bytes(owner) + bytes(generation) + bytes(ghosts) + bytes(boxes) + bytes(waits) + lists;
+      bytes(owner) + bytes(generation) + bytes(ghosts) + bytes(around) + bytes(waits) + lists;
   static const Attributes kPlain{};
   visit(Member{ColumnKind::scratch, MemberForm::list, store, "border", kPlain}, this, 1, all, all);
 }

@@ -55,6 +55,7 @@ struct Neighbor {
 struct Halo {
   std::vector<std::int32_t> lent = {};      // own bodies that are ghosts there
   std::vector<std::int32_t> borrowed = {};  // its bodies that are ghosts here
+  std::vector<std::int32_t> near = {};      // own shapes in the box around its shapes
   std::vector<std::int32_t> tied = {};      // own bodies with joints to bodies there; may repeat
 };
 
@@ -64,10 +65,11 @@ struct Border final : Part {
       : transport(messages), owner(std::move(owners)), halos(static_cast<std::size_t>(messages.ranks())) {}
   void report(const char* store, const Visit& visit) const override;
 
-  bool owns(std::int32_t body) const { return owner_of(body) == transport.rank(); }
+  bool owns(std::int32_t body) const { return owner_of(body) == here; }
   std::int32_t owner_of(std::int32_t body) const { return owner[static_cast<std::size_t>(body)]; }
 
   CountedTransport transport;
+  const std::int32_t here = transport.rank();
   std::vector<std::int32_t> owner;                              // by body: rank, or kEveryRank
   std::vector<std::uint32_t> generation;                        // by body: whose owner that is
   std::function<std::int32_t(std::int32_t body)> owner_of_new;  // of bodies that calls create
@@ -77,7 +79,6 @@ struct Border final : Part {
   std::vector<std::int32_t> ghosts;    // all bodies of others that are here, ascending
   Column<std::int32_t> own_shapes;     // that are there, of dynamic bodies
   std::vector<BoundsRow> around;       // of this step, by rank: all its shapes
-  std::vector<BoundsRow> boxes;        // around own shapes, some in each
   Column<std::int32_t> places, found;  // of list_where
   std::vector<Neighbor> neighbors;     // of this step, ascending
   std::vector<std::uint8_t> waits;     // by body, while colors are chosen: an earlier constraint has none yet

@@ -21,8 +21,8 @@ namespace scree {
 
 namespace {
 
-constexpr int kShapesPerBox = simd::kBlock;
-constexpr int kBoxesPerTask = 64;
+constexpr std::size_t kShapesPerBox = 16;
+constexpr int kShapesPerTask = 4096;
 
 // Lists own bodies' shapes that are there, awake or asleep.
 void list_own_shapes(const WorldData& data, Border& border, Crew& crew) {
@@ -39,42 +39,62 @@ void list_own_shapes(const WorldData& data, Border& border, Crew& crew) {
   }
 }
 
-// Appends to Border::boxes those around groups of own shapes that are neighbors in the list.
-void box_groups(const WorldData& data, Border& border, const Column<std::int32_t>& list, Crew& crew) {
-  const Shapes& shapes = data.shapes;
-  const auto first_box = static_cast<int>(border.boxes.size()), size = static_cast<int>(list.size());
-  const int count = (size + kShapesPerBox - 1) / kShapesPerBox;
-  border.boxes.resize(static_cast<std::size_t>(first_box + count));
-  crew.run_ranges(count, kBoxesPerTask, [&](int begin, int end, int) {
-    for (int place = begin; place < end; ++place) {
-      BoundsRow box = empty_box();
-      for (int i = place * kShapesPerBox; i < std::min((place + 1) * kShapesPerBox, size); ++i) {
-        const std::int32_t shape = list[i];
-        if (shape >= 0 && shapes.tree[shape] != TreeKind::none && border.owns(shapes.body[shape]))
-          include(box, shapes.fat_bounds[shape]);
-      }
-      border.boxes[static_cast<std::size_t>(first_box + place)] = box;
-    }
+// Around all of them.
+BoundsRow box_own_shapes(const WorldData& data, const Border& border, Crew& crew) {
+  const auto count = static_cast<int>(border.own_shapes.size());
+  std::vector<BoundsRow> parts(static_cast<std::size_t>((count + kShapesPerTask - 1) / kShapesPerTask));
+  crew.run_ranges(count, kShapesPerTask, [&](int begin, int end, int) {
+    BoundsRow box = empty_box();
+    for (int i = begin; i < end; ++i) include(box, data.shapes.fat_bounds[border.own_shapes[i]]);
+    parts[static_cast<std::size_t>(begin / kShapesPerTask)] = box;
   });
+  BoundsRow all = empty_box();
+  for (const BoundsRow& box : parts) include(all, box);
+  return all;
 }
 
-// Writes Border::boxes, and returns the box around all of them. Shapes that are in a tree already come in its
-// order, so that boxes are small.
-BoundsRow box_own_shapes(const WorldData& data, Border& border, Crew& crew) {
-  const BroadPhase& broad_phase = static_cast<const BroadPhase&>(*data.broad_phase);
-  border.boxes.clear();
-  for (const PairTree& tree : broad_phase.trees) box_groups(data, border, tree.order, crew);
-  const auto is_in_tree = [&](std::int32_t shape) {
-    return std::cmp_less(shape, broad_phase.tree_of.size()) && broad_phase.tree_of[shape] != kNoTree;
-  };
+// Lists own shapes that lie in the box around those of another rank.
+void list_near(const WorldData& data, Border& border, std::int32_t rank, Crew& crew) {
+  const BoundsRow& around = border.around[static_cast<std::size_t>(rank)];
   list_where(
       crew, border.own_shapes.size(), border.places, border.found,
-      [&](std::int32_t i) { return !is_in_tree(border.own_shapes[i]); },
+      [&](std::int32_t i) { return boxes_meet(data.shapes.fat_bounds[border.own_shapes[i]], around); },
       [&](std::int32_t i) { return border.own_shapes[i]; });
-  box_groups(data, border, border.found, crew);
+  border.halos[static_cast<std::size_t>(rank)].near.assign(border.found.begin(), border.found.end());
+}
+
+// Spreads ten bits, to every third place.
+std::uint32_t spread_bits(std::uint32_t bits) {
+  bits = (bits | bits << 16) & 0x030000ffu;
+  bits = (bits | bits << 8) & 0x0300f00fu;
+  bits = (bits | bits << 4) & 0x030c30c3u;
+  return (bits | bits << 2) & 0x09249249u;
+}
+
+// Boxes around groups of these shapes. They are sorted along a curve (G. M. Morton, "A computer oriented
+// geodetic data base", 1966), so that groups are near each other and boxes small.
+std::vector<BoundsRow> box_groups(const WorldData& data, const std::vector<std::int32_t>& shapes) {
   BoundsRow all = empty_box();
-  for (const BoundsRow& box : border.boxes) include(all, box);
-  return all;
+  for (const std::int32_t shape : shapes) include(all, data.shapes.fat_bounds[shape]);
+  const auto place_of = [&](std::int32_t shape) {
+    const BoundsRow& bounds = data.shapes.fat_bounds[shape];
+    std::uint32_t place = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float share = (bounds.lower[axis] - all.lower[axis]) / (all.upper[axis] - all.lower[axis]);
+      const float cell = share >= 0.0f ? std::min(1023.0f * share, 1023.0f) : 0.0f;  // nor no number
+      place |= spread_bits(static_cast<std::uint32_t>(cell)) << axis;
+    }
+    return place;
+  };
+  std::vector<std::pair<std::uint32_t, std::int32_t>> sorted;
+  for (const std::int32_t shape : shapes) sorted.push_back({place_of(shape), shape});
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<BoundsRow> boxes;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    if (i % kShapesPerBox == 0) boxes.push_back(empty_box());
+    include(boxes.back(), data.shapes.fat_bounds[sorted[i].second]);
+  }
+  return boxes;
 }
 
 // Joints to bodies of other ranks.
@@ -96,18 +116,12 @@ void find_ties(const WorldData& data, Border& border) {
 }
 
 // Own bodies that meet the boxes of another rank, or are tied to its bodies.
-std::vector<std::int32_t> list_lent(const WorldData& data, Border& border, const Halo& halo,
-                                    const BoundsRow& around, const BoxIndex& boxes, Crew& crew) {
+std::vector<std::int32_t> list_lent(const WorldData& data, const Halo& halo, const BoxIndex& boxes) {
   const Shapes& shapes = data.shapes;
-  list_where(
-      crew, border.own_shapes.size(), border.places, border.found,
-      [&](std::int32_t i) {
-        const BoundsRow& bounds = shapes.fat_bounds[border.own_shapes[i]];
-        return boxes_meet(bounds, around) && boxes.meets(bounds);
-      },
-      [&](std::int32_t i) { return shapes.body[border.own_shapes[i]]; });
-  std::vector<std::int32_t> lent(border.found.begin(), border.found.end());
-  lent.insert(lent.end(), halo.tied.begin(), halo.tied.end());
+  std::vector<std::int32_t> lent = halo.tied;
+  for (const std::int32_t shape : halo.near) {
+    if (boxes.meets(shapes.fat_bounds[shape])) lent.push_back(shapes.body[shape]);
+  }
   std::sort(lent.begin(), lent.end());
   lent.erase(std::unique(lent.begin(), lent.end()), lent.end());
   return lent;
@@ -209,15 +223,13 @@ void share_ghosts(WorldData& data, Crew& crew) {
     }
   }
   for (const std::int32_t to : near) {
-    std::vector<BoundsRow> boxes;
-    std::copy_if(border.boxes.begin(), border.boxes.end(), std::back_inserter(boxes),
-                 [&](const BoundsRow& box) { return boxes_meet(box, around[static_cast<std::size_t>(to)]); });
+    list_near(data, border, to, crew);
+    const std::vector<BoundsRow> boxes = box_groups(data, border.halos[static_cast<std::size_t>(to)].near);
     send_list<BoundsRow>(border.transport, to, boxes);
   }
   for (const std::int32_t to : near) {
     const BoxIndex boxes(receive_list<BoundsRow>(border.transport, to));
-    const auto place = static_cast<std::size_t>(to);
-    send_halo(data, border, to, list_lent(data, border, border.halos[place], around[place], boxes, crew));
+    send_halo(data, border, to, list_lent(data, border.halos[static_cast<std::size_t>(to)], boxes));
   }
   for (const std::int32_t from : near) receive_halo(data, border, from);
   if (data.settings.sleeping) share_rest(data, border);

@@ -51,11 +51,14 @@ std::int32_t place_in(const Column<std::int32_t>& fast, std::int32_t body) {
 }
 
 void append_sorted(Column<std::int32_t>& fast, std::vector<std::int32_t> more) {
-  std::copy(fast.begin(), fast.end(), std::back_inserter(more));
+  if (more.empty()) return;
   std::sort(more.begin(), more.end());
   more.erase(std::unique(more.begin(), more.end()), more.end());
-  fast.resize_discarding(more.size());
-  std::copy(more.begin(), more.end(), fast.begin());
+  std::vector<std::int32_t> all;
+  all.reserve(fast.size() + more.size());
+  std::set_union(fast.begin(), fast.end(), more.begin(), more.end(), std::back_inserter(all));
+  fast.resize_discarding(all.size());
+  std::copy(all.begin(), all.end(), fast.begin());
 }
 
 // Around all that the body may come to in this step: what holds it may turn its way aside, but not make it
@@ -131,6 +134,10 @@ bool SweepAcross::share_fast() {
 
 void SweepAcross::bring_sleepers() {
   if (border_ == nullptr) return;
+  std::int64_t asleep = data_.bodies.asleep;
+  border_->transport.add_up({&asleep, 1});
+  any_asleep_ = asleep > 0;
+  if (!any_asleep_) return;
   std::vector<BoundsRow> ways;
   for (const std::int32_t body : broad_phase_.fast) {
     if (!border_->owns(body) || !sweeps::has_finite_motion(data_.bodies.delta[body])) continue;
@@ -141,7 +148,7 @@ void SweepAcross::bring_sleepers() {
 }
 
 void SweepAcross::bring_sleepers_to_carried() {
-  if (border_ == nullptr) return;
+  if (border_ == nullptr || !any_asleep_) return;
   std::vector<BoundsRow> ways;
   for (std::size_t place = 0; place < broad_phase_.fast.size(); ++place) {
     const std::int32_t body = broad_phase_.fast[place];
@@ -168,9 +175,9 @@ std::vector<std::int32_t> SweepAcross::sleepers_on(const BoxIndex& ways, std::in
 }
 
 void SweepAcross::bring_sleepers(const std::vector<BoundsRow>& ways) {
-  std::int64_t counts[2] = {static_cast<std::int64_t>(ways.size()), data_.bodies.asleep};
-  border_->transport.add_up(counts);
-  if (counts[0] == 0 || counts[1] == 0) return;
+  auto count = static_cast<std::int64_t>(ways.size());
+  border_->transport.add_up({&count, 1});
+  if (count == 0) return;
   const std::int32_t here = border_->transport.rank(), ranks = border_->transport.ranks();
   for (std::int32_t to = 0; to < ranks; ++to) {
     if (to == here) continue;
@@ -215,16 +222,21 @@ void SweepAcross::enter(const std::vector<std::int32_t>& come) {
   data_.contacts.pairs_stale = true;
 }
 
-// Keeps the pairs of which this rank has a fast body. Returns for each place in `fast` the place of its
-// chain's smallest body, as far as this rank knows, and whether there are bodies of two ranks in any chain.
-std::vector<std::int32_t> SweepAcross::link_chains() {
+// Keeps the pairs of which this rank has a fast body. Returns whether any has one of another rank, too.
+bool SweepAcross::keep_known_pairs() {
   Column<MovingPair>& pairs = broad_phase_.meeting_pairs;
-  const auto is_known = [&](const MovingPair& pair) {
-    return is_own_fast(pair.place[0]) || is_own_fast(pair.place[1]);
-  };
-  auto* const end =
-      std::remove_if(pairs.begin(), pairs.end(), [&](const MovingPair& pair) { return !is_known(pair); });
+  auto* const end = std::remove_if(pairs.begin(), pairs.end(), [&](const MovingPair& pair) {
+    return !is_own_fast(pair.place[0]) && !is_own_fast(pair.place[1]);
+  });
   pairs.resize(static_cast<std::size_t>(end - pairs.begin()));
+  return std::any_of(pairs.begin(), pairs.end(), [&](const MovingPair& pair) {
+    return pair.place[0] >= 0 && pair.place[1] >= 0 &&
+           is_own_fast(pair.place[0]) != is_own_fast(pair.place[1]);
+  });
+}
+
+// Returns for each place in `fast` the place of its chain's smallest body, as far as this rank knows.
+std::vector<std::int32_t> SweepAcross::link_chains() const {
   std::vector<std::int32_t> parent(broad_phase_.fast.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root_of = [&](std::int32_t place) {
@@ -233,11 +245,10 @@ std::vector<std::int32_t> SweepAcross::link_chains() {
           parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(place)])];
     return place;
   };
-  for (const MovingPair& pair : pairs) {
+  for (const MovingPair& pair : broad_phase_.meeting_pairs) {
     if (pair.place[0] < 0 || pair.place[1] < 0) continue;
     const auto [low, high] = std::minmax({root_of(pair.place[0]), root_of(pair.place[1])});
     parent[static_cast<std::size_t>(high)] = low;
-    has_chains_ = has_chains_ || is_own_fast(pair.place[0]) != is_own_fast(pair.place[1]);
   }
   for (std::size_t place = 0; place < parent.size(); ++place)
     parent[place] = root_of(static_cast<std::int32_t>(place));
@@ -391,11 +402,11 @@ void SweepAcross::admit(std::vector<std::int32_t> visitors, const std::vector<Mo
 
 void SweepAcross::bring_chains() {
   if (border_ == nullptr) return;
-  std::vector<std::int32_t> chain_of = link_chains();
-  std::int64_t any = has_chains_ ? 1 : 0;
+  std::int64_t any = keep_known_pairs() ? 1 : 0;
   border_->transport.add_up({&any, 1});
   has_chains_ = any > 0;
   if (!has_chains_) return;
+  std::vector<std::int32_t> chain_of = link_chains();
   visits_.assign(border_->halos.size(), {});
   spread_chains(chain_of);
   send_chains(chain_of);

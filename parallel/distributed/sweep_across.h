@@ -53,7 +53,8 @@ class SweepAcross {
   std::vector<std::int32_t> sleepers_on(const BoxIndex& ways, std::int32_t rank) const;
   void enter(const std::vector<std::int32_t>& come);
   bool is_own_fast(std::int32_t place) const;
-  std::vector<std::int32_t> link_chains();
+  bool keep_known_pairs();
+  std::vector<std::int32_t> link_chains() const;
   void spread_chains(std::vector<std::int32_t>& chain_of);
   void send_chains(const std::vector<std::int32_t>& chain_of);
   void admit(std::vector<std::int32_t> visitors, const std::vector<sweeps::MovingPair>& pairs);
@@ -62,6 +63,7 @@ class SweepAcross {
   WorldData& data_;
   BroadPhase& broad_phase_;
   Crew& crew_;
+  bool any_asleep_ = false;         // in the whole world
   bool has_chains_ = false;         // that reach over ranks, in the whole world
   std::vector<Visit> visits_ = {};  // by rank
 };
