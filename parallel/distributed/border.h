@@ -8,8 +8,8 @@
 //
 // Of the bodies of others a rank has those that its own ones may touch or are jointed to: ghosts. All further
 // ones are absent. Yet each rank has rows for all bodies, with what does not change in a step, and rows are
-// the same on all ranks, so all orders by row are. Ghosts sleep and wake as their owners say. Bodies are not
-// swept, no two hubs touch, and joints do not break.
+// the same on all ranks, so all orders by row are. Ghosts sleep and wake as their owners say. No two hubs
+// touch so far.
 #pragma once
 
 #include <core/world/world_data.h>

@@ -42,8 +42,10 @@ struct RankStats {
 ///
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///
-/// Not supported yet, and refused by an Error: solvers other than the soft step, contacts of two bodies of
-/// more than 32 constraints each, and contacts of such a body with one of another rank that rebound or roll.
+/// Not supported yet, and refused by an Error: solvers other than the soft step, callbacks of user joints,
+/// recorders, contacts of two bodies of more than 32 constraints each, contacts of such a body with one of
+/// another rank that rebound or roll, and bodies whose state becomes non-finite. Calls that need the whole
+/// world, such as World::hash, scree::save and scree::clone, refuse its parts. Queries find what a rank has.
 /// Events are those of the contacts that a rank knows.
 class SCREE_API DistributedWorld {
  public:
