@@ -1,6 +1,7 @@
 // What calls have done since the last step, which all ranks have made alike: bodies that come get owners,
 // those that go leave the lists, and those that change their type become everybody's or one rank's. See
 // border.h.
+#include <core/constraints/joint_parameters.h>
 #include <parallel/distributed/body_motion.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/messages.h>
@@ -17,6 +18,8 @@ namespace {
 
 // What calls ask of the lists.
 struct Changes {
+  std::vector<std::pair<std::int32_t, std::int32_t>>
+      owners;                                            // bodies with others than before, and that owner
   std::vector<std::int32_t> gone;                        // from all lists of ghosts
   std::vector<std::int32_t> ghosts;                      // new bodies of others, which are here
   std::vector<std::vector<std::int32_t>> became_common;  // by rank: its bodies that all ranks move now
@@ -43,6 +46,7 @@ void adopt(WorldData& data, Border& border, std::int32_t body, Changes& changes)
   }
   if (dynamic && !border.owner_of_new)
     throw Error("step: body " + std::to_string(body) + " was created since divide_world");
+  changes.owners.push_back({body, is_another ? kEveryRank : owner});
   owner = dynamic ? border.owner_of_new(body) : kEveryRank;
   if (dynamic && !border.owns(body)) changes.ghosts.push_back(body);
 }
@@ -74,6 +78,65 @@ void share_common(WorldData& data, Border& border, const Changes& changes) {
   }
 }
 
+// Joints of bodies whose owner has changed, each once.
+std::vector<std::int32_t> joints_of(const WorldData& data, const Changes& changes) {
+  std::vector<std::int32_t> joints;
+  for (const auto& [body, before] : changes.owners) {
+    for (std::int32_t joint = data.bodies.first_joint[body]; joint >= 0;
+         joint = next_joint(data.joints, joint, body))
+      joints.push_back(joint);
+  }
+  std::sort(joints.begin(), joints.end());
+  joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
+  return joints;
+}
+
+// By rank.
+using JointLists = std::vector<std::vector<std::int32_t>>;
+
+// Who has solved a joint tells who will, or all ranks where nobody does for now. All ranks know who that is.
+void list_joints(const WorldData& data, const Border& border, const Changes& changes, JointLists& sent,
+                 JointLists& received) {
+  const auto owner_before = [&](std::int32_t body) {
+    const auto found =
+        std::lower_bound(changes.owners.begin(), changes.owners.end(), std::pair(body, kEveryRank));
+    return found != changes.owners.end() && found->first == body ? found->second : border.owner_of(body);
+  };
+  for (const std::int32_t joint : joints_of(data, changes)) {
+    const JointBodies ends = data.joints.bodies[joint];
+    const std::int32_t before[2] = {owner_before(ends.a), owner_before(ends.b)};
+    const std::int32_t after[2] = {border.owner_of(ends.a), border.owner_of(ends.b)};
+    const std::int32_t sender = before[0] != kEveryRank ? before[0] : before[1];
+    if (sender == kEveryRank) continue;  // all ranks know it
+    const bool rests = after[0] == kEveryRank && after[1] == kEveryRank;
+    for (std::int32_t to = 0; std::cmp_less(to, sent.size()); ++to) {
+      if (to == before[0] || to == before[1] || !(rests || to == after[0] || to == after[1])) continue;
+      if (sender == border.here) sent[static_cast<std::size_t>(to)].push_back(joint);
+      if (to == border.here) received[static_cast<std::size_t>(sender)].push_back(joint);
+    }
+  }
+}
+
+void share_joints(WorldData& data, Border& border, Changes& changes) {
+  std::sort(changes.owners.begin(), changes.owners.end());
+  JointLists sent(border.halos.size()), received(border.halos.size());
+  list_joints(data, border, changes, sent, received);
+  for (std::int32_t to = 0; std::cmp_less(to, sent.size()); ++to) {
+    const std::vector<std::int32_t>& joints = sent[static_cast<std::size_t>(to)];
+    if (joints.empty()) continue;
+    send_rows<SentJoint>(border.transport, to, joints,
+                         [&](std::int32_t joint) { return sent_joint(data.joints, joint); });
+  }
+  for (std::int32_t from = 0; std::cmp_less(from, received.size()); ++from) {
+    const std::vector<std::int32_t>& joints = received[static_cast<std::size_t>(from)];
+    if (joints.empty()) continue;
+    receive_rows<SentJoint>(border.transport, from, joints, [&](std::int32_t joint, const SentJoint& row) {
+      if (row.joint != joint) refuse_world_of(from);
+      take_joint(data.joints, row);
+    });
+  }
+}
+
 }  // namespace
 
 void adopt_calls(WorldData& data, Border& border) {
@@ -102,6 +165,7 @@ void adopt_calls(WorldData& data, Border& border) {
   border.ghosts.insert(border.ghosts.end(), changes.ghosts.begin(), changes.ghosts.end());
   std::sort(border.ghosts.begin(), border.ghosts.end());
   share_common(data, border, changes);
+  share_joints(data, border, changes);
   hide_shapes(data);
 }
 

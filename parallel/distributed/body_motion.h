@@ -28,6 +28,28 @@ struct ShapeMotion {
   StepMotion motion;
 };
 
+// What is known of a joint where it is solved.
+struct SentJoint {
+  std::int32_t joint;
+  std::uint8_t color;
+  JointImpulses impulses;
+};
+
+inline SentJoint sent_joint(const Joints& joints, std::int32_t joint) {
+  return {joint, joints.color[joint], joints.impulses[joint]};
+}
+
+inline void take_joint(Joints& joints, const SentJoint& sent) {
+  joints.color[sent.joint] = sent.color;
+  joints.impulses[sent.joint] = sent.impulses;
+  joints.marks.mark(sent.joint);
+}
+
+// Whether calls have destroyed the shape or made another one in its slot, since pairs were listed.
+inline bool has_changed(const Shapes& shapes, std::int32_t shape) {
+  return (shapes.flags[shape] & (kShapeAlive | kShapeNew)) != kShapeAlive;
+}
+
 inline std::vector<std::int32_t> shapes_of(const WorldData& data, std::span<const std::int32_t> bodies) {
   std::vector<std::int32_t> shapes;
   for (const std::int32_t body : bodies) {

@@ -4,6 +4,7 @@
 #include <core/world/edit.h>
 #include <parallel/constraints/constraints.h>
 #include <parallel/crew/crew.h>
+#include <parallel/distributed/body_motion.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/messages.h>
 #include <parallel/distributed/partition.h>
@@ -183,8 +184,10 @@ struct DistributedWorld::Impl {
     const Contacts& contacts = data().contacts;
     for (const PairRows* const pairs : {&contacts.pairs, &contacts.resting}) {
       for (std::size_t row = 0; row < pairs->pair.size(); ++row) {
-        const std::int32_t owner_a = border().owner_of(data().shapes.body[pairs->pair[row].a]);
-        const std::int32_t owner_b = border().owner_of(data().shapes.body[pairs->pair[row].b]);
+        const ShapePair pair = pairs->pair[row];
+        if (has_changed(data().shapes, pair.a) || has_changed(data().shapes, pair.b)) continue;
+        const std::int32_t owner_a = border().owner_of(data().shapes.body[pair.a]);
+        const std::int32_t owner_b = border().owner_of(data().shapes.body[pair.b]);
         if (owner_a != here() && owner_b != here()) continue;
         const bool across = owner_a != owner_b && owner_a != kEveryRank && owner_b != kEveryRank;
         for_each_contact(contacts, pairs->contact[row], [&](std::int32_t) {
@@ -235,6 +238,8 @@ const World& DistributedWorld::world() const noexcept { return impl_->world; }
 bool DistributedWorld::owns(BodyId body) const {
   const Border& border = impl_->border();
   return impl_->world.is_alive(body) && body.index < border.owner.size() &&
+         border.generation[body.index] == body.generation &&
+         is_shared_out(impl_->data().bodies, body.index) &&
          border.owns(static_cast<std::int32_t>(body.index));
 }
 
@@ -269,6 +274,7 @@ void DistributedWorld::stats(std::span<RankStats> by_rank) {
     throw Error("DistributedWorld::stats: there are " + std::to_string(ranks()) + " ranks, and room for " +
                 std::to_string(by_rank.size()));
   }
+  adopt_calls(impl_->data(), impl_->border());
   RankStats own = impl_->stats;
   impl_->count(own);
   std::vector<std::int64_t> loads(by_rank.size(), 0);

@@ -34,12 +34,6 @@ struct SentContact {
   ContactSurface surface;
 };
 
-struct SentJoint {
-  std::int32_t joint;
-  std::uint8_t color;
-  JointImpulses impulses;
-};
-
 // A pair on its way in, and where its contacts begin in the list of all.
 struct FoundPair {
   SentPair sent;
@@ -87,11 +81,6 @@ struct Parcel {
   std::vector<SentJoint> joints;
 };
 
-// Whether calls have destroyed the shape or made another one in its slot, since pairs were listed.
-bool has_changed(const Shapes& shapes, std::int32_t shape) {
-  return (shapes.flags[shape] & (kShapeAlive | kShapeNew)) != kShapeAlive;
-}
-
 void pack_pairs(const WorldData& data, const Border& border, const std::vector<std::int32_t>& next_owner,
                 std::vector<Parcel>& parcels) {
   const PairRows& pairs = data.contacts.pairs;
@@ -122,7 +111,7 @@ void pack_joints(const WorldData& data, const Border& border, const std::vector<
     const Receivers to = receivers_of(border, next_owner, ends.a, ends.b);
     for (int i = 0; i < to.count; ++i) {
       parcels[static_cast<std::size_t>(to.ranks[i])].joints.push_back(
-          {static_cast<std::int32_t>(joint), joints.color[joint], joints.impulses[joint]});
+          sent_joint(joints, static_cast<std::int32_t>(joint)));
     }
   }
 }
@@ -191,9 +180,7 @@ void take_joints(WorldData& data, const Border& border, std::int32_t from,
     if (joint.joint < 0 || std::cmp_greater_equal(joint.joint, joints.flags.size())) refuse_world_of(from);
     const JointBodies ends = joints.bodies[joint.joint];
     if (!knows(&border, ends.a, ends.b)) refuse_world_of(from);
-    joints.color[joint.joint] = joint.color;
-    joints.impulses[joint.joint] = joint.impulses;
-    joints.marks.mark(joint.joint);
+    take_joint(joints, joint);
   }
 }
 
@@ -223,6 +210,7 @@ bool share_owners(Border& border, std::span<const GivenBody> given, std::vector<
 void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) {
   Border& border = *border_of(data);
   check_given(data, border, given);
+  wake_neighbors(data);  // while pairs that calls have ended are there, which do not travel
   std::vector<std::int32_t> next_owner = border.owner;
   if (!share_owners(border, given, next_owner)) return;
   const std::int32_t here = border.transport.rank(), ranks = border.transport.ranks();

@@ -21,6 +21,10 @@ class MpiTeam final : public Team {
         provided < MPI_THREAD_FUNNELED)
       throw Error("--distributed: MPI cannot be initialized for programs of many threads");
     transport_.emplace(MPI_COMM_WORLD);
+    MPI_Comm neighbors = MPI_COMM_NULL;
+    MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &neighbors);
+    MPI_Comm_size(neighbors, &here_);
+    MPI_Comm_free(&neighbors);
   }
   ~MpiTeam() override {
     world_.reset();
@@ -33,21 +37,18 @@ class MpiTeam final : public Team {
   bool leads() const override { return transport_->rank() == 0; }
   int threads_each(int asked) const override {
     if (asked != 0) return asked;
-    MPI_Comm neighbors = MPI_COMM_NULL;
-    MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &neighbors);
-    int here = 1;
-    MPI_Comm_size(neighbors, &here);
-    MPI_Comm_free(&neighbors);
-    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / here);
+    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / here_);
     cpu_set_t bound;  // mpirun may have bound this process to some of them
     const bool is_known = sched_getaffinity(0, sizeof bound, &bound) == 0;
     return is_known ? std::min(cores, std::max(1, CPU_COUNT(&bound))) : cores;
   }
   void take(World world) override {
-    std::int64_t failed = 0;
-    transport_->add_up({&failed, 1});
+    const std::int64_t failed = count_failures(0);
     has_begun_ = true;
-    if (failed > 0) throw Error("--distributed: another rank has failed");
+    if (failed > 0) {
+      count_failures(0);  // until that one has told why
+      throw Error("--distributed: another rank has failed");
+    }
     world_.emplace(std::move(world), *transport_);
   }
   DistributedWorld& world() override { return *world_; }
@@ -57,18 +58,24 @@ class MpiTeam final : public Team {
       MPI_Abort(MPI_COMM_WORLD, exit_code);
     }
     // Others wait as they take the world, or fail alike: then one of them tells.
-    std::int64_t failed = 1;
-    transport_->add_up({&failed, 1});
+    const std::int64_t failed = count_failures(1);
     if (leads() || failed < transport_->ranks())
       std::cerr << "scree: rank " << transport_->rank() << ": " << error.what() << std::endl;
+    count_failures(1);
     transport_.reset();
     MPI_Finalize();
     std::_Exit(exit_code);
   }
 
  private:
+  std::int64_t count_failures(std::int64_t own) {
+    transport_->add_up({&own, 1});
+    return own;
+  }
+
   std::optional<MpiTransport> transport_;
   std::optional<DistributedWorld> world_;
+  int here_ = 1;  // processes on this machine
   bool has_begun_ = false;
 };
 

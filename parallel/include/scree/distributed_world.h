@@ -63,7 +63,7 @@ class SCREE_API DistributedWorld {
   World& world() noexcept;              ///< this rank's part
   const World& world() const noexcept;  ///< as the other one
   /// Whether the body is this rank's to move. False for kinematic and fixed bodies, which are everybody's,
-  /// and for dead ones.
+  /// and for dead ones. Bodies that are new have an owner from the next step on.
   bool owns(BodyId body) const;
 
   /// As scree::step. All ranks call it together, with the same time step.

@@ -187,6 +187,59 @@ TEST(DistributedWorld, RandomCallsHaveTheBitsOfOneProcess) {
   }
 }
 
+// Joints of bodies that are kinematic for a while go on where they were, on whichever rank.
+TEST(DistributedWorld, JointsOfBodiesThatChangeTheirTypeHaveTheBitsOfOneProcess) {
+  const auto make = [] {
+    Start start{World(WorldSettings{}), {}};
+    for (int i = 0; i < 16; ++i) {
+      const BodyId link = start.world.create_body({.type = i == 0 ? BodyType::fixed : BodyType::dynamic,
+                                                   .position = {0.5f * static_cast<float>(i), 6, 0}});
+      start.world.add_shape(link, Box{{0.22f, 0.1f, 0.1f}});
+      if (i > 0) {
+        start.world.create_joint({.body_a = start.bodies.back(),
+                                  .body_b = link,
+                                  .frame_a = {{0.25f, 0, 0}, {}},
+                                  .frame_b = {{-0.25f, 0, 0}, {}}},
+                                 BallJoint{});
+      }
+      start.bodies.push_back(link);
+    }
+    return start;
+  };
+  const Direct direct = [](World& world, const std::vector<BodyId>& bodies, int step) {
+    if (step % 7 != 3) return;
+    physics::Random random(static_cast<std::uint64_t>(step));
+    for (int i = 0; i < 3; ++i) {
+      const BodyId body = bodies[static_cast<std::size_t>(random.uniform(1, 15.99f))];
+      const bool dynamic = world.body_type(body) == BodyType::dynamic;
+      world.set_body_type(body, dynamic ? BodyType::kinematic : BodyType::dynamic);
+    }
+  };
+  for (const int ranks : {2, 4}) expect_bits_of_one(make, ranks, 160, {.steps_per_look = 6}, direct);
+}
+
+// A call takes away what a sleeper rests on just before it changes owners.
+TEST(DistributedWorld, SleepersThatAreGivenAwayWakeAsInOneProcess) {
+  const auto make = [] {
+    Start start{World(WorldSettings{}), {}};
+    for (int i = 0; i < 24; ++i) {
+      const float x = 1.5f * static_cast<float>(i % 12);
+      start.bodies.push_back(start.world.create_body(
+          {.type = i < 12 ? BodyType::fixed : BodyType::dynamic, .position = {x, i < 12 ? 0.5f : 1.5f, 0}}));
+      start.world.add_shape(start.bodies.back(), Box{{0.5f, 0.5f, 0.5f}});
+    }
+    return start;
+  };
+  const Direct direct = [](World& world, const std::vector<BodyId>& bodies, int step) {
+    if (step >= 120 && step < 240 && step % 10 == 0)
+      world.destroy_body(bodies[static_cast<std::size_t>(step / 10 - 12)]);
+    if (step >= 110 && step % 10 == 9)  // so that the space is cut anew
+      world.add_shape(world.create_body({.position = {20, 3, 0}}), Sphere{0.3f});
+  };
+  for (const int ranks : {2, 3})
+    expect_bits_of_one(make, ranks, 260, {.steps_per_look = 10, .imbalance = 1.0f}, direct);
+}
+
 // Joints that break are disabled on all ranks, whoever has found out.
 TEST(DistributedWorld, JointsBreakAsInOneProcess) {
   const auto make = [] {
