@@ -159,6 +159,13 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
 // The narrow phase has seen where calls have put shapes: they are at rest again.
 void forget_displaced(WorldData& data);
 
+inline bool bounds_meet(const BoundsRow& x, const BoundsRow& y) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(x.lower[axis] <= y.upper[axis] && y.lower[axis] <= x.upper[axis])) return false;
+  }
+  return true;
+}
+
 // Whether filters, bodies and their types let two shapes collide.
 bool may_collide(const WorldData& data, std::int32_t a, std::int32_t b);
 

@@ -62,13 +62,6 @@ std::int64_t join_blocks(const WorldData& data, const PairTree& query, const Pai
   return std::remove_if(first, last, is_none) - pairs.data();
 }
 
-bool bounds_meet(const BoundsRow& x, const BoundsRow& y) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(x.lower[axis] <= y.upper[axis] && y.lower[axis] <= x.upper[axis])) return false;
-  }
-  return true;
-}
-
 // Appends the rows of the last list whose shapes both still exist and are frozen, and still overlap if a call
 // has changed one.
 void carry_rows(const WorldData& data, const BroadPhase& broad_phase, int begin, int end,

@@ -384,11 +384,6 @@ class Agenda {
   Column<Meet>& meets_;
 };
 
-std::int32_t place_of(const Column<std::int32_t>& fast, std::int32_t body) {
-  const auto* const found = std::lower_bound(fast.begin(), fast.end(), body);
-  return found != fast.end() && *found == body ? static_cast<std::int32_t>(found - fast.begin()) : -1;
-}
-
 // Takes from a body's way what would bring its shape's center to the other side of a shape that the shape
 // touches and that moves, too; see hold_centers() in sweep_fast_bodies.cpp.
 void hold_pair(WorldData& data, const MovingPair& pair, Column<StepEnd>& ends) {

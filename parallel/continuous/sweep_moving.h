@@ -3,7 +3,15 @@
 
 #include <parallel/broad_phase/broad_phase.h>
 
+#include <algorithm>
+
 namespace scree::sweeps {
+
+// The place of a body among those that are swept, which ascend; -1: it is not.
+inline std::int32_t place_of(const Column<std::int32_t>& fast, std::int32_t body) {
+  const auto* const found = std::lower_bound(fast.begin(), fast.end(), body);
+  return found != fast.end() && *found == body ? static_cast<std::int32_t>(found - fast.begin()) : -1;
+}
 
 // Notes the fast kinematic bodies, which nothing stops, and dynamic ones that they may meet: these are swept.
 void note_fast_kinematic_bodies(WorldData& data, float dt);

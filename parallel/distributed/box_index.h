@@ -1,7 +1,7 @@
 // Which boxes another box meets, among many; for ghosts.cpp and sweep_across.cpp.
 #pragma once
 
-#include <core/plain/rows.h>
+#include <parallel/broad_phase/broad_phase.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -28,13 +28,6 @@ inline void include(BoundsRow& box, const BoundsRow& other) {
   }
 }
 
-inline bool boxes_meet(const BoundsRow& x, const BoundsRow& y) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(x.lower[axis] <= y.upper[axis] && y.lower[axis] <= x.upper[axis])) return false;
-  }
-  return true;
-}
-
 // Boxes along the axis on which they reach farthest.
 class BoxIndex {
  public:
@@ -57,7 +50,7 @@ class BoxIndex {
                          [&](float upper, const BoundsRow& box) { return upper < box.lower[axis_]; }) -
         boxes_.begin());
     while (place > 0 && reaches_[--place] >= bounds.lower[axis_]) {
-      if (boxes_meet(boxes_[place], bounds)) return true;
+      if (bounds_meet(boxes_[place], bounds)) return true;
     }
     return false;
   }

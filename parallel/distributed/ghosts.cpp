@@ -58,7 +58,7 @@ void list_near(const WorldData& data, Border& border, std::int32_t rank, Crew& c
   const BoundsRow& around = border.around[static_cast<std::size_t>(rank)];
   list_where(
       crew, border.own_shapes.size(), border.places, border.found,
-      [&](std::int32_t i) { return boxes_meet(data.shapes.fat_bounds[border.own_shapes[i]], around); },
+      [&](std::int32_t i) { return bounds_meet(data.shapes.fat_bounds[border.own_shapes[i]], around); },
       [&](std::int32_t i) { return border.own_shapes[i]; });
   border.halos[static_cast<std::size_t>(rank)].near.assign(border.found.begin(), border.found.end());
 }
@@ -165,23 +165,16 @@ void share_rest(WorldData& data, Border& border) {
     std::int32_t is_asleep;
   };
   Bodies& bodies = data.bodies;
-  const auto ranks = static_cast<std::int32_t>(border.halos.size());
-  for (std::int32_t to = 0; to < ranks; ++to) {
-    const Halo& halo = border.halos[static_cast<std::size_t>(to)];
-    if (halo.lent.empty()) continue;
-    send_rows<Rest>(border.transport, to, halo.lent, [&](std::int32_t body) {
-      return Rest{bodies.sleep_time[body], is_asleep(bodies, body) ? 1 : 0};
-    });
-  }
-  for (std::int32_t from = 0; from < ranks; ++from) {
-    const Halo& halo = border.halos[static_cast<std::size_t>(from)];
-    if (halo.borrowed.empty()) continue;
-    receive_rows<Rest>(border.transport, from, halo.borrowed, [&](std::int32_t body, const Rest& rest) {
-      if (rest.is_asleep != 0 && !is_asleep(bodies, body)) refuse_world_of(from);
-      if (rest.is_asleep == 0 && is_asleep(bodies, body)) wake_body(data, body);
-      bodies.sleep_time[body] = rest.sleep_time;
-    });
-  }
+  share_halos<Rest>(
+      border, [](std::int32_t) { return true; },
+      [&](std::int32_t body) {
+        return Rest{bodies.sleep_time[body], is_asleep(bodies, body) ? 1 : 0};
+      },
+      [&](std::int32_t body, const Rest& rest) {
+        if (rest.is_asleep != 0 && !is_asleep(bodies, body)) refuse_world_of(border.owner_of(body));
+        if (rest.is_asleep == 0 && is_asleep(bodies, body)) wake_body(data, body);
+        bodies.sleep_time[body] = rest.sleep_time;
+      });
 }
 
 // Bodies of others that nobody lends any more go. Returns whether any has come or gone.
@@ -216,7 +209,7 @@ void share_ghosts(WorldData& data, Crew& crew) {
   for (std::int32_t rank = 0; rank < ranks; ++rank) {
     Halo& halo = border.halos[static_cast<std::size_t>(rank)];
     if (rank == border.transport.rank()) continue;
-    if (!halo.tied.empty() || boxes_meet(own, around[static_cast<std::size_t>(rank)])) {
+    if (!halo.tied.empty() || bounds_meet(own, around[static_cast<std::size_t>(rank)])) {
       near.push_back(rank);
     } else {
       halo.lent.clear(), halo.borrowed.clear();  // as the other side does

@@ -5,7 +5,9 @@
 #include <parallel/distributed/border.h>
 #include <scree/error.h>
 
+#include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -69,6 +71,26 @@ void share_rows(Border& border, Column<Row>& rows) {
   for (const Neighbor& with : border.neighbors) {
     receive_rows<Row>(border.transport, with.rank, with.other,
                       [&](std::int32_t body, const Row& row) { rows[body] = row; });
+  }
+}
+
+// row_of(body) of the own bodies that are lent -> take(body, row) for ghosts: of those that is_listed(body)
+// holds for, which owners and holders must agree on.
+template <class Row, class IsListed, class RowOf, class Take>
+void share_halos(Border& border, IsListed&& is_listed, RowOf&& row_of, Take&& take) {
+  const auto listed = [&](const std::vector<std::int32_t>& bodies) {
+    std::vector<std::int32_t> some;
+    std::copy_if(bodies.begin(), bodies.end(), std::back_inserter(some), is_listed);
+    return some;
+  };
+  const auto ranks = static_cast<std::int32_t>(border.halos.size());
+  for (std::int32_t to = 0; to < ranks; ++to) {
+    const std::vector<std::int32_t> lent = listed(border.halos[static_cast<std::size_t>(to)].lent);
+    if (!lent.empty()) send_rows<Row>(border.transport, to, lent, row_of);
+  }
+  for (std::int32_t from = 0; from < ranks; ++from) {
+    const std::vector<std::int32_t> ghosts = listed(border.halos[static_cast<std::size_t>(from)].borrowed);
+    if (!ghosts.empty()) receive_rows<Row>(border.transport, from, ghosts, take);
   }
 }
 

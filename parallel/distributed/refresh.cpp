@@ -245,31 +245,16 @@ void share_motion(Border& border, Bodies& bodies) {
     DeltaRow delta;
     std::int32_t notes;
   };
-  // Both sides agree on who is awake.
-  const auto awake_of = [&](const std::vector<std::int32_t>& list) {
-    std::vector<std::int32_t> awake;
-    std::copy_if(list.begin(), list.end(), std::back_inserter(awake),
-                 [&](std::int32_t body) { return (bodies.flags[body] & kBodyAsleep) == 0; });
-    return awake;
-  };
-  const auto ranks = static_cast<std::int32_t>(border.halos.size());
-  for (std::int32_t to = 0; to < ranks; ++to) {
-    const std::vector<std::int32_t> lent = awake_of(border.halos[static_cast<std::size_t>(to)].lent);
-    if (lent.empty()) continue;
-    send_rows<Motion>(border.transport, to, lent, [&](std::int32_t body) {
-      return Motion{bodies.velocity[body], bodies.delta[body], bodies.step_notes[body]};
-    });
-  }
-  for (std::int32_t from = 0; from < ranks; ++from) {
-    const std::vector<std::int32_t> borrowed =
-        awake_of(border.halos[static_cast<std::size_t>(from)].borrowed);
-    if (borrowed.empty()) continue;
-    receive_rows<Motion>(border.transport, from, borrowed, [&](std::int32_t body, const Motion& motion) {
-      bodies.velocity[body] = motion.velocity;
-      bodies.delta[body] = motion.delta;
-      bodies.step_notes[body] = static_cast<std::uint8_t>(motion.notes);
-    });
-  }
+  share_halos<Motion>(
+      border, [&](std::int32_t body) { return (bodies.flags[body] & kBodyAsleep) == 0; },
+      [&](std::int32_t body) {
+        return Motion{bodies.velocity[body], bodies.delta[body], bodies.step_notes[body]};
+      },
+      [&](std::int32_t body, const Motion& motion) {
+        bodies.velocity[body] = motion.velocity;
+        bodies.delta[body] = motion.delta;
+        bodies.step_notes[body] = static_cast<std::uint8_t>(motion.notes);
+      });
 }
 
 void share_broken(Border& border, const WorldData& data, Column<JointId>& broken) {

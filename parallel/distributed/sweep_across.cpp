@@ -1,4 +1,5 @@
 // See sweep_across.h.
+#include <parallel/continuous/sweep_moving.h>
 #include <parallel/continuous/sweep_near.h>
 #include <parallel/distributed/body_motion.h>
 #include <parallel/distributed/box_index.h>
@@ -18,6 +19,7 @@ namespace scree {
 namespace {
 
 using sweeps::MovingPair;
+using sweeps::place_of;
 using sweeps::StepEnd;
 
 // What the sweeps read of a body that moves; and of its shapes, where they are as the step begins.
@@ -37,17 +39,6 @@ struct SweptStep {
 
 bool is_fast_note(const Bodies& bodies, std::int32_t body) {
   return (bodies.step_notes[body] & kIsFast) != 0 && !is_asleep(bodies, body);
-}
-
-std::vector<std::int32_t> where(const std::vector<std::int32_t>& list, auto&& holds) {
-  std::vector<std::int32_t> some;
-  std::copy_if(list.begin(), list.end(), std::back_inserter(some), holds);
-  return some;
-}
-
-std::int32_t place_in(const Column<std::int32_t>& fast, std::int32_t body) {
-  const auto* const found = std::lower_bound(fast.begin(), fast.end(), body);
-  return found != fast.end() && *found == body ? static_cast<std::int32_t>(found - fast.begin()) : -1;
 }
 
 void append_sorted(Column<std::int32_t>& fast, std::vector<std::int32_t> more) {
@@ -110,24 +101,15 @@ bool SweepAcross::share_fast() {
   border_->transport.add_up({&count, 1});
   if (count == 0) return false;
   for (const std::int32_t body : fast) bodies.step_notes[body] |= std::uint8_t{kIsFast};
-  const auto is_awake = [&](std::int32_t body) { return !is_asleep(bodies, body); };
-  const auto ranks = static_cast<std::int32_t>(border_->halos.size());
-  for (std::int32_t to = 0; to < ranks; ++to) {
-    const auto lent = where(border_->halos[static_cast<std::size_t>(to)].lent, is_awake);
-    if (lent.empty()) continue;
-    send_rows<std::uint8_t>(border_->transport, to, lent,
-                            [&](std::int32_t body) { return std::uint8_t{place_in(fast, body) >= 0}; });
-  }
   std::vector<std::int32_t> ghosts;
-  for (std::int32_t from = 0; from < ranks; ++from) {
-    const auto borrowed = where(border_->halos[static_cast<std::size_t>(from)].borrowed, is_awake);
-    if (borrowed.empty()) continue;
-    receive_rows<std::uint8_t>(border_->transport, from, borrowed, [&](std::int32_t body, std::uint8_t is) {
-      std::uint8_t& notes = bodies.step_notes[body];
-      notes = static_cast<std::uint8_t>(is != 0 ? notes | kIsFast : notes & ~kIsFast);
-      if (is != 0) ghosts.push_back(body);
-    });
-  }
+  share_halos<std::uint8_t>(
+      *border_, [&](std::int32_t body) { return !is_asleep(bodies, body); },
+      [&](std::int32_t body) { return std::uint8_t{place_of(fast, body) >= 0}; },
+      [&](std::int32_t body, std::uint8_t is) {
+        std::uint8_t& notes = bodies.step_notes[body];
+        notes = static_cast<std::uint8_t>(is != 0 ? notes | kIsFast : notes & ~kIsFast);
+        if (is != 0) ghosts.push_back(body);
+      });
   append_sorted(fast, std::move(ghosts));
   return true;
 }
@@ -183,7 +165,7 @@ void SweepAcross::bring_sleepers(const std::vector<BoundsRow>& ways) {
     if (to == here) continue;
     std::vector<BoundsRow> near;
     std::copy_if(ways.begin(), ways.end(), std::back_inserter(near), [&](const BoundsRow& way) {
-      return boxes_meet(way, border_->around[static_cast<std::size_t>(to)]);
+      return bounds_meet(way, border_->around[static_cast<std::size_t>(to)]);
     });
     send_list<BoundsRow>(border_->transport, to, near);
   }
@@ -270,30 +252,21 @@ void SweepAcross::spread_chains(std::vector<std::int32_t>& chain_of) {
     if (pair.place[0] >= 0 && pair.place[1] >= 0 && is_own_fast(pair.place[0]) != is_own_fast(pair.place[1]))
       chain_at(pair.place[0]).is_shared = 1;
   }
-  const auto is_listed = [&](std::int32_t body) { return is_fast_note(data_.bodies, body); };
-  const auto ranks = static_cast<std::int32_t>(border_->halos.size());
   std::int64_t news = 1;
   while (news > 0) {
-    for (std::int32_t to = 0; to < ranks; ++to) {
-      const auto lent = where(border_->halos[static_cast<std::size_t>(to)].lent, is_listed);
-      if (lent.empty()) continue;
-      send_rows<Chain>(border_->transport, to, lent,
-                       [&](std::int32_t body) { return chain_at(place_in(fast, body)); });
-    }
     news = 0;
-    for (std::int32_t from = 0; from < ranks; ++from) {
-      const auto borrowed = where(border_->halos[static_cast<std::size_t>(from)].borrowed, is_listed);
-      if (borrowed.empty()) continue;
-      receive_rows<Chain>(border_->transport, from, borrowed, [&](std::int32_t body, const Chain& told) {
-        Chain& chain = chain_at(place_in(fast, body));
-        if (told.smallest < 0 || std::cmp_greater_equal(told.smallest, border_->owner.size()))
-          refuse_world_of(from);
-        if (told.smallest >= chain.smallest && told.is_shared <= chain.is_shared) return;
-        chain.smallest = std::min(chain.smallest, told.smallest);
-        chain.is_shared = std::max(chain.is_shared, told.is_shared);
-        news = 1;
-      });
-    }
+    share_halos<Chain>(
+        *border_, [&](std::int32_t body) { return is_fast_note(data_.bodies, body); },
+        [&](std::int32_t body) { return chain_at(place_of(fast, body)); },
+        [&](std::int32_t body, const Chain& told) {
+          Chain& chain = chain_at(place_of(fast, body));
+          if (told.smallest < 0 || std::cmp_greater_equal(told.smallest, border_->owner.size()))
+            refuse_world_of(border_->owner_of(body));
+          if (told.smallest >= chain.smallest && told.is_shared <= chain.is_shared) return;
+          chain.smallest = std::min(chain.smallest, told.smallest);
+          chain.is_shared = std::max(chain.is_shared, told.is_shared);
+          news = 1;
+        });
     border_->transport.add_up({&news, 1});
   }
   for (std::size_t place = 0; place < chain_of.size(); ++place) {
@@ -386,12 +359,12 @@ void SweepAcross::admit(std::vector<std::int32_t> visitors, const std::vector<Mo
   append_sorted(fast, std::move(visitors));
   broad_phase_.step_ends.resize_discarding(fast.size());
   std::fill(broad_phase_.step_ends.begin(), broad_phase_.step_ends.end(), StepEnd{});
-  for (std::size_t i = 0; i < before.size(); ++i) broad_phase_.step_ends[place_in(fast, before[i])] = ends[i];
+  for (std::size_t i = 0; i < before.size(); ++i) broad_phase_.step_ends[place_of(fast, before[i])] = ends[i];
   Column<MovingPair>& all = broad_phase_.meeting_pairs;
   all.resize_discarding(pairs.size());
   std::copy(pairs.begin(), pairs.end(), all.begin());
   for (MovingPair& pair : all) {
-    for (int side = 0; side < 2; ++side) pair.place[side] = place_in(fast, body_of(data_, pair, side));
+    for (int side = 0; side < 2; ++side) pair.place[side] = place_of(fast, body_of(data_, pair, side));
     if (pair.place[0] < 0 && pair.place[1] < 0)
       throw Error("sweep_fast_bodies: another rank has sent a pair of which no body is fast");
   }
@@ -412,67 +385,47 @@ void SweepAcross::bring_chains() {
   send_chains(chain_of);
 }
 
-void SweepAcross::return_ways() {
-  if (!has_chains_) return;
-  const auto ranks = static_cast<std::int32_t>(visits_.size());
-  const auto row_at = [&](std::int32_t body) {
-    return SweptStep{data_.bodies.velocity[body], data_.bodies.delta[body],
-                     broad_phase_.step_ends[place_in(broad_phase_.fast, body)]};
-  };
-  for (std::int32_t to = 0; to < ranks; ++to) {
-    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(to)].received;
-    if (!bodies.empty()) send_rows<SweptStep>(border_->transport, to, bodies, row_at);
-  }
-  for (std::int32_t from = 0; from < ranks; ++from) {
-    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(from)].sent;
-    if (bodies.empty()) continue;
-    receive_rows<SweptStep>(border_->transport, from, bodies, [&](std::int32_t body, const SweptStep& step) {
-      data_.bodies.velocity[body] = step.velocity;
-      data_.bodies.delta[body] = step.delta;
-      StepEnd& end = broad_phase_.step_ends[place_in(broad_phase_.fast, body)];
-      end.held = end.held || step.end.held;
-    });
-  }
-}
-
-void SweepAcross::send_ends() {
+template <class Take>
+void SweepAcross::exchange(std::vector<std::int32_t> Visit::*sent, std::vector<std::int32_t> Visit::*received,
+                           Take&& take) {
   if (!has_chains_) return;
   const auto ranks = static_cast<std::int32_t>(visits_.size());
   for (std::int32_t to = 0; to < ranks; ++to) {
-    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(to)].sent;
+    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(to)].*sent;
     if (bodies.empty()) continue;
     send_rows<SweptStep>(border_->transport, to, bodies, [&](std::int32_t body) {
       return SweptStep{data_.bodies.velocity[body], data_.bodies.delta[body],
-                       broad_phase_.step_ends[place_in(broad_phase_.fast, body)]};
+                       broad_phase_.step_ends[place_of(broad_phase_.fast, body)]};
     });
   }
   for (std::int32_t from = 0; from < ranks; ++from) {
-    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(from)].received;
+    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(from)].*received;
     if (bodies.empty()) continue;
     receive_rows<SweptStep>(border_->transport, from, bodies, [&](std::int32_t body, const SweptStep& step) {
-      data_.bodies.velocity[body] = step.velocity;
-      data_.bodies.delta[body] = step.delta;
-      broad_phase_.step_ends[place_in(broad_phase_.fast, body)] = step.end;
+      take(body, step, broad_phase_.step_ends[place_of(broad_phase_.fast, body)]);
     });
   }
 }
 
+void SweepAcross::return_ways() {
+  exchange(&Visit::received, &Visit::sent, [&](std::int32_t body, const SweptStep& step, StepEnd& end) {
+    data_.bodies.velocity[body] = step.velocity;
+    data_.bodies.delta[body] = step.delta;
+    end.held = end.held || step.end.held;
+  });
+}
+
+void SweepAcross::send_ends() {
+  exchange(&Visit::sent, &Visit::received, [&](std::int32_t body, const SweptStep& step, StepEnd& end) {
+    data_.bodies.velocity[body] = step.velocity;
+    data_.bodies.delta[body] = step.delta;
+    end = step.end;
+  });
+}
+
 void SweepAcross::return_ends() {
-  if (!has_chains_) return;
-  const auto ranks = static_cast<std::int32_t>(visits_.size());
-  const auto end_at = [&](std::int32_t body) -> StepEnd& {
-    return broad_phase_.step_ends[place_in(broad_phase_.fast, body)];
-  };
-  for (std::int32_t to = 0; to < ranks; ++to) {
-    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(to)].received;
-    if (!bodies.empty()) send_rows<StepEnd>(border_->transport, to, bodies, end_at);
-  }
-  for (std::int32_t from = 0; from < ranks; ++from) {
-    const std::vector<std::int32_t>& bodies = visits_[static_cast<std::size_t>(from)].sent;
-    if (bodies.empty()) continue;
-    receive_rows<StepEnd>(border_->transport, from, bodies,
-                          [&](std::int32_t body, const StepEnd& end) { end_at(body) = end; });
-  }
+  exchange(&Visit::received, &Visit::sent,
+           [](std::int32_t, const SweptStep& step, StepEnd& end) { end = step.end; });
 }
 
 void SweepAcross::share_ends() {
@@ -482,23 +435,15 @@ void SweepAcross::share_ends() {
     DeltaRow delta;
   };
   Bodies& bodies = data_.bodies;
-  const auto is_listed = [&](std::int32_t body) { return is_fast_note(bodies, body); };
-  const auto ranks = static_cast<std::int32_t>(border_->halos.size());
-  for (std::int32_t to = 0; to < ranks; ++to) {
-    const auto lent = where(border_->halos[static_cast<std::size_t>(to)].lent, is_listed);
-    if (lent.empty()) continue;
-    send_rows<Motion>(border_->transport, to, lent, [&](std::int32_t body) {
-      return Motion{bodies.velocity[body], bodies.delta[body]};
-    });
-  }
-  for (std::int32_t from = 0; from < ranks; ++from) {
-    const auto borrowed = where(border_->halos[static_cast<std::size_t>(from)].borrowed, is_listed);
-    if (borrowed.empty()) continue;
-    receive_rows<Motion>(border_->transport, from, borrowed, [&](std::int32_t body, const Motion& motion) {
-      bodies.velocity[body] = motion.velocity;
-      bodies.delta[body] = motion.delta;
-    });
-  }
+  share_halos<Motion>(
+      *border_, [&](std::int32_t body) { return is_fast_note(bodies, body); },
+      [&](std::int32_t body) {
+        return Motion{bodies.velocity[body], bodies.delta[body]};
+      },
+      [&](std::int32_t body, const Motion& motion) {
+        bodies.velocity[body] = motion.velocity;
+        bodies.delta[body] = motion.delta;
+      });
 }
 
 }  // namespace scree

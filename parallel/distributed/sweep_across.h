@@ -49,6 +49,9 @@ class SweepAcross {
   struct Visit {
     std::vector<std::int32_t> sent, received;
   };
+  template <class Take>
+  void exchange(std::vector<std::int32_t> Visit::*sent, std::vector<std::int32_t> Visit::*received,
+                Take&& take);
   void bring_sleepers(const std::vector<BoundsRow>& ways);
   std::vector<std::int32_t> sleepers_on(const BoxIndex& ways, std::int32_t rank) const;
   void enter(const std::vector<std::int32_t>& come);
