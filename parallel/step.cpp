@@ -84,7 +84,7 @@ void forget_forces(WorldData& data) {
 // Throws unless all are worlds and no two are the same. Marks the worlds themselves, which needs no list.
 void check_worlds(std::span<World* const> worlds) {
   for (World* world : worlds) {
-    if (world != nullptr) internals(*world, "step");
+    if (world != nullptr) check_whole(internals(*world, "step"), "step of a list");
   }
   std::size_t sound = 0;
   while (sound < worlds.size() && worlds[sound] != nullptr && !internals(*worlds[sound]).listed) {

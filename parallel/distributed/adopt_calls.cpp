@@ -35,7 +35,7 @@ void adopt(WorldData& data, Border& border, std::int32_t body, Changes& changes)
   const bool is_another =
       std::exchange(border.generation[place], data.bodies.generation[body]) != data.bodies.generation[body];
   const bool dynamic = is_dynamic(data.bodies, body), was_owned = owner != kEveryRank;
-  if (dynamic && was_owned && !is_another) return;
+  if (dynamic == was_owned && !(dynamic && is_another)) return;
   if (was_owned) {
     changes.gone.push_back(body);
     if (!is_another && (data.bodies.flags[body] & kBodyAlive) != 0) {

@@ -13,7 +13,7 @@ namespace scree {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& what) { throw Error("divide_world: " + what); }
+[[noreturn]] void refuse(const std::string& what) { throw Error("DistributedWorld: " + what); }
 
 void check_owners(const WorldData& data, const Transport& transport, const std::vector<std::int32_t>& owner) {
   if (owner.size() != data.bodies.flags.size()) {

@@ -3,8 +3,8 @@
 //
 // Dynamic bodies belong to one rank each, the others to all. A rank collides and solves the pairs and joints
 // in which one of its bodies takes part. So those across a border are computed on both sides, from the same
-// numbers, and no impulse travels. What must agree is exchanged: bodies that come near, colors while they are
-// chosen, velocities before each color that needs one, motion at the end of a step.
+// numbers, and no impulse travels but those of hubs. What must agree is exchanged: bodies that come near,
+// colors while they are chosen, velocities before each color that needs one, motion at the end of a step.
 //
 // Of the bodies of others a rank has those that its own ones may touch or are jointed to: ghosts. All further
 // ones are absent. Yet each rank has rows for all bodies, with what does not change in a step, and rows are

@@ -247,10 +247,12 @@ void DistributedWorld::step(float dt, Workers& workers) {
   Impl& impl = *impl_;
   const auto begin = std::chrono::steady_clock::now();
   impl.border().transport.begin_step();
-  adopt_calls(impl.data(), impl.border());
   const int spacing = impl.options.steps_per_look;
   const std::int64_t steps = impl.steps++;  // on all ranks, even where a hook throws in this step
-  if (spacing > 0 && steps > 0 && steps % spacing == 0) impl.look(workers);
+  if (spacing > 0 && steps > 0 && steps % spacing == 0) {
+    adopt_calls(impl.data(), impl.border());
+    impl.look(workers);
+  }
   scree::step(impl.world, dt, workers);
   const Border& border = impl.border();
   const CountedTransport::Sent& sent = border.transport.sent();

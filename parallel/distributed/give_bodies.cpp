@@ -32,6 +32,7 @@ struct SentContact {
   ManifoldFeatures features;
   ContactAnchor anchor;
   ContactSurface surface;
+  ContactForceRow force;
 };
 
 // A pair on its way in, and where its contacts begin in the list of all.
@@ -93,8 +94,10 @@ void pack_pairs(const WorldData& data, const Border& border, const std::vector<s
       Parcel& parcel = parcels[static_cast<std::size_t>(to.ranks[i])];
       SentPair sent{pair, 0, pairs.axis.empty() ? ContactAxis{} : pairs.axis[row]};
       for_each_contact(data.contacts, pairs.contact[row], [&](std::int32_t contact) {
-        parcel.contacts.push_back({now.points[contact], now.color[contact], now.manifold[contact],
-                                   now.features[contact], now.anchor[contact], now.surface[contact]});
+        parcel.contacts.push_back(
+            {now.points[contact], now.color[contact], now.manifold[contact], now.features[contact],
+             now.anchor[contact], now.surface[contact],
+             data.contacts.forces.empty() ? ContactForceRow{} : data.contacts.forces[contact]});
         ++sent.contacts;
       });
       parcel.pairs.push_back(sent);
@@ -161,7 +164,7 @@ void take_pairs(WorldData& data, std::vector<FoundPair>& found, const std::vecto
       now.anchor[row] = from.anchor;
       now.surface[row] = from.surface;
       now.color[row] = from.color;
-      if (!contacts.forces.empty()) contacts.forces[row] = {};
+      if (!contacts.forces.empty()) contacts.forces[row] = from.force;
       contacts.marks.mark(row);
       next = row + 1;
     }

@@ -69,6 +69,7 @@ struct LocalRanks::State {
     int rank() const override { return rank_; }
     int ranks() const override { return state_.ranks; }
     void send(int to, std::span<const std::byte> message) override {
+      check_rank(to, state_.ranks);
       Lane& lane = state_.lane(rank_, to);
       {
         const std::lock_guard lock(lane.mutex);
@@ -77,6 +78,7 @@ struct LocalRanks::State {
       lane.arrived.notify_one();
     }
     std::span<const std::byte> receive(int from) override {
+      check_rank(from, state_.ranks);
       Lane& lane = state_.lane(from, rank_);
       std::unique_lock lock(lane.mutex);
       lane.arrived.wait(lock, [&] { return lane.closed || !lane.messages.empty(); });

@@ -3,6 +3,7 @@
 #include <scree/error.h>
 #include <scree/mpi.h>
 
+#include <algorithm>
 #include <deque>
 #include <exception>
 #include <limits>
@@ -16,20 +17,21 @@ namespace {
 
 constexpr int kTag = 1;
 
-void check(int result, const std::string& what) {
+void check(int result, const char* what) {
   if (result == MPI_SUCCESS) return;
   char text[MPI_MAX_ERROR_STRING] = {};
   int length = 0;
   MPI_Error_string(result, text, &length);
-  throw Error("MpiTransport: " + what + ": " + std::string(text, static_cast<std::size_t>(length)));
+  throw Error(std::string("MpiTransport: ") + what + ": " +
+              std::string(text, static_cast<std::size_t>(length)));
 }
 
-int checked_size(std::size_t bytes, const std::string& what) {
-  if (bytes > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
-    throw Error("MpiTransport: " + what + " of " + std::to_string(bytes) +
-                " bytes; MPI takes less than 2 GiB at once: use more ranks");
+int checked_size(std::size_t size, int rank) {
+  if (size > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+    throw Error("MpiTransport: " + std::to_string(size) + " bytes or values for rank " +
+                std::to_string(rank) + "; MPI takes less than 2^31 at once: use more ranks");
   }
-  return static_cast<int>(bytes);
+  return static_cast<int>(size);
 }
 
 }  // namespace
@@ -78,39 +80,43 @@ int MpiTransport::rank() const { return impl_->rank; }
 int MpiTransport::ranks() const { return impl_->ranks; }
 
 void MpiTransport::send(int to, std::span<const std::byte> message) {
-  const std::string what = "a message to rank " + std::to_string(to);
-  const int size = checked_size(message.size(), what);
+  const int size = checked_size(message.size(), to);
   impl_->drop_sent();
   Impl::Sending& sending = impl_->sendings.emplace_back();  // a deque leaves the others where they are
   sending.bytes.assign(message.begin(), message.end());
   check(MPI_Isend(sending.bytes.data(), size, MPI_BYTE, to, kTag, impl_->communicator, &sending.request),
-        what);
+        "send");
 }
 
 std::span<const std::byte> MpiTransport::receive(int from) {
-  const std::string what = "a message of rank " + std::to_string(from);
   MPI_Message handle = MPI_MESSAGE_NULL;
   MPI_Status status;
-  check(MPI_Mprobe(from, kTag, impl_->communicator, &handle, &status), what);
+  check(MPI_Mprobe(from, kTag, impl_->communicator, &handle, &status), "receive");
   int size = 0;
-  check(MPI_Get_count(&status, MPI_BYTE, &size), what);
+  check(MPI_Get_count(&status, MPI_BYTE, &size), "receive");
   impl_->received.resize(static_cast<std::size_t>(size));
-  check(MPI_Mrecv(impl_->received.data(), size, MPI_BYTE, &handle, MPI_STATUS_IGNORE), what);
+  check(MPI_Mrecv(impl_->received.data(), size, MPI_BYTE, &handle, MPI_STATUS_IGNORE), "receive");
   impl_->drop_sent();
   return impl_->received;
 }
 
-// Ranks that give different numbers of values would get anything: MPI need not notice.
+// Ranks that give different numbers of values would get anything: MPI need not notice. So the numbers are
+// added up, too, and their squares: they are all the same exactly where the mean of the squares is that of
+// the mean. Few values, the usual case, go with them.
 void MpiTransport::add_up(std::span<std::int64_t> values) {
-  std::int64_t sizes[2] = {static_cast<std::int64_t>(values.size()),
-                           -static_cast<std::int64_t>(values.size())};
-  check(MPI_Allreduce(MPI_IN_PLACE, sizes, 2, MPI_INT64_T, MPI_MAX, impl_->communicator), "add_up");
-  if (sizes[0] != -sizes[1]) {
-    throw Error("MpiTransport: ranks add up " + std::to_string(-sizes[1]) + " to " +
-                std::to_string(sizes[0]) + " values: their worlds differ");
+  constexpr std::size_t kFew = 14;
+  const auto count = static_cast<std::uint64_t>(values.size());
+  std::uint64_t sums[2 + kFew] = {count, count * count};
+  if (values.size() <= kFew) std::copy(values.begin(), values.end(), sums + 2);
+  check(MPI_Allreduce(MPI_IN_PLACE, sums, 2 + kFew, MPI_UINT64_T, MPI_SUM, impl_->communicator), "add_up");
+  if (sums[0] * sums[0] != static_cast<std::uint64_t>(impl_->ranks) * sums[1])
+    throw Error("MpiTransport: ranks add up different numbers of values: their worlds differ");
+  if (values.size() <= kFew) {
+    std::copy(sums + 2, sums + 2 + values.size(), values.begin());
+    return;
   }
-  const int count = checked_size(values.size(), "values to add up");
-  check(MPI_Allreduce(MPI_IN_PLACE, values.data(), count, MPI_UINT64_T, MPI_SUM, impl_->communicator),
+  const int all = checked_size(values.size(), impl_->rank);
+  check(MPI_Allreduce(MPI_IN_PLACE, values.data(), all, MPI_UINT64_T, MPI_SUM, impl_->communicator),
         "add_up");
 }
 

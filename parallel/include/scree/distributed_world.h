@@ -43,9 +43,10 @@ struct RankStats {
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///
 /// Not supported yet, and refused by an Error: solvers other than the soft step, callbacks of user joints,
-/// recorders, contacts of two bodies of more than 32 constraints each, contacts of such a body with one of
-/// another rank that rebound or roll, and bodies whose state becomes non-finite. Calls that need the whole
-/// world, such as World::hash, scree::save and scree::clone, refuse its parts. Queries find what a rank has.
+/// recorders, contacts and joints of two bodies of more than 32 constraints each, bodies that touch more than
+/// 8 such bodies, contacts of such a body with one of another rank that rebound, roll or have a surface
+/// velocity, and bodies whose state becomes non-finite. Calls that need the whole world, such as World::hash,
+/// scree::save and scree::clone, refuse its parts. Queries find what a rank has.
 /// Events are those of the contacts that a rank knows.
 class SCREE_API DistributedWorld {
  public:
@@ -73,7 +74,8 @@ class SCREE_API DistributedWorld {
   /// By rank, of which there are ranks(); throws Error for another length. All ranks call it together.
   void stats(std::span<RankStats> by_rank);
   /// Saves the whole world on rank 0; any number of ranks, or a single process, goes on from there with the
-  /// same bits. On other ranks `snapshot` stays as it is. All ranks call it together.
+  /// same bits; what touched or was sensed on other ranks alone begins anew for events. On other ranks
+  /// `snapshot` stays as it is. All ranks call it together.
   void save(Snapshot& snapshot, Workers& workers);
 
  private:
