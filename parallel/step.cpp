@@ -209,6 +209,8 @@ void step(World& world, float dt, Crew& crew) {
     data.last_save = {};    // a save nevertheless copies all there is
     throw;
   }
+  if (Border* const border = border_of(data); border != nullptr && border->is_recorded)
+    data.recording.hash = hash_of_all(data, *border);
   if (data.recording.sink != nullptr) {
     const std::uint64_t hash = data.recording.hash ? *data.recording.hash : hash_of(data.bodies);
     data.recording.sink->stepped(data, dt, hash);

@@ -131,12 +131,16 @@ std::string first_column_difference(const World& expected, const World& actual) 
   return {};
 }
 
-std::string first_state_difference(const World& expected, const World& actual) {
+std::string first_difference_of_copies(const World& expected, const World& actual) {
   const std::string body = first_body_difference(expected, actual);
   if (!body.empty()) return body;
-  // Of copies, whose free rows are empty.
-  const std::string column = first_column_difference(clone(expected), clone(actual));
+  const std::string column = first_column_difference(expected, actual);
   return column.empty() ? first_setting_difference(expected, actual) : column;
+}
+
+std::string first_state_difference(const World& expected, const World& actual) {
+  const std::string body = first_body_difference(expected, actual);  // which needs no copies
+  return body.empty() ? first_difference_of_copies(clone(expected), clone(actual)) : body;
 }
 
 }  // namespace scree

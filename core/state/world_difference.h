@@ -13,6 +13,9 @@ std::string first_body_difference(const World& expected, const World& actual);
 // First column of kind state that differs in its bytes, what stages keep included; empty if none. Rows that
 // are free count, too, so it is for worlds that have gone the same way.
 std::string first_column_difference(const World& expected, const World& actual);
+// Of copies, whose free rows are empty: bodies, columns, settings and what else decides about the steps to
+// come.
+std::string first_difference_of_copies(const World& expected, const World& actual);
 // As a snapshot sees it: bodies, columns, settings and what else decides about the steps to come.
 std::string first_state_difference(const World& expected, const World& actual);
 

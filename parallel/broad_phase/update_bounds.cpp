@@ -105,7 +105,7 @@ void forget_displaced(WorldData& data) {
 
 void update_bounds(WorldData& data, float dt, Crew& crew) {
   BroadPhase& broad_phase = broad_phase_of(data);
-  const bool hashes = data.recording.sink != nullptr;
+  const bool hashes = data.recording.sink != nullptr && data.border == nullptr;
   const Column<std::int32_t>& moving = data.shapes.moving;
   broad_phase.has_left.resize_discarding(moving.size());
   const int left =

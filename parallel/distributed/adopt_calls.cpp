@@ -70,11 +70,11 @@ void share_common(WorldData& data, Border& border, const Changes& changes) {
   const std::int32_t here = border.transport.rank(), ranks = border.transport.ranks();
   const std::vector<std::int32_t>& own = changes.became_common[static_cast<std::size_t>(here)];
   for (std::int32_t to = 0; to < ranks && !own.empty(); ++to) {
-    if (to != here) send_bodies(border, to, data, own);
+    if (to != here) send_bodies(border.transport, to, data, own);
   }
   for (std::int32_t from = 0; from < ranks; ++from) {
     const std::vector<std::int32_t>& bodies = changes.became_common[static_cast<std::size_t>(from)];
-    if (from != here && !bodies.empty()) receive_bodies(border, from, data, bodies);
+    if (from != here && !bodies.empty()) receive_bodies(border.transport, from, data, bodies);
   }
 }
 

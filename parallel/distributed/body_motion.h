@@ -59,11 +59,11 @@ inline std::vector<std::int32_t> shapes_of(const WorldData& data, std::span<cons
   return shapes;
 }
 
-inline void send_bodies(Border& border, std::int32_t to, const WorldData& data,
+inline void send_bodies(Transport& transport, std::int32_t to, const WorldData& data,
                         std::span<const std::int32_t> sent) {
   const Bodies& bodies = data.bodies;
   const Shapes& shapes = data.shapes;
-  send_rows<BodyMotion>(border.transport, to, sent, [&](std::int32_t body) {
+  send_rows<BodyMotion>(transport, to, sent, [&](std::int32_t body) {
     return BodyMotion{bodies.pose[body],
                       bodies.velocity[body],
                       bodies.force[body],
@@ -72,7 +72,7 @@ inline void send_bodies(Border& border, std::int32_t to, const WorldData& data,
                       bodies.sleep_time[body],
                       is_asleep(bodies, body) ? 1 : 0};
   });
-  send_rows<ShapeMotion>(border.transport, to, shapes_of(data, sent), [&](std::int32_t shape) {
+  send_rows<ShapeMotion>(transport, to, shapes_of(data, sent), [&](std::int32_t shape) {
     return ShapeMotion{shapes.pose[shape], shapes.fat_bounds[shape], shapes.motion[shape]};
   });
 }
@@ -93,28 +93,27 @@ inline void set_absent(WorldData& data, std::int32_t body, bool absent, bool asl
   }
 }
 
-inline void receive_bodies(Border& border, std::int32_t from, WorldData& data,
+inline void receive_bodies(Transport& transport, std::int32_t from, WorldData& data,
                            std::span<const std::int32_t> received) {
   Bodies& bodies = data.bodies;
   Shapes& shapes = data.shapes;
-  receive_rows<BodyMotion>(border.transport, from, received,
-                           [&](std::int32_t body, const BodyMotion& motion) {
-                             if (bodies.is_absent[body] != 0) {
-                               set_absent(data, body, false, motion.is_asleep != 0);
-                             } else if (motion.is_asleep == 0) {
-                               wake_body(data, body);
-                             } else if (!is_asleep(bodies, body)) {
-                               refuse_world_of(from);  // owners do not put bodies to sleep by themselves
-                             }
-                             bodies.pose[body] = motion.pose;
-                             bodies.velocity[body] = motion.velocity;
-                             bodies.force[body] = motion.force;
-                             bodies.drift[body] = motion.drift;
-                             bodies.transform[body] = motion.transform;
-                             bodies.sleep_time[body] = motion.sleep_time;
-                             bodies.marks.mark(body);
-                           });
-  receive_rows<ShapeMotion>(border.transport, from, shapes_of(data, received),
+  receive_rows<BodyMotion>(transport, from, received, [&](std::int32_t body, const BodyMotion& motion) {
+    if (bodies.is_absent[body] != 0) {
+      set_absent(data, body, false, motion.is_asleep != 0);
+    } else if (motion.is_asleep == 0) {
+      wake_body(data, body);
+    } else if (!is_asleep(bodies, body)) {
+      refuse_world_of(from);  // owners do not put bodies to sleep by themselves
+    }
+    bodies.pose[body] = motion.pose;
+    bodies.velocity[body] = motion.velocity;
+    bodies.force[body] = motion.force;
+    bodies.drift[body] = motion.drift;
+    bodies.transform[body] = motion.transform;
+    bodies.sleep_time[body] = motion.sleep_time;
+    bodies.marks.mark(body);
+  });
+  receive_rows<ShapeMotion>(transport, from, shapes_of(data, received),
                             [&](std::int32_t shape, const ShapeMotion& motion) {
                               shapes.pose[shape] = motion.pose;
                               shapes.fat_bounds[shape] = motion.fat_bounds;

@@ -89,7 +89,8 @@ void check_border(const WorldData& data) {
 
 void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner) {
   check_border(data);
-  if (data.recording.sink != nullptr) refuse("a recorder records the world, which is not supported yet");
+  if (data.recording.sink != nullptr)
+    refuse("a Recorder records the world; call DistributedWorld::record instead");
   check_owners(data, transport, owner);
   for (std::size_t body = 0; body < owner.size(); ++body) {
     if (data.bodies.type[body] != BodyType::dynamic) owner[body] = kEveryRank;
@@ -112,17 +113,21 @@ void forget_halos(WorldData& data, Border& border) {
   data.joints.all_changed = true;
 }
 
-std::uint64_t hash_of_part(const WorldData& data) {
-  const Border& border = *border_of(data);
-  const bool is_first = border.transport.rank() == 0;  // which adds what all ranks have
+std::uint64_t hash_of_part(const WorldData& data, const Border& border) {
+  const bool is_first = border.here == 0;  // which adds what all ranks have
   std::uint64_t sum = 0;
   for (std::size_t body = 0; body < border.owner.size(); ++body) {
     if ((data.bodies.flags[body] & kBodyAlive) == 0) continue;
     const std::int32_t owner = border.owner[body];
-    if (owner == border.transport.rank() || (owner == kEveryRank && is_first))
-      sum += hash_of(data.bodies, body);
+    if (owner == border.here || (owner == kEveryRank && is_first)) sum += hash_of(data.bodies, body);
   }
   return sum;
+}
+
+std::uint64_t hash_of_all(const WorldData& data, Border& border) {
+  auto sum = static_cast<std::int64_t>(hash_of_part(data, border));
+  border.transport.add_up({&sum, 1});
+  return static_cast<std::uint64_t>(sum);
 }
 
 void meet_neighbors(Constraints& constraints, Border& border, std::size_t contacts) {

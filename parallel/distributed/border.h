@@ -82,6 +82,7 @@ struct Border final : Part {
   Column<std::int32_t> places, found;  // of list_where
   std::vector<Neighbor> neighbors;     // of this step, ascending
   std::vector<std::uint8_t> waits;     // by body, while colors are chosen: an earlier constraint has none yet
+  bool is_recorded = false;            // rank 0 records all ranks' world
   std::int32_t turns = 0;              // of this step: colors in use, in the order in which they are solved
 };
 
@@ -100,11 +101,18 @@ struct GivenBody {
 };
 void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew);
 
+// Sends all that this rank has to rank 0 of a transport, and stays what it is. Not for rank 0 itself.
+void send_all_bodies(WorldData& data, Transport& transport, Crew& crew);
+// On rank 0, which owns all bodies already: takes what all others have sent. The world is whole then.
+void receive_all_bodies(WorldData& data, Transport& transport, Crew& crew);
+
 // Owners have changed: what is here of others stays until its owner does not lend it in the next step.
 void forget_halos(WorldData& data, Border& border);
 
 // The part of World::hash that is this rank's to add: the parts of all ranks sum up to it.
-std::uint64_t hash_of_part(const WorldData& data);
+std::uint64_t hash_of_part(const WorldData& data, const Border& border);
+// That sum. All ranks call it together.
+std::uint64_t hash_of_all(const WorldData& data, Border& border);
 
 // At the begin of a step: throws the same Error if calls have changed what divide_world() has checked.
 void check_border(const WorldData& data);
@@ -118,6 +126,12 @@ void share_ghosts(WorldData& data, Crew& crew);
 // Whether a rank knows what these bodies share. True without a border.
 inline bool knows(const Border* border, std::int32_t body_a, std::int32_t body_b) {
   return border == nullptr || border->owns(body_a) || border->owns(body_b);
+}
+
+// Whether a rank tells of what happens between two bodies: it moves one of them, or both are everybody's.
+inline bool tells_of(const Border* border, std::int32_t body_a, std::int32_t body_b) {
+  return knows(border, body_a, body_b) ||
+         (border->owner_of(body_a) == kEveryRank && border->owner_of(body_b) == kEveryRank);
 }
 
 // Whether a rank computes a constraint that it knows. Those of a hub are solved together, so the hub's owner
@@ -186,7 +200,8 @@ class RefreshedPass {
   std::int32_t next_turn_ = 0;
 };
 
-// Tells the impulses of hubs' constraints, for the other rank's warm start once the hub is none any more.
+// Tells what hubs' constraints have borne: for the other rank's warm start once the hub is none any more, and
+// for its events.
 void share_impulses(const Constraints& constraints, Border& border, WorldData& data);
 // Joints that have broken on any rank: all ranks disable them.
 void share_broken(Border& border, const WorldData& data, Column<JointId>& broken);

@@ -33,6 +33,11 @@ class CountedTransport final : public Transport {
     sent_.bytes += static_cast<std::int64_t>(values.size_bytes());
   }
 
+  void write_together(const std::string& file, std::uint64_t offset,
+                      std::span<const std::byte> part) override {
+    transport_.write_together(file, offset, part);
+  }
+
   // Counts anew.
   void begin_step() { sent_ = {}; }
   const Sent& sent() const { return sent_; }

@@ -6,6 +6,7 @@
 #include <parallel/crew/crew.h>
 #include <parallel/distributed/body_motion.h>
 #include <parallel/distributed/border.h>
+#include <parallel/distributed/checkpoint.h>
 #include <parallel/distributed/messages.h>
 #include <parallel/distributed/partition.h>
 #include <scree/distributed_world.h>
@@ -17,6 +18,8 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <exception>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -141,6 +144,9 @@ struct DistributedWorld::Impl {
   Partition partition = {};
   std::int64_t steps = 0;  // since the world was shared out
   RankStats stats = {};
+  std::optional<Recorder> recorder = {};  // on rank 0
+  int keyframe_spacing = 0;               // steps; of the recording
+  int steps_to_keyframe = 0;
 
   WorldData& data() { return internals(world); }
   Border& border() { return *border_of(data()); }
@@ -171,6 +177,60 @@ struct DistributedWorld::Impl {
     });
     Crew crew(workers);
     give_bodies(data(), given, crew);
+  }
+
+  // Brings all bodies to rank 0, which works on the whole world then, and takes them back. Does nothing else
+  // where there is no other rank to take them from. All ranks throw what the work throws.
+  template <class Work>
+  void while_whole(Workers& workers, Work&& work) {
+    adopt_calls(data(), border());
+    const std::vector<std::int32_t> owners = border().owner;
+    std::vector<GivenBody> given;
+    for_each_own([&](std::int32_t body) { given.push_back({body, 0}); });
+    Crew crew(workers);
+    give_bodies(data(), given, crew);
+    PartOwner part = here() == 0 ? std::move(data().border) : nullptr;
+    const std::optional<Error> problem = on_first([&] { work(); });
+    if (part != nullptr) data().border = std::move(part);
+    given.clear();
+    for_each_own([&](std::int32_t body) { given.push_back({body, owners[static_cast<std::size_t>(body)]}); });
+    give_bodies(data(), given, crew);
+    if (problem) throw *problem;
+  }
+
+  // Rank 0 works. All ranks get what it has thrown.
+  template <class Work>
+  std::optional<Error> on_first(Work&& work) {
+    std::optional<Error> problem;
+    if (here() == 0) {
+      try {
+        work();
+      } catch (const Error& error) {
+        problem = error;
+      } catch (const std::exception& error) {
+        problem = Error(error.what());
+      }
+    }
+    std::int64_t told[2] = {problem ? 1 : 0, problem ? static_cast<std::int64_t>(problem->code()) : 0};
+    transport.add_up(told);
+    if (told[0] == 0) return problem;
+    if (here() != 0) {
+      const std::vector<char> text = receive_list<char>(transport, 0);
+      return Error(std::string(text.begin(), text.end()), static_cast<ErrorCode>(told[1]));
+    }
+    const std::string_view text = problem->what();
+    for (std::int32_t to = 1; to < transport.ranks(); ++to)
+      send_list<char>(transport, to, std::span(text.data(), text.size()));
+    return problem;
+  }
+
+  void keep_up_recording(Workers& workers) {
+    if (!border().is_recorded || --steps_to_keyframe > 0) return;
+    steps_to_keyframe = keyframe_spacing;
+    while_whole(workers, [&] { tell_gathered(); });
+  }
+  void tell_gathered() {
+    if (data().recording.sink != nullptr) data().recording.sink->gathered(data());
   }
 
   // What it takes a search to know.
@@ -254,6 +314,7 @@ void DistributedWorld::step(float dt, Workers& workers) {
     impl.look(workers);
   }
   scree::step(impl.world, dt, workers);
+  impl.keep_up_recording(workers);
   const Border& border = impl.border();
   const CountedTransport::Sent& sent = border.transport.sent();
   impl.stats = {
@@ -266,9 +327,7 @@ void DistributedWorld::step(float dt, Workers& workers) {
 
 std::uint64_t DistributedWorld::hash() {
   adopt_calls(impl_->data(), impl_->border());
-  auto part = static_cast<std::int64_t>(hash_of_part(impl_->data()));
-  impl_->transport.add_up({&part, 1});
-  return static_cast<std::uint64_t>(part);
+  return hash_of_all(impl_->data(), impl_->border());
 }
 
 void DistributedWorld::stats(std::span<RankStats> by_rank) {
@@ -291,29 +350,35 @@ void DistributedWorld::stats(std::span<RankStats> by_rank) {
 }
 
 void DistributedWorld::save(Snapshot& snapshot, Workers& workers) {
-  Impl& impl = *impl_;
-  adopt_calls(impl.data(), impl.border());
-  const std::vector<std::int32_t> owners = impl.border().owner;
-  std::vector<GivenBody> given;
-  impl.for_each_own([&](std::int32_t body) { given.push_back({body, 0}); });
+  impl_->while_whole(workers, [&] { scree::save(impl_->world, snapshot); });
+}
+
+void DistributedWorld::checkpoint(const std::string& file, Workers& workers) {
+  adopt_calls(impl_->data(), impl_->border());
   Crew crew(workers);
-  give_bodies(impl.data(), given, crew);
-  if (rank() == 0) {  // which has the whole world now
-    PartOwner part = std::move(impl.data().border);
-    const auto take_back = [&] { impl.data().border = std::move(part); };
-    try {
-      scree::save(impl.world, snapshot);
-    } catch (...) {
-      take_back();
-      throw;
-    }
-    take_back();
-  }
-  given.clear();
-  impl.for_each_own([&](std::int32_t body) {
-    given.push_back({body, owners[static_cast<std::size_t>(body)]});
-  });
-  give_bodies(impl.data(), given, crew);
+  write_parts(impl_->transport, file, checkpoint_part(impl_->world, crew));
+}
+
+void DistributedWorld::record(const std::string& file, Workers& workers, const RecorderOptions& options) {
+  Impl& impl = *impl_;
+  if (impl.border().is_recorded)
+    throw Error("DistributedWorld: the world is being recorded already", ErrorCode::already_recording);
+  impl.while_whole(workers, [&] { impl.recorder.emplace(impl.world, file, options); });
+  impl.border().is_recorded = true;
+  impl.keyframe_spacing = impl.steps_to_keyframe = options.keyframe_spacing;
+}
+
+void DistributedWorld::finish_recording(Workers& workers) {
+  Impl& impl = *impl_;
+  if (!impl.border().is_recorded) return;
+  impl.while_whole(workers, [&] { impl.tell_gathered(); });
+  impl.border().is_recorded = false;
+  const std::optional<Error> problem = impl.on_first([&] { impl.recorder->finish(); });
+  if (problem) throw *problem;
+}
+
+const Recorder* DistributedWorld::recorder() const noexcept {
+  return impl_->recorder ? &*impl_->recorder : nullptr;
 }
 
 }  // namespace scree

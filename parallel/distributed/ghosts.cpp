@@ -141,7 +141,7 @@ void send_halo(const WorldData& data, Border& border, std::int32_t to, std::vect
   Halo& halo = border.halos[static_cast<std::size_t>(to)];
   if (lent == halo.lent) return send_list<std::int32_t>(border.transport, to, std::span(&kSameList, 1));
   send_list<std::int32_t>(border.transport, to, lent);
-  send_bodies(border, to, data, arrivals_of(lent, halo.lent));
+  send_bodies(border.transport, to, data, arrivals_of(lent, halo.lent));
   halo.lent = std::move(lent);
 }
 
@@ -153,7 +153,7 @@ void receive_halo(WorldData& data, Border& border, std::int32_t from) {
     check_owner(border, from, borrowed[i]);
     if (i > 0 && borrowed[i] <= borrowed[i - 1]) refuse_world_of(from);
   }
-  receive_bodies(border, from, data, arrivals_of(borrowed, halo.borrowed));
+  receive_bodies(border.transport, from, data, arrivals_of(borrowed, halo.borrowed));
   halo.borrowed = std::move(borrowed);
 }
 

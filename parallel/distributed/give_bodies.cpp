@@ -8,6 +8,7 @@
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/distributed/body_motion.h>
 #include <parallel/distributed/border.h>
+#include <parallel/distributed/give_events.h>
 #include <parallel/distributed/messages.h>
 #include <parallel/narrow_phase/narrow_phase.h>
 
@@ -57,29 +58,13 @@ void check_given(const WorldData& data, const Border& border, std::span<const Gi
     throw Error("give_bodies: bodies were created since divide_world");
 }
 
-// Who receives a constraint of two bodies: those that get one of them from here and have had neither.
-struct Receivers {
-  std::int32_t ranks[2];
-  int count;
-};
-Receivers receivers_of(const Border& border, const std::vector<std::int32_t>& next_owner, std::int32_t body_a,
-                       std::int32_t body_b) {
-  Receivers to{{-1, -1}, 0};
-  for (const std::int32_t body : {body_a, body_b}) {
-    if (!border.owns(body)) continue;
-    const std::int32_t rank = next_owner[static_cast<std::size_t>(body)];
-    if (rank == border.owner_of(body_a) || rank == border.owner_of(body_b)) continue;
-    if (to.count == 0 || to.ranks[0] != rank) to.ranks[to.count++] = rank;
-  }
-  return to;
-}
-
 // What goes to one rank.
 struct Parcel {
   std::vector<std::int32_t> bodies;
   std::vector<SentPair> pairs;
   std::vector<SentContact> contacts;
   std::vector<SentJoint> joints;
+  SentEvents events;
 };
 
 void pack_pairs(const WorldData& data, const Border& border, const std::vector<std::int32_t>& next_owner,
@@ -208,6 +193,61 @@ bool share_owners(Border& border, std::span<const GivenBody> given, std::vector<
   return any;
 }
 
+// All that goes to each rank. No pair may be at rest.
+std::vector<Parcel> pack(const WorldData& data, const Border& border,
+                         const std::vector<std::int32_t>& next_owner) {
+  std::vector<Parcel> parcels(border.halos.size());
+  for (std::size_t body = 0; body < next_owner.size(); ++body) {
+    const auto row = static_cast<std::int32_t>(body);
+    if (border.owns(row) && next_owner[body] != border.here)
+      parcels[static_cast<std::size_t>(next_owner[body])].bodies.push_back(row);
+  }
+  pack_pairs(data, border, next_owner, parcels);
+  pack_joints(data, border, next_owner, parcels);
+  std::vector<SentEvents> events = pack_events(data, border, next_owner);
+  for (std::size_t rank = 0; rank < parcels.size(); ++rank) parcels[rank].events = std::move(events[rank]);
+  return parcels;
+}
+
+void send_parcel(Transport& transport, std::int32_t to, const WorldData& data, const Parcel& parcel) {
+  send_bodies(transport, to, data, parcel.bodies);
+  send_list<SentPair>(transport, to, parcel.pairs);
+  send_list<SentContact>(transport, to, parcel.contacts);
+  send_list<SentJoint>(transport, to, parcel.joints);
+  send_events(transport, to, parcel.events);
+}
+
+// What has come from all ranks.
+struct Arrivals {
+  std::vector<FoundPair> found = {};
+  std::vector<SentContact> contacts = {};
+  SentEvents events = {};
+};
+
+// Of bodies that this rank owns already.
+void receive_parcel(Transport& transport, std::int32_t from, WorldData& data,
+                    std::span<const std::int32_t> bodies, Arrivals& arrivals) {
+  const Border& border = *border_of(data);
+  receive_bodies(transport, from, data, bodies);
+  std::size_t next_contact = arrivals.contacts.size();
+  for (const SentPair& pair : receive_list<SentPair>(transport, from)) {
+    if (!is_sound(data, border, pair)) refuse_world_of(from);
+    arrivals.found.push_back({pair, next_contact});
+    next_contact += static_cast<std::size_t>(pair.contacts);
+  }
+  const std::vector<SentContact> sent = receive_list<SentContact>(transport, from);
+  arrivals.contacts.insert(arrivals.contacts.end(), sent.begin(), sent.end());
+  if (arrivals.contacts.size() != next_contact) refuse_world_of(from);
+  take_joints(data, border, from, receive_list<SentJoint>(transport, from));
+  receive_events(transport, from, arrivals.events);
+}
+
+void take(WorldData& data, Border& border, Arrivals& arrivals, Crew& crew) {
+  if (!arrivals.found.empty()) take_pairs(data, arrivals.found, arrivals.contacts, crew);
+  take_events(data, border, arrivals.events);
+  forget_halos(data, border);
+}
+
 }  // namespace
 
 void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) {
@@ -216,47 +256,54 @@ void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) 
   wake_neighbors(data);  // while pairs that calls have ended are there, which do not travel
   std::vector<std::int32_t> next_owner = border.owner;
   if (!share_owners(border, given, next_owner)) return;
-  const std::int32_t here = border.transport.rank(), ranks = border.transport.ranks();
-  std::vector<Parcel> parcels(static_cast<std::size_t>(ranks));
+  pull_all_pairs(data, crew);  // pairs at rest travel like others
+  const std::vector<Parcel> parcels = pack(data, border, next_owner);
   std::vector<std::vector<std::int32_t>> taken(parcels.size());  // by rank: the bodies that it gives this one
   for (std::size_t body = 0; body < next_owner.size(); ++body) {
-    const std::int32_t from = border.owner[body], to = next_owner[body];
-    if (from == to) continue;
-    const auto row = static_cast<std::int32_t>(body);
-    if (from == here) parcels[static_cast<std::size_t>(to)].bodies.push_back(row);
-    if (to == here) taken[static_cast<std::size_t>(from)].push_back(row);
+    if (next_owner[body] == border.here && border.owner[body] != border.here &&
+        border.owner[body] != kEveryRank)
+      taken[static_cast<std::size_t>(border.owner[body])].push_back(static_cast<std::int32_t>(body));
   }
-  pull_all_pairs(data, crew);  // pairs at rest travel like others
-  pack_pairs(data, border, next_owner, parcels);
-  pack_joints(data, border, next_owner, parcels);
-  for (std::int32_t to = 0; to < ranks; ++to) {
-    const Parcel& parcel = parcels[static_cast<std::size_t>(to)];
-    if (parcel.bodies.empty()) continue;
-    send_bodies(border, to, data, parcel.bodies);
-    send_list<SentPair>(border.transport, to, parcel.pairs);
-    send_list<SentContact>(border.transport, to, parcel.contacts);
-    send_list<SentJoint>(border.transport, to, parcel.joints);
+  for (std::size_t to = 0; to < parcels.size(); ++to) {
+    if (!parcels[to].bodies.empty())
+      send_parcel(border.transport, static_cast<std::int32_t>(to), data, parcels[to]);
   }
   border.owner = std::move(next_owner);
-  std::vector<FoundPair> found;
-  std::vector<SentContact> contacts;
-  for (std::int32_t from = 0; from < ranks; ++from) {
-    const std::vector<std::int32_t>& bodies = taken[static_cast<std::size_t>(from)];
-    if (bodies.empty()) continue;
-    receive_bodies(border, from, data, bodies);
-    std::size_t next_contact = contacts.size();
-    for (const SentPair& pair : receive_list<SentPair>(border.transport, from)) {
-      if (!is_sound(data, border, pair)) refuse_world_of(from);
-      found.push_back({pair, next_contact});
-      next_contact += static_cast<std::size_t>(pair.contacts);
-    }
-    const std::vector<SentContact> sent = receive_list<SentContact>(border.transport, from);
-    contacts.insert(contacts.end(), sent.begin(), sent.end());
-    if (contacts.size() != next_contact) refuse_world_of(from);
-    take_joints(data, border, from, receive_list<SentJoint>(border.transport, from));
+  Arrivals arrivals;
+  for (std::size_t from = 0; from < taken.size(); ++from) {
+    if (!taken[from].empty())
+      receive_parcel(border.transport, static_cast<std::int32_t>(from), data, taken[from], arrivals);
   }
-  if (!found.empty()) take_pairs(data, found, contacts, crew);
-  forget_halos(data, border);
+  take(data, border, arrivals, crew);
+}
+
+void send_all_bodies(WorldData& data, Transport& transport, Crew& crew) {
+  Border& border = *border_of(data);
+  wake_neighbors(data);
+  pull_all_pairs(data, crew);
+  std::vector<std::int32_t> next_owner = border.owner;
+  std::replace(next_owner.begin(), next_owner.end(), border.here, std::int32_t{0});
+  const Parcel parcel = std::move(pack(data, border, next_owner)[0]);
+  send_list<std::int32_t>(transport, 0, parcel.bodies);
+  send_parcel(transport, 0, data, parcel);
+  data.contacts.pairs_stale = true;  // pairs at rest go back to where they were
+}
+
+void receive_all_bodies(WorldData& data, Transport& transport, Crew& crew) {
+  Border& border = *border_of(data);
+  pull_all_pairs(data, crew);
+  std::vector<std::uint8_t> has_come(border.owner.size(), 0);
+  Arrivals arrivals;
+  for (std::int32_t from = 1; from < transport.ranks(); ++from) {
+    const std::vector<std::int32_t> bodies = receive_list<std::int32_t>(transport, from);
+    for (const std::int32_t body : bodies) {
+      check_owner(border, border.here, body);
+      if (has_come[static_cast<std::size_t>(body)]++ != 0) refuse_world_of(from);
+      set_absent(data, body, true);  // as it was on rank 0
+    }
+    receive_parcel(transport, from, data, bodies, arrivals);
+  }
+  take(data, border, arrivals, crew);
 }
 
 }  // namespace scree

@@ -2,6 +2,7 @@
 // border.h.
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/messages.h>
+#include <parallel/stages.h>
 
 #include <algorithm>
 #include <iterator>
@@ -201,42 +202,63 @@ void share_impact_times(Constraints& constraints, Border& border) {
 
 void share_impulses(const Constraints& constraints, Border& border, WorldData& data) {
   const auto contacts = static_cast<std::int32_t>(data.contacts.active.size());
-  const auto is_of_hub = [&](std::int32_t place, bool joint) {
-    const EdgeKind kind = constraints.edges[place].kind;
-    return (kind == EdgeKind::hub_a || kind == EdgeKind::hub_b) && (place >= contacts) == joint;
+  const auto list = [&](const Neighbor& with, bool joints, bool here) {
+    std::vector<std::int32_t> places;
+    std::copy_if(with.edges.begin(), with.edges.end(), std::back_inserter(places), [&](std::int32_t place) {
+      const Edge& edge = constraints.edges[place];
+      const bool is_of_hub = edge.kind == EdgeKind::hub_a || edge.kind == EdgeKind::hub_b;
+      return is_of_hub && (place >= contacts) == joints && computes(border, edge) == here;
+    });
+    return places;
   };
-  // `row_at`: where an edge has its impulses.
-  const auto share = [&]<class Row>(bool joint, auto&& row_at, const Row&) {
-    const auto list = [&](const Neighbor& with, bool here) {
-      std::vector<std::int32_t> places;
-      std::copy_if(with.edges.begin(), with.edges.end(), std::back_inserter(places), [&](std::int32_t place) {
-        return is_of_hub(place, joint) && computes(border, constraints.edges[place]) == here;
-      });
-      return places;
-    };
+  const auto share = [&]<class Row>(bool joints, auto&& row_of, auto&& take, const Row&) {
     for (const Neighbor& with : border.neighbors) {
-      const std::vector<std::int32_t> given = list(with, true);
-      if (!given.empty()) send_rows<Row>(border.transport, with.rank, given, row_at);
+      const std::vector<std::int32_t> given = list(with, joints, true);
+      if (!given.empty()) send_rows<Row>(border.transport, with.rank, given, row_of);
     }
     for (const Neighbor& with : border.neighbors) {
-      const std::vector<std::int32_t> taken = list(with, false);
-      if (taken.empty()) continue;
-      receive_rows<Row>(border.transport, with.rank, taken,
-                        [&](std::int32_t place, const Row& row) { row_at(place) = row; });
+      const std::vector<std::int32_t> taken = list(with, joints, false);
+      if (!taken.empty()) receive_rows<Row>(border.transport, with.rank, taken, take);
     }
   };
+  struct Borne {
+    Manifold manifold;
+    ContactForceRow force;
+    float impulse;
+  };
+  Contacts& all = data.contacts;
+  const bool forces = !all.forces.empty(), events = asks_for_events(data);
   share(
       false,
-      [&](std::int32_t place) -> Manifold& {
-        return data.contacts.now.manifold[data.contacts.active[place]];
+      [&](std::int32_t place) {
+        const std::int32_t contact = all.active[place];
+        return Borne{all.now.manifold[contact], forces ? all.forces[contact] : ContactForceRow{},
+                     events ? data.events.impulse[contact] : 0.0f};
       },
-      Manifold{});
+      [&](std::int32_t place, const Borne& borne) {
+        const std::int32_t contact = all.active[place];
+        all.now.manifold[contact] = borne.manifold;
+        if (forces) all.forces[contact] = borne.force;
+        if (events) data.events.impulse[contact] = borne.impulse;
+      },
+      Borne{});
+  struct BorneByJoint {
+    JointImpulses impulses;
+    JointReactionRow reaction;
+  };
+  Joints& joints = data.joints;
   share(
       true,
-      [&](std::int32_t place) -> JointImpulses& {
-        return data.joints.impulses[data.joints.active[place - contacts]];
+      [&](std::int32_t place) {
+        const std::int32_t joint = joints.active[place - contacts];
+        return BorneByJoint{joints.impulses[joint], joints.reaction[joint]};
       },
-      JointImpulses{});
+      [&](std::int32_t place, const BorneByJoint& borne) {
+        const std::int32_t joint = joints.active[place - contacts];
+        joints.impulses[joint] = borne.impulses;
+        joints.reaction[joint] = borne.reaction;
+      },
+      BorneByJoint{});
 }
 
 void share_motion(Border& border, Bodies& bodies) {

@@ -175,14 +175,14 @@ void SweepAcross::bring_sleepers(const std::vector<BoundsRow>& ways) {
     const std::vector<std::int32_t> met =
         near.empty() ? std::vector<std::int32_t>() : sleepers_on(BoxIndex(std::move(near)), to);
     send_list<std::int32_t>(border_->transport, to, met);
-    send_bodies(*border_, to, data_, met);
+    send_bodies(border_->transport, to, data_, met);
   }
   std::vector<std::int32_t> come;
   for (std::int32_t from = 0; from < ranks; ++from) {
     if (from == here) continue;
     const std::vector<std::int32_t> bodies = receive_list<std::int32_t>(border_->transport, from);
     for (const std::int32_t body : bodies) check_owner(*border_, from, body);
-    receive_bodies(*border_, from, data_, bodies);
+    receive_bodies(border_->transport, from, data_, bodies);
     come.insert(come.end(), bodies.begin(), bodies.end());
   }
   if (!come.empty()) enter(come);

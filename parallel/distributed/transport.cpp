@@ -1,7 +1,10 @@
 // See scree/transport.h.
+#include <fcntl.h>
 #include <scree/error.h>
 #include <scree/transport.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <condition_variable>
 #include <cstring>
 #include <deque>
@@ -52,6 +55,47 @@ void Transport::add_up(std::span<std::int64_t> values) {
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = sum_of(values[i], part[i]);
   }
   for (int to = 1; to < all; ++to) send(to, std::as_bytes(values));
+}
+
+namespace {
+
+// errno, or 0.
+int write_part(const std::string& file, std::uint64_t offset, std::span<const std::byte> part) {
+  const int descriptor = open(file.c_str(), O_WRONLY | O_CLOEXEC);
+  if (descriptor < 0) return errno;
+  while (!part.empty()) {
+    const ssize_t written = pwrite(descriptor, part.data(), part.size(), static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) break;
+    part = part.subspan(static_cast<std::size_t>(written));
+    offset += static_cast<std::uint64_t>(written);
+  }
+  const bool is_written = part.empty() && fsync(descriptor) == 0;
+  const int problem = is_written ? 0 : errno != 0 ? errno : EIO;
+  return close(descriptor) != 0 && problem == 0 ? errno : problem;
+}
+
+int create_file(const std::string& file) {
+  const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  return descriptor < 0 || close(descriptor) != 0 ? errno : 0;
+}
+
+// Throws on all ranks if one has a problem; `problem` is this rank's.
+void check_together(Transport& transport, const std::string& file, int problem) {
+  std::int64_t failures = problem != 0 ? 1 : 0;
+  transport.add_up({&failures, 1});
+  if (failures == 0) return;
+  throw Error(file + ": cannot be written: " +
+                  (problem != 0 ? std::strerror(problem) : std::to_string(failures) + " other ranks failed"),
+              ErrorCode::io_failure);
+}
+
+}  // namespace
+
+void Transport::write_together(const std::string& file, std::uint64_t offset,
+                               std::span<const std::byte> part) {
+  check_together(*this, file, rank() == 0 ? create_file(file) : 0);
+  check_together(*this, file, write_part(file, offset, part));
 }
 
 // The messages from one rank to another, and who waits for them.

@@ -1,5 +1,6 @@
 // Lists the events of bodies and joints: bodies that fell asleep or woke, joints that were destroyed with
 // their bodies, and user joints that were frozen.
+#include <parallel/distributed/border.h>
 #include <parallel/islands/islands.h>
 #include <parallel/stages.h>
 
@@ -10,8 +11,11 @@ namespace scree {
 namespace {
 
 // A body that has woken since the last step, by a call or in this step, may have been destroyed since.
-bool is_still_there(const Bodies& bodies, SlotName body) {
-  return bodies.generation[body.index] == body.generation && bodies.type[body.index] == BodyType::dynamic;
+bool is_still_there(const WorldData& data, SlotName body) {
+  const Bodies& bodies = data.bodies;
+  return bodies.generation[body.index] == body.generation && bodies.type[body.index] == BodyType::dynamic &&
+         tells_of(border_of(data), static_cast<std::int32_t>(body.index),
+                  static_cast<std::int32_t>(body.index));
 }
 
 }  // namespace
@@ -19,10 +23,10 @@ bool is_still_there(const Bodies& bodies, SlotName body) {
 void list_body_events(WorldData& data) {
   Events& events = data.events;
   for (const std::int32_t body : islands_of(data).fallen_asleep) {
-    events.sleep_begins.push_back(body_handle(data, body));
+    if (tells_of(border_of(data), body, body)) events.sleep_begins.push_back(body_handle(data, body));
   }
   for (const SlotName& body : events.woken) {
-    if (is_still_there(data.bodies, body)) events.sleep_ends.push_back(handle_of<BodyId>(data, body));
+    if (is_still_there(data, body)) events.sleep_ends.push_back(handle_of<BodyId>(data, body));
   }
   std::sort(events.sleep_ends.begin(), events.sleep_ends.end());
   events.woken.clear();

@@ -10,6 +10,7 @@
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/broad_phase/merge_pairs.h>
 #include <parallel/crew/list_where.h>
+#include <parallel/distributed/border.h>
 #include <parallel/events/contact_questions.h>
 #include <parallel/stages.h>
 
@@ -169,6 +170,7 @@ std::uint8_t judge(const WorldData& data, const PairList& list, std::int32_t row
   if (list.contact[row] < 0) return 0;
   const std::int32_t contact = list.contact[row];
   const ShapePair pair = list.pair[row];
+  if (!tells_of(border_of(data), data.shapes.body[pair.a], data.shapes.body[pair.b])) return 0;
   const ContactEvents asked = asked_about(data, pair);
   if (asked == ContactEvents::none) return 0;
   const auto verdict = static_cast<std::uint8_t>(static_cast<std::uint8_t>(asked) & kTouchEvents);

@@ -7,6 +7,7 @@
 // A shape that moves in a step by more than the radius of a ball within it may be in front of a sensor before
 // and behind it afterwards. Such shapes are cast along their way, past sensors as these move. A sensor that
 // moves as fast is cast past the others. Turns are those at the end of the step.
+#include <parallel/distributed/border.h>
 #include <parallel/queries/query_distance.h>
 #include <parallel/queries/query_mesh.h>
 #include <parallel/queries/query_ray.h>
@@ -39,7 +40,8 @@ using Sights = std::vector<Sight>;
 bool sees(const WorldData& data, std::int32_t sensor, std::int32_t visitor) {
   const Shapes& shapes = data.shapes;
   return !is_sensor(shapes, visitor) && shapes.body[sensor] != shapes.body[visitor] &&
-         queries::agree(shapes.filter[sensor], shapes.filter[visitor]);
+         queries::agree(shapes.filter[sensor], shapes.filter[visitor]) &&
+         tells_of(border_of(data), shapes.body[sensor], shapes.body[visitor]);
 }
 
 bool touch(const Scope& scope, const Solid& sensor, const Solid& visitor) {

@@ -17,13 +17,14 @@ namespace {
 
 constexpr int kTag = 1;
 
-void check(int result, const char* what) {
+void check(int result, const char* what, ErrorCode code = ErrorCode::invalid_value) {
   if (result == MPI_SUCCESS) return;
   char text[MPI_MAX_ERROR_STRING] = {};
   int length = 0;
   MPI_Error_string(result, text, &length);
-  throw Error(std::string("MpiTransport: ") + what + ": " +
-              std::string(text, static_cast<std::size_t>(length)));
+  throw Error(
+      std::string("MpiTransport: ") + what + ": " + std::string(text, static_cast<std::size_t>(length)),
+      code);
 }
 
 int checked_size(std::size_t size, int rank) {
@@ -118,6 +119,41 @@ void MpiTransport::add_up(std::span<std::int64_t> values) {
   const int all = checked_size(values.size(), impl_->rank);
   check(MPI_Allreduce(MPI_IN_PLACE, values.data(), all, MPI_UINT64_T, MPI_SUM, impl_->communicator),
         "add_up");
+}
+
+// Parts are written in rounds, of which each takes what MPI can count.
+void MpiTransport::write_together(const std::string& file, std::uint64_t offset,
+                                  std::span<const std::byte> part) {
+  constexpr std::uint64_t kMostInRound = std::uint64_t{1} << 30;
+  MPI_File handle = MPI_FILE_NULL;
+  const std::string what = file + ": cannot be written";
+  check(MPI_File_open(impl_->communicator, file.c_str(), MPI_MODE_CREATE | MPI_MODE_WRONLY, MPI_INFO_NULL,
+                      &handle),
+        what.c_str(), ErrorCode::io_failure);
+  std::uint64_t rounds = (part.size() + kMostInRound - 1) / kMostInRound;
+  MPI_Allreduce(MPI_IN_PLACE, &rounds, 1, MPI_UINT64_T, MPI_MAX, impl_->communicator);
+  int result = MPI_File_set_size(handle, 0);
+  for (; rounds > 0; --rounds) {
+    const std::span<const std::byte> now = part.first(std::min<std::size_t>(part.size(), kMostInRound));
+    MPI_Status status;
+    const int written = MPI_File_write_at_all(handle, static_cast<MPI_Offset>(offset), now.data(),
+                                              static_cast<int>(now.size()), MPI_BYTE, &status);
+    int bytes = 0;
+    MPI_Get_count(&status, MPI_BYTE, &bytes);
+    if (result == MPI_SUCCESS) result = std::cmp_equal(bytes, now.size()) ? written : MPI_ERR_IO;
+    part = part.subspan(now.size());
+    offset += now.size();
+  }
+  if (result == MPI_SUCCESS) result = MPI_File_sync(handle);
+  const int closed = MPI_File_close(&handle);
+  if (result == MPI_SUCCESS) result = closed;
+  int failures = result == MPI_SUCCESS ? 0 : 1;
+  MPI_Allreduce(MPI_IN_PLACE, &failures, 1, MPI_INT, MPI_SUM, impl_->communicator);
+  check(result, what.c_str(), ErrorCode::io_failure);
+  if (failures > 0) {
+    throw Error("MpiTransport: " + what + " by " + std::to_string(failures) + " other ranks",
+                ErrorCode::io_failure);
+  }
 }
 
 }  // namespace scree

@@ -12,6 +12,8 @@
 #include <core/world/edit.h>
 #include <core/world/math.h>
 #include <parallel/crew/list_where.h>
+#include <parallel/distributed/border.h>
+#include <parallel/distributed/messages.h>
 #include <parallel/narrow_phase/narrow_phase.h>
 
 #include <algorithm>
@@ -193,6 +195,15 @@ ContactAnswer answer_of(const WorldData& data, const NarrowPhase& phase, std::si
   return {pair.shape_a, pair.shape_b, phase.asked_number[i], phase.rules[i]};
 }
 
+// Brings all ranks' answers to rank 0, which records them. Of a pair across a border, two ranks have asked.
+void gather_answers(Border& border, Column<ContactAnswer>& answers) {
+  if (border.here != 0) return send_list<ContactAnswer>(border.transport, 0, answers.span());
+  for (std::int32_t from = 1; from < border.transport.ranks(); ++from) {
+    for (const ContactAnswer& answer : receive_list<ContactAnswer>(border.transport, from))
+      answers.push_back(answer);
+  }
+}
+
 // What both hooks have changed, as the call that does the same.
 void record_answers(WorldData& data, NarrowPhase& phase) {
   Column<ContactAnswer>& answers = phase.recorded;
@@ -203,12 +214,18 @@ void record_answers(WorldData& data, NarrowPhase& phase) {
   for (std::size_t i = 0; i < phase.asked_contacts.size(); ++i) {
     if (phase.verdicts[i] == kOtherRules) answers.push_back(answer_of(data, phase, i));
   }
-  if (answers.empty()) return;
+  Border* const border = border_of(data);
+  if (border != nullptr) gather_answers(*border, answers);
+  if (answers.empty() || data.recording.sink == nullptr) return;
   const auto place = [](const ContactAnswer& answer) {
     return std::tuple(answer.shape_a.index, answer.shape_b.index, answer.contact);
   };
   std::sort(answers.begin(), answers.end(),
             [&](const ContactAnswer& x, const ContactAnswer& y) { return place(x) < place(y); });
+  const auto end =
+      std::unique(answers.begin(), answers.end(),
+                  [&](const ContactAnswer& x, const ContactAnswer& y) { return place(x) == place(y); });
+  answers.resize(end - answers.begin());
   const std::span<const ContactAnswer> all = std::as_const(answers).span();
   const CallRecord<RecordedCall::answer_contact_hooks> call_record(data, all);
 }
@@ -274,7 +291,9 @@ void rule_contacts(WorldData& data, NarrowPhase& phase, Crew& crew) {
                                 [&](int begin, int end) { ask_rule(data, phase, answered, begin, end); });
     if (!holds) phase.asked_contacts.clear();
   }
-  if (data.recording.sink != nullptr && !answered) record_answers(data, phase);
+  const Border* const border = border_of(data);
+  const bool is_recorded = border != nullptr ? border->is_recorded : data.recording.sink != nullptr;
+  if (is_recorded && !answered) record_answers(data, phase);
   for (std::size_t i = 0; i < phase.asked_contacts.size(); ++i) {
     data.stats.unsound_rules += phase.verdicts[i] == kUnsoundRules ? 1 : 0;
     if (phase.verdicts[i] == kOtherRules) take_rules(data, phase.asked_contacts[i], phase.rules[i]);

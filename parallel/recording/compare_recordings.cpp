@@ -1,6 +1,7 @@
 // Finds where two recordings diverge.
 #include <core/state/world_difference.h>
 #include <parallel/recording/player_impl.h>
+#include <parallel/recording/rows_in_order.h>
 
 #include <algorithm>
 #include <optional>
@@ -75,10 +76,15 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   std::optional<Divergence> divergence = first_step_that_differs(
       left.file, left.keyframe_before(first), right.file, right.keyframe_before(first), first, last);
   const std::vector<SharedKeyframe> shared = shared_keyframes(a.keyframe_steps(), b.keyframe_steps());
+  const auto is_gathered = [&](const SharedKeyframe& at) {
+    return left.file.is_gathered(left.keyframe_chunk(at.left)) ||
+           right.file.is_gathered(right.keyframe_chunk(at.right));
+  };
   const auto compare_keyframes = [&](const SharedKeyframe& at) {
     left.restore_keyframe(at.left);
     right.restore_keyframe(at.right);
-    divergence->difference = first_state_difference(left.world, right.world);
+    divergence->difference = is_gathered(at) ? first_difference_but_for_order(left.world, right.world)
+                                             : first_state_difference(left.world, right.world);
     divergence->compared_at = at.step;
   };
 
@@ -91,7 +97,8 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
       if (expected == actual) continue;
       divergence = Divergence{.step = at.step, .expected_hash = expected, .actual_hash = actual};
       compare_keyframes(at);
-      break;
+      if (!divergence->difference.empty() || !is_gathered(at)) break;
+      divergence.reset();
     }
     return divergence;
   }

@@ -2,6 +2,7 @@
 #include <core/state/recording_format/recorded_state.h>
 #include <core/state/world_difference.h>
 #include <parallel/recording/player_impl.h>
+#include <parallel/recording/rows_in_order.h>
 
 #include <algorithm>
 #include <string>
@@ -108,6 +109,7 @@ std::string Player::Impl::difference_from(std::size_t keyframe) {
   if (scree::hash_of_state(*SnapshotAccess::data(scratch)) == file.hash_of_state(chunk)) return {};
   World recorded;
   restore(recorded, file.state(chunk));
+  if (file.is_gathered(chunk)) return first_difference_but_for_order(recorded, world);
   const std::string difference = first_state_difference(recorded, world);
   return difference.empty() ? "what snapshots keep besides the columns of kind state" : difference;
 }

@@ -78,7 +78,14 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
       });
       ++steps;
       calls_follow = false;
-      if (steps - last_keyframe >= spacing) add_state(world, ChunkKind::keyframe);
+      const bool is_whole = world.border == nullptr;
+      if (is_whole && steps - last_keyframe >= spacing) add_state(world, ChunkKind::keyframe);
+    });
+  }
+
+  void gathered(const WorldData& world) noexcept override {
+    keep([&] {
+      if (!calls_follow && last_keyframe != steps) add_state(world, ChunkKind::keyframe, kChunkGathered);
     });
   }
 
@@ -96,7 +103,8 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
   // Lets go of the world and writes the rest, with a keyframe if that is asked for and the world is as its
   // last step has left it.
   void end(bool with_keyframe) noexcept {
-    if (data != nullptr && with_keyframe && !calls_follow && last_keyframe != steps) {
+    const bool is_whole = data != nullptr && data->border == nullptr;
+    if (is_whole && with_keyframe && !calls_follow && last_keyframe != steps) {
       keep([this] { add_state(*data, ChunkKind::keyframe); });
     }
     if (data != nullptr) std::exchange(data, nullptr)->recording.sink = nullptr;
@@ -127,11 +135,12 @@ struct SCREE_HIDDEN Recorder::Impl final : CallSink {
     for (; meshes_told < all.meshes.size(); ++meshes_told) to.meshes.push_back(all.meshes[meshes_told]);
   }
 
-  void add_state(const WorldData& world, ChunkKind kind) {
+  void add_state(const WorldData& world, ChunkKind kind, std::uint8_t flags = 0) {
     std::unique_ptr<StateToRecord> state = writer.take_spare_state();
     if (state == nullptr) state = std::make_unique<StateToRecord>();
     save_world(world, state->snapshot, false);
     state->kind = kind;
+    state->flags = flags;
     state->solids = solids.numbers_of(state->snapshot.hulls, state->snapshot.meshes);
     SolidVectors new_solids;
     append_new_solids(new_solids);

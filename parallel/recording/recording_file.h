@@ -39,6 +39,7 @@ class RecordingFile {
   SolidViews solids_before(std::size_t chunk);
   Snapshot state(std::size_t chunk);               // of a keyframe, or what was restored
   std::uint64_t hash_of_state(std::size_t chunk);  // as it was recorded
+  bool is_gathered(std::size_t chunk) const { return (chunks_[chunk].head.flags & kChunkGathered) != 0; }
   // Calls work(content) with the content of a chunk, and adds its place to errors.
   template <class Work>
   auto read_content(std::size_t chunk, std::span<const std::byte> content, Work&& work) {

@@ -317,7 +317,7 @@ void RecordingWriter::write_batch(RecordingBatch& batch) {
   }
   ByteWriter content;
   write_state(batch.state->snapshot, batch.state->solids, content);
-  write_chunk({.kind = batch.state->kind, .step = batch.step}, content.bytes());
+  write_chunk({.kind = batch.state->kind, .flags = batch.state->flags, .step = batch.step}, content.bytes());
 }
 
 void RecordingWriter::write_chunk(const ChunkHead& head, std::span<const std::byte> content) {

@@ -24,6 +24,7 @@ namespace scree {
 // A state on its way to the file.
 struct StateToRecord {
   ChunkKind kind = ChunkKind::keyframe;
+  std::uint8_t flags = 0;  // of the chunk
   SnapshotData snapshot;
   SlotNumbers solids;  // as from SolidList::numbers_of
 };

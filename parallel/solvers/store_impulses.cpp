@@ -73,8 +73,8 @@ void store_impulses(WorldData& data, float dt, Crew& crew) {
       [&](const simd::ConstraintChunk& chunk) {
         if (in_blocks) crew.kernels().joint.variant[chunk.variant].store(joint, chunk);
       });
-  if (Border* const border = border_of(data)) share_impulses(constraints, *border, data);
   if (asks_for_events(data)) store_impulse_sums(data, crew);
+  if (Border* const border = border_of(data)) share_impulses(constraints, *border, data);
   if (data.settings.measure_penetration) measure_penetration(data, contact, crew);
 }
 

@@ -1,6 +1,7 @@
 // Laws of `mpirun scree run --distributed`: the hash of a single process, and what it prints.
 #include <tests/run_program.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -12,10 +13,16 @@ class DistributedCommand : public scree::testing::ProgramTest {
  protected:
   Outcome scree(const std::string& arguments) { return run("'" SCREE_COMMAND "' run " + arguments); }
   // More ranks than cores take turns. Ranks that wait for one another for ever end as a failure.
-  Outcome launch(int ranks, const std::string& program) {
-    return run("OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 300 '" SCREE_MPIRUN
-               "' --oversubscribe --mca mpi_yield_when_idle 1 -np " +
-               std::to_string(ranks) + " " + program);
+  Outcome launch(int ranks, const std::string& program) { return run(launch_line(ranks, program)); }
+  std::string launch_line(int ranks, const std::string& program) {
+    return "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 300 '" SCREE_MPIRUN
+           "' --oversubscribe --mca mpi_yield_when_idle 1 -np " +
+           std::to_string(ranks) + " " + program;
+  }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  static std::string hash_of(const Outcome& outcome) {
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.exit_code == 0 ? nlohmann::json::parse(outcome.out)["hash"] : nlohmann::json("none");
   }
   Outcome mpirun(int ranks, const std::string& arguments) {
     return launch(ranks, "'" SCREE_COMMAND "' run --distributed --threads 1 " + arguments);
@@ -76,6 +83,41 @@ TEST_F(DistributedCommand, ReadmeProgramPrintsTheSameHashForEachNumberOfRanks) {
   ASSERT_EQ(one.exit_code, 0) << one.err;
   EXPECT_EQ(one.out.find("hash "), 0u) << one.out;
   EXPECT_EQ(launch(3, "'" SCREE_MPI_PROGRAM "'").out, one.out);
+}
+
+TEST_F(DistributedCommand, RecordsWhatOneProcessVerifies) {
+  const std::string file = path("ranks.scree");
+  const Outcome recorded = mpirun(4, kScene + "--keyframes 25 --record '" + file + "'");
+  ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
+  const Outcome replayed =
+      run("'" SCREE_COMMAND "' replay '" + file + "' --verify --isa scalar --quiet --json -");
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.out << replayed.err;
+  const Outcome described = run("'" SCREE_COMMAND "' info '" + file + "' --json -");
+  EXPECT_EQ(nlohmann::json::parse(described.out)["keyframes"], 4) << described.out;
+}
+
+// A rank is killed after the first checkpoint; what goes on from the last one, on another number of ranks,
+// has the hash of a run that nothing has ended.
+TEST_F(DistributedCommand, GoesOnFromTheLastCheckpointWhereARankWasKilled) {
+  const std::string file = path("ranks.checkpoint"), process = path("rank_1"), script = path("rank.sh");
+  const std::string pile = "pile --set bodies=300 --quiet --json - ";
+  std::ofstream(script) << "test \"$OMPI_COMM_WORLD_RANK\" != 1 || echo $$ > '" << process << "'\n"
+                        << "exec '" SCREE_COMMAND "' run --distributed --threads 1 --steps 100000000 " << pile
+                        << "--checkpoint '" << file << "' --checkpoint-steps 40\n";
+  const std::string kill =
+      "(until [ -e '" + file + "' ]; do sleep 0.05; done; kill -9 $(cat '" + process + "')) & ";
+  const Outcome killed = run("{ " + kill + launch_line(3, "sh '" + script + "'") + "; }");
+  EXPECT_NE(killed.exit_code, 0);
+  EXPECT_NE(killed.err.find("rank 1 (process "), std::string::npos) << killed.err;
+  const std::string told = "the last checkpoint is " + file + ", after step ";
+  const std::size_t at = killed.err.find(told);
+  ASSERT_NE(at, std::string::npos) << killed.err;
+  const int steps = std::stoi(killed.err.substr(at + told.size())) + 60;
+  const std::string all_steps = pile + "--steps " + std::to_string(steps);
+  const std::string expected = hash_of(scree(all_steps));
+  const std::string go_on = all_steps + " --resume '" + file + "'";
+  EXPECT_EQ(hash_of(mpirun(2, go_on)), expected);
+  EXPECT_EQ(hash_of(scree(go_on)), expected);
 }
 
 }  // namespace

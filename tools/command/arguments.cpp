@@ -134,6 +134,17 @@ void declare_run(CLI::App& run, Arguments& arguments) {
       ->type_name("FILE")
       ->check(kNotEmpty);
   run.add_option("--keyframes", options.keyframes, "Steps between the recording's keyframes (default: 300)");
+  run.add_option("--checkpoint", options.checkpoint, "Write the state into FILE now and then, for --resume")
+      ->type_name("FILE")
+      ->check(kNotEmpty);
+  run.add_option("--checkpoint-steps", options.checkpoint_steps,
+                 "Steps from one checkpoint to the next (default: 1000)");
+  run.add_option(
+         "--resume", options.resume,
+         "Go on from a checkpoint of the same scene, in which as many steps are taken as there were; with "
+         "any number of processes, and the same hash")
+      ->type_name("FILE")
+      ->check(kNotEmpty);
   declare_trace(run, options.trace);
   declare_picture(run, options.picture,
                   run.add_option("--picture", options.picture_file, "Draw the end into FILE.png")

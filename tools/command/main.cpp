@@ -56,6 +56,10 @@ void check_files(const Arguments& arguments, const std::vector<NamedFile>& input
     outputs.push_back({"--record", record});
     refuse_standard_streams(outputs.back());
   }
+  if (const std::string& checkpoint = arguments.options.checkpoint; !checkpoint.empty()) {
+    outputs.push_back({"--checkpoint", checkpoint});
+    refuse_standard_streams(outputs.back());
+  }
   for (const std::string& trace : {arguments.options.trace, arguments.replay.trace}) {
     if (trace.empty()) continue;
     outputs.push_back({"--trace", trace});
@@ -163,6 +167,9 @@ int run_scene(Arguments& arguments) {
   options.isa = scree::command::read_isa(arguments.isa);
   std::vector<NamedFile> inputs;
   if (scree::command::is_scene_file(options.scene)) inputs.push_back({"SCENE", options.scene});
+  // A run may go on from the file that it writes anew.
+  if (!options.resume.empty() && options.resume != options.checkpoint)
+    inputs.push_back({"--resume", options.resume});
   check_files(arguments, inputs);
   if (!options.distributed) {
     print(scree::command::run(options, nullptr), arguments);

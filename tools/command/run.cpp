@@ -28,14 +28,18 @@ std::vector<scenes::Scene> find_scene(const std::string& name, const scenes::Par
 namespace {
 
 constexpr int kMostSteps = 1'000'000'000;
+constexpr int kStepsToCheckpoint = 1000;
 constexpr int kMostKeyframes = 1'000'000'000;  // RecorderOptions' limit
 
 // The worlds and settings of a run, after its scene and options are checked.
 struct Plan {
   std::vector<scenes::Scene> worlds;
   int steps = 0;
-  int warmup = 0;
+  int steps_taken = 0;  // of these, before this run
+  int warmup = 0;       // of this run
   float dt = 0.0f;
+  std::string checkpoint;
+  int checkpoint_steps = 0;
 };
 
 // Times of a run, one entry per timed step, and the number of restored bodies.
@@ -52,8 +56,8 @@ bool is_built_in(const std::string& name) {
 
 // What a process would do with its part of the world alone.
 void refuse_beside_distributed(const RunOptions& options) {
-  const std::pair<const char*, const std::string&> files[] = {
-      {"--record", options.record}, {"--trace", options.trace}, {"--picture", options.picture_file}};
+  const std::pair<const char*, const std::string&> files[] = {{"--trace", options.trace},
+                                                              {"--picture", options.picture_file}};
   for (const auto& [name, file] : files) {
     if (!file.empty()) throw Error(std::string(name) + " " + file + ": not with --distributed yet");
   }
@@ -67,6 +71,9 @@ void check_options(const RunOptions& options) {
   if (options.keyframes) check_range("--keyframes", *options.keyframes, 1, kMostKeyframes);
   if (options.keyframes && options.record.empty())
     throw Error("--keyframes says nothing without --record FILE");
+  if (options.checkpoint_steps) check_range("--checkpoint-steps", *options.checkpoint_steps, 1, kMostSteps);
+  if (options.checkpoint_steps && options.checkpoint.empty())
+    throw Error("--checkpoint-steps says nothing without --checkpoint FILE");
   if (options.dt && !(*options.dt >= 0.0 && *options.dt <= 1.0)) {
     throw Error("--dt " + std::to_string(*options.dt) + " must be from 0 to 1 seconds");
   }
@@ -90,6 +97,16 @@ Plan make_plan(const RunOptions& options) {
   plan.steps = options.steps.value_or(first.steps);
   plan.dt = options.dt ? static_cast<float>(*options.dt) : first.dt;
   plan.warmup = options.warmup.value_or(std::min(1, plan.steps - 1));
+  plan.checkpoint = options.checkpoint;
+  plan.checkpoint_steps = options.checkpoint_steps.value_or(kStepsToCheckpoint);
+  for (const auto& [name, file] :
+       {std::pair("--checkpoint", options.checkpoint), std::pair("--resume", options.resume)}) {
+    if (file.empty()) continue;
+    if (plan.worlds.size() > 1)
+      throw Error(std::string(name) + " " + file + ": is for one world; say --set worlds=1");
+    if (!first.changes.empty())
+      throw Error(std::string(name) + " " + file + ": not for scenes in which bodies come and go");
+  }
   if (plan.warmup >= plan.steps) {
     throw Error("--warmup " + std::to_string(plan.warmup) + " must be below the " +
                 std::to_string(plan.steps) + " steps of the run");
@@ -140,37 +157,86 @@ double step_all(std::span<World* const> worlds, Team* team, float dt, Workers& w
 // hidden for hours.
 class Recording {
  public:
-  void begin(World& world, const RunOptions& options) {
+  void begin(World& world, Team* team, const RunOptions& options, Workers& workers) {
     if (options.record.empty()) return;
     file_ = options.record;
+    team_ = team;
+    workers_ = &workers;
     RecorderOptions recorder_options;
     if (options.keyframes) recorder_options.keyframe_spacing = *options.keyframes;
     try {
-      recorder_.emplace(world, file_, recorder_options);
+      if (team != nullptr) {
+        team->world().record(file_, workers, recorder_options);
+      } else {
+        recorder_.emplace(world, file_, recorder_options);
+      }
     } catch (const Error& error) {
       fail(error.what());  // name and options were checked when the command began
     }
   }
   void check() const {
-    if (recorder_ && !recorder_->is_recording()) fail(recorder_->error());
+    if (const Recorder* const one = recorder(); one != nullptr && !one->is_recording()) fail(one->error());
   }
   std::optional<RecordingFigures> finish() {
-    if (!recorder_) return {};
+    if (file_.empty()) return {};
     try {
-      recorder_->finish();
+      if (team_ != nullptr) {
+        team_->world().finish_recording(*workers_);
+      } else {
+        recorder_->finish();
+      }
     } catch (const Error& error) {
       fail(error.what());
     }
-    return RecordingFigures{file_, recorder_->bytes_written(), recorder_->steps()};
+    const Recorder* const one = recorder();
+    return one != nullptr ? std::optional(RecordingFigures{file_, one->bytes_written(), one->steps()})
+                          : std::nullopt;
   }
 
  private:
   // Not the caller's mistake, so not a scree::Error.
   [[noreturn]] void fail(const std::string& reason) const { throw std::runtime_error("--record: " + reason); }
 
+  // Of a team, the leader has it.
+  const Recorder* recorder() const {
+    if (team_ != nullptr) return team_->world().recorder();
+    return recorder_ ? &*recorder_ : nullptr;
+  }
+
   std::string file_;
+  Team* team_ = nullptr;
+  Workers* workers_ = nullptr;
   std::optional<Recorder> recorder_;
 };
+
+// Goes on from a checkpoint, and returns how many steps it has taken.
+int resume(World& world, const RunOptions& options, int steps) {
+  World before = read_checkpoint(options.resume);
+  const auto refuse = [&](const std::string& reason) {
+    throw Error("--resume " + options.resume + ": " + reason);
+  };
+  if (before.poses().size() != world.poses().size()) {
+    refuse("it is of another scene: it has " + std::to_string(before.poses().size()) + " bodies instead of " +
+           std::to_string(world.poses().size()));
+  }
+  Snapshot snapshot;
+  save(before, snapshot);
+  restore(world, snapshot);
+  const std::uint64_t taken = snapshot.step();
+  if (std::cmp_greater_equal(taken, steps)) {
+    refuse("it has taken " + std::to_string(taken) + " steps, and --steps " + std::to_string(steps) +
+           " are all that were asked for");
+  }
+  return static_cast<int>(taken);
+}
+
+void write_checkpoint_of(const World& world, Team* team, const Plan& plan, int steps_taken,
+                         Workers& workers) {
+  if (plan.checkpoint.empty() || steps_taken % plan.checkpoint_steps != 0) return;
+  if (team == nullptr) return write_checkpoint(world, plan.checkpoint);
+  team->world().checkpoint(plan.checkpoint, workers);
+  team->note_checkpoint(plan.checkpoint, static_cast<std::uint64_t>(steps_taken));
+}
 
 // Measures quality in the last step. This step is excluded from the times unless it is the only one.
 Timing simulate(std::span<World* const> worlds, Team* team, std::vector<Cast>& casts, const Plan& plan,
@@ -178,7 +244,7 @@ Timing simulate(std::span<World* const> worlds, Team* team, std::vector<Cast>& c
   Timing timing;
   std::vector<const StepStats*> stats;
   for (const World* const world : worlds) stats.push_back(&world->stats());
-  for (int i = 0; i < plan.steps; ++i) {
+  for (int i = plan.steps_taken; i < plan.steps; ++i) {
     const bool last = i + 1 == plan.steps;
     if (last && team == nullptr) measure_quality(worlds);
     direct_all(worlds, casts, i, plan.dt);
@@ -186,8 +252,9 @@ Timing simulate(std::span<World* const> worlds, Team* team, std::vector<Cast>& c
     if (trace != nullptr) trace->count(stats);
     progress.show(i + 1);
     recording.check();
+    write_checkpoint_of(*worlds.front(), team, plan, i + 1, workers);
     for (const StepStats* const of_world : stats) timing.restored_bodies += of_world->restored_bodies;
-    if (i < plan.warmup || (last && !timing.step_ms.empty())) continue;
+    if (i - plan.steps_taken < plan.warmup || (last && !timing.step_ms.empty())) continue;
     timing.step_ms.push_back(milliseconds);
     for (const StepStats* const of_world : stats) {
       for (std::size_t phase = 0; phase < kPhaseCount; ++phase) {
@@ -304,6 +371,8 @@ RunFigures run(const RunOptions& options, Team* team) {
     figures.joints += static_cast<std::int64_t>(scene.joints.size());
     scene = {};  // avoids holding a million bodies twice
   }
+  if (!options.resume.empty()) plan.steps_taken = resume(worlds.front(), options, plan.steps);
+  plan.warmup = std::min(plan.warmup, plan.steps - plan.steps_taken - 1);
   if (team != nullptr) {
     if (worlds.size() > 1) throw Error("--distributed: is for one world; say --set worlds=1");
     team->take(std::move(worlds.front()));
@@ -311,7 +380,7 @@ RunFigures run(const RunOptions& options, Team* team) {
   std::vector<World*> pointers;
   for (World& world : worlds) pointers.push_back(team != nullptr ? &team->world().world() : &world);
   Recording recording;
-  recording.begin(*pointers.front(), options);
+  recording.begin(*pointers.front(), team, options, workers);
   Trace* const tracing = trace ? &*trace : nullptr;
   add_times(simulate(pointers, team, casts, plan, recording, tracing, workers, progress), figures);
   if (trace) figures.trace = trace->finish(options.trace);

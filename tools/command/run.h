@@ -29,12 +29,15 @@ struct RunOptions {
   std::optional<int> iterations;      // the same
   bool no_sleep = false;
   bool no_continuous = false;
-  bool distributed = false;      // needs a team
-  bool quiet = false;            // no progress
-  std::string record;            // file for a recording; empty: none
-  std::optional<int> keyframes;  // steps from one keyframe of the recording to the next
-  std::string trace;             // file for a timeline; empty: none
-  std::string picture_file;      // for a picture of the end, of the first world; empty: none
+  bool distributed = false;             // needs a team
+  bool quiet = false;                   // no progress
+  std::string record;                   // file for a recording; empty: none
+  std::optional<int> keyframes;         // steps from one keyframe of the recording to the next
+  std::string checkpoint;               // file that is written anew again and again; empty: none
+  std::optional<int> checkpoint_steps;  // from one to the next; default 1000
+  std::string resume;                   // a checkpoint to go on from; empty: from the beginning
+  std::string trace;                    // file for a timeline; empty: none
+  std::string picture_file;             // for a picture of the end, of the first world; empty: none
   PictureOptions picture;
 };
 

@@ -2,12 +2,15 @@
 #include <sched.h>
 #include <scree/mpi.h>
 #include <tools/command/team.h>
+#include <tools/command/team_watch.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <iostream>
 #include <optional>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace scree::command {
 
@@ -24,6 +27,10 @@ class MpiTeam final : public Team {
     MPI_Comm neighbors = MPI_COMM_NULL;
     MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &neighbors);
     MPI_Comm_size(neighbors, &here_);
+    std::vector<RankProcess> processes(static_cast<std::size_t>(here_));
+    const RankProcess own{transport_->rank(), getpid()};
+    MPI_Allgather(&own, sizeof own, MPI_BYTE, processes.data(), sizeof own, MPI_BYTE, neighbors);
+    watch_ranks(processes, own.rank);
     MPI_Comm_free(&neighbors);
   }
   ~MpiTeam() override {
@@ -52,9 +59,13 @@ class MpiTeam final : public Team {
     world_.emplace(std::move(world), *transport_);
   }
   DistributedWorld& world() override { return *world_; }
+  void note_checkpoint(const std::string& file, std::uint64_t step) override {
+    command::note_checkpoint(file, step);
+  }
   [[noreturn]] void fail(const std::exception& error, int exit_code) override {
     if (has_begun_) {
-      std::cerr << "scree: rank " << transport_->rank() << ": " << error.what() << std::endl;
+      std::cerr << "scree: rank " << transport_->rank() << ": " << error.what() << "\n"
+                << describe_losses() << std::flush;
       MPI_Abort(MPI_COMM_WORLD, exit_code);
     }
     // Others wait as they take the world, or fail alike: then one of them tells.

@@ -5,6 +5,7 @@
 
 #include <exception>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace scree::command {
@@ -18,6 +19,8 @@ class Team {
   // The world becomes this process's part of it.
   virtual void take(World world) = 0;
   virtual DistributedWorld& world() = 0;
+  // What is told besides where the run ends before its time: all steps until this one are in the file.
+  virtual void note_checkpoint(const std::string& file, std::uint64_t step) = 0;
   // Ends all processes with the message. Before the world is taken all of them fail alike: then one tells.
   [[noreturn]] virtual void fail(const std::exception& error, int exit_code) = 0;
 };

@@ -14,7 +14,7 @@ namespace scree {
 namespace {
 
 constexpr char kMagic[8] = {'S', 'C', 'R', 'E', 'E', 'R', 'E', 'C'};
-constexpr std::uint8_t kKnownFlags = kChunkCompressed | kChunkMayBeSkipped;
+constexpr std::uint8_t kKnownFlags = kChunkCompressed | kChunkMayBeSkipped | kChunkGathered;
 constexpr std::size_t kStoredBytesOffset = 40, kStoredHashOffset = 48, kHeadHashOffset = 56;
 constexpr std::size_t kLeastCompressed = 128;                  // bytes; less is not worth a frame
 constexpr std::size_t kFrameHead = 2 * sizeof(std::uint32_t);  // of one that zstd skips

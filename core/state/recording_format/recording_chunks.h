@@ -48,6 +48,7 @@ enum class ChunkKind : std::uint8_t {
 enum ChunkFlag : std::uint8_t {
   kChunkCompressed = 1,
   kChunkMayBeSkipped = 2,  // by readers that do not know its kind
+  kChunkGathered = 4,  // a keyframe from many ranks: its contacts are in another order than those of a replay
 };
 
 struct ChunkHead {

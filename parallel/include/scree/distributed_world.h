@@ -2,6 +2,7 @@
 // number of ranks.
 #pragma once
 
+#include <scree/recording.h>
 #include <scree/snapshot.h>
 #include <scree/transport.h>
 #include <scree/workers.h>
@@ -10,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 
 namespace scree {
 
@@ -43,11 +45,16 @@ struct RankStats {
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///
 /// Not supported yet, and refused by an Error: solvers other than the soft step, callbacks of user joints,
-/// recorders, contacts and joints of two bodies of more than 32 constraints each, bodies that touch more than
+/// contacts and joints of two bodies of more than 32 constraints each, bodies that touch more than
 /// 8 such bodies, contacts of such a body with one of another rank that rebound, roll or have a surface
 /// velocity, and bodies whose state becomes non-finite. Calls that need the whole world, such as World::hash,
 /// scree::save and scree::clone, refuse its parts. Queries find what a rank has.
-/// Events are those of the contacts that a rank knows.
+///
+/// A rank lists the events of its bodies. Those of a contact, sensor or joint between bodies of two ranks are
+/// listed on both: count them where owns() holds for the first of the two that is dynamic.
+///
+/// Hooks of contacts are set on all ranks alike. Each asks its own about the pairs of its bodies, so both
+/// ranks of a pair across a border must get the same answer.
 class SCREE_API DistributedWorld {
  public:
   /// Takes a world that all ranks have filled alike. `transport` must outlive this. All ranks call it
@@ -77,10 +84,33 @@ class SCREE_API DistributedWorld {
   /// same bits; what touched or was sensed on other ranks alone begins anew for events. On other ranks
   /// `snapshot` stays as it is. All ranks call it together.
   void save(Snapshot& snapshot, Workers& workers);
+  /// Writes the whole world into a file, each rank its part, for read_checkpoint(). A file of the name stays
+  /// as it is until the new one is there as a whole: it is written beside it, as FILE.draft. All ranks call
+  /// it together; all throw Error if it cannot be written.
+  void checkpoint(const std::string& file, Workers& workers);
+  /// Records the whole world from now on, as a Recorder on rank 0 would; Player and compare() take the file
+  /// for one of a single process. The other ranks bring their bodies there for each keyframe. All ranks call
+  /// it together, with the same options; all of them throw what Recorder() throws.
+  void record(const std::string& file, Workers& workers, const RecorderOptions& options = {});
+  /// Recorder::finish, on all ranks together; all throw Error if not all could be written. Nothing happens
+  /// where nothing is recorded. A recording that is not finished when this ends plays to its last whole step.
+  void finish_recording(Workers& workers);
+  /// As Recorder::error, bytes_written and steps, of rank 0; elsewhere there is none.
+  const Recorder* recorder() const noexcept;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// The world that DistributedWorld::checkpoint or write_checkpoint has written, whatever number of ranks
+/// wrote it. It goes on with the same bits, alone or, read by each rank, in a DistributedWorld of any number
+/// of ranks. Throws Error, which names the file and what is wrong with it, for what cannot be read, is no
+/// checkpoint, was changed or cut off, or was written by another version.
+SCREE_API World read_checkpoint(const std::string& file);
+
+/// As DistributedWorld::checkpoint, by a single process. Throws Error as that one, and for a world that was
+/// moved from.
+SCREE_API void write_checkpoint(const World& world, const std::string& file);
 
 }  // namespace scree

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 
 namespace scree {
 
@@ -26,6 +27,10 @@ class SCREE_API Transport {
   /// Adds up, place by place, what all ranks give. All ranks call it, with as many values; throws Error where
   /// ranks give different numbers of them. As it is here, rank 0 adds and sends, and it alone can tell.
   virtual void add_up(std::span<std::int64_t> values);
+  /// Writes a part of a file, from `offset` on; the parts of all ranks are one behind the other, and the file
+  /// is created or replaced. All ranks call it together. Throws Error on all ranks unless all parts have been
+  /// written to the disk. As it is here, each rank opens the file by itself.
+  virtual void write_together(const std::string& file, std::uint64_t offset, std::span<const std::byte> part);
 };
 
 /// Ranks that are threads of one process: for tests, which reach any number of them without a launcher.

@@ -84,7 +84,7 @@ std::string step_ranks(const Fill& fill, const Owners& owner_of, const RunPlan& 
       for (int i = 0; i < run.steps; ++i) {
         if (run.steps_per_draw > 0 && i % run.steps_per_draw == 0) redraw_owners(lab, i + 1, run.ranks);
         lab.run(1);
-        hashes[place].push_back(hash_of_part(data));
+        hashes[place].push_back(hash_of_part(data, *border_of(data)));
       }
     } catch (const std::exception& error) {
       errors[place] = error.what();

@@ -28,6 +28,9 @@ class SCREE_API MpiTransport final : public Transport {
   void send(int to, std::span<const std::byte> message) override;
   std::span<const std::byte> receive(int from) override;
   void add_up(std::span<std::int64_t> values) override;
+  /// By MPI's parallel input and output, which may gather parts and write them in larger pieces.
+  void write_together(const std::string& file, std::uint64_t offset,
+                      std::span<const std::byte> part) override;
 
  private:
   struct Impl;

@@ -1,0 +1,108 @@
+// See give_events.h. What calls have destroyed stays where it is, and ends there.
+#include <core/world/pair_key.h>
+#include <parallel/distributed/give_events.h>
+#include <parallel/distributed/messages.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace scree {
+
+namespace {
+
+bool is_there(const WorldData& data, const TouchingPair& pair) {
+  const auto lives = [](const auto& rows, SlotName name, std::uint8_t alive) {
+    return name.index < rows.flags.size() && (rows.flags[name.index] & alive) != 0 &&
+           rows.generation[name.index] == name.generation;
+  };
+  return lives(data.shapes, pair.shape_a, kShapeAlive) && lives(data.shapes, pair.shape_b, kShapeAlive) &&
+         lives(data.bodies, pair.body_a, kBodyAlive) && lives(data.bodies, pair.body_b, kBodyAlive);
+}
+
+const TouchingPair& pair_of(const TouchRow& row) { return row.pair; }
+const TouchingPair& pair_of(const TouchingPair& row) { return row; }
+
+std::int32_t body_a_of(const TouchingPair& pair) { return static_cast<std::int32_t>(pair.body_a.index); }
+std::int32_t body_b_of(const TouchingPair& pair) { return static_cast<std::int32_t>(pair.body_b.index); }
+
+std::pair<std::uint32_t, std::uint32_t> place_of(const TouchingPair& pair) {
+  return {pair.shape_a.index, pair.shape_b.index};
+}
+
+// Calls send(rank, row) for the rows of a list that go to another rank.
+template <class Row, class Send>
+void for_each_sent(const WorldData& data, const Border& border, const std::vector<std::int32_t>& next_owner,
+                   const Column<Row>& rows, Send&& send) {
+  for (const Row& row : rows) {
+    const TouchingPair& pair = pair_of(row);
+    if (!is_there(data, pair)) continue;
+    const Receivers to = receivers_of(border, next_owner, body_a_of(pair), body_b_of(pair));
+    for (int i = 0; i < to.count; ++i) send(static_cast<std::size_t>(to.ranks[i]), row);
+  }
+}
+
+// Two ranks may have sent the same row.
+template <class Row>
+void take_rows(const WorldData& data, const Border& border, std::vector<Row>& received, Column<Row>& rows) {
+  std::vector<Row> all;
+  for (const Row& row : rows) {
+    const TouchingPair& pair = pair_of(row);
+    if (!is_there(data, pair) || tells_of(&border, body_a_of(pair), body_b_of(pair))) all.push_back(row);
+  }
+  if (received.empty() && all.size() == rows.size()) return;
+  for (const Row& row : received) {
+    const TouchingPair& pair = pair_of(row);
+    if (is_there(data, pair) && tells_of(&border, body_a_of(pair), body_b_of(pair))) all.push_back(row);
+  }
+  const auto place = [](const Row& row) { return place_of(pair_of(row)); };
+  std::stable_sort(all.begin(), all.end(),
+                   [&](const Row& one, const Row& other) { return place(one) < place(other); });
+  all.erase(std::unique(all.begin(), all.end(),
+                        [&](const Row& one, const Row& other) { return place(one) == place(other); }),
+            all.end());
+  rows.resize_discarding(all.size());
+  std::copy(all.begin(), all.end(), rows.begin());
+}
+
+}  // namespace
+
+std::vector<SentEvents> pack_events(const WorldData& data, const Border& border,
+                                    const std::vector<std::int32_t>& next_owner) {
+  std::vector<SentEvents> sent(border.halos.size());
+  const Events& events = data.events;
+  for_each_sent(data, border, next_owner, events.touching,
+                [&](std::size_t rank, const TouchRow& row) { sent[rank].touching.push_back(row); });
+  for_each_sent(data, border, next_owner, events.sensed,
+                [&](std::size_t rank, const TouchingPair& row) { sent[rank].sensed.push_back(row); });
+  for (const SlotName& body : events.woken) {
+    const auto row = static_cast<std::int32_t>(body.index);
+    if (border.owns(row)) sent[static_cast<std::size_t>(next_owner[body.index])].woken.push_back(body);
+  }
+  return sent;
+}
+
+void send_events(Transport& transport, std::int32_t to, const SentEvents& sent) {
+  send_list<TouchRow>(transport, to, sent.touching);
+  send_list<TouchingPair>(transport, to, sent.sensed);
+  send_list<SlotName>(transport, to, sent.woken);
+}
+
+void receive_events(Transport& transport, std::int32_t from, SentEvents& received) {
+  const auto append = [](auto& list, const auto& more) { list.insert(list.end(), more.begin(), more.end()); };
+  append(received.touching, receive_list<TouchRow>(transport, from));
+  append(received.sensed, receive_list<TouchingPair>(transport, from));
+  append(received.woken, receive_list<SlotName>(transport, from));
+}
+
+void take_events(WorldData& data, const Border& border, SentEvents& received) {
+  take_rows(data, border, received.touching, data.events.touching);
+  take_rows(data, border, received.sensed, data.events.sensed);
+  // A body may have woken here, too, as a ghost.
+  Column<SlotName>& woken = data.events.woken;
+  for (const SlotName& body : received.woken) {
+    if (body.index >= data.bodies.flags.size()) continue;
+    if (std::find(woken.begin(), woken.end(), body) == woken.end()) woken.push_back(body);
+  }
+}
+
+}  // namespace scree

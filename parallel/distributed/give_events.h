@@ -1,0 +1,44 @@
+// What is remembered of bodies for the events of the next step, which goes with them to another rank: which
+// shapes touch, what sensors see, which bodies have woken. Used by give_bodies.cpp.
+#pragma once
+
+#include <core/world/world_data.h>
+#include <parallel/distributed/border.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace scree {
+
+// Who receives what is known of two bodies: those that get one of them from here and have had neither.
+struct Receivers {
+  std::int32_t ranks[2] = {-1, -1};
+  int count = 0;
+};
+inline Receivers receivers_of(const Border& border, const std::vector<std::int32_t>& next_owner,
+                              std::int32_t body_a, std::int32_t body_b) {
+  Receivers to;
+  for (const std::int32_t body : {body_a, body_b}) {
+    if (!border.owns(body)) continue;
+    const std::int32_t rank = next_owner[static_cast<std::size_t>(body)];
+    if (rank == border.owner_of(body_a) || rank == border.owner_of(body_b)) continue;
+    if (to.count == 0 || to.ranks[0] != rank) to.ranks[to.count++] = rank;
+  }
+  return to;
+}
+
+struct SentEvents {
+  std::vector<TouchRow> touching = {};
+  std::vector<TouchingPair> sensed = {};
+  std::vector<SlotName> woken = {};
+};
+
+// By rank: what goes there. No pair may be at rest.
+std::vector<SentEvents> pack_events(const WorldData& data, const Border& border,
+                                    const std::vector<std::int32_t>& next_owner);
+void send_events(Transport& transport, std::int32_t to, const SentEvents& sent);
+void receive_events(Transport& transport, std::int32_t from, SentEvents& received);
+// Owners have changed: forgets what this rank no longer tells of, and adds what it has received.
+void take_events(WorldData& data, const Border& border, SentEvents& received);
+
+}  // namespace scree

@@ -1,0 +1,138 @@
+// Laws of recordings by many ranks: a single process plays and verifies them.
+#include <gtest/gtest.h>
+#include <scree/distributed_world.h>
+#include <scree/error.h>
+#include <scree/recording.h>
+#include <scree/step.h>
+#include <tests/parallel/distributed/local_ranks.h>
+#include <tests/physics/lab.h>
+#include <tools/scenes/scene.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace scree {
+namespace {
+
+using distributed_tests::all_of;
+using distributed_tests::run_ranks;
+using physics::kStep;
+
+std::string file_name(const std::string& name) {
+  return (std::filesystem::temp_directory_path() / ("scree_ranks_" + name + ".scree")).string();
+}
+
+// Falls, sleeps and wakes, with a hinge and a sensor, and events of all kinds.
+World make_world(std::vector<BodyId>& bodies) {
+  scenes::Scene scene = scenes::build("pile", {{"bodies", 90}}).front();
+  scene.settings.sleeping = true;
+  scene.settings.contact_events = ContactEvents::all;
+  scene.settings.contact_forces = true;
+  World world(scene.settings);
+  bodies = scenes::populate(world, scene);
+  const BodyId gate = world.create_body({.type = BodyType::fixed});
+  world.add_shape(gate, Box{{6, 1, 6}}, {}, {.local_pose = {{0, 1.5f, 0}, {}}, .sensor = true});
+  world.create_joint({.body_a = bodies[bodies.size() - 1], .body_b = bodies[bodies.size() - 2]},
+                     HingeJoint{});
+  return world;
+}
+
+void act(World& world, const std::vector<BodyId>& bodies, int step) {
+  if (step == 40) world.set_linear_velocity(bodies.back(), {2, 6, 1});
+  if (step == 55) world.destroy_body(bodies[bodies.size() / 2]);
+  if (step == 70)
+    world.add_shape(world.create_body({.position = {0.2f, 9, 0.1f}}), Sphere{0.4f}, {.density = 4000});
+  if (step == 350) world.set_linear_velocity(bodies[bodies.size() - 4], {1, 5, 0});
+}
+
+void record_alone(const std::string& file, int steps, const RecorderOptions& options) {
+  std::vector<BodyId> bodies;
+  World world = make_world(bodies);
+  Recorder recorder(world, file, options);
+  Workers workers(1);
+  for (int i = 0; i < steps; ++i) {
+    act(world, bodies, i);
+    step(world, kStep, workers);
+  }
+  recorder.finish();
+}
+
+void record_on_ranks(const std::string& file, int ranks, int steps, const RecorderOptions& options) {
+  const auto errors = run_ranks(ranks, [&](int rank, Transport& transport) {
+    std::vector<BodyId> bodies;
+    World whole = make_world(bodies);
+    DistributedWorld world(std::move(whole), transport, {.steps_per_look = 7, .imbalance = 1.0f});
+    Workers workers(1);
+    world.record(file, workers, options);
+    EXPECT_EQ(world.recorder() != nullptr, rank == 0);
+    for (int i = 0; i < steps; ++i) {
+      act(world.world(), bodies, i);
+      world.step(kStep, workers);
+    }
+    world.finish_recording(workers);
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
+// Whole states at keyframes included, but for the order of contacts.
+TEST(DistributedRecording, ASingleProcessVerifiesIt) {
+  constexpr int kSteps = 420;
+  const RecorderOptions options{.keyframe_spacing = 60};
+  const std::string alone = file_name("alone"), together = file_name("together");
+  record_alone(alone, kSteps, options);
+  for (const int ranks : {1, 4}) {
+    record_on_ranks(together, ranks, kSteps, options);
+    Player player(together);
+    EXPECT_EQ(player.info().last_step, static_cast<std::uint64_t>(kSteps));
+    EXPECT_EQ(player.info().keyframes, 8u);
+    EXPECT_TRUE(player.info().finished);
+    Workers workers(1);
+    for (const std::uint64_t from : {0u, 60u, 240u, 360u}) {
+      const auto found = player.verify(from, kSteps, workers);
+      EXPECT_FALSE(found) << ranks << " ranks, from " << from << ": " << found->step << " "
+                          << found->difference;
+    }
+    Player single(alone);
+    const auto found = compare(single, player, workers);
+    EXPECT_FALSE(found) << ranks << " ranks: " << found->step << " " << found->difference;
+  }
+  std::remove(alone.c_str());
+  std::remove(together.c_str());
+}
+
+// Answers of hooks come from all ranks.
+TEST(DistributedRecording, HoldsWhatHooksOfAllRanksAnswer) {
+  const std::string file = file_name("hooks");
+  constexpr int kSteps = 90;
+  const auto errors = run_ranks(3, [&](int, Transport& transport) {
+    scenes::Scene scene = scenes::build("pile", {{"bodies", 80}}).front();
+    for (scenes::SceneShape& shape : scene.shapes) shape.options.contact_hooks = ContactHooks::all;
+    World whole(scene.settings);
+    scenes::populate(whole, scene);
+    DistributedWorld world(std::move(whole), transport, {.steps_per_look = 8});
+    world.world().set_contact_filter([](const ContactFilterBatch& batch) {
+      for (std::size_t i = 0; i < batch.pairs.size(); ++i)
+        batch.collide[i] = (batch.pairs[i].shape_a.index + batch.pairs[i].shape_b.index) % 11 != 0 ? 1 : 0;
+    });
+    world.world().set_contact_rule([](const ContactRuleBatch& batch) {
+      for (std::size_t i = 0; i < batch.pairs.size(); ++i)
+        batch.rules[i].friction = 0.1f * static_cast<float>(batch.pairs[i].shape_b.index % 7);
+    });
+    Workers workers(1);
+    world.record(file, workers, {.keyframe_spacing = 20});
+    for (int i = 0; i < kSteps; ++i) world.step(kStep, workers);
+    world.finish_recording(workers);
+  });
+  EXPECT_EQ(all_of(errors), "");
+  Player player(file);
+  EXPECT_GT(player.info().calls, 50u);
+  Workers workers(1);
+  const auto found = player.verify(0, kSteps, workers);
+  EXPECT_FALSE(found) << found->step << " " << found->difference;
+  std::remove(file.c_str());
+}
+
+}  // namespace
+}  // namespace scree
