@@ -8,6 +8,7 @@
 namespace scree {
 
 // The callback of user joints -> their numbers; throws what it throws, and has changed nothing then.
+void list_asked_joints(WorldData& data);  // whose numbers a callback makes
 void refresh_user_rows(const World& world, WorldData& data, float dt, Crew& crew);
 void refresh_lists(WorldData& data,
                    Crew& crew);  // flags -> lists of awake and kinematic bodies, moving shapes

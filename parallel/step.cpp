@@ -116,6 +116,8 @@ void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) 
     if (data.border != nullptr) {  // bodies of other ranks -> those that this one may meet
       share_ghosts(data, crew);
       refresh_lists(data, crew);
+      // Now that all bodies are there that it may read.
+      if (data.user_joints.callback && dt > 0.0f) refresh_user_rows(*data.hooks.world, data, dt, crew);
     }
   });
   validate_stores(data);
@@ -198,7 +200,12 @@ void step(World& world, float dt, Crew& crew) {
   if (data.user_joints.callback && dt > 0.0f) {
     constexpr Phase kPhase = Phase::refresh_user_rows;
     const ZoneScope phase(crew.zones(), {ZoneKind::phase, phase_name(kPhase), static_cast<int>(kPhase)});
-    refresh_user_rows(world, data, dt, crew);
+    if (Border* const border = border_of(data)) {
+      check_border(data);
+      adopt_calls(data, *border);
+    }
+    list_asked_joints(data);
+    if (data.border == nullptr) refresh_user_rows(world, data, dt, crew);
   }
   data.recording.hash.reset();  // a step that threw may have left one
   const HooksReady ready(data.hooks, world, dt);

@@ -1,4 +1,5 @@
-// See column_memory.h.
+// See column_memory.h. (Huge pages, by MADV_HUGEPAGE, gain 1 to 2 % of the steps of 250,000 bodies, and take
+// 12 % more memory.)
 #include <core/world/column_memory.h>
 
 #include <new>

@@ -1,16 +1,22 @@
 // The end of a step: adds the motion of the step to the poses, then updates all that depends on a pose:
 // transforms for the caller, bounds for the next pairs, sleep timers, energy.
 #include <parallel/constraints/constraints.h>
+#include <parallel/distributed/border.h>
 #include <parallel/stages.h>
-#include <scree/error.h>
-
-#include <string>
 
 namespace scree {
 
 namespace {
 
 constexpr int kBodyChunk = 512;  // bodies of one task
+
+bool any_of_all_ranks(const WorldData& data, bool any) {
+  Border* const border = border_of(data);
+  if (border == nullptr) return any;
+  std::int64_t ranks = any ? 1 : 0;
+  border->transport.add_up({&ranks, 1});
+  return ranks > 0;
+}
 
 }  // namespace
 
@@ -47,13 +53,11 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   data.stats.restored_bodies = all.restored;
   data.stats.awake_bodies = dynamic_count;
   update_bounds(data, dt, crew);
-  if (data.stats.restored_bodies > 0) {
-    if (data.border != nullptr) {
-      throw Error("step: the state of " + std::to_string(data.stats.restored_bodies) +
-                  " bodies is not finite any more; that is not supported across ranks yet");
-    }
+  if (any_of_all_ranks(data, data.stats.restored_bodies > 0)) {
     quarantine_bodies(data);
     data.recording.hash.reset();
+    if (data.border != nullptr)
+      data.stats.restored_bodies = static_cast<std::int64_t>(data.events.restored.size());
   }
 }
 

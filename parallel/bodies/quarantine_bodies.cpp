@@ -11,6 +11,8 @@
 //   3. all bodies of the group.
 #include <core/world/edit.h>
 #include <parallel/constraints/constraints.h>
+#include <parallel/distributed/border.h>
+#include <parallel/distributed/messages.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -50,13 +52,28 @@ class Groups {
   std::vector<std::int32_t> parent_;
 };
 
+// What ranks tell each other, if the world is divided: all decide alike then.
+template <class Row>
+std::vector<Row> of_all_ranks(const WorldData& data, std::vector<Row> rows) {
+  Border* const border = border_of(data);
+  return border != nullptr ? gather_lists(border->transport, rows) : rows;
+}
+
+std::vector<BodyId> of_all_ranks_once(const WorldData& data, std::vector<BodyId> bodies) {
+  bodies = of_all_ranks(data, std::move(bodies));
+  for (BodyId& body : bodies) body = body_handle(data, static_cast<std::int32_t>(body.index));
+  std::sort(bodies.begin(), bodies.end());  // kinematic bodies stand behind the dynamic ones
+  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+  return bodies;
+}
+
 void list_restored(WorldData& data, const Constraints& constraints) {
-  Column<BodyId>& restored = data.events.restored;
+  std::vector<BodyId> restored;
   for (std::size_t i = 0; i < constraints.non_finite.size(); ++i) {
     if (constraints.non_finite[i] == 0) continue;
     restored.push_back(body_handle(data, constraints.moving_bodies[i]));
   }
-  std::sort(restored.begin(), restored.end());  // kinematic bodies stand behind the dynamic ones
+  for (const BodyId body : of_all_ranks_once(data, std::move(restored))) data.events.restored.push_back(body);
 }
 
 // How much a body is at fault, ascending.
@@ -109,52 +126,76 @@ std::vector<BodyId> list_suspects(const WorldData& data) {
     if (is_extreme(bodies, finite, manifold, finite == a ? manifold.arm_a : manifold.arm_b))
       suspects.push_back(body_handle(data, finite));
   }
-  std::sort(suspects.begin(), suspects.end());
-  suspects.erase(std::unique(suspects.begin(), suspects.end()), suspects.end());
-  return suspects;
+  return of_all_ranks_once(data, std::move(suspects));
 }
 
-// Unites the suspects that contacts and joints connect, and finds the extreme and the jointed ones.
-void judge_contacts(const WorldData& data, Groups& groups, std::vector<Fault>& faults) {
+// What a contact or joint says of its bodies.
+struct Finding {
+  std::int32_t body;
+  std::int32_t fault;  // of the body
+  std::int32_t other;  // the suspect that it is connected with, or itself
+};
+
+// Finds the extreme and the jointed suspects, and which of them contacts and joints connect.
+std::vector<Finding> judge_constraints(const WorldData& data, const Groups& groups) {
   const Bodies& bodies = data.bodies;
-  const auto judge = [&](std::int32_t body, const Manifold& manifold, const float(&arm)[3]) {
-    if (groups.is_suspect(body) && is_extreme(bodies, body, manifold, arm))
-      faults[static_cast<std::size_t>(body)] = Fault::extreme;
+  std::vector<Finding> findings;
+  const auto add = [&](std::int32_t body, Fault fault, std::int32_t other) {
+    if (groups.is_suspect(body))
+      findings.push_back({body, static_cast<std::int32_t>(fault), groups.is_suspect(other) ? other : body});
   };
   for (const std::int32_t contact : data.contacts.active) {
     const Manifold& manifold = data.contacts.now.manifold[contact];
     const std::int32_t a = manifold.row_a, b = manifold.row_b;
-    judge(a, manifold, manifold.arm_a);
-    judge(b, manifold, manifold.arm_b);
-    if (groups.is_suspect(a) && groups.is_suspect(b)) groups.unite(a, b);
+    const auto fault_of = [&](std::int32_t body, const float(&arm)[3]) {
+      return groups.is_suspect(body) && is_extreme(bodies, body, manifold, arm) ? Fault::extreme
+                                                                                : Fault::none;
+    };
+    add(a, fault_of(a, manifold.arm_a), b);
+    add(b, fault_of(b, manifold.arm_b), a);
   }
   for (const std::int32_t joint : data.joints.active) {
     const JointBodies ends = data.joints.bodies[joint];
-    for (const std::int32_t body : {ends.a, ends.b}) {
-      Fault& fault = faults[static_cast<std::size_t>(body)];
-      if (groups.is_suspect(body)) fault = std::max(fault, Fault::jointed);
-    }
-    if (groups.is_suspect(ends.a) && groups.is_suspect(ends.b)) groups.unite(ends.a, ends.b);
+    add(ends.a, Fault::jointed, ends.b);
+    add(ends.b, Fault::jointed, ends.a);
   }
+  for (const BodyId& body : data.events.restored) {
+    const auto row = static_cast<std::int32_t>(body.index);
+    if (tells_of(border_of(data), row, row) && became_non_finite_alone(bodies, body.index))
+      findings.push_back({row, static_cast<std::int32_t>(Fault::alone), row});
+  }
+  return of_all_ranks(data, std::move(findings));
+}
+
+// A rank lists what happens to its own bodies.
+void list_own(const WorldData& data, Column<BodyId>& bodies) {
+  std::vector<BodyId> own;
+  for (const BodyId body : bodies) {
+    const auto row = static_cast<std::int32_t>(body.index);
+    if (tells_of(border_of(data), row, row)) own.push_back(body);
+  }
+  bodies.clear();
+  for (const BodyId body : own) bodies.push_back(body);
 }
 
 }  // namespace
 
 void quarantine_bodies(WorldData& data) {
   list_restored(data, constraints_of(data));
-  const Bodies& bodies = data.bodies;
   Column<BodyId>&restored = data.events.restored, &quarantined = data.events.quarantined;
   const std::vector<BodyId> suspects = list_suspects(data);
-  Groups groups(bodies.pose.size(), suspects);
-  std::vector<Fault> faults(bodies.pose.size(), Fault::none);
-  judge_contacts(data, groups, faults);
-  std::vector<Fault> worst(bodies.pose.size(), Fault::none);  // of the group, by its root
+  const std::size_t rows = data.bodies.pose.size();
+  Groups groups(rows, suspects);
+  std::vector<Fault> faults(rows, Fault::none);
+  for (const Finding& finding : judge_constraints(data, groups)) {
+    Fault& fault = faults[static_cast<std::size_t>(finding.body)];
+    fault = std::max(fault, static_cast<Fault>(finding.fault));
+    groups.unite(finding.body, finding.other);
+  }
+  std::vector<Fault> worst(rows, Fault::none);  // of the group, by its root
   const auto worst_of_group = [&](const BodyId& body) -> Fault& {
     return worst[static_cast<std::size_t>(groups.root(static_cast<std::int32_t>(body.index)))];
   };
-  for (const BodyId& body : restored) {
-    if (became_non_finite_alone(bodies, body.index)) faults[body.index] = Fault::alone;
-  }
   for (const BodyId& body : suspects)
     worst_of_group(body) = std::max(worst_of_group(body), faults[body.index]);
   for (const BodyId& body : suspects) {
@@ -167,6 +208,9 @@ void quarantine_bodies(WorldData& data) {
     if (!std::binary_search(std::as_const(restored).begin(), last, body)) restored.push_back(body);
   }
   std::sort(restored.begin(), restored.end());
+  if (data.border == nullptr) return;
+  list_own(data, restored);
+  list_own(data, quarantined);
 }
 
 }  // namespace scree

@@ -56,6 +56,12 @@ void break_joints(WorldData& data, Crew& crew) {
     joints_changed(data, joint, (flags & kJointCollides) == 0);
     wake_ends(data, joint);  // a tired body may hang on nothing now
   }
+  std::size_t told = 0;
+  for (const JointId id : broken) {
+    const JointBodies ends = joints.bodies[static_cast<std::int32_t>(id.index)];
+    if (tells_of(border_of(data), ends.a, ends.b)) broken[told++] = id;
+  }
+  broken.resize(told);
 }
 
 }  // namespace scree

@@ -257,8 +257,7 @@ void keep_all_colors(const WorldData& data, Constraints& constraints, Crew& crew
   } else {
     count_degrees<false>(constraints, first_joint, 0, count);
   }
-  if (Border* const border = border_of(data))
-    meet_neighbors(constraints, *border, data.contacts.active.size());
+  if (Border* const border = border_of(data)) meet_neighbors(constraints, *border);
   if (shared) {
     keep_sound_colors<true>(data, constraints, crew, parts);
   } else {

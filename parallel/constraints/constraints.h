@@ -80,6 +80,14 @@ struct ChunkPlace {
   std::int32_t chunk;
 };
 
+// What is solved together: a level of the overflow's joints or contacts, or a color.
+struct SolvedTogether {
+  std::int32_t place;  // see sort_constraints.h
+  std::int32_t level;  // of place 0
+  bool joints, contacts;
+  bool serial;  // one thread runs it
+};
+
 // Of one chunk of moving bodies.
 struct FinishSum {
   double kinetic_energy;  // J, of the dynamic ones
@@ -98,6 +106,7 @@ struct FinishSum {
   LIST (scratch, std::int32_t, first_lane)        /* by key, and where the last one ends */                     \
   LIST (scratch, std::int32_t, overflow)          /* edges of place 0, level by level in the order of kinds */  \
   LIST (scratch, std::int32_t, level_ends)        /* in `overflow`, by level */                                 \
+  LIST (scratch, std::int32_t, level_sizes)       /* by level: how many constraints the whole world has there */ \
   VALUE(scratch, std::int32_t, overflow_lanes, 0)
 // clang-format on
 SCREE_STORE(KeyTable, SCREE_KEY_TABLE_MEMBERS)
@@ -148,6 +157,7 @@ struct JointBlockKindSet {
   LIST (scratch, std::int32_t, overflow_begins) /* pack_blocks; first place in `overflow_edges` by kind */      \
   LIST (scratch, std::int32_t, overflow_edges)  /* pack_blocks; edges without a color, kind by kind */          \
   LIST (scratch, std::int32_t, overflow_levels) /* pack_blocks; theirs */                                       \
+  LIST (scratch, SolvedTogether, solving)       /* pack_blocks; in the order of solving */                      \
   TABLE(scratch, UserRefresh,  refresh, "constraints.refresh") /* refresh_user_rows */                          \
   TABLE(scratch, KeyTable,     contact_keys, "constraints.contact_keys") /* pack_blocks */                      \
   TABLE(scratch, KeyTable,     joint_keys, "constraints.joint_keys") /* pack_blocks */                          \

@@ -2,6 +2,7 @@
 // the keys.
 #include <parallel/constraints/level_overflow.h>
 #include <parallel/constraints/sort_constraints.h>
+#include <parallel/distributed/border.h>
 
 #include <algorithm>
 #include <numeric>
@@ -33,29 +34,28 @@ void list_overflow(Constraints& constraints, std::int32_t first, std::size_t cou
   });
 }
 
-// Writes the level of each; returns how many levels there are.
-std::int32_t find_levels(Constraints& constraints) {
+// Writes the level of each, and how many constraints each level has.
+void find_levels(Constraints& constraints, Column<std::int32_t>& sizes) {
   const auto of_body = [&](std::int32_t body) -> std::int32_t& {
     return constraints.body_colors[body].number;
   };
-  std::int32_t levels = 0;
   constraints.overflow_levels.resize_discarding(constraints.overflow_edges.size());
   for (std::size_t i = 0; i < constraints.overflow_edges.size(); ++i) {
     const Edge& edge = constraints.edges[constraints.overflow_edges[i]];
     std::int32_t &a = of_body(edge.body_a), &b = of_body(edge.body_b);
     a = b = std::max(a, b) + 1;
     constraints.overflow_levels[i] = a;
-    levels = std::max(levels, a + 1);
+    if (std::cmp_equal(a, sizes.size())) sizes.push_back(0);
+    ++sizes[a];
   }
   for (const std::int32_t i : constraints.overflow_edges) {
     const Edge& edge = constraints.edges[i];
     of_body(edge.body_a) = of_body(edge.body_b) = -1;
   }
-  return levels;
 }
 
 // Sorts by level; within a level the order stays.
-void sort_by_level(const Constraints& constraints, std::int32_t levels, KeyTable& table) {
+void sort_by_level(const Constraints& constraints, std::size_t levels, KeyTable& table) {
   Column<std::int32_t>& ends = table.level_ends;  // while it sorts: where the level's next edge goes
   ends.resize_discarding(levels);
   std::fill(ends.begin(), ends.end(), 0);
@@ -70,17 +70,25 @@ void sort_by_level(const Constraints& constraints, std::int32_t levels, KeyTable
 
 }  // namespace
 
-void level_overflow(Constraints& constraints, std::int32_t first, std::size_t count, int lanes,
-                    KeyTable& table, Crew& crew) {
+void level_overflow(const WorldData& data, Constraints& constraints, std::int32_t first, std::size_t count,
+                    bool is_empty, int lanes, KeyTable& table, Crew& crew) {
   table.overflow.clear();
   table.level_ends.clear();
+  table.level_sizes.clear();
   table.overflow_lanes = 0;
-  if (table.in_place[0] == 0) return;
+  if (is_empty) return;
   list_overflow(constraints, first, count, table, crew);
-  sort_by_level(constraints, find_levels(constraints), table);
-  for_each_overflow_run(constraints, table, [&](std::int32_t begin, std::int32_t end, int, bool) {
-    table.overflow_lanes += (end - begin + lanes - 1) / lanes * lanes;
-  });
+  if (Border* const border = border_of(data)) {
+    level_across(data, constraints, *border, table.level_sizes);
+  } else {
+    find_levels(constraints, table.level_sizes);
+  }
+  sort_by_level(constraints, table.level_sizes.size(), table);
+  for (std::size_t level = 0; level < table.level_sizes.size(); ++level) {
+    for_each_overflow_run(constraints, table, level, [&](std::int32_t begin, std::int32_t end, int) {
+      table.overflow_lanes += (end - begin + lanes - 1) / lanes * lanes;
+    });
+  }
 }
 
 }  // namespace scree

@@ -11,11 +11,13 @@
 #include <parallel/crew/crew.h>
 
 #include <cstddef>
+#include <cstdint>
 
 namespace scree {
 
-// Of the edges from `first` on, which are `count`; after count_keys(). Writes the overflow of the table.
-void level_overflow(Constraints& constraints, std::int32_t first, std::size_t count, int lanes,
-                    KeyTable& table, Crew& crew);
+// Of the edges from `first` on, which are `count`; after count_keys(). Writes the overflow of the table, with
+// a place for each level of the whole world. `is_empty`: no rank has any.
+void level_overflow(const WorldData& data, Constraints& constraints, std::int32_t first, std::size_t count,
+                    bool is_empty, int lanes, KeyTable& table, Crew& crew);
 
 }  // namespace scree

@@ -23,13 +23,6 @@ namespace {
 constexpr int kChunkRows = 128, kShortChunkRows = 64, kFewRows = 1024;
 static_assert(kShortChunkRows % simd::kBlock == 0);
 constexpr int kTailRows = 64;  // a color of so many or fewer is run by one thread, without a barrier
-constexpr int kContactKinds = simd::kPointBuckets * 2;
-
-int bucket_of(std::uint32_t points) { return points == 1 ? 0 : points == 2 ? 1 : 2; }
-
-int contact_kind(const Edge& edge) {
-  return bucket_of(edge.info & kManifoldPointMask) * 2 + ((edge.info & kManifoldRich) != 0 ? 1 : 0);
-}
 
 // Numbers the kinds that occur among the joints without gaps, so that the sort has few keys.
 struct JointBlockKindNumbers {
@@ -124,14 +117,9 @@ class Layout {
                       static_cast<std::int32_t>(constraints_.joint_chunks.size()), 0, turn_, serial, false});
   }
 
-  // Lays out the constraints without a color, level by level.
-  void add_overflow(const Family& family) {
-    std::int32_t level = 0, lane = 0;
-    for_each_overflow_run(constraints_, family.keys, [&](int begin, int end, int kind, bool first) {
-      if (first) {
-        const std::int32_t level_end = family.keys.level_ends[level++];
-        begin_stage(level_end - begin <= kTailRows);
-      }
+  // Lays out a level of the constraints without a color, from `lane` on; returns the lane behind it.
+  std::int32_t add_level(const Family& family, std::size_t level, std::int32_t lane) {
+    for_each_overflow_run(constraints_, family.keys, level, [&](int begin, int end, int kind) {
       for (int place = begin; place < end; ++place) {
         const std::int32_t edge = family.keys.overflow[place];
         family.rows[lane + place - begin] = family.list[edge - family.first_edge];
@@ -139,6 +127,7 @@ class Layout {
       add_color(family, kind_of(family, kind, false), lane, end - begin);
       lane += padded(end - begin);
     });
+    return lane;
   }
 
   // The rows of one kind in one color; `hubs` have a stage of their own for each kind, as two kinds may have
@@ -307,58 +296,108 @@ void shuffle_places(const WorldData& data, int count, int (&places)[kColorPlaces
   }
 }
 
-void add_joints(Layout& layout, const JointBlockKindNumbers& numbers, int place, bool serial) {
-  for (int kind = 0; kind < numbers.count; ++kind) layout.add_kind(layout.joints, place, kind, serial);
-}
-void add_contacts(Layout& layout, int place, bool serial) {
-  for (int kind = 0; kind < kContactKinds; ++kind) layout.add_kind(layout.contacts, place, kind, serial);
-}
-
-void lay_out_places(Layout& layout, const JointBlockKindNumbers& numbers, std::span<const int> places,
-                    std::span<const std::int64_t> in_color) {
+// Lists what is solved together, in order.
+void list_solving(Constraints& constraints, std::span<const int> places,
+                  std::span<const std::int64_t> in_color) {
+  Column<SolvedTogether>& solving = constraints.solving;
+  solving.clear();
+  const auto add_levels = [&](const Column<std::int32_t>& sizes, bool joints) {
+    for (std::size_t level = 0; level < sizes.size(); ++level)
+      solving.push_back({0, static_cast<std::int32_t>(level), joints, !joints, is_serial(sizes[level])});
+  };
   for (const int place : places) {
-    if (place == 0) {
-      layout.add_overflow(layout.joints);
-      layout.add_overflow(layout.contacts);
+    if (place != 0) {
+      solving.push_back({place, 0, true, true, is_serial(in_color[static_cast<std::size_t>(place)])});
       continue;
     }
-    const bool serial = is_serial(in_color[static_cast<std::size_t>(place)]);
-    if (!is_hub_place(place)) layout.begin_stage(serial);
-    add_joints(layout, numbers, place, serial);
-    add_contacts(layout, place, serial);
+    add_levels(constraints.joint_keys.level_sizes, true);
+    add_levels(constraints.contact_keys.level_sizes, false);
   }
 }
 
-// The same where ranks exchange velocities between turns. Places that one thread runs make one stage in a
-// single process, in which all joints come before all contacts: so do their turns here.
-Turns lay_out_turns(Layout& layout, const JointBlockKindNumbers& numbers, std::span<const int> places,
-                    std::span<const std::int64_t> in_color) {
+// Lays out parts of these one after the other.
+class Turner {
+ public:
+  Turner(Layout& layout, const JointBlockKindNumbers& numbers) : layout_(layout), numbers_(numbers) {}
+  void begin(const SolvedTogether& item) {
+    if (!is_hub_place(item.place)) layout_.begin_stage(item.serial);
+  }
+  void add_joints(const SolvedTogether& item) {
+    if (!item.joints) return;
+    if (item.place == 0) {
+      joint_lane_ = layout_.add_level(layout_.joints, static_cast<std::size_t>(item.level), joint_lane_);
+    } else {
+      for (int kind = 0; kind < numbers_.count; ++kind)
+        layout_.add_kind(layout_.joints, item.place, kind, item.serial);
+    }
+  }
+  void add_contacts(const SolvedTogether& item) {
+    if (!item.contacts) return;
+    if (item.place == 0) {
+      contact_lane_ =
+          layout_.add_level(layout_.contacts, static_cast<std::size_t>(item.level), contact_lane_);
+    } else {
+      for (int kind = 0; kind < kContactKinds; ++kind)
+        layout_.add_kind(layout_.contacts, item.place, kind, item.serial);
+    }
+  }
+
+ private:
+  Layout& layout_;
+  const JointBlockKindNumbers& numbers_;
+  std::int32_t joint_lane_ = 0, contact_lane_ = 0;  // of the next level
+};
+
+void lay_out_places(Layout& layout, const JointBlockKindNumbers& numbers,
+                    std::span<const SolvedTogether> items) {
+  Turner turner(layout, numbers);
+  for (const SolvedTogether& item : items) {
+    turner.begin(item);
+    turner.add_joints(item);
+    turner.add_contacts(item);
+  }
+}
+
+// The same where ranks exchange velocities between turns. What one thread runs makes one stage in a single
+// process, in which all joints come before all contacts: so do their turns here.
+Turns lay_out_turns(Layout& layout, const JointBlockKindNumbers& numbers,
+                    std::span<const SolvedTogether> items) {
   Turns turns;
-  const auto serial_at = [&](std::size_t i) {
-    return is_serial(in_color[static_cast<std::size_t>(places[i])]);
-  };
-  const auto begin_turn = [&](std::size_t i, bool serial) {
+  Turner turner(layout, numbers);
+  const auto begin_turn = [&](const SolvedTogether& item) {
     layout.begin_turn(turns.count);
-    if (!is_hub_place(places[i])) layout.begin_stage(serial);
+    turner.begin(item);
     return turns.count++;
   };
-  for (std::size_t i = 0; i < places.size();) {
-    if (!serial_at(i)) {
-      turns.of_joints[places[i]] = turns.of_contacts[places[i]] = begin_turn(i, false);
-      add_joints(layout, numbers, places[i], false);
-      add_contacts(layout, places[i], false);
+  const auto note_joints = [&](const SolvedTogether& item, std::int32_t turn) {
+    if (item.place == 0) turns.of_joint_levels.push_back(turn);
+    turns.of_joints[item.place] = turn;
+  };
+  const auto note_contacts = [&](const SolvedTogether& item, std::int32_t turn) {
+    if (item.place == 0) turns.of_contact_levels.push_back(turn);
+    turns.of_contacts[item.place] = turn;
+  };
+  for (std::size_t i = 0; i < items.size();) {
+    if (!items[i].serial) {
+      const std::int32_t turn = begin_turn(items[i]);
+      if (items[i].joints) note_joints(items[i], turn);
+      if (items[i].contacts) note_contacts(items[i], turn);
+      turner.add_joints(items[i]);
+      turner.add_contacts(items[i]);
       ++i;
       continue;
     }
     std::size_t end = i;
-    while (end < places.size() && serial_at(end)) ++end;
+    while (end < items.size() && items[end].serial) ++end;
     for (std::size_t k = i; k < end; ++k) {
-      turns.of_joints[places[k]] = begin_turn(k, true);
-      add_joints(layout, numbers, places[k], true);
+      if (!items[k].joints) continue;
+      note_joints(items[k], begin_turn(items[k]));
+      turner.add_joints(items[k]);
     }
     for (; i < end; ++i) {
-      turns.of_contacts[places[i]] = begin_turn(i, true);
-      add_contacts(layout, places[i], true);
+      if (!items[i].contacts) continue;
+      note_contacts(items[i], begin_turn(items[i]));
+      turner.add_contacts(items[i]);
     }
   }
   return turns;
@@ -390,28 +429,29 @@ void pack_blocks(WorldData& data, Crew& crew) {
       [&](const Edge& edge) { return int{numbers.number[edge.info]}; }, is_here);
   // A body that is a hub because of its contacts may have a single joint, and the other way round.
   const std::int32_t hubs = most_hubs(contact_keys, joint_keys);
-  level_overflow(constraints, 0, contacts.size(), lanes, contact_keys, crew);
-  level_overflow(constraints, first_joint, joints.size(), lanes, joint_keys, crew);
-  place_keys(lanes, hubs, contact_keys);
-  place_keys(lanes, hubs, joint_keys);
-  scatter_rows(constraints, 0, contacts, contact_keys, constraints.contact_lanes, crew);
-  scatter_rows(constraints, first_joint, joints, joint_keys, constraints.joint_lanes, crew);
-
   std::int64_t in_color[kColorPlaces];
   for (int place = 0; place < kColorPlaces; ++place) {
     in_color[place] = contact_keys.in_place[place] + joint_keys.in_place[place];
   }
   if (border != nullptr) count_everywhere(constraints, *border, in_color);
+  level_overflow(data, constraints, 0, contacts.size(), in_color[0] == 0, lanes, contact_keys, crew);
+  level_overflow(data, constraints, first_joint, joints.size(), in_color[0] == 0, lanes, joint_keys, crew);
+  place_keys(lanes, hubs, contact_keys);
+  place_keys(lanes, hubs, joint_keys);
+  scatter_rows(constraints, 0, contacts, contact_keys, constraints.contact_lanes, crew);
+  scatter_rows(constraints, first_joint, joints, joint_keys, constraints.joint_lanes, crew);
   const auto in_color_at = [&](int place) { return in_color[place]; };
   int places[kColorPlaces];
   const int colors = list_places(in_color_at, places);
   shuffle_places(data, colors, places);
   Layout layout(data, constraints, numbers, crew.kernels());
   const std::span<const int> used(places, static_cast<std::size_t>(colors));
+  list_solving(constraints, used, in_color);
+  const std::span<const SolvedTogether> items = std::as_const(constraints.solving).span();
   if (border != nullptr) {
-    plan_refreshes(constraints, *border, first_joint, lay_out_turns(layout, numbers, used, in_color));
+    plan_refreshes(constraints, *border, first_joint, lay_out_turns(layout, numbers, items));
   } else {
-    lay_out_places(layout, numbers, used, in_color);
+    lay_out_places(layout, numbers, items);
   }
   order_chunks(data, constraints);
   constraints.blocks.resize_discarding(layout.bytes());

@@ -7,6 +7,8 @@
 #include <core/state/recording_format/recorded_calls.h>
 #include <parallel/constraints/constraints.h>
 #include <parallel/crew/crew.h>
+#include <parallel/distributed/border.h>
+#include <parallel/distributed/messages.h>
 #include <parallel/stages.h>
 
 #include <algorithm>
@@ -19,22 +21,65 @@ namespace {
 // Joints that a call of the callback gets: enough to be worth the call, and several batches for 1,000 joints.
 constexpr int kBatch = 64;
 
-// The user joints that act and have an awake body, ascending by joint.
-void list_asked(const WorldData& data, UserRefresh& refresh) {
-  const UserJoints& users = data.user_joints;
-  refresh.asked.clear();
-  for (std::size_t row = 0; row < users.joint.size(); ++row) {
-    const std::int32_t joint = users.joint[row];
-    if ((data.joints.flags[joint] & kJointEnabled) == 0 || !is_joint_awake(data, joint)) continue;
-    refresh.asked.push_back(joint);
-  }
-  std::sort(refresh.asked.begin(), refresh.asked.end());
+// Whether this rank knows that the joint has an awake body that it pushes; each rank knows its own bodies.
+bool is_known_awake(const WorldData& data, std::int32_t joint) {
+  const Border* const border = border_of(data);
+  if (border == nullptr) return is_joint_awake(data, joint);
+  const JointBodies ends = data.joints.bodies[joint];
+  const auto is_own_awake = [&](std::int32_t body) {
+    return border->owns(body) && (data.bodies.flags[body] & kBodyAsleep) == 0;
+  };
+  return is_own_awake(ends.a) || is_own_awake(ends.b);
+}
+
+// Of the ranks of a joint's bodies, the one that asks about it.
+bool asks_about(const Border& border, const JointBodies& ends) {
+  return border.owns(border.owner_of(ends.a) != kEveryRank ? ends.a : ends.b);
+}
+
+void size_refresh(UserRefresh& refresh) {
   const std::size_t count = refresh.asked.size();
   refresh.ids.resize_discarding(count);
   refresh.verdicts.resize_discarding(count);
   refresh.jacobians.resize_discarding(count);
   refresh.targets.resize_discarding(count);
   refresh.bounds.resize_discarding(count);
+}
+
+// What has changed, told by the rank that has asked.
+struct ToldRows {
+  UserJacobians jacobians;
+  UserTargets targets;
+  UserBounds bounds;
+  std::int32_t joint;
+  UserVerdict verdict;
+};
+
+// All ranks take what any has changed, so that all have the same numbers, and rank 0 may record them.
+void share_changes(WorldData& data, Border& border, UserRefresh& refresh) {
+  std::vector<ToldRows> told;
+  for (std::size_t i = 0; i < refresh.asked.size(); ++i) {
+    if (refresh.verdicts[i] == UserVerdict::same) continue;
+    ToldRows& rows = told.emplace_back();
+    rows.jacobians = refresh.jacobians[i];
+    rows.targets = refresh.targets[i];
+    rows.bounds = refresh.bounds[i];
+    rows.joint = refresh.asked[i];
+    rows.verdict = refresh.verdicts[i];
+  }
+  told = gather_lists(border.transport, told);
+  std::sort(told.begin(), told.end(),
+            [](const ToldRows& one, const ToldRows& other) { return one.joint < other.joint; });
+  refresh.asked.clear();
+  for (const ToldRows& rows : told) refresh.asked.push_back(rows.joint);
+  size_refresh(refresh);
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    refresh.ids[i] = joint_handle(data, told[i].joint);
+    refresh.jacobians[i] = told[i].jacobians;
+    refresh.targets[i] = told[i].targets;
+    refresh.bounds[i] = told[i].bounds;
+    refresh.verdicts[i] = told[i].verdict;
+  }
 }
 
 template <class Entry, class Row>
@@ -88,11 +133,38 @@ void record(WorldData& data, const UserRefresh& refresh) {
 
 }  // namespace
 
+// The user joints that act and have an awake body, ascending by joint.
+void list_asked_joints(WorldData& data) {
+  UserRefresh& refresh = constraints_of(data).refresh;
+  const UserJoints& users = data.user_joints;
+  std::vector<std::int32_t> known;
+  refresh.asked.clear();
+  for (std::size_t row = 0; row < users.joint.size(); ++row) {
+    const std::int32_t joint = users.joint[row];
+    if ((data.joints.flags[joint] & kJointEnabled) == 0 || !is_known_awake(data, joint)) continue;
+    if (data.border == nullptr) {
+      refresh.asked.push_back(joint);
+    } else {
+      known.push_back(joint);
+    }
+  }
+  if (Border* const border = border_of(data)) {
+    known = gather_lists(border->transport, known);
+    keep_each_once(known);
+    for (const std::int32_t joint : known) {
+      if (asks_about(*border, data.joints.bodies[joint])) refresh.asked.push_back(joint);
+    }
+  }
+  std::sort(refresh.asked.begin(), refresh.asked.end());
+  size_refresh(refresh);
+}
+
 void refresh_user_rows(const World& world, WorldData& data, float dt, Crew& crew) {
   UserRefresh& refresh = constraints_of(data).refresh;
-  list_asked(data, refresh);
+  crew.run_ranges(static_cast<int>(refresh.asked.size()), kBatch,
+                  [&](int begin, int end, int) { ask(world, data, dt, begin, end, refresh); });
+  if (Border* const border = border_of(data)) share_changes(data, *border, refresh);
   const int count = static_cast<int>(refresh.asked.size());
-  crew.run_ranges(count, kBatch, [&](int begin, int end, int) { ask(world, data, dt, begin, end, refresh); });
   if (data.recording.sink != nullptr) record(data, refresh);
   crew.run_ranges(count, kBatch, [&](int begin, int end, int) {
     for (int i = begin; i < end; ++i) {

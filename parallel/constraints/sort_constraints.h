@@ -43,6 +43,17 @@ inline int place_of(const Edge& edge) {
   }
 }
 
+inline constexpr int kContactKinds = simd::kPointBuckets * 2;
+inline int bucket_of(std::uint32_t points) { return points == 1 ? 0 : points == 2 ? 1 : 2; }
+inline int contact_kind(const Edge& edge) {
+  return bucket_of(edge.info & kManifoldPointMask) * 2 + ((edge.info & kManifoldRich) != 0 ? 1 : 0);
+}
+
+// Constraints of a hub are solved in groups, but for those without a color.
+inline bool is_grouped(const Edge& edge) {
+  return (edge.kind == EdgeKind::hub_a || edge.kind == EdgeKind::hub_b) && edge.color != kOverflowColor;
+}
+
 // The key of an edge that another rank computes, see parallel/distributed/border.h.
 inline constexpr std::uint16_t kNotHere = std::numeric_limits<std::uint16_t>::max();
 
@@ -106,22 +117,22 @@ inline std::int32_t most_hubs(const KeyTable& contacts, const KeyTable& joints) 
   return ends / (kHubDegree + 1);
 }
 
-// Calls work(begin, end, kind, whether a level begins) for the runs of one level and kind in the overflow.
+// Calls work(begin, end, kind) for the runs of one kind in a level of the overflow.
 template <class Work>
-void for_each_overflow_run(const Constraints& constraints, const KeyTable& table, Work&& work) {
+void for_each_overflow_run(const Constraints& constraints, const KeyTable& table, std::size_t level,
+                           Work&& work) {
   const auto kind_at = [&](std::int32_t place) {  // the keys of place 0 are the kinds
     const std::int32_t edge = table.overflow[place];
     return int{constraints.keys[edge]};
   };
-  std::int32_t begin = 0;
-  for (const std::int32_t level_end : table.level_ends) {
-    for (bool first = true; begin < level_end; first = false) {
-      const int kind = kind_at(begin);
-      std::int32_t end = begin + 1;
-      while (end < level_end && kind_at(end) == kind) ++end;
-      work(begin, end, kind, first);
-      begin = end;
-    }
+  std::int32_t begin = level == 0 ? 0 : table.level_ends[level - 1];
+  const std::int32_t level_end = table.level_ends[level];
+  while (begin < level_end) {
+    const int kind = kind_at(begin);
+    std::int32_t end = begin + 1;
+    while (end < level_end && kind_at(end) == kind) ++end;
+    work(begin, end, kind);
+    begin = end;
   }
 }
 

@@ -86,8 +86,7 @@ std::vector<std::int32_t> joints_of(const WorldData& data, const Changes& change
          joint = next_joint(data.joints, joint, body))
       joints.push_back(joint);
   }
-  std::sort(joints.begin(), joints.end());
-  joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
+  keep_each_once(joints);
   return joints;
 }
 

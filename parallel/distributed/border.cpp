@@ -40,42 +40,21 @@ Sides sides_of(const Border& border, const Edge& edge) {
   return own_a ? Sides{edge.body_a, edge.body_b} : Sides{edge.body_b, edge.body_a};
 }
 
-void keep_each_once(std::vector<std::int32_t>& bodies) {
-  std::sort(bodies.begin(), bodies.end());
-  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
-}
-
-// A hub's owner alone finds when its contacts meet, and the other body's owner would have to know.
-void refuse_rebounds_of_hubs(const Constraints& constraints, const Border& border, std::size_t contacts) {
-  for (const Neighbor& with : border.neighbors) {
-    for (const std::int32_t place : with.edges) {
-      const Edge& edge = constraints.edges[place];
-      if (std::cmp_greater_equal(place, contacts) || (edge.info & kManifoldRich) == 0) continue;
-      for (const std::int32_t body : {edge.body_a, edge.body_b}) {
-        const std::int32_t degree = constraints.body_colors[body].degree;
-        if (degree <= kHubDegree) continue;
-        throw Error("step: body " + std::to_string(body) + " has " + std::to_string(degree) +
-                    " contacts and joints, some across the border of ranks and with restitution, rolling "
-                    "resistance or a surface velocity; that is not supported yet for more than " +
-                    std::to_string(kHubDegree));
-      }
-    }
-  }
-}
-
 }  // namespace
 
 void Border::report(const char* store, const Visit& visit) const {
   const auto bytes = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
   std::size_t lists = 0;
   for (const Neighbor& with : neighbors) {
-    lists += bytes(with.edges) + bytes(with.uncolored) + bytes(with.own) + bytes(with.other);
+    lists += bytes(with.edges) + bytes(with.uncolored) + bytes(with.own) + bytes(with.other) +
+             bytes(with.returned_once) + bytes(with.taken_once);
     for (const BodiesByTurn* way : {&with.sent, &with.received, &with.returned, &with.taken})
       lists += bytes(way->bodies) + bytes(way->ends);
   }
   for (const Halo& halo : halos)
     lists += bytes(halo.lent) + bytes(halo.borrowed) + bytes(halo.near) + bytes(halo.tied);
   lists += places.capacity_bytes() + found.capacity_bytes() + own_shapes.capacity_bytes();
+  lists += bytes(levels);
   const std::size_t all =
       bytes(owner) + bytes(generation) + bytes(ghosts) + bytes(around) + bytes(waits) + lists;
   static const Attributes kPlain{};
@@ -83,8 +62,8 @@ void Border::report(const char* store, const Visit& visit) const {
 }
 
 void check_border(const WorldData& data) {
-  if (data.settings.solver != Solver::soft_step) refuse("only the soft-step solver is supported yet");
-  if (data.user_joints.callback) refuse("user joints whose numbers a callback makes are not supported yet");
+  if (data.settings.solver > Solver::sequential_impulse)
+    refuse("solvers over the whole system are not supported: soft_step and sequential_impulse are");
 }
 
 void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner) {
@@ -130,7 +109,7 @@ std::uint64_t hash_of_all(const WorldData& data, Border& border) {
   return static_cast<std::uint64_t>(sum);
 }
 
-void meet_neighbors(Constraints& constraints, Border& border, std::size_t contacts) {
+void meet_neighbors(Constraints& constraints, Border& border) {
   std::vector<Neighbor>& neighbors = border.neighbors;
   std::vector<std::int32_t> place_of(static_cast<std::size_t>(border.transport.ranks()), -1);
   neighbors.clear();
@@ -167,7 +146,6 @@ void meet_neighbors(Constraints& constraints, Border& border, std::size_t contac
                            constraints.joint_count[body] = degree.joints;
                          });
   }
-  refuse_rebounds_of_hubs(constraints, border, contacts);
 }
 
 }  // namespace scree

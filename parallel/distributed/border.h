@@ -8,8 +8,7 @@
 //
 // Of the bodies of others a rank has those that its own ones may touch or are jointed to: ghosts. All further
 // ones are absent. Yet each rank has rows for all bodies, with what does not change in a step, and rows are
-// the same on all ranks, so all orders by row are. Ghosts sleep and wake as their owners say. No two hubs
-// touch so far.
+// the same on all ranks, so all orders by row are. Ghosts sleep and wake as their owners say.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -17,8 +16,11 @@
 #include <parallel/crew/crew.h>
 #include <parallel/distributed/counted_transport.h>
 
+#include <algorithm>
 #include <functional>
+#include <iterator>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -49,6 +51,7 @@ struct Neighbor {
   BodiesByTurn sent = {}, received = {};
   // What the constraints of a turn with hubs have changed: bodies of that rank, own bodies.
   BodiesByTurn returned = {}, taken = {};
+  std::vector<std::int32_t> returned_once = {}, taken_once = {};
 };
 
 // Which bodies are where, of this rank and another one. Both sides have the same lists, which ascend.
@@ -83,7 +86,10 @@ struct Border final : Part {
   std::vector<Neighbor> neighbors;     // of this step, ascending
   std::vector<std::uint8_t> waits;     // by body, while colors are chosen: an earlier constraint has none yet
   bool is_recorded = false;            // rank 0 records all ranks' world
-  std::int32_t turns = 0;              // of this step: colors in use, in the order in which they are solved
+  std::vector<std::pair<std::int32_t, std::int32_t>>
+      levels;                                 // of this step: edges without a color, and theirs
+  std::int32_t begin_hubs = 0, end_hubs = 0;  // turns of this step, of contacts in groups
+  std::int32_t turns = 0;  // of this step: colors in use, in the order in which they are solved
 };
 
 inline Border* border_of(const WorldData& data) { return static_cast<Border*>(data.border.get()); }
@@ -137,19 +143,12 @@ inline bool tells_of(const Border* border, std::int32_t body_a, std::int32_t bod
 // Whether a rank computes a constraint that it knows. Those of a hub are solved together, so the hub's owner
 // computes them alone, and returns what they do to the other bodies.
 inline bool computes(const Border& border, const Edge& edge) {
-  switch (edge.kind) {
-    case EdgeKind::hub_a:
-      return border.owns(edge.body_a);
-    case EdgeKind::hub_b:
-      return border.owns(edge.body_b);
-    default:
-      return true;
-  }
+  return !is_grouped(edge) || border.owns(edge.kind == EdgeKind::hub_a ? edge.body_a : edge.body_b);
 }
 
 // Lists the neighbors and the constraints across their borders; gives bodies of others the numbers of
-// constraints that they have. `contacts`: how many of the edges are contacts.
-void meet_neighbors(Constraints& constraints, Border& border, std::size_t contacts);
+// constraints that they have.
+void meet_neighbors(Constraints& constraints, Border& border);
 // Tells which kept colors of bodies at the border clash.
 void share_clashes(Constraints& constraints, Border& border);
 // Colors Constraints::uncolored in their order (coloring.h), together with the neighbors.
@@ -157,11 +156,22 @@ void color_across(Constraints& constraints, Border& border);
 // Numbers of constraints by place -> those of the whole world.
 void count_everywhere(const Constraints& constraints, Border& border, std::span<std::int64_t> in_place);
 // When the constraints of a place are solved.
+inline constexpr std::int32_t kNoTurn = -1;
 struct Turns {
+  Turns() {
+    std::fill(std::begin(of_joints), std::end(of_joints), kNoTurn);
+    std::fill(std::begin(of_contacts), std::end(of_contacts), kNoTurn);
+  }
   std::int32_t count = 0;
-  std::int32_t of_joints[kColorPlaces] = {};
-  std::int32_t of_contacts[kColorPlaces] = {};
+  std::int32_t of_joints[kColorPlaces];
+  std::int32_t of_contacts[kColorPlaces];
+  std::vector<std::int32_t> of_joint_levels = {}, of_contact_levels = {};  // of place 0
 };
+
+// The levels of Constraints::overflow_edges among those of all ranks -> overflow_levels and Border::levels.
+// `sizes`: how many constraints each level has in the whole world. All ranks call it together.
+void level_across(const WorldData& data, Constraints& constraints, Border& border,
+                  Column<std::int32_t>& sizes);
 
 // Decides which velocities are sent when. `first_joint`: of the edges.
 void plan_refreshes(const Constraints& constraints, Border& border, std::int32_t first_joint,
@@ -169,8 +179,23 @@ void plan_refreshes(const Constraints& constraints, Border& border, std::int32_t
 // Tells what the step has noted of bodies at the border: a body flies free only if no rank knows a contact.
 // `contacts`: how many of the edges are contacts.
 void share_notes(const Constraints& constraints, Border& border, std::int32_t contacts, Bodies& bodies);
-// Tells the times of impacts of bodies at the border.
-void share_impact_times(Constraints& constraints, Border& border);
+// Tells the times of impacts of bodies at the border, which contacts that both ranks of a border compute find
+// on both sides, but those in groups at the hub's owner alone. So that one keeps them apart: the times at
+// bodies of others are those in groups while these are looked at.
+class SharedImpactTimes {
+ public:
+  SharedImpactTimes(Constraints& constraints, Border* border) : constraints_(constraints), border_(border) {}
+  // Before the contacts of this turn; turns ascend.
+  void before(std::int32_t turn);
+  // After all contacts. `found`: any rank has impacts.
+  void finish(bool found);
+
+ private:
+  Constraints& constraints_;
+  Border* border_;
+  bool has_begun_ = false, has_ended_ = false;  // the turns of groups
+  std::vector<simd::ImpactTimes> of_groups_;
+};
 
 // What constraints change of bodies: velocities, and in impacts where the body is.
 enum class Refreshed : std::uint8_t { velocity, delta };

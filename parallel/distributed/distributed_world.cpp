@@ -100,6 +100,20 @@ void check_options(const DistributedOptions& options) {
   }
 }
 
+// Farther out, floats are 2 mm apart and more, and a slop of 5 mm is few of these.
+constexpr float kMostDistance = 16384.0f;  // m, along an axis
+
+void check_positions(const Bodies& bodies) {
+  for (std::size_t body = 0; body < bodies.flags.size(); ++body) {
+    if (!is_shared_out(bodies, body)) continue;
+    for (const float at : bodies.pose[body].position) {
+      if (std::abs(at) <= kMostDistance) continue;
+      throw Error("DistributedWorld: body " + std::to_string(body) + " is " + std::to_string(at) +
+                  " m from the origin along an axis; it must be at most 16384 m");
+    }
+  }
+}
+
 // Of bodies that nobody owns yet, each rank weighs as many as the others.
 Partition first_partition(const WorldData& data, Transport& transport) {
   const std::size_t rows = data.bodies.flags.size();
@@ -271,6 +285,7 @@ struct DistributedWorld::Impl {
 DistributedWorld::DistributedWorld(World world, Transport& transport, const DistributedOptions& options) {
   check_alike(world, transport, options);
   check_options(options);
+  check_positions(internals(world, "DistributedWorld").bodies);
   impl_.reset(new Impl{std::move(world), transport, options});
   WorldData& data = internals(impl_->world, "DistributedWorld");
   impl_->partition = first_partition(data, transport);

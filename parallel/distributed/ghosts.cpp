@@ -122,8 +122,7 @@ std::vector<std::int32_t> list_lent(const WorldData& data, const Halo& halo, con
   for (const std::int32_t shape : halo.near) {
     if (boxes.meets(shapes.fat_bounds[shape])) lent.push_back(shapes.body[shape]);
   }
-  std::sort(lent.begin(), lent.end());
-  lent.erase(std::unique(lent.begin(), lent.end()), lent.end());
+  keep_each_once(lent);
   return lent;
 }
 

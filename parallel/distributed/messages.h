@@ -20,6 +20,12 @@ namespace scree {
   throw Error("rank " + std::to_string(rank) + " has sent what does not fit: its world is another one");
 }
 
+// Sorts a list of bodies or joints.
+inline void keep_each_once(std::vector<std::int32_t>& rows) {
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+}
+
 // A rank tells of bodies of its own alone.
 inline void check_owner(const Border& border, std::int32_t rank, std::int32_t body) {
   if (body < 0 || std::cmp_greater_equal(body, border.owner.size()) || border.owner_of(body) != rank)
@@ -109,6 +115,21 @@ std::vector<Row> gather_rows(Transport& transport, const Row& own) {
     rows[static_cast<std::size_t>(from)] = one[0];
   }
   return rows;
+}
+
+// Each rank tells the others a list of its own. Those of all ranks, one behind the other; all ranks call it.
+template <class Row>
+std::vector<Row> gather_lists(Transport& transport, const std::vector<Row>& own) {
+  const int here = transport.rank(), ranks = transport.ranks();
+  for (int to = 0; to < ranks; ++to) {
+    if (to != here) send_list<Row>(transport, to, own);
+  }
+  std::vector<Row> all;
+  for (int from = 0; from < ranks; ++from) {
+    const std::vector<Row> one = from == here ? own : receive_list<Row>(transport, from);
+    all.insert(all.end(), one.begin(), one.end());
+  }
+  return all;
 }
 
 }  // namespace scree

@@ -64,12 +64,47 @@ float begin_of(const Group& group, int bin) {
   return group.from + (group.to - group.from) * (static_cast<float>(bin) / kBins);
 }
 
-void choose_axes(std::vector<Group>& groups) {
-  for (Group& group : groups) {
+// How far it is from point to point in their order, along each axis of each group, as a share of the group's
+// extent: so often a cut at any place has the two on different sides.
+std::vector<std::int64_t> add_up_ways(Transport& transport, std::span<const WeightedPoint> points,
+                                      std::span<const std::int32_t> group_of,
+                                      const std::vector<Group>& groups) {
+  constexpr float kUnits = 1024.0f;  // of a way across the group
+  std::vector<std::int64_t> ways(groups.size() * 3, 0);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    if (group_of[i] != group_of[i - 1]) continue;
+    const auto place = static_cast<std::size_t>(group_of[i]);
+    for (int axis = 0; axis < 3; ++axis) {
+      const float reach = groups[place].upper[axis] - groups[place].lower[axis];
+      const float way = std::abs(points[i].position[axis] - points[i - 1].position[axis]) / reach;
+      if (way > 0.0f)
+        ways[place * 3 + static_cast<std::size_t>(axis)] +=
+            static_cast<std::int64_t>(kUnits * std::min(way, 1.0f));
+    }
+  }
+  transport.add_up(ways);
+  return ways;
+}
+
+// Cuts across the longest axis, or one that is hardly shorter across which points of successive rows are on
+// the same side more often. For a rank whose rows come in short runs reads memory as slowly as if it had all:
+// 500,000 bodies of a pile, whose rows run along x, take 1.2 to 1.35 times as long on two ranks cut across x
+// as cut across z.
+void choose_axes(Transport& transport, std::span<const WeightedPoint> points,
+                 std::span<const std::int32_t> group_of, std::vector<Group>& groups) {
+  constexpr float kHardlyShorter = 0.7f;
+  const std::vector<std::int64_t> ways = add_up_ways(transport, points, group_of, groups);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    Group& group = groups[i];
     const auto reach = [&](int axis) { return group.upper[axis] - group.lower[axis]; };
-    group.axis = 0;
+    const auto way = [&](int axis) { return ways[i * 3 + static_cast<std::size_t>(axis)]; };
+    int longest = 0;
     for (const int axis : {1, 2}) {
-      if (reach(axis) > reach(group.axis)) group.axis = axis;
+      if (reach(axis) > reach(longest)) longest = axis;
+    }
+    group.axis = longest;
+    for (const int axis : {0, 1, 2}) {
+      if (reach(axis) >= kHardlyShorter * reach(longest) && way(axis) < way(group.axis)) group.axis = axis;
     }
     group.from = group.lower[group.axis];
     group.to = std::nextafter(group.upper[group.axis], std::numeric_limits<float>::infinity());
@@ -154,7 +189,7 @@ Partition cut_space(Transport& transport, std::span<const WeightedPoint> points)
   std::vector<Group> groups{group_of_all(transport, points)};
   std::vector<std::int32_t> group_of(points.size(), 0);
   while (!std::all_of(groups.begin(), groups.end(), is_parted)) {
-    choose_axes(groups);
+    choose_axes(transport, points, group_of, groups);
     for (int round = 0; round < kRounds; ++round) narrow(transport, points, group_of, groups, round == 0);
     part(groups, partition, points, group_of);
   }

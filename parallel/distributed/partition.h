@@ -47,8 +47,9 @@ struct WeightedPoint {
   std::int32_t weight;  // at least 0
 };
 
-// Cuts the space so that all ranks get about the same weight. All ranks call it, each with its own points,
-// and get the same cuts, which depend on all points together and not on who has which.
+// Cuts the space so that all ranks get about the same weight. All ranks call it, each with its own points in
+// the order of their rows, and get the same cuts. Only the axes that these are across depend on who has which
+// point.
 Partition cut_space(Transport& transport, std::span<const WeightedPoint> points);
 
 }  // namespace scree

@@ -60,10 +60,16 @@ void sort_by_turn(std::vector<Refresh>& plan) {
 
 struct TurnOf {
   const Constraints& constraints;
+  const Border& border;
   std::int32_t first_joint;
   const Turns& turns;
   std::int32_t operator()(std::int32_t edge) const {
     const int place = place_of(constraints.edges[edge]);
+    if (place == 0) {
+      const auto of_edge = std::lower_bound(border.levels.begin(), border.levels.end(), std::pair(edge, 0));
+      const auto level = static_cast<std::size_t>(of_edge->second);
+      return edge >= first_joint ? turns.of_joint_levels[level] : turns.of_contact_levels[level];
+    }
     return edge >= first_joint ? turns.of_joints[place] : turns.of_contacts[place];
   }
 };
@@ -73,7 +79,7 @@ void plan_returns(const Border& border, Neighbor& with, const TurnOf& turn_of, s
   std::vector<Refresh> returned, taken;
   for (const std::int32_t place : with.edges) {
     const Edge& edge = turn_of.constraints.edges[place];
-    if (edge.kind != EdgeKind::hub_a && edge.kind != EdgeKind::hub_b) continue;
+    if (!is_grouped(edge)) continue;
     const std::int32_t body = edge.kind == EdgeKind::hub_a ? edge.body_b : edge.body_a;
     (border.owns(body) ? taken : returned).push_back({turn_of(place), body});
   }
@@ -81,6 +87,8 @@ void plan_returns(const Border& border, Neighbor& with, const TurnOf& turn_of, s
   sort_by_turn(taken);
   with.returned = lay_out(returned, turns);
   with.taken = lay_out(taken, turns);
+  keep_each_once(with.returned_once = with.returned.bodies);
+  keep_each_once(with.taken_once = with.taken.bodies);
 }
 
 std::vector<Use> uses_at_border(const Border& border, const TurnOf& turn_of) {
@@ -99,8 +107,10 @@ std::vector<Use> uses_at_border(const Border& border, const TurnOf& turn_of) {
       const std::int32_t rank = border.owner_of(other);
       uses.push_back({body, turn, alone || rank == kEveryRank ? here : rank});
     };
-    if (edge.kind != EdgeKind::pushed_b) add(edge.body_a, edge.body_b, edge.kind == EdgeKind::hub_a);
-    add(edge.body_b, edge.body_a, edge.kind == EdgeKind::hub_b);
+    const bool grouped = is_grouped(edge);
+    if (edge.kind != EdgeKind::pushed_b)
+      add(edge.body_a, edge.body_b, grouped && edge.kind == EdgeKind::hub_a);
+    add(edge.body_b, edge.body_a, grouped && edge.kind == EdgeKind::hub_b);
   }
   std::sort(uses.begin(), uses.end(), [](const Use& one, const Use& other) {
     return std::tie(one.body, one.turn, one.rank) < std::tie(other.body, other.turn, other.rank);
@@ -111,24 +121,26 @@ std::vector<Use> uses_at_border(const Border& border, const TurnOf& turn_of) {
 }  // namespace
 
 void count_everywhere(const Constraints& constraints, Border& border, std::span<std::int64_t> in_place) {
+  border.levels.clear();
   std::fill(in_place.begin(), in_place.end(), 0);
   for (const Edge& edge : constraints.edges) {
     const std::int32_t counts = edge.kind == EdgeKind::pushed_b ? edge.body_b : edge.body_a;
     if (border.owns(counts)) ++in_place[static_cast<std::size_t>(place_of(edge))];
   }
   border.transport.add_up(in_place);
-  if (in_place[0] > 0) {
-    throw Error("step: " + std::to_string(in_place[0]) +
-                " constraints have no color: they join two bodies of " + "more than " +
-                std::to_string(kHubDegree) + " each, or one that touches more than " +
-                std::to_string(kHubColorLimit) + " such bodies; that is not supported across ranks yet");
-  }
 }
 
 void plan_refreshes(const Constraints& constraints, Border& border, std::int32_t first_joint,
                     const Turns& turns) {
   border.turns = turns.count;
-  const TurnOf turn_of{constraints, first_joint, turns};
+  const TurnOf turn_of{constraints, border, first_joint, turns};
+  border.begin_hubs = border.end_hubs = 0;
+  for (int place = kFirstHubPlace; place < kFirstDynamicPlace; ++place) {
+    const std::int32_t turn = turns.of_contacts[place];  // ascends with the places that are in use
+    if (turn == kNoTurn) continue;
+    if (border.end_hubs == 0) border.begin_hubs = turn;
+    border.end_hubs = turn + 1;
+  }
   const std::vector<Use> uses = uses_at_border(border, turn_of);
   for (Neighbor& with : border.neighbors) {
     std::vector<Refresh> plan;
@@ -196,8 +208,46 @@ void share_notes(const Constraints& constraints, Border& border, std::int32_t co
   share_rows<std::uint8_t>(border, bodies.step_notes);
 }
 
-void share_impact_times(Constraints& constraints, Border& border) {
-  share_rows<simd::ImpactTimes>(border, constraints.impact_times);
+void SharedImpactTimes::before(std::int32_t turn) {
+  if (border_ == nullptr) return;
+  if (!has_begun_ && turn >= border_->begin_hubs) {
+    has_begun_ = true;
+    for (const Neighbor& with : border_->neighbors) {
+      for (const std::int32_t body : with.returned_once)
+        constraints_.impact_times[body] = {simd::kNoImpact, simd::kNoImpact};
+    }
+  }
+  if (has_ended_ || turn < border_->end_hubs) return;
+  has_ended_ = true;
+  for (const Neighbor& with : border_->neighbors) {
+    for (const std::int32_t body : with.returned_once) of_groups_.push_back(constraints_.impact_times[body]);
+  }
+}
+
+void SharedImpactTimes::finish(bool found) {
+  if (border_ == nullptr) return;
+  before(border_->turns);
+  if (!found) return;
+  std::size_t begin = 0;
+  for (const Neighbor& with : border_->neighbors) {
+    const std::size_t count = with.returned_once.size();
+    if (count > 0)
+      send_list<simd::ImpactTimes>(border_->transport, with.rank,
+                                   std::span(of_groups_).subspan(begin, count));
+    begin += count;
+  }
+  for (const Neighbor& with : border_->neighbors) {
+    if (with.taken_once.empty()) continue;
+    receive_rows<simd::ImpactTimes>(border_->transport, with.rank, with.taken_once,
+                                    [&](std::int32_t body, const simd::ImpactTimes& told) {
+                                      simd::ImpactTimes& times = constraints_.impact_times[body];
+                                      for (const float time : {told.first, told.second}) {
+                                        times.second = std::min(times.second, std::max(times.first, time));
+                                        times.first = std::min(times.first, time);
+                                      }
+                                    });
+  }
+  share_rows<simd::ImpactTimes>(*border_, constraints_.impact_times);
 }
 
 void share_impulses(const Constraints& constraints, Border& border, WorldData& data) {
@@ -206,8 +256,7 @@ void share_impulses(const Constraints& constraints, Border& border, WorldData& d
     std::vector<std::int32_t> places;
     std::copy_if(with.edges.begin(), with.edges.end(), std::back_inserter(places), [&](std::int32_t place) {
       const Edge& edge = constraints.edges[place];
-      const bool is_of_hub = edge.kind == EdgeKind::hub_a || edge.kind == EdgeKind::hub_b;
-      return is_of_hub && (place >= contacts) == joints && computes(border, edge) == here;
+      return is_grouped(edge) && (place >= contacts) == joints && computes(border, edge) == here;
     });
     return places;
   };
@@ -223,6 +272,7 @@ void share_impulses(const Constraints& constraints, Border& border, WorldData& d
   };
   struct Borne {
     Manifold manifold;
+    ContactSurface surface;  // of rich contacts
     ContactForceRow force;
     float impulse;
   };
@@ -232,12 +282,14 @@ void share_impulses(const Constraints& constraints, Border& border, WorldData& d
       false,
       [&](std::int32_t place) {
         const std::int32_t contact = all.active[place];
-        return Borne{all.now.manifold[contact], forces ? all.forces[contact] : ContactForceRow{},
+        return Borne{all.now.manifold[contact], all.now.surface[contact],
+                     forces ? all.forces[contact] : ContactForceRow{},
                      events ? data.events.impulse[contact] : 0.0f};
       },
       [&](std::int32_t place, const Borne& borne) {
         const std::int32_t contact = all.active[place];
         all.now.manifold[contact] = borne.manifold;
+        all.now.surface[contact] = borne.surface;
         if (forces) all.forces[contact] = borne.force;
         if (events) data.events.impulse[contact] = borne.impulse;
       },

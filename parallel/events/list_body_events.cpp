@@ -37,6 +37,8 @@ void list_body_events(WorldData& data) {
   for (std::size_t row = 0; row < users.state.size(); ++row) {
     if (users.state[row] != kUserFreezes) continue;
     users.state[row] = kUserFrozen;
+    const JointBodies ends = data.joints.bodies[users.joint[row]];
+    if (!tells_of(border_of(data), ends.a, ends.b)) continue;
     events.frozen.push_back(joint_handle(data, users.joint[row]));
   }
   std::sort(events.frozen.begin(), events.frozen.end(),

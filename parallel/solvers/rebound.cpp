@@ -33,14 +33,17 @@ std::int64_t add_up_ranks(const SolveStep& step, std::int64_t count) {
 }
 
 // Calls the kernel for all chunks with impacts, or for all that might have any, and returns the number of
-// chunks whose state is `state` then. `changed`: what it changes of bodies.
+// chunks whose state is `state` then. `changed`: what it changes of bodies. `before_turn` is called with the
+// turn of each stage.
+template <class BeforeTurn>
 std::int64_t over_impacts(const SolveStep& step, ContactKernel kernel, bool all, simd::ImpactState state,
-                          Refreshed changed) {
+                          Refreshed changed, BeforeTurn&& before_turn) {
   const Constraints& constraints = step.constraints;
   std::int64_t count = 0;
   RefreshedPass pass(border_of(step.data), step.data.bodies, changed);
   for (const ColorStage& stage : constraints.stages) {
     pass.before(stage.turn);
+    before_turn(stage.turn);
     if (!stage.rich) continue;
     const simd::ConstraintChunk* chunks = constraints.contact_chunks.data() + stage.first_contact_chunk;
     const auto is_asked = [&](const simd::ConstraintChunk& chunk) {
@@ -66,12 +69,18 @@ std::int64_t over_impacts(const SolveStep& step, ContactKernel kernel, bool all,
   return add_up_ranks(step, count);
 }
 
+std::int64_t over_impacts(const SolveStep& step, ContactKernel kernel, simd::ImpactState state,
+                          Refreshed changed) {
+  return over_impacts(step, kernel, false, state, changed, [](std::int32_t) {});
+}
+
 // Finds the earliest impacts of all bodies; returns the number of chunks that have any.
 std::int64_t find_impacts(const SolveStep& step) {
-  const std::int64_t found = over_impacts(step, step.crew.kernels().contact.find_impacts, true,
-                                          simd::kImpactsFound, Refreshed::velocity);
-  Border* const border = border_of(step.data);
-  if (found > 0 && border != nullptr) share_impact_times(step.constraints, *border);
+  SharedImpactTimes times(step.constraints, border_of(step.data));
+  const std::int64_t found =
+      over_impacts(step, step.crew.kernels().contact.find_impacts, true, simd::kImpactsFound,
+                   Refreshed::velocity, [&](std::int32_t turn) { times.before(turn); });
+  times.finish(found > 0);
   return found;
 }
 
@@ -79,7 +88,7 @@ std::int64_t find_impacts(const SolveStep& step) {
 int sweep_impacts(SolveStep& step, ContactKernel kernel) {
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     step.contact.first_sweep = sweep == 0;
-    if (over_impacts(step, kernel, false, simd::kImpactsChange, Refreshed::velocity) == 0) return sweep + 1;
+    if (over_impacts(step, kernel, simd::kImpactsChange, Refreshed::velocity) == 0) return sweep + 1;
   }
   return kMostSweeps;
 }
@@ -133,7 +142,7 @@ void rebound(SolveStep& step) {
     const int rubs = sweep_impacts(step, kernels.rub_impacts);
     unsettled += std::max(pushes, rubs) < kMostSweeps ? 0 : 1;
     sweeps += pushes + rubs;
-    over_impacts(step, kernels.finish_impacts, false, simd::kImpactsFound, Refreshed::delta);
+    over_impacts(step, kernels.finish_impacts, simd::kImpactsFound, Refreshed::delta);
     forget_times(step);
   }
 }

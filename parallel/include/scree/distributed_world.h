@@ -44,22 +44,22 @@ struct RankStats {
 ///
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///
-/// Not supported yet, and refused by an Error: solvers other than the soft step, callbacks of user joints,
-/// contacts and joints of two bodies of more than 32 constraints each, bodies that touch more than
-/// 8 such bodies, contacts of such a body with one of another rank that rebound, roll or have a surface
-/// velocity, and bodies whose state becomes non-finite. Calls that need the whole world, such as World::hash,
-/// scree::save and scree::clone, refuse its parts. Queries find what a rank has.
+/// Solvers over the whole system (see Solver) are refused by an Error. Calls that need the whole world, such
+/// as World::hash, scree::save and scree::clone, refuse its parts. Queries find what a rank has.
 ///
 /// A rank lists the events of its bodies. Those of a contact, sensor or joint between bodies of two ranks are
 /// listed on both: count them where owns() holds for the first of the two that is dynamic.
 ///
-/// Hooks of contacts are set on all ranks alike. Each asks its own about the pairs of its bodies, so both
-/// ranks of a pair across a border must get the same answer.
+/// Joints that went with their bodies are listed on all ranks.
+///
+/// Hooks of contacts and the callback of user joints are set on all ranks alike. Hooks are asked about the
+/// pairs of a rank's bodies, so both ranks of a pair across a border must get the same answer. The callback
+/// is called on one rank for each joint.
 class SCREE_API DistributedWorld {
  public:
   /// Takes a world that all ranks have filled alike. `transport` must outlive this. All ranks call it
-  /// together. Throws Error on all ranks where the worlds or the builds differ, and for what is not
-  /// supported.
+  /// together. Throws Error on all ranks where the worlds or the builds differ, for what is not supported,
+  /// and for dynamic bodies that are more than 16384 m from the origin along an axis.
   DistributedWorld(World world, Transport& transport, const DistributedOptions& options = {});
   ~DistributedWorld();
   DistributedWorld(DistributedWorld&&) noexcept;  ///< the other one can only be assigned to or destroyed

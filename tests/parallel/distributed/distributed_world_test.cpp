@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -240,6 +242,94 @@ TEST(DistributedWorld, SleepersThatAreGivenAwayWakeAsInOneProcess) {
     expect_bits_of_one(make, ranks, 260, {.steps_per_look = 10, .imbalance = 1.0f}, direct);
 }
 
+// Where floats are 1 mm apart.
+TEST(DistributedWorld, AFarPileHasTheBitsOfOneProcess) {
+  const auto make = [] {
+    scenes::Scene scene = scenes::build("pile", {{"bodies", 100}}).front();
+    for (scenes::SceneBody& body : scene.bodies) {
+      body.def.position.x += 15000.0f;
+      body.def.position.z -= 9000.0f;
+    }
+    Start start{World(scene.settings), {}};
+    start.bodies = scenes::populate(start.world, scene);
+    return start;
+  };
+  expect_bits_of_one(make, 3, 100, {.steps_per_look = 6});
+}
+
+TEST(DistributedWorld, SequentialImpulsesHaveTheBitsOfOneProcess) {
+  for (const std::uint32_t seed : {0u, 7u}) {
+    const auto make = [&](const char* name, const scenes::Parameters& parameters) {
+      return [=] {
+        scenes::Scene scene = scenes::build(name, parameters).front();
+        scene.settings.solver = Solver::sequential_impulse;
+        scene.settings.solver_options.shuffle_seed = seed;
+        Start start{World(scene.settings), {}};
+        start.bodies = scenes::populate(start.world, scene);
+        return start;
+      };
+    };
+    expect_bits_of_one(make("pile", {{"bodies", 120}}), 3, 100, {.steps_per_look = 6});
+    expect_bits_of_one(make("ragdolls", {{"ragdolls", 8}}), 2, 60, {.steps_per_look = 6});
+  }
+}
+
+// Bodies whose state becomes non-finite, with those that they touch, by whoever owns these.
+TEST(DistributedWorld, QuarantinesAsOneProcessDoes) {
+  const auto overload_one = [](World& world, BodyId body) {  // as tests of quarantine do
+    const MassProperties before = world.mass_properties(body);
+    MassProperties heavy = before, light = before;
+    heavy.mass = 1e30f;
+    light.mass = 1e-20f;
+    world.set_mass_properties(body, heavy);
+    world.add_force(body, {1e28f, -1e29f, 1e29f});
+    world.set_mass_properties(body, light);
+  };
+  const Direct direct = [&](World& world, const std::vector<BodyId>& bodies, int step) {
+    if (step >= 40 && step < 100 && step % 10 == 0)
+      overload_one(world, bodies[bodies.size() - 1 - static_cast<std::size_t>(step)]);
+  };
+  constexpr int kSteps = 140;
+  using Lists = std::vector<std::set<std::uint32_t>>;  // by step
+  const auto note = [](const World& world, int step, Lists& restored, Lists& quarantined) {
+    for (const BodyId body : world.restored_bodies())
+      restored[static_cast<std::size_t>(step)].insert(body.index);
+    for (const BodyId body : world.quarantined_bodies())
+      quarantined[static_cast<std::size_t>(step)].insert(body.index);
+  };
+  Start one = falling_column();
+  Workers workers(1);
+  Lists restored(kSteps), quarantined(kSteps), found_restored(kSteps), found_quarantined(kSteps);
+  std::vector<std::uint64_t> hashes;
+  std::size_t at_fault = 0, others = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    direct(one.world, one.bodies, i);
+    step(one.world, kStep, workers);
+    hashes.push_back(one.world.hash());
+    note(one.world, i, restored, quarantined);
+    at_fault += one.world.quarantined_bodies().size();
+    others += one.world.restored_bodies().size();
+  }
+  EXPECT_GT(at_fault, 3u);
+  EXPECT_GT(others, at_fault + 3);
+  std::mutex mutex;
+  const auto errors = run_ranks(4, [&](int, Transport& transport) {
+    Start start = falling_column();
+    Workers of_rank(1);
+    DistributedWorld world(std::move(start.world), transport, {.steps_per_look = 6, .imbalance = 1.0f});
+    for (int i = 0; i < kSteps; ++i) {
+      direct(world.world(), start.bodies, i);
+      world.step(kStep, of_rank);
+      ASSERT_EQ(world.hash(), hashes[static_cast<std::size_t>(i)]) << "step " << i;
+      const std::lock_guard lock(mutex);
+      note(world.world(), i, found_restored, found_quarantined);
+    }
+  });
+  EXPECT_EQ(all_of(errors), "");
+  EXPECT_EQ(found_restored, restored);
+  EXPECT_EQ(found_quarantined, quarantined);
+}
+
 // Joints that break are disabled on all ranks, whoever has found out.
 TEST(DistributedWorld, JointsBreakAsInOneProcess) {
   const auto make = [] {
@@ -427,8 +517,11 @@ TEST(DistributedWorld, RefusesWhatIsNotSupported) {
       world.set_settings(settings);
     };
   };
-  EXPECT_NE(refused(with([](WorldSettings& s) { s.solver = Solver::sequential_impulse; })).find("soft-step"),
+  EXPECT_NE(refused(with([](WorldSettings& s) { s.solver = Solver::jacobi; })).find("whole system"),
             std::string::npos);
+  const std::string far = refused([](World& world) { world.create_body({.position = {0, 20000, -3}}); });
+  EXPECT_NE(far.find("16384 m"), std::string::npos) << far;
+  EXPECT_NE(far.find("20000"), std::string::npos) << far;
 }
 
 }  // namespace
