@@ -94,11 +94,13 @@ void check_worlds(std::span<World* const> worlds) {
   if (sound < worlds.size()) fail_list(worlds, sound);
 }
 
-// `begin`: of the step, whose numbers of user joints are there.
+// `begin`: of the step, whose numbers of user joints are there but where ranks share the world.
 void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) {
+  const bool asks = data.user_joints.callback && dt > 0.0f;
   if (Border* const border = border_of(data)) {
     check_border(data);
     adopt_calls(data, *border);
+    if (asks) list_asked_joints(data);
   }
   clear_figures(data.stats);
   clear_events(data.events);
@@ -116,10 +118,11 @@ void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) 
     if (data.border != nullptr) {  // bodies of other ranks -> those that this one may meet
       share_ghosts(data, crew);
       refresh_lists(data, crew);
-      // Now that all bodies are there that it may read.
-      if (data.user_joints.callback && dt > 0.0f) refresh_user_rows(*data.hooks.world, data, dt, crew);
     }
   });
+  if (asks && data.border != nullptr) {  // now that all bodies are there that the callback may read
+    clock.run(Phase::refresh_user_rows, [&] { refresh_user_rows(*data.hooks.world, data, dt, crew); });
+  }
   validate_stores(data);
   validate_members(data);
   clock.run(Phase::find_pairs, [&] { find_pairs(data, crew); });  // bounds    -> candidate pairs
@@ -197,15 +200,11 @@ void step(World& world, float dt, Crew& crew) {
   const ZoneScope zone(crew.zones(), {ZoneKind::step, "step", static_cast<std::int64_t>(data.step_count)});
   const Clock::time_point begin = Clock::now();
   // Before anything else: it may throw, and the world is as it was then.
-  if (data.user_joints.callback && dt > 0.0f) {
+  if (data.user_joints.callback && dt > 0.0f && data.border == nullptr) {
     constexpr Phase kPhase = Phase::refresh_user_rows;
     const ZoneScope phase(crew.zones(), {ZoneKind::phase, phase_name(kPhase), static_cast<int>(kPhase)});
-    if (Border* const border = border_of(data)) {
-      check_border(data);
-      adopt_calls(data, *border);
-    }
     list_asked_joints(data);
-    if (data.border == nullptr) refresh_user_rows(world, data, dt, crew);
+    refresh_user_rows(world, data, dt, crew);
   }
   data.recording.hash.reset();  // a step that threw may have left one
   const HooksReady ready(data.hooks, world, dt);

@@ -10,6 +10,12 @@ namespace {
 
 constexpr int kBodyChunk = 512;  // bodies of one task
 
+// Each body counts on one rank.
+bool is_counted(const Border* border, std::int32_t body) {
+  return border == nullptr || border->owns(body) ||
+         (border->here == 0 && border->owner_of(body) == kEveryRank);
+}
+
 bool any_of_all_ranks(const WorldData& data, bool any) {
   Border* const border = border_of(data);
   if (border == nullptr) return any;
@@ -35,10 +41,11 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   crew.run_ranges(moving, kBodyChunk, [&](int begin, int end, int) {
     crew.kernels().body.finish(args, begin, end);
     FinishSum sum{};
+    const Border* const border = border_of(data);
     for (int i = begin; i < end; ++i) {
       bodies.force[constraints.moving_bodies[i]] = ForceRow{};
       if (i < dynamic_count) sum.kinetic_energy += static_cast<double>(constraints.kinetic_energy[i]);
-      sum.restored += constraints.non_finite[i];
+      sum.restored += is_counted(border, constraints.moving_bodies[i]) ? constraints.non_finite[i] : 0;
     }
     constraints.finish_sums[begin / kBodyChunk] = sum;
   });
@@ -56,8 +63,6 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   if (any_of_all_ranks(data, data.stats.restored_bodies > 0)) {
     quarantine_bodies(data);
     data.recording.hash.reset();
-    if (data.border != nullptr)
-      data.stats.restored_bodies = static_cast<std::int64_t>(data.events.restored.size());
   }
 }
 

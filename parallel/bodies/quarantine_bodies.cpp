@@ -53,17 +53,19 @@ class Groups {
 };
 
 // What ranks tell each other, if the world is divided: all decide alike then.
-template <class Row>
-std::vector<Row> of_all_ranks(const WorldData& data, std::vector<Row> rows) {
+template <class Row, class IsSound>
+std::vector<Row> of_all_ranks(const WorldData& data, std::vector<Row> rows, IsSound&& is_sound) {
   Border* const border = border_of(data);
-  return border != nullptr ? gather_lists(border->transport, rows) : rows;
+  return border != nullptr ? gather_lists(border->transport, rows, is_sound) : rows;
 }
 
 std::vector<BodyId> of_all_ranks_once(const WorldData& data, std::vector<BodyId> bodies) {
-  bodies = of_all_ranks(data, std::move(bodies));
+  const Column<std::uint8_t>& flags = data.bodies.flags;
+  bodies = of_all_ranks(data, std::move(bodies), [&](const BodyId& body) {
+    return body.index < flags.size() && (flags[body.index] & kBodyAlive) != 0;
+  });
   for (BodyId& body : bodies) body = body_handle(data, static_cast<std::int32_t>(body.index));
-  std::sort(bodies.begin(), bodies.end());  // kinematic bodies stand behind the dynamic ones
-  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+  keep_each_once(bodies);  // kinematic bodies stand behind the dynamic ones
   return bodies;
 }
 
@@ -164,7 +166,14 @@ std::vector<Finding> judge_constraints(const WorldData& data, const Groups& grou
     if (tells_of(border_of(data), row, row) && became_non_finite_alone(bodies, body.index))
       findings.push_back({row, static_cast<std::int32_t>(Fault::alone), row});
   }
-  return of_all_ranks(data, std::move(findings));
+  const auto rows = static_cast<std::int32_t>(bodies.pose.size());
+  return of_all_ranks(data, std::move(findings), [&](const Finding& finding) {
+    const auto is_suspect = [&](std::int32_t body) {
+      return body >= 0 && body < rows && groups.is_suspect(body);
+    };
+    return is_suspect(finding.body) && is_suspect(finding.other) && finding.fault >= 0 &&
+           finding.fault <= static_cast<std::int32_t>(Fault::alone);
+  });
 }
 
 // A rank lists what happens to its own bodies.

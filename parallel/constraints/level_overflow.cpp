@@ -76,9 +76,10 @@ void level_overflow(const WorldData& data, Constraints& constraints, std::int32_
   table.level_ends.clear();
   table.level_sizes.clear();
   table.overflow_lanes = 0;
-  if (is_empty) return;
+  Border* const border = border_of(data);
+  if (border != nullptr ? is_empty : table.in_place[0] == 0) return;
   list_overflow(constraints, first, count, table, crew);
-  if (Border* const border = border_of(data)) {
+  if (border != nullptr) {
     level_across(data, constraints, *border, table.level_sizes);
   } else {
     find_levels(constraints, table.level_sizes);

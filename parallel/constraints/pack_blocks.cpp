@@ -316,9 +316,9 @@ void list_solving(Constraints& constraints, std::span<const int> places,
 }
 
 // Lays out parts of these one after the other.
-class Turner {
+class Placer {
  public:
-  Turner(Layout& layout, const JointBlockKindNumbers& numbers) : layout_(layout), numbers_(numbers) {}
+  Placer(Layout& layout, const JointBlockKindNumbers& numbers) : layout_(layout), numbers_(numbers) {}
   void begin(const SolvedTogether& item) {
     if (!is_hub_place(item.place)) layout_.begin_stage(item.serial);
   }
@@ -350,11 +350,11 @@ class Turner {
 
 void lay_out_places(Layout& layout, const JointBlockKindNumbers& numbers,
                     std::span<const SolvedTogether> items) {
-  Turner turner(layout, numbers);
+  Placer placer(layout, numbers);
   for (const SolvedTogether& item : items) {
-    turner.begin(item);
-    turner.add_joints(item);
-    turner.add_contacts(item);
+    placer.begin(item);
+    placer.add_joints(item);
+    placer.add_contacts(item);
   }
 }
 
@@ -363,10 +363,10 @@ void lay_out_places(Layout& layout, const JointBlockKindNumbers& numbers,
 Turns lay_out_turns(Layout& layout, const JointBlockKindNumbers& numbers,
                     std::span<const SolvedTogether> items) {
   Turns turns;
-  Turner turner(layout, numbers);
+  Placer placer(layout, numbers);
   const auto begin_turn = [&](const SolvedTogether& item) {
     layout.begin_turn(turns.count);
-    turner.begin(item);
+    placer.begin(item);
     return turns.count++;
   };
   const auto note_joints = [&](const SolvedTogether& item, std::int32_t turn) {
@@ -382,8 +382,8 @@ Turns lay_out_turns(Layout& layout, const JointBlockKindNumbers& numbers,
       const std::int32_t turn = begin_turn(items[i]);
       if (items[i].joints) note_joints(items[i], turn);
       if (items[i].contacts) note_contacts(items[i], turn);
-      turner.add_joints(items[i]);
-      turner.add_contacts(items[i]);
+      placer.add_joints(items[i]);
+      placer.add_contacts(items[i]);
       ++i;
       continue;
     }
@@ -392,12 +392,12 @@ Turns lay_out_turns(Layout& layout, const JointBlockKindNumbers& numbers,
     for (std::size_t k = i; k < end; ++k) {
       if (!items[k].joints) continue;
       note_joints(items[k], begin_turn(items[k]));
-      turner.add_joints(items[k]);
+      placer.add_joints(items[k]);
     }
     for (; i < end; ++i) {
       if (!items[i].contacts) continue;
       note_contacts(items[i], begin_turn(items[i]));
-      turner.add_contacts(items[i]);
+      placer.add_contacts(items[i]);
     }
   }
   return turns;

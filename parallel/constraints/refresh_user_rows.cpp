@@ -1,8 +1,10 @@
 // Before the step: the numbers of user joints from the callback of the world.
 //
 // The callback writes copies, in batches of kBatch joints that threads share. Nothing of the world changes
-// before all batches have returned, so that one that throws leaves no trace. What has changed then goes to
-// the columns of UserJoints and, where the world is recorded, to its recorder as the call that does the same.
+// before all batches have returned, so that one that throws leaves no trace. (Where ranks share the world,
+// the callback is called within the step, when all bodies are there, and one that throws keeps its rank's
+// numbers.) What has changed then goes to the columns of UserJoints and, where the world is recorded, to its
+// recorder as the call that does the same.
 #include <core/constraints/user_rows.h>
 #include <core/state/recording_format/recorded_calls.h>
 #include <parallel/constraints/constraints.h>
@@ -12,6 +14,8 @@
 #include <parallel/stages.h>
 
 #include <algorithm>
+#include <exception>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -46,6 +50,12 @@ void size_refresh(UserRefresh& refresh) {
   refresh.bounds.resize_discarding(count);
 }
 
+bool is_user_joint(const WorldData& data, std::int32_t joint) {
+  const Joints& joints = data.joints;
+  return joint >= 0 && std::cmp_less(joint, joints.flags.size()) &&
+         (joints.flags[joint] & kJointAlive) != 0 && joints.user[joint] >= 0;
+}
+
 // What has changed, told by the rank that has asked.
 struct ToldRows {
   UserJacobians jacobians;
@@ -67,7 +77,10 @@ void share_changes(WorldData& data, Border& border, UserRefresh& refresh) {
     rows.joint = refresh.asked[i];
     rows.verdict = refresh.verdicts[i];
   }
-  told = gather_lists(border.transport, told);
+  told = gather_lists(border.transport, told, [&](const ToldRows& rows) {
+    return is_user_joint(data, rows.joint) &&
+           (rows.verdict == UserVerdict::changed || rows.verdict == UserVerdict::unsound);
+  });
   std::sort(told.begin(), told.end(),
             [](const ToldRows& one, const ToldRows& other) { return one.joint < other.joint; });
   refresh.asked.clear();
@@ -149,7 +162,8 @@ void list_asked_joints(WorldData& data) {
     }
   }
   if (Border* const border = border_of(data)) {
-    known = gather_lists(border->transport, known);
+    known = gather_lists(border->transport, known,
+                         [&](std::int32_t joint) { return is_user_joint(data, joint); });
     keep_each_once(known);
     for (const std::int32_t joint : known) {
       if (asks_about(*border, data.joints.bodies[joint])) refresh.asked.push_back(joint);
@@ -161,9 +175,21 @@ void list_asked_joints(WorldData& data) {
 
 void refresh_user_rows(const World& world, WorldData& data, float dt, Crew& crew) {
   UserRefresh& refresh = constraints_of(data).refresh;
-  crew.run_ranges(static_cast<int>(refresh.asked.size()), kBatch,
-                  [&](int begin, int end, int) { ask(world, data, dt, begin, end, refresh); });
-  if (Border* const border = border_of(data)) share_changes(data, *border, refresh);
+  const auto ask_all = [&] {
+    crew.run_ranges(static_cast<int>(refresh.asked.size()), kBatch,
+                    [&](int begin, int end, int) { ask(world, data, dt, begin, end, refresh); });
+  };
+  if (Border* const border = border_of(data)) {
+    try {
+      ask_all();
+    } catch (...) {  // as of hooks of contacts: the others are on their way into the step
+      data.hooks.thrown = std::current_exception();
+      refresh.asked.clear();
+    }
+    share_changes(data, *border, refresh);
+  } else {
+    ask_all();
+  }
   const int count = static_cast<int>(refresh.asked.size());
   if (data.recording.sink != nullptr) record(data, refresh);
   crew.run_ranges(count, kBatch, [&](int begin, int end, int) {

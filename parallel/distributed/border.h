@@ -51,7 +51,7 @@ struct Neighbor {
   BodiesByTurn sent = {}, received = {};
   // What the constraints of a turn with hubs have changed: bodies of that rank, own bodies.
   BodiesByTurn returned = {}, taken = {};
-  std::vector<std::int32_t> returned_once = {}, taken_once = {};
+  std::vector<std::int32_t> returned_once = {}, taken_once = {};  // the same bodies, each once, ascending
 };
 
 // Which bodies are where, of this rank and another one. Both sides have the same lists, which ascend.
@@ -185,7 +185,7 @@ void share_notes(const Constraints& constraints, Border& border, std::int32_t co
 class SharedImpactTimes {
  public:
   SharedImpactTimes(Constraints& constraints, Border* border) : constraints_(constraints), border_(border) {}
-  // Before the contacts of this turn; turns ascend.
+  // Before the contacts of this turn; turns ascend. Solvers that rebound keep the groups' turns together.
   void before(std::int32_t turn);
   // After all contacts. `found`: any rank has impacts.
   void finish(bool found);

@@ -2,18 +2,23 @@
 #include <core/state/recording_format/recording_chunks.h>
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <core/state/snapshot/snapshot_columns.h>
+#include <core/world/edit.h>
+#include <fcntl.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/checkpoint.h>
 #include <parallel/distributed/messages.h>
 #include <scree/distributed_world.h>
 #include <scree/error.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <fstream>
+#include <system_error>
 #include <utility>
 
 namespace scree {
@@ -50,6 +55,11 @@ class MessageWriter final : public Transport {
   ByteWriter bytes_;
 };
 
+// Says of which file it is.
+struct RefusedFile : Error {
+  using Error::Error;
+};
+
 // What a file holds.
 struct CheckpointFile {
   std::string name;
@@ -59,7 +69,8 @@ struct CheckpointFile {
 
   [[noreturn]] void refuse(std::uint64_t offset, const std::string& reason,
                            ErrorCode code = ErrorCode::corrupt_data) const {
-    throw Error(std::string(kCall) + ": " + name + ", byte " + std::to_string(offset) + ": " + reason, code);
+    throw RefusedFile(std::string(kCall) + ": " + name + ", byte " + std::to_string(offset) + ": " + reason,
+                      code);
   }
   std::vector<std::byte> read(std::uint64_t offset, std::size_t count) {
     std::vector<std::byte> bytes(count);
@@ -135,6 +146,7 @@ class MessageReader final : public Transport {
   // One rank's messages after those of the rank before.
   std::span<const std::byte> receive(int from) override {
     if (from != from_) {
+      check_end();
       part_ = file_.part(static_cast<std::size_t>(from));
       from_ = from;
       at_ = 0;
@@ -148,6 +160,12 @@ class MessageReader final : public Transport {
         std::span(part_).subspan(at_ + sizeof bytes, static_cast<std::size_t>(bytes));
     at_ += sizeof bytes + message.size();
     return message;
+  }
+  // All messages of the part have been read.
+  void check_end() const {
+    if (at_ != part_.size())
+      file_.refuse(file_.begin[static_cast<std::size_t>(from_)] + at_,
+                   "more follows than the part should have");
   }
 
  private:
@@ -191,6 +209,7 @@ void add_parts(World& world, CheckpointFile& file) {
   Crew crew(workers);
   divide_world(data, messages, std::vector<std::int32_t>(data.bodies.flags.size(), 0));
   receive_all_bodies(data, messages, crew);
+  messages.check_end();
   data.border.reset();
 }
 
@@ -219,26 +238,68 @@ std::vector<std::byte> checkpoint_part(World& world, Crew& crew) {
   return write_snapshot(snapshot);
 }
 
+namespace {
+
+// Where the file is, behind links; rank 0 looks, and all ranks throw what it finds wrong.
+std::string agree_on_target(Transport& transport, const std::string& file) {
+  std::string target = file, problem;
+  if (transport.rank() == 0) {
+    namespace fs = std::filesystem;
+    std::error_code failure;
+    const fs::file_status status = fs::status(file, failure);
+    if (fs::exists(status)) {
+      if (!fs::is_regular_file(status)) problem = "it is no regular file";
+      target = fs::canonical(file, failure).string();
+      if (failure) problem = failure.message();
+    }
+    const std::string told = problem.empty() ? "+" + target : "-" + problem;
+    for (std::int32_t to = 1; to < transport.ranks(); ++to)
+      send_list<char>(transport, to, std::span(told.data(), told.size()));
+  } else {
+    const std::vector<char> told = receive_list<char>(transport, 0);
+    (told.at(0) == '+' ? target : problem).assign(told.begin() + 1, told.end());
+  }
+  if (!problem.empty()) throw Error(file + ": cannot be written: " + problem, ErrorCode::io_failure);
+  return target;
+}
+
+// errno, or 0. The folder is synchronized, too: else the old file may be back after a power failure.
+int put_in_place(const std::string& draft, const std::string& target) {
+  if (std::rename(draft.c_str(), target.c_str()) != 0) return errno;
+  const std::string folder = std::filesystem::path(target).parent_path().string();
+  const int descriptor = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return 0;  // a folder that may be written but not read
+  fsync(descriptor);
+  close(descriptor);
+  return 0;
+}
+
+}  // namespace
+
 void write_parts(Transport& transport, const std::string& file, std::span<const std::byte> part) {
+  const std::string target = agree_on_target(transport, file), draft = target + ".draft";
   const std::vector<PartEntry> parts = gather_rows(transport, PartEntry{part.size(), hash_of_bytes(part)});
-  const std::string draft = file + ".draft";
   const std::vector<std::byte> head = make_head(parts);
   std::uint64_t offset = head.size();
   for (int rank = 0; rank < transport.rank(); ++rank) offset += parts[static_cast<std::size_t>(rank)].bytes;
-  if (transport.rank() == 0) {
-    std::vector<std::byte> first(head);
-    first.insert(first.end(), part.begin(), part.end());
-    transport.write_together(draft, 0, first);
-  } else {
-    transport.write_together(draft, offset, part);
+  try {
+    if (transport.rank() == 0) {
+      std::vector<std::byte> first(head);
+      first.insert(first.end(), part.begin(), part.end());
+      transport.write_together(draft, 0, first);
+    } else {
+      transport.write_together(draft, offset, part);
+    }
+  } catch (...) {
+    if (transport.rank() == 0) std::remove(draft.c_str());
+    throw;
   }
-  std::int64_t problem = transport.rank() == 0 && std::rename(draft.c_str(), file.c_str()) != 0 ? errno : 0;
+  std::int64_t problem = transport.rank() == 0 ? put_in_place(draft, target) : 0;
   transport.add_up({&problem, 1});
-  if (problem != 0) {
-    throw Error(
-        file + ": cannot take the place of an earlier file: " + std::strerror(static_cast<int>(problem)),
-        ErrorCode::io_failure);
-  }
+  if (problem == 0) return;
+  if (transport.rank() == 0) std::remove(draft.c_str());
+  throw Error(file + ": cannot be replaced: " + std::strerror(static_cast<int>(problem)),
+              ErrorCode::io_failure);
 }
 
 void write_checkpoint(const World& world, const std::string& file) {
@@ -262,8 +323,12 @@ World read_checkpoint(const std::string& file) {
     save(world, snapshot);
     const auto checked = read_snapshot(write_snapshot(snapshot));  // what ranks have sent was not, so far
     restore(world, checked);
-  } catch (const Error& error) {
-    throw Error(std::string(kCall) + ": " + file + ": " + error.what(), error.code());
+  } catch (const RefusedFile&) {
+    throw;
+  } catch (const Error& error) {  // as a rank refuses messages
+    const bool is_told = error.code() != ErrorCode::invalid_value;
+    throw Error(std::string(kCall) + ": " + file + ": " + error.what(),
+                is_told ? error.code() : ErrorCode::corrupt_data);
   }
   return world;
 }

@@ -109,7 +109,8 @@ void check_positions(const Bodies& bodies) {
     for (const float at : bodies.pose[body].position) {
       if (std::abs(at) <= kMostDistance) continue;
       throw Error("DistributedWorld: body " + std::to_string(body) + " is " + std::to_string(at) +
-                  " m from the origin along an axis; it must be at most 16384 m");
+                  " m from the origin along an axis; it must be at most " +
+                  std::to_string(static_cast<int>(kMostDistance)) + " m");
     }
   }
 }
@@ -328,7 +329,15 @@ void DistributedWorld::step(float dt, Workers& workers) {
     adopt_calls(impl.data(), impl.border());
     impl.look(workers);
   }
-  scree::step(impl.world, dt, workers);
+  // A hook that throws does not keep the step from its end, nor this rank from what all do after it.
+  const std::uint64_t steps_before = impl.data().step_count;
+  std::exception_ptr thrown;
+  try {
+    scree::step(impl.world, dt, workers);
+  } catch (...) {
+    if (impl.data().step_count == steps_before) throw;
+    thrown = std::current_exception();
+  }
   impl.keep_up_recording(workers);
   const Border& border = impl.border();
   const CountedTransport::Sent& sent = border.transport.sent();
@@ -338,6 +347,7 @@ void DistributedWorld::step(float dt, Workers& workers) {
       .step_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count(),
       .waiting_ms = sent.waiting_ms,
   };
+  if (thrown != nullptr) std::rethrow_exception(thrown);
 }
 
 std::uint64_t DistributedWorld::hash() {
@@ -371,7 +381,20 @@ void DistributedWorld::save(Snapshot& snapshot, Workers& workers) {
 void DistributedWorld::checkpoint(const std::string& file, Workers& workers) {
   adopt_calls(impl_->data(), impl_->border());
   Crew crew(workers);
-  write_parts(impl_->transport, file, checkpoint_part(impl_->world, crew));
+  std::vector<std::byte> part;
+  std::exception_ptr problem;
+  try {
+    part = checkpoint_part(impl_->world, crew);
+  } catch (...) {
+    problem = std::current_exception();
+  }
+  std::int64_t failures = problem != nullptr ? 1 : 0;
+  impl_->transport.add_up({&failures, 1});
+  if (problem != nullptr) std::rethrow_exception(problem);
+  if (failures > 0)
+    throw Error(file + ": " + std::to_string(failures) + " other ranks could not write their part",
+                ErrorCode::io_failure);
+  write_parts(impl_->transport, file, part);
 }
 
 void DistributedWorld::record(const std::string& file, Workers& workers, const RecorderOptions& options) {

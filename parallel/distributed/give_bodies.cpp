@@ -298,6 +298,7 @@ void receive_all_bodies(WorldData& data, Transport& transport, Crew& crew) {
     const std::vector<std::int32_t> bodies = receive_list<std::int32_t>(transport, from);
     for (const std::int32_t body : bodies) {
       check_owner(border, border.here, body);
+      if ((data.bodies.flags[body] & kBodyAlive) == 0) refuse_world_of(from);
       if (has_come[static_cast<std::size_t>(body)]++ != 0) refuse_world_of(from);
       set_absent(data, body, true);  // as it was on rank 0
     }

@@ -98,10 +98,12 @@ void take_events(WorldData& data, const Border& border, SentEvents& received) {
   take_rows(data, border, received.touching, data.events.touching);
   take_rows(data, border, received.sensed, data.events.sensed);
   // A body may have woken here, too, as a ghost.
+  if (received.woken.empty()) return;
   Column<SlotName>& woken = data.events.woken;
+  std::vector<std::uint8_t> is_listed(data.bodies.flags.size(), 0);
+  for (const SlotName& body : woken) is_listed[body.index] = 1;
   for (const SlotName& body : received.woken) {
-    if (body.index >= data.bodies.flags.size()) continue;
-    if (std::find(woken.begin(), woken.end(), body) == woken.end()) woken.push_back(body);
+    if (body.index < is_listed.size() && is_listed[body.index]++ == 0) woken.push_back(body);
   }
 }
 

@@ -72,7 +72,7 @@ void level_across(const WorldData& data, Constraints& constraints, Border& borde
     if (border.owns(of.body_a))
       all.push_back({place_of_edge(data, constraints, edge), of.body_a, of.body_b, 0});
   }
-  all = gather_lists(border.transport, all);
+  all = gather_lists(border.transport, all, [](const Leveled&) { return true; });
   find_levels_of_all(all);
   for (const Leveled& one : all) {
     if (std::cmp_equal(one.level, sizes.size())) sizes.push_back(0);

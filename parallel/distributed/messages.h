@@ -20,8 +20,9 @@ namespace scree {
   throw Error("rank " + std::to_string(rank) + " has sent what does not fit: its world is another one");
 }
 
-// Sorts a list of bodies or joints.
-inline void keep_each_once(std::vector<std::int32_t>& rows) {
+// Sorts rows of bodies or joints, and drops those that come again.
+template <class Row>
+void keep_each_once(std::vector<Row>& rows) {
   std::sort(rows.begin(), rows.end());
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
 }
@@ -118,8 +119,9 @@ std::vector<Row> gather_rows(Transport& transport, const Row& own) {
 }
 
 // Each rank tells the others a list of its own. Those of all ranks, one behind the other; all ranks call it.
-template <class Row>
-std::vector<Row> gather_lists(Transport& transport, const std::vector<Row>& own) {
+// Of other ranks' rows, is_sound(row) must hold.
+template <class Row, class IsSound>
+std::vector<Row> gather_lists(Transport& transport, const std::vector<Row>& own, IsSound&& is_sound) {
   const int here = transport.rank(), ranks = transport.ranks();
   for (int to = 0; to < ranks; ++to) {
     if (to != here) send_list<Row>(transport, to, own);
@@ -127,6 +129,7 @@ std::vector<Row> gather_lists(Transport& transport, const std::vector<Row>& own)
   std::vector<Row> all;
   for (int from = 0; from < ranks; ++from) {
     const std::vector<Row> one = from == here ? own : receive_list<Row>(transport, from);
+    if (from != here && !std::all_of(one.begin(), one.end(), is_sound)) refuse_world_of(from);
     all.insert(all.end(), one.begin(), one.end());
   }
   return all;

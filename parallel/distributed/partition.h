@@ -48,8 +48,8 @@ struct WeightedPoint {
 };
 
 // Cuts the space so that all ranks get about the same weight. All ranks call it, each with its own points in
-// the order of their rows, and get the same cuts. Only the axes that these are across depend on who has which
-// point.
+// the order of their rows, and get the same cuts. Who has which point decides about no more than the axes
+// that these are across.
 Partition cut_space(Transport& transport, std::span<const WeightedPoint> points);
 
 }  // namespace scree

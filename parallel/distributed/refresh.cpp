@@ -136,10 +136,10 @@ void plan_refreshes(const Constraints& constraints, Border& border, std::int32_t
   const TurnOf turn_of{constraints, border, first_joint, turns};
   border.begin_hubs = border.end_hubs = 0;
   for (int place = kFirstHubPlace; place < kFirstDynamicPlace; ++place) {
-    const std::int32_t turn = turns.of_contacts[place];  // ascends with the places that are in use
+    const std::int32_t turn = turns.of_contacts[place];
     if (turn == kNoTurn) continue;
-    if (border.end_hubs == 0) border.begin_hubs = turn;
-    border.end_hubs = turn + 1;
+    border.begin_hubs = border.end_hubs == 0 ? turn : std::min(border.begin_hubs, turn);
+    border.end_hubs = std::max(border.end_hubs, turn + 1);
   }
   const std::vector<Use> uses = uses_at_border(border, turn_of);
   for (Neighbor& with : border.neighbors) {
@@ -336,23 +336,12 @@ void share_broken(Border& border, const WorldData& data, Column<JointId>& broken
   auto any = static_cast<std::int64_t>(broken.size());
   border.transport.add_up({&any, 1});
   if (any == 0) return;
-  const std::int32_t here = border.transport.rank(), ranks = border.transport.ranks();
   std::vector<std::uint32_t> all;
   for (const JointId id : broken) all.push_back(id.index);
-  const std::vector<std::uint32_t> own = all;
-  for (std::int32_t to = 0; to < ranks; ++to) {
-    if (to != here) send_list<std::uint32_t>(border.transport, to, own);
-  }
-  for (std::int32_t from = 0; from < ranks; ++from) {
-    if (from == here) continue;
-    for (const std::uint32_t joint : receive_list<std::uint32_t>(border.transport, from)) {
-      if (joint >= data.joints.flags.size() || (data.joints.flags[joint] & kJointAlive) == 0)
-        refuse_world_of(from);
-      all.push_back(joint);
-    }
-  }
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
+  all = gather_lists(border.transport, all, [&](std::uint32_t joint) {
+    return joint < data.joints.flags.size() && (data.joints.flags[joint] & kJointAlive) != 0;
+  });
+  keep_each_once(all);
   broken.clear();
   for (const std::uint32_t joint : all)
     broken.push_back(joint_handle(data, static_cast<std::int32_t>(joint)));

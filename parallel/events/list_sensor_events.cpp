@@ -39,7 +39,9 @@ using Sights = std::vector<Sight>;
 
 bool sees(const WorldData& data, std::int32_t sensor, std::int32_t visitor) {
   const Shapes& shapes = data.shapes;
-  return !is_sensor(shapes, visitor) && shapes.body[sensor] != shapes.body[visitor] &&
+  const auto is_here = [&](std::int32_t shape) { return data.bodies.is_absent[shapes.body[shape]] == 0; };
+  return !is_sensor(shapes, visitor) && is_here(sensor) && is_here(visitor) &&
+         shapes.body[sensor] != shapes.body[visitor] &&
          queries::agree(shapes.filter[sensor], shapes.filter[visitor]) &&
          tells_of(border_of(data), shapes.body[sensor], shapes.body[visitor]);
 }

@@ -15,7 +15,9 @@ namespace scree {
 
 namespace {
 
-constexpr int kTag = 1;
+// Of a message, or of its last part; of parts before it. MPI counts the bytes of one by an int.
+constexpr int kTag = 1, kTagOfMore = 2;
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 
 void check(int result, const char* what, ErrorCode code = ErrorCode::invalid_value) {
   if (result == MPI_SUCCESS) return;
@@ -25,14 +27,6 @@ void check(int result, const char* what, ErrorCode code = ErrorCode::invalid_val
   throw Error(
       std::string("MpiTransport: ") + what + ": " + std::string(text, static_cast<std::size_t>(length)),
       code);
-}
-
-int checked_size(std::size_t size, int rank) {
-  if (size > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
-    throw Error("MpiTransport: " + std::to_string(size) + " bytes or values for rank " +
-                std::to_string(rank) + "; MPI takes less than 2^31 at once: use more ranks");
-  }
-  return static_cast<int>(size);
 }
 
 }  // namespace
@@ -81,22 +75,34 @@ int MpiTransport::rank() const { return impl_->rank; }
 int MpiTransport::ranks() const { return impl_->ranks; }
 
 void MpiTransport::send(int to, std::span<const std::byte> message) {
-  const int size = checked_size(message.size(), to);
   impl_->drop_sent();
-  Impl::Sending& sending = impl_->sendings.emplace_back();  // a deque leaves the others where they are
-  sending.bytes.assign(message.begin(), message.end());
-  check(MPI_Isend(sending.bytes.data(), size, MPI_BYTE, to, kTag, impl_->communicator, &sending.request),
-        "send");
+  bool is_last = false;
+  do {
+    const std::span<const std::byte> part = message.first(std::min(message.size(), kMostBytes));
+    message = message.subspan(part.size());
+    is_last = message.empty();
+    Impl::Sending& sending = impl_->sendings.emplace_back();  // a deque leaves the others where they are
+    sending.bytes.assign(part.begin(), part.end());
+    check(MPI_Isend(sending.bytes.data(), static_cast<int>(part.size()), MPI_BYTE, to,
+                    is_last ? kTag : kTagOfMore, impl_->communicator, &sending.request),
+          "send");
+  } while (!is_last);
 }
 
 std::span<const std::byte> MpiTransport::receive(int from) {
-  MPI_Message handle = MPI_MESSAGE_NULL;
-  MPI_Status status;
-  check(MPI_Mprobe(from, kTag, impl_->communicator, &handle, &status), "receive");
-  int size = 0;
-  check(MPI_Get_count(&status, MPI_BYTE, &size), "receive");
-  impl_->received.resize(static_cast<std::size_t>(size));
-  check(MPI_Mrecv(impl_->received.data(), size, MPI_BYTE, &handle, MPI_STATUS_IGNORE), "receive");
+  std::size_t received = 0;
+  for (bool is_last = false; !is_last;) {
+    MPI_Message handle = MPI_MESSAGE_NULL;
+    MPI_Status status;
+    check(MPI_Mprobe(from, MPI_ANY_TAG, impl_->communicator, &handle, &status), "receive");
+    is_last = status.MPI_TAG == kTag;
+    int size = 0;
+    check(MPI_Get_count(&status, MPI_BYTE, &size), "receive");
+    impl_->received.resize(received + static_cast<std::size_t>(size));
+    check(MPI_Mrecv(impl_->received.data() + received, size, MPI_BYTE, &handle, MPI_STATUS_IGNORE),
+          "receive");
+    received += static_cast<std::size_t>(size);
+  }
   impl_->drop_sent();
   return impl_->received;
 }
@@ -116,8 +122,12 @@ void MpiTransport::add_up(std::span<std::int64_t> values) {
     std::copy(sums + 2, sums + 2 + values.size(), values.begin());
     return;
   }
-  const int all = checked_size(values.size(), impl_->rank);
-  check(MPI_Allreduce(MPI_IN_PLACE, values.data(), all, MPI_UINT64_T, MPI_SUM, impl_->communicator),
+  if (values.size() > kMostBytes) {
+    throw Error("MpiTransport: " + std::to_string(values.size()) +
+                " values are added up; it must be at most 2^30");
+  }
+  check(MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_UINT64_T, MPI_SUM,
+                      impl_->communicator),
         "add_up");
 }
 
@@ -127,9 +137,17 @@ void MpiTransport::write_together(const std::string& file, std::uint64_t offset,
   constexpr std::uint64_t kMostInRound = std::uint64_t{1} << 30;
   MPI_File handle = MPI_FILE_NULL;
   const std::string what = file + ": cannot be written";
-  check(MPI_File_open(impl_->communicator, file.c_str(), MPI_MODE_CREATE | MPI_MODE_WRONLY, MPI_INFO_NULL,
-                      &handle),
-        what.c_str(), ErrorCode::io_failure);
+  const auto check_together = [&](int result) {  // who has no problem must not wait for those that have
+    int failures = result == MPI_SUCCESS ? 0 : 1;
+    MPI_Allreduce(MPI_IN_PLACE, &failures, 1, MPI_INT, MPI_SUM, impl_->communicator);
+    if (failures == 0) return;
+    if (handle != MPI_FILE_NULL) MPI_File_close(&handle);
+    check(result, what.c_str(), ErrorCode::io_failure);
+    throw Error("MpiTransport: " + what + " by " + std::to_string(failures) + " other ranks",
+                ErrorCode::io_failure);
+  };
+  check_together(MPI_File_open(impl_->communicator, file.c_str(), MPI_MODE_CREATE | MPI_MODE_WRONLY,
+                               MPI_INFO_NULL, &handle));
   std::uint64_t rounds = (part.size() + kMostInRound - 1) / kMostInRound;
   MPI_Allreduce(MPI_IN_PLACE, &rounds, 1, MPI_UINT64_T, MPI_MAX, impl_->communicator);
   int result = MPI_File_set_size(handle, 0);
@@ -146,14 +164,7 @@ void MpiTransport::write_together(const std::string& file, std::uint64_t offset,
   }
   if (result == MPI_SUCCESS) result = MPI_File_sync(handle);
   const int closed = MPI_File_close(&handle);
-  if (result == MPI_SUCCESS) result = closed;
-  int failures = result == MPI_SUCCESS ? 0 : 1;
-  MPI_Allreduce(MPI_IN_PLACE, &failures, 1, MPI_INT, MPI_SUM, impl_->communicator);
-  check(result, what.c_str(), ErrorCode::io_failure);
-  if (failures > 0) {
-    throw Error("MpiTransport: " + what + " by " + std::to_string(failures) + " other ranks",
-                ErrorCode::io_failure);
-  }
+  check_together(result == MPI_SUCCESS ? closed : result);
 }
 
 }  // namespace scree

@@ -76,15 +76,11 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   std::optional<Divergence> divergence = first_step_that_differs(
       left.file, left.keyframe_before(first), right.file, right.keyframe_before(first), first, last);
   const std::vector<SharedKeyframe> shared = shared_keyframes(a.keyframe_steps(), b.keyframe_steps());
-  const auto is_gathered = [&](const SharedKeyframe& at) {
-    return left.file.is_gathered(left.keyframe_chunk(at.left)) ||
-           right.file.is_gathered(right.keyframe_chunk(at.right));
-  };
+  // What ranks have gathered has its rows in another order, and so has what goes on from there.
   const auto compare_keyframes = [&](const SharedKeyframe& at) {
     left.restore_keyframe(at.left);
     right.restore_keyframe(at.right);
-    divergence->difference = is_gathered(at) ? first_difference_but_for_order(left.world, right.world)
-                                             : first_state_difference(left.world, right.world);
+    divergence->difference = first_difference_but_for_order(left.world, right.world);
     divergence->compared_at = at.step;
   };
 
@@ -97,7 +93,7 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
       if (expected == actual) continue;
       divergence = Divergence{.step = at.step, .expected_hash = expected, .actual_hash = actual};
       compare_keyframes(at);
-      if (!divergence->difference.empty() || !is_gathered(at)) break;
+      if (!divergence->difference.empty()) break;
       divergence.reset();
     }
     return divergence;
@@ -107,7 +103,7 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   try {
     left.seek(divergence->step, workers, "compare");
     right.seek(divergence->step, workers, "compare");
-    divergence->difference = first_state_difference(left.world, right.world);
+    divergence->difference = first_difference_but_for_order(left.world, right.world);
     divergence->compared_at = divergence->step;
   } catch (const Error& error) {
     problem = error.what();  // a call that only the world that was recorded could take

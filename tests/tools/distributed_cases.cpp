@@ -36,7 +36,7 @@ TEST_F(DistributedCommand, HasTheHashOfOneProcess) {
   ASSERT_EQ(one.exit_code, 0) << one.err;
   const nlohmann::json expected = nlohmann::json::parse(one.out);
   for (const int ranks : {1, 3}) {
-    const Outcome outcome = mpirun(ranks, kScene + "--no-sleep");
+    const Outcome outcome = mpirun(ranks, kScene + "--no-sleep --latency 5");
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     const nlohmann::json figures = nlohmann::json::parse(outcome.out);
     EXPECT_EQ(figures["hash"], expected["hash"]) << ranks << " ranks";
@@ -64,6 +64,24 @@ TEST_F(DistributedCommand, PrintsARowForEachRank) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   for (const char* const name : {"ranks", "rank 0", "rank 2", "waiting", "load", "hash"})
     EXPECT_NE(outcome.out.find(name), std::string::npos) << name << "\n" << outcome.out;
+}
+
+TEST_F(DistributedCommand, RefusesOptionsThatSayNothing) {
+  const auto refused = [&](const std::string& arguments, const std::string& reason) {
+    const Outcome outcome = scree("pile --quiet " + arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_NE(outcome.err.find(reason), std::string::npos) << arguments << "\n" << outcome.err;
+  };
+  const std::string file = path("of_another_scene");
+  refused("--latency 5", "without --distributed");
+  refused("--checkpoint-steps 5", "without --checkpoint");
+  refused("--resume '" + file + "'", file);
+  ASSERT_EQ(scree("pile --set bodies=20 --steps 3 --quiet --checkpoint '" + file + "' --checkpoint-steps 2")
+                .exit_code,
+            0);
+  refused("--set bodies=30 --resume '" + file + "'", "of another scene");
+  refused("--set bodies=20 --steps 2 --resume '" + file + "'", "--steps 2");
+  refused("--set bodies=20 --steps 9 --dt 2 --resume '" + file + "'", "--dt");
 }
 
 TEST_F(DistributedCommand, EndsAllProcessesWithTheReason) {

@@ -130,6 +130,8 @@ void declare_run(CLI::App& run, Arguments& arguments) {
   run.add_flag("--no-continuous", options.no_continuous, "Do not sweep fast bodies");
   run.add_flag("--distributed", options.distributed,
                "Share the world out among the processes of mpirun, with the same hash");
+  run.add_option("--latency", options.latency,
+                 "With --distributed: microseconds that each message takes longer than it does, to 1e6");
   run.add_option("--record", options.record, "Record the world into FILE, for replay, info and diff")
       ->type_name("FILE")
       ->check(kNotEmpty);

@@ -57,6 +57,7 @@ void check_files(const Arguments& arguments, const std::vector<NamedFile>& input
     refuse_standard_streams(outputs.back());
   }
   if (const std::string& checkpoint = arguments.options.checkpoint; !checkpoint.empty()) {
+    outputs.push_back({"--checkpoint's draft", checkpoint + ".draft"});
     outputs.push_back({"--checkpoint", checkpoint});
     refuse_standard_streams(outputs.back());
   }

@@ -10,8 +10,10 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <span>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 namespace scree::command {
@@ -78,6 +80,9 @@ void check_options(const RunOptions& options) {
     throw Error("--dt " + std::to_string(*options.dt) + " must be from 0 to 1 seconds");
   }
   check_backend(options.threads, options.isa);
+  if (options.latency && !options.distributed) throw Error("--latency says nothing without --distributed");
+  if (options.latency && !(*options.latency >= 0.0 && *options.latency <= 1e6))
+    throw Error("--latency " + std::to_string(*options.latency) + " must be from 0 to 1e6 microseconds");
   if (options.distributed) refuse_beside_distributed(options);
   if (options.picture_file.empty()) return;
   check_picture_name("--picture", options.picture_file);
@@ -209,19 +214,61 @@ class Recording {
   std::optional<Recorder> recorder_;
 };
 
-// Goes on from a checkpoint, and returns how many steps it has taken.
+// Bytes of memory that programs can still get; 0 if the system does not tell.
+std::uint64_t available_memory() {
+  std::ifstream info("/proc/meminfo");
+  for (std::string line; std::getline(info, line);) {
+    constexpr std::string_view kName = "MemAvailable:";
+    if (line.starts_with(kName)) return std::stoull(line.substr(kName.size())) * 1024;
+  }
+  return 0;
+}
+
+// Each process has the rows of all bodies, and contacts of its own ones. A pile of 500,000 bodies took 0.94
+// KB for a row, and at rest a body has some three contacts of 0.7 KB.
+void check_memory(const scenes::Scene& scene, const Team& team, const RunOptions& options) {
+  constexpr std::uint64_t kBytesPerRow = 1000, kBytesPerOwnBody = 2100;
+  const auto processes = static_cast<std::uint64_t>(team.processes_here());
+  const auto ranks = static_cast<std::uint64_t>(team.processes());
+  // Who reads a checkpoint has the whole world twice; one process gathers it for keyframes.
+  const std::uint64_t worlds = options.resume.empty() ? 0 : 2 * processes;
+  const std::uint64_t wholes = worlds + (options.record.empty() ? 0 : 1);
+  const std::uint64_t each = scene.bodies.size() * (kBytesPerRow + kBytesPerOwnBody / ranks) +
+                             wholes * scene.bodies.size() * kBytesPerOwnBody / processes;
+  const std::uint64_t available = available_memory();
+  if (available == 0 || each * processes <= available) return;
+  throw Error("--distributed: " + std::to_string(scene.bodies.size()) + " bodies take about " +
+              std::to_string(each >> 20) + " MiB in each of the " + std::to_string(processes) +
+              " processes of a machine that has " + std::to_string(available >> 20) + " MiB left");
+}
+
+bool are_alike(const World& one, const World& other) {
+  if (one.poses().size() != other.poses().size()) return false;
+  for (std::uint32_t row = 0; row < one.poses().size(); ++row) {
+    const BodyId a = one.body_at(row), b = other.body_at(row);
+    if (one.is_alive(a) != other.is_alive(b)) return false;
+    if (!one.is_alive(a)) continue;
+    if (one.body_type(a) != other.body_type(b) || one.shapes_of(a, {}) != other.shapes_of(b, {}) ||
+        one.joints_of(a, {}) != other.joints_of(b, {}))
+      return false;
+  }
+  return true;
+}
+
+// Goes on from a checkpoint, by the settings of this run, and returns how many steps it has taken.
 int resume(World& world, const RunOptions& options, int steps) {
-  World before = read_checkpoint(options.resume);
   const auto refuse = [&](const std::string& reason) {
     throw Error("--resume " + options.resume + ": " + reason);
   };
-  if (before.poses().size() != world.poses().size()) {
-    refuse("it is of another scene: it has " + std::to_string(before.poses().size()) + " bodies instead of " +
-           std::to_string(world.poses().size()));
-  }
+  const WorldSettings settings = world.settings();
   Snapshot snapshot;
-  save(before, snapshot);
+  {
+    const World before = read_checkpoint(options.resume);
+    if (!are_alike(before, world)) refuse("it is of another scene: its bodies, shapes or joints are others");
+    save(before, snapshot);
+  }
   restore(world, snapshot);
+  world.set_settings(settings);
   const std::uint64_t taken = snapshot.step();
   if (std::cmp_greater_equal(taken, steps)) {
     refuse("it has taken " + std::to_string(taken) + " steps, and --steps " + std::to_string(steps) +
@@ -230,11 +277,16 @@ int resume(World& world, const RunOptions& options, int steps) {
   return static_cast<int>(taken);
 }
 
+// A full disk ends the run, as where it is recorded.
 void write_checkpoint_of(const World& world, Team* team, const Plan& plan, int steps_taken,
                          Workers& workers) {
   if (plan.checkpoint.empty() || steps_taken % plan.checkpoint_steps != 0) return;
-  if (team == nullptr) return write_checkpoint(world, plan.checkpoint);
-  team->world().checkpoint(plan.checkpoint, workers);
+  try {
+    if (team == nullptr) return write_checkpoint(world, plan.checkpoint);
+    team->world().checkpoint(plan.checkpoint, workers);
+  } catch (const Error& error) {
+    throw std::runtime_error(std::string("--checkpoint: ") + error.what());
+  }
   team->note_checkpoint(plan.checkpoint, static_cast<std::uint64_t>(steps_taken));
 }
 
@@ -357,6 +409,7 @@ RunFigures run(const RunOptions& options, Team* team) {
   figures.warmup = plan.warmup;
   figures.dt = static_cast<double>(plan.dt);
   figures.substeps = plan.worlds.front().settings.substeps;
+  if (team != nullptr) check_memory(plan.worlds.front(), *team, options);
   Progress progress(figures.scene, plan.steps, !quiet);
   std::vector<World> worlds;
   std::vector<Cast> casts;
@@ -372,10 +425,10 @@ RunFigures run(const RunOptions& options, Team* team) {
     scene = {};  // avoids holding a million bodies twice
   }
   if (!options.resume.empty()) plan.steps_taken = resume(worlds.front(), options, plan.steps);
-  plan.warmup = std::min(plan.warmup, plan.steps - plan.steps_taken - 1);
+  plan.warmup = figures.warmup = std::min(plan.warmup, plan.steps - plan.steps_taken - 1);
   if (team != nullptr) {
     if (worlds.size() > 1) throw Error("--distributed: is for one world; say --set worlds=1");
-    team->take(std::move(worlds.front()));
+    team->take(std::move(worlds.front()), options.latency.value_or(0.0));
   }
   std::vector<World*> pointers;
   for (World& world : worlds) pointers.push_back(team != nullptr ? &team->world().world() : &world);

@@ -29,6 +29,7 @@ struct RunOptions {
   std::optional<int> iterations;      // the same
   bool no_sleep = false;
   bool no_continuous = false;
+  std::optional<double> latency;        // us, that each message takes longer; with `distributed`
   bool distributed = false;             // needs a team
   bool quiet = false;                   // no progress
   std::string record;                   // file for a recording; empty: none

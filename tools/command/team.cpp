@@ -1,11 +1,13 @@
 // A team of MPI's processes; see team.h.
 #include <sched.h>
 #include <scree/mpi.h>
+#include <tools/command/delayed_transport.h>
 #include <tools/command/team.h>
 #include <tools/command/team_watch.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <iostream>
 #include <optional>
 #include <thread>
@@ -35,6 +37,7 @@ class MpiTeam final : public Team {
   }
   ~MpiTeam() override {
     world_.reset();
+    delayed_.reset();
     transport_.reset();
     MPI_Finalize();
   }
@@ -49,14 +52,18 @@ class MpiTeam final : public Team {
     const bool is_known = sched_getaffinity(0, sizeof bound, &bound) == 0;
     return is_known ? std::min(cores, std::max(1, CPU_COUNT(&bound))) : cores;
   }
-  void take(World world) override {
+  int processes() const override { return transport_->ranks(); }
+  int processes_here() const override { return here_; }
+  void take(World world, double latency) override {
     const std::int64_t failed = count_failures(0);
     has_begun_ = true;
     if (failed > 0) {
       count_failures(0);  // until that one has told why
       throw Error("--distributed: another rank has failed");
     }
-    world_.emplace(std::move(world), *transport_);
+    if (latency > 0.0)
+      delayed_.emplace(*transport_, std::chrono::nanoseconds(static_cast<std::int64_t>(1e3 * latency)));
+    world_.emplace(std::move(world), delayed_ ? static_cast<Transport&>(*delayed_) : *transport_);
   }
   DistributedWorld& world() override { return *world_; }
   void note_checkpoint(const std::string& file, std::uint64_t step) override {
@@ -64,6 +71,7 @@ class MpiTeam final : public Team {
   }
   [[noreturn]] void fail(const std::exception& error, int exit_code) override {
     if (has_begun_) {
+      stop_watching();
       std::cerr << "scree: rank " << transport_->rank() << ": " << error.what() << "\n"
                 << describe_losses() << std::flush;
       MPI_Abort(MPI_COMM_WORLD, exit_code);
@@ -85,6 +93,7 @@ class MpiTeam final : public Team {
   }
 
   std::optional<MpiTransport> transport_;
+  std::optional<DelayedTransport> delayed_;
   std::optional<DistributedWorld> world_;
   int here_ = 1;  // processes on this machine
   bool has_begun_ = false;

@@ -16,8 +16,10 @@ class Team {
   virtual ~Team() = default;
   virtual bool leads() const = 0;                 // one of them, which prints
   virtual int threads_each(int asked) const = 0;  // 0: the cores of this machine are shared out
-  // The world becomes this process's part of it.
-  virtual void take(World world) = 0;
+  virtual int processes() const = 0;
+  virtual int processes_here() const = 0;  // on this machine, which share its memory
+  // The world becomes this process's part of it. `latency`: us, that each message takes longer than it would.
+  virtual void take(World world, double latency) = 0;
   virtual DistributedWorld& world() = 0;
   // What is told besides where the run ends before its time: all steps until this one are in the file.
   virtual void note_checkpoint(const std::string& file, std::uint64_t step) = 0;

@@ -30,6 +30,7 @@ struct Notes {
 std::vector<Watched>* watched = nullptr;  // for the rest of the process
 int watching_rank = 0;
 Notes checkpoint_note;
+std::atomic<bool> has_told = false;  // notes stay as they are
 
 bool is_dead(pid_t process) { return kill(process, 0) != 0 && errno == ESRCH; }
 
@@ -46,6 +47,10 @@ void write_text(const char* text) {
 
 // Writes what is lost; nothing but the checkpoint where no rank of this machine has died.
 void on_termination(int) {
+  if (has_told.exchange(true)) {
+    usleep(kAwait);
+    _exit(128 + SIGTERM);
+  }
   int first_living = watching_rank;
   for (const Watched& one : *watched) {
     if (!is_dead(one.rank.process)) first_living = std::min(first_living, one.rank.rank);
@@ -78,12 +83,16 @@ void watch_ranks(const std::vector<RankProcess>& ranks, int own_rank) {
 }
 
 void note_checkpoint(const std::string& file, std::uint64_t step) {
+  if (has_told) return;
   const int next = 1 - checkpoint_note.current;
-  const std::string note = "scree: the last checkpoint is " + file + ", after step " + std::to_string(step) +
-                           "; go on with --resume " + file + "\n";
+  std::string note = "scree: the last checkpoint is " + file + ", after step " + std::to_string(step) +
+                     "; go on with --resume " + file + "\n";
+  if (note.size() >= kMostNote) note = note.substr(0, kMostNote - 2) + "\n";
   std::strncpy(checkpoint_note.text[next], note.c_str(), kMostNote - 1);
   checkpoint_note.current = next;
 }
+
+void stop_watching() { has_told = true; }
 
 std::string describe_losses() {
   std::string all;

@@ -19,6 +19,8 @@ struct RankProcess {
 void watch_ranks(const std::vector<RankProcess>& ranks, int own_rank);
 // All steps until this one are in the file.
 void note_checkpoint(const std::string& file, std::uint64_t step);
+// The run fails and tells so itself: a signal says nothing more.
+void stop_watching();
 // What a run that fails tells besides the reason: ranks that have died, and the last checkpoint. May be
 // empty.
 std::string describe_losses();

@@ -54,7 +54,9 @@ struct RankStats {
 ///
 /// Hooks of contacts and the callback of user joints are set on all ranks alike. Hooks are asked about the
 /// pairs of a rank's bodies, so both ranks of a pair across a border must get the same answer. The callback
-/// is called on one rank for each joint.
+/// is called on one rank for each joint, within the step: it may read the motion of the joint's bodies, but
+/// no events or stats of the step before. Where it throws, its rank's joints keep their numbers, and step()
+/// throws when the step has come to its end on all ranks, as with hooks.
 class SCREE_API DistributedWorld {
  public:
   /// Takes a world that all ranks have filled alike. `transport` must outlive this. All ranks call it
@@ -81,8 +83,7 @@ class SCREE_API DistributedWorld {
   /// By rank, of which there are ranks(); throws Error for another length. All ranks call it together.
   void stats(std::span<RankStats> by_rank);
   /// Saves the whole world on rank 0; any number of ranks, or a single process, goes on from there with the
-  /// same bits; what touched or was sensed on other ranks alone begins anew for events. On other ranks
-  /// `snapshot` stays as it is. All ranks call it together.
+  /// same bits. On other ranks `snapshot` stays as it is. All ranks call it together.
   void save(Snapshot& snapshot, Workers& workers);
   /// Writes the whole world into a file, each rank its part, for read_checkpoint(). A file of the name stays
   /// as it is until the new one is there as a whole: it is written beside it, as FILE.draft. All ranks call

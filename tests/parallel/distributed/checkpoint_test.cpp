@@ -1,4 +1,5 @@
 // Laws of checkpoints: whoever reads one goes on with the same bits; damage is refused.
+#include <core/state/recording_format/recording_chunks.h>
 #include <gtest/gtest.h>
 #include <parallel/recording/rows_in_order.h>
 #include <scree/distributed_world.h>
@@ -8,10 +9,13 @@
 #include <tests/physics/lab.h>
 #include <tools/scenes/scene.h>
 
+#include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -151,6 +155,62 @@ TEST(CheckpointDamage, IsRefusedWithTheReason) {
     file.write(changed);
     EXPECT_NE(refusal(file), "none") << "byte " << place;
   }
+}
+
+// Writes the checksums anew, as somebody would who wants the damage to be read.
+void seal(std::string& bytes) {
+  constexpr std::size_t kTable = 32;
+  const auto number_at = [&](std::size_t at) {
+    std::uint64_t number = 0;
+    std::memcpy(&number, bytes.data() + at, sizeof number);
+    return number;
+  };
+  const auto hash_at = [&](std::size_t begin, std::size_t count, std::size_t to) {
+    const std::uint64_t hash = hash_of_bytes(std::as_bytes(std::span(bytes.data() + begin, count)));
+    std::memcpy(bytes.data() + to, &hash, sizeof hash);
+  };
+  const auto ranks = static_cast<std::size_t>(number_at(24));
+  const std::size_t table_end = kTable + 16 * ranks;
+  std::size_t begin = table_end + 8;
+  for (std::size_t rank = 0; rank < ranks; ++rank) {
+    const auto count = static_cast<std::size_t>(number_at(kTable + 16 * rank));
+    hash_at(begin, count, kTable + 16 * rank + 8);
+    begin += count;
+  }
+  hash_at(0, table_end, table_end);
+}
+
+// What other ranks have sent is checked, too: it is refused, or is some world.
+TEST(CheckpointDamage, WithChecksumsThatFitNeverCorruptsAWorld) {
+  const TemporaryFile file("checkpoint_sealed");
+  write_on_ranks(file.name, 3, 45);
+  const std::string whole = file.read();
+  const std::size_t head = 32 + 3 * 16 + 8;
+  std::uint64_t first_part = 0;
+  std::memcpy(&first_part, whole.data() + 32, sizeof first_part);
+  const std::size_t begin = head + static_cast<std::size_t>(first_part);  // of the messages of ranks 1 and 2
+  physics::Random random(11);
+  int refused = 0;
+  constexpr int kTries = 150;
+  for (int i = 0; i < kTries; ++i) {
+    std::string changed = whole;
+    const auto left = static_cast<float>(whole.size() - begin) - 8.5f;
+    const std::size_t place = begin + static_cast<std::size_t>(random.uniform(0, left));
+    const std::uint32_t values[] = {0u, 1u, 0xffffffffu, 0x7fffffffu, 0x7fc00000u, 1u << (i % 32)};
+    const std::uint32_t value = values[i % 6];
+    std::memcpy(changed.data() + (i % 2 == 0 ? place / 4 * 4 : place), &value, sizeof value);
+    seal(changed);
+    file.write(changed);
+    try {
+      World world = read_checkpoint(file.name);
+      hashes_of_steps(world, 2);
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(file.name), std::string::npos) << error.what();
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 0);
+  EXPECT_LT(refused, kTries);
 }
 
 TEST(CheckpointDamage, NoRankGoesOnWhereTheFileCannotBeWritten) {

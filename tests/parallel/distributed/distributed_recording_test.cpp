@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -101,6 +102,74 @@ TEST(DistributedRecording, ASingleProcessVerifiesIt) {
   }
   std::remove(alone.c_str());
   std::remove(together.c_str());
+}
+
+// A hook that throws on one rank, in a step with a keyframe, too, keeps none from going on.
+TEST(DistributedRecording, GoesOnWhereAHookThrows) {
+  const std::string file = file_name("throws");
+  constexpr int kSteps = 140;
+  const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
+    scenes::Scene scene = scenes::build("pile", {{"bodies", 60}}).front();
+    for (scenes::SceneShape& shape : scene.shapes) shape.options.contact_hooks = ContactHooks::rule;
+    World whole(scene.settings);
+    scenes::populate(whole, scene);
+    DistributedWorld world(std::move(whole), transport);
+    int taken = 0, thrown = 0;
+    world.world().set_contact_rule([&, rank](const ContactRuleBatch&) {
+      if (rank == 1 && taken >= 119) throw std::runtime_error("a rule that fails");
+    });
+    Workers workers(1);
+    world.record(file, workers, {.keyframe_spacing = 20});
+    for (; taken < kSteps; ++taken) {
+      try {
+        world.step(kStep, workers);
+      } catch (const std::runtime_error&) {
+        ++thrown;
+      }
+    }
+    EXPECT_EQ(thrown > 0, rank == 1);
+    world.finish_recording(workers);
+  });
+  EXPECT_EQ(all_of(errors), "");
+  EXPECT_EQ(Player(file).info().keyframes, 8u);
+  std::remove(file.c_str());
+}
+
+// Of a recording that begins in the middle, and of one that goes on from a checkpoint of many ranks.
+TEST(DistributedRecording, ComparesWithThatOfASingleProcess) {
+  const std::string alone = file_name("alone"), together = file_name("middle"),
+                    resumed = file_name("resumed");
+  const std::string checkpoint = file_name("checkpoint");
+  constexpr int kBefore = 90, kSteps = 60;
+  std::vector<BodyId> bodies;
+  World one = make_world(bodies);
+  Workers workers(1);
+  for (int i = 0; i < kBefore; ++i) step(one, kStep, workers);
+  const auto record_one = [&](World& world, const std::string& file) {
+    Recorder recorder(world, file, {.keyframe_spacing = 20});
+    for (int i = 0; i < kSteps; ++i) step(world, kStep, workers);
+    recorder.finish();
+  };
+  record_one(one, alone);
+  const auto errors = run_ranks(3, [&](int, Transport& transport) {
+    std::vector<BodyId> all;
+    DistributedWorld world(make_world(all), transport, {.steps_per_look = 7, .imbalance = 1.0f});
+    Workers of_rank(1);
+    for (int i = 0; i < kBefore; ++i) world.step(kStep, of_rank);
+    world.checkpoint(checkpoint, of_rank);
+    world.record(together, of_rank, {.keyframe_spacing = 20});
+    for (int i = 0; i < kSteps; ++i) world.step(kStep, of_rank);
+    world.finish_recording(of_rank);
+  });
+  EXPECT_EQ(all_of(errors), "");
+  World read = read_checkpoint(checkpoint);
+  record_one(read, resumed);
+  for (const std::string& other : {together, resumed}) {
+    Player left(alone), right(other);
+    const auto found = compare(left, right, workers);
+    EXPECT_FALSE(found) << other << ": " << found->step << " " << found->difference;
+  }
+  for (const std::string& file : {alone, together, resumed, checkpoint}) std::remove(file.c_str());
 }
 
 // Answers of hooks come from all ranks.

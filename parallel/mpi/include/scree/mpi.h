@@ -24,7 +24,7 @@ class SCREE_API MpiTransport final : public Transport {
 
   int rank() const override;
   int ranks() const override;
-  /// Throws Error for a message of 2 GiB or more, and where MPI reports a failure.
+  /// Throws Error where MPI reports a failure, as all of these do.
   void send(int to, std::span<const std::byte> message) override;
   std::span<const std::byte> receive(int from) override;
   void add_up(std::span<std::int64_t> values) override;
