@@ -221,6 +221,7 @@ void step(World& world, float dt, Crew& crew) {
     const std::uint64_t hash = data.recording.hash ? *data.recording.hash : hash_of(data.bodies);
     data.recording.sink->stepped(data, dt, hash);
   }
+  if (Border* const border = border_of(data)) border->has_ended = true;
   if (data.hooks.thrown != nullptr) std::rethrow_exception(std::exchange(data.hooks.thrown, nullptr));
 }
 

@@ -18,10 +18,7 @@ bool is_counted(const Border* border, std::int32_t body) {
 
 bool any_of_all_ranks(const WorldData& data, bool any) {
   Border* const border = border_of(data);
-  if (border == nullptr) return any;
-  std::int64_t ranks = any ? 1 : 0;
-  border->transport.add_up({&ranks, 1});
-  return ranks > 0;
+  return border == nullptr ? any : !border->transport.holds_everywhere(!any);
 }
 
 }  // namespace

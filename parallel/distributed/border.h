@@ -85,6 +85,7 @@ struct Border final : Part {
   Column<std::int32_t> places, found;  // of list_where
   std::vector<Neighbor> neighbors;     // of this step, ascending
   std::vector<std::uint8_t> waits;     // by body, while colors are chosen: an earlier constraint has none yet
+  bool has_ended = false;              // the step, and all that is left is what a hook has thrown
   bool is_recorded = false;            // rank 0 records all ranks' world
   std::vector<std::pair<std::int32_t, std::int32_t>>
       levels;                                 // of this step: edges without a color, and theirs

@@ -251,6 +251,9 @@ std::string agree_on_target(Transport& transport, const std::string& file) {
       if (!fs::is_regular_file(status)) problem = "it is no regular file";
       target = fs::canonical(file, failure).string();
       if (failure) problem = failure.message();
+    } else if (fs::is_symlink(fs::symlink_status(file, failure))) {  // to what is not there yet
+      target = (fs::path(file).parent_path() / fs::read_symlink(file, failure)).string();
+      if (failure) problem = failure.message();
     }
     const std::string told = problem.empty() ? "+" + target : "-" + problem;
     for (std::int32_t to = 1; to < transport.ranks(); ++to)

@@ -38,6 +38,13 @@ class CountedTransport final : public Transport {
     transport_.write_together(file, offset, part);
   }
 
+  // Whether what a rank says holds on all ranks. All ranks call it together.
+  bool holds_everywhere(bool holds) {
+    std::int64_t failures = holds ? 0 : 1;
+    add_up({&failures, 1});
+    return failures == 0;
+  }
+
   // Counts anew.
   void begin_step() { sent_ = {}; }
   const Sent& sent() const { return sent_; }

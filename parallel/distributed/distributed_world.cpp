@@ -330,12 +330,12 @@ void DistributedWorld::step(float dt, Workers& workers) {
     impl.look(workers);
   }
   // A hook that throws does not keep the step from its end, nor this rank from what all do after it.
-  const std::uint64_t steps_before = impl.data().step_count;
+  impl.border().has_ended = false;
   std::exception_ptr thrown;
   try {
     scree::step(impl.world, dt, workers);
   } catch (...) {
-    if (impl.data().step_count == steps_before) throw;
+    if (!impl.border().has_ended) throw;
     thrown = std::current_exception();
   }
   impl.keep_up_recording(workers);
@@ -388,12 +388,9 @@ void DistributedWorld::checkpoint(const std::string& file, Workers& workers) {
   } catch (...) {
     problem = std::current_exception();
   }
-  std::int64_t failures = problem != nullptr ? 1 : 0;
-  impl_->transport.add_up({&failures, 1});
+  const bool all_have = impl_->border().transport.holds_everywhere(problem == nullptr);
   if (problem != nullptr) std::rethrow_exception(problem);
-  if (failures > 0)
-    throw Error(file + ": " + std::to_string(failures) + " other ranks could not write their part",
-                ErrorCode::io_failure);
+  if (!all_have) throw Error(file + ": another rank cannot make its part", ErrorCode::io_failure);
   write_parts(impl_->transport, file, part);
 }
 

@@ -137,11 +137,12 @@ void MpiTransport::write_together(const std::string& file, std::uint64_t offset,
   constexpr std::uint64_t kMostInRound = std::uint64_t{1} << 30;
   MPI_File handle = MPI_FILE_NULL;
   const std::string what = file + ": cannot be written";
-  const auto check_together = [&](int result) {  // who has no problem must not wait for those that have
+  // Who has no problem must not wait for those that have. (A file that some ranks could not open stays open
+  // on the others: closing it would wait, too.)
+  const auto check_together = [&](int result) {
     int failures = result == MPI_SUCCESS ? 0 : 1;
     MPI_Allreduce(MPI_IN_PLACE, &failures, 1, MPI_INT, MPI_SUM, impl_->communicator);
     if (failures == 0) return;
-    if (handle != MPI_FILE_NULL) MPI_File_close(&handle);
     check(result, what.c_str(), ErrorCode::io_failure);
     throw Error("MpiTransport: " + what + " by " + std::to_string(failures) + " other ranks",
                 ErrorCode::io_failure);
@@ -153,7 +154,7 @@ void MpiTransport::write_together(const std::string& file, std::uint64_t offset,
   int result = MPI_File_set_size(handle, 0);
   for (; rounds > 0; --rounds) {
     const std::span<const std::byte> now = part.first(std::min<std::size_t>(part.size(), kMostInRound));
-    MPI_Status status;
+    MPI_Status status{};
     const int written = MPI_File_write_at_all(handle, static_cast<MPI_Offset>(offset), now.data(),
                                               static_cast<int>(now.size()), MPI_BYTE, &status);
     int bytes = 0;
@@ -162,7 +163,8 @@ void MpiTransport::write_together(const std::string& file, std::uint64_t offset,
     part = part.subspan(now.size());
     offset += now.size();
   }
-  if (result == MPI_SUCCESS) result = MPI_File_sync(handle);
+  const int synchronized = MPI_File_sync(handle);  // which all ranks call, as they do all of these
+  if (result == MPI_SUCCESS) result = synchronized;
   const int closed = MPI_File_close(&handle);
   check_together(result == MPI_SUCCESS ? closed : result);
 }

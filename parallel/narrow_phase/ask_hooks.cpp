@@ -51,16 +51,19 @@ std::span<Row> part_of(Column<Row>& column, int begin, int end) {
 // Pairs or contacts that a hook gets: enough to be worth the call, and several batches for 1,000.
 constexpr int kHookBatch = 64;
 
-// Runs the batches of a hook; whether none of them threw.
+// Runs the batches of a hook; whether none of them threw, on any rank: else the two ranks of a pair across a
+// border would go by different answers.
 template <class Ask>
 bool run_hook(WorldData& data, std::size_t count, Crew& crew, Ask&& ask) {
+  bool holds = true;
   try {
     crew.run_ranges(static_cast<int>(count), kHookBatch, [&](int begin, int end, int) { ask(begin, end); });
   } catch (...) {
     if (data.hooks.thrown == nullptr) data.hooks.thrown = std::current_exception();
-    return false;
+    holds = false;
   }
-  return true;
+  if (Border* const border = border_of(data)) holds = border->transport.holds_everywhere(holds);
+  return holds;
 }
 
 // The answer about one contact of a pair, -1 the pair itself; null: none was given.

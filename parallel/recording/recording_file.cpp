@@ -143,6 +143,8 @@ void RecordingFile::list_chunk(const RecordedChunk& chunk) {
   require(has_steps ? head.steps <= head.content_bytes / kStepRecordBytes : head.steps == 0,
           "the chunk has a wrong number of steps");
   require(has_count ? head.count <= head.content_bytes : head.count == 0, "the chunk has a wrong count");
+  require((head.flags & kChunkGathered) == 0 || head.kind == ChunkKind::keyframe,
+          "only keyframes are gathered from ranks");
   if (keyframes_.empty()) {
     require(has_solids(head.kind) || head.kind == ChunkKind::keyframe,
             "the recording does not begin with a state");

@@ -230,11 +230,11 @@ void check_memory(const scenes::Scene& scene, const Team& team, const RunOptions
   constexpr std::uint64_t kBytesPerRow = 1000, kBytesPerOwnBody = 2100;
   const auto processes = static_cast<std::uint64_t>(team.processes_here());
   const auto ranks = static_cast<std::uint64_t>(team.processes());
-  // Who reads a checkpoint has the whole world twice; one process gathers it for keyframes.
-  const std::uint64_t worlds = options.resume.empty() ? 0 : 2 * processes;
+  // Who reads a checkpoint has the whole world three times; one process gathers it for keyframes.
+  const std::uint64_t worlds = options.resume.empty() ? 0 : 3 * processes;
   const std::uint64_t wholes = worlds + (options.record.empty() ? 0 : 1);
   const std::uint64_t each = scene.bodies.size() * (kBytesPerRow + kBytesPerOwnBody / ranks) +
-                             wholes * scene.bodies.size() * kBytesPerOwnBody / processes;
+                             wholes * scene.bodies.size() * (kBytesPerRow + kBytesPerOwnBody) / processes;
   const std::uint64_t available = available_memory();
   if (available == 0 || each * processes <= available) return;
   throw Error("--distributed: " + std::to_string(scene.bodies.size()) + " bodies take about " +
@@ -369,6 +369,7 @@ void add_ranks(Team& team, RunFigures& figures) {
     border_contacts += rank.border_contacts;
   }
   figures.contacts -= border_contacts / 2;
+  figures.restored_bodies = team.add_up(figures.restored_bodies);  // of the bodies of each
   figures.hash = team.world().hash();
 }
 

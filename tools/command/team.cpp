@@ -55,10 +55,10 @@ class MpiTeam final : public Team {
   int processes() const override { return transport_->ranks(); }
   int processes_here() const override { return here_; }
   void take(World world, double latency) override {
-    const std::int64_t failed = count_failures(0);
+    const std::int64_t failed = add_up(0);
     has_begun_ = true;
     if (failed > 0) {
-      count_failures(0);  // until that one has told why
+      add_up(0);  // until that one has told why
       throw Error("--distributed: another rank has failed");
     }
     if (latency > 0.0)
@@ -66,6 +66,10 @@ class MpiTeam final : public Team {
     world_.emplace(std::move(world), delayed_ ? static_cast<Transport&>(*delayed_) : *transport_);
   }
   DistributedWorld& world() override { return *world_; }
+  std::int64_t add_up(std::int64_t own) override {
+    transport_->add_up({&own, 1});
+    return own;
+  }
   void note_checkpoint(const std::string& file, std::uint64_t step) override {
     command::note_checkpoint(file, step);
   }
@@ -77,21 +81,16 @@ class MpiTeam final : public Team {
       MPI_Abort(MPI_COMM_WORLD, exit_code);
     }
     // Others wait as they take the world, or fail alike: then one of them tells.
-    const std::int64_t failed = count_failures(1);
+    const std::int64_t failed = add_up(1);
     if (leads() || failed < transport_->ranks())
       std::cerr << "scree: rank " << transport_->rank() << ": " << error.what() << std::endl;
-    count_failures(1);
+    add_up(1);
     transport_.reset();
     MPI_Finalize();
     std::_Exit(exit_code);
   }
 
  private:
-  std::int64_t count_failures(std::int64_t own) {
-    transport_->add_up({&own, 1});
-    return own;
-  }
-
   std::optional<MpiTransport> transport_;
   std::optional<DelayedTransport> delayed_;
   std::optional<DistributedWorld> world_;

@@ -3,6 +3,7 @@
 
 #include <scree/scree.h>
 
+#include <cstdint>
 #include <exception>
 #include <memory>
 #include <string>
@@ -21,6 +22,7 @@ class Team {
   // The world becomes this process's part of it. `latency`: us, that each message takes longer than it would.
   virtual void take(World world, double latency) = 0;
   virtual DistributedWorld& world() = 0;
+  virtual std::int64_t add_up(std::int64_t own) = 0;  // of all processes, which call it together
   // What is told besides where the run ends before its time: all steps until this one are in the file.
   virtual void note_checkpoint(const std::string& file, std::uint64_t step) = 0;
   // Ends all processes with the message. Before the world is taken all of them fail alike: then one tells.

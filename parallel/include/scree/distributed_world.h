@@ -86,8 +86,8 @@ class SCREE_API DistributedWorld {
   /// same bits. On other ranks `snapshot` stays as it is. All ranks call it together.
   void save(Snapshot& snapshot, Workers& workers);
   /// Writes the whole world into a file, each rank its part, for read_checkpoint(). A file of the name stays
-  /// as it is until the new one is there as a whole: it is written beside it, as FILE.draft. All ranks call
-  /// it together; all throw Error if it cannot be written.
+  /// as it is until the new one is there as a whole: it is written beside it, behind links, as FILE.draft.
+  /// All ranks call it together; all throw Error if it cannot be written.
   void checkpoint(const std::string& file, Workers& workers);
   /// Records the whole world from now on, as a Recorder on rank 0 would; Player and compare() take the file
   /// for one of a single process. The other ranks bring their bodies there for each keyframe. All ranks call

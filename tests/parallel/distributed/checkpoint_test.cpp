@@ -8,6 +8,7 @@
 #include <tests/parallel/distributed/local_ranks.h>
 #include <tests/physics/lab.h>
 #include <tools/scenes/scene.h>
+#include <unistd.h>
 
 #include <cstdint>
 #include <cstdio>
@@ -29,7 +30,8 @@ using physics::kStep;
 // A file that goes with its test.
 struct TemporaryFile {
   explicit TemporaryFile(const std::string& of)
-      : name((std::filesystem::temp_directory_path() / ("scree_test_" + of)).string()) {}
+      : name((std::filesystem::temp_directory_path() / ("scree_test_" + std::to_string(getpid()) + "_" + of))
+                 .string()) {}
   ~TemporaryFile() {
     std::remove(name.c_str());
     std::remove((name + ".draft").c_str());
