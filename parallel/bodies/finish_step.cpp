@@ -42,7 +42,7 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
     for (int i = begin; i < end; ++i) {
       bodies.force[constraints.moving_bodies[i]] = ForceRow{};
       if (i < dynamic_count) sum.kinetic_energy += static_cast<double>(constraints.kinetic_energy[i]);
-      sum.restored += is_counted(border, constraints.moving_bodies[i]) ? constraints.non_finite[i] : 0;
+      if (constraints.non_finite[i] != 0 && is_counted(border, constraints.moving_bodies[i])) ++sum.restored;
     }
     constraints.finish_sums[begin / kBodyChunk] = sum;
   });

@@ -1,6 +1,7 @@
 // A body whose state becomes non-finite is quarantined at its last pose. Other bodies that it makes
 // non-finite are restored at rest.
 #include <core/world/world_data.h>
+#include <tests/parallel/bodies/overload.h>
 #include <tests/physics/lab.h>
 
 #include <algorithm>
@@ -20,18 +21,6 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 std::vector<BodyId> listed(std::span<const BodyId> list) { return {list.begin(), list.end()}; }
 
 bool same_bits(const Pose& a, const Pose& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
-
-// Makes a body non-finite by public calls alone: sets a force that is small for the heaviest body, then gives
-// the body the lightest mass.
-void overload(World& world, BodyId body) {
-  const MassProperties before = world.mass_properties(body);
-  MassProperties heavy = before, light = before;
-  heavy.mass = 1e30f;
-  light.mass = 1e-20f;
-  world.set_mass_properties(body, heavy);
-  world.add_force(body, {1e28f, -1e29f, 1e29f});
-  world.set_mass_properties(body, light);
-}
 
 ShapeId shape_of(const World& world, BodyId body) {
   ShapeId shape;

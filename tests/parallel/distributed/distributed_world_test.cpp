@@ -5,6 +5,7 @@
 #include <scree/error.h>
 #include <scree/recording.h>
 #include <scree/step.h>
+#include <tests/parallel/bodies/overload.h>
 #include <tests/parallel/distributed/local_ranks.h>
 #include <tests/physics/lab.h>
 #include <tools/scenes/scene.h>
@@ -276,18 +277,9 @@ TEST(DistributedWorld, SequentialImpulsesHaveTheBitsOfOneProcess) {
 
 // Bodies whose state becomes non-finite, with those that they touch, by whoever owns these.
 TEST(DistributedWorld, QuarantinesAsOneProcessDoes) {
-  const auto overload_one = [](World& world, BodyId body) {  // as tests of quarantine do
-    const MassProperties before = world.mass_properties(body);
-    MassProperties heavy = before, light = before;
-    heavy.mass = 1e30f;
-    light.mass = 1e-20f;
-    world.set_mass_properties(body, heavy);
-    world.add_force(body, {1e28f, -1e29f, 1e29f});
-    world.set_mass_properties(body, light);
-  };
-  const Direct direct = [&](World& world, const std::vector<BodyId>& bodies, int step) {
+  const Direct direct = [](World& world, const std::vector<BodyId>& bodies, int step) {
     if (step >= 40 && step < 100 && step % 10 == 0)
-      overload_one(world, bodies[bodies.size() - 1 - static_cast<std::size_t>(step)]);
+      physics::overload(world, bodies[bodies.size() - 1 - static_cast<std::size_t>(step)]);
   };
   constexpr int kSteps = 140;
   using Lists = std::vector<std::set<std::uint32_t>>;  // by step
