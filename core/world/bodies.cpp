@@ -20,6 +20,7 @@ struct BodyRow {
   FpEnvironment environment{};  // not the caller's rounding
 
   bool is_dynamic() const { return bodies.type[body] == BodyType::dynamic; }
+  bool is_absent() const { return scree::is_absent(bodies, body); }
   BodyType given_type() const { return scree::given_type(bodies, body); }
 };
 
@@ -49,7 +50,7 @@ Vec3 arm_to(const BodyRow& at_row, Vec3 world_point) {
 
 // Adds to the force and torque of the next step.
 void add_load(Call call, const BodyRow& at_row, Vec3 force, Vec3 torque) {
-  if (!at_row.is_dynamic()) return;
+  if (!at_row.is_dynamic() || at_row.is_absent()) return;
   ForceRow& load = at_row.bodies.force[at_row.body];
   const Vec3 force_sum = to_vec3(load.force) + force, torque_sum = to_vec3(load.torque) + torque;
   const float inverse_mass = at_row.bodies.local_mass[at_row.body].inverse_mass;
@@ -77,7 +78,7 @@ void look_ahead(const BodyRow& at_row, const VelocityRow& before) {
 
 // Changes the velocities at once.
 void kick(Call call, const BodyRow& at_row, Vec3 impulse, Vec3 angular_impulse) {
-  if (!at_row.is_dynamic()) return;
+  if (!at_row.is_dynamic() || at_row.is_absent()) return;
   VelocityRow& velocity = at_row.bodies.velocity[at_row.body];
   const float inverse_mass = at_row.bodies.local_mass[at_row.body].inverse_mass;
   const Vec3 linear =
@@ -101,6 +102,7 @@ std::complex<double> product(std::complex<double> a, std::complex<double> b) {
 // before: some callers set it in every step. A body that is stopped has moved since its contacts were found,
 // and counts as put there, so that it wakes what it came near.
 void change_velocity(const BodyRow& at_row, Vec3 linear, Vec3 angular) {
+  if (at_row.is_absent()) return;
   VelocityRow& velocity = at_row.bodies.velocity[at_row.body];
   const bool stays = to_vec3(velocity.linear) == linear && to_vec3(velocity.angular) == angular;
   if (stays && !at_row.is_dynamic()) return;

@@ -154,6 +154,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
     const std::int32_t body = body_plan.slot(bodies.free_slots, i);
     if (bodies.generation[body] == 0) bodies.generation[body] = 1;
     bodies.flags[body] = flags_of(defs[i]);
+    put(bodies.is_absent, body, std::uint8_t{0});  // as the body that had the slot may have been
     bodies.marks.mark(body);
     if (defs[i].type != BodyType::fixed) note_change(bodies, body);
     ids[i] = body_handle(data, body);
@@ -172,7 +173,7 @@ void create(Call call, WorldData& data, std::span<const BodyDef> defs, const Sha
 // There is room in the list of lost joints for those of the body.
 void remove_body(WorldData& data, std::int32_t body) {
   Bodies& bodies = data.bodies;
-  if (bodies.unplaced[body] != 0)
+  if (bodies.unplaced[body] != 0 && !is_absent(bodies, body))
     place_matter_of(data, body);  // so that a dead row does not depend on when it was done
   while (bodies.first_joint[body] >= 0) {
     const std::int32_t joint = bodies.first_joint[body];

@@ -98,6 +98,10 @@ class Column {
   void resize(std::integral auto size) { resize_rows(checked_size(size)); }
   // Keeps the common rows; new ones are indeterminate.
   void resize_for_overwrite(std::integral auto size) { resize_rows_for_overwrite(checked_size(size)); }
+  // Sets rows [first, end) to zero. Pages that hold nothing else go back to the system.
+  void zero(std::integral auto first, std::integral auto end) {
+    zero_rows(checked_size(first), checked_size(end));
+  }
   // For scratch that is wholly written before it is read: contents are indeterminate afterwards. The old
   // memory goes before the new comes, so that a step's peak does not hold both.
   void resize_discarding(std::integral auto size) { resize_rows_discarding(checked_size(size)); }
@@ -124,6 +128,20 @@ class Column {
   void drop_rows(std::size_t count) {
     SCREE_ASSERT(count <= size_);
     size_ -= count;
+  }
+
+  void zero_rows(std::size_t first, std::size_t end) {
+    SCREE_ASSERT(first <= end && end <= size_);
+    std::size_t begin_byte = first * sizeof(Row), end_byte = end * sizeof(Row);
+    auto* const bytes = reinterpret_cast<char*>(rows_);
+    const std::size_t first_page = (begin_byte + kPageBytes - 1) / kPageBytes * kPageBytes;
+    const std::size_t end_page = end_byte / kPageBytes * kPageBytes;
+    if (room_ > 0 && first_page < end_page &&
+        drop_pages(reinterpret_cast<std::byte*>(bytes) + first_page, end_page - first_page)) {
+      std::memset(bytes + begin_byte, 0, first_page - begin_byte);
+      begin_byte = end_page;
+    }
+    if (begin_byte < end_byte) std::memset(bytes + begin_byte, 0, end_byte - begin_byte);
   }
 
   void reserve_rows(std::size_t size) {

@@ -51,6 +51,10 @@ std::byte* grow_pages(std::byte* pages, std::size_t old_room, std::size_t least,
                      [=](std::size_t bytes) { return mremap(pages, old_room, bytes, MREMAP_MAYMOVE); });
 }
 
+bool drop_pages(std::byte* pages, std::size_t bytes) noexcept {
+  return madvise(pages, bytes, MADV_DONTNEED) == 0;
+}
+
 void free_pages(std::byte* pages, std::size_t room) noexcept { munmap(pages, room); }
 
 #else
@@ -58,6 +62,7 @@ void free_pages(std::byte* pages, std::size_t room) noexcept { munmap(pages, roo
 bool has_page_memory() noexcept { return false; }
 std::byte* take_pages(std::size_t, std::size_t&) { throw std::bad_alloc(); }
 std::byte* grow_pages(std::byte*, std::size_t, std::size_t, std::size_t&) { throw std::bad_alloc(); }
+bool drop_pages(std::byte*, std::size_t) noexcept { return false; }
 void free_pages(std::byte*, std::size_t) noexcept {}
 
 #endif

@@ -13,6 +13,8 @@ bool has_page_memory() noexcept;
 std::byte* take_pages(std::size_t least, std::size_t& room);
 // The same in place of `old_room` bytes, which come first. If it throws std::bad_alloc, nothing has changed.
 std::byte* grow_pages(std::byte* pages, std::size_t old_room, std::size_t least, std::size_t& room);
+// Makes these bytes, which are whole pages, zeros that take no memory; false if the system cannot.
+bool drop_pages(std::byte* pages, std::size_t bytes) noexcept;
 void free_pages(std::byte* pages, std::size_t room) noexcept;
 
 }  // namespace scree

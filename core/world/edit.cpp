@@ -280,16 +280,17 @@ void place_matter_of(WorldData& data, std::int32_t body) {
 void place_matter(WorldData& data) {
   Bodies& bodies = data.bodies;
   for (const std::int32_t body : bodies.to_place) {
-    if ((bodies.flags[body] & kBodyAlive) != 0) place_matter_of(data, body);
+    if ((bodies.flags[body] & kBodyAlive) != 0 && !is_absent(bodies, body)) place_matter_of(data, body);
     bodies.unplaced[body] = 0;
   }
   bodies.to_place.clear();
 }
 
 void place_body(WorldData& data, std::int32_t body, const Pose& transform) {
+  mark_shapes_dirty(data, body);
+  if (is_absent(data.bodies, body)) return;
   data.bodies.velocity[body].lag = 0.0f;
   write_pose(data.bodies, body, transform);
-  mark_shapes_dirty(data, body);
 }
 
 void apply_locks(Bodies& bodies, std::int32_t body) {
@@ -305,6 +306,7 @@ void apply_locks(Bodies& bodies, std::int32_t body) {
 
 void apply_mass(WorldData& data, std::int32_t body, const BodyMass& mass) {
   Bodies& bodies = data.bodies;
+  if (is_absent(bodies, body)) return;
   bodies.marks.mark(body);
   put(bodies.mass, body, mass.mass);
   put(bodies.local_inertia, body, mass.inertia);

@@ -430,6 +430,7 @@ BodyMass given_mass_rows(Call call, const MassProperties& properties, BodyType t
 
 BodyMass mass_after(Call call, WorldData& data, std::int32_t body, BodyType type, std::uint8_t flags,
                     const ShapeChange& change) {
+  if (is_absent(data.bodies, body)) return {};
   if ((flags & kBodyPropertiesGiven) != 0) {
     return given_mass_rows(call, properties_of(data.bodies, body), type);
   }

@@ -105,7 +105,7 @@ void add(Call call, WorldData& data, std::int32_t body, std::span<const ShapeDef
   }
   follow_change(data, body, change);
   wake_body(data, body);
-  const bool has_core = data.bodies.unplaced[body] == 0;
+  const bool has_core = data.bodies.unplaced[body] == 0 && !is_absent(data.bodies, body);
   for (std::size_t i = 0; i < defs.size(); ++i) {
     const std::int32_t shape = plan.slot(shapes.free_slots, i);
     ShapeOptions options = defs[i].options;

@@ -69,6 +69,9 @@ struct Attributes {
   bool tells_presence = false;  // zero in free rows, which are not saved
   bool or_none = false;         // has as many rows as the store, or none
   bool event = false;           // what the last step reports to the caller
+  // Of rows of bodies and shapes in a world of many ranks: each rank has them, even of what is absent there.
+  bool on_all_ranks = false;
+  bool travels = false;  // scratch that goes along with what comes to another rank, as state does
   ValueRule rule;
   DeadRule dead;
 };
@@ -89,6 +92,8 @@ inline constexpr auto kVaried = [](Attributes& is) { is.varied = true; };
 inline constexpr auto kCounts = [](Attributes& is) { is.counts = true; };
 inline constexpr auto kOrNone = [](Attributes& is) { is.or_none = true; };
 inline constexpr auto kEvent  = [](Attributes& is) { is.event = true; };
+inline constexpr auto kOnAllRanks = [](Attributes& is) { is.on_all_ranks = true; };
+inline constexpr auto kTravels    = [](Attributes& is) { is.travels = true; };
 inline constexpr auto kTellsLife     = [](Attributes& is) { is.tells_life = is.counts = true; };
 inline constexpr auto kTellsPresence = [](Attributes& is) { is.tells_presence = is.counts = true; };
 // clang-format on

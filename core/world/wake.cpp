@@ -16,6 +16,7 @@ void note_shapes(WorldData& data, std::int32_t body) {
 void wake_body(WorldData& data, std::int32_t body) {
   Bodies& bodies = data.bodies;
   if ((bodies.flags[body] & kBodyAlive) == 0 || bodies.type[body] != BodyType::dynamic) return;
+  if (is_absent(bodies, body)) return;
   bodies.sleep_time[body] = 0.0f;
   bodies.marks.mark(body);
   if ((bodies.flags[body] & kBodyAsleep) == 0) return;

@@ -46,11 +46,11 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
 // World::hash covers the words kHashedWords of living bodies' rows that are kHashed, in the order of this list.
 #define SCREE_BODY_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                     \
   ROWS (state,   std::uint32_t,   generation,      /* calls; raised when the body dies */                       \
-        not_zero("a living body has none"))                                                                     \
+        kOnAllRanks, not_zero("a living body has none"))                                                        \
   ROWS (state,   BodyType,        type,            /* calls, quarantine_bodies; as it takes part */             \
-        at_most(BodyType::dynamic, "is no type of bodies"))                                                     \
+        kOnAllRanks, at_most(BodyType::dynamic, "is no type of bodies"))                                        \
   ROWS (state,   std::uint8_t,    flags,           /* calls, islands, quarantine_bodies; BodyFlag */            \
-        kTellsLife, known_flags(kKnownBodyFlags, 0))                                                            \
+        kOnAllRanks, kTellsLife, known_flags(kKnownBodyFlags, 0))                                               \
   ROWS (state,   PoseRow,         pose,            /* calls, solve; of the center of mass, in the body's axes */ \
         kHashed, kApart, kVaried, kPlacement)                                                                   \
   ROWS (state,   VelocityRow,     velocity,        /* calls, solve */                                           \
@@ -75,18 +75,20 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   float,           given_mass,      /* calls; kg, with kBodyMassGiven */                         \
         within_limits(0.0f, kMaxMass))                                                                          \
   ROWS (state,   std::int32_t,    first_shape,     /* calls; -1: none */                                        \
-        if_dead(-1, "a dead body has none"))                                                                    \
+        kOnAllRanks, if_dead(-1, "a dead body has none"))                                                       \
   ROWS (state,   std::int32_t,    first_joint,     /* calls; -1: none */                                        \
-        if_dead(-1, "a dead body has none"))                                                                    \
+        kOnAllRanks, if_dead(-1, "a dead body has none"))                                                       \
   ROWS (state,   std::uint64_t,   user_data)       /* calls */                                                  \
   ROWS (derived, Pose,            transform)       /* calls, finish_step; of the origin */                      \
   ROWS (derived, CoreRow,         core, kKept)     /* calls, place_matter */                                    \
-  ROWS (derived, std::uint8_t,    unplaced)        /* calls, place_matter; UnplacedFlag */                      \
-  ROWS (derived, std::uint8_t,    is_changed)      /* calls, islands; 1: stands in `changed` */                 \
+  ROWS (derived, std::uint8_t,    unplaced, kOnAllRanks) /* calls, place_matter; UnplacedFlag */                \
+  ROWS (derived, std::uint8_t,    is_changed, kOnAllRanks) /* calls, islands; 1: stands in `changed` */         \
   ROWS (scratch, InertiaRow,      inertia)         /* solve; inverse, in world axes, zero on locked axes */     \
   ROWS (scratch, std::uint8_t,    step_notes)      /* solve; StepNote */                                        \
-  ROWS (scratch, std::uint8_t,    is_absent)       /* parallel/distributed; 1: another rank moves the body, it is \
-                                                      neither awake nor asleep here, and its rows say nothing */ \
+  ROWS (scratch, std::uint8_t,    is_absent,       /* parallel/distributed; 1: another rank moves the body, it is \
+                                                      neither awake nor asleep here, and its rows say nothing   \
+                                                      but those on all ranks */                                 \
+        kOnAllRanks)                                                                                            \
   ROWS (scratch, DeltaRow,        delta)           /* solve; motion since the step began */                     \
   ROWS (scratch, VelocityRow,     free_velocity)   /* solve; after forces, before this step's impulses */       \
   TABLE(derived, PageMarks,       marks, "bodies") /* all that write state; not in each step of what moves */   \
@@ -110,20 +112,20 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
 // Rows of shapes are indexed by ShapeId::index.
 #define SCREE_SHAPE_MEMBERS(ROWS, LIST, VALUE, TABLE, OTHER)                                                    \
   ROWS (state,   std::uint32_t,   generation,      /* calls */                                                  \
-        not_zero("a living shape has none"))                                                                    \
+        kOnAllRanks, not_zero("a living shape has none"))                                                       \
   ROWS (state,   ShapeType,       type,            /* calls */                                                  \
-        at_most(ShapeType::cone, "is no type of shapes"))                                                       \
+        kOnAllRanks, at_most(ShapeType::cone, "is no type of shapes"))                                          \
   ROWS (state,   std::uint8_t,    flags,           /* calls, update_bounds; ShapeFlag */                        \
-        kTellsLife, known_flags(kKnownShapeFlags, kShapeDirty | kShapeWakes))                                   \
+        kOnAllRanks, kTellsLife, known_flags(kKnownShapeFlags, kShapeDirty | kShapeWakes))                      \
   ROWS (state,   std::int32_t,    body,            /* calls */                                                  \
-        row_of(SheetId::bodies, kFirstBody, kFirstBody, "does not exist"))                                      \
-  ROWS (state,   std::int32_t,    next)            /* calls; next shape of the body, -1: last */                \
+        kOnAllRanks, row_of(SheetId::bodies, kFirstBody, kFirstBody, "does not exist"))                         \
+  ROWS (state,   std::int32_t,    next, kOnAllRanks) /* calls; next shape of the body, -1: last */              \
   ROWS (state,   ExtentRow,       extent)          /* calls */                                                  \
   ROWS (state,   std::int32_t,    hull,            /* calls; slot in WorldData::hulls, -1: no hull */           \
-        if_dead(-1, "a dead shape has no hull"))                                                                \
+        kOnAllRanks, if_dead(-1, "a dead shape has no hull"))                                                   \
   ROWS (state,   std::int32_t,    mesh,            /* calls; slot in WorldData::meshes, -1: no mesh */          \
-        if_dead(-1, "a dead shape has no mesh"))                                                                \
-  ROWS (derived, std::int32_t,    previous)        /* calls; before it in the list of `next`, -1: first */      \
+        kOnAllRanks, if_dead(-1, "a dead shape has no mesh"))                                                   \
+  ROWS (derived, std::int32_t,    previous, kOnAllRanks) /* calls; before it in the list of `next`, -1: first */ \
   ROWS (derived, PoseRow,         local_pose)      /* calls, place_matter; from the body's center of mass; of a \
                                                       hull's centroid, of the center of a mesh's box */         \
   ROWS (state,   Pose,            given_pose)      /* calls; relative to the body's origin */                   \
@@ -134,20 +136,20 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   BoundsRow,       fat_bounds,      /* update_bounds; the box that pairs were last found with */ \
         kApart, kVaried, kFinite)                                                                               \
   ROWS (state,   TreeKind,        tree,            /* calls, islands */                                         \
-        if_dead(TreeKind::none, "a dead shape has no tree"))                                                    \
+        kOnAllRanks, if_dead(TreeKind::none, "a dead shape has no tree"))                                       \
   ROWS (state,   std::uint64_t,   user_data)       /* calls */                                                  \
   ROWS (state,   ContactEvents,   events,          /* calls; asked for */                                       \
-        at_most(ContactEvents::all, "are unknown"))                                                             \
+        kOnAllRanks, at_most(ContactEvents::all, "are unknown"))                                                \
   ROWS (state,   ContactHooks,    hooks,           /* calls; asked for */                                       \
-        at_most(ContactHooks::all, "are unknown"))                                                              \
-  ROWS (derived, std::uint8_t,    is_changed)      /* calls, islands; 1: stands in `changed` */                 \
-  ROWS (derived, std::uint32_t,   first_resting)   /* find_pairs; its end of a pair at rest, see RestingLinks.  \
+        kOnAllRanks, at_most(ContactHooks::all, "are unknown"))                                                 \
+  ROWS (derived, std::uint8_t,    is_changed, kOnAllRanks) /* calls, islands; 1: stands in `changed` */         \
+  ROWS (derived, std::uint32_t,   first_resting, kOnAllRanks) /* find_pairs; its end of a pair at rest, see RestingLinks. \
                                                       Pairs outlive their shapes until the next list, so by     \
                                                       slot */                                                   \
   ROWS (state,   PoseRow,         pose,            /* update_bounds; in the world; the padding tells how far    \
                                                       the shape travels in a step, by the velocity it had then */ \
         kApart, kVaried)                                                                                        \
-  ROWS (scratch, StepMotion,      motion)          /* update_bounds, forget_displaced, islands; since the last  \
+  ROWS (scratch, StepMotion,      motion, kTravels) /* update_bounds, forget_displaced, islands; since the last \
                                                       narrow phase. Outside of `moving`, and in a restored       \
                                                       world, it is motion_at_rest() */                          \
   TABLE(derived, PageMarks,       marks, "shapes") /* as those of bodies */                                     \
@@ -167,7 +169,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
                                                       not dirty */                                              \
         each_once(SheetId::shapes))                                                                             \
   VALUE(derived, std::size_t,     alive, 0)        /* calls */                                                  \
-  ROWS (scratch, std::uint8_t,    is_noted)        /* calls, queries; 1: stands in `to_query` */                \
+  ROWS (scratch, std::uint8_t,    is_noted, kOnAllRanks) /* calls, queries; 1: stands in `to_query` */          \
   LIST (scratch, std::int32_t,    to_query,        /* calls, queries; shapes that calls have changed since      \
                                                       queries last looked at them, while `is_queried` */        \
         each_once(SheetId::shapes))                                                                             \
@@ -480,6 +482,10 @@ inline bool is_sensor(const Shapes& shapes, std::int32_t shape) {
 inline float solid_density(const Shapes& shapes, std::int32_t shape) {
   return is_sensor(shapes, shape) ? 0.0f : shapes.density[shape];
 }
+
+// Whether another rank moves the body, and its rows are not here. Calls change what is on all ranks then; the
+// rest comes with the body.
+inline bool is_absent(const Bodies& bodies, std::int32_t body) { return bodies.is_absent[body] != 0; }
 
 inline bool is_quarantined(const Bodies& bodies, std::int32_t body) {
   return (bodies.flags[body] & kBodyQuarantined) != 0;

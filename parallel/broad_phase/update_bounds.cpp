@@ -78,7 +78,7 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
   Shapes& shapes = data.shapes;
   if (shapes.dirty.empty()) return;
   // The list from calls may name shapes that were destroyed later.
-  const std::size_t first = broad_phase.dirty.size();
+  const std::size_t first = broad_phase.displaced.size();
   for (const std::int32_t shape : shapes.dirty) {
     const std::uint8_t flags = shapes.flags[shape];
     shapes.flags[shape] = static_cast<std::uint8_t>(flags & ~kShapeDirty);
@@ -86,12 +86,12 @@ void update_dirty_bounds(WorldData& data, BroadPhase& broad_phase, float dt, Cre
     broad_phase.changed.push_back(shape);
     if ((flags & kShapeAlive) == 0) continue;
     broad_phase.dirty.push_back(shape);
+    if (!is_absent(data.bodies, shapes.body[shape])) broad_phase.displaced.push_back(shape);
   }
   shapes.dirty.clear();
   broad_phase.left_is_known = false;
   broad_phase.bounds_left.store(true, std::memory_order_relaxed);
-  const auto changed = broad_phase.dirty.span().subspan(first);
-  broad_phase.displaced.append(changed);
+  const auto changed = broad_phase.displaced.span().subspan(first);
   update_list(data, broad_phase, changed, dt, nullptr, true, false, crew);
 }
 

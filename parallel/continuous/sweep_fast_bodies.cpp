@@ -92,9 +92,10 @@ Meeting first_meeting(const Obstacles& obstacles, const PairTree& tree, const Sw
     return first;
   }
   const simd::NodeBlock& node = tree.nodes[level][block];
+  const std::size_t blocks = blocks_below(tree, level);
   for (std::uint32_t met = lanes_met(sweep.core, node.bounds); met != 0; met &= met - 1) {
-    const auto lane = static_cast<std::size_t>(std::countr_zero(met));
-    first = earlier(first, first_meeting(obstacles, tree, sweep, level - 1, block * simd::kBlock + lane));
+    const std::size_t child = block * simd::kBlock + static_cast<std::size_t>(std::countr_zero(met));
+    if (child < blocks) first = earlier(first, first_meeting(obstacles, tree, sweep, level - 1, child));
   }
   return first;
 }

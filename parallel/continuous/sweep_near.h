@@ -39,6 +39,12 @@ inline std::uint32_t lanes_met(const Swept& box, const float (&bounds)[6][simd::
   return bits;
 }
 
+// How many blocks stand under a level. A box without end meets empty lanes, too, behind which there is
+// nothing.
+inline std::size_t blocks_below(const PairTree& tree, int level) {
+  return level > 0 ? tree.nodes[level - 1].size() : tree.leaves.size();
+}
+
 // Calls call(leaf, lane) for the shapes of the tree that are near, until it returns false; whether it did
 // not.
 template <class Call>
@@ -51,9 +57,10 @@ bool for_each_shape_near(const PairTree& tree, const Swept& box, int level, std:
     }
     return true;
   }
+  const std::size_t blocks = blocks_below(tree, level);
   for (std::uint32_t met = lanes_met(box, tree.nodes[level][block].bounds); met != 0; met &= met - 1) {
-    const auto lane = static_cast<std::size_t>(std::countr_zero(met));
-    if (!for_each_shape_near(tree, box, level - 1, block * simd::kBlock + lane, call)) return false;
+    const std::size_t child = block * simd::kBlock + static_cast<std::size_t>(std::countr_zero(met));
+    if (child < blocks && !for_each_shape_near(tree, box, level - 1, child, call)) return false;
   }
   return true;
 }

@@ -2,9 +2,9 @@
 // those that go leave the lists, and those that change their type become everybody's or one rank's. See
 // border.h.
 #include <core/constraints/joint_parameters.h>
-#include <parallel/distributed/body_motion.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/messages.h>
+#include <parallel/distributed/send_bodies.h>
 #include <scree/error.h>
 
 #include <algorithm>
@@ -67,6 +67,7 @@ void hide_shapes(WorldData& data) {
 }
 
 void share_common(WorldData& data, Border& border, const Changes& changes) {
+  place_matter(data);
   const std::int32_t here = border.transport.rank(), ranks = border.transport.ranks();
   const std::vector<std::int32_t>& own = changes.became_common[static_cast<std::size_t>(here)];
   for (std::int32_t to = 0; to < ranks && !own.empty(); ++to) {

@@ -80,6 +80,7 @@ struct Border final : Part {
   bool halos_stale = true;             // owners have changed: what is lent must be sent anew
   bool ties_stale = true;              // owners or joints have changed
   std::vector<std::int32_t> ghosts;    // all bodies of others that are here, ascending
+  std::size_t gone = 0;                // bodies that have become absent since give_up_rows()
   Column<std::int32_t> own_shapes;     // that are there, of dynamic bodies
   std::vector<BoundsRow> around;       // of this step, by rank: all its shapes
   Column<std::int32_t> places, found;  // of list_where
@@ -129,6 +130,9 @@ void adopt_calls(WorldData& data, Border& border);
 // Before pairs are found: brings the ghosts that own bodies may meet in this step, and sends others away. The
 // lists of what moves are stale then.
 void share_ghosts(WorldData& data, Crew& crew);
+
+// Where many bodies have become absent: gives up the memory of their rows.
+void give_up_rows(WorldData& data, Border& border);
 
 // Whether a rank knows what these bodies share. True without a border.
 inline bool knows(const Border* border, std::int32_t body_a, std::int32_t body_b) {

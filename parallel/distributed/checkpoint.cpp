@@ -1,4 +1,5 @@
 // See checkpoint.h.
+#include <core/geometry/balls.h>
 #include <core/state/recording_format/recording_chunks.h>
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <core/state/snapshot/snapshot_columns.h>
@@ -6,6 +7,7 @@
 #include <fcntl.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/checkpoint.h>
+#include <parallel/distributed/local_columns.h>
 #include <parallel/distributed/messages.h>
 #include <scree/distributed_world.h>
 #include <scree/error.h>
@@ -190,15 +192,73 @@ std::vector<std::byte> make_head(std::span<const PartEntry> parts) {
   return head.take();
 }
 
-// A snapshot must be that of some world, in which all bodies are there.
-void show_absent_shapes(WorldData& data, bool shown) {
-  Shapes& shapes = data.shapes;
-  for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
-    const auto shape = static_cast<std::int32_t>(row);
-    if ((shapes.flags[row] & kShapeAlive) == 0 || data.bodies.is_absent[shapes.body[shape]] == 0) continue;
-    shapes.tree[shape] = shown ? tree_of(data.bodies, shapes.body[shape]) : TreeKind::none;
-    shapes.marks.mark(shape);
+// Of the type that a shape has; hulls are those that they are.
+Geometry plain_geometry(const WorldData& data, std::int32_t shape) {
+  switch (data.shapes.type[shape]) {
+    case ShapeType::sphere:
+      return Sphere{};
+    case ShapeType::capsule:
+      return Capsule{};
+    case ShapeType::cylinder:
+      return Cylinder{};
+    case ShapeType::cone:
+      return Cone{};
+    case ShapeType::box:
+      return Box{};
+    case ShapeType::rounded_box:
+      return Box{.rounding = 0.1f};
+    case ShapeType::hull:
+    case ShapeType::rounded_hull:
+    case ShapeType::mesh:
+    case ShapeType::half_space:
+      break;
   }
+  return geometry_of(data, shape);
+}
+
+// A snapshot must be that of some world, in which all bodies are there. Those that are absent are plain ones
+// until other ranks' parts are read.
+void write_plain_body(Bodies& bodies, std::int32_t body) {
+  zero_row(bodies, body, LocalColumns::all);
+  bodies.pose[body].rotation[3] = 1.0f;
+  bodies.transform[body] = {};
+  const bool jointed = bodies.first_joint[body] >= 0;
+  bodies.motion[body] = {0.0f, 0.0f, 1.0f, jointed ? std::uint32_t{kMotionJointed} : 0u};
+  bodies.local_mass[body].inverse_mass = 1.0f;
+  bodies.marks.mark(body);
+}
+
+void write_plain_shape(WorldData& data, std::int32_t shape) {
+  Shapes& shapes = data.shapes;
+  const Geometry geometry = plain_geometry(data, shape);
+  zero_row(shapes, shape, LocalColumns::all);
+  write_extent(data, shape, geometry, slots_of(shapes, shape));
+  write_material(shapes, shape, Material{});
+  shapes.given_pose[shape] = {};
+  place_shape_in_body(data, shape);
+  shapes.pose[shape].rotation[3] = 1.0f;
+  shapes.tree[shape] = tree_of(data.bodies, shapes.body[shape]);
+}
+
+void show_absent_bodies(WorldData& data) {
+  for (std::size_t row = kFirstBody; row < data.bodies.flags.size(); ++row) {
+    const auto body = static_cast<std::int32_t>(row);
+    if ((data.bodies.flags[row] & kBodyAlive) == 0 || !is_absent(data.bodies, body)) continue;
+    write_plain_body(data.bodies, body);
+    for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape])
+      write_plain_shape(data, shape);
+    measure_core(data, body);
+  }
+}
+
+void hide_absent_bodies(WorldData& data, Border& border) {
+  for (std::size_t row = 0; row < data.shapes.flags.size(); ++row) {
+    if ((data.shapes.flags[row] & kShapeAlive) == 0 || !is_absent(data.bodies, data.shapes.body[row]))
+      continue;
+    data.shapes.tree[row] = TreeKind::none;
+    data.shapes.marks.mark(static_cast<std::int32_t>(row));
+  }
+  border.gone = data.bodies.flags.size();  // the memory of plain ones
 }
 
 // The world with what its other ranks have sent, which is all of it then.
@@ -225,14 +285,14 @@ std::vector<std::byte> checkpoint_part(World& world, Crew& crew) {
   }
   PartOwner part = std::move(data.border);  // else save() refuses it
   Snapshot snapshot;
-  show_absent_shapes(data, true);
+  if (border != nullptr) show_absent_bodies(data);
   std::exception_ptr problem;
   try {
     save(world, snapshot);
   } catch (...) {
     problem = std::current_exception();
   }
-  show_absent_shapes(data, false);
+  if (border != nullptr) hide_absent_bodies(data, *border);
   data.border = std::move(part);
   if (problem != nullptr) std::rethrow_exception(problem);
   return write_snapshot(snapshot);

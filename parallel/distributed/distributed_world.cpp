@@ -4,11 +4,11 @@
 #include <core/world/edit.h>
 #include <parallel/constraints/constraints.h>
 #include <parallel/crew/crew.h>
-#include <parallel/distributed/body_motion.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/checkpoint.h>
 #include <parallel/distributed/messages.h>
 #include <parallel/distributed/partition.h>
+#include <parallel/distributed/send_bodies.h>
 #include <scree/distributed_world.h>
 #include <scree/error.h>
 #include <scree/step.h>

@@ -7,10 +7,10 @@
 #include <core/world/edit.h>
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/crew/list_where.h>
-#include <parallel/distributed/body_motion.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/box_index.h>
 #include <parallel/distributed/messages.h>
+#include <parallel/distributed/send_bodies.h>
 
 #include <algorithm>
 #include <iterator>
@@ -51,6 +51,16 @@ BoundsRow box_own_shapes(const WorldData& data, const Border& border, Crew& crew
   BoundsRow all = empty_box();
   for (const BoundsRow& box : parts) include(all, box);
   return all;
+}
+
+// All ranks' boxes. They tell, too, whether calls have made manifolds stale, which only those find who have
+// the body.
+void share_boxes(WorldData& data, Border& border, Crew& crew) {
+  BoundsRow own = box_own_shapes(data, border, crew);
+  own.padding = data.contacts.manifolds_stale ? 1.0f : 0.0f;
+  border.around = gather_rows(border.transport, own);
+  for (const BoundsRow& of_rank : border.around)
+    data.contacts.manifolds_stale = data.contacts.manifolds_stale || of_rank.padding != 0.0f;
 }
 
 // Lists own shapes that lie in the box around those of another rank.
@@ -183,7 +193,9 @@ bool replace_ghosts(WorldData& data, Border& border) {
     ghosts.insert(ghosts.end(), halo.borrowed.begin(), halo.borrowed.end());
   std::sort(ghosts.begin(), ghosts.end());
   if (ghosts == border.ghosts) return false;
-  for (const std::int32_t body : arrivals_of(border.ghosts, ghosts)) set_absent(data, body, true);
+  const std::vector<std::int32_t> gone = arrivals_of(border.ghosts, ghosts);
+  for (const std::int32_t body : gone) set_absent(data, body, true);
+  border.gone += gone.size();
   border.ghosts = std::move(ghosts);
   return true;
 }
@@ -195,13 +207,14 @@ void share_ghosts(WorldData& data, Crew& crew) {
   BroadPhase& broad_phase = broad_phase_of(data);
   const auto ranks = static_cast<std::int32_t>(border.halos.size());
   update_dirty_bounds(data, broad_phase, data.last_dt, crew);
+  give_up_rows(data, border);
   find_ties(data, border);
   if (border.halos_stale) {
     pull_all_pairs(data, crew);  // pairs at rest of others' bodies are not for this rank to know
     for (Halo& halo : border.halos) halo.lent.clear(), halo.borrowed.clear();
   }
   list_own_shapes(data, border, crew);
-  border.around = gather_rows(border.transport, box_own_shapes(data, border, crew));
+  share_boxes(data, border, crew);
   const std::vector<BoundsRow>& around = border.around;
   const BoundsRow& own = around[static_cast<std::size_t>(border.transport.rank())];
   std::vector<std::int32_t> near;

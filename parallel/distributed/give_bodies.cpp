@@ -6,10 +6,10 @@
 // the next pairs are found.
 #include <core/world/pair_key.h>
 #include <parallel/broad_phase/broad_phase.h>
-#include <parallel/distributed/body_motion.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/give_events.h>
 #include <parallel/distributed/messages.h>
+#include <parallel/distributed/send_bodies.h>
 #include <parallel/narrow_phase/narrow_phase.h>
 
 #include <algorithm>
@@ -253,6 +253,7 @@ void take(WorldData& data, Border& border, Arrivals& arrivals, Crew& crew) {
 void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) {
   Border& border = *border_of(data);
   check_given(data, border, given);
+  place_matter(data);
   wake_neighbors(data);  // while pairs that calls have ended are there, which do not travel
   std::vector<std::int32_t> next_owner = border.owner;
   if (!share_owners(border, given, next_owner)) return;
@@ -279,6 +280,7 @@ void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) 
 
 void send_all_bodies(WorldData& data, Transport& transport, Crew& crew) {
   Border& border = *border_of(data);
+  place_matter(data);
   wake_neighbors(data);
   pull_all_pairs(data, crew);
   std::vector<std::int32_t> next_owner = border.owner;

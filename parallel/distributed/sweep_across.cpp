@@ -1,9 +1,9 @@
 // See sweep_across.h.
 #include <parallel/continuous/sweep_moving.h>
 #include <parallel/continuous/sweep_near.h>
-#include <parallel/distributed/body_motion.h>
 #include <parallel/distributed/box_index.h>
 #include <parallel/distributed/messages.h>
+#include <parallel/distributed/send_bodies.h>
 #include <parallel/distributed/sweep_across.h>
 #include <parallel/stages.h>
 #include <scree/error.h>
@@ -80,6 +80,32 @@ bool strays(const WorldData& data, std::int32_t body, const BoundsRow& reach) {
 
 std::int32_t body_of(const WorldData& data, const MovingPair& pair, int side) {
   return data.shapes.body[pair.shape[side]];
+}
+
+// All rows of bodies, for ranks on which they are absent and stay so.
+void send_matter(Transport& transport, std::int32_t to, const WorldData& data,
+                 const std::vector<std::int32_t>& sent) {
+  const std::vector<std::int32_t> shapes = shapes_of(data, sent);
+  std::vector<std::byte> message(sent.size() * bytes_of_row(data.bodies) +
+                                 shapes.size() * bytes_of_row(data.shapes));
+  std::byte* end = message.data();
+  append_rows(data.bodies, sent, end);
+  append_rows(data.shapes, shapes, end);
+  transport.send(to, message);
+}
+
+void receive_matter(Transport& transport, std::int32_t from, WorldData& data,
+                    const std::vector<std::int32_t>& received) {
+  const std::vector<std::int32_t> shapes = shapes_of(data, received);
+  const std::span<const std::byte> message = transport.receive(from);
+  if (message.size() !=
+      received.size() * bytes_of_row(data.bodies) + shapes.size() * bytes_of_row(data.shapes))
+    refuse_world_of(from);
+  const std::byte* next = message.data();
+  const Bodies& bodies = data.bodies;
+  take_rows(data.bodies, received, next, [&](std::int32_t body) { return is_absent(bodies, body); });
+  take_rows(data.shapes, shapes, next,
+            [&](std::int32_t shape) { return is_absent(bodies, data.shapes.body[shape]); });
 }
 
 SweptBody swept_body(const WorldData& data, std::int32_t body) {
@@ -319,6 +345,7 @@ void SweepAcross::send_chains(const std::vector<std::int32_t>& chain_of) {
     all.insert(all.end(), parcel.companions.begin(), parcel.companions.end());
     send_rows<SweptBody>(border_->transport, to, all,
                          [&](std::int32_t body) { return swept_body(data_, body); });
+    send_matter(border_->transport, to, data_, all);
     send_rows<PoseRow>(border_->transport, to, shapes_of(data_, all),
                        [&](std::int32_t shape) { return data_.shapes.pose[shape]; });
     send_list<ShapePair>(border_->transport, to, parcel.pairs);
@@ -331,9 +358,13 @@ void SweepAcross::send_chains(const std::vector<std::int32_t>& chain_of) {
     visit.received = receive_list<std::int32_t>(border_->transport, from);
     for (const std::int32_t body : visit.received) check_owner(*border_, from, body);
     std::vector<std::int32_t> all;
-    for (const SweptBody& row : receive_list<SweptBody>(border_->transport, from)) {
+    const std::vector<SweptBody> rows = receive_list<SweptBody>(border_->transport, from);
+    for (const SweptBody& row : rows) {
       if (row.body < 0 || std::cmp_greater_equal(row.body, border_->owner.size())) refuse_world_of(from);
       all.push_back(row.body);
+    }
+    receive_matter(border_->transport, from, data_, all);
+    for (const SweptBody& row : rows) {
       if (border_->owns(row.body)) continue;  // a companion, which is here as it is there
       data_.bodies.pose[row.body] = row.pose;
       data_.bodies.velocity[row.body] = row.velocity;

@@ -2,6 +2,7 @@
 #include <core/state/world_difference.h>
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/crew/crew.h>
+#include <parallel/distributed/local_columns.h>
 #include <parallel/recording/rows_in_order.h>
 #include <scree/snapshot.h>
 
@@ -22,23 +23,11 @@ void take_in_order(const Column<std::int32_t>& order, Column<Row>& rows) {
 }
 
 // Free rows hold what a body or shape had when it went, which only its owner knew.
-void clear_free_rows(WorldData& data) {
-  Bodies& bodies = data.bodies;
-  for (std::size_t row = 0; row < bodies.flags.size(); ++row) {
-    if ((bodies.flags[row] & kBodyAlive) != 0) continue;
-    bodies.pose[row] = {};
-    bodies.velocity[row] = {};
-    bodies.force[row] = {};
-    bodies.drift[row] = {};
-    bodies.transform[row] = {};
-    bodies.sleep_time[row] = 0.0f;
-  }
-  Shapes& shapes = data.shapes;
-  for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
-    if ((shapes.flags[row] & kShapeAlive) != 0) continue;
-    shapes.pose[row] = {};
-    shapes.fat_bounds[row] = {};
-    shapes.motion[row] = {};
+template <class Store, class Flag>
+void clear_free_rows(Store& store, Flag alive) {
+  for (std::size_t row = 0; row < store.flags.size(); ++row) {
+    if ((store.flags[row] & alive) == 0)
+      zero_row(store, static_cast<std::int32_t>(row), LocalColumns::travelling);
   }
 }
 
@@ -82,7 +71,8 @@ std::string first_difference_but_for_order(const World& expected, const World& a
   Crew crew(workers);
   for (World* const world : {&left, &right}) {
     put_rows_in_order(internals(*world), crew);
-    clear_free_rows(internals(*world));
+    clear_free_rows(internals(*world).bodies, kBodyAlive);
+    clear_free_rows(internals(*world).shapes, kShapeAlive);
   }
   return first_difference_of_copies(left, right);
 }

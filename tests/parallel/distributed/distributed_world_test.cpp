@@ -6,6 +6,7 @@
 #include <scree/recording.h>
 #include <scree/step.h>
 #include <tests/parallel/bodies/overload.h>
+#include <tests/parallel/distributed/absent_rows.h>
 #include <tests/parallel/distributed/local_ranks.h>
 #include <tests/physics/lab.h>
 #include <tools/scenes/scene.h>
@@ -65,7 +66,9 @@ void expect_bits_of_one(const std::function<Start()>& make, int ranks, int steps
     Workers workers(1);
     DistributedWorld world(std::move(start.world), transport, options);
     for (int i = 0; i < steps; ++i) {
+      distributed_tests::scramble_absent_rows(internals(world.world()));
       if (direct) direct(world.world(), start.bodies, i);
+      distributed_tests::scramble_absent_rows(internals(world.world()));
       world.step(kStep, workers);
       hashes[static_cast<std::size_t>(rank)].push_back(world.hash());
     }
