@@ -253,6 +253,7 @@ void World::set_kinematic_target(BodyId body, const Pose& target, float dt) {
   if (!(dt > 0.0f && dt <= 1.0f)) {
     fail(call, "the time step is " + std::to_string(dt) + " s; it must be in (0, 1]");
   }
+  if (b.is_absent()) return end_quarantine(b.data, b.body);
   const PoseRow& pose = b.bodies.pose[b.body];
   const Quat rotation = normalize(target.rotation);
   const Vec3 center = target.position + rotate(rotation, b.bodies.center[b.body]);

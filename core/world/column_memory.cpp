@@ -2,6 +2,7 @@
 // 12 % more memory.)
 #include <core/world/column_memory.h>
 
+#include <cstdint>
 #include <new>
 
 // AddressSanitizer knows nothing of such pages, and sees less.
@@ -15,6 +16,7 @@
 
 #if defined(__linux__) && !defined(SCREE_PLAIN_MEMORY)
 #include <sys/mman.h>
+#include <unistd.h>
 #define SCREE_HAS_PAGES 1
 #endif
 
@@ -52,6 +54,9 @@ std::byte* grow_pages(std::byte* pages, std::size_t old_room, std::size_t least,
 }
 
 bool drop_pages(std::byte* pages, std::size_t bytes) noexcept {
+  // The system drops whole pages of its own, which may be larger than ours.
+  static const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  if (reinterpret_cast<std::uintptr_t>(pages) % page != 0 || bytes % page != 0) return false;
   return madvise(pages, bytes, MADV_DONTNEED) == 0;
 }
 

@@ -7,8 +7,9 @@
 // colors while they are chosen, velocities before each color that needs one, motion at the end of a step.
 //
 // Of the bodies of others a rank has those that its own ones may touch or are jointed to: ghosts. All further
-// ones are absent. Yet each rank has rows for all bodies, with what does not change in a step, and rows are
-// the same on all ranks, so all orders by row are. Ghosts sleep and wake as their owners say.
+// ones are absent. Yet each rank has rows for all bodies, with the columns that are kOnAllRanks, and rows
+// have the same numbers on all ranks, so all orders by row are the same. What else is in the row of an absent
+// body says nothing, and its memory may be given up. Ghosts sleep and wake as their owners say.
 #pragma once
 
 #include <core/world/world_data.h>
@@ -133,6 +134,8 @@ void share_ghosts(WorldData& data, Crew& crew);
 
 // Where many bodies have become absent: gives up the memory of their rows.
 void give_up_rows(WorldData& data, Border& border);
+// Gives up those of bodies that are absent; ascending.
+void give_up_rows_of(WorldData& data, const std::vector<std::int32_t>& gone);
 
 // Whether a rank knows what these bodies share. True without a border.
 inline bool knows(const Border* border, std::int32_t body_a, std::int32_t body_b) {

@@ -39,6 +39,16 @@ std::size_t head_bytes(std::size_t ranks) {
   return kFixedHeadBytes + ranks * sizeof(PartEntry) + sizeof(std::uint64_t);
 }
 
+// Of the columns that snapshots hold, and of those that travel in messages.
+std::uint64_t layout_of_file() {
+  const WorldData none;
+  std::vector<std::uint64_t> layout{layout_of_columns()};
+  const auto note = [&](const auto& column) { layout.push_back(sizeof *column.data()); };
+  for_each_local_column(none.bodies, LocalColumns::travelling, note);
+  for_each_local_column(none.shapes, LocalColumns::travelling, note);
+  return hash_of_bytes(std::as_bytes(std::span(layout)));
+}
+
 // Keeps what is sent, whoever it is for.
 class MessageWriter final : public Transport {
  public:
@@ -112,7 +122,7 @@ CheckpointFile open_checkpoint(const std::string& name) {
   }
   if (reader.take<std::uint32_t>() != kByteOrderMark)
     file.refuse(12, "the bytes are not in little-endian order");
-  if (reader.take<std::uint64_t>() != layout_of_columns())
+  if (reader.take<std::uint64_t>() != layout_of_file())
     file.refuse(16, "a version of Scree with other columns has written this", ErrorCode::wrong_version);
   const auto ranks = reader.take<std::uint64_t>();
   if (ranks == 0 || ranks > kMostRanks)
@@ -182,7 +192,7 @@ std::vector<std::byte> make_head(std::span<const PartEntry> parts) {
   head.put_bytes(kMagic, sizeof kMagic);
   head.put(kCheckpointVersion);
   head.put(kByteOrderMark);
-  head.put(layout_of_columns());
+  head.put(layout_of_file());
   head.put(std::uint64_t{parts.size()});
   for (const PartEntry& part : parts) {
     head.put(part.bytes);
@@ -285,9 +295,9 @@ std::vector<std::byte> checkpoint_part(World& world, Crew& crew) {
   }
   PartOwner part = std::move(data.border);  // else save() refuses it
   Snapshot snapshot;
-  if (border != nullptr) show_absent_bodies(data);
   std::exception_ptr problem;
   try {
+    if (border != nullptr) show_absent_bodies(data);
     save(world, snapshot);
   } catch (...) {
     problem = std::current_exception();

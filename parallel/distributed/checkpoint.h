@@ -6,7 +6,7 @@
 //   8 bytes  "SCREEPTS"
 //   u32      kCheckpointVersion
 //   u32      kByteOrderMark
-//   u64      layout_of_columns()
+//   u64      of the columns of snapshots and of messages
 //   u64      number of ranks R, in [1, kMostRanks]
 //   R times  u64, u64: bytes and xxHash64 of a rank's part
 //   u64      xxHash64 of all of the above
@@ -26,7 +26,7 @@
 
 namespace scree {
 
-inline constexpr std::uint32_t kCheckpointVersion = 1;
+inline constexpr std::uint32_t kCheckpointVersion = 2;
 inline constexpr std::uint64_t kMostRanks = 1'000'000;
 
 // This rank's part of the file. The world stays what it is.

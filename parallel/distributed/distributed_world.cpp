@@ -6,6 +6,7 @@
 #include <parallel/crew/crew.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/checkpoint.h>
+#include <parallel/distributed/give_calls.h>
 #include <parallel/distributed/messages.h>
 #include <parallel/distributed/partition.h>
 #include <parallel/distributed/send_bodies.h>
@@ -194,11 +195,28 @@ struct DistributedWorld::Impl {
     give_bodies(data(), given, crew);
   }
 
+  // What each rank has created lies where it does, not where the space was cut before.
+  void settle(Workers& workers) {
+    std::vector<WeightedPoint> points;
+    std::vector<std::int64_t> loads(static_cast<std::size_t>(transport.ranks()), 0);
+    for_each_own([&](std::int32_t body) {
+      points.push_back(weigh(data(), body));
+      loads[static_cast<std::size_t>(partition.rank_of(points.back().position))] += points.back().weight;
+    });
+    border().transport.add_up(loads);
+    const auto most = static_cast<double>(*std::max_element(loads.begin(), loads.end()));
+    if (most > static_cast<double>(options.imbalance) * mean_of(loads))
+      partition = cut_space(border().transport, points);
+    give_strays(workers);
+  }
+
   // Brings all bodies to rank 0, which works on the whole world then, and takes them back. Does nothing else
   // where there is no other rank to take them from. All ranks throw what the work throws.
   template <class Work>
   void while_whole(Workers& workers, Work&& work) {
     adopt_calls(data(), border());
+    bool& is_stale = data().contacts.manifolds_stale;  // which those find who have the body
+    is_stale = !border().transport.holds_everywhere(!is_stale);
     const std::vector<std::int32_t> owners = border().owner;
     std::vector<GivenBody> given;
     for_each_own([&](std::int32_t body) { given.push_back({body, 0}); });
@@ -317,6 +335,24 @@ bool DistributedWorld::owns(BodyId body) const {
          border.generation[body.index] == body.generation &&
          is_shared_out(impl_->data().bodies, body.index) &&
          border.owns(static_cast<std::int32_t>(body.index));
+}
+
+void DistributedWorld::give(const std::function<void(World&)>& calls, Workers& workers) {
+  Impl& impl = *impl_;
+  Border& border = impl.border();
+  adopt_calls(impl.data(), border);
+  const std::vector<std::int32_t> owners = border.owner;
+  const auto by_place = border.owner_of_new;
+  const AfterCalls after = [&] { let_go_of_given(impl.data(), border); };
+  std::optional<Error> problem;
+  for (int from = 0; from < ranks() && !problem; ++from) {
+    border.owner_of_new = [from](std::int32_t) { return from; };
+    problem = from == rank() ? send_calls(impl.world, border.transport, calls, after)
+                             : take_calls(impl.world, border.transport, from, after);
+  }
+  border.owner_of_new = by_place;
+  if (border.owner != owners) impl.settle(workers);
+  if (problem) throw *problem;
 }
 
 void DistributedWorld::step(float dt, Workers& workers) {

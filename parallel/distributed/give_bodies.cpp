@@ -287,6 +287,7 @@ void send_all_bodies(WorldData& data, Transport& transport, Crew& crew) {
   std::replace(next_owner.begin(), next_owner.end(), border.here, std::int32_t{0});
   const Parcel parcel = std::move(pack(data, border, next_owner)[0]);
   send_list<std::int32_t>(transport, 0, parcel.bodies);
+  send_list<std::uint8_t>(transport, 0, std::vector<std::uint8_t>{data.contacts.manifolds_stale});
   send_parcel(transport, 0, data, parcel);
   data.contacts.pairs_stale = true;  // pairs at rest go back to where they were
 }
@@ -298,6 +299,9 @@ void receive_all_bodies(WorldData& data, Transport& transport, Crew& crew) {
   Arrivals arrivals;
   for (std::int32_t from = 1; from < transport.ranks(); ++from) {
     const std::vector<std::int32_t> bodies = receive_list<std::int32_t>(transport, from);
+    const std::vector<std::uint8_t> is_stale = receive_list<std::uint8_t>(transport, from);
+    if (is_stale.size() != 1) refuse_world_of(from);
+    data.contacts.manifolds_stale = data.contacts.manifolds_stale || is_stale[0] != 0;
     for (const std::int32_t body : bodies) {
       check_owner(border, border.here, body);
       if ((data.bodies.flags[body] & kBodyAlive) == 0) refuse_world_of(from);

@@ -5,7 +5,9 @@
 // stand side by side. Cuts across the axis along which rows stay together make long runs of them.
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/local_columns.h>
+#include <parallel/distributed/send_bodies.h>
 
+#include <algorithm>
 #include <cstddef>
 
 namespace scree {
@@ -16,17 +18,31 @@ constexpr std::size_t kLeastRun = 64;  // rows; shorter runs fill no page of any
 // Gives up again where more than one of so many shapes that are here has gone.
 constexpr std::size_t kHerePerGone = 8;
 
+struct Rows {
+  std::size_t begin, end;
+};
+
 // Of rows that is_absent(row) holds for.
 template <class Store, class IsAbsent>
-void give_up_runs(Store& store, IsAbsent&& is_absent) {
-  const std::size_t rows = store.flags.size();
-  for (std::size_t first = 0; first < rows;) {
+void give_up_runs(Store& store, const Rows& rows, IsAbsent&& is_absent) {
+  for (std::size_t first = rows.begin; first < rows.end;) {
     std::size_t end = first;
-    while (end < rows && is_absent(end)) ++end;
+    while (end < rows.end && is_absent(end)) ++end;
     if (end - first >= kLeastRun)
       for_each_local_column(store, LocalColumns::all, [&](auto& column) { column.zero(first, end); });
     first = end + 1;
   }
+}
+
+void give_up(WorldData& data, const Rows& of_bodies, const Rows& of_shapes) {
+  const Bodies& bodies = data.bodies;
+  const Shapes& shapes = data.shapes;
+  give_up_runs(data.bodies, of_bodies, [&](std::size_t body) {
+    return (bodies.flags[body] & kBodyAlive) != 0 && bodies.is_absent[body] != 0;
+  });
+  give_up_runs(data.shapes, of_shapes, [&](std::size_t shape) {
+    return (shapes.flags[shape] & kShapeAlive) != 0 && bodies.is_absent[shapes.body[shape]] != 0;
+  });
 }
 
 }  // namespace
@@ -34,14 +50,17 @@ void give_up_runs(Store& store, IsAbsent&& is_absent) {
 void give_up_rows(WorldData& data, Border& border) {
   if (kHerePerGone * border.gone <= border.own_shapes.size()) return;
   border.gone = 0;
-  const Bodies& bodies = data.bodies;
-  const Shapes& shapes = data.shapes;
-  give_up_runs(data.bodies, [&](std::size_t body) {
-    return (bodies.flags[body] & kBodyAlive) != 0 && bodies.is_absent[body] != 0;
-  });
-  give_up_runs(data.shapes, [&](std::size_t shape) {
-    return (shapes.flags[shape] & kShapeAlive) != 0 && bodies.is_absent[shapes.body[shape]] != 0;
-  });
+  give_up(data, {0, data.bodies.flags.size()}, {0, data.shapes.flags.size()});
+}
+
+void give_up_rows_of(WorldData& data, const std::vector<std::int32_t>& gone) {
+  if (gone.empty()) return;
+  Rows shapes{data.shapes.flags.size(), 0};
+  for (const std::int32_t row : shapes_of(data, gone)) {
+    shapes.begin = std::min(shapes.begin, static_cast<std::size_t>(row));
+    shapes.end = std::max(shapes.end, static_cast<std::size_t>(row) + 1);
+  }
+  give_up(data, {static_cast<std::size_t>(gone.front()), static_cast<std::size_t>(gone.back()) + 1}, shapes);
 }
 
 }  // namespace scree

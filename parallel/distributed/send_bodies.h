@@ -1,8 +1,9 @@
 // What travels with a body to a rank that comes to have it: all columns of its rows and of its shapes' rows,
-// but those that are on all ranks, and scratch. Used by ghosts.cpp, give_bodies.cpp and adopt_calls.cpp.
+// but those that are on all ranks, and scratch that says nothing between two stages.
 #pragma once
 
 #include <core/world/edit.h>
+#include <core/world/fp_environment.h>
 #include <core/world/wake.h>
 #include <parallel/distributed/local_columns.h>
 #include <parallel/distributed/messages.h>
@@ -113,6 +114,7 @@ inline void set_absent(WorldData& data, std::int32_t body, bool absent, bool asl
 
 inline void receive_bodies(Transport& transport, std::int32_t from, WorldData& data,
                            std::span<const std::int32_t> received) {
+  const FpEnvironment environment;
   Bodies& bodies = data.bodies;
   const std::vector<std::int32_t> shapes = shapes_of(data, received);
   const std::span<const std::byte> message = transport.receive(from);

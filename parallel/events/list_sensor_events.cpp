@@ -67,11 +67,13 @@ Sights collect(Crew& crew, std::size_t count, int chunk_size, Work&& work) {
   return all;
 }
 
-std::vector<std::int32_t> list_sensors(const Shapes& shapes) {
+std::vector<std::int32_t> list_sensors(const WorldData& data) {
+  const Shapes& shapes = data.shapes;
   std::vector<std::int32_t> sensors;
   sensors.reserve(static_cast<std::size_t>(shapes.sensors));
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
-    if ((shapes.flags[row] & kShapeSensor) != 0) sensors.push_back(static_cast<std::int32_t>(row));
+    if ((shapes.flags[row] & kShapeSensor) != 0 && !is_absent(data.bodies, shapes.body[row]))
+      sensors.push_back(static_cast<std::int32_t>(row));
   }
   return sensors;
 }
@@ -259,7 +261,7 @@ void list_sensor_events(WorldData& data, float dt, Crew& crew) {
   if (data.shapes.sensors > 0) {
     const QueryOptions options{.sensors = true};
     const Scope scope(data, crew.kernels(), options);
-    const std::vector<std::int32_t> sensors = list_sensors(data.shapes);
+    const std::vector<std::int32_t> sensors = list_sensors(data);
     seen = list_overlaps(scope, crew, sensors);
     if (dt > 0.0f) passes = list_passes(scope, crew, sensors);
   }

@@ -26,7 +26,9 @@ std::int64_t capacity_of(int level) {
   return capacity;
 }
 
-bool is_alive(const Shapes& shapes, std::int32_t shape) { return (shapes.flags[shape] & kShapeAlive) != 0; }
+bool is_here(const WorldData& data, std::int32_t shape) {
+  return (data.shapes.flags[shape] & kShapeAlive) != 0 && !is_absent(data.bodies, data.shapes.body[shape]);
+}
 
 LooseItem item_of(const WorldData& data, std::int32_t shape) {
   const queries::Solid solid = queries::solid_of(data, shape);
@@ -186,7 +188,7 @@ void loosen(const WorldData& data, QueryIndex& index, std::int32_t shape) {
     --tree.members;
   }
   place = {-1, -1};
-  if (is_alive(data.shapes, shape)) index.items.push_back(item_of(data, shape));
+  if (is_here(data, shape)) index.items.push_back(item_of(data, shape));
 }
 
 // Trees of the order of the broad phase's, with the bounds that the last step has left.
@@ -226,7 +228,7 @@ void list_loose(const WorldData& data, const BroadPhase* broad_phase, QueryIndex
   for (std::size_t row = 0; row < data.shapes.flags.size(); ++row) {
     const auto shape = static_cast<std::int32_t>(row);
     if (row < known && broad_phase->tree_of[row] != kNoTree) continue;
-    if (is_alive(data.shapes, shape)) add(shape);
+    if (is_here(data, shape)) add(shape);
   }
 }
 

@@ -57,6 +57,7 @@ void put_rows_in_order(WorldData& data, Crew& crew) {
   }
   contacts.free_rows.clear();
   data.contacts.pairs_stale = true;  // the next step lists them anew, as it does after any of this
+  std::sort(data.shapes.dirty.begin(), data.shapes.dirty.end());
   std::sort(data.events.woken.begin(), data.events.woken.end(),
             [](const SlotName& one, const SlotName& other) {
               return std::pair(one.index, one.generation) < std::pair(other.index, other.generation);

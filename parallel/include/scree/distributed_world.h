@@ -9,6 +9,7 @@
 #include <scree/world.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -38,9 +39,14 @@ struct RankStats {
   double load = 0.0;                 ///< of the bodies and their contacts, relative to the mean of all ranks
 };
 
-/// A part of a world on each rank. All ranks hold the rows of all bodies, and each moves those that it owns
-/// and those near them; pose() and the like of other bodies say nothing. Kinematic and fixed bodies are on
-/// every rank. Calls that change the world are made on all ranks alike, between two steps.
+/// A part of a world on each rank. Each moves the bodies that it owns, and has what it needs to know of those
+/// near them. Of other bodies it knows little more than that they are there: pose(), mass_properties() and
+/// all else that World reads of them say nothing, and so do shapes of theirs. Kinematic and fixed bodies are
+/// on every rank. Calls that change the world are made on all ranks alike, between two steps, or on one rank
+/// by give().
+///
+/// An Error that a call throws because of what a body is, as of a mass that is too large, is thrown by those
+/// ranks that know the body: end the run, as for step().
 ///
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///
@@ -76,6 +82,15 @@ class SCREE_API DistributedWorld {
   /// and for dead ones. Bodies that are new have an owner from the next step on.
   bool owns(BodyId body) const;
 
+  /// Makes calls that each rank has for the whole world: rank 0 those of its `calls`, then rank 1, and so on,
+  /// as if one process made them all in this order. So each rank can create what lies in its part of the
+  /// space, and handles are those of such a process. They are made on the other ranks, too, where nothing is
+  /// kept of new bodies but what all ranks have. All ranks call it together, between two steps; `calls` may
+  /// do nothing, must not step(), and reads what this rank has.
+  ///
+  /// What `calls` throws on a rank ends the turns; all ranks throw that as an Error. What was called before
+  /// stands.
+  void give(const std::function<void(World&)>& calls, Workers& workers);
   /// As scree::step. All ranks call it together, with the same time step.
   void step(float dt, Workers& workers);
   /// World::hash of the whole world. All ranks call it together and get the same.

@@ -1,0 +1,155 @@
+// Laws of DistributedWorld::give: what each rank creates for all has the bits of one process.
+#include <gtest/gtest.h>
+#include <scree/distributed_world.h>
+#include <scree/error.h>
+#include <scree/step.h>
+#include <tests/parallel/distributed/absent_rows.h>
+#include <tests/parallel/distributed/local_ranks.h>
+#include <tests/physics/lab.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace scree {
+namespace {
+
+using distributed_tests::all_of;
+using distributed_tests::run_ranks;
+using physics::kStep;
+
+// What each of several parts creates and changes, and how it joins what the one before has.
+void fill_part(World& world, int part, int parts, int round) {
+  const float x = 6.0f * static_cast<float>(part) / static_cast<float>(parts) - 3.0f;
+  const std::vector<Vec3> corners = {
+      {0.3f, 0, 0}, {-0.3f, 0, 0.1f}, {0, 0.4f, 0}, {0, 0, 0.35f}, {0, -0.2f, 0}};
+  const Hull hull(corners);
+  BodyId before = world.body_at(static_cast<std::uint32_t>(world.poses().size()) - 1);
+  for (int i = 0; i < 12; ++i) {
+    const BodyId body = world.create_body(
+        {.position = {x + 0.1f * static_cast<float>(i % 3), 1.0f + static_cast<float>(i + 5 * round), 0.2f},
+         .user_data = 100u * static_cast<std::uint64_t>(part) + static_cast<std::uint64_t>(i)});
+    if (i % 3 == 0) world.add_shape(body, Box{{0.3f, 0.2f, 0.4f}}, {.friction = 0.3f});
+    if (i % 3 == 1) world.add_shape(body, ConvexHull{hull, {1, 1, 1}}, {.density = 700});
+    if (i % 3 != 0)
+      world.add_shape(body, Sphere{0.25f}, {.restitution = 0.3f}, {.local_pose = {{0, 0.3f, 0}, {}}});
+    if (i == 0 && world.is_alive(before))
+      world.create_joint({.body_a = before, .body_b = body}, DistanceJoint{{.upper = 2.0f}});
+    if (i == 5) world.add_impulse(body, {100, 0, 50});
+    if (i == 7) world.set_body_type(body, BodyType::kinematic);
+    if (i == 9) world.destroy_body(before);
+    before = body;
+  }
+}
+
+World with_floor() {
+  World world{WorldSettings{}};
+  world.add_shape(world.create_body({.type = BodyType::fixed, .position = {0, -1, 0}}), Box{{20, 1, 20}});
+  return world;
+}
+
+TEST(DistributedGive, WhatEachRankGivesHasTheBitsOfOneProcess) {
+  constexpr int kRanks = 3, kSteps = 120;
+  Workers workers(1);
+  World one = with_floor();
+  std::vector<std::uint64_t> expected;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int part = 0; part < kRanks && i % 40 == 0; ++part) fill_part(one, part, kRanks, i / 40);
+    step(one, kStep, workers);
+    expected.push_back(one.hash());
+  }
+  const auto errors = run_ranks(kRanks, [&](int rank, Transport& transport) {
+    Workers of_rank(1);
+    DistributedWorld world(with_floor(), transport, {.steps_per_look = 7, .imbalance = 1.0f});
+    for (int i = 0; i < kSteps; ++i) {
+      if (i % 40 == 0) world.give([&](World& part) { fill_part(part, rank, kRanks, i / 40); }, of_rank);
+      distributed_tests::scramble_absent_rows(internals(world.world()));
+      world.step(kStep, of_rank);
+      ASSERT_EQ(world.hash(), expected[static_cast<std::size_t>(i)]) << "step " << i;
+      ASSERT_EQ(world.world().body_count(), internals(world.world()).bodies.alive);
+    }
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
+// Of many bodies a rank keeps its own alone.
+TEST(DistributedGive, RowsThatARankDoesNotHaveAreZero) {
+  constexpr int kRanks = 3, kBodies = 20000;  // of each rank; more than one message holds
+  std::vector<std::uint64_t> hashes(kRanks);
+  World one = with_floor();
+  const auto fill = [](World& world, int part) {
+    std::vector<BodyDef> defs;
+    for (int i = 0; i < kBodies; ++i) {
+      defs.push_back({.position = {100.0f * static_cast<float>(part) + static_cast<float>(i % 20),
+                                   static_cast<float>(i / 400), static_cast<float>(i / 20 % 20)},
+                      .user_data = 7});
+    }
+    for (int begin = 0; begin < kBodies; begin += 5000) {
+      std::vector<BodyId> ids(5000);
+      const std::vector<Geometry> balls(5000, Sphere{0.4f});
+      world.create_bodies(std::span(defs).subspan(static_cast<std::size_t>(begin), 5000), balls, {}, {}, ids);
+    }
+  };
+  for (int part = 0; part < kRanks; ++part) fill(one, part);
+  const auto errors = run_ranks(kRanks, [&](int rank, Transport& transport) {
+    Workers of_rank(1);
+    DistributedWorld world(with_floor(), transport);
+    world.give([&](World& part) { fill(part, rank); }, of_rank);
+    EXPECT_EQ(world.hash(), one.hash());
+    WorldData& data = internals(world.world());
+    int absent = 0, filled = 0;
+    distributed_tests::for_each_absent_row(data, [&](auto& store, std::size_t row) {
+      ++absent;
+      bool is_zero = true;
+      for_each_local_column(store, LocalColumns::all, [&](const auto& column) {
+        const auto* bytes = reinterpret_cast<const char*>(&column[row]);
+        is_zero =
+            is_zero && std::all_of(bytes, bytes + sizeof column[row], [](char byte) { return byte == 0; });
+      });
+      filled += is_zero ? 0 : 1;
+    });
+    EXPECT_EQ(absent, 2 * (kRanks - 1) * kBodies);  // bodies and shapes
+    EXPECT_EQ(filled, 0);
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
+TEST(DistributedGive, WhatARankThrowsWhileItGivesIsThrownByAll) {
+  World one = with_floor();
+  const auto fill = [](World& world, int rank) {
+    for (int i = 0; i < 3; ++i) {
+      const BodyId body = world.create_body({.position = {static_cast<float>(rank + 3 * i), 2, 0}});
+      if (rank == 1 && i == 2) world.add_shape(body, Sphere{-1.0f});
+      world.add_shape(body, Sphere{0.3f});
+    }
+  };
+  std::string expected;
+  try {
+    for (int part = 0; part < 3; ++part) fill(one, part);
+  } catch (const Error& error) {
+    expected = error.what();
+  }
+  EXPECT_NE(expected, "");
+  Workers workers(1);
+  step(one, kStep, workers);
+  const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
+    Workers of_rank(1);
+    DistributedWorld world(with_floor(), transport);
+    std::string found;
+    try {
+      world.give([&](World& part) { fill(part, rank); }, of_rank);
+    } catch (const Error& error) {
+      found = error.what();
+    }
+    EXPECT_EQ(found, expected);
+    world.give({}, of_rank);
+    world.step(kStep, of_rank);
+    EXPECT_EQ(world.hash(), one.hash());
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
+}  // namespace
+}  // namespace scree
