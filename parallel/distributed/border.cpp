@@ -64,6 +64,8 @@ void Border::report(const char* store, const Visit& visit) const {
 void check_border(const WorldData& data) {
   if (data.settings.solver > Solver::sequential_impulse)
     refuse("solvers over the whole system are not supported: soft_step and sequential_impulse are");
+  if (const Border* const border = border_of(data); border != nullptr && border->is_giving)
+    refuse("one rank makes calls by give(): what all ranks do together must wait");
 }
 
 void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner) {

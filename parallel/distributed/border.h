@@ -81,6 +81,8 @@ struct Border final : Part {
   bool halos_stale = true;             // owners have changed: what is lent must be sent anew
   bool ties_stale = true;              // owners or joints have changed
   std::vector<std::int32_t> ghosts;    // all bodies of others that are here, ascending
+  bool is_giving = false;              // one rank makes calls for all, and the others wait for these
+  std::size_t dirty_before = 0;        // how many of Shapes::dirty let_go_of_given() has looked at
   std::size_t gone = 0;                // bodies that have become absent since give_up_rows()
   Column<std::int32_t> own_shapes;     // that are there, of dynamic bodies
   std::vector<BoundsRow> around;       // of this step, by rank: all its shapes
@@ -134,8 +136,9 @@ void share_ghosts(WorldData& data, Crew& crew);
 
 // Where many bodies have become absent: gives up the memory of their rows.
 void give_up_rows(WorldData& data, Border& border);
-// Gives up those of bodies that are absent; ascending.
-void give_up_rows_of(WorldData& data, const std::vector<std::int32_t>& gone);
+// Gives up those of absent bodies from the first to the last of these bodies, and of these shapes.
+void give_up_rows_among(WorldData& data, const std::vector<std::int32_t>& bodies,
+                        const std::vector<std::int32_t>& shapes);
 
 // Whether a rank knows what these bodies share. True without a border.
 inline bool knows(const Border* border, std::int32_t body_a, std::int32_t body_b) {

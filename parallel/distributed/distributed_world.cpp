@@ -151,6 +151,25 @@ bool is_outside(const PartitionBox& box, const float (&point)[3], float margin) 
   return false;
 }
 
+// While ranks take turns: new bodies are for the rank that creates them.
+class Giving {
+ public:
+  explicit Giving(Border& border) : border_(border), by_place_(border.owner_of_new) {
+    border.is_giving = true;
+    border.dirty_before = 0;
+  }
+  ~Giving() {
+    border_.is_giving = false;
+    border_.owner_of_new = std::move(by_place_);
+  }
+  Giving(const Giving&) = delete;
+  Giving& operator=(const Giving&) = delete;
+
+ private:
+  Border& border_;
+  std::function<std::int32_t(std::int32_t)> by_place_;
+};
+
 }  // namespace
 
 struct DistributedWorld::Impl {
@@ -214,6 +233,7 @@ struct DistributedWorld::Impl {
   // where there is no other rank to take them from. All ranks throw what the work throws.
   template <class Work>
   void while_whole(Workers& workers, Work&& work) {
+    check_border(data());
     adopt_calls(data(), border());
     bool& is_stale = data().contacts.manifolds_stale;  // which those find who have the body
     is_stale = !border().transport.holds_everywhere(!is_stale);
@@ -340,23 +360,26 @@ bool DistributedWorld::owns(BodyId body) const {
 void DistributedWorld::give(const std::function<void(World&)>& calls, Workers& workers) {
   Impl& impl = *impl_;
   Border& border = impl.border();
+  check_border(impl.data());
   adopt_calls(impl.data(), border);
   const std::vector<std::int32_t> owners = border.owner;
-  const auto by_place = border.owner_of_new;
   const AfterCalls after = [&] { let_go_of_given(impl.data(), border); };
   std::optional<Error> problem;
-  for (int from = 0; from < ranks() && !problem; ++from) {
-    border.owner_of_new = [from](std::int32_t) { return from; };
-    problem = from == rank() ? send_calls(impl.world, border.transport, calls, after)
-                             : take_calls(impl.world, border.transport, from, after);
+  {
+    const Giving giving(border);
+    for (int from = 0; from < ranks() && !problem; ++from) {
+      border.owner_of_new = [from](std::int32_t) { return from; };
+      problem = from == rank() ? send_calls(impl.world, border.transport, calls, after)
+                               : take_calls(impl.world, border.transport, from, after);
+    }
   }
-  border.owner_of_new = by_place;
   if (border.owner != owners) impl.settle(workers);
   if (problem) throw *problem;
 }
 
 void DistributedWorld::step(float dt, Workers& workers) {
   Impl& impl = *impl_;
+  check_border(impl.data());
   const auto begin = std::chrono::steady_clock::now();
   impl.border().transport.begin_step();
   const int spacing = impl.options.steps_per_look;
@@ -387,6 +410,7 @@ void DistributedWorld::step(float dt, Workers& workers) {
 }
 
 std::uint64_t DistributedWorld::hash() {
+  check_border(impl_->data());
   adopt_calls(impl_->data(), impl_->border());
   return hash_of_all(impl_->data(), impl_->border());
 }
@@ -396,6 +420,7 @@ void DistributedWorld::stats(std::span<RankStats> by_rank) {
     throw Error("DistributedWorld::stats: there are " + std::to_string(ranks()) + " ranks, and room for " +
                 std::to_string(by_rank.size()));
   }
+  check_border(impl_->data());
   adopt_calls(impl_->data(), impl_->border());
   RankStats own = impl_->stats;
   impl_->count(own);
@@ -415,6 +440,7 @@ void DistributedWorld::save(Snapshot& snapshot, Workers& workers) {
 }
 
 void DistributedWorld::checkpoint(const std::string& file, Workers& workers) {
+  check_border(impl_->data());
   adopt_calls(impl_->data(), impl_->border());
   Crew crew(workers);
   std::vector<std::byte> part;

@@ -276,6 +276,8 @@ void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) 
       receive_parcel(border.transport, static_cast<std::int32_t>(from), data, taken[from], arrivals);
   }
   take(data, border, arrivals, crew);
+  data.queries.reset();  // they would know of what was here when they were last asked
+  data.shapes.queries_made.forget();
 }
 
 void send_all_bodies(WorldData& data, Transport& transport, Crew& crew) {

@@ -42,6 +42,10 @@ class CallSender final : public CallSink {
 
   void called(const MadeCall& call) noexcept override {
     if (before_ != nullptr) before_->called(call);
+    if (data_.recording.sink != this) {  // a recorder that cannot go on has let go of the world
+      before_ = nullptr;
+      data_.recording.sink = this;
+    }
     if (problem_ != nullptr) return;
     try {
       CallWriter writer(calls_, solids_);
@@ -54,10 +58,9 @@ class CallSender final : public CallSink {
       problem_ = std::current_exception();
     }
   }
-  void restored(const WorldData&) noexcept override { refuse("a world of many ranks cannot be restored"); }
+  void restored(const WorldData&) noexcept override {}  // parts of a world refuse that ...
   void stepped(const WorldData&, float, std::uint64_t) noexcept override {
-    refuse("step is called on all ranks together");
-  }
+  }  // ... and while they are given this
   void gathered(const WorldData&) noexcept override {}
   void world_ended() noexcept override {}
   void step_failed() noexcept override {}
@@ -80,10 +83,6 @@ class CallSender final : public CallSink {
   }
 
  private:
-  void refuse(const char* what) noexcept {
-    if (problem_ == nullptr)
-      problem_ = std::make_exception_ptr(Error(std::string("DistributedWorld::give: ") + what));
-  }
   void send(Follows follows) {
     ByteWriter message;
     message.put(static_cast<std::uint8_t>(follows));
@@ -103,7 +102,7 @@ class CallSender final : public CallSink {
   WorldData& data_;
   Transport& transport_;
   const AfterCalls& after_;
-  CallSink* const before_;
+  CallSink* before_;
   ByteWriter calls_;
   SolidList solids_;  // of all calls
   std::size_t hulls_told_ = 0, meshes_told_ = 0;
@@ -122,6 +121,8 @@ std::optional<Error> send_calls(World& world, Transport& transport, const std::f
     problem = error;
   } catch (const std::exception& error) {
     problem = Error(error.what());
+  } catch (...) {
+    problem = Error("DistributedWorld::give: the calls have thrown what is no std::exception");
   }
   if (problem) {
     sender.finish(*problem);
@@ -168,11 +169,17 @@ void let_go_of_given(WorldData& data, Border& border) {
   std::vector<std::int32_t> come;
   std::set_difference(border.ghosts.begin(), border.ghosts.end(), before.begin(), before.end(),
                       std::back_inserter(come));
-  if (come.empty()) return;
   for (const std::int32_t body : come) set_absent(data, body, true);
   std::erase_if(border.ghosts,
                 [&](std::int32_t body) { return std::binary_search(come.begin(), come.end(), body); });
-  give_up_rows_of(data, come);
+  // Calls may have written to rows of shapes whose bodies went before.
+  std::vector<std::int32_t> changed;
+  const Column<std::int32_t>& dirty = data.shapes.dirty;
+  for (std::size_t i = std::min(border.dirty_before, dirty.size()); i < dirty.size(); ++i) {
+    if (is_absent(data.bodies, data.shapes.body[dirty[i]])) changed.push_back(dirty[i]);
+  }
+  border.dirty_before = dirty.size();
+  give_up_rows_among(data, come, changed);
 }
 
 }  // namespace scree

@@ -5,7 +5,6 @@
 // stand side by side. Cuts across the axis along which rows stay together make long runs of them.
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/local_columns.h>
-#include <parallel/distributed/send_bodies.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -53,14 +52,14 @@ void give_up_rows(WorldData& data, Border& border) {
   give_up(data, {0, data.bodies.flags.size()}, {0, data.shapes.flags.size()});
 }
 
-void give_up_rows_of(WorldData& data, const std::vector<std::int32_t>& gone) {
-  if (gone.empty()) return;
-  Rows shapes{data.shapes.flags.size(), 0};
-  for (const std::int32_t row : shapes_of(data, gone)) {
-    shapes.begin = std::min(shapes.begin, static_cast<std::size_t>(row));
-    shapes.end = std::max(shapes.end, static_cast<std::size_t>(row) + 1);
-  }
-  give_up(data, {static_cast<std::size_t>(gone.front()), static_cast<std::size_t>(gone.back()) + 1}, shapes);
+void give_up_rows_among(WorldData& data, const std::vector<std::int32_t>& bodies,
+                        const std::vector<std::int32_t>& shapes) {
+  const auto around = [](const std::vector<std::int32_t>& rows) {
+    if (rows.empty()) return Rows{0, 0};
+    const auto [first, last] = std::minmax_element(rows.begin(), rows.end());
+    return Rows{static_cast<std::size_t>(*first), static_cast<std::size_t>(*last) + 1};
+  };
+  give_up(data, around(bodies), around(shapes));
 }
 
 }  // namespace scree

@@ -85,8 +85,9 @@ class SCREE_API DistributedWorld {
   /// Makes calls that each rank has for the whole world: rank 0 those of its `calls`, then rank 1, and so on,
   /// as if one process made them all in this order. So each rank can create what lies in its part of the
   /// space, and handles are those of such a process. They are made on the other ranks, too, where nothing is
-  /// kept of new bodies but what all ranks have. All ranks call it together, between two steps; `calls` may
-  /// do nothing, must not step(), and reads what this rank has.
+  /// kept of new bodies but what all ranks have. All ranks call it together, between two steps. `calls` may
+  /// be empty, and reads what this rank has; hooks and callbacks are not for it to set. What all ranks do
+  /// together, such as step() and hash(), throws an Error in it.
   ///
   /// What `calls` throws on a rank ends the turns; all ranks throw that as an Error. What was called before
   /// stands.

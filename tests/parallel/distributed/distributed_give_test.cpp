@@ -3,14 +3,21 @@
 #include <scree/distributed_world.h>
 #include <scree/error.h>
 #include <scree/step.h>
+#include <sys/resource.h>
 #include <tests/parallel/distributed/absent_rows.h>
 #include <tests/parallel/distributed/local_ranks.h>
 #include <tests/physics/lab.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace scree {
@@ -74,6 +81,103 @@ TEST(DistributedGive, WhatEachRankGivesHasTheBitsOfOneProcess) {
   EXPECT_EQ(all_of(errors), "");
 }
 
+// Kinematic bodies are on all ranks until one makes them dynamic: then they are its own, or where they lie.
+TEST(DistributedGive, ManyBodiesThatBecomeDynamicHaveTheBitsOfOneProcess) {
+  const auto make = [] {
+    World world = with_floor();
+    for (int i = 0; i < 300; ++i) {
+      const float x = 0.7f * static_cast<float>(i % 20) - 7.0f, y = 0.5f + 0.7f * static_cast<float>(i / 20);
+      world.add_shape(world.create_body({.type = BodyType::kinematic, .position = {x, y, 0}}), Sphere{0.3f});
+    }
+    return world;
+  };
+  const auto loosen = [](World& world, int part) {
+    for (std::uint32_t row = 10u + 100u * static_cast<std::uint32_t>(part);
+         row < 100u + 100u * static_cast<std::uint32_t>(part); ++row)
+      world.set_body_type(world.body_at(row), BodyType::dynamic);
+  };
+  Workers workers(1);
+  World one = make();
+  std::vector<std::uint64_t> expected;
+  for (int i = 0; i < 60; ++i) {
+    for (int part = 0; part < 3 && i == 5; ++part) loosen(one, part);
+    step(one, kStep, workers);
+    expected.push_back(one.hash());
+  }
+  const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
+    Workers of_rank(1);
+    DistributedWorld world(make(), transport);
+    for (int i = 0; i < 60; ++i) {
+      if (i == 5) world.give([&](World& part) { loosen(part, rank); }, of_rank);
+      world.step(kStep, of_rank);
+      ASSERT_EQ(world.hash(), expected[static_cast<std::size_t>(i)]) << "step " << i;
+    }
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
+TEST(DistributedGive, WhatAllRanksDoTogetherIsRefusedInIt) {
+  const auto errors = run_ranks(2, [&](int rank, Transport& transport) {
+    Workers of_rank(1);
+    DistributedWorld world(with_floor(), transport);
+    const std::vector<std::function<void()>> together = {
+        [&] { world.step(kStep, of_rank); }, [&] { world.hash(); }, [&] { world.give({}, of_rank); },
+        [&] { scree::step(world.world(), kStep, of_rank); }, [] { throw 3; }};
+    for (std::size_t i = 0; i < together.size(); ++i) {
+      const char* const part = i + 1 < together.size() ? "must wait" : "no std::exception";
+      try {
+        world.give(
+            [&](World&) {
+              if (rank == 1) together[i]();
+            },
+            of_rank);
+        ADD_FAILURE() << i;
+      } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+      }
+    }
+    world.step(kStep, of_rank);
+    world.hash();
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
+// A recording that fails keeps no call of rank 0 from the others.
+TEST(DistributedGive, GoesOnWhereTheRecordingFails) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("scree_give_" + std::to_string(getpid()))).string();
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  rlimit small = limit;
+  small.rlim_cur = 40'000;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  std::vector<std::size_t> counts(2);
+  const auto errors = run_ranks(2, [&](int rank, Transport& transport) {
+    Workers of_rank(1);
+    DistributedWorld world(with_floor(), transport);
+    world.record(file, of_rank);
+    const auto create = [&](World& part) {
+      physics::Random random(3);
+      for (int i = 0, behind = 0; i < 40000 && behind < 50; ++i) {
+        const Vec3 place = {random.uniform(-90, 90), random.uniform(5, 90), random.uniform(-90, 90)};
+        part.add_shape(part.create_body({.position = place}), Sphere{0.3f});
+        if (i % 1000 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        behind += world.recorder()->is_recording() ? 0 : 1;
+      }
+      EXPECT_FALSE(world.recorder()->is_recording());
+    };
+    world.give(rank == 0 ? std::function<void(World&)>(create) : nullptr, of_rank);
+    counts[static_cast<std::size_t>(rank)] = world.world().body_count();
+    world.step(kStep, of_rank);
+    world.hash();
+  });
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
+  EXPECT_EQ(all_of(errors), "");
+  EXPECT_GT(counts[0], 50u);
+  EXPECT_EQ(counts[1], counts[0]);
+  std::remove(file.c_str());
+}
+
 // Of many bodies a rank keeps its own alone.
 TEST(DistributedGive, RowsThatARankDoesNotHaveAreZero) {
   constexpr int kRanks = 3, kBodies = 20000;  // of each rank; more than one message holds
@@ -81,6 +185,7 @@ TEST(DistributedGive, RowsThatARankDoesNotHaveAreZero) {
   World one = with_floor();
   const auto fill = [](World& world, int part) {
     std::vector<BodyDef> defs;
+    std::vector<BodyId> of_first;
     for (int i = 0; i < kBodies; ++i) {
       defs.push_back({.position = {100.0f * static_cast<float>(part) + static_cast<float>(i % 20),
                                    static_cast<float>(i / 400), static_cast<float>(i / 20 % 20)},
@@ -89,8 +194,15 @@ TEST(DistributedGive, RowsThatARankDoesNotHaveAreZero) {
     for (int begin = 0; begin < kBodies; begin += 5000) {
       std::vector<BodyId> ids(5000);
       const std::vector<Geometry> balls(5000, Sphere{0.4f});
-      world.create_bodies(std::span(defs).subspan(static_cast<std::size_t>(begin), 5000), balls, {}, {}, ids);
+      const std::span<const BodyDef> some = std::span(defs).subspan(static_cast<std::size_t>(begin), 5000);
+      if (begin == 0) {
+        world.create_bodies(some, ids);  // whose shapes come with later messages
+        of_first = ids;
+      } else {
+        world.create_bodies(some, balls, {}, {}, ids);
+      }
     }
+    for (int i = 0; i < 5000; ++i) world.add_shape(of_first[static_cast<std::size_t>(i)], Sphere{0.4f});
   };
   for (int part = 0; part < kRanks; ++part) fill(one, part);
   const auto errors = run_ranks(kRanks, [&](int rank, Transport& transport) {
