@@ -11,6 +11,9 @@
 
 namespace scree {
 
+struct Border;
+struct WorldData;
+
 // What all ranks do together after each part of the calls, and at their end.
 using AfterCalls = std::function<void()>;
 
@@ -21,8 +24,6 @@ std::optional<Error> send_calls(World& world, Transport& transport, const std::f
 std::optional<Error> take_calls(World& world, Transport& transport, int from, const AfterCalls& after);
 
 // Lets go of bodies that calls have given to other ranks, and of their memory.
-struct Border;
-struct WorldData;
 void let_go_of_given(WorldData& data, Border& border);
 
 }  // namespace scree
