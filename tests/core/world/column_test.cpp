@@ -157,6 +157,19 @@ TEST(Column, UnwrittenRowsTakeNoMemory) {
   EXPECT_LT(resident_bytes() - before, 0.2 * kRows * sizeof(WideRow));
 }
 
+TEST(Column, ZeroedRowsTakeNoMemory) {
+  if (!has_page_memory()) GTEST_SKIP() << "memory is watched";
+  constexpr std::size_t kRows = 1'000'000;
+  const double before = resident_bytes();
+  Column<WideRow> column;
+  column.resize(kRows);
+  for (WideRow& row : column) row.values[0] = 1.0f;
+  EXPECT_GT(resident_bytes() - before, 0.9 * kRows * sizeof(WideRow));
+  column.zero(kRows / 10, kRows);
+  EXPECT_LT(resident_bytes() - before, 0.2 * kRows * sizeof(WideRow));
+  EXPECT_EQ(column[kRows / 10 - 1].values[0], 1.0f);
+}
+
 // Bytes of the program's address space.
 double address_bytes() {
   std::ifstream file("/proc/self/statm");
@@ -196,6 +209,26 @@ TEST(MemoryUse, AFixedBodyWithItsBoxTakesUnder400BytesBeforeItIsStepped) {
   EXPECT_LT(resident_bytes() - before, 400.0 * kBodies);
 }
 #endif
+
+// With pages of its own and without.
+TEST(Column, ZeroChangesTheRowsOfItsRangeAlone) {
+  for (const std::int32_t size : {1, 100, 20'000, 200'000}) {
+    Column<std::int32_t> column;
+    column.resize(size);
+    const std::int32_t bounds[][2] = {{0, 0},           {0, 1},       {size / 3, size / 2}, {size - 1, size},
+                                      {size / 3, size}, {size, size}, {size / 7, size / 2}, {0, size}};
+    for (const auto& [first, end] : bounds) {
+      for (std::int32_t i = 0; i < size; ++i) column[i] = i + 1;
+      column.zero(first, end);
+      for (std::int32_t i = 0; i < size; ++i)
+        ASSERT_EQ(column[i], i >= first && i < end ? 0 : i + 1) << first << " to " << end << " of " << size;
+    }
+    column[size - 1] = 7;
+    column.drop_back(1);
+    column.resize(size);
+    EXPECT_EQ(column[size - 1], 0);
+  }
+}
 
 TEST(Column, ReservedRowsNeedNoNewMemory) {
   Column<std::int32_t> column;
