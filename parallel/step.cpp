@@ -98,7 +98,6 @@ void check_worlds(std::span<World* const> worlds) {
 void run_phases(WorldData& data, float dt, Crew& crew, Clock::time_point begin) {
   const bool asks = data.user_joints.callback && dt > 0.0f;
   if (Border* const border = border_of(data)) {
-    check_border(data);
     adopt_calls(data, *border);
     if (asks) list_asked_joints(data);
   }
@@ -206,7 +205,8 @@ void step(World& world, float dt, Crew& crew) {
     list_asked_joints(data);
     refresh_user_rows(world, data, dt, crew);
   }
-  data.recording.hash.reset();  // a step that threw may have left one
+  if (data.border != nullptr) check_border(data);  // of what it refuses, a recording does not end
+  data.recording.hash.reset();                     // a step that threw may have left one
   const HooksReady ready(data.hooks, world, dt);
   try {
     run_phases(data, dt, crew, begin);
