@@ -1,16 +1,14 @@
-// A world in a file that many ranks write at once. It holds the part of rank 0 as a snapshot, and from each
-// other rank the messages in which it would give all of its bodies to rank 0. So who reads it does what rank
-// 0 would, and has the whole world, whatever number of ranks there was.
+// A world in a file that many ranks write at once, each its part; see world_parts.h.
 //
 // Numbers are in little-endian order:
 //   8 bytes  "SCREEPTS"
 //   u32      kCheckpointVersion
 //   u32      kByteOrderMark
-//   u64      of the columns of snapshots and of messages
+//   u64      layout_of_parts()
 //   u64      number of ranks R, in [1, kMostRanks]
 //   R times  u64, u64: bytes and xxHash64 of a rank's part
 //   u64      xxHash64 of all of the above
-//   R parts  of rank 0: write_snapshot; of others, message by message: u64 its bytes, and these
+//   R parts  of rank 0: write_snapshot; of others: messages_of_part
 #pragma once
 
 #include <core/world/world_data.h>
@@ -27,7 +25,6 @@
 namespace scree {
 
 inline constexpr std::uint32_t kCheckpointVersion = 2;
-inline constexpr std::uint64_t kMostRanks = 1'000'000;
 
 // This rank's part of the file. The world stays what it is.
 std::vector<std::byte> checkpoint_part(World& world, Crew& crew);

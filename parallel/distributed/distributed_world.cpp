@@ -10,6 +10,7 @@
 #include <parallel/distributed/messages.h>
 #include <parallel/distributed/partition.h>
 #include <parallel/distributed/send_bodies.h>
+#include <parallel/recording/shared_keyframe.h>
 #include <scree/distributed_world.h>
 #include <scree/error.h>
 #include <scree/step.h>
@@ -180,7 +181,9 @@ struct DistributedWorld::Impl {
   std::int64_t steps = 0;  // since the world was shared out
   RankStats stats = {};
   std::optional<Recorder> recorder = {};  // on rank 0
-  int keyframe_spacing = 0;               // steps; of the recording
+  std::string recording_file = {};
+  int compression_level = 0;  // of the recording, as is the spacing
+  int keyframe_spacing = 0;   // steps
   int steps_to_keyframe = 0;
 
   WorldData& data() { return internals(world); }
@@ -277,13 +280,18 @@ struct DistributedWorld::Impl {
     return problem;
   }
 
+  // The world goes on where a keyframe cannot be written: the recorder has ended then.
   void keep_up_recording(Workers& workers) {
     if (!border().is_recorded || --steps_to_keyframe > 0) return;
     steps_to_keyframe = keyframe_spacing;
-    while_whole(workers, [&] { tell_gathered(); });
+    add_keyframe(workers);
   }
-  void tell_gathered() {
-    if (data().recording.sink != nullptr) data().recording.sink->gathered(data());
+  std::optional<Error> add_keyframe(Workers& workers) {
+    check_border(data());
+    adopt_calls(data(), border());
+    Crew crew(workers);
+    SharedRecorder::Impl* const of_first = recorder ? SharedRecorder::impl(*recorder) : nullptr;
+    return write_shared_keyframe(world, of_first, recording_file, compression_level, crew);
   }
 
   // What it takes a search to know.
@@ -460,7 +468,16 @@ void DistributedWorld::record(const std::string& file, Workers& workers, const R
   Impl& impl = *impl_;
   if (impl.border().is_recorded)
     throw Error("DistributedWorld: the world is being recorded already", ErrorCode::already_recording);
-  impl.while_whole(workers, [&] { impl.recorder.emplace(impl.world, file, options); });
+  check_border(impl.data());
+  impl.recording_file = file;
+  impl.compression_level = options.compression_level;
+  std::optional<Error> problem =
+      impl.on_first([&] { impl.recorder.emplace(SharedRecorder::record_part(impl.world, file, options)); });
+  if (!problem) problem = impl.add_keyframe(workers);
+  if (problem) {
+    impl.recorder.reset();
+    throw *problem;
+  }
   impl.border().is_recorded = true;
   impl.keyframe_spacing = impl.steps_to_keyframe = options.keyframe_spacing;
 }
@@ -468,7 +485,7 @@ void DistributedWorld::record(const std::string& file, Workers& workers, const R
 void DistributedWorld::finish_recording(Workers& workers) {
   Impl& impl = *impl_;
   if (!impl.border().is_recorded) return;
-  impl.while_whole(workers, [&] { impl.tell_gathered(); });
+  impl.add_keyframe(workers);
   impl.border().is_recorded = false;
   const std::optional<Error> problem = impl.on_first([&] { impl.recorder->finish(); });
   if (problem) throw *problem;

@@ -61,7 +61,6 @@ class CallSender final : public CallSink {
   void restored(const WorldData&) noexcept override {}  // parts of a world refuse that ...
   void stepped(const WorldData&, float, std::uint64_t) noexcept override {
   }  // ... and while they are given this
-  void gathered(const WorldData&) noexcept override {}
   void world_ended() noexcept override {}
   void step_failed() noexcept override {}
 

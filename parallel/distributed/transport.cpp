@@ -75,11 +75,6 @@ int write_part(const std::string& file, std::uint64_t offset, std::span<const st
   return close(descriptor) != 0 && problem == 0 ? errno : problem;
 }
 
-int create_file(const std::string& file) {
-  const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  return descriptor < 0 || close(descriptor) != 0 ? errno : 0;
-}
-
 // Throws on all ranks if one has a problem; `problem` is this rank's.
 void check_together(Transport& transport, const std::string& file, int problem) {
   std::int64_t failures = problem != 0 ? 1 : 0;
@@ -94,7 +89,6 @@ void check_together(Transport& transport, const std::string& file, int problem) 
 
 void Transport::write_together(const std::string& file, std::uint64_t offset,
                                std::span<const std::byte> part) {
-  check_together(*this, file, rank() == 0 ? create_file(file) : 0);
   check_together(*this, file, write_part(file, offset, part));
 }
 

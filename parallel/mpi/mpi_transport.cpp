@@ -147,11 +147,10 @@ void MpiTransport::write_together(const std::string& file, std::uint64_t offset,
     throw Error("MpiTransport: " + what + " by " + std::to_string(failures) + " other ranks",
                 ErrorCode::io_failure);
   };
-  check_together(MPI_File_open(impl_->communicator, file.c_str(), MPI_MODE_CREATE | MPI_MODE_WRONLY,
-                               MPI_INFO_NULL, &handle));
+  check_together(MPI_File_open(impl_->communicator, file.c_str(), MPI_MODE_WRONLY, MPI_INFO_NULL, &handle));
   std::uint64_t rounds = (part.size() + kMostInRound - 1) / kMostInRound;
   MPI_Allreduce(MPI_IN_PLACE, &rounds, 1, MPI_UINT64_T, MPI_MAX, impl_->communicator);
-  int result = MPI_File_set_size(handle, 0);
+  int result = MPI_SUCCESS;
   for (; rounds > 0; --rounds) {
     const std::span<const std::byte> now = part.first(std::min<std::size_t>(part.size(), kMostInRound));
     MPI_Status status{};

@@ -106,10 +106,14 @@ void Player::Impl::seek(std::uint64_t step, Workers& workers, const char* call) 
 std::string Player::Impl::difference_from(std::size_t keyframe) {
   const std::size_t chunk = keyframe_chunk(keyframe);
   save(world, scratch);
-  if (scree::hash_of_state(*SnapshotAccess::data(scratch)) == file.hash_of_state(chunk)) return {};
+  const bool is_shared = file.is_shared(chunk);
+  const auto is_equal = [&] {
+    return scree::hash_of_state(*SnapshotAccess::data(scratch)) == file.hash_of_state(chunk);
+  };
+  if (!is_shared && is_equal()) return {};
   World recorded;
   restore(recorded, file.state(chunk));
-  if (file.is_gathered(chunk)) return first_difference_but_for_order(recorded, world);
+  if (is_shared) return first_difference_but_for_order(recorded, world);
   const std::string difference = first_state_difference(recorded, world);
   return difference.empty() ? "what snapshots keep besides the columns of kind state" : difference;
 }

@@ -1,6 +1,6 @@
 // Recorder: takes the calls and steps of a world and passes them to the writer.
 #include <core/world/edit.h>
-#include <parallel/recording/recording_writer.h>
+#include <parallel/recording/recorder_impl.h>
 #include <scree/recording.h>
 
 #include <exception>
@@ -30,148 +30,141 @@ void check_options(const RecorderOptions& options) {
 
 }  // namespace
 
-struct SCREE_HIDDEN Recorder::Impl final : CallSink {
-  Impl(WorldData& world, const std::string& file, const RecorderOptions& options)
-      : spacing(static_cast<std::uint64_t>(options.keyframe_spacing)),
-        first_step(world.step_count),
-        writer(file, options) {
+// Does the work, or ends the recording if that fails.
+template <class Work>
+void Recorder::Impl::keep(Work&& work) noexcept {
+  if (!writer.has_failed()) {
+    try {
+      work();
+      return;
+    } catch (const std::bad_alloc&) {
+      writer.fail("memory ran out", ErrorCode::out_of_memory);
+    } catch (const Error& error) {
+      writer.fail(error.what(), error.code());
+    } catch (const std::exception& error) {
+      writer.fail(error.what(), ErrorCode::io_failure);
+    }
+  }
+  end(false);
+}
+
+Recorder::Impl::Impl(WorldData& world, const std::string& file, const RecorderOptions& options)
+    : spacing(static_cast<std::uint64_t>(options.keyframe_spacing)),
+      first_step(world.step_count),
+      writer(file, options) {
+  if (world.border == nullptr) {
     place_matter(world);  // of later keyframes the step has done so
     add_state(world, ChunkKind::keyframe);
     writer.wait_until_written();
     if (writer.has_failed()) writer.throw_error("Recorder: ");
-    data = &world;
-    data->recording.sink = this;
+  } else if (!writer.is_regular_file()) {
+    throw Error("Recorder: " + file + ": many ranks can write to a regular file only", ErrorCode::io_failure);
   }
-  ~Impl() {
-    // The recording program did not come to the end.
-    if (std::uncaught_exceptions() > exceptions)
-      writer.fail("an exception has ended it", ErrorCode::io_failure);
-    end(true);
-  }
+  data = &world;
+  data->recording.sink = this;
+}
 
-  void called(const MadeCall& call) noexcept override {
-    keep([&] {
-      writer.add(first_step + steps, [&](RecordingBatch& batch) {
-        CallWriter out(batch.bytes, solids);
-        write_call(call, out);
-        append_new_solids(batch.solids);
-        ++batch.calls;
-      });
-      calls_follow = true;
+Recorder::Impl::~Impl() {
+  // The recording program did not come to the end.
+  if (std::uncaught_exceptions() > exceptions)
+    writer.fail("an exception has ended it", ErrorCode::io_failure);
+  end(true);
+}
+
+void Recorder::Impl::called(const MadeCall& call) noexcept {
+  keep([&] {
+    writer.add(position(), [&](RecordingBatch& batch) {
+      CallWriter out(batch.bytes, solids);
+      write_call(call, out);
+      append_new_solids(batch.solids);
+      ++batch.calls;
     });
-  }
+    calls_follow = true;
+  });
+}
 
-  void restored(const WorldData& world) noexcept override {
-    keep([&] {
-      add_state(world, ChunkKind::restored);
-      calls_follow = true;
+void Recorder::Impl::restored(const WorldData& world) noexcept {
+  keep([&] {
+    add_state(world, ChunkKind::restored);
+    calls_follow = true;
+  });
+}
+
+void Recorder::Impl::stepped(const WorldData& world, float dt, std::uint64_t hash) noexcept {
+  keep([&] {
+    writer.add(position(), [&](RecordingBatch& batch) {
+      batch.bytes.put(static_cast<std::uint8_t>(RecordedCall::step));
+      batch.bytes.put(dt);
+      batch.bytes.put(hash);
+      ++batch.steps;
     });
-  }
+    ++steps;
+    calls_follow = false;
+    const bool is_whole = world.border == nullptr;
+    if (is_whole && steps - last_keyframe >= spacing) add_state(world, ChunkKind::keyframe);
+  });
+}
 
-  void stepped(const WorldData& world, float dt, std::uint64_t hash) noexcept override {
-    keep([&] {
-      writer.add(first_step + steps, [&](RecordingBatch& batch) {
-        batch.bytes.put(static_cast<std::uint8_t>(RecordedCall::step));
-        batch.bytes.put(dt);
-        batch.bytes.put(hash);
-        ++batch.steps;
-      });
-      ++steps;
-      calls_follow = false;
-      const bool is_whole = world.border == nullptr;
-      if (is_whole && steps - last_keyframe >= spacing) add_state(world, ChunkKind::keyframe);
-    });
-  }
+void Recorder::Impl::world_ended() noexcept {
+  data = nullptr;
+  writer.stop();
+}
 
-  void gathered(const WorldData& world) noexcept override {
-    keep([&] {
-      if (!calls_follow && last_keyframe != steps) add_state(world, ChunkKind::keyframe, kChunkGathered);
-    });
-  }
+void Recorder::Impl::step_failed() noexcept {
+  data = nullptr;
+  writer.fail("memory ran out", ErrorCode::out_of_memory);
+  writer.stop();
+}
 
-  void world_ended() noexcept override {
-    data = nullptr;
-    writer.stop();
+void Recorder::Impl::end(bool with_keyframe) noexcept {
+  const bool is_whole = data != nullptr && data->border == nullptr;
+  if (is_whole && with_keyframe && can_add_keyframe()) {
+    keep([this] { add_state(*data, ChunkKind::keyframe); });
   }
+  if (data != nullptr) std::exchange(data, nullptr)->recording.sink = nullptr;
+  writer.stop();
+}
 
-  void step_failed() noexcept override {
-    data = nullptr;
-    writer.fail("memory ran out", ErrorCode::out_of_memory);
-    writer.stop();
-  }
+void Recorder::Impl::append_new_solids(SolidVectors& to) {
+  const SolidViews all = solids.solids();
+  for (; hulls_told < all.hulls.size(); ++hulls_told) to.hulls.push_back(all.hulls[hulls_told]);
+  for (; meshes_told < all.meshes.size(); ++meshes_told) to.meshes.push_back(all.meshes[meshes_told]);
+}
 
-  // Lets go of the world and writes the rest, with a keyframe if that is asked for and the world is as its
-  // last step has left it.
-  void end(bool with_keyframe) noexcept {
-    const bool is_whole = data != nullptr && data->border == nullptr;
-    if (is_whole && with_keyframe && !calls_follow && last_keyframe != steps) {
-      keep([this] { add_state(*data, ChunkKind::keyframe); });
-    }
-    if (data != nullptr) std::exchange(data, nullptr)->recording.sink = nullptr;
-    writer.stop();
-  }
-
-  // Does the work, or ends the recording if that fails.
-  template <class Work>
-  void keep(Work&& work) noexcept {
-    if (!writer.has_failed()) {
-      try {
-        work();
-        return;
-      } catch (const std::bad_alloc&) {
-        writer.fail("memory ran out", ErrorCode::out_of_memory);
-      } catch (const Error& error) {
-        writer.fail(error.what(), error.code());
-      } catch (const std::exception& error) {
-        writer.fail(error.what(), ErrorCode::io_failure);
-      }
-    }
-    end(false);
-  }
-
-  void append_new_solids(SolidVectors& to) {
-    const SolidViews all = solids.solids();
-    for (; hulls_told < all.hulls.size(); ++hulls_told) to.hulls.push_back(all.hulls[hulls_told]);
-    for (; meshes_told < all.meshes.size(); ++meshes_told) to.meshes.push_back(all.meshes[meshes_told]);
-  }
-
-  void add_state(const WorldData& world, ChunkKind kind, std::uint8_t flags = 0) {
-    std::unique_ptr<StateToRecord> state = writer.take_spare_state();
-    if (state == nullptr) state = std::make_unique<StateToRecord>();
-    save_world(world, state->snapshot, false);
-    state->kind = kind;
-    state->flags = flags;
-    state->solids = solids.numbers_of(state->snapshot.hulls, state->snapshot.meshes);
-    SolidVectors new_solids;
-    append_new_solids(new_solids);
-    writer.add_state(first_step + steps, std::move(state), std::move(new_solids));
-    if (kind == ChunkKind::keyframe) last_keyframe = steps;
-  }
-
-  const std::uint64_t spacing;
-  const std::uint64_t first_step;
-  WorldData* data = nullptr;  // null: the recording has ended
-  std::uint64_t steps = 0;
-  std::uint64_t last_keyframe = 0;                    // steps before it
-  bool calls_follow = false;                          // since the last step
-  SolidList solids;                                   // of the whole recording
-  std::size_t hulls_told = 0, meshes_told = 0;        // of them, how many the writer knows
-  bool finished = false;                              // finish() has been called
-  const int exceptions = std::uncaught_exceptions();  // on their way when the recording began
-  RecordingWriter writer;
-};
+void Recorder::Impl::add_state(const WorldData& world, ChunkKind kind) {
+  std::unique_ptr<StateToRecord> state = writer.take_spare_state();
+  if (state == nullptr) state = std::make_unique<StateToRecord>();
+  save_world(world, state->snapshot, false);
+  state->kind = kind;
+  state->solids = solids.numbers_of(state->snapshot.hulls, state->snapshot.meshes);
+  SolidVectors new_solids;
+  append_new_solids(new_solids);
+  writer.add_state(position(), std::move(state), std::move(new_solids));
+  if (kind == ChunkKind::keyframe) note_keyframe();
+}
 
 Recorder::Recorder(World& world, const std::string& file, const RecorderOptions& options) {
+  check_whole(internals(world, "Recorder"), "Recorder");
+  begin(world, file, options);
+}
+
+Recorder SharedRecorder::record_part(World& world, const std::string& file, const RecorderOptions& options) {
+  Recorder recorder;
+  recorder.begin(world, file, options);
+  return recorder;
+}
+
+void Recorder::begin(World& world, const std::string& file, const RecorderOptions& options) {
   check_options(options);
   check_byte_order("Recorder");
   WorldData& data = internals(world, "Recorder");
-  check_whole(data, "Recorder");
   if (data.recording.sink != nullptr) {
     throw Error("Recorder: the world is being recorded already", ErrorCode::already_recording);
   }
   impl_ = std::make_unique<Impl>(data, file, options);
 }
 
+Recorder::Recorder() noexcept = default;
 Recorder::~Recorder() = default;
 Recorder::Recorder(Recorder&&) noexcept = default;
 Recorder& Recorder::operator=(Recorder&&) noexcept = default;

@@ -2,10 +2,12 @@
 #include <core/state/recording_format/recorded_state.h>
 #include <core/state/snapshot/snapshot_hulls.h>
 #include <core/state/snapshot/snapshot_meshes.h>
+#include <parallel/distributed/world_parts.h>
 #include <parallel/recording/recording_file.h>
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace scree {
 
@@ -25,17 +27,19 @@ const char* name_of(ChunkKind kind) {
       return "the end";
     case ChunkKind::meshes:
       return "meshes";
+    case ChunkKind::part:
+      return "a part of a keyframe";
   }
   return "an unknown kind";
 }
 
-bool is_known(ChunkKind kind) { return kind >= ChunkKind::hulls && kind <= ChunkKind::meshes; }
+bool is_known(ChunkKind kind) { return kind >= ChunkKind::hulls && kind <= ChunkKind::part; }
 bool has_solids(ChunkKind kind) { return kind == ChunkKind::hulls || kind == ChunkKind::meshes; }
 
 }  // namespace
 
 void refuse_recording(std::uint64_t offset, const std::string& reason, ErrorCode code) {
-  throw Error("Player: byte " + std::to_string(offset) + ": " + reason, code);
+  throw RefusedRecording("Player: byte " + std::to_string(offset) + ": " + reason, code);
 }
 
 RecordingFile::RecordingFile(const std::string& file) {
@@ -103,6 +107,26 @@ bool RecordingFile::is_intact(const RecordedChunk& chunk) {
                                 static_cast<std::size_t>(chunk.head.stored_bytes))) == chunk.head.stored_hash;
 }
 
+// Ranks write their parts of a keyframe at once: where one has died meanwhile, some are missing, anywhere
+// among those that are there. Then nothing follows them.
+bool RecordingFile::has_all_parts(const RecordedChunk& keyframe, std::uint64_t begin) {
+  if (keyframe.head.count > size_ - begin) return false;
+  const std::uint64_t end = begin + keyframe.head.count;
+  if (end < end_of_data_) return true;
+  for (std::uint64_t at = begin; at < end;) {
+    if (end - at < kChunkHeadBytes) return false;
+    RecordedChunk part{{}, at, 0, 0};
+    try {
+      part.head = read_chunk_head(bytes_at(at, kChunkHeadBytes));
+    } catch (const RefusedBytes&) {
+      return false;
+    }
+    if (part.head.stored_bytes > end - at - kChunkHeadBytes || !is_intact(part)) return false;
+    at += kChunkHeadBytes + part.head.stored_bytes;
+  }
+  return true;
+}
+
 // Lists the chunk at `offset`, which moves on; false if there is no whole one. One that reaches into zeros at
 // the end of the file may have them of its own.
 bool RecordingFile::scan_chunk(std::uint64_t& offset) {
@@ -121,6 +145,8 @@ bool RecordingFile::scan_chunk(std::uint64_t& offset) {
   if (chunk.head.stored_bytes > left - kChunkHeadBytes) return false;
   const std::uint64_t end = offset + kChunkHeadBytes + chunk.head.stored_bytes;
   if (end > end_of_data_ && !is_intact(chunk)) return false;
+  if (chunk.head.kind == ChunkKind::keyframe && chunk.head.count > 0 && !has_all_parts(chunk, end))
+    return false;
   info_.lost_bytes = 0;
   list_chunk(chunk);
   offset = end;
@@ -142,9 +168,13 @@ void RecordingFile::list_chunk(const RecordedChunk& chunk) {
   const bool has_count = has_steps || has_solids(head.kind);
   require(has_steps ? head.steps <= head.content_bytes / kStepRecordBytes : head.steps == 0,
           "the chunk has a wrong number of steps");
-  require(has_count ? head.count <= head.content_bytes : head.count == 0, "the chunk has a wrong count");
-  require((head.flags & kChunkGathered) == 0 || head.kind == ChunkKind::keyframe,
-          "only keyframes are gathered from ranks");
+  const bool is_shared = head.kind == ChunkKind::keyframe || head.kind == ChunkKind::part;
+  require(has_count ? head.count <= head.content_bytes : is_shared || head.count == 0,
+          "the chunk has a wrong count");
+  const std::uint64_t end = chunk.offset + kChunkHeadBytes + head.stored_bytes;
+  require((head.kind == ChunkKind::part) == (chunk.offset < end_of_parts_) &&
+              (head.kind != ChunkKind::part || end <= end_of_parts_),
+          "the parts of a keyframe are not those that its head says");
   if (keyframes_.empty()) {
     require(has_solids(head.kind) || head.kind == ChunkKind::keyframe,
             "the recording does not begin with a state");
@@ -163,6 +193,7 @@ void RecordingFile::list_chunk(const RecordedChunk& chunk) {
       keyframes_.push_back(chunks_.size());
       keyframe_steps_.push_back(head.step);
       ++info_.keyframes;
+      if (head.count > 0) end_of_parts_ = end + head.count;
       break;
     case ChunkKind::calls:
       info_.calls += head.count;
@@ -173,6 +204,8 @@ void RecordingFile::list_chunk(const RecordedChunk& chunk) {
       break;
     case ChunkKind::end:
       info_.finished = true;
+      break;
+    case ChunkKind::part:
       break;
   }
   chunks_.push_back(chunk);
@@ -229,13 +262,66 @@ SolidViews RecordingFile::solids_before(std::size_t chunk) {
           std::span<const MeshPointer>(solids_.meshes).first(static_cast<std::size_t>(next.meshes_before))};
 }
 
+namespace {
+
+// The parts of a keyframe are the chunks behind it.
+class PartChunks final : public PartSource {
+ public:
+  PartChunks(RecordingFile& file, std::size_t keyframe) : file_(file), keyframe_(keyframe) {
+    while (keyframe + 1 < file.chunks().size() && file.chunks()[keyframe + 1].head.kind == ChunkKind::part)
+      ++keyframe;
+    parts_ = static_cast<int>(std::min<std::size_t>(keyframe - keyframe_, kMostRanks - 1));
+  }
+  int ranks() const override { return parts_ + 1; }
+  std::vector<std::byte> part(int rank) override {
+    const std::uint64_t all = file_.chunks()[chunk_of(rank)].head.count;
+    if (std::cmp_not_equal(all, ranks()))
+      refuse(rank, 0,
+             "there are " + std::to_string(ranks()) + " parts, of " + std::to_string(all) + " ranks");
+    std::vector<std::byte> bytes = file_.content(chunk_of(rank));
+    std::uint64_t layout = 0;
+    if (bytes.size() < sizeof layout) refuse(rank, 0, "the part ends too early");
+    std::memcpy(&layout, bytes.data(), sizeof layout);
+    if (layout != layout_of_parts())
+      file_.refuse_content(chunk_of(rank), 0, "a version of Scree with other columns has written this",
+                           ErrorCode::wrong_version);
+    bytes.erase(bytes.begin(), bytes.begin() + sizeof layout);
+    return bytes;
+  }
+  [[noreturn]] void refuse(int rank, std::size_t at, const std::string& reason) const override {
+    file_.refuse_content(chunk_of(rank), sizeof(std::uint64_t) + at, reason);
+  }
+
+ private:
+  std::size_t chunk_of(int rank) const { return keyframe_ + static_cast<std::size_t>(rank); }
+
+  RecordingFile& file_;
+  std::size_t keyframe_;
+  int parts_ = 0;
+};
+
+}  // namespace
+
 Snapshot RecordingFile::state(std::size_t chunk) {
   const SolidViews solids = solids_before(chunk);
-  return read_content(chunk, content(chunk),
-                      [&](std::span<const std::byte> bytes) { return read_state(bytes, solids); });
+  Snapshot first = read_content(chunk, content(chunk),
+                                [&](std::span<const std::byte> bytes) { return read_state(bytes, solids); });
+  if (!is_shared(chunk)) return first;
+  PartChunks parts(*this, chunk);
+  World world;
+  restore(world, first);
+  first = {};
+  try {
+    return add_parts(world, parts);
+  } catch (const RefusedRecording&) {
+    throw;
+  } catch (const Error& error) {  // as a rank refuses messages
+    refuse_content(chunk, 0, std::string("its parts do not fit: ") + error.what());
+  }
 }
 
 std::uint64_t RecordingFile::hash_of_state(std::size_t chunk) {
+  if (is_shared(chunk)) return scree::hash_of_state(*SnapshotAccess::data(state(chunk)));
   return read_content(chunk, content(chunk),
                       [](std::span<const std::byte> bytes) { return recorded_state_hash(bytes); });
 }

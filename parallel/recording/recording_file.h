@@ -14,7 +14,10 @@
 
 namespace scree {
 
-// Throws Error "Player: byte <offset>: <reason>".
+// "Player: byte <offset>: <reason>".
+struct RefusedRecording : Error {
+  using Error::Error;
+};
 [[noreturn]] void refuse_recording(std::uint64_t offset, const std::string& reason,
                                    ErrorCode code = ErrorCode::corrupt_data);
 
@@ -39,7 +42,10 @@ class RecordingFile {
   SolidViews solids_before(std::size_t chunk);
   Snapshot state(std::size_t chunk);               // of a keyframe, or what was restored
   std::uint64_t hash_of_state(std::size_t chunk);  // as it was recorded
-  bool is_gathered(std::size_t chunk) const { return (chunks_[chunk].head.flags & kChunkGathered) != 0; }
+  // A keyframe of many ranks: its contacts are in another order than those of a replay.
+  bool is_shared(std::size_t chunk) const {
+    return chunks_[chunk].head.kind == ChunkKind::keyframe && chunks_[chunk].head.count > 0;
+  }
   // Calls work(content) with the content of a chunk, and adds its place to errors.
   template <class Work>
   auto read_content(std::size_t chunk, std::span<const std::byte> content, Work&& work) {
@@ -55,6 +61,7 @@ class RecordingFile {
  private:
   void scan();
   bool scan_chunk(std::uint64_t& offset);
+  bool has_all_parts(const RecordedChunk& keyframe, std::uint64_t begin);
   std::uint64_t find_end_of_data();
   bool is_intact(const RecordedChunk& chunk);
   void list_chunk(const RecordedChunk& chunk);
@@ -65,7 +72,8 @@ class RecordingFile {
   std::ifstream stream_;  // or else
   std::vector<std::byte> bytes_;
   std::uint64_t size_ = 0;
-  std::uint64_t end_of_data_ = 0;  // what follows is zero
+  std::uint64_t end_of_data_ = 0;   // what follows is zero
+  std::uint64_t end_of_parts_ = 0;  // of the last keyframe, where it has any
   RecordingInfo info_;
   std::vector<RecordedChunk> chunks_;
   std::vector<std::size_t> keyframes_;

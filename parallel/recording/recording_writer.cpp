@@ -177,6 +177,14 @@ void RecordingWriter::add_state(std::uint64_t step, std::unique_ptr<StateToRecor
   hurry_if_much();
 }
 
+void RecordingWriter::add_solids(std::uint64_t step, SolidVectors new_solids) {
+  if (new_solids.hulls.empty() && new_solids.meshes.empty()) return;
+  const std::unique_lock lock = lock_with_room();
+  RecordingBatch& batch = pending_.emplace_back();
+  batch.step = step;
+  batch.solids = std::move(new_solids);
+}
+
 std::unique_ptr<StateToRecord> RecordingWriter::take_spare_state() {
   const std::lock_guard lock(mutex_);
   if (spare_.empty()) return nullptr;
@@ -190,6 +198,14 @@ void RecordingWriter::wait_until_written() {
   urgent_ = true;
   wake_.notify_one();
   room_.wait(lock, [this] { return (pending_.empty() && !writing_) || has_failed(); });
+}
+
+bool RecordingWriter::is_regular_file() const { return is_regular(fileno(file_.get())); }
+
+void RecordingWriter::skip(std::uint64_t bytes) {
+  const std::uint64_t end = bytes_written() + bytes;
+  if (fseeko(file_.get(), static_cast<off_t>(end), SEEK_SET) != 0) fail_to_write();
+  bytes_written_.store(end, std::memory_order_relaxed);
 }
 
 void RecordingWriter::stop() noexcept {
@@ -311,17 +327,21 @@ void RecordingWriter::write_batch(RecordingBatch& batch) {
   }
   last_step_ = batch.step + batch.steps;
   if (batch.state == nullptr) {
+    if (batch.steps == 0 && batch.calls == 0) return;
     write_chunk({.kind = ChunkKind::calls, .step = batch.step, .steps = batch.steps, .count = batch.calls},
                 batch.bytes.bytes());
     return;
   }
   ByteWriter content;
   write_state(batch.state->snapshot, batch.state->solids, content);
-  write_chunk({.kind = batch.state->kind, .flags = batch.state->flags, .step = batch.step}, content.bytes());
+  write_chunk({.kind = batch.state->kind, .step = batch.step}, content.bytes());
 }
 
 void RecordingWriter::write_chunk(const ChunkHead& head, std::span<const std::byte> content) {
-  const ChunkPacker::Packed packed = packer_.pack(head, content);
+  write_packed(packer_.pack(head, content));
+}
+
+void RecordingWriter::write_packed(const ChunkPacker::Packed& packed) {
   write_bytes(packed.head);
   write_bytes(packed.stored);
   flush();

@@ -24,12 +24,11 @@ namespace scree {
 // A state on its way to the file.
 struct StateToRecord {
   ChunkKind kind = ChunkKind::keyframe;
-  std::uint8_t flags = 0;  // of the chunk
   SnapshotData snapshot;
   SlotNumbers solids;  // as from SolidList::numbers_of
 };
 
-// What becomes a chunk: steps and calls, or a state.
+// What becomes a chunk: steps and calls, or a state, or solids alone.
 struct RecordingBatch {
   std::uint64_t step = 0;              // before it
   std::uint64_t steps = 0, calls = 0;  // in it
@@ -64,10 +63,16 @@ class RecordingWriter {
     hurry_if_much();
   }
   void add_state(std::uint64_t step, std::unique_ptr<StateToRecord> state, SolidVectors new_solids);
+  void add_solids(std::uint64_t step, SolidVectors new_solids);
   // Returns a used one, if there is one, for its memory.
   std::unique_ptr<StateToRecord> take_spare_state();
 
   void wait_until_written();
+  // For who has waited until all was written, and has added nothing since: the thread behind is at rest.
+  // Writes a chunk, or goes on behind what others write into the file there. Both throw Error.
+  void write_packed(const ChunkPacker::Packed& packed);
+  void skip(std::uint64_t bytes);
+  bool is_regular_file() const;
   // Writes the rest, and if nothing has failed, the end, and closes the file. Does nothing the second time.
   void stop() noexcept;
   // The recording ends with what is there now, unfinished, for a reason.

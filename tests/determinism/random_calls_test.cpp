@@ -132,7 +132,6 @@ class CountingSink final : public CallSink {
   void called(const MadeCall& made) noexcept override { ++calls_[static_cast<std::size_t>(made.call)]; }
   void restored(const WorldData&) noexcept override { ++restored_; }
   void stepped(const WorldData&, float, std::uint64_t) noexcept override {}
-  void gathered(const WorldData&) noexcept override {}
   void world_ended() noexcept override {}
   void step_failed() noexcept override {}
 

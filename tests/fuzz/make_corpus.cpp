@@ -1,6 +1,7 @@
 // Writes the binary files of the corpus, small worlds that reach every branch of the formats. Run it again
 // after a change of format: scree_make_corpus FOLDER, with tests/fuzz/corpus for the folder. Scene files are
 // text, and edited by hand.
+#include <scree/distributed_world.h>
 #include <scree/recording.h>
 #include <scree/scree.h>
 #include <tests/fuzz/laws.h>
@@ -13,6 +14,8 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 namespace scree::fuzz {
@@ -408,6 +411,28 @@ void write_file(const std::filesystem::path& path, std::span<const std::byte> by
   std::printf("%s: %zu bytes\n", path.c_str(), bytes.size());
 }
 
+// Two heaps that touch, of which each rank has one.
+void record_on_ranks(const std::string& file) {
+  LocalRanks ranks(2);
+  const auto run_rank = [&](int rank) {
+    World whole;
+    whole.add_shape(whole.create_body({.type = BodyType::fixed, .position = {0, -1, 0}}), Box{{9, 1, 9}});
+    for (int i = 0; i < 6; ++i) {
+      const float side = i % 2 == 0 ? -0.45f : 0.45f;
+      const BodyId body = whole.create_body({.position = {side, 0.5f + static_cast<float>(i / 2), 0}});
+      whole.add_shape(body, Box{{0.5f, 0.5f, 0.5f}});
+    }
+    DistributedWorld world(std::move(whole), ranks.at(rank));
+    Workers workers(1);
+    world.record(file, workers, {.keyframe_spacing = 2});
+    for (int i = 0; i < 4; ++i) world.step(1.0f / 60.0f, workers);
+    world.finish_recording(workers);
+  };
+  std::thread other(run_rank, 1);
+  run_rank(0);
+  other.join();
+}
+
 void make_corpus(const std::filesystem::path& folder) {
   for (const Seed& seed : seeds()) {
     const World world = seed.make();
@@ -425,6 +450,7 @@ void make_corpus(const std::filesystem::path& folder) {
     if (!seed.finished) std::filesystem::resize_file(file, std::filesystem::file_size(file) - kCut);
     std::printf("%s: %zu bytes\n", file.c_str(), static_cast<std::size_t>(std::filesystem::file_size(file)));
   }
+  record_on_ranks((folder / "recording" / "ranks.recording").string());
 }
 
 }  // namespace

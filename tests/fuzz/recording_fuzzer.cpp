@@ -43,14 +43,20 @@ Recording unpack(std::span<const std::byte> bytes) {
 
 Buffer pack(const Recording& recording) {
   ChunkPacker packer(1);
-  Buffer bytes = write_recording_head(recording.writer);
-  for (const Chunk& chunk : recording.chunks) {
-    ChunkHead head = chunk.head;
+  std::vector<Buffer> packed_chunks;  // from the last one on
+  std::uint64_t part_bytes = 0;       // of the parts behind a keyframe
+  for (auto chunk = recording.chunks.rbegin(); chunk != recording.chunks.rend(); ++chunk) {
+    ChunkHead head = chunk->head;
     head.flags &= kChunkMayBeSkipped;
-    const ChunkPacker::Packed packed = packer.pack(head, chunk.content);
-    bytes.insert(bytes.end(), packed.head.begin(), packed.head.end());
+    if (head.kind == ChunkKind::keyframe && head.count > 0) head.count = part_bytes;
+    const ChunkPacker::Packed packed = packer.pack(head, chunk->content);
+    part_bytes = head.kind == ChunkKind::part ? part_bytes + packed.bytes() : 0;
+    Buffer& bytes = packed_chunks.emplace_back(packed.head.begin(), packed.head.end());
     bytes.insert(bytes.end(), packed.stored.begin(), packed.stored.end());
   }
+  Buffer bytes = write_recording_head(recording.writer);
+  for (auto chunk = packed_chunks.rbegin(); chunk != packed_chunks.rend(); ++chunk)
+    bytes.insert(bytes.end(), chunk->begin(), chunk->end());
   return bytes;
 }
 
@@ -88,7 +94,7 @@ SolidVectors solids_of(const Recording& recording) {
 void mutate_head(ChunkHead& head, scenes::Random& random) {
   const std::uint32_t what = random.below(8);
   if (what == 0) {
-    head.kind = static_cast<ChunkKind>(random.below(8));
+    head.kind = static_cast<ChunkKind>(random.below(9));
   } else if (what == 1) {
     head.flags ^= kChunkMayBeSkipped;
   } else {

@@ -25,8 +25,6 @@ class CallSink {
   virtual void called(const MadeCall& call) noexcept = 0;
   virtual void restored(const WorldData& data) noexcept = 0;
   virtual void stepped(const WorldData& data, float dt, std::uint64_t hash) noexcept = 0;
-  // A part of a world that many ranks step holds all of it for a while, and a keyframe is due.
-  virtual void gathered(const WorldData& data) noexcept = 0;
   // The world is no more: destroyed or assigned to.
   virtual void world_ended() noexcept = 0;
   // A step has thrown, because memory ran out: the world can only be destroyed.

@@ -14,7 +14,7 @@ namespace scree {
 namespace {
 
 constexpr char kMagic[8] = {'S', 'C', 'R', 'E', 'E', 'R', 'E', 'C'};
-constexpr std::uint8_t kKnownFlags = kChunkCompressed | kChunkMayBeSkipped | kChunkGathered;
+constexpr std::uint8_t kKnownFlags = kChunkCompressed | kChunkMayBeSkipped;
 constexpr std::size_t kStoredBytesOffset = 40, kStoredHashOffset = 48, kHeadHashOffset = 56;
 constexpr std::size_t kLeastCompressed = 128;                  // bytes; less is not worth a frame
 constexpr std::size_t kFrameHead = 2 * sizeof(std::uint32_t);  // of one that zstd skips
@@ -149,25 +149,37 @@ ChunkPacker::Packed ChunkPacker::pack(ChunkHead head, std::span<const std::byte>
                 ErrorCode::too_many);
   }
   head.content_bytes = content.size();
-  std::span<const std::byte> stored = content;
+  stored_ = content;
   if (content.size() >= kLeastCompressed) {
-    stored_.resize(ZSTD_compressBound(content.size()));
-    const std::size_t size = ZSTD_compressCCtx(zstd_->context, stored_.data(), stored_.size(), content.data(),
-                                               content.size(), zstd_->level);
+    compressed_.resize(ZSTD_compressBound(content.size()));
+    const std::size_t size = ZSTD_compressCCtx(zstd_->context, compressed_.data(), compressed_.size(),
+                                               content.data(), content.size(), zstd_->level);
     // What zstd cannot do is stored as it is.
     if (!ZSTD_isError(size) && size < content.size()) {
       const auto least = static_cast<std::size_t>(least_stored(head.kind, content.size()));
-      const std::size_t filled = fill_up(stored_, size, least);
-      stored = std::span(stored_).first(filled);
+      const std::size_t filled = fill_up(compressed_, size, least);
+      stored_ = std::span(compressed_).first(filled);
       head.flags |= kChunkCompressed;
     }
   }
-  head.stored_bytes = stored.size();
-  head.stored_hash = hash_of_bytes(stored);
+  head.stored_bytes = stored_.size();
+  head.stored_hash = hash_of_bytes(stored_);
+  last_ = head;
+  write_head();
+  return packed();
+}
+
+ChunkPacker::Packed ChunkPacker::place(std::uint64_t step, std::uint64_t count) {
+  last_.step = step;
+  last_.count = count;
+  write_head();
+  return packed();
+}
+
+void ChunkPacker::write_head() {
   ByteWriter writer;
-  write_chunk_head(head, writer);
+  write_chunk_head(last_, writer);
   head_ = writer.take();
-  return {head_, stored};
 }
 
 std::vector<std::byte> unpack_chunk(const ChunkHead& head, std::vector<std::byte> stored) {

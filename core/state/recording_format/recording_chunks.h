@@ -15,7 +15,8 @@
 //   u16      0
 //   u64      step: steps of the recording so far, from the step counter of its first state
 //   u64      steps in the chunk
-//   u64      count: of hulls, meshes or calls in the chunk
+//   u64      count: of hulls, meshes or calls in the chunk; of a keyframe, bytes of the parts that follow;
+//            of a part, ranks
 //   u64 x 2  bytes of the content, and as they are stored
 //   u64      xxHash64 of the stored bytes
 //   u64      xxHash64 of the chunk's head so far
@@ -33,7 +34,7 @@
 
 namespace scree {
 
-inline constexpr std::uint32_t kRecordingVersion = 9;
+inline constexpr std::uint32_t kRecordingVersion = 10;
 inline constexpr std::uint32_t kRecordingMinor = 0;
 inline constexpr std::size_t kMostWriterBytes = 256;
 
@@ -44,11 +45,11 @@ enum class ChunkKind : std::uint8_t {
   calls,      // steps and calls, see call_bytes.h; a step is 0, its dt as f32 and the world's hash after it
   end,        // nothing; the recording was ended by its recorder
   meshes,     // write_mesh_solids; numbered as hulls are, but apart from them
+  part,  // one other rank's part of the keyframe before it: u64 layout_of_parts(), then messages_of_part()
 };
 enum ChunkFlag : std::uint8_t {
   kChunkCompressed = 1,
   kChunkMayBeSkipped = 2,  // by readers that do not know its kind
-  kChunkGathered = 4,  // a keyframe from many ranks: its contacts are in another order than those of a replay
 };
 
 struct ChunkHead {
@@ -105,15 +106,24 @@ class ChunkPacker {
 
   struct Packed {
     std::span<const std::byte> head, stored;  // until the next one
+    std::size_t bytes() const { return head.size() + stored.size(); }
   };
-  // Fills in what `head` says of bytes. Throws Error for content beyond the limit, and std::bad_alloc.
+  // Fills in what `head` says of bytes. Throws Error for content beyond the limit, and std::bad_alloc. What
+  // does not compress is not copied: the content must stay until it is written.
   Packed pack(ChunkHead head, std::span<const std::byte> content);
+  // The last one, with what is known only later.
+  Packed place(std::uint64_t step, std::uint64_t count);
+  Packed packed() const { return {head_, stored_}; }
 
  private:
   struct Zstd;
+  void write_head();
+
   std::unique_ptr<Zstd> zstd_;
+  ChunkHead last_;
   std::vector<std::byte> head_;
-  std::vector<std::byte> stored_;
+  std::vector<std::byte> compressed_;
+  std::span<const std::byte> stored_;  // these, or what the caller has packed
 };
 
 // The content of a chunk. Throws RefusedBytes, with offsets from the chunk's beginning, for bytes that were

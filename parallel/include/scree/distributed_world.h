@@ -105,9 +105,10 @@ class SCREE_API DistributedWorld {
   /// as it is until the new one is there as a whole: it is written beside it, behind links, as FILE.draft.
   /// All ranks call it together; all throw Error if it cannot be written.
   void checkpoint(const std::string& file, Workers& workers);
-  /// Records the whole world from now on, as a Recorder on rank 0 would; Player and compare() take the file
-  /// for one of a single process. The other ranks bring their bodies there for each keyframe. All ranks call
-  /// it together, with the same options; all of them throw what Recorder() throws.
+  /// Records the whole world from now on; Player and compare() take the file for one of a single process.
+  /// Rank 0 writes calls and steps as a Recorder would, and each rank its part of each keyframe, so the name
+  /// must be that of a regular file on all ranks. All ranks call it together, with the same options; all of
+  /// them throw what Recorder() throws.
   void record(const std::string& file, Workers& workers, const RecorderOptions& options = {});
   /// Recorder::finish, on all ranks together; all throw Error if not all could be written. Nothing happens
   /// where nothing is recorded. A recording that is not finished when this ends plays to its last whole step.

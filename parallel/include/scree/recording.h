@@ -59,7 +59,10 @@ class SCREE_API Recorder {
   std::uint64_t bytes_written() const noexcept;  ///< to the file, so far
 
  private:
+  friend struct SharedRecorder;
   struct Impl;
+  Recorder() noexcept;
+  void begin(World& world, const std::string& file, const RecorderOptions& options);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -27,9 +27,9 @@ class SCREE_API Transport {
   /// Adds up, place by place, what all ranks give. All ranks call it, with as many values; throws Error where
   /// ranks give different numbers of them. As it is here, rank 0 adds and sends, and it alone can tell.
   virtual void add_up(std::span<std::int64_t> values);
-  /// Writes a part of a file, from `offset` on; the parts of all ranks are one behind the other, and the file
-  /// is created or replaced. All ranks call it together. Throws Error on all ranks unless all parts have been
-  /// written to the disk. As it is here, each rank opens the file by itself.
+  /// Writes a part, which may be empty, into a file that is there, from `offset` on; the file grows where it
+  /// must. All ranks call it together, with parts that do not overlap. Throws Error on all ranks unless all
+  /// parts have been written to the disk. As it is here, each rank opens the file by itself.
   virtual void write_together(const std::string& file, std::uint64_t offset, std::span<const std::byte> part);
 };
 

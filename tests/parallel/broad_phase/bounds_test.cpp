@@ -60,7 +60,6 @@ struct SilentSink final : CallSink {
   void called(const MadeCall&) noexcept override {}
   void restored(const WorldData&) noexcept override {}
   void stepped(const WorldData&, float, std::uint64_t) noexcept override {}
-  void gathered(const WorldData&) noexcept override {}
   void world_ended() noexcept override {}
   void step_failed() noexcept override {}
 };

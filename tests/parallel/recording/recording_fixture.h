@@ -120,18 +120,24 @@ struct TakenApart {
       at += kChunkHeadBytes + stored.size();
     }
   }
-  // Recomputes every checksum.
+  // Recomputes every checksum, and how many bytes the parts behind a keyframe have.
   Bytes put_together() const {
-    Bytes bytes = head;
+    std::vector<Bytes> packed_chunks;  // from the last one on
     ChunkPacker packer(1);
-    for (const Chunk& chunk : chunks) {
-      ChunkHead plain = chunk.head;
+    std::uint64_t part_bytes = 0;
+    for (auto chunk = chunks.rbegin(); chunk != chunks.rend(); ++chunk) {
+      ChunkHead plain = chunk->head;
       plain.flags &= kChunkMayBeSkipped;
-      const ChunkPacker::Packed packed = packer.pack(plain, chunk.content);
-      bytes.insert(bytes.end(), packed.head.begin(), packed.head.end());
+      if (plain.kind == ChunkKind::keyframe && plain.count > 0) plain.count = part_bytes;
+      const ChunkPacker::Packed packed = packer.pack(plain, chunk->content);
+      part_bytes = plain.kind == ChunkKind::part ? part_bytes + packed.bytes() : 0;
+      Bytes& bytes = packed_chunks.emplace_back(packed.head.begin(), packed.head.end());
       bytes.insert(bytes.end(), packed.stored.begin(), packed.stored.end());
     }
-    return bytes;
+    Bytes all = head;
+    for (auto bytes = packed_chunks.rbegin(); bytes != packed_chunks.rend(); ++bytes)
+      all.insert(all.end(), bytes->begin(), bytes->end());
+    return all;
   }
   Chunk* find(ChunkKind kind) {
     for (Chunk& chunk : chunks) {
